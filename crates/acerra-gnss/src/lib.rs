@@ -1,0 +1,1 @@
+//! Carrier-phase differential GNSS (PPK): readers, positioning, ambiguity resolution.

@@ -1,0 +1,1 @@
+//! Radar imaging by the adjoint of the scattering operator: reference, fast kernels, resolution, metrics.

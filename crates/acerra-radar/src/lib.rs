@@ -1,0 +1,1 @@
+//! Ultra-wideband radar logs: readers, zero-timing, background removal, gating, spectra.

@@ -1,0 +1,1 @@
+//! The application: campaign file, processing chain, products, report and command line.

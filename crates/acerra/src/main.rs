@@ -1,0 +1,3 @@
+//! The `acerra` command.
+
+fn main() {}
