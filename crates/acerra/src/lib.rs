@@ -1,1 +1,7 @@
 //! The application: campaign file, processing chain, products, report and command line.
+//!
+//! The way of the data is position → align → clean → focus → measure → deliver; `chain` holds
+//! one module for each of these stages, and [`commands`] one for each command.
+
+pub mod cli;
+pub mod commands;

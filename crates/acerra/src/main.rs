@@ -1,3 +1,7 @@
 //! The `acerra` command.
 
-fn main() {}
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    acerra::cli::main()
+}

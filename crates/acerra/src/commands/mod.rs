@@ -1,0 +1,6 @@
+//! One module for each command: its arguments and what it does with them.
+//!
+//! Each `run` writes its answer to the given writer and returns the failure, if any, with the
+//! file and the place in its context; [`crate::cli`] prints it.
+
+pub mod info;
