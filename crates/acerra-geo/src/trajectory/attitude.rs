@@ -1,0 +1,192 @@
+//! Attitude as a unit quaternion.
+
+use crate::matrix::{Matrix3, Vector3, cross};
+
+/// The rotation that takes a vector of body axes (forward, left, up) to east, north, up.
+///
+/// A unit quaternion; `q` and `−q` are the same rotation.
+///
+/// ```
+/// use acerra_geo::trajectory::Attitude;
+/// // Heading north: forward is north, left is west.
+/// let north = Attitude::from_heading(0.0);
+/// let [e, n, u] = north.rotate([1.0, 0.0, 0.0]);
+/// assert!(e.abs() < 1e-15 && (n - 1.0).abs() < 1e-15 && u == 0.0);
+/// assert!((north.rotate([0.0, 1.0, 0.0])[0] + 1.0).abs() < 1e-15);
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Attitude {
+    w: f64,
+    x: f64,
+    y: f64,
+    z: f64,
+}
+
+impl Attitude {
+    /// Forward is east, left is north, up is up.
+    pub const IDENTITY: Self = Self {
+        w: 1.0,
+        x: 0.0,
+        y: 0.0,
+        z: 0.0,
+    };
+
+    /// From the four parts, scalar first, brought to unit length; none when the length is not a
+    /// positive finite number.
+    #[must_use]
+    pub fn from_quaternion(w: f64, x: f64, y: f64, z: f64) -> Option<Self> {
+        let length = w.hypot(x).hypot(y).hypot(z);
+        (length.is_finite() && length > 1e-9).then(|| Self {
+            w: w / length,
+            x: x / length,
+            y: y / length,
+            z: z / length,
+        })
+    }
+
+    /// Level, with the nose towards `heading_rad`, clockwise from north.
+    #[must_use]
+    pub fn from_heading(heading_rad: f64) -> Self {
+        let yaw = std::f64::consts::FRAC_PI_2 - heading_rad;
+        let (s, c) = (0.5 * yaw).sin_cos();
+        Self {
+            w: c,
+            x: 0.0,
+            y: 0.0,
+            z: s,
+        }
+    }
+
+    /// The parts, scalar first: w, x, y, z.
+    #[must_use]
+    pub const fn quaternion(&self) -> [f64; 4] {
+        [self.w, self.x, self.y, self.z]
+    }
+
+    /// A vector of body axes in east, north, up.
+    #[must_use]
+    pub fn rotate(&self, vector_in_body: Vector3) -> Vector3 {
+        let axis = [self.x, self.y, self.z];
+        let t = cross(axis, vector_in_body).map(|v| 2.0 * v);
+        let u = cross(axis, t);
+        [0, 1, 2].map(|i| vector_in_body[i] + self.w * t[i] + u[i])
+    }
+
+    /// The attitude in axes that `target_from_enu` (a rotation matrix) turns into.
+    #[must_use]
+    pub fn turned_by(&self, target_from_enu: &Matrix3) -> Self {
+        let r = Self::from_rotation(target_from_enu);
+        let (a, b) = (r, *self);
+        Self {
+            w: a.w * b.w - a.x * b.x - a.y * b.y - a.z * b.z,
+            x: a.w * b.x + a.x * b.w + a.y * b.z - a.z * b.y,
+            y: a.w * b.y - a.x * b.z + a.y * b.w + a.z * b.x,
+            z: a.w * b.z + a.x * b.y - a.y * b.x + a.z * b.w,
+        }
+        .unit()
+    }
+
+    /// The attitude of a rotation matrix (body axes as its columns).
+    ///
+    /// The largest of the four parts is found first, so that no digits are lost at half turns.
+    #[must_use]
+    pub fn from_rotation(m: &Matrix3) -> Self {
+        let trace = m[0][0] + m[1][1] + m[2][2];
+        let largest = [trace, m[0][0], m[1][1], m[2][2]]
+            .iter()
+            .enumerate()
+            .max_by(|a, b| a.1.total_cmp(b.1))
+            .map_or(0, |(i, _)| i);
+        let (w, x, y, z) = match largest {
+            0 => (
+                1.0 + trace,
+                m[2][1] - m[1][2],
+                m[0][2] - m[2][0],
+                m[1][0] - m[0][1],
+            ),
+            1 => (
+                m[2][1] - m[1][2],
+                1.0 + m[0][0] - m[1][1] - m[2][2],
+                m[0][1] + m[1][0],
+                m[0][2] + m[2][0],
+            ),
+            2 => (
+                m[0][2] - m[2][0],
+                m[0][1] + m[1][0],
+                1.0 - m[0][0] + m[1][1] - m[2][2],
+                m[1][2] + m[2][1],
+            ),
+            _ => (
+                m[1][0] - m[0][1],
+                m[0][2] + m[2][0],
+                m[1][2] + m[2][1],
+                1.0 - m[0][0] - m[1][1] + m[2][2],
+            ),
+        };
+        Self::from_quaternion(w, x, y, z).unwrap_or(Self::IDENTITY)
+    }
+
+    /// The attitude between this one (`share` 0) and `other` (`share` 1), along the shorter turn.
+    ///
+    /// The straight line between the quaternions, brought back to unit length: for the turns of
+    /// less than 30° between neighbouring samples it stays within 0.1° of constant rate.
+    #[must_use]
+    pub fn towards(&self, other: &Self, share: f64) -> Self {
+        let (a, b) = (self.quaternion(), other.quaternion());
+        let cosine: f64 = a.iter().zip(b).map(|(a, b)| a * b).sum();
+        let sign = if cosine < 0.0 { -share } else { share };
+        let [w, x, y, z] = [0, 1, 2, 3].map(|i| (1.0 - share) * a[i] + sign * b[i]);
+        Self { w, x, y, z }.unit()
+    }
+
+    fn unit(self) -> Self {
+        Self::from_quaternion(self.w, self.x, self.y, self.z).unwrap_or(Self::IDENTITY)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::matrix::{distance, multiply_vector, transpose};
+    use std::f64::consts::{FRAC_1_SQRT_2, PI};
+
+    fn columns(a: &Attitude) -> Matrix3 {
+        transpose(&[
+            a.rotate([1.0, 0.0, 0.0]),
+            a.rotate([0.0, 1.0, 0.0]),
+            a.rotate([0.0, 0.0, 1.0]),
+        ])
+    }
+
+    #[test]
+    fn rotates_as_its_matrix_and_comes_back_from_it() {
+        for parts in [
+            [0.3, -0.5, 0.7, 0.2],
+            [0.0, 1.0, 0.0, 0.0],
+            [0.0, 0.0, 1.0, 0.0],
+            [1e-3, 0.0, 0.1, 1.0],
+        ] {
+            let [w, x, y, z] = parts;
+            let a = Attitude::from_quaternion(w, x, y, z).expect("a quaternion");
+            let back = Attitude::from_rotation(&columns(&a));
+            let v = [0.3, -2.0, 1.1];
+            assert!(distance(a.rotate(v), back.rotate(v)) < 1e-14);
+            let turned = a.turned_by(&columns(&a));
+            assert!(distance(turned.rotate(v), multiply_vector(&columns(&a), a.rotate(v))) < 1e-14);
+        }
+        assert_eq!(Attitude::from_quaternion(0.0, 0.0, 0.0, 0.0), None);
+        assert_eq!(Attitude::from_quaternion(f64::NAN, 0.0, 0.0, 0.0), None);
+    }
+
+    #[test]
+    fn half_way_between_headings() {
+        let a = Attitude::from_heading(0.0);
+        let b = Attitude::from_heading(PI / 2.0);
+        let forward = a.towards(&b, 0.5).rotate([1.0, 0.0, 0.0]);
+        assert!(distance(forward, [FRAC_1_SQRT_2, FRAC_1_SQRT_2, 0.0]) < 1e-12);
+        // The sign of a quaternion does not matter.
+        let [w, x, y, z] = b.quaternion();
+        let same = Attitude::from_quaternion(-w, -x, -y, -z).expect("a quaternion");
+        assert!(distance(a.towards(&same, 0.5).rotate([1.0, 0.0, 0.0]), forward) < 1e-12);
+    }
+}
