@@ -3,5 +3,6 @@
 //! The way of the data is position → align → clean → focus → measure → deliver; `chain` holds
 //! one module for each of these stages, and [`commands`] one for each command.
 
+pub mod campaign;
 pub mod cli;
 pub mod commands;

@@ -1,0 +1,276 @@
+//! The keys of a campaign file that take a word, a number, a list or a table.
+
+use serde::de::{Deserializer, Error};
+use serde::{Deserialize, Serialize};
+use toml::Value;
+
+/// `[radar] select`: the traces that enter background and image.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Select {
+    /// Every trace that has a position.
+    #[default]
+    All,
+    /// The traces during which the platform moves.
+    Moving,
+    /// Trace numbers counted from 0, both ends included.
+    #[serde(untagged)]
+    Range([usize; 2]),
+}
+
+impl<'de> Deserialize<'de> for Select {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        const EXPECTED: &str = "expected \"all\", \"moving\" or [first, last]";
+        match Value::deserialize(deserializer)? {
+            Value::String(word) if word == "all" => Ok(Self::All),
+            Value::String(word) if word == "moving" => Ok(Self::Moving),
+            Value::Array(ends) => match ends.as_slice() {
+                [Value::Integer(first), Value::Integer(last)] if 0 <= *first && first <= last => {
+                    let index = |i: i64| usize::try_from(i).map_err(Error::custom);
+                    Ok(Self::Range([index(*first)?, index(*last)?]))
+                }
+                _ => Err(Error::custom(format!(
+                    "{EXPECTED}, whole numbers with 0 <= first <= last; found {}",
+                    Value::Array(ends)
+                ))),
+            },
+            other => Err(Error::custom(format!("{EXPECTED}; found {other}"))),
+        }
+    }
+}
+
+/// `[trajectory] time_offset_s`: trajectory time minus radar time.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum TimeOffset {
+    /// Found from the data.
+    Auto,
+    /// Given, in seconds.
+    #[serde(untagged)]
+    Seconds(f64),
+}
+
+impl Default for TimeOffset {
+    fn default() -> Self {
+        Self::Seconds(0.0)
+    }
+}
+
+impl<'de> Deserialize<'de> for TimeOffset {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        match Value::deserialize(deserializer)? {
+            Value::String(word) if word == "auto" => Ok(Self::Auto),
+            other => number(&other).map(Self::Seconds).ok_or_else(|| {
+                Error::custom(format!("expected seconds or \"auto\"; found {other}"))
+            }),
+        }
+    }
+}
+
+/// `[preprocess] zero_timing`: how the fast time at which range is zero is found.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ZeroTiming {
+    /// The paper's: the surface echo of the first trace is put at 2h/c.
+    #[default]
+    FirstTrace,
+    /// Fast time is left as it is (less `[radar] delay_ns`).
+    None,
+    /// Fast time is shifted by so much.
+    #[serde(untagged)]
+    Shift {
+        /// Added to fast time, in nanoseconds.
+        shift_ns: f64,
+    },
+}
+
+impl<'de> Deserialize<'de> for ZeroTiming {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        match Value::deserialize(deserializer)? {
+            Value::String(word) if word == "first-trace" => Ok(Self::FirstTrace),
+            Value::String(word) if word == "none" => Ok(Self::None),
+            other => single(&other, "shift_ns")
+                .and_then(number)
+                .map(|shift_ns| Self::Shift { shift_ns })
+                .ok_or_else(|| {
+                    Error::custom(format!(
+                        "expected \"first-trace\", \"none\" or {{ shift_ns = NUMBER }}; \
+                         found {other}"
+                    ))
+                }),
+        }
+    }
+}
+
+/// `[preprocess] background`: what is subtracted from every trace.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Background {
+    /// The mean of the selected traces (the paper's).
+    #[default]
+    Mean,
+    /// Their median, sample by sample.
+    Median,
+    /// Nothing.
+    None,
+    /// The mean of a window of so many traces about each trace.
+    #[serde(untagged)]
+    Window {
+        /// Length of the window, in traces.
+        window: usize,
+    },
+    /// The strongest principal components.
+    #[serde(untagged)]
+    Components {
+        /// How many are removed.
+        components: usize,
+    },
+}
+
+impl<'de> Deserialize<'de> for Background {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let value = Value::deserialize(deserializer)?;
+        let count = |key| {
+            single(&value, key)
+                .and_then(Value::as_integer)
+                .and_then(|n| usize::try_from(n).ok())
+                .filter(|n| *n > 0)
+        };
+        match &value {
+            Value::String(word) if word == "mean" => return Ok(Self::Mean),
+            Value::String(word) if word == "median" => return Ok(Self::Median),
+            Value::String(word) if word == "none" => return Ok(Self::None),
+            _ => {}
+        }
+        if let Some(window) = count("window") {
+            return Ok(Self::Window { window });
+        }
+        if let Some(components) = count("components") {
+            return Ok(Self::Components { components });
+        }
+        Err(Error::custom(format!(
+            "expected \"mean\", \"median\", \"none\", {{ window = TRACES }} or \
+             {{ components = COUNT }} with a count above 0; found {value}"
+        )))
+    }
+}
+
+/// `[preprocess] gate_ns`: the part of each trace that is kept, about 2h/c.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Gate {
+    /// The whole trace.
+    None,
+    /// From so many nanoseconds after 2h/c (negative: before) to so many after it.
+    #[serde(untagged)]
+    About([f64; 2]),
+}
+
+impl Default for Gate {
+    fn default() -> Self {
+        Self::About([-6.0, 24.0])
+    }
+}
+
+impl<'de> Deserialize<'de> for Gate {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let value = Value::deserialize(deserializer)?;
+        if value.as_str() == Some("none") {
+            return Ok(Self::None);
+        }
+        if let Some([from, to]) = value.as_array().map(Vec::as_slice)
+            && let (Some(from), Some(to)) = (number(from), number(to))
+            && from < to
+        {
+            return Ok(Self::About([from, to]));
+        }
+        Err(Error::custom(format!(
+            "expected [from, to] with from < to, or \"none\"; found {value}"
+        )))
+    }
+}
+
+/// The value of a table's only key.
+fn single<'a>(value: &'a Value, key: &str) -> Option<&'a Value> {
+    let table = value.as_table()?;
+    if table.len() == 1 {
+        table.get(key)
+    } else {
+        None
+    }
+}
+
+/// A finite number, whole or not.
+fn number(value: &Value) -> Option<f64> {
+    let number = match value {
+        Value::Float(x) => *x,
+        #[expect(
+            clippy::cast_precision_loss,
+            reason = "campaign numbers are far below 2^53"
+        )]
+        Value::Integer(x) => *x as f64,
+        _ => return None,
+    };
+    number.is_finite().then_some(number)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[derive(Debug, Deserialize)]
+    struct One<T> {
+        key: T,
+    }
+
+    fn parse<T: serde::de::DeserializeOwned>(value: &str) -> Result<T, toml::de::Error> {
+        toml::from_str::<One<T>>(&format!("key = {value}")).map(|one| one.key)
+    }
+
+    #[test]
+    fn every_form_of_the_contract_is_read() {
+        assert_eq!(parse::<Select>("\"moving\"").unwrap(), Select::Moving);
+        assert_eq!(parse::<Select>("[3, 9]").unwrap(), Select::Range([3, 9]));
+        assert_eq!(parse::<TimeOffset>("\"auto\"").unwrap(), TimeOffset::Auto);
+        assert_eq!(
+            parse::<TimeOffset>("-2").unwrap(),
+            TimeOffset::Seconds(-2.0)
+        );
+        assert_eq!(
+            parse::<ZeroTiming>("\"first-trace\"").unwrap(),
+            ZeroTiming::FirstTrace
+        );
+        assert_eq!(
+            parse::<ZeroTiming>("{ shift_ns = 1.5 }").unwrap(),
+            ZeroTiming::Shift { shift_ns: 1.5 }
+        );
+        assert_eq!(
+            parse::<Background>("{ window = 51 }").unwrap(),
+            Background::Window { window: 51 }
+        );
+        assert_eq!(
+            parse::<Background>("{ components = 2 }").unwrap(),
+            Background::Components { components: 2 }
+        );
+        assert_eq!(
+            parse::<Gate>("[-6, 24.0]").unwrap(),
+            Gate::About([-6.0, 24.0])
+        );
+        assert_eq!(parse::<Gate>("\"none\"").unwrap(), Gate::None);
+    }
+
+    #[test]
+    fn everything_else_is_refused_with_what_was_expected() {
+        for wrong in ["\"some\"", "[3]", "[9, 3]", "[-1, 3]", "[0.5, 2]", "true"] {
+            let message = parse::<Select>(wrong).unwrap_err().to_string();
+            assert!(message.contains("[first, last]"), "{message}");
+        }
+        assert!(parse::<TimeOffset>("nan").is_err());
+        assert!(parse::<ZeroTiming>("{ shift_ns = inf }").is_err());
+        assert!(parse::<ZeroTiming>("{ shift_ns = 1, more = 2 }").is_err());
+        assert!(parse::<Background>("{ window = 0 }").is_err());
+        assert!(parse::<Background>("{ window = -5 }").is_err());
+        assert!(parse::<Gate>("[24, -6]").is_err());
+        assert!(parse::<Gate>("[-6, 24, 30]").is_err());
+    }
+}

@@ -1,0 +1,148 @@
+//! The tables of a campaign file.
+
+use std::path::PathBuf;
+
+use serde::{Deserialize, Serialize};
+
+use super::choices::{Background, Gate, Select, TimeOffset, ZeroTiming};
+
+/// `[radar]`: the log, and which of its traces are used.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct RadarSection {
+    /// The radar log; its format is recognised from its content.
+    pub file: PathBuf,
+    /// Fast time at which range is zero, in nanoseconds, when calibrated.
+    #[serde(default)]
+    pub delay_ns: Option<f64>,
+    /// The traces that enter background and image.
+    #[serde(default)]
+    pub select: Select,
+}
+
+/// `[trajectory]`: where the radar was, and how its clock relates to that of the positions.
+#[derive(Clone, Debug, Default, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct TrajectorySection {
+    /// The trajectory; absent when `[gnss]` or the radar file gives the positions.
+    pub file: Option<PathBuf>,
+    /// Trajectory time minus radar time.
+    pub time_offset_s: TimeOffset,
+    /// Radar phase centre from the positioned point: forward, left, up (metres).
+    pub lever_arm_m: [f64; 3],
+    /// Origin of the local east-north-up frame: latitude and longitude in degrees, ellipsoidal
+    /// height in metres. By default the file's own origin, or its first position.
+    pub origin_deg_m: Option<[f64; 3]>,
+    /// Rigid body to take from a motion-capture export that holds several.
+    pub rigid_body: Option<String>,
+    /// Longest gap between positions that is interpolated over, in seconds; by default a few
+    /// sampling intervals.
+    pub max_gap_s: Option<f64>,
+    /// Traces at unfixed positions: kept (with a warning) or dropped.
+    pub unfixed: Unfixed,
+}
+
+/// `[trajectory] unfixed`: what becomes of traces whose position has no fixed solution.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Unfixed {
+    /// They enter the image, and a warning counts them.
+    #[default]
+    Keep,
+    /// They are left out, and a warning counts them.
+    Drop,
+}
+
+/// `[preprocess]`: from raw traces to clean spectra.
+#[derive(Clone, Debug, Default, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct PreprocessSection {
+    /// How the fast time at which range is zero is found. By default the paper's
+    /// `"first-trace"`, or `"none"` where `[radar] delay_ns` is given.
+    pub zero_timing: Option<ZeroTiming>,
+    /// What is subtracted from every trace.
+    pub background: Background,
+    /// The part of each trace that is kept.
+    pub gate_ns: Gate,
+}
+
+/// `[image]`: band, grid, accuracy and weight of the image.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct ImageSection {
+    /// Lowest and highest frequency, in gigahertz.
+    #[serde(default = "default_band_ghz")]
+    pub band_ghz: [f64; 2],
+    /// Number of evenly spaced frequencies over the band.
+    #[serde(default = "default_frequencies")]
+    pub frequencies: usize,
+    /// First and last pixel centre to the east, in metres.
+    pub x_m: [f64; 2],
+    /// First and last pixel centre to the north, in metres.
+    pub y_m: [f64; 2],
+    /// Height of the image plane, in metres.
+    #[serde(default)]
+    pub z_m: f64,
+    /// Side of a pixel, in metres.
+    #[serde(default = "default_pixel_m")]
+    pub pixel_m: f64,
+    /// Relative L2 error allowed against Eq. (3) in double precision.
+    #[serde(default = "default_accuracy")]
+    pub accuracy: f64,
+    /// Weight of each trace.
+    #[serde(default)]
+    pub weight: Weight,
+    /// Propagation speed, in metres a second.
+    #[serde(default = "default_light_speed_m_s")]
+    pub light_speed_m_s: f64,
+}
+
+/// `[image] weight`: the weight of each trace in the sum of Eq. (3).
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Weight {
+    /// One for every trace: the paper's sum.
+    #[default]
+    Trace,
+    /// The path that the trace covers, in metres, so that hovering does not dominate.
+    Path,
+}
+
+/// `[measure]`: what counts as a target.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct MeasureSection {
+    /// Peaks weaker than this, in decibels relative to the strongest, are not listed.
+    pub threshold_db: f64,
+    /// At most so many targets are listed.
+    pub max_targets: usize,
+}
+
+impl Default for MeasureSection {
+    fn default() -> Self {
+        Self {
+            threshold_db: -12.0,
+            max_targets: 50,
+        }
+    }
+}
+
+fn default_band_ghz() -> [f64; 2] {
+    [3.1, 4.8]
+}
+
+fn default_frequencies() -> usize {
+    341
+}
+
+fn default_pixel_m() -> f64 {
+    0.01
+}
+
+fn default_accuracy() -> f64 {
+    1e-3
+}
+
+fn default_light_speed_m_s() -> f64 {
+    299_792_458.0
+}
