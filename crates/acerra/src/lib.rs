@@ -6,3 +6,4 @@
 pub mod campaign;
 pub mod cli;
 pub mod commands;
+pub mod products;

@@ -1,0 +1,5 @@
+//! What a run leaves behind: files, and how they get there.
+
+pub mod inputs;
+pub mod stages;
+pub mod staging;

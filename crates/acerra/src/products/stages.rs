@@ -1,0 +1,94 @@
+//! What each stage of a run cost: seconds, and the most memory the process held.
+
+use std::time::Instant;
+
+use serde::Serialize;
+
+/// One stage, as `run.json` records it.
+#[derive(Clone, Debug, Serialize)]
+pub struct Stage {
+    /// One of `read`, `position`, `align`, `clean`, `focus`, `measure`, `deliver`.
+    pub name: &'static str,
+    /// Wall-clock time.
+    pub seconds: f64,
+    /// Most memory that the process held during the stage, where the system tells.
+    pub peak_memory_bytes: Option<u64>,
+}
+
+/// Times stages one after another.
+#[derive(Debug, Default)]
+pub struct Stages {
+    done: Vec<Stage>,
+}
+
+impl Stages {
+    /// Runs one stage and records it, whether it succeeds or not.
+    ///
+    /// # Errors
+    /// Those of the stage itself.
+    pub fn run<T, E>(
+        &mut self,
+        name: &'static str,
+        stage: impl FnOnce() -> Result<T, E>,
+    ) -> Result<T, E> {
+        memory::start_peak();
+        let start = Instant::now();
+        let outcome = stage();
+        self.done.push(Stage {
+            name,
+            seconds: start.elapsed().as_secs_f64(),
+            peak_memory_bytes: memory::peak_bytes(),
+        });
+        outcome
+    }
+
+    /// The stages so far.
+    #[must_use]
+    pub fn done(&self) -> &[Stage] {
+        &self.done
+    }
+}
+
+#[cfg(target_os = "linux")]
+mod memory {
+    /// Starts a new peak; kernels that do not allow it keep the peak of the whole process.
+    pub fn start_peak() {
+        let _ = std::fs::write("/proc/self/clear_refs", "5");
+    }
+
+    pub fn peak_bytes() -> Option<u64> {
+        let status = std::fs::read_to_string("/proc/self/status").ok()?;
+        let line = status
+            .lines()
+            .find_map(|line| line.strip_prefix("VmHWM:"))?;
+        let kibibytes: u64 = line.split_whitespace().next()?.parse().ok()?;
+        Some(kibibytes * 1024)
+    }
+}
+
+#[cfg(not(target_os = "linux"))]
+mod memory {
+    pub fn start_peak() {}
+
+    pub fn peak_bytes() -> Option<u64> {
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn memory_held_by_a_stage_is_seen() {
+        let mut stages = Stages::default();
+        let outcome: Result<usize, ()> = stages.run("read", || {
+            let held = vec![1_u8; 64 << 20];
+            Ok(held.iter().map(|b| usize::from(*b)).sum())
+        });
+        assert_eq!(outcome, Ok(64 << 20));
+        assert_eq!(stages.done()[0].name, "read");
+        assert!(stages.done()[0].peak_memory_bytes.unwrap() >= 64 << 20);
+    }
+}
