@@ -1,0 +1,319 @@
+//! Processing options, with the presets that reproduce known programs.
+
+use crate::satellite::{SatelliteId, System, SystemSet};
+use crate::signal::FREQUENCY_SLOTS;
+
+/// What is estimated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum PositioningMode {
+    /// Each epoch alone from the rover's pseudoranges; needs no base.
+    Single,
+    /// Double differences of pseudoranges.
+    Dgps,
+    /// Carrier phase, moving rover.
+    Kinematic,
+    /// Carrier phase, rover standing still for the whole file.
+    Static,
+}
+
+/// In which direction of time the filter runs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum FilterDirection {
+    /// First epoch to last.
+    Forward,
+    /// Last epoch to first.
+    Backward,
+    /// Both, each from a fresh start, then merged.
+    Combined,
+    /// Both, the backward pass starting from the state the forward pass ended with, then merged.
+    CombinedWithoutReset,
+}
+
+impl FilterDirection {
+    /// Whether two passes are merged.
+    #[must_use]
+    pub const fn is_combined(self) -> bool {
+        matches!(self, Self::Combined | Self::CombinedWithoutReset)
+    }
+}
+
+/// How carrier ambiguities are resolved.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum AmbiguityMode {
+    /// Not at all: float solution.
+    Off,
+    /// From the filter's float ambiguities, every epoch.
+    Continuous,
+    /// From each epoch alone.
+    Instantaneous,
+    /// As continuous, and after enough consecutive fixes the integers are fed back to the filter.
+    FixAndHold,
+}
+
+/// Whether GLONASS ambiguities are resolved.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum GlonassAmbiguity {
+    /// GLONASS phases stay float.
+    Off,
+    /// Treated as integers (like receivers only).
+    On,
+    /// Inter-channel biases are learnt during the hold, then GLONASS joins in.
+    FixAndHold,
+}
+
+/// Where the base antenna's marker is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum BasePosition {
+    /// Given (ECEF, m).
+    Ecef([f64; 3]),
+    /// The approximate position of the base's observation header, plus its antenna offset.
+    Header,
+    /// Mean of the base's single-point positions.
+    AverageSingle,
+}
+
+/// Mask of carrier-to-noise density over elevation.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cn0Mask {
+    /// Least C/N₀ (dB-Hz) at elevations 5°, 15°, …, 85° per frequency slot; linear in between.
+    pub least_db_hz: [[f64; 9]; FREQUENCY_SLOTS],
+    /// Whether it applies to the rover.
+    pub rover: bool,
+    /// Whether it applies to the base.
+    pub base: bool,
+}
+
+/// Prediction of the rover's motion from velocity and acceleration states.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Dynamics {
+    /// Horizontal acceleration noise (m/s²/√s).
+    pub horizontal_noise: f64,
+    /// Vertical acceleration noise (m/s²/√s).
+    pub vertical_noise: f64,
+}
+
+/// Which established program's rules are followed where they differ.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum RuleSet {
+    /// RTKLIB 2.4.3.
+    Rtklib,
+    /// The demo5 branch (RTKLIB-EX): made for cheap receivers in motion.
+    Demo5,
+}
+
+/// Partial ambiguity resolution: leaving satellites out when the ratio test fails.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PartialAmbiguity {
+    /// Put back satellites that join just when the ratio drops.
+    pub filter_new_satellites: bool,
+    /// Least number of satellites (pairs + 1) for a fix.
+    pub least_satellites_to_fix: usize,
+    /// Least number of satellites (pairs + 1) for a hold.
+    pub least_satellites_to_hold: usize,
+    /// Take satellites out one by one after a failure when at least this many pairs were used.
+    pub least_pairs_to_drop: usize,
+}
+
+/// All settings of the engine.
+///
+/// Build from a preset and change fields:
+/// ```
+/// use acerra_gnss::{FilterDirection, PpkOptions, System};
+/// let mut options = PpkOptions::rtklib();
+/// options.direction = FilterDirection::Combined;
+/// options.systems = options.systems.with(System::Glonass);
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct PpkOptions {
+    /// What is estimated.
+    pub mode: PositioningMode,
+    /// Forward, backward or combined.
+    pub direction: FilterDirection,
+    /// Number of frequency slots used, 1 (L1), 2 (L1+L2) or 3 (L1+L2+L5).
+    pub frequencies: usize,
+    /// Systems used.
+    pub systems: SystemSet,
+    /// Satellites never used.
+    pub excluded_satellites: Vec<SatelliteId>,
+    /// Elevation mask (rad).
+    pub elevation_mask_rad: f64,
+    /// C/N₀ mask, if any.
+    pub cn0_mask: Option<Cn0Mask>,
+    /// Motion model; `None` re-initialises the position at every epoch.
+    pub dynamics: Option<Dynamics>,
+    /// Ambiguity resolution.
+    pub ambiguity: AmbiguityMode,
+    /// GLONASS ambiguities.
+    pub glonass_ambiguity: GlonassAmbiguity,
+    /// Whether BeiDou ambiguities are resolved.
+    pub beidou_ambiguity: bool,
+    /// Least ratio of second-best to best sum of squares for a fix.
+    pub ratio_threshold: f64,
+    /// Bounds of the threshold when it depends on the number of pairs; both equal to
+    /// `ratio_threshold` (the default) make it constant.
+    pub ratio_threshold_range: [f64; 2],
+    /// Largest mean variance of the float position (m²) at which a fix is tried
+    /// ([`RuleSet::Demo5`]).
+    pub position_variance_gate_m2: f64,
+    /// Epochs a satellite must be locked before its ambiguity is resolved.
+    pub least_lock: i32,
+    /// Consecutive fixes before the integers are held.
+    pub least_fixes_to_hold: u32,
+    /// Epochs without data after which a satellite's ambiguity is forgotten.
+    pub largest_outage: u32,
+    /// Elevation mask for ambiguity resolution (rad).
+    pub ambiguity_elevation_mask_rad: f64,
+    /// Elevation mask for the hold (rad).
+    pub hold_elevation_mask_rad: f64,
+    /// Variance of held ambiguities (cycle²).
+    pub hold_variance_cycles2: f64,
+    /// Share of a GLONASS inter-channel fraction taken up at each hold.
+    pub hold_gain: f64,
+    /// Partial ambiguity resolution, if any.
+    pub partial_ambiguity: Option<PartialAmbiguity>,
+    /// Largest age of the base's data (s).
+    pub largest_age_s: f64,
+    /// Interpolate the base's data to the rover's tags.
+    pub interpolate_base: bool,
+    /// Geometry-free slip threshold (m), two or more frequencies.
+    pub slip_threshold_m: f64,
+    /// Doppler slip threshold (cycles/s), 0 = off ([`RuleSet::Demo5`]).
+    pub doppler_slip_threshold_cycles_s: f64,
+    /// Largest phase innovation (m).
+    pub largest_phase_innovation_m: f64,
+    /// Largest code innovation (m).
+    pub largest_code_innovation_m: f64,
+    /// Largest GDOP of a single-point position.
+    pub largest_gdop: f64,
+    /// Measurement updates per epoch.
+    pub iterations: usize,
+    /// Code standard deviation over phase standard deviation, per frequency slot.
+    pub code_phase_ratio: [f64; FREQUENCY_SLOTS],
+    /// Phase error, constant part (m).
+    pub phase_error_m: f64,
+    /// Phase error, part divided by the sine of elevation (m).
+    pub phase_error_elevation_m: f64,
+    /// Phase error per 10 km of baseline (m).
+    pub phase_error_baseline_m: f64,
+    /// Doppler error (Hz).
+    pub doppler_error_hz: f64,
+    /// Initial standard deviation of a phase bias (cycles).
+    pub initial_bias_cycles: f64,
+    /// Process noise of phase biases (cycles/√s).
+    pub bias_noise_cycles: f64,
+    /// Receiver clock stability (s/s).
+    pub clock_stability: f64,
+    /// Position of the base.
+    pub base_position: BasePosition,
+    /// Rover antenna's phase centre from its marker: east, north, up (m).
+    pub rover_antenna_m: [f64; 3],
+    /// Base antenna's phase centre from its marker: east, north, up (m).
+    pub base_antenna_m: [f64; 3],
+    /// Leave out satellites one by one when a single-point position fails its validation.
+    pub raim: bool,
+    /// Report a single-point position where no better one exists.
+    pub output_single: bool,
+    /// Whose rules are followed where RTKLIB and demo5 differ.
+    pub rules: RuleSet,
+    /// Reproduce RTKLIB 2.4.3 b34 where it is wrong; for comparisons only.
+    pub reproduce_defects: bool,
+}
+
+impl PpkOptions {
+    /// RTKLIB 2.4.3: kinematic, forward, GPS L1, fix-and-hold, broadcast models.
+    #[must_use]
+    pub fn rtklib() -> Self {
+        Self {
+            mode: PositioningMode::Kinematic,
+            direction: FilterDirection::Forward,
+            frequencies: 1,
+            systems: SystemSet::GPS,
+            excluded_satellites: Vec::new(),
+            elevation_mask_rad: 15f64.to_radians(),
+            cn0_mask: None,
+            dynamics: None,
+            ambiguity: AmbiguityMode::FixAndHold,
+            glonass_ambiguity: GlonassAmbiguity::Off,
+            beidou_ambiguity: true,
+            ratio_threshold: 3.0,
+            ratio_threshold_range: [3.0, 3.0],
+            position_variance_gate_m2: 0.25,
+            least_lock: 0,
+            least_fixes_to_hold: 10,
+            largest_outage: 5,
+            ambiguity_elevation_mask_rad: 0.0,
+            hold_elevation_mask_rad: 0.0,
+            hold_variance_cycles2: 0.001,
+            hold_gain: 0.01,
+            partial_ambiguity: None,
+            largest_age_s: 30.0,
+            interpolate_base: false,
+            slip_threshold_m: 0.05,
+            doppler_slip_threshold_cycles_s: 0.0,
+            largest_phase_innovation_m: 30.0,
+            largest_code_innovation_m: 30.0,
+            largest_gdop: 30.0,
+            iterations: 1,
+            code_phase_ratio: [100.0; FREQUENCY_SLOTS],
+            phase_error_m: 0.003,
+            phase_error_elevation_m: 0.003,
+            phase_error_baseline_m: 0.0,
+            doppler_error_hz: 1.0,
+            initial_bias_cycles: 30.0,
+            bias_noise_cycles: 1e-4,
+            clock_stability: 5e-12,
+            base_position: BasePosition::Header,
+            rover_antenna_m: [0.0; 3],
+            base_antenna_m: [0.0; 3],
+            raim: false,
+            output_single: false,
+            rules: RuleSet::Rtklib,
+            reproduce_defects: false,
+        }
+    }
+
+    /// The demo5 branch (RTKLIB-EX): what cheap receivers in motion need.
+    #[must_use]
+    pub fn demo5() -> Self {
+        let systems = SystemSet::GPS
+            .with(System::Glonass)
+            .with(System::Galileo)
+            .with(System::Beidou);
+        Self {
+            systems,
+            dynamics: Some(Dynamics {
+                horizontal_noise: 0.1,
+                vertical_noise: 0.01,
+            }),
+            glonass_ambiguity: GlonassAmbiguity::FixAndHold,
+            beidou_ambiguity: false,
+            least_fixes_to_hold: 20,
+            largest_outage: 20,
+            hold_variance_cycles2: 0.1,
+            largest_phase_innovation_m: 5.0,
+            code_phase_ratio: [300.0; FREQUENCY_SLOTS],
+            partial_ambiguity: Some(PartialAmbiguity {
+                filter_new_satellites: true,
+                least_satellites_to_fix: 4,
+                least_satellites_to_hold: 5,
+                least_pairs_to_drop: 10,
+            }),
+            rules: RuleSet::Demo5,
+            ..Self::rtklib()
+        }
+    }
+}
+
+impl Default for PpkOptions {
+    /// Combined kinematic fix-and-hold with every system's L1 and a code/phase ratio that suits
+    /// single-frequency receivers.
+    fn default() -> Self {
+        Self {
+            direction: FilterDirection::Combined,
+            systems: SystemSet::ALL.without(System::Sbas).without(System::Navic),
+            glonass_ambiguity: GlonassAmbiguity::On,
+            code_phase_ratio: [300.0; FREQUENCY_SLOTS],
+            ..Self::rtklib()
+        }
+    }
+}
