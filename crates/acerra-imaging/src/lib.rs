@@ -1,1 +1,18 @@
 //! Radar imaging by the adjoint of the scattering operator: reference, fast kernels, resolution, metrics.
+//!
+//! Data enter as [`Pulses`] (antenna positions, frequencies and one spectrum a pulse), an image is
+//! asked for on a grid ([`PlaneGrid`] and its relatives), and [`reference`](mod@reference) holds the
+//! double-precision sums that everything faster is measured against.
+//!
+//! Conventions: SI units; `[x, y, z]` = `[east, north, up]` in metres; signals vary as e^{jωt}, so an
+//! echo from range R has phase e^{−j4πfR/c}.
+
+pub mod error;
+pub mod grid;
+pub mod pulses;
+pub mod reference;
+
+pub use error::ImagingError;
+pub use grid::PlaneGrid;
+pub use num_complex::{Complex32, Complex64};
+pub use pulses::{Pulses, SPEED_OF_LIGHT_M_S, Spreading};

@@ -1,0 +1,75 @@
+//! What can be wrong with a request for an image.
+
+use thiserror::Error;
+
+/// Why data, a grid or an accuracy was refused.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum ImagingError {
+    /// An array has another length than the rest of the data ask for.
+    #[error("{what}: expected {expected} values, found {found}")]
+    Length {
+        /// Which array.
+        what: &'static str,
+        /// Length that the other arrays ask for.
+        expected: usize,
+        /// Length found.
+        found: usize,
+    },
+    /// An array that must hold something is empty.
+    #[error("{what} is empty")]
+    Empty {
+        /// Which array.
+        what: &'static str,
+    },
+    /// A value is NaN or infinite.
+    #[error("{what}: value {index} is not finite")]
+    NotFinite {
+        /// Which array.
+        what: &'static str,
+        /// Index of the first such value.
+        index: usize,
+    },
+    /// A value lies outside what has a meaning.
+    #[error("{what} is {found}, expected {expected}")]
+    OutOfRange {
+        /// Which quantity.
+        what: &'static str,
+        /// What is allowed, in words.
+        expected: &'static str,
+        /// Value found.
+        found: f64,
+    },
+    /// A grid that cannot be held in memory, or not within the limit set.
+    #[error("{what} needs {bytes} bytes, more than the limit of {limit_bytes} bytes")]
+    TooLarge {
+        /// What would be allocated.
+        what: &'static str,
+        /// Bytes it needs.
+        bytes: u128,
+        /// Bytes allowed.
+        limit_bytes: u128,
+    },
+    /// An antenna stands exactly on an image point, where 1/R² has no value.
+    #[error("pulse {pulse} stands exactly on image point {point}: 1/R² has no value there")]
+    ZeroRange {
+        /// Index of the pulse.
+        pulse: usize,
+        /// Index of the point (row-major in a grid).
+        point: usize,
+    },
+    /// The accuracy asked for cannot be kept by any plan.
+    #[error("no plan keeps a relative error of {requested:e}: the finest reached {reached:e}")]
+    Accuracy {
+        /// Relative L2 error asked for.
+        requested: f64,
+        /// Smallest error that a self-check found.
+        reached: f64,
+    },
+    /// The processor lacks the instructions that were asked for.
+    #[error("this processor has no {level}")]
+    NoSuchLevel {
+        /// The instruction set asked for.
+        level: &'static str,
+    },
+}

@@ -1,0 +1,279 @@
+//! The measured data as the imaging operators take them.
+
+use crate::ImagingError;
+use num_complex::Complex64;
+
+/// Speed of light in vacuum, m/s.
+pub const SPEED_OF_LIGHT_M_S: f64 = 299_792_458.0;
+
+/// The weight that spreading of the wave puts on a contribution from range R.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Spreading {
+    /// 1/R², as in Eqs. (1) and (3) of Catapano et al. 2020.
+    #[default]
+    InverseSquare,
+    /// No weight: pure phase, as most published backprojection benchmarks have it.
+    None,
+}
+
+impl Spreading {
+    /// The weight at `range_m`.
+    #[inline]
+    #[must_use]
+    pub fn weight(self, range_m: f64) -> f64 {
+        match self {
+            Self::InverseSquare => 1.0 / (range_m * range_m),
+            Self::None => 1.0,
+        }
+    }
+}
+
+/// One spectrum a pulse, with the place of the antenna, borrowed from whoever measured it.
+///
+/// ```
+/// use acerra_imaging::{Complex64, Pulses, SPEED_OF_LIGHT_M_S};
+/// let position_m = [[0.0, -1.0, 5.0], [0.0, 1.0, 5.0]];
+/// let frequency_hz = [3.1e9, 3.105e9, 3.110e9];
+/// let spectrum = [Complex64::new(1.0, 0.0); 6];
+/// let weight = [1.0; 2];
+/// let pulses = Pulses::new(&position_m, &frequency_hz, &spectrum, &weight, SPEED_OF_LIGHT_M_S)?;
+/// assert_eq!(pulses.len(), 2);
+/// assert!((pulses.frequency_step_hz().unwrap() - 5e6).abs() < 1.0);
+/// # Ok::<(), acerra_imaging::ImagingError>(())
+/// ```
+#[derive(Debug, Clone, Copy)]
+pub struct Pulses<'a> {
+    position_m: &'a [[f64; 3]],
+    frequency_hz: &'a [f64],
+    spectrum: &'a [Complex64],
+    weight: &'a [f64],
+    light_speed_m_s: f64,
+}
+
+impl<'a> Pulses<'a> {
+    /// Checks and borrows the data: `position_m` `[M]`, `frequency_hz` `[N]`, `spectrum` `[M, N]`
+    /// row-major, `weight` `[M]` (1 for the plain sum over traces).
+    ///
+    /// # Errors
+    /// Empty or mismatched arrays, values that are not finite, a frequency or speed that is not
+    /// positive.
+    pub fn new(
+        position_m: &'a [[f64; 3]],
+        frequency_hz: &'a [f64],
+        spectrum: &'a [Complex64],
+        weight: &'a [f64],
+        light_speed_m_s: f64,
+    ) -> Result<Self, ImagingError> {
+        if position_m.is_empty() {
+            return Err(ImagingError::Empty { what: "position_m" });
+        }
+        if frequency_hz.is_empty() {
+            return Err(ImagingError::Empty {
+                what: "frequency_hz",
+            });
+        }
+        check_length("weight", position_m.len(), weight.len())?;
+        check_length(
+            "spectrum",
+            position_m.len().saturating_mul(frequency_hz.len()),
+            spectrum.len(),
+        )?;
+        check_finite("position_m", position_m.iter().map(|p| p.iter().sum()))?;
+        check_finite("frequency_hz", frequency_hz.iter().copied())?;
+        check_finite("spectrum", spectrum.iter().map(|v| v.re + v.im))?;
+        check_finite("weight", weight.iter().copied())?;
+        if let Some(&found) = frequency_hz.iter().find(|f| **f <= 0.0) {
+            return Err(ImagingError::OutOfRange {
+                what: "frequency_hz",
+                expected: "above 0 Hz",
+                found,
+            });
+        }
+        if !(light_speed_m_s.is_finite() && light_speed_m_s > 0.0) {
+            return Err(ImagingError::OutOfRange {
+                what: "light_speed_m_s",
+                expected: "above 0 m/s",
+                found: light_speed_m_s,
+            });
+        }
+        Ok(Self {
+            position_m,
+            frequency_hz,
+            spectrum,
+            weight,
+            light_speed_m_s,
+        })
+    }
+
+    /// Number of pulses M, at least 1.
+    #[must_use]
+    #[allow(clippy::len_without_is_empty)] // never empty
+    pub fn len(&self) -> usize {
+        self.position_m.len()
+    }
+
+    /// Antenna phase centres, `[M]` of `[x, y, z]` in metres.
+    #[must_use]
+    pub fn position_m(&self) -> &'a [[f64; 3]] {
+        self.position_m
+    }
+
+    /// Frequencies, `[N]`, Hz.
+    #[must_use]
+    pub fn frequency_hz(&self) -> &'a [f64] {
+        self.frequency_hz
+    }
+
+    /// All spectra, `[M, N]` row-major.
+    #[must_use]
+    pub fn spectrum(&self) -> &'a [Complex64] {
+        self.spectrum
+    }
+
+    /// The spectrum of one pulse, `[N]`.
+    #[must_use]
+    pub fn spectrum_of(&self, pulse: usize) -> &'a [Complex64] {
+        let n = self.frequency_hz.len();
+        &self.spectrum[pulse * n..(pulse + 1) * n]
+    }
+
+    /// Weight of each pulse in the sum, `[M]`.
+    #[must_use]
+    pub fn weight(&self) -> &'a [f64] {
+        self.weight
+    }
+
+    /// Speed of light in use, m/s.
+    #[must_use]
+    pub fn light_speed_m_s(&self) -> f64 {
+        self.light_speed_m_s
+    }
+
+    /// The step of evenly spaced, rising frequencies; `None` for a single frequency or where one
+    /// departs from the even grid by more than 10⁻⁹ of the highest.
+    #[must_use]
+    pub fn frequency_step_hz(&self) -> Option<f64> {
+        let f = self.frequency_hz;
+        if f.len() < 2 {
+            return None;
+        }
+        let step = (f[f.len() - 1] - f[0]) / (f.len() - 1) as f64;
+        let worst = self.frequency_unevenness_hz(step);
+        let top = f.iter().copied().fold(0.0, f64::max);
+        (step > 0.0 && worst <= 1e-9 * top).then_some(step)
+    }
+
+    /// Largest departure from f₀ + n·step, Hz.
+    pub(crate) fn frequency_unevenness_hz(&self, step: f64) -> f64 {
+        let f = self.frequency_hz;
+        f.iter()
+            .enumerate()
+            .map(|(n, v)| (v - (f[0] + n as f64 * step)).abs())
+            .fold(0.0, f64::max)
+    }
+
+    /// The pulses `range`, borrowed from the same arrays (a sub-aperture look).
+    ///
+    /// # Errors
+    /// An empty range, or one that ends beyond the last pulse.
+    pub fn slice(&self, range: std::ops::Range<usize>) -> Result<Self, ImagingError> {
+        if range.is_empty() {
+            return Err(ImagingError::Empty {
+                what: "pulse range",
+            });
+        }
+        if range.end > self.len() {
+            return Err(ImagingError::Length {
+                what: "pulse range",
+                expected: self.len(),
+                found: range.end,
+            });
+        }
+        let n = self.frequency_hz.len();
+        Ok(Self {
+            position_m: &self.position_m[range.clone()],
+            spectrum: &self.spectrum[range.start * n..range.end * n],
+            weight: &self.weight[range],
+            ..*self
+        })
+    }
+}
+
+pub(crate) fn check_length(
+    what: &'static str,
+    expected: usize,
+    found: usize,
+) -> Result<(), ImagingError> {
+    if expected == found {
+        Ok(())
+    } else {
+        Err(ImagingError::Length {
+            what,
+            expected,
+            found,
+        })
+    }
+}
+
+pub(crate) fn check_finite(
+    what: &'static str,
+    mut values: impl Iterator<Item = f64>,
+) -> Result<(), ImagingError> {
+    match values.position(|v| !v.is_finite()) {
+        Some(index) => Err(ImagingError::NotFinite { what, index }),
+        None => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bad_data_are_refused_with_the_place() {
+        let p = [[0.0; 3]; 2];
+        let f = [1e9, 2e9];
+        let s = [Complex64::new(1.0, 0.0); 4];
+        let w = [1.0; 2];
+        let c = SPEED_OF_LIGHT_M_S;
+        assert!(Pulses::new(&p, &f, &s, &w, c).is_ok());
+        assert_eq!(
+            Pulses::new(&p, &f, &s[..3], &w, c).unwrap_err(),
+            ImagingError::Length {
+                what: "spectrum",
+                expected: 4,
+                found: 3
+            }
+        );
+        let mut bad = s;
+        bad[2].im = f64::NAN;
+        assert_eq!(
+            Pulses::new(&p, &f, &bad, &w, c).unwrap_err(),
+            ImagingError::NotFinite {
+                what: "spectrum",
+                index: 2
+            }
+        );
+        assert!(Pulses::new(&[], &f, &[], &[], c).is_err());
+        assert!(Pulses::new(&p, &[1e9, 0.0], &s, &w, c).is_err());
+        assert!(Pulses::new(&p, &f, &s, &w, 0.0).is_err());
+        assert!(Pulses::new(&p, &f, &s, &w, f64::INFINITY).is_err());
+    }
+
+    #[test]
+    fn evenness_is_recognised() {
+        let p = [[0.0, 0.0, 1.0]];
+        let s = [Complex64::new(1.0, 0.0); 4];
+        let w = [1.0];
+        let even: Vec<f64> = (0..4).map(|n| 3.1e9 + 5e6 * f64::from(n)).collect();
+        let step = |f: &[f64]| {
+            Pulses::new(&p, f, &s[..f.len()], &w, 3e8)
+                .unwrap()
+                .frequency_step_hz()
+        };
+        assert!((step(&even).unwrap() - 5e6).abs() < 1e-3);
+        assert_eq!(step(&[1e9, 1.1e9, 1.25e9]), None);
+        assert_eq!(step(&[1.1e9, 1e9]), None);
+        assert_eq!(step(&[1e9]), None);
+    }
+}
