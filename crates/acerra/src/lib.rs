@@ -7,3 +7,4 @@ pub mod campaign;
 pub mod cli;
 pub mod commands;
 pub mod products;
+pub mod simulate;

@@ -1,0 +1,181 @@
+//! What flight is wanted.
+
+use serde::{Deserialize, Serialize};
+
+/// `[flight]` of a scene file: one straight track, flown by hand.
+///
+/// The craft stands at its take-off point, climbs, flies along the track's line with a run-in and
+/// a run-out, descends and stands again. Positions are those of the positioned point (the GNSS
+/// antenna), east, north, up.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct FlightModel {
+    /// Start of the track over ground, east and north (m).
+    pub track_start_m: [f64; 2],
+    /// Its end (m).
+    pub track_end_m: [f64; 2],
+    /// Mean height of the track (m).
+    pub height_m: f64,
+    /// Time from one end of the track to the other (s).
+    pub track_duration_s: f64,
+    /// Standard deviation of the wander along, across and up (m).
+    #[serde(default = "default_wander_m")]
+    pub wander_m: [f64; 3],
+    /// Time over which the wander forgets itself (s).
+    #[serde(default = "default_wander_time_s")]
+    pub wander_time_s: f64,
+    /// Standard deviation of roll, pitch and heading (degrees).
+    #[serde(default = "default_tilt_deg")]
+    pub tilt_deg: [f64; 3],
+    /// Time on the ground before take-off and after landing (s).
+    #[serde(default = "default_ground_time_s")]
+    pub ground_time_s: f64,
+    /// Height of the positioned point while the craft stands (m).
+    #[serde(default = "default_ground_height_m")]
+    pub ground_height_m: f64,
+    /// Length of the run-in and the run-out (m).
+    #[serde(default = "default_run_in_m")]
+    pub run_in_m: f64,
+    /// Climbing and sinking speed (m/s).
+    #[serde(default = "default_climb_m_s")]
+    pub climb_m_s: f64,
+}
+
+/// Why a flight is refused.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum FlightError {
+    /// A value outside what is possible.
+    #[error("[flight] {key}: expected {expected}, found {found}")]
+    Value {
+        /// The key.
+        key: &'static str,
+        /// What is possible.
+        expected: &'static str,
+        /// What was asked.
+        found: f64,
+    },
+}
+
+impl FlightModel {
+    /// Length of the track (m).
+    #[must_use]
+    pub fn track_length_m(&self) -> f64 {
+        let [dx, dy] = [0, 1].map(|i| self.track_end_m[i] - self.track_start_m[i]);
+        dx.hypot(dy)
+    }
+
+    /// Refuses flights that no craft can fly.
+    ///
+    /// # Errors
+    /// The first impossible value.
+    pub fn check(&self) -> Result<(), FlightError> {
+        let require = |ok: bool, key, expected, found| {
+            if ok {
+                Ok(())
+            } else {
+                Err(FlightError::Value {
+                    key,
+                    expected,
+                    found,
+                })
+            }
+        };
+        let within = |value: f64, low: f64, high: f64| value >= low && value <= high;
+        let length = self.track_length_m();
+        require(
+            within(length, 0.1, 1e5),
+            "track_end_m",
+            "a track of 0.1 m to 100 km",
+            length,
+        )?;
+        require(
+            within(self.track_duration_s, 0.1, 1e5),
+            "track_duration_s",
+            "0.1 to 100000 s",
+            self.track_duration_s,
+        )?;
+        let speed = length / self.track_duration_s;
+        require(
+            within(speed, 0.01, 100.0),
+            "track_duration_s",
+            "a speed of 0.01 to 100 m/s",
+            speed,
+        )?;
+        require(
+            self.height_m > self.ground_height_m && self.height_m < 1e5,
+            "height_m",
+            "above ground_height_m and below 100 km",
+            self.height_m,
+        )?;
+        require(
+            within(self.ground_height_m, 0.0, 100.0),
+            "ground_height_m",
+            "0 to 100 m",
+            self.ground_height_m,
+        )?;
+        for wander in self.wander_m {
+            require(
+                within(wander, 0.0, 0.3 * self.height_m),
+                "wander_m",
+                "0 to 0.3 of the height",
+                wander,
+            )?;
+        }
+        require(
+            within(self.wander_time_s, 0.2, 1e4),
+            "wander_time_s",
+            "0.2 to 10000 s",
+            self.wander_time_s,
+        )?;
+        for tilt in self.tilt_deg {
+            require(within(tilt, 0.0, 20.0), "tilt_deg", "0 to 20 degrees", tilt)?;
+        }
+        require(
+            within(self.ground_time_s, 0.0, 1e5),
+            "ground_time_s",
+            "0 to 100000 s",
+            self.ground_time_s,
+        )?;
+        require(
+            within(self.run_in_m, 0.0, 1e4),
+            "run_in_m",
+            "0 to 10 km",
+            self.run_in_m,
+        )?;
+        require(
+            within(self.climb_m_s, 0.05, 50.0),
+            "climb_m_s",
+            "0.05 to 50 m/s",
+            self.climb_m_s,
+        )
+    }
+}
+
+fn default_wander_m() -> [f64; 3] {
+    [0.1, 0.08, 0.05]
+}
+
+fn default_wander_time_s() -> f64 {
+    1.5
+}
+
+fn default_tilt_deg() -> [f64; 3] {
+    [1.5, 1.5, 3.0]
+}
+
+fn default_ground_time_s() -> f64 {
+    5.0
+}
+
+fn default_ground_height_m() -> f64 {
+    0.4
+}
+
+fn default_run_in_m() -> f64 {
+    2.0
+}
+
+fn default_climb_m_s() -> f64 {
+    1.0
+}

@@ -1,0 +1,3 @@
+//! Simulation of whole campaigns: the logs that the instruments would have written.
+
+pub mod flight;
