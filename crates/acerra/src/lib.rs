@@ -6,5 +6,6 @@
 pub mod campaign;
 pub mod cli;
 pub mod commands;
+pub mod figure;
 pub mod products;
 pub mod simulate;
