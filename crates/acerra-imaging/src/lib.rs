@@ -9,6 +9,8 @@
 
 pub mod error;
 pub mod grid;
+pub mod metrics;
+pub mod psf;
 pub mod pulses;
 pub mod reference;
 

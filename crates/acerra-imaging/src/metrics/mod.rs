@@ -1,0 +1,35 @@
+//! Measuring an image: targets, resolution, sidelobes, ghosts, levels.
+//!
+//! The definitions are those that reproduce Table 1 of Catapano et al. (2020):
+//! - the **Rayleigh distance** goes from the peak to the first minimum of the cut through it;
+//!   across the track it is the mean of the inner (towards the track) and the outer side;
+//! - **widths** at −3 dB and −6 dB are full widths of the main lobe's power;
+//! - **PSLR** is the highest sidelobe on either cut, **ISLR** the energy of the sidelobes over that
+//!   of the main lobe (null to null), added over the two cuts, both out to ten Rayleigh distances;
+//! - the **ghost** is the maximum about the place mirrored at the local track, its level the ratio
+//!   of amplitudes.
+//!
+//! Cuts follow the direction of flight at the closest approach to the target, whatever the shape of
+//! the track. [`measure_targets`] does all of it on an image; [`measure_shape`] and [`find_ghost`]
+//! also on an exact point spread function.
+
+mod candidates;
+mod field;
+mod ghost;
+mod image;
+mod lobe;
+mod measure;
+mod shape;
+mod statistics;
+mod target;
+mod track;
+
+pub use field::{Field, climb_to_peak};
+pub use ghost::{GhostWindow, find_ghost};
+pub use image::{ImageView, InterpolatedImage};
+pub use lobe::{Arm, Lobe, SIDELOBE_REACH, measure_arm};
+pub use measure::{MeasureOptions, Measurement, measure_targets};
+pub use shape::measure_shape;
+pub use statistics::ImageStatistics;
+pub use target::{AcrossTrack, AlongTrack, Ghost, Shape, Target};
+pub use track::LocalTrack;
