@@ -1,0 +1,69 @@
+//! Errors of the readers.
+
+use super::sniff::FileKind;
+
+/// Why a file could not be read. The caller adds the path.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ReadError {
+    /// The operating system, or the gzip stream, failed.
+    #[error("cannot read: {0}")]
+    Io(#[from] std::io::Error),
+    /// The file is empty.
+    #[error("the file is empty")]
+    Empty,
+    /// A line does not hold what its format requires there.
+    #[error("line {line}: expected {expected}, found {found:?}")]
+    Format {
+        /// Line number, from 1.
+        line: u64,
+        /// What the format requires at this place.
+        expected: &'static str,
+        /// The text that stands there, shortened.
+        found: String,
+    },
+    /// A well-formed file of a kind or version that this reader does not understand.
+    #[error("line {line}: {what} is not supported")]
+    Unsupported {
+        /// Line number, from 1.
+        line: u64,
+        /// The feature or version.
+        what: String,
+    },
+    /// The header ends without a record that the body needs.
+    #[error("the header ends at line {line} without {missing}")]
+    MissingHeader {
+        /// Line number where the header (or the file) ended.
+        line: u64,
+        /// The label of the missing record.
+        missing: &'static str,
+    },
+    /// The content is of another kind than the one asked for.
+    #[error("expected {expected}, but the content is {found}")]
+    WrongKind {
+        /// What the caller wanted.
+        expected: &'static str,
+        /// What the content looks like.
+        found: FileKind,
+    },
+    /// A limit was reached; see [`super::Limits`].
+    #[error("{what} exceeds the limit of {limit} bytes")]
+    Limit {
+        /// What is too large.
+        what: &'static str,
+        /// The limit in bytes.
+        limit: u64,
+    },
+}
+
+impl ReadError {
+    /// A [`ReadError::Format`] with the found text made printable and at most 60 characters long.
+    pub(crate) fn format(line: u64, expected: &'static str, found: &[u8]) -> Self {
+        let text = String::from_utf8_lossy(found);
+        let mut short: String = text.chars().take(60).collect();
+        if short.len() < text.len() {
+            short.push('…');
+        }
+        Self::Format { line, expected, found: short }
+    }
+}

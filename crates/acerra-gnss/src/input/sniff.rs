@@ -1,0 +1,140 @@
+//! Recognising a file by its first bytes.
+
+use std::fmt;
+
+/// What a file holds, as its content tells.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum FileKind {
+    /// RINEX observation data.
+    RinexObservation,
+    /// RINEX navigation data (of any system).
+    RinexNavigation,
+    /// RINEX of another type (meteorological, clock …).
+    RinexOther,
+    /// Hatanaka-compressed RINEX observation data.
+    Crinex,
+    /// u-blox UBX frames, possibly among NMEA sentences or RTCM.
+    Ubx,
+    /// gzip; what is inside is not known yet.
+    Gzip,
+    /// UNIX `compress` (.Z).
+    UnixCompress,
+    /// zip archive.
+    Zip,
+    /// An RTKLIB configuration (`pos1-posmode =…`).
+    RtklibConf,
+    /// An RTKLIB solution (`.pos`).
+    RtklibPos,
+    /// NMEA sentences without UBX frames.
+    Nmea,
+    /// RTCM 3 frames.
+    Rtcm3,
+    /// SP3 precise orbits.
+    Sp3,
+    /// Nothing at all.
+    Empty,
+    /// None of the above.
+    Unknown,
+}
+
+impl fmt::Display for FileKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::RinexObservation => "RINEX observation data",
+            Self::RinexNavigation => "RINEX navigation data",
+            Self::RinexOther => "RINEX of another type",
+            Self::Crinex => "Hatanaka-compressed RINEX observation data",
+            Self::Ubx => "u-blox UBX",
+            Self::Gzip => "gzip",
+            Self::UnixCompress => "UNIX compress (.Z)",
+            Self::Zip => "a zip archive",
+            Self::RtklibConf => "an RTKLIB configuration",
+            Self::RtklibPos => "an RTKLIB solution (.pos)",
+            Self::Nmea => "NMEA sentences",
+            Self::Rtcm3 => "RTCM 3",
+            Self::Sp3 => "SP3 orbits",
+            Self::Empty => "empty",
+            Self::Unknown => "of no known kind",
+        })
+    }
+}
+
+/// How many leading bytes [`sniff`] looks at; more are ignored.
+pub(crate) const SNIFF_BYTES: usize = 1 << 16;
+
+/// Says what a file holds from its first bytes (64 KiB are looked at, a few hundred usually do).
+///
+/// ```
+/// use acerra_gnss::input::{FileKind, sniff};
+/// assert_eq!(sniff(&[0x1f, 0x8b, 8, 0]), FileKind::Gzip);
+/// assert_eq!(sniff(b"% program   : RTKLIB ver.2.4.3\n"), FileKind::RtklibPos);
+/// assert_eq!(sniff(b""), FileKind::Empty);
+/// ```
+pub fn sniff(head: &[u8]) -> FileKind {
+    let head = &head[..head.len().min(SNIFF_BYTES)];
+    if head.is_empty() {
+        return FileKind::Empty;
+    }
+    match head {
+        [0x1f, 0x8b, ..] => return FileKind::Gzip,
+        [0x1f, 0x9d, ..] => return FileKind::UnixCompress,
+        [b'P', b'K', 3, 4, ..] => return FileKind::Zip,
+        _ => {}
+    }
+    if let Some(kind) = rinex_kind(head) {
+        return kind;
+    }
+    // Real frames are checked, so that two stray bytes in a text do not decide.
+    if crate::ubx::frame::first_valid(head) {
+        return FileKind::Ubx;
+    }
+    let text = String::from_utf8_lossy(&head[..head.len().min(8192)]);
+    let mut lines = text.lines().map(str::trim_end).filter(|l| !l.is_empty());
+    let first = lines.next().unwrap_or("");
+    if first.starts_with("%") && text.contains("GPST") || first.starts_with("% program") {
+        return FileKind::RtklibPos;
+    }
+    if (first.starts_with("#c") || first.starts_with("#d") || first.starts_with("#a"))
+        && first.len() >= 50
+    {
+        return FileKind::Sp3;
+    }
+    let option_line = |line: &str| {
+        line.split_once('=').is_some_and(|(key, _)| {
+            ["pos1-", "pos2-", "out-", "stats-", "ant1-", "ant2-", "misc-", "file-"]
+                .iter()
+                .any(|prefix| key.trim_start().starts_with(prefix))
+        })
+    };
+    if std::iter::once(first).chain(lines).take(40).any(option_line) {
+        return FileKind::RtklibConf;
+    }
+    if text.lines().take(5).any(|l| l.starts_with("$G") && l.contains('*')) {
+        return FileKind::Nmea;
+    }
+    if matches!(head, [0xd3, second, ..] if second & 0xfc == 0) {
+        return FileKind::Rtcm3;
+    }
+    FileKind::Unknown
+}
+
+/// The kind that a RINEX or CRINEX first line tells; blank lines before it are forgiven.
+fn rinex_kind(head: &[u8]) -> Option<FileKind> {
+    let line = head
+        .split(|&b| b == b'\n')
+        .take(5)
+        .find(|line| line.iter().any(|b| !b.is_ascii_whitespace()))?;
+    let label = line.get(60..)?;
+    if label.starts_with(b"CRINEX VERS") {
+        return Some(FileKind::Crinex);
+    }
+    if !label.starts_with(b"RINEX VERSION / TYPE") {
+        return None;
+    }
+    Some(match line[20].to_ascii_uppercase() {
+        b'O' => FileKind::RinexObservation,
+        b'N' | b'G' | b'H' | b'L' | b'J' => FileKind::RinexNavigation,
+        _ => FileKind::RinexOther,
+    })
+}

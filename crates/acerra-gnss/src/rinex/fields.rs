@@ -1,0 +1,93 @@
+//! Fixed columns and the numbers in them.
+
+use acerra_geo::time::{Calendar, full_year};
+
+/// Columns `start..start + width` (from 0) of a line, as far as it reaches.
+pub(super) fn column(line: &[u8], start: usize, width: usize) -> &[u8] {
+    let end = line.len().min(start + width);
+    line.get(start..end).unwrap_or(&[])
+}
+
+/// A text column without its surrounding blanks.
+pub(super) fn text(line: &[u8], start: usize, width: usize) -> String {
+    String::from_utf8_lossy(column(line, start, width).trim_ascii()).into_owned()
+}
+
+/// A field that holds something else than a number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct NotANumber;
+
+/// A real number with exponent letter E or D; `None` where the field is blank.
+pub(super) fn real(field: &[u8]) -> Result<Option<f64>, NotANumber> {
+    let field = field.trim_ascii();
+    if field.is_empty() {
+        return Ok(None);
+    }
+    let mut copy = [0_u8; 40];
+    let copy = copy.get_mut(..field.len()).ok_or(NotANumber)?;
+    for (to, &from) in copy.iter_mut().zip(field) {
+        *to = match from {
+            b'D' | b'd' | b'E' | b'e' => b'e',
+            b'0'..=b'9' | b'+' | b'-' | b'.' => from,
+            // "nan" and "inf" parse in Rust and are no measurements.
+            _ => return Err(NotANumber),
+        };
+    }
+    let value: f64 = std::str::from_utf8(copy)
+        .ok()
+        .and_then(|s| s.parse().ok())
+        .ok_or(NotANumber)?;
+    if value.is_finite() { Ok(Some(value)) } else { Err(NotANumber) }
+}
+
+/// An unsigned integer; `None` where blank or unreadable.
+pub(super) fn integer(field: &[u8]) -> Option<usize> {
+    std::str::from_utf8(field.trim_ascii()).ok()?.parse().ok()
+}
+
+/// A date and clock reading of six blank-separated numbers; two-digit years are completed. None
+/// where it is not one.
+pub(super) fn calendar(field: &[u8]) -> Option<Calendar> {
+    let mut parts = field.split(u8::is_ascii_whitespace).filter(|p| !p.is_empty());
+    let mut next = || std::str::from_utf8(parts.next()?).ok();
+    let year: i32 = next()?.parse().ok()?;
+    let month: u8 = next()?.parse().ok()?;
+    let day: u8 = next()?.parse().ok()?;
+    let hour: u8 = next()?.parse().ok()?;
+    let minute: u8 = next()?.parse().ok()?;
+    let second = real(next()?.as_bytes()).ok()??;
+    if next().is_some() {
+        return None;
+    }
+    Calendar::new(full_year(year), month, day, hour, minute, second).ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_of_fortran_and_others() {
+        assert_eq!(real(b" .146791804582D-03 "), Ok(Some(0.146_791_804_582e-3)));
+        assert_eq!(real(b"-5.2E+01"), Ok(Some(-52.0)));
+        assert_eq!(real(b"   "), Ok(None));
+        for bad in ["nan", "inf", "1 2", "--1", "1e999", "12:3"] {
+            assert_eq!(real(bad.as_bytes()), Err(NotANumber), "{bad}");
+        }
+    }
+
+    #[test]
+    fn columns_past_the_end_are_short_or_empty() {
+        assert_eq!(column(b"abcd", 2, 5), b"cd");
+        assert_eq!(column(b"abcd", 9, 5), b"");
+    }
+
+    #[test]
+    fn dates() {
+        let c = calendar(b" 05  4  2  0  0 30.5000000").unwrap();
+        assert_eq!((c.year, c.month, c.second, c.fraction), (2005, 4, 30, 0.5));
+        assert!(calendar(b" 05  4  2  0  0").is_none());
+        assert!(calendar(b" 05 14  2  0  0 0.0").is_none());
+        assert!(calendar(b" 05  4  2  0  0 0.0 1").is_none());
+    }
+}

@@ -1,0 +1,17 @@
+//! RINEX observation and navigation files, versions 2, 3 and 4.
+//!
+//! Columns are taken strictly where the format puts them (a pseudo-type such as `X1` occupies its
+//! column like any other); blemishes cost the value, satellite or epoch they sit in, and each is
+//! counted in the [report](crate::input::ReadReport).
+
+mod epoch;
+mod fields;
+mod header;
+mod navigation;
+mod navigation_record;
+mod observation;
+mod types;
+
+pub use header::ObservationHeader;
+pub use navigation::read_navigation_lines;
+pub use observation::{ObservationRecord, RinexObservations};
