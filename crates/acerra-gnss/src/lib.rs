@@ -1,12 +1,21 @@
 //! Carrier-phase differential GNSS (PPK): readers, positioning, ambiguity resolution.
 
+mod collect;
+pub mod crinex;
+mod file;
+pub mod input;
 mod navigation;
 mod observation;
 mod options;
+mod recorded;
+pub mod rinex;
 mod satellite;
+mod select;
 mod signal;
 mod solution;
+pub mod ubx;
 
+pub use file::{GnssFile, read_gnss, read_navigation, read_observations};
 pub use navigation::{
     Ephemeris, GlonassEphemeris, KeplerEphemeris, Klobuchar, Navigation, SbasEphemeris,
 };
@@ -18,7 +27,9 @@ pub use options::{
     AmbiguityMode, BasePosition, Cn0Mask, Dynamics, FilterDirection, GlonassAmbiguity,
     PartialAmbiguity, PositioningMode, PpkOptions, RuleSet,
 };
+pub use recorded::{RecordedEpoch, RecordedSatellite};
 pub use satellite::{SatelliteId, SatelliteIdError, System, SystemSet};
+pub use select::{SignalChoice, rank, select_signals};
 pub use signal::{FREQUENCY_L1_HZ, FREQUENCY_SLOTS, SPEED_OF_LIGHT_M_S, SignalCode};
 pub use solution::{
     BaseGap, EventPosition, LostEpoch, MissingNavigation, NotFixedReason, PpkSolution, PpkSummary,

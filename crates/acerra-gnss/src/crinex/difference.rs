@@ -37,7 +37,11 @@ impl Arc {
         if let [digit @ b'0'..=b'9', b'&', value @ ..] = field {
             let mut sums = [0; MAX_ORDER + 1];
             sums[0] = integer(value)?;
-            return Some(Self { order: usize::from(digit - b'0'), reached: 0, sums });
+            return Some(Self {
+                order: usize::from(digit - b'0'),
+                reached: 0,
+                sums,
+            });
         }
         let mut arc = arc?;
         arc.reached = (arc.reached + 1).min(arc.order);
@@ -123,7 +127,10 @@ mod tests {
 
     #[test]
     fn fixed_point_text() {
-        assert_eq!(fixed_point(23_629_347_915, 3, 14).unwrap(), "  23629347.915");
+        assert_eq!(
+            fixed_point(23_629_347_915, 3, 14).unwrap(),
+            "  23629347.915"
+        );
         assert_eq!(fixed_point(-353, 3, 14).unwrap(), "        -0.353");
         assert_eq!(fixed_point(-123_456_789, 9, 12).unwrap(), "-0.123456789");
         assert_eq!(fixed_point(99_999_999_999_999, 3, 14), None);

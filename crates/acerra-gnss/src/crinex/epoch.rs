@@ -17,10 +17,22 @@ struct Layout {
     clock_decimals: usize,
 }
 
-const VERSION_1: Layout =
-    Layout { version: 1, start: b'&', flag: 28, count: 29, satellites: 32, clock_decimals: 9 };
-const VERSION_3: Layout =
-    Layout { version: 3, start: b'>', flag: 31, count: 32, satellites: 41, clock_decimals: 12 };
+const VERSION_1: Layout = Layout {
+    version: 1,
+    start: b'&',
+    flag: 28,
+    count: 29,
+    satellites: 32,
+    clock_decimals: 9,
+};
+const VERSION_3: Layout = Layout {
+    version: 3,
+    start: b'>',
+    flag: 31,
+    count: 32,
+    satellites: 41,
+    clock_decimals: 12,
+};
 
 #[derive(Debug, Clone, Default)]
 struct SatelliteState {
@@ -68,8 +80,15 @@ impl<S: LineSource> CrinexLines<S> {
             return Err(ReadError::Empty);
         }
         let line = source.line();
-        if !line.get(60..).is_some_and(|label| label.starts_with(b"CRINEX VERS")) {
-            return Err(ReadError::format(source.number(), "CRINEX VERS   / TYPE", line));
+        if !line
+            .get(60..)
+            .is_some_and(|label| label.starts_with(b"CRINEX VERS"))
+        {
+            return Err(ReadError::format(
+                source.number(),
+                "CRINEX VERS   / TYPE",
+                line,
+            ));
         }
         let layout = match line[..20].trim_ascii() {
             [b'1', b'.', ..] => VERSION_1,
@@ -83,7 +102,11 @@ impl<S: LineSource> CrinexLines<S> {
         };
         if !source.advance()? || !source.line().windows(11).any(|w| w == b"CRINEX PROG") {
             let line = source.line().to_vec();
-            return Err(ReadError::format(source.number(), "CRINEX PROG / DATE", &line));
+            return Err(ReadError::format(
+                source.number(),
+                "CRINEX PROG / DATE",
+                &line,
+            ));
         }
         Ok(Self {
             source,
@@ -129,7 +152,10 @@ impl<S: LineSource> CrinexLines<S> {
     fn header_line(&mut self) {
         let line = self.source.line().to_vec();
         self.note_types(&line);
-        if line.get(60..).is_some_and(|label| label.starts_with(b"END OF HEADER")) {
+        if line
+            .get(60..)
+            .is_some_and(|label| label.starts_with(b"END OF HEADER"))
+        {
             self.stage = Stage::Epochs;
         }
         self.ready.push_back((self.source.number(), line));
@@ -149,17 +175,21 @@ impl<S: LineSource> CrinexLines<S> {
             self.clock = None;
             self.stage = Stage::Epochs;
         } else if self.stage == Stage::Resynchronise {
-            self.report.drop_one(DropReason::BrokenDifference, self.place());
+            self.report
+                .drop_one(DropReason::BrokenDifference, self.place());
             return Ok(());
         } else {
             let line = line.to_vec();
             patch_text(&mut self.epoch, &line);
         }
         let flag = self.epoch.get(self.layout.flag).copied().unwrap_or(b' ');
-        let Some(count) =
-            self.epoch.get(self.layout.count..self.layout.count + 3).and_then(number)
+        let Some(count) = self
+            .epoch
+            .get(self.layout.count..self.layout.count + 3)
+            .and_then(number)
         else {
-            self.report.drop_one(DropReason::UnreadableEpoch, self.place());
+            self.report
+                .drop_one(DropReason::UnreadableEpoch, self.place());
             self.stage = Stage::Resynchronise;
             return Ok(());
         };
@@ -193,7 +223,8 @@ impl<S: LineSource> CrinexLines<S> {
             match self.epoch.get(first + 3 * i..first + 3 * i + 3) {
                 Some(&[a, b, c]) => names.push([a, b, c]),
                 _ => {
-                    self.report.drop_one(DropReason::UnreadableEpoch, self.place());
+                    self.report
+                        .drop_one(DropReason::UnreadableEpoch, self.place());
                     self.stage = Stage::Resynchronise;
                     return Ok(());
                 }
@@ -210,7 +241,8 @@ impl<S: LineSource> CrinexLines<S> {
         } else {
             let next = Arc::step(self.clock, clock_field);
             if next.is_none() {
-                self.report.drop_one(DropReason::BrokenDifference, self.place());
+                self.report
+                    .drop_one(DropReason::BrokenDifference, self.place());
             }
             next
         };
@@ -221,7 +253,11 @@ impl<S: LineSource> CrinexLines<S> {
                 self.report.drop_one(DropReason::CutOff, self.place());
                 return Ok(());
             }
-            let system = if self.layout.version == 1 { b' ' } else { name[0] };
+            let system = if self.layout.version == 1 {
+                b' '
+            } else {
+                name[0]
+            };
             let Some(&types) = self.types.get(&system) else {
                 self.report.drop_one(
                     DropReason::UnknownSatellite(String::from_utf8_lossy(&name).into_owned()),
@@ -253,7 +289,11 @@ impl<S: LineSource> CrinexLines<S> {
     /// Queues the RINEX lines of one epoch.
     fn emit(&mut self, number: u64, decoded: &[(u64, [u8; 3], Vec<u8>)]) {
         let clock = self.clock.and_then(|arc| {
-            fixed_point(arc.value(), self.layout.clock_decimals, self.layout.clock_decimals + 3)
+            fixed_point(
+                arc.value(),
+                self.layout.clock_decimals,
+                self.layout.clock_decimals + 3,
+            )
         });
         let head = self.layout.count;
         let mut line = self.epoch[..head].to_vec();
@@ -267,7 +307,8 @@ impl<S: LineSource> CrinexLines<S> {
             for (number, name, fields) in decoded {
                 let mut line = name.to_vec();
                 line.extend_from_slice(fields);
-                self.ready.push_back((*number, line.trim_ascii_end().to_vec()));
+                self.ready
+                    .push_back((*number, line.trim_ascii_end().to_vec()));
             }
             return;
         }
@@ -294,7 +335,8 @@ impl<S: LineSource> CrinexLines<S> {
                 self.ready.push_back((*number, Vec::new()));
             }
             for row in rows {
-                self.ready.push_back((*number, row.trim_ascii_end().to_vec()));
+                self.ready
+                    .push_back((*number, row.trim_ascii_end().to_vec()));
             }
         }
     }

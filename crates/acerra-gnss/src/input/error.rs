@@ -64,6 +64,10 @@ impl ReadError {
         if short.len() < text.len() {
             short.push('…');
         }
-        Self::Format { line, expected, found: short }
+        Self::Format {
+            line,
+            expected,
+            found: short,
+        }
     }
 }

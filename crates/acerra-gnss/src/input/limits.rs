@@ -13,6 +13,9 @@ pub struct Limits {
 
 impl Default for Limits {
     fn default() -> Self {
-        Self { max_bytes: 8 << 30, max_line_bytes: 1 << 16 }
+        Self {
+            max_bytes: 8 << 30,
+            max_line_bytes: 1 << 16,
+        }
     }
 }

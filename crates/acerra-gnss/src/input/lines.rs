@@ -41,7 +41,14 @@ pub struct Lines<R> {
 impl<R: BufRead> Lines<R> {
     /// Lines of `reader` within `limits`.
     pub fn new(reader: R, limits: Limits) -> Self {
-        Self { reader, limits, buffer: Vec::new(), number: 0, terminated: true, bytes: 0 }
+        Self {
+            reader,
+            limits,
+            buffer: Vec::new(),
+            number: 0,
+            terminated: true,
+            bytes: 0,
+        }
     }
 }
 
@@ -49,17 +56,27 @@ impl<R: BufRead> LineSource for Lines<R> {
     fn advance(&mut self) -> Result<bool, ReadError> {
         self.buffer.clear();
         let most = self.limits.max_line_bytes as u64 + 1;
-        let taken = self.reader.by_ref().take(most).read_until(b'\n', &mut self.buffer)?;
+        let taken = self
+            .reader
+            .by_ref()
+            .take(most)
+            .read_until(b'\n', &mut self.buffer)?;
         if taken == 0 {
             return Ok(false);
         }
         self.bytes += taken as u64;
         self.terminated = self.buffer.last() == Some(&b'\n');
         if !self.terminated && taken as u64 == most {
-            return Err(ReadError::Limit { what: "a line", limit: most - 1 });
+            return Err(ReadError::Limit {
+                what: "a line",
+                limit: most - 1,
+            });
         }
         if self.bytes > self.limits.max_bytes {
-            return Err(ReadError::Limit { what: "the file", limit: self.limits.max_bytes });
+            return Err(ReadError::Limit {
+                what: "the file",
+                limit: self.limits.max_bytes,
+            });
         }
         if self.terminated {
             self.buffer.pop();
@@ -106,19 +123,32 @@ mod tests {
         let got = all(b"a\r\n\nbc", Limits::default()).unwrap();
         assert_eq!(
             got,
-            vec![(1, b"a".to_vec(), true), (2, b"".to_vec(), true), (3, b"bc".to_vec(), false)]
+            vec![
+                (1, b"a".to_vec(), true),
+                (2, b"".to_vec(), true),
+                (3, b"bc".to_vec(), false)
+            ]
         );
         assert_eq!(all(b"a\n\x1a", Limits::default()).unwrap().len(), 1);
     }
 
     #[test]
     fn limits_hold() {
-        let limits = Limits { max_bytes: 10, max_line_bytes: 4 };
-        assert!(matches!(all(b"12345\n", limits), Err(ReadError::Limit { what: "a line", .. })));
+        let limits = Limits {
+            max_bytes: 10,
+            max_line_bytes: 4,
+        };
+        assert!(matches!(
+            all(b"12345\n", limits),
+            Err(ReadError::Limit { what: "a line", .. })
+        ));
         assert!(all(b"1234\n", limits).is_ok());
         assert!(matches!(
             all(b"123\n123\n123\n", limits),
-            Err(ReadError::Limit { what: "the file", .. })
+            Err(ReadError::Limit {
+                what: "the file",
+                ..
+            })
         ));
     }
 }

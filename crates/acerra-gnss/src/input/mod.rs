@@ -10,5 +10,6 @@ mod sniff;
 pub use error::ReadError;
 pub use limits::Limits;
 pub use lines::{LineSource, Lines};
-pub use report::{Dropped, DropReason, Place, ReadReport};
+pub use report::{DropReason, Dropped, Place, ReadReport};
+pub(crate) use sniff::SNIFF_BYTES;
 pub use sniff::{FileKind, sniff};

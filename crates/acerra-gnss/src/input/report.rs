@@ -155,7 +155,11 @@ impl ReadReport {
         if let Some(entry) = self.dropped.iter_mut().find(|d| d.reason == reason) {
             entry.count += count;
         } else if self.dropped.len() < Self::MAX_REASONS || reason == DropReason::StrayLine {
-            self.dropped.push(Dropped { reason, count, first: place });
+            self.dropped.push(Dropped {
+                reason,
+                count,
+                first: place,
+            });
         } else {
             self.drop_many(DropReason::StrayLine, place, count);
         }
@@ -168,7 +172,10 @@ impl ReadReport {
 
     /// How many items were dropped for `reason`.
     pub fn count(&self, reason: &DropReason) -> u64 {
-        self.dropped.iter().find(|d| d.reason == *reason).map_or(0, |d| d.count)
+        self.dropped
+            .iter()
+            .find(|d| d.reason == *reason)
+            .map_or(0, |d| d.count)
     }
 
     /// Adds the drops of another report (of an inner layer, or of another file).

@@ -102,15 +102,25 @@ pub fn sniff(head: &[u8]) -> FileKind {
     }
     let option_line = |line: &str| {
         line.split_once('=').is_some_and(|(key, _)| {
-            ["pos1-", "pos2-", "out-", "stats-", "ant1-", "ant2-", "misc-", "file-"]
-                .iter()
-                .any(|prefix| key.trim_start().starts_with(prefix))
+            [
+                "pos1-", "pos2-", "out-", "stats-", "ant1-", "ant2-", "misc-", "file-",
+            ]
+            .iter()
+            .any(|prefix| key.trim_start().starts_with(prefix))
         })
     };
-    if std::iter::once(first).chain(lines).take(40).any(option_line) {
+    if std::iter::once(first)
+        .chain(lines)
+        .take(40)
+        .any(option_line)
+    {
         return FileKind::RtklibConf;
     }
-    if text.lines().take(5).any(|l| l.starts_with("$G") && l.contains('*')) {
+    if text
+        .lines()
+        .take(5)
+        .any(|l| l.starts_with("$G") && l.contains('*'))
+    {
         return FileKind::Nmea;
     }
     if matches!(head, [0xd3, second, ..] if second & 0xfc == 0) {

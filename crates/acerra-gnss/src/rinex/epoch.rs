@@ -51,7 +51,12 @@ impl EpochLine {
             return None;
         }
         let receiver_clock_s = real(column(line, clock_at, clock_width)).ok().flatten();
-        Some(Self { flag, count, time, receiver_clock_s })
+        Some(Self {
+            flag,
+            count,
+            time,
+            receiver_clock_s,
+        })
     }
 
     /// Whether a line inside a version 2 record is really the next epoch line: the seconds'

@@ -37,7 +37,11 @@ pub(super) fn real(field: &[u8]) -> Result<Option<f64>, NotANumber> {
         .ok()
         .and_then(|s| s.parse().ok())
         .ok_or(NotANumber)?;
-    if value.is_finite() { Ok(Some(value)) } else { Err(NotANumber) }
+    if value.is_finite() {
+        Ok(Some(value))
+    } else {
+        Err(NotANumber)
+    }
 }
 
 /// An unsigned integer; `None` where blank or unreadable.
@@ -48,7 +52,9 @@ pub(super) fn integer(field: &[u8]) -> Option<usize> {
 /// A date and clock reading of six blank-separated numbers; two-digit years are completed. None
 /// where it is not one.
 pub(super) fn calendar(field: &[u8]) -> Option<Calendar> {
-    let mut parts = field.split(u8::is_ascii_whitespace).filter(|p| !p.is_empty());
+    let mut parts = field
+        .split(u8::is_ascii_whitespace)
+        .filter(|p| !p.is_empty());
     let mut next = || std::str::from_utf8(parts.next()?).ok();
     let year: i32 = next()?.parse().ok()?;
     let month: u8 = next()?.parse().ok()?;

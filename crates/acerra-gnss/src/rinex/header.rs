@@ -104,14 +104,24 @@ impl ObservationHeader {
             b"C" => TimeSystem::Beidou,
             _ => TimeSystem::Gps,
         };
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "2.0 to 5.0")]
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "2.0 to 5.0"
+        )]
         let version = (version * 100.0).round() as u16;
-        Ok(Self { version, time_system, ..Self::default() })
+        Ok(Self {
+            version,
+            time_system,
+            ..Self::default()
+        })
     }
 
     /// Takes one header record, from the header or from an epoch with flag 3 or 4.
     pub(super) fn record(&mut self, line: &[u8], number: u64, report: &mut ReadReport) {
-        let label = String::from_utf8_lossy(column(line, 60, 20)).trim_end().to_owned();
+        let label = String::from_utf8_lossy(column(line, 60, 20))
+            .trim_end()
+            .to_owned();
         let understood = match label.as_str() {
             "MARKER NAME" => {
                 self.station.marker = text(line, 0, 60);
@@ -127,7 +137,11 @@ impl ObservationHeader {
             }
             "APPROX POSITION XYZ" => self.position(line),
             "ANTENNA: DELTA H/E/N" => triple(line).is_some_and(|[up_m, east_m, north_m]| {
-                self.station.antenna_offset = AntennaOffset { up_m, east_m, north_m };
+                self.station.antenna_offset = AntennaOffset {
+                    up_m,
+                    east_m,
+                    north_m,
+                };
                 true
             }),
             "TIME OF FIRST OBS" => self.time_of_first(line),
@@ -147,7 +161,9 @@ impl ObservationHeader {
     }
 
     fn position(&mut self, line: &[u8]) -> bool {
-        let Some(position) = triple(line) else { return false };
+        let Some(position) = triple(line) else {
+            return false;
+        };
         self.station.position_ecef_m = Some(position).filter(|p| p.iter().any(|&x| x != 0.0));
         true
     }
@@ -182,15 +198,18 @@ impl ObservationHeader {
         }
         self.columns.clear();
         for system in System::ALL {
-            self.columns.insert(system, columns_v2(&self.types_v2, system, self.version));
+            self.columns
+                .insert(system, columns_v2(&self.types_v2, system, self.version));
         }
         true
     }
 
     fn types_v3(&mut self, line: &[u8]) -> bool {
         if let &[letter @ b'A'..=b'Z'] = column(line, 0, 1) {
-            let (system, count) =
-                (System::from_letter(char::from(letter)), integer(column(line, 3, 3)));
+            let (system, count) = (
+                System::from_letter(char::from(letter)),
+                integer(column(line, 3, 3)),
+            );
             let (Some(system), Some(count)) = (system, count) else {
                 self.declaring = None;
                 return false;
@@ -198,7 +217,9 @@ impl ObservationHeader {
             self.declaring = Some((system, count));
             self.columns.insert(system, Vec::new());
         }
-        let Some((system, count)) = self.declaring else { return false };
+        let Some((system, count)) = self.declaring else {
+            return false;
+        };
         let columns = self.columns.entry(system).or_default();
         for i in 0..13 {
             if columns.len() < count {
@@ -226,10 +247,14 @@ impl ObservationHeader {
                 return true;
             }
         }
-        let Some((system, factor)) = self.scaling else { return false };
+        let Some((system, factor)) = self.scaling else {
+            return false;
+        };
         let columns = self.columns.entry(system).or_default();
-        let names: Vec<String> =
-            (0..12).map(|i| text(line, 11 + 4 * i, 3)).filter(|n| !n.is_empty()).collect();
+        let names: Vec<String> = (0..12)
+            .map(|i| text(line, 11 + 4 * i, 3))
+            .filter(|n| !n.is_empty())
+            .collect();
         for column in columns.iter_mut().filter(|c| names.contains(&c.name)) {
             column.scale = factor;
         }
@@ -243,8 +268,10 @@ impl ObservationHeader {
             if name.is_empty() {
                 continue;
             }
-            let satellite =
-                name.parse::<SatelliteId>().ok().filter(|s| s.system() == System::Glonass);
+            let satellite = name
+                .parse::<SatelliteId>()
+                .ok()
+                .filter(|s| s.system() == System::Glonass);
             match (satellite, channel.parse::<i8>()) {
                 (Some(satellite), Ok(channel @ -7..=6)) => {
                     self.glonass_channels.insert(satellite.number(), channel);
@@ -258,14 +285,17 @@ impl ObservationHeader {
     /// Checks that the body can be read with what the header says.
     fn finish(&mut self, line: u64, report: &mut ReadReport) -> Result<(), ReadError> {
         if self.columns.values().all(Vec::is_empty) {
-            let missing =
-                if self.version < 300 { "# / TYPES OF OBSERV" } else { "SYS / # / OBS TYPES" };
+            let missing = if self.version < 300 {
+                "# / TYPES OF OBSERV"
+            } else {
+                "SYS / # / OBS TYPES"
+            };
             return Err(ReadError::MissingHeader { line, missing });
         }
         if self.half_wavelength {
-            report.remarks.push(
-                "half-wavelength factors in the header: phases count half cycles".to_owned(),
-            );
+            report
+                .remarks
+                .push("half-wavelength factors in the header: phases count half cycles".to_owned());
         }
         let short = |expected: usize, found: usize| expected > found;
         if self.version < 300 && short(self.expected_v2, self.types_v2.len()) {
@@ -279,7 +309,10 @@ impl ObservationHeader {
 
     /// The columns of a system's records.
     pub(super) fn columns(&self, system: System) -> Option<&[Column]> {
-        self.columns.get(&system).map(Vec::as_slice).filter(|c| !c.is_empty())
+        self.columns
+            .get(&system)
+            .map(Vec::as_slice)
+            .filter(|c| !c.is_empty())
     }
 
     /// The signals that the header lists for a system, in its order.

@@ -39,9 +39,11 @@ pub(super) struct Column {
 pub(super) fn column_v3(name: &str, system: System, version: u16) -> Column {
     let meaning = match name.as_bytes() {
         // A missing attribute (early RINEX 3) stands for unknown tracking.
-        &[letter @ (b'C' | b'L' | b'D' | b'S'), band @ b'1'..=b'9', ref rest @ ..]
-            if rest.len() <= 1 =>
-        {
+        &[
+            letter @ (b'C' | b'L' | b'D' | b'S'),
+            band @ b'1'..=b'9',
+            ref rest @ ..,
+        ] if rest.len() <= 1 => {
             let attribute = rest.first().map_or('X', |&a| char::from(a));
             // RINEX 3.02 alone called BeiDou's B1I band 1.
             let band = match (system, version, band) {
@@ -52,7 +54,11 @@ pub(super) fn column_v3(name: &str, system: System, version: u16) -> Column {
         }
         _ => None,
     };
-    Column { name: name.to_owned(), meaning, scale: 1.0 }
+    Column {
+        name: name.to_owned(),
+        meaning,
+        scale: 1.0,
+    }
 }
 
 /// The columns that the RINEX 2 types of a header mean for one system.
@@ -68,15 +74,22 @@ pub(super) fn columns_v2(names: &[String], system: System, version: u16) -> Vec<
             let mut signals = vec![own];
             // Up to 2.11, phase, Doppler and strength name a band only.
             if q != Quantity::Pseudorange && version < 212 {
-                let of_band: Vec<SignalCode> =
-                    code_types.iter().copied().filter(|c| c.band == own.band).collect();
+                let of_band: Vec<SignalCode> = code_types
+                    .iter()
+                    .copied()
+                    .filter(|c| c.band == own.band)
+                    .collect();
                 if !of_band.is_empty() {
                     signals = of_band;
                 }
             }
             Some((q, signals))
         });
-        Column { name: name.clone(), meaning, scale: 1.0 }
+        Column {
+            name: name.clone(),
+            meaning,
+            scale: 1.0,
+        }
     };
     names.iter().map(column).collect()
 }
@@ -84,7 +97,9 @@ pub(super) fn columns_v2(names: &[String], system: System, version: u16) -> Vec<
 /// The signal of a RINEX 2 type (`C1`, `P2`, `L5`, in 2.12 also `CA` …) in one system.
 fn signal_v2(name: &str, system: System, version: u16) -> Option<SignalCode> {
     use System::{Beidou, Galileo, Glonass, Gps, Navic, Qzss, Sbas};
-    let &[kind, band] = name.as_bytes() else { return None };
+    let &[kind, band] = name.as_bytes() else {
+        return None;
+    };
     let code = |band, attribute| Some(SignalCode::new(band, attribute));
     match (kind, band, system) {
         (b'P', b'1', Gps) => code(1, 'W'),
@@ -133,7 +148,10 @@ mod tests {
         assert_eq!(codes(4), [SignalCode::new(2, 'W')]);
         assert_eq!(columns[6].meaning, None);
         let lone = columns_v2(&names("L1"), System::Gps, 210);
-        assert_eq!(lone[0].meaning.as_ref().unwrap().1, [SignalCode::new(1, 'C')]);
+        assert_eq!(
+            lone[0].meaning.as_ref().unwrap().1,
+            [SignalCode::new(1, 'C')]
+        );
     }
 
     #[test]
@@ -141,7 +159,11 @@ mod tests {
         let beidou = |v| column_v3("C1I", System::Beidou, v).meaning.unwrap().1[0].band;
         assert_eq!((beidou(302), beidou(303)), (2, 1));
         for pseudo in ["X1", "I1", "", "C", "C1CC", "é1C"] {
-            assert_eq!(column_v3(pseudo, System::Gps, 304).meaning, None, "{pseudo}");
+            assert_eq!(
+                column_v3(pseudo, System::Gps, 304).meaning,
+                None,
+                "{pseudo}"
+            );
         }
         assert_eq!(
             column_v3("S5Q", System::Gps, 304).meaning,

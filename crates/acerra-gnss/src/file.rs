@@ -1,0 +1,212 @@
+//! One door for every file that holds observations or navigation data.
+
+use std::io::{BufReader, Cursor, Read};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use flate2::read::MultiGzDecoder;
+
+use crate::collect::Collector;
+use crate::crinex::CrinexLines;
+use crate::input::{
+    FileKind, Limits, LineSource, Lines, ReadError, ReadReport, SNIFF_BYTES, sniff,
+};
+use crate::rinex::{ObservationRecord, RinexObservations, read_navigation_lines};
+use crate::{Navigation, ObservationData, select_signals};
+
+/// What a GNSS file held.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GnssFile {
+    /// What its content was recognised as, inside any gzip.
+    pub kind: FileKind,
+    /// Observations, with one signal per frequency slot; `None` for navigation files.
+    pub observations: Option<ObservationData>,
+    /// Navigation data; `None` for RINEX observation files. Raw logs hold both.
+    pub navigation: Option<Navigation>,
+    /// What was dropped on the way.
+    pub report: ReadReport,
+}
+
+/// Reads any supported file: RINEX 2–4 observation or navigation data, Hatanaka-compressed
+/// (CRINEX 1 and 3), UBX raw logs, each also inside gzip. Recognised by content.
+///
+/// ```
+/// use acerra_gnss::{input::Limits, read_gnss};
+/// let text = "     2.11           OBSERVATION DATA    G (GPS)             RINEX VERSION / TYPE\n\
+///             \x20    1    C1                                                # / TYPES OF OBSERV\n\
+///             \x20                                                           END OF HEADER\n\
+///             \x2026 11 21 12  0  0.0000000  0  1G07\n\
+///             \x20 20311445.258\n";
+/// let file = read_gnss(text.as_bytes(), Limits::default())?;
+/// let epoch = &file.observations.unwrap().epochs[0];
+/// assert_eq!(epoch.satellites[0].first_pseudorange_m(), Some(20_311_445.258));
+/// # Ok::<(), acerra_gnss::input::ReadError>(())
+/// ```
+///
+/// # Errors
+/// [`ReadError::WrongKind`] for content of another kind, [`ReadError::Empty`], and whatever the
+/// reader of the kind found says.
+pub fn read_gnss(reader: impl Read, limits: Limits) -> Result<GnssFile, ReadError> {
+    let (kind, head, rest) = peek(reader)?;
+    if kind != FileKind::Gzip {
+        return read_kind(kind, Cursor::new(head).chain(rest), limits);
+    }
+    let cut = Arc::new(AtomicBool::new(false));
+    let decoder = LenientEnd {
+        inner: MultiGzDecoder::new(Cursor::new(head).chain(rest)),
+        cut: Arc::clone(&cut),
+    };
+    let (kind, head, rest) = peek(decoder)?;
+    let mut file = read_kind(kind, Cursor::new(head).chain(rest), limits)?;
+    file.report.format.push_str(", gzip");
+    if cut.load(Ordering::Relaxed) {
+        file.report
+            .remarks
+            .push("the gzip stream is cut off".to_owned());
+    }
+    Ok(file)
+}
+
+/// As [`read_gnss`], for a file that must hold observations.
+///
+/// # Errors
+/// As [`read_gnss`]; [`ReadError::WrongKind`] for a navigation file.
+pub fn read_observations(
+    reader: impl Read,
+    limits: Limits,
+) -> Result<(ObservationData, ReadReport), ReadError> {
+    let file = read_gnss(reader, limits)?;
+    match file.observations {
+        Some(data) => Ok((data, file.report)),
+        None => Err(ReadError::WrongKind {
+            expected: "observations",
+            found: file.kind,
+        }),
+    }
+}
+
+/// As [`read_gnss`], for a file that must hold navigation data.
+///
+/// # Errors
+/// As [`read_gnss`]; [`ReadError::WrongKind`] for a RINEX observation file.
+pub fn read_navigation(
+    reader: impl Read,
+    limits: Limits,
+) -> Result<(Navigation, ReadReport), ReadError> {
+    let file = read_gnss(reader, limits)?;
+    match file.navigation {
+        Some(data) => Ok((data, file.report)),
+        None => Err(ReadError::WrongKind {
+            expected: "navigation data",
+            found: file.kind,
+        }),
+    }
+}
+
+/// Looks at the beginning of a stream; it is handed back with the rest.
+fn peek<R: Read>(mut reader: R) -> Result<(FileKind, Vec<u8>, R), ReadError> {
+    let mut head = Vec::new();
+    reader
+        .by_ref()
+        .take(SNIFF_BYTES as u64)
+        .read_to_end(&mut head)?;
+    match sniff(&head) {
+        FileKind::Empty => Err(ReadError::Empty),
+        kind => Ok((kind, head, reader)),
+    }
+}
+
+fn read_kind(kind: FileKind, reader: impl Read, limits: Limits) -> Result<GnssFile, ReadError> {
+    match kind {
+        FileKind::RinexObservation => {
+            let lines = Lines::new(BufReader::new(reader), limits);
+            let (observations, report) = observations_of(lines, "")?;
+            Ok(GnssFile {
+                kind,
+                observations: Some(observations),
+                navigation: None,
+                report,
+            })
+        }
+        FileKind::Crinex => {
+            let lines = CrinexLines::new(Lines::new(BufReader::new(reader), limits))?;
+            let suffix = format!(", Hatanaka {}", lines.version());
+            let (observations, report) = observations_of(lines, &suffix)?;
+            Ok(GnssFile {
+                kind,
+                observations: Some(observations),
+                navigation: None,
+                report,
+            })
+        }
+        FileKind::RinexNavigation => {
+            let mut lines = Lines::new(BufReader::new(reader), limits);
+            let (navigation, report) = read_navigation_lines(&mut lines)?;
+            Ok(GnssFile {
+                kind,
+                observations: None,
+                navigation: Some(navigation),
+                report,
+            })
+        }
+        found => Err(ReadError::WrongKind {
+            expected: "RINEX or UBX observations or navigation data",
+            found,
+        }),
+    }
+}
+
+fn observations_of(
+    lines: impl LineSource,
+    suffix: &str,
+) -> Result<(ObservationData, ReadReport), ReadError> {
+    let mut reader = RinexObservations::new(lines)?;
+    let mut collector = Collector::default();
+    // The choice follows the header, which a record in mid-file may change.
+    let mut choice = reader.signal_choice();
+    let mut changes = reader.header_changes();
+    while let Some(record) = reader.next_record()? {
+        if reader.header_changes() != changes {
+            changes = reader.header_changes();
+            choice = reader.signal_choice();
+        }
+        match record {
+            ObservationRecord::Epoch(epoch) => {
+                collector.epoch(select_signals(&epoch, &choice), reader.place());
+            }
+            ObservationRecord::Event(event) => collector.event(event),
+        }
+    }
+    let mut report = reader.take_report();
+    let header = reader.header();
+    report.format = format!(
+        "RINEX {}.{:02} observation{suffix}",
+        header.version / 100,
+        header.version % 100
+    );
+    let mut data = ObservationData {
+        station: header.station.clone(),
+        glonass_channels: header.glonass_channels.clone(),
+        ..ObservationData::default()
+    };
+    collector.finish(&mut data, &mut report);
+    Ok((data, report))
+}
+
+/// Ends where a compressed stream is cut off, instead of failing, and notes it.
+struct LenientEnd<R> {
+    inner: R,
+    cut: Arc<AtomicBool>,
+}
+
+impl<R: Read> Read for LenientEnd<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        match self.inner.read(buffer) {
+            Err(error) if error.kind() == std::io::ErrorKind::UnexpectedEof => {
+                self.cut.store(true, Ordering::Relaxed);
+                Ok(0)
+            }
+            other => other,
+        }
+    }
+}

@@ -1,0 +1,3 @@
+//! u-blox UBX raw logs.
+
+pub mod frame;
