@@ -11,5 +11,6 @@
 
 pub mod geodesy;
 pub mod matrix;
+pub mod read;
 pub mod time;
 pub mod trajectory;

@@ -1,0 +1,300 @@
+//! Which column of a table means what.
+
+use super::ReadError;
+
+/// What a column can mean.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) enum Role {
+    Time,
+    GpsWeek,
+    TimeOfWeek,
+    GpstUnix,
+    Unix,
+    Local(usize),
+    Ecef(usize),
+    Latitude,
+    Longitude,
+    Height,
+    Deviation(usize),
+    Velocity(usize),
+    Quaternion(usize),
+    RtklibQ,
+    NmeaQuality,
+    Status,
+    Satellites,
+    Age,
+    Ratio,
+}
+
+/// A column that was understood.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Column {
+    pub index: usize,
+    pub role: Role,
+    /// What a number is multiplied with to be SI (degrees stay degrees).
+    pub scale: f64,
+}
+
+/// The columns of a table.
+#[derive(Debug)]
+pub(super) struct Columns {
+    pub separator: Separator,
+    pub columns: Vec<Column>,
+    pub unused: Vec<String>,
+    /// How many columns the header names.
+    pub width: usize,
+}
+
+/// What stands between columns.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Separator {
+    Char(char),
+    Blanks,
+}
+
+impl Separator {
+    fn of(header: &str) -> Self {
+        [';', ',', '\t']
+            .into_iter()
+            .find(|&c| header.contains(c))
+            .map_or(Self::Blanks, Self::Char)
+    }
+
+    /// The cells of a line, trimmed, quotes taken off.
+    pub fn split(self, line: &str) -> Vec<&str> {
+        fn take(cell: &str) -> &str {
+            let cell = cell.trim();
+            cell.strip_prefix('"')
+                .and_then(|c| c.strip_suffix('"'))
+                .unwrap_or(cell)
+        }
+        match self {
+            Self::Char(c) => line.split(c).map(take).collect(),
+            Self::Blanks => line.split_whitespace().map(take).collect(),
+        }
+    }
+}
+
+/// Lower case, everything but letters and digits as one underscore between words.
+fn plain(name: &str) -> String {
+    let mut out = String::with_capacity(name.len());
+    for c in name.chars() {
+        if c.is_alphanumeric() {
+            out.extend(c.to_lowercase());
+        } else if !out.is_empty() && !out.ends_with('_') {
+            out.push('_');
+        }
+    }
+    out.trim_end_matches('_').to_owned()
+}
+
+/// The role of a name without its unit.
+fn role(name: &str) -> Option<Role> {
+    let axis = |c: char| match c {
+        'x' | 'e' => Some(0),
+        'y' | 'n' => Some(1),
+        'z' | 'u' => Some(2),
+        _ => None,
+    };
+    Some(match name {
+        "time" | "t" | "timestamp" | "seconds" | "elapsed" | "utc" | "datetime"
+        | "datetime_utc" | "time_utc" => Role::Time,
+        "gps_week" | "week" => Role::GpsWeek,
+        "tow" | "gps_tow" | "sow" | "gps_sow" => Role::TimeOfWeek,
+        "gpst_unix" => Role::GpstUnix,
+        "unix" | "unix_time" | "utc_unix" => Role::Unix,
+        "x" | "east" | "e" | "easting" | "x_east" | "pos_x" | "position_x" => Role::Local(0),
+        "y" | "north" | "n" | "northing" | "y_north" | "pos_y" | "position_y" => Role::Local(1),
+        "z" | "up" | "u" | "z_up" | "pos_z" | "position_z" => Role::Local(2),
+        "ecef_x" | "x_ecef" => Role::Ecef(0),
+        "ecef_y" | "y_ecef" => Role::Ecef(1),
+        "ecef_z" | "z_ecef" => Role::Ecef(2),
+        "lat" | "latitude" => Role::Latitude,
+        "lon" | "lng" | "long" | "longitude" => Role::Longitude,
+        "height" | "h" | "alt" | "altitude" | "ellipsoidal_height" => Role::Height,
+        "qw" | "q_w" => Role::Quaternion(0),
+        "qx" | "q_x" => Role::Quaternion(1),
+        "qy" | "q_y" => Role::Quaternion(2),
+        "qz" | "q_z" => Role::Quaternion(3),
+        "q" | "quality" | "fix_quality" => Role::RtklibQ,
+        "nmea_quality" | "gga_quality" => Role::NmeaQuality,
+        "status" | "solution" | "solution_status" => Role::Status,
+        "ns" | "satellites" | "num_sats" | "sats" => Role::Satellites,
+        "age" => Role::Age,
+        "ratio" => Role::Ratio,
+        "vx" | "v_x" | "ve" | "v_east" | "vel_x" | "velocity_x" => Role::Velocity(0),
+        "vy" | "v_y" | "vn" | "v_north" | "vel_y" | "velocity_y" => Role::Velocity(1),
+        "vz" | "v_z" | "vu" | "v_up" | "vel_z" | "velocity_z" => Role::Velocity(2),
+        _ => {
+            let of = ["sd", "std", "sigma", "stdev"]
+                .into_iter()
+                .find_map(|p| name.strip_prefix(p))
+                .map(|rest| rest.trim_start_matches('_'))?;
+            match of {
+                "east" => Role::Deviation(0),
+                "north" => Role::Deviation(1),
+                "up" => Role::Deviation(2),
+                _ => {
+                    let mut letters = of.chars();
+                    match (letters.next(), letters.next()) {
+                        (Some(c), None) => Role::Deviation(axis(c)?),
+                        _ => return None,
+                    }
+                }
+            }
+        }
+    })
+}
+
+/// A unit that may follow a name, and its size.
+fn unit(name: &str, role: Role) -> Option<f64> {
+    let length = |unit: &str| match unit {
+        "m" => Some(1.0),
+        "mm" => Some(1e-3),
+        "cm" => Some(1e-2),
+        "km" => Some(1e3),
+        _ => None,
+    };
+    match role {
+        Role::Time | Role::TimeOfWeek | Role::GpstUnix | Role::Unix | Role::Age => match name {
+            "s" | "sec" | "seconds" => Some(1.0),
+            "ms" => Some(1e-3),
+            "us" => Some(1e-6),
+            "ns" => Some(1e-9),
+            _ => None,
+        },
+        Role::Local(_) | Role::Ecef(_) | Role::Height | Role::Deviation(_) => length(name),
+        Role::Latitude | Role::Longitude => match name {
+            "deg" => Some(1.0),
+            "rad" => Some(180.0 / std::f64::consts::PI),
+            _ => None,
+        },
+        Role::Velocity(_) => match name {
+            "m_s" | "mps" => Some(1.0),
+            "mm_s" => Some(1e-3),
+            "cm_s" => Some(1e-2),
+            _ => None,
+        },
+        _ => None,
+    }
+}
+
+fn understood(name: &str) -> Option<(Role, f64)> {
+    let name = plain(name);
+    if let Some(role) = role(&name) {
+        return Some((role, 1.0));
+    }
+    // The unit is what follows one of the underscores.
+    name.match_indices('_').find_map(|(at, _)| {
+        let role = role(&name[..at])?;
+        Some((role, unit(&name[at + 1..], role)?))
+    })
+}
+
+impl Columns {
+    fn of(header: &str) -> Self {
+        let separator = Separator::of(header);
+        let names = separator.split(header);
+        let mut columns = Vec::new();
+        let mut unused = Vec::new();
+        for (index, name) in names.iter().enumerate() {
+            match understood(name) {
+                Some((role, scale)) => columns.push(Column { index, role, scale }),
+                None => unused.push((*name).to_owned()),
+            }
+        }
+        Self {
+            separator,
+            columns,
+            unused,
+            width: names.len(),
+        }
+    }
+
+    pub fn has(&self, role: Role) -> bool {
+        self.columns.iter().any(|c| c.role == role)
+    }
+
+    fn has_time(&self) -> bool {
+        [Role::Time, Role::TimeOfWeek, Role::GpstUnix, Role::Unix]
+            .iter()
+            .any(|&r| self.has(r))
+    }
+
+    fn has_position(&self) -> bool {
+        (0..3).all(|i| self.has(Role::Local(i)))
+            || (0..3).all(|i| self.has(Role::Ecef(i)))
+            || [Role::Latitude, Role::Longitude, Role::Height]
+                .iter()
+                .all(|&r| self.has(r))
+    }
+
+    /// Whether a line could be the header of a trajectory: a time, and at least one coordinate.
+    pub fn recognised(header: &str) -> bool {
+        let columns = Self::of(header);
+        let coordinate = columns
+            .columns
+            .iter()
+            .any(|c| matches!(c.role, Role::Local(_) | Role::Ecef(_) | Role::Latitude));
+        columns.has_time() && coordinate
+    }
+
+    /// The columns of a header line.
+    pub fn from_header(line: u64, header: &str) -> Result<Self, ReadError> {
+        let columns = Self::of(header);
+        let problem = |problem: String| Err(ReadError::Header { line, problem });
+        for (i, a) in columns.columns.iter().enumerate() {
+            if let Some(b) = columns.columns[i + 1..].iter().find(|b| b.role == a.role) {
+                let names = columns.separator.split(header);
+                return problem(format!(
+                    "columns '{}' and '{}' mean the same",
+                    names[a.index], names[b.index]
+                ));
+            }
+        }
+        if !columns.has_time() {
+            return problem("no column of time (time_s, or gps_week and tow_s)".to_owned());
+        }
+        if columns.has(Role::TimeOfWeek) && !columns.has(Role::GpsWeek) && !columns.has(Role::Time)
+        {
+            return problem("seconds of week need a column gps_week".to_owned());
+        }
+        if !columns.has_position() {
+            return problem(
+                "no complete position (x_m, y_m, z_m; or east, north, up; or lat, lon, height; or \
+                 ecef_x, ecef_y, ecef_z)"
+                    .to_owned(),
+            );
+        }
+        Ok(columns)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_and_their_units() {
+        for (name, want) in [
+            ("time_s", Some((Role::Time, 1.0))),
+            ("Time (ms)", Some((Role::Time, 1e-3))),
+            ("X [mm]", Some((Role::Local(0), 1e-3))),
+            ("up_m", Some((Role::Local(2), 1.0))),
+            ("gpst_unix_s", Some((Role::GpstUnix, 1.0))),
+            ("Longitude (deg)", Some((Role::Longitude, 1.0))),
+            ("sd_x_m", Some((Role::Deviation(0), 1.0))),
+            ("sdn(m)", Some((Role::Deviation(1), 1.0))),
+            ("sigma_up_cm", Some((Role::Deviation(2), 1e-2))),
+            ("vz_m_s", Some((Role::Velocity(2), 1.0))),
+            ("ecef_y_m", Some((Role::Ecef(1), 1.0))),
+            ("nmea_quality", Some((Role::NmeaQuality, 1.0))),
+            ("ns", Some((Role::Satellites, 1.0))),
+            ("temperature", None),
+            ("sdne_m", None),
+            ("", None),
+        ] {
+            assert_eq!(understood(name), want, "{name}");
+        }
+    }
+}

@@ -1,0 +1,143 @@
+//! Why a trajectory file cannot be read.
+
+use super::TrajectoryFormat;
+use crate::trajectory::TrajectoryError;
+
+/// Why a trajectory file cannot be read. Lines count from 1.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ReadError {
+    /// The operating system refused.
+    #[error(transparent)]
+    Io(#[from] std::io::Error),
+    /// Nothing in it.
+    #[error("the file is empty")]
+    Empty,
+    /// No reader knows this.
+    #[error(
+        "not a trajectory in a known format (RTKLIB .pos, CSV with a header, NMEA GGA, \
+         OptiTrack Motive export); it begins with {found}"
+    )]
+    UnknownFormat {
+        /// How the file begins.
+        found: String,
+    },
+    /// A line does not have what its place calls for.
+    #[error("line {line}: expected {expected}, found {found}")]
+    Malformed {
+        /// Where.
+        line: u64,
+        /// What was expected.
+        expected: String,
+        /// What stands there.
+        found: String,
+    },
+    /// The last line stops half way.
+    #[error(
+        "line {line}: the file is cut off here: expected {expected}, found {found} and no end of \
+         line (remove that line to use what comes before it)"
+    )]
+    CutOff {
+        /// Where.
+        line: u64,
+        /// What was expected.
+        expected: String,
+        /// What stands there.
+        found: String,
+    },
+    /// A number is NaN or infinite.
+    #[error("line {line}: {field} is {value}, expected a finite number")]
+    NotFinite {
+        /// Where.
+        line: u64,
+        /// Which quantity.
+        field: String,
+        /// What it is.
+        value: f64,
+    },
+    /// A number lies where none can.
+    #[error("line {line}: {field} is {value}, expected {expected}")]
+    OutOfRange {
+        /// Where.
+        line: u64,
+        /// Which quantity.
+        field: String,
+        /// What it is.
+        value: f64,
+        /// What it may be.
+        expected: &'static str,
+    },
+    /// The header lacks something, or says two things.
+    #[error("line {line}: {problem}")]
+    Header {
+        /// Where.
+        line: u64,
+        /// What is wrong with it.
+        problem: String,
+    },
+    /// A file of the right kind without a position.
+    #[error("no position in this {format} file{why}")]
+    NoPositions {
+        /// The kind of file.
+        format: TrajectoryFormat,
+        /// What was skipped instead, or nothing.
+        why: String,
+    },
+    /// Most records cannot be used.
+    #[error("{bad} of {total} records are unusable, from line {line} on: {reason}")]
+    MostlyBad {
+        /// Unusable records.
+        bad: u64,
+        /// All records.
+        total: u64,
+        /// The first unusable one.
+        line: u64,
+        /// What is wrong with most of them.
+        reason: String,
+    },
+    /// More than one body, and none chosen.
+    #[error("several rigid bodies, choose one by name: {}", names.join(", "))]
+    SeveralBodies {
+        /// Their names.
+        names: Vec<String>,
+    },
+    /// The body asked for is not there.
+    #[error(
+        "no rigid body or marker named '{wanted}'; there {}",
+        if names.is_empty() { "is none".to_owned() } else { format!("are: {}", names.join(", ")) }
+    )]
+    NoSuchBody {
+        /// What was asked for.
+        wanted: String,
+        /// What there is.
+        names: Vec<String>,
+    },
+    /// Larger than the limit set.
+    #[error("line {line}: more than {limit} {what}, the limit set for reading")]
+    Limit {
+        /// Where.
+        line: u64,
+        /// What there are too many of.
+        what: &'static str,
+        /// The limit.
+        limit: usize,
+    },
+    /// The positions do not make a trajectory.
+    #[error(transparent)]
+    Trajectory(#[from] TrajectoryError),
+}
+
+/// A text for a message: quoted, control characters escaped, cut at 60 characters.
+pub(super) fn quoted(text: &str) -> String {
+    let mut out: String = text
+        .trim()
+        .chars()
+        .take(60)
+        .collect::<String>()
+        .escape_debug()
+        .collect();
+    if text.trim().chars().count() > 60 {
+        out.push('…');
+    }
+    format!("'{out}'")
+}

@@ -1,0 +1,183 @@
+//! Lines of text with their numbers, and numbers of text with their lines.
+
+use std::borrow::Cow;
+use std::io::BufRead;
+
+use super::ReadError;
+use super::error::quoted;
+
+/// Reads one line at a time into a buffer that is used again.
+pub(super) struct Lines<R> {
+    reader: R,
+    buffer: Vec<u8>,
+    number: u64,
+    max_line_bytes: usize,
+    ended: bool,
+}
+
+/// One line without its end.
+pub(super) struct Line<'a> {
+    /// Its number, from 1.
+    pub number: u64,
+    /// Its text; bytes that are not UTF-8 are replaced.
+    pub text: Cow<'a, str>,
+    /// Whether it had an end of line: without one it is the last, and may be cut off.
+    pub ended: bool,
+}
+
+impl<R: BufRead> Lines<R> {
+    pub fn new(reader: R, max_line_bytes: usize) -> Self {
+        Self {
+            reader,
+            buffer: Vec::new(),
+            number: 0,
+            max_line_bytes,
+            ended: false,
+        }
+    }
+
+    /// Lines handed out so far.
+    pub fn count(&self) -> u64 {
+        self.number
+    }
+
+    /// The next line, its end (LF or CR LF) and a byte-order mark taken off; none at the end.
+    pub fn next(&mut self) -> Result<Option<Line<'_>>, ReadError> {
+        self.buffer.clear();
+        self.ended = false;
+        loop {
+            let chunk = self.reader.fill_buf()?;
+            if chunk.is_empty() {
+                break;
+            }
+            let end = chunk.iter().position(|&b| b == b'\n');
+            let take = end.unwrap_or(chunk.len());
+            if self.buffer.len() + take > self.max_line_bytes {
+                return Err(ReadError::Limit {
+                    line: self.number + 1,
+                    what: "bytes in a line",
+                    limit: self.max_line_bytes,
+                });
+            }
+            self.buffer.extend_from_slice(&chunk[..take]);
+            self.reader.consume(take + usize::from(end.is_some()));
+            if end.is_some() {
+                self.ended = true;
+                break;
+            }
+        }
+        if self.buffer.is_empty() && !self.ended {
+            return Ok(None);
+        }
+        self.number += 1;
+        let mut bytes = self.buffer.as_slice();
+        if self.number == 1 {
+            bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+        }
+        let bytes = bytes.strip_suffix(b"\r").unwrap_or(bytes);
+        Ok(Some(Line {
+            number: self.number,
+            text: String::from_utf8_lossy(bytes),
+            ended: self.ended,
+        }))
+    }
+}
+
+impl Line<'_> {
+    /// The error for a line that lacks something: cut off when it is the last and has no end.
+    pub fn malformed(&self, expected: impl Into<String>, found: impl Into<String>) -> ReadError {
+        let (line, expected, found) = (self.number, expected.into(), found.into());
+        if self.ended {
+            ReadError::Malformed {
+                line,
+                expected,
+                found,
+            }
+        } else {
+            ReadError::CutOff {
+                line,
+                expected,
+                found,
+            }
+        }
+    }
+
+    /// A finite number out of a field of this line.
+    pub fn number(&self, field: &str, text: &str) -> Result<f64, ReadError> {
+        let value: f64 = text
+            .trim()
+            .parse()
+            .map_err(|_| self.malformed(format!("a number for {field}"), quoted(text)))?;
+        if value.is_finite() {
+            Ok(value)
+        } else {
+            Err(ReadError::NotFinite {
+                line: self.number,
+                field: field.to_owned(),
+                value,
+            })
+        }
+    }
+
+    /// A finite number within bounds out of a field of this line.
+    pub fn number_in(
+        &self,
+        field: &str,
+        text: &str,
+        range: std::ops::RangeInclusive<f64>,
+        expected: &'static str,
+    ) -> Result<f64, ReadError> {
+        let value = self.number(field, text)?;
+        if range.contains(&value) {
+            Ok(value)
+        } else {
+            Err(ReadError::OutOfRange {
+                line: self.number,
+                field: field.to_owned(),
+                value,
+                expected,
+            })
+        }
+    }
+
+    /// A local coordinate or height (m): nearer than the Moon.
+    pub fn metres(&self, field: &str, text: &str) -> Result<f64, ReadError> {
+        self.number_in(field, text, -4e8..=4e8, "within 4e8 m")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ends_of_line_and_marks() -> Result<(), ReadError> {
+        let mut lines = Lines::new(&b"\xef\xbb\xbfa\r\nb\n\n\xffc"[..], 100);
+        let mut seen = Vec::new();
+        while let Some(line) = lines.next()? {
+            seen.push((line.number, line.text.into_owned(), line.ended));
+        }
+        let want = [
+            (1, "a", true),
+            (2, "b", true),
+            (3, "", true),
+            (4, "\u{fffd}c", false),
+        ];
+        assert_eq!(seen, want.map(|(n, t, e)| (n, t.to_owned(), e)));
+        Ok(())
+    }
+
+    #[test]
+    fn a_line_without_end_is_not_hoarded() {
+        let endless = vec![b'x'; 5_000];
+        let mut lines = Lines::new(&endless[..], 4_096);
+        assert!(matches!(
+            lines.next(),
+            Err(ReadError::Limit {
+                line: 1,
+                limit: 4_096,
+                ..
+            })
+        ));
+    }
+}

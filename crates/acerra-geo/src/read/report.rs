@@ -1,0 +1,208 @@
+//! What a reader found, skipped and assumed.
+
+use super::TrajectoryFormat;
+
+/// Why a record was skipped.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[non_exhaustive]
+pub enum SkipReason {
+    /// The record is there, its position is empty (motion capture lost the body).
+    EmptyPosition,
+    /// The receiver said that it had no position.
+    NoFix,
+    /// Time did not advance to it: repeated or out of order.
+    TimeNotAdvancing,
+    /// A sentence whose checksum is wrong.
+    Checksum,
+    /// A sentence that is not whole.
+    Broken,
+    /// Height above the sea only, among records with the height above the ellipsoid.
+    NoGeoidSeparation,
+}
+
+impl std::fmt::Display for SkipReason {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.pad(match self {
+            Self::EmptyPosition => "empty position",
+            Self::NoFix => "no fix",
+            Self::TimeNotAdvancing => "time repeated or out of order",
+            Self::Checksum => "wrong checksum",
+            Self::Broken => "broken sentence",
+            Self::NoGeoidSeparation => "no geoid separation",
+        })
+    }
+}
+
+/// Records skipped for one reason.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Skipped {
+    /// Why.
+    pub reason: SkipReason,
+    /// How many.
+    pub count: u64,
+    /// Line of the first.
+    pub first_line: u64,
+}
+
+/// Something a user should know before trusting the trajectory.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum ReadWarning {
+    /// The file says nothing about its columns or time scale.
+    NoHeader,
+    /// Heights are above the geoid, not above the ellipsoid.
+    GeoidHeights,
+    /// Baselines from a base whose position the header does not state.
+    BaseUnknown,
+    /// Times of day without a date.
+    NoDate,
+    /// Sentences without a checksum were taken at their word.
+    NoChecksum {
+        /// How many.
+        count: u64,
+    },
+    /// Fewer rows than the header promises.
+    RowsMissing {
+        /// What the header says.
+        promised: u64,
+        /// What is there.
+        found: u64,
+    },
+    /// Rotations are not quaternions and were not read.
+    RotationIgnored {
+        /// What they are.
+        kind: String,
+    },
+    /// Standard deviations that are not numbers: covariance left unknown.
+    BadDeviations {
+        /// How many records.
+        count: u64,
+        /// Line of the first.
+        first_line: u64,
+    },
+    /// Motion-capture coordinates relative to another body.
+    LocalSpace,
+}
+
+impl std::fmt::Display for ReadWarning {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::NoHeader => f.write_str("no header: times taken as GPST"),
+            Self::GeoidHeights => {
+                f.write_str("heights are above the geoid and were taken as above the ellipsoid")
+            }
+            Self::BaseUnknown => f.write_str(
+                "baselines from a base of unknown position: the trajectory has no place on Earth",
+            ),
+            Self::NoDate => f.write_str("times of day without a date (no RMC or ZDA sentence)"),
+            Self::NoChecksum { count } => write!(f, "{count} sentences without a checksum"),
+            Self::RowsMissing { promised, found } => {
+                write!(f, "the header promises {promised} rows, {found} are there")
+            }
+            Self::RotationIgnored { kind } => {
+                write!(
+                    f,
+                    "rotation type '{kind}' is not read, only quaternions are"
+                )
+            }
+            Self::BadDeviations { count, first_line } => write!(
+                f,
+                "{count} records with unusable standard deviations, first on line {first_line}"
+            ),
+            Self::LocalSpace => f.write_str("coordinate space is local, not global"),
+        }
+    }
+}
+
+/// What a reader found, skipped and assumed.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct ReadReport {
+    /// Kind of file.
+    pub format: TrajectoryFormat,
+    /// Lines read.
+    pub lines: u64,
+    /// Records with or without a usable position.
+    pub records: u64,
+    /// What was skipped.
+    pub skipped: Vec<Skipped>,
+    /// The file ran backwards in time (a backward pass) and was turned round.
+    pub reversed: bool,
+    /// What to know before trusting it.
+    pub warnings: Vec<ReadWarning>,
+    /// Header entries and choices worth showing: (name, value).
+    pub about: Vec<(String, String)>,
+    /// Columns of a table that were not used.
+    pub unused_columns: Vec<String>,
+}
+
+impl ReadReport {
+    pub(super) fn new(format: TrajectoryFormat) -> Self {
+        Self {
+            format,
+            lines: 0,
+            records: 0,
+            skipped: Vec::new(),
+            reversed: false,
+            warnings: Vec::new(),
+            about: Vec::new(),
+            unused_columns: Vec::new(),
+        }
+    }
+
+    pub(super) fn skip(&mut self, reason: SkipReason, line: u64) {
+        match self.skipped.iter_mut().find(|s| s.reason == reason) {
+            Some(s) => {
+                s.count += 1;
+                s.first_line = s.first_line.min(line);
+            }
+            None => self.skipped.push(Skipped {
+                reason,
+                count: 1,
+                first_line: line,
+            }),
+        }
+    }
+
+    pub(super) fn about(&mut self, name: &str, value: impl Into<String>) {
+        self.about.push((name.to_owned(), value.into()));
+    }
+
+    /// Records skipped for a reason.
+    #[must_use]
+    pub fn skipped_for(&self, reason: SkipReason) -> u64 {
+        self.skipped
+            .iter()
+            .filter(|s| s.reason == reason)
+            .map(|s| s.count)
+            .sum()
+    }
+
+    /// Records skipped for any reason.
+    #[must_use]
+    pub fn skipped_total(&self) -> u64 {
+        self.skipped.iter().map(|s| s.count).sum()
+    }
+}
+
+/// `9824 records, 19 skipped: 19 empty position (first on line 5004)`.
+impl std::fmt::Display for ReadReport {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} records", self.records)?;
+        if !self.skipped.is_empty() {
+            write!(f, ", {} skipped: ", self.skipped_total())?;
+            for (i, s) in self.skipped.iter().enumerate() {
+                let comma = if i > 0 { ", " } else { "" };
+                write!(
+                    f,
+                    "{comma}{} {} (first on line {})",
+                    s.count, s.reason, s.first_line
+                )?;
+            }
+        }
+        if self.reversed {
+            write!(f, ", turned round in time")?;
+        }
+        Ok(())
+    }
+}
