@@ -13,6 +13,7 @@ pub mod metrics;
 pub mod psf;
 pub mod pulses;
 pub mod reference;
+pub mod resolution;
 
 pub use error::ImagingError;
 pub use grid::PlaneGrid;

@@ -1,0 +1,16 @@
+//! What a straight track resolves in theory: Eqs. (6)–(12) and (14) of Catapano et al. (2020).
+//!
+//! Each equation is a function that says where it holds; [`Prediction`] gathers them for one
+//! geometry and lists, as [`Caveat`]s, which of them have left their range.
+
+mod equations;
+mod map;
+mod prediction;
+
+pub use equations::{
+    SMALL_ANGLE_LIMIT_RAD, across_track_bounds_m, across_track_m, across_track_nadir_m,
+    along_track_m, along_track_small_angle_m, displacement_m, half_view_rad, longest_step_m,
+    phase_of_range_rad, range_m, unambiguous_range_m,
+};
+pub use map::across_track_map_m;
+pub use prediction::{Aperture, Band, Caveat, Prediction};
