@@ -2,12 +2,22 @@
 //!
 //! [`PointSpread`] evaluates the image of a point exactly, in double precision, wherever it is
 //! wanted; with evenly spaced frequencies their sum has a closed form, so a value costs one term
-//! per pulse.
+//! per pulse. [`Analysis`] measures it by the definitions of [`metrics`](crate::metrics),
+//! [`psf_image`] fills a grid, [`retrieve`] finds several targets again on a plane that need not be
+//! theirs.
 
+mod analysis;
 mod cell;
+mod elevation;
 mod field;
+mod image;
 mod spread;
+mod trajectory;
 
+pub use analysis::{Analysis, Theory, expected_place_m};
 pub use cell::Cell;
+pub use elevation::{ABSENT_DB, Retrieved, retrieve};
 pub use field::PsfField;
+pub use image::psf_image;
 pub use spread::PointSpread;
+pub use trajectory::{TrackShape, synthetic_track};

@@ -1,0 +1,160 @@
+//! Everything about the image of one point.
+
+use serde::Serialize;
+
+use super::{Cell, PointSpread, PsfField};
+use crate::ImagingError;
+use crate::metrics::{
+    AcrossTrack, AlongTrack, Field, Ghost, LocalTrack, climb_to_peak, find_ghost, measure_shape,
+};
+use crate::resolution::displacement_m;
+
+/// What the theory of a straight track says of the same place, m.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Theory {
+    /// Eq. (6), with the angles that the flight really spans.
+    pub along_m: f64,
+    /// Eq. (8).
+    pub range_m: f64,
+    /// Eq. (9), at the local height and offset.
+    pub across_m: f64,
+}
+
+/// The image of a unit point: place, widths, sidelobes, ghost, theory.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Analysis {
+    /// The point, m.
+    pub target_m: [f64; 3],
+    /// Where Eq. (14) expects its image (x, y), m; `None` where the plane is too far below it.
+    pub expected_m: Option<[f64; 2]>,
+    /// Where its image peaks (x, y), m.
+    pub peak_m: [f64; 2],
+    /// Amplitude of the peak, the sum of Eq. (5).
+    pub amplitude: f64,
+    /// The track at its closest approach to the peak.
+    pub track: LocalTrack,
+    /// Expected resolution there, by which the cuts are sampled.
+    pub cell: Cell,
+    /// Widths along the track.
+    pub along: AlongTrack,
+    /// Widths across it.
+    pub across: AcrossTrack,
+    /// Highest sidelobe of the two cuts, dB.
+    pub pslr_db: Option<f64>,
+    /// Sidelobe energy over main-lobe energy, added over the two cuts, dB.
+    pub islr_db: Option<f64>,
+    /// The mirrored partner.
+    pub ghost: Option<Ghost>,
+    /// The theory of a straight track.
+    pub theory: Theory,
+}
+
+impl Analysis {
+    /// Measures the image of a unit point at `target_m` on the plane at height `plane_z_m`.
+    ///
+    /// The cuts run through the peak of the image. Where Eq. (14) says that the plane does not see
+    /// the target, the residue above the target's place is measured and
+    /// [`Analysis::expected_m`] is `None`.
+    ///
+    /// # Errors
+    /// A target or plane that is not below the flight, a band of no width.
+    ///
+    /// ```
+    /// use acerra_imaging::psf::{Analysis, PointSpread};
+    /// let track: Vec<[f64; 3]> = (0..301).map(|m| [-3.0 + 0.02 * m as f64, 0.0, 5.0]).collect();
+    /// let frequency_hz: Vec<f64> = (0..86).map(|n| 3.1e9 + 20e6 * n as f64).collect();
+    /// let spread = PointSpread::new(track, None, frequency_hz, 3e8)?;
+    /// let found = Analysis::of(&spread, [0.0, 2.0, 0.0], 0.0)?;
+    /// assert!((found.across.rayleigh_m.unwrap() - 0.247).abs() < 0.005); // Table 1
+    /// # Ok::<(), acerra_imaging::ImagingError>(())
+    /// ```
+    pub fn of(
+        spread: &PointSpread,
+        target_m: [f64; 3],
+        plane_z_m: f64,
+    ) -> Result<Self, ImagingError> {
+        let (low, high) = spread.band_hz();
+        let theory_range_m = crate::resolution::range_m(high - low, spread.light_speed_m_s())?;
+        let expected_m = expected_place_m(spread, target_m, plane_z_m)?;
+        let start = expected_m.unwrap_or([target_m[0], target_m[1]]);
+        let scene = [target_m];
+        let field = PsfField::new(spread, &scene, plane_z_m);
+        let about = |at: [f64; 2]| {
+            let point = [at[0], at[1], plane_z_m];
+            let track = track_at(spread, point)?;
+            Ok::<_, ImagingError>((track, Cell::expected(spread, &track, point)))
+        };
+        let (_, cell) = about(start)?;
+        let (peak_m, amplitude) =
+            climb_to_peak(&field, start, 0.25 * cell.along_m).unwrap_or((start, 0.0));
+        let (track, cell) = about(peak_m)?;
+        let shape = measure_shape(&field as &dyn Field, &track, peak_m, cell).ok_or(
+            ImagingError::Empty {
+                what: "the response to the target",
+            },
+        )?;
+        Ok(Self {
+            target_m,
+            expected_m,
+            peak_m,
+            amplitude,
+            track,
+            cell,
+            along: shape.along,
+            across: shape.across,
+            pslr_db: shape.pslr_db,
+            islr_db: shape.islr_db,
+            ghost: find_ghost(&field, &track, peak_m, amplitude, cell),
+            theory: Theory {
+                along_m: cell.along_m,
+                range_m: theory_range_m,
+                across_m: cell.across_m,
+            },
+        })
+    }
+}
+
+/// The local track of a point that must lie below it.
+pub(super) fn track_at(
+    spread: &PointSpread,
+    point_m: [f64; 3],
+) -> Result<LocalTrack, ImagingError> {
+    let track = LocalTrack::at(spread.position_m(), point_m)
+        .ok_or(ImagingError::Empty { what: "position_m" })?;
+    if track.height_m.is_finite() && track.height_m > 0.0 {
+        Ok(track)
+    } else {
+        Err(ImagingError::OutOfRange {
+            what: "height of the flight above the target or image plane, m,",
+            expected: "above 0 m (both must lie below the drone)",
+            found: track.height_m,
+        })
+    }
+}
+
+/// Eq. (14): where on the plane at `plane_z_m` the image of `target_m` is expected, on the target's
+/// own side of the track (on the left for a target under it). `None` when it is not seen there.
+///
+/// # Errors
+/// A target or plane that is not below the flight.
+pub fn expected_place_m(
+    spread: &PointSpread,
+    target_m: [f64; 3],
+    plane_z_m: f64,
+) -> Result<Option<[f64; 2]>, ImagingError> {
+    let track = track_at(spread, target_m)?;
+    track_at(spread, [target_m[0], target_m[1], plane_z_m])?;
+    let outward_m = displacement_m(
+        track.height_m,
+        track.offset_m.abs(),
+        plane_z_m - target_m[2],
+    )?;
+    let side = if track.offset_m < 0.0 { -1.0 } else { 1.0 };
+    let left = track.left();
+    Ok(outward_m.map(|o| {
+        [
+            target_m[0] + side * o * left[0],
+            target_m[1] + side * o * left[1],
+        ]
+    }))
+}

@@ -1,0 +1,115 @@
+//! Targets off the image plane: Figures 13 and 14 and Table 5.
+
+use num_complex::Complex32;
+use serde::Serialize;
+
+use super::analysis::{expected_place_m, track_at};
+use super::{Cell, PointSpread, PsfField};
+use crate::metrics::{ImageView, climb_to_peak};
+use crate::{ImagingError, PlaneGrid};
+
+/// Below this level relative to the strongest, a target counts as absent from the image, dB.
+pub const ABSENT_DB: f64 = -20.0;
+
+/// One target as an image on some plane shows it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Retrieved {
+    /// Where the target is (x, y, z), m.
+    pub true_m: [f64; 3],
+    /// Where Eq. (14) expects its image on the plane (x, y), m; `None` where the plane lies too far
+    /// below the target to show it.
+    pub expected_m: Option<[f64; 2]>,
+    /// The maximum of its part of the image (x, y), m.
+    pub found_m: [f64; 2],
+    /// Level of that maximum below the strongest target's, dB.
+    pub level_db: f64,
+    /// Whether the level is above [`ABSENT_DB`].
+    pub detected: bool,
+    /// Whether the target is shown a second time, mirrored at the track (it is displaced from it).
+    pub mirrored: bool,
+}
+
+/// Half-width along the track of the strip in which a target's image is looked for, m, unless
+/// another target is nearer than twice this.
+const STRIP_M: f64 = 0.5;
+
+/// Images all of `target_m` at once on `grid` and finds each again: the maximum of the strip
+/// across the track at the target, on its own side where Eq. (14) displaces it.
+///
+/// `image` is the image of the same targets on the same grid, as
+/// [`psf_image`](super::psf_image) gives it.
+///
+/// # Errors
+/// A target or plane that is not below the flight, an image that does not fill the grid, a target
+/// whose strip lies outside the grid.
+pub fn retrieve(
+    spread: &PointSpread,
+    target_m: &[[f64; 3]],
+    image: &[Complex32],
+    grid: PlaneGrid,
+) -> Result<Vec<Retrieved>, ImagingError> {
+    let view = ImageView::new(image, grid)?;
+    let field = PsfField::new(spread, target_m, grid.z_m);
+    let mut found = Vec::with_capacity(target_m.len());
+    for (index, target) in target_m.iter().enumerate() {
+        let track = track_at(spread, *target)?;
+        let expected_m = expected_place_m(spread, *target, grid.z_m)?;
+        let along = |p: [f64; 2]| {
+            (p[0] - target[0]) * track.tangent[0] + (p[1] - target[1]) * track.tangent[1]
+        };
+        let left_of_track = |p: [f64; 2]| {
+            (p[1] - track.closest_m[1]) * track.tangent[0]
+                - (p[0] - track.closest_m[0]) * track.tangent[1]
+        };
+        let nearest = target_m
+            .iter()
+            .enumerate()
+            .filter(|(other, _)| *other != index)
+            .map(|(_, t)| along([t[0], t[1]]).abs())
+            .filter(|gap| *gap > 0.0)
+            .fold(f64::INFINITY, f64::min);
+        let half_m = STRIP_M.min(0.5 * nearest);
+        let side = expected_m
+            .map(left_of_track)
+            .filter(|s| s.abs() > grid.pixel_m);
+        let start = strongest_pixel(&view, |p| {
+            along(p).abs() <= half_m && side.is_none_or(|s| s * left_of_track(p) >= 0.0)
+        })
+        .ok_or(ImagingError::Empty {
+            what: "the part of the grid about a target",
+        })?;
+        let cell = Cell::expected(spread, &track, *target);
+        let step_m = grid.pixel_m.min(0.25 * cell.along_m);
+        let (found_m, amplitude) = climb_to_peak(&field, start, step_m).unwrap_or((start, 0.0));
+        found.push(Retrieved {
+            true_m: *target,
+            expected_m,
+            found_m,
+            level_db: 20.0 * amplitude.max(f64::MIN_POSITIVE).log10(),
+            detected: false,
+            mirrored: side.is_some(),
+        });
+    }
+    let strongest = found
+        .iter()
+        .map(|r| r.level_db)
+        .fold(f64::NEG_INFINITY, f64::max);
+    for r in &mut found {
+        r.level_db -= strongest;
+        r.detected = r.level_db > ABSENT_DB;
+    }
+    Ok(found)
+}
+
+fn strongest_pixel(view: &ImageView<'_>, inside: impl Fn([f64; 2]) -> bool) -> Option<[f64; 2]> {
+    let grid = view.grid();
+    let mut best: Option<([f64; 2], f32)> = None;
+    for (k, value) in view.values().iter().enumerate() {
+        let at = [grid.x_m(k % grid.nx), grid.y_m(k / grid.nx)];
+        let power = value.norm_sqr();
+        if best.is_none_or(|(_, highest)| power > highest) && inside(at) {
+            best = Some((at, power));
+        }
+    }
+    best.map(|(at, _)| at)
+}
