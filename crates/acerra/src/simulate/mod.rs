@@ -1,3 +1,4 @@
 //! Simulation of whole campaigns: the logs that the instruments would have written.
 
 pub mod flight;
+pub mod radar;
