@@ -8,4 +8,5 @@ pub mod cli;
 pub mod commands;
 pub mod figure;
 pub mod products;
+pub mod report;
 pub mod simulate;

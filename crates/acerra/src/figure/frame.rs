@@ -142,6 +142,8 @@ pub(super) struct FrameSpec<'a> {
     pub legend: &'a [Entry],
     pub colour_bar: Option<ColourBar>,
     pub top: Option<TopAxis>,
+    /// Names in place of numbers along y.
+    pub y_names: Option<Vec<Tick>>,
 }
 
 /// A laid-out frame: the plot's place and the ways from values to pixels.
@@ -189,7 +191,10 @@ impl Frame {
         let (Size::Free { width, plot_height } | Size::Equal { width, plot_height }) = spec.size;
         let x_log = spec.x.scale == AxisScale::Log;
         let y_log = spec.y.scale == AxisScale::Log;
-        let y_ticks = |height: f32| tick_set(y_log, spec.y_range, height, false);
+        let y_ticks = |height: f32| match &spec.y_names {
+            Some(names) => names.clone(),
+            None => tick_set(y_log, spec.y_range, height, false),
+        };
         let bar_ticks = |height: f32| {
             spec.colour_bar
                 .as_ref()
@@ -197,7 +202,12 @@ impl Frame {
         };
 
         // Margins from the widest labels that the greatest height can bring.
-        let left = PAD + LABEL + 8.0 + widest(&y_ticks(plot_height)) + 9.0;
+        let label = if spec.y.label.is_empty() {
+            0.0
+        } else {
+            LABEL + 8.0
+        };
+        let left = PAD + label + widest(&y_ticks(plot_height)) + 9.0;
         let right = match bar_ticks(plot_height) {
             Some(ticks) => 14.0 + BAR + 8.0 + widest(&ticks) + 8.0 + LABEL + PAD,
             None => PAD + 10.0,

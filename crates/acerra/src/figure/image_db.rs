@@ -214,6 +214,7 @@ impl<'a> ImageDb<'a> {
                 log: false,
             }),
             top: None,
+            y_names: None,
         });
         let raster = self.raster(&frame, floor_db);
         let (inside, above) = self.overlay(&frame);
@@ -232,7 +233,10 @@ impl<'a> ImageDb<'a> {
                 "radar track",
                 Sample::Line(Stroke::new(TRACK, 1.6)),
             ));
-            entries.push(on_image("its start", Sample::Mark(Marker::Triangle, START)));
+            entries.push(on_image(
+                "its beginning",
+                Sample::Mark(Marker::Triangle, START),
+            ));
         }
         if !self.targets.is_empty() {
             entries.push(on_image("target", Sample::Mark(Marker::Ring, TARGET)));
@@ -299,11 +303,9 @@ impl<'a> ImageDb<'a> {
                 .at(x, y)
                 .filter(|(px, py)| frame.plot.contains(*px, *py))
         };
-        let start = self
-            .track_m
-            .iter()
-            .find(|p| p[0].is_finite() && p[1].is_finite());
-        if let Some((x, y)) = start.and_then(|p| place(p[0], p[1])) {
+        // A track that begins outside is marked where it comes in.
+        let start = self.track_m.iter().find_map(|p| place(p[0], p[1]));
+        if let Some((x, y)) = start {
             above.extend(mark(Marker::Triangle, x, y, 6.0, START));
         }
         let ghosts = self

@@ -248,6 +248,7 @@ impl<'a> LinePlot<'a> {
             legend: &self.legend(),
             colour_bar: None,
             top: None,
+            y_names: None,
         });
 
         let plot = frame.plot;

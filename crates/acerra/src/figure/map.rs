@@ -178,6 +178,7 @@ impl<'a> Map<'a> {
                 log: self.log_colours,
             }),
             top: None,
+            y_names: None,
         });
         let (lines, labels) = self.contour_items(&frame);
         let raster = self.raster(frame.plot, colours);

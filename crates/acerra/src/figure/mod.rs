@@ -35,6 +35,7 @@ mod raster;
 mod resample;
 mod svg;
 mod ticks;
+mod timeline;
 
 pub use colour::{Colour, Palette};
 pub use drawing::Drawing;
@@ -44,6 +45,7 @@ pub use image_db::{GhostMark, ImageDb, PixelValues, TargetMark};
 pub use line_plot::{LinePlot, ReferenceLine, Series, Span, cut_plot};
 pub use map::Map;
 pub use radargram::{FastTimeCurve, Radargram, RadargramColours};
+pub use timeline::{Timeline, TimelineRow};
 
 #[cfg(test)]
 mod tests;

@@ -160,6 +160,7 @@ impl<'a> Radargram<'a> {
             legend: &self.legend(),
             colour_bar: Some(colouring.bar.clone()),
             top: self.time_axis(x_range),
+            y_names: None,
         });
         let columns = frame.plot.width as usize * DEFAULT_SCALE as usize;
         let rows = frame.plot.height as usize * DEFAULT_SCALE as usize;

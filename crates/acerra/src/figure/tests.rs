@@ -365,6 +365,7 @@ fn a_million_points_make_a_small_drawing_that_keeps_the_spike() {
         legend: &[],
         colour_bar: None,
         top: None,
+        y_names: None,
     });
     let (_, spike) = frame.at(0.0, 9.0).unwrap();
     assert!(
@@ -391,6 +392,7 @@ fn log_axes_place_decades_evenly() {
         legend: &[],
         colour_bar: None,
         top: None,
+        y_names: None,
     });
     let x = |v: f64| frame.at(v, 0.5).unwrap().0;
     assert!(((x(100.0) - x(1.0)) - (x(1e4) - x(100.0))).abs() < 0.01);

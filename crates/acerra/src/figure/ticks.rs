@@ -36,7 +36,7 @@ pub(super) fn linear(low: f64, high: f64, length: f32, size: f32, across: bool) 
             let room = if across {
                 (widest + 1.4 * size).max(44.0)
             } else {
-                2.6 * size
+                3.6 * size
             };
             if pitch >= room || ticks.len() <= 2 {
                 return ticks;

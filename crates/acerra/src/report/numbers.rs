@@ -1,0 +1,74 @@
+//! Numbers as a reader wants them.
+
+/// A value with `decimals` places and a true minus sign; a dash where there is none.
+pub(super) fn fixed(value: impl Into<Option<f64>>, decimals: usize) -> String {
+    match value.into() {
+        Some(value) if value.is_finite() => {
+            let text = format!("{value:.decimals$}");
+            // −0.00 says nothing that 0.00 does not.
+            let zero = text.chars().all(|c| matches!(c, '-' | '0' | '.'));
+            let text = if zero {
+                text.trim_start_matches('-').to_owned()
+            } else {
+                text
+            };
+            text.replace('-', "−")
+        }
+        _ => "–".to_owned(),
+    }
+}
+
+/// Bytes in the largest binary unit that keeps at least one whole.
+pub(super) fn bytes(count: u64) -> String {
+    const UNITS: [&str; 5] = ["B", "KiB", "MiB", "GiB", "TiB"];
+    let mut value = count as f64;
+    let mut unit = 0;
+    while value >= 1024.0 && unit + 1 < UNITS.len() {
+        value /= 1024.0;
+        unit += 1;
+    }
+    if unit == 0 {
+        format!("{count} B")
+    } else {
+        format!("{value:.1} {}", UNITS[unit])
+    }
+}
+
+/// Seconds with three significant digits or so.
+pub(super) fn seconds(value: f64) -> String {
+    match value {
+        v if v >= 100.0 => format!("{v:.0} s"),
+        v if v >= 1.0 => format!("{v:.2} s"),
+        v => format!("{:.1} ms", v * 1e3),
+    }
+}
+
+/// The quantile `share` of the finite values, by nearest rank.
+pub(super) fn quantile(values: impl Iterator<Item = f64>, share: f64) -> Option<f64> {
+    let mut sorted: Vec<f64> = values.filter(|v| v.is_finite()).collect();
+    sorted.sort_by(f64::total_cmp);
+    let last = sorted.len().checked_sub(1)?;
+    Some(sorted[(share * last as f64).round() as usize])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_read_well() {
+        assert_eq!(fixed(-1.234, 2), "−1.23");
+        assert_eq!(fixed(-0.001, 2), "0.00");
+        assert_eq!(fixed(None, 2), "–");
+        assert_eq!(fixed(f64::NAN, 2), "–");
+        assert_eq!(bytes(1023), "1023 B");
+        assert_eq!(bytes(1536), "1.5 KiB");
+        assert_eq!(seconds(0.0123), "12.3 ms");
+        assert_eq!(seconds(12.345), "12.35 s");
+        assert_eq!(
+            quantile([3.0, 1.0, f64::NAN, 2.0].into_iter(), 0.5),
+            Some(2.0)
+        );
+        assert_eq!(quantile([].into_iter(), 0.5), None);
+    }
+}
