@@ -1,0 +1,104 @@
+//! Recognising a radar file from its content.
+
+use std::io::{Read, Seek, SeekFrom};
+
+use thiserror::Error;
+
+use crate::limits::Limits;
+use crate::log::{RadarLog, ReadError};
+use crate::mrm::{self, Recognised};
+use crate::npz::{self, NeutralFile, NpzError};
+use crate::report::Place;
+use crate::ret;
+
+/// Bytes looked at to recognise a file. Several messages, so that a damaged first one does no harm.
+const HEAD_BYTES: u64 = 1 << 15;
+
+/// A radar file of any kind this crate reads.
+#[derive(Debug, Clone, PartialEq)]
+pub enum RadarFile {
+    /// A log of scans.
+    Log(RadarLog),
+    /// A neutral NPZ file.
+    Neutral(NeutralFile),
+}
+
+/// Why a file could not be read, whatever its kind.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum OpenError {
+    /// As a log, or not recognised.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// As an NPZ archive.
+    #[error(transparent)]
+    Npz(#[from] NpzError),
+}
+
+impl From<std::io::Error> for OpenError {
+    fn from(e: std::io::Error) -> Self {
+        Self::Read(e.into())
+    }
+}
+
+/// Reads a radar file, recognising its kind from its content (never its name).
+///
+/// # Errors
+/// If the content is of no known kind, or the reader of its kind fails.
+///
+/// ```
+/// use acerra_radar::{Limits, RadarFile, read};
+/// let bytes = std::io::Cursor::new(b"12.5, MrmFullScanInfo, 7, 100, 4000,,,,, 0, 122, 32, 1, 2, 1, 2, -5, 9\n");
+/// match read(bytes, &Limits::default())? {
+///     RadarFile::Log(log) => assert_eq!(log.scans.len(), 1),
+///     RadarFile::Neutral(_) => unreachable!(),
+/// }
+/// # Ok::<(), acerra_radar::OpenError>(())
+/// ```
+pub fn read(mut reader: impl Read + Seek, limits: &Limits) -> Result<RadarFile, OpenError> {
+    let mut head = Vec::new();
+    reader.by_ref().take(HEAD_BYTES).read_to_end(&mut head)?;
+    reader.seek(SeekFrom::Start(0))?;
+    if head.is_empty() {
+        return Err(ReadError::Empty.into());
+    }
+    if head.starts_with(b"PK\x03\x04") || head.starts_with(b"PK\x05\x06") {
+        return Ok(RadarFile::Neutral(npz::read_npz(reader, limits)?));
+    }
+    if ret::recognise(&head) {
+        return Ok(RadarFile::Log(ret::read_ret(reader, limits)?));
+    }
+    match mrm::recognise(&head) {
+        Recognised::Mrm => Ok(RadarFile::Log(mrm::read_mrm(reader, limits)?)),
+        Recognised::Swapped(at) => Err(ReadError::WrongEndian {
+            place: Place::Byte(at),
+        }
+        .into()),
+        Recognised::Broken(at, fault) => Err(ReadError::BadHeader {
+            place: Place::Byte(at),
+            fault,
+        }
+        .into()),
+        Recognised::No => Err(ReadError::Unrecognised {
+            found: describe(&head),
+        }
+        .into()),
+    }
+}
+
+/// A file's first bytes in words.
+fn describe(head: &[u8]) -> String {
+    let first = &head[..head.len().min(32)];
+    if first
+        .iter()
+        .all(|&b| b.is_ascii_graphic() || b.is_ascii_whitespace())
+    {
+        let line = String::from_utf8_lossy(first);
+        return format!(
+            "text that begins {:?}",
+            line.lines().next().unwrap_or_default()
+        );
+    }
+    let hex: Vec<String> = first.iter().take(8).map(|b| format!("{b:02x}")).collect();
+    format!("binary data that begins {}", hex.join(" "))
+}
