@@ -108,7 +108,11 @@ fn psf_follows_a_recorded_flight() {
 #[test]
 fn targets_off_the_plane_are_tabulated() {
     let here = tempfile::tempdir().unwrap();
-    std::fs::write(here.path().join("t.csv"), "x_m,y_m,z_m\n-1.5,0,0\n0,0,0.2\n").unwrap();
+    std::fs::write(
+        here.path().join("t.csv"),
+        "x_m,y_m,z_m\n-1.5,0,0\n0,0,0.2\n",
+    )
+    .unwrap();
     let common = "psf --height 5 --targets t.csv --half-width-m 2 --pixel-m 0.04";
     let a = json(
         &format!("{common} --plane-z 0.2 --json -o out"),
