@@ -4,8 +4,10 @@
 //! one module for each of these stages, and [`commands`] one for each command.
 
 pub mod campaign;
+pub mod chain;
 pub mod cli;
 pub mod commands;
+pub mod describe;
 pub mod figure;
 pub mod products;
 pub mod report;

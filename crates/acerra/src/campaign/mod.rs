@@ -51,15 +51,10 @@ impl Campaign {
     /// ```
     pub fn parse(text: &str) -> Result<Self, CampaignError> {
         let campaign: Self = toml::from_str(text).map_err(|error| {
-            let at = error.span().map_or(0, |span| span.start).min(text.len());
-            let before = &text.as_bytes()[..at];
-            let line_start = before
-                .iter()
-                .rposition(|b| *b == b'\n')
-                .map_or(0, |i| i + 1);
+            let (line, column) = line_and_column(text, error.span());
             CampaignError::Syntax {
-                line: 1 + before.iter().filter(|b| **b == b'\n').count(),
-                column: 1 + at - line_start,
+                line,
+                column,
                 message: error.message().to_owned(),
             }
         })?;
@@ -199,6 +194,20 @@ impl Campaign {
         )?;
         Ok(())
     }
+}
+
+/// Line and column, counted from 1, of the start of `span`.
+pub(crate) fn line_and_column(text: &str, span: Option<std::ops::Range<usize>>) -> (usize, usize) {
+    let at = span.map_or(0, |span| span.start).min(text.len());
+    let before = &text.as_bytes()[..at];
+    let line_start = before
+        .iter()
+        .rposition(|b| *b == b'\n')
+        .map_or(0, |i| i + 1);
+    (
+        1 + before.iter().filter(|b| **b == b'\n').count(),
+        1 + at - line_start,
+    )
 }
 
 #[cfg(test)]

@@ -3,13 +3,17 @@
 use std::io::Write;
 use std::path::PathBuf;
 
+use serde_json::Value;
+
+use crate::describe::{Description, describe};
+
 /// Say what any supported file holds.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Radar logs, trajectories, GNSS observations or navigation, images.
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
-    /// Answer as JSON.
+    /// Answer as JSON: one object for each file.
     #[arg(long)]
     json: bool,
 }
@@ -19,13 +23,99 @@ pub struct Args {
 /// # Errors
 /// A file that cannot be read or is of no supported kind.
 pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
-    let _ = args.json;
-    for file in &args.files {
-        anyhow::bail!(
-            "{}: not a kind of file that this version reads",
-            file.display()
-        );
+    for (k, file) in args.files.iter().enumerate() {
+        let description = describe(file)?;
+        if args.json {
+            let mut object = serde_json::to_value(&description)?;
+            object["file"] = Value::from(file.display().to_string());
+            writeln!(out, "{object}")?;
+        } else {
+            if k > 0 {
+                writeln!(out)?;
+            }
+            writeln!(out, "{}: {}", file.display(), description.kind)?;
+            write_text(&description, out)?;
+        }
     }
-    out.flush()?;
     Ok(())
+}
+
+fn write_text(description: &Description, out: &mut dyn Write) -> anyhow::Result<()> {
+    for (name, value) in &description.facts {
+        let (label, unit) = label_and_unit(name);
+        let text = match value {
+            Value::Number(n) if n.is_f64() => round(n.as_f64().unwrap_or(f64::NAN)),
+            Value::Array(ends) => {
+                let ends: Vec<String> = ends
+                    .iter()
+                    .map(|v| v.as_f64().map_or(v.to_string(), round))
+                    .collect();
+                ends.join(" … ")
+            }
+            Value::String(text) => text.clone(),
+            Value::Bool(yes) => if *yes { "yes" } else { "no" }.to_owned(),
+            Value::Null => "–".to_owned(),
+            other => other.to_string(),
+        };
+        writeln!(
+            out,
+            "  {label:<24} {text}{}{unit}",
+            if unit.is_empty() { "" } else { " " }
+        )?;
+    }
+    for note in &description.notes {
+        writeln!(out, "  - {note}")?;
+    }
+    Ok(())
+}
+
+/// Splits the unit off a name: `scan_interval_ms` is `scan interval` in `ms`.
+fn label_and_unit(name: &str) -> (String, &str) {
+    let units = [
+        ("_deg_m", "° ° m"),
+        ("_ghz", "GHz"),
+        ("_hz", "Hz"),
+        ("_ns", "ns"),
+        ("_ps", "ps"),
+        ("_ms", "ms"),
+        ("_s", "s"),
+        ("_m", "m"),
+        ("_gpst", "GPST"),
+    ];
+    let found = units
+        .iter()
+        .find_map(|(end, unit)| name.strip_suffix(end).map(|n| (n, *unit)));
+    let (stem, unit) = found.unwrap_or((name, ""));
+    (stem.replace('_', " "), unit)
+}
+
+/// Nine significant digits, without trailing zeros.
+fn round(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return value.to_string();
+    }
+    #[expect(clippy::cast_possible_truncation, reason = "at most 309 digits")]
+    let digits = (8 - value.abs().log10().floor() as i32).clamp(0, 12);
+    let scale = 10.0_f64.powi(digits);
+    ((value * scale).round() / scale).to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_become_labels_with_units() {
+        assert_eq!(
+            label_and_unit("scan_interval_ms"),
+            ("scan interval".to_owned(), "ms")
+        );
+        assert_eq!(
+            label_and_unit("whole_scans"),
+            ("whole scans".to_owned(), "")
+        );
+        assert_eq!(round(21.572_812_345_678), "21.5728123");
+        assert_eq!(round(-0.5), "-0.5");
+        assert_eq!(round(0.0), "0");
+    }
 }

@@ -2,3 +2,4 @@
 
 pub mod flight;
 pub mod radar;
+pub mod scene;

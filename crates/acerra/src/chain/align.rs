@@ -1,0 +1,235 @@
+//! Stage `align`: a position for every trace, and which traces enter the image.
+
+use acerra_geo::interpolate::{
+    Flag, Interpolated, InterpolationOptions, Interpolator, path_length_per_trace_m,
+};
+use acerra_geo::trajectory::{SolutionStatus, Trajectory};
+use anyhow::bail;
+
+use super::moving::moving;
+
+use super::position::Positions;
+use super::warnings::Warnings;
+use crate::campaign::{Campaign, Select, Unfixed};
+
+/// The traces that enter the image, with their positions. All lists have one entry a trace.
+#[derive(Clone, Debug)]
+pub struct Aligned {
+    /// Trajectory time minus radar time (s).
+    pub time_offset_s: f64,
+    /// How the offset was found, when it was not given.
+    pub search: Option<()>,
+    /// Numbers of the traces in the log.
+    pub traces: Vec<usize>,
+    /// Their radar time (s).
+    pub time_s: Vec<f64>,
+    /// Place of the phase centre: east, north, up (m).
+    pub position_m: Vec<[f64; 3]>,
+    /// Standard deviations of the places (m); empty where the trajectory does not tell.
+    pub sigma_m: Vec<[f64; 3]>,
+    /// Solution status.
+    pub status: Vec<SolutionStatus>,
+    /// Path that each trace stands for (m).
+    pub path_m: Vec<f64>,
+}
+
+impl Aligned {
+    /// Heights of the phase centre above the plane `z_m` (m).
+    #[must_use]
+    pub fn height_above_m(&self, z_m: f64) -> Vec<f64> {
+        self.position_m.iter().map(|p| p[2] - z_m).collect()
+    }
+}
+
+/// Gives every trace its position at a known offset, and selects.
+///
+/// # Errors
+/// No overlap of radar log and trajectory, or no trace left.
+pub fn align(
+    campaign: &Campaign,
+    radar_time_s: &[f64],
+    positions: &Positions,
+    time_offset_s: f64,
+    warnings: &mut Warnings,
+) -> anyhow::Result<Aligned> {
+    let covered = match positions {
+        Positions::PerTrace(position_m) => per_trace(radar_time_s, position_m),
+        Positions::Trajectory(trajectory) => {
+            let at = interpolator(campaign, trajectory);
+            on_trajectory(
+                campaign,
+                radar_time_s,
+                trajectory,
+                &at,
+                time_offset_s,
+                warnings,
+            )?
+        }
+    };
+    let selected = select(campaign, radar_time_s.len(), &covered)?;
+    let kept: Vec<&Placed> = covered.iter().filter(|p| selected[p.trace]).collect();
+    if kept.is_empty() {
+        bail!(
+            "no trace is left: {} have a position, none of them is selected",
+            covered.len()
+        );
+    }
+    let position_m: Vec<[f64; 3]> = kept.iter().map(|p| p.place.position_m).collect();
+    let sigma_m: Option<Vec<[f64; 3]>> = kept
+        .iter()
+        .map(|p| {
+            p.place
+                .covariance_m2
+                .map(|c| [0, 1, 2].map(|i| c[i][i].max(0.0).sqrt()))
+        })
+        .collect();
+    Ok(Aligned {
+        time_offset_s,
+        search: None,
+        traces: kept.iter().map(|p| p.trace).collect(),
+        time_s: kept.iter().map(|p| radar_time_s[p.trace]).collect(),
+        path_m: path_length_per_trace_m(&position_m),
+        position_m,
+        sigma_m: sigma_m.unwrap_or_default(),
+        status: kept.iter().map(|p| p.place.status).collect(),
+    })
+}
+
+/// The interpolation that a campaign asks for.
+#[must_use]
+pub fn interpolator<'a>(campaign: &Campaign, trajectory: &'a Trajectory) -> Interpolator<'a> {
+    let mut options = InterpolationOptions::default();
+    options.max_gap_s = campaign.trajectory.max_gap_s;
+    Interpolator::new(trajectory, &options)
+}
+
+/// A trace with its place.
+struct Placed {
+    trace: usize,
+    place: Interpolated,
+    /// Horizontal speed (m/s), averaged over half a second.
+    speed_m_s: f64,
+}
+
+fn on_trajectory(
+    campaign: &Campaign,
+    radar_time_s: &[f64],
+    trajectory: &Trajectory,
+    at: &Interpolator<'_>,
+    time_offset_s: f64,
+    warnings: &mut Warnings,
+) -> anyhow::Result<Vec<Placed>> {
+    let times_s: Vec<f64> = radar_time_s.iter().map(|t| t + time_offset_s).collect();
+    let (places, coverage) = at.at_all(&times_s);
+    if !places.iter().any(|place| place.flag.is_covered()) {
+        bail!(
+            "radar log and trajectory do not overlap: with time_offset_s = {time_offset_s} the \
+             traces fall on {:.3} to {:.3} s, the trajectory covers {:.3} to {:.3} s",
+            times_s.first().copied().unwrap_or(f64::NAN),
+            times_s.last().copied().unwrap_or(f64::NAN),
+            trajectory.start_s(),
+            trajectory.end_s(),
+        );
+    }
+    let outside = coverage.count(Flag::BeforeStart) + coverage.count(Flag::AfterEnd);
+    warnings.count(
+        outside,
+        "traces lie before or after the trajectory and were left out",
+    );
+    warnings.count(
+        coverage.count(Flag::InGap),
+        format!(
+            "traces fall into gaps of the trajectory longer than {:.2} s and were left out",
+            coverage.max_gap_s
+        ),
+    );
+    let keep_unfixed = campaign.trajectory.unfixed == Unfixed::Keep;
+    warnings.count(
+        coverage.count(Flag::Unfixed),
+        if keep_unfixed {
+            "traces stand at unfixed positions and entered all the same"
+        } else {
+            "traces stand at unfixed positions and were left out"
+        },
+    );
+    let placed = places
+        .into_iter()
+        .zip(&times_s)
+        .enumerate()
+        .filter_map(|(trace, (place, t))| {
+            let wanted = place.flag == Flag::Ok || place.flag == Flag::Unfixed && keep_unfixed;
+            wanted.then(|| {
+                let [before, after] = [-0.25, 0.25].map(|d| at.at(t + d).position_m);
+                let speed_m_s = (after[0] - before[0]).hypot(after[1] - before[1]) / 0.5;
+                Placed {
+                    trace,
+                    place,
+                    speed_m_s,
+                }
+            })
+        });
+    Ok(placed.collect())
+}
+
+/// Positions that came with the traces.
+fn per_trace(time_s: &[f64], position_m: &[[f64; 3]]) -> Vec<Placed> {
+    let near = |t: f64, sign: f64| {
+        // The trace about a quarter of a second away, or the last one on that side.
+        let wanted = t + sign * 0.25;
+        let k = time_s.partition_point(|s| *s < wanted);
+        k.min(time_s.len() - 1)
+    };
+    let speed_m_s = |t: f64| {
+        let (a, b) = (near(t, -1.0), near(t, 1.0));
+        let seconds = time_s[b] - time_s[a];
+        let [dx, dy] = [0, 1].map(|i| position_m[b][i] - position_m[a][i]);
+        if seconds > 0.0 {
+            dx.hypot(dy) / seconds
+        } else {
+            0.0
+        }
+    };
+    let place = |t: f64, p: [f64; 3]| Interpolated {
+        time_s: t,
+        position_m: p,
+        velocity_m_s: [0.0; 3],
+        covariance_m2: None,
+        attitude: None,
+        status: SolutionStatus::External,
+        flag: Flag::Ok,
+    };
+    time_s
+        .iter()
+        .zip(position_m)
+        .enumerate()
+        .map(|(trace, (t, p))| Placed {
+            trace,
+            place: place(*t, *p),
+            speed_m_s: speed_m_s(*t),
+        })
+        .collect()
+}
+
+/// Which traces of the log `[radar] select` takes.
+fn select(campaign: &Campaign, traces: usize, placed: &[Placed]) -> anyhow::Result<Vec<bool>> {
+    let mut selected = vec![false; traces];
+    match campaign.radar.select {
+        Select::All => selected.fill(true),
+        Select::Range([first, last]) => {
+            if last >= traces {
+                bail!(
+                    "[radar] select: expected trace numbers below {traces}, the traces of the \
+                     log, found {last}"
+                );
+            }
+            selected[first..=last].fill(true);
+        }
+        Select::Moving => {
+            let speed_m_s: Vec<f64> = placed.iter().map(|p| p.speed_m_s).collect();
+            for (p, is_moving) in placed.iter().zip(moving(&speed_m_s)?) {
+                selected[p.trace] = is_moving;
+            }
+        }
+    }
+    Ok(selected)
+}

@@ -1,0 +1,105 @@
+//! Stage `position`: where the positioned point was, as a trajectory in the image's frame.
+
+use std::fs::File;
+use std::io::BufReader;
+use std::path::Path;
+
+use acerra_geo::geodesy::Geodetic;
+use acerra_geo::lever_arm::{HeadingOptions, apply_lever_arm};
+use acerra_geo::read::{ReadOptions, read_trajectory};
+use acerra_geo::trajectory::Trajectory;
+use anyhow::Context;
+
+use super::read::{RadarData, name_of};
+use super::warnings::Warnings;
+use crate::campaign::{Campaign, TrajectorySection};
+
+/// Positions, as the campaign gives them.
+#[derive(Clone, Debug)]
+pub enum Positions {
+    /// A trajectory of the radar's phase centre, on a clock of its own.
+    Trajectory(Box<Trajectory>),
+    /// One position of the phase centre for each trace, from the radar file (m).
+    PerTrace(Vec<[f64; 3]>),
+}
+
+/// Finds the positions.
+///
+/// # Errors
+/// No source of positions, or one that cannot be read; the message names the file and the place.
+pub fn position(
+    campaign: &Campaign,
+    radar: &RadarData,
+    warnings: &mut Warnings,
+) -> anyhow::Result<Positions> {
+    match (&campaign.trajectory.file, &radar.position_m) {
+        (Some(file), inside) => {
+            if inside.is_some() {
+                warnings.add(format!(
+                    "{} brings positions of its own; those of {} are used",
+                    name_of(&campaign.radar.file),
+                    name_of(file)
+                ));
+            }
+            let trajectory = read(file, &campaign.trajectory, warnings)?;
+            Ok(Positions::Trajectory(Box::new(trajectory)))
+        }
+        (None, Some(position_m)) => {
+            if campaign.trajectory.lever_arm_m != [0.0; 3] {
+                anyhow::bail!(
+                    "[trajectory] lever_arm_m: expected none, as position_m in {} gives the \
+                     phase centre itself",
+                    campaign.radar.file.display()
+                );
+            }
+            Ok(Positions::PerTrace(position_m.clone()))
+        }
+        (None, None) => anyhow::bail!(
+            "no positions: expected [trajectory] file, or position_m in {}",
+            campaign.radar.file.display()
+        ),
+    }
+}
+
+fn read(
+    path: &Path,
+    section: &TrajectorySection,
+    warnings: &mut Warnings,
+) -> anyhow::Result<Trajectory> {
+    let file = File::open(path).with_context(|| format!("{}", path.display()))?;
+    let mut options = ReadOptions::default();
+    if let Some([latitude, longitude, height_m]) = section.origin_deg_m {
+        options = options.with_origin(Geodetic::from_degrees(latitude, longitude, height_m));
+    }
+    if let Some(name) = &section.rigid_body {
+        options = options.with_rigid_body(name);
+    }
+    let (trajectory, report) = read_trajectory(BufReader::new(file), &options)
+        .with_context(|| format!("{}", path.display()))?;
+    if report.skipped_total() > 0 {
+        warnings.add(format!("{}: {report}", name_of(path)));
+    }
+    for warning in &report.warnings {
+        warnings.add(format!("{}: {warning}", name_of(path)));
+    }
+    phase_centre(trajectory, section, warnings)
+}
+
+/// Moves a trajectory of the positioned point to the radar's phase centre.
+fn phase_centre(
+    trajectory: Trajectory,
+    section: &TrajectorySection,
+    warnings: &mut Warnings,
+) -> anyhow::Result<Trajectory> {
+    if section.lever_arm_m == [0.0; 3] {
+        return Ok(trajectory);
+    }
+    let (moved, report) =
+        apply_lever_arm(&trajectory, section.lever_arm_m, &HeadingOptions::default())
+            .context("[trajectory] lever_arm_m")?;
+    warnings.count(
+        report.held,
+        "positions have neither attitude nor heading: the lever arm keeps its last direction there",
+    );
+    Ok(moved)
+}

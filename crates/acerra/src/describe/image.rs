@@ -1,0 +1,37 @@
+//! Focused images.
+
+use std::io::{Read, Seek};
+
+use npyz::npz::NpzArchive;
+
+use super::Description;
+
+/// Whether the first bytes are those of an `image.npz`.
+pub fn is_image(head: &[u8]) -> bool {
+    // The name of the first member stands right behind its 30-byte local header.
+    head.starts_with(b"PK\x03\x04") && head.get(30..).is_some_and(|b| b.starts_with(b"image.npy"))
+}
+
+pub fn describe(reader: impl Read + Seek) -> anyhow::Result<Description> {
+    let mut npz = NpzArchive::new(reader)?;
+    let mut d = Description::new("focused image");
+    let mut shape = |name: &str| -> anyhow::Result<Vec<u64>> {
+        let member = npz.by_name(name)?;
+        Ok(member
+            .map(|array| array.shape().to_vec())
+            .unwrap_or_default())
+    };
+    let image = shape("image")?;
+    let [ny, nx] = image[..] else {
+        anyhow::bail!("image: expected two dimensions, found {}", image.len());
+    };
+    d.fact("rows", ny);
+    d.fact("columns", nx);
+    for (name, expected) in [("x_m", nx), ("y_m", ny)] {
+        let found = shape(name)?;
+        if found != [expected] {
+            anyhow::bail!("{name}: expected {expected} values, found shape {found:?}");
+        }
+    }
+    Ok(d)
+}

@@ -1,0 +1,79 @@
+//! What a file holds, whatever its kind.
+
+mod gnss;
+mod image;
+mod radar;
+mod trajectory;
+
+use std::fs::File;
+use std::io::{BufReader, Read, Seek};
+use std::path::Path;
+
+use anyhow::{Context, bail};
+use serde::Serialize;
+use serde_json::Value;
+
+/// What was found in a file.
+#[derive(Clone, Debug, Serialize)]
+pub struct Description {
+    /// Kind of file, in words.
+    pub kind: String,
+    /// Named facts; names carry their units.
+    pub facts: serde_json::Map<String, Value>,
+    /// What is missing, damaged or worth knowing.
+    pub notes: Vec<String>,
+}
+
+impl Description {
+    fn new(kind: impl Into<String>) -> Self {
+        Self {
+            kind: kind.into(),
+            facts: serde_json::Map::new(),
+            notes: Vec::new(),
+        }
+    }
+
+    fn fact(&mut self, name: &str, value: impl Into<Value>) {
+        self.facts.insert(name.to_owned(), value.into());
+    }
+}
+
+/// Reads the file, whole, and says what it holds.
+///
+/// # Errors
+/// A file that cannot be read, is of no known kind, or is broken beyond use.
+pub fn describe(path: &Path) -> anyhow::Result<Description> {
+    let at = || format!("{}", path.display());
+    let metadata = std::fs::metadata(path).with_context(at)?;
+    if metadata.is_dir() {
+        bail!("{}: expected a file, found a directory", path.display());
+    }
+    let mut file = File::open(path).with_context(at)?;
+    let mut head = Vec::new();
+    file.by_ref()
+        .take(1 << 16)
+        .read_to_end(&mut head)
+        .with_context(at)?;
+    file.rewind().with_context(at)?;
+    if head.is_empty() {
+        bail!("{}: the file is empty", path.display());
+    }
+    let reader = BufReader::new(file);
+    if image::is_image(&head) {
+        return image::describe(reader).with_context(at);
+    }
+    if radar::is_radar(&head) {
+        return radar::describe(reader).with_context(at);
+    }
+    if gnss::is_gnss(&head) {
+        return gnss::describe(reader).with_context(at);
+    }
+    if acerra_geo::read::sniff(&head).is_some() {
+        return trajectory::describe(reader).with_context(at);
+    }
+    bail!(
+        "{}: not a kind that is known; expected a radar log (MRM capture, MRM-RET text, NPZ), a \
+         trajectory (.pos, CSV, NMEA, Motive export), RINEX, UBX or an image.npz",
+        path.display()
+    )
+}

@@ -1,0 +1,69 @@
+//! Trajectories.
+
+use std::io::BufRead;
+
+use acerra_geo::interpolate::default_max_gap_s;
+use acerra_geo::read::{ReadOptions, read_trajectory};
+use acerra_geo::trajectory::SolutionStatus;
+use serde_json::json;
+
+use super::Description;
+
+pub fn describe(reader: impl BufRead) -> anyhow::Result<Description> {
+    let (trajectory, report) = read_trajectory(reader, &ReadOptions::default())?;
+    let mut d = Description::new(report.format.to_string());
+    d.fact("positions", trajectory.fixes().len());
+    d.fact("start_s", trajectory.start_s());
+    d.fact("end_s", trajectory.end_s());
+    for (name, at) in [("start", trajectory.start_s()), ("end", trajectory.end_s())] {
+        if let Some(time) = trajectory.gps_time_at(at) {
+            d.fact(&format!("{name}_gpst"), time.to_string());
+        }
+    }
+    d.fact("interval_s", trajectory.sample_interval_s());
+    let max_gap_s = default_max_gap_s(&trajectory);
+    let gaps: Vec<(f64, f64)> = trajectory.gaps(max_gap_s).collect();
+    d.fact("gaps", gaps.len());
+    for (from, to) in gaps.iter().take(10) {
+        d.notes
+            .push(format!("gap of {:.3} s from {from:.3} s", to - from));
+    }
+    d.fact("path_m", trajectory.path_length_m());
+    let (low, high) = trajectory.bounds_m();
+    d.fact("east_m", json!([low[0], high[0]]));
+    d.fact("north_m", json!([low[1], high[1]]));
+    d.fact("up_m", json!([low[2], high[2]]));
+    let counts = trajectory.status_counts();
+    for status in SolutionStatus::ALL {
+        let count = counts.of(status);
+        if count > 0 {
+            d.fact(&format!("{}_positions", status.name()), count);
+        }
+    }
+    if let Some(frame) = trajectory.frame().enu() {
+        let origin = frame.origin();
+        d.fact(
+            "origin_deg_m",
+            json!([
+                origin.latitude_deg(),
+                origin.longitude_deg(),
+                origin.height_m
+            ]),
+        );
+    }
+    for (name, value) in &report.about {
+        d.notes.push(format!("{name}: {value}"));
+    }
+    if report.skipped_total() > 0 {
+        d.notes.push(report.to_string());
+    }
+    d.notes
+        .extend(report.warnings.iter().map(ToString::to_string));
+    if !report.unused_columns.is_empty() {
+        d.notes.push(format!(
+            "columns not used: {}",
+            report.unused_columns.join(", ")
+        ));
+    }
+    Ok(d)
+}

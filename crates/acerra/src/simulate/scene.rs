@@ -1,0 +1,134 @@
+//! The scene file: what is flown, over what, with which instruments.
+
+use serde::{Deserialize, Serialize};
+
+use super::flight::{FlightError, FlightModel};
+use super::radar::{
+    Clutter, CornerReflector, Ground, PointTarget, RadarModel, RadarModelError, RadarScene,
+};
+
+/// A scene file. Positions are east, north, up about `origin_deg_m`, the surface at z = 0.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Scene {
+    /// Seed of everything random: the same seed gives the same bytes.
+    #[serde(default)]
+    pub seed: u64,
+    /// Latitude and longitude (degrees) and ellipsoidal height (m) of the origin.
+    #[serde(default = "default_origin_deg_m")]
+    pub origin_deg_m: [f64; 3],
+    /// The flight.
+    pub flight: FlightModel,
+    /// The radar.
+    #[serde(default)]
+    pub radar: RadarModel,
+    /// Which part of the flight the radar log holds.
+    #[serde(default)]
+    pub record: Record,
+    /// Points.
+    #[serde(default)]
+    pub point: Vec<PointTarget>,
+    /// Corner reflectors.
+    #[serde(default)]
+    pub corner: Vec<CornerReflector>,
+    /// The surface; absent for targets in free space.
+    #[serde(default)]
+    pub ground: Option<Ground>,
+    /// Extended objects.
+    #[serde(default)]
+    pub clutter: Vec<Clutter>,
+}
+
+/// Which part of a flight the radar log holds.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Record {
+    /// From one end of the track to the other.
+    #[default]
+    Track,
+    /// From before take-off to after landing.
+    Flight,
+}
+
+/// Why a scene is refused.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SceneError {
+    /// Not TOML, an unknown key, or a value of the wrong form.
+    #[error("line {line}, column {column}: {message}")]
+    Syntax {
+        /// Line, counted from 1.
+        line: usize,
+        /// Column, counted from 1.
+        column: usize,
+        /// What is wrong.
+        message: String,
+    },
+    /// A flight that cannot be flown.
+    #[error(transparent)]
+    Flight(#[from] FlightError),
+    /// A radar or a scene that cannot be.
+    #[error(transparent)]
+    Radar(#[from] RadarModelError),
+    /// No place on Earth.
+    #[error(
+        "origin_deg_m: expected [latitude, longitude, height], degrees and metres, found {0:?}"
+    )]
+    Origin([f64; 3]),
+}
+
+impl Scene {
+    /// Reads a scene from the text of its file.
+    ///
+    /// # Errors
+    /// Unknown keys, values of the wrong form, scenes that cannot be.
+    ///
+    /// ```
+    /// use acerra::simulate::scene::Scene;
+    /// let scene = Scene::parse(
+    ///     "[flight]\ntrack_start_m = [0, 0]\ntrack_end_m = [31.4, 0]\nheight_m = 4\n\
+    ///      track_duration_s = 17.5\n[[corner]]\nposition_m = [4, 0, 0]\n",
+    /// )?;
+    /// assert_eq!(scene.corner.len(), 1);
+    /// # Ok::<(), acerra::simulate::scene::SceneError>(())
+    /// ```
+    pub fn parse(text: &str) -> Result<Self, SceneError> {
+        let scene: Self = toml::from_str(text).map_err(|error| {
+            let (line, column) = crate::campaign::line_and_column(text, error.span());
+            SceneError::Syntax {
+                line,
+                column,
+                message: error.message().to_owned(),
+            }
+        })?;
+        scene.check()?;
+        Ok(scene)
+    }
+
+    /// What the radar sees.
+    #[must_use]
+    pub fn radar_scene(&self) -> RadarScene {
+        RadarScene {
+            point: self.point.clone(),
+            corner: self.corner.clone(),
+            ground: self.ground.clone(),
+            clutter: self.clutter.clone(),
+        }
+    }
+
+    fn check(&self) -> Result<(), SceneError> {
+        self.flight.check()?;
+        self.radar.check()?;
+        self.radar_scene().check()?;
+        let [latitude, longitude, height] = self.origin_deg_m;
+        if !(latitude.abs() <= 90.0 && longitude.abs() <= 360.0 && height.abs() < 1e5) {
+            return Err(SceneError::Origin(self.origin_deg_m));
+        }
+        Ok(())
+    }
+}
+
+/// The paper's test site, a small town near Naples.
+fn default_origin_deg_m() -> [f64; 3] {
+    [40.9596, 14.3696, 75.0]
+}
