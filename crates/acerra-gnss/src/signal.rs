@@ -103,7 +103,7 @@ mod tests {
         assert_eq!(l1.carrier_frequency_hz(System::Glonass, None), None);
         assert_eq!(
             l1.carrier_frequency_hz(System::Glonass, Some(-7)),
-            Some(1_598.0625e6)
+            Some(1_598.062_5e6)
         );
         let b1i = SignalCode::new(2, 'I');
         assert_eq!(

@@ -343,7 +343,9 @@ impl<S: LineSource> RinexObservations<S> {
                     self.pending = true;
                     return Ok(Taken::Interrupted);
                 }
-                if !self.source.terminated() && (cut_in_value(line) || row + 1 < rows) {
+                if !self.source.terminated()
+                    && (line.len() < 14 || cut_in_value(line) || row + 1 < rows)
+                {
                     return Ok(Taken::Ended);
                 }
                 values.extend_from_slice(&line[..line.len().min(80)]);
