@@ -9,10 +9,11 @@ use flate2::read::MultiGzDecoder;
 use crate::collect::Collector;
 use crate::crinex::CrinexLines;
 use crate::input::{
-    FileKind, Limits, LineSource, Lines, ReadError, ReadReport, SNIFF_BYTES, sniff,
+    FileKind, Limits, LineSource, Lines, Place, ReadError, ReadReport, SNIFF_BYTES, sniff,
 };
 use crate::rinex::{ObservationRecord, RinexObservations, read_navigation_lines};
-use crate::{Navigation, ObservationData, select_signals};
+use crate::ubx::{UbxLog, read_ubx};
+use crate::{Navigation, ObservationData, SignalChoice, select_signals};
 
 /// What a GNSS file held.
 #[derive(Debug, Clone, PartialEq)]
@@ -149,10 +150,53 @@ fn read_kind(kind: FileKind, reader: impl Read, limits: Limits) -> Result<GnssFi
                 report,
             })
         }
+        FileKind::Ubx => {
+            let mut log = Vec::new();
+            let mut reader = reader.take(limits.max_bytes.saturating_add(1));
+            reader.read_to_end(&mut log)?;
+            if log.len() as u64 > limits.max_bytes {
+                return Err(ReadError::Limit {
+                    what: "the file",
+                    limit: limits.max_bytes,
+                });
+            }
+            Ok(ubx_file(&log))
+        }
         found => Err(ReadError::WrongKind {
             expected: "RINEX or UBX observations or navigation data",
             found,
         }),
+    }
+}
+
+fn ubx_file(log: &[u8]) -> GnssFile {
+    let UbxLog {
+        epochs,
+        events,
+        navigation,
+        glonass_channels,
+        mut report,
+    } = read_ubx(log);
+    let mut collector = Collector::default();
+    for (offset, epoch) in epochs {
+        collector.epoch(
+            select_signals(&epoch, &SignalChoice::PerSatellite),
+            Place::Byte(offset),
+        );
+    }
+    for event in events {
+        collector.event(event);
+    }
+    let mut data = ObservationData {
+        glonass_channels,
+        ..ObservationData::default()
+    };
+    collector.finish(&mut data, &mut report);
+    GnssFile {
+        kind: FileKind::Ubx,
+        observations: Some(data),
+        navigation: Some(navigation),
+        report,
     }
 }
 

@@ -1,4 +1,5 @@
 //! Real RINEX files: the counts were made by an independent scan of the text.
+#![allow(clippy::unwrap_used, reason = "tests may fail loudly")]
 
 mod common;
 

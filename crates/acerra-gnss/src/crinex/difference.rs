@@ -72,10 +72,13 @@ pub(super) fn fixed_point(value: i64, decimals: usize, width: usize) -> Option<S
     let scale = 10_u64.pow(u32::try_from(decimals).ok()?);
     let (whole, rest) = (value.unsigned_abs() / scale, value.unsigned_abs() % scale);
     let sign = if value < 0 { "-" } else { "" };
-    let mut text = format!("{sign}{whole}.{rest:0decimals$}");
-    if text.len() == width + 1 && whole == 0 {
-        text = format!("{sign}.{rest:0decimals$}");
-    }
+    // No zero before the point, as Fortran and the original tool write.
+    let whole = if whole == 0 {
+        String::new()
+    } else {
+        whole.to_string()
+    };
+    let text = format!("{sign}{whole}.{rest:0decimals$}");
     (text.len() <= width).then(|| format!("{text:>width$}"))
 }
 
@@ -131,8 +134,8 @@ mod tests {
             fixed_point(23_629_347_915, 3, 14).unwrap(),
             "  23629347.915"
         );
-        assert_eq!(fixed_point(-353, 3, 14).unwrap(), "        -0.353");
-        assert_eq!(fixed_point(-123_456_789, 9, 12).unwrap(), "-0.123456789");
+        assert_eq!(fixed_point(-353, 3, 14).unwrap(), "         -.353");
+        assert_eq!(fixed_point(-123_456_789, 9, 12).unwrap(), " -.123456789");
         assert_eq!(fixed_point(99_999_999_999_999, 3, 14), None);
     }
 }

@@ -266,12 +266,18 @@ impl<S: LineSource> CrinexLines<S> {
                 continue;
             };
             let mut state = self.satellites.remove(&name).unwrap_or_default();
-            let fields = decode_fields(&mut state, types, self.source.line(), |_| {
-                self.report.drop_one(
-                    DropReason::BrokenDifference,
-                    Place::Line(self.source.number()),
-                );
-            });
+            let fields = decode_fields(
+                &mut state,
+                types,
+                self.layout.version,
+                self.source.line(),
+                |_| {
+                    self.report.drop_one(
+                        DropReason::BrokenDifference,
+                        Place::Line(self.source.number()),
+                    );
+                },
+            );
             decoded.push((self.source.number(), name, fields));
             states.insert(name, state);
         }
@@ -346,6 +352,7 @@ impl<S: LineSource> CrinexLines<S> {
 fn decode_fields(
     state: &mut SatelliteState,
     types: usize,
+    version: u8,
     line: &[u8],
     mut broken: impl FnMut(usize),
 ) -> Vec<u8> {
@@ -371,6 +378,12 @@ fn decode_fields(
     }
     patch_text(&mut state.flags, rest);
     state.flags.resize(2 * types, b' ');
+    if version == 1 {
+        // Version 1 has no flags without a value, and does not write their going.
+        for (i, _) in texts.iter().enumerate().filter(|(_, t)| t.is_none()) {
+            state.flags[2 * i..2 * i + 2].fill(b' ');
+        }
+    }
     let mut out = Vec::with_capacity(16 * types);
     for (i, text) in texts.iter().enumerate() {
         match text {

@@ -73,6 +73,8 @@ pub enum DropReason {
         /// Message identifier.
         id: u8,
     },
+    /// UBX: a time mark that the receiver calls invalid.
+    TimeNotValid,
     /// UBX: a measurement epoch with no week number yet.
     NoWeek,
     /// Observations of a system for which the header declares no types.
@@ -109,6 +111,7 @@ impl fmt::Display for DropReason {
             Self::MalformedMessage { class, id } => {
                 write!(f, "malformed message {class:02X} {id:02X}")
             }
+            Self::TimeNotValid => f.write_str("time mark not valid"),
             Self::NoWeek => f.write_str("no week number"),
             Self::UndeclaredSystem(letter) => {
                 write!(f, "no observation types declared for system {letter}")

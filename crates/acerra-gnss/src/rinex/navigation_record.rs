@@ -213,6 +213,14 @@ pub(crate) fn accuracy_m(value_m: f64) -> f64 {
         .unwrap_or(&6144.0)
 }
 
+/// One sigma of a broadcast accuracy index.
+pub(crate) fn accuracy_of_index_m(index: u32) -> f64 {
+    ACCURACY_STEPS_M
+        .get(index as usize)
+        .copied()
+        .unwrap_or(6144.0)
+}
+
 /// One sigma of Galileo's signal-in-space accuracy: quantised as broadcast; 500 m where there is
 /// no prediction.
 pub(crate) fn galileo_accuracy_m(value_m: f64) -> f64 {
