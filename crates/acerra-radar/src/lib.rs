@@ -1,5 +1,7 @@
 //! Ultra-wideband radar logs: readers, zero-timing, background removal, gating, spectra.
 
+pub mod align;
+pub mod clean;
 pub mod mrm;
 pub mod npz;
 pub mod ret;
@@ -13,7 +15,9 @@ mod radargram;
 mod report;
 mod runs;
 mod scan;
+mod select;
 mod spectrum;
+mod value;
 
 pub use clock::{ClockBasis, ClockStretch, Numbering, RadioClock, recover_clock};
 pub use constants::{DEFAULT_STEP_BINS, FAST_TIME_BIN_S, SPEED_OF_LIGHT_M_S, two_way_delay_s};
@@ -25,4 +29,5 @@ pub use radargram::{Radargram, RadargramError, Samples};
 pub use report::{Blemish, BlemishKind, Place, ReadReport};
 pub use runs::{LogRadargram, RadargramOptions, Run, RunChoice, RunError};
 pub use scan::{Filtering, Scan, ScanWindow};
+pub use select::{MovingOptions, moving_traces};
 pub use spectrum::Spectrum;

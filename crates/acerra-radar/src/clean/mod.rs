@@ -1,0 +1,128 @@
+//! From the raw radargram to spectra: zero-timing, background removal, gating, transform.
+//!
+//! Each stage is a pure function from one [`Radargram`](crate::Radargram) to the next. Heights are
+//! one number a trace, m; sums are formed in double precision.
+
+mod background;
+mod components;
+mod envelope;
+mod gate;
+mod surface;
+mod transform;
+mod zero_timing;
+
+use thiserror::Error;
+
+pub use background::{Background, remove_background};
+pub use envelope::envelope;
+pub use gate::{Gate, apply_gate};
+pub use surface::{SurfaceOptions, SurfacePick, SurfaceTrack, track_surface};
+pub use transform::{spectrum_at, spectrum_by_direct_sum};
+pub use zero_timing::{ZeroTiming, ZeroTimingResult, zero_timing};
+
+/// Why a stage refused its input.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum CleanError {
+    /// Not one height a trace.
+    #[error("expected one height for each of {traces} traces, found {heights}")]
+    Heights {
+        /// Traces there are.
+        traces: usize,
+        /// Heights given.
+        heights: usize,
+    },
+    /// A height that the stage needs is not a positive number.
+    #[error("height of trace {trace} must be a positive number of metres, found {height_m}")]
+    Height {
+        /// The trace.
+        trace: usize,
+        /// Its height, m.
+        height_m: f64,
+    },
+    /// Background removal would leave nothing.
+    #[error("background removal by {method} needs at least {needed} traces, found {traces}")]
+    TooFewTraces {
+        /// The method.
+        method: &'static str,
+        /// Traces it needs.
+        needed: usize,
+        /// Traces there are.
+        traces: usize,
+    },
+    /// A sliding window that is no window.
+    #[error("a sliding window must hold at least 3 traces, found {window}")]
+    Window {
+        /// Traces in the window.
+        window: usize,
+    },
+    /// The number of components is zero or leaves nothing.
+    #[error("principal components to remove must be 1 to {most}, found {components}")]
+    Components {
+        /// Number found.
+        components: usize,
+        /// Largest number possible.
+        most: usize,
+    },
+    /// A gate that is no interval, or whose edges overlap.
+    #[error(
+        "a gate must end after it starts and its edges fit in it: [{start_s:e}, {end_s:e}] s, edges of {edge_s:e} s"
+    )]
+    Gate {
+        /// Start about the surface, s.
+        start_s: f64,
+        /// End about the surface, s.
+        end_s: f64,
+        /// Length of an edge, s.
+        edge_s: f64,
+    },
+    /// A frequency outside what the samples can hold.
+    #[error(
+        "frequency {frequency_hz} Hz is outside what samples every {step_s:e} s hold (below {limit_hz} Hz)"
+    )]
+    Frequency {
+        /// Frequency wanted, Hz.
+        frequency_hz: f64,
+        /// Sample spacing, s.
+        step_s: f64,
+        /// Limit, Hz.
+        limit_hz: f64,
+    },
+    /// The window holds nothing of the interval where the surface should be.
+    #[error(
+        "no surface echo to be expected in the window: fast time {window_start_s:e} to \
+         {window_end_s:e} s, surface expected within {expected_start_s:e} to {expected_end_s:e} s"
+    )]
+    SurfaceOutside {
+        /// First fast time recorded, s.
+        window_start_s: f64,
+        /// Last fast time recorded, s.
+        window_end_s: f64,
+        /// Earliest fast time of the surface, s.
+        expected_start_s: f64,
+        /// Latest fast time of the surface, s.
+        expected_end_s: f64,
+    },
+    /// Nothing that follows the height stands out.
+    #[error(
+        "no surface echo found: the best stack along 2h/c stands {contrast_db:.1} dB above the \
+         median, at least {needed_db:.1} dB are needed; give the delay instead"
+    )]
+    NoSurface {
+        /// Contrast found, dB.
+        contrast_db: f64,
+        /// Contrast needed, dB.
+        needed_db: f64,
+    },
+}
+
+fn check_heights(traces: usize, height_m: &[f64]) -> Result<(), CleanError> {
+    if height_m.len() == traces {
+        Ok(())
+    } else {
+        Err(CleanError::Heights {
+            traces,
+            heights: height_m.len(),
+        })
+    }
+}

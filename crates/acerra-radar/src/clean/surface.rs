@@ -1,0 +1,318 @@
+//! Finding the surface echo in a raw radargram, given the height of each trace.
+//!
+//! Envelopes are stacked along 2h/c plus a trial delay; the delay at which the stack is highest is
+//! where the surface lies (coupling stays put while the height changes, so it does not stack).
+//! About that delay the echo is then followed from trace to trace by dynamic programming, which
+//! weighs the envelope against jumps, and refined to a fraction of a sample.
+
+use super::background::{Background, median_of, remove_background};
+use super::envelope::envelope_in_band;
+use super::{CleanError, check_heights};
+use crate::constants::two_way_delay_s;
+use crate::radargram::Radargram;
+
+/// Contrast of the stack that counts as an echo, dB. A stack of noise alone stays below 2 dB.
+const NEEDED_DB: f64 = 3.0;
+/// Spread of 2h/c above which what stays put can be taken away without harm to the surface: about
+/// half the length of a 1.7 GHz pulse.
+const MOVES_S: f64 = 0.3e-9;
+
+/// Where the surface echo is looked for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SurfaceOptions {
+    /// Fast time at which range is zero, as far as known, s.
+    pub approximate_delay_s: Option<f64>,
+    /// How far the true delay may lie from the approximate one, s.
+    pub search_s: f64,
+    /// Range of delays tried when none is known, s.
+    pub unknown_delay_s: [f64; 2],
+    /// How far the echo may stray from 2h/c plus the delay found, s.
+    pub follow_s: f64,
+    /// Band of the pulse, Hz: noise outside it does not take part. `None` takes all.
+    pub band_hz: Option<[f64; 2]>,
+}
+
+impl Default for SurfaceOptions {
+    /// Delays of −1 to 20 ns (antenna cables and the radio's own), strays of 1.5 ns (22 cm).
+    fn default() -> Self {
+        Self {
+            approximate_delay_s: None,
+            search_s: 3e-9,
+            unknown_delay_s: [-1e-9, 20e-9],
+            follow_s: 1.5e-9,
+            band_hz: None,
+        }
+    }
+}
+
+/// The surface echo in one trace.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SurfacePick {
+    /// Fast time of the envelope's peak, s.
+    pub fast_time_s: f64,
+    /// Height of the envelope's peak, in samples' units.
+    pub level: f64,
+}
+
+/// The surface echo over all traces.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SurfaceTrack {
+    /// Fast time at which range is zero, by the stack over all traces, s.
+    pub delay_s: f64,
+    /// Contrast of the stack: its peak above its median, dB.
+    pub contrast_db: f64,
+    /// Echo of each trace; `None` where the height is unknown or 2h/c is outside the window.
+    pub picks: Vec<Option<SurfacePick>>,
+}
+
+/// Follows the surface echo through a radargram whose fast time need not be zero-timed.
+///
+/// # Errors
+/// If there is not one height a trace, the window does not reach the surface, or no echo that
+/// follows the height stands out.
+pub fn track_surface(
+    radargram: &Radargram,
+    height_m: &[f64],
+    options: &SurfaceOptions,
+) -> Result<SurfaceTrack, CleanError> {
+    check_heights(radargram.traces, height_m)?;
+    let surface_s: Vec<f64> = height_m
+        .iter()
+        .map(|&h| {
+            if h.is_finite() && h > 0.0 {
+                two_way_delay_s(h)
+            } else {
+                f64::NAN
+            }
+        })
+        .collect();
+    let envelope = changing_envelope(radargram, &surface_s, options.band_hz);
+    let section = Section {
+        radargram,
+        envelope: &envelope,
+        surface_s: &surface_s,
+    };
+    let (delay_s, contrast_db) = section.stack(options)?;
+    if contrast_db < NEEDED_DB {
+        return Err(CleanError::NoSurface {
+            contrast_db,
+            needed_db: NEEDED_DB,
+        });
+    }
+    Ok(SurfaceTrack {
+        delay_s,
+        contrast_db,
+        picks: section.follow(delay_s, options.follow_s),
+    })
+}
+
+/// Envelopes, of the part that changes from trace to trace where the height does too.
+fn changing_envelope(
+    radargram: &Radargram,
+    surface_s: &[f64],
+    band_hz: Option<[f64; 2]>,
+) -> Vec<f64> {
+    let known: Vec<f64> = surface_s
+        .iter()
+        .copied()
+        .filter(|t| t.is_finite())
+        .collect();
+    let mean = known.iter().sum::<f64>() / known.len().max(1) as f64;
+    let spread =
+        (known.iter().map(|t| (t - mean).powi(2)).sum::<f64>() / known.len().max(1) as f64).sqrt();
+    if spread > MOVES_S
+        && let Ok(changing) = remove_background(radargram.clone(), Background::Median)
+    {
+        return envelope_in_band(&changing, band_hz);
+    }
+    envelope_in_band(radargram, band_hz)
+}
+
+/// Envelopes with the curve they are looked at along.
+struct Section<'a> {
+    radargram: &'a Radargram,
+    envelope: &'a [f64],
+    surface_s: &'a [f64],
+}
+
+impl Section<'_> {
+    fn row(&self, trace: usize) -> &[f64] {
+        let n = self.radargram.samples_per_trace;
+        &self.envelope[trace * n..(trace + 1) * n]
+    }
+
+    /// Envelope of a trace at a fast time, by linear interpolation; `None` outside the window.
+    fn at(&self, trace: usize, fast_time_s: f64) -> Option<f64> {
+        let x = self.radargram.sample_index(fast_time_s);
+        if !(x >= 0.0 && x <= (self.radargram.samples_per_trace - 1) as f64) {
+            return None;
+        }
+        let (row, i) = (self.row(trace), x as usize);
+        let next = row.get(i + 1).copied().unwrap_or(row[i]);
+        Some(row[i] + (x - i as f64) * (next - row[i]))
+    }
+
+    /// Delay of the highest stack along 2h/c, and its contrast in dB.
+    fn stack(&self, options: &SurfaceOptions) -> Result<(f64, f64), CleanError> {
+        let [from, to] = match options.approximate_delay_s {
+            Some(d) => [d - options.search_s, d + options.search_s],
+            None => options.unknown_delay_s,
+        };
+        let step = self.radargram.fast_time_step_s;
+        let trials = ((to - from) / step).ceil().max(1.0) as usize + 1;
+        // A delay counts where the window holds it in at least half of the traces.
+        let known = self.surface_s.iter().filter(|t| t.is_finite()).count();
+        let mut stack: Vec<(f64, f64)> = Vec::with_capacity(trials.min(1 << 20));
+        for k in 0..trials.min(1 << 20) {
+            let delay = from + k as f64 * step;
+            let values = self
+                .surface_s
+                .iter()
+                .enumerate()
+                .filter_map(|(m, t)| self.at(m, t + delay));
+            let (sum, count) = values.fold((0.0, 0), |(s, c), v| (s + v, c + 1));
+            if count > 0 && 2 * count >= known {
+                stack.push((delay, sum / count as f64));
+            }
+        }
+        let Some(best) = (0..stack.len()).max_by(|&a, &b| stack[a].1.total_cmp(&stack[b].1)) else {
+            let finite = || self.surface_s.iter().copied().filter(|t| t.is_finite());
+            return Err(CleanError::SurfaceOutside {
+                window_start_s: self.radargram.fast_time_start_s,
+                window_end_s: self.radargram.fast_time_end_s(),
+                expected_start_s: finite().fold(f64::INFINITY, f64::min) + from,
+                expected_end_s: finite().fold(f64::NEG_INFINITY, f64::max) + to,
+            });
+        };
+        let levels: Vec<f64> = stack.iter().map(|s| s.1).collect();
+        let median = median_of(&mut levels.clone());
+        let delay = stack[best].0 + step * peak_offset(&levels, best);
+        let contrast_db = 20.0 * (levels[best] / median.max(f64::MIN_POSITIVE)).log10();
+        Ok((delay, contrast_db))
+    }
+
+    /// Follows the echo within `follow_s` of 2h/c + `delay_s` (Viterbi).
+    fn follow(&self, delay_s: f64, follow_s: f64) -> Vec<Option<SurfacePick>> {
+        let step = self.radargram.fast_time_step_s;
+        let half = (follow_s / step).round().max(1.0) as usize;
+        let states = 2 * half + 1;
+        let offset = |state: usize| (state as f64 - half as f64) * step;
+        let traces: Vec<usize> = (0..self.radargram.traces)
+            .filter(|&m| self.at(m, self.surface_s[m] + delay_s).is_some())
+            .collect();
+        // Log of the envelope against its largest value in the strip: the same for weak and
+        // strong echoes. A jump costs as much as a loss to 1/e for every 0.1 ns.
+        let jump_cost = step / 0.1e-9;
+        let reach = ((0.5e-9 / step).ceil() as usize).max(1);
+        let mut score = vec![0.0; states];
+        let mut from: Vec<Vec<u32>> = Vec::with_capacity(traces.len());
+        for (k, &m) in traces.iter().enumerate() {
+            let centre = self.surface_s[m] + delay_s;
+            let strip: Vec<f64> = (0..states)
+                .map(|s| self.at(m, centre + offset(s)).unwrap_or(0.0))
+                .collect();
+            let top = strip.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
+            let mut back = vec![0u32; states];
+            let mut next = vec![0.0; states];
+            for s in 0..states {
+                let gain = (strip[s] / top).max(1e-4).ln();
+                let (best, value) = if k == 0 {
+                    (s, 0.0)
+                } else {
+                    (s.saturating_sub(reach)..(s + reach + 1).min(states))
+                        .map(|p| (p, score[p] - jump_cost * p.abs_diff(s) as f64))
+                        .max_by(|a, b| a.1.total_cmp(&b.1))
+                        .unwrap_or((s, score[s]))
+                };
+                back[s] = best as u32;
+                next[s] = value + gain;
+            }
+            score = next;
+            from.push(back);
+        }
+        let mut picks = vec![None; self.radargram.traces];
+        let mut state = (0..states)
+            .max_by(|&a, &b| score[a].total_cmp(&score[b]))
+            .unwrap_or(half);
+        for (&m, back) in traces.iter().zip(&from).rev() {
+            let fast_time_s = self.surface_s[m] + delay_s + offset(state);
+            picks[m] = Some(self.refine(m, fast_time_s));
+            state = back[state] as usize;
+        }
+        picks
+    }
+
+    /// The envelope's nearest peak, to a fraction of a sample.
+    fn refine(&self, trace: usize, fast_time_s: f64) -> SurfacePick {
+        let row = self.row(trace);
+        let last = row.len() - 1;
+        let mut i = self
+            .radargram
+            .sample_index(fast_time_s)
+            .round()
+            .clamp(0.0, last as f64) as usize;
+        while i < last && row[i + 1] > row[i] {
+            i += 1;
+        }
+        while i > 0 && row[i - 1] > row[i] {
+            i -= 1;
+        }
+        let (fraction, level) = crest(row, i);
+        let fast_time_s = self.radargram.fast_time_start_s
+            + (i as f64 + fraction) * self.radargram.fast_time_step_s;
+        SurfacePick { fast_time_s, level }
+    }
+}
+
+/// Vertex of the parabola through three neighbours, in samples from `i`.
+fn peak_offset(values: &[f64], i: usize) -> f64 {
+    let (Some(b), Some(&after)) = (i.checked_sub(1), values.get(i + 1)) else {
+        return 0.0;
+    };
+    let (before, at) = (values[b], values[i]);
+    let curvature = before - 2.0 * at + after;
+    if curvature < 0.0 {
+        (0.5 * (before - after) / curvature).clamp(-0.5, 0.5)
+    } else {
+        0.0
+    }
+}
+
+/// Vertex of the least-squares parabola through the upper third of a peak: its place in samples
+/// from `i`, and its height. Many samples take part, so noise on one of them does little.
+fn crest(values: &[f64], i: usize) -> (f64, f64) {
+    const REACH: usize = 64;
+    let floor = values[i] * 2.0 / 3.0;
+    let above = |v: &&f64| **v >= floor;
+    let left = values[..i]
+        .iter()
+        .rev()
+        .take(REACH)
+        .take_while(above)
+        .count();
+    let right = values[i + 1..].iter().take(REACH).take_while(above).count();
+    // Symmetric about the peak, so that a neighbouring echo on one side does not draw it there.
+    let reach = left.min(right);
+    if reach < 2 {
+        let fraction = peak_offset(values, i);
+        return (fraction, values[i]);
+    }
+    let (mut s2, mut s4, mut y0, mut y1, mut y2) = (0.0, 0.0, 0.0, 0.0, 0.0);
+    for (k, y) in values[i - reach..=i + reach].iter().enumerate() {
+        let x = k as f64 - reach as f64;
+        s2 += x * x;
+        s4 += x.powi(4);
+        y0 += y;
+        y1 += x * y;
+        y2 += x * x * y;
+    }
+    let n = (2 * reach + 1) as f64;
+    let curvature = (n * y2 - s2 * y0) / (n * s4 - s2 * s2);
+    let slope = y1 / s2;
+    if curvature >= 0.0 {
+        return (0.0, values[i]);
+    }
+    let fraction = (-0.5 * slope / curvature).clamp(-1.0, 1.0);
+    let constant = (y0 - curvature * s2) / n;
+    (fraction, constant + 0.5 * slope * fraction)
+}
