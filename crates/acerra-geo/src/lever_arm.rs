@@ -32,6 +32,9 @@ pub struct LeverArmReport {
     /// Fixes that hover or lack an attitude: axes held from the nearest earlier one (before the
     /// first: the first).
     pub held: usize,
+    /// Of those held: attitudes that turn over for one fix and back, faster than a body can, as
+    /// motion capture does when it takes one marker for another.
+    pub flipped: usize,
     /// Fixes moved straight up or down, which needs no heading.
     pub vertical: usize,
 }
@@ -92,7 +95,7 @@ pub fn apply_lever_arm(
     let recorded = fixes.iter().any(|fix| fix.attitude.is_some());
     let level = forward_left_up_m[0] == 0.0 && forward_left_up_m[1] == 0.0;
     let own: Vec<Option<Attitude>> = if recorded {
-        fixes.iter().map(|fix| fix.attitude).collect()
+        without_flips(fixes, &mut report.flipped)
     } else if level {
         vec![Some(Attitude::IDENTITY); fixes.len()]
     } else {
@@ -128,6 +131,26 @@ pub fn apply_lever_arm(
     let moved = Trajectory::new(*trajectory.frame(), trajectory.time_origin(), moved)
         .map_err(|_| LeverArmError::NotFinite(forward_left_up_m))?;
     Ok((moved, report))
+}
+
+/// Recorded attitudes, without those that differ by more than 30° from both neighbours less than
+/// 0.1 s away while the neighbours agree within 10°.
+fn without_flips(fixes: &[Fix], flipped: &mut usize) -> Vec<Option<Attitude>> {
+    const TURNED_RAD: f64 = 0.52;
+    const AGREE_RAD: f64 = 0.17;
+    let mut attitudes: Vec<Option<Attitude>> = fixes.iter().map(|fix| fix.attitude).collect();
+    for (i, three) in fixes.windows(3).enumerate() {
+        if let [Some(before), Some(this), Some(after)] = [0, 1, 2].map(|k| three[k].attitude)
+            && three[2].time_s - three[0].time_s < 0.1
+            && before.angle_to(&this) > TURNED_RAD
+            && after.angle_to(&this) > TURNED_RAD
+            && before.angle_to(&after) < AGREE_RAD
+        {
+            attitudes[i + 1] = None;
+            *flipped += 1;
+        }
+    }
+    attitudes
 }
 
 /// Level attitudes along the track; none where it is too slow.

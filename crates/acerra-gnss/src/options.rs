@@ -108,8 +108,8 @@ pub struct PartialAmbiguity {
     pub filter_new_satellites: bool,
     /// Least number of satellites (pairs + 1) for a fix.
     pub least_satellites_to_fix: usize,
-    /// Least number of satellites (pairs + 1) for a hold.
-    pub least_satellites_to_hold: usize,
+    /// Least number of pairs for a hold.
+    pub least_pairs_to_hold: usize,
     /// Take satellites out one by one after a failure when at least this many pairs were used.
     pub least_pairs_to_drop: usize,
 }
@@ -211,6 +211,8 @@ pub struct PpkOptions {
     pub base_antenna_m: [f64; 3],
     /// Leave out satellites one by one when a single-point position fails its validation.
     pub raim: bool,
+    /// Threads used; 0 means as many as the processor has. The answer does not depend on it.
+    pub threads: usize,
     /// Report a single-point position where no better one exists.
     pub output_single: bool,
     /// Whose rules are followed where RTKLIB and demo5 differ.
@@ -266,6 +268,7 @@ impl PpkOptions {
             rover_antenna_m: [0.0; 3],
             base_antenna_m: [0.0; 3],
             raim: false,
+            threads: 0,
             output_single: false,
             rules: RuleSet::Rtklib,
             reproduce_defects: false,
@@ -295,7 +298,7 @@ impl PpkOptions {
             partial_ambiguity: Some(PartialAmbiguity {
                 filter_new_satellites: true,
                 least_satellites_to_fix: 4,
-                least_satellites_to_hold: 5,
+                least_pairs_to_hold: 5,
                 least_pairs_to_drop: 10,
             }),
             rules: RuleSet::Demo5,

@@ -215,6 +215,8 @@ pub struct LostEpoch {
 pub struct EventPosition {
     /// The event.
     pub event: EventRecord,
+    /// Its time in GPS time, the receiver's clock offset taken off where its tag carries it.
+    pub time: GpsTime,
     /// Position (ECEF, m) interpolated between its neighbours; `None` outside the solution or
     /// inside a gap.
     pub position_ecef_m: Option<[f64; 3]>,
@@ -270,9 +272,14 @@ pub enum PpkWarning {
     },
     /// Rover and base hold the same observations.
     IdenticalFiles,
-    /// The base's own single-point positions wander: perhaps rover and base are swapped.
+    /// The base's Doppler shifts say that it moves: perhaps rover and base are swapped.
     BaseMoves {
-        /// Largest distance from their mean (m).
+        /// Median speed (m/s).
+        speed_m_s: f64,
+    },
+    /// The base position given is far from the base's own single-point position.
+    BasePositionDoubtful {
+        /// Distance between the two (m).
         distance_m: f64,
     },
 }

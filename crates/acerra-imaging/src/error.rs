@@ -58,14 +58,6 @@ pub enum ImagingError {
         /// Index of the point (row-major in a grid).
         point: usize,
     },
-    /// The accuracy asked for cannot be kept by any plan.
-    #[error("no plan keeps a relative error of {requested:e}: the finest reached {reached:e}")]
-    Accuracy {
-        /// Relative L2 error asked for.
-        requested: f64,
-        /// Smallest error that a self-check found.
-        reached: f64,
-    },
     /// The processor lacks the instructions that were asked for.
     #[error("this processor has no {level}")]
     NoSuchLevel {

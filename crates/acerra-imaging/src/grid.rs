@@ -153,7 +153,7 @@ impl PlaneGrid {
     }
 }
 
-fn check_pixels(nx: u128, ny: u128, limit_bytes: u128) -> Result<(), ImagingError> {
+pub(crate) fn check_pixels(nx: u128, ny: u128, limit_bytes: u128) -> Result<(), ImagingError> {
     let bytes = nx.saturating_mul(ny).saturating_mul(BYTES_PER_PIXEL);
     if bytes > limit_bytes {
         return Err(ImagingError::TooLarge {

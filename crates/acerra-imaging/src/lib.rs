@@ -7,15 +7,23 @@
 //! Conventions: SI units; `[x, y, z]` = `[east, north, up]` in metres; signals vary as e^{jωt}, so an
 //! echo from range R has phase e^{−j4πfR/c}.
 
+mod direct;
 pub mod error;
 pub mod grid;
 pub mod metrics;
+pub mod plan;
 pub mod psf;
 pub mod pulses;
 pub mod reference;
 pub mod resolution;
+pub mod rows;
+mod simd;
+mod table;
 
 pub use error::ImagingError;
 pub use grid::PlaneGrid;
 pub use num_complex::{Complex32, Complex64};
+pub use plan::{Engine, Plan, PlanOptions, Progress, SelfCheck, image};
 pub use pulses::{Pulses, SPEED_OF_LIGHT_M_S, Spreading};
+pub use rows::TiltedGrid;
+pub use simd::SimdLevel;

@@ -32,7 +32,7 @@ fn targets_are_found_where_equation_14_puts_them() {
             assert_eq!(r.detected, y.is_some());
             assert_eq!(r.expected_m.is_some(), y.is_some());
             if let (Some(y), Some(theory)) = (y, r.expected_m) {
-                assert!((r.found_m[0] - r.true_m[0]).abs() < 0.01);
+                assert!((r.found_m[0] - r.target_m[0]).abs() < 0.01);
                 assert!((r.found_m[1].abs() - y).abs() < 0.05, "{:?}", r.found_m);
                 assert!((theory[1] - y).abs() < 0.01);
                 assert_eq!(r.mirrored, *y > 0.0);

@@ -23,6 +23,8 @@ pub struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     Info(commands::info::Args),
+    Psf(commands::psf::Args),
+    Resolution(commands::resolution::Args),
 }
 
 /// Parses the arguments, runs the command, and turns its outcome into an exit code:
@@ -41,6 +43,8 @@ pub fn main() -> ExitCode {
     let mut out = io::BufWriter::new(io::stdout().lock());
     let outcome = match cli.command {
         Command::Info(args) => commands::info::run(&args, &mut out),
+        Command::Psf(args) => commands::psf::run(&args, &mut out),
+        Command::Resolution(args) => commands::resolution::run(&args, &mut out),
     };
     let outcome = outcome.and_then(|()| Ok(out.flush()?));
     match outcome {

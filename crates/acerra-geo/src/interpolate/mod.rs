@@ -13,7 +13,8 @@
 //! A spline carries a jump at one fix into its neighbours. It therefore runs over one *stretch* at
 //! a time: fixes without a gap between them, all of imaging grade or all not. A metre's jump at a
 //! float epoch leaves the fixed ones beside it untouched. Between stretches the line is straight
-//! and flagged.
+//! and flagged. It is straight too, though not flagged, across a few frames that motion capture
+//! lost: slopes taken between noisy frames 3 ms apart say nothing about the next 20 ms.
 
 mod path;
 mod spline;
@@ -23,6 +24,9 @@ pub use path::{SpeedProfile, path_length_per_trace_m, speed_profile};
 use crate::matrix::{Matrix3, Vector3, scale, subtract};
 use crate::trajectory::{Attitude, Fix, SolutionStatus, Trajectory};
 use spline::Spline;
+
+/// How many sample intervals a curve may span between two fixes: one lost epoch, not two.
+const INTERVALS_BRIDGED: f64 = 2.5;
 
 /// How positions between fixes are found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -203,8 +207,13 @@ impl<'a> Interpolator<'a> {
             .unwrap_or_else(|| default_max_gap_s(trajectory));
         let mut splines = Vec::new();
         if options.method == Method::Smooth {
+            let longest_s = trajectory
+                .sample_interval_s()
+                .map_or(max_gap_s, |interval| {
+                    max_gap_s.min(INTERVALS_BRIDGED * interval)
+                });
             let joined = |a: &Fix, b: &Fix| {
-                b.time_s - a.time_s <= max_gap_s && a.status.is_fixed() == b.status.is_fixed()
+                b.time_s - a.time_s <= longest_s && a.status.is_fixed() == b.status.is_fixed()
             };
             let mut start = 0;
             for stretch in fixes.chunk_by(joined) {

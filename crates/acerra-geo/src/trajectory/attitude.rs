@@ -139,6 +139,14 @@ impl Attitude {
         Self { w, x, y, z }.unit()
     }
 
+    /// The angle (rad, 0 to π) of the turn from this attitude to `other`.
+    #[must_use]
+    pub fn angle_to(&self, other: &Self) -> f64 {
+        let (a, b) = (self.quaternion(), other.quaternion());
+        let cosine: f64 = a.iter().zip(b).map(|(a, b)| a * b).sum();
+        2.0 * cosine.abs().min(1.0).acos()
+    }
+
     fn unit(self) -> Self {
         Self::from_quaternion(self.w, self.x, self.y, self.z).unwrap_or(Self::IDENTITY)
     }
@@ -184,6 +192,7 @@ mod tests {
         let b = Attitude::from_heading(PI / 2.0);
         let forward = a.towards(&b, 0.5).rotate([1.0, 0.0, 0.0]);
         assert!(distance(forward, [FRAC_1_SQRT_2, FRAC_1_SQRT_2, 0.0]) < 1e-12);
+        assert!((a.angle_to(&b) - PI / 2.0).abs() < 1e-12 && a.angle_to(&a) < 1e-7);
         // The sign of a quaternion does not matter.
         let [w, x, y, z] = b.quaternion();
         let same = Attitude::from_quaternion(-w, -x, -y, -z).expect("a quaternion");

@@ -15,7 +15,7 @@ pub const ABSENT_DB: f64 = -20.0;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Retrieved {
     /// Where the target is (x, y, z), m.
-    pub true_m: [f64; 3],
+    pub target_m: [f64; 3],
     /// Where Eq. (14) expects its image on the plane (x, y), m; `None` where the plane lies too far
     /// below the target to show it.
     pub expected_m: Option<[f64; 2]>,
@@ -82,7 +82,7 @@ pub fn retrieve(
         let step_m = grid.pixel_m.min(0.25 * cell.along_m);
         let (found_m, amplitude) = climb_to_peak(&field, start, step_m).unwrap_or((start, 0.0));
         found.push(Retrieved {
-            true_m: *target,
+            target_m: *target,
             expected_m,
             found_m,
             level_db: 20.0 * amplitude.max(f64::MIN_POSITIVE).log10(),

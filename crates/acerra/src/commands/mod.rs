@@ -4,3 +4,13 @@
 //! file and the place in its context; [`crate::cli`] prints it.
 
 pub mod info;
+pub mod psf;
+pub mod resolution;
+pub mod values;
+
+/// Tells the user something that stops nothing, on stderr.
+fn warn(note: &str) {
+    use std::io::Write;
+    // Nothing is left to tell if stderr is closed.
+    let _ = writeln!(std::io::stderr(), "acerra: note: {note}");
+}

@@ -1,0 +1,238 @@
+//! Ambiguity resolution: which pairs, the ratio test, and the hold.
+
+use super::constellation::Constellation;
+use super::double::{Common, GROUPS};
+use super::state::{FilterState, SparseRow};
+use super::zero::ZeroDifference;
+use crate::lambda::{LambdaError, integer_least_squares};
+use crate::options::{GlonassAmbiguity, PpkOptions, RuleSet};
+use crate::satellite::System;
+use nalgebra::{Cholesky, DMatrix, DVector};
+
+/// Ratios are reported up to here.
+pub(crate) const LARGEST_RATIO: f64 = 999.9;
+
+/// A pair of satellites whose bias difference is an integer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Pair {
+    pub slot: usize,
+    pub group: usize,
+    pub reference: usize,
+    pub other: usize,
+}
+
+/// What ambiguity resolution at one epoch looks at.
+pub(crate) struct Resolution<'a> {
+    pub constellation: &'a Constellation,
+    pub options: &'a PpkOptions,
+    pub common: &'a [Common],
+    pub rover: &'a [ZeroDifference],
+    /// Whether GLONASS and SBAS take part.
+    pub with_glonass: bool,
+}
+
+/// Integers found, and the position they give.
+#[derive(Debug, Clone)]
+pub(crate) struct Attempt {
+    pub pairs: Vec<Pair>,
+    pub integers: Vec<f64>,
+    /// Second-best over best sum of squares, capped.
+    pub ratio: f64,
+    pub threshold: f64,
+    pub accepted: bool,
+    /// Position states after the integers are imposed, and their covariance (row-major).
+    pub x: Vec<f64>,
+    pub p: Vec<f64>,
+}
+
+impl Resolution<'_> {
+    /// The pairs that may be resolved now.
+    pub(crate) fn pairs(&self, state: &FilterState) -> Vec<Pair> {
+        let options = self.options;
+        let mut pairs = Vec::new();
+        for (group_index, group) in GROUPS.iter().enumerate() {
+            for slot in 0..options.frequencies {
+                let eligible = |c: &Common| {
+                    let system = self.constellation.id(c.satellite).system();
+                    if !group.contains(&system) || !self.system_allowed(system) {
+                        return false;
+                    }
+                    let track = state.track(c.satellite, slot);
+                    let locked = match options.rules {
+                        RuleSet::Rtklib => track.lock > 0,
+                        RuleSet::Demo5 => track.lock >= 0,
+                    };
+                    state.bias(c.satellite, slot).is_some()
+                        && track.valid
+                        && locked
+                        && !track.half_cycle_flag()
+                        && self.rover[c.rover].elevation_rad >= options.ambiguity_elevation_mask_rad
+                };
+                let known = |c: &Common| state.track(c.satellite, slot).half_cycle_known;
+                let Some(reference) = self.common.iter().find(|c| eligible(c) && known(c)) else {
+                    continue;
+                };
+                for c in self.common {
+                    if c.satellite != reference.satellite
+                        && eligible(c)
+                        && (options.reproduce_defects || known(c))
+                    {
+                        pairs.push(Pair {
+                            slot,
+                            group: group_index,
+                            reference: reference.satellite,
+                            other: c.satellite,
+                        });
+                    }
+                }
+            }
+        }
+        pairs
+    }
+
+    fn system_allowed(&self, system: System) -> bool {
+        match system {
+            System::Glonass => {
+                self.options.glonass_ambiguity != GlonassAmbiguity::Off && self.with_glonass
+            }
+            System::Sbas => self.with_glonass || self.options.rules == RuleSet::Rtklib,
+            System::Beidou => self.options.beidou_ambiguity,
+            _ => true,
+        }
+    }
+
+    /// The ratio needed with this many pairs.
+    fn threshold(&self, pairs: usize) -> f64 {
+        let [least, most] = self.options.ratio_threshold_range;
+        if least >= most {
+            return self.options.ratio_threshold;
+        }
+        // Fewer pairs leave fewer wrong candidates apart by chance and so need a higher ratio.
+        let base = self.options.ratio_threshold;
+        (1.0 + (base - 1.0) * (8.0 / pairs.max(1) as f64)).clamp(least, most)
+    }
+
+    /// Searches the integers of `pairs` and, if accepted, imposes them on the position.
+    pub(crate) fn attempt(
+        &self,
+        state: &FilterState,
+        pairs: Vec<Pair>,
+    ) -> Result<Attempt, LambdaError> {
+        let n = pairs.len();
+        let index: Vec<(usize, usize)> = pairs
+            .iter()
+            .map(|p| {
+                (
+                    state.bias_index(p.reference, p.slot),
+                    state.bias_index(p.other, p.slot),
+                )
+            })
+            .collect();
+        let float: Vec<f64> = index
+            .iter()
+            .map(|&(i, j)| state.x[i] - state.x[j])
+            .collect();
+        let mut q = DMatrix::<f64>::zeros(n, n);
+        for (a, &(ia, ja)) in index.iter().enumerate() {
+            for (b, &(ib, jb)) in index.iter().enumerate().take(a + 1) {
+                let value =
+                    state.covariance(ia, ib) - state.covariance(ia, jb) - state.covariance(ja, ib)
+                        + state.covariance(ja, jb);
+                q[(a, b)] = value;
+                q[(b, a)] = value;
+            }
+        }
+        let found = integer_least_squares(&float, q.as_slice(), 2)?;
+        let (best, second) = (found.costs[0], found.costs[1]);
+        let ratio = if best > 0.0 {
+            (second / best).min(LARGEST_RATIO)
+        } else {
+            0.0
+        };
+        let threshold = self.threshold(n);
+        let accepted = best <= 0.0 || second / best >= threshold;
+        let np = state.position_states;
+        let mut result = Attempt {
+            pairs,
+            integers: found.integers[0].clone(),
+            ratio,
+            threshold,
+            accepted,
+            x: state.x[..np].to_vec(),
+            p: (0..np * np)
+                .map(|k| state.covariance(k / np, k % np))
+                .collect(),
+        };
+        if accepted {
+            let cholesky = Cholesky::new(q).ok_or(LambdaError::NotPositiveDefinite { index: 0 })?;
+            let qab = DMatrix::from_fn(n, np, |a, k| {
+                state.covariance(index[a].0, k) - state.covariance(index[a].1, k)
+            });
+            let step =
+                DVector::from_iterator(n, float.iter().zip(&found.integers[0]).map(|(f, z)| f - z));
+            let dx = qab.tr_mul(&cholesky.solve(&step));
+            let dp = qab.tr_mul(&cholesky.solve(&qab));
+            for k in 0..np {
+                result.x[k] -= dx[k];
+                for l in 0..np {
+                    result.p[k * np + l] -= dp[(k, l)];
+                }
+            }
+        }
+        Ok(result)
+    }
+
+    /// Feeds fixed integers back into the filter as pseudo-measurements.
+    ///
+    /// Returns whether anything was held.
+    pub(crate) fn hold(&self, state: &mut FilterState, attempt: &Attempt) -> bool {
+        let options = self.options;
+        let elevation = |satellite: usize| {
+            self.common
+                .iter()
+                .find(|c| c.satellite == satellite)
+                .map_or(0.0, |c| self.rover[c.rover].elevation_rad)
+        };
+        let mut rows = Vec::new();
+        // Integer of each member of a group relative to the group's reference; the first member
+        // above the mask becomes the reference of the hold.
+        let mut start = 0;
+        while start < attempt.pairs.len() {
+            let first = attempt.pairs[start];
+            let end = start
+                + attempt.pairs[start..]
+                    .iter()
+                    .take_while(|p| (p.group, p.slot) == (first.group, first.slot))
+                    .count();
+            let mut members: Vec<(usize, f64)> = vec![(first.reference, 0.0)];
+            members.extend((start..end).map(|k| (attempt.pairs[k].other, attempt.integers[k])));
+            members.sort_by_key(|m| m.0);
+            members.retain(|&(s, _)| elevation(s) >= options.hold_elevation_mask_rad);
+            if let Some((&(reference, integer_of_reference), others)) = members.split_first() {
+                for &(other, integer) in others {
+                    let (i, j) = (
+                        state.bias_index(reference, first.slot),
+                        state.bias_index(other, first.slot),
+                    );
+                    rows.push(SparseRow {
+                        coefficients: vec![(i, 1.0), (j, -1.0)],
+                        residual: (integer - integer_of_reference) - (state.x[i] - state.x[j]),
+                    });
+                }
+            }
+            start = end;
+        }
+        let n = rows.len();
+        let least = match (options.rules, options.partial_ambiguity) {
+            (RuleSet::Demo5, Some(partial)) => partial.least_pairs_to_hold,
+            _ => 1,
+        };
+        if n < least.max(1) {
+            return false;
+        }
+        state.update(
+            &rows,
+            DMatrix::from_diagonal_element(n, n, options.hold_variance_cycles2),
+        )
+    }
+}

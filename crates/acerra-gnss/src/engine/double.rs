@@ -1,0 +1,277 @@
+//! Double differences between receivers and satellites, with their noise.
+
+use super::constellation::Constellation;
+use super::noise::single_difference_variance_m2;
+use super::state::{FilterState, Track};
+use super::zero::ZeroDifference;
+use crate::options::{PositioningMode, PpkOptions, RuleSet};
+use crate::satellite::System;
+
+/// A satellite seen by rover and base.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Common {
+    pub satellite: usize,
+    /// Index among the rover's measurements.
+    pub rover: usize,
+    /// Index among the base's measurements.
+    pub base: usize,
+}
+
+/// Groups of systems that are differenced among themselves, in order.
+pub(crate) const GROUPS: [&[System]; 6] = [
+    &[System::Gps, System::Sbas],
+    &[System::Glonass],
+    &[System::Galileo],
+    &[System::Beidou],
+    &[System::Qzss],
+    &[System::Navic],
+];
+
+/// One double-difference equation.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct DoubleRow {
+    pub slot: usize,
+    pub is_code: bool,
+    /// Reference satellite and the other one, as indices among the common satellites.
+    pub reference: usize,
+    pub other: usize,
+    pub residual_m: f64,
+    /// Derivative with respect to the rover's position.
+    pub position: [f64; 3],
+    /// Wavelengths of reference and other (m): derivative with respect to their biases (cycles).
+    pub wavelengths_m: [f64; 2],
+    pub variance_reference_m2: f64,
+    pub variance_other_m2: f64,
+    /// Rows with the same block share their reference's noise.
+    pub block: usize,
+}
+
+/// What differencing at one epoch needs.
+pub(crate) struct Differencing<'a> {
+    pub constellation: &'a Constellation,
+    pub options: &'a PpkOptions,
+    pub common: &'a [Common],
+    /// Wavelength (m) of each common satellite and slot, of the rover's signal; 0 unknown.
+    pub wavelengths_m: &'a [[f64; 3]],
+    pub rover: &'a [ZeroDifference],
+    pub base: &'a [ZeroDifference],
+    pub baseline_m: f64,
+    /// Time between rover and base measurements (s), for the receiver clocks' noise.
+    pub age_s: f64,
+}
+
+/// Double differences and the satellites rejected for too large an innovation.
+pub(crate) struct Differences {
+    pub rows: Vec<DoubleRow>,
+    /// (common index, slot) of rejected phases.
+    pub rejected: Vec<(usize, usize)>,
+}
+
+impl Differencing<'_> {
+    fn system(&self, k: usize) -> System {
+        self.constellation.id(self.common[k].satellite).system()
+    }
+
+    fn single(&self, k: usize, slot: usize, is_code: bool) -> f64 {
+        let (u, b) = (
+            &self.rover[self.common[k].rover],
+            &self.base[self.common[k].base],
+        );
+        if is_code {
+            u.code_m[slot] - b.code_m[slot]
+        } else {
+            u.phase_m[slot] - b.phase_m[slot]
+        }
+    }
+
+    fn is_valid(&self, k: usize, slot: usize, is_code: bool) -> bool {
+        if self.wavelengths_m[k][slot] == 0.0 {
+            return false;
+        }
+        let (u, b) = (
+            &self.rover[self.common[k].rover],
+            &self.base[self.common[k].base],
+        );
+        let phase = u.phase_m[slot] != 0.0 && b.phase_m[slot] != 0.0;
+        let code = u.code_m[slot] != 0.0 && b.code_m[slot] != 0.0;
+        if !is_code {
+            phase
+        } else if self.options.rules == RuleSet::Demo5 {
+            code
+        } else {
+            code && phase
+        }
+    }
+
+    fn elevation(&self, k: usize) -> f64 {
+        self.rover[self.common[k].rover].elevation_rad
+    }
+
+    fn variance(&self, k: usize, slot: usize, is_code: bool, tracks: &[Track]) -> f64 {
+        let mut variance = single_difference_variance_m2(
+            self.options,
+            self.system(k),
+            slot,
+            is_code,
+            self.elevation(k),
+            self.baseline_m,
+            self.age_s,
+        );
+        if self.options.rules == RuleSet::Demo5 && !is_code {
+            let track = &tracks[slot * self.constellation.len() + self.common[k].satellite];
+            if !track.half_cycle_known {
+                variance += 0.01;
+            }
+        }
+        variance
+    }
+
+    /// The double differences at the given biases.
+    pub(crate) fn rows(&self, state: &FilterState) -> Differences {
+        let options = self.options;
+        let mut rows = Vec::new();
+        let mut rejected = Vec::new();
+        let mut block = 0;
+        let frequencies = options.frequencies;
+        let uses_phase = matches!(
+            options.mode,
+            PositioningMode::Kinematic | PositioningMode::Static
+        );
+        for group in GROUPS {
+            for kind in 0..2 * frequencies {
+                let (is_code, slot) = (kind >= frequencies, kind % frequencies);
+                if !is_code && !uses_phase {
+                    continue;
+                }
+                let usable = |k: usize| {
+                    group.contains(&self.system(k))
+                        && self.is_valid(k, slot, is_code)
+                        && (is_code || state.bias(self.common[k].satellite, slot).is_some())
+                };
+                let Some(reference) = self.reference(state, slot, usable) else {
+                    continue;
+                };
+                block += 1;
+                for other in 0..self.common.len() {
+                    if other == reference || !usable(other) {
+                        continue;
+                    }
+                    let mut residual =
+                        self.single(reference, slot, is_code) - self.single(other, slot, is_code);
+                    let (ei, ej) = (self.unit(reference), self.unit(other));
+                    let mut wavelengths = [0.0; 2];
+                    if !is_code {
+                        wavelengths = [
+                            self.wavelengths_m[reference][slot],
+                            self.wavelengths_m[other][slot],
+                        ];
+                        let bias =
+                            |k: usize| state.bias(self.common[k].satellite, slot).unwrap_or(0.0);
+                        residual -= wavelengths[0] * bias(reference) - wavelengths[1] * bias(other);
+                        residual -=
+                            self.inter_channel_m(state, reference, other, slot, wavelengths);
+                    }
+                    if residual.abs()
+                        > self.innovation_limit(state, reference, other, slot, is_code)
+                        || residual.is_nan()
+                    {
+                        if !is_code {
+                            rejected.push((other, slot));
+                            if options.rules == RuleSet::Rtklib {
+                                rejected.push((reference, slot));
+                            }
+                        }
+                        continue;
+                    }
+                    rows.push(DoubleRow {
+                        slot,
+                        is_code,
+                        reference,
+                        other,
+                        residual_m: residual,
+                        position: std::array::from_fn(|a| ej[a] - ei[a]),
+                        wavelengths_m: wavelengths,
+                        variance_reference_m2: self.variance(
+                            reference,
+                            slot,
+                            is_code,
+                            &state.tracks,
+                        ),
+                        variance_other_m2: self.variance(other, slot, is_code, &state.tracks),
+                        block,
+                    });
+                }
+            }
+        }
+        Differences { rows, rejected }
+    }
+
+    fn unit(&self, k: usize) -> [f64; 3] {
+        self.rover[self.common[k].rover].unit_ecef
+    }
+
+    /// The highest usable satellite (the later one on ties); with demo5 rules one that did not
+    /// slip, if there is any, and never an SBAS satellite.
+    fn reference(
+        &self,
+        state: &FilterState,
+        slot: usize,
+        usable: impl Fn(usize) -> bool,
+    ) -> Option<usize> {
+        let demo5 = self.options.rules == RuleSet::Demo5;
+        let mut best: Option<(bool, f64, usize)> = None;
+        for k in (0..self.common.len()).filter(|&k| usable(k)) {
+            if demo5 && self.system(k) == System::Sbas {
+                continue;
+            }
+            let calm = !demo5 || !state.track(self.common[k].satellite, slot).slipped();
+            let elevation = self.elevation(k);
+            let better = best.is_none_or(|(was_calm, highest, _)| {
+                (calm && !was_calm) || (calm == was_calm && elevation >= highest)
+            });
+            if better {
+                best = Some((calm, elevation, k));
+            }
+        }
+        best.map(|(_, _, k)| k)
+    }
+
+    fn innovation_limit(
+        &self,
+        state: &FilterState,
+        reference: usize,
+        other: usize,
+        slot: usize,
+        is_code: bool,
+    ) -> f64 {
+        let options = self.options;
+        let limit = if is_code {
+            options.largest_code_innovation_m
+        } else {
+            options.largest_phase_innovation_m
+        };
+        let fresh = |k: usize| state.has_initial_variance(self.common[k].satellite, slot);
+        if options.rules == RuleSet::Demo5 && (fresh(reference) || fresh(other)) {
+            10.0 * limit
+        } else {
+            limit
+        }
+    }
+
+    /// GLONASS and SBAS inter-channel biases learnt during the hold (m).
+    fn inter_channel_m(
+        &self,
+        state: &FilterState,
+        reference: usize,
+        other: usize,
+        slot: usize,
+        wavelengths: [f64; 2],
+    ) -> f64 {
+        let cycles = |k: usize| {
+            state
+                .track(self.common[k].satellite, slot)
+                .channel_bias_cycles
+        };
+        wavelengths[0] * cycles(reference) - wavelengths[1] * cycles(other)
+    }
+}

@@ -1,0 +1,26 @@
+//! The positioning engine: preparation, filter passes, merging.
+
+mod ambiguity;
+mod base;
+mod combine;
+mod constellation;
+mod demo5;
+mod diagnose;
+mod double;
+mod filter;
+mod measurement;
+mod noise;
+mod pass;
+mod single;
+mod slips;
+mod state;
+mod zero;
+
+pub(crate) use base::base_position;
+pub(crate) use combine::combine;
+pub(crate) use constellation::Constellation;
+pub(crate) use diagnose::{base_gaps, missing_navigation, phases_and_copies};
+pub(crate) use filter::{EpochResult, Filter, RoverEpoch};
+pub(crate) use measurement::{Epoch, epochs};
+pub(crate) use pass::Prepared;
+pub(crate) use single::SingleContext;

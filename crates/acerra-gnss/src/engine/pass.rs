@@ -1,0 +1,169 @@
+//! A run of the filter over all rover epochs in one direction.
+
+use super::constellation::Constellation;
+use super::filter::{BaseView, EpochResult, Filter, RoverEpoch};
+use super::measurement::{Epoch, Measurement};
+use super::single::SingleContext;
+use super::zero::{ZeroDifference, zero_differences};
+use crate::observation::EPOCH_TOLERANCE_S;
+use crate::options::{PositioningMode, PpkOptions, RuleSet};
+
+/// Everything that both directions share.
+pub(crate) struct Prepared<'a> {
+    pub constellation: &'a Constellation,
+    pub options: &'a PpkOptions,
+    pub rover: Vec<RoverEpoch>,
+    pub base: Vec<Epoch>,
+    pub base_context: SingleContext<'a>,
+    pub base_position_ecef_m: [f64; 3],
+}
+
+/// Index of the base epoch that goes with a rover epoch: forward the last one not after it,
+/// backward the first one not before it; at the ends of the log the nearest.
+pub(crate) fn matching_base(base: &[Epoch], rover: &Epoch, backward: bool) -> Option<usize> {
+    let last = base.len().checked_sub(1)?;
+    if backward {
+        let first_after =
+            base.partition_point(|b| b.tag.seconds_since(rover.tag) < -EPOCH_TOLERANCE_S);
+        Some(first_after.min(last))
+    } else {
+        let after = base.partition_point(|b| b.tag.seconds_since(rover.tag) <= EPOCH_TOLERANCE_S);
+        Some(after.saturating_sub(1))
+    }
+}
+
+impl<'a> Prepared<'a> {
+    fn base_zero(&self, index: usize, rover: &Epoch) -> Vec<ZeroDifference> {
+        let epoch = &self.base[index];
+        // Ephemerides are chosen by the rover's tag, so that both ends use the same ones.
+        let states = self.base_context.states(epoch, rover.tag, false);
+        zero_differences(
+            self.options,
+            epoch,
+            &states,
+            self.base_position_ecef_m,
+            true,
+        )
+    }
+
+    fn base_view(&self, rover: &Epoch, backward: bool) -> Option<BaseView<'_>> {
+        if self.options.mode == PositioningMode::Single {
+            return None;
+        }
+        if self.options.interpolate_base
+            && let Some(view) = self.interpolated(rover, backward)
+        {
+            return Some(view);
+        }
+        let index = matching_base(&self.base, rover, backward)?;
+        let epoch = &self.base[index];
+        let age_s = rover.tag.seconds_since(epoch.tag);
+        Some(BaseView {
+            epoch,
+            zero: self.base_zero(index, rover),
+            age_s,
+            noise_age_s: age_s,
+        })
+    }
+
+    /// Base residuals interpolated linearly between its epochs around the rover's tag; satellites
+    /// that slip in between are left out. `None` where there is nothing to interpolate.
+    fn interpolated(&self, rover: &Epoch, backward: bool) -> Option<BaseView<'_>> {
+        let after = self
+            .base
+            .partition_point(|b| b.tag.seconds_since(rover.tag) < -EPOCH_TOLERANCE_S);
+        let (before, after) = (after.checked_sub(1)?, after);
+        let next = self.base.get(after)?;
+        let (from_previous_s, from_next_s) = (
+            rover.tag.seconds_since(self.base[before].tag),
+            rover.tag.seconds_since(next.tag),
+        );
+        let largest = self.options.largest_age_s;
+        if from_next_s.abs() < EPOCH_TOLERANCE_S
+            || from_previous_s > largest
+            || -from_next_s > largest
+        {
+            return None;
+        }
+        let (early, late) = (self.base_zero(before, rover), self.base_zero(after, rover));
+        let span_s = from_previous_s - from_next_s;
+        // The epoch that flags and phases are taken from is the one the filter meets first.
+        let (kept, other) = if backward {
+            (after, before)
+        } else {
+            (before, after)
+        };
+        let (kept_zero, other_zero) = if backward {
+            (&late, &early)
+        } else {
+            (&early, &late)
+        };
+        let (kept_weight, other_weight) = if backward {
+            (from_previous_s / span_s, -from_next_s / span_s)
+        } else {
+            (-from_next_s / span_s, from_previous_s / span_s)
+        };
+        let slipped = |a: &Measurement, b: &Measurement, slot: usize| {
+            a.slip_count[slot] != b.slip_count[slot]
+                || (a.loss_of_lock[slot] ^ b.loss_of_lock[slot]) & 2 != 0
+        };
+        let mut zero = kept_zero.clone();
+        for (k, z) in zero.iter_mut().enumerate() {
+            let m = &self.base[kept].measurements[k];
+            let partner = self.base[other].find(m.satellite);
+            for slot in 0..self.options.frequencies {
+                let (phase, code) = partner.map_or((0.0, 0.0), |p| {
+                    let partner = &self.base[other].measurements[p];
+                    let broken = slipped(m, partner, slot);
+                    let phase = if broken {
+                        0.0
+                    } else {
+                        other_zero[p].phase_m[slot]
+                    };
+                    (phase, other_zero[p].code_m[slot])
+                });
+                let blend = |mine: f64, theirs: f64| {
+                    if mine == 0.0 || theirs == 0.0 {
+                        0.0
+                    } else {
+                        mine * kept_weight + theirs * other_weight
+                    }
+                };
+                z.phase_m[slot] = blend(z.phase_m[slot], phase);
+                z.code_m[slot] = blend(z.code_m[slot], code);
+            }
+        }
+        let noise_age_s = match self.options.rules {
+            RuleSet::Rtklib => from_previous_s.max(-from_next_s),
+            RuleSet::Demo5 => from_previous_s.min(-from_next_s),
+        };
+        Some(BaseView {
+            epoch: &self.base[kept],
+            zero,
+            age_s: if backward {
+                from_next_s
+            } else {
+                from_previous_s
+            },
+            noise_age_s,
+        })
+    }
+
+    /// Runs `filter` over all epochs; results in the order of processing, one per rover epoch
+    /// that has a single-point position.
+    pub(crate) fn run(&self, filter: &mut Filter<'a>, backward: bool) -> Vec<EpochResult> {
+        let n = self.rover.len();
+        let mut results = Vec::with_capacity(n);
+        for k in 0..n {
+            let rover = &self.rover[if backward { n - 1 - k } else { k }];
+            match &rover.single {
+                Ok(single) => {
+                    let base = self.base_view(&rover.epoch, backward);
+                    results.push(filter.step(rover, single, base));
+                }
+                Err(_) => filter.last_time = Some(rover.epoch.tag),
+            }
+        }
+        results
+    }
+}

@@ -1,0 +1,223 @@
+//! The filter's state: position, optional velocity and acceleration, single-difference phase
+//! biases, and what is remembered about each satellite's phase.
+
+use super::constellation::Constellation;
+use super::double::DoubleRow;
+use crate::options::PpkOptions;
+use crate::signal::{FREQUENCY_SLOTS, SignalCode};
+use acerra_geo::time::GpsTime;
+use nalgebra::{Cholesky, DMatrix, DVector};
+
+/// What is remembered about one satellite's phase on one frequency.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Track {
+    /// Epochs since the phase was last used.
+    pub outage: u32,
+    /// Epochs used since the last reset (RTKLIB), or since eligibility (demo5).
+    pub lock: i32,
+    /// This epoch's flags: bit 0 slip, bit 1 half cycle.
+    pub flags: u8,
+    /// Neither receiver has an unresolved half cycle now.
+    pub half_cycle_known: bool,
+    /// Last loss-of-lock bits of rover and base.
+    pub stored_lli: [u8; 2],
+    /// Slips counted up to the last observation of rover and base.
+    pub last_slip_count: [Option<u32>; 2],
+    /// Tag of the last phase of rover and base.
+    pub phase_tag: [Option<GpsTime>; 2],
+    /// Last phase of rover and base (cycles), for the Doppler test.
+    pub last_phase_cycles: [f64; 2],
+    /// Signal tracked last by rover and base.
+    pub last_signal: [Option<SignalCode>; 2],
+    /// Geometry-free combination against the first slot at the last epoch (m).
+    pub geometry_free_m: Option<f64>,
+    /// Took part in an accepted phase difference this epoch.
+    pub valid: bool,
+    /// Took part in this epoch's ambiguity resolution.
+    pub in_fix: bool,
+    /// Innovations rejected since the last reset.
+    pub rejections: u32,
+    /// Inter-channel bias learnt during the hold (cycles).
+    pub channel_bias_cycles: f64,
+}
+
+impl Track {
+    pub(crate) const fn slipped(&self) -> bool {
+        self.flags & 1 != 0
+    }
+
+    pub(crate) const fn half_cycle_flag(&self) -> bool {
+        self.flags & 2 != 0
+    }
+}
+
+/// A measurement equation with few non-zero coefficients.
+#[derive(Debug, Clone)]
+pub(crate) struct SparseRow {
+    pub coefficients: Vec<(usize, f64)>,
+    pub residual: f64,
+}
+
+/// State vector, covariance, and the tracks.
+#[derive(Debug, Clone)]
+pub(crate) struct FilterState {
+    /// Position states: 3, or 9 with velocity and acceleration.
+    pub position_states: usize,
+    satellites: usize,
+    pub x: Vec<f64>,
+    /// Row-major covariance of all states.
+    pub p: Vec<f64>,
+    pub exists: Vec<bool>,
+    pub tracks: Vec<Track>,
+    initial_bias_variance: f64,
+}
+
+impl FilterState {
+    pub(crate) fn new(constellation: &Constellation, options: &PpkOptions) -> Self {
+        let position_states = if options.dynamics.is_some() { 9 } else { 3 };
+        let satellites = constellation.len();
+        let slots = options.frequencies.clamp(1, FREQUENCY_SLOTS);
+        let n = position_states + slots * satellites;
+        Self {
+            position_states,
+            satellites,
+            x: vec![0.0; n],
+            p: vec![0.0; n * n],
+            exists: vec![false; n],
+            tracks: vec![Track::default(); slots * satellites],
+            initial_bias_variance: options.initial_bias_cycles * options.initial_bias_cycles,
+        }
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.x.len()
+    }
+
+    pub(crate) fn bias_index(&self, satellite: usize, slot: usize) -> usize {
+        self.position_states + slot * self.satellites + satellite
+    }
+
+    /// The single-difference bias (cycles), if estimated.
+    pub(crate) fn bias(&self, satellite: usize, slot: usize) -> Option<f64> {
+        let index = self.bias_index(satellite, slot);
+        self.exists[index].then(|| self.x[index])
+    }
+
+    pub(crate) fn track(&self, satellite: usize, slot: usize) -> &Track {
+        &self.tracks[slot * self.satellites + satellite]
+    }
+
+    pub(crate) fn track_mut(&mut self, satellite: usize, slot: usize) -> &mut Track {
+        &mut self.tracks[slot * self.satellites + satellite]
+    }
+
+    /// Whether the bias was initialised and not updated since.
+    pub(crate) fn has_initial_variance(&self, satellite: usize, slot: usize) -> bool {
+        let index = self.bias_index(satellite, slot);
+        self.exists[index] && self.covariance(index, index) == self.initial_bias_variance
+    }
+
+    pub(crate) fn covariance(&self, i: usize, j: usize) -> f64 {
+        self.p[i * self.x.len() + j]
+    }
+
+    pub(crate) fn covariance_mut(&mut self, i: usize, j: usize) -> &mut f64 {
+        let n = self.x.len();
+        &mut self.p[i * n + j]
+    }
+
+    /// Sets a state with this variance, uncorrelated with all others.
+    pub(crate) fn initialise(&mut self, index: usize, value: f64, variance: f64) {
+        let n = self.x.len();
+        self.x[index] = value;
+        for k in 0..n {
+            self.p[index * n + k] = 0.0;
+            self.p[k * n + index] = 0.0;
+        }
+        self.p[index * n + index] = variance;
+        self.exists[index] = true;
+    }
+
+    /// Forgets a state.
+    pub(crate) fn remove(&mut self, index: usize) {
+        self.initialise(index, 0.0, 0.0);
+        self.exists[index] = false;
+    }
+
+    pub(crate) fn position(&self) -> [f64; 3] {
+        [self.x[0], self.x[1], self.x[2]]
+    }
+
+    /// Equation of a double difference.
+    pub(crate) fn sparse(&self, row: &DoubleRow, satellites: [usize; 2]) -> SparseRow {
+        let mut coefficients = Vec::with_capacity(5);
+        coefficients.extend(row.position.iter().copied().enumerate());
+        if !row.is_code {
+            coefficients.push((
+                self.bias_index(satellites[0], row.slot),
+                row.wavelengths_m[0],
+            ));
+            coefficients.push((
+                self.bias_index(satellites[1], row.slot),
+                -row.wavelengths_m[1],
+            ));
+        }
+        SparseRow {
+            coefficients,
+            residual: row.residual_m,
+        }
+    }
+
+    /// Kalman measurement update with noise covariance `r` (m × m).
+    ///
+    /// Returns false, leaving the state as it was, when the innovation covariance is not
+    /// positive definite.
+    pub(crate) fn update(&mut self, rows: &[SparseRow], r: DMatrix<f64>) -> bool {
+        let n = self.x.len();
+        let active: Vec<usize> = (0..n).filter(|&i| self.exists[i]).collect();
+        let m = rows.len();
+        // One column per equation: (P Hᵀ) restricted to the active states.
+        let mut pht = DMatrix::<f64>::zeros(active.len(), m);
+        for (column, row) in rows.iter().enumerate() {
+            let mut out = pht.column_mut(column);
+            for &(index, coefficient) in &row.coefficients {
+                let source = &self.p[index * n..(index + 1) * n];
+                for (o, &a) in out.iter_mut().zip(&active) {
+                    *o += coefficient * source[a];
+                }
+            }
+        }
+        let mut place = vec![usize::MAX; n];
+        for (k, &a) in active.iter().enumerate() {
+            place[a] = k;
+        }
+        let mut s = r;
+        for (i, row) in rows.iter().enumerate() {
+            for j in 0..m {
+                let sum: f64 = row
+                    .coefficients
+                    .iter()
+                    .map(|&(index, c)| c * pht[(place[index], j)])
+                    .sum();
+                s[(i, j)] += sum;
+            }
+        }
+        let Some(cholesky) = Cholesky::new(s) else {
+            return false;
+        };
+        let residuals = DVector::from_iterator(m, rows.iter().map(|r| r.residual));
+        let mut w = pht.transpose();
+        cholesky.l_dirty().solve_lower_triangular_mut(&mut w);
+        let mut whitened = residuals;
+        cholesky.l_dirty().solve_lower_triangular_mut(&mut whitened);
+        let dx = w.tr_mul(&whitened);
+        let reduction = w.tr_mul(&w);
+        for (i, &a) in active.iter().enumerate() {
+            self.x[a] += dx[i];
+            for (j, &b) in active.iter().enumerate() {
+                self.p[a * n + b] -= reduction[(i, j)];
+            }
+        }
+        true
+    }
+}

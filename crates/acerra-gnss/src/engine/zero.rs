@@ -1,0 +1,94 @@
+//! Zero differences: what a receiver measured minus what geometry, clocks and the dry troposphere
+//! predict.
+
+use super::constellation::{SatelliteState, Unusable};
+use super::measurement::Epoch;
+use super::noise::below_cn0_mask;
+use crate::atmosphere::{Niell, saastamoinen_m};
+use crate::geometry::{azimuth_elevation_rad, line_of_sight};
+use crate::options::PpkOptions;
+use crate::signal::{FREQUENCY_SLOTS, SPEED_OF_LIGHT_M_S};
+use acerra_geo::geodesy::EnuFrame;
+use std::f64::consts::FRAC_PI_2;
+
+/// Zero differences of one satellite; 0 means "absent".
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct ZeroDifference {
+    /// Phase residual, ambiguity and receiver clock included (m).
+    pub phase_m: [f64; FREQUENCY_SLOTS],
+    /// Code residual, receiver clock included (m).
+    pub code_m: [f64; FREQUENCY_SLOTS],
+    /// Receiver to satellite.
+    pub unit_ecef: [f64; 3],
+    pub azimuth_rad: f64,
+    /// Zero when the satellite is not used.
+    pub elevation_rad: f64,
+}
+
+/// Zero differences of every measurement of `epoch` for a receiver at `position_ecef_m`;
+/// satellites without a state or below the elevation mask stay zero.
+pub(crate) fn zero_differences(
+    options: &PpkOptions,
+    epoch: &Epoch,
+    states: &[Result<SatelliteState, Unusable>],
+    position_ecef_m: [f64; 3],
+    base: bool,
+) -> Vec<ZeroDifference> {
+    let frame = EnuFrame::from_ecef(position_ecef_m);
+    let place = frame.origin();
+    let zenith_m = saastamoinen_m(place, FRAC_PI_2, 0.0);
+    let mapping = Niell::new(epoch.tag, place);
+    let antenna = if base {
+        options.base_antenna_m
+    } else {
+        options.rover_antenna_m
+    };
+    epoch
+        .measurements
+        .iter()
+        .zip(states)
+        .map(|(m, state)| {
+            let mut result = ZeroDifference::default();
+            let Ok(state) = state else { return result };
+            let Some(sight) = line_of_sight(state.position_ecef_m, position_ecef_m) else {
+                return result;
+            };
+            let (azimuth, elevation) = azimuth_elevation_rad(&frame, sight.unit_ecef);
+            if elevation.is_nan() || elevation < options.elevation_mask_rad {
+                return result;
+            }
+            result.unit_ecef = sight.unit_ecef;
+            result.azimuth_rad = azimuth;
+            result.elevation_rad = elevation;
+            let (sin_el, cos_el) = elevation.sin_cos();
+            let (sin_az, cos_az) = azimuth.sin_cos();
+            let antenna_m =
+                antenna[0] * cos_el * sin_az + antenna[1] * cos_el * cos_az + antenna[2] * sin_el;
+            let predicted = sight.range_m - SPEED_OF_LIGHT_M_S * state.clock_s
+                + mapping.at(elevation).hydrostatic * zenith_m
+                - antenna_m;
+            for slot in 0..options.frequencies.min(FREQUENCY_SLOTS) {
+                let frequency = m.frequency_hz[slot];
+                if frequency == 0.0
+                    || below_cn0_mask(
+                        options.cn0_mask.as_ref(),
+                        base,
+                        slot,
+                        elevation,
+                        m.cn0_db_hz[slot],
+                    )
+                {
+                    continue;
+                }
+                if m.phase_cycles[slot] != 0.0 {
+                    result.phase_m[slot] =
+                        m.phase_cycles[slot] * SPEED_OF_LIGHT_M_S / frequency - predicted;
+                }
+                if m.code_m[slot] != 0.0 {
+                    result.code_m[slot] = m.code_m[slot] - predicted;
+                }
+            }
+            result
+        })
+        .collect()
+}

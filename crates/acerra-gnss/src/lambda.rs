@@ -1,0 +1,471 @@
+//! Integer least squares by LAMBDA: decorrelation, then a depth-first search.
+//!
+//! Source: Teunissen (1995), "The least-squares ambiguity decorrelation adjustment"; Chang, Yang
+//! and Zhou (2005), "MLAMBDA" (symmetric pivoting only where it lowers the conditional variance,
+//! and a shrinking search).
+
+/// Nodes the search may visit before it gives up.
+const LARGEST_SEARCH: usize = 10_000;
+
+/// The best integer vectors and their costs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct IntegerCandidates {
+    /// Integer vectors, best first.
+    pub integers: Vec<Vec<f64>>,
+    /// (a − z)ᵀQ⁻¹(a − z) of each, ascending.
+    pub costs: Vec<f64>,
+}
+
+/// Why there is no integer solution.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum LambdaError {
+    /// The covariance is not positive definite (or not finite).
+    #[error("covariance of the float ambiguities is not positive definite at index {index}")]
+    NotPositiveDefinite {
+        /// Where the factorisation failed.
+        index: usize,
+    },
+    /// The covariance does not have n² elements.
+    #[error("expected a covariance of {expected} elements, found {found}")]
+    Shape {
+        /// n².
+        expected: usize,
+        /// Elements given.
+        found: usize,
+    },
+    /// The search visited too many nodes.
+    #[error("integer search gave up after {visited} nodes")]
+    SearchTooLong {
+        /// Nodes visited.
+        visited: usize,
+    },
+}
+
+/// The `count` integer vectors nearest to `float` (length n, cycles) in the metric of
+/// `covariance` (n × n row-major, cycle²).
+///
+/// # Errors
+/// See [`LambdaError`].
+///
+/// ```
+/// // Two strongly correlated ambiguities: rounding each alone would give (5, 10).
+/// let found = acerra_gnss::integer_least_squares(&[5.4, 10.3], &[0.1, 0.099, 0.099, 0.1], 2)?;
+/// assert_eq!(found.integers[0], [5.0, 10.0]);
+/// assert!(found.costs[0] <= found.costs[1]);
+/// # Ok::<(), acerra_gnss::LambdaError>(())
+/// ```
+pub fn integer_least_squares(
+    float: &[f64],
+    covariance: &[f64],
+    count: usize,
+) -> Result<IntegerCandidates, LambdaError> {
+    let n = float.len();
+    if covariance.len() != n * n {
+        return Err(LambdaError::Shape {
+            expected: n * n,
+            found: covariance.len(),
+        });
+    }
+    if n == 0 || count == 0 {
+        return Ok(IntegerCandidates {
+            integers: vec![],
+            costs: vec![],
+        });
+    }
+    // Whole cycles are taken off first: the transformed floats then keep all their digits.
+    let whole: Vec<f64> = float.iter().map(|a| a.round()).collect();
+    let rest: Vec<f64> = float.iter().zip(&whole).map(|(a, w)| a - w).collect();
+    let mut factor = Factor::new(covariance, n)?;
+    factor.reduce();
+    let transformed = factor.transform(&rest);
+    let (found, costs) = factor.search(&transformed, count)?;
+    let integers = found
+        .iter()
+        .map(|z| {
+            factor
+                .restore(z)
+                .iter()
+                .zip(&whole)
+                .map(|(v, w)| v + w)
+                .collect()
+        })
+        .collect();
+    Ok(IntegerCandidates { integers, costs })
+}
+
+/// Q = LᵀDL with unit lower triangular L, the integer transformation Z applied so far and its
+/// inverse transpose. Matrices are stored by columns.
+struct Factor {
+    n: usize,
+    lower: Vec<f64>,
+    diagonal: Vec<f64>,
+    transformation: Vec<f64>,
+    inverse_transposed: Vec<f64>,
+}
+
+impl Factor {
+    fn new(covariance: &[f64], n: usize) -> Result<Self, LambdaError> {
+        let mut work = covariance.to_vec();
+        let mut lower = vec![0.0; n * n];
+        let mut diagonal = vec![0.0; n];
+        for i in (0..n).rev() {
+            let d = work[i * n + i];
+            if d.is_nan() || d <= 0.0 || d.is_infinite() {
+                return Err(LambdaError::NotPositiveDefinite { index: i });
+            }
+            diagonal[i] = d;
+            for j in 0..=i {
+                lower[j * n + i] = work[i * n + j] / d;
+            }
+            for j in 0..i {
+                for k in 0..=j {
+                    work[j * n + k] -= lower[j * n + i] * lower[k * n + i] * d;
+                }
+            }
+        }
+        let mut identity = vec![0.0; n * n];
+        for i in 0..n {
+            identity[i * n + i] = 1.0;
+        }
+        Ok(Self {
+            n,
+            lower,
+            diagonal,
+            inverse_transposed: identity.clone(),
+            transformation: identity,
+        })
+    }
+
+    /// Element (row, column) of L.
+    fn l(&self, row: usize, column: usize) -> f64 {
+        self.lower[column * self.n + row]
+    }
+
+    /// Subtracts the nearest integer multiple of column `i` from column `j` (i > j).
+    fn reduce_column(&mut self, i: usize, j: usize) {
+        let n = self.n;
+        let mu = (self.l(i, j) + 0.5).floor();
+        if mu == 0.0 {
+            return;
+        }
+        for k in i..n {
+            self.lower[j * n + k] -= mu * self.lower[i * n + k];
+        }
+        for k in 0..n {
+            self.transformation[j * n + k] -= mu * self.transformation[i * n + k];
+            self.inverse_transposed[i * n + k] += mu * self.inverse_transposed[j * n + k];
+        }
+    }
+
+    /// Exchanges variables j and j + 1; `delta` is the conditional variance this gives j + 1.
+    fn swap(&mut self, j: usize, delta: f64) {
+        let n = self.n;
+        let l = self.l(j + 1, j);
+        let eta = self.diagonal[j] / delta;
+        let xi = self.diagonal[j + 1] * l / delta;
+        self.diagonal[j] = eta * self.diagonal[j + 1];
+        self.diagonal[j + 1] = delta;
+        for m in 0..j {
+            let (a, b) = (self.l(j, m), self.l(j + 1, m));
+            self.lower[m * n + j] = b - l * a;
+            self.lower[m * n + j + 1] = eta * a + xi * b;
+        }
+        self.lower[j * n + j + 1] = xi;
+        for k in j + 2..n {
+            self.lower.swap(j * n + k, (j + 1) * n + k);
+        }
+        for k in 0..n {
+            self.transformation.swap(j * n + k, (j + 1) * n + k);
+            self.inverse_transposed.swap(j * n + k, (j + 1) * n + k);
+        }
+    }
+
+    fn reduce(&mut self) {
+        let n = self.n;
+        if n < 2 {
+            return;
+        }
+        let mut j = n - 2;
+        let mut reduced_from = n - 2;
+        loop {
+            if j <= reduced_from {
+                for i in j + 1..n {
+                    self.reduce_column(i, j);
+                }
+            }
+            let l = self.l(j + 1, j);
+            let delta = self.diagonal[j] + l * l * self.diagonal[j + 1];
+            if delta + 1e-6 < self.diagonal[j + 1] {
+                self.swap(j, delta);
+                reduced_from = j;
+                j = n - 2;
+            } else if j == 0 {
+                return;
+            } else {
+                j -= 1;
+            }
+        }
+    }
+
+    /// Zᵀa.
+    fn transform(&self, a: &[f64]) -> Vec<f64> {
+        self.transformation
+            .chunks_exact(self.n)
+            .map(|column| column.iter().zip(a).map(|(z, a)| z * a).sum())
+            .collect()
+    }
+
+    /// Z⁻ᵀz.
+    fn restore(&self, z: &[f64]) -> Vec<f64> {
+        let mut a = vec![0.0; self.n];
+        for (column, &value) in self.inverse_transposed.chunks_exact(self.n).zip(z) {
+            for (a, c) in a.iter_mut().zip(column) {
+                *a += c * value;
+            }
+        }
+        a
+    }
+
+    /// Depth-first search from the last variable to the first, each level walking outwards from
+    /// its conditional mean, inside an ellipsoid that shrinks with every candidate found.
+    #[allow(clippy::type_complexity)]
+    fn search(
+        &self,
+        center: &[f64],
+        count: usize,
+    ) -> Result<(Vec<Vec<f64>>, Vec<f64>), LambdaError> {
+        let n = self.n;
+        let mut found: Vec<(f64, Vec<f64>)> = Vec::with_capacity(count + 1);
+        let mut bound = f64::INFINITY;
+        let mut mean = vec![0.0; n];
+        let mut offset = vec![0.0; n]; // z − mean, of the levels above
+        let mut z = vec![0.0; n];
+        let mut step = vec![0.0; n];
+        let mut cost_above = vec![0.0; n];
+        let outwards = |from: f64| if from <= 0.0 { -1.0 } else { 1.0 };
+
+        let mut k = n - 1;
+        mean[k] = center[k];
+        z[k] = (mean[k] + 0.5).floor();
+        step[k] = outwards(mean[k] - z[k]);
+        for _ in 0..LARGEST_SEARCH {
+            offset[k] = z[k] - mean[k];
+            let cost = cost_above[k] + offset[k] * offset[k] / self.diagonal[k];
+            if cost < bound {
+                if k > 0 {
+                    k -= 1;
+                    cost_above[k] = cost;
+                    let column = &self.lower[k * n..(k + 1) * n];
+                    let pull: f64 = column[k + 1..]
+                        .iter()
+                        .zip(&offset[k + 1..])
+                        .map(|(l, o)| l * o)
+                        .sum();
+                    mean[k] = center[k] + pull;
+                    z[k] = (mean[k] + 0.5).floor();
+                    step[k] = outwards(mean[k] - z[k]);
+                    continue;
+                }
+                let place = found.partition_point(|(c, _)| *c <= cost);
+                found.insert(place, (cost, z.clone()));
+                found.truncate(count);
+                if found.len() == count {
+                    bound = found[count - 1].0;
+                }
+            } else if k == n - 1 {
+                let (costs, integers) = found.into_iter().unzip();
+                return Ok((integers, costs));
+            } else {
+                k += 1;
+            }
+            z[k] += step[k];
+            step[k] = -step[k] - outwards(step[k]);
+        }
+        Err(LambdaError::SearchTooLong {
+            visited: LARGEST_SEARCH,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn check(found: &IntegerCandidates, expected: &[(&[f64], f64)]) {
+        for (k, (integers, cost)) in expected.iter().enumerate() {
+            assert_eq!(found.integers[k], *integers);
+            assert!(
+                (found.costs[k] - cost).abs() < 1e-4,
+                "{} {cost}",
+                found.costs[k]
+            );
+        }
+    }
+
+    #[test]
+    fn six_ambiguities() {
+        let n = 6;
+        let mut q = vec![0.0; n * n];
+        for i in 0..n {
+            for j in 0..n {
+                q[i * n + j] = match (i, j) {
+                    (5, 5) => 0.434_339,
+                    (i, j) if i == j => 0.227_134,
+                    (5, _) | (_, 5) => 0.103_473,
+                    _ => 0.112_202,
+                };
+            }
+        }
+        let a = [
+            1_585_184.171,
+            -6_716_599.430,
+            3_915_742.905,
+            7_627_233.455,
+            9_565_990.879,
+            989_457_273.200,
+        ];
+        let found = integer_least_squares(&a, &q, 2).unwrap();
+        let best = [
+            1_585_184.0,
+            -6_716_599.0,
+            3_915_743.0,
+            7_627_234.0,
+            9_565_991.0,
+            989_457_273.0,
+        ];
+        let mut second = best;
+        second[1] = -6_716_600.0;
+        second[3] = 7_627_233.0;
+        check(&found, &[(&best, 3.507_984), (&second, 3.708_456)]);
+    }
+
+    #[test]
+    fn ten_ambiguities() {
+        let n = 10;
+        let mut q = vec![0.0; n * n];
+        for i in 0..n {
+            for j in 0..n {
+                let (diagonal, off) = match (i < 5, j < 5) {
+                    (true, true) => (0.446_320, 0.223_160),
+                    (false, false) => (0.735_063, 0.367_531),
+                    _ => (0.572_775, 0.286_388),
+                };
+                q[i * n + j] = if i % 5 == j % 5 { diagonal } else { off };
+            }
+        }
+        let a = [
+            -13_324_172.755_747,
+            -10_668_894.713_608,
+            -7_157_225.010_770,
+            -6_149_367.974_367,
+            -7_454_133.571_066,
+            -5_969_200.494_550,
+            8_336_734.058_423,
+            6_186_974.084_502,
+            -17_549_093.883_655,
+            -13_970_158.922_370,
+        ];
+        let best = [
+            -13_324_188.0,
+            -10_668_901.0,
+            -7_157_236.0,
+            -6_149_379.0,
+            -7_454_143.0,
+            -5_969_220.0,
+            8_336_726.0,
+            6_186_960.0,
+            -17_549_108.0,
+            -13_970_171.0,
+        ];
+        let mut second = best;
+        second[1] = -10_668_908.0;
+        second[6] = 8_336_717.0;
+        let found = integer_least_squares(&a, &q, 2).unwrap();
+        check(&found, &[(&best, 1_506.435_789), (&second, 1_612.811_795)]);
+    }
+
+    #[test]
+    fn indefinite_covariances_are_refused() {
+        let refused = integer_least_squares(&[0.1, 0.2], &[1.0, 2.0, 2.0, 1.0], 2);
+        assert!(matches!(
+            refused,
+            Err(LambdaError::NotPositiveDefinite { .. })
+        ));
+        let refused = integer_least_squares(&[0.1], &[f64::NAN], 2);
+        assert!(matches!(
+            refused,
+            Err(LambdaError::NotPositiveDefinite { .. })
+        ));
+        let refused = integer_least_squares(&[0.1], &[], 2);
+        assert!(matches!(refused, Err(LambdaError::Shape { .. })));
+    }
+
+    /// Q = AAᵀ + 0.01·I, strongly correlated when A is.
+    fn covariance(entries: &[f64], n: usize) -> Vec<f64> {
+        let mut q = vec![0.0; n * n];
+        for i in 0..n {
+            for j in 0..n {
+                q[i * n + j] = (0..n)
+                    .map(|k| entries[i * n + k] * entries[j * n + k])
+                    .sum::<f64>();
+            }
+            q[i * n + i] += 0.01;
+        }
+        q
+    }
+
+    fn cost(q: &[f64], n: usize, difference: &[f64]) -> f64 {
+        let q = nalgebra::DMatrix::from_row_slice(n, n, q);
+        let d = nalgebra::DVector::from_row_slice(difference);
+        d.dot(&q.lu().solve(&d).unwrap())
+    }
+
+    fn determinant(columns: &[f64], n: usize) -> f64 {
+        nalgebra::DMatrix::from_column_slice(n, n, columns).determinant()
+    }
+
+    proptest! {
+        #[test]
+        fn nothing_within_reach_is_better(
+            entries in prop::collection::vec(-0.6..0.6f64, 9),
+            float in prop::collection::vec(-0.5..0.5f64, 3),
+        ) {
+            let n = 3;
+            let q = covariance(&entries, n);
+            let found = integer_least_squares(&float, &q, 2).unwrap();
+            let mut all: Vec<f64> = (0..7usize.pow(3))
+                .map(|code| {
+                    let z = [code % 7, code / 7 % 7, code / 49].map(|v| v as f64 - 3.0);
+                    let d: Vec<f64> = float.iter().zip(z).map(|(a, z)| a - z).collect();
+                    cost(&q, n, &d)
+                })
+                .collect();
+            all.sort_by(f64::total_cmp);
+            for (k, least) in all.iter().take(2).enumerate() {
+                // The search may reach beyond the brute-force cube, never do worse inside it.
+                prop_assert!(found.costs[k] <= least * (1.0 + 1e-9) + 1e-9);
+                let d: Vec<f64> =
+                    float.iter().zip(&found.integers[k]).map(|(a, z)| a - z).collect();
+                prop_assert!((cost(&q, n, &d) - found.costs[k]).abs() < 1e-6);
+                prop_assert!(found.integers[k].iter().all(|z| z.fract() == 0.0));
+            }
+        }
+
+        #[test]
+        fn the_transformation_keeps_volume(
+            entries in prop::collection::vec(-1.0..1.0f64, 36),
+        ) {
+            let q = covariance(&entries, 6);
+            let mut factor = Factor::new(&q, 6).unwrap();
+            let before: f64 = factor.diagonal.iter().product();
+            factor.reduce();
+            let after: f64 = factor.diagonal.iter().product();
+            prop_assert!((before / after - 1.0).abs() < 1e-6);
+            prop_assert!((determinant(&factor.transformation, 6).abs() - 1.0).abs() < 1e-6);
+            let a: Vec<f64> = (0..6).map(f64::from).collect();
+            prop_assert_eq!(factor.restore(&factor.transform(&a)), a);
+        }
+    }
+}

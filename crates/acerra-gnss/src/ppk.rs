@@ -1,0 +1,463 @@
+//! The positioning of a rover's log against a base's.
+
+use crate::engine::{
+    Constellation, Epoch, EpochResult, Filter, Prepared, RoverEpoch, SingleContext, base_gaps,
+    base_position, combine, epochs, missing_navigation, phases_and_copies,
+};
+use crate::events::interpolate_events;
+use crate::navigation::{Klobuchar, Navigation};
+use crate::observation::ObservationData;
+use crate::options::{FilterDirection, PositioningMode, PpkOptions};
+use crate::signal::FREQUENCY_SLOTS;
+use crate::solution::{
+    LostEpoch, NotFixedReason, PpkSolution, PpkSummary, PpkWarning, Quality, Solution,
+};
+use acerra_geo::time::GpsTime;
+use std::collections::BTreeMap;
+
+/// First and last time of something.
+pub type TimeSpan = (GpsTime, GpsTime);
+
+/// Why there is no solution at all.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum PpkError {
+    /// The rover's log has no epochs.
+    #[error("the rover's log holds no observation epochs")]
+    NoRoverEpochs,
+    /// The base's log is needed and has no epochs.
+    #[error("the base's log holds no observation epochs")]
+    NoBaseEpochs,
+    /// No satellite of the selected systems was observed.
+    #[error("the rover observed no satellite of the selected systems")]
+    NoSatellites,
+    /// No usable ephemeris for any satellite observed.
+    #[error(
+        "no ephemeris for any satellite observed: observations {} to {}, navigation data {}",
+        observations.0, observations.1, span_text(*.navigation)
+    )]
+    NoNavigation {
+        /// Span of the rover's log.
+        observations: TimeSpan,
+        /// Span of the ephemerides' reference times; `None` when there are none.
+        navigation: Option<TimeSpan>,
+    },
+    /// Rover and base logs share no time.
+    #[error(
+        "rover and base do not overlap: rover {} to {}, base {} to {}",
+        rover.0, rover.1, base.0, base.1
+    )]
+    NoOverlap {
+        /// Span of the rover's log.
+        rover: TimeSpan,
+        /// Span of the base's log.
+        base: TimeSpan,
+    },
+    /// The base position is wanted from somewhere that has none.
+    #[error("the base position is not known{}", suggestion(*.own_single_ecef_m))]
+    BasePositionMissing {
+        /// The base's own single-point position (ECEF, m), as a suggestion.
+        own_single_ecef_m: Option<[f64; 3]>,
+    },
+    /// The base position cannot be true.
+    #[error(
+        "base position {:.3} {:.3} {:.3} (ECEF, m) is impossible{}",
+        position_ecef_m[0], position_ecef_m[1], position_ecef_m[2],
+        suggestion(*.own_single_ecef_m)
+    )]
+    BasePositionImplausible {
+        /// The position given.
+        position_ecef_m: [f64; 3],
+        /// The base's own single-point position (ECEF, m), as a suggestion.
+        own_single_ecef_m: Option<[f64; 3]>,
+    },
+    /// An option has a value that makes no sense.
+    #[error("option {name}: expected {expected}, found {found}")]
+    Option {
+        /// Name of the field.
+        name: &'static str,
+        /// What it should be.
+        expected: &'static str,
+        /// What it is.
+        found: f64,
+    },
+}
+
+fn span_text(span: Option<TimeSpan>) -> String {
+    span.map_or_else(|| "none".to_owned(), |(from, to)| format!("{from} to {to}"))
+}
+
+fn suggestion(own: Option<[f64; 3]>) -> String {
+    own.map_or_else(String::new, |[x, y, z]| {
+        format!("; its own single-point position is {x:.3} {y:.3} {z:.3} (ECEF, m)")
+    })
+}
+
+/// Positions of `rover` (against `base`, except in single-point mode) for every epoch.
+///
+/// Logs need not be sorted; epochs within 25 ms of another are taken for duplicates. The answer
+/// is the same, bit for bit, for any number of threads.
+///
+/// # Errors
+/// [`PpkError`] when nothing can be computed: no epochs, no overlap, no navigation data, an
+/// impossible base position or option. Epochs that fail singly are listed in
+/// [`PpkSolution::lost`] with the reason.
+///
+/// ```no_run
+/// use acerra_gnss::{PpkOptions, input::Limits, process, read_navigation, read_observations};
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// let open = |path| std::fs::File::open(path);
+/// let (rover, _) = read_observations(open("rover.obs")?, Limits::default())?;
+/// let (base, _) = read_observations(open("base.obs")?, Limits::default())?;
+/// let (navigation, _) = read_navigation(open("base.nav")?, Limits::default())?;
+/// let solution = process(&rover, &base, &navigation, &PpkOptions::default())?;
+/// println!("{} of {} epochs fixed", solution.summary.fixed, solution.summary.rover_epochs);
+/// # Ok(())
+/// # }
+/// ```
+pub fn process(
+    rover: &ObservationData,
+    base: &ObservationData,
+    navigation: &Navigation,
+    options: &PpkOptions,
+) -> Result<PpkSolution, PpkError> {
+    check_options(options)?;
+    let relative = options.mode != PositioningMode::Single;
+    let span = |data: &ObservationData| -> Option<TimeSpan> {
+        let times = || data.epochs.iter().map(|e| e.time);
+        Some((times().min()?, times().max()?))
+    };
+    let rover_span = span(rover).ok_or(PpkError::NoRoverEpochs)?;
+    if relative {
+        let base_span = span(base).ok_or(PpkError::NoBaseEpochs)?;
+        let reach = options.largest_age_s;
+        if rover_span.0.seconds_since(base_span.1) > reach
+            || base_span.0.seconds_since(rover_span.1) > reach
+        {
+            return Err(PpkError::NoOverlap {
+                rover: rover_span,
+                base: base_span,
+            });
+        }
+    }
+
+    let mut warnings = Vec::new();
+    let constellation = Constellation::new(rover, relative.then_some(base), navigation, options);
+    if constellation.len() == 0 {
+        return Err(PpkError::NoSatellites);
+    }
+    let klobuchar = navigation.klobuchar.filter(|k| !k.is_zero());
+    if klobuchar.is_none() {
+        warnings.push(PpkWarning::DefaultIonosphere);
+    }
+    let klobuchar = klobuchar.unwrap_or(Klobuchar::FALLBACK);
+    let context = |is_base: bool| SingleContext {
+        constellation: &constellation,
+        klobuchar: &klobuchar,
+        options,
+        base: is_base,
+    };
+    let rover_epochs = rover_epochs(&context(false), epochs(rover, &constellation), options);
+    let any_state = rover_epochs
+        .iter()
+        .any(|e| e.states.iter().any(Result::is_ok));
+    if !any_state {
+        let times = || navigation.ephemerides.iter().map(crate::Ephemeris::toe);
+        return Err(PpkError::NoNavigation {
+            observations: rover_span,
+            navigation: times().min().zip(times().max()),
+        });
+    }
+    missing_navigation(&constellation, &rover_epochs, &mut warnings);
+
+    let base_context = context(true);
+    let (base_epochs, base_position_ecef_m) = if relative {
+        phases_and_copies(rover, base, options, &mut warnings);
+        let base_epochs = epochs(base, &constellation);
+        base_gaps(&base_epochs, &rover_epochs, options, &mut warnings);
+        let position = base_position(&base_context, base, &base_epochs, options, &mut warnings)?;
+        (base_epochs, position)
+    } else {
+        (Vec::new(), [0.0; 3])
+    };
+    let prepared = Prepared {
+        constellation: &constellation,
+        options,
+        rover: rover_epochs,
+        base: base_epochs,
+        base_context,
+        base_position_ecef_m,
+    };
+    let results = run_passes(&prepared);
+    let mut solution = assemble(results, &prepared, warnings);
+    solution.base_position_ecef_m = relative.then_some(base_position_ecef_m);
+    let clock_s = |t: GpsTime| {
+        let rover = &prepared.rover;
+        let after = rover.partition_point(|e| e.epoch.tag < t);
+        [after.checked_sub(1), Some(after)]
+            .into_iter()
+            .flatten()
+            .filter_map(|k| rover.get(k))
+            .find_map(|e| {
+                e.single
+                    .as_ref()
+                    .ok()
+                    .map(|s| e.epoch.tag.seconds_since(s.time))
+            })
+            .unwrap_or(0.0)
+    };
+    solution.events = interpolate_events(&rover.events, &solution.epochs, clock_s);
+    Ok(solution)
+}
+
+fn check_options(options: &PpkOptions) -> Result<(), PpkError> {
+    let check = |ok: bool, name, expected, found: f64| {
+        if ok {
+            Ok(())
+        } else {
+            Err(PpkError::Option {
+                name,
+                expected,
+                found,
+            })
+        }
+    };
+    check(
+        (1..=FREQUENCY_SLOTS).contains(&options.frequencies),
+        "frequencies",
+        "1, 2 or 3",
+        options.frequencies as f64,
+    )?;
+    check(
+        options.elevation_mask_rad >= 0.0 && options.elevation_mask_rad < 1.57,
+        "elevation_mask_rad",
+        "0 to below π/2",
+        options.elevation_mask_rad,
+    )?;
+    let positive = [
+        ("phase_error_m", options.phase_error_m),
+        ("initial_bias_cycles", options.initial_bias_cycles),
+        ("hold_variance_cycles2", options.hold_variance_cycles2),
+        ("doppler_error_hz", options.doppler_error_hz),
+        ("code_phase_ratio", options.code_phase_ratio[0]),
+    ];
+    for (name, value) in positive {
+        check(
+            value.is_finite() && value > 0.0,
+            name,
+            "a positive number",
+            value,
+        )?;
+    }
+    let not_negative = [
+        ("phase_error_elevation_m", options.phase_error_elevation_m),
+        ("phase_error_baseline_m", options.phase_error_baseline_m),
+        ("bias_noise_cycles", options.bias_noise_cycles),
+        ("largest_age_s", options.largest_age_s),
+        ("ratio_threshold", options.ratio_threshold),
+        ("clock_stability", options.clock_stability),
+    ];
+    for (name, value) in not_negative {
+        check(
+            value.is_finite() && value >= 0.0,
+            name,
+            "zero or a positive number",
+            value,
+        )?;
+    }
+    Ok(())
+}
+
+fn threads(options: &PpkOptions) -> usize {
+    match options.threads {
+        0 => std::thread::available_parallelism().map_or(1, usize::from),
+        n => n,
+    }
+}
+
+/// Satellite states and single-point positions of every rover epoch.
+fn rover_epochs(
+    context: &SingleContext<'_>,
+    epochs: Vec<Epoch>,
+    options: &PpkOptions,
+) -> Vec<RoverEpoch> {
+    // Every epoch starts from the first position found, so that none depends on its neighbours.
+    let start = epochs
+        .iter()
+        .find_map(|e| {
+            let states = context.states(e, e.tag, false);
+            context
+                .solve(e, &states, [0.0; 3])
+                .ok()
+                .map(|s| s.position_ecef_m)
+        })
+        .unwrap_or([0.0; 3]);
+    let one = |epoch: Epoch| {
+        let states = context.states(&epoch, epoch.tag, true);
+        let single = context.solve(&epoch, &states, start);
+        RoverEpoch {
+            epoch,
+            states,
+            single,
+        }
+    };
+    let threads = threads(options).max(1);
+    if threads == 1 || epochs.len() < 2 * threads {
+        return epochs.into_iter().map(one).collect();
+    }
+    let share = epochs.len().div_ceil(threads);
+    let mut parts: Vec<Vec<Epoch>> = Vec::with_capacity(threads);
+    let mut rest = epochs;
+    while rest.len() > share {
+        let tail = rest.split_off(share);
+        parts.push(std::mem::replace(&mut rest, tail));
+    }
+    parts.push(rest);
+    std::thread::scope(|scope| {
+        let workers: Vec<_> = parts
+            .into_iter()
+            .map(|part| scope.spawn(move || part.into_iter().map(one).collect::<Vec<_>>()))
+            .collect();
+        workers.into_iter().flat_map(join).collect()
+    })
+}
+
+/// The worker's result; a panic in it continues here.
+fn join<T>(worker: std::thread::ScopedJoinHandle<'_, T>) -> T {
+    worker
+        .join()
+        .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+}
+
+fn run_passes(prepared: &Prepared<'_>) -> Vec<EpochResult> {
+    let options = prepared.options;
+    let fresh = || {
+        Filter::new(
+            prepared.constellation,
+            options,
+            prepared.base_position_ecef_m,
+        )
+    };
+    let pass = |backward: bool| prepared.run(&mut fresh(), backward);
+    let merged = |forward, backward| combine(forward, backward, options.reproduce_defects);
+    match options.direction {
+        FilterDirection::Forward => pass(false),
+        FilterDirection::Backward => {
+            let mut results = pass(true);
+            results.reverse();
+            results
+        }
+        FilterDirection::Combined if threads(options) > 1 => {
+            let (forward, backward) = std::thread::scope(|scope| {
+                let worker = scope.spawn(|| pass(true));
+                (pass(false), join(worker))
+            });
+            merged(forward, backward)
+        }
+        FilterDirection::Combined => merged(pass(false), pass(true)),
+        FilterDirection::CombinedWithoutReset => {
+            let mut filter = fresh();
+            let forward = prepared.run(&mut filter, false);
+            let backward = prepared.run(&mut filter, true);
+            merged(forward, backward)
+        }
+    }
+}
+
+fn assemble(
+    results: Vec<EpochResult>,
+    prepared: &Prepared<'_>,
+    warnings: Vec<PpkWarning>,
+) -> PpkSolution {
+    let options = prepared.options;
+    let mut lost: Vec<LostEpoch> = prepared
+        .rover
+        .iter()
+        .filter_map(|e| match &e.single {
+            Ok(_) => None,
+            Err((reason, _)) => Some(LostEpoch {
+                time: e.epoch.tag,
+                reason: *reason,
+            }),
+        })
+        .collect();
+    let mut epochs = Vec::with_capacity(results.len());
+    for r in results {
+        let quality = match r.quality {
+            Some(quality) => quality,
+            None if options.mode == PositioningMode::Single || options.output_single => {
+                Quality::Single
+            }
+            None => {
+                let reason = r
+                    .reason
+                    .unwrap_or(NotFixedReason::TooFewCommonSatellites { common: 0 });
+                lost.push(LostEpoch {
+                    time: r.tag,
+                    reason,
+                });
+                continue;
+            }
+        };
+        epochs.push(Solution {
+            time: r.time,
+            position_ecef_m: r.position_ecef_m,
+            covariance_ecef_m2: r.covariance_ecef_m2,
+            velocity_ecef_m_s: r.velocity.map(|(v, _)| v),
+            quality,
+            satellites: r.satellites,
+            age_s: r.age_s,
+            ratio: r.ratio,
+            not_fixed: r.reason.filter(|_| quality != Quality::Fixed),
+            residuals: r.residuals,
+        });
+    }
+    lost.sort_by_key(|l| l.time);
+    let summary = summarise(&epochs, &lost, prepared.rover.len(), warnings);
+    PpkSolution {
+        base_position_ecef_m: None,
+        epochs,
+        lost,
+        events: Vec::new(),
+        summary,
+    }
+}
+
+fn summarise(
+    epochs: &[Solution],
+    lost: &[LostEpoch],
+    rover_epochs: usize,
+    warnings: Vec<PpkWarning>,
+) -> PpkSummary {
+    let count = |q: Quality| epochs.iter().filter(|e| e.quality == q).count();
+    let (fixed, float) = (count(Quality::Fixed), count(Quality::Float));
+    let mut reasons: BTreeMap<&'static str, usize> = BTreeMap::new();
+    let given = epochs.iter().filter_map(|e| e.not_fixed.as_ref());
+    for reason in given.chain(lost.iter().map(|l| &l.reason)) {
+        *reasons.entry(reason.key()).or_default() += 1;
+    }
+    let mut not_fixed: Vec<(&'static str, usize)> = reasons.into_iter().collect();
+    not_fixed.sort_by_key(|&(_, n)| std::cmp::Reverse(n));
+    let relative: Vec<f64> = epochs
+        .iter()
+        .filter(|e| e.quality != Quality::Single)
+        .map(|e| e.age_s)
+        .collect();
+    let age_s = (!relative.is_empty()).then(|| {
+        let n = relative.len() as f64;
+        [
+            relative.iter().copied().fold(f64::INFINITY, f64::min),
+            relative.iter().sum::<f64>() / n,
+            relative.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+        ]
+    });
+    PpkSummary {
+        rover_epochs,
+        fixed,
+        float,
+        other: epochs.len() - fixed - float,
+        not_fixed,
+        age_s,
+        warnings,
+    }
+}

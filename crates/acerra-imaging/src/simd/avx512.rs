@@ -1,0 +1,133 @@
+//! Sixteen lanes of AVX-512 F.
+
+use super::{Lanes, ROUNDING};
+use std::arch::x86_64::*;
+
+#[derive(Clone, Copy)]
+pub(super) struct Avx512(());
+
+type V = __m512;
+
+impl Avx512 {
+    /// The token, where the processor has the instructions.
+    pub(super) fn new() -> Option<Self> {
+        (is_x86_feature_detected!("avx512f")
+            && is_x86_feature_detected!("avx2")
+            && is_x86_feature_detected!("fma"))
+        .then_some(Self(()))
+    }
+}
+
+/// The whole numbers in the low bits after adding `ROUNDING`.
+#[inline(always)]
+fn whole(i: V) -> __m512i {
+    // SAFETY: only called from methods of the token.
+    unsafe {
+        _mm512_sub_epi32(
+            _mm512_castps_si512(i),
+            _mm512_set1_epi32(ROUNDING.to_bits() as i32),
+        )
+    }
+}
+
+#[inline]
+#[target_feature(enable = "avx512f,avx2,fma")]
+fn enabled<R>(s: Avx512, f: impl FnOnce(Avx512) -> R) -> R {
+    f(s)
+}
+
+impl Lanes for Avx512 {
+    type V = V;
+    const N: usize = 16;
+
+    #[inline(always)]
+    fn splat(self, x: f32) -> V {
+        // SAFETY: `self` proves the instructions.
+        unsafe { _mm512_set1_ps(x) }
+    }
+    #[inline(always)]
+    unsafe fn load(self, p: *const f32) -> V {
+        // SAFETY: `self` proves the instructions; the caller vouches for the memory.
+        unsafe { _mm512_loadu_ps(p) }
+    }
+    #[inline(always)]
+    unsafe fn store(self, p: *mut f32, v: V) {
+        // SAFETY: `self` proves the instructions; the caller vouches for the memory.
+        unsafe { _mm512_storeu_ps(p, v) }
+    }
+    #[inline(always)]
+    fn add(self, a: V, b: V) -> V {
+        // SAFETY: `self` proves the instructions.
+        unsafe { _mm512_add_ps(a, b) }
+    }
+    #[inline(always)]
+    fn sub(self, a: V, b: V) -> V {
+        // SAFETY: `self` proves the instructions.
+        unsafe { _mm512_sub_ps(a, b) }
+    }
+    #[inline(always)]
+    fn mul(self, a: V, b: V) -> V {
+        // SAFETY: `self` proves the instructions.
+        unsafe { _mm512_mul_ps(a, b) }
+    }
+    #[inline(always)]
+    fn div(self, a: V, b: V) -> V {
+        // SAFETY: `self` proves the instructions.
+        unsafe { _mm512_div_ps(a, b) }
+    }
+    #[inline(always)]
+    fn sqrt(self, a: V) -> V {
+        // SAFETY: `self` proves the instructions.
+        unsafe { _mm512_sqrt_ps(a) }
+    }
+    #[inline(always)]
+    fn max(self, a: V, b: V) -> V {
+        // SAFETY: `self` proves the instructions.
+        unsafe { _mm512_max_ps(a, b) }
+    }
+    #[inline(always)]
+    fn mul_add(self, a: V, b: V, c: V) -> V {
+        // SAFETY: `self` proves the instructions.
+        unsafe { _mm512_fmadd_ps(a, b, c) }
+    }
+    #[inline(always)]
+    fn neg_mul_add(self, a: V, b: V, c: V) -> V {
+        // SAFETY: `self` proves the instructions.
+        unsafe { _mm512_fnmadd_ps(a, b, c) }
+    }
+    #[inline(always)]
+    fn abs(self, a: V) -> V {
+        // SAFETY: `self` proves the instructions.
+        unsafe { _mm512_abs_ps(a) }
+    }
+    #[inline(always)]
+    fn floor(self, a: V) -> V {
+        // SAFETY: `self` proves the instructions; 0x09 rounds down, silently.
+        unsafe { _mm512_roundscale_ps::<0x09>(a) }
+    }
+    #[inline(always)]
+    fn all_le(self, a: V, b: V) -> bool {
+        // SAFETY: `self` proves the instructions.
+        unsafe { _mm512_cmp_ps_mask::<_CMP_LE_OQ>(a, b) == 0xffff }
+    }
+    #[inline(always)]
+    fn pick(self, window: V, i: V) -> V {
+        // SAFETY: `self` proves the instructions; the permutation uses the low 4 bits of a lane.
+        unsafe { _mm512_permutexvar_ps(_mm512_castps_si512(i), window) }
+    }
+    #[inline(always)]
+    unsafe fn gather(self, p: *const f32, i: V) -> V {
+        // SAFETY: `self` proves the instructions; the caller vouches for every index.
+        unsafe { _mm512_i32gather_ps::<4>(whole(i), p) }
+    }
+    #[inline(always)]
+    unsafe fn store_rounded(self, p: *mut i32, i: V) {
+        // SAFETY: `self` proves the instructions; the caller vouches for the memory.
+        unsafe { _mm512_storeu_si512(p.cast(), whole(i)) }
+    }
+    #[inline(always)]
+    fn vectorize<R>(self, f: impl FnOnce(Self) -> R) -> R {
+        // SAFETY: `self` proves the instructions.
+        unsafe { enabled(self, f) }
+    }
+}

@@ -1,0 +1,418 @@
+//! Every SIMD level keeps the accuracy asked for against the double-precision sum.
+
+#![allow(clippy::unwrap_used)]
+
+use acerra_imaging::{
+    Complex32, Complex64, Engine, ImagingError, Plan, PlanOptions, PlaneGrid, Pulses, SimdLevel,
+    Spreading, TiltedGrid, reference,
+};
+
+const C: f64 = acerra_imaging::SPEED_OF_LIGHT_M_S;
+
+/// Reproducible numbers in (−1, 1).
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> f64 {
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        ((self.0 >> 11) as f64) / (1u64 << 52) as f64 - 1.0
+    }
+    fn complex(&mut self) -> Complex64 {
+        Complex64::new(self.next(), self.next())
+    }
+}
+
+struct Campaign {
+    position_m: Vec<[f64; 3]>,
+    frequency_hz: Vec<f64>,
+    spectrum: Vec<Complex64>,
+    weight: Vec<f64>,
+}
+
+impl Campaign {
+    fn new(
+        position_m: Vec<[f64; 3]>,
+        frequency_hz: Vec<f64>,
+        scene: &[[f64; 3]],
+        seed: u64,
+    ) -> Self {
+        let mut random = Random(seed);
+        let scatterers: Vec<_> = scene
+            .iter()
+            .map(|&position_m| reference::Scatterer {
+                position_m,
+                reflectivity: random.complex(),
+            })
+            .collect();
+        let mut spectrum = reference::forward(
+            &position_m,
+            &frequency_hz,
+            &scatterers,
+            C,
+            Spreading::InverseSquare,
+        )
+        .unwrap();
+        let rms =
+            (spectrum.iter().map(|e| e.norm_sqr()).sum::<f64>() / spectrum.len() as f64).sqrt();
+        for e in &mut spectrum {
+            *e += random.complex() * (0.3 * rms.max(1e-9));
+        }
+        let weight = (0..position_m.len())
+            .map(|_| 1.0 + 0.3 * random.next())
+            .collect();
+        Self {
+            position_m,
+            frequency_hz,
+            spectrum,
+            weight,
+        }
+    }
+
+    fn pulses(&self) -> Pulses<'_> {
+        Pulses::new(
+            &self.position_m,
+            &self.frequency_hz,
+            &self.spectrum,
+            &self.weight,
+            C,
+        )
+        .unwrap()
+    }
+
+    /// Positions scattered about [0, 0, height], targets in and far outside the patch.
+    fn random(range_m: f64, pulses: usize, frequency_hz: Vec<f64>, seed: u64) -> Self {
+        let mut r = Random(seed);
+        let position: Vec<_> = (0..pulses)
+            .map(|_| {
+                [
+                    -0.6 * range_m + r.next(),
+                    2.0 * r.next(),
+                    0.8 * range_m + 0.3 * r.next(),
+                ]
+            })
+            .collect();
+        let scene: Vec<_> = (0..12)
+            .map(|k| {
+                // A third of them beyond the unambiguous range.
+                let far = if k % 3 == 0 { 40.0 } else { 0.6 };
+                [far * r.next(), far * r.next(), 0.2 * r.next()]
+            })
+            .collect();
+        Self::new(position, frequency_hz, &scene, seed ^ 77)
+    }
+}
+
+fn band(n: usize) -> Vec<f64> {
+    (0..n)
+        .map(|k| 3.1e9 + 1.7e9 * k as f64 / (n - 1) as f64)
+        .collect()
+}
+
+fn error(plan: &Plan, pulses: &Pulses, grid: &TiltedGrid, spreading: Spreading) -> f64 {
+    let mut image = vec![Complex32::ZERO; plan.pixels()];
+    plan.run(&mut image, &|_| ()).unwrap();
+    let points: Vec<_> = (0..grid.rows)
+        .flat_map(|j| (0..grid.columns).map(move |i| (i, j)))
+        .map(|(i, j)| grid.point_m(i as f64, j as f64))
+        .collect();
+    let expected = reference::adjoint(pulses, &points, spreading).unwrap();
+    let image: Vec<_> = image
+        .iter()
+        .map(|v| Complex64::new(f64::from(v.re), f64::from(v.im)))
+        .collect();
+    reference::relative_l2(&image, &expected).unwrap()
+}
+
+/// Makes one test a level: `name(level)` at all levels of this processor.
+macro_rules! at_every_level {
+    ($($name:ident),* $(,)?) => {
+        mod every_level {
+            $(#[test] fn $name() {
+                for &level in acerra_imaging::SimdLevel::available() {
+                    super::$name(level);
+                }
+            })*
+        }
+    };
+}
+
+at_every_level!(
+    the_accuracy_holds_at_any_range,
+    large_pixels_and_tilted_rows,
+    uneven_frequencies,
+    one_pulse_one_pixel_one_row,
+    pulses_in_the_image_plane,
+    repeated_positions,
+    no_spreading,
+);
+
+fn check(campaign: &Campaign, grid: impl Into<TiltedGrid>, options: &PlanOptions) {
+    let grid = grid.into();
+    let pulses = campaign.pulses();
+    let plan = Plan::new(pulses, grid, options).unwrap();
+    let found = error(&plan, &pulses, &grid, options.spreading);
+    assert!(
+        found <= options.accuracy,
+        "{found:e} for {:e}\n{plan}",
+        options.accuracy
+    );
+}
+
+fn the_accuracy_holds_at_any_range(level: SimdLevel) {
+    for (range_m, seed) in [(3.0, 1), (5.0, 2), (100.0, 3), (3000.0, 4)] {
+        let campaign = Campaign::random(range_m, 40, band(120), seed);
+        let grid = PlaneGrid::new(-0.32, -0.32, 0.0, 0.01, 64, 64).unwrap();
+        for accuracy in [1e-2, 1e-3, 1e-4, 1e-5] {
+            check(
+                &campaign,
+                grid,
+                &PlanOptions {
+                    accuracy,
+                    level,
+                    ..Default::default()
+                },
+            );
+        }
+    }
+}
+
+fn large_pixels_and_tilted_rows(level: SimdLevel) {
+    let campaign = Campaign::random(8.0, 25, band(90), 5);
+    for accuracy in [1e-3, 1e-5] {
+        let options = PlanOptions {
+            accuracy,
+            level,
+            ..Default::default()
+        };
+        check(
+            &campaign,
+            PlaneGrid::new(-3.0, -3.0, 0.3, 0.15, 40, 30).unwrap(),
+            &options,
+        );
+        let tilted = TiltedGrid::new(
+            [0.0, -0.3, 0.1],
+            [0.007, 0.007, 0.003],
+            [-0.01, 0.01, 0.0],
+            50,
+            37,
+        )
+        .unwrap();
+        check(&campaign, tilted, &options);
+    }
+}
+
+fn uneven_frequencies(level: SimdLevel) {
+    let mut f = band(70);
+    for (k, f) in f.iter_mut().enumerate() {
+        *f += 6e6 * ((k * k) as f64).sin();
+    }
+    f.swap(3, 50);
+    let campaign = Campaign::random(6.0, 20, f, 6);
+    let grid = PlaneGrid::new(-0.3, -0.3, 0.0, 0.012, 40, 40).unwrap();
+    for accuracy in [1e-3, 1e-5] {
+        check(
+            &campaign,
+            grid,
+            &PlanOptions {
+                accuracy,
+                level,
+                ..Default::default()
+            },
+        );
+    }
+}
+
+fn one_pulse_one_pixel_one_row(level: SimdLevel) {
+    let options = PlanOptions {
+        level,
+        ..Default::default()
+    };
+    for pulses in [1, 33] {
+        let campaign = Campaign::random(5.0, pulses, band(60), 7);
+        for (nx, ny) in [(1, 1), (1, 300), (300, 1), (9, 2), (700, 3)] {
+            check(
+                &campaign,
+                PlaneGrid::new(-0.5, -0.5, 0.0, 0.01, nx, ny).unwrap(),
+                &options,
+            );
+        }
+    }
+    // A single frequency has no step and no band.
+    let tone = Campaign::random(5.0, 10, vec![3.9e9], 8);
+    check(
+        &tone,
+        PlaneGrid::new(-0.2, -0.2, 0.0, 0.01, 50, 20).unwrap(),
+        &options,
+    );
+}
+
+fn pulses_in_the_image_plane(level: SimdLevel) {
+    // The track runs through the image, half a pixel off the centres, then straight above it.
+    for height in [0.0, 0.02, 0.5] {
+        let position: Vec<_> = (0..25)
+            .map(|m| [0.005, -0.3 + 0.0237 * f64::from(m), height])
+            .collect();
+        let campaign = Campaign::new(position, band(60), &[[0.2, 0.1, 0.0]], 9);
+        let grid = PlaneGrid::new(-0.3, -0.3, 0.0, 0.01, 61, 61).unwrap();
+        for (accuracy, spreading) in [
+            (1e-3, Spreading::InverseSquare),
+            (1e-5, Spreading::None),
+            (1e-4, Spreading::InverseSquare),
+        ] {
+            check(
+                &campaign,
+                grid,
+                &PlanOptions {
+                    accuracy,
+                    spreading,
+                    level,
+                    ..Default::default()
+                },
+            );
+        }
+    }
+}
+
+fn repeated_positions(level: SimdLevel) {
+    let campaign = Campaign::new(vec![[0.0, 0.0, 4.0]; 40], band(50), &[[0.3, 0.0, 0.0]], 10);
+    let grid = PlaneGrid::new(-0.5, -0.5, 0.0, 0.02, 50, 50).unwrap();
+    check(
+        &campaign,
+        grid,
+        &PlanOptions {
+            level,
+            ..Default::default()
+        },
+    );
+}
+
+fn no_spreading(level: SimdLevel) {
+    let campaign = Campaign::random(5.0, 30, band(100), 11);
+    let grid = PlaneGrid::new(-0.3, -0.3, 0.0, 0.01, 64, 40).unwrap();
+    let options = PlanOptions {
+        spreading: Spreading::None,
+        level,
+        ..Default::default()
+    };
+    check(&campaign, grid, &options);
+}
+
+#[test]
+fn the_same_plan_gives_the_same_bits_on_any_number_of_threads() {
+    let campaign = Campaign::random(5.0, 50, band(80), 12);
+    let grid = PlaneGrid::new(-1.0, -1.0, 0.0, 0.01, 201, 150).unwrap();
+    let plan = Plan::new(campaign.pulses(), grid, &PlanOptions::default()).unwrap();
+    let run = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
+        let mut image = vec![Complex32::ZERO; grid.len()];
+        pool.install(|| plan.run(&mut image, &|_| ())).unwrap();
+        image
+            .iter()
+            .map(|v| (v.re.to_bits(), v.im.to_bits()))
+            .collect::<Vec<_>>()
+    };
+    let one = run(1);
+    assert!(one == run(2) && one == run(5) && one == run(1));
+}
+
+#[test]
+fn a_point_target_stands_where_it_is() {
+    let target = [0.4, 0.25, 0.0];
+    let position: Vec<_> = (0..80)
+        .map(|m| [-3.0, -2.0 + 0.05 * f64::from(m), 4.0])
+        .collect();
+    let f = band(100);
+    let one = [reference::Scatterer {
+        position_m: target,
+        reflectivity: Complex64::ONE,
+    }];
+    let spectrum = reference::forward(&position, &f, &one, C, Spreading::None).unwrap();
+    let weight = vec![1.0; 80];
+    let pulses = Pulses::new(&position, &f, &spectrum, &weight, C).unwrap();
+    let grid = PlaneGrid::new(0.0, 0.0, 0.0, 0.01, 81, 51).unwrap();
+    let options = PlanOptions {
+        spreading: Spreading::None,
+        ..Default::default()
+    };
+    let image = acerra_imaging::image(pulses, grid, &options).unwrap();
+    let (peak, value) = image
+        .iter()
+        .enumerate()
+        .max_by(|a, b| a.1.norm().total_cmp(&b.1.norm()))
+        .unwrap();
+    assert_eq!(peak, 25 * 81 + 40);
+    assert!((value.re - 8000.0).abs() < 8.0 && value.im.abs() < 8.0);
+}
+
+#[test]
+fn below_single_precision_the_reference_is_run() {
+    let campaign = Campaign::random(5.0, 10, band(30), 13);
+    let grid = PlaneGrid::new(0.0, 0.0, 0.0, 0.01, 20, 20).unwrap();
+    let options = PlanOptions {
+        accuracy: 1e-6,
+        ..Default::default()
+    };
+    let plan = Plan::new(campaign.pulses(), grid, &options).unwrap();
+    assert_eq!(plan.engine(), Engine::Reference);
+    check(&campaign, grid, &options);
+}
+
+#[test]
+fn impossible_requests_are_refused() {
+    let campaign = Campaign::random(5.0, 3, band(30), 14);
+    let grid = PlaneGrid::new(0.0, 0.0, 0.0, 0.01, 20, 20).unwrap();
+    for accuracy in [0.0, -1.0, 0.5, f64::NAN] {
+        let options = PlanOptions {
+            accuracy,
+            ..Default::default()
+        };
+        assert!(Plan::new(campaign.pulses(), grid, &options).is_err());
+    }
+    let options = PlanOptions {
+        memory_limit_bytes: 4000,
+        ..Default::default()
+    };
+    match Plan::new(campaign.pulses(), grid, &options) {
+        Err(ImagingError::TooLarge {
+            bytes,
+            limit_bytes: 4000,
+            ..
+        }) => assert!(bytes > 4000),
+        other => panic!("{other:?}"),
+    }
+    let on_pixel = Campaign::new(vec![[0.05, 0.03, 0.0]], band(30), &[[1.0, 0.0, 0.0]], 15);
+    match Plan::new(on_pixel.pulses(), grid, &PlanOptions::default()) {
+        Err(ImagingError::ZeroRange { pulse: 0, point }) => assert_eq!(point, 3 * 20 + 5),
+        other => panic!("{other:?}"),
+    }
+    let plan = Plan::new(campaign.pulses(), grid, &PlanOptions::default()).unwrap();
+    assert!(plan.run(&mut [Complex32::ZERO; 3], &|_| ()).is_err());
+}
+
+#[test]
+fn progress_reaches_the_total_and_the_plan_explains_itself() {
+    use std::sync::atomic::{AtomicU64, Ordering};
+    let campaign = Campaign::random(5.0, 12, band(30), 16);
+    let grid = PlaneGrid::new(0.0, 0.0, 0.0, 0.01, 100, 90).unwrap();
+    let plan = Plan::new(campaign.pulses(), grid, &PlanOptions::default()).unwrap();
+    let most = AtomicU64::new(0);
+    let mut image = vec![Complex32::ZERO; grid.len()];
+    plan.run(&mut image, &|p| {
+        assert_eq!(p.total, 12 * 9000);
+        most.fetch_max(p.done, Ordering::Relaxed);
+    })
+    .unwrap();
+    assert_eq!(most.into_inner(), 12 * 9000);
+    let text = plan.explain();
+    assert!(
+        text.contains("self-check") && text.contains("range bins"),
+        "{text}"
+    );
+    assert!((plan.self_check().unwrap().error) <= 1e-3);
+}
