@@ -20,8 +20,7 @@ fn targets_are_found_where_equation_14_puts_them() {
         (0.4, [Some(1.96), Some(1.37), Some(0.0)], [0.0; 3]),
     ];
     for (z_m, expected, level_db) in planes {
-        // Coarse pixels are enough to find where to climb.
-        let grid = PlaneGrid::from_ranges([-2.6, 2.6], [-2.6, 2.6], z_m, 0.026).unwrap();
+        let grid = PlaneGrid::from_ranges([-2.6, 2.6], [-2.6, 2.6], z_m, 0.02).unwrap();
         let image = psf_image(&spread, &TARGETS, grid).unwrap();
         for (r, (y, level)) in retrieve(&spread, &TARGETS, &image, grid)
             .unwrap()

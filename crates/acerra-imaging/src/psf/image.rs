@@ -1,15 +1,30 @@
 //! Eqs. (4) and (5) on a whole grid.
 
 use num_complex::Complex32;
-use rayon::prelude::*;
 
-use super::{PointSpread, PsfField};
-use crate::{ImagingError, PlaneGrid};
+use super::PointSpread;
+use crate::reference::{Scatterer, forward};
+use crate::{Complex64, ImagingError, PlanOptions, PlaneGrid, Pulses, Spreading, image};
 
-/// The image of unit points at `target_m` on `grid`, row-major `[ny, nx]`.
+/// The image of unit points at `target_m` on `grid`, row-major `[ny, nx]`: the data of Eq. (4),
+/// imaged by Eq. (3) like measured ones, to a relative error of 10⁻³ over the grid.
 ///
 /// # Errors
-/// When there is no target, or an antenna stands exactly on a target or a pixel.
+/// When there is no target, an antenna stands exactly on a target or a pixel, or the image does
+/// not fit memory.
+///
+/// ```
+/// use acerra_imaging::PlaneGrid;
+/// use acerra_imaging::psf::{PointSpread, TrackShape, psf_image, synthetic_track};
+/// let track = synthetic_track(TrackShape::Straight, 1.0, 0.02, 3.0)?;
+/// let frequency_hz = (0..35).map(|n| 3.1e9 + 5e7 * f64::from(n)).collect();
+/// let spread = PointSpread::new(track, None, frequency_hz, 3e8)?;
+/// let grid = PlaneGrid::from_ranges([-0.3, 0.3], [0.7, 1.3], 0.0, 0.02)?;
+/// let image = psf_image(&spread, &[[0.0, 1.0, 0.0]], grid)?;
+/// let peak = spread.response([0.0, 1.0, 0.0], [0.0, 1.0, 0.0]).norm();
+/// assert!((f64::from(image[15 * 31 + 15].norm()) / peak - 1.0).abs() < 2e-3);
+/// # Ok::<(), acerra_imaging::ImagingError>(())
+/// ```
 pub fn psf_image(
     spread: &PointSpread,
     target_m: &[[f64; 3]],
@@ -18,15 +33,22 @@ pub fn psf_image(
     if target_m.is_empty() {
         return Err(ImagingError::Empty { what: "target_m" });
     }
-    let field = PsfField::new(spread, target_m, grid.z_m);
-    let image: Vec<Complex32> = (0..grid.len())
-        .into_par_iter()
-        .map(|k| {
-            let at = grid.point_m(k);
-            let v = field.value(at[0], at[1]);
-            Complex32::new(v.re as f32, v.im as f32)
+    let scatterers: Vec<Scatterer> = target_m
+        .iter()
+        .map(|t| Scatterer {
+            position_m: *t,
+            reflectivity: Complex64::ONE,
         })
         .collect();
-    crate::pulses::check_finite("image", image.iter().map(|v| f64::from(v.re + v.im)))?;
-    Ok(image)
+    let (position_m, frequency_hz) = (spread.position_m(), spread.frequency_hz());
+    let c = spread.light_speed_m_s();
+    let spectrum = forward(
+        position_m,
+        frequency_hz,
+        &scatterers,
+        c,
+        Spreading::InverseSquare,
+    )?;
+    let pulses = Pulses::new(position_m, frequency_hz, &spectrum, spread.weight(), c)?;
+    image(pulses, grid, &PlanOptions::default())
 }
