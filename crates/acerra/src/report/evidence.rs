@@ -195,15 +195,17 @@ fn plan(
 
 /// Speed over ground between neighbouring fixes, given to the later one; NaN where time stands.
 fn speed_m_s(view: &TrajectoryEvidence) -> Vec<f64> {
-    let mut speed = vec![f64::NAN; view.time_s.len()];
-    for i in 1..view.time_s.len() {
-        let dt = view.time_s[i] - view.time_s[i - 1];
-        let [a, b] = [view.position_m[i - 1], view.position_m[i]];
+    let steps = view.time_s.windows(2).zip(view.position_m.windows(2));
+    let speeds = steps.map(|(time_s, position_m)| {
+        let dt = time_s[1] - time_s[0];
+        let [a, b] = [position_m[0], position_m[1]];
         if dt > 0.0 {
-            speed[i] = (b[0] - a[0]).hypot(b[1] - a[1]) / dt;
+            (b[0] - a[0]).hypot(b[1] - a[1]) / dt
+        } else {
+            f64::NAN
         }
-    }
-    speed
+    });
+    std::iter::once(f64::NAN).chain(speeds).collect()
 }
 
 /// One row per status that occurs, best first, named with its share of the positions. A fix holds
