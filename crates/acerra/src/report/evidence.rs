@@ -37,7 +37,8 @@ pub(super) fn write(out: &mut String, data: &ReportData) -> Result<(), FigureErr
     Ok(())
 }
 
-fn colour(status: SolutionStatus) -> Colour {
+/// The colour by which a status is shown.
+pub(super) fn colour(status: SolutionStatus) -> Colour {
     match status {
         SolutionStatus::Fixed | SolutionStatus::External => Colour::Series(2),
         SolutionStatus::Float => Colour::Series(4),

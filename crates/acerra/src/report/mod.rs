@@ -1,8 +1,8 @@
 //! The report: one HTML page that lets its reader decide whether to trust the image.
 //!
 //! [`report_page`] writes the page of one focused campaign from [`ReportData`], plain values that
-//! the stages of the chain have found; [`index_page`] writes the page over several campaigns. Both
-//! are complete in themselves: pictures are data URIs, plots inline SVG, there is no script, and a
+//! the stages of the chain have found; [`index_page`] writes the page over several campaigns, and
+//! [`ppk_page`] that of a positioning run alone. All are complete in themselves: pictures are data URIs, plots inline SVG, there is no script, and a
 //! content policy forbids the browser to fetch anything. They follow the reader's light or dark
 //! theme and print well.
 //!
@@ -28,6 +28,7 @@ mod evidence;
 mod index;
 mod numbers;
 mod page;
+mod ppk;
 mod provenance;
 mod result;
 #[cfg(test)]
@@ -39,3 +40,4 @@ pub use data::{
 };
 pub use index::{ComparisonTable, IndexEntry, IndexPage, index_page};
 pub use page::report_page;
+pub use ppk::{PpkReport, ppk_page};

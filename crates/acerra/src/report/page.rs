@@ -12,7 +12,13 @@ use std::fmt::Write as _;
 /// [`FigureError`] where lists that belong together differ in length.
 pub fn report_page(data: &ReportData) -> Result<String, FigureError> {
     let mut body = String::new();
-    heading(&mut body, data);
+    heading(
+        &mut body,
+        &data.title,
+        &data.summary,
+        &data.version,
+        data.warnings.len(),
+    );
     result::write(&mut body, data)?;
     warnings(&mut body, &data.warnings);
     evidence::write(&mut body, data)?;
@@ -35,20 +41,27 @@ pub(super) fn document(title: &str, body: &str) -> String {
     )
 }
 
-fn heading(out: &mut String, data: &ReportData) {
-    let _ = writeln!(out, "<header>\n<h1>{}</h1>", escape(&data.title));
-    if !data.summary.is_empty() {
-        let _ = writeln!(out, "<p class=\"lead\">{}</p>", escape(&data.summary));
+/// Title, a sentence, the number of warnings, the version.
+pub(super) fn heading(
+    out: &mut String,
+    title: &str,
+    summary: &str,
+    version: &str,
+    warnings: usize,
+) {
+    let _ = writeln!(out, "<header>\n<h1>{}</h1>", escape(title));
+    if !summary.is_empty() {
+        let _ = writeln!(out, "<p class=\"lead\">{}</p>", escape(summary));
     }
-    let (class, text) = match data.warnings.len() {
+    let (class, text) = match warnings {
         0 => ("good", "No warnings".to_owned()),
         1 => ("bad", "1 warning".to_owned()),
         n => ("bad", format!("{n} warnings")),
     };
-    let version = if data.version.is_empty() {
+    let version = if version.is_empty() {
         String::new()
     } else {
-        format!("Acerra {}", escape(&data.version))
+        format!("Acerra {}", escape(version))
     };
     let _ = writeln!(
         out,
@@ -57,7 +70,8 @@ fn heading(out: &mut String, data: &ReportData) {
     );
 }
 
-fn warnings(out: &mut String, warnings: &[String]) {
+/// The section of warnings.
+pub(super) fn warnings(out: &mut String, warnings: &[String]) {
     out.push_str("<section id=\"warnings\">\n<h2>Warnings</h2>\n");
     if warnings.is_empty() {
         out.push_str("<p class=\"note good\">Nothing was dropped, replaced or doubted.</p>\n");

@@ -334,3 +334,104 @@ fn the_index_links_its_reports() {
     assert!(html.contains("href=\"track-2/report.html#warnings\">2 warnings"));
     assert!(html.contains("<td>0.04</td>"));
 }
+
+/// A real run of the engine on two simulated receivers.
+fn simulated_run() -> acerra_gnss::PpkSolution {
+    use crate::simulate::gnss::{GnssModel, Setting, constellation, simulate};
+    use acerra_geo::geodesy::{EnuFrame, Geodetic};
+    use acerra_geo::time::{Calendar, GpsTime};
+    use acerra_gnss::input::Limits;
+
+    let start = GpsTime::from_calendar(&Calendar::new(2018, 7, 9, 9, 30, 0.0).unwrap());
+    let navigation = constellation(start, 120.0, 5);
+    let mut model = GnssModel::default();
+    model.rover.slips_per_hour = 30.0;
+    model.base.outages_s = vec![[60.0, 95.0]];
+    let logs = simulate(
+        &model,
+        &Setting {
+            frame: EnuFrame::new(Geodetic::from_degrees(40.95, 14.35, 60.0)),
+            start,
+            duration_s: 120.0,
+            rover_m: &|t| {
+                [
+                    10.0 * (0.1 * t).sin(),
+                    4.0 * (0.07 * t).cos(),
+                    5.0 + 0.02 * t,
+                ]
+            },
+            base_m: [-20.0, 5.0, 1.5],
+            navigation: &navigation,
+            seed: 5,
+        },
+    )
+    .unwrap();
+    let read = |text: String| {
+        acerra_gnss::read_observations(text.as_bytes(), Limits::default())
+            .unwrap()
+            .0
+    };
+    let options = acerra_gnss::PpkOptions {
+        base_position: acerra_gnss::BasePosition::Ecef(logs.base.position_ecef_m),
+        ..acerra_gnss::PpkOptions::default()
+    };
+    let (rover, base) = (
+        read(logs.rover.to_rinex("R")),
+        read(logs.base.to_rinex("B")),
+    );
+    acerra_gnss::process(&rover, &base, &navigation, &options).unwrap()
+}
+
+#[test]
+fn the_page_of_a_positioning_run_tells_its_story() {
+    let solution = simulated_run();
+    let html = ppk_page(&PpkReport {
+        title: "Flight <1>".to_owned(),
+        version: "0.1.0".to_owned(),
+        solution: &solution,
+        warnings: vec!["1 line was skipped".to_owned()],
+        inputs: full().inputs,
+        configuration: "elevation_mask_deg = 15".to_owned(),
+    })
+    .unwrap();
+    keep("ppk", &html);
+    let summary = &solution.summary;
+    for text in [
+        format!("{} of {} epochs", summary.fixed, summary.rover_epochs),
+        "1 line was skipped".to_owned(),
+        "Flight &lt;1&gt;".to_owned(),
+        "phase residual (mm)".to_owned(),
+        "the base&#39;s log has a gap from 2018/07/09 09:31:00".to_owned(),
+        solution.epochs[0].residuals[0].satellite.to_string(),
+    ] {
+        assert!(html.contains(&text), "{text} is missing");
+    }
+    for (reason, count) in &summary.not_fixed {
+        assert!(html.contains(&format!("<th scope=\"row\">{reason}</th><td>{count}</td>")));
+    }
+    assert!(!html.contains("<script"));
+}
+
+#[test]
+fn a_positioning_run_without_positions_is_a_page() {
+    let solution = acerra_gnss::PpkSolution {
+        base_position_ecef_m: None,
+        epochs: Vec::new(),
+        lost: Vec::new(),
+        events: Vec::new(),
+        summary: acerra_gnss::PpkSummary::default(),
+    };
+    let report = PpkReport {
+        title: "Nothing".to_owned(),
+        version: String::new(),
+        solution: &solution,
+        warnings: Vec::new(),
+        inputs: Vec::new(),
+        configuration: String::new(),
+    };
+    assert!(
+        ppk_page(&report)
+            .unwrap()
+            .contains("No epoch has a position")
+    );
+}
