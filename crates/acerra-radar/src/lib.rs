@@ -8,6 +8,7 @@ pub mod ret;
 
 mod clock;
 mod constants;
+mod info;
 mod limits;
 mod log;
 mod open;
@@ -21,6 +22,7 @@ mod value;
 
 pub use clock::{ClockBasis, ClockStretch, Numbering, RadioClock, recover_clock};
 pub use constants::{DEFAULT_STEP_BINS, FAST_TIME_BIN_S, SPEED_OF_LIGHT_M_S, two_way_delay_s};
+pub use info::{FileInfo, FileKind, Levels, LogInfo, file_info, levels};
 pub use limits::Limits;
 pub use log::{ConfigEvent, LogFormat, RadarLog, ReadError};
 pub use npz::{NeutralContent, NeutralFile};

@@ -515,3 +515,24 @@ proptest! {
         prop_assert_eq!(reader.offset(), bytes.len() as u64);
     }
 }
+
+#[test]
+fn info_of_a_real_capture() {
+    let Some(bytes) = shared("uav-flight-2019/flight.mrm") else {
+        return;
+    };
+    let file = read(Cursor::new(&bytes), &Limits::default()).unwrap();
+    let info = acerra_radar::file_info(&file).unwrap();
+    assert_eq!(
+        (info.traces, info.samples_per_trace, info.complex),
+        (799, 1152, false)
+    );
+    assert!((info.duration_s - 798.0 * 21.5728e-3).abs() < 1e-3);
+    let levels = info.levels.unwrap();
+    println!("{levels:?}");
+    assert!((-80.0..-30.0).contains(&levels.noise_db.unwrap()));
+    let log = info.log.unwrap();
+    assert_eq!(log.filterings, [(Filtering::Raw, 799, 1)]);
+    assert_eq!((log.lost_scans, log.clock_breaks), (0, 0));
+    assert_eq!(log.report.incomplete_scans, 1);
+}
