@@ -1,9 +1,11 @@
 //! Finding the surface echo in a raw radargram, given the height of each trace.
 //!
-//! Envelopes are stacked along 2h/c plus a trial delay; the delay at which the stack is highest is
-//! where the surface lies (coupling stays put while the height changes, so it does not stack).
-//! About that delay the echo is then followed from trace to trace by dynamic programming, which
-//! weighs the envelope against jumps, and refined to a fraction of a sample.
+//! Envelopes are stacked along 2h/c plus a trial delay; the delay at which the stack has its
+//! highest peak is where the surface lies. Coupling and its tail stay put while the height changes:
+//! where it changes at all, the stack is also formed of what changes from trace to trace, and the
+//! clearer of both counts. About that delay the echo is then followed from trace to trace by
+//! dynamic programming, which weighs the envelope against jumps, and refined to a fraction of a
+//! sample.
 
 use super::background::{Background, median_of, remove_background};
 use super::envelope::envelope_in_band;
@@ -13,9 +15,9 @@ use crate::radargram::Radargram;
 
 /// Contrast of the stack that counts as an echo, dB. A stack of noise alone stays below 2 dB.
 const NEEDED_DB: f64 = 3.0;
-/// Spread of 2h/c above which what stays put can be taken away without harm to the surface: about
-/// half the length of a 1.7 GHz pulse.
-const MOVES_S: f64 = 0.3e-9;
+/// Spread of 2h/c above which what stays put can be taken away and still leave some of the
+/// surface: a quarter of a period at 4 GHz.
+const MOVES_S: f64 = 0.06e-9;
 
 /// Where the surface echo is looked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -86,19 +88,41 @@ pub fn track_surface(
             }
         })
         .collect();
-    let envelope = changing_envelope(radargram, &surface_s, options.band_hz);
-    let section = Section {
-        radargram,
-        envelope: &envelope,
-        surface_s: &surface_s,
+    let sections = [Some(radargram.clone()), changing(radargram, &surface_s)];
+    let mut best: Option<(f64, f64, Vec<f64>)> = None;
+    let mut outside = None;
+    for part in sections.into_iter().flatten() {
+        let envelope = envelope_in_band(&part, options.band_hz);
+        let section = Section {
+            radargram,
+            envelope: &envelope,
+            surface_s: &surface_s,
+        };
+        match section.stack(options) {
+            Ok((delay_s, contrast_db)) => {
+                if best.as_ref().is_none_or(|b| contrast_db > b.1) {
+                    best = Some((delay_s, contrast_db, envelope));
+                }
+            }
+            Err(e) => outside = Some(e),
+        }
+    }
+    let none = CleanError::NoSurface {
+        contrast_db: 0.0,
+        needed_db: NEEDED_DB,
     };
-    let (delay_s, contrast_db) = section.stack(options)?;
+    let (delay_s, contrast_db, envelope) = best.ok_or(outside.unwrap_or(none))?;
     if contrast_db < NEEDED_DB {
         return Err(CleanError::NoSurface {
             contrast_db,
             needed_db: NEEDED_DB,
         });
     }
+    let section = Section {
+        radargram,
+        envelope: &envelope,
+        surface_s: &surface_s,
+    };
     Ok(SurfaceTrack {
         delay_s,
         contrast_db,
@@ -106,26 +130,20 @@ pub fn track_surface(
     })
 }
 
-/// Envelopes, of the part that changes from trace to trace where the height does too.
-fn changing_envelope(
-    radargram: &Radargram,
-    surface_s: &[f64],
-    band_hz: Option<[f64; 2]>,
-) -> Vec<f64> {
+/// What changes from trace to trace, where the height changes enough to leave the surface in it.
+fn changing(radargram: &Radargram, surface_s: &[f64]) -> Option<Radargram> {
     let known: Vec<f64> = surface_s
         .iter()
         .copied()
         .filter(|t| t.is_finite())
         .collect();
-    let mean = known.iter().sum::<f64>() / known.len().max(1) as f64;
-    let spread =
-        (known.iter().map(|t| (t - mean).powi(2)).sum::<f64>() / known.len().max(1) as f64).sqrt();
-    if spread > MOVES_S
-        && let Ok(changing) = remove_background(radargram.clone(), Background::Median)
-    {
-        return envelope_in_band(&changing, band_hz);
+    let count = known.len().max(1) as f64;
+    let mean = known.iter().sum::<f64>() / count;
+    let spread = (known.iter().map(|t| (t - mean).powi(2)).sum::<f64>() / count).sqrt();
+    if spread <= MOVES_S {
+        return None;
     }
-    envelope_in_band(radargram, band_hz)
+    remove_background(radargram.clone(), Background::Mean).ok()
 }
 
 /// Envelopes with the curve they are looked at along.
@@ -175,13 +193,22 @@ impl Section<'_> {
                 stack.push((delay, sum / count as f64));
             }
         }
-        let Some(best) = (0..stack.len()).max_by(|&a, &b| stack[a].1.total_cmp(&stack[b].1)) else {
+        if stack.len() < 3 {
             let finite = || self.surface_s.iter().copied().filter(|t| t.is_finite());
             return Err(CleanError::SurfaceOutside {
                 window_start_s: self.radargram.fast_time_start_s,
                 window_end_s: self.radargram.fast_time_end_s(),
                 expected_start_s: finite().fold(f64::INFINITY, f64::min) + from,
                 expected_end_s: finite().fold(f64::NEG_INFINITY, f64::max) + to,
+            });
+        }
+        // A peak, not the flank of something outside the range.
+        let peaks = (1..stack.len() - 1)
+            .filter(|&i| stack[i].1 >= stack[i - 1].1 && stack[i].1 >= stack[i + 1].1);
+        let Some(best) = peaks.max_by(|&a, &b| stack[a].1.total_cmp(&stack[b].1)) else {
+            return Err(CleanError::NoSurface {
+                contrast_db: 0.0,
+                needed_db: NEEDED_DB,
             });
         };
         let levels: Vec<f64> = stack.iter().map(|s| s.1).collect();
