@@ -102,11 +102,16 @@ pub enum RuleSet {
 }
 
 /// Partial ambiguity resolution: leaving satellites out when the ratio test fails.
+///
+/// With [`RuleSet::Rtklib`] the noisiest satellites are left out one after the other within the
+/// epoch, until the test passes or too few remain; with [`RuleSet::Demo5`] one satellite per
+/// epoch, in turn.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PartialAmbiguity {
     /// Put back satellites that join just when the ratio drops.
     pub filter_new_satellites: bool,
-    /// Least number of satellites (pairs + 1) for a fix.
+    /// Least number of satellites (pairs + 1) for a fix ([`RuleSet::Rtklib`]: once any is left
+    /// out).
     pub least_satellites_to_fix: usize,
     /// Least number of pairs for a hold.
     pub least_pairs_to_hold: usize,
@@ -183,6 +188,9 @@ pub struct PpkOptions {
     pub largest_phase_innovation_m: f64,
     /// Largest code innovation (m).
     pub largest_code_innovation_m: f64,
+    /// Largest phase residual in units of its standard deviation: satellites beyond it are left
+    /// out of the epoch, and of a fix; `None` checks nothing.
+    pub largest_phase_residual_sigma: Option<f64>,
     /// Largest GDOP of a single-point position.
     pub largest_gdop: f64,
     /// Measurement updates per epoch.
@@ -195,6 +203,13 @@ pub struct PpkOptions {
     pub phase_error_elevation_m: f64,
     /// Phase error per 10 km of baseline (m).
     pub phase_error_baseline_m: f64,
+    /// Phase error of a signal of [`CN0_REFERENCE_DB_HZ`](Self::CN0_REFERENCE_DB_HZ); a weaker
+    /// one's variance is ten times larger for every 10 dB (m). 0 leaves signal strength out.
+    pub phase_error_cn0_m: f64,
+    /// Weaken signals that are this much (dB) below their own usual strength, as one blocked or
+    /// bent by an obstacle is: the standard deviation grows tenfold for every further 10 dB.
+    /// `None` weakens none. Undisturbed signals are weighed as without.
+    pub weak_signal_drop_db: Option<f64>,
     /// Doppler error (Hz).
     pub doppler_error_hz: f64,
     /// Initial standard deviation of a phase bias (cycles).
@@ -222,6 +237,9 @@ pub struct PpkOptions {
 }
 
 impl PpkOptions {
+    /// Carrier-to-noise density above which signal strength no longer matters (dB-Hz).
+    pub const CN0_REFERENCE_DB_HZ: f64 = 52.0;
+
     /// RTKLIB 2.4.3: kinematic, forward, GPS L1, fix-and-hold, broadcast models.
     #[must_use]
     pub fn rtklib() -> Self {
@@ -254,12 +272,15 @@ impl PpkOptions {
             doppler_slip_threshold_cycles_s: 0.0,
             largest_phase_innovation_m: 30.0,
             largest_code_innovation_m: 30.0,
+            largest_phase_residual_sigma: None,
             largest_gdop: 30.0,
             iterations: 1,
             code_phase_ratio: [100.0; FREQUENCY_SLOTS],
             phase_error_m: 0.003,
             phase_error_elevation_m: 0.003,
             phase_error_baseline_m: 0.0,
+            phase_error_cn0_m: 0.0,
+            weak_signal_drop_db: None,
             doppler_error_hz: 1.0,
             initial_bias_cycles: 30.0,
             bias_noise_cycles: 1e-4,
@@ -272,6 +293,30 @@ impl PpkOptions {
             output_single: false,
             rules: RuleSet::Rtklib,
             reproduce_defects: false,
+        }
+    }
+
+    /// These options with what this crate does beyond RTKLIB switched on: base data interpolated
+    /// to the rover's tags, blocked or bent signals noticed by their strength and by their
+    /// residuals and left out, single-point positions mended by leaving out one satellite, the
+    /// noisiest satellites left out of a fix that fails with all.
+    ///
+    /// Undisturbed data are processed as without: the answer then stays RTKLIB's to the
+    /// millimetre.
+    #[must_use]
+    pub fn with_safeguards(self) -> Self {
+        Self {
+            interpolate_base: true,
+            raim: true,
+            largest_phase_residual_sigma: Some(5.0),
+            weak_signal_drop_db: Some(6.0),
+            partial_ambiguity: Some(PartialAmbiguity {
+                filter_new_satellites: true,
+                least_satellites_to_fix: 6,
+                least_pairs_to_hold: 5,
+                least_pairs_to_drop: 10,
+            }),
+            ..self
         }
     }
 
@@ -308,15 +353,16 @@ impl PpkOptions {
 }
 
 impl Default for PpkOptions {
-    /// Combined kinematic fix-and-hold with every system's L1 and a code/phase ratio that suits
-    /// single-frequency receivers.
+    /// Combined kinematic fix-and-hold on every system's L1, with a code/phase ratio that suits
+    /// single-frequency receivers and with the [safeguards](Self::with_safeguards).
     fn default() -> Self {
         Self {
             direction: FilterDirection::Combined,
             systems: SystemSet::ALL.without(System::Sbas).without(System::Navic),
-            glonass_ambiguity: GlonassAmbiguity::On,
+            glonass_ambiguity: GlonassAmbiguity::FixAndHold,
             code_phase_ratio: [300.0; FREQUENCY_SLOTS],
             ..Self::rtklib()
         }
+        .with_safeguards()
     }
 }

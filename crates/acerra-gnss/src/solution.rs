@@ -75,6 +75,12 @@ pub enum NotFixedReason {
         /// Satellites that slipped at this epoch.
         slipped: usize,
     },
+    /// The phases contradict each other once the integers are imposed (multipath, a slip that was
+    /// not flagged, or wrong integers).
+    PhasesInconsistent {
+        /// Worst residual over its standard deviation.
+        normalised: f64,
+    },
     /// The integer search failed (covariance not positive definite).
     SearchFailed,
     /// The float position was too uncertain for an attempt.
@@ -103,6 +109,7 @@ impl NotFixedReason {
             Self::TooFewCommonSatellites { .. } => "too few satellites in common with the base",
             Self::TooFewAmbiguities { .. } => "too few ambiguities to resolve",
             Self::RatioTooLow { .. } => "ratio test failed",
+            Self::PhasesInconsistent { .. } => "phases contradict each other",
             Self::SearchFailed => "integer search failed",
             Self::FloatTooUncertain { .. } => "float position too uncertain",
             Self::PassesDisagree { .. } => "forward and backward passes disagree",
@@ -143,6 +150,9 @@ impl fmt::Display for NotFixedReason {
                     f,
                     "ratio {ratio:.1} below {needed:.1} ({slipped} satellites slipped)"
                 )
+            }
+            Self::PhasesInconsistent { normalised } => {
+                write!(f, "phase residual of {normalised:.1} standard deviations")
             }
             Self::FloatTooUncertain { variance_m2 } => {
                 write!(f, "float position variance {variance_m2:.3} m²")

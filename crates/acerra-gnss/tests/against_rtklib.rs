@@ -1,10 +1,11 @@
 //! Epoch-by-epoch comparison with RTKLIB 2.4.3 b34 on real data.
 
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 mod rtklib;
 
 use acerra_geo::geodesy::{Geodetic, ecef_from_geodetic};
+use acerra_geo::time::GpsTime;
 use acerra_gnss::{
     BasePosition, FilterDirection, GlonassAmbiguity, PpkOptions, PpkSolution, Quality, System,
     process,
@@ -161,6 +162,7 @@ fn compare(solution: &PpkSolution, reference: &[PosEpoch], in_enu: bool) -> Comp
 }
 
 #[test]
+#[ignore = "compares at length; CI runs it in release mode"]
 fn validation_against_rtklib() {
     for set in &SETS {
         if std::env::var("ACERRA_SET").is_ok_and(|s| s != set.name) {
@@ -177,14 +179,107 @@ fn validation_against_rtklib() {
             if !path.exists() {
                 continue;
             }
-            for defects in [true, false] {
+            for (defects, safe) in [(true, false), (false, false), (false, true)] {
                 let mut options = options(set);
+                if safe {
+                    options = options.with_safeguards();
+                }
                 options.direction = direction;
                 options.reproduce_defects = defects;
                 let solution = run(set, &options).unwrap();
                 let c = compare(&solution, &read_pos(path.clone()), !file.contains("xyz"));
-                println!("{} {file} defects {defects}: {c:?}", set.name);
+                println!("{} {file} defects {defects} safe {safe}: {c:?}", set.name);
             }
         }
+    }
+}
+
+/// The receiver's own real-time fixed solution: GPS time and east, north, up from the base (m).
+fn onboard_fixes() -> Option<Vec<(GpsTime, [f64; 3])>> {
+    let path = data("gnss-walk-m8p")?.join("reference/onboard_rtk.csv");
+    let text = std::fs::read_to_string(path).unwrap();
+    let rows = text.lines().skip(1).filter_map(|line| {
+        let f: Vec<f64> = line.split(',').map(|v| v.parse().unwrap()).collect();
+        (f[4] == 4.0).then(|| {
+            let whole = f[0].floor();
+            let since_1980 = whole as i64 - 315_964_800;
+            (GpsTime::new(since_1980, f[0] - whole), [f[1], f[2], f[3]])
+        })
+    });
+    Some(rows.collect())
+}
+
+#[test]
+#[ignore = "compares at length; CI runs it in release mode"]
+fn validation_walk() {
+    let Some(truth) = onboard_fixes() else { return };
+    for (name, defects, rules) in [
+        ("rtklib", true, 0),
+        ("ours", false, 0),
+        ("default", false, 1),
+        ("demo5", false, 2),
+    ] {
+        let mut options = match rules {
+            2 => PpkOptions::demo5(),
+            1 => PpkOptions::default(),
+            _ => options(&SETS[3]),
+        };
+        options.code_phase_ratio = [300.0; 3];
+        options.direction = FilterDirection::Combined;
+        options.reproduce_defects = defects;
+        let solution = run(&SETS[3], &options).unwrap();
+        let base = solution.base_position_ecef_m.unwrap();
+        let mut horizontal = Vec::new();
+        for (time, place) in &truth {
+            let near = solution
+                .epochs
+                .iter()
+                .find(|e| e.quality == Quality::Fixed && e.time.seconds_since(*time).abs() < 0.02);
+            let Some(e) = near else { continue };
+            let found = enu(base, e.position_ecef_m);
+            let off = (found[0] - place[0]).hypot(found[1] - place[1]);
+            horizontal.push(off);
+            if off > 0.03 && std::env::var("ACERRA_VERBOSE").is_ok() {
+                let o = std::array::from_fn::<f64, 3, _>(|k| found[k] - place[k]);
+                println!(
+                    "{} {:.3} {:.3} {:.3} age {:.2} ns {} ratio {:.1} sd {:.4}",
+                    e.time,
+                    o[0],
+                    o[1],
+                    o[2],
+                    e.age_s,
+                    e.satellites,
+                    e.ratio,
+                    e.covariance_ecef_m2[0][0].sqrt()
+                );
+                if std::env::var("ACERRA_RESIDUALS").is_ok() {
+                    for r in &e.residuals {
+                        print!(
+                            " {}{}{} {:.1}°:{:.3}/{:.2}",
+                            r.satellite,
+                            if r.fixed { "*" } else { "" },
+                            if r.slipped { "!" } else { "" },
+                            r.elevation_rad.to_degrees(),
+                            r.phase_m.unwrap_or(f64::NAN),
+                            r.code_m.unwrap_or(f64::NAN)
+                        );
+                    }
+                    println!();
+                }
+            }
+        }
+        let n = horizontal.len();
+        let far = horizontal.iter().filter(|&&d| d > 0.1).count();
+        println!(
+            "{name}: {} of {} epochs ({} out) fixed; {n} checked: median {:.4} p95 {:.4} \
+             max {:.4}, {far} beyond 10 cm; {:?}",
+            solution.summary.fixed,
+            solution.summary.rover_epochs,
+            solution.epochs.len(),
+            percentile(&mut horizontal, 0.5),
+            percentile(&mut horizontal, 0.95),
+            percentile(&mut horizontal, 1.0),
+            solution.summary.not_fixed,
+        );
     }
 }

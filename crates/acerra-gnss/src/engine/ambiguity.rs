@@ -101,6 +101,43 @@ impl Resolution<'_> {
         }
     }
 
+    /// As [`attempt`](Self::attempt); while the ratio test fails, the satellite that stands first
+    /// in `dispensable` is left out and the search repeated, down to `least` pairs.
+    pub(crate) fn partial_attempt(
+        &self,
+        state: &FilterState,
+        pairs: Vec<Pair>,
+        dispensable: &[(usize, usize)],
+        least: usize,
+    ) -> Result<Attempt, LambdaError> {
+        let full = self.attempt(state, pairs)?;
+        if full.accepted {
+            return Ok(full);
+        }
+        let mut remaining = full.pairs.clone();
+        for &(satellite, slot) in dispensable {
+            remaining.retain(|p| p.slot != slot || p.other != satellite);
+            // A reference hands its place to the first of its partners.
+            let orphaned = |p: &&mut Pair| p.slot == slot && p.reference == satellite;
+            let heir = remaining.iter_mut().find(|p| orphaned(p)).map(|p| p.other);
+            if let Some(heir) = heir {
+                remaining
+                    .iter_mut()
+                    .filter(orphaned)
+                    .for_each(|p| p.reference = heir);
+                remaining.retain(|p| p.reference != p.other);
+            }
+            if remaining.len() < least.max(2) {
+                break;
+            }
+            match self.attempt(state, remaining.clone()) {
+                Ok(attempt) if attempt.accepted => return Ok(attempt),
+                _ => {}
+            }
+        }
+        Ok(full)
+    }
+
     /// The ratio needed with this many pairs.
     fn threshold(&self, pairs: usize) -> f64 {
         let [least, most] = self.options.ratio_threshold_range;

@@ -1,7 +1,7 @@
 //! Double differences between receivers and satellites, with their noise.
 
 use super::constellation::Constellation;
-use super::noise::single_difference_variance_m2;
+use super::noise::{Separation, single_difference_variance_m2, weak_signal_factor};
 use super::state::{FilterState, Track};
 use super::zero::ZeroDifference;
 use crate::options::{PositioningMode, PpkOptions, RuleSet};
@@ -42,6 +42,8 @@ pub(crate) struct DoubleRow {
     pub wavelengths_m: [f64; 2],
     pub variance_reference_m2: f64,
     pub variance_other_m2: f64,
+    /// The same two without regard to signal strength: what an undisturbed signal would have.
+    pub undisturbed_m2: [f64; 2],
     /// Rows with the same block share their reference's noise.
     pub block: usize,
 }
@@ -55,9 +57,9 @@ pub(crate) struct Differencing<'a> {
     pub wavelengths_m: &'a [[f64; 3]],
     pub rover: &'a [ZeroDifference],
     pub base: &'a [ZeroDifference],
-    pub baseline_m: f64,
-    /// Time between rover and base measurements (s), for the receiver clocks' noise.
-    pub age_s: f64,
+    pub separation: Separation,
+    /// Phases left out of this epoch: (common index, slot).
+    pub excluded: &'a [(usize, usize)],
 }
 
 /// Double differences and the satellites rejected for too large an innovation.
@@ -85,7 +87,7 @@ impl Differencing<'_> {
     }
 
     fn is_valid(&self, k: usize, slot: usize, is_code: bool) -> bool {
-        if self.wavelengths_m[k][slot] == 0.0 {
+        if self.wavelengths_m[k][slot] == 0.0 || self.excluded.contains(&(k, slot)) {
             return false;
         }
         let (u, b) = (
@@ -107,16 +109,27 @@ impl Differencing<'_> {
         self.rover[self.common[k].rover].elevation_rad
     }
 
-    fn variance(&self, k: usize, slot: usize, is_code: bool, tracks: &[Track]) -> f64 {
-        let mut variance = single_difference_variance_m2(
+    fn model_variance(&self, k: usize, slot: usize, is_code: bool, cn0_db_hz: [f64; 2]) -> f64 {
+        single_difference_variance_m2(
             self.options,
             self.system(k),
             slot,
             is_code,
             self.elevation(k),
-            self.baseline_m,
-            self.age_s,
-        );
+            cn0_db_hz,
+            self.separation,
+        )
+    }
+
+    fn variance(&self, k: usize, slot: usize, is_code: bool, tracks: &[Track]) -> f64 {
+        let cn0_db_hz = [
+            self.rover[self.common[k].rover].cn0_db_hz[slot],
+            self.base[self.common[k].base].cn0_db_hz[slot],
+        ];
+        let weakest_db = self.rover[self.common[k].rover].cn0_drop_db[slot]
+            .max(self.base[self.common[k].base].cn0_drop_db[slot]);
+        let mut variance = self.model_variance(k, slot, is_code, cn0_db_hz)
+            * weak_signal_factor(self.options, weakest_db);
         if self.options.rules == RuleSet::Demo5 && !is_code {
             let track = &tracks[slot * self.constellation.len() + self.common[k].satellite];
             if !track.half_cycle_known {
@@ -198,6 +211,8 @@ impl Differencing<'_> {
                             &state.tracks,
                         ),
                         variance_other_m2: self.variance(other, slot, is_code, &state.tracks),
+                        undisturbed_m2: [reference, other]
+                            .map(|k| self.model_variance(k, slot, is_code, [0.0; 2])),
                         block,
                     });
                 }
@@ -247,8 +262,13 @@ impl Differencing<'_> {
         let options = self.options;
         let limit = if is_code {
             options.largest_code_innovation_m
-        } else {
+        } else if options.dynamics.is_some() {
             options.largest_phase_innovation_m
+        } else {
+            // The position itself is no better than a single-point one here.
+            options
+                .largest_phase_innovation_m
+                .max(options.largest_code_innovation_m)
         };
         let fresh = |k: usize| state.has_initial_variance(self.common[k].satellite, slot);
         if options.rules == RuleSet::Demo5 && (fresh(reference) || fresh(other)) {

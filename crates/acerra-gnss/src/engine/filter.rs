@@ -1,14 +1,16 @@
 //! One epoch of the relative filter: prediction, biases, measurement update, ambiguities.
 
-use super::ambiguity::{Attempt, Resolution};
+use super::ambiguity::{Attempt, Pair, Resolution};
 use super::constellation::{Constellation, SatelliteState, Unusable};
 use super::double::{Common, Differencing, DoubleRow};
 use super::measurement::Epoch;
+use super::noise::{Separation, single_difference_variance_m2, weak_signal_factor};
+use super::outliers::worst_phase;
 use super::single::SinglePoint;
 use super::slips;
 use super::state::FilterState;
 use super::zero::{ZeroDifference, zero_differences};
-use crate::options::{AmbiguityMode, PositioningMode, PpkOptions, RuleSet};
+use crate::options::{AmbiguityMode, GlonassAmbiguity, PositioningMode, PpkOptions, RuleSet};
 use crate::signal::SPEED_OF_LIGHT_M_S;
 use crate::solution::{NotFixedReason, Quality, SatelliteResidual};
 use acerra_geo::geodesy::EnuFrame;
@@ -55,6 +57,17 @@ pub(crate) struct EpochResult {
     pub reason: Option<NotFixedReason>,
     pub residuals: Vec<SatelliteResidual>,
 }
+
+/// An epoch as ambiguity resolution sees it.
+struct EpochView<'e> {
+    rover: &'e RoverEpoch,
+    base: &'e BaseView<'e>,
+    common: &'e [Common],
+    wavelengths_m: &'e [[f64; 3]],
+}
+
+/// Satellites that may be left out of a fix because their phases contradict the others.
+const LARGEST_LEFT_OUT: usize = 3;
 
 /// The filter of one pass.
 #[derive(Clone)]
@@ -155,24 +168,53 @@ impl<'a> Filter<'a> {
             );
             self.predict_biases(rover, &base, &common, elapsed_s);
         }
-        for _ in 0..self.options.iterations.max(1) {
-            let zero = self.rover_zero(rover);
-            let rows = self
-                .differences(&common, &wavelengths, &zero, &base, &self.state)
-                .rows;
-            let least = if self.options.rules == RuleSet::Demo5 {
-                4
-            } else {
-                1
-            };
-            if rows.len() < least || !self.measurement_update(&rows, &common) {
-                self.consecutive_fixes = 0;
-                result.reason = too_few(self.count_valid(&rows, &common));
-                return result;
+        let prior = self
+            .options
+            .largest_phase_residual_sigma
+            .map(|limit| (limit, self.state.clone()));
+        let mut excluded: Vec<(usize, usize)> = Vec::new();
+        let (zero, differences) = loop {
+            for _ in 0..self.options.iterations.max(1) {
+                let zero = self.rover_zero(rover);
+                let rows = self
+                    .differences(&common, &wavelengths, &zero, &base, &self.state, &excluded)
+                    .rows;
+                let least = if self.options.rules == RuleSet::Demo5 {
+                    4
+                } else {
+                    1
+                };
+                if rows.len() < least || !self.measurement_update(&rows, &common) {
+                    self.consecutive_fixes = 0;
+                    result.reason = too_few(self.count_valid(&rows, &common));
+                    return result;
+                }
             }
-        }
-        let zero = self.rover_zero(rover);
-        let differences = self.differences(&common, &wavelengths, &zero, &base, &self.state);
+            let zero = self.rover_zero(rover);
+            let differences =
+                self.differences(&common, &wavelengths, &zero, &base, &self.state, &excluded);
+            if let Some((limit, prior)) = &prior {
+                let worst = worst_phase(&differences.rows, |_, _| true);
+                if let Some(worst) = worst.filter(|w| w.normalised > *limit) {
+                    if 3 * (excluded.len() + 1) <= common.len() {
+                        excluded.push((worst.common, worst.slot));
+                        self.state.clone_from(prior);
+                        continue;
+                    }
+                    // More contradictions than agreement: the integers held must be wrong.
+                    self.forget_biases();
+                    self.consecutive_fixes = 0;
+                    self.report_float(&mut result, &common, &zero, &differences.rows);
+                    result.satellites = self.count_valid(&differences.rows, &common);
+                    result.quality = Some(Quality::Float);
+                    result.reason = Some(NotFixedReason::PhasesInconsistent {
+                        normalised: worst.normalised,
+                    });
+                    return result;
+                }
+            }
+            break (zero, differences);
+        };
         let rows = differences.rows;
         self.mark_valid(&rows, &common, &differences.rejected);
         let satellites = self.count_valid(&rows, &common);
@@ -195,7 +237,13 @@ impl<'a> Filter<'a> {
             return result;
         }
         result.quality = Some(Quality::Float);
-        match self.resolve(&common, &zero, &mut result) {
+        let epoch = EpochView {
+            rover,
+            base: &base,
+            common: &common,
+            wavelengths_m: &wavelengths,
+        };
+        match self.resolve_checked(&epoch, &zero, &mut excluded, &mut result) {
             Ok(attempt) => {
                 result.quality = Some(Quality::Fixed);
                 result.position_ecef_m = [attempt.x[0], attempt.x[1], attempt.x[2]];
@@ -305,6 +353,7 @@ impl<'a> Filter<'a> {
         rover: &[ZeroDifference],
         base: &BaseView<'_>,
         state: &FilterState,
+        excluded: &[(usize, usize)],
     ) -> super::double::Differences {
         let baseline_m = (0..3)
             .map(|k| (state.x[k] - self.base_position_ecef_m[k]).powi(2))
@@ -317,8 +366,11 @@ impl<'a> Filter<'a> {
             wavelengths_m,
             rover,
             base: &base.zero,
-            baseline_m,
-            age_s: base.noise_age_s,
+            separation: Separation {
+                baseline_m,
+                age_s: base.noise_age_s,
+            },
+            excluded,
         }
         .rows(state)
     }
@@ -621,6 +673,122 @@ impl<'a> Filter<'a> {
         }
     }
 
+    /// The satellites of `pairs` that partial resolution may leave out, the noisiest first; at
+    /// most a third of them.
+    fn noisiest_first(
+        &self,
+        common: &[Common],
+        zero: &[ZeroDifference],
+        pairs: &[Pair],
+    ) -> Vec<(usize, usize)> {
+        let mut members: Vec<(usize, usize)> = pairs
+            .iter()
+            .flat_map(|p| [(p.reference, p.slot), (p.other, p.slot)])
+            .collect();
+        members.sort_unstable();
+        members.dedup();
+        let noise = |&(satellite, slot): &(usize, usize)| {
+            common
+                .iter()
+                .find(|c| c.satellite == satellite)
+                .map_or(0.0, |c| {
+                    let z = &zero[c.rover];
+                    let system = self.constellation.id(satellite).system();
+                    let near = Separation {
+                        baseline_m: 0.0,
+                        age_s: 0.0,
+                    };
+                    let cn0 = [z.cn0_db_hz[slot], 0.0];
+                    let elevation = z.elevation_rad;
+                    let model = single_difference_variance_m2(
+                        self.options,
+                        system,
+                        slot,
+                        false,
+                        elevation,
+                        cn0,
+                        near,
+                    );
+                    model * weak_signal_factor(self.options, z.cn0_drop_db[slot])
+                })
+        };
+        members.sort_by(|a, b| noise(b).total_cmp(&noise(a)));
+        members.truncate(members.len() / 3);
+        members
+    }
+
+    /// Forgets every phase bias.
+    fn forget_biases(&mut self) {
+        for index in self.state.position_states..self.state.len() {
+            if self.state.exists[index] {
+                self.state.remove(index);
+            }
+        }
+        for track in &mut self.state.tracks {
+            track.lock = -self.options.least_lock;
+            track.valid = false;
+        }
+    }
+
+    /// Ambiguity resolution, and a check of the phases against the integers found: satellites
+    /// that contradict the others are left out and the search repeated.
+    fn resolve_checked(
+        &mut self,
+        epoch: &EpochView<'_>,
+        zero: &[ZeroDifference],
+        excluded: &mut Vec<(usize, usize)>,
+        result: &mut EpochResult,
+    ) -> Result<Attempt, NotFixedReason> {
+        let mut left_out = 0;
+        loop {
+            let attempt = self.resolve(epoch.common, zero, result)?;
+            let Some(limit) = self.options.largest_phase_residual_sigma else {
+                return Ok(attempt);
+            };
+            let mut fixed = self.state.clone();
+            fixed.x[..attempt.x.len()].copy_from_slice(&attempt.x);
+            for (pair, integer) in attempt.pairs.iter().zip(&attempt.integers) {
+                let reference = self.state.bias(pair.reference, pair.slot).unwrap_or(0.0);
+                let index = fixed.bias_index(pair.other, pair.slot);
+                fixed.x[index] = reference - integer;
+            }
+            let rover = zero_differences(
+                self.options,
+                &epoch.rover.epoch,
+                &epoch.rover.states,
+                fixed.position(),
+                false,
+            );
+            let differences = self.differences(
+                epoch.common,
+                epoch.wavelengths_m,
+                &rover,
+                epoch.base,
+                &fixed,
+                excluded,
+            );
+            let in_fix =
+                |k: usize, slot: usize| self.state.track(epoch.common[k].satellite, slot).in_fix;
+            let worst = worst_phase(&differences.rows, in_fix);
+            let Some(worst) = worst.filter(|w| w.normalised > limit) else {
+                return Ok(attempt);
+            };
+            for track in &mut self.state.tracks {
+                track.in_fix = false;
+            }
+            if left_out == LARGEST_LEFT_OUT {
+                return Err(NotFixedReason::PhasesInconsistent {
+                    normalised: worst.normalised,
+                });
+            }
+            left_out += 1;
+            excluded.push((worst.common, worst.slot));
+            self.state
+                .track_mut(epoch.common[worst.common].satellite, worst.slot)
+                .valid = false;
+        }
+    }
+
     /// Ambiguity resolution of this epoch: the accepted attempt, or why there is none.
     fn resolve(
         &mut self,
@@ -650,7 +818,8 @@ impl<'a> Filter<'a> {
                     options,
                     common,
                     rover: zero,
-                    with_glonass: true,
+                    with_glonass: options.glonass_ambiguity != GlonassAmbiguity::FixAndHold
+                        || self.held,
                 };
                 let pairs = resolution.pairs(&self.state);
                 if pairs.len() < 2 {
@@ -661,9 +830,15 @@ impl<'a> Filter<'a> {
                         half_cycle,
                     });
                 }
-                resolution
-                    .attempt(&self.state, pairs)
-                    .map_err(|_| NotFixedReason::SearchFailed)?
+                let outcome = match options.partial_ambiguity {
+                    None => resolution.attempt(&self.state, pairs),
+                    Some(partial) => {
+                        let dispensable = self.noisiest_first(common, zero, &pairs);
+                        let least = partial.least_satellites_to_fix.saturating_sub(1);
+                        resolution.partial_attempt(&self.state, pairs, &dispensable, least)
+                    }
+                };
+                outcome.map_err(|_| NotFixedReason::SearchFailed)?
             }
             RuleSet::Demo5 => self.resolve_demo5(common, zero, slipped, half_cycle)?,
         };

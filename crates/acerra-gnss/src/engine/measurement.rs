@@ -18,6 +18,8 @@ pub(crate) struct Measurement {
     pub phase_cycles: [f64; FREQUENCY_SLOTS],
     pub doppler_hz: [f64; FREQUENCY_SLOTS],
     pub cn0_db_hz: [f64; FREQUENCY_SLOTS],
+    /// How far C/N₀ is below what this signal usually has around this time (dB, not negative).
+    pub cn0_drop_db: [f64; FREQUENCY_SLOTS],
     pub loss_of_lock: [u8; FREQUENCY_SLOTS],
     /// Slips reported in the whole log up to and including this epoch: two epochs between which
     /// it differs have a slip between them, whichever way the filter runs and however many
@@ -88,6 +90,7 @@ pub(crate) fn epochs(data: &ObservationData, constellation: &Constellation) -> V
                 phase_cycles: [0.0; FREQUENCY_SLOTS],
                 doppler_hz: [0.0; FREQUENCY_SLOTS],
                 cn0_db_hz: [0.0; FREQUENCY_SLOTS],
+                cn0_drop_db: [0.0; FREQUENCY_SLOTS],
                 loss_of_lock: [0; FREQUENCY_SLOTS],
                 slip_count: slips[satellite],
                 frequency_hz: [0.0; FREQUENCY_SLOTS],
@@ -118,5 +121,50 @@ pub(crate) fn epochs(data: &ObservationData, constellation: &Constellation) -> V
             measurements,
         });
     }
+    note_weak_signals(&mut result, constellation.len());
     result
+}
+
+/// Span over which a signal's usual strength is taken (s).
+const USUAL_STRENGTH_SPAN_S: f64 = 600.0;
+
+/// Compares every signal's C/N₀ with the upper quartile of the same signal's over the span of
+/// time it falls into.
+fn note_weak_signals(epochs: &mut [Epoch], satellites: usize) {
+    let Some(first) = epochs.first().map(|e| e.tag) else {
+        return;
+    };
+    let mut start = 0;
+    while start < epochs.len() {
+        let span = |tag: GpsTime| (tag.seconds_since(first) / USUAL_STRENGTH_SPAN_S).floor();
+        let this = span(epochs[start].tag);
+        let end = start
+            + epochs[start..]
+                .iter()
+                .take_while(|e| span(e.tag) == this)
+                .count();
+        let mut strengths = vec![Vec::new(); satellites * FREQUENCY_SLOTS];
+        for m in epochs[start..end].iter().flat_map(|e| &e.measurements) {
+            for slot in (0..FREQUENCY_SLOTS).filter(|&s| m.cn0_db_hz[s] > 0.0) {
+                strengths[m.satellite * FREQUENCY_SLOTS + slot].push(m.cn0_db_hz[slot]);
+            }
+        }
+        let usual: Vec<f64> = strengths
+            .into_iter()
+            .map(|mut values| {
+                values.sort_by(f64::total_cmp);
+                values.get(values.len() * 3 / 4).copied().unwrap_or(0.0)
+            })
+            .collect();
+        for m in epochs[start..end]
+            .iter_mut()
+            .flat_map(|e| &mut e.measurements)
+        {
+            for slot in (0..FREQUENCY_SLOTS).filter(|&s| m.cn0_db_hz[s] > 0.0) {
+                let below = usual[m.satellite * FREQUENCY_SLOTS + slot] - m.cn0_db_hz[slot];
+                m.cn0_drop_db[slot] = below.max(0.0);
+            }
+        }
+        start = end;
+    }
 }

@@ -10,6 +10,7 @@ mod double;
 mod filter;
 mod measurement;
 mod noise;
+mod outliers;
 mod pass;
 mod single;
 mod slips;

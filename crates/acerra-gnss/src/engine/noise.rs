@@ -13,15 +13,24 @@ pub(crate) const fn system_factor(system: System) -> f64 {
     }
 }
 
+/// How far apart rover and base measurements are.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Separation {
+    pub baseline_m: f64,
+    /// Time between them (s), for the receiver clocks' noise.
+    pub age_s: f64,
+}
+
 /// Variance (m²) of a single difference between rover and base of one satellite's phase or code.
+/// `cn0_db_hz` are those of rover and base, 0 where unknown.
 pub(crate) fn single_difference_variance_m2(
     options: &PpkOptions,
     system: System,
     slot: usize,
     is_code: bool,
     elevation_rad: f64,
-    baseline_m: f64,
-    age_s: f64,
+    cn0_db_hz: [f64; 2],
+    separation: Separation,
 ) -> f64 {
     let ratio = if is_code {
         options.code_phase_ratio[slot]
@@ -33,9 +42,17 @@ pub(crate) fn single_difference_variance_m2(
     let scale = system_factor(system) * ratio;
     let a = scale * options.phase_error_m;
     let b = scale * options.phase_error_elevation_m / elevation_rad.sin();
-    let c = options.phase_error_baseline_m * baseline_m / 1e4;
-    let d = SPEED_OF_LIGHT_M_S * options.clock_stability * age_s;
-    2.0 * (a * a + b * b + c * c) + d * d
+    let c = options.phase_error_baseline_m * separation.baseline_m / 1e4;
+    let d = SPEED_OF_LIGHT_M_S * options.clock_stability * separation.age_s;
+    let mut variance = 2.0 * (a * a + b * b + c * c) + d * d;
+    if options.phase_error_cn0_m > 0.0 {
+        let e = scale * options.phase_error_cn0_m;
+        for cn0 in cn0_db_hz.into_iter().filter(|&cn0| cn0 > 0.0) {
+            let below = (PpkOptions::CN0_REFERENCE_DB_HZ - cn0).max(0.0);
+            variance += e * e * 10f64.powf(0.1 * below);
+        }
+    }
+    variance
 }
 
 /// Whether a signal is below the C/N₀ mask.
@@ -62,4 +79,12 @@ pub(crate) fn below_cn0_mask(
         values[index] * (1.0 - share) + values[index + 1] * share
     };
     cn0_db_hz < least
+}
+
+/// Factor on the variance of a signal that is `drop_db` below its usual strength.
+pub(crate) fn weak_signal_factor(options: &PpkOptions, drop_db: f64) -> f64 {
+    let Some(free_db) = options.weak_signal_drop_db else {
+        return 1.0;
+    };
+    10f64.powf(0.2 * (drop_db - free_db).max(0.0))
 }

@@ -18,6 +18,10 @@ pub(crate) struct ZeroDifference {
     pub phase_m: [f64; FREQUENCY_SLOTS],
     /// Code residual, receiver clock included (m).
     pub code_m: [f64; FREQUENCY_SLOTS],
+    /// Carrier-to-noise density (dB-Hz).
+    pub cn0_db_hz: [f64; FREQUENCY_SLOTS],
+    /// How far that is below the usual (dB).
+    pub cn0_drop_db: [f64; FREQUENCY_SLOTS],
     /// Receiver to satellite.
     pub unit_ecef: [f64; 3],
     pub azimuth_rad: f64,
@@ -60,6 +64,8 @@ pub(crate) fn zero_differences(
             result.unit_ecef = sight.unit_ecef;
             result.azimuth_rad = azimuth;
             result.elevation_rad = elevation;
+            result.cn0_db_hz = m.cn0_db_hz;
+            result.cn0_drop_db = m.cn0_drop_db;
             let (sin_el, cos_el) = elevation.sin_cos();
             let (sin_az, cos_az) = azimuth.sin_cos();
             let antenna_m =

@@ -1,5 +1,5 @@
 //! Real data sets and RTKLIB's solutions of them, for tests that compare.
-#![allow(dead_code, clippy::unwrap_used)]
+#![allow(dead_code, clippy::unwrap_used, clippy::print_stdout)]
 
 use acerra_geo::geodesy::EnuFrame;
 use acerra_geo::time::{Calendar, GpsTime};

@@ -1,0 +1,101 @@
+//! Which phase contradicts the others: residuals after the update, against their noise.
+
+use super::double::DoubleRow;
+
+/// The phase whose residual is largest in units of its noise.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Worst {
+    /// Index among the common satellites.
+    pub common: usize,
+    pub slot: usize,
+    /// Residual over standard deviation.
+    pub normalised: f64,
+}
+
+/// The worst phase among `rows`, of the satellites that `counts` lets in.
+///
+/// A double difference blames no one: within each block the single differences are taken about
+/// their median, so that a reference satellite that is wrong stands out itself. The yardstick is
+/// the noise of an undisturbed signal: a weak one that is off is to be left out, not excused.
+pub(crate) fn worst_phase(
+    rows: &[DoubleRow],
+    counts: impl Fn(usize, usize) -> bool,
+) -> Option<Worst> {
+    let mut worst: Option<Worst> = None;
+    let mut start = 0;
+    while start < rows.len() {
+        let first = &rows[start];
+        let end = start
+            + rows[start..]
+                .iter()
+                .take_while(|r| r.block == first.block)
+                .count();
+        if !first.is_code {
+            let mut members: Vec<(usize, f64, f64)> = Vec::with_capacity(end - start + 1);
+            if counts(first.reference, first.slot) {
+                members.push((first.reference, 0.0, first.undisturbed_m2[0]));
+            }
+            members.extend(
+                rows[start..end]
+                    .iter()
+                    .filter(|r| counts(r.other, r.slot))
+                    .map(|r| (r.other, -r.residual_m, r.undisturbed_m2[1])),
+            );
+            let middle = median(members.iter().map(|m| m.1).collect());
+            for (common, single, variance) in members {
+                let normalised = (single - middle).abs() / variance.sqrt();
+                if worst.is_none_or(|w| normalised > w.normalised) {
+                    worst = Some(Worst {
+                        common,
+                        slot: first.slot,
+                        normalised,
+                    });
+                }
+            }
+        }
+        start = end;
+    }
+    worst
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let n = values.len();
+    if n == 0 {
+        return 0.0;
+    }
+    (values[(n - 1) / 2] + values[n / 2]) / 2.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(reference: usize, other: usize, residual_m: f64) -> DoubleRow {
+        DoubleRow {
+            slot: 0,
+            is_code: false,
+            reference,
+            other,
+            residual_m,
+            position: [0.0; 3],
+            wavelengths_m: [0.19; 2],
+            variance_reference_m2: 1e-4,
+            variance_other_m2: 1e-4,
+            undisturbed_m2: [1e-4; 2],
+            block: 1,
+        }
+    }
+
+    #[test]
+    fn the_culprit_is_found_even_when_it_is_the_reference() {
+        let other = [row(0, 1, 0.002), row(0, 2, -0.1), row(0, 3, 0.0)];
+        let found = worst_phase(&other, |_, _| true).unwrap();
+        assert_eq!(found.common, 2);
+        assert!(found.normalised > 9.0);
+        let reference = [row(0, 1, 0.1), row(0, 2, 0.101), row(0, 3, 0.099)];
+        let found = worst_phase(&reference, |_, _| true).unwrap();
+        assert_eq!(found.common, 0);
+        assert!(worst_phase(&[], |_, _| true).is_none());
+    }
+}

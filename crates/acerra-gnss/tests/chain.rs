@@ -1,0 +1,481 @@
+//! The whole chain on observations whose truth is known exactly.
+
+#![allow(clippy::unwrap_used)]
+
+mod synthetic;
+
+use acerra_geo::geodesy::EnuFrame;
+use acerra_gnss::{
+    AmbiguityMode, BasePosition, Dynamics, EventKind, EventRecord, FilterDirection, LossOfLock,
+    Navigation, ObservationData, PositioningMode, PpkError, PpkOptions, PpkSolution, PpkWarning,
+    Quality, System, SystemSet, process,
+};
+use synthetic::{BASE_ECEF_M, L1, L1_L2_L5, base, flight, navigation, rover, start};
+
+fn options() -> PpkOptions {
+    PpkOptions {
+        systems: SystemSet::GPS.with(System::Galileo),
+        base_position: BasePosition::Ecef(BASE_ECEF_M),
+        ..PpkOptions::default()
+    }
+}
+
+/// Horizontal and vertical distance from the truth (m).
+fn error(solution: &acerra_gnss::Solution) -> (f64, f64) {
+    let truth = flight(solution.time.seconds_since(start()));
+    let [e, n, u] = EnuFrame::from_ecef(truth).enu_from_ecef(solution.position_ecef_m);
+    (e.hypot(n), u.abs())
+}
+
+fn assert_fixed_and_right(solution: &PpkSolution, least_fixed: usize, name: &str) {
+    let fixed: Vec<_> = solution
+        .epochs
+        .iter()
+        .filter(|e| e.quality == Quality::Fixed)
+        .collect();
+    assert!(
+        fixed.len() >= least_fixed,
+        "{name}: {} of {} fixed, {:?}",
+        fixed.len(),
+        solution.epochs.len(),
+        solution.summary.not_fixed
+    );
+    for e in fixed {
+        let (horizontal, vertical) = error(e);
+        assert!(
+            horizontal < 0.015 && vertical < 0.03,
+            "{name}: {} off by {horizontal:.4} m horizontally, {vertical:.4} m vertically",
+            e.time
+        );
+    }
+}
+
+#[test]
+fn every_mode_finds_the_integers() {
+    let navigation = navigation();
+    let (rover, base) = (rover(&navigation, 90, &L1), base(&navigation, 90, &L1));
+    let run = |o: &PpkOptions| process(&rover, &base, &navigation, o).unwrap();
+    for (direction, least) in [
+        (FilterDirection::Forward, 80),
+        (FilterDirection::Backward, 80),
+        (FilterDirection::Combined, 89),
+        (FilterDirection::CombinedWithoutReset, 89),
+    ] {
+        let o = PpkOptions {
+            direction,
+            ..options()
+        };
+        assert_fixed_and_right(&run(&o), least, &format!("{direction:?}"));
+    }
+    for ambiguity in [AmbiguityMode::Continuous, AmbiguityMode::FixAndHold] {
+        for systems in [SystemSet::GPS, options().systems] {
+            let direction = FilterDirection::Forward;
+            let o = PpkOptions {
+                ambiguity,
+                systems,
+                direction,
+                ..options()
+            };
+            assert_fixed_and_right(&run(&o), 70, &format!("{ambiguity:?} {systems:?}"));
+        }
+    }
+    let instantaneous = PpkOptions {
+        ambiguity: AmbiguityMode::Instantaneous,
+        ..options()
+    };
+    assert_fixed_and_right(&run(&instantaneous), 70, "instantaneous");
+    let dynamics = Some(Dynamics {
+        horizontal_noise: 3.0,
+        vertical_noise: 3.0,
+    });
+    assert_fixed_and_right(
+        &run(&PpkOptions {
+            dynamics,
+            ..options()
+        }),
+        80,
+        "dynamics",
+    );
+    let demo5 = PpkOptions {
+        systems: options().systems,
+        base_position: options().base_position,
+        direction: FilterDirection::Combined,
+        dynamics,
+        ..PpkOptions::demo5()
+    };
+    assert_fixed_and_right(&run(&demo5), 80, "demo5");
+}
+
+#[test]
+fn more_frequencies_fix_at_once() {
+    let navigation = navigation();
+    let (rover, base) = (
+        rover(&navigation, 20, &L1_L2_L5),
+        base(&navigation, 20, &L1_L2_L5),
+    );
+    for frequencies in [2, 3] {
+        for rules in [PpkOptions::rtklib(), options()] {
+            let o = PpkOptions {
+                frequencies,
+                direction: FilterDirection::Forward,
+                systems: options().systems,
+                base_position: options().base_position,
+                ..rules
+            };
+            let solution = process(&rover, &base, &navigation, &o).unwrap();
+            assert_fixed_and_right(&solution, 20, &format!("{frequencies} frequencies"));
+        }
+    }
+}
+
+#[test]
+fn coarser_modes_are_as_good_as_their_codes() {
+    let navigation = navigation();
+    let (rover, base) = (rover(&navigation, 30, &L1), base(&navigation, 30, &L1));
+    for (mode, quality, limit_m) in [
+        (PositioningMode::Single, Quality::Single, 4.0),
+        (PositioningMode::Dgps, Quality::Dgps, 2.5),
+    ] {
+        let o = PpkOptions { mode, ..options() };
+        let solution = process(&rover, &base, &navigation, &o).unwrap();
+        assert_eq!(solution.epochs.len(), 30);
+        for e in &solution.epochs {
+            assert_eq!(e.quality, quality);
+            let (horizontal, vertical) = error(e);
+            assert!(
+                horizontal < limit_m && vertical < 2.0 * limit_m,
+                "{horizontal} {vertical}"
+            );
+        }
+    }
+    let float = PpkOptions {
+        ambiguity: AmbiguityMode::Off,
+        ..options()
+    };
+    let solution = process(&rover, &base, &navigation, &float).unwrap();
+    assert!(solution.epochs.iter().all(|e| e.quality == Quality::Float));
+    assert!(solution.epochs.iter().all(|e| error(e).0 < 1.0));
+}
+
+#[test]
+fn a_static_rover_converges() {
+    let navigation = navigation();
+    let rover = base(&navigation, 60, &L1);
+    let mut moved = synthetic::observe(
+        &navigation,
+        &synthetic::Receiver {
+            seed: 5,
+            epochs: 60,
+            interval_s: 1.0,
+            position: &|_| flight(0.0),
+            clock_s: &|_| 1e-5,
+            noise_m: [0.001, 0.25],
+            signals: &L1,
+        },
+    );
+    moved.events.clear();
+    let o = PpkOptions {
+        mode: PositioningMode::Static,
+        direction: FilterDirection::Forward,
+        ..options()
+    };
+    let solution = process(&moved, &rover, &navigation, &o).unwrap();
+    let last = solution.epochs.last().unwrap();
+    assert_eq!(last.quality, Quality::Fixed);
+    let truth = flight(0.0);
+    for (found, true_value) in last.position_ecef_m.into_iter().zip(truth) {
+        assert!((found - true_value).abs() < 0.004);
+    }
+}
+
+#[test]
+fn one_thread_or_two_give_the_same_bits() {
+    let navigation = navigation();
+    let (rover, base) = (rover(&navigation, 40, &L1), base(&navigation, 40, &L1));
+    let run = |threads| {
+        let o = PpkOptions {
+            threads,
+            ..options()
+        };
+        process(&rover, &base, &navigation, &o).unwrap()
+    };
+    let (one, two, five) = (run(1), run(2), run(5));
+    assert_eq!(one, two);
+    assert_eq!(one, five);
+}
+
+/// Flags a slip and changes the integer of one satellite from epoch `from` on.
+fn slip(data: &mut ObservationData, from: usize, satellite_index: usize, cycles: f64, flag: bool) {
+    let id = data.epochs[from].satellites[satellite_index].satellite;
+    for (k, epoch) in data.epochs.iter_mut().enumerate().skip(from) {
+        for s in epoch.satellites.iter_mut().filter(|s| s.satellite == id) {
+            let signal = s.signals[0].as_mut().unwrap();
+            signal.phase_cycles = signal.phase_cycles.map(|p| p + cycles);
+            if k == from && flag {
+                signal.loss_of_lock = LossOfLock(LossOfLock::SLIP);
+            }
+        }
+    }
+}
+
+#[test]
+fn slips_do_not_move_fixed_positions() {
+    let navigation = navigation();
+    let base = base(&navigation, 90, &L1);
+    let clean = rover(&navigation, 90, &L1);
+    for direction in [
+        FilterDirection::Forward,
+        FilterDirection::Backward,
+        FilterDirection::Combined,
+    ] {
+        let mut flagged = clean.clone();
+        slip(&mut flagged, 40, 1, 17.0, true);
+        slip(&mut flagged, 60, 3, -1.0, true);
+        let o = PpkOptions {
+            direction,
+            ..options()
+        };
+        let solution = process(&flagged, &base, &navigation, &o).unwrap();
+        assert_fixed_and_right(&solution, 75, "flagged");
+        // A slip that no flag announces must be noticed from the phases themselves.
+        let mut silent = clean.clone();
+        slip(&mut silent, 50, 2, 1.0, false);
+        let solution = process(&silent, &base, &navigation, &o).unwrap();
+        assert_fixed_and_right(&solution, 70, "silent");
+    }
+}
+
+#[test]
+fn base_gaps_are_interpolated_not_extrapolated() {
+    let navigation = navigation();
+    let rover = rover(&navigation, 90, &L1);
+    let mut base = base(&navigation, 90, &L1);
+    base.epochs
+        .retain(|e| !(41..60).contains(&(e.time.seconds_since(start()).round() as i64)));
+    let solution = process(&rover, &base, &navigation, &options()).unwrap();
+    assert_fixed_and_right(&solution, 85, "gap of 20 s");
+    let short = PpkOptions {
+        largest_age_s: 5.0,
+        interpolate_base: false,
+        ..options()
+    };
+    let solution = process(&rover, &base, &navigation, &short).unwrap();
+    assert!(
+        solution
+            .summary
+            .warnings
+            .iter()
+            .any(|w| matches!(w, PpkWarning::BaseGap(_))),
+        "{:?}",
+        solution.summary.warnings
+    );
+    assert!(
+        solution
+            .lost
+            .iter()
+            .all(|l| l.reason.key() == "no base data near enough")
+    );
+    assert_eq!(solution.lost.len() + solution.epochs.len(), 90);
+}
+
+#[test]
+fn unresolved_half_cycles_are_not_fixed() {
+    let navigation = navigation();
+    let (mut rover, base) = (rover(&navigation, 30, &L1), base(&navigation, 30, &L1));
+    for s in rover.epochs.iter_mut().flat_map(|e| &mut e.satellites) {
+        let signal = s.signals[0].as_mut().unwrap();
+        signal.loss_of_lock = LossOfLock(LossOfLock::HALF_CYCLE);
+        signal.phase_cycles = signal.phase_cycles.map(|p| p + 0.5);
+    }
+    let solution = process(&rover, &base, &navigation, &options()).unwrap();
+    assert_eq!(solution.summary.fixed, 0);
+    assert!(
+        solution
+            .summary
+            .warnings
+            .iter()
+            .any(|w| matches!(w, PpkWarning::NoUsablePhases { base: false }))
+    );
+}
+
+#[test]
+fn every_event_gets_a_position() {
+    let navigation = navigation();
+    let (mut rover, base) = (rover(&navigation, 60, &L1), base(&navigation, 60, &L1));
+    let times = [30.25, 30.5, 30.75, 41.9];
+    rover.events = times
+        .iter()
+        .map(|&t| EventRecord {
+            time: start() + t,
+            kind: EventKind::FallingEdge,
+            count: None,
+            accuracy_s: None,
+        })
+        .collect();
+    let solution = process(&rover, &base, &navigation, &options()).unwrap();
+    assert_eq!(solution.events.len(), 4);
+    for (event, t) in solution.events.iter().zip(times) {
+        let found = event.position_ecef_m.unwrap();
+        let truth = flight(t);
+        let apart: f64 = (0..3)
+            .map(|k| (found[k] - truth[k]).powi(2))
+            .sum::<f64>()
+            .sqrt();
+        // The cubic through 1 s positions cannot follow the vibration (1 cm), only the path.
+        assert!(apart < 0.08, "{t}: {apart}");
+        assert_eq!(event.quality, Some(Quality::Fixed));
+    }
+}
+
+#[test]
+fn bad_input_is_named() {
+    let navigation = navigation();
+    let (rover, base) = (rover(&navigation, 10, &L1), base(&navigation, 10, &L1));
+    let run = |r: &ObservationData, b: &ObservationData, n: &Navigation, o: &PpkOptions| {
+        process(r, b, n, o)
+    };
+    let o = options();
+    let empty = ObservationData::default();
+    assert_eq!(
+        run(&empty, &base, &navigation, &o),
+        Err(PpkError::NoRoverEpochs)
+    );
+    assert_eq!(
+        run(&rover, &empty, &navigation, &o),
+        Err(PpkError::NoBaseEpochs)
+    );
+    let none = Navigation::default();
+    assert!(matches!(
+        run(&rover, &base, &none, &o),
+        Err(PpkError::NoNavigation {
+            navigation: None,
+            ..
+        })
+    ));
+    let mut old = navigation.clone();
+    for e in &mut old.ephemerides {
+        if let acerra_gnss::Ephemeris::Kepler(k) = e {
+            k.toe = k.toe - 86_400.0;
+            k.toc = k.toe;
+        }
+    }
+    let error = run(&rover, &base, &old, &o).unwrap_err();
+    assert!(error.to_string().contains("2026/11/19"), "{error}");
+    let mut later = base.clone();
+    for e in &mut later.epochs {
+        e.time = e.time + 3_600.0;
+    }
+    assert!(matches!(
+        run(&rover, &later, &navigation, &o),
+        Err(PpkError::NoOverlap { .. })
+    ));
+    let zero = PpkOptions {
+        base_position: BasePosition::Ecef([0.0; 3]),
+        ..o.clone()
+    };
+    let error = run(&rover, &base, &navigation, &zero).unwrap_err();
+    assert!(matches!(
+        error,
+        PpkError::BasePositionImplausible {
+            own_single_ecef_m: Some(_),
+            ..
+        }
+    ));
+    assert!(
+        error.to_string().contains("single-point position is 46419"),
+        "{error}"
+    );
+    let header = PpkOptions {
+        base_position: BasePosition::Header,
+        ..o.clone()
+    };
+    let mut unplaced = base.clone();
+    unplaced.station.position_ecef_m = None;
+    assert!(matches!(
+        run(&rover, &unplaced, &navigation, &header),
+        Err(PpkError::BasePositionMissing {
+            own_single_ecef_m: Some(_)
+        })
+    ));
+    let absurd = PpkOptions {
+        phase_error_m: f64::NAN,
+        ..o.clone()
+    };
+    assert!(matches!(
+        run(&rover, &base, &navigation, &absurd),
+        Err(PpkError::Option { .. })
+    ));
+    let nobody = PpkOptions {
+        systems: SystemSet::GPS.without(System::Gps),
+        ..o
+    };
+    assert_eq!(
+        run(&rover, &base, &navigation, &nobody),
+        Err(PpkError::NoSatellites)
+    );
+}
+
+#[test]
+fn damaged_logs_never_give_a_wrong_fix() {
+    let navigation = navigation();
+    let (mut rover, base) = (rover(&navigation, 60, &L1), base(&navigation, 60, &L1));
+    // Absurd values, a duplicate epoch, interleaved order, a millisecond clock jump in the tags
+    // and the measurements alike.
+    let signal = |r: &mut ObservationData, epoch: usize, k: usize| {
+        let s = &mut r.epochs[epoch].satellites[k].signals[0];
+        *s.as_mut().unwrap()
+    };
+    let mut damaged = signal(&mut rover, 10, 0);
+    damaged.pseudorange_m = Some(f64::INFINITY);
+    rover.epochs[10].satellites[0].signals[0] = Some(damaged);
+    let mut damaged = signal(&mut rover, 20, 1);
+    damaged.pseudorange_m = damaged.pseudorange_m.map(|p| p + 5_000.0);
+    rover.epochs[20].satellites[1].signals[0] = Some(damaged);
+    let mut damaged = signal(&mut rover, 25, 1);
+    damaged.phase_cycles = Some(1e9);
+    rover.epochs[25].satellites[1].signals[0] = Some(damaged);
+    let copy = rover.epochs[30].clone();
+    rover.epochs.push(copy);
+    rover.epochs.swap(5, 6);
+    for e in rover
+        .epochs
+        .iter_mut()
+        .filter(|e| e.time.seconds_since(start()) > 39.5)
+    {
+        e.time = e.time + 1e-3;
+        for s in &mut e.satellites {
+            let signal = s.signals[0].as_mut().unwrap();
+            let shift_m = 1e-3 * acerra_gnss::SPEED_OF_LIGHT_M_S;
+            let frequency = signal
+                .code
+                .carrier_frequency_hz(s.satellite.system(), None)
+                .unwrap();
+            signal.pseudorange_m = signal.pseudorange_m.map(|p| p + shift_m);
+            signal.phase_cycles = signal.phase_cycles.map(|p| p + 1e-3 * frequency);
+        }
+    }
+    let solution = process(&rover, &base, &navigation, &options()).unwrap();
+    assert_eq!(solution.summary.rover_epochs, 60);
+    assert_fixed_and_right(&solution, 50, "damaged");
+}
+
+#[test]
+fn a_copy_of_the_base_and_a_missing_system_are_noticed() {
+    let navigation = navigation();
+    let base = base(&navigation, 20, &L1);
+    let mut gps_only = navigation.clone();
+    gps_only
+        .ephemerides
+        .retain(|e| e.satellite().system() == System::Gps);
+    let solution = process(&base, &base, &gps_only, &options()).unwrap();
+    let warnings = &solution.summary.warnings;
+    assert!(warnings.contains(&PpkWarning::IdenticalFiles));
+    assert!(warnings.contains(&PpkWarning::SystemWithoutNavigation(System::Galileo)));
+    let doubtful = PpkOptions {
+        base_position: BasePosition::AverageSingle,
+        ..options()
+    };
+    let solution = process(&base, &base, &navigation, &doubtful).unwrap();
+    let mean = solution.base_position_ecef_m.unwrap();
+    assert!((0..3).all(|k| (mean[k] - BASE_ECEF_M[k]).abs() < 5.0));
+}
