@@ -1,5 +1,10 @@
 //! Access to the shared real data, which may be absent.
-#![allow(dead_code, clippy::unwrap_used, clippy::print_stdout, reason = "shared by test binaries")]
+#![allow(
+    dead_code,
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    reason = "shared by test binaries"
+)]
 
 use std::fs::File;
 use std::path::PathBuf;
