@@ -2,6 +2,7 @@
 
 mod atmosphere;
 mod collect;
+pub mod conf;
 pub mod crinex;
 mod engine;
 mod events;
@@ -13,6 +14,7 @@ mod navigation;
 mod observation;
 mod options;
 mod orbit;
+pub mod pos;
 mod ppk;
 mod recorded;
 pub mod rinex;

@@ -1,0 +1,198 @@
+//! RTKLIB configurations.
+#![allow(clippy::unwrap_used, reason = "tests may fail loudly")]
+
+mod common;
+
+use acerra_gnss::conf::{ConfError, NotFollowedReason, RtklibConf, read_conf, rtklib_defaults};
+use acerra_gnss::pos::{PosFrame, PosTime, PosTimeScale};
+use acerra_gnss::{
+    AmbiguityMode, BasePosition, FilterDirection, GlonassAmbiguity, PositioningMode, PpkOptions,
+    RuleSet, System, SystemSet,
+};
+
+fn read(text: &str) -> RtklibConf {
+    read_conf(text.as_bytes(), RuleSet::Rtklib).unwrap()
+}
+
+/// The configuration of the shared reference solutions means the preset that is named after it.
+#[test]
+fn reference_configurations() {
+    for (name, direction, ratio) in [
+        ("b34_fixhold_forward", FilterDirection::Forward, 100.0),
+        ("ex251_eratio300_combined", FilterDirection::Combined, 300.0),
+    ] {
+        let Some(file) = common::open(&format!("gnss-walk-m8p/reference/{name}.conf")) else {
+            return;
+        };
+        let conf = read_conf(std::io::BufReader::new(file), RuleSet::Rtklib).unwrap();
+        assert_eq!(conf.not_followed, []);
+        let mut expected = PpkOptions::rtklib();
+        expected.direction = direction;
+        expected.systems = SystemSet::GPS.with(System::Glonass);
+        expected.glonass_ambiguity = GlonassAmbiguity::On;
+        expected.code_phase_ratio[0] = ratio;
+        expected.base_position = BasePosition::Header;
+        assert_eq!(conf.options, expected, "{name}");
+        assert_eq!(conf.format.frame, PosFrame::EnuBaseline);
+    }
+}
+
+#[test]
+fn values_by_name_and_by_number() {
+    let conf = read(
+        "# a comment\n\
+         pos1-posmode       =2          # (0:single,1:dgps,2:kinematic)\r\n\
+         pos1-frequency     =l1+l2+l5\n\
+         pos1-soltype       =combined-nophasereset\n\
+         pos1-elmask        =12.5       # (deg)\n\
+         pos1-snrmask_r     =on\n\
+         pos1-snrmask_L1    =10,20,30,35,35,35,35,35,35\n\
+         pos1-dynamics      =on\n\
+         stats-prnaccelh    =3\n\
+         pos1-exclsats      =G05 R11\n\
+         pos1-navsys        =41\n\
+         pos1-posopt5       =on\n\
+         pos2-armode        =0\n\
+         pos2-bdsarmode     =off\n\
+         pos2-maxage        =10\n\
+         misc-timeinterp    =on\n\
+         out-solformat      =xyz\n\
+         out-timesys        =utc\n\
+         out-timeform       =tow\n\
+         out-timendec       =1\n\
+         ant2-postype       =xyz\n\
+         ant2-pos1          =4641949.6 # (m)\n\
+         ant2-pos2          =1393045.4\n\
+         ant2-pos3          =4133287.4\n\
+         ant2-antdelu       =0.1\n",
+    );
+    let o = &conf.options;
+    assert_eq!((o.mode, o.frequencies), (PositioningMode::Kinematic, 3));
+    assert_eq!(o.direction, FilterDirection::CombinedWithoutReset);
+    assert!((o.elevation_mask_rad.to_degrees() - 12.5).abs() < 1e-12);
+    let mask = o.cn0_mask.unwrap();
+    assert_eq!(
+        (mask.rover, mask.base, mask.least_db_hz[0][3]),
+        (true, false, 35.0)
+    );
+    assert_eq!(o.dynamics.unwrap().horizontal_noise, 3.0);
+    assert_eq!(o.excluded_satellites.len(), 2);
+    assert_eq!(
+        o.systems.iter().collect::<Vec<_>>(),
+        [System::Gps, System::Galileo, System::Beidou]
+    );
+    assert!(o.raim && o.interpolate_base && !o.beidou_ambiguity);
+    assert_eq!((o.ambiguity, o.largest_age_s), (AmbiguityMode::Off, 10.0));
+    assert_eq!(
+        o.base_position,
+        BasePosition::Ecef([4_641_949.6, 1_393_045.4, 4_133_287.4])
+    );
+    assert_eq!(o.base_antenna_m, [0.0, 0.0, 0.1]);
+    let f = conf.format;
+    assert_eq!(
+        (f.frame, f.time, f.scale, f.decimals),
+        (PosFrame::Ecef, PosTime::WeekTow, PosTimeScale::Utc, 1)
+    );
+    assert_eq!(conf.not_followed, []);
+}
+
+#[test]
+fn a_geodetic_base_is_in_degrees() {
+    let conf = read("ant2-postype=llh\nant2-pos1=35\nant2-pos2=140\nant2-pos3=100\n");
+    let BasePosition::Ecef(p) = conf.options.base_position else {
+        panic!()
+    };
+    for (x, y) in p
+        .iter()
+        .zip([-4_006_802.166_763, 3_362_106.220_331, 3_637_924.267_022])
+    {
+        assert!((x - y).abs() < 1e-6);
+    }
+}
+
+#[test]
+fn missing_keys_mean_rtklibs_defaults() {
+    assert_eq!(read("").options, rtklib_defaults(RuleSet::Rtklib));
+    assert_eq!(read("").options.mode, PositioningMode::Single);
+    // A key that only demo5 has brings its rules.
+    let conf = read("pos2-varholdamb =0.2\n");
+    assert_eq!(conf.options.rules, RuleSet::Demo5);
+    assert_eq!(conf.options.hold_variance_cycles2, 0.2);
+    assert_eq!(conf.options.largest_outage, 20);
+}
+
+#[test]
+fn what_is_not_followed_is_named() {
+    let conf = read(
+        "pos1-tidecorr =on\npos1-ionoopt =est-stec\nout-solformat=nmea\nfoo =1\nmisc-bar=2\n\
+         inpstr1-type =serial\npos1-tropopt=saas\nfile-satantfile =\n",
+    );
+    let got: Vec<(u64, &str, NotFollowedReason)> = conf
+        .not_followed
+        .iter()
+        .map(|n| (n.line, n.key.as_str(), n.reason))
+        .collect();
+    use NotFollowedReason::{NotForPostProcessing, UnknownKey, Unsupported};
+    assert_eq!(
+        got,
+        [
+            (1, "pos1-tidecorr", Unsupported),
+            (2, "pos1-ionoopt", Unsupported),
+            (3, "out-solformat", Unsupported),
+            (4, "foo", UnknownKey),
+            (5, "misc-bar", UnknownKey),
+            (6, "inpstr1-type", NotForPostProcessing),
+        ]
+    );
+    assert_eq!(
+        conf.not_followed[0].to_string(),
+        "line 1: pos1-tidecorr = on: not supported"
+    );
+}
+
+#[test]
+fn what_cannot_be_meant_is_an_error_with_its_line() {
+    let error = |text: &str| read_conf(text.as_bytes(), RuleSet::Rtklib).unwrap_err();
+    for (text, message) in [
+        (
+            "\npos1-elmask =abc\n",
+            "line 2: pos1-elmask: expected a number, found \"abc\"",
+        ),
+        (
+            "pos1-elmask =95\n",
+            "line 1: pos1-elmask: expected degrees from 0 to below 90",
+        ),
+        (
+            "pos1-posmode =ppp-kine\n",
+            "line 1: pos1-posmode = ppp-kine is not supported",
+        ),
+        (
+            "ant2-postype =rtcm\n",
+            "line 1: ant2-postype = rtcm is not supported",
+        ),
+        (
+            "pos1-sateph =precise\n",
+            "line 1: pos1-sateph = precise is not supported",
+        ),
+        ("pos1-navsys =0\n", "line 1: pos1-navsys: expected"),
+        (
+            "pos2-maxage =nan\n",
+            "line 1: pos2-maxage: expected a number",
+        ),
+        (
+            "just words\n",
+            "line 1: expected key = value, found \"just words\"",
+        ),
+        (
+            "ant2-postype=llh\nant2-pos1=3774696\nant2-pos2=-596647\n",
+            "line 1: ant2-pos1",
+        ),
+    ] {
+        let found = error(text).to_string();
+        assert!(found.starts_with(message), "{found}");
+    }
+    assert!(matches!(
+        error("ant2-postype =raw"),
+        ConfError::Unsupported { line: 1, .. }
+    ));
+}
