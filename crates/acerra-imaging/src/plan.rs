@@ -40,6 +40,8 @@ pub struct PlanOptions {
     pub engine: Engine,
     /// Most bytes that tables and image may take together; 64 GiB by default.
     pub memory_limit_bytes: u128,
+    /// Most random pixels of the self-check; 256 by default, at least 1.
+    pub check_pixels: usize,
 }
 
 impl Default for PlanOptions {
@@ -50,6 +52,7 @@ impl Default for PlanOptions {
             level: SimdLevel::detect(),
             engine: Engine::default(),
             memory_limit_bytes: crate::grid::DEFAULT_IMAGE_LIMIT_BYTES,
+            check_pixels: 256,
         }
     }
 }
@@ -211,7 +214,8 @@ impl<'a> Plan<'a> {
     fn compare(&self, direct: &Direct) -> (SelfCheck, Tally) {
         let grid = &self.grid;
         let work = self.pulses.len() * self.pulses.frequency_hz().len();
-        let pixels = (40_000_000 / work.max(1)).clamp(24, 256);
+        let most = self.options.check_pixels.max(1);
+        let pixels = (40_000_000 / work.max(1)).clamp(most.min(24), most);
         let mut random = Random(0x1234_5678);
         let places: Vec<[usize; 3]> = (0..pixels)
             .map(|_| {

@@ -22,6 +22,7 @@ pub struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    Focus(commands::focus::Args),
     Info(commands::info::Args),
     Psf(commands::psf::Args),
     Resolution(commands::resolution::Args),
@@ -42,6 +43,7 @@ pub fn main() -> ExitCode {
     };
     let mut out = io::BufWriter::new(io::stdout().lock());
     let outcome = match cli.command {
+        Command::Focus(args) => commands::focus::run(&args, &mut out),
         Command::Info(args) => commands::info::run(&args, &mut out),
         Command::Psf(args) => commands::psf::run(&args, &mut out),
         Command::Resolution(args) => commands::resolution::run(&args, &mut out),

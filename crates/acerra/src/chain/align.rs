@@ -6,8 +6,9 @@ use acerra_geo::interpolate::{
 use acerra_geo::trajectory::{SolutionStatus, Trajectory};
 use anyhow::bail;
 
-use super::moving::moving;
+use acerra_radar::{MovingOptions, moving_traces};
 
+use super::offset::OffsetSearch;
 use super::position::Positions;
 use super::warnings::Warnings;
 use crate::campaign::{Campaign, Select, Unfixed};
@@ -18,7 +19,7 @@ pub struct Aligned {
     /// Trajectory time minus radar time (s).
     pub time_offset_s: f64,
     /// How the offset was found, when it was not given.
-    pub search: Option<()>,
+    pub search: Option<OffsetSearch>,
     /// Numbers of the traces in the log.
     pub traces: Vec<usize>,
     /// Their radar time (s).
@@ -31,6 +32,8 @@ pub struct Aligned {
     pub status: Vec<SolutionStatus>,
     /// Path that each trace stands for (m).
     pub path_m: Vec<f64>,
+    /// The places of all traces of the log, with what stands behind each.
+    pub all: Vec<Interpolated>,
 }
 
 impl Aligned {
@@ -52,18 +55,10 @@ pub fn align(
     time_offset_s: f64,
     warnings: &mut Warnings,
 ) -> anyhow::Result<Aligned> {
-    let covered = match positions {
+    let (all, covered) = match positions {
         Positions::PerTrace(position_m) => per_trace(radar_time_s, position_m),
         Positions::Trajectory(trajectory) => {
-            let at = interpolator(campaign, trajectory);
-            on_trajectory(
-                campaign,
-                radar_time_s,
-                trajectory,
-                &at,
-                time_offset_s,
-                warnings,
-            )?
+            on_trajectory(campaign, radar_time_s, trajectory, time_offset_s, warnings)?
         }
     };
     let selected = select(campaign, radar_time_s.len(), &covered)?;
@@ -92,14 +87,17 @@ pub fn align(
         position_m,
         sigma_m: sigma_m.unwrap_or_default(),
         status: kept.iter().map(|p| p.place.status).collect(),
+        all,
     })
 }
 
 /// The interpolation that a campaign asks for.
 #[must_use]
 pub fn interpolator<'a>(campaign: &Campaign, trajectory: &'a Trajectory) -> Interpolator<'a> {
-    let mut options = InterpolationOptions::default();
-    options.max_gap_s = campaign.trajectory.max_gap_s;
+    let options = InterpolationOptions {
+        max_gap_s: campaign.trajectory.max_gap_s,
+        ..InterpolationOptions::default()
+    };
     Interpolator::new(trajectory, &options)
 }
 
@@ -115,10 +113,10 @@ fn on_trajectory(
     campaign: &Campaign,
     radar_time_s: &[f64],
     trajectory: &Trajectory,
-    at: &Interpolator<'_>,
     time_offset_s: f64,
     warnings: &mut Warnings,
-) -> anyhow::Result<Vec<Placed>> {
+) -> anyhow::Result<(Vec<Interpolated>, Vec<Placed>)> {
+    let at = interpolator(campaign, trajectory);
     let times_s: Vec<f64> = radar_time_s.iter().map(|t| t + time_offset_s).collect();
     let (places, coverage) = at.at_all(&times_s);
     if !places.iter().any(|place| place.flag.is_covered()) {
@@ -153,26 +151,24 @@ fn on_trajectory(
         },
     );
     let placed = places
-        .into_iter()
-        .zip(&times_s)
+        .iter()
         .enumerate()
-        .filter_map(|(trace, (place, t))| {
-            let wanted = place.flag == Flag::Ok || place.flag == Flag::Unfixed && keep_unfixed;
-            wanted.then(|| {
-                let [before, after] = [-0.25, 0.25].map(|d| at.at(t + d).position_m);
-                let speed_m_s = (after[0] - before[0]).hypot(after[1] - before[1]) / 0.5;
-                Placed {
-                    trace,
-                    place,
-                    speed_m_s,
-                }
-            })
-        });
-    Ok(placed.collect())
+        .filter(|(_, place)| place.flag == Flag::Ok || place.flag == Flag::Unfixed && keep_unfixed)
+        .map(|(trace, place)| {
+            let [before, after] = [-0.25, 0.25].map(|d| at.at(place.time_s + d).position_m);
+            let speed_m_s = (after[0] - before[0]).hypot(after[1] - before[1]) / 0.5;
+            Placed {
+                trace,
+                place: *place,
+                speed_m_s,
+            }
+        })
+        .collect();
+    Ok((places, placed))
 }
 
 /// Positions that came with the traces.
-fn per_trace(time_s: &[f64], position_m: &[[f64; 3]]) -> Vec<Placed> {
+fn per_trace(time_s: &[f64], position_m: &[[f64; 3]]) -> (Vec<Interpolated>, Vec<Placed>) {
     let near = |t: f64, sign: f64| {
         // The trace about a quarter of a second away, or the last one on that side.
         let wanted = t + sign * 0.25;
@@ -198,16 +194,21 @@ fn per_trace(time_s: &[f64], position_m: &[[f64; 3]]) -> Vec<Placed> {
         status: SolutionStatus::External,
         flag: Flag::Ok,
     };
-    time_s
+    let all: Vec<Interpolated> = time_s
         .iter()
         .zip(position_m)
+        .map(|(t, p)| place(*t, *p))
+        .collect();
+    let placed = all
+        .iter()
         .enumerate()
-        .map(|(trace, (t, p))| Placed {
+        .map(|(trace, place)| Placed {
             trace,
-            place: place(*t, *p),
-            speed_m_s: speed_m_s(*t),
+            place: *place,
+            speed_m_s: speed_m_s(place.time_s),
         })
-        .collect()
+        .collect();
+    (all, placed)
 }
 
 /// Which traces of the log `[radar] select` takes.
@@ -225,10 +226,15 @@ fn select(campaign: &Campaign, traces: usize, placed: &[Placed]) -> anyhow::Resu
             selected[first..=last].fill(true);
         }
         Select::Moving => {
-            let speed_m_s: Vec<f64> = placed.iter().map(|p| p.speed_m_s).collect();
-            for (p, is_moving) in placed.iter().zip(moving(&speed_m_s)?) {
-                selected[p.trace] = is_moving;
+            let mut speed_m_s = vec![f64::NAN; traces];
+            for p in placed {
+                speed_m_s[p.trace] = p.speed_m_s;
             }
+            let moving = moving_traces(&speed_m_s, &MovingOptions::default());
+            if moving.is_empty() {
+                bail!("[radar] select = \"moving\": the platform never moves over ground");
+            }
+            selected[moving].fill(true);
         }
     }
     Ok(selected)

@@ -1,11 +1,16 @@
 //! The chain: one module for each stage from raw logs to products.
 
 pub mod align;
-mod moving;
+pub mod clean;
+pub mod focus;
+pub mod measure;
+pub mod offset;
+mod outcome;
 pub mod position;
 pub mod progress;
 pub mod read;
 mod warnings;
 
+pub use outcome::{Outcome, run};
 pub use progress::{Progress, Silent};
 pub use warnings::Warnings;

@@ -1,6 +1,10 @@
 //! What a run leaves behind: files, and how they get there.
 
+pub mod deliver;
 pub mod image_npz;
 pub mod inputs;
+pub mod pictures;
+mod report_data;
+pub mod run_json;
 pub mod stages;
 pub mod staging;

@@ -1,0 +1,69 @@
+//! Stage `deliver`: all products of a run, together or not at all.
+
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::Path;
+
+use acerra_geo::trajectory::{Frame, TimeOrigin};
+use anyhow::Context;
+
+use super::stages::Stages;
+use super::staging::Staging;
+use super::{image_npz, pictures, report_data, run_json};
+use crate::chain::Outcome;
+use crate::chain::position::Positions;
+use crate::report::report_page;
+
+/// Writes the products of `outcome` into `directory`. The stage `deliver` ends before `run.json`
+/// and the report are written, as both state what it cost.
+///
+/// # Errors
+/// A directory that cannot be written; it is then left as it was.
+pub fn deliver(outcome: &Outcome, directory: &Path, stages: &mut Stages) -> anyhow::Result<()> {
+    let staging = Staging::new(directory)?;
+    let (image_png, raw_png, clean_png) = stages.run("deliver", || {
+        let mut npz = buffered(&staging, "image.npz")?;
+        image_npz::write(&mut npz, &outcome.focused.image, &outcome.focused.grid)
+            .and_then(|()| npz.flush())
+            .context("image.npz: cannot write")?;
+
+        let image_png = pictures::image(outcome).context("image.png")?;
+        staging.write("image.png", &image_png)?;
+        let (mut raw_png, mut clean_png) = (Vec::new(), Vec::new());
+        if let Some(traces) = &outcome.cleaned.traces {
+            raw_png = pictures::radargram_raw(outcome, traces).context("radargram-raw.png")?;
+            staging.write("radargram-raw.png", &raw_png)?;
+            clean_png = pictures::radargram_clean(outcome, traces).context("radargram.png")?;
+            staging.write("radargram.png", &clean_png)?;
+        }
+        write_trajectory(outcome, &staging)?;
+        staging.write(
+            "targets.json",
+            format!("{:#}\n", run_json::targets(outcome)),
+        )?;
+        anyhow::Ok((image_png, raw_png, clean_png))
+    })?;
+    staging.write(
+        "run.json",
+        format!("{:#}\n", run_json::run(outcome, stages.done())),
+    )?;
+    let data = report_data::collect(outcome, stages.done(), image_png, raw_png, clean_png);
+    staging.write("report.html", report_page(&data).context("report.html")?)?;
+    staging.publish()
+}
+
+fn write_trajectory(outcome: &Outcome, staging: &Staging) -> anyhow::Result<()> {
+    let mut csv = buffered(staging, "trajectory.csv")?;
+    let (frame, origin) = match &outcome.positions {
+        Positions::Trajectory(trajectory) => (*trajectory.frame(), trajectory.time_origin()),
+        Positions::PerTrace(_) => (Frame::Local, TimeOrigin::Relative),
+    };
+    acerra_geo::write::write_positions_csv(&mut csv, &outcome.aligned.all, &frame, origin)
+        .and_then(|()| csv.flush())
+        .context("trajectory.csv: cannot write")
+}
+
+fn buffered(staging: &Staging, name: &str) -> anyhow::Result<BufWriter<File>> {
+    let file = File::create(staging.path(name)).with_context(|| format!("{name}: cannot write"))?;
+    Ok(BufWriter::with_capacity(1 << 20, file))
+}
