@@ -13,6 +13,8 @@ use crate::value::Value;
 /// Columns beyond those wanted, for speed of convergence.
 const EXTRA: usize = 6;
 const ITERATIONS: usize = 60;
+/// Relative change of the singular values at which iterating ends.
+const CONVERGED: f64 = 1e-9;
 
 pub(super) fn remove_components<V: Value>(
     samples: &mut [V],
@@ -22,8 +24,13 @@ pub(super) fn remove_components<V: Value>(
 ) {
     let columns = (components + EXTRA).min(traces).min(n);
     let mut basis = start(traces, columns);
+    let mut before = 0.0;
     for _ in 0..ITERATIONS {
-        orthonormalise(&mut basis);
+        let strength: f64 = orthonormalise(&mut basis).iter().take(components).sum();
+        if (strength - before).abs() <= CONVERGED * strength {
+            break;
+        }
+        before = strength;
         let projected = project(samples, n, &basis);
         basis = expand(samples, n, &projected);
     }
@@ -56,8 +63,10 @@ fn start(traces: usize, columns: usize) -> Vec<Vec<Complex64>> {
         .collect()
 }
 
-/// Modified Gram–Schmidt, twice; a column that depends on those before becomes zero.
-fn orthonormalise(basis: &mut [Vec<Complex64>]) {
+/// Modified Gram–Schmidt, twice; a column that depends on those before becomes zero. Returns the
+/// length of what was new in each column.
+fn orthonormalise(basis: &mut [Vec<Complex64>]) -> Vec<f64> {
+    let mut lengths = Vec::with_capacity(basis.len());
     for k in 0..basis.len() {
         let (before, rest) = basis.split_at_mut(k);
         let column = &mut rest[0];
@@ -75,7 +84,9 @@ fn orthonormalise(basis: &mut [Vec<Complex64>]) {
             0.0
         };
         column.iter_mut().for_each(|c| *c *= scale);
+        lengths.push(length);
     }
+    lengths
 }
 
 fn norm(column: &[Complex64]) -> f64 {
