@@ -269,6 +269,11 @@ impl Line {
         self.sxy += x * y;
     }
 
+    fn with(mut self, x: f64, y: f64) -> Self {
+        self.add(x, y);
+        self
+    }
+
     fn through(points: impl IntoIterator<Item = (f64, f64)>) -> Self {
         points
             .into_iter()
@@ -338,38 +343,41 @@ fn merge(
     median_ms: f64,
     strays: &mut [bool],
 ) -> Vec<[usize; 2]> {
+    /// Points of a long stretch that a longer line is checked against.
+    const CHECKED: usize = 512;
+    let point = |i: usize| (numbers[i], stamps[i]);
     let mut merged: Vec<[usize; 2]> = Vec::new();
+    let mut line = Line::default();
     let mut k = 0;
     while k < pieces.len() {
-        let Some(&last) = merged.last() else {
-            merged.push(pieces[k]);
-            k += 1;
-            continue;
-        };
-        let joined = (k..pieces.len())
-            .take_while(|&j| pieces[j][0] - pieces[k][0] <= 3)
-            .find(|&j| {
-                let points: Vec<(f64, f64)> = (last[0]..last[1])
-                    .filter(|&i| !strays[i])
-                    .chain(pieces[j][0]..pieces[j][1])
-                    .map(|i| (numbers[i], stamps[i]))
-                    .collect();
-                let line = Line::through(points.iter().copied());
-                let slope = line.slope(median_ms);
-                points
-                    .iter()
-                    .all(|&(x, y)| (y - line.at(x, slope)).abs() <= TOLERANCE_MS)
-            });
-        match joined {
-            Some(j) => {
+        let joined = merged.last().and_then(|&[first, end]| {
+            let stride = (end - first).div_ceil(CHECKED);
+            (k..pieces.len())
+                .take_while(|&j| pieces[j][0] - pieces[k][0] <= 3)
+                .map(|j| {
+                    let longer = (pieces[j][0]..pieces[j][1]).map(point);
+                    (j, longer.fold(line, |line, (x, y)| line.with(x, y)))
+                })
+                .find(|(j, line)| {
+                    let slope = line.slope(median_ms);
+                    (first..end)
+                        .step_by(stride)
+                        .filter(|&i| !strays[i])
+                        .chain(pieces[*j][0]..pieces[*j][1])
+                        .map(point)
+                        .all(|(x, y)| (y - line.at(x, slope)).abs() <= TOLERANCE_MS)
+                })
+        });
+        match (joined, merged.last_mut()) {
+            (Some((j, longer)), Some(last)) => {
                 strays[pieces[k][0]..pieces[j][0]].fill(true);
-                if let Some(last) = merged.last_mut() {
-                    last[1] = pieces[j][1];
-                }
+                last[1] = pieces[j][1];
+                line = longer;
                 k = j + 1;
             }
-            None => {
+            _ => {
                 merged.push(pieces[k]);
+                line = Line::through((pieces[k][0]..pieces[k][1]).map(point));
                 k += 1;
             }
         }

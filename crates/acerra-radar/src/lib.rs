@@ -1,4 +1,38 @@
 //! Ultra-wideband radar logs: readers, zero-timing, background removal, gating, spectra.
+//!
+//! ```text
+//! file ──read──► RadarLog ──radargram──► Radargram ──clean::*──► Radargram ──spectrum_at──► Spectrum
+//!                (whole scans, report)   (one window, even clock)
+//! ```
+//!
+//! | format | read | written | recognised by |
+//! | --- | --- | --- | --- |
+//! | MRM capture of a PulsON 400-series radio ([`mrm`]) | with or without configuration and serial prefix | yes, byte for byte | messages in its first bytes |
+//! | MRM-RET text log ([`ret`]) | all events | configuration, control, scans | event names in its first lines |
+//! | neutral NPZ ([`npz`]) | `data` or `spectrum`, any number type | yes | ZIP signature |
+//!
+//! Readers stream, hand on whole scans only, report what they skip ([`ReadReport`]), and allocate
+//! nothing for what a header merely claims ([`Limits`]).
+//!
+//! From a file to spectra, with the height of each trace known:
+//!
+//! ```
+//! use acerra_radar::clean::{self, Background, Gate, SurfaceOptions, ZeroTiming};
+//! use acerra_radar::{Limits, RadarFile, RadargramOptions, Spectrum, read};
+//!
+//! fn spectra(file: std::fs::File, height_m: &[f64]) -> Result<Spectrum, Box<dyn std::error::Error>> {
+//!     let RadarFile::Log(log) = read(file, &Limits::default())? else {
+//!         return Err("a log was expected".into());
+//!     };
+//!     let raw = log.radargram(&RadargramOptions::default())?.radargram;
+//!     let method = ZeroTiming::FirstTrace(SurfaceOptions::default());
+//!     let timed = clean::zero_timing(raw, height_m, &method)?.radargram;
+//!     let clean = clean::remove_background(timed, Background::Mean)?;
+//!     let gated = clean::apply_gate(clean, height_m, &Gate::default())?;
+//!     let frequency_hz: Vec<f64> = (0..341).map(|i| 3.1e9 + 5e6 * f64::from(i)).collect();
+//!     Ok(clean::spectrum_at(&gated, &frequency_hz)?)
+//! }
+//! ```
 
 pub mod align;
 pub mod clean;

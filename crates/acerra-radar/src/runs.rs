@@ -97,11 +97,8 @@ impl RadarLog {
     /// The configuration in force when scan `index` was made.
     #[must_use]
     pub fn config_at(&self, index: usize) -> Option<RadarConfig> {
-        self.configs
-            .iter()
-            .rev()
-            .find(|c| c.before_scan <= index)
-            .map(|c| c.config)
+        let later = self.configs.partition_point(|c| c.before_scan <= index);
+        self.configs[..later].last().map(|c| c.config)
     }
 
     /// Filtering that [`RadarLog::radargram`] takes by default.
