@@ -17,6 +17,7 @@ pub mod pulses;
 pub mod reference;
 pub mod resolution;
 pub mod rows;
+pub mod sensitivity;
 mod simd;
 mod table;
 

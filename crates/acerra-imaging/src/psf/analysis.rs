@@ -115,7 +115,7 @@ impl Analysis {
 }
 
 /// The local track of a point that must lie below it.
-pub(super) fn track_at(
+pub(crate) fn track_at(
     spread: &PointSpread,
     point_m: [f64; 3],
 ) -> Result<LocalTrack, ImagingError> {

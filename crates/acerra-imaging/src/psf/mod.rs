@@ -14,6 +14,7 @@ mod image;
 mod spread;
 mod trajectory;
 
+pub(crate) use analysis::track_at as track_below;
 pub use analysis::{Analysis, Theory, expected_place_m};
 pub use cell::Cell;
 pub use elevation::{ABSENT_DB, Retrieved, retrieve};

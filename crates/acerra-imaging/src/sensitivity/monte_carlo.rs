@@ -1,0 +1,268 @@
+//! The same by drawing errors and imaging with them.
+
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::geometry::{View, dot};
+use super::normal::Normal;
+use super::{CUT_CELLS, CUT_POINTS, ErrorModel, half_power_width};
+use crate::ImagingError;
+use crate::metrics::{Field, climb_to_peak};
+use crate::psf::PointSpread;
+
+/// A value with the bounds of its 95 % confidence interval.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Estimate {
+    /// The estimate.
+    pub value: f64,
+    /// Lower bound.
+    pub low: f64,
+    /// Upper bound.
+    pub high: f64,
+}
+
+impl Estimate {
+    /// Whether `expected` lies within the interval, stretched by `factor` about the estimate.
+    #[must_use]
+    pub fn covers(&self, expected: f64, factor: f64) -> bool {
+        let below = self.value - factor * (self.value - self.low);
+        let above = self.value + factor * (self.high - self.value);
+        (below..=above).contains(&expected)
+    }
+}
+
+/// What drawing errors gives, figure by figure as [`Blur`](super::Blur).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Simulated {
+    /// Draws.
+    pub trials: usize,
+    /// Loss of mean power at the target's true place, dB.
+    pub loss_at_target_db: Estimate,
+    /// Loss of mean power at the peak, dB.
+    pub peak_loss_db: Estimate,
+    /// Standard deviation of the peak's shift along the track, m.
+    pub shift_along_m: Estimate,
+    /// Standard deviation of the peak's shift across the track, m.
+    pub shift_across_m: Estimate,
+    /// −3 dB width along the track of the mean power over the ideal one's.
+    pub widening_along: Option<Estimate>,
+    /// The same across the track.
+    pub widening_across: Option<Estimate>,
+}
+
+/// Two-sided 95 % point of the normal distribution.
+const NORMAL_95: f64 = 1.959_964;
+/// Widths are estimated from this many batches of trials.
+const BATCHES: usize = 20;
+/// Two-sided 95 % point of Student's t with one degree of freedom less than batches.
+const STUDENT_95: f64 = 2.093_024;
+
+/// Draws the errors `trials` times, images the point with each and measures.
+///
+/// The peak is the maximum reached from where the least-squares shift of that draw puts it, and
+/// the cuts for the widths run through that place. Equal `seed`s give equal answers, whatever the
+/// number of threads.
+///
+/// # Errors
+/// As [`predict`](super::predict), and fewer than 20 trials or more than a million.
+pub fn simulate(
+    spread: &PointSpread,
+    target_m: [f64; 3],
+    model: &ErrorModel,
+    trials: usize,
+    seed: u64,
+) -> Result<Simulated, ImagingError> {
+    if !(BATCHES..=1_000_000).contains(&trials) {
+        let (what, expected) = ("trials", "20 to 1 000 000");
+        return Err(ImagingError::OutOfRange {
+            what,
+            expected,
+            found: trials as f64,
+        });
+    }
+    let view = View::of(spread, target_m, model)?;
+    let experiment = Experiment {
+        spread,
+        target_m,
+        map: view.shift_map(),
+        own: spread.response(target_m, target_m).norm(),
+        view,
+    };
+    let drawn: Vec<Trial> = (0..trials)
+        .into_par_iter()
+        .map(|trial| {
+            let mut random = ChaCha8Rng::seed_from_u64(seed);
+            random.set_stream(trial as u64);
+            let mut normal = Normal::new(random);
+            experiment.run(&model.draw(|| normal.draw()))
+        })
+        .collect::<Result<_, _>>()?;
+    let ideal = experiment.run(&vec![[0.0; 3]; model.len()])?;
+    let shift = |axis: usize| drawn.iter().map(move |t| t.shift_m[axis]);
+    Ok(Simulated {
+        trials,
+        loss_at_target_db: mean_db(drawn.iter().map(|t| t.power_at_target)),
+        peak_loss_db: mean_db(drawn.iter().map(|t| t.power_at_peak)),
+        shift_along_m: deviation(shift(0).map(|s| s - ideal.shift_m[0])),
+        shift_across_m: deviation(shift(1).map(|s| s - ideal.shift_m[1])),
+        widening_along: widening(&drawn, &ideal, 0),
+        widening_across: widening(&drawn, &ideal, 1),
+    })
+}
+
+struct Trial {
+    power_at_target: f64,
+    power_at_peak: f64,
+    shift_m: [f64; 2],
+    cut: Vec<f64>,
+}
+
+struct Experiment<'a> {
+    spread: &'a PointSpread,
+    target_m: [f64; 3],
+    view: View,
+    map: [Vec<f64>; 2],
+    /// Amplitude of the ideal image at the target.
+    own: f64,
+}
+
+impl Experiment<'_> {
+    fn run(&self, error_m: &[[f64; 3]]) -> Result<Trial, ImagingError> {
+        let (view, target_m) = (&self.view, self.target_m);
+        let believed = self
+            .spread
+            .position_m()
+            .iter()
+            .zip(error_m)
+            .map(|(p, e)| [p[0] + e[0], p[1] + e[1], p[2] + e[2]])
+            .collect();
+        let field = Displaced {
+            believed: PointSpread::new(
+                believed,
+                Some(self.spread.weight().to_vec()),
+                self.spread.frequency_hz().to_vec(),
+                self.spread.light_speed_m_s(),
+            )?,
+            truth: self.spread,
+            target_m,
+        };
+        let power = |at: [f64; 2]| {
+            let amplitude = field.amplitude(at[0], at[1]).unwrap_or(0.0);
+            (amplitude / self.own).powi(2)
+        };
+        let range_error: Vec<f64> = view
+            .pulse
+            .iter()
+            .zip(&view.sight)
+            .map(|(m, u)| dot(u, &error_m[*m]))
+            .collect();
+        let fitted = [
+            dot(&self.map[0], &range_error),
+            dot(&self.map[1], &range_error),
+        ];
+        let (ahead, left) = (view.track.tangent, view.track.left());
+        let place = |along: f64, across: f64| {
+            [0, 1].map(|i| target_m[i] + along * ahead[i] + across * left[i])
+        };
+        let (peak_m, peak) =
+            climb_to_peak(&field, place(fitted[0], fitted[1]), 0.1 * view.cell.along_m).ok_or(
+                ImagingError::Empty {
+                    what: "the response to the target",
+                },
+            )?;
+        let moved = [peak_m[0] - target_m[0], peak_m[1] - target_m[1]];
+        let mut cut = Vec::with_capacity(2 * CUT_POINTS);
+        for (axis, cell_m) in [view.cell.along_m, view.cell.across_m]
+            .into_iter()
+            .enumerate()
+        {
+            for k in 0..CUT_POINTS {
+                let s = CUT_CELLS * cell_m * (2.0 * k as f64 / (CUT_POINTS - 1) as f64 - 1.0);
+                let step = if axis == 0 { [s, 0.0] } else { [0.0, s] };
+                cut.push(power(place(fitted[0] + step[0], fitted[1] + step[1])));
+            }
+        }
+        Ok(Trial {
+            power_at_target: power([target_m[0], target_m[1]]),
+            power_at_peak: (peak / self.own).powi(2),
+            shift_m: [dot(&moved, &ahead), dot(&moved, &left)],
+            cut,
+        })
+    }
+}
+
+/// The image of the point focused with wrong places.
+struct Displaced<'a> {
+    believed: PointSpread,
+    truth: &'a PointSpread,
+    target_m: [f64; 3],
+}
+
+impl Field for Displaced<'_> {
+    fn amplitude(&self, x_m: f64, y_m: f64) -> Option<f64> {
+        let at = [x_m, y_m, self.target_m[2]];
+        let truth = self.truth.position_m();
+        Some(
+            self.believed
+                .response_displaced(truth, self.target_m, at)
+                .norm(),
+        )
+    }
+}
+
+/// Mean and its standard error.
+fn mean_and_error(values: &[f64]) -> (f64, f64) {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0);
+    (mean, (variance / n).sqrt())
+}
+
+/// Mean of powers, in dB.
+fn mean_db(power: impl Iterator<Item = f64>) -> Estimate {
+    let (mean, error) = mean_and_error(&power.collect::<Vec<_>>());
+    let db = |p: f64| 10.0 * p.max(1e-30).log10();
+    Estimate {
+        value: db(mean),
+        low: db(mean - NORMAL_95 * error),
+        high: db(mean + NORMAL_95 * error),
+    }
+}
+
+/// Root mean square; its interval from the scatter of the squares, so that heavy tails count.
+fn deviation(values: impl Iterator<Item = f64>) -> Estimate {
+    let (mean, error) = mean_and_error(&values.map(|v| v * v).collect::<Vec<_>>());
+    let root = |v: f64| v.max(0.0).sqrt();
+    Estimate {
+        value: root(mean),
+        low: root(mean - NORMAL_95 * error),
+        high: root(mean + NORMAL_95 * error),
+    }
+}
+
+/// Width of the mean power of all trials over the ideal one; the interval from batches.
+fn widening(drawn: &[Trial], ideal: &Trial, axis: usize) -> Option<Estimate> {
+    let range = axis * CUT_POINTS..(axis + 1) * CUT_POINTS;
+    let reference = half_power_width(&ideal.cut[range.clone()])?;
+    let ratio = |trials: &mut dyn Iterator<Item = &Trial>| -> Option<f64> {
+        let mut sum = vec![0.0; CUT_POINTS];
+        for t in trials {
+            for (total, p) in sum.iter_mut().zip(&t.cut[range.clone()]) {
+                *total += p;
+            }
+        }
+        Some(half_power_width(&sum)? / reference)
+    };
+    let value = ratio(&mut drawn.iter())?;
+    let batches: Vec<f64> = (0..BATCHES)
+        .map(|b| ratio(&mut drawn.iter().skip(b).step_by(BATCHES)))
+        .collect::<Option<_>>()?;
+    let (_, error) = mean_and_error(&batches);
+    Some(Estimate {
+        value,
+        low: value - STUDENT_95 * error,
+        high: value + STUDENT_95 * error,
+    })
+}

@@ -1,0 +1,111 @@
+//! Theory and Monte Carlo of positioning errors agree.
+
+#![allow(clippy::unwrap_used)] // helpers of tests
+
+use acerra_imaging::psf::{PointSpread, TrackShape, synthetic_track};
+use acerra_imaging::sensitivity::{ErrorModel, Estimate, predict, simulate};
+
+const TARGET: [f64; 3] = [0.0, 2.0, 0.0];
+/// The 95 % intervals are stretched by this: about 40 figures are compared, all of which must agree
+/// (99.7 % each), and shift and widening are theory to first order.
+const STRETCH: f64 = 1.55;
+
+fn spread(step_m: f64) -> PointSpread {
+    let track = synthetic_track(TrackShape::Straight, 3.0, step_m, 5.0).unwrap();
+    let frequency_hz = (0..171).map(|n| 3.1e9 + 1e7 * f64::from(n)).collect();
+    PointSpread::new(track, None, frequency_hz, 3e8).unwrap()
+}
+
+fn compare(name: &str, spread: &PointSpread, model: &ErrorModel, trials: usize) -> bool {
+    let theory = predict(spread, TARGET, model).unwrap();
+    let drawn = simulate(spread, TARGET, model, trials, 20).unwrap();
+    println!("{name}: coherence {:.1} dB", theory.coherence_db);
+    let check = |what: &str, expected: Option<f64>, found: Option<Estimate>| {
+        let (Some(expected), Some(found)) = (expected, found) else {
+            return true;
+        };
+        let fine = found.covers(expected, STRETCH);
+        println!(
+            "  {what:<18}{expected:>10.4}  Monte Carlo {:>9.4} [{:.4}, {:.4}]{}",
+            found.value,
+            found.low,
+            found.high,
+            if fine { "" } else { "  DISAGREES" }
+        );
+        fine
+    };
+    let mm = |e: Estimate| Estimate {
+        value: 1e3 * e.value,
+        low: 1e3 * e.low,
+        high: 1e3 * e.high,
+    };
+    let thousand = |v: Option<f64>| v.map(|v| 1e3 * v);
+    [
+        check(
+            "loss at target, dB",
+            Some(theory.loss_at_target_db),
+            Some(drawn.loss_at_target_db),
+        ),
+        check(
+            "loss at peak, dB",
+            theory.peak_loss_db,
+            Some(drawn.peak_loss_db),
+        ),
+        check(
+            "shift along, mm",
+            thousand(theory.shift_along_m),
+            Some(mm(drawn.shift_along_m)),
+        ),
+        check(
+            "shift across, mm",
+            thousand(theory.shift_across_m),
+            Some(mm(drawn.shift_across_m)),
+        ),
+        check(
+            "widening along",
+            theory.widening_along,
+            drawn.widening_along,
+        ),
+        check(
+            "widening across",
+            theory.widening_across,
+            drawn.widening_across,
+        ),
+    ]
+    .iter()
+    .all(|fine| *fine)
+}
+
+fn path(spread: &PointSpread) -> Vec<f64> {
+    spread.position_m().iter().map(|p| p[0] + 3.0).collect()
+}
+
+#[test]
+fn white_errors_agree() {
+    let spread = spread(0.03);
+    let mut fine = true;
+    for sigma_cm in [0.2, 0.5, 0.8, 1.0, 2.0, 3.0] {
+        let model = ErrorModel::white(0.01 * sigma_cm, spread.position_m().len()).unwrap();
+        fine &= compare(&format!("white {sigma_cm} cm"), &spread, &model, 300);
+    }
+    assert!(fine);
+}
+
+#[test]
+fn drifting_errors_agree() {
+    let spread = spread(0.03);
+    let mut fine = true;
+    for correlation_m in [20.0, 2.0] {
+        for sigma_cm in [0.2, 0.5, 1.0, 2.0, 3.0] {
+            let model =
+                ErrorModel::drifting(0.01 * sigma_cm, path(&spread), correlation_m).unwrap();
+            fine &= compare(
+                &format!("drifting {sigma_cm} cm over {correlation_m} m"),
+                &spread,
+                &model,
+                300,
+            );
+        }
+    }
+    assert!(fine);
+}
