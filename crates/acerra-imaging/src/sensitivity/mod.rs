@@ -3,12 +3,14 @@
 //! [`predict`] says it by theory, [`simulate`] by Monte Carlo with confidence intervals, for errors
 //! that are new at every pulse, drift slowly, or both ([`ErrorModel`]).
 //!
-//! | figure | by theory | holds |
+//! | figure | by theory | given |
 //! | --- | --- | --- |
-//! | loss at the target's place | double sum of Gaussian coherences | for any error |
-//! | loss at the peak | the same, after the least-squares shift | while a peak stands out by 10 dB |
-//! | shift | least squares, plus the peak's motion in its own speckle | likewise |
-//! | widening | −3 dB width of the expected power about the shifted place | likewise |
+//! | loss at the target's place | double sum of Gaussian coherences | always: it is exact |
+//! | loss at the peak, widening | the same about the least-squares shift | while focused |
+//! | shift | least squares, plus the peak's motion in its own speckle, to first order | while focused, coherence of 3 dB |
+//!
+//! Focused means that the power left about the shifted place is 10 dB above what random phases
+//! would leave, and that its coherent part is no less than 6 dB below the rest.
 
 mod geometry;
 mod model;
@@ -21,8 +23,12 @@ pub use model::ErrorModel;
 pub use monte_carlo::{Estimate, Simulated, simulate};
 pub use theory::{Blur, predict};
 
-/// A peak counts as focused when its coherent power is this multiple of its speckle.
-const FOCUSED_RATIO: f64 = 10.0;
+/// A peak stands out when its power is this multiple of what random phases would leave.
+const FOCUSED_POWER: f64 = 10.0;
+/// The least coherence (coherent power over the rest) at which a peak is one lobe.
+const FOCUSED_COHERENCE: f64 = 0.25;
+/// The least coherence at which the shift is first-order.
+const SHIFT_COHERENCE: f64 = 2.0;
 /// Widths are measured on cuts that reach this many expected resolutions to either side.
 const CUT_CELLS: f64 = 1.2;
 /// Points of such a cut.

@@ -134,3 +134,66 @@ impl ErrorModel {
             .collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use rand_chacha::ChaCha8Rng;
+    use rand_chacha::rand_core::SeedableRng;
+
+    use super::super::normal::Normal;
+    use super::*;
+
+    /// Draws have the covariance that the theory is given.
+    #[test]
+    fn draws_have_the_stated_covariance() {
+        let place = vec![0.0, 0.1, 0.5, 2.0];
+        let white = vec![[0.3, 0.0, 0.1]; 4];
+        let drift = vec![
+            [1.0, 2.0, 0.5],
+            [1.0, 2.0, 0.5],
+            [0.5, 2.0, 0.5],
+            [1.0, 2.0, 0.5],
+        ];
+        let model = ErrorModel::new(white, drift, place, 0.7).unwrap();
+        let unit = [0.6, 0.0, 0.8];
+        const DRAWS: u64 = 20_000;
+        let mut sum = [[0.0; 4]; 4];
+        for trial in 0..DRAWS {
+            let mut random = ChaCha8Rng::seed_from_u64(7);
+            random.set_stream(trial);
+            let mut normal = Normal::new(random);
+            let e = model.draw(|| normal.draw());
+            let along =
+                [0, 1, 2, 3].map(|m: usize| -> f64 { (0..3).map(|i| unit[i] * e[m][i]).sum() });
+            for a in 0..4 {
+                for b in 0..4 {
+                    sum[a][b] += along[a] * along[b] / DRAWS as f64;
+                }
+            }
+        }
+        for a in 0..4 {
+            for b in 0..4 {
+                let expected = model.covariance_m2(a, b, unit, unit);
+                let scale = (model.covariance_m2(a, a, unit, unit)
+                    * model.covariance_m2(b, b, unit, unit))
+                .sqrt();
+                // Standard error of a sample covariance: at most √2 of the scale over √draws.
+                let error = scale * (2.0 / DRAWS as f64).sqrt();
+                assert!(
+                    (sum[a][b] - expected).abs() < 4.0 * error,
+                    "{a} {b}: {} {expected}",
+                    sum[a][b]
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn nonsense_is_refused() {
+        assert!(ErrorModel::white(-0.01, 3).is_err());
+        assert!(ErrorModel::drifting(f64::NAN, vec![0.0, 1.0], 1.0).is_err());
+        assert!(ErrorModel::drifting(0.01, vec![1.0, 0.0], 1.0).is_err());
+        assert!(ErrorModel::drifting(0.01, vec![0.0, 1.0], 0.0).is_err());
+        assert!(ErrorModel::new(vec![[0.0; 3]; 2], vec![[0.0; 3]; 3], vec![0.0; 2], 1.0).is_err());
+    }
+}

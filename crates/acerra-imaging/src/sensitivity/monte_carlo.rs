@@ -104,7 +104,7 @@ pub fn simulate(
     Ok(Simulated {
         trials,
         loss_at_target_db: mean_db(drawn.iter().map(|t| t.power_at_target)),
-        peak_loss_db: mean_db(drawn.iter().map(|t| t.power_at_peak)),
+        peak_loss_db: mean_db(drawn.iter().map(|t| t.power_at_peak / ideal.power_at_peak)),
         shift_along_m: deviation(shift(0).map(|s| s - ideal.shift_m[0])),
         shift_across_m: deviation(shift(1).map(|s| s - ideal.shift_m[1])),
         widening_along: widening(&drawn, &ideal, 0),
@@ -265,4 +265,60 @@ fn widening(drawn: &[Trial], ideal: &Trial, axis: usize) -> Option<Estimate> {
         low: value - STUDENT_95 * error,
         high: value + STUDENT_95 * error,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::psf::{TrackShape, synthetic_track};
+
+    /// Small known errors move the peak where the least-squares map says.
+    #[test]
+    fn the_shift_map_is_the_peaks_motion() {
+        let track = synthetic_track(TrackShape::Straight, 3.0, 0.03, 5.0).unwrap();
+        let s: Vec<f64> = track.iter().map(|p| p[0] / 3.0).collect();
+        let frequency_hz = (0..171).map(|n| 3.1e9 + 1e7 * f64::from(n)).collect();
+        let spread = PointSpread::new(track, None, frequency_hz, 3e8).unwrap();
+        let target_m = [0.0, 2.0, 0.0];
+        let model = ErrorModel::white(0.001, s.len()).unwrap();
+        let view = View::of(&spread, target_m, &model).unwrap();
+        let own = spread.response(target_m, target_m).norm();
+        let map = view.shift_map();
+        let experiment = Experiment {
+            spread: &spread,
+            target_m,
+            map,
+            own,
+            view,
+        };
+        let still = experiment.run(&vec![[0.0; 3]; s.len()]).unwrap();
+        let shapes: [fn(f64) -> [f64; 3]; 5] = [
+            |_| [1.0, 0.0, 0.0],
+            |_| [0.0, 1.0, 0.0],
+            |_| [0.0, 0.0, 1.0],
+            |s| [0.0, 0.0, s],
+            |s| [0.0, s * s, 0.5 - s * s],
+        ];
+        for shape in shapes {
+            let error_m: Vec<[f64; 3]> = s.iter().map(|s| shape(*s).map(|v| 5e-4 * v)).collect();
+            let moved = experiment.run(&error_m).unwrap().shift_m;
+            let range_error: Vec<f64> = experiment
+                .view
+                .pulse
+                .iter()
+                .zip(&experiment.view.sight)
+                .map(|(m, u)| dot(u, &error_m[*m]))
+                .collect();
+            for axis in 0..2 {
+                let expected = dot(&experiment.map[axis], &range_error);
+                let found = moved[axis] - still.shift_m[axis];
+                println!(
+                    "axis {axis}: {:.2} um, expected {:.2} um",
+                    1e6 * found,
+                    1e6 * expected
+                );
+                assert!((found - expected).abs() < 0.03 * expected.abs() + 5e-6);
+            }
+        }
+    }
 }

@@ -4,7 +4,10 @@ use serde::Serialize;
 
 use super::geometry::{View, dot};
 use super::nodes::Nodes;
-use super::{CUT_CELLS, CUT_POINTS, ErrorModel, FOCUSED_RATIO, half_power_width};
+use super::{
+    CUT_CELLS, CUT_POINTS, ErrorModel, FOCUSED_COHERENCE, FOCUSED_POWER, SHIFT_COHERENCE,
+    half_power_width,
+};
 use crate::ImagingError;
 use crate::psf::PointSpread;
 
@@ -15,11 +18,12 @@ pub struct Blur {
     pub loss_at_target_db: f64,
     /// Coherent power of the shifted peak over the power of the speckle that the errors spread, dB.
     pub coherence_db: f64,
-    /// Whether a peak stands out (coherence of at least 10 dB); the figures below need one.
+    /// Whether a peak stands out, as the [module](super) says; the figures below need one.
     pub focused: bool,
     /// Loss of power at the peak, wherever it has shifted to, dB.
     pub peak_loss_db: Option<f64>,
-    /// Standard deviation of the peak's shift along the track, m.
+    /// Standard deviation of the peak's shift along the track, m; `None` below a coherence of 3 dB,
+    /// where it is no longer a first-order matter.
     pub shift_along_m: Option<f64>,
     /// Standard deviation of the peak's shift across the track, m; `None` also for a target under
     /// the track, where range does not change across.
@@ -70,7 +74,9 @@ pub fn predict(
     let functional = nodes.shift_functional(&residual);
     let sums = nodes.sums(&residual, functional.as_ref(), &cuts);
     let coherence = coherent / (sums.power - coherent).max(1e-12 * coherent);
-    let focused = coherence >= FOCUSED_RATIO;
+    let floor = view.speckle_scale * dot(&view.share, &view.share);
+    let focused = sums.power >= FOCUSED_POWER * floor && coherence >= FOCUSED_COHERENCE;
+    let first_order = focused && coherence >= SHIFT_COHERENCE;
 
     let linear = quadratic(&covariance, &map);
     let mut shift_m = None;
@@ -98,8 +104,8 @@ pub fn predict(
         coherence_db: 10.0 * coherence.log10(),
         focused,
         peak_loss_db: focused.then(|| 10.0 * (sums.power + regained).log10()),
-        shift_along_m: shift_m.map(|s| s[0]),
-        shift_across_m: shift_m.map(|s| s[1]).filter(|_| across),
+        shift_along_m: shift_m.map(|s| s[0]).filter(|_| first_order),
+        shift_across_m: shift_m.map(|s| s[1]).filter(|_| across && first_order),
         widening_along: widening(0).filter(|_| focused),
         widening_across: widening(1).filter(|_| across),
     })

@@ -1,5 +1,6 @@
 //! `acerra psf`: the point spread function of a flight, before or after flying it.
 
+mod blur;
 mod output;
 mod scene;
 mod targets;
@@ -9,6 +10,7 @@ use std::path::PathBuf;
 
 use acerra_imaging::SPEED_OF_LIGHT_M_S;
 use acerra_imaging::psf::{Analysis, TrackShape, psf_image, retrieve};
+use anyhow::bail;
 use clap::ArgGroup;
 
 use super::values::{band_ghz, number, point_m, positive};
@@ -61,6 +63,8 @@ pub struct Args {
     /// Pixel of the image, m.
     #[arg(long, value_name = "M", default_value_t = 0.01, value_parser = positive)]
     pixel_m: f64,
+    #[command(flatten)]
+    blur: blur::BlurArgs,
     /// Answer as JSON.
     #[arg(long)]
     json: bool,
@@ -100,6 +104,9 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
         super::warn(note);
     }
     if args.targets.is_some() {
+        if args.blur.asked() {
+            bail!("the sensitivity to positioning errors is that of one target, not of --targets");
+        }
         let image = psf_image(&scene.spread, &scene.target_m, scene.grid)?;
         let found = retrieve(&scene.spread, &scene.target_m, &image, scene.grid)?;
         if let Some(directory) = &args.output {
@@ -115,15 +122,19 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
             found.peak_m[0], found.peak_m[1]
         ));
     }
+    let answer = output::Answer::of(&found, blur::analyse(&args.blur, &scene)?);
     if let Some(directory) = &args.output {
         let image = psf_image(&scene.spread, &scene.target_m, scene.grid)?;
-        output::write_single(directory, &scene, &image, &found)?;
+        output::write_single(directory, &scene, &image, &found, &answer)?;
     }
     if args.json {
-        serde_json::to_writer_pretty(&mut *out, &output::Answer::of(&found))?;
+        serde_json::to_writer_pretty(&mut *out, &answer)?;
         writeln!(out)?;
     } else {
         out.write_all(output::text(&found).as_bytes())?;
+        if let Some(blur) = &answer.sensitivity {
+            out.write_all(blur::text(blur).as_bytes())?;
+        }
     }
     Ok(())
 }

@@ -29,10 +29,13 @@ pub(super) struct Answer {
     pslr_db: Option<f64>,
     islr_db: Option<f64>,
     theory: Theory,
+    /// Only where positioning errors were asked about.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sensitivity: Option<super::blur::Answer>,
 }
 
 impl Answer {
-    pub fn of(found: &Analysis) -> Self {
+    pub fn of(found: &Analysis, sensitivity: Option<super::blur::Answer>) -> Self {
         Self {
             peak: Place {
                 x_m: found.peak_m[0],
@@ -44,6 +47,7 @@ impl Answer {
             pslr_db: found.pslr_db,
             islr_db: found.islr_db,
             theory: found.theory,
+            sensitivity,
         }
     }
 }
@@ -149,6 +153,7 @@ pub(super) fn write_single(
     scene: &Scene,
     image: &[Complex32],
     found: &Analysis,
+    answer: &Answer,
 ) -> anyhow::Result<()> {
     let (track_m, track_csv) = ground_track(scene);
     let [x, y, z] = found.target_m;
@@ -208,7 +213,7 @@ pub(super) fn write_single(
     staging.write("cuts.png", plot.draw()?.to_png()?)?;
     staging.write("cuts.csv", cuts_csv)?;
     staging.write("track.csv", track_csv)?;
-    staging.write("psf.json", serde_json::to_vec_pretty(&Answer::of(found))?)?;
+    staging.write("psf.json", serde_json::to_vec_pretty(answer)?)?;
     staging.publish()
 }
 

@@ -18,8 +18,19 @@ pub(super) struct Scene {
     pub spread: PointSpread,
     pub target_m: Vec<[f64; 3]>,
     pub grid: PlaneGrid,
+    /// The flight that the spread was made from.
+    pub flight: Flight,
     /// What the user should know though it stops nothing.
     pub notes: Vec<String>,
+}
+
+/// The pulses of a flight, with what a file says of them.
+pub(super) struct Flight {
+    pub position_m: Vec<[f64; 3]>,
+    /// Time of each pulse, s; of recorded flights.
+    pub time_s: Option<Vec<f64>>,
+    /// Standard deviations of each position, m; where the file states them for all.
+    pub sigma_m: Option<Vec<[f64; 3]>>,
 }
 
 /// Paper's examples (§3.2).
@@ -35,16 +46,21 @@ impl Scene {
             (.., Some(file)) => super::targets::read(file)?,
             _ => bail!("one of --offset, --target and --targets is needed"),
         };
-        let position_m = match &args.trajectory {
+        let flight = match &args.trajectory {
             Some(file) => recorded(file, args.step_m, &mut notes)?,
-            None => synthetic_track(
-                args.track.unwrap_or(TrackShape::Straight),
-                args.half_length_m.unwrap_or(HALF_LENGTH_M),
-                args.step_m.unwrap_or(STEP_M),
-                args.height
-                    .context("--height is needed without --trajectory")?,
-            )?,
+            None => Flight {
+                position_m: synthetic_track(
+                    args.track.unwrap_or(TrackShape::Straight),
+                    args.half_length_m.unwrap_or(HALF_LENGTH_M),
+                    args.step_m.unwrap_or(STEP_M),
+                    args.height
+                        .context("--height is needed without --trajectory")?,
+                )?,
+                time_s: None,
+                sigma_m: None,
+            },
         };
+        let position_m = flight.position_m.clone();
         let plane_z_m = args.plane_z.unwrap_or(match target_m[..] {
             [only] if args.targets.is_none() => only[2],
             _ => 0.0,
@@ -79,17 +95,14 @@ impl Scene {
             spread,
             target_m,
             grid,
+            flight,
             notes,
         })
     }
 }
 
-/// Positions of a recorded flight: its own, or one every `step_m` of its path.
-fn recorded(
-    file: &Path,
-    step_m: Option<f64>,
-    notes: &mut Vec<String>,
-) -> anyhow::Result<Vec<[f64; 3]>> {
+/// The pulses of a recorded flight: its own positions, or one every `step_m` of its path.
+fn recorded(file: &Path, step_m: Option<f64>, notes: &mut Vec<String>) -> anyhow::Result<Flight> {
     let place = || file.display().to_string();
     let reader = BufReader::new(File::open(file).with_context(place)?);
     let (trajectory, report) =
@@ -101,16 +114,23 @@ fn recorded(
             report.skipped_total()
         ));
     }
-    let position_m: Vec<[f64; 3]> = trajectory.fixes().iter().map(|f| f.position_m).collect();
+    let fixes = trajectory.fixes();
+    let flight = Flight {
+        position_m: fixes.iter().map(|f| f.position_m).collect(),
+        time_s: Some(fixes.iter().map(|f| f.time_s).collect()),
+        sigma_m: fixes.iter().map(|f| f.standard_deviation_m()).collect(),
+    };
     match step_m {
-        None => Ok(position_m),
-        Some(step_m) => along_path(&position_m, step_m).with_context(place),
+        None => Ok(flight),
+        Some(step_m) => along_path(&flight, step_m).with_context(place),
     }
 }
 
-/// Points every `step_m` along the polyline through `position_m`.
-fn along_path(position_m: &[[f64; 3]], step_m: f64) -> anyhow::Result<Vec<[f64; 3]>> {
+/// Pulses every `step_m` along the polyline through the positions of `flight`; times and standard
+/// deviations are interpolated with them.
+fn along_path(flight: &Flight, step_m: f64) -> anyhow::Result<Flight> {
     const MOST: f64 = 1e7;
+    let position_m = &flight.position_m;
     let length = |a: &[f64; 3], b: &[f64; 3]| -> f64 {
         (0..3).map(|i| (b[i] - a[i]).powi(2)).sum::<f64>().sqrt()
     };
@@ -119,22 +139,38 @@ fn along_path(position_m: &[[f64; 3]], step_m: f64) -> anyhow::Result<Vec<[f64; 
         total_m / step_m < MOST,
         "a step of {step_m} m along {total_m:.1} m makes more than 10 million pulses"
     );
-    let mut points = vec![];
+    // Leg and fraction of it for every pulse.
+    let mut stops = vec![];
     let (mut next_m, mut passed_m) = (0.0, 0.0);
-    for pair in position_m.windows(2) {
+    for (leg, pair) in position_m.windows(2).enumerate() {
         let leg_m = length(&pair[0], &pair[1]);
         while next_m <= passed_m + leg_m && leg_m > 0.0 {
-            let t = (next_m - passed_m) / leg_m;
-            points.push([0, 1, 2].map(|i| pair[0][i] + t * (pair[1][i] - pair[0][i])));
+            stops.push((leg, (next_m - passed_m) / leg_m));
             next_m += step_m;
         }
         passed_m += leg_m;
     }
     ensure!(
-        !points.is_empty(),
+        !stops.is_empty(),
         "the trajectory does not move: there is no path to sample"
     );
-    Ok(points)
+    let between = |a: f64, b: f64, t: f64| a + t * (b - a);
+    let at = |values: &[[f64; 3]]| -> Vec<[f64; 3]> {
+        stops
+            .iter()
+            .map(|(leg, t)| [0, 1, 2].map(|i| between(values[*leg][i], values[leg + 1][i], *t)))
+            .collect()
+    };
+    Ok(Flight {
+        position_m: at(position_m),
+        time_s: flight.time_s.as_ref().map(|v| {
+            stops
+                .iter()
+                .map(|(leg, t)| between(v[*leg], v[leg + 1], *t))
+                .collect()
+        }),
+        sigma_m: flight.sigma_m.as_deref().map(at),
+    })
 }
 
 fn grid(args: &Args, target_m: &[[f64; 3]], plane_z_m: f64) -> anyhow::Result<PlaneGrid> {
@@ -254,17 +290,29 @@ mod tests {
 
     #[test]
     fn a_path_is_sampled_evenly_around_corners() {
-        let path = [
+        let position_m = vec![
             [0.0, 0.0, 5.0],
             [0.0, 0.0, 5.0],
             [1.0, 0.0, 5.0],
             [1.0, 0.75, 5.0],
         ];
-        let points = along_path(&path, 0.5).unwrap();
-        assert_eq!(points.len(), 4);
-        assert_eq!(points[2], [1.0, 0.0, 5.0]);
-        assert_eq!(points[3], [1.0, 0.5, 5.0]);
-        assert!(along_path(&path[..2], 0.5).is_err());
-        assert!(along_path(&path, 1e-9).is_err());
+        let flight = Flight {
+            position_m,
+            time_s: Some(vec![0.0, 1.0, 3.0, 6.0]),
+            sigma_m: Some(vec![[0.01; 3], [0.01; 3], [0.03; 3], [0.03; 3]]),
+        };
+        let found = along_path(&flight, 0.5).unwrap();
+        assert_eq!(found.position_m.len(), 4);
+        assert_eq!(found.position_m[2], [1.0, 0.0, 5.0]);
+        assert_eq!(found.position_m[3], [1.0, 0.5, 5.0]);
+        assert_eq!(found.time_s.unwrap(), [1.0, 2.0, 3.0, 5.0]);
+        assert!((found.sigma_m.unwrap()[1][2] - 0.02).abs() < 1e-12);
+        assert!(along_path(&flight, 1e-9).is_err());
+        let hover = Flight {
+            position_m: vec![[0.0; 3]; 2],
+            time_s: None,
+            sigma_m: None,
+        };
+        assert!(along_path(&hover, 0.5).is_err());
     }
 }

@@ -1,0 +1,203 @@
+//! How positioning errors blur the image of the target: options, answer and table.
+
+use std::fmt::Write as _;
+
+use acerra_imaging::sensitivity::{Blur, ErrorModel, Estimate, Simulated, predict, simulate};
+use anyhow::{Context, ensure};
+use serde::Serialize;
+
+use super::scene::Scene;
+use crate::commands::values::{not_negative, positive};
+
+/// Options of the sensitivity analysis.
+#[derive(Debug, clap::Args)]
+#[command(next_help_heading = "Positioning errors")]
+pub struct BlurArgs {
+    /// Standard deviation of the position on each axis, m: say how it blurs the image.
+    #[arg(long, value_name = "S", value_parser = not_negative, allow_negative_numbers = true)]
+    position_sigma_m: Option<f64>,
+    /// Take the standard deviations of the positions from the trajectory file (.pos, CSV, NMEA).
+    #[arg(long, requires = "trajectory", conflicts_with = "position_sigma_m")]
+    position_sigma_from_file: bool,
+    /// Path over which errors stay alike (to 1/e), m; without it they are new at every pulse.
+    #[arg(long, value_name = "L", value_parser = positive)]
+    correlation_m: Option<f64>,
+    /// Time over which errors of a recorded flight stay alike, s.
+    #[arg(long, value_name = "T", value_parser = positive, requires = "trajectory", conflicts_with = "correlation_m")]
+    correlation_s: Option<f64>,
+    /// Draws of the Monte Carlo check; 0 for theory alone.
+    #[arg(long, value_name = "N", default_value_t = 200, value_parser = trials)]
+    trials: usize,
+    /// Seed of the draws.
+    #[arg(long, value_name = "SEED", default_value_t = 1)]
+    seed: u64,
+}
+
+fn trials(text: &str) -> Result<usize, String> {
+    match text.parse::<usize>() {
+        Ok(n) if n == 0 || (20..=1_000_000).contains(&n) => Ok(n),
+        _ => Err("expected 0, or a number from 20 to 1000000".to_owned()),
+    }
+}
+
+impl BlurArgs {
+    /// Whether any of it was asked for.
+    pub fn asked(&self) -> bool {
+        self.position_sigma_m.is_some() || self.position_sigma_from_file
+    }
+}
+
+/// What was assumed and what follows.
+#[derive(Serialize)]
+pub(super) struct Answer {
+    /// One standard deviation for all axes and pulses; null where the file gave them.
+    position_sigma_m: Option<f64>,
+    correlation_m: Option<f64>,
+    correlation_s: Option<f64>,
+    theory: Blur,
+    /// With 95 % confidence intervals.
+    monte_carlo: Option<Simulated>,
+}
+
+/// Predicts and simulates.
+pub(super) fn analyse(args: &BlurArgs, scene: &Scene) -> anyhow::Result<Option<Answer>> {
+    if !args.asked() {
+        return Ok(None);
+    }
+    let flight = &scene.flight;
+    let target_m = scene.target_m[0];
+    ensure!(
+        (scene.grid.z_m - target_m[2]).abs() < 1e-9,
+        "the sensitivity is that of a target on the image plane: --plane-z {} is not the target's \
+         z = {}",
+        scene.grid.z_m,
+        target_m[2]
+    );
+    let pulses = flight.position_m.len();
+    let sigma_m = match args.position_sigma_m {
+        Some(sigma) => vec![[sigma; 3]; pulses],
+        None => flight
+            .sigma_m
+            .clone()
+            .context("--position-sigma-from-file: the trajectory states no standard deviations")?,
+    };
+    let none = vec![[0.0; 3]; pulses];
+    let model = match (args.correlation_m, args.correlation_s) {
+        (Some(length_m), _) => {
+            ErrorModel::new(none, sigma_m, path_m(&flight.position_m), length_m)?
+        }
+        (_, Some(time_s)) => {
+            let stamps = flight
+                .time_s
+                .clone()
+                .context("the trajectory has no times")?;
+            ErrorModel::new(none, sigma_m, stamps, time_s)?
+        }
+        _ => ErrorModel::new(sigma_m, none, path_m(&flight.position_m), 1.0)?,
+    };
+    let theory = predict(&scene.spread, target_m, &model)?;
+    let monte_carlo = match args.trials {
+        0 => None,
+        n => Some(simulate(&scene.spread, target_m, &model, n, args.seed)?),
+    };
+    Ok(Some(Answer {
+        position_sigma_m: args.position_sigma_m,
+        correlation_m: args.correlation_m,
+        correlation_s: args.correlation_s,
+        theory,
+        monte_carlo,
+    }))
+}
+
+fn path_m(position_m: &[[f64; 3]]) -> Vec<f64> {
+    let mut passed = 0.0;
+    let mut path = Vec::with_capacity(position_m.len());
+    for (m, p) in position_m.iter().enumerate() {
+        if m > 0 {
+            let before = position_m[m - 1];
+            passed += (0..3)
+                .map(|i| (p[i] - before[i]).powi(2))
+                .sum::<f64>()
+                .sqrt();
+        }
+        path.push(passed);
+    }
+    path
+}
+
+/// The answer for people.
+pub(super) fn text(answer: &Answer) -> String {
+    let sigma = answer.position_sigma_m.map_or_else(
+        || "those of the file".to_owned(),
+        |s| format!("{:.2} cm", 100.0 * s),
+    );
+    let kind = match (answer.correlation_m, answer.correlation_s) {
+        (Some(l), _) => format!("drifting over {l} m"),
+        (_, Some(t)) => format!("drifting over {t} s"),
+        _ => "new at every pulse".to_owned(),
+    };
+    let mut text = format!("position errors of {sigma}, {kind}\n");
+    let drawn = answer.monte_carlo;
+    if let Some(drawn) = drawn {
+        let _ = writeln!(
+            text,
+            "{:<28}{:>10}   {} draws [95 %]",
+            "", "theory", drawn.trials
+        );
+    }
+    let mut line = |name: &str, theory: Option<f64>, drawn: Option<Estimate>, scale: f64| {
+        let theory = theory.map_or_else(|| "–".to_owned(), |v| format!("{:.3}", scale * v));
+        let drawn = drawn.map_or_else(String::new, |e| {
+            let Estimate { value, low, high } = e;
+            format!(
+                "{:.3} [{:.3}, {:.3}]",
+                scale * value,
+                scale * low,
+                scale * high
+            )
+        });
+        // Writing to a String cannot fail.
+        let _ = writeln!(text, "{name:<28}{theory:>10}   {drawn}");
+    };
+    let t = answer.theory;
+    line(
+        "loss at the target, dB",
+        Some(t.loss_at_target_db),
+        drawn.map(|d| d.loss_at_target_db),
+        1.0,
+    );
+    line(
+        "loss at the peak, dB",
+        t.peak_loss_db,
+        drawn.map(|d| d.peak_loss_db),
+        1.0,
+    );
+    line(
+        "shift along, cm rms",
+        t.shift_along_m,
+        drawn.map(|d| d.shift_along_m),
+        100.0,
+    );
+    line(
+        "shift across, cm rms",
+        t.shift_across_m,
+        drawn.map(|d| d.shift_across_m),
+        100.0,
+    );
+    line(
+        "width along, × ideal",
+        t.widening_along,
+        drawn.and_then(|d| d.widening_along),
+        1.0,
+    );
+    line(
+        "width across, × ideal",
+        t.widening_across,
+        drawn.and_then(|d| d.widening_across),
+        1.0,
+    );
+    if !t.focused {
+        text.push_str("note: no peak stands out of the speckle that these errors make\n");
+    }
+    text
+}
