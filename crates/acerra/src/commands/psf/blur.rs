@@ -90,7 +90,7 @@ pub(super) fn analyse(args: &BlurArgs, scene: &Scene) -> anyhow::Result<Option<A
             let stamps = flight
                 .time_s
                 .clone()
-                .context("the trajectory has no times")?;
+                .context("--correlation-s needs the times of a --trajectory")?;
             ErrorModel::new(none, sigma_m, stamps, time_s)?
         }
         _ => ErrorModel::new(sigma_m, none, path_m(&flight.position_m), 1.0)?,
