@@ -564,17 +564,7 @@ fn our_own_ppk_fixes_the_flight_within_two_centimetres() {
         read(logs.rover.to_rinex("R")),
         read(logs.base.to_rinex("B")),
     );
-    let options = PpkOptions {
-        base_position: BasePosition::Ecef(logs.base.position_ecef_m),
-        ..PpkOptions::default()
-    };
-    let solution = acerra_gnss::process(&rover, &base, &navigation, &options).unwrap();
-    let misses = Misses::of(
-        solution
-            .epochs
-            .iter()
-            .map(|s| (s.time, s.position_ecef_m, s.quality == Quality::Fixed)),
-    );
+    let misses = own_ppk(&rover, &base, &navigation, logs.base.position_ecef_m);
     println!(
         "fixed {:.1} %, 95 % within {:.4} m horizontally, {:.4} m vertically",
         100.0 * misses.share(),
@@ -751,4 +741,117 @@ fn rtklib_converts_the_ubx_log_to_the_same_rinex() {
             assert!(near(read, sent), "parameter {i}: {read} against {sent}");
         }
     }
+}
+
+#[test]
+fn the_ubx_logs_alone_are_enough_for_our_own_ppk() {
+    let navigation = constellation(start(), 240.0, 11);
+    let logs = simulate(&GnssModel::default(), &setting(&navigation, 240.0, 11)).unwrap();
+    let read = |bytes: Vec<u8>| {
+        let file = acerra_gnss::read_gnss(bytes.as_slice(), Limits::default()).unwrap();
+        assert!(file.report.dropped.is_empty(), "{:?}", file.report);
+        (file.observations.unwrap(), file.navigation.unwrap())
+    };
+    let (rover, mut heard) = read(logs.rover.to_ubx(&navigation));
+    let (base, from_base) = read(logs.base.to_ubx(&navigation));
+    assert_eq!(rover.epochs.len(), logs.rover.epochs.len());
+    for (read, written) in rover.epochs.iter().zip(&logs.rover.epochs) {
+        for (read, written) in read.satellites.iter().zip(&written.observed) {
+            let signal = read.signals[0].unwrap();
+            assert_eq!(signal.pseudorange_m, Some(written.pseudorange_m));
+            assert_eq!(signal.phase_cycles, Some(written.phase_cycles));
+            assert_eq!(signal.loss_of_lock, written.loss_of_lock);
+        }
+    }
+    heard.merge(from_base);
+    for ephemeris in &heard.ephemerides {
+        let sent = Ephemeris::Kepler(kepler_of(&navigation, ephemeris.satellite(), start()));
+        let t = start() + 100.0;
+        let (a, b) = (ephemeris.orbit_at(t), sent.orbit_at(t));
+        for k in 0..3 {
+            assert!((a.position_ecef_m[k] - b.position_ecef_m[k]).abs() < 1e-4);
+        }
+    }
+    let misses = own_ppk(&rover, &base, &heard, logs.base.position_ecef_m);
+    assert!(misses.share() > 0.9, "{}", misses.share());
+    assert!(Misses::quantile(&misses.horizontal, 0.95) < 0.02);
+}
+
+fn own_ppk(
+    rover: &acerra_gnss::ObservationData,
+    base: &acerra_gnss::ObservationData,
+    navigation: &Navigation,
+    base_ecef_m: [f64; 3],
+) -> Misses {
+    let options = PpkOptions {
+        base_position: BasePosition::Ecef(base_ecef_m),
+        ..PpkOptions::default()
+    };
+    let solution = acerra_gnss::process(rover, base, navigation, &options).unwrap();
+    Misses::of(
+        solution
+            .epochs
+            .iter()
+            .map(|s| (s.time, s.position_ecef_m, s.quality == Quality::Fixed)),
+    )
+}
+
+#[test]
+fn a_real_constellation_serves_as_well() {
+    let path = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../../shared/data/gnss-geonet/nav.05n"
+    );
+    let Ok(file) = std::fs::File::open(path) else {
+        println!("skipped: {path} is not here");
+        return;
+    };
+    let (navigation, _) = read_navigation(file, Limits::default()).unwrap();
+    let start = GpsTime::from_calendar(&Calendar::new(2005, 4, 2, 0, 10, 0.0).unwrap());
+    let frame = EnuFrame::from_ecef([-3_978_241.958, 3_382_840.234, 3_649_900.853]);
+    let logs = simulate(
+        &GnssModel::default(),
+        &Setting {
+            frame,
+            start,
+            duration_s: 300.0,
+            rover_m: &flight,
+            base_m: [0.0; 3],
+            navigation: &navigation,
+            seed: 4,
+        },
+    )
+    .unwrap();
+    let read = |text: String| {
+        read_observations(text.as_bytes(), Limits::default())
+            .unwrap()
+            .0
+    };
+    let (rover, base) = (
+        read(logs.rover.to_rinex("R")),
+        read(logs.base.to_rinex("B")),
+    );
+    let options = PpkOptions {
+        base_position: BasePosition::Header,
+        ..PpkOptions::default()
+    };
+    let solution = acerra_gnss::process(&rover, &base, &navigation, &options).unwrap();
+    let mut misses: Vec<f64> = solution
+        .epochs
+        .iter()
+        .filter(|s| s.quality == Quality::Fixed)
+        .map(|s| {
+            let truth = flight(s.time.seconds_since(start));
+            let enu = frame.enu_from_ecef(s.position_ecef_m);
+            (enu[0] - truth[0]).hypot(enu[1] - truth[1])
+        })
+        .collect();
+    misses.sort_by(f64::total_cmp);
+    println!("{} of {} fixed", misses.len(), solution.epochs.len());
+    assert!(2 * misses.len() > solution.epochs.len());
+    assert!(
+        Misses::quantile(&misses, 0.95) < 0.03,
+        "{}",
+        Misses::quantile(&misses, 0.95)
+    );
 }
