@@ -7,6 +7,7 @@ use super::frame::{Axis, ColourBar, Frame, FrameSpec, Size};
 use super::legend::{DARK, Entry, Marker, Sample, mark};
 use super::resample::peak_pool;
 use num_complex::Complex32;
+use rayon::prelude::*;
 
 /// The values of an image, row-major `[ny, nx]`.
 #[derive(Clone, Copy, Debug)]
@@ -27,15 +28,21 @@ impl PixelValues<'_> {
         }
     }
 
-    /// A number that grows with the level of one pixel and is cheap to have for every pixel.
+    /// A number that grows with the level of one pixel and is cheap to have for every pixel; NaN
+    /// where there is no finite value.
     fn strength(&self, index: usize) -> f64 {
-        match self {
+        let strength = match self {
             Self::Complex(v) => {
                 let (re, im) = (f64::from(v[index].re), f64::from(v[index].im));
                 re * re + im * im
             }
             Self::Amplitude(v) => f64::from(v[index]).powi(2),
             Self::Decibel(v) => f64::from(v[index]),
+        };
+        if strength == f64::INFINITY {
+            f64::NAN
+        } else {
+            strength
         }
     }
 
@@ -43,8 +50,6 @@ impl PixelValues<'_> {
     /// zero, NaN where there is no value.
     fn level_db(&self, strength: f64) -> f64 {
         match self {
-            // Infinity is as little a level as NaN; −∞ is a true zero.
-            _ if strength == f64::INFINITY => f64::NAN,
             Self::Complex(_) | Self::Amplitude(_) => 10.0 * strength.log10(),
             Self::Decibel(_) => strength,
         }
@@ -251,30 +256,34 @@ impl<'a> ImageDb<'a> {
     }
 
     fn raster(&self, frame: &Frame, floor_db: f64) -> Item {
-        let maximum = (0..self.pixels.len())
-            .map(|i| self.pixels.strength(i))
+        let columns = frame.plot.width as usize * DEFAULT_SCALE as usize;
+        let rows = frame.plot.height as usize * DEFAULT_SCALE as usize;
+        let strength = |i: usize| self.pixels.strength(i);
+        let pooled = peak_pool(strength, |v| v, (self.nx, self.ny), (columns, rows));
+        // Every cell is shown by some pixel, so the shown maximum is the image's.
+        let maximum = pooled
+            .iter()
+            .copied()
             .filter(|v| v.is_finite())
             .fold(f64::NEG_INFINITY, f64::max);
         let reference = self
             .reference_db
             .unwrap_or_else(|| self.pixels.level_db(maximum));
-        let columns = frame.plot.width as usize * DEFAULT_SCALE as usize;
-        let rows = frame.plot.height as usize * DEFAULT_SCALE as usize;
-        let strength = |i: usize| self.pixels.strength(i);
-        let pooled = peak_pool(strength, |v| v, (self.nx, self.ny), (columns, rows));
         let table = self.palette.table();
-        let mut rgb = Vec::with_capacity(3 * pooled.len());
-        for row in pooled.chunks_exact(columns).rev() {
-            for strength in row {
-                let level = self.pixels.level_db(*strength);
-                let fraction = if level == f64::NEG_INFINITY {
-                    0.0
-                } else {
-                    1.0 - (level - reference) / floor_db
-                };
-                rgb.extend(look_up(&table, fraction));
-            }
-        }
+        let mut rgb = vec![0; 3 * pooled.len()];
+        rgb.par_chunks_exact_mut(3 * columns)
+            .zip(pooled.par_chunks_exact(columns).rev())
+            .for_each(|(line, row)| {
+                for (pixel, strength) in line.chunks_exact_mut(3).zip(row) {
+                    let level = self.pixels.level_db(*strength);
+                    let fraction = if level == f64::NEG_INFINITY {
+                        0.0
+                    } else {
+                        1.0 - (level - reference) / floor_db
+                    };
+                    pixel.copy_from_slice(&look_up(&table, fraction));
+                }
+            });
         Item::Raster {
             rect: frame.plot,
             columns,

@@ -47,6 +47,8 @@ pub(super) fn encode_png(width: u32, height: u32, rgb: &[u8]) -> Result<Vec<u8>,
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);
     encoder.set_compression(png::Compression::Balanced);
+    // Colour maps jump where values change little: differences compress worse than colours.
+    encoder.set_filter(png::Filter::NoFilter);
     let mut writer = encoder.write_header().map_err(encode)?;
     writer.write_image_data(rgb).map_err(encode)?;
     writer.finish().map_err(encode)?;

@@ -1,5 +1,7 @@
 //! From data cells to device pixels, without losing single bright cells.
 
+use rayon::prelude::*;
+
 /// The cells `[from, to)` of `cells` that pixel `pixel` of `pixels` shows: with more cells than
 /// pixels a partition of the cells, with fewer the one cell under the pixel's centre.
 fn covered(pixel: usize, pixels: usize, cells: usize) -> (usize, usize) {
@@ -15,28 +17,31 @@ fn covered(pixel: usize, pixels: usize, cells: usize) -> (usize, usize) {
 /// the value of largest `rank` among the cells that it covers, so that a bright cell survives any
 /// reduction, and each cell keeps its edges in any enlargement. NaN only where every cell is NaN.
 pub(super) fn peak_pool(
-    value: impl Fn(usize) -> f64,
-    rank: impl Fn(f64) -> f64,
+    value: impl Fn(usize) -> f64 + Sync,
+    rank: impl Fn(f64) -> f64 + Sync,
     (columns, rows): (usize, usize),
     (wide, high): (usize, usize),
 ) -> Vec<f64> {
     let spans: Vec<_> = (0..wide).map(|x| covered(x, wide, columns)).collect();
-    let mut out = Vec::with_capacity(wide * high);
-    for y in 0..high {
-        let (first_row, end_row) = covered(y, high, rows);
-        for &(first, end) in &spans {
-            let mut best = f64::NAN;
-            for row in first_row..end_row {
-                for column in first..end {
-                    let v = value(row * columns + column);
-                    if best.is_nan() || rank(v) > rank(best) {
-                        best = v;
+    let mut out = vec![f64::NAN; wide * high];
+    if wide == 0 {
+        return out;
+    }
+    out.par_chunks_exact_mut(wide)
+        .enumerate()
+        .for_each(|(y, line)| {
+            let (first_row, end_row) = covered(y, high, rows);
+            for (best, &(first, end)) in line.iter_mut().zip(&spans) {
+                for row in first_row..end_row {
+                    for column in first..end {
+                        let v = value(row * columns + column);
+                        if best.is_nan() || rank(v) > rank(*best) {
+                            *best = v;
+                        }
                     }
                 }
             }
-            out.push(best);
-        }
-    }
+        });
     out
 }
 
