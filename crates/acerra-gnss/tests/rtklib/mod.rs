@@ -1,6 +1,9 @@
 //! Real data sets and RTKLIB's solutions of them, for tests that compare.
 #![allow(dead_code, clippy::unwrap_used, clippy::print_stdout)]
 
+pub mod motion;
+pub mod sets;
+
 use acerra_geo::geodesy::EnuFrame;
 use acerra_geo::time::{Calendar, GpsTime};
 use acerra_gnss::input::Limits;

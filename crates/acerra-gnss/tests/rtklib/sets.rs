@@ -1,0 +1,102 @@
+//! The real data sets and how RTKLIB was told to process them.
+
+use super::{data, navigation, observations};
+use acerra_geo::geodesy::{Geodetic, ecef_from_geodetic};
+use acerra_gnss::{
+    BasePosition, GlonassAmbiguity, Navigation, ObservationData, PpkOptions, System,
+};
+
+pub struct Set {
+    pub name: &'static str,
+    pub folder: &'static str,
+    rover: &'static str,
+    base: &'static str,
+    navigation: &'static [&'static str],
+    /// Base position as given to RTKLIB.
+    base_position: fn() -> BasePosition,
+    systems: &'static [System],
+    glonass: GlonassAmbiguity,
+}
+
+/// The logs of a set.
+pub struct Logs {
+    pub rover: ObservationData,
+    pub base: ObservationData,
+    pub navigation: Navigation,
+}
+
+impl Set {
+    /// The logs, or `None` where the data are absent.
+    pub fn read(&self) -> Option<Logs> {
+        let folder = data(self.folder)?;
+        let files: Vec<_> = self.navigation.iter().map(|n| folder.join(n)).collect();
+        Some(Logs {
+            rover: observations(folder.join(self.rover)),
+            base: observations(folder.join(self.base)),
+            navigation: navigation(&files),
+        })
+    }
+
+    /// `options` with the systems and the base position of RTKLIB's configuration.
+    pub fn adapt(&self, options: PpkOptions) -> PpkOptions {
+        PpkOptions {
+            base_position: (self.base_position)(),
+            systems: self.systems.iter().copied().collect(),
+            glonass_ambiguity: self.glonass,
+            ..options
+        }
+    }
+}
+
+pub const WETTZELL: Set = Set {
+    name: "Wettzell (IGS, 1.6 m, 30 s)",
+    folder: "gnss-wettzell",
+    rover: "rover_WTZZ.rnx",
+    base: "base_WTZR.rnx",
+    navigation: &["nav.rnx"],
+    base_position: || BasePosition::Ecef([4_075_580.311_1, 931_854.054_3, 4_801_568.280_8]),
+    systems: &[System::Gps],
+    glonass: GlonassAmbiguity::Off,
+};
+
+pub const GEONET: Set = Set {
+    name: "GEONET (3.3 km, 30 s)",
+    folder: "gnss-geonet",
+    rover: "rover_0759.05o",
+    base: "base_3040.05o",
+    navigation: &["nav.05n"],
+    base_position: || BasePosition::Ecef([-3_978_241.958, 3_382_840.234, 3_649_900.853]),
+    systems: &[System::Gps],
+    glonass: GlonassAmbiguity::Off,
+};
+
+pub const STATIC_1HZ: Set = Set {
+    name: "mosaic-X5 (five systems, 1 m, 1 Hz)",
+    folder: "gnss-static-1hz",
+    rover: "rover.obs",
+    base: "base.obs",
+    navigation: &["base.nav"],
+    base_position: || {
+        let place = Geodetic::from_degrees(35.134_707_705, 136.977_577_939, 104.853);
+        BasePosition::Ecef(ecef_from_geodetic(&place))
+    },
+    systems: &[
+        System::Gps,
+        System::Glonass,
+        System::Galileo,
+        System::Qzss,
+        System::Beidou,
+    ],
+    glonass: GlonassAmbiguity::Off,
+};
+
+pub const WALK: Set = Set {
+    name: "walk (NEO-M8P, GPS + GLONASS, 1 Hz)",
+    folder: "gnss-walk-m8p",
+    rover: "rover.obs",
+    base: "base.obs",
+    navigation: &["base.nav", "rover.nav"],
+    base_position: || BasePosition::Header,
+    systems: &[System::Gps, System::Glonass],
+    glonass: GlonassAmbiguity::On,
+};
