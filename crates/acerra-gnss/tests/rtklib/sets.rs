@@ -37,6 +37,14 @@ impl Set {
         })
     }
 
+    /// File names, rover and base first.
+    pub fn files(&self) -> Vec<&'static str> {
+        [self.rover, self.base]
+            .into_iter()
+            .chain(self.navigation.iter().copied())
+            .collect()
+    }
+
     /// `options` with the systems and the base position of RTKLIB's configuration.
     pub fn adapt(&self, options: PpkOptions) -> PpkOptions {
         PpkOptions {

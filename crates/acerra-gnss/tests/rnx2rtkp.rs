@@ -1,0 +1,128 @@
+//! Every mode against RTKLIB's own program, where it is installed (Debian's package `rtklib`).
+
+#![allow(clippy::unwrap_used, clippy::print_stdout)]
+
+mod rtklib;
+
+use acerra_gnss::{
+    AmbiguityMode, FilterDirection, GlonassAmbiguity, PositioningMode, PpkOptions, System,
+    SystemSet, process,
+};
+use rtklib::sets::{STATIC_1HZ, Set, WALK, WETTZELL};
+use rtklib::{PosEpoch, data, distance, read_pos};
+use std::path::Path;
+use std::process::Command;
+
+/// A case: name, lines that replace those of the set's configuration, and the same as options.
+type Case = (&'static str, &'static [&'static str], fn(&mut PpkOptions));
+
+const CASES: [Case; 11] = [
+    ("float", &["pos2-armode=off"], |o| {
+        o.ambiguity = AmbiguityMode::Off
+    }),
+    ("instantaneous", &["pos2-armode=instantaneous"], |o| {
+        o.ambiguity = AmbiguityMode::Instantaneous;
+    }),
+    ("continuous", &["pos2-armode=continuous"], |o| {
+        o.ambiguity = AmbiguityMode::Continuous
+    }),
+    ("GLONASS float", &["pos2-gloarmode=off"], |o| {
+        o.glonass_ambiguity = GlonassAmbiguity::Off;
+    }),
+    ("GLONASS resolved", &["pos2-gloarmode=on"], |o| {
+        o.glonass_ambiguity = GlonassAmbiguity::On;
+    }),
+    ("two frequencies", &["pos1-frequency=l1+2"], |o| {
+        o.frequencies = 2
+    }),
+    (
+        "two frequencies, five systems",
+        &["pos1-frequency=l1+2", "pos1-navsys=61"],
+        |o| {
+            o.frequencies = 2;
+            o.systems = SystemSet::ALL.without(System::Sbas).without(System::Navic);
+        },
+    ),
+    ("static", &["pos1-posmode=static"], |o| {
+        o.mode = PositioningMode::Static
+    }),
+    ("differential", &["pos1-posmode=dgps"], |o| {
+        o.mode = PositioningMode::Dgps
+    }),
+    ("single", &["pos1-posmode=single"], |o| {
+        o.mode = PositioningMode::Single
+    }),
+    ("backward", &["pos1-soltype=backward"], |o| {
+        o.direction = FilterDirection::Backward
+    }),
+];
+
+fn run_rtklib(set: &Set, changes: &[&str], folder: &Path) -> Vec<PosEpoch> {
+    let input = data(set.folder).unwrap();
+    let mut text =
+        std::fs::read_to_string(input.join("reference/b34_fixhold_forward.conf")).unwrap();
+    for change in changes.iter().chain(&["out-solformat=xyz"]) {
+        let (key, value) = change.split_once('=').unwrap();
+        let kept: Vec<&str> = text
+            .lines()
+            .filter(|l| l.split('=').next().unwrap().trim() != key)
+            .collect();
+        text = format!("{}\n{key} ={value}\n", kept.join("\n"));
+    }
+    let (conf, out) = (folder.join("case.conf"), folder.join("case.pos"));
+    std::fs::write(&conf, text).unwrap();
+    let status = Command::new("rnx2rtkp")
+        .arg("-k")
+        .arg(&conf)
+        .arg("-o")
+        .arg(&out)
+        .args(set.files().iter().map(|f| input.join(f)))
+        .output()
+        .unwrap();
+    assert!(status.status.success());
+    read_pos(out)
+}
+
+#[test]
+#[ignore = "runs another program many times; CI runs it in release mode"]
+fn validation_against_rnx2rtkp() {
+    if Command::new("rnx2rtkp").arg("-?").output().is_err() {
+        println!("skipped: rnx2rtkp is not installed");
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    for set in [&WETTZELL, &STATIC_1HZ, &WALK] {
+        let Some(logs) = set.read() else { return };
+        for (name, changes, change) in CASES {
+            let mut options = set.adapt(PpkOptions {
+                reproduce_defects: true,
+                ..PpkOptions::rtklib()
+            });
+            change(&mut options);
+            let solution = process(&logs.rover, &logs.base, &logs.navigation, &options).unwrap();
+            let theirs = run_rtklib(set, changes, folder.path());
+            let (mut same, mut largest) = (0, 0.0f64);
+            for t in &theirs {
+                let k = solution
+                    .epochs
+                    .partition_point(|e| e.time.seconds_since(t.time) < -0.02);
+                let ours = solution.epochs.get(k);
+                if let Some(e) = ours.filter(|e| {
+                    e.time.seconds_since(t.time).abs() < 0.02 && e.quality.number() == t.quality
+                }) {
+                    same += 1;
+                    largest = largest.max(distance(e.position_ecef_m, t.position_m));
+                }
+            }
+            println!(
+                "{}, {name}: {same} of {} alike, {largest:.5} m",
+                set.name,
+                theirs.len()
+            );
+            // Two epochs of the walk backward hang on memory that RTKLIB reads by mistake.
+            assert!(same + 2 >= theirs.len(), "{}, {name}", set.name);
+            assert_eq!(solution.epochs.len(), theirs.len(), "{}, {name}", set.name);
+            assert!(largest < 5e-4, "{}, {name}: {largest} m", set.name);
+        }
+    }
+}
