@@ -24,6 +24,7 @@ pub struct Cli {
 enum Command {
     Focus(commands::focus::Args),
     Info(commands::info::Args),
+    Ppk(commands::ppk::Args),
     Psf(commands::psf::Args),
     Resolution(commands::resolution::Args),
 }
@@ -45,6 +46,7 @@ pub fn main() -> ExitCode {
     let outcome = match cli.command {
         Command::Focus(args) => commands::focus::run(&args, &mut out),
         Command::Info(args) => commands::info::run(&args, &mut out),
+        Command::Ppk(args) => commands::ppk::run(&args, &mut out),
         Command::Psf(args) => commands::psf::run(&args, &mut out),
         Command::Resolution(args) => commands::resolution::run(&args, &mut out),
     };

@@ -5,6 +5,7 @@
 
 pub mod focus;
 pub mod info;
+pub mod ppk;
 pub mod psf;
 pub mod resolution;
 pub mod values;

@@ -101,7 +101,7 @@ pub fn ppk_page(report: &PpkReport<'_>) -> Result<String, FigureError> {
 }
 
 /// A remark of the run as a sentence.
-fn sentence(warning: &PpkWarning) -> String {
+pub(crate) fn sentence(warning: &PpkWarning) -> String {
     let time = |t: GpsTime| t.format_calendar(0);
     match warning {
         PpkWarning::MissingNavigation(missing) => format!(

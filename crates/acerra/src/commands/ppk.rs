@@ -1,0 +1,578 @@
+//! `acerra ppk`: a rover's positions by carrier phase.
+
+use std::fs::File;
+use std::io::{self, BufReader, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use acerra_geo::geodesy::{Geodetic, ecef_from_geodetic};
+use acerra_gnss::conf::read_conf;
+use acerra_gnss::pos::{PosFormat, PosFrame, PosTime, PosTimeScale, write_pos};
+use acerra_gnss::{
+    AmbiguityMode, BasePosition, Dynamics, FilterDirection, GlonassAmbiguity, PositioningMode,
+    PpkOptions, RuleSet, SatelliteId, System, SystemSet,
+};
+use anyhow::Context;
+use clap::ValueEnum;
+
+use crate::positioning::{self, Positioning, PositioningInput, PpkAnswer};
+use crate::products::inputs::InputFile;
+use crate::report::{PpkReport, ppk_page};
+
+/// Position a rover by carrier phase against a base, after the flight.
+///
+/// Reads RINEX 2–4 (plain, Hatanaka-compressed, gzipped) and u-blox UBX logs, recognised by
+/// content; UBX logs bring their own navigation data. Without options: kinematic, fix and hold,
+/// forward and backward combined, every system's L1, the base's position from its header.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// The rover's log.
+    rover: PathBuf,
+    /// The base's log.
+    base: Option<PathBuf>,
+    /// Navigation files.
+    #[arg(value_name = "NAV")]
+    navigation: Vec<PathBuf>,
+    /// Write the positions there, as RTKLIB does (`-`: standard output).
+    #[arg(short, long, value_name = "FILE.pos")]
+    output: Option<PathBuf>,
+    /// Settings of an RTKLIB configuration file; the options below override them.
+    #[arg(long, value_name = "FILE.conf")]
+    config: Option<PathBuf>,
+    /// Write a page with trajectory, status, heights, satellites and residuals.
+    #[arg(long, value_name = "FILE.html")]
+    report: Option<PathBuf>,
+    /// Write the positions of the events in the rover's log.
+    #[arg(long, value_name = "FILE.csv")]
+    events: Option<PathBuf>,
+    /// Answer as JSON.
+    #[arg(long)]
+    json: bool,
+
+    /// What is estimated.
+    #[arg(long, value_enum, help_heading = "Positioning")]
+    mode: Option<Mode>,
+    /// Which way through the log.
+    #[arg(long, value_enum, help_heading = "Positioning")]
+    direction: Option<Direction>,
+    /// Where the base stands: `header`, `average` (of its single-point positions),
+    /// `llh:LATITUDE,LONGITUDE,HEIGHT` (degrees, ellipsoidal m) or `xyz:X,Y,Z` (ECEF, m).
+    #[arg(long, value_name = "PLACE", value_parser = base_position, allow_hyphen_values = true,
+          help_heading = "Positioning")]
+    base_position: Option<BasePosition>,
+    /// Systems used, by letter: G GPS, R GLONASS, E Galileo, C BeiDou, J QZSS, I NavIC, S SBAS.
+    #[arg(long, value_name = "LETTERS", value_parser = systems, help_heading = "Positioning")]
+    systems: Option<SystemSet>,
+    /// Satellites never used, as G05,R11.
+    #[arg(
+        long,
+        value_name = "LIST",
+        value_delimiter = ',',
+        help_heading = "Positioning"
+    )]
+    exclude: Vec<SatelliteId>,
+    /// Frequencies: 1 (L1), 2 (L1 and L2 or E5b), 3 (and L5).
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=3),
+          help_heading = "Positioning")]
+    frequencies: Option<u8>,
+    /// Elevation mask, degrees.
+    #[arg(long, value_name = "DEG", value_parser = elevation_deg, help_heading = "Positioning")]
+    elevation_mask: Option<f64>,
+    /// Largest age of the base's data, s.
+    #[arg(long, value_name = "S", value_parser = super::values::positive,
+          help_heading = "Positioning")]
+    max_age: Option<f64>,
+    /// Interpolate the base's data to the rover's time tags.
+    #[arg(long, help_heading = "Positioning")]
+    interpolate_base: bool,
+    /// Predict the motion from velocity and acceleration.
+    #[arg(long, help_heading = "Positioning")]
+    dynamics: bool,
+    /// Give single-point positions where nothing better exists.
+    #[arg(long, help_heading = "Positioning")]
+    output_single: bool,
+
+    /// How ambiguities are resolved.
+    #[arg(
+        long,
+        value_enum,
+        value_name = "MODE",
+        help_heading = "Ambiguities and weights"
+    )]
+    ar: Option<Ambiguity>,
+    /// Whether GLONASS ambiguities are resolved.
+    #[arg(
+        long,
+        value_enum,
+        value_name = "MODE",
+        help_heading = "Ambiguities and weights"
+    )]
+    glonass_ar: Option<GlonassAr>,
+    /// Least ratio of the second-best to the best set of integers.
+    #[arg(long, value_name = "RATIO", value_parser = super::values::positive,
+          help_heading = "Ambiguities and weights")]
+    ratio: Option<f64>,
+    /// Standard deviation of code over that of phase.
+    #[arg(long, value_name = "RATIO", value_parser = super::values::positive,
+          help_heading = "Ambiguities and weights")]
+    code_phase_ratio: Option<f64>,
+    /// Whose rules hold where RTKLIB 2.4.3 and demo5 differ.
+    #[arg(long, value_enum, help_heading = "Ambiguities and weights")]
+    rules: Option<Rules>,
+
+    /// Coordinates of the output.
+    #[arg(long, value_enum, help_heading = "Output")]
+    format: Option<Format>,
+    /// Form of the times.
+    #[arg(long, value_enum, help_heading = "Output")]
+    time_form: Option<TimeForm>,
+    /// Scale of the times.
+    #[arg(long, value_enum, help_heading = "Output")]
+    time_scale: Option<TimeScale>,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Mode {
+    Single,
+    Dgps,
+    Kinematic,
+    Static,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Direction {
+    Forward,
+    Backward,
+    Combined,
+    /// Combined, the backward pass starting from what the forward pass ended with.
+    CombinedNoReset,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Ambiguity {
+    Off,
+    Continuous,
+    Instantaneous,
+    FixAndHold,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum GlonassAr {
+    Off,
+    On,
+    FixAndHold,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Rules {
+    Rtklib,
+    Demo5,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Format {
+    /// Latitude, longitude, ellipsoidal height.
+    Llh,
+    /// Earth-centred, Earth-fixed.
+    Xyz,
+    /// East, north, up from the base.
+    Enu,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum TimeForm {
+    Calendar,
+    Week,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum TimeScale {
+    Gpst,
+    Utc,
+    Jst,
+}
+
+fn base_position(text: &str) -> Result<BasePosition, String> {
+    const EXPECTED: &str = "expected header, average, llh:LAT,LON,HEIGHT or xyz:X,Y,Z";
+    match text {
+        "header" => return Ok(BasePosition::Header),
+        "average" => return Ok(BasePosition::AverageSingle),
+        _ => {}
+    }
+    let (kind, numbers) = text.split_once(':').ok_or(EXPECTED)?;
+    let mut values = [0.0; 3];
+    let mut parts = numbers.split(',');
+    for value in &mut values {
+        *value = parts
+            .next()
+            .and_then(|part| part.trim().parse().ok())
+            .filter(|v: &f64| v.is_finite())
+            .ok_or(EXPECTED)?;
+    }
+    let [a, b, c] = values;
+    match (kind, parts.next()) {
+        ("xyz", None) => Ok(BasePosition::Ecef(values)),
+        ("llh", None) if a.abs() <= 90.0 && b.abs() <= 360.0 => Ok(BasePosition::Ecef(
+            ecef_from_geodetic(&Geodetic::from_degrees(a, b, c)),
+        )),
+        ("llh", None) => Err("latitude beyond ±90° or longitude beyond ±360°".to_owned()),
+        _ => Err(EXPECTED.to_owned()),
+    }
+}
+
+fn systems(text: &str) -> Result<SystemSet, String> {
+    let found: Option<SystemSet> = text.chars().map(System::from_letter).collect();
+    found
+        .filter(|set| !set.is_empty())
+        .ok_or_else(|| "expected letters of G, R, E, C, J, I, S".to_owned())
+}
+
+fn elevation_deg(text: &str) -> Result<f64, String> {
+    text.parse()
+        .ok()
+        .filter(|deg| (0.0..90.0).contains(deg))
+        .ok_or_else(|| "expected degrees from 0 to below 90".to_owned())
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// Files that cannot be read or hold something else, and whatever makes a solution impossible;
+/// an output that cannot be written.
+pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
+    let input = PositioningInput {
+        rover: args.rover.clone(),
+        base: args.base.clone(),
+        navigation: args.navigation.clone(),
+    };
+    outputs_are_not_inputs(args)?;
+    let (options, format, mut remarks) = args.settings()?;
+    let mut run = positioning::run(&input, &options)?;
+    remarks.append(&mut run.warnings);
+    run.warnings = remarks;
+    let mut stderr = io::stderr().lock();
+    for warning in &run.warnings {
+        // A closed stderr must not stop the work.
+        let _ = writeln!(stderr, "acerra: warning: {warning}");
+    }
+    drop(stderr);
+    anyhow::ensure!(
+        !run.solution.epochs.is_empty(),
+        "{}: no epoch has a position{}",
+        input.rover.display(),
+        run.solution
+            .summary
+            .not_fixed
+            .first()
+            .map_or_else(String::new, |(reason, n)| format!(
+                " ({reason}: {n} epochs)"
+            ))
+    );
+    let answer = positioning::answer(&run, &options);
+    let names: Vec<String> = run
+        .files
+        .iter()
+        .map(|(p, _)| p.display().to_string())
+        .collect();
+
+    let mut written = Vec::new();
+    let to_stdout = args.output.as_deref() == Some(Path::new("-"));
+    let write = |to: &mut dyn Write| write_pos(to, &run.solution, &options, &names, &format);
+    if let Some(path) = args.output.as_deref().filter(|_| !to_stdout) {
+        written.push(Aside::write(path, |to| Ok(write(to)?))?);
+    }
+    if let Some(path) = &args.report {
+        let page = page(&run, &options, &answer)?;
+        written.push(Aside::write(path, |to| Ok(to.write_all(page.as_bytes())?))?);
+    }
+    if let Some(path) = &args.events {
+        written.push(Aside::write(path, |to| write_events(to, &answer))?);
+    }
+    for aside in written {
+        aside.publish()?;
+    }
+    if to_stdout {
+        write(out)?;
+    } else if args.json {
+        serde_json::to_writer_pretty(&mut *out, &answer)?;
+        writeln!(out)?;
+    } else {
+        write!(out, "{}", answer.text(&input))?;
+    }
+    Ok(())
+}
+
+impl Args {
+    /// Options and format: preset or configuration file, then what the command line says.
+    fn settings(&self) -> anyhow::Result<(PpkOptions, PosFormat, Vec<String>)> {
+        let rules = self.rules.map(|r| match r {
+            Rules::Rtklib => RuleSet::Rtklib,
+            Rules::Demo5 => RuleSet::Demo5,
+        });
+        let mut remarks = Vec::new();
+        let (mut options, mut format) = match &self.config {
+            Some(path) => {
+                let place = || path.display().to_string();
+                let file = File::open(path).with_context(place)?;
+                let conf = read_conf(BufReader::new(file), rules.unwrap_or(RuleSet::Rtklib))
+                    .with_context(place)?;
+                remarks.extend(
+                    conf.not_followed
+                        .iter()
+                        .map(|setting| format!("{}: {setting}", place())),
+                );
+                (conf.options, conf.format)
+            }
+            None => match rules {
+                Some(RuleSet::Demo5) => (
+                    PpkOptions {
+                        direction: FilterDirection::Combined,
+                        ..PpkOptions::demo5()
+                    },
+                    PosFormat::default(),
+                ),
+                _ => (PpkOptions::default(), PosFormat::default()),
+            },
+        };
+        self.override_options(&mut options);
+        if let Some(frame) = self.format {
+            format.frame = match frame {
+                Format::Llh => PosFrame::Geodetic,
+                Format::Xyz => PosFrame::Ecef,
+                Format::Enu => PosFrame::EnuBaseline,
+            };
+        }
+        if let Some(form) = self.time_form {
+            format.time = match form {
+                TimeForm::Calendar => PosTime::Calendar,
+                TimeForm::Week => PosTime::WeekTow,
+            };
+        }
+        if let Some(scale) = self.time_scale {
+            format.scale = match scale {
+                TimeScale::Gpst => PosTimeScale::Gps,
+                TimeScale::Utc => PosTimeScale::Utc,
+                TimeScale::Jst => PosTimeScale::Jst,
+            };
+        }
+        Ok((options, format, remarks))
+    }
+
+    fn override_options(&self, options: &mut PpkOptions) {
+        if let Some(mode) = self.mode {
+            options.mode = match mode {
+                Mode::Single => PositioningMode::Single,
+                Mode::Dgps => PositioningMode::Dgps,
+                Mode::Kinematic => PositioningMode::Kinematic,
+                Mode::Static => PositioningMode::Static,
+            };
+        }
+        if let Some(direction) = self.direction {
+            options.direction = match direction {
+                Direction::Forward => FilterDirection::Forward,
+                Direction::Backward => FilterDirection::Backward,
+                Direction::Combined => FilterDirection::Combined,
+                Direction::CombinedNoReset => FilterDirection::CombinedWithoutReset,
+            };
+        }
+        if let Some(ambiguity) = self.ar {
+            options.ambiguity = match ambiguity {
+                Ambiguity::Off => AmbiguityMode::Off,
+                Ambiguity::Continuous => AmbiguityMode::Continuous,
+                Ambiguity::Instantaneous => AmbiguityMode::Instantaneous,
+                Ambiguity::FixAndHold => AmbiguityMode::FixAndHold,
+            };
+        }
+        if let Some(glonass) = self.glonass_ar {
+            options.glonass_ambiguity = match glonass {
+                GlonassAr::Off => GlonassAmbiguity::Off,
+                GlonassAr::On => GlonassAmbiguity::On,
+                GlonassAr::FixAndHold => GlonassAmbiguity::FixAndHold,
+            };
+        }
+        if let Some(ratio) = self.ratio {
+            options.ratio_threshold = ratio;
+            options.ratio_threshold_range = [ratio; 2];
+        }
+        if let Some(ratio) = self.code_phase_ratio {
+            options.code_phase_ratio = [ratio; acerra_gnss::FREQUENCY_SLOTS];
+        }
+        if let Some(place) = self.base_position {
+            options.base_position = place;
+        }
+        if let Some(systems) = self.systems {
+            options.systems = systems;
+        }
+        options.excluded_satellites.extend(&self.exclude);
+        if let Some(frequencies) = self.frequencies {
+            options.frequencies = usize::from(frequencies);
+        }
+        if let Some(mask) = self.elevation_mask {
+            options.elevation_mask_rad = mask.to_radians();
+        }
+        if let Some(age) = self.max_age {
+            options.largest_age_s = age;
+        }
+        options.interpolate_base |= self.interpolate_base;
+        options.output_single |= self.output_single;
+        if self.dynamics && options.dynamics.is_none() {
+            options.dynamics = Some(Dynamics {
+                horizontal_noise: 0.1,
+                vertical_noise: 0.01,
+            });
+        }
+    }
+}
+
+/// Refuses to write over a file that is read.
+fn outputs_are_not_inputs(args: &Args) -> anyhow::Result<()> {
+    let inputs: Vec<PathBuf> = [Some(&args.rover), args.base.as_ref(), args.config.as_ref()]
+        .into_iter()
+        .flatten()
+        .chain(&args.navigation)
+        .filter_map(|path| path.canonicalize().ok())
+        .collect();
+    for path in [&args.output, &args.report, &args.events]
+        .into_iter()
+        .flatten()
+    {
+        let clash = path.canonicalize().is_ok_and(|path| inputs.contains(&path));
+        anyhow::ensure!(
+            !clash,
+            "{}: is an input and would be overwritten",
+            path.display()
+        );
+    }
+    Ok(())
+}
+
+/// A file written beside its place, to be put there when everything has succeeded.
+struct Aside {
+    file: tempfile::NamedTempFile,
+    path: PathBuf,
+}
+
+impl Aside {
+    fn write(
+        path: &Path,
+        content: impl FnOnce(&mut dyn Write) -> anyhow::Result<()>,
+    ) -> anyhow::Result<Self> {
+        let place = || format!("{}: cannot write", path.display());
+        let folder = match path.parent() {
+            Some(folder) if !folder.as_os_str().is_empty() => folder,
+            _ => Path::new("."),
+        };
+        let mut file = tempfile::Builder::new()
+            .prefix(".acerra-")
+            .tempfile_in(folder)
+            .with_context(place)?;
+        let mut buffer = BufWriter::new(file.as_file_mut());
+        content(&mut buffer).with_context(place)?;
+        buffer.flush().with_context(place)?;
+        drop(buffer);
+        Ok(Self {
+            file,
+            path: path.to_owned(),
+        })
+    }
+
+    fn publish(self) -> anyhow::Result<()> {
+        let place = || format!("{}: cannot write", self.path.display());
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::PermissionsExt;
+            // Temporary files are private.
+            let permissions = std::fs::Permissions::from_mode(0o644);
+            self.file
+                .as_file()
+                .set_permissions(permissions)
+                .with_context(place)?;
+        }
+        let place = place();
+        self.file
+            .persist(&self.path)
+            .map_err(|e| e.error)
+            .with_context(|| place)?;
+        Ok(())
+    }
+}
+
+fn page(run: &Positioning, options: &PpkOptions, answer: &PpkAnswer) -> anyhow::Result<String> {
+    let mut inputs = Vec::new();
+    for (path, _) in &run.files {
+        inputs.push(InputFile::record(path).with_context(|| path.display().to_string())?);
+    }
+    let rover = answer.files.first().map_or("", |f| f.file.as_str());
+    let name = Path::new(rover)
+        .file_name()
+        .map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+    // The run's own remarks are shown by the page itself.
+    let own = run.solution.summary.warnings.len();
+    let others = run.warnings.len().saturating_sub(own);
+    Ok(ppk_page(&PpkReport {
+        title: format!("Positions of {name}"),
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        solution: &run.solution,
+        warnings: run.warnings[..others].to_vec(),
+        inputs,
+        configuration: format!("{options:#?}"),
+    })?)
+}
+
+fn write_events(to: &mut dyn Write, answer: &PpkAnswer) -> anyhow::Result<()> {
+    writeln!(
+        to,
+        "time_gpst,kind,latitude_deg,longitude_deg,height_m,east_m,north_m,up_m,quality"
+    )?;
+    for event in &answer.events {
+        write!(to, "{},{}", event.time_gpst, event.kind)?;
+        match event.llh {
+            Some([lat, lon, height]) => write!(to, ",{lat:.10},{lon:.10},{height:.4}")?,
+            None => write!(to, ",,,")?,
+        }
+        match event.enu_m {
+            Some([e, n, u]) => write!(to, ",{e:.4},{n:.4},{u:.4}")?,
+            None => write!(to, ",,,")?,
+        }
+        writeln!(
+            to,
+            ",{}",
+            event.quality.map_or_else(String::new, |q| q.to_string())
+        )?;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn base_positions() {
+        assert_eq!(base_position("header"), Ok(BasePosition::Header));
+        assert_eq!(base_position("average"), Ok(BasePosition::AverageSingle));
+        assert_eq!(
+            base_position("xyz:1,-2,3.5"),
+            Ok(BasePosition::Ecef([1.0, -2.0, 3.5]))
+        );
+        let Ok(BasePosition::Ecef(p)) = base_position("llh:35,140,100") else {
+            panic!()
+        };
+        assert!((p[0] + 4_006_802.166_763).abs() < 1e-6);
+        for bad in [
+            "",
+            "llh:1,2",
+            "xyz:1,2,3,4",
+            "llh:95,0,0",
+            "abc:1,2,3",
+            "xyz:nan,0,0",
+        ] {
+            assert!(base_position(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn system_letters() {
+        assert_eq!(systems("GR"), Ok(SystemSet::GPS.with(System::Glonass)));
+        assert!(systems("").is_err() && systems("GX").is_err());
+    }
+}

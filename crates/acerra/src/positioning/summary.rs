@@ -1,0 +1,274 @@
+//! The answer in numbers: what `--json` prints.
+
+use acerra_geo::geodesy::{EnuFrame, geodetic_from_ecef};
+use acerra_gnss::{BasePosition, EventKind, PpkOptions, Quality};
+use serde::Serialize;
+
+use super::{Positioning, PositioningInput};
+
+/// Everything `acerra ppk --json` says. Times are GPS time.
+#[derive(Clone, Debug, Serialize)]
+pub struct PpkAnswer {
+    /// Version of the program.
+    pub version: &'static str,
+    /// The files, in the order read.
+    pub files: Vec<FileAnswer>,
+    /// The base; `null` in single-point mode.
+    pub base: Option<BaseAnswer>,
+    /// First and last position.
+    pub span_gpst: Option<[String; 2]>,
+    /// Rover epochs.
+    pub epochs: usize,
+    /// Epochs with fixed ambiguities.
+    pub fixed: usize,
+    /// Epochs with float ambiguities.
+    pub float: usize,
+    /// Epochs with a position of another quality.
+    pub other: usize,
+    /// Epochs without a position.
+    pub lost: usize,
+    /// Share of the epochs that are fixed, %.
+    pub fixed_percent: f64,
+    /// Why epochs are not fixed, most frequent reason first.
+    pub not_fixed: Vec<ReasonAnswer>,
+    /// Smallest, mean and largest age of the base's data, s.
+    pub age_s: Option<[f64; 3]>,
+    /// Median standard deviation of the fixed positions: east, north, up, m.
+    pub fixed_sd_m: Option<[f64; 3]>,
+    /// Events and where the rover was.
+    pub events: Vec<EventAnswer>,
+    /// Remarks.
+    pub warnings: Vec<String>,
+}
+
+/// One input file.
+#[derive(Clone, Debug, Serialize)]
+pub struct FileAnswer {
+    /// Path as given.
+    pub file: String,
+    /// Format in words.
+    pub format: String,
+    /// What was dropped.
+    pub dropped: Vec<DropAnswer>,
+}
+
+/// One reason for dropping something.
+#[derive(Clone, Debug, Serialize)]
+pub struct DropAnswer {
+    /// The reason in words.
+    pub reason: String,
+    /// How many.
+    pub count: u64,
+    /// Where first.
+    pub first: String,
+}
+
+/// One reason for not fixing.
+#[derive(Clone, Debug, Serialize)]
+pub struct ReasonAnswer {
+    /// The reason in words.
+    pub reason: String,
+    /// How many epochs.
+    pub epochs: usize,
+}
+
+/// The base's position.
+#[derive(Clone, Debug, Serialize)]
+pub struct BaseAnswer {
+    /// Where it comes from: `given`, `header` or `average`.
+    pub source: &'static str,
+    /// Earth-centred coordinates, m.
+    pub ecef_m: [f64; 3],
+    /// Latitude, degrees.
+    pub latitude_deg: f64,
+    /// Longitude, degrees.
+    pub longitude_deg: f64,
+    /// Ellipsoidal height, m.
+    pub height_m: f64,
+}
+
+/// One event.
+#[derive(Clone, Debug, Serialize)]
+pub struct EventAnswer {
+    /// Its time.
+    pub time_gpst: String,
+    /// `external`, `rising` or `falling`.
+    pub kind: &'static str,
+    /// East, north, up from the base, m; `null` in a gap or outside the solution.
+    pub enu_m: Option<[f64; 3]>,
+    /// Latitude and longitude in degrees and ellipsoidal height in metres.
+    pub llh: Option<[f64; 3]>,
+    /// RTKLIB's quality number of the worse neighbour.
+    pub quality: Option<u8>,
+}
+
+/// The answer of a run.
+#[must_use]
+pub fn answer(run: &Positioning, options: &PpkOptions) -> PpkAnswer {
+    let solution = &run.solution;
+    let summary = &solution.summary;
+    let frame = solution.base_position_ecef_m.map(EnuFrame::from_ecef);
+    let base = solution.base_position_ecef_m.map(|ecef_m| {
+        let place = geodetic_from_ecef(ecef_m);
+        BaseAnswer {
+            source: match options.base_position {
+                BasePosition::Ecef(_) => "given",
+                BasePosition::Header => "header",
+                BasePosition::AverageSingle => "average",
+            },
+            ecef_m,
+            latitude_deg: place.latitude_deg(),
+            longitude_deg: place.longitude_deg(),
+            height_m: place.height_m,
+        }
+    });
+    let ends = solution.epochs.first().zip(solution.epochs.last());
+    let events = solution.events.iter().map(|event| EventAnswer {
+        time_gpst: event.time.format_calendar(9),
+        kind: match event.event.kind {
+            EventKind::External => "external",
+            EventKind::RisingEdge => "rising",
+            EventKind::FallingEdge => "falling",
+        },
+        enu_m: frame
+            .zip(event.position_ecef_m)
+            .map(|(frame, p)| frame.enu_from_ecef(p)),
+        llh: event.position_ecef_m.map(|p| {
+            let place = geodetic_from_ecef(p);
+            [place.latitude_deg(), place.longitude_deg(), place.height_m]
+        }),
+        quality: event.quality.map(Quality::number),
+    });
+    PpkAnswer {
+        version: env!("CARGO_PKG_VERSION"),
+        files: files(run),
+        base,
+        span_gpst: ends.map(|(a, b)| [a.time.to_string(), b.time.to_string()]),
+        epochs: summary.rover_epochs,
+        fixed: summary.fixed,
+        float: summary.float,
+        other: summary.other,
+        lost: solution.lost.len(),
+        fixed_percent: percent(summary.fixed, summary.rover_epochs),
+        not_fixed: summary
+            .not_fixed
+            .iter()
+            .map(|&(reason, epochs)| ReasonAnswer {
+                reason: reason.to_owned(),
+                epochs,
+            })
+            .collect(),
+        age_s: summary.age_s,
+        fixed_sd_m: median_deviation_m(run),
+        events: events.collect(),
+        warnings: run.warnings.clone(),
+    }
+}
+
+fn files(run: &Positioning) -> Vec<FileAnswer> {
+    run.files
+        .iter()
+        .map(|(path, report)| FileAnswer {
+            file: path.display().to_string(),
+            format: report.format.clone(),
+            dropped: report
+                .dropped
+                .iter()
+                .map(|d| DropAnswer {
+                    reason: d.reason.to_string(),
+                    count: d.count,
+                    first: d.first.to_string(),
+                })
+                .collect(),
+        })
+        .collect()
+}
+
+fn percent(part: usize, whole: usize) -> f64 {
+    if whole == 0 {
+        0.0
+    } else {
+        100.0 * part as f64 / whole as f64
+    }
+}
+
+fn median_deviation_m(run: &Positioning) -> Option<[f64; 3]> {
+    let mut by_axis: [Vec<f64>; 3] = Default::default();
+    for epoch in run
+        .solution
+        .epochs
+        .iter()
+        .filter(|e| e.quality == Quality::Fixed)
+    {
+        let here = EnuFrame::from_ecef(epoch.position_ecef_m);
+        let covariance = here.enu_covariance_from_ecef(&epoch.covariance_ecef_m2);
+        for (i, values) in by_axis.iter_mut().enumerate() {
+            values.push(covariance[i][i].max(0.0).sqrt());
+        }
+    }
+    if by_axis[0].is_empty() {
+        return None;
+    }
+    Some(by_axis.map(|mut values| {
+        values.sort_by(f64::total_cmp);
+        values[values.len() / 2]
+    }))
+}
+
+impl PpkAnswer {
+    /// The answer as a few lines of text.
+    #[must_use]
+    pub fn text(&self, input: &PositioningInput) -> String {
+        use std::fmt::Write as _;
+        let mut out = String::new();
+        // Writing to a string cannot fail.
+        let _ = writeln!(out, "rover       {}", input.rover.display());
+        if let Some(base) = &self.base {
+            let [x, y, z] = base.ecef_m;
+            let _ = writeln!(
+                out,
+                "base        {:.9}° {:.9}° {:.4} m ({x:.4} {y:.4} {z:.4}), {}",
+                base.latitude_deg,
+                base.longitude_deg,
+                base.height_m,
+                match base.source {
+                    "header" => "from the file's header",
+                    "average" => "mean of its single-point positions",
+                    _ => "as given",
+                }
+            );
+        }
+        if let Some([from, to]) = &self.span_gpst {
+            let _ = writeln!(out, "positions   {from} to {to} GPST");
+        }
+        let _ = writeln!(
+            out,
+            "epochs      {}: {} fixed ({:.1} %), {} float, {} other, {} without a position",
+            self.epochs, self.fixed, self.fixed_percent, self.float, self.other, self.lost
+        );
+        for reason in &self.not_fixed {
+            let _ = writeln!(out, "  not fixed {:>6}  {}", reason.epochs, reason.reason);
+        }
+        if let Some([e, n, u]) = self.fixed_sd_m {
+            let _ = writeln!(
+                out,
+                "fixed ±1σ   {e:.4} {n:.4} {u:.4} m east, north, up (median)"
+            );
+        }
+        if let Some([least, mean, most]) = self.age_s {
+            let _ = writeln!(
+                out,
+                "base age    {least:.2} to {most:.2} s, mean {mean:.2} s"
+            );
+        }
+        if !self.events.is_empty() {
+            let placed = self.events.iter().filter(|e| e.llh.is_some()).count();
+            let _ = writeln!(
+                out,
+                "events      {}, {placed} with a position",
+                self.events.len()
+            );
+        }
+        out
+    }
+}
