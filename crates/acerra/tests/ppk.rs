@@ -1,0 +1,346 @@
+//! `acerra ppk` on simulated logs: the real binary, its files, its messages.
+#![allow(clippy::unwrap_used, reason = "tests may fail loudly")]
+
+use std::fs;
+use std::path::Path;
+use std::sync::OnceLock;
+
+use acerra::simulate::gnss::{GnssModel, Setting, constellation, navigation_to_rinex, simulate};
+use acerra_geo::geodesy::{EnuFrame, Geodetic};
+use acerra_geo::read::{ReadOptions, read_trajectory};
+use acerra_geo::time::{Calendar, GpsTime};
+use assert_cmd::Command;
+use serde_json::Value;
+use tempfile::TempDir;
+
+const BASE_M: [f64; 3] = [-35.0, 12.0, 1.6];
+const DURATION_S: f64 = 120.0;
+
+fn start() -> GpsTime {
+    GpsTime::from_calendar(&Calendar::new(2018, 7, 9, 9, 30, 0.0).unwrap())
+}
+
+fn frame() -> EnuFrame {
+    EnuFrame::new(Geodetic::from_degrees(40.95, 14.35, 60.0))
+}
+
+/// Out along a gentle arc, climbing.
+fn flight(time_s: f64) -> [f64; 3] {
+    let t = time_s / DURATION_S;
+    [
+        20.0 * (3.0 * t).sin(),
+        15.0 * (2.0 * t).cos(),
+        1.0 + 9.0 * t,
+    ]
+}
+
+/// The logs of one flight, made once.
+fn logs() -> &'static [(&'static str, Vec<u8>)] {
+    static LOGS: OnceLock<Vec<(&'static str, Vec<u8>)>> = OnceLock::new();
+    LOGS.get_or_init(|| {
+        let navigation = constellation(start(), DURATION_S, 3);
+        let setting = Setting {
+            frame: frame(),
+            start: start(),
+            duration_s: DURATION_S,
+            rover_m: &flight,
+            base_m: BASE_M,
+            navigation: &navigation,
+            seed: 5,
+        };
+        let logs = simulate(&GnssModel::default(), &setting).unwrap();
+        vec![
+            ("rover.obs", logs.rover.to_rinex("ROVER").into_bytes()),
+            ("base.obs", logs.base.to_rinex("BASE").into_bytes()),
+            ("brdc.nav", navigation_to_rinex(&navigation).into_bytes()),
+            ("rover.ubx", logs.rover.to_ubx(&navigation)),
+            ("base.ubx", logs.base.to_ubx(&navigation)),
+        ]
+    })
+}
+
+fn folder() -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, bytes) in logs() {
+        fs::write(folder.path().join(name), bytes).unwrap();
+    }
+    folder
+}
+
+fn acerra(folder: &Path, arguments: &str) -> assert_cmd::assert::Assert {
+    Command::cargo_bin("acerra")
+        .unwrap()
+        .current_dir(folder)
+        .arg("ppk")
+        .args(arguments.split_whitespace())
+        .assert()
+}
+
+fn base_argument() -> String {
+    let place = frame().geodetic_from_enu(BASE_M);
+    format!(
+        "--base-position llh:{:.11},{:.11},{:.5}",
+        place.latitude_deg(),
+        place.longitude_deg(),
+        place.height_m
+    )
+}
+
+fn stderr(assert: &assert_cmd::assert::Assert) -> String {
+    String::from_utf8(assert.get_output().stderr.clone()).unwrap()
+}
+
+/// Largest horizontal and vertical error of fixed positions, and how many there are.
+fn errors(pos: &Path) -> (f64, f64, usize) {
+    let options = ReadOptions::default().with_origin(*frame().origin());
+    let (track, _) = read_trajectory(fs::read(pos).unwrap().as_slice(), &options).unwrap();
+    let mut worst = (0.0_f64, 0.0_f64, 0);
+    for fix in track.fixes().iter().filter(|f| f.status.is_fixed()) {
+        let time_s = track.gps_time_at(fix.time_s).unwrap() - start();
+        let truth = flight(time_s);
+        let [e, n, u] = [0, 1, 2].map(|i| fix.position_m[i] - truth[i]);
+        worst = (worst.0.max(e.hypot(n)), worst.1.max(u.abs()), worst.2 + 1);
+    }
+    worst
+}
+
+#[test]
+fn rinex_and_raw_logs_give_fixed_positions() {
+    let folder = folder();
+    for files in ["rover.obs base.obs brdc.nav", "rover.ubx base.ubx"] {
+        acerra(
+            folder.path(),
+            &format!("{files} {} -o out.pos", base_argument()),
+        )
+        .success();
+        let (horizontal_m, vertical_m, fixed) = errors(&folder.path().join("out.pos"));
+        assert!(fixed > 80, "{files}: {fixed} fixed");
+        assert!(
+            horizontal_m < 0.03 && vertical_m < 0.06,
+            "{files}: {horizontal_m} {vertical_m}"
+        );
+    }
+}
+
+#[test]
+fn the_answer_as_json_and_the_page() {
+    let folder = folder();
+    let arguments = format!(
+        "rover.obs base.obs brdc.nav {} --json --report page.html --events events.csv",
+        base_argument()
+    );
+    let assert = acerra(folder.path(), &arguments).success();
+    let answer: Value = serde_json::from_slice(&assert.get_output().stdout).unwrap();
+    let count = |key: &str| answer[key].as_u64().unwrap();
+    assert_eq!(
+        count("epochs"),
+        count("fixed") + count("float") + count("other") + count("lost")
+    );
+    assert!(answer["fixed_percent"].as_f64().unwrap() > 70.0, "{answer}");
+    assert_eq!(answer["base"]["source"], "given");
+    assert_eq!(answer["files"].as_array().unwrap().len(), 3);
+    assert_eq!(answer["files"][0]["format"], "RINEX 2.11 observation");
+    assert!(answer["fixed_sd_m"][2].as_f64().unwrap() < 0.05);
+    let page = fs::read_to_string(folder.path().join("page.html")).unwrap();
+    assert!(page.contains("<svg") && page.contains("rover.obs"));
+    for reference in ["src=\"http", "href=\"http", "url(http"] {
+        assert!(!page.contains(reference), "{reference}");
+    }
+    let events = fs::read_to_string(folder.path().join("events.csv")).unwrap();
+    assert!(events.starts_with("time_gpst,kind,"));
+}
+
+#[test]
+fn same_input_same_bytes() {
+    let folder = folder();
+    let arguments = format!("rover.obs base.obs brdc.nav {} -o -", base_argument());
+    let one = acerra(folder.path(), &arguments)
+        .success()
+        .get_output()
+        .stdout
+        .clone();
+    let two = acerra(folder.path(), &arguments)
+        .success()
+        .get_output()
+        .stdout
+        .clone();
+    assert!(!one.is_empty() && one == two);
+}
+
+#[test]
+fn configuration_files_are_followed_and_their_rest_is_named() {
+    let folder = folder();
+    let conf = "pos1-posmode =kinematic\npos1-frequency =l1\npos1-soltype =backward\n\
+                pos1-tidecorr =on\nant2-postype =rinexhead\nout-solformat =enu\n";
+    fs::write(folder.path().join("my.conf"), conf).unwrap();
+    let arguments = "rover.obs base.obs brdc.nav --config my.conf -o out.pos --format xyz";
+    let assert = acerra(folder.path(), arguments).success();
+    let said = stderr(&assert);
+    assert!(
+        said.contains("my.conf: line 4: pos1-tidecorr = on: not supported"),
+        "{said}"
+    );
+    assert!(
+        said.contains("the base position was taken from its file's header"),
+        "{said}"
+    );
+    let pos = fs::read_to_string(folder.path().join("out.pos")).unwrap();
+    assert!(
+        pos.contains("% solution  : Backward") && pos.contains("x-ecef(m)"),
+        "{pos}"
+    );
+}
+
+#[test]
+fn single_point_positions_need_no_base() {
+    let folder = folder();
+    acerra(folder.path(), "rover.obs brdc.nav --mode single -o out.pos").success();
+    let pos = fs::read_to_string(folder.path().join("out.pos")).unwrap();
+    let lines: Vec<&str> = pos.lines().filter(|l| !l.starts_with('%')).collect();
+    assert!(lines.len() > 100);
+    assert!(
+        lines
+            .iter()
+            .all(|l| l.split_whitespace().nth(5) == Some("5")),
+        "{}",
+        lines[0]
+    );
+}
+
+/// One message that names the file and what was wrong with it; exit 1; nothing written.
+#[test]
+fn what_cannot_work_says_why() {
+    let folder = folder();
+    let write = |name: &str, bytes: &[u8]| fs::write(folder.path().join(name), bytes).unwrap();
+    write("empty.obs", b"");
+    write(
+        "text.obs",
+        b"these are not the observations you are looking for\n",
+    );
+    write("bad.conf", b"pos1-elmask =steep\n");
+    // The same log a day later.
+    let text = String::from_utf8(logs()[1].1.clone()).unwrap();
+    write(
+        "later.obs",
+        text.replace(" 18  7  9 ", " 18  7 10 ").as_bytes(),
+    );
+    let nav = String::from_utf8(logs()[2].1.clone()).unwrap();
+    let at = nav.find("END OF HEADER").unwrap();
+    write("hollow.nav", &nav.as_bytes()[..at + 14]);
+    let entries = || fs::read_dir(folder.path()).unwrap().count();
+    let before = entries();
+    let good = base_argument();
+    for (arguments, parts) in [
+        (
+            "nothing.obs base.obs brdc.nav".to_owned(),
+            vec!["nothing.obs"],
+        ),
+        (
+            "empty.obs base.obs brdc.nav".to_owned(),
+            vec!["empty.obs", "empty"],
+        ),
+        (
+            "text.obs base.obs brdc.nav".to_owned(),
+            vec!["text.obs", "of no known kind"],
+        ),
+        (
+            "rover.obs brdc.nav base.obs".to_owned(),
+            vec!["brdc.nav", "expected the base's"],
+        ),
+        (
+            "brdc.nav base.obs brdc.nav".to_owned(),
+            vec!["brdc.nav", "expected observations"],
+        ),
+        (
+            "rover.obs base.obs rover.obs".to_owned(),
+            vec!["rover.obs", "expected navigation"],
+        ),
+        (
+            "rover.obs base.obs".to_owned(),
+            vec!["no ephemeris in", "rover.obs"],
+        ),
+        (
+            "rover.obs base.obs hollow.nav".to_owned(),
+            vec!["no ephemeris in", "hollow.nav"],
+        ),
+        (
+            format!("rover.obs later.obs brdc.nav {good}"),
+            vec!["later.obs", "do not overlap", "07/10"],
+        ),
+        (
+            "rover.obs base.obs brdc.nav --base-position xyz:0,0,0".to_owned(),
+            vec!["base.obs", "impossible", "single-point position"],
+        ),
+        (
+            "rover.obs base.obs brdc.nav --base-position llh:0,0,0".to_owned(),
+            vec!["base.obs", "single-point position"],
+        ),
+        (
+            "rover.obs base.obs brdc.nav --config bad.conf".to_owned(),
+            vec!["bad.conf", "line 1"],
+        ),
+        (
+            format!("rover.obs base.obs brdc.nav {good} --report rover.obs"),
+            vec!["rover.obs", "is an input"],
+        ),
+        ("rover.obs".to_owned(), vec!["base's log is needed"]),
+    ] {
+        let assert = acerra(folder.path(), &format!("{arguments} -o out.pos")).code(1);
+        let said = stderr(&assert);
+        for part in parts {
+            assert!(said.contains(part), "{arguments}: {said}");
+        }
+        assert!(!said.contains("panicked"), "{said}");
+        assert_eq!(entries(), before, "{arguments}");
+    }
+}
+
+#[test]
+fn wrong_usage_exits_with_2() {
+    let folder = folder();
+    for arguments in [
+        "",
+        "rover.obs base.obs --mode sideways",
+        "rover.obs base.obs --base-position llh:1,2",
+        "rover.obs base.obs --systems GX",
+        "rover.obs base.obs --elevation-mask 95",
+        "rover.obs base.obs --exclude G99",
+        "rover.obs base.obs --frequencies 4",
+    ] {
+        acerra(folder.path(), arguments).code(2);
+    }
+}
+
+/// Suspicious input is processed with a remark.
+#[test]
+fn suspicions_are_said() {
+    let folder = folder();
+    let good = base_argument();
+    let assert = acerra(
+        folder.path(),
+        &format!("base.obs base.obs brdc.nav {good} -o out.pos"),
+    )
+    .success();
+    assert!(
+        stderr(&assert).contains("same observations"),
+        "{}",
+        stderr(&assert)
+    );
+    // A log that ends in the middle of an epoch.
+    let (_, rover) = &logs()[0];
+    fs::write(
+        folder.path().join("cut.obs"),
+        &rover[..rover.len() * 3 / 4 + 5],
+    )
+    .unwrap();
+    let assert = acerra(
+        folder.path(),
+        &format!("cut.obs base.obs brdc.nav {good} -o out.pos"),
+    )
+    .success();
+    assert!(
+        stderr(&assert).contains("cut.obs: dropped for cut off"),
+        "{}",
+        stderr(&assert)
+    );
+}
