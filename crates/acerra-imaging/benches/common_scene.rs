@@ -7,8 +7,8 @@
 #![allow(clippy::print_stdout, clippy::unwrap_used, missing_docs)]
 
 use acerra_imaging::{
-    Complex32, Complex64, Plan, PlanOptions, PlaneGrid, Pulses, SPEED_OF_LIGHT_M_S, SimdLevel,
-    Spreading, reference,
+    Complex32, Complex64, Engine, Plan, PlanOptions, PlaneGrid, Pulses, SPEED_OF_LIGHT_M_S,
+    SimdLevel, Spreading, reference,
 };
 use rand_free::Random;
 use std::time::Instant;
@@ -118,8 +118,17 @@ fn main() {
     let places: Vec<usize> = (0..100 * 100)
         .map(|k| (k / 100) * 18 * 1800 + (k % 100) * 18)
         .collect();
-    let points: Vec<_> = places.iter().map(|&k| grid.point_m(k)).collect();
-    let expected = reference::adjoint(&pulses, &points, Spreading::None).unwrap();
+    let every_18th = PlaneGrid::new(-9.0, -9.0, 0.0, 0.18, 100, 100).unwrap();
+    let options = PlanOptions {
+        engine: Engine::Reference,
+        spreading: Spreading::None,
+        ..Default::default()
+    };
+    let expected: Vec<Complex64> = acerra_imaging::image(pulses, every_18th, &options)
+        .unwrap()
+        .into_iter()
+        .map(|v| Complex64::new(f64::from(v.re), f64::from(v.im)))
+        .collect();
     let gbp = grid.len() as f64 * 331.0 * 1e-9;
     println!(
         "common scene: {gbp:.4} Gbp, {} cores",
@@ -132,36 +141,64 @@ fn main() {
             .unwrap()
     });
     let mut image = vec![Complex32::ZERO; grid.len()];
-    for accuracy in [1e-3, 3.2e-4, 1e-5] {
-        for &level in SimdLevel::available().iter().rev() {
-            let options = PlanOptions {
-                accuracy,
-                spreading: Spreading::None,
-                level,
-                ..Default::default()
-            };
-            let start = Instant::now();
-            let plan = Plan::new(pulses, grid, &options).unwrap();
-            let planning = start.elapsed().as_secs_f64();
-            println!("\n{plan}\nplanned in {planning:.3} s");
-            for (threads, pool) in [1, 2].into_iter().zip(&pools) {
-                let (mut best, mut best_cpu) = (f64::INFINITY, f64::INFINITY);
-                for _ in 0..4 {
-                    let (start, cpu) = (Instant::now(), processor_time_s());
-                    pool.install(|| plan.run(&mut image, &|_| ())).unwrap();
-                    best = best.min(start.elapsed().as_secs_f64());
-                    best_cpu = best_cpu.min(processor_time_s() - cpu);
+    // Numbers on the command line are the accuracies to time instead of these.
+    let mut accuracies: Vec<f64> = std::env::args().filter_map(|a| a.parse().ok()).collect();
+    if accuracies.is_empty() {
+        accuracies = vec![2e-3, 1e-3, 3.2e-4, 1e-5];
+    }
+    let level_wanted = |level: SimdLevel| {
+        let named: Vec<String> = std::env::args()
+            .filter(|a| a.starts_with("level="))
+            .collect();
+        named.is_empty() || named.iter().any(|a| a[6..] == *level.name())
+    };
+    let engines: &[Engine] = match std::env::args().find(|a| a.starts_with("engine=")) {
+        Some(a) if a.ends_with("direct") => &[Engine::Direct],
+        Some(a) if a.ends_with("factorized") => &[Engine::Factorized],
+        _ => &[Engine::Direct, Engine::Factorized],
+    };
+    for accuracy in accuracies {
+        for &level in SimdLevel::available()
+            .iter()
+            .rev()
+            .filter(|l| level_wanted(**l))
+        {
+            for engine in engines.iter().copied() {
+                let options = PlanOptions {
+                    accuracy,
+                    spreading: Spreading::None,
+                    level,
+                    engine,
+                    ..Default::default()
+                };
+                let start = Instant::now();
+                let plan = Plan::new(pulses, grid, &options).unwrap();
+                let planning = start.elapsed().as_secs_f64();
+                println!("\n{plan}\nplanned in {planning:.3} s");
+                for (threads, pool) in [1, 2].into_iter().zip(&pools) {
+                    let (mut best, mut best_cpu) = (f64::INFINITY, f64::INFINITY);
+                    let mut peak = 0f64;
+                    for _ in 0..5 {
+                        peak = peak.max(level.measure_peak().unwrap());
+                        let (start, cpu) = (Instant::now(), processor_time_s());
+                        pool.install(|| plan.run(&mut image, &|_| ())).unwrap();
+                        best = best.min(start.elapsed().as_secs_f64());
+                        best_cpu = best_cpu.min(processor_time_s() - cpu);
+                    }
+                    let found: Vec<_> = places
+                        .iter()
+                        .map(|&k| Complex64::new(f64::from(image[k].re), f64::from(image[k].im)))
+                        .collect();
+                    println!(
+                        "{:?}, {level}, accuracy {accuracy:.1e}, {threads} thread(s): {:.2} Gbp/s, {:.2} Gbp a processor second, error {:.2e}; {:.1} multiply-adds' time a pixel and pulse at the measured {:.0} GFLOP/s of one thread",
+                        plan.engine(),
+                        gbp / best,
+                        gbp / best_cpu,
+                        reference::relative_l2(&found, &expected).unwrap(),
+                        peak * best_cpu / (gbp * 1e9),
+                        2e-9 * peak,
+                    );
                 }
-                let found: Vec<_> = places
-                    .iter()
-                    .map(|&k| Complex64::new(f64::from(image[k].re), f64::from(image[k].im)))
-                    .collect();
-                println!(
-                    "{level}, accuracy {accuracy:.1e}, {threads} thread(s): {:.2} Gbp/s, {:.2} Gbp a processor second, error {:.2e}",
-                    gbp / best,
-                    gbp / best_cpu,
-                    reference::relative_l2(&found, &expected).unwrap()
-                );
             }
         }
     }

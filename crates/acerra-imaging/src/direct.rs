@@ -1,16 +1,17 @@
 //! The direct engine: every pulse summed at every pixel.
 
 use crate::rows::{TiltedGrid, norm};
-use crate::simd::rows::{Band, Job, Tally, band, tile_rows};
+use crate::simd::rows::{Band, Job, Tally, band, block_width, tile_rows};
 use crate::simd::{SimdLevel, dispatch};
 use crate::table::{RangeTable, TableSpec};
 use crate::{Pulses, Spreading, reference};
 use num_complex::{Complex32, Complex64};
 use rayon::prelude::*;
+use std::ops::Range;
 use std::sync::Mutex;
 
 /// Columns by which ranges are widened so that the last vector of a row stays inside the table.
-const MARGIN_COLUMNS: f64 = 16.0;
+const MARGIN_COLUMNS: f64 = 16.0; // a vector, or two of eight
 
 /// What of the accuracy each approximation may take, chosen once for a plan.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -71,10 +72,23 @@ impl Direct {
         self.table.carrier_rad
     }
 
-    /// Images `grid` into `out` `[rows, columns]`; `done` hears of every finished share of pixels.
+    /// Images `grid` from all pulses into `out` `[rows, columns]`; `done` hears of every finished share of pixels.
     pub fn run(
         &self,
         pulses: &Pulses,
+        spreading: Spreading,
+        grid: &TiltedGrid,
+        out: &mut [Complex32],
+        done: &(dyn Fn(u64) + Sync),
+    ) -> Tally {
+        self.run_pulses(pulses, 0..pulses.len(), spreading, grid, out, done)
+    }
+
+    /// As [`Direct::run`], from the pulses `which` alone.
+    pub fn run_pulses(
+        &self,
+        pulses: &Pulses,
+        which: Range<usize>,
         spreading: Spreading,
         grid: &TiltedGrid,
         out: &mut [Complex32],
@@ -85,13 +99,19 @@ impl Direct {
             reference::pulse_at_range(pulses, pulse, range)
                 * (pulses.weight()[pulse] * spreading.weight(range))
         };
+        let pixel_m = norm(grid.u_m).max(1e-12);
+        let tolerance_bins = self.spec.phase_tolerance_rad / self.table.carrier_rad;
+        let half_block_m = 0.5 * pixel_m * block_width(self.level.lanes()) as f64;
         let job = Job {
+            pulses: which,
+            near_centre: half_block_m / self.table.spec.bin_m * f64::from(f32::EPSILON)
+                < 0.2 * tolerance_bins,
             antenna_m: [&self.antenna_m[0], &self.antenna_m[1], &self.antenna_m[2]],
             table: &self.table,
             cosine: self.cosine,
             sine: self.sine,
-            pixel_m: norm(grid.u_m).max(1e-12),
-            tolerance_bins: self.spec.phase_tolerance_rad / self.table.carrier_rad,
+            pixel_m,
+            tolerance_bins,
             plain_below_m: match spreading {
                 Spreading::InverseSquare => self.spec.plain_below_m,
                 Spreading::None => 0.0,
@@ -122,7 +142,7 @@ impl Direct {
                 });
         } else {
             // Few rows: share out pieces of rows.
-            let piece = self.level.lanes().pow(2) * 4;
+            let piece = 2 * block_width(self.level.lanes());
             out.par_chunks_mut(grid.columns)
                 .enumerate()
                 .for_each(|(j, row)| {
@@ -142,6 +162,7 @@ impl Direct {
         );
         dispatch!(self.level, s => match quality {
             (1, false, false) => band::<_, 1, 3, false>(s, job, one, out),
+            (1, false, true) => band::<_, 1, 3, true>(s, job, one, out),
             (1, _, _) => band::<_, 1, 4, true>(s, job, one, out),
             (2, _, _) => band::<_, 2, 4, true>(s, job, one, out),
             _ => band::<_, 3, 4, true>(s, job, one, out),
@@ -149,36 +170,36 @@ impl Direct {
     }
 }
 
-/// Polynomials in δ² of cos αδ and sin(αδ)/δ over |δ| ≤ ½, by interpolation at Chebyshev nodes.
+/// Polynomials in δ² of cos αδ and sin(αδ)/δ over |δ| ≤ ½; the sine's has a term less.
 fn carrier_polynomials(carrier_rad: f64, fine: bool) -> ([f32; 4], [f32; 4]) {
     let terms = if fine { 4 } else { 3 };
-    let fit = |f: &dyn Fn(f64) -> f64| {
-        // Newton's divided differences in q = δ² ∈ [0, ¼], then expanded into powers.
-        let node = |k: usize| {
-            let angle = std::f64::consts::PI * (k as f64 + 0.5) / terms as f64;
-            0.125 * (1.0 + angle.cos())
-        };
-        let mut divided: Vec<f64> = (0..terms).map(|k| f(node(k))).collect();
-        for order in 1..terms {
-            for k in (order..terms).rev() {
-                divided[k] = (divided[k] - divided[k - 1]) / (node(k) - node(k - order));
-            }
-        }
-        let mut powers = [0.0; 4];
-        for k in (0..terms).rev() {
-            for p in (1..4).rev() {
-                powers[p] = powers[p - 1] - node(k) * powers[p];
-            }
-            powers[0] = divided[k] - node(k) * powers[0];
-        }
-        powers.map(|p| p as f32)
+    (
+        even_polynomial(|d| (carrier_rad * d).cos(), terms),
+        even_polynomial(|d| (carrier_rad * d).sin() / d, terms - 1),
+    )
+}
+
+/// The polynomial in x² of an even function on |x| ≤ ½, by interpolation at Chebyshev nodes.
+pub(crate) fn even_polynomial<const N: usize>(f: impl Fn(f64) -> f64, terms: usize) -> [f32; N] {
+    // Newton's divided differences in q = x² ∈ [0, ¼], then expanded into powers.
+    let node = |k: usize| {
+        let angle = std::f64::consts::PI * (k as f64 + 0.5) / terms as f64;
+        0.125 * (1.0 + angle.cos())
     };
-    let cosine = fit(&|q| (carrier_rad * q.sqrt()).cos());
-    let sine = fit(&|q| {
-        let d = q.sqrt();
-        (carrier_rad * d).sin() / d
-    });
-    (cosine, sine)
+    let mut divided: Vec<f64> = (0..terms).map(|k| f(node(k).sqrt())).collect();
+    for order in 1..terms {
+        for k in (order..terms).rev() {
+            divided[k] = (divided[k] - divided[k - 1]) / (node(k) - node(k - order));
+        }
+    }
+    let mut powers = [0.0; N];
+    for k in (0..terms).rev() {
+        for p in (1..N).rev() {
+            powers[p] = powers[p - 1] - node(k) * powers[p];
+        }
+        powers[0] = divided[k] - node(k) * powers[0];
+    }
+    powers.map(|p| p as f32)
 }
 
 #[cfg(test)]
@@ -187,7 +208,7 @@ mod tests {
 
     #[test]
     fn carrier_polynomials_are_close() {
-        for (fine, bound) in [(false, 2e-4), (true, 2e-6)] {
+        for (fine, bound) in [(false, 3e-3), (true, 4e-5)] {
             let (cosine, sine) = carrier_polynomials(2.4, fine);
             for k in 0..=100 {
                 let d = k as f32 / 100.0 - 0.5;

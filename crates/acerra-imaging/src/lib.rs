@@ -9,6 +9,7 @@
 
 mod direct;
 pub mod error;
+mod factorized;
 pub mod grid;
 pub mod metrics;
 pub mod plan;

@@ -1,6 +1,7 @@
 //! From a request (data, grid, accuracy) to a plan that keeps it, says why, and runs.
 
 use crate::direct::{Direct, DirectSpec, table_ranges_m};
+use crate::factorized::{Factorized, FactorizedSpec};
 use crate::rows::{TiltedGrid, norm};
 use crate::simd::SimdLevel;
 use crate::simd::rows::Tally;
@@ -23,6 +24,8 @@ pub enum Engine {
     Auto,
     /// Every pulse at every pixel, through range tables and SIMD.
     Direct,
+    /// Sub-apertures on coarse grids, merged: cost grows gently with pulses and pixels.
+    Factorized,
     /// The double-precision sum over frequencies itself.
     Reference,
 }
@@ -109,6 +112,7 @@ pub struct Plan<'a> {
 #[derive(Debug)]
 enum Method {
     Direct(Box<Direct>),
+    Factorized(Box<Factorized>),
     Reference,
 }
 
@@ -156,11 +160,143 @@ impl<'a> Plan<'a> {
                 "single precision cannot promise {:.1e}: the double-precision sum is run",
                 options.accuracy
             ));
-        } else {
+        } else if !plan.choose_factorized()? {
             plan.choose_direct()?;
         }
         plan.check_memory()?;
         Ok(plan)
+    }
+
+    /// Takes the factorized engine where it was asked for or is clearly cheaper, and proves it;
+    /// false where the direct engine is to be taken.
+    fn choose_factorized(&mut self) -> Result<bool, ImagingError> {
+        if !matches!(self.options.engine, Engine::Auto | Engine::Factorized) {
+            return Ok(false);
+        }
+        let power = mean_power(&self.pulses);
+        let sample = Sample::draw(&self.pulses, &self.grid);
+        let level = self.options.level;
+        for attempt in 0..4 {
+            let accuracy = self.options.accuracy * 0.5f64.powi(attempt);
+            let choose =
+                |accuracy| choose_spec(&self.pulses, &self.grid, &power, &sample, accuracy, level);
+            let (direct, direct_cost) = choose(accuracy);
+            let (mut inner, _) = choose(0.8 * accuracy);
+            inner.table.interleaved = true;
+            // Exact ranges and gathered coefficients, in operations a value.
+            let inner_cost = (32.0 + 26.0 * (inner.table.degree as f64 + 1.0) / 2.0)
+                / level.lanes() as f64
+                * 1.5;
+            let band_hz = effective_band_hz(&self.pulses, &power, accuracy, &inner.table);
+            let Some(spec) = FactorizedSpec::choose(
+                &self.pulses,
+                &self.grid,
+                band_hz,
+                0.85 * accuracy,
+                inner_cost,
+                level.lanes(),
+            ) else {
+                return Ok(false);
+            };
+            if self.options.engine == Engine::Auto && spec.cost > 0.6 * direct_cost {
+                self.reasons.push(format!(
+                    "factorized: {:.2} vector operations a contribution estimated, direct {:.2}",
+                    spec.cost, direct_cost
+                ));
+                return Ok(false);
+            }
+            let coarse = Factorized::coarse_grid(&self.grid, spec.coarse);
+            let ranges_m = table_ranges_m(&self.pulses, &coarse);
+            self.table_bytes = RangeTable::bytes_for(&inner.table, &ranges_m)
+                + Factorized::coarse_bytes(&spec, &self.grid, self.pulses.len());
+            self.check_memory()?;
+            let factorized = Factorized::new(
+                &self.pulses,
+                &self.grid,
+                spec,
+                inner,
+                self.options.spreading,
+                level,
+            );
+            let check = self.compare_patches(&factorized);
+            self.reasons.push(format!(
+                "factorized, {level}: sub-apertures of {} pulses on grids of {} × {} pixels                  (spatial frequencies up to {:.2} and {:.2} cycles a metre, interpolation error                  {:.1e}); range bins of {:.2} mm, degree {}; {:.2} vector operations a contribution                  estimated, {:.2} for the direct engine",
+                spec.pulses,
+                spec.coarse[0],
+                spec.coarse[1],
+                spec.bandwidth_a_metre[0],
+                spec.bandwidth_a_metre[1],
+                spec.interpolation_error,
+                direct.table.bin_m.min(inner.table.bin_m) * 1e3,
+                inner.table.degree,
+                spec.cost,
+                direct_cost,
+            ));
+            self.check = Some(check);
+            if check.error <= self.options.accuracy {
+                self.method = Method::Factorized(Box::new(factorized));
+                return Ok(true);
+            }
+            self.reasons.push(format!(
+                "its self-check found {:.2e}: a finer plan is tried",
+                check.error
+            ));
+        }
+        self.check = None;
+        Ok(false)
+    }
+
+    /// Runs small patches at random places and compares pixels of each.
+    fn compare_patches(&self, factorized: &Factorized) -> SelfCheck {
+        const PATCHES: usize = 12;
+        let grid = &self.grid;
+        let work = self.pulses.len() * self.pulses.frequency_hz().len();
+        let pixels = (30_000_000 / work.max(1)).clamp(48, 384) / PATCHES;
+        let [dx, dy] = factorized.spec.coarse;
+        let mut random = Random(0x5eed_0001);
+        let places: Vec<(usize, usize, u64)> = (0..PATCHES)
+            .map(|_| {
+                // Patches start on the coarse lattice, as pixels of the whole image do.
+                let i = random.below(grid.columns) / dx * dx;
+                let j = random.below(grid.rows) / dy * dy;
+                (i, j, random.next())
+            })
+            .collect();
+        let found: Vec<(f64, f64)> = places
+            .par_iter()
+            .flat_map_iter(|&(i0, j0, seed)| {
+                let patch = TiltedGrid {
+                    origin_m: grid.point_m(i0 as f64, j0 as f64),
+                    columns: (grid.columns - i0).min(4 * dx),
+                    rows: (grid.rows - j0).min(2 * dy),
+                    ..*grid
+                };
+                let mut out = vec![Complex32::ZERO; patch.columns * patch.rows];
+                let spreading = self.options.spreading;
+                factorized.run(&self.pulses, spreading, &patch, &mut out, &|_| ());
+                let mut random = Random(seed);
+                (0..pixels)
+                    .map(|_| {
+                        let k = random.below(out.len());
+                        let (i, j) = (k % patch.columns, k / patch.columns);
+                        let point = patch.point_m(i as f64, j as f64);
+                        let expected = exact(&self.pulses, point, spreading);
+                        let value = Complex64::new(f64::from(out[k].re), f64::from(out[k].im));
+                        ((value - expected).norm_sqr(), expected.norm_sqr())
+                    })
+                    .collect::<Vec<_>>()
+            })
+            .collect();
+        let difference: f64 = found.iter().map(|f| f.0).sum();
+        let power: f64 = found.iter().map(|f| f.1).sum();
+        SelfCheck {
+            pixels: found.len(),
+            error: if power > 0.0 {
+                (difference / power).sqrt()
+            } else {
+                difference.sqrt()
+            },
+        }
     }
 
     fn choose_direct(&mut self) -> Result<(), ImagingError> {
@@ -299,6 +435,7 @@ impl<'a> Plan<'a> {
     pub fn engine(&self) -> Engine {
         match self.method {
             Method::Direct(_) => Engine::Direct,
+            Method::Factorized(_) => Engine::Factorized,
             Method::Reference => Engine::Reference,
         }
     }
@@ -332,6 +469,15 @@ impl<'a> Plan<'a> {
         match &self.method {
             Method::Direct(direct) => {
                 direct.run(
+                    &self.pulses,
+                    self.options.spreading,
+                    &self.grid,
+                    image,
+                    &done,
+                );
+            }
+            Method::Factorized(factorized) => {
+                factorized.run(
                     &self.pulses,
                     self.options.spreading,
                     &self.grid,
@@ -450,6 +596,25 @@ fn mean_power(pulses: &Pulses) -> Vec<f64> {
     power
 }
 
+/// Lowest, carrier and highest frequency that matter at `accuracy`, given the power at each.
+fn effective_band_hz(pulses: &Pulses, power: &[f64], accuracy: f64, table: &TableSpec) -> [f64; 3] {
+    let f = pulses.frequency_hz();
+    let carrier = f[table.carrier];
+    let mut order: Vec<usize> = (0..f.len()).collect();
+    order.sort_by(|a, b| (f[*b] - carrier).abs().total_cmp(&(f[*a] - carrier).abs()));
+    // Frequencies at the edges may alias while what they hold stays well below the error allowed.
+    let allowed = (0.2 * accuracy).powi(2) * power.iter().sum::<f64>();
+    let mut left_out = 0.0;
+    let widest = order
+        .into_iter()
+        .find(|k| {
+            left_out += power[*k];
+            left_out > allowed
+        })
+        .map_or(0.0, |k| (f[k] - carrier).abs());
+    [carrier - widest, carrier, carrier + widest]
+}
+
 /// Random pairs of pulse and pixel: range and sine of the angle to the row.
 struct Sample(Vec<(f64, f64)>);
 
@@ -491,17 +656,18 @@ fn choose_spec(
     let n = pulses.frequency_hz().len();
     let lanes = level.lanes() as f64;
     let pixel = norm(grid.u_m).max(1e-12);
-    let half = 0.5 * (lanes - 1.0) * pixel;
-    let phase_tolerance_rad = 0.3 * accuracy;
+    let half = 0.5 * 15.0 * pixel; // groups are 16 pixels at every level
+    let half_vector = 0.5 * (lanes - 1.0) * pixel;
+    let phase_tolerance_rad = 0.5 * accuracy;
     let mut best: Option<(DirectSpec, f64)> = None;
     for degree in 1..=3 {
         let Some(table) = choose_table(pulses, power, degree, 0.7 * accuracy) else {
             continue;
         };
         let alpha = table.carrier_rad(pulses);
-        let fine_carrier = carrier_error(alpha, 3) > 0.2 * accuracy || degree > 1;
+        let fine_carrier = carrier_error(alpha, 3) > 0.6 * accuracy || degree > 1;
         let wave = alpha / table.bin_m; // rad per metre of range
-        let third = |r: f64| 0.2 * half.powi(3) / (r * r) * wave;
+        let third = |r: f64| 0.08 * half.powi(3) / (r * r) * wave;
         let cubic = fine_carrier || sample.share(|r, _| third(r) > phase_tolerance_rad) > 0.02;
         let left_out = |r: f64| {
             if cubic {
@@ -511,7 +677,9 @@ fn choose_spec(
             }
         };
         let window = sample.share(|r, s| {
-            let span = (2.0 * half * s + half * half * (1.0 - s * s) / (2.0 * r)) / table.bin_m;
+            let bend = half * (1.0 - s * s) / r;
+            let span = half_vector * (2.0 * (s + bend) + half_vector * (1.0 - s * s) / (2.0 * r))
+                / table.bin_m;
             span < lanes - 1.05 && left_out(r) < phase_tolerance_rad
         });
         // Vector operations for one vector of pixels, as counted in the kernel.
@@ -539,6 +707,7 @@ fn choose_spec(
             degree: 3,
             period: None,
             carrier: n / 2,
+            interleaved: false,
         };
         let spec = DirectSpec {
             table,
@@ -551,11 +720,17 @@ fn choose_spec(
     })
 }
 
-/// Largest error of the carrier's polynomials of `terms` terms over a bin turning by `alpha`.
+/// Largest error of the carrier's polynomials over a bin turning by `alpha`: cosine of `terms` terms
+/// and sine of one less, interpolated at Chebyshev nodes.
 fn carrier_error(alpha: f64, terms: i32) -> f64 {
     let x = 0.5 * alpha;
-    let factorial: f64 = (1..=2 * terms).map(f64::from).product();
-    x.powi(2 * terms) / (factorial * 2f64.powi(2 * terms - 1))
+    let left = |power: i32| {
+        let factorial: f64 = (1..=power).map(f64::from).product();
+        x.powi(power) / factorial
+    };
+    let cosine = left(2 * terms) / 2f64.powi(2 * terms - 1);
+    let sine = left(2 * terms - 1) / 2f64.powi(2 * terms - 3);
+    cosine.max(sine)
 }
 
 fn fine_bin_m(pulses: &Pulses) -> f64 {
@@ -581,6 +756,7 @@ fn choose_table(pulses: &Pulses, power: &[f64], degree: usize, accuracy: f64) ->
         degree,
         period,
         carrier,
+        interleaved: false,
     };
     if let Some(step) = pulses.frequency_step_hz() {
         let period_m = pulses.light_speed_m_s() / (2.0 * step);

@@ -82,7 +82,7 @@ impl TiltedGrid {
     }
 
     /// The point of the parallelogram i × j nearest to `antenna_m`, in pixels.
-    fn nearest(&self, antenna_m: [f64; 3], i: [f64; 2], j: [f64; 2]) -> (f64, f64) {
+    pub(crate) fn nearest(&self, antenna_m: [f64; 3], i: [f64; 2], j: [f64; 2]) -> (f64, f64) {
         let d: [f64; 3] = std::array::from_fn(|axis| antenna_m[axis] - self.origin_m[axis]);
         let (uu, uv, vv) = (
             dot(self.u_m, self.u_m),

@@ -30,6 +30,8 @@ pub(crate) struct TableSpec {
     pub period: Option<usize>,
     /// Index of the frequency taken as carrier.
     pub carrier: usize,
+    /// Coefficients of a bin side by side, for gathers, instead of bins side by side, for windows.
+    pub interleaved: bool,
 }
 
 impl TableSpec {
@@ -118,7 +120,7 @@ pub(crate) struct RangeTable {
     pub first_bin: Vec<i64>,
     /// Numbers from one coefficient row to the next.
     pub stride: usize,
-    /// `[pulse, degree + 1, re/im, stride]`.
+    /// `[pulse, degree + 1, re/im, stride]`, or `[pulse, stride, degree + 1, re/im]` interleaved.
     pub coefficients: Vec<f32>,
     /// What the coefficients were multiplied by, a power of two that keeps them near 1.
     pub scale: f64,
@@ -358,9 +360,15 @@ impl Shared {
                     c = [Complex64::ZERO; MAX_DEGREE + 1];
                 }
             }
-            for p in 0..=spec.degree {
-                out[2 * p * stride + i] = c[p].re as f32;
-                out[(2 * p + 1) * stride + i] = c[p].im as f32;
+            for (p, c) in c.iter().enumerate().take(spec.degree + 1) {
+                let (re, im) = if spec.interleaved {
+                    let at = (spec.degree + 1) * 2 * i + 2 * p;
+                    (at, at + 1)
+                } else {
+                    (2 * p * stride + i, (2 * p + 1) * stride + i)
+                };
+                out[re] = c.re as f32;
+                out[im] = c.im as f32;
             }
             slot += 1;
             if slot == length {
@@ -433,6 +441,7 @@ mod tests {
                 degree,
                 period: Some(1536),
                 carrier: 106,
+                interleaved: false,
             };
             let spectrum = vec![Complex64::ONE; 213];
             let pulses = Pulses::new(&[[0.0; 3]], &f, &spectrum, &[1.0], 3e8)
@@ -461,6 +470,7 @@ mod tests {
             degree: 3,
             period: None,
             carrier: 30,
+            interleaved: false,
         };
         assert!(error(&f, spec, [40.0, 60.0], Spreading::InverseSquare) < 2e-5);
     }

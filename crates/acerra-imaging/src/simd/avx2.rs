@@ -118,9 +118,35 @@ impl Lanes for Avx2 {
         unsafe { _mm256_i32gather_ps::<4>(p, whole(i)) }
     }
     #[inline(always)]
-    unsafe fn store_rounded(self, p: *mut i32, i: V) {
+    unsafe fn store_rounded(self, p: *mut i32, i: V, plus: i32) {
         // SAFETY: `self` proves the instructions; the caller vouches for the memory.
-        unsafe { _mm256_storeu_si256(p.cast(), whole(i)) }
+        unsafe {
+            _mm256_storeu_si256(
+                p.cast(),
+                _mm256_add_epi32(whole(i), _mm256_set1_epi32(plus)),
+            )
+        }
+    }
+    #[inline(always)]
+    unsafe fn gather4(self, p: *const f32, i: V, step: usize) -> [V; 4] {
+        let mut at = [0i32; 8];
+        // SAFETY: `self` proves the instructions; the caller vouches for four numbers at every
+        // index. Four-number loads and a transposition beat gathers of single numbers.
+        unsafe {
+            _mm256_storeu_si256(at.as_mut_ptr().cast(), whole(i));
+            let quad = |l: usize| _mm_loadu_ps(p.offset(at[l] as isize * step as isize));
+            let pair =
+                |l: usize| _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(quad(l)), quad(l + 4));
+            let (a, b, c, d) = (pair(0), pair(1), pair(2), pair(3));
+            let (ab, ab2) = (_mm256_unpacklo_ps(a, b), _mm256_unpackhi_ps(a, b));
+            let (cd, cd2) = (_mm256_unpacklo_ps(c, d), _mm256_unpackhi_ps(c, d));
+            [
+                _mm256_shuffle_ps::<0x44>(ab, cd),
+                _mm256_shuffle_ps::<0xee>(ab, cd),
+                _mm256_shuffle_ps::<0x44>(ab2, cd2),
+                _mm256_shuffle_ps::<0xee>(ab2, cd2),
+            ]
+        }
     }
     #[inline(always)]
     fn vectorize<R>(self, f: impl FnOnce(Self) -> R) -> R {

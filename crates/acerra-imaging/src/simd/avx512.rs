@@ -121,9 +121,27 @@ impl Lanes for Avx512 {
         unsafe { _mm512_i32gather_ps::<4>(whole(i), p) }
     }
     #[inline(always)]
-    unsafe fn store_rounded(self, p: *mut i32, i: V) {
+    unsafe fn store_rounded(self, p: *mut i32, i: V, plus: i32) {
         // SAFETY: `self` proves the instructions; the caller vouches for the memory.
-        unsafe { _mm512_storeu_si512(p.cast(), whole(i)) }
+        unsafe {
+            _mm512_storeu_si512(
+                p.cast(),
+                _mm512_add_epi32(whole(i), _mm512_set1_epi32(plus)),
+            )
+        }
+    }
+    #[inline(always)]
+    unsafe fn gather4(self, p: *const f32, i: V, step: usize) -> [V; 4] {
+        // SAFETY: `self` proves the instructions; the caller vouches for every index.
+        unsafe {
+            let at = _mm512_mullo_epi32(whole(i), _mm512_set1_epi32(step as i32));
+            [
+                _mm512_i32gather_ps::<4>(at, p),
+                _mm512_i32gather_ps::<4>(at, p.add(1)),
+                _mm512_i32gather_ps::<4>(at, p.add(2)),
+                _mm512_i32gather_ps::<4>(at, p.add(3)),
+            ]
+        }
     }
     #[inline(always)]
     fn vectorize<R>(self, f: impl FnOnce(Self) -> R) -> R {

@@ -111,16 +111,27 @@ impl Lanes for Portable {
         map(i, i, |i, _| window[(i.to_bits() & 7) as usize])
     }
     #[inline(always)]
-    unsafe fn store_rounded(self, p: *mut i32, i: V) {
+    unsafe fn store_rounded(self, p: *mut i32, i: V, plus: i32) {
         for (k, v) in i.iter().enumerate() {
             // SAFETY: the caller has room for 8 integers.
-            unsafe { p.add(k).write(whole(*v)) }
+            unsafe { p.add(k).write(whole(*v).wrapping_add(plus)) }
         }
     }
     #[inline(always)]
     unsafe fn gather(self, p: *const f32, i: V) -> V {
         // SAFETY: the caller vouches for every index.
         map(i, i, |i, _| unsafe { *p.offset(whole(i) as isize) })
+    }
+    #[inline(always)]
+    unsafe fn gather4(self, p: *const f32, i: V, step: usize) -> [V; 4] {
+        let mut out = [[0.0; 8]; 4];
+        for l in 0..8 {
+            for (k, row) in out.iter_mut().enumerate() {
+                // SAFETY: the caller vouches for every index.
+                row[l] = unsafe { *p.offset(whole(i[l]) as isize * step as isize + k as isize) };
+            }
+        }
+        out
     }
     #[inline(always)]
     fn vectorize<R>(self, f: impl FnOnce(Self) -> R) -> R {

@@ -1,9 +1,9 @@
 //! The direct kernel for images whose rows are straight lines of evenly spaced pixels.
 //!
-//! Work is cut into blocks of N vectors of N pixels of a row. For a pulse and a block the range to
-//! the block's centre is taken in double precision; the range to the centre of each vector follows
+//! Work is cut into blocks of N groups of one or two vectors of N pixels of a row. For a pulse and a block the range to
+//! the block's centre is taken in double precision; the range to the centre of each group follows
 //! as R₀ + (R² − R₀²)/(R + R₀), whose correction is a few decimetres and so exact to nanometres in
-//! single precision at any distance; within a vector the range is a quadratic or cubic. Neighbouring
+//! single precision at any distance; within a group the range is a quadratic or cubic. Neighbouring
 //! pixels see few range bins: a window of N table entries is loaded once and each lane picks its
 //! entry inside registers. A pulse and block where the expansion or the window would not do goes
 //! through exact ranges and gathers, and pixels next to an antenna through the plain sum.
@@ -13,7 +13,7 @@ use crate::table::RangeTable;
 use num_complex::{Complex32, Complex64};
 
 /// Pulses handled together, so that their table entries stay in the first-level cache.
-pub(crate) const CHUNK: usize = 32;
+pub(crate) const CHUNK: usize = 8;
 /// Pixels of a tile held in accumulators.
 const TILE: usize = 2048;
 
@@ -22,6 +22,10 @@ pub(crate) struct Job<'a> {
     /// Antenna positions, one array an axis, m.
     pub antenna_m: [&'a [f64]; 3],
     pub table: &'a RangeTable,
+    /// Pulses summed.
+    pub pulses: std::ops::Range<usize>,
+    /// Whether single precision may carry ranges from a block's centre to its ends: small pixels.
+    pub near_centre: bool,
     /// cos αδ in powers of δ².
     pub cosine: [f32; 4],
     /// sin(αδ)/δ in powers of δ².
@@ -62,26 +66,40 @@ impl Tally {
     }
 }
 
-/// Rows that a tile holds at most for vectors of `lanes`.
-pub(crate) fn tile_rows(lanes: usize) -> usize {
-    TILE / (lanes * lanes)
+/// Vectors in a group: two share the setup where vectors are short.
+const fn vectors_a_group(lanes: usize) -> usize {
+    if lanes <= 8 { 2 } else { 1 }
 }
 
-/// Single-precision parameters of the pulses of a chunk for one block.
+/// Pixels of a block for vectors of `lanes`.
+pub(crate) const fn block_width(lanes: usize) -> usize {
+    lanes * lanes * vectors_a_group(lanes)
+}
+
+/// Rows that a tile holds at most for vectors of `lanes`.
+pub(crate) const fn tile_rows(lanes: usize) -> usize {
+    TILE / block_width(lanes)
+}
+
+/// Parameters of the pulses of a chunk for one block.
 struct Setup {
-    /// Range in bins, its first, second and third differences a pixel; `[pulse][term][vector]`.
-    terms: [[[f32; MAX_LANES]; 4]; CHUNK],
-    /// Start of each vector's window within the chunk's table.
-    window: [[i32; MAX_LANES]; CHUNK],
+    /// Of each pulse that goes by windows, [`ROWS`] rows of N, one lane a group: range at its middle
+    /// in bins past `whole`, the first, second and third power's coefficients a pixel, and for either
+    /// vector the whole bins from `whole` to its window and the bits of the integer at which that
+    /// window starts in the chunk's table.
+    windowed: [f32; CHUNK * ROWS * MAX_LANES],
     range_m: [f32; CHUNK],
     along_m: [f32; CHUNK],
     fraction: [f32; CHUNK],
     whole: [i32; CHUNK],
 }
 
+/// Rows of parameters a pulse.
+const ROWS: usize = 8;
+
 /// Images a band into `out` `[rows, columns]`; the caller keeps `rows` within [`tile_rows`].
 ///
-/// `DEGREE` is that of the table, `TERMS` counts trigonometric coefficients, `CUBIC` adds the third
+/// `DEGREE` is that of the table, `TERMS` counts the cosine's coefficients (the sine has one less), `CUBIC` adds the third
 /// order of the range within a vector.
 #[inline(always)]
 pub(crate) fn band<S: Lanes, const DEGREE: usize, const TERMS: usize, const CUBIC: bool>(
@@ -92,36 +110,36 @@ pub(crate) fn band<S: Lanes, const DEGREE: usize, const TERMS: usize, const CUBI
 ) -> Tally {
     assert!(band.rows <= tile_rows(S::N) && out.len() == band.rows * band.columns);
     assert!(job.table.spec.degree == DEGREE);
-    let width = S::N * S::N;
+    let width = block_width(S::N);
     let mut real = [0f32; TILE];
     let mut imag = [0f32; TILE];
     let mut setup = Setup {
-        terms: [[[0.0; MAX_LANES]; 4]; CHUNK],
-        window: [[0; MAX_LANES]; CHUNK],
+        windowed: [0.0; CHUNK * ROWS * MAX_LANES],
         range_m: [0.0; CHUNK],
         along_m: [0.0; CHUNK],
         fraction: [0.0; CHUNK],
         whole: [0; CHUNK],
     };
     let mut tally = Tally::default();
-    let pulses = job.antenna_m[0].len();
     let unscale = (1.0 / job.table.scale) as f32;
     let mut column = 0;
     while column < band.columns {
         let kept = (band.columns - column).min(width);
-        let vectors = kept.div_ceil(S::N);
+        let groups = kept.div_ceil(S::N * vectors_a_group(S::N));
         real.fill(0.0);
         imag.fill(0.0);
-        let mut first = 0;
-        while first < pulses {
-            let count = (pulses - first).min(CHUNK);
+        // Gathers touch a cache line a lane: fewer pulses keep theirs in the first level.
+        let chunk = if job.table.spec.interleaved { 2 } else { CHUNK };
+        let mut first = job.pulses.start;
+        while first < job.pulses.end {
+            let count = (job.pulses.end - first).min(chunk);
             for row in 0..band.rows {
                 let at = row * width;
                 block::<S, DEGREE, TERMS, CUBIC>(
                     s,
                     job,
                     band,
-                    (column, row, vectors),
+                    (column, row, groups),
                     first..first + count,
                     &mut setup,
                     &mut real[at..at + width],
@@ -149,7 +167,7 @@ fn block<S: Lanes, const DEGREE: usize, const TERMS: usize, const CUBIC: bool>(
     s: S,
     job: &Job,
     band: &Band,
-    (column, row, vectors): (usize, usize, usize),
+    (column, row, groups): (usize, usize, usize),
     pulses: std::ops::Range<usize>,
     setup: &mut Setup,
     real: &mut [f32],
@@ -161,11 +179,11 @@ fn block<S: Lanes, const DEGREE: usize, const TERMS: usize, const CUBIC: bool>(
     let count = pulses.len();
     let chunk_table =
         &table.coefficients[pulses.start * table.pulse_stride()..][..count * table.pulse_stride()];
-    let (mut fast, mut exact, mut plain) = ([0u8; CHUNK], [0u8; CHUNK], [0u8; CHUNK]);
+    let (mut exact, mut plain) = ([0u8; CHUNK], [0u8; CHUNK]);
     let (mut fasts, mut exacts, mut plains) = (0, 0, 0);
 
     // Double precision: range and along-row offset at the block's centre.
-    let centre = column as f64 + 0.5 * (n * n - 1) as f64;
+    let centre = column as f64 + 0.5 * (block_width(n) - 1) as f64;
     let at =
         |axis: usize| band.origin_m[axis] + centre * band.u_m[axis] + row as f64 * band.v_m[axis];
     let (x, y, z) = (at(0), at(1), at(2));
@@ -181,7 +199,9 @@ fn block<S: Lanes, const DEGREE: usize, const TERMS: usize, const CUBIC: bool>(
             let range = (dx * dx + dy * dy + dz * dz).sqrt();
             let along = dx * unit[0] + dy * unit[1] + dz * unit[2];
             let t = range * inverse_bin - start[m] as f64;
-            let whole = t as i32;
+            #[allow(clippy::manual_clamp)] // `clamp` would keep NaN
+            // SAFETY: the bounds keep it within an i32, and replace NaN.
+            let whole = unsafe { t.max(-1e9).min(1e9).to_int_unchecked::<i32>() };
             setup.range_m[m] = range as f32;
             setup.along_m[m] = along as f32;
             setup.whole[m] = whole;
@@ -189,14 +209,18 @@ fn block<S: Lanes, const DEGREE: usize, const TERMS: usize, const CUBIC: bool>(
         }
     }
 
-    // Single precision: one lane a vector of the block.
-    let half = 0.5 * (n - 1) as f32;
+    // Single precision: one lane a group of the block.
+    let pair = vectors_a_group(n);
     let pixel = job.pixel_m as f32;
     let bins = inverse_bin as f32;
+    // Pixels from the middle of a group to its end, of a vector to its end, and between the two.
+    let half = 0.5 * (pair * n - 1) as f32;
+    let half_vector = 0.5 * (n - 1) as f32;
+    let shift = 0.5 * ((pair - 1) * n) as f32;
     let mut offsets = [0f32; MAX_LANES];
     for (k, o) in offsets.iter_mut().enumerate() {
-        let k = k.min(vectors - 1) as f32;
-        *o = (k - half) * n as f32 * pixel;
+        let k = k.min(groups - 1) as f32;
+        *o = (k - 0.5 * (n - 1) as f32) * (pair * n) as f32 * pixel;
     }
     let (per_pixel, per_pixel2, per_pixel3) = (
         s.splat(pixel * bins),
@@ -205,12 +229,19 @@ fn block<S: Lanes, const DEGREE: usize, const TERMS: usize, const CUBIC: bool>(
     );
     let tolerance = s.splat(job.tolerance_bins as f32);
     let near = s.splat(job.plain_below_m as f32 + (half + 1.0) * pixel);
-    let last_window = s.splat(table.stride as f32 - 1.0 - n as f32);
+    let last_window = s.splat(table.stride as f32 - 2.0 - n as f32);
+    let widest = s.splat((n - 1) as f32 - 0.05);
     let (one, zero, tiny) = (s.splat(1.0), s.splat(0.0), s.splat(1e-30));
-    let (half_v, half2_v) = (s.splat(half), s.splat(half * half));
+    let rounding = s.splat(ROUNDING);
     // SAFETY: `offsets` has MAX_LANES ≥ N numbers.
     let along_block = unsafe { s.load(offsets.as_ptr()) };
+    let half_block = 0.5 * block_width(n) as f32 * pixel;
     for m in 0..count {
+        if table.spec.interleaved && setup.range_m[m] - half_block > job.plain_below_m as f32 {
+            exact[exacts] = m as u8;
+            exacts += 1;
+            continue;
+        }
         let range0 = s.splat(setup.range_m[m]);
         let along0 = s.splat(setup.along_m[m]);
         let along = s.add(along0, along_block);
@@ -227,49 +258,72 @@ fn block<S: Lanes, const DEGREE: usize, const TERMS: usize, const CUBIC: bool>(
         let first = s.mul(sine, per_pixel);
         let second = s.mul(curvature, per_pixel2);
         let third = s.mul(s.mul(s.mul(sine, curvature), inverse_range), per_pixel3);
-        let mut reach = s.mul(s.abs(first), half_v);
-        if CUBIC {
-            reach = s.mul_add(s.abs(third), s.splat(half * half * half), reach);
-        }
-        // Half a bin up for rounding, a little down for safety.
-        let window = s.floor(s.add(s.sub(t, reach), s.splat(0.499)));
-        let span = s.mul_add(second, half2_v, s.add(reach, reach));
-        let window_absolute = s.add(window, s.splat(setup.whole[m] as f32));
-        let left_out = if CUBIC {
-            // Fourth order: |R''''|/24 ≤ (1 − sin²)/(2R³).
+        let (first, left_out) = if CUBIC {
+            // The fourth derivative is at most 12 (1 − sin²)/R³.
             let fourth = s.mul(s.mul(second, inverse_range), inverse_range);
-            s.mul(
-                fourth,
-                s.splat(pixel * pixel * (half * half) * (half * half)),
+            let left_out = s.mul(fourth, s.splat(pixel * pixel * half.powi(4)));
+            (first, left_out)
+        } else {
+            // The line nearest to x³ over |x| ≤ h is 3h²x/5; at most 2h³/5 is left.
+            let left_out = s.mul(s.abs(third), s.splat(0.4 * half.powi(3)));
+            (
+                s.mul_add(third, s.splat(0.6 * half * half), first),
+                left_out,
+            )
+        };
+        // The range is convex: over a vector it stays above its tangent at the vector's middle.
+        let mut steepest = s.mul_add(second, s.splat(2.0 * shift), s.abs(first));
+        if CUBIC {
+            steepest = s.mul_add(s.abs(third), s.splat(3.0 * half * half), steepest);
+        }
+        let reach = s.mul(steepest, s.splat(half_vector));
+        let span = s.mul_add(
+            second,
+            s.splat(half_vector * half_vector),
+            s.add(reach, reach),
+        );
+        // Half a bin up for rounding, a little down for safety.
+        let lowest = s.mul_add(
+            second,
+            s.splat(shift * shift),
+            s.sub(t, s.sub(reach, s.splat(0.499))),
+        );
+        let (window, window2) = if pair > 1 {
+            (
+                s.floor(s.neg_mul_add(first, s.splat(shift), lowest)),
+                s.floor(s.mul_add(first, s.splat(shift), lowest)),
             )
         } else {
-            s.mul(s.abs(third), s.splat(half * half * half))
+            (s.floor(lowest), s.floor(lowest))
         };
-        let fits = s.all_le(span, s.splat((n - 1) as f32 - 0.05))
+        let whole = s.splat(setup.whole[m] as f32);
+        let least = s.sub(whole, s.max(s.sub(zero, window), s.sub(zero, window2)));
+        let most = s.add(whole, s.max(window, window2));
+        let fits = !table.spec.interleaved
+            && s.all_le(span, widest)
             && s.all_le(left_out, tolerance)
             && s.all_le(near, range)
-            && s.all_le(zero, window_absolute)
-            && s.all_le(window_absolute, last_window);
+            && s.all_le(zero, least)
+            && s.all_le(most, last_window);
         if fits {
-            let terms = &mut setup.terms[m];
-            // SAFETY: every row of `terms` and `window` has MAX_LANES ≥ N places.
-            unsafe {
-                s.store(terms[0].as_mut_ptr(), s.sub(t, window));
-                s.store(terms[1].as_mut_ptr(), first);
-                s.store(terms[2].as_mut_ptr(), second);
-                if CUBIC {
-                    s.store(terms[3].as_mut_ptr(), third);
-                }
-                s.store_rounded(
-                    setup.window[m].as_mut_ptr(),
-                    s.add(window, s.splat(ROUNDING)),
-                );
-            }
+            let rows = &mut setup.windowed[fasts * ROWS * n..][..ROWS * n];
             let start = (m * table.pulse_stride()) as i32 + setup.whole[m];
-            for w in &mut setup.window[m][..n] {
-                *w += start;
+            // SAFETY: `rows` holds ROWS rows of N numbers.
+            unsafe {
+                let at = rows.as_mut_ptr();
+                s.store(at, t);
+                s.store(at.add(n), first);
+                s.store(at.add(2 * n), second);
+                if CUBIC {
+                    s.store(at.add(3 * n), third);
+                }
+                s.store(at.add(4 * n), window);
+                s.store_rounded(at.add(5 * n).cast(), s.add(window, rounding), start);
+                if pair > 1 {
+                    s.store(at.add(6 * n), window2);
+                    s.store_rounded(at.add(7 * n).cast(), s.add(window2, rounding), start);
+                }
             }
-            fast[fasts] = m as u8;
             fasts += 1;
         } else if s.all_le(near, range) {
             exact[exacts] = m as u8;
@@ -282,77 +336,106 @@ fn block<S: Lanes, const DEGREE: usize, const TERMS: usize, const CUBIC: bool>(
 
     let mut lane = [0f32; MAX_LANES];
     for (l, v) in lane.iter_mut().enumerate() {
-        *v = l as f32 - half;
+        *v = l as f32 - half_vector;
     }
     // SAFETY: `lane` has MAX_LANES ≥ N numbers.
     let lanes = unsafe { s.load(lane.as_ptr()) };
     let kernel = Kernel::<S, DEGREE, TERMS> {
         s,
-        rounding: s.splat(ROUNDING),
+        rounding,
         cosine: job.cosine.map(|c| s.splat(c)),
         sine: job.sine.map(|c| s.splat(c)),
         stride: table.stride,
+        interleaved: table.spec.interleaved,
     };
-    for k in 0..vectors {
-        let mut sum = (zero, zero);
-        for &m in &fast[..fasts] {
-            let m = m as usize;
-            let terms = &setup.terms[m];
-            let t = if CUBIC {
-                let a = s.mul_add(lanes, s.splat(terms[3][k]), s.splat(terms[2][k]));
-                let a = s.mul_add(lanes, a, s.splat(terms[1][k]));
-                s.mul_add(lanes, a, s.splat(terms[0][k]))
-            } else {
-                let a = s.mul_add(lanes, s.splat(terms[2][k]), s.splat(terms[1][k]));
-                s.mul_add(lanes, a, s.splat(terms[0][k]))
-            };
-            // SAFETY: `fits` above checked 0 ≤ window ≤ stride − 1 − N within the pulse's rows.
-            unsafe {
-                let window = chunk_table.as_ptr().offset(setup.window[m][k] as isize);
-                kernel.windowed(window, t, &mut sum);
-            }
-        }
-        for &m in &exact[..exacts] {
-            let m = m as usize;
-            // From the vector's own centre, so that what single precision holds stays small.
-            let pulse = pulses.start + m;
-            let (dx, dy, dz) = (
-                x + f64::from(offsets[k]) * unit[0] - job.antenna_m[0][pulse],
-                y + f64::from(offsets[k]) * unit[1] - job.antenna_m[1][pulse],
-                z + f64::from(offsets[k]) * unit[2] - job.antenna_m[2][pulse],
-            );
-            let range0 = (dx * dx + dy * dy + dz * dz).sqrt();
-            let t0 = range0 * inverse_bin - table.first_bin[pulse] as f64;
-            let whole = t0 as i32;
-            let along0 = s.splat((dx * unit[0] + dy * unit[1] + dz * unit[2]) as f32);
-            let range0 = s.splat(range0 as f32);
-            let offset = s.mul(lanes, s.splat(pixel));
-            let square_difference = s.mul(offset, s.add(s.add(along0, offset), along0));
-            let square = s.max(s.mul_add(range0, range0, square_difference), tiny);
-            let difference = s.div(square_difference, s.add(s.sqrt(square), range0));
-            let fraction = s.splat((t0 - f64::from(whole)) as f32);
-            let t = s.mul_add(difference, s.splat(bins), fraction);
-            // SAFETY: the rounded index, taken from the start of the pulse's row, is clamped
-            // into the row.
-            unsafe {
-                let row = chunk_table.as_ptr().add(m * table.pulse_stride());
-                let lowest = s.splat(-(whole as f32));
-                let highest = s.splat((table.stride as i32 - 1 - whole) as f32);
-                kernel.gathered(row.offset(whole as isize), t, (lowest, highest), &mut sum);
-            }
-        }
-        // SAFETY: k < vectors ≤ N, and `real`, `imag` hold N·N numbers.
+    let lanes_of = [s.sub(lanes, s.splat(shift)), s.add(lanes, s.splat(shift))];
+    for (k, &group_offset) in offsets.iter().enumerate().take(groups) {
+        let mut sums = [[zero; 2]; 2];
+        // SAFETY: the first `fasts` parameter sets were written above, k < N; the windows were
+        // checked to lie within their pulse's rows.
         unsafe {
-            let (re, im) = (real.as_mut_ptr().add(k * n), imag.as_mut_ptr().add(k * n));
-            s.store(re, s.add(s.load(re), sum.0));
-            s.store(im, s.add(s.load(im), sum.1));
+            let mut at = setup.windowed.as_ptr().add(k);
+            let end = at.add(fasts * ROWS * n);
+            while at < end {
+                let term = |row: usize| s.splat(*at.add(row * n));
+                for side in 0..pair {
+                    let lanes = lanes_of[side];
+                    let t = s.sub(term(0), term(4 + 2 * side));
+                    let slope = if CUBIC {
+                        s.mul_add(lanes, s.mul_add(lanes, term(3), term(2)), term(1))
+                    } else {
+                        s.mul_add(lanes, term(2), term(1))
+                    };
+                    let t = s.mul_add(lanes, slope, t);
+                    let start = (*at.add((5 + 2 * side) * n)).to_bits() as i32;
+                    let window = chunk_table.as_ptr().offset(start as isize);
+                    kernel.windowed(window, t, &mut sums[side]);
+                }
+                at = at.add(ROWS * n);
+            }
         }
-        tally.window += fasts as u64;
-        tally.gather += exacts as u64;
-        tally.plain += plains as u64;
+        for (side, sum) in sums.iter_mut().enumerate().take(pair) {
+            let vector = pair * k + side;
+            let from_centre =
+                group_offset + (side as f32 * 2.0 - (pair - 1) as f32) * shift * pixel;
+            for &m in &exact[..exacts] {
+                let m = m as usize;
+                let pulse = pulses.start + m;
+                let (range0, along0, whole, fraction, offset) = if job.near_centre {
+                    (
+                        setup.range_m[m],
+                        setup.along_m[m],
+                        setup.whole[m],
+                        setup.fraction[m],
+                        s.mul_add(lanes, s.splat(pixel), s.splat(from_centre)),
+                    )
+                } else {
+                    // From the vector's own centre, so that what single precision holds stays small.
+                    let along = f64::from(from_centre);
+                    let (dx, dy, dz) = (
+                        x + along * unit[0] - job.antenna_m[0][pulse],
+                        y + along * unit[1] - job.antenna_m[1][pulse],
+                        z + along * unit[2] - job.antenna_m[2][pulse],
+                    );
+                    let range0 = (dx * dx + dy * dy + dz * dz).sqrt();
+                    let t0 = range0 * inverse_bin - table.first_bin[pulse] as f64;
+                    let whole = t0 as i32;
+                    (
+                        range0 as f32,
+                        (dx * unit[0] + dy * unit[1] + dz * unit[2]) as f32,
+                        whole,
+                        (t0 - f64::from(whole)) as f32,
+                        s.mul(lanes, s.splat(pixel)),
+                    )
+                };
+                let (along0, range0) = (s.splat(along0), s.splat(range0));
+                let square_difference = s.mul(offset, s.add(s.add(along0, offset), along0));
+                let square = s.max(s.mul_add(range0, range0, square_difference), tiny);
+                let difference = s.div(square_difference, s.add(s.sqrt(square), range0));
+                let t = s.mul_add(difference, s.splat(bins), s.splat(fraction));
+                // SAFETY: the rounded index, taken from the start of the pulse's row, is clamped
+                // into the row.
+                unsafe {
+                    let row = chunk_table.as_ptr().add(m * table.pulse_stride());
+                    let lowest = s.splat(-(whole as f32));
+                    let highest = s.splat((table.stride as i32 - 1 - whole) as f32);
+                    kernel.gathered(row, whole, t, (lowest, highest), sum);
+                }
+            }
+            // SAFETY: `vector` < pair·N, and `real`, `imag` hold pair·N·N numbers.
+            unsafe {
+                let at = vector * n;
+                let (re, im) = (real.as_mut_ptr().add(at), imag.as_mut_ptr().add(at));
+                s.store(re, s.add(s.load(re), sum[0]));
+                s.store(im, s.add(s.load(im), sum[1]));
+            }
+        }
+        tally.window += (pair * fasts) as u64;
+        tally.gather += (pair * exacts) as u64;
+        tally.plain += (pair * plains) as u64;
     }
     for &m in &plain[..plains] {
-        for i in 0..(vectors * n).min(band.columns - column) {
+        for i in 0..(groups * pair * n).min(band.columns - column) {
             let along = (column + i) as f64;
             let point: [f64; 3] = std::array::from_fn(|axis| {
                 band.origin_m[axis] + along * band.u_m[axis] + row as f64 * band.v_m[axis]
@@ -371,6 +454,7 @@ pub(crate) struct Kernel<S: Lanes, const DEGREE: usize, const TERMS: usize> {
     pub cosine: [S::V; 4],
     pub sine: [S::V; 4],
     pub stride: usize,
+    pub interleaved: bool,
 }
 
 impl<S: Lanes, const DEGREE: usize, const TERMS: usize> Kernel<S, DEGREE, TERMS> {
@@ -379,7 +463,7 @@ impl<S: Lanes, const DEGREE: usize, const TERMS: usize> Kernel<S, DEGREE, TERMS>
     /// # Safety
     /// N entries must be readable at `window` and at every coefficient row after it.
     #[inline(always)]
-    unsafe fn windowed(&self, window: *const f32, t: S::V, sum: &mut (S::V, S::V)) {
+    unsafe fn windowed(&self, window: *const f32, t: S::V, sum: &mut [S::V; 2]) {
         let s = self.s;
         let i = s.add(t, self.rounding);
         let delta = s.sub(t, s.sub(i, self.rounding));
@@ -388,17 +472,19 @@ impl<S: Lanes, const DEGREE: usize, const TERMS: usize> Kernel<S, DEGREE, TERMS>
         self.add(delta, entry, sum);
     }
 
-    /// Adds the contribution at `t` bins past `row`, the index kept within `limits`.
+    /// Adds the contribution at `whole` + `t` bins past the start of a pulse's `row`, the index past
+    /// `whole` kept within the limits.
     ///
     /// # Safety
-    /// Entries within the limits must be readable at `row` and at every coefficient row after it.
+    /// Entries `whole` + the limits must be readable in every coefficient row of `row`.
     #[inline(always)]
-    pub unsafe fn gathered(
+    unsafe fn gathered(
         &self,
         row: *const f32,
+        whole: i32,
         t: S::V,
         (lowest, highest): (S::V, S::V),
-        sum: &mut (S::V, S::V),
+        sum: &mut [S::V; 2],
     ) {
         let s = self.s;
         let i = s.sub(s.add(t, self.rounding), self.rounding);
@@ -408,13 +494,36 @@ impl<S: Lanes, const DEGREE: usize, const TERMS: usize> Kernel<S, DEGREE, TERMS>
         let i = s.max(i, lowest);
         let i = s.sub(zero, s.max(s.sub(zero, i), s.sub(zero, highest)));
         let i = s.add(i, self.rounding);
-        // SAFETY: the caller vouches for the entries within the limits.
-        let entry = |k: usize| unsafe { s.gather(row.add(k * self.stride), i) };
-        self.add(delta, entry, sum);
+        if self.interleaved {
+            let step = 2 * (DEGREE + 1);
+            // SAFETY: the caller vouches for the entries; those of even degree, of which the last
+            // half of the second four is none, are read singly.
+            unsafe {
+                let row = row.offset(whole as isize * step as isize);
+                let first = s.gather4(row, i, step);
+                let last = match DEGREE {
+                    1 => first,
+                    3 => s.gather4(row.add(4), i, step),
+                    _ => {
+                        let i = s.mul(s.sub(i, self.rounding), s.splat(step as f32));
+                        let i = s.add(i, self.rounding);
+                        let (re, im) = (s.gather(row.add(4), i), s.gather(row.add(5), i));
+                        [re, im, re, im]
+                    }
+                };
+                let entry = |k: usize| if k < 4 { first[k] } else { last[k - 4] };
+                self.add(delta, entry, sum);
+            }
+        } else {
+            // SAFETY: the caller vouches for the entries within the limits.
+            let entry =
+                |k: usize| unsafe { s.gather(row.offset(whole as isize).add(k * self.stride), i) };
+            self.add(delta, entry, sum);
+        }
     }
 
     #[inline(always)]
-    fn add(&self, delta: S::V, entry: impl Fn(usize) -> S::V, sum: &mut (S::V, S::V)) {
+    fn add(&self, delta: S::V, entry: impl Fn(usize) -> S::V, sum: &mut [S::V; 2]) {
         let s = self.s;
         let (mut re, mut im) = (entry(2 * DEGREE), entry(2 * DEGREE + 1));
         for p in (0..DEGREE).rev() {
@@ -422,13 +531,16 @@ impl<S: Lanes, const DEGREE: usize, const TERMS: usize> Kernel<S, DEGREE, TERMS>
             im = s.mul_add(im, delta, entry(2 * p + 1));
         }
         let square = s.mul(delta, delta);
-        let (mut cosine, mut sine) = (self.cosine[TERMS - 1], self.sine[TERMS - 1]);
+        // One term less than the cosine's: its error is smaller by itself.
+        let (mut cosine, mut sine) = (self.cosine[TERMS - 1], self.sine[TERMS - 2]);
         for k in (0..TERMS - 1).rev() {
             cosine = s.mul_add(cosine, square, self.cosine[k]);
+        }
+        for k in (0..TERMS - 2).rev() {
             sine = s.mul_add(sine, square, self.sine[k]);
         }
         sine = s.mul(sine, delta);
-        sum.0 = s.neg_mul_add(im, sine, s.mul_add(re, cosine, sum.0));
-        sum.1 = s.mul_add(im, cosine, s.mul_add(re, sine, sum.1));
+        sum[0] = s.neg_mul_add(im, sine, s.mul_add(re, cosine, sum[0]));
+        sum[1] = s.mul_add(im, cosine, s.mul_add(re, sine, sum[1]));
     }
 }
