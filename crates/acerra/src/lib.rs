@@ -9,6 +9,7 @@ pub mod cli;
 pub mod commands;
 pub mod describe;
 pub mod figure;
+pub mod plan;
 pub mod positioning;
 pub mod products;
 pub mod report;

@@ -1,0 +1,185 @@
+//! `acerra plan`: from an area and a wanted resolution to lines that can be flown.
+
+use std::fmt::Write as _;
+use std::io::Write;
+use std::path::PathBuf;
+
+use anyhow::Context;
+
+use crate::figure::{Axis, Map};
+use crate::plan::{
+    FlightPlan, PlanFile, expected_maps, to_geojson, to_kml, to_qgroundcontrol,
+};
+use crate::products::staging::Staging;
+
+/// Plan a flight: lines, height, speed, batteries, and what to expect of the image.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// The plan file: area, wanted resolution, radar, drone.
+    #[arg(value_name = "PLAN.toml")]
+    plan: PathBuf,
+    /// Write there: plan.geojson, plan.kml, plan.plan (QGroundControl), plan.json, across.png,
+    /// ghost.png.
+    #[arg(short, long, value_name = "DIR")]
+    output: Option<PathBuf>,
+    /// Answer as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// A plan file that cannot be read, asks for what cannot be, or an output directory that cannot be
+/// written.
+pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
+    let name = || args.plan.display().to_string();
+    let text = std::fs::read_to_string(&args.plan).with_context(name)?;
+    let plan = PlanFile::parse(&text).and_then(FlightPlan::make).with_context(name)?;
+    if let Some(directory) = &args.output {
+        let staging = Staging::new(directory)?;
+        for (name, bytes) in products(&plan)? {
+            staging.write(&name, bytes)?;
+        }
+        staging.publish()?;
+    }
+    if args.json {
+        serde_json::to_writer_pretty(&mut *out, &plan.summary)?;
+        writeln!(out)?;
+    } else {
+        out.write_all(describe(&plan).as_bytes())?;
+    }
+    Ok(())
+}
+
+/// All files by name. More than one flight makes `plan-1.plan`, `plan-2.plan`, … instead of
+/// `plan.plan`.
+fn products(plan: &FlightPlan) -> anyhow::Result<Vec<(String, Vec<u8>)>> {
+    let pretty = serde_json::to_vec_pretty;
+    let mut files = vec![
+        ("plan.json".to_owned(), pretty(&plan.summary)?),
+        ("plan.geojson".to_owned(), pretty(&to_geojson(plan))?),
+        ("plan.kml".to_owned(), to_kml(plan).into_bytes()),
+    ];
+    for (i, flight) in plan.flights.iter().enumerate() {
+        let name = match plan.flights.len() {
+            1 => "plan.plan".to_owned(),
+            _ => format!("plan-{}.plan", i + 1),
+        };
+        files.push((name, pretty(&to_qgroundcontrol(plan, flight))?));
+    }
+    let maps = expected_maps(plan);
+    let draw = |title: &str, values: &[f64], what: &str| {
+        Map {
+            equal_aspect: true,
+            ..Map::new(
+                title,
+                Axis::new("east of home", "m"),
+                Axis::new("north of home", "m"),
+                values,
+                maps.columns,
+                maps.rows,
+            )
+        }
+        .grid(maps.east_m, maps.north_m)
+        .values_are(what)
+        .draw()
+        .and_then(|drawing| drawing.to_png())
+    };
+    files.push((
+        "across.png".to_owned(),
+        draw("Expected across-track resolution", &maps.across_m, "across (m)")?,
+    ));
+    // A map of ones says nothing that the summary does not.
+    if plan.curve.is_some() {
+        let ghost = draw("Expected ghosts", &maps.ghost, "ghost over target")?;
+        files.push(("ghost.png".to_owned(), ghost));
+    }
+    Ok(files)
+}
+
+fn describe(plan: &FlightPlan) -> String {
+    let s = &plan.summary;
+    let mut text = String::new();
+    let mut line = |name: &str, value: String| {
+        let _ = writeln!(text, "{name:<22} {value}");
+    };
+    line("height", format!("{:.1} m above ground", s.height_m));
+    line("speed", format!("{:.2} m/s", s.speed_m_s));
+    line(
+        "lines",
+        match s.track_spacing_m {
+            Some(m) => format!("{}, {m:.1} m apart, heading {:.0}°", s.lines, s.heading_deg),
+            None => format!("{}, heading {:.0}°", s.lines, s.heading_deg),
+        },
+    );
+    line(
+        "length",
+        format!("{:.1} m the longest, {:.0} m in all", s.track_length_m, s.total_length_m),
+    );
+    line(
+        "each line shows",
+        format!("{:.1} to {:.1} m beside it, where {}", s.swath_m[0], s.swath_m[1], s.swath_ends),
+    );
+    line(
+        "resolution",
+        format!(
+            "{:.3} m along, {:.2} to {:.2} m across, {:.3} m in range",
+            s.along_m, s.across_m[0], s.across_m[1], s.range_m
+        ),
+    );
+    line(
+        "signal to noise",
+        format!(
+            "{:.0} to {:.0} dB for {} dBsm",
+            s.snr_db[0], s.snr_db[1], plan.file.want.rcs_dbsm
+        ),
+    );
+    line(
+        "sampling",
+        format!(
+            "{:.1} mm at {} scans/s; aliasing from {:.1} mm on at ±{:.1}°",
+            1e3 * s.step_m,
+            s.scans_hz,
+            1e3 * s.longest_step_m,
+            s.half_view_deg
+        ),
+    );
+    if let Some(curve) = &s.curve {
+        let ghosts: Vec<String> =
+            curve.ghost.iter().map(|[d, g]| format!("{g:.2} at {d:.1} m")).collect();
+        line(
+            "curve",
+            format!(
+                "±{:.2} m over {:.1} m; ghosts {}",
+                curve.amplitude_m,
+                curve.period_m,
+                ghosts.join(", ")
+            ),
+        );
+    }
+    line(
+        "positions",
+        format!(
+            "random errors of {:.1} mm cost 1 dB of the peak",
+            1e3 * s.position_error_for_1_db_m
+        ),
+    );
+    for (i, flight) in s.flights.iter().enumerate() {
+        line(
+            &format!("flight {}", i + 1),
+            format!(
+                "lines {} to {}, {:.0} m, {:.1} minutes, {:.0} % of a battery",
+                flight.first_line + 1,
+                flight.last_line + 1,
+                flight.distance_m,
+                flight.time_s / 60.0,
+                100.0 * flight.battery
+            ),
+        );
+    }
+    for warning in &s.warnings {
+        line("note", warning.clone());
+    }
+    text
+}

@@ -1,0 +1,43 @@
+//! Planning a flight: from an area and a wanted resolution to lines that can be flown.
+//!
+//! 1. [`PlanFile`] says what is wanted and what there is: area, resolution, radar, drone.
+//! 2. `swath` finds, for each height, the strip beside a line that is resolved finely enough
+//!    (Eq. (9)), lies in the antenna's beam and has the signal-to-noise ratio asked for (radar
+//!    equation, `link`).
+//! 3. `lines` covers the area with the fewest lines; the height with the shortest flight wins.
+//! 4. `curve` bends the lines until the ghost on the other side is as weak as wanted, by the exact
+//!    point spread function.
+//! 5. `flights` adds time and batteries, `maps` what is to be expected where.
+//! 6. `geojson`, `kml` and `qgroundcontrol` write it down.
+//!
+//! What cannot be is refused with the reason: [`PlanError::Impossible`].
+
+mod curve;
+mod error;
+mod file;
+mod flights;
+mod geojson;
+mod kml;
+mod lines;
+mod link;
+mod maps;
+mod polygon;
+mod qgroundcontrol;
+mod summary;
+mod swath;
+
+pub use curve::Curve;
+pub use error::PlanError;
+pub use file::{Area, Drone, PlanFile, Radar, Want};
+pub use flights::Flight;
+pub use geojson::to_geojson;
+pub use kml::to_kml;
+pub use lines::{Line, Lines};
+pub use link::{image_snr_db, pulse_snr_db};
+pub use maps::{ExpectedMaps, expected_maps};
+pub use qgroundcontrol::to_qgroundcontrol;
+pub use summary::{FlightPlan, Summary};
+pub use swath::Swath;
+
+/// Speed of light (m/s).
+pub(crate) const LIGHT_SPEED_M_S: f64 = 299_792_458.0;
