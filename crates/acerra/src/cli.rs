@@ -25,6 +25,7 @@ enum Command {
     Focus(commands::focus::Args),
     Info(commands::info::Args),
     Ppk(commands::ppk::Args),
+    Plan(commands::plan::Args),
     Psf(commands::psf::Args),
     Resolution(commands::resolution::Args),
 }
@@ -47,6 +48,7 @@ pub fn main() -> ExitCode {
         Command::Focus(args) => commands::focus::run(&args, &mut out),
         Command::Info(args) => commands::info::run(&args, &mut out),
         Command::Ppk(args) => commands::ppk::run(&args, &mut out),
+        Command::Plan(args) => commands::plan::run(&args, &mut out),
         Command::Psf(args) => commands::psf::run(&args, &mut out),
         Command::Resolution(args) => commands::resolution::run(&args, &mut out),
     };

@@ -5,6 +5,7 @@
 
 pub mod focus;
 pub mod info;
+pub mod plan;
 pub mod ppk;
 pub mod psf;
 pub mod resolution;

@@ -7,9 +7,7 @@ use std::path::PathBuf;
 use anyhow::Context;
 
 use crate::figure::{Axis, Map};
-use crate::plan::{
-    FlightPlan, PlanFile, expected_maps, to_geojson, to_kml, to_qgroundcontrol,
-};
+use crate::plan::{FlightPlan, PlanFile, expected_maps, to_geojson, to_kml, to_qgroundcontrol};
 use crate::products::staging::Staging;
 
 /// Plan a flight: lines, height, speed, batteries, and what to expect of the image.
@@ -35,7 +33,9 @@ pub struct Args {
 pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
     let name = || args.plan.display().to_string();
     let text = std::fs::read_to_string(&args.plan).with_context(name)?;
-    let plan = PlanFile::parse(&text).and_then(FlightPlan::make).with_context(name)?;
+    let plan = PlanFile::parse(&text)
+        .and_then(FlightPlan::make)
+        .with_context(name)?;
     if let Some(directory) = &args.output {
         let staging = Staging::new(directory)?;
         for (name, bytes) in products(&plan)? {
@@ -55,10 +55,15 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
 /// All files by name. More than one flight makes `plan-1.plan`, `plan-2.plan`, … instead of
 /// `plan.plan`.
 fn products(plan: &FlightPlan) -> anyhow::Result<Vec<(String, Vec<u8>)>> {
-    let pretty = serde_json::to_vec_pretty;
     let mut files = vec![
-        ("plan.json".to_owned(), pretty(&plan.summary)?),
-        ("plan.geojson".to_owned(), pretty(&to_geojson(plan))?),
+        (
+            "plan.json".to_owned(),
+            serde_json::to_vec_pretty(&plan.summary)?,
+        ),
+        (
+            "plan.geojson".to_owned(),
+            serde_json::to_vec_pretty(&to_geojson(plan))?,
+        ),
         ("plan.kml".to_owned(), to_kml(plan).into_bytes()),
     ];
     for (i, flight) in plan.flights.iter().enumerate() {
@@ -66,7 +71,10 @@ fn products(plan: &FlightPlan) -> anyhow::Result<Vec<(String, Vec<u8>)>> {
             1 => "plan.plan".to_owned(),
             _ => format!("plan-{}.plan", i + 1),
         };
-        files.push((name, pretty(&to_qgroundcontrol(plan, flight))?));
+        files.push((
+            name,
+            serde_json::to_vec_pretty(&to_qgroundcontrol(plan, flight))?,
+        ));
     }
     let maps = expected_maps(plan);
     let draw = |title: &str, values: &[f64], what: &str| {
@@ -88,7 +96,11 @@ fn products(plan: &FlightPlan) -> anyhow::Result<Vec<(String, Vec<u8>)>> {
     };
     files.push((
         "across.png".to_owned(),
-        draw("Expected across-track resolution", &maps.across_m, "across (m)")?,
+        draw(
+            "Expected across-track resolution",
+            &maps.across_m,
+            "across (m)",
+        )?,
     ));
     // A map of ones says nothing that the summary does not.
     if plan.curve.is_some() {
@@ -115,11 +127,17 @@ fn describe(plan: &FlightPlan) -> String {
     );
     line(
         "length",
-        format!("{:.1} m the longest, {:.0} m in all", s.track_length_m, s.total_length_m),
+        format!(
+            "{:.1} m the longest, {:.0} m in all",
+            s.track_length_m, s.total_length_m
+        ),
     );
     line(
         "each line shows",
-        format!("{:.1} to {:.1} m beside it, where {}", s.swath_m[0], s.swath_m[1], s.swath_ends),
+        format!(
+            "{:.1} to {:.1} m beside it, where {}",
+            s.swath_m[0], s.swath_m[1], s.swath_ends
+        ),
     );
     line(
         "resolution",
@@ -146,8 +164,11 @@ fn describe(plan: &FlightPlan) -> String {
         ),
     );
     if let Some(curve) = &s.curve {
-        let ghosts: Vec<String> =
-            curve.ghost.iter().map(|[d, g]| format!("{g:.2} at {d:.1} m")).collect();
+        let ghosts: Vec<String> = curve
+            .ghost
+            .iter()
+            .map(|[d, g]| format!("{g:.2} at {d:.1} m"))
+            .collect();
         line(
             "curve",
             format!(

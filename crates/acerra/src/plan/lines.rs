@@ -118,12 +118,14 @@ fn fills(offsets: &[f64], low: f64, high: f64, near: f64, far: f64) -> bool {
 }
 
 impl Lines {
-    /// Lines over an area (east and north of home, m), each long enough that everything it shows
-    /// is seen under the whole view: `run_m` before and after.
+    /// Lines over an area (east and north of home, m) whose strips from `near` to `far` fill it,
+    /// each long enough that all within `reach_m` of it is seen under the whole view: `run_m` before
+    /// and after.
     pub(super) fn over(
         area: &Polygon,
         heading_rad: f64,
         (near, far): (f64, f64),
+        reach_m: f64,
         run_m: f64,
     ) -> Result<Self, PlanError> {
         let turned = area.map(|p| line_from_enu(heading_rad, p));
@@ -132,7 +134,8 @@ impl Lines {
         let spacing_m = (offsets.len() > 1).then(|| offsets[1] - offsets[0]);
         let mut lines = Vec::new();
         for offset_m in offsets {
-            let Some((from, to)) = turned.extent_between(offset_m - far, offset_m + far) else {
+            let Some((from, to)) = turned.extent_between(offset_m - reach_m, offset_m + reach_m)
+            else {
                 continue;
             };
             let (mut start_m, mut end_m) = (from - run_m, to + run_m);
@@ -223,12 +226,12 @@ mod tests {
             .expect("an area");
         let heading = longest_way(&area);
         assert!((heading - std::f64::consts::FRAC_PI_2).abs() < 1e-12);
-        let lines = Lines::over(&area, heading, (2.0, 7.0), 3.0).expect("possible");
+        let lines = Lines::over(&area, heading, (2.0, 7.0), 7.0, 3.0).expect("possible");
         assert_eq!(lines.lines.len(), 2);
-        assert_eq!(lines.spacing_m, Some(14.0));
+        assert!(lines.spacing_m.is_some_and(|m| (m - 14.0).abs() < 1e-9));
         let (first, second) = (&lines.lines[0], &lines.lines[1]);
-        assert_eq!((first.start_m, first.end_m), (-3.0, 33.0));
-        assert_eq!((second.start_m, second.end_m), (33.0, -3.0));
+        assert!((first.start_m + 3.0).abs() < 1e-9 && (first.end_m - 33.0).abs() < 1e-9);
+        assert!((second.start_m - 33.0).abs() < 1e-9 && (second.end_m + 3.0).abs() < 1e-9);
         assert!((first.length_m() - 36.0).abs() < 1e-12);
         assert!((first.waypoints_m[0][1] + 2.0).abs() < 1e-9);
     }

@@ -249,8 +249,8 @@ fn best_height(
         let height_m = low + (high - low) * i as f64 / (HEIGHTS - 1) as f64;
         let attempt = Swath::at(file, view, height_m, step_m).and_then(|swath| {
             let sure = swath.sure(file.drone.stray_m);
-            let run_m = height_m.hypot(sure.1) * view.half_rad.tan();
-            let lines = Lines::over(area, heading_rad, sure, run_m)?;
+            let run_m = height_m.hypot(swath.far_m) * view.half_rad.tan();
+            let lines = Lines::over(area, heading_rad, sure, swath.far_m, run_m)?;
             let flights = flights::divide(&file.drone, &lines.lines, height_m, speed_m_s)?;
             Ok((swath, lines, flights))
         });
