@@ -10,6 +10,10 @@ use std::f64::consts::TAU;
 /// Ephemerides are issued on every even hour (s).
 const ISSUE_S: i64 = 7200;
 
+/// Shift of the satellites along their plane from one plane to the next (turns): over Europe the
+/// position dilution above 15° is then below 7 for 99 % of the time; other shifts leave holes.
+const PHASING: f64 = 0.14;
+
 /// Satellites in each of the six planes.
 const PLANES: [usize; 6] = [5, 5, 5, 5, 5, 6];
 
@@ -38,7 +42,7 @@ pub fn constellation(start: GpsTime, duration_s: f64, seed: u64) -> Navigation {
                 continue;
             };
             let node = node_of_first_plane + TAU * plane as f64 / 6.0;
-            let latitude = TAU * (slot as f64 / count as f64 + plane as f64 * 0.08);
+            let latitude = TAU * (slot as f64 / count as f64 + plane as f64 * PHASING);
             let orbit = orbit(satellite, node, latitude, first_issue, &mut rng);
             let mut issue = first_issue;
             while issue <= last_issue {
