@@ -28,6 +28,7 @@ enum Command {
     Plan(commands::plan::Args),
     Psf(commands::psf::Args),
     Resolution(commands::resolution::Args),
+    Simulate(commands::simulate::Args),
 }
 
 /// Parses the arguments, runs the command, and turns its outcome into an exit code:
@@ -51,6 +52,7 @@ pub fn main() -> ExitCode {
         Command::Plan(args) => commands::plan::run(&args, &mut out),
         Command::Psf(args) => commands::psf::run(&args, &mut out),
         Command::Resolution(args) => commands::resolution::run(&args, &mut out),
+        Command::Simulate(args) => commands::simulate::run(&args, &mut out),
     };
     let outcome = outcome.and_then(|()| Ok(out.flush()?));
     match outcome {

@@ -11,8 +11,8 @@ use serde::{Deserialize, Serialize};
 pub use choices::{Background, Gate, Select, TimeOffset, ZeroTiming};
 pub use error::CampaignError;
 pub use sections::{
-    ImageSection, MeasureSection, PreprocessSection, RadarSection, TrajectorySection, Unfixed,
-    Weight,
+    Files, GnssSection, ImageSection, MeasureSection, PreprocessSection, RadarSection,
+    TrajectorySection, Unfixed, Weight,
 };
 
 /// A campaign, as its file states it and with every default filled in.
@@ -21,6 +21,9 @@ pub use sections::{
 pub struct Campaign {
     /// The radar log.
     pub radar: RadarSection,
+    /// Raw GNSS logs to compute the trajectory from.
+    #[serde(default)]
+    pub gnss: Option<GnssSection>,
     /// The trajectory.
     #[serde(default)]
     pub trajectory: TrajectorySection,
@@ -68,7 +71,24 @@ impl Campaign {
         let resolve = |path: &mut PathBuf| *path = folder.join(&*path);
         resolve(&mut self.radar.file);
         self.trajectory.file.as_mut().map(resolve);
+        if let Some(gnss) = &mut self.gnss {
+            resolve(&mut gnss.rover);
+            resolve(&mut gnss.base);
+            gnss.navigation.0.iter_mut().for_each(resolve);
+            gnss.config.as_mut().map(resolve);
+        }
         self
+    }
+
+    /// The files that hold or make the positions.
+    pub fn position_files(&self) -> impl Iterator<Item = &Path> {
+        let gnss = self.gnss.iter().flat_map(|gnss| {
+            [gnss.rover.as_path(), gnss.base.as_path()]
+                .into_iter()
+                .chain(gnss.navigation.0.iter().map(PathBuf::as_path))
+                .chain(gnss.config.as_deref())
+        });
+        self.trajectory.file.as_deref().into_iter().chain(gnss)
     }
 
     /// The zero-timing in force: the stated one, else the calibrated delay, else the paper's.
@@ -133,6 +153,26 @@ impl Campaign {
             "[latitude, longitude, height]: degrees and metres",
             &trajectory.origin_deg_m,
         )?;
+
+        if let Some(gnss) = &self.gnss {
+            if self.trajectory.file.is_some() {
+                return Err(CampaignError::Conflict {
+                    first: "[gnss]",
+                    second: "[trajectory] file",
+                    reason: "both give the positions",
+                });
+            }
+            if gnss.base_ecef_m.is_some() && gnss.base_deg_m.is_some() {
+                return Err(CampaignError::Conflict {
+                    first: "[gnss] base_ecef_m",
+                    second: "[gnss] base_deg_m",
+                    reason: "both give the base's place",
+                });
+            }
+            let places = [gnss.base_ecef_m, gnss.base_deg_m];
+            let ok = places.iter().flatten().all(|place| finite(place));
+            require(ok, "gnss", "base_ecef_m", "finite coordinates", &places)?;
+        }
 
         let image = &self.image;
         let [low, high] = image.band_ghz;

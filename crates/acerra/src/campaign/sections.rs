@@ -53,6 +53,47 @@ pub enum Unfixed {
     Drop,
 }
 
+/// `[gnss]`: positions are computed from raw GNSS logs by carrier-phase differential positioning.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct GnssSection {
+    /// The flying receiver's log: RINEX, Hatanaka, UBX, gzipped or not.
+    pub rover: PathBuf,
+    /// The log of the receiver on the ground.
+    pub base: PathBuf,
+    /// Navigation files; raw logs bring their own.
+    #[serde(default)]
+    pub navigation: Files,
+    /// RTKLIB configuration (`.conf`) with the options of the positioning.
+    #[serde(default)]
+    pub config: Option<PathBuf>,
+    /// Where the base's antenna stands, Earth-centred (m). By default what its log says.
+    #[serde(default)]
+    pub base_ecef_m: Option<[f64; 3]>,
+    /// The same as latitude and longitude in degrees and ellipsoidal height in metres.
+    #[serde(default)]
+    pub base_deg_m: Option<[f64; 3]>,
+}
+
+/// One file or several.
+#[derive(Clone, Debug, Default, Serialize, PartialEq, Eq)]
+pub struct Files(pub Vec<PathBuf>);
+
+impl<'de> Deserialize<'de> for Files {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        use serde::de::Error;
+        let path = |value: &toml::Value| value.as_str().map(PathBuf::from);
+        let value = toml::Value::deserialize(deserializer)?;
+        let files = match &value {
+            toml::Value::Array(list) => list.iter().map(path).collect(),
+            one => path(one).map(|one| vec![one]),
+        };
+        files.map(Self).ok_or_else(|| {
+            D::Error::custom(format!("expected a file or a list of files; found {value}"))
+        })
+    }
+}
+
 /// `[preprocess]`: from raw traces to clean spectra.
 #[derive(Clone, Debug, Default, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]

@@ -62,7 +62,7 @@ pub fn run(
         let files = campaign_file
             .into_iter()
             .chain([campaign.radar.file.as_path()])
-            .chain(campaign.trajectory.file.as_deref());
+            .chain(campaign.position_files());
         for path in files {
             let input = InputFile::record(path).with_context(|| format!("{}", path.display()))?;
             inputs.push(input);

@@ -9,6 +9,7 @@ pub mod plan;
 pub mod ppk;
 pub mod psf;
 pub mod resolution;
+pub mod simulate;
 pub mod values;
 
 /// Tells the user something that stops nothing, on stderr.

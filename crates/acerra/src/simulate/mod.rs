@@ -4,3 +4,4 @@ pub mod flight;
 pub mod gnss;
 pub mod radar;
 pub mod scene;
+pub mod write;

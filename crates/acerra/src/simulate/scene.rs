@@ -2,7 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
+use acerra_geo::geodesy::{EnuFrame, Geodetic};
+use acerra_geo::time::{Calendar, GpsTime};
+
 use super::flight::{FlightError, FlightModel};
+use super::gnss::GnssModel;
 use super::radar::{
     Clutter, CornerReflector, Ground, PointTarget, RadarModel, RadarModelError, RadarScene,
 };
@@ -37,6 +41,41 @@ pub struct Scene {
     /// Extended objects.
     #[serde(default)]
     pub clutter: Vec<Clutter>,
+    /// The GNSS receivers; without them the true trajectory is written.
+    #[serde(default)]
+    pub gnss: Option<GnssModel>,
+    /// Where the base's antenna stands: east, north, up (m).
+    #[serde(default = "default_base_m")]
+    pub base_m: [f64; 3],
+    /// GPS time at the start of the flight: year, month, day, hour, minute, second.
+    #[serde(default = "default_start_gpst")]
+    pub start_gpst: [u32; 6],
+    /// The image that the campaign file asks for; by default the square of the paper, from the
+    /// start of the track.
+    #[serde(default)]
+    pub image: SceneImage,
+}
+
+/// `[image]` of a scene file: what the campaign file that is written asks for.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SceneImage {
+    /// First and last pixel centre to the east (m).
+    pub x_m: [f64; 2],
+    /// First and last pixel centre to the north (m).
+    pub y_m: [f64; 2],
+    /// Side of a pixel (m).
+    pub pixel_m: f64,
+}
+
+impl Default for SceneImage {
+    fn default() -> Self {
+        Self {
+            x_m: [0.0, 18.0],
+            y_m: [-9.0, 9.0],
+            pixel_m: 0.01,
+        }
+    }
 }
 
 /// Which part of a flight the radar log holds.
@@ -70,6 +109,12 @@ pub enum SceneError {
     /// A radar or a scene that cannot be.
     #[error(transparent)]
     Radar(#[from] RadarModelError),
+    /// Receivers that cannot be.
+    #[error("[gnss] {0}")]
+    Gnss(String),
+    /// No day of GPS time.
+    #[error("start_gpst: expected year, month, day, hour, minute, second after 1980, found {0:?}")]
+    Start([u32; 6]),
     /// No place on Earth.
     #[error(
         "origin_deg_m: expected [latitude, longitude, height], degrees and metres, found {0:?}"
@@ -124,8 +169,57 @@ impl Scene {
         if !(latitude.abs() <= 90.0 && longitude.abs() <= 360.0 && height.abs() < 1e5) {
             return Err(SceneError::Origin(self.origin_deg_m));
         }
+        if let Some(gnss) = &self.gnss {
+            gnss.check()
+                .map_err(|error| SceneError::Gnss(error.to_string()))?;
+        }
+        if !self.base_m.iter().all(|v| v.abs() < 1e5) {
+            return Err(SceneError::Gnss(
+                "base_m: expected a place within 100 km".to_owned(),
+            ));
+        }
+        self.start()?;
         Ok(())
     }
+
+    /// GPS time at the start of the flight.
+    ///
+    /// # Errors
+    /// A day that is none.
+    pub fn start(&self) -> Result<GpsTime, SceneError> {
+        let wrong = SceneError::Start(self.start_gpst);
+        let [year, month, day, hour, minute, second] = self.start_gpst;
+        let small = |v: u32| u8::try_from(v).map_err(|_| wrong.clone());
+        let year = i32::try_from(year).map_err(|_| wrong.clone())?;
+        let calendar = Calendar::new(
+            year,
+            small(month)?,
+            small(day)?,
+            small(hour)?,
+            small(minute)?,
+            f64::from(second),
+        )
+        .map_err(|_| wrong.clone())?;
+        if !(1981..2099).contains(&year) {
+            return Err(wrong);
+        }
+        Ok(GpsTime::from_calendar(&calendar))
+    }
+
+    /// The frame of the scene's positions.
+    #[must_use]
+    pub fn frame(&self) -> EnuFrame {
+        let [latitude, longitude, height_m] = self.origin_deg_m;
+        EnuFrame::new(Geodetic::from_degrees(latitude, longitude, height_m))
+    }
+}
+
+fn default_base_m() -> [f64; 3] {
+    [-12.0, -8.0, 1.5]
+}
+
+fn default_start_gpst() -> [u32; 6] {
+    [2019, 10, 15, 9, 30, 0]
 }
 
 /// The paper's test site, a small town near Naples.

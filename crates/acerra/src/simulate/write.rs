@@ -1,0 +1,199 @@
+//! From a scene to a directory of logs and the campaign file that processes them.
+
+use std::fmt::Write as _;
+
+use acerra_radar::mrm::{CONFIG_BYTES, Framing, RadarConfig, SCAN_MESSAGE_BYTES, write_mrm};
+use acerra_radar::{DEFAULT_STEP_BINS, Scan};
+use anyhow::Context;
+use serde_json::json;
+
+use super::flight::Flight;
+use super::gnss::{Setting, constellation, navigation_to_rinex, simulate};
+use super::radar::{lost_packets, simulate_scans};
+use super::scene::{Record, Scene};
+use crate::products::staging::Staging;
+
+/// What was simulated, for those who compare.
+#[derive(Clone, Debug)]
+pub struct Simulated {
+    /// Scans that the radar made.
+    pub scans: usize,
+    /// Messages of the radar that were lost.
+    pub lost_messages: usize,
+    /// GNSS epochs of the rover; 0 where the trajectory itself was written.
+    pub gnss_epochs: usize,
+    /// Trajectory time minus radar time (s).
+    pub time_offset_s: f64,
+}
+
+/// Simulates `scene` and writes into `staging`: `radar.mrm`, the GNSS logs (or `trajectory.csv`
+/// where the scene has none), `campaign.toml`, `scene.toml`, and the truth beside them in
+/// `truth-trajectory.csv` and `truth.json`.
+///
+/// # Errors
+/// A scene that cannot be, or a directory that cannot be written.
+pub fn write_campaign(scene: &Scene, staging: &Staging) -> anyhow::Result<Simulated> {
+    let flight = Flight::fly(&scene.flight, scene.seed)?;
+    let span_s = match scene.record {
+        Record::Track => flight.on_track_s,
+        Record::Flight => [0.0, flight.duration_s()],
+    };
+    let scans = simulate_scans(
+        &scene.radar,
+        &scene.radar_scene(),
+        &flight,
+        span_s,
+        scene.seed,
+    )?;
+    let (capture, lost_messages) = capture(scene, &scans)?;
+    staging.write("radar.mrm", capture)?;
+
+    let start = scene.start()?;
+    let time_offset_s = start.tow_s() + span_s[0];
+    let gnss_epochs = match &scene.gnss {
+        Some(model) => {
+            let duration_s = flight.duration_s();
+            let navigation = constellation(start, duration_s, scene.seed);
+            let setting = Setting {
+                frame: scene.frame(),
+                start,
+                duration_s,
+                rover_m: &|time_s| flight.pose_at(time_s).position_m,
+                base_m: scene.base_m,
+                navigation: &navigation,
+                seed: scene.seed,
+            };
+            let logs = simulate(model, &setting).context("[gnss]")?;
+            staging.write("rover.obs", logs.rover.to_rinex("ROVER"))?;
+            staging.write("base.obs", logs.base.to_rinex("BASE"))?;
+            staging.write("rover.ubx", logs.rover.to_ubx(&navigation))?;
+            staging.write("base.ubx", logs.base.to_ubx(&navigation))?;
+            staging.write("broadcast.nav", navigation_to_rinex(&navigation))?;
+            logs.rover.epochs.len()
+        }
+        None => {
+            staging.write("trajectory.csv", track_csv(&flight, start.tow_s(), 0.05))?;
+            0
+        }
+    };
+    staging.write("campaign.toml", campaign(scene, time_offset_s))?;
+    staging.write("scene.toml", toml::to_string(scene).context("the scene")?)?;
+    staging.write(
+        "truth-trajectory.csv",
+        track_csv(&flight, start.tow_s(), 0.02),
+    )?;
+    staging.write(
+        "truth.json",
+        format!("{:#}\n", truth(scene, &flight, span_s, time_offset_s)),
+    )?;
+    Ok(Simulated {
+        scans: scans.len(),
+        lost_messages,
+        gnss_epochs,
+        time_offset_s,
+    })
+}
+
+/// The capture, without the messages that get lost.
+fn capture(scene: &Scene, scans: &[Scan]) -> anyhow::Result<(Vec<u8>, usize)> {
+    let radar = &scene.radar;
+    let window = scans.first().map(|scan| scan.window);
+    let config = RadarConfig {
+        node_id: 1,
+        scan_start_ps: window.map_or(0, |w| w.start_ps),
+        scan_stop_ps: window.map_or(0, |w| w.stop_ps),
+        scan_resolution_bins: DEFAULT_STEP_BINS,
+        integration_index: radar.integration_index,
+        segment_samples: [0; 4],
+        segment_integration: [0; 4],
+        antenna_mode: 2,
+        transmit_gain: radar.transmit_gain_index,
+        code_channel: 0,
+        persist: 0,
+    };
+    let whole = write_mrm(Vec::new(), Framing::Bare, Some(&config), scans)?;
+    let (head, messages) = whole.split_at(CONFIG_BYTES);
+    let lost = lost_packets(radar, messages.len() / SCAN_MESSAGE_BYTES, scene.seed);
+    let mut kept = head.to_vec();
+    for (message, lost) in messages.chunks(SCAN_MESSAGE_BYTES).zip(&lost) {
+        if !lost {
+            kept.extend_from_slice(message);
+        }
+    }
+    Ok((kept, lost.iter().filter(|lost| **lost).count()))
+}
+
+/// The positioned point over the flight, in seconds of the GPS week.
+fn track_csv(flight: &Flight, start_tow_s: f64, step_s: f64) -> String {
+    let mut csv = String::from("time_s,x_m,y_m,z_m,qw,qx,qy,qz\n");
+    let mut k = 0_u32;
+    while f64::from(k) * step_s <= flight.duration_s() {
+        let pose = flight.pose_at(f64::from(k) * step_s);
+        let [x, y, z] = pose.position_m;
+        let [qw, qx, qy, qz] = pose.attitude.quaternion();
+        let time_s = start_tow_s + f64::from(k) * step_s;
+        let _ = writeln!(
+            csv,
+            "{time_s:.3},{x:.5},{y:.5},{z:.5},{qw:.7},{qx:.7},{qy:.7},{qz:.7}"
+        );
+        k += 1;
+    }
+    csv
+}
+
+fn campaign(scene: &Scene, time_offset_s: f64) -> String {
+    let image = &scene.image;
+    let [latitude, longitude, height_m] = scene.origin_deg_m;
+    let positions = if scene.gnss.is_some() {
+        let [x, y, z] = scene.frame().ecef_from_enu(scene.base_m);
+        format!(
+            "[gnss]\nrover = \"rover.obs\"\nbase = \"base.obs\"\nnavigation = \"broadcast.nav\"\n\
+             base_ecef_m = [{x:.4}, {y:.4}, {z:.4}]\n"
+        )
+    } else {
+        String::new()
+    };
+    let file = if scene.gnss.is_some() {
+        ""
+    } else {
+        "file = \"trajectory.csv\"\n"
+    };
+    let [forward, left, up] = scene.radar.lever_arm_m;
+    format!(
+        "# Written by acerra simulate.\n[radar]\nfile = \"radar.mrm\"\n\n{positions}\n\
+         [trajectory]\n{file}time_offset_s = {time_offset_s}\n\
+         lever_arm_m = [{forward:?}, {left:?}, {up:?}]\n\
+         origin_deg_m = [{latitude:?}, {longitude:?}, {height_m:?}]\n\n\
+         [image]\nband_ghz = [{:?}, {:?}]\nx_m = [{:?}, {:?}]\ny_m = [{:?}, {:?}]\n\
+         pixel_m = {:?}\n",
+        scene.radar.band_ghz[0],
+        scene.radar.band_ghz[1],
+        image.x_m[0],
+        image.x_m[1],
+        image.y_m[0],
+        image.y_m[1],
+        image.pixel_m
+    )
+}
+
+fn truth(
+    scene: &Scene,
+    flight: &Flight,
+    span_s: [f64; 2],
+    time_offset_s: f64,
+) -> serde_json::Value {
+    let places: Vec<[f64; 3]> = scene
+        .corner
+        .iter()
+        .map(|c| c.position_m)
+        .chain(scene.point.iter().map(|p| p.position_m))
+        .collect();
+    json!({
+        "targets_m": places,
+        "on_track_s": flight.on_track_s,
+        "recorded_s": span_s,
+        "time_offset_s": time_offset_s,
+        "delay_ns": scene.radar.delay_ns,
+        "base_m": scene.base_m,
+    })
+}
