@@ -22,6 +22,7 @@ pub struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    Demo(commands::demo::Args),
     Focus(commands::focus::Args),
     Info(commands::info::Args),
     Ppk(commands::ppk::Args),
@@ -46,6 +47,7 @@ pub fn main() -> ExitCode {
     };
     let mut out = io::BufWriter::new(io::stdout().lock());
     let outcome = match cli.command {
+        Command::Demo(args) => commands::demo::run(&args, &mut out),
         Command::Focus(args) => commands::focus::run(&args, &mut out),
         Command::Info(args) => commands::info::run(&args, &mut out),
         Command::Ppk(args) => commands::ppk::run(&args, &mut out),

@@ -4,15 +4,18 @@ use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
 
-use acerra_geo::geodesy::Geodetic;
+use acerra_geo::geodesy::{EnuFrame, Geodetic, ecef_from_geodetic};
 use acerra_geo::lever_arm::{HeadingOptions, apply_lever_arm};
 use acerra_geo::read::{ReadOptions, read_trajectory};
 use acerra_geo::trajectory::Trajectory;
+use acerra_gnss::conf::read_conf;
+use acerra_gnss::{BasePosition, PpkOptions, RuleSet};
 use anyhow::Context;
 
 use super::read::{RadarData, name_of};
 use super::warnings::Warnings;
-use crate::campaign::{Campaign, TrajectorySection};
+use crate::campaign::{Campaign, GnssSection, TrajectorySection};
+use crate::positioning::{self, PositioningInput};
 
 /// Positions, as the campaign gives them.
 #[derive(Clone, Debug)]
@@ -32,6 +35,10 @@ pub fn position(
     radar: &RadarData,
     warnings: &mut Warnings,
 ) -> anyhow::Result<Positions> {
+    if let Some(gnss) = &campaign.gnss {
+        let trajectory = from_gnss(gnss, &campaign.trajectory, warnings)?;
+        return Ok(Positions::Trajectory(Box::new(trajectory)));
+    }
     match (&campaign.trajectory.file, &radar.position_m) {
         (Some(file), inside) => {
             if inside.is_some() {
@@ -55,7 +62,7 @@ pub fn position(
             Ok(Positions::PerTrace(position_m.clone()))
         }
         (None, None) => anyhow::bail!(
-            "no positions: expected [trajectory] file, or position_m in {}",
+            "no positions: expected [trajectory] file, [gnss], or position_m in {}",
             campaign.radar.file.display()
         ),
     }
@@ -81,6 +88,48 @@ fn read(
     }
     for warning in &report.warnings {
         warnings.add(format!("{}: {warning}", name_of(path)));
+    }
+    phase_centre(trajectory, section, warnings)
+}
+
+/// Computes the trajectory from raw GNSS logs.
+fn from_gnss(
+    gnss: &GnssSection,
+    section: &TrajectorySection,
+    warnings: &mut Warnings,
+) -> anyhow::Result<Trajectory> {
+    let mut options = match &gnss.config {
+        None => PpkOptions::default(),
+        Some(path) => {
+            let at = || format!("{}", path.display());
+            let file = File::open(path).with_context(at)?;
+            let conf = read_conf(BufReader::new(file), RuleSet::Rtklib).with_context(at)?;
+            for setting in &conf.not_followed {
+                warnings.add(format!("{}: {setting}", name_of(path)));
+            }
+            conf.options
+        }
+    };
+    if let Some(ecef_m) = gnss.base_ecef_m {
+        options.base_position = BasePosition::Ecef(ecef_m);
+    }
+    if let Some([latitude, longitude, height_m]) = gnss.base_deg_m {
+        let place = Geodetic::from_degrees(latitude, longitude, height_m);
+        options.base_position = BasePosition::Ecef(ecef_from_geodetic(&place));
+    }
+    let input = PositioningInput {
+        rover: gnss.rover.clone(),
+        base: Some(gnss.base.clone()),
+        navigation: gnss.navigation.0.clone(),
+    };
+    let positioned = positioning::run(&input, &options).context("[gnss]")?;
+    for warning in &positioned.warnings {
+        warnings.add(format!("[gnss] {warning}"));
+    }
+    let mut trajectory = positioning::trajectory(&positioned.solution).context("[gnss]")?;
+    if let Some([latitude, longitude, height_m]) = section.origin_deg_m {
+        let origin = EnuFrame::new(Geodetic::from_degrees(latitude, longitude, height_m));
+        trajectory = trajectory.in_frame(origin).context("[trajectory] origin_deg_m")?;
     }
     phase_centre(trajectory, section, warnings)
 }
