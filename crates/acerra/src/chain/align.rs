@@ -3,6 +3,7 @@
 use acerra_geo::interpolate::{
     Flag, Interpolated, InterpolationOptions, Interpolator, path_length_per_trace_m,
 };
+use acerra_geo::lever_arm::HeadingOptions;
 use acerra_geo::trajectory::{SolutionStatus, Trajectory};
 use anyhow::bail;
 
@@ -69,6 +70,10 @@ pub fn align(
             covered.len()
         );
     }
+    warnings.count(
+        kept.iter().filter(|p| is_held(campaign, p)).count(),
+        "traces hover and have no attitude: the lever arm keeps its last direction there",
+    );
     let position_m: Vec<[f64; 3]> = kept.iter().map(|p| p.place.position_m).collect();
     let sigma_m: Option<Vec<[f64; 3]>> = kept
         .iter()
@@ -89,6 +94,14 @@ pub fn align(
         status: kept.iter().map(|p| p.place.status).collect(),
         all,
     })
+}
+
+/// Whether the lever arm of a trace rests on a heading from before.
+fn is_held(campaign: &Campaign, placed: &Placed) -> bool {
+    let [forward, left, _] = campaign.trajectory.lever_arm_m;
+    (forward != 0.0 || left != 0.0)
+        && placed.place.attitude.is_none()
+        && placed.speed_m_s < HeadingOptions::default().min_speed_m_s
 }
 
 /// The interpolation that a campaign asks for.

@@ -89,7 +89,7 @@ fn read(
     for warning in &report.warnings {
         warnings.add(format!("{}: {warning}", name_of(path)));
     }
-    phase_centre(trajectory, section, warnings)
+    phase_centre(trajectory, section)
 }
 
 /// Computes the trajectory from raw GNSS logs.
@@ -129,26 +129,19 @@ fn from_gnss(
     let mut trajectory = positioning::trajectory(&positioned.solution).context("[gnss]")?;
     if let Some([latitude, longitude, height_m]) = section.origin_deg_m {
         let origin = EnuFrame::new(Geodetic::from_degrees(latitude, longitude, height_m));
-        trajectory = trajectory.in_frame(origin).context("[trajectory] origin_deg_m")?;
+        trajectory = trajectory
+            .in_frame(origin)
+            .context("[trajectory] origin_deg_m")?;
     }
-    phase_centre(trajectory, section, warnings)
+    phase_centre(trajectory, section)
 }
 
 /// Moves a trajectory of the positioned point to the radar's phase centre.
-fn phase_centre(
-    trajectory: Trajectory,
-    section: &TrajectorySection,
-    warnings: &mut Warnings,
-) -> anyhow::Result<Trajectory> {
+fn phase_centre(trajectory: Trajectory, section: &TrajectorySection) -> anyhow::Result<Trajectory> {
     if section.lever_arm_m == [0.0; 3] {
         return Ok(trajectory);
     }
-    let (moved, report) =
-        apply_lever_arm(&trajectory, section.lever_arm_m, &HeadingOptions::default())
-            .context("[trajectory] lever_arm_m")?;
-    warnings.count(
-        report.held,
-        "positions have neither attitude nor heading: the lever arm keeps its last direction there",
-    );
+    let (moved, _) = apply_lever_arm(&trajectory, section.lever_arm_m, &HeadingOptions::default())
+        .context("[trajectory] lever_arm_m")?;
     Ok(moved)
 }

@@ -7,8 +7,8 @@ use anyhow::Context;
 
 use super::focus::focus_file;
 use crate::chain::Outcome;
-use crate::products::staging::Staging;
 use crate::products::stages::Stages;
+use crate::products::staging::Staging;
 use crate::report::{ComparisonTable, Fact, IndexEntry, IndexPage, index_page};
 use crate::simulate::scene::Scene;
 use crate::simulate::write::write_campaign;
@@ -119,9 +119,15 @@ impl Found {
             format!("{:.0}", (self.x_m - self.true_m[0]) * 1e3),
             format!("{:.0}", (self.y_m - self.true_m[1]) * 1e3),
             metres(self.along_m),
-            format!("{:.2} / {:.2}", track.paper_along_m[k], track.theory_along_m),
+            format!(
+                "{:.2} / {:.2}",
+                track.paper_along_m[k], track.theory_along_m
+            ),
             metres(self.across_m),
-            format!("{:.2} / {:.2}", track.paper_across_m[k], track.theory_across_m),
+            format!(
+                "{:.2} / {:.2}",
+                track.paper_across_m[k], track.theory_across_m
+            ),
             self.ghost.map_or("–".to_owned(), |g| format!("{g:.2}")),
         ]
     }
@@ -164,7 +170,12 @@ fn say(
     products: &Path,
     out: &mut dyn Write,
 ) -> anyhow::Result<()> {
-    writeln!(out, "  imaged     {} traces; {}", outcome.aligned.traces.len(), fixes(outcome))?;
+    writeln!(
+        out,
+        "  imaged     {} traces; {}",
+        outcome.aligned.traces.len(),
+        fixes(outcome)
+    )?;
     writeln!(
         out,
         "  reflector  off x (mm)  off y (mm)  level (dB)  along (m)  across (m)  ghost"
@@ -214,11 +225,7 @@ fn entry(track: &Track, outcome: &Outcome, products: &Path) -> anyhow::Result<In
     })
 }
 
-fn page(
-    entries: Vec<IndexEntry>,
-    rows: Vec<Vec<String>>,
-    distances: &[String],
-) -> IndexPage {
+fn page(entries: Vec<IndexEntry>, rows: Vec<Vec<String>>, distances: &[String]) -> IndexPage {
     let head = [
         "",
         "off along x (mm)",
@@ -245,7 +252,10 @@ fn page(
             rows,
         }],
         remarks: vec![
-            format!("Distance between the two reflectors in the images: {}.", distances.join("; ")),
+            format!(
+                "Distance between the two reflectors in the images: {}.",
+                distances.join("; ")
+            ),
             "Straight below the track the image cannot tell a small height error from a shift \
              across: by Eq. (14), 3 cm of height move a target at nadir by half a metre from a \
              height of 4 m. Across the track, Track 1 is therefore to be read with that in mind."
