@@ -70,7 +70,13 @@ pub fn radargram_raw(outcome: &Outcome, traces: &CleanedTraces) -> Result<Vec<u8
             dashed: false,
         });
     }
-    draw("Raw radargram, zero-timed", outcome, &traces.raw, curves)
+    draw(
+        "Raw radargram, zero-timed",
+        outcome,
+        &traces.raw,
+        -80.0,
+        curves,
+    )
 }
 
 /// `radargram.png`: the traces that entered the image, with 2h/c and the gate.
@@ -82,6 +88,7 @@ pub fn radargram_clean(outcome: &Outcome, traces: &CleanedTraces) -> Result<Vec<
         "Radargram without background, gated",
         outcome,
         &traces.clean,
+        -50.0,
         surface_and_gate(outcome, traces),
     )
 }
@@ -90,14 +97,15 @@ fn draw(
     title: &str,
     outcome: &Outcome,
     radargram: &Radargram,
+    floor_db: f64,
     curves: Vec<FastTimeCurve>,
 ) -> Result<Vec<u8>, FigureError> {
     let moduli;
-    let (samples, colours): (&[f32], _) = match &radargram.samples {
-        Samples::Real(values) => (values, RadargramColours::Signed { limit: None }),
+    let samples: &[f32] = match &radargram.samples {
+        Samples::Real(values) => values,
         Samples::Complex(values) => {
             moduli = values.iter().map(|v| v.norm()).collect::<Vec<f32>>();
-            (&moduli, RadargramColours::Decibel { floor_db: -60.0 })
+            &moduli
         }
     };
     let mut figure = RadargramFigure::new(
@@ -112,7 +120,7 @@ fn draw(
     );
     figure.first_trace = outcome.aligned.traces.first().copied().unwrap_or(0);
     figure.unit = outcome.radar.unit.to_owned();
-    figure.colours = colours;
+    figure.colours = RadargramColours::Decibel { floor_db };
     figure.time_s = &outcome.aligned.time_s;
     figure.curves = curves;
     figure.draw()?.to_png()

@@ -1,0 +1,276 @@
+//! `acerra focus`, `simulate` and `info` as a user runs them.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use assert_cmd::Command;
+use serde_json::Value;
+
+const SCENE: &str = "seed = 3\n\
+    [flight]\ntrack_start_m = [0, 0]\ntrack_end_m = [8, 0]\nheight_m = 4\ntrack_duration_s = 6\n\
+    [radar]\nsamples = 960\n[ground]\nfacets_per_m2 = 1\nextent_m = 5\n\
+    [[corner]]\nposition_m = [3, 1.5, 0]\n\
+    [image]\nx_m = [2, 4]\ny_m = [0.5, 2.5]\npixel_m = 0.02\n";
+
+fn acerra(arguments: &[&str]) -> std::process::Output {
+    Command::cargo_bin("acerra")
+        .unwrap()
+        .args(arguments)
+        .output()
+        .unwrap()
+}
+
+fn simulated(folder: &Path, scene: &str) -> PathBuf {
+    let file = folder.join("scene.toml");
+    fs::write(&file, scene).unwrap();
+    let logs = folder.join("logs");
+    let output = acerra(&[
+        "simulate",
+        file.to_str().unwrap(),
+        "-o",
+        logs.to_str().unwrap(),
+    ]);
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    logs
+}
+
+fn json(path: &Path) -> Value {
+    serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap()
+}
+
+/// Runs `focus` on a campaign that must fail, and returns its one message.
+fn failure(campaign: &Path) -> String {
+    let products = campaign.with_file_name("never");
+    let output = acerra(&[
+        "focus",
+        campaign.to_str().unwrap(),
+        "-o",
+        products.to_str().unwrap(),
+    ]);
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(1), "{message}");
+    assert!(
+        message.starts_with("acerra: ") && !message.contains("panicked"),
+        "{message}"
+    );
+    assert!(!products.exists(), "a failed run left products");
+    let left = fs::read_dir(campaign.parent().unwrap()).unwrap();
+    let hidden = left.filter(|e| {
+        e.as_ref()
+            .unwrap()
+            .file_name()
+            .to_string_lossy()
+            .starts_with(".acerra-")
+    });
+    assert_eq!(hidden.count(), 0, "a failed run left its work");
+    message
+}
+
+#[test]
+fn a_simulated_reflector_is_found_where_it_stands() {
+    let folder = tempfile::tempdir().unwrap();
+    let logs = simulated(folder.path(), SCENE);
+    let products = folder.path().join("products");
+    let campaign = logs.join("campaign.toml");
+    let output = acerra(&[
+        "focus",
+        campaign.to_str().unwrap(),
+        "-o",
+        products.to_str().unwrap(),
+    ]);
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+
+    let targets = json(&products.join("targets.json"));
+    let first = &targets["targets"][0];
+    assert!(
+        (first["x_m"].as_f64().unwrap() - 3.0).abs() < 0.02,
+        "{first}"
+    );
+    assert!(
+        (first["y_m"].as_f64().unwrap() - 1.5).abs() < 0.05,
+        "{first}"
+    );
+    assert_eq!(first["level_db"], 0.0);
+    let along = first["along"]["rayleigh_m"].as_f64().unwrap();
+    assert!((0.03..0.09).contains(&along), "{along}");
+
+    let run = json(&products.join("run.json"));
+    let names: Vec<&str> = run["stages"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|s| s["name"].as_str().unwrap())
+        .collect();
+    assert_eq!(
+        names,
+        [
+            "read", "position", "align", "clean", "focus", "measure", "deliver"
+        ]
+    );
+    // The radar's delay is 10 ns; zero-timing found it from the surface echo.
+    let shift_ns = run["zero_timing"]["shift_ns"].as_f64().unwrap();
+    assert!((shift_ns + 10.0).abs() < 0.1, "{shift_ns}");
+    assert!(run["plan_checked_error"].as_f64().unwrap() <= 1e-3);
+    assert_eq!(run["inputs"].as_array().unwrap().len(), 3);
+    assert_eq!(run["configuration"]["image"]["frequencies"], 341);
+    assert_eq!(run["traces"]["selected"], 86);
+
+    for (name, head) in [
+        ("image.npz", &b"PK"[..]),
+        ("image.png", b"\x89PNG"),
+        ("radargram-raw.png", b"\x89PNG"),
+        ("radargram.png", b"\x89PNG"),
+        ("trajectory.csv", b"trace,time_s"),
+        ("report.html", b"<!DOCTYPE html>"),
+    ] {
+        assert!(
+            fs::read(products.join(name)).unwrap().starts_with(head),
+            "{name}"
+        );
+    }
+}
+
+#[test]
+fn the_same_seed_gives_the_same_bytes() {
+    let [a, b] = [0, 1].map(|_| tempfile::tempdir().unwrap());
+    let scene = SCENE.replace("[radar]\n", "[radar]\nlost_packets = 0.05\n");
+    let [a_logs, b_logs] = [&a, &b].map(|folder| simulated(folder.path(), &scene));
+    for name in ["radar.mrm", "trajectory.csv", "campaign.toml", "truth.json"] {
+        assert_eq!(
+            fs::read(a_logs.join(name)).unwrap(),
+            fs::read(b_logs.join(name)).unwrap()
+        );
+    }
+    let output = acerra(&["info", "--json", a_logs.join("radar.mrm").to_str().unwrap()]);
+    let info: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let (whole, torn) = (
+        &info["facts"]["whole_scans"],
+        &info["facts"]["incomplete_scans"],
+    );
+    assert!(torn.as_u64().unwrap() > 0, "{info}");
+    assert!(
+        whole.as_u64().unwrap() + torn.as_u64().unwrap() <= 86,
+        "{info}"
+    );
+}
+
+#[test]
+fn bad_input_is_one_message_and_leaves_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let logs = simulated(folder.path(), SCENE);
+    let campaign = logs.join("campaign.toml");
+    let good = fs::read_to_string(&campaign).unwrap();
+    let with = |from: &str, to: &str| {
+        assert!(good.contains(from), "{from}");
+        fs::write(&campaign, good.replace(from, to)).unwrap();
+        failure(&campaign)
+    };
+    assert!(with("pixel_m", "pixle_m").contains("unknown field `pixle_m`"));
+    assert!(with("pixel_m = 0.02", "pixel_m = -1").contains("[image] pixel_m: expected"));
+    assert!(with("pixel_m = 0.02", "pixel_m = 1e-9").contains("bytes"));
+    assert!(with("radar.mrm", "absent.mrm").contains("absent.mrm"));
+    assert!(with("radar.mrm", "trajectory.csv").contains("not a radar file"));
+    let message = with("time_offset_s = ", "time_offset_s = 5");
+    assert!(message.contains("do not overlap"), "{message}");
+    assert!(with("[image]", "[radar2]\n[image]").contains("unknown field `radar2`"));
+
+    // A trajectory with NaN, a cut-off and an empty log, a header that claims too much.
+    let track = logs.join("trajectory.csv");
+    let whole = fs::read_to_string(&track).unwrap();
+    fs::write(&campaign, &good).unwrap();
+    let second = whole.lines().nth(1).unwrap().to_owned();
+    let broken = second.replacen(second.split(',').nth(1).unwrap(), "nan", 1);
+    fs::write(&track, whole.replacen(&second, &broken, 1)).unwrap();
+    let message = failure(&campaign);
+    assert!(
+        message.contains("trajectory.csv") && message.contains("line 2"),
+        "{message}"
+    );
+    fs::write(&track, whole).unwrap();
+
+    let log = logs.join("radar.mrm");
+    let bytes = fs::read(&log).unwrap();
+    fs::write(&log, &bytes[..32 + 700]).unwrap();
+    assert!(failure(&campaign).contains("no whole scan"));
+    fs::write(&log, b"").unwrap();
+    assert!(failure(&campaign).contains("the file is empty"));
+    // numSamplesTotal (u32 at byte 44 of a message) in every message claims 4 Gi samples.
+    let mut claims = bytes.clone();
+    for message in claims[32..].chunks_mut(1452) {
+        message[44..48].fill(0xff);
+    }
+    fs::write(&log, &claims).unwrap();
+    assert!(failure(&campaign).contains("radar.mrm"));
+    let mut swapped = bytes;
+    for pair in swapped[32..].chunks_exact_mut(2) {
+        pair.swap(0, 1);
+    }
+    fs::write(&log, &swapped).unwrap();
+    assert!(failure(&campaign).contains("radar.mrm"));
+}
+
+#[test]
+fn wrong_usage_is_2_and_help_is_0() {
+    assert_eq!(acerra(&["focus"]).status.code(), Some(2));
+    assert_eq!(
+        acerra(&["focus", "--no-such-flag", "x"]).status.code(),
+        Some(2)
+    );
+    assert_eq!(acerra(&["--help"]).status.code(), Some(0));
+    assert_eq!(acerra(&["info", "/nowhere/at/all"]).status.code(), Some(1));
+}
+
+/// The P440 flight of 2019: offset, reflector and level of the issue.
+#[test]
+fn a_real_flight_focuses_its_reflector() {
+    let data = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../../shared/data/uav-flight-2019"
+    );
+    if !Path::new(data).exists() {
+        eprintln!("skipped: {data} is absent");
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let campaign = folder.path().join("flight.toml");
+    fs::write(
+        &campaign,
+        format!(
+            "[radar]\nfile = '{data}/flight.mrm'\ndelay_ns = 11.5\nselect = 'moving'\n\
+             [trajectory]\nfile = '{data}/platform-mocap.csv'\ntime_offset_s = 'auto'\n\
+             [preprocess]\ngate_ns = 'none'\n\
+             [image]\nx_m = [0, 4]\ny_m = [0, 4]\npixel_m = 0.02\nweight = 'path'\n"
+        ),
+    )
+    .unwrap();
+    let products = folder.path().join("products");
+    let output = acerra(&[
+        "focus",
+        campaign.to_str().unwrap(),
+        "-o",
+        products.to_str().unwrap(),
+    ]);
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    let run = json(&products.join("run.json"));
+    let offset = run["time_offset_s"].as_f64().unwrap();
+    assert!((6.50..=6.53).contains(&offset), "{offset}");
+    let targets = json(&products.join("targets.json"));
+    let first = &targets["targets"][0];
+    let off =
+        (first["x_m"].as_f64().unwrap() - 1.793).hypot(first["y_m"].as_f64().unwrap() - 1.810);
+    assert!(off < 0.25, "{off} m");
+    assert!(targets["image"]["median_db"].as_f64().unwrap() < -15.0);
+    assert_eq!(run["traces"]["in_log"], 799);
+}
