@@ -6,9 +6,9 @@ use acerra_imaging::psf::{PointSpread, TrackShape, synthetic_track};
 use acerra_imaging::sensitivity::{ErrorModel, Estimate, predict, simulate};
 
 const TARGET: [f64; 3] = [0.0, 2.0, 0.0];
-/// The 95 % intervals are stretched by this: about 40 figures are compared, all of which must agree
-/// (99.7 % each), and shift and widening are theory to first order.
-const STRETCH: f64 = 1.55;
+/// The 95 % intervals (1.96 standard errors) are stretched to 3.8: then all of some seventy figures
+/// lie within theirs at once with a confidence of 99 %.
+const STRETCH: f64 = 1.94;
 
 fn spread(step_m: f64) -> PointSpread {
     let track = synthetic_track(TrackShape::Straight, 3.0, step_m, 5.0).unwrap();
@@ -16,9 +16,9 @@ fn spread(step_m: f64) -> PointSpread {
     PointSpread::new(track, None, frequency_hz, 3e8).unwrap()
 }
 
-fn compare(name: &str, spread: &PointSpread, model: &ErrorModel, trials: usize) -> bool {
+fn compare(name: &str, spread: &PointSpread, model: &ErrorModel, trials: usize, seed: u64) -> bool {
     let theory = predict(spread, TARGET, model).unwrap();
-    let drawn = simulate(spread, TARGET, model, trials, 7).unwrap();
+    let drawn = simulate(spread, TARGET, model, trials, seed).unwrap();
     println!("{name}: coherence {:.1} dB", theory.coherence_db);
     let check = |what: &str, expected: Option<f64>, found: Option<Estimate>| {
         let (Some(expected), Some(found)) = (expected, found) else {
@@ -79,16 +79,26 @@ fn compare(name: &str, spread: &PointSpread, model: &ErrorModel, trials: usize) 
 fn agree(white_cm: &[f64], drift_cm: &[f64], correlation_m: &[f64], trials: usize) {
     let spread = spread(0.03);
     let mut fine = true;
+    // Draws of their own for each case: one unlucky set does not speak for all.
+    let mut seed = 0;
     for sigma_cm in white_cm {
+        seed += 1;
         let model = ErrorModel::white(0.01 * sigma_cm, spread.position_m().len()).unwrap();
-        fine &= compare(&format!("white {sigma_cm} cm"), &spread, &model, trials);
+        fine &= compare(
+            &format!("white {sigma_cm} cm"),
+            &spread,
+            &model,
+            trials,
+            seed,
+        );
     }
     for length_m in correlation_m {
         for sigma_cm in drift_cm {
+            seed += 1;
             let place = spread.position_m().iter().map(|p| p[0]).collect();
             let model = ErrorModel::drifting(0.01 * sigma_cm, place, *length_m).unwrap();
             let name = format!("drifting {sigma_cm} cm over {length_m} m");
-            fine &= compare(&name, &spread, &model, trials);
+            fine &= compare(&name, &spread, &model, trials, seed);
         }
     }
     assert!(fine);

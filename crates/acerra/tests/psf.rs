@@ -132,6 +132,58 @@ fn targets_off_the_plane_are_tabulated() {
 }
 
 #[test]
+fn positioning_errors_are_told_by_theory_and_draws() {
+    let here = tempfile::tempdir().unwrap();
+    let common = "psf --height 5 --offset 2 --step-m 0.03 --json --position-sigma-m 0.005";
+    let a = json(&format!("{common} --trials 100"), here.path());
+    let s = &a["sensitivity"];
+    let number = |pointer: &str| s.pointer(pointer).and_then(Value::as_f64).unwrap();
+    // 0.83 rad at the middle of the band.
+    assert!((number("/theory/peak_loss_db") + 2.95).abs() < 0.1);
+    // Three times the 95 % interval: what fails by chance once in 10⁸ runs, and seeds are fixed.
+    for key in [
+        "loss_at_target_db",
+        "peak_loss_db",
+        "shift_along_m",
+        "shift_across_m",
+        "widening_along",
+    ] {
+        let value = number(&format!("/monte_carlo/{key}/value"));
+        let reach = number(&format!("/monte_carlo/{key}/high")) - value;
+        let theory = number(&format!("/theory/{key}"));
+        assert!(
+            (theory - value).abs() < 3.0 * reach,
+            "{key}: {theory} {value} {reach}"
+        );
+    }
+    assert_eq!(a, json(&format!("{common} --trials 100"), here.path()));
+    let theory_only = json(
+        &format!("{common} --trials 0 --correlation-m 20"),
+        here.path(),
+    );
+    let s = &theory_only["sensitivity"];
+    assert!(s["monte_carlo"].is_null() && s["theory"]["peak_loss_db"].as_f64().unwrap() > -0.2);
+
+    // A recorded flight with its own standard deviations: those of the table, 5 mm.
+    let mut table = "time_s,x_m,y_m,z_m,sd_x,sd_y,sd_z\n".to_owned();
+    for k in 0..=200 {
+        let (t, x) = (0.03 * f64::from(k), 0.03 * f64::from(k) - 3.0);
+        table += &format!("{t:.2},{x:.3},0.0,5.0,0.005,0.005,0.005\n");
+    }
+    std::fs::write(here.path().join("flight.csv"), table).unwrap();
+    let b = json(
+        "psf --trajectory flight.csv --target 0,2,0 --json --position-sigma-from-file --trials 0",
+        here.path(),
+    );
+    let loss = |v: &Value| {
+        v["sensitivity"]["theory"]["loss_at_target_db"]
+            .as_f64()
+            .unwrap()
+    };
+    assert!((loss(&b) - loss(&a)).abs() < 1e-6);
+}
+
+#[test]
 fn resolution_answers_and_maps() {
     let here = tempfile::tempdir().unwrap();
     let a = json(

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use acerra_imaging::Complex32;
-use acerra_imaging::metrics::{AcrossTrack, AlongTrack, Field, Ghost};
+use acerra_imaging::metrics::{AcrossTrack, AlongTrack, Field, Ghost, LocalTrack};
 use acerra_imaging::psf::{Analysis, PsfField, Retrieved, Theory};
 use serde::Serialize;
 
@@ -259,6 +259,20 @@ pub(super) fn write_targets(
             x_m: r.found_m[0],
             y_m: r.found_m[1],
             label: format!("T{}", k + 1),
+        })
+        .collect();
+    figure.ghosts = found
+        .iter()
+        .filter(|r| r.detected && r.mirrored)
+        .filter_map(|r| {
+            let at = [r.found_m[0], r.found_m[1], scene.grid.z_m];
+            let track = LocalTrack::at(scene.spread.position_m(), at)?;
+            let [x_m, y_m] = track.mirrored_m(r.found_m);
+            Some(GhostMark {
+                x_m,
+                y_m,
+                label: String::new(),
+            })
         })
         .collect();
     let staging = Staging::new(directory)?;
