@@ -28,7 +28,7 @@ impl Default for MeasureOptions {
         Self {
             threshold_db: -15.0,
             sidelobe_margin: 2.0,
-            max_targets: 64,
+            max_targets: 32,
         }
     }
 }
@@ -46,12 +46,12 @@ pub struct Measurement {
     pub sidelobes: usize,
     /// Those that were taken for ghosts.
     pub ghosts: usize,
-    /// Those that were not looked at: beyond [`MeasureOptions::max_targets`] or the 4096 strongest.
+    /// Those that were not looked at: beyond [`MeasureOptions::max_targets`] or the 1024 strongest.
     pub skipped: usize,
 }
 
 /// Local maxima beyond this many, strongest first, are not examined.
-const MAX_CANDIDATES: usize = 4096;
+const MAX_CANDIDATES: usize = 1024;
 /// Two partners whose amplitudes differ by less than this cannot be told apart.
 const AMBIGUOUS: f64 = 0.01;
 

@@ -309,9 +309,9 @@ mod tests {
                 .zip(&experiment.view.sight)
                 .map(|(m, u)| dot(u, &error_m[*m]))
                 .collect();
-            for axis in 0..2 {
+            for (axis, (moved, still)) in moved.iter().zip(&still.shift_m).enumerate() {
                 let expected = dot(&experiment.map[axis], &range_error);
-                let found = moved[axis] - still.shift_m[axis];
+                let found = moved - still;
                 println!(
                     "axis {axis}: {:.2} um, expected {:.2} um",
                     1e6 * found,

@@ -167,6 +167,8 @@ fn map(args: &Args, range_m: f64) -> anyhow::Result<[Vec<u8>; 2]> {
     .values_are("across-track resolution, m");
     let figure = Map {
         log_colours: true,
+        width_px: 640.0,
+        plot_height_px: 400.0,
         ..figure
     };
     Ok([figure.draw()?.to_png()?, csv.into_bytes()])
