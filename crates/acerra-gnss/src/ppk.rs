@@ -115,6 +115,16 @@ fn suggestion(own: Option<[f64; 3]>) -> String {
 /// # Ok(())
 /// # }
 /// ```
+///
+/// What cannot be computed is said, not guessed (`examples/synthetic_flight.rs` positions a
+/// self-made flight):
+///
+/// ```
+/// use acerra_gnss::{Navigation, ObservationData, PpkError, PpkOptions, process};
+/// let empty = ObservationData::default();
+/// let answer = process(&empty, &empty, &Navigation::default(), &PpkOptions::default());
+/// assert_eq!(answer, Err(PpkError::NoRoverEpochs));
+/// ```
 pub fn process(
     rover: &ObservationData,
     base: &ObservationData,

@@ -479,3 +479,52 @@ fn a_copy_of_the_base_and_a_missing_system_are_noticed() {
     let mean = solution.base_position_ecef_m.unwrap();
     assert!((0..3).all(|k| (mean[k] - BASE_ECEF_M[k]).abs() < 5.0));
 }
+
+proptest::proptest! {
+    #![proptest_config(proptest::prelude::ProptestConfig::with_cases(24))]
+    #[test]
+    fn hostile_values_neither_panic_nor_become_fixes(
+        changes in proptest::collection::vec(
+            (0usize..12, 0usize..30, 0u8..6, proptest::num::f64::ANY),
+            1..40,
+        ),
+    ) {
+        let navigation = navigation();
+        let (mut rover, mut base) = (rover(&navigation, 12, &L1), base(&navigation, 12, &L1));
+        for (epoch, satellite, field, value) in changes {
+            let log = if field % 2 == 0 { &mut rover } else { &mut base };
+            let satellites = &mut log.epochs[epoch].satellites;
+            let n = satellites.len();
+            let signal = satellites[satellite % n].signals[0].as_mut().unwrap();
+            match field / 2 {
+                0 => signal.pseudorange_m = Some(value),
+                1 => signal.phase_cycles = Some(value),
+                _ => signal.cn0_db_hz = Some(value),
+            }
+        }
+        let o = PpkOptions { threads: 1, ..options() };
+        if let Ok(solution) = process(&rover, &base, &navigation, &o) {
+            for e in solution.epochs.iter().filter(|e| e.quality == Quality::Fixed) {
+                let (horizontal, vertical) = error(e);
+                proptest::prop_assert!(horizontal < 0.1 && vertical < 0.2, "{}", e.time);
+            }
+        }
+    }
+
+    #[test]
+    fn hostile_ephemerides_do_not_panic(
+        values in proptest::collection::vec(proptest::num::f64::ANY, 8),
+    ) {
+        let mut navigation = navigation();
+        let (rover, base) = (rover(&navigation, 3, &L1), base(&navigation, 3, &L1));
+        for (e, v) in navigation.ephemerides.iter_mut().step_by(3).zip(values.iter().cycle()) {
+            if let acerra_gnss::Ephemeris::Kepler(k) = e {
+                k.sqrt_semi_major_axis = *v;
+                k.eccentricity = *v;
+                k.clock[0] = *v;
+            }
+        }
+        let o = PpkOptions { threads: 1, ..options() };
+        let _ = process(&rover, &base, &navigation, &o);
+    }
+}

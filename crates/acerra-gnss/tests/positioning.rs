@@ -110,6 +110,103 @@ fn geodetic_receivers_agree_with_rtklib() {
     }
 }
 
+#[test]
+fn the_model_documents_chain_of_one_pair_is_met() {
+    let Some(logs) = GEONET.read() else { return };
+    let run = |options: PpkOptions| {
+        process(
+            &logs.rover,
+            &logs.base,
+            &logs.navigation,
+            &GEONET.adapt(options),
+        )
+        .unwrap()
+    };
+    let start = logs.rover.epochs[0].time;
+    let check = |solution: &PpkSolution, minutes: f64, expected: [f64; 3], limit_m: f64| {
+        let e = solution
+            .epochs
+            .iter()
+            .find(|e| (e.time.seconds_since(start) - minutes * 60.0).abs() < 0.02)
+            .unwrap();
+        let apart = distance(e.position_ecef_m, expected);
+        assert!(apart < limit_m, "{minutes} min: {apart} m");
+    };
+    let single = run(PpkOptions {
+        mode: acerra_gnss::PositioningMode::Single,
+        ..PpkOptions::rtklib()
+    });
+    check(
+        &single,
+        0.0,
+        [-3_976_219.224_4, 3_382_373.392_0, 3_652_513.166_2],
+        2e-3,
+    );
+    // The receiver's clock is 77 244.6832 m behind GPS time.
+    let clock_m = start.seconds_since(single.epochs[0].time) * acerra_gnss::SPEED_OF_LIGHT_M_S;
+    assert!((clock_m - -77_244.683_2).abs() < 1e-2, "{clock_m}");
+    assert_eq!(single.epochs[0].satellites, 7);
+    for (direction, fixed, points) in [
+        (
+            FilterDirection::Forward,
+            114,
+            [
+                (0.0, [-3_976_219.231_8, 3_382_372.361_5, 3_652_511.473_7]),
+                (0.5, [-3_976_219.179_9, 3_382_371.599_5, 3_652_511.135_8]),
+                (57.0, [-3_976_219.227_7, 3_382_371.650_2, 3_652_511.230_4]),
+            ],
+        ),
+        (
+            FilterDirection::Backward,
+            108,
+            [
+                (57.0, [-3_976_220.146_2, 3_382_373.424_4, 3_652_513.786_4]),
+                (52.0, [-3_976_219.187_8, 3_382_371.603_1, 3_652_511.138_8]),
+                (52.0, [-3_976_219.187_8, 3_382_371.603_1, 3_652_511.138_8]),
+            ],
+        ),
+        (
+            FilterDirection::Combined,
+            115,
+            [
+                (0.0, [-3_976_219.183_1, 3_382_371.604_9, 3_652_511.141_6]),
+                (5.0, [-3_976_219.183_5, 3_382_371.604_3, 3_652_511.149_4]),
+                (5.0, [-3_976_219.183_5, 3_382_371.604_3, 3_652_511.149_4]),
+            ],
+        ),
+    ] {
+        let solution = run(PpkOptions {
+            direction,
+            ..PpkOptions::rtklib()
+        });
+        assert_eq!(solution.summary.fixed, fixed);
+        for (minutes, expected) in points {
+            check(&solution, minutes, expected, 2e-4);
+        }
+    }
+    let ambiguity = acerra_gnss::AmbiguityMode::Instantaneous;
+    assert_eq!(
+        run(PpkOptions {
+            ambiguity,
+            ..PpkOptions::rtklib()
+        })
+        .summary
+        .fixed,
+        32
+    );
+    let ambiguity = acerra_gnss::AmbiguityMode::Off;
+    let float = run(PpkOptions {
+        ambiguity,
+        ..PpkOptions::rtklib()
+    });
+    check(
+        &float,
+        5.0,
+        [-3_976_219.128_1, 3_382_371.669_7, 3_652_511.195_1],
+        2e-4,
+    );
+}
+
 /// Whether RTKLIB's combined position lies between its own two passes, as a mean must. Where its
 /// covariances have lost their digits it does not, by up to 7 mm.
 fn between_passes(combined: &PosEpoch, forward: &[PosEpoch], backward: &[PosEpoch]) -> bool {
