@@ -320,6 +320,19 @@ impl PpkOptions {
         }
     }
 
+    /// These options with every one of the [safeguards](Self::with_safeguards) switched off.
+    #[must_use]
+    pub fn without_safeguards(self) -> Self {
+        Self {
+            interpolate_base: false,
+            raim: false,
+            largest_phase_residual_sigma: None,
+            weak_signal_drop_db: None,
+            partial_ambiguity: None,
+            ..self
+        }
+    }
+
     /// The demo5 branch (RTKLIB-EX): what cheap receivers in motion need.
     #[must_use]
     pub fn demo5() -> Self {

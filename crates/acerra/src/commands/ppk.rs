@@ -115,6 +115,10 @@ pub struct Args {
     #[arg(long, value_name = "RATIO", value_parser = super::values::positive,
           help_heading = "Ambiguities and weights")]
     code_phase_ratio: Option<f64>,
+    /// Do only what RTKLIB does: no check of phases by signal strength and residuals, no base data
+    /// interpolated across gaps, no satellites left out of a fix that fails with all.
+    #[arg(long, help_heading = "Ambiguities and weights")]
+    unguarded: bool,
     /// Whose rules hold where RTKLIB 2.4.3 and demo5 differ.
     #[arg(long, value_enum, help_heading = "Ambiguities and weights")]
     rules: Option<Rules>,
@@ -333,6 +337,11 @@ impl Args {
                 _ => (PpkOptions::default(), PosFormat::default()),
             },
         };
+        if self.unguarded {
+            options = options.without_safeguards();
+        } else if options.rules == RuleSet::Rtklib {
+            options = options.with_safeguards();
+        }
         self.override_options(&mut options);
         if let Some(frame) = self.format {
             format.frame = match frame {
