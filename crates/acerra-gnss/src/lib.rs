@@ -1,4 +1,34 @@
 //! Carrier-phase differential GNSS (PPK): readers, positioning, ambiguity resolution.
+//!
+//! | what | where |
+//! | --- | --- |
+//! | any supported file, recognised by content | [`read_gnss`], [`read_observations`], [`read_navigation`] |
+//! | RINEX 2.10–4 observation, navigation 2–4 | [`rinex`] |
+//! | Hatanaka-compressed RINEX (CRINEX 1 and 3) | [`crinex`] |
+//! | u-blox UBX: RXM-RAW, RAWX, SFRB, SFRBX, TIM-TM2 | [`ubx`] |
+//! | one signal per satellite and frequency | [`select_signals`] |
+//! | positions | [`process`] with [`PpkOptions`] |
+//! | RTKLIB's `.conf` and `.pos` | [`conf`], [`pos`] |
+//!
+//! From two raw logs to a solution file:
+//! ```no_run
+//! use acerra_gnss::{Navigation, PpkOptions, input::Limits, pos, process, read_gnss};
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let rover = read_gnss(std::fs::File::open("rover.ubx")?, Limits::default())?;
+//! let base = read_gnss(std::fs::File::open("base.ubx")?, Limits::default())?;
+//! println!("{}", rover.report); // what was dropped, and where
+//! let mut navigation = Navigation::default();
+//! for part in [rover.navigation, base.navigation].into_iter().flatten() {
+//!     navigation.merge(part);
+//! }
+//! let (rover, base) = (rover.observations.unwrap_or_default(), base.observations.unwrap_or_default());
+//! let options = PpkOptions::default();
+//! let solution = process(&rover, &base, &navigation, &options)?;
+//! let out = std::io::BufWriter::new(std::fs::File::create("rover.pos")?);
+//! pos::write_pos(out, &solution, &options, &["rover.ubx".to_owned()], &pos::PosFormat::default())?;
+//! # Ok(())
+//! # }
+//! ```
 
 mod atmosphere;
 mod collect;

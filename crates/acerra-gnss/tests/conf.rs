@@ -119,6 +119,9 @@ fn missing_keys_mean_rtklibs_defaults() {
     assert_eq!(conf.options.rules, RuleSet::Demo5);
     assert_eq!(conf.options.hold_variance_cycles2, 0.2);
     assert_eq!(conf.options.largest_outage, 20);
+    let conf = read("stats-errsnr =0.003\nstats-snrmax =45\n");
+    assert_eq!(conf.options.phase_error_cn0_m, 0.003);
+    assert_eq!(conf.not_followed[0].key, "stats-snrmax");
 }
 
 #[test]

@@ -331,8 +331,10 @@ fn statistics(s: &Setting, conf: &mut RtklibConf, pending: &mut Pending) -> Outc
         "stats-errphaseel" => options.phase_error_elevation_m = s.number()?,
         "stats-errphasebl" => options.phase_error_baseline_m = s.number()?,
         "stats-errdoppler" => options.doppler_error_hz = s.number()?,
-        "stats-errsnr" | "stats-errrcv" => return only(s, &["0", "0.0", ""]),
-        "stats-snrmax" => {}
+        "stats-errsnr" => options.phase_error_cn0_m = s.number()?,
+        "stats-errrcv" => return only(s, &["0", "0.0", ""]),
+        // The strength that `stats-errsnr` refers to is fixed here.
+        "stats-snrmax" => return only(s, &["52", "52.0", ""]),
         "stats-stdbias" => options.initial_bias_cycles = s.number()?,
         "stats-prnaccelh" => pending.noise[0] = s.number()?,
         "stats-prnaccelv" => pending.noise[1] = s.number()?,
