@@ -9,7 +9,6 @@ shift || true
 command -v cargo-fuzz >/dev/null || cargo install --locked --quiet cargo-fuzz
 export RUSTC_BOOTSTRAP=1
 if [ $# -gt 0 ]; then targets=("$@"); else mapfile -t targets < <(cargo fuzz list); fi
-# Seeds for readers larger than a few kilobytes would only slow the fuzzer down.
 for target in "${targets[@]}"; do
     mkdir -p "corpus/$target"
     seeds=()
