@@ -100,7 +100,7 @@ pub fn by_motion(
     let at = interpolator(campaign, trajectory);
     let half_s = 0.05_f64.max(trajectory.sample_interval_s().unwrap_or(0.1));
     let span_s = trajectory.end_s() - trajectory.start_s();
-    if !(span_s < LONGEST_S) {
+    if span_s.is_nan() || span_s >= LONGEST_S {
         bail!(
             "[trajectory] time_offset_s = \"auto\": expected a trajectory of less than \
              {LONGEST_S:.0} s, found {span_s:.0} s"
