@@ -115,11 +115,12 @@ fn cleaning_takes_the_radio_out_of_a_simulated_flight() {
     assert!(off_s.abs() < 0.15e-9, "{off_s:e}");
     assert!(timed.median_residual_s.unwrap().abs() < 0.15e-9);
 
-    // Coupling stands far above everything in the raw traces, and is gone without the mean.
+    // Coupling stands above everything in the raw traces, and is gone without the mean.
     let raw = timed.radargram;
     let surface_s = two_way_delay_s(3.0);
     let before = peak(&raw, 0.0, 4e-9);
-    assert!(before > 10.0 * peak(&raw, surface_s, 40e-9));
+    let echoes = peak(&raw, surface_s, 40e-9);
+    assert!(before > 2.0 * echoes, "{before} and {echoes}");
     let clean = remove_background(raw, Background::Mean).unwrap();
     let after = peak(&clean, 0.0, 4e-9);
     assert!(after < before / 30.0, "{before} to {after}");
@@ -127,7 +128,8 @@ fn cleaning_takes_the_radio_out_of_a_simulated_flight() {
     // The awnings are there before the gate and not behind it.
     assert!(peak(&clean, 70e-9, 90e-9) > 3.0 * 20.0);
     let gated = apply_gate(clean, &heights_m, &Gate::default()).unwrap();
-    assert_eq!(peak(&gated, 70e-9, 90e-9).round(), 0.0);
+    // What is left there is the analytic signal's own tail, far below the noise of 20 counts.
+    assert!(peak(&gated, 70e-9, 90e-9) < 4.0);
     assert!(peak(&gated, surface_s, 40e-9) > 20.0 * 20.0);
 }
 
@@ -143,7 +145,10 @@ fn scans_with_lost_packets_are_reported_and_the_others_keep_their_times() {
     let lost = lost_packets(&radar, messages.len(), 5);
     let per_scan = messages.len() / campaign.scans.len();
     let whole: Vec<bool> = lost.chunks(per_scan).map(|s| !s.contains(&true)).collect();
-    let gone = lost.chunks(per_scan).filter(|s| !s.contains(&false)).count();
+    let gone = lost
+        .chunks(per_scan)
+        .filter(|s| !s.contains(&false))
+        .count();
     let arrived: Vec<u8> = messages
         .iter()
         .zip(&lost)
