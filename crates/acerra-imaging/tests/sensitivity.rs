@@ -1,6 +1,6 @@
 //! Theory and Monte Carlo of positioning errors agree.
 
-#![allow(clippy::unwrap_used)] // helpers of tests
+#![allow(clippy::unwrap_used, clippy::print_stdout)] // helpers of tests; what validation found
 
 use acerra_imaging::psf::{PointSpread, TrackShape, synthetic_track};
 use acerra_imaging::sensitivity::{ErrorModel, Estimate, predict, simulate};
