@@ -107,15 +107,6 @@ pub struct Args {
         help_heading = "Ambiguities and weights"
     )]
     glonass_ar: Option<GlonassAr>,
-    /// Notice blocked and bent signals, interpolate the base, fix without the noisiest satellites:
-    /// what goes beyond RTKLIB. On unless a configuration or `--rules` is given.
-    #[arg(
-        long,
-        value_enum,
-        value_name = "on|off",
-        help_heading = "Ambiguities and weights"
-    )]
-    safeguards: Option<Switch>,
     /// Least ratio of the second-best to the best set of integers.
     #[arg(long, value_name = "RATIO", value_parser = super::values::positive,
           help_heading = "Ambiguities and weights")]
@@ -173,12 +164,6 @@ enum GlonassAr {
     Off,
     On,
     FixAndHold,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Switch {
-    On,
-    Off,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -390,21 +375,6 @@ impl Args {
     }
 
     fn override_options(&self, options: &mut PpkOptions) {
-        match self.safeguards {
-            Some(Switch::On) => *options = options.clone().with_safeguards(),
-            Some(Switch::Off) => {
-                let plain = match options.rules {
-                    RuleSet::Rtklib => PpkOptions::rtklib(),
-                    RuleSet::Demo5 => PpkOptions::demo5(),
-                };
-                options.interpolate_base = plain.interpolate_base;
-                options.raim = plain.raim;
-                options.largest_phase_residual_sigma = plain.largest_phase_residual_sigma;
-                options.weak_signal_drop_db = plain.weak_signal_drop_db;
-                options.partial_ambiguity = plain.partial_ambiguity;
-            }
-            None => {}
-        }
         if let Some(mode) = self.mode {
             options.mode = match mode {
                 Mode::Single => PositioningMode::Single,
