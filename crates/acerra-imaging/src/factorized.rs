@@ -19,7 +19,7 @@ use std::f64::consts::PI;
 use std::ops::Range;
 
 /// Coarse samples that an interpolated value is made of, in either direction.
-pub(crate) const TAPS: usize = 8;
+pub(crate) const TAPS: usize = 12;
 /// Coarse samples before the interval that a value lies in.
 const BEFORE: usize = TAPS / 2 - 1;
 /// Greatest number of fine pixels in a coarse interval.

@@ -81,8 +81,9 @@ pub struct SelfCheck {
 /// An image that is ready to be made, any number of times.
 ///
 /// Making the plan builds the range tables and proves the accuracy on random pixels against the
-/// double-precision sum; running it allocates nothing and gives the same bits for any number of
-/// threads.
+/// double-precision sum; running it allocates nothing in its loops over pulses and pixels (the
+/// factorized engine takes its coarse images once, at the start) and gives the same bits for any
+/// number of threads.
 ///
 /// ```
 /// use acerra_imaging::{Complex64, Plan, PlanOptions, PlaneGrid, Pulses, SPEED_OF_LIGHT_M_S};
@@ -340,6 +341,11 @@ impl<'a> Plan<'a> {
         }
         self.check = None;
         self.table_bytes = 0;
+        if self.options.level == SimdLevel::Avx512 {
+            // Never trust an instruction set over the check.
+            self.options.level = SimdLevel::Avx2;
+            return self.choose_direct();
+        }
         self.reasons.push(format!(
             "single precision reached {reached:.2e} here: the double-precision sum is run"
         ));
@@ -411,7 +417,7 @@ impl<'a> Plan<'a> {
         Ok(())
     }
 
-    /// Bytes that range tables and the image take together; beside the data nothing else grows
+    /// Bytes that range tables, coarse images and the image take together; beside the data nothing else grows
     /// with the size of the task.
     #[must_use]
     pub fn memory_bytes(&self) -> u128 {
@@ -527,7 +533,7 @@ impl fmt::Display for Plan<'_> {
         }
         write!(
             f,
-            "memory: {:.1} MB tables and {:.1} MB image",
+            "memory: {:.1} MB tables and coarse images, {:.1} MB image",
             self.table_bytes as f64 * 1e-6,
             self.pixels() as f64 * 8e-6
         )

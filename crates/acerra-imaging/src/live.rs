@@ -1,0 +1,71 @@
+//! An image that grows as pulses come in.
+
+use crate::rows::TiltedGrid;
+use crate::{ImagingError, Plan, PlanOptions, Pulses};
+use num_complex::Complex32;
+
+/// The image of all pulses pushed so far, readable at any time.
+///
+/// ```
+/// use acerra_imaging::{Complex64, LiveImage, PlanOptions, PlaneGrid, Pulses};
+/// let grid = PlaneGrid::from_ranges([0.0, 0.2], [0.0, 0.2], 0.0, 0.02)?;
+/// let mut live = LiveImage::new(grid, PlanOptions::default());
+/// let frequency_hz: Vec<f64> = (0..40).map(|n| 3.1e9 + 2e7 * f64::from(n)).collect();
+/// let spectrum = vec![Complex64::new(1.0, 0.0); 40];
+/// for m in 0..3 {
+///     let position_m = [[0.0, 0.1 * f64::from(m), 5.0]];
+///     live.push(Pulses::new(&position_m, &frequency_hz, &spectrum, &[1.0], 3e8)?)?;
+/// }
+/// assert_eq!((live.pulses(), live.image().len()), (3, grid.len()));
+/// # Ok::<(), acerra_imaging::ImagingError>(())
+/// ```
+#[derive(Debug)]
+pub struct LiveImage {
+    grid: TiltedGrid,
+    options: PlanOptions,
+    image: Vec<Complex32>,
+    batch: Vec<Complex32>,
+    pulses: u64,
+}
+
+impl LiveImage {
+    /// An empty image. The accuracy of `options` holds for every batch pushed, and so for their sum
+    /// relative to the root sum of squares of the batches' images.
+    #[must_use]
+    pub fn new(grid: impl Into<TiltedGrid>, options: PlanOptions) -> Self {
+        let grid = grid.into();
+        let pixels = grid.columns * grid.rows;
+        Self {
+            grid,
+            options,
+            image: vec![Complex32::ZERO; pixels],
+            batch: vec![Complex32::ZERO; pixels],
+            pulses: 0,
+        }
+    }
+
+    /// Adds a batch of pulses.
+    ///
+    /// # Errors
+    /// As [`Plan::new`]; the image then stays as it was.
+    pub fn push(&mut self, pulses: Pulses) -> Result<(), ImagingError> {
+        Plan::new(pulses, self.grid, &self.options)?.run(&mut self.batch, &|_| ())?;
+        for (sum, v) in self.image.iter_mut().zip(&self.batch) {
+            *sum += v;
+        }
+        self.pulses += pulses.len() as u64;
+        Ok(())
+    }
+
+    /// The image so far, `[rows, columns]` row-major.
+    #[must_use]
+    pub fn image(&self) -> &[Complex32] {
+        &self.image
+    }
+
+    /// Pulses in it.
+    #[must_use]
+    pub fn pulses(&self) -> u64 {
+        self.pulses
+    }
+}

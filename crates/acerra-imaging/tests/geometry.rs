@@ -1,0 +1,135 @@
+//! Several tracks, volumes and live images: what the geometry must give.
+#![allow(clippy::unwrap_used)]
+
+use acerra_imaging::{
+    Complex32, Complex64, ImagingError, LiveImage, PlanOptions, PlaneGrid, Pulses,
+    SPEED_OF_LIGHT_M_S, Spreading, VolumeGrid, image, reference,
+};
+
+struct Data {
+    position_m: Vec<[f64; 3]>,
+    frequency_hz: Vec<f64>,
+    spectrum: Vec<Complex64>,
+    weight: Vec<f64>,
+}
+
+impl Data {
+    /// Tracks along y at the given x, 5 m up, over one target.
+    fn tracks(x_m: &[f64], target_m: [f64; 3]) -> Self {
+        let position_m: Vec<_> = x_m
+            .iter()
+            .flat_map(|&x| (0..101).map(move |m| [x, -2.0 + 0.04 * f64::from(m), 5.0]))
+            .collect();
+        let frequency_hz: Vec<f64> = (0..69).map(|n| 3.1e9 + 2.5e7 * f64::from(n)).collect();
+        let scene = [reference::Scatterer {
+            position_m: target_m,
+            reflectivity: Complex64::ONE,
+        }];
+        let spectrum = reference::forward(
+            &position_m,
+            &frequency_hz,
+            &scene,
+            SPEED_OF_LIGHT_M_S,
+            Spreading::InverseSquare,
+        )
+        .unwrap();
+        let weight = vec![1.0; position_m.len()];
+        Self {
+            position_m,
+            frequency_hz,
+            spectrum,
+            weight,
+        }
+    }
+
+    fn pulses(&self) -> Pulses<'_> {
+        Pulses::new(
+            &self.position_m,
+            &self.frequency_hz,
+            &self.spectrum,
+            &self.weight,
+            SPEED_OF_LIGHT_M_S,
+        )
+        .unwrap()
+    }
+}
+
+fn peak(image: &[Complex32]) -> f32 {
+    image.iter().map(|v| v.norm()).fold(0.0, f32::max)
+}
+
+#[test]
+fn parallel_tracks_suppress_the_ghost() {
+    let target = [2.0, 0.0, 0.0];
+    let at = |x: f64| PlaneGrid::new(x - 0.3, -0.3, 0.0, 0.02, 31, 31).unwrap();
+    let level_db = |tracks: &[f64]| {
+        let data = Data::tracks(tracks, target);
+        let options = PlanOptions::default();
+        // Mirrored at the middle track, x = 0.
+        let ghost = peak(&image(data.pulses(), at(-2.0), &options).unwrap());
+        let there = peak(&image(data.pulses(), at(2.0), &options).unwrap());
+        20.0 * (ghost / there).log10()
+    };
+    let one = level_db(&[0.0]);
+    let five = level_db(&[-2.0, -1.0, 0.0, 1.0, 2.0]);
+    assert!(
+        one.abs() < 0.1,
+        "a straight track cannot tell left from right: {one} dB"
+    );
+    assert!(five < one - 12.0, "{five} dB for {one} dB");
+}
+
+#[test]
+fn a_volume_shows_the_height_of_a_target() {
+    let target = [2.0, 0.1, 0.43];
+    let data = Data::tracks(&[-2.0, -1.0, 0.0, 1.0, 2.0], target);
+    let base = PlaneGrid::new(1.0, -0.1, 0.0, 0.02, 101, 21).unwrap();
+    let volume = VolumeGrid::new(base, 0.02, 51).unwrap();
+    let mut best = (0.0, [0.0; 3]);
+    volume
+        .image(data.pulses(), &PlanOptions::default(), |_, grid, slice| {
+            for (k, v) in slice.iter().enumerate() {
+                if v.norm() > best.0 {
+                    best = (v.norm(), grid.point_m(k));
+                }
+            }
+            Ok::<(), ImagingError>(())
+        })
+        .unwrap();
+    for (found, truth) in best.1.iter().zip(target) {
+        assert!((found - truth).abs() < 0.03, "{:?}", best.1);
+    }
+}
+
+#[test]
+fn a_live_image_is_the_image_of_all_pulses() {
+    let data = Data::tracks(&[0.0], [1.5, 0.2, 0.0]);
+    let pulses = data.pulses();
+    let grid = PlaneGrid::new(1.0, -0.3, 0.0, 0.02, 51, 31).unwrap();
+    let options = PlanOptions {
+        accuracy: 1e-4,
+        ..Default::default()
+    };
+    let mut live = LiveImage::new(grid, options);
+    for part in [0..40, 40..41, 41..101] {
+        live.push(pulses.slice(part).unwrap()).unwrap();
+    }
+    assert_eq!(live.pulses(), 101);
+    let whole = image(pulses, grid, &options).unwrap();
+    let difference: f64 = live
+        .image()
+        .iter()
+        .zip(&whole)
+        .map(|(a, b)| f64::from((a - b).norm_sqr()))
+        .sum();
+    let power: f64 = whole.iter().map(|v| f64::from(v.norm_sqr())).sum();
+    assert!((difference / power).sqrt() < 3e-4);
+}
+
+#[test]
+fn impossible_volumes_are_refused() {
+    let base = PlaneGrid::new(0.0, 0.0, 0.0, 0.1, 3, 3).unwrap();
+    assert!(VolumeGrid::new(base, 0.1, 0).is_err());
+    assert!(VolumeGrid::new(base, 0.0, 3).is_err());
+    assert_eq!(VolumeGrid::new(base, 0.1, 3).unwrap().slice(2).z_m, 0.2);
+}
