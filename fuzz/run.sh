@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Runs every fuzz target for SECONDS each (default 20), starting from the committed seeds.
 # usage: fuzz/run.sh [SECONDS] [TARGET…]
+# FUZZ_SEED=N repeats a run; by default every run draws anew.
 # Needs no nightly toolchain; with the address sanitizer where this toolchain has one.
 set -euo pipefail
 cd "$(dirname "$0")"
@@ -15,5 +16,5 @@ for target in "${targets[@]}"; do
     [ -d "seeds/$target" ] && seeds=("seeds/$target")
     echo "== $target, $seconds s"
     cargo fuzz run --sanitizer "${SANITIZER:-address}" "$target" "corpus/$target" "${seeds[@]}" -- \
-        -max_total_time="$seconds" -rss_limit_mb=2048 -timeout=10 -verbosity=0 -print_final_stats=1
+        -max_total_time="$seconds" -seed="${FUZZ_SEED:-0}" -rss_limit_mb=2048 -timeout=10 -verbosity=0 -print_final_stats=1
 done
