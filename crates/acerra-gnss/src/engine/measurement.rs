@@ -5,6 +5,8 @@ use crate::observation::{EPOCH_TOLERANCE_S, ObservationData};
 use crate::signal::{FREQUENCY_SLOTS, SignalCode};
 use acerra_geo::time::GpsTime;
 
+/// Pseudoranges below this (m) are no measurements: 19 000 km less 60 ms of receiver clock.
+const SMALLEST_PSEUDORANGE_M: f64 = 1e6;
 /// Values beyond this (m or cycles) are no measurements.
 const LARGEST_PSEUDORANGE_M: f64 = 1e9;
 const LARGEST_PHASE_CYCLES: f64 = 1e10;
@@ -98,7 +100,13 @@ pub(crate) fn epochs(data: &ObservationData, constellation: &Constellation) -> V
             };
             for (slot, signal) in s.signals.iter().enumerate() {
                 let Some(signal) = signal else { continue };
-                m.code_m[slot] = plausible(signal.pseudorange_m, LARGEST_PSEUDORANGE_M);
+                // No satellite is nearer than this, whatever the receiver's clock.
+                m.code_m[slot] = plausible(
+                    signal
+                        .pseudorange_m
+                        .filter(|range_m| *range_m > SMALLEST_PSEUDORANGE_M),
+                    LARGEST_PSEUDORANGE_M,
+                );
                 m.phase_cycles[slot] = plausible(signal.phase_cycles, LARGEST_PHASE_CYCLES);
                 m.doppler_hz[slot] = plausible(signal.doppler_hz, 1e6);
                 m.cn0_db_hz[slot] = plausible(signal.cn0_db_hz, 1e3);
