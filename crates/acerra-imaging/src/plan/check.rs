@@ -1,0 +1,164 @@
+//! The self-check: pixels at random places against the double-precision sum.
+
+use super::{Plan, SelfCheck};
+use crate::direct::Direct;
+use crate::factorized::Factorized;
+use crate::rows::TiltedGrid;
+use crate::simd::rows::Tally;
+use crate::{Pulses, Spreading, reference};
+use num_complex::{Complex32, Complex64};
+use rayon::prelude::*;
+
+impl Plan<'_> {
+    /// Runs small patches at random places and compares pixels of each.
+    pub(crate) fn compare_patches(&self, factorized: &Factorized) -> SelfCheck {
+        const PATCHES: usize = 12;
+        let grid = &self.grid;
+        let work = self.pulses.len() * self.pulses.frequency_hz().len();
+        let pixels = (30_000_000 / work.max(1)).clamp(48, 384) / PATCHES;
+        let [dx, dy] = factorized.spec.coarse;
+        let mut random = Random(0x5eed_0001);
+        let places: Vec<(usize, usize, u64)> = (0..PATCHES)
+            .map(|_| {
+                // Patches start on the coarse lattice, as pixels of the whole image do.
+                let i = random.below(grid.columns) / dx * dx;
+                let j = random.below(grid.rows) / dy * dy;
+                (i, j, random.next())
+            })
+            .collect();
+        let found: Vec<(f64, f64)> = places
+            .par_iter()
+            .flat_map_iter(|&(i0, j0, seed)| {
+                let patch = TiltedGrid {
+                    origin_m: grid.point_m(i0 as f64, j0 as f64),
+                    columns: (grid.columns - i0).min(4 * dx),
+                    rows: (grid.rows - j0).min(2 * dy),
+                    ..*grid
+                };
+                let mut out = vec![Complex32::ZERO; patch.columns * patch.rows];
+                let spreading = self.options.spreading;
+                factorized.run(&self.pulses, spreading, &patch, &mut out, &|_| ());
+                let mut random = Random(seed);
+                (0..pixels)
+                    .map(|_| {
+                        let k = random.below(out.len());
+                        let (i, j) = (k % patch.columns, k / patch.columns);
+                        let point = patch.point_m(i as f64, j as f64);
+                        let expected = exact(&self.pulses, point, spreading);
+                        let value = Complex64::new(f64::from(out[k].re), f64::from(out[k].im));
+                        ((value - expected).norm_sqr(), expected.norm_sqr())
+                    })
+                    .collect::<Vec<_>>()
+            })
+            .collect();
+        let difference: f64 = found.iter().map(|f| f.0).sum();
+        let power: f64 = found.iter().map(|f| f.1).sum();
+        SelfCheck {
+            pixels: found.len(),
+            error: if power > 0.0 {
+                (difference / power).sqrt()
+            } else {
+                difference.sqrt()
+            },
+        }
+    }
+
+    /// Runs short pieces of rows at random places and compares a pixel of each.
+    pub(crate) fn compare(&self, direct: &Direct) -> (SelfCheck, Tally) {
+        let grid = &self.grid;
+        let work = self.pulses.len() * self.pulses.frequency_hz().len();
+        let most = self.options.check_pixels.max(1);
+        let pixels = (40_000_000 / work.max(1)).clamp(most.min(24), most);
+        let mut random = Random(0x1234_5678);
+        let places: Vec<[usize; 3]> = (0..pixels)
+            .map(|_| {
+                let i = random.below(grid.columns);
+                let start = i.saturating_sub(random.below(self.options.level.lanes()));
+                [start, i, random.below(grid.rows)]
+            })
+            .collect();
+        let found: Vec<(f64, f64, Tally)> = places
+            .par_iter()
+            .map(|&[start, i, j]| {
+                let piece = TiltedGrid {
+                    origin_m: grid.point_m(start as f64, j as f64),
+                    columns: i - start + 1,
+                    rows: 1,
+                    ..*grid
+                };
+                let mut out = [Complex32::ZERO; crate::simd::MAX_LANES];
+                let tally = direct.run(
+                    &self.pulses,
+                    self.options.spreading,
+                    &piece,
+                    &mut out[..=i - start],
+                    &|_| (),
+                );
+                let point = grid.point_m(i as f64, j as f64);
+                let expected = exact(&self.pulses, point, self.options.spreading);
+                let value = out[i - start];
+                let value = Complex64::new(f64::from(value.re), f64::from(value.im));
+                ((value - expected).norm_sqr(), expected.norm_sqr(), tally)
+            })
+            .collect();
+        let mut tally = Tally::default();
+        let (mut difference, mut power) = (0.0, 0.0);
+        for (d, p, t) in found {
+            difference += d;
+            power += p;
+            tally.add(t);
+        }
+        let error = if power > 0.0 {
+            (difference / power).sqrt()
+        } else {
+            difference.sqrt()
+        };
+        (SelfCheck { pixels, error }, tally)
+    }
+}
+
+/// Eq. (3) at a point in double precision; for even frequencies by turning phasors, renewed often
+/// enough to stay exact.
+pub(crate) fn exact(pulses: &Pulses, point: [f64; 3], spreading: Spreading) -> Complex64 {
+    const RENEW: usize = 32;
+    let step = pulses.frequency_step_hz();
+    let f = pulses.frequency_hz();
+    let mut sum = Complex64::ZERO;
+    for (m, p) in pulses.position_m().iter().enumerate() {
+        let range = reference::range_m(*p, point);
+        let weight = pulses.weight()[m] * spreading.weight(range);
+        let Some(step) = step else {
+            sum += reference::pulse_at_range(pulses, m, range) * weight;
+            continue;
+        };
+        let delay = 4.0 * std::f64::consts::PI * range / pulses.light_speed_m_s();
+        let turn = Complex64::cis(step * delay);
+        let mut profile = Complex64::ZERO;
+        for (k, e) in pulses.spectrum_of(m).chunks(RENEW).enumerate() {
+            // Horner from the last frequency of the piece to its first.
+            let piece = e
+                .iter()
+                .rev()
+                .fold(Complex64::ZERO, |sum, e| sum * turn + e);
+            profile += piece * Complex64::cis(f[k * RENEW] * delay);
+        }
+        sum += profile * weight;
+    }
+    sum
+}
+/// A small generator for places to check (Steele, Lea & Flood 2014, SplitMix64).
+pub(crate) struct Random(pub u64);
+
+impl Random {
+    pub(crate) fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    pub(crate) fn below(&mut self, n: usize) -> usize {
+        ((u128::from(self.next()) * n as u128) >> 64) as usize
+    }
+}

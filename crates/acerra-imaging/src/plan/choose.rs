@@ -1,0 +1,228 @@
+//! The cheapest range tables and expansions that keep an accuracy.
+
+use super::check::Random;
+use crate::Pulses;
+use crate::direct::DirectSpec;
+use crate::rows::{TiltedGrid, norm};
+use crate::simd::SimdLevel;
+use crate::table::TableSpec;
+
+/// Mean power at each frequency over the weighted pulses.
+pub(crate) fn mean_power(pulses: &Pulses) -> Vec<f64> {
+    let mut power = vec![0.0; pulses.frequency_hz().len()];
+    for (m, w) in pulses.weight().iter().enumerate() {
+        for (p, e) in power.iter_mut().zip(pulses.spectrum_of(m)) {
+            *p += e.norm_sqr() * w * w;
+        }
+    }
+    let total: f64 = power.iter().sum();
+    if total > 0.0 && total.is_finite() {
+        power.iter_mut().for_each(|p| *p /= total);
+    } else {
+        power.fill(1.0);
+    }
+    power
+}
+
+/// Lowest, carrier and highest frequency that matter at `accuracy`, given the power at each.
+pub(crate) fn effective_band_hz(
+    pulses: &Pulses,
+    power: &[f64],
+    accuracy: f64,
+    table: &TableSpec,
+) -> [f64; 3] {
+    let f = pulses.frequency_hz();
+    let carrier = f[table.carrier];
+    let mut order: Vec<usize> = (0..f.len()).collect();
+    order.sort_by(|a, b| (f[*b] - carrier).abs().total_cmp(&(f[*a] - carrier).abs()));
+    // Frequencies at the edges may alias while what they hold stays well below the error allowed.
+    let allowed = (0.2 * accuracy).powi(2) * power.iter().sum::<f64>();
+    let mut left_out = 0.0;
+    let widest = order
+        .into_iter()
+        .find(|k| {
+            left_out += power[*k];
+            left_out > allowed
+        })
+        .map_or(0.0, |k| (f[k] - carrier).abs());
+    [carrier - widest, carrier, carrier + widest]
+}
+
+/// Random pairs of pulse and pixel: range and sine of the angle to the row.
+pub(crate) struct Sample(Vec<(f64, f64)>);
+
+impl Sample {
+    pub(crate) fn draw(pulses: &Pulses, grid: &TiltedGrid) -> Self {
+        let mut random = Random(0x9e37_79b9);
+        let length = norm(grid.u_m).max(1e-12);
+        Self(
+            (0..256)
+                .map(|_| {
+                    let p = pulses.position_m()[random.below(pulses.len())];
+                    let (i, j) = (random.below(grid.columns), random.below(grid.rows));
+                    let point = grid.point_m(i as f64, j as f64);
+                    let d = std::array::from_fn(|a| point[a] - p[a]);
+                    let range = norm(d).max(1e-12);
+                    (
+                        range,
+                        (crate::rows::dot(d, grid.u_m) / length / range).abs(),
+                    )
+                })
+                .collect(),
+        )
+    }
+
+    fn share(&self, f: impl Fn(f64, f64) -> bool) -> f64 {
+        self.0.iter().filter(|(r, s)| f(*r, *s)).count() as f64 / self.0.len() as f64
+    }
+}
+
+/// The cheapest table and expansion that keep `accuracy`, and their cost in operations a pixel.
+pub(crate) fn choose_spec(
+    pulses: &Pulses,
+    grid: &TiltedGrid,
+    power: &[f64],
+    sample: &Sample,
+    accuracy: f64,
+    level: SimdLevel,
+) -> (DirectSpec, f64) {
+    let n = pulses.frequency_hz().len();
+    let lanes = level.lanes() as f64;
+    let pixel = norm(grid.u_m).max(1e-12);
+    let half = 0.5 * 15.0 * pixel; // groups are 16 pixels at every level
+    let half_vector = 0.5 * (lanes - 1.0) * pixel;
+    let phase_tolerance_rad = 0.5 * accuracy;
+    let mut best: Option<(DirectSpec, f64)> = None;
+    for degree in 1..=3 {
+        let Some(table) = choose_table(pulses, power, degree, 0.7 * accuracy) else {
+            continue;
+        };
+        let alpha = table.carrier_rad(pulses);
+        let fine_carrier = carrier_error(alpha, 3) > 0.6 * accuracy || degree > 1;
+        let wave = alpha / table.bin_m; // rad per metre of range
+        let third = |r: f64| 0.08 * half.powi(3) / (r * r) * wave;
+        let cubic = fine_carrier || sample.share(|r, _| third(r) > phase_tolerance_rad) > 0.02;
+        let left_out = |r: f64| {
+            if cubic {
+                0.5 * half.powi(4) / (r * r * r) * wave
+            } else {
+                third(r)
+            }
+        };
+        let window = sample.share(|r, s| {
+            let bend = half * (1.0 - s * s) / r;
+            let span = half_vector * (2.0 * (s + bend) + half_vector * (1.0 - s * s) / (2.0 * r))
+                / table.bin_m;
+            span < lanes - 1.05 && left_out(r) < phase_tolerance_rad
+        });
+        // Vector operations for one vector of pixels, as counted in the kernel.
+        let terms = if fine_carrier { 4.0 } else { 3.0 };
+        let lookups = 2.0 * (degree as f64 + 1.0);
+        let common = 5.0 + 2.0 * degree as f64 + 2.0 * terms + 4.0 + 6.0;
+        let fast = common + lookups + if cubic { 3.0 } else { 2.0 };
+        let slow = common + 20.0 + lookups * (4.0 + lanes);
+        let cost = (window * fast + (1.0 - window) * slow) / lanes;
+        let spec = DirectSpec {
+            table,
+            fine_carrier,
+            cubic,
+            phase_tolerance_rad,
+            plain_below_m: table.folding_range_m(0.1 * accuracy),
+        };
+        if best.as_ref().is_none_or(|(_, c)| cost < *c) {
+            best = Some((spec, cost));
+        }
+    }
+    best.unwrap_or_else(|| {
+        // Not reached for accuracies a plan accepts; a very fine cubic table is safe.
+        let table = TableSpec {
+            bin_m: fine_bin_m(pulses),
+            degree: 3,
+            period: None,
+            carrier: n / 2,
+            interleaved: false,
+        };
+        let spec = DirectSpec {
+            table,
+            fine_carrier: true,
+            cubic: true,
+            phase_tolerance_rad,
+            plain_below_m: table.folding_range_m(0.1 * accuracy),
+        };
+        (spec, 100.0)
+    })
+}
+
+/// Largest error of the carrier's polynomials over a bin turning by `alpha`: cosine of `terms` terms
+/// and sine of one less, interpolated at Chebyshev nodes.
+fn carrier_error(alpha: f64, terms: i32) -> f64 {
+    let x = 0.5 * alpha;
+    let left = |power: i32| {
+        let factorial: f64 = (1..=power).map(f64::from).product();
+        x.powi(power) / factorial
+    };
+    let cosine = left(2 * terms) / 2f64.powi(2 * terms - 1);
+    let sine = left(2 * terms - 1) / 2f64.powi(2 * terms - 3);
+    cosine.max(sine)
+}
+
+fn fine_bin_m(pulses: &Pulses) -> f64 {
+    let top = pulses.frequency_hz().iter().copied().fold(0.0, f64::max);
+    pulses.light_speed_m_s() / top / 40.0
+}
+
+/// The widest bins of a degree that keep `accuracy`.
+fn choose_table(pulses: &Pulses, power: &[f64], degree: usize, accuracy: f64) -> Option<TableSpec> {
+    let f = pulses.frequency_hz();
+    let centre = 0.5
+        * (f.iter().copied().fold(f64::INFINITY, f64::min) + f.iter().copied().fold(0.0, f64::max));
+    let carrier =
+        (0..f.len()).min_by(|a, b| (f[*a] - centre).abs().total_cmp(&(f[*b] - centre).abs()))?;
+    let good = |spec: &TableSpec| {
+        let alpha = spec.carrier_rad(pulses);
+        alpha < 2.6
+            && carrier_error(alpha, 4) <= 0.3 * accuracy
+            && spec.fit_error(pulses, power) <= accuracy
+    };
+    let spec = |bin_m, period| TableSpec {
+        bin_m,
+        degree,
+        period,
+        carrier,
+        interleaved: false,
+    };
+    if let Some(step) = pulses.frequency_step_hz() {
+        let period_m = pulses.light_speed_m_s() / (2.0 * step);
+        let shortest = (f.len() + 1).max(16);
+        return smooth_lengths(shortest, shortest * 4096)
+            .into_iter()
+            .map(|length| spec(period_m / length as f64, Some(length)))
+            .find(good);
+    }
+    let mut bin_m = 20.0 * fine_bin_m(pulses);
+    for _ in 0..80 {
+        if good(&spec(bin_m, None)) {
+            return Some(spec(bin_m, None));
+        }
+        bin_m *= 0.93;
+    }
+    None
+}
+
+/// Lengths 2^a·3^b·5^c from `from` to `to`, about 4 % apart, rising.
+fn smooth_lengths(from: usize, to: usize) -> Vec<usize> {
+    let mut lengths = Vec::new();
+    for b in 0..3 {
+        for c in 0..3 {
+            let mut length = 4 * 3usize.pow(b) * 5usize.pow(c);
+            while length <= to {
+                if length >= from {
+                    lengths.push(length);
+                }
+                length *= 2;
+            }
+        }
+    }
+    lengths.sort_unstable();
+    lengths
+}
