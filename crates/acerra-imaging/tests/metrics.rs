@@ -137,3 +137,90 @@ fn an_empty_image_has_no_targets() {
     };
     assert!(measure_targets(&view, &straight, &silly).is_err());
 }
+
+/// Echoes of `scene` taken from `truth_m`.
+fn echoes(truth_m: &[[f64; 3]], frequency_hz: &[f64], scene: Scene) -> Vec<Complex64> {
+    let range_m = |p: &[f64; 3], [x, y]: [f64; 2]| {
+        ((p[0] - x).powi(2) + (p[1] - y).powi(2) + p[2].powi(2)).sqrt()
+    };
+    truth_m
+        .iter()
+        .flat_map(|p| {
+            frequency_hz.iter().map(move |f| {
+                scene
+                    .iter()
+                    .map(|(amplitude, at)| {
+                        let r = range_m(p, *at);
+                        Complex64::from_polar(amplitude / (r * r), -4.0 * PI * f * r / 3e8)
+                    })
+                    .sum()
+            })
+        })
+        .collect()
+}
+
+/// Images `scene`, flown along `truth_m`, with the positions of `believed`, and measures it twice:
+/// by Eq. (5) alone, and with the echoes at hand.
+fn measure_blurred(
+    believed: &PointSpread,
+    truth_m: &[[f64; 3]],
+    scene: Scene,
+    grid: PlaneGrid,
+) -> [Measurement; 2] {
+    use acerra_imaging::metrics::measure_targets_in;
+    use acerra_imaging::{Plan, PlanOptions, Pulses};
+    let spectrum = echoes(truth_m, believed.frequency_hz(), scene);
+    let pulses = Pulses::new(
+        believed.position_m(),
+        believed.frequency_hz(),
+        &spectrum,
+        believed.weight(),
+        3e8,
+    )
+    .unwrap();
+    let plan = Plan::new(pulses, grid, &PlanOptions::default()).unwrap();
+    let mut values = vec![Complex32::default(); grid.len()];
+    plan.run(&mut values, &|_| ()).unwrap();
+    let view = ImageView::new(&values, grid).unwrap();
+    let options = MeasureOptions::default();
+    [
+        measure_targets(&view, believed, &options).unwrap(),
+        measure_targets_in(&view, &pulses, &options).unwrap(),
+    ]
+}
+
+#[test]
+fn pieces_of_a_blurred_target_are_no_targets() {
+    // Errors of 4 mm along the line of sight that change over half a metre of path.
+    let believed = spread(|s| [s, 0.15 * (PI * s / 6.0).cos()], 1.5, 3.0, 0.015);
+    let error_m = |s: f64| 0.0035 * ((11.0 * s).sin() + (7.3 * s + 1.0).cos());
+    let truth_m: Vec<[f64; 3]> = believed
+        .position_m()
+        .iter()
+        .map(|p| [p[0], p[1], p[2] + error_m(p[0])])
+        .collect();
+    let grid = PlaneGrid::from_ranges([-0.8, 0.8], [-2.2, 2.4], 0.0, 0.0125).unwrap();
+    let [ideal, told] = measure_blurred(&believed, &truth_m, &[(1.0, [0.1, 1.5])], grid);
+    println!("{ideal:#?} {told:#?}");
+    assert!(ideal.targets.len() > 1, "the errors break the image");
+    assert_eq!(told.targets.len(), 1);
+    assert!((told.targets[0].x_m - 0.1).abs() < 0.03 && (told.targets[0].y_m - 1.5).abs() < 0.1);
+}
+
+#[test]
+fn a_weaker_target_beside_a_stronger_one_is_kept() {
+    let flown = spread(|s| [s, 0.1 * (PI * s / 6.0).cos()], 1.5, 3.0, 0.015);
+    let truth_m = flown.position_m().to_vec();
+    let grid = PlaneGrid::from_ranges([-0.8, 0.8], [0.8, 2.2], 0.0, 0.0125).unwrap();
+    // At the same range, so that both share a range cell all along the flight.
+    for amplitude in [1.0, 0.7, 0.45, 0.35, 0.3] {
+        let scene = [(1.0, [-0.15, 1.5]), (amplitude, [0.2, 1.5])];
+        let [ideal, told] = measure_blurred(&flown, &truth_m, &scene, grid);
+        let places = |m: &Measurement| m.targets.iter().map(|t| t.x_m).collect::<Vec<_>>();
+        println!("{amplitude}: {:?} {:?}", places(&ideal), places(&told));
+        assert_eq!(told.targets.len(), 2, "{amplitude}: {told:#?}");
+        let mut x_m = places(&told);
+        x_m.sort_by(f64::total_cmp);
+        assert!((x_m[0] + 0.15).abs() < 0.02 && (x_m[1] - 0.2).abs() < 0.02);
+    }
+}

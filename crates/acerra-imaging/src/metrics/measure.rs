@@ -4,12 +4,13 @@ use rayon::prelude::*;
 
 use super::candidates::{Candidate, local_maxima};
 use super::ghost::{GhostWindow, find_ghost};
+use super::history::History;
 use super::{
     Field, ImageStatistics, ImageView, InterpolatedImage, LocalTrack, Target, climb_to_peak,
     measure_shape,
 };
-use crate::ImagingError;
 use crate::psf::{Cell, PointSpread};
+use crate::{ImagingError, Pulses};
 
 /// What counts as a target.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,6 +53,10 @@ pub struct Measurement {
 
 /// Local maxima beyond this many, strongest first, are not examined.
 const MAX_CANDIDATES: usize = 1024;
+/// Weight of what a target's own echoes predict against what Eq. (5) does. The echoes predict blur
+/// in full and a weaker second target by half, so that with the usual margin of 2 blur is taken
+/// for what it is up to 1.5 times its prediction, and a second target is kept.
+const HISTORY_TRUST: f64 = 0.75;
 /// Two partners whose amplitudes differ by less than this cannot be told apart.
 const AMBIGUOUS: f64 = 0.01;
 
@@ -96,6 +101,30 @@ pub fn measure_targets(
     spread: &PointSpread,
     options: &MeasureOptions,
 ) -> Result<Measurement, ImagingError> {
+    measure(image, spread, None, options)
+}
+
+/// The same for an image of `pulses`, whose echoes tell how far positioning errors have blurred
+/// each target: what the echoes at a target's range, by their phases alone, put elsewhere is no
+/// target of its own. Where the echoes vary in strength, as those of several targets in one range
+/// cell do, this is not relied on.
+///
+/// # Errors
+/// As [`measure_targets`].
+pub fn measure_targets_in(
+    image: &ImageView<'_>,
+    pulses: &Pulses<'_>,
+    options: &MeasureOptions,
+) -> Result<Measurement, ImagingError> {
+    measure(image, &PointSpread::of(pulses), Some(pulses), options)
+}
+
+fn measure(
+    image: &ImageView<'_>,
+    spread: &PointSpread,
+    pulses: Option<&Pulses<'_>>,
+    options: &MeasureOptions,
+) -> Result<Measurement, ImagingError> {
     check(options)?;
     let statistics = ImageStatistics::of(image);
     let floor = statistics.maximum * 10f64.powf(options.threshold_db / 20.0);
@@ -111,7 +140,7 @@ pub fn measure_targets(
         skipped: 0,
     };
 
-    let mut search = Search::new(image, spread, candidates);
+    let mut search = Search::new(image, spread, pulses, candidates);
     while let Some(next) = search.next_unexplained(options.sidelobe_margin, &mut found) {
         if found.targets.len() == options.max_targets {
             break;
@@ -158,6 +187,7 @@ fn check(options: &MeasureOptions) -> Result<(), ImagingError> {
 struct Search<'a> {
     image: &'a ImageView<'a>,
     spread: &'a PointSpread,
+    pulses: Option<&'a Pulses<'a>>,
     candidates: Vec<Candidate>,
     predicted: Vec<f64>,
     in_ghost: Vec<bool>,
@@ -165,12 +195,18 @@ struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    fn new(image: &'a ImageView<'a>, spread: &'a PointSpread, candidates: Vec<Candidate>) -> Self {
+    fn new(
+        image: &'a ImageView<'a>,
+        spread: &'a PointSpread,
+        pulses: Option<&'a Pulses<'a>>,
+        candidates: Vec<Candidate>,
+    ) -> Self {
         let n = candidates.len();
         let (predicted, in_ghost, done) = (vec![0.0; n], vec![false; n], vec![false; n]);
         Self {
             image,
             spread,
+            pulses,
             candidates,
             predicted,
             in_ghost,
@@ -251,9 +287,10 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// Adds to every remaining maximum what a target at `peak_m` puts there by Eq. (5): the
-    /// largest of five values half a cell apart, since sidelobes of a slightly blurred image do
-    /// not fall on the ideal one's to the pixel.
+    /// Adds to every remaining maximum what a target at `peak_m` puts there: by Eq. (5), or by the
+    /// phases of its own echoes where these are known and put more there. Each is the largest of
+    /// five values half a cell apart, since sidelobes of a slightly blurred image do not fall on
+    /// the ideal one's to the pixel.
     fn predict(
         &mut self,
         peak_m: [f64; 2],
@@ -265,6 +302,10 @@ impl<'a> Search<'a> {
         let z = self.image.grid().z_m;
         let target = [peak_m[0], peak_m[1], z];
         let own = self.spread.response(target, target).norm();
+        let history = self
+            .pulses
+            .and_then(|pulses| History::of(pulses, target))
+            .filter(History::is_steady);
         let (ahead, left) = (track.tangent, track.left());
         let half = [0.5 * cell.along_m, 0.5 * cell.across_m];
         let (spread, image, candidates) = (self.spread, self.image, &self.candidates);
@@ -276,16 +317,23 @@ impl<'a> Search<'a> {
             .filter(|(_, (_, done))| !**done)
             .for_each(|(k, ((predicted, in_ghost), _))| {
                 let at = image.centre_m(candidates[k].ix, candidates[k].iy);
-                let largest = [(0.0, 0.0), (1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)]
-                    .into_iter()
-                    .map(|(a, b)| {
+                let places =
+                    [(0.0, 0.0), (1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)].map(|(a, b)| {
                         let (a, b) = (a * half[0], b * half[1]);
                         let x = at[0] + a * ahead[0] + b * left[0];
                         let y = at[1] + a * ahead[1] + b * left[1];
-                        spread.response(target, [x, y, z]).norm()
-                    })
+                        [x, y, z]
+                    });
+                let ideal = |at: &[f64; 3]| spread.response(target, *at).norm() / own;
+                let blurred = |at: &[f64; 3]| {
+                    let level = history.as_ref().map_or(0.0, |h| h.level(spread, *at));
+                    HISTORY_TRUST * level
+                };
+                let largest = places
+                    .iter()
+                    .map(|at| ideal(at).max(blurred(at)))
                     .fold(0.0, f64::max);
-                *predicted += amplitude * largest / own;
+                *predicted += amplitude * largest;
                 *in_ghost |= window.is_some_and(|w| w.contains(at));
             });
     }

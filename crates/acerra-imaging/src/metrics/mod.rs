@@ -16,6 +16,7 @@
 mod candidates;
 mod field;
 mod ghost;
+mod history;
 mod image;
 mod lobe;
 mod measure;
@@ -28,7 +29,7 @@ pub use field::{Field, climb_to_peak};
 pub use ghost::{GhostWindow, find_ghost};
 pub use image::{ImageView, InterpolatedImage};
 pub use lobe::{Arm, Lobe, SIDELOBE_REACH, measure_arm};
-pub use measure::{MeasureOptions, Measurement, measure_targets};
+pub use measure::{MeasureOptions, Measurement, measure_targets, measure_targets_in};
 pub use shape::measure_shape;
 pub use statistics::ImageStatistics;
 pub use target::{AcrossTrack, AlongTrack, Ghost, Shape, Target};

@@ -1,12 +1,13 @@
 //! Stage `measure`: what the image shows.
 
-use acerra_imaging::metrics::{ImageView, MeasureOptions, Measurement, measure_targets};
-use acerra_imaging::psf::PointSpread;
+use acerra_imaging::Pulses;
+use acerra_imaging::metrics::{ImageView, MeasureOptions, Measurement, measure_targets_in};
 use anyhow::Context;
 
 use super::align::Aligned;
 use super::focus::Focused;
-use crate::campaign::Campaign;
+use crate::campaign::{Campaign, Weight};
+use acerra_radar::Spectrum;
 
 /// Finds and measures the targets of the image.
 ///
@@ -15,25 +16,26 @@ use crate::campaign::Campaign;
 pub fn measure(
     campaign: &Campaign,
     focused: &Focused,
-    frequency_hz: &[f64],
+    spectrum: &Spectrum,
     aligned: &Aligned,
 ) -> anyhow::Result<Measurement> {
     let view = ImageView::new(&focused.image, focused.grid).context("the image")?;
     let weight = match campaign.image.weight {
-        crate::campaign::Weight::Trace => None,
-        crate::campaign::Weight::Path => Some(aligned.path_m.clone()),
+        Weight::Trace => vec![1.0; aligned.position_m.len()],
+        Weight::Path => aligned.path_m.clone(),
     };
-    let spread = PointSpread::new(
-        aligned.position_m.clone(),
-        weight,
-        frequency_hz.to_vec(),
+    let pulses = Pulses::new(
+        &aligned.position_m,
+        &spectrum.frequency_hz,
+        &spectrum.values,
+        &weight,
         campaign.image.light_speed_m_s,
     )
-    .context("the point spread function")?;
+    .context("the spectra")?;
     let options = MeasureOptions {
         threshold_db: campaign.measure.threshold_db,
         max_targets: campaign.measure.max_targets,
         ..MeasureOptions::default()
     };
-    measure_targets(&view, &spread, &options).context("[measure]")
+    measure_targets_in(&view, &pulses, &options).context("[measure]")
 }

@@ -81,7 +81,7 @@ pub fn run(
         focus(campaign, &cleaned.spectrum, &aligned, progress)
     })?;
     let measured = stages.run("measure", || {
-        measure(campaign, &focused, &cleaned.spectrum.frequency_hz, &aligned)
+        measure(campaign, &focused, &cleaned.spectrum, &aligned)
     })?;
     Ok(Outcome {
         name: name.to_owned(),

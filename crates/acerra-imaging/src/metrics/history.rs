@@ -1,0 +1,119 @@
+//! The blur of a target, as its own echoes tell it.
+//!
+//! Positions that are a few millimetres wrong turn the phases of a target's echoes from pulse to
+//! pulse and leave their strengths as they are; the image of the target, and that of its ghost,
+//! then break into pieces that no ideal point spread function predicts. Two targets in one range
+//! cell beat instead: their echoes vary in strength as much as in phase. So the phases alone,
+//! taken from the echoes at the target's range and put on the smooth course of their strengths,
+//! predict all of a blurred target but, of a weaker second one, only half.
+
+use num_complex::Complex64;
+
+use crate::Pulses;
+use crate::psf::PointSpread;
+use crate::reference::{pulse_at_range, range_m};
+
+/// Strengths are smoothed over stretches of path of this part of the range on either side: long
+/// against the beat of two targets that are resolved, short against an antenna's or a corner's
+/// pattern.
+const SMOOTHING: f64 = 0.1;
+/// Echoes whose strength departs from its smooth course by more than this, rms, are those of
+/// several targets (two of equal strength: 0.48) or of none.
+const STEADY: f64 = 0.3;
+
+/// The echoes at one target's range: phase as received, strength smoothed.
+#[derive(Clone, Debug)]
+pub(super) struct History {
+    target_m: [f64; 3],
+    /// Share of each pulse in the image of the target, before the pixel's own 1/R².
+    phasor: Vec<Complex64>,
+    /// Modulus of their sum at the target itself.
+    own: f64,
+    unsteadiness: f64,
+}
+
+impl History {
+    /// Takes the echoes at the range of `target_m` out of every pulse. `None` where there are
+    /// none.
+    pub fn of(pulses: &Pulses<'_>, target_m: [f64; 3]) -> Option<Self> {
+        let ranges_m: Vec<f64> = pulses
+            .position_m()
+            .iter()
+            .map(|p| range_m(*p, target_m))
+            .collect();
+        let echo: Vec<Complex64> = ranges_m
+            .iter()
+            .enumerate()
+            .map(|(m, r)| pulse_at_range(pulses, m, *r) * pulses.weight()[m])
+            .collect();
+        let path_m = path(pulses.position_m());
+        let mut phasor = Vec::with_capacity(echo.len());
+        let (mut departure, mut whole) = (0.0, 0.0);
+        let (mut from, mut to) = (0, 0);
+        let mut energy = 0.0;
+        for (m, e) in echo.iter().enumerate() {
+            let reach_m = SMOOTHING * ranges_m[m];
+            while to < echo.len() && path_m[to] <= path_m[m] + reach_m {
+                energy += echo[to].norm_sqr();
+                to += 1;
+            }
+            while path_m[from] < path_m[m] - reach_m {
+                energy -= echo[from].norm_sqr();
+                from += 1;
+            }
+            let smooth = (energy.max(0.0) / (to - from) as f64).sqrt();
+            let strength = e.norm();
+            // Weighted as the image is.
+            let share = ranges_m[m].powi(-4);
+            departure += share * (strength - smooth).powi(2);
+            whole += share * smooth * smooth;
+            phasor.push(if strength > 0.0 {
+                e * (smooth / strength)
+            } else {
+                Complex64::default()
+            });
+        }
+        let mut history = Self {
+            target_m,
+            phasor,
+            own: 0.0,
+            unsteadiness: (departure / whole).sqrt(),
+        };
+        let ideal = PointSpread::of(pulses);
+        history.own = history.sum(&ideal, target_m).norm();
+        (history.own > 0.0 && history.own.is_finite()).then_some(history)
+    }
+
+    /// Whether the echoes are those of one target: of steady strength.
+    pub fn is_steady(&self) -> bool {
+        self.unsteadiness <= STEADY
+    }
+
+    /// Predicted amplitude at `at_m` relative to that at the target.
+    pub fn level(&self, spread: &PointSpread, at_m: [f64; 3]) -> f64 {
+        self.sum(spread, at_m).norm() / self.own
+    }
+
+    fn sum(&self, spread: &PointSpread, at_m: [f64; 3]) -> Complex64 {
+        let mut sum = Complex64::default();
+        for (p, phasor) in spread.position_m().iter().zip(&self.phasor) {
+            let (here, there) = (range_m(*p, at_m), range_m(*p, self.target_m));
+            sum += spread.kernel(here - there) * phasor / (here * here);
+        }
+        sum
+    }
+}
+
+/// Way flown up to each pulse, m.
+fn path(position_m: &[[f64; 3]]) -> Vec<f64> {
+    let mut way_m = 0.0;
+    let mut before = position_m[0];
+    position_m
+        .iter()
+        .map(|p| {
+            way_m += range_m(*p, before);
+            before = *p;
+            way_m
+        })
+        .collect()
+}
