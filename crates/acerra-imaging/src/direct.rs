@@ -2,6 +2,7 @@
 
 use crate::rows::{TiltedGrid, norm};
 use crate::simd::rows::{Band, Job, Tally, band, block_width, tile_rows};
+use crate::simd::surface::{Relief, surface_band};
 use crate::simd::{SimdLevel, dispatch};
 use crate::table::{RangeTable, TableSpec};
 use crate::{Pulses, Spreading, reference};
@@ -11,7 +12,7 @@ use std::ops::Range;
 use std::sync::Mutex;
 
 /// Columns by which ranges are widened so that the last vector of a row stays inside the table.
-const MARGIN_COLUMNS: f64 = 16.0; // a vector, or two of eight
+pub(crate) const MARGIN_COLUMNS: f64 = 16.0; // a vector, or two of eight
 
 /// What of the accuracy each approximation may take, chosen once for a plan.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -72,25 +73,29 @@ impl Direct {
         self.table.carrier_rad
     }
 
-    /// Images `grid` from all pulses into `out` `[rows, columns]`; `done` hears of every finished share of pixels.
-    pub fn run(
-        &self,
-        pulses: &Pulses,
-        spreading: Spreading,
-        grid: &TiltedGrid,
-        out: &mut [Complex32],
-        done: &(dyn Fn(u64) + Sync),
-    ) -> Tally {
-        self.run_pulses(pulses, 0..pulses.len(), spreading, grid, out, done)
-    }
-
-    /// As [`Direct::run`], from the pulses `which` alone.
+    /// Images `grid` from the pulses `which` into `out` `[rows, columns]`; `done` hears of every
+    /// finished share of pixels.
     pub fn run_pulses(
         &self,
         pulses: &Pulses,
         which: Range<usize>,
         spreading: Spreading,
         grid: &TiltedGrid,
+        out: &mut [Complex32],
+        done: &(dyn Fn(u64) + Sync),
+    ) -> Tally {
+        self.run_over(pulses, which, spreading, grid, None, out, done)
+    }
+
+    /// As [`Direct::run_pulses`], with heights over the grid.
+    #[allow(clippy::too_many_arguments)]
+    pub fn run_over(
+        &self,
+        pulses: &Pulses,
+        which: Range<usize>,
+        spreading: Spreading,
+        grid: &TiltedGrid,
+        relief: Option<Relief>,
         out: &mut [Complex32],
         done: &(dyn Fn(u64) + Sync),
     ) -> Tally {
@@ -119,15 +124,16 @@ impl Direct {
             plain: &plain,
         };
         let tally = Mutex::new(Tally::default());
-        let share = |origin_m: [f64; 3], columns: usize, out: &mut [Complex32]| {
+        let share = |(i, j): (usize, usize), columns: usize, out: &mut [Complex32]| {
             let one = Band {
-                origin_m,
+                origin_m: grid.point_m(i as f64, j as f64),
                 u_m: grid.u_m,
                 v_m: grid.v_m,
                 columns,
                 rows: out.len() / columns,
             };
-            let counted = self.band(&job, &one, out);
+            let relief = relief.map(|r| r.seen_from(i, j));
+            let counted = self.band(&job, &one, relief, out);
             if let Ok(mut sum) = tally.lock() {
                 sum.add(counted);
             }
@@ -138,7 +144,7 @@ impl Direct {
             out.par_chunks_mut(height * grid.columns)
                 .enumerate()
                 .for_each(|(k, out)| {
-                    share(grid.point_m(0.0, (k * height) as f64), grid.columns, out);
+                    share((0, k * height), grid.columns, out);
                 });
         } else {
             // Few rows: share out pieces of rows.
@@ -147,19 +153,28 @@ impl Direct {
                 .enumerate()
                 .for_each(|(j, row)| {
                     row.par_chunks_mut(piece).enumerate().for_each(|(k, out)| {
-                        share(grid.point_m((k * piece) as f64, j as f64), out.len(), out);
+                        share((k * piece, j), out.len(), out);
                     });
                 });
         }
         tally.into_inner().unwrap_or_default()
     }
 
-    fn band(&self, job: &Job, one: &Band, out: &mut [Complex32]) -> Tally {
+    fn band(&self, job: &Job, one: &Band, relief: Option<Relief>, out: &mut [Complex32]) -> Tally {
         let quality = (
             self.spec.table.degree,
             self.spec.fine_carrier,
             self.spec.cubic,
         );
+        if let Some(relief) = relief {
+            return dispatch!(self.level, s => match quality {
+                (1, false, false) => surface_band::<_, 1, 3, false>(s, job, one, relief, out),
+                (1, false, true) => surface_band::<_, 1, 3, true>(s, job, one, relief, out),
+                (1, _, _) => surface_band::<_, 1, 4, true>(s, job, one, relief, out),
+                (2, _, _) => surface_band::<_, 2, 4, true>(s, job, one, relief, out),
+                _ => surface_band::<_, 3, 4, true>(s, job, one, relief, out),
+            });
+        }
         dispatch!(self.level, s => match quality {
             (1, false, false) => band::<_, 1, 3, false>(s, job, one, out),
             (1, false, true) => band::<_, 1, 3, true>(s, job, one, out),

@@ -21,6 +21,7 @@ pub mod resolution;
 pub mod rows;
 pub mod sensitivity;
 mod simd;
+pub mod surface;
 mod table;
 pub mod volume;
 
@@ -32,4 +33,5 @@ pub use plan::{Engine, Plan, PlanOptions, Progress, SelfCheck, image};
 pub use pulses::{Pulses, SPEED_OF_LIGHT_M_S, Spreading};
 pub use rows::TiltedGrid;
 pub use simd::SimdLevel;
+pub use surface::SurfaceGrid;
 pub use volume::VolumeGrid;

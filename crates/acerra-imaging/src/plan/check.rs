@@ -87,14 +87,16 @@ impl Plan<'_> {
                     ..*grid
                 };
                 let mut out = [Complex32::ZERO; crate::simd::MAX_LANES];
-                let tally = direct.run(
+                let tally = direct.run_over(
                     &self.pulses,
+                    0..self.pulses.len(),
                     self.options.spreading,
                     &piece,
+                    self.relief().map(|r| r.seen_from(start, j)),
                     &mut out[..=i - start],
                     &|_| (),
                 );
-                let point = grid.point_m(i as f64, j as f64);
+                let point = self.point_m(i, j);
                 let expected = exact(&self.pulses, point, self.options.spreading);
                 let value = out[i - start];
                 let value = Complex64::new(f64::from(value.re), f64::from(value.im));

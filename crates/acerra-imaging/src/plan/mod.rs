@@ -6,13 +6,14 @@ mod options;
 
 pub use options::{Engine, PlanOptions, Progress, SelfCheck};
 
-use crate::direct::{Direct, DirectSpec, table_ranges_m};
+use crate::direct::{Direct, DirectSpec, MARGIN_COLUMNS, table_ranges_m};
 use crate::factorized::{Factorized, FactorizedSpec};
 use crate::rows::TiltedGrid;
 use crate::simd::SimdLevel;
 use crate::simd::rows::Tally;
+use crate::simd::surface::Relief;
 use crate::table::RangeTable;
-use crate::{ImagingError, Pulses, Spreading};
+use crate::{ImagingError, Pulses, Spreading, SurfaceGrid};
 use check::exact;
 use choose::{Sample, choose_spec, effective_band_hz, mean_power};
 use num_complex::Complex32;
@@ -48,6 +49,7 @@ const SINGLE_PRECISION_FLOOR: f64 = 4e-6;
 pub struct Plan<'a> {
     pulses: Pulses<'a>,
     grid: TiltedGrid,
+    surface: Option<&'a SurfaceGrid>,
     options: PlanOptions,
     method: Method,
     check: Option<SelfCheck>,
@@ -73,7 +75,44 @@ impl<'a> Plan<'a> {
         grid: impl Into<TiltedGrid>,
         options: &PlanOptions,
     ) -> Result<Self, ImagingError> {
-        let grid = grid.into();
+        Self::build(pulses, grid.into(), None, options)
+    }
+
+    /// As [`Plan::new`], for pixels on a surface. The direct engine makes it (or the reference): the
+    /// factorized one interpolates between pixels of a plane.
+    ///
+    /// # Errors
+    /// As [`Plan::new`].
+    ///
+    /// ```
+    /// use acerra_imaging::{Complex64, Plan, PlanOptions, PlaneGrid, Pulses, SurfaceGrid};
+    /// let position_m: Vec<[f64; 3]> = (0..20).map(|m| [0.0, 0.1 * f64::from(m) - 1.0, 5.0]).collect();
+    /// let frequency_hz: Vec<f64> = (0..50).map(|n| 3.1e9 + 2e7 * f64::from(n)).collect();
+    /// let spectrum = vec![Complex64::new(1.0, 0.0); 20 * 50];
+    /// let pulses = Pulses::new(&position_m, &frequency_hz, &spectrum, &[1.0; 20], 3e8)?;
+    /// let base = PlaneGrid::from_ranges([0.0, 0.5], [0.0, 0.5], 0.0, 0.02)?;
+    /// let slope = |x_m: f64, _: f64| Ok::<_, acerra_imaging::ImagingError>(0.2 * x_m);
+    /// let ground = SurfaceGrid::from_fn(base, slope)?;
+    /// let plan = Plan::on_surface(pulses, &ground, &PlanOptions::default())?;
+    /// let mut image = vec![Default::default(); ground.len()];
+    /// plan.run(&mut image, &|_| ())?;
+    /// assert!(plan.self_check().is_some_and(|check| check.error <= 1e-3));
+    /// # Ok::<(), acerra_imaging::ImagingError>(())
+    /// ```
+    pub fn on_surface(
+        pulses: Pulses<'a>,
+        surface: &'a SurfaceGrid,
+        options: &PlanOptions,
+    ) -> Result<Self, ImagingError> {
+        Self::build(pulses, (*surface.base()).into(), Some(surface), options)
+    }
+
+    fn build(
+        pulses: Pulses<'a>,
+        grid: TiltedGrid,
+        surface: Option<&'a SurfaceGrid>,
+        options: &PlanOptions,
+    ) -> Result<Self, ImagingError> {
         let options = *options;
         options.level.checked()?;
         if !(options.accuracy > 0.0 && options.accuracy <= 0.1) {
@@ -85,7 +124,8 @@ impl<'a> Plan<'a> {
         }
         if options.spreading == Spreading::InverseSquare {
             for (pulse, p) in pulses.position_m().iter().enumerate() {
-                if let Some(point) = grid.pixel_at(*p) {
+                let on = surface.map_or_else(|| grid.pixel_at(*p), |s| s.pixel_at(*p));
+                if let Some(point) = on {
                     return Err(ImagingError::ZeroRange { pulse, point });
                 }
             }
@@ -93,6 +133,7 @@ impl<'a> Plan<'a> {
         let mut plan = Self {
             pulses,
             grid,
+            surface,
             options,
             method: Method::Reference,
             check: None,
@@ -117,6 +158,11 @@ impl<'a> Plan<'a> {
     /// false where the direct engine is to be taken.
     fn choose_factorized(&mut self) -> Result<bool, ImagingError> {
         if !matches!(self.options.engine, Engine::Auto | Engine::Factorized) {
+            return Ok(false);
+        }
+        if self.surface.is_some() {
+            self.reasons
+                .push("a surface: every pulse at every pixel, by the direct engine".to_owned());
             return Ok(false);
         }
         let power = mean_power(&self.pulses);
@@ -195,7 +241,13 @@ impl<'a> Plan<'a> {
         Ok(false)
     }
     fn choose_direct(&mut self) -> Result<(), ImagingError> {
-        let ranges_m = table_ranges_m(&self.pulses, &self.grid);
+        let ranges_m = match self.surface {
+            Some(surface) => {
+                let bounds = |p: &[f64; 3]| surface.ranges_m(*p, MARGIN_COLUMNS);
+                self.pulses.position_m().iter().map(bounds).collect()
+            }
+            None => table_ranges_m(&self.pulses, &self.grid),
+        };
         let power = mean_power(&self.pulses);
         let sample = Sample::draw(&self.pulses, &self.grid);
         let mut reached = f64::INFINITY;
@@ -245,6 +297,22 @@ impl<'a> Plan<'a> {
         ));
         Ok(())
     }
+    /// Heights over the grid, where there are any.
+    fn relief(&self) -> Option<Relief<'a>> {
+        self.surface.map(|surface| Relief {
+            heights_m: surface.relief_m(),
+            stride: self.grid.columns,
+        })
+    }
+
+    /// Where pixel (i, j) stands.
+    fn point_m(&self, i: usize, j: usize) -> [f64; 3] {
+        match self.surface {
+            Some(surface) => surface.point_m(j * self.grid.columns + i),
+            None => self.grid.point_m(i as f64, j as f64),
+        }
+    }
+
     fn check_memory(&self) -> Result<(), ImagingError> {
         let bytes = self.memory_bytes();
         if bytes > self.options.memory_limit_bytes {
@@ -314,10 +382,12 @@ impl<'a> Plan<'a> {
         };
         match &self.method {
             Method::Direct(direct) => {
-                direct.run(
+                direct.run_over(
                     &self.pulses,
+                    0..self.pulses.len(),
                     self.options.spreading,
                     &self.grid,
+                    self.relief(),
                     image,
                     &done,
                 );
@@ -337,7 +407,7 @@ impl<'a> Plan<'a> {
                     .enumerate()
                     .for_each(|(j, row)| {
                         row.par_iter_mut().enumerate().for_each(|(i, out)| {
-                            let point = self.grid.point_m(i as f64, j as f64);
+                            let point = self.point_m(i, j);
                             let v = exact(&self.pulses, point, self.options.spreading);
                             *out = Complex32::new(v.re as f32, v.im as f32);
                         });

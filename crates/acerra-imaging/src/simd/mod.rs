@@ -12,6 +12,7 @@ mod avx512;
 pub(crate) mod merge;
 mod portable;
 pub(crate) mod rows;
+pub(crate) mod surface;
 
 use crate::ImagingError;
 use std::fmt;

@@ -15,7 +15,7 @@ use num_complex::{Complex32, Complex64};
 /// Pulses handled together, so that their table entries stay in the first-level cache.
 pub(crate) const CHUNK: usize = 8;
 /// Pixels of a tile held in accumulators.
-const TILE: usize = 2048;
+pub(super) const TILE: usize = 2048;
 
 /// What every block of a job needs to know.
 pub(crate) struct Job<'a> {
@@ -67,7 +67,7 @@ impl Tally {
 }
 
 /// Vectors in a group: two share the setup where vectors are short.
-const fn vectors_a_group(lanes: usize) -> usize {
+pub(super) const fn vectors_a_group(lanes: usize) -> usize {
     if lanes <= 8 { 2 } else { 1 }
 }
 
@@ -349,7 +349,7 @@ fn block<S: Lanes, const DEGREE: usize, const TERMS: usize, const CUBIC: bool>(
         interleaved: table.spec.interleaved,
     };
     let lanes_of = [s.sub(lanes, s.splat(shift)), s.add(lanes, s.splat(shift))];
-    for (k, &group_offset) in offsets.iter().enumerate().take(groups) {
+    for k in 0..groups {
         let mut sums = [[zero; 2]; 2];
         // SAFETY: the first `fasts` parameter sets were written above, k < N; the windows were
         // checked to lie within their pulse's rows.
@@ -376,8 +376,8 @@ fn block<S: Lanes, const DEGREE: usize, const TERMS: usize, const CUBIC: bool>(
         }
         for (side, sum) in sums.iter_mut().enumerate().take(pair) {
             let vector = pair * k + side;
-            let from_centre =
-                group_offset + (side as f32 * 2.0 - (pair - 1) as f32) * shift * pixel;
+            // From the block's centre to the vector's middle: half pixels, and so exact.
+            let middle = (vector * n) as f32 + half_vector - 0.5 * (block_width(n) - 1) as f32;
             for &m in &exact[..exacts] {
                 let m = m as usize;
                 let pulse = pulses.start + m;
@@ -387,11 +387,11 @@ fn block<S: Lanes, const DEGREE: usize, const TERMS: usize, const CUBIC: bool>(
                         setup.along_m[m],
                         setup.whole[m],
                         setup.fraction[m],
-                        s.mul_add(lanes, s.splat(pixel), s.splat(from_centre)),
+                        s.mul(s.add(lanes, s.splat(middle)), s.splat(pixel)),
                     )
                 } else {
                     // From the vector's own centre, so that what single precision holds stays small.
-                    let along = f64::from(from_centre);
+                    let along = f64::from(middle) * job.pixel_m;
                     let (dx, dy, dz) = (
                         x + along * unit[0] - job.antenna_m[0][pulse],
                         y + along * unit[1] - job.antenna_m[1][pulse],
@@ -463,7 +463,7 @@ impl<S: Lanes, const DEGREE: usize, const TERMS: usize> Kernel<S, DEGREE, TERMS>
     /// # Safety
     /// N entries must be readable at `window` and at every coefficient row after it.
     #[inline(always)]
-    unsafe fn windowed(&self, window: *const f32, t: S::V, sum: &mut [S::V; 2]) {
+    pub(super) unsafe fn windowed(&self, window: *const f32, t: S::V, sum: &mut [S::V; 2]) {
         let s = self.s;
         let i = s.add(t, self.rounding);
         let delta = s.sub(t, s.sub(i, self.rounding));
@@ -478,7 +478,7 @@ impl<S: Lanes, const DEGREE: usize, const TERMS: usize> Kernel<S, DEGREE, TERMS>
     /// # Safety
     /// Entries `whole` + the limits must be readable in every coefficient row of `row`.
     #[inline(always)]
-    unsafe fn gathered(
+    pub(super) unsafe fn gathered(
         &self,
         row: *const f32,
         whole: i32,

@@ -1,0 +1,392 @@
+//! Images on the ground: the accuracy holds at every SIMD level, and targets stand where they are.
+#![allow(clippy::unwrap_used)]
+
+use acerra_imaging::{
+    Complex32, Complex64, Engine, ImagingError, Plan, PlanOptions, PlaneGrid, Pulses, SimdLevel,
+    Spreading, SurfaceGrid, reference, resolution,
+};
+
+const C: f64 = acerra_imaging::SPEED_OF_LIGHT_M_S;
+
+/// Reproducible numbers in (−1, 1).
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> f64 {
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        ((self.0 >> 11) as f64) / (1u64 << 52) as f64 - 1.0
+    }
+    fn complex(&mut self) -> Complex64 {
+        Complex64::new(self.next(), self.next())
+    }
+}
+
+struct Data {
+    position_m: Vec<[f64; 3]>,
+    frequency_hz: Vec<f64>,
+    spectrum: Vec<Complex64>,
+    weight: Vec<f64>,
+}
+
+impl Data {
+    /// Echoes of `scene` and noise at −10 dB.
+    fn new(position_m: Vec<[f64; 3]>, scene: &[[f64; 3]], seed: u64) -> Self {
+        let frequency_hz: Vec<f64> = (0..80)
+            .map(|n| 3.1e9 + 1.7e9 / 79.0 * f64::from(n))
+            .collect();
+        let mut random = Random(seed);
+        let scene: Vec<_> = scene
+            .iter()
+            .map(|&position_m| reference::Scatterer {
+                position_m,
+                reflectivity: random.complex(),
+            })
+            .collect();
+        let spreading = Spreading::InverseSquare;
+        let mut spectrum =
+            reference::forward(&position_m, &frequency_hz, &scene, C, spreading).unwrap();
+        let power = spectrum.iter().map(|e| e.norm_sqr()).sum::<f64>() / spectrum.len() as f64;
+        for e in &mut spectrum {
+            *e += random.complex() * (0.3 * power.sqrt());
+        }
+        let weight = (0..position_m.len())
+            .map(|_| 1.0 + 0.3 * random.next())
+            .collect();
+        Self {
+            position_m,
+            frequency_hz,
+            spectrum,
+            weight,
+        }
+    }
+
+    fn random(range_m: f64, pulses: usize, seed: u64) -> Self {
+        let mut r = Random(seed);
+        let position: Vec<_> = (0..pulses)
+            .map(|_| {
+                [
+                    -0.6 * range_m + r.next(),
+                    2.0 * r.next(),
+                    0.8 * range_m + 0.3 * r.next(),
+                ]
+            })
+            .collect();
+        let scene: Vec<_> = (0..8)
+            .map(|_| [0.6 * r.next(), 0.6 * r.next(), 0.4 * r.next()])
+            .collect();
+        Self::new(position, &scene, seed ^ 77)
+    }
+
+    fn pulses(&self) -> Pulses<'_> {
+        Pulses::new(
+            &self.position_m,
+            &self.frequency_hz,
+            &self.spectrum,
+            &self.weight,
+            C,
+        )
+        .unwrap()
+    }
+}
+
+/// Ground with 1 m of relief: `cell_m` wide facets as a height raster gives them, or a smooth wave.
+#[derive(Clone, Copy)]
+enum Ground {
+    Facets {
+        cell_m: f64,
+    },
+    Wave {
+        length_m: f64,
+    },
+    /// Every pixel at a height of its own, up to so many metres.
+    Noise {
+        height_m: f64,
+    },
+}
+
+fn surface(base: PlaneGrid, ground: Ground) -> SurfaceGrid {
+    let mut random = Random(5);
+    let knot = |i: f64, j: f64| 0.5 * (1.7 * i + 0.9 * j).sin() + 0.2 * (2.9 * j).cos();
+    SurfaceGrid::from_fn(base, |x, y| {
+        Ok::<_, ImagingError>(match ground {
+            Ground::Facets { cell_m } => {
+                let (i, j) = (x / cell_m, y / cell_m);
+                let (i0, j0) = (i.floor(), j.floor());
+                let (u, v) = (i - i0, j - j0);
+                let low = knot(i0, j0) * (1.0 - u) + knot(i0 + 1.0, j0) * u;
+                let high = knot(i0, j0 + 1.0) * (1.0 - u) + knot(i0 + 1.0, j0 + 1.0) * u;
+                low * (1.0 - v) + high * v
+            }
+            Ground::Wave { length_m } => {
+                0.5 * (std::f64::consts::TAU * (x + 0.4 * y) / length_m).sin()
+            }
+            Ground::Noise { height_m } => height_m * random.next(),
+        })
+    })
+    .unwrap()
+}
+
+fn check(data: &Data, surface: &SurfaceGrid, options: &PlanOptions) -> Engine {
+    let pulses = data.pulses();
+    let plan = Plan::on_surface(pulses, surface, options).unwrap();
+    let mut image = vec![Complex32::ZERO; plan.pixels()];
+    plan.run(&mut image, &|_| ()).unwrap();
+    let points: Vec<_> = (0..surface.len()).map(|k| surface.point_m(k)).collect();
+    let expected = reference::adjoint(&pulses, &points, options.spreading).unwrap();
+    let image: Vec<_> = image
+        .iter()
+        .map(|v| Complex64::new(f64::from(v.re), f64::from(v.im)))
+        .collect();
+    let found = reference::relative_l2(&image, &expected).unwrap();
+    assert!(
+        found <= options.accuracy,
+        "{found:e} for {:e}\n{plan}",
+        options.accuracy
+    );
+    plan.engine()
+}
+
+/// Makes one test a level: `name(level)` at all levels of this processor.
+macro_rules! at_every_level {
+    ($($name:ident),* $(,)?) => {
+        mod every_level {
+            $(#[test] fn $name() {
+                for &level in acerra_imaging::SimdLevel::available() {
+                    super::$name(level);
+                }
+            })*
+        }
+    };
+}
+
+at_every_level!(
+    the_accuracy_holds_on_any_ground_at_any_range,
+    large_pixels,
+    one_pulse_one_pixel_one_row,
+    pulses_on_and_just_above_the_ground,
+    repeated_positions,
+);
+
+fn the_accuracy_holds_on_any_ground_at_any_range(level: SimdLevel) {
+    let grounds = [
+        Ground::Facets { cell_m: 0.25 },
+        Ground::Wave { length_m: 3.0 },
+        Ground::Noise { height_m: 0.003 },
+        Ground::Noise { height_m: 0.3 },
+    ];
+    for (range_m, seed) in [(3.0, 1), (100.0, 3), (3000.0, 4)] {
+        let data = Data::random(range_m, 30, seed);
+        let base = PlaneGrid::new(-0.4, -0.2, 0.0, 0.01, 83, 37).unwrap();
+        for ground in grounds {
+            let surface = surface(base, ground);
+            for accuracy in [1e-2, 1e-3, 1e-4, 1e-5] {
+                let options = PlanOptions {
+                    accuracy,
+                    level,
+                    ..Default::default()
+                };
+                let engine = check(&data, &surface, &options);
+                if accuracy > 5e-5 {
+                    assert_eq!(engine, Engine::Direct);
+                }
+            }
+        }
+    }
+}
+
+fn large_pixels(level: SimdLevel) {
+    let data = Data::random(8.0, 25, 5);
+    let base = PlaneGrid::new(-3.0, -3.0, 0.3, 0.15, 70, 40).unwrap();
+    for ground in [
+        Ground::Facets { cell_m: 1.0 },
+        Ground::Wave { length_m: 4.0 },
+    ] {
+        for accuracy in [1e-3, 1e-5] {
+            let options = PlanOptions {
+                accuracy,
+                level,
+                ..Default::default()
+            };
+            check(&data, &surface(base, ground), &options);
+        }
+    }
+}
+
+fn one_pulse_one_pixel_one_row(level: SimdLevel) {
+    let options = PlanOptions {
+        level,
+        ..Default::default()
+    };
+    for pulses in [1, 33] {
+        let data = Data::random(5.0, pulses, 7);
+        for (nx, ny) in [(1, 1), (1, 300), (300, 1), (9, 2), (700, 3)] {
+            let base = PlaneGrid::new(-0.5, -0.5, 0.0, 0.01, nx, ny).unwrap();
+            check(
+                &data,
+                &surface(base, Ground::Facets { cell_m: 0.3 }),
+                &options,
+            );
+        }
+    }
+}
+
+fn pulses_on_and_just_above_the_ground(level: SimdLevel) {
+    let base = PlaneGrid::new(-0.3, -0.3, 0.0, 0.01, 61, 61).unwrap();
+    let ground = surface(base, Ground::Wave { length_m: 2.0 });
+    for height in [0.0, 0.02, 0.5] {
+        // Along the ground, half a pixel off the centres.
+        let position: Vec<_> = (0..25)
+            .map(|m| {
+                let (x, y) = (0.005, -0.3 + 0.0237 * f64::from(m));
+                [x, y, ground.height_m(x, y) + height]
+            })
+            .collect();
+        let data = Data::new(position, &[[0.2, 0.1, 0.1]], 9);
+        for (accuracy, spreading) in [(1e-3, Spreading::InverseSquare), (1e-4, Spreading::None)] {
+            let options = PlanOptions {
+                accuracy,
+                spreading,
+                level,
+                ..Default::default()
+            };
+            check(&data, &ground, &options);
+        }
+    }
+}
+
+fn repeated_positions(level: SimdLevel) {
+    let data = Data::new(vec![[0.0, 0.0, 4.0]; 40], &[[0.3, 0.0, 0.2]], 10);
+    let base = PlaneGrid::new(-0.5, -0.5, 0.0, 0.02, 50, 50).unwrap();
+    let options = PlanOptions {
+        level,
+        ..Default::default()
+    };
+    check(
+        &data,
+        &surface(base, Ground::Facets { cell_m: 0.5 }),
+        &options,
+    );
+}
+
+#[test]
+fn a_level_surface_is_the_plane() {
+    let data = Data::random(5.0, 30, 21);
+    let base = PlaneGrid::new(-0.3, -0.3, 0.25, 0.01, 70, 40).unwrap();
+    let options = PlanOptions {
+        accuracy: 1e-4,
+        engine: Engine::Direct,
+        ..Default::default()
+    };
+    let plane = acerra_imaging::image(data.pulses(), base, &options).unwrap();
+    let level = SurfaceGrid::new(base, &vec![0.25; base.len()]).unwrap();
+    let plan = Plan::on_surface(data.pulses(), &level, &options).unwrap();
+    let mut image = vec![Complex32::ZERO; plan.pixels()];
+    plan.run(&mut image, &|_| ()).unwrap();
+    let power: f32 = plane.iter().map(|v| v.norm_sqr()).sum();
+    let apart: f32 = image
+        .iter()
+        .zip(&plane)
+        .map(|(a, b)| (a - b).norm_sqr())
+        .sum();
+    assert!((apart / power).sqrt() < 2e-4, "{}", (apart / power).sqrt());
+}
+
+#[test]
+fn an_antenna_on_a_pixel_is_refused_and_one_above_it_is_not() {
+    let base = PlaneGrid::new(0.0, 0.0, 0.0, 0.25, 5, 5).unwrap();
+    let ground = SurfaceGrid::from_fn(base, |x, _| Ok::<_, ImagingError>(x)).unwrap();
+    let options = PlanOptions::default();
+    let at = ground.point_m(7);
+    let on = Data::new(vec![at], &[[3.0, 0.0, 0.0]], 1);
+    assert_eq!(
+        Plan::on_surface(on.pulses(), &ground, &options).unwrap_err(),
+        ImagingError::ZeroRange { pulse: 0, point: 7 }
+    );
+    let above = Data::new(vec![[at[0], at[1], at[2] + 3.0]], &[[3.0, 0.0, 0.0]], 1);
+    check(&above, &ground, &options);
+}
+
+#[test]
+fn the_same_bits_on_any_number_of_threads() {
+    let data = Data::random(5.0, 40, 12);
+    let base = PlaneGrid::new(-1.0, -1.0, 0.0, 0.01, 201, 90).unwrap();
+    let ground = surface(base, Ground::Facets { cell_m: 0.4 });
+    let plan = Plan::on_surface(data.pulses(), &ground, &PlanOptions::default()).unwrap();
+    let run = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
+        let mut image = vec![Complex32::ZERO; ground.len()];
+        pool.install(|| plan.run(&mut image, &|_| ())).unwrap();
+        image
+    };
+    assert_eq!(run(1), run(3));
+}
+
+#[test]
+fn targets_focus_on_the_ground_where_a_plane_misplaces_them() {
+    // A track along y at x = 0, 5 m above a plane; the ground rises by a metre from x = 0.5 to x = 5.5.
+    let height_m = 5.0;
+    let rise =
+        |x: f64| 0.5 - 0.5 * (std::f64::consts::PI * ((x - 0.5) / 5.0).clamp(0.0, 1.0)).cos();
+    let position: Vec<_> = (0..201)
+        .map(|m| [0.0, -2.0 + 0.02 * f64::from(m), height_m])
+        .collect();
+    let base = PlaneGrid::new(0.5, -0.4, 0.0, 0.02, 301, 41).unwrap();
+    let ground = SurfaceGrid::from_fn(base, |x, _| Ok::<_, ImagingError>(rise(x))).unwrap();
+    for x in [3.0, 3.5, 4.2, 5.0] {
+        let target = [x, 0.1, rise(x)];
+        let mut data = Data::new(position.clone(), &[target], 1);
+        data.spectrum = reference::forward(
+            &position,
+            &data.frequency_hz,
+            &[reference::Scatterer {
+                position_m: target,
+                reflectivity: Complex64::ONE,
+            }],
+            C,
+            Spreading::InverseSquare,
+        )
+        .unwrap();
+        data.weight.fill(1.0);
+        let options = PlanOptions::default();
+        let peak = |image: &[Complex32]| {
+            let best =
+                (0..image.len()).max_by(|a, b| image[*a].norm().total_cmp(&image[*b].norm()));
+            let k = best.unwrap();
+            (
+                [base.x_m(k % base.nx), base.y_m(k / base.nx)],
+                image[k].norm(),
+            )
+        };
+        let mut image = vec![Complex32::ZERO; base.len()];
+        let plan = Plan::on_surface(data.pulses(), &ground, &options).unwrap();
+        plan.run(&mut image, &|_| ()).unwrap();
+        let (on_ground, level) = peak(&image);
+        assert!(
+            (on_ground[0] - x).abs() < 0.021 && (on_ground[1] - 0.1).abs() < 0.021,
+            "{x}: {on_ground:?}"
+        );
+        let (on_plane, _) = peak(&acerra_imaging::image(data.pulses(), base, &options).unwrap());
+        let offset = resolution::displacement_m(height_m - target[2], x, -target[2])
+            .unwrap()
+            .unwrap();
+        assert!(
+            (on_plane[0] - x - offset).abs() < 0.04 && offset < -0.5,
+            "plane {on_plane:?}, Eq. (14) {offset}"
+        );
+        // On the ground every echo adds in phase: N Σ 1/R⁴.
+        let ideal: f64 = position
+            .iter()
+            .map(|p| 80.0 * reference::range_m(*p, target).powi(-4))
+            .sum();
+        assert!(
+            (f64::from(level) / ideal - 1.0).abs() < 1e-3,
+            "{level} {ideal}"
+        );
+    }
+}
