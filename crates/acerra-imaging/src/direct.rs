@@ -186,7 +186,7 @@ impl Direct {
 }
 
 /// Polynomials in δ² of cos αδ and sin(αδ)/δ over |δ| ≤ ½; the sine's has a term less.
-fn carrier_polynomials(carrier_rad: f64, fine: bool) -> ([f32; 4], [f32; 4]) {
+pub(crate) fn carrier_polynomials(carrier_rad: f64, fine: bool) -> ([f32; 4], [f32; 4]) {
     let terms = if fine { 4 } else { 3 };
     (
         even_polynomial(|d| (carrier_rad * d).cos(), terms),

@@ -10,10 +10,12 @@
 mod direct;
 pub mod error;
 mod factorized;
+pub mod forward;
 pub mod grid;
 pub mod live;
 pub mod metrics;
 pub mod plan;
+mod planar;
 pub mod psf;
 pub mod pulses;
 pub mod reference;
@@ -26,6 +28,7 @@ mod table;
 pub mod volume;
 
 pub use error::ImagingError;
+pub use forward::Forward;
 pub use grid::PlaneGrid;
 pub use live::LiveImage;
 pub use num_complex::{Complex32, Complex64};

@@ -145,6 +145,14 @@ impl RangeTable {
             * size_of::<f32>() as u128
     }
 
+    /// Absolute bin number of each pulse's entry 0.
+    pub fn first_bins(spec: &TableSpec, ranges_m: &[[f64; 2]]) -> Vec<i64> {
+        ranges_m
+            .iter()
+            .map(|r| (r[0] / spec.bin_m).floor() as i64 - PADDING as i64)
+            .collect()
+    }
+
     /// Numbers from one pulse to the next.
     pub fn pulse_stride(&self) -> usize {
         (self.spec.degree + 1) * 2 * self.stride
@@ -159,28 +167,12 @@ impl RangeTable {
     ) -> Self {
         let stride = Self::stride_for(&spec, ranges_m);
         let carrier_rad = spec.carrier_rad(pulses);
-        let first_bin: Vec<i64> = ranges_m
-            .iter()
-            .map(|r| (r[0] / spec.bin_m).floor() as i64 - PADDING as i64)
-            .collect();
+        let first_bin = Self::first_bins(&spec, ranges_m);
         let scale = power_of_two_scale(pulses, ranges_m, spreading);
         let mut coefficients = vec![0f32; ranges_m.len() * (spec.degree + 1) * 2 * stride];
         let first = first_bin.iter().copied().min().unwrap_or(0);
         let last = first_bin.iter().copied().max().unwrap_or(0) + stride as i64;
-        let shared = Shared {
-            turns_fit: spec
-                .turns_rad(pulses)
-                .iter()
-                .map(|t| fit_turn(*t, spec.degree).0)
-                .collect(),
-            carrier: match spec.period {
-                Some(_) => (first..last)
-                    .map(|i| Complex64::cis((carrier_rad * i as f64) % (2.0 * PI)))
-                    .collect(),
-                None => Vec::new(),
-            },
-            first,
-        };
+        let shared = Shared::new(pulses, &spec, first, last);
         let fft = spec
             .period
             .map(|length| FftPlanner::new().plan_fft_inverse(length));
@@ -264,15 +256,39 @@ fn power_of_two_scale(pulses: &Pulses, ranges_m: &[[f64; 2]], spreading: Spreadi
 }
 
 /// What all pulses of a table have in common.
-struct Shared {
+pub(crate) struct Shared {
     /// Monomial fit of every frequency's turn.
-    turns_fit: Vec<[Complex64; MAX_DEGREE + 1]>,
+    pub turns_fit: Vec<[Complex64; MAX_DEGREE + 1]>,
     /// e^{jαi} from bin `first` on (even frequencies).
     carrier: Vec<Complex64>,
     first: i64,
 }
 
 impl Shared {
+    /// For the absolute bins `first..last`.
+    pub fn new(pulses: &Pulses, spec: &TableSpec, first: i64, last: i64) -> Self {
+        let carrier_rad = spec.carrier_rad(pulses);
+        Self {
+            turns_fit: spec
+                .turns_rad(pulses)
+                .iter()
+                .map(|t| fit_turn(*t, spec.degree).0)
+                .collect(),
+            carrier: match spec.period {
+                Some(_) => (first..last)
+                    .map(|i| Complex64::cis((carrier_rad * i as f64) % (2.0 * PI)))
+                    .collect(),
+                None => Vec::new(),
+            },
+            first,
+        }
+    }
+
+    /// e^{jαi} at an absolute bin (even frequencies).
+    pub fn carrier_at(&self, bin: i64) -> Complex64 {
+        self.carrier[(bin - self.first) as usize]
+    }
+
     /// Spectra of the coefficients, `[degree + 1, period]`, ready for the inverse FFT.
     fn even(&self, pulses: &Pulses, m: usize, spec: &TableSpec, out: &mut [Complex64]) {
         let length = out.len() / (spec.degree + 1);
@@ -346,7 +362,7 @@ impl Shared {
             let bin = start + i as i64;
             let mut c = [Complex64::ZERO; MAX_DEGREE + 1];
             let turn = match spec.period {
-                Some(_) => self.carrier[(bin - self.first) as usize] * weight,
+                Some(_) => self.carrier_at(bin) * weight,
                 None => Complex64::new(weight, 0.0),
             };
             for p in 0..=spec.degree {
@@ -379,7 +395,7 @@ impl Shared {
 }
 
 /// The least-squares polynomial of c(δ) / R², R = (bin + δ)·b.
-fn times_inverse_square(
+pub(crate) fn times_inverse_square(
     c: [Complex64; MAX_DEGREE + 1],
     bin: f64,
     bin_m: f64,

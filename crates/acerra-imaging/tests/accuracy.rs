@@ -2,114 +2,15 @@
 
 #![allow(clippy::unwrap_used)]
 
+#[macro_use]
+mod common;
+
+use common::{C, Campaign, band};
+
 use acerra_imaging::{
     Complex32, Complex64, Engine, ImagingError, Plan, PlanOptions, PlaneGrid, Pulses, SimdLevel,
     Spreading, TiltedGrid, reference,
 };
-
-const C: f64 = acerra_imaging::SPEED_OF_LIGHT_M_S;
-
-/// Reproducible numbers in (−1, 1).
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> f64 {
-        self.0 = self
-            .0
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        ((self.0 >> 11) as f64) / (1u64 << 52) as f64 - 1.0
-    }
-    fn complex(&mut self) -> Complex64 {
-        Complex64::new(self.next(), self.next())
-    }
-}
-
-struct Campaign {
-    position_m: Vec<[f64; 3]>,
-    frequency_hz: Vec<f64>,
-    spectrum: Vec<Complex64>,
-    weight: Vec<f64>,
-}
-
-impl Campaign {
-    fn new(
-        position_m: Vec<[f64; 3]>,
-        frequency_hz: Vec<f64>,
-        scene: &[[f64; 3]],
-        seed: u64,
-    ) -> Self {
-        let mut random = Random(seed);
-        let scatterers: Vec<_> = scene
-            .iter()
-            .map(|&position_m| reference::Scatterer {
-                position_m,
-                reflectivity: random.complex(),
-            })
-            .collect();
-        let mut spectrum = reference::forward(
-            &position_m,
-            &frequency_hz,
-            &scatterers,
-            C,
-            Spreading::InverseSquare,
-        )
-        .unwrap();
-        let rms =
-            (spectrum.iter().map(|e| e.norm_sqr()).sum::<f64>() / spectrum.len() as f64).sqrt();
-        for e in &mut spectrum {
-            *e += random.complex() * (0.3 * rms.max(1e-9));
-        }
-        let weight = (0..position_m.len())
-            .map(|_| 1.0 + 0.3 * random.next())
-            .collect();
-        Self {
-            position_m,
-            frequency_hz,
-            spectrum,
-            weight,
-        }
-    }
-
-    fn pulses(&self) -> Pulses<'_> {
-        Pulses::new(
-            &self.position_m,
-            &self.frequency_hz,
-            &self.spectrum,
-            &self.weight,
-            C,
-        )
-        .unwrap()
-    }
-
-    /// Positions scattered about [0, 0, height], targets in and far outside the patch.
-    fn random(range_m: f64, pulses: usize, frequency_hz: Vec<f64>, seed: u64) -> Self {
-        let mut r = Random(seed);
-        let position: Vec<_> = (0..pulses)
-            .map(|_| {
-                [
-                    -0.6 * range_m + r.next(),
-                    2.0 * r.next(),
-                    0.8 * range_m + 0.3 * r.next(),
-                ]
-            })
-            .collect();
-        let scene: Vec<_> = (0..12)
-            .map(|k| {
-                // A third of them beyond the unambiguous range.
-                let far = if k % 3 == 0 { 40.0 } else { 0.6 };
-                [far * r.next(), far * r.next(), 0.2 * r.next()]
-            })
-            .collect();
-        Self::new(position, frequency_hz, &scene, seed ^ 77)
-    }
-}
-
-fn band(n: usize) -> Vec<f64> {
-    (0..n)
-        .map(|k| 3.1e9 + 1.7e9 * k as f64 / (n - 1) as f64)
-        .collect()
-}
 
 fn error(plan: &Plan, pulses: &Pulses, grid: &TiltedGrid, spreading: Spreading) -> f64 {
     let mut image = vec![Complex32::ZERO; plan.pixels()];
@@ -124,19 +25,6 @@ fn error(plan: &Plan, pulses: &Pulses, grid: &TiltedGrid, spreading: Spreading) 
         .map(|v| Complex64::new(f64::from(v.re), f64::from(v.im)))
         .collect();
     reference::relative_l2(&image, &expected).unwrap()
-}
-
-/// Makes one test a level: `name(level)` at all levels of this processor.
-macro_rules! at_every_level {
-    ($($name:ident),* $(,)?) => {
-        mod every_level {
-            $(#[test] fn $name() {
-                for &level in acerra_imaging::SimdLevel::available() {
-                    super::$name(level);
-                }
-            })*
-        }
-    };
 }
 
 at_every_level!(

@@ -4,7 +4,7 @@ use super::{Plan, SelfCheck};
 use crate::direct::Direct;
 use crate::factorized::Factorized;
 use crate::rows::TiltedGrid;
-use crate::simd::rows::Tally;
+use crate::simd::rows::{Tally, block_width};
 use crate::{Pulses, Spreading, reference};
 use num_complex::{Complex32, Complex64};
 use rayon::prelude::*;
@@ -12,17 +12,14 @@ use rayon::prelude::*;
 impl Plan<'_> {
     /// Runs small patches at random places and compares pixels of each.
     pub(crate) fn compare_patches(&self, factorized: &Factorized) -> SelfCheck {
-        const PATCHES: usize = 12;
         let grid = &self.grid;
         let work = self.pulses.len() * self.pulses.frequency_hz().len();
-        let pixels = (30_000_000 / work.max(1)).clamp(48, 384) / PATCHES;
-        let [dx, dy] = factorized.spec.coarse;
+        let pixels = (30_000_000 / work.max(1)).clamp(PATCHES, 400) / PATCHES;
+        let [dx, dy] = factorized.lattice.spec.coarse;
         let mut random = Random(0x5eed_0001);
         let places: Vec<(usize, usize, u64)> = (0..PATCHES)
-            .map(|_| {
-                // Patches start on the coarse lattice, as pixels of the whole image do.
-                let i = random.below(grid.columns) / dx * dx;
-                let j = random.below(grid.rows) / dy * dy;
+            .map(|k| {
+                let [i, j] = patch_at(k, &mut random, grid, [dx, dy]);
                 (i, j, random.next())
             })
             .collect();
@@ -70,10 +67,12 @@ impl Plan<'_> {
         let most = self.options.check_pixels.max(1);
         let pixels = (40_000_000 / work.max(1)).clamp(most.min(24), most);
         let mut random = Random(0x1234_5678);
+        let width = block_width(self.options.level.lanes());
         let places: Vec<[usize; 3]> = (0..pixels)
             .map(|_| {
                 let i = random.below(grid.columns);
-                let start = i.saturating_sub(random.below(self.options.level.lanes()));
+                // Anywhere in a block, so that every vector of one has its turn.
+                let start = i.saturating_sub(random.below(width));
                 [start, i, random.below(grid.rows)]
             })
             .collect();
@@ -86,14 +85,14 @@ impl Plan<'_> {
                     rows: 1,
                     ..*grid
                 };
-                let mut out = [Complex32::ZERO; crate::simd::MAX_LANES];
+                let mut out = vec![Complex32::ZERO; i - start + 1];
                 let tally = direct.run_over(
                     &self.pulses,
                     0..self.pulses.len(),
                     self.options.spreading,
                     &piece,
                     self.relief().map(|r| r.seen_from(start, j)),
-                    &mut out[..=i - start],
+                    &mut out,
                     &|_| (),
                 );
                 let point = self.point_m(i, j);
@@ -117,6 +116,34 @@ impl Plan<'_> {
         };
         (SelfCheck { pixels, error }, tally)
     }
+}
+
+/// Patches of a self-check: four corners, where spatial frequencies are highest, and one at random in
+/// each cell of a 6 × 6 lattice, since errors may gather in small places.
+pub(crate) const PATCHES: usize = 4 + LATTICE * LATTICE;
+const LATTICE: usize = 6;
+
+/// Where the `k`th patch begins: on the coarse lattice, as pixels of the whole image do.
+pub(crate) fn patch_at(
+    k: usize,
+    random: &mut Random,
+    grid: &TiltedGrid,
+    coarse: [usize; 2],
+) -> [usize; 2] {
+    let sizes = [grid.columns, grid.rows];
+    std::array::from_fn(|axis| {
+        let (size, d) = (sizes[axis], coarse[axis]);
+        let at = match (k, (k >> axis) & 1) {
+            (0..4, 0) => 0,
+            (0..4, _) => (size - 1).saturating_sub(d),
+            _ => {
+                let cell = [(k - 4) % LATTICE, (k - 4) / LATTICE][axis];
+                let (from, to) = (cell * size / LATTICE, (cell + 1) * size / LATTICE);
+                (from + random.below((to - from).max(1))).min(size - 1)
+            }
+        };
+        at / d * d
+    })
 }
 
 /// Eq. (3) at a point in double precision; for even frequencies by turning phasors, renewed often

@@ -3,6 +3,7 @@
 use super::check::Random;
 use crate::Pulses;
 use crate::direct::DirectSpec;
+use crate::factorized::FactorizedSpec;
 use crate::rows::{TiltedGrid, norm};
 use crate::simd::SimdLevel;
 use crate::table::TableSpec;
@@ -25,12 +26,7 @@ pub(crate) fn mean_power(pulses: &Pulses) -> Vec<f64> {
 }
 
 /// Lowest, carrier and highest frequency that matter at `accuracy`, given the power at each.
-pub(crate) fn effective_band_hz(
-    pulses: &Pulses,
-    power: &[f64],
-    accuracy: f64,
-    table: &TableSpec,
-) -> [f64; 3] {
+fn effective_band_hz(pulses: &Pulses, power: &[f64], accuracy: f64, table: &TableSpec) -> [f64; 3] {
     let f = pulses.frequency_hz();
     let carrier = f[table.carrier];
     let mut order: Vec<usize> = (0..f.len()).collect();
@@ -150,6 +146,45 @@ pub(crate) fn choose_spec(
             plain_below_m: table.folding_range_m(0.1 * accuracy),
         };
         (spec, 100.0)
+    })
+}
+
+/// A cut of the aperture with the tables of its sub-apertures, and what the direct engine would cost.
+pub(crate) struct Choice {
+    pub spec: FactorizedSpec,
+    pub inner: DirectSpec,
+    pub direct_cost: f64,
+}
+
+/// The cheapest cut that keeps `accuracy`; `None` where coarse grids are of no use.
+pub(crate) fn choose_factorized(
+    pulses: &Pulses,
+    grid: &TiltedGrid,
+    power: &[f64],
+    sample: &Sample,
+    accuracy: f64,
+    level: SimdLevel,
+) -> Option<Choice> {
+    let choose = |accuracy| choose_spec(pulses, grid, power, sample, accuracy, level);
+    let (_, direct_cost) = choose(accuracy);
+    let (mut inner, _) = choose(0.8 * accuracy);
+    inner.table.interleaved = true;
+    // Exact ranges and gathered coefficients, in operations a value.
+    let inner_cost =
+        (32.0 + 26.0 * (inner.table.degree as f64 + 1.0) / 2.0) / level.lanes() as f64 * 1.5;
+    let band_hz = effective_band_hz(pulses, power, accuracy, &inner.table);
+    let spec = FactorizedSpec::choose(
+        pulses,
+        grid,
+        band_hz,
+        0.85 * accuracy,
+        inner_cost,
+        level.lanes(),
+    )?;
+    Some(Choice {
+        spec,
+        inner,
+        direct_cost,
     })
 }
 

@@ -1,13 +1,13 @@
 //! From a request (data, grid, accuracy) to a plan that keeps it, says why, and runs.
 
-mod check;
-mod choose;
+pub(crate) mod check;
+pub(crate) mod choose;
 mod options;
 
 pub use options::{Engine, PlanOptions, Progress, SelfCheck};
 
 use crate::direct::{Direct, DirectSpec, MARGIN_COLUMNS, table_ranges_m};
-use crate::factorized::{Factorized, FactorizedSpec};
+use crate::factorized::{Factorized, coarse_bytes, coarse_grid};
 use crate::rows::TiltedGrid;
 use crate::simd::SimdLevel;
 use crate::simd::rows::Tally;
@@ -15,14 +15,14 @@ use crate::simd::surface::Relief;
 use crate::table::RangeTable;
 use crate::{ImagingError, Pulses, Spreading, SurfaceGrid};
 use check::exact;
-use choose::{Sample, choose_spec, effective_band_hz, mean_power};
+use choose::{Choice, Sample, choose_factorized, choose_spec, mean_power};
 use num_complex::Complex32;
 use rayon::prelude::*;
 use std::fmt;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Below this relative error single precision does not do and the reference itself is run.
-const SINGLE_PRECISION_FLOOR: f64 = 4e-6;
+pub(crate) const SINGLE_PRECISION_FLOOR: f64 = 4e-6;
 
 /// An image that is ready to be made, any number of times.
 ///
@@ -114,22 +114,7 @@ impl<'a> Plan<'a> {
         options: &PlanOptions,
     ) -> Result<Self, ImagingError> {
         let options = *options;
-        options.level.checked()?;
-        if !(options.accuracy > 0.0 && options.accuracy <= 0.1) {
-            return Err(ImagingError::OutOfRange {
-                what: "accuracy",
-                expected: "above 0 and at most 0.1",
-                found: options.accuracy,
-            });
-        }
-        if options.spreading == Spreading::InverseSquare {
-            for (pulse, p) in pulses.position_m().iter().enumerate() {
-                let on = surface.map_or_else(|| grid.pixel_at(*p), |s| s.pixel_at(*p));
-                if let Some(point) = on {
-                    return Err(ImagingError::ZeroRange { pulse, point });
-                }
-            }
-        }
+        check_request(&pulses, &grid, surface, &options)?;
         let mut plan = Self {
             pulses,
             grid,
@@ -170,24 +155,12 @@ impl<'a> Plan<'a> {
         let level = self.options.level;
         for attempt in 0..4 {
             let accuracy = self.options.accuracy * 0.5f64.powi(attempt);
-            let choose =
-                |accuracy| choose_spec(&self.pulses, &self.grid, &power, &sample, accuracy, level);
-            let (direct, direct_cost) = choose(accuracy);
-            let (mut inner, _) = choose(0.8 * accuracy);
-            inner.table.interleaved = true;
-            // Exact ranges and gathered coefficients, in operations a value.
-            let inner_cost = (32.0 + 26.0 * (inner.table.degree as f64 + 1.0) / 2.0)
-                / level.lanes() as f64
-                * 1.5;
-            let band_hz = effective_band_hz(&self.pulses, &power, accuracy, &inner.table);
-            let Some(spec) = FactorizedSpec::choose(
-                &self.pulses,
-                &self.grid,
-                band_hz,
-                0.85 * accuracy,
-                inner_cost,
-                level.lanes(),
-            ) else {
+            let Some(Choice {
+                spec,
+                inner,
+                direct_cost,
+            }) = choose_factorized(&self.pulses, &self.grid, &power, &sample, accuracy, level)
+            else {
                 return Ok(false);
             };
             if self.options.engine == Engine::Auto && spec.cost > 0.6 * direct_cost {
@@ -197,10 +170,10 @@ impl<'a> Plan<'a> {
                 ));
                 return Ok(false);
             }
-            let coarse = Factorized::coarse_grid(&self.grid, spec.coarse);
+            let coarse = coarse_grid(&self.grid, spec.coarse);
             let ranges_m = table_ranges_m(&self.pulses, &coarse);
             self.table_bytes = RangeTable::bytes_for(&inner.table, &ranges_m)
-                + Factorized::coarse_bytes(&spec, &self.grid, self.pulses.len());
+                + coarse_bytes(&spec, &self.grid, self.pulses.len());
             self.check_memory()?;
             let factorized = Factorized::new(
                 &self.pulses,
@@ -222,7 +195,7 @@ impl<'a> Plan<'a> {
                 spec.bandwidth_a_metre[0],
                 spec.bandwidth_a_metre[1],
                 spec.interpolation_error,
-                direct.table.bin_m.min(inner.table.bin_m) * 1e3,
+                inner.table.bin_m * 1e3,
                 inner.table.degree,
                 spec.cost,
                 direct_cost,
@@ -448,6 +421,32 @@ impl fmt::Display for Plan<'_> {
             self.pixels() as f64 * 8e-6
         )
     }
+}
+
+/// What no plan can be made for.
+pub(crate) fn check_request(
+    pulses: &Pulses,
+    grid: &TiltedGrid,
+    surface: Option<&SurfaceGrid>,
+    options: &PlanOptions,
+) -> Result<(), ImagingError> {
+    options.level.checked()?;
+    if !(options.accuracy > 0.0 && options.accuracy <= 0.1) {
+        return Err(ImagingError::OutOfRange {
+            what: "accuracy",
+            expected: "above 0 and at most 0.1",
+            found: options.accuracy,
+        });
+    }
+    if options.spreading == Spreading::InverseSquare {
+        for (pulse, p) in pulses.position_m().iter().enumerate() {
+            let on = surface.map_or_else(|| grid.pixel_at(*p), |s| s.pixel_at(*p));
+            if let Some(point) = on {
+                return Err(ImagingError::ZeroRange { pulse, point });
+            }
+        }
+    }
+    Ok(())
 }
 
 /// Images `grid` with a plan of its own.

@@ -149,6 +149,39 @@ impl Lanes for Avx2 {
         }
     }
     #[inline(always)]
+    unsafe fn scatter_add4(self, p: *mut f32, i: V, step: usize, v: [V; 4]) {
+        let mut at = [0i32; 8];
+        // SAFETY: `self` proves the instructions; the caller vouches for four numbers at every
+        // index. After the transposition each quarter holds the four numbers of a lane.
+        unsafe {
+            _mm256_storeu_si256(at.as_mut_ptr().cast(), whole(i));
+            let (ab, ab2) = (
+                _mm256_unpacklo_ps(v[0], v[1]),
+                _mm256_unpackhi_ps(v[0], v[1]),
+            );
+            let (cd, cd2) = (
+                _mm256_unpacklo_ps(v[2], v[3]),
+                _mm256_unpackhi_ps(v[2], v[3]),
+            );
+            let quads = [
+                _mm256_shuffle_ps::<0x44>(ab, cd),
+                _mm256_shuffle_ps::<0xee>(ab, cd),
+                _mm256_shuffle_ps::<0x44>(ab2, cd2),
+                _mm256_shuffle_ps::<0xee>(ab2, cd2),
+            ];
+            let add = |l: usize, quad: __m128| {
+                let to = p.offset(at[l] as isize * step as isize);
+                _mm_storeu_ps(to, _mm_add_ps(_mm_loadu_ps(to), quad));
+            };
+            for (l, quad) in quads.into_iter().enumerate() {
+                add(l, _mm256_castps256_ps128(quad));
+            }
+            for (l, quad) in quads.into_iter().enumerate() {
+                add(l + 4, _mm256_extractf128_ps::<1>(quad));
+            }
+        }
+    }
+    #[inline(always)]
     fn vectorize<R>(self, f: impl FnOnce(Self) -> R) -> R {
         // SAFETY: `self` proves the instructions.
         unsafe { enabled(self, f) }

@@ -144,6 +144,45 @@ impl Lanes for Avx512 {
         }
     }
     #[inline(always)]
+    unsafe fn scatter_add4(self, p: *mut f32, i: V, step: usize, v: [V; 4]) {
+        let mut at = [0i32; 16];
+        // SAFETY: `self` proves the instructions; the caller vouches for four numbers at every
+        // index. After the transposition each quarter holds the four numbers of a lane.
+        unsafe {
+            _mm512_storeu_si512(at.as_mut_ptr().cast(), whole(i));
+            let (ab, ab2) = (
+                _mm512_unpacklo_ps(v[0], v[1]),
+                _mm512_unpackhi_ps(v[0], v[1]),
+            );
+            let (cd, cd2) = (
+                _mm512_unpacklo_ps(v[2], v[3]),
+                _mm512_unpackhi_ps(v[2], v[3]),
+            );
+            let quads = [
+                _mm512_shuffle_ps::<0x44>(ab, cd),
+                _mm512_shuffle_ps::<0xee>(ab, cd),
+                _mm512_shuffle_ps::<0x44>(ab2, cd2),
+                _mm512_shuffle_ps::<0xee>(ab2, cd2),
+            ];
+            let add = |l: usize, quad: __m128| {
+                let to = p.offset(at[l] as isize * step as isize);
+                _mm_storeu_ps(to, _mm_add_ps(_mm_loadu_ps(to), quad));
+            };
+            for (l, quad) in quads.into_iter().enumerate() {
+                add(l, _mm512_castps512_ps128(quad));
+            }
+            for (l, quad) in quads.into_iter().enumerate() {
+                add(l + 4, _mm512_extractf32x4_ps::<1>(quad));
+            }
+            for (l, quad) in quads.into_iter().enumerate() {
+                add(l + 8, _mm512_extractf32x4_ps::<2>(quad));
+            }
+            for (l, quad) in quads.into_iter().enumerate() {
+                add(l + 12, _mm512_extractf32x4_ps::<3>(quad));
+            }
+        }
+    }
+    #[inline(always)]
     fn vectorize<R>(self, f: impl FnOnce(Self) -> R) -> R {
         // SAFETY: `self` proves the instructions.
         unsafe { enabled(self, f) }

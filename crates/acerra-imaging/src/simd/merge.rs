@@ -4,27 +4,20 @@
 //! A row is held phase by phase: of fine pixels D·q + p all q of one p stand together, so that the
 //! interpolation taps are plain vectors of coarse samples.
 
-use super::{Lanes, MAX_LANES, ROUNDING};
+use super::turn::{RowCarrier, TurnRow};
+use super::{Lanes, MAX_LANES};
 use crate::factorized::TAPS;
 
 /// A sub-aperture and the fine row it is added to.
 pub(crate) struct MergeRow<'a> {
-    /// From the antenna's reference point to pixel 0 of the row, m.
-    pub from_centre_m: [f64; 3],
-    /// Unit vector along the row and distance of the pixels, m.
-    pub unit: [f64; 3],
-    pub pixel_m: f64,
-    /// Turns of the carrier a metre of range, 2f/c.
-    pub turns_a_metre: f64,
+    /// The fine row, seen from the sub-aperture's centre.
+    pub turn: TurnRow,
     /// Coarse rows about this fine row, real and imaginary, and their weights.
     pub rows: [(&'a [f32], &'a [f32], f32); TAPS],
     /// Interpolation weights of each of the D phases.
     pub weights: &'a [[f32; TAPS]],
     /// Coarse intervals in the row.
     pub intervals: usize,
-    /// cos and sin(2πx)/x in powers of x², |x| ≤ ½.
-    pub cosine: [f32; 6],
-    pub sine: [f32; 6],
 }
 
 /// Adds to `real`, `imag` `[D, padded]`; `line` `[2, coarse columns + MAX_LANES]` is scratch.
@@ -69,43 +62,12 @@ pub(crate) fn merge_row<S: Lanes>(
     }
 
     // Along the row.
-    let mut lane = [0f32; MAX_LANES];
-    let interval_m = job.pixel_m * phases as f64;
-    for (l, v) in lane.iter_mut().enumerate() {
-        *v = ((l as f64 - 0.5 * (n - 1) as f64) * interval_m) as f32;
-    }
-    // SAFETY: `lane` has MAX_LANES ≥ N numbers.
-    let lanes = unsafe { s.load(lane.as_ptr()) };
-    let rounding = s.splat(ROUNDING);
-    let turns = s.splat(job.turns_a_metre as f32);
-    let tiny = s.splat(1e-30);
+    let carrier = RowCarrier::new(s, &job.turn, phases);
     let mut q = 0;
     while q < job.intervals {
-        // The middle of these N intervals in double precision, the rest from there.
-        let along = (q as f64 + 0.5 * (n - 1) as f64) * interval_m;
-        let d: [f64; 3] = std::array::from_fn(|a| job.from_centre_m[a] + along * job.unit[a]);
-        let range = crate::rows::norm(d);
-        let turn = range * job.turns_a_metre;
-        let fraction = s.splat((turn - turn.round()) as f32);
-        let range0 = s.splat(range as f32);
-        let along0 = s.splat(crate::rows::dot(d, job.unit) as f32);
+        let centre = carrier.centre(q);
         for (p, weights) in job.weights.iter().enumerate() {
-            let offset = s.add(lanes, s.splat((p as f64 * job.pixel_m) as f32));
-            let square_difference = s.mul(offset, s.add(s.add(along0, offset), along0));
-            let square = s.max(s.mul_add(range0, range0, square_difference), tiny);
-            let difference = s.div(
-                square_difference,
-                s.max(s.add(s.sqrt(square), range0), tiny),
-            );
-            let t = s.mul_add(difference, turns, fraction);
-            let x = s.sub(t, s.sub(s.add(t, rounding), rounding));
-            let x2 = s.mul(x, x);
-            let (mut cosine, mut sine) = (s.splat(job.cosine[5]), s.splat(job.sine[5]));
-            for k in (0..5).rev() {
-                cosine = s.mul_add(cosine, x2, s.splat(job.cosine[k]));
-                sine = s.mul_add(sine, x2, s.splat(job.sine[k]));
-            }
-            sine = s.mul(sine, x);
+            let (cosine, sine) = carrier.turn(&centre, p);
             // SAFETY: q + N ≤ padded and q + TAPS + N ≤ padded + TAPS.
             unsafe {
                 let (mut re, mut im) = (s.splat(0.0), s.splat(0.0));

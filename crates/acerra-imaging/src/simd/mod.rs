@@ -12,7 +12,10 @@ mod avx512;
 pub(crate) mod merge;
 mod portable;
 pub(crate) mod rows;
+pub(crate) mod split;
+pub(crate) mod spread;
 pub(crate) mod surface;
+pub(crate) mod turn;
 
 use crate::ImagingError;
 use std::fmt;
@@ -181,6 +184,12 @@ pub(crate) trait Lanes: Copy {
     /// # Safety
     /// All those must be readable.
     unsafe fn gather4(self, p: *const f32, i: Self::V, step: usize) -> [Self::V; 4];
+    /// The transpose of [`Lanes::gather4`]: lane l of vector k is added to the number at
+    /// `p` + step·i[l] + k, lane after lane, so that lanes may meet in one place.
+    ///
+    /// # Safety
+    /// All those must be writable.
+    unsafe fn scatter_add4(self, p: *mut f32, i: Self::V, step: usize, v: [Self::V; 4]);
     /// Runs `f` where the compiler may use this level's instructions.
     fn vectorize<R>(self, f: impl FnOnce(Self) -> R) -> R;
 }
@@ -287,6 +296,18 @@ mod tests {
                             table[(b * b + 5.0).round_ties_even() as usize * 2 + q]
                         });
                     }
+                    // Lanes that meet in one place must all arrive.
+                    let half = s.add(s.mul(va, s.splat(0.5)), s.splat(ROUNDING + 4.0));
+                    let mut spread = [0f32; 64];
+                    s.scatter_add4(spread.as_mut_ptr(), half, 4, [va, vb, va, vb]);
+                    let mut expected = [0f32; 64];
+                    for k in 0..n {
+                        let at = ((0.5 * a[k]).round_ties_even() + 4.0) as usize * 4;
+                        for (q, v) in [a[k], b[k], a[k], b[k]].into_iter().enumerate() {
+                            expected[at + q] += v;
+                        }
+                    }
+                    assert_eq!(spread, expected);
                     s.store_rounded(ints.as_mut_ptr(), s.add(va, s.splat(ROUNDING)), 3);
                     for k in 0..n {
                         assert_eq!(ints[k], a[k].round_ties_even() as i32 + 3);

@@ -134,6 +134,16 @@ impl Lanes for Portable {
         out
     }
     #[inline(always)]
+    unsafe fn scatter_add4(self, p: *mut f32, i: V, step: usize, v: [V; 4]) {
+        for l in 0..8 {
+            let at = whole(i[l]) as isize * step as isize;
+            for (k, row) in v.iter().enumerate() {
+                // SAFETY: the caller vouches for every index.
+                unsafe { *p.offset(at + k as isize) += row[l] };
+            }
+        }
+    }
+    #[inline(always)]
     fn vectorize<R>(self, f: impl FnOnce(Self) -> R) -> R {
         f(self)
     }

@@ -1,0 +1,141 @@
+//! The factorized engine: sub-apertures imaged on coarse grids, then merged.
+//!
+//! Neighbouring pulses look at a pixel from nearly the same direction. Once the carrier's phase of
+//! the range to a sub-aperture's centre is taken out, what its pulses add up to varies slowly over
+//! the image: its spatial frequencies are bounded by (2/c)·|f·u_m − f_c·u_s|, u being the unit
+//! vectors from pulse and centre to the pixel projected on the grid's axes. The direct engine
+//! images each sub-aperture on a grid just fine enough for that; rows of the fine grid follow by
+//! separable least-squares interpolation, and get their phase back. Any trajectory and any height
+//! will do: a scattered track merely has a wide bound, and is left to the direct engine.
+
+mod interpolation;
+mod lattice;
+mod spec;
+
+pub(crate) use interpolation::TAPS;
+pub(crate) use lattice::{Lattice, coarse_bytes, coarse_grid};
+pub(crate) use spec::{FactorizedSpec, centre_m, cut};
+
+use crate::direct::{Direct, DirectSpec, table_ranges_m};
+use crate::planar::{padded, split_parts};
+use crate::rows::TiltedGrid;
+use crate::simd::merge::{MergeRow, merge_row};
+use crate::simd::turn::turn_row;
+use crate::simd::{SimdLevel, dispatch};
+use crate::{Pulses, Spreading};
+use num_complex::Complex32;
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// Everything that does not depend on the pixels: tables of the direct engine and weights.
+#[derive(Debug)]
+pub(crate) struct Factorized {
+    pub lattice: Lattice,
+    direct: Direct,
+    level: SimdLevel,
+}
+
+/// A sub-aperture's coarse image, real and imaginary, and its phase centre.
+struct Coarse {
+    centre_m: [f64; 3],
+    real: Vec<f32>,
+    imag: Vec<f32>,
+}
+
+impl Factorized {
+    pub fn new(
+        pulses: &Pulses,
+        grid: &TiltedGrid,
+        spec: FactorizedSpec,
+        direct: DirectSpec,
+        spreading: Spreading,
+        level: SimdLevel,
+    ) -> Self {
+        let ranges_m = table_ranges_m(pulses, &coarse_grid(grid, spec.coarse));
+        let carrier_hz = pulses.frequency_hz()[direct.table.carrier];
+        Self {
+            lattice: Lattice::new(pulses, grid, spec, carrier_hz),
+            direct: Direct::new(pulses, &ranges_m, direct, spreading, level),
+            level,
+        }
+    }
+
+    /// Images `grid` (or a piece of the grid that the plan was made for) into `out`.
+    pub fn run(
+        &self,
+        pulses: &Pulses,
+        spreading: Spreading,
+        grid: &TiltedGrid,
+        out: &mut [Complex32],
+        done: &(dyn Fn(u64) + Sync),
+    ) {
+        let spec = &self.lattice.spec;
+        let coarse = coarse_grid(grid, spec.coarse);
+        let stride = padded(coarse.columns);
+        let parts: Vec<Range<usize>> = cut(pulses.len(), spec.pulses).collect();
+        let images: Vec<Coarse> = parts
+            .par_iter()
+            .map(|part| {
+                let centre = centre_m(pulses, part.clone());
+                let mut image = vec![Complex32::ZERO; coarse.columns * coarse.rows];
+                self.direct.run_pulses(
+                    pulses,
+                    part.clone(),
+                    spreading,
+                    &coarse,
+                    &mut image,
+                    &|_| (),
+                );
+                let (mut real, mut imag) = split_parts(&image, coarse.columns);
+                real.par_chunks_mut(stride)
+                    .zip(imag.par_chunks_mut(stride))
+                    .enumerate()
+                    .for_each(|(j, (real, imag))| {
+                        let job = self.lattice.turn(&coarse, j, centre);
+                        dispatch!(self.level, s => turn_row(s, &job, true, real, imag));
+                    });
+                Coarse {
+                    centre_m: centre,
+                    real,
+                    imag,
+                }
+            })
+            .collect();
+
+        let [dx, dy] = spec.coarse;
+        let intervals = coarse.columns - TAPS;
+        let line_length = 2 * coarse.columns;
+        out.par_chunks_mut(grid.columns).enumerate().for_each_init(
+            || vec![0f32; line_length + 2 * dx * intervals],
+            |scratch, (j, row)| {
+                let (line, sums) = scratch.split_at_mut(line_length);
+                let (real, imag) = sums.split_at_mut(dx * intervals);
+                real.fill(0.0);
+                imag.fill(0.0);
+                let (cell, phase) = (j / dy, j % dy);
+                for image in &images {
+                    let job = MergeRow {
+                        turn: self.lattice.turn(grid, j, image.centre_m),
+                        rows: std::array::from_fn(|k| {
+                            let at = (cell + k) * stride;
+                            let end = at + coarse.columns;
+                            (
+                                &image.real[at..end],
+                                &image.imag[at..end],
+                                self.lattice.weights[1][phase][k],
+                            )
+                        }),
+                        weights: &self.lattice.weights[0],
+                        intervals: grid.columns.div_ceil(dx),
+                    };
+                    dispatch!(self.level, s => merge_row(s, &job, intervals, line, real, imag));
+                }
+                for (i, v) in row.iter_mut().enumerate() {
+                    let at = (i % dx) * intervals + i / dx;
+                    *v = Complex32::new(real[at], imag[at]);
+                }
+                done(row.len() as u64);
+            },
+        );
+    }
+}

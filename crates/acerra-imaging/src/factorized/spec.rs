@@ -1,0 +1,166 @@
+//! Where to cut the aperture, and how coarse the grids may be.
+
+use super::interpolation::{TAPS, worst_error};
+use crate::Pulses;
+use crate::rows::{TiltedGrid, dot, norm};
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// Greatest number of fine pixels in a coarse interval.
+const COARSEST: usize = 32;
+
+/// How the aperture is cut and how coarse the grids are.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct FactorizedSpec {
+    /// Pulses in a sub-aperture.
+    pub pulses: usize,
+    /// Fine pixels a coarse interval, along the row and across.
+    pub coarse: [usize; 2],
+    /// Bound of the spatial frequencies along the row and across, cycles a metre.
+    pub bandwidth_a_metre: [f64; 2],
+    /// Interpolation error expected for a spectrum that fills the bound.
+    pub interpolation_error: f64,
+    /// Estimated cost in vector operations a pixel and pulse.
+    pub cost: f64,
+}
+
+impl FactorizedSpec {
+    /// The cheapest cut that keeps `accuracy`, with `direct_cost` operations a coarse value; `None`
+    /// where coarse grids are of no use.
+    pub fn choose(
+        pulses: &Pulses,
+        grid: &TiltedGrid,
+        band_hz: [f64; 3],
+        accuracy: f64,
+        direct_cost: f64,
+        lanes: usize,
+    ) -> Option<Self> {
+        if grid.columns < 4 * TAPS || grid.rows < 4 * TAPS {
+            return None;
+        }
+        let steps = [norm(grid.u_m), norm(grid.v_m)];
+        let mut best: Option<Self> = None;
+        for count in [6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256] {
+            if count > 2 * pulses.len() {
+                break;
+            }
+            let count = balanced(pulses.len(), count);
+            let bandwidth = bandwidth_a_metre(pulses, grid, band_hz, count);
+            let mut coarse = [1; 2];
+            let mut error = 0.0;
+            for axis in 0..2 {
+                let (d, e) = (1..=COARSEST)
+                    .map(|d| (d, worst_error(bandwidth[axis] * steps[axis] * d as f64, d)))
+                    .take_while(|(_, e)| *e < 0.5 * accuracy)
+                    .last()?;
+                coarse[axis] = d;
+                error += e * e;
+            }
+            let [dx, dy] = coarse.map(|d| d as f64);
+            let pad = (1.0 + TAPS as f64 * dx / grid.columns as f64)
+                * (1.0 + TAPS as f64 * dy / grid.rows as f64);
+            let merge = (2.0 * TAPS as f64 * (1.0 + 1.0 / dx) + 48.0) / lanes as f64;
+            let cost = direct_cost * pad / (dx * dy) + merge / count as f64;
+            if best.as_ref().is_none_or(|b| cost < b.cost) {
+                best = Some(Self {
+                    pulses: count,
+                    coarse,
+                    bandwidth_a_metre: bandwidth,
+                    interpolation_error: f64::sqrt(error),
+                    cost,
+                });
+            }
+        }
+        best
+    }
+}
+
+/// A sub-aperture size near `wanted` that cuts `pulses` into parts as even as possible.
+fn balanced(pulses: usize, wanted: usize) -> usize {
+    let parts = pulses.div_ceil(wanted);
+    pulses.div_ceil(parts)
+}
+
+/// Pulse ranges of sub-apertures of at most `count` pulses.
+pub(crate) fn cut(pulses: usize, count: usize) -> impl Iterator<Item = Range<usize>> {
+    (0..pulses.div_ceil(count)).map(move |k| k * count..((k + 1) * count).min(pulses))
+}
+
+/// The mean position of some pulses.
+pub(crate) fn centre_m(pulses: &Pulses, which: Range<usize>) -> [f64; 3] {
+    let p = &pulses.position_m()[which];
+    std::array::from_fn(|a| p.iter().map(|p| p[a]).sum::<f64>() / p.len() as f64)
+}
+
+/// Bound of the spatial frequencies of all sub-apertures along the grid's axes, from a lattice of
+/// pixels that includes edges and those nearest to the sub-aperture; `band_hz` is lowest, carrier
+/// and highest frequency.
+fn bandwidth_a_metre(
+    pulses: &Pulses,
+    grid: &TiltedGrid,
+    [low, carrier, high]: [f64; 3],
+    count: usize,
+) -> [f64; 2] {
+    const LATTICE: usize = 12;
+    let axes = [grid.u_m, grid.v_m].map(|v| v.map(|x| x / norm(v).max(1e-300)));
+    let scale = 2.0 / pulses.light_speed_m_s();
+    let parts: Vec<_> = cut(pulses.len(), count).collect();
+    let found: Vec<[f64; 2]> = parts
+        .par_iter()
+        .map(|part| {
+            let centre = centre_m(pulses, part.clone());
+            let mut points = Vec::with_capacity((LATTICE + 1).pow(2) + 25);
+            let (i1, j1) = ((grid.columns - 1) as f64, (grid.rows - 1) as f64);
+            for j in 0..=LATTICE {
+                for i in 0..=LATTICE {
+                    let at = |k: usize, last: f64| last * k as f64 / LATTICE as f64;
+                    points.push(grid.point_m(at(i, i1), at(j, j1)));
+                }
+            }
+            // Directions change fastest under the antenna.
+            let (i, j) = grid.nearest(centre, [0.0, i1], [0.0, j1]);
+            for dj in -2..=2 {
+                for di in -2..=2 {
+                    let at = |x: f64, d: i32, last: f64| {
+                        (x + f64::from(d) * 0.5 * last / LATTICE as f64).clamp(0.0, last)
+                    };
+                    points.push(grid.point_m(at(i, di, i1), at(j, dj, j1)));
+                }
+            }
+            let stride = (part.len() / 6).max(1);
+            let members: Vec<usize> = part.clone().step_by(stride).chain([part.end - 1]).collect();
+            let direction = |from: [f64; 3], to: [f64; 3]| {
+                let d: [f64; 3] = std::array::from_fn(|a| to[a] - from[a]);
+                d.map(|x| x / norm(d).max(1e-12))
+            };
+            let mut most = [0f64; 2];
+            for point in points {
+                let u_s = direction(centre, point);
+                for &m in &members {
+                    let u_m = direction(pulses.position_m()[m], point);
+                    for (axis, most) in axes.iter().zip(&mut most) {
+                        let (a, b) = (dot(u_m, *axis), carrier * dot(u_s, *axis));
+                        *most = most.max((low * a - b).abs()).max((high * a - b).abs());
+                    }
+                }
+            }
+            most
+        })
+        .collect();
+    [0, 1].map(|axis| 1.04 * scale * found.iter().map(|f| f[axis]).fold(0.0, f64::max))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn apertures_are_cut_completely() {
+        for (pulses, wanted) in [(331, 32), (7, 8), (64, 16), (65, 16)] {
+            let count = balanced(pulses, wanted);
+            let parts: Vec<_> = cut(pulses, count).collect();
+            assert_eq!(parts.iter().map(Range::len).sum::<usize>(), pulses);
+            assert!(parts.iter().all(|p| !p.is_empty() && p.len() <= wanted));
+        }
+    }
+}
