@@ -8,6 +8,7 @@
 //! - [`read`]: RTKLIB `.pos`, CSV, NMEA and OptiTrack exports, recognised from content.
 //! - [`interpolate`]: positions at any time, gaps and unfixed stretches flagged; path and speed.
 //! - [`lever_arm`]: from the positioned point to the radar's phase centre.
+//! - [`terrain`]: heights of the ground from GeoTIFF and text grids.
 //! - [`write`](mod@write): trajectories and positions as CSV.
 //!
 //! SI units and radians throughout; names carry units and frames (`height_m`,
@@ -18,6 +19,7 @@ pub mod interpolate;
 pub mod lever_arm;
 pub mod matrix;
 pub mod read;
+pub mod terrain;
 pub mod time;
 pub mod trajectory;
 pub mod write;

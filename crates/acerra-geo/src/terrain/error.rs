@@ -1,0 +1,120 @@
+//! Why terrain cannot be read, or has no height somewhere.
+
+/// Why a terrain file was refused, or a height was not found.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum TerrainError {
+    /// The operating system refused.
+    #[error(transparent)]
+    Io(#[from] std::io::Error),
+    /// Nothing in it.
+    #[error("the file is empty")]
+    Empty,
+    /// The TIFF structure is broken, or uses what is not read.
+    #[error("{at}: {source}")]
+    Tiff {
+        /// Which part of the file.
+        at: String,
+        /// What is wrong with it.
+        source: tiff::TiffError,
+    },
+    /// A tag or GeoKey does not say what is needed.
+    #[error("{at}: expected {expected}, found {found}")]
+    Tag {
+        /// Which tag or key.
+        at: &'static str,
+        /// What was expected.
+        expected: &'static str,
+        /// What it says.
+        found: String,
+    },
+    /// A line does not have what its place calls for. Lines count from 1.
+    #[error("line {line}: expected {expected}, found {found}")]
+    Line {
+        /// Where.
+        line: u64,
+        /// What was expected.
+        expected: &'static str,
+        /// What stands there.
+        found: String,
+    },
+    /// Points that are no grid.
+    #[error("line {line}: the point ({x}, {y}) stands on no grid of {step_x} × {step_y}")]
+    NoGrid {
+        /// The point's line, from 1.
+        line: u64,
+        /// Its first coordinate.
+        x: f64,
+        /// Its second.
+        y: f64,
+        /// Smallest distance of two columns.
+        step_x: f64,
+        /// Smallest distance of two rows.
+        step_y: f64,
+    },
+    /// More than is taken.
+    #[error("{what}: {found} are more than the {limit} that are taken")]
+    Limit {
+        /// What there is too much of.
+        what: &'static str,
+        /// How much.
+        found: u128,
+        /// How much is allowed.
+        limit: u128,
+    },
+    /// The coordinate reference system is not stated, or not one of those known.
+    #[error("coordinates: expected {expected}, found {found}")]
+    Crs {
+        /// What can be used.
+        expected: &'static str,
+        /// What the file or the caller says.
+        found: String,
+    },
+    /// Terrain on the Earth for positions in a frame of unknown place, or the other way round.
+    #[error(
+        "the terrain's coordinates are {terrain}, the positions' frame stands {frame}: \
+         {remedy}"
+    )]
+    Frame {
+        /// The terrain's coordinates.
+        terrain: String,
+        /// Where the frame stands.
+        frame: &'static str,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// A place beside the raster.
+    #[error(
+        "no height at x = {x_m:.2} m, y = {y_m:.2} m: it falls on column {column:.1}, row {row:.1} \
+         of a raster of {columns} × {rows}"
+    )]
+    Outside {
+        /// East of the frame's origin, m.
+        x_m: f64,
+        /// North of the frame's origin, m.
+        y_m: f64,
+        /// Column it falls on, from 0 at the first centre.
+        column: f64,
+        /// Row it falls on.
+        row: f64,
+        /// Columns of the raster.
+        columns: usize,
+        /// Rows of the raster.
+        rows: usize,
+    },
+    /// A place where the raster holds no data.
+    #[error(
+        "no height at x = {x_m:.2} m, y = {y_m:.2} m: the raster has no data about column \
+         {column:.1}, row {row:.1}"
+    )]
+    Hole {
+        /// East of the frame's origin, m.
+        x_m: f64,
+        /// North of the frame's origin, m.
+        y_m: f64,
+        /// Column it falls on, from 0 at the first centre.
+        column: f64,
+        /// Row it falls on.
+        row: f64,
+    },
+}

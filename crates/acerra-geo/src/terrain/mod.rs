@@ -1,0 +1,175 @@
+//! Heights of the ground: GeoTIFF, ESRI ASCII and XYZ rasters, in a local frame.
+//!
+//! A file is opened for its header alone; [`TerrainFile::in_frame`] then reads the part under an
+//! image and answers heights in the frame of the positions.
+
+mod ascii;
+mod crs;
+mod error;
+mod geotiff;
+mod local;
+mod raster;
+mod utm;
+mod xyz;
+
+use std::io::{BufRead, BufReader, Read, Seek, SeekFrom};
+
+use crate::trajectory::Frame;
+pub use crs::Crs;
+pub use error::TerrainError;
+pub use local::LocalTerrain;
+use raster::{Header, Window};
+
+/// How terrain is read.
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub struct TerrainOptions {
+    /// What the coordinates are, where the file does not say; text grids never do and are
+    /// [`Crs::Local`] by default.
+    pub crs: Option<Crs>,
+    /// Added to the file's heights to have heights above the ellipsoid (m): the geoid's height
+    /// there, for heights above the sea. For [`Crs::Local`] simply added.
+    pub offset_m: f64,
+    /// Most cells that are held, four bytes each; a quarter as many points of an XYZ grid.
+    pub max_cells: usize,
+}
+
+impl Default for TerrainOptions {
+    fn default() -> Self {
+        Self {
+            crs: None,
+            offset_m: 0.0,
+            max_cells: 64 << 20,
+        }
+    }
+}
+
+impl TerrainOptions {
+    /// With these coordinates.
+    #[must_use]
+    pub fn with_crs(mut self, crs: Crs) -> Self {
+        self.crs = Some(crs);
+        self
+    }
+
+    /// With this added to every height (m).
+    #[must_use]
+    pub fn with_offset_m(mut self, offset_m: f64) -> Self {
+        self.offset_m = offset_m;
+        self
+    }
+}
+
+/// A terrain file whose header has been read.
+pub struct TerrainFile<R: Read + Seek> {
+    header: Header,
+    format: &'static str,
+    options: TerrainOptions,
+    content: Content<R>,
+}
+
+enum Content<R: Read + Seek> {
+    GeoTiff(Box<geotiff::Reader<BufReader<R>>>),
+    Whole(Window),
+}
+
+impl<R: Read + Seek> TerrainFile<R> {
+    /// Recognises a file by its content and reads its header; text grids are read whole.
+    ///
+    /// # Errors
+    /// A file of another kind, broken, larger than allowed, or in coordinates that are not known.
+    pub fn open(reader: R, options: &TerrainOptions) -> Result<Self, TerrainError> {
+        let mut reader = BufReader::new(reader);
+        let start = reader.fill_buf()?;
+        if start.is_empty() {
+            return Err(TerrainError::Empty);
+        }
+        let tiff = start.starts_with(b"II") || start.starts_with(b"MM");
+        let word = start.trim_ascii_start();
+        let ascii = word
+            .get(..5)
+            .is_some_and(|w| w.eq_ignore_ascii_case(b"ncols"));
+        reader.seek(SeekFrom::Start(0))?;
+        let (format, header, content) = if tiff {
+            let (header, tiff) = geotiff::Reader::open(reader)?;
+            ("GeoTIFF", header, Content::GeoTiff(Box::new(tiff)))
+        } else if ascii {
+            let (header, whole) = ascii::read(reader, options.max_cells)?;
+            ("ESRI ASCII grid", header, Content::Whole(whole))
+        } else {
+            let (header, whole) = xyz::read(reader, options.max_cells / 4)?;
+            ("XYZ grid", header, Content::Whole(whole))
+        };
+        Ok(Self {
+            header,
+            format,
+            options: options.clone(),
+            content,
+        })
+    }
+
+    /// What kind of file it is.
+    #[must_use]
+    pub fn format(&self) -> &'static str {
+        self.format
+    }
+
+    /// Columns and rows of the raster.
+    #[must_use]
+    pub fn size(&self) -> [usize; 2] {
+        [self.header.columns, self.header.rows]
+    }
+
+    /// What the coordinates are: what the file says, else what the options say.
+    ///
+    /// # Errors
+    /// Neither says, in a GeoTIFF.
+    pub fn crs(&self) -> Result<Crs, TerrainError> {
+        let text = matches!(self.content, Content::Whole(_));
+        self.header
+            .crs
+            .or(self.options.crs)
+            .or(text.then_some(Crs::Local))
+            .ok_or_else(|| TerrainError::Crs {
+                expected: "GeoKeys that name them, or their EPSG code from the caller",
+                found: "neither".to_owned(),
+            })
+    }
+
+    /// What the file says of the surface that its heights are above.
+    #[must_use]
+    pub fn vertical(&self) -> Option<&str> {
+        self.header.vertical.as_deref()
+    }
+
+    /// Reads the heights over a rectangle of a frame, `[from, to]` metres east and north.
+    ///
+    /// # Errors
+    /// A rectangle that reaches beyond the raster, a file that breaks off, a frame of unknown place.
+    pub fn in_frame(
+        mut self,
+        frame: &Frame,
+        x_m: [f64; 2],
+        y_m: [f64; 2],
+    ) -> Result<LocalTerrain, TerrainError> {
+        let crs = self.crs()?;
+        let lattice =
+            local::Lattice::new(&self.header, crs, frame, self.options.offset_m, x_m, y_m)?;
+        let (columns, rows) = lattice.cells(&self.header)?;
+        let window = match &mut self.content {
+            Content::GeoTiff(tiff) => tiff.window(columns, rows, self.options.max_cells)?,
+            Content::Whole(window) => window.clone(),
+        };
+        let size = [self.header.columns, self.header.rows];
+        Ok(LocalTerrain::new(lattice, window, size))
+    }
+}
+
+impl<R: Read + Seek> std::fmt::Debug for TerrainFile<R> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("TerrainFile")
+            .field("format", &self.format)
+            .field("header", &self.header)
+            .finish_non_exhaustive()
+    }
+}
