@@ -4,7 +4,7 @@ use num_complex::{Complex32, Complex64};
 
 use super::Field;
 use crate::pulses::{check_finite, check_length};
-use crate::{ImagingError, PlaneGrid};
+use crate::{ImagingError, PlaneGrid, SurfaceGrid};
 
 /// A focused image on its grid, row-major `[ny, nx]`, row 0 at the smallest y. A magnitude image is
 /// one whose imaginary parts are zero.
@@ -12,6 +12,7 @@ use crate::{ImagingError, PlaneGrid};
 pub struct ImageView<'a> {
     values: &'a [Complex32],
     grid: PlaneGrid,
+    surface: Option<&'a SurfaceGrid>,
 }
 
 impl<'a> ImageView<'a> {
@@ -26,7 +27,31 @@ impl<'a> ImageView<'a> {
             "image",
             values.iter().map(|v| f64::from(v.re) + f64::from(v.im)),
         )?;
-        Ok(Self { values, grid })
+        Ok(Self {
+            values,
+            grid,
+            surface: None,
+        })
+    }
+
+    /// Looks at `values` as the image on `surface`.
+    ///
+    /// # Errors
+    /// As [`ImageView::new`].
+    pub fn on_surface(
+        values: &'a [Complex32],
+        surface: &'a SurfaceGrid,
+    ) -> Result<Self, ImagingError> {
+        Ok(Self {
+            surface: Some(surface),
+            ..Self::new(values, *surface.base())?
+        })
+    }
+
+    /// Height of the imaged surface at (x, y), m.
+    pub fn z_m(&self, x_m: f64, y_m: f64) -> f64 {
+        self.surface
+            .map_or(self.grid.z_m, |surface| surface.height_m(x_m, y_m))
     }
 
     /// The grid.

@@ -238,7 +238,7 @@ impl<'a> Search<'a> {
     }
 
     fn surroundings(&self, at_m: [f64; 2]) -> Option<(LocalTrack, Cell)> {
-        let point = [at_m[0], at_m[1], self.image.grid().z_m];
+        let point = [at_m[0], at_m[1], self.image.z_m(at_m[0], at_m[1])];
         let track = LocalTrack::at(self.spread.position_m(), point)?;
         Some((track, Cell::expected(self.spread, &track, point)))
     }
@@ -277,7 +277,7 @@ impl<'a> Search<'a> {
         Some(Target {
             x_m: peak_m[0],
             y_m: peak_m[1],
-            z_m: self.image.grid().z_m,
+            z_m: self.image.z_m(peak_m[0], peak_m[1]),
             level_db: 20.0 * amplitude.log10(),
             along: shape.along,
             across: shape.across,
@@ -299,8 +299,7 @@ impl<'a> Search<'a> {
         cell: Cell,
         window: Option<GhostWindow>,
     ) {
-        let z = self.image.grid().z_m;
-        let target = [peak_m[0], peak_m[1], z];
+        let target = [peak_m[0], peak_m[1], self.image.z_m(peak_m[0], peak_m[1])];
         let own = self.spread.response(target, target).norm();
         let history = self
             .pulses
@@ -322,7 +321,7 @@ impl<'a> Search<'a> {
                         let (a, b) = (a * half[0], b * half[1]);
                         let x = at[0] + a * ahead[0] + b * left[0];
                         let y = at[1] + a * ahead[1] + b * left[1];
-                        [x, y, z]
+                        [x, y, image.z_m(x, y)]
                     });
                 let ideal = |at: &[f64; 3]| spread.response(target, *at).norm() / own;
                 let blurred = |at: &[f64; 3]| {

@@ -67,6 +67,34 @@ impl<'de> Deserialize<'de> for TimeOffset {
     }
 }
 
+/// `[image] z_m`: the height of the image.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum Heights {
+    /// A horizontal plane at this height (m).
+    Plane(f64),
+    /// A volume between two heights (m).
+    Range([f64; 2]),
+}
+
+impl<'de> Deserialize<'de> for Heights {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let value = Value::deserialize(deserializer)?;
+        if let Some(height) = number(&value) {
+            return Ok(Self::Plane(height));
+        }
+        if let Some([from, to]) = value.as_array().map(Vec::as_slice)
+            && let (Some(from), Some(to)) = (number(from), number(to))
+            && from <= to
+        {
+            return Ok(Self::Range([from, to]));
+        }
+        Err(Error::custom(format!(
+            "expected a finite height, or [from, to] with from <= to; found {value}"
+        )))
+    }
+}
+
 /// `[preprocess] zero_timing`: how the fast time at which range is zero is found.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case")]
@@ -257,6 +285,11 @@ mod tests {
             Gate::About([-6.0, 24.0])
         );
         assert_eq!(parse::<Gate>("\"none\"").unwrap(), Gate::None);
+        assert_eq!(parse::<Heights>("-1").unwrap(), Heights::Plane(-1.0));
+        assert_eq!(
+            parse::<Heights>("[0, 1.5]").unwrap(),
+            Heights::Range([0.0, 1.5])
+        );
     }
 
     #[test]
@@ -266,6 +299,10 @@ mod tests {
             assert!(message.contains("[first, last]"), "{message}");
         }
         assert!(parse::<TimeOffset>("nan").is_err());
+        for wrong in ["inf", "[0]", "[1, 0]", "[0, 1, 2]", "'low'"] {
+            let message = parse::<Heights>(wrong).unwrap_err().to_string();
+            assert!(message.contains("[from, to]"), "{message}");
+        }
         assert!(parse::<ZeroTiming>("{ shift_ns = inf }").is_err());
         assert!(parse::<ZeroTiming>("{ shift_ns = 1, more = 2 }").is_err());
         assert!(parse::<Background>("{ window = 0 }").is_err());

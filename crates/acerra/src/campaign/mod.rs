@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-pub use choices::{Background, Gate, Select, TimeOffset, ZeroTiming};
+pub use choices::{Background, Gate, Heights, Select, TimeOffset, ZeroTiming};
 pub use error::CampaignError;
 pub use sections::{
     Files, GnssSection, ImageSection, MeasureSection, PreprocessSection, RadarSection,
@@ -53,7 +53,7 @@ impl Campaign {
     /// # Ok::<(), acerra::campaign::CampaignError>(())
     /// ```
     pub fn parse(text: &str) -> Result<Self, CampaignError> {
-        let campaign: Self = toml::from_str(text).map_err(|error| {
+        let mut campaign: Self = toml::from_str(text).map_err(|error| {
             let (line, column) = line_and_column(text, error.span());
             CampaignError::Syntax {
                 line,
@@ -62,6 +62,9 @@ impl Campaign {
             }
         })?;
         campaign.check()?;
+        if campaign.image.z_m.is_none() && campaign.image.terrain.is_none() {
+            campaign.image.z_m = Some(Heights::Plane(0.0));
+        }
         Ok(campaign)
     }
 
@@ -71,6 +74,7 @@ impl Campaign {
         let resolve = |path: &mut PathBuf| *path = folder.join(&*path);
         resolve(&mut self.radar.file);
         self.trajectory.file.as_mut().map(resolve);
+        self.image.terrain.as_mut().map(resolve);
         if let Some(gnss) = &mut self.gnss {
             resolve(&mut gnss.rover);
             resolve(&mut gnss.base);
@@ -195,12 +199,36 @@ impl Campaign {
             let ok = finite(&range) && range[0] <= range[1];
             require(ok, "image", key, "[from, to] with from <= to", &range)?;
         }
+        if image.terrain.is_some() {
+            if image.z_m.is_some() {
+                return Err(CampaignError::Conflict {
+                    first: "[image] terrain",
+                    second: "[image] z_m",
+                    reason: "both give the heights of the image",
+                });
+            }
+        } else if image.terrain_crs.is_some() || image.geoid_height_m != 0.0 {
+            return Err(CampaignError::Value {
+                table: "image",
+                key: "terrain",
+                expected: "a file, as terrain_crs or geoid_height_m is given",
+                found: "none".to_owned(),
+            });
+        }
         require(
-            image.z_m.is_finite(),
+            image.geoid_height_m.is_finite(),
             "image",
-            "z_m",
+            "geoid_height_m",
             "a finite number",
-            &image.z_m,
+            &image.geoid_height_m,
+        )?;
+        require(
+            image.pixel_z_m.is_none_or(|s| s.is_finite() && s > 0.0)
+                && (image.pixel_z_m.is_none() || matches!(image.z_m, Some(Heights::Range(_)))),
+            "image",
+            "pixel_z_m",
+            "a length above 0, with z_m = [from, to]",
+            &image.pixel_z_m,
         )?;
         let pixel_ok = image.pixel_m.is_finite() && image.pixel_m > 0.0;
         require(
@@ -317,7 +345,16 @@ mod tests {
                 "[image]\nfrequencies = 0\n",
                 "[image] frequencies",
             ),
-            ("[image]\n", "[image]\nz_m = inf\n", "[image] z_m"),
+            (
+                "[image]\n",
+                "[image]\npixel_z_m = 0.1\n",
+                "[image] pixel_z_m",
+            ),
+            (
+                "[image]\n",
+                "[image]\ngeoid_height_m = 3\n",
+                "[image] terrain",
+            ),
             (
                 "[image]\n",
                 "[image]\nlight_speed_m_s = 0\n",

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-use super::choices::{Background, Gate, Select, TimeOffset, ZeroTiming};
+use super::choices::{Background, Gate, Heights, Select, TimeOffset, ZeroTiming};
 
 /// `[radar]`: the log, and which of its traces are used.
 #[derive(Clone, Debug, Deserialize, Serialize)]
@@ -121,9 +121,24 @@ pub struct ImageSection {
     pub x_m: [f64; 2],
     /// First and last pixel centre to the north, in metres.
     pub y_m: [f64; 2],
-    /// Height of the image plane, in metres.
+    /// Height of the image plane, in metres; 0 where no terrain is given. `[from, to]` asks for a
+    /// volume.
     #[serde(default)]
-    pub z_m: f64,
+    pub z_m: Option<Heights>,
+    /// Distance of a volume's slices, in metres; the side of a pixel by default.
+    #[serde(default)]
+    pub pixel_z_m: Option<f64>,
+    /// Heights of the ground, instead of `z_m`: GeoTIFF, ESRI ASCII grid or XYZ grid.
+    #[serde(default)]
+    pub terrain: Option<PathBuf>,
+    /// The terrain's coordinates where its file does not say: `"local"` (the default for text
+    /// grids) or an EPSG code such as `"EPSG:32633"`.
+    #[serde(default)]
+    pub terrain_crs: Option<String>,
+    /// Added to the terrain's heights to have heights above the ellipsoid, in metres: the geoid's
+    /// height there, where the file counts from the sea. With local coordinates simply added.
+    #[serde(default)]
+    pub geoid_height_m: f64,
     /// Side of a pixel, in metres.
     #[serde(default = "default_pixel_m")]
     pub pixel_m: f64,
@@ -136,6 +151,17 @@ pub struct ImageSection {
     /// Propagation speed, in metres a second.
     #[serde(default = "default_light_speed_m_s")]
     pub light_speed_m_s: f64,
+}
+
+impl ImageSection {
+    /// Height of the plane, or of a volume's lowest slice, in metres.
+    #[must_use]
+    pub fn base_z_m(&self) -> f64 {
+        match self.z_m {
+            None => 0.0,
+            Some(Heights::Plane(z_m) | Heights::Range([z_m, _])) => z_m,
+        }
+    }
 }
 
 /// `[image] weight`: the weight of each trace in the sum of Eq. (3).

@@ -9,6 +9,7 @@ use anyhow::bail;
 
 use acerra_radar::{MovingOptions, moving_traces};
 
+use super::ground::Site;
 use super::offset::OffsetSearch;
 use super::position::Positions;
 use super::warnings::Warnings;
@@ -31,18 +32,12 @@ pub struct Aligned {
     pub sigma_m: Vec<[f64; 3]>,
     /// Solution status.
     pub status: Vec<SolutionStatus>,
+    /// Height of the phase centre above the ground below it (m).
+    pub height_m: Vec<f64>,
     /// Path that each trace stands for (m).
     pub path_m: Vec<f64>,
     /// The places of all traces of the log, with what stands behind each.
     pub all: Vec<Interpolated>,
-}
-
-impl Aligned {
-    /// Heights of the phase centre above the plane `z_m` (m).
-    #[must_use]
-    pub fn height_above_m(&self, z_m: f64) -> Vec<f64> {
-        self.position_m.iter().map(|p| p[2] - z_m).collect()
-    }
 }
 
 /// Gives every trace its position at a known offset, and selects.
@@ -52,10 +47,11 @@ impl Aligned {
 pub fn align(
     campaign: &Campaign,
     radar_time_s: &[f64],
-    positions: &Positions,
+    site: Site<'_>,
     time_offset_s: f64,
     warnings: &mut Warnings,
 ) -> anyhow::Result<Aligned> {
+    let Site { positions, ground } = site;
     let (all, covered) = match positions {
         Positions::PerTrace(position_m) => per_trace(radar_time_s, position_m),
         Positions::Trajectory(trajectory) => {
@@ -88,6 +84,10 @@ pub fn align(
         search: None,
         traces: kept.iter().map(|p| p.trace).collect(),
         time_s: kept.iter().map(|p| radar_time_s[p.trace]).collect(),
+        height_m: position_m
+            .iter()
+            .map(|p| p[2] - ground.below_m(p[0], p[1]))
+            .collect(),
         path_m: path_length_per_trace_m(&position_m),
         position_m,
         sigma_m: sigma_m.unwrap_or_default(),

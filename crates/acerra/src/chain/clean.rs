@@ -82,8 +82,8 @@ fn clean_traces(
     aligned: &Aligned,
     warnings: &mut Warnings,
 ) -> anyhow::Result<Cleaned> {
-    let height_m = aligned.height_above_m(campaign.image.z_m);
-    let timed = time(campaign, raw, &height_m, warnings)?;
+    let height_m = &aligned.height_m;
+    let timed = time(campaign, raw, height_m, warnings)?;
     let raw = timed.radargram;
 
     let removal = match campaign.preprocess.background {
@@ -100,15 +100,15 @@ fn clean_traces(
         let edge_s = FastTimeGate::default().edge_s.min(0.5 * (end_s - start_s));
         if let Some(trace) = height_m.iter().position(|h| *h <= 0.0) {
             bail!(
-                "[preprocess] gate_ns: trace {} stands {:.3} m below the image plane, where 2h/c \
-                 has no meaning; expected [image] z_m below the flight, or gate_ns = \"none\"",
+                "[preprocess] gate_ns: trace {} stands {:.3} m below the ground, where 2h/c has no \
+                 meaning; expected [image] z_m or terrain below the flight, or gate_ns = \"none\"",
                 aligned.traces[trace],
                 -height_m[trace]
             );
         }
         clean = apply_gate(
             clean,
-            &height_m,
+            height_m,
             &FastTimeGate {
                 start_s,
                 end_s,

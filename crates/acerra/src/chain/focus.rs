@@ -4,6 +4,7 @@ use acerra_imaging::{Complex32, Plan, PlanOptions, PlaneGrid, Pulses, Spreading}
 use anyhow::Context;
 
 use super::align::Aligned;
+use super::ground::Ground;
 use super::progress::Progress;
 use crate::campaign::{Campaign, Weight};
 use acerra_radar::Spectrum;
@@ -13,23 +14,14 @@ use acerra_radar::Spectrum;
 pub struct Focused {
     /// The sum of Eq. (3), row-major `[ny, nx]`, row 0 at the smallest y.
     pub image: Vec<Complex32>,
-    /// Its grid.
-    pub grid: PlaneGrid,
+    /// What its pixels stand on.
+    pub ground: Ground,
     /// What the planner chose and why, as text.
     pub plan: String,
     /// Bytes that the plan promised to need beside the input.
     pub promised_bytes: u64,
     /// Relative L2 error that the plan's self-check found on random pixels.
     pub checked_error: Option<f64>,
-}
-
-/// The grid that a campaign asks for.
-///
-/// # Errors
-/// One that does not fit memory, with the bytes it would need.
-pub fn grid_of(campaign: &Campaign) -> anyhow::Result<PlaneGrid> {
-    let image = &campaign.image;
-    PlaneGrid::from_ranges(image.x_m, image.y_m, image.z_m, image.pixel_m).context("[image]")
 }
 
 /// Makes the image from clean spectra at aligned positions.
@@ -40,9 +32,9 @@ pub fn focus(
     campaign: &Campaign,
     spectrum: &Spectrum,
     aligned: &Aligned,
+    ground: Ground,
     progress: &dyn Progress,
 ) -> anyhow::Result<Focused> {
-    let grid = grid_of(campaign)?;
     let weight = match campaign.image.weight {
         Weight::Trace => vec![1.0; aligned.position_m.len()],
         Weight::Path => aligned.path_m.clone(),
@@ -59,8 +51,12 @@ pub fn focus(
         accuracy: campaign.image.accuracy,
         ..PlanOptions::default()
     };
-    let plan = Plan::new(pulses, grid, &options).context("[image]")?;
-    let mut image = vec![Complex32::default(); grid.len()];
+    let plan = match &ground.surface {
+        Some(surface) => Plan::on_surface(pulses, surface, &options),
+        None => Plan::new(pulses, ground.grid, &options),
+    }
+    .context("[image]")?;
+    let mut image = vec![Complex32::default(); ground.grid.len()];
     progress.start(
         "focus",
         plan.pixels() as u64 * aligned.position_m.len() as u64,
@@ -68,12 +64,19 @@ pub fn focus(
     plan.run(&mut image, &|step| progress.at(step.done))
         .context("[image]")?;
     progress.finish();
+    let relief_bytes = ground
+        .surface
+        .as_ref()
+        .map_or(0, |s| s.len() * size_of::<f32>());
+    let (explained, bytes) = (plan.explain(), plan.memory_bytes() + relief_bytes as u128);
+    let checked_error = plan.self_check().map(|check| check.error);
+    drop(plan);
     Ok(Focused {
         image,
-        grid,
-        plan: plan.explain(),
-        promised_bytes: u64::try_from(plan.memory_bytes()).unwrap_or(u64::MAX),
-        checked_error: plan.self_check().map(|check| check.error),
+        ground,
+        plan: explained,
+        promised_bytes: u64::try_from(bytes).unwrap_or(u64::MAX),
+        checked_error,
     })
 }
 

@@ -19,7 +19,11 @@ pub fn measure(
     spectrum: &Spectrum,
     aligned: &Aligned,
 ) -> anyhow::Result<Measurement> {
-    let view = ImageView::new(&focused.image, focused.grid).context("the image")?;
+    let view = match &focused.ground.surface {
+        Some(surface) => ImageView::on_surface(&focused.image, surface),
+        None => ImageView::new(&focused.image, focused.ground.grid),
+    }
+    .context("the image")?;
     let weight = match campaign.image.weight {
         Weight::Trace => vec![1.0; aligned.position_m.len()],
         Weight::Path => aligned.path_m.clone(),

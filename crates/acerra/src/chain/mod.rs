@@ -3,6 +3,7 @@
 pub mod align;
 pub mod clean;
 pub mod focus;
+pub mod ground;
 pub mod measure;
 pub mod offset;
 mod outcome;

@@ -7,6 +7,7 @@ use anyhow::{Context, bail};
 
 use super::align::{Aligned, align, interpolator};
 use super::focus::quick_look;
+use super::ground::{Ground, Site};
 use super::position::Positions;
 use super::progress::Progress;
 use super::warnings::Warnings;
@@ -144,7 +145,7 @@ pub fn by_motion(
 pub fn refine(
     campaign: &Campaign,
     radar_time_s: &[f64],
-    positions: &Positions,
+    site: Site<'_>,
     motion: CoarseOffset,
     aligned: &Aligned,
     spectrum: &Spectrum,
@@ -161,7 +162,7 @@ pub fn refine(
         .collect();
     let length_s = radar_time_s.last().unwrap_or(&0.0) - radar_time_s.first().unwrap_or(&0.0);
     let independent = (length_s / MEMORY_OF_MOTION_S).max(4.0);
-    let grid = coarse_grid(campaign)?;
+    let grid = coarse_grid(campaign, site.ground)?;
     progress.start("align", near.len() as u64);
     let mut sharpness = Curve::default();
     let mut likelihood = Curve::default();
@@ -176,7 +177,7 @@ pub fn refine(
         let all = align(
             &everywhere,
             radar_time_s,
-            positions,
+            site,
             offset,
             &mut Warnings::default(),
         )?;
@@ -219,13 +220,16 @@ pub fn refine(
 }
 
 /// The campaign's rectangle with few enough pixels to image it many times.
-fn coarse_grid(campaign: &Campaign) -> anyhow::Result<PlaneGrid> {
+fn coarse_grid(campaign: &Campaign, ground: &Ground) -> anyhow::Result<PlaneGrid> {
     let image = &campaign.image;
     let area_m2 = (image.x_m[1] - image.x_m[0] + image.pixel_m)
         * (image.y_m[1] - image.y_m[0] + image.pixel_m);
     let pixel_m = image.pixel_m.max((area_m2 / SHARPNESS_PIXELS).sqrt());
     Ok(PlaneGrid::from_ranges(
-        image.x_m, image.y_m, image.z_m, pixel_m,
+        image.x_m,
+        image.y_m,
+        ground.middle_m(),
+        pixel_m,
     )?)
 }
 

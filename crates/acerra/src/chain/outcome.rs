@@ -7,7 +7,8 @@ use anyhow::{Context, bail};
 
 use super::align::{Aligned, align};
 use super::clean::{Cleaned, clean};
-use super::focus::{Focused, focus, grid_of};
+use super::focus::{Focused, focus};
+use super::ground::{Ground, Site, grid_of};
 use super::measure::measure;
 use super::offset;
 use super::position::{Positions, position};
@@ -62,7 +63,8 @@ pub fn run(
         let files = campaign_file
             .into_iter()
             .chain([campaign.radar.file.as_path()])
-            .chain(campaign.position_files());
+            .chain(campaign.position_files())
+            .chain(campaign.image.terrain.as_deref());
         for path in files {
             let input = InputFile::record(path).with_context(|| format!("{}", path.display()))?;
             inputs.push(input);
@@ -70,15 +72,29 @@ pub fn run(
         let radar = read_radar(&campaign.radar.file, &mut warnings)?;
         anyhow::Ok((inputs, radar))
     })?;
-    let positions = stages.run("position", || position(campaign, &radar, &mut warnings))?;
+    let (positions, ground) = stages.run("position", || {
+        let positions = position(campaign, &radar, &mut warnings)?;
+        let ground = Ground::find(campaign, &[&positions], &mut warnings)?;
+        anyhow::Ok((positions, ground))
+    })?;
+    let site = Site {
+        positions: &positions,
+        ground: &ground,
+    };
     let aligned = stages.run("align", || {
-        align_clocks(campaign, &radar, &positions, &mut warnings, progress)
+        align_clocks(campaign, &radar, site, &mut warnings, progress)
     })?;
     let cleaned = stages.run("clean", || {
         clean(campaign, &radar.content, &aligned, &mut warnings)
     })?;
     let focused = stages.run("focus", || {
-        focus(campaign, &cleaned.spectrum, &aligned, progress)
+        focus(
+            campaign,
+            &cleaned.spectrum,
+            &aligned,
+            ground.clone(),
+            progress,
+        )
     })?;
     let measured = stages.run("measure", || {
         measure(campaign, &focused, &cleaned.spectrum, &aligned)
@@ -101,17 +117,15 @@ pub fn run(
 fn align_clocks(
     campaign: &Campaign,
     radar: &RadarData,
-    positions: &Positions,
+    site: Site<'_>,
     warnings: &mut Warnings,
     progress: &dyn Progress,
 ) -> anyhow::Result<Aligned> {
     let time_s = radar.content.time_s();
-    match (campaign.trajectory.time_offset_s, positions) {
-        (TimeOffset::Seconds(offset), _) => align(campaign, time_s, positions, offset, warnings),
+    match (campaign.trajectory.time_offset_s, site.positions) {
+        (TimeOffset::Seconds(offset), _) => align(campaign, time_s, site, offset, warnings),
         // Positions that came with the traces are on the traces' own clock.
-        (TimeOffset::Auto, Positions::PerTrace(_)) => {
-            align(campaign, time_s, positions, 0.0, warnings)
-        }
+        (TimeOffset::Auto, Positions::PerTrace(_)) => align(campaign, time_s, site, 0.0, warnings),
         (TimeOffset::Auto, Positions::Trajectory(_)) => {
             let RadarContent::Radargram(radargram) = &radar.content else {
                 bail!(
@@ -119,14 +133,13 @@ fn align_clocks(
                      state the offset"
                 );
             };
-            let motion = offset::by_motion(campaign, radargram, positions)?;
+            let motion = offset::by_motion(campaign, radargram, site.positions)?;
             // Said once, at the offset finally taken.
             let mut unsaid = Warnings::default();
-            let first = align(campaign, time_s, positions, motion.offset_s, &mut unsaid)?;
+            let first = align(campaign, time_s, site, motion.offset_s, &mut unsaid)?;
             let spectrum = clean(campaign, &radar.content, &first, &mut unsaid)?.spectrum;
-            let search = offset::refine(
-                campaign, time_s, positions, motion, &first, &spectrum, progress,
-            )?;
+            let search =
+                offset::refine(campaign, time_s, site, motion, &first, &spectrum, progress)?;
             if !search.is_clear() {
                 warnings.add(format!(
                     "the clock offset of {:.3} s is uncertain: motion correlates with {:.2} there \
@@ -134,7 +147,7 @@ fn align_clocks(
                     search.time_offset_s, search.motion.correlation, search.motion.runner_up
                 ));
             }
-            let mut aligned = align(campaign, time_s, positions, search.time_offset_s, warnings)?;
+            let mut aligned = align(campaign, time_s, site, search.time_offset_s, warnings)?;
             aligned.search = Some(search);
             Ok(aligned)
         }

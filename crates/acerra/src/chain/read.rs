@@ -135,7 +135,7 @@ fn summary(log: &acerra_radar::RadarLog, made: &LogRadargram) -> String {
 }
 
 /// The file's own name, for messages in which the directory does not matter.
-pub(super) fn name_of(path: &Path) -> String {
+pub(crate) fn name_of(path: &Path) -> String {
     path.file_name()
         .unwrap_or(path.as_os_str())
         .to_string_lossy()

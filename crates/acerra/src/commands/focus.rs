@@ -84,7 +84,8 @@ fn summarise(
     out: &mut dyn Write,
 ) -> anyhow::Result<()> {
     let aligned = &outcome.aligned;
-    let grid = &outcome.focused.grid;
+    let ground = &outcome.focused.ground;
+    let grid = &ground.grid;
     writeln!(out, "radar      {}", outcome.radar.summary)?;
     write!(
         out,
@@ -107,8 +108,11 @@ fn summarise(
     }
     write!(
         out,
-        "image      {} × {} pixels of {} m",
-        grid.nx, grid.ny, grid.pixel_m
+        "image      {} × {} pixels of {} m {}",
+        grid.nx,
+        grid.ny,
+        grid.pixel_m,
+        ground.describe()
     )?;
     match outcome.measured.statistics.median_db {
         Some(median_db) => writeln!(out, ", peak {:.1} dB over its median", -median_db)?,

@@ -23,7 +23,7 @@ pub fn deliver(outcome: &Outcome, directory: &Path, stages: &mut Stages) -> anyh
     let staging = Staging::new(directory)?;
     let (image_png, raw_png, clean_png) = stages.run("deliver", || {
         let mut npz = buffered(&staging, "image.npz")?;
-        image_npz::write(&mut npz, &outcome.focused.image, &outcome.focused.grid)
+        image_npz::write(&mut npz, &outcome.focused.image, &outcome.focused.ground)
             .and_then(|()| npz.flush())
             .context("image.npz: cannot write")?;
 

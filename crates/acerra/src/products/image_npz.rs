@@ -2,20 +2,22 @@
 
 use std::io::{self, Write};
 
-use acerra_imaging::PlaneGrid;
 use npyz::WriterBuilder;
 use npyz::npz::NpzWriter;
 use num_complex::Complex32;
 
+use crate::chain::ground::Ground;
+
 /// Writes `image` (complex64, `[ny, nx]`, row 0 at the smallest y), `x_m` `[nx]`, `y_m` `[ny]` and
-/// `z_m` (a scalar).
+/// `z_m`: a scalar, or `[ny, nx]` on terrain.
 ///
 /// # Errors
 /// Those of the writer.
 ///
 /// # Panics
 /// If `image` does not hold one value for each pixel of `grid`.
-pub fn write(file: impl Write + io::Seek, image: &[Complex32], grid: &PlaneGrid) -> io::Result<()> {
+pub fn write(file: impl Write + io::Seek, image: &[Complex32], ground: &Ground) -> io::Result<()> {
+    let grid = &ground.grid;
     assert_eq!(image.len(), grid.len(), "one value a pixel");
     let mut npz = NpzWriter::new(file);
     let options = || {
@@ -50,8 +52,14 @@ pub fn write(file: impl Write + io::Seek, image: &[Complex32], grid: &PlaneGrid)
         &[grid.ny as u64],
         &mut (0..grid.ny).map(|j| grid.y_m(j)),
     )?;
-    axis("z_m", &[], &mut std::iter::once(grid.z_m))?;
-    Ok(())
+    match &ground.surface {
+        Some(surface) => axis(
+            "z_m",
+            &[grid.ny as u64, grid.nx as u64],
+            &mut (0..surface.len()).map(|k| surface.z_m(k)),
+        ),
+        None => axis("z_m", &[], &mut std::iter::once(grid.z_m)),
+    }
 }
 
 #[cfg(test)]
@@ -61,12 +69,16 @@ mod tests {
 
     #[test]
     fn arrays_have_the_shapes_of_the_contract() {
-        let grid = PlaneGrid::new(1.0, -2.0, 0.25, 0.5, 3, 2).unwrap();
+        let campaign = "[radar]\nfile = 'a'\n[image]\nx_m = [1, 2]\ny_m = [-2, -1.5]\n\
+                        z_m = 0.25\npixel_m = 0.5\n";
+        let campaign = crate::campaign::Campaign::parse(campaign).unwrap();
+        let mut warnings = crate::chain::Warnings::default();
+        let ground = Ground::find(&campaign, &[], &mut warnings).unwrap();
         let image: Vec<_> = (0..6_u8)
             .map(|k| Complex32::new(f32::from(k), -0.5))
             .collect();
         let mut bytes = io::Cursor::new(Vec::new());
-        write(&mut bytes, &image, &grid).unwrap();
+        write(&mut bytes, &image, &ground).unwrap();
 
         let mut npz = NpzArchive::new(bytes).unwrap();
         let stored = npz.by_name("image").unwrap().unwrap();

@@ -16,7 +16,7 @@ use crate::figure::{
 /// # Errors
 /// A picture too large to hold.
 pub fn image(outcome: &Outcome) -> Result<Vec<u8>, FigureError> {
-    let grid = &outcome.focused.grid;
+    let grid = &outcome.focused.ground.grid;
     let track: Vec<[f64; 2]> = outcome
         .aligned
         .position_m
@@ -25,7 +25,7 @@ pub fn image(outcome: &Outcome) -> Result<Vec<u8>, FigureError> {
         .collect();
     let pixels: &[Complex32] = &outcome.focused.image;
     let mut figure = ImageDb::new(
-        format!("Focused image at z = {} m", grid.z_m),
+        format!("Focused image {}", outcome.focused.ground.describe()),
         PixelValues::Complex(pixels),
         grid.nx,
         grid.ny,
@@ -130,7 +130,7 @@ fn surface_and_gate(outcome: &Outcome, traces: &CleanedTraces) -> Vec<FastTimeCu
     let c = outcome.campaign.image.light_speed_m_s;
     let surface_ns: Vec<f64> = outcome
         .aligned
-        .height_above_m(outcome.focused.grid.z_m)
+        .height_m
         .iter()
         .map(|h| 2e9 * h / c)
         .collect();

@@ -17,14 +17,18 @@ pub fn collect(
     raw_png: Vec<u8>,
     clean_png: Vec<u8>,
 ) -> ReportData {
-    let grid = &outcome.focused.grid;
+    let ground = &outcome.focused.ground;
+    let grid = &ground.grid;
     let image = Picture {
         png: image_png,
         alt: "The focused image in decibels below its maximum, with the radar's track".to_owned(),
         caption: format!(
-            "Modulus of Eq. (3) on {} × {} pixels of {} m; circles are targets, dotted circles \
+            "Modulus of Eq. (3) on {} × {} pixels of {} m {}; circles are targets, dotted circles \
              their left–right ghosts.",
-            grid.nx, grid.ny, grid.pixel_m
+            grid.nx,
+            grid.ny,
+            grid.pixel_m,
+            ground.describe()
         ),
     };
     let picture = |png: Vec<u8>, alt: &str, caption: &str| {
@@ -76,7 +80,7 @@ fn summary(outcome: &Outcome) -> String {
 fn facts(outcome: &Outcome) -> Vec<Fact> {
     let aligned = &outcome.aligned;
     let path_m: f64 = aligned.path_m.iter().sum();
-    let height_m = aligned.height_above_m(outcome.focused.grid.z_m);
+    let height_m = &aligned.height_m;
     #[expect(clippy::cast_precision_loss, reason = "a count of traces")]
     let mean_height_m = height_m.iter().sum::<f64>() / height_m.len().max(1) as f64;
     let statistics = &outcome.measured.statistics;
@@ -87,7 +91,13 @@ fn facts(outcome: &Outcome) -> Vec<Fact> {
         )),
         Fact::new("Traces imaged", aligned.traces.len().to_string()),
         Fact::new("Path", format!("{path_m:.2} m")),
-        Fact::new("Mean height", format!("{mean_height_m:.2} m")).note("above the image plane"),
+        Fact::new("Mean height", format!("{mean_height_m:.2} m")).note(
+            if outcome.focused.ground.surface.is_some() {
+                "above the terrain"
+            } else {
+                "above the image plane"
+            },
+        ),
     ];
     if let Some(median_db) = statistics.median_db {
         facts.push(
@@ -136,7 +146,7 @@ fn trajectory(outcome: &Outcome) -> TrajectoryEvidence {
         position_m: aligned.position_m.clone(),
         sigma_m: aligned.sigma_m.clone(),
         status: aligned.status.clone(),
-        plane_z_m: outcome.focused.grid.z_m,
+        plane_z_m: outcome.focused.ground.middle_m(),
         used_s: None,
     }
 }
@@ -192,7 +202,7 @@ fn surface(outcome: &Outcome) -> Option<SurfaceEvidence> {
             .iter()
             .map(|t| t.map_or(f64::NAN, |t| t * half_c))
             .collect(),
-        height_m: outcome.aligned.height_above_m(outcome.focused.grid.z_m),
+        height_m: outcome.aligned.height_m.clone(),
         shift_ns: traces.shift_s * 1e9,
         remark: residual,
     })
