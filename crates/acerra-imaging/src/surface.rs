@@ -14,7 +14,8 @@ use crate::{ImagingError, PlaneGrid};
 /// use acerra_imaging::{PlaneGrid, SurfaceGrid};
 /// let base = PlaneGrid::from_ranges([0.0, 4.0], [0.0, 2.0], 0.0, 0.5)?;
 /// let surface = SurfaceGrid::from_fn(base, |x_m, y_m| Ok::<_, acerra_imaging::ImagingError>(0.1 * x_m + y_m))?;
-/// assert_eq!(surface.point_m(9 + 2), [1.0, 0.5, 0.6000000014901161]);
+/// let [x_m, y_m, z_m] = surface.point_m(9 + 2);
+/// assert!((x_m, y_m) == (1.0, 0.5) && (z_m - 0.6).abs() < 1e-6);
 /// # Ok::<(), acerra_imaging::ImagingError>(())
 /// ```
 #[derive(Debug, Clone, PartialEq)]

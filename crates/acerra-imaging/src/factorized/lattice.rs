@@ -1,7 +1,7 @@
 //! The coarse grids of a factorized image and the way between them and the fine one.
 
 use super::interpolation::{BEFORE, TAPS, interpolation_weights};
-use super::spec::FactorizedSpec;
+use super::spec::{FactorizedSpec, cut};
 use crate::Pulses;
 use crate::rows::{TiltedGrid, norm};
 use crate::simd::MAX_LANES;
@@ -72,11 +72,11 @@ pub(crate) fn coarse_grid(grid: &TiltedGrid, coarse: [usize; 2]) -> TiltedGrid {
 }
 
 /// Bytes of the coarse images of a run.
-pub(crate) fn coarse_bytes(spec: &FactorizedSpec, grid: &TiltedGrid, pulses: usize) -> u128 {
+pub(crate) fn coarse_bytes(spec: &FactorizedSpec, grid: &TiltedGrid, pulses: &Pulses) -> u128 {
     let coarse = coarse_grid(grid, spec.coarse);
     let pixels = coarse.columns.next_multiple_of(MAX_LANES) as u128 * coarse.rows as u128;
     // One more, complex, is in the making.
-    pixels * 8 * (pulses.div_ceil(spec.pulses) as u128 + 1)
+    pixels * 8 * (cut(pulses, spec.pulses).len() as u128 + 1)
 }
 
 /// Polynomials in x² of cos 2πx and sin(2πx)/x for |x| ≤ ½, by interpolation at Chebyshev nodes.

@@ -25,7 +25,6 @@ use crate::simd::{SimdLevel, dispatch};
 use crate::{Pulses, Spreading};
 use num_complex::Complex32;
 use rayon::prelude::*;
-use std::ops::Range;
 
 /// Everything that does not depend on the pixels: tables of the direct engine and weights.
 #[derive(Debug)]
@@ -72,7 +71,7 @@ impl Factorized {
         let spec = &self.lattice.spec;
         let coarse = coarse_grid(grid, spec.coarse);
         let stride = padded(coarse.columns);
-        let parts: Vec<Range<usize>> = cut(pulses.len(), spec.pulses).collect();
+        let parts = cut(pulses, spec.pulses);
         let images: Vec<Coarse> = parts
             .par_iter()
             .map(|part| {
@@ -105,37 +104,55 @@ impl Factorized {
         let [dx, dy] = spec.coarse;
         let intervals = coarse.columns - TAPS;
         let line_length = 2 * coarse.columns;
-        out.par_chunks_mut(grid.columns).enumerate().for_each_init(
-            || vec![0f32; line_length + 2 * dx * intervals],
-            |scratch, (j, row)| {
-                let (line, sums) = scratch.split_at_mut(line_length);
-                let (real, imag) = sums.split_at_mut(dx * intervals);
-                real.fill(0.0);
-                imag.fill(0.0);
-                let (cell, phase) = (j / dy, j % dy);
-                for image in &images {
-                    let job = MergeRow {
-                        turn: self.lattice.turn(grid, j, image.centre_m),
-                        rows: std::array::from_fn(|k| {
-                            let at = (cell + k) * stride;
-                            let end = at + coarse.columns;
-                            (
-                                &image.real[at..end],
-                                &image.imag[at..end],
-                                self.lattice.weights[1][phase][k],
-                            )
-                        }),
-                        weights: &self.lattice.weights[0],
-                        intervals: grid.columns.div_ceil(dx),
-                    };
-                    dispatch!(self.level, s => merge_row(s, &job, intervals, line, real, imag));
-                }
-                for (i, v) in row.iter_mut().enumerate() {
-                    let at = (i % dx) * intervals + i / dx;
-                    *v = Complex32::new(real[at], imag[at]);
-                }
-                done(row.len() as u64);
-            },
-        );
+        let row_length = dx * intervals;
+        // A cell of rows at a time: they share their coarse rows, which then stay in the cache.
+        out.par_chunks_mut(grid.columns * dy)
+            .enumerate()
+            .for_each_init(
+                || vec![0f32; line_length + 2 * dy * row_length],
+                |scratch, (cell, out)| {
+                    let (line, sums) = scratch.split_at_mut(line_length);
+                    sums.fill(0.0);
+                    for image in &images {
+                        for (phase, sums) in sums
+                            .chunks_exact_mut(2 * row_length)
+                            .enumerate()
+                            .take(out.len() / grid.columns)
+                        {
+                            let (real, imag) = sums.split_at_mut(row_length);
+                            let job = MergeRow {
+                                turn: self.lattice.turn(grid, cell * dy + phase, image.centre_m),
+                                rows: std::array::from_fn(|k| {
+                                    let at = (cell + k) * stride;
+                                    let end = at + coarse.columns;
+                                    (
+                                        &image.real[at..end],
+                                        &image.imag[at..end],
+                                        self.lattice.weights[1][phase][k],
+                                    )
+                                }),
+                                weights: &self.lattice.weights[0],
+                                intervals: grid.columns.div_ceil(dx),
+                            };
+                            dispatch!(self.level, s => {
+                                merge_row(s, &job, intervals, line, real, imag)
+                            });
+                        }
+                    }
+                    for (row, sums) in out
+                        .chunks_exact_mut(grid.columns)
+                        .zip(sums.chunks_exact(2 * row_length))
+                    {
+                        let (real, imag) = sums.split_at(row_length);
+                        for (q, cell) in row.chunks_mut(dx).enumerate() {
+                            for (p, v) in cell.iter_mut().enumerate() {
+                                let at = p * intervals + q;
+                                *v = Complex32::new(real[at], imag[at]);
+                            }
+                        }
+                    }
+                    done(out.len() as u64);
+                },
+            );
     }
 }

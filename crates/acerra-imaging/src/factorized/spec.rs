@@ -44,8 +44,8 @@ impl FactorizedSpec {
             if count > 2 * pulses.len() {
                 break;
             }
-            let count = balanced(pulses.len(), count);
-            let bandwidth = bandwidth_a_metre(pulses, grid, band_hz, count);
+            let parts = cut(pulses, count);
+            let bandwidth = bandwidth_a_metre(pulses, grid, band_hz, &parts);
             let mut coarse = [1; 2];
             let mut error = 0.0;
             for axis in 0..2 {
@@ -60,7 +60,8 @@ impl FactorizedSpec {
             let pad = (1.0 + TAPS as f64 * dx / grid.columns as f64)
                 * (1.0 + TAPS as f64 * dy / grid.rows as f64);
             let merge = (2.0 * TAPS as f64 * (1.0 + 1.0 / dx) + 48.0) / lanes as f64;
-            let cost = direct_cost * pad / (dx * dy) + merge / count as f64;
+            let mean = pulses.len() as f64 / parts.len() as f64;
+            let cost = direct_cost * pad / (dx * dy) + merge / mean;
             if best.as_ref().is_none_or(|b| cost < b.cost) {
                 best = Some(Self {
                     pulses: count,
@@ -75,15 +76,33 @@ impl FactorizedSpec {
     }
 }
 
-/// A sub-aperture size near `wanted` that cuts `pulses` into parts as even as possible.
-fn balanced(pulses: usize, wanted: usize) -> usize {
-    let parts = pulses.div_ceil(wanted);
-    pulses.div_ceil(parts)
-}
+/// Steps this many times the usual one part tracks: there and back again, or a gap.
+const BREAK: f64 = 8.0;
 
-/// Pulse ranges of sub-apertures of at most `count` pulses.
-pub(crate) fn cut(pulses: usize, count: usize) -> impl Iterator<Item = Range<usize>> {
-    (0..pulses.div_ceil(count)).map(move |k| k * count..((k + 1) * count).min(pulses))
+/// Sub-apertures of at most `count` pulses: tracks, each cut into parts as even as possible. None
+/// reaches across a break, where directions would differ too much for a coarse grid.
+pub(crate) fn cut(pulses: &Pulses, count: usize) -> Vec<Range<usize>> {
+    let position = pulses.position_m();
+    let steps: Vec<f64> = position
+        .windows(2)
+        .map(|p| crate::reference::range_m(p[0], p[1]))
+        .collect();
+    let mut sorted = steps.clone();
+    sorted.sort_unstable_by(f64::total_cmp);
+    let usual = sorted.get(sorted.len() / 2).copied().unwrap_or(0.0);
+    let mut parts = Vec::new();
+    let mut start = 0;
+    for end in 1..=position.len() {
+        let broken = end == position.len() || (usual > 0.0 && steps[end - 1] > BREAK * usual);
+        if broken {
+            let (length, pieces) = (end - start, (end - start).div_ceil(count.max(1)));
+            parts.extend(
+                (0..pieces).map(|k| start + k * length / pieces..start + (k + 1) * length / pieces),
+            );
+            start = end;
+        }
+    }
+    parts
 }
 
 /// The mean position of some pulses.
@@ -99,12 +118,11 @@ fn bandwidth_a_metre(
     pulses: &Pulses,
     grid: &TiltedGrid,
     [low, carrier, high]: [f64; 3],
-    count: usize,
+    parts: &[Range<usize>],
 ) -> [f64; 2] {
     const LATTICE: usize = 12;
     let axes = [grid.u_m, grid.v_m].map(|v| v.map(|x| x / norm(v).max(1e-300)));
     let scale = 2.0 / pulses.light_speed_m_s();
-    let parts: Vec<_> = cut(pulses.len(), count).collect();
     let found: Vec<[f64; 2]> = parts
         .par_iter()
         .map(|part| {
@@ -155,12 +173,30 @@ mod tests {
     use super::*;
 
     #[test]
-    fn apertures_are_cut_completely() {
-        for (pulses, wanted) in [(331, 32), (7, 8), (64, 16), (65, 16)] {
-            let count = balanced(pulses, wanted);
-            let parts: Vec<_> = cut(pulses, count).collect();
-            assert_eq!(parts.iter().map(Range::len).sum::<usize>(), pulses);
-            assert!(parts.iter().all(|p| !p.is_empty() && p.len() <= wanted));
+    fn apertures_are_cut_completely_and_at_breaks() {
+        let pulses_at = |position_m: &[[f64; 3]], count: usize| {
+            let spectrum = vec![num_complex::Complex64::ZERO; position_m.len()];
+            let weight = vec![1.0; position_m.len()];
+            let pulses = Pulses::new(position_m, &[3e9], &spectrum, &weight, 3e8).unwrap();
+            cut(&pulses, count)
+        };
+        for (number, count) in [(331, 32), (7, 8), (64, 16), (65, 16), (1, 8)] {
+            let line: Vec<_> = (0..number)
+                .map(|m| [0.0, 0.1 * f64::from(m), 5.0])
+                .collect();
+            let parts = pulses_at(&line, count);
+            assert_eq!(
+                (parts[0].start, parts[parts.len() - 1].end),
+                (0, line.len())
+            );
+            assert!(parts.windows(2).all(|p| p[0].end == p[1].start));
+            assert!(parts.iter().all(|p| !p.is_empty() && p.len() <= count));
         }
+        // Two tracks of 20 and 15 pulses, 3 m apart.
+        let mut tracks: Vec<_> = (0..20).map(|m| [0.0, 0.1 * f64::from(m), 5.0]).collect();
+        tracks.extend((0..15).map(|m| [3.0, 0.1 * f64::from(m), 5.0]));
+        assert_eq!(pulses_at(&tracks, 16), [0..10, 10..20, 20..35]);
+        // A drone that hovers has no usual step.
+        assert_eq!(pulses_at(&[[0.0, 0.0, 5.0]; 9], 5), [0..4, 4..9]);
     }
 }

@@ -125,7 +125,7 @@ impl<'a> Forward<'a> {
             }
             let ranges_m =
                 table_ranges_m(&self.pulses, &coarse_grid(&self.grid, choice.spec.coarse));
-            self.working_bytes = coarse_bytes(&choice.spec, &self.grid, self.pulses.len())
+            self.working_bytes = coarse_bytes(&choice.spec, &self.grid, &self.pulses)
                 + self.image_bytes()
                 + self.thread_bytes(&choice.inner, &ranges_m);
             self.check_memory()?;

@@ -173,7 +173,7 @@ impl<'a> Plan<'a> {
             let coarse = coarse_grid(&self.grid, spec.coarse);
             let ranges_m = table_ranges_m(&self.pulses, &coarse);
             self.table_bytes = RangeTable::bytes_for(&inner.table, &ranges_m)
-                + coarse_bytes(&spec, &self.grid, self.pulses.len());
+                + coarse_bytes(&spec, &self.grid, &self.pulses);
             self.check_memory()?;
             let factorized = Factorized::new(
                 &self.pulses,

@@ -65,9 +65,9 @@ pub(crate) fn merge_row<S: Lanes>(
     let carrier = RowCarrier::new(s, &job.turn, phases);
     let mut q = 0;
     while q < job.intervals {
-        let centre = carrier.centre(q);
+        let at_middle = carrier.intervals(q);
         for (p, weights) in job.weights.iter().enumerate() {
-            let (cosine, sine) = carrier.turn(&centre, p);
+            let (cosine, sine) = carrier.turn(&at_middle, p);
             // SAFETY: q + N ≤ padded and q + TAPS + N ≤ padded + TAPS.
             unsafe {
                 let (mut re, mut im) = (s.splat(0.0), s.splat(0.0));

@@ -42,9 +42,9 @@ pub(crate) fn split_row<S: Lanes>(
     let carrier = RowCarrier::new(s, &job.turn, phases);
     let mut q = 0;
     while q < job.intervals {
-        let centre = carrier.centre(q);
+        let at_middle = carrier.intervals(q);
         for p in 0..phases {
-            let (cosine, sine) = carrier.turn(&centre, p);
+            let (cosine, sine) = carrier.turn(&at_middle, p);
             // SAFETY: q + N ≤ padded, and every row has `padded` or `stride` numbers.
             unsafe {
                 let at = p * padded + q;

@@ -2,6 +2,9 @@
 
 use super::{Lanes, MAX_LANES, ROUNDING};
 
+/// Turns of the carrier that a cubic range may be off by.
+const CUBIC_TURNS: f64 = 2e-7;
+
 /// A row of pixels as seen from a sub-aperture's centre.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct TurnRow {
@@ -30,7 +33,7 @@ pub(crate) fn turn_row<S: Lanes>(
     let carrier = RowCarrier::new(s, job, 1);
     let sign = s.splat(if back { -1.0 } else { 1.0 });
     for q in (0..real.len()).step_by(S::N) {
-        let (cosine, sine) = carrier.turn(&carrier.centre(q), 0);
+        let (cosine, sine) = carrier.turn(&carrier.intervals(q), 0);
         let sine = s.mul(sine, sign);
         // SAFETY: q + N does not exceed the length of either part, a multiple of N.
         unsafe {
@@ -42,17 +45,26 @@ pub(crate) fn turn_row<S: Lanes>(
     }
 }
 
-/// The carrier's phase along a row whose pixels are taken in intervals of some pixels.
+/// The carrier's phase along a row whose pixels are taken in intervals of some pixels, N intervals at
+/// a time.
 pub(crate) struct RowCarrier<'a, S: Lanes> {
     s: S,
     job: &'a TurnRow,
     lanes: S::V,
     turns: S::V,
     interval_m: f64,
+    /// From an interval's first pixel to its middle, m.
+    half_m: f64,
+    /// Whether the range within an interval may be a cubic.
+    cubic: bool,
 }
 
-/// The middle of N intervals, in double precision so far as single would not do.
-pub(crate) struct Centre<S: Lanes> {
+/// N intervals: turns of the carrier at their middles, and their growth about them.
+pub(crate) struct Intervals<S: Lanes> {
+    turn: S::V,
+    slope: S::V,
+    bend: S::V,
+    third: S::V,
     fraction: S::V,
     range: S::V,
     along: S::V,
@@ -63,9 +75,16 @@ impl<'a, S: Lanes> RowCarrier<'a, S> {
     pub fn new(s: S, job: &'a TurnRow, interval: usize) -> Self {
         let mut lane = [0f32; MAX_LANES];
         let interval_m = job.pixel_m * interval as f64;
+        let half_m = 0.5 * (interval - 1) as f64 * job.pixel_m;
         for (l, v) in lane.iter_mut().enumerate() {
             *v = ((l as f64 - 0.5 * (S::N - 1) as f64) * interval_m) as f32;
         }
+        // No range is shorter than the distance from the line of the row; what the cubic leaves out
+        // grows at most as half the fourth power over the third.
+        let d = job.from_centre_m;
+        let along = crate::rows::dot(d, job.unit);
+        let beside_m = (crate::rows::dot(d, d) - along * along).max(0.0).sqrt();
+        let left_out_m = 0.5 * half_m.powi(4) / beside_m.max(1e-9).powi(3);
         Self {
             s,
             job,
@@ -73,40 +92,67 @@ impl<'a, S: Lanes> RowCarrier<'a, S> {
             lanes: unsafe { s.load(lane.as_ptr()) },
             turns: s.splat(job.turns_a_metre as f32),
             interval_m,
+            half_m,
+            cubic: left_out_m * job.turns_a_metre < CUBIC_TURNS,
         }
     }
 
-    /// The middle of the N intervals from `q` on.
+    /// The N intervals from `q` on.
     #[inline(always)]
-    pub fn centre(&self, q: usize) -> Centre<S> {
+    pub fn intervals(&self, q: usize) -> Intervals<S> {
         let (s, job) = (self.s, self.job);
-        let along = (q as f64 + 0.5 * (S::N - 1) as f64) * self.interval_m;
+        // The middle of all in double precision, the rest from there.
+        let along = (q as f64 + 0.5 * (S::N - 1) as f64) * self.interval_m + self.half_m;
         let d: [f64; 3] = std::array::from_fn(|a| job.from_centre_m[a] + along * job.unit[a]);
         let range = crate::rows::norm(d);
         let turn = range * job.turns_a_metre;
-        Centre {
+        let mut found = Intervals {
+            turn: s.splat(0.0),
+            slope: s.splat(0.0),
+            bend: s.splat(0.0),
+            third: s.splat(0.0),
             fraction: s.splat((turn - turn.round()) as f32),
             range: s.splat(range as f32),
             along: s.splat(crate::rows::dot(d, job.unit) as f32),
+        };
+        if self.cubic {
+            let one = s.splat(1.0);
+            let difference = self.difference(&found, self.lanes);
+            let inverse = s.div(one, s.add(difference, found.range));
+            let sine = s.mul(s.add(found.along, self.lanes), inverse);
+            let curvature = s.mul(s.neg_mul_add(sine, sine, one), inverse);
+            found.turn = s.mul_add(difference, self.turns, found.fraction);
+            found.slope = s.mul(sine, self.turns);
+            found.bend = s.mul(s.mul(curvature, s.splat(0.5)), self.turns);
+            found.third = s.neg_mul_add(s.mul(sine, inverse), found.bend, s.splat(0.0));
         }
+        found
+    }
+
+    /// By how much ranges at `offset` exceed that of the middle.
+    #[inline(always)]
+    fn difference(&self, at: &Intervals<S>, offset: S::V) -> S::V {
+        let s = self.s;
+        let tiny = s.splat(1e-30);
+        let more = s.mul(offset, s.add(s.add(at.along, offset), at.along));
+        let square = s.max(s.mul_add(at.range, at.range, more), tiny);
+        let sum = s.max(s.add(s.sqrt(square), at.range), tiny);
+        s.div(more, sum)
     }
 
     /// Cosine and sine of the phase at pixel `p` of each of those intervals.
     #[inline(always)]
-    pub fn turn(&self, centre: &Centre<S>, p: usize) -> (S::V, S::V) {
+    pub fn turn(&self, at: &Intervals<S>, p: usize) -> (S::V, S::V) {
         let (s, job) = (self.s, self.job);
-        let (rounding, tiny) = (s.splat(ROUNDING), s.splat(1e-30));
-        let offset = s.add(self.lanes, s.splat((p as f64 * job.pixel_m) as f32));
-        let square_difference = s.mul(offset, s.add(s.add(centre.along, offset), centre.along));
-        let square = s.max(
-            s.mul_add(centre.range, centre.range, square_difference),
-            tiny,
-        );
-        let difference = s.div(
-            square_difference,
-            s.max(s.add(s.sqrt(square), centre.range), tiny),
-        );
-        let t = s.mul_add(difference, self.turns, centre.fraction);
+        let rounding = s.splat(ROUNDING);
+        let within = s.splat((p as f64 * job.pixel_m - self.half_m) as f32);
+        let t = if self.cubic {
+            let slope = s.mul_add(s.mul_add(at.third, within, at.bend), within, at.slope);
+            s.mul_add(slope, within, at.turn)
+        } else {
+            let difference = self.difference(at, s.add(self.lanes, within));
+            s.mul_add(difference, self.turns, at.fraction)
+        };
         let x = s.sub(t, s.sub(s.add(t, rounding), rounding));
         let x2 = s.mul(x, x);
         let (mut cosine, mut sine) = (s.splat(job.cosine[5]), s.splat(job.sine[5]));

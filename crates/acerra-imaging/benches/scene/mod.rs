@@ -1,0 +1,187 @@
+//! Scenes that the benchmarks image.
+#![allow(dead_code)] // not every benchmark uses everything
+
+use acerra_imaging::{
+    Complex32, Complex64, Engine, PlanOptions, PlaneGrid, Pulses, SPEED_OF_LIGHT_M_S, Spreading,
+    reference,
+};
+
+/// Reproducible numbers without a dependency.
+struct Random(u64);
+
+impl Random {
+    fn uniform(&mut self) -> f64 {
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        ((self.0 >> 11) as f64 + 0.5) / (1u64 << 53) as f64
+    }
+    fn normal(&mut self) -> f64 {
+        (-2.0 * self.uniform().ln()).sqrt() * (std::f64::consts::TAU * self.uniform()).cos()
+    }
+    fn complex(&mut self) -> Complex64 {
+        Complex64::new(self.normal(), self.normal())
+    }
+}
+
+/// Echoes of random targets and noise under a Hann window, and the grid to image them on.
+pub struct Scene {
+    pub name: &'static str,
+    pub position_m: Vec<[f64; 3]>,
+    pub frequency_hz: Vec<f64>,
+    pub spectrum: Vec<Complex64>,
+    pub weight: Vec<f64>,
+    pub grid: PlaneGrid,
+}
+
+impl Scene {
+    /// 1800 × 1800 pixels of 1 cm, 331 pulses along 8 m, 213 frequencies.
+    pub fn common() -> Self {
+        let position_m = (0..331)
+            .map(|m| {
+                let s = f64::from(m) / 330.0;
+                [
+                    0.05 * (9.0 * s).sin(),
+                    -4.0 + 8.0 * s,
+                    5.0 + 0.05 * (7.0 * s).cos(),
+                ]
+            })
+            .collect();
+        let grid = PlaneGrid::new(-9.0, -9.0, 0.0, 0.01, 1800, 1800).unwrap();
+        Self::new("common scene", position_m, grid)
+    }
+
+    /// 4000 × 4000 pixels of 1 cm, 5000 pulses on three tracks of 40 m.
+    pub fn large() -> Self {
+        let position_m = (0..5000)
+            .map(|m| {
+                let (track, s) = (m * 3 / 5000, f64::from(m * 3 % 5000) / 5000.0);
+                // There and back again.
+                let along = if track % 2 == 0 { s } else { 1.0 - s };
+                [
+                    3.0 * f64::from(track) - 3.0 + 0.05 * (40.0 * s).sin(),
+                    -20.0 + 40.0 * along,
+                    5.0 + 0.05 * (31.0 * s).cos(),
+                ]
+            })
+            .collect();
+        let grid = PlaneGrid::new(-20.0, -20.0, 0.0, 0.01, 4000, 4000).unwrap();
+        Self::new("large scene", position_m, grid)
+    }
+
+    /// `size` × `size` pixels of 1 cm, `pulses` 2.4 cm apart, flown back and forth over the image.
+    pub fn of_size(size: usize, pulses: usize) -> Self {
+        let half = 0.005 * size as f64;
+        let lane = 400;
+        let position_m = (0..pulses)
+            .map(|m| {
+                let (track, k) = (m / lane, m % lane);
+                let along = 0.024 * (k as f64 - 0.5 * lane.min(pulses) as f64);
+                [
+                    0.5 * track as f64 + 0.05 * (0.03 * k as f64).sin(),
+                    if track % 2 == 0 { along } else { -along },
+                    5.0 + 0.05 * (0.02 * k as f64).cos(),
+                ]
+            })
+            .collect();
+        let grid = PlaneGrid::new(-half, -half, 0.0, 0.01, size, size).unwrap();
+        Self::new("scene", position_m, grid)
+    }
+
+    fn new(name: &'static str, position_m: Vec<[f64; 3]>, grid: PlaneGrid) -> Self {
+        let mut random = Random(2020);
+        let frequency_hz: Vec<f64> = (0..213)
+            .map(|n| 3.95e9 + 8e6 * (f64::from(n) - 106.0))
+            .collect();
+        let half = 0.005 * grid.nx as f64 - 1.0;
+        let scene: Vec<_> = (0..40)
+            .map(|_| reference::Scatterer {
+                position_m: [
+                    half * (2.0 * random.uniform() - 1.0),
+                    half * (2.0 * random.uniform() - 1.0),
+                    0.0,
+                ],
+                reflectivity: random.complex(),
+            })
+            .collect();
+        let none = Spreading::None;
+        let mut spectrum =
+            reference::forward(&position_m, &frequency_hz, &scene, SPEED_OF_LIGHT_M_S, none)
+                .unwrap();
+        for row in spectrum.chunks_mut(213) {
+            for (n, e) in row.iter_mut().enumerate() {
+                let noise = random.complex() * (0.3 / 2f64.sqrt());
+                let hann = 0.5 - 0.5 * (std::f64::consts::TAU * n as f64 / 212.0).cos();
+                *e = (*e + noise) * hann;
+            }
+        }
+        Self {
+            name,
+            weight: vec![1.0; position_m.len()],
+            position_m,
+            frequency_hz,
+            spectrum,
+            grid,
+        }
+    }
+
+    pub fn pulses(&self) -> Pulses<'_> {
+        Pulses::new(
+            &self.position_m,
+            &self.frequency_hz,
+            &self.spectrum,
+            &self.weight,
+            SPEED_OF_LIGHT_M_S,
+        )
+        .unwrap()
+    }
+
+    /// 10⁹ pixel × pulse contributions of an image.
+    pub fn gbp(&self) -> f64 {
+        self.grid.len() as f64 * self.position_m.len() as f64 * 1e-9
+    }
+
+    /// Every `step`th pixel in x and y in double precision.
+    pub fn expected(&self, step: usize) -> Vec<Complex64> {
+        let g = self.grid;
+        let n = g.nx / step;
+        let sparse = PlaneGrid::new(g.x0_m, g.y0_m, g.z_m, g.pixel_m * step as f64, n, n).unwrap();
+        let options = PlanOptions {
+            engine: Engine::Reference,
+            spreading: Spreading::None,
+            ..Default::default()
+        };
+        acerra_imaging::image(self.pulses(), sparse, &options)
+            .unwrap()
+            .iter()
+            .map(wide)
+            .collect()
+    }
+
+    /// Relative L2 error of an image at those pixels.
+    pub fn error(&self, image: &[Complex32], step: usize, expected: &[Complex64]) -> f64 {
+        let n = self.grid.nx / step;
+        let found: Vec<_> = (0..n * n)
+            .map(|k| wide(&image[(k / n) * step * self.grid.nx + (k % n) * step]))
+            .collect();
+        reference::relative_l2(&found, expected).unwrap()
+    }
+}
+
+fn wide(v: &Complex32) -> Complex64 {
+    Complex64::new(f64::from(v.re), f64::from(v.im))
+}
+
+/// Processor time of all threads so far, s (Linux; zero elsewhere).
+pub fn processor_time_s() -> f64 {
+    let Ok(tasks) = std::fs::read_dir("/proc/self/task") else {
+        return 0.0;
+    };
+    tasks
+        .flatten()
+        .filter_map(|t| std::fs::read_to_string(t.path().join("schedstat")).ok())
+        .filter_map(|s| s.split(' ').next()?.parse::<f64>().ok())
+        .sum::<f64>()
+        * 1e-9
+}
