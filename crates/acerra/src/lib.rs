@@ -7,6 +7,7 @@ pub mod campaign;
 pub mod chain;
 pub mod cli;
 pub mod commands;
+pub mod demo;
 pub mod describe;
 pub mod figure;
 pub mod plan;

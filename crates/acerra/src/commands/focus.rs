@@ -57,15 +57,25 @@ pub fn focus_file(file: &Path, directory: &Path, stages: &mut Stages) -> anyhow:
     let text = std::fs::read_to_string(file).with_context(|| format!("{}", file.display()))?;
     let campaign = Campaign::parse(&text).with_context(|| format!("{}", file.display()))?;
     let folder = file.parent().unwrap_or_else(|| Path::new(""));
-    let name = file
-        .file_stem()
-        .unwrap_or(file.as_os_str())
-        .to_string_lossy();
+    let name = name_of_campaign(file);
     let campaign = campaign.resolved_in(folder);
     let bar = Bar::default();
     let outcome = chain::run(&name, &campaign, Some(file), stages, &bar)?;
     deliver(&outcome, directory, stages)?;
     Ok(outcome)
+}
+
+/// What a campaign is called: as its file, or as the folder of one that is called `campaign`.
+fn name_of_campaign(file: &Path) -> String {
+    let of = |part: Option<&std::ffi::OsStr>| part.map(|p| p.to_string_lossy().into_owned());
+    let stem = of(file.file_stem()).unwrap_or_default();
+    let folder = std::path::absolute(file)
+        .ok()
+        .and_then(|file| of(file.parent()?.file_name()));
+    match folder {
+        Some(folder) if stem == "campaign" => folder,
+        _ => stem,
+    }
 }
 
 fn default_output(campaign: &Path) -> PathBuf {

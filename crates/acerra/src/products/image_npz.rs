@@ -23,6 +23,8 @@ pub fn write(file: impl Write + io::Seek, image: &[Complex32], ground: &Ground) 
     let options = || {
         npyz::zip::write::FileOptions::default()
             .compression_method(npyz::zip::CompressionMethod::Stored)
+            // Equal images are equal files, whenever they are written.
+            .last_modified_time(npyz::zip::DateTime::default())
             .large_file(image.len() >= 1 << 28)
     };
     let mut writer = npz

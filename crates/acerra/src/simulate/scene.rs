@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use acerra_geo::geodesy::{EnuFrame, Geodetic};
 use acerra_geo::time::{Calendar, GpsTime};
 
-use super::flight::{FlightError, FlightModel};
+use super::flight::{Flight, FlightError, FlightModel};
 use super::gnss::GnssModel;
 use super::radar::{
     Clutter, CornerReflector, Ground, PointTarget, RadarModel, RadarModelError, RadarScene,
@@ -148,6 +148,14 @@ impl Scene {
         })?;
         scene.check()?;
         Ok(scene)
+    }
+
+    /// Flies the scene's flight.
+    ///
+    /// # Errors
+    /// A flight that cannot be flown.
+    pub fn fly(&self) -> Result<Flight, SceneError> {
+        Ok(Flight::fly(&self.flight, self.seed)?)
     }
 
     /// What the radar sees.

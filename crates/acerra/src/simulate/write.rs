@@ -33,7 +33,7 @@ pub struct Simulated {
 /// # Errors
 /// A scene that cannot be, or a directory that cannot be written.
 pub fn write_campaign(scene: &Scene, staging: &Staging) -> anyhow::Result<Simulated> {
-    let flight = Flight::fly(&scene.flight, scene.seed)?;
+    let flight = scene.fly()?;
     let span_s = match scene.record {
         Record::Track => flight.on_track_s,
         Record::Flight => [0.0, flight.duration_s()],

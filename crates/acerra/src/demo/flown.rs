@@ -1,0 +1,186 @@
+//! A simulated flight with what the chain made of it, and how far that is from the truth.
+
+use acerra_geo::trajectory::SolutionStatus;
+use acerra_imaging::metrics::{LocalTrack, Target};
+use acerra_imaging::resolution::displacement_m;
+use acerra_radar::Radargram;
+use acerra_radar::clean::envelope;
+
+use crate::chain::Outcome;
+use crate::simulate::scene::Scene;
+use crate::simulate::write::Simulated;
+
+/// A simulated flight and what the chain made of it.
+#[derive(Debug)]
+pub struct Flown {
+    /// What was flown, over what.
+    pub scene: Scene,
+    /// What was logged.
+    pub simulated: Simulated,
+    /// What the chain made of the logs.
+    pub outcome: Outcome,
+    /// Where the radar's phase centre truly was at each imaged trace (m).
+    pub truth_m: Vec<[f64; 3]>,
+}
+
+/// A reflector: where it is, and where the image shows it.
+#[derive(Clone, Copy, Debug)]
+pub struct Found {
+    /// Its number, from 1.
+    pub number: usize,
+    /// Where it is (m).
+    pub true_m: [f64; 3],
+    /// The target nearest to it.
+    pub target: Target,
+    /// How far Eq. (14) lets the height error of this flight displace its image across the track
+    /// (m).
+    pub across_bound_m: f64,
+}
+
+impl Found {
+    /// Off along x and y (m).
+    #[must_use]
+    pub fn off_m(&self) -> [f64; 2] {
+        [
+            self.target.x_m - self.true_m[0],
+            self.target.y_m - self.true_m[1],
+        ]
+    }
+}
+
+impl Flown {
+    pub(super) fn new(
+        scene: Scene,
+        simulated: Simulated,
+        outcome: Outcome,
+    ) -> anyhow::Result<Self> {
+        let flight = scene.fly()?;
+        let start_s = scene.start()?.tow_s();
+        let arm = scene.radar.lever_arm_m;
+        let truth_m = outcome
+            .aligned
+            .time_s
+            .iter()
+            .map(|t| t + outcome.aligned.time_offset_s - start_s)
+            .map(|t| flight.pose_at(t).point_m(arm))
+            .collect();
+        Ok(Self {
+            scene,
+            simulated,
+            outcome,
+            truth_m,
+        })
+    }
+
+    /// Position errors at the imaged traces: as positioned less the truth (m).
+    #[must_use]
+    pub fn error_m(&self) -> Vec<[f64; 3]> {
+        let pairs = self.outcome.aligned.position_m.iter().zip(&self.truth_m);
+        pairs
+            .map(|(found, truth)| [0, 1, 2].map(|i| found[i] - truth[i]))
+            .collect()
+    }
+
+    /// What zero-timing takes ranges for too long by (m).
+    #[must_use]
+    pub fn range_error_m(&self) -> f64 {
+        let shift_s = self
+            .outcome
+            .cleaned
+            .traces
+            .as_ref()
+            .map_or(0.0, |t| t.shift_s);
+        let half_c = 0.5 * self.outcome.campaign.image.light_speed_m_s;
+        half_c * (shift_s + 1e-9 * self.scene.radar.delay_ns)
+    }
+
+    /// How many of the imaged traces stand at fixed positions.
+    #[must_use]
+    pub fn fixed(&self) -> usize {
+        let status = &self.outcome.aligned.status;
+        status
+            .iter()
+            .filter(|s: &&SolutionStatus| s.is_fixed())
+            .count()
+    }
+
+    /// The target nearest to each reflector of the scene.
+    #[must_use]
+    pub fn found(&self) -> Vec<Found> {
+        let targets = &self.outcome.measured.targets;
+        let mut found = Vec::new();
+        for (k, corner) in self.scene.corner.iter().enumerate() {
+            let true_m = corner.position_m;
+            let distance = |t: &Target| (t.x_m - true_m[0]).hypot(t.y_m - true_m[1]);
+            let nearest = targets
+                .iter()
+                .min_by(|a, b| distance(a).total_cmp(&distance(b)));
+            if let Some(target) = nearest {
+                found.push(Found {
+                    number: k + 1,
+                    true_m,
+                    target: *target,
+                    across_bound_m: self.across_bound_m(true_m),
+                });
+            }
+        }
+        found
+    }
+
+    /// Eq. (14) for the largest height error at the traces that see a point within 45°: a plane
+    /// that seems that much too high displaces the image outward by so much.
+    fn across_bound_m(&self, point_m: [f64; 3]) -> f64 {
+        let Some(track) = LocalTrack::at(&self.truth_m, point_m) else {
+            return 0.0;
+        };
+        let range_error_m = self.range_error_m();
+        let height_error_m = self
+            .truth_m
+            .iter()
+            .zip(self.error_m())
+            .filter(|(p, _)| (p[0] - point_m[0]).hypot(p[1] - point_m[1]) <= p[2] - point_m[2])
+            .map(|(_, error)| (error[2] - range_error_m).abs())
+            .fold(0.0, f64::max);
+        displacement_m(track.height_m, track.offset_m.abs(), height_error_m)
+            .ok()
+            .flatten()
+            .unwrap_or(0.0)
+    }
+
+    /// Distance of the first two reflectors in the image (m).
+    #[must_use]
+    pub fn distance_m(&self) -> Option<f64> {
+        match self.found().as_slice() {
+            [a, b, ..] => Some((a.target.x_m - b.target.x_m).hypot(a.target.y_m - b.target.y_m)),
+            _ => None,
+        }
+    }
+
+    /// Largest of the standard deviations that the positioning states, on each axis (m).
+    #[must_use]
+    pub fn largest_sigma_m(&self) -> [f64; 3] {
+        [0, 1, 2].map(|i| {
+            let sigma_m = self.outcome.aligned.sigma_m.iter();
+            sigma_m.map(|s| s[i]).fold(0.0, f64::max)
+        })
+    }
+}
+
+/// Largest envelope over all traces within an interval of fast time (s).
+#[must_use]
+pub fn largest_envelope(radargram: &Radargram, [from_s, to_s]: [f64; 2]) -> f64 {
+    let n = radargram.samples_per_trace;
+    envelope(radargram)
+        .iter()
+        .enumerate()
+        .filter(|(k, _)| (from_s..to_s).contains(&radargram.fast_time_s(k % n)))
+        .fold(0.0, |most, (_, level)| most.max(*level))
+}
+
+/// Root mean square of vectors, axis by axis (m).
+#[must_use]
+pub fn rms_m(vectors_m: &[[f64; 3]]) -> [f64; 3] {
+    #[expect(clippy::cast_precision_loss, reason = "a count")]
+    let count = vectors_m.len().max(1) as f64;
+    [0, 1, 2].map(|i| (vectors_m.iter().map(|v| v[i] * v[i]).sum::<f64>() / count).sqrt())
+}

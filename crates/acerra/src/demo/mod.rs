@@ -1,0 +1,94 @@
+//! The paper's campaign (§4): two reflectors, flown over twice, simulated to the last byte of its
+//! logs and processed by the ordinary chain, which knows nothing of the truth.
+
+mod flown;
+mod page;
+
+use std::path::Path;
+
+use anyhow::Context;
+
+use crate::commands::focus::focus_file;
+use crate::products::stages::Stages;
+use crate::products::staging::Staging;
+use crate::simulate::scene::Scene;
+use crate::simulate::write::write_campaign;
+pub use flown::{Flown, Found, largest_envelope, rms_m};
+pub use page::demonstration_page;
+
+/// A track of the campaign, with what the paper says of it.
+#[derive(Clone, Copy, Debug)]
+pub struct Track {
+    /// Its folder.
+    pub name: &'static str,
+    /// Its heading.
+    pub title: &'static str,
+    /// Its scene file.
+    pub scene: &'static str,
+    /// Measured by the paper (Table 4), both targets, along the track (m).
+    pub paper_along_m: [f64; 2],
+    /// The same across the track (m).
+    pub paper_across_m: [f64; 2],
+    /// Theory for a straight track at the mean height (Table 4), along the track (m).
+    pub theory_along_m: f64,
+    /// The same across the track (m).
+    pub theory_across_m: f64,
+    /// Largest standard deviations of the paper's positions (Table 3): x, y, z (m).
+    pub paper_sigma_m: [f64; 3],
+}
+
+/// Track 1 over the reflectors, Track 2 beside them.
+pub const TRACKS: [Track; 2] = [
+    Track {
+        name: "track-1",
+        title: "Track 1: over the reflectors, 4 m high",
+        scene: include_str!("track-1.toml"),
+        paper_along_m: [0.05, 0.04],
+        paper_across_m: [1.15, 0.99],
+        theory_along_m: 0.02,
+        theory_across_m: 0.85,
+        paper_sigma_m: [0.043, 0.046, 0.094],
+    },
+    Track {
+        name: "track-2",
+        title: "Track 2: 2 m beside the reflectors, 10 m high",
+        scene: include_str!("track-2.toml"),
+        paper_along_m: [0.07, 0.09],
+        paper_across_m: [0.51, 0.50],
+        theory_along_m: 0.03,
+        theory_across_m: 0.41,
+        paper_sigma_m: [0.006, 0.008, 0.015],
+    },
+];
+
+impl Track {
+    /// Its scene.
+    ///
+    /// # Errors
+    /// None, for the embedded scenes.
+    pub fn scene(&self) -> anyhow::Result<Scene> {
+        Scene::parse(self.scene).context(self.name)
+    }
+
+    /// Writes the track's logs into `folder`, processes them into `folder/products`, and returns
+    /// both with the truth.
+    ///
+    /// # Errors
+    /// A folder that cannot be written.
+    pub fn fly(&self, folder: &Path, stages: &mut Stages) -> anyhow::Result<Flown> {
+        fly(self.scene().context(self.name)?, folder, stages).context(self.name)
+    }
+}
+
+/// Writes the logs of `scene` into `folder` and processes them into `folder/products`.
+///
+/// # Errors
+/// A scene that cannot be, a folder that cannot be written, a campaign that cannot be processed.
+pub fn fly(scene: Scene, folder: &Path, stages: &mut Stages) -> anyhow::Result<Flown> {
+    let staging = Staging::new(folder)?;
+    let simulated = write_campaign(&scene, &staging)?;
+    staging.publish()?;
+    let products = folder.join("products");
+    let outcome = focus_file(&folder.join("campaign.toml"), &products, stages)?;
+    Flown::new(scene, simulated, outcome)
+}

@@ -1,0 +1,203 @@
+//! The paper's campaign as `acerra demo` flies it, against the truth that the chain does not know.
+
+#![allow(clippy::unwrap_used)] // helpers of tests panic like tests
+
+use std::ffi::OsStr;
+use std::path::Path;
+use std::sync::OnceLock;
+
+use acerra::demo::{Flown, TRACKS, demonstration_page, largest_envelope};
+use acerra::products::stages::Stages;
+use acerra::products::staging::Staging;
+use acerra::simulate::write::write_campaign;
+use acerra_imaging::metrics::LocalTrack;
+
+struct Demonstration {
+    folder: tempfile::TempDir,
+    flown: [Flown; 2],
+}
+
+fn demonstration() -> &'static Demonstration {
+    static DEMONSTRATION: OnceLock<Demonstration> = OnceLock::new();
+    DEMONSTRATION.get_or_init(|| {
+        let folder = tempfile::tempdir().unwrap();
+        let fly = |track: acerra::demo::Track| {
+            track
+                .fly(&folder.path().join(track.name), &mut Stages::default())
+                .unwrap()
+        };
+        let flown = TRACKS.map(fly);
+        Demonstration { folder, flown }
+    })
+}
+
+#[test]
+fn both_images_show_the_reflectors_where_they_are() {
+    for (track, flown) in TRACKS.iter().zip(&demonstration().flown) {
+        let name = track.name;
+        let found = flown.found();
+        assert_eq!(found.len(), 2);
+        assert_eq!(
+            flown.outcome.measured.targets.len(),
+            2,
+            "{name}: nothing else"
+        );
+        assert!(
+            flown.outcome.warnings.is_empty(),
+            "{:?}",
+            flown.outcome.warnings
+        );
+        let apart_m = flown.distance_m().unwrap();
+        assert!((apart_m - 10.0).abs() < 0.03, "{name}: {apart_m} m apart");
+        for f in found {
+            let [along_m, across_m] = f.off_m();
+            assert!(along_m.abs() < 0.05, "{name}: {f:?}");
+            let allowed_m = if name == "track-1" {
+                // What Eq. (14) gives for the height error of this flight.
+                f.across_bound_m
+            } else {
+                0.15
+            };
+            assert!(across_m.abs() < allowed_m, "{name}: {f:?}");
+        }
+    }
+}
+
+#[test]
+fn track_1_has_no_ghosts() {
+    let [flown, _] = &demonstration().flown;
+    assert!(flown.found().iter().all(|f| f.target.ghost.is_none()));
+    // Beyond the lobes of targets under the track there is nothing above −15 dB.
+    let (grid, image) = (
+        &flown.outcome.focused.ground.grid,
+        &flown.outcome.focused.image,
+    );
+    let most = image.iter().map(|v| v.norm()).fold(0.0, f32::max);
+    for iy in 0..grid.ny {
+        for ix in 0..grid.nx {
+            let level_db = 20.0 * (image[iy * grid.nx + ix].norm() / most).log10();
+            let at = [grid.x_m(ix), grid.y_m(iy), 0.0];
+            if level_db > -15.0 {
+                let track = LocalTrack::at(&flown.truth_m, at).unwrap();
+                assert!(track.offset_m.abs() < 1.2, "{level_db} dB at {at:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn track_2_has_ghosts_weaker_than_their_targets() {
+    let [_, flown] = &demonstration().flown;
+    for f in flown.found() {
+        let ghost = f.target.ghost.unwrap();
+        assert!(ghost.level < 0.8 && ghost.level > 0.2, "{ghost:?}");
+        // On the other side of the track, which passes 2 m to the south.
+        assert!((ghost.y_m + 4.0).abs() < 0.6 && (ghost.x_m - f.target.x_m).abs() < 0.3);
+    }
+}
+
+#[test]
+fn coupling_and_awnings_are_in_the_raw_radargram_and_gone_from_the_filtered_one() {
+    for (flown, beyond_s) in demonstration().flown.iter().zip([70e-9_f64, 90e-9]) {
+        let traces = flown.outcome.cleaned.traces.as_ref().unwrap();
+        let noise = flown.scene.radar.noise_counts;
+        let surface_s = flown.scene.flight.height_m / 1.5e8;
+        // The gate of Track 2 ends just behind 90 ns.
+        let awnings = [beyond_s.max(surface_s + 26e-9), 1.0];
+        let coupling = [-1e-9, 5e-9];
+        let level_db = |radargram, span| 20.0 * (largest_envelope(radargram, span) / noise).log10();
+        let raw = [coupling, awnings].map(|span| level_db(&traces.raw, span));
+        let clean = [coupling, awnings].map(|span| level_db(&traces.clean, span));
+        assert!(raw[0] > 40.0 && raw[1] > 10.0, "{raw:?}");
+        assert!(clean[0] < -10.0 && clean[1] < -10.0, "{clean:?}");
+    }
+}
+
+#[test]
+fn positions_are_fixed_and_within_centimetres_of_the_truth() {
+    for flown in &demonstration().flown {
+        assert_eq!(flown.fixed(), flown.truth_m.len());
+        for error in flown.error_m() {
+            assert!(error.iter().all(|e| e.abs() < 0.03), "{error:?}");
+        }
+    }
+}
+
+#[test]
+fn the_page_says_what_height_does_at_nadir() {
+    let demonstration = demonstration();
+    // Once more from the products, as the command does.
+    let folder = demonstration.folder.path();
+    let flights: Vec<_> = TRACKS
+        .into_iter()
+        .map(|track| {
+            let stages = &mut Stages::default();
+            (track, track.fly(&folder.join(track.name), stages).unwrap())
+        })
+        .collect();
+    let page = demonstration_page(&flights, folder).unwrap();
+    for words in [
+        "3 cm of height move a target at nadir by 0.5 m",
+        "Table 4 of Catapano et al. 2020",
+        "track-2/products/report.html",
+        "stand 10.000 m apart",
+    ] {
+        assert!(page.contains(words), "{words}");
+    }
+}
+
+#[test]
+fn the_same_seed_gives_the_same_bytes() {
+    let here = tempfile::tempdir().unwrap();
+    let scene = TRACKS[0].scene().unwrap();
+    let write = |name: &str, seed: u64| {
+        let mut scene = scene.clone();
+        scene.seed = seed;
+        let folder = here.path().join(name);
+        let staging = Staging::new(&folder).unwrap();
+        write_campaign(&scene, &staging).unwrap();
+        staging.publish().unwrap();
+        folder
+    };
+    let (one, again, other) = (write("a", 4), write("b", 4), write("c", 5));
+    let names: Vec<_> = std::fs::read_dir(&one)
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name())
+        .collect();
+    assert!(names.len() >= 9, "{names:?}");
+    let bytes = |folder: &Path, name: &OsStr| std::fs::read(folder.join(name)).unwrap();
+    for name in &names {
+        assert_eq!(bytes(&one, name), bytes(&again, name), "{name:?}");
+    }
+    for name in [
+        "radar.mrm",
+        "rover.obs",
+        "rover.ubx",
+        "base.obs",
+        "truth-trajectory.csv",
+    ] {
+        assert_ne!(
+            bytes(&one, name.as_ref()),
+            bytes(&other, name.as_ref()),
+            "{name}"
+        );
+    }
+    // And the same products from the same logs.
+    let focus = |folder: &Path| {
+        let campaign = folder.join("campaign.toml");
+        let products = folder.join("products");
+        acerra::commands::focus::focus_file(&campaign, &products, &mut Stages::default()).unwrap();
+    };
+    focus(&one);
+    focus(&again);
+    for name in [
+        "image.npz",
+        "image.png",
+        "radargram.png",
+        "targets.json",
+        "trajectory.csv",
+    ] {
+        let [a, b] = [&one, &again].map(|f| std::fs::read(f.join("products").join(name)).unwrap());
+        assert!(a == b, "{name}");
+    }
+}

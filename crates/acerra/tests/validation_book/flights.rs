@@ -1,0 +1,51 @@
+//! The demonstration's flights, flown once, and other ways to process their logs.
+
+use std::path::PathBuf;
+use std::sync::OnceLock;
+
+use acerra::campaign::Campaign;
+use acerra::chain::{self, Outcome, Silent};
+use acerra::demo::{Flown, TRACKS, Track};
+use acerra::products::stages::Stages;
+
+pub struct Flight {
+    pub track: Track,
+    pub flown: Flown,
+    pub folder: PathBuf,
+}
+
+/// Both tracks of the demonstration.
+pub fn flights() -> &'static [Flight; 2] {
+    static FLIGHTS: OnceLock<(tempfile::TempDir, [Flight; 2])> = OnceLock::new();
+    let fly = || {
+        let here = tempfile::tempdir().unwrap();
+        let flights = TRACKS.map(|track| {
+            let folder = here.path().join(track.name);
+            let flown = track.fly(&folder, &mut Stages::default()).unwrap();
+            Flight {
+                track,
+                flown,
+                folder,
+            }
+        });
+        (here, flights)
+    };
+    &FLIGHTS.get_or_init(fly).1
+}
+
+impl Flight {
+    /// Processes the logs as `change` has the campaign file say.
+    pub fn processed(&self, change: impl FnOnce(&mut Campaign)) -> Outcome {
+        let text = std::fs::read_to_string(self.folder.join("campaign.toml")).unwrap();
+        let mut campaign = Campaign::parse(&text).unwrap().resolved_in(&self.folder);
+        change(&mut campaign);
+        chain::run(
+            self.track.name,
+            &campaign,
+            None,
+            &mut Stages::default(),
+            &Silent,
+        )
+        .unwrap()
+    }
+}
