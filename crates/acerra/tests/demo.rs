@@ -147,6 +147,26 @@ fn the_page_says_what_height_does_at_nadir() {
 }
 
 #[test]
+fn each_report_has_its_name_its_cuts_and_the_word_of_caution() {
+    let demonstration = demonstration();
+    for (track, flown) in TRACKS.iter().zip(&demonstration.flown) {
+        let page = demonstration
+            .folder
+            .path()
+            .join(track.name)
+            .join("products/report.html");
+        let html = std::fs::read_to_string(page).unwrap();
+        assert!(html.contains(&format!("<h1>{}</h1>", track.name)));
+        for k in 1..=flown.outcome.measured.targets.len() {
+            assert!(html.contains(&format!("Target {k}, along the track")));
+            assert!(html.contains(&format!("Target {k}, across the track")));
+        }
+        let at_nadir = html.contains("an image plane 3 cm too high moves a target");
+        assert_eq!(at_nadir, track.name == "track-1");
+    }
+}
+
+#[test]
 fn the_same_seed_gives_the_same_bytes() {
     let here = tempfile::tempdir().unwrap();
     let scene = TRACKS[0].scene().unwrap();

@@ -9,6 +9,18 @@ use super::focus::Focused;
 use crate::campaign::{Campaign, Weight};
 use acerra_radar::Spectrum;
 
+/// The image as the metrics see it.
+///
+/// # Errors
+/// An image that is no image (not finite).
+pub fn view_of(focused: &Focused) -> anyhow::Result<ImageView<'_>> {
+    match &focused.ground.surface {
+        Some(surface) => ImageView::on_surface(&focused.image, surface),
+        None => ImageView::new(&focused.image, focused.ground.grid),
+    }
+    .context("the image")
+}
+
 /// Finds and measures the targets of the image.
 ///
 /// # Errors
@@ -19,11 +31,7 @@ pub fn measure(
     spectrum: &Spectrum,
     aligned: &Aligned,
 ) -> anyhow::Result<Measurement> {
-    let view = match &focused.ground.surface {
-        Some(surface) => ImageView::on_surface(&focused.image, surface),
-        None => ImageView::new(&focused.image, focused.ground.grid),
-    }
-    .context("the image")?;
+    let view = view_of(focused)?;
     let weight = match campaign.image.weight {
         Weight::Trace => vec![1.0; aligned.position_m.len()],
         Weight::Path => aligned.path_m.clone(),

@@ -46,6 +46,11 @@ fn entry(track: &Track, flown: &Flown, directory: &Path) -> anyhow::Result<Index
     })
 }
 
+/// What stands before the colon of a track's title.
+fn short(track: &Track) -> &str {
+    track.title.split(':').next().unwrap_or(track.name)
+}
+
 /// One row for each reflector of each track.
 fn reflectors(
     flights: &[(Track, Flown)],
@@ -54,8 +59,12 @@ fn reflectors(
     let mut rows = Vec::new();
     for (track, flown) in flights {
         for found in flown.found() {
-            let mut row = vec![format!("{}, reflector {}", track.name, found.number)];
-            row.extend(cells(track, &found));
+            let mut row = vec![format!("{}, reflector {}", short(track), found.number)];
+            row.extend(
+                cells(track, &found)
+                    .into_iter()
+                    .map(|c| c.replace('-', "−")),
+            );
             rows.push(row);
         }
     }
@@ -82,7 +91,7 @@ fn places(flights: &[(Track, Flown)]) -> ComparisonTable {
             vec![
                 format!("{:+.0}", x * 1e3),
                 format!("{:+.0}", y * 1e3),
-                format!("{:.0}", f.across_bound_m * 1e3),
+                format!("±{:.0}", f.across_bound_m * 1e3),
                 format!("{:.1}", f.target.level_db),
                 f.target
                     .ghost
@@ -137,7 +146,7 @@ fn positions(flights: &[(Track, Flown)]) -> ComparisonTable {
             let largest_m =
                 [0, 1, 2].map(|i| error_m.iter().map(|e| e[i].abs()).fold(0.0, f64::max));
             vec![
-                track.name.to_owned(),
+                short(track).to_owned(),
                 centimetres(rms_m(&error_m)),
                 centimetres(largest_m),
                 centimetres(flown.largest_sigma_m()),
@@ -159,7 +168,7 @@ fn remarks(flights: &[(Track, Flown)]) -> Vec<String> {
         .iter()
         .filter_map(|(track, flown)| {
             let metres = flown.distance_m()?;
-            Some(format!("{metres:.3} m on {}", track.name))
+            Some(format!("{metres:.3} m on {}", short(track)))
         })
         .collect();
     if !distances.is_empty() {

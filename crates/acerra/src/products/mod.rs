@@ -1,5 +1,6 @@
 //! What a run leaves behind: files, and how they get there.
 
+mod cuts;
 pub mod deliver;
 pub mod image_npz;
 pub mod inputs;

@@ -1,7 +1,10 @@
 //! From the outcome of a run to what its report shows.
 
-use acerra_imaging::metrics::Target;
+use acerra_imaging::metrics::{LocalTrack, Target};
+use acerra_imaging::psf::{Cell, PointSpread};
+use acerra_imaging::resolution::displacement_m;
 
+use super::cuts::{cuts, spread_of};
 use super::stages::Stage;
 use crate::chain::Outcome;
 use crate::report::{
@@ -38,6 +41,7 @@ pub fn collect(
             caption: caption.to_owned(),
         })
     };
+    let spread = spread_of(outcome);
     ReportData {
         title: outcome.name.clone(),
         summary: summary(outcome),
@@ -45,7 +49,8 @@ pub fn collect(
         facts: facts(outcome),
         warnings: outcome.warnings.clone(),
         image: Some(image),
-        targets: outcome.measured.targets.iter().map(row).collect(),
+        targets: rows(outcome, spread.as_ref()),
+        remarks: at_nadir(outcome, spread.as_ref()),
         radargram_raw: picture(
             raw_png,
             "The raw radargram",
@@ -86,8 +91,8 @@ fn facts(outcome: &Outcome) -> Vec<Fact> {
     let statistics = &outcome.measured.statistics;
     let mut facts = vec![
         Fact::new("Targets", outcome.measured.targets.len().to_string()).note(format!(
-            "peaks above {} dB that no other target explains",
-            outcome.campaign.measure.threshold_db
+            "peaks above −{} dB that no other target explains",
+            -outcome.campaign.measure.threshold_db
         )),
         Fact::new("Traces imaged", aligned.traces.len().to_string()),
         Fact::new("Path", format!("{path_m:.2} m")),
@@ -106,6 +111,60 @@ fn facts(outcome: &Outcome) -> Vec<Fact> {
         );
     }
     facts
+}
+
+fn rows(outcome: &Outcome, spread: Option<&PointSpread>) -> Vec<TargetRow> {
+    let targets = &outcome.measured.targets;
+    let cuts = spread.map_or_else(|| vec![None; targets.len()], |s| cuts(outcome, s));
+    targets
+        .iter()
+        .zip(cuts)
+        .map(|(target, cuts)| TargetRow {
+            cuts,
+            ..row(target)
+        })
+        .collect()
+}
+
+/// What a height error means for targets under the track.
+fn at_nadir(outcome: &Outcome, spread: Option<&PointSpread>) -> Vec<String> {
+    const ERROR_M: f64 = 0.03;
+    let Some(spread) = spread else {
+        return Vec::new();
+    };
+    let mut under = Vec::new();
+    let mut moved_m = 0.0_f64;
+    for (k, t) in outcome.measured.targets.iter().enumerate() {
+        let point = [t.x_m, t.y_m, t.z_m];
+        let Some(track) = LocalTrack::at(spread.position_m(), point) else {
+            continue;
+        };
+        let offset_m = track.offset_m.abs();
+        if offset_m > Cell::expected(spread, &track, point).across_m {
+            continue;
+        }
+        // From below the track itself, where it matters most.
+        if let Ok(Some(by_m)) = displacement_m(track.height_m, 0.0, ERROR_M) {
+            under.push((k + 1).to_string());
+            moved_m = moved_m.max(by_m);
+        }
+    }
+    if under.is_empty() {
+        return Vec::new();
+    }
+    let (noun, verb) = if under.len() == 1 {
+        ("Target", "lies")
+    } else {
+        ("Targets", "lie")
+    };
+    vec![format!(
+        "{noun} {} {verb} under the track, nearer than the resolution across it. There the image \
+         cannot tell a small height error from a shift across the track: by Eq. (14), an image \
+         plane {:.0} cm too high moves a target by up to {moved_m:.2} m to either side. Along the \
+         track no such thing happens.",
+        under.join(", "),
+        1e2 * ERROR_M
+    )]
 }
 
 fn row(target: &Target) -> TargetRow {

@@ -21,6 +21,8 @@ pub struct ReportData {
     pub image: Option<Picture>,
     /// Targets, strongest first, numbered from 1 in this order.
     pub targets: Vec<TargetRow>,
+    /// How to read the places of the targets, one paragraph each.
+    pub remarks: Vec<String>,
     /// The radargram as recorded.
     pub radargram_raw: Option<Picture>,
     /// The radargram that went into the image.
@@ -137,17 +139,24 @@ pub struct GhostRow {
     pub y_m: f64,
 }
 
-/// Levels along the two cuts through a peak; distances in metres from it, levels in dB of it.
+/// The two cuts through a peak.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CutLevels {
-    /// Distances along the track.
-    pub along_m: Vec<f64>,
-    /// Levels, one per distance along the track.
-    pub along_db: Vec<f64>,
-    /// Distances across the track.
-    pub across_m: Vec<f64>,
-    /// Levels, one per distance across the track.
-    pub across_db: Vec<f64>,
+    /// Along the local track, forwards.
+    pub along: Cut,
+    /// Across it, to the left.
+    pub across: Cut,
+}
+
+/// Levels along one cut, in dB of the peak; lists of equal length.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Cut {
+    /// Distances from the peak in metres.
+    pub distance_m: Vec<f64>,
+    /// Levels of the image.
+    pub image_db: Vec<f64>,
+    /// Levels of an ideal point there, by Eq. (5); may be empty.
+    pub theory_db: Vec<f64>,
 }
 
 /// The trajectory; all lists have one value per fix.

@@ -1,7 +1,7 @@
 //! The evidence: trajectory, alignment, zero-timing, radargrams, cuts.
 
 use super::data::{
-    AlignmentEvidence, CutLevels, ReportData, SurfaceEvidence, TargetRow, TrajectoryEvidence,
+    AlignmentEvidence, Cut, ReportData, SurfaceEvidence, TargetRow, TrajectoryEvidence,
 };
 use super::numbers::{fixed, quantile};
 use super::page;
@@ -316,25 +316,42 @@ fn write_surface(out: &mut String, view: &SurfaceEvidence) -> Result<(), FigureE
 fn write_cuts(out: &mut String, targets: &[TargetRow]) -> Result<(), FigureError> {
     let with_cuts = |t: &&TargetRow| t.cuts.is_some();
     if targets.iter().any(|t| with_cuts(&t)) {
-        out.push_str("<h3>Cuts through the targets</h3>\n");
+        out.push_str(
+            "<h3>Cuts through the targets</h3>\n<p>Beside each cut stands that of an ideal point \
+             seen from the same flight: where the image is wider or its sidelobes are higher, \
+             the antennas or the target see less of the flight than an ideal point does, or the \
+             positions are off.</p>\n",
+        );
     }
     for (i, target) in targets.iter().enumerate() {
-        let Some(CutLevels {
-            along_m,
-            along_db,
-            across_m,
-            across_db,
-        }) = &target.cuts
-        else {
+        let Some(cuts) = &target.cuts else {
             continue;
         };
-        let cuts = [
-            ("along track", along_m.as_slice(), along_db.as_slice()),
-            ("across track", across_m.as_slice(), across_db.as_slice()),
-        ];
-        let plot = cut_plot(format!("Target {}", i + 1), &cuts, -40.0).height(200.0);
-        page::drawing(out, &plot.draw()?, "");
+        write_cut(
+            out,
+            format!("Target {}, along the track", i + 1),
+            &cuts.along,
+        )?;
+        write_cut(
+            out,
+            format!("Target {}, across the track", i + 1),
+            &cuts.across,
+        )?;
     }
+    Ok(())
+}
+
+fn write_cut(out: &mut String, title: String, cut: &Cut) -> Result<(), FigureError> {
+    let mut curves = vec![("image", cut.distance_m.as_slice(), cut.image_db.as_slice())];
+    if !cut.theory_db.is_empty() {
+        curves.push((
+            "ideal point, Eq. (5)",
+            cut.distance_m.as_slice(),
+            cut.theory_db.as_slice(),
+        ));
+    }
+    let plot = cut_plot(title, &curves, -40.0).height(210.0);
+    page::drawing(out, &plot.draw()?, "");
     Ok(())
 }
 

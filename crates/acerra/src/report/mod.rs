@@ -35,8 +35,8 @@ mod result;
 mod tests;
 
 pub use data::{
-    AlignmentEvidence, CutLevels, Fact, GhostRow, Picture, ReportData, SurfaceEvidence, TargetRow,
-    TrajectoryEvidence, Widths,
+    AlignmentEvidence, Cut, CutLevels, Fact, GhostRow, Picture, ReportData, SurfaceEvidence,
+    TargetRow, TrajectoryEvidence, Widths,
 };
 pub use index::{ComparisonTable, IndexEntry, IndexPage, index_page};
 pub use page::report_page;

@@ -4,6 +4,8 @@ use super::data::{ReportData, TargetRow, Widths};
 use super::numbers::fixed;
 use super::page;
 use crate::figure::FigureError;
+use crate::figure::markup::escape;
+use std::fmt::Write as _;
 
 pub(super) fn write(out: &mut String, data: &ReportData) -> Result<(), FigureError> {
     out.push_str("<section id=\"result\">\n<h2>Result</h2>\n");
@@ -16,6 +18,9 @@ pub(super) fn write(out: &mut String, data: &ReportData) -> Result<(), FigureErr
     } else {
         out.push_str("<h3>Targets</h3>\n");
         targets(out, &data.targets);
+        for remark in &data.remarks {
+            let _ = writeln!(out, "<p class=\"note\">{}</p>", escape(remark));
+        }
     }
     out.push_str("</section>\n");
     Ok(())

@@ -95,10 +95,16 @@ fn full() -> ReportData {
                     y_m: -1.9,
                 }),
                 cuts: Some(CutLevels {
-                    along_m: distance.clone(),
-                    along_db: level.clone(),
-                    across_m: distance.clone(),
-                    across_db: level.iter().map(|l| l * 0.4).collect(),
+                    along: Cut {
+                        distance_m: distance.clone(),
+                        image_db: level.clone(),
+                        theory_db: level.iter().map(|l| l * 1.2).collect(),
+                    },
+                    across: Cut {
+                        distance_m: distance.clone(),
+                        image_db: level.iter().map(|l| l * 0.4).collect(),
+                        theory_db: Vec::new(),
+                    },
                 }),
                 ..TargetRow::default()
             },
@@ -109,6 +115,7 @@ fn full() -> ReportData {
                 ..TargetRow::default()
             },
         ],
+        remarks: vec!["Targets 1, 2 lie under the track <here>.".to_owned()],
         radargram_raw: Some(picture(radargram("Raw"), "As recorded.")),
         radargram_clean: Some(picture(radargram("Clean"), "As focused.")),
         pictures: Vec::new(),
@@ -204,8 +211,12 @@ fn a_full_report_answers_in_order() {
         "id=\"result\"",
         "id=\"warnings\"",
         "id=\"evidence\"",
+        "Target 1, along the track",
+        "Target 1, across the track",
         "id=\"provenance\"",
     ];
+    assert!(html.contains("under the track &lt;here&gt;"));
+    assert!(html.contains("ideal point, Eq. (5)"));
     let places: Vec<_> = order.iter().map(|mark| html.find(mark).unwrap()).collect();
     assert!(places.is_sorted());
     for text in [
