@@ -72,6 +72,7 @@ fn main() {
                 let planning = start.elapsed().as_secs_f64();
                 println!("\n{plan}\nplanned in {planning:.3} s");
                 for (threads, pool) in [1, 2].into_iter().zip(&pools) {
+                    let estimate = pool.install(|| plan.estimate_s());
                     let (mut best, mut best_cpu) = (f64::INFINITY, f64::INFINITY);
                     let mut peak = 0f64;
                     for _ in 0..if gbp > 10.0 { 2 } else { 5 } {
@@ -82,13 +83,14 @@ fn main() {
                         best_cpu = best_cpu.min(processor_time_s() - cpu);
                     }
                     println!(
-                        "{:?}, {level}, accuracy {accuracy:.1e}, {threads} thread(s): {:.2} Gbp/s, {:.2} Gbp a processor second, error {:.2e}; {:.1} multiply-adds' time a pixel and pulse at the measured {:.0} GFLOP/s of one thread",
+                        "{:?}, {level}, accuracy {accuracy:.1e}, {threads} thread(s): {:.2} Gbp/s, {:.2} Gbp a processor second, error {:.2e}; {:.1} multiply-adds' time a pixel and pulse at the measured {:.0} GFLOP/s of one thread; estimated {:.3} s, took {best:.3} s",
                         plan.engine(),
                         gbp / best,
                         gbp / best_cpu,
                         scene.error(&image, sparse, &expected),
                         peak * best_cpu / (gbp * 1e9),
                         2e-9 * peak,
+                        estimate,
                     );
                 }
             }

@@ -8,6 +8,7 @@
 //! separable least-squares interpolation, and get their phase back. Any trajectory and any height
 //! will do: a scattered track merely has a wide bound, and is left to the direct engine.
 
+mod estimate;
 mod interpolation;
 mod lattice;
 mod spec;
@@ -25,6 +26,7 @@ use crate::simd::{SimdLevel, dispatch};
 use crate::{Pulses, Spreading};
 use num_complex::Complex32;
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Everything that does not depend on the pixels: tables of the direct engine and weights.
 #[derive(Debug)]
@@ -70,38 +72,54 @@ impl Factorized {
     ) {
         let spec = &self.lattice.spec;
         let coarse = coarse_grid(grid, spec.coarse);
-        let stride = padded(coarse.columns);
         let parts = cut(pulses, spec.pulses);
         let images: Vec<Coarse> = parts
             .par_iter()
-            .map(|part| {
-                let centre = centre_m(pulses, part.clone());
-                let mut image = vec![Complex32::ZERO; coarse.columns * coarse.rows];
-                self.direct.run_pulses(
-                    pulses,
-                    part.clone(),
-                    spreading,
-                    &coarse,
-                    &mut image,
-                    &|_| (),
-                );
-                let (mut real, mut imag) = split_parts(&image, coarse.columns);
-                real.par_chunks_mut(stride)
-                    .zip(imag.par_chunks_mut(stride))
-                    .enumerate()
-                    .for_each(|(j, (real, imag))| {
-                        let job = self.lattice.turn(&coarse, j, centre);
-                        dispatch!(self.level, s => turn_row(s, &job, true, real, imag));
-                    });
-                Coarse {
-                    centre_m: centre,
-                    real,
-                    imag,
-                }
-            })
+            .map(|part| self.coarse_image(pulses, spreading, &coarse, part))
             .collect();
+        self.merge(&images, &coarse, grid, out, done);
+    }
 
-        let [dx, dy] = spec.coarse;
+    /// The image of the pulses `part` on the coarse grid or some of its rows, without the phase of the
+    /// range to their centre.
+    fn coarse_image(
+        &self,
+        pulses: &Pulses,
+        spreading: Spreading,
+        coarse: &TiltedGrid,
+        part: &Range<usize>,
+    ) -> Coarse {
+        let centre = centre_m(pulses, part.clone());
+        let stride = padded(coarse.columns);
+        let mut image = vec![Complex32::ZERO; coarse.columns * coarse.rows];
+        self.direct
+            .run_pulses(pulses, part.clone(), spreading, coarse, &mut image, &|_| ());
+        let (mut real, mut imag) = split_parts(&image, coarse.columns);
+        real.par_chunks_mut(stride)
+            .zip(imag.par_chunks_mut(stride))
+            .enumerate()
+            .for_each(|(j, (real, imag))| {
+                let job = self.lattice.turn(coarse, j, centre);
+                dispatch!(self.level, s => turn_row(s, &job, true, real, imag));
+            });
+        Coarse {
+            centre_m: centre,
+            real,
+            imag,
+        }
+    }
+
+    /// Adds up all coarse images on `grid`.
+    fn merge(
+        &self,
+        images: &[Coarse],
+        coarse: &TiltedGrid,
+        grid: &TiltedGrid,
+        out: &mut [Complex32],
+        done: &(dyn Fn(u64) + Sync),
+    ) {
+        let stride = padded(coarse.columns);
+        let [dx, dy] = self.lattice.spec.coarse;
         let intervals = coarse.columns - TAPS;
         let line_length = 2 * coarse.columns;
         let row_length = dx * intervals;
@@ -113,7 +131,7 @@ impl Factorized {
                 |scratch, (cell, out)| {
                     let (line, sums) = scratch.split_at_mut(line_length);
                     sums.fill(0.0);
-                    for image in &images {
+                    for image in images {
                         for (phase, sums) in sums
                             .chunks_exact_mut(2 * row_length)
                             .enumerate()

@@ -169,9 +169,12 @@ pub(crate) fn choose_factorized(
     let (_, direct_cost) = choose(accuracy);
     let (mut inner, _) = choose(0.8 * accuracy);
     inner.table.interleaved = true;
-    // Exact ranges and gathered coefficients, in operations a value.
-    let inner_cost =
-        (32.0 + 26.0 * (inner.table.degree as f64 + 1.0) / 2.0) / level.lanes() as f64 * 1.5;
+    // Exact ranges, and coefficients read lane by lane, in operations a value as measured.
+    let (lanes, fours) = (
+        level.lanes() as f64,
+        (inner.table.degree as f64 + 1.0) / 2.0,
+    );
+    let inner_cost = (60.0 + 25.0 * fours) / lanes + 4.4 * fours;
     let band_hz = effective_band_hz(pulses, power, accuracy, &inner.table);
     let spec = FactorizedSpec::choose(
         pulses,

@@ -2,6 +2,7 @@
 
 pub(crate) mod check;
 pub(crate) mod choose;
+pub(crate) mod estimate;
 mod options;
 
 pub use options::{Engine, PlanOptions, Progress, SelfCheck};
@@ -163,7 +164,7 @@ impl<'a> Plan<'a> {
             else {
                 return Ok(false);
             };
-            if self.options.engine == Engine::Auto && spec.cost > 0.6 * direct_cost {
+            if self.options.engine == Engine::Auto && spec.cost > 0.9 * direct_cost {
                 self.reasons.push(format!(
                     "factorized: {:.2} vector operations a contribution estimated, direct {:.2}",
                     spec.cost, direct_cost

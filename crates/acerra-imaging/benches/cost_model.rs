@@ -1,0 +1,61 @@
+//! Times that plans foretell against times that they take, from 64² to 8192² pixels and from 50 to
+//! 20,000 pulses.
+//!
+//! `cargo bench -p acerra-imaging --bench cost_model` prints one line a size and engine; images of more
+//! than 100 Gbp are left out (`-- all` makes them too).
+#![allow(clippy::print_stdout, clippy::unwrap_used, missing_docs)]
+
+mod scene;
+
+use acerra_imaging::{Complex32, Engine, Plan, PlanOptions, Spreading};
+use scene::Scene;
+use std::time::Instant;
+
+fn main() {
+    if std::env::args().any(|a| a == "--test") {
+        return;
+    }
+    let all = std::env::args().any(|a| a == "all");
+    println!("pixels     pulses  engine      estimated (s)  took (s)  ratio  Gbp/s  memory (MB)");
+    let mut worst: f64 = 1.0;
+    for size in [64, 256, 1024, 4096, 8192] {
+        for pulses in [50, 300, 2000, 20_000] {
+            let scene = Scene::of_size(size, pulses);
+            let gbp = scene.gbp();
+            if gbp > 100.0 && !all {
+                continue;
+            }
+            for engine in [Engine::Direct, Engine::Auto] {
+                let options = PlanOptions {
+                    engine,
+                    spreading: Spreading::None,
+                    ..Default::default()
+                };
+                let plan = Plan::new(scene.pulses(), scene.grid, &options).unwrap();
+                if engine == Engine::Auto && plan.engine() == Engine::Direct {
+                    continue;
+                }
+                if engine == Engine::Direct && gbp > 50.0 && !all {
+                    continue;
+                }
+                let estimate = plan.estimate_s();
+                let mut image = vec![Complex32::ZERO; scene.grid.len()];
+                let mut took = f64::INFINITY;
+                for _ in 0..if gbp < 5.0 { 5 } else { 1 } {
+                    let start = Instant::now();
+                    plan.run(&mut image, &|_| ()).unwrap();
+                    took = took.min(start.elapsed().as_secs_f64());
+                }
+                let ratio = estimate / took;
+                worst = worst.max(ratio.max(1.0 / ratio));
+                println!(
+                    "{size:4}²  {pulses:9}  {:10}  {estimate:13.5}  {took:8.5}  {ratio:5.2}  {:5.2}  {:11.1}",
+                    format!("{:?}", plan.engine()),
+                    gbp / took,
+                    plan.memory_bytes() as f64 * 1e-6
+                );
+            }
+        }
+    }
+    println!("farthest from 1: {worst:.2}");
+}

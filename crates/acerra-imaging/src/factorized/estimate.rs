@@ -1,0 +1,73 @@
+//! How long a factorized image will take.
+
+use super::{Coarse, Factorized, TAPS, centre_m, coarse_grid, cut};
+use crate::plan::check::Random;
+use crate::plan::estimate::best_of_two;
+use crate::planar::padded;
+use crate::rows::TiltedGrid;
+use crate::{Pulses, Spreading};
+use num_complex::Complex32;
+use rayon::prelude::*;
+
+impl Factorized {
+    /// Seconds that a run will take on the threads of the current pool, from a few rows of coarse
+    /// images and a few cells of merging.
+    pub fn estimate_s(&self, pulses: &Pulses, spreading: Spreading, grid: &TiltedGrid) -> f64 {
+        let spec = &self.lattice.spec;
+        let dy = spec.coarse[1];
+        let threads = rayon::current_num_threads();
+        let coarse = coarse_grid(grid, spec.coarse);
+        let parts = cut(pulses, spec.pulses);
+        let mut random = Random(0x7e57);
+
+        // Full rows, as in the run: their cost varies along the row.
+        let rows = 8.min(coarse.rows);
+        let count = (coarse.rows * parts.len() / (100 * rows))
+            .clamp(2, 64)
+            .next_multiple_of(threads);
+        let places: Vec<_> = (0..count)
+            .map(|_| {
+                (
+                    random.below(parts.len()),
+                    random.below(coarse.rows - rows + 1),
+                )
+            })
+            .collect();
+        let mut sampled = 0;
+        for (part, _) in &places {
+            sampled += parts[*part].len() * rows;
+        }
+        let imaging = best_of_two(|| {
+            places.par_iter().for_each(|&(part, row)| {
+                let piece = TiltedGrid {
+                    origin_m: coarse.point_m(0.0, row as f64),
+                    rows,
+                    ..coarse
+                };
+                std::hint::black_box(self.coarse_image(pulses, spreading, &piece, &parts[part]));
+            });
+        }) * (pulses.len() * coarse.rows) as f64
+            / sampled as f64;
+
+        let cells = threads.min(grid.rows.div_ceil(dy));
+        let stride = padded(coarse.columns);
+        let length = stride * (cells + TAPS);
+        let images: Vec<Coarse> = parts
+            .iter()
+            .map(|part| Coarse {
+                centre_m: centre_m(pulses, part.clone()),
+                real: vec![1e-3; length],
+                imag: vec![1e-3; length],
+            })
+            .collect();
+        let few = TiltedGrid {
+            rows: (cells * dy).min(grid.rows),
+            ..*grid
+        };
+        let mut out = vec![Complex32::ZERO; few.columns * few.rows];
+        let merging = best_of_two(|| self.merge(&images, &coarse, &few, &mut out, &|_| ()))
+            * grid.rows as f64
+            / few.rows as f64;
+        imaging + merging
+    }
+}

@@ -1,0 +1,89 @@
+//! How long a plan will take: pieces of its own work are done and timed.
+
+use super::{Method, Plan, exact};
+use crate::TiltedGrid;
+use crate::plan::check::Random;
+use crate::simd::rows::tile_rows;
+use num_complex::Complex32;
+use rayon::prelude::*;
+use std::time::Instant;
+
+/// Contributions below which the whole image is made to learn how long that takes.
+const SMALL: u64 = 60_000_000;
+
+impl Plan<'_> {
+    /// Seconds that [`Plan::run`] will take on the threads of the pool it is called from, found by
+    /// doing about a hundredth of the work (small images are made whole).
+    #[must_use]
+    pub fn estimate_s(&self) -> f64 {
+        let threads = rayon::current_num_threads();
+        match &self.method {
+            Method::Reference => {
+                let pixels = (2 * threads).min(self.pixels());
+                let mut random = Random(0x7e57);
+                let places: Vec<_> = (0..pixels)
+                    .map(|_| {
+                        (
+                            random.below(self.grid.columns),
+                            random.below(self.grid.rows),
+                        )
+                    })
+                    .collect();
+                let work = || {
+                    places
+                        .par_iter()
+                        .map(|&(i, j)| {
+                            exact(&self.pulses, self.point_m(i, j), self.options.spreading).re
+                        })
+                        .sum::<f64>()
+                };
+                best_of_two(work) * self.pixels() as f64 / pixels as f64
+            }
+            _ if (self.pixels() as u64).saturating_mul(self.pulses.len() as u64) < SMALL => {
+                let mut image = vec![Complex32::ZERO; self.pixels()];
+                best_of_two(|| self.run(&mut image, &|_| ()))
+            }
+            Method::Direct(direct) => {
+                // Bands of full rows at three places, as the run makes them: neighbours share the
+                // tables' entries in the caches.
+                let rows = (tile_rows(self.options.level.lanes()) * threads).min(self.grid.rows);
+                let mut out = vec![Complex32::ZERO; rows * self.grid.columns];
+                let mut bands = 0.0;
+                for k in 0..3 {
+                    let j = (self.grid.rows - rows) * (2 * k + 1) / 6;
+                    let band = TiltedGrid {
+                        origin_m: self.grid.point_m(0.0, j as f64),
+                        rows,
+                        ..self.grid
+                    };
+                    bands += best_of_two(|| {
+                        direct.run_over(
+                            &self.pulses,
+                            0..self.pulses.len(),
+                            self.options.spreading,
+                            &band,
+                            self.relief().map(|r| r.seen_from(0, j)),
+                            &mut out,
+                            &|_| (),
+                        )
+                    });
+                }
+                bands * self.grid.rows as f64 / (3 * rows) as f64
+            }
+            Method::Factorized(factorized) => {
+                factorized.estimate_s(&self.pulses, self.options.spreading, &self.grid)
+            }
+        }
+    }
+}
+
+/// Seconds of the faster of two runs.
+pub(crate) fn best_of_two<R>(mut work: impl FnMut() -> R) -> f64 {
+    (0..2)
+        .map(|_| {
+            let start = Instant::now();
+            std::hint::black_box(work());
+            start.elapsed().as_secs_f64()
+        })
+        .fold(f64::INFINITY, f64::min)
+}
