@@ -25,11 +25,18 @@ fn main() {
     let (pulses, grid, gbp) = (scene.pulses(), scene.grid, scene.gbp());
     let sparse = if gbp > 10.0 { 100 } else { 18 };
     let expected = scene.expected(sparse);
-    println!(
-        "{}: {gbp:.4} Gbp, {} cores",
-        scene.name,
-        std::thread::available_parallelism().map_or(1, |n| n.get())
-    );
+    if let Some(folder) = std::env::args().find_map(|a| Some(a.strip_prefix("dump=")?.to_owned())) {
+        scene.dump(std::path::Path::new(&folder), &expected);
+        return;
+    }
+    let table = std::env::args().any(|a| a == "table");
+    if !table {
+        println!(
+            "{}: {gbp:.4} Gbp, {} cores",
+            scene.name,
+            std::thread::available_parallelism().map_or(1, |n| n.get())
+        );
+    }
     let pools = [1, 2].map(|n| {
         rayon::ThreadPoolBuilder::new()
             .num_threads(n)
@@ -70,7 +77,10 @@ fn main() {
                 let start = Instant::now();
                 let plan = Plan::new(pulses, grid, &options).unwrap();
                 let planning = start.elapsed().as_secs_f64();
-                println!("\n{plan}\nplanned in {planning:.3} s");
+                if !table {
+                    println!("\n{plan}\nplanned in {planning:.3} s");
+                }
+                let mut rates = Vec::new();
                 for (threads, pool) in [1, 2].into_iter().zip(&pools) {
                     let estimate = pool.install(|| plan.estimate_s());
                     let (mut best, mut best_cpu) = (f64::INFINITY, f64::INFINITY);
@@ -82,15 +92,28 @@ fn main() {
                         best = best.min(start.elapsed().as_secs_f64());
                         best_cpu = best_cpu.min(processor_time_s() - cpu);
                     }
+                    rates.push(gbp / best);
+                    if !table {
+                        println!(
+                            "{:?}, {level}, accuracy {accuracy:.1e}, {threads} thread(s): {:.2} Gbp/s, {:.2} Gbp a processor second, error {:.2e}; {:.1} multiply-adds' time a pixel and pulse at the measured {:.0} GFLOP/s of one thread; estimated {:.3} s, took {best:.3} s",
+                            plan.engine(),
+                            gbp / best,
+                            gbp / best_cpu,
+                            scene.error(&image, sparse, &expected),
+                            peak * best_cpu / (gbp * 1e9),
+                            2e-9 * peak,
+                            estimate,
+                        );
+                    }
+                }
+                if table {
                     println!(
-                        "{:?}, {level}, accuracy {accuracy:.1e}, {threads} thread(s): {:.2} Gbp/s, {:.2} Gbp a processor second, error {:.2e}; {:.1} multiply-adds' time a pixel and pulse at the measured {:.0} GFLOP/s of one thread; estimated {:.3} s, took {best:.3} s",
-                        plan.engine(),
-                        gbp / best,
-                        gbp / best_cpu,
+                        "| {:34} | {:22} | {:8.3} | {:8.3} | {:.1e} |",
+                        format!("Acerra, {:?}, {level}", plan.engine()),
+                        format!("planned for {accuracy:.1e}"),
+                        rates[0],
+                        rates[1],
                         scene.error(&image, sparse, &expected),
-                        peak * best_cpu / (gbp * 1e9),
-                        2e-9 * peak,
-                        estimate,
                     );
                 }
             }

@@ -159,6 +159,22 @@ impl Scene {
             .collect()
     }
 
+    /// Writes positions, frequencies, spectra and `expected` as plain little-endian doubles.
+    pub fn dump(&self, folder: &std::path::Path, expected: &[Complex64]) {
+        let write = |name: &str, values: &mut dyn Iterator<Item = f64>| {
+            let bytes: Vec<u8> = values.flat_map(f64::to_le_bytes).collect();
+            std::fs::write(folder.join(name), bytes).unwrap();
+        };
+        let parts = |v: &Complex64| [v.re, v.im];
+        write(
+            "position_m.f64",
+            &mut self.position_m.iter().flatten().copied(),
+        );
+        write("frequency_hz.f64", &mut self.frequency_hz.iter().copied());
+        write("spectrum.c128", &mut self.spectrum.iter().flat_map(parts));
+        write("expected.c128", &mut expected.iter().flat_map(parts));
+    }
+
     /// Relative L2 error of an image at those pixels.
     pub fn error(&self, image: &[Complex32], step: usize, expected: &[Complex64]) -> f64 {
         let n = self.grid.nx / step;

@@ -111,6 +111,7 @@ pub fn band(n: usize) -> Vec<f64> {
         .collect()
 }
 
+#[allow(unused_macros)]
 /// Makes one test a level: `name(level)` at all levels of this processor.
 macro_rules! at_every_level {
     ($($name:ident),* $(,)?) => {
