@@ -191,6 +191,13 @@ pub struct PpkOptions {
     /// Largest phase residual in units of its standard deviation: satellites beyond it are left
     /// out of the epoch, and of a fix; `None` checks nothing.
     pub largest_phase_residual_sigma: Option<f64>,
+    /// Largest code residual in units of its standard deviation: satellites beyond it are left out
+    /// of the epoch, and one that begins there begins later; `None` checks nothing.
+    pub largest_code_residual_sigma: Option<f64>,
+    /// Least probability, from the covariance of the float ambiguities, that integers which pass
+    /// the ratio test are the right ones; `None` asks the ratio alone, which a wrong set passes
+    /// easily while there is little to tell it by.
+    pub least_success_rate: Option<f64>,
     /// Largest GDOP of a single-point position.
     pub largest_gdop: f64,
     /// Measurement updates per epoch.
@@ -273,6 +280,8 @@ impl PpkOptions {
             largest_phase_innovation_m: 30.0,
             largest_code_innovation_m: 30.0,
             largest_phase_residual_sigma: None,
+            largest_code_residual_sigma: None,
+            least_success_rate: None,
             largest_gdop: 30.0,
             iterations: 1,
             code_phase_ratio: [100.0; FREQUENCY_SLOTS],
@@ -309,6 +318,8 @@ impl PpkOptions {
             interpolate_base: true,
             raim: true,
             largest_phase_residual_sigma: Some(5.0),
+            largest_code_residual_sigma: Some(5.0),
+            least_success_rate: Some(0.99),
             weak_signal_drop_db: Some(6.0),
             partial_ambiguity: Some(PartialAmbiguity {
                 filter_new_satellites: true,
@@ -327,6 +338,8 @@ impl PpkOptions {
             interpolate_base: false,
             raim: false,
             largest_phase_residual_sigma: None,
+            largest_code_residual_sigma: None,
+            least_success_rate: None,
             weak_signal_drop_db: None,
             partial_ambiguity: None,
             ..self

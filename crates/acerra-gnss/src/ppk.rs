@@ -2,7 +2,7 @@
 
 use crate::engine::{
     Constellation, Epoch, EpochResult, Filter, Prepared, RoverEpoch, SingleContext, base_gaps,
-    base_position, combine, epochs, missing_navigation, phases_and_copies,
+    base_position, combine, epochs, missing_navigation, phases_and_copies, reject_implausible,
 };
 use crate::events::interpolate_events;
 use crate::navigation::{Klobuchar, Navigation};
@@ -303,8 +303,12 @@ fn rover_epochs(
         })
         .unwrap_or([0.0; 3]);
     let one = |epoch: Epoch| {
-        let states = context.states(&epoch, epoch.tag, true);
+        let mut states = context.states(&epoch, epoch.tag, true);
         let single = context.solve(&epoch, &states, start);
+        if let (Ok(single), false) = (&single, options.reproduce_defects) {
+            let place_ecef_m = single.position_ecef_m;
+            reject_implausible(context.constellation, &epoch, &mut states, place_ecef_m);
+        }
         RoverEpoch {
             epoch,
             states,

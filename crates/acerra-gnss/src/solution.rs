@@ -75,6 +75,13 @@ pub enum NotFixedReason {
         /// Satellites that slipped at this epoch.
         slipped: usize,
     },
+    /// The ratio test passed, with too little to tell the right integers from wrong ones.
+    IntegersUncertain {
+        /// Probability that they are right, from the float ambiguities' covariance.
+        success_rate: f64,
+        /// The probability needed.
+        needed: f64,
+    },
     /// The phases contradict each other once the integers are imposed (multipath, a slip that was
     /// not flagged, or wrong integers).
     PhasesInconsistent {
@@ -109,6 +116,7 @@ impl NotFixedReason {
             Self::TooFewCommonSatellites { .. } => "too few satellites in common with the base",
             Self::TooFewAmbiguities { .. } => "too few ambiguities to resolve",
             Self::RatioTooLow { .. } => "ratio test failed",
+            Self::IntegersUncertain { .. } => "integers not certain enough",
             Self::PhasesInconsistent { .. } => "phases contradict each other",
             Self::SearchFailed => "integer search failed",
             Self::FloatTooUncertain { .. } => "float position too uncertain",
@@ -151,6 +159,13 @@ impl fmt::Display for NotFixedReason {
                     "ratio {ratio:.1} below {needed:.1} ({slipped} satellites slipped)"
                 )
             }
+            Self::IntegersUncertain {
+                success_rate,
+                needed,
+            } => write!(
+                f,
+                "integers right with a probability of {success_rate:.3}, needed {needed:.3}"
+            ),
             Self::PhasesInconsistent { normalised } => {
                 write!(f, "phase residual of {normalised:.1} standard deviations")
             }

@@ -9,6 +9,13 @@ use crate::options::{GlonassAmbiguity, PpkOptions, RuleSet};
 use crate::satellite::System;
 use nalgebra::{Cholesky, DMatrix, DVector};
 
+/// With fewer satellites than this the integers are tried without one of them, else without two.
+const LEAST_TO_LEAVE_OUT_TWO: usize = 7;
+
+/// Pairs that must remain where every satellite is tried as the one that is off: with fewer, one
+/// of so many tries passes the ratio test by chance.
+const LEAST_TO_TRY_ALL: usize = 7;
+
 /// Ratios are reported up to here.
 pub(crate) const LARGEST_RATIO: f64 = 999.9;
 
@@ -29,6 +36,8 @@ pub(crate) struct Resolution<'a> {
     pub rover: &'a [ZeroDifference],
     /// Whether GLONASS and SBAS take part.
     pub with_glonass: bool,
+    /// True variances over those of the model, for the success rate.
+    pub variance_factor: f64,
 }
 
 /// Integers found, and the position they give.
@@ -40,6 +49,8 @@ pub(crate) struct Attempt {
     pub ratio: f64,
     pub threshold: f64,
     pub accepted: bool,
+    /// Probability that the integers are right, if the covariance is true.
+    pub success_rate: f64,
     /// Position states after the integers are imposed, and their covariance (row-major).
     pub x: Vec<f64>,
     pub p: Vec<f64>,
@@ -116,17 +127,7 @@ impl Resolution<'_> {
         }
         let mut remaining = full.pairs.clone();
         for &(satellite, slot) in dispensable {
-            remaining.retain(|p| p.slot != slot || p.other != satellite);
-            // A reference hands its place to the first of its partners.
-            let orphaned = |p: &&mut Pair| p.slot == slot && p.reference == satellite;
-            let heir = remaining.iter_mut().find(|p| orphaned(p)).map(|p| p.other);
-            if let Some(heir) = heir {
-                remaining
-                    .iter_mut()
-                    .filter(orphaned)
-                    .for_each(|p| p.reference = heir);
-                remaining.retain(|p| p.reference != p.other);
-            }
+            remaining = without(&remaining, satellite, slot);
             if remaining.len() < least.max(2) {
                 break;
             }
@@ -135,7 +136,53 @@ impl Resolution<'_> {
                 _ => {}
             }
         }
-        Ok(full)
+        // One satellite that is off, the strongest included, is found by trying all.
+        let mut best: Option<Attempt> = None;
+        for (satellite, slot) in members(&full.pairs) {
+            let rest = without(&full.pairs, satellite, slot);
+            if rest.len() < LEAST_TO_TRY_ALL {
+                break;
+            }
+            if let Ok(attempt) = self.attempt(state, rest)
+                && attempt.accepted
+                && best.as_ref().is_none_or(|b| attempt.ratio > b.ratio)
+            {
+                best = Some(attempt);
+            }
+        }
+        Ok(best.unwrap_or(full))
+    }
+
+    /// Whether the integers stay the best ones whichever two satellites (of few, whichever one)
+    /// are left out: a wrong set that fits by chance, or because a satellite is off, seldom does.
+    pub(crate) fn hinges_on_no_satellite(&self, state: &FilterState, attempt: &Attempt) -> bool {
+        let members = members(&attempt.pairs);
+        let integer = |satellite: usize, slot: usize| {
+            let mut own = attempt.pairs.iter().zip(&attempt.integers);
+            own.find(|(p, _)| p.other == satellite && p.slot == slot)
+                .map_or(0.0, |(_, integer)| *integer)
+        };
+        let stays = |rest: Vec<Pair>| {
+            if rest.len() < 2 {
+                return false;
+            }
+            let (float, covariance) = differences(state, &rest);
+            integer_least_squares(&float, covariance.as_slice(), 1).is_ok_and(|found| {
+                rest.iter().zip(&found.integers[0]).all(|(p, z)| {
+                    (integer(p.other, p.slot) - integer(p.reference, p.slot) - z).abs() < 0.5
+                })
+            })
+        };
+        let two = members.len() >= LEAST_TO_LEAVE_OUT_TWO;
+        members.iter().enumerate().all(|(k, &(satellite, slot))| {
+            let rest = without(&attempt.pairs, satellite, slot);
+            if !two {
+                return stays(rest);
+            }
+            members[k + 1..]
+                .iter()
+                .all(|&(second, slot)| stays(without(&rest, second, slot)))
+        })
     }
 
     /// The ratio needed with this many pairs.
@@ -156,29 +203,8 @@ impl Resolution<'_> {
         pairs: Vec<Pair>,
     ) -> Result<Attempt, LambdaError> {
         let n = pairs.len();
-        let index: Vec<(usize, usize)> = pairs
-            .iter()
-            .map(|p| {
-                (
-                    state.bias_index(p.reference, p.slot),
-                    state.bias_index(p.other, p.slot),
-                )
-            })
-            .collect();
-        let float: Vec<f64> = index
-            .iter()
-            .map(|&(i, j)| state.x[i] - state.x[j])
-            .collect();
-        let mut q = DMatrix::<f64>::zeros(n, n);
-        for (a, &(ia, ja)) in index.iter().enumerate() {
-            for (b, &(ib, jb)) in index.iter().enumerate().take(a + 1) {
-                let value =
-                    state.covariance(ia, ib) - state.covariance(ia, jb) - state.covariance(ja, ib)
-                        + state.covariance(ja, jb);
-                q[(a, b)] = value;
-                q[(b, a)] = value;
-            }
-        }
+        let index = indices(state, &pairs);
+        let (float, q) = differences(state, &pairs);
         let found = integer_least_squares(&float, q.as_slice(), 2)?;
         let (best, second) = (found.costs[0], found.costs[1]);
         let ratio = if best > 0.0 {
@@ -195,6 +221,7 @@ impl Resolution<'_> {
             ratio,
             threshold,
             accepted,
+            success_rate: found.success_rate(self.variance_factor),
             x: state.x[..np].to_vec(),
             p: (0..np * np)
                 .map(|k| state.covariance(k / np, k % np))
@@ -272,4 +299,67 @@ impl Resolution<'_> {
             DMatrix::from_diagonal_element(n, n, options.hold_variance_cycles2),
         )
     }
+}
+
+/// The biases of reference and other of each pair in the state vector.
+fn indices(state: &FilterState, pairs: &[Pair]) -> Vec<(usize, usize)> {
+    pairs
+        .iter()
+        .map(|p| {
+            (
+                state.bias_index(p.reference, p.slot),
+                state.bias_index(p.other, p.slot),
+            )
+        })
+        .collect()
+}
+
+/// The float bias differences (cycles) and their covariance (cycle²).
+fn differences(state: &FilterState, pairs: &[Pair]) -> (Vec<f64>, DMatrix<f64>) {
+    let index = indices(state, pairs);
+    let float: Vec<f64> = index
+        .iter()
+        .map(|&(i, j)| state.x[i] - state.x[j])
+        .collect();
+    let mut q = DMatrix::<f64>::zeros(pairs.len(), pairs.len());
+    for (a, &(ia, ja)) in index.iter().enumerate() {
+        for (b, &(ib, jb)) in index.iter().enumerate().take(a + 1) {
+            let value =
+                state.covariance(ia, ib) - state.covariance(ia, jb) - state.covariance(ja, ib)
+                    + state.covariance(ja, jb);
+            q[(a, b)] = value;
+            q[(b, a)] = value;
+        }
+    }
+    (float, q)
+}
+
+/// The satellites and slots that `pairs` are made of, each once.
+pub(super) fn members(pairs: &[Pair]) -> Vec<(usize, usize)> {
+    let mut members: Vec<(usize, usize)> = pairs
+        .iter()
+        .flat_map(|p| [(p.reference, p.slot), (p.other, p.slot)])
+        .collect();
+    members.sort_unstable();
+    members.dedup();
+    members
+}
+
+/// `pairs` without a satellite; a reference hands its place to the first of its partners.
+fn without(pairs: &[Pair], satellite: usize, slot: usize) -> Vec<Pair> {
+    let mut remaining: Vec<Pair> = pairs
+        .iter()
+        .copied()
+        .filter(|p| p.slot != slot || p.other != satellite)
+        .collect();
+    let orphaned = |p: &&mut Pair| p.slot == slot && p.reference == satellite;
+    let heir = remaining.iter_mut().find(|p| orphaned(p)).map(|p| p.other);
+    if let Some(heir) = heir {
+        remaining
+            .iter_mut()
+            .filter(orphaned)
+            .for_each(|p| p.reference = heir);
+        remaining.retain(|p| p.reference != p.other);
+    }
+    remaining
 }

@@ -39,6 +39,8 @@ pub(crate) enum Unusable {
     NoEphemeris,
     /// Flagged unhealthy or too inaccurate by its own message.
     Excluded,
+    /// The pseudorange does not fit the receiver's place and the other satellites'.
+    ImplausiblePseudorange,
 }
 
 impl Constellation {

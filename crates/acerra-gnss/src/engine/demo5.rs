@@ -2,7 +2,7 @@
 //! without newly risen satellites, leaving satellites out one at a time, and GLONASS joining once
 //! its inter-channel biases are learnt.
 
-use super::ambiguity::{Attempt, Resolution};
+use super::ambiguity::{Attempt, Resolution, members};
 use super::double::Common;
 use super::filter::Filter;
 use super::zero::ZeroDifference;
@@ -69,14 +69,7 @@ impl Filter<'_> {
         if let Ok(attempt) = &outcome
             && attempt.accepted
         {
-            let mut members: Vec<(usize, usize)> = attempt
-                .pairs
-                .iter()
-                .flat_map(|p| [(p.reference, p.slot), (p.other, p.slot)])
-                .collect();
-            members.sort_unstable();
-            members.dedup();
-            for (satellite, slot) in members {
+            for (satellite, slot) in members(&attempt.pairs) {
                 self.state.track_mut(satellite, slot).lock += 1;
             }
         }
@@ -148,6 +141,7 @@ impl Filter<'_> {
             common,
             rover: zero,
             with_glonass,
+            variance_factor: 1.0,
         };
         let pairs = resolution.pairs(&self.state);
         let least = self

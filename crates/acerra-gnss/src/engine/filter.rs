@@ -1,11 +1,12 @@
 //! One epoch of the relative filter: prediction, biases, measurement update, ambiguities.
 
-use super::ambiguity::{Attempt, Pair, Resolution};
+use super::ambiguity::{Attempt, Pair, Resolution, members};
+use super::confirm::FixedIntegers;
 use super::constellation::{Constellation, SatelliteState, Unusable};
 use super::double::{Common, Differencing, DoubleRow};
 use super::measurement::Epoch;
 use super::noise::{Separation, single_difference_variance_m2, weak_signal_factor};
-use super::outliers::worst_phase;
+use super::outliers::{code_misfit, worst};
 use super::single::SinglePoint;
 use super::slips;
 use super::state::FilterState;
@@ -56,6 +57,8 @@ pub(crate) struct EpochResult {
     pub ratio: f64,
     pub reason: Option<NotFixedReason>,
     pub residuals: Vec<SatelliteResidual>,
+    /// The integers of a fix.
+    pub integers: Option<FixedIntegers>,
 }
 
 /// An epoch as ambiguity resolution sees it.
@@ -69,6 +72,14 @@ struct EpochView<'e> {
 /// Satellites that may be left out of a fix because their phases contradict the others.
 const LARGEST_LEFT_OUT: usize = 3;
 
+/// A position takes three pairs; only a further one checks it.
+const LEAST_CHECKED_PAIRS: usize = 4;
+/// Share of the codes' past misfit that counts at the next epoch.
+const MISFIT_KEPT: f64 = 0.98;
+/// Degrees of freedom that the model's own word weighs.
+const MISFIT_PRIOR: f64 = 30.0;
+const LEAST_VARIANCE_FACTOR: f64 = 0.1;
+
 /// The filter of one pass.
 #[derive(Clone)]
 pub(crate) struct Filter<'a> {
@@ -78,6 +89,11 @@ pub(crate) struct Filter<'a> {
     pub(crate) state: FilterState,
     pub(crate) last_time: Option<GpsTime>,
     consecutive_fixes: u32,
+    /// Some fix of the present run of fixes was certain.
+    certain: bool,
+    /// Squared code residuals in units of their variance, and their degrees of freedom, both
+    /// fading.
+    misfit: [f64; 2],
     /// First ratio of the previous epoch, before any retry, and the last one.
     pub(super) previous_first_ratio: f64,
     pub(super) previous_ratio: f64,
@@ -101,6 +117,8 @@ impl<'a> Filter<'a> {
             state: FilterState::new(constellation, options),
             last_time: None,
             consecutive_fixes: 0,
+            certain: false,
+            misfit: [0.0; 2],
             previous_first_ratio: 0.0,
             previous_ratio: 0.0,
             previously_fixed: false,
@@ -133,6 +151,7 @@ impl<'a> Filter<'a> {
             ratio: 0.0,
             reason: None,
             residuals: Vec::new(),
+            integers: None,
         };
         if self.options.mode == PositioningMode::Single {
             return result;
@@ -168,10 +187,9 @@ impl<'a> Filter<'a> {
             );
             self.predict_biases(rover, &base, &common, elapsed_s);
         }
-        let prior = self
-            .options
-            .largest_phase_residual_sigma
-            .map(|limit| (limit, self.state.clone()));
+        let checks_residuals = self.options.largest_phase_residual_sigma.is_some()
+            || self.options.largest_code_residual_sigma.is_some();
+        let mut prior = checks_residuals.then(|| self.state.clone());
         let mut excluded: Vec<(usize, usize)> = Vec::new();
         let (zero, differences) = loop {
             for _ in 0..self.options.iterations.max(1) {
@@ -193,11 +211,21 @@ impl<'a> Filter<'a> {
             let zero = self.rover_zero(rover);
             let differences =
                 self.differences(&common, &wavelengths, &zero, &base, &self.state, &excluded);
-            if let Some((limit, prior)) = &prior {
-                let worst = worst_phase(&differences.rows, |_, _| true);
-                if let Some(worst) = worst.filter(|w| w.normalised > *limit) {
+            if let Some(prior) = &mut prior {
+                let beyond = |limit: Option<f64>, of_codes: bool| {
+                    let limit = limit?;
+                    worst(&differences.rows, of_codes, |_, _| true).filter(|w| w.normalised > limit)
+                };
+                let code = beyond(self.options.largest_code_residual_sigma, true);
+                let phase = beyond(self.options.largest_phase_residual_sigma, false);
+                if let Some(worst) = code.or(phase) {
                     if 3 * (excluded.len() + 1) <= common.len() {
                         excluded.push((worst.common, worst.slot));
+                        // A bias that begins with a code like this would begin far off.
+                        let satellite = common[worst.common].satellite;
+                        if code.is_some() && prior.has_initial_variance(satellite, worst.slot) {
+                            prior.remove(prior.bias_index(satellite, worst.slot));
+                        }
                         self.state.clone_from(prior);
                         continue;
                     }
@@ -216,6 +244,11 @@ impl<'a> Filter<'a> {
             break (zero, differences);
         };
         let rows = differences.rows;
+        let (squares, freedom) = code_misfit(&rows);
+        self.misfit = [
+            MISFIT_KEPT * self.misfit[0] + squares,
+            MISFIT_KEPT * self.misfit[1] + freedom as f64,
+        ];
         self.mark_valid(&rows, &common, &differences.rejected);
         let satellites = self.count_valid(&rows, &common);
         result.satellites = satellites;
@@ -245,6 +278,14 @@ impl<'a> Filter<'a> {
         };
         match self.resolve_checked(&epoch, &zero, &mut excluded, &mut result) {
             Ok(attempt) => {
+                if self.consecutive_fixes == 0 {
+                    self.certain = false;
+                }
+                let certain = self.is_certain(&common, &zero, &attempt);
+                self.certain |= certain;
+                if self.options.least_success_rate.is_some() {
+                    result.integers = Some(FixedIntegers::new(&attempt, certain, &result));
+                }
                 result.quality = Some(Quality::Fixed);
                 result.position_ecef_m = [attempt.x[0], attempt.x[1], attempt.x[2]];
                 result.covariance_ecef_m2 =
@@ -266,6 +307,7 @@ impl<'a> Filter<'a> {
                 self.consecutive_fixes += 1;
                 if self.options.ambiguity == AmbiguityMode::FixAndHold
                     && self.consecutive_fixes >= self.options.least_fixes_to_hold
+                    && self.certain
                 {
                     let resolution = Resolution {
                         constellation: self.constellation,
@@ -273,6 +315,7 @@ impl<'a> Filter<'a> {
                         common: &common,
                         rover: &zero,
                         with_glonass: true,
+                        variance_factor: self.variance_factor(),
                     };
                     if resolution.hold(&mut self.state, &attempt) {
                         self.learn_channel_biases(&common);
@@ -287,6 +330,33 @@ impl<'a> Filter<'a> {
         }
         self.previously_fixed = result.quality == Some(Quality::Fixed);
         result
+    }
+
+    /// True variances over those of the model, from the residuals of the codes so far; never above
+    /// one, for what is slow to average out does not show in them.
+    fn variance_factor(&self) -> f64 {
+        let [squares, freedom] = self.misfit;
+        ((squares + MISFIT_PRIOR) / (freedom + MISFIT_PRIOR)).clamp(LEAST_VARIANCE_FACTOR, 1.0)
+    }
+
+    /// Whether the integers of a fix are right beyond reasonable doubt: likely enough by their
+    /// covariance, more than a position needs, and in a run of fixes found once whichever
+    /// satellites are left out.
+    fn is_certain(&self, common: &[Common], zero: &[ZeroDifference], attempt: &Attempt) -> bool {
+        let Some(least) = self.options.least_success_rate else {
+            return true;
+        };
+        let resolution = Resolution {
+            constellation: self.constellation,
+            options: self.options,
+            common,
+            rover: zero,
+            with_glonass: true,
+            variance_factor: self.variance_factor(),
+        };
+        attempt.success_rate >= least
+            && attempt.pairs.len() >= LEAST_CHECKED_PAIRS
+            && (self.certain || resolution.hinges_on_no_satellite(&self.state, attempt))
     }
 
     fn uses_phase(&self) -> bool {
@@ -681,12 +751,7 @@ impl<'a> Filter<'a> {
         zero: &[ZeroDifference],
         pairs: &[Pair],
     ) -> Vec<(usize, usize)> {
-        let mut members: Vec<(usize, usize)> = pairs
-            .iter()
-            .flat_map(|p| [(p.reference, p.slot), (p.other, p.slot)])
-            .collect();
-        members.sort_unstable();
-        members.dedup();
+        let mut members = members(pairs);
         let noise = |&(satellite, slot): &(usize, usize)| {
             common
                 .iter()
@@ -769,7 +834,7 @@ impl<'a> Filter<'a> {
             );
             let in_fix =
                 |k: usize, slot: usize| self.state.track(epoch.common[k].satellite, slot).in_fix;
-            let worst = worst_phase(&differences.rows, in_fix);
+            let worst = worst(&differences.rows, false, in_fix);
             let Some(worst) = worst.filter(|w| w.normalised > limit) else {
                 return Ok(attempt);
             };
@@ -787,6 +852,42 @@ impl<'a> Filter<'a> {
                 .track_mut(epoch.common[worst.common].satellite, worst.slot)
                 .valid = false;
         }
+    }
+
+    /// One search of the integers, with partial resolution if that is chosen.
+    fn attempt_by_rtklib(
+        &self,
+        common: &[Common],
+        zero: &[ZeroDifference],
+        with_glonass: bool,
+        [slipped, half_cycle]: [usize; 2],
+    ) -> Result<Attempt, NotFixedReason> {
+        let resolution = Resolution {
+            constellation: self.constellation,
+            options: self.options,
+            common,
+            rover: zero,
+            with_glonass,
+            variance_factor: self.variance_factor(),
+        };
+        let pairs = resolution.pairs(&self.state);
+        if pairs.len() < 2 {
+            let pairs = pairs.len();
+            return Err(NotFixedReason::TooFewAmbiguities {
+                pairs,
+                slipped,
+                half_cycle,
+            });
+        }
+        match self.options.partial_ambiguity {
+            None => resolution.attempt(&self.state, pairs),
+            Some(partial) => {
+                let dispensable = self.noisiest_first(common, zero, &pairs);
+                let least = partial.least_satellites_to_fix.saturating_sub(1);
+                resolution.partial_attempt(&self.state, pairs, &dispensable, least)
+            }
+        }
+        .map_err(|_| NotFixedReason::SearchFailed)
     }
 
     /// Ambiguity resolution of this epoch: the accepted attempt, or why there is none.
@@ -813,32 +914,27 @@ impl<'a> Filter<'a> {
             .count();
         let attempt = match options.rules {
             RuleSet::Rtklib => {
-                let resolution = Resolution {
-                    constellation: self.constellation,
-                    options,
-                    common,
-                    rover: zero,
-                    with_glonass: options.glonass_ambiguity != GlonassAmbiguity::FixAndHold
-                        || self.held,
+                let learning = options.glonass_ambiguity == GlonassAmbiguity::FixAndHold;
+                let mut outcome = None;
+                // GLONASS joins once its biases are learnt; a fix that fails with it is tried
+                // without.
+                let tries: &[bool] = match (learning, self.held) {
+                    (false, _) => &[true],
+                    (true, false) => &[false],
+                    (true, true) => &[true, false],
                 };
-                let pairs = resolution.pairs(&self.state);
-                if pairs.len() < 2 {
-                    let pairs = pairs.len();
-                    return Err(NotFixedReason::TooFewAmbiguities {
-                        pairs,
-                        slipped,
-                        half_cycle,
-                    });
-                }
-                let outcome = match options.partial_ambiguity {
-                    None => resolution.attempt(&self.state, pairs),
-                    Some(partial) => {
-                        let dispensable = self.noisiest_first(common, zero, &pairs);
-                        let least = partial.least_satellites_to_fix.saturating_sub(1);
-                        resolution.partial_attempt(&self.state, pairs, &dispensable, least)
+                for &with_glonass in tries {
+                    let attempt =
+                        self.attempt_by_rtklib(common, zero, with_glonass, [slipped, half_cycle]);
+                    let accepted = attempt.as_ref().is_ok_and(|a| a.accepted);
+                    if accepted || outcome.is_none() {
+                        outcome = Some(attempt);
                     }
-                };
-                outcome.map_err(|_| NotFixedReason::SearchFailed)?
+                    if accepted {
+                        break;
+                    }
+                }
+                outcome.unwrap_or(Err(NotFixedReason::SearchFailed))?
             }
             RuleSet::Demo5 => self.resolve_demo5(common, zero, slipped, half_cycle)?,
         };

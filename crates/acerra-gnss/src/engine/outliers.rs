@@ -1,8 +1,8 @@
-//! Which phase contradicts the others: residuals after the update, against their noise.
+//! Which measurement contradicts the others: residuals after the update, against their noise.
 
 use super::double::DoubleRow;
 
-/// The phase whose residual is largest in units of its noise.
+/// The measurement whose residual is largest in units of its noise.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Worst {
     /// Index among the common satellites.
@@ -12,13 +12,15 @@ pub(crate) struct Worst {
     pub normalised: f64,
 }
 
-/// The worst phase among `rows`, of the satellites that `counts` lets in.
+/// The worst phase (or, with `of_codes`, code) among `rows`, of the satellites that `counts` lets
+/// in.
 ///
 /// A double difference blames no one: within each block the single differences are taken about
 /// their median, so that a reference satellite that is wrong stands out itself. The yardstick is
 /// the noise of an undisturbed signal: a weak one that is off is to be left out, not excused.
-pub(crate) fn worst_phase(
+pub(crate) fn worst(
     rows: &[DoubleRow],
+    of_codes: bool,
     counts: impl Fn(usize, usize) -> bool,
 ) -> Option<Worst> {
     let mut worst: Option<Worst> = None;
@@ -30,7 +32,7 @@ pub(crate) fn worst_phase(
                 .iter()
                 .take_while(|r| r.block == first.block)
                 .count();
-        if !first.is_code {
+        if first.is_code == of_codes {
             let mut members: Vec<(usize, f64, f64)> = Vec::with_capacity(end - start + 1);
             if counts(first.reference, first.slot) {
                 members.push((first.reference, 0.0, first.undisturbed_m2[0]));
@@ -58,7 +60,31 @@ pub(crate) fn worst_phase(
     worst
 }
 
-fn median(mut values: Vec<f64>) -> f64 {
+/// Sum of squares of the code residuals in units of their standard deviation, about each block's
+/// weighted mean, and its degrees of freedom.
+pub(crate) fn code_misfit(rows: &[DoubleRow]) -> (f64, usize) {
+    let (mut sum, mut freedom) = (0.0, 0);
+    let codes = rows.iter().filter(|r| r.is_code);
+    for block in codes
+        .collect::<Vec<_>>()
+        .chunk_by(|a, b| a.block == b.block)
+    {
+        let members = || {
+            let reference = (0.0, block[0].variance_reference_m2);
+            let others = block.iter().map(|r| (-r.residual_m, r.variance_other_m2));
+            std::iter::once(reference).chain(others)
+        };
+        let weight: f64 = members().map(|(_, variance)| 1.0 / variance).sum();
+        let mean = members().map(|(r, variance)| r / variance).sum::<f64>() / weight;
+        sum += members()
+            .map(|(r, variance)| (r - mean).powi(2) / variance)
+            .sum::<f64>();
+        freedom += block.len();
+    }
+    (sum, freedom)
+}
+
+pub(super) fn median(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     let n = values.len();
     if n == 0 {
@@ -90,12 +116,13 @@ mod tests {
     #[test]
     fn the_culprit_is_found_even_when_it_is_the_reference() {
         let other = [row(0, 1, 0.002), row(0, 2, -0.1), row(0, 3, 0.0)];
-        let found = worst_phase(&other, |_, _| true).unwrap();
+        let found = worst(&other, false, |_, _| true).unwrap();
         assert_eq!(found.common, 2);
         assert!(found.normalised > 9.0);
+        assert!(worst(&other, true, |_, _| true).is_none());
         let reference = [row(0, 1, 0.1), row(0, 2, 0.101), row(0, 3, 0.099)];
-        let found = worst_phase(&reference, |_, _| true).unwrap();
+        let found = worst(&reference, false, |_, _| true).unwrap();
         assert_eq!(found.common, 0);
-        assert!(worst_phase(&[], |_, _| true).is_none());
+        assert!(worst(&[], false, |_, _| true).is_none());
     }
 }

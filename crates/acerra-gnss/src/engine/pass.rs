@@ -1,8 +1,10 @@
 //! A run of the filter over all rover epochs in one direction.
 
+use super::confirm::confirm;
 use super::constellation::Constellation;
 use super::filter::{BaseView, EpochResult, Filter, RoverEpoch};
 use super::measurement::{Epoch, Measurement};
+use super::plausible::reject_implausible;
 use super::single::SingleContext;
 use super::zero::{ZeroDifference, zero_differences};
 use crate::observation::EPOCH_TOLERANCE_S;
@@ -36,7 +38,11 @@ impl<'a> Prepared<'a> {
     fn base_zero(&self, index: usize, rover: &Epoch) -> Vec<ZeroDifference> {
         let epoch = &self.base[index];
         // Ephemerides are chosen by the rover's tag, so that both ends use the same ones.
-        let states = self.base_context.states(epoch, rover.tag, false);
+        let mut states = self.base_context.states(epoch, rover.tag, false);
+        if !self.options.reproduce_defects {
+            let place_ecef_m = self.base_position_ecef_m;
+            reject_implausible(self.constellation, epoch, &mut states, place_ecef_m);
+        }
         zero_differences(
             self.options,
             epoch,
@@ -163,6 +169,9 @@ impl<'a> Prepared<'a> {
                 }
                 Err(_) => filter.last_time = Some(rover.epoch.tag),
             }
+        }
+        if let Some(needed) = self.options.least_success_rate {
+            confirm(&mut results, needed, self.constellation);
         }
         results
     }
