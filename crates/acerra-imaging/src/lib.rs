@@ -13,6 +13,7 @@ mod factorized;
 pub mod forward;
 pub mod grid;
 pub mod live;
+pub mod looks;
 pub mod metrics;
 pub mod plan;
 mod planar;
@@ -25,6 +26,7 @@ pub mod sensitivity;
 mod simd;
 pub mod surface;
 mod table;
+pub mod tracks;
 pub mod volume;
 
 pub use error::ImagingError;

@@ -172,6 +172,16 @@ impl<'a> Pulses<'a> {
             .fold(0.0, f64::max)
     }
 
+    /// The same pulses with other weights, `[M]`.
+    ///
+    /// # Errors
+    /// Another number of weights, or one that is not finite.
+    pub fn with_weight(self, weight: &'a [f64]) -> Result<Self, ImagingError> {
+        check_length("weight", self.len(), weight.len())?;
+        check_finite("weight", weight.iter().copied())?;
+        Ok(Self { weight, ..self })
+    }
+
     /// The pulses `range`, borrowed from the same arrays (a sub-aperture look).
     ///
     /// # Errors
