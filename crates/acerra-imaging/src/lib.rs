@@ -39,4 +39,4 @@ pub use pulses::{Pulses, SPEED_OF_LIGHT_M_S, Spreading};
 pub use rows::TiltedGrid;
 pub use simd::SimdLevel;
 pub use surface::SurfaceGrid;
-pub use volume::VolumeGrid;
+pub use volume::{VolumeGrid, VolumeRun};

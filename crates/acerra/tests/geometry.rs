@@ -173,3 +173,242 @@ fn on_terrain_a_target_stands_where_it_is_and_on_the_plane_elsewhere() {
         "{message}"
     );
 }
+
+/// Five tracks 1 m apart, 5 m up, over a target at x = 2 m; each instrument but the first adds a
+/// delay and a phase.
+fn five_tracks(folder: &Path, target: [f64; 3]) -> String {
+    let errors = [
+        (0.0, 0.0),
+        (0.42, 100.0),
+        (-0.71, -60.0),
+        (0.9, 170.0),
+        (-0.35, 30.0),
+    ];
+    let mut text = String::new();
+    for (k, (x, (delay_ns, phase_deg))) in
+        [0.0, -2.0, -1.0, 1.0, 2.0].iter().zip(errors).enumerate()
+    {
+        let name = format!("t{k}");
+        write_flight_with(folder, &name, &track(*x, 5.0), &[target], |f, e| {
+            let turn = f64::to_radians(phase_deg) - std::f64::consts::TAU * f * delay_ns * 1e-9;
+            e * Complex64::cis(turn)
+        });
+        text += &format!(
+            "[[track]]\nname = 'line {k}'\n[track.radar]\nfile = '{name}.npz'\n\
+             [track.trajectory]\nfile = '{name}.csv'\n"
+        );
+    }
+    text
+}
+
+/// Greatest modulus of image.npz within 0.3 m of x, dB.
+fn level_db(products: &Path, x_m: f64) -> f64 {
+    let mut npz = NpzArchive::open(products.join("image.npz")).unwrap();
+    let x: Vec<f64> = npz.by_name("x_m").unwrap().unwrap().into_vec().unwrap();
+    let image: Vec<acerra_imaging::Complex32> =
+        npz.by_name("image").unwrap().unwrap().into_vec().unwrap();
+    let most = image
+        .iter()
+        .enumerate()
+        .filter(|(k, _)| (x[k % x.len()] - x_m).abs() < 0.3)
+        .map(|(_, v)| v.norm())
+        .fold(0.0, f32::max);
+    20.0 * f64::from(most).log10()
+}
+
+#[test]
+fn five_tracks_tell_left_from_right_once_calibrated() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let tracks = five_tracks(folder, [2.0, 0.0, 0.0]);
+    let image = "[image]\nx_m = [-2.6, 2.6]\ny_m = [-0.3, 0.3]\npixel_m = 0.02\n";
+    let ghost_db = |name: &str, text: &str| {
+        let done = focus(folder, name, text).unwrap();
+        let products = folder.join(name);
+        (level_db(&products, -2.0) - level_db(&products, 2.0), done)
+    };
+    let (raw_db, _) = ghost_db("raw", &format!("{tracks}{image}"));
+    let found = format!("{tracks}[tracks]\ncalibration = 'target'\n{image}");
+    let (found_db, (targets, run)) = ghost_db("found", &found);
+    assert!(
+        found_db < -12.0 && raw_db > found_db + 4.0,
+        "{raw_db} dB raw, {found_db} dB calibrated"
+    );
+    let first = &targets["targets"][0];
+    assert!((number(first, "x_m") - 2.0).abs() < 0.03, "{first}");
+
+    // What was found is what was put in, and is reported.
+    let told = run["tracks"].as_array().unwrap();
+    assert_eq!(told.len(), 5);
+    for (track, delay_ns) in told.iter().zip([0.0, 0.42, -0.71, 0.9, -0.35]) {
+        let found = &track["calibration"]["found"];
+        assert!(
+            (number(found, "delay_ns") - delay_ns).abs() < 0.02,
+            "{track}"
+        );
+        assert!(number(found, "contrast_db") > 10.0, "{track}");
+    }
+    assert_eq!(run["traces"]["in_log"], 605);
+    let page = fs::read_to_string(folder.join("found/report.html")).unwrap();
+    assert!(page.contains("Track line 3") && page.contains("common target"));
+
+    // The same as given numbers.
+    let mut given = tracks.clone();
+    for (k, (delay, phase)) in [(0.42, 100.0), (-0.71, -60.0), (0.9, 170.0), (-0.35, 30.0)]
+        .iter()
+        .enumerate()
+    {
+        let from = format!("name = 'line {}'\n", k + 1);
+        given = given.replace(
+            &from,
+            &format!("{from}delay_ns = {delay}\nphase_deg = {phase}\n"),
+        );
+    }
+    let (given_db, _) = ghost_db("given", &format!("{given}{image}"));
+    assert!(given_db < -12.0, "{given_db} dB");
+    // Powers do not cancel: the ghost of a sum of powers falls less than that of one of amplitudes.
+    let (power_db, _) = ghost_db(
+        "power",
+        &format!("{given}[tracks]\nsum = 'incoherent'\n{image}"),
+    );
+    assert!(power_db > given_db + 3.0 && power_db < 0.0, "{power_db} dB");
+
+    // A track in another band is none of this image.
+    let text = fs::read_to_string(folder.join("t1.csv")).unwrap();
+    fs::write(folder.join("t1.csv"), text.lines().next().unwrap()).unwrap();
+    let message = focus(folder, "broken", &found).unwrap_err();
+    assert!(message.contains("t1.csv"), "{message}");
+}
+
+#[test]
+fn looks_are_written_one_by_one_and_summed() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write_flight(
+        folder,
+        "a",
+        &track(0.0, 4.0),
+        &[[2.5, 0.1, 0.0], [3.1, -0.3, 0.0]],
+    );
+    let image = "[image]\nx_m = [2, 3.5]\ny_m = [-0.6, 0.6]\npixel_m = 0.02\n\
+                 looks = 4\nlook_overlap = 0.25\nlook_window = 'hann'\n";
+    let (_, run) = focus(folder, "looks", &format!("{SINGLE}{image}")).unwrap();
+    let file = folder.join("looks/looks.npz");
+    assert_eq!(shape(&file, "looks"), [4, 61, 76]);
+    assert_eq!(shape(&file, "position_m"), [4, 3]);
+    let mut npz = NpzArchive::open(&file).unwrap();
+    let looks: Vec<acerra_imaging::Complex32> =
+        npz.by_name("looks").unwrap().unwrap().into_vec().unwrap();
+    let sum: Vec<f64> = npz
+        .by_name("multilook")
+        .unwrap()
+        .unwrap()
+        .into_vec()
+        .unwrap();
+    for k in (0..sum.len()).step_by(97) {
+        let mean: f64 = (0..4)
+            .map(|l| f64::from(looks[l * sum.len() + k].norm_sqr()))
+            .sum::<f64>()
+            / 4.0;
+        assert!(
+            (mean - sum[k]).abs() <= 1e-5 * mean,
+            "{k}: {mean} {}",
+            sum[k]
+        );
+    }
+    let ends = run["looks"].as_array().unwrap();
+    assert_eq!((ends.len(), &ends[3][1]), (4, &Value::from(120)));
+    assert!(
+        fs::read(folder.join("looks/multilook.png"))
+            .unwrap()
+            .starts_with(b"\x89PNG")
+    );
+    let message = focus(
+        folder,
+        "many",
+        &format!("{SINGLE}{image}").replace("looks = 4", "looks = 400"),
+    );
+    assert!(message.unwrap_err().contains("[image] looks"));
+}
+
+#[test]
+fn a_volume_shows_how_high_a_target_stands() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let target = [2.0, 0.1, 0.43];
+    let mut tracks = five_tracks(folder, target);
+    for (k, (delay, phase)) in [(0.42, 100.0), (-0.71, -60.0), (0.9, 170.0), (-0.35, 30.0)]
+        .iter()
+        .enumerate()
+    {
+        let from = format!("name = 'line {}'\n", k + 1);
+        tracks = tracks.replace(
+            &from,
+            &format!("{from}delay_ns = {delay}\nphase_deg = {phase}\n"),
+        );
+    }
+    // 2 × 2 × 1 m at 2 cm.
+    let image = "[image]\nx_m = [1, 3]\ny_m = [-0.9, 1.1]\nz_m = [0, 1]\npixel_m = 0.02\n";
+    let (targets, run) = focus(folder, "volume", &format!("{tracks}{image}")).unwrap();
+    let first = &targets["targets"][0];
+    for (key, truth) in ["x_m", "y_m", "z_m"].into_iter().zip(target) {
+        assert!((number(first, key) - truth).abs() < 0.03, "{key}: {first}");
+    }
+    let products = folder.join("volume");
+    assert_eq!(
+        shape(&products.join("volume.npz"), "volume"),
+        [51, 101, 101]
+    );
+    assert_eq!(shape(&products.join("image.npz"), "z_m"), [101, 101]);
+    for name in ["volume-front.png", "volume-side.png"] {
+        assert!(
+            fs::read(products.join(name))
+                .unwrap()
+                .starts_with(b"\x89PNG")
+        );
+    }
+    assert!(run["plan_checked_error"].as_f64().unwrap() <= 1e-3);
+
+    // Too much for any memory, or any disk: refused before anything is read, with the bytes.
+    let refused = |name: &str, image: &str| {
+        // No log is there to be read.
+        let text = format!("{tracks}{image}").replace("t0.npz", "absent.npz");
+        focus(folder, name, &text).unwrap_err()
+    };
+    let message = refused("fine", &image.replace("0.02", "1e-5"));
+    assert!(message.contains("bytes"), "{message}");
+    // 50,000 slices of 32 MB: little in memory, 1.6 TB on disk.
+    let tall = "[image]\nx_m = [1, 41]\ny_m = [-20, 20]\nz_m = [0, 1]\npixel_m = 0.02\n\
+                pixel_z_m = 2e-5\n";
+    let message = refused("tall", tall);
+    assert!(message.contains("bytes on disk"), "{message}");
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_volume_takes_no_more_memory_than_promised() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write_flight(folder, "a", &track(0.0, 5.0), &[[2.0, 0.1, 0.3]]);
+    // 24 slices of 8 MB in a file of 190 MB.
+    let image = "[image]\nx_m = [1, 5.99]\ny_m = [-2.5, 2.49]\nz_m = [0, 0.46]\npixel_m = 0.005\n\
+                 pixel_z_m = 0.02\naccuracy = 1e-2\n[measure]\nmax_targets = 1\n";
+    let (_, run) = focus(folder, "volume", &format!("{SINGLE}{image}")).unwrap();
+    let stage = |name: &str| {
+        let stages = run["stages"].as_array().unwrap();
+        let stage = stages.iter().find(|s| s["name"] == name).unwrap();
+        stage["peak_memory_bytes"].as_u64().unwrap()
+    };
+    let promised = run["memory"]["promised_bytes"].as_u64().unwrap();
+    let taken = stage("focus").saturating_sub(stage("clean"));
+    let file = fs::metadata(folder.join("volume/volume.npz"))
+        .unwrap()
+        .len();
+    assert!(file > 24 * 8 * 999 * 999, "{file}");
+    // Beside what was promised the allocator, threads and buffers take a little.
+    assert!(
+        taken < promised + promised / 10 + (16 << 20),
+        "{taken} of {promised} promised"
+    );
+    assert!(promised < file / 2, "{promised} of {file}");
+}

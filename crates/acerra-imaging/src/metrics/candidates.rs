@@ -4,6 +4,18 @@ use rayon::prelude::*;
 
 use super::ImageView;
 
+/// Places (x, y) of the local maxima of an image down to `floor_db` below its greatest, strongest
+/// first and at most so many, m.
+#[must_use]
+pub fn strongest_maxima(image: &ImageView<'_>, floor_db: f64, most: usize) -> Vec<[f64; 2]> {
+    let top = image.values().iter().map(|v| v.norm()).fold(0.0, f32::max);
+    local_maxima(image, f64::from(top) * 10f64.powf(floor_db / 20.0))
+        .into_iter()
+        .take(most)
+        .map(|c| image.centre_m(c.ix, c.iy))
+        .collect()
+}
+
 /// A pixel that is higher than its neighbours.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Candidate {

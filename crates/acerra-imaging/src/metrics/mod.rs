@@ -25,6 +25,7 @@ mod statistics;
 mod target;
 mod track;
 
+pub use candidates::strongest_maxima;
 pub use field::{Field, climb_to_peak};
 pub use ghost::{GhostWindow, find_ghost};
 pub use image::{ImageView, InterpolatedImage};

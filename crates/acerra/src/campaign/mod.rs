@@ -11,15 +11,17 @@ use serde::{Deserialize, Serialize};
 pub use choices::{Background, Gate, Heights, Select, TimeOffset, ZeroTiming};
 pub use error::CampaignError;
 pub use sections::{
-    Files, GnssSection, ImageSection, MeasureSection, PreprocessSection, RadarSection,
-    TrajectorySection, Unfixed, Weight,
+    CalibrationSource, Files, GnssSection, ImageSection, LookTaper, MeasureSection,
+    PreprocessSection, RadarSection, Sum, TrackSection, TracksSection, TrajectorySection, Unfixed,
+    Weight,
 };
 
 /// A campaign, as its file states it and with every default filled in.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Campaign {
-    /// The radar log.
+    /// The radar log; absent where `[[track]]` tables give several.
+    #[serde(default, skip_serializing_if = "RadarSection::is_absent")]
     pub radar: RadarSection,
     /// Raw GNSS logs to compute the trajectory from.
     #[serde(default)]
@@ -30,6 +32,12 @@ pub struct Campaign {
     /// From raw traces to clean spectra.
     #[serde(default)]
     pub preprocess: PreprocessSection,
+    /// Several flights that make one image.
+    #[serde(default, rename = "track", skip_serializing_if = "Vec::is_empty")]
+    pub track: Vec<TrackSection>,
+    /// How they become one.
+    #[serde(default)]
+    pub tracks: TracksSection,
     /// The image.
     pub image: ImageSection,
     /// What counts as a target.
@@ -72,16 +80,44 @@ impl Campaign {
     #[must_use]
     pub fn resolved_in(mut self, folder: &Path) -> Self {
         let resolve = |path: &mut PathBuf| *path = folder.join(&*path);
-        resolve(&mut self.radar.file);
-        self.trajectory.file.as_mut().map(resolve);
-        self.image.terrain.as_mut().map(resolve);
-        if let Some(gnss) = &mut self.gnss {
+        let resolve_gnss = |gnss: &mut GnssSection| {
             resolve(&mut gnss.rover);
             resolve(&mut gnss.base);
             gnss.navigation.0.iter_mut().for_each(resolve);
             gnss.config.as_mut().map(resolve);
+        };
+        if !self.radar.is_absent() {
+            resolve(&mut self.radar.file);
+        }
+        self.trajectory.file.as_mut().map(resolve);
+        self.image.terrain.as_mut().map(resolve);
+        self.gnss.as_mut().map(resolve_gnss);
+        for track in &mut self.track {
+            resolve(&mut track.radar.file);
+            track.trajectory.file.as_mut().map(resolve);
+            track.gnss.as_mut().map(resolve_gnss);
         }
         self
+    }
+
+    /// A campaign for each track, with that track alone.
+    #[must_use]
+    pub fn each_track(&self) -> Vec<Self> {
+        if self.track.is_empty() {
+            return vec![self.clone()];
+        }
+        let one = |track: &TrackSection| Self {
+            radar: track.radar.clone(),
+            gnss: track.gnss.clone(),
+            trajectory: track.trajectory.clone(),
+            preprocess: track
+                .preprocess
+                .clone()
+                .unwrap_or_else(|| self.preprocess.clone()),
+            track: Vec::new(),
+            ..self.clone()
+        };
+        self.track.iter().map(one).collect()
     }
 
     /// The files that hold or make the positions.
@@ -107,6 +143,99 @@ impl Campaign {
     }
 
     fn check(&self) -> Result<(), CampaignError> {
+        self.check_tracks()?;
+        for track in self.each_track() {
+            track.check_one()?;
+        }
+        Ok(())
+    }
+
+    fn check_tracks(&self) -> Result<(), CampaignError> {
+        let exclude = |first, second, reason| {
+            Err(CampaignError::Conflict {
+                first,
+                second,
+                reason,
+            })
+        };
+        let value = |table, key, expected, found: String| {
+            Err(CampaignError::Value {
+                table,
+                key,
+                expected,
+                found,
+            })
+        };
+        if self.track.is_empty() {
+            if self.radar.is_absent() {
+                return value(
+                    "radar",
+                    "file",
+                    "a radar log, here or in [[track]]",
+                    "none".to_owned(),
+                );
+            }
+        } else {
+            if !self.radar.is_absent() {
+                return exclude("[radar]", "[[track]]", "both give radar logs");
+            }
+            if self.gnss.is_some() || self.trajectory.file.is_some() {
+                return exclude(
+                    "[trajectory] or [gnss]",
+                    "[[track]]",
+                    "each track has its own: [track.trajectory], [track.gnss]",
+                );
+            }
+            if self.image.looks.is_some() {
+                return exclude("[image] looks", "[[track]]", "looks cut a single track");
+            }
+        }
+        for track in &self.track {
+            if !(track.delay_ns.is_finite() && track.phase_deg.is_finite()) {
+                let found = format!("{} and {}", track.delay_ns, track.phase_deg);
+                return value("track", "delay_ns, phase_deg", "finite numbers", found);
+            }
+        }
+        let tracks = &self.tracks;
+        if !(tracks.window_ns > 0.0 && tracks.window_ns <= 1e3) {
+            let found = format!("{}", tracks.window_ns);
+            return value("tracks", "window_ns", "above 0 and at most 1000", found);
+        }
+        if tracks
+            .target_m
+            .is_some_and(|p| !p.iter().all(|v| v.is_finite()))
+        {
+            let found = format!("{:?}", tracks.target_m);
+            return value("tracks", "target_m", "finite coordinates", found);
+        }
+        let image = &self.image;
+        if image.looks == Some(0) {
+            return value("image", "looks", "at least 1", "0".to_owned());
+        }
+        if !(0.0..1.0).contains(&image.look_overlap) {
+            let found = format!("{}", image.look_overlap);
+            return value("image", "look_overlap", "at least 0 and below 1", found);
+        }
+        if matches!(image.z_m, Some(Heights::Range(_))) {
+            if image.looks.is_some() {
+                return exclude(
+                    "[image] looks",
+                    "[image] z_m = [from, to]",
+                    "looks are planes",
+                );
+            }
+            if self.tracks.sum == Sum::Incoherent {
+                return exclude(
+                    "[tracks] sum = \"incoherent\"",
+                    "[image] z_m = [from, to]",
+                    "a volume is resolved by coherence alone",
+                );
+            }
+        }
+        Ok(())
+    }
+
+    fn check_one(&self) -> Result<(), CampaignError> {
         let require = |ok: bool, table, key, expected, found: &dyn std::fmt::Debug| {
             if ok {
                 Ok(())
@@ -369,6 +498,47 @@ mod tests {
             let found = message(&GOOD.replace(from, to));
             assert!(found.starts_with(key), "{found}");
             assert!(found.contains("expected"), "{found}");
+        }
+    }
+
+    #[test]
+    fn several_tracks_stand_in_for_one() {
+        let image = "[image]\nx_m = [0, 18]\ny_m = [-9, 9]\n";
+        let tracks = "[[track]]\ndelay_ns = 0.2\n[track.radar]\nfile = 'a.mrm'\n\
+                      [track.trajectory]\nfile = 'a.pos'\n[[track]]\nname = 'west'\n\
+                      [track.radar]\nfile = 'b.mrm'\n[track.preprocess]\ngate_ns = 'none'\n";
+        let campaign = Campaign::parse(&format!("{tracks}{image}")).unwrap();
+        let each = campaign.resolved_in(Path::new("/d")).each_track();
+        assert_eq!(each[1].radar.file, Path::new("/d/b.mrm"));
+        assert_eq!(
+            each[0].trajectory.file.as_deref(),
+            Some(Path::new("/d/a.pos"))
+        );
+        assert_eq!(each[0].preprocess.gate_ns, Gate::About([-6.0, 24.0]));
+        assert_eq!(each[1].preprocess.gate_ns, Gate::None);
+        for (text, part) in [
+            (image.to_owned(), "a radar log, here or in [[track]]"),
+            (format!("{GOOD}{tracks}"), "[radar] and [[track]] exclude"),
+            (
+                format!("{tracks}[trajectory]\nfile = 'a.pos'\n{image}"),
+                "exclude",
+            ),
+            (
+                format!("{tracks}{image}looks = 3\n"),
+                "looks cut a single track",
+            ),
+            (
+                format!("{tracks}[tracks]\nwindow_ns = 0\n{image}"),
+                "[tracks] window_ns",
+            ),
+            (format!("{GOOD}looks = 0\n"), "[image] looks"),
+            (format!("{GOOD}look_overlap = 1\n"), "[image] look_overlap"),
+            (
+                format!("{GOOD}looks = 2\nz_m = [0, 1]\n"),
+                "looks are planes",
+            ),
+        ] {
+            assert!(message(&text).contains(part), "{}", message(&text));
         }
     }
 

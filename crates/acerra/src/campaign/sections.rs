@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::choices::{Background, Gate, Heights, Select, TimeOffset, ZeroTiming};
 
 /// `[radar]`: the log, and which of its traces are used.
-#[derive(Clone, Debug, Deserialize, Serialize)]
+#[derive(Clone, Debug, Default, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct RadarSection {
     /// The radar log; its format is recognised from its content.
@@ -18,6 +18,99 @@ pub struct RadarSection {
     /// The traces that enter background and image.
     #[serde(default)]
     pub select: Select,
+}
+
+impl RadarSection {
+    /// Whether the campaign states no such table.
+    #[must_use]
+    pub fn is_absent(&self) -> bool {
+        self.file.as_os_str().is_empty()
+    }
+}
+
+/// `[[track]]`: one of several flights that make one image.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct TrackSection {
+    /// What the report calls it; its number by default.
+    #[serde(default)]
+    pub name: Option<String>,
+    /// Its radar log.
+    pub radar: RadarSection,
+    /// Raw GNSS logs to compute its trajectory from.
+    #[serde(default)]
+    pub gnss: Option<GnssSection>,
+    /// Its trajectory.
+    #[serde(default)]
+    pub trajectory: TrajectorySection,
+    /// From raw traces to clean spectra; the campaign's `[preprocess]` by default.
+    #[serde(default)]
+    pub preprocess: Option<PreprocessSection>,
+    /// Delay that this track's instrument adds beside the others', in nanoseconds; taken off.
+    #[serde(default)]
+    pub delay_ns: f64,
+    /// Phase that it adds, in degrees; taken off.
+    #[serde(default)]
+    pub phase_deg: f64,
+}
+
+/// `[tracks]`: how several tracks become one image.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct TracksSection {
+    /// What is summed.
+    pub sum: Sum,
+    /// Where delay and phase of each track come from.
+    pub calibration: CalibrationSource,
+    /// Delays are looked for within so many nanoseconds either way.
+    pub window_ns: f64,
+    /// Where the target that all tracks see stands, in metres; by default the maximum of the first
+    /// track's image on which the others agree.
+    pub target_m: Option<[f64; 3]>,
+}
+
+impl Default for TracksSection {
+    fn default() -> Self {
+        Self {
+            sum: Sum::Coherent,
+            calibration: CalibrationSource::Given,
+            window_ns: 3.0,
+            target_m: None,
+        }
+    }
+}
+
+/// `[tracks] sum`: what of several tracks is summed.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Sum {
+    /// Amplitudes: one image with the aperture of all.
+    #[default]
+    Coherent,
+    /// Powers of each track's own image.
+    Incoherent,
+}
+
+/// `[tracks] calibration`: where delay and phase of each track come from.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum CalibrationSource {
+    /// The campaign file alone.
+    #[default]
+    Given,
+    /// A target that all tracks see, beside what the campaign file gives.
+    Target,
+}
+
+/// `[image] look_window`: the taper of each look.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum LookTaper {
+    /// None.
+    #[default]
+    None,
+    /// Hann, over the look's path.
+    Hann,
 }
 
 /// `[trajectory]`: where the radar was, and how its clock relates to that of the positions.
@@ -139,6 +232,15 @@ pub struct ImageSection {
     /// height there, where the file counts from the sea. With local coordinates simply added.
     #[serde(default)]
     pub geoid_height_m: f64,
+    /// Looks along the track: each an image of its own, their powers summed beside the image.
+    #[serde(default)]
+    pub looks: Option<usize>,
+    /// Part of its path that a look shares with the next.
+    #[serde(default)]
+    pub look_overlap: f64,
+    /// Taper of each look.
+    #[serde(default)]
+    pub look_window: LookTaper,
     /// Side of a pixel, in metres.
     #[serde(default = "default_pixel_m")]
     pub pixel_m: f64,

@@ -166,13 +166,17 @@ impl Ground {
     #[must_use]
     pub fn describe(&self) -> String {
         let [low, high] = self.span_m();
-        match (&self.surface, &self.volume) {
-            (Some(_), _) => format!("on the terrain, z = {low:.2} to {high:.2} m"),
-            (None, Some(volume)) => format!(
-                "in a volume, z = {low} to {high:.4} m by {} m",
+        if let Some(volume) = &self.volume {
+            return format!(
+                "in a volume, z = {} to {:.4} m by {} m",
+                volume.base.z_m,
+                volume.slice(volume.nz - 1).z_m,
                 volume.step_m
-            ),
-            (None, None) => format!("at z = {low} m"),
+            );
+        }
+        match &self.surface {
+            Some(_) => format!("on the terrain, z = {low:.2} to {high:.2} m"),
+            None => format!("at z = {low} m"),
         }
     }
 }

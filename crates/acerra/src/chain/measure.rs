@@ -5,8 +5,8 @@ use acerra_imaging::metrics::{ImageView, MeasureOptions, Measurement, measure_ta
 use anyhow::Context;
 
 use super::align::Aligned;
-use super::focus::Focused;
-use crate::campaign::{Campaign, Weight};
+use super::focus::{Focused, weights};
+use crate::campaign::Campaign;
 use acerra_radar::Spectrum;
 
 /// The image as the metrics see it.
@@ -14,9 +14,14 @@ use acerra_radar::Spectrum;
 /// # Errors
 /// An image that is no image (not finite).
 pub fn view_of(focused: &Focused) -> anyhow::Result<ImageView<'_>> {
+    // Values of a volume seen from above come from many heights, and so in any phase.
+    let values = match &focused.projections {
+        Some(volume) => &volume.above,
+        None => &focused.image,
+    };
     match &focused.ground.surface {
-        Some(surface) => ImageView::on_surface(&focused.image, surface),
-        None => ImageView::new(&focused.image, focused.ground.grid),
+        Some(surface) => ImageView::on_surface(values, surface),
+        None => ImageView::new(values, focused.ground.grid),
     }
     .context("the image")
 }
@@ -32,10 +37,7 @@ pub fn measure(
     aligned: &Aligned,
 ) -> anyhow::Result<Measurement> {
     let view = view_of(focused)?;
-    let weight = match campaign.image.weight {
-        Weight::Trace => vec![1.0; aligned.position_m.len()],
-        Weight::Path => aligned.path_m.clone(),
-    };
+    let weight = weights(campaign, aligned);
     let pulses = Pulses::new(
         &aligned.position_m,
         &spectrum.frequency_hz,

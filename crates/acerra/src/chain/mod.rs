@@ -10,6 +10,9 @@ mod outcome;
 pub mod position;
 pub mod progress;
 pub mod read;
+mod space;
+pub mod stacks;
+pub mod tracks;
 mod warnings;
 
 pub use outcome::{Outcome, run};

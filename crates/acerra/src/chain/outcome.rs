@@ -1,23 +1,28 @@
 //! The whole chain, stage after stage.
 
+use std::ops::Range;
 use std::path::Path;
 
 use acerra_imaging::metrics::Measurement;
+use acerra_radar::Spectrum;
 use anyhow::{Context, bail};
 
 use super::align::{Aligned, align};
 use super::clean::{Cleaned, clean};
-use super::focus::{Focused, focus};
-use super::ground::{Ground, Site, grid_of};
+use super::focus::{Echoes, Focused, focus};
+use super::ground::{Ground, Site};
 use super::measure::measure;
 use super::offset;
 use super::position::{Positions, position};
 use super::progress::Progress;
 use super::read::{RadarContent, RadarData, read_radar};
+use super::space::check_space;
+use super::tracks::{Track, TrackCalibration, calibrate, in_one_frame, merge, name_of_track};
 use super::warnings::Warnings;
 use crate::campaign::{Campaign, TimeOffset};
 use crate::products::inputs::InputFile;
 use crate::products::stages::Stages;
+use crate::products::staging::Staging;
 
 /// Everything that a run found, stage by stage.
 #[derive(Debug)]
@@ -28,14 +33,20 @@ pub struct Outcome {
     pub campaign: Campaign,
     /// The files that were read.
     pub inputs: Vec<InputFile>,
-    /// The radar log.
+    /// The radar log; of several tracks only what they share.
     pub radar: RadarData,
-    /// The positions.
+    /// The positions; of several tracks the first's.
     pub positions: Positions,
-    /// The selected traces and their places.
+    /// The selected traces and their places, of all tracks.
     pub aligned: Aligned,
     /// Their spectra.
     pub cleaned: Cleaned,
+    /// The tracks, where the campaign has several.
+    pub tracks: Vec<Track>,
+    /// Which of the traces are which track's.
+    pub parts: Vec<Range<usize>>,
+    /// Traces in all logs.
+    pub traces_in_log: usize,
     /// The image.
     pub focused: Focused,
     /// What it shows.
@@ -44,7 +55,7 @@ pub struct Outcome {
     pub warnings: Vec<String>,
 }
 
-/// Runs the chain on a campaign whose paths are resolved.
+/// Runs the chain on a campaign whose paths are resolved; looks and volumes go to `staging`.
 ///
 /// # Errors
 /// The first stage that fails; its message names the file, the place and what was expected.
@@ -52,64 +63,160 @@ pub fn run(
     name: &str,
     campaign: &Campaign,
     campaign_file: Option<&Path>,
+    staging: &Staging,
     stages: &mut Stages,
     progress: &dyn Progress,
 ) -> anyhow::Result<Outcome> {
-    // A grid that cannot be held is refused before anything is read.
-    grid_of(campaign)?;
+    // Pixels that cannot be held are refused before anything is read.
+    check_space(campaign, staging.folder())?;
+    let each = campaign.each_track();
     let mut warnings = Warnings::default();
-    let (inputs, radar) = stages.run("read", || {
+    let (inputs, radars) = stages.run("read", || {
         let mut inputs = Vec::new();
+        let logs = each.iter().flat_map(|one| {
+            [one.radar.file.as_path()]
+                .into_iter()
+                .chain(one.position_files())
+        });
         let files = campaign_file
             .into_iter()
-            .chain([campaign.radar.file.as_path()])
-            .chain(campaign.position_files())
+            .chain(logs)
             .chain(campaign.image.terrain.as_deref());
         for path in files {
             let input = InputFile::record(path).with_context(|| format!("{}", path.display()))?;
-            inputs.push(input);
+            if !inputs.contains(&input) {
+                inputs.push(input);
+            }
         }
-        let radar = read_radar(&campaign.radar.file, &mut warnings)?;
-        anyhow::Ok((inputs, radar))
+        let radars = each
+            .iter()
+            .map(|one| read_radar(&one.radar.file, &mut warnings))
+            .collect::<anyhow::Result<Vec<_>>>()?;
+        anyhow::Ok((inputs, radars))
     })?;
     let (positions, ground) = stages.run("position", || {
-        let positions = position(campaign, &radar, &mut warnings)?;
-        let ground = Ground::find(campaign, &[&positions], &mut warnings)?;
+        let mut positions = each
+            .iter()
+            .zip(&radars)
+            .map(|(one, radar)| position(one, radar, &mut warnings))
+            .collect::<anyhow::Result<Vec<_>>>()?;
+        in_one_frame(&mut positions)?;
+        let first = each.first().unwrap_or(campaign);
+        let all: Vec<&Positions> = positions.iter().collect();
+        let ground = Ground::find(first, &all, &mut warnings)?;
         anyhow::Ok((positions, ground))
     })?;
-    let site = Site {
-        positions: &positions,
-        ground: &ground,
-    };
     let aligned = stages.run("align", || {
-        align_clocks(campaign, &radar, site, &mut warnings, progress)
+        each.iter()
+            .zip(radars.iter().zip(&positions))
+            .map(|(one, (radar, positions))| {
+                let site = Site {
+                    positions,
+                    ground: &ground,
+                };
+                align_clocks(one, radar, site, &mut warnings, progress)
+            })
+            .collect::<anyhow::Result<Vec<_>>>()
     })?;
     let cleaned = stages.run("clean", || {
-        clean(campaign, &radar.content, &aligned, &mut warnings)
+        each.iter()
+            .zip(radars.iter().zip(&aligned))
+            .map(|(one, (radar, aligned))| clean(one, &radar.content, aligned, &mut warnings))
+            .collect::<anyhow::Result<Vec<_>>>()
     })?;
-    let focused = stages.run("focus", || {
-        focus(
-            campaign,
-            &cleaned.spectrum,
-            &aligned,
-            ground.clone(),
-            progress,
-        )
+    let mut tracks: Vec<Track> = radars
+        .into_iter()
+        .zip(positions)
+        .zip(aligned.into_iter().zip(cleaned))
+        .enumerate()
+        .map(|(k, ((radar, positions), (aligned, cleaned)))| Track {
+            name: campaign
+                .track
+                .get(k)
+                .map_or_else(String::new, |track| name_of_track(track, k)),
+            radar,
+            positions,
+            aligned,
+            cleaned,
+            calibration: TrackCalibration::default(),
+        })
+        .collect();
+    let traces_in_log = tracks.iter().map(|t| t.radar.content.time_s().len()).sum();
+    let (merged, parts, focused) = stages.run("focus", || {
+        let (merged, parts) = if campaign.track.is_empty() {
+            (None, Vec::new())
+        } else {
+            calibrate(campaign, &mut tracks, &ground, &mut warnings)?;
+            let (aligned, spectrum, parts) = merge(&tracks)?;
+            (Some((aligned, spectrum)), parts)
+        };
+        let (aligned, spectrum) = match (&merged, tracks.first()) {
+            (Some((aligned, spectrum)), _) => (aligned, spectrum),
+            (None, Some(track)) => (&track.aligned, &track.cleaned.spectrum),
+            (None, None) => bail!("no track"),
+        };
+        let echoes = Echoes {
+            spectrum,
+            aligned,
+            parts: &parts,
+        };
+        let focused = focus(campaign, echoes, ground, staging, progress)?;
+        anyhow::Ok((merged, parts, focused))
     })?;
+    let whole = match merged {
+        Some((aligned, spectrum)) => joined(&tracks, aligned, spectrum),
+        None => tracks.pop(),
+    };
+    let Some(whole) = whole else {
+        bail!("no track");
+    };
     let measured = stages.run("measure", || {
-        measure(campaign, &focused, &cleaned.spectrum, &aligned)
+        measure(campaign, &focused, &whole.cleaned.spectrum, &whole.aligned)
     })?;
     Ok(Outcome {
         name: name.to_owned(),
         campaign: campaign.clone(),
         inputs,
-        radar,
-        positions,
-        aligned,
-        cleaned,
+        radar: whole.radar,
+        positions: whole.positions,
+        aligned: whole.aligned,
+        cleaned: whole.cleaned,
+        tracks,
+        parts,
+        traces_in_log,
         focused,
         measured,
         warnings: warnings.said().to_vec(),
+    })
+}
+
+/// Several tracks as one.
+fn joined(tracks: &[Track], aligned: Aligned, spectrum: Spectrum) -> Option<Track> {
+    let first = tracks.first()?;
+    let nothing = Spectrum {
+        frequency_hz: spectrum.frequency_hz.clone(),
+        values: Vec::new(),
+        time_s: Vec::new(),
+    };
+    Some(Track {
+        name: String::new(),
+        radar: RadarData {
+            content: RadarContent::Spectrum(nothing),
+            position_m: None,
+            unit: first.radar.unit,
+            summary: format!(
+                "{} tracks; the first: {}",
+                tracks.len(),
+                first.radar.summary
+            ),
+        },
+        positions: first.positions.clone(),
+        aligned,
+        cleaned: Cleaned {
+            spectrum,
+            traces: None,
+        },
+        calibration: TrackCalibration::default(),
     })
 }
 

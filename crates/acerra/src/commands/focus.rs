@@ -12,6 +12,7 @@ use crate::chain::{self, Outcome, Progress};
 use crate::products::deliver::deliver;
 use crate::products::run_json;
 use crate::products::stages::Stages;
+use crate::products::staging::Staging;
 
 /// Focus a campaign: from raw logs to an image, its measurements and a report.
 #[derive(Debug, clap::Args)]
@@ -60,8 +61,9 @@ pub fn focus_file(file: &Path, directory: &Path, stages: &mut Stages) -> anyhow:
     let name = name_of_campaign(file);
     let campaign = campaign.resolved_in(folder);
     let bar = Bar::default();
-    let outcome = chain::run(&name, &campaign, Some(file), stages, &bar)?;
-    deliver(&outcome, directory, stages)?;
+    let staging = Staging::new(directory)?;
+    let outcome = chain::run(&name, &campaign, Some(file), &staging, stages, &bar)?;
+    deliver(&outcome, staging, stages)?;
     Ok(outcome)
 }
 
@@ -101,7 +103,7 @@ fn summarise(
         out,
         "traces     {} of {} imaged, over {:.2} m of path",
         aligned.traces.len(),
-        outcome.radar.content.time_s().len(),
+        outcome.traces_in_log,
         aligned.path_m.iter().sum::<f64>()
     )?;
     writeln!(out, ", time offset {:.4} s", aligned.time_offset_s)?;
@@ -112,6 +114,25 @@ fn summarise(
              sharper than the median",
             search.motion.correlation, search.motion.runner_up, search.sharpness_ratio
         )?;
+    }
+    for track in &outcome.tracks {
+        let k = &track.calibration;
+        write!(
+            out,
+            "track      {}: {} traces, {:+.3} ns and {:+.1}° taken off as given",
+            track.name,
+            track.aligned.traces.len(),
+            k.given_delay_ns,
+            k.given_phase_deg
+        )?;
+        match k.found {
+            Some(f) => writeln!(
+                out,
+                ", {:+.4} ± {:.4} ns and {:+.1} ± {:.1}° as found",
+                f.delay_ns, f.delay_sigma_ns, f.phase_deg, f.phase_sigma_deg
+            )?,
+            None => writeln!(out)?,
+        }
     }
     if let Some(traces) = &outcome.cleaned.traces {
         writeln!(out, "fast time  shifted by {:+.3} ns", traces.shift_s * 1e9)?;

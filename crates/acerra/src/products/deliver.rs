@@ -2,7 +2,6 @@
 
 use std::fs::File;
 use std::io::{BufWriter, Write};
-use std::path::Path;
 
 use acerra_geo::trajectory::{Frame, TimeOrigin};
 use anyhow::Context;
@@ -14,14 +13,13 @@ use crate::chain::Outcome;
 use crate::chain::position::Positions;
 use crate::report::report_page;
 
-/// Writes the products of `outcome` into `directory`. The stage `deliver` ends before `run.json`
+/// Writes the products of `outcome` beside what `staging` holds, and publishes them. The stage `deliver` ends before `run.json`
 /// and the report are written, as both state what it cost.
 ///
 /// # Errors
 /// A directory that cannot be written; it is then left as it was.
-pub fn deliver(outcome: &Outcome, directory: &Path, stages: &mut Stages) -> anyhow::Result<()> {
-    let staging = Staging::new(directory)?;
-    let (image_png, raw_png, clean_png) = stages.run("deliver", || {
+pub fn deliver(outcome: &Outcome, staging: Staging, stages: &mut Stages) -> anyhow::Result<()> {
+    let (image_png, raw_png, clean_png, more) = stages.run("deliver", || {
         let mut npz = buffered(&staging, "image.npz")?;
         image_npz::write(&mut npz, &outcome.focused.image, &outcome.focused.ground)
             .and_then(|()| npz.flush())
@@ -36,18 +34,24 @@ pub fn deliver(outcome: &Outcome, directory: &Path, stages: &mut Stages) -> anyh
             clean_png = pictures::radargram_clean(outcome, traces).context("radargram.png")?;
             staging.write("radargram.png", &clean_png)?;
         }
+        let more = pictures::of_stacks(outcome)?;
+        for (name, picture) in &more {
+            staging.write(name, &picture.png)?;
+        }
         write_trajectory(outcome, &staging)?;
         staging.write(
             "targets.json",
             format!("{:#}\n", run_json::targets(outcome)),
         )?;
-        anyhow::Ok((image_png, raw_png, clean_png))
+        let more: Vec<_> = more.into_iter().map(|(_, picture)| picture).collect();
+        anyhow::Ok((image_png, raw_png, clean_png, more))
     })?;
     staging.write(
         "run.json",
         format!("{:#}\n", run_json::run(outcome, stages.done())),
     )?;
-    let data = report_data::collect(outcome, stages.done(), image_png, raw_png, clean_png);
+    let mut data = report_data::collect(outcome, stages.done(), image_png, raw_png, clean_png);
+    data.pictures = more;
     staging.write("report.html", report_page(&data).context("report.html")?)?;
     staging.publish()
 }

@@ -7,5 +7,6 @@ pub mod inputs;
 pub mod pictures;
 mod report_data;
 pub mod run_json;
+pub mod stack_npz;
 pub mod stages;
 pub mod staging;

@@ -10,6 +10,7 @@ use crate::figure::{
     FastTimeCurve, FigureError, GhostMark, ImageDb, PixelValues, Radargram as RadargramFigure,
     RadargramColours, TargetMark,
 };
+use crate::report::Picture;
 
 /// `image.png`: the image in decibels below its maximum, with track, targets and ghosts.
 ///
@@ -17,12 +18,18 @@ use crate::figure::{
 /// A picture too large to hold.
 pub fn image(outcome: &Outcome) -> Result<Vec<u8>, FigureError> {
     let grid = &outcome.focused.ground.grid;
-    let track: Vec<[f64; 2]> = outcome
-        .aligned
-        .position_m
-        .iter()
-        .map(|p| [p[0], p[1]])
-        .collect();
+    let mut track: Vec<[f64; 2]> = Vec::new();
+    let whole: Vec<_> = std::iter::once(0..outcome.aligned.position_m.len()).collect();
+    let parts = if outcome.parts.is_empty() {
+        &whole[..]
+    } else {
+        &outcome.parts
+    };
+    for part in parts {
+        let places = &outcome.aligned.position_m[part.clone()];
+        track.extend(places.iter().map(|p| [p[0], p[1]]));
+        track.push([f64::NAN; 2]);
+    }
     let pixels: &[Complex32] = &outcome.focused.image;
     let mut figure = ImageDb::new(
         format!("Focused image {}", outcome.focused.ground.describe()),
@@ -43,6 +50,86 @@ pub fn image(outcome: &Outcome) -> Result<Vec<u8>, FigureError> {
         }
     }
     figure.draw()?.to_png()
+}
+
+/// Pictures of looks and volumes with their file names, where there are any.
+///
+/// # Errors
+/// A picture too large to hold.
+pub fn of_stacks(outcome: &Outcome) -> Result<Vec<(String, Picture)>, FigureError> {
+    let grid = &outcome.focused.ground.grid;
+    let mut made = Vec::new();
+    if let Some(multilook) = &outcome.focused.multilook {
+        let amplitude: Vec<f32> = multilook.power.iter().map(|p| p.sqrt()).collect();
+        let looks = multilook.traces.len();
+        let figure = ImageDb::new(
+            format!("Mean power of {looks} looks"),
+            PixelValues::Amplitude(&amplitude),
+            grid.nx,
+            grid.ny,
+        )
+        .at(grid.x0_m, grid.y0_m, grid.pixel_m);
+        made.push((
+            "multilook.png".to_owned(),
+            Picture {
+                png: figure.draw()?.to_png()?,
+                alt: "The mean power of the looks in decibels below its maximum".to_owned(),
+                caption: format!(
+                    "Mean power of {looks} looks along the track (looks.npz): less speckle, \
+                     coarser along the track."
+                ),
+            },
+        ));
+    }
+    if let Some(seen) = &outcome.focused.projections {
+        let volume = &seen.volume;
+        for (name, from, axis, values, n, start_m) in [
+            ("front", "south", "x", &seen.front, grid.nx, grid.x0_m),
+            ("side", "west", "y", &seen.side, grid.ny, grid.y0_m),
+        ] {
+            let (even, rows) = square(values, n, volume.nz, volume.step_m / grid.pixel_m);
+            let title = format!("Volume from the {from}: greatest level along the other axis");
+            let mut figure = ImageDb::new(title, PixelValues::Amplitude(&even), n, rows).at(
+                start_m,
+                volume.base.z_m,
+                grid.pixel_m,
+            );
+            figure.x_label = axis.to_owned();
+            figure.y_label = "z".to_owned();
+            made.push((
+                format!("volume-{name}.png"),
+                Picture {
+                    png: figure.draw()?.to_png()?,
+                    alt: format!("The volume seen from the {from}"),
+                    caption: format!(
+                        "{} slices of {} m (volume.npz) seen from the {from}: the greatest level \
+                         along the other axis.",
+                        volume.nz, volume.step_m
+                    ),
+                },
+            ));
+        }
+    }
+    Ok(made)
+}
+
+/// Rows `step` pixels apart brought to one pixel apart, each the nearest of the given.
+fn square(values: &[f32], n: usize, rows: usize, step: f64) -> (Vec<f32>, usize) {
+    #[expect(
+        clippy::cast_precision_loss,
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a count of rows of a picture"
+    )]
+    let (wanted, nearest) = {
+        let wanted = ((rows - 1) as f64 * step).round().clamp(0.0, 1e5) as usize + 1;
+        let nearest = move |k: usize| ((k as f64 / step).round() as usize).min(rows - 1);
+        (wanted, nearest)
+    };
+    let even = (0..wanted)
+        .flat_map(|k| values[nearest(k) * n..(nearest(k) + 1) * n].iter().copied())
+        .collect();
+    (even, wanted)
 }
 
 fn mark(target: &Target, k: usize) -> TargetMark {

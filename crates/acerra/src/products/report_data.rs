@@ -78,7 +78,7 @@ fn summary(outcome: &Outcome) -> String {
         "{}; {} of {} traces imaged.",
         outcome.radar.summary,
         outcome.aligned.traces.len(),
-        outcome.radar.content.time_s().len()
+        outcome.traces_in_log
     )
 }
 
@@ -283,6 +283,35 @@ fn choices(outcome: &Outcome) -> Vec<Fact> {
             )
             .note("by delay and zero-timing together"),
         );
+    }
+    for track in &outcome.tracks {
+        let k = &track.calibration;
+        let given = format!(
+            "{:+.3} ns and {:+.1}° given",
+            k.given_delay_ns, k.given_phase_deg
+        );
+        let note = match k.found {
+            Some(f) => format!(
+                "{given}; found on the common target against the first track, which stands \
+                 {:.0} dB over the rest (phase at mid-band)",
+                f.contrast_db
+            ),
+            None => given,
+        };
+        let value = k.found.map_or_else(
+            || format!("{} traces", track.aligned.traces.len()),
+            |f| {
+                format!(
+                    "{} traces, {:+.4} ± {:.4} ns, {:+.1} ± {:.1}°",
+                    track.aligned.traces.len(),
+                    f.delay_ns,
+                    f.delay_sigma_ns,
+                    f.phase_deg,
+                    f.phase_sigma_deg
+                )
+            },
+        );
+        choices.push(Fact::new(format!("Track {}", track.name), value).note(note));
     }
     if let Some(error) = outcome.focused.checked_error {
         choices.push(

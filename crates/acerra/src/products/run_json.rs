@@ -60,11 +60,20 @@ pub fn run(outcome: &Outcome, stages: &[Stage]) -> Value {
             "surface": surface,
         },
         "traces": {
-            "in_log": outcome.radar.content.time_s().len(),
+            "in_log": outcome.traces_in_log,
             "selected": aligned.traces.len(),
             "first": aligned.traces.first(),
             "last": aligned.traces.last(),
         },
+        "tracks": outcome.tracks.iter().map(|track| json!({
+            "name": track.name,
+            "traces_in_log": track.radar.content.time_s().len(),
+            "selected": track.aligned.traces.len(),
+            "time_offset_s": track.aligned.time_offset_s,
+            "shift_ns": track.cleaned.traces.as_ref().map(|t| t.shift_s * 1e9),
+            "calibration": track.calibration,
+        })).collect::<Vec<_>>(),
+        "looks": outcome.focused.multilook.as_ref().map(|m| &m.traces),
         "plan": outcome.focused.plan,
         "plan_checked_error": outcome.focused.checked_error,
         "memory": {

@@ -40,6 +40,12 @@ impl Staging {
         })
     }
 
+    /// Where files are written until they are published.
+    #[must_use]
+    pub fn folder(&self) -> &Path {
+        self.aside.path()
+    }
+
     /// Where to write the file that will be called `name`.
     #[must_use]
     pub fn path(&self, name: &str) -> PathBuf {

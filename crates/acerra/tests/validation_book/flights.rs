@@ -7,6 +7,7 @@ use acerra::campaign::Campaign;
 use acerra::chain::{self, Outcome, Silent};
 use acerra::demo::{Flown, TRACKS, Track};
 use acerra::products::stages::Stages;
+use acerra::products::staging::Staging;
 
 pub struct Flight {
     pub track: Track,
@@ -43,6 +44,7 @@ impl Flight {
             self.track.name,
             &campaign,
             None,
+            &Staging::new(&self.folder.join("unpublished")).unwrap(),
             &mut Stages::default(),
             &Silent,
         )
