@@ -101,7 +101,7 @@ fn coupling_and_awnings_are_in_the_raw_radargram_and_gone_from_the_filtered_one(
     for (flown, beyond_s) in demonstration().flown.iter().zip([70e-9_f64, 90e-9]) {
         let traces = flown.outcome.cleaned.traces.as_ref().unwrap();
         let noise = flown.scene.radar.noise_counts;
-        let surface_s = flown.scene.flight.height_m / 1.5e8;
+        let surface_s = flown.scene.flight.as_ref().unwrap().height_m / 1.5e8;
         // The gate of Track 2 ends just behind 90 ns.
         let awnings = [beyond_s.max(surface_s + 26e-9), 1.0];
         let coupling = [-1e-9, 5e-9];

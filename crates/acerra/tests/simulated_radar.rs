@@ -44,7 +44,7 @@ struct Campaign {
 
 fn fly() -> Campaign {
     let scene = Scene::parse(SCENE).unwrap();
-    let flight = Flight::fly(&scene.flight, scene.seed).unwrap();
+    let flight = scene.fly().unwrap();
     let scans = simulate_scans(
         &scene.radar,
         &scene.radar_scene(),

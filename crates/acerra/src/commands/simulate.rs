@@ -1,7 +1,7 @@
 //! `acerra simulate`: writes the logs that instruments would have written.
 
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 
@@ -30,7 +30,8 @@ pub struct Args {
 pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
     let at = || format!("{}", args.scene.display());
     let text = std::fs::read_to_string(&args.scene).with_context(at)?;
-    let mut scene = Scene::parse(&text).with_context(at)?;
+    let folder = args.scene.parent().unwrap_or_else(|| Path::new(""));
+    let mut scene = Scene::parse(&text).with_context(at)?.resolved_in(folder);
     if let Some(seed) = args.seed {
         scene.seed = seed;
     }

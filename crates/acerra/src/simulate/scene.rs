@@ -1,11 +1,13 @@
 //! The scene file: what is flown, over what, with which instruments.
 
+use std::path::Path;
+
 use serde::{Deserialize, Serialize};
 
 use acerra_geo::geodesy::{EnuFrame, Geodetic};
 use acerra_geo::time::{Calendar, GpsTime};
 
-use super::flight::{Flight, FlightError, FlightModel};
+use super::flight::{Flight, FlightError, FlightModel, GivenFlight, GivenFlightError};
 use super::gnss::GnssModel;
 use super::radar::{
     Clutter, CornerReflector, Ground, PointTarget, RadarModel, RadarModelError, RadarScene,
@@ -21,8 +23,12 @@ pub struct Scene {
     /// Latitude and longitude (degrees) and ellipsoidal height (m) of the origin.
     #[serde(default = "default_origin_deg_m")]
     pub origin_deg_m: [f64; 3],
-    /// The flight.
-    pub flight: FlightModel,
+    /// The flight: one straight track, flown by hand.
+    #[serde(default)]
+    pub flight: Option<FlightModel>,
+    /// The flight as a file has it, instead of `[flight]`.
+    #[serde(default)]
+    pub trajectory: Option<GivenFlight>,
     /// The radar.
     #[serde(default)]
     pub radar: RadarModel,
@@ -106,6 +112,15 @@ pub enum SceneError {
     /// A flight that cannot be flown.
     #[error(transparent)]
     Flight(#[from] FlightError),
+    /// A flight from a file that cannot be flown.
+    #[error(transparent)]
+    GivenFlight(#[from] GivenFlightError),
+    /// No flight, or two.
+    #[error("expected either [flight] or [trajectory]")]
+    Flights,
+    /// An image that is no image.
+    #[error("[image] {0}")]
+    Image(String),
     /// A radar or a scene that cannot be.
     #[error(transparent)]
     Radar(#[from] RadarModelError),
@@ -155,7 +170,26 @@ impl Scene {
     /// # Errors
     /// A flight that cannot be flown.
     pub fn fly(&self) -> Result<Flight, SceneError> {
-        Ok(Flight::fly(&self.flight, self.seed)?)
+        match (&self.flight, &self.trajectory) {
+            (Some(model), None) => Ok(Flight::fly(model, self.seed)?),
+            (None, Some(given)) => {
+                let [latitude, longitude, height_m] = self.origin_deg_m;
+                Ok(given.fly(Geodetic::from_degrees(latitude, longitude, height_m))?)
+            }
+            _ => Err(SceneError::Flights),
+        }
+    }
+
+    /// The same scene with its files' relative paths taken to start in `folder`.
+    #[must_use]
+    pub fn resolved_in(mut self, folder: &Path) -> Self {
+        if let Some(given) = &mut self.trajectory {
+            given.file = folder.join(&given.file);
+        }
+        if let Some(navigation) = self.gnss.as_mut().and_then(|g| g.navigation.as_mut()) {
+            *navigation = folder.join(&*navigation);
+        }
+        self
     }
 
     /// What the radar sees.
@@ -170,7 +204,11 @@ impl Scene {
     }
 
     fn check(&self) -> Result<(), SceneError> {
-        self.flight.check()?;
+        match (&self.flight, &self.trajectory) {
+            (Some(flight), None) => flight.check()?,
+            (None, Some(_)) => {}
+            _ => return Err(SceneError::Flights),
+        }
         self.radar.check()?;
         self.radar_scene().check()?;
         let [latitude, longitude, height] = self.origin_deg_m;
@@ -181,6 +219,9 @@ impl Scene {
             gnss.check()
                 .map_err(|error| SceneError::Gnss(error.to_string()))?;
         }
+        let SceneImage { x_m, y_m, pixel_m } = self.image;
+        acerra_imaging::PlaneGrid::from_ranges(x_m, y_m, 0.0, pixel_m)
+            .map_err(|error| SceneError::Image(error.to_string()))?;
         if !self.base_m.iter().all(|v| v.abs() < 1e5) {
             return Err(SceneError::Gnss(
                 "base_m: expected a place within 100 km".to_owned(),

@@ -1,7 +1,11 @@
 //! From a scene to a directory of logs and the campaign file that processes them.
 
 use std::fmt::Write as _;
+use std::fs::File;
+use std::path::{Path, PathBuf};
 
+use acerra_gnss::input::Limits;
+use acerra_gnss::{Navigation, read_navigation};
 use acerra_radar::mrm::{CONFIG_BYTES, Framing, RadarConfig, SCAN_MESSAGE_BYTES, write_mrm};
 use acerra_radar::{DEFAULT_STEP_BINS, Scan};
 use anyhow::Context;
@@ -53,7 +57,10 @@ pub fn write_campaign(scene: &Scene, staging: &Staging) -> anyhow::Result<Simula
     let gnss_epochs = match &scene.gnss {
         Some(model) => {
             let duration_s = flight.duration_s();
-            let navigation = constellation(start, duration_s, scene.seed);
+            let navigation = match &model.navigation {
+                Some(file) => read_satellites(file)?,
+                None => constellation(start, duration_s, scene.seed),
+            };
             let setting = Setting {
                 frame: scene.frame(),
                 start,
@@ -77,7 +84,7 @@ pub fn write_campaign(scene: &Scene, staging: &Staging) -> anyhow::Result<Simula
         }
     };
     staging.write("campaign.toml", campaign(scene, time_offset_s))?;
-    staging.write("scene.toml", toml::to_string(scene).context("the scene")?)?;
+    write_scene(scene, staging)?;
     staging.write(
         "truth-trajectory.csv",
         track_csv(&flight, start.tow_s(), 0.02),
@@ -92,6 +99,34 @@ pub fn write_campaign(scene: &Scene, staging: &Staging) -> anyhow::Result<Simula
         gnss_epochs,
         time_offset_s,
     })
+}
+
+/// The scene with the files that it needs, so that it can be simulated again from where it lies.
+fn write_scene(scene: &Scene, staging: &Staging) -> anyhow::Result<()> {
+    let mut scene = scene.clone();
+    let keep = |file: &mut PathBuf, stem: &str| -> anyhow::Result<()> {
+        let bytes = std::fs::read(&*file).with_context(|| format!("{}", file.display()))?;
+        let ending = file.extension().map(|e| e.to_string_lossy().into_owned());
+        let name = ending.map_or(stem.to_owned(), |ending| format!("{stem}.{ending}"));
+        staging.write(&name, bytes)?;
+        *file = name.into();
+        Ok(())
+    };
+    if let Some(given) = &mut scene.trajectory {
+        keep(&mut given.file, "given-trajectory")?;
+    }
+    if let Some(file) = scene.gnss.as_mut().and_then(|g| g.navigation.as_mut()) {
+        keep(file, "given-navigation")?;
+    }
+    staging.write("scene.toml", toml::to_string(&scene).context("the scene")?)
+}
+
+/// The satellites of a navigation file.
+fn read_satellites(path: &Path) -> anyhow::Result<Navigation> {
+    let at = || format!("[gnss] navigation: {}", path.display());
+    let file = File::open(path).with_context(at)?;
+    let (navigation, _) = read_navigation(file, Limits::default()).with_context(at)?;
+    Ok(navigation)
 }
 
 /// The capture, without the messages that get lost.

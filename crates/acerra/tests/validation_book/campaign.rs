@@ -96,7 +96,8 @@ fn radargrams() -> String {
         let traces = flight.flown.outcome.cleaned.traces.as_ref().unwrap();
         let noise = flight.flown.scene.radar.noise_counts;
         let level = |radargram, span| 20.0 * (largest_envelope(radargram, span) / noise).log10();
-        let surface_s = flight.flown.scene.flight.height_m / 1.5e8;
+        let model = flight.flown.scene.flight.as_ref().unwrap();
+        let surface_s = model.height_m / 1.5e8;
         let coupling = [-1e-9, 5e-9];
         // Track 2 has the gate end just behind 90 ns.
         let awnings = [beyond_s.max(surface_s + 26e-9), 1.0];

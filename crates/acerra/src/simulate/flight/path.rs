@@ -8,7 +8,7 @@ use super::model::{FlightError, FlightModel};
 use super::wander::Wander;
 
 /// Spacing of the stored poses (s).
-const STEP_S: f64 = 0.01;
+pub(super) const STEP_S: f64 = 0.01;
 
 /// Where the positioned point is and how the body stands, at one time.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -98,6 +98,11 @@ impl Flight {
             poses,
             on_track_s: plan.on_track_s,
         })
+    }
+
+    /// A flight through `poses`, [`STEP_S`] apart and never empty.
+    pub(super) fn of(poses: Vec<Pose>, on_track_s: [f64; 2]) -> Self {
+        Self { poses, on_track_s }
     }
 
     /// Duration (s).

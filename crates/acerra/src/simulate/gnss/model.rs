@@ -1,5 +1,7 @@
 //! What the sky and the receivers are like.
 
+use std::path::PathBuf;
+
 use serde::{Deserialize, Serialize};
 
 /// `[gnss]` of a scene file.
@@ -12,6 +14,9 @@ pub struct GnssModel {
     pub ionosphere_scale: f64,
     /// Relative humidity of the troposphere, 0 to 1; negative for no troposphere at all.
     pub humidity: f64,
+    /// A navigation file whose GPS satellites are in the sky, about the scene's `start_gpst`; by
+    /// default a constellation is made up. Relative paths are relative to the scene file.
+    pub navigation: Option<PathBuf>,
     /// The flying receiver.
     pub rover: ReceiverModel,
     /// The receiver on the ground.
@@ -66,6 +71,7 @@ impl Default for GnssModel {
             elevation_mask_deg: 10.0,
             ionosphere_scale: 1.0,
             humidity: 0.5,
+            navigation: None,
             rover: ReceiverModel {
                 multipath_time_s: 8.0,
                 ..ReceiverModel::default()

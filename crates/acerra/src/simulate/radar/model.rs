@@ -190,7 +190,7 @@ impl RadarModel {
     pub fn check(&self) -> Result<(), RadarModelError> {
         let within = |value: f64, low: f64, high: f64| value >= low && value <= high;
         let [low, high] = self.band_ghz;
-        let rules: [Rule; 15] = [
+        let rules: [Rule; 19] = [
             (within(low, 0.1, 8.0), "band_ghz", "0.1 to 8 GHz", low),
             (
                 high > low && high < 8.1,
@@ -271,6 +271,30 @@ impl RadarModel {
                 self.transmit_power_dbm,
             ),
             (
+                within(self.coupling_db, 0.0, 400.0),
+                "coupling_db",
+                "0 to 400",
+                self.coupling_db,
+            ),
+            (
+                within(self.noise_figure_db, 0.0, 60.0),
+                "noise_figure_db",
+                "0 to 60",
+                self.noise_figure_db,
+            ),
+            (
+                within(self.antenna_gain_dbi, -30.0, 40.0),
+                "antenna_gain_dbi",
+                "-30 to 40",
+                self.antenna_gain_dbi,
+            ),
+            (
+                self.transmit_gain_index <= 63,
+                "transmit_gain_index",
+                "0 to 63",
+                f64::from(self.transmit_gain_index),
+            ),
+            (
                 self.lever_arm_m.iter().all(|v| v.abs() < 100.0),
                 "lever_arm_m",
                 "lengths below 100 m",
@@ -338,7 +362,7 @@ impl RadarScene {
                     (1..=1_000_000).contains(&c.scatterers),
                     "scatterers",
                     "1 to a million",
-                    0.0,
+                    c.scatterers as f64,
                 ),
                 (positive(c.rcs_m2), "rcs_m2", "above 0", c.rcs_m2),
             ];
