@@ -4,9 +4,9 @@
 //! block's centre (in double precision) to a group's, R² changes by o(2d + o) + h(2e + h), o and h
 //! being offset and height of the group, d and e those of the block from the antenna. Through a
 //! group's heights runs a straight line, whose range is again a quadratic or cubic; what heights
-//! leave beside the line enters to first order, with the change of its slope along the group. The
-//! ground between the knots of a height raster is straight, so most groups need no more than a
-//! plane does.
+//! leave beside the line enters to second order. The ground between the knots of a height raster is
+//! straight, so most groups need no more than a plane does. Each group decides for itself between
+//! windows and gathers: a boulder does not slow its whole block.
 
 use super::rows::{Band, CHUNK, Job, Kernel, TILE, Tally, block_width, tile_rows, vectors_a_group};
 use super::{Lanes, MAX_LANES, ROUNDING};
@@ -31,7 +31,9 @@ impl<'a> Relief<'a> {
 }
 
 /// Rows of parameters a pulse: as on planes, and what heights beside the line do.
-const ROWS: usize = 10;
+const ROWS: usize = 11;
+/// Stands for the start of a window where a group has none: the bits of −1, which no start has.
+const NO_WINDOW: f32 = f32::from_bits(u32::MAX);
 /// Most rows of a tile: those of the shortest vectors.
 const MOST_ROWS: usize = 16;
 
@@ -221,7 +223,8 @@ fn block<S: Lanes, const DEGREE: usize, const TERMS: usize, const CUBIC: bool>(
     let count = pulses.len();
     let chunk_table =
         &table.coefficients[pulses.start * table.pulse_stride()..][..count * table.pulse_stride()];
-    let (mut exact, mut plain) = ([0u8; CHUNK], [0u8; CHUNK]);
+    // Pulses that go through gathers, with the groups that do.
+    let (mut exact, mut plain) = ([(0u8, 0u32); CHUNK], [0u8; CHUNK]);
     let (mut fasts, mut exacts, mut plains) = (0, 0, 0);
     assert!(ground.above_m.len() >= block_width(n) && ground.beside_m.len() >= block_width(n));
     assert!(real.len() >= block_width(n) && imag.len() >= block_width(n));
@@ -286,6 +289,7 @@ fn block<S: Lanes, const DEGREE: usize, const TERMS: usize, const CUBIC: bool>(
     let near = s.add(s.splat(job.plain_below_m as f32), s.add(reach_m, uneven));
     let uneven_bins = s.mul(uneven, s.splat(bins));
     let half_m = s.splat(half * pixel);
+    let all = u32::MAX >> (32 - groups as u32);
     for m in 0..count {
         let range0 = s.splat(setup.range_m[m]);
         let (along0, up0) = (s.splat(setup.along_m[m]), s.splat(setup.up_m[m]));
@@ -324,15 +328,20 @@ fn block<S: Lanes, const DEGREE: usize, const TERMS: usize, const CUBIC: bool>(
                 left_out,
             )
         };
-        // Beside the line: to second order at most b(b/2 + 3 steep h²/2R)/R is left.
-        let beside = s.mul_add(
-            s.mul(s.mul(steep, half_m), s.mul(half_m, inverse_range)),
-            s.splat(1.5),
-            s.mul(uneven, s.splat(0.5)),
-        );
-        let left_out = s.mul_add(s.mul(uneven_bins, inverse_range), beside, left_out);
+        // Beside the line the second order is kept; the third is at most 0.6 b(a + b)²/R² at b beside
+        // and a along the line.
+        let away = s.add(reach_m, uneven);
+        let third_order = s.mul(s.mul(away, away), s.mul(inverse_range, inverse_range));
+        let left_out = s.mul_add(s.mul(uneven_bins, s.splat(0.6)), third_order, left_out);
         let turn = s.mul(s.neg_mul_add(gradient, rise, slope), inverse_range);
-        let wobble = s.mul(uneven_bins, s.mul_add(s.abs(turn), half_m, s.abs(rise)));
+        let bow = s.mul(
+            s.mul(s.neg_mul_add(rise, rise, one), inverse_range),
+            s.splat(0.5),
+        );
+        let wobble = s.mul(
+            uneven_bins,
+            s.mul_add(bow, uneven, s.mul_add(s.abs(turn), half_m, s.abs(rise))),
+        );
         let mut steepest = s.mul_add(second, s.splat(2.0 * shift), s.abs(first));
         if CUBIC {
             steepest = s.mul_add(s.abs(third), s.splat(3.0 * half * half), steepest);
@@ -360,40 +369,62 @@ fn block<S: Lanes, const DEGREE: usize, const TERMS: usize, const CUBIC: bool>(
         let whole = s.splat(setup.whole[m] as f32);
         let least = s.sub(whole, s.max(s.sub(zero, window), s.sub(zero, window2)));
         let most = s.add(whole, s.max(window, window2));
-        let fits = s.all_le(span, widest)
-            && s.all_le(left_out, tolerance)
-            && s.all_le(near, range)
-            && s.all_le(zero, least)
-            && s.all_le(most, last_window);
-        if fits {
-            let rows = &mut setup.windowed[fasts * ROWS * n..][..ROWS * n];
-            let start = (m * table.pulse_stride()) as i32 + setup.whole[m];
-            // SAFETY: `rows` holds ROWS rows of N numbers.
-            unsafe {
-                let at = rows.as_mut_ptr();
-                s.store(at, t);
-                s.store(at.add(n), first);
-                s.store(at.add(2 * n), second);
-                if CUBIC {
-                    s.store(at.add(3 * n), third);
-                }
-                s.store(at.add(4 * n), window);
-                s.store_rounded(at.add(5 * n).cast(), s.add(window, rounding), start);
-                if pair > 1 {
-                    s.store(at.add(6 * n), window2);
-                    s.store_rounded(at.add(7 * n).cast(), s.add(window2, rounding), start);
-                }
-                s.store(at.add(8 * n), s.mul(rise, s.splat(bins)));
-                s.store(at.add(9 * n), s.mul(turn, per_pixel));
-            }
-            fasts += 1;
-        } else if s.all_le(near, range) {
-            exact[exacts] = m as u8;
-            exacts += 1;
-        } else {
+        if !s.all_le(near, range) {
             plain[plains] = m as u8;
             plains += 1;
+            continue;
         }
+        let fits = s.all_le(span, widest)
+            && s.all_le(left_out, tolerance)
+            && s.all_le(zero, least)
+            && s.all_le(most, last_window);
+        let mut gathers = 0;
+        if !fits {
+            let mut tests = [[0f32; MAX_LANES]; 4];
+            // SAFETY: each row has MAX_LANES ≥ N numbers.
+            unsafe {
+                s.store(tests[0].as_mut_ptr(), s.sub(widest, span));
+                s.store(tests[1].as_mut_ptr(), s.sub(tolerance, left_out));
+                s.store(tests[2].as_mut_ptr(), least);
+                s.store(tests[3].as_mut_ptr(), s.sub(last_window, most));
+            }
+            for k in 0..groups {
+                let fits = tests.iter().all(|t| t[k] >= 0.0); // false for NaN
+                gathers |= u32::from(!fits) << k;
+            }
+            exact[exacts] = (m as u8, gathers);
+            exacts += 1;
+            if gathers == all {
+                continue;
+            }
+        }
+        let rows = &mut setup.windowed[fasts * ROWS * n..][..ROWS * n];
+        let start = (m * table.pulse_stride()) as i32 + setup.whole[m];
+        // SAFETY: `rows` holds ROWS rows of N numbers.
+        unsafe {
+            let at = rows.as_mut_ptr();
+            s.store(at, t);
+            s.store(at.add(n), first);
+            s.store(at.add(2 * n), second);
+            if CUBIC {
+                s.store(at.add(3 * n), third);
+            }
+            s.store(at.add(4 * n), window);
+            s.store_rounded(at.add(5 * n).cast(), s.add(window, rounding), start);
+            if pair > 1 {
+                s.store(at.add(6 * n), window2);
+                s.store_rounded(at.add(7 * n).cast(), s.add(window2, rounding), start);
+            }
+            s.store(at.add(8 * n), s.mul(rise, s.splat(bins)));
+            s.store(at.add(9 * n), s.mul(turn, per_pixel));
+            s.store(at.add(10 * n), s.mul(bow, s.splat(bins)));
+        }
+        for k in 0..groups {
+            if gathers >> k & 1 == 1 {
+                rows[5 * n + k] = NO_WINDOW;
+            }
+        }
+        fasts += 1;
     }
 
     let mut lane = [0f32; MAX_LANES];
@@ -413,9 +444,10 @@ fn block<S: Lanes, const DEGREE: usize, const TERMS: usize, const CUBIC: bool>(
     let lanes_of = [s.sub(lanes, s.splat(shift)), s.add(lanes, s.splat(shift))];
     for k in 0..groups {
         let mut sums = [[zero; 2]; 2];
+        let mut windows = 0;
         let rough = ground.profile.uneven_m[k] * bins > 0.05 * job.tolerance_bins as f32;
-        // SAFETY: the first `fasts` parameter sets were written above, k < N; the windows were
-        // checked to lie within their pulse's rows; vector pair·k + side lies within the block.
+        // SAFETY: the first `fasts` parameter sets were written above, k < N; windows that are
+        // there were checked to lie within their pulse's rows; vector pair·k + side lies within the block.
         unsafe {
             let beside_of =
                 |side: usize| s.load(ground.beside_m.as_ptr().add((pair * k + side) * n));
@@ -424,6 +456,12 @@ fn block<S: Lanes, const DEGREE: usize, const TERMS: usize, const CUBIC: bool>(
             let end = at.add(fasts * ROWS * n);
             while at < end {
                 let term = |row: usize| s.splat(*at.add(row * n));
+                let next = at.add(ROWS * n);
+                if (*at.add(5 * n)).to_bits() == NO_WINDOW.to_bits() {
+                    at = next;
+                    continue;
+                }
+                windows += 1;
                 for side in 0..pair {
                     let lanes = lanes_of[side];
                     let t = s.sub(term(0), term(4 + 2 * side));
@@ -434,13 +472,15 @@ fn block<S: Lanes, const DEGREE: usize, const TERMS: usize, const CUBIC: bool>(
                     };
                     let mut t = s.mul_add(lanes, slope, t);
                     if rough {
-                        t = s.mul_add(beside[side], s.mul_add(lanes, term(9), term(8)), t);
+                        let b = beside[side];
+                        let change = s.mul_add(b, term(10), s.mul_add(lanes, term(9), term(8)));
+                        t = s.mul_add(b, change, t);
                     }
                     let start = (*at.add((5 + 2 * side) * n)).to_bits() as i32;
                     let window = chunk_table.as_ptr().offset(start as isize);
                     kernel.windowed(window, t, &mut sums[side]);
                 }
-                at = at.add(ROWS * n);
+                at = next;
             }
         }
         for (side, sum) in sums.iter_mut().enumerate().take(pair) {
@@ -450,7 +490,10 @@ fn block<S: Lanes, const DEGREE: usize, const TERMS: usize, const CUBIC: bool>(
             // SAFETY: the vector lies within the block.
             let height = unsafe { s.load(ground.above_m.as_ptr().add(vector * n)) };
             let middle_m = ground.above_m[vector * n + n / 2];
-            for &m in &exact[..exacts] {
+            for &(m, gathers) in &exact[..exacts] {
+                if gathers >> k & 1 == 0 {
+                    continue;
+                }
                 let m = m as usize;
                 let pulse = pulses.start + m;
                 let (range0, along0, up0, whole, fraction, offset, height) = if job.near_centre {
@@ -511,8 +554,8 @@ fn block<S: Lanes, const DEGREE: usize, const TERMS: usize, const CUBIC: bool>(
                 s.store(im, s.add(s.load(im), sum[1]));
             }
         }
-        tally.window += (pair * fasts) as u64;
-        tally.gather += (pair * exacts) as u64;
+        tally.window += (pair * windows) as u64;
+        tally.gather += (pair * (count - plains - windows)) as u64;
         tally.plain += (pair * plains) as u64;
     }
     for &m in &plain[..plains] {

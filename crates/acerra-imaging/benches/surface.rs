@@ -1,0 +1,111 @@
+//! The direct engine on terrain beside the plane: 1800 × 1800 pixels of 1 cm, 331 pulses.
+//!
+//! `cargo bench -p acerra-imaging --bench surface` prints, for every ground, accuracy and SIMD
+//! level, Gbp/s (10⁹ pixel × pulse contributions a second) on one thread and on all, the share of
+//! the plane's speed, and what the self-check found. Best of three runs.
+#![allow(clippy::print_stdout, clippy::unwrap_used, missing_docs)]
+
+use acerra_imaging::{
+    Complex32, Complex64, Engine, ImagingError, Plan, PlanOptions, PlaneGrid, Pulses,
+    SPEED_OF_LIGHT_M_S, SimdLevel, SurfaceGrid,
+};
+use std::time::Instant;
+
+fn main() {
+    let position_m: Vec<[f64; 3]> = (0..331)
+        .map(|m| {
+            let s = f64::from(m) / 330.0;
+            let waver = |f: f64| 0.05 * (f * s).sin();
+            [waver(9.0), -4.0 + 8.0 * s, 5.0 + waver(7.0)]
+        })
+        .collect();
+    let frequency_hz: Vec<f64> = (0..213)
+        .map(|n| 3.95e9 + 8e6 * (f64::from(n) - 106.0))
+        .collect();
+    let mut state = 1_u64;
+    let mut random = || {
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    };
+    let spectrum: Vec<Complex64> = (0..331 * 213)
+        .map(|_| Complex64::new(random(), random()))
+        .collect();
+    let weight = vec![1.0; 331];
+    let pulses = Pulses::new(
+        &position_m,
+        &frequency_hz,
+        &spectrum,
+        &weight,
+        SPEED_OF_LIGHT_M_S,
+    )
+    .unwrap();
+    let base = PlaneGrid::new(-9.0, -9.0, 0.0, 0.01, 1800, 1800).unwrap();
+    let knot = |i: f64, j: f64| 0.35 * (1.1 * i + 0.7 * j).sin() + 0.15 * (1.9 * j).cos();
+    let facets = SurfaceGrid::from_fn(base, |x, y| {
+        let (i, j) = (x / 0.5, y / 0.5);
+        let (i0, j0) = (i.floor(), j.floor());
+        let (u, v) = (i - i0, j - j0);
+        let low = knot(i0, j0) * (1.0 - u) + knot(i0 + 1.0, j0) * u;
+        let high = knot(i0, j0 + 1.0) * (1.0 - u) + knot(i0 + 1.0, j0 + 1.0) * u;
+        Ok::<_, ImagingError>(low * (1.0 - v) + high * v)
+    })
+    .unwrap();
+    let wave = |x: f64, y: f64| Ok::<_, ImagingError>(0.5 * (1.2 * x + 0.5 * y).sin());
+    let wave = SurfaceGrid::from_fn(base, wave).unwrap();
+    let contributions = 1e-9 * (base.len() * pulses.len()) as f64;
+    // A level's name as argument leaves the others out.
+    let wanted = std::env::args().nth(1).filter(|a| !a.starts_with("--"));
+    let levels = SimdLevel::available().iter().copied();
+    for level in levels.filter(|l| wanted.as_deref().is_none_or(|w| l.name() == w)) {
+        for accuracy in [1.3e-3, 3.2e-4] {
+            let mut of_plane = [0.0; 2];
+            for (name, ground) in [
+                ("plane", None),
+                ("facets", Some(&facets)),
+                ("wave", Some(&wave)),
+            ] {
+                let options = PlanOptions {
+                    accuracy,
+                    level,
+                    engine: Engine::Direct,
+                    ..Default::default()
+                };
+                let plan = match ground {
+                    Some(surface) => Plan::on_surface(pulses, surface, &options),
+                    None => Plan::new(pulses, base, &options),
+                }
+                .unwrap();
+                let mut image = vec![Complex32::ZERO; base.len()];
+                let mut speed = [0.0; 2];
+                for (k, threads) in [(0, 1), (1, 0)] {
+                    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+                    let pool = pool.build().unwrap();
+                    let mut best = f64::INFINITY;
+                    for _ in 0..3 {
+                        let start = Instant::now();
+                        pool.install(|| plan.run(&mut image, &|_| ())).unwrap();
+                        best = best.min(start.elapsed().as_secs_f64());
+                    }
+                    speed[k] = contributions / best;
+                }
+                if ground.is_none() {
+                    of_plane = speed;
+                }
+                println!(
+                    "{level:9} {accuracy:.1e} {name:6}: {:.2} Gbp/s on one thread ({:.0} %), {:.2} on all \
+                     ({:.0} %), self-check {:.1e}",
+                    speed[0],
+                    100.0 * speed[0] / of_plane[0],
+                    speed[1],
+                    100.0 * speed[1] / of_plane[1],
+                    plan.self_check().map_or(f64::NAN, |c| c.error)
+                );
+                for line in plan.explain().lines().filter(|l| l.starts_with("direct")) {
+                    println!("  {}", line.rsplit(';').next().unwrap_or(""));
+                }
+            }
+        }
+    }
+}
