@@ -3,7 +3,7 @@
 
 use acerra_imaging::{
     Complex32, Complex64, ImagingError, LiveImage, PlanOptions, PlaneGrid, Pulses,
-    SPEED_OF_LIGHT_M_S, Spreading, VolumeGrid, image, reference,
+    SPEED_OF_LIGHT_M_S, SimdLevel, Spreading, VolumeGrid, image, reference,
 };
 
 struct Data {
@@ -40,6 +40,18 @@ impl Data {
             spectrum,
             weight,
         }
+    }
+
+    /// What a target gives at these positions.
+    fn echoes(&self, target_m: [f64; 3]) -> Vec<Complex64> {
+        let scene = [reference::Scatterer {
+            position_m: target_m,
+            reflectivity: Complex64::ONE,
+        }];
+        let (position_m, frequency_hz) = (&self.position_m, &self.frequency_hz);
+        let spreading = Spreading::InverseSquare;
+        let c = SPEED_OF_LIGHT_M_S;
+        reference::forward(position_m, frequency_hz, &scene, c, spreading).unwrap()
     }
 
     fn pulses(&self) -> Pulses<'_> {
@@ -98,6 +110,76 @@ fn a_volume_shows_the_height_of_a_target() {
         .unwrap();
     for (found, truth) in best.1.iter().zip(target) {
         assert!((found - truth).abs() < 0.03, "{:?}", best.1);
+    }
+}
+
+/// Images a volume and compares every slice with the double-precision sum.
+fn check_volume(data: &Data, volume: &VolumeGrid, options: &PlanOptions) {
+    let pulses = data.pulses();
+    let mut slices = 0;
+    let run = volume
+        .image(pulses, options, |k, grid, slice| {
+            let points: Vec<_> = grid.points_m().collect();
+            let expected = reference::adjoint(&pulses, &points, options.spreading)?;
+            let found: Vec<_> = slice
+                .iter()
+                .map(|v| Complex64::new(f64::from(v.re), f64::from(v.im)))
+                .collect();
+            let error = reference::relative_l2(&found, &expected)?;
+            assert!(error <= options.accuracy, "slice {k}: {error:e}");
+            assert!((grid.z_m - volume.base.z_m - k as f64 * volume.step_m).abs() < 1e-12);
+            slices += 1;
+            Ok::<(), ImagingError>(())
+        })
+        .unwrap();
+    assert_eq!(slices, volume.nz);
+    assert!(run.memory_bytes >= volume.base.len() as u128 * 8 && !run.explained.is_empty());
+    assert!(run.checked_error.is_none_or(|e| e <= options.accuracy));
+}
+
+#[test]
+fn degenerate_volumes_keep_the_accuracy() {
+    let volume = |nx, ny, nz| {
+        let base = PlaneGrid::new(1.5, -0.2, -0.05, 0.02, nx, ny).unwrap();
+        VolumeGrid::new(base, 0.03, nz).unwrap()
+    };
+    for &level in SimdLevel::available() {
+        let options = PlanOptions {
+            level,
+            ..Default::default()
+        };
+        let target = [1.7, 0.0, 0.02];
+        let near = Data::tracks(&[0.0], target);
+        let mut far = Data::tracks(&[-2000.0], target);
+        for p in &mut far.position_m {
+            p[2] = 2200.0;
+        }
+        far.spectrum = Data::echoes(&far, target);
+        let mut one = Data::tracks(&[0.0], target);
+        one.position_m.truncate(1);
+        one.weight.truncate(1);
+        one.spectrum.truncate(one.frequency_hz.len());
+        let mut standing = Data::tracks(&[1.6], target);
+        standing.position_m.fill([1.71, 0.015, 3.0]); // above a pixel, half a pixel off
+        standing.spectrum = Data::echoes(&standing, target);
+        for data in [&near, &far, &one, &standing] {
+            for grid in [
+                volume(17, 9, 4),
+                volume(1, 40, 3),
+                volume(40, 1, 2),
+                volume(1, 1, 5),
+            ] {
+                check_volume(data, &grid, &options);
+            }
+        }
+        // Through the slices, between their pixels.
+        let mut inside = Data::tracks(&[1.61], target);
+        for (m, p) in inside.position_m.iter_mut().enumerate() {
+            p[1] = -0.211 + 0.0043 * m as f64;
+            p[2] = 0.01;
+        }
+        inside.spectrum = Data::echoes(&inside, target);
+        check_volume(&inside, &volume(17, 9, 4), &options);
     }
 }
 
