@@ -104,7 +104,7 @@ fn radargrams() -> String {
         let scene = [surface_s - 6e-9, surface_s + 24e-9];
         let raw = [coupling, awnings].map(|span| level(&traces.raw, span));
         let clean = [coupling, awnings, scene].map(|span| level(&traces.clean, span));
-        assert!(raw[0] > 40.0 && raw[1] > 10.0, "{raw:?}");
+        assert!(raw[0] > 40.0 && raw[1] > 15.0, "{raw:?}");
         assert!(clean[0] < -10.0 && clean[1] < -10.0, "{clean:?}");
         let _ = writeln!(
             text,
@@ -120,7 +120,7 @@ fn radargrams() -> String {
 
 fn places() -> String {
     let mut text = String::from(
-        "| | off along track (mm) | off across track (mm) | Eq. (14) allows (mm) | level (dB) | \
+        "| | off along track (mm) | off across track (cm) | Eq. (14) allows (cm) | level (dB) | \
          ghost | apart (m) |\n| --- | --- | --- | --- | --- | --- | --- |\n",
     );
     for flight in flights() {
@@ -140,8 +140,9 @@ fn places() -> String {
                 number(flight),
                 f.number,
                 x * 1e3,
-                y * 1e3,
-                f.across_bound_m * 1e3,
+                // The lobe is so wide that the last bits move its top by millimetres.
+                y * 1e2,
+                f.across_bound_m * 1e2,
                 f.target.level_db,
                 f.target
                     .ghost

@@ -178,7 +178,8 @@ impl Case {
             .zip(&self.expected)
             .enumerate()
         {
-            let shift = |v: [f64; 2]| v.map(|v| format!("{:.1}", 1e2 * v)).join(" / ");
+            let shift =
+                |[along, across]: [f64; 2]| format!("{:.1} / {:.0}", 1e2 * along, 1e2 * across);
             let _ = writeln!(
                 images,
                 "| {} | {} | {:.1} | {:.1} | {} | {} | {} |",

@@ -133,12 +133,13 @@ fn validation_book_steps() {
         }
         let [all, no_background, no_gating, neither, no_timing] =
             [0, 1, 2, 3, 4].map(|k| &found[k].1);
-        // Coupling and awnings rise over the far parts of the image, one behind the other.
+        println!("{text}");
+        // Awnings rise over the far parts of the image, coupling over all of it.
         let over_edges = |q: &Quality| db(q.reflector / q.edges);
         assert!(over_edges(all) - over_edges(no_gating) > 5.0);
-        assert!(over_edges(no_gating) - over_edges(neither) > 6.0);
         let over_median = |q: &Quality| db(q.reflector / q.median);
         assert!(over_median(all) - over_median(neither) > 5.0);
+        assert!(over_median(no_gating) - over_median(neither) > 2.0);
         assert!(
             (over_median(all) - over_median(no_background)).abs() < 0.5,
             "gated all the same"
