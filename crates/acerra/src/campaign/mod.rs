@@ -359,6 +359,14 @@ impl Campaign {
             "a length above 0, with z_m = [from, to]",
             &image.pixel_z_m,
         )?;
+        let volume = matches!(image.z_m, Some(Heights::Range(_)));
+        require(
+            image.ground_z_m.is_none_or(|z| z.is_finite() && volume),
+            "image",
+            "ground_z_m",
+            "a finite height, with z_m = [from, to]",
+            &image.ground_z_m,
+        )?;
         let pixel_ok = image.pixel_m.is_finite() && image.pixel_m > 0.0;
         require(
             pixel_ok,
@@ -498,6 +506,19 @@ mod tests {
             let found = message(&GOOD.replace(from, to));
             assert!(found.starts_with(key), "{found}");
             assert!(found.contains("expected"), "{found}");
+        }
+    }
+
+    #[test]
+    fn a_volume_has_its_ground_nearest_to_zero_unless_told() {
+        for (keys, ground_z_m) in [
+            ("z_m = [-0.5, 1]\n", 0.0),
+            ("z_m = [2, 3]\n", 2.0),
+            ("z_m = [2, 3]\nground_z_m = 2.5\n", 2.5),
+            ("z_m = 4\n", 4.0),
+        ] {
+            let campaign = Campaign::parse(&format!("{GOOD}{keys}")).unwrap();
+            assert!((campaign.image.ground_z_m() - ground_z_m).abs() < 1e-12);
         }
     }
 

@@ -221,6 +221,10 @@ pub struct ImageSection {
     /// Distance of a volume's slices, in metres; the side of a pixel by default.
     #[serde(default)]
     pub pixel_z_m: Option<f64>,
+    /// Height of the ground in a volume, from which 2h/c counts, in metres; by default the height of
+    /// the volume nearest to 0.
+    #[serde(default)]
+    pub ground_z_m: Option<f64>,
     /// Heights of the ground, instead of `z_m`: GeoTIFF, ESRI ASCII grid or XYZ grid.
     #[serde(default)]
     pub terrain: Option<PathBuf>,
@@ -256,6 +260,17 @@ pub struct ImageSection {
 }
 
 impl ImageSection {
+    /// Height of the ground under the flight where no terrain tells it, in metres.
+    #[must_use]
+    pub fn ground_z_m(&self) -> f64 {
+        match self.z_m {
+            Some(Heights::Range([from, to])) => {
+                self.ground_z_m.unwrap_or_else(|| 0.0_f64.clamp(from, to))
+            }
+            _ => self.base_z_m(),
+        }
+    }
+
     /// Height of the plane, or of a volume's lowest slice, in metres.
     #[must_use]
     pub fn base_z_m(&self) -> f64 {

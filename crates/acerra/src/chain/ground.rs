@@ -24,6 +24,8 @@ pub struct Ground {
     pub surface: Option<SurfaceGrid>,
     /// The slices of a volume.
     pub volume: Option<VolumeGrid>,
+    /// Height of the ground where no terrain tells it.
+    level_m: f64,
     /// The terrain under the flight as well, where its file reaches so far.
     wide: Option<LocalTerrain>,
 }
@@ -89,6 +91,7 @@ impl Ground {
                 grid,
                 surface: None,
                 volume: volume_of(campaign, grid)?,
+                level_m: campaign.image.ground_z_m(),
                 wide: None,
             });
         };
@@ -117,6 +120,7 @@ impl Ground {
                 .height_m(x_m, y_m)
                 .with_context(|| format!("{} under the image", path.display()))
         })?;
+        let surface_middle_m = surface.base().z_m;
         let far = with_flight(near, positions);
         let wide = open().and_then(|file| Ok(file.in_frame(&frame, far[0], far[1])?));
         if wide.is_err() {
@@ -130,18 +134,20 @@ impl Ground {
             grid: *surface.base(),
             surface: Some(surface),
             volume: None,
+            level_m: surface_middle_m,
             wide: wide.ok(),
         })
     }
 
-    /// Height of the ground at (x, y), m: of the plane, of the terrain, or of the lowest slice.
+    /// Height of the ground at (x, y), m: of the plane, of the terrain, or what the campaign says of
+    /// a volume.
     #[must_use]
     pub fn below_m(&self, x_m: f64, y_m: f64) -> f64 {
         let wide = self.wide.as_ref();
         match (&self.surface, wide.map(|w| w.height_m(x_m, y_m))) {
             (Some(_), Some(Ok(z_m))) => z_m,
             (Some(surface), _) => surface.height_m(x_m, y_m),
-            (None, _) => self.grid.z_m,
+            (None, _) => self.level_m,
         }
     }
 
@@ -168,14 +174,16 @@ impl Ground {
         let [low, high] = self.span_m();
         if let Some(volume) = &self.volume {
             return format!(
-                "in a volume, z = {} to {:.4} m by {} m",
-                volume.base.z_m,
-                volume.slice(volume.nz - 1).z_m,
-                volume.step_m
+                "in a volume of {} slices from z = {} m by {} m",
+                volume.nz, volume.base.z_m, volume.step_m
             );
         }
         match &self.surface {
-            Some(_) => format!("on the terrain, z = {low:.2} to {high:.2} m"),
+            Some(_) => {
+                // A little below zero is no "-0.00".
+                let [low, high] = [low, high].map(|z| (z * 100.0).round() / 100.0 + 0.0);
+                format!("on the terrain, z = {low:.2} to {high:.2} m")
+            }
             None => format!("at z = {low} m"),
         }
     }

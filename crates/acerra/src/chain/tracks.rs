@@ -207,7 +207,7 @@ fn candidates(pulses: &Pulses<'_>, ground: &Ground) -> anyhow::Result<Vec<[f64; 
     let grid = PlaneGrid::from_ranges(
         [fine.x0_m, fine.x_m(fine.nx - 1)],
         [fine.y0_m, fine.y_m(fine.ny - 1)],
-        fine.z_m,
+        ground.below_m(fine.x0_m, fine.y0_m),
         fine.pixel_m.max((sides[0] * sides[1] / PIXELS).sqrt()),
     )?;
     let surface = match &ground.surface {

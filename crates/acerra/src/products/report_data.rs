@@ -97,10 +97,13 @@ fn facts(outcome: &Outcome) -> Vec<Fact> {
         Fact::new("Traces imaged", aligned.traces.len().to_string()),
         Fact::new("Path", format!("{path_m:.2} m")),
         Fact::new("Mean height", format!("{mean_height_m:.2} m")).note(
-            if outcome.focused.ground.surface.is_some() {
-                "above the terrain"
-            } else {
-                "above the image plane"
+            match (
+                &outcome.focused.ground.surface,
+                &outcome.focused.projections,
+            ) {
+                (_, Some(_)) => "above the ground",
+                (Some(_), None) => "above the terrain",
+                (None, None) => "above the image plane",
             },
         ),
     ];
@@ -200,9 +203,14 @@ fn row(target: &Target) -> TargetRow {
 fn trajectory(outcome: &Outcome) -> TrajectoryEvidence {
     let aligned = &outcome.aligned;
     let clock = |t: &f64| t + aligned.time_offset_s;
+    // Lines break between tracks: the first place of a later one is left out of the drawing.
+    let mut position_m = aligned.position_m.clone();
+    for part in outcome.parts.iter().skip(1) {
+        position_m[part.start] = [f64::NAN; 3];
+    }
     TrajectoryEvidence {
         time_s: aligned.time_s.iter().map(clock).collect(),
-        position_m: aligned.position_m.clone(),
+        position_m,
         sigma_m: aligned.sigma_m.clone(),
         status: aligned.status.clone(),
         plane_z_m: outcome.focused.ground.middle_m(),
