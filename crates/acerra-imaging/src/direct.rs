@@ -5,6 +5,7 @@ use crate::simd::rows::{Band, Job, Tally, band, block_width, tile_rows};
 use crate::simd::surface::{Relief, surface_band};
 use crate::simd::{SimdLevel, dispatch};
 use crate::table::{RangeTable, TableSpec};
+use crate::weights::Weights;
 use crate::{Pulses, Spreading, reference};
 use num_complex::{Complex32, Complex64};
 use rayon::prelude::*;
@@ -53,10 +54,10 @@ impl Direct {
         pulses: &Pulses,
         ranges_m: &[[f64; 2]],
         spec: DirectSpec,
-        spreading: Spreading,
+        weights: &Weights,
         level: SimdLevel,
     ) -> Self {
-        let table = RangeTable::build(pulses, spec.table, ranges_m, spreading);
+        let table = RangeTable::build(pulses, spec.table, ranges_m, weights);
         let (cosine, sine) = carrier_polynomials(table.carrier_rad, spec.fine_carrier);
         Self {
             spec,
@@ -79,12 +80,12 @@ impl Direct {
         &self,
         pulses: &Pulses,
         which: Range<usize>,
-        spreading: Spreading,
+        weights: &Weights,
         grid: &TiltedGrid,
         out: &mut [Complex32],
         done: &(dyn Fn(u64) + Sync),
     ) -> Tally {
-        self.run_over(pulses, which, spreading, grid, None, out, done)
+        self.run_over(pulses, which, weights, grid, None, out, done)
     }
 
     /// As [`Direct::run_pulses`], with heights over the grid.
@@ -93,7 +94,7 @@ impl Direct {
         &self,
         pulses: &Pulses,
         which: Range<usize>,
-        spreading: Spreading,
+        weights: &Weights,
         grid: &TiltedGrid,
         relief: Option<Relief>,
         out: &mut [Complex32],
@@ -102,7 +103,7 @@ impl Direct {
         let plain = |pulse: usize, point: [f64; 3]| -> Complex64 {
             let range = reference::range_m(pulses.position_m()[pulse], point);
             reference::pulse_at_range(pulses, pulse, range)
-                * (pulses.weight()[pulse] * spreading.weight(range))
+                * (pulses.weight()[pulse] * weights.at(pulse, range))
         };
         let pixel_m = norm(grid.u_m).max(1e-12);
         let tolerance_bins = self.spec.phase_tolerance_rad / self.table.carrier_rad;
@@ -117,7 +118,7 @@ impl Direct {
             sine: self.sine,
             pixel_m,
             tolerance_bins,
-            plain_below_m: match spreading {
+            plain_below_m: match weights.spreading {
                 Spreading::InverseSquare => self.spec.plain_below_m,
                 Spreading::None => 0.0,
             },

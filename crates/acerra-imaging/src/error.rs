@@ -58,6 +58,9 @@ pub enum ImagingError {
         /// Index of the point (row-major in a grid).
         point: usize,
     },
+    /// A weight by incidence over tilted or uneven ground.
+    #[error("a weight by incidence needs a level image plane, this one is tilted or uneven")]
+    NotLevel,
     /// The processor lacks the instructions that were asked for.
     #[error("this processor has no {level}")]
     NoSuchLevel {

@@ -28,6 +28,7 @@ pub mod surface;
 mod table;
 pub mod tracks;
 pub mod volume;
+pub mod weights;
 
 pub use error::ImagingError;
 pub use forward::Forward;
@@ -40,3 +41,4 @@ pub use rows::TiltedGrid;
 pub use simd::SimdLevel;
 pub use surface::SurfaceGrid;
 pub use volume::{VolumeGrid, VolumeRun};
+pub use weights::IncidenceWeight;

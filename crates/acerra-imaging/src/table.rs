@@ -8,6 +8,7 @@
 //! profile before the carrier is periodic in c/(2Δf); the bin divides the period, the coefficients
 //! come from one inverse FFT a degree, and ranges beyond the period wrap exactly.
 
+use crate::weights::Weights;
 use crate::{Pulses, Spreading};
 use num_complex::Complex64;
 use rayon::prelude::*;
@@ -163,12 +164,12 @@ impl RangeTable {
         pulses: &Pulses,
         spec: TableSpec,
         ranges_m: &[[f64; 2]],
-        spreading: Spreading,
+        weights: &Weights,
     ) -> Self {
         let stride = Self::stride_for(&spec, ranges_m);
         let carrier_rad = spec.carrier_rad(pulses);
         let first_bin = Self::first_bins(&spec, ranges_m);
-        let scale = power_of_two_scale(pulses, ranges_m, spreading);
+        let scale = power_of_two_scale(pulses, ranges_m, weights.spreading);
         let mut coefficients = vec![0f32; ranges_m.len() * (spec.degree + 1) * 2 * stride];
         let first = first_bin.iter().copied().min().unwrap_or(0);
         let last = first_bin.iter().copied().max().unwrap_or(0) + stride as i64;
@@ -200,8 +201,8 @@ impl RangeTable {
                     shared.fold(
                         &spec,
                         start,
-                        pulses.weight()[m] * scale,
-                        spreading,
+                        m,
+                        (pulses.weight()[m] * scale, weights),
                         profile,
                         out,
                         stride,
@@ -347,8 +348,8 @@ impl Shared {
         &self,
         spec: &TableSpec,
         start: i64,
-        weight: f64,
-        spreading: Spreading,
+        pulse: usize,
+        (weight, weights): (f64, &Weights),
         profile: &[Complex64],
         out: &mut [f32],
         stride: usize,
@@ -368,13 +369,11 @@ impl Shared {
             for p in 0..=spec.degree {
                 c[p] = profile[p * length + slot] * turn;
             }
-            if spreading == Spreading::InverseSquare {
+            if bin < 2 && weights.spreading == Spreading::InverseSquare {
                 // Bins this close to the antenna are never read: see `folding_range_m`.
-                if bin >= 2 {
-                    c = times_inverse_square(c, bin as f64, spec.bin_m, spec.degree);
-                } else {
-                    c = [Complex64::ZERO; MAX_DEGREE + 1];
-                }
+                c = [Complex64::ZERO; MAX_DEGREE + 1];
+            } else if let Some(g) = weights.expansion(pulse, bin as f64, spec.bin_m) {
+                c = times(c, g, spec.degree);
             }
             for (p, c) in c.iter().enumerate().take(spec.degree + 1) {
                 let (re, im) = if spec.interleaved {
@@ -394,15 +393,12 @@ impl Shared {
     }
 }
 
-/// The least-squares polynomial of c(δ) / R², R = (bin + δ)·b.
-pub(crate) fn times_inverse_square(
+/// The least-squares polynomial of c(δ)·g(δ).
+pub(crate) fn times(
     c: [Complex64; MAX_DEGREE + 1],
-    bin: f64,
-    bin_m: f64,
+    g: [f64; MAX_DEGREE + 1],
     degree: usize,
 ) -> [Complex64; MAX_DEGREE + 1] {
-    let e = 1.0 / bin;
-    let g = [1.0, -2.0 * e, 3.0 * e * e, -4.0 * e * e * e];
     let mut product = [Complex64::ZERO; 2 * MAX_DEGREE + 1];
     for (p, cp) in c.iter().enumerate().take(degree + 1) {
         for (q, gq) in g.iter().enumerate() {
@@ -421,8 +417,7 @@ pub(crate) fn times_inverse_square(
             }
         }
     }
-    let scale = (e / bin_m) * (e / bin_m);
-    std::array::from_fn(|p| product[p] * scale)
+    std::array::from_fn(|p| product[p])
 }
 
 #[cfg(test)]
@@ -437,7 +432,12 @@ mod tests {
             .collect();
         let position = [[0.0; 3]];
         let pulses = Pulses::new(&position, f, &spectrum, &[0.7], 3e8).unwrap();
-        let table = RangeTable::build(&pulses, spec, &[ranges], spreading);
+        let table = RangeTable::build(
+            &pulses,
+            spec,
+            &[ranges],
+            &Weights::spreading_alone(spreading),
+        );
         let (mut difference, mut power) = (0.0, 0.0);
         for k in 0..2000 {
             let r = ranges[0] + (ranges[1] - ranges[0]) * (k as f64 * 0.618_034).fract();

@@ -1,18 +1,19 @@
 //! How long a factorized image will take.
 
 use super::{Coarse, Factorized, TAPS, centre_m, coarse_grid, cut};
+use crate::Pulses;
 use crate::plan::check::Random;
 use crate::plan::estimate::best_of_two;
 use crate::planar::padded;
 use crate::rows::TiltedGrid;
-use crate::{Pulses, Spreading};
+use crate::weights::Weights;
 use num_complex::Complex32;
 use rayon::prelude::*;
 
 impl Factorized {
     /// Seconds that a run will take on the threads of the current pool, from a few rows of coarse
     /// images and a few cells of merging.
-    pub fn estimate_s(&self, pulses: &Pulses, spreading: Spreading, grid: &TiltedGrid) -> f64 {
+    pub fn estimate_s(&self, pulses: &Pulses, weights: &Weights, grid: &TiltedGrid) -> f64 {
         let spec = &self.lattice.spec;
         let dy = spec.coarse[1];
         let threads = rayon::current_num_threads();
@@ -44,7 +45,7 @@ impl Factorized {
                     rows,
                     ..coarse
                 };
-                std::hint::black_box(self.coarse_image(pulses, spreading, &piece, &parts[part]));
+                std::hint::black_box(self.coarse_image(pulses, weights, &piece, &parts[part]));
             });
         }) * (pulses.len() * coarse.rows) as f64
             / sampled as f64;

@@ -17,13 +17,14 @@ pub(crate) use interpolation::TAPS;
 pub(crate) use lattice::{Lattice, coarse_bytes, coarse_grid};
 pub(crate) use spec::{FactorizedSpec, centre_m, cut};
 
+use crate::Pulses;
 use crate::direct::{Direct, DirectSpec, table_ranges_m};
 use crate::planar::{padded, split_parts};
 use crate::rows::TiltedGrid;
 use crate::simd::merge::{MergeRow, merge_row};
 use crate::simd::turn::turn_row;
 use crate::simd::{SimdLevel, dispatch};
-use crate::{Pulses, Spreading};
+use crate::weights::Weights;
 use num_complex::Complex32;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -49,14 +50,14 @@ impl Factorized {
         grid: &TiltedGrid,
         spec: FactorizedSpec,
         direct: DirectSpec,
-        spreading: Spreading,
+        weights: &Weights,
         level: SimdLevel,
     ) -> Self {
         let ranges_m = table_ranges_m(pulses, &coarse_grid(grid, spec.coarse));
         let carrier_hz = pulses.frequency_hz()[direct.table.carrier];
         Self {
             lattice: Lattice::new(pulses, grid, spec, carrier_hz),
-            direct: Direct::new(pulses, &ranges_m, direct, spreading, level),
+            direct: Direct::new(pulses, &ranges_m, direct, weights, level),
             level,
         }
     }
@@ -65,7 +66,7 @@ impl Factorized {
     pub fn run(
         &self,
         pulses: &Pulses,
-        spreading: Spreading,
+        weights: &Weights,
         grid: &TiltedGrid,
         out: &mut [Complex32],
         done: &(dyn Fn(u64) + Sync),
@@ -75,7 +76,7 @@ impl Factorized {
         let parts = cut(pulses, spec.pulses);
         let images: Vec<Coarse> = parts
             .par_iter()
-            .map(|part| self.coarse_image(pulses, spreading, &coarse, part))
+            .map(|part| self.coarse_image(pulses, weights, &coarse, part))
             .collect();
         self.merge(&images, &coarse, grid, out, done);
     }
@@ -85,7 +86,7 @@ impl Factorized {
     fn coarse_image(
         &self,
         pulses: &Pulses,
-        spreading: Spreading,
+        weights: &Weights,
         coarse: &TiltedGrid,
         part: &Range<usize>,
     ) -> Coarse {
@@ -93,7 +94,7 @@ impl Factorized {
         let stride = padded(coarse.columns);
         let mut image = vec![Complex32::ZERO; coarse.columns * coarse.rows];
         self.direct
-            .run_pulses(pulses, part.clone(), spreading, coarse, &mut image, &|_| ());
+            .run_pulses(pulses, part.clone(), weights, coarse, &mut image, &|_| ());
         let (mut real, mut imag) = split_parts(&image, coarse.columns);
         real.par_chunks_mut(stride)
             .zip(imag.par_chunks_mut(stride))

@@ -1,7 +1,9 @@
 //! From range bins back to spectra: the transpose of building a range table.
 
-use crate::table::{MAX_DEGREE, Shared, TableSpec, times_inverse_square};
-use crate::{Pulses, Spreading};
+use crate::Pulses;
+use crate::Spreading;
+use crate::table::{MAX_DEGREE, Shared, TableSpec, times};
+use crate::weights::Weights;
 use num_complex::Complex64;
 use rustfft::{Fft, FftPlanner};
 use std::f64::consts::PI;
@@ -10,23 +12,17 @@ use std::sync::Arc;
 /// What turns filled bins of any pulse into its spectrum.
 pub(crate) struct BinsToSpectrum {
     spec: TableSpec,
-    spreading: Spreading,
+    weights: Weights,
     shared: Shared,
     fft: Option<Arc<dyn Fft<f64>>>,
 }
 
 impl BinsToSpectrum {
     /// `first` and `last` enclose the absolute bin numbers of all pulses.
-    pub fn new(
-        pulses: &Pulses,
-        spec: TableSpec,
-        spreading: Spreading,
-        first: i64,
-        last: i64,
-    ) -> Self {
+    pub fn new(pulses: &Pulses, spec: TableSpec, weights: &Weights, first: i64, last: i64) -> Self {
         Self {
             spec,
-            spreading,
+            weights: weights.clone(),
             shared: Shared::new(pulses, &spec, first, last),
             fft: spec
                 .period
@@ -60,12 +56,10 @@ impl BinsToSpectrum {
             for (p, c) in c.iter_mut().enumerate().take(degree + 1) {
                 *c = Complex64::new(entry[2 * p], entry[2 * p + 1]);
             }
-            if self.spreading == Spreading::InverseSquare {
-                c = if bin >= 2 {
-                    transposed_inverse_square(c, bin as f64, &self.spec)
-                } else {
-                    [Complex64::ZERO; MAX_DEGREE + 1]
-                };
+            if bin < 2 && self.weights.spreading == Spreading::InverseSquare {
+                c = [Complex64::ZERO; MAX_DEGREE + 1];
+            } else if let Some(g) = self.weights.expansion(m, bin as f64, self.spec.bin_m) {
+                c = transposed_times(c, g, degree);
             }
             let turn = match self.spec.period {
                 Some(_) => self.shared.carrier_at(bin).conj() * weight,
@@ -129,18 +123,18 @@ impl BinsToSpectrum {
     }
 }
 
-/// The transpose of [`times_inverse_square`], a real map of coefficients.
-fn transposed_inverse_square(
+/// The transpose of [`times`], a real map of coefficients.
+fn transposed_times(
     c: [Complex64; MAX_DEGREE + 1],
-    bin: f64,
-    spec: &TableSpec,
+    g: [f64; MAX_DEGREE + 1],
+    degree: usize,
 ) -> [Complex64; MAX_DEGREE + 1] {
     let mut out = [Complex64::ZERO; MAX_DEGREE + 1];
-    for (p, out) in out.iter_mut().enumerate().take(spec.degree + 1) {
+    for (p, out) in out.iter_mut().enumerate().take(degree + 1) {
         let mut unit = [Complex64::ZERO; MAX_DEGREE + 1];
         unit[p] = Complex64::ONE;
-        let column = times_inverse_square(unit, bin, spec.bin_m, spec.degree);
-        *out = (0..=spec.degree).map(|q| c[q] * column[q].re).sum();
+        let column = times(unit, g, degree);
+        *out = (0..=degree).map(|q| c[q] * column[q].re).sum();
     }
     out
 }

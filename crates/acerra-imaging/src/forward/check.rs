@@ -46,14 +46,7 @@ pub(super) fn compare(forward: &Forward, coarse: [usize; 2], run: &Run) -> SelfC
             let mut expected = vec![Complex64::ZERO; n];
             for (m, row) in modelled.chunks_exact(n).enumerate() {
                 expected.fill(Complex64::ZERO);
-                exact(
-                    pulses,
-                    m,
-                    &patch,
-                    &image,
-                    forward.options.spreading,
-                    &mut expected,
-                );
+                exact(pulses, m, &patch, &image, &forward.weights, &mut expected);
                 for (a, b) in row.iter().zip(&expected) {
                     difference += (a - b).norm_sqr();
                     power += b.norm_sqr();

@@ -7,6 +7,7 @@ use crate::rows::norm;
 use crate::simd::spread::{SpreadRow, spread_row, step};
 use crate::simd::{MAX_LANES, SimdLevel, dispatch};
 use crate::table::RangeTable;
+use crate::weights::Weights;
 use crate::{Pulses, Spreading, reference};
 use num_complex::Complex64;
 use rayon::prelude::*;
@@ -21,7 +22,7 @@ const EMPTY_AFTER: usize = 1 << 16;
 /// Bins and polynomials, ready for any number of images.
 pub(crate) struct Spreader {
     spec: DirectSpec,
-    spreading: Spreading,
+    weights: Weights,
     level: SimdLevel,
     first_bin: Vec<i64>,
     entries: usize,
@@ -35,7 +36,7 @@ impl Spreader {
         pulses: &Pulses,
         ranges_m: &[[f64; 2]],
         spec: DirectSpec,
-        spreading: Spreading,
+        weights: &Weights,
         level: SimdLevel,
     ) -> Self {
         let first_bin = RangeTable::first_bins(&spec.table, ranges_m);
@@ -44,9 +45,9 @@ impl Spreader {
         let first = first_bin.iter().copied().min().unwrap_or(0);
         let last = first_bin.iter().copied().max().unwrap_or(0) + entries as i64;
         Self {
-            finish: BinsToSpectrum::new(pulses, spec.table, spreading, first, last),
+            finish: BinsToSpectrum::new(pulses, spec.table, weights, first, last),
             spec,
-            spreading,
+            weights: weights.clone(),
             level,
             first_bin,
             entries,
@@ -150,7 +151,7 @@ impl Spreader {
             },
             bin_m: self.spec.table.bin_m,
             first_bin: self.first_bin[pulse],
-            plain_below_m: match self.spreading {
+            plain_below_m: match self.weights.spreading {
                 Spreading::InverseSquare => self.spec.plain_below_m,
                 Spreading::None => 0.0,
             },
@@ -161,7 +162,7 @@ impl Spreader {
             for i in columns.start..columns.end.min(part.grid.columns) {
                 let value = Complex64::new(f64::from(real[i]), f64::from(imag[i]));
                 let point = part.grid.point_m(i as f64, row as f64);
-                add_plain(pulses, pulse, point, self.spreading, value, out);
+                add_plain(pulses, pulse, point, &self.weights, value, out);
             }
         };
         dispatch!(self.level, s => match (self.spec.table.degree, self.spec.fine_carrier) {
@@ -178,13 +179,13 @@ pub(crate) fn add_plain(
     pulses: &Pulses,
     pulse: usize,
     point: [f64; 3],
-    spreading: Spreading,
+    weights: &Weights,
     value: Complex64,
     out: &mut [Complex64],
 ) {
     const RENEW: usize = 32;
     let range = reference::range_m(pulses.position_m()[pulse], point);
-    let amplitude = value * (pulses.weight()[pulse] * spreading.weight(range));
+    let amplitude = value * (pulses.weight()[pulse] * weights.at(pulse, range));
     let delay = 4.0 * PI * range / pulses.light_speed_m_s();
     let f = pulses.frequency_hz();
     let Some(step) = pulses.frequency_step_hz() else {

@@ -2,6 +2,7 @@
 //! whose pixels the transposed direct engine spreads over bins.
 
 use super::direct::Spreader;
+use crate::Pulses;
 use crate::direct::{DirectSpec, table_ranges_m};
 use crate::factorized::{FactorizedSpec, Lattice, TAPS, centre_m, coarse_grid, cut};
 use crate::planar::{Planar, padded};
@@ -9,7 +10,7 @@ use crate::rows::TiltedGrid;
 use crate::simd::split::{SplitRow, split_row};
 use crate::simd::turn::turn_row;
 use crate::simd::{SimdLevel, dispatch};
-use crate::{Pulses, Spreading};
+use crate::weights::Weights;
 use num_complex::{Complex32, Complex64};
 use rayon::prelude::*;
 
@@ -29,14 +30,14 @@ impl FactorizedForward {
         grid: &TiltedGrid,
         spec: FactorizedSpec,
         direct: DirectSpec,
-        spreading: Spreading,
+        weights: &Weights,
         level: SimdLevel,
     ) -> Self {
         let ranges_m = table_ranges_m(pulses, &coarse_grid(grid, spec.coarse));
         let carrier_hz = pulses.frequency_hz()[direct.table.carrier];
         Self {
             lattice: Lattice::new(pulses, grid, spec, carrier_hz),
-            spreader: Spreader::new(pulses, &ranges_m, direct, spreading, level),
+            spreader: Spreader::new(pulses, &ranges_m, direct, weights, level),
             level,
         }
     }

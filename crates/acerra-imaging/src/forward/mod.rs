@@ -15,6 +15,7 @@ use crate::plan::choose::{Sample, choose_factorized, choose_spec};
 use crate::plan::{SINGLE_PRECISION_FLOOR, check_request};
 use crate::planar::{Planar, padded, split_parts};
 use crate::rows::TiltedGrid;
+use crate::weights::Weights;
 use crate::{Engine, ImagingError, PlanOptions, Progress, Pulses, SelfCheck};
 use direct::{Spreader, add_plain};
 use factorized::FactorizedForward;
@@ -54,6 +55,7 @@ pub struct Forward<'a> {
     check: Option<SelfCheck>,
     reasons: Vec<String>,
     working_bytes: u128,
+    weights: Weights,
 }
 
 enum Method {
@@ -74,6 +76,7 @@ impl<'a> Forward<'a> {
     ) -> Result<Self, ImagingError> {
         let grid = grid.into();
         check_request(&pulses, &grid, None, options)?;
+        let weights = Weights::new(&pulses, &grid, true, options)?;
         let mut forward = Self {
             pulses,
             grid,
@@ -82,6 +85,7 @@ impl<'a> Forward<'a> {
             check: None,
             reasons: Vec::new(),
             working_bytes: 0,
+            weights,
         };
         if options.engine == Engine::Reference {
             forward
@@ -134,7 +138,7 @@ impl<'a> Forward<'a> {
                 &self.grid,
                 choice.spec,
                 choice.inner,
-                self.options.spreading,
+                &self.weights,
                 level,
             );
             let [dx, dy] = choice.spec.coarse;
@@ -165,8 +169,7 @@ impl<'a> Forward<'a> {
             let (spec, _) = choose_spec(&self.pulses, &self.grid, &power, &sample, accuracy, level);
             self.working_bytes = self.image_bytes() + self.thread_bytes(&spec, &ranges_m);
             self.check_memory()?;
-            let spreading = self.options.spreading;
-            let spreader = Spreader::new(&self.pulses, &ranges_m, spec, spreading, level);
+            let spreader = Spreader::new(&self.pulses, &ranges_m, spec, &self.weights, level);
             let check = check::compare(self, [1, 1], &|grid, image, out| {
                 run_direct(&spreader, &self.pulses, grid, image, out, &|_| ());
             });
@@ -277,14 +280,7 @@ impl<'a> Forward<'a> {
             }
             Method::Reference => {
                 spectrum.par_chunks_mut(n).enumerate().for_each(|(m, out)| {
-                    exact(
-                        &self.pulses,
-                        m,
-                        &self.grid,
-                        image,
-                        self.options.spreading,
-                        out,
-                    );
+                    exact(&self.pulses, m, &self.grid, image, &self.weights, out);
                     done(pixels as u64);
                 });
             }
@@ -320,7 +316,7 @@ fn exact(
     m: usize,
     grid: &TiltedGrid,
     image: &[Complex32],
-    spreading: crate::Spreading,
+    weights: &Weights,
     out: &mut [Complex64],
 ) {
     for (k, v) in image.iter().enumerate() {
@@ -328,7 +324,7 @@ fn exact(
             let (i, j) = (k % grid.columns, k / grid.columns);
             let value = Complex64::new(f64::from(v.re), f64::from(v.im));
             let point = grid.point_m(i as f64, j as f64);
-            add_plain(pulses, m, point, spreading, value, out);
+            add_plain(pulses, m, point, weights, value, out);
         }
     }
 }

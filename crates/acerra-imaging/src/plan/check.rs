@@ -5,7 +5,8 @@ use crate::direct::Direct;
 use crate::factorized::Factorized;
 use crate::rows::TiltedGrid;
 use crate::simd::rows::{Tally, block_width};
-use crate::{Pulses, Spreading, reference};
+use crate::weights::Weights;
+use crate::{Pulses, reference};
 use num_complex::{Complex32, Complex64};
 use rayon::prelude::*;
 
@@ -33,15 +34,14 @@ impl Plan<'_> {
                     ..*grid
                 };
                 let mut out = vec![Complex32::ZERO; patch.columns * patch.rows];
-                let spreading = self.options.spreading;
-                factorized.run(&self.pulses, spreading, &patch, &mut out, &|_| ());
+                factorized.run(&self.pulses, &self.weights, &patch, &mut out, &|_| ());
                 let mut random = Random(seed);
                 (0..pixels)
                     .map(|_| {
                         let k = random.below(out.len());
                         let (i, j) = (k % patch.columns, k / patch.columns);
                         let point = patch.point_m(i as f64, j as f64);
-                        let expected = exact(&self.pulses, point, spreading);
+                        let expected = exact(&self.pulses, point, &self.weights);
                         let value = Complex64::new(f64::from(out[k].re), f64::from(out[k].im));
                         ((value - expected).norm_sqr(), expected.norm_sqr())
                     })
@@ -89,14 +89,14 @@ impl Plan<'_> {
                 let tally = direct.run_over(
                     &self.pulses,
                     0..self.pulses.len(),
-                    self.options.spreading,
+                    &self.weights,
                     &piece,
                     self.relief().map(|r| r.seen_from(start, j)),
                     &mut out,
                     &|_| (),
                 );
                 let point = self.point_m(i, j);
-                let expected = exact(&self.pulses, point, self.options.spreading);
+                let expected = exact(&self.pulses, point, &self.weights);
                 let value = out[i - start];
                 let value = Complex64::new(f64::from(value.re), f64::from(value.im));
                 ((value - expected).norm_sqr(), expected.norm_sqr(), tally)
@@ -148,14 +148,14 @@ pub(crate) fn patch_at(
 
 /// Eq. (3) at a point in double precision; for even frequencies by turning phasors, renewed often
 /// enough to stay exact.
-pub(crate) fn exact(pulses: &Pulses, point: [f64; 3], spreading: Spreading) -> Complex64 {
+pub(crate) fn exact(pulses: &Pulses, point: [f64; 3], weights: &Weights) -> Complex64 {
     const RENEW: usize = 32;
     let step = pulses.frequency_step_hz();
     let f = pulses.frequency_hz();
     let mut sum = Complex64::ZERO;
     for (m, p) in pulses.position_m().iter().enumerate() {
         let range = reference::range_m(*p, point);
-        let weight = pulses.weight()[m] * spreading.weight(range);
+        let weight = pulses.weight()[m] * weights.at(m, range);
         let Some(step) = step else {
             sum += reference::pulse_at_range(pulses, m, range) * weight;
             continue;

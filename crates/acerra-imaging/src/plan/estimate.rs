@@ -32,9 +32,7 @@ impl Plan<'_> {
                 let work = || {
                     places
                         .par_iter()
-                        .map(|&(i, j)| {
-                            exact(&self.pulses, self.point_m(i, j), self.options.spreading).re
-                        })
+                        .map(|&(i, j)| exact(&self.pulses, self.point_m(i, j), &self.weights).re)
                         .sum::<f64>()
                 };
                 best_of_two(work) * self.pixels() as f64 / pixels as f64
@@ -60,7 +58,7 @@ impl Plan<'_> {
                         direct.run_over(
                             &self.pulses,
                             0..self.pulses.len(),
-                            self.options.spreading,
+                            &self.weights,
                             &band,
                             self.relief().map(|r| r.seen_from(0, j)),
                             &mut out,
@@ -71,7 +69,7 @@ impl Plan<'_> {
                 bands * self.grid.rows as f64 / (3 * rows) as f64
             }
             Method::Factorized(factorized) => {
-                factorized.estimate_s(&self.pulses, self.options.spreading, &self.grid)
+                factorized.estimate_s(&self.pulses, &self.weights, &self.grid)
             }
         }
     }

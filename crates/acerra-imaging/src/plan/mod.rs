@@ -14,6 +14,7 @@ use crate::simd::SimdLevel;
 use crate::simd::rows::Tally;
 use crate::simd::surface::Relief;
 use crate::table::RangeTable;
+use crate::weights::Weights;
 use crate::{ImagingError, Pulses, Spreading, SurfaceGrid};
 use check::exact;
 use choose::{Choice, Sample, choose_factorized, choose_spec, mean_power};
@@ -52,6 +53,7 @@ pub struct Plan<'a> {
     grid: TiltedGrid,
     surface: Option<&'a SurfaceGrid>,
     options: PlanOptions,
+    weights: Weights,
     method: Method,
     check: Option<SelfCheck>,
     reasons: Vec<String>,
@@ -116,11 +118,13 @@ impl<'a> Plan<'a> {
     ) -> Result<Self, ImagingError> {
         let options = *options;
         check_request(&pulses, &grid, surface, &options)?;
+        let weights = Weights::new(&pulses, &grid, surface.is_none(), &options)?;
         let mut plan = Self {
             pulses,
             grid,
             surface,
             options,
+            weights,
             method: Method::Reference,
             check: None,
             reasons: Vec::new(),
@@ -176,14 +180,8 @@ impl<'a> Plan<'a> {
             self.table_bytes = RangeTable::bytes_for(&inner.table, &ranges_m)
                 + coarse_bytes(&spec, &self.grid, &self.pulses);
             self.check_memory()?;
-            let factorized = Factorized::new(
-                &self.pulses,
-                &self.grid,
-                spec,
-                inner,
-                self.options.spreading,
-                level,
-            );
+            let factorized =
+                Factorized::new(&self.pulses, &self.grid, spec, inner, &self.weights, level);
             let check = self.compare_patches(&factorized);
             self.reasons.push(format!(
                 "factorized, {level}: sub-apertures of {} pulses on grids of {} × {} pixels (spatial \
@@ -242,7 +240,7 @@ impl<'a> Plan<'a> {
                 &self.pulses,
                 &ranges_m,
                 spec,
-                self.options.spreading,
+                &self.weights,
                 self.options.level,
             );
             let (check, tally) = self.compare(&direct);
@@ -359,7 +357,7 @@ impl<'a> Plan<'a> {
                 direct.run_over(
                     &self.pulses,
                     0..self.pulses.len(),
-                    self.options.spreading,
+                    &self.weights,
                     &self.grid,
                     self.relief(),
                     image,
@@ -367,13 +365,7 @@ impl<'a> Plan<'a> {
                 );
             }
             Method::Factorized(factorized) => {
-                factorized.run(
-                    &self.pulses,
-                    self.options.spreading,
-                    &self.grid,
-                    image,
-                    &done,
-                );
+                factorized.run(&self.pulses, &self.weights, &self.grid, image, &done);
             }
             Method::Reference => {
                 image
@@ -382,7 +374,7 @@ impl<'a> Plan<'a> {
                     .for_each(|(j, row)| {
                         row.par_iter_mut().enumerate().for_each(|(i, out)| {
                             let point = self.point_m(i, j);
-                            let v = exact(&self.pulses, point, self.options.spreading);
+                            let v = exact(&self.pulses, point, &self.weights);
                             *out = Complex32::new(v.re as f32, v.im as f32);
                         });
                         done(row.len() as u64);

@@ -1,7 +1,7 @@
 //! What a plan is asked for, and what it tells.
 
-use crate::Spreading;
 use crate::simd::SimdLevel;
+use crate::{IncidenceWeight, Spreading};
 
 /// Which algorithm makes the image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -25,6 +25,8 @@ pub struct PlanOptions {
     pub accuracy: f64,
     /// Weight by range; 1/R² by default.
     pub spreading: Spreading,
+    /// Weight by incidence and antenna pattern, for level planes; none by default.
+    pub incidence: Option<IncidenceWeight>,
     /// Instruction set; the best of this processor by default.
     pub level: SimdLevel,
     /// Algorithm; chosen by cost by default.
@@ -40,6 +42,7 @@ impl Default for PlanOptions {
         Self {
             accuracy: 1e-3,
             spreading: Spreading::default(),
+            incidence: None,
             level: SimdLevel::detect(),
             engine: Engine::default(),
             memory_limit_bytes: crate::grid::DEFAULT_IMAGE_LIMIT_BYTES,
