@@ -310,6 +310,12 @@ impl<'a> Plan<'a> {
         self.grid.columns * self.grid.rows
     }
 
+    /// Pixel × pulse contributions to the image.
+    #[must_use]
+    pub fn contributions(&self) -> u64 {
+        (self.pixels() as u64).saturating_mul(self.pulses.len() as u64)
+    }
+
     /// What the self-check on random pixels found; `None` where the reference itself is run.
     #[must_use]
     pub fn self_check(&self) -> Option<SelfCheck> {

@@ -209,6 +209,13 @@ impl Campaign {
             return value("tracks", "target_m", "finite coordinates", found);
         }
         let image = &self.image;
+        if image.terrain.is_some() && image.incidence().is_some() {
+            return exclude(
+                "[image] max_incidence_deg and antenna_cosine_power",
+                "[image] terrain",
+                "incidence is counted from the vertical of a level plane",
+            );
+        }
         if image.looks == Some(0) {
             return value("image", "looks", "at least 1", "0".to_owned());
         }
@@ -374,6 +381,27 @@ impl Campaign {
             "pixel_m",
             "a length above 0",
             &image.pixel_m,
+        )?;
+        require(
+            image.max_incidence_deg.is_none_or(|a| a > 0.0 && a <= 90.0),
+            "image",
+            "max_incidence_deg",
+            "above 0 and at most 90",
+            &image.max_incidence_deg,
+        )?;
+        require(
+            image.incidence_taper_deg >= 0.1 && image.incidence_taper_deg <= 90.0,
+            "image",
+            "incidence_taper_deg",
+            "0.1 to 90",
+            &image.incidence_taper_deg,
+        )?;
+        require(
+            (0.0..=100.0).contains(&image.antenna_cosine_power),
+            "image",
+            "antenna_cosine_power",
+            "0 to 100",
+            &image.antenna_cosine_power,
         )?;
         let accuracy_ok = image.accuracy >= 1e-12 && image.accuracy < 1.0;
         require(
@@ -553,6 +581,22 @@ mod tests {
                 "[tracks] window_ns",
             ),
             (format!("{GOOD}looks = 0\n"), "[image] looks"),
+            (
+                format!("{GOOD}max_incidence_deg = 95\n"),
+                "[image] max_incidence_deg",
+            ),
+            (
+                format!("{GOOD}incidence_taper_deg = 0\n"),
+                "[image] incidence_taper_deg",
+            ),
+            (
+                format!("{GOOD}antenna_cosine_power = -1\n"),
+                "[image] antenna_cosine_power",
+            ),
+            (
+                format!("{GOOD}max_incidence_deg = 40\nterrain = 'dem.tif'\n"),
+                "level plane",
+            ),
             (format!("{GOOD}look_overlap = 1\n"), "[image] look_overlap"),
             (
                 format!("{GOOD}looks = 2\nz_m = [0, 1]\n"),

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use acerra_imaging::IncidenceWeight;
 use serde::{Deserialize, Serialize};
 
 use super::choices::{Background, Gate, Heights, Select, TimeOffset, ZeroTiming};
@@ -254,6 +255,15 @@ pub struct ImageSection {
     /// Weight of each trace.
     #[serde(default)]
     pub weight: Weight,
+    /// Greatest angle of incidence that counts, in degrees from the vertical; level planes alone.
+    #[serde(default)]
+    pub max_incidence_deg: Option<f64>,
+    /// Width of the soft edge below it, in degrees.
+    #[serde(default = "default_incidence_taper_deg")]
+    pub incidence_taper_deg: f64,
+    /// Weight by a down-looking antenna's pattern cosⁿ of the same angle: the power n, 0 for none.
+    #[serde(default)]
+    pub antenna_cosine_power: f64,
     /// Propagation speed, in metres a second.
     #[serde(default = "default_light_speed_m_s")]
     pub light_speed_m_s: f64,
@@ -269,6 +279,18 @@ impl ImageSection {
             }
             _ => self.base_z_m(),
         }
+    }
+
+    /// The weight by incidence and antenna pattern asked for, if any.
+    #[must_use]
+    pub fn incidence(&self) -> Option<IncidenceWeight> {
+        (self.max_incidence_deg.is_some() || self.antenna_cosine_power != 0.0).then(|| {
+            IncidenceWeight {
+                max_rad: self.max_incidence_deg.unwrap_or(90.0).to_radians(),
+                taper_rad: self.incidence_taper_deg.to_radians(),
+                cosine_power: self.antenna_cosine_power,
+            }
+        })
     }
 
     /// Height of the plane, or of a volume's lowest slice, in metres.
@@ -321,6 +343,10 @@ fn default_frequencies() -> usize {
 
 fn default_pixel_m() -> f64 {
     0.01
+}
+
+fn default_incidence_taper_deg() -> f64 {
+    5.0
 }
 
 fn default_accuracy() -> f64 {

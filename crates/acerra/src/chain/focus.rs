@@ -77,6 +77,7 @@ pub fn focus(
     let default = PlanOptions::default();
     let options = PlanOptions {
         accuracy: campaign.image.accuracy,
+        incidence: campaign.image.incidence(),
         memory_limit_bytes: available_memory_bytes().map_or(default.memory_limit_bytes, |b| {
             default.memory_limit_bytes.min(b.into())
         }),
@@ -96,10 +97,10 @@ pub fn focus(
     for part in parts {
         let pulses = pulses.slice(part.clone()).context("[[track]]")?;
         let plan = plan_on(&ground, pulses, &options)?;
+        made.add(&plan);
         plan.run(&mut image, &|step| progress.at(before + step.done))
             .context("[image]")?;
         before += image.len() as u64 * part.len() as u64;
-        made.add(&plan);
         if incoherent {
             acerra_imaging::looks::add_power(&mut power, &image)?;
         }
@@ -146,6 +147,9 @@ pub(super) fn plan_on<'a>(
     .context("[image]")
 }
 
+/// Contributions from which a look at the clock first costs little beside the image.
+const WORTH_FORETELLING: u64 = 2_000_000_000;
+
 /// What one plan, or the most demanding of several, said.
 #[derive(Default)]
 struct Made {
@@ -160,6 +164,11 @@ impl Made {
             self.explained.push('\n');
         }
         self.explained.push_str(&plan.explain());
+        if plan.contributions() > WORTH_FORETELLING {
+            let threads = rayon::current_num_threads();
+            let line = format!("\nabout {:.2} s on {threads} threads", plan.estimate_s());
+            self.explained.push_str(&line);
+        }
         self.bytes = self.bytes.max(plan.memory_bytes());
         if let Some(check) = plan.self_check() {
             self.checked_error = Some(self.checked_error.unwrap_or(0.0).max(check.error));
