@@ -4,12 +4,15 @@
 //! `cargo bench -p acerra-imaging --bench common_scene` prints, for every accuracy, SIMD level and
 //! number of threads: Gbp/s (10⁹ pixel × pulse contributions a second) by the clock and a second of
 //! processor time, the relative L2 error at every 18th pixel, and the share of the measured peak of
-//! fused multiply-adds that the counted arithmetic takes. Best of several runs.
+//! fused multiply-adds that the counted arithmetic takes. Best of several runs. `forward` times the
+//! forward operator instead, `table` prints a line a plan, `dump=DIR` writes the scene for others.
 #![allow(clippy::print_stdout, clippy::unwrap_used, missing_docs)]
 
 mod scene;
 
-use acerra_imaging::{Complex32, Engine, Plan, PlanOptions, SimdLevel, Spreading};
+use acerra_imaging::{
+    Complex32, Complex64, Engine, Forward, Plan, PlanOptions, SimdLevel, Spreading,
+};
 use scene::{Scene, processor_time_s};
 use std::time::Instant;
 
@@ -36,6 +39,10 @@ fn main() {
             scene.name,
             std::thread::available_parallelism().map_or(1, |n| n.get())
         );
+    }
+    if std::env::args().any(|a| a == "forward") {
+        time_forward(&scene);
+        return;
     }
     let pools = [1, 2].map(|n| {
         rayon::ThreadPoolBuilder::new()
@@ -116,6 +123,45 @@ fn main() {
                         scene.error(&image, sparse, &expected),
                     );
                 }
+            }
+        }
+    }
+}
+
+/// The forward operator on an image of random pixels, by both engines at every level.
+fn time_forward(scene: &Scene) {
+    let image: Vec<Complex32> = (0..scene.grid.len())
+        .map(|k| Complex32::new((k % 17) as f32 - 8.0, (k % 23) as f32 - 11.0))
+        .collect();
+    let mut echo = vec![Complex64::ZERO; scene.spectrum.len()];
+    for &level in SimdLevel::available().iter().rev() {
+        for engine in [Engine::Direct, Engine::Factorized] {
+            let options = PlanOptions {
+                accuracy: 2e-3,
+                spreading: Spreading::None,
+                level,
+                engine,
+                ..Default::default()
+            };
+            let forward = Forward::new(scene.pulses(), scene.grid, &options).unwrap();
+            for threads in [1, 2] {
+                let pool = rayon::ThreadPoolBuilder::new()
+                    .num_threads(threads)
+                    .build()
+                    .unwrap();
+                let mut best = f64::INFINITY;
+                for _ in 0..3 {
+                    let start = Instant::now();
+                    pool.install(|| forward.run(&image, &mut echo, &|_| ()))
+                        .unwrap();
+                    best = best.min(start.elapsed().as_secs_f64());
+                }
+                println!(
+                    "forward, {:?}, {level}, {threads} thread(s): {:.2} Gbp/s, self-check {:.1e}",
+                    forward.engine(),
+                    scene.gbp() / best,
+                    forward.self_check().map_or(0.0, |c| c.error),
+                );
             }
         }
     }

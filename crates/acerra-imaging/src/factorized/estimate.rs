@@ -6,6 +6,7 @@ use crate::plan::check::Random;
 use crate::plan::estimate::best_of_two;
 use crate::planar::padded;
 use crate::rows::TiltedGrid;
+use crate::simd::rows::tile_rows;
 use crate::weights::Weights;
 use num_complex::Complex32;
 use rayon::prelude::*;
@@ -21,8 +22,8 @@ impl Factorized {
         let parts = cut(pulses, spec.pulses);
         let mut random = Random(0x7e57);
 
-        // Full rows, as in the run: their cost varies along the row.
-        let rows = 8.min(coarse.rows);
+        // Full rows, two tiles of them, as in the run: neighbours share what the caches hold.
+        let rows = (2 * tile_rows(self.level.lanes())).min(coarse.rows);
         let count = (coarse.rows * parts.len() / (100 * rows))
             .clamp(2, 64)
             .next_multiple_of(threads);

@@ -42,13 +42,16 @@ impl Plan<'_> {
                 best_of_two(|| self.run(&mut image, &|_| ()))
             }
             Method::Direct(direct) => {
-                // Bands of full rows at three places, as the run makes them: neighbours share the
-                // tables' entries in the caches.
-                let rows = (tile_rows(self.options.level.lanes()) * threads).min(self.grid.rows);
+                // Bands of full rows, as the run makes them: neighbours share the tables' entries in
+                // the caches. An even number, so that none lies right under a track in the middle.
+                let least = tile_rows(self.options.level.lanes()) * threads;
+                let work = (least * self.grid.columns * self.pulses.len()) as u64;
+                let rows = (least * (SMALL / work.max(1)).clamp(1, 8) as usize).min(self.grid.rows);
                 let mut out = vec![Complex32::ZERO; rows * self.grid.columns];
+                let count = (self.grid.rows / (200 * rows)).clamp(2, 6) * 2;
                 let mut bands = 0.0;
-                for k in 0..3 {
-                    let j = (self.grid.rows - rows) * (2 * k + 1) / 6;
+                for k in 0..count {
+                    let j = (self.grid.rows - rows) * (2 * k + 1) / (2 * count);
                     let band = TiltedGrid {
                         origin_m: self.grid.point_m(0.0, j as f64),
                         rows,
@@ -66,7 +69,7 @@ impl Plan<'_> {
                         )
                     });
                 }
-                bands * self.grid.rows as f64 / (3 * rows) as f64
+                bands * self.grid.rows as f64 / (count * rows) as f64
             }
             Method::Factorized(factorized) => {
                 factorized.estimate_s(&self.pulses, &self.weights, &self.grid)
