@@ -89,8 +89,10 @@ pub(crate) fn choose_spec(
     let half_vector = 0.5 * (lanes - 1.0) * pixel;
     let phase_tolerance_rad = 0.5 * accuracy;
     let mut best: Option<(DirectSpec, f64)> = None;
-    for degree in 1..=3 {
-        let Some(table) = choose_table(pulses, power, degree, 0.7 * accuracy) else {
+    // Narrower bins may do with fewer terms of the carrier.
+    let tries = (1..=3).flat_map(|degree| [0.7, 0.5, 0.35].map(|share| (degree, share)));
+    for (degree, share) in tries {
+        let Some(table) = choose_table(pulses, power, degree, share * accuracy) else {
             continue;
         };
         let alpha = table.carrier_rad(pulses);
