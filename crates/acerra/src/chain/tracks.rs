@@ -282,3 +282,51 @@ pub fn merge(tracks: &[Track]) -> anyhow::Result<(Aligned, Spectrum, Vec<Range<u
     }
     Ok((aligned, spectrum, parts))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use acerra_geo::geodesy::{EnuFrame, Geodetic};
+    use acerra_geo::trajectory::{Fix, SolutionStatus, TimeOrigin, Trajectory};
+
+    fn at(frame: Frame, position_m: [f64; 3]) -> Positions {
+        let fix = Fix {
+            time_s: 0.0,
+            position_m,
+            covariance_m2: None,
+            velocity_m_s: None,
+            attitude: None,
+            status: SolutionStatus::Fixed,
+            satellites: None,
+            age_s: None,
+            ratio: None,
+        };
+        let trajectory = Trajectory::new(frame, TimeOrigin::Relative, vec![fix]).unwrap();
+        Positions::Trajectory(Box::new(trajectory))
+    }
+
+    #[test]
+    fn tracks_about_different_origins_meet_in_the_frame_of_the_first() {
+        // The second origin stands 111 m north of the first and 3 m above it.
+        let first = EnuFrame::new(Geodetic::from_degrees(41.0, 14.2, 60.0));
+        let second = EnuFrame::new(Geodetic::from_degrees(41.001, 14.2, 63.0));
+        let place = [5.0, 120.0, 7.0];
+        let seen = second.enu_from_ecef(first.ecef_from_enu(place));
+        assert!((place[1] - seen[1]).abs() > 100.0);
+        let mut positions = [
+            at(Frame::Enu(first), [0.0; 3]),
+            at(Frame::Enu(second), seen),
+            Positions::PerTrace(vec![[1.0; 3]]),
+        ];
+        in_one_frame(&mut positions).unwrap();
+        let Positions::Trajectory(moved) = &positions[1] else {
+            panic!("a trajectory");
+        };
+        for (found, expected) in moved.fixes()[0].position_m.iter().zip(place) {
+            assert!((found - expected).abs() < 1e-6);
+        }
+        let mut apart = [at(Frame::Enu(first), [0.0; 3]), at(Frame::Local, [0.0; 3])];
+        let message = in_one_frame(&mut apart).unwrap_err().to_string();
+        assert!(message.contains("[[track]] 2"), "{message}");
+    }
+}
