@@ -2,6 +2,7 @@
 
 use crate::satellite::{SatelliteId, System, SystemSet};
 use crate::signal::FREQUENCY_SLOTS;
+use acerra_geo::time::GpsTime;
 
 /// What is estimated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -136,6 +137,11 @@ pub struct PpkOptions {
     pub direction: FilterDirection,
     /// Number of frequency slots used, 1 (L1), 2 (L1+L2) or 3 (L1+L2+L5).
     pub frequencies: usize,
+    /// The rover's epochs before this time tag are not used, to within 25 ms. Slips flagged there
+    /// count at the first epoch that is.
+    pub start: Option<GpsTime>,
+    /// Nor are those after this one.
+    pub end: Option<GpsTime>,
     /// Systems used.
     pub systems: SystemSet,
     /// Satellites never used.
@@ -254,6 +260,8 @@ impl PpkOptions {
             mode: PositioningMode::Kinematic,
             direction: FilterDirection::Forward,
             frequencies: 1,
+            start: None,
+            end: None,
             systems: SystemSet::GPS,
             excluded_satellites: Vec::new(),
             elevation_mask_rad: 15f64.to_radians(),

@@ -6,7 +6,7 @@ use crate::engine::{
 };
 use crate::events::interpolate_events;
 use crate::navigation::{Klobuchar, Navigation};
-use crate::observation::ObservationData;
+use crate::observation::{EPOCH_TOLERANCE_S, ObservationData};
 use crate::options::{FilterDirection, PositioningMode, PpkOptions};
 use crate::signal::FREQUENCY_SLOTS;
 use crate::solution::{
@@ -25,6 +25,19 @@ pub enum PpkError {
     /// The rover's log has no epochs.
     #[error("the rover's log holds no observation epochs")]
     NoRoverEpochs,
+    /// None of the rover's epochs lies between the times asked for.
+    #[error(
+        "no epoch of the rover's log ({} to {}) lies in the time asked for, {} to {}",
+        rover.0, rover.1, end_text(*.start), end_text(*.end)
+    )]
+    NothingInWindow {
+        /// Span of the rover's log.
+        rover: TimeSpan,
+        /// Start of the time asked for.
+        start: Option<GpsTime>,
+        /// Its end.
+        end: Option<GpsTime>,
+    },
     /// The base's log is needed and has no epochs.
     #[error("the base's log holds no observation epochs")]
     NoBaseEpochs,
@@ -87,6 +100,10 @@ fn span_text(span: Option<TimeSpan>) -> String {
     span.map_or_else(|| "none".to_owned(), |(from, to)| format!("{from} to {to}"))
 }
 
+fn end_text(end: Option<GpsTime>) -> String {
+    end.map_or_else(|| "any".to_owned(), |time| time.to_string())
+}
+
 fn suggestion(own: Option<[f64; 3]>) -> String {
     own.map_or_else(String::new, |[x, y, z]| {
         format!("; its own single-point position is {x:.3} {y:.3} {z:.3} (ECEF, m)")
@@ -137,7 +154,24 @@ pub fn process(
         let times = || data.epochs.iter().map(|e| e.time);
         Some((times().min()?, times().max()?))
     };
-    let rover_span = span(rover).ok_or(PpkError::NoRoverEpochs)?;
+    let whole_span = span(rover).ok_or(PpkError::NoRoverEpochs)?;
+    let wanted = |tag: GpsTime| {
+        let late_s = |t: GpsTime| tag.seconds_since(t);
+        options
+            .start
+            .is_none_or(|t| late_s(t) >= -EPOCH_TOLERANCE_S)
+            && options.end.is_none_or(|t| late_s(t) < EPOCH_TOLERANCE_S)
+    };
+    let times = || rover.epochs.iter().map(|e| e.time).filter(|t| wanted(*t));
+    let rover_span: TimeSpan =
+        times()
+            .min()
+            .zip(times().max())
+            .ok_or(PpkError::NothingInWindow {
+                rover: whole_span,
+                start: options.start,
+                end: options.end,
+            })?;
     if relative {
         let base_span = span(base).ok_or(PpkError::NoBaseEpochs)?;
         let reach = options.largest_age_s;
@@ -167,7 +201,9 @@ pub fn process(
         options,
         base: is_base,
     };
-    let rover_epochs = rover_epochs(&context(false), epochs(rover, &constellation), options);
+    let mut rover_measured = epochs(rover, &constellation);
+    rover_measured.retain(|e| wanted(e.tag));
+    let rover_epochs = rover_epochs(&context(false), rover_measured, options);
     let any_state = rover_epochs
         .iter()
         .any(|e| e.states.iter().any(Result::is_ok));

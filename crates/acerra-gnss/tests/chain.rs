@@ -246,6 +246,25 @@ fn slips_do_not_move_fixed_positions() {
 }
 
 #[test]
+fn a_time_window_is_kept_to() {
+    let navigation = navigation();
+    let (rover, base) = (rover(&navigation, 60, &L1), base(&navigation, 60, &L1));
+    let window = |from_s: f64, to_s: f64| PpkOptions {
+        start: Some(start() + from_s),
+        end: Some(start() + to_s),
+        ..options()
+    };
+    let solution = process(&rover, &base, &navigation, &window(10.0, 50.0)).unwrap();
+    assert_eq!(solution.summary.rover_epochs, 41);
+    assert_fixed_and_right(&solution, 39, "window");
+    let seconds = |e: &acerra_gnss::Solution| e.time.seconds_since(start()).round();
+    assert_eq!(seconds(&solution.epochs[0]), 10.0);
+    assert_eq!(seconds(&solution.epochs[solution.epochs.len() - 1]), 50.0);
+    let error = process(&rover, &base, &navigation, &window(70.0, 80.0)).unwrap_err();
+    assert!(matches!(error, PpkError::NothingInWindow { .. }), "{error}");
+}
+
+#[test]
 fn base_gaps_are_interpolated_not_extrapolated() {
     let navigation = navigation();
     let rover = rover(&navigation, 90, &L1);

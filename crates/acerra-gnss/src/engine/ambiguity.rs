@@ -12,6 +12,9 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 /// With fewer satellites than this the integers are tried without one of them, else without two.
 const LEAST_TO_LEAVE_OUT_TWO: usize = 7;
 
+/// Success rate from which fewer satellites that find other integers contradict all of them.
+const LEAST_TO_CONTRADICT: f64 = 0.5;
+
 /// Pairs that must remain where every satellite is tried as the one that is off: with fewer, one
 /// of so many tries passes the ratio test by chance.
 const LEAST_TO_TRY_ALL: usize = 7;
@@ -168,9 +171,10 @@ impl Resolution<'_> {
             }
             let (float, covariance) = differences(state, &rest);
             integer_least_squares(&float, covariance.as_slice(), 1).is_ok_and(|found| {
-                rest.iter().zip(&found.integers[0]).all(|(p, z)| {
+                let same = rest.iter().zip(&found.integers[0]).all(|(p, z)| {
                     (integer(p.other, p.slot) - integer(p.reference, p.slot) - z).abs() < 0.5
-                })
+                });
+                same || found.success_rate(self.variance_factor) < LEAST_TO_CONTRADICT
             })
         };
         let two = members.len() >= LEAST_TO_LEAVE_OUT_TWO;

@@ -74,6 +74,9 @@ const LARGEST_LEFT_OUT: usize = 3;
 
 /// A position takes three pairs; only a further one checks it.
 const LEAST_CHECKED_PAIRS: usize = 4;
+/// Fixes in a row after which integers need no proof by leaving satellites out: wrong ones do not
+/// pass the ratio test that long while geometry and multipath change.
+const LASTING_FIXES: u32 = 50;
 /// Share of the codes' past misfit that counts at the next epoch.
 const MISFIT_KEPT: f64 = 0.98;
 /// Degrees of freedom that the model's own word weighs.
@@ -341,7 +344,7 @@ impl<'a> Filter<'a> {
 
     /// Whether the integers of a fix are right beyond reasonable doubt: likely enough by their
     /// covariance, more than a position needs, and in a run of fixes found once whichever
-    /// satellites are left out.
+    /// satellites are left out (or the run is long).
     fn is_certain(&self, common: &[Common], zero: &[ZeroDifference], attempt: &Attempt) -> bool {
         let Some(least) = self.options.least_success_rate else {
             return true;
@@ -356,7 +359,9 @@ impl<'a> Filter<'a> {
         };
         attempt.success_rate >= least
             && attempt.pairs.len() >= LEAST_CHECKED_PAIRS
-            && (self.certain || resolution.hinges_on_no_satellite(&self.state, attempt))
+            && (self.certain
+                || self.consecutive_fixes >= LASTING_FIXES
+                || resolution.hinges_on_no_satellite(&self.state, attempt))
     }
 
     fn uses_phase(&self) -> bool {

@@ -5,6 +5,7 @@ use std::io::{self, BufReader, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use acerra_geo::geodesy::{Geodetic, ecef_from_geodetic};
+use acerra_geo::time::{Calendar, GpsTime};
 use acerra_gnss::conf::read_conf;
 use acerra_gnss::pos::{PosFormat, PosFrame, PosTime, PosTimeScale, write_pos};
 use acerra_gnss::{
@@ -54,6 +55,13 @@ pub struct Args {
     /// Which way through the log.
     #[arg(long, value_enum, help_heading = "Positioning")]
     direction: Option<Direction>,
+    /// Use the rover's log from this time on: 2018-10-09T12:30:00 in GPS time, with a Z at the end
+    /// in UTC.
+    #[arg(long, value_name = "TIME", value_parser = time, help_heading = "Positioning")]
+    start: Option<GpsTime>,
+    /// Use the rover's log up to this time, written likewise.
+    #[arg(long, value_name = "TIME", value_parser = time, help_heading = "Positioning")]
+    end: Option<GpsTime>,
     /// Where the base stands: `header`, `average` (of its single-point positions),
     /// `llh:LATITUDE,LONGITUDE,HEIGHT` (degrees, ellipsoidal m) or `xyz:X,Y,Z` (ECEF, m).
     #[arg(long, value_name = "PLACE", value_parser = base_position, allow_hyphen_values = true,
@@ -230,6 +238,37 @@ fn systems(text: &str) -> Result<SystemSet, String> {
         .ok_or_else(|| "expected letters of G, R, E, C, J, I, S".to_owned())
 }
 
+/// A time as `2018-10-09T12:30:00.5`, GPS time or, with a `Z`, UTC.
+fn time(text: &str) -> Result<GpsTime, String> {
+    const EXPECTED: &str = "expected a time as 2018-10-09T12:30:00 (GPS time), or with a Z (UTC)";
+    let (body, utc) = text
+        .strip_suffix('Z')
+        .map_or((text, false), |body| (body, true));
+    let (date, clock) = body.split_once(['T', ' ']).ok_or(EXPECTED)?;
+    let date: Vec<&str> = date.split(['-', '/']).collect();
+    let clock: Vec<&str> = clock.split(':').collect();
+    let ([year, month, day], [hour, minute, second]) = (&date[..], &clock[..]) else {
+        return Err(EXPECTED.to_owned());
+    };
+    let whole = |part: &str| part.parse::<u8>().map_err(|_| EXPECTED.to_owned());
+    let year = year.parse().map_err(|_| EXPECTED.to_owned())?;
+    let second: f64 = second.parse().map_err(|_| EXPECTED.to_owned())?;
+    let calendar = Calendar::new(
+        year,
+        whole(month)?,
+        whole(day)?,
+        whole(hour)?,
+        whole(minute)?,
+        second,
+    )
+    .map_err(|e| format!("{EXPECTED}: {e}"))?;
+    if utc {
+        GpsTime::from_utc(&calendar).map_err(|e| e.to_string())
+    } else {
+        Ok(GpsTime::from_calendar(&calendar))
+    }
+}
+
 fn elevation_deg(text: &str) -> Result<f64, String> {
     text.parse()
         .ok()
@@ -383,6 +422,8 @@ impl Args {
                 Mode::Static => PositioningMode::Static,
             };
         }
+        options.start = self.start.or(options.start);
+        options.end = self.end.or(options.end);
         if let Some(direction) = self.direction {
             options.direction = match direction {
                 Direction::Forward => FilterDirection::Forward,
@@ -562,6 +603,23 @@ fn write_events(to: &mut dyn Write, answer: &PpkAnswer) -> anyhow::Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn times() {
+        let t = |text| time(text).unwrap();
+        assert_eq!(t("2018-10-09T12:30:00"), t("2018/10/09 12:30:00.0"));
+        assert!((t("2018-10-09T12:30:00Z") - t("2018-10-09T12:30:00.5") - 17.5).abs() < 1e-9);
+        for bad in [
+            "",
+            "12:30:00",
+            "2018-10-09",
+            "2018-13-09T12:30:00",
+            "2018-10-09T12:30",
+            "2018-10-09T12:30:x",
+        ] {
+            assert!(time(bad).is_err(), "{bad}");
+        }
+    }
 
     #[test]
     fn base_positions() {

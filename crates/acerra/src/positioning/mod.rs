@@ -110,7 +110,9 @@ fn blame(error: PpkError, input: &PositioningInput, reader: &Reader) -> anyhow::
             .map_or_else(rover, |p| p.display().to_string())
     };
     let place = match error {
-        PpkError::NoRoverEpochs | PpkError::NoSatellites => rover(),
+        PpkError::NoRoverEpochs | PpkError::NoSatellites | PpkError::NothingInWindow { .. } => {
+            rover()
+        }
         PpkError::NoBaseEpochs
         | PpkError::BasePositionMissing { .. }
         | PpkError::BasePositionImplausible { .. } => base(),
