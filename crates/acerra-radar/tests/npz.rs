@@ -4,12 +4,10 @@
 
 use std::io::Cursor;
 
-use acerra_radar::npz::{NpyError, NpzError, read_npz, write_npz};
+use acerra_radar::npz::{NpyError, NpzError, NpzWriter, read_npz, write_npz};
 use acerra_radar::{
     Limits, NeutralContent, Radargram, RadargramError, SPEED_OF_LIGHT_M_S, Samples, Spectrum,
 };
-use npyz::WriterBuilder;
-use npyz::npz::NpzWriter;
 use num_complex::{Complex32, Complex64};
 use proptest::prelude::*;
 
@@ -20,21 +18,12 @@ fn fixture(name: &str) -> Cursor<Vec<u8>> {
 
 /// An archive of float64 arrays.
 fn archive(arrays: &[(&str, &[u64], &[f64])]) -> Cursor<Vec<u8>> {
-    let mut bytes = Cursor::new(Vec::new());
-    let mut npz = NpzWriter::new(&mut bytes);
+    let mut npz = NpzWriter::deflated(Cursor::new(Vec::new()));
     for (name, shape, values) in arrays {
-        let mut out = npz
-            .array::<f64>(name, Default::default())
-            .unwrap()
-            .default_dtype()
-            .shape(shape)
-            .begin_nd()
-            .unwrap();
-        out.extend(values.iter().copied()).unwrap();
-        out.finish().unwrap();
+        npz.array(name, shape, values.iter().copied()).unwrap();
     }
-    npz.zip_writer().finish().unwrap();
-    drop(npz);
+    let mut bytes = npz.finish().unwrap();
+    bytes.set_position(0);
     bytes
 }
 

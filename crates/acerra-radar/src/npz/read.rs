@@ -2,10 +2,10 @@
 
 use std::io::{self, Read, Seek};
 
-use npyz::npz::NpzArchive;
 use num_complex::{Complex32, Complex64};
 use thiserror::Error;
 
+use super::archive::NpzReader;
 use super::npy::{NpyError, NpyHeader};
 use super::{NeutralContent, NeutralFile};
 use crate::limits::Limits;
@@ -90,13 +90,8 @@ pub enum NpzError {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn read_npz(reader: impl Read + Seek, limits: &Limits) -> Result<NeutralFile, NpzError> {
-    let mut archive = NpzArchive::new(reader).map_err(NpzError::Archive)?;
-    let mut names: Vec<String> = archive
-        .zip_archive()
-        .file_names()
-        .map(str::to_owned)
-        .collect();
-    names.sort();
+    let mut archive = NpzReader::new(reader)?;
+    let mut names = archive.members();
     let has = |name: &str| names.iter().any(|n| n.strip_suffix(".npy") == Some(name));
     let present = names.join(", ");
     let missing = |array, because| NpzError::Missing {
@@ -162,22 +157,6 @@ enum Loaded {
     Spectrum(Vec<Complex64>, Vec<f64>),
 }
 
-/// Opens an array, reads its header and hands both to `body`.
-fn with_array<R: Read + Seek, T>(
-    archive: &mut NpzArchive<R>,
-    array: &'static str,
-    body: impl FnOnce(&NpyHeader, &mut dyn Read) -> Result<T, NpyError>,
-) -> Result<T, NpzError> {
-    let name = npyz::npz::file_name_from_array_name(array);
-    let mut file = archive
-        .zip_archive()
-        .by_name(&name)
-        .map_err(|e| NpzError::Archive(io::Error::other(e.to_string())))?;
-    NpyHeader::read(&mut file)
-        .and_then(|header| body(&header, &mut file))
-        .map_err(|source| NpzError::Array { array, source })
-}
-
 fn matrix_shape(header: &NpyHeader, what: &str) -> Result<[usize; 2], NpyError> {
     let shape = |expected: String| NpyError::Shape {
         expected,
@@ -208,10 +187,10 @@ fn not_finite(array: &'static str, flat: usize, columns: usize) -> NpzError {
 }
 
 fn read_data<R: Read + Seek>(
-    archive: &mut NpzArchive<R>,
+    archive: &mut NpzReader<R>,
     limits: &Limits,
 ) -> Result<(Samples, [usize; 2]), NpzError> {
-    let (samples, shape) = with_array(archive, "data", |header, mut reader| {
+    let (samples, shape) = archive.with("data", |header, mut reader| {
         let limit = limits.max_samples;
         header.len(limit)?;
         let shape = matrix_shape(header, "samples")?;
@@ -235,10 +214,10 @@ fn read_data<R: Read + Seek>(
 }
 
 fn read_spectrum<R: Read + Seek>(
-    archive: &mut NpzArchive<R>,
+    archive: &mut NpzReader<R>,
     limits: &Limits,
 ) -> Result<(Vec<Complex64>, [usize; 2]), NpzError> {
-    let (values, shape) = with_array(archive, "spectrum", |header, mut reader| {
+    let (values, shape) = archive.with("spectrum", |header, mut reader| {
         header.len(limits.max_samples)?;
         let shape = matrix_shape(header, "N")?;
         let mut v = Vec::new();
@@ -257,12 +236,12 @@ fn read_spectrum<R: Read + Seek>(
 }
 
 fn read_vector<R: Read + Seek>(
-    archive: &mut NpzArchive<R>,
+    archive: &mut NpzReader<R>,
     array: &'static str,
     expected: Option<usize>,
     limits: &Limits,
 ) -> Result<Vec<f64>, NpzError> {
-    let values = with_array(archive, array, |header, mut reader| {
+    let values = archive.with(array, |header, mut reader| {
         let n = header.len(limits.max_samples)?;
         let wanted = expected.unwrap_or(n);
         if header.is_complex() {
@@ -290,12 +269,12 @@ fn read_vector<R: Read + Seek>(
 }
 
 fn read_position<R: Read + Seek>(
-    archive: &mut NpzArchive<R>,
+    archive: &mut NpzReader<R>,
     traces: usize,
     limits: &Limits,
 ) -> Result<Vec<[f64; 3]>, NpzError> {
     let array = "position_m";
-    let values = with_array(archive, array, |header, mut reader| {
+    let values = archive.with(array, |header, mut reader| {
         header.len(limits.max_samples)?;
         if header.is_complex() {
             return Err(NpyError::ElementType {

@@ -2,11 +2,10 @@
 
 use std::io::{self, Seek, Write};
 
-use npyz::WriterBuilder;
-use npyz::npz::NpzWriter;
 use thiserror::Error;
 
 use super::NeutralContent;
+use super::archive::{NpyValue, NpzWriter};
 use crate::radargram::{RadargramError, Samples};
 
 /// Why a neutral file could not be written.
@@ -51,7 +50,7 @@ pub fn write_npz(
         }
         .into());
     }
-    let mut npz = NpzWriter::new(writer);
+    let mut npz = NpzWriter::deflated(writer);
     let rows = traces as u64;
     match content {
         NeutralContent::Radargram(r) => {
@@ -72,32 +71,21 @@ pub fn write_npz(
     if let Some(p) = position_m {
         array(&mut npz, "position_m", &[rows, 3], p.as_flattened())?;
     }
-    npz.zip_writer()
-        .finish()
-        .map(drop)
-        .map_err(|e| NpzWriteError::Io {
-            array: "(archive)",
-            source: io::Error::other(e),
-        })
+    npz.finish().map(drop).map_err(|source| NpzWriteError::Io {
+        array: "(archive)",
+        source,
+    })
 }
 
-fn array<W: Write + Seek, T: npyz::AutoSerialize + Copy>(
+fn array<W: Write + Seek, T: NpyValue>(
     npz: &mut NpzWriter<W>,
     name: &'static str,
     shape: &[u64],
     values: &[T],
 ) -> Result<(), NpzWriteError> {
-    let mut write = || -> io::Result<()> {
-        let mut out = npz
-            .array::<T>(name, Default::default())?
-            .default_dtype()
-            .shape(shape)
-            .begin_nd()?;
-        out.extend(values.iter().copied())?;
-        out.finish()
-    };
-    write().map_err(|source| NpzWriteError::Io {
-        array: name,
-        source,
-    })
+    npz.array(name, shape, values.iter().copied())
+        .map_err(|source| NpzWriteError::Io {
+            array: name,
+            source,
+        })
 }

@@ -2,7 +2,7 @@
 
 use std::io::{Read, Seek};
 
-use npyz::npz::NpzArchive;
+use acerra_radar::npz::NpzReader;
 
 use super::Description;
 
@@ -13,22 +13,16 @@ pub fn is_image(head: &[u8]) -> bool {
 }
 
 pub fn describe(reader: impl Read + Seek) -> anyhow::Result<Description> {
-    let mut npz = NpzArchive::new(reader)?;
+    let mut npz = NpzReader::new(reader)?;
     let mut d = Description::new("focused image");
-    let mut shape = |name: &str| -> anyhow::Result<Vec<u64>> {
-        let member = npz.by_name(name)?;
-        Ok(member
-            .map(|array| array.shape().to_vec())
-            .unwrap_or_default())
-    };
-    let image = shape("image")?;
+    let image = npz.shape("image")?;
     let [ny, nx] = image[..] else {
         anyhow::bail!("image: expected two dimensions, found {}", image.len());
     };
     d.fact("rows", ny);
     d.fact("columns", nx);
     for (name, expected) in [("x_m", nx), ("y_m", ny)] {
-        let found = shape(name)?;
+        let found = npz.shape(name)?;
         if found != [expected] {
             anyhow::bail!("{name}: expected {expected} values, found shape {found:?}");
         }

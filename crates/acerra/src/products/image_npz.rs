@@ -2,8 +2,7 @@
 
 use std::io::{self, Write};
 
-use npyz::WriterBuilder;
-use npyz::npz::NpzWriter;
+use acerra_radar::npz::NpzWriter;
 use num_complex::Complex32;
 
 use crate::chain::ground::Ground;
@@ -19,55 +18,22 @@ use crate::chain::ground::Ground;
 pub fn write(file: impl Write + io::Seek, image: &[Complex32], ground: &Ground) -> io::Result<()> {
     let grid = &ground.grid;
     assert_eq!(image.len(), grid.len(), "one value a pixel");
-    let mut npz = NpzWriter::new(file);
-    let options = || {
-        npyz::zip::write::FileOptions::default()
-            .compression_method(npyz::zip::CompressionMethod::Stored)
-            // Equal images are equal files, whenever they are written.
-            .last_modified_time(npyz::zip::DateTime::default())
-            .large_file(image.len() >= 1 << 28)
-    };
-    let mut writer = npz
-        .array("image", options())?
-        .default_dtype()
-        .shape(&[grid.ny as u64, grid.nx as u64])
-        .begin_nd()?;
-    writer.extend(image.iter().copied())?;
-    writer.finish()?;
-
-    let mut axis = |name: &str, shape: &[u64], values: &mut dyn Iterator<Item = f64>| {
-        let mut writer = npz
-            .array(name, options())?
-            .default_dtype()
-            .shape(shape)
-            .begin_nd()?;
-        writer.extend(values)?;
-        writer.finish()
-    };
-    axis(
-        "x_m",
-        &[grid.nx as u64],
-        &mut (0..grid.nx).map(|i| grid.x_m(i)),
-    )?;
-    axis(
-        "y_m",
-        &[grid.ny as u64],
-        &mut (0..grid.ny).map(|j| grid.y_m(j)),
-    )?;
+    let mut npz = NpzWriter::stored(file);
+    let (nx, ny) = (grid.nx as u64, grid.ny as u64);
+    npz.array("image", &[ny, nx], image.iter().copied())?;
+    npz.array("x_m", &[nx], (0..grid.nx).map(|i| grid.x_m(i)))?;
+    npz.array("y_m", &[ny], (0..grid.ny).map(|j| grid.y_m(j)))?;
     match &ground.surface {
-        Some(surface) => axis(
-            "z_m",
-            &[grid.ny as u64, grid.nx as u64],
-            &mut (0..surface.len()).map(|k| surface.z_m(k)),
-        ),
-        None => axis("z_m", &[], &mut std::iter::once(grid.z_m)),
+        Some(surface) => npz.array("z_m", &[ny, nx], (0..surface.len()).map(|k| surface.z_m(k)))?,
+        None => npz.array("z_m", &[], [grid.z_m])?,
     }
+    npz.finish().map(drop)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use npyz::npz::NpzArchive;
+    use acerra_radar::npz::NpzReader;
 
     #[test]
     fn arrays_have_the_shapes_of_the_contract() {
@@ -82,27 +48,20 @@ mod tests {
         let mut bytes = io::Cursor::new(Vec::new());
         write(&mut bytes, &image, &ground).unwrap();
 
-        let mut npz = NpzArchive::new(bytes).unwrap();
-        let stored = npz.by_name("image").unwrap().unwrap();
-        assert_eq!(stored.shape(), [2, 3]);
-        assert_eq!(stored.dtype().descr(), "'<c8'");
-        assert_eq!(stored.into_vec::<Complex32>().unwrap(), image);
-        let x = npz
-            .by_name("x_m")
-            .unwrap()
-            .unwrap()
-            .into_vec::<f64>()
-            .unwrap();
-        assert_eq!(x, [1.0, 1.5, 2.0]);
-        let y = npz
-            .by_name("y_m")
-            .unwrap()
-            .unwrap()
-            .into_vec::<f64>()
-            .unwrap();
-        assert_eq!(y, [-2.0, -1.5]);
-        let z = npz.by_name("z_m").unwrap().unwrap();
-        assert_eq!(z.shape(), [0_u64; 0]);
-        assert_eq!(z.into_vec::<f64>().unwrap(), [0.25]);
+        let mut npz = NpzReader::new(bytes).unwrap();
+        let (shape, stored) = npz.values("image", 6).unwrap();
+        assert_eq!(shape, [2, 3]);
+        let expected: Vec<_> = image
+            .iter()
+            .map(|z| (f64::from(z.re), f64::from(z.im)))
+            .collect();
+        assert_eq!(stored, expected);
+        let mut axis = |name| {
+            let (shape, values) = npz.values(name, 3).unwrap();
+            (shape, values.iter().map(|v| v.0).collect::<Vec<_>>())
+        };
+        assert_eq!(axis("x_m"), (vec![3], vec![1.0, 1.5, 2.0]));
+        assert_eq!(axis("y_m"), (vec![2], vec![-2.0, -1.5]));
+        assert_eq!(axis("z_m"), (vec![], vec![0.25]));
     }
 }

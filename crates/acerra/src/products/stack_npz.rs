@@ -3,8 +3,7 @@
 use std::io::{self, Seek, Write};
 
 use acerra_imaging::PlaneGrid;
-use npyz::WriterBuilder;
-use npyz::npz::NpzWriter;
+use acerra_radar::npz::NpzWriter;
 use num_complex::Complex32;
 
 /// A float64 array and its shape.
@@ -22,18 +21,8 @@ pub fn write<E: From<io::Error>>(
     count: usize,
     make: impl FnOnce(&mut dyn FnMut(&[Complex32]) -> io::Result<()>) -> Result<Vec<Axis>, E>,
 ) -> Result<(), E> {
-    let mut npz = NpzWriter::new(file);
-    let large = grid.len().saturating_mul(count) >= 1 << 28;
-    let options = || {
-        npyz::zip::write::FileOptions::default()
-            .compression_method(npyz::zip::CompressionMethod::Stored)
-            .large_file(large)
-    };
-    let mut writer = npz
-        .array(name, options())?
-        .default_dtype()
-        .shape(&[count as u64, grid.ny as u64, grid.nx as u64])
-        .begin_nd()?;
+    let mut npz = NpzWriter::stored(file);
+    let mut writer = npz.begin(name, &[count as u64, grid.ny as u64, grid.nx as u64])?;
     let mut axes = make(&mut |image| writer.extend(image.iter().copied()))?;
     writer.finish()?;
     axes.push((
@@ -47,14 +36,9 @@ pub fn write<E: From<io::Error>>(
         (0..grid.ny).map(|j| grid.y_m(j)).collect(),
     ));
     for (name, shape, values) in axes {
-        let mut writer = npz
-            .array(name, options())?
-            .default_dtype()
-            .shape(&shape)
-            .begin_nd()?;
-        writer.extend(values)?;
-        writer.finish()?;
+        npz.array(name, &shape, values)?;
     }
+    npz.finish()?;
     Ok(())
 }
 
@@ -73,13 +57,12 @@ mod tests {
             Ok::<_, io::Error>(vec![("z_m", vec![3], vec![0.0, 0.1, 0.2])])
         })
         .unwrap();
-        let mut npz = npyz::npz::NpzArchive::new(bytes).unwrap();
-        let volume = npz.by_name("volume").unwrap().unwrap();
-        assert_eq!(volume.shape(), [3, 1, 2]);
-        let values: Vec<Complex32> = volume.into_vec().unwrap();
-        assert_eq!(values[4], Complex32::new(2.0, 0.0));
-        let z = npz.by_name("z_m").unwrap().unwrap();
-        assert_eq!(z.into_vec::<f64>().unwrap(), [0.0, 0.1, 0.2]);
+        let mut npz = acerra_radar::npz::NpzReader::new(bytes).unwrap();
+        let (shape, values) = npz.values("volume", 6).unwrap();
+        assert_eq!(shape, [3, 1, 2]);
+        assert_eq!(values[4], (2.0, 0.0));
+        let (_, z) = npz.values("z_m", 3).unwrap();
+        assert_eq!(z, [(0.0, 0.0), (0.1, 0.0), (0.2, 0.0)]);
         // One image too few is no array.
         let short = write(io::Cursor::new(Vec::new()), "volume", &grid, 2, |put| {
             put(&[Complex32::ONE; 2])?;
