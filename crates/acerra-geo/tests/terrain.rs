@@ -426,6 +426,18 @@ fn what_cannot_be_used_is_refused_with_its_place() {
         let found = open(tiff.bytes()).unwrap_err().to_string();
         assert!(found.contains(part), "{found}");
     }
+    // A text that claims a gigabyte.
+    let mut tiff = Tiff::new(4, 4, 64, 3);
+    tiff.text(42113, "-9999 and more");
+    tiff.strips([4, 4], 4, |_, _| double(1.0));
+    let mut bytes = tiff.bytes();
+    let entry = bytes
+        .windows(4)
+        .position(|w| w == [0x81, 0xa4, 2, 0])
+        .unwrap();
+    bytes[entry + 4..entry + 8].copy_from_slice(&(1_u32 << 30).to_le_bytes());
+    let found = open(bytes).unwrap_err().to_string();
+    assert!(found.contains("1073741824 are more than"), "{found}");
     // Cut off half way: the header is there, the heights are not.
     let mut bytes = geographic(|t, at| t.strips(SIZE, 4, |i, j| double(at(i, j))));
     for count in bytes
