@@ -377,3 +377,15 @@ fn progress_reaches_the_total_and_the_plan_explains_itself() {
     );
     assert!((plan.self_check().unwrap().error) <= 1e-3);
 }
+
+#[test]
+fn long_sparse_tracks_are_factorized_too() {
+    // 31 m of track 4 m up, as in the paper's Track 1: the longest parts are no good, short ones are.
+    let position: Vec<_> = (0..251)
+        .map(|m| [0.125 * f64::from(m) - 15.6, 0.0, 4.0])
+        .collect();
+    let campaign = Campaign::new(position, band(60), &[[0.3, 0.1, 0.0]], 4);
+    let grid = PlaneGrid::new(-4.0, -4.0, 0.0, 0.01, 800, 800).unwrap();
+    let plan = Plan::new(campaign.pulses(), grid, &PlanOptions::default()).unwrap();
+    assert_eq!(plan.engine(), Engine::Factorized, "{plan}");
+}

@@ -41,7 +41,7 @@ impl FactorizedSpec {
         }
         let steps = [norm(grid.u_m), norm(grid.v_m)];
         let mut best: Option<Self> = None;
-        for count in [6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256] {
+        'counts: for count in [6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256] {
             if count > 2 * pulses.len() {
                 break;
             }
@@ -50,10 +50,15 @@ impl FactorizedSpec {
             let mut coarse = [1; 2];
             let mut error = 0.0;
             for axis in 0..2 {
-                let (d, e) = (1..=COARSEST)
+                let coarsest = (1..=COARSEST)
                     .map(|d| (d, worst_error(bandwidth[axis] * steps[axis] * d as f64, d)))
                     .take_while(|(_, e)| *e < 0.5 * accuracy)
-                    .last()?;
+                    .last();
+                let Some((d, e)) = coarsest else {
+                    // So long a part has directions that not even the fine grid samples, and longer
+                    // ones have more.
+                    break 'counts;
+                };
                 coarse[axis] = d;
                 error += e * e;
             }
