@@ -20,20 +20,19 @@ use crate::report::report_page;
 /// A directory that cannot be written; it is then left as it was.
 pub fn deliver(outcome: &Outcome, staging: Staging, stages: &mut Stages) -> anyhow::Result<()> {
     let (image_png, raw_png, clean_png, more) = stages.run("deliver", || {
-        let mut npz = buffered(&staging, "image.npz")?;
-        image_npz::write(&mut npz, &outcome.focused.image, &outcome.focused.ground)
-            .and_then(|()| npz.flush())
-            .context("image.npz: cannot write")?;
-
-        let image_png = pictures::image(outcome).context("image.png")?;
-        staging.write("image.png", &image_png)?;
-        let (mut raw_png, mut clean_png) = (Vec::new(), Vec::new());
-        if let Some(traces) = &outcome.cleaned.traces {
-            raw_png = pictures::radargram_raw(outcome, traces).context("radargram-raw.png")?;
-            staging.write("radargram-raw.png", &raw_png)?;
-            clean_png = pictures::radargram_clean(outcome, traces).context("radargram.png")?;
-            staging.write("radargram.png", &clean_png)?;
-        }
+        // Each file is the work of one thread: the pictures are drawn beside one another.
+        let (image, radargrams) = rayon::join(
+            || {
+                rayon::join(
+                    || write_image(outcome, &staging),
+                    || write_picture(outcome, &staging),
+                )
+            },
+            || write_radargrams(outcome, &staging),
+        );
+        image.0?;
+        let image_png = image.1?;
+        let (raw_png, clean_png) = radargrams?;
         let more = pictures::of_stacks(outcome)?;
         for (name, picture) in &more {
             staging.write(name, &picture.png)?;
@@ -54,6 +53,34 @@ pub fn deliver(outcome: &Outcome, staging: Staging, stages: &mut Stages) -> anyh
     data.pictures = more;
     staging.write("report.html", report_page(&data).context("report.html")?)?;
     staging.publish()
+}
+
+fn write_image(outcome: &Outcome, staging: &Staging) -> anyhow::Result<()> {
+    let mut npz = buffered(staging, "image.npz")?;
+    image_npz::write(&mut npz, &outcome.focused.image, &outcome.focused.ground)
+        .and_then(|()| npz.flush())
+        .context("image.npz: cannot write")
+}
+
+fn write_picture(outcome: &Outcome, staging: &Staging) -> anyhow::Result<Vec<u8>> {
+    let png = pictures::image(outcome).context("image.png")?;
+    staging.write("image.png", &png)?;
+    Ok(png)
+}
+
+/// Before and after cleaning; empty where there are no traces.
+fn write_radargrams(outcome: &Outcome, staging: &Staging) -> anyhow::Result<(Vec<u8>, Vec<u8>)> {
+    let Some(traces) = &outcome.cleaned.traces else {
+        return Ok((Vec::new(), Vec::new()));
+    };
+    let (raw, clean) = rayon::join(
+        || pictures::radargram_raw(outcome, traces).context("radargram-raw.png"),
+        || pictures::radargram_clean(outcome, traces).context("radargram.png"),
+    );
+    let (raw, clean) = (raw?, clean?);
+    staging.write("radargram-raw.png", &raw)?;
+    staging.write("radargram.png", &clean)?;
+    Ok((raw, clean))
 }
 
 fn write_trajectory(outcome: &Outcome, staging: &Staging) -> anyhow::Result<()> {
