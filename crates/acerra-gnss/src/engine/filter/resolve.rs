@@ -1,0 +1,244 @@
+//! From real to whole ambiguities, and whether to believe them.
+
+use super::{EpochResult, EpochView, Filter};
+use crate::engine::ambiguity::{Attempt, Pair, Resolution, members};
+use crate::engine::double::Common;
+use crate::engine::noise::{Separation, single_difference_variance_m2, weak_signal_factor};
+use crate::engine::outliers::worst;
+use crate::engine::zero::{ZeroDifference, zero_differences};
+use crate::options::{AmbiguityMode, GlonassAmbiguity, RuleSet};
+use crate::solution::NotFixedReason;
+
+/// Satellites that may be left out of a fix because their phases contradict the others.
+const LARGEST_LEFT_OUT: usize = 3;
+/// A position takes three pairs; only a further one checks it.
+const LEAST_CHECKED_PAIRS: usize = 4;
+/// Fixes in a row after which integers need no proof by leaving satellites out: wrong ones do not
+/// pass the ratio test that long while geometry and multipath change.
+const LASTING_FIXES: u32 = 50;
+
+impl Filter<'_> {
+    /// Whether the integers of a fix are right beyond reasonable doubt: likely enough by their
+    /// covariance, more than a position needs, and in a run of fixes found once whichever
+    /// satellites are left out (or the run is long).
+    pub(super) fn is_certain(
+        &self,
+        common: &[Common],
+        zero: &[ZeroDifference],
+        attempt: &Attempt,
+    ) -> bool {
+        let Some(least) = self.options.least_success_rate else {
+            return true;
+        };
+        let resolution = Resolution {
+            constellation: self.constellation,
+            options: self.options,
+            common,
+            rover: zero,
+            with_glonass: true,
+            variance_factor: self.variance_factor(),
+        };
+        attempt.success_rate >= least
+            && attempt.pairs.len() >= LEAST_CHECKED_PAIRS
+            && (self.certain
+                || self.consecutive_fixes >= LASTING_FIXES
+                || resolution.hinges_on_no_satellite(&self.state, attempt))
+    }
+
+    /// The satellites of `pairs` that partial resolution may leave out, the noisiest first; at
+    /// most a third of them.
+    pub(super) fn noisiest_first(
+        &self,
+        common: &[Common],
+        zero: &[ZeroDifference],
+        pairs: &[Pair],
+    ) -> Vec<(usize, usize)> {
+        let mut members = members(pairs);
+        let noise = |&(satellite, slot): &(usize, usize)| {
+            common
+                .iter()
+                .find(|c| c.satellite == satellite)
+                .map_or(0.0, |c| {
+                    let z = &zero[c.rover];
+                    let system = self.constellation.id(satellite).system();
+                    let near = Separation {
+                        baseline_m: 0.0,
+                        age_s: 0.0,
+                    };
+                    let cn0 = [z.cn0_db_hz[slot], 0.0];
+                    let elevation = z.elevation_rad;
+                    let model = single_difference_variance_m2(
+                        self.options,
+                        system,
+                        slot,
+                        false,
+                        elevation,
+                        cn0,
+                        near,
+                    );
+                    model * weak_signal_factor(self.options, z.cn0_drop_db[slot])
+                })
+        };
+        members.sort_by(|a, b| noise(b).total_cmp(&noise(a)));
+        members.truncate(members.len() / 3);
+        members
+    }
+
+    /// Ambiguity resolution, and a check of the phases against the integers found: satellites
+    /// that contradict the others are left out and the search repeated.
+    pub(super) fn resolve_checked(
+        &mut self,
+        epoch: &EpochView<'_>,
+        zero: &[ZeroDifference],
+        excluded: &mut Vec<(usize, usize)>,
+        result: &mut EpochResult,
+    ) -> Result<Attempt, NotFixedReason> {
+        let mut left_out = 0;
+        loop {
+            let attempt = self.resolve(epoch.common, zero, result)?;
+            let Some(limit) = self.options.largest_phase_residual_sigma else {
+                return Ok(attempt);
+            };
+            let mut fixed = self.state.clone();
+            fixed.x[..attempt.x.len()].copy_from_slice(&attempt.x);
+            for (pair, integer) in attempt.pairs.iter().zip(&attempt.integers) {
+                let reference = self.state.bias(pair.reference, pair.slot).unwrap_or(0.0);
+                let index = fixed.bias_index(pair.other, pair.slot);
+                fixed.x[index] = reference - integer;
+            }
+            let rover = zero_differences(
+                self.options,
+                &epoch.rover.epoch,
+                &epoch.rover.states,
+                fixed.position(),
+                false,
+            );
+            let differences = self.differences(
+                epoch.common,
+                epoch.wavelengths_m,
+                &rover,
+                epoch.base,
+                &fixed,
+                excluded,
+            );
+            let in_fix =
+                |k: usize, slot: usize| self.state.track(epoch.common[k].satellite, slot).in_fix;
+            let worst = worst(&differences.rows, false, in_fix);
+            let Some(worst) = worst.filter(|w| w.normalised > limit) else {
+                return Ok(attempt);
+            };
+            for track in &mut self.state.tracks {
+                track.in_fix = false;
+            }
+            if left_out == LARGEST_LEFT_OUT {
+                return Err(NotFixedReason::PhasesInconsistent {
+                    normalised: worst.normalised,
+                });
+            }
+            left_out += 1;
+            excluded.push((worst.common, worst.slot));
+            self.state
+                .track_mut(epoch.common[worst.common].satellite, worst.slot)
+                .valid = false;
+        }
+    }
+
+    /// One search of the integers, with partial resolution if that is chosen.
+    pub(super) fn attempt_by_rtklib(
+        &self,
+        common: &[Common],
+        zero: &[ZeroDifference],
+        with_glonass: bool,
+        [slipped, half_cycle]: [usize; 2],
+    ) -> Result<Attempt, NotFixedReason> {
+        let resolution = Resolution {
+            constellation: self.constellation,
+            options: self.options,
+            common,
+            rover: zero,
+            with_glonass,
+            variance_factor: self.variance_factor(),
+        };
+        let pairs = resolution.pairs(&self.state);
+        if pairs.len() < 2 {
+            let pairs = pairs.len();
+            return Err(NotFixedReason::TooFewAmbiguities {
+                pairs,
+                slipped,
+                half_cycle,
+            });
+        }
+        match self.options.partial_ambiguity {
+            None => resolution.attempt(&self.state, pairs),
+            Some(partial) => {
+                let dispensable = self.noisiest_first(common, zero, &pairs);
+                let least = partial.least_satellites_to_fix.saturating_sub(1);
+                resolution.partial_attempt(&self.state, pairs, &dispensable, least)
+            }
+        }
+        .map_err(|_| NotFixedReason::SearchFailed)
+    }
+
+    /// Ambiguity resolution of this epoch: the accepted attempt, or why there is none.
+    pub(super) fn resolve(
+        &mut self,
+        common: &[Common],
+        zero: &[ZeroDifference],
+        result: &mut EpochResult,
+    ) -> Result<Attempt, NotFixedReason> {
+        let options = self.options;
+        if options.ambiguity == AmbiguityMode::Off || options.ratio_threshold < 1.0 {
+            return Err(NotFixedReason::AmbiguityResolutionOff);
+        }
+        let slipped = common
+            .iter()
+            .filter(|c| self.state.track(c.satellite, 0).slipped())
+            .count();
+        let half_cycle = common
+            .iter()
+            .filter(|c| {
+                let track = self.state.track(c.satellite, 0);
+                track.half_cycle_flag() || !track.half_cycle_known
+            })
+            .count();
+        let attempt = match options.rules {
+            RuleSet::Rtklib => {
+                let learning = options.glonass_ambiguity == GlonassAmbiguity::FixAndHold;
+                let mut outcome = None;
+                // GLONASS joins once its biases are learnt; a fix that fails with it is tried
+                // without.
+                let tries: &[bool] = match (learning, self.held) {
+                    (false, _) => &[true],
+                    (true, false) => &[false],
+                    (true, true) => &[true, false],
+                };
+                for &with_glonass in tries {
+                    let attempt =
+                        self.attempt_by_rtklib(common, zero, with_glonass, [slipped, half_cycle]);
+                    let accepted = attempt.as_ref().is_ok_and(|a| a.accepted);
+                    if accepted || outcome.is_none() {
+                        outcome = Some(attempt);
+                    }
+                    if accepted {
+                        break;
+                    }
+                }
+                outcome.unwrap_or(Err(NotFixedReason::SearchFailed))?
+            }
+            RuleSet::Demo5 => self.resolve_demo5(common, zero, slipped, half_cycle)?,
+        };
+        result.ratio = attempt.ratio;
+        if !attempt.accepted {
+            return Err(NotFixedReason::RatioTooLow {
+                ratio: attempt.ratio,
+                needed: attempt.threshold,
+                slipped,
+            });
+        }
+        for p in &attempt.pairs {
+            self.state.track_mut(p.reference, p.slot).in_fix = true;
+            self.state.track_mut(p.other, p.slot).in_fix = true;
+        }
+        Ok(attempt)
+    }
+}

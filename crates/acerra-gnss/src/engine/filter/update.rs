@@ -1,0 +1,87 @@
+//! The measurement update and what it says of each phase.
+
+use super::Filter;
+use crate::engine::double::{Common, DoubleRow};
+use crate::options::RuleSet;
+use nalgebra::DMatrix;
+
+/// Degrees of freedom that the model's own word weighs.
+const MISFIT_PRIOR: f64 = 30.0;
+const LEAST_VARIANCE_FACTOR: f64 = 0.1;
+
+impl Filter<'_> {
+    /// True variances over those of the model, from the residuals of the codes so far; never above
+    /// one, for what is slow to average out does not show in them.
+    pub(super) fn variance_factor(&self) -> f64 {
+        let [squares, freedom] = self.misfit;
+        ((squares + MISFIT_PRIOR) / (freedom + MISFIT_PRIOR)).clamp(LEAST_VARIANCE_FACTOR, 1.0)
+    }
+
+    pub(super) fn measurement_update(&mut self, rows: &[DoubleRow], common: &[Common]) -> bool {
+        let m = rows.len();
+        let mut noise = DMatrix::<f64>::zeros(m, m);
+        for (a, ra) in rows.iter().enumerate() {
+            for (b, rb) in rows.iter().enumerate() {
+                if ra.block == rb.block {
+                    noise[(a, b)] =
+                        ra.variance_reference_m2 + if a == b { ra.variance_other_m2 } else { 0.0 };
+                }
+            }
+        }
+        let sparse: Vec<_> = rows
+            .iter()
+            .map(|r| {
+                let satellites = [common[r.reference].satellite, common[r.other].satellite];
+                self.state.sparse(r, satellites)
+            })
+            .collect();
+        self.state.update(&sparse, noise)
+    }
+
+    /// Marks the satellites whose phase was used, and counts rejections.
+    pub(super) fn mark_valid(
+        &mut self,
+        rows: &[DoubleRow],
+        common: &[Common],
+        rejected: &[(usize, usize)],
+    ) {
+        for track in &mut self.state.tracks {
+            track.valid = false;
+            track.in_fix = false;
+        }
+        for row in rows.iter().filter(|r| !r.is_code) {
+            for k in [row.reference, row.other] {
+                self.state.track_mut(common[k].satellite, row.slot).valid = true;
+            }
+        }
+        for &(k, slot) in rejected {
+            let track = self.state.track_mut(common[k].satellite, slot);
+            track.rejections += 1;
+            if self.options.rules == RuleSet::Demo5 {
+                track.valid = false;
+            }
+        }
+        for track in self.state.tracks.iter_mut().filter(|t| t.valid) {
+            track.outage = 0;
+            match self.options.rules {
+                RuleSet::Rtklib => track.lock += 1,
+                RuleSet::Demo5 => {
+                    if track.lock < 0 {
+                        track.lock += 1;
+                    }
+                }
+            }
+        }
+    }
+
+    /// Satellites used on the first frequency (by phase; by code in differential mode).
+    pub(super) fn count_valid(&self, rows: &[DoubleRow], common: &[Common]) -> usize {
+        let by_code = !self.uses_phase();
+        let mut used = vec![false; common.len()];
+        for row in rows.iter().filter(|r| r.slot == 0 && r.is_code == by_code) {
+            used[row.reference] = true;
+            used[row.other] = true;
+        }
+        used.iter().filter(|&&u| u).count()
+    }
+}
