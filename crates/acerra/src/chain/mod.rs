@@ -2,6 +2,7 @@
 
 pub mod align;
 pub mod clean;
+mod elevation;
 pub mod focus;
 pub mod ground;
 pub mod measure;

@@ -9,6 +9,7 @@ use anyhow::{Context, bail};
 
 use super::align::{Aligned, align};
 use super::clean::{Cleaned, clean};
+use super::elevation;
 use super::focus::{Echoes, Focused, focus};
 use super::ground::{Ground, Site};
 use super::measure::measure;
@@ -160,6 +161,9 @@ pub fn run(
             aligned,
             parts: &parts,
         };
+        let [low, high] = campaign.image.band_ghz;
+        let wavelength_m = campaign.image.light_speed_m_s / (0.5e9 * (low + high));
+        elevation::check(&ground, &aligned.position_m, wavelength_m, &mut warnings);
         let focused = focus(campaign, echoes, ground, staging, progress)?;
         anyhow::Ok((merged, parts, focused))
     })?;
