@@ -277,25 +277,7 @@ fn block<S: Lanes, const DEGREE: usize, const TERMS: usize, const CUBIC: bool>(
             steepest = s.mul_add(s.abs(third), s.splat(3.0 * half * half), steepest);
         }
         let reach = s.mul(steepest, s.splat(half_vector));
-        let span = s.mul_add(
-            second,
-            s.splat(half_vector * half_vector),
-            s.add(reach, reach),
-        );
-        // Half a bin up for rounding, a little down for safety.
-        let lowest = s.mul_add(
-            second,
-            s.splat(shift * shift),
-            s.sub(t, s.sub(reach, s.splat(0.499))),
-        );
-        let (window, window2) = if pair > 1 {
-            (
-                s.floor(s.neg_mul_add(first, s.splat(shift), lowest)),
-                s.floor(s.mul_add(first, s.splat(shift), lowest)),
-            )
-        } else {
-            (s.floor(lowest), s.floor(lowest))
-        };
+        let (span, [window, window2]) = place_windows(s, [t, first, second], reach);
         let whole = s.splat(setup.whole[m] as f32);
         let least = s.sub(whole, s.max(s.sub(zero, window), s.sub(zero, window2)));
         let most = s.add(whole, s.max(window, window2));
@@ -445,6 +427,40 @@ fn block<S: Lanes, const DEGREE: usize, const TERMS: usize, const CUBIC: bool>(
             imag[i] += value.im as f32;
         }
     }
+}
+
+/// Bins that either vector of a group spans, and the whole bins from which its window must reach, for
+/// ranges `[t, first, second]` (bins at the group's middle and the powers' coefficients a pixel) that
+/// depart by at most `reach` from a vector's middle beside the second power.
+#[inline(always)]
+pub(super) fn place_windows<S: Lanes>(
+    s: S,
+    [t, first, second]: [S::V; 3],
+    reach: S::V,
+) -> (S::V, [S::V; 2]) {
+    let pair = vectors_a_group(S::N);
+    let half_vector = 0.5 * (S::N - 1) as f32;
+    let shift = 0.5 * ((pair - 1) * S::N) as f32;
+    let span = s.mul_add(
+        second,
+        s.splat(half_vector * half_vector),
+        s.add(reach, reach),
+    );
+    // Half a bin up for rounding, a little down for safety.
+    let lowest = s.mul_add(
+        second,
+        s.splat(shift * shift),
+        s.sub(t, s.sub(reach, s.splat(0.499))),
+    );
+    let windows = if pair > 1 {
+        [
+            s.floor(s.neg_mul_add(first, s.splat(shift), lowest)),
+            s.floor(s.mul_add(first, s.splat(shift), lowest)),
+        ]
+    } else {
+        [s.floor(lowest), s.floor(lowest)]
+    };
+    (span, windows)
 }
 
 /// The part of a contribution after its range is known.

@@ -8,7 +8,9 @@
 //! straight, so most groups need no more than a plane does. Each group decides for itself between
 //! windows and gathers: a boulder does not slow its whole block.
 
-use super::rows::{Band, CHUNK, Job, Kernel, TILE, Tally, block_width, tile_rows, vectors_a_group};
+use super::rows::{
+    Band, CHUNK, Job, Kernel, TILE, Tally, block_width, place_windows, tile_rows, vectors_a_group,
+};
 use super::{Lanes, MAX_LANES, ROUNDING};
 use num_complex::Complex32;
 
@@ -347,25 +349,7 @@ fn block<S: Lanes, const DEGREE: usize, const TERMS: usize, const CUBIC: bool>(
             steepest = s.mul_add(s.abs(third), s.splat(3.0 * half * half), steepest);
         }
         let reach = s.mul_add(steepest, s.splat(half_vector), wobble);
-        let span = s.mul_add(
-            second,
-            s.splat(half_vector * half_vector),
-            s.add(reach, reach),
-        );
-        // Half a bin up for rounding, a little down for safety.
-        let lowest = s.mul_add(
-            second,
-            s.splat(shift * shift),
-            s.sub(t, s.sub(reach, s.splat(0.499))),
-        );
-        let (window, window2) = if pair > 1 {
-            (
-                s.floor(s.neg_mul_add(first, s.splat(shift), lowest)),
-                s.floor(s.mul_add(first, s.splat(shift), lowest)),
-            )
-        } else {
-            (s.floor(lowest), s.floor(lowest))
-        };
+        let (span, [window, window2]) = place_windows(s, [t, first, second], reach);
         let whole = s.splat(setup.whole[m] as f32);
         let least = s.sub(whole, s.max(s.sub(zero, window), s.sub(zero, window2)));
         let most = s.add(whole, s.max(window, window2));
