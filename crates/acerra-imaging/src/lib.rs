@@ -27,6 +27,7 @@ mod simd;
 pub mod surface;
 mod table;
 pub mod tracks;
+mod trial;
 pub mod volume;
 pub mod weights;
 

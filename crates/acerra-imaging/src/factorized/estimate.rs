@@ -2,11 +2,10 @@
 
 use super::{Coarse, Factorized, TAPS, centre_m, coarse_grid, cut};
 use crate::Pulses;
-use crate::plan::check::Random;
-use crate::plan::estimate::best_of_two;
 use crate::planar::padded;
 use crate::rows::TiltedGrid;
 use crate::simd::rows::tile_rows;
+use crate::trial::{Random, best_of_two};
 use crate::weights::Weights;
 use num_complex::Complex32;
 use rayon::prelude::*;

@@ -2,8 +2,9 @@
 
 use super::{Forward, exact};
 use crate::SelfCheck;
-use crate::plan::check::{PATCHES, Random, patch_at};
+use crate::plan::check::{PATCHES, patch_at};
 use crate::rows::TiltedGrid;
+use crate::trial::Random;
 use num_complex::{Complex32, Complex64};
 use rayon::prelude::*;
 

@@ -5,6 +5,7 @@ use crate::direct::Direct;
 use crate::factorized::Factorized;
 use crate::rows::TiltedGrid;
 use crate::simd::rows::{Tally, block_width};
+use crate::trial::Random;
 use crate::weights::Weights;
 use crate::{Pulses, reference};
 use num_complex::{Complex32, Complex64};
@@ -174,20 +175,4 @@ pub(crate) fn exact(pulses: &Pulses, point: [f64; 3], weights: &Weights) -> Comp
         sum += profile * weight;
     }
     sum
-}
-/// A small generator for places to check (Steele, Lea & Flood 2014, SplitMix64).
-pub(crate) struct Random(pub u64);
-
-impl Random {
-    pub(crate) fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    pub(crate) fn below(&mut self, n: usize) -> usize {
-        ((u128::from(self.next()) * n as u128) >> 64) as usize
-    }
 }

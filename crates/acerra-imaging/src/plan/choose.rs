@@ -1,12 +1,12 @@
 //! The cheapest range tables and expansions that keep an accuracy.
 
-use super::check::Random;
 use crate::Pulses;
 use crate::direct::DirectSpec;
 use crate::factorized::FactorizedSpec;
 use crate::rows::{TiltedGrid, norm};
 use crate::simd::SimdLevel;
 use crate::table::TableSpec;
+use crate::trial::Random;
 
 /// Mean power at each frequency over the weighted pulses.
 pub(crate) fn mean_power(pulses: &Pulses) -> Vec<f64> {

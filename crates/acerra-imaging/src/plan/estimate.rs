@@ -2,11 +2,10 @@
 
 use super::{Method, Plan, exact};
 use crate::TiltedGrid;
-use crate::plan::check::Random;
 use crate::simd::rows::tile_rows;
+use crate::trial::{Random, best_of_two};
 use num_complex::Complex32;
 use rayon::prelude::*;
-use std::time::Instant;
 
 /// Contributions below which the whole image is made to learn how long that takes.
 const SMALL: u64 = 60_000_000;
@@ -76,15 +75,4 @@ impl Plan<'_> {
             }
         }
     }
-}
-
-/// Seconds of the faster of two runs.
-pub(crate) fn best_of_two<R>(mut work: impl FnMut() -> R) -> f64 {
-    (0..2)
-        .map(|_| {
-            let start = Instant::now();
-            std::hint::black_box(work());
-            start.elapsed().as_secs_f64()
-        })
-        .fold(f64::INFINITY, f64::min)
 }
