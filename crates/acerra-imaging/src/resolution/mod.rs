@@ -1,12 +1,15 @@
 //! What a straight track resolves in theory: Eqs. (6)–(12) and (14) of Catapano et al. (2020).
 //!
 //! Each equation is a function that says where it holds; [`Prediction`] gathers them for one
-//! geometry and lists, as [`Caveat`]s, which of them have left their range.
+//! geometry and lists, as [`Caveat`]s, which of them have left their range. [`elevation_m`] is for
+//! several tracks.
 
+mod elevation;
 mod equations;
 mod map;
 mod prediction;
 
+pub use elevation::elevation_m;
 pub use equations::{
     SMALL_ANGLE_LIMIT_RAD, across_track_bounds_m, across_track_m, across_track_nadir_m,
     along_track_m, along_track_small_angle_m, displacement_m, half_view_rad, longest_step_m,
