@@ -1,95 +1,30 @@
 //! Images on the ground: the accuracy holds at every SIMD level, and targets stand where they are.
 #![allow(clippy::unwrap_used)]
 
+mod common;
+use common::{C, Campaign, Random, band};
+
 use acerra_imaging::{
-    Complex32, Complex64, Engine, ImagingError, Plan, PlanOptions, PlaneGrid, Pulses, SimdLevel,
-    Spreading, SurfaceGrid, reference, resolution,
+    Complex32, Complex64, Engine, ImagingError, Plan, PlanOptions, PlaneGrid, SimdLevel, Spreading,
+    SurfaceGrid, reference, resolution,
 };
 
-const C: f64 = acerra_imaging::SPEED_OF_LIGHT_M_S;
-
-/// Reproducible numbers in (−1, 1).
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> f64 {
-        self.0 = self
-            .0
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        ((self.0 >> 11) as f64) / (1u64 << 52) as f64 - 1.0
-    }
-    fn complex(&mut self) -> Complex64 {
-        Complex64::new(self.next(), self.next())
-    }
-}
-
-struct Data {
-    position_m: Vec<[f64; 3]>,
-    frequency_hz: Vec<f64>,
-    spectrum: Vec<Complex64>,
-    weight: Vec<f64>,
-}
-
-impl Data {
-    /// Echoes of `scene` and noise at −10 dB.
-    fn new(position_m: Vec<[f64; 3]>, scene: &[[f64; 3]], seed: u64) -> Self {
-        let frequency_hz: Vec<f64> = (0..80)
-            .map(|n| 3.1e9 + 1.7e9 / 79.0 * f64::from(n))
-            .collect();
-        let mut random = Random(seed);
-        let scene: Vec<_> = scene
-            .iter()
-            .map(|&position_m| reference::Scatterer {
-                position_m,
-                reflectivity: random.complex(),
-            })
-            .collect();
-        let spreading = Spreading::InverseSquare;
-        let mut spectrum =
-            reference::forward(&position_m, &frequency_hz, &scene, C, spreading).unwrap();
-        let power = spectrum.iter().map(|e| e.norm_sqr()).sum::<f64>() / spectrum.len() as f64;
-        for e in &mut spectrum {
-            *e += random.complex() * (0.3 * power.sqrt());
-        }
-        let weight = (0..position_m.len())
-            .map(|_| 1.0 + 0.3 * random.next())
-            .collect();
-        Self {
-            position_m,
-            frequency_hz,
-            spectrum,
-            weight,
-        }
-    }
-
-    fn random(range_m: f64, pulses: usize, seed: u64) -> Self {
-        let mut r = Random(seed);
-        let position: Vec<_> = (0..pulses)
-            .map(|_| {
-                [
-                    -0.6 * range_m + r.next(),
-                    2.0 * r.next(),
-                    0.8 * range_m + 0.3 * r.next(),
-                ]
-            })
-            .collect();
-        let scene: Vec<_> = (0..8)
-            .map(|_| [0.6 * r.next(), 0.6 * r.next(), 0.4 * r.next()])
-            .collect();
-        Self::new(position, &scene, seed ^ 77)
-    }
-
-    fn pulses(&self) -> Pulses<'_> {
-        Pulses::new(
-            &self.position_m,
-            &self.frequency_hz,
-            &self.spectrum,
-            &self.weight,
-            C,
-        )
-        .unwrap()
-    }
+/// Pulses scattered about a patch at `range_m`, and eight targets up to 0.4 m high in it.
+fn random(range_m: f64, pulses: usize, seed: u64) -> Campaign {
+    let mut r = Random(seed);
+    let position: Vec<_> = (0..pulses)
+        .map(|_| {
+            [
+                -0.6 * range_m + r.next(),
+                2.0 * r.next(),
+                0.8 * range_m + 0.3 * r.next(),
+            ]
+        })
+        .collect();
+    let scene: Vec<_> = (0..8)
+        .map(|_| [0.6 * r.next(), 0.6 * r.next(), 0.4 * r.next()])
+        .collect();
+    Campaign::new(position, band(80), &scene, seed ^ 77)
 }
 
 /// Ground with 1 m of relief: `cell_m` wide facets as a height raster gives them, or a smooth wave.
@@ -129,7 +64,7 @@ fn surface(base: PlaneGrid, ground: Ground) -> SurfaceGrid {
     .unwrap()
 }
 
-fn check(data: &Data, surface: &SurfaceGrid, options: &PlanOptions) -> Engine {
+fn check(data: &Campaign, surface: &SurfaceGrid, options: &PlanOptions) -> Engine {
     let pulses = data.pulses();
     let plan = Plan::on_surface(pulses, surface, options).unwrap();
     let mut image = vec![Complex32::ZERO; plan.pixels()];
@@ -178,7 +113,7 @@ fn the_accuracy_holds_on_any_ground_at_any_range(level: SimdLevel) {
         Ground::Noise { height_m: 0.3 },
     ];
     for (range_m, seed) in [(3.0, 1), (100.0, 3), (3000.0, 4)] {
-        let data = Data::random(range_m, 30, seed);
+        let data = random(range_m, 30, seed);
         let base = PlaneGrid::new(-0.4, -0.2, 0.0, 0.01, 83, 37).unwrap();
         for ground in grounds {
             let surface = surface(base, ground);
@@ -198,7 +133,7 @@ fn the_accuracy_holds_on_any_ground_at_any_range(level: SimdLevel) {
 }
 
 fn large_pixels(level: SimdLevel) {
-    let data = Data::random(8.0, 25, 5);
+    let data = random(8.0, 25, 5);
     let base = PlaneGrid::new(-3.0, -3.0, 0.3, 0.15, 70, 40).unwrap();
     for ground in [
         Ground::Facets { cell_m: 1.0 },
@@ -221,7 +156,7 @@ fn one_pulse_one_pixel_one_row(level: SimdLevel) {
         ..Default::default()
     };
     for pulses in [1, 33] {
-        let data = Data::random(5.0, pulses, 7);
+        let data = random(5.0, pulses, 7);
         for (nx, ny) in [(1, 1), (1, 300), (300, 1), (9, 2), (700, 3)] {
             let base = PlaneGrid::new(-0.5, -0.5, 0.0, 0.01, nx, ny).unwrap();
             check(
@@ -244,7 +179,7 @@ fn pulses_on_and_just_above_the_ground(level: SimdLevel) {
                 [x, y, ground.height_m(x, y) + height]
             })
             .collect();
-        let data = Data::new(position, &[[0.2, 0.1, 0.1]], 9);
+        let data = Campaign::new(position, band(80), &[[0.2, 0.1, 0.1]], 9);
         for (accuracy, spreading) in [(1e-3, Spreading::InverseSquare), (1e-4, Spreading::None)] {
             let options = PlanOptions {
                 accuracy,
@@ -258,7 +193,7 @@ fn pulses_on_and_just_above_the_ground(level: SimdLevel) {
 }
 
 fn repeated_positions(level: SimdLevel) {
-    let data = Data::new(vec![[0.0, 0.0, 4.0]; 40], &[[0.3, 0.0, 0.2]], 10);
+    let data = Campaign::new(vec![[0.0, 0.0, 4.0]; 40], band(80), &[[0.3, 0.0, 0.2]], 10);
     let base = PlaneGrid::new(-0.5, -0.5, 0.0, 0.02, 50, 50).unwrap();
     let options = PlanOptions {
         level,
@@ -273,7 +208,7 @@ fn repeated_positions(level: SimdLevel) {
 
 #[test]
 fn a_level_surface_is_the_plane() {
-    let data = Data::random(5.0, 30, 21);
+    let data = random(5.0, 30, 21);
     let base = PlaneGrid::new(-0.3, -0.3, 0.25, 0.01, 70, 40).unwrap();
     let options = PlanOptions {
         accuracy: 1e-4,
@@ -300,18 +235,23 @@ fn an_antenna_on_a_pixel_is_refused_and_one_above_it_is_not() {
     let ground = SurfaceGrid::from_fn(base, |x, _| Ok::<_, ImagingError>(x)).unwrap();
     let options = PlanOptions::default();
     let at = ground.point_m(7);
-    let on = Data::new(vec![at], &[[3.0, 0.0, 0.0]], 1);
+    let on = Campaign::new(vec![at], band(80), &[[3.0, 0.0, 0.0]], 1);
     assert_eq!(
         Plan::on_surface(on.pulses(), &ground, &options).unwrap_err(),
         ImagingError::ZeroRange { pulse: 0, point: 7 }
     );
-    let above = Data::new(vec![[at[0], at[1], at[2] + 3.0]], &[[3.0, 0.0, 0.0]], 1);
+    let above = Campaign::new(
+        vec![[at[0], at[1], at[2] + 3.0]],
+        band(80),
+        &[[3.0, 0.0, 0.0]],
+        1,
+    );
     check(&above, &ground, &options);
 }
 
 #[test]
 fn the_same_bits_on_any_number_of_threads() {
-    let data = Data::random(5.0, 40, 12);
+    let data = random(5.0, 40, 12);
     let base = PlaneGrid::new(-1.0, -1.0, 0.0, 0.01, 201, 90).unwrap();
     let ground = surface(base, Ground::Facets { cell_m: 0.4 });
     let plan = Plan::on_surface(data.pulses(), &ground, &PlanOptions::default()).unwrap();
@@ -340,7 +280,7 @@ fn targets_focus_on_the_ground_where_a_plane_misplaces_them() {
     let ground = SurfaceGrid::from_fn(base, |x, _| Ok::<_, ImagingError>(rise(x))).unwrap();
     for x in [3.0, 3.5, 4.2, 5.0] {
         let target = [x, 0.1, rise(x)];
-        let mut data = Data::new(position.clone(), &[target], 1);
+        let mut data = Campaign::new(position.clone(), band(80), &[target], 1);
         data.spectrum = reference::forward(
             &position,
             &data.frequency_hz,

@@ -1,80 +1,35 @@
 //! Several tracks and several looks: what coherence gains, and what summing powers gains.
 #![allow(clippy::unwrap_used)]
 
+mod common;
+use common::{Campaign, Random};
+
 use acerra_imaging::looks::{LookWindow, add_power, equivalent_looks, looks};
 use acerra_imaging::tracks::{Calibration, calibrate_on_target};
 use acerra_imaging::{
-    Complex32, Complex64, ImagingError, PlanOptions, PlaneGrid, Pulses, SPEED_OF_LIGHT_M_S as C,
-    Spreading, image, reference,
+    Complex32, Complex64, ImagingError, PlanOptions, PlaneGrid, Pulses, Spreading, image, reference,
 };
 use std::f64::consts::TAU;
 
-struct Random(u64);
-
-impl Random {
-    /// In (−1, 1).
-    fn next(&mut self) -> f64 {
-        self.0 = self
-            .0
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        ((self.0 >> 11) as f64) / (1u64 << 52) as f64 - 1.0
-    }
+/// 3.1–4.8 GHz in steps of 25 MHz.
+fn frequencies() -> Vec<f64> {
+    (0..69).map(|n| 3.1e9 + 2.5e7 * f64::from(n)).collect()
 }
 
-struct Data {
-    position_m: Vec<[f64; 3]>,
-    frequency_hz: Vec<f64>,
-    spectrum: Vec<Complex64>,
-    weight: Vec<f64>,
-}
-
-impl Data {
-    fn new(position_m: Vec<[f64; 3]>, scene: &[reference::Scatterer]) -> Self {
-        let frequency_hz: Vec<f64> = (0..69).map(|n| 3.1e9 + 2.5e7 * f64::from(n)).collect();
-        let spectrum = reference::forward(
-            &position_m,
-            &frequency_hz,
-            scene,
-            C,
-            Spreading::InverseSquare,
-        )
-        .unwrap();
-        let weight = vec![1.0; position_m.len()];
-        Self {
-            position_m,
-            frequency_hz,
-            spectrum,
-            weight,
-        }
-    }
-
-    fn pulses(&self) -> Pulses<'_> {
-        Pulses::new(
-            &self.position_m,
-            &self.frequency_hz,
-            &self.spectrum,
-            &self.weight,
-            C,
-        )
-        .unwrap()
-    }
-
-    /// All tracks as one.
-    fn together(tracks: &[Self]) -> Self {
-        Self {
-            position_m: tracks.iter().flat_map(|t| t.position_m.clone()).collect(),
-            frequency_hz: tracks[0].frequency_hz.clone(),
-            spectrum: tracks.iter().flat_map(|t| t.spectrum.clone()).collect(),
-            weight: tracks.iter().flat_map(|t| t.weight.clone()).collect(),
-        }
+/// All tracks as one.
+fn together(tracks: &[Campaign]) -> Campaign {
+    Campaign {
+        position_m: tracks.iter().flat_map(|t| t.position_m.clone()).collect(),
+        frequency_hz: tracks[0].frequency_hz.clone(),
+        spectrum: tracks.iter().flat_map(|t| t.spectrum.clone()).collect(),
+        weight: tracks.iter().flat_map(|t| t.weight.clone()).collect(),
     }
 }
 
 const TRACKS_M: [f64; 5] = [0.0, -2.0, -1.0, 1.0, 2.0];
 
 /// Five tracks 1 m apart at h = 5 m over a target at d = 2 m, with noise at −10 dB a sample.
-fn five_tracks(target_m: [f64; 3], errors: &[Calibration; 5], seed: u64) -> Vec<Data> {
+fn five_tracks(target_m: [f64; 3], errors: &[Calibration; 5], seed: u64) -> Vec<Campaign> {
     let mut random = Random(seed);
     let scene = [reference::Scatterer {
         position_m: target_m,
@@ -87,7 +42,7 @@ fn five_tracks(target_m: [f64; 3], errors: &[Calibration; 5], seed: u64) -> Vec<
             let position = (0..101)
                 .map(|m| [x, -2.0 + 0.04 * f64::from(m), 5.0])
                 .collect();
-            let mut data = Data::new(position, &scene);
+            let mut data = Campaign::quiet(position, frequencies(), &scene);
             let rms = (data.spectrum.iter().map(|e| e.norm_sqr()).sum::<f64>()
                 / data.spectrum.len() as f64)
                 .sqrt();
@@ -107,7 +62,7 @@ fn peak(image: &[Complex32]) -> f32 {
 }
 
 /// Level of the ghost mirrored at the middle track under the target's, dB.
-fn ghost_db(data: &Data) -> f64 {
+fn ghost_db(data: &Campaign) -> f64 {
     let at = |x: f64| PlaneGrid::new(x - 0.3, -0.3, 0.0, 0.02, 31, 31).unwrap();
     let options = PlanOptions::default();
     let [ghost, there] = [-2.0, 2.0].map(|x| peak(&image(data.pulses(), at(x), &options).unwrap()));
@@ -126,11 +81,11 @@ fn calibrated_tracks_suppress_the_ghost_and_others_do_not() {
         }
         let mut tracks = five_tracks(target, &errors, seed);
         let one = ghost_db(&tracks[0]);
-        let raw = ghost_db(&Data::together(&tracks));
+        let raw = ghost_db(&together(&tracks));
 
         // Both maxima of the middle track, ghost first: the others tell which is the target.
         let candidates = [[-2.0, 0.0, 0.0], [2.0, 0.01, 0.0], [1.2, 0.7, 0.0]];
-        let borrowed: Vec<_> = tracks.iter().map(Data::pulses).collect();
+        let borrowed: Vec<_> = tracks.iter().map(Campaign::pulses).collect();
         let found = calibrate_on_target(
             &borrowed,
             &candidates,
@@ -152,7 +107,7 @@ fn calibrated_tracks_suppress_the_ghost_and_others_do_not() {
                 .remove(&frequency_hz, &mut track.spectrum)
                 .unwrap();
         }
-        let calibrated = ghost_db(&Data::together(&tracks));
+        let calibrated = ghost_db(&together(&tracks));
         assert!(one.abs() < 0.7, "{one} dB");
         assert!(calibrated < one - 12.0, "{calibrated} dB of {one} dB");
         assert!(
@@ -204,7 +159,7 @@ fn looks_lower_speckle_by_their_number() {
     let track: Vec<[f64; 3]> = (0..128)
         .map(|m| [0.0, -2.54 + 0.04 * f64::from(m), 4.0])
         .collect();
-    let data = Data::new(track.clone(), &scene);
+    let data = Campaign::quiet(track.clone(), frequencies(), &scene);
     // Every 12 cm, farther apart than a cell: independent samples.
     let grid = PlaneGrid::new(2.5, -1.0, 0.0, 0.04, 51, 51).unwrap();
     let options = PlanOptions::default();

@@ -46,27 +46,32 @@ impl Campaign {
                 reflectivity: random.complex(),
             })
             .collect();
-        let mut spectrum = reference::forward(
-            &position_m,
-            &frequency_hz,
-            &scatterers,
-            C,
-            Spreading::InverseSquare,
-        )
-        .unwrap();
+        let mut campaign = Self::quiet(position_m, frequency_hz, &scatterers);
+        let spectrum = &mut campaign.spectrum;
         let rms =
             (spectrum.iter().map(|e| e.norm_sqr()).sum::<f64>() / spectrum.len() as f64).sqrt();
-        for e in &mut spectrum {
+        for e in spectrum {
             *e += random.complex() * (0.3 * rms.max(1e-9));
         }
-        let weight = (0..position_m.len())
-            .map(|_| 1.0 + 0.3 * random.next())
-            .collect();
+        for w in &mut campaign.weight {
+            *w = 1.0 + 0.3 * random.next();
+        }
+        campaign
+    }
+
+    /// The echoes of `scene` alone, every pulse weighing 1.
+    pub fn quiet(
+        position_m: Vec<[f64; 3]>,
+        frequency_hz: Vec<f64>,
+        scene: &[reference::Scatterer],
+    ) -> Self {
+        let spreading = Spreading::InverseSquare;
+        let spectrum = reference::forward(&position_m, &frequency_hz, scene, C, spreading).unwrap();
         Self {
+            weight: vec![1.0; position_m.len()],
             position_m,
             frequency_hz,
             spectrum,
-            weight,
         }
     }
 
@@ -111,8 +116,8 @@ pub fn band(n: usize) -> Vec<f64> {
         .collect()
 }
 
-#[allow(unused_macros)]
 /// Makes one test a level: `name(level)` at all levels of this processor.
+#[allow(unused_macros)]
 macro_rules! at_every_level {
     ($($name:ident),* $(,)?) => {
         mod every_level {
