@@ -4,7 +4,8 @@
 
 use std::io::Cursor;
 
-use acerra_radar::npz::{NpyError, NpzError, NpzWriter, read_npz, write_npz};
+use acerra_npz::{NpyError, NpzWriter};
+use acerra_radar::npz::{NpzError, read_npz, write_npz};
 use acerra_radar::{
     Limits, NeutralContent, Radargram, RadargramError, SPEED_OF_LIGHT_M_S, Samples, Spectrum,
 };

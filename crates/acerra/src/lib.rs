@@ -1,17 +1,8 @@
-//! The application: campaign file, processing chain, products, report and command line.
-//!
-//! The way of the data is position → align → clean → focus → measure → deliver; `chain` holds
-//! one module for each of these stages, and [`commands`] one for each command.
+//! The `acerra` command: arguments, one module for each command, the demonstration, and what any
+//! supported file holds. The work itself is done by the libraries below it.
 
-pub mod campaign;
-pub mod chain;
 pub mod cli;
 pub mod commands;
 pub mod demo;
 pub mod describe;
-pub mod figure;
-pub mod plan;
-pub mod positioning;
-pub mod products;
-pub mod report;
-pub mod simulate;
+pub mod simulated;

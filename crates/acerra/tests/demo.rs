@@ -7,9 +7,9 @@ use std::path::Path;
 use std::sync::OnceLock;
 
 use acerra::demo::{Flown, TRACKS, demonstration_page, largest_envelope};
-use acerra::products::stages::Stages;
-use acerra::products::staging::Staging;
-use acerra::simulate::write::write_campaign;
+use acerra::simulated::write_campaign;
+use acerra_chain::stages::Stages;
+use acerra_chain::staging::Staging;
 use acerra_imaging::metrics::LocalTrack;
 
 struct Demonstration {

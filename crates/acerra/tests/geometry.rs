@@ -8,7 +8,7 @@ use std::path::Path;
 use acerra_imaging::reference::{self, Scatterer};
 use acerra_imaging::resolution::displacement_m;
 use acerra_imaging::{Complex64, SPEED_OF_LIGHT_M_S, Spreading};
-use acerra_radar::npz::NpzReader;
+use acerra_npz::NpzReader;
 use acerra_radar::{NeutralContent, Spectrum};
 use assert_cmd::Command;
 use serde_json::Value;

@@ -5,10 +5,10 @@ use std::fs;
 use std::path::Path;
 use std::sync::OnceLock;
 
-use acerra::simulate::gnss::{GnssModel, Setting, constellation, navigation_to_rinex, simulate};
 use acerra_geo::geodesy::{EnuFrame, Geodetic};
 use acerra_geo::read::{ReadOptions, read_trajectory};
 use acerra_geo::time::{Calendar, GpsTime};
+use acerra_simulate::gnss::{GnssModel, Setting, constellation, navigation_to_rinex, simulate};
 use assert_cmd::Command;
 use serde_json::Value;
 use tempfile::TempDir;

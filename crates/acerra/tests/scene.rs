@@ -4,7 +4,7 @@
 
 use std::path::Path;
 
-use acerra::simulate::scene::Scene;
+use acerra_simulate::scene::Scene;
 use assert_cmd::Command;
 use serde_json::Value;
 

@@ -4,9 +4,6 @@
 
 use std::io::Cursor;
 
-use acerra::simulate::flight::Flight;
-use acerra::simulate::radar::{RadarModel, lost_packets, simulate_scans};
-use acerra::simulate::scene::Scene;
 use acerra_radar::clean::{
     Background, Gate, SurfaceOptions, ZeroTiming, apply_gate, envelope, remove_background,
     zero_timing,
@@ -16,6 +13,9 @@ use acerra_radar::{
     BlemishKind, Limits, RadarFile, RadarLog, Radargram, RadargramOptions, Scan, read,
     two_way_delay_s,
 };
+use acerra_simulate::flight::Flight;
+use acerra_simulate::radar::{RadarModel, lost_packets, simulate_scans};
+use acerra_simulate::scene::Scene;
 
 const SCENE: &str = "
 seed = 11

@@ -9,13 +9,9 @@
 //! | `time_s` | `[traces]` | slow time; may be left out where `position_m` is given |
 //! | `position_m` | `[traces, 3]` | optional antenna positions, x east, y north, z up |
 
-mod archive;
-mod npy;
 mod read;
 mod write;
 
-pub use archive::{ArrayWriter, NpyValue, NpzReader, NpzWriter};
-pub use npy::NpyError;
 pub use read::{FAST_TIME_TOLERANCE, NpzError, read_npz};
 pub use write::{NpzWriteError, write_npz};
 

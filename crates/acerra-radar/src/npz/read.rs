@@ -2,11 +2,10 @@
 
 use std::io::{self, Read, Seek};
 
+use acerra_npz::{NpyError, NpyHeader, NpzError as ArchiveError, NpzReader};
 use num_complex::{Complex32, Complex64};
 use thiserror::Error;
 
-use super::archive::NpzReader;
-use super::npy::{NpyError, NpyHeader};
 use super::{NeutralContent, NeutralFile};
 use crate::limits::Limits;
 use crate::radargram::{Radargram, RadargramError, Samples};
@@ -68,6 +67,16 @@ pub enum NpzError {
     /// The arrays do not make a radargram or spectrum.
     #[error(transparent)]
     Radargram(#[from] RadargramError),
+}
+
+impl From<ArchiveError> for NpzError {
+    fn from(error: ArchiveError) -> Self {
+        match error {
+            ArchiveError::Array { array, source } => Self::Array { array, source },
+            ArchiveError::Archive(source) => Self::Archive(source),
+            other => Self::Archive(io::Error::other(other)),
+        }
+    }
 }
 
 /// Reads a neutral NPZ file (see the [module](super)).
@@ -192,7 +201,7 @@ fn read_data<R: Read + Seek>(
 ) -> Result<(Samples, [usize; 2]), NpzError> {
     let (samples, shape) = archive.with("data", |header, mut reader| {
         let limit = limits.max_samples;
-        header.len(limit)?;
+        header.value_count(limit)?;
         let shape = matrix_shape(header, "samples")?;
         let samples = if header.is_complex() {
             let mut v = Vec::new();
@@ -218,7 +227,7 @@ fn read_spectrum<R: Read + Seek>(
     limits: &Limits,
 ) -> Result<(Vec<Complex64>, [usize; 2]), NpzError> {
     let (values, shape) = archive.with("spectrum", |header, mut reader| {
-        header.len(limits.max_samples)?;
+        header.value_count(limits.max_samples)?;
         let shape = matrix_shape(header, "N")?;
         let mut v = Vec::new();
         header.read_values(&mut reader, limits.max_samples, |re, im| {
@@ -242,7 +251,7 @@ fn read_vector<R: Read + Seek>(
     limits: &Limits,
 ) -> Result<Vec<f64>, NpzError> {
     let values = archive.with(array, |header, mut reader| {
-        let n = header.len(limits.max_samples)?;
+        let n = header.value_count(limits.max_samples)?;
         let wanted = expected.unwrap_or(n);
         if header.is_complex() {
             return Err(NpyError::ElementType {
@@ -275,7 +284,7 @@ fn read_position<R: Read + Seek>(
 ) -> Result<Vec<[f64; 3]>, NpzError> {
     let array = "position_m";
     let values = archive.with(array, |header, mut reader| {
-        header.len(limits.max_samples)?;
+        header.value_count(limits.max_samples)?;
         if header.is_complex() {
             return Err(NpyError::ElementType {
                 found: "complex".into(),

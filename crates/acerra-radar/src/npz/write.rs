@@ -2,10 +2,10 @@
 
 use std::io::{self, Seek, Write};
 
+use acerra_npz::{NpyValue, NpzWriter};
 use thiserror::Error;
 
 use super::NeutralContent;
-use super::archive::{NpyValue, NpzWriter};
 use crate::radargram::{RadargramError, Samples};
 
 /// Why a neutral file could not be written.

@@ -4,8 +4,8 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use crate::demo::{Flown, TRACKS, demonstration_page};
-use crate::products::stages::Stages;
-use crate::products::staging::Staging;
+use acerra_chain::stages::Stages;
+use acerra_chain::staging::Staging;
 
 /// Simulate the paper's campaign, raw logs and all, and process it: no input needed.
 #[derive(Debug, clap::Args)]

@@ -7,12 +7,12 @@ use std::sync::Mutex;
 use anyhow::Context;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-use crate::campaign::Campaign;
-use crate::chain::{self, Outcome, Progress};
-use crate::products::deliver::deliver;
-use crate::products::run_json;
-use crate::products::stages::Stages;
-use crate::products::staging::Staging;
+use acerra_chain::campaign::Campaign;
+use acerra_chain::stages::Stages;
+use acerra_chain::staging::Staging;
+use acerra_chain::{Outcome, Progress};
+use acerra_products::deliver::deliver;
+use acerra_products::run_json;
 
 /// Focus a campaign: from raw logs to an image, its measurements and a report.
 #[derive(Debug, clap::Args)]
@@ -62,7 +62,7 @@ pub fn focus_file(file: &Path, directory: &Path, stages: &mut Stages) -> anyhow:
     let campaign = campaign.resolved_in(folder);
     let bar = Bar::default();
     let staging = Staging::new(directory)?;
-    let outcome = chain::run(&name, &campaign, Some(file), &staging, stages, &bar)?;
+    let outcome = acerra_chain::run(&name, &campaign, Some(file), &staging, stages, &bar)?;
     deliver(&outcome, staging, stages)?;
     Ok(outcome)
 }

@@ -6,9 +6,11 @@ use std::path::PathBuf;
 
 use anyhow::Context;
 
-use crate::figure::{Axis, Map};
-use crate::plan::{FlightPlan, PlanFile, expected_maps, to_geojson, to_kml, to_qgroundcontrol};
-use crate::products::staging::Staging;
+use acerra_chain::staging::Staging;
+use acerra_figure::{Axis, Map};
+use acerra_flightplan::{
+    FlightPlan, PlanFile, expected_maps, to_geojson, to_kml, to_qgroundcontrol,
+};
 
 /// Plan a flight: lines, height, speed, batteries, and what to expect of the image.
 #[derive(Debug, clap::Args)]

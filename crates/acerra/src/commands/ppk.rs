@@ -15,9 +15,9 @@ use acerra_gnss::{
 use anyhow::Context;
 use clap::ValueEnum;
 
-use crate::positioning::{self, Positioning, PositioningInput, PpkAnswer};
-use crate::products::inputs::InputFile;
-use crate::report::{PpkReport, ppk_page};
+use acerra_chain::inputs::InputFile;
+use acerra_chain::positioning::{self, Positioning, PositioningInput, PpkAnswer};
+use acerra_products::report::{PpkReport, ppk_page};
 
 /// Position a rover by carrier phase against a base, after the flight.
 ///

@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 
-use crate::products::staging::Staging;
-use crate::simulate::scene::Scene;
-use crate::simulate::write::write_campaign;
+use crate::simulated::write_campaign;
+use acerra_chain::staging::Staging;
+use acerra_simulate::scene::Scene;
 
 /// Simulate a campaign: radar and GNSS logs of a flight over a scene, and its campaign file.
 #[derive(Debug, clap::Args)]

@@ -6,9 +6,9 @@ use acerra_imaging::resolution::displacement_m;
 use acerra_radar::Radargram;
 use acerra_radar::clean::envelope;
 
-use crate::chain::Outcome;
-use crate::simulate::scene::Scene;
-use crate::simulate::write::Simulated;
+use acerra_chain::Outcome;
+use acerra_simulate::scene::Scene;
+use acerra_simulate::write::Simulated;
 
 /// A simulated flight and what the chain made of it.
 #[derive(Debug)]

@@ -9,10 +9,10 @@ use std::path::Path;
 use anyhow::Context;
 
 use crate::commands::focus::focus_file;
-use crate::products::stages::Stages;
-use crate::products::staging::Staging;
-use crate::simulate::scene::Scene;
-use crate::simulate::write::write_campaign;
+use crate::simulated::write_campaign;
+use acerra_chain::stages::Stages;
+use acerra_chain::staging::Staging;
+use acerra_simulate::scene::Scene;
 pub use flown::{Flown, Found, largest_envelope, rms_m};
 pub use page::demonstration_page;
 

@@ -6,7 +6,7 @@ use acerra_imaging::resolution::displacement_m;
 use anyhow::Context;
 
 use super::{Flown, Found, Track, rms_m};
-use crate::report::{ComparisonTable, Fact, IndexEntry, IndexPage, index_page};
+use acerra_products::report::{ComparisonTable, Fact, IndexEntry, IndexPage, index_page};
 
 /// Writes the page over the tracks whose folders lie in `directory`.
 ///

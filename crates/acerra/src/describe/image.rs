@@ -2,7 +2,7 @@
 
 use std::io::{Read, Seek};
 
-use acerra_radar::npz::NpzReader;
+use acerra_npz::NpzReader;
 
 use super::Description;
 

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use acerra::demo::{largest_envelope, rms_m};
-use acerra::products::pictures;
+use acerra_products::pictures;
 
 use crate::flights::{Flight, flights};
 use crate::page::Page;

@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 use std::sync::OnceLock;
 
-use acerra::campaign::Campaign;
-use acerra::chain::{self, Outcome, Silent};
 use acerra::demo::{Flown, TRACKS, Track};
-use acerra::products::stages::Stages;
-use acerra::products::staging::Staging;
+use acerra_chain::campaign::Campaign;
+use acerra_chain::stages::Stages;
+use acerra_chain::staging::Staging;
+use acerra_chain::{self, Outcome, Silent};
 
 pub struct Flight {
     pub track: Track,
@@ -40,7 +40,7 @@ impl Flight {
         let text = std::fs::read_to_string(self.folder.join("campaign.toml")).unwrap();
         let mut campaign = Campaign::parse(&text).unwrap().resolved_in(&self.folder);
         change(&mut campaign);
-        chain::run(
+        acerra_chain::run(
             self.track.name,
             &campaign,
             None,

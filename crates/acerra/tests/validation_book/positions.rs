@@ -4,15 +4,15 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use acerra::campaign::Campaign;
-use acerra::chain::Outcome;
 use acerra::demo::{Flown, fly};
-use acerra::products::pictures;
-use acerra::products::stages::Stages;
-use acerra::simulate::radar::{Echo, RadarScene, Scattering};
+use acerra_chain::Outcome;
+use acerra_chain::campaign::Campaign;
+use acerra_chain::stages::Stages;
 use acerra_imaging::metrics::{Field, ImageView, InterpolatedImage, climb_to_peak};
 use acerra_imaging::psf::PointSpread;
 use acerra_imaging::sensitivity::{ErrorModel, predict};
+use acerra_products::pictures;
+use acerra_simulate::radar::{Echo, RadarScene, Scattering};
 
 use crate::flights::{Flight, flights};
 use crate::page::Page;

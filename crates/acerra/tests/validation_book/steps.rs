@@ -2,9 +2,9 @@
 
 use std::fmt::Write as _;
 
-use acerra::campaign::{Background, Campaign, Gate, ZeroTiming};
-use acerra::chain::Outcome;
-use acerra::products::pictures;
+use acerra_chain::Outcome;
+use acerra_chain::campaign::{Background, Campaign, Gate, ZeroTiming};
+use acerra_products::pictures;
 
 use crate::flights::{Flight, flights};
 use crate::page::Page;

@@ -9,8 +9,8 @@ use acerra_imaging::psf::{Analysis, PsfField, Retrieved, Theory};
 use serde::Serialize;
 
 use super::scene::Scene;
-use crate::figure::{GhostMark, ImageDb, PixelValues, TargetMark, cut_plot};
-use crate::products::staging::Staging;
+use acerra_chain::staging::Staging;
+use acerra_figure::{GhostMark, ImageDb, PixelValues, TargetMark, cut_plot};
 
 /// A place, m.
 #[derive(Serialize)]

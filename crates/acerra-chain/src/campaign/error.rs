@@ -1,0 +1,32 @@
+//! What can be wrong with a campaign file.
+
+/// A campaign file that cannot be used. The caller adds the file's path.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum CampaignError {
+    /// Not TOML, an unknown key, or a value of the wrong form.
+    #[error(transparent)]
+    Syntax(#[from] acerra_settings::SyntaxError),
+    /// A value outside what is possible.
+    #[error("[{table}] {key}: expected {expected}, found {found}")]
+    Value {
+        /// Table of the key.
+        table: &'static str,
+        /// The key.
+        key: &'static str,
+        /// What is possible.
+        expected: &'static str,
+        /// What the file says.
+        found: String,
+    },
+    /// Two keys that exclude each other.
+    #[error("{first} and {second} exclude each other: {reason}")]
+    Conflict {
+        /// One of them.
+        first: &'static str,
+        /// The other.
+        second: &'static str,
+        /// Why.
+        reason: &'static str,
+    },
+}

@@ -1,0 +1,600 @@
+//! The campaign file: which logs, how they fit together, which image is wanted.
+
+mod choices;
+mod error;
+mod sections;
+
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+pub use choices::{Background, Gate, Heights, Select, TimeOffset, ZeroTiming};
+pub use error::CampaignError;
+pub use sections::{
+    CalibrationSource, Files, GnssSection, ImageSection, LookTaper, MeasureSection,
+    PreprocessSection, RadarSection, Sum, TrackSection, TracksSection, TrajectorySection, Unfixed,
+    Weight,
+};
+
+/// A campaign, as its file states it and with every default filled in.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Campaign {
+    /// The radar log; absent where `[[track]]` tables give several.
+    #[serde(default, skip_serializing_if = "RadarSection::is_absent")]
+    pub radar: RadarSection,
+    /// Raw GNSS logs to compute the trajectory from.
+    #[serde(default)]
+    pub gnss: Option<GnssSection>,
+    /// The trajectory.
+    #[serde(default)]
+    pub trajectory: TrajectorySection,
+    /// From raw traces to clean spectra.
+    #[serde(default)]
+    pub preprocess: PreprocessSection,
+    /// Several flights that make one image.
+    #[serde(default, rename = "track", skip_serializing_if = "Vec::is_empty")]
+    pub track: Vec<TrackSection>,
+    /// How they become one.
+    #[serde(default)]
+    pub tracks: TracksSection,
+    /// The image.
+    pub image: ImageSection,
+    /// What counts as a target.
+    #[serde(default)]
+    pub measure: MeasureSection,
+}
+
+impl Campaign {
+    /// Reads a campaign from the text of its file; paths are left as they stand there.
+    ///
+    /// # Errors
+    /// Unknown keys, values of the wrong form, impossible values.
+    ///
+    /// ```
+    /// let campaign = acerra_chain::campaign::Campaign::parse(
+    ///     "[radar]\nfile = 'flight.npz'\n[image]\nx_m = [0, 1]\ny_m = [-1, 1]\n",
+    /// )?;
+    /// assert_eq!(campaign.image.frequencies, 341);
+    /// let error = acerra_chain::campaign::Campaign::parse("[radar]\nfiel = 'flight.npz'\n").unwrap_err();
+    /// assert!(error.to_string().starts_with("line 2, column 1: unknown field `fiel`"));
+    /// # Ok::<(), acerra_chain::campaign::CampaignError>(())
+    /// ```
+    pub fn parse(text: &str) -> Result<Self, CampaignError> {
+        let mut campaign: Self = acerra_settings::parse(text)?;
+        campaign.check()?;
+        if campaign.image.z_m.is_none() && campaign.image.terrain.is_none() {
+            campaign.image.z_m = Some(Heights::Plane(0.0));
+        }
+        Ok(campaign)
+    }
+
+    /// Makes the paths of the campaign relative to `folder`, the folder of its file.
+    #[must_use]
+    pub fn resolved_in(mut self, folder: &Path) -> Self {
+        let resolve = |path: &mut PathBuf| *path = folder.join(&*path);
+        let resolve_gnss = |gnss: &mut GnssSection| {
+            resolve(&mut gnss.rover);
+            resolve(&mut gnss.base);
+            gnss.navigation.0.iter_mut().for_each(resolve);
+            gnss.config.as_mut().map(resolve);
+        };
+        if !self.radar.is_absent() {
+            resolve(&mut self.radar.file);
+        }
+        self.trajectory.file.as_mut().map(resolve);
+        self.image.terrain.as_mut().map(resolve);
+        self.gnss.as_mut().map(resolve_gnss);
+        for track in &mut self.track {
+            resolve(&mut track.radar.file);
+            track.trajectory.file.as_mut().map(resolve);
+            track.gnss.as_mut().map(resolve_gnss);
+        }
+        self
+    }
+
+    /// A campaign for each track, with that track alone.
+    #[must_use]
+    pub fn each_track(&self) -> Vec<Self> {
+        if self.track.is_empty() {
+            return vec![self.clone()];
+        }
+        let one = |track: &TrackSection| Self {
+            radar: track.radar.clone(),
+            gnss: track.gnss.clone(),
+            trajectory: track.trajectory.clone(),
+            preprocess: track
+                .preprocess
+                .clone()
+                .unwrap_or_else(|| self.preprocess.clone()),
+            track: Vec::new(),
+            ..self.clone()
+        };
+        self.track.iter().map(one).collect()
+    }
+
+    /// The files that hold or make the positions.
+    pub fn position_files(&self) -> impl Iterator<Item = &Path> {
+        let gnss = self.gnss.iter().flat_map(|gnss| {
+            [gnss.rover.as_path(), gnss.base.as_path()]
+                .into_iter()
+                .chain(gnss.navigation.0.iter().map(PathBuf::as_path))
+                .chain(gnss.config.as_deref())
+        });
+        self.trajectory.file.as_deref().into_iter().chain(gnss)
+    }
+
+    /// The zero-timing in force: the stated one, else the calibrated delay, else the paper's.
+    #[must_use]
+    pub fn zero_timing(&self) -> ZeroTiming {
+        self.preprocess
+            .zero_timing
+            .unwrap_or(match self.radar.delay_ns {
+                Some(_) => ZeroTiming::None,
+                None => ZeroTiming::FirstTrace,
+            })
+    }
+
+    fn check(&self) -> Result<(), CampaignError> {
+        self.check_tracks()?;
+        for track in self.each_track() {
+            track.check_one()?;
+        }
+        Ok(())
+    }
+
+    fn check_tracks(&self) -> Result<(), CampaignError> {
+        let exclude = |first, second, reason| {
+            Err(CampaignError::Conflict {
+                first,
+                second,
+                reason,
+            })
+        };
+        let value = |table, key, expected, found: String| {
+            Err(CampaignError::Value {
+                table,
+                key,
+                expected,
+                found,
+            })
+        };
+        if self.track.is_empty() {
+            if self.radar.is_absent() {
+                return value(
+                    "radar",
+                    "file",
+                    "a radar log, here or in [[track]]",
+                    "none".to_owned(),
+                );
+            }
+        } else {
+            if !self.radar.is_absent() {
+                return exclude("[radar]", "[[track]]", "both give radar logs");
+            }
+            if self.gnss.is_some() || self.trajectory.file.is_some() {
+                return exclude(
+                    "[trajectory] or [gnss]",
+                    "[[track]]",
+                    "each track has its own: [track.trajectory], [track.gnss]",
+                );
+            }
+            if self.image.looks.is_some() {
+                return exclude("[image] looks", "[[track]]", "looks cut a single track");
+            }
+        }
+        for track in &self.track {
+            if !(track.delay_ns.is_finite() && track.phase_deg.is_finite()) {
+                let found = format!("{} and {}", track.delay_ns, track.phase_deg);
+                return value("track", "delay_ns, phase_deg", "finite numbers", found);
+            }
+        }
+        let tracks = &self.tracks;
+        if !(tracks.window_ns > 0.0 && tracks.window_ns <= 1e3) {
+            let found = format!("{}", tracks.window_ns);
+            return value("tracks", "window_ns", "above 0 and at most 1000", found);
+        }
+        if tracks
+            .target_m
+            .is_some_and(|p| !p.iter().all(|v| v.is_finite()))
+        {
+            let found = format!("{:?}", tracks.target_m);
+            return value("tracks", "target_m", "finite coordinates", found);
+        }
+        let image = &self.image;
+        if image.terrain.is_some() && image.incidence().is_some() {
+            return exclude(
+                "[image] max_incidence_deg and antenna_cosine_power",
+                "[image] terrain",
+                "incidence is counted from the vertical of a level plane",
+            );
+        }
+        if image.looks == Some(0) {
+            return value("image", "looks", "at least 1", "0".to_owned());
+        }
+        if !(0.0..1.0).contains(&image.look_overlap) {
+            let found = format!("{}", image.look_overlap);
+            return value("image", "look_overlap", "at least 0 and below 1", found);
+        }
+        if matches!(image.z_m, Some(Heights::Range(_))) {
+            if image.looks.is_some() {
+                return exclude(
+                    "[image] looks",
+                    "[image] z_m = [from, to]",
+                    "looks are planes",
+                );
+            }
+            if self.tracks.sum == Sum::Incoherent {
+                return exclude(
+                    "[tracks] sum = \"incoherent\"",
+                    "[image] z_m = [from, to]",
+                    "a volume is resolved by coherence alone",
+                );
+            }
+        }
+        Ok(())
+    }
+
+    fn check_one(&self) -> Result<(), CampaignError> {
+        let require = |ok: bool, table, key, expected, found: &dyn std::fmt::Debug| {
+            if ok {
+                Ok(())
+            } else {
+                Err(CampaignError::Value {
+                    table,
+                    key,
+                    expected,
+                    found: format!("{found:?}"),
+                })
+            }
+        };
+        let finite = |values: &[f64]| values.iter().all(|v| v.is_finite());
+
+        let radar = &self.radar;
+        require(
+            radar.delay_ns.is_none_or(f64::is_finite),
+            "radar",
+            "delay_ns",
+            "a finite number",
+            &radar.delay_ns,
+        )?;
+        let trajectory = &self.trajectory;
+        require(
+            finite(&trajectory.lever_arm_m) && trajectory.lever_arm_m.iter().all(|v| v.abs() < 1e3),
+            "trajectory",
+            "lever_arm_m",
+            "three lengths below a kilometre",
+            &trajectory.lever_arm_m,
+        )?;
+        require(
+            trajectory
+                .max_gap_s
+                .is_none_or(|gap| gap.is_finite() && gap > 0.0),
+            "trajectory",
+            "max_gap_s",
+            "a time above 0",
+            &trajectory.max_gap_s,
+        )?;
+        require(
+            trajectory
+                .origin_deg_m
+                .is_none_or(|[latitude, longitude, height]| {
+                    latitude.abs() <= 90.0 && longitude.abs() <= 360.0 && height.abs() < 1e6
+                }),
+            "trajectory",
+            "origin_deg_m",
+            "[latitude, longitude, height]: degrees and metres",
+            &trajectory.origin_deg_m,
+        )?;
+
+        if let Some(gnss) = &self.gnss {
+            if self.trajectory.file.is_some() {
+                return Err(CampaignError::Conflict {
+                    first: "[gnss]",
+                    second: "[trajectory] file",
+                    reason: "both give the positions",
+                });
+            }
+            if gnss.base_ecef_m.is_some() && gnss.base_deg_m.is_some() {
+                return Err(CampaignError::Conflict {
+                    first: "[gnss] base_ecef_m",
+                    second: "[gnss] base_deg_m",
+                    reason: "both give the base's place",
+                });
+            }
+            let places = [gnss.base_ecef_m, gnss.base_deg_m];
+            let ok = places.iter().flatten().all(|place| finite(place));
+            require(ok, "gnss", "base_ecef_m", "finite coordinates", &places)?;
+        }
+
+        let image = &self.image;
+        let [low, high] = image.band_ghz;
+        let band_ok = finite(&image.band_ghz) && 0.0 < low && low <= high && high < 1e3;
+        require(
+            band_ok,
+            "image",
+            "band_ghz",
+            "0 < low <= high < 1000",
+            &image.band_ghz,
+        )?;
+        require(
+            (1..=1_000_000).contains(&image.frequencies) && (image.frequencies > 1 || low == high),
+            "image",
+            "frequencies",
+            "at least 2 (1 for a band of a single frequency) and at most a million",
+            &image.frequencies,
+        )?;
+        for (key, range) in [("x_m", image.x_m), ("y_m", image.y_m)] {
+            let ok = finite(&range) && range[0] <= range[1];
+            require(ok, "image", key, "[from, to] with from <= to", &range)?;
+        }
+        if image.terrain.is_some() {
+            if image.z_m.is_some() {
+                return Err(CampaignError::Conflict {
+                    first: "[image] terrain",
+                    second: "[image] z_m",
+                    reason: "both give the heights of the image",
+                });
+            }
+        } else if image.terrain_crs.is_some() || image.geoid_height_m != 0.0 {
+            return Err(CampaignError::Value {
+                table: "image",
+                key: "terrain",
+                expected: "a file, as terrain_crs or geoid_height_m is given",
+                found: "none".to_owned(),
+            });
+        }
+        require(
+            image.geoid_height_m.is_finite(),
+            "image",
+            "geoid_height_m",
+            "a finite number",
+            &image.geoid_height_m,
+        )?;
+        require(
+            image.pixel_z_m.is_none_or(|s| s.is_finite() && s > 0.0)
+                && (image.pixel_z_m.is_none() || matches!(image.z_m, Some(Heights::Range(_)))),
+            "image",
+            "pixel_z_m",
+            "a length above 0, with z_m = [from, to]",
+            &image.pixel_z_m,
+        )?;
+        let volume = matches!(image.z_m, Some(Heights::Range(_)));
+        require(
+            image.ground_z_m.is_none_or(|z| z.is_finite() && volume),
+            "image",
+            "ground_z_m",
+            "a finite height, with z_m = [from, to]",
+            &image.ground_z_m,
+        )?;
+        let pixel_ok = image.pixel_m.is_finite() && image.pixel_m > 0.0;
+        require(
+            pixel_ok,
+            "image",
+            "pixel_m",
+            "a length above 0",
+            &image.pixel_m,
+        )?;
+        require(
+            image.max_incidence_deg.is_none_or(|a| a > 0.0 && a <= 90.0),
+            "image",
+            "max_incidence_deg",
+            "above 0 and at most 90",
+            &image.max_incidence_deg,
+        )?;
+        require(
+            image.incidence_taper_deg >= 0.1 && image.incidence_taper_deg <= 90.0,
+            "image",
+            "incidence_taper_deg",
+            "0.1 to 90",
+            &image.incidence_taper_deg,
+        )?;
+        require(
+            (0.0..=100.0).contains(&image.antenna_cosine_power),
+            "image",
+            "antenna_cosine_power",
+            "0 to 100",
+            &image.antenna_cosine_power,
+        )?;
+        let accuracy_ok = image.accuracy >= 1e-12 && image.accuracy < 1.0;
+        require(
+            accuracy_ok,
+            "image",
+            "accuracy",
+            "1e-12 <= accuracy < 1",
+            &image.accuracy,
+        )?;
+        require(
+            image.light_speed_m_s > 1e6 && image.light_speed_m_s <= 3e8,
+            "image",
+            "light_speed_m_s",
+            "above 1e6 and at most 3e8",
+            &image.light_speed_m_s,
+        )?;
+        require(
+            self.measure.threshold_db.is_finite() && self.measure.threshold_db < 0.0,
+            "measure",
+            "threshold_db",
+            "a level below 0 dB",
+            &self.measure.threshold_db,
+        )?;
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const GOOD: &str = "[radar]\nfile = 'a.mrm'\n[trajectory]\nfile = 'a.pos'\n\
+                        [image]\nx_m = [0, 18]\ny_m = [-9, 9]\n";
+
+    fn message(text: &str) -> String {
+        Campaign::parse(text).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn defaults_are_the_papers() {
+        let campaign = Campaign::parse(GOOD).unwrap();
+        assert_eq!(campaign.zero_timing(), ZeroTiming::FirstTrace);
+        assert_eq!(campaign.preprocess.gate_ns, Gate::About([-6.0, 24.0]));
+        assert_eq!(campaign.image.band_ghz, [3.1, 4.8]);
+        assert_eq!(campaign.image.weight, Weight::Trace);
+        assert!((campaign.image.light_speed_m_s - 299_792_458.0).abs() < f64::EPSILON);
+    }
+
+    #[test]
+    fn a_calibrated_delay_replaces_zero_timing_unless_both_are_stated() {
+        let delay = GOOD.replace("'a.mrm'\n", "'a.mrm'\ndelay_ns = 10\n");
+        assert_eq!(
+            Campaign::parse(&delay).unwrap().zero_timing(),
+            ZeroTiming::None
+        );
+        let both = format!("{delay}[preprocess]\nzero_timing = 'first-trace'\n");
+        assert_eq!(
+            Campaign::parse(&both).unwrap().zero_timing(),
+            ZeroTiming::FirstTrace
+        );
+    }
+
+    #[test]
+    fn unknown_keys_and_wrong_forms_are_placed() {
+        assert!(
+            message(&GOOD.replace("x_m", "x_n")).starts_with("line 6, column 1: unknown field")
+        );
+        assert!(message("[radar\n").starts_with("line 1, column"));
+        assert!(message("[image]\nx_m = 3\n").starts_with("line 2, column 7"));
+        let select = GOOD.replace("'a.mrm'\n", "'a.mrm'\nselect = 'mowing'\n");
+        assert!(
+            message(&select).contains("\"moving\""),
+            "{}",
+            message(&select)
+        );
+    }
+
+    #[test]
+    fn impossible_values_are_refused_with_what_is_possible() {
+        for (from, to, key) in [
+            ("x_m = [0, 18]", "x_m = [18, 0]", "[image] x_m"),
+            ("x_m = [0, 18]", "x_m = [0, nan]", "[image] x_m"),
+            ("[image]\n", "[image]\npixel_m = 0\n", "[image] pixel_m"),
+            (
+                "[image]\n",
+                "[image]\nband_ghz = [4.8, 3.1]\n",
+                "[image] band_ghz",
+            ),
+            ("[image]\n", "[image]\naccuracy = 0\n", "[image] accuracy"),
+            (
+                "[image]\n",
+                "[image]\nfrequencies = 0\n",
+                "[image] frequencies",
+            ),
+            (
+                "[image]\n",
+                "[image]\npixel_z_m = 0.1\n",
+                "[image] pixel_z_m",
+            ),
+            (
+                "[image]\n",
+                "[image]\ngeoid_height_m = 3\n",
+                "[image] terrain",
+            ),
+            (
+                "[image]\n",
+                "[image]\nlight_speed_m_s = 0\n",
+                "[image] light_speed_m_s",
+            ),
+            (
+                "'a.pos'\n",
+                "'a.pos'\nmax_gap_s = -1\n",
+                "[trajectory] max_gap_s",
+            ),
+        ] {
+            let found = message(&GOOD.replace(from, to));
+            assert!(found.starts_with(key), "{found}");
+            assert!(found.contains("expected"), "{found}");
+        }
+    }
+
+    #[test]
+    fn a_volume_has_its_ground_nearest_to_zero_unless_told() {
+        for (keys, ground_z_m) in [
+            ("z_m = [-0.5, 1]\n", 0.0),
+            ("z_m = [2, 3]\n", 2.0),
+            ("z_m = [2, 3]\nground_z_m = 2.5\n", 2.5),
+            ("z_m = 4\n", 4.0),
+        ] {
+            let campaign = Campaign::parse(&format!("{GOOD}{keys}")).unwrap();
+            assert!((campaign.image.ground_z_m() - ground_z_m).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn several_tracks_stand_in_for_one() {
+        let image = "[image]\nx_m = [0, 18]\ny_m = [-9, 9]\n";
+        let tracks = "[[track]]\ndelay_ns = 0.2\n[track.radar]\nfile = 'a.mrm'\n\
+                      [track.trajectory]\nfile = 'a.pos'\n[[track]]\nname = 'west'\n\
+                      [track.radar]\nfile = 'b.mrm'\n[track.preprocess]\ngate_ns = 'none'\n";
+        let campaign = Campaign::parse(&format!("{tracks}{image}")).unwrap();
+        let each = campaign.resolved_in(Path::new("/d")).each_track();
+        assert_eq!(each[1].radar.file, Path::new("/d/b.mrm"));
+        assert_eq!(
+            each[0].trajectory.file.as_deref(),
+            Some(Path::new("/d/a.pos"))
+        );
+        assert_eq!(each[0].preprocess.gate_ns, Gate::About([-6.0, 24.0]));
+        assert_eq!(each[1].preprocess.gate_ns, Gate::None);
+        for (text, part) in [
+            (image.to_owned(), "a radar log, here or in [[track]]"),
+            (format!("{GOOD}{tracks}"), "[radar] and [[track]] exclude"),
+            (
+                format!("{tracks}[trajectory]\nfile = 'a.pos'\n{image}"),
+                "exclude",
+            ),
+            (
+                format!("{tracks}{image}looks = 3\n"),
+                "looks cut a single track",
+            ),
+            (
+                format!("{tracks}[tracks]\nwindow_ns = 0\n{image}"),
+                "[tracks] window_ns",
+            ),
+            (format!("{GOOD}looks = 0\n"), "[image] looks"),
+            (
+                format!("{GOOD}max_incidence_deg = 95\n"),
+                "[image] max_incidence_deg",
+            ),
+            (
+                format!("{GOOD}incidence_taper_deg = 0\n"),
+                "[image] incidence_taper_deg",
+            ),
+            (
+                format!("{GOOD}antenna_cosine_power = -1\n"),
+                "[image] antenna_cosine_power",
+            ),
+            (
+                format!("{GOOD}max_incidence_deg = 40\nterrain = 'dem.tif'\n"),
+                "level plane",
+            ),
+            (format!("{GOOD}look_overlap = 1\n"), "[image] look_overlap"),
+            (
+                format!("{GOOD}looks = 2\nz_m = [0, 1]\n"),
+                "looks are planes",
+            ),
+        ] {
+            assert!(message(&text).contains(part), "{}", message(&text));
+        }
+    }
+
+    #[test]
+    fn paths_are_relative_to_the_file() {
+        let campaign = Campaign::parse(GOOD)
+            .unwrap()
+            .resolved_in(Path::new("/data/may"));
+        assert_eq!(campaign.radar.file, Path::new("/data/may/a.mrm"));
+        assert_eq!(
+            campaign.trajectory.file.unwrap(),
+            Path::new("/data/may/a.pos")
+        );
+    }
+}

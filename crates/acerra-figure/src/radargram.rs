@@ -1,0 +1,361 @@
+//! Radargrams: traces against fast time.
+
+use super::colour::{Colour, Palette, look_up};
+use super::drawing::{DEFAULT_SCALE, Drawing, Item, Stroke, line};
+use super::error::{FigureError, check_len};
+use super::frame::{Axis, ColourBar, Frame, FrameSpec, Size, TopAxis};
+use super::image_db::thin;
+use super::legend::{DARK, Entry, Sample};
+use super::resample::peak_pool;
+use super::ticks;
+
+/// How sample values become colours.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum RadargramColours {
+    /// Signed amplitudes, blue through white to red, symmetric about zero. The end of the scale is
+    /// `limit` where given, else the 99.5th percentile of the moduli.
+    Signed {
+        /// Amplitude at the ends of the scale.
+        limit: Option<f64>,
+    },
+    /// Moduli in decibels below the largest, down to `floor_db` (negative).
+    Decibel {
+        /// The lowest level shown, in dB.
+        floor_db: f64,
+    },
+}
+
+/// A curve of fast time over the traces, drawn on a radargram.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FastTimeCurve {
+    /// Its name in the legend; equal names are listed once, empty ones not at all.
+    pub label: String,
+    /// One fast time per trace, in nanoseconds; NaN leaves a gap.
+    pub fast_time_ns: Vec<f64>,
+    /// Whether it is drawn dashed (limits, gates) or solid (picks, predictions).
+    pub dashed: bool,
+}
+
+/// A radargram: traces from left to right, fast time downwards.
+///
+/// ```
+/// use acerra_figure::Radargram;
+///
+/// let samples: Vec<f32> = (0..30 * 200).map(|i| ((i % 200) as f32 * 0.3).sin()).collect();
+/// let radargram = Radargram::new("Raw", &samples, 30, 200).fast_time(0.0, 0.061);
+/// assert!(radargram.draw()?.to_png()?.len() > 1000);
+/// # Ok::<(), acerra_figure::FigureError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Radargram<'a> {
+    /// Title above the plot; may be empty.
+    pub title: String,
+    /// Samples, row-major `[traces, samples_per_trace]`.
+    pub samples: &'a [f32],
+    /// Traces.
+    pub traces: usize,
+    /// Samples in each trace.
+    pub samples_per_trace: usize,
+    /// Number of the first trace.
+    pub first_trace: usize,
+    /// Fast time of the first sample in nanoseconds.
+    pub start_ns: f64,
+    /// Time between samples in nanoseconds.
+    pub step_ns: f64,
+    /// The unit of the samples, for the colour bar.
+    pub unit: String,
+    /// Colours.
+    pub colours: RadargramColours,
+    /// Times of the traces in seconds, rising, for a second axis at the top; may be empty.
+    pub time_s: &'a [f64],
+    /// Curves over the samples: 2h/c, gate edges, the surface echo as picked.
+    pub curves: Vec<FastTimeCurve>,
+    /// Width of the figure in CSS pixels.
+    pub width_px: f32,
+    /// Height of the plot in CSS pixels.
+    pub plot_height_px: f32,
+}
+
+impl<'a> Radargram<'a> {
+    /// A radargram of signed amplitudes.
+    #[must_use]
+    pub fn new(
+        title: impl Into<String>,
+        samples: &'a [f32],
+        traces: usize,
+        samples_per_trace: usize,
+    ) -> Self {
+        Self {
+            title: title.into(),
+            samples,
+            traces,
+            samples_per_trace,
+            first_trace: 0,
+            start_ns: 0.0,
+            step_ns: 1.0,
+            unit: "counts".to_owned(),
+            colours: RadargramColours::Signed { limit: None },
+            time_s: &[],
+            curves: Vec::new(),
+            width_px: 860.0,
+            plot_height_px: 460.0,
+        }
+    }
+
+    /// The same radargram with its first sample at `start_ns` and samples `step_ns` apart.
+    #[must_use]
+    pub fn fast_time(self, start_ns: f64, step_ns: f64) -> Self {
+        Self {
+            start_ns,
+            step_ns,
+            ..self
+        }
+    }
+
+    /// Lays the figure out. Samples that are not finite are drawn grey.
+    ///
+    /// # Errors
+    /// [`FigureError::ShapeMismatch`] where samples, times or curves do not fit the number of
+    /// traces; [`FigureError::NothingToDraw`] without samples or with an impossible time axis.
+    pub fn draw(&self) -> Result<Drawing, FigureError> {
+        let cells = self.traces.saturating_mul(self.samples_per_trace);
+        check_len("radargram samples", cells, self.samples.len())?;
+        if !self.time_s.is_empty() {
+            check_len("radargram trace times", self.traces, self.time_s.len())?;
+        }
+        for curve in &self.curves {
+            check_len("radargram curve", self.traces, curve.fast_time_ns.len())?;
+        }
+        let nothing = |reason| FigureError::NothingToDraw {
+            what: "radargram",
+            reason,
+        };
+        if cells == 0 {
+            return Err(nothing("there are no samples"));
+        }
+        let first = self.first_trace as f64;
+        let x_range = [first - 0.5, first + self.traces as f64 - 0.5];
+        let y_range = [
+            self.start_ns - 0.5 * self.step_ns,
+            self.start_ns + (self.samples_per_trace as f64 - 0.5) * self.step_ns,
+        ];
+        if !y_range.iter().all(|v| v.is_finite()) || y_range[1] <= y_range[0] {
+            return Err(nothing(
+                "the fast-time axis is not a positive finite length",
+            ));
+        }
+
+        let colouring = Colouring::new(self);
+        let frame = Frame::new(&FrameSpec {
+            title: &self.title,
+            x: &Axis::new("trace number", ""),
+            y: &Axis::new("fast time", "ns"),
+            x_range,
+            y_range,
+            y_downwards: true,
+            size: Size::Free {
+                width: self.width_px,
+                plot_height: self.plot_height_px,
+            },
+            legend: &self.legend(),
+            colour_bar: Some(colouring.bar.clone()),
+            top: self.time_axis(x_range),
+            y_names: None,
+        });
+        let columns = frame.plot.width as usize * DEFAULT_SCALE as usize;
+        let rows = frame.plot.height as usize * DEFAULT_SCALE as usize;
+        let (traces, per_trace) = (self.traces, self.samples_per_trace);
+        // The grid of cells has a row per sample and a column per trace.
+        let value =
+            |cell: usize| f64::from(self.samples[(cell % traces) * per_trace + cell / traces]);
+        let pooled = peak_pool(value, f64::abs, (traces, per_trace), (columns, rows));
+        let table = colouring.bar.palette.table();
+        let rgb = pooled
+            .iter()
+            .flat_map(|v| look_up(&table, colouring.fraction(*v)))
+            .collect();
+        let raster = Item::Raster {
+            rect: frame.plot,
+            columns,
+            rows,
+            rgb,
+        };
+
+        let mut inside = Vec::new();
+        for (index, curve) in self.curves.iter().enumerate() {
+            let stroke = self.stroke(index, curve);
+            for part in runs(&curve.fast_time_ns) {
+                let at = |i: usize| frame.at(first + i as f64, curve.fast_time_ns[i]);
+                let points = thin(part.filter_map(at).collect());
+                if points.len() > 1 {
+                    let edge = if self.dark() {
+                        DARK
+                    } else {
+                        Colour::Rgb(255, 255, 255)
+                    };
+                    inside.push(line(points.clone(), Stroke::new(edge, 2.6).faint(0.5)));
+                    inside.push(line(points, stroke));
+                }
+            }
+        }
+        Ok(frame.finish(vec![raster], false, inside, Vec::new()))
+    }
+
+    fn dark(&self) -> bool {
+        matches!(self.colours, RadargramColours::Decibel { .. })
+    }
+
+    fn stroke(&self, index: usize, curve: &FastTimeCurve) -> Stroke {
+        const ON_LIGHT: [Colour; 4] = [
+            Colour::Rgb(0x11, 0x11, 0x11),
+            Colour::Rgb(0x00, 0x6B, 0x4F),
+            Colour::Rgb(0x7A, 0x1F, 0xA2),
+            Colour::Rgb(0x9A, 0x62, 0x00),
+        ];
+        const ON_DARK: [Colour; 4] = [
+            Colour::Rgb(0xFF, 0xFF, 0xFF),
+            Colour::Rgb(0x6E, 0xE7, 0xFF),
+            Colour::Rgb(0x4A, 0xDE, 0x80),
+            Colour::Rgb(0xFF, 0xB4, 0xE0),
+        ];
+        let set = if self.dark() { ON_DARK } else { ON_LIGHT };
+        // Limits share one colour; the others take the remaining ones in turn.
+        if curve.dashed {
+            return Stroke::new(set[0], 1.4).dashed(5.0, 4.0);
+        }
+        let solid = self.curves[..index].iter().filter(|c| !c.dashed).count();
+        Stroke::new(set[1 + solid % (set.len() - 1)], 1.3)
+    }
+
+    fn legend(&self) -> Vec<Entry> {
+        let ground = self.dark().then_some(Colour::Rgb(0x3A, 0x2A, 0x50));
+        let mut entries: Vec<Entry> = Vec::new();
+        for (index, curve) in self.curves.iter().enumerate() {
+            if !curve.label.is_empty() && entries.iter().all(|e| e.label != curve.label) {
+                let sample = Sample::Line(self.stroke(index, curve));
+                entries.push(Entry {
+                    label: curve.label.clone(),
+                    sample,
+                    ground,
+                });
+            }
+        }
+        entries
+    }
+
+    /// Round seconds at the (fractional) traces that they fall on.
+    fn time_axis(&self, x_range: [f64; 2]) -> Option<TopAxis> {
+        let rising = self.time_s.windows(2).all(|pair| pair[1] > pair[0]);
+        let (&start, &end) = (self.time_s.first()?, self.time_s.last()?);
+        if self.time_s.len() < 2 || !rising {
+            return None;
+        }
+        let mut list = ticks::linear(start, end, self.width_px - 200.0, 12.0, true);
+        for tick in &mut list {
+            let after = self
+                .time_s
+                .partition_point(|t| *t < tick.value)
+                .clamp(1, self.traces - 1);
+            let (t0, t1) = (self.time_s[after - 1], self.time_s[after]);
+            let trace = (after - 1) as f64 + (tick.value - t0) / (t1 - t0);
+            tick.value = (self.first_trace as f64 + trace).clamp(x_range[0], x_range[1]);
+        }
+        Some(TopAxis {
+            title: "time (s)".to_owned(),
+            ticks: list,
+        })
+    }
+}
+
+/// The stretches of finite values, as index ranges.
+fn runs(values: &[f64]) -> Vec<std::ops::Range<usize>> {
+    let mut out = Vec::new();
+    let mut start = None;
+    for (i, value) in values.iter().chain(&[f64::NAN]).enumerate() {
+        match (value.is_finite(), start) {
+            (true, None) => start = Some(i),
+            (false, Some(from)) => {
+                out.push(from..i);
+                start = None;
+            }
+            _ => {}
+        }
+    }
+    out
+}
+
+struct Colouring {
+    bar: ColourBar,
+    /// The modulus at 0 dB, or at the ends of a signed scale.
+    unit: f64,
+}
+
+impl Colouring {
+    fn new(radargram: &Radargram<'_>) -> Self {
+        let mut moduli: Vec<f32> = radargram
+            .samples
+            .iter()
+            .map(|v| v.abs())
+            .filter(|v| v.is_finite())
+            .collect();
+        match radargram.colours {
+            RadargramColours::Signed { limit } => {
+                let unit = limit
+                    .filter(|limit| *limit > 0.0 && limit.is_finite())
+                    .or_else(|| percentile(&mut moduli, 0.995))
+                    .unwrap_or(1.0);
+                let name = &radargram.unit;
+                let title = if name.is_empty() {
+                    "amplitude".to_owned()
+                } else {
+                    format!("amplitude ({name})")
+                };
+                let bar = ColourBar {
+                    title,
+                    palette: Palette::BlueRed,
+                    range: [-unit, unit],
+                    log: false,
+                };
+                Self { bar, unit }
+            }
+            RadargramColours::Decibel { floor_db } => {
+                let floor = if floor_db < 0.0 && floor_db.is_finite() {
+                    floor_db
+                } else {
+                    -60.0
+                };
+                let unit = f64::from(moduli.iter().copied().fold(0.0, f32::max));
+                let bar = ColourBar {
+                    title: "level relative to the maximum (dB)".to_owned(),
+                    palette: Palette::Inferno,
+                    range: [floor, 0.0],
+                    log: false,
+                };
+                Self { bar, unit }
+            }
+        }
+    }
+
+    fn fraction(&self, value: f64) -> f64 {
+        if !value.is_finite() {
+            return f64::NAN;
+        }
+        if self.bar.range[1] > 0.0 {
+            return 0.5 + 0.5 * value / self.unit;
+        }
+        if value == 0.0 {
+            return 0.0;
+        }
+        1.0 - 20.0 * (value.abs() / self.unit).log10() / self.bar.range[0]
+    }
+}
+
+/// The value below which `share` of the values lie, where that is positive; else the largest where
+/// that is.
+fn percentile(values: &mut [f32], share: f64) -> Option<f64> {
+    let index = ((values.len().checked_sub(1)?) as f64 * share).round() as usize;
+    let (_, at, above) = values.select_nth_unstable_by(index, f32::total_cmp);
+    let largest = above.iter().copied().fold(*at, f32::max);
+    let chosen = if *at > 0.0 { *at } else { largest };
+    (chosen > 0.0).then_some(f64::from(chosen))
+}

@@ -1,0 +1,25 @@
+//! Why there is no plan.
+
+/// Why a plan file gives no plan. The caller adds the file's path.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum PlanError {
+    /// Not TOML, an unknown key, or a value of the wrong form.
+    #[error(transparent)]
+    Syntax(#[from] acerra_settings::SyntaxError),
+    /// A value outside what is possible.
+    #[error("[{table}] {key}: expected {expected}, found {found}")]
+    Value {
+        /// Table of the key.
+        table: &'static str,
+        /// The key.
+        key: &'static str,
+        /// What is possible.
+        expected: &'static str,
+        /// What the file says.
+        found: String,
+    },
+    /// Each value is possible, all of them together are not.
+    #[error("{0}")]
+    Impossible(String),
+}

@@ -1,0 +1,98 @@
+//! Reading archives of arrays: a ZIP file with one NPY file for each.
+
+use std::borrow::Cow;
+use std::io::{self, Read, Seek};
+
+use thiserror::Error;
+use zip::ZipArchive;
+use zip::result::ZipError;
+
+use crate::npy::{NpyError, NpyHeader};
+
+/// Why an archive could not be read.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum NpzError {
+    /// The archive itself is broken.
+    #[error("not a readable NPZ archive: {0}")]
+    Archive(io::Error),
+    /// An array is there but broken.
+    #[error("array `{array}`: {source}")]
+    Array {
+        /// The array's name.
+        array: &'static str,
+        /// What is wrong with it.
+        source: NpyError,
+    },
+}
+
+/// Reads arrays from an archive, by name and without the `.npy`.
+pub struct NpzReader<R> {
+    zip: ZipArchive<R>,
+}
+
+impl<R: Read + Seek> NpzReader<R> {
+    /// Reads the archive's directory.
+    ///
+    /// # Errors
+    /// [`NpzError::Archive`] if there is none.
+    pub fn new(reader: R) -> Result<Self, NpzError> {
+        let zip = ZipArchive::new(reader).map_err(|e| NpzError::Archive(e.into()))?;
+        Ok(Self { zip })
+    }
+
+    /// Names of the members as they stand in the archive, sorted.
+    #[must_use]
+    pub fn members(&self) -> Vec<String> {
+        let readable = |name: Result<Cow<'_, str>, _>| {
+            name.map_or_else(|_: ZipError| "(unreadable)".to_owned(), Cow::into_owned)
+        };
+        let mut names: Vec<String> = self.zip.file_names().map(readable).collect();
+        names.sort();
+        names
+    }
+
+    /// The array's shape; empty for a single value.
+    ///
+    /// # Errors
+    /// If there is no such array or its header is broken.
+    pub fn shape(&mut self, array: &'static str) -> Result<Vec<u64>, NpzError> {
+        self.with(array, |header, _| Ok(header.shape.clone()))
+    }
+
+    /// Shape and values `(re, im)` of an array, in the file's order.
+    ///
+    /// # Errors
+    /// If there is no such array, it is broken, or it holds more than `limit` values.
+    #[allow(clippy::type_complexity)]
+    pub fn values(
+        &mut self,
+        array: &'static str,
+        limit: usize,
+    ) -> Result<(Vec<u64>, Vec<(f64, f64)>), NpzError> {
+        self.with(array, |header, mut reader| {
+            let mut values = Vec::new();
+            header.read_values(&mut reader, limit, |re, im| values.push((re, im)))?;
+            Ok((header.shape.clone(), values))
+        })
+    }
+
+    /// Opens an array, reads its header and hands both to `body`.
+    ///
+    /// # Errors
+    /// If there is no such array, its header is broken, or `body` fails.
+    pub fn with<T>(
+        &mut self,
+        array: &'static str,
+        body: impl FnOnce(&NpyHeader, &mut dyn Read) -> Result<T, NpyError>,
+    ) -> Result<T, NpzError> {
+        let name = format!("{array}.npy");
+        let mut file = self
+            .zip
+            .by_name(&name)
+            .map_err(|e| NpzError::Archive(e.into()))?;
+        NpyHeader::read(&mut file)
+            .and_then(|header| body(&header, &mut file))
+            .map_err(|source| NpzError::Array { array, source })
+    }
+}

@@ -1,0 +1,188 @@
+//! Writing archives of arrays that NumPy's `load` reads.
+
+use std::io::{self, Seek, Write};
+use std::marker::PhantomData;
+
+use num_complex::{Complex32, Complex64};
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, ZipWriter};
+
+/// Arrays larger than this (bytes) are written as ZIP64 members.
+const LARGEST_PLAIN_MEMBER: u64 = 1 << 31;
+
+/// A number that arrays can be written of.
+pub trait NpyValue: Copy {
+    /// NumPy's name of the type, little-endian.
+    const DESCR: &'static str;
+    /// Bytes of one value.
+    const BYTES: u64;
+    /// Appends the value's bytes.
+    fn append(self, out: &mut Vec<u8>);
+}
+
+macro_rules! npy_value {
+    ($type:ty, $descr:literal, $bytes:literal, $($part:tt)+) => {
+        impl NpyValue for $type {
+            const DESCR: &'static str = $descr;
+            const BYTES: u64 = $bytes;
+            fn append(self, out: &mut Vec<u8>) {
+                npy_value!(@ self out $($part)+);
+            }
+        }
+    };
+    (@ $self:ident $out:ident itself) => { $out.extend($self.to_le_bytes()) };
+    (@ $self:ident $out:ident complex) => {{
+        $out.extend($self.re.to_le_bytes());
+        $out.extend($self.im.to_le_bytes());
+    }};
+}
+
+npy_value!(f32, "<f4", 4, itself);
+npy_value!(f64, "<f8", 8, itself);
+npy_value!(Complex32, "<c8", 8, complex);
+npy_value!(Complex64, "<c16", 16, complex);
+
+/// Writes arrays into an archive that NumPy's `load` reads. Equal arrays make equal files,
+/// whenever they are written.
+///
+/// ```
+/// use acerra_npz::{NpzReader, NpzWriter};
+/// let mut npz = NpzWriter::stored(std::io::Cursor::new(Vec::new()));
+/// npz.array("z_m", &[2, 1], [0.5, -1.0])?;
+/// let mut npz = NpzReader::new(npz.finish()?)?;
+/// assert_eq!(npz.values("z_m", 100)?, (vec![2, 1], vec![(0.5, 0.0), (-1.0, 0.0)]));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub struct NpzWriter<W: Write + Seek> {
+    zip: ZipWriter<W>,
+    options: SimpleFileOptions,
+}
+
+impl<W: Write + Seek> NpzWriter<W> {
+    /// An archive of uncompressed arrays.
+    #[must_use]
+    pub fn stored(writer: W) -> Self {
+        Self::with_method(writer, CompressionMethod::Stored)
+    }
+
+    /// An archive of compressed arrays.
+    #[must_use]
+    pub fn deflated(writer: W) -> Self {
+        Self::with_method(writer, CompressionMethod::Deflated)
+    }
+
+    fn with_method(writer: W, method: CompressionMethod) -> Self {
+        Self {
+            zip: ZipWriter::new(writer),
+            options: SimpleFileOptions::default()
+                .compression_method(method)
+                .last_modified_time(zip::DateTime::default()),
+        }
+    }
+
+    /// Writes an array, row-major.
+    ///
+    /// # Errors
+    /// If `values` are not as many as `shape` says, or those of the writer.
+    pub fn array<T: NpyValue>(
+        &mut self,
+        name: &str,
+        shape: &[u64],
+        values: impl IntoIterator<Item = T>,
+    ) -> io::Result<()> {
+        let mut array = self.begin::<T>(name, shape)?;
+        array.extend(values)?;
+        array.finish()
+    }
+
+    /// Begins an array that is written piece by piece, row-major.
+    ///
+    /// # Errors
+    /// Those of the writer.
+    pub fn begin<T: NpyValue>(
+        &mut self,
+        name: &str,
+        shape: &[u64],
+    ) -> io::Result<ArrayWriter<'_, W, T>> {
+        let count: u64 = shape.iter().product();
+        let large = count.saturating_mul(T::BYTES) > LARGEST_PLAIN_MEMBER;
+        let options = self.options.large_file(large);
+        self.zip.start_file(format!("{name}.npy"), options)?;
+        Ok(ArrayWriter {
+            zip: &mut self.zip,
+            bytes: header(T::DESCR, shape),
+            missing: count,
+            value: PhantomData,
+        })
+    }
+
+    /// Writes the archive's directory.
+    ///
+    /// # Errors
+    /// Those of the writer.
+    pub fn finish(self) -> io::Result<W> {
+        Ok(self.zip.finish()?)
+    }
+}
+
+/// An array being written.
+pub struct ArrayWriter<'a, W: Write + Seek, T> {
+    zip: &'a mut ZipWriter<W>,
+    bytes: Vec<u8>,
+    missing: u64,
+    value: PhantomData<T>,
+}
+
+impl<W: Write + Seek, T: NpyValue> ArrayWriter<'_, W, T> {
+    /// Writes the next values.
+    ///
+    /// # Errors
+    /// If they are more than the shape asks for, or those of the writer.
+    pub fn extend(&mut self, values: impl IntoIterator<Item = T>) -> io::Result<()> {
+        for value in values {
+            self.missing = self
+                .missing
+                .checked_sub(1)
+                .ok_or_else(|| wrong_count("more values than the shape asks for".to_owned()))?;
+            value.append(&mut self.bytes);
+            if self.bytes.len() >= 1 << 16 {
+                self.zip.write_all(&self.bytes)?;
+                self.bytes.clear();
+            }
+        }
+        Ok(())
+    }
+
+    /// Ends the array.
+    ///
+    /// # Errors
+    /// If values are missing, or those of the writer.
+    pub fn finish(self) -> io::Result<()> {
+        if self.missing > 0 {
+            let missing = self.missing;
+            return Err(wrong_count(format!("{missing} values are missing")));
+        }
+        self.zip.write_all(&self.bytes)
+    }
+}
+
+fn wrong_count(text: String) -> io::Error {
+    io::Error::new(io::ErrorKind::InvalidInput, text)
+}
+
+/// Magic, version 1.0 and the dictionary, filled up so that the values start at a multiple of 64.
+fn header(descr: &str, shape: &[u64]) -> Vec<u8> {
+    let dimensions: Vec<String> = shape.iter().map(u64::to_string).collect();
+    let comma = if shape.len() == 1 { "," } else { "" };
+    let mut text = format!(
+        "{{'descr': '{descr}', 'fortran_order': False, 'shape': ({}{comma}), }}",
+        dimensions.join(", ")
+    );
+    let unfilled = 10 + text.len() + 1;
+    text.push_str(&" ".repeat(unfilled.next_multiple_of(64) - unfilled));
+    text.push('\n');
+    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+    bytes.extend((text.len() as u16).to_le_bytes());
+    bytes.extend(text.as_bytes());
+    bytes
+}

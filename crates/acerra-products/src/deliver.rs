@@ -1,0 +1,100 @@
+//! Stage `deliver`: all products of a run, together or not at all.
+
+use std::fs::File;
+use std::io::{BufWriter, Write};
+
+use acerra_geo::trajectory::{Frame, TimeOrigin};
+use anyhow::Context;
+
+use super::{image_npz, pictures, report_data, run_json};
+use crate::report::report_page;
+use acerra_chain::Outcome;
+use acerra_chain::position::Positions;
+use acerra_chain::stages::Stages;
+use acerra_chain::staging::Staging;
+
+/// Writes the products of `outcome` beside what `staging` holds, and publishes them. The stage `deliver` ends before `run.json`
+/// and the report are written, as both state what it cost.
+///
+/// # Errors
+/// A directory that cannot be written; it is then left as it was.
+pub fn deliver(outcome: &Outcome, staging: Staging, stages: &mut Stages) -> anyhow::Result<()> {
+    let (image_png, raw_png, clean_png, more) = stages.run("deliver", || {
+        // Each file is the work of one thread: the pictures are drawn beside one another.
+        let (image, radargrams) = rayon::join(
+            || {
+                rayon::join(
+                    || write_image(outcome, &staging),
+                    || write_picture(outcome, &staging),
+                )
+            },
+            || write_radargrams(outcome, &staging),
+        );
+        image.0?;
+        let image_png = image.1?;
+        let (raw_png, clean_png) = radargrams?;
+        let more = pictures::of_stacks(outcome)?;
+        for (name, picture) in &more {
+            staging.write(name, &picture.png)?;
+        }
+        write_trajectory(outcome, &staging)?;
+        staging.write(
+            "targets.json",
+            format!("{:#}\n", run_json::targets(outcome)),
+        )?;
+        let more: Vec<_> = more.into_iter().map(|(_, picture)| picture).collect();
+        anyhow::Ok((image_png, raw_png, clean_png, more))
+    })?;
+    staging.write(
+        "run.json",
+        format!("{:#}\n", run_json::run(outcome, stages.done())),
+    )?;
+    let mut data = report_data::collect(outcome, stages.done(), image_png, raw_png, clean_png);
+    data.pictures = more;
+    staging.write("report.html", report_page(&data).context("report.html")?)?;
+    staging.publish()
+}
+
+fn write_image(outcome: &Outcome, staging: &Staging) -> anyhow::Result<()> {
+    let mut npz = buffered(staging, "image.npz")?;
+    image_npz::write(&mut npz, &outcome.focused.image, &outcome.focused.ground)
+        .and_then(|()| npz.flush())
+        .context("image.npz: cannot write")
+}
+
+fn write_picture(outcome: &Outcome, staging: &Staging) -> anyhow::Result<Vec<u8>> {
+    let png = pictures::image(outcome).context("image.png")?;
+    staging.write("image.png", &png)?;
+    Ok(png)
+}
+
+/// Before and after cleaning; empty where there are no traces.
+fn write_radargrams(outcome: &Outcome, staging: &Staging) -> anyhow::Result<(Vec<u8>, Vec<u8>)> {
+    let Some(traces) = &outcome.cleaned.traces else {
+        return Ok((Vec::new(), Vec::new()));
+    };
+    let (raw, clean) = rayon::join(
+        || pictures::radargram_raw(outcome, traces).context("radargram-raw.png"),
+        || pictures::radargram_clean(outcome, traces).context("radargram.png"),
+    );
+    let (raw, clean) = (raw?, clean?);
+    staging.write("radargram-raw.png", &raw)?;
+    staging.write("radargram.png", &clean)?;
+    Ok((raw, clean))
+}
+
+fn write_trajectory(outcome: &Outcome, staging: &Staging) -> anyhow::Result<()> {
+    let mut csv = buffered(staging, "trajectory.csv")?;
+    let (frame, origin) = match &outcome.positions {
+        Positions::Trajectory(trajectory) => (*trajectory.frame(), trajectory.time_origin()),
+        Positions::PerTrace(_) => (Frame::Local, TimeOrigin::Relative),
+    };
+    acerra_geo::write::write_positions_csv(&mut csv, &outcome.aligned.all, &frame, origin)
+        .and_then(|()| csv.flush())
+        .context("trajectory.csv: cannot write")
+}
+
+fn buffered(staging: &Staging, name: &str) -> anyhow::Result<BufWriter<File>> {
+    let file = File::create(staging.path(name)).with_context(|| format!("{name}: cannot write"))?;
+    Ok(BufWriter::with_capacity(1 << 20, file))
+}

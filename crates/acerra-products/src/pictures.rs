@@ -1,0 +1,238 @@
+//! The pictures of a run: the image and the radargrams.
+
+use acerra_imaging::Complex32;
+use acerra_imaging::metrics::Target;
+use acerra_radar::{Radargram, Samples};
+
+use crate::report::Picture;
+use acerra_chain::Outcome;
+use acerra_chain::clean::CleanedTraces;
+use acerra_figure::{
+    FastTimeCurve, FigureError, GhostMark, ImageDb, PixelValues, Radargram as RadargramFigure,
+    RadargramColours, TargetMark,
+};
+
+/// `image.png`: the image in decibels below its maximum, with track, targets and ghosts.
+///
+/// # Errors
+/// A picture too large to hold.
+pub fn image(outcome: &Outcome) -> Result<Vec<u8>, FigureError> {
+    let grid = &outcome.focused.ground.grid;
+    let mut track: Vec<[f64; 2]> = Vec::new();
+    let whole: Vec<_> = std::iter::once(0..outcome.aligned.position_m.len()).collect();
+    let parts = if outcome.parts.is_empty() {
+        &whole[..]
+    } else {
+        &outcome.parts
+    };
+    for part in parts {
+        let places = &outcome.aligned.position_m[part.clone()];
+        track.extend(places.iter().map(|p| [p[0], p[1]]));
+        track.push([f64::NAN; 2]);
+    }
+    let pixels: &[Complex32] = &outcome.focused.image;
+    let mut figure = ImageDb::new(
+        format!("Focused image {}", outcome.focused.ground.describe()),
+        PixelValues::Complex(pixels),
+        grid.nx,
+        grid.ny,
+    )
+    .at(grid.x0_m, grid.y0_m, grid.pixel_m);
+    figure.track_m = &track;
+    for (k, target) in outcome.measured.targets.iter().enumerate() {
+        figure.targets.push(mark(target, k));
+        if let Some(ghost) = target.ghost {
+            figure.ghosts.push(GhostMark {
+                x_m: ghost.x_m,
+                y_m: ghost.y_m,
+                label: format!("ghost of {}", k + 1),
+            });
+        }
+    }
+    figure.draw()?.to_png()
+}
+
+/// Pictures of looks and volumes with their file names, where there are any.
+///
+/// # Errors
+/// A picture too large to hold.
+pub fn of_stacks(outcome: &Outcome) -> Result<Vec<(String, Picture)>, FigureError> {
+    let grid = &outcome.focused.ground.grid;
+    let mut made = Vec::new();
+    if let Some(multilook) = &outcome.focused.multilook {
+        let amplitude: Vec<f32> = multilook.power.iter().map(|p| p.sqrt()).collect();
+        let looks = multilook.traces.len();
+        let figure = ImageDb::new(
+            format!("Mean power of {looks} looks"),
+            PixelValues::Amplitude(&amplitude),
+            grid.nx,
+            grid.ny,
+        )
+        .at(grid.x0_m, grid.y0_m, grid.pixel_m);
+        made.push((
+            "multilook.png".to_owned(),
+            Picture {
+                png: figure.draw()?.to_png()?,
+                alt: "The mean power of the looks in decibels below its maximum".to_owned(),
+                caption: format!(
+                    "Mean power of {looks} looks along the track (looks.npz): less speckle, \
+                     coarser along the track."
+                ),
+            },
+        ));
+    }
+    if let Some(seen) = &outcome.focused.projections {
+        let volume = &seen.volume;
+        for (name, from, axis, values, n, start_m) in [
+            ("front", "south", "x", &seen.front, grid.nx, grid.x0_m),
+            ("side", "west", "y", &seen.side, grid.ny, grid.y0_m),
+        ] {
+            let (even, rows) = square(values, n, volume.nz, volume.step_m / grid.pixel_m);
+            let title = format!("Volume from the {from}: greatest level along the other axis");
+            let mut figure = ImageDb::new(title, PixelValues::Amplitude(&even), n, rows).at(
+                start_m,
+                volume.base.z_m,
+                grid.pixel_m,
+            );
+            figure.x_label = axis.to_owned();
+            figure.y_label = "z".to_owned();
+            made.push((
+                format!("volume-{name}.png"),
+                Picture {
+                    png: figure.draw()?.to_png()?,
+                    alt: format!("The volume seen from the {from}"),
+                    caption: format!(
+                        "{} slices of {} m (volume.npz) seen from the {from}: the greatest level \
+                         along the other axis.",
+                        volume.nz, volume.step_m
+                    ),
+                },
+            ));
+        }
+    }
+    Ok(made)
+}
+
+/// Rows `step` pixels apart brought to one pixel apart, each the nearest of the given.
+fn square(values: &[f32], n: usize, rows: usize, step: f64) -> (Vec<f32>, usize) {
+    #[expect(
+        clippy::cast_precision_loss,
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a count of rows of a picture"
+    )]
+    let (wanted, nearest) = {
+        let wanted = ((rows - 1) as f64 * step).round().clamp(0.0, 1e5) as usize + 1;
+        let nearest = move |k: usize| ((k as f64 / step).round() as usize).min(rows - 1);
+        (wanted, nearest)
+    };
+    let even = (0..wanted)
+        .flat_map(|k| values[nearest(k) * n..(nearest(k) + 1) * n].iter().copied())
+        .collect();
+    (even, wanted)
+}
+
+fn mark(target: &Target, k: usize) -> TargetMark {
+    TargetMark {
+        x_m: target.x_m,
+        y_m: target.y_m,
+        label: (k + 1).to_string(),
+    }
+}
+
+/// `radargram-raw.png`: the selected traces, zero-timed, with 2h/c, gate and surface picks.
+///
+/// # Errors
+/// A picture too large to hold.
+pub fn radargram_raw(outcome: &Outcome, traces: &CleanedTraces) -> Result<Vec<u8>, FigureError> {
+    let mut curves = surface_and_gate(outcome, traces);
+    if let Some(surface) = &traces.surface {
+        curves.push(FastTimeCurve {
+            label: "surface echo as picked".to_owned(),
+            fast_time_ns: surface
+                .fast_time_s
+                .iter()
+                .map(|t| t.map_or(f64::NAN, |t| t * 1e9))
+                .collect(),
+            dashed: false,
+        });
+    }
+    draw(
+        "Raw radargram, zero-timed",
+        outcome,
+        &traces.raw,
+        -80.0,
+        curves,
+    )
+}
+
+/// `radargram.png`: the traces that entered the image, with 2h/c and the gate.
+///
+/// # Errors
+/// A picture too large to hold.
+pub fn radargram_clean(outcome: &Outcome, traces: &CleanedTraces) -> Result<Vec<u8>, FigureError> {
+    draw(
+        "Radargram without background, gated",
+        outcome,
+        &traces.clean,
+        -50.0,
+        surface_and_gate(outcome, traces),
+    )
+}
+
+fn draw(
+    title: &str,
+    outcome: &Outcome,
+    radargram: &Radargram,
+    floor_db: f64,
+    curves: Vec<FastTimeCurve>,
+) -> Result<Vec<u8>, FigureError> {
+    let moduli;
+    let samples: &[f32] = match &radargram.samples {
+        Samples::Real(values) => values,
+        Samples::Complex(values) => {
+            moduli = values.iter().map(|v| v.norm()).collect::<Vec<f32>>();
+            &moduli
+        }
+    };
+    let mut figure = RadargramFigure::new(
+        title,
+        samples,
+        radargram.traces,
+        radargram.samples_per_trace,
+    )
+    .fast_time(
+        radargram.fast_time_start_s * 1e9,
+        radargram.fast_time_step_s * 1e9,
+    );
+    figure.first_trace = outcome.aligned.traces.first().copied().unwrap_or(0);
+    figure.unit = outcome.radar.unit.to_owned();
+    figure.colours = RadargramColours::Decibel { floor_db };
+    figure.time_s = &outcome.aligned.time_s;
+    figure.curves = curves;
+    figure.draw()?.to_png()
+}
+
+fn surface_and_gate(outcome: &Outcome, traces: &CleanedTraces) -> Vec<FastTimeCurve> {
+    let c = outcome.campaign.image.light_speed_m_s;
+    let surface_ns: Vec<f64> = outcome
+        .aligned
+        .height_m
+        .iter()
+        .map(|h| 2e9 * h / c)
+        .collect();
+    let shifted = |by_s: f64| surface_ns.iter().map(|t| t + by_s * 1e9).collect();
+    let mut curves = vec![FastTimeCurve {
+        label: "2h/c".to_owned(),
+        fast_time_ns: shifted(0.0),
+        dashed: false,
+    }];
+    for gate_s in traces.gate_s.into_iter().flatten() {
+        curves.push(FastTimeCurve {
+            label: "gate".to_owned(),
+            fast_time_ns: shifted(gate_s),
+            dashed: true,
+        });
+    }
+    curves
+}

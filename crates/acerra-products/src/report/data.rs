@@ -1,0 +1,208 @@
+//! What a report is made from.
+
+use acerra_chain::inputs::InputFile;
+use acerra_chain::stages::Stage;
+use acerra_geo::trajectory::SolutionStatus;
+
+/// Everything that the report of one focused campaign shows. What is empty is left out of the page.
+#[derive(Clone, Debug, Default)]
+pub struct ReportData {
+    /// Heading and window title.
+    pub title: String,
+    /// What was done, in a sentence or two; may be empty.
+    pub summary: String,
+    /// Version of the program.
+    pub version: String,
+    /// The numbers that matter most, shown large.
+    pub facts: Vec<Fact>,
+    /// What speaks against the result, one sentence each.
+    pub warnings: Vec<String>,
+    /// The focused image.
+    pub image: Option<Picture>,
+    /// Targets, strongest first, numbered from 1 in this order.
+    pub targets: Vec<TargetRow>,
+    /// How to read the places of the targets, one paragraph each.
+    pub remarks: Vec<String>,
+    /// The radargram as recorded.
+    pub radargram_raw: Option<Picture>,
+    /// The radargram that went into the image.
+    pub radargram_clean: Option<Picture>,
+    /// Further pictures of evidence, in this order.
+    pub pictures: Vec<Picture>,
+    /// The trajectory at the traces.
+    pub trajectory: Option<TrajectoryEvidence>,
+    /// How the time offset between radar and trajectory was found.
+    pub alignment: Option<AlignmentEvidence>,
+    /// The surface echo against the height.
+    pub surface: Option<SurfaceEvidence>,
+    /// What the automatic choices came to: algorithm, offsets, counts.
+    pub choices: Vec<Fact>,
+    /// Input files.
+    pub inputs: Vec<InputFile>,
+    /// Cost of the stages.
+    pub stages: Vec<Stage>,
+    /// The fully resolved configuration, as text.
+    pub configuration: String,
+}
+
+/// A named value with its unit, and a note on how to read it.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Fact {
+    /// What it is.
+    pub name: String,
+    /// The value as shown, with its unit.
+    pub value: String,
+    /// A remark in small print; may be empty.
+    pub note: String,
+}
+
+impl Fact {
+    /// A fact without a remark.
+    #[must_use]
+    pub fn new(name: impl Into<String>, value: impl Into<String>) -> Self {
+        Self {
+            name: name.into(),
+            value: value.into(),
+            note: String::new(),
+        }
+    }
+
+    /// The same fact with a remark.
+    #[must_use]
+    pub fn note(self, note: impl Into<String>) -> Self {
+        Self {
+            note: note.into(),
+            ..self
+        }
+    }
+}
+
+/// A finished PNG.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Picture {
+    /// The bytes of the file.
+    pub png: Vec<u8>,
+    /// What it shows, for readers who cannot see it.
+    pub alt: String,
+    /// How to read it, under the picture.
+    pub caption: String,
+}
+
+/// Widths of a response in one direction, in metres.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Widths {
+    /// Peak to first minimum (mean of both sides).
+    pub rayleigh_m: Option<f64>,
+    /// Full width at −3 dB.
+    pub width_3db_m: Option<f64>,
+    /// Full width at −6 dB.
+    pub width_6db_m: Option<f64>,
+    /// Peak to first minimum towards the track.
+    pub inner_m: Option<f64>,
+    /// Peak to first minimum away from the track.
+    pub outer_m: Option<f64>,
+}
+
+/// One target as measured.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TargetRow {
+    /// Position east or along x, in metres.
+    pub x_m: f64,
+    /// Position north or along y, in metres.
+    pub y_m: f64,
+    /// Height of the image plane there, in metres.
+    pub z_m: f64,
+    /// Level relative to the image's maximum, in dB.
+    pub level_db: f64,
+    /// Widths along the track.
+    pub along: Widths,
+    /// Widths across the track.
+    pub across: Widths,
+    /// Peak sidelobe ratio in dB.
+    pub pslr_db: Option<f64>,
+    /// Integrated sidelobe ratio in dB.
+    pub islr_db: Option<f64>,
+    /// The left–right ghost, where there is one.
+    pub ghost: Option<GhostRow>,
+    /// Cuts through the peak.
+    pub cuts: Option<CutLevels>,
+}
+
+/// The left–right ghost of a target.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct GhostRow {
+    /// Amplitude relative to its target.
+    pub level: f64,
+    /// Position along x, in metres.
+    pub x_m: f64,
+    /// Position along y, in metres.
+    pub y_m: f64,
+}
+
+/// The two cuts through a peak.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct CutLevels {
+    /// Along the local track, forwards.
+    pub along: Cut,
+    /// Across it, to the left.
+    pub across: Cut,
+}
+
+/// Levels along one cut, in dB of the peak; lists of equal length.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Cut {
+    /// Distances from the peak in metres.
+    pub distance_m: Vec<f64>,
+    /// Levels of the image.
+    pub image_db: Vec<f64>,
+    /// Levels of an ideal point there, by Eq. (5); may be empty.
+    pub theory_db: Vec<f64>,
+}
+
+/// The trajectory; all lists have one value per fix.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TrajectoryEvidence {
+    /// Times in seconds, rising.
+    pub time_s: Vec<f64>,
+    /// Positions (x east, y north, z up) in metres, in the image's frame.
+    pub position_m: Vec<[f64; 3]>,
+    /// Standard deviations (east, north, up) in metres; empty where not known.
+    pub sigma_m: Vec<[f64; 3]>,
+    /// Solution status.
+    pub status: Vec<SolutionStatus>,
+    /// Height of the image plane, in metres.
+    pub plane_z_m: f64,
+    /// The stretch of time whose traces went into the image.
+    pub used_s: Option<[f64; 2]>,
+}
+
+/// How the time offset was found: the agreement tried over offsets.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct AlignmentEvidence {
+    /// Offsets tried, in seconds.
+    pub offset_s: Vec<f64>,
+    /// Agreement at each, larger is better.
+    pub score: Vec<f64>,
+    /// The offset taken, in seconds.
+    pub chosen_s: f64,
+    /// What the score is.
+    pub score_name: String,
+    /// How sure the choice is, in words and numbers.
+    pub remark: String,
+}
+
+/// The surface echo as picked in the radargram against 2h/c from the trajectory; one value per
+/// trace.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SurfaceEvidence {
+    /// Times of the traces in seconds.
+    pub time_s: Vec<f64>,
+    /// Range of the picked echo in metres, after zero-timing; NaN where none was picked.
+    pub picked_range_m: Vec<f64>,
+    /// Height above the surface from the trajectory, in metres.
+    pub height_m: Vec<f64>,
+    /// The shift applied to fast time, in nanoseconds.
+    pub shift_ns: f64,
+    /// How to read the difference.
+    pub remark: String,
+}

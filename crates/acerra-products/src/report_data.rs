@@ -1,0 +1,332 @@
+//! From the outcome of a run to what its report shows.
+
+use acerra_imaging::metrics::{LocalTrack, Target};
+use acerra_imaging::psf::{Cell, PointSpread};
+use acerra_imaging::resolution::displacement_m;
+
+use super::cuts::{cuts, spread_of};
+use crate::report::{
+    AlignmentEvidence, Fact, GhostRow, Picture, ReportData, SurfaceEvidence, TargetRow,
+    TrajectoryEvidence, Widths,
+};
+use acerra_chain::Outcome;
+use acerra_chain::stages::Stage;
+
+/// Gathers the report's data.
+pub fn collect(
+    outcome: &Outcome,
+    stages: &[Stage],
+    image_png: Vec<u8>,
+    raw_png: Vec<u8>,
+    clean_png: Vec<u8>,
+) -> ReportData {
+    let ground = &outcome.focused.ground;
+    let grid = &ground.grid;
+    let image = Picture {
+        png: image_png,
+        alt: "The focused image in decibels below its maximum, with the radar's track".to_owned(),
+        caption: format!(
+            "Modulus of Eq. (3) on {} × {} pixels of {} m {}; circles are targets, dotted circles \
+             their left–right ghosts.",
+            grid.nx,
+            grid.ny,
+            grid.pixel_m,
+            ground.describe()
+        ),
+    };
+    let picture = |png: Vec<u8>, alt: &str, caption: &str| {
+        (!png.is_empty()).then(|| Picture {
+            png,
+            alt: alt.to_owned(),
+            caption: caption.to_owned(),
+        })
+    };
+    let spread = spread_of(outcome);
+    ReportData {
+        title: outcome.name.clone(),
+        summary: summary(outcome),
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        facts: facts(outcome),
+        warnings: outcome.warnings.clone(),
+        image: Some(image),
+        targets: rows(outcome, spread.as_ref()),
+        remarks: at_nadir(outcome, spread.as_ref()),
+        radargram_raw: picture(
+            raw_png,
+            "The raw radargram",
+            "Selected traces as recorded, fast time shifted to 2R/c: the surface echo should \
+             follow 2h/c.",
+        ),
+        radargram_clean: picture(
+            clean_png,
+            "The radargram that entered the image",
+            "The same traces without background and outside clutter.",
+        ),
+        pictures: Vec::new(),
+        trajectory: Some(trajectory(outcome)),
+        alignment: alignment(outcome),
+        surface: surface(outcome),
+        choices: choices(outcome),
+        inputs: outcome.inputs.clone(),
+        stages: stages.to_vec(),
+        configuration: toml::to_string_pretty(&outcome.campaign).unwrap_or_default(),
+    }
+}
+
+fn summary(outcome: &Outcome) -> String {
+    format!(
+        "{}; {} of {} traces imaged.",
+        outcome.radar.summary,
+        outcome.aligned.traces.len(),
+        outcome.traces_in_log
+    )
+}
+
+fn facts(outcome: &Outcome) -> Vec<Fact> {
+    let aligned = &outcome.aligned;
+    let path_m: f64 = aligned.path_m.iter().sum();
+    let height_m = &aligned.height_m;
+    #[expect(clippy::cast_precision_loss, reason = "a count of traces")]
+    let mean_height_m = height_m.iter().sum::<f64>() / height_m.len().max(1) as f64;
+    let statistics = &outcome.measured.statistics;
+    let mut facts = vec![
+        Fact::new("Targets", outcome.measured.targets.len().to_string()).note(format!(
+            "peaks above −{} dB that no other target explains",
+            -outcome.campaign.measure.threshold_db
+        )),
+        Fact::new("Traces imaged", aligned.traces.len().to_string()),
+        Fact::new("Path", format!("{path_m:.2} m")),
+        Fact::new("Mean height", format!("{mean_height_m:.2} m")).note(
+            match (
+                &outcome.focused.ground.surface,
+                &outcome.focused.projections,
+            ) {
+                (_, Some(_)) => "above the ground",
+                (Some(_), None) => "above the terrain",
+                (None, None) => "above the image plane",
+            },
+        ),
+    ];
+    if let Some(median_db) = statistics.median_db {
+        facts.push(
+            Fact::new("Peak over median", format!("{:.1} dB", -median_db))
+                .note("the image's maximum over its median level"),
+        );
+    }
+    facts
+}
+
+fn rows(outcome: &Outcome, spread: Option<&PointSpread>) -> Vec<TargetRow> {
+    let targets = &outcome.measured.targets;
+    let cuts = spread.map_or_else(|| vec![None; targets.len()], |s| cuts(outcome, s));
+    targets
+        .iter()
+        .zip(cuts)
+        .map(|(target, cuts)| TargetRow {
+            cuts,
+            ..row(target)
+        })
+        .collect()
+}
+
+/// What a height error means for targets under the track.
+fn at_nadir(outcome: &Outcome, spread: Option<&PointSpread>) -> Vec<String> {
+    const ERROR_M: f64 = 0.03;
+    let Some(spread) = spread else {
+        return Vec::new();
+    };
+    let mut under = Vec::new();
+    let mut moved_m = 0.0_f64;
+    for (k, t) in outcome.measured.targets.iter().enumerate() {
+        let point = [t.x_m, t.y_m, t.z_m];
+        let Some(track) = LocalTrack::at(spread.position_m(), point) else {
+            continue;
+        };
+        let offset_m = track.offset_m.abs();
+        if offset_m > Cell::expected(spread, &track, point).across_m {
+            continue;
+        }
+        // From below the track itself, where it matters most.
+        if let Ok(Some(by_m)) = displacement_m(track.height_m, 0.0, ERROR_M) {
+            under.push((k + 1).to_string());
+            moved_m = moved_m.max(by_m);
+        }
+    }
+    if under.is_empty() {
+        return Vec::new();
+    }
+    let (noun, verb) = if under.len() == 1 {
+        ("Target", "lies")
+    } else {
+        ("Targets", "lie")
+    };
+    vec![format!(
+        "{noun} {} {verb} under the track, nearer than the resolution across it. There the image \
+         cannot tell a small height error from a shift across the track: by Eq. (14), an image \
+         plane {:.0} cm too high moves a target by up to {moved_m:.2} m to either side. Along the \
+         track no such thing happens.",
+        under.join(", "),
+        1e2 * ERROR_M
+    )]
+}
+
+fn row(target: &Target) -> TargetRow {
+    TargetRow {
+        x_m: target.x_m,
+        y_m: target.y_m,
+        z_m: target.z_m,
+        level_db: target.level_db,
+        along: Widths {
+            rayleigh_m: target.along.rayleigh_m,
+            width_3db_m: target.along.width_3db_m,
+            width_6db_m: target.along.width_6db_m,
+            ..Widths::default()
+        },
+        across: Widths {
+            rayleigh_m: target.across.rayleigh_m,
+            width_3db_m: target.across.width_3db_m,
+            width_6db_m: target.across.width_6db_m,
+            inner_m: target.across.inner_m,
+            outer_m: target.across.outer_m,
+        },
+        pslr_db: target.pslr_db,
+        islr_db: target.islr_db,
+        ghost: target.ghost.map(|g| GhostRow {
+            level: g.level,
+            x_m: g.x_m,
+            y_m: g.y_m,
+        }),
+        cuts: None,
+    }
+}
+
+fn trajectory(outcome: &Outcome) -> TrajectoryEvidence {
+    let aligned = &outcome.aligned;
+    let clock = |t: &f64| t + aligned.time_offset_s;
+    // Lines break between tracks: the first place of a later one is left out of the drawing.
+    let mut position_m = aligned.position_m.clone();
+    for part in outcome.parts.iter().skip(1) {
+        position_m[part.start] = [f64::NAN; 3];
+    }
+    TrajectoryEvidence {
+        time_s: aligned.time_s.iter().map(clock).collect(),
+        position_m,
+        sigma_m: aligned.sigma_m.clone(),
+        status: aligned.status.clone(),
+        plane_z_m: outcome.focused.ground.middle_m(),
+        used_s: None,
+    }
+}
+
+fn alignment(outcome: &Outcome) -> Option<AlignmentEvidence> {
+    let search = outcome.aligned.search.as_ref()?;
+    Some(AlignmentEvidence {
+        offset_s: search
+            .motion
+            .curve
+            .iter()
+            .map(|(offset, _)| *offset)
+            .collect(),
+        score: search
+            .motion
+            .curve
+            .iter()
+            .map(|(_, score)| *score)
+            .collect(),
+        chosen_s: search.time_offset_s,
+        score_name: "correlation of the radargram's change with the platform's speed".to_owned(),
+        remark: format!(
+            "Motion correlates best at {:.3} s ({:.2}; next best {:.2}); about there the image is \
+             sharpest at {:.3} s, {:.2} times the median of the {} offsets tried.",
+            search.motion.offset_s,
+            search.motion.correlation,
+            search.motion.runner_up,
+            search.time_offset_s,
+            search.sharpness_ratio,
+            search.sharpness.offset_s.len()
+        ),
+    })
+}
+
+fn surface(outcome: &Outcome) -> Option<SurfaceEvidence> {
+    let traces = outcome.cleaned.traces.as_ref()?;
+    let surface = traces.surface.as_ref()?;
+    let half_c = 0.5 * outcome.campaign.image.light_speed_m_s;
+    let residual = match (surface.median_residual_s, surface.spread_s) {
+        (Some(median), Some(spread)) => format!(
+            "The echo less 2h/c is {:+.0} mm in the median of the traces, spread {:.0} mm; \
+             it stands {:.0} dB above what does not follow the height.",
+            median * half_c * 1e3,
+            spread * half_c * 1e3,
+            surface.contrast_db
+        ),
+        _ => "The echo was not found in enough traces to compare it with the height.".to_owned(),
+    };
+    Some(SurfaceEvidence {
+        time_s: outcome.aligned.time_s.clone(),
+        picked_range_m: surface
+            .fast_time_s
+            .iter()
+            .map(|t| t.map_or(f64::NAN, |t| t * half_c))
+            .collect(),
+        height_m: outcome.aligned.height_m.clone(),
+        shift_ns: traces.shift_s * 1e9,
+        remark: residual,
+    })
+}
+
+fn choices(outcome: &Outcome) -> Vec<Fact> {
+    let mut choices = vec![
+        Fact::new(
+            "Time offset",
+            format!("{:.4} s", outcome.aligned.time_offset_s),
+        )
+        .note("trajectory time minus radar time"),
+    ];
+    if let Some(traces) = &outcome.cleaned.traces {
+        choices.push(
+            Fact::new(
+                "Shift of fast time",
+                format!("{:+.3} ns", traces.shift_s * 1e9),
+            )
+            .note("by delay and zero-timing together"),
+        );
+    }
+    for track in &outcome.tracks {
+        let k = &track.calibration;
+        let given = format!(
+            "{:+.3} ns and {:+.1}° given",
+            k.given_delay_ns, k.given_phase_deg
+        );
+        let note = match k.found {
+            Some(f) => format!(
+                "{given}; found on the common target against the first track, which stands \
+                 {:.0} dB over the rest (phase at mid-band)",
+                f.contrast_db
+            ),
+            None => given,
+        };
+        let value = k.found.map_or_else(
+            || format!("{} traces", track.aligned.traces.len()),
+            |f| {
+                format!(
+                    "{} traces, {:+.4} ± {:.4} ns, {:+.1} ± {:.1}°",
+                    track.aligned.traces.len(),
+                    f.delay_ns,
+                    f.delay_sigma_ns,
+                    f.phase_deg,
+                    f.phase_sigma_deg
+                )
+            },
+        );
+        choices.push(Fact::new(format!("Track {}", track.name), value).note(note));
+    }
+    if let Some(error) = outcome.focused.checked_error {
+        choices.push(
+            Fact::new("Checked error", format!("{error:.1e}"))
+                .note("relative L2 against Eq. (3) in double precision, on random pixels"),
+        );
+    }
+    choices.push(Fact::new("Plan", outcome.focused.plan.clone()));
+    choices
+}

@@ -1,0 +1,30 @@
+//! Settings files in TOML, as campaign, scene and plan files are: parsing with the line and column
+//! of what is wrong, and tables of rules for the values.
+//!
+//! ```text
+//! text ──parse──► T ──check(table, rules)──► a valid T
+//!        SyntaxError      ValueError
+//! ```
+//!
+//! ```
+//! use acerra_settings::{Rule, check, parse};
+//!
+//! #[derive(serde::Deserialize)]
+//! #[serde(deny_unknown_fields)]
+//! struct Radar {
+//!     interval_s: f64,
+//! }
+//!
+//! let radar: Radar = parse("interval_s = 0.07\n")?;
+//! check("radar", &[Rule::range("interval_s", radar.interval_s, 1e-3..=100.0, "0.001 to 100")])?;
+//!
+//! let error = parse::<Radar>("interval = 0.07\n").err().unwrap();
+//! assert!(error.to_string().starts_with("line 1, column 1: unknown field `interval`"));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod rules;
+mod syntax;
+
+pub use rules::{Rule, ValueError, check};
+pub use syntax::{SyntaxError, parse};

@@ -1,0 +1,97 @@
+//! Tables of rules for values.
+
+use std::ops::RangeInclusive;
+
+use thiserror::Error;
+
+/// A value outside what is possible.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error("[{table}] {key}: expected {expected}, found {found}")]
+pub struct ValueError {
+    /// Table of the key.
+    pub table: &'static str,
+    /// The key.
+    pub key: &'static str,
+    /// What is possible.
+    pub expected: &'static str,
+    /// What the file says.
+    pub found: String,
+}
+
+/// One rule of a table: whether the value of a key is possible, and what would be.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Rule {
+    /// The key.
+    pub key: &'static str,
+    /// Whether its value is possible.
+    pub holds: bool,
+    /// What is possible, in words.
+    pub expected: &'static str,
+    /// What the file says.
+    pub found: String,
+}
+
+impl Rule {
+    /// A rule that `holds` or not for the value `found` of `key`.
+    #[must_use]
+    pub fn new(
+        key: &'static str,
+        holds: bool,
+        expected: &'static str,
+        found: impl ToString,
+    ) -> Self {
+        Self {
+            key,
+            holds,
+            expected,
+            found: found.to_string(),
+        }
+    }
+
+    /// The rule that `value` lies in `range`, which `expected` says in words. NaN lies in no range.
+    #[must_use]
+    pub fn range(
+        key: &'static str,
+        value: f64,
+        range: RangeInclusive<f64>,
+        expected: &'static str,
+    ) -> Self {
+        Self::new(key, range.contains(&value), expected, value)
+    }
+}
+
+/// Refuses the first rule of `table` that does not hold.
+///
+/// # Errors
+/// [`ValueError`] with what was expected and found.
+pub fn check(table: &'static str, rules: &[Rule]) -> Result<(), ValueError> {
+    match rules.iter().find(|rule| !rule.holds) {
+        None => Ok(()),
+        Some(rule) => Err(ValueError {
+            table,
+            key: rule.key,
+            expected: rule.expected,
+            found: rule.found.clone(),
+        }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_broken_rule_is_said_with_table_and_key() {
+        let rules = [
+            Rule::range("delay_ns", 3.0, 0.0..=10.0, "0 to 10"),
+            Rule::range("taper", f64::NAN, 0.0..=1.0, "0 to 1"),
+            Rule::new("samples", false, "a multiple of 96", 7),
+        ];
+        let error = check("radar", &rules).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "[radar] taper: expected 0 to 1, found NaN"
+        );
+        assert_eq!(check("radar", &rules[..1]), Ok(()));
+    }
+}
