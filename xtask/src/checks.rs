@@ -1,0 +1,126 @@
+//! What a change must pass.
+
+use std::path::Path;
+
+use anyhow::ensure;
+use xtask::house::House;
+
+use crate::runner::{Runner, Step};
+
+/// The README's test command.
+pub const TEST: [&str; 4] = ["cargo", "test", "--workspace", "--locked"];
+
+/// The slow checks: RTKLIB parity, the engine's accuracy at full size, the validation book.
+pub const VALIDATE: [&str; 8] = [
+    "cargo",
+    "test",
+    "--release",
+    "--workspace",
+    "--locked",
+    "--",
+    "--ignored",
+    "validation_",
+];
+
+/// Seconds that CI gives each fuzz target.
+const FUZZ_SECONDS: &str = "8";
+
+/// Everything, in the order in which it fails fastest.
+pub fn ci(runner: &Runner) -> anyhow::Result<()> {
+    runner.run(&Step::new(
+        "formatting",
+        &["cargo", "fmt", "--all", "--", "--check"],
+    ))?;
+    let clippy = "cargo clippy --workspace --all-targets --locked -- -D warnings";
+    runner.run(&Step::new("lints", &words(clippy)))?;
+    let doc = "cargo doc --workspace --no-deps --locked";
+    runner.run(&Step::new("documentation", &words(doc)).with("RUSTDOCFLAGS", "-D warnings"))?;
+    licences(runner)?;
+    minimum_rust(runner)?;
+    other_processor(runner)?;
+    runner.run(&Step::new("tests", &TEST))?;
+    runner.run(&Step::new("validation", &VALIDATE))?;
+    let seed = std::env::var("FUZZ_SEED").unwrap_or_else(|_| "1".to_owned());
+    let seconds = std::env::var("FUZZ_SECONDS").unwrap_or_else(|_| FUZZ_SECONDS.to_owned());
+    let fuzz = ["bash", "fuzz/run.sh", &seconds];
+    runner.run(&Step::new("fuzzing, bounded", &fuzz).with("FUZZ_SEED", seed))
+}
+
+/// Licences and sources of every dependency, and advisories where the database can be had.
+fn licences(runner: &Runner) -> anyhow::Result<()> {
+    if !runner.succeeds(&["cargo", "deny", "--version"]) {
+        println!("\n== licences: cargo-deny is not installed here; skipped");
+        return Ok(());
+    }
+    let check = "cargo deny --workspace check bans licenses sources";
+    runner.run(&Step::new("licences and sources", &words(check)))?;
+    if runner.succeeds(&["cargo", "deny", "fetch", "db"]) {
+        let check = "cargo deny --workspace check advisories";
+        runner.run(&Step::new("advisories", &words(check)))
+    } else {
+        println!("\n== advisories: the database cannot be fetched here; skipped");
+        Ok(())
+    }
+}
+
+/// Builds with the oldest Rust that Cargo.toml declares, where that toolchain is installed.
+fn minimum_rust(runner: &Runner) -> anyhow::Result<()> {
+    const MINIMUM: &str = "1.90";
+    let toolchain = format!("+{MINIMUM}");
+    if runner.succeeds(&["cargo", &toolchain, "--version"]) {
+        let build = ["cargo", &toolchain, "check", "--workspace", "--locked"];
+        return runner.run(&Step::new("minimum Rust", &build));
+    }
+    println!(
+        "\n== minimum Rust: toolchain {MINIMUM} is not installed here; skipped (clippy's \
+         incompatible_msrv has checked the standard library's items)"
+    );
+    Ok(())
+}
+
+/// Checks the code for 64-bit Arm, where that target is installed.
+fn other_processor(runner: &Runner) -> anyhow::Result<()> {
+    const TARGET: &str = "aarch64-unknown-linux-gnu";
+    let installed = std::process::Command::new("rustup")
+        .args(["target", "list", "--installed"])
+        .output()
+        .is_ok_and(|o| String::from_utf8_lossy(&o.stdout).contains(TARGET));
+    if installed {
+        let check = format!("cargo check --workspace --locked --target {TARGET}");
+        return runner.run(&Step::new("64-bit Arm", &words(&check)));
+    }
+    println!(
+        "\n== 64-bit Arm: target {TARGET} is not installed here; skipped (the tests run every \
+         kernel at the portable level, which is what Arm uses)"
+    );
+    Ok(())
+}
+
+/// Writes the validation book anew: every table and picture of docs/validation.
+pub fn book(runner: &Runner) -> anyhow::Result<()> {
+    let pages = runner.root.join("docs/validation").display().to_string();
+    let write = "cargo test --release --locked -p acerra -p acerra-gnss -- --ignored \
+                 validation_book validation_ppk";
+    runner.run(&Step::new("validation book", &words(write)).with("ACERRA_DOCS", pages))
+}
+
+/// Says what is wrong with the house, of this workspace or of another checkout.
+pub fn house(runner: &Runner, directory: Option<&str>) -> anyhow::Result<()> {
+    let root = directory.map_or(runner.root.as_path(), Path::new);
+    let house = House::read(root)?;
+    let faults = house.faults();
+    for fault in &faults {
+        println!("{fault}");
+    }
+    ensure!(faults.is_empty(), "{} faults", faults.len());
+    println!(
+        "{} files, {} imports, no circle",
+        house.files(),
+        house.imports()
+    );
+    Ok(())
+}
+
+fn words(command: &str) -> Vec<&str> {
+    command.split_whitespace().collect()
+}

@@ -1,0 +1,180 @@
+//! The house: which crate and which file imports which, read from the sources.
+//!
+//! A crate's level is one of [`LEVELS`]; its dependencies within the workspace must stand lower. A
+//! file imports another where it names something that the other defines, by a `use` or by a path;
+//! handing a name on (`pub use`) is no import. Tests are left out: a test may look at anything.
+
+mod circles;
+mod imports;
+mod modules;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+
+use modules::ModuleTree;
+
+/// The crates' levels, from ARCHITECTURE.md.
+pub const LEVELS: [(&str, u32); 13] = [
+    ("acerra-geo", 0),
+    ("acerra-npz", 0),
+    ("acerra-settings", 0),
+    ("acerra-figure", 0),
+    ("acerra-gnss", 1),
+    ("acerra-radar", 1),
+    ("acerra-imaging", 1),
+    ("acerra-flightplan", 2),
+    ("acerra-simulate", 2),
+    ("acerra-chain", 3),
+    ("acerra-products", 4),
+    ("acerra", 5),
+    ("xtask", 6),
+];
+
+/// Something wrong with the house.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Fault {
+    /// A crate that [`LEVELS`] does not know.
+    UnknownCrate(String),
+    /// A crate that depends on one of its own level or above.
+    Upwards {
+        /// The crate.
+        from: String,
+        /// What it depends on.
+        to: String,
+    },
+    /// Files that import each other, directly or through others.
+    Circle(Vec<PathBuf>),
+}
+
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::UnknownCrate(name) => write!(f, "{name}: no level is stated for this crate"),
+            Self::Upwards { from, to } => {
+                write!(f, "{from} depends on {to}, which does not stand below it")
+            }
+            Self::Circle(files) => {
+                write!(f, "these files import one another:")?;
+                files
+                    .iter()
+                    .try_for_each(|file| write!(f, "\n  {}", file.display()))
+            }
+        }
+    }
+}
+
+/// Crates and files with what they import.
+#[derive(Clone, Debug, Default)]
+pub struct House {
+    dependencies: BTreeMap<String, BTreeSet<String>>,
+    imports: BTreeMap<PathBuf, BTreeSet<PathBuf>>,
+}
+
+impl House {
+    /// Reads the workspace at `root`.
+    ///
+    /// # Errors
+    /// A manifest or a source file that cannot be read or parsed.
+    pub fn read(root: &Path) -> anyhow::Result<Self> {
+        let mut house = Self::default();
+        let mut folders: Vec<PathBuf> = fs::read_dir(root.join("crates"))
+            .with_context(|| format!("{}: expected a folder crates", root.display()))?
+            .map(|entry| entry.map(|entry| entry.path()))
+            .collect::<Result<_, _>>()?;
+        folders.push(root.join("xtask"));
+        folders.retain(|folder| folder.join("Cargo.toml").is_file());
+        folders.sort();
+        for folder in folders {
+            house.add_crate(root, &folder)?;
+        }
+        Ok(house)
+    }
+
+    fn add_crate(&mut self, root: &Path, folder: &Path) -> anyhow::Result<()> {
+        let manifest = folder.join("Cargo.toml");
+        let at = || manifest.display().to_string();
+        let text = fs::read_to_string(&manifest).with_context(at)?;
+        let table: toml::Table = text.parse().with_context(at)?;
+        let name = table
+            .get("package")
+            .and_then(|package| package.get("name")?.as_str())
+            .with_context(at)?;
+        let inside = |table: &toml::Table| -> BTreeSet<String> {
+            let listed = table.get("dependencies").and_then(toml::Value::as_table);
+            let names = listed.into_iter().flat_map(toml::Table::keys);
+            names
+                .filter(|name| name.starts_with("acerra"))
+                .cloned()
+                .collect()
+        };
+        self.dependencies.insert(name.to_owned(), inside(&table));
+        for start in ["src/lib.rs", "src/main.rs"] {
+            let file = folder.join(start);
+            if file.is_file() {
+                let tree = ModuleTree::read(&file)?;
+                for (from, to) in imports::between_files(&tree) {
+                    let short = |path: &Path| path.strip_prefix(root).unwrap_or(path).to_owned();
+                    self.imports
+                        .entry(short(&from))
+                        .or_default()
+                        .insert(short(&to));
+                }
+                for file in tree.files() {
+                    let short = file.strip_prefix(root).unwrap_or(file).to_owned();
+                    self.imports.entry(short).or_default();
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Source files.
+    #[must_use]
+    pub fn files(&self) -> usize {
+        self.imports.len()
+    }
+
+    /// Pairs of files of which one imports the other.
+    #[must_use]
+    pub fn imports(&self) -> usize {
+        self.imports.values().map(BTreeSet::len).sum()
+    }
+
+    /// What `file` imports.
+    #[must_use]
+    pub fn imports_of(&self, file: &Path) -> Vec<&Path> {
+        let found = self.imports.get(file).into_iter().flatten();
+        found.map(PathBuf::as_path).collect()
+    }
+
+    /// Everything that is wrong.
+    #[must_use]
+    pub fn faults(&self) -> Vec<Fault> {
+        let mut faults = Vec::new();
+        let level = |name: &str| LEVELS.iter().find(|(known, _)| *known == name);
+        for (from, to) in &self.dependencies {
+            let Some((_, own)) = level(from) else {
+                faults.push(Fault::UnknownCrate(from.clone()));
+                continue;
+            };
+            for to in to {
+                if level(to).is_none_or(|(_, other)| other >= own) {
+                    faults.push(Fault::Upwards {
+                        from: from.clone(),
+                        to: to.clone(),
+                    });
+                }
+            }
+        }
+        faults.extend(
+            circles::circles(&self.imports)
+                .into_iter()
+                .map(Fault::Circle),
+        );
+        faults
+    }
+}

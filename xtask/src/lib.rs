@@ -1,0 +1,6 @@
+//! Tasks of the workspace, run as `cargo xtask NAME`.
+//!
+//! [`house`] reads the sources and says which file and which crate imports which, so that a test
+//! can hold the layers of ARCHITECTURE.md.
+
+pub mod house;

@@ -1,0 +1,47 @@
+//! `cargo xtask NAME`: see `cargo xtask help`.
+#![allow(clippy::print_stdout, clippy::print_stderr)]
+
+mod checks;
+mod runner;
+
+use std::process::ExitCode;
+
+use runner::{Runner, Step};
+
+const HELP: &str = "\
+cargo xtask test                 all tests
+cargo xtask ci                   everything a change must pass: what .ci/run calls
+cargo xtask validate             slow checks: RTKLIB parity, the engine at full size, the book
+cargo xtask book                 writes docs/validation anew
+cargo xtask fuzz [SECONDS] [TARGET…]
+                                 every fuzz target for so many seconds (20), from the seeds
+cargo xtask bench-peers          Acerra beside numba, NumPy and torchbp, in one run
+cargo xtask house [DIR]          circles among files and crates that point upwards
+";
+
+fn main() -> ExitCode {
+    let mut arguments = std::env::args().skip(1);
+    let task = arguments.next().unwrap_or_default();
+    let rest: Vec<String> = arguments.collect();
+    let outcome = Runner::in_workspace().and_then(|runner| match task.as_str() {
+        "test" => runner.run(&Step::new("tests", &checks::TEST)),
+        "ci" => checks::ci(&runner),
+        "validate" => runner.run(&Step::new("validation", &checks::VALIDATE)),
+        "book" => checks::book(&runner),
+        "fuzz" => runner.script("fuzz/run.sh", &rest),
+        "bench-peers" => runner.script("crates/acerra-imaging/benches/peers/run.sh", &rest),
+        "house" => checks::house(&runner, rest.first().map(String::as_str)),
+        "" | "help" | "--help" => {
+            print!("{HELP}");
+            Ok(())
+        }
+        other => anyhow::bail!("{other}: expected one of these\n{HELP}"),
+    });
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("xtask: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}

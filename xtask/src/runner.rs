@@ -1,0 +1,84 @@
+//! Running commands in the workspace's root, each under a heading.
+
+use std::path::PathBuf;
+use std::process::Command;
+use std::time::Instant;
+
+use anyhow::{Context, ensure};
+
+/// A command with a heading.
+pub struct Step<'a> {
+    name: &'a str,
+    command: &'a [&'a str],
+    environment: Vec<(&'a str, String)>,
+}
+
+impl<'a> Step<'a> {
+    pub fn new(name: &'a str, command: &'a [&'a str]) -> Self {
+        Self {
+            name,
+            command,
+            environment: Vec::new(),
+        }
+    }
+
+    pub fn with(mut self, variable: &'a str, value: impl Into<String>) -> Self {
+        self.environment.push((variable, value.into()));
+        self
+    }
+}
+
+/// Runs steps in the workspace's root.
+pub struct Runner {
+    pub root: PathBuf,
+}
+
+impl Runner {
+    /// The workspace that this program was built from.
+    pub fn in_workspace() -> anyhow::Result<Self> {
+        let root = PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+            .parent()
+            .context("the workspace's root")?
+            .to_owned();
+        Ok(Self { root })
+    }
+
+    /// Runs a step; its failure is an error.
+    pub fn run(&self, step: &Step<'_>) -> anyhow::Result<()> {
+        let (program, arguments) = step.command.split_first().context("an empty command")?;
+        println!("\n== {}: {}", step.name, step.command.join(" "));
+        let start = Instant::now();
+        let status = Command::new(program)
+            .args(arguments)
+            .envs(step.environment.iter().map(|(k, v)| (k, v)))
+            .current_dir(&self.root)
+            .status()
+            .with_context(|| format!("{program}: cannot be run"))?;
+        ensure!(status.success(), "{}: {status}", step.name);
+        println!(
+            "== {} done in {:.0} s",
+            step.name,
+            start.elapsed().as_secs_f64()
+        );
+        Ok(())
+    }
+
+    /// Whether a command runs and succeeds; its output is thrown away.
+    pub fn succeeds(&self, command: &[&str]) -> bool {
+        let Some((program, arguments)) = command.split_first() else {
+            return false;
+        };
+        Command::new(program)
+            .args(arguments)
+            .current_dir(&self.root)
+            .output()
+            .is_ok_and(|output| output.status.success())
+    }
+
+    /// Runs a script of the workspace.
+    pub fn script(&self, path: &str, arguments: &[String]) -> anyhow::Result<()> {
+        let mut command = vec!["bash", path];
+        command.extend(arguments.iter().map(String::as_str));
+        self.run(&Step::new(path, &command))
+    }
+}

@@ -1,0 +1,98 @@
+//! The layers of ARCHITECTURE.md hold: crates depend downwards, and no two files import each other.
+
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+use std::fs;
+
+use xtask::house::{Fault, House};
+
+/// A workspace of one crate with the given files.
+fn workspace(name: &str, dependencies: &str, files: &[(&str, &str)]) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let source = folder.path().join("crates").join(name).join("src");
+    fs::create_dir_all(&source).unwrap();
+    let manifest = format!("[package]\nname = \"{name}\"\n[dependencies]\n{dependencies}");
+    fs::write(source.parent().unwrap().join("Cargo.toml"), manifest).unwrap();
+    for (file, text) in files {
+        fs::create_dir_all(source.join(file).parent().unwrap()).unwrap();
+        fs::write(source.join(file), text).unwrap();
+    }
+    folder
+}
+
+#[test]
+fn a_circle_is_seen_through_re_exports_and_paths() {
+    let folder = workspace(
+        "acerra-geo",
+        "",
+        &[
+            (
+                "lib.rs",
+                "mod a;\nmod b;\npub use a::A;\npub use b::make;\n",
+            ),
+            (
+                "a.rs",
+                "pub struct A;\npub fn first() -> u8 { crate::make() }\n",
+            ),
+            (
+                "b.rs",
+                "use crate::A;\npub fn make() -> u8 { let _ = A; 1 }\n",
+            ),
+        ],
+    );
+    let faults = House::read(folder.path()).unwrap().faults();
+    assert_eq!(faults.len(), 1);
+    let said = faults[0].to_string();
+    assert!(
+        said.contains("src/a.rs") && said.contains("src/b.rs"),
+        "{said}"
+    );
+}
+
+#[test]
+fn a_parent_that_calls_its_child_which_uses_the_parents_type_is_a_circle() {
+    let folder = workspace(
+        "acerra-geo",
+        "",
+        &[
+            ("lib.rs", "pub mod a;\n"),
+            (
+                "a/mod.rs",
+                "mod b;\npub struct A;\npub fn run() { b::help(&A) }\n",
+            ),
+            ("a/b.rs", "use super::A;\npub fn help(_: &A) {}\n"),
+        ],
+    );
+    assert_eq!(House::read(folder.path()).unwrap().faults().len(), 1);
+}
+
+#[test]
+fn what_is_handed_on_or_tested_ties_no_files() {
+    let folder = workspace(
+        "acerra-geo",
+        "",
+        &[
+            ("lib.rs", "mod a;\nmod b;\npub use a::A;\npub use b::B;\n"),
+            (
+                "a.rs",
+                "pub struct A;\n#[cfg(test)]\nmod tests { use crate::B; }\n",
+            ),
+            ("b.rs", "use crate::A;\npub struct B(pub A);\n"),
+        ],
+    );
+    assert_eq!(House::read(folder.path()).unwrap().faults(), []);
+}
+
+#[test]
+fn a_crate_that_depends_on_one_above_is_named() {
+    let folder = workspace(
+        "acerra-geo",
+        "acerra-chain.workspace = true\n",
+        &[("lib.rs", "")],
+    );
+    let upwards = Fault::Upwards {
+        from: "acerra-geo".to_owned(),
+        to: "acerra-chain".to_owned(),
+    };
+    assert_eq!(House::read(folder.path()).unwrap().faults(), [upwards]);
+}
