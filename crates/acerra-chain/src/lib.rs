@@ -4,6 +4,7 @@ pub mod align;
 pub mod campaign;
 pub mod clean;
 mod elevation;
+pub mod evidence;
 pub mod focus;
 pub mod ground;
 pub mod inputs;

@@ -1,0 +1,114 @@
+//! One finding: a number that a run holds, beside what it should be.
+
+use serde::Serialize;
+
+/// What a finding says of the run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Verdict {
+    /// The value is what it should be.
+    Agrees,
+    /// The value is unlikely, or the image suffers from it; the settings deserve a look.
+    Doubtful,
+    /// The value cannot be, were the settings right.
+    Contradicts,
+}
+
+/// A value that a run has found, judged.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Finding {
+    /// Name of the finding, unique within a run (and track).
+    pub name: String,
+    /// The value found; none where there is nothing to measure.
+    pub value: Option<f64>,
+    /// The value expected if the settings are right.
+    pub expected: Option<f64>,
+    /// Standard deviation of `value - expected` if the settings are right.
+    pub sigma: Option<f64>,
+    /// Unit of the three.
+    pub unit: &'static str,
+    /// The judgement.
+    pub verdict: Verdict,
+    /// The judgement in words: what was compared, and which settings to look at.
+    pub explanation: String,
+}
+
+/// Deviations beyond so many σ are doubtful, or contradict.
+pub(super) const DOUBTFUL_SIGMAS: f64 = 3.0;
+pub(super) const CONTRADICTING_SIGMAS: f64 = 6.0;
+
+impl Finding {
+    /// A finding whose verdict follows from the deviation in units of σ: doubtful from 3 σ, a
+    /// contradiction from 6 σ.
+    ///
+    /// ```
+    /// use acerra_chain::evidence::{Finding, Verdict};
+    /// let finding = Finding::compared("surface_delay", 1.9, 0.0, 0.2, "ns");
+    /// assert_eq!(finding.verdict, Verdict::Contradicts);
+    /// ```
+    #[must_use]
+    pub fn compared(
+        name: impl Into<String>,
+        value: f64,
+        expected: f64,
+        sigma: f64,
+        unit: &'static str,
+    ) -> Self {
+        let deviation = (value - expected).abs() / sigma;
+        let verdict = match deviation {
+            d if d <= DOUBTFUL_SIGMAS => Verdict::Agrees,
+            d if d <= CONTRADICTING_SIGMAS => Verdict::Doubtful,
+            // Also where the deviation is not a number.
+            _ => Verdict::Contradicts,
+        };
+        Self {
+            name: name.into(),
+            value: Some(value),
+            expected: Some(expected),
+            sigma: Some(sigma),
+            unit,
+            verdict,
+            explanation: String::new(),
+        }
+    }
+
+    /// A finding with a verdict that the caller has reached.
+    #[must_use]
+    pub fn judged(
+        name: impl Into<String>,
+        value: f64,
+        unit: &'static str,
+        verdict: Verdict,
+    ) -> Self {
+        Self {
+            name: name.into(),
+            value: Some(value),
+            expected: None,
+            sigma: None,
+            unit,
+            verdict,
+            explanation: String::new(),
+        }
+    }
+
+    /// The same with the value expected.
+    #[must_use]
+    pub fn expecting(mut self, expected: f64) -> Self {
+        self.expected = Some(expected);
+        self
+    }
+
+    /// The same with its judgement in words.
+    #[must_use]
+    pub fn because(mut self, explanation: impl Into<String>) -> Self {
+        self.explanation = explanation.into();
+        self
+    }
+
+    /// The same with a milder verdict than `most`, at most.
+    #[must_use]
+    pub fn at_most(mut self, most: Verdict) -> Self {
+        self.verdict = self.verdict.min(most);
+        self
+    }
+}

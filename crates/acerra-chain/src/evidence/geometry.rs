@@ -1,0 +1,261 @@
+//! Geometry of flight and grid: whether pixels, scans and ranges fit one another.
+
+use std::f64::consts::TAU;
+
+use super::finding::{Finding, Verdict};
+
+/// Flight, grid and band of an image.
+#[derive(Clone, Copy, Debug)]
+pub struct ImageGeometry<'a> {
+    /// Phase centre of each trace: east, north, up (m).
+    pub position_m: &'a [[f64; 3]],
+    /// Some pixels of the image, corners and middle at least (m).
+    pub pixel_m: &'a [[f64; 3]],
+    /// Lowest and highest frequency (Hz).
+    pub band_hz: [f64; 2],
+    /// Propagation speed (m/s).
+    pub light_speed_m_s: f64,
+}
+
+/// Span of the two-way wavenumber along east and north (rad/m) at `pixel_m`: the support of its
+/// point spread function, over all traces and the band.
+#[must_use]
+pub fn wavenumber_span(geometry: &ImageGeometry<'_>, pixel_m: [f64; 3]) -> [f64; 2] {
+    let mut low = [f64::INFINITY; 2];
+    let mut high = [f64::NEG_INFINITY; 2];
+    for position in geometry.position_m {
+        let away: [f64; 3] = std::array::from_fn(|i| pixel_m[i] - position[i]);
+        let range_m = away.iter().map(|v| v * v).sum::<f64>().sqrt();
+        for frequency_hz in geometry.band_hz {
+            let wavenumber = 2.0 * TAU * frequency_hz / geometry.light_speed_m_s;
+            for axis in 0..2 {
+                let along = wavenumber * away[axis] / range_m.max(1e-9);
+                low[axis] = low[axis].min(along);
+                high[axis] = high[axis].max(along);
+            }
+        }
+    }
+    std::array::from_fn(|axis| (high[axis] - low[axis]).max(0.0))
+}
+
+/// Pixel size against the resolution cell 2π/ΔK, the finer of the two axes, at the image's best
+/// resolved pixel of those given. The edges of the aperture add little, so that the lobe is about
+/// twice as wide as the cell; larger pixels leave gaps in which a target can disappear.
+#[must_use]
+pub fn pixel_size(geometry: &ImageGeometry<'_>, pixel_size_m: f64) -> Option<Finding> {
+    let span = geometry
+        .pixel_m
+        .iter()
+        .flat_map(|pixel| wavenumber_span(geometry, *pixel))
+        .fold(0.0, f64::max);
+    if !(span > 0.0 && pixel_size_m.is_finite()) {
+        return None;
+    }
+    let cell_m = TAU / span;
+    let verdict = match pixel_size_m / cell_m {
+        r if r <= 2.0 => Verdict::Agrees,
+        r if r <= 6.0 => Verdict::Doubtful,
+        _ => Verdict::Contradicts,
+    };
+    Some(
+        Finding::judged("pixel_size", pixel_size_m, "m", verdict)
+            .expecting(cell_m)
+            .because(format!(
+                "pixels of {pixel_size_m} m, a resolution cell of {cell_m:.3} m: above twice the \
+                 cell, targets fall between pixels ([image] pixel_m)"
+            )),
+    )
+}
+
+/// Level of the grating lobes that the spacing of the scans leaves, dB below the main lobe.
+///
+/// Where the two-way path changes by more than half a wavelength from trace to trace (spacing above
+/// λ/4 at the steepest angle), aliased lobes appear; a band of width B about f smears each over all
+/// but f/B traces, so that its amplitude is f/(B·N) of N traces.
+#[must_use]
+pub fn scan_spacing(geometry: &ImageGeometry<'_>) -> Option<Finding> {
+    let [low_hz, high_hz] = geometry.band_hz;
+    let wavelength_m = geometry.light_speed_m_s / high_hz;
+    let mut steps_m: Vec<f64> = geometry
+        .position_m
+        .windows(2)
+        .map(|pair| distance_m(pair[0], pair[1]))
+        .filter(|step| *step > 0.0)
+        .collect();
+    if steps_m.len() < 2 {
+        return None;
+    }
+    steps_m.sort_by(f64::total_cmp);
+    let spacing_m = steps_m[(steps_m.len() - 1) * 95 / 100];
+    let steepest = steepest_sine(geometry);
+    let allowed_m = 0.25 * wavelength_m / steepest.max(1e-6);
+    let traces = geometry.position_m.len() as f64;
+    let smeared = 0.5 * (low_hz + high_hz) / (high_hz - low_hz).max(1e-3 * high_hz);
+    let lobe_db = 20.0 * (smeared / traces).min(1.0).log10();
+    let verdict = if spacing_m <= allowed_m || lobe_db < -20.0 {
+        Verdict::Agrees
+    } else {
+        Verdict::Doubtful
+    };
+    Some(
+        Finding::judged("scan_spacing", spacing_m, "m", verdict)
+            .expecting(allowed_m)
+            .because(format!(
+                "scans are {spacing_m:.3} m apart, λ/4 at the steepest angle imaged is \
+                 {allowed_m:.3} m; the band smears aliased lobes to {lobe_db:.0} dB (fly slower, or \
+                 scan faster)"
+            )),
+    )
+}
+
+/// Greatest sine of the angle between the line of sight and the plane across the track.
+fn steepest_sine(geometry: &ImageGeometry<'_>) -> f64 {
+    let stride = (geometry.position_m.len() / 64).max(1);
+    let mut steepest: f64 = 0.0;
+    for pair in geometry.position_m.windows(2).step_by(stride) {
+        let step_m = distance_m(pair[0], pair[1]);
+        if step_m <= 0.0 {
+            continue;
+        }
+        let direction: [f64; 3] = std::array::from_fn(|i| (pair[1][i] - pair[0][i]) / step_m);
+        for pixel in geometry.pixel_m {
+            let range_m = distance_m(pair[0], *pixel).max(1e-9);
+            let along: f64 = (0..3).map(|i| direction[i] * (pixel[i] - pair[0][i])).sum();
+            steepest = steepest.max((along / range_m).abs());
+        }
+    }
+    steepest
+}
+
+/// Ranges that the data hold about each trace.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Coverage<'a> {
+    /// Nearest and farthest range that the cleaned data of each trace hold (m).
+    pub range_m: &'a [[f64; 2]],
+}
+
+/// Share of pixel-trace pairs of the image whose range the recorded window and the gate hold.
+///
+/// None of them is a contradiction: the image is empty. A pixel that few traces see is dark, which
+/// is doubtful where it is most of the image.
+#[must_use]
+pub fn coverage(geometry: &ImageGeometry<'_>, held: Coverage<'_>) -> Option<Finding> {
+    if geometry.position_m.is_empty() || held.range_m.len() != geometry.position_m.len() {
+        return None;
+    }
+    let stride = (geometry.position_m.len() / 256).max(1);
+    let traces = || geometry.position_m.iter().zip(held.range_m).step_by(stride);
+    let seen_by = |pixel: &[f64; 3]| {
+        traces()
+            .filter(|(position, [near, far])| {
+                let range_m = distance_m(**position, *pixel);
+                (*near..=*far).contains(&range_m)
+            })
+            .count()
+    };
+    let pixels = geometry.pixel_m.len().max(1) as f64;
+    let counts: Vec<usize> = geometry.pixel_m.iter().map(seen_by).collect();
+    let seen = counts.iter().filter(|count| **count > 0).count() as f64 / pixels;
+    let verdict = match seen {
+        0.0 => Verdict::Contradicts,
+        s if s < 0.5 => Verdict::Doubtful,
+        _ => Verdict::Agrees,
+    };
+    let ranges_m = held.range_m.iter().fold(
+        [f64::INFINITY, f64::NEG_INFINITY],
+        |[low, high], [near, far]| [low.min(*near), high.max(*far)],
+    );
+    Some(
+        Finding::judged("range_coverage", seen, "share of the image", verdict)
+            .expecting(1.0)
+            .because(format!(
+                "{:.0} % of the image lies at ranges that the data hold after gating, {:.1} to \
+                 {:.1} m ([image] x_m, y_m, z_m; [preprocess] gate_ns; [radar] delay_ns)",
+                100.0 * seen,
+                ranges_m[0],
+                ranges_m[1]
+            )),
+    )
+}
+
+fn distance_m(a: [f64; 3], b: [f64; 3]) -> f64 {
+    (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const BAND_HZ: [f64; 2] = [3.1e9, 4.8e9];
+
+    fn track(step_m: f64, height_m: f64) -> Vec<[f64; 3]> {
+        let count = (18.0 / step_m) as i32;
+        (0..count)
+            .map(|k| [f64::from(k) * step_m, -2.0, height_m])
+            .collect()
+    }
+
+    fn geometry<'a>(position_m: &'a [[f64; 3]], pixel_m: &'a [[f64; 3]]) -> ImageGeometry<'a> {
+        ImageGeometry {
+            position_m,
+            pixel_m,
+            band_hz: BAND_HZ,
+            light_speed_m_s: 299_792_458.0,
+        }
+    }
+
+    #[test]
+    fn the_resolution_cell_is_that_of_aperture_and_band() {
+        // Over the middle of a long track the along-track wavenumber spans ±2K sin θ.
+        let track = track(0.05, 10.0);
+        let pixels = [[9.0, -2.0, 0.0]];
+        let [along, _] = wavenumber_span(&geometry(&track, &pixels), pixels[0]);
+        let sine = 9.0 / 181.0_f64.sqrt();
+        let expected = 2.0 * 2.0 * TAU * 4.8e9 / 299_792_458.0 * sine;
+        assert!((along / expected - 1.0).abs() < 0.01, "{along} {expected}");
+    }
+
+    #[test]
+    fn pixels_of_ten_metres_contradict_and_of_a_centimetre_agree() {
+        let track = track(0.1, 10.0);
+        let pixels = [[4.0, 0.0, 0.0], [14.0, 0.0, 0.0]];
+        let judge = |size| {
+            pixel_size(&geometry(&track, &pixels), size)
+                .unwrap()
+                .verdict
+        };
+        assert_eq!(judge(0.01), Verdict::Agrees);
+        assert_eq!(judge(0.1), Verdict::Doubtful);
+        assert_eq!(judge(10.0), Verdict::Contradicts);
+    }
+
+    #[test]
+    fn sparse_scans_of_a_wide_band_are_no_fault_until_they_are_few() {
+        let pixels = [[0.0, 0.0, 0.0], [18.0, 0.0, 0.0]];
+        let dense = track(0.1, 10.0);
+        assert_eq!(
+            scan_spacing(&geometry(&dense, &pixels)).unwrap().verdict,
+            Verdict::Agrees
+        );
+        let sparse = track(1.5, 10.0);
+        assert_eq!(
+            scan_spacing(&geometry(&sparse, &pixels)).unwrap().verdict,
+            Verdict::Doubtful
+        );
+    }
+
+    #[test]
+    fn an_image_out_of_range_contradicts() {
+        let track = track(0.1, 10.0);
+        let held = vec![[9.0, 14.0]; track.len()];
+        let judge = |pixels: &[[f64; 3]]| {
+            coverage(&geometry(&track, pixels), Coverage { range_m: &held })
+                .unwrap()
+                .verdict
+        };
+        assert_eq!(judge(&[[4.0, 0.0, 0.0], [9.0, 0.0, 0.0]]), Verdict::Agrees);
+        assert_eq!(judge(&[[1004.0, 0.0, 0.0]]), Verdict::Contradicts);
+        let mostly_far = [[4.0, 0.0, 0.0], [60.0, 0.0, 0.0], [80.0, 0.0, 0.0]];
+        assert_eq!(judge(&mostly_far), Verdict::Doubtful);
+    }
+}

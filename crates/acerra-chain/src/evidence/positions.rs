@@ -1,0 +1,89 @@
+//! What the positions say of themselves.
+
+use std::f64::consts::TAU;
+
+use super::finding::{Finding, Verdict};
+
+/// Judges the base's stated position by its own single-point position, `distance_m` away; `sigma_m`
+/// is the single-point position's own uncertainty.
+///
+/// A base off its place moves the whole image with it and leaves everything else right, so that
+/// nothing but this shows it.
+#[must_use]
+pub fn base_position(distance_m: f64, sigma_m: f64) -> Finding {
+    let verdict = match distance_m / sigma_m.max(2.5) {
+        d if d <= 3.5 => Verdict::Agrees,
+        d if d <= 20.0 => Verdict::Doubtful,
+        _ => Verdict::Contradicts,
+    };
+    Finding {
+        sigma: Some(sigma_m),
+        ..Finding::judged("base_position", distance_m, "m", verdict)
+    }
+    .expecting(0.0)
+    .because(format!(
+        "the base's stated position is {distance_m:.1} m from its own single-point position \
+         (± {sigma_m:.1} m): the image moves with it ([gnss] base_deg_m, base_ecef_m)"
+    ))
+}
+
+/// Judges the loss of focus that the positions' own σ predict, after Eq. (5): a phase error of
+/// 4πσ/λ along the line of sight.
+///
+/// Errors that all traces share move the image without blurring it, so that the loss is a bound;
+/// beyond half a wavelength (float and single-point positions) what is left of the focus is chance.
+#[must_use]
+pub fn focusing_loss(sigma_m: f64, wavelength_m: f64) -> Finding {
+    let phase_rad = 2.0 * TAU * sigma_m / wavelength_m;
+    let loss_db = 10.0 * std::f64::consts::LOG10_E * phase_rad * phase_rad;
+    let verdict = if sigma_m <= 0.5 * wavelength_m {
+        Verdict::Agrees
+    } else {
+        Verdict::Doubtful
+    };
+    Finding::judged("position_sigma", 1e3 * sigma_m, "mm", verdict)
+        .expecting(0.0)
+        .because(format!(
+            "positions of σ = {:.0} mm along the line of sight cost up to {loss_db:.1} dB of focus, \
+             as much of them as changes from trace to trace",
+            1e3 * sigma_m
+        ))
+}
+
+/// Judges the share of the log's traces that have a position.
+#[must_use]
+pub fn trajectory_coverage(positioned: usize, traces: usize) -> Finding {
+    let share = positioned as f64 / traces.max(1) as f64;
+    let verdict = match share {
+        s if s >= 0.8 => Verdict::Agrees,
+        0.0 => Verdict::Contradicts,
+        _ => Verdict::Doubtful,
+    };
+    Finding::judged("trajectory_coverage", share, "share of the traces", verdict)
+        .expecting(1.0)
+        .because(format!(
+            "{positioned} of {traces} traces have a position ([trajectory] time_offset_s; do the \
+             logs belong together?)"
+        ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_base_fourteen_metres_off_is_doubtful() {
+        assert_eq!(base_position(2.0, 3.0).verdict, Verdict::Agrees);
+        assert_eq!(base_position(14.0, 3.0).verdict, Verdict::Doubtful);
+        assert_eq!(base_position(5000.0, 3.0).verdict, Verdict::Contradicts);
+    }
+
+    #[test]
+    fn float_positions_are_doubtful_and_the_loss_is_that_of_the_phase_error() {
+        // 6 mm at 7.6 cm: 0.99 rad, 4.3 dB.
+        let fixed = focusing_loss(0.006, 0.0759);
+        assert_eq!(fixed.verdict, Verdict::Agrees);
+        assert!(fixed.explanation.contains("4.3 dB"), "{fixed:?}");
+        assert_eq!(focusing_loss(0.4, 0.0759).verdict, Verdict::Doubtful);
+    }
+}
