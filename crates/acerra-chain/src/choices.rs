@@ -263,6 +263,17 @@ pub enum Unfixed {
     Drop,
 }
 
+/// `[checks] contradictions`: what becomes of a run whose evidence contradicts its settings.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Contradictions {
+    /// It fails, and writes no products.
+    #[default]
+    Refuse,
+    /// It goes on; every contradiction becomes a warning.
+    Warn,
+}
+
 /// `[image] weight`: the weight of each trace in the sum of Eq. (3).
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]

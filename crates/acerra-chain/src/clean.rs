@@ -27,6 +27,19 @@ pub struct CleanOptions {
     pub frequency_hz: Vec<f64>,
 }
 
+impl CleanOptions {
+    /// Whether the fast time at which range is zero is stated, rather than found from the surface
+    /// echo.
+    #[must_use]
+    pub fn is_calibrated(&self) -> bool {
+        match self.zero_timing {
+            ZeroTiming::FirstTrace => false,
+            ZeroTiming::None => self.delay_ns.is_some(),
+            ZeroTiming::Shift { .. } => true,
+        }
+    }
+}
+
 /// Why traces cannot be cleaned.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]

@@ -1,16 +1,19 @@
 //! What a run leaves in writing beside its results. The caller owns it, so what a stage noticed is
 //! kept when a later stage fails.
 
+use crate::evidence::Evidence;
 use crate::stages::Stages;
 use crate::warnings::Warnings;
 
-/// Cost of the stages and warnings of a run.
+/// Cost of the stages, warnings and evidence of a run.
 #[derive(Debug, Default)]
 pub struct Journal {
     /// What each stage cost.
     pub stages: Stages,
     /// What the stages noticed.
     pub warnings: Warnings,
+    /// Findings on the settings, judged.
+    pub evidence: Evidence,
 }
 
 impl Journal {
@@ -24,7 +27,9 @@ impl Journal {
         name: &'static str,
         stage: impl FnOnce(&mut Warnings) -> Result<T, E>,
     ) -> Result<T, E> {
-        let Self { stages, warnings } = self;
+        let Self {
+            stages, warnings, ..
+        } = self;
         stages.run(name, || stage(warnings))
     }
 }

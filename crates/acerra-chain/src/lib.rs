@@ -69,6 +69,7 @@ pub mod stages;
 mod survey;
 pub mod volume;
 mod warnings;
+pub mod weigh;
 
 pub use control::{Cancelled, Control, Progress};
 pub use error::ChainError;

@@ -52,6 +52,8 @@ pub struct Track {
     pub time_offset_s: f64,
     /// How the offset was found, when it was not given.
     pub search: Option<OffsetSearch>,
+    /// Whether the fast time at which range is zero was stated, rather than found from the surface.
+    pub is_calibrated: bool,
     /// Its traces before and after cleaning; none where the log holds spectra.
     pub cleaned: Option<CleanedTraces>,
     /// Delay and phase taken off.
@@ -118,6 +120,7 @@ fn parts(recording: Recording, clocked: Clocked, cleaned: Cleaned) -> (Track, Tr
         positions: recording.positions,
         time_offset_s: clocked.time_offset_s,
         search: clocked.search,
+        is_calibrated: recording.options.clean.is_calibrated(),
         cleaned: cleaned.traces,
         calibration,
         range: 0..0,

@@ -1,6 +1,7 @@
 //! Everything that a run found.
 
 use acerra_chain::campaign::Campaign;
+use acerra_chain::evidence::Evidence;
 use acerra_chain::inputs::InputFile;
 use acerra_chain::{Focused, Prepared};
 use acerra_imaging::metrics::Measurement;
@@ -20,6 +21,8 @@ pub struct Outcome {
     pub focused: Focused,
     /// What it shows.
     pub measured: Measurement,
+    /// What the run found of its own settings.
+    pub evidence: Evidence,
     /// What there is to say beside the result.
     pub warnings: Vec<String>,
 }

@@ -2,9 +2,13 @@
 
 use std::path::Path;
 
-use acerra_chain::campaign::Campaign;
+use acerra_chain::campaign::{Campaign, Contradictions};
+use acerra_chain::echoes::ImageError;
+use acerra_chain::evidence::{Evidence, Verdict};
 use acerra_chain::inputs::InputFile;
-use acerra_chain::{ChainError, Control, ImageSink, Journal};
+use acerra_chain::measure::MeasureError;
+use acerra_chain::weigh::{weigh_image, weigh_prepared};
+use acerra_chain::{Cancelled, ChainError, Control, ImageSink, Journal};
 use anyhow::Context;
 
 use crate::deliver::deliver;
@@ -44,6 +48,47 @@ pub fn run_campaign(
     Ok(outcome)
 }
 
+/// Why a run leaves no products.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum RunError {
+    /// A stage failed.
+    #[error(transparent)]
+    Chain(#[from] ChainError),
+    /// A stage failed while imaging.
+    #[error(transparent)]
+    Image(#[from] ImageError),
+    /// A stage failed while measuring.
+    #[error(transparent)]
+    Measure(#[from] MeasureError),
+    /// The caller asked to stop.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+    /// What the run found cannot be, were its settings right.
+    #[error(
+        "the evidence contradicts the settings:\n{found}\n([checks] contradictions = \"warn\" makes \
+         the image all the same)"
+    )]
+    Contradicted {
+        /// The contradictions, a line each.
+        found: String,
+    },
+}
+
+/// Fails on the first contradictions, unless the campaign wants them as warnings.
+fn refuse_contradictions(campaign: &Campaign, evidence: &Evidence) -> Result<(), RunError> {
+    let found: Vec<String> = evidence
+        .with(Verdict::Contradicts)
+        .map(|finding| format!("  {}: {}", finding.name, finding.explanation))
+        .collect();
+    if found.is_empty() || campaign.checks.contradictions == Contradictions::Warn {
+        return Ok(());
+    }
+    Err(RunError::Contradicted {
+        found: found.join("\n"),
+    })
+}
+
 /// A campaign with resolved paths, and what it is called in titles.
 #[derive(Clone, Debug)]
 pub struct NamedCampaign {
@@ -62,10 +107,14 @@ pub fn process(
     sink: &mut dyn ImageSink,
     journal: &mut Journal,
     control: &Control<'_>,
-) -> Result<Outcome, ChainError> {
+) -> Result<Outcome, RunError> {
     let NamedCampaign { name, campaign } = campaign;
     let prepared = campaign.survey().prepare(journal, control)?;
     let request = campaign.image_request(prepared.scene.pixels.clone());
+    weigh_prepared(&prepared, &request, control)?
+        .into_iter()
+        .for_each(|finding| journal.evidence.add(finding));
+    refuse_contradictions(&campaign, &journal.evidence)?;
     let focused = journal.stage("focus", |warnings| {
         warnings.extend(prepared.doubts(&request));
         prepared.image(&request, sink, control)
@@ -73,6 +122,10 @@ pub fn process(
     let measured = journal.stage("measure", |_| {
         prepared.measure(&focused, &(&campaign.measure).into())
     })?;
+    weigh_image(&prepared, &focused)
+        .into_iter()
+        .for_each(|finding| journal.evidence.add(finding));
+    refuse_contradictions(&campaign, &journal.evidence)?;
     Ok(Outcome {
         name,
         campaign,
@@ -80,6 +133,7 @@ pub fn process(
         prepared,
         focused,
         measured,
+        evidence: journal.evidence.clone(),
         warnings: journal.warnings.said().to_vec(),
     })
 }

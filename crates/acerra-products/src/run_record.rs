@@ -3,6 +3,7 @@
 use acerra_chain::calibration::TrackCalibration;
 use acerra_chain::campaign::Campaign;
 use acerra_chain::clean::{CleanedTraces, Surface};
+use acerra_chain::evidence::Evidence;
 use acerra_chain::inputs::InputFile;
 use acerra_chain::offset::{Curve, OffsetSearch};
 use acerra_chain::stages::Stage;
@@ -40,6 +41,8 @@ pub struct MaximaRecord {
 pub struct RunRecord<'a> {
     /// Version of the program.
     pub version: &'static str,
+    /// What the run found of its own settings.
+    pub evidence: &'a Evidence,
     /// The campaign, every default filled in.
     pub configuration: &'a Campaign,
     /// The files that were read.
@@ -184,6 +187,7 @@ impl<'a> RunRecord<'a> {
         let traces = &prepared.aligned.traces;
         Self {
             version: env!("CARGO_PKG_VERSION"),
+            evidence: &outcome.evidence,
             configuration: &outcome.campaign,
             inputs: &outcome.inputs,
             stages,

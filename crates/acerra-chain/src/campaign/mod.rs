@@ -10,13 +10,13 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 pub use crate::choices::{
-    Background, CalibrationSource, Gate, Heights, LookTaper, Select, Sum, TimeOffset, Unfixed,
-    Weight, ZeroTiming,
+    Background, CalibrationSource, Contradictions, Gate, Heights, LookTaper, Select, Sum,
+    TimeOffset, Unfixed, Weight, ZeroTiming,
 };
 pub use error::CampaignError;
 pub use sections::{
-    Files, GnssSection, ImageSection, MeasureSection, PreprocessSection, RadarSection,
-    TrackSection, TracksSection, TrajectorySection,
+    ChecksSection, Files, GnssSection, ImageSection, MeasureSection, PreprocessSection,
+    RadarSection, TrackSection, TracksSection, TrajectorySection,
 };
 
 /// A campaign, as its file states it and with every default filled in.
@@ -46,6 +46,9 @@ pub struct Campaign {
     /// What counts as a target.
     #[serde(default)]
     pub measure: MeasureSection,
+    /// What becomes of a run that its own evidence contradicts.
+    #[serde(default)]
+    pub checks: ChecksSection,
 }
 
 impl Campaign {

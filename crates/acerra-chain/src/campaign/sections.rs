@@ -6,8 +6,8 @@ use acerra_imaging::IncidenceWeight;
 use serde::{Deserialize, Serialize};
 
 use crate::choices::{
-    Background, CalibrationSource, Gate, Heights, LookTaper, Select, Sum, TimeOffset, Unfixed,
-    Weight, ZeroTiming,
+    Background, CalibrationSource, Contradictions, Gate, Heights, LookTaper, Select, Sum,
+    TimeOffset, Unfixed, Weight, ZeroTiming,
 };
 
 /// `[radar]`: the log, and which of its traces are used.
@@ -56,6 +56,14 @@ pub struct TrackSection {
     /// Phase that it adds, in degrees; taken off.
     #[serde(default)]
     pub phase_deg: f64,
+}
+
+/// `[checks]`: what becomes of a run that its own evidence contradicts.
+#[derive(Clone, Debug, Default, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ChecksSection {
+    /// Whether contradictions make the run fail.
+    pub contradictions: Contradictions,
 }
 
 /// `[tracks]`: how several tracks become one image.

@@ -6,6 +6,7 @@ use std::sync::Mutex;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
+use acerra_chain::evidence::Verdict;
 use acerra_chain::{Control, Journal, Progress, Track};
 use acerra_products::run_record::RunRecord;
 use acerra_products::{Outcome, run_campaign};
@@ -40,6 +41,12 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
     let bar = Bar::default();
     let control = Control::default().reporting_to(&bar);
     let outcome = run_campaign(&args.campaign, &directory, &mut journal, &control)?;
+    // A closed stderr is no failure of the run.
+    let _ = writeln!(
+        std::io::stderr(),
+        "evidence: {}",
+        outcome.evidence.summary()
+    );
     let stages = journal.stages.done();
     if args.json {
         let record = RunRecord::of(&outcome, stages);
@@ -72,6 +79,14 @@ fn summarise(outcome: &Outcome, explain: bool, out: &mut dyn Write) -> anyhow::R
     write_targets(outcome, out)?;
     for warning in &outcome.warnings {
         writeln!(out, "warning    {warning}")?;
+    }
+    for finding in outcome.evidence.findings() {
+        let word = match finding.verdict {
+            Verdict::Agrees => continue,
+            Verdict::Doubtful => "doubtful",
+            Verdict::Contradicts => "contradicts",
+        };
+        writeln!(out, "{word:<10} {}: {}", finding.name, finding.explanation)?;
     }
     Ok(())
 }

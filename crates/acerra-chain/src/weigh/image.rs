@@ -1,0 +1,94 @@
+//! Findings on the image: its grid against flight and data, and its values.
+
+use crate::evidence::{
+    Coverage, Finding, ImageContrast, ImageGeometry, contrast, coverage, pixel_size, scan_spacing,
+    wavenumber_span,
+};
+use crate::focus::{Focused, ImageRequest};
+use crate::prepare::{Prepared, Track};
+use crate::weigh::median;
+
+/// Pixel size, scan spacing, and ranges imaged against ranges held.
+pub(super) fn weigh_geometry(
+    prepared: &Prepared,
+    track: &Track,
+    geometry: &ImageGeometry<'_>,
+    request: &ImageRequest,
+) -> Vec<Finding> {
+    let range_m = ranges_held_m(prepared, track);
+    let held = Coverage { range_m: &range_m };
+    [
+        pixel_size(geometry, request.pixels.grid.pixel_m),
+        scan_spacing(geometry),
+        coverage(geometry, held),
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
+}
+
+/// Nearest and farthest range that the cleaned data of each trace of a track hold (m): those of the
+/// recorded window and the gate, or the unambiguous range of spectra.
+fn ranges_held_m(prepared: &Prepared, track: &Track) -> Vec<[f64; 2]> {
+    let half_speed_m_s = 0.5 * prepared.scene.light_speed_m_s;
+    let heights_m = &prepared.aligned.height_m[track.range.clone()];
+    let Some(traces) = &track.cleaned else {
+        return vec![[0.0, f64::INFINITY]; heights_m.len()];
+    };
+    let window_s = [
+        traces.clean.fast_time_start_s,
+        traces.clean.fast_time_end_s(),
+    ];
+    let held_s = |height_m: &f64| match traces.gate_s {
+        None => window_s,
+        Some([start_s, end_s]) => {
+            let surface_s = height_m / half_speed_m_s;
+            [
+                window_s[0].max(surface_s + start_s),
+                window_s[1].min(surface_s + end_s),
+            ]
+        }
+    };
+    heights_m
+        .iter()
+        .map(|height_m| held_s(height_m).map(|time_s| time_s.max(0.0) * half_speed_m_s))
+        .collect()
+}
+
+/// Contrast of the image.
+pub(super) fn weigh_values(prepared: &Prepared, focused: &Focused) -> Vec<Finding> {
+    let grid = &focused.pixels.grid;
+    let power = |v: &acerra_imaging::Complex32| f64::from(v.norm_sqr());
+    let stride = (focused.image.len() / 1_000_000).max(1);
+    let most = focused.image.iter().map(power).fold(0.0, f64::max);
+    let Some(middle) = median(focused.image.iter().step_by(stride).map(power)) else {
+        return Vec::new();
+    };
+    let peak_over_median_db = 10.0 * (most / middle).log10();
+    let frequency_hz = &prepared.spectrum.frequency_hz;
+    let (Some(low), Some(high)) = (frequency_hz.first(), frequency_hz.last()) else {
+        return Vec::new();
+    };
+    let at = [
+        grid.x_m(grid.nx / 2),
+        grid.y_m(grid.ny / 2),
+        focused.pixels.middle_m(),
+    ];
+    let geometry = ImageGeometry {
+        position_m: &prepared.aligned.position_m,
+        pixel_m: &[at],
+        band_hz: [*low, *high],
+        light_speed_m_s: prepared.scene.light_speed_m_s,
+    };
+    let side_m = [grid.nx, grid.ny].map(|n| n as f64 * grid.pixel_m);
+    let cells = wavenumber_span(&geometry, at)
+        .iter()
+        .zip(side_m)
+        .map(|(span, side_m)| (span * side_m / std::f64::consts::TAU).max(1.0))
+        .product::<f64>()
+        .min(focused.image.len() as f64);
+    vec![contrast(&ImageContrast {
+        peak_over_median_db,
+        cells,
+    })]
+}

@@ -1,0 +1,95 @@
+//! Weighing a run: from what the stages hold to findings.
+//!
+//! ```text
+//! Prepared ──weigh_prepared──► findings on logs, clocks, delays, positions, grid   (before the image)
+//! Focused  ──weigh_image─────► findings on the image
+//! ```
+
+mod image;
+mod radar;
+mod track;
+
+use crate::control::{Cancelled, Control};
+use crate::evidence::{Finding, ImageGeometry};
+use crate::focus::{Focused, ImageRequest};
+use crate::ground::Scene;
+use crate::pixels::Pixels;
+use crate::prepare::{Prepared, Track};
+
+/// Pixels along each side at which the geometry is judged.
+const PIXELS_A_SIDE: usize = 9;
+
+/// Weighs everything that is known before the image is made.
+///
+/// # Errors
+/// The caller asked to stop.
+pub fn weigh_prepared(
+    prepared: &Prepared,
+    request: &ImageRequest,
+    control: &Control<'_>,
+) -> Result<Vec<Finding>, Cancelled> {
+    let pixel_m = sample_pixels(&request.pixels, &prepared.scene);
+    let frequency_hz = &prepared.spectrum.frequency_hz;
+    let (Some(low), Some(high)) = (frequency_hz.first(), frequency_hz.last()) else {
+        return Ok(Vec::new());
+    };
+    let mut findings = Vec::new();
+    for track in &prepared.tracks {
+        control.check()?;
+        let geometry = ImageGeometry {
+            position_m: &prepared.aligned.position_m[track.range.clone()],
+            pixel_m: &pixel_m,
+            band_hz: [*low, *high],
+            light_speed_m_s: prepared.scene.light_speed_m_s,
+        };
+        let mut own = track::weigh(prepared, track, &geometry);
+        own.extend(radar::weigh(prepared, track));
+        own.extend(image::weigh_geometry(prepared, track, &geometry, request));
+        findings.extend(
+            own.into_iter()
+                .map(|finding| named(prepared, track, finding)),
+        );
+    }
+    Ok(findings)
+}
+
+/// Weighs the image.
+#[must_use]
+pub fn weigh_image(prepared: &Prepared, focused: &Focused) -> Vec<Finding> {
+    image::weigh_values(prepared, focused)
+}
+
+/// The finding with the track's name behind its own, where there are several tracks.
+fn named(prepared: &Prepared, track: &Track, mut finding: Finding) -> Finding {
+    if prepared.tracks.len() > 1 {
+        finding.name = format!("{} of {}", finding.name, track.name);
+    }
+    finding
+}
+
+/// Pixels spread evenly over the image, edges included, at their heights (m).
+fn sample_pixels(pixels: &Pixels, scene: &Scene) -> Vec<[f64; 3]> {
+    let grid = &pixels.grid;
+    let along = |count: usize| {
+        let last = count.saturating_sub(1);
+        (0..PIXELS_A_SIDE).map(move |k| last * k / (PIXELS_A_SIDE - 1))
+    };
+    along(grid.ny)
+        .flat_map(|iy| along(grid.nx).map(move |ix| (ix, iy)))
+        .map(|(ix, iy)| {
+            let (x_m, y_m) = (grid.x_m(ix), grid.y_m(iy));
+            let z_m = match &pixels.surface {
+                Some(_) => scene.ground.below_m(x_m, y_m),
+                None => grid.z_m,
+            };
+            [x_m, y_m, z_m]
+        })
+        .collect()
+}
+
+/// Median of the finite values.
+fn median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
+    let mut sorted: Vec<f64> = values.into_iter().filter(|v| v.is_finite()).collect();
+    sorted.sort_by(f64::total_cmp);
+    sorted.get(sorted.len() / 2).copied()
+}

@@ -1,0 +1,48 @@
+//! Findings on a track's positions.
+
+use crate::evidence::{Finding, ImageGeometry, focusing_loss, trajectory_coverage};
+use crate::prepare::{Prepared, Track};
+use crate::weigh::median;
+
+/// Share of the log that has positions, and the positions' own σ along the line of sight.
+pub(super) fn weigh(
+    prepared: &Prepared,
+    track: &Track,
+    geometry: &ImageGeometry<'_>,
+) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    let before: usize = prepared
+        .tracks
+        .iter()
+        .take_while(|other| other.range.start < track.range.start)
+        .map(|other| other.traces_in_log)
+        .sum();
+    let all = prepared.aligned.all.iter().skip(before);
+    let positioned = all
+        .take(track.traces_in_log)
+        .filter(|place| place.flag.is_covered())
+        .count();
+    findings.push(trajectory_coverage(positioned, track.traces_in_log));
+    if let Some(sigma_m) = line_of_sight_sigma_m(prepared, track, geometry) {
+        let middle_hz = 0.5 * (geometry.band_hz[0] + geometry.band_hz[1]);
+        findings.push(focusing_loss(sigma_m, geometry.light_speed_m_s / middle_hz));
+    }
+    findings
+}
+
+/// Median over the traces of the positions' σ towards the middle of the image (m).
+fn line_of_sight_sigma_m(
+    prepared: &Prepared,
+    track: &Track,
+    geometry: &ImageGeometry<'_>,
+) -> Option<f64> {
+    let sigma_m = prepared.aligned.sigma_m.get(track.range.clone())?;
+    let middle = geometry.pixel_m.get(geometry.pixel_m.len() / 2)?;
+    let along = |(position, sigma): (&[f64; 3], &[f64; 3])| {
+        let away: [f64; 3] = std::array::from_fn(|i| middle[i] - position[i]);
+        let range_m = away.iter().map(|v| v * v).sum::<f64>().sqrt();
+        let weighed = (0..3).map(|i| (away[i] / range_m * sigma[i]).powi(2));
+        weighed.sum::<f64>().sqrt()
+    };
+    median(geometry.position_m.iter().zip(sigma_m).map(along))
+}
