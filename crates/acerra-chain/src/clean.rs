@@ -27,15 +27,39 @@ pub struct CleanOptions {
     pub frequency_hz: Vec<f64>,
 }
 
+impl Default for CleanOptions {
+    /// The paper's: zero-timing by the first trace, the mean as background, a gate about 2h/c, 341
+    /// frequencies over 3.1 to 4.8 GHz.
+    fn default() -> Self {
+        Self {
+            delay_ns: None,
+            zero_timing: ZeroTiming::default(),
+            background: Background::default(),
+            gate_ns: Gate::default(),
+            frequency_hz: frequencies_hz([3.1, 4.8], 341),
+        }
+    }
+}
+
 impl CleanOptions {
+    /// For traces that are clean already and whose fast time is 2R/c: spectra alone.
+    #[must_use]
+    pub fn none() -> Self {
+        Self {
+            zero_timing: ZeroTiming::None,
+            background: Background::None,
+            gate_ns: Gate::None,
+            ..Self::default()
+        }
+    }
+
     /// Whether the fast time at which range is zero is stated, rather than found from the surface
     /// echo.
     #[must_use]
     pub fn is_calibrated(&self) -> bool {
         match self.zero_timing {
             ZeroTiming::FirstTrace => false,
-            ZeroTiming::None => self.delay_ns.is_some(),
-            ZeroTiming::Shift { .. } => true,
+            ZeroTiming::None | ZeroTiming::Shift { .. } => true,
         }
     }
 }

@@ -51,9 +51,9 @@ pub struct ImageRequest {
 impl ImageRequest {
     /// An image on these pixels, with the default options and without looks.
     #[must_use]
-    pub fn on(pixels: Pixels) -> Self {
+    pub fn on(pixels: impl Into<Pixels>) -> Self {
         Self {
-            pixels,
+            pixels: pixels.into(),
             options: FocusOptions::default(),
             looks: None,
         }
@@ -80,6 +80,16 @@ pub struct Focused {
     pub multilook: Option<Multilook>,
     /// Maximum projections of a volume.
     pub projections: Option<Projections>,
+}
+
+impl Focused {
+    /// East, north and height of the pixel of greatest modulus (m).
+    #[must_use]
+    pub fn maximum_m(&self) -> [f64; 3] {
+        let power = self.image.iter().map(Complex32::norm_sqr).enumerate();
+        let greatest = power.max_by(|a, b| a.1.total_cmp(&b.1));
+        self.pixels.place_m(greatest.map_or(0, |(k, _)| k))
+    }
 }
 
 /// Makes an image of echoes whose tracks are the ranges `parts`; looks and volume slices go to the

@@ -48,6 +48,17 @@ impl Pixels {
         }
     }
 
+    /// East, north and height of pixel `k`, counted row by row (m); of a volume on its lowest slice.
+    #[must_use]
+    pub fn place_m(&self, k: usize) -> [f64; 3] {
+        let (x_m, y_m) = (
+            self.grid.x_m(k % self.grid.nx),
+            self.grid.y_m(k / self.grid.nx),
+        );
+        let z_m = self.surface.as_ref().map_or(self.grid.z_m, |s| s.z_m(k));
+        [x_m, y_m, z_m]
+    }
+
     /// Least and greatest height, m.
     #[must_use]
     pub fn span_m(&self) -> [f64; 2] {
@@ -83,5 +94,23 @@ impl Pixels {
             }
             None => format!("at z = {low} m"),
         }
+    }
+}
+
+impl From<PlaneGrid> for Pixels {
+    fn from(grid: PlaneGrid) -> Self {
+        Self::plane(grid)
+    }
+}
+
+impl From<SurfaceGrid> for Pixels {
+    fn from(surface: SurfaceGrid) -> Self {
+        Self::surface(surface)
+    }
+}
+
+impl From<VolumeGrid> for Pixels {
+    fn from(volume: VolumeGrid) -> Self {
+        Self::volume(volume)
     }
 }

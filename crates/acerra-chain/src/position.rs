@@ -24,6 +24,18 @@ pub enum Positions {
     PerTrace(Vec<[f64; 3]>),
 }
 
+impl From<Trajectory> for Positions {
+    fn from(trajectory: Trajectory) -> Self {
+        Self::Trajectory(Box::new(trajectory))
+    }
+}
+
+impl From<Vec<[f64; 3]>> for Positions {
+    fn from(position_m: Vec<[f64; 3]>) -> Self {
+        Self::PerTrace(position_m)
+    }
+}
+
 /// Parameters of the stage `position`.
 #[derive(Clone, Debug, Default)]
 pub struct PositionOptions {
@@ -155,7 +167,7 @@ pub fn position(
 ) -> Result<Positions, PositionError> {
     let radar_file = || radar_file.to_owned();
     match (&options.source, inside) {
-        (PositionSource::Gnss(logs), _) => from_gnss(logs, options, warnings).map(boxed),
+        (PositionSource::Gnss(logs), _) => from_gnss(logs, options, warnings).map(Positions::from),
         (PositionSource::Trajectory(file), inside) => {
             if inside.is_some() {
                 warnings.add(format!(
@@ -164,7 +176,7 @@ pub fn position(
                     name_of(file)
                 ));
             }
-            from_file(file, options, warnings).map(boxed)
+            from_file(file, options, warnings).map(Positions::from)
         }
         (PositionSource::RadarFile, Some(_)) if options.lever_arm_m != [0.0; 3] => {
             Err(PositionError::LeverArmOfPhaseCentre {
@@ -178,10 +190,6 @@ pub fn position(
             radar_file: radar_file(),
         }),
     }
-}
-
-fn boxed(trajectory: Trajectory) -> Positions {
-    Positions::Trajectory(Box::new(trajectory))
 }
 
 fn open(path: &Path) -> Result<BufReader<File>, PositionError> {
@@ -311,7 +319,9 @@ mod tests {
 
     fn at(frame: Frame, position_m: [f64; 3]) -> Positions {
         let fix = Fix::new(0.0, position_m);
-        boxed(Trajectory::new(frame, TimeOrigin::Relative, vec![fix]).unwrap())
+        Trajectory::new(frame, TimeOrigin::Relative, vec![fix])
+            .unwrap()
+            .into()
     }
 
     #[test]

@@ -31,6 +31,18 @@ impl RadarContent {
     }
 }
 
+impl From<Radargram> for RadarContent {
+    fn from(radargram: Radargram) -> Self {
+        Self::Radargram(radargram)
+    }
+}
+
+impl From<Spectrum> for RadarContent {
+    fn from(spectrum: Spectrum) -> Self {
+        Self::Spectrum(spectrum)
+    }
+}
+
 /// A radar log as the chain takes it.
 #[derive(Clone, Debug)]
 pub struct RadarData {

@@ -3,7 +3,7 @@
 use crate::align::AlignOptions;
 use crate::clean::CleanOptions;
 use crate::position::Positions;
-use crate::read::RadarData;
+use crate::read::{RadarContent, RadarData};
 
 /// One flight, in memory.
 #[derive(Clone, Debug)]
@@ -18,8 +18,39 @@ pub struct Recording {
     pub options: TrackOptions,
 }
 
+impl Recording {
+    /// A flight from arrays in memory, with the default options.
+    #[must_use]
+    pub fn new(
+        name: impl Into<String>,
+        radar: impl Into<RadarContent>,
+        positions: impl Into<Positions>,
+    ) -> Self {
+        Self {
+            name: name.into(),
+            radar: RadarData::in_memory(radar.into()),
+            positions: positions.into(),
+            options: TrackOptions::default(),
+        }
+    }
+
+    /// The same with other options of the stage `clean`.
+    #[must_use]
+    pub fn clean_by(mut self, options: CleanOptions) -> Self {
+        self.options.clean = options;
+        self
+    }
+
+    /// The same with other options of the stage `align`.
+    #[must_use]
+    pub fn align_by(mut self, options: AlignOptions) -> Self {
+        self.options.align = options;
+        self
+    }
+}
+
 /// Parameters of the stages `align` and `clean` for one track, and its instrument's errors.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct TrackOptions {
     /// Clock offset and selection.
     pub align: AlignOptions,
