@@ -3,9 +3,11 @@
 use std::f64::consts::TAU;
 
 use acerra_imaging::metrics::{ImageView, strongest_maxima};
-use acerra_imaging::tracks::{Calibration, CommonTarget, Estimate, calibrate_on_target};
+use acerra_imaging::tracks::{
+    Calibration, CalibrationOptions as SearchOptions, CommonTarget, Estimate, calibrate_on_target,
+};
 use acerra_imaging::{
-    Complex32, ImagingError, Plan, PlanOptions, PlaneGrid, Pulses, Spreading, SurfaceGrid,
+    Complex32, ImagingError, ImagingPlan, PlanOptions, PlaneGrid, Pulses, Spreading, SurfaceGrid,
 };
 use acerra_radar::Spectrum;
 use serde::Serialize;
@@ -63,10 +65,19 @@ pub enum CalibrationError {
     Empty,
     /// The search cannot be imaged.
     #[error(transparent)]
-    Imaging(#[from] ImagingError),
+    Imaging(ImagingError),
     /// The caller asked to stop.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
+}
+
+impl From<ImagingError> for CalibrationError {
+    fn from(error: ImagingError) -> Self {
+        match error {
+            ImagingError::Cancelled => Self::Cancelled(Cancelled),
+            error => Self::Imaging(error),
+        }
+    }
 }
 
 /// A track as the calibration sees and corrects it.
@@ -153,7 +164,7 @@ pub(crate) fn calibrate(
         return Ok(());
     }
     control.check()?;
-    let found = common_target(tracks, options, scene)?;
+    let found = common_target(tracks, options, scene, control)?;
     for (track, estimate) in tracks.iter_mut().zip(&found.estimates) {
         let told = FoundCalibration::of(estimate, &track.spectrum.frequency_hz);
         if told.contrast_db < 10.0 || told.delay_ns.abs() > 0.98 * options.window_ns {
@@ -186,6 +197,7 @@ fn common_target(
     tracks: &[TrackEchoes],
     options: &CalibrationOptions,
     scene: &Scene,
+    control: &Control<'_>,
 ) -> Result<CommonTarget, CalibrationError> {
     let echoes = tracks.iter().map(|track| Echoes {
         spectrum: &track.spectrum,
@@ -207,17 +219,28 @@ fn common_target(
         .collect::<Result<_, _>>()?;
     let (candidates, stated_z_m) = match options.target_m {
         Some(target) => (vec![target], Some(target[2])),
-        None => (candidates(&pulses[0], scene)?, None),
+        None => (candidates(&pulses[0], scene, control)?, None),
     };
-    let window_s = options.window_ns * 1e-9;
     let height = |x: f64, y: f64| stated_z_m.unwrap_or_else(|| scene.ground.below_m(x, y));
-    let spreading = Spreading::InverseSquare;
-    calibrate_on_target(&pulses, &candidates, window_s, spreading, &height)
-        .map_err(CalibrationError::Target)
+    let search = SearchOptions {
+        window_s: options.window_ns * 1e-9,
+        spreading: Spreading::InverseSquare,
+    };
+    let cancel = control.silent_imaging();
+    calibrate_on_target(&pulses, &candidates, search, &height, cancel).map_err(
+        |error| match error {
+            ImagingError::Cancelled => Cancelled.into(),
+            error => CalibrationError::Target(error),
+        },
+    )
 }
 
 /// Maxima of a track's image, on few enough pixels to be had at once.
-fn candidates(pulses: &Pulses<'_>, scene: &Scene) -> Result<Vec<[f64; 3]>, CalibrationError> {
+fn candidates(
+    pulses: &Pulses<'_>,
+    scene: &Scene,
+    control: &Control<'_>,
+) -> Result<Vec<[f64; 3]>, CalibrationError> {
     /// Pixels that are imaged to find them.
     const PIXELS: f64 = 1e6;
     /// How far below the greatest maximum another may lie, and how many are tried.
@@ -242,17 +265,16 @@ fn candidates(pulses: &Pulses<'_>, scene: &Scene) -> Result<Vec<[f64; 3]>, Calib
     } else {
         None
     };
-    let options = PlanOptions {
-        accuracy: 1e-2,
-        check_pixels: 16,
-        ..PlanOptions::default()
-    };
+    let options = PlanOptions::default()
+        .with_accuracy(1e-2)
+        .with_check_pixels(16);
+    let cancel = control.silent_imaging();
     let plan = match &surface {
-        Some(surface) => Plan::on_surface(*pulses, surface, &options),
-        None => Plan::new(*pulses, grid, &options),
+        Some(surface) => ImagingPlan::with_control(*pulses, surface, &options, cancel),
+        None => ImagingPlan::with_control(*pulses, grid, &options, cancel),
     }?;
     let mut image = vec![Complex32::default(); grid.len()];
-    plan.run(&mut image, &|_| ())?;
+    plan.run(&mut image, cancel)?;
     let view = ImageView::new(&image, grid)?;
     let maxima = strongest_maxima(&view, FLOOR_DB, MOST);
     if maxima.is_empty() {

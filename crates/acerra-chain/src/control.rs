@@ -70,6 +70,29 @@ impl<'a> Control<'a> {
         }
     }
 
+    /// The same cancellation for an imaging operator, with `progress` called as it advances.
+    pub(crate) fn for_imaging<'b>(
+        &self,
+        progress: &'b (dyn Fn(acerra_imaging::Progress) + Sync),
+    ) -> acerra_imaging::Control<'b>
+    where
+        'a: 'b,
+    {
+        self.silent_imaging().reporting_to(progress)
+    }
+
+    /// The same cancellation for an imaging operator that reports nothing.
+    pub(crate) fn silent_imaging<'b>(&self) -> acerra_imaging::Control<'b>
+    where
+        'a: 'b,
+    {
+        let control = acerra_imaging::Control::default();
+        match self.cancel {
+            Some(flag) => control.cancelled_by(flag),
+            None => control,
+        }
+    }
+
     /// A step of `total` units begins.
     pub(crate) fn start(&self, name: &str, total: u64) {
         if let Some(progress) = self.progress {

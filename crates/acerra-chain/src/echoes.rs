@@ -2,7 +2,9 @@
 
 use std::ops::Range;
 
-use acerra_imaging::{Complex32, Plan, PlanOptions, PlaneGrid, Pulses, Spreading};
+use acerra_imaging::{
+    Complex32, ImagingPlan, PlanOptions, PlaneGrid, PulseArrays, Pulses, Spreading,
+};
 use acerra_radar::Spectrum;
 
 use crate::align::Aligned;
@@ -50,7 +52,7 @@ pub enum ImageError {
     },
     /// Anything else that the imaging operators refuse.
     #[error(transparent)]
-    Imaging(#[from] ImagingError),
+    Imaging(ImagingError),
     /// The sink does not take an image.
     #[error(transparent)]
     Sink(#[from] SinkError),
@@ -71,13 +73,13 @@ impl<'a> Echoes<'a> {
     /// # Errors
     /// Spectra, positions and weights of different numbers, or values that are not finite.
     pub fn pulses(&self, weight: &'a [f64]) -> Result<Pulses<'a>, ImagingError> {
-        Pulses::new(
-            &self.aligned.position_m,
-            &self.spectrum.frequency_hz,
-            &self.spectrum.values,
+        Pulses::new(PulseArrays {
+            position_m: &self.aligned.position_m,
+            frequency_hz: &self.spectrum.frequency_hz,
+            spectrum: &self.spectrum.values,
             weight,
-            self.light_speed_m_s,
-        )
+            light_speed_m_s: self.light_speed_m_s,
+        })
     }
 }
 
@@ -86,26 +88,43 @@ pub(crate) fn plan_on<'a>(
     pixels: &'a Pixels,
     pulses: Pulses<'a>,
     options: &PlanOptions,
-) -> Result<Plan<'a>, ImageError> {
+    control: &Control<'_>,
+) -> Result<ImagingPlan<'a>, ImageError> {
+    let control = control.silent_imaging();
     match &pixels.surface {
-        Some(surface) => Plan::on_surface(pulses, surface, options),
-        None => Plan::new(pulses, pixels.grid, options),
+        Some(surface) => ImagingPlan::with_control(pulses, &**surface, options, control),
+        None => ImagingPlan::with_control(pulses, pixels.grid, options, control),
     }
-    .map_err(ImageError::Plan)
+    .map_err(refused)
 }
 
 /// Runs a plan; `before` contributions of the step were computed by earlier ones.
 pub(crate) fn run_plan(
-    plan: &Plan<'_>,
+    plan: &ImagingPlan<'_>,
     image: &mut [Complex32],
     before: u64,
     control: &Control<'_>,
 ) -> Result<(), ImageError> {
-    control.check()?;
-    plan.run(image, &|step| control.at(before + step.done))
-        .map_err(ImageError::Plan)?;
-    control.check()?;
-    Ok(())
+    let progress = |step: acerra_imaging::Progress| control.at(before + step.done);
+    plan.run(image, control.for_imaging(&progress))
+        .map_err(refused)
+}
+
+/// A plan that cannot be made or run: cancelled, or refused.
+fn refused(error: ImagingError) -> ImageError {
+    match error {
+        ImagingError::Cancelled => ImageError::Cancelled(Cancelled),
+        error => ImageError::Plan(error),
+    }
+}
+
+impl From<ImagingError> for ImageError {
+    fn from(error: ImagingError) -> Self {
+        match error {
+            ImagingError::Cancelled => Self::Cancelled(Cancelled),
+            error => Self::Imaging(error),
+        }
+    }
 }
 
 /// A quick, unweighted image of modest accuracy, for its sharpness alone: `position_m` takes the
@@ -120,23 +139,21 @@ pub(crate) fn quick_look(
     light_speed_m_s: f64,
 ) -> Result<Vec<Complex32>, ImagingError> {
     let weight = vec![1.0; position_m.len()];
-    let pulses = Pulses::new(
+    let pulses = Pulses::new(PulseArrays {
         position_m,
-        &spectrum.frequency_hz,
-        &spectrum.values,
-        &weight,
+        frequency_hz: &spectrum.frequency_hz,
+        spectrum: &spectrum.values,
+        weight: &weight,
         light_speed_m_s,
-    )?;
+    })?;
     // Without 1/R², which would let what is nearest decide.
-    let options = PlanOptions {
-        accuracy: 1e-2,
-        spreading: Spreading::None,
-        check_pixels: 4,
-        ..PlanOptions::default()
-    };
-    let plan = Plan::new(pulses, grid, &options)?;
+    let options = PlanOptions::default()
+        .with_accuracy(1e-2)
+        .with_spreading(Spreading::None)
+        .with_check_pixels(4);
+    let plan = ImagingPlan::new(pulses, grid, &options)?;
     let mut image = vec![Complex32::default(); grid.len()];
-    plan.run(&mut image, &|_| ())?;
+    plan.run(&mut image, acerra_imaging::Control::default())?;
     Ok(image)
 }
 

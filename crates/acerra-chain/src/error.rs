@@ -63,7 +63,7 @@ pub enum ChainError {
     Image(ImageError),
     /// Stage `measure`.
     #[error(transparent)]
-    Measure(#[from] MeasureError),
+    Measure(MeasureError),
 }
 
 impl From<Cancelled> for ChainError {
@@ -101,6 +101,15 @@ impl From<ImageError> for ChainError {
         match error {
             ImageError::Cancelled(cancelled) => cancelled.into(),
             error => Self::Image(error),
+        }
+    }
+}
+
+impl From<MeasureError> for ChainError {
+    fn from(error: MeasureError) -> Self {
+        match error {
+            MeasureError::Cancelled(cancelled) => cancelled.into(),
+            error => Self::Measure(error),
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use acerra_imaging::{Complex32, IncidenceWeight, Plan, PlanOptions};
+use acerra_imaging::{Complex32, ImagingPlan, IncidenceWeight, PlanOptions};
 
 use crate::choices::{Sum, Weight};
 use crate::control::Control;
@@ -114,7 +114,7 @@ pub fn focus(
             image: made.image,
             pixels: made.pixels,
             options: request.options,
-            plan: made.run.explained,
+            plan: made.run.report.to_string(),
             promised_bytes: u64::try_from(made.bytes).unwrap_or(u64::MAX),
             checked_error: made.run.checked_error,
             multilook: None,
@@ -157,14 +157,13 @@ pub fn focus(
 
 fn plan_options(options: &FocusOptions) -> PlanOptions {
     let default = PlanOptions::default();
-    PlanOptions {
-        accuracy: options.accuracy,
-        incidence: options.incidence,
-        memory_limit_bytes: available_memory_bytes().map_or(default.memory_limit_bytes, |b| {
-            default.memory_limit_bytes.min(b.into())
-        }),
-        ..default
-    }
+    let limit_bytes = default.memory_limit_bytes;
+    default
+        .with_accuracy(options.accuracy)
+        .with_incidence(options.incidence)
+        .with_memory_limit_bytes(
+            available_memory_bytes().map_or(limit_bytes, |b| limit_bytes.min(b.into())),
+        )
 }
 
 /// An image, and what its plans said.
@@ -181,8 +180,8 @@ fn coherent_sum(input: LookInput<'_>, control: &Control<'_>) -> Result<Made, Ima
         "focus",
         contributions(image.len(), &(0..input.pulses.len())),
     );
-    let plan = plan_on(input.pixels, input.pulses, input.plan)?;
-    summary.add(&plan);
+    let plan = plan_on(input.pixels, input.pulses, input.plan, control)?;
+    summary.add(&plan, control);
     run_plan(&plan, &mut image, 0, control)?;
     control.finish();
     Ok(Made { image, summary })
@@ -207,8 +206,8 @@ fn sum_of_powers(
             .pulses
             .slice(part.clone())
             .map_err(ImageError::Tracks)?;
-        let plan = plan_on(input.pixels, pulses, input.plan)?;
-        summary.add(&plan);
+        let plan = plan_on(input.pixels, pulses, input.plan, control)?;
+        summary.add(&plan, control);
         run_plan(&plan, &mut image, before, control)?;
         before += contributions(image.len(), part);
         acerra_imaging::looks::add_power(&mut power, &image)?;
@@ -233,14 +232,15 @@ struct PlanSummary {
 }
 
 impl PlanSummary {
-    fn add(&mut self, plan: &Plan<'_>) {
+    fn add(&mut self, plan: &ImagingPlan<'_>, control: &Control<'_>) {
         if !self.explained.is_empty() {
             self.explained.push('\n');
         }
-        self.explained.push_str(&plan.explain());
+        self.explained.push_str(&plan.report().to_string());
         if plan.contributions() > MIN_CONTRIBUTIONS_TO_ESTIMATE {
             let threads = rayon::current_num_threads();
-            let line = format!("\nabout {:.2} s on {threads} threads", plan.estimate_s());
+            let seconds = plan.estimate_run_time_s(control.silent_imaging());
+            let line = format!("\nabout {seconds:.2} s on {threads} threads");
             self.explained.push_str(&line);
         }
         self.bytes = self.bytes.max(plan.memory_bytes());

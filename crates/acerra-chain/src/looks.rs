@@ -80,7 +80,7 @@ pub(crate) fn image_looks(
             .map(|(window, weight)| window * weight)
             .collect();
         let part = pulses.slice(look.pulses.clone())?.with_weight(&weight)?;
-        let plan = plan_on(pixels, part, plan)?;
+        let plan = plan_on(pixels, part, plan, control)?;
         run_plan(&plan, &mut image, before, control)?;
         before += contributions(grid.len(), &look.pulses);
         table_bytes = table_bytes.max(plan.memory_bytes() - 8 * grid.len() as u128);

@@ -5,6 +5,7 @@ use acerra_imaging::metrics::{
     ImageView, MeasureOptions as Metrics, Measurement, measure_targets_in,
 };
 
+use crate::control::{Cancelled, Control};
 use crate::echoes::Echoes;
 use crate::focus::Focused;
 
@@ -21,6 +22,9 @@ pub struct MeasureOptions {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum MeasureError {
+    /// The caller asked to stop.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
     /// Pixel values that are not finite.
     #[error("the image: {0}")]
     Image(ImagingError),
@@ -52,19 +56,23 @@ pub fn view_of(focused: &Focused) -> Result<ImageView<'_>, MeasureError> {
 /// Finds and measures the targets of an image of these echoes.
 ///
 /// # Errors
-/// Pixel values that are not finite, echoes that cannot be imaged.
+/// Pixel values that are not finite, echoes that cannot be imaged, cancellation.
 pub fn measure(
     echoes: Echoes<'_>,
     focused: &Focused,
     options: &MeasureOptions,
+    control: &Control<'_>,
 ) -> Result<Measurement, MeasureError> {
     let view = view_of(focused)?;
     let weight = echoes.weights(focused.options.weight);
     let pulses = echoes.pulses(&weight).map_err(MeasureError::Spectra)?;
-    let metrics = Metrics {
-        threshold_db: options.threshold_db,
-        max_targets: options.max_targets,
-        ..Metrics::default()
-    };
-    measure_targets_in(&view, &pulses, &metrics).map_err(MeasureError::Targets)
+    let metrics = Metrics::default()
+        .with_threshold_db(options.threshold_db)
+        .with_max_targets(options.max_targets);
+    measure_targets_in(&view, &pulses, &metrics, control.silent_imaging()).map_err(|error| {
+        match error {
+            ImagingError::Cancelled => MeasureError::Cancelled(Cancelled),
+            error => MeasureError::Targets(error),
+        }
+    })
 }

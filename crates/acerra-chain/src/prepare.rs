@@ -250,12 +250,13 @@ impl Prepared {
     /// Finds and measures the targets of an image.
     ///
     /// # Errors
-    /// Pixel values that are not finite.
+    /// Pixel values that are not finite, cancellation.
     pub fn measure(
         &self,
         focused: &Focused,
         options: &MeasureOptions,
+        control: &Control<'_>,
     ) -> Result<Measurement, MeasureError> {
-        measure(self.echoes(), focused, options)
+        measure(self.echoes(), focused, options, control)
     }
 }

@@ -1,6 +1,9 @@
 //! Volumes: slice after slice goes to the sink; what is greatest along each axis is kept.
 
-use acerra_imaging::{Complex32, PlanOptions, Pulses, SurfaceGrid, VolumeGrid, VolumeRun};
+use acerra_imaging::{
+    Complex32, PlanOptions, Pulses, SurfaceGrid, VolumeGrid, VolumeRun,
+    image_volume as image_slices,
+};
 
 use crate::control::Control;
 use crate::echoes::{ImageError, contributions};
@@ -61,8 +64,8 @@ pub(crate) fn image_volume(
         count: volume.nz,
     })?;
     let mut maxima = Maxima::new(volume);
-    let run = volume.image(pulses, options, |k, _, slice| {
-        control.check()?;
+    let cancel = control.silent_imaging();
+    let run = image_slices(&volume, pulses, options, cancel, |k, _, slice| {
         maxima.add(k, slice);
         control.at(per_slice * (k as u64 + 1));
         Ok::<(), ImageError>(sink.put(slice)?)

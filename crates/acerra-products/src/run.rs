@@ -120,7 +120,7 @@ pub fn process(
         prepared.image(&request, sink, control)
     })?;
     let measured = journal.stage("measure", |_| {
-        prepared.measure(&focused, &(&campaign.measure).into())
+        prepared.measure(&focused, &(&campaign.measure).into(), control)
     })?;
     weigh_image(&prepared, &focused)
         .into_iter()

@@ -112,7 +112,7 @@ mod tests {
     fn stack(count: usize) -> OpenStack<io::Cursor<Vec<u8>>> {
         let header = StackHeader {
             kind: StackKind::Volume,
-            grid: PlaneGrid::new(0.0, 1.0, 0.0, 0.5, 2, 1).unwrap(),
+            grid: PlaneGrid::new([0.0, 1.0, 0.0], 0.5, [2, 1]).unwrap(),
             count,
         };
         OpenStack::new(io::Cursor::new(Vec::new()), &header).unwrap()
@@ -148,7 +148,7 @@ mod tests {
         let mut sink = NpzSink::new(Path::new("/nowhere/at/all"));
         let header = StackHeader {
             kind: StackKind::Looks,
-            grid: PlaneGrid::new(0.0, 1.0, 0.0, 0.5, 2, 1).unwrap(),
+            grid: PlaneGrid::new([0.0, 1.0, 0.0], 0.5, [2, 1]).unwrap(),
             count: 1,
         };
         let message = sink.begin(&header).unwrap_err().to_string();
