@@ -17,6 +17,7 @@
 pub mod geodesy;
 pub mod interpolate;
 pub mod lever_arm;
+mod line_end;
 pub mod matrix;
 pub mod read;
 pub mod terrain;
