@@ -104,7 +104,10 @@ const FOREIGN: [(&[u8], &str); 14] = [
     (b"BZh", "a bzip2 archive: unpack it first"),
     (b"\xfd7zXZ\0", "an xz archive: unpack it first"),
     (b"7z\xbc\xaf\x27\x1c", "a 7-Zip archive: unpack it first"),
-    (b"\x93NUMPY", "a single NumPy array: save it in an NPZ archive"),
+    (
+        b"\x93NUMPY",
+        "a single NumPy array: save it in an NPZ archive",
+    ),
     (b"\x89HDF\r\n\x1a\n", "an HDF5 or MATLAB 7.3 file"),
     (b"MATLAB 5.0 MAT-file", "a MATLAB file"),
     (b"\x7fELF", "a program"),

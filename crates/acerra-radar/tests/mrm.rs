@@ -345,7 +345,10 @@ fn pickles_pictures_and_archives_are_refused_by_name() {
     let with = |mark: &[u8]| [mark, &noise[..]].concat();
     for (mark, found) in [
         (&b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR"[..], "found a PNG image"),
-        (b"\x80\x04\x95\xf2\x01\0\0\0\0\0\0}", "found a Python pickle"),
+        (
+            b"\x80\x04\x95\xf2\x01\0\0\0\0\0\0}",
+            "found a Python pickle",
+        ),
         (b"\x80\x03}q\0(X\x09\0\0\0", "found a Python pickle"),
         (b"\x80\x02]q\x01(", "found a Python pickle"),
         (b"\x1f\x8b\x08\0", "found a gzip archive"),
@@ -385,15 +388,11 @@ fn several_filterings_and_windows_keep_apart() {
         panic!("real")
     };
     assert_eq!(values[0], scan(10, 192).samples[0] as f32);
-    let first = RadargramOptions {
-        run: RunChoice::First,
-        filtering: Some(Filtering::Motion),
-    };
+    let first = RadargramOptions::default()
+        .with_run(RunChoice::First)
+        .with_filtering(Filtering::Motion);
     assert_eq!(log.radargram(&first).unwrap().radargram.traces, 10);
-    let none = RadargramOptions {
-        run: RunChoice::Number(2),
-        filtering: None,
-    };
+    let none = RadargramOptions::default().with_run(RunChoice::Number(2));
     assert_eq!(
         log.radargram(&none).unwrap_err().to_string(),
         "run 2 asked for, but the log has 2 (raw)"
@@ -521,10 +520,7 @@ fn hostile_and_foreign_files_are_errors_that_say_why() {
             Err(OpenError::Read(ReadError::Unrecognised { .. }))
         ));
     }
-    let limits = Limits {
-        max_samples: 2000,
-        ..Limits::default()
-    };
+    let limits = Limits::default().with_max_samples(2000);
     assert!(matches!(
         read_mrm(&good[..], &limits),
         Err(ReadError::Limit { limit: 2000, .. })

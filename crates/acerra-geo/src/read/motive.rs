@@ -270,7 +270,10 @@ mod tests {
             let (track, report) = read_trajectory(text.as_bytes(), &ReadOptions::default())?;
             assert_eq!(track.fixes()[0].position_m, [1.0, -3.0, 2.0], "{rows}");
             assert!(track.fixes()[0].attitude.is_some());
-            assert_eq!(report.warnings, [ReadWarning::UnnamedBody { columns: [3, 9] }]);
+            assert_eq!(
+                report.warnings,
+                [ReadWarning::UnnamedBody { columns: [3, 9] }]
+            );
         }
         // Two of them cannot be told apart; positions alone may be a marker's.
         let two = "X,Y,Z,W,X,Y,Z,X,Y,Z,W,X,Y,Z";

@@ -99,8 +99,14 @@ mod tests {
                 Some(Nmea),
             ),
             ("Format Version,1.23,Take Name,A\r\n", Some(Motive)),
-            ("# carriage returns alone\rtime_s,x,y,z\r0,1,2,3\r", Some(Csv)),
-            ("% program   : RTKLIB\r%  GPST                  latitude(deg) longitude(deg)\r", Some(RtklibPos)),
+            (
+                "# carriage returns alone\rtime_s,x,y,z\r0,1,2,3\r",
+                Some(Csv),
+            ),
+            (
+                "% program   : RTKLIB\r%  GPST                  latitude(deg) longitude(deg)\r",
+                Some(RtklibPos),
+            ),
             (
                 "     3.04           OBSERVATION DATA    M                   RINEX VERSION / TYPE\n",
                 None,

@@ -98,7 +98,13 @@ mod tests {
                     Line::TooLong => ("…".to_owned(), true),
                 });
             }
-            let want = [("a", true), ("b", true), ("", true), ("c", true), ("", true)];
+            let want = [
+                ("a", true),
+                ("b", true),
+                ("", true),
+                ("c", true),
+                ("", true),
+            ];
             let want = [&want[..], &[("…", true), ("d", false)]].concat();
             let want: Vec<_> = want.iter().map(|(t, e)| ((*t).to_owned(), *e)).collect();
             assert_eq!(seen, want, "{portion}");

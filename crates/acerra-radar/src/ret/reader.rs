@@ -24,14 +24,16 @@ const EVENTS: [&str; 5] = [
 /// Whether a file's first bytes look like an MRM-RET log: text, with a known event or heading.
 pub(crate) fn recognise(head: &[u8]) -> bool {
     let head = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head);
-    head.split(|b| matches!(b, b'\n' | b'\r')).take(100).any(|line| {
-        // A first line may be cut off by the look-ahead, and other lines may be unreadable.
-        let line = String::from_utf8_lossy(&line[..line.len().min(256)]);
-        let fields = Fields::new(&line);
-        let event = fields.get(2).unwrap_or_default();
-        EVENTS.contains(&event)
-            && (fields.get(1) == Some("Timestamp") || fields.parse::<f64>(1, "a time").is_ok())
-    })
+    head.split(|b| matches!(b, b'\n' | b'\r'))
+        .take(100)
+        .any(|line| {
+            // A first line may be cut off by the look-ahead, and other lines may be unreadable.
+            let line = String::from_utf8_lossy(&line[..line.len().min(256)]);
+            let fields = Fields::new(&line);
+            let event = fields.get(2).unwrap_or_default();
+            EVENTS.contains(&event)
+                && (fields.get(1) == Some("Timestamp") || fields.parse::<f64>(1, "a time").is_ok())
+        })
 }
 
 /// Reads an MRM-RET text log.

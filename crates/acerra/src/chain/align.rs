@@ -107,10 +107,8 @@ fn is_held(campaign: &Campaign, placed: &Placed) -> bool {
 /// The interpolation that a campaign asks for.
 #[must_use]
 pub fn interpolator<'a>(campaign: &Campaign, trajectory: &'a Trajectory) -> Interpolator<'a> {
-    let options = InterpolationOptions {
-        max_gap_s: campaign.trajectory.max_gap_s,
-        ..InterpolationOptions::default()
-    };
+    let mut options = InterpolationOptions::default();
+    options.max_gap_s = campaign.trajectory.max_gap_s;
     Interpolator::new(trajectory, &options)
 }
 

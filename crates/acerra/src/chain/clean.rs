@@ -151,10 +151,11 @@ fn time(
 ) -> anyhow::Result<ZeroTimingResult> {
     let delay_s = campaign.radar.delay_ns.map(|ns| ns * 1e-9);
     let method = match campaign.zero_timing() {
-        ZeroTiming::FirstTrace => Timing::FirstTrace(SurfaceOptions {
-            approximate_delay_s: delay_s,
-            ..SurfaceOptions::default()
-        }),
+        ZeroTiming::FirstTrace => {
+            let mut options = SurfaceOptions::default();
+            options.approximate_delay_s = delay_s;
+            Timing::FirstTrace(options)
+        }
         ZeroTiming::None => delay_s.map_or(Timing::None, Timing::Delay),
         ZeroTiming::Shift { shift_ns } => Timing::Shift(shift_ns * 1e-9 - delay_s.unwrap_or(0.0)),
     };
