@@ -220,31 +220,53 @@ fn trajectory(outcome: &Outcome) -> TrajectoryEvidence {
 
 fn alignment(outcome: &Outcome) -> Option<AlignmentEvidence> {
     let search = outcome.prepared.first().search.as_ref()?;
-    Some(AlignmentEvidence {
-        offset_s: search
-            .motion
-            .curve
-            .iter()
-            .map(|(offset, _)| *offset)
-            .collect(),
-        score: search
-            .motion
-            .curve
-            .iter()
-            .map(|(_, score)| *score)
-            .collect(),
-        chosen_s: search.time_offset_s,
-        score_name: "correlation of the radargram's change with the platform's speed".to_owned(),
-        remark: format!(
-            "Motion correlates best at {:.3} s ({:.2}; next best {:.2}); about there the image is \
-             sharpest at {:.3} s, {:.2} times the median of the {} offsets tried.",
-            search.motion.offset_s,
-            search.motion.correlation,
-            search.motion.runner_up,
-            search.time_offset_s,
-            search.sharpness_ratio,
+    let total = &search.likelihood.total;
+    let best = total.best().1;
+    // What is far less likely than the best is drawn as just that.
+    let stride = (total.log_likelihood.len() / 4000).max(1);
+    let (offset_s, score) = (0..total.log_likelihood.len())
+        .step_by(stride)
+        .map(|k| {
+            (
+                total.offset_s(k),
+                (total.log_likelihood[k] - best).max(-60.0),
+            )
+        })
+        .unzip();
+    let estimate = &search.estimate;
+    let mut remark = format!(
+        "The offset is {:.4} ± {:.4} s by height, motion and sharpness together.",
+        estimate.offset_s, estimate.sigma_s
+    );
+    if let Some(height) = &search.likelihood.height {
+        remark += &format!(" Height alone says {:.3} s.", height.offset_s);
+    }
+    if let Some(motion) = &search.likelihood.motion {
+        remark += &format!(" Motion alone says {:.3} s.", motion.offset_s);
+    }
+    if let Some(sharpness) = &estimate.sharpness {
+        remark += &format!(
+            " The image is sharpest at {:.4} ± {:.4} s, of {} offsets tried.",
+            sharpness.offset_s,
+            sharpness.sigma_s,
             search.sharpness.offset_s.len()
-        ),
+        );
+    }
+    match estimate.second {
+        Some((second_s, below)) => {
+            remark += &format!(
+                " The most likely other offset is {second_s:.3} s, at a log-likelihood {below:.0} \
+                 below."
+            );
+        }
+        None => remark += " Every other offset tried is out of the question.",
+    }
+    Some(AlignmentEvidence {
+        offset_s,
+        score,
+        chosen_s: estimate.offset_s,
+        score_name: "log-likelihood below the best".to_owned(),
+        remark,
     })
 }
 

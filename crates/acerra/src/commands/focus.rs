@@ -104,12 +104,18 @@ fn write_traces(outcome: &Outcome, out: &mut dyn Write) -> anyhow::Result<()> {
     )?;
     writeln!(out, ", time offset {:.4} s", first.time_offset_s)?;
     if let Some(search) = &first.search {
-        writeln!(
-            out,
-            "           found: motion correlates with {:.2} (elsewhere {:.2}), image {:.2} times \
-             sharper than the median",
-            search.motion.correlation, search.motion.runner_up, search.sharpness_ratio
-        )?;
+        let estimate = &search.estimate;
+        write!(out, "           found: ± {:.1} ms", 1e3 * estimate.sigma_s)?;
+        if let Some(height) = &search.likelihood.height {
+            write!(out, ", by height {:.3} s", height.offset_s)?;
+        }
+        if let Some(motion) = &search.likelihood.motion {
+            write!(out, ", by motion {:.3} s", motion.offset_s)?;
+        }
+        if let Some(sharpness) = &estimate.sharpness {
+            write!(out, ", by sharpness {:.4} s", sharpness.offset_s)?;
+        }
+        writeln!(out)?;
     }
     Ok(())
 }
