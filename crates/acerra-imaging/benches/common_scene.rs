@@ -11,7 +11,7 @@
 mod scene;
 
 use acerra_imaging::{
-    Complex32, Complex64, Engine, Forward, Plan, PlanOptions, SimdLevel, Spreading,
+    Complex32, Complex64, Control, Engine, Forward, ImagingPlan, PlanOptions, SimdLevel, Spreading,
 };
 use scene::{Scene, processor_time_s};
 use std::time::Instant;
@@ -74,28 +74,27 @@ fn main() {
             .filter(|l| level_wanted(**l))
         {
             for engine in engines.iter().copied() {
-                let options = PlanOptions {
-                    accuracy,
-                    spreading: Spreading::None,
-                    level,
-                    engine,
-                    ..Default::default()
-                };
+                let options = PlanOptions::default()
+                    .with_accuracy(accuracy)
+                    .with_spreading(Spreading::None)
+                    .with_level(level)
+                    .with_engine(engine);
                 let start = Instant::now();
-                let plan = Plan::new(pulses, grid, &options).unwrap();
+                let plan = ImagingPlan::new(pulses, grid, &options).unwrap();
                 let planning = start.elapsed().as_secs_f64();
                 if !table {
                     println!("\n{plan}\nplanned in {planning:.3} s");
                 }
                 let mut rates = Vec::new();
                 for (threads, pool) in [1, 2].into_iter().zip(&pools) {
-                    let estimate = pool.install(|| plan.estimate_s());
+                    let estimate = pool.install(|| plan.estimate_run_time_s(Control::default()));
                     let (mut best, mut best_cpu) = (f64::INFINITY, f64::INFINITY);
                     let mut peak = 0f64;
                     for _ in 0..if gbp > 10.0 { 2 } else { 5 } {
                         peak = peak.max(level.measure_peak().unwrap());
                         let (start, cpu) = (Instant::now(), processor_time_s());
-                        pool.install(|| plan.run(&mut image, &|_| ())).unwrap();
+                        pool.install(|| plan.run(&mut image, Control::default()))
+                            .unwrap();
                         best = best.min(start.elapsed().as_secs_f64());
                         best_cpu = best_cpu.min(processor_time_s() - cpu);
                     }
@@ -136,13 +135,11 @@ fn time_forward(scene: &Scene) {
     let mut echo = vec![Complex64::ZERO; scene.spectrum.len()];
     for &level in SimdLevel::available().iter().rev() {
         for engine in [Engine::Direct, Engine::Factorized] {
-            let options = PlanOptions {
-                accuracy: 2e-3,
-                spreading: Spreading::None,
-                level,
-                engine,
-                ..Default::default()
-            };
+            let options = PlanOptions::default()
+                .with_accuracy(2e-3)
+                .with_spreading(Spreading::None)
+                .with_level(level)
+                .with_engine(engine);
             let forward = Forward::new(scene.pulses(), scene.grid, &options).unwrap();
             for threads in [1, 2] {
                 let pool = rayon::ThreadPoolBuilder::new()
@@ -152,7 +149,7 @@ fn time_forward(scene: &Scene) {
                 let mut best = f64::INFINITY;
                 for _ in 0..3 {
                     let start = Instant::now();
-                    pool.install(|| forward.run(&image, &mut echo, &|_| ()))
+                    pool.install(|| forward.run(&image, &mut echo, Control::default()))
                         .unwrap();
                     best = best.min(start.elapsed().as_secs_f64());
                 }

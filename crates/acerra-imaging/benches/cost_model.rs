@@ -8,7 +8,7 @@
 
 mod scene;
 
-use acerra_imaging::{Complex32, Engine, Plan, PlanOptions, Spreading};
+use acerra_imaging::{Complex32, Control, Engine, ImagingPlan, PlanOptions, Spreading};
 use scene::Scene;
 use std::time::Instant;
 
@@ -38,21 +38,19 @@ fn main() {
                 if usual == large || too_long {
                     continue;
                 }
-                let options = PlanOptions {
-                    engine,
-                    spreading: Spreading::None,
-                    ..Default::default()
-                };
-                let plan = Plan::new(scene.pulses(), scene.grid, &options).unwrap();
+                let options = PlanOptions::default()
+                    .with_engine(engine)
+                    .with_spreading(Spreading::None);
+                let plan = ImagingPlan::new(scene.pulses(), scene.grid, &options).unwrap();
                 if engine == Engine::Auto && plan.engine() == Engine::Direct {
                     continue;
                 }
-                let estimate = plan.estimate_s();
+                let estimate = plan.estimate_run_time_s(Control::default());
                 let mut image = vec![Complex32::ZERO; scene.grid.len()];
                 let mut took = f64::INFINITY;
                 for _ in 0..if gbp < 5.0 { 5 } else { 1 } {
                     let start = Instant::now();
-                    plan.run(&mut image, &|_| ()).unwrap();
+                    plan.run(&mut image, Control::default()).unwrap();
                     took = took.min(start.elapsed().as_secs_f64());
                 }
                 let ratio = estimate / took;

@@ -2,8 +2,8 @@
 
 #![allow(missing_docs, clippy::unwrap_used)]
 
-use acerra_imaging::PlaneGrid;
 use acerra_imaging::psf::{Analysis, PointSpread, TrackShape, psf_image, synthetic_track};
+use acerra_imaging::{Control, PlaneGrid};
 
 fn main() {
     divan::main();
@@ -28,7 +28,7 @@ fn image(bencher: divan::Bencher) {
         .counter(divan::counter::ItemsCount::new(
             grid.len() * spread.position_m().len(),
         ))
-        .bench_local(|| psf_image(&spread, &[[0.0, 2.0, 0.0]], grid).unwrap());
+        .bench_local(|| psf_image(&spread, &[[0.0, 2.0, 0.0]], grid, Control::default()).unwrap());
 }
 
 /// Peak, cuts and ghost on the exact function.

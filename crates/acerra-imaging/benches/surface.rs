@@ -6,8 +6,8 @@
 #![allow(clippy::print_stdout, clippy::unwrap_used, missing_docs)]
 
 use acerra_imaging::{
-    Complex32, Complex64, Engine, ImagingError, Plan, PlanOptions, PlaneGrid, Pulses,
-    SPEED_OF_LIGHT_M_S, SimdLevel, SurfaceGrid,
+    Complex32, Complex64, Control, Engine, ImagingError, ImagingPlan, PlanOptions, PlaneGrid,
+    PulseArrays, Pulses, SPEED_OF_LIGHT_M_S, SimdLevel, SurfaceGrid,
 };
 use std::time::Instant;
 
@@ -33,15 +33,15 @@ fn main() {
         .map(|_| Complex64::new(random(), random()))
         .collect();
     let weight = vec![1.0; 331];
-    let pulses = Pulses::new(
-        &position_m,
-        &frequency_hz,
-        &spectrum,
-        &weight,
-        SPEED_OF_LIGHT_M_S,
-    )
+    let pulses = Pulses::new(PulseArrays {
+        position_m: &position_m,
+        frequency_hz: &frequency_hz,
+        spectrum: &spectrum,
+        weight: &weight,
+        light_speed_m_s: SPEED_OF_LIGHT_M_S,
+    })
     .unwrap();
-    let base = PlaneGrid::new(-9.0, -9.0, 0.0, 0.01, 1800, 1800).unwrap();
+    let base = PlaneGrid::new([-9.0, -9.0, 0.0], 0.01, [1800, 1800]).unwrap();
     let knot = |i: f64, j: f64| 0.35 * (1.1 * i + 0.7 * j).sin() + 0.15 * (1.9 * j).cos();
     let facets = SurfaceGrid::from_fn(base, |x, y| {
         let (i, j) = (x / 0.5, y / 0.5);
@@ -66,15 +66,13 @@ fn main() {
                 ("facets", Some(&facets)),
                 ("wave", Some(&wave)),
             ] {
-                let options = PlanOptions {
-                    accuracy,
-                    level,
-                    engine: Engine::Direct,
-                    ..Default::default()
-                };
+                let options = PlanOptions::default()
+                    .with_accuracy(accuracy)
+                    .with_level(level)
+                    .with_engine(Engine::Direct);
                 let plan = match ground {
-                    Some(surface) => Plan::on_surface(pulses, surface, &options),
-                    None => Plan::new(pulses, base, &options),
+                    Some(surface) => ImagingPlan::new(pulses, surface, &options),
+                    None => ImagingPlan::new(pulses, base, &options),
                 }
                 .unwrap();
                 let mut image = vec![Complex32::ZERO; base.len()];
@@ -85,7 +83,8 @@ fn main() {
                     let mut best = f64::INFINITY;
                     for _ in 0..3 {
                         let start = Instant::now();
-                        pool.install(|| plan.run(&mut image, &|_| ())).unwrap();
+                        pool.install(|| plan.run(&mut image, Control::default()))
+                            .unwrap();
                         best = best.min(start.elapsed().as_secs_f64());
                     }
                     speed[k] = contributions / best;
@@ -102,7 +101,12 @@ fn main() {
                     100.0 * speed[1] / of_plane[1],
                     plan.self_check().map_or(f64::NAN, |c| c.error)
                 );
-                for line in plan.explain().lines().filter(|l| l.starts_with("direct")) {
+                for line in plan
+                    .report()
+                    .to_string()
+                    .lines()
+                    .filter(|l| l.starts_with("direct"))
+                {
                     println!("  {}", line.rsplit(';').next().unwrap_or(""));
                 }
             }

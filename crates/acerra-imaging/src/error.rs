@@ -1,4 +1,4 @@
-//! What can be wrong with a request for an image.
+//! Errors of imaging.
 
 use thiserror::Error;
 
@@ -61,6 +61,9 @@ pub enum ImagingError {
     /// A weight by incidence over tilted or uneven ground.
     #[error("a weight by incidence needs a level image plane, this one is tilted or uneven")]
     NotLevel,
+    /// The operation was cancelled through its [`Control`](crate::Control).
+    #[error("cancelled")]
+    Cancelled,
     /// The processor lacks the instructions that were asked for.
     #[error("this processor has no {level}")]
     NoSuchLevel {

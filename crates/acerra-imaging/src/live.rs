@@ -1,20 +1,33 @@
 //! An image that grows as pulses come in.
 
-use crate::rows::TiltedGrid;
-use crate::{ImagingError, Plan, PlanOptions, Pulses};
+use crate::control::Control;
+use crate::error::ImagingError;
+use crate::grid::tilted::TiltedGrid;
+use crate::plan::imaging::ImagingPlan;
+use crate::plan::options::PlanOptions;
+use crate::pulses::Pulses;
 use num_complex::Complex32;
 
 /// The image of all pulses pushed so far, readable at any time.
 ///
 /// ```
-/// use acerra_imaging::{Complex64, LiveImage, PlanOptions, PlaneGrid, Pulses};
+/// use acerra_imaging::{
+///     Complex64, Control, LiveImage, PlanOptions, PlaneGrid, PulseArrays, Pulses,
+/// };
 /// let grid = PlaneGrid::from_ranges([0.0, 0.2], [0.0, 0.2], 0.0, 0.02)?;
 /// let mut live = LiveImage::new(grid, PlanOptions::default());
 /// let frequency_hz: Vec<f64> = (0..40).map(|n| 3.1e9 + 2e7 * f64::from(n)).collect();
 /// let spectrum = vec![Complex64::new(1.0, 0.0); 40];
 /// for m in 0..3 {
 ///     let position_m = [[0.0, 0.1 * f64::from(m), 5.0]];
-///     live.push(Pulses::new(&position_m, &frequency_hz, &spectrum, &[1.0], 3e8)?)?;
+///     let pulse = Pulses::new(PulseArrays {
+///         position_m: &position_m,
+///         frequency_hz: &frequency_hz,
+///         spectrum: &spectrum,
+///         weight: &[1.0],
+///         light_speed_m_s: 3e8,
+///     })?;
+///     live.push(pulse, Control::default())?;
 /// }
 /// assert_eq!((live.pulses(), live.image().len()), (3, grid.len()));
 /// # Ok::<(), acerra_imaging::ImagingError>(())
@@ -47,9 +60,10 @@ impl LiveImage {
     /// Adds a batch of pulses.
     ///
     /// # Errors
-    /// As [`Plan::new`]; the image then stays as it was.
-    pub fn push(&mut self, pulses: Pulses) -> Result<(), ImagingError> {
-        Plan::new(pulses, self.grid, &self.options)?.run(&mut self.batch, &|_| ())?;
+    /// As [`ImagingPlan::new`], and cancellation; the image then stays as it was.
+    pub fn push(&mut self, pulses: Pulses, control: Control) -> Result<(), ImagingError> {
+        let plan = ImagingPlan::with_control(pulses, self.grid, &self.options, control)?;
+        plan.run(&mut self.batch, control)?;
         for (sum, v) in self.image.iter_mut().zip(&self.batch) {
             *sum += v;
         }

@@ -4,7 +4,7 @@
 //! powers fluctuates less (by the square root of their number where they do not overlap), at the
 //! price of along-track resolution.
 
-use crate::ImagingError;
+use crate::error::ImagingError;
 use num_complex::Complex32;
 use std::f64::consts::TAU;
 use std::ops::Range;
@@ -68,7 +68,7 @@ pub fn looks(
     let mut so_far = 0.0;
     for (k, p) in position_m.iter().enumerate() {
         if k > 0 {
-            so_far += crate::reference::range_m(*p, position_m[k - 1]);
+            so_far += crate::vector::range_m(*p, position_m[k - 1]);
         }
         path_m.push(so_far);
     }
@@ -118,7 +118,7 @@ pub fn looks(
 /// # Errors
 /// Arrays of different lengths.
 pub fn add_power(power: &mut [f32], look: &[Complex32]) -> Result<(), ImagingError> {
-    crate::pulses::check_length("look", power.len(), look.len())?;
+    crate::checks::check_length("look", power.len(), look.len())?;
     for (p, v) in power.iter_mut().zip(look) {
         *p += v.norm_sqr();
     }

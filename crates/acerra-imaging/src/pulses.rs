@@ -1,6 +1,7 @@
-//! The measured data as the imaging operators take them.
+//! Measured data as the imaging operators take them.
 
-use crate::ImagingError;
+use crate::checks::{check_finite, check_length, check_positive};
+use crate::error::ImagingError;
 use num_complex::Complex64;
 
 /// Speed of light in vacuum, m/s.
@@ -28,15 +29,36 @@ impl Spreading {
     }
 }
 
-/// One spectrum a pulse, with the place of the antenna, borrowed from whoever measured it.
+/// The arrays that [`Pulses`] borrow, by name.
+#[derive(Debug, Clone, Copy)]
+pub struct PulseArrays<'a> {
+    /// Antenna phase centres, `[M]` of `[x, y, z]` in metres.
+    pub position_m: &'a [[f64; 3]],
+    /// Frequencies, `[N]`, Hz.
+    pub frequency_hz: &'a [f64],
+    /// Spectra, `[M, N]` row-major.
+    pub spectrum: &'a [Complex64],
+    /// Weight of each pulse in the sum, `[M]`; 1 for the plain sum over traces.
+    pub weight: &'a [f64],
+    /// Speed of light, m/s.
+    pub light_speed_m_s: f64,
+}
+
+/// Measured data: a spectrum and an antenna position for every pulse, borrowed from their owner.
 ///
 /// ```
-/// use acerra_imaging::{Complex64, Pulses, SPEED_OF_LIGHT_M_S};
+/// use acerra_imaging::{Complex64, PulseArrays, Pulses, SPEED_OF_LIGHT_M_S};
 /// let position_m = [[0.0, -1.0, 5.0], [0.0, 1.0, 5.0]];
 /// let frequency_hz = [3.1e9, 3.105e9, 3.110e9];
 /// let spectrum = [Complex64::new(1.0, 0.0); 6];
 /// let weight = [1.0; 2];
-/// let pulses = Pulses::new(&position_m, &frequency_hz, &spectrum, &weight, SPEED_OF_LIGHT_M_S)?;
+/// let pulses = Pulses::new(PulseArrays {
+///     position_m: &position_m,
+///     frequency_hz: &frequency_hz,
+///     spectrum: &spectrum,
+///     weight: &weight,
+///     light_speed_m_s: SPEED_OF_LIGHT_M_S,
+/// })?;
 /// assert_eq!(pulses.len(), 2);
 /// assert!((pulses.frequency_step_hz().unwrap() - 5e6).abs() < 1.0);
 /// # Ok::<(), acerra_imaging::ImagingError>(())
@@ -51,19 +73,19 @@ pub struct Pulses<'a> {
 }
 
 impl<'a> Pulses<'a> {
-    /// Checks and borrows the data: `position_m` `[M]`, `frequency_hz` `[N]`, `spectrum` `[M, N]`
-    /// row-major, `weight` `[M]` (1 for the plain sum over traces).
+    /// Checks and borrows the data.
     ///
     /// # Errors
     /// Empty or mismatched arrays, values that are not finite, a frequency or speed that is not
     /// positive.
-    pub fn new(
-        position_m: &'a [[f64; 3]],
-        frequency_hz: &'a [f64],
-        spectrum: &'a [Complex64],
-        weight: &'a [f64],
-        light_speed_m_s: f64,
-    ) -> Result<Self, ImagingError> {
+    pub fn new(arrays: PulseArrays<'a>) -> Result<Self, ImagingError> {
+        let PulseArrays {
+            position_m,
+            frequency_hz,
+            spectrum,
+            weight,
+            light_speed_m_s,
+        } = arrays;
         if position_m.is_empty() {
             return Err(ImagingError::Empty { what: "position_m" });
         }
@@ -82,20 +104,10 @@ impl<'a> Pulses<'a> {
         check_finite("frequency_hz", frequency_hz.iter().copied())?;
         check_finite("spectrum", spectrum.iter().map(|v| v.re + v.im))?;
         check_finite("weight", weight.iter().copied())?;
-        if let Some(&found) = frequency_hz.iter().find(|f| **f <= 0.0) {
-            return Err(ImagingError::OutOfRange {
-                what: "frequency_hz",
-                expected: "above 0 Hz",
-                found,
-            });
+        for f in frequency_hz {
+            check_positive("frequency_hz", "above 0 Hz", *f)?;
         }
-        if !(light_speed_m_s.is_finite() && light_speed_m_s > 0.0) {
-            return Err(ImagingError::OutOfRange {
-                what: "light_speed_m_s",
-                expected: "above 0 m/s",
-                found: light_speed_m_s,
-            });
-        }
+        check_positive("light_speed_m_s", "above 0 m/s", light_speed_m_s)?;
         Ok(Self {
             position_m,
             frequency_hz,
@@ -209,32 +221,6 @@ impl<'a> Pulses<'a> {
     }
 }
 
-pub(crate) fn check_length(
-    what: &'static str,
-    expected: usize,
-    found: usize,
-) -> Result<(), ImagingError> {
-    if expected == found {
-        Ok(())
-    } else {
-        Err(ImagingError::Length {
-            what,
-            expected,
-            found,
-        })
-    }
-}
-
-pub(crate) fn check_finite(
-    what: &'static str,
-    mut values: impl Iterator<Item = f64>,
-) -> Result<(), ImagingError> {
-    match values.position(|v| !v.is_finite()) {
-        Some(index) => Err(ImagingError::NotFinite { what, index }),
-        None => Ok(()),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -245,10 +231,20 @@ mod tests {
         let f = [1e9, 2e9];
         let s = [Complex64::new(1.0, 0.0); 4];
         let w = [1.0; 2];
-        let c = SPEED_OF_LIGHT_M_S;
-        assert!(Pulses::new(&p, &f, &s, &w, c).is_ok());
+        let good = PulseArrays {
+            position_m: &p,
+            frequency_hz: &f,
+            spectrum: &s,
+            weight: &w,
+            light_speed_m_s: SPEED_OF_LIGHT_M_S,
+        };
+        assert!(Pulses::new(good).is_ok());
         assert_eq!(
-            Pulses::new(&p, &f, &s[..3], &w, c).unwrap_err(),
+            Pulses::new(PulseArrays {
+                spectrum: &s[..3],
+                ..good
+            })
+            .unwrap_err(),
             ImagingError::Length {
                 what: "spectrum",
                 expected: 4,
@@ -258,16 +254,46 @@ mod tests {
         let mut bad = s;
         bad[2].im = f64::NAN;
         assert_eq!(
-            Pulses::new(&p, &f, &bad, &w, c).unwrap_err(),
+            Pulses::new(PulseArrays {
+                spectrum: &bad,
+                ..good
+            })
+            .unwrap_err(),
             ImagingError::NotFinite {
                 what: "spectrum",
                 index: 2
             }
         );
-        assert!(Pulses::new(&[], &f, &[], &[], c).is_err());
-        assert!(Pulses::new(&p, &[1e9, 0.0], &s, &w, c).is_err());
-        assert!(Pulses::new(&p, &f, &s, &w, 0.0).is_err());
-        assert!(Pulses::new(&p, &f, &s, &w, f64::INFINITY).is_err());
+        assert!(
+            Pulses::new(PulseArrays {
+                position_m: &[],
+                spectrum: &[],
+                weight: &[],
+                ..good
+            })
+            .is_err()
+        );
+        assert!(
+            Pulses::new(PulseArrays {
+                frequency_hz: &[1e9, 0.0],
+                ..good
+            })
+            .is_err()
+        );
+        assert!(
+            Pulses::new(PulseArrays {
+                light_speed_m_s: 0.0,
+                ..good
+            })
+            .is_err()
+        );
+        assert!(
+            Pulses::new(PulseArrays {
+                light_speed_m_s: f64::INFINITY,
+                ..good
+            })
+            .is_err()
+        );
     }
 
     #[test]
@@ -277,9 +303,15 @@ mod tests {
         let w = [1.0];
         let even: Vec<f64> = (0..4).map(|n| 3.1e9 + 5e6 * f64::from(n)).collect();
         let step = |f: &[f64]| {
-            Pulses::new(&p, f, &s[..f.len()], &w, 3e8)
-                .unwrap()
-                .frequency_step_hz()
+            Pulses::new(PulseArrays {
+                position_m: &p,
+                frequency_hz: f,
+                spectrum: &s[..f.len()],
+                weight: &w,
+                light_speed_m_s: 3e8,
+            })
+            .unwrap()
+            .frequency_step_hz()
         };
         assert!((step(&even).unwrap() - 5e6).abs() < 1e-3);
         assert_eq!(step(&[1e9, 1.1e9, 1.25e9]), None);

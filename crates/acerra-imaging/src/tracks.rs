@@ -10,14 +10,16 @@
 //! several, the one that all tracks agree on, since what is a ghost to one track is none to a
 //! track beside it.
 
-use crate::pulses::{check_finite, check_length};
-use crate::reference::range_m;
-use crate::{ImagingError, Pulses, Spreading};
+use crate::checks::{check_finite, check_length, check_positive};
+use crate::control::Control;
+use crate::error::ImagingError;
+use crate::pulses::{Pulses, Spreading};
+use crate::vector::range_m;
 use num_complex::Complex64;
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
 
-/// What a track's instrument adds to its echoes: E(f)·e^{j(φ − 2πfτ)}.
+/// Delay and phase that a track's instrument adds to its echoes: E(f)·e^{j(φ − 2πfτ)}.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Calibration {
     /// Delay τ, s.
@@ -55,13 +57,13 @@ impl Calibration {
         }
         let rows = spectrum.len() / frequency_hz.len();
         check_length("spectrum", rows * frequency_hz.len(), spectrum.len())?;
-        let turns: Vec<Complex64> = frequency_hz
+        let phasors: Vec<Complex64> = frequency_hz
             .iter()
             .map(|f| Complex64::cis((TAU * f * self.delay_s) % TAU - self.phase_rad))
             .collect();
         for row in spectrum.chunks_mut(frequency_hz.len()) {
-            for (e, turn) in row.iter_mut().zip(&turns) {
-                *e *= turn;
+            for (e, phasor) in row.iter_mut().zip(&phasors) {
+                *e *= phasor;
             }
         }
         Ok(())
@@ -91,11 +93,19 @@ pub struct CommonTarget {
     pub estimates: Vec<Estimate>,
 }
 
+/// How a common target is searched for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CalibrationOptions {
+    /// Largest delay searched, either way, s.
+    pub window_s: f64,
+    /// Weight by range.
+    pub spreading: Spreading,
+}
+
 /// Finds delay and phase of `tracks` against the first on a target that all of them see.
 ///
 /// `candidates_m` are places where it may stand: maxima of the first track's image. The best of them
-/// is then moved to the maximum itself along x and y, on the surface `z_m(x, y)`. Delays are looked
-/// for within ±`window_s`. A target that stands off the surface is found beside its true place, and
+/// is then moved to the maximum itself along x and y, on the surface `z_m(x, y)`. A target that stands off the surface is found beside its true place, and
 /// the tracks' phases are then right there and less so elsewhere.
 ///
 /// Uncertainties are those of delay and phase of a pulse in white noise, with everything in the
@@ -103,24 +113,22 @@ pub struct CommonTarget {
 /// deviation and s the contrast in power.
 ///
 /// # Errors
-/// No track, no candidate, a window that is not positive, a single frequency.
+/// No track, no candidate, a window that is not positive, a single frequency, cancellation.
 pub fn calibrate_on_target(
     tracks: &[Pulses],
     candidates_m: &[[f64; 3]],
-    window_s: f64,
-    spreading: Spreading,
+    options: CalibrationOptions,
     z_m: &(dyn Fn(f64, f64) -> f64 + Sync),
+    control: Control,
 ) -> Result<CommonTarget, ImagingError> {
+    let CalibrationOptions {
+        window_s,
+        spreading,
+    } = options;
     if tracks.is_empty() {
         return Err(ImagingError::Empty { what: "tracks" });
     }
-    if !(window_s.is_finite() && window_s > 0.0) {
-        return Err(ImagingError::OutOfRange {
-            what: "window_s",
-            expected: "above 0 s",
-            found: window_s,
-        });
-    }
+    check_positive("window_s", "above 0 s", window_s)?;
     for track in tracks {
         let (low, high) = band(track);
         if high <= low {
@@ -132,6 +140,9 @@ pub fn calibrate_on_target(
         }
     }
     let score = |point: [f64; 3]| -> f64 {
+        if control.is_cancelled() {
+            return 0.0;
+        }
         tracks
             .iter()
             .enumerate()
@@ -147,12 +158,14 @@ pub fn calibrate_on_target(
             .sum()
     };
     let scores: Vec<f64> = candidates_m.par_iter().map(|p| score(*p)).collect();
+    control.check()?;
     let best = (0..scores.len())
         .max_by(|a, b| scores[*a].total_cmp(&scores[*b]))
         .ok_or(ImagingError::Empty {
             what: "candidates_m",
         })?;
-    let position_m = climb(&tracks[0], candidates_m[best], spreading, z_m);
+    let position_m = climb(&tracks[0], candidates_m[best], (spreading, z_m), control);
+    control.check()?;
 
     let mut estimates: Vec<Estimate> = tracks
         .iter()
@@ -275,15 +288,15 @@ impl<'a> Profile<'a> {
 fn climb(
     pulses: &Pulses,
     start: [f64; 3],
-    spreading: Spreading,
-    z_m: &(dyn Fn(f64, f64) -> f64 + Sync),
+    (spreading, z_m): (Spreading, &(dyn Fn(f64, f64) -> f64 + Sync)),
+    control: Control,
 ) -> [f64; 3] {
     let wavelength_m = pulses.light_speed_m_s() / band(pulses).1;
     let level = |p: [f64; 3]| Profile::at(pulses, p, spreading).value(0.0).norm_sqr();
     let (mut here, mut most) = (start, level(start));
     let mut step = 0.2 * wavelength_m;
     let mut steps = 0;
-    while step > 0.002 * wavelength_m && steps < 400 {
+    while step > 0.002 * wavelength_m && steps < 400 && !control.is_cancelled() {
         let moves = [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)];
         let found = moves
             .par_iter()

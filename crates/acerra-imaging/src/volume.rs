@@ -1,14 +1,21 @@
 //! Volumes: horizontal slices imaged one after another, so that memory stays that of one slice.
 
-use crate::grid::PlaneGrid;
-use crate::{ImagingError, Plan, PlanOptions, Pulses};
+use crate::control::{Control, Progress};
+use crate::error::ImagingError;
+use crate::grid::plane::PlaneGrid;
+use crate::grid::volume::VolumeGrid;
+use crate::plan::imaging::ImagingPlan;
+use crate::plan::options::PlanOptions;
+use crate::plan::report::PlanReport;
+use crate::pulses::Pulses;
 use num_complex::Complex32;
 
 /// What imaging a volume took.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct VolumeRun {
-    /// The plan of the slice that needed most, in words.
-    pub explained: String,
+    /// The plan of the slice that needed most memory.
+    pub report: PlanReport,
     /// Most bytes that a slice and its tables took together.
     pub memory_bytes: u128,
     /// Largest relative error that a slice's self-check found.
@@ -18,80 +25,76 @@ pub struct VolumeRun {
 /// Least pixels of a slice's self-check.
 const LEAST_CHECK: usize = 8;
 
-/// A box of pixels: a plane grid repeated at heights z₀ + k·step.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct VolumeGrid {
-    /// The lowest slice.
-    pub base: PlaneGrid,
-    /// Distance of the slices, m.
-    pub step_m: f64,
-    /// Number of slices.
-    pub nz: usize,
-}
-
-impl VolumeGrid {
-    /// `nz` slices above `base`, `step_m` apart.
-    ///
-    /// # Errors
-    /// No slices, or a step that is not positive.
-    pub fn new(base: PlaneGrid, step_m: f64, nz: usize) -> Result<Self, ImagingError> {
-        if nz == 0 {
-            return Err(ImagingError::Empty { what: "volume" });
-        }
-        if !(step_m.is_finite() && step_m > 0.0) {
-            return Err(ImagingError::OutOfRange {
-                what: "step_m",
-                expected: "above 0 m",
-                found: step_m,
+/// Images slice after slice and hands each to `take` (index, grid, `[ny, nx]` image); the same memory
+/// serves all. The pixels of the self-check are shared out among the slices.
+///
+/// ```
+/// use acerra_imaging::{
+///     Complex64, Control, ImagingError, PlanOptions, PlaneGrid, PulseArrays, Pulses, VolumeGrid,
+///     image_volume,
+/// };
+/// let pulses = Pulses::new(PulseArrays {
+///     position_m: &[[0.0, 0.0, 5.0], [0.0, 0.1, 5.0]],
+///     frequency_hz: &[3.1e9, 3.2e9],
+///     spectrum: &[Complex64::ONE; 4],
+///     weight: &[1.0; 2],
+///     light_speed_m_s: 3e8,
+/// })?;
+/// let base = PlaneGrid::new([0.0; 3], 0.05, [9, 7])?;
+/// let volume = VolumeGrid::new(base, 0.1, 3)?;
+/// let mut heights_m = vec![];
+/// let options = PlanOptions::default();
+/// image_volume(&volume, pulses, &options, Control::default(), |_, grid, image| {
+///     assert_eq!(image.len(), grid.len());
+///     heights_m.push(grid.z_m);
+///     Ok::<_, ImagingError>(())
+/// })?;
+/// assert_eq!(heights_m, [0.0, 0.1, 0.2]);
+/// # Ok::<(), acerra_imaging::ImagingError>(())
+/// ```
+///
+/// # Errors
+/// As [`ImagingPlan::new`], whatever `take` returns, and cancellation.
+pub fn image_volume<E: From<ImagingError>>(
+    volume: &VolumeGrid,
+    pulses: Pulses,
+    options: &PlanOptions,
+    control: Control,
+    mut take: impl FnMut(usize, &PlaneGrid, &[Complex32]) -> Result<(), E>,
+) -> Result<VolumeRun, E> {
+    let mut image = vec![Complex32::ZERO; volume.base.len()];
+    let options = options.with_check_pixels((options.check_pixels / volume.nz).max(LEAST_CHECK));
+    let per_slice = (volume.base.len() as u64).saturating_mul(pulses.len() as u64);
+    let total = per_slice.saturating_mul(volume.nz as u64);
+    let mut run: Option<VolumeRun> = None;
+    for k in 0..volume.nz {
+        let slice = volume.slice(k);
+        let plan = ImagingPlan::with_control(pulses, slice, &options, control)?;
+        let before = per_slice * k as u64;
+        let report = |p: Progress| {
+            control.report(Progress {
+                done: before + p.done,
+                total,
             });
-        }
-        Ok(Self { base, step_m, nz })
-    }
-
-    /// Slice `k`.
-    #[must_use]
-    pub fn slice(&self, k: usize) -> PlaneGrid {
-        PlaneGrid {
-            z_m: self.base.z_m + k as f64 * self.step_m,
-            ..self.base
-        }
-    }
-
-    /// Images slice after slice and hands each to `take` (index, grid, `[ny, nx]` image); the same
-    /// memory serves all. The pixels of the self-check are shared out among the slices.
-    ///
-    /// # Errors
-    /// As [`Plan::new`], and whatever `take` returns.
-    pub fn image<E: From<ImagingError>>(
-        &self,
-        pulses: Pulses,
-        options: &PlanOptions,
-        mut take: impl FnMut(usize, &PlaneGrid, &[Complex32]) -> Result<(), E>,
-    ) -> Result<VolumeRun, E> {
-        let mut image = vec![Complex32::ZERO; self.base.len()];
-        let mut run = VolumeRun {
-            explained: String::new(),
-            memory_bytes: 0,
+        };
+        plan.run(&mut image, control.reporting_to(&report))?;
+        let checked = plan.self_check().map(|check| check.error);
+        let memory_bytes = plan.memory_bytes();
+        let run = run.get_or_insert_with(|| VolumeRun {
+            report: plan.report().clone(),
+            memory_bytes,
             checked_error: None,
+        });
+        run.checked_error = match (run.checked_error, checked) {
+            (Some(a), Some(b)) => Some(a.max(b)),
+            (a, b) => a.or(b),
         };
-        let options = PlanOptions {
-            check_pixels: (options.check_pixels / self.nz).max(LEAST_CHECK),
-            ..*options
-        };
-        for k in 0..self.nz {
-            let slice = self.slice(k);
-            let plan = Plan::new(pulses, slice, &options)?;
-            plan.run(&mut image, &|_| ())?;
-            if plan.memory_bytes() > run.memory_bytes {
-                run.memory_bytes = plan.memory_bytes();
-                run.explained = plan.explain();
-            }
-            if let Some(check) = plan.self_check() {
-                run.checked_error = Some(run.checked_error.unwrap_or(0.0).max(check.error));
-            }
-            drop(plan);
-            take(k, &slice, &image)?;
+        if memory_bytes > run.memory_bytes {
+            run.memory_bytes = memory_bytes;
+            run.report = plan.report().clone();
         }
-        Ok(run)
+        drop(plan);
+        take(k, &slice, &image)?;
     }
+    run.ok_or_else(|| ImagingError::Empty { what: "volume" }.into())
 }

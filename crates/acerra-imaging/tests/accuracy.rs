@@ -8,13 +8,13 @@ mod common;
 use common::{C, Campaign, band};
 
 use acerra_imaging::{
-    Complex32, Complex64, Engine, ImagingError, Plan, PlanOptions, PlaneGrid, Pulses, SimdLevel,
-    Spreading, TiltedGrid, reference,
+    Complex32, Complex64, Control, Engine, ImagingError, ImagingPlan, PlanOptions, PlaneGrid,
+    Progress, PulseArrays, Pulses, SimdLevel, Spreading, TiltedGrid, reference,
 };
 
-fn error(plan: &Plan, pulses: &Pulses, grid: &TiltedGrid, spreading: Spreading) -> f64 {
+fn error(plan: &ImagingPlan, pulses: &Pulses, grid: &TiltedGrid, spreading: Spreading) -> f64 {
     let mut image = vec![Complex32::ZERO; plan.pixels()];
-    plan.run(&mut image, &|_| ()).unwrap();
+    plan.run(&mut image, Control::default()).unwrap();
     let points: Vec<_> = (0..grid.rows)
         .flat_map(|j| (0..grid.columns).map(move |i| (i, j)))
         .map(|(i, j)| grid.point_m(i as f64, j as f64))
@@ -41,7 +41,7 @@ at_every_level!(
 fn check(campaign: &Campaign, grid: impl Into<TiltedGrid>, options: &PlanOptions) {
     let grid = grid.into();
     let pulses = campaign.pulses();
-    let plan = Plan::new(pulses, grid, options).unwrap();
+    let plan = ImagingPlan::new(pulses, grid, options).unwrap();
     let found = error(&plan, &pulses, &grid, options.spreading);
     assert!(
         found <= options.accuracy,
@@ -53,16 +53,14 @@ fn check(campaign: &Campaign, grid: impl Into<TiltedGrid>, options: &PlanOptions
 fn the_accuracy_holds_at_any_range(level: SimdLevel) {
     for (range_m, seed) in [(3.0, 1), (5.0, 2), (100.0, 3), (3000.0, 4)] {
         let campaign = Campaign::random(range_m, 40, band(120), seed);
-        let grid = PlaneGrid::new(-0.32, -0.32, 0.0, 0.01, 64, 64).unwrap();
+        let grid = PlaneGrid::new([-0.32, -0.32, 0.0], 0.01, [64, 64]).unwrap();
         for accuracy in [1e-2, 1e-3, 1e-4, 1e-5] {
             check(
                 &campaign,
                 grid,
-                &PlanOptions {
-                    accuracy,
-                    level,
-                    ..Default::default()
-                },
+                &PlanOptions::default()
+                    .with_accuracy(accuracy)
+                    .with_level(level),
             );
         }
     }
@@ -71,14 +69,12 @@ fn the_accuracy_holds_at_any_range(level: SimdLevel) {
 fn large_pixels_and_tilted_rows(level: SimdLevel) {
     let campaign = Campaign::random(8.0, 25, band(90), 5);
     for accuracy in [1e-3, 1e-5] {
-        let options = PlanOptions {
-            accuracy,
-            level,
-            ..Default::default()
-        };
+        let options = PlanOptions::default()
+            .with_accuracy(accuracy)
+            .with_level(level);
         check(
             &campaign,
-            PlaneGrid::new(-3.0, -3.0, 0.3, 0.15, 40, 30).unwrap(),
+            PlaneGrid::new([-3.0, -3.0, 0.3], 0.15, [40, 30]).unwrap(),
             &options,
         );
         let tilted = TiltedGrid::new(
@@ -100,31 +96,26 @@ fn uneven_frequencies(level: SimdLevel) {
     }
     f.swap(3, 50);
     let campaign = Campaign::random(6.0, 20, f, 6);
-    let grid = PlaneGrid::new(-0.3, -0.3, 0.0, 0.012, 40, 40).unwrap();
+    let grid = PlaneGrid::new([-0.3, -0.3, 0.0], 0.012, [40, 40]).unwrap();
     for accuracy in [1e-3, 1e-5] {
         check(
             &campaign,
             grid,
-            &PlanOptions {
-                accuracy,
-                level,
-                ..Default::default()
-            },
+            &PlanOptions::default()
+                .with_accuracy(accuracy)
+                .with_level(level),
         );
     }
 }
 
 fn one_pulse_one_pixel_one_row(level: SimdLevel) {
-    let options = PlanOptions {
-        level,
-        ..Default::default()
-    };
+    let options = PlanOptions::default().with_level(level);
     for pulses in [1, 33] {
         let campaign = Campaign::random(5.0, pulses, band(60), 7);
         for (nx, ny) in [(1, 1), (1, 300), (300, 1), (9, 2), (700, 3)] {
             check(
                 &campaign,
-                PlaneGrid::new(-0.5, -0.5, 0.0, 0.01, nx, ny).unwrap(),
+                PlaneGrid::new([-0.5, -0.5, 0.0], 0.01, [nx, ny]).unwrap(),
                 &options,
             );
         }
@@ -133,7 +124,7 @@ fn one_pulse_one_pixel_one_row(level: SimdLevel) {
     let tone = Campaign::random(5.0, 10, vec![3.9e9], 8);
     check(
         &tone,
-        PlaneGrid::new(-0.2, -0.2, 0.0, 0.01, 50, 20).unwrap(),
+        PlaneGrid::new([-0.2, -0.2, 0.0], 0.01, [50, 20]).unwrap(),
         &options,
     );
 }
@@ -145,7 +136,7 @@ fn pulses_in_the_image_plane(level: SimdLevel) {
             .map(|m| [0.005, -0.3 + 0.0237 * f64::from(m), height])
             .collect();
         let campaign = Campaign::new(position, band(60), &[[0.2, 0.1, 0.0]], 9);
-        let grid = PlaneGrid::new(-0.3, -0.3, 0.0, 0.01, 61, 61).unwrap();
+        let grid = PlaneGrid::new([-0.3, -0.3, 0.0], 0.01, [61, 61]).unwrap();
         for (accuracy, spreading) in [
             (1e-3, Spreading::InverseSquare),
             (1e-5, Spreading::None),
@@ -154,12 +145,10 @@ fn pulses_in_the_image_plane(level: SimdLevel) {
             check(
                 &campaign,
                 grid,
-                &PlanOptions {
-                    accuracy,
-                    spreading,
-                    level,
-                    ..Default::default()
-                },
+                &PlanOptions::default()
+                    .with_accuracy(accuracy)
+                    .with_spreading(spreading)
+                    .with_level(level),
             );
         }
     }
@@ -167,25 +156,16 @@ fn pulses_in_the_image_plane(level: SimdLevel) {
 
 fn repeated_positions(level: SimdLevel) {
     let campaign = Campaign::new(vec![[0.0, 0.0, 4.0]; 40], band(50), &[[0.3, 0.0, 0.0]], 10);
-    let grid = PlaneGrid::new(-0.5, -0.5, 0.0, 0.02, 50, 50).unwrap();
-    check(
-        &campaign,
-        grid,
-        &PlanOptions {
-            level,
-            ..Default::default()
-        },
-    );
+    let grid = PlaneGrid::new([-0.5, -0.5, 0.0], 0.02, [50, 50]).unwrap();
+    check(&campaign, grid, &PlanOptions::default().with_level(level));
 }
 
 fn no_spreading(level: SimdLevel) {
     let campaign = Campaign::random(5.0, 30, band(100), 11);
-    let grid = PlaneGrid::new(-0.3, -0.3, 0.0, 0.01, 64, 40).unwrap();
-    let options = PlanOptions {
-        spreading: Spreading::None,
-        level,
-        ..Default::default()
-    };
+    let grid = PlaneGrid::new([-0.3, -0.3, 0.0], 0.01, [64, 40]).unwrap();
+    let options = PlanOptions::default()
+        .with_spreading(Spreading::None)
+        .with_level(level);
     check(&campaign, grid, &options);
 }
 
@@ -210,7 +190,7 @@ fn the_factorized_engine_keeps_the_accuracy(level: SimdLevel) {
         ];
         let campaign = Campaign::new(position, band(48), &scene, 17);
         let grids = [
-            PlaneGrid::new(-0.4, -0.6, 0.0, 0.01, 150, 130)
+            PlaneGrid::new([-0.4, -0.6, 0.0], 0.01, [150, 130])
                 .unwrap()
                 .into(),
             TiltedGrid::new(
@@ -224,19 +204,17 @@ fn the_factorized_engine_keeps_the_accuracy(level: SimdLevel) {
         ];
         for grid in grids {
             for accuracy in [1e-2, 1e-3, 1e-4] {
-                let options = PlanOptions {
-                    accuracy,
-                    level,
-                    engine: Engine::Factorized,
-                    ..Default::default()
-                };
+                let options = PlanOptions::default()
+                    .with_accuracy(accuracy)
+                    .with_level(level)
+                    .with_engine(Engine::Factorized);
                 let pulses = campaign.pulses();
-                let plan = Plan::new(pulses, grid, &options).unwrap();
+                let plan = ImagingPlan::new(pulses, grid, &options).unwrap();
                 if accuracy > 5e-4 {
                     assert_eq!(plan.engine(), Engine::Factorized, "{plan}");
                 }
                 let mut image = vec![Complex32::ZERO; plan.pixels()];
-                plan.run(&mut image, &|_| ()).unwrap();
+                plan.run(&mut image, Control::default()).unwrap();
                 let chosen: Vec<usize> = (0..image.len()).step_by(23).collect();
                 let points: Vec<_> = chosen
                     .iter()
@@ -258,20 +236,18 @@ fn the_factorized_engine_keeps_the_accuracy(level: SimdLevel) {
 #[test]
 fn the_same_plan_gives_the_same_bits_on_any_number_of_threads() {
     let campaign = Campaign::random(5.0, 50, band(80), 12);
-    let grid = PlaneGrid::new(-1.0, -1.0, 0.0, 0.01, 201, 150).unwrap();
+    let grid = PlaneGrid::new([-1.0, -1.0, 0.0], 0.01, [201, 150]).unwrap();
     for engine in [Engine::Direct, Engine::Factorized] {
-        let options = PlanOptions {
-            engine,
-            ..Default::default()
-        };
-        let plan = Plan::new(campaign.pulses(), grid, &options).unwrap();
+        let options = PlanOptions::default().with_engine(engine);
+        let plan = ImagingPlan::new(campaign.pulses(), grid, &options).unwrap();
         let run = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new()
                 .num_threads(threads)
                 .build()
                 .unwrap();
             let mut image = vec![Complex32::ZERO; grid.len()];
-            pool.install(|| plan.run(&mut image, &|_| ())).unwrap();
+            pool.install(|| plan.run(&mut image, Control::default()))
+                .unwrap();
             image
                 .iter()
                 .map(|v| (v.re.to_bits(), v.im.to_bits()))
@@ -295,13 +271,17 @@ fn a_point_target_stands_where_it_is() {
     }];
     let spectrum = reference::forward(&position, &f, &one, C, Spreading::None).unwrap();
     let weight = vec![1.0; 80];
-    let pulses = Pulses::new(&position, &f, &spectrum, &weight, C).unwrap();
-    let grid = PlaneGrid::new(0.0, 0.0, 0.0, 0.01, 81, 51).unwrap();
-    let options = PlanOptions {
-        spreading: Spreading::None,
-        ..Default::default()
-    };
-    let image = acerra_imaging::image(pulses, grid, &options).unwrap();
+    let pulses = Pulses::new(PulseArrays {
+        position_m: &position,
+        frequency_hz: &f,
+        spectrum: &spectrum,
+        weight: &weight,
+        light_speed_m_s: C,
+    })
+    .unwrap();
+    let grid = PlaneGrid::new([0.0, 0.0, 0.0], 0.01, [81, 51]).unwrap();
+    let options = PlanOptions::default().with_spreading(Spreading::None);
+    let image = acerra_imaging::image(pulses, grid, &options, Control::default()).unwrap();
     let (peak, value) = image
         .iter()
         .enumerate()
@@ -314,12 +294,9 @@ fn a_point_target_stands_where_it_is() {
 #[test]
 fn below_single_precision_the_reference_is_run() {
     let campaign = Campaign::random(5.0, 10, band(30), 13);
-    let grid = PlaneGrid::new(0.0, 0.0, 0.0, 0.01, 20, 20).unwrap();
-    let options = PlanOptions {
-        accuracy: 1e-6,
-        ..Default::default()
-    };
-    let plan = Plan::new(campaign.pulses(), grid, &options).unwrap();
+    let grid = PlaneGrid::new([0.0, 0.0, 0.0], 0.01, [20, 20]).unwrap();
+    let options = PlanOptions::default().with_accuracy(1e-6);
+    let plan = ImagingPlan::new(campaign.pulses(), grid, &options).unwrap();
     assert_eq!(plan.engine(), Engine::Reference);
     check(&campaign, grid, &options);
 }
@@ -327,19 +304,13 @@ fn below_single_precision_the_reference_is_run() {
 #[test]
 fn impossible_requests_are_refused() {
     let campaign = Campaign::random(5.0, 3, band(30), 14);
-    let grid = PlaneGrid::new(0.0, 0.0, 0.0, 0.01, 20, 20).unwrap();
+    let grid = PlaneGrid::new([0.0, 0.0, 0.0], 0.01, [20, 20]).unwrap();
     for accuracy in [0.0, -1.0, 0.5, f64::NAN] {
-        let options = PlanOptions {
-            accuracy,
-            ..Default::default()
-        };
-        assert!(Plan::new(campaign.pulses(), grid, &options).is_err());
+        let options = PlanOptions::default().with_accuracy(accuracy);
+        assert!(ImagingPlan::new(campaign.pulses(), grid, &options).is_err());
     }
-    let options = PlanOptions {
-        memory_limit_bytes: 4000,
-        ..Default::default()
-    };
-    match Plan::new(campaign.pulses(), grid, &options) {
+    let options = PlanOptions::default().with_memory_limit_bytes(4000);
+    match ImagingPlan::new(campaign.pulses(), grid, &options) {
         Err(ImagingError::TooLarge {
             bytes,
             limit_bytes: 4000,
@@ -348,29 +319,33 @@ fn impossible_requests_are_refused() {
         other => panic!("{other:?}"),
     }
     let on_pixel = Campaign::new(vec![[0.05, 0.03, 0.0]], band(30), &[[1.0, 0.0, 0.0]], 15);
-    match Plan::new(on_pixel.pulses(), grid, &PlanOptions::default()) {
+    match ImagingPlan::new(on_pixel.pulses(), grid, &PlanOptions::default()) {
         Err(ImagingError::ZeroRange { pulse: 0, point }) => assert_eq!(point, 3 * 20 + 5),
         other => panic!("{other:?}"),
     }
-    let plan = Plan::new(campaign.pulses(), grid, &PlanOptions::default()).unwrap();
-    assert!(plan.run(&mut [Complex32::ZERO; 3], &|_| ()).is_err());
+    let plan = ImagingPlan::new(campaign.pulses(), grid, &PlanOptions::default()).unwrap();
+    assert!(
+        plan.run(&mut [Complex32::ZERO; 3], Control::default())
+            .is_err()
+    );
 }
 
 #[test]
 fn progress_reaches_the_total_and_the_plan_explains_itself() {
     use std::sync::atomic::{AtomicU64, Ordering};
     let campaign = Campaign::random(5.0, 12, band(30), 16);
-    let grid = PlaneGrid::new(0.0, 0.0, 0.0, 0.01, 100, 90).unwrap();
-    let plan = Plan::new(campaign.pulses(), grid, &PlanOptions::default()).unwrap();
+    let grid = PlaneGrid::new([0.0, 0.0, 0.0], 0.01, [100, 90]).unwrap();
+    let plan = ImagingPlan::new(campaign.pulses(), grid, &PlanOptions::default()).unwrap();
     let most = AtomicU64::new(0);
     let mut image = vec![Complex32::ZERO; grid.len()];
-    plan.run(&mut image, &|p| {
+    let follow = |p: Progress| {
         assert_eq!(p.total, 12 * 9000);
         most.fetch_max(p.done, Ordering::Relaxed);
-    })
-    .unwrap();
+    };
+    plan.run(&mut image, Control::default().reporting_to(&follow))
+        .unwrap();
     assert_eq!(most.into_inner(), 12 * 9000);
-    let text = plan.explain();
+    let text = plan.report().to_string();
     assert!(
         text.contains("self-check") && text.contains("range bins"),
         "{text}"
@@ -385,7 +360,7 @@ fn long_sparse_tracks_are_factorized_too() {
         .map(|m| [0.125 * f64::from(m) - 15.6, 0.0, 4.0])
         .collect();
     let campaign = Campaign::new(position, band(60), &[[0.3, 0.1, 0.0]], 4);
-    let grid = PlaneGrid::new(-4.0, -4.0, 0.0, 0.01, 800, 800).unwrap();
-    let plan = Plan::new(campaign.pulses(), grid, &PlanOptions::default()).unwrap();
+    let grid = PlaneGrid::new([-4.0, -4.0, 0.0], 0.01, [800, 800]).unwrap();
+    let plan = ImagingPlan::new(campaign.pulses(), grid, &PlanOptions::default()).unwrap();
     assert_eq!(plan.engine(), Engine::Factorized, "{plan}");
 }

@@ -5,7 +5,7 @@
 mod common;
 use common::{Campaign, band};
 
-use acerra_imaging::{Complex32, Engine, Plan, PlanOptions, PlaneGrid};
+use acerra_imaging::{Complex32, Control, Engine, ImagingPlan, PlanOptions, PlaneGrid};
 
 /// Allocations of a run on this thread alone, with the same plan made before.
 fn allocations(engine: Engine, pixels: usize, pulses: usize) -> u64 {
@@ -13,12 +13,9 @@ fn allocations(engine: Engine, pixels: usize, pulses: usize) -> u64 {
         .map(|m| [-3.0, 0.01 * m as f64 - 1.0, 4.0])
         .collect();
     let campaign = Campaign::new(position, band(40), &[[0.2, 0.1, 0.0]], 3);
-    let grid = PlaneGrid::new(-0.5, -0.5, 0.0, 0.01, pixels, pixels).unwrap();
-    let options = PlanOptions {
-        engine,
-        ..Default::default()
-    };
-    let plan = Plan::new(campaign.pulses(), grid, &options).unwrap();
+    let grid = PlaneGrid::new([-0.5, -0.5, 0.0], 0.01, [pixels, pixels]).unwrap();
+    let options = PlanOptions::default().with_engine(engine);
+    let plan = ImagingPlan::new(campaign.pulses(), grid, &options).unwrap();
     assert_eq!(plan.engine(), engine);
     let mut image = vec![Complex32::ZERO; grid.len()];
     let pool = rayon::ThreadPoolBuilder::new()
@@ -26,8 +23,9 @@ fn allocations(engine: Engine, pixels: usize, pulses: usize) -> u64 {
         .build()
         .unwrap();
     pool.install(|| {
-        plan.run(&mut image, &|_| ()).unwrap();
-        allocation_counter::measure(|| plan.run(&mut image, &|_| ()).unwrap()).count_total
+        plan.run(&mut image, Control::default()).unwrap();
+        allocation_counter::measure(|| plan.run(&mut image, Control::default()).unwrap())
+            .count_total
     })
 }
 

@@ -7,8 +7,8 @@ mod common;
 use common::{C, Campaign, Random, band};
 
 use acerra_imaging::{
-    Complex32, Complex64, Engine, Forward, ImagingError, Plan, PlanOptions, PlaneGrid, SimdLevel,
-    Spreading, TiltedGrid, reference,
+    Complex32, Complex64, Control, Engine, Forward, ImagingError, ImagingPlan, PlanOptions,
+    PlaneGrid, SimdLevel, Spreading, TiltedGrid, reference,
 };
 
 at_every_level!(
@@ -61,7 +61,7 @@ fn check(campaign: &Campaign, grid: impl Into<TiltedGrid>, options: &PlanOptions
         assert_eq!(forward.engine(), options.engine, "{forward}");
     }
     let mut echo = vec![Complex64::ZERO; campaign.spectrum.len()];
-    forward.run(&image, &mut echo, &|_| ()).unwrap();
+    forward.run(&image, &mut echo, Control::default()).unwrap();
     let expected = plain(campaign, &grid, &image, options.spreading);
     let error = reference::relative_l2(&echo, &expected).unwrap();
     assert!(
@@ -89,7 +89,7 @@ fn track(distance_m: f64, height_m: f64) -> Campaign {
 fn echoes_match_the_double_precision_sum(level: SimdLevel) {
     for (distance_m, height_m) in [(3.0, 4.0), (0.0, 3.0), (2500.0, 1500.0)] {
         let campaign = track(distance_m, height_m);
-        let plane = PlaneGrid::new(-0.4, -0.4, 0.0, 0.01, 90, 75).unwrap();
+        let plane = PlaneGrid::new([-0.4, -0.4, 0.0], 0.01, [90, 75]).unwrap();
         let u_m = [0.008, 0.003, 0.002];
         let tilted = TiltedGrid::new([0.0, -0.5, 0.1], u_m, [-0.004, 0.012, 0.0], 83, 60).unwrap();
         for grid in [plane.into(), tilted] {
@@ -99,13 +99,11 @@ fn echoes_match_the_double_precision_sum(level: SimdLevel) {
                     (1e-3, Spreading::InverseSquare),
                     (3e-5, Spreading::InverseSquare),
                 ] {
-                    let options = PlanOptions {
-                        accuracy,
-                        spreading,
-                        level,
-                        engine,
-                        ..Default::default()
-                    };
+                    let options = PlanOptions::default()
+                        .with_accuracy(accuracy)
+                        .with_spreading(spreading)
+                        .with_level(level)
+                        .with_engine(engine);
                     check(&campaign, grid, &options);
                 }
             }
@@ -114,10 +112,7 @@ fn echoes_match_the_double_precision_sum(level: SimdLevel) {
 }
 
 fn hard_geometry(level: SimdLevel) {
-    let options = PlanOptions {
-        level,
-        ..Default::default()
-    };
+    let options = PlanOptions::default().with_level(level);
     // An antenna 2 cm over a pixel, others within the plane, uneven frequencies, repeated places.
     let mut frequency_hz = band(40);
     for (k, f) in frequency_hz.iter_mut().enumerate() {
@@ -131,34 +126,32 @@ fn hard_geometry(level: SimdLevel) {
         [-4.0, 1.0, 0.0],
     ];
     let campaign = Campaign::new(position, frequency_hz, &[[0.1, 0.0, 0.0]], 3);
-    let plane = PlaneGrid::new(-0.3, -0.2, 0.0, 0.01, 70, 40).unwrap();
+    let plane = PlaneGrid::new([-0.3, -0.2, 0.0], 0.01, [70, 40]).unwrap();
     check(&campaign, plane, &options);
     // Single pixels, rows and columns; one pulse; large pixels.
     let campaign = Campaign::random(5.0, 1, band(30), 8);
     for (nx, ny, pixel_m) in [(1, 1, 0.01), (1, 50, 0.01), (50, 1, 0.01), (20, 20, 0.7)] {
-        let grid = PlaneGrid::new(-0.2, -0.2, 0.0, pixel_m, nx, ny).unwrap();
+        let grid = PlaneGrid::new([-0.2, -0.2, 0.0], pixel_m, [nx, ny]).unwrap();
         check(&campaign, grid, &options);
     }
 }
 
 fn forward_and_adjoint_are_adjoint(level: SimdLevel) {
     let campaign = track(3.0, 4.0);
-    let grid = PlaneGrid::new(-0.6, -0.6, 0.0, 0.01, 121, 110).unwrap();
+    let grid = PlaneGrid::new([-0.6, -0.6, 0.0], 0.01, [121, 110]).unwrap();
     let sigma = random_image(grid.len(), 6);
     for engine in [Engine::Direct, Engine::Factorized] {
         for accuracy in [1e-2, 1e-3, 1e-4] {
-            let options = PlanOptions {
-                accuracy,
-                level,
-                engine,
-                ..Default::default()
-            };
+            let options = PlanOptions::default()
+                .with_accuracy(accuracy)
+                .with_level(level)
+                .with_engine(engine);
             let forward = Forward::new(campaign.pulses(), grid, &options).unwrap();
-            let plan = Plan::new(campaign.pulses(), grid, &options).unwrap();
+            let plan = ImagingPlan::new(campaign.pulses(), grid, &options).unwrap();
             let mut echo = vec![Complex64::ZERO; campaign.spectrum.len()];
-            forward.run(&sigma, &mut echo, &|_| ()).unwrap();
+            forward.run(&sigma, &mut echo, Control::default()).unwrap();
             let mut image = vec![Complex32::ZERO; grid.len()];
-            plan.run(&mut image, &|_| ()).unwrap();
+            plan.run(&mut image, Control::default()).unwrap();
             let wide = |v: &Complex32| Complex64::new(f64::from(v.re), f64::from(v.im));
             let (mut left, mut right) = (Complex64::ZERO, Complex64::ZERO);
             let (mut sizes, mut powers) = ([0.0; 2], [0.0; 2]);
@@ -188,13 +181,10 @@ fn forward_and_adjoint_are_adjoint(level: SimdLevel) {
 #[test]
 fn the_same_bits_on_any_number_of_threads() {
     let campaign = track(2.0, 4.0);
-    let grid = PlaneGrid::new(-0.6, -0.6, 0.0, 0.01, 131, 120).unwrap();
+    let grid = PlaneGrid::new([-0.6, -0.6, 0.0], 0.01, [131, 120]).unwrap();
     let image = random_image(grid.len(), 9);
     for engine in [Engine::Direct, Engine::Factorized] {
-        let options = PlanOptions {
-            engine,
-            ..Default::default()
-        };
+        let options = PlanOptions::default().with_engine(engine);
         let forward = Forward::new(campaign.pulses(), grid, &options).unwrap();
         let run = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new()
@@ -202,7 +192,7 @@ fn the_same_bits_on_any_number_of_threads() {
                 .build()
                 .unwrap();
             let mut echo = vec![Complex64::ZERO; campaign.spectrum.len()];
-            pool.install(|| forward.run(&image, &mut echo, &|_| ()))
+            pool.install(|| forward.run(&image, &mut echo, Control::default()))
                 .unwrap();
             echo
         };
@@ -214,20 +204,17 @@ fn the_same_bits_on_any_number_of_threads() {
 #[test]
 fn wrong_lengths_and_too_little_memory_are_refused() {
     let campaign = track(2.0, 4.0);
-    let grid = PlaneGrid::new(-0.6, -0.6, 0.0, 0.01, 131, 120).unwrap();
+    let grid = PlaneGrid::new([-0.6, -0.6, 0.0], 0.01, [131, 120]).unwrap();
     let forward = Forward::new(campaign.pulses(), grid, &PlanOptions::default()).unwrap();
     let mut echo = vec![Complex64::ZERO; campaign.spectrum.len()];
     let image = random_image(grid.len() - 1, 9);
-    match forward.run(&image, &mut echo, &|_| ()) {
+    match forward.run(&image, &mut echo, Control::default()) {
         Err(ImagingError::Length { what, found, .. }) => {
             assert_eq!((what, found), ("image", grid.len() - 1));
         }
         other => panic!("{other:?}"),
     }
-    let options = PlanOptions {
-        memory_limit_bytes: 100_000,
-        ..Default::default()
-    };
+    let options = PlanOptions::default().with_memory_limit_bytes(100_000);
     match Forward::new(campaign.pulses(), grid, &options) {
         Err(ImagingError::TooLarge {
             bytes, limit_bytes, ..

@@ -2,8 +2,8 @@
 #![allow(clippy::unwrap_used)]
 
 use acerra_imaging::{
-    Complex32, Complex64, ImagingError, LiveImage, PlanOptions, PlaneGrid, Pulses,
-    SPEED_OF_LIGHT_M_S, SimdLevel, Spreading, VolumeGrid, image, reference,
+    Complex32, Complex64, Control, ImagingError, LiveImage, PlanOptions, PlaneGrid, PulseArrays,
+    Pulses, SPEED_OF_LIGHT_M_S, SimdLevel, Spreading, VolumeGrid, image, image_volume, reference,
 };
 
 struct Data {
@@ -55,13 +55,13 @@ impl Data {
     }
 
     fn pulses(&self) -> Pulses<'_> {
-        Pulses::new(
-            &self.position_m,
-            &self.frequency_hz,
-            &self.spectrum,
-            &self.weight,
-            SPEED_OF_LIGHT_M_S,
-        )
+        Pulses::new(PulseArrays {
+            position_m: &self.position_m,
+            frequency_hz: &self.frequency_hz,
+            spectrum: &self.spectrum,
+            weight: &self.weight,
+            light_speed_m_s: SPEED_OF_LIGHT_M_S,
+        })
         .unwrap()
     }
 }
@@ -73,13 +73,13 @@ fn peak(image: &[Complex32]) -> f32 {
 #[test]
 fn parallel_tracks_suppress_the_ghost() {
     let target = [2.0, 0.0, 0.0];
-    let at = |x: f64| PlaneGrid::new(x - 0.3, -0.3, 0.0, 0.02, 31, 31).unwrap();
+    let at = |x: f64| PlaneGrid::new([x - 0.3, -0.3, 0.0], 0.02, [31, 31]).unwrap();
     let level_db = |tracks: &[f64]| {
         let data = Data::tracks(tracks, target);
         let options = PlanOptions::default();
         // Mirrored at the middle track, x = 0.
-        let ghost = peak(&image(data.pulses(), at(-2.0), &options).unwrap());
-        let there = peak(&image(data.pulses(), at(2.0), &options).unwrap());
+        let ghost = peak(&image(data.pulses(), at(-2.0), &options, Control::default()).unwrap());
+        let there = peak(&image(data.pulses(), at(2.0), &options, Control::default()).unwrap());
         20.0 * (ghost / there).log10()
     };
     let one = level_db(&[0.0]);
@@ -95,19 +95,19 @@ fn parallel_tracks_suppress_the_ghost() {
 fn a_volume_shows_the_height_of_a_target() {
     let target = [2.0, 0.1, 0.43];
     let data = Data::tracks(&[-2.0, -1.0, 0.0, 1.0, 2.0], target);
-    let base = PlaneGrid::new(1.0, -0.1, 0.0, 0.02, 101, 21).unwrap();
+    let base = PlaneGrid::new([1.0, -0.1, 0.0], 0.02, [101, 21]).unwrap();
     let volume = VolumeGrid::new(base, 0.02, 51).unwrap();
     let mut best = (0.0, [0.0; 3]);
-    volume
-        .image(data.pulses(), &PlanOptions::default(), |_, grid, slice| {
-            for (k, v) in slice.iter().enumerate() {
-                if v.norm() > best.0 {
-                    best = (v.norm(), grid.point_m(k));
-                }
+    let options = PlanOptions::default();
+    let take = |_: usize, grid: &PlaneGrid, slice: &[Complex32]| {
+        for (k, v) in slice.iter().enumerate() {
+            if v.norm() > best.0 {
+                best = (v.norm(), grid.point_m(k));
             }
-            Ok::<(), ImagingError>(())
-        })
-        .unwrap();
+        }
+        Ok::<(), ImagingError>(())
+    };
+    image_volume(&volume, data.pulses(), &options, Control::default(), take).unwrap();
     for (found, truth) in best.1.iter().zip(target) {
         assert!((found - truth).abs() < 0.03, "{:?}", best.1);
     }
@@ -117,37 +117,33 @@ fn a_volume_shows_the_height_of_a_target() {
 fn check_volume(data: &Data, volume: &VolumeGrid, options: &PlanOptions) {
     let pulses = data.pulses();
     let mut slices = 0;
-    let run = volume
-        .image(pulses, options, |k, grid, slice| {
-            let points: Vec<_> = grid.points_m().collect();
-            let expected = reference::adjoint(&pulses, &points, options.spreading)?;
-            let found: Vec<_> = slice
-                .iter()
-                .map(|v| Complex64::new(f64::from(v.re), f64::from(v.im)))
-                .collect();
-            let error = reference::relative_l2(&found, &expected)?;
-            assert!(error <= options.accuracy, "slice {k}: {error:e}");
-            assert!((grid.z_m - volume.base.z_m - k as f64 * volume.step_m).abs() < 1e-12);
-            slices += 1;
-            Ok::<(), ImagingError>(())
-        })
-        .unwrap();
+    let take = |k: usize, grid: &PlaneGrid, slice: &[Complex32]| {
+        let points: Vec<_> = grid.points_m().collect();
+        let expected = reference::adjoint(&pulses, &points, options.spreading)?;
+        let found: Vec<_> = slice
+            .iter()
+            .map(|v| Complex64::new(f64::from(v.re), f64::from(v.im)))
+            .collect();
+        let error = reference::relative_l2(&found, &expected)?;
+        assert!(error <= options.accuracy, "slice {k}: {error:e}");
+        assert!((grid.z_m - volume.base.z_m - k as f64 * volume.step_m).abs() < 1e-12);
+        slices += 1;
+        Ok::<(), ImagingError>(())
+    };
+    let run = image_volume(volume, pulses, options, Control::default(), take).unwrap();
     assert_eq!(slices, volume.nz);
-    assert!(run.memory_bytes >= volume.base.len() as u128 * 8 && !run.explained.is_empty());
+    assert!(run.memory_bytes >= volume.base.len() as u128 * 8 && !run.report.decisions.is_empty());
     assert!(run.checked_error.is_none_or(|e| e <= options.accuracy));
 }
 
 #[test]
 fn degenerate_volumes_keep_the_accuracy() {
     let volume = |nx, ny, nz| {
-        let base = PlaneGrid::new(1.5, -0.2, -0.05, 0.02, nx, ny).unwrap();
+        let base = PlaneGrid::new([1.5, -0.2, -0.05], 0.02, [nx, ny]).unwrap();
         VolumeGrid::new(base, 0.03, nz).unwrap()
     };
     for &level in SimdLevel::available() {
-        let options = PlanOptions {
-            level,
-            ..Default::default()
-        };
+        let options = PlanOptions::default().with_level(level);
         let target = [1.7, 0.0, 0.02];
         let near = Data::tracks(&[0.0], target);
         let mut far = Data::tracks(&[-2000.0], target);
@@ -187,17 +183,15 @@ fn degenerate_volumes_keep_the_accuracy() {
 fn a_live_image_is_the_image_of_all_pulses() {
     let data = Data::tracks(&[0.0], [1.5, 0.2, 0.0]);
     let pulses = data.pulses();
-    let grid = PlaneGrid::new(1.0, -0.3, 0.0, 0.02, 51, 31).unwrap();
-    let options = PlanOptions {
-        accuracy: 1e-4,
-        ..Default::default()
-    };
+    let grid = PlaneGrid::new([1.0, -0.3, 0.0], 0.02, [51, 31]).unwrap();
+    let options = PlanOptions::default().with_accuracy(1e-4);
     let mut live = LiveImage::new(grid, options);
     for part in [0..40, 40..41, 41..101] {
-        live.push(pulses.slice(part).unwrap()).unwrap();
+        live.push(pulses.slice(part).unwrap(), Control::default())
+            .unwrap();
     }
     assert_eq!(live.pulses(), 101);
-    let whole = image(pulses, grid, &options).unwrap();
+    let whole = image(pulses, grid, &options, Control::default()).unwrap();
     let difference: f64 = live
         .image()
         .iter()
@@ -210,7 +204,7 @@ fn a_live_image_is_the_image_of_all_pulses() {
 
 #[test]
 fn impossible_volumes_are_refused() {
-    let base = PlaneGrid::new(0.0, 0.0, 0.0, 0.1, 3, 3).unwrap();
+    let base = PlaneGrid::new([0.0, 0.0, 0.0], 0.1, [3, 3]).unwrap();
     assert!(VolumeGrid::new(base, 0.1, 0).is_err());
     assert!(VolumeGrid::new(base, 0.0, 3).is_err());
     assert_eq!(VolumeGrid::new(base, 0.1, 3).unwrap().slice(2).z_m, 0.2);

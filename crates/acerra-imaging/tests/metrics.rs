@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 
 use acerra_imaging::metrics::{ImageView, MeasureOptions, Measurement, measure_targets};
 use acerra_imaging::psf::PointSpread;
-use acerra_imaging::{Complex32, Complex64, PlaneGrid};
+use acerra_imaging::{Complex32, Complex64, Control, PlaneGrid};
 use rayon::prelude::*;
 
 fn spread(track: impl Fn(f64) -> [f64; 2], half_m: f64, height_m: f64, step_m: f64) -> PointSpread {
@@ -49,7 +49,13 @@ fn image(spread: &PointSpread, scene: Scene, grid: PlaneGrid, noise: f64) -> Vec
 fn measure(spread: &PointSpread, scene: Scene, grid: PlaneGrid, noise: f64) -> Measurement {
     let values = image(spread, scene, grid, noise);
     let view = ImageView::new(&values, grid).unwrap();
-    measure_targets(&view, spread, &MeasureOptions::default()).unwrap()
+    measure_targets(
+        &view,
+        spread,
+        &MeasureOptions::default(),
+        Control::default(),
+    )
+    .unwrap()
 }
 
 #[test]
@@ -126,16 +132,19 @@ fn pixels_give_what_the_exact_function_gives() {
 #[test]
 fn an_empty_image_has_no_targets() {
     let straight = spread(|s| [s, 0.0], 0.5, 3.0, 0.05);
-    let grid = PlaneGrid::new(0.0, 0.0, 0.0, 0.1, 8, 4).unwrap();
+    let grid = PlaneGrid::new([0.0, 0.0, 0.0], 0.1, [8, 4]).unwrap();
     let values = vec![Complex32::default(); grid.len()];
     let view = ImageView::new(&values, grid).unwrap();
-    let found = measure_targets(&view, &straight, &MeasureOptions::default()).unwrap();
+    let found = measure_targets(
+        &view,
+        &straight,
+        &MeasureOptions::default(),
+        Control::default(),
+    )
+    .unwrap();
     assert!(found.targets.is_empty() && found.statistics.median_db.is_none());
-    let silly = MeasureOptions {
-        threshold_db: 3.0,
-        ..Default::default()
-    };
-    assert!(measure_targets(&view, &straight, &silly).is_err());
+    let silly = MeasureOptions::default().with_threshold_db(3.0);
+    assert!(measure_targets(&view, &straight, &silly, Control::default()).is_err());
 }
 
 /// Echoes of `scene` taken from `truth_m`.
@@ -168,24 +177,24 @@ fn measure_blurred(
     grid: PlaneGrid,
 ) -> [Measurement; 2] {
     use acerra_imaging::metrics::measure_targets_in;
-    use acerra_imaging::{Plan, PlanOptions, Pulses};
+    use acerra_imaging::{ImagingPlan, PlanOptions, PulseArrays, Pulses};
     let spectrum = echoes(truth_m, believed.frequency_hz(), scene);
-    let pulses = Pulses::new(
-        believed.position_m(),
-        believed.frequency_hz(),
-        &spectrum,
-        believed.weight(),
-        3e8,
-    )
+    let pulses = Pulses::new(PulseArrays {
+        position_m: believed.position_m(),
+        frequency_hz: believed.frequency_hz(),
+        spectrum: &spectrum,
+        weight: believed.weight(),
+        light_speed_m_s: 3e8,
+    })
     .unwrap();
-    let plan = Plan::new(pulses, grid, &PlanOptions::default()).unwrap();
+    let plan = ImagingPlan::new(pulses, grid, &PlanOptions::default()).unwrap();
     let mut values = vec![Complex32::default(); grid.len()];
-    plan.run(&mut values, &|_| ()).unwrap();
+    plan.run(&mut values, Control::default()).unwrap();
     let view = ImageView::new(&values, grid).unwrap();
     let options = MeasureOptions::default();
     [
-        measure_targets(&view, believed, &options).unwrap(),
-        measure_targets_in(&view, &pulses, &options).unwrap(),
+        measure_targets(&view, believed, &options, Control::default()).unwrap(),
+        measure_targets_in(&view, &pulses, &options, Control::default()).unwrap(),
     ]
 }
 

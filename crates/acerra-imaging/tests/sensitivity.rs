@@ -2,8 +2,9 @@
 
 #![allow(clippy::unwrap_used, clippy::print_stdout)] // helpers of tests; what validation found
 
+use acerra_imaging::Control;
 use acerra_imaging::psf::{PointSpread, TrackShape, synthetic_track};
-use acerra_imaging::sensitivity::{ErrorModel, Estimate, predict, simulate};
+use acerra_imaging::sensitivity::{ErrorModel, Estimate, MonteCarlo, predict, simulate};
 
 const TARGET: [f64; 3] = [0.0, 2.0, 0.0];
 /// The 95 % intervals (1.96 standard errors) are stretched to 3.8: then all of some seventy figures
@@ -18,7 +19,14 @@ fn spread(step_m: f64) -> PointSpread {
 
 fn compare(name: &str, spread: &PointSpread, model: &ErrorModel, trials: usize, seed: u64) -> bool {
     let theory = predict(spread, TARGET, model).unwrap();
-    let drawn = simulate(spread, TARGET, model, trials, seed).unwrap();
+    let drawn = simulate(
+        spread,
+        TARGET,
+        model,
+        MonteCarlo { trials, seed },
+        Control::default(),
+    )
+    .unwrap();
     println!("{name}: coherence {:.1} dB", theory.coherence_db);
     let check = |what: &str, expected: Option<f64>, found: Option<Estimate>| {
         let (Some(expected), Some(found)) = (expected, found) else {

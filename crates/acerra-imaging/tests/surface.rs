@@ -5,8 +5,8 @@ mod common;
 use common::{C, Campaign, Random, band};
 
 use acerra_imaging::{
-    Complex32, Complex64, Engine, ImagingError, Plan, PlanOptions, PlaneGrid, SimdLevel, Spreading,
-    SurfaceGrid, reference, resolution,
+    Complex32, Complex64, Control, Engine, ImagingError, ImagingPlan, PlanOptions, PlaneGrid,
+    SimdLevel, Spreading, SurfaceGrid, reference, resolution,
 };
 
 /// Pulses scattered about a patch at `range_m`, and eight targets up to 0.4 m high in it.
@@ -66,9 +66,9 @@ fn surface(base: PlaneGrid, ground: Ground) -> SurfaceGrid {
 
 fn check(data: &Campaign, surface: &SurfaceGrid, options: &PlanOptions) -> Engine {
     let pulses = data.pulses();
-    let plan = Plan::on_surface(pulses, surface, options).unwrap();
+    let plan = ImagingPlan::new(pulses, surface, options).unwrap();
     let mut image = vec![Complex32::ZERO; plan.pixels()];
-    plan.run(&mut image, &|_| ()).unwrap();
+    plan.run(&mut image, Control::default()).unwrap();
     let points: Vec<_> = (0..surface.len()).map(|k| surface.point_m(k)).collect();
     let expected = reference::adjoint(&pulses, &points, options.spreading).unwrap();
     let image: Vec<_> = image
@@ -114,15 +114,13 @@ fn the_accuracy_holds_on_any_ground_at_any_range(level: SimdLevel) {
     ];
     for (range_m, seed) in [(3.0, 1), (100.0, 3), (3000.0, 4)] {
         let data = random(range_m, 30, seed);
-        let base = PlaneGrid::new(-0.4, -0.2, 0.0, 0.01, 83, 37).unwrap();
+        let base = PlaneGrid::new([-0.4, -0.2, 0.0], 0.01, [83, 37]).unwrap();
         for ground in grounds {
             let surface = surface(base, ground);
             for accuracy in [1e-2, 1e-3, 1e-4, 1e-5] {
-                let options = PlanOptions {
-                    accuracy,
-                    level,
-                    ..Default::default()
-                };
+                let options = PlanOptions::default()
+                    .with_accuracy(accuracy)
+                    .with_level(level);
                 let engine = check(&data, &surface, &options);
                 if accuracy > 5e-5 {
                     assert_eq!(engine, Engine::Direct);
@@ -134,31 +132,26 @@ fn the_accuracy_holds_on_any_ground_at_any_range(level: SimdLevel) {
 
 fn large_pixels(level: SimdLevel) {
     let data = random(8.0, 25, 5);
-    let base = PlaneGrid::new(-3.0, -3.0, 0.3, 0.15, 70, 40).unwrap();
+    let base = PlaneGrid::new([-3.0, -3.0, 0.3], 0.15, [70, 40]).unwrap();
     for ground in [
         Ground::Facets { cell_m: 1.0 },
         Ground::Wave { length_m: 4.0 },
     ] {
         for accuracy in [1e-3, 1e-5] {
-            let options = PlanOptions {
-                accuracy,
-                level,
-                ..Default::default()
-            };
+            let options = PlanOptions::default()
+                .with_accuracy(accuracy)
+                .with_level(level);
             check(&data, &surface(base, ground), &options);
         }
     }
 }
 
 fn one_pulse_one_pixel_one_row(level: SimdLevel) {
-    let options = PlanOptions {
-        level,
-        ..Default::default()
-    };
+    let options = PlanOptions::default().with_level(level);
     for pulses in [1, 33] {
         let data = random(5.0, pulses, 7);
         for (nx, ny) in [(1, 1), (1, 300), (300, 1), (9, 2), (700, 3)] {
-            let base = PlaneGrid::new(-0.5, -0.5, 0.0, 0.01, nx, ny).unwrap();
+            let base = PlaneGrid::new([-0.5, -0.5, 0.0], 0.01, [nx, ny]).unwrap();
             check(
                 &data,
                 &surface(base, Ground::Facets { cell_m: 0.3 }),
@@ -169,7 +162,7 @@ fn one_pulse_one_pixel_one_row(level: SimdLevel) {
 }
 
 fn pulses_on_and_just_above_the_ground(level: SimdLevel) {
-    let base = PlaneGrid::new(-0.3, -0.3, 0.0, 0.01, 61, 61).unwrap();
+    let base = PlaneGrid::new([-0.3, -0.3, 0.0], 0.01, [61, 61]).unwrap();
     let ground = surface(base, Ground::Wave { length_m: 2.0 });
     for height in [0.0, 0.02, 0.5] {
         // Along the ground, half a pixel off the centres.
@@ -181,12 +174,10 @@ fn pulses_on_and_just_above_the_ground(level: SimdLevel) {
             .collect();
         let data = Campaign::new(position, band(80), &[[0.2, 0.1, 0.1]], 9);
         for (accuracy, spreading) in [(1e-3, Spreading::InverseSquare), (1e-4, Spreading::None)] {
-            let options = PlanOptions {
-                accuracy,
-                spreading,
-                level,
-                ..Default::default()
-            };
+            let options = PlanOptions::default()
+                .with_accuracy(accuracy)
+                .with_spreading(spreading)
+                .with_level(level);
             check(&data, &ground, &options);
         }
     }
@@ -194,11 +185,8 @@ fn pulses_on_and_just_above_the_ground(level: SimdLevel) {
 
 fn repeated_positions(level: SimdLevel) {
     let data = Campaign::new(vec![[0.0, 0.0, 4.0]; 40], band(80), &[[0.3, 0.0, 0.2]], 10);
-    let base = PlaneGrid::new(-0.5, -0.5, 0.0, 0.02, 50, 50).unwrap();
-    let options = PlanOptions {
-        level,
-        ..Default::default()
-    };
+    let base = PlaneGrid::new([-0.5, -0.5, 0.0], 0.02, [50, 50]).unwrap();
+    let options = PlanOptions::default().with_level(level);
     check(
         &data,
         &surface(base, Ground::Facets { cell_m: 0.5 }),
@@ -209,17 +197,15 @@ fn repeated_positions(level: SimdLevel) {
 #[test]
 fn a_level_surface_is_the_plane() {
     let data = random(5.0, 30, 21);
-    let base = PlaneGrid::new(-0.3, -0.3, 0.25, 0.01, 70, 40).unwrap();
-    let options = PlanOptions {
-        accuracy: 1e-4,
-        engine: Engine::Direct,
-        ..Default::default()
-    };
-    let plane = acerra_imaging::image(data.pulses(), base, &options).unwrap();
+    let base = PlaneGrid::new([-0.3, -0.3, 0.25], 0.01, [70, 40]).unwrap();
+    let options = PlanOptions::default()
+        .with_accuracy(1e-4)
+        .with_engine(Engine::Direct);
+    let plane = acerra_imaging::image(data.pulses(), base, &options, Control::default()).unwrap();
     let level = SurfaceGrid::new(base, &vec![0.25; base.len()]).unwrap();
-    let plan = Plan::on_surface(data.pulses(), &level, &options).unwrap();
+    let plan = ImagingPlan::new(data.pulses(), &level, &options).unwrap();
     let mut image = vec![Complex32::ZERO; plan.pixels()];
-    plan.run(&mut image, &|_| ()).unwrap();
+    plan.run(&mut image, Control::default()).unwrap();
     let power: f32 = plane.iter().map(|v| v.norm_sqr()).sum();
     let apart: f32 = image
         .iter()
@@ -231,13 +217,13 @@ fn a_level_surface_is_the_plane() {
 
 #[test]
 fn an_antenna_on_a_pixel_is_refused_and_one_above_it_is_not() {
-    let base = PlaneGrid::new(0.0, 0.0, 0.0, 0.25, 5, 5).unwrap();
+    let base = PlaneGrid::new([0.0, 0.0, 0.0], 0.25, [5, 5]).unwrap();
     let ground = SurfaceGrid::from_fn(base, |x, _| Ok::<_, ImagingError>(x)).unwrap();
     let options = PlanOptions::default();
     let at = ground.point_m(7);
     let on = Campaign::new(vec![at], band(80), &[[3.0, 0.0, 0.0]], 1);
     assert_eq!(
-        Plan::on_surface(on.pulses(), &ground, &options).unwrap_err(),
+        ImagingPlan::new(on.pulses(), &ground, &options).unwrap_err(),
         ImagingError::ZeroRange { pulse: 0, point: 7 }
     );
     let above = Campaign::new(
@@ -252,16 +238,17 @@ fn an_antenna_on_a_pixel_is_refused_and_one_above_it_is_not() {
 #[test]
 fn the_same_bits_on_any_number_of_threads() {
     let data = random(5.0, 40, 12);
-    let base = PlaneGrid::new(-1.0, -1.0, 0.0, 0.01, 201, 90).unwrap();
+    let base = PlaneGrid::new([-1.0, -1.0, 0.0], 0.01, [201, 90]).unwrap();
     let ground = surface(base, Ground::Facets { cell_m: 0.4 });
-    let plan = Plan::on_surface(data.pulses(), &ground, &PlanOptions::default()).unwrap();
+    let plan = ImagingPlan::new(data.pulses(), &ground, &PlanOptions::default()).unwrap();
     let run = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
             .build()
             .unwrap();
         let mut image = vec![Complex32::ZERO; ground.len()];
-        pool.install(|| plan.run(&mut image, &|_| ())).unwrap();
+        pool.install(|| plan.run(&mut image, Control::default()))
+            .unwrap();
         image
     };
     assert_eq!(run(1), run(3));
@@ -276,7 +263,7 @@ fn targets_focus_on_the_ground_where_a_plane_misplaces_them() {
     let position: Vec<_> = (0..201)
         .map(|m| [0.0, -2.0 + 0.02 * f64::from(m), height_m])
         .collect();
-    let base = PlaneGrid::new(0.5, -0.4, 0.0, 0.02, 301, 41).unwrap();
+    let base = PlaneGrid::new([0.5, -0.4, 0.0], 0.02, [301, 41]).unwrap();
     let ground = SurfaceGrid::from_fn(base, |x, _| Ok::<_, ImagingError>(rise(x))).unwrap();
     for x in [3.0, 3.5, 4.2, 5.0] {
         let target = [x, 0.1, rise(x)];
@@ -304,14 +291,16 @@ fn targets_focus_on_the_ground_where_a_plane_misplaces_them() {
             )
         };
         let mut image = vec![Complex32::ZERO; base.len()];
-        let plan = Plan::on_surface(data.pulses(), &ground, &options).unwrap();
-        plan.run(&mut image, &|_| ()).unwrap();
+        let plan = ImagingPlan::new(data.pulses(), &ground, &options).unwrap();
+        plan.run(&mut image, Control::default()).unwrap();
         let (on_ground, level) = peak(&image);
         assert!(
             (on_ground[0] - x).abs() < 0.021 && (on_ground[1] - 0.1).abs() < 0.021,
             "{x}: {on_ground:?}"
         );
-        let (on_plane, _) = peak(&acerra_imaging::image(data.pulses(), base, &options).unwrap());
+        let (on_plane, _) = peak(
+            &acerra_imaging::image(data.pulses(), base, &options, Control::default()).unwrap(),
+        );
         let offset = resolution::displacement_m(height_m - target[2], x, -target[2])
             .unwrap()
             .unwrap();

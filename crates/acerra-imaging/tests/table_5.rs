@@ -2,8 +2,8 @@
 
 #![allow(clippy::unwrap_used)] // helpers of tests
 
-use acerra_imaging::PlaneGrid;
 use acerra_imaging::psf::{PointSpread, TrackShape, psf_image, retrieve, synthetic_track};
+use acerra_imaging::{Control, PlaneGrid};
 
 const TARGETS: [[f64; 3]; 3] = [[-2.0, 0.0, 0.0], [0.0, 0.0, 0.2], [2.0, 0.0, 0.4]];
 
@@ -21,7 +21,7 @@ fn targets_are_found_where_equation_14_puts_them() {
     ];
     for (z_m, expected, level_db) in planes {
         let grid = PlaneGrid::from_ranges([-2.6, 2.6], [-2.6, 2.6], z_m, 0.02).unwrap();
-        let image = psf_image(&spread, &TARGETS, grid).unwrap();
+        let image = psf_image(&spread, &TARGETS, grid, Control::default()).unwrap();
         for (r, (y, level)) in retrieve(&spread, &TARGETS, &image, grid)
             .unwrap()
             .iter()

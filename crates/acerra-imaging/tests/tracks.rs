@@ -5,9 +5,10 @@ mod common;
 use common::{Campaign, Random};
 
 use acerra_imaging::looks::{LookWindow, add_power, equivalent_looks, looks};
-use acerra_imaging::tracks::{Calibration, calibrate_on_target};
+use acerra_imaging::tracks::{Calibration, CalibrationOptions, calibrate_on_target};
 use acerra_imaging::{
-    Complex32, Complex64, ImagingError, PlanOptions, PlaneGrid, Pulses, Spreading, image, reference,
+    Complex32, Complex64, Control, ImagingError, PlanOptions, PlaneGrid, Pulses, Spreading, image,
+    reference,
 };
 use std::f64::consts::TAU;
 
@@ -63,9 +64,10 @@ fn peak(image: &[Complex32]) -> f32 {
 
 /// Level of the ghost mirrored at the middle track under the target's, dB.
 fn ghost_db(data: &Campaign) -> f64 {
-    let at = |x: f64| PlaneGrid::new(x - 0.3, -0.3, 0.0, 0.02, 31, 31).unwrap();
+    let at = |x: f64| PlaneGrid::new([x - 0.3, -0.3, 0.0], 0.02, [31, 31]).unwrap();
     let options = PlanOptions::default();
-    let [ghost, there] = [-2.0, 2.0].map(|x| peak(&image(data.pulses(), at(x), &options).unwrap()));
+    let [ghost, there] = [-2.0, 2.0]
+        .map(|x| peak(&image(data.pulses(), at(x), &options, Control::default()).unwrap()));
     f64::from(20.0 * (ghost / there).log10())
 }
 
@@ -89,9 +91,12 @@ fn calibrated_tracks_suppress_the_ghost_and_others_do_not() {
         let found = calibrate_on_target(
             &borrowed,
             &candidates,
-            3e-9,
-            Spreading::InverseSquare,
+            CalibrationOptions {
+                window_s: 3e-9,
+                spreading: Spreading::InverseSquare,
+            },
             &|_, _| 0.0,
+            Control::default(),
         )
         .unwrap();
         assert!((found.position_m[0] - 2.0).abs() < 0.01, "{found:?}");
@@ -122,8 +127,12 @@ fn impossible_calibrations_are_refused() {
     let tracks = five_tracks([2.0, 0.0, 0.0], &[Calibration::default(); 5], 1);
     let pulses = [tracks[0].pulses()];
     let run = |tracks: &[Pulses], candidates: &[[f64; 3]], window_s| {
-        let none = Spreading::None;
-        calibrate_on_target(tracks, candidates, window_s, none, &|_, _| 0.0).unwrap_err()
+        let options = CalibrationOptions {
+            window_s,
+            spreading: Spreading::None,
+        };
+        calibrate_on_target(tracks, candidates, options, &|_, _| 0.0, Control::default())
+            .unwrap_err()
     };
     assert_eq!(
         run(&[], &[[0.0; 3]], 1e-9),
@@ -161,14 +170,14 @@ fn looks_lower_speckle_by_their_number() {
         .collect();
     let data = Campaign::quiet(track.clone(), frequencies(), &scene);
     // Every 12 cm, farther apart than a cell: independent samples.
-    let grid = PlaneGrid::new(2.5, -1.0, 0.0, 0.04, 51, 51).unwrap();
+    let grid = PlaneGrid::new([2.5, -1.0, 0.0], 0.04, [51, 51]).unwrap();
     let options = PlanOptions::default();
     let multilook = |count: usize, overlap: f64, window| {
         let mut power = vec![0f32; grid.len()];
         for look in looks(&track, count, overlap, window).unwrap() {
             let mut part = data.pulses().slice(look.pulses.clone()).unwrap();
             part = part.with_weight(&look.weight).unwrap();
-            let image = image(part, grid, &options).unwrap();
+            let image = image(part, grid, &options, Control::default()).unwrap();
             add_power(&mut power, &image).unwrap();
         }
         // Range falls off over the patch: compare within a row's neighbourhood by normalising columns.

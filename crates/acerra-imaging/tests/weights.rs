@@ -7,8 +7,9 @@ mod common;
 use common::{C, Campaign, band};
 
 use acerra_imaging::{
-    Complex32, Complex64, Engine, Forward, ImagingError, IncidenceWeight, Plan, PlanOptions,
-    PlaneGrid, Pulses, SimdLevel, Spreading, SurfaceGrid, TiltedGrid, reference,
+    Complex32, Complex64, Control, Engine, Forward, ImagingError, ImagingPlan, IncidenceWeight,
+    PlanOptions, PlaneGrid, PulseArrays, Pulses, SimdLevel, Spreading, SurfaceGrid, TiltedGrid,
+    reference,
 };
 
 at_every_level!(weighted_images_match_the_weighted_sum);
@@ -29,13 +30,13 @@ fn expected(c: &Campaign, point_m: [f64; 3], weight: IncidenceWeight) -> Complex
             let p = c.position_m[m];
             let range_m = reference::range_m(p, point_m);
             let angle_rad = ((p[2] - point_m[2]) / range_m).acos();
-            let one = Pulses::new(
-                &c.position_m[m..=m],
-                &c.frequency_hz,
-                &c.spectrum[m * n..(m + 1) * n],
-                &c.weight[m..=m],
-                C,
-            )
+            let one = Pulses::new(PulseArrays {
+                position_m: &c.position_m[m..=m],
+                frequency_hz: &c.frequency_hz,
+                spectrum: &c.spectrum[m * n..(m + 1) * n],
+                weight: &c.weight[m..=m],
+                light_speed_m_s: C,
+            })
             .unwrap();
             let image = reference::adjoint(&one, &[point_m], Spreading::InverseSquare).unwrap();
             image[0] * weight.at(angle_rad)
@@ -45,24 +46,22 @@ fn expected(c: &Campaign, point_m: [f64; 3], weight: IncidenceWeight) -> Complex
 
 fn weighted_images_match_the_weighted_sum(level: SimdLevel) {
     let c = campaign();
-    let grid = PlaneGrid::new(-0.5, -0.4, 0.0, 0.02, 250, 60).unwrap();
+    let grid = PlaneGrid::new([-0.5, -0.4, 0.0], 0.02, [250, 60]).unwrap();
     for (weight, engine, accuracy) in [
         (limit(35.0, 8.0, 0.0), Engine::Direct, 1e-3),
         (limit(35.0, 8.0, 0.0), Engine::Factorized, 2e-3),
         (limit(90.0, 5.0, 4.0), Engine::Auto, 1e-4),
         (limit(50.0, 10.0, 2.0), Engine::Auto, 1e-3),
     ] {
-        let options = PlanOptions {
-            incidence: Some(weight),
-            accuracy,
-            engine,
-            level,
-            ..Default::default()
-        };
-        let plan = Plan::new(c.pulses(), grid, &options).unwrap();
+        let options = PlanOptions::default()
+            .with_incidence(Some(weight))
+            .with_accuracy(accuracy)
+            .with_engine(engine)
+            .with_level(level);
+        let plan = ImagingPlan::new(c.pulses(), grid, &options).unwrap();
         assert_ne!(plan.engine(), Engine::Reference, "{plan}");
         let mut image = vec![Complex32::ZERO; grid.len()];
-        plan.run(&mut image, &|_| ()).unwrap();
+        plan.run(&mut image, Control::default()).unwrap();
         let chosen: Vec<usize> = (0..grid.len()).step_by(13).collect();
         let found: Vec<_> = chosen
             .iter()
@@ -93,20 +92,17 @@ fn limit(max_deg: f64, taper_deg: f64, cosine_power: f64) -> IncidenceWeight {
 #[test]
 fn weighted_forward_and_adjoint_are_adjoint() {
     let c = campaign();
-    let grid = PlaneGrid::new(-0.5, -0.4, 0.0, 0.02, 120, 60).unwrap();
-    let options = PlanOptions {
-        incidence: Some(limit(40.0, 8.0, 2.0)),
-        ..Default::default()
-    };
+    let grid = PlaneGrid::new([-0.5, -0.4, 0.0], 0.02, [120, 60]).unwrap();
+    let options = PlanOptions::default().with_incidence(Some(limit(40.0, 8.0, 2.0)));
     let mut image = vec![Complex32::ZERO; grid.len()];
-    Plan::new(c.pulses(), grid, &options)
+    ImagingPlan::new(c.pulses(), grid, &options)
         .unwrap()
-        .run(&mut image, &|_| ())
+        .run(&mut image, Control::default())
         .unwrap();
     let mut echo = vec![Complex64::ZERO; c.spectrum.len()];
     Forward::new(c.pulses(), grid, &options)
         .unwrap()
-        .run(&image, &mut echo, &|_| ())
+        .run(&image, &mut echo, Control::default())
         .unwrap();
     // ⟨L L⁺d, d⟩ = ‖L⁺d‖².
     let left: Complex64 = echo
@@ -122,20 +118,17 @@ fn weighted_forward_and_adjoint_are_adjoint() {
 #[test]
 fn uneven_ground_and_impossible_angles_are_refused() {
     let c = campaign();
-    let base = PlaneGrid::new(-0.5, -0.4, 0.0, 0.02, 50, 60).unwrap();
-    let options = |weight| PlanOptions {
-        incidence: Some(weight),
-        ..Default::default()
-    };
+    let base = PlaneGrid::new([-0.5, -0.4, 0.0], 0.02, [50, 60]).unwrap();
+    let options = |weight| PlanOptions::default().with_incidence(Some(weight));
     let good = options(limit(40.0, 8.0, 0.0));
     let ground = SurfaceGrid::from_fn(base, |x, _| Ok::<_, ImagingError>(0.1 * x)).unwrap();
     assert_eq!(
-        Plan::on_surface(c.pulses(), &ground, &good).err(),
+        ImagingPlan::new(c.pulses(), &ground, &good).err(),
         Some(ImagingError::NotLevel)
     );
     let tilted = TiltedGrid::new([0.0; 3], [0.01, 0.0, 0.001], [0.0, 0.01, 0.0], 20, 20).unwrap();
     assert_eq!(
-        Plan::new(c.pulses(), tilted, &good).err(),
+        ImagingPlan::new(c.pulses(), tilted, &good).err(),
         Some(ImagingError::NotLevel)
     );
     for bad in [
@@ -146,7 +139,7 @@ fn uneven_ground_and_impossible_angles_are_refused() {
         limit(40.0, 5.0, -1.0),
     ] {
         assert!(
-            Plan::new(c.pulses(), base, &options(bad)).is_err(),
+            ImagingPlan::new(c.pulses(), base, &options(bad)).is_err(),
             "{bad:?}"
         );
     }

@@ -2,8 +2,8 @@
 #![allow(dead_code)] // not every benchmark uses everything
 
 use acerra_imaging::{
-    Complex32, Complex64, Engine, PlanOptions, PlaneGrid, Pulses, SPEED_OF_LIGHT_M_S, Spreading,
-    reference,
+    Complex32, Complex64, Control, Engine, PlanOptions, PlaneGrid, PulseArrays, Pulses,
+    SPEED_OF_LIGHT_M_S, Spreading, reference,
 };
 
 /// Reproducible numbers without a dependency.
@@ -48,7 +48,7 @@ impl Scene {
                 ]
             })
             .collect();
-        let grid = PlaneGrid::new(-9.0, -9.0, 0.0, 0.01, 1800, 1800).unwrap();
+        let grid = PlaneGrid::new([-9.0, -9.0, 0.0], 0.01, [1800, 1800]).unwrap();
         Self::new("common scene", position_m, grid)
     }
 
@@ -66,7 +66,7 @@ impl Scene {
                 ]
             })
             .collect();
-        let grid = PlaneGrid::new(-20.0, -20.0, 0.0, 0.01, 4000, 4000).unwrap();
+        let grid = PlaneGrid::new([-20.0, -20.0, 0.0], 0.01, [4000, 4000]).unwrap();
         Self::new("large scene", position_m, grid)
     }
 
@@ -85,7 +85,7 @@ impl Scene {
                 ]
             })
             .collect();
-        let grid = PlaneGrid::new(-half, -half, 0.0, 0.01, size, size).unwrap();
+        let grid = PlaneGrid::new([-half, -half, 0.0], 0.01, [size, size]).unwrap();
         Self::new("scene", position_m, grid)
     }
 
@@ -127,13 +127,13 @@ impl Scene {
     }
 
     pub fn pulses(&self) -> Pulses<'_> {
-        Pulses::new(
-            &self.position_m,
-            &self.frequency_hz,
-            &self.spectrum,
-            &self.weight,
-            SPEED_OF_LIGHT_M_S,
-        )
+        Pulses::new(PulseArrays {
+            position_m: &self.position_m,
+            frequency_hz: &self.frequency_hz,
+            spectrum: &self.spectrum,
+            weight: &self.weight,
+            light_speed_m_s: SPEED_OF_LIGHT_M_S,
+        })
         .unwrap()
     }
 
@@ -146,13 +146,12 @@ impl Scene {
     pub fn expected(&self, step: usize) -> Vec<Complex64> {
         let g = self.grid;
         let n = g.nx / step;
-        let sparse = PlaneGrid::new(g.x0_m, g.y0_m, g.z_m, g.pixel_m * step as f64, n, n).unwrap();
-        let options = PlanOptions {
-            engine: Engine::Reference,
-            spreading: Spreading::None,
-            ..Default::default()
-        };
-        acerra_imaging::image(self.pulses(), sparse, &options)
+        let sparse =
+            PlaneGrid::new([g.x0_m, g.y0_m, g.z_m], g.pixel_m * step as f64, [n, n]).unwrap();
+        let options = PlanOptions::default()
+            .with_engine(Engine::Reference)
+            .with_spreading(Spreading::None);
+        acerra_imaging::image(self.pulses(), sparse, &options, Control::default())
             .unwrap()
             .iter()
             .map(wide)

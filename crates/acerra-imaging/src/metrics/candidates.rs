@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::ImageView;
+use super::image::ImageView;
 
 /// Places (x, y) of the local maxima of an image down to `floor_db` below its greatest, strongest
 /// first and at most so many, m.

@@ -1,7 +1,9 @@
 //! The left–right ambiguity: where a target's ghost stands and how strong it is.
 
-use super::{Field, Ghost, LocalTrack, climb_to_peak};
-use crate::psf::Cell;
+use super::field::{Field, climb_to_peak};
+use super::target::Ghost;
+use super::track::LocalTrack;
+use crate::psf::cell::Cell;
 
 /// Half the window about the mirrored place, in expected resolution distances along and across:
 /// a curved track displaces and smears a ghost by about a cell.

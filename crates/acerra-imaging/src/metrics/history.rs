@@ -9,9 +9,11 @@
 
 use num_complex::Complex64;
 
-use crate::Pulses;
-use crate::psf::PointSpread;
-use crate::reference::{pulse_at_range, range_m};
+use crate::engine::reference::pulse_at_range;
+use crate::engine::weights::profile_at;
+use crate::psf::spread::PointSpread;
+use crate::pulses::Pulses;
+use crate::vector::range_m;
 
 /// Strengths are smoothed over stretches of path of this part of the range on either side: long
 /// against the beat of two targets that are resolved, short against an antenna's or a corner's
@@ -41,10 +43,17 @@ impl History {
             .iter()
             .map(|p| range_m(*p, target_m))
             .collect();
+        let step_hz = pulses.frequency_step_hz();
         let echo: Vec<Complex64> = ranges_m
             .iter()
             .enumerate()
-            .map(|(m, r)| pulse_at_range(pulses, m, *r) * pulses.weight()[m])
+            .map(|(m, r)| {
+                let echo = match step_hz {
+                    Some(step_hz) => profile_at(pulses, m, *r, step_hz),
+                    None => pulse_at_range(pulses, m, *r),
+                };
+                echo * pulses.weight()[m]
+            })
             .collect();
         let path_m = path(pulses.position_m());
         let mut phasor = Vec::with_capacity(echo.len());

@@ -13,24 +13,27 @@
 //! the track. [`measure_targets`] does all of it on an image; [`measure_shape`] and [`find_ghost`]
 //! also on an exact point spread function.
 
-mod candidates;
-mod field;
-mod ghost;
-mod history;
-mod image;
-mod lobe;
-mod measure;
-mod shape;
-mod statistics;
-mod target;
-mod track;
+pub(crate) mod candidates;
+pub(crate) mod explain;
+pub(crate) mod field;
+pub(crate) mod ghost;
+pub(crate) mod history;
+pub(crate) mod image;
+pub(crate) mod lobe;
+pub(crate) mod measure;
+pub(crate) mod options;
+pub(crate) mod shape;
+pub(crate) mod statistics;
+pub(crate) mod target;
+pub(crate) mod track;
 
 pub use candidates::strongest_maxima;
 pub use field::{Field, climb_to_peak};
 pub use ghost::{GhostWindow, find_ghost};
 pub use image::{ImageView, InterpolatedImage};
 pub use lobe::{Arm, Lobe, SIDELOBE_REACH, measure_arm};
-pub use measure::{MeasureOptions, Measurement, measure_targets, measure_targets_in};
+pub use measure::{Measurement, measure_targets, measure_targets_in};
+pub use options::MeasureOptions;
 pub use shape::measure_shape;
 pub use statistics::ImageStatistics;
 pub use target::{AcrossTrack, AlongTrack, Ghost, Shape, Target};

@@ -1,9 +1,10 @@
 //! Cuts along and across the track through one target.
 
+use super::field::Field;
 use super::lobe::{Lobe, SIDELOBE_REACH, measure_arm};
 use super::target::{AcrossTrack, AlongTrack, Shape};
-use super::{Field, LocalTrack};
-use crate::psf::Cell;
+use super::track::LocalTrack;
+use crate::psf::cell::Cell;
 
 /// Points that sample an expected resolution distance: first minima then come out to better than 10⁻³ of
 /// it (a parabola through a minimum of power).

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::ImageView;
+use super::image::ImageView;
 
 /// Levels of an image as a whole.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]

@@ -1,25 +1,36 @@
-//! What a plan is asked for, and what it tells.
+//! Options of a plan.
 
-use crate::simd::SimdLevel;
-use crate::{IncidenceWeight, Spreading};
+use crate::grid::plane::DEFAULT_IMAGE_LIMIT_BYTES;
+use crate::incidence::IncidenceWeight;
+use crate::kernel::level::SimdLevel;
+use crate::pulses::Spreading;
+use serde::Serialize;
 
-/// Which algorithm makes the image.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+/// Algorithm of a plan.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Engine {
-    /// The cheapest that keeps the accuracy.
+    /// The cheaper of the two by their cost models.
     #[default]
     Auto,
     /// Every pulse at every pixel, through range tables and SIMD.
     Direct,
-    /// Sub-apertures on coarse grids, merged: cost grows gently with pulses and pixels.
+    /// Sub-apertures on coarse grids, merged: cost grows slowly with pulses and pixels.
     Factorized,
     /// The double-precision sum over frequencies itself.
     Reference,
 }
 
-/// What is asked of a plan.
+/// Requirements on a plan.
+///
+/// ```
+/// use acerra_imaging::{Engine, PlanOptions};
+/// let options = PlanOptions::default().with_accuracy(1e-4).with_engine(Engine::Direct);
+/// assert_eq!((options.accuracy, options.check_pixels), (1e-4, 256));
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct PlanOptions {
     /// Relative L2 error allowed against Eq. (3) in double precision; 10⁻³ by default.
     pub accuracy: f64,
@@ -33,7 +44,7 @@ pub struct PlanOptions {
     pub engine: Engine,
     /// Most bytes that tables and image may take together; 64 GiB by default.
     pub memory_limit_bytes: u128,
-    /// Most random pixels of the self-check; 256 by default, at least 1.
+    /// Most random pixels of the self-check; 256 by default, at least 1. Large tasks check fewer.
     pub check_pixels: usize,
 }
 
@@ -45,23 +56,64 @@ impl Default for PlanOptions {
             incidence: None,
             level: SimdLevel::detect(),
             engine: Engine::default(),
-            memory_limit_bytes: crate::grid::DEFAULT_IMAGE_LIMIT_BYTES,
+            memory_limit_bytes: DEFAULT_IMAGE_LIMIT_BYTES,
             check_pixels: 256,
         }
     }
 }
 
-/// How far a run has come, in pixel × pulse contributions.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Progress {
-    /// Contributions summed so far.
-    pub done: u64,
-    /// Contributions in the whole image.
-    pub total: u64,
+impl PlanOptions {
+    /// The same with another relative L2 error allowed.
+    #[must_use]
+    pub fn with_accuracy(self, accuracy: f64) -> Self {
+        Self { accuracy, ..self }
+    }
+
+    /// The same with another weight by range.
+    #[must_use]
+    pub fn with_spreading(self, spreading: Spreading) -> Self {
+        Self { spreading, ..self }
+    }
+
+    /// The same with another weight by incidence, or none.
+    #[must_use]
+    pub fn with_incidence(self, incidence: Option<IncidenceWeight>) -> Self {
+        Self { incidence, ..self }
+    }
+
+    /// The same at another instruction set.
+    #[must_use]
+    pub fn with_level(self, level: SimdLevel) -> Self {
+        Self { level, ..self }
+    }
+
+    /// The same with another algorithm.
+    #[must_use]
+    pub fn with_engine(self, engine: Engine) -> Self {
+        Self { engine, ..self }
+    }
+
+    /// The same with another limit of memory.
+    #[must_use]
+    pub fn with_memory_limit_bytes(self, memory_limit_bytes: u128) -> Self {
+        Self {
+            memory_limit_bytes,
+            ..self
+        }
+    }
+
+    /// The same with another number of pixels in the self-check.
+    #[must_use]
+    pub fn with_check_pixels(self, check_pixels: usize) -> Self {
+        Self {
+            check_pixels,
+            ..self
+        }
+    }
 }
 
-/// What a self-check of a plan found on random pixels.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// Result of a plan's self-check on random pixels.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct SelfCheck {
     /// Pixels compared with the double-precision sum.
     pub pixels: usize,

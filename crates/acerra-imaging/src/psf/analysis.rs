@@ -2,12 +2,16 @@
 
 use serde::Serialize;
 
-use super::{Cell, PointSpread, PsfField};
-use crate::ImagingError;
-use crate::metrics::{
-    AcrossTrack, AlongTrack, Field, Ghost, LocalTrack, climb_to_peak, find_ghost, measure_shape,
-};
-use crate::resolution::displacement_m;
+use super::cell::Cell;
+use super::field::PsfField;
+use super::spread::PointSpread;
+use crate::error::ImagingError;
+use crate::metrics::field::{Field, climb_to_peak};
+use crate::metrics::ghost::find_ghost;
+use crate::metrics::shape::measure_shape;
+use crate::metrics::target::{AcrossTrack, AlongTrack, Ghost};
+use crate::metrics::track::LocalTrack;
+use crate::resolution::equations::displacement_m;
 
 /// What the theory of a straight track says of the same place, m.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]

@@ -1,7 +1,7 @@
 //! The resolution that a flight leads one to expect about a point.
 
-use super::PointSpread;
-use crate::metrics::LocalTrack;
+use super::spread::PointSpread;
+use crate::metrics::track::LocalTrack;
 
 /// Expected Rayleigh distances about one point of the image.
 #[derive(Clone, Copy, Debug, PartialEq)]

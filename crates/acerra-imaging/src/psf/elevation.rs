@@ -4,9 +4,13 @@ use num_complex::Complex32;
 use serde::Serialize;
 
 use super::analysis::{expected_place_m, track_at};
-use super::{Cell, PointSpread, PsfField};
-use crate::metrics::{ImageView, climb_to_peak};
-use crate::{ImagingError, PlaneGrid};
+use super::cell::Cell;
+use super::field::PsfField;
+use super::spread::PointSpread;
+use crate::error::ImagingError;
+use crate::grid::plane::PlaneGrid;
+use crate::metrics::field::climb_to_peak;
+use crate::metrics::image::ImageView;
 
 /// Below this level relative to the strongest, a target counts as absent from the image, dB.
 pub const ABSENT_DB: f64 = -20.0;

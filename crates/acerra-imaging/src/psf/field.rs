@@ -2,8 +2,8 @@
 
 use num_complex::Complex64;
 
-use super::PointSpread;
-use crate::metrics::Field;
+use super::spread::PointSpread;
+use crate::metrics::field::Field;
 
 /// The image of point targets on a horizontal plane, evaluated by Eq. (5) wherever asked.
 #[derive(Clone, Copy, Debug)]

@@ -6,15 +6,14 @@
 //! [`psf_image`] fills a grid, [`retrieve`] finds several targets again on a plane that need not be
 //! theirs.
 
-mod analysis;
-mod cell;
-mod elevation;
-mod field;
-mod image;
-mod spread;
-mod trajectory;
+pub(crate) mod analysis;
+pub(crate) mod cell;
+pub(crate) mod elevation;
+pub(crate) mod field;
+pub(crate) mod image;
+pub(crate) mod spread;
+pub(crate) mod trajectory;
 
-pub(crate) use analysis::track_at as track_below;
 pub use analysis::{Analysis, Theory, expected_place_m};
 pub use cell::Cell;
 pub use elevation::{ABSENT_DB, Retrieved, retrieve};

@@ -4,8 +4,9 @@ use std::f64::consts::PI;
 
 use num_complex::Complex64;
 
-use crate::pulses::{check_finite, check_length};
-use crate::{ImagingError, Pulses};
+use crate::checks::{check_finite, check_length};
+use crate::error::ImagingError;
+use crate::pulses::Pulses;
 
 /// A flight, a band and weights: all that the response to a point depends on, besides the point.
 ///

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use crate::ImagingError;
+use crate::error::ImagingError;
 
 /// Shape of a synthetic level track along x.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,6 +1,6 @@
 //! What an aperture of any shape resolves in elevation.
 
-use crate::rows::{dot, norm};
+use crate::vector::{dot, norm};
 
 /// Resolution in elevation of a target at `target_m` seen from all of `position_m`, m: λR/2D, D being
 /// the lesser extent of the aperture across the line of sight from its mean, at range R (that of an

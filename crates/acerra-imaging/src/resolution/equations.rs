@@ -2,44 +2,13 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use super::Aperture;
-use crate::ImagingError;
-
-pub(super) fn positive(
-    what: &'static str,
-    expected: &'static str,
-    found: f64,
-) -> Result<(), ImagingError> {
-    if found.is_finite() && found > 0.0 {
-        Ok(())
-    } else {
-        Err(ImagingError::OutOfRange {
-            what,
-            expected,
-            found,
-        })
-    }
-}
-
-fn not_negative(
-    what: &'static str,
-    expected: &'static str,
-    found: f64,
-) -> Result<(), ImagingError> {
-    if found.is_finite() && found >= 0.0 {
-        Ok(())
-    } else {
-        Err(ImagingError::OutOfRange {
-            what,
-            expected,
-            found,
-        })
-    }
-}
+use super::geometry::Aperture;
+use crate::checks::check_positive;
+use crate::error::ImagingError;
 
 fn view(half_view_rad: f64) -> Result<(), ImagingError> {
     let expected = "above 0 and at most π/2 rad";
-    positive("half_view_rad", expected, half_view_rad)?;
+    check_positive("half_view_rad", expected, half_view_rad)?;
     if half_view_rad > FRAC_PI_2 {
         let what = "half_view_rad";
         return Err(ImagingError::OutOfRange {
@@ -69,8 +38,8 @@ pub fn along_track_m(
     half_view_rad: f64,
     light_speed_m_s: f64,
 ) -> Result<f64, ImagingError> {
-    positive("centre_hz", "above 0 Hz", centre_hz)?;
-    positive("light_speed_m_s", "above 0 m/s", light_speed_m_s)?;
+    check_positive("centre_hz", "above 0 Hz", centre_hz)?;
+    check_positive("light_speed_m_s", "above 0 m/s", light_speed_m_s)?;
     view(half_view_rad)?;
     Ok(light_speed_m_s / (4.0 * centre_hz * half_view_rad.sin()))
 }
@@ -103,7 +72,7 @@ pub fn half_view_rad(
     height_m: f64,
     offset_m: f64,
 ) -> Result<f64, ImagingError> {
-    positive("half_aperture_m", "above 0 m", half_aperture_m)?;
+    check_positive("half_aperture_m", "above 0 m", half_aperture_m)?;
     let aperture = Aperture::new(height_m, offset_m)?;
     Ok(half_aperture_m.atan2(aperture.range_m()))
 }
@@ -113,8 +82,8 @@ pub fn half_view_rad(
 /// # Errors
 /// A bandwidth or speed that is not positive: with no bandwidth there is no range resolution.
 pub fn range_m(bandwidth_hz: f64, light_speed_m_s: f64) -> Result<f64, ImagingError> {
-    positive("bandwidth_hz", "above 0 Hz", bandwidth_hz)?;
-    positive("light_speed_m_s", "above 0 m/s", light_speed_m_s)?;
+    check_positive("bandwidth_hz", "above 0 Hz", bandwidth_hz)?;
+    check_positive("light_speed_m_s", "above 0 m/s", light_speed_m_s)?;
     Ok(light_speed_m_s / (2.0 * bandwidth_hz))
 }
 
@@ -139,7 +108,7 @@ pub fn across_track_m(
     height_m: f64,
     offset_m: f64,
 ) -> Result<f64, ImagingError> {
-    positive("range_resolution_m", "above 0 m", range_resolution_m)?;
+    check_positive("range_resolution_m", "above 0 m", range_resolution_m)?;
     let target_range_m = Aperture::new(height_m, offset_m)?.range_m();
     let beyond = range_resolution_m * (range_resolution_m + 2.0 * target_range_m);
     // √(d² + q) − d without the cancellation at large d.
@@ -231,25 +200,4 @@ pub fn unambiguous_range_m(step_hz: f64, light_speed_m_s: f64) -> Result<f64, Im
 /// Phase, rad, that a range error of ε metres makes at frequency f: 4πfε/c.
 pub fn phase_of_range_rad(range_error_m: f64, frequency_hz: f64, light_speed_m_s: f64) -> f64 {
     4.0 * PI * frequency_hz * range_error_m / light_speed_m_s
-}
-
-impl Aperture {
-    /// A straight level track h above a target d to its side.
-    ///
-    /// # Errors
-    /// A height that is not positive (the target would not be below the drone), a negative offset.
-    pub fn new(height_m: f64, offset_m: f64) -> Result<Self, ImagingError> {
-        positive(
-            "height_m",
-            "above 0 m (the flight above the target)",
-            height_m,
-        )?;
-        not_negative("offset_m", "at least 0 m", offset_m)?;
-        Ok(Self { height_m, offset_m })
-    }
-
-    /// Least distance between track and target, m.
-    pub fn range_m(&self) -> f64 {
-        self.height_m.hypot(self.offset_m)
-    }
 }

@@ -1,7 +1,7 @@
 //! Figure 6: across-track resolution over offset and height.
 
-use super::across_track_m;
-use crate::ImagingError;
+use super::equations::across_track_m;
+use crate::error::ImagingError;
 
 /// Eq. (9) on a grid of offsets and heights: `[heights, offsets]` row-major, m.
 ///

@@ -4,10 +4,11 @@
 //! geometry and lists, as [`Caveat`]s, which of them have left their range. [`elevation_m`] is for
 //! several tracks.
 
-mod elevation;
-mod equations;
-mod map;
-mod prediction;
+pub(crate) mod elevation;
+pub(crate) mod equations;
+pub(crate) mod geometry;
+pub(crate) mod map;
+pub(crate) mod prediction;
 
 pub use elevation::elevation_m;
 pub use equations::{
@@ -15,5 +16,6 @@ pub use equations::{
     along_track_m, along_track_small_angle_m, displacement_m, half_view_rad, longest_step_m,
     phase_of_range_rad, range_m, unambiguous_range_m,
 };
+pub use geometry::{Aperture, Band};
 pub use map::across_track_map_m;
-pub use prediction::{Aperture, Band, Caveat, Prediction};
+pub use prediction::{Caveat, Prediction};

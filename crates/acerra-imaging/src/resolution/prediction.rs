@@ -4,43 +4,13 @@ use std::fmt;
 
 use serde::Serialize;
 
-use super::{
+use super::equations::{
     SMALL_ANGLE_LIMIT_RAD, across_track_bounds_m, across_track_m, along_track_m,
     along_track_small_angle_m, half_view_rad, longest_step_m, range_m,
 };
-use crate::ImagingError;
-
-/// Height and offset of a straight track over a target.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Aperture {
-    /// Height of the flight above the target, m.
-    pub height_m: f64,
-    /// Horizontal distance of the target from the track, m.
-    pub offset_m: f64,
-}
-
-/// A band of frequencies and the speed of light that goes with it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Band {
-    /// Lowest frequency, Hz.
-    pub low_hz: f64,
-    /// Highest frequency, Hz.
-    pub high_hz: f64,
-    /// Speed of light, m/s.
-    pub light_speed_m_s: f64,
-}
-
-impl Band {
-    /// Width, Hz.
-    pub fn width_hz(&self) -> f64 {
-        self.high_hz - self.low_hz
-    }
-
-    /// Middle, Hz.
-    pub fn centre_hz(&self) -> f64 {
-        0.5 * (self.low_hz + self.high_hz)
-    }
-}
+use super::geometry::{Aperture, Band};
+use crate::checks::check_positive;
+use crate::error::ImagingError;
 
 /// What Eqs. (6)–(12) say of one geometry. All distances in metres.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -141,8 +111,8 @@ impl Prediction {
     ) -> Result<Self, ImagingError> {
         let Aperture { height_m, offset_m } = Aperture::new(aperture.height_m, aperture.offset_m)?;
         let c = band.light_speed_m_s;
-        super::equations::positive("low_hz", "above 0 Hz", band.low_hz)?;
-        super::equations::positive(
+        check_positive("low_hz", "above 0 Hz", band.low_hz)?;
+        check_positive(
             "bandwidth_hz",
             "above 0 Hz (the upper frequency above the lower)",
             band.width_hz(),

@@ -2,10 +2,12 @@
 
 use std::f64::consts::PI;
 
-use super::ErrorModel;
-use crate::ImagingError;
-use crate::metrics::LocalTrack;
-use crate::psf::{Cell, PointSpread, track_below};
+use super::model::ErrorModel;
+use crate::error::ImagingError;
+use crate::metrics::track::LocalTrack;
+use crate::psf::analysis::track_at;
+use crate::psf::cell::Cell;
+use crate::psf::spread::PointSpread;
 
 /// Nodes and weights of the six-point Gauss–Legendre rule on [−1, 1]: the band, taken as evenly
 /// filled, is integrated rather than summed.
@@ -50,7 +52,7 @@ impl View {
         model: &ErrorModel,
     ) -> Result<Self, ImagingError> {
         let position_m = spread.position_m();
-        crate::pulses::check_length("the error model", position_m.len(), model.len())?;
+        crate::checks::check_length("the error model", position_m.len(), model.len())?;
         let (low, high) = spread.band_hz();
         if high <= low {
             let (what, expected) = ("bandwidth_hz", "above 0 Hz");
@@ -60,7 +62,7 @@ impl View {
                 found: high - low,
             });
         }
-        let track = track_below(spread, target_m)?;
+        let track = track_at(spread, target_m)?;
         let cell = Cell::expected(spread, &track, target_m);
 
         let weight = |m: usize| {

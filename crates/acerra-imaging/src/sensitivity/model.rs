@@ -1,7 +1,7 @@
 //! How positions may be wrong.
 
-use crate::ImagingError;
-use crate::pulses::{check_finite, check_length};
+use crate::checks::{check_finite, check_length};
+use crate::error::ImagingError;
 
 /// Gaussian errors of the positions of a flight: a white part, new at every pulse, and a drifting
 /// part, a first-order Gauss–Markov process along the flight. Axes are independent.

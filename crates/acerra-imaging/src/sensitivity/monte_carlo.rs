@@ -1,16 +1,18 @@
-//! The same by drawing errors and imaging with them.
+//! Monte Carlo simulation of positioning errors.
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rayon::prelude::*;
 use serde::Serialize;
 
+use super::criteria::{CUT_CELLS, CUT_POINTS, half_power_width};
 use super::geometry::{View, dot};
+use super::model::ErrorModel;
 use super::normal::Normal;
-use super::{CUT_CELLS, CUT_POINTS, ErrorModel, half_power_width};
-use crate::ImagingError;
-use crate::metrics::{Field, climb_to_peak};
-use crate::psf::PointSpread;
+use crate::control::Control;
+use crate::error::ImagingError;
+use crate::metrics::field::{Field, climb_to_peak};
+use crate::psf::spread::PointSpread;
 
 /// A value with the bounds of its 95 % confidence interval.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -59,21 +61,30 @@ const BATCHES: usize = 20;
 /// Two-sided 95 % point of Student's t with one degree of freedom less than batches.
 const STUDENT_95: f64 = 2.093_024;
 
-/// Draws the errors `trials` times, images the point with each and measures.
+/// Number of draws and their seed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MonteCarlo {
+    /// Draws, 20 to a million.
+    pub trials: usize,
+    /// Equal seeds give equal answers, whatever the number of threads.
+    pub seed: u64,
+}
+
+/// Draws the errors `draws.trials` times, images the point with each and measures.
 ///
-/// The peak is the maximum reached from where the least-squares shift of that draw puts it, and
-/// the cuts for the widths run through that place. Equal `seed`s give equal answers, whatever the
-/// number of threads.
+/// The peak is the maximum reached from the place to which the least-squares shift of that draw moves
+/// it, and the cuts for the widths run through that place.
 ///
 /// # Errors
-/// As [`predict`](super::predict), and fewer than 20 trials or more than a million.
+/// As [`predict`](super::predict), fewer than 20 trials or more than a million, and cancellation.
 pub fn simulate(
     spread: &PointSpread,
     target_m: [f64; 3],
     model: &ErrorModel,
-    trials: usize,
-    seed: u64,
+    draws: MonteCarlo,
+    control: Control,
 ) -> Result<Simulated, ImagingError> {
+    let MonteCarlo { trials, seed } = draws;
     if !(BATCHES..=1_000_000).contains(&trials) {
         let (what, expected) = ("trials", "20 to 1 000 000");
         return Err(ImagingError::OutOfRange {
@@ -93,6 +104,7 @@ pub fn simulate(
     let drawn: Vec<Trial> = (0..trials)
         .into_par_iter()
         .map(|trial| {
+            control.check()?;
             let mut random = ChaCha8Rng::seed_from_u64(seed);
             random.set_stream(trial as u64);
             let mut normal = Normal::new(random);

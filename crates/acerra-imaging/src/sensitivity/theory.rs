@@ -2,14 +2,14 @@
 
 use serde::Serialize;
 
-use super::geometry::{View, dot};
-use super::nodes::Nodes;
-use super::{
-    CUT_CELLS, CUT_POINTS, ErrorModel, FOCUSED_COHERENCE, FOCUSED_POWER, SHIFT_COHERENCE,
-    half_power_width,
+use super::criteria::{
+    CUT_CELLS, CUT_POINTS, FOCUSED_COHERENCE, FOCUSED_POWER, SHIFT_COHERENCE, half_power_width,
 };
-use crate::ImagingError;
-use crate::psf::PointSpread;
+use super::geometry::{View, dot};
+use super::model::ErrorModel;
+use super::nodes::Nodes;
+use crate::error::ImagingError;
+use crate::psf::spread::PointSpread;
 
 /// What theory expects.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -122,7 +122,7 @@ fn quadratic(c: &[f64], h: &[Vec<f64>; 2]) -> [[f64; 2]; 2] {
 
 /// Excess range of every kept pulse at the points of both cuts: `[2 · CUT_POINTS][pulses]`, m.
 fn cut_excess_m(spread: &PointSpread, view: &View, target_m: [f64; 3]) -> Vec<Vec<f64>> {
-    let range = crate::reference::range_m;
+    let range = crate::vector::range_m;
     let cuts = [
         (view.track.tangent, view.cell.along_m),
         (view.track.left(), view.cell.across_m),

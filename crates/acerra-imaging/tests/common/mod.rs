@@ -2,7 +2,7 @@
 
 #![allow(dead_code, clippy::unwrap_used)] // not every test uses everything
 
-use acerra_imaging::{Complex64, Pulses, Spreading, reference};
+use acerra_imaging::{Complex64, PulseArrays, Pulses, Spreading, reference};
 
 /// Speed of light, m/s.
 pub const C: f64 = acerra_imaging::SPEED_OF_LIGHT_M_S;
@@ -76,13 +76,13 @@ impl Campaign {
     }
 
     pub fn pulses(&self) -> Pulses<'_> {
-        Pulses::new(
-            &self.position_m,
-            &self.frequency_hz,
-            &self.spectrum,
-            &self.weight,
-            C,
-        )
+        Pulses::new(PulseArrays {
+            position_m: &self.position_m,
+            frequency_hz: &self.frequency_hz,
+            spectrum: &self.spectrum,
+            weight: &self.weight,
+            light_speed_m_s: C,
+        })
         .unwrap()
     }
 

@@ -2,7 +2,9 @@
 
 use std::ops::Range;
 
-use acerra_imaging::{Complex32, Plan, PlanOptions, PlaneGrid, Pulses, Spreading};
+use acerra_imaging::{
+    Complex32, Control, ImagingPlan, PlanOptions, PlaneGrid, PulseArrays, Pulses, Spreading,
+};
 use acerra_radar::Spectrum;
 use anyhow::Context;
 
@@ -66,23 +68,22 @@ pub fn focus(
     progress: &dyn Progress,
 ) -> anyhow::Result<Focused> {
     let weight = weights(campaign, echoes.aligned);
-    let pulses = Pulses::new(
-        &echoes.aligned.position_m,
-        &echoes.spectrum.frequency_hz,
-        &echoes.spectrum.values,
-        &weight,
-        campaign.image.light_speed_m_s,
-    )
+    let pulses = Pulses::new(PulseArrays {
+        position_m: &echoes.aligned.position_m,
+        frequency_hz: &echoes.spectrum.frequency_hz,
+        spectrum: &echoes.spectrum.values,
+        weight: &weight,
+        light_speed_m_s: campaign.image.light_speed_m_s,
+    })
     .context("the spectra cannot be imaged")?;
     let default = PlanOptions::default();
-    let options = PlanOptions {
-        accuracy: campaign.image.accuracy,
-        incidence: campaign.image.incidence(),
-        memory_limit_bytes: available_memory_bytes().map_or(default.memory_limit_bytes, |b| {
-            default.memory_limit_bytes.min(b.into())
-        }),
-        ..default
-    };
+    let memory_limit_bytes = available_memory_bytes().map_or(default.memory_limit_bytes, |b| {
+        default.memory_limit_bytes.min(b.into())
+    });
+    let options = default
+        .with_accuracy(campaign.image.accuracy)
+        .with_incidence(campaign.image.incidence())
+        .with_memory_limit_bytes(memory_limit_bytes);
     if let Some(volume) = ground.volume {
         return make_volume(pulses, ground, volume, &options, staging, progress);
     }
@@ -98,7 +99,8 @@ pub fn focus(
         let pulses = pulses.slice(part.clone()).context("[[track]]")?;
         let plan = plan_on(&ground, pulses, &options)?;
         made.add(&plan);
-        plan.run(&mut image, &|step| progress.at(before + step.done))
+        let report = |step: acerra_imaging::Progress| progress.at(before + step.done);
+        plan.run(&mut image, Control::default().reporting_to(&report))
             .context("[image]")?;
         before += image.len() as u64 * part.len() as u64;
         if incoherent {
@@ -139,16 +141,16 @@ pub(super) fn plan_on<'a>(
     ground: &'a Ground,
     pulses: Pulses<'a>,
     options: &PlanOptions,
-) -> anyhow::Result<Plan<'a>> {
+) -> anyhow::Result<ImagingPlan<'a>> {
     match &ground.surface {
-        Some(surface) => Plan::on_surface(pulses, surface, options),
-        None => Plan::new(pulses, ground.grid, options),
+        Some(surface) => ImagingPlan::new(pulses, surface, options),
+        None => ImagingPlan::new(pulses, ground.grid, options),
     }
     .context("[image]")
 }
 
-/// Contributions from which a look at the clock first costs little beside the image.
-const WORTH_FORETELLING: u64 = 2_000_000_000;
+/// Contributions from which timing a sample first costs little beside the image.
+const MIN_CONTRIBUTIONS_TO_ESTIMATE: u64 = 2_000_000_000;
 
 /// What one plan, or the most demanding of several, said.
 #[derive(Default)]
@@ -159,14 +161,17 @@ struct Made {
 }
 
 impl Made {
-    fn add(&mut self, plan: &Plan<'_>) {
+    fn add(&mut self, plan: &ImagingPlan<'_>) {
         if !self.explained.is_empty() {
             self.explained.push('\n');
         }
-        self.explained.push_str(&plan.explain());
-        if plan.contributions() > WORTH_FORETELLING {
+        self.explained.push_str(&plan.report().to_string());
+        if plan.contributions() > MIN_CONTRIBUTIONS_TO_ESTIMATE {
             let threads = rayon::current_num_threads();
-            let line = format!("\nabout {:.2} s on {threads} threads", plan.estimate_s());
+            let line = format!(
+                "\nabout {:.2} s on {threads} threads",
+                plan.estimate_run_time_s(Control::default())
+            );
             self.explained.push_str(&line);
         }
         self.bytes = self.bytes.max(plan.memory_bytes());
@@ -187,22 +192,20 @@ pub fn quick_look(
     light_speed_m_s: f64,
 ) -> anyhow::Result<Vec<Complex32>> {
     let weight = vec![1.0; position_m.len()];
-    let pulses = Pulses::new(
+    let pulses = Pulses::new(PulseArrays {
         position_m,
-        &spectrum.frequency_hz,
-        &spectrum.values,
-        &weight,
+        frequency_hz: &spectrum.frequency_hz,
+        spectrum: &spectrum.values,
+        weight: &weight,
         light_speed_m_s,
-    )?;
+    })?;
     // Without 1/R², which would let what is nearest decide.
-    let options = PlanOptions {
-        accuracy: 1e-2,
-        spreading: Spreading::None,
-        check_pixels: 4,
-        ..PlanOptions::default()
-    };
-    let plan = Plan::new(pulses, grid, &options)?;
+    let options = PlanOptions::default()
+        .with_accuracy(1e-2)
+        .with_spreading(Spreading::None)
+        .with_check_pixels(4);
+    let plan = ImagingPlan::new(pulses, grid, &options)?;
     let mut image = vec![Complex32::default(); grid.len()];
-    plan.run(&mut image, &|_| ())?;
+    plan.run(&mut image, Control::default())?;
     Ok(image)
 }

@@ -1,7 +1,7 @@
 //! Stage `measure`: what the image shows.
 
-use acerra_imaging::Pulses;
 use acerra_imaging::metrics::{ImageView, MeasureOptions, Measurement, measure_targets_in};
+use acerra_imaging::{Control, PulseArrays, Pulses};
 use anyhow::Context;
 
 use super::align::Aligned;
@@ -38,18 +38,16 @@ pub fn measure(
 ) -> anyhow::Result<Measurement> {
     let view = view_of(focused)?;
     let weight = weights(campaign, aligned);
-    let pulses = Pulses::new(
-        &aligned.position_m,
-        &spectrum.frequency_hz,
-        &spectrum.values,
-        &weight,
-        campaign.image.light_speed_m_s,
-    )
+    let pulses = Pulses::new(PulseArrays {
+        position_m: &aligned.position_m,
+        frequency_hz: &spectrum.frequency_hz,
+        spectrum: &spectrum.values,
+        weight: &weight,
+        light_speed_m_s: campaign.image.light_speed_m_s,
+    })
     .context("the spectra")?;
-    let options = MeasureOptions {
-        threshold_db: campaign.measure.threshold_db,
-        max_targets: campaign.measure.max_targets,
-        ..MeasureOptions::default()
-    };
-    measure_targets_in(&view, &pulses, &options).context("[measure]")
+    let options = MeasureOptions::default()
+        .with_threshold_db(campaign.measure.threshold_db)
+        .with_max_targets(campaign.measure.max_targets);
+    measure_targets_in(&view, &pulses, &options, Control::default()).context("[measure]")
 }

@@ -4,7 +4,9 @@ use std::fs::File;
 use std::io::{BufWriter, Write};
 
 use acerra_imaging::looks::{LookWindow, add_power, looks};
-use acerra_imaging::{Complex32, PlanOptions, Pulses, SurfaceGrid, VolumeGrid};
+use acerra_imaging::{
+    Complex32, Control, PlanOptions, Pulses, SurfaceGrid, VolumeGrid, image_volume,
+};
 use anyhow::Context;
 
 use super::focus::{Focused, plan_on};
@@ -76,7 +78,8 @@ pub(super) fn make_looks(
                 .collect();
             let part = pulses.slice(look.pulses.clone())?.with_weight(&weight)?;
             let plan = plan_on(ground, part, options)?;
-            plan.run(&mut image, &|step| progress.at(before + step.done))?;
+            let report = |step: acerra_imaging::Progress| progress.at(before + step.done);
+            plan.run(&mut image, Control::default().reporting_to(&report))?;
             before += grid.len() as u64 * part.len() as u64;
             table_bytes = table_bytes.max(plan.memory_bytes() - 8 * grid.len() as u128);
             add_power(&mut power, &image)?;
@@ -144,22 +147,28 @@ pub(super) fn make_volume(
     progress.start("focus", per_slice * nz as u64);
     let mut run = None;
     stack_npz::write(&mut file, "volume", &grid, nz, |put| {
-        let made = volume.image(pulses, options, |k, _, slice| {
-            #[expect(clippy::cast_possible_truncation, reason = "heights in a picture")]
-            let above_m = (k as f64 * volume.step_m) as f32;
-            for (at, v) in slice.iter().enumerate() {
-                let power = v.norm_sqr();
-                if power > image[at].norm_sqr() {
-                    image[at] = *v;
-                    height[at] = above_m;
+        let made = image_volume(
+            &volume,
+            pulses,
+            options,
+            Control::default(),
+            |k, _, slice| {
+                #[expect(clippy::cast_possible_truncation, reason = "heights in a picture")]
+                let above_m = (k as f64 * volume.step_m) as f32;
+                for (at, v) in slice.iter().enumerate() {
+                    let power = v.norm_sqr();
+                    if power > image[at].norm_sqr() {
+                        image[at] = *v;
+                        height[at] = above_m;
+                    }
+                    let (i, j) = (at % nx, at / nx);
+                    front[k * nx + i] = front[k * nx + i].max(power);
+                    side[k * ny + j] = side[k * ny + j].max(power);
                 }
-                let (i, j) = (at % nx, at / nx);
-                front[k * nx + i] = front[k * nx + i].max(power);
-                side[k * ny + j] = side[k * ny + j].max(power);
-            }
-            progress.at(per_slice * (k as u64 + 1));
-            put(slice).context("volume.npz: cannot write")
-        })?;
+                progress.at(per_slice * (k as u64 + 1));
+                put(slice).context("volume.npz: cannot write")
+            },
+        )?;
         run = Some(made);
         let z_m = (0..nz).map(|k| volume.slice(k).z_m).collect();
         anyhow::Ok(vec![("z_m", vec![nz as u64], z_m)])
@@ -186,7 +195,7 @@ pub(super) fn make_volume(
     Ok(Focused {
         image,
         ground,
-        plan: run.explained,
+        plan: run.report.to_string(),
         promised_bytes: u64::try_from(bytes).unwrap_or(u64::MAX),
         checked_error: run.checked_error,
         multilook: None,

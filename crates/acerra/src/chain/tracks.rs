@@ -5,8 +5,11 @@ use std::ops::Range;
 
 use acerra_geo::trajectory::Frame;
 use acerra_imaging::metrics::{ImageView, strongest_maxima};
-use acerra_imaging::tracks::{Calibration, Estimate, calibrate_on_target};
-use acerra_imaging::{Complex32, Plan, PlanOptions, PlaneGrid, Pulses, Spreading, SurfaceGrid};
+use acerra_imaging::tracks::{Calibration, CalibrationOptions, Estimate, calibrate_on_target};
+use acerra_imaging::{
+    Complex32, Control, ImagingPlan, PlanOptions, PlaneGrid, PulseArrays, Pulses, Spreading,
+    SurfaceGrid,
+};
 use acerra_radar::Spectrum;
 use anyhow::{Context, bail};
 use serde::Serialize;
@@ -143,13 +146,13 @@ pub fn calibrate(
         .zip(&weight)
         .map(|(track, weight)| {
             let spectrum = &track.cleaned.spectrum;
-            Pulses::new(
-                &track.aligned.position_m,
-                &spectrum.frequency_hz,
-                &spectrum.values,
+            Pulses::new(PulseArrays {
+                position_m: &track.aligned.position_m,
+                frequency_hz: &spectrum.frequency_hz,
+                spectrum: &spectrum.values,
                 weight,
-                campaign.image.light_speed_m_s,
-            )
+                light_speed_m_s: campaign.image.light_speed_m_s,
+            })
             .with_context(|| format!("[[track]] {}", track.name))
         })
         .collect::<anyhow::Result<_>>()?;
@@ -159,8 +162,11 @@ pub fn calibrate(
     };
     let window_s = campaign.tracks.window_ns * 1e-9;
     let height = |x: f64, y: f64| stated_z_m.unwrap_or_else(|| ground.below_m(x, y));
-    let spreading = Spreading::InverseSquare;
-    let found = calibrate_on_target(&pulses, &candidates, window_s, spreading, &height)
+    let options = CalibrationOptions {
+        window_s,
+        spreading: Spreading::InverseSquare,
+    };
+    let found = calibrate_on_target(&pulses, &candidates, options, &height, Control::default())
         .context("[tracks] calibration")?;
     drop(pulses);
     for (track, estimate) in tracks.iter_mut().zip(&found.estimates) {
@@ -216,17 +222,15 @@ fn candidates(pulses: &Pulses<'_>, ground: &Ground) -> anyhow::Result<Vec<[f64; 
         })?),
         None => None,
     };
-    let options = PlanOptions {
-        accuracy: 1e-2,
-        check_pixels: 16,
-        ..PlanOptions::default()
-    };
+    let options = PlanOptions::default()
+        .with_accuracy(1e-2)
+        .with_check_pixels(16);
     let plan = match &surface {
-        Some(surface) => Plan::on_surface(*pulses, surface, &options),
-        None => Plan::new(*pulses, grid, &options),
+        Some(surface) => ImagingPlan::new(*pulses, surface, &options),
+        None => ImagingPlan::new(*pulses, grid, &options),
     }?;
     let mut image = vec![Complex32::default(); grid.len()];
-    plan.run(&mut image, &|_| ())?;
+    plan.run(&mut image, Control::default())?;
     let view = ImageView::new(&image, grid)?;
     let maxima = strongest_maxima(&view, FLOOR_DB, MOST);
     if maxima.is_empty() {

@@ -48,7 +48,7 @@ mod tests {
 
     #[test]
     fn images_follow_one_another() {
-        let grid = PlaneGrid::new(0.0, 1.0, 0.0, 0.5, 2, 1).unwrap();
+        let grid = PlaneGrid::new([0.0, 1.0, 0.0], 0.5, [2, 1]).unwrap();
         let mut bytes = io::Cursor::new(Vec::new());
         write(&mut bytes, "volume", &grid, 3, |put| {
             for k in 0..3_u8 {

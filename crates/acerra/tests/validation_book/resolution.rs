@@ -3,12 +3,12 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use acerra_imaging::PlaneGrid;
 use acerra_imaging::psf::{
     Analysis, PointSpread, TrackShape, psf_image, retrieve, synthetic_track,
 };
 use acerra_imaging::resolution::{Aperture, Band, Prediction, across_track_m, range_m};
-use acerra_imaging::sensitivity::{ErrorModel, Estimate, predict, simulate};
+use acerra_imaging::sensitivity::{ErrorModel, Estimate, MonteCarlo, predict, simulate};
+use acerra_imaging::{Control, PlaneGrid};
 use assert_cmd::Command;
 
 use crate::page::Page;
@@ -232,7 +232,7 @@ fn table_5() -> String {
     );
     for (z_m, expected) in planes {
         let grid = PlaneGrid::from_ranges([-3.0, 3.0], [-3.0, 3.0], z_m, 0.02).unwrap();
-        let image = psf_image(&spread, &TARGETS, grid).unwrap();
+        let image = psf_image(&spread, &TARGETS, grid, Control::default()).unwrap();
         let retrieved = retrieve(&spread, &TARGETS, &image, grid).unwrap();
         let _ = write!(text, "| z = {z_m} m |");
         for (r, (paper, y_m)) in retrieved.iter().zip(expected) {
@@ -296,7 +296,17 @@ fn sensitivity() -> String {
     for (seed, (name, model)) in models.into_iter().enumerate() {
         let target = [0.0, 2.0, 0.0];
         let theory = predict(&spread, target, &model).unwrap();
-        let drawn = simulate(&spread, target, &model, 1000, seed as u64).unwrap();
+        let drawn = simulate(
+            &spread,
+            target,
+            &model,
+            MonteCarlo {
+                trials: 1000,
+                seed: seed as u64,
+            },
+            Control::default(),
+        )
+        .unwrap();
         let cell = |theory: Option<f64>, drawn: Option<Estimate>, scale: f64, digits: usize| {
             let (Some(theory), Some(drawn)) = (theory, drawn) else {
                 return "–".to_owned();

@@ -2,7 +2,10 @@
 
 use std::fmt::Write as _;
 
-use acerra_imaging::sensitivity::{Blur, ErrorModel, Estimate, Simulated, predict, simulate};
+use acerra_imaging::Control;
+use acerra_imaging::sensitivity::{
+    Blur, ErrorModel, Estimate, MonteCarlo, Simulated, predict, simulate,
+};
 use anyhow::{Context, ensure};
 use serde::Serialize;
 
@@ -98,7 +101,16 @@ pub(super) fn analyse(args: &BlurArgs, scene: &Scene) -> anyhow::Result<Option<A
     let theory = predict(&scene.spread, target_m, &model)?;
     let monte_carlo = match args.trials {
         0 => None,
-        n => Some(simulate(&scene.spread, target_m, &model, n, args.seed)?),
+        n => Some(simulate(
+            &scene.spread,
+            target_m,
+            &model,
+            MonteCarlo {
+                trials: n,
+                seed: args.seed,
+            },
+            Control::default(),
+        )?),
     };
     Ok(Some(Answer {
         position_sigma_m: args.position_sigma_m,

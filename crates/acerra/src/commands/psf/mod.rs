@@ -8,8 +8,8 @@ mod targets;
 use std::io::Write;
 use std::path::PathBuf;
 
-use acerra_imaging::SPEED_OF_LIGHT_M_S;
 use acerra_imaging::psf::{Analysis, TrackShape, psf_image, retrieve};
+use acerra_imaging::{Control, SPEED_OF_LIGHT_M_S};
 use anyhow::bail;
 use clap::ArgGroup;
 
@@ -107,7 +107,12 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
         if args.blur.asked() {
             bail!("the sensitivity to positioning errors is that of one target, not of --targets");
         }
-        let image = psf_image(&scene.spread, &scene.target_m, scene.grid)?;
+        let image = psf_image(
+            &scene.spread,
+            &scene.target_m,
+            scene.grid,
+            Control::default(),
+        )?;
         let found = retrieve(&scene.spread, &scene.target_m, &image, scene.grid)?;
         if let Some(directory) = &args.output {
             output::write_targets(directory, &scene, &image, &found)?;
@@ -124,7 +129,12 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
     }
     let answer = output::Answer::of(&found, blur::analyse(&args.blur, &scene)?);
     if let Some(directory) = &args.output {
-        let image = psf_image(&scene.spread, &scene.target_m, scene.grid)?;
+        let image = psf_image(
+            &scene.spread,
+            &scene.target_m,
+            scene.grid,
+            Control::default(),
+        )?;
         output::write_single(directory, &scene, &image, &found, &answer)?;
     }
     if args.json {

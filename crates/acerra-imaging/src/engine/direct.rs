@@ -1,0 +1,196 @@
+//! The direct engine: every pulse summed at every pixel.
+
+use crate::control::{Control, Meter};
+use crate::engine::polynomials::carrier_polynomials;
+use crate::engine::tables::build::RangeTable;
+use crate::engine::tables::spec::TableSpec;
+use crate::engine::weights::WeightedPulses;
+use crate::error::ImagingError;
+use crate::grid::image::{ImageGrid, Patch};
+use crate::grid::relief::Relief;
+use crate::kernel::dispatch::dispatch;
+use crate::kernel::level::SimdLevel;
+use crate::kernel::rows::{Band, Job, ReferenceContribution, Tally, band, block_width, tile_rows};
+use crate::kernel::surface::surface_band;
+use crate::pulses::Spreading;
+use crate::vector::norm;
+use num_complex::{Complex32, Complex64};
+use rayon::prelude::*;
+use std::ops::Range;
+use std::sync::Mutex;
+
+/// Columns by which ranges are widened so that the last vector of a row stays inside the table.
+const MARGIN_COLUMNS: f64 = 16.0; // a vector, or two of eight
+
+/// Error budget of the direct engine: table, polynomials and range expansion that together keep an
+/// accuracy.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct DirectSpec {
+    pub table: TableSpec,
+    /// Four trigonometric coefficients instead of three.
+    pub fine_carrier: bool,
+    /// Third order of the range within a vector.
+    pub cubic: bool,
+    /// Phase error allowed to the range expansion, rad.
+    pub phase_tolerance_rad: f64,
+    /// Ranges below this are summed in double precision, m: see [`TableSpec::folding_range_m`].
+    pub reference_below_m: f64,
+}
+
+/// Antenna positions and table, ready for any number of runs.
+#[derive(Debug)]
+pub(crate) struct Direct {
+    spec: DirectSpec,
+    level: SimdLevel,
+    antenna_m: [Vec<f64>; 3],
+    table: RangeTable,
+    cosine: [f32; 4],
+    sine: [f32; 4],
+}
+
+/// Bounds of the ranges from every pulse that imaging `grid` may look up.
+pub(crate) fn table_ranges_m(echoes: &WeightedPulses, grid: &ImageGrid) -> Vec<[f64; 2]> {
+    echoes
+        .pulses
+        .position_m()
+        .iter()
+        .map(|p| grid.ranges_m(*p, MARGIN_COLUMNS))
+        .collect()
+}
+
+impl Direct {
+    /// Builds the range tables.
+    ///
+    /// # Errors
+    /// Cancellation.
+    pub fn new(
+        echoes: &WeightedPulses,
+        ranges_m: &[[f64; 2]],
+        spec: DirectSpec,
+        level: SimdLevel,
+        control: Control,
+    ) -> Result<Self, ImagingError> {
+        let pulses = &echoes.pulses;
+        let table = RangeTable::build(pulses, spec.table, ranges_m, &echoes.weights, control)?;
+        let (cosine, sine) = carrier_polynomials(table.carrier_rad, spec.fine_carrier);
+        Ok(Self {
+            spec,
+            level,
+            antenna_m: std::array::from_fn(|a| pulses.position_m().iter().map(|p| p[a]).collect()),
+            table,
+            cosine,
+            sine,
+        })
+    }
+
+    /// Images `patch` from the pulses `which` into `out` `[rows, columns]`. After cancellation `out`
+    /// is incomplete.
+    pub fn run(
+        &self,
+        echoes: &WeightedPulses,
+        which: Range<usize>,
+        patch: &Patch,
+        out: &mut [Complex32],
+        meter: &Meter,
+    ) -> Tally {
+        let (grid, pulses) = (&patch.grid, which.len() as u64);
+        let job = self.job(echoes, which, norm(grid.u_m).max(1e-12), meter);
+        let tally = Mutex::new(Tally::default());
+        let share = |(i, j): (usize, usize), columns: usize, out: &mut [Complex32]| {
+            if meter.is_cancelled() {
+                return;
+            }
+            let one = Band {
+                origin_m: grid.point_m(i as f64, j as f64),
+                u_m: grid.u_m,
+                v_m: grid.v_m,
+                columns,
+                rows: out.len() / columns,
+            };
+            let relief = patch.relief.map(|r| r.seen_from(i, j));
+            let counted = self.band(&job, &one, relief, out);
+            if let Ok(mut sum) = tally.lock() {
+                sum.add(counted);
+            }
+            meter.add(out.len() as u64 * pulses);
+        };
+        let height = tile_rows(self.level.lanes());
+        if grid.rows >= 2 * height {
+            out.par_chunks_mut(height * grid.columns)
+                .enumerate()
+                .for_each(|(k, out)| {
+                    share((0, k * height), grid.columns, out);
+                });
+        } else {
+            // Few rows: share out pieces of rows.
+            let piece = 2 * block_width(self.level.lanes());
+            out.par_chunks_mut(grid.columns)
+                .enumerate()
+                .for_each(|(j, row)| {
+                    row.par_chunks_mut(piece).enumerate().for_each(|(k, out)| {
+                        share((k * piece, j), out.len(), out);
+                    });
+                });
+        }
+        tally.into_inner().unwrap_or_default()
+    }
+
+    /// The part of a run that all its bands share.
+    fn job<'a>(
+        &'a self,
+        echoes: &'a WeightedPulses,
+        which: Range<usize>,
+        pixel_m: f64,
+        meter: &'a Meter,
+    ) -> Job<'a> {
+        let tolerance_bins = self.spec.phase_tolerance_rad / self.table.carrier_rad;
+        let half_block_m = 0.5 * pixel_m * block_width(self.level.lanes()) as f64;
+        Job {
+            pulses: which,
+            near_centre: half_block_m / self.table.spec.bin_m * f64::from(f32::EPSILON)
+                < 0.2 * tolerance_bins,
+            antenna_m: [&self.antenna_m[0], &self.antenna_m[1], &self.antenna_m[2]],
+            table: &self.table,
+            cosine: self.cosine,
+            sine: self.sine,
+            pixel_m,
+            tolerance_bins,
+            reference_below_m: match echoes.weights.spreading {
+                Spreading::InverseSquare => self.spec.reference_below_m,
+                Spreading::None => 0.0,
+            },
+            reference: echoes,
+            control: meter.control(),
+        }
+    }
+
+    fn band(&self, job: &Job, one: &Band, relief: Option<Relief>, out: &mut [Complex32]) -> Tally {
+        let quality = (
+            self.spec.table.degree,
+            self.spec.fine_carrier,
+            self.spec.cubic,
+        );
+        if let Some(relief) = relief {
+            return dispatch!(self.level, s => match quality {
+                (1, false, false) => surface_band::<_, 1, 3, false>(s, job, one, relief, out),
+                (1, false, true) => surface_band::<_, 1, 3, true>(s, job, one, relief, out),
+                (1, _, _) => surface_band::<_, 1, 4, true>(s, job, one, relief, out),
+                (2, _, _) => surface_band::<_, 2, 4, true>(s, job, one, relief, out),
+                _ => surface_band::<_, 3, 4, true>(s, job, one, relief, out),
+            });
+        }
+        dispatch!(self.level, s => match quality {
+            (1, false, false) => band::<_, 1, 3, false>(s, job, one, out),
+            (1, false, true) => band::<_, 1, 3, true>(s, job, one, out),
+            (1, _, _) => band::<_, 1, 4, true>(s, job, one, out),
+            (2, _, _) => band::<_, 2, 4, true>(s, job, one, out),
+            _ => band::<_, 3, 4, true>(s, job, one, out),
+        })
+    }
+}
+
+impl ReferenceContribution for WeightedPulses<'_> {
+    fn contribution(&self, pulse: usize, point_m: [f64; 3]) -> Complex64 {
+        WeightedPulses::contribution(self, pulse, point_m)
+    }
+}

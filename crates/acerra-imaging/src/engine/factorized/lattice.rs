@@ -1,0 +1,85 @@
+//! Interpolation weights and carrier phases between the coarse grids and the fine one.
+
+use super::interpolation::{BEFORE, interpolation_weights};
+use super::spec::FactorizedSpec;
+use crate::engine::polynomials::even_polynomial;
+use crate::grid::tilted::TiltedGrid;
+use crate::kernel::merge::TAPS;
+use crate::kernel::phase::PhaseRow;
+use crate::pulses::Pulses;
+use crate::vector::norm;
+use std::f64::consts::PI;
+
+/// Interpolation weights and phases, the same for all sub-apertures.
+#[derive(Debug)]
+pub(crate) struct Lattice {
+    pub spec: FactorizedSpec,
+    cycles_per_m: f64,
+    /// Weights of every phase of an interval, along the row and across.
+    pub weights: [Vec<[f32; TAPS]>; 2],
+    cosine: [f32; 6],
+    sine: [f32; 6],
+}
+
+impl Lattice {
+    /// For images on `grid`, with the phase of the carrier `carrier_hz` removed.
+    pub fn new(pulses: &Pulses, grid: &TiltedGrid, spec: FactorizedSpec, carrier_hz: f64) -> Self {
+        let steps = [norm(grid.u_m), norm(grid.v_m)];
+        let weights = [0, 1].map(|axis| {
+            let d = spec.coarse[axis];
+            let nu = spec.bandwidth_per_m[axis] * steps[axis] * d as f64;
+            (0..d)
+                .map(|p| {
+                    let x = BEFORE as f64 + p as f64 / d as f64;
+                    interpolation_weights(x, nu).0.map(|w| w as f32)
+                })
+                .collect()
+        });
+        let (cosine, sine) = phase_polynomials();
+        Self {
+            spec,
+            cycles_per_m: 2.0 * carrier_hz / pulses.light_speed_m_s(),
+            weights,
+            cosine,
+            sine,
+        }
+    }
+
+    /// Row `j` of a grid, for the carrier's phase at the range to `centre_m`.
+    pub fn phase_row(&self, grid: &TiltedGrid, j: usize, centre_m: [f64; 3]) -> PhaseRow {
+        let start = grid.point_m(0.0, j as f64);
+        let pixel_m = norm(grid.u_m).max(1e-12);
+        PhaseRow {
+            from_centre_m: std::array::from_fn(|a| start[a] - centre_m[a]),
+            unit: grid.u_m.map(|u| u / pixel_m),
+            pixel_m,
+            cycles_per_m: self.cycles_per_m,
+            cosine: self.cosine,
+            sine: self.sine,
+        }
+    }
+}
+
+/// Polynomials in x² of cos 2πx and sin(2πx)/x for |x| ≤ ½, by interpolation at Chebyshev nodes.
+fn phase_polynomials() -> ([f32; 6], [f32; 6]) {
+    let cosine = even_polynomial(|x| (2.0 * PI * x).cos(), 6);
+    let sine = even_polynomial(|x| (2.0 * PI * x).sin() / x, 6);
+    (cosine, sine)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn phase_polynomials_are_close() {
+        let (cosine, sine) = phase_polynomials();
+        for k in -50..=50 {
+            let x = k as f32 / 100.0;
+            let at = |c: [f32; 6]| c.iter().rev().fold(0.0, |sum, c| sum * x * x + c);
+            let angle = 2.0 * std::f32::consts::PI * x;
+            assert!((at(cosine) - angle.cos()).abs() < 3e-6);
+            assert!((at(sine) * x - angle.sin()).abs() < 3e-6);
+        }
+    }
+}

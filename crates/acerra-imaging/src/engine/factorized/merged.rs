@@ -1,0 +1,197 @@
+//! Sub-apertures imaged on coarse grids, then merged.
+//!
+//! Neighbouring pulses look at a pixel from nearly the same direction. Without the carrier's phase
+//! of the range to a sub-aperture's centre, the sum of its pulses varies slowly over the image: its spatial frequencies are bounded by (2/c)·|f·u_m − f_c·u_s|, u being the unit
+//! vectors from pulse and centre to the pixel projected on the grid's axes. The direct engine
+//! images each sub-aperture on a grid just fine enough for that; rows of the fine grid follow by
+//! separable least-squares interpolation, and their phase is restored. Any trajectory and any height
+//! is admissible: a scattered track has a wide bound, and is left to the direct engine.
+
+use super::aperture::{centre_m, partition_aperture};
+use super::coarse::coarse_grid;
+use super::lattice::Lattice;
+use super::spec::FactorizedSpec;
+use crate::control::{Control, Meter};
+use crate::engine::direct::{Direct, DirectSpec, table_ranges_m};
+use crate::engine::planar::{padded, split_parts};
+use crate::engine::weights::WeightedPulses;
+use crate::error::ImagingError;
+use crate::grid::tilted::TiltedGrid;
+use crate::kernel::dispatch::dispatch;
+use crate::kernel::level::SimdLevel;
+use crate::kernel::merge::{MergeRow, TAPS, merge_row};
+use crate::kernel::phase::apply_phase;
+use num_complex::Complex32;
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// Range tables and interpolation weights, ready for any number of runs.
+#[derive(Debug)]
+pub(crate) struct Factorized {
+    pub lattice: Lattice,
+    direct: Direct,
+    pub(super) level: SimdLevel,
+    /// Number of pulses.
+    pulses: usize,
+}
+
+/// Instruction set and control of a construction.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Setting<'a> {
+    pub level: SimdLevel,
+    pub control: Control<'a>,
+}
+
+/// A sub-aperture's coarse image, real and imaginary, and its phase centre.
+pub(super) struct Coarse {
+    pub centre_m: [f64; 3],
+    pub real: Vec<f32>,
+    pub imag: Vec<f32>,
+}
+
+impl Factorized {
+    /// Builds range tables and interpolation weights.
+    ///
+    /// # Errors
+    /// Cancellation.
+    pub fn new(
+        echoes: &WeightedPulses,
+        grid: &TiltedGrid,
+        spec: FactorizedSpec,
+        direct: DirectSpec,
+        setting: Setting,
+    ) -> Result<Self, ImagingError> {
+        let coarse = coarse_grid(grid, spec.coarse);
+        let ranges_m = table_ranges_m(echoes, &coarse.into());
+        let carrier_hz = echoes.pulses.frequency_hz()[direct.table.carrier];
+        let level = setting.level;
+        Ok(Self {
+            lattice: Lattice::new(&echoes.pulses, grid, spec, carrier_hz),
+            direct: Direct::new(echoes, &ranges_m, direct, level, setting.control)?,
+            level,
+            pulses: echoes.len(),
+        })
+    }
+
+    /// Images `grid` (or a piece of the grid that the plan was made for) into `out`. After
+    /// cancellation `out` is incomplete.
+    pub fn run(
+        &self,
+        echoes: &WeightedPulses,
+        grid: &TiltedGrid,
+        out: &mut [Complex32],
+        meter: &Meter,
+    ) {
+        let spec = &self.lattice.spec;
+        let coarse = coarse_grid(grid, spec.coarse);
+        let parts = partition_aperture(&echoes.pulses, spec.pulses);
+        let images: Vec<Coarse> = parts
+            .par_iter()
+            .map(|part| self.coarse_image(echoes, &coarse, part, meter.control()))
+            .collect();
+        self.merge(&images, &coarse, grid, out, meter);
+    }
+
+    /// The image of the pulses `part` on the coarse grid or some of its rows, without the carrier's
+    /// phase of the range to their centre.
+    pub(super) fn coarse_image(
+        &self,
+        echoes: &WeightedPulses,
+        coarse: &TiltedGrid,
+        part: &Range<usize>,
+        control: Control,
+    ) -> Coarse {
+        let centre = centre_m(&echoes.pulses, part.clone());
+        let stride = padded(coarse.columns);
+        let mut image = vec![Complex32::ZERO; coarse.columns * coarse.rows];
+        let (patch, meter) = ((*coarse).into(), Meter::silent(control));
+        self.direct
+            .run(echoes, part.clone(), &patch, &mut image, &meter);
+        let (mut real, mut imag) = split_parts(&image, coarse.columns);
+        real.par_chunks_mut(stride)
+            .zip(imag.par_chunks_mut(stride))
+            .enumerate()
+            .for_each(|(j, (real, imag))| {
+                let job = self.lattice.phase_row(coarse, j, centre);
+                dispatch!(self.level, s => apply_phase(s, &job, true, real, imag));
+            });
+        Coarse {
+            centre_m: centre,
+            real,
+            imag,
+        }
+    }
+
+    /// Adds up all coarse images on `grid`.
+    pub(super) fn merge(
+        &self,
+        images: &[Coarse],
+        coarse: &TiltedGrid,
+        grid: &TiltedGrid,
+        out: &mut [Complex32],
+        meter: &Meter,
+    ) {
+        let stride = padded(coarse.columns);
+        let [dx, dy] = self.lattice.spec.coarse;
+        let intervals = coarse.columns - TAPS;
+        let line_length = 2 * coarse.columns;
+        let row_length = dx * intervals;
+        // A cell of rows at a time: they share their coarse rows, which then stay in the cache.
+        out.par_chunks_mut(grid.columns * dy)
+            .enumerate()
+            .for_each_init(
+                || vec![0f32; line_length + 2 * dy * row_length],
+                |scratch, (cell, out)| {
+                    let (line, sums) = scratch.split_at_mut(line_length);
+                    sums.fill(0.0);
+                    for image in images {
+                        if meter.is_cancelled() {
+                            return;
+                        }
+                        for (phase, sums) in sums
+                            .chunks_exact_mut(2 * row_length)
+                            .enumerate()
+                            .take(out.len() / grid.columns)
+                        {
+                            let (real, imag) = sums.split_at_mut(row_length);
+                            let job = MergeRow {
+                                phase: self.lattice.phase_row(
+                                    grid,
+                                    cell * dy + phase,
+                                    image.centre_m,
+                                ),
+                                rows: std::array::from_fn(|k| {
+                                    let at = (cell + k) * stride;
+                                    let end = at + coarse.columns;
+                                    (
+                                        &image.real[at..end],
+                                        &image.imag[at..end],
+                                        self.lattice.weights[1][phase][k],
+                                    )
+                                }),
+                                weights: &self.lattice.weights[0],
+                                intervals: grid.columns.div_ceil(dx),
+                                padded: intervals,
+                            };
+                            dispatch!(self.level, s => {
+                                merge_row(s, &job, line, real, imag)
+                            });
+                        }
+                    }
+                    for (row, sums) in out
+                        .chunks_exact_mut(grid.columns)
+                        .zip(sums.chunks_exact(2 * row_length))
+                    {
+                        let (real, imag) = sums.split_at(row_length);
+                        for (q, cell) in row.chunks_mut(dx).enumerate() {
+                            for (p, v) in cell.iter_mut().enumerate() {
+                                let at = p * intervals + q;
+                                *v = Complex32::new(real[at], imag[at]);
+                            }
+                        }
+                    }
+                    meter.add((out.len() * self.pulses) as u64);
+                },
+            );
+    }
+}

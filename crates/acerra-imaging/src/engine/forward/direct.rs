@@ -1,0 +1,206 @@
+//! The transposed direct engine: every pixel added to the range bins of every pulse.
+
+use super::bins::{BinsToSpectrum, FilledBins};
+use crate::control::Meter;
+use crate::engine::direct::DirectSpec;
+use crate::engine::planar::{Planar, padded, split_parts};
+use crate::engine::polynomials::carrier_polynomials;
+use crate::engine::tables::build::RangeTable;
+use crate::engine::weights::WeightedPulses;
+use crate::grid::tilted::TiltedGrid;
+use crate::kernel::dispatch::dispatch;
+use crate::kernel::lanes::MAX_LANES;
+use crate::kernel::level::SimdLevel;
+use crate::kernel::spread::{SpreadRow, spread_row, step};
+use crate::pulses::Spreading;
+use crate::vector::norm;
+use num_complex::{Complex32, Complex64};
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// Pulses to which a row of pixels is added while it stays in the first-level cache.
+const CHUNK: usize = 4;
+/// Pixels after which single-precision sums are added to those in double precision.
+const FLUSH_AFTER: usize = 1 << 16;
+
+/// Bins and polynomials, ready for any number of images.
+pub(crate) struct DirectForward {
+    spec: DirectSpec,
+    level: SimdLevel,
+    first_bin: Vec<i64>,
+    entries: usize,
+    cosine: [f32; 4],
+    sine: [f32; 4],
+    finish: BinsToSpectrum,
+}
+
+impl DirectForward {
+    /// Lays out the bins of every pulse.
+    pub fn new(
+        echoes: &WeightedPulses,
+        ranges_m: &[[f64; 2]],
+        spec: DirectSpec,
+        level: SimdLevel,
+    ) -> Self {
+        let pulses = &echoes.pulses;
+        let first_bin = RangeTable::first_bins(&spec.table, ranges_m);
+        let entries = RangeTable::stride_for(&spec.table, ranges_m);
+        let (cosine, sine) = carrier_polynomials(spec.table.carrier_rad(pulses), spec.fine_carrier);
+        let first = first_bin.iter().copied().min().unwrap_or(0);
+        let last = first_bin.iter().copied().max().unwrap_or(0) + entries as i64;
+        Self {
+            finish: BinsToSpectrum::new(echoes, spec.table, first..last),
+            spec,
+            level,
+            first_bin,
+            entries,
+            cosine,
+            sine,
+        }
+    }
+
+    /// Bytes that a working thread takes.
+    pub fn bytes_a_thread(spec: &DirectSpec, ranges_m: &[[f64; 2]]) -> u128 {
+        let entries = RangeTable::stride_for(&spec.table, ranges_m) as u128;
+        entries * step(spec.table.degree) as u128 * (4 + 8) * CHUNK as u128
+    }
+
+    /// Adds to `spectrum` `[M, N]` what all pulses see of `image` on `grid`. After cancellation
+    /// `spectrum` is incomplete.
+    pub fn run(
+        &self,
+        echoes: &WeightedPulses,
+        grid: &TiltedGrid,
+        image: &[Complex32],
+        spectrum: &mut [Complex64],
+        meter: &Meter,
+    ) {
+        let (real, imag) = split_parts(image, grid.columns);
+        let planar = Planar {
+            grid: *grid,
+            stride: padded(grid.columns),
+            real: &real,
+            imag: &imag,
+        };
+        self.add(echoes, 0..echoes.len(), &planar, spectrum, meter);
+    }
+
+    /// Adds to `out` `[which.len(), N]` what the pulses `which` see of an image.
+    pub fn add(
+        &self,
+        echoes: &WeightedPulses,
+        which: Range<usize>,
+        image: &Planar,
+        out: &mut [Complex64],
+        meter: &Meter,
+    ) {
+        let n = echoes.pulses.frequency_hz().len();
+        let length = self.entries * step(self.spec.table.degree);
+        out.par_chunks_mut(CHUNK * n).enumerate().for_each_init(
+            || (vec![0f32; CHUNK * length], vec![0f64; CHUNK * length]),
+            |(bins, sums), (chunk, out)| {
+                bins.fill(0.0);
+                sums.fill(0.0);
+                let first = which.start + chunk * CHUNK;
+                let mut pixels = 0;
+                for row in 0..image.grid.rows {
+                    if meter.is_cancelled() {
+                        return;
+                    }
+                    for (m, (bins, out)) in bins
+                        .chunks_exact_mut(length)
+                        .zip(out.chunks_exact_mut(n))
+                        .enumerate()
+                    {
+                        self.add_row(echoes, first + m, (image, row), bins, out);
+                    }
+                    pixels += image.grid.columns;
+                    if pixels >= FLUSH_AFTER {
+                        flush(bins, sums);
+                        pixels = 0;
+                    }
+                }
+                flush(bins, sums);
+                let count = out.len() / n;
+                meter.add((image.grid.rows * image.grid.columns * count) as u64);
+                for (m, (sums, out)) in sums
+                    .chunks_exact(length)
+                    .zip(out.chunks_exact_mut(n))
+                    .enumerate()
+                {
+                    let filled = FilledBins {
+                        pulse: first + m,
+                        first_bin: self.first_bin[first + m],
+                        values: sums,
+                        step: step(self.spec.table.degree),
+                    };
+                    self.finish.add(echoes, &filled, out);
+                }
+            },
+        );
+    }
+
+    /// Adds a row of an image to the bins of one pulse; pixels next to the antenna go to its
+    /// spectrum `out` directly.
+    fn add_row(
+        &self,
+        echoes: &WeightedPulses,
+        pulse: usize,
+        (image, row): (&Planar, usize),
+        bins: &mut [f32],
+        out: &mut [Complex64],
+    ) {
+        let antenna = echoes.pulses.position_m()[pulse];
+        let start = image.grid.point_m(0.0, row as f64);
+        let pixel_m = norm(image.grid.u_m).max(1e-12);
+        let at = row * image.stride;
+        let (real, imag) = (
+            &image.real[at..at + image.stride],
+            &image.imag[at..at + image.stride],
+        );
+        // Single precision carries ranges from a segment's centre to its ends.
+        let carrier_rad = self.spec.table.carrier_rad(&echoes.pulses);
+        let tolerance_bins = self.spec.phase_tolerance_rad / carrier_rad;
+        let reach_bins = 32.0 * pixel_m / self.spec.table.bin_m * f64::from(f32::EPSILON);
+        let job = SpreadRow {
+            from_antenna_m: std::array::from_fn(|a| start[a] - antenna[a]),
+            unit: image.grid.u_m.map(|u| u / pixel_m),
+            pixel_m,
+            real,
+            imag,
+            segment: if reach_bins < 0.2 * tolerance_bins {
+                4 * MAX_LANES
+            } else {
+                MAX_LANES
+            },
+            bin_m: self.spec.table.bin_m,
+            first_bin: self.first_bin[pulse],
+            reference_below_m: match echoes.weights.spreading {
+                Spreading::InverseSquare => self.spec.reference_below_m,
+                Spreading::None => 0.0,
+            },
+            cosine: self.cosine,
+            sine: self.sine,
+        };
+        let mut reference = |columns: Range<usize>| {
+            for i in columns.start..columns.end.min(image.grid.columns) {
+                let value = Complex64::new(f64::from(real[i]), f64::from(imag[i]));
+                let point = image.grid.point_m(i as f64, row as f64);
+                echoes.add_echo(pulse, point, value, out);
+            }
+        };
+        dispatch!(self.level, s => match (self.spec.table.degree, self.spec.fine_carrier) {
+            (1, false) => spread_row::<_, 1, 3>(s, &job, bins, &mut reference),
+            (1, true) => spread_row::<_, 1, 4>(s, &job, bins, &mut reference),
+            (2, _) => spread_row::<_, 2, 4>(s, &job, bins, &mut reference),
+            _ => spread_row::<_, 3, 4>(s, &job, bins, &mut reference),
+        });
+    }
+}
+
+/// Adds single-precision sums to those in double precision and clears them.
+fn flush(bins: &mut [f32], sums: &mut [f64]) {
+    for (sum, v) in sums.iter_mut().zip(bins) {
+        *sum += f64::from(std::mem::take(v));
+    }
+}

@@ -1,0 +1,5 @@
+//! The transposed engines: from an image to range bins to spectra.
+
+mod bins;
+pub(crate) mod direct;
+pub(crate) mod factorized;

@@ -1,0 +1,11 @@
+//! Engines: range tables, the direct and the factorized sum, their transposes, and the reference.
+
+pub(crate) mod direct;
+pub(crate) mod factorized;
+pub(crate) mod forward;
+pub(crate) mod planar;
+pub(crate) mod polynomials;
+pub mod reference;
+pub(crate) mod tables;
+pub(crate) mod travel_time;
+pub(crate) mod weights;

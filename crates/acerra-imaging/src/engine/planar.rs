@@ -1,0 +1,36 @@
+//! Images with separate real and imaginary parts, as vectors read them.
+
+use crate::grid::tilted::TiltedGrid;
+use crate::kernel::lanes::MAX_LANES;
+use num_complex::Complex32;
+use rayon::prelude::*;
+
+/// Part of an image with real and imaginary parts apart, rows padded with zeros.
+pub(crate) struct Planar<'a> {
+    pub grid: TiltedGrid,
+    /// Numbers from one row to the next, a multiple of [`MAX_LANES`] and at least the columns.
+    pub stride: usize,
+    pub real: &'a [f32],
+    pub imag: &'a [f32],
+}
+
+/// Numbers a padded row takes.
+pub(crate) fn padded(columns: usize) -> usize {
+    columns.next_multiple_of(MAX_LANES)
+}
+
+/// An image `[rows, columns]` as [`Planar`] parts of [`padded`] rows.
+pub(crate) fn split_parts(image: &[Complex32], columns: usize) -> (Vec<f32>, Vec<f32>) {
+    let stride = padded(columns);
+    let length = image.len() / columns.max(1) * stride;
+    let (mut real, mut imag) = (vec![0f32; length], vec![0f32; length]);
+    real.par_chunks_mut(stride)
+        .zip(imag.par_chunks_mut(stride))
+        .zip(image.par_chunks(columns))
+        .for_each(|((real, imag), row)| {
+            for ((re, im), v) in real.iter_mut().zip(imag).zip(row) {
+                (*re, *im) = (v.re, v.im);
+            }
+        });
+    (real, imag)
+}

@@ -1,0 +1,5 @@
+//! Range tables.
+
+pub(crate) mod build;
+pub(crate) mod phases;
+pub(crate) mod spec;

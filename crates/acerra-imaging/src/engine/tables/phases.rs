@@ -1,0 +1,178 @@
+//! Phases of range bins and the conversion of spectra into bin coefficients.
+
+use super::spec::{MAX_DEGREE, TableSpec, fit_phase_ramp};
+use crate::engine::travel_time::TravelTime;
+use crate::engine::weights::Weights;
+use crate::pulses::{Pulses, Spreading};
+use num_complex::Complex64;
+use std::f64::consts::PI;
+
+/// Bins after which a recurrent phasor is computed afresh.
+pub(crate) const RENEW: usize = 64;
+
+/// The rows of one pulse in a table.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Row {
+    pub pulse: usize,
+    /// Absolute number of the first bin.
+    pub first_bin: i64,
+    /// Factor of all coefficients.
+    pub factor: f64,
+}
+
+/// Phases and polynomials that all pulses of a table share.
+pub(crate) struct BinPhases {
+    /// Monomial fit of every frequency's phase ramp across a bin.
+    pub ramp_fit: Vec<[Complex64; MAX_DEGREE + 1]>,
+    /// e^{jαi} from bin `first` on (even frequencies).
+    carrier: Vec<Complex64>,
+    first: i64,
+}
+
+impl BinPhases {
+    /// For the absolute bins `first..last`.
+    pub fn new(pulses: &Pulses, spec: &TableSpec, first: i64, last: i64) -> Self {
+        let carrier_rad = spec.carrier_rad(pulses);
+        Self {
+            ramp_fit: spec
+                .ramps_rad(pulses)
+                .iter()
+                .map(|ramp| fit_phase_ramp(*ramp, spec.degree).0)
+                .collect(),
+            carrier: match spec.period {
+                Some(_) => (first..last)
+                    .map(|i| Complex64::cis((carrier_rad * i as f64) % (2.0 * PI)))
+                    .collect(),
+                None => Vec::new(),
+            },
+            first,
+        }
+    }
+
+    /// e^{jαi} at an absolute bin (even frequencies).
+    pub fn carrier_at(&self, bin: i64) -> Complex64 {
+        self.carrier[(bin - self.first) as usize]
+    }
+
+    /// Spectra of the coefficients, `[degree + 1, period]`, ready for the inverse FFT.
+    pub fn even(&self, pulses: &Pulses, m: usize, spec: &TableSpec, out: &mut [Complex64]) {
+        let length = out.len() / (spec.degree + 1);
+        out.fill(Complex64::ZERO);
+        for (n, (e, fit)) in pulses.spectrum_of(m).iter().zip(&self.ramp_fit).enumerate() {
+            let slot = (n + length - spec.carrier) % length;
+            for p in 0..=spec.degree {
+                out[p * length + slot] += e * fit[p];
+            }
+        }
+    }
+
+    /// The coefficients from bin `start` on by direct summation, carrier included.
+    pub fn uneven(
+        &self,
+        pulses: &Pulses,
+        m: usize,
+        spec: &TableSpec,
+        start: i64,
+        out: &mut [Complex64],
+    ) {
+        let length = out.len() / (spec.degree + 1);
+        let law = TravelTime::of(pulses);
+        out.fill(Complex64::ZERO);
+        for ((e, fit), f) in pulses
+            .spectrum_of(m)
+            .iter()
+            .zip(&self.ramp_fit)
+            .zip(pulses.frequency_hz())
+        {
+            let advance = law.wavenumber_rad_m(*f) * spec.bin_m;
+            let step = Complex64::cis(advance % (2.0 * PI));
+            let mut phasor = Complex64::ZERO;
+            for k in 0..length {
+                if k % RENEW == 0 {
+                    let range_m = (start + k as i64) as f64 * spec.bin_m;
+                    phasor = e * Complex64::cis(law.phase_rad(*f, range_m) % (2.0 * PI));
+                }
+                for p in 0..=spec.degree {
+                    out[p * length + k] += phasor * fit[p];
+                }
+                phasor *= step;
+            }
+        }
+    }
+
+    /// Multiplies a profile by carrier and weights and stores it in single precision, `out` being
+    /// the rows of one pulse.
+    pub fn store(
+        &self,
+        spec: &TableSpec,
+        row: Row,
+        weights: &Weights,
+        profile: &[Complex64],
+        out: &mut [f32],
+    ) {
+        let length = profile.len() / (spec.degree + 1);
+        let stride = out.len() / (2 * (spec.degree + 1));
+        let mut slot = match spec.period {
+            Some(period) => row.first_bin.rem_euclid(period as i64) as usize,
+            None => 0,
+        };
+        for i in 0..stride {
+            let bin = row.first_bin + i as i64;
+            let mut c = [Complex64::ZERO; MAX_DEGREE + 1];
+            let factor = match spec.period {
+                Some(_) => self.carrier_at(bin) * row.factor,
+                None => Complex64::new(row.factor, 0.0),
+            };
+            for p in 0..=spec.degree {
+                c[p] = profile[p * length + slot] * factor;
+            }
+            if bin < 2 && weights.spreading == Spreading::InverseSquare {
+                // Bins this close to the antenna are never read: see `folding_range_m`.
+                c = [Complex64::ZERO; MAX_DEGREE + 1];
+            } else if let Some(g) = weights.expansion(row.pulse, bin as f64, spec.bin_m) {
+                c = product(c, g, spec.degree);
+            }
+            for (p, c) in c.iter().enumerate().take(spec.degree + 1) {
+                let (re, im) = if spec.interleaved {
+                    let at = (spec.degree + 1) * 2 * i + 2 * p;
+                    (at, at + 1)
+                } else {
+                    (2 * p * stride + i, (2 * p + 1) * stride + i)
+                };
+                out[re] = c.re as f32;
+                out[im] = c.im as f32;
+            }
+            slot += 1;
+            if slot == length {
+                slot = 0;
+            }
+        }
+    }
+}
+
+/// The least-squares polynomial of c(δ)·g(δ).
+pub(crate) fn product(
+    c: [Complex64; MAX_DEGREE + 1],
+    g: [f64; MAX_DEGREE + 1],
+    degree: usize,
+) -> [Complex64; MAX_DEGREE + 1] {
+    let mut product = [Complex64::ZERO; 2 * MAX_DEGREE + 1];
+    for (p, cp) in c.iter().enumerate().take(degree + 1) {
+        for (q, gq) in g.iter().enumerate() {
+            product[p + q] += cp * *gq;
+        }
+    }
+    // Powers above the degree become their least-squares polynomials on [−½, ½].
+    for power in (degree + 1..product.len()).rev() {
+        let v = std::mem::take(&mut product[power]);
+        match degree {
+            1 => product[power - 2] += v / 12.0,
+            2 => product[power - 2] += v * 0.15,
+            _ => {
+                product[power - 2] += v * (3.0 / 14.0);
+                product[power - 4] -= v * (3.0 / 560.0);
+            }
+        }
+    }
+    std::array::from_fn(|p| product[p])
+}

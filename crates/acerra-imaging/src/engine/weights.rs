@@ -1,0 +1,186 @@
+//! Weights of contributions by spreading and incidence, and the double-precision sums that use them.
+
+use crate::engine::reference::pulse_at_range;
+use crate::error::ImagingError;
+use crate::grid::image::ImageGrid;
+use crate::incidence::IncidenceWeight;
+use crate::pulses::{Pulses, Spreading};
+use crate::vector::range_m;
+use num_complex::Complex64;
+use std::f64::consts::PI;
+
+/// Weights by range and incidence, the same for every frequency.
+#[derive(Debug, Clone)]
+pub(crate) struct Weights {
+    pub spreading: Spreading,
+    incidence: Option<(IncidenceWeight, Vec<f64>)>,
+}
+
+impl Weights {
+    /// # Errors
+    /// Angles that have no meaning, or a weight by incidence over ground that is not level.
+    pub fn new(
+        pulses: &Pulses,
+        grid: &ImageGrid,
+        spreading: Spreading,
+        incidence: Option<IncidenceWeight>,
+    ) -> Result<Self, ImagingError> {
+        let incidence = match incidence {
+            None => None,
+            Some(_) if !grid.is_level() => return Err(ImagingError::NotLevel),
+            Some(weight) => {
+                let plane_z_m = grid.plane().origin_m[2];
+                let height = |p: &[f64; 3]| (p[2] - plane_z_m).abs();
+                let height_m = pulses.position_m().iter().map(height).collect();
+                Some((weight.checked()?, height_m))
+            }
+        };
+        Ok(Self {
+            spreading,
+            incidence,
+        })
+    }
+
+    #[cfg(test)]
+    pub fn spreading_alone(spreading: Spreading) -> Self {
+        Self {
+            spreading,
+            incidence: None,
+        }
+    }
+
+    /// Weight of what `pulse` sees at `range_m`.
+    pub fn at(&self, pulse: usize, range_m: f64) -> f64 {
+        let spreading = self.spreading.weight(range_m);
+        match &self.incidence {
+            None => spreading,
+            Some(_) => spreading * self.incidence_at(pulse, range_m),
+        }
+    }
+
+    fn incidence_at(&self, pulse: usize, range_m: f64) -> f64 {
+        let Some((weight, height_m)) = &self.incidence else {
+            return 1.0;
+        };
+        let cosine = height_m[pulse] / range_m.max(1e-12);
+        if cosine >= 1.0 {
+            1.0
+        } else {
+            weight.at(cosine.acos())
+        }
+    }
+
+    /// Powers 0 to 3 of δ of the weight at range (`bin` + δ)·`bin_m`, |δ| ≤ ½; `None` where it is 1
+    /// everywhere.
+    pub fn expansion(&self, pulse: usize, bin: f64, bin_m: f64) -> Option<[f64; 4]> {
+        let spreading = match self.spreading {
+            Spreading::None => None,
+            Spreading::InverseSquare => {
+                let e = 1.0 / bin;
+                let scale = (e / bin_m) * (e / bin_m);
+                Some([1.0, -2.0 * e, 3.0 * e * e, -4.0 * e * e * e].map(|g| g * scale))
+            }
+        };
+        if self.incidence.is_none() {
+            return spreading;
+        }
+        let at = |delta: f64| self.incidence_at(pulse, (bin + delta) * bin_m);
+        let (before, here, after) = (at(-0.5), at(0.0), at(0.5));
+        let incidence = [
+            here,
+            after - before,
+            2.0 * (after + before - 2.0 * here),
+            0.0,
+        ];
+        Some(spreading.map_or(incidence, |s| {
+            std::array::from_fn(|k| (0..=k).map(|q| s[k - q] * incidence[q]).sum())
+        }))
+    }
+}
+
+/// Pulses with their weights: what every engine sums.
+#[derive(Debug, Clone)]
+pub(crate) struct WeightedPulses<'a> {
+    pub pulses: Pulses<'a>,
+    pub weights: Weights,
+}
+
+/// Frequencies after which a recurrent phasor is computed afresh, so that it stays exact.
+const RENEW: usize = 32;
+
+/// Σ_n E(m, n) e^{+j4πf_n R/c} for frequencies `step_hz` apart, with recurrent phasors.
+pub(crate) fn profile_at(pulses: &Pulses, pulse: usize, range_m: f64, step_hz: f64) -> Complex64 {
+    let f = pulses.frequency_hz();
+    let delay = 4.0 * PI * range_m / pulses.light_speed_m_s();
+    let advance = Complex64::cis(step_hz * delay);
+    let mut profile = Complex64::ZERO;
+    for (k, e) in pulses.spectrum_of(pulse).chunks(RENEW).enumerate() {
+        // Horner's scheme from the last frequency of the piece to its first.
+        let piece = e
+            .iter()
+            .rev()
+            .fold(Complex64::ZERO, |sum, e| sum * advance + e);
+        profile += piece * Complex64::cis(f[k * RENEW] * delay);
+    }
+    profile
+}
+
+impl WeightedPulses<'_> {
+    /// Number of pulses.
+    pub fn len(&self) -> usize {
+        self.pulses.len()
+    }
+
+    /// Weight of a pulse times that of its contribution at a range.
+    fn factor(&self, pulse: usize, range_m: f64) -> f64 {
+        self.pulses.weight()[pulse] * self.weights.at(pulse, range_m)
+    }
+
+    /// Weighted contribution of one pulse at a point, in double precision.
+    pub fn contribution(&self, pulse: usize, point_m: [f64; 3]) -> Complex64 {
+        let range = range_m(self.pulses.position_m()[pulse], point_m);
+        pulse_at_range(&self.pulses, pulse, range) * self.factor(pulse, range)
+    }
+
+    /// Eq. (3) at a point in double precision; for even frequencies with recurrent phasors.
+    pub fn adjoint_at(&self, point_m: [f64; 3]) -> Complex64 {
+        let Some(step_hz) = self.pulses.frequency_step_hz() else {
+            return (0..self.len()).map(|m| self.contribution(m, point_m)).sum();
+        };
+        let mut sum = Complex64::ZERO;
+        for (m, p) in self.pulses.position_m().iter().enumerate() {
+            let range = range_m(*p, point_m);
+            sum += profile_at(&self.pulses, m, range, step_hz) * self.factor(m, range);
+        }
+        sum
+    }
+
+    /// Adds to `spectrum` `[N]` what a scatterer at `point_m` returns to `pulse`: Eq. (1) in double
+    /// precision, times the weights.
+    pub fn add_echo(
+        &self,
+        pulse: usize,
+        point_m: [f64; 3],
+        reflectivity: Complex64,
+        spectrum: &mut [Complex64],
+    ) {
+        let range = range_m(self.pulses.position_m()[pulse], point_m);
+        let amplitude = reflectivity * self.factor(pulse, range);
+        let delay = 4.0 * PI * range / self.pulses.light_speed_m_s();
+        let f = self.pulses.frequency_hz();
+        let Some(step_hz) = self.pulses.frequency_step_hz() else {
+            for (e, f) in spectrum.iter_mut().zip(f) {
+                *e += amplitude * Complex64::cis(-f * delay);
+            }
+            return;
+        };
+        let advance = Complex64::cis(-step_hz * delay);
+        for (spectrum, f) in spectrum.chunks_mut(RENEW).zip(f.chunks(RENEW)) {
+            let mut phasor = amplitude * Complex64::cis(-f[0] * delay);
+            for e in spectrum {
+                *e += phasor;
+                phasor *= advance;
+            }
+        }
+    }
+}

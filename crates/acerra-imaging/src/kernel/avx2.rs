@@ -1,0 +1,189 @@
+//! Eight lanes of AVX2 with FMA.
+
+use super::lanes::{Lanes, ROUNDING};
+use std::arch::x86_64::*;
+
+#[derive(Clone, Copy)]
+pub(super) struct Avx2(());
+
+type V = __m256;
+
+impl Avx2 {
+    /// The token, where the processor has the instructions.
+    pub(super) fn new() -> Option<Self> {
+        (is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma")).then_some(Self(()))
+    }
+}
+
+/// The whole numbers in the low bits after adding `ROUNDING`.
+#[inline(always)]
+fn whole(i: V) -> __m256i {
+    // SAFETY: only called from methods of the token.
+    unsafe {
+        _mm256_sub_epi32(
+            _mm256_castps_si256(i),
+            _mm256_set1_epi32(ROUNDING.to_bits() as i32),
+        )
+    }
+}
+
+#[inline]
+#[target_feature(enable = "avx2,fma")]
+fn enabled<R>(s: Avx2, f: impl FnOnce(Avx2) -> R) -> R {
+    f(s)
+}
+
+impl Lanes for Avx2 {
+    type V = V;
+    const N: usize = 8;
+
+    #[inline(always)]
+    fn splat(self, x: f32) -> V {
+        // SAFETY: `self` proves the instructions.
+        unsafe { _mm256_set1_ps(x) }
+    }
+    #[inline(always)]
+    unsafe fn load(self, p: *const f32) -> V {
+        // SAFETY: `self` proves the instructions; the caller vouches for the memory.
+        unsafe { _mm256_loadu_ps(p) }
+    }
+    #[inline(always)]
+    unsafe fn store(self, p: *mut f32, v: V) {
+        // SAFETY: `self` proves the instructions; the caller vouches for the memory.
+        unsafe { _mm256_storeu_ps(p, v) }
+    }
+    #[inline(always)]
+    fn add(self, a: V, b: V) -> V {
+        // SAFETY: `self` proves the instructions.
+        unsafe { _mm256_add_ps(a, b) }
+    }
+    #[inline(always)]
+    fn sub(self, a: V, b: V) -> V {
+        // SAFETY: `self` proves the instructions.
+        unsafe { _mm256_sub_ps(a, b) }
+    }
+    #[inline(always)]
+    fn mul(self, a: V, b: V) -> V {
+        // SAFETY: `self` proves the instructions.
+        unsafe { _mm256_mul_ps(a, b) }
+    }
+    #[inline(always)]
+    fn div(self, a: V, b: V) -> V {
+        // SAFETY: `self` proves the instructions.
+        unsafe { _mm256_div_ps(a, b) }
+    }
+    #[inline(always)]
+    fn sqrt(self, a: V) -> V {
+        // SAFETY: `self` proves the instructions.
+        unsafe { _mm256_sqrt_ps(a) }
+    }
+    #[inline(always)]
+    fn max(self, a: V, b: V) -> V {
+        // SAFETY: `self` proves the instructions.
+        unsafe { _mm256_max_ps(a, b) }
+    }
+    #[inline(always)]
+    fn mul_add(self, a: V, b: V, c: V) -> V {
+        // SAFETY: `self` proves the instructions.
+        unsafe { _mm256_fmadd_ps(a, b, c) }
+    }
+    #[inline(always)]
+    fn neg_mul_add(self, a: V, b: V, c: V) -> V {
+        // SAFETY: `self` proves the instructions.
+        unsafe { _mm256_fnmadd_ps(a, b, c) }
+    }
+    #[inline(always)]
+    fn abs(self, a: V) -> V {
+        // SAFETY: `self` proves the instructions.
+        unsafe { _mm256_andnot_ps(_mm256_set1_ps(-0.0), a) }
+    }
+    #[inline(always)]
+    fn floor(self, a: V) -> V {
+        // SAFETY: `self` proves the instructions.
+        unsafe { _mm256_floor_ps(a) }
+    }
+    #[inline(always)]
+    fn all_le(self, a: V, b: V) -> bool {
+        // SAFETY: `self` proves the instructions.
+        unsafe { _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(a, b)) == 0xff }
+    }
+    #[inline(always)]
+    fn pick(self, window: V, i: V) -> V {
+        // SAFETY: `self` proves the instructions; the permutation uses the low 3 bits of a lane.
+        unsafe { _mm256_permutevar8x32_ps(window, _mm256_castps_si256(i)) }
+    }
+    #[inline(always)]
+    unsafe fn gather(self, p: *const f32, i: V) -> V {
+        // SAFETY: `self` proves the instructions; the caller vouches for every index.
+        unsafe { _mm256_i32gather_ps::<4>(p, whole(i)) }
+    }
+    #[inline(always)]
+    unsafe fn store_rounded(self, p: *mut i32, i: V, plus: i32) {
+        // SAFETY: `self` proves the instructions; the caller vouches for the memory.
+        unsafe {
+            _mm256_storeu_si256(
+                p.cast(),
+                _mm256_add_epi32(whole(i), _mm256_set1_epi32(plus)),
+            )
+        }
+    }
+    #[inline(always)]
+    unsafe fn gather4(self, p: *const f32, i: V, step: usize) -> [V; 4] {
+        let mut at = [0i32; 8];
+        // SAFETY: `self` proves the instructions; the caller vouches for four numbers at every
+        // index. Four-number loads and a transposition beat gathers of single numbers.
+        unsafe {
+            _mm256_storeu_si256(at.as_mut_ptr().cast(), whole(i));
+            let quad = |l: usize| _mm_loadu_ps(p.offset(at[l] as isize * step as isize));
+            let pair =
+                |l: usize| _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(quad(l)), quad(l + 4));
+            let (a, b, c, d) = (pair(0), pair(1), pair(2), pair(3));
+            let (ab, ab2) = (_mm256_unpacklo_ps(a, b), _mm256_unpackhi_ps(a, b));
+            let (cd, cd2) = (_mm256_unpacklo_ps(c, d), _mm256_unpackhi_ps(c, d));
+            [
+                _mm256_shuffle_ps::<0x44>(ab, cd),
+                _mm256_shuffle_ps::<0xee>(ab, cd),
+                _mm256_shuffle_ps::<0x44>(ab2, cd2),
+                _mm256_shuffle_ps::<0xee>(ab2, cd2),
+            ]
+        }
+    }
+    #[inline(always)]
+    unsafe fn scatter_add4(self, p: *mut f32, i: V, step: usize, v: [V; 4]) {
+        let mut at = [0i32; 8];
+        // SAFETY: `self` proves the instructions; the caller vouches for four numbers at every
+        // index. After the transposition each quarter holds the four numbers of a lane.
+        unsafe {
+            _mm256_storeu_si256(at.as_mut_ptr().cast(), whole(i));
+            let (ab, ab2) = (
+                _mm256_unpacklo_ps(v[0], v[1]),
+                _mm256_unpackhi_ps(v[0], v[1]),
+            );
+            let (cd, cd2) = (
+                _mm256_unpacklo_ps(v[2], v[3]),
+                _mm256_unpackhi_ps(v[2], v[3]),
+            );
+            let quads = [
+                _mm256_shuffle_ps::<0x44>(ab, cd),
+                _mm256_shuffle_ps::<0xee>(ab, cd),
+                _mm256_shuffle_ps::<0x44>(ab2, cd2),
+                _mm256_shuffle_ps::<0xee>(ab2, cd2),
+            ];
+            let add = |l: usize, quad: __m128| {
+                let to = p.offset(at[l] as isize * step as isize);
+                _mm_storeu_ps(to, _mm_add_ps(_mm_loadu_ps(to), quad));
+            };
+            for (l, quad) in quads.into_iter().enumerate() {
+                add(l, _mm256_castps256_ps128(quad));
+            }
+            for (l, quad) in quads.into_iter().enumerate() {
+                add(l + 4, _mm256_extractf128_ps::<1>(quad));
+            }
+        }
+    }
+    #[inline(always)]
+    fn vectorize<R>(self, f: impl FnOnce(Self) -> R) -> R {
+        // SAFETY: `self` proves the instructions.
+        unsafe { enabled(self, f) }
+    }
+}

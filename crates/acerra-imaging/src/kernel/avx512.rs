@@ -1,0 +1,202 @@
+//! Sixteen lanes of AVX-512 F.
+
+use super::lanes::{Lanes, ROUNDING};
+use std::arch::x86_64::*;
+
+#[derive(Clone, Copy)]
+pub(super) struct Avx512(());
+
+type V = __m512;
+
+impl Avx512 {
+    /// The token, where the processor has the instructions.
+    pub(super) fn new() -> Option<Self> {
+        (is_x86_feature_detected!("avx512f")
+            && is_x86_feature_detected!("avx2")
+            && is_x86_feature_detected!("fma"))
+        .then_some(Self(()))
+    }
+}
+
+/// The whole numbers in the low bits after adding `ROUNDING`.
+#[inline(always)]
+fn whole(i: V) -> __m512i {
+    // SAFETY: only called from methods of the token.
+    unsafe {
+        _mm512_sub_epi32(
+            _mm512_castps_si512(i),
+            _mm512_set1_epi32(ROUNDING.to_bits() as i32),
+        )
+    }
+}
+
+#[inline]
+#[target_feature(enable = "avx512f,avx2,fma")]
+fn enabled<R>(s: Avx512, f: impl FnOnce(Avx512) -> R) -> R {
+    f(s)
+}
+
+impl Lanes for Avx512 {
+    type V = V;
+    const N: usize = 16;
+
+    #[inline(always)]
+    fn splat(self, x: f32) -> V {
+        // SAFETY: `self` proves the instructions.
+        unsafe { _mm512_set1_ps(x) }
+    }
+    #[inline(always)]
+    unsafe fn load(self, p: *const f32) -> V {
+        // SAFETY: `self` proves the instructions; the caller vouches for the memory.
+        unsafe { _mm512_loadu_ps(p) }
+    }
+    #[inline(always)]
+    unsafe fn store(self, p: *mut f32, v: V) {
+        // SAFETY: `self` proves the instructions; the caller vouches for the memory.
+        unsafe { _mm512_storeu_ps(p, v) }
+    }
+    #[inline(always)]
+    fn add(self, a: V, b: V) -> V {
+        // SAFETY: `self` proves the instructions.
+        unsafe { _mm512_add_ps(a, b) }
+    }
+    #[inline(always)]
+    fn sub(self, a: V, b: V) -> V {
+        // SAFETY: `self` proves the instructions.
+        unsafe { _mm512_sub_ps(a, b) }
+    }
+    #[inline(always)]
+    fn mul(self, a: V, b: V) -> V {
+        // SAFETY: `self` proves the instructions.
+        unsafe { _mm512_mul_ps(a, b) }
+    }
+    #[inline(always)]
+    fn div(self, a: V, b: V) -> V {
+        // SAFETY: `self` proves the instructions.
+        unsafe { _mm512_div_ps(a, b) }
+    }
+    #[inline(always)]
+    fn sqrt(self, a: V) -> V {
+        // SAFETY: `self` proves the instructions.
+        unsafe { _mm512_sqrt_ps(a) }
+    }
+    #[inline(always)]
+    fn max(self, a: V, b: V) -> V {
+        // SAFETY: `self` proves the instructions.
+        unsafe { _mm512_max_ps(a, b) }
+    }
+    #[inline(always)]
+    fn mul_add(self, a: V, b: V, c: V) -> V {
+        // SAFETY: `self` proves the instructions.
+        unsafe { _mm512_fmadd_ps(a, b, c) }
+    }
+    #[inline(always)]
+    fn neg_mul_add(self, a: V, b: V, c: V) -> V {
+        // SAFETY: `self` proves the instructions.
+        unsafe { _mm512_fnmadd_ps(a, b, c) }
+    }
+    #[inline(always)]
+    fn abs(self, a: V) -> V {
+        // SAFETY: `self` proves the instructions.
+        unsafe { _mm512_abs_ps(a) }
+    }
+    #[inline(always)]
+    fn floor(self, a: V) -> V {
+        // SAFETY: `self` proves the instructions; 0x09 rounds down, silently.
+        unsafe { _mm512_roundscale_ps::<0x09>(a) }
+    }
+    #[inline(always)]
+    fn all_le(self, a: V, b: V) -> bool {
+        // SAFETY: `self` proves the instructions.
+        unsafe { _mm512_cmp_ps_mask::<_CMP_LE_OQ>(a, b) == 0xffff }
+    }
+    #[inline(always)]
+    fn pick(self, window: V, i: V) -> V {
+        // SAFETY: `self` proves the instructions; the permutation uses the low 4 bits of a lane.
+        unsafe { _mm512_permutexvar_ps(_mm512_castps_si512(i), window) }
+    }
+    #[inline(always)]
+    unsafe fn gather(self, p: *const f32, i: V) -> V {
+        // SAFETY: `self` proves the instructions; the caller vouches for every index.
+        unsafe { _mm512_i32gather_ps::<4>(whole(i), p) }
+    }
+    #[inline(always)]
+    unsafe fn store_rounded(self, p: *mut i32, i: V, plus: i32) {
+        // SAFETY: `self` proves the instructions; the caller vouches for the memory.
+        unsafe {
+            _mm512_storeu_si512(
+                p.cast(),
+                _mm512_add_epi32(whole(i), _mm512_set1_epi32(plus)),
+            )
+        }
+    }
+    #[inline(always)]
+    unsafe fn gather4(self, p: *const f32, i: V, step: usize) -> [V; 4] {
+        let mut at = [0i32; 16];
+        // SAFETY: `self` proves the instructions; the caller vouches for four numbers at every
+        // index. Four-number loads and a transposition beat gathers of single numbers.
+        unsafe {
+            _mm512_storeu_si512(at.as_mut_ptr().cast(), whole(i));
+            let quad = |l: usize| _mm_loadu_ps(p.offset(at[l] as isize * step as isize));
+            let quads = |l: usize| {
+                let v = _mm512_castps128_ps512(quad(l));
+                let v = _mm512_insertf32x4::<1>(v, quad(l + 4));
+                let v = _mm512_insertf32x4::<2>(v, quad(l + 8));
+                _mm512_insertf32x4::<3>(v, quad(l + 12))
+            };
+            let (a, b, c, d) = (quads(0), quads(1), quads(2), quads(3));
+            let (ab, ab2) = (_mm512_unpacklo_ps(a, b), _mm512_unpackhi_ps(a, b));
+            let (cd, cd2) = (_mm512_unpacklo_ps(c, d), _mm512_unpackhi_ps(c, d));
+            [
+                _mm512_shuffle_ps::<0x44>(ab, cd),
+                _mm512_shuffle_ps::<0xee>(ab, cd),
+                _mm512_shuffle_ps::<0x44>(ab2, cd2),
+                _mm512_shuffle_ps::<0xee>(ab2, cd2),
+            ]
+        }
+    }
+    #[inline(always)]
+    unsafe fn scatter_add4(self, p: *mut f32, i: V, step: usize, v: [V; 4]) {
+        let mut at = [0i32; 16];
+        // SAFETY: `self` proves the instructions; the caller vouches for four numbers at every
+        // index. After the transposition each quarter holds the four numbers of a lane.
+        unsafe {
+            _mm512_storeu_si512(at.as_mut_ptr().cast(), whole(i));
+            let (ab, ab2) = (
+                _mm512_unpacklo_ps(v[0], v[1]),
+                _mm512_unpackhi_ps(v[0], v[1]),
+            );
+            let (cd, cd2) = (
+                _mm512_unpacklo_ps(v[2], v[3]),
+                _mm512_unpackhi_ps(v[2], v[3]),
+            );
+            let quads = [
+                _mm512_shuffle_ps::<0x44>(ab, cd),
+                _mm512_shuffle_ps::<0xee>(ab, cd),
+                _mm512_shuffle_ps::<0x44>(ab2, cd2),
+                _mm512_shuffle_ps::<0xee>(ab2, cd2),
+            ];
+            let add = |l: usize, quad: __m128| {
+                let to = p.offset(at[l] as isize * step as isize);
+                _mm_storeu_ps(to, _mm_add_ps(_mm_loadu_ps(to), quad));
+            };
+            for (l, quad) in quads.into_iter().enumerate() {
+                add(l, _mm512_castps512_ps128(quad));
+            }
+            for (l, quad) in quads.into_iter().enumerate() {
+                add(l + 4, _mm512_extractf32x4_ps::<1>(quad));
+            }
+            for (l, quad) in quads.into_iter().enumerate() {
+                add(l + 8, _mm512_extractf32x4_ps::<2>(quad));
+            }
+            for (l, quad) in quads.into_iter().enumerate() {
+                add(l + 12, _mm512_extractf32x4_ps::<3>(quad));
+            }
+        }
+    }
+    #[inline(always)]
+    fn vectorize<R>(self, f: impl FnOnce(Self) -> R) -> R {
+        // SAFETY: `self` proves the instructions.
+        unsafe { enabled(self, f) }
+    }
+}

@@ -1,0 +1,23 @@
+//! SIMD kernels: the inner loops of the engines at every instruction set.
+//!
+//! A kernel is written once over [`lanes::Lanes`]. The token of a level exists only where the
+//! processor has its instructions, and [`dispatch`] compiles the kernel for each level inside a
+//! function that enables them. This module and its children are the only place of the crate where
+//! `unsafe` is allowed.
+#![allow(unsafe_code)]
+
+#[cfg(target_arch = "x86_64")]
+mod avx2;
+#[cfg(target_arch = "x86_64")]
+mod avx512;
+pub(crate) mod dispatch;
+pub(crate) mod lanes;
+pub(crate) mod level;
+pub(crate) mod merge;
+mod peak;
+pub(crate) mod phase;
+mod portable;
+pub(crate) mod rows;
+pub(crate) mod split;
+pub(crate) mod spread;
+pub(crate) mod surface;

@@ -1,0 +1,165 @@
+//! The phase of the carrier along a row of pixels, for the range to a sub-aperture's centre.
+
+use super::lanes::{Lanes, MAX_LANES, ROUNDING};
+
+/// Truncation error allowed to a cubic range, cycles of the carrier.
+const CUBIC_CYCLES: f64 = 2e-7;
+
+/// A row of pixels as seen from a sub-aperture's centre.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct PhaseRow {
+    /// From the centre to pixel 0 of the row, m.
+    pub from_centre_m: [f64; 3],
+    /// Unit vector along the row and distance of the pixels, m.
+    pub unit: [f64; 3],
+    pub pixel_m: f64,
+    /// Two-way carrier cycles per metre of range, 2f/c.
+    pub cycles_per_m: f64,
+    /// cos and sin(2πx)/x in powers of x², |x| ≤ ½.
+    pub cosine: [f32; 6],
+    pub sine: [f32; 6],
+}
+
+/// Multiplies a row, padded to a multiple of [`MAX_LANES`], by e^{jφ}, or by e^{−jφ} where `back`.
+#[inline(always)]
+pub(crate) fn apply_phase<S: Lanes>(
+    s: S,
+    job: &PhaseRow,
+    back: bool,
+    real: &mut [f32],
+    imag: &mut [f32],
+) {
+    assert!(real.len().is_multiple_of(MAX_LANES) && imag.len() == real.len());
+    let carrier = RowCarrier::new(s, job, 1);
+    let sign = s.splat(if back { -1.0 } else { 1.0 });
+    for q in (0..real.len()).step_by(S::N) {
+        let (cosine, sine) = carrier.phase(&carrier.intervals(q), 0);
+        let sine = s.mul(sine, sign);
+        // SAFETY: q + N does not exceed the length of either part, a multiple of N.
+        unsafe {
+            let (to_re, to_im) = (real.as_mut_ptr().add(q), imag.as_mut_ptr().add(q));
+            let (re, im) = (s.load(to_re), s.load(to_im));
+            s.store(to_re, s.neg_mul_add(im, sine, s.mul(re, cosine)));
+            s.store(to_im, s.mul_add(re, sine, s.mul(im, cosine)));
+        }
+    }
+}
+
+/// The carrier's phase along a row whose pixels are taken in intervals of some pixels, N intervals at
+/// a time.
+pub(crate) struct RowCarrier<'a, S: Lanes> {
+    s: S,
+    job: &'a PhaseRow,
+    lanes: S::V,
+    cycles: S::V,
+    interval_m: f64,
+    /// From an interval's first pixel to its middle, m.
+    half_m: f64,
+    /// Whether the range within an interval may be a cubic.
+    cubic: bool,
+}
+
+/// N intervals: carrier cycles at their middles and the coefficients of their expansion.
+pub(crate) struct Intervals<S: Lanes> {
+    cycles: S::V,
+    slope: S::V,
+    bend: S::V,
+    third: S::V,
+    fraction: S::V,
+    range: S::V,
+    along: S::V,
+}
+
+impl<'a, S: Lanes> RowCarrier<'a, S> {
+    #[inline(always)]
+    pub fn new(s: S, job: &'a PhaseRow, interval: usize) -> Self {
+        let mut lane = [0f32; MAX_LANES];
+        let interval_m = job.pixel_m * interval as f64;
+        let half_m = 0.5 * (interval - 1) as f64 * job.pixel_m;
+        for (l, v) in lane.iter_mut().enumerate() {
+            *v = ((l as f64 - 0.5 * (S::N - 1) as f64) * interval_m) as f32;
+        }
+        // No range is shorter than the distance from the line of the row; the truncation error of
+        // the cubic is at most half the fourth power over the third.
+        let d = job.from_centre_m;
+        let along = crate::vector::dot(d, job.unit);
+        let beside_m = (crate::vector::dot(d, d) - along * along).max(0.0).sqrt();
+        let truncation_error_m = 0.5 * half_m.powi(4) / beside_m.max(1e-9).powi(3);
+        Self {
+            s,
+            job,
+            // SAFETY: `lane` has MAX_LANES ≥ N numbers.
+            lanes: unsafe { s.load(lane.as_ptr()) },
+            cycles: s.splat(job.cycles_per_m as f32),
+            interval_m,
+            half_m,
+            cubic: truncation_error_m * job.cycles_per_m < CUBIC_CYCLES,
+        }
+    }
+
+    /// The N intervals from `q` on.
+    #[inline(always)]
+    pub fn intervals(&self, q: usize) -> Intervals<S> {
+        let (s, job) = (self.s, self.job);
+        // The middle of all in double precision, the rest from there.
+        let along = (q as f64 + 0.5 * (S::N - 1) as f64) * self.interval_m + self.half_m;
+        let d: [f64; 3] = std::array::from_fn(|a| job.from_centre_m[a] + along * job.unit[a]);
+        let range = crate::vector::norm(d);
+        let cycles = range * job.cycles_per_m;
+        let mut found = Intervals {
+            cycles: s.splat(0.0),
+            slope: s.splat(0.0),
+            bend: s.splat(0.0),
+            third: s.splat(0.0),
+            fraction: s.splat((cycles - cycles.round()) as f32),
+            range: s.splat(range as f32),
+            along: s.splat(crate::vector::dot(d, job.unit) as f32),
+        };
+        if self.cubic {
+            let one = s.splat(1.0);
+            let difference = self.difference(&found, self.lanes);
+            let inverse = s.div(one, s.add(difference, found.range));
+            let sine = s.mul(s.add(found.along, self.lanes), inverse);
+            let curvature = s.mul(s.neg_mul_add(sine, sine, one), inverse);
+            found.cycles = s.mul_add(difference, self.cycles, found.fraction);
+            found.slope = s.mul(sine, self.cycles);
+            found.bend = s.mul(s.mul(curvature, s.splat(0.5)), self.cycles);
+            found.third = s.neg_mul_add(s.mul(sine, inverse), found.bend, s.splat(0.0));
+        }
+        found
+    }
+
+    /// By how much ranges at `offset` exceed that of the middle.
+    #[inline(always)]
+    fn difference(&self, at: &Intervals<S>, offset: S::V) -> S::V {
+        let s = self.s;
+        let tiny = s.splat(1e-30);
+        let more = s.mul(offset, s.add(s.add(at.along, offset), at.along));
+        let square = s.max(s.mul_add(at.range, at.range, more), tiny);
+        let sum = s.max(s.add(s.sqrt(square), at.range), tiny);
+        s.div(more, sum)
+    }
+
+    /// Cosine and sine of the phase at pixel `p` of each of those intervals.
+    #[inline(always)]
+    pub fn phase(&self, at: &Intervals<S>, p: usize) -> (S::V, S::V) {
+        let (s, job) = (self.s, self.job);
+        let rounding = s.splat(ROUNDING);
+        let within = s.splat((p as f64 * job.pixel_m - self.half_m) as f32);
+        let t = if self.cubic {
+            let slope = s.mul_add(s.mul_add(at.third, within, at.bend), within, at.slope);
+            s.mul_add(slope, within, at.cycles)
+        } else {
+            let difference = self.difference(at, s.add(self.lanes, within));
+            s.mul_add(difference, self.cycles, at.fraction)
+        };
+        let x = s.sub(t, s.sub(s.add(t, rounding), rounding));
+        let x2 = s.mul(x, x);
+        let (mut cosine, mut sine) = (s.splat(job.cosine[5]), s.splat(job.sine[5]));
+        for k in (0..5).rev() {
+            cosine = s.mul_add(cosine, x2, s.splat(job.cosine[k]));
+            sine = s.mul_add(sine, x2, s.splat(job.sine[k]));
+        }
+        (cosine, s.mul(sine, x))
+    }
+}

@@ -1,0 +1,129 @@
+//! The transposed direct kernel: pixels of a row are spread over the range bins of a pulse.
+//!
+//! What the direct kernel reads from a bin, this one adds to it: a pixel's value, with the carrier's
+//! turn from the bin's centre to its range taken out, times the powers of its distance δ from that
+//! centre. Ranges along a row follow from a double-precision centre, as in the direct kernel.
+
+use super::lanes::{Lanes, MAX_LANES, ROUNDING};
+use std::ops::Range;
+
+/// A row, a pulse, and the bins between them.
+pub(crate) struct SpreadRow<'a> {
+    /// From the antenna to pixel 0, m.
+    pub from_antenna_m: [f64; 3],
+    /// Unit vector along the row and distance of the pixels, m.
+    pub unit: [f64; 3],
+    pub pixel_m: f64,
+    /// Real and imaginary parts, padded with zeros to a multiple of [`MAX_LANES`].
+    pub real: &'a [f32],
+    pub imag: &'a [f32],
+    /// Pixels that share a double-precision centre, a multiple of [`MAX_LANES`].
+    pub segment: usize,
+    pub bin_m: f64,
+    /// Absolute number of the pulse's first bin.
+    pub first_bin: i64,
+    /// Pixels nearer than this are left to `reference`, m.
+    pub reference_below_m: f64,
+    /// cos αδ and sin(αδ)/δ in powers of δ².
+    pub cosine: [f32; 4],
+    pub sine: [f32; 4],
+}
+
+/// Numbers a bin of a table of `degree`: coefficients side by side, in fours.
+pub(crate) const fn step(degree: usize) -> usize {
+    if degree <= 1 { 4 } else { 8 }
+}
+
+/// Adds the row to `bins` `[entries, step]`; pieces next to the antenna go to `reference` instead.
+#[inline(always)]
+pub(crate) fn spread_row<S: Lanes, const DEGREE: usize, const TERMS: usize>(
+    s: S,
+    job: &SpreadRow,
+    bins: &mut [f32],
+    reference: &mut dyn FnMut(Range<usize>),
+) {
+    let n = S::N;
+    let length = job.real.len();
+    let step = step(DEGREE);
+    let entries = bins.len() / step;
+    assert!(length.is_multiple_of(MAX_LANES) && job.imag.len() == length);
+    assert!(job.segment.is_multiple_of(MAX_LANES) && job.segment > 0 && entries > 0);
+
+    let mut lane = [0f32; MAX_LANES];
+    for (l, v) in lane.iter_mut().enumerate() {
+        *v = (l as f64 * job.pixel_m) as f32;
+    }
+    // SAFETY: `lane` has MAX_LANES ≥ N numbers.
+    let lanes = unsafe { s.load(lane.as_ptr()) };
+    let (rounding, zero, tiny) = (s.splat(ROUNDING), s.splat(0.0), s.splat(1e-30));
+    let a_metre = s.splat((1.0 / job.bin_m) as f32);
+    let mut start = 0;
+    while start < length {
+        let end = (start + job.segment).min(length);
+        let centre = start as f64 + 0.5 * (end - start - 1) as f64;
+        let d: [f64; 3] =
+            std::array::from_fn(|a| job.from_antenna_m[a] + centre * job.pixel_m * job.unit[a]);
+        let range = crate::vector::norm(d);
+        if range - 0.5 * (end - start) as f64 * job.pixel_m < job.reference_below_m {
+            reference(start..end);
+            start = end;
+            continue;
+        }
+        let t0 = range / job.bin_m - job.first_bin as f64;
+        let whole = (t0 as i32).clamp(0, entries as i32 - 1);
+        let fraction = s.splat((t0 - f64::from(whole)) as f32);
+        let range0 = s.splat(range as f32);
+        let along0 = s.splat(crate::vector::dot(d, job.unit) as f32);
+        let lowest = s.splat(-(whole as f32));
+        let highest = s.splat((entries as i32 - 1 - whole) as f32);
+        let mut at = start;
+        while at < end {
+            let offset = s.add(lanes, s.splat(((at as f64 - centre) * job.pixel_m) as f32));
+            let square_difference = s.mul(offset, s.add(s.add(along0, offset), along0));
+            let square = s.max(s.mul_add(range0, range0, square_difference), tiny);
+            let difference = s.div(square_difference, s.add(s.sqrt(square), range0));
+            let t = s.mul_add(difference, a_metre, fraction);
+            let i = s.sub(s.add(t, rounding), rounding);
+            let delta = s.sub(t, i);
+            // Both maxima also turn NaN into a number within the limits.
+            let i = s.max(i, lowest);
+            let i = s.sub(zero, s.max(s.sub(zero, i), s.sub(zero, highest)));
+            let i = s.add(i, rounding);
+
+            let square = s.mul(delta, delta);
+            let mut cosine = s.splat(job.cosine[TERMS - 1]);
+            let mut sine = s.splat(job.sine[TERMS - 2]);
+            for k in (0..TERMS - 1).rev() {
+                cosine = s.mul_add(cosine, square, s.splat(job.cosine[k]));
+            }
+            for k in (0..TERMS - 2).rev() {
+                sine = s.mul_add(sine, square, s.splat(job.sine[k]));
+            }
+            sine = s.mul(sine, delta);
+            // SAFETY: `at` + N ≤ `length`, the length of both parts; indices past `whole` are kept
+            // within the limits, and every bin holds `step` numbers.
+            unsafe {
+                let re = s.load(job.real.as_ptr().add(at));
+                let im = s.load(job.imag.as_ptr().add(at));
+                let (re, im) = (
+                    s.mul_add(im, sine, s.mul(re, cosine)),
+                    s.neg_mul_add(re, sine, s.mul(im, cosine)),
+                );
+                let (re1, im1) = (s.mul(re, delta), s.mul(im, delta));
+                let to = bins.as_mut_ptr().add(whole as usize * step);
+                s.scatter_add4(to, i, step, [re, im, re1, im1]);
+                if DEGREE > 1 {
+                    let (re2, im2) = (s.mul(re1, delta), s.mul(im1, delta));
+                    let (re3, im3) = if DEGREE > 2 {
+                        (s.mul(re2, delta), s.mul(im2, delta))
+                    } else {
+                        (zero, zero)
+                    };
+                    s.scatter_add4(to.add(4), i, step, [re2, im2, re3, im3]);
+                }
+            }
+            at += n;
+        }
+        start = end;
+    }
+}

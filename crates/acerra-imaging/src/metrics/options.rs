@@ -1,0 +1,74 @@
+//! Options of the measurement of targets.
+
+use crate::error::ImagingError;
+
+/// What counts as a target.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct MeasureOptions {
+    /// Lowest level relative to the image's maximum, dB (negative).
+    pub threshold_db: f64,
+    /// A local maximum is a target of its own only above this multiple of the level that Eq. (5)
+    /// predicts there from the targets already found, by sidelobes and ghosts alike.
+    pub sidelobe_margin: f64,
+    /// Most targets.
+    pub max_targets: usize,
+}
+
+impl Default for MeasureOptions {
+    fn default() -> Self {
+        Self {
+            threshold_db: -15.0,
+            sidelobe_margin: 2.0,
+            max_targets: 32,
+        }
+    }
+}
+
+impl MeasureOptions {
+    /// The same with another lowest level, dB.
+    #[must_use]
+    pub fn with_threshold_db(self, threshold_db: f64) -> Self {
+        Self {
+            threshold_db,
+            ..self
+        }
+    }
+
+    /// The same with another margin over predicted sidelobes.
+    #[must_use]
+    pub fn with_sidelobe_margin(self, sidelobe_margin: f64) -> Self {
+        Self {
+            sidelobe_margin,
+            ..self
+        }
+    }
+
+    /// The same with another number of targets at most.
+    #[must_use]
+    pub fn with_max_targets(self, max_targets: usize) -> Self {
+        Self {
+            max_targets,
+            ..self
+        }
+    }
+
+    /// Refuses values out of range.
+    pub(super) fn check(&self) -> Result<(), ImagingError> {
+        if !(self.threshold_db < 0.0 && self.threshold_db.is_finite()) {
+            return Err(ImagingError::OutOfRange {
+                what: "threshold_db",
+                expected: "negative (dB relative to the maximum)",
+                found: self.threshold_db,
+            });
+        }
+        if !(self.sidelobe_margin >= 1.0 && self.sidelobe_margin.is_finite()) {
+            return Err(ImagingError::OutOfRange {
+                what: "sidelobe_margin",
+                expected: "at least 1",
+                found: self.sidelobe_margin,
+            });
+        }
+        Ok(())
+    }
+}

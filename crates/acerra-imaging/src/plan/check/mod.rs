@@ -1,0 +1,5 @@
+//! Self-checks of plans against the double-precision sum.
+
+pub(super) mod forward;
+pub(super) mod imaging;
+mod places;

@@ -1,0 +1,279 @@
+//! The forward operator: from an image to the spectra that its pixels would return, Eq. (1) of
+//! Catapano et al. 2020 in its discrete form, as fast as imaging.
+//!
+//! Both engines are the transposes of those of imaging, bins and weights included, so that
+//! ⟨Lσ, d⟩ = ⟨σ, L⁺d⟩ holds far within the accuracy: the property on which iterative inversions
+//! rest.
+
+use super::check::forward::compare_spectra;
+use super::options::{Engine, PlanOptions, SelfCheck};
+use super::planner::{Method, Operator, Planner, Request};
+use super::report::{OperatorKind, PathShares, PlanReport};
+use crate::checks::check_length;
+use crate::control::{Control, Meter};
+use crate::engine::direct::DirectSpec;
+use crate::engine::factorized::aperture::partition_aperture;
+use crate::engine::factorized::coarse::coarse_bytes;
+use crate::engine::factorized::spec::FactorizedSpec;
+use crate::engine::forward::direct::DirectForward;
+use crate::engine::forward::factorized::FactorizedForward;
+use crate::engine::planar::padded;
+use crate::error::ImagingError;
+use crate::grid::image::ImageGrid;
+use crate::grid::tilted::TiltedGrid;
+use crate::pulses::Pulses;
+use num_complex::{Complex32, Complex64};
+use rayon::prelude::*;
+use std::fmt;
+
+/// A forward operator that is ready to be applied, any number of times.
+///
+/// Of the pulses only positions, frequencies, weights and the speed of light count, not the
+/// spectra: E(m, n) = w_m Σ_i σ_i e^{−j4πf_n R/c} / R² is the adjoint of
+/// [`ImagingPlan`](crate::ImagingPlan) on the same pulses and grid.
+///
+/// ```
+/// use acerra_imaging::{
+///     Complex32, Complex64, Control, Forward, PlanOptions, PlaneGrid, PulseArrays, Pulses,
+/// };
+/// let position_m: Vec<[f64; 3]> = (0..20).map(|m| [0.0, 0.1 * f64::from(m) - 1.0, 5.0]).collect();
+/// let frequency_hz: Vec<f64> = (0..50).map(|n| 3.1e9 + 2e7 * f64::from(n)).collect();
+/// let spectrum = vec![Complex64::ZERO; 20 * 50];
+/// let pulses = Pulses::new(PulseArrays {
+///     position_m: &position_m,
+///     frequency_hz: &frequency_hz,
+///     spectrum: &spectrum,
+///     weight: &[1.0; 20],
+///     light_speed_m_s: 3e8,
+/// })?;
+/// let grid = PlaneGrid::from_ranges([0.0, 0.5], [0.0, 0.5], 0.0, 0.02)?;
+/// let forward = Forward::new(pulses, grid, &PlanOptions::default())?;
+/// let mut image = vec![Complex32::ZERO; grid.len()];
+/// image[0] = Complex32::new(1.0, 0.0);
+/// let mut echo = vec![Complex64::ZERO; 20 * 50];
+/// forward.run(&image, &mut echo, Control::default())?;
+/// let range_m = f64::hypot(5.0, 1.0); // from the first pulse to pixel 0
+/// assert!((echo[0].norm() * range_m * range_m - 1.0).abs() < 1e-2);
+/// # Ok::<(), acerra_imaging::ImagingError>(())
+/// ```
+pub struct Forward<'a> {
+    request: Request<'a>,
+    method: Method<DirectForward, FactorizedForward>,
+    report: PlanReport,
+}
+
+impl<'a> Forward<'a> {
+    /// Chooses an engine, builds it and checks it.
+    ///
+    /// # Errors
+    /// As [`ImagingPlan::new`](crate::ImagingPlan::new).
+    pub fn new(
+        pulses: Pulses<'a>,
+        grid: impl Into<TiltedGrid>,
+        options: &PlanOptions,
+    ) -> Result<Self, ImagingError> {
+        Self::with_control(pulses, grid, options, Control::default())
+    }
+
+    /// The same; planning can be cancelled. It reports no progress.
+    ///
+    /// # Errors
+    /// As [`Forward::new`], and cancellation.
+    pub fn with_control(
+        pulses: Pulses<'a>,
+        grid: impl Into<TiltedGrid>,
+        options: &PlanOptions,
+        control: Control,
+    ) -> Result<Self, ImagingError> {
+        let grid: ImageGrid = grid.into().into();
+        let mut request = Request::new(pulses, grid, options)?;
+        let (method, report) = Planner::plan::<Modelling>(&mut request, control)?;
+        Ok(Self {
+            request,
+            method,
+            report,
+        })
+    }
+
+    /// Decisions, cost, accuracy and memory of the plan.
+    #[must_use]
+    pub fn report(&self) -> &PlanReport {
+        &self.report
+    }
+
+    /// Bytes that a run takes beside the image given, spectra included.
+    #[must_use]
+    pub fn memory_bytes(&self) -> u128 {
+        u128::from(self.report.working_bytes) + u128::from(self.report.output_bytes)
+    }
+
+    /// Result of the self-check on random pixels; `None` where the double-precision sum is run.
+    #[must_use]
+    pub fn self_check(&self) -> Option<SelfCheck> {
+        self.report.self_check
+    }
+
+    /// The engine chosen.
+    #[must_use]
+    pub fn engine(&self) -> Engine {
+        self.report.engine
+    }
+
+    /// Computes the spectra `[M, N]` of `image` `[rows, columns]`, both row-major. The same bits come
+    /// from any number of threads.
+    ///
+    /// # Errors
+    /// Arrays of other lengths than the grid's and the pulses'; cancellation, after which the
+    /// spectra are incomplete.
+    pub fn run(
+        &self,
+        image: &[Complex32],
+        spectrum: &mut [Complex64],
+        control: Control,
+    ) -> Result<(), ImagingError> {
+        let (echoes, grid) = (&self.request.echoes, self.request.grid.plane());
+        let n = echoes.pulses.frequency_hz().len();
+        check_length("image", self.request.pixels(), image.len())?;
+        check_length("spectrum", echoes.len() * n, spectrum.len())?;
+        let meter = Meter::new(control, self.request.contributions());
+        spectrum.fill(Complex64::ZERO);
+        match &self.method {
+            Method::Direct(direct) => direct.run(echoes, grid, image, spectrum, &meter),
+            Method::Factorized(factorized) => factorized.run(echoes, grid, image, spectrum, &meter),
+            Method::Reference => {
+                spectrum.par_chunks_mut(n).enumerate().for_each(|(m, out)| {
+                    for (k, v) in image.iter().enumerate() {
+                        if meter.is_cancelled() {
+                            return;
+                        }
+                        if *v != Complex32::ZERO {
+                            let (i, j) = (k % grid.columns, k / grid.columns);
+                            let value = Complex64::new(f64::from(v.re), f64::from(v.im));
+                            let point_m = grid.point_m(i as f64, j as f64);
+                            echoes.add_echo(m, point_m, value, out);
+                        }
+                    }
+                    meter.add(image.len() as u64);
+                });
+            }
+        }
+        control.check()
+    }
+}
+
+impl fmt::Debug for Forward<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Forward({self})")
+    }
+}
+
+impl fmt::Display for Forward<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.report.fmt(f)
+    }
+}
+
+/// The forward operator, Eq. (1).
+struct Modelling;
+
+/// Cost of lane-wise additions to bins, in vector operations a contribution.
+const SPREAD_COST: f64 = 5.0;
+
+/// Bytes of the image with padded rows and of the bins of all threads.
+fn image_and_bins_bytes(request: &Request, spec: &DirectSpec, ranges_m: &[[f64; 2]]) -> u128 {
+    let grid = request.grid.plane();
+    padded(grid.columns) as u128 * grid.rows as u128 * 8
+        + DirectForward::bytes_a_thread(spec, ranges_m) * rayon::current_num_threads() as u128
+}
+
+impl Operator for Modelling {
+    type Direct = DirectForward;
+    type Factorized = FactorizedForward;
+    const KIND: OperatorKind = OperatorKind::Forward;
+    const FACTORIZED_ATTEMPTS: i32 = 6;
+    // The check sees a few places only: errors that gather elsewhere need room.
+    const ACCEPTED_SHARE: f64 = 0.6;
+    const MEMORY: &'static str = "range bins, image and spectra";
+
+    /// Spectra to be modelled may hold any frequency alike.
+    fn power(request: &Request) -> Vec<f64> {
+        let n = request.echoes.pulses.frequency_hz().len();
+        vec![1.0 / n as f64; n]
+    }
+
+    /// Adding to bins lane by lane costs more than reading them through windows.
+    fn factorized_pays(cost: f64, direct_cost: f64) -> bool {
+        cost <= 0.6 * direct_cost.max(SPREAD_COST)
+    }
+
+    fn output_bytes(request: &Request) -> u128 {
+        let pulses = &request.echoes.pulses;
+        pulses.spectrum().len() as u128 * size_of::<Complex64>() as u128
+    }
+
+    fn direct_bytes(request: &Request, spec: &DirectSpec, ranges_m: &[[f64; 2]]) -> u128 {
+        image_and_bins_bytes(request, spec, ranges_m)
+    }
+
+    fn factorized_bytes(
+        request: &Request,
+        spec: &FactorizedSpec,
+        inner: &DirectSpec,
+        ranges_m: &[[f64; 2]],
+    ) -> u128 {
+        let parts = partition_aperture(&request.echoes.pulses, spec.pulses).len();
+        coarse_bytes(request.grid.plane(), spec.coarse, parts)
+            + image_and_bins_bytes(request, inner, ranges_m)
+    }
+
+    fn direct(
+        request: &Request,
+        ranges_m: &[[f64; 2]],
+        spec: DirectSpec,
+        control: Control,
+    ) -> Result<DirectForward, ImagingError> {
+        control.check()?;
+        let level = request.options.level;
+        Ok(DirectForward::new(&request.echoes, ranges_m, spec, level))
+    }
+
+    fn factorized(
+        request: &Request,
+        spec: FactorizedSpec,
+        inner: DirectSpec,
+        control: Control,
+    ) -> Result<FactorizedForward, ImagingError> {
+        control.check()?;
+        let (grid, level) = (request.grid.plane(), request.options.level);
+        Ok(FactorizedForward::new(
+            &request.echoes,
+            grid,
+            spec,
+            inner,
+            level,
+        ))
+    }
+
+    fn check_direct(
+        request: &Request,
+        direct: &DirectForward,
+        control: Control,
+    ) -> Result<(SelfCheck, Option<PathShares>), ImagingError> {
+        let run = |grid: &TiltedGrid, image: &[Complex32], out: &mut [Complex64], meter: &Meter| {
+            direct.run(&request.echoes, grid, image, out, meter);
+        };
+        let check = compare_spectra(request, [1, 1], &run, control)?;
+        Ok((check, None))
+    }
+
+    fn check_factorized(
+        request: &Request,
+        factorized: &FactorizedForward,
+        control: Control,
+    ) -> Result<SelfCheck, ImagingError> {
+        let run = |grid: &TiltedGrid, image: &[Complex32], out: &mut [Complex64], meter: &Meter| {
+            factorized.run(&request.echoes, grid, image, out, meter);
+        };
+        compare_spectra(request, factorized.lattice.spec.coarse, &run, control)
+    }
+}

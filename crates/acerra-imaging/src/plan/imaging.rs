@@ -1,0 +1,280 @@
+//! The plan of an image.
+
+use super::budget::mean_power;
+use super::check::imaging::{compare_patches, compare_pixels};
+use super::options::{Engine, PlanOptions, SelfCheck};
+use super::planner::{Method, Operator, Planner, Request};
+use super::report::{OperatorKind, PathShares, PlanReport};
+use crate::checks::check_length;
+use crate::control::{Control, Meter};
+use crate::engine::direct::{Direct, DirectSpec};
+use crate::engine::factorized::aperture::partition_aperture;
+use crate::engine::factorized::coarse::coarse_bytes;
+use crate::engine::factorized::merged::{Factorized, Setting};
+use crate::engine::factorized::spec::FactorizedSpec;
+use crate::engine::tables::build::RangeTable;
+use crate::error::ImagingError;
+use crate::grid::image::ImageGrid;
+use crate::pulses::Pulses;
+use num_complex::Complex32;
+use rayon::prelude::*;
+use std::fmt;
+
+/// An image that is ready to be computed, any number of times.
+///
+/// Making the plan builds the range tables and proves the accuracy on random pixels against the
+/// double-precision sum; running it allocates nothing in its loops over pulses and pixels (the
+/// factorized engine allocates its coarse images once, at the start) and gives the same bits for
+/// any number of threads.
+///
+/// Pixels stand on a plane of any tilt or on uneven ground. Uneven ground is imaged by the direct
+/// engine or the reference: the factorized engine interpolates between pixels of a plane.
+///
+/// ```
+/// use acerra_imaging::{
+///     Complex64, Control, ImagingPlan, PlanOptions, PlaneGrid, PulseArrays, Pulses, SurfaceGrid,
+/// };
+/// let position_m: Vec<[f64; 3]> = (0..20).map(|m| [0.0, 0.1 * f64::from(m) - 1.0, 5.0]).collect();
+/// let frequency_hz: Vec<f64> = (0..50).map(|n| 3.1e9 + 2e7 * f64::from(n)).collect();
+/// let spectrum = vec![Complex64::new(1.0, 0.0); 20 * 50];
+/// let pulses = Pulses::new(PulseArrays {
+///     position_m: &position_m,
+///     frequency_hz: &frequency_hz,
+///     spectrum: &spectrum,
+///     weight: &[1.0; 20],
+///     light_speed_m_s: 3e8,
+/// })?;
+/// let grid = PlaneGrid::from_ranges([0.0, 0.5], [0.0, 0.5], 0.0, 0.02)?;
+/// let plan = ImagingPlan::new(pulses, grid, &PlanOptions::default())?;
+/// println!("{}", plan.report());
+/// let mut image = vec![Default::default(); plan.pixels()];
+/// let show = |p: acerra_imaging::Progress| assert!(p.done <= p.total);
+/// plan.run(&mut image, Control::default().reporting_to(&show))?;
+///
+/// let slope = |x_m: f64, _: f64| Ok::<_, acerra_imaging::ImagingError>(0.2 * x_m);
+/// let ground = SurfaceGrid::from_fn(grid, slope)?;
+/// let plan = ImagingPlan::new(pulses, &ground, &PlanOptions::default())?;
+/// assert!(plan.self_check().is_some_and(|check| check.error <= 1e-3));
+/// # Ok::<(), acerra_imaging::ImagingError>(())
+/// ```
+#[derive(Debug)]
+pub struct ImagingPlan<'a> {
+    pub(super) request: Request<'a>,
+    pub(super) method: Method<Direct, Factorized>,
+    report: PlanReport,
+}
+
+impl<'a> ImagingPlan<'a> {
+    /// Chooses an engine, builds it and checks it.
+    ///
+    /// # Errors
+    /// An accuracy outside (0, 0.1], a level the processor lacks, an antenna exactly on a pixel
+    /// (with 1/R²), or more memory than allowed.
+    pub fn new(
+        pulses: Pulses<'a>,
+        grid: impl Into<ImageGrid<'a>>,
+        options: &PlanOptions,
+    ) -> Result<Self, ImagingError> {
+        Self::with_control(pulses, grid, options, Control::default())
+    }
+
+    /// The same; planning can be cancelled. It reports no progress.
+    ///
+    /// # Errors
+    /// As [`ImagingPlan::new`], and cancellation.
+    pub fn with_control(
+        pulses: Pulses<'a>,
+        grid: impl Into<ImageGrid<'a>>,
+        options: &PlanOptions,
+        control: Control,
+    ) -> Result<Self, ImagingError> {
+        let mut request = Request::new(pulses, grid.into(), options)?;
+        let (method, report) = Planner::plan::<Imaging>(&mut request, control)?;
+        Ok(Self {
+            request,
+            method,
+            report,
+        })
+    }
+
+    /// Decisions, cost, accuracy and memory of the plan.
+    #[must_use]
+    pub fn report(&self) -> &PlanReport {
+        &self.report
+    }
+
+    /// Bytes that range tables, coarse images and the image take together. Beside the data, nothing
+    /// else grows with the size of the task.
+    #[must_use]
+    pub fn memory_bytes(&self) -> u128 {
+        u128::from(self.report.working_bytes) + u128::from(self.report.output_bytes)
+    }
+
+    /// Pixels of the image.
+    #[must_use]
+    pub fn pixels(&self) -> usize {
+        self.request.pixels()
+    }
+
+    /// Pixel × pulse contributions to the image.
+    #[must_use]
+    pub fn contributions(&self) -> u64 {
+        self.request.contributions()
+    }
+
+    /// Result of the self-check on random pixels; `None` where the reference itself is run.
+    #[must_use]
+    pub fn self_check(&self) -> Option<SelfCheck> {
+        self.report.self_check
+    }
+
+    /// The engine chosen.
+    #[must_use]
+    pub fn engine(&self) -> Engine {
+        self.report.engine
+    }
+
+    /// Computes the image, `[rows, columns]` row-major.
+    ///
+    /// # Errors
+    /// An output of another length than the grid's; cancellation, after which the output is
+    /// incomplete.
+    pub fn run(&self, image: &mut [Complex32], control: Control) -> Result<(), ImagingError> {
+        check_length("image", self.pixels(), image.len())?;
+        let meter = Meter::new(control, self.contributions());
+        let (echoes, grid) = (&self.request.echoes, &self.request.grid);
+        match &self.method {
+            Method::Direct(direct) => {
+                direct.run(echoes, 0..echoes.len(), &grid.whole(), image, &meter);
+            }
+            Method::Factorized(factorized) => {
+                factorized.run(echoes, grid.plane(), image, &meter);
+            }
+            Method::Reference => self.run_reference(image, &meter),
+        }
+        control.check()
+    }
+
+    fn run_reference(&self, image: &mut [Complex32], meter: &Meter) {
+        let (echoes, grid) = (&self.request.echoes, &self.request.grid);
+        image
+            .par_chunks_mut(grid.columns())
+            .enumerate()
+            .for_each(|(j, row)| {
+                row.par_iter_mut().enumerate().for_each(|(i, out)| {
+                    if meter.is_cancelled() {
+                        return;
+                    }
+                    let v = echoes.adjoint_at(grid.point_m(i, j));
+                    *out = Complex32::new(v.re as f32, v.im as f32);
+                });
+                meter.add((row.len() * echoes.len()) as u64);
+            });
+    }
+}
+
+impl fmt::Display for ImagingPlan<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.report.fmt(f)
+    }
+}
+
+/// Images `grid` with a plan of its own.
+///
+/// # Errors
+/// As [`ImagingPlan::new`], and cancellation.
+pub fn image<'a>(
+    pulses: Pulses<'a>,
+    grid: impl Into<ImageGrid<'a>>,
+    options: &PlanOptions,
+    control: Control,
+) -> Result<Vec<Complex32>, ImagingError> {
+    let plan = ImagingPlan::with_control(pulses, grid, options, control)?;
+    let mut image = vec![Complex32::ZERO; plan.pixels()];
+    plan.run(&mut image, control)?;
+    Ok(image)
+}
+
+/// Imaging, Eq. (3).
+struct Imaging;
+
+impl Operator for Imaging {
+    type Direct = Direct;
+    type Factorized = Factorized;
+    const KIND: OperatorKind = OperatorKind::Imaging;
+    const FACTORIZED_ATTEMPTS: i32 = 4;
+    const ACCEPTED_SHARE: f64 = 1.0;
+    const MEMORY: &'static str = "range tables and image";
+
+    fn power(request: &Request) -> Vec<f64> {
+        mean_power(&request.echoes.pulses)
+    }
+
+    fn factorized_pays(cost: f64, direct_cost: f64) -> bool {
+        cost <= 0.9 * direct_cost
+    }
+
+    fn output_bytes(request: &Request) -> u128 {
+        request.pixels() as u128 * size_of::<Complex32>() as u128
+    }
+
+    fn direct_bytes(_: &Request, spec: &DirectSpec, ranges_m: &[[f64; 2]]) -> u128 {
+        RangeTable::bytes_for(&spec.table, ranges_m)
+    }
+
+    fn factorized_bytes(
+        request: &Request,
+        spec: &FactorizedSpec,
+        inner: &DirectSpec,
+        ranges_m: &[[f64; 2]],
+    ) -> u128 {
+        let parts = partition_aperture(&request.echoes.pulses, spec.pulses).len();
+        RangeTable::bytes_for(&inner.table, ranges_m)
+            + coarse_bytes(request.grid.plane(), spec.coarse, parts)
+    }
+
+    fn direct(
+        request: &Request,
+        ranges_m: &[[f64; 2]],
+        spec: DirectSpec,
+        control: Control,
+    ) -> Result<Direct, ImagingError> {
+        Direct::new(
+            &request.echoes,
+            ranges_m,
+            spec,
+            request.options.level,
+            control,
+        )
+    }
+
+    fn factorized(
+        request: &Request,
+        spec: FactorizedSpec,
+        inner: DirectSpec,
+        control: Control,
+    ) -> Result<Factorized, ImagingError> {
+        let setting = Setting {
+            level: request.options.level,
+            control,
+        };
+        Factorized::new(&request.echoes, request.grid.plane(), spec, inner, setting)
+    }
+
+    fn check_direct(
+        request: &Request,
+        direct: &Direct,
+        control: Control,
+    ) -> Result<(SelfCheck, Option<PathShares>), ImagingError> {
+        let (check, paths) = compare_pixels(request, direct, control)?;
+        Ok((check, Some(paths)))
+    }
+
+    fn check_factorized(
+        request: &Request,
+        factorized: &Factorized,
+        control: Control,
+    ) -> Result<SelfCheck, ImagingError> {
+        compare_patches(request, factorized, control)
+    }
+}

@@ -1,0 +1,281 @@
+//! What a plan decided, why, and what its self-check found.
+
+use super::options::{Engine, SelfCheck};
+use crate::kernel::level::SimdLevel;
+use serde::Serialize;
+use std::fmt;
+
+/// The operator that a plan evaluates.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum OperatorKind {
+    /// From spectra to an image, Eq. (3).
+    Imaging,
+    /// From an image to spectra, Eq. (1).
+    Forward,
+}
+
+/// Decisions, cost, accuracy and memory of a plan. `Display` writes them as lines of text.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct PlanReport {
+    /// The operator planned.
+    pub operator: OperatorKind,
+    /// Pixels in a row.
+    pub columns: usize,
+    /// Rows of pixels.
+    pub rows: usize,
+    /// Pulses.
+    pub pulses: usize,
+    /// Frequencies of each pulse.
+    pub frequencies: usize,
+    /// Relative L2 error allowed.
+    pub accuracy: f64,
+    /// The engine chosen.
+    pub engine: Engine,
+    /// Decisions in the order in which they were made.
+    pub decisions: Vec<Decision>,
+    /// Result of the self-check; `None` where the double-precision sum is run.
+    pub self_check: Option<SelfCheck>,
+    /// Bytes of range tables, bins and coarse images.
+    pub working_bytes: u64,
+    /// Bytes of the result: the image, or the spectra.
+    pub output_bytes: u64,
+}
+
+impl PlanReport {
+    /// Pixel × pulse contributions.
+    #[must_use]
+    pub fn contributions(&self) -> u64 {
+        (self.columns as u64)
+            .saturating_mul(self.rows as u64)
+            .saturating_mul(self.pulses as u64)
+    }
+}
+
+/// A decision of the planner.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(rename_all = "kebab-case", tag = "decision")]
+#[non_exhaustive]
+pub enum Decision {
+    /// The options ask for the double-precision sum.
+    ReferenceRequested,
+    /// The accuracy is below what single precision can keep.
+    BelowSinglePrecision {
+        /// Accuracy asked for.
+        accuracy: f64,
+    },
+    /// Uneven ground: the factorized engine interpolates between pixels of a plane.
+    UnevenGround,
+    /// The factorized engine is not sufficiently cheaper.
+    DirectIsCheaper {
+        /// Estimated vector operations a contribution of the factorized engine.
+        factorized_cost: f64,
+        /// Those of the direct engine.
+        direct_cost: f64,
+    },
+    /// A direct engine was built and checked.
+    Direct(DirectChoice),
+    /// A factorized engine was built and checked.
+    Factorized(FactorizedChoice),
+    /// The self-check of the engine before found too large an error.
+    Rejected {
+        /// Relative error found.
+        error: f64,
+    },
+    /// No engine in single precision keeps the accuracy on these data.
+    SinglePrecisionExhausted {
+        /// Least relative error reached.
+        reached: f64,
+    },
+}
+
+/// Parameters of a direct engine.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct DirectChoice {
+    /// Instruction set.
+    pub level: SimdLevel,
+    /// Width of a range bin, m.
+    pub bin_m: f64,
+    /// Range bins in a period c/(2Δf); `None` for uneven frequencies.
+    pub bins_per_period: Option<usize>,
+    /// Degree of the polynomials.
+    pub degree: usize,
+    /// Two-way carrier phase advance per range bin, rad.
+    pub carrier_rad_per_bin: f64,
+    /// Whether the range along a vector is expanded to third order instead of second.
+    pub cubic: bool,
+    /// Estimated vector operations a pixel.
+    pub cost: f64,
+    /// Paths that the vectors of the self-check took.
+    pub paths: Option<PathShares>,
+}
+
+/// Shares of vectors by the way in which their range bins are read.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct PathShares {
+    /// From windows in registers.
+    pub windowed: f64,
+    /// By gathers.
+    pub gathered: f64,
+    /// Next to an antenna, in double precision.
+    pub reference: f64,
+}
+
+/// Parameters of a factorized engine.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct FactorizedChoice {
+    /// Instruction set.
+    pub level: SimdLevel,
+    /// Pulses in a sub-aperture.
+    pub sub_aperture_pulses: usize,
+    /// Fine pixels per coarse interval, along the row and across.
+    pub coarse: [usize; 2],
+    /// Bound of the spatial frequencies along the row and across, cycles/m.
+    pub bandwidth_per_m: [f64; 2],
+    /// Interpolation error expected.
+    pub interpolation_error: f64,
+    /// Width of a range bin, m.
+    pub bin_m: f64,
+    /// Degree of the polynomials.
+    pub degree: usize,
+    /// Estimated vector operations a contribution.
+    pub cost: f64,
+    /// Those of the direct engine.
+    pub direct_cost: f64,
+}
+
+impl fmt::Display for Decision {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::ReferenceRequested => write!(f, "the reference was asked for"),
+            Self::BelowSinglePrecision { accuracy } => write!(
+                f,
+                "single precision cannot promise {accuracy:.1e}: the double-precision sum is run"
+            ),
+            Self::UnevenGround => write!(
+                f,
+                "a surface: every pulse at every pixel, by the direct engine"
+            ),
+            Self::DirectIsCheaper {
+                factorized_cost,
+                direct_cost,
+            } => write!(
+                f,
+                "factorized: {factorized_cost:.2} vector operations a contribution estimated, direct \
+                 {direct_cost:.2}"
+            ),
+            Self::Direct(choice) => choice.fmt(f),
+            Self::Factorized(choice) => choice.fmt(f),
+            Self::Rejected { error } => {
+                write!(f, "its self-check found {error:.2e}: a finer plan is tried")
+            }
+            Self::SinglePrecisionExhausted { reached } => write!(
+                f,
+                "single precision reached {reached:.2e} here: the double-precision sum is run"
+            ),
+        }
+    }
+}
+
+impl fmt::Display for DirectChoice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "direct, {}: range bins of {:.2} mm (",
+            self.level,
+            self.bin_m * 1e3
+        )?;
+        match self.bins_per_period {
+            Some(length) => write!(f, "{length} a period")?,
+            None => write!(f, "uneven frequencies")?,
+        }
+        write!(
+            f,
+            "), polynomials of degree {}, carrier {:.2} rad a bin, range {} along a vector; {:.1} \
+             vector operations a pixel estimated",
+            self.degree,
+            self.carrier_rad_per_bin,
+            if self.cubic { "cubic" } else { "quadratic" },
+            self.cost,
+        )?;
+        let Some(paths) = self.paths else {
+            return Ok(());
+        };
+        write!(
+            f,
+            "; {:.1} % of vectors from register windows, {:.1} % by gathers, {:.1} % next to an \
+             antenna in double precision",
+            100.0 * paths.windowed,
+            100.0 * paths.gathered,
+            100.0 * paths.reference,
+        )
+    }
+}
+
+impl fmt::Display for FactorizedChoice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "factorized, {}: sub-apertures of {} pulses on grids of {} × {} pixels (spatial \
+             frequencies up to {:.2} and {:.2} cycles a metre, interpolation error {:.1e}); range \
+             bins of {:.2} mm, degree {}; {:.2} vector operations a contribution estimated, {:.2} \
+             for the direct engine",
+            self.level,
+            self.sub_aperture_pulses,
+            self.coarse[0],
+            self.coarse[1],
+            self.bandwidth_per_m[0],
+            self.bandwidth_per_m[1],
+            self.interpolation_error,
+            self.bin_m * 1e3,
+            self.degree,
+            self.cost,
+            self.direct_cost,
+        )
+    }
+}
+
+impl fmt::Display for PlanReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.operator == OperatorKind::Forward {
+            write!(f, "forward: ")?;
+        }
+        writeln!(
+            f,
+            "{} × {} pixels, {} pulses of {} frequencies: {:.4} Gbp, relative error ≤ {:.1e} asked",
+            self.columns,
+            self.rows,
+            self.pulses,
+            self.frequencies,
+            self.contributions() as f64 * 1e-9,
+            self.accuracy,
+        )?;
+        for decision in &self.decisions {
+            writeln!(f, "{decision}")?;
+        }
+        if let Some(check) = self.self_check {
+            writeln!(
+                f,
+                "self-check on {} random pixels: relative error {:.2e}",
+                check.pixels, check.error
+            )?;
+        }
+        let (working_mb, output_mb) = (
+            self.working_bytes as f64 * 1e-6,
+            self.output_bytes as f64 * 1e-6,
+        );
+        match self.operator {
+            OperatorKind::Imaging => write!(
+                f,
+                "memory: {working_mb:.1} MB tables and coarse images, {output_mb:.1} MB image"
+            ),
+            OperatorKind::Forward => write!(
+                f,
+                "memory: {working_mb:.1} MB bins and coarse images, {output_mb:.1} MB spectra"
+            ),
+        }
+    }
+}
