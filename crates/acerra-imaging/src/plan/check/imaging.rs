@@ -5,7 +5,7 @@ use crate::control::{Control, Meter};
 use crate::engine::direct::Direct;
 use crate::engine::factorized::merged::Factorized;
 use crate::error::ImagingError;
-use crate::kernel::rows::{Tally, block_width};
+use crate::kernel::direct::job::{Tally, block_width};
 use crate::plan::options::SelfCheck;
 use crate::plan::planner::Request;
 use crate::plan::report::PathShares;
