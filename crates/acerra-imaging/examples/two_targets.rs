@@ -31,11 +31,12 @@ fn main() -> Result<(), ImagingError> {
     let (c, spreading) = (SPEED_OF_LIGHT_M_S, Spreading::InverseSquare);
     let spectrum = reference::forward(&position_m, &frequency_hz, &scene, c, spreading)?;
 
+    let weight = vec![1.0; position_m.len()];
     let pulses = Pulses::new(PulseArrays {
         position_m: &position_m,
         frequency_hz: &frequency_hz,
         spectrum: &spectrum,
-        weight: &vec![1.0; position_m.len()],
+        weight: &weight,
         light_speed_m_s: c,
     })?;
     let grid = PlaneGrid::from_ranges([0.5, 4.5], [-2.0, 2.0], 0.0, 0.01)?;

@@ -72,7 +72,7 @@ pub(in crate::plan) fn compare_pixels(
     let places: Vec<[usize; 3]> = (0..pixels)
         .map(|_| {
             let i = random.below(grid.columns());
-            // Anywhere in a block, so that every vector of one has its turn.
+            // Anywhere in a block, so that every vector of one is covered.
             let start = i.saturating_sub(random.below(width));
             [start, i, random.below(grid.rows())]
         })

@@ -105,7 +105,7 @@ mod tests {
                     .all(|p| p.start[0] % 5 == 0 && p.start[1] % 3 == 0)
             );
         }
-        // All 36 cells have their turn.
+        // All 36 cells are covered.
         let mut cells: Vec<_> = patches(&grid, [1, 1], 256, 7)[CORNERS..]
             .iter()
             .map(|p| (p.start[0] * LATTICE / 300, p.start[1] * LATTICE / 200))
