@@ -1,6 +1,6 @@
 //! The clock offset by height, motion and sharpness, and its refusals.
 
-#![allow(clippy::unwrap_used)] // helpers of tests panic like tests
+#![allow(clippy::unwrap_used, clippy::print_stdout)] // helpers of tests are like tests
 
 mod common;
 

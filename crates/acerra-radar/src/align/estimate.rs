@@ -188,6 +188,10 @@ fn grid(
     profile: &FlightProfile,
     options: &OffsetOptions,
 ) -> Result<Grid, AlignError> {
+    let [from_s, to_s] = options.delay_range_s;
+    if !(from_s < to_s && from_s.is_finite() && to_s.is_finite()) {
+        return Err(AlignError::DelayRange { from_s, to_s });
+    }
     let (first, last) = (time_s[0], time_s[time_s.len() - 1]);
     let outside_s = (1.0 - options.overlap) * (last - first);
     let mut from_s = profile.start_s() - first - outside_s;
@@ -249,7 +253,7 @@ fn combined(
     }
     if let Some(prior) = options.prior {
         for k in 0..grid.count {
-            let x = (total.offset_s(k) - prior.offset_s) / prior.sigma_s;
+            let x = (total.offset_s(k) - prior.offset_s) / prior.sigma_s.max(1e-6);
             total.log_likelihood[k] -= 0.5 * x * x;
         }
     }
