@@ -63,9 +63,10 @@ fn coupling_and_spectrum() {
     assert!((c.fast_time_s - 9.5e-9).abs() < 0.02e-9, "{c:?}");
     assert!(c.spread_s < 0.01e-9 && c.drift.abs() < 1e-12 && c.level_spread_db < 0.1);
     let s = spectrum_occupancy(&radargram).unwrap();
-    // A Gaussian pulse of e^{−t²/0.2 ns²}: 10 dB down in power 0.54 GHz off its centre.
-    assert!((s.band_hz[0] - 3.41e9).abs() < 0.08e9, "{:?}", s.band_hz);
-    assert!((s.band_hz[1] - 4.49e9).abs() < 0.08e9, "{:?}", s.band_hz);
+    // The power spectrum of e^{−t²/0.2 ns²} is e^{−0.4π²f²}: 10 dB down √(ln 10/0.4π²) = 0.764 GHz
+    // off the carrier.
+    assert!((s.band_hz[0] - 3.186e9).abs() < 0.03e9, "{:?}", s.band_hz);
+    assert!((s.band_hz[1] - 4.714e9).abs() < 0.03e9, "{:?}", s.band_hz);
     assert!(s.share_within([3.1e9, 4.8e9]) > 0.95);
     assert!(s.share_within([1e9, 2e9]) < 0.01);
     assert_eq!(s.occupied_share_of([1e9, 2e9]), 0.0);

@@ -53,6 +53,14 @@ pub enum AlignError {
         /// The range, s.
         range_s: f64,
     },
+    /// A range of delays that is no interval.
+    #[error("delays from {from_s:e} to {to_s:e} s are no interval")]
+    DelayRange {
+        /// Smallest delay, s.
+        from_s: f64,
+        /// Largest delay, s.
+        to_s: f64,
+    },
     /// No cue says anything about the offset.
     #[error(
         "nothing in the radargram follows the flight: no echo moves with the height and the \

@@ -188,6 +188,10 @@ fn grid(
     profile: &FlightProfile,
     options: &OffsetOptions,
 ) -> Result<Grid, AlignError> {
+    let [from_s, to_s] = options.delay_range_s;
+    if !(from_s < to_s && from_s.is_finite() && to_s.is_finite()) {
+        return Err(AlignError::DelayRange { from_s, to_s });
+    }
     let (first, last) = (time_s[0], time_s[time_s.len() - 1]);
     let outside_s = (1.0 - options.overlap) * (last - first);
     let mut from_s = profile.start_s() - first - outside_s;
@@ -249,7 +253,7 @@ fn combined(
     }
     if let Some(prior) = options.prior {
         for k in 0..grid.count {
-            let x = (total.offset_s(k) - prior.offset_s) / prior.sigma_s;
+            let x = (total.offset_s(k) - prior.offset_s) / prior.sigma_s.max(1e-6);
             total.log_likelihood[k] -= 0.5 * x * x;
         }
     }
@@ -314,8 +318,10 @@ impl OffsetLikelihood {
     ///
     /// `score` is called with offsets about every candidate and answers one positive score for each
     /// independent part of the data (a sub-aperture, a target): the larger, the sharper; the
-    /// brightest pixel over the median one is good. An empty answer leaves that offset out. At most
-    /// `most` images are scored, `step_s` apart or more.
+    /// brightest pixel over the median one is good. An empty answer leaves that offset out. Images are
+    /// scored `step_s` apart (a third of the width of the peak in sharpness, or less), at most
+    /// `most` of them: enough for two standard deviations to each side of every candidate, or the
+    /// offset is [vague](AlignError::Vague).
     ///
     /// # Errors
     /// As [`Self::decide`] after sharpness has spoken, [`AlignError::Contradiction`] if it disagrees
@@ -332,7 +338,9 @@ impl OffsetLikelihood {
         let mut judged: Vec<(Candidate, Option<SharpnessCue>)> = Vec::new();
         for candidate in &self.candidates[..tried] {
             let mut scored = Scored { scores: Vec::new() };
-            for t in offsets_about(candidate.offset_s, candidate.sigma_s, step_s, each) {
+            let offsets = offsets_about(candidate.offset_s, candidate.sigma_s, step_s, each)
+                .ok_or_else(|| Self::vague(candidate))?;
+            for t in offsets {
                 let scores = score(t)?;
                 if !scores.is_empty() {
                     scored.scores.push((t, scores));
@@ -386,11 +394,15 @@ impl OffsetLikelihood {
         if best.sigma_s <= times * self.options.max_sigma_s {
             return Ok(());
         }
-        Err(AlignError::Vague {
+        Err(Self::vague(best))
+    }
+
+    fn vague(best: &Candidate) -> AlignError {
+        AlignError::Vague {
             best_s: best.offset_s,
             from_s: best.offset_s - 3.0 * best.sigma_s,
             to_s: best.offset_s + 3.0 * best.sigma_s,
-        })
+        }
     }
 
     fn check_second(&self, ranked: &[Candidate]) -> Result<(), AlignError> {

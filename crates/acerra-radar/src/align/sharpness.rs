@@ -93,12 +93,19 @@ fn peak(curve: &[(f64, f64)]) -> Option<(f64, f64)> {
     Some((offset_s, width_s))
 }
 
-/// Offsets at which one stretch is scored: four standard deviations to each side, no closer than
-/// `step_s`, at most `most`.
-pub(super) fn offsets_about(centre_s: f64, sigma_s: f64, step_s: f64, most: usize) -> Vec<f64> {
-    let reach_s = (4.0 * sigma_s).max(4.0 * step_s);
-    let half = ((reach_s / step_s).ceil() as usize).min(most.max(9) / 2);
-    (0..=2 * half)
-        .map(|k| centre_s + (k as f64 / half as f64 - 1.0) * reach_s)
-        .collect()
+/// Offsets at which one stretch is scored: `step_s` apart, up to four standard deviations to each
+/// side, as far as `most` allow; none if that is less than two.
+pub(super) fn offsets_about(
+    centre_s: f64,
+    sigma_s: f64,
+    step_s: f64,
+    most: usize,
+) -> Option<Vec<f64>> {
+    let needed = |sigmas: f64| (sigmas * sigma_s / step_s).ceil().max(4.0);
+    let half = needed(4.0).min((most / 2) as f64);
+    (half >= needed(2.0)).then(|| {
+        (0..=2 * half as usize)
+            .map(|k| centre_s + (k as f64 - half) * step_s)
+            .collect()
+    })
 }
