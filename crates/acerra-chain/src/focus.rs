@@ -9,9 +9,9 @@ use anyhow::Context;
 use super::align::Aligned;
 use super::ground::Ground;
 use super::progress::Progress;
-use super::space::available_memory_bytes;
 use super::stacks::{Multilook, Projections, make_looks, make_volume};
 use crate::campaign::{Campaign, Sum, Weight};
+use crate::memory::available_memory_bytes;
 use crate::staging::Staging;
 
 /// The focused image and how it was made.

@@ -69,7 +69,7 @@ pub fn run(
     progress: &dyn Progress,
 ) -> anyhow::Result<Outcome> {
     // Pixels that cannot be held are refused before anything is read.
-    check_space(campaign, staging.folder())?;
+    check_space(campaign, &staging.folder())?;
     let each = campaign.each_track();
     let mut warnings = Warnings::default();
     let (inputs, radars) = stages.run("read", || {

@@ -6,8 +6,15 @@ use anyhow::ensure;
 
 use super::ground::{grid_of, volume_of};
 use crate::campaign::Campaign;
+use crate::memory::available_memory_bytes;
 
 const VALUE: u128 = size_of::<acerra_imaging::Complex32>() as u128;
+
+/// The level of a pixel while an image is measured and drawn.
+const LEVEL: u128 = size_of::<f32>() as u128;
+
+/// Bytes that tables, traces, pictures and threads take beside the pixels of an ordinary run.
+const BESIDE_PIXELS: u128 = 64 << 20;
 
 /// Bytes of memory and of disk that a campaign's pixels ask for, beside tables and traces.
 ///
@@ -16,7 +23,7 @@ const VALUE: u128 = size_of::<acerra_imaging::Complex32>() as u128;
 pub fn needed_bytes(campaign: &Campaign) -> anyhow::Result<(u128, u128)> {
     let grid = grid_of(campaign)?;
     let plane = grid.len() as u128;
-    let (mut memory, mut disk) = (plane * VALUE, plane * VALUE);
+    let (mut memory, mut disk) = (plane * (VALUE + LEVEL), plane * VALUE);
     if campaign.image.terrain.is_some() {
         memory += plane * 4;
         disk += plane * 8;
@@ -48,8 +55,9 @@ pub fn check_space(campaign: &Campaign, output: &Path) -> anyhow::Result<()> {
     let (memory, disk) = needed_bytes(campaign)?;
     if let Some(available) = available_memory_bytes() {
         ensure!(
-            memory <= u128::from(available),
-            "[image] needs {memory} bytes of memory, {available} bytes are available"
+            memory + BESIDE_PIXELS <= u128::from(available),
+            "[image] needs {memory} bytes of memory and about {BESIDE_PIXELS} for all else, \
+             {available} bytes are available"
         );
     }
     if let Some(free) = free_disk_bytes(output) {
@@ -60,15 +68,6 @@ pub fn check_space(campaign: &Campaign, output: &Path) -> anyhow::Result<()> {
         );
     }
     Ok(())
-}
-
-/// Memory that can be had without swapping, where the system tells.
-#[must_use]
-pub fn available_memory_bytes() -> Option<u64> {
-    let text = std::fs::read_to_string("/proc/meminfo").ok()?;
-    let line = text.lines().find_map(|l| l.strip_prefix("MemAvailable:"))?;
-    let kibibytes: u64 = line.split_whitespace().next()?.parse().ok()?;
-    Some(kibibytes * 1024)
 }
 
 /// Bytes free at `path`, where the system tells.

@@ -3,6 +3,7 @@
 mod cuts;
 pub mod deliver;
 pub mod image_npz;
+pub mod names;
 pub mod pictures;
 pub mod report;
 mod report_data;

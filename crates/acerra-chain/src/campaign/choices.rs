@@ -1,11 +1,12 @@
 //! The keys of a campaign file that take a word, a number, a list or a table.
 
+use schemars::JsonSchema;
 use serde::de::{Deserializer, Error};
 use serde::{Deserialize, Serialize};
 use toml::Value;
 
 /// `[radar] select`: the traces that enter background and image.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, JsonSchema, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Select {
     /// Every trace that has a position.
@@ -40,7 +41,7 @@ impl<'de> Deserialize<'de> for Select {
 }
 
 /// `[trajectory] time_offset_s`: trajectory time minus radar time.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, JsonSchema, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum TimeOffset {
     /// Found from the data.
@@ -68,7 +69,7 @@ impl<'de> Deserialize<'de> for TimeOffset {
 }
 
 /// `[image] z_m`: the height of the image.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, JsonSchema, Serialize)]
 #[serde(untagged)]
 pub enum Heights {
     /// A horizontal plane at this height (m).
@@ -96,7 +97,7 @@ impl<'de> Deserialize<'de> for Heights {
 }
 
 /// `[preprocess] zero_timing`: how the fast time at which range is zero is found.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, JsonSchema, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ZeroTiming {
     /// The paper's: the surface echo of the first trace is put at 2h/c.
@@ -131,7 +132,7 @@ impl<'de> Deserialize<'de> for ZeroTiming {
 }
 
 /// `[preprocess] background`: what is subtracted from every trace.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, JsonSchema, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Background {
     /// The mean of the selected traces (the paper's).
@@ -184,7 +185,7 @@ impl<'de> Deserialize<'de> for Background {
 }
 
 /// `[preprocess] gate_ns`: the part of each trace that is kept, about 2h/c.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, JsonSchema, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Gate {
     /// The whole trace.
