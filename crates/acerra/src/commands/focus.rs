@@ -1,21 +1,29 @@
 //! `acerra focus`: the whole chain, from raw logs to products.
 
-use std::io::{IsTerminal, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
+use std::sync::Arc;
 
 use anyhow::Context;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
+use acerra_chain::Outcome;
 use acerra_chain::campaign::Campaign;
 use acerra_chain::stages::Stages;
 use acerra_chain::staging::Staging;
-use acerra_chain::{Outcome, Progress};
 use acerra_products::deliver::deliver;
+use acerra_products::names::{PRODUCTS, of_older_run};
 use acerra_products::run_json;
+
+use crate::progress::Bar;
+use crate::terminal::{self, Verbosity, verbosity};
 
 /// Focus a campaign: from raw logs to an image, its measurements and a report.
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  acerra focus flight.toml
+  acerra focus flight.toml -o products --explain
+  acerra focus flight.toml --json | jq .warnings
+  acerra init flight.mrm rover.ubx base.ubx -o flight.toml    (writes a campaign)")]
 pub struct Args {
     /// The campaign file (TOML).
     #[arg(value_name = "CAMPAIGN.toml")]
@@ -44,8 +52,13 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
     let outcome = focus_file(&args.campaign, &directory, &mut stages)?;
     if args.json {
         writeln!(out, "{}", run_json::run(&outcome, stages.done()))?;
-    } else {
+    } else if verbosity() > Verbosity::Quiet {
         summarise(&outcome, &stages, &directory, args.explain, out)?;
+    } else {
+        outcome
+            .warnings
+            .iter()
+            .for_each(|text| terminal::warn(text));
     }
     Ok(())
 }
@@ -60,11 +73,41 @@ pub fn focus_file(file: &Path, directory: &Path, stages: &mut Stages) -> anyhow:
     let folder = file.parent().unwrap_or_else(|| Path::new(""));
     let name = name_of_campaign(file);
     let campaign = campaign.resolved_in(folder);
-    let bar = Bar::default();
-    let staging = Staging::new(directory)?;
-    let outcome = acerra_chain::run(&name, &campaign, Some(file), &staging, stages, &bar)?;
+    let bar = Arc::new(Bar::default());
+    stages.listen({
+        let bar = Arc::clone(&bar);
+        move |event| bar.stage(event)
+    });
+    inputs_are_kept(&campaign, file, directory)?;
+    let mut staging = Staging::new(directory)?;
+    staging.supersede(of_older_run(directory));
+    let outcome = acerra_chain::run(&name, &campaign, Some(file), &staging, stages, &*bar)?;
     deliver(&outcome, staging, stages)?;
     Ok(outcome)
+}
+
+/// Refuses a directory in which a product would take the place of an input.
+fn inputs_are_kept(campaign: &Campaign, file: &Path, directory: &Path) -> anyhow::Result<()> {
+    let each = campaign.each_track();
+    let logs = each.iter().flat_map(|one| {
+        let radar = one.radar.file.as_path();
+        std::iter::once(radar).chain(one.position_files())
+    });
+    let inputs: Vec<PathBuf> = logs
+        .chain(campaign.image.terrain.as_deref())
+        .chain([file])
+        .filter_map(|path| path.canonicalize().ok())
+        .collect();
+    for name in PRODUCTS {
+        let place = directory.join(name);
+        let clash = place.canonicalize().is_ok_and(|p| inputs.contains(&p));
+        anyhow::ensure!(
+            !clash,
+            "{}: is an input and would be overwritten; name another directory with -o",
+            place.display()
+        );
+    }
+    Ok(())
 }
 
 /// What a campaign is called: as its file, or as the folder of one that is called `campaign`.
@@ -191,45 +234,4 @@ fn write_targets(outcome: &Outcome, out: &mut dyn Write) -> anyhow::Result<()> {
         )?;
     }
     Ok(())
-}
-
-/// Progress on stderr, when it is a terminal.
-#[derive(Debug, Default)]
-pub struct Bar {
-    shown: Mutex<Option<ProgressBar>>,
-}
-
-impl Progress for Bar {
-    fn start(&self, name: &str, total: u64) {
-        if !std::io::stderr().is_terminal() {
-            return;
-        }
-        let bar = ProgressBar::with_draw_target(Some(total), ProgressDrawTarget::stderr());
-        let style = ProgressStyle::with_template(
-            "{msg:10} {wide_bar} {percent:>3} %  {per_sec}  {eta} left",
-        );
-        if let Ok(style) = style {
-            bar.set_style(style);
-        }
-        bar.set_message(name.to_owned());
-        if let Ok(mut shown) = self.shown.lock() {
-            *shown = Some(bar);
-        }
-    }
-
-    fn at(&self, done: u64) {
-        if let Ok(shown) = self.shown.lock()
-            && let Some(bar) = shown.as_ref()
-        {
-            bar.set_position(done);
-        }
-    }
-
-    fn finish(&self) {
-        if let Ok(mut shown) = self.shown.lock()
-            && let Some(bar) = shown.take()
-        {
-            bar.finish_and_clear();
-        }
-    }
 }

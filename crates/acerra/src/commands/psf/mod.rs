@@ -17,6 +17,10 @@ use super::values::{band_ghz, number, point_m, positive};
 
 /// Show how a flight images a point (Eqs. 4 and 5): resolution, sidelobes and ghost.
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  acerra psf --height 10 --offset 2
+  acerra psf --height 10 --offset 2 --track cosine:0.15:24 -o psf
+  acerra psf --trajectory flight.pos --target 4,0,0 --json")]
 #[command(group(ArgGroup::new("flight").required(true).args(["height", "trajectory"])))]
 #[command(group(ArgGroup::new("what").required(true).args(["offset", "target", "targets"])))]
 pub struct Args {
@@ -101,7 +105,7 @@ fn shape(text: &str) -> Result<TrackShape, String> {
 pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
     let scene = scene::Scene::of(args)?;
     for note in &scene.notes {
-        super::warn(note);
+        crate::terminal::note(note);
     }
     if args.targets.is_some() {
         if args.blur.asked() {
@@ -116,7 +120,7 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
     }
     let found = Analysis::of(&scene.spread, scene.target_m[0], scene.grid.z_m)?;
     if found.expected_m.is_none() {
-        super::warn(&format!(
+        crate::terminal::note(&format!(
             "the image plane lies too far below the target to show it (Eq. 14): what follows \
              describes the residue at ({:.3}, {:.3}) m",
             found.peak_m[0], found.peak_m[1]

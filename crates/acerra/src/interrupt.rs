@@ -1,0 +1,59 @@
+//! Ending in order on SIGINT, SIGTERM and SIGHUP.
+//!
+//! The process says which signal it got, removes what it has written aside, and exits with 128 plus
+//! the number of the signal, as shells count it: 130, 143 and 129. Products of older runs stay as
+//! they are; a publication that has begun is completed first.
+
+use std::io;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+static REQUESTED: AtomicBool = AtomicBool::new(false);
+
+/// Set once the process is asked to end: for libraries that look at such a flag now and then.
+#[must_use]
+pub fn cancel_flag() -> &'static AtomicBool {
+    &REQUESTED
+}
+
+/// Ends the process on the first of the signals from now on. On other systems than Unix their own
+/// way to end holds.
+///
+/// # Errors
+/// The system refuses handlers or threads.
+pub fn end_on_signals() -> io::Result<()> {
+    #[cfg(unix)]
+    {
+        use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+        let mut signals = signal_hook::iterator::Signals::new([SIGINT, SIGTERM, SIGHUP])?;
+        std::thread::Builder::new()
+            .name("signals".to_owned())
+            .spawn(move || {
+                if let Some(signal) = signals.forever().next() {
+                    end(signal);
+                }
+            })?;
+    }
+    Ok(())
+}
+
+/// Waits for the end where the process was asked to end: what fails from then on is not worth a
+/// message.
+pub fn wait_if_ending() {
+    while REQUESTED.load(Ordering::SeqCst) {
+        std::thread::park();
+    }
+}
+
+#[cfg(unix)]
+fn end(signal: i32) -> ! {
+    use std::io::Write;
+    REQUESTED.store(true, Ordering::SeqCst);
+    acerra_chain::staging::discard_unfinished();
+    let name = signal_hook::low_level::signal_name(signal).unwrap_or("a signal");
+    // Nothing is left to tell if stderr is closed, as after a hang-up.
+    let _ = writeln!(
+        io::stderr(),
+        "acerra: interrupted by {name}; unfinished products were removed"
+    );
+    std::process::exit(128 + signal)
+}
