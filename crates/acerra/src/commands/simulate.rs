@@ -47,7 +47,8 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
     if let Some(seed) = args.seed {
         scene.seed = seed;
     }
-    let staging = Staging::new(output)?;
+    let mut staging = Staging::new(output)?;
+    staging.supersede(older_logs(output, &scene));
     let simulated = write_campaign(&scene, &staging).with_context(at)?;
     staging.publish()?;
     if verbosity() == Verbosity::Quiet {
@@ -62,4 +63,35 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
         output.join("campaign.toml").display()
     )?;
     Ok(())
+}
+
+/// The logs of an older simulation in a directory, which tells by its truth: the newer scene may
+/// have other instruments. What the newer scene itself reads stays.
+fn older_logs(directory: &Path, scene: &Scene) -> Vec<String> {
+    if !directory.join("truth.json").is_file() {
+        return Vec::new();
+    }
+    let logs = [
+        "rover.obs",
+        "base.obs",
+        "rover.ubx",
+        "base.ubx",
+        "broadcast.nav",
+        "trajectory.csv",
+    ];
+    let given = scene.trajectory.as_ref().map(|t| &t.file);
+    let navigation = scene.gnss.as_ref().and_then(|g| g.navigation.as_ref());
+    let inputs: Vec<PathBuf> = [given, navigation]
+        .into_iter()
+        .flatten()
+        .filter_map(|path| path.canonicalize().ok())
+        .collect();
+    let is_input = |name: &str| {
+        let place = directory.join(name).canonicalize();
+        place.is_ok_and(|place| inputs.contains(&place))
+    };
+    logs.into_iter()
+        .filter(|name| !is_input(name))
+        .map(str::to_owned)
+        .collect()
 }

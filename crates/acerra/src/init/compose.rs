@@ -33,14 +33,14 @@ pub fn compose(logs: &Logs, folder: &Path) -> anyhow::Result<String> {
     let mut campaign = Campaign {
         folder,
         filled: vec![
-            Filled::new("radar.file", quoted(&named_in(folder, &radar.path)))
+            Filled::new("radar.file", quoted(&named_in(folder, &radar.path)?))
                 .because(&radar.summary),
         ],
     };
     let pair = pair(logs)?;
     match (logs.trajectory.as_slice(), pair) {
         ([(path, trajectory)], pair) => {
-            campaign.with_trajectory(radar, path, trajectory);
+            campaign.with_trajectory(radar, path, trajectory)?;
             if let Some(pair) = pair {
                 campaign.filled.push(Filled::remark(
                     "gnss.rover",
@@ -76,9 +76,14 @@ struct Campaign<'a> {
 }
 
 impl Campaign<'_> {
-    fn with_trajectory(&mut self, radar: &RadarInput, path: &Path, trajectory: &Trajectory) {
+    fn with_trajectory(
+        &mut self,
+        radar: &RadarInput,
+        path: &Path,
+        trajectory: &Trajectory,
+    ) -> anyhow::Result<()> {
         let (start_s, end_s) = (trajectory.start_s(), trajectory.end_s());
-        let name = quoted(&named_in(self.folder, path));
+        let name = quoted(&named_in(self.folder, path)?);
         self.filled
             .push(Filled::new("trajectory.file", name).because(format!(
                 "{} positions from {start_s:.1} to {end_s:.1} s, {:.1} m of path",
@@ -108,6 +113,7 @@ impl Campaign<'_> {
         }
         let (low, high) = trajectory.bounds_m();
         self.extent([low, high]);
+        Ok(())
     }
 
     fn with_receivers(&mut self, logs: &Logs, pair: &Pair<'_>) -> anyhow::Result<()> {
@@ -119,14 +125,14 @@ impl Campaign<'_> {
         let [rover, base] = [&pair.rover, &pair.base];
         let overlap_s = rover.overlap_s(base);
         self.filled.push(
-            Filled::new("gnss.rover", quoted(&named_in(self.folder, rover.path)))
+            Filled::new("gnss.rover", quoted(&named_in(self.folder, rover.path)?))
                 .because(format!(
                     "{} epochs from {} to {}",
                     rover.epochs, rover.span[0], rover.span[1]
                 ))
                 .because(format!("the rover: {}", pair.reason)),
         );
-        let mut base_key = Filled::new("gnss.base", quoted(&named_in(self.folder, base.path)))
+        let mut base_key = Filled::new("gnss.base", quoted(&named_in(self.folder, base.path)?))
             .because(format!(
                 "{} epochs from {} to {}, {overlap_s:.0} s of them the rover's",
                 base.epochs, base.span[0], base.span[1]
@@ -139,8 +145,8 @@ impl Campaign<'_> {
             let files: Vec<String> = logs
                 .navigation_files
                 .iter()
-                .map(|path| quoted(&named_in(self.folder, path)))
-                .collect();
+                .map(|path| Ok(quoted(&named_in(self.folder, path)?)))
+                .collect::<anyhow::Result<_>>()?;
             self.filled.push(Filled::new(
                 "gnss.navigation",
                 format!("[{}]", files.join(", ")),
