@@ -44,7 +44,8 @@ impl fmt::Debug for Stages {
 }
 
 impl Stages {
-    /// Runs one stage and records it, whether it succeeds or not.
+    /// Runs one stage inside a `tracing` span and records it, whether it succeeds or not. A stage
+    /// that is entered again is recorded once: its seconds add up, the larger peak counts.
     ///
     /// # Errors
     /// Those of the stage itself.
@@ -53,6 +54,7 @@ impl Stages {
         name: &'static str,
         stage: impl FnOnce() -> Result<T, E>,
     ) -> Result<T, E> {
+        let _span = tracing::info_span!("stage", name).entered();
         self.tell(StageEvent::Started(name));
         memory::start_peak();
         let start = Instant::now();
@@ -63,7 +65,7 @@ impl Stages {
             peak_memory_bytes: memory::peak_bytes(),
         };
         self.tell(StageEvent::Finished(&stage));
-        self.done.push(stage);
+        self.record(stage);
         outcome
     }
 
@@ -75,6 +77,16 @@ impl Stages {
     fn tell(&self, event: StageEvent<'_>) {
         if let Some(listener) = &self.listener {
             listener(event);
+        }
+    }
+
+    fn record(&mut self, stage: Stage) {
+        match self.done.iter_mut().find(|done| done.name == stage.name) {
+            Some(done) => {
+                done.seconds += stage.seconds;
+                done.peak_memory_bytes = done.peak_memory_bytes.max(stage.peak_memory_bytes);
+            }
+            None => self.done.push(stage),
         }
     }
 

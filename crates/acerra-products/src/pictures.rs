@@ -4,8 +4,8 @@ use acerra_imaging::Complex32;
 use acerra_imaging::metrics::Target;
 use acerra_radar::{Radargram, Samples};
 
+use crate::outcome::Outcome;
 use crate::report::Picture;
-use acerra_chain::Outcome;
 use acerra_chain::clean::CleanedTraces;
 use acerra_figure::{
     FastTimeCurve, FigureError, GhostMark, ImageDb, PixelValues, Radargram as RadargramFigure,
@@ -17,22 +17,16 @@ use acerra_figure::{
 /// # Errors
 /// A picture too large to hold.
 pub fn image(outcome: &Outcome) -> Result<Vec<u8>, FigureError> {
-    let grid = &outcome.focused.ground.grid;
+    let grid = &outcome.focused.pixels.grid;
     let mut track: Vec<[f64; 2]> = Vec::new();
-    let whole: Vec<_> = std::iter::once(0..outcome.aligned.position_m.len()).collect();
-    let parts = if outcome.parts.is_empty() {
-        &whole[..]
-    } else {
-        &outcome.parts
-    };
-    for part in parts {
-        let places = &outcome.aligned.position_m[part.clone()];
+    for flown in &outcome.prepared.tracks {
+        let places = &outcome.prepared.aligned.position_m[flown.range.clone()];
         track.extend(places.iter().map(|p| [p[0], p[1]]));
         track.push([f64::NAN; 2]);
     }
     let pixels: &[Complex32] = &outcome.focused.image;
     let mut figure = ImageDb::new(
-        format!("Focused image {}", outcome.focused.ground.describe()),
+        format!("Focused image {}", outcome.focused.pixels.describe()),
         PixelValues::Complex(pixels),
         grid.nx,
         grid.ny,
@@ -57,7 +51,7 @@ pub fn image(outcome: &Outcome) -> Result<Vec<u8>, FigureError> {
 /// # Errors
 /// A picture too large to hold.
 pub fn of_stacks(outcome: &Outcome) -> Result<Vec<(String, Picture)>, FigureError> {
-    let grid = &outcome.focused.ground.grid;
+    let grid = &outcome.focused.pixels.grid;
     let mut made = Vec::new();
     if let Some(multilook) = &outcome.focused.multilook {
         let amplitude: Vec<f32> = multilook.power.iter().map(|p| p.sqrt()).collect();
@@ -205,10 +199,16 @@ fn draw(
         radargram.fast_time_start_s * 1e9,
         radargram.fast_time_step_s * 1e9,
     );
-    figure.first_trace = outcome.aligned.traces.first().copied().unwrap_or(0);
-    figure.unit = outcome.radar.unit.to_owned();
+    figure.first_trace = outcome
+        .prepared
+        .aligned
+        .traces
+        .first()
+        .copied()
+        .unwrap_or(0);
+    figure.unit = outcome.prepared.first().radar.unit.to_owned();
     figure.colours = RadargramColours::Decibel { floor_db };
-    figure.time_s = &outcome.aligned.time_s;
+    figure.time_s = &outcome.prepared.aligned.time_s;
     figure.curves = curves;
     figure.draw()?.to_png()
 }
@@ -216,6 +216,7 @@ fn draw(
 fn surface_and_gate(outcome: &Outcome, traces: &CleanedTraces) -> Vec<FastTimeCurve> {
     let c = outcome.campaign.image.light_speed_m_s;
     let surface_ns: Vec<f64> = outcome
+        .prepared
         .aligned
         .height_m
         .iter()

@@ -5,11 +5,11 @@ use acerra_imaging::psf::{Cell, PointSpread};
 use acerra_imaging::resolution::displacement_m;
 
 use super::cuts::{cuts, spread_of};
+use crate::outcome::Outcome;
 use crate::report::{
     AlignmentEvidence, Fact, GhostRow, Picture, ReportData, SurfaceEvidence, TargetRow,
     TrajectoryEvidence, Widths,
 };
-use acerra_chain::Outcome;
 use acerra_chain::stages::Stage;
 
 /// Gathers the report's data.
@@ -20,7 +20,7 @@ pub fn collect(
     raw_png: Vec<u8>,
     clean_png: Vec<u8>,
 ) -> ReportData {
-    let ground = &outcome.focused.ground;
+    let ground = &outcome.focused.pixels;
     let grid = &ground.grid;
     let image = Picture {
         png: image_png,
@@ -76,14 +76,14 @@ pub fn collect(
 fn summary(outcome: &Outcome) -> String {
     format!(
         "{}; {} of {} traces imaged.",
-        outcome.radar.summary,
-        outcome.aligned.traces.len(),
-        outcome.traces_in_log
+        outcome.radar_summary(),
+        outcome.prepared.aligned.traces.len(),
+        outcome.prepared.traces_in_log()
     )
 }
 
 fn facts(outcome: &Outcome) -> Vec<Fact> {
-    let aligned = &outcome.aligned;
+    let aligned = &outcome.prepared.aligned;
     let path_m: f64 = aligned.path_m.iter().sum();
     let height_m = &aligned.height_m;
     #[expect(clippy::cast_precision_loss, reason = "a count of traces")]
@@ -98,7 +98,7 @@ fn facts(outcome: &Outcome) -> Vec<Fact> {
         Fact::new("Path", format!("{path_m:.2} m")),
         Fact::new("Mean height", format!("{mean_height_m:.2} m")).note(
             match (
-                &outcome.focused.ground.surface,
+                &outcome.focused.pixels.surface,
                 &outcome.focused.projections,
             ) {
                 (_, Some(_)) => "above the ground",
@@ -201,25 +201,25 @@ fn row(target: &Target) -> TargetRow {
 }
 
 fn trajectory(outcome: &Outcome) -> TrajectoryEvidence {
-    let aligned = &outcome.aligned;
-    let clock = |t: &f64| t + aligned.time_offset_s;
+    let aligned = &outcome.prepared.aligned;
+    let clock = |t: &f64| t + outcome.prepared.first().time_offset_s;
     // Lines break between tracks: the first place of a later one is left out of the drawing.
     let mut position_m = aligned.position_m.clone();
-    for part in outcome.parts.iter().skip(1) {
-        position_m[part.start] = [f64::NAN; 3];
+    for track in outcome.prepared.tracks.iter().skip(1) {
+        position_m[track.range.start] = [f64::NAN; 3];
     }
     TrajectoryEvidence {
         time_s: aligned.time_s.iter().map(clock).collect(),
         position_m,
         sigma_m: aligned.sigma_m.clone(),
         status: aligned.status.clone(),
-        plane_z_m: outcome.focused.ground.middle_m(),
+        plane_z_m: outcome.focused.pixels.middle_m(),
         used_s: None,
     }
 }
 
 fn alignment(outcome: &Outcome) -> Option<AlignmentEvidence> {
-    let search = outcome.aligned.search.as_ref()?;
+    let search = outcome.prepared.first().search.as_ref()?;
     Some(AlignmentEvidence {
         offset_s: search
             .motion
@@ -249,7 +249,7 @@ fn alignment(outcome: &Outcome) -> Option<AlignmentEvidence> {
 }
 
 fn surface(outcome: &Outcome) -> Option<SurfaceEvidence> {
-    let traces = outcome.cleaned.traces.as_ref()?;
+    let traces = outcome.prepared.cleaned()?;
     let surface = traces.surface.as_ref()?;
     let half_c = 0.5 * outcome.campaign.image.light_speed_m_s;
     let residual = match (surface.median_residual_s, surface.spread_s) {
@@ -263,13 +263,13 @@ fn surface(outcome: &Outcome) -> Option<SurfaceEvidence> {
         _ => "The echo was not found in enough traces to compare it with the height.".to_owned(),
     };
     Some(SurfaceEvidence {
-        time_s: outcome.aligned.time_s.clone(),
+        time_s: outcome.prepared.aligned.time_s.clone(),
         picked_range_m: surface
             .fast_time_s
             .iter()
             .map(|t| t.map_or(f64::NAN, |t| t * half_c))
             .collect(),
-        height_m: outcome.aligned.height_m.clone(),
+        height_m: outcome.prepared.aligned.height_m.clone(),
         shift_ns: traces.shift_s * 1e9,
         remark: residual,
     })
@@ -279,11 +279,11 @@ fn choices(outcome: &Outcome) -> Vec<Fact> {
     let mut choices = vec![
         Fact::new(
             "Time offset",
-            format!("{:.4} s", outcome.aligned.time_offset_s),
+            format!("{:.4} s", outcome.prepared.first().time_offset_s),
         )
         .note("trajectory time minus radar time"),
     ];
-    if let Some(traces) = &outcome.cleaned.traces {
+    if let Some(traces) = outcome.prepared.cleaned() {
         choices.push(
             Fact::new(
                 "Shift of fast time",
@@ -292,7 +292,7 @@ fn choices(outcome: &Outcome) -> Vec<Fact> {
             .note("by delay and zero-timing together"),
         );
     }
-    for track in &outcome.tracks {
+    for track in outcome.listed_tracks() {
         let k = &track.calibration;
         let given = format!(
             "{:+.3} ns and {:+.1}° given",
@@ -307,11 +307,11 @@ fn choices(outcome: &Outcome) -> Vec<Fact> {
             None => given,
         };
         let value = k.found.map_or_else(
-            || format!("{} traces", track.aligned.traces.len()),
+            || format!("{} traces", track.range.len()),
             |f| {
                 format!(
                     "{} traces, {:+.4} ± {:.4} ns, {:+.1} ± {:.1}°",
-                    track.aligned.traces.len(),
+                    track.range.len(),
                     f.delay_ns,
                     f.delay_sigma_ns,
                     f.phase_deg,

@@ -48,7 +48,7 @@ pub fn wait_if_ending() {
 fn end(signal: i32) -> ! {
     use std::io::Write;
     REQUESTED.store(true, Ordering::SeqCst);
-    acerra_chain::staging::discard_unfinished();
+    acerra_products::staging::discard_unfinished();
     let name = signal_hook::low_level::signal_name(signal).unwrap_or("a signal");
     // Nothing is left to tell if stderr is closed, as after a hang-up.
     let _ = writeln!(

@@ -1,11 +1,11 @@
 //! Progress of a run on the terminal: the stage, and how far its long steps have come.
 
 use std::fmt::Write as _;
-use std::sync::Mutex;
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use acerra_chain::Progress;
-use acerra_chain::stages::{Stage, StageEvent};
+use acerra_chain::stages::{Stage, StageEvent, Stages};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 
 use crate::terminal;
@@ -26,6 +26,15 @@ struct Shown {
 }
 
 impl Bar {
+    /// A bar that is told of every stage from now on.
+    #[must_use]
+    pub fn following(stages: &mut Stages) -> Arc<Self> {
+        let bar = Arc::new(Self::default());
+        let told = Arc::clone(&bar);
+        stages.listen(move |event| told.stage(event));
+        bar
+    }
+
     /// Takes note of a stage that begins or ends.
     pub fn stage(&self, event: StageEvent<'_>) {
         match event {

@@ -6,9 +6,11 @@ use acerra_imaging::IncidenceWeight;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::choices::{
+    Background, CalibrationSource, Gate, Heights, LookTaper, Select, Sum, TimeOffset, Unfixed,
+    Weight, ZeroTiming,
+};
 use crate::path_text;
-
-use super::choices::{Background, Gate, Heights, Select, TimeOffset, ZeroTiming};
 
 /// `[radar]`: the log, and which of its traces are used.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema, Serialize)]
@@ -85,39 +87,6 @@ impl Default for TracksSection {
     }
 }
 
-/// `[tracks] sum`: what of several tracks is summed.
-#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Sum {
-    /// Amplitudes: one image with the aperture of all.
-    #[default]
-    Coherent,
-    /// Powers of each track's own image.
-    Incoherent,
-}
-
-/// `[tracks] calibration`: where delay and phase of each track come from.
-#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum CalibrationSource {
-    /// The campaign file alone.
-    #[default]
-    Given,
-    /// A target that all tracks see, beside what the campaign file gives.
-    Target,
-}
-
-/// `[image] look_window`: the taper of each look.
-#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum LookTaper {
-    /// None.
-    #[default]
-    None,
-    /// Hann, over the look's path.
-    Hann,
-}
-
 /// `[trajectory]`: where the radar was, and how its clock relates to that of the positions.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema, Serialize)]
 #[serde(deny_unknown_fields, default)]
@@ -139,17 +108,6 @@ pub struct TrajectorySection {
     pub max_gap_s: Option<f64>,
     /// Traces at unfixed positions: kept (with a warning) or dropped.
     pub unfixed: Unfixed,
-}
-
-/// `[trajectory] unfixed`: what becomes of traces whose position has no fixed solution.
-#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Unfixed {
-    /// They enter the image, and a warning counts them.
-    #[default]
-    Keep,
-    /// They are left out, and a warning counts them.
-    Drop,
 }
 
 /// `[gnss]`: positions are computed from raw GNSS logs by carrier-phase differential positioning.
@@ -323,17 +281,6 @@ impl ImageSection {
             Some(Heights::Plane(z_m) | Heights::Range([z_m, _])) => z_m,
         }
     }
-}
-
-/// `[image] weight`: the weight of each trace in the sum of Eq. (3).
-#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Weight {
-    /// One for every trace: the paper's sum.
-    #[default]
-    Trace,
-    /// The path that the trace covers, in metres, so that hovering does not dominate.
-    Path,
 }
 
 /// `[measure]`: what counts as a target.

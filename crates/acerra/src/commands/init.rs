@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use acerra_chain::campaign::Campaign;
-use acerra_chain::staging::StagedFile;
+use acerra_products::staging::StagedFile;
 use anyhow::{Context, ensure};
 
 use crate::init::{Logs, compose};

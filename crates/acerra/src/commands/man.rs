@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::path::PathBuf;
 
-use acerra_chain::staging::Staging;
+use acerra_products::staging::Staging;
 use anyhow::Context;
 use clap::CommandFactory;
 use clap_mangen::Man;

@@ -17,8 +17,8 @@ use clap::ValueEnum;
 
 use acerra_chain::inputs::InputFile;
 use acerra_chain::positioning::{self, Positioning, PositioningInput, PpkAnswer};
-use acerra_chain::staging::StagedFile;
 use acerra_products::report::{PpkReport, ppk_page};
+use acerra_products::staging::StagedFile;
 
 use crate::terminal;
 

@@ -8,7 +8,7 @@ use anyhow::Context;
 use crate::settings_files::SettingsFile;
 use crate::simulated::write_campaign;
 use crate::terminal::{Verbosity, verbosity};
-use acerra_chain::staging::Staging;
+use acerra_products::staging::Staging;
 use acerra_simulate::scene::Scene;
 
 /// Simulate a campaign: radar and GNSS logs of a flight over a scene, and its campaign file.
