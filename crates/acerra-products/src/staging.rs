@@ -45,8 +45,8 @@ impl Staging {
                 .with_context(|| format!("{}: cannot make the directory", parent.display()))?;
             parent
         };
-        let area =
-            Area::new(place).with_context(|| format!("{}: cannot write here", place.display()))?;
+        let area = Area::new(place, &made.0)
+            .with_context(|| format!("{}: cannot write here", place.display()))?;
         Ok(Self {
             area,
             target: target.to_owned(),
@@ -177,10 +177,7 @@ impl MadeFolders {
 
 impl Drop for MadeFolders {
     fn drop(&mut self) {
-        for folder in &self.0 {
-            // Succeeds on an empty directory alone.
-            let _ = fs::remove_dir(folder);
-        }
+        area::remove_empty(&self.0);
     }
 }
 

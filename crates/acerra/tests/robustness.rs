@@ -74,12 +74,7 @@ fn started(campaign: &Path, products: &Path) -> Child {
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
-    let start = Instant::now();
-    while hidden(products).is_empty() {
-        assert!(start.elapsed() < Duration::from_secs(60), "nothing begins");
-        assert!(child.try_wait().unwrap().is_none(), "over before it began");
-        std::thread::sleep(Duration::from_millis(2));
-    }
+    wait_for(&mut child, || !hidden(products).is_empty());
     child
 }
 
@@ -134,6 +129,37 @@ fn signals_end_a_run_in_order_and_leave_older_products() {
         assert_eq!(names(&products), before);
         assert_eq!(fs::read(products.join("run.json")).unwrap(), run);
     }
+}
+
+/// Waits until `is_there` says so, while the child runs.
+fn wait_for(child: &mut Child, is_there: impl Fn() -> bool) {
+    let start = Instant::now();
+    while !is_there() {
+        assert!(start.elapsed() < Duration::from_secs(60), "nothing begins");
+        assert!(child.try_wait().unwrap().is_none(), "over before it began");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+}
+
+#[test]
+fn directories_made_on_the_way_go_with_an_interrupted_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let long = long_campaign(&campaign(folder.path()));
+    let made = folder.path().join("made");
+    let mut child = Command::new(ACERRA)
+        .arg("focus")
+        .arg(&long)
+        .arg("-o")
+        .arg(made.join("deep/products"))
+        .stderr(Stdio::null())
+        .stdout(Stdio::null())
+        .spawn()
+        .unwrap();
+    let deep = made.join("deep");
+    wait_for(&mut child, || deep.is_dir() && !hidden(&deep).is_empty());
+    send("INT", &child);
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    assert!(!made.exists());
 }
 
 #[test]

@@ -32,8 +32,16 @@ static AREAS: Mutex<Areas> = Mutex::new(Areas {
 /// The areas of a process.
 #[derive(Debug)]
 pub(super) struct Areas {
-    unfinished: Vec<PathBuf>,
+    unfinished: Vec<Unfinished>,
     ended: bool,
+}
+
+/// An area in use.
+#[derive(Debug)]
+struct Unfinished {
+    folder: PathBuf,
+    /// Directories made on the way to it, the deepest first.
+    made: Vec<PathBuf>,
 }
 
 impl Areas {
@@ -58,7 +66,7 @@ impl Areas {
 pub fn discard_unfinished() {
     let mut areas = AREAS.lock().unwrap_or_else(PoisonError::into_inner);
     areas.ended = true;
-    for folder in areas.unfinished.drain(..) {
+    for Unfinished { folder, made } in areas.unfinished.drain(..) {
         // Threads still at work find no path to write to under the other name.
         let ended = folder.with_extension("ended");
         let folder = match fs::rename(&folder, &ended) {
@@ -67,6 +75,15 @@ pub fn discard_unfinished() {
         };
         // What cannot be removed is left to the next run.
         let _ = fs::remove_dir_all(folder);
+        remove_empty(&made);
+    }
+}
+
+/// Removes directories that are empty, in the order given.
+pub(super) fn remove_empty(folders: &[PathBuf]) {
+    for folder in folders {
+        // Fails on those that are not.
+        let _ = fs::remove_dir(folder);
     }
 }
 
@@ -79,16 +96,21 @@ pub(super) struct Area {
 }
 
 impl Area {
-    /// Makes an area in `parent` after removing the leftovers of killed processes there.
+    /// Makes an area in `parent` after removing the leftovers of killed processes there. `made` are
+    /// the directories made on the way to it, the deepest first: they go with it when the process is
+    /// interrupted.
     ///
     /// # Errors
     /// `parent` cannot be written, or the process is about to end.
-    pub(super) fn new(parent: &Path) -> io::Result<Self> {
+    pub(super) fn new(parent: &Path, made: &[PathBuf]) -> io::Result<Self> {
         remove_leftovers(parent);
         let mut areas = Areas::hold()?;
         for _ in 0..ATTEMPTS {
             if let Some(area) = Self::attempt(parent)? {
-                areas.unfinished.push(area.folder.clone());
+                areas.unfinished.push(Unfinished {
+                    folder: area.folder.clone(),
+                    made: made.to_owned(),
+                });
                 return Ok(area);
             }
         }
@@ -137,7 +159,7 @@ impl Area {
 impl Drop for Area {
     fn drop(&mut self) {
         let mut areas = AREAS.lock().unwrap_or_else(PoisonError::into_inner);
-        areas.unfinished.retain(|folder| *folder != self.folder);
+        areas.unfinished.retain(|one| one.folder != self.folder);
         // What cannot be removed is left to the next run.
         let _ = fs::remove_dir_all(&self.folder);
     }
@@ -188,7 +210,7 @@ mod tests {
     #[test]
     fn areas_of_the_living_stay_and_those_of_the_dead_go() {
         let parent = tempfile::tempdir().unwrap();
-        let living = Area::new(parent.path()).unwrap();
+        let living = Area::new(parent.path(), &[]).unwrap();
         let dead = parent.path().join(".acerra-dead");
         fs::create_dir_all(dead.join(FILES)).unwrap();
         fs::write(dead.join(LOCK), "").unwrap();
@@ -196,7 +218,7 @@ mod tests {
         let foreign = parent.path().join(".acerra-foreign");
         fs::create_dir(&foreign).unwrap();
         fs::write(foreign.join("notes"), "mine").unwrap();
-        let second = Area::new(parent.path()).unwrap();
+        let second = Area::new(parent.path(), &[]).unwrap();
         assert!(living.files().is_dir() && second.files().is_dir());
         assert!(!dead.exists() && foreign.join("notes").is_file());
         drop((living, second));

@@ -8,9 +8,10 @@ mod targets;
 use std::io::Write;
 use std::path::PathBuf;
 
+use acerra_chain::memory::available_memory_bytes;
 use acerra_imaging::SPEED_OF_LIGHT_M_S;
 use acerra_imaging::psf::{Analysis, TrackShape, psf_image, retrieve};
-use anyhow::bail;
+use anyhow::{bail, ensure};
 use clap::ArgGroup;
 
 use super::values::{band_ghz, number, point_m, positive};
@@ -78,6 +79,22 @@ pub struct Args {
     output: Option<PathBuf>,
 }
 
+/// Bytes that a pixel takes while the image is made and drawn: the value and its level.
+const PIXEL_BYTES: u128 = 12;
+
+/// Refuses an image that memory cannot hold.
+fn fits_memory(scene: &scene::Scene) -> anyhow::Result<()> {
+    let needed = PIXEL_BYTES * scene.grid.len() as u128;
+    if let Some(available) = available_memory_bytes() {
+        ensure!(
+            needed <= u128::from(available),
+            "the image needs {needed} bytes of memory, {available} bytes are available: choose a \
+             larger --pixel-m or a smaller --half-width-m"
+        );
+    }
+    Ok(())
+}
+
 /// A track's shape as the option gives it.
 fn shape(text: &str) -> Result<TrackShape, String> {
     let expected = "expected straight or cosine:AMPLITUDE_M:PERIOD_M, such as cosine:0.15:24";
@@ -104,6 +121,9 @@ fn shape(text: &str) -> Result<TrackShape, String> {
 /// be written.
 pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
     let scene = scene::Scene::of(args)?;
+    if args.output.is_some() || args.targets.is_some() {
+        fits_memory(&scene)?;
+    }
     for note in &scene.notes {
         crate::terminal::note(note);
     }
