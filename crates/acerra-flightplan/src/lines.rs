@@ -164,8 +164,9 @@ impl Lines {
     }
 
     /// Distance at which a waypoint counts as reached (m): as far as the drone may stray anyhow, yet
-    /// no more than a quarter of the shortest leg, so that none is skipped.
-    pub(super) fn acceptance_m(&self, stray_m: f64) -> f64 {
+    /// no more than a quarter of the shortest leg, so that none is skipped, nor than the amplitude of
+    /// the curve, so that its corners are not cut.
+    pub(super) fn acceptance_m(&self, stray_m: f64, curve: Option<&Curve>) -> f64 {
         let legs = self
             .lines
             .iter()
@@ -173,7 +174,11 @@ impl Lines {
         let shortest_m = legs
             .map(|leg| (leg[1][0] - leg[0][0]).hypot(leg[1][1] - leg[0][1]))
             .fold(f64::INFINITY, f64::min);
-        stray_m.min(0.25 * shortest_m).max(LEAST_ACCEPTANCE_M)
+        let amplitude_m = curve.map_or(f64::INFINITY, |curve| curve.amplitude_m);
+        stray_m
+            .min(0.25 * shortest_m)
+            .min(amplitude_m)
+            .max(LEAST_ACCEPTANCE_M)
     }
 
     /// Bends the lines: their corners become the curve's waypoints.
@@ -249,5 +254,16 @@ mod tests {
         assert!((second.start_m - 33.0).abs() < 1e-9 && (second.end_m + 3.0).abs() < 1e-9);
         assert!((first.length_m() - 36.0).abs() < 1e-12);
         assert!((first.waypoints_m[0][1] + 2.0).abs() < 1e-9);
+        assert!((lines.acceptance_m(0.3, None) - 0.3).abs() < 1e-12);
+        assert!((lines.acceptance_m(50.0, None) - 9.0).abs() < 1e-12);
+        assert!((lines.acceptance_m(0.0, None) - LEAST_ACCEPTANCE_M).abs() < 1e-12);
+        let curve = Curve {
+            amplitude_m: 0.2,
+            period_m: 6.0,
+            waypoints_per_period: 2,
+            waypoint_tolerance_m: 0.05,
+            ghost: Vec::new(),
+        };
+        assert!((lines.acceptance_m(0.3, Some(&curve)) - 0.2).abs() < 1e-12);
     }
 }

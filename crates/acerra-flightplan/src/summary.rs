@@ -168,7 +168,7 @@ impl FlightPlan {
             range_m: resolution_m,
             across_m: [across(ends[0])?, across(ends[1])?],
             snr_db: ends.map(snr),
-            waypoint_acceptance_m: lines.acceptance_m(file.drone.stray_m),
+            waypoint_acceptance_m: lines.acceptance_m(file.drone.stray_m, curve.as_ref()),
             curve: curve.clone(),
             // exp(−(4πσ/λ)²) of the power is left of a peak under random ranging errors.
             position_error_for_1_db_m: (0.1 * std::f64::consts::LN_10).sqrt() * LIGHT_SPEED_M_S

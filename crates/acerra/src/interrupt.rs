@@ -46,14 +46,16 @@ pub fn wait_if_ending() {
 
 #[cfg(unix)]
 fn end(signal: i32) -> ! {
-    use std::io::Write;
+    use std::io::{IsTerminal, Write};
     REQUESTED.store(true, Ordering::SeqCst);
     acerra_products::staging::discard_unfinished();
     let name = signal_hook::low_level::signal_name(signal).unwrap_or("a signal");
+    // On a terminal a line of progress may stand before it.
+    let lead = if io::stderr().is_terminal() { "\n" } else { "" };
     // Nothing is left to tell if stderr is closed, as after a hang-up.
     let _ = writeln!(
         io::stderr(),
-        "acerra: interrupted by {name}; unfinished products were removed"
+        "{lead}acerra: interrupted by {name}; unfinished products were removed"
     );
     std::process::exit(128 + signal)
 }
