@@ -108,8 +108,15 @@ impl Staging {
 /// A single file being written for its place. Dropping it without [`StagedFile::publish`] removes
 /// it.
 #[derive(Debug)]
-pub struct StagedFile {
-    staging: Staging,
+pub struct StagedFile(Place);
+
+/// Where a single file goes.
+#[derive(Debug)]
+enum Place {
+    /// A file is written aside.
+    Aside(Staging),
+    /// A device or a pipe takes the bytes as they are, and is not replaced.
+    Stream { path: PathBuf, bytes: Vec<u8> },
 }
 
 impl StagedFile {
@@ -126,6 +133,12 @@ impl StagedFile {
             .file_name()
             .ok_or_else(|| io::Error::new(io::ErrorKind::InvalidInput, "not the name of a file"))
             .with_context(place)?;
+        if fs::metadata(path).is_ok_and(|there| !there.is_file() && !there.is_dir()) {
+            let mut bytes = Vec::new();
+            content(&mut bytes).with_context(place)?;
+            let path = path.to_owned();
+            return Ok(Self(Place::Stream { path, bytes }));
+        }
         let folder = parent_of(path);
         if !folder.is_dir() {
             return Err(io::Error::from(io::ErrorKind::NotFound)).with_context(place);
@@ -136,7 +149,7 @@ impl StagedFile {
         content(&mut buffer)
             .and_then(|()| Ok(buffer.flush()?))
             .with_context(place)?;
-        Ok(Self { staging })
+        Ok(Self(Place::Aside(staging)))
     }
 
     /// Puts the file in its place.
@@ -144,7 +157,14 @@ impl StagedFile {
     /// # Errors
     /// The place cannot be written; what was there is then left as it was.
     pub fn publish(self) -> anyhow::Result<()> {
-        self.staging.publish()
+        match self.0 {
+            Place::Aside(staging) => staging.publish(),
+            Place::Stream { path, bytes } => fs::OpenOptions::new()
+                .write(true)
+                .open(&path)
+                .and_then(|mut stream| stream.write_all(&bytes))
+                .with_context(|| format!("{}: cannot write", path.display())),
+        }
     }
 }
 
@@ -284,6 +304,14 @@ mod tests {
         whole.publish().unwrap();
         assert_eq!(fs::read_to_string(&path).unwrap(), "whole");
         assert_eq!(names(folder.path()), ["flight.pos"]);
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::FileTypeExt;
+            let device = Path::new("/dev/null");
+            let nothing = StagedFile::write(device, |to| Ok(to.write_all(b"text")?)).unwrap();
+            nothing.publish().unwrap();
+            assert!(fs::metadata(device).unwrap().file_type().is_char_device());
+        }
         let absent = folder.path().join("absent/flight.pos");
         assert!(StagedFile::write(&absent, |_| Ok(())).is_err());
     }
