@@ -2,7 +2,8 @@
 //!
 //! The process says which signal it got, removes what it has written aside, and exits with 128 plus
 //! the number of the signal, as shells count it: 130, 143 and 129. Products of older runs stay as
-//! they are; a publication that has begun is completed first.
+//! they are; a publication that has begun is completed first. Signals that the process was started
+//! to ignore, as under `nohup`, stay ignored.
 
 use std::io;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -24,7 +25,11 @@ pub fn end_on_signals() -> io::Result<()> {
     #[cfg(unix)]
     {
         use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
-        let mut signals = signal_hook::iterator::Signals::new([SIGINT, SIGTERM, SIGHUP])?;
+        let ignored = ignored_signals();
+        let heard = [SIGINT, SIGTERM, SIGHUP]
+            .into_iter()
+            .filter(|signal| ignored & (1 << (signal - 1)) == 0);
+        let mut signals = signal_hook::iterator::Signals::new(heard)?;
         std::thread::Builder::new()
             .name("signals".to_owned())
             .spawn(move || {
@@ -42,6 +47,16 @@ pub fn wait_if_ending() {
     while REQUESTED.load(Ordering::SeqCst) {
         std::thread::park();
     }
+}
+
+/// The signals that the process ignores, one bit each from signal 1 on; none where the system does
+/// not tell.
+#[cfg(unix)]
+fn ignored_signals() -> u64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok())
+        .unwrap_or(0)
 }
 
 #[cfg(unix)]

@@ -163,6 +163,26 @@ fn directories_made_on_the_way_go_with_an_interrupted_run() {
 }
 
 #[test]
+#[cfg(target_os = "linux")]
+fn a_hang_up_that_is_to_be_ignored_is_ignored() {
+    let folder = tempfile::tempdir().unwrap();
+    let campaign = campaign(folder.path());
+    let products = folder.path().join("products");
+    fs::create_dir(&products).unwrap();
+    let script = "trap '' HUP; exec \"$1\" focus \"$2\" -o \"$3\"";
+    let mut child = Command::new("sh")
+        .args(["-c", script, "sh", ACERRA])
+        .args([&campaign, &products])
+        .stdout(Stdio::null())
+        .spawn()
+        .unwrap();
+    wait_for(&mut child, || !hidden(&products).is_empty());
+    send("HUP", &child);
+    assert!(child.wait().unwrap().success());
+    assert!(products.join("run.json").is_file());
+}
+
+#[test]
 fn what_a_killed_run_leaves_is_removed_by_the_next_and_a_living_one_s_is_not() {
     let folder = tempfile::tempdir().unwrap();
     let campaign = campaign(folder.path());
