@@ -9,6 +9,7 @@
 mod cuts;
 pub mod deliver;
 pub mod image_npz;
+pub mod names;
 pub mod outcome;
 pub mod pictures;
 pub mod report;

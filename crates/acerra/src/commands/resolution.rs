@@ -14,6 +14,9 @@ use acerra_products::staging::Staging;
 
 /// Say what a straight flight resolves in theory (Eqs. 6–12), and map it (Figure 6).
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  acerra resolution --height 10 --offset 2 --half-aperture-m 3
+  acerra resolution --height 10 --offset 2 -o map")]
 pub struct Args {
     /// Height of the flight above the target, m.
     #[arg(long, value_name = "H", value_parser = positive, allow_negative_numbers = true)]

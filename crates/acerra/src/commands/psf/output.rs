@@ -275,7 +275,11 @@ pub(super) fn write_targets(
             })
         })
         .collect();
-    let staging = Staging::new(directory)?;
+    let mut staging = Staging::new(directory)?;
+    if directory.join("psf.json").is_file() {
+        // Those of a single target, from an earlier call.
+        staging.supersede(["psf.json", "cuts.png", "cuts.csv"].map(str::to_owned));
+    }
     staging.write("psf.png", figure.draw()?.to_png()?)?;
     staging.write("track.csv", track_csv)?;
     staging.write("targets.csv", super::targets::csv(found))?;
