@@ -19,32 +19,54 @@
 //! # Ok::<(), acerra_figure::FigureError>(())
 //! ```
 
+mod axis;
 mod colour;
+mod colour_bar;
 mod contour;
+mod cut_plot;
+mod display_gain;
 mod drawing;
 mod error;
+mod escape;
 mod font;
 mod frame;
 mod image_db;
+mod image_marks;
+mod label;
 mod legend;
+mod level_window;
 mod line_plot;
 mod map;
-pub mod markup;
+mod pixel_values;
+mod placement;
+mod polyline;
 mod radargram;
+mod radargram_colours;
 mod raster;
 mod resample;
+mod scale;
+mod series;
+mod stack;
 mod svg;
 mod ticks;
 mod timeline;
 
+pub use axis::{Axis, AxisScale};
 pub use colour::{Colour, Palette};
+pub use cut_plot::cut_plot;
+pub use display_gain::DisplayGain;
 pub use drawing::Drawing;
 pub use error::FigureError;
-pub use frame::{Axis, AxisScale};
-pub use image_db::{GhostMark, ImageDb, PixelValues, TargetMark};
-pub use line_plot::{LinePlot, ReferenceLine, Series, Span, cut_plot};
+pub use image_db::ImageDb;
+pub use image_marks::{GhostMark, SurveyMark, TargetMark};
+pub use level_window::LevelWindow;
+pub use line_plot::LinePlot;
 pub use map::Map;
-pub use radargram::{FastTimeCurve, Radargram, RadargramColours};
+pub use pixel_values::PixelValues;
+pub use radargram::{FastTimeCurve, Radargram};
+pub use radargram_colours::RadargramColours;
+pub use series::{ReferenceLine, Series, Span};
+pub use stack::{Panel, Stack};
 pub use timeline::{Timeline, TimelineRow};
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! What the figures show, read back from their pixels.
 
-use super::frame::{AxisScale, Frame, FrameSpec, Size};
+use super::frame::{Frame, FrameSpec, Size};
 use super::*;
 use num_complex::Complex32;
 
@@ -351,22 +351,13 @@ fn a_million_points_make_a_small_drawing_that_keeps_the_spike() {
     .with(Series::line("", &x, &y));
     let svg = plot.draw().unwrap().to_svg();
     assert!(svg.len() < 100_000, "{} bytes", svg.len());
-    let frame = Frame::new(&FrameSpec {
-        title: "",
-        x: &Axis::new("x", ""),
-        y: &Axis::new("y", ""),
-        x_range: [0.0, f64::from(n - 1)],
-        y_range: [-10.0, 10.0],
-        y_downwards: false,
-        size: Size::Free {
-            width: 860.0,
-            plot_height: 280.0,
-        },
-        legend: &[],
-        colour_bar: None,
-        top: None,
-        y_names: None,
-    });
+    let axes = [&Axis::new("x", ""), &Axis::new("y", "")];
+    let size = Size::Free {
+        width: 860.0,
+        plot_height: 280.0,
+    };
+    let x_range = [0.0, f64::from(n - 1)];
+    let frame = Frame::new(&FrameSpec::new(axes, x_range, [-10.0, 10.0], size));
     let (_, spike) = frame.at(0.0, 9.0).unwrap();
     assert!(
         svg.contains(&format!(",{}", (spike * 100.0).round() / 100.0)),
@@ -378,22 +369,12 @@ fn a_million_points_make_a_small_drawing_that_keeps_the_spike() {
 fn log_axes_place_decades_evenly() {
     let axis = Axis::new("f", "Hz").log();
     assert_eq!(axis.scale, AxisScale::Log);
-    let frame = Frame::new(&FrameSpec {
-        title: "",
-        x: &axis,
-        y: &Axis::new("", ""),
-        x_range: [1.0, 1e4],
-        y_range: [0.0, 1.0],
-        y_downwards: false,
-        size: Size::Free {
-            width: 600.0,
-            plot_height: 100.0,
-        },
-        legend: &[],
-        colour_bar: None,
-        top: None,
-        y_names: None,
-    });
+    let axes = [&axis, &Axis::new("", "")];
+    let size = Size::Free {
+        width: 600.0,
+        plot_height: 100.0,
+    };
+    let frame = Frame::new(&FrameSpec::new(axes, [1.0, 1e4], [0.0, 1.0], size));
     let x = |v: f64| frame.at(v, 0.5).unwrap().0;
     assert!(((x(100.0) - x(1.0)) - (x(1e4) - x(100.0))).abs() < 0.01);
     assert!(frame.at(-1.0, 0.5).is_none(), "no place for negatives");

@@ -7,9 +7,12 @@ use acerra_imaging::resolution::displacement_m;
 use super::cuts::{cuts, spread_of};
 use crate::report::{
     AlignmentEvidence, Fact, GhostRow, Picture, ReportData, SurfaceEvidence, TargetRow,
-    TrajectoryEvidence, Widths,
+    TrackEvidence, TrajectoryEvidence, Widths,
 };
 use acerra_chain::Outcome;
+use acerra_chain::align::Aligned;
+use acerra_chain::clean::Cleaned;
+use acerra_chain::offset::OffsetSearch;
 use acerra_chain::stages::Stage;
 
 /// Gathers the report's data.
@@ -47,6 +50,7 @@ pub fn collect(
         summary: summary(outcome),
         version: env!("CARGO_PKG_VERSION").to_owned(),
         facts: facts(outcome),
+        evidence: Vec::new(),
         warnings: outcome.warnings.clone(),
         image: Some(image),
         targets: rows(outcome, spread.as_ref()),
@@ -63,9 +67,7 @@ pub fn collect(
             "The same traces without background and outside clutter.",
         ),
         pictures: Vec::new(),
-        trajectory: Some(trajectory(outcome)),
-        alignment: alignment(outcome),
-        surface: surface(outcome),
+        tracks: tracks(outcome),
         choices: choices(outcome),
         inputs: outcome.inputs.clone(),
         stages: stages.to_vec(),
@@ -200,39 +202,43 @@ fn row(target: &Target) -> TargetRow {
     }
 }
 
-fn trajectory(outcome: &Outcome) -> TrajectoryEvidence {
-    let aligned = &outcome.aligned;
-    let clock = |t: &f64| t + aligned.time_offset_s;
-    // Lines break between tracks: the first place of a later one is left out of the drawing.
-    let mut position_m = aligned.position_m.clone();
-    for part in outcome.parts.iter().skip(1) {
-        position_m[part.start] = [f64::NAN; 3];
+/// One entry per track; a campaign of one track needs no name for it.
+fn tracks(outcome: &Outcome) -> Vec<TrackEvidence> {
+    let half_c = 0.5 * outcome.campaign.image.light_speed_m_s;
+    let plane_z_m = outcome.focused.ground.middle_m();
+    let one = |name: &str, aligned: &Aligned, cleaned: &Cleaned| TrackEvidence {
+        name: name.to_owned(),
+        trajectory: Some(trajectory(aligned, plane_z_m)),
+        alignment: aligned.search.as_ref().map(alignment),
+        surface: surface(aligned, cleaned, half_c),
+    };
+    if outcome.tracks.is_empty() {
+        return vec![one("", &outcome.aligned, &outcome.cleaned)];
     }
+    let tracks = outcome.tracks.iter();
+    tracks
+        .map(|track| one(&track.name, &track.aligned, &track.cleaned))
+        .collect()
+}
+
+fn trajectory(aligned: &Aligned, plane_z_m: f64) -> TrajectoryEvidence {
+    let clock = |t: &f64| t + aligned.time_offset_s;
     TrajectoryEvidence {
         time_s: aligned.time_s.iter().map(clock).collect(),
-        position_m,
+        position_m: aligned.position_m.clone(),
         sigma_m: aligned.sigma_m.clone(),
         status: aligned.status.clone(),
-        plane_z_m: outcome.focused.ground.middle_m(),
+        plane_z_m,
         used_s: None,
     }
 }
 
-fn alignment(outcome: &Outcome) -> Option<AlignmentEvidence> {
-    let search = outcome.aligned.search.as_ref()?;
-    Some(AlignmentEvidence {
-        offset_s: search
-            .motion
-            .curve
-            .iter()
-            .map(|(offset, _)| *offset)
-            .collect(),
-        score: search
-            .motion
-            .curve
-            .iter()
-            .map(|(_, score)| *score)
-            .collect(),
+fn alignment(search: &OffsetSearch) -> AlignmentEvidence {
+    let curve = search.motion.curve.iter();
+    let (offset_s, score) = curve.copied().unzip();
+    AlignmentEvidence {
+        offset_s,
+        score,
         chosen_s: search.time_offset_s,
         score_name: "correlation of the radargram's change with the platform's speed".to_owned(),
         remark: format!(
@@ -245,13 +251,12 @@ fn alignment(outcome: &Outcome) -> Option<AlignmentEvidence> {
             search.sharpness_ratio,
             search.sharpness.offset_s.len()
         ),
-    })
+    }
 }
 
-fn surface(outcome: &Outcome) -> Option<SurfaceEvidence> {
-    let traces = outcome.cleaned.traces.as_ref()?;
+fn surface(aligned: &Aligned, cleaned: &Cleaned, half_c: f64) -> Option<SurfaceEvidence> {
+    let traces = cleaned.traces.as_ref()?;
     let surface = traces.surface.as_ref()?;
-    let half_c = 0.5 * outcome.campaign.image.light_speed_m_s;
     let residual = match (surface.median_residual_s, surface.spread_s) {
         (Some(median), Some(spread)) => format!(
             "The echo less 2h/c is {:+.0} mm in the median of the traces, spread {:.0} mm; \
@@ -263,13 +268,13 @@ fn surface(outcome: &Outcome) -> Option<SurfaceEvidence> {
         _ => "The echo was not found in enough traces to compare it with the height.".to_owned(),
     };
     Some(SurfaceEvidence {
-        time_s: outcome.aligned.time_s.clone(),
+        time_s: aligned.time_s.clone(),
         picked_range_m: surface
             .fast_time_s
             .iter()
             .map(|t| t.map_or(f64::NAN, |t| t * half_c))
             .collect(),
-        height_m: outcome.aligned.height_m.clone(),
+        height_m: aligned.height_m.clone(),
         shift_ns: traces.shift_s * 1e9,
         remark: residual,
     })

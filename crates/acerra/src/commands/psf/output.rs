@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use super::scene::Scene;
 use acerra_chain::staging::Staging;
-use acerra_figure::{GhostMark, ImageDb, PixelValues, TargetMark, cut_plot};
+use acerra_figure::{GhostMark, ImageDb, LevelWindow, PixelValues, TargetMark, cut_plot};
 
 /// A place, m.
 #[derive(Serialize)]
@@ -126,7 +126,7 @@ fn picture<'a>(
 ) -> ImageDb<'a> {
     let grid = scene.grid;
     ImageDb {
-        floor_db: FLOOR_DB,
+        window: LevelWindow::Fixed { floor_db: FLOOR_DB },
         track_m,
         x_label: "x".to_owned(),
         y_label: "y".to_owned(),
