@@ -5,24 +5,46 @@ use acerra_geo::interpolate::{
 };
 use acerra_geo::lever_arm::HeadingOptions;
 use acerra_geo::trajectory::{SolutionStatus, Trajectory};
-use anyhow::bail;
-
 use acerra_radar::{MovingOptions, moving_traces};
 
-use super::ground::Site;
-use super::offset::OffsetSearch;
-use super::position::Positions;
-use super::warnings::Warnings;
-use crate::campaign::{Campaign, Select, Unfixed};
+use crate::choices::{Select, TimeOffset, Unfixed};
+use crate::ground::Scene;
+use crate::position::Positions;
+use crate::read::RadarContent;
+use crate::warnings::Warnings;
 
-/// The traces that enter the image, with their positions. All lists have one entry a trace.
-#[derive(Clone, Debug)]
+/// Parameters of the stage `align`.
+#[derive(Clone, Debug, Default)]
+pub struct AlignOptions {
+    /// Trajectory time minus radar time.
+    pub time_offset: TimeOffset,
+    /// The traces that enter background and image.
+    pub select: Select,
+    /// Longest gap between positions that is interpolated over (s); by default a few sampling
+    /// intervals.
+    pub max_gap_s: Option<f64>,
+    /// What becomes of traces at unfixed positions.
+    pub unfixed: Unfixed,
+    /// Whether the lever arm turns with the heading, which hovering does not show.
+    pub has_horizontal_lever_arm: bool,
+}
+
+/// What a track measured, where, and over what.
+#[derive(Clone, Copy, Debug)]
+pub struct Flight<'a> {
+    /// The radar log.
+    pub radar: &'a RadarContent,
+    /// Where the radar was.
+    pub positions: &'a Positions,
+    /// What it flew over.
+    pub scene: &'a Scene,
+}
+
+/// The traces that enter the image, with their positions. All lists but `all` have one entry a
+/// trace that enters; those of several tracks follow one another.
+#[derive(Clone, Debug, Default)]
 pub struct Aligned {
-    /// Trajectory time minus radar time (s).
-    pub time_offset_s: f64,
-    /// How the offset was found, when it was not given.
-    pub search: Option<OffsetSearch>,
-    /// Numbers of the traces in the log.
+    /// Numbers of the traces in their log.
     pub traces: Vec<usize>,
     /// Their radar time (s).
     pub time_s: Vec<f64>,
@@ -40,34 +62,104 @@ pub struct Aligned {
     pub all: Vec<Interpolated>,
 }
 
+impl Aligned {
+    /// Appends the traces of another track.
+    pub(crate) fn append(&mut self, mut other: Self) {
+        // Deviations are told for all traces or for none.
+        if self.traces.is_empty() || !(self.sigma_m.is_empty() || other.sigma_m.is_empty()) {
+            self.sigma_m.append(&mut other.sigma_m);
+        } else {
+            self.sigma_m.clear();
+        }
+        self.traces.append(&mut other.traces);
+        self.time_s.append(&mut other.time_s);
+        self.position_m.append(&mut other.position_m);
+        self.status.append(&mut other.status);
+        self.height_m.append(&mut other.height_m);
+        self.path_m.append(&mut other.path_m);
+        self.all.append(&mut other.all);
+    }
+}
+
+/// Why no trace can enter the image.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum AlignError {
+    /// Radar log and trajectory do not overlap in time.
+    #[error(
+        "radar log and trajectory do not overlap: with time_offset_s = {time_offset_s} the traces \
+         fall on {:.3} to {:.3} s, the trajectory covers {:.3} to {:.3} s",
+        traces_s[0], traces_s[1], trajectory_s[0], trajectory_s[1]
+    )]
+    NoOverlap {
+        /// The offset in force (s).
+        time_offset_s: f64,
+        /// Trajectory time of the first and last trace (s).
+        traces_s: [f64; 2],
+        /// Start and end of the trajectory (s).
+        trajectory_s: [f64; 2],
+    },
+    /// Traces have positions, but none of them is selected.
+    #[error("no trace is left: {placed} have a position, none of them is selected")]
+    NoneLeft {
+        /// Traces that have a position.
+        placed: usize,
+    },
+    /// A selection beyond the end of the log.
+    #[error(
+        "[radar] select: expected trace numbers below {traces}, the traces of the log, found {last}"
+    )]
+    Selection {
+        /// Traces in the log.
+        traces: usize,
+        /// The number found.
+        last: usize,
+    },
+    /// Positions that are not one for each trace.
+    #[error("expected one position for each of the {traces} traces, found {positions}")]
+    Positions {
+        /// Traces in the log.
+        traces: usize,
+        /// Positions given.
+        positions: usize,
+    },
+    /// The moving traces are wanted of a platform that stands.
+    #[error("[radar] select = \"moving\": the platform never moves over ground")]
+    NeverMoves,
+}
+
 /// Gives every trace its position at a known offset, and selects.
 ///
 /// # Errors
 /// No overlap of radar log and trajectory, or no trace left.
 pub fn align(
-    campaign: &Campaign,
-    radar_time_s: &[f64],
-    site: Site<'_>,
+    flight: Flight<'_>,
+    options: &AlignOptions,
     time_offset_s: f64,
     warnings: &mut Warnings,
-) -> anyhow::Result<Aligned> {
-    let Site { positions, ground } = site;
-    let (all, covered) = match positions {
-        Positions::PerTrace(position_m) => per_trace(radar_time_s, position_m),
+) -> Result<Aligned, AlignError> {
+    let radar_time_s = flight.radar.time_s();
+    let (all, covered) = match flight.positions {
+        Positions::PerTrace(position_m) => per_trace(radar_time_s, position_m)?,
         Positions::Trajectory(trajectory) => {
-            on_trajectory(campaign, radar_time_s, trajectory, time_offset_s, warnings)?
+            let times_s: Vec<f64> = radar_time_s.iter().map(|t| t + time_offset_s).collect();
+            let clock = OnTrajectory {
+                times_s: &times_s,
+                trajectory,
+                time_offset_s,
+            };
+            clock.placed(options, warnings)?
         }
     };
-    let selected = select(campaign, radar_time_s.len(), &covered)?;
+    let selected = select(options.select, radar_time_s.len(), &covered)?;
     let kept: Vec<&Placed> = covered.iter().filter(|p| selected[p.trace]).collect();
     if kept.is_empty() {
-        bail!(
-            "no trace is left: {} have a position, none of them is selected",
-            covered.len()
-        );
+        return Err(AlignError::NoneLeft {
+            placed: covered.len(),
+        });
     }
     warnings.count(
-        kept.iter().filter(|p| is_held(campaign, p)).count(),
+        kept.iter().filter(|p| is_held(options, p)).count(),
         "traces hover and have no attitude: the lever arm keeps its last direction there",
     );
     let position_m: Vec<[f64; 3]> = kept.iter().map(|p| p.place.position_m).collect();
@@ -80,13 +172,11 @@ pub fn align(
         })
         .collect();
     Ok(Aligned {
-        time_offset_s,
-        search: None,
         traces: kept.iter().map(|p| p.trace).collect(),
         time_s: kept.iter().map(|p| radar_time_s[p.trace]).collect(),
         height_m: position_m
             .iter()
-            .map(|p| p[2] - ground.below_m(p[0], p[1]))
+            .map(|p| p[2] - flight.scene.ground.below_m(p[0], p[1]))
             .collect(),
         path_m: path_length_per_trace_m(&position_m),
         position_m,
@@ -97,18 +187,17 @@ pub fn align(
 }
 
 /// Whether the lever arm of a trace rests on a heading from before.
-fn is_held(campaign: &Campaign, placed: &Placed) -> bool {
-    let [forward, left, _] = campaign.trajectory.lever_arm_m;
-    (forward != 0.0 || left != 0.0)
+fn is_held(options: &AlignOptions, placed: &Placed) -> bool {
+    options.has_horizontal_lever_arm
         && placed.place.attitude.is_none()
         && placed.speed_m_s < HeadingOptions::default().min_speed_m_s
 }
 
-/// The interpolation that a campaign asks for.
+/// The interpolation of a trajectory over gaps of at most `max_gap_s`.
 #[must_use]
-pub fn interpolator<'a>(campaign: &Campaign, trajectory: &'a Trajectory) -> Interpolator<'a> {
+pub fn interpolator(max_gap_s: Option<f64>, trajectory: &Trajectory) -> Interpolator<'_> {
     let options = InterpolationOptions {
-        max_gap_s: campaign.trajectory.max_gap_s,
+        max_gap_s,
         ..InterpolationOptions::default()
     };
     Interpolator::new(trajectory, &options)
@@ -122,66 +211,80 @@ struct Placed {
     speed_m_s: f64,
 }
 
-fn on_trajectory(
-    campaign: &Campaign,
-    radar_time_s: &[f64],
-    trajectory: &Trajectory,
+/// Traces at times of a trajectory.
+struct OnTrajectory<'a> {
+    times_s: &'a [f64],
+    trajectory: &'a Trajectory,
     time_offset_s: f64,
-    warnings: &mut Warnings,
-) -> anyhow::Result<(Vec<Interpolated>, Vec<Placed>)> {
-    let at = interpolator(campaign, trajectory);
-    let times_s: Vec<f64> = radar_time_s.iter().map(|t| t + time_offset_s).collect();
-    let (places, coverage) = at.at_all(&times_s);
-    if !places.iter().any(|place| place.flag.is_covered()) {
-        bail!(
-            "radar log and trajectory do not overlap: with time_offset_s = {time_offset_s} the \
-             traces fall on {:.3} to {:.3} s, the trajectory covers {:.3} to {:.3} s",
-            times_s.first().copied().unwrap_or(f64::NAN),
-            times_s.last().copied().unwrap_or(f64::NAN),
-            trajectory.start_s(),
-            trajectory.end_s(),
+}
+
+impl OnTrajectory<'_> {
+    fn placed(
+        &self,
+        options: &AlignOptions,
+        warnings: &mut Warnings,
+    ) -> Result<(Vec<Interpolated>, Vec<Placed>), AlignError> {
+        let at = interpolator(options.max_gap_s, self.trajectory);
+        let (places, coverage) = at.at_all(self.times_s);
+        if !places.iter().any(|place| place.flag.is_covered()) {
+            let [first, last] = [self.times_s.first(), self.times_s.last()];
+            return Err(AlignError::NoOverlap {
+                time_offset_s: self.time_offset_s,
+                traces_s: [first, last].map(|t| t.copied().unwrap_or(f64::NAN)),
+                trajectory_s: [self.trajectory.start_s(), self.trajectory.end_s()],
+            });
+        }
+        let outside = coverage.count(Flag::BeforeStart) + coverage.count(Flag::AfterEnd);
+        warnings.count(
+            outside,
+            "traces lie before or after the trajectory and were left out",
         );
+        warnings.count(
+            coverage.count(Flag::InGap),
+            format!(
+                "traces fall into gaps of the trajectory longer than {:.2} s and were left out",
+                coverage.max_gap_s
+            ),
+        );
+        let keep_unfixed = options.unfixed == Unfixed::Keep;
+        warnings.count(
+            coverage.count(Flag::Unfixed),
+            if keep_unfixed {
+                "traces stand at unfixed positions and entered all the same"
+            } else {
+                "traces stand at unfixed positions and were left out"
+            },
+        );
+        let placed = places
+            .iter()
+            .enumerate()
+            .filter(|(_, place)| {
+                place.flag == Flag::Ok || place.flag == Flag::Unfixed && keep_unfixed
+            })
+            .map(|(trace, place)| {
+                let [before, after] = [-0.25, 0.25].map(|d| at.at(place.time_s + d).position_m);
+                Placed {
+                    trace,
+                    place: *place,
+                    speed_m_s: (after[0] - before[0]).hypot(after[1] - before[1]) / 0.5,
+                }
+            })
+            .collect();
+        Ok((places, placed))
     }
-    let outside = coverage.count(Flag::BeforeStart) + coverage.count(Flag::AfterEnd);
-    warnings.count(
-        outside,
-        "traces lie before or after the trajectory and were left out",
-    );
-    warnings.count(
-        coverage.count(Flag::InGap),
-        format!(
-            "traces fall into gaps of the trajectory longer than {:.2} s and were left out",
-            coverage.max_gap_s
-        ),
-    );
-    let keep_unfixed = campaign.trajectory.unfixed == Unfixed::Keep;
-    warnings.count(
-        coverage.count(Flag::Unfixed),
-        if keep_unfixed {
-            "traces stand at unfixed positions and entered all the same"
-        } else {
-            "traces stand at unfixed positions and were left out"
-        },
-    );
-    let placed = places
-        .iter()
-        .enumerate()
-        .filter(|(_, place)| place.flag == Flag::Ok || place.flag == Flag::Unfixed && keep_unfixed)
-        .map(|(trace, place)| {
-            let [before, after] = [-0.25, 0.25].map(|d| at.at(place.time_s + d).position_m);
-            let speed_m_s = (after[0] - before[0]).hypot(after[1] - before[1]) / 0.5;
-            Placed {
-                trace,
-                place: *place,
-                speed_m_s,
-            }
-        })
-        .collect();
-    Ok((places, placed))
 }
 
 /// Positions that came with the traces.
-fn per_trace(time_s: &[f64], position_m: &[[f64; 3]]) -> (Vec<Interpolated>, Vec<Placed>) {
+fn per_trace(
+    time_s: &[f64],
+    position_m: &[[f64; 3]],
+) -> Result<(Vec<Interpolated>, Vec<Placed>), AlignError> {
+    if time_s.len() != position_m.len() {
+        return Err(AlignError::Positions {
+            traces: time_s.len(),
+            positions: position_m.len(),
+        });
+    }
     let near = |t: f64, sign: f64| {
         // The trace about a quarter of a second away, or the last one on that side.
         let wanted = t + sign * 0.25;
@@ -221,20 +324,17 @@ fn per_trace(time_s: &[f64], position_m: &[[f64; 3]]) -> (Vec<Interpolated>, Vec
             speed_m_s: speed_m_s(place.time_s),
         })
         .collect();
-    (all, placed)
+    Ok((all, placed))
 }
 
 /// Which traces of the log `[radar] select` takes.
-fn select(campaign: &Campaign, traces: usize, placed: &[Placed]) -> anyhow::Result<Vec<bool>> {
+fn select(choice: Select, traces: usize, placed: &[Placed]) -> Result<Vec<bool>, AlignError> {
     let mut selected = vec![false; traces];
-    match campaign.radar.select {
+    match choice {
         Select::All => selected.fill(true),
         Select::Range([first, last]) => {
             if last >= traces {
-                bail!(
-                    "[radar] select: expected trace numbers below {traces}, the traces of the \
-                     log, found {last}"
-                );
+                return Err(AlignError::Selection { traces, last });
             }
             selected[first..=last].fill(true);
         }
@@ -245,7 +345,7 @@ fn select(campaign: &Campaign, traces: usize, placed: &[Placed]) -> anyhow::Resu
             }
             let moving = moving_traces(&speed_m_s, &MovingOptions::default());
             if moving.is_empty() {
-                bail!("[radar] select = \"moving\": the platform never moves over ground");
+                return Err(AlignError::NeverMoves);
             }
             selected[moving].fill(true);
         }

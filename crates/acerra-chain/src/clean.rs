@@ -1,16 +1,93 @@
 //! Stage `clean`: from raw traces to spectra that hold the scene alone.
 
 use acerra_radar::clean::{
-    Background as Removal, Gate as FastTimeGate, SurfaceOptions, ZeroTiming as Timing,
-    ZeroTimingResult, apply_gate, remove_background, spectrum_at, zero_timing,
+    Background as Removal, CleanError as Refused, Gate as FastTimeGate, SurfaceOptions,
+    ZeroTiming as Timing, ZeroTimingResult, apply_gate, remove_background, spectrum_at,
+    zero_timing,
 };
-use acerra_radar::{Radargram, Spectrum};
-use anyhow::{Context, bail};
+use acerra_radar::{Radargram, RadargramError, Spectrum};
 
-use super::align::Aligned;
-use super::read::RadarContent;
-use super::warnings::Warnings;
-use crate::campaign::{Background, Campaign, Gate, ZeroTiming};
+use crate::align::Aligned;
+use crate::choices::{Background, Gate, ZeroTiming};
+use crate::read::RadarContent;
+use crate::warnings::Warnings;
+
+/// Parameters of the stage `clean`.
+#[derive(Clone, Debug)]
+pub struct CleanOptions {
+    /// Fast time at which range is zero, when calibrated (ns).
+    pub delay_ns: Option<f64>,
+    /// How the fast time at which range is zero is found.
+    pub zero_timing: ZeroTiming,
+    /// What is subtracted from every trace.
+    pub background: Background,
+    /// The part of each trace that is kept.
+    pub gate_ns: Gate,
+    /// Evenly spaced frequencies of the spectra (Hz).
+    pub frequency_hz: Vec<f64>,
+}
+
+impl Default for CleanOptions {
+    /// The paper's: zero-timing by the first trace, the mean as background, a gate about 2h/c, 341
+    /// frequencies over 3.1 to 4.8 GHz.
+    fn default() -> Self {
+        Self {
+            delay_ns: None,
+            zero_timing: ZeroTiming::default(),
+            background: Background::default(),
+            gate_ns: Gate::default(),
+            frequency_hz: frequencies_hz([3.1, 4.8], 341),
+        }
+    }
+}
+
+impl CleanOptions {
+    /// For traces that are clean already and whose fast time is 2R/c: spectra alone.
+    #[must_use]
+    pub fn none() -> Self {
+        Self {
+            zero_timing: ZeroTiming::None,
+            background: Background::None,
+            gate_ns: Gate::None,
+            ..Self::default()
+        }
+    }
+}
+
+/// Why traces cannot be cleaned.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum CleanError {
+    /// A trace number beyond the log.
+    #[error(transparent)]
+    Traces(#[from] RadargramError),
+    /// Zero-timing fails.
+    #[error(
+        "[preprocess] zero_timing (state [radar] delay_ns, or zero_timing = \"none\", where the \
+         surface echo cannot be seen): {0}"
+    )]
+    ZeroTiming(Refused),
+    /// The background cannot be removed.
+    #[error("[preprocess] background: {0}")]
+    Background(Refused),
+    /// A trace stands below the ground, where the gate has no meaning.
+    #[error(
+        "[preprocess] gate_ns: trace {trace} stands {depth_m:.3} m below the ground, where 2h/c has \
+         no meaning; expected [image] z_m or terrain below the flight, or gate_ns = \"none\""
+    )]
+    BelowGround {
+        /// Number of the trace in the log.
+        trace: usize,
+        /// How far below (m).
+        depth_m: f64,
+    },
+    /// The gate cannot be applied.
+    #[error("[preprocess] gate_ns: {0}")]
+    Gate(Refused),
+    /// The spectra cannot be had at these frequencies.
+    #[error("[image] band_ghz: {0}")]
+    Band(Refused),
+}
 
 /// Clean spectra, and the radargrams on the way to them.
 #[derive(Clone, Debug)]
@@ -52,73 +129,41 @@ pub struct Surface {
 /// Cleans the selected traces; spectra that the file brought pass as they are.
 ///
 /// # Errors
-/// A stage that refuses its input, with the reason.
+/// A step that refuses its input, with the reason.
 pub fn clean(
-    campaign: &Campaign,
     content: &RadarContent,
     aligned: &Aligned,
+    options: &CleanOptions,
     warnings: &mut Warnings,
-) -> anyhow::Result<Cleaned> {
+) -> Result<Cleaned, CleanError> {
     match content {
-        RadarContent::Spectrum(spectrum) => {
-            let spectrum = spectrum.select(&aligned.traces)?;
-            Ok(Cleaned {
-                spectrum,
-                traces: None,
-            })
+        RadarContent::Spectrum(spectrum) => Ok(Cleaned {
+            spectrum: spectrum.select(&aligned.traces)?,
+            traces: None,
+        }),
+        RadarContent::Radargram(radargram) => {
+            let raw = radargram.select(&aligned.traces)?;
+            clean_traces(raw, aligned, options, warnings)
         }
-        RadarContent::Radargram(radargram) => clean_traces(
-            campaign,
-            radargram.select(&aligned.traces)?,
-            aligned,
-            warnings,
-        ),
     }
 }
 
 fn clean_traces(
-    campaign: &Campaign,
     raw: Radargram,
     aligned: &Aligned,
+    options: &CleanOptions,
     warnings: &mut Warnings,
-) -> anyhow::Result<Cleaned> {
-    let height_m = &aligned.height_m;
-    let timed = time(campaign, raw, height_m, warnings)?;
+) -> Result<Cleaned, CleanError> {
+    let timed = time(raw, &aligned.height_m, options, warnings)?;
     let raw = timed.radargram;
-
-    let removal = match campaign.preprocess.background {
-        Background::Mean => Removal::Mean,
-        Background::Median => Removal::Median,
-        Background::Window { window } => Removal::Sliding { window },
-        Background::Components { components } => Removal::Components { components },
-        Background::None => Removal::None,
+    let clean = remove_background(raw.clone(), removal(options.background))
+        .map_err(CleanError::Background)?;
+    let gate = gate(options.gate_ns);
+    let clean = match &gate {
+        None => clean,
+        Some(gate) => gated(clean, aligned, gate)?,
     };
-    let mut clean = remove_background(raw.clone(), removal).context("[preprocess] background")?;
-    let mut gate_s = None;
-    if let Gate::About(gate_ns) = campaign.preprocess.gate_ns {
-        let [start_s, end_s] = gate_ns.map(|ns| ns * 1e-9);
-        let edge_s = FastTimeGate::default().edge_s.min(0.5 * (end_s - start_s));
-        if let Some(trace) = height_m.iter().position(|h| *h <= 0.0) {
-            bail!(
-                "[preprocess] gate_ns: trace {} stands {:.3} m below the ground, where 2h/c has no \
-                 meaning; expected [image] z_m or terrain below the flight, or gate_ns = \"none\"",
-                aligned.traces[trace],
-                -height_m[trace]
-            );
-        }
-        clean = apply_gate(
-            clean,
-            height_m,
-            &FastTimeGate {
-                start_s,
-                end_s,
-                edge_s,
-            },
-        )
-        .context("[preprocess] gate_ns")?;
-        gate_s = Some([start_s, end_s]);
-    }
-    let spectrum = spectrum_at(&clean, &frequencies_hz(campaign)).context("[image] band_ghz")?;
+    let spectrum = spectrum_at(&clean, &options.frequency_hz).map_err(CleanError::Band)?;
     let surface = timed.surface.map(|track| Surface {
         fast_time_s: track
             .picks
@@ -134,7 +179,7 @@ fn clean_traces(
         clean,
         shift_s: timed.shift_s,
         surface,
-        gate_s,
+        gate_s: gate.map(|gate| [gate.start_s, gate.end_s]),
     };
     Ok(Cleaned {
         spectrum,
@@ -142,15 +187,52 @@ fn clean_traces(
     })
 }
 
+fn removal(background: Background) -> Removal {
+    match background {
+        Background::Mean => Removal::Mean,
+        Background::Median => Removal::Median,
+        Background::Window { window } => Removal::Sliding { window },
+        Background::Components { components } => Removal::Components { components },
+        Background::None => Removal::None,
+    }
+}
+
+fn gate(choice: Gate) -> Option<FastTimeGate> {
+    let Gate::About(gate_ns) = choice else {
+        return None;
+    };
+    let [start_s, end_s] = gate_ns.map(|ns| ns * 1e-9);
+    Some(FastTimeGate {
+        start_s,
+        end_s,
+        edge_s: FastTimeGate::default().edge_s.min(0.5 * (end_s - start_s)),
+    })
+}
+
+fn gated(
+    clean: Radargram,
+    aligned: &Aligned,
+    gate: &FastTimeGate,
+) -> Result<Radargram, CleanError> {
+    let height_m = &aligned.height_m;
+    if let Some(trace) = height_m.iter().position(|h| *h <= 0.0) {
+        return Err(CleanError::BelowGround {
+            trace: aligned.traces[trace],
+            depth_m: -height_m[trace],
+        });
+    }
+    apply_gate(clean, height_m, gate).map_err(CleanError::Gate)
+}
+
 /// Puts fast time to 2R/c.
 fn time(
-    campaign: &Campaign,
     raw: Radargram,
     height_m: &[f64],
+    options: &CleanOptions,
     warnings: &mut Warnings,
-) -> anyhow::Result<ZeroTimingResult> {
-    let delay_s = campaign.radar.delay_ns.map(|ns| ns * 1e-9);
-    let method = match campaign.zero_timing() {
+) -> Result<ZeroTimingResult, CleanError> {
+    let delay_s = options.delay_ns.map(|ns| ns * 1e-9);
+    let method = match options.zero_timing {
         ZeroTiming::FirstTrace => Timing::FirstTrace(SurfaceOptions {
             approximate_delay_s: delay_s,
             ..SurfaceOptions::default()
@@ -158,10 +240,7 @@ fn time(
         ZeroTiming::None => delay_s.map_or(Timing::None, Timing::Delay),
         ZeroTiming::Shift { shift_ns } => Timing::Shift(shift_ns * 1e-9 - delay_s.unwrap_or(0.0)),
     };
-    let timed = zero_timing(raw, height_m, &method).context(
-        "[preprocess] zero_timing (state [radar] delay_ns, or zero_timing = \"none\", where the \
-         surface echo cannot be seen)",
-    )?;
+    let timed = zero_timing(raw, height_m, &method).map_err(CleanError::ZeroTiming)?;
     if let Some(residual_s) = timed.median_residual_s
         && residual_s.abs() > 0.3e-9
     {
@@ -175,11 +254,10 @@ fn time(
     Ok(timed)
 }
 
-/// The evenly spaced frequencies that a campaign asks for (Hz).
+/// `count` evenly spaced frequencies over a band, both ends included (Hz).
 #[must_use]
-pub fn frequencies_hz(campaign: &Campaign) -> Vec<f64> {
-    let [low, high] = campaign.image.band_ghz.map(|f| f * 1e9);
-    let count = campaign.image.frequencies;
+pub fn frequencies_hz(band_ghz: [f64; 2], count: usize) -> Vec<f64> {
+    let [low, high] = band_ghz.map(|f| f * 1e9);
     #[expect(clippy::cast_precision_loss, reason = "a count of frequencies")]
     let step = if count > 1 {
         (high - low) / (count - 1) as f64

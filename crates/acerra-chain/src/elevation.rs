@@ -1,26 +1,22 @@
 //! Whether a flight tells a volume's slices apart.
 
-use super::ground::Ground;
-use super::warnings::Warnings;
+use acerra_imaging::VolumeGrid;
 use acerra_imaging::resolution::elevation_m;
 
+use crate::warnings::Warnings;
+
 /// Warns where a volume is asked for of a flight that cannot tell its slices apart.
-pub(super) fn check(
-    ground: &Ground,
+pub(crate) fn check_elevation(
+    volume: &VolumeGrid,
     position_m: &[[f64; 3]],
     wavelength_m: f64,
     warnings: &mut Warnings,
 ) {
-    let Some(volume) = &ground.volume else {
-        return;
-    };
-    let [x, y] = [
-        (volume.base.nx, volume.base.x0_m),
-        (volume.base.ny, volume.base.y0_m),
-    ]
-    .map(|(n, from)| from + 0.5 * (n.saturating_sub(1)) as f64 * volume.base.pixel_m);
+    let base = &volume.base;
+    let [x, y] = [(base.nx, base.x0_m), (base.ny, base.y0_m)]
+        .map(|(n, from)| from + 0.5 * (n.saturating_sub(1)) as f64 * base.pixel_m);
     let tall_m = volume.nz.saturating_sub(1) as f64 * volume.step_m;
-    let centre = [x, y, volume.base.z_m + 0.5 * tall_m];
+    let centre = [x, y, base.z_m + 0.5 * tall_m];
     let resolution_m = elevation_m(position_m, centre, wavelength_m);
     if resolution_m > tall_m {
         warnings.add(format!(

@@ -2,17 +2,63 @@
 
 use std::ops::Range;
 
-use acerra_imaging::{Complex32, Plan, PlanOptions, PlaneGrid, Pulses, Spreading};
-use acerra_radar::Spectrum;
-use anyhow::Context;
+use acerra_imaging::{Complex32, IncidenceWeight, Plan, PlanOptions};
 
-use super::align::Aligned;
-use super::ground::Ground;
-use super::progress::Progress;
-use super::space::available_memory_bytes;
-use super::stacks::{Multilook, Projections, make_looks, make_volume};
-use crate::campaign::{Campaign, Sum, Weight};
-use crate::staging::Staging;
+use crate::choices::{Sum, Weight};
+use crate::control::Control;
+use crate::echoes::{Echoes, ImageError, contributions, plan_on, run_plan};
+use crate::looks::{LookInput, LookOptions, Multilook, image_looks};
+use crate::pixels::Pixels;
+use crate::sink::ImageSink;
+use crate::space::available_memory_bytes;
+use crate::volume::{Projections, image_volume};
+
+/// Parameters of the stage `focus`.
+#[derive(Clone, Copy, Debug)]
+pub struct FocusOptions {
+    /// Relative L2 error allowed against Eq. (3) in double precision.
+    pub accuracy: f64,
+    /// Weight of each trace.
+    pub weight: Weight,
+    /// Weight by incidence and antenna pattern; level planes alone.
+    pub incidence: Option<IncidenceWeight>,
+    /// What of several tracks is summed.
+    pub sum: Sum,
+}
+
+impl Default for FocusOptions {
+    fn default() -> Self {
+        Self {
+            accuracy: 1e-3,
+            weight: Weight::Trace,
+            incidence: None,
+            sum: Sum::Coherent,
+        }
+    }
+}
+
+/// An image asked for.
+#[derive(Clone, Debug)]
+pub struct ImageRequest {
+    /// Where its pixels are.
+    pub pixels: Pixels,
+    /// How it is made.
+    pub options: FocusOptions,
+    /// Looks beside it, each to the sink.
+    pub looks: Option<LookOptions>,
+}
+
+impl ImageRequest {
+    /// An image on these pixels, with the default options and without looks.
+    #[must_use]
+    pub fn on(pixels: impl Into<Pixels>) -> Self {
+        Self {
+            pixels: pixels.into(),
+            options: FocusOptions::default(),
+            looks: None,
+        }
+    }
+}
 
 /// The focused image and how it was made.
 #[derive(Clone, Debug)]
@@ -20,8 +66,10 @@ pub struct Focused {
     /// The sum of Eq. (3), row-major `[ny, nx]`, row 0 at the smallest y. Of tracks summed by power
     /// its modulus; of a volume the value of greatest modulus along z.
     pub image: Vec<Complex32>,
-    /// What its pixels stand on; of a volume the heights of those values.
-    pub ground: Ground,
+    /// Where its pixels are; of a volume with the heights of those values.
+    pub pixels: Pixels,
+    /// How it was made.
+    pub options: FocusOptions,
     /// What the planner chose and why, as text.
     pub plan: String,
     /// Bytes that the plan promised to need beside the input.
@@ -34,137 +82,163 @@ pub struct Focused {
     pub projections: Option<Projections>,
 }
 
-/// What an image is made from.
-#[derive(Clone, Copy, Debug)]
-pub struct Echoes<'a> {
-    /// Clean spectra.
-    pub spectrum: &'a Spectrum,
-    /// Where they were measured.
-    pub aligned: &'a Aligned,
-    /// Which traces are which track's.
-    pub parts: &'a [Range<usize>],
-}
-
-/// The weight of each trace.
-pub fn weights(campaign: &Campaign, aligned: &Aligned) -> Vec<f64> {
-    match campaign.image.weight {
-        Weight::Trace => vec![1.0; aligned.position_m.len()],
-        Weight::Path => aligned.path_m.clone(),
+impl Focused {
+    /// East, north and height of the pixel of greatest modulus (m).
+    #[must_use]
+    pub fn maximum_m(&self) -> [f64; 3] {
+        let power = self.image.iter().map(Complex32::norm_sqr).enumerate();
+        let greatest = power.max_by(|a, b| a.1.total_cmp(&b.1));
+        self.pixels.place_m(greatest.map_or(0, |(k, _)| k))
     }
 }
 
-/// Makes the image from clean spectra at aligned positions; looks and volumes go straight to their
-/// files.
+/// Makes an image of echoes whose tracks are the ranges `parts`; looks and volume slices go to the
+/// sink.
 ///
 /// # Errors
-/// Data that the imaging operators refuse, a disk that is full.
+/// Data that the imaging operators refuse, a sink that is full, cancellation.
 pub fn focus(
-    campaign: &Campaign,
     echoes: Echoes<'_>,
-    ground: Ground,
-    staging: &Staging,
-    progress: &dyn Progress,
-) -> anyhow::Result<Focused> {
-    let weight = weights(campaign, echoes.aligned);
-    let pulses = Pulses::new(
-        &echoes.aligned.position_m,
-        &echoes.spectrum.frequency_hz,
-        &echoes.spectrum.values,
-        &weight,
-        campaign.image.light_speed_m_s,
-    )
-    .context("the spectra cannot be imaged")?;
-    let default = PlanOptions::default();
-    let options = PlanOptions {
-        accuracy: campaign.image.accuracy,
-        incidence: campaign.image.incidence(),
-        memory_limit_bytes: available_memory_bytes().map_or(default.memory_limit_bytes, |b| {
-            default.memory_limit_bytes.min(b.into())
-        }),
-        ..default
+    parts: &[Range<usize>],
+    request: &ImageRequest,
+    sink: &mut dyn ImageSink,
+    control: &Control<'_>,
+) -> Result<Focused, ImageError> {
+    let weight = echoes.weights(request.options.weight);
+    let pulses = echoes.pulses(&weight).map_err(ImageError::Spectra)?;
+    let plan = plan_options(&request.options);
+    let pixels = &request.pixels;
+    if let Some(volume) = pixels.volume {
+        let made = image_volume(pulses, volume, &plan, sink, control)?;
+        return Ok(Focused {
+            image: made.image,
+            pixels: made.pixels,
+            options: request.options,
+            plan: made.run.explained,
+            promised_bytes: u64::try_from(made.bytes).unwrap_or(u64::MAX),
+            checked_error: made.run.checked_error,
+            multilook: None,
+            projections: Some(made.projections),
+        });
+    }
+    if request.looks.is_some() && parts.len() > 1 {
+        return Err(ImageError::LooksOfTracks {
+            tracks: parts.len(),
+        });
+    }
+    let input = LookInput {
+        pulses,
+        pixels,
+        plan: &plan,
     };
-    if let Some(volume) = ground.volume {
-        return make_volume(pulses, ground, volume, &options, staging, progress);
-    }
-    let incoherent = campaign.tracks.sum == Sum::Incoherent && echoes.parts.len() > 1;
-    let whole: Vec<_> = std::iter::once(0..pulses.len()).collect();
-    let parts = if incoherent { echoes.parts } else { &whole[..] };
-    let mut image = vec![Complex32::default(); ground.grid.len()];
-    let mut power = vec![0_f32; if incoherent { image.len() } else { 0 }];
-    let mut made = Made::default();
-    progress.start("focus", image.len() as u64 * pulses.len() as u64);
-    let mut before = 0;
-    for part in parts {
-        let pulses = pulses.slice(part.clone()).context("[[track]]")?;
-        let plan = plan_on(&ground, pulses, &options)?;
-        made.add(&plan);
-        plan.run(&mut image, &|step| progress.at(before + step.done))
-            .context("[image]")?;
-        before += image.len() as u64 * part.len() as u64;
-        if incoherent {
-            acerra_imaging::looks::add_power(&mut power, &image)?;
-        }
-    }
-    progress.finish();
-    if incoherent {
-        for (v, p) in image.iter_mut().zip(&power) {
-            *v = Complex32::new(p.sqrt(), 0.0);
-        }
-    }
-    let multilook = match campaign.image.looks {
-        Some(count) => {
-            let made = make_looks(
-                campaign, count, pulses, &ground, &options, staging, progress,
-            )?;
-            Some(made)
-        }
+    let incoherent = request.options.sum == Sum::Incoherent && parts.len() > 1;
+    let mut made = if incoherent {
+        sum_of_powers(input, parts, control)?
+    } else {
+        coherent_sum(input, control)?
+    };
+    let multilook = match request.looks {
+        Some(looks) => Some(image_looks(input, looks, sink, control)?),
         None => None,
     };
-    let relief_bytes = ground.surface.as_ref().map_or(0, |s| s.len() * 4);
-    let beside =
-        (relief_bytes + 4 * power.len()) as u128 + multilook.as_ref().map_or(0, |m| m.bytes);
+    made.summary.bytes += pixels.surface.as_ref().map_or(0, |s| s.len() as u128 * 4);
+    made.summary.bytes += multilook.as_ref().map_or(0, |m| m.bytes);
     Ok(Focused {
-        image,
-        ground,
-        promised_bytes: u64::try_from(made.bytes + beside).unwrap_or(u64::MAX),
-        plan: made.explained,
-        checked_error: made.checked_error,
+        image: made.image,
+        pixels: pixels.clone(),
+        options: request.options,
+        promised_bytes: u64::try_from(made.summary.bytes).unwrap_or(u64::MAX),
+        plan: made.summary.explained,
+        checked_error: made.summary.checked_error,
         multilook,
         projections: None,
     })
 }
 
-/// A plan on plane or terrain.
-pub(super) fn plan_on<'a>(
-    ground: &'a Ground,
-    pulses: Pulses<'a>,
-    options: &PlanOptions,
-) -> anyhow::Result<Plan<'a>> {
-    match &ground.surface {
-        Some(surface) => Plan::on_surface(pulses, surface, options),
-        None => Plan::new(pulses, ground.grid, options),
+fn plan_options(options: &FocusOptions) -> PlanOptions {
+    let default = PlanOptions::default();
+    PlanOptions {
+        accuracy: options.accuracy,
+        incidence: options.incidence,
+        memory_limit_bytes: available_memory_bytes().map_or(default.memory_limit_bytes, |b| {
+            default.memory_limit_bytes.min(b.into())
+        }),
+        ..default
     }
-    .context("[image]")
 }
 
-/// Contributions from which a look at the clock first costs little beside the image.
-const WORTH_FORETELLING: u64 = 2_000_000_000;
+/// An image, and what its plans said.
+struct Made {
+    image: Vec<Complex32>,
+    summary: PlanSummary,
+}
+
+/// One image with the aperture of all traces.
+fn coherent_sum(input: LookInput<'_>, control: &Control<'_>) -> Result<Made, ImageError> {
+    let mut image = vec![Complex32::default(); input.pixels.grid.len()];
+    let mut summary = PlanSummary::default();
+    control.start(
+        "focus",
+        contributions(image.len(), &(0..input.pulses.len())),
+    );
+    let plan = plan_on(input.pixels, input.pulses, input.plan)?;
+    summary.add(&plan);
+    run_plan(&plan, &mut image, 0, control)?;
+    control.finish();
+    Ok(Made { image, summary })
+}
+
+/// The root of the sum of the powers of each track's own image.
+fn sum_of_powers(
+    input: LookInput<'_>,
+    parts: &[Range<usize>],
+    control: &Control<'_>,
+) -> Result<Made, ImageError> {
+    let mut image = vec![Complex32::default(); input.pixels.grid.len()];
+    let mut power = vec![0_f32; image.len()];
+    let mut summary = PlanSummary::default();
+    control.start(
+        "focus",
+        contributions(image.len(), &(0..input.pulses.len())),
+    );
+    let mut before = 0;
+    for part in parts {
+        let pulses = input
+            .pulses
+            .slice(part.clone())
+            .map_err(ImageError::Tracks)?;
+        let plan = plan_on(input.pixels, pulses, input.plan)?;
+        summary.add(&plan);
+        run_plan(&plan, &mut image, before, control)?;
+        before += contributions(image.len(), part);
+        acerra_imaging::looks::add_power(&mut power, &image)?;
+    }
+    control.finish();
+    for (v, p) in image.iter_mut().zip(&power) {
+        *v = Complex32::new(p.sqrt(), 0.0);
+    }
+    summary.bytes += 4 * power.len() as u128;
+    Ok(Made { image, summary })
+}
+
+/// Contributions from which estimating the run time by timed samples costs little beside the image.
+const MIN_CONTRIBUTIONS_TO_ESTIMATE: u64 = 2_000_000_000;
 
 /// What one plan, or the most demanding of several, said.
 #[derive(Default)]
-struct Made {
+struct PlanSummary {
     explained: String,
     bytes: u128,
     checked_error: Option<f64>,
 }
 
-impl Made {
+impl PlanSummary {
     fn add(&mut self, plan: &Plan<'_>) {
         if !self.explained.is_empty() {
             self.explained.push('\n');
         }
         self.explained.push_str(&plan.explain());
-        if plan.contributions() > WORTH_FORETELLING {
+        if plan.contributions() > MIN_CONTRIBUTIONS_TO_ESTIMATE {
             let threads = rayon::current_num_threads();
             let line = format!("\nabout {:.2} s on {threads} threads", plan.estimate_s());
             self.explained.push_str(&line);
@@ -174,35 +248,4 @@ impl Made {
             self.checked_error = Some(self.checked_error.unwrap_or(0.0).max(check.error));
         }
     }
-}
-
-/// A quick, unweighted image of modest accuracy, for sharpness alone.
-///
-/// # Errors
-/// Data that the imaging operators refuse.
-pub fn quick_look(
-    position_m: &[[f64; 3]],
-    spectrum: &Spectrum,
-    grid: PlaneGrid,
-    light_speed_m_s: f64,
-) -> anyhow::Result<Vec<Complex32>> {
-    let weight = vec![1.0; position_m.len()];
-    let pulses = Pulses::new(
-        position_m,
-        &spectrum.frequency_hz,
-        &spectrum.values,
-        &weight,
-        light_speed_m_s,
-    )?;
-    // Without 1/R², which would let what is nearest decide.
-    let options = PlanOptions {
-        accuracy: 1e-2,
-        spreading: Spreading::None,
-        check_pixels: 4,
-        ..PlanOptions::default()
-    };
-    let plan = Plan::new(pulses, grid, &options)?;
-    let mut image = vec![Complex32::default(); grid.len()];
-    plan.run(&mut image, &|_| ())?;
-    Ok(image)
 }

@@ -1,216 +1,367 @@
-//! What the pixels stand on: a plane, the terrain, or the slices of a volume.
+//! The ground below the flight, and the pixels that stand on it.
 
 use std::fs::File;
-use std::path::Path;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use acerra_geo::geodesy::{EnuFrame, Geodetic};
-use acerra_geo::terrain::{Crs, LocalTerrain, TerrainFile, TerrainOptions};
+use acerra_geo::terrain::{Crs, LocalTerrain, TerrainError, TerrainFile, TerrainOptions};
 use acerra_geo::trajectory::Frame;
-use acerra_imaging::{PlaneGrid, SurfaceGrid, VolumeGrid};
-use anyhow::Context;
+use acerra_imaging::{ImagingError, PlaneGrid, SPEED_OF_LIGHT_M_S, SurfaceGrid, VolumeGrid};
 
-use super::position::Positions;
-use super::read::name_of;
-use super::warnings::Warnings;
-use crate::campaign::{Campaign, Heights};
+use crate::pixels::Pixels;
+use crate::position::Positions;
+use crate::read::name_of;
+use crate::warnings::Warnings;
 
-/// The pixels' ground.
+/// The image's rectangle and heights, as asked for.
+#[derive(Clone, Debug)]
+pub struct SceneOptions {
+    /// First and last pixel centre to the east (m).
+    pub x_m: [f64; 2],
+    /// First and last pixel centre to the north (m).
+    pub y_m: [f64; 2],
+    /// Side of a pixel (m).
+    pub pixel_m: f64,
+    /// Heights of the pixels.
+    pub heights: SceneHeights,
+    /// Origin of the frame of positions that state none of their own.
+    pub origin: Option<Geodetic>,
+    /// Propagation speed (m/s).
+    pub light_speed_m_s: f64,
+}
+
+/// Heights of an image's pixels.
+#[derive(Clone, Debug)]
+pub enum SceneHeights {
+    /// A horizontal plane at this height (m).
+    Plane(f64),
+    /// The slices of a volume.
+    Volume {
+        /// Lowest and highest slice (m).
+        z_m: [f64; 2],
+        /// Distance of the slices (m).
+        step_m: f64,
+        /// Height of the ground, from which 2h/c counts (m).
+        ground_z_m: f64,
+    },
+    /// Those of the terrain.
+    Terrain(TerrainSource),
+}
+
+/// A terrain raster.
+#[derive(Clone, Debug)]
+pub struct TerrainSource {
+    /// The raster.
+    pub path: PathBuf,
+    /// Its coordinates where the file does not say: `"local"` or an EPSG code.
+    pub crs: Option<String>,
+    /// Added to its heights to have heights above the ellipsoid (m).
+    pub geoid_height_m: f64,
+}
+
+/// Why there are no pixels, or no ground.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SceneError {
+    /// A rectangle that makes no grid, or one that cannot be held.
+    #[error("[image]: {0}")]
+    Grid(ImagingError),
+    /// Far too many slices.
+    #[error("[image] z_m: {slices:.0} slices of {step_m} m are more than ten million")]
+    Slices {
+        /// Slices asked for.
+        slices: f64,
+        /// Distance of the slices (m).
+        step_m: f64,
+    },
+    /// Heights that make no volume.
+    #[error("[image] z_m: {0}")]
+    Volume(ImagingError),
+    /// The operating system does not open the terrain.
+    #[error("{}: {cause}", path.display())]
+    Open {
+        /// The raster.
+        path: PathBuf,
+        /// What the system says.
+        cause: io::Error,
+    },
+    /// The name of the terrain's coordinates is unknown.
+    #[error("{}: [image] terrain_crs: {cause}", path.display())]
+    Coordinates {
+        /// The raster.
+        path: PathBuf,
+        /// Why.
+        cause: TerrainError,
+    },
+    /// The terrain cannot be read.
+    #[error("{}: {cause}", path.display())]
+    Terrain {
+        /// The raster.
+        path: PathBuf,
+        /// The place in it, what was expected and what was found.
+        cause: TerrainError,
+    },
+    /// The terrain has no height under a part of the image.
+    #[error("{} under the image: {cause}", path.display())]
+    UnderImage {
+        /// The raster.
+        path: PathBuf,
+        /// Where.
+        cause: TerrainError,
+    },
+    /// Heights that make no surface.
+    #[error(transparent)]
+    Surface(#[from] ImagingError),
+}
+
+/// Height of the ground under a flight.
 #[derive(Clone, Debug)]
 pub struct Ground {
-    /// Columns and rows of the image; at the plane's height, the middle of the terrain's, or the
-    /// lowest slice's.
-    pub grid: PlaneGrid,
-    /// The terrain under the image.
-    pub surface: Option<SurfaceGrid>,
-    /// The slices of a volume.
-    pub volume: Option<VolumeGrid>,
-    /// Height of the ground where no terrain tells it.
+    /// Where no terrain tells it (m).
     level_m: f64,
+    /// The terrain under the image.
+    near: Option<Arc<SurfaceGrid>>,
     /// The terrain under the flight as well, where its file reaches so far.
     wide: Option<LocalTerrain>,
 }
 
-/// Positions, and the ground below them.
-#[derive(Clone, Copy, Debug)]
-pub struct Site<'a> {
-    /// Where the radar was.
-    pub positions: &'a Positions,
-    /// What it flew over.
-    pub ground: &'a Ground,
-}
-
-/// The columns and rows that a campaign asks for.
-///
-/// # Errors
-/// More than memory holds, with the bytes it would need.
-pub fn grid_of(campaign: &Campaign) -> anyhow::Result<PlaneGrid> {
-    let image = &campaign.image;
-    PlaneGrid::from_ranges(image.x_m, image.y_m, image.base_z_m(), image.pixel_m).context("[image]")
-}
-
-/// The slices that a campaign asks for, where it asks for a volume.
-///
-/// # Errors
-/// Heights that make no volume.
-pub fn volume_of(campaign: &Campaign, base: PlaneGrid) -> anyhow::Result<Option<VolumeGrid>> {
-    let Some(Heights::Range([from, to])) = campaign.image.z_m else {
-        return Ok(None);
-    };
-    let step_m = campaign.image.pixel_z_m.unwrap_or(campaign.image.pixel_m);
-    let steps = ((to - from) / step_m + 1e-6).floor();
-    anyhow::ensure!(
-        steps < 1e7,
-        "[image] z_m: {steps:.0} slices of {step_m} m are more than ten million"
-    );
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "checked to be a moderate number, not negative"
-    )]
-    let slices = steps as usize + 1;
-    VolumeGrid::new(base, step_m, slices)
-        .map(Some)
-        .context("[image] z_m")
-}
-
 impl Ground {
-    /// Finds the ground: the plane or volume of the campaign, or its terrain in the frame of the
-    /// positions.
-    ///
-    /// # Errors
-    /// Terrain that cannot be read, or does not reach under the whole image; the message names the
-    /// file and the place.
-    pub fn find(
-        campaign: &Campaign,
-        positions: &[&Positions],
-        warnings: &mut Warnings,
-    ) -> anyhow::Result<Self> {
-        let grid = grid_of(campaign)?;
-        let Some(path) = &campaign.image.terrain else {
-            return Ok(Self {
-                grid,
-                surface: None,
-                volume: volume_of(campaign, grid)?,
-                level_m: campaign.image.ground_z_m(),
-                wide: None,
-            });
-        };
-        let frame = frame_of(campaign, positions);
-        let open = || open(campaign, path);
-        let file = open().with_context(|| path.display().to_string())?;
-        if let Some(vertical) = file.vertical()
-            && campaign.image.geoid_height_m == 0.0
-            && vertical != "the ellipsoid"
-        {
-            warnings.add(format!(
-                "{}: heights count from {vertical}; state [image] geoid_height_m, or they are \
-                 taken as heights above the ellipsoid",
-                name_of(path)
-            ));
+    /// Level ground.
+    #[must_use]
+    pub fn level(z_m: f64) -> Self {
+        Self {
+            level_m: z_m,
+            near: None,
+            wide: None,
         }
-        let near = [
-            [grid.x0_m, grid.x_m(grid.nx - 1)],
-            [grid.y0_m, grid.y_m(grid.ny - 1)],
-        ];
-        let terrain = file
-            .in_frame(&frame, near[0], near[1])
-            .with_context(|| format!("{} under the image", path.display()))?;
-        let surface = SurfaceGrid::from_fn(grid, |x_m, y_m| {
-            terrain
-                .height_m(x_m, y_m)
-                .with_context(|| format!("{} under the image", path.display()))
-        })?;
-        let surface_middle_m = surface.base().z_m;
-        let far = with_flight(near, positions);
-        let wide = open().and_then(|file| Ok(file.in_frame(&frame, far[0], far[1])?));
-        if wide.is_err() {
-            warnings.add(format!(
-                "{} does not reach under the whole flight: heights above ground are those above \
-                 the image's nearest edge there",
-                name_of(path)
-            ));
-        }
-        Ok(Self {
-            grid: *surface.base(),
-            surface: Some(surface),
-            volume: None,
-            level_m: surface_middle_m,
-            wide: wide.ok(),
-        })
     }
 
-    /// Height of the ground at (x, y), m: of the plane, of the terrain, or what the campaign says of
-    /// a volume.
+    /// Uneven ground, level beyond the edges of the surface.
+    #[must_use]
+    pub fn surface(surface: Arc<SurfaceGrid>) -> Self {
+        Self {
+            level_m: surface.base().z_m,
+            near: Some(surface),
+            wide: None,
+        }
+    }
+
+    /// Height of the ground at (x, y), m: of the terrain where there is one, else level.
     #[must_use]
     pub fn below_m(&self, x_m: f64, y_m: f64) -> f64 {
         let wide = self.wide.as_ref();
-        match (&self.surface, wide.map(|w| w.height_m(x_m, y_m))) {
+        match (&self.near, wide.map(|w| w.height_m(x_m, y_m))) {
             (Some(_), Some(Ok(z_m))) => z_m,
             (Some(surface), _) => surface.height_m(x_m, y_m),
             (None, _) => self.level_m,
         }
     }
 
-    /// Least and greatest height, m.
+    /// Whether a terrain tells the heights.
     #[must_use]
-    pub fn span_m(&self) -> [f64; 2] {
-        match (&self.surface, &self.volume) {
-            (Some(surface), _) => surface.span_m(),
-            (None, Some(volume)) => [self.grid.z_m, volume.slice(volume.nz - 1).z_m],
-            (None, None) => [self.grid.z_m; 2],
+    pub fn is_uneven(&self) -> bool {
+        self.near.is_some()
+    }
+}
+
+/// The pixels of an image, and the ground below the flight.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// The pixels.
+    pub pixels: Pixels,
+    /// The ground.
+    pub ground: Ground,
+    /// Propagation speed (m/s).
+    pub light_speed_m_s: f64,
+}
+
+impl Scene {
+    /// A horizontal plane that is also the ground, in vacuum.
+    #[must_use]
+    pub fn plane(grid: PlaneGrid) -> Self {
+        Self {
+            pixels: Pixels::plane(grid),
+            ground: Ground::level(grid.z_m),
+            light_speed_m_s: SPEED_OF_LIGHT_M_S,
         }
     }
 
-    /// A height for what takes only one, m.
+    /// Uneven ground with the image on it, in vacuum.
     #[must_use]
-    pub fn middle_m(&self) -> f64 {
-        let [low, high] = self.span_m();
-        0.5 * (low + high)
+    pub fn surface(surface: SurfaceGrid) -> Self {
+        let surface = Arc::new(surface);
+        Self {
+            pixels: Pixels::surface(Arc::clone(&surface)),
+            ground: Ground::surface(surface),
+            light_speed_m_s: SPEED_OF_LIGHT_M_S,
+        }
     }
 
-    /// What the pixels stand on, in words.
-    #[must_use]
-    pub fn describe(&self) -> String {
-        let [low, high] = self.span_m();
-        if let Some(volume) = &self.volume {
-            return format!(
-                "in a volume of {} slices from z = {} m by {} m",
-                volume.nz, volume.base.z_m, volume.step_m
-            );
-        }
-        match &self.surface {
-            Some(_) => {
-                // A little below zero is no "-0.00".
-                let [low, high] = [low, high].map(|z| (z * 100.0).round() / 100.0 + 0.0);
-                format!("on the terrain, z = {low:.2} to {high:.2} m")
+    /// The plane, the volume or the terrain asked for, in the frame of the positions.
+    ///
+    /// # Errors
+    /// Terrain that cannot be read, or does not reach under the whole image; the message names the
+    /// file and the place.
+    pub fn find(
+        options: &SceneOptions,
+        positions: &[&Positions],
+        warnings: &mut Warnings,
+    ) -> Result<Self, SceneError> {
+        let grid = options.grid()?;
+        let scene = match &options.heights {
+            SceneHeights::Plane(_) => Self::plane(grid),
+            SceneHeights::Volume { ground_z_m, .. } => {
+                let mut scene = Self::plane(grid);
+                scene.pixels.volume = options.volume(grid)?;
+                scene.ground = Ground::level(*ground_z_m);
+                scene
             }
-            None => format!("at z = {low} m"),
+            SceneHeights::Terrain(source) => {
+                let frame = frame_of(options.origin, positions);
+                source.scene(grid, &frame, positions, warnings)?
+            }
+        };
+        Ok(Self {
+            light_speed_m_s: options.light_speed_m_s,
+            ..scene
+        })
+    }
+}
+
+impl SceneOptions {
+    /// The columns and rows asked for.
+    ///
+    /// # Errors
+    /// More than memory holds, with the bytes it would need.
+    pub fn grid(&self) -> Result<PlaneGrid, SceneError> {
+        let z_m = match self.heights {
+            SceneHeights::Plane(z_m) | SceneHeights::Volume { z_m: [z_m, _], .. } => z_m,
+            SceneHeights::Terrain(_) => 0.0,
+        };
+        PlaneGrid::from_ranges(self.x_m, self.y_m, z_m, self.pixel_m).map_err(SceneError::Grid)
+    }
+
+    /// The slices asked for, where a volume is.
+    ///
+    /// # Errors
+    /// Heights that make no volume.
+    pub fn volume(&self, base: PlaneGrid) -> Result<Option<VolumeGrid>, SceneError> {
+        let SceneHeights::Volume {
+            z_m: [from, to],
+            step_m,
+            ..
+        } = self.heights
+        else {
+            return Ok(None);
+        };
+        let steps = ((to - from) / step_m + 1e-6).floor();
+        if steps.is_nan() || steps >= 1e7 {
+            return Err(SceneError::Slices {
+                slices: steps,
+                step_m,
+            });
         }
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "checked to be a moderate number, not negative"
+        )]
+        let slices = steps as usize + 1;
+        VolumeGrid::new(base, step_m, slices)
+            .map(Some)
+            .map_err(SceneError::Volume)
     }
 }
 
-fn open(campaign: &Campaign, path: &Path) -> anyhow::Result<TerrainFile<File>> {
-    let mut options = TerrainOptions::default().with_offset_m(campaign.image.geoid_height_m);
-    if let Some(crs) = &campaign.image.terrain_crs {
-        options = options.with_crs(Crs::parse(crs).context("[image] terrain_crs")?);
+impl TerrainSource {
+    /// The terrain under the image and, where the file reaches so far, under the flight.
+    fn scene(
+        &self,
+        grid: PlaneGrid,
+        frame: &Frame,
+        positions: &[&Positions],
+        warnings: &mut Warnings,
+    ) -> Result<Scene, SceneError> {
+        let file = self.open()?;
+        if let Some(vertical) = file.vertical()
+            && self.geoid_height_m == 0.0
+            && vertical != "the ellipsoid"
+        {
+            warnings.add(format!(
+                "{}: heights count from {vertical}; state [image] geoid_height_m, or they are \
+                 taken as heights above the ellipsoid",
+                name_of(&self.path)
+            ));
+        }
+        let under_image = |cause| SceneError::UnderImage {
+            path: self.path.clone(),
+            cause,
+        };
+        let near = [
+            [grid.x0_m, grid.x_m(grid.nx - 1)],
+            [grid.y0_m, grid.y_m(grid.ny - 1)],
+        ];
+        let terrain = file
+            .in_frame(frame, near[0], near[1])
+            .map_err(under_image)?;
+        let surface = SurfaceGrid::from_fn(grid, |x_m, y_m| {
+            terrain.height_m(x_m, y_m).map_err(under_image)
+        })?;
+        drop(terrain);
+        let [far_x_m, far_y_m] = with_flight(near, positions);
+        let wide = self
+            .open()
+            .ok()
+            .and_then(|file| file.in_frame(frame, far_x_m, far_y_m).ok());
+        if wide.is_none() {
+            warnings.add(format!(
+                "{} does not reach under the whole flight: heights above ground are those above \
+                 the image's nearest edge there",
+                name_of(&self.path)
+            ));
+        }
+        let mut scene = Scene::surface(surface);
+        scene.ground.wide = wide;
+        Ok(scene)
     }
-    Ok(TerrainFile::open(File::open(path)?, &options)?)
+
+    fn open(&self) -> Result<TerrainFile<File>, SceneError> {
+        let path = || self.path.clone();
+        let mut options = TerrainOptions::default().with_offset_m(self.geoid_height_m);
+        if let Some(crs) = &self.crs {
+            options =
+                options.with_crs(Crs::parse(crs).map_err(|cause| SceneError::Coordinates {
+                    path: path(),
+                    cause,
+                })?);
+        }
+        let file = open_file(&self.path)?;
+        TerrainFile::open(file, &options).map_err(|cause| SceneError::Terrain {
+            path: path(),
+            cause,
+        })
+    }
 }
 
-/// The positions' frame: the trajectory's own, or about the origin that the campaign states.
-fn frame_of(campaign: &Campaign, positions: &[&Positions]) -> Frame {
+fn open_file(path: &Path) -> Result<File, SceneError> {
+    File::open(path).map_err(|cause| SceneError::Open {
+        path: path.to_owned(),
+        cause,
+    })
+}
+
+/// The positions' frame: the trajectory's own, or about the origin stated.
+fn frame_of(origin: Option<Geodetic>, positions: &[&Positions]) -> Frame {
     let own = positions.iter().find_map(|p| match p {
         Positions::Trajectory(trajectory) => Some(*trajectory.frame()),
         Positions::PerTrace(_) => None,
     });
-    let stated = || {
-        let [latitude, longitude, height_m] = campaign.trajectory.origin_deg_m?;
-        let origin = Geodetic::from_degrees(latitude, longitude, height_m);
-        Some(Frame::Enu(EnuFrame::new(origin)))
-    };
-    match own {
-        Some(frame @ Frame::Enu(_)) => frame,
-        _ => stated().unwrap_or(Frame::Local),
+    match (own, origin) {
+        (Some(frame @ Frame::Enu(_)), _) => frame,
+        (_, Some(origin)) => Frame::Enu(EnuFrame::new(origin)),
+        (_, None) => Frame::Local,
     }
 }
 

@@ -1,55 +1,70 @@
 //! Stage `measure`: what the image shows.
 
-use acerra_imaging::Pulses;
-use acerra_imaging::metrics::{ImageView, MeasureOptions, Measurement, measure_targets_in};
-use anyhow::Context;
+use acerra_imaging::ImagingError;
+use acerra_imaging::metrics::{
+    ImageView, MeasureOptions as Metrics, Measurement, measure_targets_in,
+};
 
-use super::align::Aligned;
-use super::focus::{Focused, weights};
-use crate::campaign::Campaign;
-use acerra_radar::Spectrum;
+use crate::echoes::Echoes;
+use crate::focus::Focused;
+
+/// Parameters of the stage `measure`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MeasureOptions {
+    /// Peaks weaker than this relative to the strongest are not listed (dB).
+    pub threshold_db: f64,
+    /// At most so many targets are listed.
+    pub max_targets: usize,
+}
+
+/// Why an image cannot be measured.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum MeasureError {
+    /// Pixel values that are not finite.
+    #[error("the image: {0}")]
+    Image(ImagingError),
+    /// Echoes that the imaging operators refuse.
+    #[error("the spectra: {0}")]
+    Spectra(ImagingError),
+    /// The targets cannot be measured.
+    #[error("[measure]: {0}")]
+    Targets(ImagingError),
+}
 
 /// The image as the metrics see it.
 ///
 /// # Errors
-/// An image that is no image (not finite).
-pub fn view_of(focused: &Focused) -> anyhow::Result<ImageView<'_>> {
+/// Pixel values that are not finite.
+pub fn view_of(focused: &Focused) -> Result<ImageView<'_>, MeasureError> {
     // Values of a volume seen from above come from many heights, and so in any phase.
     let values = match &focused.projections {
         Some(volume) => &volume.above,
         None => &focused.image,
     };
-    match &focused.ground.surface {
+    match &focused.pixels.surface {
         Some(surface) => ImageView::on_surface(values, surface),
-        None => ImageView::new(values, focused.ground.grid),
+        None => ImageView::new(values, focused.pixels.grid),
     }
-    .context("the image")
+    .map_err(MeasureError::Image)
 }
 
-/// Finds and measures the targets of the image.
+/// Finds and measures the targets of an image of these echoes.
 ///
 /// # Errors
-/// An image that is no image (not finite).
+/// Pixel values that are not finite, echoes that cannot be imaged.
 pub fn measure(
-    campaign: &Campaign,
+    echoes: Echoes<'_>,
     focused: &Focused,
-    spectrum: &Spectrum,
-    aligned: &Aligned,
-) -> anyhow::Result<Measurement> {
+    options: &MeasureOptions,
+) -> Result<Measurement, MeasureError> {
     let view = view_of(focused)?;
-    let weight = weights(campaign, aligned);
-    let pulses = Pulses::new(
-        &aligned.position_m,
-        &spectrum.frequency_hz,
-        &spectrum.values,
-        &weight,
-        campaign.image.light_speed_m_s,
-    )
-    .context("the spectra")?;
-    let options = MeasureOptions {
-        threshold_db: campaign.measure.threshold_db,
-        max_targets: campaign.measure.max_targets,
-        ..MeasureOptions::default()
+    let weight = echoes.weights(focused.options.weight);
+    let pulses = echoes.pulses(&weight).map_err(MeasureError::Spectra)?;
+    let metrics = Metrics {
+        threshold_db: options.threshold_db,
+        max_targets: options.max_targets,
+        ..Metrics::default()
     };
-    measure_targets_in(&view, &pulses, &options).context("[measure]")
+    measure_targets_in(&view, &pulses, &metrics).map_err(MeasureError::Targets)
 }

@@ -1,17 +1,16 @@
 //! The clock offset found from the data alone: motion against change, then sharpness.
 
-use acerra_imaging::{Complex32, PlaneGrid};
+use acerra_geo::trajectory::Trajectory;
+use acerra_imaging::{Complex32, ImagingError, PlaneGrid};
 use acerra_radar::align::{CoarseOffset, activity, coarse_offset};
-use acerra_radar::{Radargram, Spectrum};
-use anyhow::{Context, bail};
+use acerra_radar::{Radargram, align::AlignError as MotionError};
 
-use super::align::{Aligned, align, interpolator};
-use super::focus::quick_look;
-use super::ground::{Ground, Site};
-use super::position::Positions;
-use super::progress::Progress;
-use super::warnings::Warnings;
-use crate::campaign::Campaign;
+use crate::align::{AlignError, AlignOptions, Flight, align, interpolator};
+use crate::choices::Select;
+use crate::control::{Cancelled, Control};
+use crate::echoes::{Echoes, quick_look};
+use crate::pixels::Pixels;
+use crate::warnings::Warnings;
 
 /// A score over the offsets tried.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -23,6 +22,19 @@ pub struct Curve {
 }
 
 impl Curve {
+    fn push(&mut self, offset_s: f64, score: f64) {
+        self.offset_s.push(offset_s);
+        self.score.push(score);
+    }
+
+    /// The best score over the median one; NaN without scores.
+    fn peak_over_median(&self) -> f64 {
+        let mut sorted = self.score.clone();
+        sorted.sort_by(f64::total_cmp);
+        let median = sorted.get(sorted.len() / 2).copied().unwrap_or(f64::NAN);
+        sorted.last().copied().unwrap_or(f64::NAN) / median
+    }
+
     /// The best offset, refined by a parabola through its neighbours, and its score.
     #[must_use]
     pub fn best(&self) -> Option<(f64, f64)> {
@@ -83,29 +95,47 @@ const SHARPNESS_PIXELS: f64 = 60_000.0;
 /// Speeds further apart than this count as independent (s).
 const MEMORY_OF_MOTION_S: f64 = 0.5;
 
+/// Why the clock offset cannot be found.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum OffsetError {
+    /// The trajectory is too long to be searched.
+    #[error(
+        "[trajectory] time_offset_s = \"auto\": expected a trajectory of less than {LONGEST_S:.0} s, \
+         found {found_s:.0} s"
+    )]
+    TooLong {
+        /// Its length (s).
+        found_s: f64,
+    },
+    /// Motion and change cannot be compared.
+    #[error("[trajectory] time_offset_s = \"auto\": {0}")]
+    Motion(MotionError),
+    /// No trace can be placed at an offset that is tried.
+    #[error(transparent)]
+    Align(#[from] AlignError),
+    /// The images of the search cannot be made.
+    #[error(transparent)]
+    Imaging(#[from] ImagingError),
+    /// The caller asked to stop.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}
+
 /// First step: the offset at which the radargram changes while the platform moves.
 ///
 /// # Errors
 /// Too few traces, a platform or a radargram that does not change, no overlap.
 pub fn by_motion(
-    campaign: &Campaign,
     radargram: &Radargram,
-    positions: &Positions,
-) -> anyhow::Result<CoarseOffset> {
-    let Positions::Trajectory(trajectory) = positions else {
-        bail!(
-            "[trajectory] time_offset_s = \"auto\": positions that come with the traces need no \
-             offset"
-        );
-    };
-    let at = interpolator(campaign, trajectory);
+    trajectory: &Trajectory,
+    max_gap_s: Option<f64>,
+) -> Result<CoarseOffset, OffsetError> {
+    let at = interpolator(max_gap_s, trajectory);
     let half_s = 0.05_f64.max(trajectory.sample_interval_s().unwrap_or(0.1));
     let span_s = trajectory.end_s() - trajectory.start_s();
     if span_s.is_nan() || span_s >= LONGEST_S {
-        bail!(
-            "[trajectory] time_offset_s = \"auto\": expected a trajectory of less than \
-             {LONGEST_S:.0} s, found {span_s:.0} s"
-        );
+        return Err(OffsetError::TooLong { found_s: span_s });
     }
     #[expect(
         clippy::cast_possible_truncation,
@@ -133,104 +163,108 @@ pub fn by_motion(
         &speed_m_s,
         &acerra_radar::align::OffsetSearch::default(),
     )
-    .context("[trajectory] time_offset_s = \"auto\"")
+    .map_err(OffsetError::Motion)
+}
+
+/// What offsets are tried on: a track, cleaned at the first step's offset.
+#[derive(Clone, Copy, Debug)]
+pub struct Trial<'a> {
+    /// The track.
+    pub flight: Flight<'a>,
+    /// How its traces are placed.
+    pub options: &'a AlignOptions,
+    /// Its clean spectra, made at the first step's offset.
+    pub echoes: Echoes<'a>,
 }
 
 /// Second step: among the offsets about the best correlation, the one with the sharpest image.
 ///
-/// `spectrum` holds the clean spectra of `aligned`, made at the first step's offset.
-///
 /// # Errors
-/// Data that cannot be imaged.
+/// Data that cannot be imaged, cancellation.
 pub fn refine(
-    campaign: &Campaign,
-    radar_time_s: &[f64],
-    site: Site<'_>,
+    trial: Trial<'_>,
     motion: CoarseOffset,
-    aligned: &Aligned,
-    spectrum: &Spectrum,
-    progress: &dyn Progress,
-) -> anyhow::Result<OffsetSearch> {
-    let near: Vec<(f64, f64)> = motion
-        .curve
-        .iter()
-        .filter(|(offset, score)| {
-            *score >= motion.correlation - CORRELATION_SLACK
-                && (offset - motion.offset_s).abs() <= SHARPNESS_REACH_S
-        })
-        .copied()
-        .collect();
-    let length_s = radar_time_s.last().unwrap_or(&0.0) - radar_time_s.first().unwrap_or(&0.0);
-    let independent = (length_s / MEMORY_OF_MOTION_S).max(4.0);
-    let grid = coarse_grid(campaign, site.ground)?;
-    progress.start("align", near.len() as u64);
+    control: &Control<'_>,
+) -> Result<OffsetSearch, OffsetError> {
+    let candidates = near_the_best(&motion);
+    let independent = independent_speeds(trial.flight.radar.time_s());
+    let grid = coarse_grid(&trial.flight.scene.pixels)?;
+    control.start("align", candidates.len() as u64);
     let mut sharpness = Curve::default();
     let mut likelihood = Curve::default();
-    for (k, (offset, correlation)) in near.into_iter().enumerate() {
-        let everywhere = Campaign {
-            radar: crate::campaign::RadarSection {
-                select: crate::campaign::Select::All,
-                ..campaign.radar.clone()
-            },
-            ..campaign.clone()
-        };
-        let all = align(
-            &everywhere,
-            radar_time_s,
-            site,
-            offset,
-            &mut Warnings::default(),
-        )?;
-        // The same traces at every offset: what changes is where they stand.
-        let position_of = |trace: &usize| {
-            all.traces
-                .binary_search(trace)
-                .ok()
-                .map(|at| all.position_m[at])
-        };
-        let places: Option<Vec<[f64; 3]>> = aligned.traces.iter().map(position_of).collect();
-        if let Some(places) = places {
-            let image = quick_look(&places, spectrum, grid, campaign.image.light_speed_m_s)?;
-            let sharp = contrast(&image);
-            sharpness.offset_s.push(offset);
-            sharpness.score.push(sharp);
-            likelihood.offset_s.push(offset);
+    for (k, (offset_s, correlation)) in candidates.into_iter().enumerate() {
+        control.check()?;
+        if let Some(contrast) = trial.contrast_at(offset_s, grid)? {
+            sharpness.push(offset_s, contrast);
             // Correlated Gaussian pairs; a coherent peak against its surroundings.
-            likelihood
-                .score
-                .push(2.0 * sharp.ln() - 0.5 * independent * (1.0 - correlation.powi(2)).ln());
+            let of_motion = -0.5 * independent * (1.0 - correlation.powi(2)).ln();
+            likelihood.push(offset_s, 2.0 * contrast.ln() + of_motion);
         }
-        progress.at(k as u64 + 1);
+        control.at(k as u64 + 1);
     }
-    progress.finish();
-    let time_offset_s = likelihood
-        .best()
-        .map_or(motion.offset_s, |(offset, _)| offset);
-    let mut sorted = sharpness.score.clone();
-    sorted.sort_by(f64::total_cmp);
-    let median = sorted.get(sorted.len() / 2).copied().unwrap_or(f64::NAN);
-    let sharpest = sorted.last().copied().unwrap_or(f64::NAN);
+    control.finish();
     Ok(OffsetSearch {
-        time_offset_s,
+        time_offset_s: likelihood
+            .best()
+            .map_or(motion.offset_s, |(offset_s, _)| offset_s),
         motion,
+        sharpness_ratio: sharpness.peak_over_median(),
         sharpness,
-        sharpness_ratio: sharpest / median,
         likelihood,
     })
 }
 
-/// The campaign's rectangle with few enough pixels to image it many times.
-fn coarse_grid(campaign: &Campaign, ground: &Ground) -> anyhow::Result<PlaneGrid> {
-    let image = &campaign.image;
-    let area_m2 = (image.x_m[1] - image.x_m[0] + image.pixel_m)
-        * (image.y_m[1] - image.y_m[0] + image.pixel_m);
-    let pixel_m = image.pixel_m.max((area_m2 / SHARPNESS_PIXELS).sqrt());
-    Ok(PlaneGrid::from_ranges(
-        image.x_m,
-        image.y_m,
-        ground.middle_m(),
-        pixel_m,
-    )?)
+/// The offsets whose correlation is close to the best, with that correlation.
+fn near_the_best(motion: &CoarseOffset) -> Vec<(f64, f64)> {
+    let is_near = |(offset_s, score): &&(f64, f64)| {
+        *score >= motion.correlation - CORRELATION_SLACK
+            && (offset_s - motion.offset_s).abs() <= SHARPNESS_REACH_S
+    };
+    motion.curve.iter().filter(is_near).copied().collect()
+}
+
+/// How many independent speeds a log of these times compares.
+fn independent_speeds(time_s: &[f64]) -> f64 {
+    let length_s = time_s.last().unwrap_or(&0.0) - time_s.first().unwrap_or(&0.0);
+    (length_s / MEMORY_OF_MOTION_S).max(4.0)
+}
+
+impl Trial<'_> {
+    /// The contrast of the image at an offset; none where a trace of the echoes has no place then.
+    fn contrast_at(&self, offset_s: f64, grid: PlaneGrid) -> Result<Option<f64>, OffsetError> {
+        // The same traces at every offset: what changes is where they stand.
+        let everywhere = AlignOptions {
+            select: Select::All,
+            ..self.options.clone()
+        };
+        let unsaid = &mut Warnings::default();
+        let all = align(self.flight, &everywhere, offset_s, unsaid)?;
+        let position_of = |trace: &usize| {
+            let at = all.traces.binary_search(trace).ok()?;
+            Some(all.position_m[at])
+        };
+        let Echoes {
+            spectrum,
+            aligned,
+            light_speed_m_s,
+        } = self.echoes;
+        let places: Option<Vec<[f64; 3]>> = aligned.traces.iter().map(position_of).collect();
+        let Some(places) = places else {
+            return Ok(None);
+        };
+        let image = quick_look(&places, spectrum, grid, light_speed_m_s)?;
+        Ok(Some(contrast(&image)))
+    }
+}
+
+/// The image's rectangle with few enough pixels to image it many times.
+fn coarse_grid(pixels: &Pixels) -> Result<PlaneGrid, ImagingError> {
+    let fine = &pixels.grid;
+    let x_m = [fine.x0_m, fine.x_m(fine.nx - 1)];
+    let y_m = [fine.y0_m, fine.y_m(fine.ny - 1)];
+    let area_m2 = (x_m[1] - x_m[0] + fine.pixel_m) * (y_m[1] - y_m[0] + fine.pixel_m);
+    let pixel_m = fine.pixel_m.max((area_m2 / SHARPNESS_PIXELS).sqrt());
+    PlaneGrid::from_ranges(x_m, y_m, pixels.middle_m(), pixel_m)
 }
 
 /// The brightest pixel's modulus over the median one's; 1 for an image of zeros.

@@ -1,147 +1,351 @@
 //! Stage `position`: where the positioned point was, as a trajectory in the image's frame.
 
 use std::fs::File;
-use std::io::BufReader;
-use std::path::Path;
+use std::io::{self, BufReader};
+use std::path::{Path, PathBuf};
 
 use acerra_geo::geodesy::{EnuFrame, Geodetic, ecef_from_geodetic};
-use acerra_geo::lever_arm::{HeadingOptions, apply_lever_arm};
-use acerra_geo::read::{ReadOptions, read_trajectory};
-use acerra_geo::trajectory::Trajectory;
-use acerra_gnss::conf::read_conf;
+use acerra_geo::lever_arm::{HeadingOptions, LeverArmError, apply_lever_arm};
+use acerra_geo::read::{ReadError, ReadOptions, read_trajectory};
+use acerra_geo::trajectory::{Frame, Trajectory, TrajectoryError};
+use acerra_gnss::conf::{ConfError, read_conf};
 use acerra_gnss::{BasePosition, PpkOptions, RuleSet};
-use anyhow::Context;
 
-use super::read::{RadarData, name_of};
-use super::warnings::Warnings;
-use crate::campaign::{Campaign, GnssSection, TrajectorySection};
-use crate::positioning::{self, PositioningInput};
+use crate::positioning::{self, PositioningError, PositioningInput};
+use crate::read::name_of;
+use crate::warnings::Warnings;
 
-/// Positions, as the campaign gives them.
+/// Positions of the radar's phase centre.
 #[derive(Clone, Debug)]
 pub enum Positions {
-    /// A trajectory of the radar's phase centre, on a clock of its own.
+    /// A trajectory on a clock of its own.
     Trajectory(Box<Trajectory>),
-    /// One position of the phase centre for each trace, from the radar file (m).
+    /// One position for each trace, east, north, up (m).
     PerTrace(Vec<[f64; 3]>),
 }
 
-/// Finds the positions.
+impl From<Trajectory> for Positions {
+    fn from(trajectory: Trajectory) -> Self {
+        Self::Trajectory(Box::new(trajectory))
+    }
+}
+
+impl From<Vec<[f64; 3]>> for Positions {
+    fn from(position_m: Vec<[f64; 3]>) -> Self {
+        Self::PerTrace(position_m)
+    }
+}
+
+/// Parameters of the stage `position`.
+#[derive(Clone, Debug, Default)]
+pub struct PositionOptions {
+    /// Where the positions come from.
+    pub source: PositionSource,
+    /// Origin of the local east-north-up frame. By default the file's own origin, or its first
+    /// position.
+    pub origin: Option<Geodetic>,
+    /// Rigid body to take from a motion-capture export that holds several.
+    pub rigid_body: Option<String>,
+    /// Radar phase centre from the positioned point: forward, left, up (m).
+    pub lever_arm_m: [f64; 3],
+}
+
+/// Where positions come from.
+#[derive(Clone, Debug, Default)]
+pub enum PositionSource {
+    /// The radar file brings one position for each trace.
+    #[default]
+    RadarFile,
+    /// A trajectory file.
+    Trajectory(PathBuf),
+    /// Raw GNSS logs, by carrier-phase differential positioning.
+    Gnss(GnssLogs),
+}
+
+/// Raw GNSS logs to compute a trajectory from.
+#[derive(Clone, Debug)]
+pub struct GnssLogs {
+    /// The logs and navigation files.
+    pub files: PositioningInput,
+    /// RTKLIB configuration with the options of the positioning.
+    pub config: Option<PathBuf>,
+    /// Where the base's antenna stands. By default what its log says.
+    pub base: Option<BasePlace>,
+}
+
+/// Where the base's antenna stands.
+#[derive(Clone, Copy, Debug)]
+pub enum BasePlace {
+    /// Earth-centred, Earth-fixed (m).
+    Ecef([f64; 3]),
+    /// Latitude, longitude and ellipsoidal height.
+    Geodetic(Geodetic),
+}
+
+/// Why there are no positions.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum PositionError {
+    /// The operating system does not open the file.
+    #[error("{}: {cause}", path.display())]
+    Open {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        cause: io::Error,
+    },
+    /// The trajectory file cannot be read.
+    #[error("{}: {cause}", path.display())]
+    Trajectory {
+        /// The file.
+        path: PathBuf,
+        /// The place in it, what was expected and what was found.
+        cause: ReadError,
+    },
+    /// The RTKLIB configuration cannot be read.
+    #[error("{}: {cause}", path.display())]
+    Configuration {
+        /// The file.
+        path: PathBuf,
+        /// The place in it, what was expected and what was found.
+        cause: ConfError,
+    },
+    /// The GNSS logs give no solution.
+    #[error("[gnss]: {0}")]
+    Positioning(PositioningError),
+    /// The solution makes no trajectory.
+    #[error("[gnss]: {0}")]
+    Solution(TrajectoryError),
+    /// The trajectory cannot be brought to the origin stated.
+    #[error("[trajectory] origin_deg_m: {0}")]
+    Origin(TrajectoryError),
+    /// The lever arm cannot be applied.
+    #[error("[trajectory] lever_arm_m: {0}")]
+    LeverArm(LeverArmError),
+    /// A lever arm beside positions of the phase centre itself.
+    #[error(
+        "[trajectory] lever_arm_m: expected none, as position_m in {} gives the phase centre itself",
+        radar_file.display()
+    )]
+    LeverArmOfPhaseCentre {
+        /// The radar file with the positions.
+        radar_file: PathBuf,
+    },
+    /// No source of positions.
+    #[error(
+        "no positions: expected [trajectory] file, [gnss], or position_m in {}",
+        radar_file.display()
+    )]
+    Missing {
+        /// The radar file, which has none.
+        radar_file: PathBuf,
+    },
+    /// Tracks in frames that cannot be brought together.
+    #[error(
+        "[[track]] {track}: expected positions in the frame of the first track; one is on the \
+         Earth, the other at no known place"
+    )]
+    Frames {
+        /// Number of the track, from 1.
+        track: usize,
+    },
+    /// A trajectory that cannot be brought to the frame of the first track.
+    #[error("{0}")]
+    Frame(TrajectoryError),
+}
+
+/// Finds the positions of a track whose radar log is `radar_file`, with `inside` the positions that
+/// the log itself brings.
 ///
 /// # Errors
 /// No source of positions, or one that cannot be read; the message names the file and the place.
 pub fn position(
-    campaign: &Campaign,
-    radar: &RadarData,
+    options: &PositionOptions,
+    radar_file: &Path,
+    inside: Option<&[[f64; 3]]>,
     warnings: &mut Warnings,
-) -> anyhow::Result<Positions> {
-    if let Some(gnss) = &campaign.gnss {
-        let trajectory = from_gnss(gnss, &campaign.trajectory, warnings)?;
-        return Ok(Positions::Trajectory(Box::new(trajectory)));
-    }
-    match (&campaign.trajectory.file, &radar.position_m) {
-        (Some(file), inside) => {
+) -> Result<Positions, PositionError> {
+    let radar_file = || radar_file.to_owned();
+    match (&options.source, inside) {
+        (PositionSource::Gnss(logs), _) => from_gnss(logs, options, warnings).map(Positions::from),
+        (PositionSource::Trajectory(file), inside) => {
             if inside.is_some() {
                 warnings.add(format!(
                     "{} brings positions of its own; those of {} are used",
-                    name_of(&campaign.radar.file),
+                    name_of(&radar_file()),
                     name_of(file)
                 ));
             }
-            let trajectory = read(file, &campaign.trajectory, warnings)?;
-            Ok(Positions::Trajectory(Box::new(trajectory)))
+            from_file(file, options, warnings).map(Positions::from)
         }
-        (None, Some(position_m)) => {
-            if campaign.trajectory.lever_arm_m != [0.0; 3] {
-                anyhow::bail!(
-                    "[trajectory] lever_arm_m: expected none, as position_m in {} gives the \
-                     phase centre itself",
-                    campaign.radar.file.display()
-                );
-            }
-            Ok(Positions::PerTrace(position_m.clone()))
+        (PositionSource::RadarFile, Some(_)) if options.lever_arm_m != [0.0; 3] => {
+            Err(PositionError::LeverArmOfPhaseCentre {
+                radar_file: radar_file(),
+            })
         }
-        (None, None) => anyhow::bail!(
-            "no positions: expected [trajectory] file, [gnss], or position_m in {}",
-            campaign.radar.file.display()
-        ),
+        (PositionSource::RadarFile, Some(position_m)) => {
+            Ok(Positions::PerTrace(position_m.to_vec()))
+        }
+        (PositionSource::RadarFile, None) => Err(PositionError::Missing {
+            radar_file: radar_file(),
+        }),
     }
 }
 
-fn read(
+fn open(path: &Path) -> Result<BufReader<File>, PositionError> {
+    File::open(path)
+        .map(BufReader::new)
+        .map_err(|cause| PositionError::Open {
+            path: path.to_owned(),
+            cause,
+        })
+}
+
+fn from_file(
     path: &Path,
-    section: &TrajectorySection,
+    options: &PositionOptions,
     warnings: &mut Warnings,
-) -> anyhow::Result<Trajectory> {
-    let file = File::open(path).with_context(|| format!("{}", path.display()))?;
-    let mut options = ReadOptions::default();
-    if let Some([latitude, longitude, height_m]) = section.origin_deg_m {
-        options = options.with_origin(Geodetic::from_degrees(latitude, longitude, height_m));
+) -> Result<Trajectory, PositionError> {
+    let mut reading = ReadOptions::default();
+    if let Some(origin) = options.origin {
+        reading = reading.with_origin(origin);
     }
-    if let Some(name) = &section.rigid_body {
-        options = options.with_rigid_body(name);
+    if let Some(name) = &options.rigid_body {
+        reading = reading.with_rigid_body(name);
     }
-    let (trajectory, report) = read_trajectory(BufReader::new(file), &options)
-        .with_context(|| format!("{}", path.display()))?;
+    let (trajectory, report) =
+        read_trajectory(open(path)?, &reading).map_err(|cause| PositionError::Trajectory {
+            path: path.to_owned(),
+            cause,
+        })?;
     if report.skipped_total() > 0 {
         warnings.add(format!("{}: {report}", name_of(path)));
     }
     for warning in &report.warnings {
         warnings.add(format!("{}: {warning}", name_of(path)));
     }
-    phase_centre(trajectory, section)
+    at_phase_centre(trajectory, options.lever_arm_m)
 }
 
-/// Computes the trajectory from raw GNSS logs.
 fn from_gnss(
-    gnss: &GnssSection,
-    section: &TrajectorySection,
+    logs: &GnssLogs,
+    options: &PositionOptions,
     warnings: &mut Warnings,
-) -> anyhow::Result<Trajectory> {
-    let mut options = match &gnss.config {
-        None => PpkOptions::default(),
-        Some(path) => {
-            let at = || format!("{}", path.display());
-            let file = File::open(path).with_context(at)?;
-            let conf = read_conf(BufReader::new(file), RuleSet::Rtklib).with_context(at)?;
-            for setting in &conf.not_followed {
-                warnings.add(format!("{}: {setting}", name_of(path)));
-            }
-            conf.options
-        }
-    };
-    if let Some(ecef_m) = gnss.base_ecef_m {
-        options.base_position = BasePosition::Ecef(ecef_m);
-    }
-    if let Some([latitude, longitude, height_m]) = gnss.base_deg_m {
-        let place = Geodetic::from_degrees(latitude, longitude, height_m);
-        options.base_position = BasePosition::Ecef(ecef_from_geodetic(&place));
-    }
-    let input = PositioningInput {
-        rover: gnss.rover.clone(),
-        base: Some(gnss.base.clone()),
-        navigation: gnss.navigation.0.clone(),
-    };
-    let positioned = positioning::run(&input, &options).context("[gnss]")?;
+) -> Result<Trajectory, PositionError> {
+    let ppk = ppk_options(logs, warnings)?;
+    let positioned = positioning::run(&logs.files, &ppk).map_err(PositionError::Positioning)?;
     for warning in &positioned.warnings {
         warnings.add(format!("[gnss] {warning}"));
     }
-    let mut trajectory = positioning::trajectory(&positioned.solution).context("[gnss]")?;
-    if let Some([latitude, longitude, height_m]) = section.origin_deg_m {
-        let origin = EnuFrame::new(Geodetic::from_degrees(latitude, longitude, height_m));
+    let mut trajectory =
+        positioning::trajectory(&positioned.solution).map_err(PositionError::Solution)?;
+    if let Some(origin) = options.origin {
         trajectory = trajectory
-            .in_frame(origin)
-            .context("[trajectory] origin_deg_m")?;
+            .in_frame(EnuFrame::new(origin))
+            .map_err(PositionError::Origin)?;
     }
-    phase_centre(trajectory, section)
+    at_phase_centre(trajectory, options.lever_arm_m)
+}
+
+/// The options of the positioning: those of the configuration file, and the base's place.
+fn ppk_options(logs: &GnssLogs, warnings: &mut Warnings) -> Result<PpkOptions, PositionError> {
+    let mut options = PpkOptions::default();
+    if let Some(path) = &logs.config {
+        let conf = read_conf(open(path)?, RuleSet::Rtklib).map_err(|cause| {
+            PositionError::Configuration {
+                path: path.clone(),
+                cause,
+            }
+        })?;
+        for setting in &conf.not_followed {
+            warnings.add(format!("{}: {setting}", name_of(path)));
+        }
+        options = conf.options;
+    }
+    match &logs.base {
+        None => {}
+        Some(BasePlace::Ecef(ecef_m)) => options.base_position = BasePosition::Ecef(*ecef_m),
+        Some(BasePlace::Geodetic(place)) => {
+            options.base_position = BasePosition::Ecef(ecef_from_geodetic(place));
+        }
+    }
+    Ok(options)
 }
 
 /// Moves a trajectory of the positioned point to the radar's phase centre.
-fn phase_centre(trajectory: Trajectory, section: &TrajectorySection) -> anyhow::Result<Trajectory> {
-    if section.lever_arm_m == [0.0; 3] {
+fn at_phase_centre(
+    trajectory: Trajectory,
+    lever_arm_m: [f64; 3],
+) -> Result<Trajectory, PositionError> {
+    if lever_arm_m == [0.0; 3] {
         return Ok(trajectory);
     }
-    let (moved, _) = apply_lever_arm(&trajectory, section.lever_arm_m, &HeadingOptions::default())
-        .context("[trajectory] lever_arm_m")?;
+    let (moved, _) = apply_lever_arm(&trajectory, lever_arm_m, &HeadingOptions::default())
+        .map_err(PositionError::LeverArm)?;
     Ok(moved)
+}
+
+/// Brings the trajectories of all tracks into the frame of the first.
+///
+/// # Errors
+/// Frames on the Earth beside frames of unknown place.
+pub fn in_one_frame<'a>(
+    positions: impl IntoIterator<Item = &'a mut Positions>,
+) -> Result<(), PositionError> {
+    let mut first = None;
+    for (k, p) in positions.into_iter().enumerate() {
+        let Positions::Trajectory(trajectory) = p else {
+            continue;
+        };
+        let frame = *trajectory.frame();
+        match (first, frame) {
+            (None, frame) => first = Some(frame),
+            (Some(Frame::Enu(target)), Frame::Enu(own)) => {
+                if own != target {
+                    **trajectory = trajectory.in_frame(target).map_err(PositionError::Frame)?;
+                }
+            }
+            (Some(Frame::Local), Frame::Local) => {}
+            _ => return Err(PositionError::Frames { track: k + 1 }),
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use acerra_geo::trajectory::{Fix, TimeOrigin};
+
+    fn at(frame: Frame, position_m: [f64; 3]) -> Positions {
+        let fix = Fix::new(0.0, position_m);
+        Trajectory::new(frame, TimeOrigin::Relative, vec![fix])
+            .unwrap()
+            .into()
+    }
+
+    #[test]
+    fn tracks_about_different_origins_meet_in_the_frame_of_the_first() {
+        // The second origin stands 111 m north of the first and 3 m above it.
+        let first = EnuFrame::new(Geodetic::from_degrees(41.0, 14.2, 60.0));
+        let second = EnuFrame::new(Geodetic::from_degrees(41.001, 14.2, 63.0));
+        let place = [5.0, 120.0, 7.0];
+        let seen = second.enu_from_ecef(first.ecef_from_enu(place));
+        assert!((place[1] - seen[1]).abs() > 100.0);
+        let mut positions = [
+            at(Frame::Enu(first), [0.0; 3]),
+            at(Frame::Enu(second), seen),
+            Positions::PerTrace(vec![[1.0; 3]]),
+        ];
+        in_one_frame(&mut positions).unwrap();
+        let Positions::Trajectory(moved) = &positions[1] else {
+            panic!("a trajectory");
+        };
+        for (found, expected) in moved.fixes()[0].position_m.iter().zip(place) {
+            assert!((found - expected).abs() < 1e-6);
+        }
+        let mut apart = [at(Frame::Enu(first), [0.0; 3]), at(Frame::Local, [0.0; 3])];
+        let message = in_one_frame(&mut apart).unwrap_err().to_string();
+        assert!(message.contains("[[track]] 2"), "{message}");
+    }
 }

@@ -1,15 +1,15 @@
 //! Stage `read`: the radar log, whatever its format.
 
 use std::fs::File;
-use std::io::BufReader;
-use std::path::Path;
+use std::io::{self, BufReader};
+use std::path::{Path, PathBuf};
 
 use acerra_radar::{
-    LogRadargram, NeutralContent, RadarFile, Radargram, RadargramOptions, Spectrum,
+    LogRadargram, NeutralContent, NeutralFile, OpenError, RadarFile, RadarLog, Radargram,
+    RadargramOptions, RunError, Spectrum,
 };
-use anyhow::Context;
 
-use super::warnings::Warnings;
+use crate::warnings::Warnings;
 
 /// What the log holds for the chain.
 #[derive(Clone, Debug)]
@@ -31,6 +31,18 @@ impl RadarContent {
     }
 }
 
+impl From<Radargram> for RadarContent {
+    fn from(radargram: Radargram) -> Self {
+        Self::Radargram(radargram)
+    }
+}
+
+impl From<Spectrum> for RadarContent {
+    fn from(spectrum: Spectrum) -> Self {
+        Self::Spectrum(spectrum)
+    }
+}
+
 /// A radar log as the chain takes it.
 #[derive(Clone, Debug)]
 pub struct RadarData {
@@ -38,10 +50,79 @@ pub struct RadarData {
     pub content: RadarContent,
     /// Antenna position of each trace, where the file brings it (m).
     pub position_m: Option<Vec<[f64; 3]>>,
-    /// Unit of the samples, for pictures.
+    /// What the measurement is called in summaries and pictures.
+    pub label: RadarLabel,
+}
+
+/// What a radar measurement is called in summaries and pictures.
+#[derive(Clone, Debug)]
+pub struct RadarLabel {
+    /// Unit of the samples.
     pub unit: &'static str,
     /// One line on what was read.
     pub summary: String,
+}
+
+impl RadarData {
+    /// A measurement in memory; positions are given beside it.
+    #[must_use]
+    pub fn in_memory(content: RadarContent) -> Self {
+        let summary = match &content {
+            RadarContent::Radargram(radargram) => format!(
+                "radargram, {} traces × {} samples",
+                radargram.traces, radargram.samples_per_trace
+            ),
+            RadarContent::Spectrum(spectrum) => format!(
+                "spectra, {} traces × {} frequencies",
+                spectrum.traces(),
+                spectrum.frequency_hz.len()
+            ),
+        };
+        Self {
+            content,
+            position_m: None,
+            label: RadarLabel {
+                unit: "amplitude",
+                summary,
+            },
+        }
+    }
+}
+
+/// Why a radar log cannot be used.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ReadError {
+    /// The operating system does not open the file.
+    #[error("{}: {cause}", path.display())]
+    Open {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        cause: io::Error,
+    },
+    /// The content is no radar log, or a damaged one.
+    #[error("{}: {cause}", path.display())]
+    Content {
+        /// The file.
+        path: PathBuf,
+        /// The place in it, what was expected and what was found.
+        cause: OpenError,
+    },
+    /// The scans of the log make no radargram.
+    #[error("{}: {cause}", path.display())]
+    Scans {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        cause: RunError,
+    },
+    /// A neutral file that says neither when nor where its traces were measured.
+    #[error("{}: expected time_s or position_m beside the data, found neither", path.display())]
+    NoTime {
+        /// The file.
+        path: PathBuf,
+    },
 }
 
 /// Reads a radar log.
@@ -49,78 +130,82 @@ pub struct RadarData {
 /// # Errors
 /// A file that is absent, of another kind, cut off before its first whole scan, or hostile; the
 /// message names the file and the place in it.
-pub fn read_radar(path: &Path, warnings: &mut Warnings) -> anyhow::Result<RadarData> {
-    let file = File::open(path).with_context(|| format!("{}", path.display()))?;
-    let read = acerra_radar::read(BufReader::new(file), &acerra_radar::Limits::default())
-        .with_context(|| format!("{}", path.display()))?;
-    match read {
-        RadarFile::Log(log) => {
-            let made = log
-                .radargram(&RadargramOptions::default())
-                .with_context(|| format!("{}", path.display()))?;
-            for blemish in log.report.blemishes.iter().take(LISTED_BLEMISHES) {
-                warnings.add(format!("{}: {blemish}", name_of(path)));
-            }
-            let more = log
-                .report
-                .blemish_count
-                .saturating_sub(LISTED_BLEMISHES as u64);
-            if more > 0 {
-                warnings.add(format!("{}: {more} more such places", name_of(path)));
-            }
-            warnings.count(
-                made.other_scans,
-                "scans of other filterings or windows are in the log and were left out",
-            );
-            let summary = summary(&log, &made);
-            Ok(RadarData {
-                content: RadarContent::Radargram(made.radargram),
-                position_m: None,
-                unit: "counts",
-                summary,
-            })
-        }
-        RadarFile::Neutral(neutral) => {
-            if neutral.time_missing && neutral.position_m.is_none() {
-                anyhow::bail!(
-                    "{}: expected time_s or position_m beside the data, found neither",
-                    path.display()
-                );
-            }
-            for name in &neutral.ignored {
-                warnings.add(format!("{}: array {name} is not used", name_of(path)));
-            }
-            let (content, summary) = match neutral.content {
-                NeutralContent::Radargram(radargram) => {
-                    let summary = format!(
-                        "NPZ radargram, {} traces × {} samples",
-                        radargram.traces, radargram.samples_per_trace
-                    );
-                    (RadarContent::Radargram(radargram), summary)
-                }
-                NeutralContent::Spectrum(spectrum) => {
-                    let summary = format!(
-                        "NPZ spectra, {} traces × {} frequencies",
-                        spectrum.traces(),
-                        spectrum.frequency_hz.len()
-                    );
-                    (RadarContent::Spectrum(spectrum), summary)
-                }
-            };
-            Ok(RadarData {
-                content,
-                position_m: neutral.position_m,
-                unit: "amplitude",
-                summary,
-            })
-        }
+pub fn read_radar(path: &Path, warnings: &mut Warnings) -> Result<RadarData, ReadError> {
+    let owned = || path.to_owned();
+    let file = File::open(path).map_err(|cause| ReadError::Open {
+        path: owned(),
+        cause,
+    })?;
+    let content = acerra_radar::read(BufReader::new(file), &acerra_radar::Limits::default())
+        .map_err(|cause| ReadError::Content {
+            path: owned(),
+            cause,
+        })?;
+    match content {
+        RadarFile::Log(log) => from_log(path, &log, warnings),
+        RadarFile::Neutral(neutral) => from_neutral(path, neutral, warnings),
     }
+}
+
+fn from_log(path: &Path, log: &RadarLog, warnings: &mut Warnings) -> Result<RadarData, ReadError> {
+    let made = log
+        .radargram(&RadargramOptions::default())
+        .map_err(|cause| ReadError::Scans {
+            path: path.to_owned(),
+            cause,
+        })?;
+    for blemish in log.report.blemishes.iter().take(LISTED_BLEMISHES) {
+        warnings.add(format!("{}: {blemish}", name_of(path)));
+    }
+    let more = log
+        .report
+        .blemish_count
+        .saturating_sub(LISTED_BLEMISHES as u64);
+    if more > 0 {
+        warnings.add(format!("{}: {more} more such places", name_of(path)));
+    }
+    warnings.count(
+        made.other_scans,
+        "scans of other filterings or windows are in the log and were left out",
+    );
+    let summary = summary(log, &made);
+    Ok(RadarData {
+        content: RadarContent::Radargram(made.radargram),
+        position_m: None,
+        label: RadarLabel {
+            unit: "counts",
+            summary,
+        },
+    })
+}
+
+fn from_neutral(
+    path: &Path,
+    neutral: NeutralFile,
+    warnings: &mut Warnings,
+) -> Result<RadarData, ReadError> {
+    if neutral.time_missing && neutral.position_m.is_none() {
+        return Err(ReadError::NoTime {
+            path: path.to_owned(),
+        });
+    }
+    for name in &neutral.ignored {
+        warnings.add(format!("{}: array {name} is not used", name_of(path)));
+    }
+    let content = match neutral.content {
+        NeutralContent::Radargram(radargram) => RadarContent::Radargram(radargram),
+        NeutralContent::Spectrum(spectrum) => RadarContent::Spectrum(spectrum),
+    };
+    let mut data = RadarData::in_memory(content);
+    data.label.summary.insert_str(0, "NPZ ");
+    data.position_m = neutral.position_m;
+    Ok(data)
 }
 
 /// Places in a log that are named one by one before they are only counted.
 const LISTED_BLEMISHES: usize = 5;
 
-fn summary(log: &acerra_radar::RadarLog, made: &LogRadargram) -> String {
+fn summary(log: &RadarLog, made: &LogRadargram) -> String {
     format!(
         "{}, {} whole scans × {} samples, {:.3} ms apart{}",
         log.format,

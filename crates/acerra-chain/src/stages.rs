@@ -22,7 +22,8 @@ pub struct Stages {
 }
 
 impl Stages {
-    /// Runs one stage and records it, whether it succeeds or not.
+    /// Runs one stage inside a `tracing` span and records it, whether it succeeds or not. A stage
+    /// that is entered again is recorded once: its seconds add up, the larger peak counts.
     ///
     /// # Errors
     /// Those of the stage itself.
@@ -31,15 +32,26 @@ impl Stages {
         name: &'static str,
         stage: impl FnOnce() -> Result<T, E>,
     ) -> Result<T, E> {
+        let _span = tracing::info_span!("stage", name).entered();
         memory::start_peak();
         let start = Instant::now();
         let outcome = stage();
-        self.done.push(Stage {
+        self.record(Stage {
             name,
             seconds: start.elapsed().as_secs_f64(),
             peak_memory_bytes: memory::peak_bytes(),
         });
         outcome
+    }
+
+    fn record(&mut self, stage: Stage) {
+        match self.done.iter_mut().find(|done| done.name == stage.name) {
+            Some(done) => {
+                done.seconds += stage.seconds;
+                done.peak_memory_bytes = done.peak_memory_bytes.max(stage.peak_memory_bytes);
+            }
+            None => self.done.push(stage),
+        }
     }
 
     /// The stages so far.

@@ -22,6 +22,14 @@ impl Warnings {
         }
     }
 
+    /// Adds all of `others`, each once.
+    pub fn extend(&mut self, others: Self) {
+        others
+            .said
+            .into_iter()
+            .for_each(|warning| self.add(warning));
+    }
+
     /// All of them.
     #[must_use]
     pub fn said(&self) -> &[String] {

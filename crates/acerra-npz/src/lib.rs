@@ -29,4 +29,4 @@ mod writer;
 
 pub use npy::{NpyError, NpyHeader};
 pub use reader::{NpzError, NpzReader};
-pub use writer::{ArrayWriter, NpyValue, NpzWriter};
+pub use writer::{ArrayWriter, NpyValue, NpzWriter, OwnedArrayWriter};

@@ -104,12 +104,33 @@ impl<W: Write + Seek> NpzWriter<W> {
         name: &str,
         shape: &[u64],
     ) -> io::Result<ArrayWriter<'_, W, T>> {
+        let state = self.start(name, shape)?;
+        Ok(ArrayWriter {
+            zip: &mut self.zip,
+            state,
+        })
+    }
+
+    /// Begins an array that is written piece by piece, row-major, by an owner that keeps the archive
+    /// between the pieces.
+    ///
+    /// # Errors
+    /// Those of the writer.
+    pub fn into_array<T: NpyValue>(
+        mut self,
+        name: &str,
+        shape: &[u64],
+    ) -> io::Result<OwnedArrayWriter<W, T>> {
+        let state = self.start(name, shape)?;
+        Ok(OwnedArrayWriter { npz: self, state })
+    }
+
+    fn start<T: NpyValue>(&mut self, name: &str, shape: &[u64]) -> io::Result<ArrayState<T>> {
         let count: u64 = shape.iter().product();
         let large = count.saturating_mul(T::BYTES) > LARGEST_PLAIN_MEMBER;
         let options = self.options.large_file(large);
         self.zip.start_file(format!("{name}.npy"), options)?;
-        Ok(ArrayWriter {
-            zip: &mut self.zip,
+        Ok(ArrayState {
             bytes: header(T::DESCR, shape),
             missing: count,
             value: PhantomData,
@@ -128,9 +149,7 @@ impl<W: Write + Seek> NpzWriter<W> {
 /// An array being written.
 pub struct ArrayWriter<'a, W: Write + Seek, T> {
     zip: &'a mut ZipWriter<W>,
-    bytes: Vec<u8>,
-    missing: u64,
-    value: PhantomData<T>,
+    state: ArrayState<T>,
 }
 
 impl<W: Write + Seek, T: NpyValue> ArrayWriter<'_, W, T> {
@@ -139,18 +158,7 @@ impl<W: Write + Seek, T: NpyValue> ArrayWriter<'_, W, T> {
     /// # Errors
     /// If they are more than the shape asks for, or those of the writer.
     pub fn extend(&mut self, values: impl IntoIterator<Item = T>) -> io::Result<()> {
-        for value in values {
-            self.missing = self
-                .missing
-                .checked_sub(1)
-                .ok_or_else(|| wrong_count("more values than the shape asks for".to_owned()))?;
-            value.append(&mut self.bytes);
-            if self.bytes.len() >= 1 << 16 {
-                self.zip.write_all(&self.bytes)?;
-                self.bytes.clear();
-            }
-        }
-        Ok(())
+        self.state.extend(self.zip, values)
     }
 
     /// Ends the array.
@@ -158,11 +166,78 @@ impl<W: Write + Seek, T: NpyValue> ArrayWriter<'_, W, T> {
     /// # Errors
     /// If values are missing, or those of the writer.
     pub fn finish(self) -> io::Result<()> {
+        self.state.finish(self.zip)
+    }
+}
+
+/// An array being written, together with the archive that it becomes part of.
+///
+/// ```
+/// use acerra_npz::NpzWriter;
+/// let npz = NpzWriter::stored(std::io::Cursor::new(Vec::new()));
+/// let mut array = npz.into_array("z_m", &[2])?;
+/// array.extend([0.5])?;
+/// array.extend([-1.0])?;
+/// array.finish()?.finish()?;
+/// # Ok::<(), std::io::Error>(())
+/// ```
+pub struct OwnedArrayWriter<W: Write + Seek, T> {
+    npz: NpzWriter<W>,
+    state: ArrayState<T>,
+}
+
+impl<W: Write + Seek, T: NpyValue> OwnedArrayWriter<W, T> {
+    /// Writes the next values.
+    ///
+    /// # Errors
+    /// If they are more than the shape asks for, or those of the writer.
+    pub fn extend(&mut self, values: impl IntoIterator<Item = T>) -> io::Result<()> {
+        self.state.extend(&mut self.npz.zip, values)
+    }
+
+    /// Ends the array and gives the archive back.
+    ///
+    /// # Errors
+    /// If values are missing, or those of the writer.
+    pub fn finish(mut self) -> io::Result<NpzWriter<W>> {
+        self.state.finish(&mut self.npz.zip)?;
+        Ok(self.npz)
+    }
+}
+
+/// How much of an array is written.
+struct ArrayState<T> {
+    bytes: Vec<u8>,
+    missing: u64,
+    value: PhantomData<T>,
+}
+
+impl<T: NpyValue> ArrayState<T> {
+    fn extend(
+        &mut self,
+        zip: &mut impl Write,
+        values: impl IntoIterator<Item = T>,
+    ) -> io::Result<()> {
+        for value in values {
+            self.missing = self
+                .missing
+                .checked_sub(1)
+                .ok_or_else(|| wrong_count("more values than the shape asks for".to_owned()))?;
+            value.append(&mut self.bytes);
+            if self.bytes.len() >= 1 << 16 {
+                zip.write_all(&self.bytes)?;
+                self.bytes.clear();
+            }
+        }
+        Ok(())
+    }
+
+    fn finish(self, zip: &mut impl Write) -> io::Result<()> {
         if self.missing > 0 {
             let missing = self.missing;
             return Err(wrong_count(format!("{missing} values are missing")));
         }
-        self.zip.write_all(&self.bytes)
+        zip.write_all(&self.bytes)
     }
 }
 

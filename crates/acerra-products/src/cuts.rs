@@ -3,8 +3,8 @@
 use acerra_imaging::metrics::{Field, InterpolatedImage, LocalTrack, Target};
 use acerra_imaging::psf::{Cell, PointSpread};
 
+use crate::outcome::Outcome;
 use crate::report::{Cut, CutLevels};
-use acerra_chain::Outcome;
 use acerra_chain::campaign::Weight;
 use acerra_chain::measure::view_of;
 
@@ -19,7 +19,7 @@ const FLOOR_DB: f64 = -60.0;
 
 /// The point spread function of the flight that was imaged.
 pub fn spread_of(outcome: &Outcome) -> Option<PointSpread> {
-    let aligned = &outcome.aligned;
+    let aligned = &outcome.prepared.aligned;
     let weight = match outcome.campaign.image.weight {
         Weight::Trace => None,
         Weight::Path => Some(aligned.path_m.clone()),
@@ -27,7 +27,7 @@ pub fn spread_of(outcome: &Outcome) -> Option<PointSpread> {
     PointSpread::new(
         aligned.position_m.clone(),
         weight,
-        outcome.cleaned.spectrum.frequency_hz.clone(),
+        outcome.prepared.spectrum.frequency_hz.clone(),
         outcome.campaign.image.light_speed_m_s,
     )
     .ok()

@@ -6,12 +6,14 @@ use std::io::{BufWriter, Write};
 use acerra_geo::trajectory::{Frame, TimeOrigin};
 use anyhow::Context;
 
-use super::{image_npz, pictures, report_data, run_json};
+use crate::outcome::Outcome;
 use crate::report::report_page;
-use acerra_chain::Outcome;
+use crate::run_record::{RunRecord, TargetsRecord};
+use crate::staging::Staging;
+use crate::{image_npz, pictures, report_data};
 use acerra_chain::position::Positions;
 use acerra_chain::stages::Stages;
-use acerra_chain::staging::Staging;
+use serde::Serialize;
 
 /// Writes the products of `outcome` beside what `staging` holds, and publishes them. The stage `deliver` ends before `run.json`
 /// and the report are written, as both state what it cost.
@@ -38,26 +40,24 @@ pub fn deliver(outcome: &Outcome, staging: Staging, stages: &mut Stages) -> anyh
             staging.write(name, &picture.png)?;
         }
         write_trajectory(outcome, &staging)?;
-        staging.write(
-            "targets.json",
-            format!("{:#}\n", run_json::targets(outcome)),
-        )?;
+        staging.write("targets.json", json(&TargetsRecord::of(outcome))?)?;
         let more: Vec<_> = more.into_iter().map(|(_, picture)| picture).collect();
         anyhow::Ok((image_png, raw_png, clean_png, more))
     })?;
-    staging.write(
-        "run.json",
-        format!("{:#}\n", run_json::run(outcome, stages.done())),
-    )?;
+    staging.write("run.json", json(&RunRecord::of(outcome, stages.done()))?)?;
     let mut data = report_data::collect(outcome, stages.done(), image_png, raw_png, clean_png);
     data.pictures = more;
     staging.write("report.html", report_page(&data).context("report.html")?)?;
     staging.publish()
 }
 
+fn json(record: &impl Serialize) -> serde_json::Result<String> {
+    serde_json::to_string_pretty(record).map(|text| text + "\n")
+}
+
 fn write_image(outcome: &Outcome, staging: &Staging) -> anyhow::Result<()> {
     let mut npz = buffered(staging, "image.npz")?;
-    image_npz::write(&mut npz, &outcome.focused.image, &outcome.focused.ground)
+    image_npz::write(&mut npz, &outcome.focused.image, &outcome.focused.pixels)
         .and_then(|()| npz.flush())
         .context("image.npz: cannot write")
 }
@@ -70,7 +70,7 @@ fn write_picture(outcome: &Outcome, staging: &Staging) -> anyhow::Result<Vec<u8>
 
 /// Before and after cleaning; empty where there are no traces.
 fn write_radargrams(outcome: &Outcome, staging: &Staging) -> anyhow::Result<(Vec<u8>, Vec<u8>)> {
-    let Some(traces) = &outcome.cleaned.traces else {
+    let Some(traces) = outcome.prepared.cleaned() else {
         return Ok((Vec::new(), Vec::new()));
     };
     let (raw, clean) = rayon::join(
@@ -85,11 +85,11 @@ fn write_radargrams(outcome: &Outcome, staging: &Staging) -> anyhow::Result<(Vec
 
 fn write_trajectory(outcome: &Outcome, staging: &Staging) -> anyhow::Result<()> {
     let mut csv = buffered(staging, "trajectory.csv")?;
-    let (frame, origin) = match &outcome.positions {
+    let (frame, origin) = match &outcome.prepared.first().positions {
         Positions::Trajectory(trajectory) => (*trajectory.frame(), trajectory.time_origin()),
         Positions::PerTrace(_) => (Frame::Local, TimeOrigin::Relative),
     };
-    acerra_geo::write::write_positions_csv(&mut csv, &outcome.aligned.all, &frame, origin)
+    acerra_geo::write::write_positions_csv(&mut csv, &outcome.prepared.aligned.all, &frame, origin)
         .and_then(|()| csv.flush())
         .context("trajectory.csv: cannot write")
 }

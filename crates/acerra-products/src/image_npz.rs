@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use acerra_npz::NpzWriter;
 use num_complex::Complex32;
 
-use acerra_chain::ground::Ground;
+use acerra_chain::Pixels;
 
 /// Writes `image` (complex64, `[ny, nx]`, row 0 at the smallest y), `x_m` `[nx]`, `y_m` `[ny]` and
 /// `z_m`: a scalar, or `[ny, nx]` on terrain.
@@ -14,16 +14,16 @@ use acerra_chain::ground::Ground;
 /// Those of the writer.
 ///
 /// # Panics
-/// If `image` does not hold one value for each pixel of `grid`.
-pub fn write(file: impl Write + io::Seek, image: &[Complex32], ground: &Ground) -> io::Result<()> {
-    let grid = &ground.grid;
+/// If `image` does not hold one value for each of `pixels`.
+pub fn write(file: impl Write + io::Seek, image: &[Complex32], pixels: &Pixels) -> io::Result<()> {
+    let grid = &pixels.grid;
     assert_eq!(image.len(), grid.len(), "one value a pixel");
     let mut npz = NpzWriter::stored(file);
     let (nx, ny) = (grid.nx as u64, grid.ny as u64);
     npz.array("image", &[ny, nx], image.iter().copied())?;
     npz.array("x_m", &[nx], (0..grid.nx).map(|i| grid.x_m(i)))?;
     npz.array("y_m", &[ny], (0..grid.ny).map(|j| grid.y_m(j)))?;
-    match &ground.surface {
+    match &pixels.surface {
         Some(surface) => npz.array("z_m", &[ny, nx], (0..surface.len()).map(|k| surface.z_m(k)))?,
         None => npz.array("z_m", &[], [grid.z_m])?,
     }
@@ -33,20 +33,18 @@ pub fn write(file: impl Write + io::Seek, image: &[Complex32], ground: &Ground) 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use acerra_imaging::PlaneGrid;
     use acerra_npz::NpzReader;
 
     #[test]
     fn arrays_have_the_shapes_of_the_contract() {
-        let campaign = "[radar]\nfile = 'a'\n[image]\nx_m = [1, 2]\ny_m = [-2, -1.5]\n\
-                        z_m = 0.25\npixel_m = 0.5\n";
-        let campaign = acerra_chain::campaign::Campaign::parse(campaign).unwrap();
-        let mut warnings = acerra_chain::Warnings::default();
-        let ground = Ground::find(&campaign, &[], &mut warnings).unwrap();
+        let grid = PlaneGrid::from_ranges([1.0, 2.0], [-2.0, -1.5], 0.25, 0.5).unwrap();
+        let pixels = Pixels::plane(grid);
         let image: Vec<_> = (0..6_u8)
             .map(|k| Complex32::new(f32::from(k), -0.5))
             .collect();
         let mut bytes = io::Cursor::new(Vec::new());
-        write(&mut bytes, &image, &ground).unwrap();
+        write(&mut bytes, &image, &pixels).unwrap();
 
         let mut npz = NpzReader::new(bytes).unwrap();
         let (shape, stored) = npz.values("image", 6).unwrap();

@@ -1,9 +1,23 @@
 //! What a run leaves behind: files, and how they get there.
+//!
+//! ```text
+//! campaign file ──run_campaign──► Outcome ──deliver──► image.npz, pictures, run.json, report.html
+//!                     │
+//!                     └─ looks, slices ──NpzSink──► looks.npz, volume.npz
+//! ```
 
 mod cuts;
 pub mod deliver;
 pub mod image_npz;
+pub mod outcome;
 pub mod pictures;
 pub mod report;
 mod report_data;
-pub mod run_json;
+mod run;
+pub mod run_record;
+mod space;
+pub mod stack_npz;
+pub mod staging;
+
+pub use outcome::Outcome;
+pub use run::{NamedCampaign, process, run_campaign};

@@ -4,41 +4,110 @@ use acerra_imaging::Complex32;
 use acerra_imaging::metrics::Target;
 use acerra_radar::{Radargram, Samples};
 
+use crate::outcome::Outcome;
 use crate::report::Picture;
-use acerra_chain::Outcome;
+use acerra_chain::choices::Background;
 use acerra_chain::clean::CleanedTraces;
 use acerra_figure::{
-    FastTimeCurve, FigureError, GhostMark, ImageDb, PixelValues, Radargram as RadargramFigure,
-    RadargramColours, TargetMark,
+    DisplayGain, FastTimeCurve, FigureError, GhostMark, ImageDb, LevelWindow, PixelValues,
+    Radargram as RadargramFigure, RadargramColours, TargetMark,
 };
+
+/// Share of an image's pixels that lie below the lowest level of its picture.
+const DARK_SHARE: f64 = 0.25;
+
+/// The levels of pictures of images: from a percentile of the image's own up to its maximum, as no
+/// fixed window suits both two reflectors on a lawn and a street of houses.
+const WINDOW: LevelWindow = LevelWindow::Percentile { share: DARK_SHARE };
+
+/// Pictures are compensated for range where 1/R² varies by more than this over the image (dB), half
+/// of a usual window of levels.
+const COMPENSATED_FROM_DB: f64 = 20.0;
+
+/// Positions of a track from which the nearest to a pixel is taken, at most.
+const MOST_POSITIONS: usize = 512;
+
+/// The gain that undoes the 1/R² of Eq. (3) for display, R being the distance to the nearest point
+/// of the tracks: without it clutter near the antenna takes the maximum, and what lies far is
+/// black. None where 1/R² varies little over the image.
+fn range_gain(outcome: &Outcome) -> Option<DisplayGain> {
+    let pixels = &outcome.focused.pixels;
+    let grid = &pixels.grid;
+    let positions = &outcome.prepared.aligned.position_m;
+    let step = positions.len().div_ceil(MOST_POSITIONS).max(1);
+    let sampled: Vec<[f64; 3]> = positions.iter().step_by(step).copied().collect();
+    let frequency_hz = &outcome.prepared.spectrum.frequency_hz;
+    let bandwidth_hz = frequency_hz.last()? - frequency_hz.first()?;
+    let light_speed_m_s = outcome.campaign.image.light_speed_m_s;
+    // Nearer than a range cell, range is not told apart.
+    let least_m = (0.5 * light_speed_m_s / bandwidth_hz).max(grid.pixel_m);
+    let z_m = pixels.middle_m();
+    let range_m = |x_m: f64, y_m: f64| {
+        let to = |p: &[f64; 3]| (p[0] - x_m).hypot(p[1] - y_m).hypot(p[2] - z_m);
+        sampled
+            .iter()
+            .map(to)
+            .fold(f64::INFINITY, f64::min)
+            .max(least_m)
+    };
+    #[expect(clippy::cast_precision_loss, reason = "a count of pixels")]
+    let end = |start_m: f64, n: usize| start_m + grid.pixel_m * (n.saturating_sub(1)) as f64;
+    let gain = DisplayGain::sample(
+        "1/R² undone",
+        [grid.x0_m, end(grid.x0_m, grid.nx)],
+        [grid.y0_m, end(grid.y0_m, grid.ny)],
+        |x_m, y_m| 40.0 * range_m(x_m, y_m).log10(),
+    );
+    (gain.span_db() > COMPENSATED_FROM_DB).then_some(gain)
+}
+
+/// How to read `image.png`, in words.
+#[must_use]
+pub fn image_caption(outcome: &Outcome) -> String {
+    let pixels = &outcome.focused.pixels;
+    let grid = &pixels.grid;
+    let mut caption = format!(
+        "Modulus of Eq. (3) on {} × {} pixels of {} m {}. Colours span the levels from the {:.0}th \
+         percentile of the pixels up to the maximum. Circles are targets, dotted circles their \
+         left–right ghosts; numbers are those of the table.",
+        grid.nx,
+        grid.ny,
+        grid.pixel_m,
+        pixels.describe(),
+        100.0 * DARK_SHARE
+    );
+    if range_gain(outcome).is_some() {
+        caption.push_str(
+            " For display alone, levels are multiplied by R², R being the distance to the nearest \
+             point of the track; image.npz and the table of targets are not.",
+        );
+    }
+    caption
+}
 
 /// `image.png`: the image in decibels below its maximum, with track, targets and ghosts.
 ///
 /// # Errors
 /// A picture too large to hold.
 pub fn image(outcome: &Outcome) -> Result<Vec<u8>, FigureError> {
-    let grid = &outcome.focused.ground.grid;
+    let grid = &outcome.focused.pixels.grid;
     let mut track: Vec<[f64; 2]> = Vec::new();
-    let whole: Vec<_> = std::iter::once(0..outcome.aligned.position_m.len()).collect();
-    let parts = if outcome.parts.is_empty() {
-        &whole[..]
-    } else {
-        &outcome.parts
-    };
-    for part in parts {
-        let places = &outcome.aligned.position_m[part.clone()];
+    for flown in &outcome.prepared.tracks {
+        let places = &outcome.prepared.aligned.position_m[flown.range.clone()];
         track.extend(places.iter().map(|p| [p[0], p[1]]));
         track.push([f64::NAN; 2]);
     }
     let pixels: &[Complex32] = &outcome.focused.image;
     let mut figure = ImageDb::new(
-        format!("Focused image {}", outcome.focused.ground.describe()),
+        format!("Focused image {}", outcome.focused.pixels.describe()),
         PixelValues::Complex(pixels),
         grid.nx,
         grid.ny,
     )
     .at(grid.x0_m, grid.y0_m, grid.pixel_m);
     figure.track_m = &track;
+    figure.window = WINDOW;
+    figure.gain = range_gain(outcome);
     for (k, target) in outcome.measured.targets.iter().enumerate() {
         figure.targets.push(mark(target, k));
         if let Some(ghost) = target.ghost {
@@ -57,18 +126,19 @@ pub fn image(outcome: &Outcome) -> Result<Vec<u8>, FigureError> {
 /// # Errors
 /// A picture too large to hold.
 pub fn of_stacks(outcome: &Outcome) -> Result<Vec<(String, Picture)>, FigureError> {
-    let grid = &outcome.focused.ground.grid;
+    let grid = &outcome.focused.pixels.grid;
     let mut made = Vec::new();
     if let Some(multilook) = &outcome.focused.multilook {
         let amplitude: Vec<f32> = multilook.power.iter().map(|p| p.sqrt()).collect();
         let looks = multilook.traces.len();
-        let figure = ImageDb::new(
+        let mut figure = ImageDb::new(
             format!("Mean power of {looks} looks"),
             PixelValues::Amplitude(&amplitude),
             grid.nx,
             grid.ny,
         )
         .at(grid.x0_m, grid.y0_m, grid.pixel_m);
+        figure.window = WINDOW;
         made.push((
             "multilook.png".to_owned(),
             Picture {
@@ -94,13 +164,17 @@ pub fn of_stacks(outcome: &Outcome) -> Result<Vec<(String, Picture)>, FigureErro
                 volume.base.z_m,
                 grid.pixel_m,
             );
+            figure.window = WINDOW;
             figure.x_label = axis.to_owned();
             figure.y_label = "z".to_owned();
             made.push((
                 format!("volume-{name}.png"),
                 Picture {
                     png: figure.draw()?.to_png()?,
-                    alt: format!("The volume seen from the {from}"),
+                    alt: format!(
+                        "The volume seen from the {from}: greatest level over {axis} and height, \
+                         in decibels below the maximum"
+                    ),
                     caption: format!(
                         "{} slices of {} m (volume.npz) seen from the {from}: the greatest level \
                          along the other axis.",
@@ -157,13 +231,12 @@ pub fn radargram_raw(outcome: &Outcome, traces: &CleanedTraces) -> Result<Vec<u8
             dashed: false,
         });
     }
-    draw(
-        "Raw radargram, zero-timed",
-        outcome,
-        &traces.raw,
-        -80.0,
-        curves,
-    )
+    let title = if traces.shift_s == 0.0 {
+        "Raw radargram"
+    } else {
+        "Raw radargram, zero-timed"
+    };
+    draw(title, outcome, &traces.raw, -80.0, curves)
 }
 
 /// `radargram.png`: the traces that entered the image, with 2h/c and the gate.
@@ -172,12 +245,24 @@ pub fn radargram_raw(outcome: &Outcome, traces: &CleanedTraces) -> Result<Vec<u8
 /// A picture too large to hold.
 pub fn radargram_clean(outcome: &Outcome, traces: &CleanedTraces) -> Result<Vec<u8>, FigureError> {
     draw(
-        "Radargram without background, gated",
+        &clean_title(outcome, traces),
         outcome,
         &traces.clean,
         -50.0,
         surface_and_gate(outcome, traces),
     )
+}
+
+/// What was done to the traces that enter the image, in few words.
+fn clean_title(outcome: &Outcome, traces: &CleanedTraces) -> String {
+    let background = !matches!(outcome.campaign.preprocess.background, Background::None);
+    let title = match (background, traces.gate_s.is_some()) {
+        (true, true) => "Radargram without background, gated",
+        (true, false) => "Radargram without background",
+        (false, true) => "Radargram, gated",
+        (false, false) => "Radargram as it entered the image",
+    };
+    title.to_owned()
 }
 
 fn draw(
@@ -205,10 +290,16 @@ fn draw(
         radargram.fast_time_start_s * 1e9,
         radargram.fast_time_step_s * 1e9,
     );
-    figure.first_trace = outcome.aligned.traces.first().copied().unwrap_or(0);
-    figure.unit = outcome.radar.unit.to_owned();
+    figure.first_trace = outcome
+        .prepared
+        .aligned
+        .traces
+        .first()
+        .copied()
+        .unwrap_or(0);
+    figure.unit = outcome.prepared.first().radar.unit.to_owned();
     figure.colours = RadargramColours::Decibel { floor_db };
-    figure.time_s = &outcome.aligned.time_s;
+    figure.time_s = &outcome.prepared.aligned.time_s;
     figure.curves = curves;
     figure.draw()?.to_png()
 }
@@ -216,6 +307,7 @@ fn draw(
 fn surface_and_gate(outcome: &Outcome, traces: &CleanedTraces) -> Vec<FastTimeCurve> {
     let c = outcome.campaign.image.light_speed_m_s;
     let surface_ns: Vec<f64> = outcome
+        .prepared
         .aligned
         .height_m
         .iter()

@@ -5,13 +5,13 @@ use acerra_imaging::psf::{Cell, PointSpread};
 use acerra_imaging::resolution::displacement_m;
 
 use super::cuts::{cuts, spread_of};
+use super::pictures::image_caption;
+use crate::outcome::Outcome;
 use crate::report::{
     AlignmentEvidence, Fact, GhostRow, Picture, ReportData, SurfaceEvidence, TargetRow,
     TrackEvidence, TrajectoryEvidence, Widths,
 };
-use acerra_chain::Outcome;
-use acerra_chain::align::Aligned;
-use acerra_chain::clean::Cleaned;
+use acerra_chain::Track;
 use acerra_chain::offset::OffsetSearch;
 use acerra_chain::stages::Stage;
 
@@ -23,19 +23,13 @@ pub fn collect(
     raw_png: Vec<u8>,
     clean_png: Vec<u8>,
 ) -> ReportData {
-    let ground = &outcome.focused.ground;
-    let grid = &ground.grid;
     let image = Picture {
         png: image_png,
-        alt: "The focused image in decibels below its maximum, with the radar's track".to_owned(),
-        caption: format!(
-            "Modulus of Eq. (3) on {} × {} pixels of {} m {}; circles are targets, dotted circles \
-             their left–right ghosts.",
-            grid.nx,
-            grid.ny,
-            grid.pixel_m,
-            ground.describe()
-        ),
+        alt:
+            "The focused image in decibels below its maximum, with the radar's track, the targets \
+              and their left–right ghosts"
+                .to_owned(),
+        caption: image_caption(outcome),
     };
     let picture = |png: Vec<u8>, alt: &str, caption: &str| {
         (!png.is_empty()).then(|| Picture {
@@ -57,14 +51,16 @@ pub fn collect(
         remarks: at_nadir(outcome, spread.as_ref()),
         radargram_raw: picture(
             raw_png,
-            "The raw radargram",
+            "Radargram as recorded: traces from left to right, fast time downwards, levels in \
+             decibels, with 2h/c, the gate and the surface echo as picked",
             "Selected traces as recorded, fast time shifted to 2R/c: the surface echo should \
              follow 2h/c.",
         ),
         radargram_clean: picture(
             clean_png,
-            "The radargram that entered the image",
-            "The same traces without background and outside clutter.",
+            "Radargram that entered the image: traces from left to right, fast time downwards, \
+             levels in decibels, with 2h/c and the gate",
+            "The same traces as they entered the image; the title says what was taken off.",
         ),
         pictures: Vec::new(),
         tracks: tracks(outcome),
@@ -78,14 +74,14 @@ pub fn collect(
 fn summary(outcome: &Outcome) -> String {
     format!(
         "{}; {} of {} traces imaged.",
-        outcome.radar.summary,
-        outcome.aligned.traces.len(),
-        outcome.traces_in_log
+        outcome.radar_summary(),
+        outcome.prepared.aligned.traces.len(),
+        outcome.prepared.traces_in_log()
     )
 }
 
 fn facts(outcome: &Outcome) -> Vec<Fact> {
-    let aligned = &outcome.aligned;
+    let aligned = &outcome.prepared.aligned;
     let path_m: f64 = aligned.path_m.iter().sum();
     let height_m = &aligned.height_m;
     #[expect(clippy::cast_precision_loss, reason = "a count of traces")]
@@ -100,7 +96,7 @@ fn facts(outcome: &Outcome) -> Vec<Fact> {
         Fact::new("Path", format!("{path_m:.2} m")),
         Fact::new("Mean height", format!("{mean_height_m:.2} m")).note(
             match (
-                &outcome.focused.ground.surface,
+                &outcome.focused.pixels.surface,
                 &outcome.focused.projections,
             ) {
                 (_, Some(_)) => "above the ground",
@@ -163,7 +159,7 @@ fn at_nadir(outcome: &Outcome, spread: Option<&PointSpread>) -> Vec<String> {
         ("Targets", "lie")
     };
     vec![format!(
-        "{noun} {} {verb} under the track, nearer than the resolution across it. There the image \
+        "{noun} {} {verb} under the track, nearer than the Rayleigh width across it. There the image \
          cannot tell a small height error from a shift across the track: by Eq. (14), an image \
          plane {:.0} cm too high moves a target by up to {moved_m:.2} m to either side. Along the \
          track no such thing happens.",
@@ -204,31 +200,37 @@ fn row(target: &Target) -> TargetRow {
 
 /// One entry per track; a campaign of one track needs no name for it.
 fn tracks(outcome: &Outcome) -> Vec<TrackEvidence> {
-    let half_c = 0.5 * outcome.campaign.image.light_speed_m_s;
-    let plane_z_m = outcome.focused.ground.middle_m();
-    let one = |name: &str, aligned: &Aligned, cleaned: &Cleaned| TrackEvidence {
-        name: name.to_owned(),
-        trajectory: Some(trajectory(aligned, plane_z_m)),
-        alignment: aligned.search.as_ref().map(alignment),
-        surface: surface(aligned, cleaned, half_c),
-    };
-    if outcome.tracks.is_empty() {
-        return vec![one("", &outcome.aligned, &outcome.cleaned)];
-    }
-    let tracks = outcome.tracks.iter();
+    let several = outcome.prepared.tracks.len() > 1;
+    let tracks = outcome.prepared.tracks.iter();
     tracks
-        .map(|track| one(&track.name, &track.aligned, &track.cleaned))
+        .map(|track| TrackEvidence {
+            name: if several {
+                track.name.clone()
+            } else {
+                String::new()
+            },
+            trajectory: Some(trajectory(outcome, track)),
+            alignment: track.search.as_ref().map(alignment),
+            surface: surface(outcome, track),
+        })
         .collect()
 }
 
-fn trajectory(aligned: &Aligned, plane_z_m: f64) -> TrajectoryEvidence {
-    let clock = |t: &f64| t + aligned.time_offset_s;
+fn trajectory(outcome: &Outcome, track: &Track) -> TrajectoryEvidence {
+    let aligned = &outcome.prepared.aligned;
+    let range = track.range.clone();
+    let clock = |t: &f64| t + track.time_offset_s;
     TrajectoryEvidence {
-        time_s: aligned.time_s.iter().map(clock).collect(),
-        position_m: aligned.position_m.clone(),
-        sigma_m: aligned.sigma_m.clone(),
-        status: aligned.status.clone(),
-        plane_z_m,
+        time_s: aligned.time_s[range.clone()].iter().map(clock).collect(),
+        position_m: aligned.position_m[range.clone()].to_vec(),
+        // Deviations are known of all traces or of none.
+        sigma_m: aligned
+            .sigma_m
+            .get(range.clone())
+            .unwrap_or_default()
+            .to_vec(),
+        status: aligned.status[range].to_vec(),
+        plane_z_m: outcome.focused.pixels.middle_m(),
         used_s: None,
     }
 }
@@ -254,9 +256,10 @@ fn alignment(search: &OffsetSearch) -> AlignmentEvidence {
     }
 }
 
-fn surface(aligned: &Aligned, cleaned: &Cleaned, half_c: f64) -> Option<SurfaceEvidence> {
-    let traces = cleaned.traces.as_ref()?;
+fn surface(outcome: &Outcome, track: &Track) -> Option<SurfaceEvidence> {
+    let traces = track.cleaned.as_ref()?;
     let surface = traces.surface.as_ref()?;
+    let half_c = 0.5 * outcome.campaign.image.light_speed_m_s;
     let residual = match (surface.median_residual_s, surface.spread_s) {
         (Some(median), Some(spread)) => format!(
             "The echo less 2h/c is {:+.0} mm in the median of the traces, spread {:.0} mm; \
@@ -267,14 +270,15 @@ fn surface(aligned: &Aligned, cleaned: &Cleaned, half_c: f64) -> Option<SurfaceE
         ),
         _ => "The echo was not found in enough traces to compare it with the height.".to_owned(),
     };
+    let aligned = &outcome.prepared.aligned;
     Some(SurfaceEvidence {
-        time_s: aligned.time_s.clone(),
+        time_s: aligned.time_s[track.range.clone()].to_vec(),
         picked_range_m: surface
             .fast_time_s
             .iter()
             .map(|t| t.map_or(f64::NAN, |t| t * half_c))
             .collect(),
-        height_m: aligned.height_m.clone(),
+        height_m: aligned.height_m[track.range.clone()].to_vec(),
         shift_ns: traces.shift_s * 1e9,
         remark: residual,
     })
@@ -284,11 +288,11 @@ fn choices(outcome: &Outcome) -> Vec<Fact> {
     let mut choices = vec![
         Fact::new(
             "Time offset",
-            format!("{:.4} s", outcome.aligned.time_offset_s),
+            format!("{:.4} s", outcome.prepared.first().time_offset_s),
         )
         .note("trajectory time minus radar time"),
     ];
-    if let Some(traces) = &outcome.cleaned.traces {
+    if let Some(traces) = outcome.prepared.cleaned() {
         choices.push(
             Fact::new(
                 "Shift of fast time",
@@ -297,7 +301,7 @@ fn choices(outcome: &Outcome) -> Vec<Fact> {
             .note("by delay and zero-timing together"),
         );
     }
-    for track in &outcome.tracks {
+    for track in outcome.listed_tracks() {
         let k = &track.calibration;
         let given = format!(
             "{:+.3} ns and {:+.1}° given",
@@ -312,11 +316,11 @@ fn choices(outcome: &Outcome) -> Vec<Fact> {
             None => given,
         };
         let value = k.found.map_or_else(
-            || format!("{} traces", track.aligned.traces.len()),
+            || format!("{} traces", track.range.len()),
             |f| {
                 format!(
                     "{} traces, {:+.4} ± {:.4} ns, {:+.1} ± {:.1}°",
-                    track.aligned.traces.len(),
+                    track.range.len(),
                     f.delay_ns,
                     f.delay_sigma_ns,
                     f.phase_deg,

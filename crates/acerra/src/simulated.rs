@@ -1,6 +1,6 @@
 //! A simulated campaign in its folder.
 
-use acerra_chain::staging::Staging;
+use acerra_products::staging::Staging;
 use acerra_simulate::scene::Scene;
 use acerra_simulate::write::{Simulated, simulate_campaign};
 

@@ -8,9 +8,10 @@ use std::sync::OnceLock;
 
 use acerra::demo::{Flown, TRACKS, demonstration_page, largest_envelope};
 use acerra::simulated::write_campaign;
-use acerra_chain::stages::Stages;
-use acerra_chain::staging::Staging;
+use acerra_chain::{Control, Journal};
 use acerra_imaging::metrics::LocalTrack;
+use acerra_products::run_campaign;
+use acerra_products::staging::Staging;
 
 struct Demonstration {
     folder: tempfile::TempDir,
@@ -23,7 +24,7 @@ fn demonstration() -> &'static Demonstration {
         let folder = tempfile::tempdir().unwrap();
         let fly = |track: acerra::demo::Track| {
             track
-                .fly(&folder.path().join(track.name), &mut Stages::default())
+                .fly(&folder.path().join(track.name), &mut Journal::default())
                 .unwrap()
         };
         let flown = TRACKS.map(fly);
@@ -69,7 +70,7 @@ fn track_1_has_no_ghosts() {
     assert!(flown.found().iter().all(|f| f.target.ghost.is_none()));
     // Beyond the lobes of targets under the track there is nothing above −15 dB.
     let (grid, image) = (
-        &flown.outcome.focused.ground.grid,
+        &flown.outcome.focused.pixels.grid,
         &flown.outcome.focused.image,
     );
     let most = image.iter().map(|v| v.norm()).fold(0.0, f32::max);
@@ -99,7 +100,7 @@ fn track_2_has_ghosts_weaker_than_their_targets() {
 #[test]
 fn coupling_and_awnings_are_in_the_raw_radargram_and_gone_from_the_filtered_one() {
     for (flown, beyond_s) in demonstration().flown.iter().zip([70e-9_f64, 90e-9]) {
-        let traces = flown.outcome.cleaned.traces.as_ref().unwrap();
+        let traces = flown.outcome.prepared.cleaned().unwrap();
         let noise = flown.scene.radar.noise_counts;
         let surface_s = flown.scene.flight.as_ref().unwrap().height_m / 1.5e8;
         // The gate of Track 2 ends just behind 90 ns.
@@ -131,7 +132,7 @@ fn the_page_says_what_height_does_at_nadir() {
     let flights: Vec<_> = TRACKS
         .into_iter()
         .map(|track| {
-            let stages = &mut Stages::default();
+            let stages = &mut Journal::default();
             (track, track.fly(&folder.join(track.name), stages).unwrap())
         })
         .collect();
@@ -206,7 +207,13 @@ fn the_same_seed_gives_the_same_bytes() {
     let focus = |folder: &Path| {
         let campaign = folder.join("campaign.toml");
         let products = folder.join("products");
-        acerra::commands::focus::focus_file(&campaign, &products, &mut Stages::default()).unwrap();
+        run_campaign(
+            &campaign,
+            &products,
+            &mut Journal::default(),
+            &Control::default(),
+        )
+        .unwrap();
     };
     focus(&one);
     focus(&again);

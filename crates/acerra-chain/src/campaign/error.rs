@@ -8,17 +8,8 @@ pub enum CampaignError {
     #[error(transparent)]
     Syntax(#[from] acerra_settings::SyntaxError),
     /// A value outside what is possible.
-    #[error("[{table}] {key}: expected {expected}, found {found}")]
-    Value {
-        /// Table of the key.
-        table: &'static str,
-        /// The key.
-        key: &'static str,
-        /// What is possible.
-        expected: &'static str,
-        /// What the file says.
-        found: String,
-    },
+    #[error(transparent)]
+    Value(#[from] acerra_settings::ValueError),
     /// Two keys that exclude each other.
     #[error("{first} and {second} exclude each other: {reason}")]
     Conflict {

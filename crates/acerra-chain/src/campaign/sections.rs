@@ -5,7 +5,10 @@ use std::path::PathBuf;
 use acerra_imaging::IncidenceWeight;
 use serde::{Deserialize, Serialize};
 
-use super::choices::{Background, Gate, Heights, Select, TimeOffset, ZeroTiming};
+use crate::choices::{
+    Background, CalibrationSource, Gate, Heights, LookTaper, Select, Sum, TimeOffset, Unfixed,
+    Weight, ZeroTiming,
+};
 
 /// `[radar]`: the log, and which of its traces are used.
 #[derive(Clone, Debug, Default, Deserialize, Serialize)]
@@ -81,39 +84,6 @@ impl Default for TracksSection {
     }
 }
 
-/// `[tracks] sum`: what of several tracks is summed.
-#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Sum {
-    /// Amplitudes: one image with the aperture of all.
-    #[default]
-    Coherent,
-    /// Powers of each track's own image.
-    Incoherent,
-}
-
-/// `[tracks] calibration`: where delay and phase of each track come from.
-#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum CalibrationSource {
-    /// The campaign file alone.
-    #[default]
-    Given,
-    /// A target that all tracks see, beside what the campaign file gives.
-    Target,
-}
-
-/// `[image] look_window`: the taper of each look.
-#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum LookTaper {
-    /// None.
-    #[default]
-    None,
-    /// Hann, over the look's path.
-    Hann,
-}
-
 /// `[trajectory]`: where the radar was, and how its clock relates to that of the positions.
 #[derive(Clone, Debug, Default, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
@@ -134,17 +104,6 @@ pub struct TrajectorySection {
     pub max_gap_s: Option<f64>,
     /// Traces at unfixed positions: kept (with a warning) or dropped.
     pub unfixed: Unfixed,
-}
-
-/// `[trajectory] unfixed`: what becomes of traces whose position has no fixed solution.
-#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Unfixed {
-    /// They enter the image, and a warning counts them.
-    #[default]
-    Keep,
-    /// They are left out, and a warning counts them.
-    Drop,
 }
 
 /// `[gnss]`: positions are computed from raw GNSS logs by carrier-phase differential positioning.
@@ -301,17 +260,6 @@ impl ImageSection {
             Some(Heights::Plane(z_m) | Heights::Range([z_m, _])) => z_m,
         }
     }
-}
-
-/// `[image] weight`: the weight of each trace in the sum of Eq. (3).
-#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Weight {
-    /// One for every trace: the paper's sum.
-    #[default]
-    Trace,
-    /// The path that the trace covers, in metres, so that hovering does not dominate.
-    Path,
 }
 
 /// `[measure]`: what counts as a target.

@@ -2,6 +2,7 @@
 //!
 //! [`run`] is what `acerra ppk` does, and what a campaign's `[gnss]` section asks for.
 
+mod error;
 mod sentence;
 mod summary;
 mod track;
@@ -14,8 +15,7 @@ use acerra_gnss::{
     GnssFile, Navigation, ObservationData, PositioningMode, PpkError, PpkOptions, PpkSolution,
     process, read_gnss,
 };
-use anyhow::Context;
-
+pub use error::PositioningError;
 pub use sentence::ppk_sentence;
 pub use summary::{
     BaseAnswer, DropAnswer, EventAnswer, FileAnswer, PpkAnswer, ReasonAnswer, answer,
@@ -48,8 +48,11 @@ pub struct Positioning {
 ///
 /// # Errors
 /// A file that cannot be read or holds something else than it should, named; and whatever makes a
-/// solution impossible ([`PpkError`]), with the file it is about.
-pub fn run(input: &PositioningInput, options: &PpkOptions) -> anyhow::Result<Positioning> {
+/// solution impossible ([`PpkError`]), with the files it is about.
+pub fn run(
+    input: &PositioningInput,
+    options: &PpkOptions,
+) -> Result<Positioning, PositioningError> {
     let mut reader = Reader::default();
     let single = options.mode == PositioningMode::Single;
     let rover = reader.observations(&input.rover)?;
@@ -60,31 +63,32 @@ pub fn run(input: &PositioningInput, options: &PpkOptions) -> anyhow::Result<Pos
             Some(observations) => base = observations,
             // A single-point position needs no base: what stands in its place is navigation.
             None if single => {}
-            None => anyhow::bail!(
-                "{}: expected the base's observations, found {}",
-                path.display(),
-                file.kind
-            ),
+            None => {
+                return Err(PositioningError::Kind {
+                    path: path.clone(),
+                    expected: "the base's observations",
+                    found: file.kind.to_string(),
+                });
+            }
         }
     } else if !single {
-        anyhow::bail!(
-            "a base's log is needed for anything but single-point positions (--mode single)"
-        );
+        return Err(PositioningError::NoBase);
     }
     for path in &input.navigation {
         let file = reader.read(path)?;
-        anyhow::ensure!(
-            file.navigation.is_some(),
-            "{}: expected navigation data, found {}",
-            path.display(),
-            file.kind
-        );
+        if file.navigation.is_none() {
+            return Err(PositioningError::Kind {
+                path: path.clone(),
+                expected: "navigation data",
+                found: file.kind.to_string(),
+            });
+        }
     }
-    anyhow::ensure!(
-        !reader.navigation.ephemerides.is_empty(),
-        "no ephemeris in {}: give a navigation file (RINEX, or a UBX log with RXM-SFRBX)",
-        reader.names()
-    );
+    if reader.navigation.ephemerides.is_empty() {
+        return Err(PositioningError::NoEphemeris {
+            files: reader.names(),
+        });
+    }
     let mut warnings = reader.warnings();
     let solution = process(&rover, &base, &reader.navigation, options)
         .map_err(|error| blame(error, input, &reader))?;
@@ -97,7 +101,7 @@ pub fn run(input: &PositioningInput, options: &PpkOptions) -> anyhow::Result<Pos
 }
 
 /// Puts the file that an error is about before it.
-fn blame(error: PpkError, input: &PositioningInput, reader: &Reader) -> anyhow::Error {
+fn blame(error: PpkError, input: &PositioningInput, reader: &Reader) -> PositioningError {
     let rover = || input.rover.display().to_string();
     let base = || {
         input
@@ -105,7 +109,7 @@ fn blame(error: PpkError, input: &PositioningInput, reader: &Reader) -> anyhow::
             .as_deref()
             .map_or_else(rover, |p| p.display().to_string())
     };
-    let place = match error {
+    let files = match error {
         PpkError::NoRoverEpochs | PpkError::NoSatellites | PpkError::NothingInWindow { .. } => {
             rover()
         }
@@ -114,9 +118,12 @@ fn blame(error: PpkError, input: &PositioningInput, reader: &Reader) -> anyhow::
         | PpkError::BasePositionImplausible { .. } => base(),
         PpkError::NoNavigation { .. } => reader.names(),
         PpkError::NoOverlap { .. } => format!("{}, {}", rover(), base()),
-        _ => return error.into(),
+        _ => return PositioningError::Process(error),
     };
-    anyhow::Error::new(error).context(place)
+    PositioningError::Solution {
+        files,
+        cause: error,
+    }
 }
 
 /// Takes files and gathers the navigation data in them.
@@ -127,10 +134,16 @@ struct Reader {
 }
 
 impl Reader {
-    fn read(&mut self, path: &Path) -> anyhow::Result<GnssFile> {
-        let place = || path.display().to_string();
-        let file = File::open(path).with_context(place)?;
-        let mut content = read_gnss(file, Limits::default()).with_context(place)?;
+    fn read(&mut self, path: &Path) -> Result<GnssFile, PositioningError> {
+        let file = File::open(path).map_err(|cause| PositioningError::Open {
+            path: path.to_owned(),
+            cause,
+        })?;
+        let mut content =
+            read_gnss(file, Limits::default()).map_err(|cause| PositioningError::Content {
+                path: path.to_owned(),
+                cause,
+            })?;
         if let Some(navigation) = content.navigation.clone() {
             self.navigation.merge(navigation);
         }
@@ -139,14 +152,12 @@ impl Reader {
         Ok(content)
     }
 
-    fn observations(&mut self, path: &Path) -> anyhow::Result<ObservationData> {
+    fn observations(&mut self, path: &Path) -> Result<ObservationData, PositioningError> {
         let file = self.read(path)?;
-        file.observations.with_context(|| {
-            format!(
-                "{}: expected observations, found {}",
-                path.display(),
-                file.kind
-            )
+        file.observations.ok_or_else(|| PositioningError::Kind {
+            path: path.to_owned(),
+            expected: "observations",
+            found: file.kind.to_string(),
         })
     }
 

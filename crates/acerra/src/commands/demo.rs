@@ -4,8 +4,8 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use crate::demo::{Flown, TRACKS, demonstration_page};
-use acerra_chain::stages::Stages;
-use acerra_chain::staging::Staging;
+use acerra_chain::Journal;
+use acerra_products::staging::Staging;
 
 /// Simulate the paper's campaign, raw logs and all, and process it: no input needed.
 #[derive(Debug, clap::Args)]
@@ -25,9 +25,9 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
         writeln!(out, "{}", track.title)?;
         out.flush()?;
         let folder = args.output.join(track.name);
-        let mut stages = Stages::default();
-        let flown = track.fly(&folder, &mut stages)?;
-        say(&flown, &stages, &folder, out)?;
+        let mut journal = Journal::default();
+        let flown = track.fly(&folder, &mut journal)?;
+        say(&flown, &journal, &folder, out)?;
         flights.push((track, flown));
     }
     let page = demonstration_page(&flights, &args.output)?;
@@ -38,7 +38,7 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn say(flown: &Flown, stages: &Stages, folder: &Path, out: &mut dyn Write) -> anyhow::Result<()> {
+fn say(flown: &Flown, journal: &Journal, folder: &Path, out: &mut dyn Write) -> anyhow::Result<()> {
     writeln!(
         out,
         "  logged     {} scans, {} GNSS epochs in {}",
@@ -49,7 +49,7 @@ fn say(flown: &Flown, stages: &Stages, folder: &Path, out: &mut dyn Write) -> an
     writeln!(
         out,
         "  imaged     {} traces; {} of them at fixed positions",
-        flown.outcome.aligned.traces.len(),
+        flown.outcome.prepared.aligned.traces.len(),
         flown.fixed()
     )?;
     writeln!(
@@ -78,7 +78,12 @@ fn say(flown: &Flown, stages: &Stages, folder: &Path, out: &mut dyn Write) -> an
     for warning in &flown.outcome.warnings {
         writeln!(out, "  warning    {warning}")?;
     }
-    let seconds: f64 = stages.done().iter().map(|stage| stage.seconds).sum();
+    let seconds: f64 = journal
+        .stages
+        .done()
+        .iter()
+        .map(|stage| stage.seconds)
+        .sum();
     let products = folder.join("products");
     writeln!(out, "  products   {} in {seconds:.1} s", products.display())?;
     out.flush()?;

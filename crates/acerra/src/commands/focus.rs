@@ -4,15 +4,11 @@ use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
-use anyhow::Context;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-use acerra_chain::campaign::Campaign;
-use acerra_chain::stages::Stages;
-use acerra_chain::staging::Staging;
-use acerra_chain::{Outcome, Progress};
-use acerra_products::deliver::deliver;
-use acerra_products::run_json;
+use acerra_chain::{Control, Journal, Progress, Track};
+use acerra_products::run_record::RunRecord;
+use acerra_products::{Outcome, run_campaign};
 
 /// Focus a campaign: from raw logs to an image, its measurements and a report.
 #[derive(Debug, clap::Args)]
@@ -40,44 +36,20 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
         .output
         .clone()
         .unwrap_or_else(|| default_output(&args.campaign));
-    let mut stages = Stages::default();
-    let outcome = focus_file(&args.campaign, &directory, &mut stages)?;
-    if args.json {
-        writeln!(out, "{}", run_json::run(&outcome, stages.done()))?;
-    } else {
-        summarise(&outcome, &stages, &directory, args.explain, out)?;
-    }
-    Ok(())
-}
-
-/// Focuses one campaign file into `directory`.
-///
-/// # Errors
-/// As [`run`].
-pub fn focus_file(file: &Path, directory: &Path, stages: &mut Stages) -> anyhow::Result<Outcome> {
-    let text = std::fs::read_to_string(file).with_context(|| format!("{}", file.display()))?;
-    let campaign = Campaign::parse(&text).with_context(|| format!("{}", file.display()))?;
-    let folder = file.parent().unwrap_or_else(|| Path::new(""));
-    let name = name_of_campaign(file);
-    let campaign = campaign.resolved_in(folder);
+    let mut journal = Journal::default();
     let bar = Bar::default();
-    let staging = Staging::new(directory)?;
-    let outcome = acerra_chain::run(&name, &campaign, Some(file), &staging, stages, &bar)?;
-    deliver(&outcome, staging, stages)?;
-    Ok(outcome)
-}
-
-/// What a campaign is called: as its file, or as the folder of one that is called `campaign`.
-fn name_of_campaign(file: &Path) -> String {
-    let of = |part: Option<&std::ffi::OsStr>| part.map(|p| p.to_string_lossy().into_owned());
-    let stem = of(file.file_stem()).unwrap_or_default();
-    let folder = std::path::absolute(file)
-        .ok()
-        .and_then(|file| of(file.parent()?.file_name()));
-    match folder {
-        Some(folder) if stem == "campaign" => folder,
-        _ => stem,
+    let control = Control::default().reporting_to(&bar);
+    let outcome = run_campaign(&args.campaign, &directory, &mut journal, &control)?;
+    let stages = journal.stages.done();
+    if args.json {
+        let record = RunRecord::of(&outcome, stages);
+        writeln!(out, "{}", serde_json::to_string(&record)?)?;
+        return Ok(());
     }
+    summarise(&outcome, args.explain, out)?;
+    let seconds: f64 = stages.iter().map(|stage| stage.seconds).sum();
+    writeln!(out, "products   {} in {seconds:.2} s", directory.display())?;
+    Ok(())
 }
 
 fn default_output(campaign: &Path) -> PathBuf {
@@ -88,26 +60,35 @@ fn default_output(campaign: &Path) -> PathBuf {
     campaign.with_file_name(format!("{stem}-products"))
 }
 
-fn summarise(
-    outcome: &Outcome,
-    stages: &Stages,
-    directory: &Path,
-    explain: bool,
-    out: &mut dyn Write,
-) -> anyhow::Result<()> {
-    let aligned = &outcome.aligned;
-    let ground = &outcome.focused.ground;
-    let grid = &ground.grid;
-    writeln!(out, "radar      {}", outcome.radar.summary)?;
+fn summarise(outcome: &Outcome, explain: bool, out: &mut dyn Write) -> anyhow::Result<()> {
+    write_traces(outcome, out)?;
+    for track in outcome.listed_tracks() {
+        write_track(track, out)?;
+    }
+    if let Some(traces) = outcome.prepared.cleaned() {
+        writeln!(out, "fast time  shifted by {:+.3} ns", traces.shift_s * 1e9)?;
+    }
+    write_image(outcome, explain, out)?;
+    write_targets(outcome, out)?;
+    for warning in &outcome.warnings {
+        writeln!(out, "warning    {warning}")?;
+    }
+    Ok(())
+}
+
+fn write_traces(outcome: &Outcome, out: &mut dyn Write) -> anyhow::Result<()> {
+    let aligned = &outcome.prepared.aligned;
+    let first = outcome.prepared.first();
+    writeln!(out, "radar      {}", outcome.radar_summary())?;
     write!(
         out,
         "traces     {} of {} imaged, over {:.2} m of path",
         aligned.traces.len(),
-        outcome.traces_in_log,
+        outcome.prepared.traces_in_log(),
         aligned.path_m.iter().sum::<f64>()
     )?;
-    writeln!(out, ", time offset {:.4} s", aligned.time_offset_s)?;
-    if let Some(search) = &aligned.search {
+    writeln!(out, ", time offset {:.4} s", first.time_offset_s)?;
+    if let Some(search) = &first.search {
         writeln!(
             out,
             "           found: motion correlates with {:.2} (elsewhere {:.2}), image {:.2} times \
@@ -115,35 +96,40 @@ fn summarise(
             search.motion.correlation, search.motion.runner_up, search.sharpness_ratio
         )?;
     }
-    for track in &outcome.tracks {
-        let k = &track.calibration;
-        write!(
+    Ok(())
+}
+
+fn write_track(track: &Track, out: &mut dyn Write) -> anyhow::Result<()> {
+    let k = &track.calibration;
+    write!(
+        out,
+        "track      {}: {} traces, {:+.3} ns and {:+.1}° taken off as given",
+        track.name,
+        track.range.len(),
+        k.given_delay_ns,
+        k.given_phase_deg
+    )?;
+    match k.found {
+        Some(f) => writeln!(
             out,
-            "track      {}: {} traces, {:+.3} ns and {:+.1}° taken off as given",
-            track.name,
-            track.aligned.traces.len(),
-            k.given_delay_ns,
-            k.given_phase_deg
-        )?;
-        match k.found {
-            Some(f) => writeln!(
-                out,
-                ", {:+.4} ± {:.4} ns and {:+.1} ± {:.1}° as found",
-                f.delay_ns, f.delay_sigma_ns, f.phase_deg, f.phase_sigma_deg
-            )?,
-            None => writeln!(out)?,
-        }
+            ", {:+.4} ± {:.4} ns and {:+.1} ± {:.1}° as found",
+            f.delay_ns, f.delay_sigma_ns, f.phase_deg, f.phase_sigma_deg
+        )?,
+        None => writeln!(out)?,
     }
-    if let Some(traces) = &outcome.cleaned.traces {
-        writeln!(out, "fast time  shifted by {:+.3} ns", traces.shift_s * 1e9)?;
-    }
+    Ok(())
+}
+
+fn write_image(outcome: &Outcome, explain: bool, out: &mut dyn Write) -> anyhow::Result<()> {
+    let pixels = &outcome.focused.pixels;
+    let grid = &pixels.grid;
     write!(
         out,
         "image      {} × {} pixels of {} m {}",
         grid.nx,
         grid.ny,
         grid.pixel_m,
-        ground.describe()
+        pixels.describe()
     )?;
     match outcome.measured.statistics.median_db {
         Some(median_db) => writeln!(out, ", peak {:.1} dB over its median", -median_db)?,
@@ -154,12 +140,6 @@ fn summarise(
             writeln!(out, "           {line}")?;
         }
     }
-    write_targets(outcome, out)?;
-    for warning in &outcome.warnings {
-        writeln!(out, "warning    {warning}")?;
-    }
-    let seconds: f64 = stages.done().iter().map(|stage| stage.seconds).sum();
-    writeln!(out, "products   {} in {seconds:.2} s", directory.display())?;
     Ok(())
 }
 

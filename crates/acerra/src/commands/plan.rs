@@ -6,11 +6,11 @@ use std::path::PathBuf;
 
 use anyhow::Context;
 
-use acerra_chain::staging::Staging;
 use acerra_figure::{Axis, Map};
 use acerra_flightplan::{
     FlightPlan, PlanFile, expected_maps, to_geojson, to_kml, to_qgroundcontrol,
 };
+use acerra_products::staging::Staging;
 
 /// Plan a flight: lines, height, speed, batteries, and what to expect of the image.
 #[derive(Debug, clap::Args)]

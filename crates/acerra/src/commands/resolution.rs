@@ -9,8 +9,8 @@ use acerra_imaging::resolution::{Aperture, Band, Prediction, across_track_map_m}
 use serde::Serialize;
 
 use super::values::{band_ghz, not_negative, positive};
-use acerra_chain::staging::Staging;
 use acerra_figure::{Axis, Map};
+use acerra_products::staging::Staging;
 
 /// Say what a straight flight resolves in theory (Eqs. 6–12), and map it (Figure 6).
 #[derive(Debug, clap::Args)]

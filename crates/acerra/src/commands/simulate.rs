@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 
 use crate::simulated::write_campaign;
-use acerra_chain::staging::Staging;
+use acerra_products::staging::Staging;
 use acerra_simulate::scene::Scene;
 
 /// Simulate a campaign: radar and GNSS logs of a flight over a scene, and its campaign file.

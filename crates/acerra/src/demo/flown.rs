@@ -6,7 +6,7 @@ use acerra_imaging::resolution::displacement_m;
 use acerra_radar::Radargram;
 use acerra_radar::clean::envelope;
 
-use acerra_chain::Outcome;
+use acerra_products::Outcome;
 use acerra_simulate::scene::Scene;
 use acerra_simulate::write::Simulated;
 
@@ -58,10 +58,11 @@ impl Flown {
         let start_s = scene.start()?.tow_s();
         let arm = scene.radar.lever_arm_m;
         let truth_m = outcome
+            .prepared
             .aligned
             .time_s
             .iter()
-            .map(|t| t + outcome.aligned.time_offset_s - start_s)
+            .map(|t| t + outcome.prepared.first().time_offset_s - start_s)
             .map(|t| flight.pose_at(t).point_m(arm))
             .collect();
         Ok(Self {
@@ -75,7 +76,13 @@ impl Flown {
     /// Position errors at the imaged traces: as positioned less the truth (m).
     #[must_use]
     pub fn error_m(&self) -> Vec<[f64; 3]> {
-        let pairs = self.outcome.aligned.position_m.iter().zip(&self.truth_m);
+        let pairs = self
+            .outcome
+            .prepared
+            .aligned
+            .position_m
+            .iter()
+            .zip(&self.truth_m);
         pairs
             .map(|(found, truth)| [0, 1, 2].map(|i| found[i] - truth[i]))
             .collect()
@@ -84,12 +91,7 @@ impl Flown {
     /// What zero-timing takes ranges for too long by (m).
     #[must_use]
     pub fn range_error_m(&self) -> f64 {
-        let shift_s = self
-            .outcome
-            .cleaned
-            .traces
-            .as_ref()
-            .map_or(0.0, |t| t.shift_s);
+        let shift_s = self.outcome.prepared.cleaned().map_or(0.0, |t| t.shift_s);
         let half_c = 0.5 * self.outcome.campaign.image.light_speed_m_s;
         half_c * (shift_s + 1e-9 * self.scene.radar.delay_ns)
     }
@@ -97,7 +99,7 @@ impl Flown {
     /// How many of the imaged traces stand at fixed positions.
     #[must_use]
     pub fn fixed(&self) -> usize {
-        let status = &self.outcome.aligned.status;
+        let status = &self.outcome.prepared.aligned.status;
         status
             .iter()
             .filter(|s: &&SolutionStatus| s.is_fixed())
@@ -160,7 +162,7 @@ impl Flown {
     #[must_use]
     pub fn largest_sigma_m(&self) -> [f64; 3] {
         [0, 1, 2].map(|i| {
-            let sigma_m = self.outcome.aligned.sigma_m.iter();
+            let sigma_m = self.outcome.prepared.aligned.sigma_m.iter();
             sigma_m.map(|s| s[i]).fold(0.0, f64::max)
         })
     }

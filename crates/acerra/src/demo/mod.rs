@@ -8,10 +8,10 @@ use std::path::Path;
 
 use anyhow::Context;
 
-use crate::commands::focus::focus_file;
 use crate::simulated::write_campaign;
-use acerra_chain::stages::Stages;
-use acerra_chain::staging::Staging;
+use acerra_chain::{Control, Journal};
+use acerra_products::run_campaign;
+use acerra_products::staging::Staging;
 use acerra_simulate::scene::Scene;
 pub use flown::{Flown, Found, largest_envelope, rms_m};
 pub use page::demonstration_page;
@@ -75,8 +75,8 @@ impl Track {
     ///
     /// # Errors
     /// A folder that cannot be written.
-    pub fn fly(&self, folder: &Path, stages: &mut Stages) -> anyhow::Result<Flown> {
-        fly(self.scene().context(self.name)?, folder, stages).context(self.name)
+    pub fn fly(&self, folder: &Path, journal: &mut Journal) -> anyhow::Result<Flown> {
+        fly(self.scene().context(self.name)?, folder, journal).context(self.name)
     }
 }
 
@@ -84,11 +84,16 @@ impl Track {
 ///
 /// # Errors
 /// A scene that cannot be, a folder that cannot be written, a campaign that cannot be processed.
-pub fn fly(scene: Scene, folder: &Path, stages: &mut Stages) -> anyhow::Result<Flown> {
+pub fn fly(scene: Scene, folder: &Path, journal: &mut Journal) -> anyhow::Result<Flown> {
     let staging = Staging::new(folder)?;
     let simulated = write_campaign(&scene, &staging)?;
     staging.publish()?;
     let products = folder.join("products");
-    let outcome = focus_file(&folder.join("campaign.toml"), &products, stages)?;
+    let outcome = run_campaign(
+        &folder.join("campaign.toml"),
+        &products,
+        journal,
+        &Control::default(),
+    )?;
     Flown::new(scene, simulated, outcome)
 }

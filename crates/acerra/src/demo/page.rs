@@ -38,7 +38,7 @@ fn entry(track: &Track, flown: &Flown, directory: &Path) -> anyhow::Result<Index
         report: format!("{}/products/report.html", track.name),
         png: std::fs::read(&png).with_context(|| format!("{}", png.display()))?,
         facts: vec![
-            Fact::new("Traces", outcome.aligned.traces.len().to_string()),
+            Fact::new("Traces", outcome.prepared.aligned.traces.len().to_string()),
             Fact::new("At fixed positions", flown.fixed().to_string()),
             Fact::new("Targets", outcome.measured.targets.len().to_string()),
         ],

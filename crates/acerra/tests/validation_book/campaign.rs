@@ -19,7 +19,7 @@ fn validation_book_campaign() {
     page.block("table-4", &table_4());
     for (flight, letter) in flights().iter().zip(["a", "b"]) {
         let outcome = &flight.flown.outcome;
-        let traces = outcome.cleaned.traces.as_ref().unwrap();
+        let traces = outcome.prepared.cleaned().unwrap();
         let raw = pictures::radargram_raw(outcome, traces).unwrap();
         page.speckled_picture(&format!("figure-10{letter}"), &raw, 3);
         let clean = pictures::radargram_clean(outcome, traces).unwrap();
@@ -42,7 +42,7 @@ fn flown() -> String {
          | --- | --- | --- | --- | --- | --- | --- | --- | --- |\n",
     );
     for (flight, (traces, path_m, seconds)) in flights().iter().zip(paper) {
-        let aligned = &flight.flown.outcome.aligned;
+        let aligned = &flight.flown.outcome.prepared.aligned;
         let flown_m: f64 = aligned.path_m.iter().sum();
         let flown_s = aligned.time_s.last().unwrap() - aligned.time_s[0];
         let truth_m = &flight.flown.truth_m;
@@ -93,7 +93,7 @@ fn radargrams() -> String {
          filtered |\n| --- | --- | --- | --- | --- | --- |\n",
     );
     for (flight, beyond_s) in flights().iter().zip([70e-9_f64, 90e-9]) {
-        let traces = flight.flown.outcome.cleaned.traces.as_ref().unwrap();
+        let traces = flight.flown.outcome.prepared.cleaned().unwrap();
         let noise = flight.flown.scene.radar.noise_counts;
         let level = |radargram, span| 20.0 * (largest_envelope(radargram, span) / noise).log10();
         let model = flight.flown.scene.flight.as_ref().unwrap();

@@ -4,10 +4,10 @@ use std::path::PathBuf;
 use std::sync::OnceLock;
 
 use acerra::demo::{Flown, TRACKS, Track};
+use acerra_chain::Journal;
 use acerra_chain::campaign::Campaign;
-use acerra_chain::stages::Stages;
-use acerra_chain::staging::Staging;
-use acerra_chain::{self, Outcome, Silent};
+use acerra_chain::{Control, MemorySink};
+use acerra_products::{NamedCampaign, Outcome, process};
 
 pub struct Flight {
     pub track: Track,
@@ -22,7 +22,7 @@ pub fn flights() -> &'static [Flight; 2] {
         let here = tempfile::tempdir().unwrap();
         let flights = TRACKS.map(|track| {
             let folder = here.path().join(track.name);
-            let flown = track.fly(&folder, &mut Stages::default()).unwrap();
+            let flown = track.fly(&folder, &mut Journal::default()).unwrap();
             Flight {
                 track,
                 flown,
@@ -40,13 +40,14 @@ impl Flight {
         let text = std::fs::read_to_string(self.folder.join("campaign.toml")).unwrap();
         let mut campaign = Campaign::parse(&text).unwrap().resolved_in(&self.folder);
         change(&mut campaign);
-        acerra_chain::run(
-            self.track.name,
-            &campaign,
-            None,
-            &Staging::new(&self.folder.join("unpublished")).unwrap(),
-            &mut Stages::default(),
-            &Silent,
+        process(
+            NamedCampaign {
+                name: self.track.name.to_owned(),
+                campaign,
+            },
+            &mut MemorySink::default(),
+            &mut Journal::default(),
+            &Control::default(),
         )
         .unwrap()
     }

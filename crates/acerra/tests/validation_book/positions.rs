@@ -5,12 +5,12 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use acerra::demo::{Flown, fly};
-use acerra_chain::Outcome;
+use acerra_chain::Journal;
 use acerra_chain::campaign::Campaign;
-use acerra_chain::stages::Stages;
 use acerra_imaging::metrics::{Field, ImageView, InterpolatedImage, climb_to_peak};
 use acerra_imaging::psf::PointSpread;
 use acerra_imaging::sensitivity::{ErrorModel, predict};
+use acerra_products::Outcome;
 use acerra_products::pictures;
 use acerra_simulate::radar::{Echo, RadarScene, Scattering};
 
@@ -92,7 +92,7 @@ fn short_start(flight: &Flight, here: &Path) -> Flight {
     let mut scene = flight.track.scene().unwrap();
     scene.flight.as_mut().unwrap().ground_time_s = SHORT_START_S;
     let folder = here.join(flight.track.name);
-    let flown = fly(scene, &folder, &mut Stages::default()).unwrap();
+    let flown = fly(scene, &folder, &mut Journal::default()).unwrap();
     Flight {
         track: flight.track,
         flown,
@@ -121,6 +121,7 @@ impl Case {
         let outcome = flight.processed(change);
         let truth_m = &flight.flown.truth_m;
         let error_m: Vec<[f64; 3]> = outcome
+            .prepared
             .aligned
             .position_m
             .iter()
@@ -138,7 +139,7 @@ impl Case {
             .iter()
             .map(|e| [0, 1, 2].map(|i| e[i] - mean_m[i]))
             .collect();
-        let correlation_s = correlation_s(&centred, &outcome.aligned.time_s);
+        let correlation_s = correlation_s(&centred, &outcome.prepared.aligned.time_s);
 
         let (mut measured, mut predicted, mut expected) = (vec![], vec![], vec![]);
         for (k, corner) in flight.flown.scene.corner.iter().enumerate() {
@@ -243,7 +244,7 @@ fn strongest_near(field: &dyn Field, at_m: [f64; 3]) -> Peak {
 }
 
 fn peak_of(outcome: &Outcome, at_m: [f64; 3]) -> Peak {
-    let view = ImageView::new(&outcome.focused.image, outcome.focused.ground.grid).unwrap();
+    let view = ImageView::new(&outcome.focused.image, outcome.focused.pixels.grid).unwrap();
     let field = InterpolatedImage::about(view, [at_m[0], at_m[1]]);
     let (place, _) = strongest_near(&field, at_m);
     let field = InterpolatedImage::about(view, place);
@@ -264,11 +265,11 @@ impl<'a> Predicted<'a> {
     fn of(flight: &'a Flight, outcome: &Outcome, corner: usize) -> Self {
         let Flown { scene, truth_m, .. } = &flight.flown;
         let c = outcome.campaign.image.light_speed_m_s;
-        let shift_s = outcome.cleaned.traces.as_ref().unwrap().shift_s;
+        let shift_s = outcome.prepared.cleaned().unwrap().shift_s;
         let believed = PointSpread::new(
-            outcome.aligned.position_m.clone(),
+            outcome.prepared.aligned.position_m.clone(),
             Some(pattern(&flight.flown, corner)),
-            outcome.cleaned.spectrum.frequency_hz.clone(),
+            outcome.prepared.spectrum.frequency_hz.clone(),
             c,
         )
         .unwrap();
@@ -316,10 +317,12 @@ fn pattern(flown: &Flown, corner: usize) -> Vec<f64> {
     let radar = &flown.scene.radar;
     let scattering = Scattering::new(&scene, radar, &[], 0);
     let flight = flown.scene.fly().unwrap();
-    let start_s = flown.outcome.aligned.time_offset_s - flown.scene.start().unwrap().tow_s();
+    let start_s =
+        flown.outcome.prepared.first().time_offset_s - flown.scene.start().unwrap().tow_s();
     let mut echoes: Vec<Echo> = Vec::new();
     flown
         .outcome
+        .prepared
         .aligned
         .time_s
         .iter()
@@ -359,7 +362,7 @@ fn expected_loss_db(
     let spread = PointSpread::new(
         flown.truth_m.clone(),
         Some(pattern(flown, corner)),
-        flown.outcome.cleaned.spectrum.frequency_hz.clone(),
+        flown.outcome.prepared.spectrum.frequency_hz.clone(),
         299_792_458.0,
     )
     .unwrap();
@@ -367,7 +370,7 @@ fn expected_loss_db(
     let model = ErrorModel::new(
         vec![[0.0; 3]; pulses],
         vec![spread_m; pulses],
-        flown.outcome.aligned.time_s.clone(),
+        flown.outcome.prepared.aligned.time_s.clone(),
         correlation_s,
     )
     .unwrap();

@@ -2,8 +2,8 @@
 
 use std::fmt::Write as _;
 
-use acerra_chain::Outcome;
 use acerra_chain::campaign::{Background, Campaign, Gate, ZeroTiming};
+use acerra_products::Outcome;
 use acerra_products::pictures;
 
 use crate::flights::{Flight, flights};
@@ -30,7 +30,7 @@ const EDGE_M: f64 = 7.0;
 const ALONG_M: f64 = 1.5;
 
 fn quality(flight: &Flight, outcome: &Outcome) -> Quality {
-    let grid = &outcome.focused.ground.grid;
+    let grid = &outcome.focused.pixels.grid;
     let corners = &flight.flown.scene.corner;
     let mut near = vec![0.0_f64; corners.len()];
     let mut most = vec![(0.0_f64, 0.0_f64); corners.len()];

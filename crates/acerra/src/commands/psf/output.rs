@@ -9,8 +9,8 @@ use acerra_imaging::psf::{Analysis, PsfField, Retrieved, Theory};
 use serde::Serialize;
 
 use super::scene::Scene;
-use acerra_chain::staging::Staging;
 use acerra_figure::{GhostMark, ImageDb, LevelWindow, PixelValues, TargetMark, cut_plot};
+use acerra_products::staging::Staging;
 
 /// A place, m.
 #[derive(Serialize)]

@@ -1,4 +1,5 @@
-//! The keys of a campaign file that take a word, a number, a list or a table.
+//! What each stage can be asked for, as a settings file writes it: a word, a number, a list or a
+//! table.
 
 use serde::de::{Deserializer, Error};
 use serde::{Deserialize, Serialize};
@@ -216,6 +217,61 @@ impl<'de> Deserialize<'de> for Gate {
             "expected [from, to] with from < to, or \"none\"; found {value}"
         )))
     }
+}
+
+/// `[tracks] sum`: what of several tracks is summed.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Sum {
+    /// Amplitudes: one image with the aperture of all.
+    #[default]
+    Coherent,
+    /// Powers of each track's own image.
+    Incoherent,
+}
+
+/// `[tracks] calibration`: where delay and phase of each track come from.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum CalibrationSource {
+    /// The campaign file alone.
+    #[default]
+    Given,
+    /// A target that all tracks see, beside what the campaign file gives.
+    Target,
+}
+
+/// `[image] look_window`: the taper of each look.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum LookTaper {
+    /// None.
+    #[default]
+    None,
+    /// Hann, over the look's path.
+    Hann,
+}
+
+/// `[trajectory] unfixed`: what becomes of traces whose position has no fixed solution.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Unfixed {
+    /// They enter the image, and a warning counts them.
+    #[default]
+    Keep,
+    /// They are left out, and a warning counts them.
+    Drop,
+}
+
+/// `[image] weight`: the weight of each trace in the sum of Eq. (3).
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Weight {
+    /// One for every trace: the paper's sum.
+    #[default]
+    Trace,
+    /// The path that the trace covers, in metres, so that hovering does not dominate.
+    Path,
 }
 
 /// The value of a table's only key.

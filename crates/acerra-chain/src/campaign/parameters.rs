@@ -1,0 +1,211 @@
+//! From the tables of a campaign file to the parameters of the stages.
+
+use acerra_geo::geodesy::Geodetic;
+
+use super::sections::{GnssSection, ImageSection, MeasureSection, TrajectorySection};
+use super::{Campaign, TrackSection};
+use crate::align::AlignOptions;
+use crate::calibration::CalibrationOptions;
+use crate::choices::Heights;
+use crate::clean::{CleanOptions, frequencies_hz};
+use crate::focus::{FocusOptions, ImageRequest};
+use crate::ground::{SceneHeights, SceneOptions, TerrainSource};
+use crate::looks::LookOptions;
+use crate::measure::MeasureOptions;
+use crate::pixels::Pixels;
+use crate::position::{BasePlace, GnssLogs, PositionOptions, PositionSource};
+use crate::positioning::PositioningInput;
+use crate::recording::{InstrumentError, TrackOptions};
+use crate::survey::{Survey, TrackSource};
+
+impl Campaign {
+    /// The survey that the campaign describes.
+    #[must_use]
+    pub fn survey(&self) -> Survey {
+        let each = self.each_track();
+        let origin = each.first().and_then(|one| one.trajectory.origin());
+        Survey {
+            tracks: each
+                .iter()
+                .enumerate()
+                .map(|(k, one)| one.track_source(self.track.get(k), k))
+                .collect(),
+            scene: SceneOptions {
+                origin,
+                ..SceneOptions::from(&self.image)
+            },
+            calibration: CalibrationOptions {
+                source: self.tracks.calibration,
+                window_ns: self.tracks.window_ns,
+                target_m: self.tracks.target_m,
+                weight: self.image.weight,
+            },
+        }
+    }
+
+    /// The image that the campaign asks for, on pixels that its survey found.
+    #[must_use]
+    pub fn image_request(&self, pixels: Pixels) -> ImageRequest {
+        ImageRequest {
+            pixels,
+            options: FocusOptions {
+                sum: self.tracks.sum,
+                ..FocusOptions::from(&self.image)
+            },
+            looks: self.image.look_options(),
+        }
+    }
+
+    /// Track `k` of a campaign, which has it alone.
+    fn track_source(&self, section: Option<&TrackSection>, k: usize) -> TrackSource {
+        let name = section.and_then(|track| track.name.clone());
+        TrackSource {
+            name: name.unwrap_or_else(|| (k + 1).to_string()),
+            radar: self.radar.file.clone(),
+            positions: PositionOptions {
+                source: self.position_source(),
+                ..PositionOptions::from(&self.trajectory)
+            },
+            options: TrackOptions {
+                align: AlignOptions {
+                    select: self.radar.select,
+                    ..AlignOptions::from(&self.trajectory)
+                },
+                clean: self.clean_options(),
+                known_error: section.map(InstrumentError::from).unwrap_or_default(),
+            },
+        }
+    }
+
+    fn position_source(&self) -> PositionSource {
+        match (&self.gnss, &self.trajectory.file) {
+            (Some(gnss), _) => PositionSource::Gnss(gnss.into()),
+            (None, Some(file)) => PositionSource::Trajectory(file.clone()),
+            (None, None) => PositionSource::RadarFile,
+        }
+    }
+
+    fn clean_options(&self) -> CleanOptions {
+        CleanOptions {
+            delay_ns: self.radar.delay_ns,
+            zero_timing: self.zero_timing(),
+            background: self.preprocess.background,
+            gate_ns: self.preprocess.gate_ns,
+            frequency_hz: frequencies_hz(self.image.band_ghz, self.image.frequencies),
+        }
+    }
+}
+
+fn geodetic([latitude_deg, longitude_deg, height_m]: [f64; 3]) -> Geodetic {
+    Geodetic::from_degrees(latitude_deg, longitude_deg, height_m)
+}
+
+impl TrajectorySection {
+    fn origin(&self) -> Option<Geodetic> {
+        self.origin_deg_m.map(geodetic)
+    }
+}
+
+impl From<&TrajectorySection> for PositionOptions {
+    fn from(section: &TrajectorySection) -> Self {
+        Self {
+            source: PositionSource::default(),
+            origin: section.origin(),
+            rigid_body: section.rigid_body.clone(),
+            lever_arm_m: section.lever_arm_m,
+        }
+    }
+}
+
+impl From<&TrajectorySection> for AlignOptions {
+    fn from(section: &TrajectorySection) -> Self {
+        let [forward_m, left_m, _] = section.lever_arm_m;
+        Self {
+            time_offset: section.time_offset_s,
+            max_gap_s: section.max_gap_s,
+            unfixed: section.unfixed,
+            has_horizontal_lever_arm: forward_m != 0.0 || left_m != 0.0,
+            ..Self::default()
+        }
+    }
+}
+
+impl From<&GnssSection> for GnssLogs {
+    fn from(section: &GnssSection) -> Self {
+        let stated = section.base_deg_m.map(geodetic).map(BasePlace::Geodetic);
+        Self {
+            files: PositioningInput {
+                rover: section.rover.clone(),
+                base: Some(section.base.clone()),
+                navigation: section.navigation.0.clone(),
+            },
+            config: section.config.clone(),
+            base: stated.or(section.base_ecef_m.map(BasePlace::Ecef)),
+        }
+    }
+}
+
+impl From<&TrackSection> for InstrumentError {
+    fn from(section: &TrackSection) -> Self {
+        Self {
+            delay_ns: section.delay_ns,
+            phase_deg: section.phase_deg,
+        }
+    }
+}
+
+impl From<&ImageSection> for SceneOptions {
+    fn from(section: &ImageSection) -> Self {
+        let heights = match (&section.terrain, section.z_m) {
+            (Some(path), _) => SceneHeights::Terrain(TerrainSource {
+                path: path.clone(),
+                crs: section.terrain_crs.clone(),
+                geoid_height_m: section.geoid_height_m,
+            }),
+            (None, Some(Heights::Range(z_m))) => SceneHeights::Volume {
+                z_m,
+                step_m: section.pixel_z_m.unwrap_or(section.pixel_m),
+                ground_z_m: section.ground_z_m(),
+            },
+            (None, _) => SceneHeights::Plane(section.base_z_m()),
+        };
+        Self {
+            x_m: section.x_m,
+            y_m: section.y_m,
+            pixel_m: section.pixel_m,
+            heights,
+            origin: None,
+            light_speed_m_s: section.light_speed_m_s,
+        }
+    }
+}
+
+impl From<&ImageSection> for FocusOptions {
+    fn from(section: &ImageSection) -> Self {
+        Self {
+            accuracy: section.accuracy,
+            weight: section.weight,
+            incidence: section.incidence(),
+            ..Self::default()
+        }
+    }
+}
+
+impl ImageSection {
+    fn look_options(&self) -> Option<LookOptions> {
+        self.looks.map(|count| LookOptions {
+            count,
+            overlap: self.look_overlap,
+            taper: self.look_window,
+        })
+    }
+}
+
+impl From<&MeasureSection> for MeasureOptions {
+    fn from(section: &MeasureSection) -> Self {
+        Self {
+            threshold_db: section.threshold_db,
+            max_targets: section.max_targets,
+        }
+    }
+}

@@ -1,0 +1,350 @@
+//! Which values of a campaign are possible.
+
+use std::fmt::Debug;
+
+use acerra_settings::{Rule, check};
+
+use super::sections::{
+    GnssSection, ImageSection, MeasureSection, RadarSection, TrackSection, TracksSection,
+    TrajectorySection,
+};
+use super::{Campaign, CampaignError};
+use crate::choices::{Heights, Sum};
+
+impl Campaign {
+    /// Refuses values that are impossible, and keys that exclude each other.
+    pub(super) fn check(&self) -> Result<(), CampaignError> {
+        self.check_sources()?;
+        for track in &self.track {
+            check("track", &track_rules(track))?;
+        }
+        check("tracks", &tracks_rules(&self.tracks))?;
+        self.check_looks_and_volumes()?;
+        for track in self.each_track() {
+            track.check_one()?;
+        }
+        Ok(())
+    }
+
+    /// One flight here, or several in `[[track]]`.
+    fn check_sources(&self) -> Result<(), CampaignError> {
+        if self.track.is_empty() {
+            let expected = "a radar log, here or in [[track]]";
+            let present = !self.radar.is_absent();
+            check("radar", &[Rule::new("file", present, expected, "none")])?;
+            return Ok(());
+        }
+        if !self.radar.is_absent() {
+            return exclude("[radar]", "[[track]]", "both give radar logs");
+        }
+        if self.gnss.is_some() || self.trajectory.file.is_some() {
+            return exclude(
+                "[trajectory] or [gnss]",
+                "[[track]]",
+                "each track has its own: [track.trajectory], [track.gnss]",
+            );
+        }
+        if self.image.looks.is_some() {
+            return exclude("[image] looks", "[[track]]", "looks cut a single track");
+        }
+        Ok(())
+    }
+
+    fn check_looks_and_volumes(&self) -> Result<(), CampaignError> {
+        let image = &self.image;
+        if image.terrain.is_some() && image.incidence().is_some() {
+            return exclude(
+                "[image] max_incidence_deg and antenna_cosine_power",
+                "[image] terrain",
+                "incidence is counted from the vertical of a level plane",
+            );
+        }
+        check("image", &look_rules(image))?;
+        if !is_volume(image) {
+            return Ok(());
+        }
+        if image.looks.is_some() {
+            return exclude(
+                "[image] looks",
+                "[image] z_m = [from, to]",
+                "looks are planes",
+            );
+        }
+        if self.tracks.sum == Sum::Incoherent {
+            return exclude(
+                "[tracks] sum = \"incoherent\"",
+                "[image] z_m = [from, to]",
+                "a volume is resolved by coherence alone",
+            );
+        }
+        Ok(())
+    }
+
+    /// The tables of a campaign of one track.
+    fn check_one(&self) -> Result<(), CampaignError> {
+        check("radar", &radar_rules(&self.radar))?;
+        check("trajectory", &trajectory_rules(&self.trajectory))?;
+        if let Some(gnss) = &self.gnss {
+            if self.trajectory.file.is_some() {
+                return exclude("[gnss]", "[trajectory] file", "both give the positions");
+            }
+            if gnss.base_ecef_m.is_some() && gnss.base_deg_m.is_some() {
+                return exclude(
+                    "[gnss] base_ecef_m",
+                    "[gnss] base_deg_m",
+                    "both give the base's place",
+                );
+            }
+            check("gnss", &gnss_rules(gnss))?;
+        }
+        check("image", &extent_rules(&self.image))?;
+        check_terrain(&self.image)?;
+        check("image", &pixel_rules(&self.image))?;
+        check("image", &focus_rules(&self.image))?;
+        check("measure", &measure_rules(&self.measure))?;
+        Ok(())
+    }
+}
+
+fn exclude(
+    first: &'static str,
+    second: &'static str,
+    reason: &'static str,
+) -> Result<(), CampaignError> {
+    Err(CampaignError::Conflict {
+        first,
+        second,
+        reason,
+    })
+}
+
+/// A rule whose value is shown as the file's reader holds it.
+fn rule(key: &'static str, holds: bool, expected: &'static str, found: impl Debug) -> Rule {
+    Rule::new(key, holds, expected, format!("{found:?}"))
+}
+
+fn finite(values: &[f64]) -> bool {
+    values.iter().all(|v| v.is_finite())
+}
+
+fn is_volume(image: &ImageSection) -> bool {
+    matches!(image.z_m, Some(Heights::Range(_)))
+}
+
+fn track_rules(track: &TrackSection) -> [Rule; 1] {
+    let (delay_ns, phase_deg) = (track.delay_ns, track.phase_deg);
+    [Rule::new(
+        "delay_ns, phase_deg",
+        finite(&[delay_ns, phase_deg]),
+        "finite numbers",
+        format!("{delay_ns} and {phase_deg}"),
+    )]
+}
+
+fn tracks_rules(tracks: &TracksSection) -> [Rule; 2] {
+    let window_ns = tracks.window_ns;
+    let target_m = tracks.target_m;
+    [
+        Rule::new(
+            "window_ns",
+            window_ns > 0.0 && window_ns <= 1e3,
+            "above 0 and at most 1000",
+            window_ns,
+        ),
+        rule(
+            "target_m",
+            target_m.is_none_or(|p| finite(&p)),
+            "finite coordinates",
+            target_m,
+        ),
+    ]
+}
+
+fn look_rules(image: &ImageSection) -> [Rule; 2] {
+    [
+        Rule::new("looks", image.looks != Some(0), "at least 1", 0),
+        Rule::new(
+            "look_overlap",
+            (0.0..1.0).contains(&image.look_overlap),
+            "at least 0 and below 1",
+            image.look_overlap,
+        ),
+    ]
+}
+
+fn radar_rules(radar: &RadarSection) -> [Rule; 1] {
+    let delay_ns = radar.delay_ns;
+    [rule(
+        "delay_ns",
+        delay_ns.is_none_or(f64::is_finite),
+        "a finite number",
+        delay_ns,
+    )]
+}
+
+fn trajectory_rules(trajectory: &TrajectorySection) -> [Rule; 3] {
+    let arm_m = trajectory.lever_arm_m;
+    let gap_s = trajectory.max_gap_s;
+    let is_place = |[latitude, longitude, height]: [f64; 3]| {
+        latitude.abs() <= 90.0 && longitude.abs() <= 360.0 && height.abs() < 1e6
+    };
+    [
+        rule(
+            "lever_arm_m",
+            arm_m.iter().all(|v| v.abs() < 1e3),
+            "three lengths below a kilometre",
+            arm_m,
+        ),
+        rule(
+            "max_gap_s",
+            gap_s.is_none_or(|gap| gap.is_finite() && gap > 0.0),
+            "a time above 0",
+            gap_s,
+        ),
+        rule(
+            "origin_deg_m",
+            trajectory.origin_deg_m.is_none_or(is_place),
+            "[latitude, longitude, height]: degrees and metres",
+            trajectory.origin_deg_m,
+        ),
+    ]
+}
+
+fn gnss_rules(gnss: &GnssSection) -> [Rule; 1] {
+    let places = [gnss.base_ecef_m, gnss.base_deg_m];
+    [rule(
+        "base_ecef_m",
+        places.iter().flatten().all(|place| finite(place)),
+        "finite coordinates",
+        places,
+    )]
+}
+
+fn extent_rules(image: &ImageSection) -> [Rule; 4] {
+    let [low, high] = image.band_ghz;
+    let is_range = |range: [f64; 2]| finite(&range) && range[0] <= range[1];
+    let count = image.frequencies;
+    [
+        rule(
+            "band_ghz",
+            finite(&image.band_ghz) && 0.0 < low && low <= high && high < 1e3,
+            "0 < low <= high < 1000",
+            image.band_ghz,
+        ),
+        rule(
+            "frequencies",
+            (1..=1_000_000).contains(&count) && (count > 1 || low == high),
+            "at least 2 (1 for a band of a single frequency) and at most a million",
+            count,
+        ),
+        rule(
+            "x_m",
+            is_range(image.x_m),
+            "[from, to] with from <= to",
+            image.x_m,
+        ),
+        rule(
+            "y_m",
+            is_range(image.y_m),
+            "[from, to] with from <= to",
+            image.y_m,
+        ),
+    ]
+}
+
+fn check_terrain(image: &ImageSection) -> Result<(), CampaignError> {
+    if image.terrain.is_some() && image.z_m.is_some() {
+        return exclude(
+            "[image] terrain",
+            "[image] z_m",
+            "both give the heights of the image",
+        );
+    }
+    let is_described = image.terrain_crs.is_some() || image.geoid_height_m != 0.0;
+    check(
+        "image",
+        &[Rule::new(
+            "terrain",
+            image.terrain.is_some() || !is_described,
+            "a file, as terrain_crs or geoid_height_m is given",
+            "none",
+        )],
+    )?;
+    Ok(())
+}
+
+fn pixel_rules(image: &ImageSection) -> [Rule; 4] {
+    let is_length = |v: f64| v.is_finite() && v > 0.0;
+    let volume = is_volume(image);
+    [
+        rule(
+            "geoid_height_m",
+            image.geoid_height_m.is_finite(),
+            "a finite number",
+            image.geoid_height_m,
+        ),
+        rule(
+            "pixel_z_m",
+            image.pixel_z_m.is_none_or(|step| is_length(step) && volume),
+            "a length above 0, with z_m = [from, to]",
+            image.pixel_z_m,
+        ),
+        rule(
+            "ground_z_m",
+            image.ground_z_m.is_none_or(|z| z.is_finite() && volume),
+            "a finite height, with z_m = [from, to]",
+            image.ground_z_m,
+        ),
+        rule(
+            "pixel_m",
+            is_length(image.pixel_m),
+            "a length above 0",
+            image.pixel_m,
+        ),
+    ]
+}
+
+fn focus_rules(image: &ImageSection) -> [Rule; 5] {
+    [
+        rule(
+            "max_incidence_deg",
+            image.max_incidence_deg.is_none_or(|a| a > 0.0 && a <= 90.0),
+            "above 0 and at most 90",
+            image.max_incidence_deg,
+        ),
+        rule(
+            "incidence_taper_deg",
+            (0.1..=90.0).contains(&image.incidence_taper_deg),
+            "0.1 to 90",
+            image.incidence_taper_deg,
+        ),
+        rule(
+            "antenna_cosine_power",
+            (0.0..=100.0).contains(&image.antenna_cosine_power),
+            "0 to 100",
+            image.antenna_cosine_power,
+        ),
+        rule(
+            "accuracy",
+            (1e-12..1.0).contains(&image.accuracy),
+            "1e-12 <= accuracy < 1",
+            image.accuracy,
+        ),
+        rule(
+            "light_speed_m_s",
+            image.light_speed_m_s > 1e6 && image.light_speed_m_s <= 3e8,
+            "above 1e6 and at most 3e8",
+            image.light_speed_m_s,
+        ),
+    ]
+}
+
+fn measure_rules(measure: &MeasureSection) -> [Rule; 1] {
+    let level_db = measure.threshold_db;
+    [rule(
+        "threshold_db",
+        level_db.is_finite() && level_db < 0.0,
+        "a level below 0 dB",
+        level_db,
+    )]
+}

@@ -1,0 +1,49 @@
+//! What a run leaves in writing beside its results. The caller owns it, so what a stage noticed is
+//! kept when a later stage fails.
+
+use crate::stages::Stages;
+use crate::warnings::Warnings;
+
+/// Cost of the stages and warnings of a run.
+#[derive(Debug, Default)]
+pub struct Journal {
+    /// What each stage cost.
+    pub stages: Stages,
+    /// What the stages noticed.
+    pub warnings: Warnings,
+}
+
+impl Journal {
+    /// Runs one stage inside a `tracing` span of its name, and records its cost and warnings whether
+    /// it succeeds or not.
+    ///
+    /// # Errors
+    /// Those of the stage itself.
+    pub fn stage<T, E>(
+        &mut self,
+        name: &'static str,
+        stage: impl FnOnce(&mut Warnings) -> Result<T, E>,
+    ) -> Result<T, E> {
+        let Self { stages, warnings } = self;
+        stages.run(name, || stage(warnings))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn warnings_outlive_the_stage_that_failed() {
+        let mut journal = Journal::default();
+        let failed: Result<(), &str> = journal.stage("read", |warnings| {
+            warnings.add("half of the log is missing");
+            Err("the file ends here")
+        });
+        assert!(failed.is_err());
+        assert_eq!(journal.warnings.said(), ["half of the log is missing"]);
+        // A stage entered twice is one stage.
+        let _: Result<(), ()> = journal.stage("read", |_| Ok(()));
+        assert_eq!(journal.stages.done().len(), 1);
+    }
+}

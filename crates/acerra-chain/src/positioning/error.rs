@@ -1,0 +1,59 @@
+//! Why positions cannot be computed from GNSS logs.
+
+use std::io;
+use std::path::PathBuf;
+
+use acerra_gnss::PpkError;
+use acerra_gnss::input::ReadError;
+
+/// Why positions cannot be computed from GNSS logs.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum PositioningError {
+    /// The operating system does not open the file.
+    #[error("{}: {cause}", path.display())]
+    Open {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        cause: io::Error,
+    },
+    /// A file that is damaged or of no known format.
+    #[error("{}: {cause}", path.display())]
+    Content {
+        /// The file.
+        path: PathBuf,
+        /// The place in it, what was expected and what was found.
+        cause: ReadError,
+    },
+    /// A file that holds something else than its place asks for.
+    #[error("{}: expected {expected}, found {found}", path.display())]
+    Kind {
+        /// The file.
+        path: PathBuf,
+        /// What is needed of it.
+        expected: &'static str,
+        /// What it is.
+        found: String,
+    },
+    /// No base in a mode that needs one.
+    #[error("a base's log is needed for anything but single-point positions (--mode single)")]
+    NoBase,
+    /// No orbits.
+    #[error("no ephemeris in {files}: give a navigation file (RINEX, or a UBX log with RXM-SFRBX)")]
+    NoEphemeris {
+        /// The files read.
+        files: String,
+    },
+    /// No solution from the data of certain files.
+    #[error("{files}: {cause}")]
+    Solution {
+        /// The files that the cause is about.
+        files: String,
+        /// Why.
+        cause: PpkError,
+    },
+    /// No solution for a reason that no single file bears.
+    #[error(transparent)]
+    Process(PpkError),
+}

@@ -1,0 +1,258 @@
+//! From recordings in memory to clean spectra at known places: everything before the image.
+
+use std::ops::Range;
+
+use acerra_imaging::metrics::Measurement;
+use acerra_radar::Spectrum;
+
+use crate::align::{Aligned, Flight};
+use crate::calibration::{CalibrationOptions, TrackCalibration, TrackEchoes, calibrate};
+use crate::clean::{Cleaned, CleanedTraces, clean};
+use crate::clock::{Clocked, align_clocks};
+use crate::control::Control;
+use crate::echoes::{Echoes, ImageError};
+use crate::elevation::check_elevation;
+use crate::error::ChainError;
+use crate::focus::{Focused, ImageRequest, focus};
+use crate::ground::Scene;
+use crate::journal::Journal;
+use crate::measure::{MeasureError, MeasureOptions, measure};
+use crate::offset::OffsetSearch;
+use crate::position::{Positions, in_one_frame};
+use crate::read::RadarLabel;
+use crate::recording::Recording;
+use crate::sink::ImageSink;
+use crate::warnings::Warnings;
+
+/// A survey ready to be imaged: clean spectra of one or more tracks, in one frame.
+#[derive(Clone, Debug)]
+pub struct Prepared {
+    /// The tracks, one or more.
+    pub tracks: Vec<Track>,
+    /// The ground, and the pixels that the preparation took for the image's.
+    pub scene: Scene,
+    /// The selected traces of all tracks and their places, track after track.
+    pub aligned: Aligned,
+    /// Their clean, calibrated spectra.
+    pub spectrum: Spectrum,
+}
+
+/// What is known of a track, beside its traces and spectra.
+#[derive(Clone, Debug)]
+pub struct Track {
+    /// What it is called.
+    pub name: String,
+    /// What its radar measured, in words.
+    pub radar: RadarLabel,
+    /// Traces in its log.
+    pub traces_in_log: usize,
+    /// Its positions, in the first track's frame.
+    pub positions: Positions,
+    /// Trajectory time minus radar time (s).
+    pub time_offset_s: f64,
+    /// How the offset was found, when it was not given.
+    pub search: Option<OffsetSearch>,
+    /// Its traces before and after cleaning; none where the log holds spectra.
+    pub cleaned: Option<CleanedTraces>,
+    /// Delay and phase taken off.
+    pub calibration: TrackCalibration,
+    /// Which of the survey's traces and spectra are its own.
+    pub range: Range<usize>,
+}
+
+/// Aligns, cleans and calibrates recordings: the stages `align` and `clean`.
+///
+/// The pixels of `scene` are where the search of a clock offset and of a common target look.
+///
+/// # Errors
+/// The first stage that fails; what the stages noticed until then is in the journal.
+pub fn prepare(
+    mut recordings: Vec<Recording>,
+    scene: Scene,
+    calibration: &CalibrationOptions,
+    journal: &mut Journal,
+    control: &Control<'_>,
+) -> Result<Prepared, ChainError> {
+    in_one_frame(recordings.iter_mut().map(|r| &mut r.positions))?;
+    let clocked = journal.stage("align", |warnings| {
+        recordings
+            .iter()
+            .map(|recording| {
+                control.check()?;
+                let flight = Flight {
+                    radar: &recording.radar.content,
+                    positions: &recording.positions,
+                    scene: &scene,
+                };
+                Ok(align_clocks(flight, &recording.options, warnings, control)?)
+            })
+            .collect::<Result<Vec<_>, ChainError>>()
+    })?;
+    journal.stage("clean", |warnings| {
+        let mut tracks = Vec::new();
+        let mut echoes = Vec::new();
+        for (recording, clocked) in recordings.into_iter().zip(clocked) {
+            control.check()?;
+            let cleaned = clean(
+                &recording.radar.content,
+                &clocked.aligned,
+                &recording.options.clean,
+                warnings,
+            )?;
+            let (track, own) = parts(recording, clocked, cleaned);
+            tracks.push(track);
+            echoes.push(own);
+        }
+        calibrate(&mut echoes, calibration, &scene, warnings, control)?;
+        join(tracks, echoes, scene)
+    })
+}
+
+/// What is kept of a recording for good, and what the calibration corrects.
+fn parts(recording: Recording, clocked: Clocked, cleaned: Cleaned) -> (Track, TrackEchoes) {
+    let calibration = TrackCalibration::given(recording.options.known_error);
+    let track = Track {
+        name: recording.name.clone(),
+        traces_in_log: recording.radar.content.time_s().len(),
+        radar: recording.radar.label,
+        positions: recording.positions,
+        time_offset_s: clocked.time_offset_s,
+        search: clocked.search,
+        cleaned: cleaned.traces,
+        calibration,
+        range: 0..0,
+    };
+    let echoes = TrackEchoes {
+        name: recording.name,
+        aligned: clocked.aligned,
+        spectrum: cleaned.spectrum,
+        calibration,
+    };
+    (track, echoes)
+}
+
+/// Puts the traces and spectra of all tracks into one list.
+fn join(
+    mut tracks: Vec<Track>,
+    echoes: Vec<TrackEchoes>,
+    scene: Scene,
+) -> Result<Prepared, ChainError> {
+    let mut aligned = Aligned::default();
+    let mut joined: Option<Spectrum> = None;
+    for (track, mut own) in tracks.iter_mut().zip(echoes) {
+        let start = aligned.traces.len();
+        aligned.append(own.aligned);
+        track.range = start..aligned.traces.len();
+        track.calibration = own.calibration;
+        match &mut joined {
+            None => joined = Some(own.spectrum),
+            Some(first) if first.frequency_hz == own.spectrum.frequency_hz => {
+                first.values.append(&mut own.spectrum.values);
+                first.time_s.append(&mut own.spectrum.time_s);
+            }
+            Some(first) => return Err(other_frequencies(own.name, first, &own.spectrum)),
+        }
+    }
+    Ok(Prepared {
+        tracks,
+        scene,
+        aligned,
+        spectrum: joined.ok_or(ChainError::NoTrack)?,
+    })
+}
+
+fn other_frequencies(track: String, expected: &Spectrum, found: &Spectrum) -> ChainError {
+    let from_hz = |s: &Spectrum| s.frequency_hz.first().copied().unwrap_or(f64::NAN);
+    ChainError::Frequencies {
+        track,
+        expected_count: expected.frequency_hz.len(),
+        expected_from_hz: from_hz(expected),
+        found_count: found.frequency_hz.len(),
+        found_from_hz: from_hz(found),
+    }
+}
+
+impl Prepared {
+    /// The first track: the measure of delay, phase and frame.
+    #[must_use]
+    pub fn first(&self) -> &Track {
+        // `prepare` makes no survey without a track.
+        &self.tracks[0]
+    }
+
+    /// The traces of a survey of one track before and after cleaning, where its log holds traces.
+    #[must_use]
+    pub fn cleaned(&self) -> Option<&CleanedTraces> {
+        match self.tracks.as_slice() {
+            [only] => only.cleaned.as_ref(),
+            _ => None,
+        }
+    }
+
+    /// Traces in the logs of all tracks.
+    #[must_use]
+    pub fn traces_in_log(&self) -> usize {
+        self.tracks.iter().map(|track| track.traces_in_log).sum()
+    }
+
+    /// What images are made of.
+    #[must_use]
+    pub fn echoes(&self) -> Echoes<'_> {
+        Echoes {
+            spectrum: &self.spectrum,
+            aligned: &self.aligned,
+            light_speed_m_s: self.scene.light_speed_m_s,
+        }
+    }
+
+    /// What is doubtful about an image before it is made.
+    #[must_use]
+    pub fn doubts(&self, request: &ImageRequest) -> Warnings {
+        let mut warnings = Warnings::default();
+        let frequency_hz = &self.spectrum.frequency_hz;
+        if let (Some(volume), Some(low), Some(high)) = (
+            &request.pixels.volume,
+            frequency_hz.first(),
+            frequency_hz.last(),
+        ) {
+            let wavelength_m = self.scene.light_speed_m_s / (0.5 * (low + high));
+            let position_m = &self.aligned.position_m;
+            check_elevation(volume, position_m, wavelength_m, &mut warnings);
+        }
+        warnings
+    }
+
+    /// Makes an image, on any pixels and any number of times; looks and volume slices go to the
+    /// sink.
+    ///
+    /// # Errors
+    /// Data that the imaging operators refuse, a sink that is full, cancellation.
+    pub fn image(
+        &self,
+        request: &ImageRequest,
+        sink: &mut dyn ImageSink,
+        control: &Control<'_>,
+    ) -> Result<Focused, ImageError> {
+        let pixels = request.pixels.grid.len();
+        let traces = self.aligned.traces.len();
+        let _span = tracing::info_span!("image", pixels, traces).entered();
+        let parts: Vec<_> = self
+            .tracks
+            .iter()
+            .map(|track| track.range.clone())
+            .collect();
+        focus(self.echoes(), &parts, request, sink, control)
+    }
+
+    /// Finds and measures the targets of an image.
+    ///
+    /// # Errors
+    /// Pixel values that are not finite.
+    pub fn measure(
+        &self,
+        focused: &Focused,
+        options: &MeasureOptions,
+    ) -> Result<Measurement, MeasureError> {
+        measure(self.echoes(), focused, options)
+    }
+}

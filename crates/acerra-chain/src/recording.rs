@@ -1,0 +1,70 @@
+//! A track as it enters the chain: radar data, positions, and how they are brought together.
+
+use crate::align::AlignOptions;
+use crate::clean::CleanOptions;
+use crate::position::Positions;
+use crate::read::{RadarContent, RadarData};
+
+/// One flight, in memory.
+#[derive(Clone, Debug)]
+pub struct Recording {
+    /// What it is called in reports and messages.
+    pub name: String,
+    /// What the radar measured.
+    pub radar: RadarData,
+    /// Where the radar was.
+    pub positions: Positions,
+    /// How the two are brought together.
+    pub options: TrackOptions,
+}
+
+impl Recording {
+    /// A flight from arrays in memory, with the default options.
+    #[must_use]
+    pub fn new(
+        name: impl Into<String>,
+        radar: impl Into<RadarContent>,
+        positions: impl Into<Positions>,
+    ) -> Self {
+        Self {
+            name: name.into(),
+            radar: RadarData::in_memory(radar.into()),
+            positions: positions.into(),
+            options: TrackOptions::default(),
+        }
+    }
+
+    /// The same with other options of the stage `clean`.
+    #[must_use]
+    pub fn clean_by(mut self, options: CleanOptions) -> Self {
+        self.options.clean = options;
+        self
+    }
+
+    /// The same with other options of the stage `align`.
+    #[must_use]
+    pub fn align_by(mut self, options: AlignOptions) -> Self {
+        self.options.align = options;
+        self
+    }
+}
+
+/// Parameters of the stages `align` and `clean` for one track, and its instrument's errors.
+#[derive(Clone, Debug, Default)]
+pub struct TrackOptions {
+    /// Clock offset and selection.
+    pub align: AlignOptions,
+    /// From raw traces to clean spectra.
+    pub clean: CleanOptions,
+    /// Delay and phase to take off.
+    pub known_error: InstrumentError,
+}
+
+/// Delay and phase that a track's instrument adds beside the others'.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct InstrumentError {
+    /// Delay (ns).
+    pub delay_ns: f64,
+    /// Phase (degrees).
+    pub phase_deg: f64,
+}

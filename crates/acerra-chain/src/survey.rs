@@ -1,0 +1,93 @@
+//! A survey in files: the stages `read` and `position`, then everything before the image.
+
+use std::path::PathBuf;
+
+use crate::calibration::CalibrationOptions;
+use crate::control::Control;
+use crate::error::ChainError;
+use crate::ground::{Scene, SceneOptions};
+use crate::journal::Journal;
+use crate::position::{PositionOptions, Positions, in_one_frame, position};
+use crate::prepare::{Prepared, prepare};
+use crate::read::{RadarData, read_radar};
+use crate::recording::{Recording, TrackOptions};
+use crate::warnings::Warnings;
+
+/// One or more tracks in files, and the scene they are to be imaged on.
+#[derive(Clone, Debug)]
+pub struct Survey {
+    /// The tracks.
+    pub tracks: Vec<TrackSource>,
+    /// The image's rectangle and heights.
+    pub scene: SceneOptions,
+    /// How the tracks are calibrated against one another.
+    pub calibration: CalibrationOptions,
+}
+
+/// The files of a track, and how they are brought together.
+#[derive(Clone, Debug)]
+pub struct TrackSource {
+    /// What it is called in reports and messages.
+    pub name: String,
+    /// The radar log.
+    pub radar: PathBuf,
+    /// Where its positions come from.
+    pub positions: PositionOptions,
+    /// Parameters of its later stages.
+    pub options: TrackOptions,
+}
+
+impl Survey {
+    /// Reads, positions, aligns, cleans and calibrates the tracks.
+    ///
+    /// # Errors
+    /// The first stage that fails; the message names the file, the place, what was expected and
+    /// found. What the stages noticed until then is in the journal.
+    pub fn prepare(
+        &self,
+        journal: &mut Journal,
+        control: &Control<'_>,
+    ) -> Result<Prepared, ChainError> {
+        let radars = journal.stage("read", |warnings| self.read(warnings, control))?;
+        let (recordings, scene) = journal.stage("position", |warnings| {
+            self.position(radars, warnings, control)
+        })?;
+        prepare(recordings, scene, &self.calibration, journal, control)
+    }
+
+    fn read(
+        &self,
+        warnings: &mut Warnings,
+        control: &Control<'_>,
+    ) -> Result<Vec<RadarData>, ChainError> {
+        let read = |track: &TrackSource| {
+            control.check()?;
+            Ok(read_radar(&track.radar, warnings)?)
+        };
+        self.tracks.iter().map(read).collect()
+    }
+
+    /// The recordings in one frame, and the scene below them.
+    fn position(
+        &self,
+        radars: Vec<RadarData>,
+        warnings: &mut Warnings,
+        control: &Control<'_>,
+    ) -> Result<(Vec<Recording>, Scene), ChainError> {
+        let mut recordings = Vec::new();
+        for (track, radar) in self.tracks.iter().zip(radars) {
+            control.check()?;
+            let inside = radar.position_m.as_deref();
+            recordings.push(Recording {
+                name: track.name.clone(),
+                positions: position(&track.positions, &track.radar, inside, warnings)?,
+                radar,
+                options: track.options.clone(),
+            });
+        }
+        in_one_frame(recordings.iter_mut().map(|r| &mut r.positions))?;
+        let positions: Vec<&Positions> = recordings.iter().map(|r| &r.positions).collect();
+        let scene = Scene::find(&self.scene, &positions, warnings)?;
+        Ok((recordings, scene))
+    }
+}

@@ -1,0 +1,47 @@
+//! Everything that a run found.
+
+use acerra_chain::campaign::Campaign;
+use acerra_chain::inputs::InputFile;
+use acerra_chain::{Focused, Prepared};
+use acerra_imaging::metrics::Measurement;
+
+/// Everything that a run found, stage by stage.
+#[derive(Debug)]
+pub struct Outcome {
+    /// Name of the campaign, for titles.
+    pub name: String,
+    /// The campaign, every default filled in.
+    pub campaign: Campaign,
+    /// The files that were read.
+    pub inputs: Vec<InputFile>,
+    /// Clean spectra of the tracks at their places.
+    pub prepared: Prepared,
+    /// The image.
+    pub focused: Focused,
+    /// What it shows.
+    pub measured: Measurement,
+    /// What there is to say beside the result.
+    pub warnings: Vec<String>,
+}
+
+impl Outcome {
+    /// One line on the radar data.
+    #[must_use]
+    pub fn radar_summary(&self) -> String {
+        let first = &self.prepared.first().radar.summary;
+        match self.campaign.track.len() {
+            0 => first.clone(),
+            tracks => format!("{tracks} tracks; the first: {first}"),
+        }
+    }
+
+    /// The tracks of a campaign that lists them; none of one that describes its only flight.
+    #[must_use]
+    pub fn listed_tracks(&self) -> &[acerra_chain::Track] {
+        if self.campaign.track.is_empty() {
+            &[]
+        } else {
+            &self.prepared.tracks
+        }
+    }
+}

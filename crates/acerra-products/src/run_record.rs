@@ -1,0 +1,269 @@
+//! `targets.json` and `run.json`, typed.
+
+use acerra_chain::calibration::TrackCalibration;
+use acerra_chain::campaign::Campaign;
+use acerra_chain::clean::{CleanedTraces, Surface};
+use acerra_chain::inputs::InputFile;
+use acerra_chain::offset::{Curve, OffsetSearch};
+use acerra_chain::stages::Stage;
+use acerra_imaging::metrics::{ImageStatistics, Target};
+use serde::Serialize;
+
+use crate::outcome::Outcome;
+
+/// `targets.json`: what the image shows.
+#[derive(Clone, Debug, Serialize)]
+pub struct TargetsRecord<'a> {
+    /// Targets, strongest first.
+    pub targets: &'a [Target],
+    /// Levels of the image as a whole.
+    pub image: &'a ImageStatistics,
+    /// What became of the local maxima.
+    pub maxima: MaximaRecord,
+}
+
+/// What became of the local maxima of an image.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct MaximaRecord {
+    /// Those above the threshold.
+    pub above_threshold: usize,
+    /// Those taken for sidelobes of a target.
+    pub sidelobes: usize,
+    /// Those taken for ghosts.
+    pub ghosts: usize,
+    /// Those not examined.
+    pub not_examined: usize,
+}
+
+/// `run.json`: what was done with which input, and what it cost.
+#[derive(Clone, Debug, Serialize)]
+pub struct RunRecord<'a> {
+    /// Version of the program.
+    pub version: &'static str,
+    /// The campaign, every default filled in.
+    pub configuration: &'a Campaign,
+    /// The files that were read.
+    pub inputs: &'a [InputFile],
+    /// What each stage cost.
+    pub stages: &'a [Stage],
+    /// What there is to say beside the result.
+    pub warnings: &'a [String],
+    /// Trajectory time minus radar time of the first track (s).
+    pub time_offset_s: f64,
+    /// How that was found, when it was not given.
+    pub time_offset_search: Option<SearchRecord<'a>>,
+    /// The shift of fast time.
+    pub zero_timing: ZeroTimingRecord,
+    /// The traces that entered the image.
+    pub traces: TracesRecord,
+    /// The tracks of a campaign that lists them.
+    pub tracks: Vec<TrackRecord<'a>>,
+    /// First and last trace of each look.
+    pub looks: Option<&'a [[usize; 2]]>,
+    /// What the planner chose and why.
+    pub plan: &'a str,
+    /// Relative L2 error that the plan's self-check found.
+    pub plan_checked_error: Option<f64>,
+    /// Memory of the image.
+    pub memory: MemoryRecord,
+}
+
+/// The search of a clock offset.
+#[derive(Clone, Debug, Serialize)]
+pub struct SearchRecord<'a> {
+    /// The offset taken (s).
+    pub time_offset_s: f64,
+    /// The offset of the best correlation of motion (s).
+    pub motion_offset_s: f64,
+    /// That correlation.
+    pub correlation: f64,
+    /// The best correlation elsewhere.
+    pub runner_up: f64,
+    /// How sure motion is, 0 to 1.
+    pub confidence: f64,
+    /// Best sharpness over the median of those tried.
+    pub sharpness_ratio: f64,
+    /// Sharpness of the image about that offset.
+    pub sharpness: CurveRecord<'a>,
+}
+
+/// A score over the offsets tried.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct CurveRecord<'a> {
+    /// Offsets (s), rising.
+    pub offset_s: &'a [f64],
+    /// Scores.
+    pub score: &'a [f64],
+}
+
+/// The shift of fast time.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct ZeroTimingRecord {
+    /// Added to fast time (ns).
+    pub shift_ns: Option<f64>,
+    /// The surface echo against the height.
+    pub surface: Option<SurfaceRecord>,
+}
+
+/// The surface echo against the height.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct SurfaceRecord {
+    /// Median of the echo less 2h/c (s).
+    pub median_residual_s: Option<f64>,
+    /// Median distance from that median (s).
+    pub spread_s: Option<f64>,
+    /// Level of the echo above everything else that was tried (dB).
+    pub contrast_db: f64,
+}
+
+/// The traces that entered the image.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct TracesRecord {
+    /// Traces in all logs.
+    pub in_log: usize,
+    /// Traces imaged.
+    pub selected: usize,
+    /// Number of the first.
+    pub first: Option<usize>,
+    /// Number of the last.
+    pub last: Option<usize>,
+}
+
+/// One of the tracks.
+#[derive(Clone, Debug, Serialize)]
+pub struct TrackRecord<'a> {
+    /// What it is called.
+    pub name: &'a str,
+    /// Traces in its log.
+    pub traces_in_log: usize,
+    /// Traces imaged.
+    pub selected: usize,
+    /// Trajectory time minus radar time (s).
+    pub time_offset_s: f64,
+    /// Added to fast time (ns).
+    pub shift_ns: Option<f64>,
+    /// Delay and phase taken off.
+    pub calibration: TrackCalibration,
+}
+
+/// Memory of the image.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct MemoryRecord {
+    /// Bytes that the plan promised to need beside the input.
+    pub promised_bytes: u64,
+    /// Bytes of the image itself.
+    pub image_bytes: usize,
+}
+
+impl<'a> TargetsRecord<'a> {
+    /// What the image of a run shows.
+    #[must_use]
+    pub fn of(outcome: &'a Outcome) -> Self {
+        let measured = &outcome.measured;
+        Self {
+            targets: &measured.targets,
+            image: &measured.statistics,
+            maxima: MaximaRecord {
+                above_threshold: measured.maxima,
+                sidelobes: measured.sidelobes,
+                ghosts: measured.ghosts,
+                not_examined: measured.skipped,
+            },
+        }
+    }
+}
+
+impl<'a> RunRecord<'a> {
+    /// The record of a run and of what its stages cost.
+    #[must_use]
+    pub fn of(outcome: &'a Outcome, stages: &'a [Stage]) -> Self {
+        let prepared = &outcome.prepared;
+        let first = prepared.first();
+        let cleaned = prepared.cleaned();
+        let focused = &outcome.focused;
+        let traces = &prepared.aligned.traces;
+        Self {
+            version: env!("CARGO_PKG_VERSION"),
+            configuration: &outcome.campaign,
+            inputs: &outcome.inputs,
+            stages,
+            warnings: &outcome.warnings,
+            time_offset_s: first.time_offset_s,
+            time_offset_search: first.search.as_ref().map(SearchRecord::of),
+            zero_timing: ZeroTimingRecord {
+                shift_ns: cleaned.map(shift_ns),
+                surface: cleaned
+                    .and_then(|traces| traces.surface.as_ref())
+                    .map(SurfaceRecord::of),
+            },
+            traces: TracesRecord {
+                in_log: prepared.traces_in_log(),
+                selected: traces.len(),
+                first: traces.first().copied(),
+                last: traces.last().copied(),
+            },
+            tracks: outcome
+                .listed_tracks()
+                .iter()
+                .map(TrackRecord::of)
+                .collect(),
+            looks: focused.multilook.as_ref().map(|m| m.traces.as_slice()),
+            plan: &focused.plan,
+            plan_checked_error: focused.checked_error,
+            memory: MemoryRecord {
+                promised_bytes: focused.promised_bytes,
+                image_bytes: focused.image.len() * 8,
+            },
+        }
+    }
+}
+
+impl<'a> SearchRecord<'a> {
+    fn of(search: &'a OffsetSearch) -> Self {
+        Self {
+            time_offset_s: search.time_offset_s,
+            motion_offset_s: search.motion.offset_s,
+            correlation: search.motion.correlation,
+            runner_up: search.motion.runner_up,
+            confidence: search.motion.confidence,
+            sharpness_ratio: search.sharpness_ratio,
+            sharpness: CurveRecord::of(&search.sharpness),
+        }
+    }
+}
+
+impl<'a> CurveRecord<'a> {
+    fn of(curve: &'a Curve) -> Self {
+        Self {
+            offset_s: &curve.offset_s,
+            score: &curve.score,
+        }
+    }
+}
+
+impl SurfaceRecord {
+    fn of(surface: &Surface) -> Self {
+        Self {
+            median_residual_s: surface.median_residual_s,
+            spread_s: surface.spread_s,
+            contrast_db: surface.contrast_db,
+        }
+    }
+}
+
+impl<'a> TrackRecord<'a> {
+    fn of(track: &'a acerra_chain::Track) -> Self {
+        Self {
+            name: &track.name,
+            traces_in_log: track.traces_in_log,
+            selected: track.range.len(),
+            time_offset_s: track.time_offset_s,
+            shift_ns: track.cleaned.as_ref().map(shift_ns),
+            calibration: track.calibration,
+        }
+    }
+}
+
+fn shift_ns(traces: &CleanedTraces) -> f64 {
+    traces.shift_s * 1e9
+}
