@@ -4,62 +4,15 @@ use acerra_imaging::Complex32;
 use acerra_imaging::metrics::Target;
 use acerra_radar::{Radargram, Samples};
 
+use crate::display::{DARK_SHARE, WINDOW, range_gain};
 use crate::outcome::Outcome;
 use crate::report::Picture;
 use acerra_chain::choices::Background;
 use acerra_chain::clean::CleanedTraces;
 use acerra_figure::{
-    DisplayGain, FastTimeCurve, FigureError, GhostMark, ImageDb, LevelWindow, PixelValues,
-    Radargram as RadargramFigure, RadargramColours, TargetMark,
+    FastTimeCurve, FigureError, GhostMark, ImageDb, PixelValues, Radargram as RadargramFigure,
+    RadargramColours, SurveyMark, TargetMark,
 };
-
-/// Share of an image's pixels that lie below the lowest level of its picture.
-const DARK_SHARE: f64 = 0.25;
-
-/// The levels of pictures of images: from a percentile of the image's own up to its maximum, as no
-/// fixed window suits both two reflectors on a lawn and a street of houses.
-const WINDOW: LevelWindow = LevelWindow::Percentile { share: DARK_SHARE };
-
-/// Pictures are compensated for range where 1/R² varies by more than this over the image (dB), half
-/// of a usual window of levels.
-const COMPENSATED_FROM_DB: f64 = 20.0;
-
-/// Positions of a track from which the nearest to a pixel is taken, at most.
-const MOST_POSITIONS: usize = 512;
-
-/// The gain that undoes the 1/R² of Eq. (3) for display, R being the distance to the nearest point
-/// of the tracks: without it clutter near the antenna takes the maximum, and what lies far is
-/// black. None where 1/R² varies little over the image.
-fn range_gain(outcome: &Outcome) -> Option<DisplayGain> {
-    let pixels = &outcome.focused.pixels;
-    let grid = &pixels.grid;
-    let positions = &outcome.prepared.aligned.position_m;
-    let step = positions.len().div_ceil(MOST_POSITIONS).max(1);
-    let sampled: Vec<[f64; 3]> = positions.iter().step_by(step).copied().collect();
-    let frequency_hz = &outcome.prepared.spectrum.frequency_hz;
-    let bandwidth_hz = frequency_hz.last()? - frequency_hz.first()?;
-    let light_speed_m_s = outcome.campaign.image.light_speed_m_s;
-    // Nearer than a range cell, range is not told apart.
-    let least_m = (0.5 * light_speed_m_s / bandwidth_hz).max(grid.pixel_m);
-    let z_m = pixels.middle_m();
-    let range_m = |x_m: f64, y_m: f64| {
-        let to = |p: &[f64; 3]| (p[0] - x_m).hypot(p[1] - y_m).hypot(p[2] - z_m);
-        sampled
-            .iter()
-            .map(to)
-            .fold(f64::INFINITY, f64::min)
-            .max(least_m)
-    };
-    #[expect(clippy::cast_precision_loss, reason = "a count of pixels")]
-    let end = |start_m: f64, n: usize| start_m + grid.pixel_m * (n.saturating_sub(1)) as f64;
-    let gain = DisplayGain::sample(
-        "1/R² undone",
-        [grid.x0_m, end(grid.x0_m, grid.nx)],
-        [grid.y0_m, end(grid.y0_m, grid.ny)],
-        |x_m, y_m| 40.0 * range_m(x_m, y_m).log10(),
-    );
-    (gain.span_db() > COMPENSATED_FROM_DB).then_some(gain)
-}
 
 /// How to read `image.png`, in words.
 #[must_use]
@@ -90,6 +43,29 @@ pub fn image_caption(outcome: &Outcome) -> String {
 /// # Errors
 /// A picture too large to hold.
 pub fn image(outcome: &Outcome) -> Result<Vec<u8>, FigureError> {
+    image_with_survey(outcome, Vec::new())
+}
+
+/// A surveyed point with its distance to the nearest target.
+#[must_use]
+pub fn survey_mark(name: &str, [x_m, y_m]: [f64; 2], targets: &[Target]) -> SurveyMark {
+    let to = |t: &Target| (t.x_m - x_m).hypot(t.y_m - y_m);
+    SurveyMark {
+        x_m,
+        y_m,
+        label: name.to_owned(),
+        target_distance_m: targets.iter().map(to).min_by(f64::total_cmp),
+    }
+}
+
+/// `image.png` with surveyed points over it (see [`survey_mark`]).
+///
+/// # Errors
+/// A picture too large to hold.
+pub fn image_with_survey(
+    outcome: &Outcome,
+    survey: Vec<SurveyMark>,
+) -> Result<Vec<u8>, FigureError> {
     let grid = &outcome.focused.pixels.grid;
     let mut track: Vec<[f64; 2]> = Vec::new();
     for flown in &outcome.prepared.tracks {
@@ -108,6 +84,7 @@ pub fn image(outcome: &Outcome) -> Result<Vec<u8>, FigureError> {
     figure.track_m = &track;
     figure.window = WINDOW;
     figure.gain = range_gain(outcome);
+    figure.survey = survey;
     for (k, target) in outcome.measured.targets.iter().enumerate() {
         figure.targets.push(mark(target, k));
         if let Some(ghost) = target.ghost {
