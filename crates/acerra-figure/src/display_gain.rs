@@ -1,8 +1,7 @@
 //! A gain that varies over an image, for display.
 
 /// A gain in dB that is added to an image's levels for display alone, given on a regular grid of
-/// nodes from the centre of the first pixel to that of the last along both axes, and bilinear
-/// between them.
+/// nodes from edge to edge of the image along both axes, and bilinear between them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DisplayGain {
     /// What it does, for the colour bar.
@@ -14,8 +13,8 @@ pub struct DisplayGain {
 const NODES: usize = 129;
 
 impl DisplayGain {
-    /// Samples `gain_db(x, y)` over an image whose first and last pixel centres stand at `x` and
-    /// `y`. Values that are not finite count as 0 dB.
+    /// Samples `gain_db(x, y)` over an image whose edges stand at `x` and `y`. Values that are not
+    /// finite count as 0 dB.
     pub fn sample(
         name: impl Into<String>,
         x: [f64; 2],
@@ -43,7 +42,7 @@ impl DisplayGain {
         extreme(f64::max) - extreme(f64::min)
     }
 
-    /// The gain at fractions of the way from the first pixel to the last along x and y.
+    /// The gain at fractions of the way from edge to edge along x and y.
     pub(super) fn at(&self, x: f64, y: f64) -> f64 {
         let split = |fraction: f64| {
             let place = fraction.clamp(0.0, 1.0) * LAST;

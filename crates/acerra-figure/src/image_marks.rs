@@ -155,6 +155,7 @@ impl Marks<'_> {
             items.extend(mark(one.marker, one.x, one.y, one.radius, one.colour()));
             placement.take(one.x, one.y, one.radius);
         }
+        let mut texts = Vec::new();
         for one in &drawn {
             let text = one.text();
             if text.is_empty() {
@@ -168,12 +169,11 @@ impl Marks<'_> {
                 items.push(line(leader.to_vec(), Stroke::new(DARK, 2.6).faint(0.5)));
                 items.push(line(leader.to_vec(), Stroke::new(one.colour(), 1.0)));
             }
-            items.push(Item::Text(
-                Text::new(place.x, place.y, LABEL_SIZE, text)
-                    .colour(one.colour())
-                    .halo(DARK),
-            ));
+            let text = Text::new(place.x, place.y, LABEL_SIZE, text);
+            texts.push(Item::Text(text.colour(one.colour()).halo(DARK)));
         }
+        // Above all lines, which they may cross.
+        items.extend(texts);
         items
     }
 

@@ -47,7 +47,7 @@ impl LevelWindow {
         match self {
             Self::Fixed { .. } => String::new(),
             Self::Percentile { share } => {
-                format!("; floor: {:.0} % of the pixels", 100.0 * share)
+                format!("; floor: percentile {:.0}", 100.0 * share)
             }
         }
     }

@@ -8,7 +8,7 @@ use super::drawing::{
 use super::error::{FigureError, check_len};
 use super::frame::{Frame, FrameSpec, Size, Stacking};
 use super::legend::{Entry, Marker, Sample, mark};
-use super::polyline::{column_extremes, runs, thin};
+use super::polyline::{column_extremes, runs, thin, without_gaps};
 use super::series::{ReferenceLine, Series, Span};
 
 /// Several series over one pair of axes.
@@ -331,7 +331,11 @@ fn draw_series(
     inside: &mut Vec<Item>,
 ) {
     let at = |i: usize| frame.at(series.x[i], series.y[i]);
-    for run in runs(series.x.len(), |i| at(i).is_some()) {
+    let usable = runs(series.x.len(), |i| at(i).is_some());
+    let unbroken = usable
+        .into_iter()
+        .flat_map(|run| without_gaps(run, series.x, series.longest_step));
+    for run in unbroken {
         if !series.half_width.is_empty() {
             let edge = |i: usize, sign: f64| {
                 let half = series.half_width[i];

@@ -15,6 +15,26 @@ pub(super) fn runs(len: usize, usable: impl Fn(usize) -> bool) -> Vec<std::ops::
     out
 }
 
+/// The parts of `run` between which `x` steps by more than `longest_step`.
+pub(super) fn without_gaps(
+    run: std::ops::Range<usize>,
+    x: &[f64],
+    longest_step: f64,
+) -> Vec<std::ops::Range<usize>> {
+    let gaps = run
+        .clone()
+        .skip(1)
+        .filter(|&i| (x[i] - x[i - 1]).abs() > longest_step);
+    let mut starts = vec![run.start];
+    starts.extend(gaps);
+    let ends = starts.iter().skip(1).copied().chain([run.end]);
+    starts
+        .iter()
+        .zip(ends)
+        .map(|(&from, to)| from..to)
+        .collect()
+}
+
 /// Reduces consecutive points in one pixel column to the first, lowest, highest and last of them:
 /// a line of a million points draws as before, from a few thousand.
 pub(super) fn column_extremes(points: Vec<(f32, f32)>) -> Vec<(f32, f32)> {
@@ -51,4 +71,17 @@ pub(super) fn thin(points: Vec<(f32, f32)>) -> Vec<(f32, f32)> {
         }
     }
     kept
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn long_steps_part_a_run() {
+        let x = [0.0, 1.0, 2.0, 9.0, 10.0, 30.0];
+        assert_eq!(without_gaps(0..6, &x, 2.5), [0..3, 3..5, 5..6]);
+        assert_eq!(without_gaps(1..5, &x, f64::INFINITY), [1..5]);
+        assert_eq!(without_gaps(3..4, &x, 0.1), [3..4]);
+    }
 }

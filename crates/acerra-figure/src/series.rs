@@ -11,6 +11,8 @@ pub struct Series<'a> {
     pub x: &'a [f64],
     /// Ordinates, one per abscissa; NaN breaks the line.
     pub y: &'a [f64],
+    /// Longest step of the abscissa that is joined: a longer one is a gap and breaks the line.
+    pub longest_step: f64,
     /// Half-widths of a band about `y` (for ±1σ), one per point; may be empty.
     pub half_width: &'a [f64],
     /// Whether points are joined by a line.
@@ -33,6 +35,7 @@ impl<'a> Series<'a> {
             label: label.into(),
             x,
             y,
+            longest_step: f64::INFINITY,
             half_width: &[],
             joined: true,
             dot_px: 0.0,
@@ -56,6 +59,15 @@ impl<'a> Series<'a> {
     #[must_use]
     pub fn band(self, half_width: &'a [f64]) -> Self {
         Self { half_width, ..self }
+    }
+
+    /// The same series, its line broken where the abscissa steps by more than `longest_step`.
+    #[must_use]
+    pub fn broken_after(self, longest_step: f64) -> Self {
+        Self {
+            longest_step,
+            ..self
+        }
     }
 
     /// The same series, dashed.

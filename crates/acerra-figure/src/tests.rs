@@ -703,8 +703,8 @@ fn a_gain_for_display_lifts_what_lies_far() {
     assert!(near(brightest(&image, 63), Palette::Inferno.at(0.0), 2));
     image.gain = Some(DisplayGain::sample(
         "60 dB from top to bottom",
-        [0.0, 63.0],
-        [0.0, 63.0],
+        [-0.5, 63.5],
+        [-0.5, 63.5],
         |_, y| 60.0 * y / 63.0,
     ));
     assert!(near(brightest(&image, 63), Palette::Inferno.at(1.0), 12));

@@ -30,23 +30,31 @@ pub fn range_gain(outcome: &Outcome) -> Option<DisplayGain> {
     let frequency_hz = &outcome.prepared.spectrum.frequency_hz;
     let bandwidth_hz = frequency_hz.last()? - frequency_hz.first()?;
     let light_speed_m_s = outcome.campaign.image.light_speed_m_s;
-    // Nearer than a range cell, range is not told apart.
-    let least_m = (0.5 * light_speed_m_s / bandwidth_hz).max(grid.pixel_m);
+    // Nearer than a range cell (a pixel, for one frequency alone), range is not told apart.
+    let cell_m = 0.5 * light_speed_m_s / bandwidth_hz;
+    let least_m = if cell_m.is_finite() {
+        cell_m.max(grid.pixel_m)
+    } else {
+        grid.pixel_m
+    };
     let z_m = pixels.middle_m();
     let range_m = |x_m: f64, y_m: f64| {
-        let to = |p: &[f64; 3]| (p[0] - x_m).hypot(p[1] - y_m).hypot(p[2] - z_m);
-        sampled
-            .iter()
-            .map(to)
-            .fold(f64::INFINITY, f64::min)
-            .max(least_m)
+        let to = |p: &[f64; 3]| {
+            let away_m = [p[0] - x_m, p[1] - y_m, p[2] - z_m];
+            away_m.iter().map(|d| d * d).sum::<f64>()
+        };
+        let nearest_m2 = sampled.iter().map(to).fold(f64::INFINITY, f64::min);
+        nearest_m2.sqrt().max(least_m)
     };
     #[expect(clippy::cast_precision_loss, reason = "a count of pixels")]
-    let end = |start_m: f64, n: usize| start_m + grid.pixel_m * (n.saturating_sub(1)) as f64;
+    let edges = |first_m: f64, n: usize| {
+        let edge_m = first_m - 0.5 * grid.pixel_m;
+        [edge_m, edge_m + grid.pixel_m * n as f64]
+    };
     let gain = DisplayGain::sample(
         "1/R² undone",
-        [grid.x0_m, end(grid.x0_m, grid.nx)],
-        [grid.y0_m, end(grid.y0_m, grid.ny)],
+        edges(grid.x0_m, grid.nx),
+        edges(grid.y0_m, grid.ny),
         |x_m, y_m| 40.0 * range_m(x_m, y_m).log10(),
     );
     (gain.span_db() > COMPENSATED_FROM_DB).then_some(gain)

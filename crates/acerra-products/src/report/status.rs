@@ -16,13 +16,22 @@ pub(super) fn colour(status: SolutionStatus) -> Colour {
     }
 }
 
+/// Steps in time longer than this are gaps: three usual ones.
+pub(super) fn longest_step_s(time_s: &[f64]) -> f64 {
+    3.0 * usual_step_s(time_s)
+}
+
+fn usual_step_s(time_s: &[f64]) -> f64 {
+    let steps = time_s.windows(2).map(|pair| pair[1] - pair[0]);
+    quantile(steps, 0.5)
+        .filter(|step| *step > 0.0)
+        .unwrap_or(1.0)
+}
+
 /// One row per status that occurs, best first, named with its share of the positions. A position
 /// holds until the next one, but no longer than three usual intervals: a gap stays a gap.
 pub(super) fn rows(time_s: &[f64], status: &[SolutionStatus]) -> Vec<TimelineRow> {
-    let steps = time_s.windows(2).map(|pair| pair[1] - pair[0]);
-    let usual = quantile(steps, 0.5)
-        .filter(|step| *step > 0.0)
-        .unwrap_or(1.0);
+    let usual = usual_step_s(time_s);
     let n = time_s.len();
     let mut rows = Vec::new();
     for wanted in SolutionStatus::ALL {

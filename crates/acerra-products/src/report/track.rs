@@ -106,6 +106,7 @@ fn over_time(view: &TrajectoryEvidence) -> Result<Markup, FigureError> {
     let height: Vec<f64> = heights.collect();
     let sigma: Vec<f64> = view.sigma_m.iter().map(|s| s[2]).collect();
     let speed = speed_m_s(view);
+    let gap_s = status::longest_step_s(&view.time_s);
     let name = match sigma.is_empty() {
         true => "height",
         false => "height ±1σ",
@@ -116,7 +117,9 @@ fn over_time(view: &TrajectoryEvidence) -> Result<Markup, FigureError> {
         plot.spans.extend(used.clone());
         Panel::Plot(plot)
     };
-    let height_above = Series::line(name, &view.time_s, &height).band(&sigma);
+    let height_above = Series::line(name, &view.time_s, &height)
+        .band(&sigma)
+        .broken_after(gap_s);
     let stack = Stack::new(Axis::new("time", "s"))
         .with(plot(
             "height above the image plane",
@@ -127,7 +130,7 @@ fn over_time(view: &TrajectoryEvidence) -> Result<Markup, FigureError> {
         .with(plot(
             "speed over ground",
             "m/s",
-            Series::line("", &view.time_s, &speed),
+            Series::line("", &view.time_s, &speed).broken_after(gap_s),
             150.0,
         ))
         .with(Panel::Timeline(Timeline {

@@ -131,7 +131,8 @@ fn height<'a>(run: &'a Run<'_>, columns: &'a Columns) -> LinePlot<'a> {
         .height(170.0)
         .with(
             Series::line("height ±1σ", &run.time_s, &columns.height_m)
-                .band(&columns.height_sigma_m),
+                .band(&columns.height_sigma_m)
+                .broken_after(run.longest_step_s()),
         )
 }
 
@@ -194,7 +195,7 @@ fn satellite_count<'a>(run: &'a Run<'_>, columns: &'a Columns) -> LinePlot<'a> {
     let axis = Axis::new("satellites", "").range(0.0, most + 1.0);
     LinePlot::new("", run.time_axis(), axis)
         .height(110.0)
-        .with(Series::line("", &run.time_s, &columns.satellites))
+        .with(Series::line("", &run.time_s, &columns.satellites).broken_after(run.longest_step_s()))
 }
 
 fn residuals<'a>(run: &Run<'_>, satellites: &'a [SatelliteUse]) -> LinePlot<'a> {

@@ -87,6 +87,11 @@ impl<'a> Run<'a> {
             .unwrap_or(1.0)
     }
 
+    /// A longer step between epochs is a gap.
+    pub fn longest_step_s(&self) -> f64 {
+        3.0 * self.interval_s()
+    }
+
     /// The time axis of every figure: all epochs, with and without a position.
     pub fn time_axis(&self) -> Axis {
         let lost = self
