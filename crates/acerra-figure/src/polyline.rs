@@ -80,8 +80,15 @@ mod tests {
     #[test]
     fn long_steps_part_a_run() {
         let x = [0.0, 1.0, 2.0, 9.0, 10.0, 30.0];
-        assert_eq!(without_gaps(0..6, &x, 2.5), [0..3, 3..5, 5..6]);
-        assert_eq!(without_gaps(1..5, &x, f64::INFINITY), [1..5]);
-        assert_eq!(without_gaps(3..4, &x, 0.1), [3..4]);
+        let parts = |run, longest| -> Vec<(usize, usize)> {
+            let parts = without_gaps(run, &x, longest);
+            parts
+                .into_iter()
+                .map(|part| (part.start, part.end))
+                .collect()
+        };
+        assert_eq!(parts(0..6, 2.5), [(0, 3), (3, 5), (5, 6)]);
+        assert_eq!(parts(1..5, f64::INFINITY), [(1, 5)]);
+        assert_eq!(parts(3..4, 0.1), [(3, 4)]);
     }
 }

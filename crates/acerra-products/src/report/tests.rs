@@ -350,6 +350,84 @@ fn hostile_names_stay_text() {
 }
 
 #[test]
+fn tracks_stand_on_time_axes_of_their_own() {
+    let mut data = full();
+    let mut later = data.tracks[0].clone();
+    data.tracks[0].name = "morning".to_owned();
+    later.name = "evening".to_owned();
+    let trajectory = later.trajectory.as_mut().unwrap();
+    trajectory.time_s.iter_mut().for_each(|t| *t += 36_000.0);
+    trajectory.used_s = None;
+    data.tracks.push(later);
+    let html = report_page(&data).unwrap();
+    keep("tracks", &html);
+    let at = |text: &str| html.find(text).unwrap_or_else(|| panic!("no {text}"));
+    let (morning, evening) = (at("Track morning"), at("Track evening"));
+    assert!(
+        html[..morning].contains(">track morning<") && html[..morning].contains(">track evening<")
+    );
+    // Ten hours later: ticks of the second axis, and only of the second.
+    assert!(!html[morning..evening].contains(">36010<"));
+    assert!(html[evening..].contains(">36010<") && !html[evening..].contains(">10</text><text"));
+}
+
+#[test]
+fn every_picture_is_described() {
+    let mut data = full();
+    data.pictures = vec![data.image.clone().unwrap()];
+    let pages = [
+        report_page(&data).unwrap(),
+        ppk_page(&PpkReport {
+            title: String::new(),
+            version: String::new(),
+            solution: &simulated_run(),
+            ratio_threshold: None,
+            pass_difference_m: Vec::new(),
+            warnings: Vec::new(),
+            inputs: Vec::new(),
+            configuration: String::new(),
+        })
+        .unwrap(),
+    ];
+    for html in pages {
+        let words = |mark: &str, attribute: &str| -> Vec<usize> {
+            let parts = html.split(mark).skip(1);
+            parts
+                .map(|part| {
+                    let tag = part.split('>').next().unwrap_or_default();
+                    let value = tag.split(attribute).nth(1).unwrap_or_default();
+                    let text = value.split('"').next().unwrap_or_default();
+                    text.split_whitespace().count()
+                })
+                .collect()
+        };
+        let images = words("<img ", "alt=\"");
+        let drawings = words("<svg xmlns", "aria-label=\"");
+        assert!(images.len() + drawings.len() >= 2);
+        assert!(images.iter().chain(&drawings).all(|count| *count >= 2));
+    }
+}
+
+#[test]
+fn the_verdict_names_what_is_wrong() {
+    let mut rows = findings();
+    assert!(verdict_line(&rows).starts_with("1 of 3 findings contradicts"));
+    rows.pop();
+    assert_eq!(
+        verdict_line(&rows),
+        "1 of 2 findings is doubtful: Clock offset by height."
+    );
+    rows.pop();
+    assert_eq!(
+        verdict_line(&rows),
+        "The one finding agrees with this result."
+    );
+    let mut data = full();
+    data.evidence = Vec::new();
+    assert!(!report_page(&data).unwrap().contains("id=\"evidence\""));
+}
+
+#[test]
 fn an_empty_report_is_a_page_and_odd_lists_are_refused() {
     let html = report_page(&ReportData::default()).unwrap();
     assert!(html.contains("No targets") && html.contains("No warnings"));
@@ -476,6 +554,46 @@ fn the_page_of_a_positioning_run_tells_its_story() {
         assert!(html.contains(&format!("<th scope=\"row\">{reason}</th><td>{count}</td>")));
     }
     assert!(!html.contains("<script"));
+}
+
+#[test]
+fn events_are_folded_and_pass_differences_shown() {
+    use acerra_gnss::{EventKind, EventPosition, EventRecord};
+    let mut solution = simulated_run();
+    let epoch = solution.epochs[10].clone();
+    solution.events = (0..500)
+        .map(|i| EventPosition {
+            event: EventRecord {
+                time: epoch.time,
+                kind: EventKind::External,
+                count: Some(i),
+                accuracy_s: None,
+            },
+            time: epoch.time,
+            position_ecef_m: (i > 0).then_some(epoch.position_ecef_m),
+            covariance_ecef_m2: epoch.covariance_ecef_m2,
+            quality: None,
+        })
+        .collect();
+    let mut report = PpkReport {
+        title: "Events".to_owned(),
+        version: String::new(),
+        solution: &solution,
+        ratio_threshold: Some(3.0),
+        pass_difference_m: vec![0.02; solution.epochs.len()],
+        warnings: Vec::new(),
+        inputs: Vec::new(),
+        configuration: String::new(),
+    };
+    let html = ppk_page(&report).unwrap();
+    keep("ppk-events", &html);
+    let folded = html.find("<details class=\"long\"><summary>").unwrap();
+    let rows = html[folded..].split("</details>").next().unwrap();
+    assert!(rows.contains("Positions at 500 recorded events, 1 of them without one"));
+    assert_eq!(rows.matches("<tr>").count(), 501);
+    assert!(html.contains(">forward against backward pass<"));
+    report.pass_difference_m.pop();
+    assert!(ppk_page(&report).is_err());
 }
 
 #[test]
