@@ -44,10 +44,25 @@ fn one(track: &TrackEvidence) -> Result<Markup, FigureError> {
     let trajectory = track.trajectory.as_ref().map(trajectory).transpose()?;
     let alignment = track.alignment.as_ref().map(alignment).transpose()?;
     let surface = track.surface.as_ref().map(surface).transpose()?;
+    let heading = |text: &str| {
+        html! {
+            @if track.name.is_empty() {
+                h3 { (text) }
+            } @else {
+                h4 { (text) }
+            }
+        }
+    };
     let part = html! {
         (trajectory.unwrap_or_default())
-        (alignment.unwrap_or_default())
-        (surface.unwrap_or_default())
+        @if let Some(alignment) = alignment {
+            (heading("Alignment in time"))
+            (alignment)
+        }
+        @if let Some(surface) = surface {
+            (heading("Zero-timing: surface echo against height"))
+            (surface)
+        }
     };
     Ok(html! {
         @if track.name.is_empty() {
@@ -261,11 +276,8 @@ fn alignment(view: &AlignmentEvidence) -> Result<Markup, FigureError> {
         "{score} over time offset; {} s was taken",
         fixed(view.chosen_s, 3)
     );
-    let drawing = html::drawing(plot.draw()?, Fit::Scrolled, &alt, &view.remark);
-    Ok(html! {
-        h3 { "Alignment in time" }
-        (drawing)
-    })
+    let drawing = plot.draw()?;
+    Ok(html::drawing(drawing, Fit::Scrolled, &alt, &view.remark))
 }
 
 fn surface(view: &SurfaceEvidence) -> Result<Markup, FigureError> {
@@ -294,7 +306,6 @@ fn surface(view: &SurfaceEvidence) -> Result<Markup, FigureError> {
         &view.remark,
     );
     Ok(html! {
-        h3 { "Zero-timing: surface echo against height" }
         p {
             "Fast time was shifted by " (fixed(view.shift_ns, 3)) " ns. Picked in " (picked) " of "
             (view.time_s.len()) " traces; picked range minus height: median " (fixed(median, 3))

@@ -1,41 +1,18 @@
 //! The page of a positioning run: where the rover was, how well that is known, and why not better.
 
 mod figures;
+mod input;
 mod run;
 mod tables;
 
 use super::html::{self, Fit};
 use super::provenance;
-use acerra_chain::inputs::InputFile;
 use acerra_chain::positioning::ppk_sentence;
 use acerra_figure::FigureError;
-use acerra_gnss::PpkSolution;
 use maud::{Markup, html};
 use run::Run;
 
-/// What the page of a positioning run is made from.
-#[derive(Clone, Debug)]
-pub struct PpkReport<'a> {
-    /// Heading and window title.
-    pub title: String,
-    /// Version of the program.
-    pub version: String,
-    /// The run.
-    pub solution: &'a PpkSolution,
-    /// Least ratio of the second-best to the best set of integers for a fix, as used; none where
-    /// ambiguities were not resolved.
-    pub ratio_threshold: Option<f64>,
-    /// Distance between the positions of the forward and the backward pass, one per epoch of the
-    /// solution, NaN where only one pass has a position (m). Empty where it was not kept: then the
-    /// page shows the distances of those epochs at which the passes disagree.
-    pub pass_difference_m: Vec<f64>,
-    /// Further remarks, from the readers; those of the run are shown without being given here.
-    pub warnings: Vec<String>,
-    /// Input files.
-    pub inputs: Vec<InputFile>,
-    /// The options in force, as text.
-    pub configuration: String,
-}
+pub use input::PpkReport;
 
 /// Writes the page of a positioning run as a complete HTML page: trajectory, status over time,
 /// height with ±1σ, satellites, residuals, and the reasons of epochs that are not fixed.

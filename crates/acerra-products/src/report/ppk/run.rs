@@ -2,7 +2,7 @@
 
 use super::super::data::Fact;
 use super::super::numbers::{fixed, quantile};
-use super::PpkReport;
+use super::input::PpkReport;
 use acerra_figure::{Axis, FigureError};
 use acerra_geo::geodesy::EnuFrame;
 use acerra_geo::time::GpsTime;
