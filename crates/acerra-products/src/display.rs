@@ -4,8 +4,10 @@ use acerra_figure::{DisplayGain, LevelWindow};
 
 use crate::outcome::Outcome;
 
-/// Share of an image's pixels that lie below the lowest level of its picture.
-pub const DARK_SHARE: f64 = 0.25;
+/// Share of an image's pixels that lie below the lowest level of its picture: the median is what
+/// "peak over median" is counted from, and ground that the gate or the antenna leaves dark does not
+/// widen the window.
+pub const DARK_SHARE: f64 = 0.5;
 
 /// The levels of pictures of images: from a percentile of the image's own up to its maximum, as no
 /// fixed window suits both two reflectors on a lawn and a street of houses.

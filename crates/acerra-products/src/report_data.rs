@@ -216,12 +216,20 @@ fn tracks(outcome: &Outcome) -> Vec<TrackEvidence> {
         .collect()
 }
 
+/// Times of a track's traces as its trajectory counts them (s).
+fn trajectory_time_s(outcome: &Outcome, track: &Track) -> Vec<f64> {
+    let radar_time_s = &outcome.prepared.aligned.time_s[track.range.clone()];
+    radar_time_s
+        .iter()
+        .map(|t| t + track.time_offset_s)
+        .collect()
+}
+
 fn trajectory(outcome: &Outcome, track: &Track) -> TrajectoryEvidence {
     let aligned = &outcome.prepared.aligned;
     let range = track.range.clone();
-    let clock = |t: &f64| t + track.time_offset_s;
     TrajectoryEvidence {
-        time_s: aligned.time_s[range.clone()].iter().map(clock).collect(),
+        time_s: trajectory_time_s(outcome, track),
         position_m: aligned.position_m[range.clone()].to_vec(),
         // Deviations are known of all traces or of none.
         sigma_m: aligned
@@ -272,7 +280,7 @@ fn surface(outcome: &Outcome, track: &Track) -> Option<SurfaceEvidence> {
     };
     let aligned = &outcome.prepared.aligned;
     Some(SurfaceEvidence {
-        time_s: aligned.time_s[track.range.clone()].to_vec(),
+        time_s: trajectory_time_s(outcome, track),
         picked_range_m: surface
             .fast_time_s
             .iter()

@@ -362,9 +362,9 @@ fn tracks_stand_on_time_axes_of_their_own() {
     let html = report_page(&data).unwrap();
     keep("tracks", &html);
     let at = |text: &str| html.find(text).unwrap_or_else(|| panic!("no {text}"));
-    let (morning, evening) = (at("Track morning"), at("Track evening"));
+    let (morning, evening) = (at("<h3>Track morning"), at("<h3>Track evening"));
     assert!(
-        html[..morning].contains(">track morning<") && html[..morning].contains(">track evening<")
+        html[..morning].contains(">Track morning<") && html[..morning].contains(">Track evening<")
     );
     // Ten hours later: ticks of the second axis, and only of the second.
     assert!(!html[morning..evening].contains(">36010<"));

@@ -40,6 +40,15 @@ pub(super) fn section(
     })
 }
 
+/// "Track" before a name that does not say so itself.
+fn titled(name: &str) -> String {
+    if name.to_lowercase().starts_with("track") {
+        name.to_owned()
+    } else {
+        format!("Track {name}")
+    }
+}
+
 fn one(track: &TrackEvidence) -> Result<Markup, FigureError> {
     let trajectory = track.trajectory.as_ref().map(trajectory).transpose()?;
     let alignment = track.alignment.as_ref().map(alignment).transpose()?;
@@ -69,7 +78,7 @@ fn one(track: &TrackEvidence) -> Result<Markup, FigureError> {
             (part)
         } @else {
             section.track {
-                h3 { "Track " (track.name) }
+                h3 { (titled(&track.name)) }
                 (part)
             }
         }
@@ -127,7 +136,11 @@ fn over_time(view: &TrajectoryEvidence) -> Result<Markup, FigureError> {
         false => "height ±1σ",
     };
     let plot = |label: &str, unit: &str, series, height_px| {
-        let plot = LinePlot::new("", Axis::new("time", "s"), Axis::new(label, unit));
+        let plot = LinePlot::new(
+            "",
+            Axis::new("trajectory time", "s"),
+            Axis::new(label, unit),
+        );
         let mut plot = plot.height(height_px).with(series);
         plot.spans.extend(used.clone());
         Panel::Plot(plot)
@@ -135,7 +148,7 @@ fn over_time(view: &TrajectoryEvidence) -> Result<Markup, FigureError> {
     let height_above = Series::line(name, &view.time_s, &height)
         .band(&sigma)
         .broken_after(gap_s);
-    let stack = Stack::new(Axis::new("time", "s"))
+    let stack = Stack::new(Axis::new("trajectory time", "s"))
         .with(plot(
             "height above the image plane",
             "m",
@@ -150,7 +163,7 @@ fn over_time(view: &TrajectoryEvidence) -> Result<Markup, FigureError> {
         ))
         .with(Panel::Timeline(Timeline {
             title: String::new(),
-            x: Axis::new("time", "s"),
+            x: Axis::new("trajectory time", "s"),
             rows: status::rows(&view.time_s, &view.status),
             width_px: 860.0,
         }));
@@ -184,7 +197,7 @@ fn map(tracks: &[TrackEvidence], targets: &[TargetRow]) -> Result<Markup, Figure
     plot.width_px = MAP_WIDTH_PX;
     for (k, (track, _, (x, y))) in lines.iter().enumerate() {
         let name = match (several, used.is_empty()) {
-            (true, _) => format!("track {}", track.name),
+            (true, _) => titled(&track.name),
             (false, true) => "track".to_owned(),
             (false, false) => "whole track".to_owned(),
         };
@@ -287,18 +300,22 @@ fn surface(view: &SurfaceEvidence) -> Result<Markup, FigureError> {
     let from_median = difference.iter().map(|d| (d - median.unwrap_or(0.0)).abs());
     let spread = quantile(from_median, 0.5).map(|mad| 1.4826 * mad);
     let picked = difference.iter().filter(|d| d.is_finite()).count();
-    let plot = LinePlot::new("", Axis::new("time", "s"), Axis::new("range, height", "m"))
-        .height(220.0)
-        .with(Series::line(
-            "height from the trajectory",
-            &view.time_s,
-            &view.height_m,
-        ))
-        .with(Series::dots(
-            "range of the surface echo",
-            &view.time_s,
-            &view.picked_range_m,
-        ));
+    let plot = LinePlot::new(
+        "",
+        Axis::new("trajectory time", "s"),
+        Axis::new("range, height", "m"),
+    )
+    .height(220.0)
+    .with(Series::line(
+        "height from the trajectory",
+        &view.time_s,
+        &view.height_m,
+    ))
+    .with(Series::dots(
+        "range of the surface echo",
+        &view.time_s,
+        &view.picked_range_m,
+    ));
     let drawing = html::drawing(
         plot.draw()?,
         Fit::Scrolled,
