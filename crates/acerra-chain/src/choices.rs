@@ -265,7 +265,7 @@ pub enum Unfixed {
 }
 
 /// `[checks] contradictions`: what becomes of a run whose evidence contradicts its settings.
-#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Contradictions {
     /// It fails, and writes no products.

@@ -8,6 +8,7 @@
 
 mod cuts;
 pub mod deliver;
+mod display;
 pub mod image_npz;
 pub mod names;
 pub mod outcome;

@@ -62,7 +62,7 @@ pub struct TrackSection {
 }
 
 /// `[checks]`: what becomes of a run that its own evidence contradicts.
-#[derive(Clone, Debug, Default, Deserialize, Serialize)]
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ChecksSection {
     /// Whether contradictions make the run fail.

@@ -136,9 +136,9 @@ fn products(plan: &FlightPlan) -> anyhow::Result<Vec<(String, Vec<u8>)>> {
     files.push((
         "across.png".to_owned(),
         draw(
-            "Expected across-track resolution",
+            "Expected across-track Rayleigh resolution, Eq. (9)",
             &maps.across_m,
-            "across (m)",
+            "across-track Rayleigh resolution (m)",
         )?,
     ));
     // A map of ones says nothing that the summary does not.

@@ -525,6 +525,9 @@ fn page(run: &Positioning, options: &PpkOptions, answer: &PpkAnswer) -> anyhow::
         title: format!("Positions of {name}"),
         version: env!("CARGO_PKG_VERSION").to_owned(),
         solution: &run.solution,
+        ratio_threshold: (options.ambiguity != AmbiguityMode::Off)
+            .then_some(options.ratio_threshold),
+        pass_difference_m: Vec::new(),
         warnings: run.warnings[..others].to_vec(),
         inputs,
         configuration: format!("{options:#?}"),

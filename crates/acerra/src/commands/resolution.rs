@@ -158,7 +158,7 @@ fn map(args: &Args, range_m: f64) -> anyhow::Result<[Vec<u8>; 2]> {
     }
 
     let figure = Map::new(
-        "Across-track resolution of a straight track, Eq. (9)",
+        "Across-track Rayleigh resolution of a straight track, Eq. (9)",
         Axis::new("offset d", "m"),
         Axis::new("height h", "m"),
         &across_m,
@@ -167,7 +167,7 @@ fn map(args: &Args, range_m: f64) -> anyhow::Result<[Vec<u8>; 2]> {
     )
     .grid([0.0, offset_step], [height_step, height_step])
     .contours(&[0.1, 0.12, 0.15, 0.2, 0.3, 0.4, 0.6, 0.8, 1.0, 1.2, 1.5, 2.0])
-    .values_are("across-track resolution, m");
+    .values_are("across-track Rayleigh resolution (m)");
     let figure = Map {
         log_colours: true,
         width_px: 640.0,

@@ -9,7 +9,7 @@ use acerra_imaging::psf::{Analysis, PsfField, Retrieved, Theory};
 use serde::Serialize;
 
 use super::scene::Scene;
-use acerra_figure::{GhostMark, ImageDb, PixelValues, TargetMark, cut_plot};
+use acerra_figure::{GhostMark, ImageDb, LevelWindow, PixelValues, TargetMark, cut_plot};
 use acerra_products::staging::Staging;
 
 /// A place, m.
@@ -126,7 +126,7 @@ fn picture<'a>(
 ) -> ImageDb<'a> {
     let grid = scene.grid;
     ImageDb {
-        floor_db: FLOOR_DB,
+        window: LevelWindow::Fixed { floor_db: FLOOR_DB },
         track_m,
         x_label: "x".to_owned(),
         y_label: "y".to_owned(),
