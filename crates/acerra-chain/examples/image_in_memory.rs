@@ -1,5 +1,9 @@
 //! Arrays in memory to images in memory: prepared once, imaged on two grids, cancelled once.
-#![allow(clippy::missing_errors_doc, clippy::print_stdout, clippy::type_complexity)]
+#![allow(
+    clippy::missing_errors_doc,
+    clippy::print_stdout,
+    clippy::type_complexity
+)]
 use acerra_chain::{Control, ImageRequest, Journal, MemorySink, Recording, Scene, prepare};
 use acerra_chain::{clean::CleanOptions, echoes::ImageError};
 use acerra_geo::trajectory::{Fix, Frame, TimeOrigin, Trajectory};

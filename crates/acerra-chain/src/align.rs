@@ -196,10 +196,8 @@ fn is_held(options: &AlignOptions, placed: &Placed) -> bool {
 /// The interpolation of a trajectory over gaps of at most `max_gap_s`.
 #[must_use]
 pub fn interpolator(max_gap_s: Option<f64>, trajectory: &Trajectory) -> Interpolator<'_> {
-    let options = InterpolationOptions {
-        max_gap_s,
-        ..InterpolationOptions::default()
-    };
+    let mut options = InterpolationOptions::default();
+    options.max_gap_s = max_gap_s;
     Interpolator::new(trajectory, &options)
 }
 

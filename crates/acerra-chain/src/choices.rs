@@ -1,12 +1,13 @@
 //! What each stage can be asked for, as a settings file writes it: a word, a number, a list or a
 //! table.
 
+use schemars::JsonSchema;
 use serde::de::{Deserializer, Error};
 use serde::{Deserialize, Serialize};
 use toml::Value;
 
 /// `[radar] select`: the traces that enter background and image.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, JsonSchema, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Select {
     /// Every trace that has a position.
@@ -41,7 +42,7 @@ impl<'de> Deserialize<'de> for Select {
 }
 
 /// `[trajectory] time_offset_s`: trajectory time minus radar time.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, JsonSchema, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum TimeOffset {
     /// Found from the data.
@@ -69,7 +70,7 @@ impl<'de> Deserialize<'de> for TimeOffset {
 }
 
 /// `[image] z_m`: the height of the image.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, JsonSchema, Serialize)]
 #[serde(untagged)]
 pub enum Heights {
     /// A horizontal plane at this height (m).
@@ -97,7 +98,7 @@ impl<'de> Deserialize<'de> for Heights {
 }
 
 /// `[preprocess] zero_timing`: how the fast time at which range is zero is found.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, JsonSchema, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ZeroTiming {
     /// The paper's: the surface echo of the first trace is put at 2h/c.
@@ -132,7 +133,7 @@ impl<'de> Deserialize<'de> for ZeroTiming {
 }
 
 /// `[preprocess] background`: what is subtracted from every trace.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, JsonSchema, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Background {
     /// The mean of the selected traces (the paper's).
@@ -185,7 +186,7 @@ impl<'de> Deserialize<'de> for Background {
 }
 
 /// `[preprocess] gate_ns`: the part of each trace that is kept, about 2h/c.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, JsonSchema, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Gate {
     /// The whole trace.
@@ -220,7 +221,7 @@ impl<'de> Deserialize<'de> for Gate {
 }
 
 /// `[tracks] sum`: what of several tracks is summed.
-#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Sum {
     /// Amplitudes: one image with the aperture of all.
@@ -231,7 +232,7 @@ pub enum Sum {
 }
 
 /// `[tracks] calibration`: where delay and phase of each track come from.
-#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum CalibrationSource {
     /// The campaign file alone.
@@ -242,7 +243,7 @@ pub enum CalibrationSource {
 }
 
 /// `[image] look_window`: the taper of each look.
-#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum LookTaper {
     /// None.
@@ -253,7 +254,7 @@ pub enum LookTaper {
 }
 
 /// `[trajectory] unfixed`: what becomes of traces whose position has no fixed solution.
-#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Unfixed {
     /// They enter the image, and a warning counts them.
@@ -264,7 +265,7 @@ pub enum Unfixed {
 }
 
 /// `[checks] contradictions`: what becomes of a run whose evidence contradicts its settings.
-#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Contradictions {
     /// It fails, and writes no products.
@@ -275,7 +276,7 @@ pub enum Contradictions {
 }
 
 /// `[image] weight`: the weight of each trace in the sum of Eq. (3).
-#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Weight {
     /// One for every trace: the paper's sum.

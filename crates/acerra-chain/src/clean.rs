@@ -243,10 +243,11 @@ fn time(
 ) -> Result<ZeroTimingResult, CleanError> {
     let delay_s = options.delay_ns.map(|ns| ns * 1e-9);
     let method = match options.zero_timing {
-        ZeroTiming::FirstTrace => Timing::FirstTrace(SurfaceOptions {
-            approximate_delay_s: delay_s,
-            ..SurfaceOptions::default()
-        }),
+        ZeroTiming::FirstTrace => {
+            let mut options = SurfaceOptions::default();
+            options.approximate_delay_s = delay_s;
+            Timing::FirstTrace(options)
+        }
         ZeroTiming::None => delay_s.map_or(Timing::None, Timing::Delay),
         ZeroTiming::Shift { shift_ns } => Timing::Shift(shift_ns * 1e-9 - delay_s.unwrap_or(0.0)),
     };

@@ -1,18 +1,15 @@
 //! The clock offset of a track: as given, or found from the data.
 
-use acerra_radar::Radargram;
+use acerra_radar::align::OffsetLikelihood;
 
 use crate::align::{AlignError, Aligned, Flight, align};
 use crate::choices::TimeOffset;
-use crate::clean::{CleanError, clean};
 use crate::control::Control;
-use crate::echoes::Echoes;
-use crate::offset::{OffsetError, OffsetSearch, Trial, by_motion, refine};
+use crate::offset::{OffsetError, OffsetSearch, Trial, by_height_and_motion, refine};
 use crate::position::Positions;
 use crate::read::RadarContent;
 use crate::recording::TrackOptions;
 use crate::warnings::Warnings;
-use acerra_geo::trajectory::Trajectory;
 
 /// A track's traces at their places, and the offset behind them.
 #[derive(Clone, Debug)]
@@ -21,6 +18,8 @@ pub struct Clocked {
     pub time_offset_s: f64,
     /// How the offset was found, when it was not given.
     pub search: Option<OffsetSearch>,
+    /// What height and motion say of every offset, where they say anything.
+    pub likelihood: Option<OffsetLikelihood>,
     /// The traces.
     pub aligned: Aligned,
 }
@@ -37,15 +36,13 @@ pub enum ClockError {
     /// No trace can be placed.
     #[error(transparent)]
     Align(#[from] AlignError),
-    /// The traces of the search cannot be cleaned.
-    #[error(transparent)]
-    Clean(#[from] CleanError),
     /// The offset cannot be found.
     #[error(transparent)]
     Offset(#[from] OffsetError),
 }
 
-/// Places the traces at the offset given, or at the one that the data tell.
+/// Places the traces at the offset given, or at the one that the data tell. Of a radargram on a
+/// trajectory, what height and motion say of a given offset is kept as well.
 ///
 /// # Errors
 /// Data that tell no offset, no trace that can be placed, cancellation.
@@ -55,66 +52,61 @@ pub fn align_clocks(
     warnings: &mut Warnings,
     control: &Control<'_>,
 ) -> Result<Clocked, ClockError> {
-    let time_offset_s = match (options.align.time_offset, flight.positions, flight.radar) {
-        (TimeOffset::Seconds(offset_s), ..) => offset_s,
-        // Positions that came with the traces are on the traces' own clock.
-        (TimeOffset::Auto, Positions::PerTrace(_), _) => 0.0,
-        (TimeOffset::Auto, Positions::Trajectory(_), RadarContent::Spectrum(_)) => {
-            return Err(ClockError::Spectra);
+    let likelihood = match (flight.radar, flight.positions) {
+        (RadarContent::Radargram(radargram), Positions::Trajectory(trajectory)) => {
+            let max_gap_s = options.align.max_gap_s;
+            let scene = flight.scene;
+            Some(by_height_and_motion(
+                radargram, trajectory, scene, max_gap_s, control,
+            ))
         }
-        (TimeOffset::Auto, Positions::Trajectory(trajectory), RadarContent::Radargram(radar)) => {
-            let search = search(flight, radar, trajectory, options, control)?;
-            return at_offset_found(flight, options, search, warnings);
-        }
+        _ => None,
+    };
+    if let TimeOffset::Auto = options.align.time_offset {
+        return match (likelihood, flight.positions) {
+            (Some(likelihood), _) => {
+                let trial = Trial {
+                    flight,
+                    align: &options.align,
+                    clean: &options.clean,
+                };
+                let search = refine(trial, likelihood?, control)?;
+                let time_offset_s = search.estimate.offset_s;
+                Ok(Clocked {
+                    time_offset_s,
+                    aligned: align(flight, &options.align, time_offset_s, warnings)?,
+                    likelihood: Some(search.likelihood.clone()),
+                    search: Some(search),
+                })
+            }
+            // Positions that came with the traces are on the traces' own clock.
+            (None, Positions::PerTrace(_)) => at_offset(flight, options, 0.0, warnings),
+            (None, Positions::Trajectory(_)) => Err(ClockError::Spectra),
+        };
+    }
+    let TimeOffset::Seconds(time_offset_s) = options.align.time_offset else {
+        return Err(ClockError::Spectra);
+    };
+    let likelihood = match likelihood {
+        Some(Err(OffsetError::Undecided(_) | OffsetError::TooLong { .. })) | None => None,
+        Some(known) => Some(known?),
     };
     Ok(Clocked {
-        time_offset_s,
-        search: None,
-        aligned: align(flight, &options.align, time_offset_s, warnings)?,
+        likelihood,
+        ..at_offset(flight, options, time_offset_s, warnings)?
     })
 }
 
-/// Finds the offset by motion, then by sharpness.
-fn search(
-    flight: Flight<'_>,
-    radargram: &Radargram,
-    trajectory: &Trajectory,
-    options: &TrackOptions,
-    control: &Control<'_>,
-) -> Result<OffsetSearch, ClockError> {
-    let motion = by_motion(radargram, trajectory, options.align.max_gap_s)?;
-    // Warnings are given once, at the offset finally taken.
-    let unsaid = &mut Warnings::default();
-    let first = align(flight, &options.align, motion.offset_s, unsaid)?;
-    let spectrum = clean(flight.radar, &first, &options.clean, unsaid)?.spectrum;
-    let trial = Trial {
-        flight,
-        options: &options.align,
-        echoes: Echoes {
-            spectrum: &spectrum,
-            aligned: &first,
-            light_speed_m_s: flight.scene.light_speed_m_s,
-        },
-    };
-    Ok(refine(trial, motion, control)?)
-}
-
-fn at_offset_found(
+fn at_offset(
     flight: Flight<'_>,
     options: &TrackOptions,
-    search: OffsetSearch,
+    time_offset_s: f64,
     warnings: &mut Warnings,
 ) -> Result<Clocked, ClockError> {
-    if !search.is_clear() {
-        warnings.add(format!(
-            "the clock offset of {:.3} s is uncertain: motion correlates with {:.2} there and with \
-             {:.2} elsewhere; state time_offset_s if it is known",
-            search.time_offset_s, search.motion.correlation, search.motion.runner_up
-        ));
-    }
     Ok(Clocked {
-        time_offset_s: search.time_offset_s,
-        aligned: align(flight, &options.align, search.time_offset_s, warnings)?,
-        search: Some(search),
+        time_offset_s,
+        search: None,
+        likelihood: None,
+        aligned: align(flight, &options.align, time_offset_s, warnings)?,
     })
 }

@@ -70,6 +70,15 @@ impl<'a> Control<'a> {
         }
     }
 
+    /// The same cancellation for an operation on a radargram.
+    pub(crate) fn for_radar(&self) -> acerra_radar::Control<'a> {
+        let control = acerra_radar::Control::new();
+        match self.cancel {
+            Some(flag) => control.cancelled_by(flag),
+            None => control,
+        }
+    }
+
     /// The same cancellation for an imaging operator, with `progress` called as it advances.
     pub(crate) fn for_imaging<'b>(
         &self,

@@ -8,9 +8,9 @@ use crate::choices::{Sum, Weight};
 use crate::control::Control;
 use crate::echoes::{Echoes, ImageError, contributions, plan_on, run_plan};
 use crate::looks::{LookInput, LookOptions, Multilook, image_looks};
+use crate::memory::available_memory_bytes;
 use crate::pixels::Pixels;
 use crate::sink::ImageSink;
-use crate::space::available_memory_bytes;
 use crate::volume::{Projections, image_volume};
 
 /// Parameters of the stage `focus`.

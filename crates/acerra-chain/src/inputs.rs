@@ -11,6 +11,7 @@ use sha2::{Digest, Sha256};
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct InputFile {
     /// Path as the run used it.
+    #[serde(serialize_with = "crate::path_text::path")]
     pub path: PathBuf,
     /// Size.
     pub bytes: u64,

@@ -1,14 +1,22 @@
-//! The clock offset found from the data alone: motion against change, then sharpness.
+//! The clock offset found from the data alone: by height and motion over all offsets at which the
+//! logs overlap, then by the sharpness of images about those that agree.
+
+use std::ops::Range;
 
 use acerra_geo::trajectory::Trajectory;
 use acerra_imaging::{Complex32, ImagingError, PlaneGrid};
-use acerra_radar::align::{CoarseOffset, activity, coarse_offset};
-use acerra_radar::{Radargram, align::AlignError as MotionError};
+use acerra_radar::align::{
+    AlignError as Undecided, FlightProfile, FlightState, OffsetEstimate, OffsetLikelihood,
+    OffsetOptions, offset_likelihood,
+};
+use acerra_radar::{Radargram, Spectrum};
 
-use crate::align::{AlignError, AlignOptions, Flight, align, interpolator};
+use crate::align::{AlignError, AlignOptions, Aligned, Flight, align, interpolator};
 use crate::choices::Select;
+use crate::clean::{CleanError, CleanOptions, clean};
 use crate::control::{Cancelled, Control};
-use crate::echoes::{Echoes, quick_look};
+use crate::echoes::quick_look;
+use crate::ground::Scene;
 use crate::pixels::Pixels;
 use crate::warnings::Warnings;
 
@@ -21,79 +29,31 @@ pub struct Curve {
     pub score: Vec<f64>,
 }
 
-impl Curve {
-    fn push(&mut self, offset_s: f64, score: f64) {
-        self.offset_s.push(offset_s);
-        self.score.push(score);
-    }
-
-    /// The best score over the median one; NaN without scores.
-    fn peak_over_median(&self) -> f64 {
-        let mut sorted = self.score.clone();
-        sorted.sort_by(f64::total_cmp);
-        let median = sorted.get(sorted.len() / 2).copied().unwrap_or(f64::NAN);
-        sorted.last().copied().unwrap_or(f64::NAN) / median
-    }
-
-    /// The best offset, refined by a parabola through its neighbours, and its score.
-    #[must_use]
-    pub fn best(&self) -> Option<(f64, f64)> {
-        let (k, _) = self
-            .score
-            .iter()
-            .enumerate()
-            .max_by(|a, b| a.1.total_cmp(b.1))?;
-        let (offset, score) = (self.offset_s[k], self.score[k]);
-        if k == 0 || k + 1 == self.score.len() {
-            return Some((offset, score));
-        }
-        let (before, after) = (self.score[k - 1], self.score[k + 1]);
-        let bend = before - 2.0 * score + after;
-        let shift = if bend < 0.0 {
-            0.5 * (before - after) / bend
-        } else {
-            0.0
-        };
-        let step = 0.5 * (self.offset_s[k + 1] - self.offset_s[k - 1]);
-        Some((offset + shift * step, score))
-    }
-}
-
 /// How an offset was found.
 #[derive(Clone, Debug)]
 pub struct OffsetSearch {
-    /// The offset taken: trajectory time minus radar time (s).
-    pub time_offset_s: f64,
-    /// Correlation of the radargram's change with the platform's speed.
-    pub motion: CoarseOffset,
-    /// Sharpness of the image about that offset.
+    /// The offset with its standard deviation, its closest rival, and the delay that comes with it.
+    pub estimate: OffsetEstimate,
+    /// What height and motion say of every offset.
+    pub likelihood: OffsetLikelihood,
+    /// Sharpness of the images that were tried.
     pub sharpness: Curve,
-    /// Best sharpness over the median of those tried.
-    pub sharpness_ratio: f64,
-    /// Log-likelihood of the offsets tried, by motion and sharpness together.
-    pub likelihood: Curve,
 }
 
-impl OffsetSearch {
-    /// Whether the data speak clearly: motion correlates well and nowhere else as well.
-    #[must_use]
-    pub fn is_clear(&self) -> bool {
-        self.motion.correlation >= 0.5 && self.motion.confidence >= 0.2
-    }
-}
-
-/// Spacing of the speeds that the radargram's change is compared with (s).
-const SPEED_STEP_S: f64 = 0.02;
 /// Longest trajectory that is searched (s).
 const LONGEST_S: f64 = 1e6;
-/// Sharpness is tried where the correlation is within this of its best…
-const CORRELATION_SLACK: f64 = 0.02;
-/// …and no further away than this (s).
-const SHARPNESS_REACH_S: f64 = 0.12;
-/// Pixels of the image whose sharpness is tried.
+/// Spacing of the offsets at which images are tried (s): 2 cm at 2 m/s.
+const SHARPNESS_STEP_S: f64 = 0.01;
+/// Images that are tried at most.
+const SHARPNESS_IMAGES: usize = 100;
+/// Pixels of each.
 const SHARPNESS_PIXELS: f64 = 60_000.0;
-/// Speeds further apart than this count as independent (s).
-const MEMORY_OF_MOTION_S: f64 = 0.5;
+/// Sub-apertures whose images are scored one by one: their scatter gives the offset's own.
+const SUB_APERTURES: usize = 4;
+/// Traces below which an aperture is not divided.
+const LEAST_TRACES: usize = 40;
+/// Offsets further than this from where the traces were cleaned are cleaned anew (s).
+const CLEANED_ANEW_S: f64 = 0.25;
 
 /// Why the clock offset cannot be found.
 #[derive(Debug, thiserror::Error)]
@@ -108,12 +68,15 @@ pub enum OffsetError {
         /// Its length (s).
         found_s: f64,
     },
-    /// Motion and change cannot be compared.
+    /// The data do not tell the offset, or tell several.
     #[error("[trajectory] time_offset_s = \"auto\": {0}")]
-    Motion(MotionError),
+    Undecided(#[from] Undecided),
     /// No trace can be placed at an offset that is tried.
     #[error(transparent)]
     Align(#[from] AlignError),
+    /// The traces of the search cannot be cleaned.
+    #[error(transparent)]
+    Clean(#[from] CleanError),
     /// The images of the search cannot be made.
     #[error(transparent)]
     Imaging(#[from] ImagingError),
@@ -122,120 +85,131 @@ pub enum OffsetError {
     Cancelled(#[from] Cancelled),
 }
 
-/// First step: the offset at which the radargram changes while the platform moves.
+/// What height and motion say of every offset at which radar log and trajectory overlap.
 ///
 /// # Errors
-/// Too few traces, a platform or a radargram that does not change, no overlap.
-pub fn by_motion(
+/// Logs that never overlap enough, a radargram in which nothing follows the flight, cancellation.
+pub fn by_height_and_motion(
     radargram: &Radargram,
     trajectory: &Trajectory,
+    scene: &Scene,
     max_gap_s: Option<f64>,
-) -> Result<CoarseOffset, OffsetError> {
+    control: &Control<'_>,
+) -> Result<OffsetLikelihood, OffsetError> {
+    let span_s = [trajectory.start_s(), trajectory.end_s()];
+    let length_s = span_s[1] - span_s[0];
+    if length_s.is_nan() || length_s >= LONGEST_S {
+        return Err(OffsetError::TooLong { found_s: length_s });
+    }
     let at = interpolator(max_gap_s, trajectory);
     let half_s = 0.05_f64.max(trajectory.sample_interval_s().unwrap_or(0.1));
-    let span_s = trajectory.end_s() - trajectory.start_s();
-    if span_s.is_nan() || span_s >= LONGEST_S {
-        return Err(OffsetError::TooLong { found_s: span_s });
-    }
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        clippy::cast_precision_loss,
-        reason = "checked to be a moderate positive number"
-    )]
-    let (time_s, speed_m_s): (Vec<f64>, Vec<f64>) = (0..=(span_s / SPEED_STEP_S) as usize)
-        .map(|k| {
-            let t = trajectory.start_s() + k as f64 * SPEED_STEP_S;
-            let [a, b] = [t - half_s, t + half_s].map(|t| at.at(t));
-            let d = [0, 1, 2].map(|i| b.position_m[i] - a.position_m[i]);
-            let covered = a.flag.is_covered() && b.flag.is_covered();
-            let speed = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt() / (2.0 * half_s);
-            (t, if covered { speed } else { f64::NAN })
+    let profile = FlightProfile::sample(span_s, |t| {
+        let [before, now, after] = [t - half_s, t, t + half_s].map(|t| at.at(t));
+        let covered = [before, now, after].iter().all(|p| p.flag.is_covered());
+        let [x, y, z] = now.position_m;
+        let moved: f64 = (0..3)
+            .map(|i| (after.position_m[i] - before.position_m[i]).powi(2))
+            .sum();
+        covered.then(|| FlightState {
+            height_m: z - scene.ground.below_m(x, y),
+            speed_m_s: moved.sqrt() / (2.0 * half_s),
         })
-        .unzip();
-    // Change saturates when the platform moves a quarter of a wavelength between traces; its root
-    // is closer to a measure of motion than of what happens to be in view.
-    let change: Vec<f64> = activity(radargram).iter().map(|a| a.sqrt()).collect();
-    coarse_offset(
-        &radargram.time_s,
-        &change,
-        &time_s,
-        &speed_m_s,
-        &acerra_radar::align::OffsetSearch::default(),
-    )
-    .map_err(OffsetError::Motion)
+    })?;
+    let options = OffsetOptions::default();
+    let control = control.for_radar();
+    Ok(offset_likelihood(radargram, &profile, &options, control)?)
 }
 
-/// What offsets are tried on: a track, cleaned at the first step's offset.
+/// How the traces of a track are placed and cleaned while offsets are tried.
 #[derive(Clone, Copy, Debug)]
 pub struct Trial<'a> {
     /// The track.
     pub flight: Flight<'a>,
     /// How its traces are placed.
-    pub options: &'a AlignOptions,
-    /// Its clean spectra, made at the first step's offset.
-    pub echoes: Echoes<'a>,
+    pub align: &'a AlignOptions,
+    /// How they are cleaned.
+    pub clean: &'a CleanOptions,
 }
 
-/// Second step: among the offsets about the best correlation, the one with the sharpest image.
+/// Among the offsets that height and motion leave, the one with the sharpest images.
 ///
 /// # Errors
-/// Data that cannot be imaged, cancellation.
+/// Two offsets that remain, data that cannot be imaged, cancellation.
 pub fn refine(
     trial: Trial<'_>,
-    motion: CoarseOffset,
+    likelihood: OffsetLikelihood,
     control: &Control<'_>,
 ) -> Result<OffsetSearch, OffsetError> {
-    let candidates = near_the_best(&motion);
-    let independent = independent_speeds(trial.flight.radar.time_s());
     let grid = coarse_grid(&trial.flight.scene.pixels)?;
-    control.start("align", candidates.len() as u64);
-    let mut sharpness = Curve::default();
-    let mut likelihood = Curve::default();
-    for (k, (offset_s, correlation)) in candidates.into_iter().enumerate() {
+    control.start("align", SHARPNESS_IMAGES as u64);
+    let mut sharpness = Vec::new();
+    let mut cleaned: Option<CleanedAt> = None;
+    let estimate = likelihood.decide_with(SHARPNESS_STEP_S, SHARPNESS_IMAGES, |offset_s| {
         control.check()?;
-        if let Some(contrast) = trial.contrast_at(offset_s, grid)? {
-            sharpness.push(offset_s, contrast);
-            // Correlated Gaussian pairs; a coherent peak against its surroundings.
-            let of_motion = -0.5 * independent * (1.0 - correlation.powi(2)).ln();
-            likelihood.push(offset_s, 2.0 * contrast.ln() + of_motion);
+        if !cleaned
+            .as_ref()
+            .is_some_and(|c| (c.offset_s - offset_s).abs() < CLEANED_ANEW_S)
+        {
+            cleaned = trial.cleaned_at(offset_s)?;
         }
-        control.at(k as u64 + 1);
-    }
+        let scores = match &cleaned {
+            Some(cleaned) => trial.contrasts_at(cleaned, offset_s, grid)?,
+            None => Vec::new(),
+        };
+        if !scores.is_empty() {
+            let mean = scores.iter().sum::<f64>() / scores.len() as f64;
+            sharpness.push((offset_s, mean));
+            control.at(sharpness.len() as u64);
+        }
+        Ok::<_, OffsetError>(scores)
+    })?;
     control.finish();
+    sharpness.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let (offset_s, score) = sharpness.into_iter().unzip();
     Ok(OffsetSearch {
-        time_offset_s: likelihood
-            .best()
-            .map_or(motion.offset_s, |(offset_s, _)| offset_s),
-        motion,
-        sharpness_ratio: sharpness.peak_over_median(),
-        sharpness,
+        estimate,
         likelihood,
+        sharpness: Curve { offset_s, score },
     })
 }
 
-/// The offsets whose correlation is close to the best, with that correlation.
-fn near_the_best(motion: &CoarseOffset) -> Vec<(f64, f64)> {
-    let is_near = |(offset_s, score): &&(f64, f64)| {
-        *score >= motion.correlation - CORRELATION_SLACK
-            && (offset_s - motion.offset_s).abs() <= SHARPNESS_REACH_S
-    };
-    motion.curve.iter().filter(is_near).copied().collect()
-}
-
-/// How many independent speeds a log of these times compares.
-fn independent_speeds(time_s: &[f64]) -> f64 {
-    let length_s = time_s.last().unwrap_or(&0.0) - time_s.first().unwrap_or(&0.0);
-    (length_s / MEMORY_OF_MOTION_S).max(4.0)
+/// Traces cleaned where an offset puts them.
+struct CleanedAt {
+    offset_s: f64,
+    aligned: Aligned,
+    spectrum: Spectrum,
 }
 
 impl Trial<'_> {
-    /// The contrast of the image at an offset; none where a trace of the echoes has no place then.
-    fn contrast_at(&self, offset_s: f64, grid: PlaneGrid) -> Result<Option<f64>, OffsetError> {
+    /// The traces cleaned at an offset; none where no trace has a place or no surface is seen.
+    fn cleaned_at(&self, offset_s: f64) -> Result<Option<CleanedAt>, OffsetError> {
+        // Warnings are given once, at the offset finally taken.
+        let unsaid = &mut Warnings::default();
+        let Ok(aligned) = align(self.flight, self.align, offset_s, unsaid) else {
+            return Ok(None);
+        };
+        let Ok(cleaned) = clean(self.flight.radar, &aligned, self.clean, unsaid) else {
+            return Ok(None);
+        };
+        Ok(Some(CleanedAt {
+            offset_s,
+            aligned,
+            spectrum: cleaned.spectrum,
+        }))
+    }
+
+    /// Contrast of the image of each sub-aperture at an offset; none where a trace of the echoes has
+    /// no place then.
+    fn contrasts_at(
+        &self,
+        cleaned: &CleanedAt,
+        offset_s: f64,
+        grid: PlaneGrid,
+    ) -> Result<Vec<f64>, OffsetError> {
         // The same traces at every offset: what changes is where they stand.
         let everywhere = AlignOptions {
             select: Select::All,
-            ..self.options.clone()
+            ..self.align.clone()
         };
         let unsaid = &mut Warnings::default();
         let all = align(self.flight, &everywhere, offset_s, unsaid)?;
@@ -243,17 +217,39 @@ impl Trial<'_> {
             let at = all.traces.binary_search(trace).ok()?;
             Some(all.position_m[at])
         };
-        let Echoes {
-            spectrum,
-            aligned,
-            light_speed_m_s,
-        } = self.echoes;
-        let places: Option<Vec<[f64; 3]>> = aligned.traces.iter().map(position_of).collect();
+        let places: Option<Vec<[f64; 3]>> =
+            cleaned.aligned.traces.iter().map(position_of).collect();
         let Some(places) = places else {
-            return Ok(None);
+            return Ok(Vec::new());
         };
-        let image = quick_look(&places, spectrum, grid, light_speed_m_s)?;
-        Ok(Some(contrast(&image)))
+        let light_speed_m_s = self.flight.scene.light_speed_m_s;
+        sub_apertures(places.len())
+            .map(|part| {
+                let spectrum = part_of(&cleaned.spectrum, part.clone());
+                let image = quick_look(&places[part], &spectrum, grid, light_speed_m_s)?;
+                Ok(contrast(&image))
+            })
+            .collect()
+    }
+}
+
+/// Consecutive parts of an aperture.
+fn sub_apertures(traces: usize) -> impl Iterator<Item = Range<usize>> {
+    let parts = if traces >= SUB_APERTURES * LEAST_TRACES {
+        SUB_APERTURES
+    } else {
+        1
+    };
+    (0..parts).map(move |k| k * traces / parts..(k + 1) * traces / parts)
+}
+
+/// The spectra of some of the traces.
+fn part_of(spectrum: &Spectrum, part: Range<usize>) -> Spectrum {
+    let width = spectrum.frequency_hz.len();
+    Spectrum {
+        time_s: spectrum.time_s[part.clone()].to_vec(),
+        frequency_hz: spectrum.frequency_hz.clone(),
+        values: spectrum.values[part.start * width..part.end * width].to_vec(),
     }
 }
 
@@ -288,23 +284,21 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_best_of_a_curve_lies_between_its_points() {
-        let offset_s: Vec<f64> = (0..11).map(|k| f64::from(k) * 0.1).collect();
-        let score = offset_s
-            .iter()
-            .map(|t| 1.0 - (t - 0.437) * (t - 0.437))
-            .collect();
-        let (best, _) = Curve { offset_s, score }.best().unwrap();
-        assert!((best - 0.437).abs() < 1e-12, "{best}");
-        assert_eq!(Curve::default().best(), None);
-    }
-
-    #[test]
     fn contrast_is_the_peak_over_the_median() {
         let mut image = vec![Complex32::new(0.0, 2.0); 101];
         assert!((contrast(&image) - 1.0).abs() < 1e-6);
         image[3] = Complex32::new(-6.0, 8.0);
         assert!((contrast(&image) - 5.0).abs() < 1e-6);
         assert!((contrast(&[]) - 1.0).abs() < f64::EPSILON);
+    }
+
+    #[test]
+    fn sub_apertures_cover_every_trace_once() {
+        for traces in [1, 39, 160, 331] {
+            let parts: Vec<_> = sub_apertures(traces).collect();
+            assert_eq!(parts[0].start, 0);
+            assert_eq!(parts[parts.len() - 1].end, traces);
+            assert!(parts.windows(2).all(|w| w[0].end == w[1].start));
+        }
     }
 }

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use acerra_imaging::metrics::Measurement;
 use acerra_radar::Spectrum;
+use acerra_radar::align::OffsetLikelihood;
 
 use crate::align::{Aligned, Flight};
 use crate::calibration::{CalibrationOptions, TrackCalibration, TrackEchoes, calibrate};
@@ -52,6 +53,8 @@ pub struct Track {
     pub time_offset_s: f64,
     /// How the offset was found, when it was not given.
     pub search: Option<OffsetSearch>,
+    /// What height and motion say of every offset, where they say anything.
+    pub likelihood: Option<OffsetLikelihood>,
     /// Whether the fast time at which range is zero was stated, rather than found from the surface.
     pub is_calibrated: bool,
     /// Its traces before and after cleaning; none where the log holds spectra.
@@ -120,6 +123,7 @@ fn parts(recording: Recording, clocked: Clocked, cleaned: Cleaned) -> (Track, Tr
         positions: recording.positions,
         time_offset_s: clocked.time_offset_s,
         search: clocked.search,
+        likelihood: clocked.likelihood,
         is_calibrated: recording.options.clean.is_calibrated(),
         cleaned: cleaned.traces,
         calibration,

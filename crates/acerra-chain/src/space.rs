@@ -6,6 +6,9 @@ use crate::ground::{SceneError, SceneHeights, SceneOptions};
 
 const VALUE: u128 = size_of::<acerra_imaging::Complex32>() as u128;
 
+/// The level of a pixel while an image is measured and drawn.
+const LEVEL: u128 = size_of::<f32>() as u128;
+
 /// Bytes that pixels ask for, beside tables and traces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NeededBytes {
@@ -22,7 +25,7 @@ pub struct NeededBytes {
 pub fn needed_bytes(scene: &SceneOptions, looks: Option<usize>) -> Result<NeededBytes, SceneError> {
     let grid = scene.grid()?;
     let plane = grid.len() as u128;
-    let (mut memory, mut disk) = (plane * VALUE, plane * VALUE);
+    let (mut memory, mut disk) = (plane * (VALUE + LEVEL), plane * VALUE);
     if matches!(scene.heights, SceneHeights::Terrain(_)) {
         memory += plane * 4;
         disk += plane * 8;
@@ -43,13 +46,4 @@ pub(crate) fn projections_bytes(volume: &VolumeGrid) -> u128 {
     let [nx, ny, nz] = [volume.base.nx, volume.base.ny, volume.nz].map(|n| n as u128);
     // Seen from above a value, its modulus and a height; from the side and the front a power.
     nx * ny * (2 * VALUE + 4) + nz * (nx + ny) * 4
-}
-
-/// Memory that can be had without swapping, where the system tells.
-#[must_use]
-pub fn available_memory_bytes() -> Option<u64> {
-    let text = std::fs::read_to_string("/proc/meminfo").ok()?;
-    let line = text.lines().find_map(|l| l.strip_prefix("MemAvailable:"))?;
-    let kibibytes: u64 = line.split_whitespace().next()?.parse().ok()?;
-    Some(kibibytes * 1024)
 }

@@ -1,5 +1,6 @@
 //! What each stage of a run cost: seconds, and the most memory the process held.
 
+use std::fmt;
 use std::time::Instant;
 
 use serde::Serialize;
@@ -15,10 +16,31 @@ pub struct Stage {
     pub peak_memory_bytes: Option<u64>,
 }
 
+/// What a listener hears of a stage.
+#[derive(Clone, Copy, Debug)]
+pub enum StageEvent<'a> {
+    /// A stage of this name begins.
+    Started(&'static str),
+    /// It is over.
+    Finished(&'a Stage),
+}
+
+/// Hears of the stages.
+type Listener = Box<dyn Fn(StageEvent<'_>) + Send + Sync>;
+
 /// Times stages one after another.
-#[derive(Debug, Default)]
+#[derive(Default)]
 pub struct Stages {
     done: Vec<Stage>,
+    listener: Option<Listener>,
+}
+
+impl fmt::Debug for Stages {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Stages")
+            .field("done", &self.done)
+            .finish_non_exhaustive()
+    }
 }
 
 impl Stages {
@@ -33,15 +55,29 @@ impl Stages {
         stage: impl FnOnce() -> Result<T, E>,
     ) -> Result<T, E> {
         let _span = tracing::info_span!("stage", name).entered();
+        self.tell(StageEvent::Started(name));
         memory::start_peak();
         let start = Instant::now();
         let outcome = stage();
-        self.record(Stage {
+        let stage = Stage {
             name,
             seconds: start.elapsed().as_secs_f64(),
             peak_memory_bytes: memory::peak_bytes(),
-        });
+        };
+        self.tell(StageEvent::Finished(&stage));
+        self.record(stage);
         outcome
+    }
+
+    /// Tells `listener` of every stage from now on.
+    pub fn listen(&mut self, listener: impl Fn(StageEvent<'_>) + Send + Sync + 'static) {
+        self.listener = Some(Box::new(listener));
+    }
+
+    fn tell(&self, event: StageEvent<'_>) {
+        if let Some(listener) = &self.listener {
+            listener(event);
+        }
     }
 
     fn record(&mut self, stage: Stage) {

@@ -22,6 +22,24 @@ impl Rect {
     pub fn contains(&self, x: f32, y: f32) -> bool {
         x >= self.x && x <= self.right() && y >= self.y && y <= self.bottom()
     }
+    /// The rectangle with every edge moved outwards by `by`.
+    pub fn grown(&self, by: f32) -> Self {
+        Self {
+            x: self.x - by,
+            y: self.y - by,
+            width: self.width + 2.0 * by,
+            height: self.height + 2.0 * by,
+        }
+    }
+    pub fn overlaps(&self, other: &Self) -> bool {
+        self.x < other.right()
+            && other.x < self.right()
+            && self.y < other.bottom()
+            && other.y < self.bottom()
+    }
+    pub fn encloses(&self, other: &Self) -> bool {
+        self.contains(other.x, other.y) && self.contains(other.right(), other.bottom())
+    }
     fn corners(&self) -> Vec<(f32, f32)> {
         vec![
             (self.x, self.y),
@@ -155,6 +173,64 @@ pub(super) enum Item {
     },
 }
 
+impl Item {
+    /// The item moved downwards by `by` pixels.
+    pub fn lowered(self, by: f32) -> Self {
+        let lower = |rect: Rect| Rect {
+            y: rect.y + by,
+            ..rect
+        };
+        match self {
+            Self::Path {
+                mut points,
+                closed,
+                fill,
+                stroke,
+            } => {
+                points.iter_mut().for_each(|point| point.1 += by);
+                Self::Path {
+                    points,
+                    closed,
+                    fill,
+                    stroke,
+                }
+            }
+            Self::Circle {
+                x,
+                y,
+                radius,
+                fill,
+                stroke,
+            } => Self::Circle {
+                x,
+                y: y + by,
+                radius,
+                fill,
+                stroke,
+            },
+            Self::Text(text) => Self::Text(Text {
+                y: text.y + by,
+                ..text
+            }),
+            Self::Raster {
+                rect,
+                columns,
+                rows,
+                rgb,
+            } => Self::Raster {
+                rect: lower(rect),
+                columns,
+                rows,
+                rgb,
+            },
+            Self::Clip { rect, items } => Self::Clip {
+                rect: lower(rect),
+                items: items.into_iter().map(|item| item.lowered(by)).collect(),
+            },
+        }
+    }
+}
+
 /// A finished figure, ready to be written as PNG or SVG.
 #[derive(Clone, Debug)]
 pub struct Drawing {
@@ -167,6 +243,17 @@ pub struct Drawing {
     /// What the figure shows, for readers who cannot see it.
     pub description: String,
     pub(super) items: Vec<Item>,
+}
+
+impl Drawing {
+    /// The same figure, described by `description` for readers who cannot see it.
+    #[must_use]
+    pub fn described(self, description: impl Into<String>) -> Self {
+        Self {
+            description: description.into(),
+            ..self
+        }
+    }
 }
 
 /// Device pixels per CSS pixel unless a figure says otherwise: crisp on dense screens and in print.

@@ -1,48 +1,66 @@
 //! The embedded font: outlines and widths.
 
+use skrifa::instance::{LocationRef, Size};
+use skrifa::metrics::GlyphMetrics;
+use skrifa::outline::{DrawSettings, OutlinePen};
+use skrifa::raw::TableProvider;
+use skrifa::raw::tables::kern::SubtableKind;
+use skrifa::{FontRef, GlyphId, MetadataProvider};
 use std::sync::LazyLock;
-use ttf_parser::{Face, GlyphId, OutlineBuilder};
 
 /// A subset of DejaVu Sans; its licence lies beside it.
 static BYTES: &[u8] = include_bytes!("fonts/DejaVuSans-subset.ttf");
 
-static FACE: LazyLock<Face<'static>> = LazyLock::new(|| {
+static FACE: LazyLock<FontRef<'static>> = LazyLock::new(|| {
     // The bytes are part of the program and parsed by a test.
-    Face::parse(BYTES, 0).expect("the embedded font is well formed")
+    FontRef::new(BYTES).expect("the embedded font is well formed")
 });
+
+fn units_per_em(font: &FontRef<'_>) -> f32 {
+    font.head()
+        .map_or(1000.0, |head| f32::from(head.units_per_em()))
+}
 
 /// Glyphs of `text` with their pen positions in em, kerned, and the total width in em.
 fn lay_out(text: &str) -> (Vec<(GlyphId, f32)>, f32) {
-    let face = &*FACE;
-    let em = f32::from(face.units_per_em());
+    let font = &*FACE;
+    let em = units_per_em(font);
+    let charmap = font.charmap();
+    let metrics = GlyphMetrics::new(font, Size::unscaled(), LocationRef::default());
     let mut pen = 0.0;
     let mut previous = None;
     let mut glyphs = Vec::with_capacity(text.len());
     for character in text.chars() {
-        let glyph = face
-            .glyph_index(character)
-            .or_else(|| face.glyph_index('\u{FFFD}'))
-            .unwrap_or(GlyphId(0));
+        let glyph = charmap
+            .map(character)
+            .or_else(|| charmap.map('\u{FFFD}'))
+            .unwrap_or(GlyphId::NOTDEF);
         if let Some(previous) = previous {
-            pen += kerning(face, previous, glyph) / em;
+            pen += kerning(font, previous, glyph) / em;
         }
         glyphs.push((glyph, pen));
-        pen += f32::from(face.glyph_hor_advance(glyph).unwrap_or(0)) / em;
+        pen += metrics.advance_width(glyph).unwrap_or(0.0) / em;
         previous = Some(glyph);
     }
     (glyphs, pen)
 }
 
-fn kerning(face: &Face<'_>, left: GlyphId, right: GlyphId) -> f32 {
-    let Some(table) = face.tables().kern else {
+/// The kerning of a pair in font units, from the first horizontal subtable that holds it.
+fn kerning(font: &FontRef<'_>, left: GlyphId, right: GlyphId) -> f32 {
+    let Ok(table) = font.kern() else {
         return 0.0;
     };
     table
-        .subtables
-        .into_iter()
-        .filter(|subtable| subtable.horizontal && !subtable.variable)
-        .find_map(|subtable| subtable.glyphs_kerning(left, right))
-        .map_or(0.0, f32::from)
+        .subtables()
+        .filter_map(Result::ok)
+        .filter(|subtable| subtable.is_horizontal() && !subtable.is_variable())
+        .find_map(|subtable| match subtable.kind().ok()? {
+            SubtableKind::Format0(pairs) => pairs.kerning(left, right),
+            SubtableKind::Format2(classes) => classes.kerning(left, right),
+            SubtableKind::Format3(classes) => classes.kerning(left, right),
+            SubtableKind::Format1(_) => None,
+        })
+        .map_or(0.0, |units| units as f32)
 }
 
 /// Width of `text` in pixels at `size_px`.
@@ -50,6 +68,7 @@ pub(super) fn width(text: &str, size_px: f32) -> f32 {
     lay_out(text).1 * size_px
 }
 
+/// Collects glyph outlines in font units into a path in pixels.
 struct Outline {
     builder: tiny_skia::PathBuilder,
     factor: f32,
@@ -62,7 +81,7 @@ impl Outline {
     }
 }
 
-impl OutlineBuilder for Outline {
+impl OutlinePen for Outline {
     fn move_to(&mut self, x: f32, y: f32) {
         let (x, y) = self.at(x, y);
         self.builder.move_to(x, y);
@@ -87,15 +106,20 @@ impl OutlineBuilder for Outline {
 /// The outline of `text` at `size_px`, its baseline starting at the origin, y downwards; none
 /// where nothing would be inked.
 pub(super) fn outline(text: &str, size_px: f32) -> Option<tiny_skia::Path> {
-    let face = &*FACE;
+    let font = &*FACE;
+    let outlines = font.outline_glyphs();
     let mut outline = Outline {
         builder: tiny_skia::PathBuilder::new(),
-        factor: size_px / f32::from(face.units_per_em()),
+        factor: size_px / units_per_em(font),
         x: 0.0,
     };
     for (glyph, pen) in lay_out(text).0 {
         outline.x = pen * size_px;
-        let _ = face.outline_glyph(glyph, &mut outline);
+        if let Some(glyph) = outlines.get(glyph) {
+            let unscaled = DrawSettings::unhinted(Size::unscaled(), LocationRef::default());
+            // A glyph that cannot be read is drawn as far as it could be.
+            let _ = glyph.draw(unscaled, &mut outline);
+        }
     }
     outline.builder.finish()
 }
@@ -108,7 +132,7 @@ mod tests {
     fn every_character_of_the_figures_is_in_the_subset() {
         for character in "aZ09 −±×·°µΔσλφ²³⁻⁴₀→≤≥∞…–’√".chars() {
             assert!(
-                FACE.glyph_index(character).is_some(),
+                FACE.charmap().map(character).is_some(),
                 "{character} is missing"
             );
         }
@@ -123,5 +147,13 @@ mod tests {
             "{pair} against {apart}"
         );
         assert!((width("00", 12.0) - 2.0 * width("0", 12.0)).abs() < 1e-4);
+    }
+
+    #[test]
+    fn every_glyph_of_the_figures_has_an_outline() {
+        for character in "aZ09−±×·°µΔσλφ²³⁻⁴₀→≤≥∞…–’√".chars() {
+            let path = outline(&character.to_string(), 12.0);
+            assert!(path.is_some(), "{character} draws nothing");
+        }
     }
 }

@@ -1,82 +1,17 @@
 //! A focused image in decibels below its maximum.
 
-use super::colour::{Colour, Palette, look_up};
-use super::drawing::{Anchor, DEFAULT_SCALE, Drawing, Item, Stroke, Text, line};
+use super::axis::Axis;
+use super::colour::{Palette, look_up};
+use super::colour_bar::ColourBar;
+use super::display_gain::DisplayGain;
+use super::drawing::{DEFAULT_SCALE, Drawing, Item};
 use super::error::{FigureError, check_len};
-use super::frame::{Axis, ColourBar, Frame, FrameSpec, Size};
-use super::legend::{DARK, Entry, Marker, Sample, mark};
+use super::frame::{Frame, FrameSpec, Size};
+use super::image_marks::{GhostMark, Marks, SurveyMark, TargetMark};
+use super::level_window::LevelWindow;
+use super::pixel_values::PixelValues;
 use super::resample::peak_pool;
-use num_complex::Complex32;
 use rayon::prelude::*;
-
-/// The values of an image, row-major `[ny, nx]`.
-#[derive(Clone, Copy, Debug)]
-pub enum PixelValues<'a> {
-    /// Complex amplitudes; the modulus is shown.
-    Complex(&'a [Complex32]),
-    /// Amplitudes; the modulus is shown.
-    Amplitude(&'a [f32]),
-    /// Levels that are in decibels already, shown below their maximum.
-    Decibel(&'a [f32]),
-}
-
-impl PixelValues<'_> {
-    fn len(&self) -> usize {
-        match self {
-            Self::Complex(v) => v.len(),
-            Self::Amplitude(v) | Self::Decibel(v) => v.len(),
-        }
-    }
-
-    /// A number that grows with the level of one pixel and is cheap to have for every pixel; NaN
-    /// where there is no finite value.
-    fn strength(&self, index: usize) -> f64 {
-        let strength = match self {
-            Self::Complex(v) => {
-                let (re, im) = (f64::from(v[index].re), f64::from(v[index].im));
-                re * re + im * im
-            }
-            Self::Amplitude(v) => f64::from(v[index]).powi(2),
-            Self::Decibel(v) => f64::from(v[index]),
-        };
-        if strength == f64::INFINITY {
-            f64::NAN
-        } else {
-            strength
-        }
-    }
-
-    /// The level in dB against amplitude 1 that a [`strength`](Self::strength) stands for; −∞ for
-    /// zero, NaN where there is no value.
-    fn level_db(&self, strength: f64) -> f64 {
-        match self {
-            Self::Complex(_) | Self::Amplitude(_) => 10.0 * strength.log10(),
-            Self::Decibel(_) => strength,
-        }
-    }
-}
-
-/// A target to be marked and numbered.
-#[derive(Clone, Debug, PartialEq)]
-pub struct TargetMark {
-    /// East or along-track coordinate in metres.
-    pub x_m: f64,
-    /// North or across-track coordinate in metres.
-    pub y_m: f64,
-    /// What stands beside it, usually its number in the table of targets.
-    pub label: String,
-}
-
-/// A left–right ghost to be marked.
-#[derive(Clone, Debug, PartialEq)]
-pub struct GhostMark {
-    /// East or along-track coordinate in metres.
-    pub x_m: f64,
-    /// North or across-track coordinate in metres.
-    pub y_m: f64,
-    /// What stands beside it; may be empty.
-    pub label: String,
-}
 
 /// An image in decibels below its maximum, over axes in metres, with what was found in it.
 ///
@@ -106,9 +41,12 @@ pub struct ImageDb<'a> {
     pub y0_m: f64,
     /// Pixel spacing in metres.
     pub pixel_m: f64,
-    /// The lowest level shown, in dB below the reference (negative); lower levels take its colour.
-    pub floor_db: f64,
-    /// The level shown as 0 dB, in dB against amplitude 1; the image's maximum where not given.
+    /// The levels shown.
+    pub window: LevelWindow,
+    /// A gain over the image for display, such as one that makes up for range.
+    pub gain: Option<DisplayGain>,
+    /// The level shown as 0 dB, in dB against amplitude 1; the largest level, the gain included,
+    /// where not given.
     pub reference_db: Option<f64>,
     /// Colours.
     pub palette: Palette,
@@ -118,6 +56,8 @@ pub struct ImageDb<'a> {
     pub targets: Vec<TargetMark>,
     /// Ghosts, marked by dashed rings.
     pub ghosts: Vec<GhostMark>,
+    /// Surveyed points, marked by crosses.
+    pub survey: Vec<SurveyMark>,
     /// The x axis' name.
     pub x_label: String,
     /// The y axis' name.
@@ -140,12 +80,14 @@ impl<'a> ImageDb<'a> {
             x0_m: 0.0,
             y0_m: 0.0,
             pixel_m: 1.0,
-            floor_db: -40.0,
+            window: LevelWindow::Fixed { floor_db: -40.0 },
+            gain: None,
             reference_db: None,
             palette: Palette::Inferno,
             track_m: &[],
             targets: Vec::new(),
             ghosts: Vec::new(),
+            survey: Vec::new(),
             x_label: "x".to_owned(),
             y_label: "y".to_owned(),
             width_px: 860.0,
@@ -187,99 +129,128 @@ impl<'a> ImageDb<'a> {
         if !finite || x_range[1] <= x_range[0] || y_range[1] <= y_range[0] {
             return Err(nothing("the grid's extent is not a positive finite length"));
         }
-        let floor_db = if self.floor_db < 0.0 && self.floor_db.is_finite() {
-            self.floor_db
-        } else {
-            -40.0
-        };
-
-        let slender = {
-            let aspect = self.nx as f64 / self.ny as f64;
-            !(1.0 / 15.0..=15.0).contains(&aspect)
-        };
+        let shown = self.shown();
+        let marks = self.marks(x_range, y_range);
+        let aspect = self.nx as f64 / self.ny as f64;
+        let slender = !(1.0 / 15.0..=15.0).contains(&aspect);
         let note = if slender { ", not to scale" } else { "" };
         let x_axis = Axis::new(&self.x_label, "m");
         let y_axis = Axis::new(&self.y_label, format!("m{note}"));
+        let size = Size::Equal {
+            width: self.width_px,
+            plot_height: self.plot_height_px,
+        };
         let frame = Frame::new(&FrameSpec {
             title: &self.title,
-            x: &x_axis,
-            y: &y_axis,
-            x_range,
-            y_range,
-            y_downwards: false,
-            size: Size::Equal {
-                width: self.width_px,
-                plot_height: self.plot_height_px,
-            },
-            legend: &self.legend(),
+            legend: &marks.legend(),
             colour_bar: Some(ColourBar {
-                title: "level relative to the maximum (dB)".to_owned(),
+                title: self.colour_title(),
                 palette: self.palette,
-                range: [floor_db, 0.0],
+                range: [shown.floor_db, 0.0],
                 log: false,
             }),
-            top: None,
-            y_names: None,
+            ..FrameSpec::new([&x_axis, &y_axis], x_range, y_range, size)
         });
-        let raster = self.raster(&frame, floor_db);
-        let (inside, above) = self.overlay(&frame);
-        Ok(frame.finish(vec![raster], false, inside, above))
+        let raster = self.raster(&frame, shown);
+        let items = marks.items(&frame);
+        Ok(frame.finish(vec![raster], false, items, Vec::new()))
     }
 
-    fn legend(&self) -> Vec<Entry> {
-        let on_image = |label: &str, sample| Entry {
-            label: label.to_owned(),
-            sample,
-            ground: Some(Colour::Rgb(0x3A, 0x2A, 0x50)),
+    /// The lowest level that the figure shows, in dB relative to its reference.
+    #[must_use]
+    pub fn floor_db(&self) -> f64 {
+        self.shown().floor_db
+    }
+
+    fn marks(&self, x_range: [f64; 2], y_range: [f64; 2]) -> Marks<'_> {
+        Marks {
+            track_m: self.track_m,
+            targets: &self.targets,
+            ghosts: &self.ghosts,
+            survey: &self.survey,
+            x_range,
+            y_range,
+        }
+    }
+
+    fn colour_title(&self) -> String {
+        let gain = match &self.gain {
+            Some(gain) => format!(", {}", gain.name),
+            None => String::new(),
         };
-        let mut entries = Vec::new();
-        if !self.track_m.is_empty() {
-            entries.push(on_image(
-                "radar track",
-                Sample::Line(Stroke::new(TRACK, 1.6)),
-            ));
-            entries.push(on_image(
-                "its beginning",
-                Sample::Mark(Marker::Triangle, START),
-            ));
-        }
-        if !self.targets.is_empty() {
-            entries.push(on_image("target", Sample::Mark(Marker::Ring, TARGET)));
-        }
-        if !self.ghosts.is_empty() {
-            entries.push(on_image(
-                "its left–right ghost",
-                Sample::Mark(Marker::DashedRing, GHOST),
-            ));
-        }
-        entries
+        let note = self.window.note();
+        format!("level relative to the maximum{gain} (dB{note})")
     }
 
-    fn raster(&self, frame: &Frame, floor_db: f64) -> Item {
+    /// The gain at pixel (`column`, `row`) of `columns × rows` that cover the image.
+    fn gain_db(&self, (column, row): (usize, usize), (columns, rows): (usize, usize)) -> f64 {
+        let fraction = |i: usize, n: usize| (i as f64 + 0.5) / n as f64;
+        match &self.gain {
+            Some(gain) => gain.at(fraction(column, columns), fraction(row, rows)),
+            None => 0.0,
+        }
+    }
+
+    /// Reference and floor. The percentile is that of an even sample of the pixels.
+    fn shown(&self) -> Shown {
+        let size = (self.nx, self.ny);
+        let level = |column: usize, row: usize| {
+            let strength = self.pixels.strength(row * self.nx + column);
+            self.pixels.level_db(strength) + self.gain_db((column, row), size)
+        };
+        let largest = match &self.gain {
+            None => self
+                .pixels
+                .level_db(self.largest(|column, row| self.pixels.strength(row * self.nx + column))),
+            Some(_) => self.largest(level),
+        };
+        let reference_db = self.reference_db.unwrap_or(largest);
+        let step = ((self.nx * self.ny) as f64 / MOST_SAMPLED).sqrt().ceil() as usize;
+        let step = step.max(1);
+        let mut sample: Vec<f64> = match self.window {
+            LevelWindow::Fixed { .. } => Vec::new(),
+            LevelWindow::Percentile { .. } => (0..self.ny)
+                .step_by(step)
+                .flat_map(|row| (0..self.nx).step_by(step).map(move |column| (column, row)))
+                .map(|(column, row)| level(column, row))
+                .collect(),
+        };
+        Shown {
+            reference_db,
+            floor_db: self.window.floor_db(&mut sample, reference_db),
+        }
+    }
+
+    /// The largest finite value over all pixels; −∞ where there is none.
+    fn largest(&self, value: impl Fn(usize, usize) -> f64 + Sync) -> f64 {
+        let rows = (0..self.ny).into_par_iter();
+        let of_row = rows.map(|row| {
+            let values = (0..self.nx).map(|column| value(column, row));
+            let finite = values.filter(|value| value.is_finite());
+            finite.fold(f64::NEG_INFINITY, f64::max)
+        });
+        of_row.reduce(|| f64::NEG_INFINITY, f64::max)
+    }
+
+    fn raster(&self, frame: &Frame, shown: Shown) -> Item {
         let columns = frame.plot.width as usize * DEFAULT_SCALE as usize;
         let rows = frame.plot.height as usize * DEFAULT_SCALE as usize;
         let strength = |i: usize| self.pixels.strength(i);
         let pooled = peak_pool(strength, |v| v, (self.nx, self.ny), (columns, rows));
-        // Every cell is shown by some pixel, so the shown maximum is the image's.
-        let maximum = pooled
-            .iter()
-            .copied()
-            .filter(|v| v.is_finite())
-            .fold(f64::NEG_INFINITY, f64::max);
-        let reference = self
-            .reference_db
-            .unwrap_or_else(|| self.pixels.level_db(maximum));
         let table = self.palette.table();
         let mut rgb = vec![0; 3 * pooled.len()];
         rgb.par_chunks_exact_mut(3 * columns)
-            .zip(pooled.par_chunks_exact(columns).rev())
-            .for_each(|(line, row)| {
-                for (pixel, strength) in line.chunks_exact_mut(3).zip(row) {
-                    let level = self.pixels.level_db(*strength);
+            .zip(pooled.par_chunks_exact(columns).enumerate().rev())
+            .for_each(|(line, (row, strengths))| {
+                for (column, (pixel, strength)) in
+                    line.chunks_exact_mut(3).zip(strengths).enumerate()
+                {
+                    let level = self.pixels.level_db(*strength)
+                        + self.gain_db((column, row), (columns, rows));
                     let fraction = if level == f64::NEG_INFINITY {
                         0.0
                     } else {
-                        1.0 - (level - reference) / floor_db
+                        1.0 - (level - shown.reference_db) / shown.floor_db
                     };
                     pixel.copy_from_slice(&look_up(&table, fraction));
                 }
@@ -291,80 +262,16 @@ impl<'a> ImageDb<'a> {
             rgb,
         }
     }
-
-    /// Track and marks: what is clipped to the image, and what may overlap its border.
-    fn overlay(&self, frame: &Frame) -> (Vec<Item>, Vec<Item>) {
-        let mut inside = Vec::new();
-        for part in self
-            .track_m
-            .split(|p| !p[0].is_finite() || !p[1].is_finite())
-        {
-            let points: Vec<_> = part.iter().filter_map(|p| frame.at(p[0], p[1])).collect();
-            let points = thin(points);
-            if points.len() > 1 {
-                inside.push(line(points.clone(), Stroke::new(DARK, 3.6).faint(0.55)));
-                inside.push(line(points, Stroke::new(TRACK, 1.6)));
-            }
-        }
-        let mut above = Vec::new();
-        let place = |x: f64, y: f64| {
-            frame
-                .at(x, y)
-                .filter(|(px, py)| frame.plot.contains(*px, *py))
-        };
-        // A track that begins outside is marked where it comes in.
-        let start = self.track_m.iter().find_map(|p| place(p[0], p[1]));
-        if let Some((x, y)) = start {
-            above.extend(mark(Marker::Triangle, x, y, 6.0, START));
-        }
-        let ghosts = self
-            .ghosts
-            .iter()
-            .map(|g| (g.x_m, g.y_m, &g.label, Marker::DashedRing));
-        let targets = self
-            .targets
-            .iter()
-            .map(|t| (t.x_m, t.y_m, &t.label, Marker::Ring));
-        for (x, y, label, marker) in ghosts.chain(targets) {
-            let Some((px, py)) = place(x, y) else {
-                continue;
-            };
-            let colour = if marker == Marker::Ring {
-                TARGET
-            } else {
-                GHOST
-            };
-            above.extend(mark(marker, px, py, 10.0, colour));
-            let left = px + 40.0 > frame.plot.right();
-            let (offset, anchor) = if left {
-                (-14.0, Anchor::End)
-            } else {
-                (14.0, Anchor::Start)
-            };
-            above.push(Item::Text(
-                Text::new(px + offset, py - 7.0, 13.0, label.as_str())
-                    .anchor(anchor)
-                    .colour(colour)
-                    .halo(DARK),
-            ));
-        }
-        (inside, above)
-    }
 }
 
-const TRACK: Colour = Colour::Rgb(0xFF, 0xFF, 0xFF);
-const START: Colour = Colour::Rgb(0x4A, 0xDE, 0x80);
-const TARGET: Colour = Colour::Rgb(0x6E, 0xE7, 0xFF);
-const GHOST: Colour = Colour::Rgb(0xD6, 0xDC, 0xE4);
+/// Pixels from which a percentile is taken, at most.
+const MOST_SAMPLED: f64 = 1e6;
 
-/// Drops points that lie within a third of a pixel of the last one kept.
-pub(super) fn thin(points: Vec<(f32, f32)>) -> Vec<(f32, f32)> {
-    let mut kept: Vec<(f32, f32)> = Vec::with_capacity(points.len().min(4096));
-    for point in points {
-        match kept.last() {
-            Some(last) if (last.0 - point.0).hypot(last.1 - point.1) < 0.34 => {}
-            _ => kept.push(point),
-        }
-    }
-    kept
+/// The levels that colours stand for.
+#[derive(Clone, Copy, Debug)]
+struct Shown {
+    /// The level at 0 dB, in dB against amplitude 1.
+    reference_db: f64,
+    /// The lowest level told apart, relative to it.
+    floor_db: f64,
 }

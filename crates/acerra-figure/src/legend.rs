@@ -10,6 +10,7 @@ pub(super) enum Marker {
     Ring,
     DashedRing,
     Triangle,
+    Cross,
 }
 
 /// Draws `marker` about (x, y); rings carry a dark edge so that they show on any ground.
@@ -39,6 +40,20 @@ pub(super) fn mark(marker: Marker, x: f32, y: f32, radius: f32, colour: Colour) 
             circle(radius, None, Stroke::new(DARK, 3.2).faint(0.5)),
             circle(radius, None, Stroke::new(colour, 1.4).dashed(2.5, 2.5)),
         ],
+        Marker::Cross => {
+            let arm = 0.7 * radius;
+            let strokes = |stroke: Stroke| {
+                [1.0, -1.0].map(|up| {
+                    line(
+                        vec![(x - arm, y - up * arm), (x + arm, y + up * arm)],
+                        stroke,
+                    )
+                })
+            };
+            let mut items = strokes(Stroke::new(DARK, 3.6).faint(0.7)).to_vec();
+            items.extend(strokes(Stroke::new(colour, 1.6)));
+            items
+        }
         Marker::Triangle => {
             let points = |r: f32| {
                 vec![

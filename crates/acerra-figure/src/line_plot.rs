@@ -1,110 +1,15 @@
 //! Line plots: several series over one pair of axes.
 
+use super::axis::Axis;
 use super::colour::Colour;
 use super::drawing::{
     Anchor, Drawing, Fill, Item, Rect, Stroke, Text, line, polygon, rectangle, snap,
 };
 use super::error::{FigureError, check_len};
-use super::frame::{Axis, Frame, FrameSpec, Size};
-use super::image_db::thin;
+use super::frame::{Frame, FrameSpec, Size, Stacking};
 use super::legend::{Entry, Marker, Sample, mark};
-
-/// One series of a line plot.
-#[derive(Clone, Debug)]
-pub struct Series<'a> {
-    /// Its name in the legend; a series without a name is not listed.
-    pub label: String,
-    /// Abscissae.
-    pub x: &'a [f64],
-    /// Ordinates, one per abscissa; NaN breaks the line.
-    pub y: &'a [f64],
-    /// Half-widths of a band about `y` (for ±1σ), one per point; may be empty.
-    pub half_width: &'a [f64],
-    /// Whether points are joined by a line.
-    pub joined: bool,
-    /// Radius of the dot on each point in CSS pixels; none where zero.
-    pub dot_px: f32,
-    /// Width of the line in CSS pixels.
-    pub line_px: f32,
-    /// Whether the line is dashed.
-    pub dashed: bool,
-    /// Its colour; by its place in the plot where not given.
-    pub colour: Option<Colour>,
-}
-
-impl<'a> Series<'a> {
-    /// A joined line.
-    #[must_use]
-    pub fn line(label: impl Into<String>, x: &'a [f64], y: &'a [f64]) -> Self {
-        Self {
-            label: label.into(),
-            x,
-            y,
-            half_width: &[],
-            joined: true,
-            dot_px: 0.0,
-            line_px: 1.7,
-            dashed: false,
-            colour: None,
-        }
-    }
-
-    /// Dots that are not joined.
-    #[must_use]
-    pub fn dots(label: impl Into<String>, x: &'a [f64], y: &'a [f64]) -> Self {
-        Self {
-            joined: false,
-            dot_px: 2.2,
-            ..Self::line(label, x, y)
-        }
-    }
-
-    /// The same series with a shaded band of `half_width` about it.
-    #[must_use]
-    pub fn band(self, half_width: &'a [f64]) -> Self {
-        Self { half_width, ..self }
-    }
-
-    /// The same series, dashed.
-    #[must_use]
-    pub fn dashed(self) -> Self {
-        Self {
-            dashed: true,
-            ..self
-        }
-    }
-
-    /// The same series in `colour`.
-    #[must_use]
-    pub fn colour(self, colour: Colour) -> Self {
-        Self {
-            colour: Some(colour),
-            ..self
-        }
-    }
-}
-
-/// A stretch of the x axis that is shaded.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Span {
-    /// Where it begins and ends.
-    pub x: [f64; 2],
-    /// Its colour.
-    pub colour: Colour,
-    /// Its name in the legend; equal names are listed once, empty ones not at all.
-    pub label: String,
-}
-
-/// A straight line across the plot at one value.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ReferenceLine {
-    /// Whether it stands at an x value (upright) or a y value (level).
-    pub at_x: bool,
-    /// The value.
-    pub value: f64,
-    /// What stands beside it; may be empty.
-    pub label: String,
-}
+use super::polyline::{column_extremes, runs, thin, without_gaps};
+use super::series::{ReferenceLine, Series, Span};
 
 /// Several series over one pair of axes.
 #[derive(Clone, Debug)]
@@ -191,93 +96,107 @@ impl<'a> LinePlot<'a> {
     /// # Errors
     /// [`FigureError::ShapeMismatch`] where the arrays of a series differ in length.
     pub fn draw(&self) -> Result<Drawing, FigureError> {
+        self.check()?;
+        let x_range = self.x_range();
+        let frame = self.frame(x_range, Stacking::default());
+        Ok(self.fill(frame, x_range))
+    }
+
+    pub(super) fn check(&self) -> Result<(), FigureError> {
         for series in &self.series {
             check_len("series ordinates", series.x.len(), series.y.len())?;
             if !series.half_width.is_empty() {
                 check_len("series band", series.x.len(), series.half_width.len())?;
             }
         }
+        Ok(())
+    }
+
+    /// The abscissae to show: as stated, else all that occur.
+    fn x_range(&self) -> [f64; 2] {
+        let pad = if self.equal_aspect { 0.05 } else { 0.0 };
+        self.x.resolve(self.x_values(), pad)
+    }
+
+    /// All abscissae, or the ends of the range stated.
+    pub(super) fn x_values(&self) -> Box<dyn Iterator<Item = f64> + '_> {
+        if let Some(range) = self.x.range {
+            return Box::new(range.into_iter());
+        }
         let xs = self.series.iter().flat_map(|s| s.x.iter().copied());
         let spans = self.spans.iter().flat_map(|span| span.x);
-        let lines = |at_x: bool| {
-            self.references
-                .iter()
-                .filter(move |r| r.at_x == at_x)
-                .map(|r| r.value)
-        };
-        let x_pad = if self.equal_aspect { 0.05 } else { 0.0 };
-        let x_range = self.x.resolve(xs.chain(spans).chain(lines(true)), x_pad);
+        Box::new(xs.chain(spans).chain(self.reference_values(true)))
+    }
+
+    fn reference_values(&self, at_x: bool) -> impl Iterator<Item = f64> {
+        self.references
+            .iter()
+            .filter(move |r| r.at_x == at_x)
+            .map(|r| r.value)
+    }
+
+    /// The ordinates to show: as stated, else those of the points within `x_range`, with their
+    /// bands.
+    fn y_range(&self, x_range: [f64; 2]) -> [f64; 2] {
         let ys = self.series.iter().flat_map(|s| {
-            // The range follows the points that can be seen, with their bands.
             let seen = move |i: &usize| s.x[*i] >= x_range[0] && s.x[*i] <= x_range[1];
             (0..s.y.len()).filter(seen).flat_map(|i| {
-                let half = s
-                    .half_width
-                    .get(i)
-                    .copied()
-                    .filter(|h| h.is_finite())
-                    .unwrap_or(0.0);
+                let half = s.half_width.get(i).copied();
+                let half = half.filter(|h| h.is_finite()).unwrap_or(0.0);
                 [s.y[i] - half, s.y[i] + half]
             })
         });
-        let y_range = self.y.resolve(ys.chain(lines(false)), 0.06);
-        let (x_range, y_range) = if self.equal_aspect {
-            widen(x_range, y_range)
-        } else {
-            (x_range, y_range)
-        };
-        let size = if self.equal_aspect {
-            Size::Equal {
-                width: self.width_px,
-                plot_height: self.plot_height_px,
-            }
-        } else {
-            Size::Free {
-                width: self.width_px,
-                plot_height: self.plot_height_px,
-            }
-        };
-        let frame = Frame::new(&FrameSpec {
-            title: &self.title,
-            x: &self.x,
-            y: &self.y,
-            x_range,
-            y_range,
-            y_downwards: false,
-            size,
-            legend: &self.legend(),
-            colour_bar: None,
-            top: None,
-            y_names: None,
-        });
+        self.y.resolve(ys.chain(self.reference_values(false)), 0.06)
+    }
 
+    pub(super) fn frame(&self, x_range: [f64; 2], stacking: Stacking) -> Frame {
+        let (width, plot_height) = (self.width_px, self.plot_height_px);
+        let y_range = self.y_range(x_range);
+        let (x_range, y_range, size) = if self.equal_aspect {
+            let (x_range, y_range) = widen(x_range, y_range);
+            (x_range, y_range, Size::Equal { width, plot_height })
+        } else {
+            (x_range, y_range, Size::Free { width, plot_height })
+        };
+        Frame::new(&FrameSpec {
+            title: &self.title,
+            legend: &self.legend(x_range),
+            stacking,
+            ..FrameSpec::new([&self.x, &self.y], x_range, y_range, size)
+        })
+    }
+
+    /// Draws the contents into `frame`, which was laid out over `x_range`.
+    pub(super) fn fill(&self, frame: Frame, x_range: [f64; 2]) -> Drawing {
         let plot = frame.plot;
+        let corner = [x_range[0], self.y_range(x_range)[0]];
         let ground = self
             .spans
             .iter()
-            .filter_map(|span| shade(&frame, span, y_range))
+            .filter_map(|span| shade(&frame, span, corner[1]))
             .collect();
         let mut inside = Vec::new();
         let mut above = Vec::new();
         for reference in &self.references {
-            draw_reference(
-                &frame,
-                reference,
-                [x_range[0], y_range[0]],
-                &mut inside,
-                &mut above,
-            );
+            draw_reference(&frame, reference, corner, &mut inside, &mut above);
         }
         for (index, series) in self.series.iter().enumerate() {
             draw_series(&frame, plot, series, colour_of(series, index), &mut inside);
         }
-        Ok(frame.finish(ground, true, inside, above))
+        let drawing = frame.finish(ground, true, inside, above);
+        if self.title.is_empty() {
+            drawing.described(format!("{} over {}", self.y.title(), self.x.title()))
+        } else {
+            drawing
+        }
     }
 
-    fn legend(&self) -> Vec<Entry> {
+    /// Names of what can be seen over `x_range`.
+    fn legend(&self, x_range: [f64; 2]) -> Vec<Entry> {
         let mut entries = Vec::new();
         for (index, series) in self.series.iter().enumerate() {
-            if series.label.is_empty() {
+            let seen = |x: &f64| *x >= x_range[0] && *x <= x_range[1];
+            if series.label.is_empty() || !(series.x.is_empty() || series.x.iter().any(seen)) {
                 continue;
             }
             let colour = colour_of(series, index);
@@ -295,7 +214,9 @@ impl<'a> LinePlot<'a> {
             });
         }
         for span in &self.spans {
-            if span.label.is_empty() || entries.iter().any(|e: &Entry| e.label == span.label) {
+            let outside = span.x[1] < x_range[0] || span.x[0] > x_range[1];
+            let listed = |e: &Entry| e.label == span.label;
+            if span.label.is_empty() || outside || entries.iter().any(listed) {
                 continue;
             }
             let sample = Sample::Patch(span_fill(span.colour));
@@ -307,34 +228,6 @@ impl<'a> LinePlot<'a> {
         }
         entries
     }
-}
-
-/// A cut through an image peak in decibels, down to `floor_db`, with the −3 and −6 dB levels.
-///
-/// Each item of `cuts` is a name, the distances from the peak in metres, and the levels in dB.
-#[must_use]
-pub fn cut_plot<'a>(
-    title: impl Into<String>,
-    cuts: &[(&str, &'a [f64], &'a [f64])],
-    floor_db: f64,
-) -> LinePlot<'a> {
-    let mut plot = LinePlot::new(
-        title,
-        Axis::new("distance from the peak", "m"),
-        Axis::new("level", "dB").range(floor_db, 2.0),
-    );
-    for (label, distance_m, level_db) in cuts {
-        plot = plot.with(Series::line(*label, distance_m, level_db));
-    }
-    for level in [-3.0, -6.0] {
-        let label = format!("−{} dB", -level);
-        plot = plot.reference(ReferenceLine {
-            at_x: false,
-            value: level,
-            label,
-        });
-    }
-    plot
 }
 
 /// Widens the narrower of two ranges about its middle to a quarter of the other, so that a straight
@@ -375,16 +268,10 @@ fn span_fill(colour: Colour) -> Fill {
     }
 }
 
-fn shade(frame: &Frame, span: &Span, y_range: [f64; 2]) -> Option<Item> {
+fn shade(frame: &Frame, span: &Span, y_lowest: f64) -> Option<Item> {
     let plot = frame.plot;
-    let x0 = frame
-        .at(span.x[0], y_range[0])?
-        .0
-        .clamp(plot.x, plot.right());
-    let x1 = frame
-        .at(span.x[1], y_range[0])?
-        .0
-        .clamp(plot.x, plot.right());
+    let x0 = frame.at(span.x[0], y_lowest)?.0.clamp(plot.x, plot.right());
+    let x1 = frame.at(span.x[1], y_lowest)?.0.clamp(plot.x, plot.right());
     let rect = Rect {
         x: x0.min(x1),
         width: (x1 - x0).abs(),
@@ -444,7 +331,11 @@ fn draw_series(
     inside: &mut Vec<Item>,
 ) {
     let at = |i: usize| frame.at(series.x[i], series.y[i]);
-    for run in runs(series.x.len(), |i| at(i).is_some()) {
+    let usable = runs(series.x.len(), |i| at(i).is_some());
+    let unbroken = usable
+        .into_iter()
+        .flat_map(|run| without_gaps(run, series.x, series.longest_step));
+    for run in unbroken {
         if !series.half_width.is_empty() {
             let edge = |i: usize, sign: f64| {
                 let half = series.half_width[i];
@@ -481,45 +372,4 @@ fn draw_series(
             }
         }
     }
-}
-
-/// The stretches of indices below `len` for which `usable` holds.
-fn runs(len: usize, usable: impl Fn(usize) -> bool) -> Vec<std::ops::Range<usize>> {
-    let mut out = Vec::new();
-    let mut start = 0;
-    for i in 0..=len {
-        if i == len || !usable(i) {
-            if start < i {
-                out.push(start..i);
-            }
-            start = i + 1;
-        }
-    }
-    out
-}
-
-/// Reduces consecutive points in one pixel column to the first, lowest, highest and last of them:
-/// a line of a million points draws as before, from a few thousand.
-fn column_extremes(points: Vec<(f32, f32)>) -> Vec<(f32, f32)> {
-    let mut kept = Vec::with_capacity(points.len().min(4096));
-    let mut rest = points.as_slice();
-    while let Some(first) = rest.first() {
-        let column = (first.0 * 2.0).floor();
-        let count = rest
-            .iter()
-            .take_while(|p| (p.0 * 2.0).floor() == column)
-            .count();
-        let (group, after) = rest.split_at(count);
-        rest = after;
-        if count <= 4 {
-            kept.extend_from_slice(group);
-            continue;
-        }
-        let by_height = |a: &&(f32, f32), b: &&(f32, f32)| a.1.total_cmp(&b.1);
-        kept.push(group[0]);
-        kept.extend(group.iter().min_by(by_height));
-        kept.extend(group.iter().max_by(by_height));
-        kept.push(group[count - 1]);
-    }
-    thin(kept)
 }

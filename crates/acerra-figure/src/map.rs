@@ -1,10 +1,12 @@
 //! Maps: a quantity over two others, as colours with labelled contours.
 
+use super::axis::Axis;
 use super::colour::{Colour, Palette, look_up};
+use super::colour_bar::ColourBar;
 use super::contour;
 use super::drawing::{Anchor, DEFAULT_SCALE, Drawing, Item, Rect, Stroke, Text, line};
 use super::error::{FigureError, check_len};
-use super::frame::{Axis, ColourBar, Frame, FrameSpec, Size};
+use super::frame::{Frame, FrameSpec, Size};
 use super::legend::DARK;
 use super::resample::peak_pool;
 
@@ -164,21 +166,13 @@ impl<'a> Map<'a> {
         let linear = |axis: &Axis| Axis::new(&axis.label, &axis.unit);
         let frame = Frame::new(&FrameSpec {
             title: &self.title,
-            x: &linear(&self.x),
-            y: &linear(&self.y),
-            x_range,
-            y_range,
-            y_downwards: false,
-            size,
-            legend: &[],
             colour_bar: Some(ColourBar {
                 title: self.value_title.clone(),
                 palette: self.palette,
                 range: colours,
                 log: self.log_colours,
             }),
-            top: None,
-            y_names: None,
+            ..FrameSpec::new([&linear(&self.x), &linear(&self.y)], x_range, y_range, size)
         });
         let (lines, labels) = self.contour_items(&frame);
         let raster = self.raster(frame.plot, colours);
@@ -248,14 +242,8 @@ impl<'a> Map<'a> {
                         height: 18.0,
                     };
                     let plot = frame.plot;
-                    let inside = plot.contains(rect.x - 2.0, rect.y - 2.0)
-                        && plot.contains(rect.right() + 2.0, rect.bottom() + 2.0);
-                    let free = taken.iter().all(|other| {
-                        rect.x > other.right()
-                            || other.x > rect.right()
-                            || rect.y > other.bottom()
-                            || other.y > rect.bottom()
-                    });
+                    let inside = plot.encloses(&rect.grown(2.0));
+                    let free = taken.iter().all(|other| !rect.overlaps(other));
                     (inside && free).then_some((rect, x, y))
                 });
                 if let Some((rect, x, y)) = spot {

@@ -1,29 +1,15 @@
 //! Radargrams: traces against fast time.
 
-use super::colour::{Colour, Palette, look_up};
+use super::axis::Axis;
+use super::colour::{Colour, look_up};
 use super::drawing::{DEFAULT_SCALE, Drawing, Item, Stroke, line};
 use super::error::{FigureError, check_len};
-use super::frame::{Axis, ColourBar, Frame, FrameSpec, Size, TopAxis};
-use super::image_db::thin;
+use super::frame::{Frame, FrameSpec, Size, TopAxis};
 use super::legend::{DARK, Entry, Sample};
+use super::polyline::{runs, thin};
+use super::radargram_colours::{Colouring, RadargramColours};
 use super::resample::peak_pool;
 use super::ticks;
-
-/// How sample values become colours.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum RadargramColours {
-    /// Signed amplitudes, blue through white to red, symmetric about zero. The end of the scale is
-    /// `limit` where given, else the 99.5th percentile of the moduli.
-    Signed {
-        /// Amplitude at the ends of the scale.
-        limit: Option<f64>,
-    },
-    /// Moduli in decibels below the largest, down to `floor_db` (negative).
-    Decibel {
-        /// The lowest level shown, in dB.
-        floor_db: f64,
-    },
-}
 
 /// A curve of fast time over the traces, drawn on a radargram.
 #[derive(Clone, Debug, PartialEq)]
@@ -145,22 +131,22 @@ impl<'a> Radargram<'a> {
             ));
         }
 
-        let colouring = Colouring::new(self);
+        let colouring = Colouring::new(self.colours, self.samples, &self.unit);
+        let size = Size::Free {
+            width: self.width_px,
+            plot_height: self.plot_height_px,
+        };
+        let axes = [
+            &Axis::new("trace number", ""),
+            &Axis::new("fast time", "ns"),
+        ];
         let frame = Frame::new(&FrameSpec {
             title: &self.title,
-            x: &Axis::new("trace number", ""),
-            y: &Axis::new("fast time", "ns"),
-            x_range,
-            y_range,
             y_downwards: true,
-            size: Size::Free {
-                width: self.width_px,
-                plot_height: self.plot_height_px,
-            },
-            legend: &self.legend(),
+            legend: &self.legend(y_range),
             colour_bar: Some(colouring.bar.clone()),
             top: self.time_axis(x_range),
-            y_names: None,
+            ..FrameSpec::new(axes, x_range, y_range, size)
         });
         let columns = frame.plot.width as usize * DEFAULT_SCALE as usize;
         let rows = frame.plot.height as usize * DEFAULT_SCALE as usize;
@@ -184,7 +170,8 @@ impl<'a> Radargram<'a> {
         let mut inside = Vec::new();
         for (index, curve) in self.curves.iter().enumerate() {
             let stroke = self.stroke(index, curve);
-            for part in runs(&curve.fast_time_ns) {
+            let given = |i: usize| curve.fast_time_ns[i].is_finite();
+            for part in runs(self.traces, given) {
                 let at = |i: usize| frame.at(first + i as f64, curve.fast_time_ns[i]);
                 let points = thin(part.filter_map(at).collect());
                 if points.len() > 1 {
@@ -227,11 +214,15 @@ impl<'a> Radargram<'a> {
         Stroke::new(set[1 + solid % (set.len() - 1)], 1.3)
     }
 
-    fn legend(&self) -> Vec<Entry> {
+    /// Names of the curves that come into `y_range`.
+    fn legend(&self, y_range: [f64; 2]) -> Vec<Entry> {
         let ground = self.dark().then_some(Colour::Rgb(0x3A, 0x2A, 0x50));
         let mut entries: Vec<Entry> = Vec::new();
         for (index, curve) in self.curves.iter().enumerate() {
-            if !curve.label.is_empty() && entries.iter().all(|e| e.label != curve.label) {
+            let within = |t: &f64| *t >= y_range[0] && *t <= y_range[1];
+            let seen = curve.fast_time_ns.iter().any(within);
+            let listed = entries.iter().any(|e| e.label == curve.label);
+            if seen && !listed && !curve.label.is_empty() {
                 let sample = Sample::Line(self.stroke(index, curve));
                 entries.push(Entry {
                     label: curve.label.clone(),
@@ -265,97 +256,4 @@ impl<'a> Radargram<'a> {
             ticks: list,
         })
     }
-}
-
-/// The stretches of finite values, as index ranges.
-fn runs(values: &[f64]) -> Vec<std::ops::Range<usize>> {
-    let mut out = Vec::new();
-    let mut start = None;
-    for (i, value) in values.iter().chain(&[f64::NAN]).enumerate() {
-        match (value.is_finite(), start) {
-            (true, None) => start = Some(i),
-            (false, Some(from)) => {
-                out.push(from..i);
-                start = None;
-            }
-            _ => {}
-        }
-    }
-    out
-}
-
-struct Colouring {
-    bar: ColourBar,
-    /// The modulus at 0 dB, or at the ends of a signed scale.
-    unit: f64,
-}
-
-impl Colouring {
-    fn new(radargram: &Radargram<'_>) -> Self {
-        let mut moduli: Vec<f32> = radargram
-            .samples
-            .iter()
-            .map(|v| v.abs())
-            .filter(|v| v.is_finite())
-            .collect();
-        match radargram.colours {
-            RadargramColours::Signed { limit } => {
-                let unit = limit
-                    .filter(|limit| *limit > 0.0 && limit.is_finite())
-                    .or_else(|| percentile(&mut moduli, 0.995))
-                    .unwrap_or(1.0);
-                let name = &radargram.unit;
-                let title = if name.is_empty() {
-                    "amplitude".to_owned()
-                } else {
-                    format!("amplitude ({name})")
-                };
-                let bar = ColourBar {
-                    title,
-                    palette: Palette::BlueRed,
-                    range: [-unit, unit],
-                    log: false,
-                };
-                Self { bar, unit }
-            }
-            RadargramColours::Decibel { floor_db } => {
-                let floor = if floor_db < 0.0 && floor_db.is_finite() {
-                    floor_db
-                } else {
-                    -60.0
-                };
-                let unit = f64::from(moduli.iter().copied().fold(0.0, f32::max));
-                let bar = ColourBar {
-                    title: "level relative to the maximum (dB)".to_owned(),
-                    palette: Palette::Inferno,
-                    range: [floor, 0.0],
-                    log: false,
-                };
-                Self { bar, unit }
-            }
-        }
-    }
-
-    fn fraction(&self, value: f64) -> f64 {
-        if !value.is_finite() {
-            return f64::NAN;
-        }
-        if self.bar.range[1] > 0.0 {
-            return 0.5 + 0.5 * value / self.unit;
-        }
-        if value == 0.0 {
-            return 0.0;
-        }
-        1.0 - 20.0 * (value.abs() / self.unit).log10() / self.bar.range[0]
-    }
-}
-
-/// The value below which `share` of the values lie, where that is positive; else the largest where
-/// that is.
-fn percentile(values: &mut [f32], share: f64) -> Option<f64> {
-    let index = ((values.len().checked_sub(1)?) as f64 * share).round() as usize;
-    let (_, at, above) = values.select_nth_unstable_by(index, f32::total_cmp);
-    let largest = above.iter().copied().fold(*at, f32::max);
-    let chosen = if *at > 0.0 { *at } else { largest };
-    (chosen > 0.0).then_some(f64::from(chosen))
 }

@@ -1,8 +1,10 @@
 //! Drawing to inline SVG.
 
 use super::drawing::{Anchor, Drawing, Fill, Item, Stroke, Text};
-use super::markup::{base64, escape};
+use super::escape::escape;
 use super::raster::encode_png;
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD as BASE64;
 use std::fmt::Write as _;
 
 impl Drawing {
@@ -77,7 +79,7 @@ fn items(out: &mut String, list: &[Item]) {
                         number(rect.y),
                         number(rect.width),
                         number(rect.height),
-                        base64(&png)
+                        BASE64.encode(&png)
                     );
                 }
             }

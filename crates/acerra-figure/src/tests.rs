@@ -1,6 +1,6 @@
 //! What the figures show, read back from their pixels.
 
-use super::frame::{AxisScale, Frame, FrameSpec, Size};
+use super::frame::{Frame, FrameSpec, Size};
 use super::*;
 use num_complex::Complex32;
 
@@ -351,22 +351,13 @@ fn a_million_points_make_a_small_drawing_that_keeps_the_spike() {
     .with(Series::line("", &x, &y));
     let svg = plot.draw().unwrap().to_svg();
     assert!(svg.len() < 100_000, "{} bytes", svg.len());
-    let frame = Frame::new(&FrameSpec {
-        title: "",
-        x: &Axis::new("x", ""),
-        y: &Axis::new("y", ""),
-        x_range: [0.0, f64::from(n - 1)],
-        y_range: [-10.0, 10.0],
-        y_downwards: false,
-        size: Size::Free {
-            width: 860.0,
-            plot_height: 280.0,
-        },
-        legend: &[],
-        colour_bar: None,
-        top: None,
-        y_names: None,
-    });
+    let axes = [&Axis::new("x", ""), &Axis::new("y", "")];
+    let size = Size::Free {
+        width: 860.0,
+        plot_height: 280.0,
+    };
+    let x_range = [0.0, f64::from(n - 1)];
+    let frame = Frame::new(&FrameSpec::new(axes, x_range, [-10.0, 10.0], size));
     let (_, spike) = frame.at(0.0, 9.0).unwrap();
     assert!(
         svg.contains(&format!(",{}", (spike * 100.0).round() / 100.0)),
@@ -378,22 +369,12 @@ fn a_million_points_make_a_small_drawing_that_keeps_the_spike() {
 fn log_axes_place_decades_evenly() {
     let axis = Axis::new("f", "Hz").log();
     assert_eq!(axis.scale, AxisScale::Log);
-    let frame = Frame::new(&FrameSpec {
-        title: "",
-        x: &axis,
-        y: &Axis::new("", ""),
-        x_range: [1.0, 1e4],
-        y_range: [0.0, 1.0],
-        y_downwards: false,
-        size: Size::Free {
-            width: 600.0,
-            plot_height: 100.0,
-        },
-        legend: &[],
-        colour_bar: None,
-        top: None,
-        y_names: None,
-    });
+    let axes = [&axis, &Axis::new("", "")];
+    let size = Size::Free {
+        width: 600.0,
+        plot_height: 100.0,
+    };
+    let frame = Frame::new(&FrameSpec::new(axes, [1.0, 1e4], [0.0, 1.0], size));
     let x = |v: f64| frame.at(v, 0.5).unwrap().0;
     assert!(((x(100.0) - x(1.0)) - (x(1e4) - x(100.0))).abs() < 0.01);
     assert!(frame.at(-1.0, 0.5).is_none(), "no place for negatives");
@@ -621,4 +602,159 @@ fn gallery_of_everything() {
         .equal()
         .height(400.0);
     Picture::of("gallery-plan", &plan.draw().unwrap());
+}
+
+#[test]
+fn legends_name_only_what_is_inside_the_image() {
+    let values = [1.0_f32; 100];
+    let outside: Vec<[f64; 2]> = (0..10).map(|i| [f64::from(i), -50.0]).collect();
+    let mut image = ImageDb::new("", PixelValues::Amplitude(&values), 10, 10).at(0.0, 0.0, 1.0);
+    image.track_m = &outside;
+    let target = |x_m: f64| TargetMark {
+        x_m,
+        y_m: 5.0,
+        label: "1".to_owned(),
+    };
+    let survey = |x_m: f64| SurveyMark {
+        x_m,
+        y_m: 2.0,
+        label: "A".to_owned(),
+        target_distance_m: Some(0.314),
+    };
+    image.targets = vec![target(40.0)];
+    image.survey = vec![survey(-3.0)];
+    image.ghosts.push(GhostMark {
+        x_m: f64::NAN,
+        y_m: 0.0,
+        label: "ghost".to_owned(),
+    });
+    let svg = image.draw().unwrap().to_svg();
+    for word in ["radar track", "target", "ghost", "surveyed"] {
+        assert!(!svg.contains(word), "{word} is named");
+    }
+    image.targets = vec![target(4.0)];
+    image.survey = vec![survey(5.0)];
+    let svg = image.draw().unwrap().to_svg();
+    assert!(svg.contains(">target<") && svg.contains("surveyed point, with its distance"));
+    assert!(svg.contains(">A 0.31 m<"));
+}
+
+#[test]
+fn crowded_marks_keep_their_numbers_apart_and_inside() {
+    let n = 100;
+    let values = vec![1.0_f32; n * n];
+    let mut image = ImageDb::new("", PixelValues::Amplitude(&values), n, n).at(0.0, 0.0, 1.0);
+    for k in 0..50 {
+        // Half of them within a tenth of the image, some on its very edge.
+        let (x_m, y_m) = match k % 4 {
+            0 => (f64::from(k * 7 % 100), f64::from(k * 13 % 100)),
+            1 => (99.4, f64::from(2 * k)),
+            _ => (40.0 + f64::from(k * 3 % 10), 50.0 + f64::from(k * 7 % 10)),
+        };
+        image.targets.push(TargetMark {
+            x_m,
+            y_m,
+            label: (k + 1).to_string(),
+        });
+    }
+    let drawing = image.draw().unwrap();
+    Picture::of("crowded", &drawing);
+    let plot = plot_of(&drawing);
+    let clipped = drawing.items.iter().find_map(|item| match item {
+        drawing::Item::Clip { items, .. } => Some(items),
+        _ => None,
+    });
+    let mut texts: Vec<drawing::Rect> = Vec::new();
+    for item in clipped.expect("marks are clipped to the plot") {
+        let drawing::Item::Text(text) = item else {
+            continue;
+        };
+        let rect = drawing::Rect {
+            x: text.x,
+            y: text.y - 0.8 * text.size,
+            width: text.width(),
+            height: text.size,
+        };
+        assert!(plot.encloses(&rect), "{} leaves the plot", text.text);
+        for other in &texts {
+            assert!(!other.overlaps(&rect), "{} overlaps", text.text);
+        }
+        texts.push(rect);
+    }
+    assert!(texts.len() > 25, "{} numbers are drawn", texts.len());
+}
+
+#[test]
+fn a_gain_for_display_lifts_what_lies_far() {
+    // Near clutter is 60 dB above a far reflector, which the gain lifts by 60 dB.
+    let mut values = vec![1e-6_f32; 64 * 64];
+    values[5] = 1.0;
+    values[63 * 64 + 40] = 1e-3;
+    let mut image = ImageDb::new("", PixelValues::Amplitude(&values), 64, 64).at(0.0, 0.0, 1.0);
+    let brightest = |image: &ImageDb<'_>, row: usize| {
+        let drawing = image.draw().unwrap();
+        let (picture, plot) = (Picture::of("gain", &drawing), plot_of(&drawing));
+        let column = if row == 0 { 5.5 } else { 40.5 };
+        picture.at(
+            plot.x + plot.width * column / 64.0,
+            plot.bottom() - plot.height * (row as f32 + 0.5) / 64.0,
+        )
+    };
+    assert!(near(brightest(&image, 63), Palette::Inferno.at(0.0), 2));
+    image.gain = Some(DisplayGain::sample(
+        "60 dB from top to bottom",
+        [-0.5, 63.5],
+        [-0.5, 63.5],
+        |_, y| 60.0 * y / 63.0,
+    ));
+    assert!(near(brightest(&image, 63), Palette::Inferno.at(1.0), 12));
+    assert!(near(brightest(&image, 0), Palette::Inferno.at(1.0), 12));
+    assert!(image.draw().unwrap().to_svg().contains("60 dB from top"));
+}
+
+#[test]
+fn stacked_plots_share_one_axis() {
+    let (a, b) = ([0.0, 10.0], [5.0, 30.0]);
+    let y = [1.0, 1e5];
+    let time = Axis::new("time", "s");
+    let plot = |x, label: &str| {
+        let plot = LinePlot::new("", time.clone(), Axis::new(label, "m"));
+        Panel::Plot(plot.with(Series::line("", x, &y)).height(100.0))
+    };
+    let drawing = Stack::new(time.clone())
+        .with(plot(&a, "first"))
+        .with(plot(&b, "second"))
+        .with(Panel::Timeline(Timeline {
+            title: String::new(),
+            x: time.clone(),
+            rows: vec![TimelineRow {
+                label: "a rather long name of a state".to_owned(),
+                colour: Colour::Series(1),
+                stretches: vec![[0.0, 1.0]],
+            }],
+            width_px: 100.0,
+        }))
+        .draw()
+        .unwrap();
+    Picture::of("stack", &drawing);
+    let clips: Vec<_> = drawing
+        .items
+        .iter()
+        .filter_map(|item| match item {
+            drawing::Item::Clip { rect, .. } => Some(*rect),
+            _ => None,
+        })
+        .collect();
+    assert_eq!(clips.len(), 3);
+    assert!(
+        clips
+            .windows(2)
+            .all(|w| w[0].x == w[1].x && w[0].width == w[1].width)
+    );
+    assert!(clips.windows(2).all(|w| w[0].bottom() < w[1].y));
+    assert_eq!(drawing.to_svg().matches(">time (s)<").count(), 1);
+    assert!(matches!(
+        Stack::new(time).draw(),
+        Err(FigureError::NothingToDraw { .. })
+    ));
 }

@@ -1,9 +1,10 @@
 //! Time lines: which of several states held when.
 
+use super::axis::Axis;
 use super::colour::Colour;
 use super::drawing::{Drawing, Rect, rectangle};
 use super::error::FigureError;
-use super::frame::{Axis, Frame, FrameSpec, Size};
+use super::frame::{Frame, FrameSpec, Size, Stacking};
 use super::ticks::Tick;
 
 /// One state of a time line and the stretches during which it held.
@@ -58,40 +59,48 @@ impl Timeline {
     /// # Errors
     /// [`FigureError::NothingToDraw`] without rows.
     pub fn draw(&self) -> Result<Drawing, FigureError> {
+        self.check()?;
+        let frame = self.frame(self.x.resolve(self.x_values(), 0.0), Stacking::default());
+        Ok(self.fill(frame))
+    }
+
+    pub(super) fn check(&self) -> Result<(), FigureError> {
         if self.rows.is_empty() {
             return Err(FigureError::NothingToDraw {
                 what: "timeline",
                 reason: "it has no rows",
             });
         }
-        let finite = |s: &&[f64; 2]| s[0].is_finite() && s[1].is_finite();
-        let ends = self
-            .rows
-            .iter()
-            .flat_map(|r| r.stretches.iter().filter(finite))
-            .flatten();
-        let x_range = self.x.resolve(ends.copied(), 0.0);
-        let count = self.rows.len() as f64;
+        Ok(())
+    }
+
+    /// Begin and end of every stretch.
+    pub(super) fn x_values(&self) -> impl Iterator<Item = f64> {
+        let stretches = self.rows.iter().flat_map(|r| &r.stretches);
+        stretches.filter(finite).flatten().copied()
+    }
+
+    pub(super) fn frame(&self, x_range: [f64; 2], stacking: Stacking) -> Frame {
         let names = self.rows.iter().enumerate().map(|(i, row)| Tick {
             value: i as f64 + 0.5,
             label: row.label.clone(),
         });
-        let frame = Frame::new(&FrameSpec {
+        let size = Size::Free {
+            width: self.width_px,
+            plot_height: 26.0 * self.rows.len() as f32,
+        };
+        let y_range = [0.0, self.rows.len() as f64];
+        Frame::new(&FrameSpec {
             title: &self.title,
-            x: &self.x,
-            y: &Axis::new("", ""),
-            x_range,
-            y_range: [0.0, count],
             y_downwards: true,
-            size: Size::Free {
-                width: self.width_px,
-                plot_height: 26.0 * self.rows.len() as f32,
-            },
-            legend: &[],
-            colour_bar: None,
-            top: None,
             y_names: Some(names.collect()),
-        });
+            stacking,
+            ..FrameSpec::new([&self.x, &Axis::new("", "")], x_range, y_range, size)
+        })
+    }
+
+    /// Draws the bars into `frame`.
+    pub(super) fn fill(&self, frame: Frame) -> Drawing {
         let mut bars = Vec::new();
         for (i, row) in self.rows.iter().enumerate() {
             for stretch in row.stretches.iter().filter(finite) {
@@ -109,6 +118,15 @@ impl Timeline {
                 bars.push(rectangle(rect, Some(row.colour.into()), None));
             }
         }
-        Ok(frame.finish(Vec::new(), true, bars, Vec::new()))
+        let drawing = frame.finish(Vec::new(), true, bars, Vec::new());
+        if !self.title.is_empty() {
+            return drawing;
+        }
+        let names: Vec<&str> = self.rows.iter().map(|row| row.label.as_str()).collect();
+        drawing.described(format!("{} over {}", names.join(", "), self.x.title()))
     }
+}
+
+fn finite(stretch: &&[f64; 2]) -> bool {
+    stretch[0].is_finite() && stretch[1].is_finite()
 }

@@ -1,11 +1,12 @@
 //! The plan file: what is wanted and what there is.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::PlanError;
 
 /// A plan file with every default filled in.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct PlanFile {
     /// The ground to image.
@@ -21,7 +22,7 @@ pub struct PlanFile {
 }
 
 /// `[area]`: the ground to image, taken as level.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Area {
     /// Corners in order, latitude and longitude (degrees).
@@ -38,7 +39,7 @@ pub struct Area {
 }
 
 /// `[want]`: what the image shall show.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Want {
     /// Along-track resolution (m), Eq. (6).
@@ -64,7 +65,7 @@ const fn default_snr_db() -> f64 {
 }
 
 /// `[radar]`: by default the paper's PulsON P440, looking down.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Radar {
     /// Band (GHz).
@@ -101,7 +102,7 @@ impl Default for Radar {
 }
 
 /// `[drone]`: what can be flown.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Drone {
     /// Lowest height above ground (m).

@@ -12,6 +12,7 @@
 //!
 //! What cannot be is refused with the reason: [`PlanError::Impossible`].
 
+mod aliasing;
 mod curve;
 mod error;
 mod file;

@@ -6,6 +6,9 @@ use super::{Curve, PlanError};
 /// Most lines of a plan.
 const MOST_LINES: usize = 500;
 
+/// Smallest distance at which a waypoint counts as reached (m): positions by RTK are as good.
+const LEAST_ACCEPTANCE_M: f64 = 0.05;
+
 /// One line, as it is flown.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Line {
@@ -160,14 +163,31 @@ impl Lines {
         })
     }
 
-    /// Bends the lines: a waypoint every twelfth of a period.
+    /// Distance at which a waypoint counts as reached (m): as far as the drone may stray anyhow, yet
+    /// no more than a quarter of the shortest leg, so that none is skipped, nor than the amplitude of
+    /// the curve, so that its corners are not cut.
+    pub(super) fn acceptance_m(&self, stray_m: f64, curve: Option<&Curve>) -> f64 {
+        let legs = self
+            .lines
+            .iter()
+            .flat_map(|line| line.waypoints_m.windows(2));
+        let shortest_m = legs
+            .map(|leg| (leg[1][0] - leg[0][0]).hypot(leg[1][1] - leg[0][1]))
+            .fold(f64::INFINITY, f64::min);
+        let amplitude_m = curve.map_or(f64::INFINITY, |curve| curve.amplitude_m);
+        stray_m
+            .min(0.25 * shortest_m)
+            .min(amplitude_m)
+            .max(LEAST_ACCEPTANCE_M)
+    }
+
+    /// Bends the lines: their corners become the curve's waypoints.
     pub(super) fn bend(&mut self, curve: &Curve) {
         for line in &mut self.lines {
-            let length = line.end_m - line.start_m;
-            let parts = (length.abs() / (curve.period_m / 12.0)).ceil().max(1.0);
-            line.waypoints_m = (0..=parts as usize)
-                .map(|i| {
-                    let along = line.start_m + length * i as f64 / parts;
+            line.waypoints_m = curve
+                .waypoints_along_m(line.start_m, line.end_m)
+                .into_iter()
+                .map(|along| {
                     let left = line.offset_m + curve.left_m(along);
                     enu_from_line(self.heading_rad, [along, left])
                 })
@@ -234,5 +254,16 @@ mod tests {
         assert!((second.start_m - 33.0).abs() < 1e-9 && (second.end_m + 3.0).abs() < 1e-9);
         assert!((first.length_m() - 36.0).abs() < 1e-12);
         assert!((first.waypoints_m[0][1] + 2.0).abs() < 1e-9);
+        assert!((lines.acceptance_m(0.3, None) - 0.3).abs() < 1e-12);
+        assert!((lines.acceptance_m(50.0, None) - 9.0).abs() < 1e-12);
+        assert!((lines.acceptance_m(0.0, None) - LEAST_ACCEPTANCE_M).abs() < 1e-12);
+        let curve = Curve {
+            amplitude_m: 0.2,
+            period_m: 6.0,
+            waypoints_per_period: 2,
+            waypoint_tolerance_m: 0.05,
+            ghost: Vec::new(),
+        };
+        assert!((lines.acceptance_m(0.3, Some(&curve)) - 0.2).abs() < 1e-12);
     }
 }

@@ -36,7 +36,10 @@ const RELATIVE_ALTITUDE: u8 = 1;
 pub fn to_qgroundcontrol(plan: &FlightPlan, flight: &Flight) -> Value {
     let s = &plan.summary;
     let transit_m_s = plan.file.drone.max_speed_m_s;
-    let mut items = Items::default();
+    let mut items = Items {
+        acceptance_m: s.waypoint_acceptance_m,
+        list: Vec::new(),
+    };
     items.place(TAKE_OFF, &plan.place([0.0; 2], s.height_m));
     let mut reach_m = 0.0f64;
     for line in &plan.lines.lines[flight.first_line..=flight.last_line] {
@@ -82,7 +85,7 @@ pub fn to_qgroundcontrol(plan: &FlightPlan, flight: &Flight) -> Value {
             "cruiseSpeed": transit_m_s,
             "hoverSpeed": s.speed_m_s,
             "plannedHomePosition": [home_lat, home_lon, plan.file.area.home_height_m],
-            "items": items.0,
+            "items": items.list,
         },
         "geoFence": {
             "version": 2,
@@ -97,17 +100,24 @@ pub fn to_qgroundcontrol(plan: &FlightPlan, flight: &Flight) -> Value {
     })
 }
 
-#[derive(Default)]
-struct Items(Vec<Value>);
+struct Items {
+    acceptance_m: f64,
+    list: Vec<Value>,
+}
 
 impl Items {
-    /// An item at a place: its fourth parameter, the yaw, is left to the autopilot.
+    /// An item at a place. The second parameter of a waypoint is its acceptance radius; the fourth,
+    /// the yaw, is left to the autopilot.
     fn place(&mut self, command: u16, place: &Geodetic) {
         let degrees = |v: f64| json!((v * 1e9).round() / 1e9);
         let height = json!((place.height_m * 1e3).round() / 1e3);
+        let acceptance = match command {
+            WAYPOINT => json!((self.acceptance_m * 1e3).round() / 1e3),
+            _ => json!(0),
+        };
         let params = [
             json!(0),
-            json!(0),
+            acceptance,
             json!(0),
             Value::Null,
             degrees(place.latitude_deg()),
@@ -137,7 +147,7 @@ impl Items {
             "type": "SimpleItem",
             "autoContinue": true,
             "command": command,
-            "doJumpId": self.0.len() + 1,
+            "doJumpId": self.list.len() + 1,
             "frame": frame,
             "params": params,
         });
@@ -146,7 +156,7 @@ impl Items {
             fields.insert("Altitude".to_owned(), height);
             fields.insert("AltitudeMode".to_owned(), json!(RELATIVE_ALTITUDE));
         }
-        self.0.push(item);
+        self.list.push(item);
     }
 }
 
@@ -286,6 +296,13 @@ mod tests {
         let waypoints = commands.iter().filter(|c| **c == 16).count();
         let corners: usize = plan.lines.lines.iter().map(|l| l.waypoints_m.len()).sum();
         assert_eq!(waypoints, corners);
+        for item in items.iter().filter(|item| item["command"] == 16) {
+            let radius_m = item["params"][1].as_f64().expect("an acceptance radius");
+            assert!(
+                (radius_m - plan.file.drone.stray_m).abs() < 1e-9,
+                "{radius_m}"
+            );
+        }
         // Each line is flown at its own speed: the change stands after its first corner.
         let first = commands.iter().position(|c| *c == 16).expect("a waypoint");
         assert_eq!(commands[first + 1], 178);

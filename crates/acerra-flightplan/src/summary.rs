@@ -7,7 +7,8 @@ use serde::Serialize;
 use super::polygon::Polygon;
 use super::swath::View;
 use super::{
-    Curve, Flight, LIGHT_SPEED_M_S, Lines, PlanError, PlanFile, Swath, flights, image_snr_db, lines,
+    Curve, Flight, LIGHT_SPEED_M_S, Lines, PlanError, PlanFile, Radar, Swath, aliasing, flights,
+    image_snr_db, lines,
 };
 
 /// How many heights are tried.
@@ -61,6 +62,8 @@ pub struct Summary {
     pub step_m: f64,
     /// The longest without aliasing (m).
     pub longest_step_m: f64,
+    /// Strongest alias along the track (dB) where the distance between scans is longer.
+    pub alias_db: Option<f64>,
     /// Scans a second.
     pub scans_hz: f64,
     /// Expected along-track resolution (m), Eq. (6).
@@ -71,6 +74,8 @@ pub struct Summary {
     pub across_m: [f64; 2],
     /// Signal-to-noise ratio (dB) of the weakest wanted target at both ends of the swath.
     pub snr_db: [f64; 2],
+    /// Distance at which a waypoint counts as reached (m).
+    pub waypoint_acceptance_m: f64,
     /// The wave of the lines; none when straight, whose ghosts are as strong as their targets.
     pub curve: Option<Curve>,
     /// Random ranging error of each position (m, standard deviation) that costs 1 dB of the peak.
@@ -125,7 +130,9 @@ impl FlightPlan {
             lines.bend(curve);
             flights = flights::divide(&file.drone, &lines.lines, swath.height_m, speed_m_s)?;
         }
-        let warnings = warnings(&file, &view, &swath, curve.as_ref());
+        let alias_db = alias_db(&file, &view, &swath, speed_m_s)?;
+        let mut warnings = warnings(&swath, curve.as_ref());
+        warnings.extend(sampling_warning(&file.radar, &view, speed_m_s, alias_db)?);
         let ends = [swath.near_m, swath.far_m];
         let theory = |e: acerra_imaging::ImagingError| PlanError::Impossible(e.to_string());
         let resolution_m = range_m(file.radar.bandwidth_hz(), LIGHT_SPEED_M_S).map_err(theory)?;
@@ -155,11 +162,13 @@ impl FlightPlan {
             half_view_deg: view.half_rad.to_degrees(),
             step_m,
             longest_step_m: view.longest_step_m,
+            alias_db,
             scans_hz: file.radar.scans_hz,
             along_m: along_track_m(centre_hz, view.half_rad, LIGHT_SPEED_M_S).map_err(theory)?,
             range_m: resolution_m,
             across_m: [across(ends[0])?, across(ends[1])?],
             snr_db: ends.map(snr),
+            waypoint_acceptance_m: lines.acceptance_m(file.drone.stray_m, curve.as_ref()),
             curve: curve.clone(),
             // exp(−(4πσ/λ)²) of the power is left of a peak under random ranging errors.
             position_error_for_1_db_m: (0.1 * std::f64::consts::LN_10).sqrt() * LIGHT_SPEED_M_S
@@ -202,35 +211,55 @@ impl FlightPlan {
     }
 }
 
-/// The speed asked for, or the fastest with a tenth to spare.
+/// The speed asked for, or the fastest without aliasing and a tenth to spare.
 fn speed(file: &PlanFile, view: &View) -> Result<f64, PlanError> {
     let (drone, scans_hz) = (&file.drone, file.radar.scans_hz);
-    let limit = view.longest_step_m * scans_hz;
-    let view_deg = view.half_rad.to_degrees();
     if let Some(speed) = drone.speed_m_s {
-        if speed > limit {
-            return Err(PlanError::Impossible(format!(
-                "at {speed} m/s and {scans_hz} scans a second the scans are {:.3} m apart; a view \
-                 of ±{view_deg:.1}° aliases beyond {:.3} m: fly at {limit:.2} m/s or slower, take \
-                 {:.0} scans a second, or ask for less along the track",
-                speed / scans_hz,
-                view.longest_step_m,
-                (speed / view.longest_step_m).ceil(),
-            )));
-        }
         return Ok(speed);
     }
+    let limit = view.longest_step_m * scans_hz;
     let speed = (0.9 * limit).min(drone.max_speed_m_s);
     if speed < drone.min_speed_m_s {
         return Err(PlanError::Impossible(format!(
-            "{scans_hz} scans a second sample ±{view_deg:.1}° without aliasing only up to {limit:.2} \
-             m/s, slower than the drone's {} m/s: take {:.0} scans a second, or ask for less along \
-             the track",
+            "{scans_hz} scans a second sample ±{:.1}° without aliasing only up to {limit:.2} m/s, \
+             slower than the drone's {} m/s: take {:.0} scans a second, ask for less along the \
+             track, or state drone.speed_m_s to have the aliases at that speed computed",
+            view.half_rad.to_degrees(),
             drone.min_speed_m_s,
             (drone.min_speed_m_s / (0.9 * view.longest_step_m)).ceil(),
         )));
     }
     Ok(speed)
+}
+
+/// The strongest alias in decibels where scans lie further apart than the wanted view allows.
+fn alias_db(
+    file: &PlanFile,
+    view: &View,
+    swath: &Swath,
+    speed_m_s: f64,
+) -> Result<Option<f64>, PlanError> {
+    let scans_hz = file.radar.scans_hz;
+    let step_m = speed_m_s / scans_hz;
+    if step_m <= view.longest_step_m {
+        return Ok(None);
+    }
+    let level = aliasing::level(file, view, swath, step_m)?;
+    let level_db = 20.0 * level.log10();
+    if level > aliasing::TOLERATED {
+        return Err(PlanError::Impossible(format!(
+            "at {speed_m_s} m/s and {scans_hz} scans a second the scans are {step_m:.3} m apart; a \
+             view of ±{:.1}° aliases beyond {:.3} m, here with {level_db:.0} dB, more than the \
+             {:.0} dB of an aperture's sidelobes: fly at {:.2} m/s or take {:.0} scans a second to \
+             have none, or ask for less along the track",
+            view.half_rad.to_degrees(),
+            view.longest_step_m,
+            20.0 * aliasing::TOLERATED.log10(),
+            view.longest_step_m * scans_hz,
+            (speed_m_s / view.longest_step_m).ceil(),
+        )));
+    }
+    Ok(Some(level_db))
 }
 
 /// The height with the shortest time in the air.
@@ -287,16 +316,44 @@ fn best_height(
         })
 }
 
-fn warnings(file: &PlanFile, view: &View, swath: &Swath, curve: Option<&Curve>) -> Vec<String> {
+/// What limits the sampling along the track leaves to say.
+fn sampling_warning(
+    radar: &Radar,
+    view: &View,
+    speed_m_s: f64,
+    alias_db: Option<f64>,
+) -> Result<Option<String>, PlanError> {
+    let step_m = speed_m_s / radar.scans_hz;
+    let whole_beam_m = aliasing::beam_step_m(radar)?;
+    let remedy = format!(
+        "{:.2} m/s or {:.0} scans a second sample the whole beam of {}°",
+        whole_beam_m * radar.scans_hz,
+        (speed_m_s / whole_beam_m).ceil(),
+        radar.beam_deg
+    );
+    Ok(match alias_db {
+        Some(level_db) => Some(format!(
+            "scans {:.0} mm apart alias within the view of ±{:.1}°: {level_db:.0} dB along the track, \
+             spread by the band; {remedy}",
+            1e3 * step_m,
+            view.half_rad.to_degrees(),
+        )),
+        None if step_m > whole_beam_m => {
+            // λ/(4 sin θ) turned round.
+            let sampled_rad = (whole_beam_m * radar.half_beam_rad().sin() / step_m).asin();
+            Some(format!(
+                "scans {:.0} mm apart sample ±{:.1}° without aliasing: echoes from further ahead or \
+                 behind add faint aliases along the track; {remedy}",
+                1e3 * step_m,
+                sampled_rad.to_degrees(),
+            ))
+        }
+        None => None,
+    })
+}
+
+fn warnings(swath: &Swath, curve: Option<&Curve>) -> Vec<String> {
     let mut warnings = Vec::new();
-    if view.half_rad < 0.95 * file.radar.half_beam_rad() {
-        warnings.push(format!(
-            "the beam of {}° sees more than the ±{:.1}° sampled without aliasing: limit the \
-             aperture to that view when processing",
-            file.radar.beam_deg,
-            view.half_rad.to_degrees()
-        ));
-    }
     if swath.near_m > 0.0 {
         warnings.push(format!(
             "less than {:.1} m beside a line the ground is resolved more coarsely than wanted; \

@@ -6,6 +6,7 @@ use crate::trajectory::{Attitude, Fix, Trajectory};
 
 /// How the body's axes are found where no attitude was recorded.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct HeadingOptions {
     /// Below this horizontal speed (m/s) the track says nothing about the nose.
     pub min_speed_m_s: f64,
@@ -19,6 +20,22 @@ impl Default for HeadingOptions {
             min_speed_m_s: 0.3,
             window_s: 1.0,
         }
+    }
+}
+
+impl HeadingOptions {
+    /// The same with another speed from which the track tells the heading (m/s).
+    #[must_use]
+    pub const fn with_min_speed_m_s(mut self, min_speed_m_s: f64) -> Self {
+        self.min_speed_m_s = min_speed_m_s;
+        self
+    }
+
+    /// The same with another time over which the velocity is taken (s).
+    #[must_use]
+    pub const fn with_window_s(mut self, window_s: f64) -> Self {
+        self.window_s = window_s;
+        self
     }
 }
 

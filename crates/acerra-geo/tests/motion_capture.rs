@@ -85,10 +85,7 @@ fn positions_between_frames() {
         return;
     };
     for method in [Method::Linear, Method::Smooth] {
-        let options = InterpolationOptions {
-            method,
-            max_gap_s: None,
-        };
+        let options = InterpolationOptions::default().with_method(method);
         let at = Interpolator::new(&track, &options);
         // Short losses of sight are bridged by default; the strict see them.
         for (t, want) in [
@@ -112,10 +109,7 @@ fn positions_between_frames() {
         // Straight lines between frames, by the independent script; the spline differs by noise.
         assert!((total - 8.609_250).abs() < if method == Method::Linear { 1e-5 } else { 0.02 });
     }
-    let strict = InterpolationOptions {
-        max_gap_s: Some(2.5 / 360.0),
-        ..Default::default()
-    };
+    let strict = InterpolationOptions::default().with_max_gap_s(2.5 / 360.0);
     let at = Interpolator::new(&track, &strict);
     assert_eq!(at.at(14.251).flag, Flag::InGap);
     assert_eq!(at.at(27.285).flag, Flag::AfterEnd);

@@ -125,9 +125,9 @@ impl<'a> Meter<'a> {
         self.control
     }
 
-    /// Adds contributions that are done.
+    /// Adds contributions that are done; none count once the run is cancelled.
     pub fn add(&self, contributions: u64) {
-        if self.control.progress.is_some() {
+        if self.control.progress.is_some() && !self.is_cancelled() {
             let before = self.done.fetch_add(contributions, Ordering::Relaxed);
             self.control.report(Progress {
                 done: before + contributions,

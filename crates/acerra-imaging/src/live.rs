@@ -1,4 +1,4 @@
-//! An image that grows as pulses come in.
+//! Incremental imaging: an image to which pulses are added as they arrive.
 
 use crate::control::Control;
 use crate::error::ImagingError;

@@ -1,4 +1,5 @@
-//! Looks: the aperture cut along the track, each part an image of its own, their powers summed.
+//! Looks: the aperture partitioned along the track, each part an image of its own, their powers
+//! summed.
 //!
 //! Looks see a place from different directions: their speckle differs, and the mean of their
 //! powers fluctuates less (by the square root of their number where they do not overlap), at the
@@ -29,7 +30,7 @@ pub struct Look {
     pub weight: Vec<f64>,
 }
 
-/// Cuts a track into `count` looks of equal path, each sharing the part `overlap` of its path with
+/// Partitions a track into `count` looks of equal path, each sharing the part `overlap` of its path with
 /// the next.
 ///
 /// # Errors
@@ -80,14 +81,14 @@ pub fn looks(
     let length = so_far / (1.0 + (count - 1) as f64 * (1.0 - overlap));
     (0..count)
         .map(|k| {
-            // A trifle inwards, so that rounding does not move a pulse on the cut.
-            let trifle = 1e-9 * so_far;
+            // A small margin inwards, so that rounding does not move a pulse on the boundary.
+            let margin = 1e-9 * so_far;
             let from = k as f64 * length * (1.0 - overlap);
-            let first = path_m.partition_point(|s| *s < from - trifle);
+            let first = path_m.partition_point(|s| *s < from - margin);
             let end = if k + 1 == count {
                 path_m.len()
             } else {
-                path_m.partition_point(|s| *s < from + length - trifle)
+                path_m.partition_point(|s| *s < from + length - margin)
             };
             if first >= end {
                 return Err(ImagingError::Empty { what: "look" });

@@ -8,7 +8,9 @@
 
 mod cuts;
 pub mod deliver;
+mod display;
 pub mod image_npz;
+pub mod names;
 pub mod outcome;
 pub mod pictures;
 pub mod report;

@@ -4,19 +4,68 @@ use acerra_imaging::Complex32;
 use acerra_imaging::metrics::Target;
 use acerra_radar::{Radargram, Samples};
 
+use crate::display::{DARK_SHARE, WINDOW, range_gain};
 use crate::outcome::Outcome;
 use crate::report::Picture;
+use acerra_chain::choices::Background;
 use acerra_chain::clean::CleanedTraces;
 use acerra_figure::{
     FastTimeCurve, FigureError, GhostMark, ImageDb, PixelValues, Radargram as RadargramFigure,
-    RadargramColours, TargetMark,
+    RadargramColours, SurveyMark, TargetMark,
 };
+
+/// How to read `image.png`, in words.
+#[must_use]
+pub fn image_caption(outcome: &Outcome) -> String {
+    let pixels = &outcome.focused.pixels;
+    let grid = &pixels.grid;
+    let mut caption = format!(
+        "Modulus of Eq. (3) on {} × {} pixels of {} m {}. Colours span the levels from the {:.0}th \
+         percentile of the pixels up to the maximum. Circles are targets, dotted circles their \
+         left–right ghosts; numbers are those of the table.",
+        grid.nx,
+        grid.ny,
+        grid.pixel_m,
+        pixels.describe(),
+        100.0 * DARK_SHARE
+    );
+    if range_gain(outcome).is_some() {
+        caption.push_str(
+            " For display alone, levels are multiplied by R², R being the distance to the nearest \
+             point of the track; image.npz and the table of targets are not.",
+        );
+    }
+    caption
+}
 
 /// `image.png`: the image in decibels below its maximum, with track, targets and ghosts.
 ///
 /// # Errors
 /// A picture too large to hold.
 pub fn image(outcome: &Outcome) -> Result<Vec<u8>, FigureError> {
+    image_with_survey(outcome, Vec::new())
+}
+
+/// A surveyed point with its distance to the nearest target.
+#[must_use]
+pub fn survey_mark(name: &str, [x_m, y_m]: [f64; 2], targets: &[Target]) -> SurveyMark {
+    let to = |t: &Target| (t.x_m - x_m).hypot(t.y_m - y_m);
+    SurveyMark {
+        x_m,
+        y_m,
+        label: name.to_owned(),
+        target_distance_m: targets.iter().map(to).min_by(f64::total_cmp),
+    }
+}
+
+/// `image.png` with surveyed points over it (see [`survey_mark`]).
+///
+/// # Errors
+/// A picture too large to hold.
+pub fn image_with_survey(
+    outcome: &Outcome,
+    survey: Vec<SurveyMark>,
+) -> Result<Vec<u8>, FigureError> {
     let grid = &outcome.focused.pixels.grid;
     let mut track: Vec<[f64; 2]> = Vec::new();
     for flown in &outcome.prepared.tracks {
@@ -33,6 +82,9 @@ pub fn image(outcome: &Outcome) -> Result<Vec<u8>, FigureError> {
     )
     .at(grid.x0_m, grid.y0_m, grid.pixel_m);
     figure.track_m = &track;
+    figure.window = WINDOW;
+    figure.gain = range_gain(outcome);
+    figure.survey = survey;
     for (k, target) in outcome.measured.targets.iter().enumerate() {
         figure.targets.push(mark(target, k));
         if let Some(ghost) = target.ghost {
@@ -56,13 +108,14 @@ pub fn of_stacks(outcome: &Outcome) -> Result<Vec<(String, Picture)>, FigureErro
     if let Some(multilook) = &outcome.focused.multilook {
         let amplitude: Vec<f32> = multilook.power.iter().map(|p| p.sqrt()).collect();
         let looks = multilook.traces.len();
-        let figure = ImageDb::new(
+        let mut figure = ImageDb::new(
             format!("Mean power of {looks} looks"),
             PixelValues::Amplitude(&amplitude),
             grid.nx,
             grid.ny,
         )
         .at(grid.x0_m, grid.y0_m, grid.pixel_m);
+        figure.window = WINDOW;
         made.push((
             "multilook.png".to_owned(),
             Picture {
@@ -88,13 +141,17 @@ pub fn of_stacks(outcome: &Outcome) -> Result<Vec<(String, Picture)>, FigureErro
                 volume.base.z_m,
                 grid.pixel_m,
             );
+            figure.window = WINDOW;
             figure.x_label = axis.to_owned();
             figure.y_label = "z".to_owned();
             made.push((
                 format!("volume-{name}.png"),
                 Picture {
                     png: figure.draw()?.to_png()?,
-                    alt: format!("The volume seen from the {from}"),
+                    alt: format!(
+                        "The volume seen from the {from}: greatest level over {axis} and height, \
+                         in decibels below the maximum"
+                    ),
                     caption: format!(
                         "{} slices of {} m (volume.npz) seen from the {from}: the greatest level \
                          along the other axis.",
@@ -151,13 +208,12 @@ pub fn radargram_raw(outcome: &Outcome, traces: &CleanedTraces) -> Result<Vec<u8
             dashed: false,
         });
     }
-    draw(
-        "Raw radargram, zero-timed",
-        outcome,
-        &traces.raw,
-        -80.0,
-        curves,
-    )
+    let title = if traces.shift_s == 0.0 {
+        "Raw radargram"
+    } else {
+        "Raw radargram, zero-timed"
+    };
+    draw(title, outcome, &traces.raw, -80.0, curves)
 }
 
 /// `radargram.png`: the traces that entered the image, with 2h/c and the gate.
@@ -166,12 +222,24 @@ pub fn radargram_raw(outcome: &Outcome, traces: &CleanedTraces) -> Result<Vec<u8
 /// A picture too large to hold.
 pub fn radargram_clean(outcome: &Outcome, traces: &CleanedTraces) -> Result<Vec<u8>, FigureError> {
     draw(
-        "Radargram without background, gated",
+        &clean_title(outcome, traces),
         outcome,
         &traces.clean,
         -50.0,
         surface_and_gate(outcome, traces),
     )
+}
+
+/// What was done to the traces that enter the image, in few words.
+fn clean_title(outcome: &Outcome, traces: &CleanedTraces) -> String {
+    let background = !matches!(outcome.campaign.preprocess.background, Background::None);
+    let title = match (background, traces.gate_s.is_some()) {
+        (true, true) => "Radargram without background, gated",
+        (true, false) => "Radargram without background",
+        (false, true) => "Radargram, gated",
+        (false, false) => "Radargram as it entered the image",
+    };
+    title.to_owned()
 }
 
 fn draw(

@@ -5,11 +5,15 @@ use acerra_imaging::psf::{Cell, PointSpread};
 use acerra_imaging::resolution::displacement_m;
 
 use super::cuts::{cuts, spread_of};
+use super::pictures::image_caption;
 use crate::outcome::Outcome;
 use crate::report::{
-    AlignmentEvidence, Fact, GhostRow, Picture, ReportData, SurfaceEvidence, TargetRow,
-    TrajectoryEvidence, Widths,
+    AlignmentEvidence, EvidenceRow, Fact, GhostRow, Picture, ReportData, SurfaceEvidence,
+    TargetRow, TrackEvidence, TrajectoryEvidence, Verdict, Widths,
 };
+use acerra_chain::Track;
+use acerra_chain::evidence::Finding;
+use acerra_chain::offset::OffsetSearch;
 use acerra_chain::stages::Stage;
 
 /// Gathers the report's data.
@@ -20,19 +24,13 @@ pub fn collect(
     raw_png: Vec<u8>,
     clean_png: Vec<u8>,
 ) -> ReportData {
-    let ground = &outcome.focused.pixels;
-    let grid = &ground.grid;
     let image = Picture {
         png: image_png,
-        alt: "The focused image in decibels below its maximum, with the radar's track".to_owned(),
-        caption: format!(
-            "Modulus of Eq. (3) on {} × {} pixels of {} m {}; circles are targets, dotted circles \
-             their left–right ghosts.",
-            grid.nx,
-            grid.ny,
-            grid.pixel_m,
-            ground.describe()
-        ),
+        alt:
+            "The focused image in decibels below its maximum, with the radar's track, the targets \
+              and their left–right ghosts"
+                .to_owned(),
+        caption: image_caption(outcome),
     };
     let picture = |png: Vec<u8>, alt: &str, caption: &str| {
         (!png.is_empty()).then(|| Picture {
@@ -47,25 +45,31 @@ pub fn collect(
         summary: summary(outcome),
         version: env!("CARGO_PKG_VERSION").to_owned(),
         facts: facts(outcome),
+        evidence: outcome
+            .evidence
+            .findings()
+            .iter()
+            .map(evidence_row)
+            .collect(),
         warnings: outcome.warnings.clone(),
         image: Some(image),
         targets: rows(outcome, spread.as_ref()),
         remarks: at_nadir(outcome, spread.as_ref()),
         radargram_raw: picture(
             raw_png,
-            "The raw radargram",
+            "Radargram as recorded: traces from left to right, fast time downwards, levels in \
+             decibels, with 2h/c, the gate and the surface echo as picked",
             "Selected traces as recorded, fast time shifted to 2R/c: the surface echo should \
              follow 2h/c.",
         ),
         radargram_clean: picture(
             clean_png,
-            "The radargram that entered the image",
-            "The same traces without background and outside clutter.",
+            "Radargram that entered the image: traces from left to right, fast time downwards, \
+             levels in decibels, with 2h/c and the gate",
+            "The same traces as they entered the image; the title says what was taken off.",
         ),
         pictures: Vec::new(),
-        trajectory: Some(trajectory(outcome)),
-        alignment: alignment(outcome),
-        surface: surface(outcome),
+        tracks: tracks(outcome),
         choices: choices(outcome),
         inputs: outcome.inputs.clone(),
         stages: stages.to_vec(),
@@ -161,7 +165,7 @@ fn at_nadir(outcome: &Outcome, spread: Option<&PointSpread>) -> Vec<String> {
         ("Targets", "lie")
     };
     vec![format!(
-        "{noun} {} {verb} under the track, nearer than the resolution across it. There the image \
+        "{noun} {} {verb} under the track, nearer than the Rayleigh width across it. There the image \
          cannot tell a small height error from a shift across the track: by Eq. (14), an image \
          plane {:.0} cm too high moves a target by up to {moved_m:.2} m to either side. Along the \
          track no such thing happens.",
@@ -200,56 +204,120 @@ fn row(target: &Target) -> TargetRow {
     }
 }
 
-fn trajectory(outcome: &Outcome) -> TrajectoryEvidence {
+/// One entry per track; a campaign of one track needs no name for it.
+fn tracks(outcome: &Outcome) -> Vec<TrackEvidence> {
+    let several = outcome.prepared.tracks.len() > 1;
+    let tracks = outcome.prepared.tracks.iter();
+    tracks
+        .map(|track| TrackEvidence {
+            name: if several {
+                track.name.clone()
+            } else {
+                String::new()
+            },
+            trajectory: Some(trajectory(outcome, track)),
+            alignment: track.search.as_ref().map(alignment),
+            surface: surface(outcome, track),
+        })
+        .collect()
+}
+
+/// Times of a track's traces as its trajectory counts them (s).
+fn trajectory_time_s(outcome: &Outcome, track: &Track) -> Vec<f64> {
+    let radar_time_s = &outcome.prepared.aligned.time_s[track.range.clone()];
+    radar_time_s
+        .iter()
+        .map(|t| t + track.time_offset_s)
+        .collect()
+}
+
+fn trajectory(outcome: &Outcome, track: &Track) -> TrajectoryEvidence {
     let aligned = &outcome.prepared.aligned;
-    let clock = |t: &f64| t + outcome.prepared.first().time_offset_s;
-    // Lines break between tracks: the first place of a later one is left out of the drawing.
-    let mut position_m = aligned.position_m.clone();
-    for track in outcome.prepared.tracks.iter().skip(1) {
-        position_m[track.range.start] = [f64::NAN; 3];
-    }
+    let range = track.range.clone();
     TrajectoryEvidence {
-        time_s: aligned.time_s.iter().map(clock).collect(),
-        position_m,
-        sigma_m: aligned.sigma_m.clone(),
-        status: aligned.status.clone(),
+        time_s: trajectory_time_s(outcome, track),
+        position_m: aligned.position_m[range.clone()].to_vec(),
+        // Deviations are known of all traces or of none.
+        sigma_m: aligned
+            .sigma_m
+            .get(range.clone())
+            .unwrap_or_default()
+            .to_vec(),
+        status: aligned.status[range].to_vec(),
         plane_z_m: outcome.focused.pixels.middle_m(),
         used_s: None,
     }
 }
 
-fn alignment(outcome: &Outcome) -> Option<AlignmentEvidence> {
-    let search = outcome.prepared.first().search.as_ref()?;
-    Some(AlignmentEvidence {
-        offset_s: search
-            .motion
-            .curve
-            .iter()
-            .map(|(offset, _)| *offset)
-            .collect(),
-        score: search
-            .motion
-            .curve
-            .iter()
-            .map(|(_, score)| *score)
-            .collect(),
-        chosen_s: search.time_offset_s,
-        score_name: "correlation of the radargram's change with the platform's speed".to_owned(),
-        remark: format!(
-            "Motion correlates best at {:.3} s ({:.2}; next best {:.2}); about there the image is \
-             sharpest at {:.3} s, {:.2} times the median of the {} offsets tried.",
-            search.motion.offset_s,
-            search.motion.correlation,
-            search.motion.runner_up,
-            search.time_offset_s,
-            search.sharpness_ratio,
-            search.sharpness.offset_s.len()
-        ),
-    })
+fn evidence_row(finding: &Finding) -> EvidenceRow {
+    EvidenceRow {
+        name: finding.name.replace('_', " "),
+        value: finding.value,
+        expected: finding.expected,
+        sigma: finding.sigma,
+        unit: finding.unit.to_owned(),
+        verdict: match finding.verdict {
+            acerra_chain::evidence::Verdict::Agrees => Verdict::Agrees,
+            acerra_chain::evidence::Verdict::Doubtful => Verdict::Doubtful,
+            acerra_chain::evidence::Verdict::Contradicts => Verdict::Contradicts,
+        },
+        explanation: finding.explanation.clone(),
+    }
 }
 
-fn surface(outcome: &Outcome) -> Option<SurfaceEvidence> {
-    let traces = outcome.prepared.cleaned()?;
+fn alignment(search: &OffsetSearch) -> AlignmentEvidence {
+    let total = &search.likelihood.total;
+    let best = total.best().1;
+    // What is far less likely than the best is drawn as just that.
+    let stride = (total.log_likelihood.len() / 4000).max(1);
+    let (offset_s, score) = (0..total.log_likelihood.len())
+        .step_by(stride)
+        .map(|k| {
+            (
+                total.offset_s(k),
+                (total.log_likelihood[k] - best).max(-60.0),
+            )
+        })
+        .unzip();
+    let estimate = &search.estimate;
+    let mut remark = format!(
+        "The offset is {:.4} ± {:.4} s by height, motion and sharpness together.",
+        estimate.offset_s, estimate.sigma_s
+    );
+    if let Some(height) = &search.likelihood.height {
+        remark += &format!(" Height alone says {:.3} s.", height.offset_s);
+    }
+    if let Some(motion) = &search.likelihood.motion {
+        remark += &format!(" Motion alone says {:.3} s.", motion.offset_s);
+    }
+    if let Some(sharpness) = &estimate.sharpness {
+        remark += &format!(
+            " The image is sharpest at {:.4} ± {:.4} s, of {} offsets tried.",
+            sharpness.offset_s,
+            sharpness.sigma_s,
+            search.sharpness.offset_s.len()
+        );
+    }
+    match estimate.second {
+        Some((second_s, below)) => {
+            remark += &format!(
+                " The most likely other offset is {second_s:.3} s, at a log-likelihood {below:.0} \
+                 below."
+            );
+        }
+        None => remark += " Every other offset tried is out of the question.",
+    }
+    AlignmentEvidence {
+        offset_s,
+        score,
+        chosen_s: estimate.offset_s,
+        score_name: "log-likelihood below the best".to_owned(),
+        remark,
+    }
+}
+
+fn surface(outcome: &Outcome, track: &Track) -> Option<SurfaceEvidence> {
+    let traces = track.cleaned.as_ref()?;
     let surface = traces.surface.as_ref()?;
     let half_c = 0.5 * outcome.campaign.image.light_speed_m_s;
     let residual = match (surface.median_residual_s, surface.spread_s) {
@@ -262,14 +330,15 @@ fn surface(outcome: &Outcome) -> Option<SurfaceEvidence> {
         ),
         _ => "The echo was not found in enough traces to compare it with the height.".to_owned(),
     };
+    let aligned = &outcome.prepared.aligned;
     Some(SurfaceEvidence {
-        time_s: outcome.prepared.aligned.time_s.clone(),
+        time_s: trajectory_time_s(outcome, track),
         picked_range_m: surface
             .fast_time_s
             .iter()
             .map(|t| t.map_or(f64::NAN, |t| t * half_c))
             .collect(),
-        height_m: outcome.prepared.aligned.height_m.clone(),
+        height_m: aligned.height_m[track.range.clone()].to_vec(),
         shift_ns: traces.shift_s * 1e9,
         remark: residual,
     })

@@ -1,6 +1,6 @@
 //! A run: from a campaign file to its products.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use acerra_chain::campaign::{Campaign, Contradictions};
 use acerra_chain::echoes::ImageError;
@@ -12,6 +12,7 @@ use acerra_chain::{Cancelled, ChainError, Control, ImageSink, Journal};
 use anyhow::Context;
 
 use crate::deliver::deliver;
+use crate::names::{PRODUCTS, of_older_run};
 use crate::outcome::Outcome;
 use crate::space::check_space;
 use crate::stack_npz::NpzSink;
@@ -37,11 +38,13 @@ pub fn run_campaign(
         name: name_of_campaign(file),
         campaign: campaign.resolved_in(folder),
     };
-    let staging = Staging::new(directory)?;
+    inputs_are_kept(file, &campaign.campaign, directory)?;
+    let mut staging = Staging::new(directory)?;
+    staging.supersede(of_older_run(directory));
     // Pixels that cannot be held are refused before anything is read.
-    check_space(&campaign.campaign, staging.folder())?;
+    check_space(&campaign.campaign, &staging.folder())?;
     let inputs = journal.stage("read", |_| record_inputs(file, &campaign.campaign))?;
-    let mut sink = NpzSink::new(staging.folder());
+    let mut sink = NpzSink::new(&staging.folder());
     let mut outcome = process(campaign, &mut sink, journal, control)?;
     outcome.inputs = inputs;
     deliver(&outcome, staging, &mut journal.stages)?;
@@ -140,21 +143,45 @@ pub fn process(
 
 /// Size and digest of every file that a campaign reads, each once.
 fn record_inputs(file: &Path, campaign: &Campaign) -> anyhow::Result<Vec<InputFile>> {
-    let each = campaign.each_track();
-    let logs = each
-        .iter()
-        .flat_map(|one| std::iter::once(one.radar.file.as_path()).chain(one.position_files()));
-    let files = std::iter::once(file)
-        .chain(logs)
-        .chain(campaign.image.terrain.as_deref());
     let mut inputs = Vec::new();
-    for path in files {
-        let input = InputFile::record(path).with_context(|| format!("{}", path.display()))?;
+    for path in input_paths(file, campaign) {
+        let input = InputFile::record(&path).with_context(|| format!("{}", path.display()))?;
         if !inputs.contains(&input) {
             inputs.push(input);
         }
     }
     Ok(inputs)
+}
+
+/// The campaign file and every file that it names.
+fn input_paths(file: &Path, campaign: &Campaign) -> Vec<PathBuf> {
+    let each = campaign.each_track();
+    let logs = each
+        .iter()
+        .flat_map(|one| std::iter::once(one.radar.file.as_path()).chain(one.position_files()));
+    std::iter::once(file)
+        .chain(logs)
+        .chain(campaign.image.terrain.as_deref())
+        .map(Path::to_owned)
+        .collect()
+}
+
+/// Refuses a directory in which a product would take the place of an input.
+fn inputs_are_kept(file: &Path, campaign: &Campaign, directory: &Path) -> anyhow::Result<()> {
+    let inputs: Vec<PathBuf> = input_paths(file, campaign)
+        .into_iter()
+        .filter_map(|path| path.canonicalize().ok())
+        .collect();
+    for name in PRODUCTS {
+        let place = directory.join(name);
+        let clash = place.canonicalize().is_ok_and(|p| inputs.contains(&p));
+        anyhow::ensure!(
+            !clash,
+            "{}: is an input and would be overwritten; name another directory with -o",
+            place.display()
+        );
+    }
+    Ok(())
 }
 
 /// What a campaign is called: as its file, or as the folder of one that is called `campaign`.

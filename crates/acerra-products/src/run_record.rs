@@ -76,17 +76,21 @@ pub struct RunRecord<'a> {
 pub struct SearchRecord<'a> {
     /// The offset taken (s).
     pub time_offset_s: f64,
-    /// The offset of the best correlation of motion (s).
-    pub motion_offset_s: f64,
-    /// That correlation.
-    pub correlation: f64,
-    /// The best correlation elsewhere.
-    pub runner_up: f64,
-    /// How sure motion is, 0 to 1.
-    pub confidence: f64,
-    /// Best sharpness over the median of those tried.
-    pub sharpness_ratio: f64,
-    /// Sharpness of the image about that offset.
+    /// Its standard deviation (s).
+    pub sigma_s: f64,
+    /// The most likely other offset (s), and the log-likelihood by which it is surpassed.
+    pub second: Option<[f64; 2]>,
+    /// The offset by the height of the surface echo alone (s).
+    pub height_offset_s: Option<f64>,
+    /// The offset by motion alone (s).
+    pub motion_offset_s: Option<f64>,
+    /// Share of the radargram's change that the speed explains there.
+    pub motion_explained: Option<f64>,
+    /// The offset by the sharpness of images alone, and its standard deviation (s).
+    pub sharpness_offset_s: Option<[f64; 2]>,
+    /// The fast time at which range is zero by the surface echo, and its standard deviation (ns).
+    pub delay_ns: Option<[f64; 2]>,
+    /// Sharpness of the images about the offsets that height and motion leave.
     pub sharpness: CurveRecord<'a>,
 }
 
@@ -224,13 +228,22 @@ impl<'a> RunRecord<'a> {
 
 impl<'a> SearchRecord<'a> {
     fn of(search: &'a OffsetSearch) -> Self {
+        let estimate = &search.estimate;
+        let (height, motion) = (&search.likelihood.height, &search.likelihood.motion);
         Self {
-            time_offset_s: search.time_offset_s,
-            motion_offset_s: search.motion.offset_s,
-            correlation: search.motion.correlation,
-            runner_up: search.motion.runner_up,
-            confidence: search.motion.confidence,
-            sharpness_ratio: search.sharpness_ratio,
+            time_offset_s: estimate.offset_s,
+            sigma_s: estimate.sigma_s,
+            second: estimate.second.map(|(offset_s, below)| [offset_s, below]),
+            height_offset_s: height.as_ref().map(|cue| cue.offset_s),
+            motion_offset_s: motion.as_ref().map(|cue| cue.offset_s),
+            motion_explained: motion.as_ref().map(|cue| cue.explained),
+            sharpness_offset_s: estimate
+                .sharpness
+                .as_ref()
+                .map(|cue| [cue.offset_s, cue.sigma_s]),
+            delay_ns: estimate
+                .delay_s
+                .map(|(delay_s, sigma_s)| [delay_s * 1e9, sigma_s * 1e9]),
             sharpness: CurveRecord::of(&search.sharpness),
         }
     }

@@ -4,8 +4,12 @@ use std::path::Path;
 
 use acerra_chain::ChainError;
 use acerra_chain::campaign::Campaign;
-use acerra_chain::space::{available_memory_bytes, needed_bytes};
+use acerra_chain::memory::available_memory_bytes;
+use acerra_chain::space::needed_bytes;
 use anyhow::ensure;
+
+/// Bytes that tables, traces, pictures and threads take beside the pixels of an ordinary run.
+const BESIDE_PIXELS: u128 = 64 << 20;
 
 /// Refuses a campaign whose pixels do not fit memory or disk, before anything is read.
 ///
@@ -16,8 +20,9 @@ pub fn check_space(campaign: &Campaign, output: &Path) -> anyhow::Result<()> {
     let needed = needed_bytes(&scene, campaign.image.looks).map_err(ChainError::from)?;
     if let Some(available) = available_memory_bytes() {
         ensure!(
-            needed.memory <= u128::from(available),
-            "[image] needs {} bytes of memory, {available} bytes are available",
+            needed.memory + BESIDE_PIXELS <= u128::from(available),
+            "[image] needs {} bytes of memory and about {BESIDE_PIXELS} for all else, {available} \
+             bytes are available",
             needed.memory
         );
     }

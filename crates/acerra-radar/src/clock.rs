@@ -117,9 +117,13 @@ pub fn recover_clock(message_ids: &[u16], timestamps_ms: &[u32]) -> RadioClock {
     if stretches.len() > 1 && stamps.len() / stretches.len() < EVEN_STRETCH {
         return uneven(ClockBasis::RadioStamps);
     }
-    even(
-        &numbers, &stamps, &stretches, &strays, median_ms, numbering, wrapped,
-    )
+    Stamped {
+        numbers: &numbers,
+        stamps: &stamps,
+        strays: &strays,
+        median_ms,
+    }
+    .even_clock(&stretches, numbering, wrapped)
 }
 
 /// Stamps as a rising count, ms, beyond the wrap at 2³².
@@ -385,70 +389,81 @@ fn merge(
     merged
 }
 
-fn even(
-    numbers: &[f64],
-    stamps: &[f64],
-    pieces: &[[usize; 2]],
-    strays: &[bool],
+/// Scans with their numbers and unwrapped stamps.
+struct Stamped<'a> {
+    numbers: &'a [f64],
+    /// Radio time, ms.
+    stamps: &'a [f64],
+    /// Stamps that belong to no stretch of even clock.
+    strays: &'a [bool],
     median_ms: f64,
-    numbering: Numbering,
-    wrapped: bool,
-) -> RadioClock {
-    let line_of = |[first, end]: [usize; 2]| {
-        Line::through(
-            (first..end)
-                .filter(|&i| !strays[i])
-                .map(|i| (numbers[i], stamps[i])),
-        )
-    };
-    let longest = pieces
-        .iter()
-        .copied()
-        .max_by_key(|p| p[1] - p[0])
-        .unwrap_or([0, 0]);
-    let shared_ms = line_of(longest).slope(median_ms);
-    let mut time_ms = vec![0.0; stamps.len()];
-    let mut stretches = Vec::new();
-    let mut lost = 0.0;
-    for &[first, end] in pieces {
-        let line = line_of([first, end]);
-        let slope = if end - first >= OWN_INTERVAL {
-            line.slope(shared_ms)
-        } else {
-            shared_ms
+}
+
+impl Stamped<'_> {
+    /// Times on a straight line through each piece's stamps, `[first, end)`.
+    fn even_clock(&self, pieces: &[[usize; 2]], numbering: Numbering, wrapped: bool) -> RadioClock {
+        let Self {
+            numbers,
+            stamps,
+            strays,
+            median_ms,
+        } = *self;
+        let line_of = |[first, end]: [usize; 2]| {
+            Line::through(
+                (first..end)
+                    .filter(|&i| !strays[i])
+                    .map(|i| (numbers[i], stamps[i])),
+            )
         };
-        for i in first..end {
-            time_ms[i] = line.at(numbers[i], slope);
-        }
-        lost += numbers[end - 1] - numbers[first] - (end - first - 1) as f64;
-        stretches.push(ClockStretch {
-            first,
-            scans: end - first,
-            interval_s: slope * 1e-3,
-        });
-    }
-    let residuals = || {
-        stamps
+        let longest = pieces
             .iter()
-            .zip(&time_ms)
-            .zip(strays)
-            .filter(|(_, stray)| !**stray)
-            .map(|((s, t), _)| s - t)
-    };
-    let kept = residuals().count().max(1) as f64;
-    let rms_ms = (residuals().map(|r| r * r).sum::<f64>() / kept).sqrt();
-    let max_ms = residuals().fold(0.0, |m: f64, r| m.max(r.abs()));
-    let zero_ms = time_ms[0];
-    RadioClock {
-        time_s: time_ms.iter().map(|t| (t - zero_ms) * 1e-3).collect(),
-        basis: ClockBasis::EvenRadioClock,
-        numbering,
-        interval_s: shared_ms * 1e-3,
-        stretches,
-        lost_scans: lost as u64,
-        residual_rms_s: rms_ms * 1e-3,
-        residual_max_s: max_ms * 1e-3,
-        stray_stamps: strays.iter().filter(|s| **s).count(),
-        wrapped,
+            .copied()
+            .max_by_key(|p| p[1] - p[0])
+            .unwrap_or([0, 0]);
+        let shared_ms = line_of(longest).slope(median_ms);
+        let mut time_ms = vec![0.0; stamps.len()];
+        let mut stretches = Vec::new();
+        let mut lost = 0.0;
+        for &[first, end] in pieces {
+            let line = line_of([first, end]);
+            let slope = if end - first >= OWN_INTERVAL {
+                line.slope(shared_ms)
+            } else {
+                shared_ms
+            };
+            for i in first..end {
+                time_ms[i] = line.at(numbers[i], slope);
+            }
+            lost += numbers[end - 1] - numbers[first] - (end - first - 1) as f64;
+            stretches.push(ClockStretch {
+                first,
+                scans: end - first,
+                interval_s: slope * 1e-3,
+            });
+        }
+        let residuals = || {
+            stamps
+                .iter()
+                .zip(&time_ms)
+                .zip(strays)
+                .filter(|(_, stray)| !**stray)
+                .map(|((s, t), _)| s - t)
+        };
+        let kept = residuals().count().max(1) as f64;
+        let rms_ms = (residuals().map(|r| r * r).sum::<f64>() / kept).sqrt();
+        let max_ms = residuals().fold(0.0, |m: f64, r| m.max(r.abs()));
+        let zero_ms = time_ms[0];
+        RadioClock {
+            time_s: time_ms.iter().map(|t| (t - zero_ms) * 1e-3).collect(),
+            basis: ClockBasis::EvenRadioClock,
+            numbering,
+            interval_s: shared_ms * 1e-3,
+            stretches,
+            lost_scans: lost as u64,
+            residual_rms_s: rms_ms * 1e-3,
+            residual_max_s: max_ms * 1e-3,
+            stray_stamps: strays.iter().filter(|s| **s).count(),
+            wrapped,
+        }
     }
 }

@@ -3,6 +3,8 @@
 //! ```text
 //! file ──read──► RadarLog ──radargram──► Radargram ──clean::*──► Radargram ──spectrum_at──► Spectrum
 //!                (whole scans, report)   (one window, even clock)
+//!                                            ├──align::*────► offset between the clocks, delay
+//!                                            └──quality::*──► outliers, coupling, spectrum, surface
 //! ```
 //!
 //! | format | read | written | recognised by |
@@ -12,7 +14,8 @@
 //! | neutral NPZ ([`npz`]) | `data` or `spectrum`, any number type | yes | ZIP signature |
 //!
 //! Readers stream, hand on whole scans only, report what they skip ([`ReadReport`]), and allocate
-//! nothing for what a header merely claims ([`Limits`]).
+//! nothing for what a header merely claims ([`Limits`]). Long operations can be stopped and tell of
+//! their progress ([`Control`]).
 //!
 //! From a file to spectra, with the height of each trace known:
 //!
@@ -38,10 +41,12 @@ pub mod align;
 pub mod clean;
 pub mod mrm;
 pub mod npz;
+pub mod quality;
 pub mod ret;
 
 mod clock;
 mod constants;
+mod control;
 mod info;
 mod limits;
 mod log;
@@ -56,6 +61,7 @@ mod value;
 
 pub use clock::{ClockBasis, ClockStretch, Numbering, RadioClock, recover_clock};
 pub use constants::{DEFAULT_STEP_BINS, FAST_TIME_BIN_S, SPEED_OF_LIGHT_M_S, two_way_delay_s};
+pub use control::{Cancelled, Control};
 pub use info::{FileInfo, FileKind, Levels, LogInfo, file_info, levels};
 pub use limits::Limits;
 pub use log::{ConfigEvent, LogFormat, RadarLog, ReadError};

@@ -4,10 +4,11 @@
 /// that only claim to be large.
 ///
 /// ```
-/// let limits = acerra_radar::Limits { max_samples: 1_000_000, ..Default::default() };
+/// let limits = acerra_radar::Limits::default().with_max_samples(1_000_000);
 /// assert!(limits.max_scan_samples > 10_000);
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Limits {
     /// Samples (or spectral values) held from one file.
     pub max_samples: usize,
@@ -24,5 +25,28 @@ impl Default for Limits {
             max_scan_samples: 1 << 17,
             max_line_bytes: 1 << 22,
         }
+    }
+}
+
+impl Limits {
+    /// The same with another number of samples held from one file.
+    #[must_use]
+    pub const fn with_max_samples(mut self, max_samples: usize) -> Self {
+        self.max_samples = max_samples;
+        self
+    }
+
+    /// The same with another number of samples in one scan.
+    #[must_use]
+    pub const fn with_max_scan_samples(mut self, max_scan_samples: usize) -> Self {
+        self.max_scan_samples = max_scan_samples;
+        self
+    }
+
+    /// The same with another length of a line, bytes.
+    #[must_use]
+    pub const fn with_max_line_bytes(mut self, max_line_bytes: usize) -> Self {
+        self.max_line_bytes = max_line_bytes;
+        self
     }
 }

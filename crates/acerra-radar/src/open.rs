@@ -68,6 +68,12 @@ pub fn read(mut reader: impl Read + Seek, limits: &Limits) -> Result<RadarFile, 
     if ret::recognise(&head) {
         return Ok(RadarFile::Log(ret::read_ret(reader, limits)?));
     }
+    if let Some(kind) = foreign_kind(&head)
+        && !mrm::begins_with_scan(&head)
+    {
+        let found = kind.to_owned();
+        return Err(ReadError::Unrecognised { found }.into());
+    }
     match mrm::recognise(&head) {
         Recognised::Mrm => Ok(RadarFile::Log(mrm::read_mrm(reader, limits)?)),
         Recognised::Swapped(at) => Err(ReadError::WrongEndian {
@@ -83,6 +89,46 @@ pub fn read(mut reader: impl Read + Seek, limits: &Limits) -> Result<RadarFile, 
             found: describe(&head),
         }
         .into()),
+    }
+}
+
+/// Kinds of file that are no radar log, by their first bytes.
+const FOREIGN: [(&[u8], &str); 14] = [
+    (b"\x89PNG\r\n\x1a\n", "a PNG image"),
+    (b"\xff\xd8\xff", "a JPEG image"),
+    (b"GIF8", "a GIF image"),
+    (b"II*\0", "a TIFF image"),
+    (b"MM\0*", "a TIFF image"),
+    (b"%PDF-", "a PDF document"),
+    (b"\x1f\x8b", "a gzip archive: unpack it first"),
+    (b"BZh", "a bzip2 archive: unpack it first"),
+    (b"\xfd7zXZ\0", "an xz archive: unpack it first"),
+    (b"7z\xbc\xaf\x27\x1c", "a 7-Zip archive: unpack it first"),
+    (
+        b"\x93NUMPY",
+        "a single NumPy array: save it in an NPZ archive",
+    ),
+    (b"\x89HDF\r\n\x1a\n", "an HDF5 or MATLAB 7.3 file"),
+    (b"MATLAB 5.0 MAT-file", "a MATLAB file"),
+    (b"\x7fELF", "a program"),
+];
+
+/// What a file of another kind is, where its first bytes tell.
+fn foreign_kind(head: &[u8]) -> Option<&'static str> {
+    let known = FOREIGN.iter().find(|(mark, _)| head.starts_with(mark));
+    known
+        .map(|(_, kind)| *kind)
+        .or_else(|| is_pickle(head).then_some("a Python pickle: save it as an NPZ archive"))
+}
+
+/// Whether a file begins as a binary pickle does: PROTO with a version of 2 to 5, then, from
+/// version 4 on, a frame, else an opcode that can begin an object (Python's `pickletools`).
+fn is_pickle(head: &[u8]) -> bool {
+    match head {
+        [0x80, 4 | 5, 0x95, ..] => head.len() >= 11 && head[9..11] == [0, 0],
+        // Short pickles go without a frame.
+        [0x80, 2..=5, opcode, ..] => b"](}c)X\x8cKMJUBCGNl".contains(opcode),
+        _ => false,
     }
 }
 

@@ -92,6 +92,16 @@ pub enum BlemishKind {
         /// Bytes of it that are there.
         found: u64,
     },
+    /// A SCAN_INFO message with samples beyond what the radio can send, or far beyond those of its
+    /// neighbours where no message follows: foreign bytes. It is not used.
+    ImplausibleSamples {
+        /// The scan's number.
+        message_id: u16,
+        /// The message's index in the scan.
+        index: u16,
+        /// Largest modulus among the samples.
+        largest: u32,
+    },
     /// A SCAN_INFO message that contradicts itself.
     BadHeader(HeaderFault),
     /// The fast-time window changes between scans.
@@ -180,6 +190,15 @@ impl fmt::Display for BlemishKind {
             }
             Self::UnreadableBytes { count } => write!(f, "{count} bytes belong to no message"),
             Self::CutOffMessage { found } => write!(f, "message cut off after {found} bytes"),
+            Self::ImplausibleSamples {
+                message_id,
+                index,
+                largest,
+            } => write!(
+                f,
+                "scan {message_id}: message {index} holds foreign bytes (a sample of {largest}); \
+                 not used"
+            ),
             Self::BadHeader(fault) => write!(f, "SCAN_INFO header: {fault}"),
             Self::WindowChanged { from, to } => write!(f, "window changes from {from} to {to}"),
             Self::Reconfigured => f.write_str("the radio is configured anew"),
@@ -217,6 +236,8 @@ pub struct ReadReport {
     pub out_of_order_messages: u64,
     /// Bytes that belong to no message, cut-off messages included.
     pub unreadable_bytes: u64,
+    /// Messages whose samples were foreign bytes.
+    pub implausible_messages: u64,
     /// Other messages or events met, by name.
     pub other_events: BTreeMap<String, u64>,
     /// The first thousand blemishes.
@@ -232,6 +253,7 @@ impl ReadReport {
         self.blemish_count == 0
     }
 
+    /// Records a blemish and keeps the counts.
     pub(crate) fn add(&mut self, place: Place, kind: BlemishKind) {
         match &kind {
             BlemishKind::IncompleteScan { .. } | BlemishKind::SampleCount { .. } => {
@@ -239,6 +261,7 @@ impl ReadReport {
             }
             BlemishKind::RepeatedMessage { .. } => self.repeated_messages += 1,
             BlemishKind::OutOfOrder { .. } => self.out_of_order_messages += 1,
+            BlemishKind::ImplausibleSamples { .. } => self.implausible_messages += 1,
             BlemishKind::UnreadableBytes { count } => self.unreadable_bytes += count,
             BlemishKind::CutOffMessage { found } => self.unreadable_bytes += found,
             BlemishKind::CutOffLine | BlemishKind::LineSamples { .. } => self.incomplete_scans += 1,
@@ -259,5 +282,30 @@ impl ReadReport {
             "(others)"
         };
         *self.other_events.entry(name.to_owned()).or_default() += 1;
+    }
+}
+
+/// `799 whole scans of 3196 messages; 1 incomplete`.
+impl fmt::Display for ReadReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{} whole scans of {} messages",
+            self.whole_scans, self.scan_messages
+        )?;
+        let mut sign = ';';
+        for (count, what) in [
+            (self.incomplete_scans, "incomplete"),
+            (self.repeated_messages, "messages repeated"),
+            (self.out_of_order_messages, "messages out of order"),
+            (self.implausible_messages, "messages of foreign bytes"),
+            (self.unreadable_bytes, "bytes that belong to no message"),
+        ] {
+            if count > 0 {
+                write!(f, "{sign} {count} {what}")?;
+                sign = ',';
+            }
+        }
+        Ok(())
     }
 }

@@ -40,11 +40,28 @@ pub enum RunChoice {
 /// How a log becomes a radargram. By default raw scans are preferred to band-passed ones and these
 /// to motion-filtered ones, and the longest run is taken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub struct RadargramOptions {
     /// Filtering wanted; `None` prefers raw.
     pub filtering: Option<Filtering>,
     /// Run wanted among those of that filtering.
     pub run: RunChoice,
+}
+
+impl RadargramOptions {
+    /// The same with the filtering wanted.
+    #[must_use]
+    pub const fn with_filtering(mut self, filtering: Filtering) -> Self {
+        self.filtering = Some(filtering);
+        self
+    }
+
+    /// The same with the run wanted.
+    #[must_use]
+    pub const fn with_run(mut self, run: RunChoice) -> Self {
+        self.run = run;
+        self
+    }
 }
 
 /// A radargram out of a log, and what it was made from.

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 /// How the moving part of a flight is told.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct MovingOptions {
     /// Speed from which the platform counts as moving, m/s; `None` takes a quarter of the speed
     /// that is exceeded in one twentieth of the traces.
@@ -18,6 +19,22 @@ impl Default for MovingOptions {
             threshold_m_s: None,
             bridge: 50,
         }
+    }
+}
+
+impl MovingOptions {
+    /// The same with a speed from which the platform counts as moving, m/s.
+    #[must_use]
+    pub const fn with_threshold_m_s(mut self, threshold_m_s: f64) -> Self {
+        self.threshold_m_s = Some(threshold_m_s);
+        self
+    }
+
+    /// The same with another number of traces that a halt may last.
+    #[must_use]
+    pub const fn with_bridge(mut self, bridge: usize) -> Self {
+        self.bridge = bridge;
+        self
     }
 }
 

@@ -2,6 +2,7 @@
 
 use num_complex::{Complex32, Complex64};
 
+use crate::control::Cancelled;
 use crate::radargram::{Radargram, Samples};
 
 /// A stored sample that stages widen to double precision, work on, and narrow again.
@@ -30,14 +31,27 @@ impl Value for Complex32 {
 
 /// A stage that changes samples in place, whatever their kind.
 pub(crate) trait InPlace {
-    fn run<V: Value>(&self, samples: &mut [V], traces: usize, samples_per_trace: usize);
+    fn run<V: Value>(&self, samples: &mut [V], shape: Shape) -> Result<(), Cancelled>;
+}
+
+/// Traces and samples per trace of what a stage works on.
+#[derive(Clone, Copy)]
+pub(crate) struct Shape {
+    pub traces: usize,
+    pub samples_per_trace: usize,
 }
 
 /// Runs a stage over a radargram's samples.
-pub(crate) fn in_place(radargram: &mut Radargram, stage: &impl InPlace) {
-    let (traces, n) = (radargram.traces, radargram.samples_per_trace);
+///
+/// # Errors
+/// If the stage was stopped; the samples are then of no use.
+pub(crate) fn in_place(radargram: &mut Radargram, stage: &impl InPlace) -> Result<(), Cancelled> {
+    let shape = Shape {
+        traces: radargram.traces,
+        samples_per_trace: radargram.samples_per_trace,
+    };
     match &mut radargram.samples {
-        Samples::Real(v) => stage.run(v, traces, n),
-        Samples::Complex(v) => stage.run(v, traces, n),
+        Samples::Real(v) => stage.run(v, shape),
+        Samples::Complex(v) => stage.run(v, shape),
     }
 }

@@ -122,10 +122,7 @@ fn a_known_offset_is_found() {
         "{found:?}"
     );
     // Restricted to a range without the truth, it still answers, and less surely.
-    let search = OffsetSearch {
-        range_s: Some([offset + 2.0, offset + 4.0]),
-        ..Default::default()
-    };
+    let search = OffsetSearch::default().within([offset + 2.0, offset + 4.0]);
     let wrong = coarse_offset(&radargram.time_s, &curve, &times, &speeds, &search).unwrap();
     assert!(wrong.correlation < 0.8);
 }
@@ -152,18 +149,12 @@ fn what_cannot_be_aligned_is_refused() {
         coarse_offset(&rising, &rising, &rising[..2], &rising[..2], &search),
         Err(AlignError::Length { .. })
     ));
-    let far = OffsetSearch {
-        range_s: Some([100.0, 101.0]),
-        ..search
-    };
+    let far = search.within([100.0, 101.0]);
     assert!(matches!(
         coarse_offset(&rising, &rising, &rising, &rising, &far),
         Err(AlignError::NoOverlap { .. })
     ));
-    let step = OffsetSearch {
-        step_s: 0.0,
-        ..search
-    };
+    let step = search.with_step_s(0.0);
     assert!(matches!(
         coarse_offset(&rising, &rising, &rising, &rising, &step),
         Err(AlignError::Step { .. })
@@ -177,15 +168,9 @@ fn moving_traces_bridge_short_halts_and_ignore_twitches() {
     speed[100..150].fill(1.0);
     speed[160..200].fill(0.9); // a short halt before
     speed[40] = f64::NAN;
-    let options = MovingOptions {
-        bridge: 20,
-        ..MovingOptions::default()
-    };
+    let options = MovingOptions::default().with_bridge(20);
     assert_eq!(moving_traces(&speed, &options), 100..200);
-    let given = MovingOptions {
-        threshold_m_s: Some(2.0),
-        ..options
-    };
+    let given = options.with_threshold_m_s(2.0);
     assert!(moving_traces(&speed, &given).is_empty());
     assert!(moving_traces(&[], &options).is_empty());
 }

@@ -112,11 +112,9 @@ fn the_paper_zero_timing_puts_the_first_surface_echo_at_2h_over_c() {
 fn a_flight_of_constant_height_is_zero_timed_with_a_known_delay() {
     // Nothing moves apart, so the raw section is searched about the approximate delay.
     let flight = Flight::new(100, 0.0);
-    let options = SurfaceOptions {
-        approximate_delay_s: Some(10.5e-9),
-        band_hz: Some([3.1e9, 4.8e9]),
-        ..SurfaceOptions::default()
-    };
+    let options = SurfaceOptions::default()
+        .with_approximate_delay_s(10.5e-9)
+        .with_band_hz([3.1e9, 4.8e9]);
     for method in [
         ZeroTiming::FirstTrace(options),
         ZeroTiming::AllTraces(options),
@@ -144,10 +142,7 @@ fn a_tail_of_the_coupling_above_the_surface_does_no_harm() {
             }
         }
     }
-    let options = SurfaceOptions {
-        band_hz: Some([3.1e9, 4.8e9]),
-        ..SurfaceOptions::default()
-    };
+    let options = SurfaceOptions::default().with_band_hz([3.1e9, 4.8e9]);
     let method = ZeroTiming::AllTraces(options);
     let done = zero_timing(radargram, &flight.height_m, &method).unwrap();
     // Taking the mean away also takes some of a surface this steady: half a centimetre of bias.

@@ -88,6 +88,22 @@ fn write_seeds() {
     let mut damaged = two[..2904].to_vec();
     damaged.drain(900..1000);
     save("mrm", "damaged.mrm", &damaged);
+    let mut foreign = mrm(Framing::Bare, None, &scans(3, 96));
+    let bytes: Vec<u8> = (0..600u32)
+        .map(|i| (i * i * 7 + 13 * i) as u8 | 0x40)
+        .collect();
+    foreign.splice(1452 + 800..1452 + 800, bytes);
+    save("mrm", "foreign-bytes.mrm", &foreign);
+    save(
+        "mrm",
+        "pickle.pkl",
+        b"\x80\x04\x95\x1c\0\0\0\0\0\0\0}\x94\x8c\x04scan\xf2\x01\0\x07.",
+    );
+    save(
+        "mrm",
+        "picture.png",
+        b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\0\x01\xf2\x01",
+    );
     let mut writer = MrmWriter::new(Vec::new(), Framing::Serial, None).unwrap();
     writer
         .message(&[&[0x10, 0x01, 0, 1][..], &config.to_bytes()].concat())
@@ -104,6 +120,8 @@ fn write_seeds() {
     }
     let text = writer.finish().unwrap();
     save("mrm_ret", "log.csv", &text);
+    let cr = String::from_utf8(text.clone()).unwrap().replace('\n', "\r");
+    save("mrm_ret", "cr.csv", cr.as_bytes());
     save("mrm_ret", "cut-off.csv", &text[..text.len() - 12]);
     let crlf = String::from_utf8(text)
         .unwrap()

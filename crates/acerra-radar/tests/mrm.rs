@@ -298,6 +298,68 @@ fn the_way_back_after_damage() {
     assert_eq!(log4.report.unreadable_bytes, MESSAGE as u64 - 700);
 }
 
+/// Bytes as a generator with a fixed seed draws them.
+fn junk(count: usize, seed: u64) -> Vec<u8> {
+    let mut state = seed;
+    let next = |_| {
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (state >> 56) as u8
+    };
+    (0..count).map(next).collect()
+}
+
+#[test]
+fn foreign_bytes_never_become_samples() {
+    let wanted = scans(6, 1152);
+    let bytes = bare(&wanted);
+    let per_scan = 4 * MESSAGE;
+    for seed in 0..40 {
+        // At any place: in a header, among samples, between messages; put in or written over.
+        let at = per_scan + seed as usize * 499 % (3 * per_scan);
+        let mut put_in = bytes.clone();
+        put_in.splice(at..at, junk(5000, seed));
+        let mut written_over = bytes.clone();
+        written_over[at..at + 5000].copy_from_slice(&junk(5000, seed));
+        for damaged in [put_in, written_over] {
+            let log = log(&damaged);
+            assert!(log.scans.len() >= 4, "{at}: {}", log.scans.len());
+            for scan in &log.scans {
+                assert!(wanted.contains(scan), "{at}: a scan that was not sent");
+            }
+            assert!(!log.report.is_clean());
+        }
+    }
+}
+
+#[test]
+fn pickles_pictures_and_archives_are_refused_by_name() {
+    let open = |bytes: &[u8]| match read(Cursor::new(bytes.to_vec()), &Limits::default()) {
+        Err(e) => e.to_string(),
+        Ok(_) => panic!("read"),
+    };
+    // What compressed or packed data hold by chance: the two bytes of a message type.
+    let mut noise = junk(40_000, 1);
+    noise[1000..1002].copy_from_slice(&[0xf2, 0x01]);
+    let with = |mark: &[u8]| [mark, &noise[..]].concat();
+    for (mark, found) in [
+        (&b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR"[..], "found a PNG image"),
+        (
+            b"\x80\x04\x95\xf2\x01\0\0\0\0\0\0}",
+            "found a Python pickle",
+        ),
+        (b"\x80\x03}q\0(X\x09\0\0\0", "found a Python pickle"),
+        (b"\x80\x02]q\x01(", "found a Python pickle"),
+        (b"\x1f\x8b\x08\0", "found a gzip archive"),
+        (b"", "found binary data"),
+    ] {
+        let text = open(&with(mark));
+        assert!(text.contains(found), "{found}: {text}");
+        assert!(text.starts_with("not a radar file"), "{text}");
+    }
+}
+
 #[test]
 fn several_filterings_and_windows_keep_apart() {
     let mut all = Vec::new();
@@ -326,15 +388,11 @@ fn several_filterings_and_windows_keep_apart() {
         panic!("real")
     };
     assert_eq!(values[0], scan(10, 192).samples[0] as f32);
-    let first = RadargramOptions {
-        run: RunChoice::First,
-        filtering: Some(Filtering::Motion),
-    };
+    let first = RadargramOptions::default()
+        .with_run(RunChoice::First)
+        .with_filtering(Filtering::Motion);
     assert_eq!(log.radargram(&first).unwrap().radargram.traces, 10);
-    let none = RadargramOptions {
-        run: RunChoice::Number(2),
-        filtering: None,
-    };
+    let none = RadargramOptions::default().with_run(RunChoice::Number(2));
     assert_eq!(
         log.radargram(&none).unwrap_err().to_string(),
         "run 2 asked for, but the log has 2 (raw)"
@@ -462,10 +520,7 @@ fn hostile_and_foreign_files_are_errors_that_say_why() {
             Err(OpenError::Read(ReadError::Unrecognised { .. }))
         ));
     }
-    let limits = Limits {
-        max_samples: 2000,
-        ..Limits::default()
-    };
+    let limits = Limits::default().with_max_samples(2000);
     assert!(matches!(
         read_mrm(&good[..], &limits),
         Err(ReadError::Limit { limit: 2000, .. })

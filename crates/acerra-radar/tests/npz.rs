@@ -171,10 +171,7 @@ fn a_zip_bomb_stops_at_the_limit() {
         ("fast_time_s", &[1], &[0.0]),
         ("time_s", &[2], &[0.0; 2]),
     ]);
-    let limits = Limits {
-        max_samples: 100_000,
-        ..Limits::default()
-    };
+    let limits = Limits::default().with_max_samples(100_000);
     match read_npz(bytes, &limits) {
         Err(NpzError::Array {
             array: "data",

@@ -162,10 +162,7 @@ fn logs_without_scans_and_lines_without_end() {
         Err(OpenError::Read(ReadError::NoScans { .. })) => {}
         other => panic!("{other:?}"),
     }
-    let limits = Limits {
-        max_line_bytes: 100,
-        ..Limits::default()
-    };
+    let limits = Limits::default().with_max_line_bytes(100);
     let long = text(&timed(1, 96));
     match read_ret(long.as_bytes(), &limits) {
         Err(ReadError::NoScans { report }) => {

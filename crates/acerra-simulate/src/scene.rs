@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use acerra_settings::{SyntaxError, ValueError};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use acerra_geo::geodesy::{EnuFrame, Geodetic};
@@ -13,7 +14,7 @@ use super::gnss::GnssModel;
 use super::radar::{Clutter, CornerReflector, Ground, PointTarget, RadarModel, RadarScene};
 
 /// A scene file. Positions are east, north, up about `origin_deg_m`, the surface at z = 0.
-#[derive(Clone, Debug, Deserialize, Serialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Scene {
     /// Seed of everything random: the same seed gives the same bytes.
@@ -62,7 +63,7 @@ pub struct Scene {
 }
 
 /// `[image]` of a scene file: what the campaign file that is written asks for.
-#[derive(Clone, Debug, Deserialize, Serialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SceneImage {
     /// First and last pixel centre to the east (m).
@@ -84,7 +85,7 @@ impl Default for SceneImage {
 }
 
 /// Which part of a flight the radar log holds.
-#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Record {
     /// From one end of the track to the other.

@@ -3,9 +3,11 @@
 use std::io::{self, Write};
 use std::process::ExitCode;
 
+use anyhow::Context;
 use clap::{Parser, Subcommand};
 
-use crate::commands;
+use crate::terminal::{Verbosity, set_verbosity};
+use crate::{commands, interrupt};
 
 /// From raw drone radar and GNSS logs to a focused, measured, georeferenced image of the ground.
 #[derive(Debug, Parser)]
@@ -13,22 +15,47 @@ use crate::commands;
     name = "acerra",
     version,
     propagate_version = true,
-    arg_required_else_help = true
+    arg_required_else_help = true,
+    after_help = "Examples:
+  acerra demo
+  acerra init flight.mrm rover.ubx base.ubx -o flight.toml
+  acerra focus flight.toml
+  acerra help focus"
 )]
 pub struct Cli {
     #[command(subcommand)]
     command: Command,
+    /// Say only what fails or makes the result doubtful: no progress, no notes, no summary.
+    #[arg(short, long, global = true, conflicts_with = "verbose")]
+    quiet: bool,
+    /// Say what each stage costs.
+    #[arg(short, long, global = true)]
+    verbose: bool,
+}
+
+impl Cli {
+    fn verbosity(&self) -> Verbosity {
+        match (self.quiet, self.verbose) {
+            (true, _) => Verbosity::Quiet,
+            (_, true) => Verbosity::Verbose,
+            _ => Verbosity::Normal,
+        }
+    }
 }
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    Completions(commands::completions::Args),
     Demo(commands::demo::Args),
     Focus(commands::focus::Args),
     Info(commands::info::Args),
+    Init(commands::init::Args),
+    Man(commands::man::Args),
     Ppk(commands::ppk::Args),
     Plan(commands::plan::Args),
     Psf(commands::psf::Args),
     Resolution(commands::resolution::Args),
+    Schema(commands::schema::Args),
     Simulate(commands::simulate::Args),
 }
 
@@ -45,18 +72,9 @@ pub fn main() -> ExitCode {
             return ExitCode::from(code);
         }
     };
-    let mut out = io::BufWriter::new(io::stdout().lock());
-    let outcome = match cli.command {
-        Command::Demo(args) => commands::demo::run(&args, &mut out),
-        Command::Focus(args) => commands::focus::run(&args, &mut out),
-        Command::Info(args) => commands::info::run(&args, &mut out),
-        Command::Ppk(args) => commands::ppk::run(&args, &mut out),
-        Command::Plan(args) => commands::plan::run(&args, &mut out),
-        Command::Psf(args) => commands::psf::run(&args, &mut out),
-        Command::Resolution(args) => commands::resolution::run(&args, &mut out),
-        Command::Simulate(args) => commands::simulate::run(&args, &mut out),
-    };
-    let outcome = outcome.and_then(|()| Ok(out.flush()?));
+    set_verbosity(cli.verbosity());
+    let outcome = prepare_process().and_then(|()| run(cli.command));
+    interrupt::wait_if_ending();
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) if is_closed_pipe(&error) => ExitCode::SUCCESS,
@@ -66,6 +84,33 @@ pub fn main() -> ExitCode {
             ExitCode::FAILURE
         }
     }
+}
+
+/// Handlers for signals, and threads: what fails here fails under a limit on memory or processes.
+fn prepare_process() -> anyhow::Result<()> {
+    interrupt::end_on_signals().context("cannot handle signals")?;
+    rayon::ThreadPoolBuilder::new()
+        .build_global()
+        .context("cannot start threads")
+}
+
+fn run(command: Command) -> anyhow::Result<()> {
+    let mut out = io::BufWriter::new(io::stdout().lock());
+    match command {
+        Command::Completions(args) => commands::completions::run(&args, &mut out),
+        Command::Demo(args) => commands::demo::run(&args, &mut out),
+        Command::Focus(args) => commands::focus::run(&args, &mut out),
+        Command::Info(args) => commands::info::run(&args, &mut out),
+        Command::Init(args) => commands::init::run(&args, &mut out),
+        Command::Man(args) => commands::man::run(&args, &mut out),
+        Command::Ppk(args) => commands::ppk::run(&args, &mut out),
+        Command::Plan(args) => commands::plan::run(&args, &mut out),
+        Command::Psf(args) => commands::psf::run(&args, &mut out),
+        Command::Resolution(args) => commands::resolution::run(&args, &mut out),
+        Command::Schema(args) => commands::schema::run(&args, &mut out),
+        Command::Simulate(args) => commands::simulate::run(&args, &mut out),
+    }?;
+    Ok(out.flush()?)
 }
 
 fn is_closed_pipe(error: &anyhow::Error) -> bool {

@@ -39,13 +39,36 @@ fn a_plan_writes_its_files_and_answers() {
     }
 }
 
+/// As fast as the paper's campaign and the demonstration are flown: the band spreads the aliases.
+#[test]
+fn a_speed_that_aliases_faintly_is_flown_and_said() {
+    let (output, _folder) = plan(&format!("{AREA}[drone]\nspeed_m_s = 2.0\n"), &["--json"]);
+    let answer: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert!(answer["step_m"].as_f64() > answer["longest_step_m"].as_f64());
+    let alias_db = answer["alias_db"].as_f64().expect("a level");
+    assert!((-40.0..-13.3).contains(&alias_db), "{alias_db}");
+    let warnings = answer["warnings"].to_string();
+    assert!(warnings.contains("alias within the view"), "{warnings}");
+    assert!(!warnings.contains("limit the aperture"), "{warnings}");
+}
+
+/// A narrow band leaves aliases nearly as strong as their targets.
+#[test]
+fn a_speed_that_aliases_strongly_is_refused() {
+    let text = AREA.replace("across_m = 0.5", "across_m = 1.5")
+        + "[radar]\nband_ghz = [3.7, 4.2]\nbeam_deg = 45\n[drone]\nspeed_m_s = 5.0\n";
+    let (output, _folder) = plan(&text, &[]);
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{error}");
+    assert!(
+        error.contains("aliases beyond 0.056 m") && error.contains("fly at 0.81 m/s"),
+        "{error}"
+    );
+}
+
 #[test]
 fn what_cannot_be_flown_is_refused_with_the_reason_and_writes_nothing() {
     for (more, reason) in [
-        (
-            "[drone]\nspeed_m_s = 2.0\n",
-            "aliases beyond 0.049 m: fly at 0.71 m/s or slower",
-        ),
         (
             "[drone]\nmin_height_m = -1\n",
             "expected 0.5 to 10000 m, found -1",

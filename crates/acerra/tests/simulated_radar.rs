@@ -105,10 +105,7 @@ fn cleaning_takes_the_radio_out_of_a_simulated_flight() {
     let heights_m = campaign.heights_m(&made.radargram);
 
     // The radio's own delay comes out, to a centimetre or two: speckle lies about the surface.
-    let options = SurfaceOptions {
-        band_hz: Some([3.1e9, 4.8e9]),
-        ..SurfaceOptions::default()
-    };
+    let options = SurfaceOptions::default().with_band_hz([3.1e9, 4.8e9]);
     let method = ZeroTiming::FirstTrace(options);
     let timed = zero_timing(made.radargram, &heights_m, &method).unwrap();
     let off_s = timed.shift_s + campaign.radar.delay_ns * 1e-9;

@@ -7,6 +7,7 @@ mod sections;
 
 use std::path::{Path, PathBuf};
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use crate::choices::{
@@ -20,7 +21,7 @@ pub use sections::{
 };
 
 /// A campaign, as its file states it and with every default filled in.
-#[derive(Clone, Debug, Deserialize, Serialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Campaign {
     /// The radar log; absent where `[[track]]` tables give several.

@@ -3,18 +3,21 @@
 use std::path::PathBuf;
 
 use acerra_imaging::IncidenceWeight;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::choices::{
     Background, CalibrationSource, Contradictions, Gate, Heights, LookTaper, Select, Sum,
     TimeOffset, Unfixed, Weight, ZeroTiming,
 };
+use crate::path_text;
 
 /// `[radar]`: the log, and which of its traces are used.
-#[derive(Clone, Debug, Default, Deserialize, Serialize)]
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct RadarSection {
     /// The radar log; its format is recognised from its content.
+    #[serde(serialize_with = "path_text::path")]
     pub file: PathBuf,
     /// Fast time at which range is zero, in nanoseconds, when calibrated.
     #[serde(default)]
@@ -33,7 +36,7 @@ impl RadarSection {
 }
 
 /// `[[track]]`: one of several flights that make one image.
-#[derive(Clone, Debug, Deserialize, Serialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct TrackSection {
     /// What the report calls it; its number by default.
@@ -59,7 +62,7 @@ pub struct TrackSection {
 }
 
 /// `[checks]`: what becomes of a run that its own evidence contradicts.
-#[derive(Clone, Debug, Default, Deserialize, Serialize)]
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ChecksSection {
     /// Whether contradictions make the run fail.
@@ -67,7 +70,7 @@ pub struct ChecksSection {
 }
 
 /// `[tracks]`: how several tracks become one image.
-#[derive(Clone, Debug, Deserialize, Serialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct TracksSection {
     /// What is summed.
@@ -93,10 +96,11 @@ impl Default for TracksSection {
 }
 
 /// `[trajectory]`: where the radar was, and how its clock relates to that of the positions.
-#[derive(Clone, Debug, Default, Deserialize, Serialize)]
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct TrajectorySection {
     /// The trajectory; absent when `[gnss]` or the radar file gives the positions.
+    #[serde(serialize_with = "path_text::optional")]
     pub file: Option<PathBuf>,
     /// Trajectory time minus radar time.
     pub time_offset_s: TimeOffset,
@@ -115,18 +119,20 @@ pub struct TrajectorySection {
 }
 
 /// `[gnss]`: positions are computed from raw GNSS logs by carrier-phase differential positioning.
-#[derive(Clone, Debug, Deserialize, Serialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct GnssSection {
     /// The flying receiver's log: RINEX, Hatanaka, UBX, gzipped or not.
+    #[serde(serialize_with = "path_text::path")]
     pub rover: PathBuf,
     /// The log of the receiver on the ground.
+    #[serde(serialize_with = "path_text::path")]
     pub base: PathBuf,
     /// Navigation files; raw logs bring their own.
     #[serde(default)]
     pub navigation: Files,
     /// RTKLIB configuration (`.conf`) with the options of the positioning.
-    #[serde(default)]
+    #[serde(default, serialize_with = "path_text::optional")]
     pub config: Option<PathBuf>,
     /// Where the base's antenna stands, Earth-centred (m). By default what its log says.
     #[serde(default)]
@@ -137,8 +143,23 @@ pub struct GnssSection {
 }
 
 /// One file or several.
-#[derive(Clone, Debug, Default, Serialize, PartialEq, Eq)]
-pub struct Files(pub Vec<PathBuf>);
+#[derive(Clone, Debug, Default, JsonSchema, Serialize, PartialEq, Eq)]
+pub struct Files(
+    #[serde(serialize_with = "path_text::list")]
+    #[schemars(with = "OneOrSeveral")]
+    pub Vec<PathBuf>,
+);
+
+/// The two forms of [`Files`] in a campaign file.
+#[derive(JsonSchema)]
+#[serde(untagged)]
+#[expect(dead_code, reason = "stands for its schema")]
+enum OneOrSeveral {
+    /// One file.
+    One(PathBuf),
+    /// Several files.
+    Several(Vec<PathBuf>),
+}
 
 impl<'de> Deserialize<'de> for Files {
     fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
@@ -156,7 +177,7 @@ impl<'de> Deserialize<'de> for Files {
 }
 
 /// `[preprocess]`: from raw traces to clean spectra.
-#[derive(Clone, Debug, Default, Deserialize, Serialize)]
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct PreprocessSection {
     /// How the fast time at which range is zero is found. By default the paper's
@@ -169,7 +190,7 @@ pub struct PreprocessSection {
 }
 
 /// `[image]`: band, grid, accuracy and weight of the image.
-#[derive(Clone, Debug, Deserialize, Serialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct ImageSection {
     /// Lowest and highest frequency, in gigahertz.
@@ -194,7 +215,7 @@ pub struct ImageSection {
     #[serde(default)]
     pub ground_z_m: Option<f64>,
     /// Heights of the ground, instead of `z_m`: GeoTIFF, ESRI ASCII grid or XYZ grid.
-    #[serde(default)]
+    #[serde(default, serialize_with = "path_text::optional")]
     pub terrain: Option<PathBuf>,
     /// The terrain's coordinates where its file does not say: `"local"` (the default for text
     /// grids) or an EPSG code such as `"EPSG:32633"`.
@@ -271,7 +292,7 @@ impl ImageSection {
 }
 
 /// `[measure]`: what counts as a target.
-#[derive(Clone, Debug, Deserialize, Serialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct MeasureSection {
     /// Peaks weaker than this, in decibels relative to the strongest, are not listed.

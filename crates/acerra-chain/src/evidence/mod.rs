@@ -8,6 +8,7 @@
 //! campaign nor the stages. What contradicts makes a run fail unless the campaign says otherwise
 //! (`[checks] contradictions = "warn"`).
 
+mod clock;
 mod finding;
 mod geometry;
 mod image;
@@ -16,11 +17,12 @@ mod radar;
 
 use serde::Serialize;
 
+pub use clock::{ClockSeen, clock_offset};
 pub use finding::{Finding, Verdict};
 pub use geometry::{Coverage, ImageGeometry, coverage, pixel_size, scan_spacing, wavenumber_span};
 pub use image::{ImageContrast, contrast};
 pub use positions::{base_position, focusing_loss, trajectory_coverage};
-pub use radar::{CouplingSeen, SurfaceSeen, band, coupling, outliers, surface};
+pub use radar::{CouplingSeen, SurfaceSeen, band, coupling, outliers, surface, zero_timing};
 
 /// The findings of a run, in the order of its stages.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]

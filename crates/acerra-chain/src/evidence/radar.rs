@@ -74,6 +74,19 @@ pub fn surface(seen: &SurfaceSeen) -> Vec<Finding> {
     findings
 }
 
+/// Judges the fast time taken for range zero by the echo that follows the flight's height: `delay_ns`
+/// in force, `seen_ns` ± `sigma_ns` by that echo.
+#[must_use]
+pub fn zero_timing(delay_ns: f64, seen_ns: f64, sigma_ns: f64) -> Finding {
+    let sigma_ns = sigma_ns.hypot(GROUND_ROUGHNESS_NS).hypot(0.3);
+    Finding::compared("delay", delay_ns, seen_ns, sigma_ns, "ns").because(format!(
+        "fast time {delay_ns:.2} ns is taken for range zero, the echo that follows the flight's \
+         height says {seen_ns:.2} ns: {:+.2} m of range ([radar] delay_ns, [preprocess] zero_timing, \
+         heights)",
+        0.5e-9 * (delay_ns - seen_ns) * LIGHT_SPEED_M_S
+    ))
+}
+
 /// The direct coupling between the antennas.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CouplingSeen {

@@ -43,7 +43,7 @@ pub fn weigh_prepared(
             light_speed_m_s: prepared.scene.light_speed_m_s,
         };
         let mut own = track::weigh(prepared, track, &geometry);
-        own.extend(radar::weigh(prepared, track));
+        own.extend(radar::weigh(prepared, track, geometry.band_hz));
         own.extend(image::weigh_geometry(prepared, track, &geometry, request));
         findings.extend(
             own.into_iter()

@@ -1,8 +1,14 @@
-//! Findings on a track's radargram: the surface echo beside 2h/c.
+//! Findings on a track's radargram: clock, fast-time zero, surface echo, coupling, spectrum.
 
 use acerra_radar::clean::{SurfaceOptions, track_surface};
 
-use crate::evidence::{Finding, SurfaceSeen, surface};
+use acerra_radar::Radargram;
+use acerra_radar::quality::{self, spectrum_occupancy};
+
+use crate::evidence::{
+    ClockSeen, CouplingSeen, Finding, SurfaceSeen, band, clock_offset, coupling, surface,
+    zero_timing,
+};
 use crate::prepare::{Prepared, Track};
 use crate::weigh::median;
 
@@ -13,11 +19,67 @@ const SEARCH_S: f64 = 15e-9;
 /// Timing of the echo itself (ns).
 const TIMING_NS: f64 = 0.05;
 
+/// Log-likelihood over an unrelated echo from which the one that follows the height is believed.
+const LEAST_EVIDENCE: f64 = 12.0;
+/// Coupling stands so far above the rest of the mean trace (dB), this still (s), and no further
+/// than this from fast time zero (s).
+const COUPLING_CONTRAST_DB: f64 = 20.0;
+const COUPLING_SPREAD_S: f64 = 0.1e-9;
+const COUPLING_REACH_S: f64 = 25e-9;
+
 /// Judges the radargram of a track; nothing where its log holds spectra.
-pub(super) fn weigh(prepared: &Prepared, track: &Track) -> Vec<Finding> {
-    surface_seen(prepared, track)
-        .map(|seen| surface(&seen))
-        .unwrap_or_default()
+pub(super) fn weigh(prepared: &Prepared, track: &Track, band_hz: [f64; 2]) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    findings.extend(clock_seen(track).map(|seen| clock_offset(&seen)));
+    let Some(traces) = &track.cleaned else {
+        return findings;
+    };
+    findings.extend(delay_seen(track, traces.shift_s));
+    if let Some(seen) = surface_seen(prepared, track) {
+        findings.extend(surface(&seen));
+    }
+    findings.extend(coupling_seen(&traces.raw).map(|seen| coupling(&seen)));
+    if let Some(spectrum) = spectrum_occupancy(&traces.raw) {
+        let ghz = |band: [f64; 2]| band.map(|f| f * 1e-9);
+        let occupied = spectrum.occupied_share_of(band_hz);
+        findings.push(band(occupied, ghz(band_hz), ghz(spectrum.band_hz)));
+    }
+    findings
+}
+
+/// The offset in force beside the likelihood of all offsets.
+fn clock_seen(track: &Track) -> Option<ClockSeen> {
+    let likelihood = track.likelihood.as_ref()?;
+    let best = likelihood.candidates.first()?;
+    let total = &likelihood.total;
+    Some(ClockSeen {
+        offset_s: track.time_offset_s,
+        best_s: best.offset_s,
+        sigma_s: best.sigma_s,
+        below_best: total.at(best.offset_s) - total.at(track.time_offset_s),
+    })
+}
+
+/// The fast time of range zero by the echo that follows the height, where one clearly does.
+fn delay_seen(track: &Track, shift_s: f64) -> Option<Finding> {
+    let cue = track.likelihood.as_ref()?.height.as_ref()?;
+    (cue.evidence >= LEAST_EVIDENCE).then(|| {
+        let sigma_ns = 1e9 * cue.delay_sigma_s.hypot(cue.residual_s);
+        zero_timing(-1e9 * shift_s, 1e9 * cue.delay_s, sigma_ns)
+    })
+}
+
+/// The direct coupling, where the window begins before it and it stands out and still.
+fn coupling_seen(raw: &Radargram) -> Option<CouplingSeen> {
+    let seen = quality::coupling(raw)?;
+    let is_coupling = seen.contrast_db >= COUPLING_CONTRAST_DB
+        && seen.spread_s <= COUPLING_SPREAD_S
+        && seen.fast_time_s.abs() <= COUPLING_REACH_S
+        && raw.fast_time_start_s < seen.fast_time_s - 1e-9;
+    is_coupling.then(|| CouplingSeen {
+        delay_ns: 1e9 * seen.fast_time_s,
+        spread_ns: 1e9 * seen.spread_s,
+    })
 }
 
 /// The surface echo of the zero-timed traces, where one follows the height.
@@ -25,11 +87,8 @@ fn surface_seen(prepared: &Prepared, track: &Track) -> Option<SurfaceSeen> {
     let traces = track.cleaned.as_ref()?;
     let aligned = &prepared.aligned;
     let height_m = aligned.height_m.get(track.range.clone())?;
-    let options = SurfaceOptions {
-        approximate_delay_s: Some(0.0),
-        search_s: SEARCH_S,
-        ..SurfaceOptions::default()
-    };
+    let mut options = SurfaceOptions::default().with_approximate_delay_s(0.0);
+    options.search_s = SEARCH_S;
     let echo = track_surface(&traces.raw, height_m, &options).ok()?;
     let two_way_s = |height_m: f64| 2.0 * height_m / prepared.scene.light_speed_m_s;
     let (position, residual_ns): (Vec<f64>, Vec<f64>) = echo

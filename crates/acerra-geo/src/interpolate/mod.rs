@@ -38,13 +38,68 @@ pub enum Method {
     Linear,
 }
 
+impl Method {
+    /// Its name: `smooth` or `linear`.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Smooth => "smooth",
+            Self::Linear => "linear",
+        }
+    }
+}
+
+impl std::fmt::Display for Method {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+/// A text that names no [`Method`].
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("expected an interpolation of \"smooth\" or \"linear\", found {found:?}")]
+pub struct UnknownMethod {
+    /// The text.
+    pub found: String,
+}
+
+impl std::str::FromStr for Method {
+    type Err = UnknownMethod;
+
+    fn from_str(text: &str) -> Result<Self, UnknownMethod> {
+        [Self::Smooth, Self::Linear]
+            .into_iter()
+            .find(|method| method.name() == text)
+            .ok_or_else(|| UnknownMethod {
+                found: text.to_owned(),
+            })
+    }
+}
+
 /// How to interpolate.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[non_exhaustive]
 pub struct InterpolationOptions {
     /// The curve.
     pub method: Method,
     /// Longest time between fixes that is not a gap (s); none: [`default_max_gap_s`].
     pub max_gap_s: Option<f64>,
+}
+
+impl InterpolationOptions {
+    /// The same with another curve.
+    #[must_use]
+    pub const fn with_method(mut self, method: Method) -> Self {
+        self.method = method;
+        self
+    }
+
+    /// The same with another longest time between fixes that is not a gap (s).
+    #[must_use]
+    pub const fn with_max_gap_s(mut self, max_gap_s: f64) -> Self {
+        self.max_gap_s = Some(max_gap_s);
+        self
+    }
 }
 
 /// What stands behind an interpolated position.

@@ -5,6 +5,7 @@ use std::io::BufRead;
 
 use super::ReadError;
 use super::error::quoted;
+use crate::line_end::LineEnd;
 
 /// Reads one line at a time into a buffer that is used again.
 pub(super) struct Lines<R> {
@@ -13,6 +14,7 @@ pub(super) struct Lines<R> {
     number: u64,
     max_line_bytes: usize,
     ended: bool,
+    end: LineEnd,
 }
 
 /// One line without its end.
@@ -33,6 +35,7 @@ impl<R: BufRead> Lines<R> {
             number: 0,
             max_line_bytes,
             ended: false,
+            end: LineEnd::default(),
         }
     }
 
@@ -41,30 +44,26 @@ impl<R: BufRead> Lines<R> {
         self.number
     }
 
-    /// The next line, its end (LF or CR LF) and a byte-order mark taken off; none at the end.
+    /// The next line, its end (LF, CR LF or CR) and a byte-order mark taken off; none at the end.
     pub fn next(&mut self) -> Result<Option<Line<'_>>, ReadError> {
         self.buffer.clear();
         self.ended = false;
-        loop {
+        while !self.ended {
             let chunk = self.reader.fill_buf()?;
             if chunk.is_empty() {
                 break;
             }
-            let end = chunk.iter().position(|&b| b == b'\n');
-            let take = end.unwrap_or(chunk.len());
-            if self.buffer.len() + take > self.max_line_bytes {
+            let piece = self.end.next_piece(chunk);
+            if self.buffer.len() + piece.content.len() > self.max_line_bytes {
                 return Err(ReadError::Limit {
                     line: self.number + 1,
                     what: "bytes in a line",
                     limit: self.max_line_bytes,
                 });
             }
-            self.buffer.extend_from_slice(&chunk[..take]);
-            self.reader.consume(take + usize::from(end.is_some()));
-            if end.is_some() {
-                self.ended = true;
-                break;
-            }
+            self.buffer.extend_from_slice(&chunk[piece.content]);
+            self.ended = piece.ended;
+            self.reader.consume(piece.consumed);
         }
         if self.buffer.is_empty() && !self.ended {
             return Ok(None);
@@ -74,7 +73,6 @@ impl<R: BufRead> Lines<R> {
         if self.number == 1 {
             bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
         }
-        let bytes = bytes.strip_suffix(b"\r").unwrap_or(bytes);
         Ok(Some(Line {
             number: self.number,
             text: String::from_utf8_lossy(bytes),
@@ -164,6 +162,22 @@ mod tests {
             (4, "\u{fffd}c", false),
         ];
         assert_eq!(seen, want.map(|(n, t, e)| (n, t.to_owned(), e)));
+        Ok(())
+    }
+
+    #[test]
+    fn carriage_returns_alone_end_lines_in_any_portions() -> Result<(), ReadError> {
+        let text = b"a\rb\r\nc\r\rd\ne\r";
+        for portion in 1..=text.len() {
+            let reader = std::io::BufReader::with_capacity(portion, &text[..]);
+            let mut lines = Lines::new(reader, 100);
+            let mut seen = Vec::new();
+            while let Some(line) = lines.next()? {
+                assert!(line.ended, "{portion}");
+                seen.push(line.text.into_owned());
+            }
+            assert_eq!(seen, ["a", "b", "c", "", "d", "e"], "{portion}");
+        }
         Ok(())
     }
 

@@ -7,6 +7,8 @@
 //! | NMEA 0183 | GGA, dated by RMC or ZDA, standard deviations by GST |
 //! | OptiTrack Motive export | 1.2x CSV; a rigid body (or marker), Y up turned to z up |
 //!
+//! Lines may end in LF, CR LF or CR.
+//!
 //! Positions end up in one local frame: about the origin asked for, else the base station that a
 //! `.pos` header states, else the first good position. GNSS times become GPS seconds of week.
 //!
@@ -19,6 +21,7 @@ mod csv_columns;
 mod error;
 mod lines;
 mod motive;
+mod motive_header;
 mod nmea;
 mod pos;
 mod pos_header;

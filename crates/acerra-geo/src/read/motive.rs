@@ -1,5 +1,8 @@
 //! OptiTrack Motive's CSV export, format 1.2x.
 //!
+//! The rows of types, names and identities above the data may lack their labels or be blank
+//! altogether (format 1.22); [`motive_header`](super::motive_header) says how they are told then.
+//!
 //! Motive's world has Y up. It becomes x = X, y = −Z, z = Y, which keeps it right-handed and
 //! unmirrored; a quaternion (w; X, Y, Z) becomes (w; X, −Z, Y), so that a body aligned with the
 //! world when it was defined has its forward axis along x, left along y.
@@ -10,113 +13,11 @@ use super::assemble::{Assembler, Axes, Record, Stamp};
 use super::csv_columns::Separator;
 use super::error::quoted;
 use super::lines::Lines;
+use super::motive_header::{BodyColumns, Header};
 use super::{ReadError, ReadOptions, ReadReport, ReadWarning, SkipReason, TrajectoryFormat};
 use crate::trajectory::{Attitude, Fix, Frame, TimeOrigin, Trajectory};
 
 const COMMA: Separator = Separator::Char(',');
-
-/// Where the chosen body's numbers stand.
-struct BodyColumns {
-    time: usize,
-    position: [usize; 3],
-    /// X, Y, Z, W.
-    rotation: Option<[usize; 4]>,
-}
-
-/// The rows above the data.
-#[derive(Default)]
-struct Header {
-    entries: Vec<(String, String)>,
-    kinds: Vec<String>,
-    names: Vec<String>,
-    properties: Vec<String>,
-}
-
-impl Header {
-    fn entry(&self, key: &str) -> Option<&str> {
-        let found = self
-            .entries
-            .iter()
-            .find(|(k, _)| k.eq_ignore_ascii_case(key));
-        found.map(|(_, v)| v.as_str())
-    }
-
-    /// Names of columns of a kind, each once, in order.
-    fn names_of(&self, kind: &str) -> Vec<String> {
-        let mut names: Vec<String> = Vec::new();
-        for (k, name) in self.kinds.iter().zip(&self.names) {
-            if k == kind && !name.is_empty() && !names.contains(name) {
-                names.push(name.clone());
-            }
-        }
-        names
-    }
-
-    fn choose(&self, wanted: Option<&str>) -> Result<(String, &'static str), ReadError> {
-        let bodies = self.names_of("Rigid Body");
-        match wanted {
-            Some(wanted) => {
-                for kind in ["Rigid Body", "Marker"] {
-                    if self.names_of(kind).iter().any(|name| name == wanted) {
-                        return Ok((wanted.to_owned(), kind));
-                    }
-                }
-                Err(ReadError::NoSuchBody {
-                    wanted: wanted.to_owned(),
-                    names: bodies,
-                })
-            }
-            None => match <[String; 1]>::try_from(bodies) {
-                Ok([only]) => Ok((only, "Rigid Body")),
-                Err(names) if names.is_empty() => Err(ReadError::NoSuchBody {
-                    wanted: "(any)".to_owned(),
-                    names,
-                }),
-                Err(names) => Err(ReadError::SeveralBodies { names }),
-            },
-        }
-    }
-
-    /// The columns of a body: `axes` is the line that begins with `Frame`.
-    fn columns(
-        &self,
-        line: u64,
-        axes: &[&str],
-        name: &str,
-        kind: &str,
-    ) -> Result<BodyColumns, ReadError> {
-        let time = axes
-            .iter()
-            .position(|a| a.to_ascii_lowercase().starts_with("time"))
-            .ok_or_else(|| ReadError::Header {
-                line,
-                problem: "no column of time".to_owned(),
-            })?;
-        let column = |property: &str, axis: &str| {
-            (0..axes.len()).find(|&i| {
-                let is = |row: &[String], what: &str| row.get(i).is_some_and(|cell| cell == what);
-                is(&self.kinds, kind)
-                    && is(&self.names, name)
-                    && is(&self.properties, property)
-                    && axes[i] == axis
-            })
-        };
-        let position = ["X", "Y", "Z"].map(|axis| column("Position", axis));
-        let [Some(x), Some(y), Some(z)] = position else {
-            let problem = format!("no columns of position X, Y, Z for '{name}'");
-            return Err(ReadError::Header { line, problem });
-        };
-        let rotation = match ["X", "Y", "Z", "W"].map(|axis| column("Rotation", axis)) {
-            [Some(x), Some(y), Some(z), Some(w)] => Some([x, y, z, w]),
-            _ => None,
-        };
-        Ok(BodyColumns {
-            time,
-            position: [x, y, z],
-            rotation,
-        })
-    }
-}
 
 pub(super) fn read<R: BufRead>(
     lines: &mut Lines<R>,
@@ -196,7 +97,6 @@ fn read_header<R: BufRead>(
     report: &mut ReadReport,
 ) -> Result<(Header, BodyColumns, f64), ReadError> {
     let mut header = Header::default();
-    let mut before: Vec<String> = Vec::new();
     let mut first = true;
     while let Some(line) = lines.next()? {
         let text = line.text.trim();
@@ -210,27 +110,23 @@ fn read_header<R: BufRead>(
             header.entries = pairs.map(|p| (p[0].to_owned(), p[1].to_owned())).collect();
             continue;
         }
-        let owned = || cells.iter().map(|c| (*c).to_owned()).collect();
         if cells
             .first()
             .is_some_and(|c| c.eq_ignore_ascii_case("Frame"))
         {
-            header.properties = before;
+            if let Some(columns) = header.infer_bodies(&cells) {
+                report.warnings.push(ReadWarning::UnnamedBody { columns });
+            }
             let (name, kind) = header.choose(options.rigid_body.as_deref())?;
             let columns = header.columns(line.number, &cells, &name, kind)?;
             let unit_m = length_unit(&header)?;
             describe(&header, &name, columns.rotation.is_some(), report);
             return Ok((header, columns, unit_m));
         }
-        match cells.get(1).copied() {
-            Some("Type") => header.kinds = owned(),
-            Some("Name") => header.names = owned(),
-            _ => {}
-        }
+        header.add_row(&cells);
         if line.number > 20 {
             break;
         }
-        before = owned();
     }
     Err(ReadError::Header {
         line: lines.count(),
@@ -336,6 +232,54 @@ mod tests {
         let options = ReadOptions::default().with_rigid_body("M 1");
         let (marker, _) = read_trajectory(take("Meters", &rows).as_bytes(), &options)?;
         assert_eq!(marker.fixes()[0].position_m, [9.0, -9.0, 9.0]);
+        Ok(())
+    }
+
+    /// As Motive writes format 1.22: the label cells of the type, name and property rows are blank.
+    #[test]
+    fn rows_without_labels_are_told_by_their_content() -> Result<(), ReadError> {
+        let row = "0,0.0,9,9,9,3,2,1,0.001,1,0,0,0,7,8,9\r\n";
+        let text = take("Meters", row).replace("Format Version,1.23", "Format Version,1.22");
+        let unlabelled = text
+            .replace("\r\n,Type,", "\r\n,,")
+            .replace("\r\n,Name,", "\r\n,,")
+            .replace("\r\n,ID,", "\r\n,,");
+        let without_ids = unlabelled.replace(",,a,a,a,b,b,b,b,b,b,b,b,c,c,c\r\n", "");
+        assert_ne!(without_ids, unlabelled);
+        let (want, _) = drone(&text)?;
+        for text in [&unlabelled, &without_ids, &unlabelled.replace("\r\n", "\r")] {
+            let (track, report) = drone(text)?;
+            assert_eq!(track, want);
+            assert_eq!(report.warnings.len(), 1); // rows missing, as ever
+        }
+        Ok(())
+    }
+
+    #[test]
+    fn bodies_without_names_are_told_by_their_axes() -> Result<(), ReadError> {
+        let text = |rows: &str, axes: &str| {
+            format!(
+                "Format Version,1.22,Take Name,Made,Rotation Type,Quaternion,Length Units,Meters\n\n\
+                 {rows}Frame,Time (Seconds),{axes}\n0,0.0,0,0,0,1,1,2,3,4,5,6\n"
+            )
+        };
+        let blank = ",,,,,,,,,,,\n";
+        let properties = ",,Rotation,Rotation,Rotation,Rotation,Position,Position,Position,,,\n";
+        for rows in [String::new(), blank.repeat(3), blank.repeat(2) + properties] {
+            let text = text(&rows, "X,Y,Z,W,X,Y,Z,,,");
+            let (track, report) = read_trajectory(text.as_bytes(), &ReadOptions::default())?;
+            assert_eq!(track.fixes()[0].position_m, [1.0, -3.0, 2.0], "{rows}");
+            assert!(track.fixes()[0].attitude.is_some());
+            assert_eq!(
+                report.warnings,
+                [ReadWarning::UnnamedBody { columns: [3, 9] }]
+            );
+        }
+        // Two of them cannot be told apart; positions alone may be a marker's.
+        let two = "X,Y,Z,W,X,Y,Z,X,Y,Z,W,X,Y,Z";
+        let read = |axes| read_trajectory(text("", axes).as_bytes(), &ReadOptions::default());
+        assert!(matches!(read(two), Err(ReadError::SeveralBodies { names }) if names.len() == 2));
+        assert!(matches!(read("X,Y,Z"), Err(ReadError::NoSuchBody { .. })));
         Ok(())
     }
 

@@ -82,6 +82,11 @@ pub enum ReadWarning {
     },
     /// Motion-capture coordinates relative to another body.
     LocalSpace,
+    /// A motion-capture file that names no rigid body: one was told by its columns' axes.
+    UnnamedBody {
+        /// First and last column, from 1.
+        columns: [usize; 2],
+    },
 }
 
 impl std::fmt::Display for ReadWarning {
@@ -110,6 +115,13 @@ impl std::fmt::Display for ReadWarning {
                 "{count} records with unusable standard deviations, first on line {first_line}"
             ),
             Self::LocalSpace => f.write_str("coordinate space is local, not global"),
+            Self::UnnamedBody {
+                columns: [first, last],
+            } => write!(
+                f,
+                "no rigid body is named: columns {first} to {last} were taken as one (rotation \
+                 X Y Z W, position X Y Z)"
+            ),
         }
     }
 }

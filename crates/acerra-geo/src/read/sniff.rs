@@ -3,6 +3,7 @@
 use super::csv_columns::Columns;
 use super::error::quoted;
 use super::{ReadError, TrajectoryFormat, nmea, pos};
+use crate::line_end::lines_of;
 
 /// The kind of trajectory file that begins like this; none when no reader knows it.
 ///
@@ -19,7 +20,7 @@ use super::{ReadError, TrajectoryFormat, nmea, pos};
 pub fn sniff(start: &[u8]) -> Option<TrajectoryFormat> {
     let start = start.strip_prefix(b"\xef\xbb\xbf").unwrap_or(start);
     let text = String::from_utf8_lossy(start);
-    let mut lines = text.lines().map(str::trim).filter(|l| !l.is_empty());
+    let mut lines = lines_of(&text).map(str::trim).filter(|l| !l.is_empty());
     let first = lines.clone().next()?;
 
     if first.starts_with("Format Version,") {
@@ -54,15 +55,12 @@ pub(super) fn unknown(start: &[u8]) -> ReadError {
     } else {
         match std::str::from_utf8(&start[..start.len().min(400)]) {
             Ok(text) if !text.contains('\0') => {
-                quoted(text.trim_start().lines().next().unwrap_or_default())
+                quoted(lines_of(text.trim_start()).next().unwrap_or_default())
             }
-            Err(e) if e.error_len().is_none() => quoted(
-                String::from_utf8_lossy(start)
-                    .trim_start()
-                    .lines()
-                    .next()
-                    .unwrap_or_default(),
-            ),
+            Err(e) if e.error_len().is_none() => {
+                let text = String::from_utf8_lossy(start);
+                quoted(lines_of(text.trim_start()).next().unwrap_or_default())
+            }
             _ => {
                 let bytes: Vec<String> = start.iter().take(8).map(|b| format!("{b:02x}")).collect();
                 format!("the bytes {}", bytes.join(" "))
@@ -101,6 +99,14 @@ mod tests {
                 Some(Nmea),
             ),
             ("Format Version,1.23,Take Name,A\r\n", Some(Motive)),
+            (
+                "# carriage returns alone\rtime_s,x,y,z\r0,1,2,3\r",
+                Some(Csv),
+            ),
+            (
+                "% program   : RTKLIB\r%  GPST                  latitude(deg) longitude(deg)\r",
+                Some(RtklibPos),
+            ),
             (
                 "     3.04           OBSERVATION DATA    M                   RINEX VERSION / TYPE\n",
                 None,

@@ -4,6 +4,7 @@ use std::io::BufRead;
 
 use super::TerrainError;
 use super::raster::{Header, Placement, Window};
+use crate::line_end::LineEnd;
 
 /// Longest line that is taken.
 const MAX_LINE_BYTES: usize = 1 << 20;
@@ -14,6 +15,7 @@ pub(super) struct Words<R> {
     line: u64,
     text: String,
     at: usize,
+    end: LineEnd,
 }
 
 impl<R: BufRead> Words<R> {
@@ -23,6 +25,7 @@ impl<R: BufRead> Words<R> {
             line: 0,
             text: String::new(),
             at: 0,
+            end: LineEnd::default(),
         }
     }
 
@@ -40,19 +43,19 @@ impl<R: BufRead> Words<R> {
             if chunk.is_empty() {
                 break;
             }
-            some = true;
-            let end = chunk.iter().position(|b| *b == b'\n');
-            let take = end.unwrap_or(chunk.len());
-            if bytes.len() + take > MAX_LINE_BYTES {
+            let piece = self.end.next_piece(chunk);
+            some |= piece.ended || !piece.content.is_empty();
+            let length = bytes.len() + piece.content.len();
+            if length > MAX_LINE_BYTES {
                 return Err(TerrainError::Limit {
                     what: "bytes in a line",
-                    found: (bytes.len() + take) as u128,
+                    found: length as u128,
                     limit: MAX_LINE_BYTES as u128,
                 });
             }
-            bytes.extend_from_slice(&chunk[..take]);
-            self.reader.consume(take + usize::from(end.is_some()));
-            if end.is_some() {
+            bytes.extend_from_slice(&chunk[piece.content]);
+            self.reader.consume(piece.consumed);
+            if piece.ended {
                 break;
             }
         }

@@ -8,10 +8,10 @@ use crate::engine::weights::WeightedPulses;
 use crate::error::ImagingError;
 use crate::grid::image::{ImageGrid, Patch};
 use crate::grid::relief::Relief;
+use crate::kernel::direct::band::band;
+use crate::kernel::direct::job::{Band, Job, ReferenceContribution, Tally, block_width, tile_rows};
 use crate::kernel::dispatch::dispatch;
 use crate::kernel::level::SimdLevel;
-use crate::kernel::rows::{Band, Job, ReferenceContribution, Tally, band, block_width, tile_rows};
-use crate::kernel::surface::surface_band;
 use crate::pulses::Spreading;
 use crate::vector::norm;
 use num_complex::{Complex32, Complex64};
@@ -150,7 +150,7 @@ impl Direct {
             near_centre: half_block_m / self.table.spec.bin_m * f64::from(f32::EPSILON)
                 < 0.2 * tolerance_bins,
             antenna_m: [&self.antenna_m[0], &self.antenna_m[1], &self.antenna_m[2]],
-            table: &self.table,
+            table: self.table.view(),
             cosine: self.cosine,
             sine: self.sine,
             pixel_m,
@@ -170,21 +170,21 @@ impl Direct {
             self.spec.fine_carrier,
             self.spec.cubic,
         );
-        if let Some(relief) = relief {
+        if relief.is_some() {
             return dispatch!(self.level, s => match quality {
-                (1, false, false) => surface_band::<_, 1, 3, false>(s, job, one, relief, out),
-                (1, false, true) => surface_band::<_, 1, 3, true>(s, job, one, relief, out),
-                (1, _, _) => surface_band::<_, 1, 4, true>(s, job, one, relief, out),
-                (2, _, _) => surface_band::<_, 2, 4, true>(s, job, one, relief, out),
-                _ => surface_band::<_, 3, 4, true>(s, job, one, relief, out),
+                (1, false, false) => band::<_, 1, 3, false, true>(s, job, one, relief, out),
+                (1, false, true) => band::<_, 1, 3, true, true>(s, job, one, relief, out),
+                (1, _, _) => band::<_, 1, 4, true, true>(s, job, one, relief, out),
+                (2, _, _) => band::<_, 2, 4, true, true>(s, job, one, relief, out),
+                _ => band::<_, 3, 4, true, true>(s, job, one, relief, out),
             });
         }
         dispatch!(self.level, s => match quality {
-            (1, false, false) => band::<_, 1, 3, false>(s, job, one, out),
-            (1, false, true) => band::<_, 1, 3, true>(s, job, one, out),
-            (1, _, _) => band::<_, 1, 4, true>(s, job, one, out),
-            (2, _, _) => band::<_, 2, 4, true>(s, job, one, out),
-            _ => band::<_, 3, 4, true>(s, job, one, out),
+            (1, false, false) => band::<_, 1, 3, false, false>(s, job, one, None, out),
+            (1, false, true) => band::<_, 1, 3, true, false>(s, job, one, None, out),
+            (1, _, _) => band::<_, 1, 4, true, false>(s, job, one, None, out),
+            (2, _, _) => band::<_, 2, 4, true, false>(s, job, one, None, out),
+            _ => band::<_, 3, 4, true, false>(s, job, one, None, out),
         })
     }
 }

@@ -1,5 +1,5 @@
-//! Merging: a sub-aperture's coarse image is interpolated to a row of the fine grid, given back the
-//! phase of the range to the sub-aperture's centre, and added.
+//! Merging: a sub-aperture's coarse image is interpolated to a row of the fine grid, multiplied by
+//! the carrier phase of the range to the sub-aperture's centre, and added.
 //!
 //! A row is held phase by phase: of fine pixels D·q + p all q of one p stand together, so that the
 //! interpolation taps are plain vectors of coarse samples.

@@ -10,6 +10,7 @@
 mod avx2;
 #[cfg(target_arch = "x86_64")]
 mod avx512;
+pub(crate) mod direct;
 pub(crate) mod dispatch;
 pub(crate) mod lanes;
 pub(crate) mod level;
@@ -17,7 +18,5 @@ pub(crate) mod merge;
 mod peak;
 pub(crate) mod phase;
 mod portable;
-pub(crate) mod rows;
 pub(crate) mod split;
 pub(crate) mod spread;
-pub(crate) mod surface;

@@ -1,5 +1,5 @@
-//! Splitting, the transpose of merging: a row of the fine grid loses the phase of the range to a
-//! sub-aperture's centre and is shared out among the samples of a coarse line.
+//! Splitting, the transpose of merging: a row of the fine grid is divided by the carrier phase of
+//! the range to a sub-aperture's centre and shared out among the samples of a coarse line.
 
 use super::lanes::{Lanes, MAX_LANES};
 use super::merge::TAPS;

@@ -1,7 +1,7 @@
 //! The transposed direct kernel: pixels of a row are spread over the range bins of a pulse.
 //!
-//! What the direct kernel reads from a bin, this one adds to it: a pixel's value, with the carrier's
-//! turn from the bin's centre to its range taken out, times the powers of its distance δ from that
+//! This kernel adds to a bin what the direct kernel reads from it: a pixel's value, without the
+//! carrier's phase from the bin's centre to its range, times the powers of its distance δ from that
 //! centre. Ranges along a row follow from a double-precision centre, as in the direct kernel.
 
 use super::lanes::{Lanes, MAX_LANES, ROUNDING};

@@ -1,4 +1,4 @@
-//! What the targets found so far predict at other maxima of an image.
+//! Sidelobes and ghosts predicted from the targets found so far.
 
 use super::candidates::Candidate;
 use super::ghost::GhostWindow;

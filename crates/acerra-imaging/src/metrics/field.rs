@@ -1,4 +1,4 @@
-//! What can be measured: anything that gives an amplitude at a point of the image plane.
+//! Fields: anything that gives an amplitude at a point of the image plane.
 
 /// An amplitude over the image plane.
 ///

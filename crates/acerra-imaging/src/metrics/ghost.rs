@@ -1,4 +1,4 @@
-//! The left–right ambiguity: where a target's ghost stands and how strong it is.
+//! Left–right ambiguity: place and level of a target's ghost.
 
 use super::field::{Field, climb_to_peak};
 use super::target::Ghost;

@@ -1,6 +1,6 @@
-//! The blur of a target, as its own echoes tell it.
+//! Blur of a target, estimated from its own echoes.
 //!
-//! Positions that are a few millimetres wrong turn the phases of a target's echoes from pulse to
+//! Positions that are a few millimetres wrong shift the phases of a target's echoes from pulse to
 //! pulse and leave their strengths as they are; the image of the target, and that of its ghost,
 //! then break into pieces that no ideal point spread function predicts. Two targets in one range
 //! cell beat instead: their echoes vary in strength as much as in phase. So the phases alone,

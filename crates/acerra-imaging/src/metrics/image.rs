@@ -109,12 +109,12 @@ impl Field for InterpolatedImage<'_> {
         let grid = &self.image.grid;
         let x = taps((x_m - grid.x0_m) / grid.pixel_m, grid.nx)?;
         let y = taps((y_m - grid.y0_m) / grid.pixel_m, grid.ny)?;
-        let turn = |axis: usize, i: isize, centre: isize| {
+        let carrier = |axis: usize, i: isize, centre: isize| {
             Complex64::from_polar(1.0, -self.carrier_rad[axis] * (i - centre) as f64)
         };
-        let mut row_turn = [Complex64::default(); 2 * HALF_TAPS as usize];
-        for (k, turned) in row_turn.iter_mut().enumerate().take(x.count) {
-            *turned = turn(0, x.first + k as isize, x.first) * x.weight[k];
+        let mut row_phasor = [Complex64::default(); 2 * HALF_TAPS as usize];
+        for (k, phasor) in row_phasor.iter_mut().enumerate().take(x.count) {
+            *phasor = carrier(0, x.first + k as isize, x.first) * x.weight[k];
         }
         let mut sum = Complex64::default();
         for j in 0..y.count {
@@ -122,10 +122,10 @@ impl Field for InterpolatedImage<'_> {
             let row = &self.image.values[iy as usize * grid.nx + x.first as usize..][..x.count];
             let along: Complex64 = row
                 .iter()
-                .zip(&row_turn)
+                .zip(&row_phasor)
                 .map(|(v, t)| Complex64::new(f64::from(v.re), f64::from(v.im)) * t)
                 .sum();
-            sum += along * turn(1, iy, y.first) * y.weight[j];
+            sum += along * carrier(1, iy, y.first) * y.weight[j];
         }
         Some(sum.norm())
     }

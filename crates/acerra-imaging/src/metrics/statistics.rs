@@ -1,4 +1,4 @@
-//! How strong an image is and how far its floor lies below.
+//! Maximum and median level of an image.
 
 use rayon::prelude::*;
 use serde::Serialize;

@@ -1,4 +1,4 @@
-//! What is told of a target: the entries of `targets.json`.
+//! Measured figures of a target: the entries of `targets.json`.
 
 use serde::Serialize;
 

@@ -1,4 +1,4 @@
-//! The flight track as one target sees it.
+//! Local straight-line approximation of the track at a target.
 
 /// The straight line that stands for the track about its closest approach to a target.
 #[derive(Clone, Copy, Debug, PartialEq)]

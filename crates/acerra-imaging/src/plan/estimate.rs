@@ -4,7 +4,7 @@ use super::imaging::ImagingPlan;
 use super::planner::Method;
 use crate::control::{Control, Meter};
 use crate::engine::direct::Direct;
-use crate::kernel::rows::tile_rows;
+use crate::kernel::direct::job::tile_rows;
 use crate::sampling::{Random, best_of_two};
 use num_complex::Complex32;
 use rayon::prelude::*;

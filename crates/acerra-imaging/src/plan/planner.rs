@@ -36,6 +36,12 @@ pub(crate) enum Method<D, F> {
     Reference,
 }
 
+/// The engine chosen and the report of its choice.
+pub(crate) type Planned<O> = (
+    Method<<O as Operator>::Direct, <O as Operator>::Factorized>,
+    PlanReport,
+);
+
 /// What differs between imaging and the forward operator.
 pub(crate) trait Operator {
     /// The direct engine.
@@ -154,7 +160,7 @@ impl<'r, 'a> Planner<'r, 'a> {
     pub fn plan<O: Operator>(
         request: &'r mut Request<'a>,
         control: Control<'r>,
-    ) -> Result<(Method<O::Direct, O::Factorized>, PlanReport), ImagingError> {
+    ) -> Result<Planned<O>, ImagingError> {
         let report = PlanReport {
             operator: O::KIND,
             columns: request.grid.columns(),

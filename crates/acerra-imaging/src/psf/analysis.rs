@@ -1,4 +1,4 @@
-//! Everything about the image of one point.
+//! Analysis of the image of one point: place, widths, sidelobes, ghost.
 
 use serde::Serialize;
 

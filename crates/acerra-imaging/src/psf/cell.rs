@@ -1,4 +1,4 @@
-//! The resolution that a flight leads one to expect about a point.
+//! Expected resolution about a point.
 
 use super::spread::PointSpread;
 use crate::metrics::track::LocalTrack;

@@ -1,4 +1,4 @@
-//! The exact image of some points, as a field that can be measured.
+//! Exact image of point targets as a field.
 
 use num_complex::Complex64;
 

@@ -1,4 +1,4 @@
-//! What an aperture of any shape resolves in elevation.
+//! Resolution in elevation of an aperture of any shape.
 
 use crate::vector::{dot, norm};
 

@@ -1,4 +1,4 @@
-//! What a straight track resolves in theory: Eqs. (6)–(12) and (14) of Catapano et al. (2020).
+//! Theoretical resolution of a straight track: Eqs. (6)–(12) and (14) of Catapano et al. (2020).
 //!
 //! Each equation is a function that says where it holds; [`Prediction`] gathers them for one
 //! geometry and lists, as [`Caveat`]s, which of them have left their range. [`elevation_m`] is for

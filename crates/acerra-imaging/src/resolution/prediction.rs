@@ -1,4 +1,4 @@
-//! All of the theory for one geometry.
+//! Theoretical resolution for one geometry, with the limits of validity.
 
 use std::fmt;
 

@@ -1,4 +1,4 @@
-//! A target as the flight sees it: what range errors do to its peak, to first order.
+//! Geometry of a target: first-order effect of range errors on its peak.
 
 use std::f64::consts::PI;
 

@@ -1,4 +1,4 @@
-//! How positions may be wrong.
+//! Stochastic model of position errors.
 
 use crate::checks::{check_finite, check_length};
 use crate::error::ImagingError;

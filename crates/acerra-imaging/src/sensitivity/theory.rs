@@ -36,7 +36,7 @@ pub struct Blur {
 
 /// Predicts what `model` does to the image of a point at `target_m` (on its own plane).
 ///
-/// Range errors ε turn the phase of each contribution by kε, k = 4πf/c. With Gaussian errors the
+/// Range errors ε shift the phase of each contribution by kε, k = 4πf/c. With Gaussian errors the
 /// expected power is the double sum over pulses and frequencies of exp(−Var(kε − k′ε′)/2), for
 /// errors of any size. Slow errors mostly shift the peak: the shift that fits them best is found by
 /// least squares, and what remains of them blurs. To the shift comes the motion of a peak in its

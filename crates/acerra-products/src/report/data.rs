@@ -3,6 +3,7 @@
 use acerra_chain::inputs::InputFile;
 use acerra_chain::stages::Stage;
 use acerra_geo::trajectory::SolutionStatus;
+use std::fmt;
 
 /// Everything that the report of one focused campaign shows. What is empty is left out of the page.
 #[derive(Clone, Debug, Default)]
@@ -15,6 +16,8 @@ pub struct ReportData {
     pub version: String,
     /// The numbers that matter most, shown large.
     pub facts: Vec<Fact>,
+    /// Independent findings about the run, each with its verdict.
+    pub evidence: Vec<EvidenceRow>,
     /// What speaks against the result, one sentence each.
     pub warnings: Vec<String>,
     /// The focused image.
@@ -29,12 +32,8 @@ pub struct ReportData {
     pub radargram_clean: Option<Picture>,
     /// Further pictures of evidence, in this order.
     pub pictures: Vec<Picture>,
-    /// The trajectory at the traces.
-    pub trajectory: Option<TrajectoryEvidence>,
-    /// How the time offset between radar and trajectory was found.
-    pub alignment: Option<AlignmentEvidence>,
-    /// The surface echo against the height.
-    pub surface: Option<SurfaceEvidence>,
+    /// What the image rests on, track by track.
+    pub tracks: Vec<TrackEvidence>,
     /// What the automatic choices came to: algorithm, offsets, counts.
     pub choices: Vec<Fact>,
     /// Input files.
@@ -43,6 +42,55 @@ pub struct ReportData {
     pub stages: Vec<Stage>,
     /// The fully resolved configuration, as text.
     pub configuration: String,
+}
+
+/// One independent finding about a run: what was found, what was expected, and what follows.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct EvidenceRow {
+    /// What was looked at.
+    pub name: String,
+    /// The value found; none where it is not a number.
+    pub value: Option<f64>,
+    /// The value expected.
+    pub expected: Option<f64>,
+    /// Standard deviation of `value - expected`.
+    pub sigma: Option<f64>,
+    /// Unit of all three; may be empty.
+    pub unit: String,
+    /// What follows.
+    pub verdict: Verdict,
+    /// How it was found, and what to do where it does not agree.
+    pub explanation: String,
+}
+
+/// Whether a finding agrees with the settings and the other data of its run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Verdict {
+    /// Within what is expected.
+    #[default]
+    Agrees,
+    /// Unlikely, but possible.
+    Doubtful,
+    /// Not possible if everything else is right.
+    Contradicts,
+}
+
+impl Verdict {
+    /// The word used for it in `run.json`.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Agrees => "agrees",
+            Self::Doubtful => "doubtful",
+            Self::Contradicts => "contradicts",
+        }
+    }
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
+    }
 }
 
 /// A named value with its unit, and a note on how to read it.
@@ -91,7 +139,7 @@ pub struct Picture {
 /// Widths of a response in one direction, in metres.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Widths {
-    /// Peak to first minimum (mean of both sides).
+    /// Rayleigh: peak to first minimum (mean of both sides).
     pub rayleigh_m: Option<f64>,
     /// Full width at −3 dB.
     pub width_3db_m: Option<f64>,
@@ -157,6 +205,19 @@ pub struct Cut {
     pub image_db: Vec<f64>,
     /// Levels of an ideal point there, by Eq. (5); may be empty.
     pub theory_db: Vec<f64>,
+}
+
+/// What was found about one track.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TrackEvidence {
+    /// Its name; empty where the campaign has only one.
+    pub name: String,
+    /// The trajectory at the traces.
+    pub trajectory: Option<TrajectoryEvidence>,
+    /// How the time offset between radar and trajectory was found.
+    pub alignment: Option<AlignmentEvidence>,
+    /// The surface echo against the height.
+    pub surface: Option<SurfaceEvidence>,
 }
 
 /// The trajectory; all lists have one value per fix.

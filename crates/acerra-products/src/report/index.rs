@@ -1,9 +1,8 @@
 //! The page over several campaigns.
 
 use super::data::Fact;
-use super::page::{document, table};
-use acerra_figure::markup::{base64, escape};
-use std::fmt::Write as _;
+use super::html::{self, Table};
+use maud::{Markup, html};
 
 /// One campaign on the index page.
 #[derive(Clone, Debug, Default)]
@@ -65,47 +64,45 @@ pub struct IndexPage {
 /// ```
 #[must_use]
 pub fn index_page(page: &IndexPage) -> String {
-    let mut body = format!("<header>\n<h1>{}</h1>\n", escape(&page.title));
-    if !page.summary.is_empty() {
-        let _ = writeln!(body, "<p class=\"lead\">{}</p>", escape(&page.summary));
-    }
-    body.push_str("</header>\n<div class=\"cards\">\n");
-    for entry in &page.entries {
-        card(&mut body, entry);
-    }
-    body.push_str("</div>\n");
-    for comparison in &page.tables {
-        let head: Vec<&str> = comparison.head.iter().map(String::as_str).collect();
-        table(&mut body, &comparison.caption, &head, &comparison.rows);
-    }
-    for remark in &page.remarks {
-        let _ = writeln!(body, "<p>{}</p>", escape(remark));
-    }
-    document(&page.title, &body)
+    let body = html! {
+        header {
+            h1 { (page.title) }
+            @if !page.summary.is_empty() {
+                p.lead { (page.summary) }
+            }
+        }
+        div.cards {
+            @for entry in &page.entries { (card(entry)) }
+        }
+        @for comparison in &page.tables { (table(comparison)) }
+        @for remark in &page.remarks {
+            p { (remark) }
+        }
+    };
+    html::document(&page.title, &body)
 }
 
-fn card(out: &mut String, entry: &IndexEntry) {
-    let (title, report) = (escape(&entry.title), escape(&entry.report));
-    let _ = writeln!(
-        out,
-        "<article class=\"card\">\n<h2><a href=\"{report}\">{title}</a></h2>"
-    );
-    if !entry.png.is_empty() {
-        let _ = writeln!(
-            out,
-            "<a href=\"{report}\"><img alt=\"Focused image of {title}\" \
-             src=\"data:image/png;base64,{}\"></a>",
-            base64(&entry.png)
-        );
+fn table(comparison: &ComparisonTable) -> Markup {
+    let head: Vec<&str> = comparison.head.iter().map(String::as_str).collect();
+    html::table(&Table {
+        caption: &comparison.caption,
+        head: &head,
+        rows: &comparison.rows,
+    })
+}
+
+fn card(entry: &IndexEntry) -> Markup {
+    let (title, report) = (&entry.title, &entry.report);
+    html! {
+        article.card {
+            h2 { a href=(report) { (title) } }
+            @if !entry.png.is_empty() {
+                a href=(report) {
+                    img alt={ "Focused image of " (title) } src=(html::data_uri(&entry.png));
+                }
+            }
+            (html::tiles(&entry.facts))
+            p { (html::warning_badge(entry.warnings, &format!("{report}#warnings"))) }
+        }
     }
-    super::page::tiles(out, &entry.facts);
-    let (class, text) = match entry.warnings {
-        0 => ("good", "No warnings".to_owned()),
-        1 => ("bad", "1 warning".to_owned()),
-        n => ("bad", format!("{n} warnings")),
-    };
-    let _ = writeln!(
-        out,
-        "<p><a class=\"badge {class}\" href=\"{report}#warnings\">{text}</a></p>\n</article>"
-    );
 }

@@ -2,12 +2,12 @@
 //!
 //! [`report_page`] writes the page of one focused campaign from [`ReportData`], plain values that
 //! the stages of the chain have found; [`index_page`] writes the page over several campaigns, and
-//! [`ppk_page`] that of a positioning run alone. All are complete in themselves: pictures are data URIs, plots inline SVG, there is no script, and a
-//! content policy forbids the browser to fetch anything. They follow the reader's light or dark
-//! theme and print well.
+//! [`ppk_page`] that of a positioning run alone. All are complete in themselves: pictures are data
+//! URIs, plots inline SVG, there is no script, and a content policy forbids the browser to fetch
+//! anything. They follow the reader's light or dark theme, fit a telephone and print well.
 //!
-//! The order is that of a reader's questions: what was found, what speaks against it, what it rests
-//! on, and how to do it again.
+//! The order is that of a reader's questions: can the result be trusted, what was found, what speaks
+//! against it, what it rests on, and how to do it again.
 //!
 //! ```
 //! use acerra_products::report::{Fact, ReportData, report_page};
@@ -23,21 +23,26 @@
 //! # Ok::<(), acerra_figure::FigureError>(())
 //! ```
 
+mod cuts;
 mod data;
-mod evidence;
+mod findings;
+mod html;
 mod index;
 mod numbers;
 mod page;
 mod ppk;
 mod provenance;
 mod result;
+mod status;
 #[cfg(test)]
 mod tests;
+mod track;
 
 pub use data::{
-    AlignmentEvidence, Cut, CutLevels, Fact, GhostRow, Picture, ReportData, SurfaceEvidence,
-    TargetRow, TrajectoryEvidence, Widths,
+    AlignmentEvidence, Cut, CutLevels, EvidenceRow, Fact, GhostRow, Picture, ReportData,
+    SurfaceEvidence, TargetRow, TrackEvidence, TrajectoryEvidence, Verdict, Widths,
 };
+pub use findings::verdict_line;
 pub use index::{ComparisonTable, IndexEntry, IndexPage, index_page};
 pub use page::report_page;
 pub use ppk::{PpkReport, ppk_page};

@@ -18,6 +18,32 @@ pub(super) fn fixed(value: impl Into<Option<f64>>, decimals: usize) -> String {
     }
 }
 
+/// A value with its unit, to as many places as `sigma` deserves (two significant digits of it), or
+/// to four significant digits where no standard deviation is known.
+pub(super) fn measured(value: Option<f64>, sigma: Option<f64>, unit: &str) -> String {
+    let Some(value) = value.filter(|value| value.is_finite()) else {
+        return "–".to_owned();
+    };
+    let places = |scale: f64, digits: i32| {
+        let magnitude = scale.abs().log10().floor();
+        if magnitude.is_finite() {
+            (f64::from(digits - 1) - magnitude).clamp(0.0, 9.0) as usize
+        } else {
+            0
+        }
+    };
+    let decimals = match sigma {
+        Some(sigma) => places(sigma, 2),
+        None => places(value, 4),
+    };
+    let number = if value.abs() >= 1e6 || (value != 0.0 && value.abs() < 1e-6) {
+        format!("{value:.2e}").replace('-', "−")
+    } else {
+        fixed(value, decimals)
+    };
+    format!("{number}\u{a0}{unit}").trim_end().to_owned()
+}
+
 /// Bytes in the largest binary unit that keeps at least one whole.
 pub(super) fn bytes(count: u64) -> String {
     const UNITS: [&str; 5] = ["B", "KiB", "MiB", "GiB", "TiB"];
@@ -61,6 +87,14 @@ mod tests {
         assert_eq!(fixed(-0.001, 2), "0.00");
         assert_eq!(fixed(None, 2), "–");
         assert_eq!(fixed(f64::NAN, 2), "–");
+        assert_eq!(
+            measured(Some(-12.34567), Some(0.034), "ns"),
+            "−12.346\u{a0}ns"
+        );
+        assert_eq!(measured(Some(0.0512), None, "m"), "0.05120\u{a0}m");
+        assert_eq!(measured(Some(3.0), Some(12.0), ""), "3");
+        assert_eq!(measured(None, Some(1.0), "m"), "–");
+        assert_eq!(measured(Some(f64::NAN), None, "m"), "–");
         assert_eq!(bytes(1023), "1023 B");
         assert_eq!(bytes(1536), "1.5 KiB");
         assert_eq!(seconds(0.0123), "12.3 ms");

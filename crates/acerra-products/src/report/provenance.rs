@@ -1,80 +1,105 @@
 //! Last section: how to do it again.
 
-use super::data::ReportData;
+use super::data::{Fact, ReportData};
+use super::html::{self, Table};
 use super::numbers::{bytes, seconds};
-use super::page;
 use acerra_chain::inputs::InputFile;
-use acerra_figure::markup::escape;
-use std::fmt::Write as _;
+use acerra_chain::stages::Stage;
+use maud::{Markup, html};
 
-pub(super) fn write(out: &mut String, data: &ReportData) {
-    out.push_str("<section id=\"provenance\">\n<h2>How it was made</h2>\n");
-    if !data.choices.is_empty() {
-        out.push_str(
-            "<h3>What was chosen</h3>\n<div class=\"scroll\"><table class=\"text\"><tbody>\n",
-        );
-        for fact in &data.choices {
-            let _ = writeln!(
-                out,
-                "<tr><th scope=\"row\">{}</th><td>{}</td><td class=\"muted\">{}</td></tr>",
-                escape(&fact.name),
-                escape(&fact.value),
-                escape(&fact.note)
-            );
+pub(super) fn section(data: &ReportData) -> Markup {
+    html! {
+        section #provenance {
+            h2 { "How it was made" }
+            (choices(&data.choices))
+            (inputs(&data.inputs))
+            (cost(&data.stages))
+            (configuration(&data.configuration))
         }
-        out.push_str("</tbody></table></div>\n");
     }
-    inputs(out, &data.inputs);
-    if !data.stages.is_empty() {
-        let total: f64 = data.stages.iter().map(|stage| stage.seconds).sum();
-        out.push_str("<h3>Cost</h3>\n");
-        let mut rows: Vec<Vec<String>> = data
-            .stages
-            .iter()
-            .map(|stage| {
-                let memory = stage
-                    .peak_memory_bytes
-                    .map_or_else(|| "–".to_owned(), bytes);
-                vec![stage.name.to_owned(), seconds(stage.seconds), memory]
-            })
-            .collect();
-        rows.push(vec!["total".to_owned(), seconds(total), String::new()]);
-        page::table(out, "", &["stage", "time", "peak memory"], &rows);
+}
+
+fn choices(choices: &[Fact]) -> Markup {
+    html! {
+        @if !choices.is_empty() {
+            h3 { "What was chosen" }
+            div.scroll tabindex="0" role="group" aria-label="What was chosen" {
+                table.text {
+                    tbody {
+                        @for fact in choices {
+                            tr {
+                                th scope="row" { (fact.name) }
+                                td { (fact.value) }
+                                td.muted { (fact.note) }
+                            }
+                        }
+                    }
+                }
+            }
+        }
     }
-    configuration(out, &data.configuration);
-    out.push_str("</section>\n");
+}
+
+fn cost(stages: &[Stage]) -> Markup {
+    let total: f64 = stages.iter().map(|stage| stage.seconds).sum();
+    let row = |stage: &Stage| {
+        let memory = stage
+            .peak_memory_bytes
+            .map_or_else(|| "–".to_owned(), bytes);
+        vec![stage.name.to_owned(), seconds(stage.seconds), memory]
+    };
+    let mut rows: Vec<Vec<String>> = stages.iter().map(row).collect();
+    rows.push(vec!["total".to_owned(), seconds(total), String::new()]);
+    html! {
+        @if !stages.is_empty() {
+            h3 { "Cost" }
+            (html::table(&Table {
+                caption: "",
+                head: &["stage", "time", "peak memory"],
+                rows: &rows,
+            }))
+        }
+    }
 }
 
 /// The input files with their digests.
-pub(super) fn inputs(out: &mut String, inputs: &[InputFile]) {
-    if inputs.is_empty() {
-        return;
+pub(super) fn inputs(inputs: &[InputFile]) -> Markup {
+    html! {
+        @if !inputs.is_empty() {
+            h3 { "Input files" }
+            div.scroll tabindex="0" role="group" aria-label="Input files" {
+                table.text {
+                    thead {
+                        tr {
+                            th scope="col" { "file" }
+                            th scope="col" { "size" }
+                            th scope="col" { "SHA-256" }
+                        }
+                    }
+                    tbody {
+                        @for input in inputs {
+                            tr {
+                                th scope="row" { (input.path.display()) }
+                                td { (bytes(input.bytes)) }
+                                td { code { (input.sha256) } }
+                            }
+                        }
+                    }
+                }
+            }
+        }
     }
-    out.push_str(
-        "<h3>Input files</h3>\n<div class=\"scroll\"><table class=\"text\"><thead><tr>\
-         <th scope=\"col\">file</th><th scope=\"col\">size</th>\
-         <th scope=\"col\">SHA-256</th></tr></thead><tbody>\n",
-    );
-    for input in inputs {
-        let _ = writeln!(
-            out,
-            "<tr><th scope=\"row\">{}</th><td>{}</td><td><code>{}</code></td></tr>",
-            escape(&input.path.display().to_string()),
-            bytes(input.bytes),
-            escape(&input.sha256)
-        );
-    }
-    out.push_str("</tbody></table></div>\n");
 }
 
 /// The configuration as text.
-pub(super) fn configuration(out: &mut String, configuration: &str) {
-    if !configuration.is_empty() {
-        let _ = writeln!(
-            out,
-            "<h3>Configuration</h3>\n<details open><summary>As resolved, with every default \
-             filled in</summary><pre>{}</pre></details>",
-            escape(configuration)
-        );
+pub(super) fn configuration(configuration: &str) -> Markup {
+    html! {
+        @if !configuration.is_empty() {
+            h3 { "Configuration" }
+            details open {
+                summary { "As resolved, with every default filled in" }
+                pre { (configuration) }
+            }
+        }
     }
 }

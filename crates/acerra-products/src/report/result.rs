@@ -1,53 +1,53 @@
-//! First section: the image and what was measured in it.
+//! The image and what was measured in it.
 
 use super::data::{ReportData, TargetRow, Widths};
+use super::html::{self, Table};
 use super::numbers::fixed;
-use super::page;
-use acerra_figure::FigureError;
-use acerra_figure::markup::escape;
-use std::fmt::Write as _;
+use maud::{Markup, html};
 
-pub(super) fn write(out: &mut String, data: &ReportData) -> Result<(), FigureError> {
-    out.push_str("<section id=\"result\">\n<h2>Result</h2>\n");
-    page::tiles(out, &data.facts);
-    if let Some(image) = &data.image {
-        page::picture(out, image);
-    }
-    if data.targets.is_empty() {
-        out.push_str("<p class=\"muted\">No targets stand out of the image.</p>\n");
-    } else {
-        out.push_str("<h3>Targets</h3>\n");
-        targets(out, &data.targets);
-        for remark in &data.remarks {
-            let _ = writeln!(out, "<p class=\"note\">{}</p>", escape(remark));
+pub(super) fn section(data: &ReportData) -> Markup {
+    html! {
+        section #result {
+            h2 { "Result" }
+            (html::tiles(&data.facts))
+            @if let Some(image) = &data.image {
+                (html::picture(image))
+            }
+            @if data.targets.is_empty() {
+                p.muted { "No targets stand out of the image." }
+            } @else {
+                h3 { "Targets" }
+                (places(&data.targets))
+                (widths(&data.targets))
+                (ghosts(&data.targets))
+                @for remark in &data.remarks {
+                    p.note { (remark) }
+                }
+            }
         }
     }
-    out.push_str("</section>\n");
-    Ok(())
 }
 
-fn targets(out: &mut String, targets: &[TargetRow]) {
-    let number = |i: usize| (i + 1).to_string();
-    let place: Vec<_> = targets
-        .iter()
-        .enumerate()
-        .map(|(i, t)| {
-            vec![
-                number(i),
-                fixed(t.x_m, 3),
-                fixed(t.y_m, 3),
-                fixed(t.z_m, 3),
-                fixed(t.level_db, 1),
-                fixed(t.pslr_db, 1),
-                fixed(t.islr_db, 1),
-            ]
-        })
-        .collect();
-    page::table(
-        out,
-        "Where they are and how clean they stand: level relative to the image's maximum, peak and \
-         integrated sidelobe ratio.",
-        &[
+fn number(i: usize) -> String {
+    (i + 1).to_string()
+}
+
+fn places(targets: &[TargetRow]) -> Markup {
+    let row = |(i, t): (usize, &TargetRow)| {
+        vec![
+            number(i),
+            fixed(t.x_m, 3),
+            fixed(t.y_m, 3),
+            fixed(t.z_m, 3),
+            fixed(t.level_db, 1),
+            fixed(t.pslr_db, 1),
+            fixed(t.islr_db, 1),
+        ]
+    };
+    html::table(&Table {
+        caption: "Where they are and how clean they stand: level relative to the image's maximum, \
+                  peak and integrated sidelobe ratio.",
+        head: &[
             "target",
             "x (m)",
             "y (m)",
@@ -56,71 +56,67 @@ fn targets(out: &mut String, targets: &[TargetRow]) {
             "PSLR (dB)",
             "ISLR (dB)",
         ],
-        &place,
-    );
+        rows: &targets.iter().enumerate().map(row).collect::<Vec<_>>(),
+    })
+}
 
-    let widths = |w: &Widths| {
-        [w.rayleigh_m, w.width_3db_m, w.width_6db_m]
-            .map(|v| fixed(v, 3))
-            .to_vec()
+fn widths(targets: &[TargetRow]) -> Markup {
+    let three = |w: &Widths| [w.rayleigh_m, w.width_3db_m, w.width_6db_m].map(|v| fixed(v, 3));
+    let row = |(i, t): (usize, &TargetRow)| {
+        let mut row = vec![number(i)];
+        row.extend(three(&t.along));
+        row.extend(three(&t.across));
+        row.extend([t.across.inner_m, t.across.outer_m].map(|v| fixed(v, 3)));
+        row
     };
-    let resolution: Vec<_> = targets
-        .iter()
-        .enumerate()
-        .map(|(i, t)| {
-            let mut row = vec![number(i)];
-            row.extend(widths(&t.along));
-            row.extend(widths(&t.across));
-            row.extend([t.across.inner_m, t.across.outer_m].map(|v| fixed(v, 3)));
-            row
-        })
-        .collect();
-    page::table(
-        out,
-        "Resolution in metres. Rayleigh: from the peak to the first minimum, across track the mean \
-         of the sides towards the track (inner) and away from it (outer). −3 and −6 dB: full \
-         widths.",
-        &[
+    html::table(&Table {
+        caption: "Widths of the targets in metres. Rayleigh: from the peak to the first minimum, \
+                  the mean of both sides; inner and outer: the Rayleigh widths across the track, \
+                  towards it and away from it. −3 and −6 dB: full widths between the points of \
+                  that level.",
+        head: &[
             "target",
-            "along Rayleigh",
-            "along −3\u{a0}dB",
-            "along −6\u{a0}dB",
-            "across Rayleigh",
-            "across −3\u{a0}dB",
-            "across −6\u{a0}dB",
-            "inner",
-            "outer",
+            "along, Rayleigh",
+            "along, −3\u{a0}dB",
+            "along, −6\u{a0}dB",
+            "across, Rayleigh",
+            "across, −3\u{a0}dB",
+            "across, −6\u{a0}dB",
+            "across, Rayleigh inner",
+            "across, Rayleigh outer",
         ],
-        &resolution,
-    );
+        rows: &targets.iter().enumerate().map(row).collect::<Vec<_>>(),
+    })
+}
 
-    let ghosts: Vec<_> = targets
-        .iter()
-        .enumerate()
-        .filter_map(|(i, t)| {
-            let ghost = t.ghost?;
-            Some(vec![
-                number(i),
-                fixed(ghost.x_m, 3),
-                fixed(ghost.y_m, 3),
-                fixed(ghost.level, 3),
-                fixed(20.0 * ghost.level.log10(), 1),
-            ])
-        })
-        .collect();
-    if !ghosts.is_empty() {
-        page::table(
-            out,
-            "Left–right ghosts: where a target mirrored at the track would stand, and its \
-             amplitude relative to the target. A single straight track cannot tell left from right.",
-            &[
-                "ghost of target",
-                "x (m)",
-                "y (m)",
-                "relative amplitude",
-                "level (dB)",
-            ],
-            &ghosts,
-        );
+fn ghosts(targets: &[TargetRow]) -> Markup {
+    let row = |(i, t): (usize, &TargetRow)| {
+        let ghost = t.ghost?;
+        Some(vec![
+            number(i),
+            fixed(ghost.x_m, 3),
+            fixed(ghost.y_m, 3),
+            fixed(ghost.level, 3),
+            fixed(20.0 * ghost.level.log10(), 1),
+        ])
+    };
+    let rows: Vec<_> = targets.iter().enumerate().filter_map(row).collect();
+    let table = Table {
+        caption: "Left–right ghosts: where a target mirrored at the track would stand, and its \
+                  amplitude relative to the target. A single straight track cannot tell left from \
+                  right.",
+        head: &[
+            "ghost of target",
+            "x (m)",
+            "y (m)",
+            "relative amplitude",
+            "level (dB)",
+        ],
+        rows: &rows,
+    };
+    html! {
+        @if !rows.is_empty() {
+            (html::table(&table))
+        }
     }
 }

@@ -6,6 +6,42 @@ use acerra_chain::stages::Stage;
 use acerra_figure::{Drawing, ImageDb, PixelValues, Radargram, TargetMark};
 use acerra_geo::trajectory::SolutionStatus;
 
+fn findings() -> Vec<EvidenceRow> {
+    let row = |name: &str, [value, expected, sigma]: [f64; 3], unit: &str, verdict| EvidenceRow {
+        name: name.to_owned(),
+        value: Some(value),
+        expected: Some(expected),
+        sigma: Some(sigma),
+        unit: unit.to_owned(),
+        verdict,
+        explanation: "How it was found, and what to do about it where it does not agree."
+            .to_owned(),
+    };
+    vec![
+        row(
+            "Surface echo against 2h/c",
+            [0.012, 0.0, 0.021],
+            "ns",
+            Verdict::Agrees,
+        ),
+        row(
+            "Clock offset by height",
+            [6.541, 6.512, 0.012],
+            "s",
+            Verdict::Doubtful,
+        ),
+        EvidenceRow {
+            name: "Scan spacing against aliasing".to_owned(),
+            value: Some(0.062),
+            expected: Some(0.02),
+            unit: "m".to_owned(),
+            verdict: Verdict::Contradicts,
+            explanation: "Fly more slowly or raise the scan rate.".to_owned(),
+            ..EvidenceRow::default()
+        },
+    ]
+}
+
 fn full() -> ReportData {
     let n = 200;
     let amplitude: Vec<f32> = (0..n * n)
@@ -67,6 +103,7 @@ fn full() -> ReportData {
             Fact::new("Mean height", "10.02 m"),
             Fact::new("Track", "33.1 m in 21.7 s"),
         ],
+        evidence: findings(),
         warnings: vec![
             "9 of 332 epochs have float ambiguities: decimetres instead of centimetres".to_owned(),
             "2 scans were lost between traces 120 and 123".to_owned(),
@@ -119,61 +156,65 @@ fn full() -> ReportData {
         radargram_raw: Some(picture(radargram("Raw"), "As recorded.")),
         radargram_clean: Some(picture(radargram("Clean"), "As focused.")),
         pictures: Vec::new(),
-        trajectory: Some(TrajectoryEvidence {
-            position_m: time_s
-                .iter()
-                .map(|t| {
-                    [
-                        1.1 * t - 5.0,
-                        0.3 * (0.4 * t).sin(),
-                        10.0 + 0.2 * (0.7 * t).sin(),
-                    ]
-                })
-                .collect(),
-            sigma_m: time_s
-                .iter()
-                .map(|t| [0.006, 0.008, 0.01 + 0.001 * t])
-                .collect(),
-            status: (0..300)
-                .map(|i| match i {
-                    0..=4 => SolutionStatus::Single,
-                    100..=130 => SolutionStatus::Float,
-                    _ => SolutionStatus::Fixed,
-                })
-                .collect(),
-            plane_z_m: 0.0,
-            used_s: Some([6.0, 27.0]),
-            time_s: time_s.clone(),
-        }),
-        alignment: Some(AlignmentEvidence {
-            offset_s: (0..200).map(|i| f64::from(i) * 0.01 + 5.5).collect(),
-            score: (0..200)
-                .map(|i| (-(f64::from(i) - 101.0).powi(2) / 90.0).exp())
-                .collect(),
-            chosen_s: 6.51,
-            score_name: "image contrast".to_owned(),
-            remark: "Contrast of a coarse image against the offset.".to_owned(),
-        }),
-        surface: Some(SurfaceEvidence {
-            picked_range_m: time_s
-                .iter()
-                .enumerate()
-                .map(|(i, t)| {
-                    if i % 17 == 0 {
-                        f64::NAN
-                    } else {
-                        10.03 + 0.2 * (0.7 * t).sin()
-                    }
-                })
-                .collect(),
-            height_m: time_s
-                .iter()
-                .map(|t| 10.0 + 0.2 * (0.7 * t).sin())
-                .collect(),
-            time_s,
-            shift_ns: -1.234,
-            remark: "A constant difference is a delay, a drift is a tilt of the ground.".to_owned(),
-        }),
+        tracks: vec![TrackEvidence {
+            name: String::new(),
+            trajectory: Some(TrajectoryEvidence {
+                position_m: time_s
+                    .iter()
+                    .map(|t| {
+                        [
+                            1.1 * t - 5.0,
+                            0.3 * (0.4 * t).sin(),
+                            10.0 + 0.2 * (0.7 * t).sin(),
+                        ]
+                    })
+                    .collect(),
+                sigma_m: time_s
+                    .iter()
+                    .map(|t| [0.006, 0.008, 0.01 + 0.001 * t])
+                    .collect(),
+                status: (0..300)
+                    .map(|i| match i {
+                        0..=4 => SolutionStatus::Single,
+                        100..=130 => SolutionStatus::Float,
+                        _ => SolutionStatus::Fixed,
+                    })
+                    .collect(),
+                plane_z_m: 0.0,
+                used_s: Some([6.0, 27.0]),
+                time_s: time_s.clone(),
+            }),
+            alignment: Some(AlignmentEvidence {
+                offset_s: (0..200).map(|i| f64::from(i) * 0.01 + 5.5).collect(),
+                score: (0..200)
+                    .map(|i| (-(f64::from(i) - 101.0).powi(2) / 90.0).exp())
+                    .collect(),
+                chosen_s: 6.51,
+                score_name: "image contrast".to_owned(),
+                remark: "Contrast of a coarse image against the offset.".to_owned(),
+            }),
+            surface: Some(SurfaceEvidence {
+                picked_range_m: time_s
+                    .iter()
+                    .enumerate()
+                    .map(|(i, t)| {
+                        if i % 17 == 0 {
+                            f64::NAN
+                        } else {
+                            10.03 + 0.2 * (0.7 * t).sin()
+                        }
+                    })
+                    .collect(),
+                height_m: time_s
+                    .iter()
+                    .map(|t| 10.0 + 0.2 * (0.7 * t).sin())
+                    .collect(),
+                time_s,
+                shift_ns: -1.234,
+                remark: "A constant difference is a delay, a drift is a tilt of the ground."
+                    .to_owned(),
+            }),
+        }],
         choices: vec![
             Fact::new("algorithm", "direct sum, AVX2").note("cheapest for this geometry"),
             Fact::new("time offset", "6.512 s"),
@@ -208,9 +249,13 @@ fn a_full_report_answers_in_order() {
     let html = report_page(&full()).unwrap();
     keep("report", &html);
     let order = [
+        "id=\"evidence\"",
+        "Scan spacing against aliasing</th>",
+        "Clock offset by height</th>",
+        "Surface echo against 2h/c</th>",
         "id=\"result\"",
         "id=\"warnings\"",
-        "id=\"evidence\"",
+        "id=\"measurements\"",
         "Target 1, along the track",
         "Target 1, across the track",
         "id=\"provenance\"",
@@ -232,6 +277,9 @@ fn a_full_report_answers_in_order() {
         "fixed 88.0 %",
         "median 0.030 m",
         "Picked in 282 of 300",
+        "1 of 3 findings contradicts this result: Scan spacing against aliasing. Doubtful: Clock",
+        "<span class=\"muted\">(2.4 σ off)</span>",
+        "6.541\u{a0}s",
     ] {
         assert!(html.contains(text), "{text} is missing");
     }
@@ -279,9 +327,13 @@ fn hostile_names_stay_text() {
     data.facts = vec![Fact::new(evil.clone(), evil.clone()).note(evil.clone())];
     data.choices = data.facts.clone();
     data.inputs[0].path = evil.clone().into();
-    data.alignment.as_mut().unwrap().score_name = evil.clone();
-    data.alignment.as_mut().unwrap().remark = evil.clone();
+    data.tracks[0].alignment.as_mut().unwrap().score_name = evil.clone();
+    data.tracks[0].alignment.as_mut().unwrap().remark = evil.clone();
     data.image.as_mut().unwrap().alt = evil.clone();
+    data.evidence[0].name = evil.clone();
+    data.evidence[0].unit = evil.clone();
+    data.evidence[0].explanation = evil.clone();
+    data.tracks[0].name = evil.clone();
     assert!(!report_page(&data).unwrap().contains("<script"));
     let entry = IndexEntry {
         title: evil.clone(),
@@ -298,17 +350,95 @@ fn hostile_names_stay_text() {
 }
 
 #[test]
+fn tracks_stand_on_time_axes_of_their_own() {
+    let mut data = full();
+    let mut later = data.tracks[0].clone();
+    data.tracks[0].name = "morning".to_owned();
+    later.name = "evening".to_owned();
+    let trajectory = later.trajectory.as_mut().unwrap();
+    trajectory.time_s.iter_mut().for_each(|t| *t += 36_000.0);
+    trajectory.used_s = None;
+    data.tracks.push(later);
+    let html = report_page(&data).unwrap();
+    keep("tracks", &html);
+    let at = |text: &str| html.find(text).unwrap_or_else(|| panic!("no {text}"));
+    let (morning, evening) = (at("<h3>Track morning"), at("<h3>Track evening"));
+    assert!(
+        html[..morning].contains(">Track morning<") && html[..morning].contains(">Track evening<")
+    );
+    // Ten hours later: ticks of the second axis, and only of the second.
+    assert!(!html[morning..evening].contains(">36010<"));
+    assert!(html[evening..].contains(">36010<") && !html[evening..].contains(">10</text><text"));
+}
+
+#[test]
+fn every_picture_is_described() {
+    let mut data = full();
+    data.pictures = vec![data.image.clone().unwrap()];
+    let pages = [
+        report_page(&data).unwrap(),
+        ppk_page(&PpkReport {
+            title: String::new(),
+            version: String::new(),
+            solution: &simulated_run(),
+            ratio_threshold: None,
+            pass_difference_m: Vec::new(),
+            warnings: Vec::new(),
+            inputs: Vec::new(),
+            configuration: String::new(),
+        })
+        .unwrap(),
+    ];
+    for html in pages {
+        let words = |mark: &str, attribute: &str| -> Vec<usize> {
+            let parts = html.split(mark).skip(1);
+            parts
+                .map(|part| {
+                    let tag = part.split('>').next().unwrap_or_default();
+                    let value = tag.split(attribute).nth(1).unwrap_or_default();
+                    let text = value.split('"').next().unwrap_or_default();
+                    text.split_whitespace().count()
+                })
+                .collect()
+        };
+        let images = words("<img ", "alt=\"");
+        let drawings = words("<svg xmlns", "aria-label=\"");
+        assert!(images.len() + drawings.len() >= 2);
+        assert!(images.iter().chain(&drawings).all(|count| *count >= 2));
+    }
+}
+
+#[test]
+fn the_verdict_names_what_is_wrong() {
+    let mut rows = findings();
+    assert!(verdict_line(&rows).starts_with("1 of 3 findings contradicts"));
+    rows.pop();
+    assert_eq!(
+        verdict_line(&rows),
+        "1 of 2 findings is doubtful: Clock offset by height."
+    );
+    rows.pop();
+    assert_eq!(
+        verdict_line(&rows),
+        "The one finding agrees with this result."
+    );
+    let mut data = full();
+    data.evidence = Vec::new();
+    assert!(!report_page(&data).unwrap().contains("id=\"evidence\""));
+}
+
+#[test]
 fn an_empty_report_is_a_page_and_odd_lists_are_refused() {
     let html = report_page(&ReportData::default()).unwrap();
     assert!(html.contains("No targets") && html.contains("No warnings"));
     let mut data = full();
-    data.trajectory.as_mut().unwrap().status.pop();
+    data.tracks[0].trajectory.as_mut().unwrap().status.pop();
     assert!(report_page(&data).is_err());
     let mut data = full();
-    data.surface.as_mut().unwrap().height_m.pop();
+    data.tracks[0].surface.as_mut().unwrap().height_m.pop();
     assert!(report_page(&data).is_err());
     let mut data = full();
-    data.trajectory = Some(TrajectoryEvidence::default());
+    data.tracks[0].trajectory = Some(TrajectoryEvidence::default());
     assert!(report_page(&data).unwrap().contains("holds no positions"));
 }
 
@@ -400,6 +530,8 @@ fn the_page_of_a_positioning_run_tells_its_story() {
         title: "Flight <1>".to_owned(),
         version: "0.1.0".to_owned(),
         solution: &solution,
+        ratio_threshold: Some(3.5),
+        pass_difference_m: Vec::new(),
         warnings: vec!["1 line was skipped".to_owned()],
         inputs: full().inputs,
         configuration: "elevation_mask_deg = 15".to_owned(),
@@ -412,7 +544,8 @@ fn the_page_of_a_positioning_run_tells_its_story() {
         "1 line was skipped".to_owned(),
         "Flight &lt;1&gt;".to_owned(),
         "phase residual (mm)".to_owned(),
-        "the base&#39;s log has a gap from 2018/07/09 09:31:00".to_owned(),
+        "needed: 3.5".to_owned(),
+        "the base's log has a gap from 2018/07/09 09:31:00".to_owned(),
         solution.epochs[0].residuals[0].satellite.to_string(),
     ] {
         assert!(html.contains(&text), "{text} is missing");
@@ -421,6 +554,46 @@ fn the_page_of_a_positioning_run_tells_its_story() {
         assert!(html.contains(&format!("<th scope=\"row\">{reason}</th><td>{count}</td>")));
     }
     assert!(!html.contains("<script"));
+}
+
+#[test]
+fn events_are_folded_and_pass_differences_shown() {
+    use acerra_gnss::{EventKind, EventPosition, EventRecord};
+    let mut solution = simulated_run();
+    let epoch = solution.epochs[10].clone();
+    solution.events = (0..500)
+        .map(|i| EventPosition {
+            event: EventRecord {
+                time: epoch.time,
+                kind: EventKind::External,
+                count: Some(i),
+                accuracy_s: None,
+            },
+            time: epoch.time,
+            position_ecef_m: (i > 0).then_some(epoch.position_ecef_m),
+            covariance_ecef_m2: epoch.covariance_ecef_m2,
+            quality: None,
+        })
+        .collect();
+    let mut report = PpkReport {
+        title: "Events".to_owned(),
+        version: String::new(),
+        solution: &solution,
+        ratio_threshold: Some(3.0),
+        pass_difference_m: vec![0.02; solution.epochs.len()],
+        warnings: Vec::new(),
+        inputs: Vec::new(),
+        configuration: String::new(),
+    };
+    let html = ppk_page(&report).unwrap();
+    keep("ppk-events", &html);
+    let folded = html.find("<details class=\"long\"><summary>").unwrap();
+    let rows = html[folded..].split("</details>").next().unwrap();
+    assert!(rows.contains("Positions at 500 recorded events, 1 of them without one"));
+    assert_eq!(rows.matches("<tr>").count(), 501);
+    assert!(html.contains(">forward against backward pass<"));
+    report.pass_difference_m.pop();
+    assert!(ppk_page(&report).is_err());
 }
 
 #[test]
@@ -436,6 +609,8 @@ fn a_positioning_run_without_positions_is_a_page() {
         title: "Nothing".to_owned(),
         version: String::new(),
         solution: &solution,
+        ratio_threshold: None,
+        pass_difference_m: Vec::new(),
         warnings: Vec::new(),
         inputs: Vec::new(),
         configuration: String::new(),

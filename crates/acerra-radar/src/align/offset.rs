@@ -1,9 +1,10 @@
 //! Correlating two curves over their clocks' offset.
 
-use thiserror::Error;
+use super::AlignError;
 
-/// Offsets tried.
+/// Offsets tried by [`coarse_offset`].
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct OffsetSearch {
     /// Smallest and largest offset, s; `None` tries all at which the two overlap enough.
     pub range_s: Option<[f64; 2]>,
@@ -23,6 +24,22 @@ impl Default for OffsetSearch {
     }
 }
 
+impl OffsetSearch {
+    /// The same within a range of offsets, s.
+    #[must_use]
+    pub const fn within(mut self, range_s: [f64; 2]) -> Self {
+        self.range_s = Some(range_s);
+        self
+    }
+
+    /// The same with another step, s.
+    #[must_use]
+    pub const fn with_step_s(mut self, step_s: f64) -> Self {
+        self.step_s = step_s;
+        self
+    }
+}
+
 /// The best offset and the evidence for it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CoarseOffset {
@@ -39,57 +56,6 @@ pub struct CoarseOffset {
     pub interval_s: [f64; 2],
     /// Every offset tried and its correlation.
     pub curve: Vec<(f64, f64)>,
-}
-
-/// Why no offset could be found.
-#[derive(Debug, Clone, PartialEq, Error)]
-#[non_exhaustive]
-pub enum AlignError {
-    /// A curve without values, or of unequal lengths.
-    #[error("{what}: {times} times for {values} values, at least 3 of each are needed")]
-    Length {
-        /// Which curve.
-        what: &'static str,
-        /// Times given.
-        times: usize,
-        /// Values given.
-        values: usize,
-    },
-    /// Times that do not rise.
-    #[error("{what}: time {index} is not after the one before")]
-    Order {
-        /// Which curve.
-        what: &'static str,
-        /// Index of the offender.
-        index: usize,
-    },
-    /// A curve that is constant: nothing moves.
-    #[error("{what} does not change: there is no motion to align by")]
-    Constant {
-        /// Which curve.
-        what: &'static str,
-    },
-    /// No offset at which the two overlap enough.
-    #[error(
-        "no offset within {from_s} to {to_s} s lets {percent:.0} % of the radar traces fall \
-         within the trajectory"
-    )]
-    NoOverlap {
-        /// Smallest offset tried, s.
-        from_s: f64,
-        /// Largest offset tried, s.
-        to_s: f64,
-        /// Share needed, percent.
-        percent: f64,
-    },
-    /// A step that is not a positive number, or tries more than ten million offsets.
-    #[error("offset step of {step_s} s over {range_s} s")]
-    Step {
-        /// The step, s.
-        step_s: f64,
-        /// The range, s.
-        range_s: f64,
-    },
 }
 
 /// Correlates `activity` over `radar_time_s` (see [`activity`](super::activity)) with the

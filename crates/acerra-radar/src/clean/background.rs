@@ -1,12 +1,16 @@
 //! Removing what does not change from trace to trace: antenna coupling above all (paper §2).
 
+use std::fmt;
+use std::str::FromStr;
+
 use num_complex::Complex64;
 use rayon::prelude::*;
 
 use super::CleanError;
 use super::components::remove_components;
+use crate::control::{Cancelled, Control};
 use crate::radargram::Radargram;
-use crate::value::{InPlace, Value, in_place};
+use crate::value::{InPlace, Shape, Value, in_place};
 
 /// Ways of estimating the background. It is estimated over the traces of the radargram given:
 /// select traces first.
@@ -31,6 +35,53 @@ pub enum Background {
     None,
 }
 
+/// As in messages: `mean`, `median`, `none`, `window 51`, `components 2`; [`FromStr`] reads it.
+impl fmt::Display for Background {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Mean => f.pad("mean"),
+            Self::Median => f.pad("median"),
+            Self::Sliding { window } => write!(f, "window {window}"),
+            Self::Components { components } => write!(f, "components {components}"),
+            Self::None => f.pad("none"),
+        }
+    }
+}
+
+/// A text that names no way of estimating the background.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "expected a background of \"mean\", \"median\", \"none\", \"window N\" or \
+     \"components N\", found {found:?}"
+)]
+pub struct UnknownBackground {
+    /// The text.
+    pub found: String,
+}
+
+impl FromStr for Background {
+    type Err = UnknownBackground;
+
+    fn from_str(text: &str) -> Result<Self, UnknownBackground> {
+        let mut words = text.split_whitespace();
+        let (name, number) = (words.next().unwrap_or_default(), words.next());
+        let count = number.and_then(|n| n.parse().ok());
+        let known = match (name, number, count) {
+            ("mean", None, _) => Some(Self::Mean),
+            ("median", None, _) => Some(Self::Median),
+            ("none", None, _) => Some(Self::None),
+            ("window", _, Some(window)) => Some(Self::Sliding { window }),
+            ("components", _, Some(components)) => Some(Self::Components { components }),
+            _ => None,
+        };
+        known
+            .filter(|_| words.next().is_none())
+            .ok_or_else(|| UnknownBackground {
+                found: text.to_owned(),
+            })
+    }
+}
+
 /// Subtracts the background.
 ///
 /// # Errors
@@ -46,9 +97,22 @@ pub enum Background {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn remove_background(
-    mut radargram: Radargram,
+    radargram: Radargram,
     background: Background,
 ) -> Result<Radargram, CleanError> {
+    remove_background_with(radargram, background, Control::new())
+}
+
+/// The same, stopped on request; medians and principal components report their progress.
+///
+/// # Errors
+/// As [`remove_background`], and [`CleanError::Cancelled`].
+pub fn remove_background_with(
+    mut radargram: Radargram,
+    background: Background,
+    control: Control<'_>,
+) -> Result<Radargram, CleanError> {
+    control.check()?;
     let (traces, n) = (radargram.traces, radargram.samples_per_trace);
     let need = |method, needed| {
         if traces >= needed {
@@ -65,18 +129,24 @@ pub fn remove_background(
         Background::None => {}
         Background::Mean => {
             need("mean", 2)?;
-            in_place(&mut radargram, &Mean);
+            in_place(&mut radargram, &Mean)?;
         }
         Background::Median => {
             need("median", 3)?;
-            in_place(&mut radargram, &Median);
+            in_place(&mut radargram, &Median { control })?;
         }
         Background::Sliding { window } => {
             need("sliding window", 3)?;
             if window < 3 {
                 return Err(CleanError::Window { window });
             }
-            in_place(&mut radargram, &Sliding { half: window / 2 });
+            in_place(
+                &mut radargram,
+                &Sliding {
+                    half: window / 2,
+                    control,
+                },
+            )?;
         }
         Background::Components { components } => {
             need("principal components", 2)?;
@@ -84,7 +154,13 @@ pub fn remove_background(
             if !(1..=most).contains(&components) {
                 return Err(CleanError::Components { components, most });
             }
-            in_place(&mut radargram, &Components { components });
+            in_place(
+                &mut radargram,
+                &Components {
+                    components,
+                    control,
+                },
+            )?;
         }
     }
     Ok(radargram)
@@ -93,7 +169,8 @@ pub fn remove_background(
 struct Mean;
 
 impl InPlace for Mean {
-    fn run<V: Value>(&self, samples: &mut [V], traces: usize, n: usize) {
+    fn run<V: Value>(&self, samples: &mut [V], shape: Shape) -> Result<(), Cancelled> {
+        let (traces, n) = (shape.traces, shape.samples_per_trace);
         let mut mean = vec![Complex64::default(); n];
         for row in samples.chunks_exact(n) {
             for (sum, v) in mean.iter_mut().zip(row) {
@@ -106,6 +183,7 @@ impl InPlace for Mean {
         samples
             .par_chunks_exact_mut(n)
             .for_each(|row| subtract(row, &mean));
+        Ok(())
     }
 }
 
@@ -115,24 +193,29 @@ fn subtract<V: Value>(row: &mut [V], background: &[Complex64]) {
     }
 }
 
-struct Median;
+struct Median<'a> {
+    control: Control<'a>,
+}
 
-impl InPlace for Median {
-    fn run<V: Value>(&self, samples: &mut [V], traces: usize, n: usize) {
+impl InPlace for Median<'_> {
+    fn run<V: Value>(&self, samples: &mut [V], shape: Shape) -> Result<(), Cancelled> {
+        let (traces, n) = (shape.traces, shape.samples_per_trace);
         let median: Vec<Complex64> = (0..n)
             .into_par_iter()
             .map_init(Vec::new, |column: &mut Vec<f64>, j| {
+                self.control.check()?;
                 let mut of = |part: fn(Complex64) -> f64| {
                     column.clear();
                     column.extend((0..traces).map(|i| part(samples[i * n + j].wide())));
                     median_of(column)
                 };
-                Complex64::new(of(|z| z.re), of(|z| z.im))
+                Ok(Complex64::new(of(|z| z.re), of(|z| z.im)))
             })
-            .collect();
+            .collect::<Result<_, _>>()?;
         samples
             .par_chunks_exact_mut(n)
             .for_each(|row| subtract(row, &median));
+        Ok(())
     }
 }
 
@@ -147,17 +230,23 @@ pub(super) fn median_of(values: &mut [f64]) -> f64 {
     (lower + upper) / 2.0
 }
 
-struct Sliding {
+struct Sliding<'a> {
     half: usize,
+    control: Control<'a>,
 }
 
-impl InPlace for Sliding {
-    fn run<V: Value>(&self, samples: &mut [V], traces: usize, n: usize) {
+impl InPlace for Sliding<'_> {
+    fn run<V: Value>(&self, samples: &mut [V], shape: Shape) -> Result<(), Cancelled> {
+        let (traces, n) = (shape.traces, shape.samples_per_trace);
         let original = samples.to_vec();
         let row = |i: usize| &original[i * n..(i + 1) * n];
         let mut sum = vec![Complex64::default(); n];
         let mut held = 0..0;
         for (i, out) in samples.chunks_exact_mut(n).enumerate() {
+            if i % 64 == 0 {
+                self.control.check()?;
+                self.control.report(i as f64 / traces as f64);
+            }
             let wanted = i.saturating_sub(self.half)..(i + self.half + 1).min(traces);
             for enters in held.end..wanted.end {
                 sum.iter_mut()
@@ -175,15 +264,18 @@ impl InPlace for Sliding {
                 *v = V::narrow(v.wide() - s / count);
             }
         }
+        Ok(())
     }
 }
 
-struct Components {
+struct Components<'a> {
     components: usize,
+    control: Control<'a>,
 }
 
-impl InPlace for Components {
-    fn run<V: Value>(&self, samples: &mut [V], traces: usize, n: usize) {
-        remove_components(samples, traces, n, self.components);
+impl InPlace for Components<'_> {
+    fn run<V: Value>(&self, samples: &mut [V], shape: Shape) -> Result<(), Cancelled> {
+        let (traces, n) = (shape.traces, shape.samples_per_trace);
+        remove_components(samples, [traces, n], self.components, self.control)
     }
 }

@@ -8,6 +8,7 @@ use nalgebra::{Complex, DMatrix};
 use num_complex::Complex64;
 use rayon::prelude::*;
 
+use crate::control::{Cancelled, Control};
 use crate::value::Value;
 
 /// Columns beyond those wanted, for speed of convergence.
@@ -16,22 +17,26 @@ const ITERATIONS: usize = 60;
 /// Relative change of the singular values at which iterating ends.
 const CONVERGED: f64 = 1e-9;
 
+/// Takes the strongest components out of `[traces, samples per trace]` samples.
 pub(super) fn remove_components<V: Value>(
     samples: &mut [V],
-    traces: usize,
-    n: usize,
+    [traces, n]: [usize; 2],
     components: usize,
-) {
+    control: Control<'_>,
+) -> Result<(), Cancelled> {
     let columns = (components + EXTRA).min(traces).min(n);
     let mut basis = start(traces, columns);
     let mut before = 0.0;
-    for _ in 0..ITERATIONS {
+    for iteration in 0..ITERATIONS {
+        control.check()?;
+        control.report(iteration as f64 / ITERATIONS as f64);
         let strength: f64 = orthonormalise(&mut basis).iter().take(components).sum();
         if (strength - before).abs() <= CONVERGED * strength {
             break;
         }
         before = strength;
         let projected = project(samples, n, &basis);
+        control.check()?;
         basis = expand(samples, n, &projected);
     }
     orthonormalise(&mut basis);
@@ -47,6 +52,7 @@ pub(super) fn remove_components<V: Value>(
                 *v = V::narrow(v.wide() - along);
             }
         });
+    Ok(())
 }
 
 /// Columns of fixed pseudo-random numbers, so that the same data give the same result.

@@ -6,8 +6,9 @@ use rayon::prelude::*;
 
 use super::{CleanError, check_heights};
 use crate::constants::two_way_delay_s;
+use crate::control::Cancelled;
 use crate::radargram::Radargram;
-use crate::value::{InPlace, Value, in_place};
+use crate::value::{InPlace, Shape, Value, in_place};
 
 /// An interval of fast time relative to 2h/c, with raised-cosine edges.
 ///
@@ -99,7 +100,7 @@ pub fn apply_gate(
             start,
             step,
         },
-    );
+    )?;
     Ok(radargram)
 }
 
@@ -111,9 +112,9 @@ struct Apply<'a> {
 }
 
 impl InPlace for Apply<'_> {
-    fn run<V: Value>(&self, samples: &mut [V], _traces: usize, n: usize) {
+    fn run<V: Value>(&self, samples: &mut [V], shape: Shape) -> Result<(), Cancelled> {
         samples
-            .par_chunks_exact_mut(n)
+            .par_chunks_exact_mut(shape.samples_per_trace)
             .zip(self.height_m)
             .for_each(|(row, &height_m)| {
                 let surface_s = two_way_delay_s(height_m);
@@ -127,5 +128,6 @@ impl InPlace for Apply<'_> {
                     }
                 }
             });
+        Ok(())
     }
 }

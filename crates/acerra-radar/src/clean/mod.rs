@@ -1,7 +1,8 @@
 //! From the raw radargram to spectra: zero-timing, background removal, gating, transform.
 //!
 //! Each stage is a pure function from one [`Radargram`](crate::Radargram) to the next. Heights are
-//! one number a trace, m; sums are formed in double precision.
+//! one number a trace, m; sums are formed in double precision. Stages that can take long on
+//! thousands of traces have a variant that can be stopped (`…_with` a [`Control`](crate::Control)).
 
 mod background;
 mod components;
@@ -13,11 +14,14 @@ mod zero_timing;
 
 use thiserror::Error;
 
-pub use background::{Background, remove_background};
+use crate::control::Cancelled;
+
+pub use background::{Background, UnknownBackground, remove_background, remove_background_with};
 pub use envelope::envelope;
 pub use gate::{Gate, apply_gate};
+pub(crate) use surface::crest;
 pub use surface::{SurfaceOptions, SurfacePick, SurfaceTrack, track_surface};
-pub use transform::{spectrum_at, spectrum_by_direct_sum};
+pub use transform::{spectrum_at, spectrum_at_with, spectrum_by_direct_sum};
 pub use zero_timing::{ZeroTiming, ZeroTimingResult, zero_timing};
 
 /// Why a stage refused its input.
@@ -114,6 +118,9 @@ pub enum CleanError {
         /// Contrast needed, dB.
         needed_db: f64,
     },
+    /// The caller asked to stop.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
 }
 
 fn check_heights(traces: usize, height_m: &[f64]) -> Result<(), CleanError> {

@@ -21,6 +21,7 @@ const MOVES_S: f64 = 0.06e-9;
 
 /// Where the surface echo is looked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct SurfaceOptions {
     /// Fast time at which range is zero, as far as known, s.
     pub approximate_delay_s: Option<f64>,
@@ -44,6 +45,36 @@ impl Default for SurfaceOptions {
             follow_s: 1.5e-9,
             band_hz: None,
         }
+    }
+}
+
+impl SurfaceOptions {
+    /// The same about an approximate delay, s.
+    #[must_use]
+    pub const fn with_approximate_delay_s(mut self, approximate_delay_s: f64) -> Self {
+        self.approximate_delay_s = Some(approximate_delay_s);
+        self
+    }
+
+    /// The same with another range of delays tried when none is known, s.
+    #[must_use]
+    pub const fn with_unknown_delay_s(mut self, unknown_delay_s: [f64; 2]) -> Self {
+        self.unknown_delay_s = unknown_delay_s;
+        self
+    }
+
+    /// The same with another distance that the echo may stray, s.
+    #[must_use]
+    pub const fn with_follow_s(mut self, follow_s: f64) -> Self {
+        self.follow_s = follow_s;
+        self
+    }
+
+    /// The same with the band of the pulse, Hz.
+    #[must_use]
+    pub const fn with_band_hz(mut self, band_hz: [f64; 2]) -> Self {
+        self.band_hz = Some(band_hz);
+        self
     }
 }
 
@@ -307,7 +338,7 @@ fn peak_offset(values: &[f64], i: usize) -> f64 {
 
 /// Vertex of the least-squares parabola through the upper third of a peak: its place in samples
 /// from `i`, and its height. Many samples take part, so noise on one of them does little.
-fn crest(values: &[f64], i: usize) -> (f64, f64) {
+pub(crate) fn crest(values: &[f64], i: usize) -> (f64, f64) {
     const REACH: usize = 64;
     let floor = values[i] * 2.0 / 3.0;
     let above = |v: &&f64| **v >= floor;

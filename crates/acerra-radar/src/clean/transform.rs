@@ -10,6 +10,7 @@ use rayon::prelude::*;
 use rustfft::FftPlanner;
 
 use super::CleanError;
+use crate::control::{Cancelled, Control};
 use crate::radargram::Radargram;
 use crate::spectrum::Spectrum;
 
@@ -35,11 +36,24 @@ const EVEN: f64 = 1e-9;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn spectrum_at(radargram: &Radargram, frequency_hz: &[f64]) -> Result<Spectrum, CleanError> {
+    spectrum_at_with(radargram, frequency_hz, Control::new())
+}
+
+/// The same, stopped on request.
+///
+/// # Errors
+/// As [`spectrum_at`], and [`CleanError::Cancelled`].
+pub fn spectrum_at_with(
+    radargram: &Radargram,
+    frequency_hz: &[f64],
+    control: Control<'_>,
+) -> Result<Spectrum, CleanError> {
     check(radargram, frequency_hz)?;
-    match even_step(frequency_hz) {
-        Some(step_hz) => Ok(chirp_z(radargram, frequency_hz, step_hz)),
-        None => Ok(direct(radargram, frequency_hz)),
-    }
+    let values = match even_step(frequency_hz) {
+        Some(step_hz) => chirp_z(radargram, frequency_hz, step_hz, control)?,
+        None => direct(radargram, frequency_hz, control)?,
+    };
+    Ok(finish(radargram, frequency_hz, values))
 }
 
 /// The same by the plain sum in double precision: the reference.
@@ -51,7 +65,8 @@ pub fn spectrum_by_direct_sum(
     frequency_hz: &[f64],
 ) -> Result<Spectrum, CleanError> {
     check(radargram, frequency_hz)?;
-    Ok(direct(radargram, frequency_hz))
+    let values = direct(radargram, frequency_hz, Control::new())?;
+    Ok(finish(radargram, frequency_hz, values))
 }
 
 fn check(radargram: &Radargram, frequency_hz: &[f64]) -> Result<(), CleanError> {
@@ -99,7 +114,11 @@ fn finish(radargram: &Radargram, frequency_hz: &[f64], values: Vec<Complex64>) -
     }
 }
 
-fn direct(radargram: &Radargram, frequency_hz: &[f64]) -> Spectrum {
+fn direct(
+    radargram: &Radargram,
+    frequency_hz: &[f64],
+    control: Control<'_>,
+) -> Result<Vec<Complex64>, Cancelled> {
     /// Samples whose phasors are held at once: 64 × 341 phasors fit the second-level cache.
     const BLOCK: usize = 64;
     let (n, m) = (radargram.samples_per_trace, frequency_hz.len());
@@ -118,20 +137,27 @@ fn direct(radargram: &Radargram, frequency_hz: &[f64]) -> Spectrum {
         values
             .par_chunks_exact_mut(m)
             .enumerate()
-            .for_each(|(trace, row)| {
+            .try_for_each(|(trace, row)| {
+                control.check()?;
                 for (k, phasors) in block.clone().zip(phasors.chunks_exact(m)) {
                     let x = radargram.at(trace, k);
                     if x != Complex64::default() {
                         row.iter_mut().zip(phasors).for_each(|(s, p)| *s += x * p);
                     }
                 }
-            });
+                Ok(())
+            })?;
     }
-    finish(radargram, frequency_hz, values)
+    Ok(values)
 }
 
 /// Bluestein's identity nk = (n² + k² − (k−n)²)/2 turns the sum into a convolution.
-fn chirp_z(radargram: &Radargram, frequency_hz: &[f64], step_hz: f64) -> Spectrum {
+fn chirp_z(
+    radargram: &Radargram,
+    frequency_hz: &[f64],
+    step_hz: f64,
+    control: Control<'_>,
+) -> Result<Vec<Complex64>, Cancelled> {
     let (n, m) = (radargram.samples_per_trace, frequency_hz.len());
     let size = (n + m - 1).next_power_of_two();
     let mut planner = FftPlanner::new();
@@ -140,7 +166,7 @@ fn chirp_z(radargram: &Radargram, frequency_hz: &[f64], step_hz: f64) -> Spectru
         planner.plan_fft_inverse(size),
     );
     let (t0, dt) = (radargram.fast_time_start_s, radargram.fast_time_step_s);
-    let turn = step_hz * dt;
+    let turn = step_hz * dt; // chirp rate, cycles per sample squared
     let chirp = |k: usize| {
         let k = k as f64;
         Complex64::cis(-TAU * (0.5 * turn * k * k).fract())
@@ -164,26 +190,31 @@ fn chirp_z(radargram: &Radargram, frequency_hz: &[f64], step_hz: f64) -> Spectru
     }
     forward.process(&mut kernel);
     let mut values = vec![Complex64::default(); radargram.traces * m];
-    values.par_chunks_exact_mut(m).enumerate().for_each_init(
-        || (vec![Complex64::default(); size], Vec::new()),
-        |(work, scratch): &mut (_, Vec<Complex64>), (trace, row)| {
-            let needed = forward
-                .get_inplace_scratch_len()
-                .max(inverse.get_inplace_scratch_len());
-            scratch.resize(needed, Complex64::default());
-            for (k, slot) in work.iter_mut().enumerate() {
-                *slot = match before.get(k) {
-                    Some(b) => radargram.at(trace, k) * b,
-                    None => Complex64::default(),
-                };
-            }
-            forward.process_with_scratch(work, scratch);
-            work.iter_mut().zip(&kernel).for_each(|(w, k)| *w *= k);
-            inverse.process_with_scratch(work, scratch);
-            for ((s, w), a) in row.iter_mut().zip(work.iter()).zip(&after) {
-                *s = w * a;
-            }
-        },
-    );
-    finish(radargram, frequency_hz, values)
+    values
+        .par_chunks_exact_mut(m)
+        .enumerate()
+        .try_for_each_init(
+            || (vec![Complex64::default(); size], Vec::new()),
+            |(work, scratch): &mut (_, Vec<Complex64>), (trace, row)| {
+                control.check()?;
+                let needed = forward
+                    .get_inplace_scratch_len()
+                    .max(inverse.get_inplace_scratch_len());
+                scratch.resize(needed, Complex64::default());
+                for (k, slot) in work.iter_mut().enumerate() {
+                    *slot = match before.get(k) {
+                        Some(b) => radargram.at(trace, k) * b,
+                        None => Complex64::default(),
+                    };
+                }
+                forward.process_with_scratch(work, scratch);
+                work.iter_mut().zip(&kernel).for_each(|(w, k)| *w *= k);
+                inverse.process_with_scratch(work, scratch);
+                for ((s, w), a) in row.iter_mut().zip(work.iter()).zip(&after) {
+                    *s = w * a;
+                }
+                Ok(())
+            },
+        )?;
+    Ok(values)
 }

@@ -11,6 +11,10 @@ const PREFIX_BYTES: usize = 4;
 /// Enough to see a whole message and the beginning of the one behind it.
 const LOOKAHEAD: usize = PREFIX_BYTES + SCAN_MESSAGE_BYTES + PREFIX_BYTES + HEADER_BYTES;
 
+/// Largest modulus of a sample that the radio can send: 2¹⁵ pulses (PII 15) of 16-bit values.
+/// Foreign bytes read as samples surpass it half of the time.
+const LARGEST_SAMPLE: u32 = 1 << 30;
+
 /// One message cut out of the stream.
 pub(super) enum Message {
     Scan {
@@ -58,20 +62,27 @@ pub(crate) enum Recognised {
 }
 
 /// Looks for MRM messages in a file's first bytes.
+///
+/// A sound SCAN_INFO header is evidence anywhere. One that contradicts itself is evidence only
+/// where a capture would have its first message, or where another message follows it: two bytes of
+/// a message type stand in any file of some size by chance.
 pub(crate) fn recognise(head: &[u8]) -> Recognised {
     let mut broken = None;
     let mut swapped = None;
     for at in 0..head.len() {
+        let is_first = at == 0 || at == CONFIG_BYTES;
         match start_at(&head[at..]) {
             Start::Scan { .. } => return Recognised::Mrm,
             // A short message alone proves little, but for its place at a file's beginning.
-            Start::Other { prefix, bytes, .. } if at == 0 || at == CONFIG_BYTES => {
+            Start::Other { prefix, bytes, .. } if is_first => {
                 let end = at + prefix + bytes;
-                if end >= head.len() || looks_like_start(&head[end..]) {
+                if end == head.len() || head.get(end..).is_some_and(looks_like_start) {
                     return Recognised::Mrm;
                 }
             }
-            Start::BadScan(fault) => broken = broken.or(Some((at as u64, fault))),
+            Start::BadScan(fault) if is_first || followed_by_scan(&head[at..]) => {
+                broken = broken.or(Some((at as u64, fault)));
+            }
             _ => {}
         }
         if swapped.is_none() && ScanHeader::is_swapped(&head[at..]) {
@@ -91,6 +102,21 @@ pub(crate) fn recognise(head: &[u8]) -> Recognised {
             _ => Recognised::No,
         },
     }
+}
+
+/// Whether a sound SCAN_INFO header stands at one of the two places where a capture has its first
+/// message.
+pub(crate) fn begins_with_scan(head: &[u8]) -> bool {
+    [0, CONFIG_BYTES].into_iter().any(|at| {
+        head.get(at..)
+            .is_some_and(|rest| matches!(start_at(rest), Start::Scan { .. }))
+    })
+}
+
+/// Whether another SCAN_INFO message type stands one message length further on.
+fn followed_by_scan(b: &[u8]) -> bool {
+    b.get(SCAN_MESSAGE_BYTES..SCAN_MESSAGE_BYTES + 2)
+        .is_some_and(|code| code == MessageType::ScanInfo.code().to_be_bytes())
 }
 
 fn start_at(b: &[u8]) -> Start {
@@ -151,6 +177,8 @@ pub(super) struct Framer<R> {
     offset: u64,
     ended: bool,
     first: bool,
+    /// Largest modulus among the samples of messages that were followed by another one.
+    largest_sound: Option<u32>,
 }
 
 impl<R: Read> Framer<R> {
@@ -162,6 +190,7 @@ impl<R: Read> Framer<R> {
             offset: 0,
             ended: false,
             first: true,
+            largest_sound: None,
         }
     }
 
@@ -253,8 +282,8 @@ impl<R: Read> Framer<R> {
             .then_some(config)
     }
 
-    /// Takes a SCAN_INFO message, unless another one begins inside it: then bytes of it are
-    /// missing, and only what is left of it is skipped.
+    /// Takes a SCAN_INFO message, unless another one begins inside it (then bytes of it are
+    /// missing, and only what is left of it is skipped) or its samples cannot be samples.
     fn take_scan(
         &mut self,
         prefix: usize,
@@ -280,10 +309,25 @@ impl<R: Read> Framer<R> {
             }
         }
         let first = prefix + HEADER_BYTES;
-        let samples = rest[first..first + 4 * usize::from(header.samples_in_message)]
+        let samples: Vec<i32> = rest[first..first + 4 * usize::from(header.samples_in_message)]
             .chunks_exact(4)
             .map(|c| i32::from_be_bytes([c[0], c[1], c[2], c[3]]))
             .collect();
+        let largest = samples.iter().map(|s| s.unsigned_abs()).max().unwrap_or(0);
+        if largest > self.largest_plausible(sound) {
+            let kind = BlemishKind::ImplausibleSamples {
+                message_id: header.message_id,
+                index: header.message_index,
+                largest,
+            };
+            report.add(Place::Byte(self.offset), kind);
+            // What follows the header is not this message: look for the next one in it.
+            self.advance(first);
+            return None;
+        }
+        if sound {
+            self.largest_sound = self.largest_sound.max(Some(largest));
+        }
         let offset = self.offset;
         self.advance(end);
         Some(Message::Scan {
@@ -291,6 +335,16 @@ impl<R: Read> Framer<R> {
             samples,
             offset,
         })
+    }
+
+    /// Largest modulus that a message's samples may have. Where no message follows it, foreign
+    /// bytes may stand in its place: then it must not surpass sound messages by orders of
+    /// magnitude.
+    fn largest_plausible(&self, sound: bool) -> u32 {
+        match self.largest_sound {
+            Some(largest) if !sound => largest.saturating_mul(16).min(LARGEST_SAMPLE),
+            _ => LARGEST_SAMPLE,
+        }
     }
 
     fn take_other(&mut self, prefix: usize, kind: MessageType, bytes: usize) -> Message {

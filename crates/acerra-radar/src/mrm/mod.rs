@@ -19,4 +19,4 @@ pub use message::{MessageType, SERIAL_PREFIX};
 pub use reader::{MrmItem, MrmReader, read_mrm};
 pub use writer::{Framing, MrmWriter, write_mrm};
 
-pub(crate) use framer::{Recognised, recognise};
+pub(crate) use framer::{Recognised, begins_with_scan, recognise};

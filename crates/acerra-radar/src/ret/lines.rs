@@ -1,57 +1,114 @@
-//! Lines of bounded length out of a stream.
+//! Lines of bounded length out of a stream; LF, CR LF and CR end a line.
 
 use std::io::{self, BufRead};
 
 /// One line of a text log.
 pub(super) enum Line {
-    /// A line without its end; `ended` tells whether it had one.
+    /// A line, found in [`Lines::text`] without its end; `ended` tells whether it had one.
     Text { ended: bool },
     /// A line longer than the limit, passed over.
     TooLong,
 }
 
-/// Reads the next line into `line` (without CR and LF); `None` at the end of the file.
-pub(super) fn next_line(
-    reader: &mut impl BufRead,
-    line: &mut Vec<u8>,
+/// Reads one line at a time into a buffer that is used again.
+pub(super) struct Lines<R> {
+    reader: R,
+    buffer: Vec<u8>,
     limit: usize,
-    bytes: &mut u64,
-) -> io::Result<Option<Line>> {
-    line.clear();
-    let (mut any, mut too_long) = (false, false);
-    loop {
-        let available = match reader.fill_buf() {
-            Ok(b) => b,
-            Err(e) if e.kind() == io::ErrorKind::Interrupted => continue,
-            Err(e) => return Err(e),
-        };
-        if available.is_empty() {
-            return Ok(any.then(|| finish(line, false, too_long)));
+    bytes: u64,
+    after_cr: bool,
+}
+
+impl<R: BufRead> Lines<R> {
+    /// Lines of at most `limit` bytes.
+    pub(super) fn new(reader: R, limit: usize) -> Self {
+        Self {
+            reader,
+            buffer: Vec::new(),
+            limit,
+            bytes: 0,
+            after_cr: false,
         }
-        any = true;
-        let end = available.iter().position(|&b| b == b'\n');
-        let content = &available[..end.unwrap_or(available.len())];
-        if line.len() + content.len() > limit {
-            too_long = true;
-        } else if !too_long {
-            line.extend_from_slice(content);
+    }
+
+    /// The line last read.
+    pub(super) fn text(&self) -> &[u8] {
+        &self.buffer
+    }
+
+    /// Bytes taken from the input so far.
+    pub(super) fn bytes(&self) -> u64 {
+        self.bytes
+    }
+
+    /// Reads the next line; `None` at the end of the file.
+    pub(super) fn next(&mut self) -> io::Result<Option<Line>> {
+        self.buffer.clear();
+        let (mut any, mut too_long, mut ended) = (false, false, false);
+        while !ended {
+            let available = match self.reader.fill_buf() {
+                Ok(b) => b,
+                Err(e) if e.kind() == io::ErrorKind::Interrupted => continue,
+                Err(e) => return Err(e),
+            };
+            if available.is_empty() {
+                break;
+            }
+            // The LF of a CR LF that stood across two portions, or two calls.
+            let start = usize::from(std::mem::take(&mut self.after_cr) && available[0] == b'\n');
+            let rest = &available[start..];
+            let end = rest.iter().position(|b| matches!(b, b'\n' | b'\r'));
+            let content = &rest[..end.unwrap_or(rest.len())];
+            any |= !rest.is_empty();
+            if self.buffer.len() + content.len() > self.limit {
+                too_long = true;
+            } else if !too_long {
+                self.buffer.extend_from_slice(content);
+            }
+            let used = start + end.map_or(rest.len(), |e| e + 1);
+            self.after_cr = end.is_some_and(|e| rest[e] == b'\r');
+            ended = end.is_some();
+            self.reader.consume(used);
+            self.bytes += used as u64;
         }
-        let used = end.map_or(available.len(), |e| e + 1);
-        reader.consume(used);
-        *bytes += used as u64;
-        if end.is_some() {
-            return Ok(Some(finish(line, true, too_long)));
-        }
+        Ok(any.then_some(if too_long {
+            Line::TooLong
+        } else {
+            Line::Text { ended }
+        }))
     }
 }
 
-fn finish(line: &mut Vec<u8>, ended: bool, too_long: bool) -> Line {
-    if line.last() == Some(&b'\r') {
-        line.pop();
-    }
-    if too_long {
-        Line::TooLong
-    } else {
-        Line::Text { ended }
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_line_ends_in_any_portions() {
+        let text = b"a\rb\r\n\nc\r\rlonger\nd";
+        for portion in 1..=text.len() {
+            let reader = io::BufReader::with_capacity(portion, &text[..]);
+            let mut lines = Lines::new(reader, 5);
+            let mut seen = Vec::new();
+            while let Some(line) = lines.next().unwrap() {
+                seen.push(match line {
+                    Line::Text { ended } => {
+                        (String::from_utf8_lossy(lines.text()).into_owned(), ended)
+                    }
+                    Line::TooLong => ("…".to_owned(), true),
+                });
+            }
+            let want = [
+                ("a", true),
+                ("b", true),
+                ("", true),
+                ("c", true),
+                ("", true),
+            ];
+            let want = [&want[..], &[("…", true), ("d", false)]].concat();
+            let want: Vec<_> = want.iter().map(|(t, e)| ((*t).to_owned(), *e)).collect();
+            assert_eq!(seen, want, "{portion}");
+            assert_eq!(lines.bytes(), text.len() as u64);
+        }
     }
 }

@@ -3,7 +3,7 @@
 use std::io::{BufReader, Read};
 
 use super::fields::Fields;
-use super::lines::{Line, next_line};
+use super::lines::{Line, Lines};
 use crate::limits::Limits;
 use crate::log::{LogBuilder, LogFormat, RadarLog, ReadError};
 use crate::mrm::RadarConfig;
@@ -24,14 +24,16 @@ const EVENTS: [&str; 5] = [
 /// Whether a file's first bytes look like an MRM-RET log: text, with a known event or heading.
 pub(crate) fn recognise(head: &[u8]) -> bool {
     let head = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head);
-    head.split(|&b| b == b'\n').take(50).any(|line| {
-        // A first line may be cut off by the look-ahead, and other lines may be unreadable.
-        let line = String::from_utf8_lossy(&line[..line.len().min(256)]);
-        let fields = Fields::new(&line);
-        let event = fields.get(2).unwrap_or_default();
-        EVENTS.contains(&event)
-            && (fields.get(1) == Some("Timestamp") || fields.parse::<f64>(1, "a time").is_ok())
-    })
+    head.split(|b| matches!(b, b'\n' | b'\r'))
+        .take(100)
+        .any(|line| {
+            // A first line may be cut off by the look-ahead, and other lines may be unreadable.
+            let line = String::from_utf8_lossy(&line[..line.len().min(256)]);
+            let fields = Fields::new(&line);
+            let event = fields.get(2).unwrap_or_default();
+            EVENTS.contains(&event)
+                && (fields.get(1) == Some("Timestamp") || fields.parse::<f64>(1, "a time").is_ok())
+        })
 }
 
 /// Reads an MRM-RET text log.
@@ -52,17 +54,13 @@ pub(crate) fn recognise(head: &[u8]) -> bool {
 /// # Ok::<(), acerra_radar::ReadError>(())
 /// ```
 pub fn read_ret(reader: impl Read, limits: &Limits) -> Result<RadarLog, ReadError> {
-    let mut reader = BufReader::with_capacity(1 << 16, reader);
+    let reader = BufReader::with_capacity(1 << 16, reader);
+    let mut lines = Lines::new(reader, limits.max_line_bytes);
     let mut builder = LogBuilder::new(LogFormat::MrmRet, limits.max_samples);
     let mut report = ReadReport::default();
-    let mut bytes = Vec::new();
     let mut number = 0;
-    while let Some(line) = next_line(
-        &mut reader,
-        &mut bytes,
-        limits.max_line_bytes,
-        &mut report.bytes,
-    )? {
+    while let Some(line) = lines.next()? {
+        report.bytes = lines.bytes();
         number += 1;
         let place = Place::Line(number);
         let ended = match line {
@@ -77,7 +75,7 @@ pub fn read_ret(reader: impl Read, limits: &Limits) -> Result<RadarLog, ReadErro
                 continue;
             }
         };
-        let mut text = String::from_utf8_lossy(&bytes);
+        let mut text = String::from_utf8_lossy(lines.text());
         if number == 1
             && let Some(rest) = text.strip_prefix('\u{feff}')
         {
@@ -106,6 +104,7 @@ pub fn read_ret(reader: impl Read, limits: &Limits) -> Result<RadarLog, ReadErro
             Err(kind) => report.add(place, kind),
         }
     }
+    report.bytes = lines.bytes();
     builder.finish(report)
 }
 

@@ -8,6 +8,7 @@ use acerra_geo::geodesy::Geodetic;
 use acerra_geo::interpolate::{Flag, InterpolationOptions, Interpolator};
 use acerra_geo::read::{ReadOptions, read_trajectory};
 use acerra_geo::trajectory::{Attitude, Trajectory};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::path::{Flight, Pose, STEP_S};
@@ -18,7 +19,7 @@ use super::path::{Flight, Pose, STEP_S};
 /// Its positions are those of the positioned point, and the truth. Local ones (CSV with x, y, z) are
 /// taken as they are, geographic ones about the scene's origin. Where the file has no attitude the
 /// craft stays level and looks where it flies.
-#[derive(Clone, Debug, Deserialize, Serialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct GivenFlight {
     /// The file; relative paths are relative to the scene file.

@@ -1,5 +1,6 @@
 //! What flight is wanted.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// `[flight]` of a scene file: one straight track, flown by hand.
@@ -7,7 +8,7 @@ use serde::{Deserialize, Serialize};
 /// The craft stands at its take-off point, climbs, flies along the track's line with a run-in and
 /// a run-out, descends and stands again. Positions are those of the positioned point (the GNSS
 /// antenna), east, north, up.
-#[derive(Clone, Debug, Deserialize, Serialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct FlightModel {
     /// Start of the track over ground, east and north (m).

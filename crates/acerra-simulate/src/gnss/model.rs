@@ -2,10 +2,11 @@
 
 use std::path::PathBuf;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// `[gnss]` of a scene file.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct GnssModel {
     /// Lowest elevation at which a satellite is tracked (degrees).
@@ -25,7 +26,7 @@ pub struct GnssModel {
 
 /// One receiver and its surroundings. The defaults are a u-blox LEA-6T with a patch antenna under
 /// an open sky.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ReceiverModel {
     /// Time between epochs (s), in whole milliseconds.

@@ -1,10 +1,11 @@
 //! What radar is simulated and what it looks at.
 
 use acerra_settings::{Rule, ValueError, check};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// `[radar]` of a scene file: a PulsON P440 looking down.
-#[derive(Clone, Debug, Deserialize, Serialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct RadarModel {
     /// Band of the pulse (GHz).
@@ -71,7 +72,7 @@ impl Default for RadarModel {
 }
 
 /// `[[point]]`: a scatterer that looks the same from everywhere.
-#[derive(Clone, Debug, Deserialize, Serialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct PointTarget {
     /// East, north, up (m).
@@ -81,7 +82,7 @@ pub struct PointTarget {
 }
 
 /// `[[corner]]`: a trihedral corner reflector.
-#[derive(Clone, Debug, Deserialize, Serialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct CornerReflector {
     /// Its apex: east, north, up (m).
@@ -98,7 +99,7 @@ pub struct CornerReflector {
 }
 
 /// `[ground]`: the surface z = 0.
-#[derive(Clone, Debug, Deserialize, Serialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Ground {
     /// Amplitude reflection coefficient of the mirror-like echo straight below.
@@ -123,7 +124,7 @@ impl Default for Ground {
 }
 
 /// `[[clutter]]`: an extended object, such as an awning, as a box of random scatterers.
-#[derive(Clone, Debug, Deserialize, Serialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Clutter {
     /// East, north, up of one corner (m).
@@ -145,7 +146,7 @@ fn default_elevation_deg() -> f64 {
 }
 
 /// Everything that the radar sees.
-#[derive(Clone, Debug, Default, Deserialize, Serialize)]
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct RadarScene {
     /// Points.

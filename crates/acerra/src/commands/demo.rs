@@ -4,11 +4,15 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use crate::demo::{Flown, TRACKS, demonstration_page};
+use crate::terminal::{Verbosity, verbosity};
 use acerra_chain::Journal;
 use acerra_products::staging::Staging;
 
 /// Simulate the paper's campaign, raw logs and all, and process it: no input needed.
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  acerra demo
+  acerra demo -o demo && xdg-open demo/index.html")]
 pub struct Args {
     /// Directory for logs and products.
     #[arg(short, long, value_name = "DIR", default_value = "acerra-demo")]
@@ -20,6 +24,12 @@ pub struct Args {
 /// # Errors
 /// A directory that cannot be written.
 pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
+    let mut nowhere = std::io::sink();
+    let out = if verbosity() > Verbosity::Quiet {
+        out
+    } else {
+        &mut nowhere
+    };
     let mut flights = Vec::new();
     for track in TRACKS {
         writeln!(out, "{}", track.title)?;

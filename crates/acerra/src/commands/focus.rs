@@ -1,18 +1,24 @@
 //! `acerra focus`: the whole chain, from raw logs to products.
 
-use std::io::{IsTerminal, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
-
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use acerra_chain::evidence::Verdict;
-use acerra_chain::{Control, Journal, Progress, Track};
+use acerra_chain::{Control, Journal, Track};
 use acerra_products::run_record::RunRecord;
 use acerra_products::{Outcome, run_campaign};
 
+use crate::interrupt::cancel_flag;
+use crate::progress::Bar;
+use crate::terminal::{Verbosity, verbosity, warn};
+
 /// Focus a campaign: from raw logs to an image, its measurements and a report.
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  acerra focus flight.toml
+  acerra focus flight.toml -o products --explain
+  acerra focus flight.toml --json | jq .warnings
+  acerra init flight.mrm rover.ubx base.ubx -o flight.toml    (writes a campaign)")]
 pub struct Args {
     /// The campaign file (TOML).
     #[arg(value_name = "CAMPAIGN.toml")]
@@ -38,19 +44,32 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
         .clone()
         .unwrap_or_else(|| default_output(&args.campaign));
     let mut journal = Journal::default();
-    let bar = Bar::default();
-    let control = Control::default().reporting_to(&bar);
-    let outcome = run_campaign(&args.campaign, &directory, &mut journal, &control)?;
-    // A closed stderr is no failure of the run.
-    let _ = writeln!(
-        std::io::stderr(),
-        "evidence: {}",
-        outcome.evidence.summary()
-    );
+    let bar = Bar::following(&mut journal.stages);
+    let control = Control::default()
+        .reporting_to(&*bar)
+        .cancelled_by(cancel_flag());
+    let run = run_campaign(&args.campaign, &directory, &mut journal, &control);
+    bar.clear();
+    if run.is_err() || verbosity() == Verbosity::Quiet {
+        // What was noticed helps to understand a failure as well.
+        journal.warnings.said().iter().for_each(|text| warn(text));
+    }
+    let outcome = run?;
+    if verbosity() != Verbosity::Quiet {
+        // A closed stderr is no failure of the run.
+        let _ = writeln!(
+            std::io::stderr(),
+            "evidence: {}",
+            outcome.evidence.summary()
+        );
+    }
     let stages = journal.stages.done();
     if args.json {
         let record = RunRecord::of(&outcome, stages);
         writeln!(out, "{}", serde_json::to_string(&record)?)?;
+        return Ok(());
+    }
+    if verbosity() == Verbosity::Quiet {
         return Ok(());
     }
     summarise(&outcome, args.explain, out)?;
@@ -60,11 +79,12 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
 }
 
 fn default_output(campaign: &Path) -> PathBuf {
-    let stem = campaign
+    let mut name = campaign
         .file_stem()
         .unwrap_or(campaign.as_os_str())
-        .to_string_lossy();
-    campaign.with_file_name(format!("{stem}-products"))
+        .to_owned();
+    name.push("-products");
+    campaign.with_file_name(name)
 }
 
 fn summarise(outcome: &Outcome, explain: bool, out: &mut dyn Write) -> anyhow::Result<()> {
@@ -104,12 +124,18 @@ fn write_traces(outcome: &Outcome, out: &mut dyn Write) -> anyhow::Result<()> {
     )?;
     writeln!(out, ", time offset {:.4} s", first.time_offset_s)?;
     if let Some(search) = &first.search {
-        writeln!(
-            out,
-            "           found: motion correlates with {:.2} (elsewhere {:.2}), image {:.2} times \
-             sharper than the median",
-            search.motion.correlation, search.motion.runner_up, search.sharpness_ratio
-        )?;
+        let estimate = &search.estimate;
+        write!(out, "           found: ± {:.1} ms", 1e3 * estimate.sigma_s)?;
+        if let Some(height) = &search.likelihood.height {
+            write!(out, ", by height {:.3} s", height.offset_s)?;
+        }
+        if let Some(motion) = &search.likelihood.motion {
+            write!(out, ", by motion {:.3} s", motion.offset_s)?;
+        }
+        if let Some(sharpness) = &estimate.sharpness {
+            write!(out, ", by sharpness {:.4} s", sharpness.offset_s)?;
+        }
+        writeln!(out)?;
     }
     Ok(())
 }
@@ -186,45 +212,4 @@ fn write_targets(outcome: &Outcome, out: &mut dyn Write) -> anyhow::Result<()> {
         )?;
     }
     Ok(())
-}
-
-/// Progress on stderr, when it is a terminal.
-#[derive(Debug, Default)]
-pub struct Bar {
-    shown: Mutex<Option<ProgressBar>>,
-}
-
-impl Progress for Bar {
-    fn start(&self, name: &str, total: u64) {
-        if !std::io::stderr().is_terminal() {
-            return;
-        }
-        let bar = ProgressBar::with_draw_target(Some(total), ProgressDrawTarget::stderr());
-        let style = ProgressStyle::with_template(
-            "{msg:10} {wide_bar} {percent:>3} %  {per_sec}  {eta} left",
-        );
-        if let Ok(style) = style {
-            bar.set_style(style);
-        }
-        bar.set_message(name.to_owned());
-        if let Ok(mut shown) = self.shown.lock() {
-            *shown = Some(bar);
-        }
-    }
-
-    fn at(&self, done: u64) {
-        if let Ok(shown) = self.shown.lock()
-            && let Some(bar) = shown.as_ref()
-        {
-            bar.set_position(done);
-        }
-    }
-
-    fn finish(&self) {
-        if let Ok(mut shown) = self.shown.lock()
-            && let Some(bar) = shown.take()
-        {
-            bar.finish_and_clear();
-        }
-    }
 }

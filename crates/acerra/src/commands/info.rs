@@ -9,6 +9,9 @@ use crate::describe::{Description, describe};
 
 /// Say what any supported file holds.
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  acerra info flight.mrm rover.ubx base.obs
+  acerra info --json flight.mrm | jq .facts")]
 pub struct Args {
     /// Radar logs, trajectories, GNSS observations or navigation, images.
     #[arg(required = true, value_name = "FILE")]

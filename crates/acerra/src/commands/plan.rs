@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 
@@ -12,12 +12,21 @@ use acerra_flightplan::{
 };
 use acerra_products::staging::Staging;
 
+use crate::settings_files::SettingsFile;
+
 /// Plan a flight: lines, height, speed, batteries, and what to expect of the image.
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  acerra plan --example > area.toml
+  acerra plan area.toml
+  acerra plan area.toml -o plan    (plan.plan opens in QGroundControl)")]
 pub struct Args {
     /// The plan file: area, wanted resolution, radar, drone.
-    #[arg(value_name = "PLAN.toml")]
-    plan: PathBuf,
+    #[arg(value_name = "PLAN.toml", required_unless_present = "example")]
+    plan: Option<PathBuf>,
+    /// Print a commented plan file with every key, to begin with.
+    #[arg(long, conflicts_with_all = ["plan", "output", "json"])]
+    example: bool,
     /// Write there: plan.geojson, plan.kml, plan.plan (QGroundControl), plan.json, across.png,
     /// ghost.png.
     #[arg(short, long, value_name = "DIR")]
@@ -33,13 +42,18 @@ pub struct Args {
 /// A plan file that cannot be read, asks for what cannot be, or an output directory that cannot be
 /// written.
 pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
-    let name = || args.plan.display().to_string();
-    let text = std::fs::read_to_string(&args.plan).with_context(name)?;
+    let Some(file) = args.plan.as_ref().filter(|_| !args.example) else {
+        write!(out, "{}", SettingsFile::Plan.example())?;
+        return Ok(());
+    };
+    let name = || file.display().to_string();
+    let text = std::fs::read_to_string(file).with_context(name)?;
     let plan = PlanFile::parse(&text)
         .and_then(FlightPlan::make)
         .with_context(name)?;
     if let Some(directory) = &args.output {
-        let staging = Staging::new(directory)?;
+        let mut staging = Staging::new(directory)?;
+        staging.supersede(older_missions(directory));
         for (name, bytes) in products(&plan)? {
             staging.write(&name, bytes)?;
         }
@@ -52,6 +66,29 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
         out.write_all(describe(&plan).as_bytes())?;
     }
     Ok(())
+}
+
+/// The missions and maps of an older plan in a directory: the newer one may have fewer.
+fn older_missions(directory: &Path) -> Vec<String> {
+    let Ok(entries) = std::fs::read_dir(directory) else {
+        return Vec::new();
+    };
+    if !directory.join("plan.json").is_file() {
+        return Vec::new();
+    }
+    let is_ours = |name: &String| {
+        let number = name
+            .strip_prefix("plan-")
+            .and_then(|rest| rest.strip_suffix(".plan"));
+        name == "plan.plan"
+            || name == "ghost.png"
+            || number.is_some_and(|n| n.parse::<usize>().is_ok())
+    };
+    entries
+        .flatten()
+        .filter_map(|entry| entry.file_name().into_string().ok())
+        .filter(is_ours)
+        .collect()
 }
 
 /// All files by name. More than one flight makes `plan-1.plan`, `plan-2.plan`, … instead of
@@ -99,9 +136,9 @@ fn products(plan: &FlightPlan) -> anyhow::Result<Vec<(String, Vec<u8>)>> {
     files.push((
         "across.png".to_owned(),
         draw(
-            "Expected across-track resolution",
+            "Expected across-track Rayleigh resolution, Eq. (9)",
             &maps.across_m,
-            "across (m)",
+            "across-track Rayleigh resolution (m)",
         )?,
     ));
     // A map of ones says nothing that the summary does not.
@@ -174,13 +211,20 @@ fn describe(plan: &FlightPlan) -> String {
         line(
             "curve",
             format!(
-                "±{:.2} m over {:.1} m; ghosts {}",
+                "±{:.2} m over {:.1} m on {} straight legs a period, within {:.2} m of the wave; \
+                 ghosts {}",
                 curve.amplitude_m,
                 curve.period_m,
+                curve.waypoints_per_period,
+                curve.waypoint_tolerance_m,
                 ghosts.join(", ")
             ),
         );
     }
+    line(
+        "waypoints",
+        format!("reached within {:.2} m", s.waypoint_acceptance_m),
+    );
     line(
         "positions",
         format!(

@@ -1,7 +1,7 @@
 //! `acerra ppk`: a rover's positions by carrier phase.
 
 use std::fs::File;
-use std::io::{self, BufReader, BufWriter, Write};
+use std::io::{BufReader, Write};
 use std::path::{Path, PathBuf};
 
 use acerra_geo::geodesy::{Geodetic, ecef_from_geodetic};
@@ -18,6 +18,9 @@ use clap::ValueEnum;
 use acerra_chain::inputs::InputFile;
 use acerra_chain::positioning::{self, Positioning, PositioningInput, PpkAnswer};
 use acerra_products::report::{PpkReport, ppk_page};
+use acerra_products::staging::StagedFile;
+
+use crate::terminal;
 
 /// Position a rover by carrier phase against a base, after the flight.
 ///
@@ -25,6 +28,10 @@ use acerra_products::report::{PpkReport, ppk_page};
 /// content; UBX logs bring their own navigation data. Without options: kinematic, fix and hold,
 /// forward and backward combined, every system's L1, the base's position from its header.
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  acerra ppk rover.ubx base.ubx -o flight.pos --report flight.html
+  acerra ppk rover.obs base.obs brdc.nav --base-position llh:40.9596,14.3696,75.0 -o flight.pos
+  acerra ppk rover.obs base.obs brdc.nav --config rtkpost.conf --json")]
 pub struct Args {
     /// The rover's log.
     rover: PathBuf,
@@ -292,12 +299,9 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
     let mut run = positioning::run(&input, &options)?;
     remarks.append(&mut run.warnings);
     run.warnings = remarks;
-    let mut stderr = io::stderr().lock();
     for warning in &run.warnings {
-        // A closed stderr must not stop the work.
-        let _ = writeln!(stderr, "acerra: warning: {warning}");
+        terminal::warn(warning);
     }
-    drop(stderr);
     anyhow::ensure!(
         !run.solution.epochs.is_empty(),
         "{}: no epoch has a position{}",
@@ -321,17 +325,19 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
     let to_stdout = args.output.as_deref() == Some(Path::new("-"));
     let write = |to: &mut dyn Write| write_pos(to, &run.solution, &options, &names, &format);
     if let Some(path) = args.output.as_deref().filter(|_| !to_stdout) {
-        written.push(Aside::write(path, |to| Ok(write(to)?))?);
+        written.push(StagedFile::write(path, |to| Ok(write(to)?))?);
     }
     if let Some(path) = &args.report {
         let page = page(&run, &options, &answer)?;
-        written.push(Aside::write(path, |to| Ok(to.write_all(page.as_bytes())?))?);
+        written.push(StagedFile::write(path, |to| {
+            Ok(to.write_all(page.as_bytes())?)
+        })?);
     }
     if let Some(path) = &args.events {
-        written.push(Aside::write(path, |to| write_events(to, &answer))?);
+        written.push(StagedFile::write(path, |to| write_events(to, &answer))?);
     }
-    for aside in written {
-        aside.publish()?;
+    for file in written {
+        file.publish()?;
     }
     if to_stdout {
         write(out)?;
@@ -503,57 +509,6 @@ fn outputs_are_not_inputs(args: &Args) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// A file written beside its place, to be put there when everything has succeeded.
-struct Aside {
-    file: tempfile::NamedTempFile,
-    path: PathBuf,
-}
-
-impl Aside {
-    fn write(
-        path: &Path,
-        content: impl FnOnce(&mut dyn Write) -> anyhow::Result<()>,
-    ) -> anyhow::Result<Self> {
-        let place = || format!("{}: cannot write", path.display());
-        let folder = match path.parent() {
-            Some(folder) if !folder.as_os_str().is_empty() => folder,
-            _ => Path::new("."),
-        };
-        let mut file = tempfile::Builder::new()
-            .prefix(".acerra-")
-            .tempfile_in(folder)
-            .with_context(place)?;
-        let mut buffer = BufWriter::new(file.as_file_mut());
-        content(&mut buffer).with_context(place)?;
-        buffer.flush().with_context(place)?;
-        drop(buffer);
-        Ok(Self {
-            file,
-            path: path.to_owned(),
-        })
-    }
-
-    fn publish(self) -> anyhow::Result<()> {
-        let place = || format!("{}: cannot write", self.path.display());
-        #[cfg(unix)]
-        {
-            use std::os::unix::fs::PermissionsExt;
-            // Temporary files are private.
-            let permissions = std::fs::Permissions::from_mode(0o644);
-            self.file
-                .as_file()
-                .set_permissions(permissions)
-                .with_context(place)?;
-        }
-        let place = place();
-        self.file
-            .persist(&self.path)
-            .map_err(|e| e.error)
-            .with_context(|| place)?;
-        Ok(())
-    }
-}
-
 fn page(run: &Positioning, options: &PpkOptions, answer: &PpkAnswer) -> anyhow::Result<String> {
     let mut inputs = Vec::new();
     for (path, _) in &run.files {
@@ -570,6 +525,9 @@ fn page(run: &Positioning, options: &PpkOptions, answer: &PpkAnswer) -> anyhow::
         title: format!("Positions of {name}"),
         version: env!("CARGO_PKG_VERSION").to_owned(),
         solution: &run.solution,
+        ratio_threshold: (options.ambiguity != AmbiguityMode::Off)
+            .then_some(options.ratio_threshold),
+        pass_difference_m: Vec::new(),
         warnings: run.warnings[..others].to_vec(),
         inputs,
         configuration: format!("{options:#?}"),

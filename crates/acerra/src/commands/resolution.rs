@@ -14,6 +14,9 @@ use acerra_products::staging::Staging;
 
 /// Say what a straight flight resolves in theory (Eqs. 6–12), and map it (Figure 6).
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  acerra resolution --height 10 --offset 2 --half-aperture-m 3
+  acerra resolution --height 10 --offset 2 -o map")]
 pub struct Args {
     /// Height of the flight above the target, m.
     #[arg(long, value_name = "H", value_parser = positive, allow_negative_numbers = true)]
@@ -155,7 +158,7 @@ fn map(args: &Args, range_m: f64) -> anyhow::Result<[Vec<u8>; 2]> {
     }
 
     let figure = Map::new(
-        "Across-track resolution of a straight track, Eq. (9)",
+        "Across-track Rayleigh resolution of a straight track, Eq. (9)",
         Axis::new("offset d", "m"),
         Axis::new("height h", "m"),
         &across_m,
@@ -164,7 +167,7 @@ fn map(args: &Args, range_m: f64) -> anyhow::Result<[Vec<u8>; 2]> {
     )
     .grid([0.0, offset_step], [height_step, height_step])
     .contours(&[0.1, 0.12, 0.15, 0.2, 0.3, 0.4, 0.6, 0.8, 1.0, 1.2, 1.5, 2.0])
-    .values_are("across-track resolution, m");
+    .values_are("across-track Rayleigh resolution (m)");
     let figure = Map {
         log_colours: true,
         width_px: 640.0,

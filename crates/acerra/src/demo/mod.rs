@@ -8,6 +8,8 @@ use std::path::Path;
 
 use anyhow::Context;
 
+use crate::interrupt::cancel_flag;
+use crate::progress::Bar;
 use crate::simulated::write_campaign;
 use acerra_chain::{Control, Journal};
 use acerra_products::run_campaign;
@@ -89,11 +91,11 @@ pub fn fly(scene: Scene, folder: &Path, journal: &mut Journal) -> anyhow::Result
     let simulated = write_campaign(&scene, &staging)?;
     staging.publish()?;
     let products = folder.join("products");
-    let outcome = run_campaign(
-        &folder.join("campaign.toml"),
-        &products,
-        journal,
-        &Control::default(),
-    )?;
-    Flown::new(scene, simulated, outcome)
+    let bar = Bar::following(&mut journal.stages);
+    let control = Control::default()
+        .reporting_to(&*bar)
+        .cancelled_by(cancel_flag());
+    let outcome = run_campaign(&folder.join("campaign.toml"), &products, journal, &control);
+    bar.clear();
+    Flown::new(scene, simulated, outcome?)
 }

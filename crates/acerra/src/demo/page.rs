@@ -113,8 +113,9 @@ fn resolutions(flights: &[(Track, Flown)]) -> ComparisonTable {
     ];
     let metres = |v: Option<f64>| v.map_or("–".to_owned(), |v| format!("{v:.3}"));
     ComparisonTable {
-        caption: "Resolution (peak to first minimum) beside Table 4 of Catapano et al. 2020"
-            .to_owned(),
+        caption:
+            "Rayleigh resolution (peak to first minimum) beside Table 4 of Catapano et al. 2020"
+                .to_owned(),
         head: head.map(str::to_owned).to_vec(),
         rows: reflectors(flights, |track, f| {
             let k = (f.number - 1).min(1);

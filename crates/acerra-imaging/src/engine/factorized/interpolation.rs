@@ -15,7 +15,7 @@ pub(crate) fn interpolation_weights(x: f64, nu: f64) -> ([f64; TAPS], f64) {
         let a = 2.0 * PI * nu * t;
         if a.abs() < 1e-9 { 1.0 } else { a.sin() / a }
     };
-    // Normal equations; the diagonal's trifle keeps them solvable where samples are plentiful.
+    // Normal equations; a small diagonal term regularises them where samples are plentiful.
     let mut a = [[0.0; TAPS + 1]; TAPS];
     for (i, row) in a.iter_mut().enumerate() {
         for (j, v) in row.iter_mut().take(TAPS).enumerate() {

@@ -14,6 +14,7 @@ use super::spec::TableSpec;
 use crate::control::Control;
 use crate::engine::weights::Weights;
 use crate::error::ImagingError;
+use crate::kernel::direct::job::TableView;
 use crate::pulses::{Pulses, Spreading};
 use num_complex::Complex64;
 use rayon::prelude::*;
@@ -130,6 +131,20 @@ impl RangeTable {
             coefficients,
             scale,
         })
+    }
+
+    /// The table as the direct kernel reads it.
+    pub fn view(&self) -> TableView<'_> {
+        TableView {
+            coefficients: &self.coefficients,
+            first_bin: &self.first_bin,
+            stride: self.stride,
+            pulse_stride: self.pulse_stride(),
+            bin_m: self.spec.bin_m,
+            scale: self.scale,
+            degree: self.spec.degree,
+            interleaved: self.spec.interleaved,
+        }
     }
 
     /// The contribution of a pulse at a range within the table, evaluated in double precision.

@@ -5,7 +5,7 @@ use crate::control::{Control, Meter};
 use crate::engine::direct::Direct;
 use crate::engine::factorized::merged::Factorized;
 use crate::error::ImagingError;
-use crate::kernel::rows::{Tally, block_width};
+use crate::kernel::direct::job::{Tally, block_width};
 use crate::plan::options::SelfCheck;
 use crate::plan::planner::Request;
 use crate::plan::report::PathShares;
@@ -72,7 +72,7 @@ pub(in crate::plan) fn compare_pixels(
     let places: Vec<[usize; 3]> = (0..pixels)
         .map(|_| {
             let i = random.below(grid.columns());
-            // Anywhere in a block, so that every vector of one has its turn.
+            // Anywhere in a block, so that every vector of one is covered.
             let start = i.saturating_sub(random.below(width));
             [start, i, random.below(grid.rows())]
         })

@@ -35,14 +35,20 @@ pub(super) fn patches(
     let count = pixels.clamp(1, MOST_PATCHES);
     (0..count)
         .map(|k| Place {
-            start: patch_at(k, &mut random, grid, coarse),
-            pixels: pixels / count + usize::from(k < pixels % count),
+            start: patch_at([k, count], &mut random, grid, coarse),
+            // The corners are a tenth of the patches, and far less of the image: the rest goes to cells.
+            pixels: pixels / count + usize::from(k + pixels % count >= count),
             seed: random.next(),
         })
         .collect()
 }
 
-fn patch_at(k: usize, random: &mut Random, grid: &TiltedGrid, coarse: [usize; 2]) -> [usize; 2] {
+fn patch_at(
+    [k, count]: [usize; 2],
+    random: &mut Random,
+    grid: &TiltedGrid,
+    coarse: [usize; 2],
+) -> [usize; 2] {
     let sizes = [grid.columns, grid.rows];
     std::array::from_fn(|axis| {
         let (size, d) = (sizes[axis], coarse[axis]);
@@ -50,8 +56,9 @@ fn patch_at(k: usize, random: &mut Random, grid: &TiltedGrid, coarse: [usize; 2]
             (0..CORNERS, 0) => 0,
             (0..CORNERS, _) => (size - 1).saturating_sub(d),
             _ => {
-                // In an order that spreads few patches over the whole lattice.
-                let scattered = (k - CORNERS) * 23 % (LATTICE * LATTICE);
+                // Few patches are spread over the whole lattice.
+                let stride = if count < MOST_PATCHES { 23 } else { 1 };
+                let scattered = (k - CORNERS) * stride % (LATTICE * LATTICE);
                 let cell = [scattered % LATTICE, scattered / LATTICE][axis];
                 let (from, to) = (cell * size / LATTICE, (cell + 1) * size / LATTICE);
                 (from + random.below((to - from).max(1))).min(size - 1)
@@ -105,7 +112,7 @@ mod tests {
                     .all(|p| p.start[0] % 5 == 0 && p.start[1] % 3 == 0)
             );
         }
-        // All 36 cells have their turn.
+        // All 36 cells are covered.
         let mut cells: Vec<_> = patches(&grid, [1, 1], 256, 7)[CORNERS..]
             .iter()
             .map(|p| (p.start[0] * LATTICE / 300, p.start[1] * LATTICE / 200))

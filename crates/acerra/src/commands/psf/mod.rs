@@ -8,15 +8,20 @@ mod targets;
 use std::io::Write;
 use std::path::PathBuf;
 
+use acerra_chain::memory::available_memory_bytes;
 use acerra_imaging::psf::{Analysis, TrackShape, psf_image, retrieve};
 use acerra_imaging::{Control, SPEED_OF_LIGHT_M_S};
-use anyhow::bail;
+use anyhow::{bail, ensure};
 use clap::ArgGroup;
 
 use super::values::{band_ghz, number, point_m, positive};
 
 /// Show how a flight images a point (Eqs. 4 and 5): resolution, sidelobes and ghost.
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  acerra psf --height 10 --offset 2
+  acerra psf --height 10 --offset 2 --track cosine:0.15:24 -o psf
+  acerra psf --trajectory flight.pos --target 4,0,0 --json")]
 #[command(group(ArgGroup::new("flight").required(true).args(["height", "trajectory"])))]
 #[command(group(ArgGroup::new("what").required(true).args(["offset", "target", "targets"])))]
 pub struct Args {
@@ -74,6 +79,22 @@ pub struct Args {
     output: Option<PathBuf>,
 }
 
+/// Bytes that a pixel takes while the image is made and drawn: the value and its level.
+const PIXEL_BYTES: u128 = 12;
+
+/// Refuses an image that memory cannot hold.
+fn fits_memory(scene: &scene::Scene) -> anyhow::Result<()> {
+    let needed = PIXEL_BYTES * scene.grid.len() as u128;
+    if let Some(available) = available_memory_bytes() {
+        ensure!(
+            needed <= u128::from(available),
+            "the image needs {needed} bytes of memory, {available} bytes are available: choose a \
+             larger --pixel-m or a smaller --half-width-m"
+        );
+    }
+    Ok(())
+}
+
 /// A track's shape as the option gives it.
 fn shape(text: &str) -> Result<TrackShape, String> {
     let expected = "expected straight or cosine:AMPLITUDE_M:PERIOD_M, such as cosine:0.15:24";
@@ -100,8 +121,11 @@ fn shape(text: &str) -> Result<TrackShape, String> {
 /// be written.
 pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
     let scene = scene::Scene::of(args)?;
+    if args.output.is_some() || args.targets.is_some() {
+        fits_memory(&scene)?;
+    }
     for note in &scene.notes {
-        super::warn(note);
+        crate::terminal::note(note);
     }
     if args.targets.is_some() {
         if args.blur.asked() {
@@ -121,7 +145,7 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
     }
     let found = Analysis::of(&scene.spread, scene.target_m[0], scene.grid.z_m)?;
     if found.expected_m.is_none() {
-        super::warn(&format!(
+        crate::terminal::note(&format!(
             "the image plane lies too far below the target to show it (Eq. 14): what follows \
              describes the residue at ({:.3}, {:.3}) m",
             found.peak_m[0], found.peak_m[1]

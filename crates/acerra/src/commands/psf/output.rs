@@ -9,7 +9,7 @@ use acerra_imaging::psf::{Analysis, PsfField, Retrieved, Theory};
 use serde::Serialize;
 
 use super::scene::Scene;
-use acerra_figure::{GhostMark, ImageDb, PixelValues, TargetMark, cut_plot};
+use acerra_figure::{GhostMark, ImageDb, LevelWindow, PixelValues, TargetMark, cut_plot};
 use acerra_products::staging::Staging;
 
 /// A place, m.
@@ -126,7 +126,7 @@ fn picture<'a>(
 ) -> ImageDb<'a> {
     let grid = scene.grid;
     ImageDb {
-        floor_db: FLOOR_DB,
+        window: LevelWindow::Fixed { floor_db: FLOOR_DB },
         track_m,
         x_label: "x".to_owned(),
         y_label: "y".to_owned(),
@@ -275,7 +275,11 @@ pub(super) fn write_targets(
             })
         })
         .collect();
-    let staging = Staging::new(directory)?;
+    let mut staging = Staging::new(directory)?;
+    if directory.join("psf.json").is_file() {
+        // Those of a single target, from an earlier call.
+        staging.supersede(["psf.json", "cuts.png", "cuts.csv"].map(str::to_owned));
+    }
     staging.write("psf.png", figure.draw()?.to_png()?)?;
     staging.write("track.csv", track_csv)?;
     staging.write("targets.csv", super::targets::csv(found))?;

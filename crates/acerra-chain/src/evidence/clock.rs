@@ -1,0 +1,71 @@
+//! What height and motion say of the clock offset.
+
+use super::finding::{Finding, Verdict};
+
+/// The offset in force beside what height and motion say of all offsets.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ClockSeen {
+    /// The offset in force: trajectory time minus radar time (s).
+    pub offset_s: f64,
+    /// The most likely offset, and its standard deviation (s).
+    pub best_s: f64,
+    /// Its standard deviation (s).
+    pub sigma_s: f64,
+    /// Log-likelihood of the offset in force below that of the best.
+    pub below_best: f64,
+}
+
+/// Log-likelihoods below the best that are doubtful (odds of 3000 to 1) and contradict.
+const DOUBTFUL_BELOW: f64 = 8.0;
+const CONTRADICTING_BELOW: f64 = 20.0;
+/// Offsets nearer than this to the best are the best: what sloping ground and the lever arm under
+/// tilt let it differ by (s).
+const SAME_S: f64 = 0.03;
+
+/// Judges the clock offset by its likelihood.
+#[must_use]
+pub fn clock_offset(seen: &ClockSeen) -> Finding {
+    let apart_s = (seen.offset_s - seen.best_s).abs();
+    let verdict = if apart_s <= SAME_S.max(3.0 * seen.sigma_s) || seen.below_best < DOUBTFUL_BELOW {
+        Verdict::Agrees
+    } else if seen.below_best < CONTRADICTING_BELOW {
+        Verdict::Doubtful
+    } else {
+        Verdict::Contradicts
+    };
+    Finding {
+        sigma: Some(seen.sigma_s),
+        ..Finding::judged("clock_offset", seen.offset_s, "s", verdict)
+    }
+    .expecting(seen.best_s)
+    .because(format!(
+        "the echoes follow the flight's height and motion best {:+.3} s (± {:.3} s) from the offset \
+         in force, whose log-likelihood is {:.0} below ([trajectory] time_offset_s; is this the \
+         trajectory of this flight?)",
+        seen.best_s - seen.offset_s,
+        seen.sigma_s,
+        seen.below_best
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_offset_far_less_likely_than_the_best_contradicts() {
+        let at = |offset_s, below_best| {
+            clock_offset(&ClockSeen {
+                offset_s,
+                best_s: 6.52,
+                sigma_s: 0.004,
+                below_best,
+            })
+            .verdict
+        };
+        assert_eq!(at(6.53, 3.0), Verdict::Agrees);
+        assert_eq!(at(7.5, 4.0), Verdict::Agrees);
+        assert_eq!(at(7.5, 12.0), Verdict::Doubtful);
+        assert_eq!(at(24.5, 80.0), Verdict::Contradicts);
+    }
+}

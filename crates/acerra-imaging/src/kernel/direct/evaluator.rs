@@ -1,0 +1,102 @@
+//! Contribution of a pulse at given ranges: polynomial of the range bin times the carrier.
+
+use crate::kernel::lanes::Lanes;
+
+/// Evaluates contributions once their range is known.
+pub(super) struct Evaluator<S: Lanes, const DEGREE: usize, const TERMS: usize> {
+    pub s: S,
+    pub rounding: S::V,
+    pub cosine: [S::V; 4],
+    pub sine: [S::V; 4],
+    pub stride: usize,
+    pub interleaved: bool,
+}
+
+impl<S: Lanes, const DEGREE: usize, const TERMS: usize> Evaluator<S, DEGREE, TERMS> {
+    /// Adds the contribution at `t` bins past a window of N entries, from which each lane picks its own
+    /// inside registers.
+    ///
+    /// # Safety
+    /// N entries must be readable at `window` and at every coefficient row after it.
+    #[inline(always)]
+    pub unsafe fn windowed(&self, window: *const f32, t: S::V, sum: &mut [S::V; 2]) {
+        let s = self.s;
+        let i = s.add(t, self.rounding);
+        let delta = s.sub(t, s.sub(i, self.rounding));
+        // SAFETY: the caller vouches for the rows.
+        let entry = |row: usize| unsafe { s.pick(s.load(window.add(row * self.stride)), i) };
+        self.add(delta, entry, sum);
+    }
+
+    /// Adds the contribution at `whole` + `t` bins past the start of a pulse's `row`, the index past
+    /// `whole` kept within the limits.
+    ///
+    /// # Safety
+    /// Entries `whole` + the limits must be readable in every coefficient row of `row`.
+    #[inline(always)]
+    pub unsafe fn gathered(
+        &self,
+        row: *const f32,
+        whole: i32,
+        t: S::V,
+        (lowest, highest): (S::V, S::V),
+        sum: &mut [S::V; 2],
+    ) {
+        let s = self.s;
+        let i = s.sub(s.add(t, self.rounding), self.rounding);
+        let delta = s.sub(t, i);
+        // max(lowest, ·) and −max(−highest, −·) also turn NaN into a number within the limits.
+        let zero = s.splat(0.0);
+        let i = s.max(i, lowest);
+        let i = s.sub(zero, s.max(s.sub(zero, i), s.sub(zero, highest)));
+        let i = s.add(i, self.rounding);
+        if self.interleaved {
+            let step = 2 * (DEGREE + 1);
+            // SAFETY: the caller vouches for the entries; those of even degree, of which the last
+            // half of the second four is none, are read singly.
+            unsafe {
+                let row = row.offset(whole as isize * step as isize);
+                let first = s.gather4(row, i, step);
+                let last = match DEGREE {
+                    1 => first,
+                    3 => s.gather4(row.add(4), i, step),
+                    _ => {
+                        let i = s.mul(s.sub(i, self.rounding), s.splat(step as f32));
+                        let i = s.add(i, self.rounding);
+                        let (re, im) = (s.gather(row.add(4), i), s.gather(row.add(5), i));
+                        [re, im, re, im]
+                    }
+                };
+                let entry = |k: usize| if k < 4 { first[k] } else { last[k - 4] };
+                self.add(delta, entry, sum);
+            }
+        } else {
+            // SAFETY: the caller vouches for the entries within the limits.
+            let entry =
+                |k: usize| unsafe { s.gather(row.offset(whole as isize).add(k * self.stride), i) };
+            self.add(delta, entry, sum);
+        }
+    }
+
+    #[inline(always)]
+    fn add(&self, delta: S::V, entry: impl Fn(usize) -> S::V, sum: &mut [S::V; 2]) {
+        let s = self.s;
+        let (mut re, mut im) = (entry(2 * DEGREE), entry(2 * DEGREE + 1));
+        for p in (0..DEGREE).rev() {
+            re = s.mul_add(re, delta, entry(2 * p));
+            im = s.mul_add(im, delta, entry(2 * p + 1));
+        }
+        let square = s.mul(delta, delta);
+        // One term less than the cosine's: its error is smaller by itself.
+        let (mut cosine, mut sine) = (self.cosine[TERMS - 1], self.sine[TERMS - 2]);
+        for k in (0..TERMS - 1).rev() {
+            cosine = s.mul_add(cosine, square, self.cosine[k]);
+        }
+        for k in (0..TERMS - 2).rev() {
+            sine = s.mul_add(sine, square, self.sine[k]);
+        }
+        sine = s.mul(sine, delta);
+        sum[0] = s.neg_mul_add(im, sine, s.mul_add(re, cosine, sum[0]));
+        sum[1] = s.mul_add(im, cosine, s.mul_add(re, sine, sum[1]));
+    }
+}

@@ -1,0 +1,503 @@
+//! Expansion of the range over the groups of a block, and the choice of how each is read.
+
+use super::job::{Band, CHUNK, Job, block_width, vectors_a_group};
+use super::profile::Profile;
+use crate::kernel::lanes::{Lanes, MAX_LANES, ROUNDING};
+use std::ops::Range;
+
+/// Rows of parameters of a pulse: over level ground the first eight.
+const MOST_ROWS: usize = 11;
+/// Start of the window of a group that has none: the bits of −1, which no start has.
+pub(super) const NO_WINDOW: f32 = f32::from_bits(u32::MAX);
+
+/// Rows of parameters that a pulse takes.
+pub(super) const fn parameter_rows(relief: bool) -> usize {
+    if relief { MOST_ROWS } else { 8 }
+}
+
+/// Pulses of a chunk and the pixels of one block.
+pub(super) struct Block<'a, S> {
+    pub s: S,
+    pub job: &'a Job<'a>,
+    pub band: &'a Band,
+    /// First column of the block, and its row.
+    pub column: usize,
+    pub row: usize,
+    /// Groups that hold pixels of the band.
+    pub groups: usize,
+    pub pulses: Range<usize>,
+    pub ground: Ground<'a>,
+}
+
+/// Heights of the pixels of a block; the arrays are empty over level ground.
+pub(super) struct Ground<'a> {
+    pub profile: &'a Profile,
+    /// Every pixel's height above the block's centre, m.
+    pub above_m: &'a [f32],
+    /// Every pixel's height beside the line of its group, m.
+    pub beside_m: &'a [f32],
+}
+
+impl<S: Lanes> Block<'_, S> {
+    /// The block's centre, m.
+    #[inline(always)]
+    pub fn centre_m(&self) -> [f64; 3] {
+        let along = self.column as f64 + 0.5 * (block_width(S::N) - 1) as f64;
+        let band = self.band;
+        let at = |axis: usize| {
+            band.origin_m[axis] + along * band.u_m[axis] + self.row as f64 * band.v_m[axis]
+        };
+        [at(0), at(1), at(2) + self.ground.profile.centre_m]
+    }
+
+    /// Unit vector along the row.
+    #[inline(always)]
+    pub fn unit(&self) -> [f64; 3] {
+        self.band.u_m.map(|u| u / self.job.pixel_m)
+    }
+}
+
+/// Parameters of the pulses of a chunk for one block.
+pub(super) struct Setup {
+    /// Of each pulse that has windows, [`parameter_rows`] rows of N, one lane a group: range at its
+    /// middle in bins past `whole`, the first, second and third power's coefficients a pixel, and for
+    /// either vector the whole bins from `whole` to its window and the bits of the integer at which
+    /// that window starts in the chunk's table; over uneven ground also change of range with height
+    /// (bins a metre), that of the change along the row, and half the curvature with height.
+    pub windowed: [f32; CHUNK * MOST_ROWS * MAX_LANES],
+    /// Range, along-row offset and height of the block's centre from each antenna, m.
+    pub range_m: [f32; CHUNK],
+    pub along_m: [f32; CHUNK],
+    pub up_m: [f32; CHUNK],
+    /// That range in bins: whole bins past the pulse's entry 0, and the rest.
+    pub fraction: [f32; CHUNK],
+    pub whole: [i32; CHUNK],
+}
+
+impl Setup {
+    pub fn new() -> Self {
+        Self {
+            windowed: [0.0; CHUNK * MOST_ROWS * MAX_LANES],
+            range_m: [0.0; CHUNK],
+            along_m: [0.0; CHUNK],
+            up_m: [0.0; CHUNK],
+            fraction: [0.0; CHUNK],
+            whole: [0; CHUNK],
+        }
+    }
+
+    /// Ranges from every antenna to the block's centre, in double precision.
+    #[inline(always)]
+    pub fn measure<S: Lanes, const RELIEF: bool>(&mut self, block: &Block<S>) {
+        let ([x, y, z], unit, job) = (block.centre_m(), block.unit(), block.job);
+        let inverse_bin = 1.0 / job.table.bin_m;
+        let px = &job.antenna_m[0][block.pulses.clone()];
+        let py = &job.antenna_m[1][block.pulses.clone()];
+        let pz = &job.antenna_m[2][block.pulses.clone()];
+        let start = &job.table.first_bin[block.pulses.clone()];
+        for m in 0..block.pulses.len() {
+            let (dx, dy, dz) = (x - px[m], y - py[m], z - pz[m]);
+            let range = (dx * dx + dy * dy + dz * dz).sqrt();
+            let along = dx * unit[0] + dy * unit[1] + dz * unit[2];
+            let t = range * inverse_bin - start[m] as f64;
+            #[allow(clippy::manual_clamp)] // `clamp` would keep NaN
+            // SAFETY: the bounds keep it within an i32, and replace NaN.
+            let whole = unsafe { t.max(-1e9).min(1e9).to_int_unchecked::<i32>() };
+            self.range_m[m] = range as f32;
+            self.along_m[m] = along as f32;
+            if RELIEF {
+                self.up_m[m] = dz as f32;
+            }
+            self.whole[m] = whole;
+            self.fraction[m] = (t - f64::from(whole)) as f32;
+        }
+    }
+}
+
+/// How the pulses of a chunk are read for one block.
+pub(super) struct Paths {
+    /// Pulses with parameters in [`Setup::windowed`].
+    pub windowed: usize,
+    /// Pulses that gather, with the groups that do, one bit each.
+    gathered: [(u8, u32); CHUNK],
+    gathers: usize,
+    /// Pulses summed in double precision.
+    reference: [u8; CHUNK],
+    references: usize,
+}
+
+impl Paths {
+    #[inline(always)]
+    fn gather(&mut self, pulse: usize, groups: u32) {
+        self.gathered[self.gathers] = (pulse as u8, groups);
+        self.gathers += 1;
+    }
+
+    #[inline(always)]
+    pub fn gathered(&self) -> &[(u8, u32)] {
+        &self.gathered[..self.gathers]
+    }
+
+    #[inline(always)]
+    pub fn reference(&self) -> &[u8] {
+        &self.reference[..self.references]
+    }
+}
+
+/// Lengths and scales of the groups of a block.
+struct Groups<S: Lanes> {
+    /// Offset of each group's middle from the block's centre, m.
+    along_m: S::V,
+    /// Line through each group's heights: at its middle above the centre (m), slope, 1 + slope²,
+    /// departures (m), distance from the middle to the ends (m). Unused over level ground.
+    line_m: S::V,
+    slope: S::V,
+    steepness: S::V,
+    uneven_m: S::V,
+    reach_m: S::V,
+    /// Least range at which tables are read, m.
+    near_m: S::V,
+    pixel: f32,
+    bins: f32,
+}
+
+impl<S: Lanes> Groups<S> {
+    /// Pixels from the middle of a group to its end.
+    const HALF: f32 = 0.5 * (vectors_a_group(S::N) * S::N - 1) as f32;
+    /// Pixels from the middle of a vector to its end.
+    const HALF_VECTOR: f32 = 0.5 * (S::N - 1) as f32;
+    /// Pixels from the middle of a group to that of its vectors.
+    const SHIFT: f32 = 0.5 * ((vectors_a_group(S::N) - 1) * S::N) as f32;
+
+    #[inline(always)]
+    fn of<const RELIEF: bool>(block: &Block<S>) -> Self {
+        let (s, job) = (block.s, block.job);
+        let pixel = job.pixel_m as f32;
+        let mut offsets = [0f32; MAX_LANES];
+        for (k, o) in offsets.iter_mut().enumerate() {
+            let k = k.min(block.groups - 1) as f32;
+            *o = (k - Self::HALF_VECTOR) * (vectors_a_group(S::N) * S::N) as f32 * pixel;
+        }
+        let zero = s.splat(0.0);
+        let mut groups = Self {
+            // SAFETY: `offsets` has MAX_LANES ≥ N numbers.
+            along_m: unsafe { s.load(offsets.as_ptr()) },
+            line_m: zero,
+            slope: zero,
+            steepness: s.splat(1.0),
+            uneven_m: zero,
+            reach_m: zero,
+            near_m: s.splat(job.reference_below_m as f32 + (Self::HALF + 1.0) * pixel),
+            pixel,
+            bins: (1.0 / job.table.bin_m) as f32,
+        };
+        if RELIEF {
+            let profile = block.ground.profile;
+            // SAFETY: all three have MAX_LANES ≥ N numbers.
+            unsafe {
+                groups.line_m = s.load(profile.line_m.as_ptr());
+                groups.slope = s.load(profile.slope.as_ptr());
+                groups.uneven_m = s.load(profile.uneven_m.as_ptr());
+            }
+            groups.steepness = s.mul_add(groups.slope, groups.slope, s.splat(1.0));
+            // A group extends so far from its middle, and farther where it is steep.
+            let reach = s.splat((Self::HALF + 1.0) * pixel);
+            groups.reach_m = s.mul(reach, s.sqrt(groups.steepness));
+            let beyond = s.add(groups.reach_m, groups.uneven_m);
+            groups.near_m = s.add(s.splat(job.reference_below_m as f32), beyond);
+        }
+        groups
+    }
+}
+
+/// The range over each group, one lane a group.
+struct Expansion<S: Lanes> {
+    /// At the middle, m, and in bins past the whole bins of the block's centre.
+    range_m: S::V,
+    t: S::V,
+    /// Coefficients of the powers of the pixel, bins.
+    first: S::V,
+    second: S::V,
+    third: S::V,
+    /// Bound of what the expansion drops, bins.
+    truncation_error: S::V,
+    /// Largest departure from a vector's middle beside the second power, bins.
+    reach: S::V,
+    /// Change with height: of the range (bins a metre), of its gradient along the row (bins a metre
+    /// and pixel), and half the curvature (bins a square metre).
+    rise: S::V,
+    gradient_change: S::V,
+    half_curvature: S::V,
+}
+
+impl<S: Lanes> Expansion<S> {
+    #[inline(always)]
+    fn of<const CUBIC: bool, const RELIEF: bool>(
+        s: S,
+        groups: &Groups<S>,
+        setup: &Setup,
+        m: usize,
+    ) -> Self {
+        let (pixel, bins) = (groups.pixel, groups.bins);
+        let (one, zero, tiny) = (s.splat(1.0), s.splat(0.0), s.splat(1e-30));
+        let (half, half_vector) = (Groups::<S>::HALF, Groups::<S>::HALF_VECTOR);
+        let per_pixel = s.splat(pixel * bins);
+        let range0 = s.splat(setup.range_m[m]);
+        let (along0, up0) = (s.splat(setup.along_m[m]), s.splat(setup.up_m[m]));
+        let (along, up) = (s.add(along0, groups.along_m), s.add(up0, groups.line_m));
+        let mut square_difference = s.mul(groups.along_m, s.add(along, along0));
+        if RELIEF {
+            square_difference = s.mul_add(groups.line_m, s.add(up, up0), square_difference);
+        }
+        let square = s.max(s.mul_add(range0, range0, square_difference), tiny);
+        let range = s.sqrt(square);
+        let sum = s.add(range, range0);
+        let reciprocal = s.div(one, s.mul(sum, range));
+        let inverse_range = s.mul(reciprocal, sum);
+        let difference = s.mul(s.mul(square_difference, reciprocal), range);
+        let (mut gradient, mut rise) = (s.mul(along, inverse_range), zero);
+        let mut bend = s.neg_mul_add(gradient, gradient, one);
+        if RELIEF {
+            rise = s.mul(up, inverse_range);
+            gradient = s.mul_add(groups.slope, rise, gradient);
+            bend = s.max(s.neg_mul_add(gradient, gradient, groups.steepness), zero);
+        }
+        let curvature = s.mul(bend, inverse_range);
+        let t = s.mul_add(difference, s.splat(bins), s.splat(setup.fraction[m]));
+        let first = s.mul(gradient, per_pixel);
+        let second = s.mul(curvature, s.splat(0.5 * pixel * pixel * bins));
+        let third = s.mul(
+            s.mul(s.mul(gradient, curvature), inverse_range),
+            s.splat(-0.5 * pixel * pixel * pixel * bins),
+        );
+        let (first, truncation_error) = if CUBIC {
+            // The fourth derivative is at most 12 (steepness − gradient²) steepness / R³.
+            let mut fourth = second;
+            if RELIEF {
+                fourth = s.mul(fourth, groups.steepness);
+            }
+            let fourth = s.mul(s.mul(fourth, inverse_range), inverse_range);
+            (first, s.mul(fourth, s.splat(pixel * pixel * half.powi(4))))
+        } else {
+            // The line nearest to x³ over |x| ≤ h is 3h²x/5; the error is at most 2h³/5.
+            (
+                s.mul_add(third, s.splat(0.6 * half * half), first),
+                s.mul(s.abs(third), s.splat(0.4 * half.powi(3))),
+            )
+        };
+        // The range is convex: over a vector it stays above its tangent at the vector's middle.
+        let mut steepest = s.mul_add(second, s.splat(2.0 * Groups::<S>::SHIFT), s.abs(first));
+        if CUBIC {
+            steepest = s.mul_add(s.abs(third), s.splat(3.0 * half * half), steepest);
+        }
+        let expansion = Self {
+            range_m: range,
+            t,
+            first,
+            second,
+            third,
+            truncation_error,
+            reach: s.mul(steepest, s.splat(half_vector)),
+            rise,
+            gradient_change: zero,
+            half_curvature: zero,
+        };
+        if RELIEF {
+            expansion.with_relief(s, groups, (gradient, inverse_range), steepest)
+        } else {
+            expansion
+        }
+    }
+
+    /// Adds the change with height beside the line. The second order is kept; the third is at most
+    /// 0.6 b(a + b)²/R² at b beside and a along the line.
+    #[inline(always)]
+    fn with_relief(
+        self,
+        s: S,
+        groups: &Groups<S>,
+        (gradient, inverse_range): (S::V, S::V),
+        steepest: S::V,
+    ) -> Self {
+        let (bins, rise) = (s.splat(groups.bins), self.rise);
+        let uneven_bins = s.mul(groups.uneven_m, bins);
+        let away = s.add(groups.reach_m, groups.uneven_m);
+        let third_order = s.mul(s.mul(away, away), s.mul(inverse_range, inverse_range));
+        let change = s.mul(s.neg_mul_add(gradient, rise, groups.slope), inverse_range);
+        let half_curvature = s.mul(
+            s.mul(s.neg_mul_add(rise, rise, s.splat(1.0)), inverse_range),
+            s.splat(0.5),
+        );
+        let half_m = s.splat(Groups::<S>::HALF * groups.pixel);
+        let along_line = s.mul_add(s.abs(change), half_m, s.abs(rise));
+        let relief_bound = s.mul(
+            uneven_bins,
+            s.mul_add(half_curvature, groups.uneven_m, along_line),
+        );
+        Self {
+            truncation_error: s.mul_add(
+                s.mul(uneven_bins, s.splat(0.6)),
+                third_order,
+                self.truncation_error,
+            ),
+            reach: s.mul_add(steepest, s.splat(Groups::<S>::HALF_VECTOR), relief_bound),
+            rise: s.mul(rise, bins),
+            gradient_change: s.mul(change, s.splat(groups.pixel * groups.bins)),
+            half_curvature: s.mul(half_curvature, bins),
+            ..self
+        }
+    }
+
+    /// Bins that either vector of a group spans, and the whole bins from which its window must reach.
+    #[inline(always)]
+    fn windows(&self, s: S) -> (S::V, [S::V; 2]) {
+        let (half_vector, shift) = (Groups::<S>::HALF_VECTOR, Groups::<S>::SHIFT);
+        let span = s.mul_add(
+            self.second,
+            s.splat(half_vector * half_vector),
+            s.add(self.reach, self.reach),
+        );
+        // Half a bin up for rounding, a little down for safety.
+        let lowest = s.mul_add(
+            self.second,
+            s.splat(shift * shift),
+            s.sub(self.t, s.sub(self.reach, s.splat(0.499))),
+        );
+        let windows = if vectors_a_group(S::N) > 1 {
+            [
+                s.floor(s.neg_mul_add(self.first, s.splat(shift), lowest)),
+                s.floor(s.mul_add(self.first, s.splat(shift), lowest)),
+            ]
+        } else {
+            [s.floor(lowest), s.floor(lowest)]
+        };
+        (span, windows)
+    }
+
+    /// Stores the parameters of a pulse in `rows`, windows counted from `start` in the chunk's table.
+    #[inline(always)]
+    fn store<const CUBIC: bool, const RELIEF: bool>(
+        &self,
+        s: S,
+        windows: [S::V; 2],
+        start: i32,
+        rows: &mut [f32],
+    ) {
+        let n = S::N;
+        let rounding = s.splat(ROUNDING);
+        assert!(rows.len() == parameter_rows(RELIEF) * n);
+        // SAFETY: `rows` holds that many rows of N numbers.
+        unsafe {
+            let at = rows.as_mut_ptr();
+            s.store(at, self.t);
+            s.store(at.add(n), self.first);
+            s.store(at.add(2 * n), self.second);
+            if CUBIC {
+                s.store(at.add(3 * n), self.third);
+            }
+            s.store(at.add(4 * n), windows[0]);
+            s.store_rounded(at.add(5 * n).cast(), s.add(windows[0], rounding), start);
+            if vectors_a_group(n) > 1 {
+                s.store(at.add(6 * n), windows[1]);
+                s.store_rounded(at.add(7 * n).cast(), s.add(windows[1], rounding), start);
+            }
+            if RELIEF {
+                s.store(at.add(8 * n), self.rise);
+                s.store(at.add(9 * n), self.gradient_change);
+                s.store(at.add(10 * n), self.half_curvature);
+            }
+        }
+    }
+}
+
+/// Expands the ranges of all pulses of a chunk and decides how each is read.
+#[inline(always)]
+pub(super) fn expand<S: Lanes, const CUBIC: bool, const RELIEF: bool>(
+    block: &Block<S>,
+    setup: &mut Setup,
+) -> Paths {
+    let (s, job, n) = (block.s, block.job, S::N);
+    let table = &job.table;
+    let groups = Groups::of::<RELIEF>(block);
+    let tolerance = s.splat(job.tolerance_bins as f32);
+    let last_window = s.splat(table.stride as f32 - 2.0 - n as f32);
+    let widest = s.splat((n - 1) as f32 - 0.05);
+    let zero = s.splat(0.0);
+    let half_block = 0.5 * block_width(n) as f32 * groups.pixel;
+    let all = u32::MAX >> (32 - block.groups as u32);
+    let mut paths = Paths {
+        windowed: 0,
+        gathered: [(0, 0); CHUNK],
+        gathers: 0,
+        reference: [0; CHUNK],
+        references: 0,
+    };
+    for m in 0..block.pulses.len() {
+        if table.interleaved && setup.range_m[m] - half_block > job.reference_below_m as f32 {
+            paths.gather(m, all);
+            continue;
+        }
+        let expansion = Expansion::of::<CUBIC, RELIEF>(s, &groups, setup, m);
+        if !s.all_le(groups.near_m, expansion.range_m) {
+            paths.reference[paths.references] = m as u8;
+            paths.references += 1;
+            continue;
+        }
+        let (span, windows) = expansion.windows(s);
+        let whole = s.splat(setup.whole[m] as f32);
+        let least = s.sub(
+            whole,
+            s.max(s.sub(zero, windows[0]), s.sub(zero, windows[1])),
+        );
+        let most = s.add(whole, s.max(windows[0], windows[1]));
+        let fits = !table.interleaved
+            && s.all_le(span, widest)
+            && s.all_le(expansion.truncation_error, tolerance)
+            && s.all_le(zero, least)
+            && s.all_le(most, last_window);
+        let mut gathers = 0;
+        if !fits {
+            gathers = all;
+            if RELIEF {
+                let margins = [
+                    s.sub(widest, span),
+                    s.sub(tolerance, expansion.truncation_error),
+                    least,
+                    s.sub(last_window, most),
+                ];
+                gathers = negative_lanes(s, margins, block.groups);
+            }
+            paths.gather(m, gathers);
+            if gathers == all {
+                continue;
+            }
+        }
+        let length = parameter_rows(RELIEF) * n;
+        let rows = &mut setup.windowed[paths.windowed * length..][..length];
+        let start = (m * table.pulse_stride) as i32 + setup.whole[m];
+        expansion.store::<CUBIC, RELIEF>(s, windows, start, rows);
+        if RELIEF {
+            for k in 0..block.groups {
+                if gathers >> k & 1 == 1 {
+                    rows[5 * n + k] = NO_WINDOW;
+                }
+            }
+        }
+        paths.windowed += 1;
+    }
+    paths
+}
+
+/// The first `groups` lanes in which a margin is negative or NaN, one bit each.
+#[inline(always)]
+fn negative_lanes<S: Lanes>(s: S, margins: [S::V; 4], groups: usize) -> u32 {
+    let mut lanes = [[0f32; MAX_LANES]; 4];
+    for (lanes, margin) in lanes.iter_mut().zip(margins) {
+        // SAFETY: `lanes` has MAX_LANES ≥ N numbers.
+        unsafe { s.store(lanes.as_mut_ptr(), margin) };
+    }
+    (0..groups).fold(0, |found, k| {
+        let good = lanes.iter().all(|t| t[k] >= 0.0); // false for NaN
+        found | u32::from(!good) << k
+    })
+}

@@ -1,0 +1,63 @@
+//! How the levels of an image are shown: the window of levels and the compensation for range.
+
+use acerra_figure::{DisplayGain, LevelWindow};
+
+use crate::outcome::Outcome;
+
+/// Share of an image's pixels that lie below the lowest level of its picture: the median is what
+/// "peak over median" is counted from, and ground that the gate or the antenna leaves dark does not
+/// widen the window.
+pub const DARK_SHARE: f64 = 0.5;
+
+/// The levels of pictures of images: from a percentile of the image's own up to its maximum, as no
+/// fixed window suits both two reflectors on a lawn and a street of houses.
+pub const WINDOW: LevelWindow = LevelWindow::Percentile { share: DARK_SHARE };
+
+/// Pictures are compensated for range where 1/R² varies by more than this over the image (dB), half
+/// of a usual window of levels.
+const COMPENSATED_FROM_DB: f64 = 20.0;
+
+/// Positions of a track from which the nearest to a pixel is taken, at most.
+const MOST_POSITIONS: usize = 512;
+
+/// The gain that undoes the 1/R² of Eq. (3) for display, R being the distance to the nearest point
+/// of the tracks: without it clutter near the antenna takes the maximum, and what lies far is
+/// black. None where 1/R² varies little over the image.
+pub fn range_gain(outcome: &Outcome) -> Option<DisplayGain> {
+    let pixels = &outcome.focused.pixels;
+    let grid = &pixels.grid;
+    let positions = &outcome.prepared.aligned.position_m;
+    let step = positions.len().div_ceil(MOST_POSITIONS).max(1);
+    let sampled: Vec<[f64; 3]> = positions.iter().step_by(step).copied().collect();
+    let frequency_hz = &outcome.prepared.spectrum.frequency_hz;
+    let bandwidth_hz = frequency_hz.last()? - frequency_hz.first()?;
+    let light_speed_m_s = outcome.campaign.image.light_speed_m_s;
+    // Nearer than a range cell (a pixel, for one frequency alone), range is not told apart.
+    let cell_m = 0.5 * light_speed_m_s / bandwidth_hz;
+    let least_m = if cell_m.is_finite() {
+        cell_m.max(grid.pixel_m)
+    } else {
+        grid.pixel_m
+    };
+    let z_m = pixels.middle_m();
+    let range_m = |x_m: f64, y_m: f64| {
+        let to = |p: &[f64; 3]| {
+            let away_m = [p[0] - x_m, p[1] - y_m, p[2] - z_m];
+            away_m.iter().map(|d| d * d).sum::<f64>()
+        };
+        let nearest_m2 = sampled.iter().map(to).fold(f64::INFINITY, f64::min);
+        nearest_m2.sqrt().max(least_m)
+    };
+    #[expect(clippy::cast_precision_loss, reason = "a count of pixels")]
+    let edges = |first_m: f64, n: usize| {
+        let edge_m = first_m - 0.5 * grid.pixel_m;
+        [edge_m, edge_m + grid.pixel_m * n as f64]
+    };
+    let gain = DisplayGain::sample(
+        "1/R² undone",
+        edges(grid.x0_m, grid.nx),
+        edges(grid.y0_m, grid.ny),
+        |x_m, y_m| 40.0 * range_m(x_m, y_m).log10(),
+    );
+    (gain.span_db() > COMPENSATED_FROM_DB).then_some(gain)
+}

@@ -1,0 +1,57 @@
+//! The names of products, for telling an older run's from a user's own files.
+
+use std::path::Path;
+
+use serde_json::Value;
+
+/// Every file that a run may write into its directory.
+pub const PRODUCTS: [&str; 13] = [
+    "image.npz",
+    "image.png",
+    "looks.npz",
+    "multilook.png",
+    "radargram-raw.png",
+    "radargram.png",
+    "report.html",
+    "run.json",
+    "targets.json",
+    "trajectory.csv",
+    "volume-front.png",
+    "volume-side.png",
+    "volume.npz",
+];
+
+/// The products of an older run that may lie in `directory`; none unless its `run.json` is there
+/// and tells that Acerra wrote it.
+#[must_use]
+pub fn of_older_run(directory: &Path) -> Vec<String> {
+    let run: Option<Value> = std::fs::read(directory.join("run.json"))
+        .ok()
+        .and_then(|bytes| serde_json::from_slice(&bytes).ok());
+    let ours = run.is_some_and(|run| {
+        ["version", "configuration", "stages"]
+            .iter()
+            .all(|key| run.get(key).is_some())
+    });
+    if ours {
+        PRODUCTS.map(str::to_owned).to_vec()
+    } else {
+        Vec::new()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn products_are_known_by_their_run_json_alone() {
+        let folder = tempfile::tempdir().unwrap();
+        assert!(of_older_run(folder.path()).is_empty());
+        let write = |text: &str| std::fs::write(folder.path().join("run.json"), text).unwrap();
+        write("{\"name\": \"another tool's\"}");
+        assert!(of_older_run(folder.path()).is_empty());
+        write("{\"version\": \"0.1.0\", \"configuration\": {}, \"stages\": []}");
+        assert!(of_older_run(folder.path()).contains(&"looks.npz".to_owned()));
+    }
+}

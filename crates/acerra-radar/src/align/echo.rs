@@ -1,0 +1,324 @@
+//! Following echoes through a radargram without knowing the height.
+//!
+//! The strongest continuous ridges of the envelope are found one after another by dynamic
+//! programming (Viterbi): each may move from trace to trace as fast as the platform climbs. What
+//! stays put (direct coupling and its tail) is taken away first by subtracting the mean trace.
+//! Which of the ridges is the surface is for the height to tell.
+
+use rayon::prelude::*;
+
+use super::AlignError;
+use crate::clean::{Background, crest, envelope, remove_background};
+use crate::control::Control;
+use crate::radargram::Radargram;
+
+/// Ridges followed.
+const RIDGES: usize = 4;
+/// Spacing of fast time on which ridges are followed, s: a quarter of an envelope's width.
+const CELL_S: f64 = 0.12e-9;
+/// Distance from a ridge within which the next one is not looked for, s.
+const APART_S: f64 = 1e-9;
+/// Envelope over the trace's median from which a pick counts.
+const PRESENT: f64 = 2.5;
+/// Envelope over the trace's median beyond which more makes no difference, for ridges in the trace
+/// (few strong scatterers must not draw a path away from an echo that is always there)…
+const STRONG: f32 = 30.0;
+/// …or, tried as well, only here.
+const STRONGEST: f32 = 1000.0;
+/// Standard deviation of picks over two seconds below which the echo stands still, s (3 mm): it
+/// says nothing about the offset, and may be coupling.
+const STILL_S: f64 = 0.02e-9;
+/// Time over which an echo stands still or does not, s.
+const STILL_WINDOW_S: f64 = 2.0;
+
+/// One echo followed over slow time.
+#[derive(Debug, Clone)]
+pub(super) struct Ridge {
+    /// Slow time of each pick, s.
+    pub time_s: Vec<f64>,
+    /// Fast time of each pick, s.
+    pub fast_time_s: Vec<f64>,
+}
+
+/// Where echoes are looked for.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Search {
+    /// First and last fast time, s.
+    pub window_s: [f64; 2],
+    /// How fast echoes move: seconds of fast time in a second.
+    pub rate: f64,
+    /// Traces that take part at most, evenly spread.
+    pub traces: usize,
+}
+
+/// Follows the strongest echoes.
+pub(super) fn ridges(
+    radargram: &Radargram,
+    search: Search,
+    control: Control<'_>,
+) -> Result<Vec<Ridge>, AlignError> {
+    let stride = radargram.traces.div_ceil(search.traces.max(1)).max(1);
+    let kept: Vec<usize> = (0..radargram.traces).step_by(stride).collect();
+    let Ok(part) = radargram.select(&kept) else {
+        return Ok(Vec::new());
+    };
+    control.check()?;
+    let Ok(changing) = remove_background(part.clone(), Background::Mean) else {
+        return Ok(Vec::new());
+    };
+    let last = part.samples_per_trace - 1;
+    let [low, high] = search
+        .window_s
+        .map(|t| part.sample_index(t).round().clamp(0.0, last as f64));
+    let (low, high) = (low as usize, high as usize);
+    if high < low + 16 {
+        return Ok(Vec::new());
+    }
+    let changing = Envelope::new(&changing, [low, high]);
+    control.check()?;
+    let raw = Envelope::new(&part, [low, high]);
+    control.check()?;
+
+    let step_s = median_step_s(&part.time_s);
+    let cell = (CELL_S / part.fast_time_step_s).round().max(1.0) as usize;
+    let cell_s = cell as f64 * part.fast_time_step_s;
+    let climb = Climb::new(search.rate * step_s / cell_s);
+    let apart = (APART_S / cell_s).ceil() as usize;
+    let over_trace = changing.gain(cell);
+    let over_column = over_trace.over_columns();
+    let mut found = Vec::new();
+    for mut gain in [over_trace.limited(STRONG.ln()), over_trace, over_column] {
+        for _ in 0..RIDGES {
+            let path = follow(&gain, climb, control)?;
+            // A pick in what changes is free of the coupling; one in the raw trace is free of what
+            // the mean takes from an echo that hardly moves. Both are tried.
+            for envelope in [&changing, &raw] {
+                let ridge = envelope.picks(&part, &path, cell).without_still_parts();
+                if ridge.time_s.len() >= 20 {
+                    found.push(ridge);
+                }
+            }
+            gain.clear_about(&path, apart);
+        }
+    }
+    Ok(found)
+}
+
+fn median_step_s(time_s: &[f64]) -> f64 {
+    let mut steps: Vec<f64> = time_s.windows(2).map(|w| w[1] - w[0]).collect();
+    steps.sort_by(f64::total_cmp);
+    steps.get(steps.len() / 2).copied().unwrap_or(1.0)
+}
+
+/// Envelopes within the window, one row a trace, and each row's median.
+struct Envelope {
+    rows: Vec<Vec<f64>>,
+    median: Vec<f64>,
+    first_sample: usize,
+}
+
+impl Envelope {
+    fn new(radargram: &Radargram, [low, high]: [usize; 2]) -> Self {
+        let n = radargram.samples_per_trace;
+        let all = envelope(radargram);
+        let rows: Vec<Vec<f64>> = all
+            .chunks_exact(n)
+            .map(|row| row[low..=high].to_vec())
+            .collect();
+        let median = rows
+            .iter()
+            .map(|row| {
+                let mut sorted = row.clone();
+                let middle = sorted.len() / 2;
+                *sorted.select_nth_unstable_by(middle, f64::total_cmp).1
+            })
+            .collect();
+        Self {
+            rows,
+            median,
+            first_sample: low,
+        }
+    }
+
+    /// Logarithm of the largest envelope in each cell of fast time over the trace's median.
+    fn gain(&self, cell: usize) -> Gain {
+        let rows = self
+            .rows
+            .par_iter()
+            .zip(&self.median)
+            .map(|(row, median)| {
+                row.chunks(cell)
+                    .map(|c| {
+                        let top = c.iter().copied().fold(0.0, f64::max);
+                        let ratio = top / median.max(f64::MIN_POSITIVE);
+                        ratio.clamp(1.0, f64::from(STRONGEST)).ln() as f32
+                    })
+                    .collect()
+            })
+            .collect();
+        Gain { rows }
+    }
+
+    /// The envelope's peak nearest the path, to a fraction of a sample, where an echo is present.
+    fn picks(&self, radargram: &Radargram, path: &[usize], cell: usize) -> Ridge {
+        let mut ridge = Ridge {
+            time_s: Vec::new(),
+            fast_time_s: Vec::new(),
+        };
+        for (m, &at) in path.iter().enumerate() {
+            let row = &self.rows[m];
+            // The largest sample of the cell and the two beside it.
+            let from = (at * cell).saturating_sub(cell).min(row.len() - 1);
+            let to = ((at + 2) * cell).clamp(from + 1, row.len());
+            let top = (from..to)
+                .max_by(|&a, &b| row[a].total_cmp(&row[b]))
+                .unwrap_or(from);
+            if row[top] < PRESENT * self.median[m] || top == 0 || top + 1 == row.len() {
+                continue;
+            }
+            let is_peak = row[top] >= row[top - 1] && row[top] >= row[top + 1];
+            if !is_peak {
+                continue;
+            }
+            let (fraction, _) = crest(row, top);
+            let sample = (self.first_sample + top) as f64 + fraction;
+            ridge.time_s.push(radargram.time_s[m]);
+            ridge
+                .fast_time_s
+                .push(radargram.fast_time_start_s + sample * radargram.fast_time_step_s);
+        }
+        ridge
+    }
+}
+
+impl Ridge {
+    /// Drops the picks about which the echo stands still.
+    fn without_still_parts(self) -> Self {
+        let n = self.time_s.len();
+        let (mut first, mut end) = (0, 0);
+        let mut kept = Self {
+            time_s: Vec::new(),
+            fast_time_s: Vec::new(),
+        };
+        for i in 0..n {
+            let t = self.time_s[i];
+            while self.time_s[first] < t - 0.5 * STILL_WINDOW_S {
+                first += 1;
+            }
+            while end < n && self.time_s[end] <= t + 0.5 * STILL_WINDOW_S {
+                end += 1;
+            }
+            let near = &self.fast_time_s[first..end];
+            let mean = near.iter().sum::<f64>() / near.len() as f64;
+            let power = near.iter().map(|p| (p - mean).powi(2)).sum::<f64>() / near.len() as f64;
+            if power.sqrt() > STILL_S {
+                kept.time_s.push(t);
+                kept.fast_time_s.push(self.fast_time_s[i]);
+            }
+        }
+        kept
+    }
+}
+
+/// Logarithmic gains, one row a trace, one value a cell of fast time.
+struct Gain {
+    rows: Vec<Vec<f32>>,
+}
+
+impl Gain {
+    /// The gain over what each fast time has in the median of the traces: what coupling leaves
+    /// everywhere goes, and so does an echo that stays in place for half of the record.
+    fn over_columns(&self) -> Self {
+        let cells = self.rows.first().map_or(0, Vec::len);
+        let floor: Vec<f32> = (0..cells)
+            .into_par_iter()
+            .map(|c| {
+                let mut column: Vec<f32> = self.rows.iter().map(|row| row[c]).collect();
+                let middle = column.len() / 2;
+                *column.select_nth_unstable_by(middle, f32::total_cmp).1
+            })
+            .collect();
+        let over = |row: &Vec<f32>| {
+            row.iter()
+                .zip(&floor)
+                .map(|(gain, floor)| (gain - floor).max(0.0))
+                .collect()
+        };
+        Self {
+            rows: self.rows.iter().map(over).collect(),
+        }
+    }
+
+    /// The gain, no more than a limit.
+    fn limited(&self, most: f32) -> Self {
+        let limit = |row: &Vec<f32>| row.iter().map(|gain| gain.min(most)).collect();
+        Self {
+            rows: self.rows.iter().map(limit).collect(),
+        }
+    }
+
+    /// Takes away what lies within `apart` cells of a path.
+    fn clear_about(&mut self, path: &[usize], apart: usize) {
+        for (row, &at) in self.rows.iter_mut().zip(path) {
+            let end = (at + apart + 1).min(row.len());
+            row[at.saturating_sub(apart)..end].fill(0.0);
+        }
+    }
+}
+
+/// How far a ridge may move from one trace to the next, in cells, and what it costs.
+#[derive(Clone, Copy)]
+struct Climb {
+    reach: usize,
+    cost_per_cell: f32,
+}
+
+impl Climb {
+    fn new(cells: f64) -> Self {
+        let usual = cells.max(1.0);
+        Self {
+            reach: ((2.0 * usual).ceil() as usize + 1).min(100),
+            cost_per_cell: (0.5 / usual) as f32,
+        }
+    }
+}
+
+/// The path with the largest sum of gains less the cost of its jumps.
+fn follow(gain: &Gain, climb: Climb, control: Control<'_>) -> Result<Vec<usize>, AlignError> {
+    let cells = gain.rows.first().map_or(0, Vec::len);
+    let mut score = vec![0.0f32; cells];
+    let mut next = vec![0.0f32; cells];
+    let mut from: Vec<Vec<i8>> = Vec::with_capacity(gain.rows.len());
+    for (k, row) in gain.rows.iter().enumerate() {
+        if k % 64 == 0 {
+            control.check()?;
+        }
+        let mut back = vec![0i8; cells];
+        for c in 0..cells {
+            let (low, high) = (
+                c.saturating_sub(climb.reach),
+                (c + climb.reach + 1).min(cells),
+            );
+            let (mut best, mut at) = (f32::NEG_INFINITY, c);
+            for (p, value) in score.iter().enumerate().take(high).skip(low) {
+                let value = value - climb.cost_per_cell * p.abs_diff(c) as f32;
+                if value > best {
+                    (best, at) = (value, p);
+                }
+            }
+            back[c] = (at as isize - c as isize) as i8;
+            next[c] = best + row[c];
+        }
+        std::mem::swap(&mut score, &mut next);
+        from.push(back);
+    }
+    let mut state = (0..cells)
+        .max_by(|&a, &b| score[a].total_cmp(&score[b]))
+        .unwrap_or(0);
+    let mut path = vec![0; gain.rows.len()];
+    for (k, back) in from.iter().enumerate().rev() {
+        path[k] = state;
+        state = state.saturating_add_signed(isize::from(back[state]));
+    }
+    Ok(path)
+}

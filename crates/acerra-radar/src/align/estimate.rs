@@ -1,0 +1,444 @@
+//! The offset by all cues together: stated with its standard deviation, or refused.
+
+use super::curve::{LikelihoodCurve, Mode};
+use super::echo::{Search, ridges};
+use super::height::{Grid, HeightCue, any_of, height_cues};
+use super::motion::{MotionCue, motion_cue};
+use super::profile::STEP_S;
+use super::sharpness::{Scored, SharpnessCue, offsets_about};
+use super::{AlignError, FlightProfile, activity};
+use crate::control::Control;
+use crate::radargram::Radargram;
+
+/// Products of picks and offsets that are evaluated at most in one pass.
+const LARGEST_PASS: usize = 40_000_000;
+/// Traces that take part at most: more add little to an offset.
+const TRACES: usize = 2000;
+/// Offsets tried at most.
+const MOST_OFFSETS: f64 = 2e6;
+/// Standard deviation that images are allowed to narrow down, in those that are stated.
+const VAGUE_BEFORE: f64 = 5.0;
+/// Likely offsets nearer to each other than this are one, s.
+const APART_S: f64 = 0.1;
+
+/// What is known of the offset before, from wall-clock stamps.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ClockPrior {
+    /// Expected offset, s.
+    pub offset_s: f64,
+    /// Standard deviation of it, s.
+    pub sigma_s: f64,
+}
+
+/// How an offset is estimated.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct OffsetOptions {
+    /// Smallest and largest offset, s; `None` tries all at which the logs overlap enough.
+    pub range_s: Option<[f64; 2]>,
+    /// What wall-clock stamps say.
+    pub prior: Option<ClockPrior>,
+    /// Share of the radar's time that must fall within the trajectory's.
+    pub overlap: f64,
+    /// Fast times at which range may be zero, s.
+    pub delay_range_s: [f64; 2],
+    /// Log-likelihood by which the best offset must surpass every other one.
+    pub margin: f64,
+    /// Largest standard deviation of an offset that is stated, s.
+    pub max_sigma_s: f64,
+}
+
+impl Default for OffsetOptions {
+    /// All offsets at which half of the radar's log is covered, delays of −1 to 20 ns, a margin of
+    /// 6 (odds of 400 to 1), a standard deviation of at most 0.1 s.
+    fn default() -> Self {
+        Self {
+            range_s: None,
+            prior: None,
+            overlap: 0.5,
+            delay_range_s: [-1e-9, 20e-9],
+            margin: 6.0,
+            max_sigma_s: 0.1,
+        }
+    }
+}
+
+impl OffsetOptions {
+    /// The same within a range of offsets, s.
+    #[must_use]
+    pub const fn within(mut self, range_s: [f64; 2]) -> Self {
+        self.range_s = Some(range_s);
+        self
+    }
+
+    /// The same with what wall-clock stamps say.
+    #[must_use]
+    pub const fn with_prior(mut self, prior: ClockPrior) -> Self {
+        self.prior = Some(prior);
+        self
+    }
+
+    /// The same with a delay that is known to lie within an interval, s.
+    #[must_use]
+    pub const fn with_delay_range_s(mut self, delay_range_s: [f64; 2]) -> Self {
+        self.delay_range_s = delay_range_s;
+        self
+    }
+}
+
+/// A stretch of offsets that agrees with the data.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Candidate {
+    /// Most likely offset of the stretch, s.
+    pub offset_s: f64,
+    /// Standard deviation about it, s.
+    pub sigma_s: f64,
+    /// Log-likelihood below the best of all, 0 for the best itself.
+    pub below_best: f64,
+}
+
+/// What height and motion say of every offset.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OffsetLikelihood {
+    /// The height cue of the echo that is the surface by all cues together; none where no echo
+    /// follows the height.
+    pub height: Option<HeightCue>,
+    /// The motion cue; none where nothing changes.
+    pub motion: Option<MotionCue>,
+    /// Sum of the cues' log-likelihoods and the prior's.
+    pub total: LikelihoodCurve,
+    /// Offsets that agree with the data, the most likely first; never empty.
+    pub candidates: Vec<Candidate>,
+    options: OffsetOptions,
+}
+
+/// The offset, and what it rests on.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OffsetEstimate {
+    /// Trajectory time − radar time, s.
+    pub offset_s: f64,
+    /// Its standard deviation, s.
+    pub sigma_s: f64,
+    /// The most likely other offset, s, and the log-likelihood by which it is surpassed; none where
+    /// every other offset tried is out of the question.
+    pub second: Option<(f64, f64)>,
+    /// Fast time at which range is zero by the surface echo, s, and its standard deviation; none
+    /// where no echo follows the height.
+    pub delay_s: Option<(f64, f64)>,
+    /// The sharpness cue, where images were scored and one was the sharpest.
+    pub sharpness: Option<SharpnessCue>,
+}
+
+/// Log-likelihood of every offset between the clocks of a radargram and a trajectory, by height
+/// and by motion.
+///
+/// The offset is trajectory time − radar time, the campaign file's `time_offset_s`. The radargram
+/// is the raw one, of all traces: background and fast-time zero as recorded.
+///
+/// # Errors
+/// If the logs never overlap enough, no cue speaks, or the caller cancels.
+pub fn offset_likelihood(
+    radargram: &Radargram,
+    profile: &FlightProfile,
+    options: &OffsetOptions,
+    control: Control<'_>,
+) -> Result<OffsetLikelihood, AlignError> {
+    check_times(&radargram.time_s)?;
+    let grid = grid(&radargram.time_s, profile, options)?;
+    let traces = (LARGEST_PASS / grid.count).clamp(200, TRACES);
+    let heights = match profile.echo_delay_range_s() {
+        Some([low, high]) => {
+            let search = Search {
+                window_s: [low + grid.delay_s[0], high + grid.delay_s[1]],
+                rate: profile.fast_echo_rate(),
+                traces,
+            };
+            let found = ridges(radargram, search, control)?;
+            control.report(0.3);
+            height_cues(&found, profile, grid, control)?
+        }
+        None => Vec::new(),
+    };
+    control.report(0.8);
+    let (time_s, change) = thinned_change(radargram, traces);
+    let motion = motion_cue((&time_s, &change), profile, grid, control)?;
+    control.report(1.0);
+    combined(heights, motion, grid, options)
+}
+
+fn check_times(time_s: &[f64]) -> Result<(), AlignError> {
+    let what = "radargram";
+    if time_s.len() < 16 {
+        return Err(AlignError::Length {
+            what,
+            times: time_s.len(),
+            values: time_s.len(),
+        });
+    }
+    let rises = |w: &[f64]| w[1] > w[0];
+    match time_s.windows(2).position(|w| !rises(w)) {
+        Some(i) => Err(AlignError::Order { what, index: i + 1 }),
+        None => Ok(()),
+    }
+}
+
+/// The offsets to try.
+fn grid(
+    time_s: &[f64],
+    profile: &FlightProfile,
+    options: &OffsetOptions,
+) -> Result<Grid, AlignError> {
+    let [from_s, to_s] = options.delay_range_s;
+    if !(from_s < to_s && from_s.is_finite() && to_s.is_finite()) {
+        return Err(AlignError::DelayRange { from_s, to_s });
+    }
+    let (first, last) = (time_s[0], time_s[time_s.len() - 1]);
+    let outside_s = (1.0 - options.overlap) * (last - first);
+    let mut from_s = profile.start_s() - first - outside_s;
+    let mut to_s = profile.end_s() - last + outside_s;
+    if let Some([low, high]) = options.range_s {
+        from_s = from_s.max(low);
+        to_s = to_s.min(high);
+    }
+    if from_s.is_nan() || to_s.is_nan() || from_s > to_s {
+        return Err(AlignError::NoOverlap {
+            from_s,
+            to_s,
+            percent: 100.0 * options.overlap,
+        });
+    }
+    let range_s = to_s - from_s;
+    if range_s / STEP_S > MOST_OFFSETS {
+        return Err(AlignError::Step {
+            step_s: STEP_S,
+            range_s,
+        });
+    }
+    Ok(Grid {
+        start_s: from_s,
+        step_s: STEP_S,
+        count: (range_s / STEP_S) as usize + 1,
+        delay_s: options.delay_range_s,
+    })
+}
+
+/// The change about each trace, averaged to at most so many values.
+fn thinned_change(radargram: &Radargram, most: usize) -> (Vec<f64>, Vec<f64>) {
+    let change = activity(radargram);
+    let size = change.len().div_ceil(most.max(1)).max(1);
+    let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
+    (
+        radargram.time_s.chunks(size).map(mean).collect(),
+        change.chunks(size).map(mean).collect(),
+    )
+}
+
+fn combined(
+    heights: Vec<HeightCue>,
+    motion: Option<MotionCue>,
+    grid: Grid,
+    options: &OffsetOptions,
+) -> Result<OffsetLikelihood, AlignError> {
+    let mut total = LikelihoodCurve {
+        start_s: grid.start_s,
+        step_s: grid.step_s,
+        log_likelihood: vec![0.0; grid.count],
+    };
+    total.add(&any_of(&heights, grid));
+    if let Some(cue) = &motion {
+        total.add(&perhaps_unrelated(&cue.curve, cue.evidence));
+    }
+    if heights.is_empty() && motion.is_none() {
+        return Err(AlignError::NoCue);
+    }
+    if let Some(prior) = options.prior {
+        for k in 0..grid.count {
+            let x = (total.offset_s(k) - prior.offset_s) / prior.sigma_s.max(1e-6);
+            total.log_likelihood[k] -= 0.5 * x * x;
+        }
+    }
+    let (offset_s, best) = total.best();
+    // The echo that is the surface, by all cues together.
+    let worth = |cue: &HeightCue| cue.evidence - cue.curve.best().1 + cue.curve.at(offset_s);
+    let height = heights
+        .into_iter()
+        .max_by(|a, b| worth(a).total_cmp(&worth(b)))
+        .filter(|cue| worth(cue) > 0.0);
+    let candidate = |mode: &Mode| Candidate {
+        offset_s: total.vertex_s(mode.peak),
+        sigma_s: total.sigma_s(*mode),
+        below_best: best - total.log_likelihood[mode.peak],
+    };
+    let candidates = total
+        .modes(options.margin, APART_S)
+        .iter()
+        .map(candidate)
+        .collect();
+    Ok(OffsetLikelihood {
+        height,
+        motion,
+        candidates,
+        total,
+        options: *options,
+    })
+}
+
+/// A cue that may have nothing to do with the flight (another echo, a change that is not motion):
+/// then every offset is as likely as without the cue. A strong cue stays as it is.
+fn perhaps_unrelated(curve: &LikelihoodCurve, evidence: f64) -> LikelihoodCurve {
+    let (_, best) = curve.best();
+    let log_likelihood = curve
+        .log_likelihood
+        .iter()
+        .map(|l| {
+            // ln(1 + exp(x)), without overflow.
+            let x = l - best + evidence;
+            x.max(0.0) + (-x.abs()).exp().ln_1p()
+        })
+        .collect();
+    LikelihoodCurve {
+        log_likelihood,
+        ..*curve
+    }
+}
+
+impl OffsetLikelihood {
+    /// The offset by height and motion alone.
+    ///
+    /// # Errors
+    /// [`AlignError::Vague`] if too wide a stretch of offsets agrees with the data,
+    /// [`AlignError::Ambiguous`] if two do.
+    pub fn decide(&self) -> Result<OffsetEstimate, AlignError> {
+        self.check_sigma(&self.candidates[0], 1.0)?;
+        self.check_second(&self.candidates)?;
+        Ok(self.estimate(self.candidates[0], None))
+    }
+
+    /// The offset by height, motion and the sharpness of images.
+    ///
+    /// `score` is called with offsets about every candidate and answers one positive score for each
+    /// independent part of the data (a sub-aperture, a target): the larger, the sharper; the
+    /// brightest pixel over the median one is good. An empty answer leaves that offset out. Images are
+    /// scored `step_s` apart (a third of the width of the peak in sharpness, or less), at most
+    /// `most` of them: enough for two standard deviations to each side of every candidate, or the
+    /// offset is [vague](AlignError::Vague).
+    ///
+    /// # Errors
+    /// As [`Self::decide`] after sharpness has spoken, [`AlignError::Contradiction`] if it disagrees
+    /// with height and motion by more than five standard deviations, and what `score` returns.
+    pub fn decide_with<E: From<AlignError>>(
+        &self,
+        step_s: f64,
+        most: usize,
+        mut score: impl FnMut(f64) -> Result<Vec<f64>, E>,
+    ) -> Result<OffsetEstimate, E> {
+        self.check_sigma(&self.candidates[0], VAGUE_BEFORE)?;
+        let tried = self.candidates.len().min(5);
+        let each = most / tried;
+        let mut judged: Vec<(Candidate, Option<SharpnessCue>)> = Vec::new();
+        for candidate in &self.candidates[..tried] {
+            let mut scored = Scored { scores: Vec::new() };
+            let offsets = offsets_about(candidate.offset_s, candidate.sigma_s, step_s, each)
+                .ok_or_else(|| Self::vague(candidate))?;
+            for t in offsets {
+                let scores = score(t)?;
+                if !scores.is_empty() {
+                    scored.scores.push((t, scores));
+                }
+            }
+            judged.push((*candidate, scored.cue()));
+        }
+        // Between candidates the sharper image counts: amplitudes of a coherent peak.
+        let top = |cue: &Option<SharpnessCue>| {
+            let cue = cue.as_ref()?;
+            let values = cue.log_score.iter().map(|p| p.1);
+            Some(2.0 * values.fold(f64::NEG_INFINITY, f64::max))
+        };
+        let lowest = judged
+            .iter()
+            .filter_map(|(_, cue)| top(cue))
+            .fold(f64::INFINITY, f64::min);
+        let worth = |(candidate, cue): &(Candidate, Option<SharpnessCue>)| {
+            top(cue).unwrap_or(lowest.min(0.0)) - candidate.below_best
+        };
+        judged.sort_by(|a, b| worth(b).total_cmp(&worth(a)));
+        let best = worth(&judged[0]);
+        let ranked: Vec<Candidate> = judged
+            .iter()
+            .map(|pair| Candidate {
+                below_best: best - worth(pair),
+                ..pair.0
+            })
+            .collect();
+        self.check_second(&ranked)?;
+        let (candidate, cue) = judged.swap_remove(0);
+        if cue.is_none() {
+            self.check_sigma(&candidate, 1.0)?;
+        }
+        if let Some(cue) = &cue {
+            let apart_s = (cue.offset_s - candidate.offset_s).abs();
+            if apart_s > 5.0 * cue.sigma_s.hypot(candidate.sigma_s) {
+                return Err(AlignError::Contradiction {
+                    height_s: candidate.offset_s,
+                    height_sigma_s: candidate.sigma_s,
+                    sharpness_s: cue.offset_s,
+                    sharpness_sigma_s: cue.sigma_s,
+                }
+                .into());
+            }
+        }
+        Ok(self.estimate(candidate, cue))
+    }
+
+    fn check_sigma(&self, best: &Candidate, times: f64) -> Result<(), AlignError> {
+        if best.sigma_s <= times * self.options.max_sigma_s {
+            return Ok(());
+        }
+        Err(Self::vague(best))
+    }
+
+    fn vague(best: &Candidate) -> AlignError {
+        AlignError::Vague {
+            best_s: best.offset_s,
+            from_s: best.offset_s - 3.0 * best.sigma_s,
+            to_s: best.offset_s + 3.0 * best.sigma_s,
+        }
+    }
+
+    fn check_second(&self, ranked: &[Candidate]) -> Result<(), AlignError> {
+        match ranked {
+            [best, second, ..] if second.below_best < self.options.margin => {
+                Err(AlignError::Ambiguous {
+                    best_s: best.offset_s,
+                    second_s: second.offset_s,
+                    margin: second.below_best,
+                    needed: self.options.margin,
+                })
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn estimate(&self, best: Candidate, sharpness: Option<SharpnessCue>) -> OffsetEstimate {
+        let (mut offset_s, mut sigma_s) = (best.offset_s, best.sigma_s);
+        if let Some(cue) = &sharpness {
+            let (a, b) = (sigma_s.powi(-2), cue.sigma_s.powi(-2));
+            offset_s = (a * offset_s + b * cue.offset_s) / (a + b);
+            sigma_s = (a + b).sqrt().recip();
+        }
+        // The best of what lies outside the stretch about the offset taken.
+        let near_s = 5.0 * best.sigma_s + APART_S;
+        let (_, top) = self.total.best();
+        let second = (0..self.total.log_likelihood.len())
+            .filter(|&k| (self.total.offset_s(k) - best.offset_s).abs() > near_s)
+            .max_by(|&a, &b| self.total.log_likelihood[a].total_cmp(&self.total.log_likelihood[b]))
+            .map(|k| (self.total.offset_s(k), top - self.total.log_likelihood[k]));
+        OffsetEstimate {
+            offset_s,
+            sigma_s,
+            second,
+            delay_s: self.height.as_ref().map(|h| (h.delay_s, h.delay_sigma_s)),
+            sharpness,
+        }
+    }
+}

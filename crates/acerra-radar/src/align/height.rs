@@ -1,0 +1,358 @@
+//! The height cue: the surface echo's fast time against 2h/c of the trajectory.
+//!
+//! For an offset τ and a delay d each pick p(t) leaves a residual p(t) − 2h(t+τ)/c − d. Residuals
+//! are modelled as a mixture: the surface, with a normal error of standard deviation s, or anything
+//! else, with a constant density over the window. The delay is the one at which most residuals
+//! agree; s and the share of strays are estimated from the data. The log-likelihood is divided by
+//! the correlation length of the residuals, so that errors that last (GNSS heights, drift) are not
+//! taken for many.
+
+use rayon::prelude::*;
+
+use super::curve::LikelihoodCurve;
+use super::echo::Ridge;
+use super::noise::{correlation_length, variance_inflation};
+use super::{AlignError, FlightProfile};
+use crate::control::Control;
+
+/// What residuals are taken for at first: an error of 3 cm, every fifth a stray.
+const TYPICAL: Mixture = Mixture {
+    sigma_s: 0.2e-9,
+    stray_share: 0.2,
+};
+/// Share of strays up to which an echo may be the surface: most of its picks are.
+const MOST_STRAYS: f64 = 0.5;
+/// Logarithm of the odds against an echo being the surface before it speaks.
+const DOUBT: f64 = 4.0;
+/// How often the error is estimated again at the most likely offset.
+const REFITS: usize = 2;
+/// Spacing of the coarse grid of offsets, in steps of the fine one.
+const COARSE: f64 = 4.0;
+/// Ridges tried on the whole grid.
+const KEPT: usize = 6;
+/// Smallest standard deviation of a residual, s (1.5 mm).
+const LEAST_S: f64 = 0.01e-9;
+/// Largest standard deviation of a residual, s (10 cm): the surface is flatter than that.
+const MOST_S: f64 = 0.7e-9;
+/// Standard deviation of errors of the height that last as long as its changes do, s (1.5 mm): the
+/// lever arm under tilt, and what else cannot be told from a few independent residuals.
+const LASTING_ERROR_S: f64 = 0.01e-9;
+/// Width of a cell in which residuals are counted to find the delay, s.
+const CELL_S: f64 = 0.1e-9;
+
+/// What the surface echo says of the offset.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HeightCue {
+    /// Log-likelihood of each offset.
+    pub curve: LikelihoodCurve,
+    /// Most likely offset by this cue alone, s.
+    pub offset_s: f64,
+    /// Fast time at which range is zero, s, at the most likely offset: what the echo is late by
+    /// against 2h/c.
+    pub delay_s: f64,
+    /// Standard deviation of the delay, s (the height's own error is not in it).
+    pub delay_sigma_s: f64,
+    /// Standard deviation of the residuals, s.
+    pub residual_s: f64,
+    /// Share of the picks that are not the surface.
+    pub stray_share: f64,
+    /// Picks that take part.
+    pub picks: usize,
+    /// Picks that are worth one independent one.
+    pub correlation_length: f64,
+    /// Log-likelihood of the most likely offset over an echo that ignores the height, less the
+    /// logarithm of the number of independent offsets that were tried and a general doubt of 4.
+    pub evidence: f64,
+    /// The same without regard to errors that last: for choosing among echoes.
+    preference: f64,
+}
+
+/// Offsets tried and delays allowed.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Grid {
+    pub start_s: f64,
+    pub step_s: f64,
+    pub count: usize,
+    pub delay_s: [f64; 2],
+}
+
+/// The cues of the echoes that follow the height best, the best first.
+///
+/// All ridges are tried on a coarse grid, the best few on the whole one.
+pub(super) fn height_cues(
+    ridges: &[Ridge],
+    profile: &FlightProfile,
+    grid: Grid,
+    control: Control<'_>,
+) -> Result<Vec<HeightCue>, AlignError> {
+    let coarse = Grid {
+        step_s: COARSE * grid.step_s,
+        count: (grid.count as f64 / COARSE).ceil() as usize,
+        ..grid
+    };
+    let fit = |ridge, grid, start| {
+        Fit {
+            ridge,
+            profile,
+            grid,
+        }
+        .cue(start, control)
+    };
+    let mut rough: Vec<(HeightCue, &Ridge)> = Vec::new();
+    for ridge in ridges {
+        rough.push((fit(ridge, coarse, TYPICAL)?, ridge));
+    }
+    rough.sort_by(|a, b| b.0.preference.total_cmp(&a.0.preference));
+    let mut cues = Vec::new();
+    for (cue, ridge) in rough.into_iter().take(KEPT) {
+        let start = Mixture {
+            sigma_s: cue.residual_s,
+            stray_share: cue.stray_share,
+        };
+        cues.push(fit(ridge, grid, start)?);
+    }
+    // Offsets half a second apart count as independent trials, each of which may fit by chance.
+    let trials = (grid.count as f64 * grid.step_s / 0.5).max(1.0);
+    for cue in &mut cues {
+        cue.evidence -= trials.ln() + DOUBT;
+    }
+    cues.retain(|cue| cue.evidence > 0.0 && cue.stray_share <= MOST_STRAYS);
+    cues.sort_by(|a, b| b.preference.total_cmp(&a.preference));
+    Ok(cues)
+}
+
+/// Log-likelihood of every offset where any one of the echoes may be the surface, or none: the mean
+/// of their likelihoods over that of an echo that ignores the height, and 1.
+pub(super) fn any_of(cues: &[HeightCue], grid: Grid) -> LikelihoodCurve {
+    let share = (cues.len().max(1) as f64).ln();
+    let excess: Vec<f64> = cues
+        .iter()
+        .map(|cue| cue.evidence - cue.curve.best().1 - share)
+        .collect();
+    let log_likelihood = (0..grid.count)
+        .map(|k| {
+            let each = || {
+                let terms = cues.iter().zip(&excess);
+                terms.map(|(cue, excess)| cue.curve.log_likelihood[k] + excess)
+            };
+            let top = each().fold(0.0, f64::max);
+            top + ((-top).exp() + each().map(|x| (x - top).exp()).sum::<f64>()).ln()
+        })
+        .collect();
+    LikelihoodCurve {
+        start_s: grid.start_s,
+        step_s: grid.step_s,
+        log_likelihood,
+    }
+}
+
+#[derive(Clone, Copy)]
+struct Fit<'a> {
+    ridge: &'a Ridge,
+    profile: &'a FlightProfile,
+    grid: Grid,
+}
+
+/// Error of the residuals and share of strays.
+#[derive(Debug, Clone, Copy)]
+struct Mixture {
+    sigma_s: f64,
+    stray_share: f64,
+}
+
+impl Fit<'_> {
+    /// Tries a typical error, then the error that the residuals have.
+    fn cue(&self, start: Mixture, control: Control<'_>) -> Result<HeightCue, AlignError> {
+        let mut mixture = start;
+        let mut curve = self.curve(mixture, control)?;
+        for _ in 0..REFITS {
+            let residuals = self.residuals_s(curve.offset_s(curve.peak()));
+            mixture = self.fitted(&residuals, self.grid.delay_s, mixture);
+            curve = self.curve(mixture, control)?;
+        }
+        Ok(self.judged(curve, mixture))
+    }
+
+    /// Density of a stray: anywhere in the window of delays and as far again.
+    fn stray_density(&self) -> f64 {
+        let [from, to] = self.grid.delay_s;
+        0.5 / (to - from)
+    }
+
+    fn residuals_s(&self, offset_s: f64) -> Vec<f64> {
+        self.ridge
+            .time_s
+            .iter()
+            .zip(&self.ridge.fast_time_s)
+            .map(|(t, p)| p - self.profile.echo_delay_s(t + offset_s))
+            .collect()
+    }
+
+    fn curve(&self, mixture: Mixture, control: Control<'_>) -> Result<LikelihoodCurve, AlignError> {
+        let log_likelihood = (0..self.grid.count)
+            .into_par_iter()
+            .map(|k| {
+                if k % 64 == 0 {
+                    control.check()?;
+                }
+                let offset_s = self.grid.start_s + k as f64 * self.grid.step_s;
+                let residuals = self.residuals_s(offset_s);
+                Ok(self
+                    .log_likelihood(&residuals, self.grid.delay_s, mixture)
+                    .0)
+            })
+            .collect::<Result<Vec<f64>, AlignError>>()?;
+        Ok(LikelihoodCurve {
+            start_s: self.grid.start_s,
+            step_s: self.grid.step_s,
+            log_likelihood,
+        })
+    }
+
+    /// Log-likelihood of residuals at the delay at which most agree, and that delay. Unknown
+    /// residuals (no position) are strays.
+    fn log_likelihood(
+        &self,
+        residuals: &[f64],
+        delays_s: [f64; 2],
+        mixture: Mixture,
+    ) -> (f64, f64) {
+        let mut delay_s = commonest_s(residuals, delays_s, mixture.sigma_s);
+        let stray = mixture.stray_share * self.stray_density();
+        let height = (1.0 - mixture.stray_share) / (mixture.sigma_s * std::f64::consts::TAU.sqrt());
+        let density = |r: f64, d: f64| {
+            let x = (r - d) / mixture.sigma_s;
+            height * (-0.5 * x * x).exp()
+        };
+        for _ in 0..2 {
+            let (mut sum, mut weight) = (0.0, 0.0);
+            for &r in residuals.iter().filter(|r| r.is_finite()) {
+                let surface = density(r, delay_s);
+                let w = surface / (surface + stray);
+                sum += w * r;
+                weight += w;
+            }
+            if weight > 0.0 {
+                delay_s = (sum / weight).clamp(delays_s[0], delays_s[1]);
+            }
+        }
+        // Likelihoods over that of a stray, multiplied a few at a time before the logarithm.
+        let over: f64 = residuals
+            .chunks(8)
+            .map(|few| {
+                let known = few.iter().filter(|r| r.is_finite());
+                let ratio = |r: &f64| density(*r, delay_s) / stray + 1.0;
+                known.map(ratio).product::<f64>().ln()
+            })
+            .sum();
+        let total = over + residuals.len() as f64 * stray.ln();
+        (total, delay_s)
+    }
+
+    /// Error and share of strays re-estimated (expectation maximisation).
+    fn fitted(&self, residuals: &[f64], delays_s: [f64; 2], mut mixture: Mixture) -> Mixture {
+        for _ in 0..20 {
+            let (_, delay_s) = self.log_likelihood(residuals, delays_s, mixture);
+            let (mut power, mut weight) = (0.0, 0.0);
+            for r in residuals.iter().filter(|r| r.is_finite()) {
+                let w = self.surface_weight(r - delay_s, mixture);
+                power += w * (r - delay_s).powi(2);
+                weight += w;
+            }
+            if weight < 3.0 {
+                return mixture;
+            }
+            mixture.sigma_s = (power / weight).sqrt().clamp(LEAST_S, MOST_S);
+            mixture.stray_share = (1.0 - weight / residuals.len() as f64).clamp(0.01, 0.95);
+        }
+        mixture
+    }
+
+    /// Probability that a residual is the surface's.
+    fn surface_weight(&self, residual_s: f64, mixture: Mixture) -> f64 {
+        let x = residual_s / mixture.sigma_s;
+        let surface = (1.0 - mixture.stray_share) * (-0.5 * x * x).exp()
+            / (mixture.sigma_s * std::f64::consts::TAU.sqrt());
+        surface / (surface + mixture.stray_share * self.stray_density())
+    }
+
+    /// Scales the curve by the correlation of the residuals at its peak, and sums up.
+    fn judged(&self, mut curve: LikelihoodCurve, mixture: Mixture) -> HeightCue {
+        let (offset_s, _) = curve.best();
+        let residuals = self.residuals_s(offset_s);
+        let (top, delay_s) = self.log_likelihood(&residuals, self.grid.delay_s, mixture);
+        let mut surface = Vec::new();
+        let mut rate = Vec::new();
+        for (t, r) in self.ridge.time_s.iter().zip(&residuals) {
+            if r.is_finite() && self.surface_weight(r - delay_s, mixture) > 0.5 {
+                surface.push(*r);
+                let [before, after] =
+                    [-0.1, 0.1].map(|dt| self.profile.echo_delay_s(t + offset_s + dt));
+                rate.push(if (after - before).is_finite() {
+                    after - before
+                } else {
+                    0.0
+                });
+            }
+        }
+        let lasting = correlation_length(&surface);
+        let picks = self.ridge.time_s.len();
+        // Few independent residuals estimate their own spread poorly (Student).
+        let independent = (surface.len() as f64 / lasting).max(1.0);
+        let few = (independent / (independent - 3.0).max(0.5)).max(1.0);
+        let slow = (LASTING_ERROR_S / mixture.sigma_s).powi(2) * correlation_length(&rate);
+        let length = (lasting.max(variance_inflation(&surface, &rate)) + slow) * few;
+        // An echo that ignores the height: the same picks against a constant.
+        let ignorant = self.without_height();
+        for l in &mut curve.log_likelihood {
+            *l /= length;
+        }
+        HeightCue {
+            offset_s,
+            delay_s,
+            delay_sigma_s: mixture.sigma_s * (lasting / surface.len().max(1) as f64).sqrt(),
+            residual_s: mixture.sigma_s,
+            stray_share: mixture.stray_share,
+            picks,
+            correlation_length: length,
+            evidence: (top - ignorant) / length,
+            preference: (top - ignorant) / lasting,
+            curve,
+        }
+    }
+
+    /// Log-likelihood of the picks about a constant of their own, with their own spread and
+    /// strays.
+    fn without_height(&self) -> f64 {
+        let picks = &self.ridge.fast_time_s;
+        let low = picks.iter().copied().fold(f64::INFINITY, f64::min);
+        let high = picks.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let mut top = f64::NEG_INFINITY;
+        for sigma_s in [0.05e-9, 0.2e-9, 0.8e-9] {
+            let start = Mixture {
+                sigma_s,
+                stray_share: 0.2,
+            };
+            let mixture = self.fitted(picks, [low, high], start);
+            top = top.max(self.log_likelihood(picks, [low, high], mixture).0);
+        }
+        top
+    }
+}
+
+/// The delay about which most residuals lie, s.
+fn commonest_s(residuals: &[f64], [from, to]: [f64; 2], sigma_s: f64) -> f64 {
+    let cell = CELL_S.max(sigma_s);
+    let cells = ((to - from) / cell).ceil().max(1.0) as usize;
+    let mut counts = vec![0u32; cells + 2];
+    for r in residuals {
+        let x = (r - from) / cell;
+        if x >= 0.0 && x < cells as f64 {
+            counts[x as usize + 1] += 1;
+        }
+    }
+    let best = (1..=cells)
+        .max_by_key(|&i| counts[i - 1] + 2 * counts[i] + counts[i + 1])
+        .unwrap_or(1);
+    from + (best as f64 - 0.5) * cell
+}

@@ -1,0 +1,106 @@
+//! Noise that is correlated in time: how many independent samples a series is worth.
+
+/// Autocorrelation of a series (mean removed) at lags 0, 1, …, up to a quarter of its length and
+/// not beyond the first lag at which it is no longer positive.
+pub(super) fn autocorrelation(values: &[f64]) -> Vec<f64> {
+    let n = values.len();
+    let mean = values.iter().sum::<f64>() / n.max(1) as f64;
+    let at = |i: usize| values[i] - mean;
+    let power: f64 = (0..n).map(|i| at(i).powi(2)).sum();
+    if power <= 0.0 {
+        return vec![1.0];
+    }
+    let mut out = vec![1.0];
+    for lag in 1..=n / 4 {
+        let sum: f64 = (lag..n).map(|i| at(i) * at(i - lag)).sum();
+        let rho = sum / power;
+        if rho <= 0.0 {
+            break;
+        }
+        // Unbiased by the number of pairs that takes part.
+        out.push((rho * n as f64 / (n - lag) as f64).min(1.0));
+    }
+    out
+}
+
+/// Samples of `values` that carry as much as one independent sample (Bartlett): 1 + 2 Σ ρ(k), at
+/// least 1.
+pub(crate) fn correlation_length(values: &[f64]) -> f64 {
+    1.0 + 2.0 * autocorrelation(values)[1..].iter().sum::<f64>()
+}
+
+/// Factor by which noise that lasts as long as a regressor raises the variance of what is fitted to
+/// it, over that of white noise of the same size: the variance of means over the regressor's
+/// correlation length, against what white noise would leave of it. At least 1.
+///
+/// Autocorrelations of the residual alone miss a small slow part under much white noise; means over
+/// blocks do not.
+pub(super) fn variance_inflation(residual: &[f64], regressor: &[f64]) -> f64 {
+    let n = residual.len();
+    let length = (correlation_length(regressor).ceil() as usize).clamp(1, (n / 4).max(1));
+    let mean = residual.iter().sum::<f64>() / n.max(1) as f64;
+    let power = residual.iter().map(|r| (r - mean).powi(2)).sum::<f64>() / n.max(1) as f64;
+    if length < 2 || power <= 0.0 {
+        return 1.0;
+    }
+    let blocks: Vec<f64> = residual
+        .windows(length)
+        .map(|w| w.iter().sum::<f64>() / length as f64 - mean)
+        .collect();
+    let of_means = blocks.iter().map(|b| b * b).sum::<f64>() / blocks.len() as f64;
+    // Means over n/length blocks about their own mean: one degree of freedom is gone.
+    let count = n as f64 / length as f64;
+    (length as f64 * of_means / power * count / (count - 1.0)).max(1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_small_slow_part_under_white_noise_is_seen() {
+        let mut state = 11u64;
+        let mut uniform = || {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5
+        };
+        let (mut slow, mut regressor) = (0.0, 0.0);
+        let (mut residual, mut against) = (Vec::new(), Vec::new());
+        for _ in 0..4000 {
+            slow = 0.95 * slow + 0.1 * uniform();
+            regressor = 0.95 * regressor + uniform();
+            residual.push(uniform() + slow);
+            against.push(regressor);
+        }
+        // Variances 1/12 and 1/12 · 0.01/(1 − 0.95²); over blocks of about 39.
+        let got = variance_inflation(&residual, &against);
+        assert!((2.0..5.0).contains(&got), "{got}");
+        let white: Vec<f64> = (0..4000).map(|_| uniform()).collect();
+        assert!(variance_inflation(&white, &against) < 1.6);
+    }
+
+    #[test]
+    fn an_autoregressive_series_has_its_correlation_length() {
+        let mut state = 5u64;
+        let mut uniform = || {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5
+        };
+        for phi in [0.0, 0.5, 0.9] {
+            let mut x = 0.0;
+            let series: Vec<f64> = (0..40_000)
+                .map(|_| {
+                    x = phi * x + uniform();
+                    x
+                })
+                .collect();
+            let want = (1.0 + phi) / (1.0 - phi);
+            let got = correlation_length(&series);
+            assert!((got / want - 1.0).abs() < 0.25, "{phi}: {got} for {want}");
+        }
+    }
+}

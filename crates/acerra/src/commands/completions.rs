@@ -1,0 +1,31 @@
+//! `acerra completions`: what a shell completes.
+
+use std::io::Write;
+
+use clap::CommandFactory;
+use clap_complete::Shell;
+
+use crate::cli::Cli;
+
+/// Print the completions of a shell.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  acerra completions bash > ~/.local/share/bash-completion/completions/acerra
+  acerra completions zsh > \"${fpath[1]}/_acerra\"
+  acerra completions fish > ~/.config/fish/completions/acerra.fish")]
+pub struct Args {
+    /// Which shell.
+    #[arg(value_enum)]
+    shell: Shell,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// Standard output cannot be written.
+pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
+    let mut script = Vec::new();
+    clap_complete::generate(args.shell, &mut Cli::command(), "acerra", &mut script);
+    out.write_all(&script)?;
+    Ok(())
+}

@@ -1,0 +1,60 @@
+//! `acerra init`: a commented campaign from logs.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use acerra_chain::campaign::Campaign;
+use acerra_products::staging::StagedFile;
+use anyhow::{Context, ensure};
+
+use crate::init::{Logs, compose};
+use crate::terminal::{Verbosity, verbosity};
+
+/// Write a campaign for a flight's logs: every key with its default, set where the files tell.
+///
+/// Recognises radar logs, trajectories, the logs of GNSS receivers and navigation files by their
+/// content, tells rover and base apart by their motion, and says what it found beside each key.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  acerra init flight.mrm rover.ubx base.ubx -o flight.toml && acerra focus flight.toml
+  acerra init flight.mrm rover.obs base.obs brdc.nav
+  acerra init flight.npz flight.pos > flight.toml")]
+pub struct Args {
+    /// The logs of one flight.
+    #[arg(required = true, value_name = "FILE")]
+    files: Vec<PathBuf>,
+    /// Write the campaign there instead of to standard output; an existing file is kept.
+    #[arg(short, long, value_name = "CAMPAIGN.toml")]
+    output: Option<PathBuf>,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// A file that cannot be read or has no place in a campaign, logs that do not make a campaign, a
+/// campaign file that is there already.
+pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
+    let folder = match args.output.as_deref().and_then(Path::parent) {
+        Some(folder) => folder.to_owned(),
+        None => std::env::current_dir().context("the current directory")?,
+    };
+    if let Some(file) = &args.output {
+        ensure!(
+            !file.exists(),
+            "{}: is there already; remove it or name another file with -o",
+            file.display()
+        );
+    }
+    let logs = Logs::look(&args.files)?;
+    let text = compose(&logs, &folder)?;
+    Campaign::parse(&text).context("the campaign from these logs cannot be used")?;
+    let Some(file) = &args.output else {
+        out.write_all(text.as_bytes())?;
+        return Ok(());
+    };
+    StagedFile::write(file, |to| Ok(to.write_all(text.as_bytes())?))?.publish()?;
+    if verbosity() > Verbosity::Quiet {
+        writeln!(out, "process with: acerra focus {}", file.display())?;
+    }
+    Ok(())
+}

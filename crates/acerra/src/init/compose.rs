@@ -1,0 +1,211 @@
+//! The campaign's text.
+
+use std::path::Path;
+
+use acerra_geo::trajectory::Trajectory;
+use anyhow::{bail, ensure};
+
+use super::gnss::{Pair, pair};
+use super::logs::{Logs, RadarInput};
+use super::named_in;
+use crate::settings_files::SettingsFile;
+use crate::settings_files::template::{Filled, quoted, write};
+
+/// How far beside the track the default gate lets echoes of the ground in (m of range beyond the
+/// height): 24 ns.
+const GATED_M: f64 = 3.6;
+
+/// The text of a campaign from `logs`, for a file in `folder`.
+///
+/// # Errors
+/// No radar log or several, no positions or several trajectories, a receiver without a base.
+pub fn compose(logs: &Logs, folder: &Path) -> anyhow::Result<String> {
+    let radar = match logs.radar.as_slice() {
+        [radar] => radar,
+        [] => bail!("no radar log among the files (MRM capture, MRM-RET text or NPZ)"),
+        [first, second, ..] => bail!(
+            "{} and {} are both radar logs: begin a campaign for each; several tracks become one \
+             image by [[track]] tables",
+            first.path.display(),
+            second.path.display()
+        ),
+    };
+    let mut campaign = Campaign {
+        folder,
+        filled: vec![
+            Filled::new("radar.file", quoted(&named_in(folder, &radar.path)?))
+                .because(&radar.summary),
+        ],
+    };
+    let pair = pair(logs)?;
+    match (logs.trajectory.as_slice(), pair) {
+        ([(path, trajectory)], pair) => {
+            campaign.with_trajectory(radar, path, trajectory)?;
+            if let Some(pair) = pair {
+                campaign.filled.push(Filled::remark(
+                    "gnss.rover",
+                    format!(
+                        "{} and {}, not used beside the trajectory",
+                        pair.rover.path.display(),
+                        pair.base.path.display()
+                    ),
+                ));
+            }
+        }
+        ([(first, _), (second, _), ..], _) => bail!(
+            "{} and {} are both trajectories: give the one of the radar",
+            first.display(),
+            second.display()
+        ),
+        ([], Some(pair)) => campaign.with_receivers(logs, &pair)?,
+        ([], None) if radar.has_positions => campaign.filled.push(Filled::remark(
+            "trajectory.file",
+            "none needed, the radar file brings the positions of its traces",
+        )),
+        ([], None) => bail!(
+            "no positions among the files: expected a trajectory, or the logs of two GNSS receivers"
+        ),
+    }
+    Ok(campaign.text())
+}
+
+/// The keys found so far.
+struct Campaign<'a> {
+    folder: &'a Path,
+    filled: Vec<Filled>,
+}
+
+impl Campaign<'_> {
+    fn with_trajectory(
+        &mut self,
+        radar: &RadarInput,
+        path: &Path,
+        trajectory: &Trajectory,
+    ) -> anyhow::Result<()> {
+        let (start_s, end_s) = (trajectory.start_s(), trajectory.end_s());
+        let name = quoted(&named_in(self.folder, path)?);
+        self.filled
+            .push(Filled::new("trajectory.file", name).because(format!(
+                "{} positions from {start_s:.1} to {end_s:.1} s, {:.1} m of path",
+                trajectory.fixes().len(),
+                trajectory.path_length_m()
+            )));
+        match radar.time_s {
+            Some([first, last]) if first < end_s && last > start_s => {
+                self.filled.push(Filled::remark(
+                    "trajectory.time_offset_s",
+                    format!("the radar's times {first:.1} to {last:.1} s lie in the trajectory's"),
+                ));
+            }
+            _ => self.offset_unknown(),
+        }
+        if let Some(frame) = trajectory.frame().enu() {
+            let origin = frame.origin();
+            self.filled.push(Filled::remark(
+                "trajectory.origin_deg_m",
+                format!(
+                    "the trajectory counts from {:.8}°, {:.8}°, {:.2} m",
+                    origin.latitude_deg(),
+                    origin.longitude_deg(),
+                    origin.height_m
+                ),
+            ));
+        }
+        let (low, high) = trajectory.bounds_m();
+        self.extent([low, high]);
+        Ok(())
+    }
+
+    fn with_receivers(&mut self, logs: &Logs, pair: &Pair<'_>) -> anyhow::Result<()> {
+        ensure!(
+            !logs.navigation.ephemerides.is_empty(),
+            "no navigation data among the files: give a navigation file of the day (RINEX), or UBX \
+             logs with RXM-SFRB or RXM-SFRBX"
+        );
+        let [rover, base] = [&pair.rover, &pair.base];
+        let overlap_s = rover.overlap_s(base);
+        self.filled.push(
+            Filled::new("gnss.rover", quoted(&named_in(self.folder, rover.path)?))
+                .because(format!(
+                    "{} epochs from {} to {}",
+                    rover.epochs, rover.span[0], rover.span[1]
+                ))
+                .because(format!("the rover: {}", pair.reason)),
+        );
+        let mut base_key = Filled::new("gnss.base", quoted(&named_in(self.folder, base.path)?))
+            .because(format!(
+                "{} epochs from {} to {}, {overlap_s:.0} s of them the rover's",
+                base.epochs, base.span[0], base.span[1]
+            ));
+        for unused in &pair.unused {
+            base_key = base_key.because(format!("not used: {unused}"));
+        }
+        self.filled.push(base_key);
+        if !logs.navigation_files.is_empty() {
+            let files: Vec<String> = logs
+                .navigation_files
+                .iter()
+                .map(|path| Ok(quoted(&named_in(self.folder, path)?)))
+                .collect::<anyhow::Result<_>>()?;
+            self.filled.push(Filled::new(
+                "gnss.navigation",
+                format!("[{}]", files.join(", ")),
+            ));
+        }
+        self.filled
+            .push(match (base.header_ecef_m, pair.base_deg_m()) {
+                (None, Some([latitude, longitude, height])) => Filled::new(
+                    "gnss.base_deg_m",
+                    format!("[{latitude:.9}, {longitude:.9}, {height:.3}]"),
+                )
+                .because(pair.says_base()),
+                _ => Filled::remark("gnss.base_deg_m", pair.says_base()),
+            });
+        self.filled.push(Filled::remark(
+            "trajectory.origin_deg_m",
+            "positions count from the base's antenna unless this says otherwise",
+        ));
+        self.offset_unknown();
+        if let Some(bounds_m) = pair.rover_bounds_m() {
+            self.extent(bounds_m);
+        }
+        Ok(())
+    }
+
+    fn offset_unknown(&mut self) {
+        self.filled
+            .push(Filled::new("trajectory.time_offset_s", "\"auto\"").because(
+                "the radar's log has a clock of its own: the offset is found from the data; state \
+                 it where it is known",
+            ));
+    }
+
+    /// The surroundings of the track that the default gate lets in, where the campaign must state
+    /// its image.
+    fn extent(&mut self, [low, high]: [[f64; 3]; 2]) {
+        let is_needed = SettingsFile::Campaign
+            .tables()
+            .iter()
+            .filter(|table| table.path == "image")
+            .flat_map(|table| &table.keys)
+            .any(|key| key.name == "x_m" && key.required);
+        if !is_needed {
+            return;
+        }
+        let height_m = high[2] - low[2];
+        let beside_m = ((height_m + GATED_M).powi(2) - height_m * height_m).sqrt();
+        for (key, k) in [("image.x_m", 0), ("image.y_m", 1)] {
+            let from = (low[k] - beside_m).floor();
+            let to = (high[k] + beside_m).ceil();
+            self.filled.push(
+                Filled::new(key, format!("[{from:.1}, {to:.1}]"))
+                    .because("the surroundings of the track: choose what you want to see"),
+            );
+        }
+    }
+
+    fn text(self) -> String {
+        let head = "Campaign written by acerra init: acerra focus THIS-FILE";
+        write(head, &SettingsFile::Campaign.tables(), &self.filled)
+    }
+}

@@ -1,0 +1,76 @@
+//! Ending in order on SIGINT, SIGTERM and SIGHUP.
+//!
+//! The process says which signal it got, removes what it has written aside, and exits with 128 plus
+//! the number of the signal, as shells count it: 130, 143 and 129. Products of older runs stay as
+//! they are; a publication that has begun is completed first. Signals that the process was started
+//! to ignore, as under `nohup`, stay ignored.
+
+use std::io;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+static REQUESTED: AtomicBool = AtomicBool::new(false);
+
+/// Set once the process is asked to end: for libraries that look at such a flag now and then.
+#[must_use]
+pub fn cancel_flag() -> &'static AtomicBool {
+    &REQUESTED
+}
+
+/// Ends the process on the first of the signals from now on. On other systems than Unix their own
+/// way to end holds.
+///
+/// # Errors
+/// The system refuses handlers or threads.
+pub fn end_on_signals() -> io::Result<()> {
+    #[cfg(unix)]
+    {
+        use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+        let ignored = ignored_signals();
+        let heard = [SIGINT, SIGTERM, SIGHUP]
+            .into_iter()
+            .filter(|signal| ignored & (1 << (signal - 1)) == 0);
+        let mut signals = signal_hook::iterator::Signals::new(heard)?;
+        std::thread::Builder::new()
+            .name("signals".to_owned())
+            .spawn(move || {
+                if let Some(signal) = signals.forever().next() {
+                    end(signal);
+                }
+            })?;
+    }
+    Ok(())
+}
+
+/// Waits for the end where the process was asked to end: what fails from then on is not worth a
+/// message.
+pub fn wait_if_ending() {
+    while REQUESTED.load(Ordering::SeqCst) {
+        std::thread::park();
+    }
+}
+
+/// The signals that the process ignores, one bit each from signal 1 on; none where the system does
+/// not tell.
+#[cfg(unix)]
+fn ignored_signals() -> u64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok())
+        .unwrap_or(0)
+}
+
+#[cfg(unix)]
+fn end(signal: i32) -> ! {
+    use std::io::{IsTerminal, Write};
+    REQUESTED.store(true, Ordering::SeqCst);
+    acerra_products::staging::discard_unfinished();
+    let name = signal_hook::low_level::signal_name(signal).unwrap_or("a signal");
+    // On a terminal a line of progress may stand before it.
+    let lead = if io::stderr().is_terminal() { "\n" } else { "" };
+    // Nothing is left to tell if stderr is closed, as after a hang-up.
+    let _ = writeln!(
+        io::stderr(),
+        "{lead}acerra: interrupted by {name}; unfinished products were removed"
+    );
+    std::process::exit(128 + signal)
+}
