@@ -5,7 +5,7 @@ use acerra_radar::align::OffsetLikelihood;
 use crate::align::{AlignError, Aligned, Flight, align};
 use crate::choices::TimeOffset;
 use crate::control::Control;
-use crate::offset::{OffsetError, OffsetSearch, Trial, by_height_and_motion, refine};
+use crate::offset::{OffsetError, OffsetSearch, SearchRange, Trial, by_height_and_motion, refine};
 use crate::position::Positions;
 use crate::read::RadarContent;
 use crate::recording::TrackOptions;
@@ -54,10 +54,16 @@ pub fn align_clocks(
 ) -> Result<Clocked, ClockError> {
     let likelihood = match (flight.radar, flight.positions) {
         (RadarContent::Radargram(radargram), Positions::Trajectory(trajectory)) => {
-            let max_gap_s = options.align.max_gap_s;
-            let scene = flight.scene;
+            let range = SearchRange {
+                max_gap_s: options.align.max_gap_s,
+                delay_s: None,
+            };
             Some(by_height_and_motion(
-                radargram, trajectory, scene, max_gap_s, control,
+                radargram,
+                trajectory,
+                flight.scene,
+                range,
+                control,
             ))
         }
         _ => None,
@@ -71,7 +77,7 @@ pub fn align_clocks(
                     clean: &options.clean,
                 };
                 let search = refine(trial, likelihood?, control)?;
-                let time_offset_s = search.estimate.offset_s;
+                let time_offset_s = search.time_offset_s;
                 Ok(Clocked {
                     time_offset_s,
                     aligned: align(flight, &options.align, time_offset_s, warnings)?,

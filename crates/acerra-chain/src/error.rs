@@ -9,6 +9,7 @@ use crate::echoes::ImageError;
 use crate::ground::SceneError;
 use crate::measure::MeasureError;
 use crate::offset::OffsetError;
+use crate::plane::GroundError;
 use crate::position::PositionError;
 use crate::read::ReadError;
 
@@ -32,6 +33,9 @@ pub enum ChainError {
     /// Stage `align`.
     #[error(transparent)]
     Align(ClockError),
+    /// Stage `align`: the height of the ground.
+    #[error(transparent)]
+    Ground(#[from] GroundError),
     /// Stage `clean`.
     #[error(transparent)]
     Clean(#[from] CleanError),

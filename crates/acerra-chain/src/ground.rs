@@ -18,10 +18,13 @@ use crate::warnings::Warnings;
 /// The image's rectangle and heights, as asked for.
 #[derive(Clone, Debug)]
 pub struct SceneOptions {
-    /// First and last pixel centre to the east (m).
-    pub x_m: [f64; 2],
-    /// First and last pixel centre to the north (m).
-    pub y_m: [f64; 2],
+    /// First and last pixel centre to the east (m); by default the flight's surroundings.
+    pub x_m: Option<[f64; 2]>,
+    /// First and last pixel centre to the north (m); by default the flight's surroundings.
+    pub y_m: Option<[f64; 2]>,
+    /// Two-way time after the surface echo up to which the data are kept (s); bounds the flight's
+    /// surroundings.
+    pub kept_s: Option<f64>,
     /// Side of a pixel (m).
     pub pixel_m: f64,
     /// Heights of the pixels.
@@ -35,6 +38,9 @@ pub struct SceneOptions {
 /// Heights of an image's pixels.
 #[derive(Clone, Debug)]
 pub enum SceneHeights {
+    /// A horizontal plane on the ground: at z = 0 of local positions; under positions on the Earth
+    /// as the radar sees it.
+    Ground,
     /// A horizontal plane at this height (m).
     Plane(f64),
     /// The slices of a volume.
@@ -68,6 +74,11 @@ pub enum SceneError {
     /// A rectangle that makes no grid, or one that cannot be held.
     #[error("[image]: {0}")]
     Grid(ImagingError),
+    /// Sides left to the flight, of terrain or a volume.
+    #[error(
+        "[image] x_m, y_m: expected [from, to], as terrain and volumes do not follow the flight"
+    )]
+    OpenSides,
     /// Far too many slices.
     #[error("[image] z_m: {slices:.0} slices of {step_m} m are more than ten million")]
     Slices {
@@ -175,9 +186,78 @@ pub struct Scene {
     pub ground: Ground,
     /// Propagation speed (m/s).
     pub light_speed_m_s: f64,
+    /// What is still to be found from the data.
+    pub open: OpenChoices,
 }
 
+/// What of a scene is to be found from the data.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct OpenChoices {
+    /// The height of the ground.
+    pub ground: bool,
+    /// The image's sides along east and north.
+    pub sides: [bool; 2],
+    /// Two-way time after the surface echo up to which the data are kept (s).
+    pub kept_s: Option<f64>,
+    /// Side of a pixel, where sides are open (m).
+    pub pixel_m: f64,
+}
+
+/// How far beside the track an image reaches whose data are kept without a bound: as far as the
+/// flight is high.
+const OPEN_SWATH_HEIGHTS: f64 = 1.0;
+
 impl Scene {
+    /// The same over level ground at another height.
+    #[must_use]
+    pub fn on_ground(&self, z_m: f64) -> Self {
+        let mut scene = self.clone();
+        scene.pixels.grid.z_m = z_m;
+        scene.ground = Ground::level(z_m);
+        scene
+    }
+
+    /// The image's rectangle on the plane at `z_m`, the sides that are open fitted to the traces at
+    /// `position_m`: their surroundings as far as the data are kept.
+    ///
+    /// # Errors
+    /// More pixels than can be held.
+    pub fn around(&self, position_m: &[[f64; 3]], z_m: f64) -> Result<PlaneGrid, ImagingError> {
+        let own = &self.pixels.grid;
+        let stated = [
+            [own.x0_m, own.x_m(own.nx - 1)],
+            [own.y0_m, own.y_m(own.ny - 1)],
+        ];
+        let mut heights_m: Vec<f64> = position_m.iter().map(|p| p[2] - z_m).collect();
+        heights_m.sort_by(f64::total_cmp);
+        let height_m = heights_m
+            .get(heights_m.len() / 2)
+            .copied()
+            .unwrap_or(1.0)
+            .max(0.1);
+        let swath_m = match self.open.kept_s {
+            Some(kept_s) => {
+                let range_m = height_m + 0.5 * self.light_speed_m_s * kept_s;
+                (range_m * range_m - height_m * height_m).sqrt()
+            }
+            None => OPEN_SWATH_HEIGHTS * height_m,
+        };
+        let side = |axis: usize| {
+            if !self.open.sides[axis] {
+                return stated[axis];
+            }
+            let along = position_m.iter().map(|p| p[axis]);
+            let low = along.clone().fold(f64::INFINITY, f64::min);
+            let high = along.fold(f64::NEG_INFINITY, f64::max);
+            [(low - swath_m).floor(), (high + swath_m).ceil()]
+        };
+        let pixel_m = if self.open.sides == [false; 2] {
+            own.pixel_m
+        } else {
+            self.open.pixel_m
+        };
+        PlaneGrid::from_ranges(side(0), side(1), z_m, pixel_m)
+    }
     /// A horizontal plane that is also the ground, in vacuum.
     #[must_use]
     pub fn plane(grid: PlaneGrid) -> Self {
@@ -185,6 +265,7 @@ impl Scene {
             pixels: Pixels::plane(grid),
             ground: Ground::level(grid.z_m),
             light_speed_m_s: SPEED_OF_LIGHT_M_S,
+            open: OpenChoices::default(),
         }
     }
 
@@ -196,6 +277,7 @@ impl Scene {
             pixels: Pixels::surface(Arc::clone(&surface)),
             ground: Ground::surface(surface),
             light_speed_m_s: SPEED_OF_LIGHT_M_S,
+            open: OpenChoices::default(),
         }
     }
 
@@ -209,9 +291,10 @@ impl Scene {
         positions: &[&Positions],
         warnings: &mut Warnings,
     ) -> Result<Self, SceneError> {
-        let grid = options.grid()?;
+        let open = options.open(positions)?;
+        let grid = options.grid_over(positions)?;
         let scene = match &options.heights {
-            SceneHeights::Plane(_) => Self::plane(grid),
+            SceneHeights::Plane(_) | SceneHeights::Ground => Self::plane(grid),
             SceneHeights::Volume { ground_z_m, .. } => {
                 let mut scene = Self::plane(grid);
                 scene.pixels.volume = options.volume(grid)?;
@@ -225,22 +308,64 @@ impl Scene {
         };
         Ok(Self {
             light_speed_m_s: options.light_speed_m_s,
+            open,
             ..scene
         })
     }
 }
 
 impl SceneOptions {
-    /// The columns and rows asked for.
+    /// The columns and rows asked for; none where they are left to the flight.
     ///
     /// # Errors
     /// More than memory holds, with the bytes it would need.
-    pub fn grid(&self) -> Result<PlaneGrid, SceneError> {
-        let z_m = match self.heights {
+    pub fn grid(&self) -> Result<Option<PlaneGrid>, SceneError> {
+        match (self.x_m, self.y_m) {
+            (Some(x_m), Some(y_m)) => {
+                PlaneGrid::from_ranges(x_m, y_m, self.base_z_m(), self.pixel_m)
+                    .map(Some)
+                    .map_err(SceneError::Grid)
+            }
+            _ => Ok(None),
+        }
+    }
+
+    fn base_z_m(&self) -> f64 {
+        match self.heights {
             SceneHeights::Plane(z_m) | SceneHeights::Volume { z_m: [z_m, _], .. } => z_m,
-            SceneHeights::Terrain(_) => 0.0,
-        };
-        PlaneGrid::from_ranges(self.x_m, self.y_m, z_m, self.pixel_m).map_err(SceneError::Grid)
+            SceneHeights::Terrain(_) | SceneHeights::Ground => 0.0,
+        }
+    }
+
+    /// What the data are to tell.
+    fn open(&self, positions: &[&Positions]) -> Result<OpenChoices, SceneError> {
+        let sides = [self.x_m.is_none(), self.y_m.is_none()];
+        let is_plane = matches!(self.heights, SceneHeights::Plane(_) | SceneHeights::Ground);
+        if sides != [false; 2] && !is_plane {
+            return Err(SceneError::OpenSides);
+        }
+        let is_on_earth = matches!(frame_of(self.origin, positions), Frame::Enu(_));
+        Ok(OpenChoices {
+            ground: matches!(self.heights, SceneHeights::Ground) && is_on_earth,
+            sides,
+            kept_s: self.kept_s,
+            pixel_m: self.pixel_m,
+        })
+    }
+
+    /// The columns and rows asked for; where they are left to the flight, coarse ones under all of
+    /// it.
+    fn grid_over(&self, positions: &[&Positions]) -> Result<PlaneGrid, SceneError> {
+        if let Some(grid) = self.grid()? {
+            return Ok(grid);
+        }
+        let nowhere = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
+        let [east, north] = with_flight(nowhere, positions);
+        let (x_m, y_m) = (self.x_m.unwrap_or(east), self.y_m.unwrap_or(north));
+        // A thousand pixels along the longer side, until the traces that are imaged are known.
+        let longest_m = (x_m[1] - x_m[0]).max(y_m[1] - y_m[0]);
+        let coarse_m = self.pixel_m.max(longest_m / 1000.0);
+        PlaneGrid::from_ranges(x_m, y_m, self.base_z_m(), coarse_m).map_err(SceneError::Grid)
     }
 
     /// The slices asked for, where a volume is.

@@ -6,8 +6,9 @@ use std::ops::Range;
 use acerra_geo::trajectory::Trajectory;
 use acerra_imaging::{Complex32, ImagingError, PlaneGrid};
 use acerra_radar::align::{
-    AlignError as Undecided, FlightProfile, FlightState, OffsetEstimate, OffsetLikelihood,
-    OffsetOptions, offset_likelihood,
+    AlignError as Undecided, ClockPrior, FlightProfile, FlightState, OffsetEstimate,
+    OffsetLikelihood, OffsetOptions, OffsetSearch as MotionSearch, activity, coarse_offset,
+    offset_likelihood,
 };
 use acerra_radar::{Radargram, Spectrum};
 
@@ -17,7 +18,7 @@ use crate::clean::{CleanError, CleanOptions, clean};
 use crate::control::{Cancelled, Control};
 use crate::echoes::quick_look;
 use crate::ground::Scene;
-use crate::pixels::Pixels;
+use crate::sharpen::{Sharpest, coarse, log_fourth_moment, patches, sharpest};
 use crate::warnings::Warnings;
 
 /// A score over the offsets tried.
@@ -32,7 +33,13 @@ pub struct Curve {
 /// How an offset was found.
 #[derive(Clone, Debug)]
 pub struct OffsetSearch {
-    /// The offset with its standard deviation, its closest rival, and the delay that comes with it.
+    /// The offset taken: trajectory time minus radar time (s).
+    pub time_offset_s: f64,
+    /// Its standard deviation (s).
+    pub sigma_s: f64,
+    /// The offset at which the strongest echoes focus best, where they tell one.
+    pub focused: Option<Sharpest>,
+    /// What height, motion and whole images say: an offset, its closest rival, and the delay.
     pub estimate: OffsetEstimate,
     /// What height and motion say of every offset.
     pub likelihood: OffsetLikelihood,
@@ -46,12 +53,20 @@ const LONGEST_S: f64 = 1e6;
 const SHARPNESS_STEP_S: f64 = 0.01;
 /// Images that are tried at most.
 const SHARPNESS_IMAGES: usize = 100;
-/// Pixels of each.
-const SHARPNESS_PIXELS: f64 = 60_000.0;
 /// Sub-apertures whose images are scored one by one: their scatter gives the offset's own.
 const SUB_APERTURES: usize = 4;
 /// Traces below which an aperture is not divided.
 const LEAST_TRACES: usize = 40;
+/// Spacing of the offsets at which the strongest echoes are focused (s), and how far about the
+/// estimate that is tried, at least and at most (s).
+const FINE_STEP_S: f64 = 0.004;
+const LEAST_REACH_S: f64 = 0.04;
+const MOST_REACH_S: f64 = 0.12;
+/// Correlation of change and speed, and its share elsewhere, from which motion alone narrows the
+/// offsets; and how far it does (s).
+const CLEAR_CORRELATION: f64 = 0.6;
+const CLEAR_SHARE: f64 = 0.5;
+const CLEAR_MOTION_SIGMA_S: f64 = 0.05;
 /// Offsets further than this from where the traces were cleaned are cleaned anew (s).
 const CLEANED_ANEW_S: f64 = 0.25;
 
@@ -85,6 +100,15 @@ pub enum OffsetError {
     Cancelled(#[from] Cancelled),
 }
 
+/// What of trajectory and delays the search takes into account.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SearchRange {
+    /// Longest gap of the trajectory that is interpolated over (s).
+    pub max_gap_s: Option<f64>,
+    /// Fast times at which range may be zero (s); by default those of instruments.
+    pub delay_s: Option<[f64; 2]>,
+}
+
 /// What height and motion say of every offset at which radar log and trajectory overlap.
 ///
 /// # Errors
@@ -93,7 +117,7 @@ pub fn by_height_and_motion(
     radargram: &Radargram,
     trajectory: &Trajectory,
     scene: &Scene,
-    max_gap_s: Option<f64>,
+    range: SearchRange,
     control: &Control<'_>,
 ) -> Result<OffsetLikelihood, OffsetError> {
     let span_s = [trajectory.start_s(), trajectory.end_s()];
@@ -101,7 +125,7 @@ pub fn by_height_and_motion(
     if length_s.is_nan() || length_s >= LONGEST_S {
         return Err(OffsetError::TooLong { found_s: length_s });
     }
-    let at = interpolator(max_gap_s, trajectory);
+    let at = interpolator(range.max_gap_s, trajectory);
     let half_s = 0.05_f64.max(trajectory.sample_interval_s().unwrap_or(0.1));
     let profile = FlightProfile::sample(span_s, |t| {
         let [before, now, after] = [t - half_s, t, t + half_s].map(|t| at.at(t));
@@ -115,9 +139,37 @@ pub fn by_height_and_motion(
             speed_m_s: moved.sqrt() / (2.0 * half_s),
         })
     })?;
-    let options = OffsetOptions::default();
+    let mut options = OffsetOptions::default();
+    if let Some(delay_s) = range.delay_s {
+        options = options.with_delay_range_s(delay_s);
+    }
+    if let Some(prior) = clear_motion(radargram, &profile) {
+        options = options.with_prior(prior);
+    }
     let control = control.for_radar();
     Ok(offset_likelihood(radargram, &profile, &options, control)?)
+}
+
+/// The offset at which the radargram changes while the platform moves, where no other correlates
+/// nearly as well: starts and halts that are unmistakable.
+fn clear_motion(radargram: &Radargram, profile: &FlightProfile) -> Option<ClockPrior> {
+    // Change saturates when the platform moves a quarter of a wavelength between traces; its root
+    // is closer to a measure of motion than of what happens to be in view.
+    let change: Vec<f64> = activity(radargram).iter().map(|a| a.sqrt()).collect();
+    let found = coarse_offset(
+        &radargram.time_s,
+        &change,
+        &profile.times_s(),
+        profile.speed_m_s(),
+        &MotionSearch::default(),
+    )
+    .ok()?;
+    let is_clear = found.correlation >= CLEAR_CORRELATION
+        && found.runner_up <= CLEAR_SHARE * found.correlation;
+    is_clear.then_some(ClockPrior {
+        offset_s: found.offset_s,
+        sigma_s: CLEAR_MOTION_SIGMA_S,
+    })
 }
 
 /// How the traces of a track are placed and cleaned while offsets are tried.
@@ -140,7 +192,7 @@ pub fn refine(
     likelihood: OffsetLikelihood,
     control: &Control<'_>,
 ) -> Result<OffsetSearch, OffsetError> {
-    let grid = coarse_grid(&trial.flight.scene.pixels)?;
+    let grid = coarse(trial.rectangle(&likelihood)?)?;
     control.start("align", SHARPNESS_IMAGES as u64);
     let mut sharpness = Vec::new();
     let mut cleaned: Option<CleanedAt> = None;
@@ -164,9 +216,16 @@ pub fn refine(
         Ok::<_, OffsetError>(scores)
     })?;
     control.finish();
+    let focused = match cleaned {
+        Some(cleaned) => trial.sharpest_about(&cleaned, &estimate, grid, control)?,
+        None => None,
+    };
     sharpness.sort_by(|a, b| a.0.total_cmp(&b.0));
     let (offset_s, score) = sharpness.into_iter().unzip();
     Ok(OffsetSearch {
+        time_offset_s: focused.map_or(estimate.offset_s, |focused| focused.value),
+        sigma_s: focused.map_or(estimate.sigma_s, |focused| focused.sigma),
+        focused,
         estimate,
         likelihood,
         sharpness: Curve { offset_s, score },
@@ -181,6 +240,29 @@ struct CleanedAt {
 }
 
 impl Trial<'_> {
+    /// The image's rectangle; where its sides are left to the flight, about the traces at the most
+    /// likely offset.
+    fn rectangle(&self, likelihood: &OffsetLikelihood) -> Result<PlaneGrid, OffsetError> {
+        let scene = self.flight.scene;
+        let grid = PlaneGrid {
+            z_m: scene.pixels.middle_m(),
+            ..scene.pixels.grid
+        };
+        let Some(best) = likelihood.candidates.first() else {
+            return Ok(grid);
+        };
+        if scene.open.sides == [false; 2] {
+            return Ok(grid);
+        }
+        let aligned = align(
+            self.flight,
+            self.align,
+            best.offset_s,
+            &mut Warnings::default(),
+        )?;
+        Ok(scene.around(&aligned.position_m, grid.z_m)?)
+    }
+
     /// The traces cleaned at an offset; none where no trace has a place or no surface is seen.
     fn cleaned_at(&self, offset_s: f64) -> Result<Option<CleanedAt>, OffsetError> {
         // Warnings are given once, at the offset finally taken.
@@ -206,6 +288,67 @@ impl Trial<'_> {
         offset_s: f64,
         grid: PlaneGrid,
     ) -> Result<Vec<f64>, OffsetError> {
+        let Some(places) = self.places_at(cleaned, offset_s)? else {
+            return Ok(Vec::new());
+        };
+        let light_speed_m_s = self.flight.scene.light_speed_m_s;
+        sub_apertures(places.len())
+            .map(|part| {
+                let spectrum = part_of(&cleaned.spectrum, part.clone());
+                let image = quick_look(&places[part], &spectrum, grid, light_speed_m_s)?;
+                Ok(contrast(&image))
+            })
+            .collect()
+    }
+}
+
+impl Trial<'_> {
+    /// The offset at which the strongest echoes focus best, within three standard deviations of an
+    /// estimate; none where none does.
+    fn sharpest_about(
+        &self,
+        cleaned: &CleanedAt,
+        estimate: &OffsetEstimate,
+        grid: PlaneGrid,
+        control: &Control<'_>,
+    ) -> Result<Option<Sharpest>, OffsetError> {
+        let light_speed_m_s = self.flight.scene.light_speed_m_s;
+        let Some(places) = self.places_at(cleaned, estimate.offset_s)? else {
+            return Ok(None);
+        };
+        let patches = patches(&places, &cleaned.spectrum, grid, light_speed_m_s)?;
+        let reach_s = (3.0 * estimate.sigma_s).clamp(LEAST_REACH_S, MOST_REACH_S);
+        let steps = (reach_s / FINE_STEP_S).ceil();
+        let mut tried = Vec::new();
+        let mut scores = Vec::new();
+        #[expect(clippy::cast_possible_truncation, reason = "at most a hundred")]
+        for k in -(steps as i32)..=steps as i32 {
+            control.check()?;
+            let offset_s = estimate.offset_s + f64::from(k) * FINE_STEP_S;
+            let Some(places) = self.places_at(cleaned, offset_s)? else {
+                continue;
+            };
+            let of_patch = |patch: &PlaneGrid| {
+                quick_look(&places, &cleaned.spectrum, *patch, light_speed_m_s)
+                    .map(|image| log_fourth_moment(&image))
+            };
+            scores.push(
+                patches
+                    .iter()
+                    .map(of_patch)
+                    .collect::<Result<Vec<_>, _>>()?,
+            );
+            tried.push(offset_s);
+        }
+        Ok(sharpest(&tried, &scores))
+    }
+
+    /// Where the traces of the echoes stand at an offset; none where one has no place.
+    fn places_at(
+        &self,
+        cleaned: &CleanedAt,
+        offset_s: f64,
+    ) -> Result<Option<Vec<[f64; 3]>>, OffsetError> {
         // The same traces at every offset: what changes is where they stand.
         let everywhere = AlignOptions {
             select: Select::All,
@@ -217,19 +360,7 @@ impl Trial<'_> {
             let at = all.traces.binary_search(trace).ok()?;
             Some(all.position_m[at])
         };
-        let places: Option<Vec<[f64; 3]>> =
-            cleaned.aligned.traces.iter().map(position_of).collect();
-        let Some(places) = places else {
-            return Ok(Vec::new());
-        };
-        let light_speed_m_s = self.flight.scene.light_speed_m_s;
-        sub_apertures(places.len())
-            .map(|part| {
-                let spectrum = part_of(&cleaned.spectrum, part.clone());
-                let image = quick_look(&places[part], &spectrum, grid, light_speed_m_s)?;
-                Ok(contrast(&image))
-            })
-            .collect()
+        Ok(cleaned.aligned.traces.iter().map(position_of).collect())
     }
 }
 
@@ -251,16 +382,6 @@ fn part_of(spectrum: &Spectrum, part: Range<usize>) -> Spectrum {
         frequency_hz: spectrum.frequency_hz.clone(),
         values: spectrum.values[part.start * width..part.end * width].to_vec(),
     }
-}
-
-/// The image's rectangle with few enough pixels to image it many times.
-fn coarse_grid(pixels: &Pixels) -> Result<PlaneGrid, ImagingError> {
-    let fine = &pixels.grid;
-    let x_m = [fine.x0_m, fine.x_m(fine.nx - 1)];
-    let y_m = [fine.y0_m, fine.y_m(fine.ny - 1)];
-    let area_m2 = (x_m[1] - x_m[0] + fine.pixel_m) * (y_m[1] - y_m[0] + fine.pixel_m);
-    let pixel_m = fine.pixel_m.max((area_m2 / SHARPNESS_PIXELS).sqrt());
-    PlaneGrid::from_ranges(x_m, y_m, pixels.middle_m(), pixel_m)
 }
 
 /// The brightest pixel's modulus over the median one's; 1 for an image of zeros.

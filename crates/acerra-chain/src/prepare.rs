@@ -15,10 +15,11 @@ use crate::echoes::{Echoes, ImageError};
 use crate::elevation::check_elevation;
 use crate::error::ChainError;
 use crate::focus::{Focused, ImageRequest, focus};
-use crate::ground::Scene;
+use crate::ground::{Scene, SceneError};
 use crate::journal::Journal;
 use crate::measure::{MeasureError, MeasureOptions, measure};
 use crate::offset::OffsetSearch;
+use crate::plane::{GroundFound, find_ground};
 use crate::position::{Positions, in_one_frame};
 use crate::read::RadarLabel;
 use crate::recording::Recording;
@@ -30,6 +31,8 @@ use crate::warnings::Warnings;
 pub struct Prepared {
     /// The tracks, one or more.
     pub tracks: Vec<Track>,
+    /// The height of the ground, where it was found from the data.
+    pub ground: Option<GroundFound>,
     /// The ground, and the pixels that the preparation took for the image's.
     pub scene: Scene,
     /// The selected traces of all tracks and their places, track after track.
@@ -79,6 +82,7 @@ pub fn prepare(
     control: &Control<'_>,
 ) -> Result<Prepared, ChainError> {
     in_one_frame(recordings.iter_mut().map(|r| &mut r.positions))?;
+    let (scene, ground) = journal.stage("align", |_| settle_ground(&recordings, scene, control))?;
     let clocked = journal.stage("align", |warnings| {
         recordings
             .iter()
@@ -109,8 +113,21 @@ pub fn prepare(
             echoes.push(own);
         }
         calibrate(&mut echoes, calibration, &scene, warnings, control)?;
-        join(tracks, echoes, scene)
+        join(tracks, echoes, scene, ground)
     })
+}
+
+/// The scene with its ground found, where that is left to the data.
+fn settle_ground(
+    recordings: &[Recording],
+    scene: Scene,
+    control: &Control<'_>,
+) -> Result<(Scene, Option<GroundFound>), ChainError> {
+    let (true, Some(first)) = (scene.open.ground, recordings.first()) else {
+        return Ok((scene, None));
+    };
+    let found = find_ground(first, &scene, control)?;
+    Ok((scene.on_ground(found.z_m), Some(found)))
 }
 
 /// What is kept of a recording for good, and what the calibration corrects.
@@ -142,7 +159,8 @@ fn parts(recording: Recording, clocked: Clocked, cleaned: Cleaned) -> (Track, Tr
 fn join(
     mut tracks: Vec<Track>,
     echoes: Vec<TrackEchoes>,
-    scene: Scene,
+    mut scene: Scene,
+    ground: Option<GroundFound>,
 ) -> Result<Prepared, ChainError> {
     let mut aligned = Aligned::default();
     let mut joined: Option<Spectrum> = None;
@@ -160,8 +178,14 @@ fn join(
             Some(first) => return Err(other_frequencies(own.name, first, &own.spectrum)),
         }
     }
+    if scene.open.sides != [false; 2] {
+        let z_m = scene.pixels.grid.z_m;
+        let grid = scene.around(&aligned.position_m, z_m);
+        scene.pixels.grid = grid.map_err(SceneError::Grid)?;
+    }
     Ok(Prepared {
         tracks,
+        ground,
         scene,
         aligned,
         spectrum: joined.ok_or(ChainError::NoTrack)?,

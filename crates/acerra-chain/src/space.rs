@@ -23,7 +23,10 @@ pub struct NeededBytes {
 /// # Errors
 /// A grid or volume that is none.
 pub fn needed_bytes(scene: &SceneOptions, looks: Option<usize>) -> Result<NeededBytes, SceneError> {
-    let grid = scene.grid()?;
+    let Some(grid) = scene.grid()? else {
+        // Left to the flight: nothing is known before it is read.
+        return Ok(NeededBytes { memory: 0, disk: 0 });
+    };
     let plane = grid.len() as u128;
     let (mut memory, mut disk) = (plane * (VALUE + LEVEL), plane * VALUE);
     if matches!(scene.heights, SceneHeights::Terrain(_)) {

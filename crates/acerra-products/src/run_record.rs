@@ -6,6 +6,7 @@ use acerra_chain::clean::{CleanedTraces, Surface};
 use acerra_chain::evidence::Evidence;
 use acerra_chain::inputs::InputFile;
 use acerra_chain::offset::{Curve, OffsetSearch};
+use acerra_chain::position::Positions;
 use acerra_chain::stages::Stage;
 use acerra_imaging::metrics::{ImageStatistics, Target};
 use serde::Serialize;
@@ -57,6 +58,11 @@ pub struct RunRecord<'a> {
     pub time_offset_search: Option<SearchRecord<'a>>,
     /// The shift of fast time.
     pub zero_timing: ZeroTimingRecord,
+    /// The frame of all coordinates.
+    pub frame: FrameRecord,
+    /// The height of the ground, where it was found from the data: the height and its standard
+    /// deviation (m).
+    pub ground_found_m: Option<[f64; 2]>,
     /// The traces that entered the image.
     pub traces: TracesRecord,
     /// The tracks of a campaign that lists them.
@@ -121,6 +127,16 @@ pub struct SurfaceRecord {
     pub spread_s: Option<f64>,
     /// Level of the echo above everything else that was tried (dB).
     pub contrast_db: f64,
+}
+
+/// The frame of all coordinates.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct FrameRecord {
+    /// `"enu"`, east, north and up about an origin on the Earth; or `"local"`, x, y and z as the
+    /// positions state them.
+    pub kind: &'static str,
+    /// Latitude and longitude (degrees) and ellipsoidal height (m) of the origin.
+    pub origin_deg_m: Option<[f64; 3]>,
 }
 
 /// The traces that entered the image.
@@ -204,6 +220,8 @@ impl<'a> RunRecord<'a> {
                     .and_then(|traces| traces.surface.as_ref())
                     .map(SurfaceRecord::of),
             },
+            frame: FrameRecord::of(&first.positions),
+            ground_found_m: prepared.ground.map(|found| [found.z_m, found.sigma_m]),
             traces: TracesRecord {
                 in_log: prepared.traces_in_log(),
                 selected: traces.len(),
@@ -231,16 +249,13 @@ impl<'a> SearchRecord<'a> {
         let estimate = &search.estimate;
         let (height, motion) = (&search.likelihood.height, &search.likelihood.motion);
         Self {
-            time_offset_s: estimate.offset_s,
-            sigma_s: estimate.sigma_s,
+            time_offset_s: search.time_offset_s,
+            sigma_s: search.sigma_s,
             second: estimate.second.map(|(offset_s, below)| [offset_s, below]),
             height_offset_s: height.as_ref().map(|cue| cue.offset_s),
             motion_offset_s: motion.as_ref().map(|cue| cue.offset_s),
             motion_explained: motion.as_ref().map(|cue| cue.explained),
-            sharpness_offset_s: estimate
-                .sharpness
-                .as_ref()
-                .map(|cue| [cue.offset_s, cue.sigma_s]),
+            sharpness_offset_s: search.focused.map(|focused| [focused.value, focused.sigma]),
             delay_ns: estimate
                 .delay_s
                 .map(|(delay_s, sigma_s)| [delay_s * 1e9, sigma_s * 1e9]),
@@ -254,6 +269,32 @@ impl<'a> CurveRecord<'a> {
         Self {
             offset_s: &curve.offset_s,
             score: &curve.score,
+        }
+    }
+}
+
+impl FrameRecord {
+    fn of(positions: &Positions) -> Self {
+        let enu = match positions {
+            Positions::Trajectory(trajectory) => trajectory.frame().enu().copied(),
+            Positions::PerTrace(_) => None,
+        };
+        match enu {
+            Some(frame) => {
+                let origin = frame.origin();
+                Self {
+                    kind: "enu",
+                    origin_deg_m: Some([
+                        origin.latitude_rad.to_degrees(),
+                        origin.longitude_rad.to_degrees(),
+                        origin.height_m,
+                    ]),
+                }
+            }
+            None => Self {
+                kind: "local",
+                origin_deg_m: None,
+            },
         }
     }
 }

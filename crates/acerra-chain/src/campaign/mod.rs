@@ -70,7 +70,11 @@ impl Campaign {
     pub fn parse(text: &str) -> Result<Self, CampaignError> {
         let mut campaign: Self = acerra_settings::parse(text)?;
         campaign.check()?;
-        if campaign.image.z_m.is_none() && campaign.image.terrain.is_none() {
+        let is_placed = campaign
+            .each_track()
+            .first()
+            .is_some_and(|one| one.trajectory.origin_deg_m.is_some());
+        if campaign.image.z_m.is_none() && campaign.image.terrain.is_none() && is_placed {
             campaign.image.z_m = Some(Heights::Plane(0.0));
         }
         Ok(campaign)

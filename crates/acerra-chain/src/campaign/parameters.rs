@@ -6,7 +6,7 @@ use super::sections::{GnssSection, ImageSection, MeasureSection, TrajectorySecti
 use super::{Campaign, TrackSection};
 use crate::align::AlignOptions;
 use crate::calibration::CalibrationOptions;
-use crate::choices::Heights;
+use crate::choices::{Gate, Heights};
 use crate::clean::{CleanOptions, frequencies_hz};
 use crate::focus::{FocusOptions, ImageRequest};
 use crate::ground::{SceneHeights, SceneOptions, TerrainSource};
@@ -24,16 +24,28 @@ impl Campaign {
     pub fn survey(&self) -> Survey {
         let each = self.each_track();
         let origin = each.first().and_then(|one| one.trajectory.origin());
+        let image = &self.image;
+        let is_open = image.z_m.is_none() && image.terrain.is_none() && origin.is_none();
+        let mut scene = SceneOptions::from(image);
+        if is_open {
+            scene.heights = SceneHeights::Ground;
+        }
+        // Of several tracks the longest gate lets in most.
+        let kept = |one: &Campaign| match one.preprocess.gate_ns {
+            Gate::About([_, end_ns]) => Some(1e-9 * end_ns),
+            Gate::None => None,
+        };
+        scene.kept_s = each
+            .iter()
+            .map(kept)
+            .try_fold(0.0_f64, |most, end_s| end_s.map(|end_s| most.max(end_s)));
         Survey {
             tracks: each
                 .iter()
                 .enumerate()
                 .map(|(k, one)| one.track_source(self.track.get(k), k))
                 .collect(),
-            scene: SceneOptions {
-                origin,
-                ..SceneOptions::from(&self.image)
-            },
+            scene: SceneOptions { origin, ..scene },
             calibration: CalibrationOptions {
                 source: self.tracks.calibration,
                 window_ns: self.tracks.window_ns,
@@ -172,6 +184,7 @@ impl From<&ImageSection> for SceneOptions {
         Self {
             x_m: section.x_m,
             y_m: section.y_m,
+            kept_s: None,
             pixel_m: section.pixel_m,
             heights,
             origin: None,

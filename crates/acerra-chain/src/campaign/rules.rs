@@ -239,15 +239,15 @@ fn extent_rules(image: &ImageSection) -> [Rule; 4] {
         ),
         rule(
             "x_m",
-            is_range(image.x_m),
+            image.x_m.is_none_or(is_range),
             "[from, to] with from <= to",
-            image.x_m,
+            image.x_m.unwrap_or_default(),
         ),
         rule(
             "y_m",
-            is_range(image.y_m),
+            image.y_m.is_none_or(is_range),
             "[from, to] with from <= to",
-            image.y_m,
+            image.y_m.unwrap_or_default(),
         ),
     ]
 }

@@ -199,12 +199,15 @@ pub struct ImageSection {
     /// Number of evenly spaced frequencies over the band.
     #[serde(default = "default_frequencies")]
     pub frequencies: usize,
-    /// First and last pixel centre to the east, in metres.
-    pub x_m: [f64; 2],
-    /// First and last pixel centre to the north, in metres.
-    pub y_m: [f64; 2],
-    /// Height of the image plane, in metres; 0 where no terrain is given. `[from, to]` asks for a
-    /// volume.
+    /// First and last pixel centre to the east, in metres; by default the flight's surroundings as
+    /// far as the gate lets in.
+    #[serde(default)]
+    pub x_m: Option<[f64; 2]>,
+    /// First and last pixel centre to the north, in metres; by default as for `x_m`.
+    #[serde(default)]
+    pub y_m: Option<[f64; 2]>,
+    /// Height of the image plane, in metres; by default 0 where `origin_deg_m` is stated or positions
+    /// are local, else the ground as the radar sees it. `[from, to]` asks for a volume.
     #[serde(default)]
     pub z_m: Option<Heights>,
     /// Distance of a volume's slices, in metres; the side of a pixel by default.

@@ -123,17 +123,23 @@ fn write_traces(outcome: &Outcome, out: &mut dyn Write) -> anyhow::Result<()> {
         aligned.path_m.iter().sum::<f64>()
     )?;
     writeln!(out, ", time offset {:.4} s", first.time_offset_s)?;
+    if let Some(found) = outcome.prepared.ground {
+        writeln!(
+            out,
+            "           ground found at z = {:.3} ± {:.3} m",
+            found.z_m, found.sigma_m
+        )?;
+    }
     if let Some(search) = &first.search {
-        let estimate = &search.estimate;
-        write!(out, "           found: ± {:.1} ms", 1e3 * estimate.sigma_s)?;
+        write!(out, "           found: ± {:.1} ms", 1e3 * search.sigma_s)?;
         if let Some(height) = &search.likelihood.height {
             write!(out, ", by height {:.3} s", height.offset_s)?;
         }
         if let Some(motion) = &search.likelihood.motion {
             write!(out, ", by motion {:.3} s", motion.offset_s)?;
         }
-        if let Some(sharpness) = &estimate.sharpness {
-            write!(out, ", by sharpness {:.4} s", sharpness.offset_s)?;
+        if let Some(focused) = &search.focused {
+            write!(out, ", by sharpness {:.4} s", focused.value)?;
         }
         writeln!(out)?;
     }
