@@ -77,7 +77,7 @@ pub fn align_clocks(
                     clean: &options.clean,
                 };
                 let search = refine(trial, likelihood?, control)?;
-                let time_offset_s = search.time_offset_s;
+                let time_offset_s = search.estimate.offset_s;
                 Ok(Clocked {
                     time_offset_s,
                     aligned: align(flight, &options.align, time_offset_s, warnings)?,

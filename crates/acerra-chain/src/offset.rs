@@ -18,7 +18,7 @@ use crate::clean::{CleanError, CleanOptions, clean};
 use crate::control::{Cancelled, Control};
 use crate::echoes::quick_look;
 use crate::ground::Scene;
-use crate::sharpen::{Sharpest, coarse, log_fourth_moment, patches, sharpest};
+use crate::sharpen::coarse;
 use crate::warnings::Warnings;
 
 /// A score over the offsets tried.
@@ -33,13 +33,7 @@ pub struct Curve {
 /// How an offset was found.
 #[derive(Clone, Debug)]
 pub struct OffsetSearch {
-    /// The offset taken: trajectory time minus radar time (s).
-    pub time_offset_s: f64,
-    /// Its standard deviation (s).
-    pub sigma_s: f64,
-    /// The offset at which the strongest echoes focus best, where they tell one.
-    pub focused: Option<Sharpest>,
-    /// What height, motion and whole images say: an offset, its closest rival, and the delay.
+    /// The offset with its standard deviation, its closest rival, and the delay that comes with it.
     pub estimate: OffsetEstimate,
     /// What height and motion say of every offset.
     pub likelihood: OffsetLikelihood,
@@ -53,15 +47,12 @@ const LONGEST_S: f64 = 1e6;
 const SHARPNESS_STEP_S: f64 = 0.01;
 /// Images that are tried at most.
 const SHARPNESS_IMAGES: usize = 100;
+/// Pixels of each.
+const SHARPNESS_PIXELS: f64 = 60_000.0;
 /// Sub-apertures whose images are scored one by one: their scatter gives the offset's own.
 const SUB_APERTURES: usize = 4;
 /// Traces below which an aperture is not divided.
 const LEAST_TRACES: usize = 40;
-/// Spacing of the offsets at which the strongest echoes are focused (s), and how far about the
-/// estimate that is tried, at least and at most (s).
-const FINE_STEP_S: f64 = 0.004;
-const LEAST_REACH_S: f64 = 0.04;
-const MOST_REACH_S: f64 = 0.12;
 /// Correlation of change and speed, and its share elsewhere, from which motion alone narrows the
 /// offsets; and how far it does (s).
 const CLEAR_CORRELATION: f64 = 0.6;
@@ -192,7 +183,7 @@ pub fn refine(
     likelihood: OffsetLikelihood,
     control: &Control<'_>,
 ) -> Result<OffsetSearch, OffsetError> {
-    let grid = coarse(trial.rectangle(&likelihood)?)?;
+    let grid = coarse(trial.rectangle(&likelihood)?, SHARPNESS_PIXELS)?;
     control.start("align", SHARPNESS_IMAGES as u64);
     let mut sharpness = Vec::new();
     let mut cleaned: Option<CleanedAt> = None;
@@ -216,16 +207,9 @@ pub fn refine(
         Ok::<_, OffsetError>(scores)
     })?;
     control.finish();
-    let focused = match cleaned {
-        Some(cleaned) => trial.sharpest_about(&cleaned, &estimate, grid, control)?,
-        None => None,
-    };
     sharpness.sort_by(|a, b| a.0.total_cmp(&b.0));
     let (offset_s, score) = sharpness.into_iter().unzip();
     Ok(OffsetSearch {
-        time_offset_s: focused.map_or(estimate.offset_s, |focused| focused.value),
-        sigma_s: focused.map_or(estimate.sigma_s, |focused| focused.sigma),
-        focused,
         estimate,
         likelihood,
         sharpness: Curve { offset_s, score },
@@ -303,46 +287,6 @@ impl Trial<'_> {
 }
 
 impl Trial<'_> {
-    /// The offset at which the strongest echoes focus best, within three standard deviations of an
-    /// estimate; none where none does.
-    fn sharpest_about(
-        &self,
-        cleaned: &CleanedAt,
-        estimate: &OffsetEstimate,
-        grid: PlaneGrid,
-        control: &Control<'_>,
-    ) -> Result<Option<Sharpest>, OffsetError> {
-        let light_speed_m_s = self.flight.scene.light_speed_m_s;
-        let Some(places) = self.places_at(cleaned, estimate.offset_s)? else {
-            return Ok(None);
-        };
-        let patches = patches(&places, &cleaned.spectrum, grid, light_speed_m_s)?;
-        let reach_s = (3.0 * estimate.sigma_s).clamp(LEAST_REACH_S, MOST_REACH_S);
-        let steps = (reach_s / FINE_STEP_S).ceil();
-        let mut tried = Vec::new();
-        let mut scores = Vec::new();
-        #[expect(clippy::cast_possible_truncation, reason = "at most a hundred")]
-        for k in -(steps as i32)..=steps as i32 {
-            control.check()?;
-            let offset_s = estimate.offset_s + f64::from(k) * FINE_STEP_S;
-            let Some(places) = self.places_at(cleaned, offset_s)? else {
-                continue;
-            };
-            let of_patch = |patch: &PlaneGrid| {
-                quick_look(&places, &cleaned.spectrum, *patch, light_speed_m_s)
-                    .map(|image| log_fourth_moment(&image))
-            };
-            scores.push(
-                patches
-                    .iter()
-                    .map(of_patch)
-                    .collect::<Result<Vec<_>, _>>()?,
-            );
-            tried.push(offset_s);
-        }
-        Ok(sharpest(&tried, &scores))
-    }
-
     /// Where the traces of the echoes stand at an offset; none where one has no place.
     fn places_at(
         &self,

@@ -82,6 +82,8 @@ const COUPLING_CONTRAST_DB: f64 = 20.0;
 const COUPLING_SPREAD_S: f64 = 0.1e-9;
 /// Delays of an instrument without a calibration (s).
 const DELAY_S: [f64; 2] = [-1e-9, 20e-9];
+/// Pixels of the coarse images: 5 cm apart on 1000 m², as fine as the targets are narrow.
+const PIXELS: f64 = 400_000.0;
 /// Spacing of the heights tried, coarsely and finely (m).
 const COARSE_STEP_M: f64 = 0.03;
 const FINE_STEP_M: f64 = 0.01;
@@ -196,7 +198,8 @@ impl Search {
         };
         let aligned = align(flight, &options, offset_s, unsaid)?;
         let cleaned = clean(flight.radar, &aligned, &recording.options.clean, unsaid)?;
-        let grid = coarse(scene.around(&aligned.position_m, middle.pixels.grid.z_m)?)?;
+        let fine = scene.around(&aligned.position_m, middle.pixels.grid.z_m)?;
+        let grid = coarse(fine, PIXELS)?;
         Ok(Self {
             aligned,
             spectrum: cleaned.spectrum,

@@ -20,9 +20,6 @@ const PIXEL_M: f64 = 0.025;
 /// Maxima further than this below the greatest are not looked at (dB).
 const FLOOR_DB: f64 = -12.0;
 
-/// Pixels of a coarse image.
-const COARSE_PIXELS: f64 = 60_000.0;
-
 /// The best of a setting's values, and its standard deviation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sharpest {
@@ -34,15 +31,15 @@ pub struct Sharpest {
     pub patches: usize,
 }
 
-/// The same rectangle with few enough pixels to image it many times.
+/// The same rectangle with about so many pixels at most, to image it many times.
 ///
 /// # Errors
 /// A rectangle that makes no grid.
-pub fn coarse(fine: PlaneGrid) -> Result<PlaneGrid, ImagingError> {
+pub fn coarse(fine: PlaneGrid, pixels: f64) -> Result<PlaneGrid, ImagingError> {
     let x_m = [fine.x0_m, fine.x_m(fine.nx - 1)];
     let y_m = [fine.y0_m, fine.y_m(fine.ny - 1)];
     let area_m2 = (x_m[1] - x_m[0] + fine.pixel_m) * (y_m[1] - y_m[0] + fine.pixel_m);
-    let pixel_m = fine.pixel_m.max((area_m2 / COARSE_PIXELS).sqrt());
+    let pixel_m = fine.pixel_m.max((area_m2 / pixels).sqrt());
     PlaneGrid::from_ranges(x_m, y_m, fine.z_m, pixel_m)
 }
 

@@ -282,7 +282,7 @@ fn alignment(search: &OffsetSearch) -> AlignmentEvidence {
     let estimate = &search.estimate;
     let mut remark = format!(
         "The offset is {:.4} ± {:.4} s by height, motion and sharpness together.",
-        search.time_offset_s, search.sigma_s
+        estimate.offset_s, estimate.sigma_s
     );
     if let Some(height) = &search.likelihood.height {
         remark += &format!(" Height alone says {:.3} s.", height.offset_s);
@@ -290,10 +290,12 @@ fn alignment(search: &OffsetSearch) -> AlignmentEvidence {
     if let Some(motion) = &search.likelihood.motion {
         remark += &format!(" Motion alone says {:.3} s.", motion.offset_s);
     }
-    if let Some(focused) = &search.focused {
+    if let Some(sharpness) = &estimate.sharpness {
         remark += &format!(
-            " The {} strongest echoes focus best at {:.4} ± {:.4} s.",
-            focused.patches, focused.value, focused.sigma
+            " The image is sharpest at {:.4} ± {:.4} s, of {} offsets tried.",
+            sharpness.offset_s,
+            sharpness.sigma_s,
+            search.sharpness.offset_s.len()
         );
     }
     match estimate.second {
@@ -308,7 +310,7 @@ fn alignment(search: &OffsetSearch) -> AlignmentEvidence {
     AlignmentEvidence {
         offset_s,
         score,
-        chosen_s: search.time_offset_s,
+        chosen_s: estimate.offset_s,
         score_name: "log-likelihood below the best".to_owned(),
         remark,
     }

@@ -249,13 +249,16 @@ impl<'a> SearchRecord<'a> {
         let estimate = &search.estimate;
         let (height, motion) = (&search.likelihood.height, &search.likelihood.motion);
         Self {
-            time_offset_s: search.time_offset_s,
-            sigma_s: search.sigma_s,
+            time_offset_s: estimate.offset_s,
+            sigma_s: estimate.sigma_s,
             second: estimate.second.map(|(offset_s, below)| [offset_s, below]),
             height_offset_s: height.as_ref().map(|cue| cue.offset_s),
             motion_offset_s: motion.as_ref().map(|cue| cue.offset_s),
             motion_explained: motion.as_ref().map(|cue| cue.explained),
-            sharpness_offset_s: search.focused.map(|focused| [focused.value, focused.sigma]),
+            sharpness_offset_s: estimate
+                .sharpness
+                .as_ref()
+                .map(|cue| [cue.offset_s, cue.sigma_s]),
             delay_ns: estimate
                 .delay_s
                 .map(|(delay_s, sigma_s)| [delay_s * 1e9, sigma_s * 1e9]),

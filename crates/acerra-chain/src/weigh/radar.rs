@@ -35,7 +35,10 @@ pub(super) fn weigh(prepared: &Prepared, track: &Track, band_hz: [f64; 2]) -> Ve
         return findings;
     };
     findings.extend(delay_seen(track, traces.shift_s));
-    if let Some(seen) = surface_seen(prepared, track) {
+    // An echo counts as the surface where it is known to follow the height.
+    if follows_height(track)
+        && let Some(seen) = surface_seen(prepared, track)
+    {
         findings.extend(surface(&seen));
     }
     findings.extend(coupling_seen(&traces.raw).map(|seen| coupling(&seen)));
@@ -45,6 +48,12 @@ pub(super) fn weigh(prepared: &Prepared, track: &Track, band_hz: [f64; 2]) -> Ve
         findings.push(band(occupied, ghz(band_hz), ghz(spectrum.band_hz)));
     }
     findings
+}
+
+/// Whether an echo of the log clearly follows the height of the flight.
+fn follows_height(track: &Track) -> bool {
+    let height = track.likelihood.as_ref().and_then(|l| l.height.as_ref());
+    height.is_some_and(|cue| cue.evidence >= LEAST_EVIDENCE)
 }
 
 /// The offset in force beside the likelihood of all offsets.

@@ -131,15 +131,19 @@ fn write_traces(outcome: &Outcome, out: &mut dyn Write) -> anyhow::Result<()> {
         )?;
     }
     if let Some(search) = &first.search {
-        write!(out, "           found: ± {:.1} ms", 1e3 * search.sigma_s)?;
+        write!(
+            out,
+            "           found: ± {:.1} ms",
+            1e3 * search.estimate.sigma_s
+        )?;
         if let Some(height) = &search.likelihood.height {
             write!(out, ", by height {:.3} s", height.offset_s)?;
         }
         if let Some(motion) = &search.likelihood.motion {
             write!(out, ", by motion {:.3} s", motion.offset_s)?;
         }
-        if let Some(focused) = &search.focused {
-            write!(out, ", by sharpness {:.4} s", focused.value)?;
+        if let Some(sharpness) = &search.estimate.sharpness {
+            write!(out, ", by sharpness {:.4} s", sharpness.offset_s)?;
         }
         writeln!(out)?;
     }
