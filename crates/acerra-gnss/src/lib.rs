@@ -6,6 +6,7 @@
 //! | RINEX 2.10–4 observation, navigation 2–4 | [`rinex`] |
 //! | Hatanaka-compressed RINEX (CRINEX 1 and 3) | [`crinex`] |
 //! | u-blox UBX: RXM-RAW, RAWX, SFRB, SFRBX, TIM-TM2 | [`ubx`] |
+//! | RTCM 3: MSM4–7, 1002, 1004, 1010, 1012, ephemerides | [`rtcm`] |
 //! | one signal per satellite and frequency | [`select_signals`] |
 //! | positions | [`process`] with [`PpkOptions`] |
 //! | RTKLIB's `.conf` and `.pos` | [`conf`], [`pos`] |
@@ -31,6 +32,7 @@
 //! ```
 
 mod atmosphere;
+mod bits;
 mod collect;
 pub mod conf;
 pub mod crinex;
@@ -48,6 +50,7 @@ pub mod pos;
 mod ppk;
 mod recorded;
 pub mod rinex;
+pub mod rtcm;
 mod satellite;
 mod select;
 mod signal;
@@ -55,7 +58,7 @@ mod solution;
 pub mod ubx;
 
 pub use atmosphere::{Mapping, Niell, saastamoinen_m};
-pub use file::{GnssFile, read_gnss, read_navigation, read_observations};
+pub use file::{GnssFile, read_gnss, read_gnss_near, read_navigation, read_observations};
 pub use geometry::{LineOfSight, azimuth_elevation_rad, line_of_sight};
 pub use lambda::{IntegerCandidates, LambdaError, integer_least_squares};
 pub use navigation::{

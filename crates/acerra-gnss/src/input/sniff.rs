@@ -89,6 +89,9 @@ pub fn sniff(head: &[u8]) -> FileKind {
     if crate::ubx::frame::first_valid(head) {
         return FileKind::Ubx;
     }
+    if crate::rtcm::frame::first_valid(head) {
+        return FileKind::Rtcm3;
+    }
     let text = String::from_utf8_lossy(&head[..head.len().min(8192)]);
     let mut lines = text.lines().map(str::trim_end).filter(|l| !l.is_empty());
     let first = lines.next().unwrap_or("");

@@ -15,6 +15,6 @@ mod types;
 pub use header::ObservationHeader;
 pub use navigation::read_navigation_lines;
 pub(crate) use navigation_record::{
-    accuracy_of_index_m, galileo_accuracy_of_index_m, nearest_week, utc_to_gps,
+    accuracy_of_index_m, galileo_accuracy_of_index_m, moscow_time, nearest_week, utc_to_gps,
 };
 pub use observation::{ObservationRecord, RinexObservations};
