@@ -12,10 +12,13 @@ use crate::input::{
     FileKind, Limits, LineSource, Lines, Place, ReadError, ReadReport, SNIFF_BYTES, UnixCompressed,
     sniff,
 };
+use crate::precise::{read_clock_lines, read_sp3_lines};
 use crate::rinex::{ObservationRecord, RinexObservations, read_navigation_lines};
 use crate::rtcm::{RtcmHints, RtcmLog, read_rtcm};
 use crate::ubx::{UbxLog, read_ubx};
-use crate::{Navigation, ObservationData, RecordedEpoch, SignalChoice, select_signals};
+use crate::{
+    Navigation, ObservationData, PreciseProducts, RecordedEpoch, SignalChoice, select_signals,
+};
 
 /// What a GNSS file held.
 #[derive(Debug, Clone, PartialEq)]
@@ -31,7 +34,8 @@ pub struct GnssFile {
 }
 
 /// Reads any supported file: RINEX 2–4 observation or navigation data, Hatanaka-compressed
-/// (CRINEX 1 and 3), UBX raw logs, RTCM 3 logs, each also inside gzip or UNIX `compress`.
+/// (CRINEX 1 and 3), UBX raw logs, RTCM 3 logs, SP3 orbits, RINEX
+/// clocks, each also inside gzip or UNIX `compress`.
 /// Recognised by content.
 ///
 /// RTCM 3 logs that do not state their date need [`read_gnss_near`].
@@ -177,12 +181,32 @@ fn read_kind(
                 report,
             })
         }
+        FileKind::Sp3 => {
+            let mut lines = Lines::new(BufReader::new(reader), limits);
+            Ok(precise_file(kind, read_sp3_lines(&mut lines)?))
+        }
+        FileKind::RinexClock => {
+            let mut lines = Lines::new(BufReader::new(reader), limits);
+            Ok(precise_file(kind, read_clock_lines(&mut lines)?))
+        }
         FileKind::Ubx => Ok(ubx_file(&whole(reader, limits)?)),
         FileKind::Rtcm3 => rtcm_file(&whole(reader, limits)?, hints),
         found => Err(ReadError::WrongKind {
             expected: "RINEX, UBX or RTCM 3 observations or navigation data",
             found,
         }),
+    }
+}
+
+fn precise_file(kind: FileKind, (precise, report): (PreciseProducts, ReadReport)) -> GnssFile {
+    GnssFile {
+        kind,
+        observations: None,
+        navigation: Some(Navigation {
+            precise,
+            ..Navigation::default()
+        }),
+        report,
     }
 }
 

@@ -7,6 +7,8 @@
 //! | Hatanaka-compressed RINEX (CRINEX 1 and 3) | [`crinex`] |
 //! | u-blox UBX: RXM-RAW, RAWX, SFRB, SFRBX, TIM-TM2 | [`ubx`] |
 //! | RTCM 3: MSM4–7, 1002, 1004, 1010, 1012, ephemerides | [`rtcm`] |
+//! | precise orbits and clocks: SP3-c, SP3-d, RINEX clock | [`precise`] |
+//! | antenna calibrations: ANTEX | [`antex`] |
 //! | one signal per satellite and frequency | [`select_signals`] |
 //! | positions | [`process`] with [`PpkOptions`] |
 //! | RTKLIB's `.conf` and `.pos` | [`conf`], [`pos`] |
@@ -31,6 +33,7 @@
 //! # }
 //! ```
 
+pub mod antex;
 mod atmosphere;
 mod bits;
 mod collect;
@@ -41,6 +44,7 @@ mod events;
 mod file;
 mod geometry;
 pub mod input;
+mod join;
 mod lambda;
 mod navigation;
 mod observation;
@@ -48,6 +52,7 @@ mod options;
 mod orbit;
 pub mod pos;
 mod ppk;
+pub mod precise;
 mod recorded;
 pub mod rinex;
 pub mod rtcm;
@@ -60,6 +65,7 @@ pub mod ubx;
 pub use atmosphere::{Mapping, Niell, saastamoinen_m};
 pub use file::{GnssFile, read_gnss, read_gnss_near, read_navigation, read_observations};
 pub use geometry::{LineOfSight, azimuth_elevation_rad, line_of_sight};
+pub use join::{JoinRemark, LogPart, join_logs};
 pub use lambda::{IntegerCandidates, LambdaError, integer_least_squares};
 pub use navigation::{
     Ephemeris, GlonassEphemeris, KeplerEphemeris, Klobuchar, Navigation, SbasEphemeris,
@@ -74,6 +80,7 @@ pub use options::{
 };
 pub use orbit::{OrbitRates, OrbitState};
 pub use ppk::{PpkError, TimeSpan, process};
+pub use precise::{PreciseGap, PreciseProducts};
 pub use recorded::{RecordedEpoch, RecordedSatellite};
 pub use satellite::{SatelliteId, SatelliteIdError, System, SystemSet};
 pub use select::{SignalChoice, rank, select_signals};

@@ -102,6 +102,8 @@ pub enum DropReason {
     IncompleteEpoch,
     /// RTCM 3: observations of another reference station than the first one.
     OtherStation,
+    /// ANTEX: the calibration of an antenna, with a table that is not whole.
+    UnreadableCalibration(String),
     /// A GLONASS phase whose frequency channel is not known.
     UnknownChannel,
 }
@@ -143,6 +145,9 @@ impl fmt::Display for DropReason {
             Self::MalformedRtcmMessage { number } => write!(f, "malformed message {number}"),
             Self::IncompleteEpoch => f.write_str("epoch with a message missing"),
             Self::OtherStation => f.write_str("observations of another reference station"),
+            Self::UnreadableCalibration(antenna) => {
+                write!(f, "unreadable calibration of {antenna}")
+            }
             Self::UnknownChannel => f.write_str("GLONASS phase of unknown frequency channel"),
         }
     }

@@ -12,6 +12,7 @@ mod navigation_record;
 mod observation;
 mod types;
 
+pub(crate) use fields::{calendar, column, real, text};
 pub use header::ObservationHeader;
 pub use navigation::read_navigation_lines;
 pub(crate) use navigation_record::{
