@@ -1,4 +1,14 @@
-//! Carrier-phase differential GNSS (PPK): readers, positioning, ambiguity resolution.
+//! Positions of a moving receiver from its raw GNSS log and a base station's, to a centimetre, after
+//! the flight: readers, carrier-phase differential positioning (PPK), ambiguity resolution.
+//!
+//! ```text
+//!  rover file ─┐              ObservationData ─┐
+//!  base file  ─┼─ read_gnss ─▶ ObservationData ─┼─ process(…, &PpkOptions) ─▶ PpkSolution
+//!  nav files  ─┘              Navigation      ─┘                                 │
+//!                                                 pos::write_pos ◀───────────────┼─ .epochs: Solution
+//!                                                 PpkSolution::trajectory() ◀────┤
+//!                                                 .lost, .events, .summary ◀─────┘
+//! ```
 //!
 //! | what | where |
 //! | --- | --- |
@@ -10,10 +20,10 @@
 //! | precise orbits and clocks: SP3-c, SP3-d, RINEX clock | [`precise`] |
 //! | antenna calibrations: ANTEX | [`antex`] |
 //! | one signal per satellite and frequency | [`select_signals`] |
-//! | positions | [`process`] with [`PpkOptions`] |
+//! | positions | [`process`] with [`PpkOptions`]; [`process_with`] can be followed and cancelled |
 //! | RTKLIB's `.conf` and `.pos` | [`conf`], [`pos`] |
 //!
-//! From two raw logs to a solution file:
+//! From two raw logs to a solution file (`examples/positions.rs` is the whole program):
 //! ```no_run
 //! use acerra_gnss::{Navigation, PpkOptions, input::Limits, pos, process, read_gnss};
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -27,6 +37,9 @@
 //! let (rover, base) = (rover.observations.unwrap_or_default(), base.observations.unwrap_or_default());
 //! let options = PpkOptions::default();
 //! let solution = process(&rover, &base, &navigation, &options)?;
+//! for warning in &solution.summary.warnings {
+//!     println!("{warning}");
+//! }
 //! let out = std::io::BufWriter::new(std::fs::File::create("rover.pos")?);
 //! pos::write_pos(out, &solution, &options, &["rover.ubx".to_owned()], &pos::PosFormat::default())?;
 //! # Ok(())
@@ -38,6 +51,7 @@ mod atmosphere;
 mod bits;
 mod collect;
 pub mod conf;
+mod control;
 pub mod crinex;
 mod engine;
 mod events;
@@ -46,6 +60,7 @@ mod geometry;
 pub mod input;
 mod join;
 mod lambda;
+mod names;
 mod navigation;
 mod observation;
 mod options;
@@ -60,13 +75,16 @@ mod satellite;
 mod select;
 mod signal;
 mod solution;
+mod track;
 pub mod ubx;
 
 pub use atmosphere::{Mapping, Niell, saastamoinen_m};
+pub use control::Control;
 pub use file::{GnssFile, read_gnss, read_gnss_near, read_navigation, read_observations};
 pub use geometry::{LineOfSight, azimuth_elevation_rad, line_of_sight};
 pub use join::{JoinRemark, LogPart, join_logs};
 pub use lambda::{IntegerCandidates, LambdaError, integer_least_squares};
+pub use names::UnknownNameError;
 pub use navigation::{
     Ephemeris, GlonassEphemeris, KeplerEphemeris, Klobuchar, Navigation, SbasEphemeris,
 };
@@ -79,7 +97,7 @@ pub use options::{
     PartialAmbiguity, PositioningMode, PpkOptions, RuleSet,
 };
 pub use orbit::{OrbitRates, OrbitState};
-pub use ppk::{PpkError, TimeSpan, process};
+pub use ppk::{PpkError, TimeSpan, process, process_with};
 pub use precise::{PreciseGap, PreciseProducts};
 pub use recorded::{RecordedEpoch, RecordedSatellite};
 pub use satellite::{SatelliteId, SatelliteIdError, System, SystemSet};

@@ -309,6 +309,65 @@ pub enum PpkWarning {
     },
 }
 
+impl fmt::Display for PpkWarning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let time = |t: GpsTime| t.format_calendar(0);
+        match self {
+            Self::MissingNavigation(missing) => write!(
+                f,
+                "{} was observed in {} epochs from {} to {} without {}",
+                missing.satellite,
+                missing.epochs,
+                time(missing.span.0),
+                time(missing.span.1),
+                if missing.channel_missing {
+                    "its frequency channel"
+                } else {
+                    "a usable ephemeris"
+                }
+            ),
+            Self::SystemWithoutNavigation(system) => write!(
+                f,
+                "no navigation data of {system} at all: its satellites are not used"
+            ),
+            Self::BaseGap(gap) => write!(
+                f,
+                "the base's log has a gap from {} to {}",
+                time(gap.from),
+                time(gap.to)
+            ),
+            Self::HeaderPositionUsed {
+                distance_from_single_m,
+            } => {
+                f.write_str("the base position was taken from its file's header")?;
+                match distance_from_single_m {
+                    Some(m) => write!(f, ", {m:.1} m from its own single-point position"),
+                    None => Ok(()),
+                }
+            }
+            Self::DefaultIonosphere => {
+                f.write_str("no broadcast ionosphere coefficients: the model's defaults were used")
+            }
+            Self::NoUsablePhases { base } => write!(
+                f,
+                "the {}'s log has no usable carrier phases: ambiguities cannot be resolved",
+                if *base { "base" } else { "rover" }
+            ),
+            Self::IdenticalFiles => f.write_str("rover and base hold the same observations"),
+            Self::BaseMoves { speed_m_s } => write!(
+                f,
+                "the base moves at {speed_m_s:.1} m/s by its Doppler shifts: are rover and base \
+                 swapped?"
+            ),
+            Self::BasePositionDoubtful { distance_m } => write!(
+                f,
+                "the base position given is {distance_m:.0} m from the base's own single-point \
+                 position"
+            ),
+        }
+    }
+}
+
 /// Counts and remarks about a whole run.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct PpkSummary {

@@ -72,7 +72,7 @@ fn values_by_name_and_by_number() {
     assert!((o.elevation_mask_rad.to_degrees() - 12.5).abs() < 1e-12);
     let mask = o.cn0_mask.unwrap();
     assert_eq!(
-        (mask.rover, mask.base, mask.least_db_hz[0][3]),
+        (mask.rover, mask.base, mask.min_db_hz[0][3]),
         (true, false, 35.0)
     );
     assert_eq!(o.dynamics.unwrap().horizontal_noise, 3.0);
@@ -82,7 +82,7 @@ fn values_by_name_and_by_number() {
         [System::Gps, System::Galileo, System::Beidou]
     );
     assert!(o.raim && o.interpolate_base && !o.beidou_ambiguity);
-    assert_eq!((o.ambiguity, o.largest_age_s), (AmbiguityMode::Off, 10.0));
+    assert_eq!((o.ambiguity, o.max_age_s), (AmbiguityMode::Off, 10.0));
     assert_eq!(
         o.base_position,
         BasePosition::Ecef([4_641_949.6, 1_393_045.4, 4_133_287.4])
@@ -118,7 +118,7 @@ fn missing_keys_mean_rtklibs_defaults() {
     let conf = read("pos2-varholdamb =0.2\n");
     assert_eq!(conf.options.rules, RuleSet::Demo5);
     assert_eq!(conf.options.hold_variance_cycles2, 0.2);
-    assert_eq!(conf.options.largest_outage, 20);
+    assert_eq!(conf.options.max_outage_epochs, 20);
     let conf = read("stats-errsnr =0.003\nstats-snrmax =45\n");
     assert_eq!(conf.options.phase_error_cn0_m, 0.003);
     assert_eq!(conf.not_followed[0].key, "stats-snrmax");

@@ -91,10 +91,7 @@ fn geodetic_receivers_agree_with_rtklib() {
             (FilterDirection::Backward, BACKWARD),
         ] {
             for options in [PpkOptions::rtklib(), PpkOptions::rtklib().with_safeguards()] {
-                let options = set.adapt(PpkOptions {
-                    direction,
-                    ..options
-                });
+                let options = set.adapt(options.with_direction(direction));
                 let solution =
                     process(&logs.rover, &logs.base, &logs.navigation, &options).unwrap();
                 let a = compare(&solution, &reference(set, file).unwrap(), |_| true);
@@ -132,10 +129,7 @@ fn the_model_documents_chain_of_one_pair_is_met() {
         let apart = distance(e.position_ecef_m, expected);
         assert!(apart < limit_m, "{minutes} min: {apart} m");
     };
-    let single = run(PpkOptions {
-        mode: acerra_gnss::PositioningMode::Single,
-        ..PpkOptions::rtklib()
-    });
+    let single = run(PpkOptions::rtklib().with_mode(acerra_gnss::PositioningMode::Single));
     check(
         &single,
         0.0,
@@ -175,10 +169,7 @@ fn the_model_documents_chain_of_one_pair_is_met() {
             ],
         ),
     ] {
-        let solution = run(PpkOptions {
-            direction,
-            ..PpkOptions::rtklib()
-        });
+        let solution = run(PpkOptions::rtklib().with_direction(direction));
         assert_eq!(solution.summary.fixed, fixed);
         for (minutes, expected) in points {
             check(&solution, minutes, expected, 2e-4);
@@ -186,19 +177,13 @@ fn the_model_documents_chain_of_one_pair_is_met() {
     }
     let ambiguity = acerra_gnss::AmbiguityMode::Instantaneous;
     assert_eq!(
-        run(PpkOptions {
-            ambiguity,
-            ..PpkOptions::rtklib()
-        })
-        .summary
-        .fixed,
+        run(PpkOptions::rtklib().with_ambiguity(ambiguity))
+            .summary
+            .fixed,
         32
     );
     let ambiguity = acerra_gnss::AmbiguityMode::Off;
-    let float = run(PpkOptions {
-        ambiguity,
-        ..PpkOptions::rtklib()
-    });
+    let float = run(PpkOptions::rtklib().with_ambiguity(ambiguity));
     check(
         &float,
         5.0,
@@ -250,10 +235,7 @@ fn agreement_table(text: &mut String) {
                 ("plain", PpkOptions::rtklib()),
                 (
                     "b34's defects too",
-                    PpkOptions {
-                        reproduce_defects: true,
-                        ..PpkOptions::rtklib()
-                    },
+                    PpkOptions::rtklib().with_reproduce_defects(true),
                 ),
                 ("guarded", PpkOptions::rtklib().with_safeguards()),
             ] {
@@ -261,10 +243,7 @@ fn agreement_table(text: &mut String) {
                 if options.reproduce_defects != on_walk {
                     continue; // elsewhere the two are the same
                 }
-                let options = set.adapt(PpkOptions {
-                    direction,
-                    ..options
-                });
+                let options = set.adapt(options.with_direction(direction));
                 let solution =
                     process(&logs.rover, &logs.base, &logs.navigation, &options).unwrap();
                 let combined;
@@ -403,24 +382,20 @@ fn walk_table(text: &mut String) {
     let logs = WALK.read().unwrap();
     let truth = onboard_fixes();
     let ratio = |o: PpkOptions| {
-        WALK.adapt(PpkOptions {
-            code_phase_ratio: [300.0; 3],
-            direction: FilterDirection::Combined,
-            ..o
-        })
+        WALK.adapt(
+            o.with_code_phase_ratio([300.0; 3])
+                .with_direction(FilterDirection::Combined),
+        )
     };
-    let b34 = ratio(PpkOptions {
-        reproduce_defects: true,
-        ..PpkOptions::rtklib()
-    });
+    let b34 = ratio(PpkOptions::rtklib().with_reproduce_defects(true));
     // Kinematic without a motion model, and what else its configuration of the data set says.
-    let ex = ratio(PpkOptions {
-        dynamics: None,
-        least_fixes_to_hold: 10,
-        largest_outage: 5,
-        largest_phase_innovation_m: 30.0,
-        ..PpkOptions::demo5()
-    });
+    let ex = ratio(
+        PpkOptions::demo5()
+            .with_dynamics(None)
+            .with_min_fixes_to_hold(10)
+            .with_max_outage_epochs(5)
+            .with_max_phase_innovation_m(30.0),
+    );
     for (name, options) in [
         ("as RTKLIB 2.4.3 b34", b34),
         (
@@ -512,10 +487,7 @@ fn motion_table(text: &mut String) {
             ("RTKLIB's rules, forward", set.adapt(PpkOptions::rtklib())),
             ("default", PpkOptions::default()),
         ] {
-            let options = PpkOptions {
-                base_position: BasePosition::Ecef(base),
-                ..options
-            };
+            let options = options.with_base_position(BasePosition::Ecef(base));
             let solution = process(&moved, &logs.base, &logs.navigation, &options).unwrap();
             let (mut horizontal, mut vertical) = (Vec::new(), Vec::new());
             for e in solution

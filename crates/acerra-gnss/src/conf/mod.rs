@@ -104,22 +104,17 @@ pub enum ConfError {
 #[must_use]
 pub fn rtklib_defaults(rules: RuleSet) -> PpkOptions {
     use crate::{AmbiguityMode, BasePosition, GlonassAmbiguity, PositioningMode};
-    let common = PpkOptions {
-        frequencies: 2,
-        // Latitude, longitude and height 0: given on purpose or not, a place on the equator.
-        base_position: BasePosition::Ecef([6_378_137.0, 0.0, 0.0]),
-        ..match rules {
-            RuleSet::Rtklib => PpkOptions::rtklib(),
-            RuleSet::Demo5 => PpkOptions::demo5(),
-        }
-    };
+    let common = (match rules {
+        RuleSet::Rtklib => PpkOptions::rtklib(),
+        RuleSet::Demo5 => PpkOptions::demo5(),
+    })
+    .with_frequencies(2)
+    .with_base_position(BasePosition::Ecef([6_378_137.0, 0.0, 0.0]));
     match rules {
-        RuleSet::Rtklib => PpkOptions {
-            mode: PositioningMode::Single,
-            ambiguity: AmbiguityMode::Continuous,
-            glonass_ambiguity: GlonassAmbiguity::On,
-            ..common
-        },
+        RuleSet::Rtklib => common
+            .with_mode(PositioningMode::Single)
+            .with_ambiguity(AmbiguityMode::Continuous)
+            .with_glonass_ambiguity(GlonassAmbiguity::On),
         RuleSet::Demo5 => common,
     }
 }

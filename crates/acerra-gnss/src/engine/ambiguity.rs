@@ -158,7 +158,7 @@ impl Resolution<'_> {
 
     /// Whether the integers stay the best ones whichever two satellites (of few, whichever one)
     /// are left out: a wrong set that fits by chance, or because a satellite is off, seldom does.
-    pub(crate) fn hinges_on_no_satellite(&self, state: &FilterState, attempt: &Attempt) -> bool {
+    pub(crate) fn is_stable_under_exclusion(&self, state: &FilterState, attempt: &Attempt) -> bool {
         let members = members(&attempt.pairs);
         let integer = |satellite: usize, slot: usize| {
             let mut own = attempt.pairs.iter().zip(&attempt.integers);
@@ -292,7 +292,7 @@ impl Resolution<'_> {
         }
         let n = rows.len();
         let least = match (options.rules, options.partial_ambiguity) {
-            (RuleSet::Demo5, Some(partial)) => partial.least_pairs_to_hold,
+            (RuleSet::Demo5, Some(partial)) => partial.min_pairs_to_hold,
             _ => 1,
         };
         if n < least.max(1) {

@@ -1,8 +1,9 @@
 //! Double differences between receivers and satellites, with their noise.
 
+use super::code_noise::MeasuredNoise;
 use super::constellation::Constellation;
-use super::noise::{Separation, single_difference_variance_m2, weak_signal_factor};
-use super::state::{FilterState, Track};
+use super::noise::{Separation, SignalView, single_difference_variance_m2, weak_signal_factor};
+use super::state::FilterState;
 use super::zero::ZeroDifference;
 use crate::options::{PositioningMode, PpkOptions, RuleSet};
 use crate::satellite::System;
@@ -58,6 +59,8 @@ pub(crate) struct Differencing<'a> {
     pub rover: &'a [ZeroDifference],
     pub base: &'a [ZeroDifference],
     pub separation: Separation,
+    /// Noise of the codes, measured or the model's.
+    pub noise: &'a MeasuredNoise,
     /// Phases left out of this epoch: (common index, slot).
     pub excluded: &'a [(usize, usize)],
 }
@@ -110,18 +113,31 @@ impl Differencing<'_> {
     }
 
     fn model_variance(&self, k: usize, slot: usize, is_code: bool, cn0_db_hz: [f64; 2]) -> f64 {
-        single_difference_variance_m2(
-            self.options,
-            self.system(k),
+        let signal = SignalView {
+            system: self.system(k),
             slot,
             is_code,
-            self.elevation(k),
+            elevation_rad: self.elevation(k),
             cn0_db_hz,
-            self.separation,
-        )
+        };
+        single_difference_variance_m2(self.options, &signal, self.separation)
     }
 
-    fn variance(&self, k: usize, slot: usize, is_code: bool, tracks: &[Track]) -> f64 {
+    /// The code noise measured; a code that has entered its ambiguity before brings as little new
+    /// as its correlation in time leaves.
+    fn measured_code_factor(&self, k: usize, slot: usize, state: &FilterState) -> f64 {
+        let satellite = self.common[k].satellite;
+        let noise = self.noise.of(self.system(k), slot);
+        let is_first = state.has_initial_variance(satellite, slot);
+        noise.variance_factor
+            * if is_first {
+                1.0
+            } else {
+                noise.epochs_per_sample
+            }
+    }
+
+    fn variance(&self, k: usize, slot: usize, is_code: bool, state: &FilterState) -> f64 {
         let cn0_db_hz = [
             self.rover[self.common[k].rover].cn0_db_hz[slot],
             self.base[self.common[k].base].cn0_db_hz[slot],
@@ -130,8 +146,10 @@ impl Differencing<'_> {
             .max(self.base[self.common[k].base].cn0_drop_db[slot]);
         let mut variance = self.model_variance(k, slot, is_code, cn0_db_hz)
             * weak_signal_factor(self.options, weakest_db);
-        if self.options.rules == RuleSet::Demo5 && !is_code {
-            let track = &tracks[slot * self.constellation.len() + self.common[k].satellite];
+        if is_code {
+            variance *= self.measured_code_factor(k, slot, state);
+        } else if self.options.rules == RuleSet::Demo5 {
+            let track = state.track(self.common[k].satellite, slot);
             if !track.half_cycle_known {
                 variance += 0.01;
             }
@@ -204,13 +222,8 @@ impl Differencing<'_> {
                         residual_m: residual,
                         position: std::array::from_fn(|a| ej[a] - ei[a]),
                         wavelengths_m: wavelengths,
-                        variance_reference_m2: self.variance(
-                            reference,
-                            slot,
-                            is_code,
-                            &state.tracks,
-                        ),
-                        variance_other_m2: self.variance(other, slot, is_code, &state.tracks),
+                        variance_reference_m2: self.variance(reference, slot, is_code, state),
+                        variance_other_m2: self.variance(other, slot, is_code, state),
                         undisturbed_m2: [reference, other]
                             .map(|k| self.model_variance(k, slot, is_code, [0.0; 2])),
                         block,
@@ -261,14 +274,14 @@ impl Differencing<'_> {
     ) -> f64 {
         let options = self.options;
         let limit = if is_code {
-            options.largest_code_innovation_m
+            options.max_code_innovation_m
         } else if options.dynamics.is_some() {
-            options.largest_phase_innovation_m
+            options.max_phase_innovation_m
         } else {
             // The position itself is no better than a single-point one here.
             options
-                .largest_phase_innovation_m
-                .max(options.largest_code_innovation_m)
+                .max_phase_innovation_m
+                .max(options.max_code_innovation_m)
         };
         let fresh = |k: usize| state.has_initial_variance(self.common[k].satellite, slot);
         if options.rules == RuleSet::Demo5 && (fresh(reference) || fresh(other)) {

@@ -2,6 +2,7 @@
 
 mod ambiguity;
 mod base;
+mod code_noise;
 mod combine;
 mod confirm;
 mod constellation;
@@ -20,6 +21,7 @@ mod state;
 mod zero;
 
 pub(crate) use base::base_position;
+pub(crate) use code_noise::MeasuredNoise;
 pub(crate) use combine::combine;
 pub(crate) use constellation::Constellation;
 pub(crate) use diagnose::{base_gaps, missing_navigation, phases_and_copies};

@@ -1,5 +1,6 @@
 //! A run of the filter over all rover epochs in one direction.
 
+use super::code_noise::MeasuredNoise;
 use super::confirm::confirm;
 use super::constellation::Constellation;
 use super::filter::{BaseView, EpochResult, Filter, RoverEpoch};
@@ -7,8 +8,10 @@ use super::measurement::{Epoch, Measurement};
 use super::plausible::reject_implausible;
 use super::single::SingleContext;
 use super::zero::{ZeroDifference, zero_differences};
+use crate::control::Watch;
 use crate::observation::EPOCH_TOLERANCE_S;
 use crate::options::{PositioningMode, PpkOptions, RuleSet};
+use crate::ppk::PpkError;
 
 /// Everything that both directions share.
 pub(crate) struct Prepared<'a> {
@@ -18,6 +21,7 @@ pub(crate) struct Prepared<'a> {
     pub base: Vec<Epoch>,
     pub base_context: SingleContext<'a>,
     pub base_position_ecef_m: [f64; 3],
+    pub noise: MeasuredNoise,
 }
 
 /// Index of the base epoch that goes with a rover epoch: forward the last one not after it,
@@ -84,7 +88,7 @@ impl<'a> Prepared<'a> {
             rover.tag.seconds_since(self.base[before].tag),
             rover.tag.seconds_since(next.tag),
         );
-        let largest = self.options.largest_age_s;
+        let largest = self.options.max_age_s;
         if from_next_s.abs() < EPOCH_TOLERANCE_S
             || from_previous_s > largest
             || -from_next_s > largest
@@ -157,10 +161,16 @@ impl<'a> Prepared<'a> {
 
     /// Runs `filter` over all epochs; results in the order of processing, one per rover epoch
     /// that has a single-point position.
-    pub(crate) fn run(&self, filter: &mut Filter<'a>, backward: bool) -> Vec<EpochResult> {
+    pub(crate) fn run(
+        &self,
+        filter: &mut Filter<'a>,
+        backward: bool,
+        watch: &Watch<'_>,
+    ) -> Result<Vec<EpochResult>, PpkError> {
         let n = self.rover.len();
         let mut results = Vec::with_capacity(n);
         for k in 0..n {
+            watch.one_more()?;
             let rover = &self.rover[if backward { n - 1 - k } else { k }];
             match &rover.single {
                 Ok(single) => {
@@ -170,9 +180,9 @@ impl<'a> Prepared<'a> {
                 Err(_) => filter.last_time = Some(rover.epoch.tag),
             }
         }
-        if let Some(needed) = self.options.least_success_rate {
+        if let Some(needed) = self.options.min_success_rate {
             confirm(&mut results, needed, self.constellation);
         }
-        results
+        Ok(results)
     }
 }

@@ -319,7 +319,7 @@ impl SingleContext<'_> {
             }
         }
         let gdop = gdop(&solved.equations.directions);
-        if gdop.is_nan() || gdop <= 0.0 || gdop > self.options.largest_gdop {
+        if gdop.is_nan() || gdop <= 0.0 || gdop > self.options.max_gdop {
             return Err((NotFixedReason::PoorGeometry { gdop }, end));
         }
         Ok(solved)

@@ -47,12 +47,10 @@ impl Set {
 
     /// `options` with the systems and the base position of RTKLIB's configuration.
     pub fn adapt(&self, options: PpkOptions) -> PpkOptions {
-        PpkOptions {
-            base_position: (self.base_position)(),
-            systems: self.systems.iter().copied().collect(),
-            glonass_ambiguity: self.glonass,
-            ..options
-        }
+        options
+            .with_base_position((self.base_position)())
+            .with_systems(self.systems.iter().copied().collect())
+            .with_glonass_ambiguity(self.glonass)
     }
 }
 

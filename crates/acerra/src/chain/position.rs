@@ -126,7 +126,7 @@ fn from_gnss(
     for warning in &positioned.warnings {
         warnings.add(format!("[gnss] {warning}"));
     }
-    let mut trajectory = positioning::trajectory(&positioned.solution).context("[gnss]")?;
+    let mut trajectory = positioned.solution.trajectory().context("[gnss]")?;
     if let Some([latitude, longitude, height_m]) = section.origin_deg_m {
         let origin = EnuFrame::new(Geodetic::from_degrees(latitude, longitude, height_m));
         trajectory = trajectory

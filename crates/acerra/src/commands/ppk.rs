@@ -13,7 +13,7 @@ use acerra_gnss::{
     PpkOptions, RuleSet, SatelliteId, System, SystemSet,
 };
 use anyhow::Context;
-use clap::ValueEnum;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
 use crate::positioning::{self, Positioning, PositioningInput, PpkAnswer};
 use crate::products::inputs::InputFile;
@@ -50,11 +50,11 @@ pub struct Args {
     json: bool,
 
     /// What is estimated.
-    #[arg(long, value_enum, help_heading = "Positioning")]
-    mode: Option<Mode>,
+    #[arg(long, value_parser = named(PositioningMode::ALL, PositioningMode::name), help_heading = "Positioning")]
+    mode: Option<PositioningMode>,
     /// Which way through the log.
-    #[arg(long, value_enum, help_heading = "Positioning")]
-    direction: Option<Direction>,
+    #[arg(long, value_parser = directions(), help_heading = "Positioning")]
+    direction: Option<FilterDirection>,
     /// Use the rover's log from this time on: 2018-10-09T12:30:00 in GPS time, with a Z at the end
     /// in UTC.
     #[arg(long, value_name = "TIME", value_parser = time, help_heading = "Positioning")]
@@ -102,19 +102,19 @@ pub struct Args {
     /// How ambiguities are resolved.
     #[arg(
         long,
-        value_enum,
+        value_parser = named(AmbiguityMode::ALL, AmbiguityMode::name),
         value_name = "MODE",
         help_heading = "Ambiguities and weights"
     )]
-    ar: Option<Ambiguity>,
+    ar: Option<AmbiguityMode>,
     /// Whether GLONASS ambiguities are resolved.
     #[arg(
         long,
-        value_enum,
+        value_parser = named(GlonassAmbiguity::ALL, GlonassAmbiguity::name),
         value_name = "MODE",
         help_heading = "Ambiguities and weights"
     )]
-    glonass_ar: Option<GlonassAr>,
+    glonass_ar: Option<GlonassAmbiguity>,
     /// Least ratio of the second-best to the best set of integers.
     #[arg(long, value_name = "RATIO", value_parser = super::values::positive,
           help_heading = "Ambiguities and weights")]
@@ -128,79 +128,77 @@ pub struct Args {
     #[arg(long, help_heading = "Ambiguities and weights")]
     unguarded: bool,
     /// Whose rules hold where RTKLIB 2.4.3 and demo5 differ.
-    #[arg(long, value_enum, help_heading = "Ambiguities and weights")]
-    rules: Option<Rules>,
+    #[arg(long, value_parser = named(RuleSet::ALL, RuleSet::name), help_heading = "Ambiguities and weights")]
+    rules: Option<RuleSet>,
 
     /// Coordinates of the output.
-    #[arg(long, value_enum, help_heading = "Output")]
-    format: Option<Format>,
+    #[arg(long, value_parser = frames(), help_heading = "Output")]
+    format: Option<PosFrame>,
     /// Form of the times.
-    #[arg(long, value_enum, help_heading = "Output")]
-    time_form: Option<TimeForm>,
+    #[arg(long, value_parser = named(PosTime::ALL, PosTime::name), help_heading = "Output")]
+    time_form: Option<PosTime>,
     /// Scale of the times.
-    #[arg(long, value_enum, help_heading = "Output")]
-    time_scale: Option<TimeScale>,
+    #[arg(long, value_parser = named(PosTimeScale::ALL, PosTimeScale::name), help_heading = "Output")]
+    time_scale: Option<PosTimeScale>,
 }
 
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum Mode {
-    Single,
-    Dgps,
-    Kinematic,
-    Static,
+/// Parser of an option whose values have names of their own.
+fn named<T>(values: &'static [T], name: fn(T) -> &'static str) -> impl TypedValueParser<Value = T>
+where
+    T: std::str::FromStr<Err: std::error::Error + Send + Sync + 'static>
+        + Copy
+        + Send
+        + Sync
+        + 'static,
+{
+    described(
+        values
+            .iter()
+            .map(|v| PossibleValue::new(name(*v)))
+            .collect(),
+    )
 }
 
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum Direction {
-    Forward,
-    Backward,
-    Combined,
-    /// Combined, the backward pass starting from what the forward pass ended with.
-    CombinedNoReset,
+fn described<T>(values: Vec<PossibleValue>) -> impl TypedValueParser<Value = T>
+where
+    T: std::str::FromStr<Err: std::error::Error + Send + Sync + 'static>
+        + Clone
+        + Send
+        + Sync
+        + 'static,
+{
+    PossibleValuesParser::new(values).try_map(|name: String| name.parse::<T>())
 }
 
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum Ambiguity {
-    Off,
-    Continuous,
-    Instantaneous,
-    FixAndHold,
+fn directions() -> impl TypedValueParser<Value = FilterDirection> {
+    described(
+        FilterDirection::ALL
+            .iter()
+            .map(|direction| {
+                let value = PossibleValue::new(direction.name());
+                match direction {
+            FilterDirection::CombinedWithoutReset => value
+                .help("Combined, the backward pass starting from what the forward pass ended with"),
+            _ => value,
+        }
+            })
+            .collect(),
+    )
 }
 
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum GlonassAr {
-    Off,
-    On,
-    FixAndHold,
-}
-
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum Rules {
-    Rtklib,
-    Demo5,
-}
-
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum Format {
-    /// Latitude, longitude, ellipsoidal height.
-    Llh,
-    /// Earth-centred, Earth-fixed.
-    Xyz,
-    /// East, north, up from the base.
-    Enu,
-}
-
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum TimeForm {
-    Calendar,
-    Week,
-}
-
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum TimeScale {
-    Gpst,
-    Utc,
-    Jst,
+fn frames() -> impl TypedValueParser<Value = PosFrame> {
+    described(
+        PosFrame::ALL
+            .iter()
+            .map(|frame| {
+                PossibleValue::new(frame.name()).help(match frame {
+                    PosFrame::Geodetic => "Latitude, longitude, ellipsoidal height",
+                    PosFrame::Ecef => "Earth-centred, Earth-fixed",
+                    PosFrame::EnuBaseline => "East, north, up from the base",
+                })
+            })
+            .collect(),
+    )
 }
 
 fn base_position(text: &str) -> Result<BasePosition, String> {
@@ -347,16 +345,12 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
 impl Args {
     /// Options and format: preset or configuration file, then what the command line says.
     fn settings(&self) -> anyhow::Result<(PpkOptions, PosFormat, Vec<String>)> {
-        let rules = self.rules.map(|r| match r {
-            Rules::Rtklib => RuleSet::Rtklib,
-            Rules::Demo5 => RuleSet::Demo5,
-        });
         let mut remarks = Vec::new();
         let (mut options, mut format) = match &self.config {
             Some(path) => {
                 let place = || path.display().to_string();
                 let file = File::open(path).with_context(place)?;
-                let conf = read_conf(BufReader::new(file), rules.unwrap_or(RuleSet::Rtklib))
+                let conf = read_conf(BufReader::new(file), self.rules.unwrap_or(RuleSet::Rtklib))
                     .with_context(place)?;
                 remarks.extend(
                     conf.not_followed
@@ -365,20 +359,15 @@ impl Args {
                 );
                 (conf.options, conf.format)
             }
-            None => match rules {
+            None => match self.rules {
                 Some(RuleSet::Demo5) => (
-                    PpkOptions {
-                        direction: FilterDirection::Combined,
-                        ..PpkOptions::demo5()
-                    },
+                    PpkOptions::demo5().with_direction(FilterDirection::Combined),
                     PosFormat::default(),
                 ),
                 Some(RuleSet::Rtklib) => (
-                    PpkOptions {
-                        systems: PpkOptions::default().systems,
-                        direction: FilterDirection::Combined,
-                        ..PpkOptions::rtklib()
-                    },
+                    PpkOptions::rtklib()
+                        .with_systems(PpkOptions::default().systems)
+                        .with_direction(FilterDirection::Combined),
                     PosFormat::default(),
                 ),
                 None => (PpkOptions::default(), PosFormat::default()),
@@ -390,63 +379,19 @@ impl Args {
             options = options.with_safeguards();
         }
         self.override_options(&mut options);
-        if let Some(frame) = self.format {
-            format.frame = match frame {
-                Format::Llh => PosFrame::Geodetic,
-                Format::Xyz => PosFrame::Ecef,
-                Format::Enu => PosFrame::EnuBaseline,
-            };
-        }
-        if let Some(form) = self.time_form {
-            format.time = match form {
-                TimeForm::Calendar => PosTime::Calendar,
-                TimeForm::Week => PosTime::WeekTow,
-            };
-        }
-        if let Some(scale) = self.time_scale {
-            format.scale = match scale {
-                TimeScale::Gpst => PosTimeScale::Gps,
-                TimeScale::Utc => PosTimeScale::Utc,
-                TimeScale::Jst => PosTimeScale::Jst,
-            };
-        }
+        format.frame = self.format.unwrap_or(format.frame);
+        format.time = self.time_form.unwrap_or(format.time);
+        format.scale = self.time_scale.unwrap_or(format.scale);
         Ok((options, format, remarks))
     }
 
     fn override_options(&self, options: &mut PpkOptions) {
-        if let Some(mode) = self.mode {
-            options.mode = match mode {
-                Mode::Single => PositioningMode::Single,
-                Mode::Dgps => PositioningMode::Dgps,
-                Mode::Kinematic => PositioningMode::Kinematic,
-                Mode::Static => PositioningMode::Static,
-            };
-        }
+        options.mode = self.mode.unwrap_or(options.mode);
         options.start = self.start.or(options.start);
         options.end = self.end.or(options.end);
-        if let Some(direction) = self.direction {
-            options.direction = match direction {
-                Direction::Forward => FilterDirection::Forward,
-                Direction::Backward => FilterDirection::Backward,
-                Direction::Combined => FilterDirection::Combined,
-                Direction::CombinedNoReset => FilterDirection::CombinedWithoutReset,
-            };
-        }
-        if let Some(ambiguity) = self.ar {
-            options.ambiguity = match ambiguity {
-                Ambiguity::Off => AmbiguityMode::Off,
-                Ambiguity::Continuous => AmbiguityMode::Continuous,
-                Ambiguity::Instantaneous => AmbiguityMode::Instantaneous,
-                Ambiguity::FixAndHold => AmbiguityMode::FixAndHold,
-            };
-        }
-        if let Some(glonass) = self.glonass_ar {
-            options.glonass_ambiguity = match glonass {
-                GlonassAr::Off => GlonassAmbiguity::Off,
-                GlonassAr::On => GlonassAmbiguity::On,
-                GlonassAr::FixAndHold => GlonassAmbiguity::FixAndHold,
-            };
-        }
+        options.direction = self.direction.unwrap_or(options.direction);
+        options.ambiguity = self.ar.unwrap_or(options.ambiguity);
+        options.glonass_ambiguity = self.glonass_ar.unwrap_or(options.glonass_ambiguity);
         if let Some(ratio) = self.ratio {
             options.ratio_threshold = ratio;
             options.ratio_threshold_range = [ratio; 2];
@@ -468,7 +413,7 @@ impl Args {
             options.elevation_mask_rad = mask.to_radians();
         }
         if let Some(age) = self.max_age {
-            options.largest_age_s = age;
+            options.max_age_s = age;
         }
         options.interpolate_base |= self.interpolate_base;
         options.output_single |= self.output_single;

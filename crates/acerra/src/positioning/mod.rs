@@ -3,7 +3,6 @@
 //! [`run`] is what `acerra ppk` does, and what a campaign's `[gnss]` section asks for.
 
 mod summary;
-mod track;
 
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -18,7 +17,6 @@ use anyhow::Context;
 pub use summary::{
     BaseAnswer, DropAnswer, EventAnswer, FileAnswer, PpkAnswer, ReasonAnswer, answer,
 };
-pub use track::trajectory;
 
 /// The files of a positioning run.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -86,13 +84,7 @@ pub fn run(input: &PositioningInput, options: &PpkOptions) -> anyhow::Result<Pos
     let mut warnings = reader.warnings();
     let solution = process(&rover, &base, &reader.navigation, options)
         .map_err(|error| blame(error, input, &reader))?;
-    warnings.extend(
-        solution
-            .summary
-            .warnings
-            .iter()
-            .map(crate::report::ppk_sentence),
-    );
+    warnings.extend(solution.summary.warnings.iter().map(ToString::to_string));
     Ok(Positioning {
         solution,
         files: reader.files,

@@ -40,5 +40,4 @@ pub use data::{
 };
 pub use index::{ComparisonTable, IndexEntry, IndexPage, index_page};
 pub use page::report_page;
-pub(crate) use ppk::sentence as ppk_sentence;
 pub use ppk::{PpkReport, ppk_page};

@@ -1,6 +1,6 @@
 //! What rover and base see together: common satellites and double differences.
 
-use super::{BaseView, Filter, RoverEpoch};
+use super::{BaseView, EpochView, Filter, RoverEpoch};
 use crate::engine::double::{Common, Differencing};
 use crate::engine::noise::Separation;
 use crate::engine::state::FilterState;
@@ -68,10 +68,8 @@ impl Filter<'_> {
 
     pub(super) fn differences(
         &self,
-        common: &[Common],
-        wavelengths_m: &[[f64; 3]],
+        epoch: &EpochView<'_>,
         rover: &[ZeroDifference],
-        base: &BaseView<'_>,
         state: &FilterState,
         excluded: &[(usize, usize)],
     ) -> crate::engine::double::Differences {
@@ -82,14 +80,15 @@ impl Filter<'_> {
         Differencing {
             constellation: self.constellation,
             options: self.options,
-            common,
-            wavelengths_m,
+            common: &epoch.common,
+            wavelengths_m: &epoch.wavelengths_m,
             rover,
-            base: &base.zero,
+            base: &epoch.base.zero,
             separation: Separation {
                 baseline_m,
-                age_s: base.noise_age_s,
+                age_s: epoch.base.noise_age_s,
             },
+            noise: self.noise,
             excluded,
         }
         .rows(state)

@@ -1,7 +1,6 @@
 //! The way from one epoch to the next: position, motion, biases.
 
-use super::{BaseView, Filter, RoverEpoch};
-use crate::engine::double::Common;
+use super::{EpochView, Filter};
 use crate::engine::single::SinglePoint;
 use crate::options::{AmbiguityMode, PositioningMode, RuleSet};
 use crate::signal::SPEED_OF_LIGHT_M_S;
@@ -108,14 +107,9 @@ impl Filter<'_> {
         }
     }
 
-    pub(super) fn predict_biases(
-        &mut self,
-        rover: &RoverEpoch,
-        base: &BaseView<'_>,
-        common: &[Common],
-        elapsed_s: f64,
-    ) {
+    pub(super) fn predict_biases(&mut self, epoch: &EpochView<'_>, elapsed_s: f64) {
         let options = self.options;
+        let common = &epoch.common[..];
         let instantaneous = options.ambiguity == AmbiguityMode::Instantaneous;
         for slot in 0..options.frequencies {
             self.age_tracks(slot, instantaneous);
@@ -127,7 +121,7 @@ impl Filter<'_> {
                     && self.state.track(c.satellite, slot).rejections >= 2;
                 let track = self.state.track_mut(c.satellite, slot);
                 if !instantaneous && (track.slipped() || least_rejections) {
-                    track.lock = -options.least_lock;
+                    track.lock = -options.min_lock_epochs;
                     track.rejections = 0;
                     self.state.remove(index);
                 }
@@ -135,8 +129,8 @@ impl Filter<'_> {
             let code_phase: Vec<Option<f64>> = common
                 .iter()
                 .map(|c| {
-                    let u = &rover.epoch.measurements[c.rover];
-                    let b = &base.epoch.measurements[c.base];
+                    let u = &epoch.rover.epoch.measurements[c.rover];
+                    let b = &epoch.base.epoch.measurements[c.base];
                     let frequency = u.frequency_hz[slot];
                     let (lu, lb) = (u.phase_cycles[slot], b.phase_cycles[slot]);
                     let (pu, pb) = (u.code_m[slot], b.code_m[slot]);
@@ -170,7 +164,7 @@ impl Filter<'_> {
                     self.state
                         .initialise(index, *beta, options.initial_bias_cycles.powi(2));
                     if options.rules == RuleSet::Demo5 {
-                        self.state.track_mut(c.satellite, slot).lock = -options.least_lock;
+                        self.state.track_mut(c.satellite, slot).lock = -options.min_lock_epochs;
                     }
                 }
             }
@@ -184,9 +178,9 @@ impl Filter<'_> {
             let exists = self.state.exists[index];
             let track = self.state.track_mut(satellite, slot);
             track.outage = track.outage.saturating_add(1);
-            let gone = track.outage > self.options.largest_outage;
+            let gone = track.outage > self.options.max_outage_epochs;
             if gone && !instantaneous {
-                track.lock = -self.options.least_lock;
+                track.lock = -self.options.min_lock_epochs;
             }
             if exists && (gone || instantaneous) {
                 if !instantaneous {
@@ -205,7 +199,7 @@ impl Filter<'_> {
             }
         }
         for track in &mut self.state.tracks {
-            track.lock = -self.options.least_lock;
+            track.lock = -self.options.min_lock_epochs;
             track.valid = false;
         }
     }

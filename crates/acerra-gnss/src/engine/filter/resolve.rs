@@ -3,7 +3,9 @@
 use super::{EpochResult, EpochView, Filter};
 use crate::engine::ambiguity::{Attempt, Pair, Resolution, members};
 use crate::engine::double::Common;
-use crate::engine::noise::{Separation, single_difference_variance_m2, weak_signal_factor};
+use crate::engine::noise::{
+    Separation, SignalView, single_difference_variance_m2, weak_signal_factor,
+};
 use crate::engine::outliers::worst;
 use crate::engine::zero::{ZeroDifference, zero_differences};
 use crate::options::{AmbiguityMode, GlonassAmbiguity, RuleSet};
@@ -17,7 +19,27 @@ const LEAST_CHECKED_PAIRS: usize = 4;
 /// pass the ratio test that long while geometry and multipath change.
 const LASTING_FIXES: u32 = 50;
 
-impl Filter<'_> {
+impl<'a> Filter<'a> {
+    /// Ambiguity resolution at this epoch.
+    pub(super) fn resolution<'r>(
+        &self,
+        common: &'r [Common],
+        zero: &'r [ZeroDifference],
+        with_glonass: bool,
+    ) -> Resolution<'r>
+    where
+        'a: 'r,
+    {
+        Resolution {
+            constellation: self.constellation,
+            options: self.options,
+            common,
+            rover: zero,
+            with_glonass,
+            variance_factor: self.variance_factor(),
+        }
+    }
+
     /// Whether the integers of a fix are right beyond reasonable doubt: likely enough by their
     /// covariance, more than a position needs, and in a run of fixes found once whichever
     /// satellites are left out (or the run is long).
@@ -27,22 +49,15 @@ impl Filter<'_> {
         zero: &[ZeroDifference],
         attempt: &Attempt,
     ) -> bool {
-        let Some(least) = self.options.least_success_rate else {
+        let Some(least) = self.options.min_success_rate else {
             return true;
         };
-        let resolution = Resolution {
-            constellation: self.constellation,
-            options: self.options,
-            common,
-            rover: zero,
-            with_glonass: true,
-            variance_factor: self.variance_factor(),
-        };
+        let resolution = self.resolution(common, zero, true);
         attempt.success_rate >= least
             && attempt.pairs.len() >= LEAST_CHECKED_PAIRS
             && (self.certain
                 || self.consecutive_fixes >= LASTING_FIXES
-                || resolution.hinges_on_no_satellite(&self.state, attempt))
+                || resolution.is_stable_under_exclusion(&self.state, attempt))
     }
 
     /// The satellites of `pairs` that partial resolution may leave out, the noisiest first; at
@@ -61,21 +76,15 @@ impl Filter<'_> {
                 .map_or(0.0, |c| {
                     let z = &zero[c.rover];
                     let system = self.constellation.id(satellite).system();
-                    let near = Separation {
-                        baseline_m: 0.0,
-                        age_s: 0.0,
-                    };
-                    let cn0 = [z.cn0_db_hz[slot], 0.0];
-                    let elevation = z.elevation_rad;
-                    let model = single_difference_variance_m2(
-                        self.options,
+                    let signal = SignalView {
                         system,
                         slot,
-                        false,
-                        elevation,
-                        cn0,
-                        near,
-                    );
+                        is_code: false,
+                        elevation_rad: z.elevation_rad,
+                        cn0_db_hz: [z.cn0_db_hz[slot], 0.0],
+                    };
+                    let model =
+                        single_difference_variance_m2(self.options, &signal, Separation::NONE);
                     model * weak_signal_factor(self.options, z.cn0_drop_db[slot])
                 })
         };
@@ -95,8 +104,8 @@ impl Filter<'_> {
     ) -> Result<Attempt, NotFixedReason> {
         let mut left_out = 0;
         loop {
-            let attempt = self.resolve(epoch.common, zero, result)?;
-            let Some(limit) = self.options.largest_phase_residual_sigma else {
+            let attempt = self.resolve(&epoch.common, zero, result)?;
+            let Some(limit) = self.options.max_phase_residual_sigma else {
                 return Ok(attempt);
             };
             let mut fixed = self.state.clone();
@@ -113,14 +122,7 @@ impl Filter<'_> {
                 fixed.position(),
                 false,
             );
-            let differences = self.differences(
-                epoch.common,
-                epoch.wavelengths_m,
-                &rover,
-                epoch.base,
-                &fixed,
-                excluded,
-            );
+            let differences = self.differences(epoch, &rover, &fixed, excluded);
             let in_fix =
                 |k: usize, slot: usize| self.state.track(epoch.common[k].satellite, slot).in_fix;
             let worst = worst(&differences.rows, false, in_fix);
@@ -151,14 +153,7 @@ impl Filter<'_> {
         with_glonass: bool,
         [slipped, half_cycle]: [usize; 2],
     ) -> Result<Attempt, NotFixedReason> {
-        let resolution = Resolution {
-            constellation: self.constellation,
-            options: self.options,
-            common,
-            rover: zero,
-            with_glonass,
-            variance_factor: self.variance_factor(),
-        };
+        let resolution = self.resolution(common, zero, with_glonass);
         let pairs = resolution.pairs(&self.state);
         if pairs.len() < 2 {
             let pairs = pairs.len();
@@ -172,7 +167,7 @@ impl Filter<'_> {
             None => resolution.attempt(&self.state, pairs),
             Some(partial) => {
                 let dispensable = self.noisiest_first(common, zero, &pairs);
-                let least = partial.least_satellites_to_fix.saturating_sub(1);
+                let least = partial.min_satellites_to_fix.saturating_sub(1);
                 resolution.partial_attempt(&self.state, pairs, &dispensable, least)
             }
         }
