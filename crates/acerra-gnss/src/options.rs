@@ -1,8 +1,10 @@
 //! Processing options, with the presets that reproduce known programs.
 
+use crate::antex::AntennaCalibration;
 use crate::satellite::{SatelliteId, System, SystemSet};
 use crate::signal::FREQUENCY_SLOTS;
 use acerra_geo::time::GpsTime;
+use std::sync::Arc;
 
 /// What is estimated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -243,6 +245,11 @@ pub struct PpkOptions {
     pub rover_antenna_m: [f64; 3],
     /// Base antenna's phase centre from its marker: east, north, up (m).
     pub base_antenna_m: [f64; 3],
+    /// Phase centres of the rover's antenna, from its reference point; `None` takes it for a
+    /// point.
+    pub rover_calibration: Option<Arc<AntennaCalibration>>,
+    /// Phase centres of the base's antenna.
+    pub base_calibration: Option<Arc<AntennaCalibration>>,
     /// Leave out satellites one by one when a single-point position fails its validation.
     pub raim: bool,
     /// Threads used; 0 means as many as the processor has. The answer does not depend on it.
@@ -312,6 +319,8 @@ impl PpkOptions {
             base_position: BasePosition::Header,
             rover_antenna_m: [0.0; 3],
             base_antenna_m: [0.0; 3],
+            rover_calibration: None,
+            base_calibration: None,
             raim: false,
             threads: 0,
             output_single: false,
@@ -460,6 +469,8 @@ with_methods! {
     base_position: BasePosition => with_base_position,
     rover_antenna_m: [f64; 3] => with_rover_antenna_m,
     base_antenna_m: [f64; 3] => with_base_antenna_m,
+    rover_calibration: Option<Arc<AntennaCalibration>> => with_rover_calibration,
+    base_calibration: Option<Arc<AntennaCalibration>> => with_base_calibration,
     raim: bool => with_raim,
     threads: usize => with_threads,
     output_single: bool => with_output_single,

@@ -69,10 +69,17 @@ pub struct PreciseProducts {
 }
 
 impl PreciseProducts {
-    /// Whether there is nothing in them.
+    /// Whether there are no positions in them.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.orbits.is_empty() && self.clocks.is_empty()
+        self.orbits.is_empty()
+    }
+
+    /// Whether a satellite has positions and clocks in them, at whatever time.
+    #[must_use]
+    pub fn holds(&self, satellite: SatelliteId) -> bool {
+        self.orbits.contains_key(&satellite)
+            && (self.clocks.contains_key(&satellite) || self.orbit_clocks.contains_key(&satellite))
     }
 
     /// The satellites with positions.

@@ -121,6 +121,7 @@ fn from_gnss(
         rover: gnss.rover.clone(),
         base: Some(gnss.base.clone()),
         navigation: gnss.navigation.0.clone(),
+        ..PositioningInput::default()
     };
     let positioned = positioning::run(&input, &options).context("[gnss]")?;
     for warning in &positioned.warnings {

@@ -15,14 +15,17 @@ use acerra_gnss::{
 use anyhow::Context;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
-use crate::positioning::{self, Positioning, PositioningInput, PpkAnswer};
+use crate::positioning::{
+    self, AntennaInput, AntennaName, Positioning, PositioningInput, PpkAnswer,
+};
 use crate::products::inputs::InputFile;
 use crate::report::{PpkReport, ppk_page};
 
 /// Position a rover by carrier phase against a base, after the flight.
 ///
-/// Reads RINEX 2–4 (plain, Hatanaka-compressed, gzipped) and u-blox UBX logs, recognised by
-/// content; UBX logs bring their own navigation data. Without options: kinematic, fix and hold,
+/// Reads RINEX 2–4 (plain or Hatanaka-compressed), u-blox UBX and RTCM 3 logs, SP3 orbits and RINEX
+/// clocks, each also inside gzip or compress (.Z), recognised by content; UBX and RTCM 3 logs bring
+/// their own navigation data. Without options: kinematic, fix and hold,
 /// forward and backward combined, every system's L1, the base's position from its header.
 #[derive(Debug, clap::Args)]
 pub struct Args {
@@ -30,9 +33,37 @@ pub struct Args {
     rover: PathBuf,
     /// The base's log.
     base: Option<PathBuf>,
-    /// Navigation files.
+    /// Navigation files: broadcast ephemerides, SP3 orbits, RINEX clocks.
     #[arg(value_name = "NAV")]
     navigation: Vec<PathBuf>,
+    /// One more file of the rover's receiver, joined to its log (may be repeated).
+    #[arg(long = "rover", value_name = "FILE", help_heading = "Input")]
+    more_rover: Vec<PathBuf>,
+    /// One more file of the base's receiver, such as that of another hour (may be repeated).
+    #[arg(long = "base", value_name = "FILE", help_heading = "Input")]
+    more_base: Vec<PathBuf>,
+    /// Any time within half a week of RTCM 3 logs that do not tell their date: 2018-10-09T12:30:00.
+    #[arg(long, value_name = "TIME", value_parser = time, help_heading = "Input")]
+    date: Option<GpsTime>,
+    /// Antenna calibrations of rover and base, found by the antennas' names in the logs.
+    #[arg(long, value_name = "FILE.atx", help_heading = "Input")]
+    antennas: Option<PathBuf>,
+    /// The rover's antenna, as the calibrations name it, or `none`.
+    #[arg(
+        long,
+        value_name = "NAME",
+        requires = "antennas",
+        help_heading = "Input"
+    )]
+    rover_antenna: Option<String>,
+    /// The base's antenna, likewise.
+    #[arg(
+        long,
+        value_name = "NAME",
+        requires = "antennas",
+        help_heading = "Input"
+    )]
+    base_antenna: Option<String>,
     /// Write the positions there, as RTKLIB does (`-`: standard output).
     #[arg(short, long, value_name = "FILE.pos")]
     output: Option<PathBuf>,
@@ -267,6 +298,15 @@ fn time(text: &str) -> Result<GpsTime, String> {
     }
 }
 
+/// The antenna that an option names.
+fn antenna_name(option: Option<&str>) -> AntennaName {
+    match option {
+        None => AntennaName::Header,
+        Some("none") => AntennaName::None,
+        Some(name) => AntennaName::Given(name.to_owned()),
+    }
+}
+
 fn elevation_deg(text: &str) -> Result<f64, String> {
     text.parse()
         .ok()
@@ -284,6 +324,14 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
         rover: args.rover.clone(),
         base: args.base.clone(),
         navigation: args.navigation.clone(),
+        more_rover: args.more_rover.clone(),
+        more_base: args.more_base.clone(),
+        date: args.date,
+        antennas: AntennaInput {
+            file: args.antennas.clone(),
+            rover: antenna_name(args.rover_antenna.as_deref()),
+            base: antenna_name(args.base_antenna.as_deref()),
+        },
     };
     outputs_are_not_inputs(args)?;
     let (options, format, mut remarks) = args.settings()?;
@@ -432,6 +480,9 @@ fn outputs_are_not_inputs(args: &Args) -> anyhow::Result<()> {
         .into_iter()
         .flatten()
         .chain(&args.navigation)
+        .chain(&args.more_rover)
+        .chain(&args.more_base)
+        .chain(&args.antennas)
         .filter_map(|path| path.canonicalize().ok())
         .collect();
     for path in [&args.output, &args.report, &args.events]
