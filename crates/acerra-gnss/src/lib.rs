@@ -21,6 +21,7 @@
 //! | antenna calibrations: ANTEX | [`antex`] |
 //! | one signal per satellite and frequency | [`select_signals`] |
 //! | positions | [`process`] with [`PpkOptions`]; [`process_with`] can be followed and cancelled |
+//! | NMEA, residuals, positions of images, geoid heights | [`output`] |
 //! | RTKLIB's `.conf` and `.pos` | [`conf`], [`pos`] |
 //!
 //! From two raw logs to a solution file (`examples/positions.rs` is the whole program):
@@ -65,6 +66,7 @@ mod navigation;
 mod observation;
 mod options;
 mod orbit;
+pub mod output;
 pub mod pos;
 mod ppk;
 pub mod precise;

@@ -76,8 +76,7 @@ pub(super) fn apply(settings: &[Setting], conf: &mut RtklibConf) -> Result<(), C
             "stats" => statistics(setting, conf, &mut pending)?,
             "ant1" | "ant2" => antenna(setting, conf, &mut pending)?,
             "misc" => miscellaneous(setting, conf)?,
-            "file" if setting.value.is_empty() => None,
-            "file" => Some(NotFollowedReason::Unsupported),
+            "file" => file(setting, conf)?,
             section
                 if section.starts_with("inpstr")
                     || section.starts_with("outstr")
@@ -194,8 +193,12 @@ fn first_page(s: &Setting, conf: &mut RtklibConf, pending: &mut Pending) -> Outc
         "pos1-ionoopt" => return only(s, &["off", "0", "brdc", "1", "sbas", "2", ""]),
         "pos1-tropopt" => return only(s, &["off", "0", "saas", "1", "sbas", "2", ""]),
         "pos1-tidecorr" => return only(s, &["off", "0", ""]),
-        "pos1-sateph" if !matches!(s.value.as_str(), "brdc" | "0") => return Err(s.unsupported()),
-        "pos1-sateph" => {}
+        "pos1-sateph" => {
+            conf.inputs.precise_orbits = match s.choice(&["brdc", "precise"]) {
+                Some(i) => i == 1,
+                None => return Err(s.unsupported()),
+            };
+        }
         "pos1-posopt5" => options.raim = s.switch()?,
         "pos1-posopt1" | "pos1-posopt2" | "pos1-posopt3" | "pos1-posopt4" | "pos1-posopt6" => {
             return only(s, &["off", "0", ""]);
@@ -265,7 +268,9 @@ fn second_page(s: &Setting, conf: &mut RtklibConf, pending: &mut Pending) -> Out
 fn output(s: &Setting, conf: &mut RtklibConf) -> Outcome {
     let format = &mut conf.format;
     match s.key.as_str() {
+        "out-solformat" if matches!(s.value.as_str(), "nmea" | "3") => conf.outputs.nmea = true,
         "out-solformat" => {
+            conf.outputs.nmea = false;
             format.frame = match s.named(PosFrame::ALL) {
                 Some(frame) => frame,
                 None => return UNSUPPORTED,
@@ -292,14 +297,21 @@ fn output(s: &Setting, conf: &mut RtklibConf) -> Outcome {
         "out-degform" => return only(s, &["deg", "0", ""]),
         "out-fieldsep" => return only(s, &[""]),
         "out-outsingle" => conf.options.output_single = s.switch()?,
-        "out-outvel" => return only(s, &["off", "0", ""]),
-        "out-maxsolstd" => return only(s, &["0", "0.0", ""]),
+        "out-outvel" => format.velocity = s.switch()?,
+        "out-maxsolstd" if s.value.is_empty() => {}
+        "out-maxsolstd" => {
+            conf.outputs.max_sigma_m = Some(s.number()?).filter(|&largest_m| largest_m > 0.0);
+        }
         "out-height" => return only(s, &["ellipsoidal", "0", ""]),
         // The geoid matters only for geodetic heights.
         "out-geoid" => {}
         "out-solstatic" => return only(s, &["all", "0", ""]),
         "out-nmeaintv1" | "out-nmeaintv2" => {}
-        "out-outstat" => return only(s, &["off", "0", ""]),
+        "out-outstat" => match s.choice(&["off", "state", "residual"]) {
+            Some(1) => return UNSUPPORTED,
+            Some(kind) => conf.outputs.residuals = kind == 2,
+            None => return only(s, &[""]),
+        },
         _ => return UNKNOWN,
     }
     FOLLOWED
@@ -331,6 +343,18 @@ fn statistics(s: &Setting, conf: &mut RtklibConf, pending: &mut Pending) -> Outc
     FOLLOWED
 }
 
+/// Files that post-processing reads; empty values name none.
+fn file(s: &Setting, conf: &mut RtklibConf) -> Outcome {
+    let name = Some(s.value.clone()).filter(|name| !name.is_empty());
+    match s.key.as_str() {
+        "file-rcvantfile" => conf.inputs.antenna_file = name,
+        "file-geoidfile" => conf.outputs.geoid_file = name,
+        _ if name.is_none() => {}
+        _ => return UNSUPPORTED,
+    }
+    FOLLOWED
+}
+
 fn antenna(s: &Setting, conf: &mut RtklibConf, pending: &mut Pending) -> Outcome {
     let options = &mut conf.options;
     match s.key.as_str() {
@@ -340,8 +364,8 @@ fn antenna(s: &Setting, conf: &mut RtklibConf, pending: &mut Pending) -> Outcome
         "ant2-antdele" => options.base_antenna_m[0] = s.number()?,
         "ant2-antdeln" => options.base_antenna_m[1] = s.number()?,
         "ant2-antdelu" => options.base_antenna_m[2] = s.number()?,
-        // A calibration by antenna type needs a file of calibrations.
-        "ant1-anttype" | "ant2-anttype" => return only(s, &["", "*"]),
+        "ant1-anttype" => conf.inputs.rover_antenna.clone_from(&s.value),
+        "ant2-anttype" => conf.inputs.base_antenna.clone_from(&s.value),
         "ant2-postype" => {
             let names = [
                 "llh",

@@ -13,8 +13,40 @@ pub struct RtklibConf {
     pub options: PpkOptions,
     /// How the solution file is to be written.
     pub format: PosFormat,
+    /// What else is to be written, and which files are to be read for it.
+    pub outputs: ConfOutputs,
+    /// Which antennas are to be calibrated, and whether precise orbits are wanted.
+    pub inputs: ConfInputs,
     /// Settings that are not followed, with the reason, in the order of the file.
     pub not_followed: Vec<NotFollowed>,
+}
+
+/// Outputs that a configuration asks for besides the solution file's layout.
+#[derive(Debug, Clone, PartialEq, Default)]
+#[non_exhaustive]
+pub struct ConfOutputs {
+    /// NMEA sentences instead of a solution file (`out-solformat = nmea`).
+    pub nmea: bool,
+    /// Residuals (`out-outstat = residual`).
+    pub residuals: bool,
+    /// Largest standard deviation of a position that is written (m, `out-maxsolstd`).
+    pub max_sigma_m: Option<f64>,
+    /// A geoid grid (`file-geoidfile`).
+    pub geoid_file: Option<String>,
+}
+
+/// Inputs that a configuration names.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[non_exhaustive]
+pub struct ConfInputs {
+    /// Precise orbits are to be used (`pos1-sateph = precise`).
+    pub precise_orbits: bool,
+    /// Antenna calibrations of receivers (`file-rcvantfile`).
+    pub antenna_file: Option<String>,
+    /// The rover's antenna (`ant1-anttype`): empty for none, `*` for that of the log's header.
+    pub rover_antenna: String,
+    /// The base's antenna (`ant2-anttype`).
+    pub base_antenna: String,
 }
 
 /// A setting that has no effect here.
@@ -137,8 +169,7 @@ pub fn rtklib_defaults(rules: RuleSet) -> PpkOptions {
 ///
 /// # Errors
 /// [`ConfError`] with line and key for a line or value that cannot be understood, and for kinds
-/// of processing that are not offered (moving base, PPP, precise orbits, streams as base
-/// position).
+/// of processing that are not offered (moving base, PPP, streams as base position).
 pub fn read_conf(reader: impl std::io::BufRead, rules: RuleSet) -> Result<RtklibConf, ConfError> {
     let limits = Limits {
         max_bytes: 1 << 20,
@@ -156,6 +187,8 @@ pub fn read_conf(reader: impl std::io::BufRead, rules: RuleSet) -> Result<Rtklib
     let mut conf = RtklibConf {
         options: rtklib_defaults(rules),
         format: PosFormat::default(),
+        outputs: ConfOutputs::default(),
+        inputs: ConfInputs::default(),
         not_followed: Vec::new(),
     };
     apply::apply(&settings, &mut conf)?;

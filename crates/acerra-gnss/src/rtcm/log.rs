@@ -285,7 +285,7 @@ impl Reader {
         let channel = self.out.glonass_channels.get(&satellite.number()).copied();
         let frequency_hz = code.carrier_frequency_hz(satellite.system(), channel);
         let mut signal = SignalObservation::empty(code);
-        signal.pseudorange_m = measured.range_m;
+        signal.pseudorange_m = measured.range_m.filter(|&range| range > 0.0);
         signal.cn0_db_hz = measured.cn0_db_hz;
         let Some(frequency_hz) = frequency_hz else {
             if measured.phase.is_some() {
@@ -294,8 +294,10 @@ impl Reader {
             return signal;
         };
         let cycles_per_m = frequency_hz / SPEED_OF_LIGHT_M_S;
-        signal.doppler_hz = measured.rate_m_s.map(|rate| -rate * cycles_per_m);
-        let Some(phase) = measured.phase else {
+        // Zero stands for "none" in the rest of the processing.
+        let doppler_hz = measured.rate_m_s.map(|rate| -rate * cycles_per_m);
+        signal.doppler_hz = doppler_hz.filter(|&doppler| doppler != 0.0);
+        let Some(phase) = measured.phase.filter(PhaseRange::is_positive) else {
             return signal;
         };
         let lost = self

@@ -63,6 +63,16 @@ pub(super) enum PhaseRange {
     },
 }
 
+impl PhaseRange {
+    /// Whether it can be the distance of a satellite.
+    pub(super) fn is_positive(&self) -> bool {
+        match *self {
+            Self::Whole(metres) => metres > 0.0,
+            Self::Modulo1500 { range_m, excess_m } => range_m + excess_m > 0.0,
+        }
+    }
+}
+
 /// The satellite that a number in a message of `system` means.
 pub(super) fn satellite(system: System, number: u8) -> Option<SatelliteId> {
     match system {

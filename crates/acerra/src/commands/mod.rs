@@ -8,6 +8,7 @@ pub mod focus;
 pub mod info;
 pub mod plan;
 pub mod ppk;
+mod ppk_outputs;
 pub mod psf;
 pub mod resolution;
 pub mod simulate;

@@ -1,12 +1,13 @@
 //! `acerra ppk`: a rover's positions by carrier phase.
 
 use std::fs::File;
-use std::io::{self, BufReader, BufWriter, Write};
+use std::io::{self, BufReader, Write};
 use std::path::{Path, PathBuf};
 
 use acerra_geo::geodesy::{Geodetic, ecef_from_geodetic};
 use acerra_geo::time::{Calendar, GpsTime};
-use acerra_gnss::conf::read_conf;
+use acerra_gnss::conf::{ConfInputs, ConfOutputs, read_conf};
+use acerra_gnss::output::write_nmea;
 use acerra_gnss::pos::{PosFormat, PosFrame, PosTime, PosTimeScale, write_pos};
 use acerra_gnss::{
     AmbiguityMode, BasePosition, Dynamics, FilterDirection, GlonassAmbiguity, PositioningMode,
@@ -15,6 +16,7 @@ use acerra_gnss::{
 use anyhow::Context;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
+use super::ppk_outputs::{Aside, Extras};
 use crate::positioning::{
     self, AntennaInput, AntennaName, Positioning, PositioningInput, PpkAnswer,
 };
@@ -66,7 +68,7 @@ pub struct Args {
     base_antenna: Option<String>,
     /// Write the positions there, as RTKLIB does (`-`: standard output).
     #[arg(short, long, value_name = "FILE.pos")]
-    output: Option<PathBuf>,
+    pub(super) output: Option<PathBuf>,
     /// Settings of an RTKLIB configuration file; the options below override them.
     #[arg(long, value_name = "FILE.conf")]
     config: Option<PathBuf>,
@@ -76,6 +78,20 @@ pub struct Args {
     /// Write the positions of the events in the rover's log.
     #[arg(long, value_name = "FILE.csv")]
     events: Option<PathBuf>,
+    /// Write NMEA sentences (GGA, RMC, GST).
+    #[arg(long, value_name = "FILE.nmea")]
+    pub(super) nmea: Option<PathBuf>,
+    /// Write the residuals of every satellite and epoch.
+    #[arg(long, value_name = "FILE.csv")]
+    pub(super) residuals: Option<PathBuf>,
+    /// Write the positions of a camera's images: the first of --images at the rover's first event,
+    /// and so on.
+    #[arg(long, value_name = "FILE.csv", requires = "images")]
+    pub(super) image_positions: Option<PathBuf>,
+    /// The images: a folder, taken in order of their names, or a text file with a name on each
+    /// line.
+    #[arg(long, value_name = "PATH", requires = "image_positions")]
+    pub(super) images: Option<PathBuf>,
     /// Answer as JSON.
     #[arg(long)]
     json: bool,
@@ -168,6 +184,16 @@ pub struct Args {
     /// Form of the times.
     #[arg(long, value_parser = named(PosTime::ALL, PosTime::name), help_heading = "Output")]
     time_form: Option<PosTime>,
+    /// Write velocities, too, into the solution file.
+    #[arg(long, help_heading = "Output")]
+    velocities: bool,
+    /// Write positions only whose standard deviation is at most this along every axis, m.
+    #[arg(long, value_name = "M", value_parser = super::values::positive, help_heading = "Output")]
+    pub(super) max_sigma: Option<f64>,
+    /// A geoid grid for the heights of --nmea and --image-positions: NGA WW15MGH.DAC, NOAA .gtx or
+    /// GeographicLib .pgm.
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    pub(super) geoid: Option<PathBuf>,
     /// Scale of the times.
     #[arg(long, value_parser = named(PosTimeScale::ALL, PosTimeScale::name), help_heading = "Output")]
     time_scale: Option<PosTimeScale>,
@@ -298,15 +324,6 @@ fn time(text: &str) -> Result<GpsTime, String> {
     }
 }
 
-/// The antenna that an option names.
-fn antenna_name(option: Option<&str>) -> AntennaName {
-    match option {
-        None => AntennaName::Header,
-        Some("none") => AntennaName::None,
-        Some(name) => AntennaName::Given(name.to_owned()),
-    }
-}
-
 fn elevation_deg(text: &str) -> Result<f64, String> {
     text.parse()
         .ok()
@@ -320,22 +337,21 @@ fn elevation_deg(text: &str) -> Result<f64, String> {
 /// Files that cannot be read or hold something else, and whatever makes a solution impossible;
 /// an output that cannot be written.
 pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
-    let input = PositioningInput {
-        rover: args.rover.clone(),
-        base: args.base.clone(),
-        navigation: args.navigation.clone(),
-        more_rover: args.more_rover.clone(),
-        more_base: args.more_base.clone(),
-        date: args.date,
-        antennas: AntennaInput {
-            file: args.antennas.clone(),
-            rover: antenna_name(args.rover_antenna.as_deref()),
-            base: antenna_name(args.base_antenna.as_deref()),
-        },
-    };
     outputs_are_not_inputs(args)?;
-    let (options, format, mut remarks) = args.settings()?;
+    let Settings {
+        options,
+        format,
+        inputs,
+        outputs,
+        mut remarks,
+    } = args.settings()?;
+    let input = args.input(inputs)?;
+    let extras = Extras::new(args, &outputs)?;
     let mut run = positioning::run(&input, &options)?;
+    let (solution, remark) = extras.wanted(&run.solution);
+    remarks.extend(remark);
+    remarks.extend(extras.remark(args, &outputs));
+    // The run's own remarks stay last.
     remarks.append(&mut run.warnings);
     run.warnings = remarks;
     let mut stderr = io::stderr().lock();
@@ -365,7 +381,10 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
 
     let mut written = Vec::new();
     let to_stdout = args.output.as_deref() == Some(Path::new("-"));
-    let write = |to: &mut dyn Write| write_pos(to, &run.solution, &options, &names, &format);
+    let write = |to: &mut dyn Write| match outputs.nmea {
+        true => write_nmea(to, &solution, extras.geoid.as_ref()),
+        false => write_pos(to, &solution, &options, &names, &format),
+    };
     if let Some(path) = args.output.as_deref().filter(|_| !to_stdout) {
         written.push(Aside::write(path, |to| Ok(write(to)?))?);
     }
@@ -376,6 +395,7 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
     if let Some(path) = &args.events {
         written.push(Aside::write(path, |to| write_events(to, &answer))?);
     }
+    written.extend(extras.write(args, &solution)?);
     for aside in written {
         aside.publish()?;
     }
@@ -390,10 +410,57 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
     Ok(())
 }
 
+/// What the command line and a configuration file ask for.
+struct Settings {
+    options: PpkOptions,
+    format: PosFormat,
+    inputs: ConfInputs,
+    outputs: ConfOutputs,
+    remarks: Vec<String>,
+}
+
 impl Args {
-    /// Options and format: preset or configuration file, then what the command line says.
-    fn settings(&self) -> anyhow::Result<(PpkOptions, PosFormat, Vec<String>)> {
+    /// The files of the run: those of the command line, then those of a configuration file.
+    fn input(&self, conf: ConfInputs) -> anyhow::Result<PositioningInput> {
+        let named = |option: &Option<String>, conf: &str| match (option.as_deref(), conf) {
+            (Some("none"), _) => AntennaName::None,
+            (Some(name), _) => AntennaName::Given(name.to_owned()),
+            (None, _) if self.antennas.is_some() && conf.is_empty() => AntennaName::Header,
+            (None, "") => AntennaName::None,
+            (None, "*") => AntennaName::Header,
+            (None, name) => AntennaName::Given(name.to_owned()),
+        };
+        let antennas = AntennaInput {
+            rover: named(&self.rover_antenna, &conf.rover_antenna),
+            base: named(&self.base_antenna, &conf.base_antenna),
+            file: self
+                .antennas
+                .clone()
+                .or_else(|| conf.antenna_file.map(PathBuf::from)),
+        };
+        let calibrated = [&antennas.rover, &antennas.base]
+            .into_iter()
+            .any(|name| *name != AntennaName::None);
+        Ok(PositioningInput {
+            rover: self.rover.clone(),
+            base: self.base.clone(),
+            navigation: self.navigation.clone(),
+            more_rover: self.more_rover.clone(),
+            more_base: self.more_base.clone(),
+            date: self.date,
+            needs_precise_orbits: conf.precise_orbits,
+            antennas: if calibrated {
+                antennas
+            } else {
+                AntennaInput::default()
+            },
+        })
+    }
+
+    /// Options and outputs: preset or configuration file, then what the command line says.
+    fn settings(&self) -> anyhow::Result<Settings> {
         let mut remarks = Vec::new();
+        let (mut inputs, mut outputs) = (ConfInputs::default(), ConfOutputs::default());
         let (mut options, mut format) = match &self.config {
             Some(path) => {
                 let place = || path.display().to_string();
@@ -405,6 +472,7 @@ impl Args {
                         .iter()
                         .map(|setting| format!("{}: {setting}", place())),
                 );
+                (inputs, outputs) = (conf.inputs, conf.outputs);
                 (conf.options, conf.format)
             }
             None => match self.rules {
@@ -430,7 +498,14 @@ impl Args {
         format.frame = self.format.unwrap_or(format.frame);
         format.time = self.time_form.unwrap_or(format.time);
         format.scale = self.time_scale.unwrap_or(format.scale);
-        Ok((options, format, remarks))
+        format.velocity |= self.velocities;
+        Ok(Settings {
+            options,
+            format,
+            inputs,
+            outputs,
+            remarks,
+        })
     }
 
     fn override_options(&self, options: &mut PpkOptions) {
@@ -483,12 +558,19 @@ fn outputs_are_not_inputs(args: &Args) -> anyhow::Result<()> {
         .chain(&args.more_rover)
         .chain(&args.more_base)
         .chain(&args.antennas)
+        .chain(&args.geoid)
+        .chain(&args.images)
         .filter_map(|path| path.canonicalize().ok())
         .collect();
-    for path in [&args.output, &args.report, &args.events]
-        .into_iter()
-        .flatten()
-    {
+    let outputs = [
+        &args.output,
+        &args.report,
+        &args.events,
+        &args.nmea,
+        &args.residuals,
+        &args.image_positions,
+    ];
+    for path in outputs.into_iter().flatten() {
         let clash = path.canonicalize().is_ok_and(|path| inputs.contains(&path));
         anyhow::ensure!(
             !clash,
@@ -497,57 +579,6 @@ fn outputs_are_not_inputs(args: &Args) -> anyhow::Result<()> {
         );
     }
     Ok(())
-}
-
-/// A file written beside its place, to be put there when everything has succeeded.
-struct Aside {
-    file: tempfile::NamedTempFile,
-    path: PathBuf,
-}
-
-impl Aside {
-    fn write(
-        path: &Path,
-        content: impl FnOnce(&mut dyn Write) -> anyhow::Result<()>,
-    ) -> anyhow::Result<Self> {
-        let place = || format!("{}: cannot write", path.display());
-        let folder = match path.parent() {
-            Some(folder) if !folder.as_os_str().is_empty() => folder,
-            _ => Path::new("."),
-        };
-        let mut file = tempfile::Builder::new()
-            .prefix(".acerra-")
-            .tempfile_in(folder)
-            .with_context(place)?;
-        let mut buffer = BufWriter::new(file.as_file_mut());
-        content(&mut buffer).with_context(place)?;
-        buffer.flush().with_context(place)?;
-        drop(buffer);
-        Ok(Self {
-            file,
-            path: path.to_owned(),
-        })
-    }
-
-    fn publish(self) -> anyhow::Result<()> {
-        let place = || format!("{}: cannot write", self.path.display());
-        #[cfg(unix)]
-        {
-            use std::os::unix::fs::PermissionsExt;
-            // Temporary files are private.
-            let permissions = std::fs::Permissions::from_mode(0o644);
-            self.file
-                .as_file()
-                .set_permissions(permissions)
-                .with_context(place)?;
-        }
-        let place = place();
-        self.file
-            .persist(&self.path)
-            .map_err(|e| e.error)
-            .with_context(|| place)?;
-        Ok(())
-    }
 }
 
 fn page(run: &Positioning, options: &PpkOptions, answer: &PpkAnswer) -> anyhow::Result<String> {

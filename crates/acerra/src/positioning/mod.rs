@@ -35,6 +35,8 @@ pub struct PositioningInput {
     pub navigation: Vec<PathBuf>,
     /// Any time within half a week of logs that do not tell their week (RTCM 3).
     pub date: Option<GpsTime>,
+    /// Whether precise orbits must be among the navigation files.
+    pub needs_precise_orbits: bool,
     /// Antenna calibrations, and which of them apply.
     pub antennas: AntennaInput,
 }
@@ -85,6 +87,10 @@ pub fn run(input: &PositioningInput, options: &PpkOptions) -> anyhow::Result<Pos
         !reader.navigation.is_empty(),
         "no ephemeris in {}: give a navigation file (RINEX, or a UBX log with RXM-SFRBX)",
         reader.names()
+    );
+    anyhow::ensure!(
+        !input.needs_precise_orbits || !reader.navigation.precise.is_empty(),
+        "precise orbits are asked for (pos1-sateph = precise): give an SP3 file"
     );
     let mut warnings = reader.warnings();
     let options = &input

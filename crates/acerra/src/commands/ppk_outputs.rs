@@ -1,0 +1,176 @@
+//! The files that `acerra ppk` writes besides the solution file.
+
+use std::fs::{self, File};
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use acerra_gnss::PpkSolution;
+use acerra_gnss::conf::ConfOutputs;
+use acerra_gnss::output::{
+    GeoidGrid, position_images, within_sigma, write_images, write_nmea, write_residuals,
+};
+use anyhow::Context;
+
+use super::ppk::Args;
+
+/// What the other outputs need, read before the positions are computed.
+pub(super) struct Extras {
+    pub(super) geoid: Option<GeoidGrid>,
+    images: Vec<String>,
+    max_sigma_m: Option<f64>,
+    residuals: Option<PathBuf>,
+}
+
+impl Extras {
+    /// Reads the geoid and the names of the images.
+    pub(super) fn new(args: &Args, outputs: &ConfOutputs) -> anyhow::Result<Self> {
+        let heights = outputs.nmea || args.nmea.is_some() || args.image_positions.is_some();
+        let conf = outputs.geoid_file.as_deref().map(Path::new);
+        let geoid = match args.geoid.as_deref().or(conf.filter(|_| heights)) {
+            Some(path) => {
+                let place = || path.display().to_string();
+                let file = File::open(path).with_context(place)?;
+                Some(GeoidGrid::read(file).with_context(place)?)
+            }
+            None => None,
+        };
+        let images = match &args.images {
+            Some(path) => image_names(path).with_context(|| path.display().to_string())?,
+            None => Vec::new(),
+        };
+        Ok(Self {
+            geoid,
+            images,
+            max_sigma_m: args.max_sigma.or(outputs.max_sigma_m),
+            residuals: args.residuals.clone().or_else(|| beside(args, outputs)),
+        })
+    }
+
+    /// The part of a solution that is written.
+    pub(super) fn wanted(&self, solution: &PpkSolution) -> (PpkSolution, Option<String>) {
+        let Some(max_m) = self.max_sigma_m else {
+            return (solution.clone(), None);
+        };
+        let (kept, dropped) = within_sigma(solution, max_m);
+        let remark = (dropped > 0).then(|| {
+            format!("{dropped} positions with a standard deviation above {max_m} m are not written")
+        });
+        (kept, remark)
+    }
+
+    /// What is to be said about the heights of NMEA sentences.
+    pub(super) fn remark(&self, args: &Args, outputs: &ConfOutputs) -> Option<String> {
+        let nmea = outputs.nmea || args.nmea.is_some();
+        (nmea && self.geoid.is_none()).then(|| {
+            "no geoid grid: the altitudes of NMEA sentences are heights above the ellipsoid, with a \
+             geoid separation of 0"
+                .to_owned()
+        })
+    }
+
+    /// Writes NMEA, residuals and image positions beside their places.
+    pub(super) fn write(&self, args: &Args, solution: &PpkSolution) -> anyhow::Result<Vec<Aside>> {
+        let mut written = Vec::new();
+        let geoid = self.geoid.as_ref();
+        if let Some(path) = &args.nmea {
+            written.push(Aside::write(path, |to| {
+                Ok(write_nmea(to, solution, geoid)?)
+            })?);
+        }
+        if let Some(path) = &self.residuals {
+            written.push(Aside::write(path, |to| Ok(write_residuals(to, solution)?))?);
+        }
+        if let (Some(path), Some(list)) = (&args.image_positions, &args.images) {
+            let images = position_images(&self.images, solution)
+                .with_context(|| list.display().to_string())?;
+            written.push(Aside::write(path, |to| {
+                Ok(write_images(to, &images, geoid)?)
+            })?);
+        }
+        Ok(written)
+    }
+}
+
+/// Where a configuration file's residuals go: beside the solution file.
+fn beside(args: &Args, outputs: &ConfOutputs) -> Option<PathBuf> {
+    let output = args
+        .output
+        .as_deref()
+        .filter(|path| *path != Path::new("-"))?;
+    let mut name = output.as_os_str().to_owned();
+    name.push(".residuals.csv");
+    outputs.residuals.then(|| name.into())
+}
+
+/// The images in a folder by name, or the lines of a text file.
+fn image_names(path: &Path) -> anyhow::Result<Vec<String>> {
+    const SUFFIXES: [&str; 9] = [
+        "jpg", "jpeg", "tif", "tiff", "png", "dng", "arw", "raw", "cr2",
+    ];
+    if !path.is_dir() {
+        let text = fs::read_to_string(path)?;
+        let lines = text.lines().map(str::trim).filter(|line| !line.is_empty());
+        return Ok(lines.map(str::to_owned).collect());
+    }
+    let mut names = Vec::new();
+    for entry in fs::read_dir(path)? {
+        let name = entry?.file_name().to_string_lossy().into_owned();
+        let suffix = Path::new(&name).extension().map(|s| s.to_ascii_lowercase());
+        if suffix.is_some_and(|s| SUFFIXES.iter().any(|known| s == *known)) {
+            names.push(name);
+        }
+    }
+    names.sort();
+    Ok(names)
+}
+
+/// A file written beside its place, to be put there when everything has succeeded.
+pub(super) struct Aside {
+    file: tempfile::NamedTempFile,
+    path: PathBuf,
+}
+
+impl Aside {
+    pub(super) fn write(
+        path: &Path,
+        content: impl FnOnce(&mut dyn Write) -> anyhow::Result<()>,
+    ) -> anyhow::Result<Self> {
+        let place = || format!("{}: cannot write", path.display());
+        let folder = match path.parent() {
+            Some(folder) if !folder.as_os_str().is_empty() => folder,
+            _ => Path::new("."),
+        };
+        let mut file = tempfile::Builder::new()
+            .prefix(".acerra-")
+            .tempfile_in(folder)
+            .with_context(place)?;
+        let mut buffer = BufWriter::new(file.as_file_mut());
+        content(&mut buffer).with_context(place)?;
+        buffer.flush().with_context(place)?;
+        drop(buffer);
+        Ok(Self {
+            file,
+            path: path.to_owned(),
+        })
+    }
+
+    pub(super) fn publish(self) -> anyhow::Result<()> {
+        let place = || format!("{}: cannot write", self.path.display());
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::PermissionsExt;
+            // Temporary files are private.
+            let permissions = fs::Permissions::from_mode(0o644);
+            self.file
+                .as_file()
+                .set_permissions(permissions)
+                .with_context(place)?;
+        }
+        let place = place();
+        self.file
+            .persist(&self.path)
+            .map_err(|e| e.error)
+            .with_context(|| place)?;
+        Ok(())
+    }
+}
