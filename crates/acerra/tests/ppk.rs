@@ -496,3 +496,43 @@ fn configurations_name_outputs_and_products() {
     let told = String::from_utf8_lossy(&refused.get_output().stderr).into_owned();
     assert!(told.contains("missing.atx"), "{told}");
 }
+
+/// A real walk as RTCM 3 logs, of which only the rover's tells its date.
+#[test]
+fn a_log_without_a_date_takes_that_of_the_other() {
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data/gnss-walk-lg69t");
+    if !data.exists() {
+        println!("skipped: {} is not there", data.display());
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str| data.join(name).display().to_string();
+    let (rover, base) = (file("rover.rtcm3.gz"), file("base.rtcm3.gz"));
+    let window = "--systems GE --start 2023-05-19T06:40:00 --end 2023-05-19T06:40:30";
+    acerra(
+        folder.path(),
+        &format!("{rover} {base} {window} -o by-rtcm.pos"),
+    )
+    .success();
+    let (rover_rinex, base_rinex) = (file("rover.obs.gz"), file("base.obs.gz"));
+    let nav = file("rover.nav.gz");
+    acerra(
+        folder.path(),
+        &format!("{rover_rinex} {base_rinex} {nav} {window} -o by-rinex.pos"),
+    )
+    .success();
+    let epochs = |name: &str| positions(&folder.path().join(name)).lines().count();
+    assert_eq!(epochs("by-rtcm.pos"), epochs("by-rinex.pos"));
+    assert!(epochs("by-rtcm.pos") > 20);
+    // Exchanged, the rover's log is the one without a date.
+    acerra(
+        folder.path(),
+        &format!("{base} {rover} {window} -o exchanged.pos"),
+    )
+    .success();
+    assert!(epochs("exchanged.pos") > 20);
+    // Alone it is refused, with the way out.
+    let refused = acerra(folder.path(), &format!("{base} {base} -o no.pos")).code(1);
+    let told = String::from_utf8_lossy(&refused.get_output().stderr).into_owned();
+    assert!(told.contains("base.rtcm3.gz (--date)"), "{told}");
+}
