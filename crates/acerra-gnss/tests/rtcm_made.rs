@@ -421,6 +421,15 @@ fn a_glonass_ephemeris_and_the_date_it_states() {
     let log = read_rtcm(&log, &RtcmHints::default());
     assert_eq!(log.date, Some(DateSource::Ephemerides));
     assert_eq!(log.report.count(&DropReason::InvalidNavigationFrame), 1);
+    assert_eq!(log.report.remarks, [""; 0]);
+    // A date stated wrongly does not go before the log's own, and that is said.
+    let wrong = RtcmHints {
+        near: Some(GpsTime::from_week_tow(2000, 0.0)),
+        ..RtcmHints::default()
+    };
+    let told = read_rtcm(&glonass_1020(36_864_000), &wrong);
+    assert_eq!(told.navigation, log.navigation);
+    assert!(told.report.remarks[0].contains("its own date is taken"));
     let Ephemeris::Glonass(e) = log.navigation.ephemerides[0] else {
         panic!()
     };

@@ -21,6 +21,8 @@ use crate::{
 const SAME_EPOCH_S: f64 = 1e-3;
 /// A station whose position changes by more than this (m) is another station.
 const SAME_PLACE_M: f64 = 0.01;
+/// A stated time farther than this from the log's own date (s) is a mistake.
+const MAX_DATE_ERROR_S: f64 = 4.0 * 86_400.0;
 /// Cycles by which a phase of the first generation may be off.
 const PHASE_MODULUS_CYCLES: f64 = 1500.0;
 
@@ -61,6 +63,15 @@ pub fn read_rtcm(log: &[u8], hints: &RtcmHints) -> RtcmLog {
         ..RtcmLog::default()
     };
     out.report.format = "RTCM 3".to_owned();
+    if let (Some((found, _)), Some(stated)) = (date, hints.near)
+        && found.seconds_since(stated).abs() > MAX_DATE_ERROR_S
+    {
+        out.report.remarks.push(format!(
+            "the log says that it is of {}, not of {} as stated: its own date is taken",
+            found.format_calendar(0),
+            stated.format_calendar(0)
+        ));
+    }
     let frames = pieces(log).filter_map(|piece| match piece {
         Piece::Frame(frame) => Some(frame),
         _ => None,

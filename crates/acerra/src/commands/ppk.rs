@@ -348,7 +348,7 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
     let input = args.input(inputs)?;
     let extras = Extras::new(args, &outputs)?;
     let mut run = positioning::run(&input, &options)?;
-    let (solution, remark) = extras.wanted(&run.solution);
+    let remark = extras.wanted(&run.solution).1;
     remarks.extend(remark);
     remarks.extend(extras.remark(args, &outputs));
     // The run's own remarks stay last.
@@ -381,6 +381,7 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
 
     let mut written = Vec::new();
     let to_stdout = args.output.as_deref() == Some(Path::new("-"));
+    let (solution, _) = extras.wanted(&run.solution);
     let write = |to: &mut dyn Write| match outputs.nmea {
         true => write_nmea(to, &solution, extras.geoid.as_ref()),
         false => write_pos(to, &solution, &options, &names, &format),

@@ -1,5 +1,6 @@
 //! The files that `acerra ppk` writes besides the solution file.
 
+use std::borrow::Cow;
 use std::fs::{self, File};
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -47,15 +48,18 @@ impl Extras {
     }
 
     /// The part of a solution that is written.
-    pub(super) fn wanted(&self, solution: &PpkSolution) -> (PpkSolution, Option<String>) {
+    pub(super) fn wanted<'a>(
+        &self,
+        solution: &'a PpkSolution,
+    ) -> (Cow<'a, PpkSolution>, Option<String>) {
         let Some(max_m) = self.max_sigma_m else {
-            return (solution.clone(), None);
+            return (Cow::Borrowed(solution), None);
         };
         let (kept, dropped) = within_sigma(solution, max_m);
         let remark = (dropped > 0).then(|| {
             format!("{dropped} positions with a standard deviation above {max_m} m are not written")
         });
-        (kept, remark)
+        (Cow::Owned(kept), remark)
     }
 
     /// What is to be said about the heights of NMEA sentences.
