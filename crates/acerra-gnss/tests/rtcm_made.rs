@@ -614,7 +614,7 @@ fn ten_bits_of_the_week() {
         found.report.remarks
     );
     let stated = RtcmHints {
-        near: Some(GpsTime::from_week_tow(1300, 0.0)),
+        near: Some(GpsTime::from_week_tow(1238, 300_000.0)),
         ..RtcmHints::default()
     };
     let found = read_rtcm(&log, &stated);
