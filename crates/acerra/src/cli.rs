@@ -25,9 +25,9 @@ enum Command {
     Demo(commands::demo::Args),
     Focus(commands::focus::Args),
     Info(commands::info::Args),
-    Ppk(commands::ppk::Args),
+    Ppk(Box<commands::ppk::Args>),
     Plan(commands::plan::Args),
-    Psf(commands::psf::Args),
+    Psf(Box<commands::psf::Args>),
     Resolution(commands::resolution::Args),
     Simulate(commands::simulate::Args),
 }
