@@ -106,6 +106,6 @@ pub use satellite::{SatelliteId, SatelliteIdError, System, SystemSet};
 pub use select::{SignalChoice, rank, select_signals};
 pub use signal::{FREQUENCY_L1_HZ, FREQUENCY_SLOTS, SPEED_OF_LIGHT_M_S, SignalCode};
 pub use solution::{
-    BaseGap, EventPosition, LostEpoch, MissingNavigation, NotFixedReason, PpkSolution, PpkSummary,
-    PpkWarning, Quality, SatelliteResidual, Solution,
+    BaseGap, EventPosition, GlonassDecision, LostEpoch, MissingNavigation, NotFixedReason,
+    PpkSolution, PpkSummary, PpkWarning, Quality, SatelliteResidual, Solution,
 };

@@ -75,6 +75,7 @@ named!(AmbiguityMode {
 named!(GlonassAmbiguity {
     Off = "off",
     On = "on",
+    Auto = "auto",
     FixAndHold = "fix-and-hold",
 });
 

@@ -60,6 +60,10 @@ pub enum GlonassAmbiguity {
     Off,
     /// Treated as integers (like receivers only).
     On,
+    /// Treated as integers after an inter-channel bias linear in the channel number, which is
+    /// estimated along with them (Wanninger 2012, "Carrier-phase inter-frequency biases of
+    /// GLONASS receivers"); left float after all where their phases contradict the other systems'.
+    Auto,
     /// Inter-channel biases are learnt during the hold, then GLONASS joins in.
     FixAndHold,
 }
@@ -86,6 +90,18 @@ pub struct Cn0Mask {
     pub base: bool,
 }
 
+impl Cn0Mask {
+    /// The same least C/N₀ (dB-Hz) at every elevation and frequency, for rover and base.
+    #[must_use]
+    pub const fn uniform(min_db_hz: f64) -> Self {
+        Self {
+            min_db_hz: [[min_db_hz; 9]; FREQUENCY_SLOTS],
+            rover: true,
+            base: true,
+        }
+    }
+}
+
 /// Prediction of the rover's motion from velocity and acceleration states.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Dynamics {
@@ -93,6 +109,14 @@ pub struct Dynamics {
     pub horizontal_noise: f64,
     /// Vertical acceleration noise (m/s²/√s).
     pub vertical_noise: f64,
+}
+
+impl Dynamics {
+    /// A multicopter's: it turns and climbs with metres per second squared.
+    pub const DRONE: Self = Self {
+        horizontal_noise: 3.0,
+        vertical_noise: 1.0,
+    };
 }
 
 /// Which established program's rules are followed where they differ.
@@ -341,10 +365,11 @@ impl PpkOptions {
         Self {
             interpolate_base: true,
             raim: true,
+            output_single: true,
             max_phase_residual_sigma: Some(5.0),
             max_code_residual_sigma: Some(5.0),
             min_success_rate: Some(0.99),
-            measure_code_noise: false,
+            measure_code_noise: true,
             weak_signal_drop_db: Some(6.0),
             partial_ambiguity: Some(PartialAmbiguity {
                 filter_new_satellites: true,
@@ -362,6 +387,7 @@ impl PpkOptions {
         Self {
             interpolate_base: false,
             raim: false,
+            output_single: false,
             max_phase_residual_sigma: None,
             max_code_residual_sigma: None,
             min_success_rate: None,
@@ -381,10 +407,7 @@ impl PpkOptions {
             .with(System::Beidou);
         Self {
             systems,
-            dynamics: Some(Dynamics {
-                horizontal_noise: 0.1,
-                vertical_noise: 0.01,
-            }),
+            dynamics: Some(Dynamics::DRONE),
             glonass_ambiguity: GlonassAmbiguity::FixAndHold,
             beidou_ambiguity: false,
             min_fixes_to_hold: 20,
@@ -485,7 +508,7 @@ impl Default for PpkOptions {
         Self {
             direction: FilterDirection::Combined,
             systems: SystemSet::ALL.without(System::Sbas).without(System::Navic),
-            glonass_ambiguity: GlonassAmbiguity::FixAndHold,
+            glonass_ambiguity: GlonassAmbiguity::Auto,
             code_phase_ratio: [300.0; FREQUENCY_SLOTS],
             ..Self::rtklib()
         }

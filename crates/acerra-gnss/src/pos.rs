@@ -195,6 +195,7 @@ fn write_header(
             let glonass = match options.glonass_ambiguity {
                 GlonassAmbiguity::Off => "OFF",
                 GlonassAmbiguity::On => "ON",
+                GlonassAmbiguity::Auto => "Auto Calibration",
                 GlonassAmbiguity::FixAndHold => "Fix and Hold",
             };
             writeln!(out, "% amb glo   : {glonass}")?;

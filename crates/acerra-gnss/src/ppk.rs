@@ -2,14 +2,14 @@
 
 use crate::control::{Control, Watch};
 use crate::engine::{
-    Constellation, Epoch, EpochResult, Filter, MeasuredNoise, Prepared, RoverEpoch, SingleContext,
-    base_gaps, base_position, combine, epochs, missing_navigation, phases_and_copies,
-    reject_implausible,
+    Constellation, Epoch, EpochResult, GlonassPlan, MeasuredNoise, Prepared, RoverEpoch,
+    SingleContext, base_gaps, base_position, combine, epochs, missing_navigation,
+    phases_and_copies, reject_implausible,
 };
 use crate::events::interpolate_events;
 use crate::navigation::{Klobuchar, Navigation};
 use crate::observation::{EPOCH_TOLERANCE_S, ObservationData};
-use crate::options::{FilterDirection, PositioningMode, PpkOptions};
+use crate::options::{FilterDirection, GlonassAmbiguity, PositioningMode, PpkOptions};
 use crate::signal::FREQUENCY_SLOTS;
 use crate::solution::{
     LostEpoch, NotFixedReason, PpkSolution, PpkSummary, PpkWarning, Quality, Solution,
@@ -222,7 +222,8 @@ pub fn process_with(
     };
     let mut rover_measured = epochs(rover, &constellation);
     rover_measured.retain(|e| wanted(e.tag));
-    let passes = 1 + usize::from(options.direction.is_combined());
+    let trial = usize::from(options.glonass_ambiguity == GlonassAmbiguity::Auto);
+    let passes = 1 + usize::from(options.direction.is_combined()) + trial;
     let watch = Watch::new(control, rover_measured.len() * (1 + passes));
     let rover_epochs = rover_epochs(&context(false), rover_measured, options, &watch)?;
     let any_state = rover_epochs
@@ -261,25 +262,13 @@ pub fn process_with(
         base_context,
         base_position_ecef_m,
     };
-    let results = run_passes(&prepared, &watch)?;
+    let glonass = prepared.glonass_decision(&watch)?;
+    let plan = glonass.map_or(GlonassPlan::Estimate, GlonassPlan::from);
+    let results = run_passes(&prepared, plan, &watch)?;
     let mut solution = assemble(results, &prepared, warnings);
+    solution.summary.glonass = glonass;
     solution.base_position_ecef_m = relative.then_some(base_position_ecef_m);
-    let clock_s = |t: GpsTime| {
-        let rover = &prepared.rover;
-        let after = rover.partition_point(|e| e.epoch.tag < t);
-        [after.checked_sub(1), Some(after)]
-            .into_iter()
-            .flatten()
-            .filter_map(|k| rover.get(k))
-            .find_map(|e| {
-                e.single
-                    .as_ref()
-                    .ok()
-                    .map(|s| e.epoch.tag.seconds_since(s.time))
-            })
-            .unwrap_or(0.0)
-    };
-    solution.events = interpolate_events(&rover.events, &solution.epochs, clock_s);
+    solution.events = interpolate_events(&rover.events, &solution.epochs);
     Ok(solution)
 }
 
@@ -409,18 +398,15 @@ fn join<T>(worker: std::thread::ScopedJoinHandle<'_, T>) -> T {
         .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
 }
 
-fn run_passes(prepared: &Prepared<'_>, watch: &Watch<'_>) -> Result<Vec<EpochResult>, PpkError> {
+fn run_passes(
+    prepared: &Prepared<'_>,
+    plan: GlonassPlan,
+    watch: &Watch<'_>,
+) -> Result<Vec<EpochResult>, PpkError> {
     let options = prepared.options;
-    let fresh = || {
-        Filter::new(
-            prepared.constellation,
-            options,
-            &prepared.noise,
-            prepared.base_position_ecef_m,
-        )
-    };
+    let fresh = || prepared.filter().with_glonass(plan);
     let pass = |backward: bool| prepared.run(&mut fresh(), backward, watch);
-    let merged = |forward, backward| combine(forward, backward, options.reproduce_defects);
+    let merged = |forward, backward| combine(forward, backward, options);
     Ok(match options.direction {
         FilterDirection::Forward => pass(false)?,
         FilterDirection::Backward => {
@@ -539,6 +525,7 @@ fn summarise(
         other: epochs.len() - fixed - float,
         not_fixed,
         age_s,
+        glonass: None,
         warnings,
     }
 }

@@ -240,7 +240,7 @@ pub struct LostEpoch {
 pub struct EventPosition {
     /// The event.
     pub event: EventRecord,
-    /// Its time in GPS time, the receiver's clock offset taken off where its tag carries it.
+    /// Its time in GPS time.
     pub time: GpsTime,
     /// Position (ECEF, m) interpolated between its neighbours; `None` outside the solution or
     /// inside a gap.
@@ -368,6 +368,56 @@ impl fmt::Display for PpkWarning {
     }
 }
 
+/// What `--glonass-ar auto` decided, and on what evidence.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum GlonassDecision {
+    /// Ambiguities resolved: no inter-channel bias is to be seen.
+    WithoutBias {
+        /// Standard deviation of the slope (m per channel).
+        sigma_m_per_channel: f64,
+    },
+    /// Ambiguities resolved after an inter-channel bias.
+    WithBias {
+        /// Its slope (m per channel).
+        slope_m_per_channel: f64,
+        /// Its standard deviation (m per channel).
+        sigma_m_per_channel: f64,
+    },
+    /// Ambiguities left float: too few fixes would take them.
+    Float {
+        /// Fixes with GLONASS in the pass that tried.
+        fixes: usize,
+    },
+}
+
+impl fmt::Display for GlonassDecision {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::WithoutBias {
+                sigma_m_per_channel,
+            } => write!(
+                f,
+                "ambiguities resolved; no inter-channel bias (0 ± {:.1} mm per channel)",
+                sigma_m_per_channel * 1e3
+            ),
+            Self::WithBias {
+                slope_m_per_channel,
+                sigma_m_per_channel,
+            } => write!(
+                f,
+                "ambiguities resolved; inter-channel bias of {:.1} ± {:.1} mm per channel taken off",
+                slope_m_per_channel * 1e3,
+                sigma_m_per_channel * 1e3
+            ),
+            Self::Float { fixes } => write!(
+                f,
+                "ambiguities left float: only {fixes} fixes with them in a trial pass"
+            ),
+        }
+    }
+}
+
 /// Counts and remarks about a whole run.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct PpkSummary {
@@ -384,6 +434,8 @@ pub struct PpkSummary {
     pub not_fixed: Vec<(&'static str, usize)>,
     /// Smallest, mean and largest age of the base's data (s), where any was used.
     pub age_s: Option<[f64; 3]>,
+    /// What was decided about GLONASS ambiguities, where that was left to the run.
+    pub glonass: Option<GlonassDecision>,
     /// Remarks.
     pub warnings: Vec<PpkWarning>,
 }

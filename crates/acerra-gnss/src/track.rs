@@ -1,6 +1,6 @@
 //! A solution as a trajectory, the form in which the rest of the processing takes positions.
 
-use crate::solution::PpkSolution;
+use crate::solution::{PpkSolution, Quality, Solution};
 use acerra_geo::geodesy::EnuFrame;
 use acerra_geo::time::GpsTime;
 use acerra_geo::trajectory::{Fix, Frame, SolutionStatus, TimeOrigin, Trajectory, TrajectoryError};
@@ -8,7 +8,7 @@ use acerra_geo::trajectory::{Fix, Frame, SolutionStatus, TimeOrigin, Trajectory,
 impl PpkSolution {
     /// The solution as a trajectory: east, north, up about the base (in single-point mode, about the
     /// first position), in GPS seconds of the first position's week, as the reader of `.pos` files
-    /// has it.
+    /// has it. Epochs positioned by codes alone are left out, unless there are no others.
     ///
     /// # Errors
     /// [`TrajectoryError::Empty`] when no epoch has a position.
@@ -17,7 +17,11 @@ impl PpkSolution {
         let frame = EnuFrame::from_ecef(self.base_position_ecef_m.unwrap_or(first.position_ecef_m));
         let origin = GpsTime::from_week_tow(first.time.week(), 0.0);
         let mut fixes: Vec<Fix> = Vec::with_capacity(self.epochs.len());
-        for epoch in &self.epochs {
+        // Positions from codes are metres off: they stand only where nothing better does.
+        let from_phases = |q: Quality| matches!(q, Quality::Fixed | Quality::Float);
+        let any_from_phases = self.epochs.iter().any(|e| from_phases(e.quality));
+        let usable = |e: &&Solution| !any_from_phases || from_phases(e.quality);
+        for epoch in self.epochs.iter().filter(usable) {
             let time_s = epoch.time - origin;
             if fixes.last().is_some_and(|last| time_s <= last.time_s) {
                 continue;

@@ -6,14 +6,15 @@
 
 mod rtklib;
 
-use acerra_geo::geodesy::{EnuFrame, Geodetic, ecef_from_geodetic};
+use acerra_geo::geodesy::EnuFrame;
 use acerra_geo::time::GpsTime;
 use acerra_gnss::{
     BasePosition, FilterDirection, PpkOptions, PpkSolution, Quality, Solution, process,
 };
 use rtklib::motion::{Flight, add_motion};
-use rtklib::sets::{GEONET, STATIC_1HZ, Set, WALK, WETTZELL};
-use rtklib::{PosEpoch, data, distance, enu, percentile, read_pos};
+use rtklib::sets::{GEONET, STATIC_1HZ, STATIC_M8P, Set, WALK, WETTZELL};
+use rtklib::trust::{sigma_table, windows_table};
+use rtklib::{PosEpoch, data, distance, enu, percentile, position_file, read_pos};
 use std::fmt::Write;
 
 const FORWARD: &str = "b34_fixhold_forward.pos";
@@ -90,14 +91,31 @@ fn geodetic_receivers_agree_with_rtklib() {
             (FilterDirection::Forward, FORWARD),
             (FilterDirection::Backward, BACKWARD),
         ] {
-            for options in [PpkOptions::rtklib(), PpkOptions::rtklib().with_safeguards()] {
+            for (guarded, options) in [
+                (false, PpkOptions::rtklib()),
+                (true, PpkOptions::rtklib().with_safeguards()),
+            ] {
                 let options = set.adapt(options.with_direction(direction));
                 let solution =
                     process(&logs.rover, &logs.base, &logs.navigation, &options).unwrap();
                 let a = compare(&solution, &reference(set, file).unwrap(), |_| true);
-                assert_eq!(a.same_status, a.epochs, "{} {direction:?}", set.name);
+                if guarded {
+                    // Codes are weighed by their measured noise: an epoch at the edge of a fix
+                    // may fall to its other side.
+                    let fewer = a.their_fixed.saturating_sub(a.our_fixed);
+                    assert!(
+                        50 * fewer <= a.epochs,
+                        "{} {direction:?}: {} of {}",
+                        set.name,
+                        a.our_fixed,
+                        a.their_fixed
+                    );
+                } else {
+                    assert_eq!(a.same_status, a.epochs, "{} {direction:?}", set.name);
+                }
+                let limit_m = if guarded { 1e-3 } else { 2e-4 };
                 assert!(
-                    a.largest_m < 2e-4,
+                    a.largest_m < limit_m,
                     "{} {direction:?} {}",
                     set.name,
                     a.largest_m
@@ -293,15 +311,6 @@ fn agreement_table(text: &mut String) {
          must; at a few epochs of the 1 Hz set its covariances have lost their digits and it does \
          not, by up to 7 mm.\n",
     );
-}
-
-fn position_file(folder: &str, file: &str) -> [f64; 3] {
-    let text = std::fs::read_to_string(data(folder).unwrap().join(file)).unwrap();
-    let v: Vec<f64> = text
-        .split_whitespace()
-        .map(|v| v.parse().unwrap())
-        .collect();
-    ecef_from_geodetic(&Geodetic::from_degrees(v[0], v[1], v[2]))
 }
 
 fn truth_table(text: &mut String) {
@@ -526,7 +535,7 @@ fn motion_table(text: &mut String) {
 #[test]
 #[ignore = "processes every set many times; CI runs it in release mode"]
 fn validation_ppk() {
-    if [&WETTZELL, &GEONET, &STATIC_1HZ, &WALK]
+    if [&WETTZELL, &GEONET, &STATIC_1HZ, &STATIC_M8P, &WALK]
         .iter()
         .any(|s| data(s.folder).is_none())
     {
@@ -541,6 +550,8 @@ fn validation_ppk() {
     truth_table(&mut text);
     walk_table(&mut text);
     motion_table(&mut text);
+    windows_table(&mut text);
+    sigma_table(&mut text);
     println!("{text}");
     if let Some(folder) = std::env::var_os("ACERRA_DOCS") {
         std::fs::write(std::path::Path::new(&folder).join("ppk.md"), text).unwrap();

@@ -216,11 +216,13 @@ fn second_page(s: &Setting, conf: &mut RtklibConf, pending: &mut Pending) -> Out
             None => return UNSUPPORTED,
         },
         "pos2-gloarmode" => {
-            options.glonass_ambiguity = match s.choice(&["off", "on", "autocal", "fix-and-hold"]) {
-                Some(0) => GlonassAmbiguity::Off,
-                Some(1) => GlonassAmbiguity::On,
-                Some(3) => GlonassAmbiguity::FixAndHold,
-                _ => return UNSUPPORTED,
+            // RTKLIB's own name of the third.
+            options.glonass_ambiguity = match s.value.as_str() {
+                "autocal" => GlonassAmbiguity::Auto,
+                _ => match s.named(GlonassAmbiguity::ALL) {
+                    Some(mode) => mode,
+                    None => return UNSUPPORTED,
+                },
             };
         }
         "pos2-bdsarmode" => options.beidou_ambiguity = s.switch()?,

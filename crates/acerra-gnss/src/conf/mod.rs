@@ -135,10 +135,14 @@ pub enum ConfError {
 /// They differ from [`PpkOptions::rtklib`], which are the settings usual for short baselines.
 #[must_use]
 pub fn rtklib_defaults(rules: RuleSet) -> PpkOptions {
-    use crate::{AmbiguityMode, BasePosition, GlonassAmbiguity, PositioningMode};
+    use crate::{AmbiguityMode, BasePosition, Dynamics, GlonassAmbiguity, PositioningMode};
     let common = (match rules {
         RuleSet::Rtklib => PpkOptions::rtklib(),
-        RuleSet::Demo5 => PpkOptions::demo5(),
+        // Its own defaults, meant for walking pace.
+        RuleSet::Demo5 => PpkOptions::demo5().with_dynamics(Some(Dynamics {
+            horizontal_noise: 0.1,
+            vertical_noise: 0.01,
+        })),
     })
     .with_frequencies(2)
     .with_base_position(BasePosition::Ecef([6_378_137.0, 0.0, 0.0]));

@@ -7,9 +7,8 @@
 //!
 //! Multipath lasts for minutes at a receiver that stands and for seconds at one that flies. Taken
 //! for white noise it would average out ten times faster than it does, and float ambiguities would
-//! be called certain that are cycles off. A constant that is estimated from n samples of such
-//! noise gains from the first sample 1/σ², and from each later one 1/(σ²·(1 + 2Σρ)): the sum over
-//! lags of the sampling interval.
+//! be called certain that are cycles off. The mean of n samples has the variance
+//! V(n) = σ²/n·(1 + 2Σ(1 − k/n)·ρ(k)); so the n-th sample is given the weight 1/V(n) − 1/V(n−1).
 
 use super::constellation::Constellation;
 use super::measurement::{Epoch, Measurement};
@@ -26,8 +25,8 @@ use super::filter::RoverEpoch;
 
 /// Largest lag looked at (s): beyond it multipath is no longer the same reflection.
 const LARGEST_LAG_S: f64 = 300.0;
-/// Longest correlation that a short log may be extrapolated to, in units of its largest lag.
-const EXTRAPOLATION: f64 = 2.0;
+/// A semivariogram rises still where its last value exceeds that at half the lag by this factor.
+const RISING: f64 = 1.25;
 /// Epochs that lags start from, at most.
 const LARGEST_STARTS: usize = 600;
 /// Differences that a lag needs.
@@ -35,23 +34,67 @@ const LEAST_DIFFERENCES: usize = 40;
 /// Differences beyond this many robust standard deviations count as that many.
 const LARGEST_SIGMA: f64 = 4.0;
 /// Variance factors are kept within these bounds.
-const VARIANCE_FACTORS: [f64; 2] = [0.02, 100.0];
+const VARIANCE_FACTORS: [f64; 2] = [0.01, 100.0];
+/// Standard deviation at the zenith of biases that last longer than any lag: receivers' delays
+/// that differ between satellites' signals (m).
+const LASTING_SIGMA_M: f64 = 0.28;
+/// The same of multipath, over the variance of what varies.
+const LASTING_SHARE: f64 = 0.25;
+/// Samples of one ambiguity after which each further one brings as much as the last counted.
+const LARGEST_COUNT: usize = 1_000;
+/// Least information of a sample, in units of the first's.
+const LEAST_INFORMATION: f64 = 1e-4;
 
 /// Noise of one system's codes on one frequency.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct CodeNoise {
     /// Variance over that of the model.
-    pub variance_factor: f64,
-    /// 1 + 2Σρ: how many epochs are worth one independent sample.
-    pub epochs_per_sample: f64,
+    variance_factor: f64,
+    /// Variance of the n-th sample of a constant, by its new information, over that of the first.
+    sample_factors: Vec<f64>,
 }
 
 impl CodeNoise {
     /// The model's own: white, as large as stated.
-    pub(crate) const MODEL: Self = Self {
-        variance_factor: 1.0,
-        epochs_per_sample: 1.0,
-    };
+    fn model() -> Self {
+        Self {
+            variance_factor: 1.0,
+            sample_factors: vec![1.0],
+        }
+    }
+
+    /// Noise of this variance and autocorrelation at lags of 1, 2, … epochs, besides what lasts
+    /// longer than any lag; `lasting` is the variance of receivers' delays. All are in units of the
+    /// model's variance.
+    fn new(varying: f64, lasting: f64, correlation: impl Fn(usize) -> f64) -> Self {
+        let lasting = LASTING_SHARE * varying + lasting;
+        let variance_factor = varying + lasting;
+        let (mut sum, mut moment) = (0.0, 0.0);
+        let mut information = 0.0;
+        let mut sample_factors = Vec::with_capacity(LARGEST_COUNT);
+        for n in 1..=LARGEST_COUNT {
+            let count = n as f64;
+            let mean_variance = (varying * (1.0 + 2.0 * (sum - moment / count)) / count + lasting)
+                / variance_factor;
+            let gained = (1.0 / mean_variance - information).max(LEAST_INFORMATION);
+            information = 1.0 / mean_variance;
+            sample_factors.push(1.0 / gained);
+            let rho = correlation(n).clamp(0.0, 1.0);
+            sum += rho;
+            moment += rho * count;
+        }
+        Self {
+            variance_factor,
+            sample_factors,
+        }
+    }
+
+    /// Factor on the model's variance of a code that is the `count`-th of its ambiguity, from 0.
+    pub(crate) fn factor(&self, count: u32) -> f64 {
+        let last = self.sample_factors.len() - 1;
+        let place = usize::try_from(count).unwrap_or(last).min(last);
+        self.variance_factor * self.sample_factors[place]
+    }
 }
 
 /// Measured noise of every system and frequency slot.
@@ -64,12 +107,12 @@ impl MeasuredNoise {
     /// Noise as the model states it.
     pub(crate) fn model() -> Self {
         Self {
-            groups: vec![[CodeNoise::MODEL; FREQUENCY_SLOTS]; System::ALL.len()],
+            groups: vec![std::array::from_fn(|_| CodeNoise::model()); System::ALL.len()],
         }
     }
 
-    pub(crate) fn of(&self, system: System, slot: usize) -> CodeNoise {
-        self.groups[place(system)][slot]
+    pub(crate) fn of(&self, system: System, slot: usize) -> &CodeNoise {
+        &self.groups[place(system)][slot]
     }
 
     /// Measures the noise of the single differences between two logs.
@@ -81,15 +124,27 @@ impl MeasuredNoise {
     ) -> Self {
         let series = Series::new(constellation, options, rover, base);
         let all = (0..System::ALL.len()).flat_map(|s| (0..FREQUENCY_SLOTS).map(move |f| (s, f)));
-        let pooled = series.noise(|_, _| true).unwrap_or(CodeNoise::MODEL);
+        let pooled = series.noise(|_, _| true).unwrap_or_else(CodeNoise::model);
         let mut measured = Self::model();
         for (system, slot) in all {
             measured.groups[system][slot] = series
                 .noise(|s, f| (s, f) == (system, slot))
-                .unwrap_or(pooled);
+                .unwrap_or_else(|| pooled.clone());
         }
         measured
     }
+}
+
+/// Variance of lasting biases over the model's at the zenith.
+fn lasting_factor(options: &PpkOptions) -> f64 {
+    let zenith = SignalView {
+        system: System::Gps,
+        slot: 0,
+        is_code: true,
+        elevation_rad: std::f64::consts::FRAC_PI_2,
+        cn0_db_hz: [0.0; 2],
+    };
+    LASTING_SIGMA_M.powi(2) / single_difference_variance_m2(options, &zenith, Separation::NONE)
 }
 
 fn place(system: System) -> usize {
@@ -113,6 +168,8 @@ struct Sample {
 struct Series {
     times_s: Vec<f64>,
     epochs: Vec<Vec<Sample>>,
+    /// Variance of lasting biases over the model's at the zenith.
+    lasting: f64,
 }
 
 impl Series {
@@ -125,6 +182,7 @@ impl Series {
         let mut series = Self {
             times_s: Vec::with_capacity(rover.len()),
             epochs: Vec::with_capacity(rover.len()),
+            lasting: lasting_factor(options),
         };
         let place = rover.iter().find_map(|e| e.single.as_ref().ok());
         let (Some(first), Some(place)) = (rover.first(), place) else {
@@ -186,7 +244,7 @@ impl Series {
             }
             lag = (lag + 1).max(lag * 3 / 2);
         }
-        noise_from_semivariogram(&curve)
+        noise_from_semivariogram(&curve, self.lasting)
     }
 
     /// Mean over all pairs of epochs this far apart of half the squared change, in units of the
@@ -303,40 +361,45 @@ fn sample(
 }
 
 /// Variance and correlation from semivariances at growing lags (epochs).
-fn noise_from_semivariogram(curve: &[(usize, f64)]) -> Option<CodeNoise> {
-    let &(first_lag, first) = curve.first()?;
+fn noise_from_semivariogram(curve: &[(usize, f64)], lasting: f64) -> Option<CodeNoise> {
+    let &(_, first) = curve.first()?;
     let &(last_lag, last) = curve.last()?;
-    // The sill is the mean of the longer half; a curve that still rises at its end has not
+    // The sill is the mean of the longer lags; a curve that still rises at its end has not
     // reached it.
-    let tail = &curve[curve.len() / 2..];
+    let tail = &curve[3 * curve.len() / 4..];
     let mean = tail.iter().map(|(_, v)| v).sum::<f64>() / tail.len() as f64;
-    let rising = last > 1.3 * curve[curve.len() / 2].1 && last > 1.3 * first;
+    let halfway = curve.iter().find(|(lag, _)| 2 * lag >= last_lag)?.1;
+    let rising = curve.len() > 1 && last > RISING * halfway;
     let sill = if rising { 1.5 * last } else { mean.max(first) };
     if sill.is_nan() || sill <= 0.0 {
         return None;
     }
-    let correlation = |value: f64| (1.0 - value / sill).max(0.0);
-    // Trapezes between the lags measured; the first lag stands for those below it.
-    let mut sum = correlation(first) * first_lag as f64;
-    for pair in curve.windows(2) {
-        let [(a, early), (b, late)] = [pair[0], pair[1]];
-        if correlation(late) < 0.05 {
-            break;
-        }
-        sum += (b - a) as f64 * (correlation(early) + correlation(late)) / 2.0;
-    }
-    if rising {
-        sum += correlation(last) * EXTRAPOLATION * last_lag as f64;
-    }
-    Some(CodeNoise {
-        variance_factor: sill.clamp(VARIANCE_FACTORS[0], VARIANCE_FACTORS[1]),
-        epochs_per_sample: 1.0 + 2.0 * sum,
-    })
+    let correlation = |lag: usize| {
+        let value = if lag >= last_lag {
+            // Beyond what was measured the curve goes on as steeply as it ended, to its sill.
+            let slope = if rising {
+                2.0 * (last - halfway) / last_lag as f64
+            } else {
+                sill
+            };
+            last + slope * (lag - last_lag) as f64
+        } else {
+            let k = curve.partition_point(|(l, _)| *l <= lag);
+            let (a, early) = if k == 0 { (0, first) } else { curve[k - 1] };
+            let (b, late) = curve[k];
+            early + (late - early) * (lag - a) as f64 / (b - a) as f64
+        };
+        1.0 - value / sill
+    };
+    let factor = sill.clamp(VARIANCE_FACTORS[0], VARIANCE_FACTORS[1]);
+    Some(CodeNoise::new(factor, lasting, correlation))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    const LASTING: f64 = 0.025;
 
     /// Semivariances of a first-order Gauss–Markov process.
     fn gauss_markov(variance: f64, correlation_epochs: f64, largest: usize) -> Vec<(usize, f64)> {
@@ -350,29 +413,47 @@ mod tests {
         curve
     }
 
+    /// Variance of the mean of n samples, as the weights of the samples have it.
+    fn mean_variance(noise: &CodeNoise, n: u32) -> f64 {
+        1.0 / (0..n).map(|k| 1.0 / noise.factor(k)).sum::<f64>()
+    }
+
+    fn lasting(varying: f64) -> f64 {
+        LASTING_SHARE * varying + LASTING
+    }
+
     #[test]
-    fn white_noise_is_white() {
+    fn white_noise_averages_out_down_to_what_lasts() {
         let curve: Vec<_> = (1..10).map(|lag| (lag, 2.0)).collect();
-        let noise = noise_from_semivariogram(&curve).unwrap();
-        assert!((noise.variance_factor - 2.0).abs() < 1e-12);
-        assert!((noise.epochs_per_sample - 1.0).abs() < 1e-12);
-        assert!(noise_from_semivariogram(&[]).is_none());
+        let noise = noise_from_semivariogram(&curve, LASTING).unwrap();
+        for n in [1, 2, 10, 900] {
+            let exact = 2.0 / f64::from(n) + lasting(2.0);
+            let ratio = mean_variance(&noise, n) / exact;
+            assert!((0.95..1.05).contains(&ratio), "{n}: {ratio}");
+        }
+        assert!(noise_from_semivariogram(&[], LASTING).is_none());
     }
 
     #[test]
     fn a_gauss_markov_process_is_recognised() {
         for tau in [5.0, 20.0, 60.0] {
-            let noise = noise_from_semivariogram(&gauss_markov(4.0, tau, 300)).unwrap();
-            let exact = (1.0 + (-1.0 / tau).exp()) / (1.0 - (-1.0 / tau).exp());
-            assert!((noise.variance_factor / 4.0 - 1.0).abs() < 0.1, "{noise:?}");
-            let ratio = noise.epochs_per_sample / exact;
-            assert!((0.7..1.3).contains(&ratio), "{tau}: {noise:?}, {exact}");
+            let noise = noise_from_semivariogram(&gauss_markov(4.0, tau, 300), LASTING).unwrap();
+            for n in [1u32, 10, 100, 500] {
+                let exact = (1..n)
+                    .map(|k| (1.0 - f64::from(k) / f64::from(n)) * (-f64::from(k) / tau).exp());
+                let exact = 4.0 * (1.0 + 2.0 * exact.sum::<f64>()) / f64::from(n) + lasting(4.0);
+                let ratio = mean_variance(&noise, n) / exact;
+                assert!((0.7..1.3).contains(&ratio), "{tau} {n}: {ratio}");
+            }
         }
     }
 
     #[test]
     fn a_curve_without_a_sill_is_extrapolated() {
-        let noise = noise_from_semivariogram(&gauss_markov(4.0, 60.0, 20)).unwrap();
-        assert!(noise.epochs_per_sample > 20.0, "{noise:?}");
+        let noise = noise_from_semivariogram(&gauss_markov(4.0, 60.0, 20), LASTING).unwrap();
+        assert!(
+            mean_variance(&noise, 20) > 0.7 * noise.factor(0),
+            "not correlated"
+        );
     }
 }

@@ -18,6 +18,8 @@ pub(crate) struct FixedIntegers {
     /// Probability that they are right, from the float ambiguities' covariance.
     success_rate: f64,
     certain: bool,
+    /// Number of the set of held integers in force.
+    generation: u32,
     float_position_ecef_m: [f64; 3],
     float_covariance_ecef_m2: [[f64; 3]; 3],
     float_velocity: Option<([f64; 3], [[f64; 3]; 3])>,
@@ -25,12 +27,18 @@ pub(crate) struct FixedIntegers {
 
 impl FixedIntegers {
     /// The integers of `attempt`; `float` is the epoch's result before they are imposed.
-    pub(crate) fn new(attempt: &Attempt, certain: bool, float: &EpochResult) -> Self {
+    pub(crate) fn new(
+        attempt: &Attempt,
+        certain: bool,
+        generation: u32,
+        float: &EpochResult,
+    ) -> Self {
         Self {
             pairs: attempt.pairs.clone(),
             integers: attempt.integers.clone(),
             success_rate: attempt.success_rate,
             certain,
+            generation,
             float_position_ecef_m: float.position_ecef_m,
             float_covariance_ecef_m2: float.covariance_ecef_m2,
             float_velocity: float.velocity,
@@ -75,7 +83,19 @@ impl FixedIntegers {
 
 /// Calls fixes float that neither are certain themselves nor have the integers of the nearest
 /// certain fix before or after them. `results` are those of one pass, in its order.
-pub(crate) fn confirm(results: &mut [EpochResult], needed: f64, constellation: &Constellation) {
+///
+/// Fixes under integers that were `withdrawn` later confirm nothing, themselves included.
+pub(crate) fn confirm(
+    results: &mut [EpochResult],
+    needed: f64,
+    withdrawn: &[u32],
+    constellation: &Constellation,
+) {
+    for result in results.iter_mut() {
+        if let Some(own) = &mut result.integers {
+            own.certain &= !withdrawn.contains(&own.generation);
+        }
+    }
     let mut confirmed = vec![false; results.len()];
     let mut confirm_along = |order: &mut dyn Iterator<Item = usize>| {
         let mut nearest: Option<&FixedIntegers> = None;

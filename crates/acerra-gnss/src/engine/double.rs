@@ -45,6 +45,8 @@ pub(crate) struct DoubleRow {
     pub variance_other_m2: f64,
     /// The same two without regard to signal strength: what an undisturbed signal would have.
     pub undisturbed_m2: [f64; 2],
+    /// Channel number of the reference less that of the other, of GLONASS phases; else 0.
+    pub channels_apart: f64,
     /// Rows with the same block share their reference's noise.
     pub block: usize,
 }
@@ -61,6 +63,8 @@ pub(crate) struct Differencing<'a> {
     pub separation: Separation,
     /// Noise of the codes, measured or the model's.
     pub noise: &'a MeasuredNoise,
+    /// Codes without regard to phases.
+    pub codes_alone: bool,
     /// Phases left out of this epoch: (common index, slot).
     pub excluded: &'a [(usize, usize)],
 }
@@ -101,7 +105,7 @@ impl Differencing<'_> {
         let code = u.code_m[slot] != 0.0 && b.code_m[slot] != 0.0;
         if !is_code {
             phase
-        } else if self.options.rules == RuleSet::Demo5 {
+        } else if self.codes_alone || self.options.rules == RuleSet::Demo5 {
             code
         } else {
             code && phase
@@ -123,18 +127,16 @@ impl Differencing<'_> {
         single_difference_variance_m2(self.options, &signal, self.separation)
     }
 
-    /// The code noise measured; a code that has entered its ambiguity before brings as little new
+    /// The code noise measured; a code that is not the first of its ambiguity brings only as much
     /// as its correlation in time leaves.
     fn measured_code_factor(&self, k: usize, slot: usize, state: &FilterState) -> f64 {
         let satellite = self.common[k].satellite;
-        let noise = self.noise.of(self.system(k), slot);
-        let is_first = state.has_initial_variance(satellite, slot);
-        noise.variance_factor
-            * if is_first {
-                1.0
-            } else {
-                noise.epochs_per_sample
-            }
+        let count = if self.codes_alone {
+            0
+        } else {
+            state.track(satellite, slot).codes_used
+        };
+        self.noise.of(self.system(k), slot).factor(count)
     }
 
     fn variance(&self, k: usize, slot: usize, is_code: bool, state: &FilterState) -> f64 {
@@ -164,10 +166,11 @@ impl Differencing<'_> {
         let mut rejected = Vec::new();
         let mut block = 0;
         let frequencies = options.frequencies;
-        let uses_phase = matches!(
-            options.mode,
-            PositioningMode::Kinematic | PositioningMode::Static
-        );
+        let uses_phase = !self.codes_alone
+            && matches!(
+                options.mode,
+                PositioningMode::Kinematic | PositioningMode::Static
+            );
         for group in GROUPS {
             for kind in 0..2 * frequencies {
                 let (is_code, slot) = (kind >= frequencies, kind % frequencies);
@@ -191,6 +194,11 @@ impl Differencing<'_> {
                         self.single(reference, slot, is_code) - self.single(other, slot, is_code);
                     let (ei, ej) = (self.unit(reference), self.unit(other));
                     let mut wavelengths = [0.0; 2];
+                    let channels_apart = if is_code {
+                        0.0
+                    } else {
+                        self.channels_apart(reference, other)
+                    };
                     if !is_code {
                         wavelengths = [
                             self.wavelengths_m[reference][slot],
@@ -201,6 +209,7 @@ impl Differencing<'_> {
                         residual -= wavelengths[0] * bias(reference) - wavelengths[1] * bias(other);
                         residual -=
                             self.inter_channel_m(state, reference, other, slot, wavelengths);
+                        residual -= state.channel_slope_m()[0] * channels_apart;
                     }
                     if residual.abs()
                         > self.innovation_limit(state, reference, other, slot, is_code)
@@ -222,6 +231,7 @@ impl Differencing<'_> {
                         residual_m: residual,
                         position: std::array::from_fn(|a| ej[a] - ei[a]),
                         wavelengths_m: wavelengths,
+                        channels_apart,
                         variance_reference_m2: self.variance(reference, slot, is_code, state),
                         variance_other_m2: self.variance(other, slot, is_code, state),
                         undisturbed_m2: [reference, other]
@@ -232,6 +242,17 @@ impl Differencing<'_> {
             }
         }
         Differences { rows, rejected }
+    }
+
+    fn channels_apart(&self, reference: usize, other: usize) -> f64 {
+        let channel = |k: usize| {
+            let channel = self.constellation.channel(self.common[k].satellite);
+            channel.map_or(0.0, f64::from)
+        };
+        match self.system(other) {
+            System::Glonass => channel(reference) - channel(other),
+            _ => 0.0,
+        }
     }
 
     fn unit(&self, k: usize) -> [f64; 3] {

@@ -99,7 +99,8 @@ pub(crate) fn below_cn0_mask(
         let share = place - index as f64;
         values[index] * (1.0 - share) + values[index + 1] * share
     };
-    cn0_db_hz < least
+    // Receivers that do not say how strong a signal is leave it at 0.
+    cn0_db_hz > 0.0 && cn0_db_hz < least
 }
 
 /// Factor on the variance of a signal that is `drop_db` below its usual strength.

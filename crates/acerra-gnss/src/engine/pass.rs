@@ -4,14 +4,20 @@ use super::code_noise::MeasuredNoise;
 use super::confirm::confirm;
 use super::constellation::Constellation;
 use super::filter::{BaseView, EpochResult, Filter, RoverEpoch};
+use super::glonass::decide;
 use super::measurement::{Epoch, Measurement};
 use super::plausible::reject_implausible;
+use super::precision::scale_covariances;
 use super::single::SingleContext;
 use super::zero::{ZeroDifference, zero_differences};
 use crate::control::Watch;
 use crate::observation::EPOCH_TOLERANCE_S;
-use crate::options::{PositioningMode, PpkOptions, RuleSet};
+use crate::options::{
+    AmbiguityMode, FilterDirection, GlonassAmbiguity, PositioningMode, PpkOptions, RuleSet,
+};
 use crate::ppk::PpkError;
+use crate::satellite::System;
+use crate::solution::GlonassDecision;
 
 /// Everything that both directions share.
 pub(crate) struct Prepared<'a> {
@@ -39,6 +45,42 @@ pub(crate) fn matching_base(base: &[Epoch], rover: &Epoch, backward: bool) -> Op
 }
 
 impl<'a> Prepared<'a> {
+    /// A filter at its start.
+    pub(crate) fn filter(&'a self) -> Filter<'a> {
+        Filter::new(
+            self.constellation,
+            self.options,
+            &self.noise,
+            self.base_position_ecef_m,
+        )
+    }
+
+    /// What a trial pass says of GLONASS ambiguities, where that is left to the data.
+    pub(crate) fn glonass_decision(
+        &'a self,
+        watch: &Watch<'_>,
+    ) -> Result<Option<GlonassDecision>, PpkError> {
+        let options = self.options;
+        let observed = (0..self.constellation.len())
+            .any(|k| self.constellation.id(k).system() == System::Glonass);
+        if options.glonass_ambiguity != GlonassAmbiguity::Auto
+            || options.ambiguity == AmbiguityMode::Off
+            || !matches!(
+                options.mode,
+                PositioningMode::Kinematic | PositioningMode::Static
+            )
+            || !observed
+        {
+            return Ok(None);
+        }
+        let backward = options.direction == FilterDirection::Backward;
+        Ok(Some(decide(&self.run(
+            &mut self.filter(),
+            backward,
+            watch,
+        )?)))
+    }
+
     fn base_zero(&self, index: usize, rover: &Epoch) -> Vec<ZeroDifference> {
         let epoch = &self.base[index];
         // Ephemerides are chosen by the rover's tag, so that both ends use the same ones.
@@ -181,7 +223,8 @@ impl<'a> Prepared<'a> {
             }
         }
         if let Some(needed) = self.options.min_success_rate {
-            confirm(&mut results, needed, self.constellation);
+            confirm(&mut results, needed, &filter.withdrawn, self.constellation);
+            scale_covariances(&mut results);
         }
         Ok(results)
     }

@@ -96,6 +96,17 @@ pub const STATIC_1HZ: Set = Set {
     glonass: GlonassAmbiguity::Off,
 };
 
+pub const STATIC_M8P: Set = Set {
+    name: "still (NEO-M8P, GPS + GLONASS, 1 Hz)",
+    folder: "gnss-static-m8p",
+    rover: "rover.obs.gz",
+    base: "base.obs.gz",
+    navigation: &["base.nav.gz", "rover.nav.gz"],
+    base_position: || BasePosition::Ecef([3_774_093.713_5, -601_662.553_8, 5_089_328.137_0]),
+    systems: &[System::Gps, System::Glonass],
+    glonass: GlonassAmbiguity::On,
+};
+
 pub const WALK: Set = Set {
     name: "walk (NEO-M8P, GPS + GLONASS, 1 Hz)",
     folder: "gnss-walk-m8p",

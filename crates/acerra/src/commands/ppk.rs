@@ -10,8 +10,8 @@ use acerra_gnss::conf::{ConfInputs, ConfOutputs, read_conf};
 use acerra_gnss::output::write_nmea;
 use acerra_gnss::pos::{PosFormat, PosFrame, PosTime, PosTimeScale, write_pos};
 use acerra_gnss::{
-    AmbiguityMode, BasePosition, Dynamics, FilterDirection, GlonassAmbiguity, PositioningMode,
-    PpkOptions, RuleSet, SatelliteId, System, SystemSet,
+    AmbiguityMode, BasePosition, Cn0Mask, Dynamics, FilterDirection, GlonassAmbiguity,
+    PositioningMode, PpkOptions, RuleSet, SatelliteId, System, SystemSet,
 };
 use anyhow::Context;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
@@ -132,6 +132,10 @@ pub struct Args {
     /// Elevation mask, degrees.
     #[arg(long, value_name = "DEG", value_parser = elevation_deg, help_heading = "Positioning")]
     elevation_mask: Option<f64>,
+    /// Least carrier-to-noise density, dB-Hz; signals of unknown strength pass.
+    #[arg(long, value_name = "DBHZ", value_parser = super::values::positive,
+          help_heading = "Positioning")]
+    cn0_mask: Option<f64>,
     /// Largest age of the base's data, s.
     #[arg(long, value_name = "S", value_parser = super::values::positive,
           help_heading = "Positioning")]
@@ -142,7 +146,8 @@ pub struct Args {
     /// Predict the motion from velocity and acceleration.
     #[arg(long, help_heading = "Positioning")]
     dynamics: bool,
-    /// Give single-point positions where nothing better exists.
+    /// Give positions from codes where nothing better exists (without --unguarded they are given
+    /// anyway).
     #[arg(long, help_heading = "Positioning")]
     output_single: bool,
 
@@ -474,7 +479,17 @@ impl Args {
                         .map(|setting| format!("{}: {setting}", place())),
                 );
                 (inputs, outputs) = (conf.inputs, conf.outputs);
-                (conf.options, conf.format)
+                let mut options = conf.options;
+                if let Some(rules) = self.rules.filter(|r| *r != options.rules) {
+                    remarks.push(format!(
+                        "{}: its settings are followed by the rules of {rules}, as the command \
+                         line says, not of {}",
+                        place(),
+                        options.rules
+                    ));
+                    options.rules = rules;
+                }
+                (options, conf.format)
             }
             None => match self.rules {
                 Some(RuleSet::Demo5) => (
@@ -539,13 +554,13 @@ impl Args {
         if let Some(age) = self.max_age {
             options.max_age_s = age;
         }
+        if let Some(least) = self.cn0_mask {
+            options.cn0_mask = Some(Cn0Mask::uniform(least));
+        }
         options.interpolate_base |= self.interpolate_base;
         options.output_single |= self.output_single;
         if self.dynamics && options.dynamics.is_none() {
-            options.dynamics = Some(Dynamics {
-                horizontal_noise: 0.1,
-                vertical_noise: 0.01,
-            });
+            options.dynamics = Some(Dynamics::DRONE);
         }
     }
 }

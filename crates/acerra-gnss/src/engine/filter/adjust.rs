@@ -2,7 +2,7 @@
 
 use super::{EpochView, Filter};
 use crate::engine::double::{Differences, DoubleRow};
-use crate::engine::outliers::{Worst, code_misfit, worst};
+use crate::engine::outliers::{Worst, misfit, worst};
 use crate::engine::state::FilterState;
 use crate::engine::zero::ZeroDifference;
 use crate::options::RuleSet;
@@ -108,7 +108,7 @@ impl Filter<'_> {
 
     /// Counts the codes' residuals into their fading sums.
     pub(super) fn note_misfit(&mut self, rows: &[DoubleRow]) {
-        let (squares, freedom) = code_misfit(rows);
+        let (squares, freedom) = misfit(rows, true, |_, _| true);
         self.misfit = [
             MISFIT_KEPT * self.misfit[0] + squares,
             MISFIT_KEPT * self.misfit[1] + freedom as f64,

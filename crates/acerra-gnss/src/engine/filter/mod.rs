@@ -1,6 +1,7 @@
 //! One epoch of the relative filter: prediction, biases, measurement update, ambiguities.
 
 mod adjust;
+mod held;
 mod observe;
 mod predict;
 mod report;
@@ -12,6 +13,7 @@ use crate::engine::code_noise::MeasuredNoise;
 use crate::engine::confirm::FixedIntegers;
 use crate::engine::constellation::{Constellation, SatelliteState, Unusable};
 use crate::engine::double::Common;
+use crate::engine::glonass::GlonassPlan;
 use crate::engine::measurement::Epoch;
 use crate::engine::single::SinglePoint;
 use crate::engine::slips;
@@ -54,6 +56,11 @@ pub(crate) struct EpochResult {
     pub ratio: f64,
     pub reason: Option<NotFixedReason>,
     pub residuals: Vec<SatelliteResidual>,
+    /// Squared phase residuals of a fix in units of their variance, and their degrees of freedom.
+    pub phase_misfit: [f64; 2],
+    /// GLONASS inter-channel bias and standard deviation (m per channel) of a fix with GLONASS,
+    /// where it is estimated.
+    pub channel_slope_m: Option<[f64; 2]>,
     /// The integers of a fix.
     pub integers: Option<FixedIntegers>,
 }
@@ -103,6 +110,15 @@ pub(crate) struct Filter<'a> {
     /// Satellite that partial resolution takes out next.
     pub(super) next_to_drop: usize,
     pub(super) held: bool,
+    /// Since when the present set of integers is held.
+    held_since: Option<GpsTime>,
+    /// GLONASS ambiguities stay float.
+    glonass_float: bool,
+    /// The present fix rests on integers held before.
+    rests_on_held: bool,
+    /// Number of the present set of held integers, and the numbers of those withdrawn.
+    generation: u32,
+    pub(crate) withdrawn: Vec<u32>,
 }
 
 impl<'a> Filter<'a> {
@@ -128,7 +144,26 @@ impl<'a> Filter<'a> {
             previous_pairs: 0,
             next_to_drop: 0,
             held: false,
+            generation: 0,
+            held_since: None,
+            glonass_float: false,
+            rests_on_held: false,
+            withdrawn: Vec::new(),
         }
+    }
+
+    /// This filter, told of GLONASS what an earlier pass found.
+    pub(crate) fn with_glonass(mut self, plan: GlonassPlan) -> Self {
+        match plan {
+            GlonassPlan::Estimate => {}
+            GlonassPlan::Float => self.glonass_float = true,
+            GlonassPlan::Slope([slope, sigma]) => {
+                if let Some(index) = self.state.channel_slope_index() {
+                    self.state.initialise(index, slope, sigma * sigma);
+                }
+            }
+        }
+        self
     }
 
     /// Processes one rover epoch that has a single-point position.
@@ -167,7 +202,28 @@ impl<'a> Filter<'a> {
                 result.reason = Some(failure.reason);
             }
         }
+        if result.quality.is_none() && self.options.output_single {
+            self.fall_back_to_codes(&epoch, single, &mut result);
+        }
         result
+    }
+
+    /// The position from differential codes, where phases give none.
+    fn fall_back_to_codes(
+        &self,
+        epoch: &EpochView<'_>,
+        single: &SinglePoint,
+        result: &mut EpochResult,
+    ) {
+        if let Some(state) = self.from_codes(epoch, single) {
+            result.quality = Some(Quality::Dgps);
+            result.position_ecef_m = state.position();
+            result.covariance_ecef_m2 =
+                std::array::from_fn(|i| std::array::from_fn(|j| state.covariance(i, j)));
+        } else {
+            result.position_ecef_m = single.position_ecef_m;
+            result.covariance_ecef_m2 = single.covariance_ecef_m2;
+        }
     }
 
     fn young_enough<'b>(&self, base: Option<BaseView<'b>>) -> Result<BaseView<'b>, NotFixedReason> {
@@ -246,7 +302,12 @@ impl<'a> Filter<'a> {
         let certain = self.is_certain(&epoch.common, zero, attempt);
         self.certain |= certain;
         if self.options.min_success_rate.is_some() {
-            result.integers = Some(FixedIntegers::new(attempt, certain, result));
+            result.integers = Some(FixedIntegers::new(
+                attempt,
+                certain,
+                self.generation,
+                result,
+            ));
         }
         self.report_fix(result, attempt);
         self.consecutive_fixes += 1;
@@ -254,6 +315,10 @@ impl<'a> Filter<'a> {
             && self.consecutive_fixes >= self.options.min_fixes_to_hold
             && self.certain
         {
+            if self.holds_beside() {
+                self.hold_beside(attempt);
+                return;
+            }
             let resolution = self.resolution(&epoch.common, zero, true);
             if resolution.hold(&mut self.state, attempt) {
                 self.learn_channel_biases(&epoch.common);

@@ -7,7 +7,7 @@ use crate::signal::SPEED_OF_LIGHT_M_S;
 use acerra_geo::geodesy::EnuFrame;
 
 /// Variance of a position taken from a single-point solution (m²).
-const POSITION_VARIANCE_M2: f64 = 900.0;
+pub(super) const POSITION_VARIANCE_M2: f64 = 900.0;
 const VELOCITY_VARIANCE: f64 = 100.0;
 const ACCELERATION_VARIANCE: f64 = 100.0;
 /// A state of exactly zero would count as absent in RTKLIB; accelerations start just off it.
@@ -161,8 +161,7 @@ impl Filter<'_> {
             for (c, beta) in common.iter().zip(&code_phase) {
                 let index = self.state.bias_index(c.satellite, slot);
                 if let (Some(beta), false) = (beta, self.state.exists[index]) {
-                    self.state
-                        .initialise(index, *beta, options.initial_bias_cycles.powi(2));
+                    self.state.initialise_bias(c.satellite, slot, *beta);
                     if options.rules == RuleSet::Demo5 {
                         self.state.track_mut(c.satellite, slot).lock = -options.min_lock_epochs;
                     }
@@ -193,7 +192,7 @@ impl Filter<'_> {
 
     /// Forgets every phase bias.
     pub(super) fn forget_biases(&mut self) {
-        for index in self.state.position_states..self.state.len() {
+        for index in self.state.leading_states..self.state.len() {
             if self.state.exists[index] {
                 self.state.remove(index);
             }

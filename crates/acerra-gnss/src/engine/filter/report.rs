@@ -4,6 +4,7 @@ use super::adjust::Update;
 use super::{BaseView, EpochResult, EpochView, Filter, RoverEpoch};
 use crate::engine::ambiguity::Attempt;
 use crate::engine::single::SinglePoint;
+use crate::satellite::System;
 use crate::solution::{NotFixedReason, Quality, SatelliteResidual};
 
 impl EpochResult {
@@ -25,6 +26,8 @@ impl EpochResult {
             ratio: 0.0,
             reason: None,
             residuals: Vec::new(),
+            phase_misfit: [0.0; 2],
+            channel_slope_m: None,
             integers: None,
         }
     }
@@ -90,7 +93,7 @@ impl Filter<'_> {
 
     /// Position and velocity with the integers of `attempt` imposed.
     pub(super) fn report_fix(&self, result: &mut EpochResult, attempt: &Attempt) {
-        let np = self.state.position_states;
+        let np = self.state.leading_states;
         let block = |first: usize| {
             std::array::from_fn(|i| {
                 std::array::from_fn(|j| attempt.p[(first + i) * np + first + j])
@@ -100,8 +103,14 @@ impl Filter<'_> {
         result.quality = Some(Quality::Fixed);
         result.position_ecef_m = vector(0);
         result.covariance_ecef_m2 = block(0);
-        if np == 9 {
+        if self.state.position_states == 9 {
             result.velocity = Some((vector(3), block(3)));
+        }
+        let glonass = |satellite| self.constellation.id(satellite).system() == System::Glonass;
+        if let Some(k) = self.state.channel_slope_index()
+            && attempt.pairs.iter().filter(|p| glonass(p.other)).count() >= 2
+        {
+            result.channel_slope_m = Some([attempt.x[k], attempt.p[k * np + k].max(0.0).sqrt()]);
         }
         for r in &mut result.residuals {
             r.fixed = self

@@ -6,7 +6,8 @@ use crate::engine::double::Common;
 use crate::engine::noise::{
     Separation, SignalView, single_difference_variance_m2, weak_signal_factor,
 };
-use crate::engine::outliers::worst;
+use crate::engine::outliers::{misfit, worst};
+use crate::engine::state::FilterState;
 use crate::engine::zero::{ZeroDifference, zero_differences};
 use crate::options::{AmbiguityMode, GlonassAmbiguity, RuleSet};
 use crate::solution::NotFixedReason;
@@ -15,9 +16,6 @@ use crate::solution::NotFixedReason;
 const LARGEST_LEFT_OUT: usize = 3;
 /// A position takes three pairs; only a further one checks it.
 const LEAST_CHECKED_PAIRS: usize = 4;
-/// Fixes in a row after which integers need no proof by leaving satellites out: wrong ones do not
-/// pass the ratio test that long while geometry and multipath change.
-const LASTING_FIXES: u32 = 50;
 
 impl<'a> Filter<'a> {
     /// Ambiguity resolution at this epoch.
@@ -52,12 +50,13 @@ impl<'a> Filter<'a> {
         let Some(least) = self.options.min_success_rate else {
             return true;
         };
+        if self.rests_on_held {
+            return true;
+        }
         let resolution = self.resolution(common, zero, true);
         attempt.success_rate >= least
             && attempt.pairs.len() >= LEAST_CHECKED_PAIRS
-            && (self.certain
-                || self.consecutive_fixes >= LASTING_FIXES
-                || resolution.is_stable_under_exclusion(&self.state, attempt))
+            && (self.certain || resolution.is_stable_under_exclusion(&self.state, attempt))
     }
 
     /// The satellites of `pairs` that partial resolution may leave out, the noisiest first; at
@@ -104,14 +103,16 @@ impl<'a> Filter<'a> {
     ) -> Result<Attempt, NotFixedReason> {
         let mut left_out = 0;
         loop {
-            let attempt = self.resolve(&epoch.common, zero, result)?;
+            let conditioned = self.conditioned(&epoch.common);
+            self.rests_on_held = conditioned.is_some();
+            let attempt = self.resolve(&epoch.common, zero, conditioned.as_ref(), result)?;
             let Some(limit) = self.options.max_phase_residual_sigma else {
                 return Ok(attempt);
             };
-            let mut fixed = self.state.clone();
+            let mut fixed = conditioned.unwrap_or_else(|| self.state.clone());
             fixed.x[..attempt.x.len()].copy_from_slice(&attempt.x);
             for (pair, integer) in attempt.pairs.iter().zip(&attempt.integers) {
-                let reference = self.state.bias(pair.reference, pair.slot).unwrap_or(0.0);
+                let reference = fixed.bias(pair.reference, pair.slot).unwrap_or(0.0);
                 let index = fixed.bias_index(pair.other, pair.slot);
                 fixed.x[index] = reference - integer;
             }
@@ -127,6 +128,9 @@ impl<'a> Filter<'a> {
                 |k: usize, slot: usize| self.state.track(epoch.common[k].satellite, slot).in_fix;
             let worst = worst(&differences.rows, false, in_fix);
             let Some(worst) = worst.filter(|w| w.normalised > limit) else {
+                let (squares, rows) = misfit(&differences.rows, false, in_fix);
+                // Three degrees of freedom went into the position.
+                result.phase_misfit = [squares, rows.saturating_sub(3) as f64];
                 return Ok(attempt);
             };
             for track in &mut self.state.tracks {
@@ -148,13 +152,11 @@ impl<'a> Filter<'a> {
     /// One search of the integers, with partial resolution if that is chosen.
     pub(super) fn attempt_by_rtklib(
         &self,
-        common: &[Common],
-        zero: &[ZeroDifference],
-        with_glonass: bool,
+        resolution: &Resolution<'_>,
+        state: &FilterState,
         [slipped, half_cycle]: [usize; 2],
     ) -> Result<Attempt, NotFixedReason> {
-        let resolution = self.resolution(common, zero, with_glonass);
-        let pairs = resolution.pairs(&self.state);
+        let pairs = resolution.pairs(state);
         if pairs.len() < 2 {
             let pairs = pairs.len();
             return Err(NotFixedReason::TooFewAmbiguities {
@@ -164,14 +166,27 @@ impl<'a> Filter<'a> {
             });
         }
         match self.options.partial_ambiguity {
-            None => resolution.attempt(&self.state, pairs),
+            None => resolution.attempt(state, pairs),
             Some(partial) => {
-                let dispensable = self.noisiest_first(common, zero, &pairs);
+                let dispensable = self.noisiest_first(resolution.common, resolution.rover, &pairs);
                 let least = partial.min_satellites_to_fix.saturating_sub(1);
-                resolution.partial_attempt(&self.state, pairs, &dispensable, least)
+                resolution.partial_attempt(state, pairs, &dispensable, least)
             }
         }
         .map_err(|_| NotFixedReason::SearchFailed)
+    }
+
+    /// The integers held and nothing else.
+    fn attempt_held(
+        &self,
+        common: &[Common],
+        zero: &[ZeroDifference],
+        state: &FilterState,
+    ) -> Result<Attempt, NotFixedReason> {
+        let (pairs, _) = self.held_pairs(common);
+        self.resolution(common, zero, true)
+            .attempt(state, pairs)
+            .map_err(|_| NotFixedReason::SearchFailed)
     }
 
     /// Ambiguity resolution of this epoch: the accepted attempt, or why there is none.
@@ -179,6 +194,7 @@ impl<'a> Filter<'a> {
         &mut self,
         common: &[Common],
         zero: &[ZeroDifference],
+        conditioned: Option<&FilterState>,
         result: &mut EpochResult,
     ) -> Result<Attempt, NotFixedReason> {
         let options = self.options;
@@ -199,17 +215,21 @@ impl<'a> Filter<'a> {
         let attempt = match options.rules {
             RuleSet::Rtklib => {
                 let learning = options.glonass_ambiguity == GlonassAmbiguity::FixAndHold;
+                let optional = options.glonass_ambiguity == GlonassAmbiguity::Auto;
                 let mut outcome = None;
                 // GLONASS joins once its biases are learnt; a fix that fails with it is tried
                 // without.
                 let tries: &[bool] = match (learning, self.held) {
-                    (false, _) => &[true],
+                    _ if self.glonass_float => &[false],
+                    (false, _) if !optional => &[true],
+                    (false, _) => &[true, false],
                     (true, false) => &[false],
                     (true, true) => &[true, false],
                 };
                 for &with_glonass in tries {
-                    let attempt =
-                        self.attempt_by_rtklib(common, zero, with_glonass, [slipped, half_cycle]);
+                    let resolution = self.resolution(common, zero, with_glonass);
+                    let state = conditioned.unwrap_or(&self.state);
+                    let attempt = self.attempt_by_rtklib(&resolution, state, [slipped, half_cycle]);
                     let accepted = attempt.as_ref().is_ok_and(|a| a.accepted);
                     if accepted || outcome.is_none() {
                         outcome = Some(attempt);
@@ -218,7 +238,13 @@ impl<'a> Filter<'a> {
                         break;
                     }
                 }
-                outcome.unwrap_or(Err(NotFixedReason::SearchFailed))?
+                let outcome = outcome.unwrap_or(Err(NotFixedReason::SearchFailed));
+                let accepted = outcome.as_ref().is_ok_and(|a| a.accepted);
+                match conditioned {
+                    // What is new may not be resolved yet; what is held still says where.
+                    Some(state) if !accepted => self.attempt_held(common, zero, state)?,
+                    _ => outcome?,
+                }
             }
             RuleSet::Demo5 => self.resolve_demo5(common, zero, slipped, half_cycle)?,
         };
