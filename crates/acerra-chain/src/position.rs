@@ -237,8 +237,10 @@ fn from_gnss(
     for warning in &positioned.warnings {
         warnings.add(format!("[gnss] {warning}"));
     }
-    let mut trajectory =
-        positioning::trajectory(&positioned.solution).map_err(PositionError::Solution)?;
+    let mut trajectory = positioned
+        .solution
+        .trajectory()
+        .map_err(PositionError::Solution)?;
     if let Some(origin) = options.origin {
         trajectory = trajectory
             .in_frame(EnuFrame::new(origin))

@@ -27,11 +27,11 @@ fn walk_as_rtklib(bencher: Bencher<'_, '_>, threads: usize) {
     let Some(logs) = WALK_LOGS.as_ref() else {
         return;
     };
-    let options = WALK.adapt(PpkOptions {
-        direction: FilterDirection::Combined,
-        threads,
-        ..PpkOptions::rtklib()
-    });
+    let options = WALK.adapt(
+        PpkOptions::rtklib()
+            .with_direction(FilterDirection::Combined)
+            .with_threads(threads),
+    );
     bencher.bench(|| process(&logs.rover, &logs.base, &logs.navigation, &options).unwrap());
 }
 
@@ -41,10 +41,7 @@ fn walk_by_default(bencher: Bencher<'_, '_>, threads: usize) {
     let Some(logs) = WALK_LOGS.as_ref() else {
         return;
     };
-    let options = PpkOptions {
-        threads,
-        ..PpkOptions::default()
-    };
+    let options = PpkOptions::default().with_threads(threads);
     bencher.bench(|| process(&logs.rover, &logs.base, &logs.navigation, &options).unwrap());
 }
 
@@ -54,11 +51,9 @@ fn flight_of_2000_epochs(bencher: Bencher<'_, '_>, threads: usize) {
     let navigation = synthetic::navigation();
     let rover = synthetic::rover(&navigation, 2_000, &synthetic::L1);
     let base = synthetic::base(&navigation, 2_000, &synthetic::L1);
-    let options = PpkOptions {
-        systems: SystemSet::GPS.with(System::Galileo),
-        base_position: BasePosition::Ecef(synthetic::BASE_ECEF_M),
-        threads,
-        ..PpkOptions::default()
-    };
+    let options = PpkOptions::default()
+        .with_systems(SystemSet::GPS.with(System::Galileo))
+        .with_base_position(BasePosition::Ecef(synthetic::BASE_ECEF_M))
+        .with_threads(threads);
     bencher.bench(|| process(&rover, &base, &navigation, &options).unwrap());
 }

@@ -12,11 +12,9 @@ fn main() {
     let navigation = synthetic::navigation();
     let rover = synthetic::rover(&navigation, 300, &synthetic::L1);
     let base = synthetic::base(&navigation, 300, &synthetic::L1);
-    let options = PpkOptions {
-        systems: SystemSet::GPS.with(System::Galileo),
-        base_position: BasePosition::Ecef(synthetic::BASE_ECEF_M),
-        ..PpkOptions::default()
-    };
+    let options = PpkOptions::default()
+        .with_systems(SystemSet::GPS.with(System::Galileo))
+        .with_base_position(BasePosition::Ecef(synthetic::BASE_ECEF_M));
     let solution = process(&rover, &base, &navigation, &options).unwrap();
     let mut worst_m = 0.0f64;
     for e in solution

@@ -1,6 +1,6 @@
 //! The rover's position at time-tagged events.
 
-use crate::observation::{EventKind, EventRecord};
+use crate::observation::EventRecord;
 use crate::solution::{EventPosition, Solution};
 use acerra_geo::time::GpsTime;
 
@@ -10,24 +10,16 @@ const LARGEST_INTERVALS: f64 = 1.5;
 /// Positions at `events`, interpolated in `solutions` (ascending in time).
 ///
 /// Between four evenly spaced neighbours the cubic through them, else the straight line; nothing
-/// outside the solution and across gaps. `clock_s` gives the receiver clock (tag minus GPS time)
-/// near a time, which RINEX events share with the observations' tags; time marks of the receiver
-/// are GPS time already.
+/// outside the solution and across gaps. Event times are GPS time as they stand: receivers mark
+/// events on the time scale that they steer to, not on the tags of their observations.
 pub(crate) fn interpolate_events(
     events: &[EventRecord],
     solutions: &[Solution],
-    clock_s: impl Fn(GpsTime) -> f64,
 ) -> Vec<EventPosition> {
     let interval_s = typical_interval_s(solutions);
     events
         .iter()
-        .map(|event| {
-            let time = match event.kind {
-                EventKind::External => event.time - clock_s(event.time),
-                EventKind::RisingEdge | EventKind::FallingEdge => event.time,
-            };
-            at_time(event, time, solutions, interval_s * LARGEST_INTERVALS)
-        })
+        .map(|event| at_time(event, event.time, solutions, interval_s * LARGEST_INTERVALS))
         .collect()
 }
 
@@ -97,6 +89,7 @@ fn at_time(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::observation::EventKind;
     use crate::solution::Quality;
 
     fn solution(time_s: f64, x: f64) -> Solution {
@@ -133,7 +126,7 @@ mod tests {
             .iter()
             .map(|&t| event(t, EventKind::FallingEdge))
             .collect();
-        let found = interpolate_events(&events, &path, |_| 0.0);
+        let found = interpolate_events(&events, &path);
         let x = |k: usize| found[k].position_ecef_m.map(|p| p[0]);
         assert!((x(0).unwrap() - 0.5).abs() < 1e-9);
         assert!((x(1).unwrap() - 2.25f64.powi(3)).abs() < 1e-9);
@@ -142,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn gaps_are_not_bridged_and_the_clock_is_taken_off_receiver_tags() {
+    fn gaps_are_not_bridged_and_event_times_stand_as_they_are() {
         let path: Vec<Solution> = [0.0, 1.0, 2.0, 5.0, 6.0, 7.0]
             .iter()
             .map(|&t| solution(t, t))
@@ -151,8 +144,8 @@ mod tests {
             event(3.0, EventKind::External),
             event(1.5, EventKind::External),
         ];
-        let found = interpolate_events(&events, &path, |_| -0.01);
+        let found = interpolate_events(&events, &path);
         assert_eq!(found[0].position_ecef_m, None);
-        assert!((found[1].position_ecef_m.unwrap()[0] - 1.51).abs() < 1e-9);
+        assert!((found[1].position_ecef_m.unwrap()[0] - 1.5).abs() < 1e-9);
     }
 }

@@ -9,11 +9,16 @@ use flate2::read::MultiGzDecoder;
 use crate::collect::Collector;
 use crate::crinex::CrinexLines;
 use crate::input::{
-    FileKind, Limits, LineSource, Lines, Place, ReadError, ReadReport, SNIFF_BYTES, sniff,
+    FileKind, Limits, LineSource, Lines, Place, ReadError, ReadReport, SNIFF_BYTES, UnixCompressed,
+    sniff,
 };
+use crate::precise::{read_clock_lines, read_sp3_lines};
 use crate::rinex::{ObservationRecord, RinexObservations, read_navigation_lines};
+use crate::rtcm::{RtcmHints, RtcmLog, read_rtcm};
 use crate::ubx::{UbxLog, read_ubx};
-use crate::{Navigation, ObservationData, SignalChoice, select_signals};
+use crate::{
+    Navigation, ObservationData, PreciseProducts, RecordedEpoch, SignalChoice, select_signals,
+};
 
 /// What a GNSS file held.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,7 +34,11 @@ pub struct GnssFile {
 }
 
 /// Reads any supported file: RINEX 2–4 observation or navigation data, Hatanaka-compressed
-/// (CRINEX 1 and 3), UBX raw logs, each also inside gzip. Recognised by content.
+/// (CRINEX 1 and 3), UBX raw logs, RTCM 3 logs, SP3 orbits, RINEX
+/// clocks, each also inside gzip or UNIX `compress`.
+/// Recognised by content.
+///
+/// RTCM 3 logs that do not state their date need [`read_gnss_near`].
 ///
 /// ```
 /// use acerra_gnss::{input::Limits, read_gnss};
@@ -48,22 +57,39 @@ pub struct GnssFile {
 /// [`ReadError::WrongKind`] for content of another kind, [`ReadError::Empty`], and whatever the
 /// reader of the kind found says.
 pub fn read_gnss(reader: impl Read, limits: Limits) -> Result<GnssFile, ReadError> {
+    read_gnss_near(reader, limits, &RtcmHints::default())
+}
+
+/// As [`read_gnss`], with what an RTCM 3 log may not say about itself: its date, and the frequency
+/// channels of GLONASS satellites.
+///
+/// # Errors
+/// As [`read_gnss`]; [`ReadError::NoDate`] for an RTCM 3 log whose week neither its messages nor
+/// the hints tell.
+pub fn read_gnss_near(
+    reader: impl Read,
+    limits: Limits,
+    hints: &RtcmHints,
+) -> Result<GnssFile, ReadError> {
     let (kind, head, rest) = peek(reader)?;
-    if kind != FileKind::Gzip {
-        return read_kind(kind, Cursor::new(head).chain(rest), limits);
-    }
+    let whole = Cursor::new(head).chain(rest);
+    let (name, inner): (_, Box<dyn Read + '_>) = match kind {
+        FileKind::Gzip => ("gzip", Box::new(MultiGzDecoder::new(whole))),
+        FileKind::UnixCompress => ("compress", Box::new(UnixCompressed::new(whole))),
+        _ => return read_kind(kind, whole, limits, hints),
+    };
     let cut = Arc::new(AtomicBool::new(false));
     let decoder = LenientEnd {
-        inner: MultiGzDecoder::new(Cursor::new(head).chain(rest)),
+        inner,
         cut: Arc::clone(&cut),
     };
     let (kind, head, rest) = peek(decoder)?;
-    let mut file = read_kind(kind, Cursor::new(head).chain(rest), limits)?;
-    file.report.format.push_str(", gzip");
+    let mut file = read_kind(kind, Cursor::new(head).chain(rest), limits, hints)?;
+    file.report.format.push_str(&format!(", {name}"));
     if cut.load(Ordering::Relaxed) {
         file.report
             .remarks
-            .push("the gzip stream is cut off".to_owned());
+            .push(format!("the {name} stream is cut off"));
     }
     Ok(file)
 }
@@ -117,7 +143,12 @@ fn peek<R: Read>(mut reader: R) -> Result<(FileKind, Vec<u8>, R), ReadError> {
     }
 }
 
-fn read_kind(kind: FileKind, reader: impl Read, limits: Limits) -> Result<GnssFile, ReadError> {
+fn read_kind(
+    kind: FileKind,
+    reader: impl Read,
+    limits: Limits,
+    hints: &RtcmHints,
+) -> Result<GnssFile, ReadError> {
     match kind {
         FileKind::RinexObservation => {
             let lines = Lines::new(BufReader::new(reader), limits);
@@ -150,23 +181,94 @@ fn read_kind(kind: FileKind, reader: impl Read, limits: Limits) -> Result<GnssFi
                 report,
             })
         }
-        FileKind::Ubx => {
-            let mut log = Vec::new();
-            let mut reader = reader.take(limits.max_bytes.saturating_add(1));
-            reader.read_to_end(&mut log)?;
-            if log.len() as u64 > limits.max_bytes {
-                return Err(ReadError::Limit {
-                    what: "the file",
-                    limit: limits.max_bytes,
-                });
-            }
-            Ok(ubx_file(&log))
+        FileKind::Sp3 => {
+            let mut lines = Lines::new(BufReader::new(reader), limits);
+            Ok(precise_file(kind, read_sp3_lines(&mut lines)?))
         }
+        FileKind::RinexClock => {
+            let mut lines = Lines::new(BufReader::new(reader), limits);
+            Ok(precise_file(kind, read_clock_lines(&mut lines)?))
+        }
+        FileKind::Ubx => Ok(ubx_file(&whole(reader, limits)?)),
+        FileKind::Rtcm3 => rtcm_file(&whole(reader, limits)?, hints),
         found => Err(ReadError::WrongKind {
-            expected: "RINEX or UBX observations or navigation data",
+            expected: "RINEX, UBX or RTCM 3 observations or navigation data",
             found,
         }),
     }
+}
+
+fn precise_file(kind: FileKind, (precise, report): (PreciseProducts, ReadReport)) -> GnssFile {
+    GnssFile {
+        kind,
+        observations: None,
+        navigation: Some(Navigation {
+            precise,
+            ..Navigation::default()
+        }),
+        report,
+    }
+}
+
+/// Everything that a reader gives, within the limits.
+fn whole(reader: impl Read, limits: Limits) -> Result<Vec<u8>, ReadError> {
+    let mut log = Vec::new();
+    let mut reader = reader.take(limits.max_bytes.saturating_add(1));
+    reader.read_to_end(&mut log)?;
+    if log.len() as u64 > limits.max_bytes {
+        return Err(ReadError::Limit {
+            what: "the file",
+            limit: limits.max_bytes,
+        });
+    }
+    Ok(log)
+}
+
+fn rtcm_file(log: &[u8], hints: &RtcmHints) -> Result<GnssFile, ReadError> {
+    let RtcmLog {
+        epochs,
+        station,
+        navigation,
+        glonass_channels,
+        date,
+        mut report,
+    } = read_rtcm(log, hints);
+    if date.is_none() {
+        return Err(ReadError::NoDate);
+    }
+    let choice = choice_of(&epochs);
+    let mut collector = Collector::default();
+    for (offset, epoch) in &epochs {
+        collector.epoch(select_signals(epoch, &choice), Place::Byte(*offset));
+    }
+    let mut data = ObservationData {
+        station,
+        glonass_channels,
+        ..ObservationData::default()
+    };
+    collector.finish(&mut data, &mut report);
+    Ok(GnssFile {
+        kind: FileKind::Rtcm3,
+        observations: Some(data),
+        navigation: Some(navigation),
+        report,
+    })
+}
+
+/// The choice of signals that a RINEX 3 file of these epochs would lead to.
+fn choice_of(epochs: &[(u64, RecordedEpoch)]) -> SignalChoice {
+    let mut listed: Vec<_> = epochs
+        .iter()
+        .flat_map(|(_, epoch)| &epoch.satellites)
+        .flat_map(|s| {
+            s.signals
+                .iter()
+                .map(|signal| (s.satellite.system(), signal.code))
+        })
+        .collect();
+    listed.sort_unstable();
+    listed.dedup();
+    SignalChoice::per_file(listed)
 }
 
 fn ubx_file(log: &[u8]) -> GnssFile {

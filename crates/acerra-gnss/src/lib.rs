@@ -1,4 +1,14 @@
-//! Carrier-phase differential GNSS (PPK): readers, positioning, ambiguity resolution.
+//! Positions of a moving receiver from its raw GNSS log and a base station's, to a centimetre, after
+//! the flight: readers, carrier-phase differential positioning (PPK), ambiguity resolution.
+//!
+//! ```text
+//!  rover file ─┐              ObservationData ─┐
+//!  base file  ─┼─ read_gnss ─▶ ObservationData ─┼─ process(…, &PpkOptions) ─▶ PpkSolution
+//!  nav files  ─┘              Navigation      ─┘                                 │
+//!                                                 pos::write_pos ◀───────────────┼─ .epochs: Solution
+//!                                                 PpkSolution::trajectory() ◀────┤
+//!                                                 .lost, .events, .summary ◀─────┘
+//! ```
 //!
 //! | what | where |
 //! | --- | --- |
@@ -6,11 +16,15 @@
 //! | RINEX 2.10–4 observation, navigation 2–4 | [`rinex`] |
 //! | Hatanaka-compressed RINEX (CRINEX 1 and 3) | [`crinex`] |
 //! | u-blox UBX: RXM-RAW, RAWX, SFRB, SFRBX, TIM-TM2 | [`ubx`] |
+//! | RTCM 3: MSM4–7, 1002, 1004, 1010, 1012, ephemerides | [`rtcm`] |
+//! | precise orbits and clocks: SP3-c, SP3-d, RINEX clock | [`precise`] |
+//! | antenna calibrations: ANTEX | [`antex`] |
 //! | one signal per satellite and frequency | [`select_signals`] |
-//! | positions | [`process`] with [`PpkOptions`] |
+//! | positions | [`process`] with [`PpkOptions`]; [`process_with`] can be followed and cancelled |
+//! | NMEA, residuals, positions of images, geoid heights | [`output`] |
 //! | RTKLIB's `.conf` and `.pos` | [`conf`], [`pos`] |
 //!
-//! From two raw logs to a solution file:
+//! From two raw logs to a solution file (`examples/positions.rs` is the whole program):
 //! ```no_run
 //! use acerra_gnss::{Navigation, PpkOptions, input::Limits, pos, process, read_gnss};
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -24,40 +38,55 @@
 //! let (rover, base) = (rover.observations.unwrap_or_default(), base.observations.unwrap_or_default());
 //! let options = PpkOptions::default();
 //! let solution = process(&rover, &base, &navigation, &options)?;
+//! for warning in &solution.summary.warnings {
+//!     println!("{warning}");
+//! }
 //! let out = std::io::BufWriter::new(std::fs::File::create("rover.pos")?);
 //! pos::write_pos(out, &solution, &options, &["rover.ubx".to_owned()], &pos::PosFormat::default())?;
 //! # Ok(())
 //! # }
 //! ```
 
+pub mod antex;
 mod atmosphere;
+mod bits;
 mod collect;
 pub mod conf;
+mod control;
 pub mod crinex;
 mod engine;
 mod events;
 mod file;
 mod geometry;
 pub mod input;
+mod join;
 mod lambda;
+mod names;
 mod navigation;
 mod observation;
 mod options;
 mod orbit;
+pub mod output;
 pub mod pos;
 mod ppk;
+pub mod precise;
 mod recorded;
 pub mod rinex;
+pub mod rtcm;
 mod satellite;
 mod select;
 mod signal;
 mod solution;
+mod track;
 pub mod ubx;
 
 pub use atmosphere::{Mapping, Niell, saastamoinen_m};
-pub use file::{GnssFile, read_gnss, read_navigation, read_observations};
+pub use control::Control;
+pub use file::{GnssFile, read_gnss, read_gnss_near, read_navigation, read_observations};
 pub use geometry::{LineOfSight, azimuth_elevation_rad, line_of_sight};
+pub use join::{JoinRemark, LogPart, join_logs};
 pub use lambda::{IntegerCandidates, LambdaError, integer_least_squares};
+pub use names::UnknownNameError;
 pub use navigation::{
     Ephemeris, GlonassEphemeris, KeplerEphemeris, Klobuchar, Navigation, SbasEphemeris,
 };
@@ -70,12 +99,13 @@ pub use options::{
     PartialAmbiguity, PositioningMode, PpkOptions, RuleSet,
 };
 pub use orbit::{OrbitRates, OrbitState};
-pub use ppk::{PpkError, TimeSpan, process};
+pub use ppk::{PpkError, TimeSpan, process, process_with};
+pub use precise::{PreciseGap, PreciseProducts};
 pub use recorded::{RecordedEpoch, RecordedSatellite};
 pub use satellite::{SatelliteId, SatelliteIdError, System, SystemSet};
 pub use select::{SignalChoice, rank, select_signals};
 pub use signal::{FREQUENCY_L1_HZ, FREQUENCY_SLOTS, SPEED_OF_LIGHT_M_S, SignalCode};
 pub use solution::{
-    BaseGap, EventPosition, LostEpoch, MissingNavigation, NotFixedReason, PpkSolution, PpkSummary,
-    PpkWarning, Quality, SatelliteResidual, Solution,
+    BaseGap, EventPosition, GlonassDecision, LostEpoch, MissingNavigation, NotFixedReason,
+    PpkSolution, PpkSummary, PpkWarning, Quality, SatelliteResidual, Solution,
 };

@@ -1,5 +1,6 @@
 //! Broadcast navigation data: ephemerides and ionosphere coefficients.
 
+use crate::precise::PreciseProducts;
 use crate::satellite::{SatelliteId, System};
 use acerra_geo::time::GpsTime;
 
@@ -198,11 +199,20 @@ pub struct Navigation {
     pub ephemerides: Vec<Ephemeris>,
     /// Ionosphere coefficients, the last ones read; `None` when absent or all zero.
     pub klobuchar: Option<Klobuchar>,
+    /// Precise orbits and clocks. A satellite that they hold is positioned by them alone.
+    pub precise: PreciseProducts,
 }
 
 impl Navigation {
+    /// Whether there is no orbit of any satellite.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.ephemerides.is_empty() && self.precise.is_empty()
+    }
+
     /// Adds what another file holds; its ionosphere coefficients, if any, win.
     pub fn merge(&mut self, other: Self) {
+        self.precise.merge(other.precise);
         self.ephemerides.extend(other.ephemerides);
         self.klobuchar = other.klobuchar.or(self.klobuchar);
         self.normalise();

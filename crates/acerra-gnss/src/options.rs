@@ -1,8 +1,10 @@
 //! Processing options, with the presets that reproduce known programs.
 
+use crate::antex::AntennaCalibration;
 use crate::satellite::{SatelliteId, System, SystemSet};
 use crate::signal::FREQUENCY_SLOTS;
 use acerra_geo::time::GpsTime;
+use std::sync::Arc;
 
 /// What is estimated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -58,6 +60,10 @@ pub enum GlonassAmbiguity {
     Off,
     /// Treated as integers (like receivers only).
     On,
+    /// Treated as integers after an inter-channel bias linear in the channel number, which is
+    /// estimated along with them (Wanninger 2012, "Carrier-phase inter-frequency biases of
+    /// GLONASS receivers"); left float after all where their phases contradict the other systems'.
+    Auto,
     /// Inter-channel biases are learnt during the hold, then GLONASS joins in.
     FixAndHold,
 }
@@ -77,11 +83,23 @@ pub enum BasePosition {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cn0Mask {
     /// Least C/N₀ (dB-Hz) at elevations 5°, 15°, …, 85° per frequency slot; linear in between.
-    pub least_db_hz: [[f64; 9]; FREQUENCY_SLOTS],
+    pub min_db_hz: [[f64; 9]; FREQUENCY_SLOTS],
     /// Whether it applies to the rover.
     pub rover: bool,
     /// Whether it applies to the base.
     pub base: bool,
+}
+
+impl Cn0Mask {
+    /// The same least C/N₀ (dB-Hz) at every elevation and frequency, for rover and base.
+    #[must_use]
+    pub const fn uniform(min_db_hz: f64) -> Self {
+        Self {
+            min_db_hz: [[min_db_hz; 9]; FREQUENCY_SLOTS],
+            rover: true,
+            base: true,
+        }
+    }
 }
 
 /// Prediction of the rover's motion from velocity and acceleration states.
@@ -91,6 +109,14 @@ pub struct Dynamics {
     pub horizontal_noise: f64,
     /// Vertical acceleration noise (m/s²/√s).
     pub vertical_noise: f64,
+}
+
+impl Dynamics {
+    /// A multicopter's: it turns and climbs with metres per second squared.
+    pub const DRONE: Self = Self {
+        horizontal_noise: 3.0,
+        vertical_noise: 1.0,
+    };
 }
 
 /// Which established program's rules are followed where they differ.
@@ -113,23 +139,26 @@ pub struct PartialAmbiguity {
     pub filter_new_satellites: bool,
     /// Least number of satellites (pairs + 1) for a fix ([`RuleSet::Rtklib`]: once any is left
     /// out).
-    pub least_satellites_to_fix: usize,
+    pub min_satellites_to_fix: usize,
     /// Least number of pairs for a hold.
-    pub least_pairs_to_hold: usize,
+    pub min_pairs_to_hold: usize,
     /// Take satellites out one by one after a failure when at least this many pairs were used.
-    pub least_pairs_to_drop: usize,
+    pub min_pairs_to_drop: usize,
 }
 
 /// All settings of the engine.
 ///
-/// Build from a preset and change fields:
+/// Build from a preset and change settings; every field has a `with_` method:
 /// ```
-/// use acerra_gnss::{FilterDirection, PpkOptions, System};
-/// let mut options = PpkOptions::rtklib();
-/// options.direction = FilterDirection::Combined;
-/// options.systems = options.systems.with(System::Glonass);
+/// use acerra_gnss::{FilterDirection, PpkOptions, SystemSet};
+/// let options = PpkOptions::rtklib()
+///     .with_direction(FilterDirection::Combined)
+///     .with_systems(SystemSet::GPS)
+///     .with_ratio_threshold(2.5);
+/// assert_eq!(options.ratio_threshold, 2.5);
 /// ```
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct PpkOptions {
     /// What is estimated.
     pub mode: PositioningMode,
@@ -167,11 +196,11 @@ pub struct PpkOptions {
     /// ([`RuleSet::Demo5`]).
     pub position_variance_gate_m2: f64,
     /// Epochs a satellite must be locked before its ambiguity is resolved.
-    pub least_lock: i32,
+    pub min_lock_epochs: i32,
     /// Consecutive fixes before the integers are held.
-    pub least_fixes_to_hold: u32,
+    pub min_fixes_to_hold: u32,
     /// Epochs without data after which a satellite's ambiguity is forgotten.
-    pub largest_outage: u32,
+    pub max_outage_epochs: u32,
     /// Elevation mask for ambiguity resolution (rad).
     pub ambiguity_elevation_mask_rad: f64,
     /// Elevation mask for the hold (rad).
@@ -183,7 +212,7 @@ pub struct PpkOptions {
     /// Partial ambiguity resolution, if any.
     pub partial_ambiguity: Option<PartialAmbiguity>,
     /// Largest age of the base's data (s).
-    pub largest_age_s: f64,
+    pub max_age_s: f64,
     /// Interpolate the base's data to the rover's tags.
     pub interpolate_base: bool,
     /// Geometry-free slip threshold (m), two or more frequencies.
@@ -191,21 +220,24 @@ pub struct PpkOptions {
     /// Doppler slip threshold (cycles/s), 0 = off ([`RuleSet::Demo5`]).
     pub doppler_slip_threshold_cycles_s: f64,
     /// Largest phase innovation (m).
-    pub largest_phase_innovation_m: f64,
+    pub max_phase_innovation_m: f64,
     /// Largest code innovation (m).
-    pub largest_code_innovation_m: f64,
+    pub max_code_innovation_m: f64,
     /// Largest phase residual in units of its standard deviation: satellites beyond it are left
     /// out of the epoch, and of a fix; `None` checks nothing.
-    pub largest_phase_residual_sigma: Option<f64>,
+    pub max_phase_residual_sigma: Option<f64>,
     /// Largest code residual in units of its standard deviation: satellites beyond it are left out
     /// of the epoch, and one that begins there begins later; `None` checks nothing.
-    pub largest_code_residual_sigma: Option<f64>,
+    pub max_code_residual_sigma: Option<f64>,
     /// Least probability, from the covariance of the float ambiguities, that integers which pass
     /// the ratio test are the right ones; `None` asks the ratio alone, which a wrong set passes
     /// easily while there is little to tell it by.
-    pub least_success_rate: Option<f64>,
+    pub min_success_rate: Option<f64>,
+    /// Weigh codes by their noise and its correlation in time as measured from code minus phase,
+    /// instead of by [`code_phase_ratio`](Self::code_phase_ratio) alone.
+    pub measure_code_noise: bool,
     /// Largest GDOP of a single-point position.
-    pub largest_gdop: f64,
+    pub max_gdop: f64,
     /// Measurement updates per epoch.
     pub iterations: usize,
     /// Code standard deviation over phase standard deviation, per frequency slot.
@@ -237,6 +269,11 @@ pub struct PpkOptions {
     pub rover_antenna_m: [f64; 3],
     /// Base antenna's phase centre from its marker: east, north, up (m).
     pub base_antenna_m: [f64; 3],
+    /// Phase centres of the rover's antenna, from its reference point; `None` takes it for a
+    /// point.
+    pub rover_calibration: Option<Arc<AntennaCalibration>>,
+    /// Phase centres of the base's antenna.
+    pub base_calibration: Option<Arc<AntennaCalibration>>,
     /// Leave out satellites one by one when a single-point position fails its validation.
     pub raim: bool,
     /// Threads used; 0 means as many as the processor has. The answer does not depend on it.
@@ -273,24 +310,25 @@ impl PpkOptions {
             ratio_threshold: 3.0,
             ratio_threshold_range: [3.0, 3.0],
             position_variance_gate_m2: 0.25,
-            least_lock: 0,
-            least_fixes_to_hold: 10,
-            largest_outage: 5,
+            min_lock_epochs: 0,
+            min_fixes_to_hold: 10,
+            max_outage_epochs: 5,
             ambiguity_elevation_mask_rad: 0.0,
             hold_elevation_mask_rad: 0.0,
             hold_variance_cycles2: 0.001,
             hold_gain: 0.01,
             partial_ambiguity: None,
-            largest_age_s: 30.0,
+            max_age_s: 30.0,
             interpolate_base: false,
             slip_threshold_m: 0.05,
             doppler_slip_threshold_cycles_s: 0.0,
-            largest_phase_innovation_m: 30.0,
-            largest_code_innovation_m: 30.0,
-            largest_phase_residual_sigma: None,
-            largest_code_residual_sigma: None,
-            least_success_rate: None,
-            largest_gdop: 30.0,
+            max_phase_innovation_m: 30.0,
+            max_code_innovation_m: 30.0,
+            max_phase_residual_sigma: None,
+            max_code_residual_sigma: None,
+            min_success_rate: None,
+            measure_code_noise: false,
+            max_gdop: 30.0,
             iterations: 1,
             code_phase_ratio: [100.0; FREQUENCY_SLOTS],
             phase_error_m: 0.003,
@@ -305,6 +343,8 @@ impl PpkOptions {
             base_position: BasePosition::Header,
             rover_antenna_m: [0.0; 3],
             base_antenna_m: [0.0; 3],
+            rover_calibration: None,
+            base_calibration: None,
             raim: false,
             threads: 0,
             output_single: false,
@@ -325,15 +365,17 @@ impl PpkOptions {
         Self {
             interpolate_base: true,
             raim: true,
-            largest_phase_residual_sigma: Some(5.0),
-            largest_code_residual_sigma: Some(5.0),
-            least_success_rate: Some(0.99),
+            output_single: true,
+            max_phase_residual_sigma: Some(5.0),
+            max_code_residual_sigma: Some(5.0),
+            min_success_rate: Some(0.99),
+            measure_code_noise: true,
             weak_signal_drop_db: Some(6.0),
             partial_ambiguity: Some(PartialAmbiguity {
                 filter_new_satellites: true,
-                least_satellites_to_fix: 6,
-                least_pairs_to_hold: 5,
-                least_pairs_to_drop: 10,
+                min_satellites_to_fix: 6,
+                min_pairs_to_hold: 5,
+                min_pairs_to_drop: 10,
             }),
             ..self
         }
@@ -345,9 +387,11 @@ impl PpkOptions {
         Self {
             interpolate_base: false,
             raim: false,
-            largest_phase_residual_sigma: None,
-            largest_code_residual_sigma: None,
-            least_success_rate: None,
+            output_single: false,
+            max_phase_residual_sigma: None,
+            max_code_residual_sigma: None,
+            min_success_rate: None,
+            measure_code_noise: false,
             weak_signal_drop_db: None,
             partial_ambiguity: None,
             ..self
@@ -363,27 +407,98 @@ impl PpkOptions {
             .with(System::Beidou);
         Self {
             systems,
-            dynamics: Some(Dynamics {
-                horizontal_noise: 0.1,
-                vertical_noise: 0.01,
-            }),
+            dynamics: Some(Dynamics::DRONE),
             glonass_ambiguity: GlonassAmbiguity::FixAndHold,
             beidou_ambiguity: false,
-            least_fixes_to_hold: 20,
-            largest_outage: 20,
+            min_fixes_to_hold: 20,
+            max_outage_epochs: 20,
             hold_variance_cycles2: 0.1,
-            largest_phase_innovation_m: 5.0,
+            max_phase_innovation_m: 5.0,
             code_phase_ratio: [300.0; FREQUENCY_SLOTS],
             partial_ambiguity: Some(PartialAmbiguity {
                 filter_new_satellites: true,
-                least_satellites_to_fix: 4,
-                least_pairs_to_hold: 5,
-                least_pairs_to_drop: 10,
+                min_satellites_to_fix: 4,
+                min_pairs_to_hold: 5,
+                min_pairs_to_drop: 10,
             }),
             rules: RuleSet::Demo5,
             ..Self::rtklib()
         }
     }
+}
+
+/// Generates a `with_` method for each field.
+macro_rules! with_methods {
+    ($($field:ident: $type:ty => $method:ident),+ $(,)?) => {
+        impl PpkOptions {
+            $(
+                #[doc = concat!("These options with [`", stringify!($field), "`](Self::", stringify!($field), ").")]
+                #[must_use]
+                pub fn $method(self, $field: $type) -> Self {
+                    Self { $field, ..self }
+                }
+            )+
+        }
+    };
+}
+
+with_methods! {
+    mode: PositioningMode => with_mode,
+    direction: FilterDirection => with_direction,
+    frequencies: usize => with_frequencies,
+    start: Option<GpsTime> => with_start,
+    end: Option<GpsTime> => with_end,
+    systems: SystemSet => with_systems,
+    excluded_satellites: Vec<SatelliteId> => with_excluded_satellites,
+    elevation_mask_rad: f64 => with_elevation_mask_rad,
+    cn0_mask: Option<Cn0Mask> => with_cn0_mask,
+    dynamics: Option<Dynamics> => with_dynamics,
+    ambiguity: AmbiguityMode => with_ambiguity,
+    glonass_ambiguity: GlonassAmbiguity => with_glonass_ambiguity,
+    beidou_ambiguity: bool => with_beidou_ambiguity,
+    ratio_threshold: f64 => with_ratio_threshold,
+    ratio_threshold_range: [f64; 2] => with_ratio_threshold_range,
+    position_variance_gate_m2: f64 => with_position_variance_gate_m2,
+    min_lock_epochs: i32 => with_min_lock_epochs,
+    min_fixes_to_hold: u32 => with_min_fixes_to_hold,
+    max_outage_epochs: u32 => with_max_outage_epochs,
+    ambiguity_elevation_mask_rad: f64 => with_ambiguity_elevation_mask_rad,
+    hold_elevation_mask_rad: f64 => with_hold_elevation_mask_rad,
+    hold_variance_cycles2: f64 => with_hold_variance_cycles2,
+    hold_gain: f64 => with_hold_gain,
+    partial_ambiguity: Option<PartialAmbiguity> => with_partial_ambiguity,
+    max_age_s: f64 => with_max_age_s,
+    interpolate_base: bool => with_interpolate_base,
+    slip_threshold_m: f64 => with_slip_threshold_m,
+    doppler_slip_threshold_cycles_s: f64 => with_doppler_slip_threshold_cycles_s,
+    max_phase_innovation_m: f64 => with_max_phase_innovation_m,
+    max_code_innovation_m: f64 => with_max_code_innovation_m,
+    max_phase_residual_sigma: Option<f64> => with_max_phase_residual_sigma,
+    max_code_residual_sigma: Option<f64> => with_max_code_residual_sigma,
+    min_success_rate: Option<f64> => with_min_success_rate,
+    measure_code_noise: bool => with_measure_code_noise,
+    max_gdop: f64 => with_max_gdop,
+    iterations: usize => with_iterations,
+    code_phase_ratio: [f64; FREQUENCY_SLOTS] => with_code_phase_ratio,
+    phase_error_m: f64 => with_phase_error_m,
+    phase_error_elevation_m: f64 => with_phase_error_elevation_m,
+    phase_error_baseline_m: f64 => with_phase_error_baseline_m,
+    phase_error_cn0_m: f64 => with_phase_error_cn0_m,
+    weak_signal_drop_db: Option<f64> => with_weak_signal_drop_db,
+    doppler_error_hz: f64 => with_doppler_error_hz,
+    initial_bias_cycles: f64 => with_initial_bias_cycles,
+    bias_noise_cycles: f64 => with_bias_noise_cycles,
+    clock_stability: f64 => with_clock_stability,
+    base_position: BasePosition => with_base_position,
+    rover_antenna_m: [f64; 3] => with_rover_antenna_m,
+    base_antenna_m: [f64; 3] => with_base_antenna_m,
+    rover_calibration: Option<Arc<AntennaCalibration>> => with_rover_calibration,
+    base_calibration: Option<Arc<AntennaCalibration>> => with_base_calibration,
+    raim: bool => with_raim,
+    threads: usize => with_threads,
+    output_single: bool => with_output_single,
+    rules: RuleSet => with_rules,
+    reproduce_defects: bool => with_reproduce_defects,
 }
 
 impl Default for PpkOptions {
@@ -393,7 +508,7 @@ impl Default for PpkOptions {
         Self {
             direction: FilterDirection::Combined,
             systems: SystemSet::ALL.without(System::Sbas).without(System::Navic),
-            glonass_ambiguity: GlonassAmbiguity::FixAndHold,
+            glonass_ambiguity: GlonassAmbiguity::Auto,
             code_phase_ratio: [300.0; FREQUENCY_SLOTS],
             ..Self::rtklib()
         }

@@ -57,6 +57,9 @@ pub struct PosFormat {
     pub decimals: usize,
     /// Whether the lines about inputs and options are written.
     pub header: bool,
+    /// Whether velocities are written (m/s): north, east, up with geodetic positions, else along
+    /// the axes of the positions. Where none was estimated the line ends before them.
+    pub velocity: bool,
 }
 
 impl Default for PosFormat {
@@ -67,6 +70,7 @@ impl Default for PosFormat {
             scale: PosTimeScale::default(),
             decimals: 3,
             header: true,
+            velocity: false,
         }
     }
 }
@@ -191,6 +195,7 @@ fn write_header(
             let glonass = match options.glonass_ambiguity {
                 GlonassAmbiguity::Off => "OFF",
                 GlonassAmbiguity::On => "ON",
+                GlonassAmbiguity::Auto => "Auto Calibration",
                 GlonassAmbiguity::FixAndHold => "Fix and Hold",
             };
             writeln!(out, "% amb glo   : {glonass}")?;
@@ -282,7 +287,16 @@ fn write_columns(out: &mut impl Write, format: &PosFormat) -> io::Result<()> {
     for name in deviations.iter().chain(&mixed) {
         write!(out, " {:>8}", format!("{name}(m)"))?;
     }
-    writeln!(out, " {:>6} {:>6}", "age(s)", "ratio")
+    write!(out, " {:>6} {:>6}", "age(s)", "ratio")?;
+    if format.velocity {
+        let [a, b, c] = match format.frame {
+            PosFrame::Geodetic => ["vn(m/s)", "ve(m/s)", "vu(m/s)"],
+            PosFrame::Ecef => ["vx(m/s)", "vy(m/s)", "vz(m/s)"],
+            PosFrame::EnuBaseline => ["ve(m/s)", "vn(m/s)", "vu(m/s)"],
+        };
+        write!(out, " {a:>10} {b:>10} {c:>9}")?;
+    }
+    writeln!(out)
 }
 
 fn write_epoch(
@@ -338,7 +352,20 @@ fn write_epoch(
         let rounded = (deviation * 1e4).round() / 1e4 + 0.0;
         write!(out, " {rounded:8.4}")?;
     }
-    writeln!(out, " {:6.2} {:6.1}", epoch.age_s, epoch.ratio)
+    write!(out, " {:6.2} {:6.1}", epoch.age_s, epoch.ratio)?;
+    if let Some(velocity) = epoch.velocity_ecef_m_s.filter(|_| format.velocity) {
+        let here = || EnuFrame::from_ecef(epoch.position_ecef_m);
+        let [a, b, c] = match (format.frame, base) {
+            (PosFrame::Ecef, _) => velocity,
+            (PosFrame::EnuBaseline, Some(base)) => base.enu_vector_from_ecef(velocity),
+            _ => {
+                let [east, north, up] = here().enu_vector_from_ecef(velocity);
+                [north, east, up]
+            }
+        };
+        write!(out, " {a:10.5} {b:10.5} {c:9.5}")?;
+    }
+    writeln!(out)
 }
 
 fn time_text(time: GpsTime, format: &PosFormat) -> String {

@@ -1,13 +1,15 @@
 //! The positioning of a rover's log against a base's.
 
+use crate::control::{Control, Watch};
 use crate::engine::{
-    Constellation, Epoch, EpochResult, Filter, Prepared, RoverEpoch, SingleContext, base_gaps,
-    base_position, combine, epochs, missing_navigation, phases_and_copies, reject_implausible,
+    Constellation, Epoch, EpochResult, GlonassPlan, MeasuredNoise, Prepared, RoverEpoch,
+    SingleContext, base_gaps, base_position, combine, epochs, missing_navigation,
+    phases_and_copies, reject_implausible,
 };
 use crate::events::interpolate_events;
 use crate::navigation::{Klobuchar, Navigation};
 use crate::observation::{EPOCH_TOLERANCE_S, ObservationData};
-use crate::options::{FilterDirection, PositioningMode, PpkOptions};
+use crate::options::{FilterDirection, GlonassAmbiguity, PositioningMode, PpkOptions};
 use crate::signal::FREQUENCY_SLOTS;
 use crate::solution::{
     LostEpoch, NotFixedReason, PpkSolution, PpkSummary, PpkWarning, Quality, Solution,
@@ -84,6 +86,9 @@ pub enum PpkError {
         /// The base's own single-point position (ECEF, m), as a suggestion.
         own_single_ecef_m: Option<[f64; 3]>,
     },
+    /// The run was cancelled through its [`Control`].
+    #[error("cancelled")]
+    Cancelled,
     /// An option has a value that makes no sense.
     #[error("option {name}: expected {expected}, found {found}")]
     Option {
@@ -148,6 +153,20 @@ pub fn process(
     navigation: &Navigation,
     options: &PpkOptions,
 ) -> Result<PpkSolution, PpkError> {
+    process_with(rover, base, navigation, options, Control::default())
+}
+
+/// As [`process`], followed and stopped through `control`.
+///
+/// # Errors
+/// Those of [`process`], and [`PpkError::Cancelled`].
+pub fn process_with(
+    rover: &ObservationData,
+    base: &ObservationData,
+    navigation: &Navigation,
+    options: &PpkOptions,
+    control: Control<'_>,
+) -> Result<PpkSolution, PpkError> {
     check_options(options)?;
     let relative = options.mode != PositioningMode::Single;
     let span = |data: &ObservationData| -> Option<TimeSpan> {
@@ -174,7 +193,7 @@ pub fn process(
             })?;
     if relative {
         let base_span = span(base).ok_or(PpkError::NoBaseEpochs)?;
-        let reach = options.largest_age_s;
+        let reach = options.max_age_s;
         if rover_span.0.seconds_since(base_span.1) > reach
             || base_span.0.seconds_since(rover_span.1) > reach
         {
@@ -203,7 +222,10 @@ pub fn process(
     };
     let mut rover_measured = epochs(rover, &constellation);
     rover_measured.retain(|e| wanted(e.tag));
-    let rover_epochs = rover_epochs(&context(false), rover_measured, options);
+    let trial = usize::from(options.glonass_ambiguity == GlonassAmbiguity::Auto);
+    let passes = 1 + usize::from(options.direction.is_combined()) + trial;
+    let watch = Watch::new(control, rover_measured.len() * (1 + passes));
+    let rover_epochs = rover_epochs(&context(false), rover_measured, options, &watch)?;
     let any_state = rover_epochs
         .iter()
         .any(|e| e.states.iter().any(Result::is_ok));
@@ -226,7 +248,13 @@ pub fn process(
     } else {
         (Vec::new(), [0.0; 3])
     };
+    let noise = if options.measure_code_noise && relative {
+        MeasuredNoise::measure(&constellation, options, &rover_epochs, &base_epochs)
+    } else {
+        MeasuredNoise::model()
+    };
     let prepared = Prepared {
+        noise,
         constellation: &constellation,
         options,
         rover: rover_epochs,
@@ -234,25 +262,13 @@ pub fn process(
         base_context,
         base_position_ecef_m,
     };
-    let results = run_passes(&prepared);
+    let glonass = prepared.glonass_decision(&watch)?;
+    let plan = glonass.map_or(GlonassPlan::Estimate, GlonassPlan::from);
+    let results = run_passes(&prepared, plan, &watch)?;
     let mut solution = assemble(results, &prepared, warnings);
+    solution.summary.glonass = glonass;
     solution.base_position_ecef_m = relative.then_some(base_position_ecef_m);
-    let clock_s = |t: GpsTime| {
-        let rover = &prepared.rover;
-        let after = rover.partition_point(|e| e.epoch.tag < t);
-        [after.checked_sub(1), Some(after)]
-            .into_iter()
-            .flatten()
-            .filter_map(|k| rover.get(k))
-            .find_map(|e| {
-                e.single
-                    .as_ref()
-                    .ok()
-                    .map(|s| e.epoch.tag.seconds_since(s.time))
-            })
-            .unwrap_or(0.0)
-    };
-    solution.events = interpolate_events(&rover.events, &solution.epochs, clock_s);
+    solution.events = interpolate_events(&rover.events, &solution.epochs);
     Ok(solution)
 }
 
@@ -299,7 +315,7 @@ fn check_options(options: &PpkOptions) -> Result<(), PpkError> {
         ("phase_error_elevation_m", options.phase_error_elevation_m),
         ("phase_error_baseline_m", options.phase_error_baseline_m),
         ("bias_noise_cycles", options.bias_noise_cycles),
-        ("largest_age_s", options.largest_age_s),
+        ("max_age_s", options.max_age_s),
         ("ratio_threshold", options.ratio_threshold),
         ("clock_stability", options.clock_stability),
     ];
@@ -326,7 +342,8 @@ fn rover_epochs(
     context: &SingleContext<'_>,
     epochs: Vec<Epoch>,
     options: &PpkOptions,
-) -> Vec<RoverEpoch> {
+    watch: &Watch<'_>,
+) -> Result<Vec<RoverEpoch>, PpkError> {
     // Every epoch starts from the first position found, so that none depends on its neighbours.
     let start = epochs
         .iter()
@@ -339,17 +356,18 @@ fn rover_epochs(
         })
         .unwrap_or([0.0; 3]);
     let one = |epoch: Epoch| {
+        watch.one_more()?;
         let mut states = context.states(&epoch, epoch.tag, true);
         let single = context.solve(&epoch, &states, start);
         if let (Ok(single), false) = (&single, options.reproduce_defects) {
             let place_ecef_m = single.position_ecef_m;
             reject_implausible(context.constellation, &epoch, &mut states, place_ecef_m);
         }
-        RoverEpoch {
+        Ok(RoverEpoch {
             epoch,
             states,
             single,
-        }
+        })
     };
     let threads = threads(options).max(1);
     if threads == 1 || epochs.len() < 2 * threads {
@@ -366,9 +384,10 @@ fn rover_epochs(
     std::thread::scope(|scope| {
         let workers: Vec<_> = parts
             .into_iter()
-            .map(|part| scope.spawn(move || part.into_iter().map(one).collect::<Vec<_>>()))
+            .map(|part| scope.spawn(move || part.into_iter().map(one).collect()))
             .collect();
-        workers.into_iter().flat_map(join).collect()
+        let parts: Result<Vec<Vec<_>>, _> = workers.into_iter().map(join).collect();
+        Ok(parts?.into_iter().flatten().collect())
     })
 }
 
@@ -379,21 +398,19 @@ fn join<T>(worker: std::thread::ScopedJoinHandle<'_, T>) -> T {
         .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
 }
 
-fn run_passes(prepared: &Prepared<'_>) -> Vec<EpochResult> {
+fn run_passes(
+    prepared: &Prepared<'_>,
+    plan: GlonassPlan,
+    watch: &Watch<'_>,
+) -> Result<Vec<EpochResult>, PpkError> {
     let options = prepared.options;
-    let fresh = || {
-        Filter::new(
-            prepared.constellation,
-            options,
-            prepared.base_position_ecef_m,
-        )
-    };
-    let pass = |backward: bool| prepared.run(&mut fresh(), backward);
-    let merged = |forward, backward| combine(forward, backward, options.reproduce_defects);
-    match options.direction {
-        FilterDirection::Forward => pass(false),
+    let fresh = || prepared.filter().with_glonass(plan);
+    let pass = |backward: bool| prepared.run(&mut fresh(), backward, watch);
+    let merged = |forward, backward| combine(forward, backward, options);
+    Ok(match options.direction {
+        FilterDirection::Forward => pass(false)?,
         FilterDirection::Backward => {
-            let mut results = pass(true);
+            let mut results = pass(true)?;
             results.reverse();
             results
         }
@@ -402,16 +419,16 @@ fn run_passes(prepared: &Prepared<'_>) -> Vec<EpochResult> {
                 let worker = scope.spawn(|| pass(true));
                 (pass(false), join(worker))
             });
-            merged(forward, backward)
+            merged(forward?, backward?)
         }
-        FilterDirection::Combined => merged(pass(false), pass(true)),
+        FilterDirection::Combined => merged(pass(false)?, pass(true)?),
         FilterDirection::CombinedWithoutReset => {
             let mut filter = fresh();
-            let forward = prepared.run(&mut filter, false);
-            let backward = prepared.run(&mut filter, true);
+            let forward = prepared.run(&mut filter, false, watch)?;
+            let backward = prepared.run(&mut filter, true, watch)?;
             merged(forward, backward)
         }
-    }
+    })
 }
 
 fn assemble(
@@ -508,6 +525,7 @@ fn summarise(
         other: epochs.len() - fixed - float,
         not_fixed,
         age_s,
+        glonass: None,
         warnings,
     }
 }

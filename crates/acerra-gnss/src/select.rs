@@ -53,7 +53,8 @@ pub fn rank(system: System, code: SignalCode) -> Option<usize> {
         (System::Glonass, 0) => "CPABX",
         (System::Glonass, 1) => "PCABX",
         (System::Galileo, 0) => "CABXZ",
-        (System::Qzss, 0) => "CLSXZ",
+        // 1E (C/B code) takes the place of 1C on QZSS satellites of the second generation.
+        (System::Qzss, 0) => "CELSXZ",
         (System::Qzss, 1) => "LSX",
         (System::Sbas, 0) => "C",
         (System::Beidou, 0) => "IQXDPAN",

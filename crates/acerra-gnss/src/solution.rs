@@ -240,7 +240,7 @@ pub struct LostEpoch {
 pub struct EventPosition {
     /// The event.
     pub event: EventRecord,
-    /// Its time in GPS time, the receiver's clock offset taken off where its tag carries it.
+    /// Its time in GPS time.
     pub time: GpsTime,
     /// Position (ECEF, m) interpolated between its neighbours; `None` outside the solution or
     /// inside a gap.
@@ -309,6 +309,115 @@ pub enum PpkWarning {
     },
 }
 
+impl fmt::Display for PpkWarning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let time = |t: GpsTime| t.format_calendar(0);
+        match self {
+            Self::MissingNavigation(missing) => write!(
+                f,
+                "{} was observed in {} epochs from {} to {} without {}",
+                missing.satellite,
+                missing.epochs,
+                time(missing.span.0),
+                time(missing.span.1),
+                if missing.channel_missing {
+                    "its frequency channel"
+                } else {
+                    "a usable ephemeris"
+                }
+            ),
+            Self::SystemWithoutNavigation(system) => write!(
+                f,
+                "no navigation data of {system} at all: its satellites are not used"
+            ),
+            Self::BaseGap(gap) => write!(
+                f,
+                "the base's log has a gap from {} to {}",
+                time(gap.from),
+                time(gap.to)
+            ),
+            Self::HeaderPositionUsed {
+                distance_from_single_m,
+            } => {
+                f.write_str("the base position was taken from its file's header")?;
+                match distance_from_single_m {
+                    Some(m) => write!(f, ", {m:.1} m from its own single-point position"),
+                    None => Ok(()),
+                }
+            }
+            Self::DefaultIonosphere => {
+                f.write_str("no broadcast ionosphere coefficients: the model's defaults were used")
+            }
+            Self::NoUsablePhases { base } => write!(
+                f,
+                "the {}'s log has no usable carrier phases: ambiguities cannot be resolved",
+                if *base { "base" } else { "rover" }
+            ),
+            Self::IdenticalFiles => f.write_str("rover and base hold the same observations"),
+            Self::BaseMoves { speed_m_s } => write!(
+                f,
+                "the base moves at {speed_m_s:.1} m/s by its Doppler shifts: are rover and base \
+                 swapped?"
+            ),
+            Self::BasePositionDoubtful { distance_m } => write!(
+                f,
+                "the base position given is {distance_m:.0} m from the base's own single-point \
+                 position"
+            ),
+        }
+    }
+}
+
+/// What `--glonass-ar auto` decided, and on what evidence.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum GlonassDecision {
+    /// Ambiguities resolved: no inter-channel bias is to be seen.
+    WithoutBias {
+        /// Standard deviation of the slope (m per channel).
+        sigma_m_per_channel: f64,
+    },
+    /// Ambiguities resolved after an inter-channel bias.
+    WithBias {
+        /// Its slope (m per channel).
+        slope_m_per_channel: f64,
+        /// Its standard deviation (m per channel).
+        sigma_m_per_channel: f64,
+    },
+    /// Ambiguities left float: too few fixes would take them.
+    Float {
+        /// Fixes with GLONASS in the pass that tried.
+        fixes: usize,
+    },
+}
+
+impl fmt::Display for GlonassDecision {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::WithoutBias {
+                sigma_m_per_channel,
+            } => write!(
+                f,
+                "ambiguities resolved; no inter-channel bias (0 ± {:.1} mm per channel)",
+                sigma_m_per_channel * 1e3
+            ),
+            Self::WithBias {
+                slope_m_per_channel,
+                sigma_m_per_channel,
+            } => write!(
+                f,
+                "ambiguities resolved; inter-channel bias of {:.1} ± {:.1} mm per channel taken off",
+                slope_m_per_channel * 1e3,
+                sigma_m_per_channel * 1e3
+            ),
+            Self::Float { fixes } => write!(
+                f,
+                "ambiguities left float: only {fixes} fixes with them in a trial pass"
+            ),
+        }
+    }
+}
+
 /// Counts and remarks about a whole run.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct PpkSummary {
@@ -325,6 +434,8 @@ pub struct PpkSummary {
     pub not_fixed: Vec<(&'static str, usize)>,
     /// Smallest, mean and largest age of the base's data (s), where any was used.
     pub age_s: Option<[f64; 3]>,
+    /// What was decided about GLONASS ambiguities, where that was left to the run.
+    pub glonass: Option<GlonassDecision>,
     /// Remarks.
     pub warnings: Vec<PpkWarning>,
 }

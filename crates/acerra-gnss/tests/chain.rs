@@ -13,11 +13,9 @@ use acerra_gnss::{
 use synthetic::{BASE_ECEF_M, L1, L1_L2_L5, base, flight, navigation, rover, start};
 
 fn options() -> PpkOptions {
-    PpkOptions {
-        systems: SystemSet::GPS.with(System::Galileo),
-        base_position: BasePosition::Ecef(BASE_ECEF_M),
-        ..PpkOptions::default()
-    }
+    PpkOptions::default()
+        .with_systems(SystemSet::GPS.with(System::Galileo))
+        .with_base_position(BasePosition::Ecef(BASE_ECEF_M))
 }
 
 /// Horizontal and vertical distance from the truth (m).
@@ -61,48 +59,31 @@ fn every_mode_finds_the_integers() {
         (FilterDirection::Combined, 89),
         (FilterDirection::CombinedWithoutReset, 89),
     ] {
-        let o = PpkOptions {
-            direction,
-            ..options()
-        };
+        let o = options().with_direction(direction);
         assert_fixed_and_right(&run(&o), least, &format!("{direction:?}"));
     }
     for ambiguity in [AmbiguityMode::Continuous, AmbiguityMode::FixAndHold] {
         for systems in [SystemSet::GPS, options().systems] {
             let direction = FilterDirection::Forward;
-            let o = PpkOptions {
-                ambiguity,
-                systems,
-                direction,
-                ..options()
-            };
+            let o = options()
+                .with_ambiguity(ambiguity)
+                .with_systems(systems)
+                .with_direction(direction);
             assert_fixed_and_right(&run(&o), 70, &format!("{ambiguity:?} {systems:?}"));
         }
     }
-    let instantaneous = PpkOptions {
-        ambiguity: AmbiguityMode::Instantaneous,
-        ..options()
-    };
+    let instantaneous = options().with_ambiguity(AmbiguityMode::Instantaneous);
     assert_fixed_and_right(&run(&instantaneous), 70, "instantaneous");
     let dynamics = Some(Dynamics {
         horizontal_noise: 3.0,
         vertical_noise: 3.0,
     });
-    assert_fixed_and_right(
-        &run(&PpkOptions {
-            dynamics,
-            ..options()
-        }),
-        80,
-        "dynamics",
-    );
-    let demo5 = PpkOptions {
-        systems: options().systems,
-        base_position: options().base_position,
-        direction: FilterDirection::Combined,
-        dynamics,
-        ..PpkOptions::demo5()
-    };
+    assert_fixed_and_right(&run(&options().with_dynamics(dynamics)), 80, "dynamics");
+    let demo5 = PpkOptions::demo5()
+        .with_systems(options().systems)
+        .with_base_position(options().base_position)
+        .with_direction(FilterDirection::Combined)
+        .with_dynamics(dynamics);
     assert_fixed_and_right(&run(&demo5), 80, "demo5");
 }
 
@@ -115,13 +96,11 @@ fn more_frequencies_fix_at_once() {
     );
     for frequencies in [2, 3] {
         for rules in [PpkOptions::rtklib(), options()] {
-            let o = PpkOptions {
-                frequencies,
-                direction: FilterDirection::Forward,
-                systems: options().systems,
-                base_position: options().base_position,
-                ..rules
-            };
+            let o = rules
+                .with_frequencies(frequencies)
+                .with_direction(FilterDirection::Forward)
+                .with_systems(options().systems)
+                .with_base_position(options().base_position);
             let solution = process(&rover, &base, &navigation, &o).unwrap();
             assert_fixed_and_right(&solution, 20, &format!("{frequencies} frequencies"));
         }
@@ -136,7 +115,7 @@ fn coarser_modes_are_as_good_as_their_codes() {
         (PositioningMode::Single, Quality::Single, 4.0),
         (PositioningMode::Dgps, Quality::Dgps, 2.5),
     ] {
-        let o = PpkOptions { mode, ..options() };
+        let o = options().with_mode(mode);
         let solution = process(&rover, &base, &navigation, &o).unwrap();
         assert_eq!(solution.epochs.len(), 30);
         for e in &solution.epochs {
@@ -148,10 +127,7 @@ fn coarser_modes_are_as_good_as_their_codes() {
             );
         }
     }
-    let float = PpkOptions {
-        ambiguity: AmbiguityMode::Off,
-        ..options()
-    };
+    let float = options().with_ambiguity(AmbiguityMode::Off);
     let solution = process(&rover, &base, &navigation, &float).unwrap();
     assert!(solution.epochs.iter().all(|e| e.quality == Quality::Float));
     assert!(solution.epochs.iter().all(|e| error(e).0 < 1.0));
@@ -174,11 +150,9 @@ fn a_static_rover_converges() {
         },
     );
     moved.events.clear();
-    let o = PpkOptions {
-        mode: PositioningMode::Static,
-        direction: FilterDirection::Forward,
-        ..options()
-    };
+    let o = options()
+        .with_mode(PositioningMode::Static)
+        .with_direction(FilterDirection::Forward);
     let solution = process(&moved, &rover, &navigation, &o).unwrap();
     let last = solution.epochs.last().unwrap();
     assert_eq!(last.quality, Quality::Fixed);
@@ -193,10 +167,7 @@ fn one_thread_or_two_give_the_same_bits() {
     let navigation = navigation();
     let (rover, base) = (rover(&navigation, 40, &L1), base(&navigation, 40, &L1));
     let run = |threads| {
-        let o = PpkOptions {
-            threads,
-            ..options()
-        };
+        let o = options().with_threads(threads);
         process(&rover, &base, &navigation, &o).unwrap()
     };
     let (one, two, five) = (run(1), run(2), run(5));
@@ -231,10 +202,7 @@ fn slips_do_not_move_fixed_positions() {
         let mut flagged = clean.clone();
         slip(&mut flagged, 40, 1, 17.0, true);
         slip(&mut flagged, 60, 3, -1.0, true);
-        let o = PpkOptions {
-            direction,
-            ..options()
-        };
+        let o = options().with_direction(direction);
         let solution = process(&flagged, &base, &navigation, &o).unwrap();
         assert_fixed_and_right(&solution, 75, "flagged");
         // A slip that no flag announces must be noticed from the phases themselves.
@@ -249,10 +217,10 @@ fn slips_do_not_move_fixed_positions() {
 fn a_time_window_is_kept_to() {
     let navigation = navigation();
     let (rover, base) = (rover(&navigation, 60, &L1), base(&navigation, 60, &L1));
-    let window = |from_s: f64, to_s: f64| PpkOptions {
-        start: Some(start() + from_s),
-        end: Some(start() + to_s),
-        ..options()
+    let window = |from_s: f64, to_s: f64| {
+        options()
+            .with_start(Some(start() + from_s))
+            .with_end(Some(start() + to_s))
     };
     let solution = process(&rover, &base, &navigation, &window(10.0, 50.0)).unwrap();
     assert_eq!(solution.summary.rover_epochs, 41);
@@ -273,11 +241,7 @@ fn base_gaps_are_interpolated_not_extrapolated() {
         .retain(|e| !(41..60).contains(&(e.time.seconds_since(start()).round() as i64)));
     let solution = process(&rover, &base, &navigation, &options()).unwrap();
     assert_fixed_and_right(&solution, 85, "gap of 20 s");
-    let short = PpkOptions {
-        largest_age_s: 5.0,
-        interpolate_base: false,
-        ..options()
-    };
+    let short = options().with_max_age_s(5.0).with_interpolate_base(false);
     let solution = process(&rover, &base, &navigation, &short).unwrap();
     assert!(
         solution
@@ -388,10 +352,7 @@ fn bad_input_is_named() {
         run(&rover, &later, &navigation, &o),
         Err(PpkError::NoOverlap { .. })
     ));
-    let zero = PpkOptions {
-        base_position: BasePosition::Ecef([0.0; 3]),
-        ..o.clone()
-    };
+    let zero = o.clone().with_base_position(BasePosition::Ecef([0.0; 3]));
     let error = run(&rover, &base, &navigation, &zero).unwrap_err();
     assert!(matches!(
         error,
@@ -404,10 +365,7 @@ fn bad_input_is_named() {
         error.to_string().contains("single-point position is 46419"),
         "{error}"
     );
-    let header = PpkOptions {
-        base_position: BasePosition::Header,
-        ..o.clone()
-    };
+    let header = o.clone().with_base_position(BasePosition::Header);
     let mut unplaced = base.clone();
     unplaced.station.position_ecef_m = None;
     assert!(matches!(
@@ -416,18 +374,12 @@ fn bad_input_is_named() {
             own_single_ecef_m: Some(_)
         })
     ));
-    let absurd = PpkOptions {
-        phase_error_m: f64::NAN,
-        ..o.clone()
-    };
+    let absurd = o.clone().with_phase_error_m(f64::NAN);
     assert!(matches!(
         run(&rover, &base, &navigation, &absurd),
         Err(PpkError::Option { .. })
     ));
-    let nobody = PpkOptions {
-        systems: SystemSet::GPS.without(System::Gps),
-        ..o
-    };
+    let nobody = o.with_systems(SystemSet::GPS.without(System::Gps));
     assert_eq!(
         run(&rover, &base, &navigation, &nobody),
         Err(PpkError::NoSatellites)
@@ -490,10 +442,7 @@ fn a_copy_of_the_base_and_a_missing_system_are_noticed() {
     let warnings = &solution.summary.warnings;
     assert!(warnings.contains(&PpkWarning::IdenticalFiles));
     assert!(warnings.contains(&PpkWarning::SystemWithoutNavigation(System::Galileo)));
-    let doubtful = PpkOptions {
-        base_position: BasePosition::AverageSingle,
-        ..options()
-    };
+    let doubtful = options().with_base_position(BasePosition::AverageSingle);
     let solution = process(&base, &base, &navigation, &doubtful).unwrap();
     let mean = solution.base_position_ecef_m.unwrap();
     assert!((0..3).all(|k| (mean[k] - BASE_ECEF_M[k]).abs() < 5.0));

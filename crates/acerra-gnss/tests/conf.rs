@@ -72,7 +72,7 @@ fn values_by_name_and_by_number() {
     assert!((o.elevation_mask_rad.to_degrees() - 12.5).abs() < 1e-12);
     let mask = o.cn0_mask.unwrap();
     assert_eq!(
-        (mask.rover, mask.base, mask.least_db_hz[0][3]),
+        (mask.rover, mask.base, mask.min_db_hz[0][3]),
         (true, false, 35.0)
     );
     assert_eq!(o.dynamics.unwrap().horizontal_noise, 3.0);
@@ -82,7 +82,7 @@ fn values_by_name_and_by_number() {
         [System::Gps, System::Galileo, System::Beidou]
     );
     assert!(o.raim && o.interpolate_base && !o.beidou_ambiguity);
-    assert_eq!((o.ambiguity, o.largest_age_s), (AmbiguityMode::Off, 10.0));
+    assert_eq!((o.ambiguity, o.max_age_s), (AmbiguityMode::Off, 10.0));
     assert_eq!(
         o.base_position,
         BasePosition::Ecef([4_641_949.6, 1_393_045.4, 4_133_287.4])
@@ -118,7 +118,7 @@ fn missing_keys_mean_rtklibs_defaults() {
     let conf = read("pos2-varholdamb =0.2\n");
     assert_eq!(conf.options.rules, RuleSet::Demo5);
     assert_eq!(conf.options.hold_variance_cycles2, 0.2);
-    assert_eq!(conf.options.largest_outage, 20);
+    assert_eq!(conf.options.max_outage_epochs, 20);
     let conf = read("stats-errsnr =0.003\nstats-snrmax =45\n");
     assert_eq!(conf.options.phase_error_cn0_m, 0.003);
     assert_eq!(conf.not_followed[0].key, "stats-snrmax");
@@ -127,7 +127,7 @@ fn missing_keys_mean_rtklibs_defaults() {
 #[test]
 fn what_is_not_followed_is_named() {
     let conf = read(
-        "pos1-tidecorr =on\npos1-ionoopt =est-stec\nout-solformat=nmea\nfoo =1\nmisc-bar=2\n\
+        "pos1-tidecorr =on\npos1-ionoopt =est-stec\nout-height=geodetic\nfoo =1\nmisc-bar=2\n\
          inpstr1-type =serial\npos1-tropopt=saas\nfile-satantfile =\n",
     );
     let got: Vec<(u64, &str, NotFollowedReason)> = conf
@@ -141,7 +141,7 @@ fn what_is_not_followed_is_named() {
         [
             (1, "pos1-tidecorr", Unsupported),
             (2, "pos1-ionoopt", Unsupported),
-            (3, "out-solformat", Unsupported),
+            (3, "out-height", Unsupported),
             (4, "foo", UnknownKey),
             (5, "misc-bar", UnknownKey),
             (6, "inpstr1-type", NotForPostProcessing),
@@ -174,8 +174,8 @@ fn what_cannot_be_meant_is_an_error_with_its_line() {
             "line 1: ant2-postype = rtcm is not supported",
         ),
         (
-            "pos1-sateph =precise\n",
-            "line 1: pos1-sateph = precise is not supported",
+            "pos1-sateph =brdc+sbas\n",
+            "line 1: pos1-sateph = brdc+sbas is not supported",
         ),
         ("pos1-navsys =0\n", "line 1: pos1-navsys: expected"),
         (
@@ -198,4 +198,26 @@ fn what_cannot_be_meant_is_an_error_with_its_line() {
         error("ant2-postype =raw"),
         ConfError::Unsupported { line: 1, .. }
     ));
+}
+
+#[test]
+fn products_antennas_and_outputs_are_read() {
+    let conf = read(
+        "pos1-sateph =precise\nfile-rcvantfile =igs20.atx\nfile-geoidfile =WW15MGH.DAC\n\
+         ant1-anttype =TRM57971.00 NONE\nant2-anttype =*\nout-outvel =on\nout-maxsolstd =0.5\n\
+         out-outstat =residual\nout-solformat =nmea\nfile-satantfile =igs20.atx\n",
+    );
+    assert!(conf.inputs.precise_orbits);
+    assert_eq!(conf.inputs.antenna_file.as_deref(), Some("igs20.atx"));
+    assert_eq!(conf.inputs.rover_antenna, "TRM57971.00 NONE");
+    assert_eq!(conf.inputs.base_antenna, "*");
+    assert_eq!(conf.outputs.geoid_file.as_deref(), Some("WW15MGH.DAC"));
+    assert_eq!(conf.outputs.max_sigma_m, Some(0.5));
+    assert!(conf.outputs.residuals && conf.outputs.nmea && conf.format.velocity);
+    // Phase centres of the satellites' antennas are not modelled.
+    let named: Vec<&str> = conf.not_followed.iter().map(|n| n.key.as_str()).collect();
+    assert_eq!(named, ["file-satantfile"]);
+    let off = read("out-maxsolstd =0\nout-outstat =off\nout-solformat =llh\nout-outvel =off\n");
+    assert_eq!(off.outputs, read("").outputs);
+    assert_eq!(off.not_followed, []);
 }

@@ -24,12 +24,10 @@ static BASE: LazyLock<ObservationData> =
     LazyLock::new(|| synthetic::base(&NAVIGATION, EPOCHS, &L1));
 
 fn options() -> PpkOptions {
-    PpkOptions {
-        systems: SystemSet::GPS.with(System::Galileo),
-        base_position: BasePosition::Ecef(BASE_ECEF_M),
-        threads: 1,
-        ..PpkOptions::default()
-    }
+    PpkOptions::default()
+        .with_systems(SystemSet::GPS.with(System::Galileo))
+        .with_base_position(BasePosition::Ecef(BASE_ECEF_M))
+        .with_threads(1)
 }
 
 /// Fixed positions further than 0.1 m horizontally or 0.2 m vertically from the truth.
@@ -55,10 +53,7 @@ fn wrong_fixes(solution: &PpkSolution) -> Vec<String> {
 
 fn check(rover: &ObservationData, base: &ObservationData) -> Result<(), TestCaseError> {
     for direction in [FilterDirection::Forward, FilterDirection::Combined] {
-        let o = PpkOptions {
-            direction,
-            ..options()
-        };
+        let o = options().with_direction(direction);
         if let Ok(solution) = process(rover, base, &NAVIGATION, &o) {
             let wrong = wrong_fixes(&solution);
             prop_assert!(wrong.is_empty(), "{direction:?} {wrong:#?}");

@@ -2,12 +2,14 @@
 //! promises. The fuzz targets (`fuzz/`) go on where this stops.
 #![allow(clippy::unwrap_used, reason = "tests may fail loudly")]
 
+use acerra_gnss::antex::read_antex;
 use acerra_gnss::conf::read_conf;
-use acerra_gnss::input::Limits;
+use acerra_gnss::input::{Limits, Lines};
+use acerra_gnss::output::GeoidGrid;
 use acerra_gnss::ubx::frame::{Piece, encode, pieces};
-use acerra_gnss::{EPOCH_TOLERANCE_S, Ephemeris, GnssFile, RuleSet, read_gnss};
+use acerra_gnss::{EPOCH_TOLERANCE_S, Ephemeris, GnssFile, RuleSet, read_gnss, rtcm};
 
-const SEEDS: [&[u8]; 10] = [
+const SEEDS: [&[u8]; 15] = [
     include_bytes!("../../../fuzz/seeds/rinex_obs/v2.rnx"),
     include_bytes!("../../../fuzz/seeds/rinex_obs/v3.rnx"),
     include_bytes!("../../../fuzz/seeds/rinex_nav/v2.nav"),
@@ -18,6 +20,11 @@ const SEEDS: [&[u8]; 10] = [
     include_bytes!("../../../fuzz/seeds/ubx/all.ubx"),
     include_bytes!("../../../fuzz/seeds/ubx/cut.ubx"),
     include_bytes!("../../../fuzz/seeds/conf/all.conf"),
+    include_bytes!("../../../fuzz/seeds/rtcm/observations.rtcm3"),
+    include_bytes!("../../../fuzz/seeds/products/orbits.sp3"),
+    include_bytes!("../../../fuzz/seeds/products/clocks.clk"),
+    include_bytes!("../../../fuzz/seeds/products/antennas.atx"),
+    include_bytes!("../../../fuzz/seeds/unix_compress/aaa.Z"),
 ];
 
 /// A small generator (SplitMix64), so that every run damages alike.
@@ -90,11 +97,32 @@ fn check(file: &GnssFile) {
             }
         }
     }
+    if let Some(precise) = file.navigation.as_ref().map(|n| &n.precise)
+        && let Some((first, last)) = precise.span()
+    {
+        let middle = first + 0.5 * last.seconds_since(first);
+        for satellite in precise.satellites() {
+            if let Ok(state) = precise.state_at(satellite, middle) {
+                assert!(state.position_ecef_m.iter().all(|x| x.is_finite()));
+                assert!(state.clock_s.is_finite());
+            }
+        }
+    }
     for ephemeris in file.navigation.iter().flat_map(|n| &n.ephemerides) {
         if let Ephemeris::Kepler(e) = ephemeris {
             assert!((0.0..1.0).contains(&e.eccentricity) && e.sqrt_semi_major_axis >= 1000.0);
             assert!((e.toe - e.toc).abs() <= 302_400.0);
         }
+    }
+}
+
+/// Antenna calibrations that are passed on give finite ranges.
+fn check_calibrations(bytes: &[u8]) {
+    let Ok((antex, _)) = read_antex(&mut Lines::new(bytes, Limits::default())) else {
+        return;
+    };
+    for calibration in antex.antennas.iter().flat_map(|a| a.frequencies.values()) {
+        assert!(calibration.range_m(4.0, 0.6).is_finite());
     }
 }
 
@@ -111,12 +139,44 @@ fn damaged_files_are_read_or_refused() {
                 read += 1;
             }
             let _ = read_conf(bytes.as_slice(), RuleSet::Rtklib);
+            check_calibrations(&bytes);
+            let _ = GeoidGrid::read(bytes.as_slice());
         }
     }
     assert!(
         read > 5000,
         "too few files survived to test anything: {read}"
     );
+}
+
+/// RTCM messages with right checksums and wrong contents.
+#[test]
+fn damaged_messages_in_whole_rtcm_frames() {
+    let mut random = Random(3);
+    let messages: Vec<Vec<u8>> = rtcm::frame::pieces(SEEDS[10])
+        .filter_map(|piece| match piece {
+            rtcm::frame::Piece::Frame(f) => Some(f.payload.to_vec()),
+            _ => None,
+        })
+        .collect();
+    assert!(messages.len() >= 7);
+    let mut read = 0;
+    for _ in 0..3000 {
+        let mut log = Vec::new();
+        for _ in 0..12 {
+            let mut payload = messages[random.below(messages.len())].clone();
+            if random.below(3) > 0 {
+                damage(&mut payload, &mut random);
+                payload.truncate(1023);
+            }
+            log.extend(rtcm::frame::encode(&payload).unwrap());
+        }
+        if let Ok(file) = read_gnss(log.as_slice(), Limits::default()) {
+            check(&file);
+            read += 1;
+        }
+    }
+    assert!(read > 1000, "{read}");
 }
 
 /// Messages with right checksums and wrong contents.

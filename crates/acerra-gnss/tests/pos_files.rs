@@ -27,10 +27,11 @@ fn geonet() -> Option<(PpkSolution, PpkOptions)> {
     let nav = read_navigation(common::open("gnss-geonet/nav.05n")?, limits)
         .unwrap()
         .0;
-    let options = PpkOptions {
-        base_position: BasePosition::Ecef([-3_978_241.958, 3_382_840.234, 3_649_900.853]),
-        ..PpkOptions::rtklib()
-    };
+    let options = PpkOptions::rtklib().with_base_position(BasePosition::Ecef([
+        -3_978_241.958,
+        3_382_840.234,
+        3_649_900.853,
+    ]));
     Some((process(&rover, &base, &nav, &options).unwrap(), options))
 }
 

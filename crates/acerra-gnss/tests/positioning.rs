@@ -6,14 +6,15 @@
 
 mod rtklib;
 
-use acerra_geo::geodesy::{EnuFrame, Geodetic, ecef_from_geodetic};
+use acerra_geo::geodesy::EnuFrame;
 use acerra_geo::time::GpsTime;
 use acerra_gnss::{
     BasePosition, FilterDirection, PpkOptions, PpkSolution, Quality, Solution, process,
 };
 use rtklib::motion::{Flight, add_motion};
-use rtklib::sets::{GEONET, STATIC_1HZ, Set, WALK, WETTZELL};
-use rtklib::{PosEpoch, data, distance, enu, percentile, read_pos};
+use rtklib::sets::{GEONET, STATIC_1HZ, STATIC_M8P, Set, WALK, WETTZELL};
+use rtklib::trust::{sigma_table, windows_table};
+use rtklib::{PosEpoch, data, distance, enu, percentile, position_file, read_pos};
 use std::fmt::Write;
 
 const FORWARD: &str = "b34_fixhold_forward.pos";
@@ -90,17 +91,31 @@ fn geodetic_receivers_agree_with_rtklib() {
             (FilterDirection::Forward, FORWARD),
             (FilterDirection::Backward, BACKWARD),
         ] {
-            for options in [PpkOptions::rtklib(), PpkOptions::rtklib().with_safeguards()] {
-                let options = set.adapt(PpkOptions {
-                    direction,
-                    ..options
-                });
+            for (guarded, options) in [
+                (false, PpkOptions::rtklib()),
+                (true, PpkOptions::rtklib().with_safeguards()),
+            ] {
+                let options = set.adapt(options.with_direction(direction));
                 let solution =
                     process(&logs.rover, &logs.base, &logs.navigation, &options).unwrap();
                 let a = compare(&solution, &reference(set, file).unwrap(), |_| true);
-                assert_eq!(a.same_status, a.epochs, "{} {direction:?}", set.name);
+                if guarded {
+                    // Codes are weighed by their measured noise: an epoch at the edge of a fix
+                    // may fall to its other side.
+                    let fewer = a.their_fixed.saturating_sub(a.our_fixed);
+                    assert!(
+                        50 * fewer <= a.epochs,
+                        "{} {direction:?}: {} of {}",
+                        set.name,
+                        a.our_fixed,
+                        a.their_fixed
+                    );
+                } else {
+                    assert_eq!(a.same_status, a.epochs, "{} {direction:?}", set.name);
+                }
+                let limit_m = if guarded { 1e-3 } else { 2e-4 };
                 assert!(
-                    a.largest_m < 2e-4,
+                    a.largest_m < limit_m,
                     "{} {direction:?} {}",
                     set.name,
                     a.largest_m
@@ -132,10 +147,7 @@ fn the_model_documents_chain_of_one_pair_is_met() {
         let apart = distance(e.position_ecef_m, expected);
         assert!(apart < limit_m, "{minutes} min: {apart} m");
     };
-    let single = run(PpkOptions {
-        mode: acerra_gnss::PositioningMode::Single,
-        ..PpkOptions::rtklib()
-    });
+    let single = run(PpkOptions::rtklib().with_mode(acerra_gnss::PositioningMode::Single));
     check(
         &single,
         0.0,
@@ -175,10 +187,7 @@ fn the_model_documents_chain_of_one_pair_is_met() {
             ],
         ),
     ] {
-        let solution = run(PpkOptions {
-            direction,
-            ..PpkOptions::rtklib()
-        });
+        let solution = run(PpkOptions::rtklib().with_direction(direction));
         assert_eq!(solution.summary.fixed, fixed);
         for (minutes, expected) in points {
             check(&solution, minutes, expected, 2e-4);
@@ -186,19 +195,13 @@ fn the_model_documents_chain_of_one_pair_is_met() {
     }
     let ambiguity = acerra_gnss::AmbiguityMode::Instantaneous;
     assert_eq!(
-        run(PpkOptions {
-            ambiguity,
-            ..PpkOptions::rtklib()
-        })
-        .summary
-        .fixed,
+        run(PpkOptions::rtklib().with_ambiguity(ambiguity))
+            .summary
+            .fixed,
         32
     );
     let ambiguity = acerra_gnss::AmbiguityMode::Off;
-    let float = run(PpkOptions {
-        ambiguity,
-        ..PpkOptions::rtklib()
-    });
+    let float = run(PpkOptions::rtklib().with_ambiguity(ambiguity));
     check(
         &float,
         5.0,
@@ -250,10 +253,7 @@ fn agreement_table(text: &mut String) {
                 ("plain", PpkOptions::rtklib()),
                 (
                     "b34's defects too",
-                    PpkOptions {
-                        reproduce_defects: true,
-                        ..PpkOptions::rtklib()
-                    },
+                    PpkOptions::rtklib().with_reproduce_defects(true),
                 ),
                 ("guarded", PpkOptions::rtklib().with_safeguards()),
             ] {
@@ -261,10 +261,7 @@ fn agreement_table(text: &mut String) {
                 if options.reproduce_defects != on_walk {
                     continue; // elsewhere the two are the same
                 }
-                let options = set.adapt(PpkOptions {
-                    direction,
-                    ..options
-                });
+                let options = set.adapt(options.with_direction(direction));
                 let solution =
                     process(&logs.rover, &logs.base, &logs.navigation, &options).unwrap();
                 let combined;
@@ -314,15 +311,6 @@ fn agreement_table(text: &mut String) {
          must; at a few epochs of the 1 Hz set its covariances have lost their digits and it does \
          not, by up to 7 mm.\n",
     );
-}
-
-fn position_file(folder: &str, file: &str) -> [f64; 3] {
-    let text = std::fs::read_to_string(data(folder).unwrap().join(file)).unwrap();
-    let v: Vec<f64> = text
-        .split_whitespace()
-        .map(|v| v.parse().unwrap())
-        .collect();
-    ecef_from_geodetic(&Geodetic::from_degrees(v[0], v[1], v[2]))
 }
 
 fn truth_table(text: &mut String) {
@@ -403,24 +391,20 @@ fn walk_table(text: &mut String) {
     let logs = WALK.read().unwrap();
     let truth = onboard_fixes();
     let ratio = |o: PpkOptions| {
-        WALK.adapt(PpkOptions {
-            code_phase_ratio: [300.0; 3],
-            direction: FilterDirection::Combined,
-            ..o
-        })
+        WALK.adapt(
+            o.with_code_phase_ratio([300.0; 3])
+                .with_direction(FilterDirection::Combined),
+        )
     };
-    let b34 = ratio(PpkOptions {
-        reproduce_defects: true,
-        ..PpkOptions::rtklib()
-    });
+    let b34 = ratio(PpkOptions::rtklib().with_reproduce_defects(true));
     // Kinematic without a motion model, and what else its configuration of the data set says.
-    let ex = ratio(PpkOptions {
-        dynamics: None,
-        least_fixes_to_hold: 10,
-        largest_outage: 5,
-        largest_phase_innovation_m: 30.0,
-        ..PpkOptions::demo5()
-    });
+    let ex = ratio(
+        PpkOptions::demo5()
+            .with_dynamics(None)
+            .with_min_fixes_to_hold(10)
+            .with_max_outage_epochs(5)
+            .with_max_phase_innovation_m(30.0),
+    );
     for (name, options) in [
         ("as RTKLIB 2.4.3 b34", b34),
         (
@@ -512,10 +496,7 @@ fn motion_table(text: &mut String) {
             ("RTKLIB's rules, forward", set.adapt(PpkOptions::rtklib())),
             ("default", PpkOptions::default()),
         ] {
-            let options = PpkOptions {
-                base_position: BasePosition::Ecef(base),
-                ..options
-            };
+            let options = options.with_base_position(BasePosition::Ecef(base));
             let solution = process(&moved, &logs.base, &logs.navigation, &options).unwrap();
             let (mut horizontal, mut vertical) = (Vec::new(), Vec::new());
             for e in solution
@@ -554,7 +535,7 @@ fn motion_table(text: &mut String) {
 #[test]
 #[ignore = "processes every set many times; CI runs it in release mode"]
 fn validation_ppk() {
-    if [&WETTZELL, &GEONET, &STATIC_1HZ, &WALK]
+    if [&WETTZELL, &GEONET, &STATIC_1HZ, &STATIC_M8P, &WALK]
         .iter()
         .any(|s| data(s.folder).is_none())
     {
@@ -569,6 +550,8 @@ fn validation_ppk() {
     truth_table(&mut text);
     walk_table(&mut text);
     motion_table(&mut text);
+    windows_table(&mut text);
+    sigma_table(&mut text);
     println!("{text}");
     if let Some(folder) = std::env::var_os("ACERRA_DOCS") {
         std::fs::write(std::path::Path::new(&folder).join("ppk.md"), text).unwrap();

@@ -94,10 +94,7 @@ fn validation_against_rnx2rtkp() {
     for set in [&WETTZELL, &STATIC_1HZ, &WALK] {
         let Some(logs) = set.read() else { return };
         for (name, changes, change) in CASES {
-            let mut options = set.adapt(PpkOptions {
-                reproduce_defects: true,
-                ..PpkOptions::rtklib()
-            });
+            let mut options = set.adapt(PpkOptions::rtklib().with_reproduce_defects(true));
             change(&mut options);
             let solution = process(&logs.rover, &logs.base, &logs.navigation, &options).unwrap();
             let theirs = run_rtklib(set, changes, folder.path());

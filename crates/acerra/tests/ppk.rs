@@ -344,3 +344,198 @@ fn suspicions_are_said() {
         stderr(&assert)
     );
 }
+
+/// A RINEX 2 observation file of the flight's day as two: the epochs before and from the `k`-th on.
+fn halves(rinex: &str, k: usize) -> [String; 2] {
+    let header_end = rinex.find("END OF HEADER").unwrap();
+    let header_end = header_end + rinex[header_end..].find('\n').unwrap() + 1;
+    let (header, body) = rinex.split_at(header_end);
+    let at = 1 + body.match_indices("\n 18  7  9 ").nth(k).unwrap().0;
+    [&body[..at], &body[at..]].map(|part| format!("{header}{part}"))
+}
+
+/// The positions in a solution file, without the lines about its making.
+fn positions(path: &Path) -> String {
+    let text = fs::read_to_string(path).unwrap();
+    let lines = text.lines().filter(|line| !line.starts_with('%'));
+    lines.collect::<Vec<_>>().join("\n")
+}
+
+#[test]
+fn hourly_files_of_a_receiver_are_joined() {
+    let folder = folder();
+    let path = |name: &str| folder.path().join(name);
+    for (whole, k) in [("rover.obs", 70), ("base.obs", 50)] {
+        let text = fs::read_to_string(path(whole)).unwrap();
+        for (i, half) in halves(&text, k).into_iter().enumerate() {
+            fs::write(path(&format!("{whole}.{i}")), half).unwrap();
+        }
+    }
+    let base = base_argument();
+    acerra(
+        folder.path(),
+        &format!("rover.obs base.obs brdc.nav {base} -o whole.pos"),
+    )
+    .success();
+    acerra(
+        folder.path(),
+        &format!(
+            "rover.obs.1 base.obs.0 brdc.nav --rover rover.obs.0 --base base.obs.1 {base} -o parts.pos"
+        ),
+    )
+    .success();
+    assert_eq!(positions(&path("parts.pos")), positions(&path("whole.pos")));
+    // A file missing in between is a gap that is said.
+    let text = fs::read_to_string(path("base.obs")).unwrap();
+    fs::write(path("late.obs"), &halves(&text, 80)[1]).unwrap();
+    let told = acerra(
+        folder.path(),
+        &format!("rover.obs base.obs.0 brdc.nav --base late.obs {base} -o gap.pos"),
+    )
+    .success();
+    let told = String::from_utf8_lossy(&told.get_output().stderr).into_owned();
+    assert!(told.contains("between base.obs.0 and late.obs"), "{told}");
+    // The same file twice is an overlap.
+    let told = acerra(
+        folder.path(),
+        &format!("rover.obs base.obs brdc.nav --base base.obs.1 {base} -o twice.pos"),
+    )
+    .success();
+    let told = String::from_utf8_lossy(&told.get_output().stderr).into_owned();
+    assert!(told.contains("both hold"), "{told}");
+    assert_eq!(positions(&path("twice.pos")), positions(&path("whole.pos")));
+}
+
+#[test]
+fn other_outputs_are_written_where_asked() {
+    let folder = folder();
+    let path = |name: &str| folder.path().join(name);
+    let base = base_argument();
+    let told = acerra(
+        folder.path(),
+        &format!(
+            "rover.obs base.obs brdc.nav {base} -o out.pos --velocities --nmea out.nmea \
+             --residuals out.csv"
+        ),
+    )
+    .success();
+    let told = String::from_utf8_lossy(&told.get_output().stderr).into_owned();
+    assert!(told.contains("no geoid grid"), "{told}");
+    let pos = fs::read_to_string(path("out.pos")).unwrap();
+    assert!(pos.contains("vn(m/s)"));
+    let read = |name: &str| {
+        let file = std::io::BufReader::new(fs::File::open(path(name)).unwrap());
+        read_trajectory(file, &ReadOptions::default()).unwrap().0
+    };
+    assert_eq!(
+        read("out.nmea").fixes().len(),
+        read("out.pos").fixes().len()
+    );
+    assert!(fs::read_to_string(path("out.csv")).unwrap().lines().count() > 500);
+    // Nothing is within a tenth of a millimetre.
+    acerra(
+        folder.path(),
+        &format!("rover.obs base.obs brdc.nav {base} -o none.pos --max-sigma 0.0001"),
+    )
+    .success();
+    assert_eq!(positions(&path("none.pos")), "");
+    // The log has no events to pair with an image.
+    fs::write(path("images.txt"), "a.jpg\n").unwrap();
+    let refused = acerra(
+        folder.path(),
+        &format!(
+            "rover.obs base.obs brdc.nav {base} -o no.pos --images images.txt \
+             --image-positions no.csv"
+        ),
+    )
+    .code(1);
+    let told = String::from_utf8_lossy(&refused.get_output().stderr).into_owned();
+    assert!(
+        told.contains("images.txt") && told.contains("0 events, found 1 images"),
+        "{told}"
+    );
+    assert!(!path("no.pos").exists() && !path("no.csv").exists());
+}
+
+#[test]
+fn configurations_name_outputs_and_products() {
+    let folder = folder();
+    let path = |name: &str| folder.path().join(name);
+    let base = base_argument();
+    let conf = "pos1-posmode =kinematic\npos1-frequency =l1\npos1-navsys =1\n\
+                pos2-armode =fix-and-hold\nant2-postype =rinexhead\nout-outvel =on\n\
+                out-outstat =residual\n";
+    fs::write(path("out.conf"), conf).unwrap();
+    let run = |conf: &str, output: &str| {
+        acerra(
+            folder.path(),
+            &format!("rover.obs base.obs brdc.nav {base} --config {conf} -o {output}"),
+        )
+    };
+    run("out.conf", "out.pos").success();
+    assert!(
+        fs::read_to_string(path("out.pos"))
+            .unwrap()
+            .contains("vn(m/s)")
+    );
+    assert!(path("out.pos.residuals.csv").exists());
+    fs::write(
+        path("precise.conf"),
+        format!("{conf}pos1-sateph =precise\n"),
+    )
+    .unwrap();
+    let refused = run("precise.conf", "no.pos").code(1);
+    let told = String::from_utf8_lossy(&refused.get_output().stderr).into_owned();
+    assert!(told.contains("give an SP3 file"), "{told}");
+    fs::write(
+        path("antenna.conf"),
+        format!("{conf}file-rcvantfile =missing.atx\nant1-anttype =*\n"),
+    )
+    .unwrap();
+    let refused = run("antenna.conf", "no.pos").code(1);
+    let told = String::from_utf8_lossy(&refused.get_output().stderr).into_owned();
+    assert!(told.contains("missing.atx"), "{told}");
+}
+
+/// A real walk as RTCM 3 logs, of which only the rover's tells its date.
+#[test]
+fn a_log_without_a_date_takes_that_of_the_other() {
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data/gnss-walk-lg69t");
+    if !data.exists() {
+        println!("skipped: {} is not there", data.display());
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str| data.join(name).display().to_string();
+    let (rover, base) = (file("rover.rtcm3.gz"), file("base.rtcm3.gz"));
+    let window = "--systems GE --start 2023-05-19T06:40:00 --end 2023-05-19T06:40:30";
+    acerra(
+        folder.path(),
+        &format!("{rover} {base} {window} -o by-rtcm.pos"),
+    )
+    .success();
+    let text = positions(&folder.path().join("by-rtcm.pos"));
+    assert!(text.lines().count() > 10);
+    assert!(
+        text.lines()
+            .all(|line| line.starts_with("2023/05/19 06:40:")),
+        "{text}"
+    );
+    // Exchanged, the rover's log is the one without a date.
+    acerra(
+        folder.path(),
+        &format!("{base} {rover} {window} --mode single -o exchanged.pos"),
+    )
+    .success();
+    let text = positions(&folder.path().join("exchanged.pos"));
+    assert!(text.lines().count() > 20);
+    assert!(
+        text.lines()
+            .all(|line| line.starts_with("2023/05/19 06:40:")),
+        "{text}"
+    );
+    // Alone it is refused, with the way out.
+    let refused = acerra(folder.path(), &format!("{base} {base} -o no.pos")).code(1);
+    let told = String::from_utf8_lossy(&refused.get_output().stderr).into_owned();
+    assert!(told.contains("base.rtcm3.gz (--date)"), "{told}");
+}

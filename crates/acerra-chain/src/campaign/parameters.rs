@@ -150,6 +150,7 @@ impl From<&GnssSection> for GnssLogs {
                 rover: section.rover.clone(),
                 base: Some(section.base.clone()),
                 navigation: section.navigation.0.clone(),
+                ..PositioningInput::default()
             },
             config: section.config.clone(),
             base: stated.or(section.base_ecef_m.map(BasePlace::Ecef)),

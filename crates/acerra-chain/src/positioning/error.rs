@@ -45,6 +45,27 @@ pub enum PositioningError {
         /// The files read.
         files: String,
     },
+    /// No precise orbits where they are asked for.
+    #[error("precise orbits are asked for (pos1-sateph = precise): give an SP3 file")]
+    NoPreciseOrbits,
+    /// A log that does not tell its week, and no other file that does.
+    #[error("{} (--date): {cause}", path.display())]
+    Date {
+        /// The file.
+        path: PathBuf,
+        /// What is missing.
+        cause: ReadError,
+    },
+    /// An antenna given by name that has no calibration.
+    #[error("{}: the {receiver}'s antenna: expected one of the file's antennas, found {found:?}", path.display())]
+    Antenna {
+        /// The ANTEX file.
+        path: PathBuf,
+        /// Whose antenna: the rover's or the base's.
+        receiver: &'static str,
+        /// The name given.
+        found: String,
+    },
     /// No solution from the data of certain files.
     #[error("{files}: {cause}")]
     Solution {

@@ -2,35 +2,45 @@
 //!
 //! [`run`] is what `acerra ppk` does, and what a campaign's `[gnss]` section asks for.
 
+mod antennas;
 mod error;
-mod sentence;
+mod reader;
 mod summary;
-mod track;
 
-use std::fs::File;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use acerra_gnss::input::{Limits, ReadReport};
-use acerra_gnss::{
-    GnssFile, Navigation, ObservationData, PositioningMode, PpkError, PpkOptions, PpkSolution,
-    process, read_gnss,
-};
+use acerra_geo::time::GpsTime;
+use acerra_gnss::input::ReadReport;
+use acerra_gnss::{ObservationData, PositioningMode, PpkError, PpkOptions, PpkSolution, process};
+
+use reader::Reader;
+
+pub use antennas::{AntennaInput, AntennaName};
 pub use error::PositioningError;
-pub use sentence::ppk_sentence;
 pub use summary::{
     BaseAnswer, DropAnswer, EventAnswer, FileAnswer, PpkAnswer, ReasonAnswer, answer,
 };
-pub use track::trajectory;
 
 /// The files of a positioning run.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct PositioningInput {
     /// The rover's log.
     pub rover: PathBuf,
+    /// More files of the rover's receiver, joined to its log.
+    pub more_rover: Vec<PathBuf>,
     /// The base's log; not needed in single-point mode.
     pub base: Option<PathBuf>,
-    /// Navigation files. Raw logs among rover and base bring their own.
+    /// More files of the base's receiver, such as those of further hours.
+    pub more_base: Vec<PathBuf>,
+    /// Navigation files: broadcast ephemerides, SP3 orbits, RINEX clocks. Raw logs among rover and
+    /// base bring their own.
     pub navigation: Vec<PathBuf>,
+    /// Any time within half a week of logs that do not tell their week (RTCM 3).
+    pub date: Option<GpsTime>,
+    /// Whether precise orbits must be among the navigation files.
+    pub needs_precise_orbits: bool,
+    /// Antenna calibrations, and which of them apply.
+    pub antennas: AntennaInput,
 }
 
 /// A finished positioning run.
@@ -53,24 +63,15 @@ pub fn run(
     input: &PositioningInput,
     options: &PpkOptions,
 ) -> Result<Positioning, PositioningError> {
-    let mut reader = Reader::default();
+    let mut reader = Reader::new(input);
     let single = options.mode == PositioningMode::Single;
-    let rover = reader.observations(&input.rover)?;
+    let mut rover = reader.receiver(&input.rover_files(), "observations")?;
     let mut base = ObservationData::default();
-    if let Some(path) = &input.base {
-        let file = reader.read(path)?;
-        match file.observations {
-            Some(observations) => base = observations,
-            // A single-point position needs no base: what stands in its place is navigation.
-            None if single => {}
-            None => {
-                return Err(PositioningError::Kind {
-                    path: path.clone(),
-                    expected: "the base's observations",
-                    found: file.kind.to_string(),
-                });
-            }
-        }
+    let base_files = input.base_files();
+    if single && reader.holds_no_observations(input.base.as_deref())? {
+        // A single-point position needs no base: what stands in its place is navigation.
+    } else if input.base.is_some() {
+        base = reader.receiver(&base_files, "the base's observations")?;
     } else if !single {
         return Err(PositioningError::NoBase);
     }
@@ -84,15 +85,23 @@ pub fn run(
             });
         }
     }
-    if reader.navigation.ephemerides.is_empty() {
+    reader.complete(&input.rover_files(), &mut rover)?;
+    reader.complete(&base_files, &mut base)?;
+    if reader.navigation.is_empty() {
         return Err(PositioningError::NoEphemeris {
             files: reader.names(),
         });
     }
+    if input.needs_precise_orbits && reader.navigation.precise.is_empty() {
+        return Err(PositioningError::NoPreciseOrbits);
+    }
     let mut warnings = reader.warnings();
+    let options = &input
+        .antennas
+        .apply(options, [&rover, &base], &mut warnings)?;
     let solution = process(&rover, &base, &reader.navigation, options)
         .map_err(|error| blame(error, input, &reader))?;
-    warnings.extend(solution.summary.warnings.iter().map(ppk_sentence));
+    warnings.extend(solution.summary.warnings.iter().map(ToString::to_string));
     Ok(Positioning {
         solution,
         files: reader.files,
@@ -124,96 +133,4 @@ fn blame(error: PpkError, input: &PositioningInput, reader: &Reader) -> Position
         files,
         cause: error,
     }
-}
-
-/// Takes files and gathers the navigation data in them.
-#[derive(Default)]
-struct Reader {
-    navigation: Navigation,
-    files: Vec<(PathBuf, ReadReport)>,
-}
-
-impl Reader {
-    fn read(&mut self, path: &Path) -> Result<GnssFile, PositioningError> {
-        let file = File::open(path).map_err(|cause| PositioningError::Open {
-            path: path.to_owned(),
-            cause,
-        })?;
-        let mut content =
-            read_gnss(file, Limits::default()).map_err(|cause| PositioningError::Content {
-                path: path.to_owned(),
-                cause,
-            })?;
-        if let Some(navigation) = content.navigation.clone() {
-            self.navigation.merge(navigation);
-        }
-        self.files
-            .push((path.to_owned(), std::mem::take(&mut content.report)));
-        Ok(content)
-    }
-
-    fn observations(&mut self, path: &Path) -> Result<ObservationData, PositioningError> {
-        let file = self.read(path)?;
-        file.observations.ok_or_else(|| PositioningError::Kind {
-            path: path.to_owned(),
-            expected: "observations",
-            found: file.kind.to_string(),
-        })
-    }
-
-    /// The files read so far, for a message.
-    fn names(&self) -> String {
-        let names: Vec<String> = self
-            .files
-            .iter()
-            .map(|(p, _)| p.display().to_string())
-            .collect();
-        names.join(", ")
-    }
-
-    /// What the readers noticed, one sentence for each file and reason.
-    fn warnings(&self) -> Vec<String> {
-        let mut out = Vec::new();
-        for (path, report) in &self.files {
-            let name = path.display();
-            out.extend(
-                report
-                    .remarks
-                    .iter()
-                    .map(|remark| format!("{name}: {remark}")),
-            );
-            out.extend(
-                report
-                    .dropped
-                    .iter()
-                    .filter(|d| is_worth_a_warning(&d.reason))
-                    .map(|d| {
-                        format!(
-                            "{name}: dropped for {}: {}, first at {}",
-                            d.reason, d.count, d.first
-                        )
-                    }),
-            );
-        }
-        out
-    }
-}
-
-/// Whether a reason speaks of damage, and not only of content that has no use here.
-fn is_worth_a_warning(reason: &acerra_gnss::input::DropReason) -> bool {
-    use acerra_gnss::input::DropReason::{
-        CycleSlipRecord, DuplicateNavigationRecord, OutsideFrames, PhaseNotUsable,
-        PseudoObservation, UnknownSignal, UnusedMessage, UnusedNavigationMessage,
-    };
-    !matches!(
-        reason,
-        CycleSlipRecord
-            | DuplicateNavigationRecord
-            | OutsideFrames
-            | PhaseNotUsable
-            | PseudoObservation(_)
-            | UnknownSignal
-            | UnusedMessage { .. }
-            | UnusedNavigationMessage(_)
-    )
 }

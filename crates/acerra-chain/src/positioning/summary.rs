@@ -31,6 +31,8 @@ pub struct PpkAnswer {
     pub fixed_percent: f64,
     /// Why epochs are not fixed, most frequent reason first.
     pub not_fixed: Vec<ReasonAnswer>,
+    /// What was decided about GLONASS ambiguities, and why; `null` where nothing was to decide.
+    pub glonass: Option<String>,
     /// Smallest, mean and largest age of the base's data, s.
     pub age_s: Option<[f64; 3]>,
     /// Median standard deviation of the fixed positions: east, north, up, m.
@@ -158,6 +160,7 @@ pub fn answer(run: &Positioning, options: &PpkOptions) -> PpkAnswer {
                 epochs,
             })
             .collect(),
+        glonass: summary.glonass.map(|decision| decision.to_string()),
         age_s: summary.age_s,
         fixed_sd_m: median_deviation_m(run),
         events: events.collect(),
@@ -248,6 +251,9 @@ impl PpkAnswer {
         );
         for reason in &self.not_fixed {
             let _ = writeln!(out, "  not fixed {:>6}  {}", reason.epochs, reason.reason);
+        }
+        if let Some(glonass) = &self.glonass {
+            let _ = writeln!(out, "GLONASS     {glonass}");
         }
         if let Some([e, n, u]) = self.fixed_sd_m {
             let _ = writeln!(

@@ -58,9 +58,9 @@ pub(super) fn apply(settings: &[Setting], conf: &mut RtklibConf) -> Result<(), C
         base_line: 0,
         partial: conf.options.partial_ambiguity.unwrap_or(PartialAmbiguity {
             filter_new_satellites: false,
-            least_satellites_to_fix: 3,
-            least_pairs_to_hold: 3,
-            least_pairs_to_drop: usize::MAX,
+            min_satellites_to_fix: 3,
+            min_pairs_to_hold: 3,
+            min_pairs_to_drop: usize::MAX,
         }),
         ratio_range: [None; 2],
     };
@@ -76,8 +76,7 @@ pub(super) fn apply(settings: &[Setting], conf: &mut RtklibConf) -> Result<(), C
             "stats" => statistics(setting, conf, &mut pending)?,
             "ant1" | "ant2" => antenna(setting, conf, &mut pending)?,
             "misc" => miscellaneous(setting, conf)?,
-            "file" if setting.value.is_empty() => None,
-            "file" => Some(NotFollowedReason::Unsupported),
+            "file" => file(setting, conf)?,
             section
                 if section.starts_with("inpstr")
                     || section.starts_with("outstr")
@@ -120,13 +119,9 @@ fn first_page(s: &Setting, conf: &mut RtklibConf, pending: &mut Pending) -> Outc
     let options = &mut conf.options;
     match s.key.as_str() {
         "pos1-posmode" => {
-            options.mode = match s.choice(&["single", "dgps", "kinematic", "static"]) {
-                Some(0) => PositioningMode::Single,
-                Some(1) => PositioningMode::Dgps,
-                Some(2) => PositioningMode::Kinematic,
-                Some(_) => PositioningMode::Static,
-                None => return Err(s.unsupported()),
-            };
+            options.mode = s
+                .named(PositioningMode::ALL)
+                .ok_or_else(|| s.unsupported())?;
         }
         "pos1-frequency" => {
             let count = match s.value.parse::<usize>() {
@@ -143,13 +138,12 @@ fn first_page(s: &Setting, conf: &mut RtklibConf, pending: &mut Pending) -> Outc
             }
         }
         "pos1-soltype" => {
-            let names = ["forward", "backward", "combined", "combined-nophasereset"];
-            options.direction = match s.choice(&names) {
-                Some(0) => FilterDirection::Forward,
-                Some(1) => FilterDirection::Backward,
-                Some(2) => FilterDirection::Combined,
-                Some(_) => FilterDirection::CombinedWithoutReset,
-                None => return Err(s.wrong(&names.join(", "))),
+            // RTKLIB's own name of the fourth.
+            options.direction = match s.value.as_str() {
+                "combined-nophasereset" => FilterDirection::CombinedWithoutReset,
+                _ => s
+                    .named(FilterDirection::ALL)
+                    .ok_or_else(|| s.wrong("forward, backward, combined, combined-nophasereset"))?,
             };
         }
         "pos1-elmask" => options.elevation_mask_rad = s.degrees()?,
@@ -199,8 +193,12 @@ fn first_page(s: &Setting, conf: &mut RtklibConf, pending: &mut Pending) -> Outc
         "pos1-ionoopt" => return only(s, &["off", "0", "brdc", "1", "sbas", "2", ""]),
         "pos1-tropopt" => return only(s, &["off", "0", "saas", "1", "sbas", "2", ""]),
         "pos1-tidecorr" => return only(s, &["off", "0", ""]),
-        "pos1-sateph" if !matches!(s.value.as_str(), "brdc" | "0") => return Err(s.unsupported()),
-        "pos1-sateph" => {}
+        "pos1-sateph" => {
+            conf.inputs.precise_orbits = match s.choice(&["brdc", "precise"]) {
+                Some(i) => i == 1,
+                None => return Err(s.unsupported()),
+            };
+        }
         "pos1-posopt5" => options.raim = s.switch()?,
         "pos1-posopt1" | "pos1-posopt2" | "pos1-posopt3" | "pos1-posopt4" | "pos1-posopt6" => {
             return only(s, &["off", "0", ""]);
@@ -213,22 +211,18 @@ fn first_page(s: &Setting, conf: &mut RtklibConf, pending: &mut Pending) -> Outc
 fn second_page(s: &Setting, conf: &mut RtklibConf, pending: &mut Pending) -> Outcome {
     let options = &mut conf.options;
     match s.key.as_str() {
-        "pos2-armode" => {
-            options.ambiguity =
-                match s.choice(&["off", "continuous", "instantaneous", "fix-and-hold"]) {
-                    Some(0) => AmbiguityMode::Off,
-                    Some(1) => AmbiguityMode::Continuous,
-                    Some(2) => AmbiguityMode::Instantaneous,
-                    Some(_) => AmbiguityMode::FixAndHold,
-                    None => return UNSUPPORTED,
-                };
-        }
+        "pos2-armode" => match s.named(AmbiguityMode::ALL) {
+            Some(mode) => options.ambiguity = mode,
+            None => return UNSUPPORTED,
+        },
         "pos2-gloarmode" => {
-            options.glonass_ambiguity = match s.choice(&["off", "on", "autocal", "fix-and-hold"]) {
-                Some(0) => GlonassAmbiguity::Off,
-                Some(1) => GlonassAmbiguity::On,
-                Some(3) => GlonassAmbiguity::FixAndHold,
-                _ => return UNSUPPORTED,
+            // RTKLIB's own name of the third.
+            options.glonass_ambiguity = match s.value.as_str() {
+                "autocal" => GlonassAmbiguity::Auto,
+                _ => match s.named(GlonassAmbiguity::ALL) {
+                    Some(mode) => mode,
+                    None => return UNSUPPORTED,
+                },
             };
         }
         "pos2-bdsarmode" => options.beidou_ambiguity = s.switch()?,
@@ -244,28 +238,28 @@ fn second_page(s: &Setting, conf: &mut RtklibConf, pending: &mut Pending) -> Out
         "pos2-arthres2" | "pos2-arthres3" | "pos2-arthres4" => {}
         "pos2-varholdamb" => options.hold_variance_cycles2 = s.number()?,
         "pos2-gainholdamb" => options.hold_gain = s.number()?,
-        "pos2-arlockcnt" => options.least_lock = s.signed()?,
-        "pos2-minfixsats" => pending.partial.least_satellites_to_fix = s.count()?,
-        "pos2-minholdsats" => pending.partial.least_pairs_to_hold = s.count()?,
-        "pos2-mindropsats" => pending.partial.least_pairs_to_drop = s.count()?,
+        "pos2-arlockcnt" => options.min_lock_epochs = s.signed()?,
+        "pos2-minfixsats" => pending.partial.min_satellites_to_fix = s.count()?,
+        "pos2-minholdsats" => pending.partial.min_pairs_to_hold = s.count()?,
+        "pos2-mindropsats" => pending.partial.min_pairs_to_drop = s.count()?,
         "pos2-arelmask" => options.ambiguity_elevation_mask_rad = s.degrees()?,
-        "pos2-arminfix" => options.least_fixes_to_hold = s.unsigned()?,
+        "pos2-arminfix" => options.min_fixes_to_hold = s.unsigned()?,
         "pos2-armaxiter" => return only(s, &["1", ""]),
         "pos2-elmaskhold" => options.hold_elevation_mask_rad = s.degrees()?,
-        "pos2-aroutcnt" => options.largest_outage = s.unsigned()?,
-        "pos2-maxage" => options.largest_age_s = s.number()?,
+        "pos2-aroutcnt" => options.max_outage_epochs = s.unsigned()?,
+        "pos2-maxage" => options.max_age_s = s.number()?,
         "pos2-syncsol" => return Ok(Some(NotFollowedReason::NotForPostProcessing)),
         "pos2-slipthres" => options.slip_threshold_m = s.number()?,
         "pos2-dopthres" => options.doppler_slip_threshold_cycles_s = s.number()?,
         "pos2-rejionno" => {
             let limit = s.number()?;
-            options.largest_phase_innovation_m = limit;
+            options.max_phase_innovation_m = limit;
             if matches!(options.rules, crate::RuleSet::Rtklib) {
-                options.largest_code_innovation_m = limit;
+                options.max_code_innovation_m = limit;
             }
         }
-        "pos2-rejcode" => options.largest_code_innovation_m = s.number()?,
-        "pos2-rejgdop" => options.largest_gdop = s.number()?,
+        "pos2-rejcode" => options.max_code_innovation_m = s.number()?,
+        "pos2-rejgdop" => options.max_gdop = s.number()?,
         "pos2-niter" => options.iterations = s.count()?,
         "pos2-baselen" | "pos2-basesig" => return only(s, &["0", "0.0", ""]),
         _ => return UNKNOWN,
@@ -276,12 +270,12 @@ fn second_page(s: &Setting, conf: &mut RtklibConf, pending: &mut Pending) -> Out
 fn output(s: &Setting, conf: &mut RtklibConf) -> Outcome {
     let format = &mut conf.format;
     match s.key.as_str() {
+        "out-solformat" if matches!(s.value.as_str(), "nmea" | "3") => conf.outputs.nmea = true,
         "out-solformat" => {
-            format.frame = match s.choice(&["llh", "xyz", "enu", "nmea"]) {
-                Some(0) => PosFrame::Geodetic,
-                Some(1) => PosFrame::Ecef,
-                Some(2) => PosFrame::EnuBaseline,
-                _ => return UNSUPPORTED,
+            conf.outputs.nmea = false;
+            format.frame = match s.named(PosFrame::ALL) {
+                Some(frame) => frame,
+                None => return UNSUPPORTED,
             };
         }
         "out-outhead" => format.header = s.switch()?,
@@ -290,12 +284,9 @@ fn output(s: &Setting, conf: &mut RtklibConf) -> Outcome {
             s.switch()?;
         }
         "out-timesys" => {
-            format.scale = match s.choice(&["gpst", "utc", "jst"]) {
-                Some(0) => PosTimeScale::Gps,
-                Some(1) => PosTimeScale::Utc,
-                Some(2) => PosTimeScale::Jst,
-                _ => return Err(s.wrong("gpst, utc or jst")),
-            };
+            format.scale = s
+                .named(PosTimeScale::ALL)
+                .ok_or_else(|| s.wrong("gpst, utc or jst"))?;
         }
         "out-timeform" => {
             format.time = match s.choice(&["tow", "hms"]) {
@@ -308,14 +299,21 @@ fn output(s: &Setting, conf: &mut RtklibConf) -> Outcome {
         "out-degform" => return only(s, &["deg", "0", ""]),
         "out-fieldsep" => return only(s, &[""]),
         "out-outsingle" => conf.options.output_single = s.switch()?,
-        "out-outvel" => return only(s, &["off", "0", ""]),
-        "out-maxsolstd" => return only(s, &["0", "0.0", ""]),
+        "out-outvel" => format.velocity = s.switch()?,
+        "out-maxsolstd" if s.value.is_empty() => {}
+        "out-maxsolstd" => {
+            conf.outputs.max_sigma_m = Some(s.number()?).filter(|&largest_m| largest_m > 0.0);
+        }
         "out-height" => return only(s, &["ellipsoidal", "0", ""]),
         // The geoid matters only for geodetic heights.
         "out-geoid" => {}
         "out-solstatic" => return only(s, &["all", "0", ""]),
         "out-nmeaintv1" | "out-nmeaintv2" => {}
-        "out-outstat" => return only(s, &["off", "0", ""]),
+        "out-outstat" => match s.choice(&["off", "state", "residual"]) {
+            Some(1) => return UNSUPPORTED,
+            Some(kind) => conf.outputs.residuals = kind == 2,
+            None => return only(s, &[""]),
+        },
         _ => return UNKNOWN,
     }
     FOLLOWED
@@ -347,6 +345,18 @@ fn statistics(s: &Setting, conf: &mut RtklibConf, pending: &mut Pending) -> Outc
     FOLLOWED
 }
 
+/// Files that post-processing reads; empty values name none.
+fn file(s: &Setting, conf: &mut RtklibConf) -> Outcome {
+    let name = Some(s.value.clone()).filter(|name| !name.is_empty());
+    match s.key.as_str() {
+        "file-rcvantfile" => conf.inputs.antenna_file = name,
+        "file-geoidfile" => conf.outputs.geoid_file = name,
+        _ if name.is_none() => {}
+        _ => return UNSUPPORTED,
+    }
+    FOLLOWED
+}
+
 fn antenna(s: &Setting, conf: &mut RtklibConf, pending: &mut Pending) -> Outcome {
     let options = &mut conf.options;
     match s.key.as_str() {
@@ -356,8 +366,8 @@ fn antenna(s: &Setting, conf: &mut RtklibConf, pending: &mut Pending) -> Outcome
         "ant2-antdele" => options.base_antenna_m[0] = s.number()?,
         "ant2-antdeln" => options.base_antenna_m[1] = s.number()?,
         "ant2-antdelu" => options.base_antenna_m[2] = s.number()?,
-        // A calibration by antenna type needs a file of calibrations.
-        "ant1-anttype" | "ant2-anttype" => return only(s, &["", "*"]),
+        "ant1-anttype" => conf.inputs.rover_antenna.clone_from(&s.value),
+        "ant2-anttype" => conf.inputs.base_antenna.clone_from(&s.value),
         "ant2-postype" => {
             let names = [
                 "llh",
@@ -411,7 +421,7 @@ fn finish(conf: &mut RtklibConf, pending: &Pending) -> Result<(), ConfError> {
     });
     if pending.masked.contains(&true) {
         options.cn0_mask = Some(Cn0Mask {
-            least_db_hz: pending.masks,
+            min_db_hz: pending.masks,
             rover: pending.masked[0],
             base: pending.masked[1],
         });
@@ -470,6 +480,12 @@ impl Setting {
             .iter()
             .position(|name| *name == self.value)
             .or_else(|| self.value.parse().ok().filter(|&i: &usize| i < names.len()))
+    }
+
+    /// A value given by name, or by its place in RTKLIB's order.
+    fn named<T: Copy + std::str::FromStr>(&self, values: &[T]) -> Option<T> {
+        let by_number = || values.get(self.value.parse::<usize>().ok()?).copied();
+        self.value.parse().ok().or_else(by_number)
     }
 
     fn switch(&self) -> Result<bool, ConfError> {

@@ -13,8 +13,40 @@ pub struct RtklibConf {
     pub options: PpkOptions,
     /// How the solution file is to be written.
     pub format: PosFormat,
+    /// What else is to be written, and which files are to be read for it.
+    pub outputs: ConfOutputs,
+    /// Which antennas are to be calibrated, and whether precise orbits are wanted.
+    pub inputs: ConfInputs,
     /// Settings that are not followed, with the reason, in the order of the file.
     pub not_followed: Vec<NotFollowed>,
+}
+
+/// Outputs that a configuration asks for besides the solution file's layout.
+#[derive(Debug, Clone, PartialEq, Default)]
+#[non_exhaustive]
+pub struct ConfOutputs {
+    /// NMEA sentences instead of a solution file (`out-solformat = nmea`).
+    pub nmea: bool,
+    /// Residuals (`out-outstat = residual`).
+    pub residuals: bool,
+    /// Largest standard deviation of a position that is written (m, `out-maxsolstd`).
+    pub max_sigma_m: Option<f64>,
+    /// A geoid grid (`file-geoidfile`).
+    pub geoid_file: Option<String>,
+}
+
+/// Inputs that a configuration names.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[non_exhaustive]
+pub struct ConfInputs {
+    /// Precise orbits are to be used (`pos1-sateph = precise`).
+    pub precise_orbits: bool,
+    /// Antenna calibrations of receivers (`file-rcvantfile`).
+    pub antenna_file: Option<String>,
+    /// The rover's antenna (`ant1-anttype`): empty for none, `*` for that of the log's header.
+    pub rover_antenna: String,
+    /// The base's antenna (`ant2-anttype`).
+    pub base_antenna: String,
 }
 
 /// A setting that has no effect here.
@@ -103,23 +135,22 @@ pub enum ConfError {
 /// They differ from [`PpkOptions::rtklib`], which are the settings usual for short baselines.
 #[must_use]
 pub fn rtklib_defaults(rules: RuleSet) -> PpkOptions {
-    use crate::{AmbiguityMode, BasePosition, GlonassAmbiguity, PositioningMode};
-    let common = PpkOptions {
-        frequencies: 2,
-        // Latitude, longitude and height 0: given on purpose or not, a place on the equator.
-        base_position: BasePosition::Ecef([6_378_137.0, 0.0, 0.0]),
-        ..match rules {
-            RuleSet::Rtklib => PpkOptions::rtklib(),
-            RuleSet::Demo5 => PpkOptions::demo5(),
-        }
-    };
+    use crate::{AmbiguityMode, BasePosition, Dynamics, GlonassAmbiguity, PositioningMode};
+    let common = (match rules {
+        RuleSet::Rtklib => PpkOptions::rtklib(),
+        // Its own defaults, meant for walking pace.
+        RuleSet::Demo5 => PpkOptions::demo5().with_dynamics(Some(Dynamics {
+            horizontal_noise: 0.1,
+            vertical_noise: 0.01,
+        })),
+    })
+    .with_frequencies(2)
+    .with_base_position(BasePosition::Ecef([6_378_137.0, 0.0, 0.0]));
     match rules {
-        RuleSet::Rtklib => PpkOptions {
-            mode: PositioningMode::Single,
-            ambiguity: AmbiguityMode::Continuous,
-            glonass_ambiguity: GlonassAmbiguity::On,
-            ..common
-        },
+        RuleSet::Rtklib => common
+            .with_mode(PositioningMode::Single)
+            .with_ambiguity(AmbiguityMode::Continuous)
+            .with_glonass_ambiguity(GlonassAmbiguity::On),
         RuleSet::Demo5 => common,
     }
 }
@@ -142,8 +173,7 @@ pub fn rtklib_defaults(rules: RuleSet) -> PpkOptions {
 ///
 /// # Errors
 /// [`ConfError`] with line and key for a line or value that cannot be understood, and for kinds
-/// of processing that are not offered (moving base, PPP, precise orbits, streams as base
-/// position).
+/// of processing that are not offered (moving base, PPP, streams as base position).
 pub fn read_conf(reader: impl std::io::BufRead, rules: RuleSet) -> Result<RtklibConf, ConfError> {
     let limits = Limits {
         max_bytes: 1 << 20,
@@ -161,6 +191,8 @@ pub fn read_conf(reader: impl std::io::BufRead, rules: RuleSet) -> Result<Rtklib
     let mut conf = RtklibConf {
         options: rtklib_defaults(rules),
         format: PosFormat::default(),
+        outputs: ConfOutputs::default(),
+        inputs: ConfInputs::default(),
         not_followed: Vec::new(),
     };
     apply::apply(&settings, &mut conf)?;

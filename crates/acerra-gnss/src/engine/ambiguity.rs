@@ -9,11 +9,13 @@ use crate::options::{GlonassAmbiguity, PpkOptions, RuleSet};
 use crate::satellite::System;
 use nalgebra::{Cholesky, DMatrix, DVector};
 
-/// With fewer satellites than this the integers are tried without one of them, else without two.
-const LEAST_TO_LEAVE_OUT_TWO: usize = 7;
-
-/// Success rate from which fewer satellites that find other integers contradict all of them.
-const LEAST_TO_CONTRADICT: f64 = 0.5;
+/// Difference of costs (−2 ln of the likelihood ratio) from which one set of integers rules out
+/// another: odds of 400 to 1.
+const RULED_OUT_DIFFERENCE: f64 = 12.0;
+/// Ratio of costs needed besides.
+const RULED_OUT_RATIO: f64 = 2.0;
+/// Ratio of second-best to best costs from which the best is confirmed.
+const CONFIRMED_RATIO: f64 = 3.0;
 
 /// Pairs that must remain where every satellite is tried as the one that is off: with fewer, one
 /// of so many tries passes the ratio test by chance.
@@ -54,7 +56,7 @@ pub(crate) struct Attempt {
     pub accepted: bool,
     /// Probability that the integers are right, if the covariance is true.
     pub success_rate: f64,
-    /// Position states after the integers are imposed, and their covariance (row-major).
+    /// Leading states after the integers are imposed, and their covariance (row-major).
     pub x: Vec<f64>,
     pub p: Vec<f64>,
 }
@@ -156,9 +158,9 @@ impl Resolution<'_> {
         Ok(best.unwrap_or(full))
     }
 
-    /// Whether the integers stay the best ones whichever two satellites (of few, whichever one)
-    /// are left out: a wrong set that fits by chance, or because a satellite is off, seldom does.
-    pub(crate) fn hinges_on_no_satellite(&self, state: &FilterState, attempt: &Attempt) -> bool {
+    /// Whether no part of the satellites rules the integers out: without any one satellite, and
+    /// without any one system or frequency, they remain as good as the best or nearly.
+    pub(crate) fn is_stable_under_exclusion(&self, state: &FilterState, attempt: &Attempt) -> bool {
         let members = members(&attempt.pairs);
         let integer = |satellite: usize, slot: usize| {
             let mut own = attempt.pairs.iter().zip(&attempt.integers);
@@ -166,27 +168,23 @@ impl Resolution<'_> {
                 .map_or(0.0, |(_, integer)| *integer)
         };
         let stays = |rest: Vec<Pair>| {
-            if rest.len() < 2 {
-                return false;
-            }
-            let (float, covariance) = differences(state, &rest);
-            integer_least_squares(&float, covariance.as_slice(), 1).is_ok_and(|found| {
-                let same = rest.iter().zip(&found.integers[0]).all(|(p, z)| {
-                    (integer(p.other, p.slot) - integer(p.reference, p.slot) - z).abs() < 0.5
-                });
-                same || found.success_rate(self.variance_factor) < LEAST_TO_CONTRADICT
-            })
-        };
-        let two = members.len() >= LEAST_TO_LEAVE_OUT_TWO;
-        members.iter().enumerate().all(|(k, &(satellite, slot))| {
-            let rest = without(&attempt.pairs, satellite, slot);
-            if !two {
-                return stays(rest);
-            }
-            members[k + 1..]
+            let ours: Vec<f64> = rest
                 .iter()
-                .all(|&(second, slot)| stays(without(&rest, second, slot)))
-        })
+                .map(|p| integer(p.other, p.slot) - integer(p.reference, p.slot))
+                .collect();
+            judge(state, &rest, &ours) != Verdict::RuledOut
+        };
+        let groups = attempt
+            .pairs
+            .chunk_by(|a, b| (a.slot, a.group) == (b.slot, b.group));
+        let without_group = |group: &[Pair]| {
+            let other = |p: &&Pair| (p.slot, p.group) != (group[0].slot, group[0].group);
+            attempt.pairs.iter().filter(other).copied().collect()
+        };
+        groups.into_iter().all(|group| stays(without_group(group)))
+            && members
+                .iter()
+                .all(|&(satellite, slot)| stays(without(&attempt.pairs, satellite, slot)))
     }
 
     /// The ratio needed with this many pairs.
@@ -218,7 +216,7 @@ impl Resolution<'_> {
         };
         let threshold = self.threshold(n);
         let accepted = best <= 0.0 || second / best >= threshold;
-        let np = state.position_states;
+        let np = state.leading_states;
         let mut result = Attempt {
             pairs,
             integers: found.integers[0].clone(),
@@ -292,7 +290,7 @@ impl Resolution<'_> {
         }
         let n = rows.len();
         let least = match (options.rules, options.partial_ambiguity) {
-            (RuleSet::Demo5, Some(partial)) => partial.least_pairs_to_hold,
+            (RuleSet::Demo5, Some(partial)) => partial.min_pairs_to_hold,
             _ => 1,
         };
         if n < least.max(1) {
@@ -319,7 +317,7 @@ fn indices(state: &FilterState, pairs: &[Pair]) -> Vec<(usize, usize)> {
 }
 
 /// The float bias differences (cycles) and their covariance (cycle²).
-fn differences(state: &FilterState, pairs: &[Pair]) -> (Vec<f64>, DMatrix<f64>) {
+pub(super) fn differences(state: &FilterState, pairs: &[Pair]) -> (Vec<f64>, DMatrix<f64>) {
     let index = indices(state, pairs);
     let float: Vec<f64> = index
         .iter()
@@ -338,6 +336,50 @@ fn differences(state: &FilterState, pairs: &[Pair]) -> (Vec<f64>, DMatrix<f64>) 
     (float, q)
 }
 
+/// What the float ambiguities say of integers that they have not been told of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Verdict {
+    /// They are the best, by a clear margin.
+    Confirmed,
+    /// They are the best or nearly so.
+    Possible,
+    /// Another set fits so much better that these are out of the question.
+    RuledOut,
+}
+
+/// Judges integers by the costs of competing ones: by odds, and by the ratio of costs, which does
+/// not depend on how well the covariance is known.
+pub(super) fn judge(state: &FilterState, pairs: &[Pair], integers: &[f64]) -> Verdict {
+    if pairs.len() < 2 {
+        return Verdict::Possible;
+    }
+    let (float, covariance) = differences(state, pairs);
+    let Ok(found) = integer_least_squares(&float, covariance.as_slice(), 2) else {
+        return Verdict::Possible;
+    };
+    let mut both = found.integers[0].iter().zip(integers);
+    if both.all(|(a, b)| (a - b).abs() < 0.5) {
+        let clear = found.costs[1] > CONFIRMED_RATIO * found.costs[0];
+        return if clear {
+            Verdict::Confirmed
+        } else {
+            Verdict::Possible
+        };
+    }
+    let Some(cholesky) = Cholesky::new(covariance) else {
+        return Verdict::Possible;
+    };
+    let n = integers.len();
+    let departure = DVector::from_iterator(n, float.iter().zip(integers).map(|(a, z)| a - z));
+    let cost = departure.dot(&cholesky.solve(&departure));
+    let best = found.costs[0];
+    if cost - best > RULED_OUT_DIFFERENCE && cost > RULED_OUT_RATIO * best {
+        Verdict::RuledOut
+    } else {
+        Verdict::Possible
+    }
+}
+
 /// The satellites and slots that `pairs` are made of, each once.
 pub(super) fn members(pairs: &[Pair]) -> Vec<(usize, usize)> {
     let mut members: Vec<(usize, usize)> = pairs
@@ -350,7 +392,7 @@ pub(super) fn members(pairs: &[Pair]) -> Vec<(usize, usize)> {
 }
 
 /// `pairs` without a satellite; a reference hands its place to the first of its partners.
-fn without(pairs: &[Pair], satellite: usize, slot: usize) -> Vec<Pair> {
+pub(super) fn without(pairs: &[Pair], satellite: usize, slot: usize) -> Vec<Pair> {
     let mut remaining: Vec<Pair> = pairs
         .iter()
         .copied()

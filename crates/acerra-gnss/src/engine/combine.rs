@@ -2,11 +2,16 @@
 
 use super::filter::EpochResult;
 use crate::observation::EPOCH_TOLERANCE_S;
+use crate::options::{PositioningMode, PpkOptions};
 use crate::solution::{NotFixedReason, Quality};
 use nalgebra::{Matrix3, Vector3};
 
 /// Two fixes further apart than this many standard deviations on any axis are not both right.
 const LARGEST_DISAGREEMENT_SIGMA: f64 = 4.0;
+
+/// Fixes of a receiver that stands still agree if they are nearer to each other than this (m): half
+/// a wavelength.
+const LARGEST_STATIC_DISTANCE_M: f64 = 0.1;
 
 /// Merges results in ascending order with results in descending order.
 ///
@@ -15,7 +20,7 @@ const LARGEST_DISAGREEMENT_SIGMA: f64 = 4.0;
 pub(crate) fn combine(
     forward: Vec<EpochResult>,
     backward: Vec<EpochResult>,
-    reproduce_defects: bool,
+    options: &PpkOptions,
 ) -> Vec<EpochResult> {
     let mut merged = Vec::with_capacity(forward.len().max(backward.len()));
     let mut forward = forward.into_iter().peekable();
@@ -32,14 +37,18 @@ pub(crate) fn combine(
         } else if ahead_s > EPOCH_TOLERANCE_S {
             merged.extend(backward.next());
         } else if let (Some(f), Some(b)) = (forward.next(), backward.next()) {
-            merged.push(pair(f, b, reproduce_defects));
+            merged.push(pair(f, b, options));
         }
     }
 }
 
-fn pair(f: EpochResult, b: EpochResult, reproduce_defects: bool) -> EpochResult {
+fn pair(f: EpochResult, b: EpochResult, options: &PpkOptions) -> EpochResult {
     // RTKLIB numbers "no solution" 0, below "fixed".
-    let none = if reproduce_defects { 0 } else { u8::MAX };
+    let none = if options.reproduce_defects {
+        0
+    } else {
+        u8::MAX
+    };
     let rank = |r: &EpochResult| r.quality.map_or(none, Quality::number);
     let (rank_f, rank_b) = (rank(&f), rank(&b));
     if rank_f != rank_b {
@@ -50,21 +59,13 @@ fn pair(f: EpochResult, b: EpochResult, reproduce_defects: bool) -> EpochResult 
     }
     let mut result = f.clone();
     result.time = f.time - f.time.seconds_since(b.time) / 2.0;
-    if f.quality == Some(Quality::Fixed) {
-        let mut distance2 = 0.0;
-        let mut agree = true;
-        for k in 0..3 {
-            let difference = f.position_ecef_m[k] - b.position_ecef_m[k];
-            let variance = f.covariance_ecef_m2[k][k] + b.covariance_ecef_m2[k][k];
-            distance2 += difference * difference;
-            agree &= difference * difference
-                <= LARGEST_DISAGREEMENT_SIGMA * LARGEST_DISAGREEMENT_SIGMA * variance;
-        }
-        if !agree {
-            result.quality = Some(Quality::Float);
-            result.reason = Some(NotFixedReason::PassesDisagree {
-                distance_m: distance2.sqrt(),
-            });
+    if f.quality == Some(Quality::Fixed)
+        && let Some(distance_m) = disagreement_m(&f, &b, options)
+    {
+        result.quality = Some(Quality::Float);
+        result.reason = Some(NotFixedReason::PassesDisagree { distance_m });
+        if options.min_success_rate.is_some() {
+            return between(result, &f, &b);
         }
     }
     if let Some((x, q)) = weighted_mean(
@@ -73,7 +74,50 @@ fn pair(f: EpochResult, b: EpochResult, reproduce_defects: bool) -> EpochResult 
     ) {
         result.position_ecef_m = x;
         result.covariance_ecef_m2 = q;
+        // Two fixes of an epoch rest on the same phases: their mean is no better than either.
+        if options.min_success_rate.is_some() && f.quality == Some(Quality::Fixed) {
+            result.covariance_ecef_m2 = std::array::from_fn(|i| {
+                std::array::from_fn(|j| {
+                    (f.covariance_ecef_m2[i][j] + b.covariance_ecef_m2[i][j]) / 2.0
+                })
+            });
+        }
     }
+    result
+}
+
+/// How far apart two fixes are that cannot both be right.
+fn disagreement_m(f: &EpochResult, b: &EpochResult, options: &PpkOptions) -> Option<f64> {
+    let mut distance2 = 0.0;
+    let mut agree = true;
+    for k in 0..3 {
+        let difference = f.position_ecef_m[k] - b.position_ecef_m[k];
+        let variance = f.covariance_ecef_m2[k][k] + b.covariance_ecef_m2[k][k];
+        distance2 += difference * difference;
+        agree &= difference * difference
+            <= LARGEST_DISAGREEMENT_SIGMA * LARGEST_DISAGREEMENT_SIGMA * variance;
+    }
+    let distance_m = distance2.sqrt();
+    // A receiver that stands still averages its noise away, but not what multipath does to each
+    // half of the log; only metres of ambiguity tell the passes apart.
+    let still = options.mode == PositioningMode::Static && !options.reproduce_defects;
+    let disagree = !agree && !(still && distance_m < LARGEST_STATIC_DISTANCE_M);
+    disagree.then_some(distance_m)
+}
+
+/// The mean of two places of which one is wrong, with the covariance that says so: each place is
+/// within it, and half the way between them is a standard deviation.
+fn between(mut result: EpochResult, f: &EpochResult, b: &EpochResult) -> EpochResult {
+    let half: [f64; 3] =
+        std::array::from_fn(|k| (f.position_ecef_m[k] - b.position_ecef_m[k]) / 2.0);
+    result.position_ecef_m =
+        std::array::from_fn(|k| (f.position_ecef_m[k] + b.position_ecef_m[k]) / 2.0);
+    result.covariance_ecef_m2 = std::array::from_fn(|i| {
+        std::array::from_fn(|j| {
+            let own = (f.covariance_ecef_m2[i][j] + b.covariance_ecef_m2[i][j]) / 2.0;
+            own + half[i] * half[j]
+        })
+    });
     result
 }
 

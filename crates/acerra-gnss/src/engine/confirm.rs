@@ -1,5 +1,5 @@
-//! Fixes on probation: integers that passed the ratio test while there was little to tell them
-//! apart count once the same integers are found with certainty.
+//! Retrospective confirmation of ambiguity fixes: integers that passed the ratio test while their
+//! success rate was low count once the same integers are found with certainty, before or after.
 
 use super::ambiguity::{Attempt, Pair};
 use super::constellation::Constellation;
@@ -7,7 +7,7 @@ use super::filter::EpochResult;
 use crate::satellite::System;
 use crate::solution::{NotFixedReason, Quality};
 
-/// Fewest ambiguities that must be the same for one fix to vouch for another.
+/// Fewest ambiguities that must be the same for one fix to confirm another.
 const LEAST_SHARED: usize = 4;
 
 /// The integers of a fix, with the float solution to fall back to.
@@ -18,6 +18,8 @@ pub(crate) struct FixedIntegers {
     /// Probability that they are right, from the float ambiguities' covariance.
     success_rate: f64,
     certain: bool,
+    /// Number of the set of held integers in force.
+    generation: u32,
     float_position_ecef_m: [f64; 3],
     float_covariance_ecef_m2: [[f64; 3]; 3],
     float_velocity: Option<([f64; 3], [[f64; 3]; 3])>,
@@ -25,12 +27,18 @@ pub(crate) struct FixedIntegers {
 
 impl FixedIntegers {
     /// The integers of `attempt`; `float` is the epoch's result before they are imposed.
-    pub(crate) fn new(attempt: &Attempt, certain: bool, float: &EpochResult) -> Self {
+    pub(crate) fn new(
+        attempt: &Attempt,
+        certain: bool,
+        generation: u32,
+        float: &EpochResult,
+    ) -> Self {
         Self {
             pairs: attempt.pairs.clone(),
             integers: attempt.integers.clone(),
             success_rate: attempt.success_rate,
             certain,
+            generation,
             float_position_ecef_m: float.position_ecef_m,
             float_covariance_ecef_m2: float.covariance_ecef_m2,
             float_velocity: float.velocity,
@@ -75,27 +83,39 @@ impl FixedIntegers {
 
 /// Calls fixes float that neither are certain themselves nor have the integers of the nearest
 /// certain fix before or after them. `results` are those of one pass, in its order.
-pub(crate) fn confirm(results: &mut [EpochResult], needed: f64, constellation: &Constellation) {
-    let mut vouched = vec![false; results.len()];
-    let mut vouch = |order: &mut dyn Iterator<Item = usize>| {
+///
+/// Fixes under integers that were `withdrawn` later confirm nothing, themselves included.
+pub(crate) fn confirm(
+    results: &mut [EpochResult],
+    needed: f64,
+    withdrawn: &[u32],
+    constellation: &Constellation,
+) {
+    for result in results.iter_mut() {
+        if let Some(own) = &mut result.integers {
+            own.certain &= !withdrawn.contains(&own.generation);
+        }
+    }
+    let mut confirmed = vec![false; results.len()];
+    let mut confirm_along = |order: &mut dyn Iterator<Item = usize>| {
         let mut nearest: Option<&FixedIntegers> = None;
         for k in order {
             let Some(own) = &results[k].integers else {
                 continue;
             };
             if own.certain || nearest.is_some_and(|certain| own.same_as(certain, constellation)) {
-                vouched[k] = true;
+                confirmed[k] = true;
                 nearest = Some(own);
             }
         }
     };
-    vouch(&mut (0..results.len()).rev());
-    vouch(&mut (0..results.len()));
-    for (result, vouched) in results.iter_mut().zip(vouched) {
+    confirm_along(&mut (0..results.len()).rev());
+    confirm_along(&mut (0..results.len()));
+    for (result, confirmed) in results.iter_mut().zip(confirmed) {
         let Some(own) = result.integers.take() else {
             continue;
         };
-        if !vouched {
+        if !confirmed {
             result.quality = Some(Quality::Float);
             result.reason = Some(NotFixedReason::IntegersUncertain {
                 success_rate: own.success_rate,

@@ -3,12 +3,16 @@
 use crate::navigation::{Ephemeris, Navigation};
 use crate::observation::ObservationData;
 use crate::options::{PpkOptions, RuleSet};
+use crate::precise::{PreciseGap, PreciseProducts};
 use crate::satellite::{SatelliteId, System};
 use crate::signal::{SPEED_OF_LIGHT_M_S, SignalCode};
 use acerra_geo::time::GpsTime;
 
 /// A satellite with a predicted accuracy worse than this (m) is not used.
 const LARGEST_ORBIT_ERROR_M: f64 = 300.0;
+/// Standard deviation of precise orbits and clocks together (m): that of ultra-rapid ones; the
+/// satellite antenna's phase centre, which is not modelled, lies mostly along the clock.
+const PRECISE_ERROR_M: f64 = 0.1;
 /// Galileo data source: clock parameters for E5b and E1 (I/NAV).
 const GALILEO_INAV_CLOCK: u32 = 1 << 9;
 
@@ -17,6 +21,8 @@ pub(crate) struct Constellation {
     ids: Vec<SatelliteId>,
     ephemerides: Vec<Vec<Ephemeris>>,
     channels: Vec<Option<i8>>,
+    /// Precise orbits and clocks; a satellite in them is positioned by them alone.
+    precise: PreciseProducts,
     /// Message types of Galileo other than I/NAV, and ephemerides of the future, are accepted.
     any_galileo: bool,
 }
@@ -88,6 +94,7 @@ impl Constellation {
             ids,
             ephemerides,
             channels,
+            precise: navigation.precise.clone(),
             any_galileo,
         }
     }
@@ -105,7 +112,7 @@ impl Constellation {
     }
 
     pub(crate) fn has_ephemerides(&self, index: usize) -> bool {
-        !self.ephemerides[index].is_empty()
+        !self.ephemerides[index].is_empty() || self.precise.holds(self.ids[index])
     }
 
     pub(crate) fn channel(&self, index: usize) -> Option<i8> {
@@ -171,6 +178,11 @@ impl Constellation {
         if pseudorange_m == 0.0 {
             return Err(Unusable::NoPseudorange);
         }
+        if self.precise.holds(self.ids[index]) {
+            return self
+                .precise_state(self.ids[index], tag, pseudorange_m, with_rates)
+                .map_err(|_| Unusable::NoEphemeris);
+        }
         let e = self
             .select(index, selection_time)
             .ok_or(Unusable::NoEphemeris)?;
@@ -188,6 +200,31 @@ impl Constellation {
                 let rates = e.rates_at(sent);
                 (rates.velocity_ecef_m_s, rates.clock_rate)
             }),
+        })
+    }
+
+    /// As [`Self::state`], from the precise products.
+    fn precise_state(
+        &self,
+        satellite: SatelliteId,
+        tag: GpsTime,
+        pseudorange_m: f64,
+        with_rates: bool,
+    ) -> Result<SatelliteState, PreciseGap> {
+        let sent = tag - pseudorange_m / SPEED_OF_LIGHT_M_S;
+        let sent = sent - self.precise.clock_at(satellite, sent)?;
+        let orbit = self.precise.state_at(satellite, sent)?;
+        let rates = if with_rates {
+            let rates = self.precise.rates_at(satellite, sent)?;
+            Some((rates.velocity_ecef_m_s, rates.clock_rate))
+        } else {
+            None
+        };
+        Ok(SatelliteState {
+            position_ecef_m: orbit.position_ecef_m,
+            clock_s: orbit.clock_s,
+            variance_m2: PRECISE_ERROR_M * PRECISE_ERROR_M,
+            rates,
         })
     }
 }

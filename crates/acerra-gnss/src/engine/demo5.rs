@@ -43,7 +43,7 @@ impl Filter<'_> {
                     for c in common {
                         let track = self.state.track_mut(c.satellite, slot);
                         if track.valid && track.lock == 0 {
-                            track.lock = -options.least_lock - delay;
+                            track.lock = -options.min_lock_epochs - delay;
                             delay += 2;
                             put_back = true;
                         }
@@ -81,7 +81,7 @@ impl Filter<'_> {
         let options = self.options;
         let partial = options.partial_ambiguity?;
         if self.previous_ratio >= options.ratio_threshold
-            || self.previous_pairs < partial.least_pairs_to_drop.max(1)
+            || self.previous_pairs < partial.min_pairs_to_drop.max(1)
         {
             self.next_to_drop = 0;
             return None;
@@ -147,7 +147,7 @@ impl Filter<'_> {
         let least = self
             .options
             .partial_ambiguity
-            .map_or(2, |p| p.least_satellites_to_fix.saturating_sub(1).max(2));
+            .map_or(2, |p| p.min_satellites_to_fix.saturating_sub(1).max(2));
         if pairs.len() < least {
             let pairs = pairs.len();
             return Err(NotFixedReason::TooFewAmbiguities {

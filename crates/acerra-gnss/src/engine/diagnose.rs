@@ -68,7 +68,7 @@ pub(crate) fn base_gaps(
     for pair in base.windows(2) {
         let (from, to) = (pair[0].tag, pair[1].tag);
         let inside = to >= first.epoch.tag && from <= last.epoch.tag;
-        if inside && to.seconds_since(from) > options.largest_age_s {
+        if inside && to.seconds_since(from) > options.max_age_s {
             warnings.push(PpkWarning::BaseGap(BaseGap { from, to }));
         }
     }

@@ -1,8 +1,9 @@
 //! Double differences between receivers and satellites, with their noise.
 
+use super::code_noise::MeasuredNoise;
 use super::constellation::Constellation;
-use super::noise::{Separation, single_difference_variance_m2, weak_signal_factor};
-use super::state::{FilterState, Track};
+use super::noise::{Separation, SignalView, single_difference_variance_m2, weak_signal_factor};
+use super::state::FilterState;
 use super::zero::ZeroDifference;
 use crate::options::{PositioningMode, PpkOptions, RuleSet};
 use crate::satellite::System;
@@ -44,6 +45,8 @@ pub(crate) struct DoubleRow {
     pub variance_other_m2: f64,
     /// The same two without regard to signal strength: what an undisturbed signal would have.
     pub undisturbed_m2: [f64; 2],
+    /// Channel number of the reference less that of the other, of GLONASS phases; else 0.
+    pub channels_apart: f64,
     /// Rows with the same block share their reference's noise.
     pub block: usize,
 }
@@ -58,6 +61,10 @@ pub(crate) struct Differencing<'a> {
     pub rover: &'a [ZeroDifference],
     pub base: &'a [ZeroDifference],
     pub separation: Separation,
+    /// Noise of the codes, measured or the model's.
+    pub noise: &'a MeasuredNoise,
+    /// Codes without regard to phases.
+    pub codes_alone: bool,
     /// Phases left out of this epoch: (common index, slot).
     pub excluded: &'a [(usize, usize)],
 }
@@ -98,7 +105,7 @@ impl Differencing<'_> {
         let code = u.code_m[slot] != 0.0 && b.code_m[slot] != 0.0;
         if !is_code {
             phase
-        } else if self.options.rules == RuleSet::Demo5 {
+        } else if self.codes_alone || self.options.rules == RuleSet::Demo5 {
             code
         } else {
             code && phase
@@ -110,18 +117,29 @@ impl Differencing<'_> {
     }
 
     fn model_variance(&self, k: usize, slot: usize, is_code: bool, cn0_db_hz: [f64; 2]) -> f64 {
-        single_difference_variance_m2(
-            self.options,
-            self.system(k),
+        let signal = SignalView {
+            system: self.system(k),
             slot,
             is_code,
-            self.elevation(k),
+            elevation_rad: self.elevation(k),
             cn0_db_hz,
-            self.separation,
-        )
+        };
+        single_difference_variance_m2(self.options, &signal, self.separation)
     }
 
-    fn variance(&self, k: usize, slot: usize, is_code: bool, tracks: &[Track]) -> f64 {
+    /// The code noise measured; a code that is not the first of its ambiguity brings only as much
+    /// as its correlation in time leaves.
+    fn measured_code_factor(&self, k: usize, slot: usize, state: &FilterState) -> f64 {
+        let satellite = self.common[k].satellite;
+        let count = if self.codes_alone {
+            0
+        } else {
+            state.track(satellite, slot).codes_used
+        };
+        self.noise.of(self.system(k), slot).factor(count)
+    }
+
+    fn variance(&self, k: usize, slot: usize, is_code: bool, state: &FilterState) -> f64 {
         let cn0_db_hz = [
             self.rover[self.common[k].rover].cn0_db_hz[slot],
             self.base[self.common[k].base].cn0_db_hz[slot],
@@ -130,8 +148,10 @@ impl Differencing<'_> {
             .max(self.base[self.common[k].base].cn0_drop_db[slot]);
         let mut variance = self.model_variance(k, slot, is_code, cn0_db_hz)
             * weak_signal_factor(self.options, weakest_db);
-        if self.options.rules == RuleSet::Demo5 && !is_code {
-            let track = &tracks[slot * self.constellation.len() + self.common[k].satellite];
+        if is_code {
+            variance *= self.measured_code_factor(k, slot, state);
+        } else if self.options.rules == RuleSet::Demo5 {
+            let track = state.track(self.common[k].satellite, slot);
             if !track.half_cycle_known {
                 variance += 0.01;
             }
@@ -146,10 +166,11 @@ impl Differencing<'_> {
         let mut rejected = Vec::new();
         let mut block = 0;
         let frequencies = options.frequencies;
-        let uses_phase = matches!(
-            options.mode,
-            PositioningMode::Kinematic | PositioningMode::Static
-        );
+        let uses_phase = !self.codes_alone
+            && matches!(
+                options.mode,
+                PositioningMode::Kinematic | PositioningMode::Static
+            );
         for group in GROUPS {
             for kind in 0..2 * frequencies {
                 let (is_code, slot) = (kind >= frequencies, kind % frequencies);
@@ -173,6 +194,11 @@ impl Differencing<'_> {
                         self.single(reference, slot, is_code) - self.single(other, slot, is_code);
                     let (ei, ej) = (self.unit(reference), self.unit(other));
                     let mut wavelengths = [0.0; 2];
+                    let channels_apart = if is_code {
+                        0.0
+                    } else {
+                        self.channels_apart(reference, other)
+                    };
                     if !is_code {
                         wavelengths = [
                             self.wavelengths_m[reference][slot],
@@ -183,6 +209,7 @@ impl Differencing<'_> {
                         residual -= wavelengths[0] * bias(reference) - wavelengths[1] * bias(other);
                         residual -=
                             self.inter_channel_m(state, reference, other, slot, wavelengths);
+                        residual -= state.channel_slope_m()[0] * channels_apart;
                     }
                     if residual.abs()
                         > self.innovation_limit(state, reference, other, slot, is_code)
@@ -204,13 +231,9 @@ impl Differencing<'_> {
                         residual_m: residual,
                         position: std::array::from_fn(|a| ej[a] - ei[a]),
                         wavelengths_m: wavelengths,
-                        variance_reference_m2: self.variance(
-                            reference,
-                            slot,
-                            is_code,
-                            &state.tracks,
-                        ),
-                        variance_other_m2: self.variance(other, slot, is_code, &state.tracks),
+                        channels_apart,
+                        variance_reference_m2: self.variance(reference, slot, is_code, state),
+                        variance_other_m2: self.variance(other, slot, is_code, state),
                         undisturbed_m2: [reference, other]
                             .map(|k| self.model_variance(k, slot, is_code, [0.0; 2])),
                         block,
@@ -219,6 +242,17 @@ impl Differencing<'_> {
             }
         }
         Differences { rows, rejected }
+    }
+
+    fn channels_apart(&self, reference: usize, other: usize) -> f64 {
+        let channel = |k: usize| {
+            let channel = self.constellation.channel(self.common[k].satellite);
+            channel.map_or(0.0, f64::from)
+        };
+        match self.system(other) {
+            System::Glonass => channel(reference) - channel(other),
+            _ => 0.0,
+        }
     }
 
     fn unit(&self, k: usize) -> [f64; 3] {
@@ -261,14 +295,14 @@ impl Differencing<'_> {
     ) -> f64 {
         let options = self.options;
         let limit = if is_code {
-            options.largest_code_innovation_m
+            options.max_code_innovation_m
         } else if options.dynamics.is_some() {
-            options.largest_phase_innovation_m
+            options.max_phase_innovation_m
         } else {
             // The position itself is no better than a single-point one here.
             options
-                .largest_phase_innovation_m
-                .max(options.largest_code_innovation_m)
+                .max_phase_innovation_m
+                .max(options.max_code_innovation_m)
         };
         let fresh = |k: usize| state.has_initial_variance(self.common[k].satellite, slot);
         if options.rules == RuleSet::Demo5 && (fresh(reference) || fresh(other)) {

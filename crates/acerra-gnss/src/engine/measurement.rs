@@ -2,6 +2,7 @@
 
 use super::constellation::Constellation;
 use crate::observation::{EPOCH_TOLERANCE_S, ObservationData};
+use crate::satellite::System;
 use crate::signal::{FREQUENCY_SLOTS, SignalCode};
 use acerra_geo::time::GpsTime;
 
@@ -15,6 +16,7 @@ const LARGEST_PHASE_CYCLES: f64 = 1e10;
 #[derive(Debug, Clone)]
 pub(crate) struct Measurement {
     pub satellite: usize,
+    pub system: System,
     pub first_code: SignalCode,
     pub code_m: [f64; FREQUENCY_SLOTS],
     pub phase_cycles: [f64; FREQUENCY_SLOTS],
@@ -87,6 +89,7 @@ pub(crate) fn epochs(data: &ObservationData, constellation: &Constellation) -> V
             };
             let mut m = Measurement {
                 satellite,
+                system: s.satellite.system(),
                 first_code: s.signals[0].map_or(first.code, |s| s.code),
                 code_m: [0.0; FREQUENCY_SLOTS],
                 phase_cycles: [0.0; FREQUENCY_SLOTS],

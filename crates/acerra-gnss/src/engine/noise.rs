@@ -13,6 +13,17 @@ pub(crate) const fn system_factor(system: System) -> f64 {
     }
 }
 
+/// A signal as far as its noise depends on it.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct SignalView {
+    pub system: System,
+    pub slot: usize,
+    pub is_code: bool,
+    pub elevation_rad: f64,
+    /// Carrier-to-noise density at rover and base (dB-Hz), 0 where unknown.
+    pub cn0_db_hz: [f64; 2],
+}
+
 /// How far apart rover and base measurements are.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Separation {
@@ -21,17 +32,27 @@ pub(crate) struct Separation {
     pub age_s: f64,
 }
 
+impl Separation {
+    /// Side by side, at the same time.
+    pub(crate) const NONE: Self = Self {
+        baseline_m: 0.0,
+        age_s: 0.0,
+    };
+}
+
 /// Variance (m²) of a single difference between rover and base of one satellite's phase or code.
-/// `cn0_db_hz` are those of rover and base, 0 where unknown.
 pub(crate) fn single_difference_variance_m2(
     options: &PpkOptions,
-    system: System,
-    slot: usize,
-    is_code: bool,
-    elevation_rad: f64,
-    cn0_db_hz: [f64; 2],
+    signal: &SignalView,
     separation: Separation,
 ) -> f64 {
+    let &SignalView {
+        system,
+        slot,
+        is_code,
+        elevation_rad,
+        cn0_db_hz,
+    } = signal;
     let ratio = if is_code {
         options.code_phase_ratio[slot]
     } else if options.rules == RuleSet::Demo5 {
@@ -68,7 +89,7 @@ pub(crate) fn below_cn0_mask(
         return false;
     }
     let place = (elevation_rad.to_degrees() - 5.0) / 10.0;
-    let values = &mask.least_db_hz[slot];
+    let values = &mask.min_db_hz[slot];
     let least = if place <= 0.0 {
         values[0]
     } else if place >= 8.0 {
@@ -78,7 +99,8 @@ pub(crate) fn below_cn0_mask(
         let share = place - index as f64;
         values[index] * (1.0 - share) + values[index + 1] * share
     };
-    cn0_db_hz < least
+    // Receivers that do not say how strong a signal is leave it at 0.
+    cn0_db_hz > 0.0 && cn0_db_hz < least
 }
 
 /// Factor on the variance of a signal that is `drop_db` below its usual strength.

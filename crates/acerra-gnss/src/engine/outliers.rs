@@ -60,12 +60,20 @@ pub(crate) fn worst(
     worst
 }
 
-/// Sum of squares of the code residuals in units of their standard deviation, about each block's
-/// weighted mean, and its degrees of freedom.
-pub(crate) fn code_misfit(rows: &[DoubleRow]) -> (f64, usize) {
+/// Sum of squares of the code or phase residuals in units of their standard deviation, about each
+/// block's weighted mean, and its degrees of freedom; of the satellites that `counts` lets in.
+pub(crate) fn misfit(
+    rows: &[DoubleRow],
+    of_codes: bool,
+    counts: impl Fn(usize, usize) -> bool,
+) -> (f64, usize) {
     let (mut sum, mut freedom) = (0.0, 0);
-    let codes = rows.iter().filter(|r| r.is_code);
-    for block in codes
+    let kept = |r: &&DoubleRow| {
+        r.is_code == of_codes && counts(r.reference, r.slot) && counts(r.other, r.slot)
+    };
+    for block in rows
+        .iter()
+        .filter(kept)
         .collect::<Vec<_>>()
         .chunk_by(|a, b| a.block == b.block)
     {
@@ -109,6 +117,7 @@ mod tests {
             variance_reference_m2: 1e-4,
             variance_other_m2: 1e-4,
             undisturbed_m2: [1e-4; 2],
+            channels_apart: 0.0,
             block: 1,
         }
     }

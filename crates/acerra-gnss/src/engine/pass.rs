@@ -1,14 +1,23 @@
 //! A run of the filter over all rover epochs in one direction.
 
+use super::code_noise::MeasuredNoise;
 use super::confirm::confirm;
 use super::constellation::Constellation;
 use super::filter::{BaseView, EpochResult, Filter, RoverEpoch};
+use super::glonass::decide;
 use super::measurement::{Epoch, Measurement};
 use super::plausible::reject_implausible;
+use super::precision::scale_covariances;
 use super::single::SingleContext;
 use super::zero::{ZeroDifference, zero_differences};
+use crate::control::Watch;
 use crate::observation::EPOCH_TOLERANCE_S;
-use crate::options::{PositioningMode, PpkOptions, RuleSet};
+use crate::options::{
+    AmbiguityMode, FilterDirection, GlonassAmbiguity, PositioningMode, PpkOptions, RuleSet,
+};
+use crate::ppk::PpkError;
+use crate::satellite::System;
+use crate::solution::GlonassDecision;
 
 /// Everything that both directions share.
 pub(crate) struct Prepared<'a> {
@@ -18,6 +27,7 @@ pub(crate) struct Prepared<'a> {
     pub base: Vec<Epoch>,
     pub base_context: SingleContext<'a>,
     pub base_position_ecef_m: [f64; 3],
+    pub noise: MeasuredNoise,
 }
 
 /// Index of the base epoch that goes with a rover epoch: forward the last one not after it,
@@ -35,6 +45,42 @@ pub(crate) fn matching_base(base: &[Epoch], rover: &Epoch, backward: bool) -> Op
 }
 
 impl<'a> Prepared<'a> {
+    /// A filter at its start.
+    pub(crate) fn filter(&'a self) -> Filter<'a> {
+        Filter::new(
+            self.constellation,
+            self.options,
+            &self.noise,
+            self.base_position_ecef_m,
+        )
+    }
+
+    /// What a trial pass says of GLONASS ambiguities, where that is left to the data.
+    pub(crate) fn glonass_decision(
+        &'a self,
+        watch: &Watch<'_>,
+    ) -> Result<Option<GlonassDecision>, PpkError> {
+        let options = self.options;
+        let observed = (0..self.constellation.len())
+            .any(|k| self.constellation.id(k).system() == System::Glonass);
+        if options.glonass_ambiguity != GlonassAmbiguity::Auto
+            || options.ambiguity == AmbiguityMode::Off
+            || !matches!(
+                options.mode,
+                PositioningMode::Kinematic | PositioningMode::Static
+            )
+            || !observed
+        {
+            return Ok(None);
+        }
+        let backward = options.direction == FilterDirection::Backward;
+        Ok(Some(decide(&self.run(
+            &mut self.filter(),
+            backward,
+            watch,
+        )?)))
+    }
+
     fn base_zero(&self, index: usize, rover: &Epoch) -> Vec<ZeroDifference> {
         let epoch = &self.base[index];
         // Ephemerides are chosen by the rover's tag, so that both ends use the same ones.
@@ -84,7 +130,7 @@ impl<'a> Prepared<'a> {
             rover.tag.seconds_since(self.base[before].tag),
             rover.tag.seconds_since(next.tag),
         );
-        let largest = self.options.largest_age_s;
+        let largest = self.options.max_age_s;
         if from_next_s.abs() < EPOCH_TOLERANCE_S
             || from_previous_s > largest
             || -from_next_s > largest
@@ -157,10 +203,16 @@ impl<'a> Prepared<'a> {
 
     /// Runs `filter` over all epochs; results in the order of processing, one per rover epoch
     /// that has a single-point position.
-    pub(crate) fn run(&self, filter: &mut Filter<'a>, backward: bool) -> Vec<EpochResult> {
+    pub(crate) fn run(
+        &self,
+        filter: &mut Filter<'a>,
+        backward: bool,
+        watch: &Watch<'_>,
+    ) -> Result<Vec<EpochResult>, PpkError> {
         let n = self.rover.len();
         let mut results = Vec::with_capacity(n);
         for k in 0..n {
+            watch.one_more()?;
             let rover = &self.rover[if backward { n - 1 - k } else { k }];
             match &rover.single {
                 Ok(single) => {
@@ -170,9 +222,10 @@ impl<'a> Prepared<'a> {
                 Err(_) => filter.last_time = Some(rover.epoch.tag),
             }
         }
-        if let Some(needed) = self.options.least_success_rate {
-            confirm(&mut results, needed, self.constellation);
+        if let Some(needed) = self.options.min_success_rate {
+            confirm(&mut results, needed, &filter.withdrawn, self.constellation);
+            scale_covariances(&mut results);
         }
-        results
+        Ok(results)
     }
 }

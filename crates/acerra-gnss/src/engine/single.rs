@@ -22,6 +22,10 @@ const LARGEST_ITERATIONS: usize = 10;
 const CODE_ERROR_FACTOR: f64 = 100.0;
 const CODE_BIAS_ERROR_M: f64 = 0.3;
 const MISSING_CLOCK_VARIANCE_M2: f64 = 0.01;
+/// Satellites down to which outlying ones are left out of a position that fails its validation.
+const LEAST_FOR_BEST_EFFORT: usize = 6;
+/// Root mean square of the residuals beyond which such a position is none (m).
+const LARGEST_RMS_M: f64 = 30.0;
 /// 0.999 quantiles of χ² for 1, 2, … degrees of freedom.
 const CHI_SQUARE_999: [f64; 30] = [
     10.8, 13.8, 16.3, 18.5, 20.5, 22.5, 24.3, 26.1, 27.9, 29.6, 31.3, 32.9, 34.5, 36.1, 37.7, 39.3,
@@ -122,6 +126,7 @@ impl SingleContext<'_> {
         let solved = match self.validated(epoch, states, start_ecef_m, &all) {
             Err(failure) if self.options.raim => self
                 .leave_one_out(epoch, states, start_ecef_m)
+                .or_else(|| self.best_effort(epoch, states, start_ecef_m))
                 .ok_or(failure),
             other => other,
         }?;
@@ -319,7 +324,7 @@ impl SingleContext<'_> {
             }
         }
         let gdop = gdop(&solved.equations.directions);
-        if gdop.is_nan() || gdop <= 0.0 || gdop > self.options.largest_gdop {
+        if gdop.is_nan() || gdop <= 0.0 || gdop > self.options.max_gdop {
             return Err((NotFixedReason::PoorGeometry { gdop }, end));
         }
         Ok(solved)
@@ -358,6 +363,41 @@ impl SingleContext<'_> {
             keep[left_out] = true;
         }
         best.map(|(_, solved)| solved)
+    }
+
+    /// The solution without the satellites whose residuals stand out most; where those that remain
+    /// still contradict each other, its covariance grows as their residuals say.
+    fn best_effort(
+        &self,
+        epoch: &Epoch,
+        states: &[Result<SatelliteState, Unusable>],
+        start: [f64; 3],
+    ) -> Option<Converged> {
+        let mut keep = vec![true; epoch.measurements.len()];
+        loop {
+            let mut solved = self.converge(epoch, states, start, &keep).ok()?;
+            let n = solved.equations.satellites;
+            let rows = &solved.equations.rows[..n];
+            let square = |r: &Row| r.residual_m * r.residual_m / r.variance_m2;
+            let sum: f64 = rows.iter().map(square).sum();
+            let freedom = solved.equations.rows.len().checked_sub(STATES)?;
+            let contradicting = freedom > 0 && sum > chi_square_999(freedom);
+            if contradicting && n > LEAST_FOR_BEST_EFFORT {
+                let worst =
+                    (0..n).max_by(|a, b| square(&rows[*a]).total_cmp(&square(&rows[*b])))?;
+                keep[solved.equations.used[worst]] = false;
+                continue;
+            }
+            let rms_m = (rows.iter().map(|r| r.residual_m.powi(2)).sum::<f64>() / n as f64).sqrt();
+            let gdop = gdop(&solved.equations.directions);
+            if rms_m > LARGEST_RMS_M || gdop.is_nan() || gdop > self.options.max_gdop {
+                return None;
+            }
+            if contradicting {
+                solved.covariance *= sum / freedom as f64;
+            }
+            return Some(solved);
+        }
     }
 
     fn velocity(

@@ -8,16 +8,26 @@ use crate::observation::{EPOCH_TOLERANCE_S, LossOfLock};
 use crate::options::{PpkOptions, RuleSet};
 use acerra_geo::time::GpsTime;
 
+/// What slip detection at an epoch looks at.
+pub(crate) struct SlipView<'a> {
+    pub options: &'a PpkOptions,
+    pub common: &'a [Common],
+    pub wavelengths_m: &'a [[f64; 3]],
+    pub rover: &'a Epoch,
+    pub base: &'a Epoch,
+    pub backward: bool,
+}
+
 /// Flags the slips of this epoch in the tracks of the common satellites.
-pub(crate) fn detect(
-    state: &mut FilterState,
-    options: &PpkOptions,
-    common: &[Common],
-    wavelengths_m: &[[f64; 3]],
-    rover: &Epoch,
-    base: &Epoch,
-    backward: bool,
-) {
+pub(crate) fn detect(state: &mut FilterState, view: &SlipView<'_>) {
+    let &SlipView {
+        options,
+        common,
+        wavelengths_m,
+        rover,
+        base,
+        backward,
+    } = view;
     for slot in 0..options.frequencies {
         let doppler = [(0, rover), (1, base)].map(|(receiver, epoch)| {
             (options.rules == RuleSet::Demo5 && options.doppler_slip_threshold_cycles_s > 0.0)

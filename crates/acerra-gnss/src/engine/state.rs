@@ -3,10 +3,14 @@
 
 use super::constellation::Constellation;
 use super::double::DoubleRow;
-use crate::options::PpkOptions;
+use crate::options::{GlonassAmbiguity, PpkOptions};
 use crate::signal::{FREQUENCY_SLOTS, SignalCode};
 use acerra_geo::time::GpsTime;
 use nalgebra::{Cholesky, DMatrix, DVector};
+
+/// Standard deviation of the GLONASS inter-channel bias between receivers of unknown makes
+/// (m per channel): Wanninger (2012) found up to 0.05.
+const CHANNEL_SLOPE_SIGMA_M: f64 = 0.025;
 
 /// What is remembered about one satellite's phase on one frequency.
 #[derive(Debug, Clone, Default)]
@@ -35,6 +39,10 @@ pub(crate) struct Track {
     pub valid: bool,
     /// Took part in this epoch's ambiguity resolution.
     pub in_fix: bool,
+    /// Integer found with certainty, relative to those of its group.
+    pub held: Option<f64>,
+    /// Codes used since the bias was last initialised.
+    pub codes_used: u32,
     /// Innovations rejected since the last reset.
     pub rejections: u32,
     /// Inter-channel bias learnt during the hold (cycles).
@@ -63,6 +71,8 @@ pub(crate) struct SparseRow {
 pub(crate) struct FilterState {
     /// Position states: 3, or 9 with velocity and acceleration.
     pub position_states: usize,
+    /// Position states and, where it is estimated, the GLONASS inter-channel bias.
+    pub leading_states: usize,
     satellites: usize,
     pub x: Vec<f64>,
     /// Row-major covariance of all states.
@@ -77,16 +87,36 @@ impl FilterState {
         let position_states = if options.dynamics.is_some() { 9 } else { 3 };
         let satellites = constellation.len();
         let slots = options.frequencies.clamp(1, FREQUENCY_SLOTS);
-        let n = position_states + slots * satellites;
-        Self {
+        let estimates_slope = options.glonass_ambiguity == GlonassAmbiguity::Auto;
+        let leading_states = position_states + usize::from(estimates_slope);
+        let n = leading_states + slots * satellites;
+        let mut state = Self {
             position_states,
+            leading_states,
             satellites,
             x: vec![0.0; n],
             p: vec![0.0; n * n],
             exists: vec![false; n],
             tracks: vec![Track::default(); slots * satellites],
             initial_bias_variance: options.initial_bias_cycles * options.initial_bias_cycles,
+        };
+        if let Some(index) = state.channel_slope_index() {
+            state.initialise(index, 0.0, CHANNEL_SLOPE_SIGMA_M.powi(2));
         }
+        state
+    }
+
+    /// Index of the GLONASS inter-channel bias (m per channel), where it is estimated.
+    pub(crate) fn channel_slope_index(&self) -> Option<usize> {
+        (self.leading_states > self.position_states).then_some(self.position_states)
+    }
+
+    /// GLONASS inter-channel bias (m per channel) and its standard deviation; 0 where it is not
+    /// estimated.
+    pub(crate) fn channel_slope_m(&self) -> [f64; 2] {
+        self.channel_slope_index().map_or([0.0; 2], |k| {
+            [self.x[k], self.covariance(k, k).max(0.0).sqrt()]
+        })
     }
 
     pub(crate) fn len(&self) -> usize {
@@ -94,7 +124,7 @@ impl FilterState {
     }
 
     pub(crate) fn bias_index(&self, satellite: usize, slot: usize) -> usize {
-        self.position_states + slot * self.satellites + satellite
+        self.leading_states + slot * self.satellites + satellite
     }
 
     /// The single-difference bias (cycles), if estimated.
@@ -126,6 +156,15 @@ impl FilterState {
         &mut self.p[i * n + j]
     }
 
+    /// Starts a phase bias (cycles) anew.
+    pub(crate) fn initialise_bias(&mut self, satellite: usize, slot: usize, cycles: f64) {
+        let index = self.bias_index(satellite, slot);
+        self.initialise(index, cycles, self.initial_bias_variance);
+        let track = self.track_mut(satellite, slot);
+        track.codes_used = 0;
+        track.held = None;
+    }
+
     /// Sets a state with this variance, uncorrelated with all others.
     pub(crate) fn initialise(&mut self, index: usize, value: f64, variance: f64) {
         let n = self.x.len();
@@ -142,6 +181,9 @@ impl FilterState {
     pub(crate) fn remove(&mut self, index: usize) {
         self.initialise(index, 0.0, 0.0);
         self.exists[index] = false;
+        if let Some(track) = index.checked_sub(self.leading_states) {
+            self.tracks[track].held = None;
+        }
     }
 
     pub(crate) fn position(&self) -> [f64; 3] {
@@ -161,6 +203,9 @@ impl FilterState {
                 self.bias_index(satellites[1], row.slot),
                 -row.wavelengths_m[1],
             ));
+            if let (Some(index), true) = (self.channel_slope_index(), row.channels_apart != 0.0) {
+                coefficients.push((index, row.channels_apart));
+            }
         }
         SparseRow {
             coefficients,

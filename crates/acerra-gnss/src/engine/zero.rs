@@ -42,10 +42,10 @@ pub(crate) fn zero_differences(
     let place = frame.origin();
     let zenith_m = saastamoinen_m(place, FRAC_PI_2, 0.0);
     let mapping = Niell::new(epoch.tag, place);
-    let antenna = if base {
-        options.base_antenna_m
+    let (antenna, calibration) = if base {
+        (options.base_antenna_m, &options.base_calibration)
     } else {
-        options.rover_antenna_m
+        (options.rover_antenna_m, &options.rover_calibration)
     };
     epoch
         .measurements
@@ -86,6 +86,12 @@ pub(crate) fn zero_differences(
                 {
                     continue;
                 }
+                let phase_centre_m = calibration
+                    .as_ref()
+                    .zip(m.signal[slot])
+                    .and_then(|(calibration, code)| calibration.of_signal(m.system, code))
+                    .map_or(0.0, |at| at.range_m(azimuth, elevation));
+                let predicted = predicted + phase_centre_m;
                 if m.phase_cycles[slot] != 0.0 {
                     result.phase_m[slot] =
                         m.phase_cycles[slot] * SPEED_OF_LIGHT_M_S / frequency - predicted;

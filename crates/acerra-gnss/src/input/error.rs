@@ -46,6 +46,12 @@ pub enum ReadError {
         /// What the content looks like.
         found: FileKind,
     },
+    /// An RTCM 3 log whose messages tell the time of the week only.
+    #[error(
+        "the messages tell the time of the week only, and none tells the week: \
+         state the date on which the log was recorded"
+    )]
+    NoDate,
     /// A limit was reached; see [`super::Limits`].
     #[error("{what} exceeds the limit of {limit} bytes")]
     Limit {

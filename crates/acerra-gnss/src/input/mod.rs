@@ -6,6 +6,7 @@ mod limits;
 mod lines;
 mod report;
 mod sniff;
+mod unix_compress;
 
 pub use error::ReadError;
 pub use limits::Limits;
@@ -13,3 +14,4 @@ pub use lines::{LineSource, Lines};
 pub use report::{DropReason, Dropped, Place, ReadReport};
 pub(crate) use sniff::SNIFF_BYTES;
 pub use sniff::{FileKind, sniff};
+pub use unix_compress::UnixCompressed;

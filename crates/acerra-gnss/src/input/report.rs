@@ -85,6 +85,27 @@ pub enum DropReason {
     PhaseNotUsable,
     /// A navigation frame with wrong parity or content that contradicts itself.
     InvalidNavigationFrame,
+    /// RTCM 3: bytes outside any message.
+    OutsideMessages,
+    /// RTCM 3: a well-formed message that this reader does not use.
+    UnusedRtcmMessage {
+        /// Message number.
+        number: u16,
+    },
+    /// RTCM 3: a message shorter than its content, or with content that is impossible.
+    MalformedRtcmMessage {
+        /// Message number.
+        number: u16,
+    },
+    /// RTCM 3: an epoch whose last message announces another one that is not there; what it has is
+    /// kept.
+    IncompleteEpoch,
+    /// RTCM 3: observations of another reference station than the first one.
+    OtherStation,
+    /// ANTEX: the calibration of an antenna, with a table that is not whole.
+    UnreadableCalibration(String),
+    /// A GLONASS phase whose frequency channel is not known.
+    UnknownChannel,
 }
 
 impl fmt::Display for DropReason {
@@ -119,6 +140,15 @@ impl fmt::Display for DropReason {
             Self::UnknownSignal => f.write_str("unknown signal"),
             Self::PhaseNotUsable => f.write_str("phase not usable"),
             Self::InvalidNavigationFrame => f.write_str("invalid navigation frame"),
+            Self::OutsideMessages => f.write_str("bytes outside RTCM messages"),
+            Self::UnusedRtcmMessage { number } => write!(f, "unused message {number}"),
+            Self::MalformedRtcmMessage { number } => write!(f, "malformed message {number}"),
+            Self::IncompleteEpoch => f.write_str("epoch with a message missing"),
+            Self::OtherStation => f.write_str("observations of another reference station"),
+            Self::UnreadableCalibration(antenna) => {
+                write!(f, "unreadable calibration of {antenna}")
+            }
+            Self::UnknownChannel => f.write_str("GLONASS phase of unknown frequency channel"),
         }
     }
 }

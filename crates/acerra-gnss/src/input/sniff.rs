@@ -10,7 +10,9 @@ pub enum FileKind {
     RinexObservation,
     /// RINEX navigation data (of any system).
     RinexNavigation,
-    /// RINEX of another type (meteorological, clock …).
+    /// RINEX satellite and station clocks.
+    RinexClock,
+    /// RINEX of another type (meteorological …).
     RinexOther,
     /// Hatanaka-compressed RINEX observation data.
     Crinex,
@@ -32,6 +34,8 @@ pub enum FileKind {
     Rtcm3,
     /// SP3 precise orbits.
     Sp3,
+    /// ANTEX antenna calibrations.
+    Antex,
     /// Nothing at all.
     Empty,
     /// None of the above.
@@ -43,6 +47,7 @@ impl fmt::Display for FileKind {
         f.write_str(match self {
             Self::RinexObservation => "RINEX observation data",
             Self::RinexNavigation => "RINEX navigation data",
+            Self::RinexClock => "RINEX clock data",
             Self::RinexOther => "RINEX of another type",
             Self::Crinex => "Hatanaka-compressed RINEX observation data",
             Self::Ubx => "u-blox UBX",
@@ -54,6 +59,7 @@ impl fmt::Display for FileKind {
             Self::Nmea => "NMEA sentences",
             Self::Rtcm3 => "RTCM 3",
             Self::Sp3 => "SP3 orbits",
+            Self::Antex => "ANTEX antenna calibrations",
             Self::Empty => "empty",
             Self::Unknown => "of no known kind",
         })
@@ -88,6 +94,9 @@ pub fn sniff(head: &[u8]) -> FileKind {
     // Real frames are checked, so that two stray bytes in a text do not decide.
     if crate::ubx::frame::first_valid(head) {
         return FileKind::Ubx;
+    }
+    if crate::rtcm::frame::first_valid(head) {
+        return FileKind::Rtcm3;
     }
     let text = String::from_utf8_lossy(&head[..head.len().min(8192)]);
     let mut lines = text.lines().map(str::trim_end).filter(|l| !l.is_empty());
@@ -138,6 +147,18 @@ fn rinex_kind(head: &[u8]) -> Option<FileKind> {
     let label = line.get(60..)?;
     if label.starts_with(b"CRINEX VERS") {
         return Some(FileKind::Crinex);
+    }
+    // Clock files of version 3.04 have their labels five columns further right.
+    let clock = line.get(20..22).is_some_and(|kind| kind.contains(&b'C'));
+    if clock
+        && label
+            .trim_ascii_start()
+            .starts_with(b"RINEX VERSION / TYPE")
+    {
+        return Some(FileKind::RinexClock);
+    }
+    if label.starts_with(b"ANTEX VERSION / SYST") {
+        return Some(FileKind::Antex);
     }
     if !label.starts_with(b"RINEX VERSION / TYPE") {
         return None;

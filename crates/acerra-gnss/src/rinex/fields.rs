@@ -3,22 +3,22 @@
 use acerra_geo::time::{Calendar, full_year};
 
 /// Columns `start..start + width` (from 0) of a line, as far as it reaches.
-pub(super) fn column(line: &[u8], start: usize, width: usize) -> &[u8] {
+pub(crate) fn column(line: &[u8], start: usize, width: usize) -> &[u8] {
     let end = line.len().min(start + width);
     line.get(start..end).unwrap_or(&[])
 }
 
 /// A text column without its surrounding blanks.
-pub(super) fn text(line: &[u8], start: usize, width: usize) -> String {
+pub(crate) fn text(line: &[u8], start: usize, width: usize) -> String {
     String::from_utf8_lossy(column(line, start, width).trim_ascii()).into_owned()
 }
 
 /// A field that holds something else than a number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct NotANumber;
+pub(crate) struct NotANumber;
 
 /// A real number with exponent letter E or D; `None` where the field is blank.
-pub(super) fn real(field: &[u8]) -> Result<Option<f64>, NotANumber> {
+pub(crate) fn real(field: &[u8]) -> Result<Option<f64>, NotANumber> {
     let field = field.trim_ascii();
     if field.is_empty() {
         return Ok(None);
@@ -45,13 +45,13 @@ pub(super) fn real(field: &[u8]) -> Result<Option<f64>, NotANumber> {
 }
 
 /// An unsigned integer; `None` where blank or unreadable.
-pub(super) fn integer(field: &[u8]) -> Option<usize> {
+pub(crate) fn integer(field: &[u8]) -> Option<usize> {
     std::str::from_utf8(field.trim_ascii()).ok()?.parse().ok()
 }
 
 /// A date and clock reading of six blank-separated numbers; two-digit years are completed. None
 /// where it is not one.
-pub(super) fn calendar(field: &[u8]) -> Option<Calendar> {
+pub(crate) fn calendar(field: &[u8]) -> Option<Calendar> {
     let mut parts = field
         .split(u8::is_ascii_whitespace)
         .filter(|p| !p.is_empty());

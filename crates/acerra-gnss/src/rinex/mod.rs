@@ -12,9 +12,10 @@ mod navigation_record;
 mod observation;
 mod types;
 
+pub(crate) use fields::{calendar, column, real, text};
 pub use header::ObservationHeader;
 pub use navigation::read_navigation_lines;
 pub(crate) use navigation_record::{
-    accuracy_of_index_m, galileo_accuracy_of_index_m, nearest_week, utc_to_gps,
+    accuracy_of_index_m, galileo_accuracy_of_index_m, moscow_time, nearest_week, utc_to_gps,
 };
 pub use observation::{ObservationRecord, RinexObservations};

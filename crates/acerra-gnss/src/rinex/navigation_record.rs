@@ -199,6 +199,21 @@ pub(crate) fn utc_to_gps(utc: GpsTime) -> Option<GpsTime> {
     GpsTime::from_utc(&utc.to_calendar()).ok()
 }
 
+/// The instant nearest to `near` at which Moscow's clocks (UTC + 3 h) show a time of day.
+pub(crate) fn moscow_time(near: GpsTime, of_day_s: f64) -> Option<GpsTime> {
+    let now = near.to_glonass();
+    let day_s = now.seconds_from_1970().div_euclid(86_400) * 86_400;
+    let mut seconds = day_s + of_day_s.floor() as i64;
+    let ahead = seconds - now.seconds_from_1970();
+    if ahead > 43_200 {
+        seconds -= 86_400;
+    } else if ahead < -43_200 {
+        seconds += 86_400;
+    }
+    let moscow = Calendar::from_seconds_since_1970(seconds, of_day_s - of_day_s.floor());
+    GpsTime::from_glonass(&moscow).ok()
+}
+
 /// Upper bounds of the user range accuracy indices 0 to 14 (m).
 const ACCURACY_STEPS_M: [f64; 15] = [
     2.4, 3.4, 4.85, 6.85, 9.65, 13.65, 24.0, 48.0, 96.0, 192.0, 384.0, 768.0, 1536.0, 3072.0,

@@ -1,8 +1,9 @@
 //! GLONASS navigation strings (GLONASS ICD, edition 5.1).
 
-use acerra_geo::time::{Calendar, GpsTime};
+use acerra_geo::time::GpsTime;
 
-use super::bits::Bits;
+use crate::bits::Bits;
+use crate::rinex::moscow_time;
 use crate::{GlonassEphemeris, SatelliteId};
 
 /// Bits of a string, of which the last eight are check bits.
@@ -72,9 +73,10 @@ impl GlonassCollector {
         if frame_s >= 86_400 || reference_s >= 86_400 {
             return GlonassFrame::Invalid;
         }
-        let (Some(toe), Some(transmission_time)) =
-            (moscow_time(near, reference_s), moscow_time(near, frame_s))
-        else {
+        let (Some(toe), Some(transmission_time)) = (
+            moscow_time(near, f64::from(reference_s)),
+            moscow_time(near, f64::from(frame_s)),
+        ) else {
             return GlonassFrame::Invalid;
         };
         let axis = |bits: &Bits, start, width, exponent| {
@@ -99,20 +101,6 @@ impl GlonassCollector {
             clock_rate: f64::from(three.sign_magnitude(6, 11)) * 2f64.powi(-40),
         }))
     }
-}
-
-/// The instant nearest to `near` at which Moscow's clocks show a time of day.
-fn moscow_time(near: GpsTime, of_day_s: u32) -> Option<GpsTime> {
-    let now = near.to_glonass();
-    let day_s = now.seconds_from_1970().div_euclid(86_400) * 86_400;
-    let mut seconds = day_s + i64::from(of_day_s);
-    let ahead = seconds - now.seconds_from_1970();
-    if ahead > 43_200 {
-        seconds -= 86_400;
-    } else if ahead < -43_200 {
-        seconds += 86_400;
-    }
-    GpsTime::from_glonass(&Calendar::from_seconds_since_1970(seconds, 0.0)).ok()
 }
 
 /// The Hamming check of a string: data bits (numbered as the ICD does, 85 first) that each of the

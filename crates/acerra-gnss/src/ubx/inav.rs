@@ -2,7 +2,7 @@
 
 use acerra_geo::time::GpsTime;
 
-use super::bits::{Bits, SEMICIRCLE_RAD, crc24q};
+use crate::bits::{Bits, SEMICIRCLE_RAD, crc24q};
 use crate::rinex::{galileo_accuracy_of_index_m, nearest_week};
 use crate::{KeplerEphemeris, SatelliteId};
 

@@ -2,7 +2,7 @@
 
 use acerra_geo::time::{GpsTime, SECONDS_PER_WEEK};
 
-use super::bits::{Bits, SEMICIRCLE_RAD};
+use crate::bits::{Bits, SEMICIRCLE_RAD};
 use crate::rinex::{accuracy_of_index_m, nearest_week};
 use crate::{KeplerEphemeris, Klobuchar, SatelliteId};
 

@@ -3,8 +3,9 @@
 
 pub mod motion;
 pub mod sets;
+pub mod trust;
 
-use acerra_geo::geodesy::EnuFrame;
+use acerra_geo::geodesy::{EnuFrame, Geodetic, ecef_from_geodetic};
 use acerra_geo::time::{Calendar, GpsTime};
 use acerra_gnss::input::Limits;
 use acerra_gnss::{Navigation, ObservationData, read_navigation, read_observations};
@@ -100,4 +101,14 @@ pub fn percentile(values: &mut [f64], share: f64) -> f64 {
 /// East, north, up of an ECEF position about a base.
 pub fn enu(base_ecef_m: [f64; 3], position_ecef_m: [f64; 3]) -> [f64; 3] {
     EnuFrame::from_ecef(base_ecef_m).enu_from_ecef(position_ecef_m)
+}
+
+/// Latitude, longitude (degrees) and ellipsoidal height (m) of a file, as ECEF.
+pub fn position_file(folder: &str, file: &str) -> [f64; 3] {
+    let text = std::fs::read_to_string(data(folder).unwrap().join(file)).unwrap();
+    let v: Vec<f64> = text
+        .split_whitespace()
+        .map(|v| v.parse().unwrap())
+        .collect();
+    ecef_from_geodetic(&Geodetic::from_degrees(v[0], v[1], v[2]))
 }

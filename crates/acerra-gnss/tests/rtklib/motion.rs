@@ -99,11 +99,10 @@ pub fn add_motion(
     flight: &Flight,
 ) -> ObservationData {
     // Measurements are made at the tag minus the receiver's clock offset.
-    let single = PpkOptions {
-        mode: PositioningMode::Single,
-        raim: true,
-        ..options.clone()
-    };
+    let single = options
+        .clone()
+        .with_mode(PositioningMode::Single)
+        .with_raim(true);
     let solution = process(still, &ObservationData::default(), navigation, &single).unwrap();
     let mut moved = still.clone();
     let start = still.epochs[0].time;

@@ -47,12 +47,10 @@ impl Set {
 
     /// `options` with the systems and the base position of RTKLIB's configuration.
     pub fn adapt(&self, options: PpkOptions) -> PpkOptions {
-        PpkOptions {
-            base_position: (self.base_position)(),
-            systems: self.systems.iter().copied().collect(),
-            glonass_ambiguity: self.glonass,
-            ..options
-        }
+        options
+            .with_base_position((self.base_position)())
+            .with_systems(self.systems.iter().copied().collect())
+            .with_glonass_ambiguity(self.glonass)
     }
 }
 
@@ -96,6 +94,17 @@ pub const STATIC_1HZ: Set = Set {
         System::Beidou,
     ],
     glonass: GlonassAmbiguity::Off,
+};
+
+pub const STATIC_M8P: Set = Set {
+    name: "still (NEO-M8P, GPS + GLONASS, 1 Hz)",
+    folder: "gnss-static-m8p",
+    rover: "rover.obs.gz",
+    base: "base.obs.gz",
+    navigation: &["base.nav.gz", "rover.nav.gz"],
+    base_position: || BasePosition::Ecef([3_774_093.713_5, -601_662.553_8, 5_089_328.137_0]),
+    systems: &[System::Gps, System::Glonass],
+    glonass: GlonassAmbiguity::On,
 };
 
 pub const WALK: Set = Set {

@@ -99,6 +99,7 @@ pub fn navigation() -> Navigation {
             alpha: [1.1e-8, 2.2e-8, -6e-8, -1.2e-7],
             beta: [9.6e4, 1.3e5, -6.5e4, -5.9e5],
         }),
+        ..Navigation::default()
     }
 }
 

@@ -512,10 +512,8 @@ fn simulated_run() -> acerra_gnss::PpkSolution {
             .unwrap()
             .0
     };
-    let options = acerra_gnss::PpkOptions {
-        base_position: acerra_gnss::BasePosition::Ecef(logs.base.position_ecef_m),
-        ..acerra_gnss::PpkOptions::default()
-    };
+    let options = acerra_gnss::PpkOptions::default()
+        .with_base_position(acerra_gnss::BasePosition::Ecef(logs.base.position_ecef_m));
     let (rover, base) = (
         read(logs.rover.to_rinex("R")),
         read(logs.base.to_rinex("B")),

@@ -54,6 +54,7 @@ pub fn constellation(start: GpsTime, duration_s: f64, seed: u64) -> Navigation {
     let mut navigation = Navigation {
         ephemerides,
         klobuchar: Some(IONOSPHERE),
+        ..Navigation::default()
     };
     navigation.normalise();
     navigation

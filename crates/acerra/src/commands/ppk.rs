@@ -6,26 +6,31 @@ use std::path::{Path, PathBuf};
 
 use acerra_geo::geodesy::{Geodetic, ecef_from_geodetic};
 use acerra_geo::time::{Calendar, GpsTime};
-use acerra_gnss::conf::read_conf;
+use acerra_gnss::conf::{ConfInputs, ConfOutputs, read_conf};
+use acerra_gnss::output::write_nmea;
 use acerra_gnss::pos::{PosFormat, PosFrame, PosTime, PosTimeScale, write_pos};
 use acerra_gnss::{
-    AmbiguityMode, BasePosition, Dynamics, FilterDirection, GlonassAmbiguity, PositioningMode,
-    PpkOptions, RuleSet, SatelliteId, System, SystemSet,
+    AmbiguityMode, BasePosition, Cn0Mask, Dynamics, FilterDirection, GlonassAmbiguity,
+    PositioningMode, PpkOptions, RuleSet, SatelliteId, System, SystemSet,
 };
 use anyhow::Context;
-use clap::ValueEnum;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
 use acerra_chain::inputs::InputFile;
-use acerra_chain::positioning::{self, Positioning, PositioningInput, PpkAnswer};
+use acerra_chain::positioning::{
+    self, AntennaInput, AntennaName, Positioning, PositioningInput, PpkAnswer,
+};
 use acerra_products::report::{PpkReport, ppk_page};
 use acerra_products::staging::StagedFile;
 
+use super::ppk_outputs::Extras;
 use crate::terminal;
 
 /// Position a rover by carrier phase against a base, after the flight.
 ///
-/// Reads RINEX 2–4 (plain, Hatanaka-compressed, gzipped) and u-blox UBX logs, recognised by
-/// content; UBX logs bring their own navigation data. Without options: kinematic, fix and hold,
+/// Reads RINEX 2–4 (plain or Hatanaka-compressed), u-blox UBX and RTCM 3 logs, SP3 orbits and RINEX
+/// clocks, each also inside gzip or compress (.Z), recognised by content; UBX and RTCM 3 logs bring
+/// their own navigation data. Without options: kinematic, fix and hold,
 /// forward and backward combined, every system's L1, the base's position from its header.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
@@ -37,12 +42,40 @@ pub struct Args {
     rover: PathBuf,
     /// The base's log.
     base: Option<PathBuf>,
-    /// Navigation files.
+    /// Navigation files: broadcast ephemerides, SP3 orbits, RINEX clocks.
     #[arg(value_name = "NAV")]
     navigation: Vec<PathBuf>,
+    /// One more file of the rover's receiver, joined to its log (may be repeated).
+    #[arg(long = "rover", value_name = "FILE", help_heading = "Input")]
+    more_rover: Vec<PathBuf>,
+    /// One more file of the base's receiver, such as that of another hour (may be repeated).
+    #[arg(long = "base", value_name = "FILE", help_heading = "Input")]
+    more_base: Vec<PathBuf>,
+    /// Any time within half a week of RTCM 3 logs that do not tell their date: 2018-10-09T12:30:00.
+    #[arg(long, value_name = "TIME", value_parser = time, help_heading = "Input")]
+    date: Option<GpsTime>,
+    /// Antenna calibrations of rover and base, found by the antennas' names in the logs.
+    #[arg(long, value_name = "FILE.atx", help_heading = "Input")]
+    antennas: Option<PathBuf>,
+    /// The rover's antenna, as the calibrations name it, or `none`.
+    #[arg(
+        long,
+        value_name = "NAME",
+        requires = "antennas",
+        help_heading = "Input"
+    )]
+    rover_antenna: Option<String>,
+    /// The base's antenna, likewise.
+    #[arg(
+        long,
+        value_name = "NAME",
+        requires = "antennas",
+        help_heading = "Input"
+    )]
+    base_antenna: Option<String>,
     /// Write the positions there, as RTKLIB does (`-`: standard output).
     #[arg(short, long, value_name = "FILE.pos")]
-    output: Option<PathBuf>,
+    pub(super) output: Option<PathBuf>,
     /// Settings of an RTKLIB configuration file; the options below override them.
     #[arg(long, value_name = "FILE.conf")]
     config: Option<PathBuf>,
@@ -52,16 +85,30 @@ pub struct Args {
     /// Write the positions of the events in the rover's log.
     #[arg(long, value_name = "FILE.csv")]
     events: Option<PathBuf>,
+    /// Write NMEA sentences (GGA, RMC, GST).
+    #[arg(long, value_name = "FILE.nmea")]
+    pub(super) nmea: Option<PathBuf>,
+    /// Write the residuals of every satellite and epoch.
+    #[arg(long, value_name = "FILE.csv")]
+    pub(super) residuals: Option<PathBuf>,
+    /// Write the positions of a camera's images: the first of --images at the rover's first event,
+    /// and so on.
+    #[arg(long, value_name = "FILE.csv", requires = "images")]
+    pub(super) image_positions: Option<PathBuf>,
+    /// The images: a folder, taken in order of their names, or a text file with a name on each
+    /// line.
+    #[arg(long, value_name = "PATH", requires = "image_positions")]
+    pub(super) images: Option<PathBuf>,
     /// Answer as JSON.
     #[arg(long)]
     json: bool,
 
     /// What is estimated.
-    #[arg(long, value_enum, help_heading = "Positioning")]
-    mode: Option<Mode>,
+    #[arg(long, value_parser = named(PositioningMode::ALL, PositioningMode::name), help_heading = "Positioning")]
+    mode: Option<PositioningMode>,
     /// Which way through the log.
-    #[arg(long, value_enum, help_heading = "Positioning")]
-    direction: Option<Direction>,
+    #[arg(long, value_parser = directions(), help_heading = "Positioning")]
+    direction: Option<FilterDirection>,
     /// Use the rover's log from this time on: 2018-10-09T12:30:00 in GPS time, with a Z at the end
     /// in UTC.
     #[arg(long, value_name = "TIME", value_parser = time, help_heading = "Positioning")]
@@ -92,6 +139,10 @@ pub struct Args {
     /// Elevation mask, degrees.
     #[arg(long, value_name = "DEG", value_parser = elevation_deg, help_heading = "Positioning")]
     elevation_mask: Option<f64>,
+    /// Least carrier-to-noise density, dB-Hz; signals of unknown strength pass.
+    #[arg(long, value_name = "DBHZ", value_parser = super::values::positive,
+          help_heading = "Positioning")]
+    cn0_mask: Option<f64>,
     /// Largest age of the base's data, s.
     #[arg(long, value_name = "S", value_parser = super::values::positive,
           help_heading = "Positioning")]
@@ -102,26 +153,27 @@ pub struct Args {
     /// Predict the motion from velocity and acceleration.
     #[arg(long, help_heading = "Positioning")]
     dynamics: bool,
-    /// Give single-point positions where nothing better exists.
+    /// Give positions from codes where nothing better exists (without --unguarded they are given
+    /// anyway).
     #[arg(long, help_heading = "Positioning")]
     output_single: bool,
 
     /// How ambiguities are resolved.
     #[arg(
         long,
-        value_enum,
+        value_parser = named(AmbiguityMode::ALL, AmbiguityMode::name),
         value_name = "MODE",
         help_heading = "Ambiguities and weights"
     )]
-    ar: Option<Ambiguity>,
+    ar: Option<AmbiguityMode>,
     /// Whether GLONASS ambiguities are resolved.
     #[arg(
         long,
-        value_enum,
+        value_parser = named(GlonassAmbiguity::ALL, GlonassAmbiguity::name),
         value_name = "MODE",
         help_heading = "Ambiguities and weights"
     )]
-    glonass_ar: Option<GlonassAr>,
+    glonass_ar: Option<GlonassAmbiguity>,
     /// Least ratio of the second-best to the best set of integers.
     #[arg(long, value_name = "RATIO", value_parser = super::values::positive,
           help_heading = "Ambiguities and weights")]
@@ -135,79 +187,87 @@ pub struct Args {
     #[arg(long, help_heading = "Ambiguities and weights")]
     unguarded: bool,
     /// Whose rules hold where RTKLIB 2.4.3 and demo5 differ.
-    #[arg(long, value_enum, help_heading = "Ambiguities and weights")]
-    rules: Option<Rules>,
+    #[arg(long, value_parser = named(RuleSet::ALL, RuleSet::name), help_heading = "Ambiguities and weights")]
+    rules: Option<RuleSet>,
 
     /// Coordinates of the output.
-    #[arg(long, value_enum, help_heading = "Output")]
-    format: Option<Format>,
+    #[arg(long, value_parser = frames(), help_heading = "Output")]
+    format: Option<PosFrame>,
     /// Form of the times.
-    #[arg(long, value_enum, help_heading = "Output")]
-    time_form: Option<TimeForm>,
+    #[arg(long, value_parser = named(PosTime::ALL, PosTime::name), help_heading = "Output")]
+    time_form: Option<PosTime>,
+    /// Write velocities, too, into the solution file.
+    #[arg(long, help_heading = "Output")]
+    velocities: bool,
+    /// Write positions only whose standard deviation is at most this along every axis, m.
+    #[arg(long, value_name = "M", value_parser = super::values::positive, help_heading = "Output")]
+    pub(super) max_sigma: Option<f64>,
+    /// A geoid grid for the heights of --nmea and --image-positions: NGA WW15MGH.DAC, NOAA .gtx or
+    /// GeographicLib .pgm.
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    pub(super) geoid: Option<PathBuf>,
     /// Scale of the times.
-    #[arg(long, value_enum, help_heading = "Output")]
-    time_scale: Option<TimeScale>,
+    #[arg(long, value_parser = named(PosTimeScale::ALL, PosTimeScale::name), help_heading = "Output")]
+    time_scale: Option<PosTimeScale>,
 }
 
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum Mode {
-    Single,
-    Dgps,
-    Kinematic,
-    Static,
+/// Parser of an option whose values have names of their own.
+fn named<T>(values: &'static [T], name: fn(T) -> &'static str) -> impl TypedValueParser<Value = T>
+where
+    T: std::str::FromStr<Err: std::error::Error + Send + Sync + 'static>
+        + Copy
+        + Send
+        + Sync
+        + 'static,
+{
+    described(
+        values
+            .iter()
+            .map(|v| PossibleValue::new(name(*v)))
+            .collect(),
+    )
 }
 
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum Direction {
-    Forward,
-    Backward,
-    Combined,
-    /// Combined, the backward pass starting from what the forward pass ended with.
-    CombinedNoReset,
+fn described<T>(values: Vec<PossibleValue>) -> impl TypedValueParser<Value = T>
+where
+    T: std::str::FromStr<Err: std::error::Error + Send + Sync + 'static>
+        + Clone
+        + Send
+        + Sync
+        + 'static,
+{
+    PossibleValuesParser::new(values).try_map(|name: String| name.parse::<T>())
 }
 
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum Ambiguity {
-    Off,
-    Continuous,
-    Instantaneous,
-    FixAndHold,
+fn directions() -> impl TypedValueParser<Value = FilterDirection> {
+    described(
+        FilterDirection::ALL
+            .iter()
+            .map(|direction| {
+                let value = PossibleValue::new(direction.name());
+                match direction {
+            FilterDirection::CombinedWithoutReset => value
+                .help("Combined, the backward pass starting from what the forward pass ended with"),
+            _ => value,
+        }
+            })
+            .collect(),
+    )
 }
 
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum GlonassAr {
-    Off,
-    On,
-    FixAndHold,
-}
-
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum Rules {
-    Rtklib,
-    Demo5,
-}
-
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum Format {
-    /// Latitude, longitude, ellipsoidal height.
-    Llh,
-    /// Earth-centred, Earth-fixed.
-    Xyz,
-    /// East, north, up from the base.
-    Enu,
-}
-
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum TimeForm {
-    Calendar,
-    Week,
-}
-
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum TimeScale {
-    Gpst,
-    Utc,
-    Jst,
+fn frames() -> impl TypedValueParser<Value = PosFrame> {
+    described(
+        PosFrame::ALL
+            .iter()
+            .map(|frame| {
+                PossibleValue::new(frame.name()).help(match frame {
+                    PosFrame::Geodetic => "Latitude, longitude, ellipsoidal height",
+                    PosFrame::Ecef => "Earth-centred, Earth-fixed",
+                    PosFrame::EnuBaseline => "East, north, up from the base",
+                })
+            })
+            .collect(),
+    )
 }
 
 fn base_position(text: &str) -> Result<BasePosition, String> {
@@ -289,14 +349,21 @@ fn elevation_deg(text: &str) -> Result<f64, String> {
 /// Files that cannot be read or hold something else, and whatever makes a solution impossible;
 /// an output that cannot be written.
 pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
-    let input = PositioningInput {
-        rover: args.rover.clone(),
-        base: args.base.clone(),
-        navigation: args.navigation.clone(),
-    };
     outputs_are_not_inputs(args)?;
-    let (options, format, mut remarks) = args.settings()?;
+    let Settings {
+        options,
+        format,
+        inputs,
+        outputs,
+        mut remarks,
+    } = args.settings()?;
+    let input = args.input(inputs)?;
+    let extras = Extras::new(args, &outputs)?;
     let mut run = positioning::run(&input, &options)?;
+    let remark = extras.wanted(&run.solution).1;
+    remarks.extend(remark);
+    remarks.extend(extras.remark(args, &outputs));
+    // The run's own remarks stay last.
     remarks.append(&mut run.warnings);
     run.warnings = remarks;
     for warning in &run.warnings {
@@ -323,7 +390,11 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
 
     let mut written = Vec::new();
     let to_stdout = args.output.as_deref() == Some(Path::new("-"));
-    let write = |to: &mut dyn Write| write_pos(to, &run.solution, &options, &names, &format);
+    let (solution, _) = extras.wanted(&run.solution);
+    let write = |to: &mut dyn Write| match outputs.nmea {
+        true => write_nmea(to, &solution, extras.geoid.as_ref()),
+        false => write_pos(to, &solution, &options, &names, &format),
+    };
     if let Some(path) = args.output.as_deref().filter(|_| !to_stdout) {
         written.push(StagedFile::write(path, |to| Ok(write(to)?))?);
     }
@@ -336,6 +407,7 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
     if let Some(path) = &args.events {
         written.push(StagedFile::write(path, |to| write_events(to, &answer))?);
     }
+    written.extend(extras.write(args, &solution)?);
     for file in written {
         file.publish()?;
     }
@@ -350,41 +422,90 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
     Ok(())
 }
 
+/// What the command line and a configuration file ask for.
+struct Settings {
+    options: PpkOptions,
+    format: PosFormat,
+    inputs: ConfInputs,
+    outputs: ConfOutputs,
+    remarks: Vec<String>,
+}
+
 impl Args {
-    /// Options and format: preset or configuration file, then what the command line says.
-    fn settings(&self) -> anyhow::Result<(PpkOptions, PosFormat, Vec<String>)> {
-        let rules = self.rules.map(|r| match r {
-            Rules::Rtklib => RuleSet::Rtklib,
-            Rules::Demo5 => RuleSet::Demo5,
-        });
+    /// The files of the run: those of the command line, then those of a configuration file.
+    fn input(&self, conf: ConfInputs) -> anyhow::Result<PositioningInput> {
+        let named = |option: &Option<String>, conf: &str| match (option.as_deref(), conf) {
+            (Some("none"), _) => AntennaName::None,
+            (Some(name), _) => AntennaName::Given(name.to_owned()),
+            (None, _) if self.antennas.is_some() && conf.is_empty() => AntennaName::Header,
+            (None, "") => AntennaName::None,
+            (None, "*") => AntennaName::Header,
+            (None, name) => AntennaName::Given(name.to_owned()),
+        };
+        let antennas = AntennaInput {
+            rover: named(&self.rover_antenna, &conf.rover_antenna),
+            base: named(&self.base_antenna, &conf.base_antenna),
+            file: self
+                .antennas
+                .clone()
+                .or_else(|| conf.antenna_file.map(PathBuf::from)),
+        };
+        let calibrated = [&antennas.rover, &antennas.base]
+            .into_iter()
+            .any(|name| *name != AntennaName::None);
+        Ok(PositioningInput {
+            rover: self.rover.clone(),
+            base: self.base.clone(),
+            navigation: self.navigation.clone(),
+            more_rover: self.more_rover.clone(),
+            more_base: self.more_base.clone(),
+            date: self.date,
+            needs_precise_orbits: conf.precise_orbits,
+            antennas: if calibrated {
+                antennas
+            } else {
+                AntennaInput::default()
+            },
+        })
+    }
+
+    /// Options and outputs: preset or configuration file, then what the command line says.
+    fn settings(&self) -> anyhow::Result<Settings> {
         let mut remarks = Vec::new();
+        let (mut inputs, mut outputs) = (ConfInputs::default(), ConfOutputs::default());
         let (mut options, mut format) = match &self.config {
             Some(path) => {
                 let place = || path.display().to_string();
                 let file = File::open(path).with_context(place)?;
-                let conf = read_conf(BufReader::new(file), rules.unwrap_or(RuleSet::Rtklib))
+                let conf = read_conf(BufReader::new(file), self.rules.unwrap_or(RuleSet::Rtklib))
                     .with_context(place)?;
                 remarks.extend(
                     conf.not_followed
                         .iter()
                         .map(|setting| format!("{}: {setting}", place())),
                 );
-                (conf.options, conf.format)
+                (inputs, outputs) = (conf.inputs, conf.outputs);
+                let mut options = conf.options;
+                if let Some(rules) = self.rules.filter(|r| *r != options.rules) {
+                    remarks.push(format!(
+                        "{}: its settings are followed by the rules of {rules}, as the command \
+                         line says, not of {}",
+                        place(),
+                        options.rules
+                    ));
+                    options.rules = rules;
+                }
+                (options, conf.format)
             }
-            None => match rules {
+            None => match self.rules {
                 Some(RuleSet::Demo5) => (
-                    PpkOptions {
-                        direction: FilterDirection::Combined,
-                        ..PpkOptions::demo5()
-                    },
+                    PpkOptions::demo5().with_direction(FilterDirection::Combined),
                     PosFormat::default(),
                 ),
                 Some(RuleSet::Rtklib) => (
-                    PpkOptions {
-                        systems: PpkOptions::default().systems,
-                        direction: FilterDirection::Combined,
-                        ..PpkOptions::rtklib()
-                    },
+                    PpkOptions::rtklib()
+                        .with_systems(PpkOptions::default().systems)
+                        .with_direction(FilterDirection::Combined),
                     PosFormat::default(),
                 ),
                 None => (PpkOptions::default(), PosFormat::default()),
@@ -396,63 +517,26 @@ impl Args {
             options = options.with_safeguards();
         }
         self.override_options(&mut options);
-        if let Some(frame) = self.format {
-            format.frame = match frame {
-                Format::Llh => PosFrame::Geodetic,
-                Format::Xyz => PosFrame::Ecef,
-                Format::Enu => PosFrame::EnuBaseline,
-            };
-        }
-        if let Some(form) = self.time_form {
-            format.time = match form {
-                TimeForm::Calendar => PosTime::Calendar,
-                TimeForm::Week => PosTime::WeekTow,
-            };
-        }
-        if let Some(scale) = self.time_scale {
-            format.scale = match scale {
-                TimeScale::Gpst => PosTimeScale::Gps,
-                TimeScale::Utc => PosTimeScale::Utc,
-                TimeScale::Jst => PosTimeScale::Jst,
-            };
-        }
-        Ok((options, format, remarks))
+        format.frame = self.format.unwrap_or(format.frame);
+        format.time = self.time_form.unwrap_or(format.time);
+        format.scale = self.time_scale.unwrap_or(format.scale);
+        format.velocity |= self.velocities;
+        Ok(Settings {
+            options,
+            format,
+            inputs,
+            outputs,
+            remarks,
+        })
     }
 
     fn override_options(&self, options: &mut PpkOptions) {
-        if let Some(mode) = self.mode {
-            options.mode = match mode {
-                Mode::Single => PositioningMode::Single,
-                Mode::Dgps => PositioningMode::Dgps,
-                Mode::Kinematic => PositioningMode::Kinematic,
-                Mode::Static => PositioningMode::Static,
-            };
-        }
+        options.mode = self.mode.unwrap_or(options.mode);
         options.start = self.start.or(options.start);
         options.end = self.end.or(options.end);
-        if let Some(direction) = self.direction {
-            options.direction = match direction {
-                Direction::Forward => FilterDirection::Forward,
-                Direction::Backward => FilterDirection::Backward,
-                Direction::Combined => FilterDirection::Combined,
-                Direction::CombinedNoReset => FilterDirection::CombinedWithoutReset,
-            };
-        }
-        if let Some(ambiguity) = self.ar {
-            options.ambiguity = match ambiguity {
-                Ambiguity::Off => AmbiguityMode::Off,
-                Ambiguity::Continuous => AmbiguityMode::Continuous,
-                Ambiguity::Instantaneous => AmbiguityMode::Instantaneous,
-                Ambiguity::FixAndHold => AmbiguityMode::FixAndHold,
-            };
-        }
-        if let Some(glonass) = self.glonass_ar {
-            options.glonass_ambiguity = match glonass {
-                GlonassAr::Off => GlonassAmbiguity::Off,
-                GlonassAr::On => GlonassAmbiguity::On,
-                GlonassAr::FixAndHold => GlonassAmbiguity::FixAndHold,
-            };
-        }
+        options.direction = self.direction.unwrap_or(options.direction);
+        options.ambiguity = self.ar.unwrap_or(options.ambiguity);
+        options.glonass_ambiguity = self.glonass_ar.unwrap_or(options.glonass_ambiguity);
         if let Some(ratio) = self.ratio {
             options.ratio_threshold = ratio;
             options.ratio_threshold_range = [ratio; 2];
@@ -474,15 +558,15 @@ impl Args {
             options.elevation_mask_rad = mask.to_radians();
         }
         if let Some(age) = self.max_age {
-            options.largest_age_s = age;
+            options.max_age_s = age;
+        }
+        if let Some(least) = self.cn0_mask {
+            options.cn0_mask = Some(Cn0Mask::uniform(least));
         }
         options.interpolate_base |= self.interpolate_base;
         options.output_single |= self.output_single;
         if self.dynamics && options.dynamics.is_none() {
-            options.dynamics = Some(Dynamics {
-                horizontal_noise: 0.1,
-                vertical_noise: 0.01,
-            });
+            options.dynamics = Some(Dynamics::DRONE);
         }
     }
 }
@@ -493,12 +577,22 @@ fn outputs_are_not_inputs(args: &Args) -> anyhow::Result<()> {
         .into_iter()
         .flatten()
         .chain(&args.navigation)
+        .chain(&args.more_rover)
+        .chain(&args.more_base)
+        .chain(&args.antennas)
+        .chain(&args.geoid)
+        .chain(&args.images)
         .filter_map(|path| path.canonicalize().ok())
         .collect();
-    for path in [&args.output, &args.report, &args.events]
-        .into_iter()
-        .flatten()
-    {
+    let outputs = [
+        &args.output,
+        &args.report,
+        &args.events,
+        &args.nmea,
+        &args.residuals,
+        &args.image_positions,
+    ];
+    for path in outputs.into_iter().flatten() {
         let clash = path.canonicalize().is_ok_and(|path| inputs.contains(&path));
         anyhow::ensure!(
             !clash,

@@ -1,10 +1,13 @@
 //! GNSS observations and navigation.
 
 use std::collections::BTreeMap;
-use std::io::Read;
+use std::io::{BufRead, Seek};
 
-use acerra_gnss::input::{FileKind, Limits, sniff};
-use acerra_gnss::{Navigation, ObservationData, read_gnss};
+use acerra_geo::time::GpsTime;
+use acerra_gnss::antex::read_antex;
+use acerra_gnss::input::{FileKind, Limits, Lines, ReadError, ReadReport, sniff};
+use acerra_gnss::rtcm::RtcmHints;
+use acerra_gnss::{GnssFile, Navigation, ObservationData, read_gnss, read_gnss_near};
 
 use super::Description;
 
@@ -16,13 +19,48 @@ pub fn is_gnss(head: &[u8]) -> bool {
             | FileKind::RinexNavigation
             | FileKind::RinexOther
             | FileKind::Crinex
+            | FileKind::RinexClock
             | FileKind::Ubx
+            | FileKind::Rtcm3
+            | FileKind::Sp3
+            | FileKind::Antex
             | FileKind::Gzip
+            | FileKind::UnixCompress
     )
 }
 
-pub fn describe(reader: impl Read) -> anyhow::Result<Description> {
-    let file = read_gnss(reader, Limits::default())?;
+pub fn describe(mut reader: impl BufRead + Seek) -> anyhow::Result<Description> {
+    if sniff(reader.fill_buf()?) == FileKind::Antex {
+        return describe_antennas(reader);
+    }
+    match read_gnss(&mut reader, Limits::default()) {
+        Ok(file) => Ok(describe_file(&file)),
+        // All but the times can be told.
+        Err(error @ ReadError::NoDate) => {
+            reader.rewind()?;
+            let anywhere = RtcmHints {
+                near: Some(GpsTime::EPOCH),
+                ..RtcmHints::default()
+            };
+            let mut d = describe_file(&read_gnss_near(reader, Limits::default(), &anywhere)?);
+            d.facts.remove("start_gpst");
+            d.facts.remove("end_gpst");
+            d.notes.insert(0, error.to_string());
+            Ok(d)
+        }
+        Err(error) => Err(error.into()),
+    }
+}
+
+fn describe_antennas(reader: impl BufRead) -> anyhow::Result<Description> {
+    let (antex, report) = read_antex(&mut Lines::new(reader, Limits::default()))?;
+    let mut d = Description::new("ANTEX antenna calibrations");
+    d.fact("receiver_antennas", antex.antennas.len());
+    add_notes(&mut d, &report);
+    Ok(d)
+}
+
+fn describe_file(file: &GnssFile) -> Description {
     let mut d = Description::new(file.report.format.clone());
     if let Some(observations) = &file.observations {
         describe_observations(&mut d, observations);
@@ -30,14 +68,18 @@ pub fn describe(reader: impl Read) -> anyhow::Result<Description> {
     if let Some(navigation) = &file.navigation {
         describe_navigation(&mut d, navigation);
     }
-    d.notes.extend(file.report.remarks.iter().cloned());
-    for dropped in &file.report.dropped {
+    add_notes(&mut d, &file.report);
+    d
+}
+
+fn add_notes(d: &mut Description, report: &ReadReport) {
+    d.notes.extend(report.remarks.iter().cloned());
+    for dropped in &report.dropped {
         d.notes.push(format!(
             "{}: {}, first at {}",
             dropped.reason, dropped.count, dropped.first
         ));
     }
-    Ok(d)
 }
 
 fn describe_observations(d: &mut Description, data: &ObservationData) {
@@ -72,6 +114,14 @@ fn describe_navigation(d: &mut Description, navigation: &Navigation) {
     }
     for (letter, count) in systems {
         d.fact(&format!("ephemerides_{letter}"), count);
+    }
+    if let Some((from, to)) = navigation.precise.span() {
+        d.fact(
+            "precise_satellites",
+            navigation.precise.satellites().count(),
+        );
+        d.fact("precise_start_gpst", from.to_string());
+        d.fact("precise_end_gpst", to.to_string());
     }
     d.fact("ionosphere_model", navigation.klobuchar.is_some());
 }

@@ -73,7 +73,8 @@ pub fn describe(path: &Path) -> anyhow::Result<Description> {
     }
     bail!(
         "{}: not a kind that is known; expected a radar log (MRM capture, MRM-RET text, NPZ), a \
-         trajectory (.pos, CSV, NMEA, Motive export), RINEX, UBX or an image.npz",
+         trajectory (.pos, CSV, NMEA, Motive export), RINEX, UBX, RTCM 3, SP3, ANTEX or an \
+         image.npz",
         path.display()
     )
 }

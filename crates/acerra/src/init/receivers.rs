@@ -71,10 +71,7 @@ fn single_point(data: &ObservationData, navigation: &Navigation) -> Option<Singl
         epochs: data.epochs.iter().step_by(step).cloned().collect(),
         events: Vec::new(),
     };
-    let options = PpkOptions {
-        mode: PositioningMode::Single,
-        ..PpkOptions::default()
-    };
+    let options = PpkOptions::default().with_mode(PositioningMode::Single);
     let solution = process(&some, &ObservationData::default(), navigation, &options).ok()?;
     summary(&solution.epochs)
 }

@@ -1,16 +1,20 @@
 //! One epoch of the relative filter: prediction, biases, measurement update, ambiguities.
 
+mod adjust;
+mod held;
 mod observe;
 mod predict;
+mod report;
 mod resolve;
 mod update;
 
-use crate::engine::ambiguity::Resolution;
+use crate::engine::ambiguity::Attempt;
+use crate::engine::code_noise::MeasuredNoise;
 use crate::engine::confirm::FixedIntegers;
 use crate::engine::constellation::{Constellation, SatelliteState, Unusable};
-use crate::engine::double::{Common, DoubleRow};
+use crate::engine::double::Common;
+use crate::engine::glonass::GlonassPlan;
 use crate::engine::measurement::Epoch;
-use crate::engine::outliers::{code_misfit, worst};
 use crate::engine::single::SinglePoint;
 use crate::engine::slips;
 use crate::engine::state::FilterState;
@@ -18,6 +22,7 @@ use crate::engine::zero::ZeroDifference;
 use crate::options::{AmbiguityMode, PositioningMode, PpkOptions, RuleSet};
 use crate::solution::{NotFixedReason, Quality, SatelliteResidual};
 use acerra_geo::time::GpsTime;
+use adjust::Update;
 
 /// The rover's epoch with everything that does not depend on the filter.
 pub(crate) struct RoverEpoch {
@@ -51,26 +56,43 @@ pub(crate) struct EpochResult {
     pub ratio: f64,
     pub reason: Option<NotFixedReason>,
     pub residuals: Vec<SatelliteResidual>,
+    /// Squared phase residuals of a fix in units of their variance, and their degrees of freedom.
+    pub phase_misfit: [f64; 2],
+    /// GLONASS inter-channel bias and standard deviation (m per channel) of a fix with GLONASS,
+    /// where it is estimated.
+    pub channel_slope_m: Option<[f64; 2]>,
     /// The integers of a fix.
     pub integers: Option<FixedIntegers>,
 }
 
-/// An epoch as ambiguity resolution sees it.
+/// What rover and base see together at an epoch.
 struct EpochView<'e> {
     rover: &'e RoverEpoch,
     base: &'e BaseView<'e>,
-    common: &'e [Common],
-    wavelengths_m: &'e [[f64; 3]],
+    common: Vec<Common>,
+    /// Wavelength (m) of each common satellite and slot; 0 where the carriers differ.
+    wavelengths_m: Vec<[f64; 3]>,
 }
 
-/// Share of the codes' past misfit that counts at the next epoch.
-const MISFIT_KEPT: f64 = 0.98;
+impl<'e> EpochView<'e> {
+    fn new(filter: &Filter<'_>, rover: &'e RoverEpoch, base: &'e BaseView<'e>) -> Self {
+        let common = filter.common(rover, base);
+        let wavelengths_m = filter.wavelengths(rover, base, &common);
+        Self {
+            rover,
+            base,
+            common,
+            wavelengths_m,
+        }
+    }
+}
 
 /// The filter of one pass.
 #[derive(Clone)]
 pub(crate) struct Filter<'a> {
     pub(super) constellation: &'a Constellation,
     pub(super) options: &'a PpkOptions,
+    pub(super) noise: &'a MeasuredNoise,
     base_position_ecef_m: [f64; 3],
     pub(crate) state: FilterState,
     pub(crate) last_time: Option<GpsTime>,
@@ -88,17 +110,28 @@ pub(crate) struct Filter<'a> {
     /// Satellite that partial resolution takes out next.
     pub(super) next_to_drop: usize,
     pub(super) held: bool,
+    /// Since when the present set of integers is held.
+    held_since: Option<GpsTime>,
+    /// GLONASS ambiguities stay float.
+    glonass_float: bool,
+    /// The present fix rests on integers held before.
+    rests_on_held: bool,
+    /// Number of the present set of held integers, and the numbers of those withdrawn.
+    generation: u32,
+    pub(crate) withdrawn: Vec<u32>,
 }
 
 impl<'a> Filter<'a> {
     pub(crate) fn new(
         constellation: &'a Constellation,
         options: &'a PpkOptions,
+        noise: &'a MeasuredNoise,
         base_position_ecef_m: [f64; 3],
     ) -> Self {
         Self {
             constellation,
             options,
+            noise,
             base_position_ecef_m,
             state: FilterState::new(constellation, options),
             last_time: None,
@@ -111,7 +144,26 @@ impl<'a> Filter<'a> {
             previous_pairs: 0,
             next_to_drop: 0,
             held: false,
+            generation: 0,
+            held_since: None,
+            glonass_float: false,
+            rests_on_held: false,
+            withdrawn: Vec::new(),
         }
+    }
+
+    /// This filter, told of GLONASS what an earlier pass found.
+    pub(crate) fn with_glonass(mut self, plan: GlonassPlan) -> Self {
+        match plan {
+            GlonassPlan::Estimate => {}
+            GlonassPlan::Float => self.glonass_float = true,
+            GlonassPlan::Slope([slope, sigma]) => {
+                if let Some(index) = self.state.channel_slope_index() {
+                    self.state.initialise(index, slope, sigma * sigma);
+                }
+            }
+        }
+        self
     }
 
     /// Processes one rover epoch that has a single-point position.
@@ -125,249 +177,158 @@ impl<'a> Filter<'a> {
             .last_time
             .map_or(0.0, |last| single.time.seconds_since(last));
         self.last_time = Some(single.time);
-        let mut result = EpochResult {
-            tag: rover.epoch.tag,
-            time: single.time,
-            position_ecef_m: single.position_ecef_m,
-            covariance_ecef_m2: single.covariance_ecef_m2,
-            velocity: single.velocity,
-            quality: None,
-            satellites: single.satellites,
-            age_s: base.as_ref().map_or(0.0, |b| b.age_s),
-            ratio: 0.0,
-            reason: None,
-            residuals: Vec::new(),
-            integers: None,
-        };
+        let mut result = EpochResult::from_single(rover, single, base.as_ref());
         if self.options.mode == PositioningMode::Single {
             return result;
         }
-        let Some(base) = base else {
-            result.reason = Some(NotFixedReason::BaseTooOld { age_s: None });
-            return result;
+        let base = match self.young_enough(base) {
+            Ok(base) => base,
+            Err(reason) => return result.not_fixed(reason),
         };
-        if base.age_s.abs() > self.options.largest_age_s {
-            result.reason = Some(NotFixedReason::BaseTooOld {
-                age_s: Some(base.age_s),
-            });
-            return result;
+        let epoch = EpochView::new(self, rover, &base);
+        if epoch.common.is_empty() {
+            return result.not_fixed(NotFixedReason::TooFewCommonSatellites { common: 0 });
         }
-        let common = self.common(rover, &base);
-        let too_few = |common: usize| Some(NotFixedReason::TooFewCommonSatellites { common });
-        if common.is_empty() {
-            result.reason = too_few(0);
-            return result;
-        }
-        let wavelengths = self.wavelengths(rover, &base, &common);
-        self.predict_position(single, elapsed_s);
-        let phase = self.uses_phase();
-        if phase {
-            slips::detect(
-                &mut self.state,
-                self.options,
-                &common,
-                &wavelengths,
-                &rover.epoch,
-                base.epoch,
-                elapsed_s < 0.0,
-            );
-            self.predict_biases(rover, &base, &common, elapsed_s);
-        }
-        let checks_residuals = self.options.largest_phase_residual_sigma.is_some()
-            || self.options.largest_code_residual_sigma.is_some();
-        let mut prior = checks_residuals.then(|| self.state.clone());
-        let mut excluded: Vec<(usize, usize)> = Vec::new();
-        let (zero, differences) = loop {
-            for _ in 0..self.options.iterations.max(1) {
-                let zero = self.rover_zero(rover);
-                let rows = self
-                    .differences(&common, &wavelengths, &zero, &base, &self.state, &excluded)
-                    .rows;
-                let least = if self.options.rules == RuleSet::Demo5 {
-                    4
-                } else {
-                    1
-                };
-                if rows.len() < least || !self.measurement_update(&rows, &common) {
-                    self.consecutive_fixes = 0;
-                    result.reason = too_few(self.count_valid(&rows, &common));
-                    return result;
-                }
-            }
-            let zero = self.rover_zero(rover);
-            let differences =
-                self.differences(&common, &wavelengths, &zero, &base, &self.state, &excluded);
-            if let Some(prior) = &mut prior {
-                let beyond = |limit: Option<f64>, of_codes: bool| {
-                    let limit = limit?;
-                    worst(&differences.rows, of_codes, |_, _| true).filter(|w| w.normalised > limit)
-                };
-                let code = beyond(self.options.largest_code_residual_sigma, true);
-                let phase = beyond(self.options.largest_phase_residual_sigma, false);
-                if let Some(worst) = code.or(phase) {
-                    if 3 * (excluded.len() + 1) <= common.len() {
-                        excluded.push((worst.common, worst.slot));
-                        // A bias that begins with a code like this would begin far off.
-                        let satellite = common[worst.common].satellite;
-                        if code.is_some() && prior.has_initial_variance(satellite, worst.slot) {
-                            prior.remove(prior.bias_index(satellite, worst.slot));
-                        }
-                        self.state.clone_from(prior);
-                        continue;
-                    }
-                    // More contradictions than agreement: the integers held must be wrong.
-                    self.forget_biases();
-                    self.consecutive_fixes = 0;
-                    self.report_float(&mut result, &common, &zero, &differences.rows);
-                    result.satellites = self.count_valid(&differences.rows, &common);
+        self.predict(single, &epoch, elapsed_s);
+        let mut excluded = Vec::new();
+        match self.checked_update(&epoch, &mut excluded) {
+            Ok(update) => self.take_up(&epoch, &update, &mut excluded, &mut result),
+            Err(failure) => {
+                self.consecutive_fixes = 0;
+                if let Some(update) = &failure.contradicting {
+                    self.report_float(&mut result, &epoch, update);
                     result.quality = Some(Quality::Float);
-                    result.reason = Some(NotFixedReason::PhasesInconsistent {
-                        normalised: worst.normalised,
-                    });
-                    return result;
                 }
+                result.reason = Some(failure.reason);
             }
-            break (zero, differences);
-        };
-        let rows = differences.rows;
-        let (squares, freedom) = code_misfit(&rows);
-        self.misfit = [
-            MISFIT_KEPT * self.misfit[0] + squares,
-            MISFIT_KEPT * self.misfit[1] + freedom as f64,
-        ];
-        self.mark_valid(&rows, &common, &differences.rejected);
-        let satellites = self.count_valid(&rows, &common);
-        result.satellites = satellites;
-        self.remember(rover, &base);
-        let np = self.state.position_states;
-        self.report_float(&mut result, &common, &zero, &rows);
-        if !phase {
+        }
+        if result.quality.is_none() && self.options.output_single {
+            self.fall_back_to_codes(&epoch, single, &mut result);
+        }
+        result
+    }
+
+    /// The position from differential codes, where phases give none.
+    fn fall_back_to_codes(
+        &self,
+        epoch: &EpochView<'_>,
+        single: &SinglePoint,
+        result: &mut EpochResult,
+    ) {
+        if let Some(state) = self.from_codes(epoch, single) {
+            result.quality = Some(Quality::Dgps);
+            result.position_ecef_m = state.position();
+            result.covariance_ecef_m2 =
+                std::array::from_fn(|i| std::array::from_fn(|j| state.covariance(i, j)));
+        } else {
+            result.position_ecef_m = single.position_ecef_m;
+            result.covariance_ecef_m2 = single.covariance_ecef_m2;
+        }
+    }
+
+    fn young_enough<'b>(&self, base: Option<BaseView<'b>>) -> Result<BaseView<'b>, NotFixedReason> {
+        let age_s = base.as_ref().map(|b| b.age_s);
+        base.filter(|b| b.age_s.abs() <= self.options.max_age_s)
+            .ok_or(NotFixedReason::BaseTooOld { age_s })
+    }
+
+    /// Brings position and biases to this epoch.
+    fn predict(&mut self, single: &SinglePoint, epoch: &EpochView<'_>, elapsed_s: f64) {
+        self.predict_position(single, elapsed_s);
+        if self.uses_phase() {
+            let view = slips::SlipView {
+                options: self.options,
+                common: &epoch.common,
+                wavelengths_m: &epoch.wavelengths_m,
+                rover: &epoch.rover.epoch,
+                base: epoch.base.epoch,
+                backward: elapsed_s < 0.0,
+            };
+            slips::detect(&mut self.state, &view);
+            self.predict_biases(epoch, elapsed_s);
+        }
+    }
+
+    /// Reports what a successful update says, and resolves ambiguities where there are any.
+    fn take_up(
+        &mut self,
+        epoch: &EpochView<'_>,
+        update: &Update,
+        excluded: &mut Vec<(usize, usize)>,
+        result: &mut EpochResult,
+    ) {
+        let rows = &update.differences.rows;
+        self.note_misfit(rows);
+        self.mark_valid(rows, &epoch.common, &update.differences.rejected);
+        self.remember(epoch.rover, epoch.base);
+        self.report_float(result, epoch, update);
+        let satellites = result.satellites;
+        if !self.uses_phase() {
             result.quality = (satellites >= 4).then_some(Quality::Dgps);
             result.reason = Some(NotFixedReason::AmbiguityResolutionOff);
-            return result;
+            return;
         }
         if satellites < 4 {
             self.consecutive_fixes = 0;
-            result.reason = too_few(satellites);
+            result.reason = Some(NotFixedReason::TooFewCommonSatellites { common: satellites });
             // With code rows of satellites without phase there may still be a position.
             if self.options.rules == RuleSet::Demo5 && rows.len() >= 4 {
                 result.quality = Some(Quality::Dgps);
             }
-            return result;
+            return;
         }
         result.quality = Some(Quality::Float);
-        let epoch = EpochView {
-            rover,
-            base: &base,
-            common: &common,
-            wavelengths_m: &wavelengths,
-        };
-        match self.resolve_checked(&epoch, &zero, &mut excluded, &mut result) {
-            Ok(attempt) => {
-                if self.consecutive_fixes == 0 {
-                    self.certain = false;
-                }
-                let certain = self.is_certain(&common, &zero, &attempt);
-                self.certain |= certain;
-                if self.options.least_success_rate.is_some() {
-                    result.integers = Some(FixedIntegers::new(&attempt, certain, &result));
-                }
-                result.quality = Some(Quality::Fixed);
-                result.position_ecef_m = [attempt.x[0], attempt.x[1], attempt.x[2]];
-                result.covariance_ecef_m2 =
-                    std::array::from_fn(|i| std::array::from_fn(|j| attempt.p[i * np + j]));
-                if np == 9 {
-                    result.velocity = Some((
-                        [attempt.x[3], attempt.x[4], attempt.x[5]],
-                        std::array::from_fn(|i| {
-                            std::array::from_fn(|j| attempt.p[(3 + i) * np + 3 + j])
-                        }),
-                    ));
-                }
-                for r in &mut result.residuals {
-                    r.fixed = self
-                        .constellation
-                        .index(r.satellite)
-                        .is_some_and(|s| self.state.track(s, r.slot).in_fix);
-                }
-                self.consecutive_fixes += 1;
-                if self.options.ambiguity == AmbiguityMode::FixAndHold
-                    && self.consecutive_fixes >= self.options.least_fixes_to_hold
-                    && self.certain
-                {
-                    let resolution = Resolution {
-                        constellation: self.constellation,
-                        options: self.options,
-                        common: &common,
-                        rover: &zero,
-                        with_glonass: true,
-                        variance_factor: self.variance_factor(),
-                    };
-                    if resolution.hold(&mut self.state, &attempt) {
-                        self.learn_channel_biases(&common);
-                        self.held = true;
-                    }
-                }
-            }
+        match self.resolve_checked(epoch, &update.zero, excluded, result) {
+            Ok(attempt) => self.take_up_fix(epoch, &update.zero, &attempt, result),
             Err(reason) => {
                 result.reason = Some(reason);
                 self.consecutive_fixes = 0;
             }
         }
         self.previously_fixed = result.quality == Some(Quality::Fixed);
-        result
+    }
+
+    /// Reports a fix, and feeds its integers back once enough fixes agree.
+    fn take_up_fix(
+        &mut self,
+        epoch: &EpochView<'_>,
+        zero: &[ZeroDifference],
+        attempt: &Attempt,
+        result: &mut EpochResult,
+    ) {
+        if self.consecutive_fixes == 0 {
+            self.certain = false;
+        }
+        let certain = self.is_certain(&epoch.common, zero, attempt);
+        self.certain |= certain;
+        if self.options.min_success_rate.is_some() {
+            result.integers = Some(FixedIntegers::new(
+                attempt,
+                certain,
+                self.generation,
+                result,
+            ));
+        }
+        self.report_fix(result, attempt);
+        self.consecutive_fixes += 1;
+        if self.options.ambiguity == AmbiguityMode::FixAndHold
+            && self.consecutive_fixes >= self.options.min_fixes_to_hold
+            && self.certain
+        {
+            if self.holds_beside() {
+                self.hold_beside(attempt);
+                return;
+            }
+            let resolution = self.resolution(&epoch.common, zero, true);
+            if resolution.hold(&mut self.state, attempt) {
+                self.learn_channel_biases(&epoch.common);
+                self.held = true;
+            }
+        }
     }
 
     fn remember(&mut self, rover: &RoverEpoch, base: &BaseView<'_>) {
         slips::remember(&mut self.state, self.options, 0, &rover.epoch);
         slips::remember(&mut self.state, self.options, 1, base.epoch);
-    }
-
-    fn report_float(
-        &self,
-        result: &mut EpochResult,
-        common: &[Common],
-        zero: &[ZeroDifference],
-        rows: &[DoubleRow],
-    ) {
-        result.position_ecef_m = self.state.position();
-        result.covariance_ecef_m2 =
-            std::array::from_fn(|i| std::array::from_fn(|j| self.state.covariance(i, j)));
-        if self.state.position_states == 9 && self.state.exists[3] {
-            result.velocity = Some((
-                [self.state.x[3], self.state.x[4], self.state.x[5]],
-                std::array::from_fn(|i| {
-                    std::array::from_fn(|j| self.state.covariance(3 + i, 3 + j))
-                }),
-            ));
-        }
-        for slot in 0..self.options.frequencies {
-            for (k, c) in common.iter().enumerate() {
-                let of = |is_code: bool| {
-                    let mut own = rows
-                        .iter()
-                        .filter(|r| r.slot == slot && r.is_code == is_code);
-                    own.clone()
-                        .find(|r| r.other == k)
-                        .map(|r| r.residual_m)
-                        .or_else(|| own.any(|r| r.reference == k).then_some(0.0))
-                };
-                let (phase_m, code_m) = (of(false), of(true));
-                if phase_m.is_none() && code_m.is_none() {
-                    continue;
-                }
-                let z = &zero[c.rover];
-                result.residuals.push(SatelliteResidual {
-                    satellite: self.constellation.id(c.satellite),
-                    slot,
-                    azimuth_rad: z.azimuth_rad,
-                    elevation_rad: z.elevation_rad,
-                    phase_m,
-                    code_m,
-                    slipped: self.state.track(c.satellite, slot).slipped(),
-                    fixed: false,
-                });
-            }
-        }
     }
 }

@@ -1,12 +1,19 @@
 //! What rover and base see together: common satellites and double differences.
 
-use super::{BaseView, Filter, RoverEpoch};
-use crate::engine::double::{Common, Differencing};
+use super::predict::POSITION_VARIANCE_M2;
+use super::update::update_state;
+use super::{BaseView, EpochView, Filter, RoverEpoch};
+use crate::engine::double::{Common, Differences, Differencing};
 use crate::engine::noise::Separation;
+use crate::engine::single::SinglePoint;
 use crate::engine::state::FilterState;
 use crate::engine::zero::{ZeroDifference, zero_differences};
 use crate::options::PositioningMode;
 use crate::signal::SPEED_OF_LIGHT_M_S;
+
+/// Code differences that a position takes, with one to spare.
+const LEAST_CODE_ROWS: usize = 4;
+const CODE_ITERATIONS: usize = 2;
 
 impl Filter<'_> {
     pub(super) fn uses_phase(&self) -> bool {
@@ -56,25 +63,37 @@ impl Filter<'_> {
             .collect()
     }
 
-    pub(super) fn rover_zero(&self, rover: &RoverEpoch) -> Vec<ZeroDifference> {
+    fn zero_at(&self, rover: &RoverEpoch, place_ecef_m: [f64; 3]) -> Vec<ZeroDifference> {
         zero_differences(
             self.options,
             &rover.epoch,
             &rover.states,
-            self.state.position(),
+            place_ecef_m,
             false,
         )
     }
 
+    pub(super) fn rover_zero(&self, rover: &RoverEpoch) -> Vec<ZeroDifference> {
+        self.zero_at(rover, self.state.position())
+    }
+
     pub(super) fn differences(
         &self,
-        common: &[Common],
-        wavelengths_m: &[[f64; 3]],
+        epoch: &EpochView<'_>,
         rover: &[ZeroDifference],
-        base: &BaseView<'_>,
         state: &FilterState,
         excluded: &[(usize, usize)],
-    ) -> crate::engine::double::Differences {
+    ) -> Differences {
+        self.differencing(epoch, rover, state, excluded).rows(state)
+    }
+
+    fn differencing<'d>(
+        &'d self,
+        epoch: &'d EpochView<'_>,
+        rover: &'d [ZeroDifference],
+        state: &FilterState,
+        excluded: &'d [(usize, usize)],
+    ) -> Differencing<'d> {
         let baseline_m = (0..3)
             .map(|k| (state.x[k] - self.base_position_ecef_m[k]).powi(2))
             .sum::<f64>()
@@ -82,16 +101,41 @@ impl Filter<'_> {
         Differencing {
             constellation: self.constellation,
             options: self.options,
-            common,
-            wavelengths_m,
+            common: &epoch.common,
+            wavelengths_m: &epoch.wavelengths_m,
             rover,
-            base: &base.zero,
+            base: &epoch.base.zero,
             separation: Separation {
                 baseline_m,
-                age_s: base.noise_age_s,
+                age_s: epoch.base.noise_age_s,
             },
+            noise: self.noise,
+            codes_alone: false,
             excluded,
         }
-        .rows(state)
+    }
+
+    /// Position and covariance from the differences of codes alone; `None` where they are too few.
+    pub(super) fn from_codes(
+        &self,
+        epoch: &EpochView<'_>,
+        single: &SinglePoint,
+    ) -> Option<FilterState> {
+        let mut state = self.state.clone();
+        for k in 0..3 {
+            state.initialise(k, single.position_ecef_m[k], POSITION_VARIANCE_M2);
+        }
+        for _ in 0..CODE_ITERATIONS {
+            let zero = self.zero_at(epoch.rover, state.position());
+            let differencing = Differencing {
+                codes_alone: true,
+                ..self.differencing(epoch, &zero, &state, &[])
+            };
+            let rows = differencing.rows(&state).rows;
+            if rows.len() < LEAST_CODE_ROWS || !update_state(&mut state, &rows, &epoch.common) {
+                return None;
+            }
+        }
+        Some(state)
     }
 }

@@ -1,14 +1,13 @@
 //! The way from one epoch to the next: position, motion, biases.
 
-use super::{BaseView, Filter, RoverEpoch};
-use crate::engine::double::Common;
+use super::{EpochView, Filter};
 use crate::engine::single::SinglePoint;
 use crate::options::{AmbiguityMode, PositioningMode, RuleSet};
 use crate::signal::SPEED_OF_LIGHT_M_S;
 use acerra_geo::geodesy::EnuFrame;
 
 /// Variance of a position taken from a single-point solution (m²).
-const POSITION_VARIANCE_M2: f64 = 900.0;
+pub(super) const POSITION_VARIANCE_M2: f64 = 900.0;
 const VELOCITY_VARIANCE: f64 = 100.0;
 const ACCELERATION_VARIANCE: f64 = 100.0;
 /// A state of exactly zero would count as absent in RTKLIB; accelerations start just off it.
@@ -108,14 +107,9 @@ impl Filter<'_> {
         }
     }
 
-    pub(super) fn predict_biases(
-        &mut self,
-        rover: &RoverEpoch,
-        base: &BaseView<'_>,
-        common: &[Common],
-        elapsed_s: f64,
-    ) {
+    pub(super) fn predict_biases(&mut self, epoch: &EpochView<'_>, elapsed_s: f64) {
         let options = self.options;
+        let common = &epoch.common[..];
         let instantaneous = options.ambiguity == AmbiguityMode::Instantaneous;
         for slot in 0..options.frequencies {
             self.age_tracks(slot, instantaneous);
@@ -127,7 +121,7 @@ impl Filter<'_> {
                     && self.state.track(c.satellite, slot).rejections >= 2;
                 let track = self.state.track_mut(c.satellite, slot);
                 if !instantaneous && (track.slipped() || least_rejections) {
-                    track.lock = -options.least_lock;
+                    track.lock = -options.min_lock_epochs;
                     track.rejections = 0;
                     self.state.remove(index);
                 }
@@ -135,8 +129,8 @@ impl Filter<'_> {
             let code_phase: Vec<Option<f64>> = common
                 .iter()
                 .map(|c| {
-                    let u = &rover.epoch.measurements[c.rover];
-                    let b = &base.epoch.measurements[c.base];
+                    let u = &epoch.rover.epoch.measurements[c.rover];
+                    let b = &epoch.base.epoch.measurements[c.base];
                     let frequency = u.frequency_hz[slot];
                     let (lu, lb) = (u.phase_cycles[slot], b.phase_cycles[slot]);
                     let (pu, pb) = (u.code_m[slot], b.code_m[slot]);
@@ -167,10 +161,9 @@ impl Filter<'_> {
             for (c, beta) in common.iter().zip(&code_phase) {
                 let index = self.state.bias_index(c.satellite, slot);
                 if let (Some(beta), false) = (beta, self.state.exists[index]) {
-                    self.state
-                        .initialise(index, *beta, options.initial_bias_cycles.powi(2));
+                    self.state.initialise_bias(c.satellite, slot, *beta);
                     if options.rules == RuleSet::Demo5 {
-                        self.state.track_mut(c.satellite, slot).lock = -options.least_lock;
+                        self.state.track_mut(c.satellite, slot).lock = -options.min_lock_epochs;
                     }
                 }
             }
@@ -184,9 +177,9 @@ impl Filter<'_> {
             let exists = self.state.exists[index];
             let track = self.state.track_mut(satellite, slot);
             track.outage = track.outage.saturating_add(1);
-            let gone = track.outage > self.options.largest_outage;
+            let gone = track.outage > self.options.max_outage_epochs;
             if gone && !instantaneous {
-                track.lock = -self.options.least_lock;
+                track.lock = -self.options.min_lock_epochs;
             }
             if exists && (gone || instantaneous) {
                 if !instantaneous {
@@ -199,13 +192,13 @@ impl Filter<'_> {
 
     /// Forgets every phase bias.
     pub(super) fn forget_biases(&mut self) {
-        for index in self.state.position_states..self.state.len() {
+        for index in self.state.leading_states..self.state.len() {
             if self.state.exists[index] {
                 self.state.remove(index);
             }
         }
         for track in &mut self.state.tracks {
-            track.lock = -self.options.least_lock;
+            track.lock = -self.options.min_lock_epochs;
             track.valid = false;
         }
     }

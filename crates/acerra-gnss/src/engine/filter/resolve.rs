@@ -3,8 +3,11 @@
 use super::{EpochResult, EpochView, Filter};
 use crate::engine::ambiguity::{Attempt, Pair, Resolution, members};
 use crate::engine::double::Common;
-use crate::engine::noise::{Separation, single_difference_variance_m2, weak_signal_factor};
-use crate::engine::outliers::worst;
+use crate::engine::noise::{
+    Separation, SignalView, single_difference_variance_m2, weak_signal_factor,
+};
+use crate::engine::outliers::{misfit, worst};
+use crate::engine::state::FilterState;
 use crate::engine::zero::{ZeroDifference, zero_differences};
 use crate::options::{AmbiguityMode, GlonassAmbiguity, RuleSet};
 use crate::solution::NotFixedReason;
@@ -13,11 +16,28 @@ use crate::solution::NotFixedReason;
 const LARGEST_LEFT_OUT: usize = 3;
 /// A position takes three pairs; only a further one checks it.
 const LEAST_CHECKED_PAIRS: usize = 4;
-/// Fixes in a row after which integers need no proof by leaving satellites out: wrong ones do not
-/// pass the ratio test that long while geometry and multipath change.
-const LASTING_FIXES: u32 = 50;
 
-impl Filter<'_> {
+impl<'a> Filter<'a> {
+    /// Ambiguity resolution at this epoch.
+    pub(super) fn resolution<'r>(
+        &self,
+        common: &'r [Common],
+        zero: &'r [ZeroDifference],
+        with_glonass: bool,
+    ) -> Resolution<'r>
+    where
+        'a: 'r,
+    {
+        Resolution {
+            constellation: self.constellation,
+            options: self.options,
+            common,
+            rover: zero,
+            with_glonass,
+            variance_factor: self.variance_factor(),
+        }
+    }
+
     /// Whether the integers of a fix are right beyond reasonable doubt: likely enough by their
     /// covariance, more than a position needs, and in a run of fixes found once whichever
     /// satellites are left out (or the run is long).
@@ -27,22 +47,16 @@ impl Filter<'_> {
         zero: &[ZeroDifference],
         attempt: &Attempt,
     ) -> bool {
-        let Some(least) = self.options.least_success_rate else {
+        let Some(least) = self.options.min_success_rate else {
             return true;
         };
-        let resolution = Resolution {
-            constellation: self.constellation,
-            options: self.options,
-            common,
-            rover: zero,
-            with_glonass: true,
-            variance_factor: self.variance_factor(),
-        };
+        if self.rests_on_held {
+            return true;
+        }
+        let resolution = self.resolution(common, zero, true);
         attempt.success_rate >= least
             && attempt.pairs.len() >= LEAST_CHECKED_PAIRS
-            && (self.certain
-                || self.consecutive_fixes >= LASTING_FIXES
-                || resolution.hinges_on_no_satellite(&self.state, attempt))
+            && (self.certain || resolution.is_stable_under_exclusion(&self.state, attempt))
     }
 
     /// The satellites of `pairs` that partial resolution may leave out, the noisiest first; at
@@ -61,21 +75,15 @@ impl Filter<'_> {
                 .map_or(0.0, |c| {
                     let z = &zero[c.rover];
                     let system = self.constellation.id(satellite).system();
-                    let near = Separation {
-                        baseline_m: 0.0,
-                        age_s: 0.0,
-                    };
-                    let cn0 = [z.cn0_db_hz[slot], 0.0];
-                    let elevation = z.elevation_rad;
-                    let model = single_difference_variance_m2(
-                        self.options,
+                    let signal = SignalView {
                         system,
                         slot,
-                        false,
-                        elevation,
-                        cn0,
-                        near,
-                    );
+                        is_code: false,
+                        elevation_rad: z.elevation_rad,
+                        cn0_db_hz: [z.cn0_db_hz[slot], 0.0],
+                    };
+                    let model =
+                        single_difference_variance_m2(self.options, &signal, Separation::NONE);
                     model * weak_signal_factor(self.options, z.cn0_drop_db[slot])
                 })
         };
@@ -95,14 +103,16 @@ impl Filter<'_> {
     ) -> Result<Attempt, NotFixedReason> {
         let mut left_out = 0;
         loop {
-            let attempt = self.resolve(epoch.common, zero, result)?;
-            let Some(limit) = self.options.largest_phase_residual_sigma else {
+            let conditioned = self.conditioned(&epoch.common);
+            self.rests_on_held = conditioned.is_some();
+            let attempt = self.resolve(&epoch.common, zero, conditioned.as_ref(), result)?;
+            let Some(limit) = self.options.max_phase_residual_sigma else {
                 return Ok(attempt);
             };
-            let mut fixed = self.state.clone();
+            let mut fixed = conditioned.unwrap_or_else(|| self.state.clone());
             fixed.x[..attempt.x.len()].copy_from_slice(&attempt.x);
             for (pair, integer) in attempt.pairs.iter().zip(&attempt.integers) {
-                let reference = self.state.bias(pair.reference, pair.slot).unwrap_or(0.0);
+                let reference = fixed.bias(pair.reference, pair.slot).unwrap_or(0.0);
                 let index = fixed.bias_index(pair.other, pair.slot);
                 fixed.x[index] = reference - integer;
             }
@@ -113,18 +123,14 @@ impl Filter<'_> {
                 fixed.position(),
                 false,
             );
-            let differences = self.differences(
-                epoch.common,
-                epoch.wavelengths_m,
-                &rover,
-                epoch.base,
-                &fixed,
-                excluded,
-            );
+            let differences = self.differences(epoch, &rover, &fixed, excluded);
             let in_fix =
                 |k: usize, slot: usize| self.state.track(epoch.common[k].satellite, slot).in_fix;
             let worst = worst(&differences.rows, false, in_fix);
             let Some(worst) = worst.filter(|w| w.normalised > limit) else {
+                let (squares, rows) = misfit(&differences.rows, false, in_fix);
+                // Three degrees of freedom went into the position.
+                result.phase_misfit = [squares, rows.saturating_sub(3) as f64];
                 return Ok(attempt);
             };
             for track in &mut self.state.tracks {
@@ -146,20 +152,11 @@ impl Filter<'_> {
     /// One search of the integers, with partial resolution if that is chosen.
     pub(super) fn attempt_by_rtklib(
         &self,
-        common: &[Common],
-        zero: &[ZeroDifference],
-        with_glonass: bool,
+        resolution: &Resolution<'_>,
+        state: &FilterState,
         [slipped, half_cycle]: [usize; 2],
     ) -> Result<Attempt, NotFixedReason> {
-        let resolution = Resolution {
-            constellation: self.constellation,
-            options: self.options,
-            common,
-            rover: zero,
-            with_glonass,
-            variance_factor: self.variance_factor(),
-        };
-        let pairs = resolution.pairs(&self.state);
+        let pairs = resolution.pairs(state);
         if pairs.len() < 2 {
             let pairs = pairs.len();
             return Err(NotFixedReason::TooFewAmbiguities {
@@ -169,14 +166,27 @@ impl Filter<'_> {
             });
         }
         match self.options.partial_ambiguity {
-            None => resolution.attempt(&self.state, pairs),
+            None => resolution.attempt(state, pairs),
             Some(partial) => {
-                let dispensable = self.noisiest_first(common, zero, &pairs);
-                let least = partial.least_satellites_to_fix.saturating_sub(1);
-                resolution.partial_attempt(&self.state, pairs, &dispensable, least)
+                let dispensable = self.noisiest_first(resolution.common, resolution.rover, &pairs);
+                let least = partial.min_satellites_to_fix.saturating_sub(1);
+                resolution.partial_attempt(state, pairs, &dispensable, least)
             }
         }
         .map_err(|_| NotFixedReason::SearchFailed)
+    }
+
+    /// The integers held and nothing else.
+    fn attempt_held(
+        &self,
+        common: &[Common],
+        zero: &[ZeroDifference],
+        state: &FilterState,
+    ) -> Result<Attempt, NotFixedReason> {
+        let (pairs, _) = self.held_pairs(common);
+        self.resolution(common, zero, true)
+            .attempt(state, pairs)
+            .map_err(|_| NotFixedReason::SearchFailed)
     }
 
     /// Ambiguity resolution of this epoch: the accepted attempt, or why there is none.
@@ -184,6 +194,7 @@ impl Filter<'_> {
         &mut self,
         common: &[Common],
         zero: &[ZeroDifference],
+        conditioned: Option<&FilterState>,
         result: &mut EpochResult,
     ) -> Result<Attempt, NotFixedReason> {
         let options = self.options;
@@ -204,17 +215,21 @@ impl Filter<'_> {
         let attempt = match options.rules {
             RuleSet::Rtklib => {
                 let learning = options.glonass_ambiguity == GlonassAmbiguity::FixAndHold;
+                let optional = options.glonass_ambiguity == GlonassAmbiguity::Auto;
                 let mut outcome = None;
                 // GLONASS joins once its biases are learnt; a fix that fails with it is tried
                 // without.
                 let tries: &[bool] = match (learning, self.held) {
-                    (false, _) => &[true],
+                    _ if self.glonass_float => &[false],
+                    (false, _) if !optional => &[true],
+                    (false, _) => &[true, false],
                     (true, false) => &[false],
                     (true, true) => &[true, false],
                 };
                 for &with_glonass in tries {
-                    let attempt =
-                        self.attempt_by_rtklib(common, zero, with_glonass, [slipped, half_cycle]);
+                    let resolution = self.resolution(common, zero, with_glonass);
+                    let state = conditioned.unwrap_or(&self.state);
+                    let attempt = self.attempt_by_rtklib(&resolution, state, [slipped, half_cycle]);
                     let accepted = attempt.as_ref().is_ok_and(|a| a.accepted);
                     if accepted || outcome.is_none() {
                         outcome = Some(attempt);
@@ -223,7 +238,13 @@ impl Filter<'_> {
                         break;
                     }
                 }
-                outcome.unwrap_or(Err(NotFixedReason::SearchFailed))?
+                let outcome = outcome.unwrap_or(Err(NotFixedReason::SearchFailed));
+                let accepted = outcome.as_ref().is_ok_and(|a| a.accepted);
+                match conditioned {
+                    // What is new may not be resolved yet; what is held still says where.
+                    Some(state) if !accepted => self.attempt_held(common, zero, state)?,
+                    _ => outcome?,
+                }
             }
             RuleSet::Demo5 => self.resolve_demo5(common, zero, slipped, half_cycle)?,
         };

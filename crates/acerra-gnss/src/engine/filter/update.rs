@@ -2,12 +2,35 @@
 
 use super::Filter;
 use crate::engine::double::{Common, DoubleRow};
+use crate::engine::state::FilterState;
 use crate::options::RuleSet;
 use nalgebra::DMatrix;
 
 /// Degrees of freedom that the model's own word weighs.
 const MISFIT_PRIOR: f64 = 30.0;
 const LEAST_VARIANCE_FACTOR: f64 = 0.1;
+
+/// Kalman update with double differences; false where it fails.
+pub(super) fn update_state(state: &mut FilterState, rows: &[DoubleRow], common: &[Common]) -> bool {
+    let m = rows.len();
+    let mut noise = DMatrix::<f64>::zeros(m, m);
+    for (a, ra) in rows.iter().enumerate() {
+        for (b, rb) in rows.iter().enumerate() {
+            if ra.block == rb.block {
+                noise[(a, b)] =
+                    ra.variance_reference_m2 + if a == b { ra.variance_other_m2 } else { 0.0 };
+            }
+        }
+    }
+    let sparse: Vec<_> = rows
+        .iter()
+        .map(|r| {
+            let satellites = [common[r.reference].satellite, common[r.other].satellite];
+            state.sparse(r, satellites)
+        })
+        .collect();
+    state.update(&sparse, noise)
+}
 
 impl Filter<'_> {
     /// True variances over those of the model, from the residuals of the codes so far; never above
@@ -18,24 +41,7 @@ impl Filter<'_> {
     }
 
     pub(super) fn measurement_update(&mut self, rows: &[DoubleRow], common: &[Common]) -> bool {
-        let m = rows.len();
-        let mut noise = DMatrix::<f64>::zeros(m, m);
-        for (a, ra) in rows.iter().enumerate() {
-            for (b, rb) in rows.iter().enumerate() {
-                if ra.block == rb.block {
-                    noise[(a, b)] =
-                        ra.variance_reference_m2 + if a == b { ra.variance_other_m2 } else { 0.0 };
-                }
-            }
-        }
-        let sparse: Vec<_> = rows
-            .iter()
-            .map(|r| {
-                let satellites = [common[r.reference].satellite, common[r.other].satellite];
-                self.state.sparse(r, satellites)
-            })
-            .collect();
-        self.state.update(&sparse, noise)
+        update_state(&mut self.state, rows, common)
     }
 
     /// Marks the satellites whose phase was used, and counts rejections.
@@ -52,6 +58,16 @@ impl Filter<'_> {
         for row in rows.iter().filter(|r| !r.is_code) {
             for k in [row.reference, row.other] {
                 self.state.track_mut(common[k].satellite, row.slot).valid = true;
+            }
+        }
+        let mut counted = vec![false; self.state.tracks.len()];
+        for row in rows.iter().filter(|r| r.is_code) {
+            for k in [row.reference, row.other] {
+                let satellite = common[k].satellite;
+                let place = row.slot * self.constellation.len() + satellite;
+                if !std::mem::replace(&mut counted[place], true) {
+                    self.state.track_mut(satellite, row.slot).codes_used += 1;
+                }
             }
         }
         for &(k, slot) in rejected {

@@ -7,7 +7,6 @@ mod tables;
 
 use super::html::{self, Fit};
 use super::provenance;
-use acerra_chain::positioning::ppk_sentence;
 use acerra_figure::FigureError;
 use maud::{Markup, html};
 use run::Run;
@@ -22,7 +21,7 @@ pub use input::PpkReport;
 pub fn ppk_page(report: &PpkReport<'_>) -> Result<String, FigureError> {
     let run = Run::new(report)?;
     let own = &report.solution.summary.warnings;
-    let mut warnings: Vec<String> = own.iter().map(ppk_sentence).collect();
+    let mut warnings: Vec<String> = own.iter().map(ToString::to_string).collect();
     warnings.extend(report.warnings.iter().cloned());
     let (map, evidence) = if run.is_empty() {
         let nothing = html! { p.muted { "No epoch has a position." } };

@@ -172,10 +172,7 @@ fn own_ppk(
     navigation: &Navigation,
     base_ecef_m: [f64; 3],
 ) -> Misses {
-    let options = PpkOptions {
-        base_position: BasePosition::Ecef(base_ecef_m),
-        ..PpkOptions::default()
-    };
+    let options = PpkOptions::default().with_base_position(BasePosition::Ecef(base_ecef_m));
     let solution = acerra_gnss::process(rover, base, navigation, &options).unwrap();
     Misses::of(
         solution
@@ -220,10 +217,7 @@ fn a_real_constellation_serves_as_well() {
         read(logs.rover.to_rinex("R")),
         read(logs.base.to_rinex("B")),
     );
-    let options = PpkOptions {
-        base_position: BasePosition::Header,
-        ..PpkOptions::default()
-    };
+    let options = PpkOptions::default().with_base_position(BasePosition::Header);
     let solution = acerra_gnss::process(&rover, &base, &navigation, &options).unwrap();
     let mut misses: Vec<f64> = solution
         .epochs

@@ -1,0 +1,125 @@
+//! Antenna calibrations for rover and base, by the names of their antennas.
+
+use std::fs::File;
+use std::io::BufReader;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use acerra_gnss::antex::{AntennaCalibration, AntexFile, read_antex};
+use acerra_gnss::input::{Limits, Lines};
+use acerra_gnss::{ObservationData, PpkOptions};
+
+use super::PositioningError;
+
+/// Where antenna calibrations come from.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct AntennaInput {
+    /// An ANTEX file; without one antennas are taken for points.
+    pub file: Option<PathBuf>,
+    /// The rover's antenna.
+    pub rover: AntennaName,
+    /// The base's antenna.
+    pub base: AntennaName,
+}
+
+/// Which antenna a receiver has.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum AntennaName {
+    /// The one that the log's header names.
+    #[default]
+    Header,
+    /// This one.
+    Given(String),
+    /// Not corrected.
+    None,
+}
+
+impl AntennaInput {
+    /// The options with the calibrations of rover and base, and a warning about each that is not
+    /// there.
+    ///
+    /// # Errors
+    /// A file that cannot be read; an antenna given by name that is not in it.
+    pub(super) fn apply(
+        &self,
+        options: &PpkOptions,
+        logs: [&ObservationData; 2],
+        warnings: &mut Vec<String>,
+    ) -> Result<PpkOptions, PositioningError> {
+        let Some(path) = &self.file else {
+            return Ok(options.clone());
+        };
+        let place = || path.display().to_string();
+        let file = File::open(path).map_err(|cause| PositioningError::Open {
+            path: path.clone(),
+            cause,
+        })?;
+        let mut lines = Lines::new(BufReader::new(file), Limits::default());
+        let (antex, report) =
+            read_antex(&mut lines).map_err(|cause| PositioningError::Content {
+                path: path.clone(),
+                cause,
+            })?;
+        warnings.extend(
+            report
+                .dropped
+                .iter()
+                .map(|d| format!("{}: dropped for {}: {}", place(), d.reason, d.count)),
+        );
+        let mut find = |wanted: &AntennaName, log: &ObservationData, whose: &'static str| {
+            let found = find(&antex, wanted, &log.station.antenna).map_err(|name| {
+                PositioningError::Antenna {
+                    path: path.clone(),
+                    receiver: whose,
+                    found: name,
+                }
+            })?;
+            warnings.extend(
+                found
+                    .1
+                    .map(|remark| format!("{}: the {whose}'s {remark}", place())),
+            );
+            Ok(found.0.map(Arc::new))
+        };
+        let rover = find(&self.rover, logs[0], "rover")?;
+        let base = find(&self.base, logs[1], "base")?;
+        Ok(options
+            .clone()
+            .with_rover_calibration(rover)
+            .with_base_calibration(base))
+    }
+}
+
+/// A calibration, and what is to be said about it.
+type Found = (Option<AntennaCalibration>, Option<String>);
+
+/// The calibration wanted; the name given where that has none.
+fn find(antex: &AntexFile, wanted: &AntennaName, header: &str) -> Result<Found, String> {
+    let name = match wanted {
+        AntennaName::None => return Ok((None, None)),
+        AntennaName::Given(name) => name.as_str(),
+        AntennaName::Header if header.trim().is_empty() => {
+            let remark = "log names no antenna: it is taken for a point";
+            return Ok((None, Some(remark.to_owned())));
+        }
+        AntennaName::Header => header,
+    };
+    let words = |text: &str| {
+        text.split_whitespace()
+            .map(str::to_owned)
+            .collect::<Vec<_>>()
+    };
+    match antex.find(name) {
+        Some(found) => {
+            let same = words(&found.antenna).starts_with(&words(name));
+            let remark = format!("antenna {name:?} is calibrated as {:?} only", found.antenna);
+            Ok((Some(found.clone()), (!same).then_some(remark)))
+        }
+        None if matches!(wanted, AntennaName::Given(_)) => Err(name.to_owned()),
+        None => {
+            let remark =
+                format!("antenna {name:?} is not calibrated there: it is taken for a point");
+            Ok((None, Some(remark)))
+        }
+    }
+}

@@ -1,0 +1,251 @@
+//! Reading the files of a run: several to a receiver, dates and channels that one file tells of
+//! another.
+
+use std::fs::File;
+use std::path::{Path, PathBuf};
+
+use acerra_gnss::input::{DropReason, Limits, ReadError, ReadReport};
+use acerra_gnss::rtcm::RtcmHints;
+use acerra_gnss::{
+    Ephemeris, GnssFile, LogPart, Navigation, ObservationData, join_logs, read_gnss_near,
+};
+
+use super::{PositioningError, PositioningInput};
+
+impl PositioningInput {
+    /// The rover's files.
+    pub(super) fn rover_files(&self) -> Vec<PathBuf> {
+        let first = std::iter::once(&self.rover);
+        first.chain(&self.more_rover).cloned().collect()
+    }
+
+    /// The base's files.
+    pub(super) fn base_files(&self) -> Vec<PathBuf> {
+        let first = self.base.iter();
+        first.chain(&self.more_base).cloned().collect()
+    }
+}
+
+/// Takes files and gathers the navigation data in them.
+#[derive(Default)]
+pub(super) struct Reader {
+    pub(super) navigation: Navigation,
+    pub(super) files: Vec<(PathBuf, ReadReport)>,
+    hints: RtcmHints,
+    /// Every file of the run, among which dates are looked for.
+    all: Vec<PathBuf>,
+    remarks: Vec<String>,
+}
+
+impl Reader {
+    /// A reader of these files that knows the date stated.
+    pub(super) fn new(input: &PositioningInput) -> Self {
+        let mut reader = Self {
+            all: input.rover_files(),
+            ..Self::default()
+        };
+        reader.all.extend(input.base_files());
+        reader.all.extend_from_slice(&input.navigation);
+        reader.hints.near = input.date;
+        reader
+    }
+
+    /// Opens a file; one that does not tell its week takes it from the first other file that does.
+    fn open_dated(&mut self, path: &Path) -> Result<GnssFile, PositioningError> {
+        match self.open(path) {
+            Err(PositioningError::Date { .. }) if self.hints.near.is_none() => {}
+            other => return other,
+        }
+        let near = {
+            let others = self.all.iter().filter(|other| *other != path);
+            let mut opened = others.filter_map(|other| self.open(other).ok());
+            opened.find_map(|file| time_of(&file))
+        };
+        self.hints.near = near;
+        self.open(path)
+    }
+
+    fn open(&self, path: &Path) -> Result<GnssFile, PositioningError> {
+        let path = || path.to_owned();
+        let file = File::open(path()).map_err(|cause| PositioningError::Open {
+            path: path(),
+            cause,
+        })?;
+        read_gnss_near(file, Limits::default(), &self.hints).map_err(|cause| match cause {
+            ReadError::NoDate => PositioningError::Date {
+                path: path(),
+                cause,
+            },
+            cause => PositioningError::Content {
+                path: path(),
+                cause,
+            },
+        })
+    }
+
+    /// Whether a file, if there is one, holds navigation data only.
+    pub(super) fn holds_no_observations(
+        &mut self,
+        path: Option<&Path>,
+    ) -> Result<bool, PositioningError> {
+        let Some(path) = path else { return Ok(false) };
+        let file = self.open_dated(path)?;
+        let only_navigation = file.observations.is_none();
+        if only_navigation {
+            self.take(path, file);
+        }
+        Ok(only_navigation)
+    }
+
+    /// Reads a file and takes its navigation data.
+    pub(super) fn read(&mut self, path: &Path) -> Result<GnssFile, PositioningError> {
+        let file = self.open_dated(path)?;
+        Ok(self.take(path, file))
+    }
+
+    fn take(&mut self, path: &Path, mut file: GnssFile) -> GnssFile {
+        self.hints.near = self.hints.near.or_else(|| time_of(&file));
+        if let Some(navigation) = file.navigation.clone() {
+            for e in &navigation.ephemerides {
+                if let Ephemeris::Glonass(e) = e {
+                    let number = e.satellite.number();
+                    self.hints.glonass_channels.insert(number, e.channel);
+                }
+            }
+            self.navigation.merge(navigation);
+        }
+        if let Some(observations) = &file.observations {
+            let channels = observations.glonass_channels.iter();
+            self.hints
+                .glonass_channels
+                .extend(channels.map(|(k, v)| (*k, *v)));
+        }
+        self.files
+            .push((path.to_owned(), std::mem::take(&mut file.report)));
+        file
+    }
+
+    /// The log of one receiver, joined from its files.
+    pub(super) fn receiver(
+        &mut self,
+        paths: &[PathBuf],
+        expected: &'static str,
+    ) -> Result<ObservationData, PositioningError> {
+        let mut parts = Vec::with_capacity(paths.len());
+        for path in paths {
+            let file = self.read(path)?;
+            let data = file.observations.ok_or_else(|| PositioningError::Kind {
+                path: path.clone(),
+                expected,
+                found: file.kind.to_string(),
+            })?;
+            parts.push(LogPart {
+                name: path.display().to_string(),
+                data,
+            });
+        }
+        let (joined, remarks) = join_logs(parts);
+        self.remarks.extend(remarks.iter().map(ToString::to_string));
+        Ok(joined)
+    }
+
+    /// Reads a receiver's files again where GLONASS phases lacked a frequency channel that a file
+    /// read later tells.
+    pub(super) fn complete(
+        &mut self,
+        paths: &[PathBuf],
+        data: &mut ObservationData,
+    ) -> Result<(), PositioningError> {
+        let lacking = self.files.iter().any(|(path, report)| {
+            paths.contains(path) && report.count(&DropReason::UnknownChannel) > 0
+        });
+        let known = &data.glonass_channels;
+        let told = self.hints.glonass_channels.keys();
+        if !lacking || told.clone().all(|number| known.contains_key(number)) {
+            return Ok(());
+        }
+        let mut parts = Vec::new();
+        for path in paths {
+            let file = self.open(path)?;
+            for (of, report) in &mut self.files {
+                if of == path {
+                    report.clone_from(&file.report);
+                }
+            }
+            parts.push(LogPart {
+                name: path.display().to_string(),
+                data: file.observations.unwrap_or_default(),
+            });
+        }
+        *data = join_logs(parts).0;
+        Ok(())
+    }
+
+    /// The files read so far, for a message.
+    pub(super) fn names(&self) -> String {
+        let names: Vec<String> = self
+            .files
+            .iter()
+            .map(|(p, _)| p.display().to_string())
+            .collect();
+        names.join(", ")
+    }
+
+    /// What the readers noticed, one sentence for each file and reason.
+    pub(super) fn warnings(&self) -> Vec<String> {
+        let mut out = self.remarks.clone();
+        for (path, report) in &self.files {
+            let name = path.display();
+            out.extend(
+                report
+                    .remarks
+                    .iter()
+                    .map(|remark| format!("{name}: {remark}")),
+            );
+            out.extend(
+                report
+                    .dropped
+                    .iter()
+                    .filter(|d| is_worth_a_warning(&d.reason))
+                    .map(|d| {
+                        format!(
+                            "{name}: dropped for {}: {}, first at {}",
+                            d.reason, d.count, d.first
+                        )
+                    }),
+            );
+        }
+        out
+    }
+}
+
+/// Whether a reason speaks of damage, and not only of content that has no use here.
+fn is_worth_a_warning(reason: &DropReason) -> bool {
+    use DropReason::{
+        CycleSlipRecord, DuplicateNavigationRecord, OutsideFrames, OutsideMessages, PhaseNotUsable,
+        PseudoObservation, UnknownSignal, UnusedMessage, UnusedNavigationMessage,
+        UnusedRtcmMessage,
+    };
+    !matches!(
+        reason,
+        CycleSlipRecord
+            | DuplicateNavigationRecord
+            | OutsideFrames
+            | OutsideMessages
+            | PhaseNotUsable
+            | PseudoObservation(_)
+            | UnknownSignal
+            | UnusedMessage { .. }
+            | UnusedNavigationMessage(_)
+            | UnusedRtcmMessage { .. }
+    )
+}
+
+/// Any time in a file.
+fn time_of(file: &GnssFile) -> Option<acerra_geo::time::GpsTime> {
+    let observed = file.observations.as_ref().and_then(|o| o.epochs.first());
+    let broadcast = file.navigation.as_ref().and_then(|n| n.ephemerides.first());
+    observed
+        .map(|epoch| epoch.time)
+        .or_else(|| broadcast.map(Ephemeris::toe))
+}

@@ -1,0 +1,189 @@
+//! Integers once found with certainty, kept beside the filter.
+//!
+//! RTKLIB's hold feeds integers back as measurements: the filter then believes them for good,
+//! right or wrong. Here the float state stays as it is. At every epoch a copy of it is conditioned
+//! on the integers that still hold, and the integers are tested against the float state, which
+//! knows nothing of them: where they no longer fit they are withdrawn, and with them every fix
+//! that rested on them.
+
+use super::Filter;
+use crate::engine::ambiguity::{Attempt, Pair, Verdict, judge, members, without};
+use crate::engine::double::{Common, GROUPS};
+use crate::engine::state::{FilterState, SparseRow};
+use crate::options::{AmbiguityMode, RuleSet};
+use nalgebra::DMatrix;
+
+/// Fewest pairs whose integers say where the rover is, with one to spare.
+const LEAST_HELD_PAIRS: usize = 4;
+/// Time (s) that geometry and multipath need to tell wrong integers from right ones.
+const CONFIRMATION_S: f64 = 300.0;
+/// Variance (cycle²) with which integers are imposed on the copy.
+const IMPOSED_VARIANCE: f64 = 1e-6;
+
+impl Filter<'_> {
+    /// Whether integers are kept beside the filter rather than fed back into it.
+    pub(super) fn holds_beside(&self) -> bool {
+        self.options.min_success_rate.is_some()
+            && self.options.rules == RuleSet::Rtklib
+            && self.options.ambiguity == AmbiguityMode::FixAndHold
+    }
+
+    /// Pairs of satellites whose integers are held and whose phases are used at this epoch.
+    pub(super) fn held_pairs(&self, common: &[Common]) -> (Vec<Pair>, Vec<f64>) {
+        let (mut pairs, mut integers) = (Vec::new(), Vec::new());
+        for (group_index, group) in GROUPS.iter().enumerate() {
+            for slot in 0..self.options.frequencies {
+                let mut reference: Option<(usize, f64)> = None;
+                for c in common {
+                    let system = self.constellation.id(c.satellite).system();
+                    let track = self.state.track(c.satellite, slot);
+                    let Some(integer) = track.held.filter(|_| {
+                        group.contains(&system) && track.valid && !track.half_cycle_flag()
+                    }) else {
+                        continue;
+                    };
+                    match reference {
+                        None => reference = Some((c.satellite, integer)),
+                        Some((satellite, of_reference)) => {
+                            pairs.push(Pair {
+                                slot,
+                                group: group_index,
+                                reference: satellite,
+                                other: c.satellite,
+                            });
+                            integers.push(of_reference - integer);
+                        }
+                    }
+                }
+            }
+        }
+        (pairs, integers)
+    }
+
+    /// The state conditioned on the integers held; `None` where too few are. Integers that
+    /// contradict the float state are withdrawn.
+    pub(super) fn conditioned(&mut self, common: &[Common]) -> Option<FilterState> {
+        if !self.holds_beside() {
+            return None;
+        }
+        let (pairs, integers) = self.held_pairs(common);
+        if pairs.len() < LEAST_HELD_PAIRS {
+            return None;
+        }
+        match judge(&self.state, &pairs, &integers) {
+            Verdict::Confirmed => self.note_confirmation(),
+            Verdict::Possible => {}
+            Verdict::RuledOut => {
+                if !self.drop_contradicting(&pairs, &integers) {
+                    self.withdraw();
+                }
+                return None;
+            }
+        }
+        let mut state = self.state.clone();
+        let rows: Vec<SparseRow> = pairs
+            .iter()
+            .zip(&integers)
+            .map(|(p, integer)| {
+                let (i, j) = (
+                    state.bias_index(p.reference, p.slot),
+                    state.bias_index(p.other, p.slot),
+                );
+                SparseRow {
+                    coefficients: vec![(i, 1.0), (j, -1.0)],
+                    residual: integer - (state.x[i] - state.x[j]),
+                }
+            })
+            .collect();
+        let noise = DMatrix::from_diagonal_element(rows.len(), rows.len(), IMPOSED_VARIANCE);
+        state.update(&rows, noise).then_some(state)
+    }
+
+    /// Once the float state has found the same integers by itself for long enough, the fixes up to
+    /// here stand whatever becomes of the integers later.
+    fn note_confirmation(&mut self) {
+        let age_s = self
+            .last_time
+            .zip(self.held_since)
+            .map_or(0.0, |(now, since)| now.seconds_since(since).abs());
+        if age_s > CONFIRMATION_S {
+            self.generation += 1;
+            self.held_since = self.last_time;
+        }
+    }
+
+    /// Looks for one satellite without which the integers are not ruled out: its own is given up,
+    /// and its bias begins anew, as after a slip that nobody noticed.
+    fn drop_contradicting(&mut self, pairs: &[Pair], integers: &[f64]) -> bool {
+        let integer = |satellite: usize, slot: usize| {
+            let own = pairs
+                .iter()
+                .position(|p| (p.other, p.slot) == (satellite, slot));
+            own.map_or(0.0, |k| integers[k])
+        };
+        let explains = |&(satellite, slot): &(usize, usize)| {
+            let rest = without(pairs, satellite, slot);
+            let ours: Vec<f64> = rest
+                .iter()
+                .map(|p| integer(p.other, p.slot) - integer(p.reference, p.slot))
+                .collect();
+            rest.len() >= LEAST_HELD_PAIRS && judge(&self.state, &rest, &ours) != Verdict::RuledOut
+        };
+        let Some((satellite, slot)) = members(pairs).into_iter().find(explains) else {
+            return false;
+        };
+        self.state.remove(self.state.bias_index(satellite, slot));
+        true
+    }
+
+    /// Gives up every integer held, and the fixes that rest on them.
+    pub(super) fn withdraw(&mut self) {
+        for track in &mut self.state.tracks {
+            track.held = None;
+        }
+        self.withdrawn.push(self.generation);
+        self.generation += 1;
+        self.held_since = None;
+        self.certain = false;
+        self.consecutive_fixes = 0;
+        self.held = false;
+    }
+
+    /// Takes the integers of a fix among those held.
+    pub(super) fn hold_beside(&mut self, attempt: &Attempt) {
+        let (pairs, integers) = (&attempt.pairs, &attempt.integers);
+        let mut start = 0;
+        for block in pairs.chunk_by(|a, b| (a.slot, a.group) == (b.slot, b.group)) {
+            let (slot, reference) = (block[0].slot, block[0].reference);
+            let integers = &integers[start..start + block.len()];
+            start += block.len();
+            let held = |satellite: usize| self.state.track(satellite, slot).held;
+            // Integers held before say where the new ones stand among them.
+            let known = held(reference).or_else(|| {
+                let mut others = block.iter().zip(integers);
+                others.find_map(|(p, integer)| Some(held(p.other)? + integer))
+            });
+            if known.is_none() {
+                self.forget_group(block[0].group, slot);
+            }
+            let of_reference = known.unwrap_or(0.0);
+            self.state.track_mut(reference, slot).held = Some(of_reference);
+            for (p, integer) in block.iter().zip(integers) {
+                self.state.track_mut(p.other, slot).held = Some(of_reference - integer);
+            }
+        }
+        if self.held_since.is_none() {
+            self.held_since = self.last_time;
+        }
+        self.held = true;
+    }
+
+    /// Gives up what is held of a group that shares no satellite with new integers.
+    fn forget_group(&mut self, group: usize, slot: usize) {
+        for satellite in 0..self.constellation.len() {
+            if GROUPS[group].contains(&self.constellation.id(satellite).system()) {
+                self.state.track_mut(satellite, slot).held = None;
+            }
+        }
+    }
+}

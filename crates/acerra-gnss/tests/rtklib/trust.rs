@@ -1,0 +1,174 @@
+//! How far fixes and stated standard deviations can be believed: tables over all static sets.
+
+use super::enu;
+use super::sets::{GEONET, Logs, STATIC_1HZ, STATIC_M8P, Set, WETTZELL};
+use acerra_geo::geodesy::EnuFrame;
+use acerra_gnss::{AmbiguityMode, PpkOptions, PpkSolution, Quality, SystemSet, process};
+use std::fmt::Write;
+
+/// Fixes further than this from the truth are wrong (m).
+const WRONG_M: f64 = 0.1;
+const WINDOW_S: f64 = 300.0;
+const STARTS: usize = 16;
+
+/// A set whose rover stood still: east, north, up of the base, and where that is from.
+struct Static {
+    set: &'static Set,
+    truth_enu_m: fn() -> [f64; 3],
+}
+
+fn mosaic_truth() -> [f64; 3] {
+    let place = |file| super::position_file(STATIC_1HZ.folder, file);
+    enu(place("base_position.txt"), place("rover_position.txt"))
+}
+
+/// Known coordinates; where there are none, the mean of RTKLIB's fixed epochs.
+const SETS: [Static; 4] = [
+    Static {
+        set: &WETTZELL,
+        truth_enu_m: || [-0.417_88, 1.535_23, 0.081_42],
+    },
+    Static {
+        set: &GEONET,
+        truth_enu_m: || [-953.336_8, 3_196.239_1, -6.396_4],
+    },
+    Static {
+        set: &STATIC_1HZ,
+        truth_enu_m: mosaic_truth,
+    },
+    Static {
+        set: &STATIC_M8P,
+        truth_enu_m: || M8P_TRUTH,
+    },
+];
+
+/// Median of the fixed epochs by RTKLIB's rules with GLONASS resolved (1201 of 1202).
+const M8P_TRUTH: [f64; 3] = [-0.237_1, 0.227_5, -0.004_3];
+
+/// Fixed epochs and wrong ones among them.
+fn fixed_and_wrong(solution: &PpkSolution, truth_enu_m: [f64; 3]) -> (usize, usize) {
+    let base = solution.base_position_ecef_m.unwrap();
+    let fixed = solution
+        .epochs
+        .iter()
+        .filter(|e| e.quality == Quality::Fixed);
+    let wrong = fixed
+        .clone()
+        .filter(|e| super::distance(enu(base, e.position_ecef_m), truth_enu_m) > WRONG_M);
+    (fixed.count(), wrong.count())
+}
+
+/// Shares (%) of the epochs of `quality` whose horizontal error lies within the 68.3 % and the
+/// 95.4 % ellipse of their stated covariance, and their number.
+fn within(solution: &PpkSolution, truth_enu_m: [f64; 3], quality: Quality) -> (usize, [f64; 2]) {
+    let frame = EnuFrame::from_ecef(solution.base_position_ecef_m.unwrap());
+    let squares: Vec<f64> = solution
+        .epochs
+        .iter()
+        .filter(|e| e.quality == quality)
+        .map(|e| {
+            let found = frame.enu_from_ecef(e.position_ecef_m);
+            let [x, y] = [found[0] - truth_enu_m[0], found[1] - truth_enu_m[1]];
+            let q = frame.enu_covariance_from_ecef(&e.covariance_ecef_m2);
+            let determinant = q[0][0] * q[1][1] - q[0][1] * q[1][0];
+            (q[1][1] * x * x - 2.0 * q[0][1] * x * y + q[0][0] * y * y) / determinant
+        })
+        .collect();
+    let n = squares.len();
+    // Quantiles of χ² with two degrees of freedom.
+    let share = |limit: f64| {
+        100.0 * squares.iter().filter(|s| **s <= limit).count() as f64 / n.max(1) as f64
+    };
+    (n, [share(2.296), share(6.180)])
+}
+
+fn default_options(set: &Set) -> PpkOptions {
+    let defaults = PpkOptions::default();
+    set.adapt(defaults.clone())
+        .with_systems(defaults.systems)
+        .with_glonass_ambiguity(defaults.glonass_ambiguity)
+}
+
+fn run(logs: &Logs, options: &PpkOptions) -> PpkSolution {
+    process(&logs.rover, &logs.base, &logs.navigation, options).unwrap()
+}
+
+/// Windows of 300 s from every static set: fixed and wrong.
+pub fn windows_table(text: &mut String) {
+    writeln!(
+        text,
+        "\n## Short logs\n\n\
+         Windows of {WINDOW_S} s at {STARTS} starts evenly through each static log, by defaults, and by \
+         GPS alone. Wrong: further than {WRONG_M} m from the truth.\n\n\
+         | set | systems | epochs | fixed | wrong |\n| --- | --- | --- | --- | --- |"
+    )
+    .unwrap();
+    for Static { set, truth_enu_m } in &SETS {
+        let logs = set.read().unwrap();
+        let (first, last) = (
+            logs.rover.epochs[0].time,
+            logs.rover.epochs.last().unwrap().time,
+        );
+        let spare_s = (last.seconds_since(first) - WINDOW_S).max(0.0);
+        for (name, systems) in [("all", None), ("GPS", Some(SystemSet::GPS))] {
+            let (mut epochs, mut fixed, mut wrong) = (0, 0, 0);
+            for k in 0..STARTS {
+                let start = first + spare_s * k as f64 / (STARTS - 1) as f64;
+                let mut options = default_options(set)
+                    .with_start(Some(start))
+                    .with_end(Some(start + WINDOW_S));
+                options.systems = systems.unwrap_or(options.systems);
+                let solution = run(&logs, &options);
+                let (f, w) = fixed_and_wrong(&solution, truth_enu_m());
+                epochs += solution.summary.rover_epochs;
+                fixed += f;
+                wrong += w;
+            }
+            writeln!(
+                text,
+                "| {} | {name} | {epochs} | {fixed} ({:.1} %) | {wrong} |",
+                set.name,
+                100.0 * fixed as f64 / epochs as f64
+            )
+            .unwrap();
+        }
+    }
+}
+
+/// Whole static logs: fixed, wrong, and errors against stated standard deviations.
+pub fn sigma_table(text: &mut String) {
+    text.push_str(
+        "\n## Stated standard deviations\n\n\
+         Whole static logs by defaults, and with ambiguities left float. Shares of the epochs whose \
+         horizontal error lies within the 68.3 % and the 95.4 % ellipse of their stated covariance. \
+         One log is one realisation of its multipath: float errors hardly change within it.\n\n\
+         | set | epochs | fixed | wrong | fixed within 68 % | fixed within 95 % | float within 68 % | float within 95 % |\n\
+         | --- | --- | --- | --- | --- | --- | --- | --- |\n",
+    );
+    for Static { set, truth_enu_m } in &SETS {
+        let logs = set.read().unwrap();
+        let truth = truth_enu_m();
+        let solution = run(&logs, &default_options(set));
+        let float = run(
+            &logs,
+            &default_options(set).with_ambiguity(AmbiguityMode::Off),
+        );
+        let (fixed, wrong) = fixed_and_wrong(&solution, truth);
+        let (_, of_fixed) = within(&solution, truth, Quality::Fixed);
+        let (_, of_float) = within(&float, truth, Quality::Float);
+        writeln!(
+            text,
+            "| {} | {} | {fixed} | {wrong} | {:.1} | {:.1} | {:.1} | {:.1} |",
+            set.name,
+            solution.summary.rover_epochs,
+            of_fixed[0],
+            of_fixed[1],
+            of_float[0],
+            of_float[1]
+        )
+        .unwrap();
+        if set.folder == STATIC_M8P.folder {
+            assert!(fixed >= 1195 && wrong == 0, "{fixed} fixed, {wrong} wrong");
+        }
+    }
+}

@@ -1,0 +1,135 @@
+//! The files that `acerra ppk` writes besides the solution file.
+
+use std::borrow::Cow;
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+
+use acerra_gnss::PpkSolution;
+use acerra_gnss::conf::ConfOutputs;
+use acerra_gnss::output::{
+    GeoidGrid, position_images, within_sigma, write_images, write_nmea, write_residuals,
+};
+use acerra_products::staging::StagedFile;
+use anyhow::Context;
+
+use super::ppk::Args;
+
+/// What the other outputs need, read before the positions are computed.
+pub(super) struct Extras {
+    pub(super) geoid: Option<GeoidGrid>,
+    images: Vec<String>,
+    max_sigma_m: Option<f64>,
+    residuals: Option<PathBuf>,
+}
+
+impl Extras {
+    /// Reads the geoid and the names of the images.
+    pub(super) fn new(args: &Args, outputs: &ConfOutputs) -> anyhow::Result<Self> {
+        let heights = outputs.nmea || args.nmea.is_some() || args.image_positions.is_some();
+        let conf = outputs.geoid_file.as_deref().map(Path::new);
+        let geoid = match args.geoid.as_deref().or(conf.filter(|_| heights)) {
+            Some(path) => {
+                let place = || path.display().to_string();
+                let file = File::open(path).with_context(place)?;
+                Some(GeoidGrid::read(file).with_context(place)?)
+            }
+            None => None,
+        };
+        let images = match &args.images {
+            Some(path) => image_names(path).with_context(|| path.display().to_string())?,
+            None => Vec::new(),
+        };
+        Ok(Self {
+            geoid,
+            images,
+            max_sigma_m: args.max_sigma.or(outputs.max_sigma_m),
+            residuals: args.residuals.clone().or_else(|| beside(args, outputs)),
+        })
+    }
+
+    /// The part of a solution that is written.
+    pub(super) fn wanted<'a>(
+        &self,
+        solution: &'a PpkSolution,
+    ) -> (Cow<'a, PpkSolution>, Option<String>) {
+        let Some(max_m) = self.max_sigma_m else {
+            return (Cow::Borrowed(solution), None);
+        };
+        let (kept, dropped) = within_sigma(solution, max_m);
+        let remark = (dropped > 0).then(|| {
+            format!("{dropped} positions with a standard deviation above {max_m} m are not written")
+        });
+        (Cow::Owned(kept), remark)
+    }
+
+    /// What is to be said about the heights of NMEA sentences.
+    pub(super) fn remark(&self, args: &Args, outputs: &ConfOutputs) -> Option<String> {
+        let nmea = outputs.nmea || args.nmea.is_some();
+        (nmea && self.geoid.is_none()).then(|| {
+            "no geoid grid: the altitudes of NMEA sentences are heights above the ellipsoid, with a \
+             geoid separation of 0"
+                .to_owned()
+        })
+    }
+
+    /// Writes NMEA, residuals and image positions beside their places.
+    pub(super) fn write(
+        &self,
+        args: &Args,
+        solution: &PpkSolution,
+    ) -> anyhow::Result<Vec<StagedFile>> {
+        let mut written = Vec::new();
+        let geoid = self.geoid.as_ref();
+        if let Some(path) = &args.nmea {
+            written.push(StagedFile::write(path, |to| {
+                Ok(write_nmea(to, solution, geoid)?)
+            })?);
+        }
+        if let Some(path) = &self.residuals {
+            written.push(StagedFile::write(path, |to| {
+                Ok(write_residuals(to, solution)?)
+            })?);
+        }
+        if let (Some(path), Some(list)) = (&args.image_positions, &args.images) {
+            let images = position_images(&self.images, solution)
+                .with_context(|| list.display().to_string())?;
+            written.push(StagedFile::write(path, |to| {
+                Ok(write_images(to, &images, geoid)?)
+            })?);
+        }
+        Ok(written)
+    }
+}
+
+/// Where a configuration file's residuals go: beside the solution file.
+fn beside(args: &Args, outputs: &ConfOutputs) -> Option<PathBuf> {
+    let output = args
+        .output
+        .as_deref()
+        .filter(|path| *path != Path::new("-"))?;
+    let mut name = output.as_os_str().to_owned();
+    name.push(".residuals.csv");
+    outputs.residuals.then(|| name.into())
+}
+
+/// The images in a folder by name, or the lines of a text file.
+fn image_names(path: &Path) -> anyhow::Result<Vec<String>> {
+    const SUFFIXES: [&str; 9] = [
+        "jpg", "jpeg", "tif", "tiff", "png", "dng", "arw", "raw", "cr2",
+    ];
+    if !path.is_dir() {
+        let text = fs::read_to_string(path)?;
+        let lines = text.lines().map(str::trim).filter(|line| !line.is_empty());
+        return Ok(lines.map(str::to_owned).collect());
+    }
+    let mut names = Vec::new();
+    for entry in fs::read_dir(path)? {
+        let name = entry?.file_name().to_string_lossy().into_owned();
+        let suffix = Path::new(&name).extension().map(|s| s.to_ascii_lowercase());
+        if suffix.is_some_and(|s| SUFFIXES.iter().any(|known| s == *known)) {
+            names.push(name);
+        }
+    }
+    names.sort();
+    Ok(names)
+}
