@@ -311,7 +311,7 @@ fn changes(
                 .binary_search_by_key(&(a.satellite, a.slot), |b| (b.satellite, b.slot))
                 .ok()?;
             let b = &late[k];
-            (a.slips == b.slips).then(|| Change {
+            (a.slips == b.slips).then_some(Change {
                 group: (a.slot, a.system),
                 change_m: b.code_minus_phase_m - a.code_minus_phase_m,
                 variance_m2: a.variance_m2 + b.variance_m2,

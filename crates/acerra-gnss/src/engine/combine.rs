@@ -101,8 +101,8 @@ fn disagreement_m(f: &EpochResult, b: &EpochResult, options: &PpkOptions) -> Opt
     // A receiver that stands still averages its noise away, but not what multipath does to each
     // half of the log; only metres of ambiguity tell the passes apart.
     let still = options.mode == PositioningMode::Static && !options.reproduce_defects;
-    let disagree = !agree && !(still && distance_m < LARGEST_STATIC_DISTANCE_M);
-    disagree.then_some(distance_m)
+    let agree = agree || (still && distance_m < LARGEST_STATIC_DISTANCE_M);
+    (!agree).then_some(distance_m)
 }
 
 /// The mean of two places of which one is wrong, with the covariance that says so: each place is

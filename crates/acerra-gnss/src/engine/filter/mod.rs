@@ -215,7 +215,7 @@ impl<'a> Filter<'a> {
         single: &SinglePoint,
         result: &mut EpochResult,
     ) {
-        if let Some(state) = self.from_codes(epoch, single) {
+        if let Some(state) = self.position_by_codes(epoch, single) {
             result.quality = Some(Quality::Dgps);
             result.position_ecef_m = state.position();
             result.covariance_ecef_m2 =

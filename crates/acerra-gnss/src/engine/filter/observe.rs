@@ -116,7 +116,7 @@ impl Filter<'_> {
     }
 
     /// Position and covariance from the differences of codes alone; `None` where they are too few.
-    pub(super) fn from_codes(
+    pub(super) fn position_by_codes(
         &self,
         epoch: &EpochView<'_>,
         single: &SinglePoint,
