@@ -53,6 +53,9 @@ const SHARPNESS_PIXELS: f64 = 60_000.0;
 const SUB_APERTURES: usize = 4;
 /// Traces below which an aperture is not divided.
 const LEAST_TRACES: usize = 40;
+/// Spacing of the offsets at which the whole aperture is imaged, and how far about the estimate (s).
+const WHOLE_STEP_S: f64 = 0.005;
+const WHOLE_REACH_S: f64 = 0.12;
 /// Correlation of change and speed, and its share elsewhere, from which motion alone narrows the
 /// offsets; and how far it does (s).
 const CLEAR_CORRELATION: f64 = 0.6;
@@ -206,6 +209,10 @@ pub fn refine(
         }
         Ok::<_, OffsetError>(scores)
     })?;
+    let estimate = match cleaned {
+        Some(cleaned) => trial.by_whole_aperture(&cleaned, estimate, grid, control)?,
+        None => estimate,
+    };
     control.finish();
     sharpness.sort_by(|a, b| a.0.total_cmp(&b.0));
     let (offset_s, score) = sharpness.into_iter().unzip();
@@ -287,6 +294,52 @@ impl Trial<'_> {
 }
 
 impl Trial<'_> {
+    /// The estimate, updated by the contrast of images of the whole aperture: a coherent peak against
+    /// its surroundings, whose amplitude ratio counts as a likelihood ratio does.
+    fn by_whole_aperture(
+        &self,
+        cleaned: &CleanedAt,
+        estimate: OffsetEstimate,
+        grid: PlaneGrid,
+        control: &Control<'_>,
+    ) -> Result<OffsetEstimate, OffsetError> {
+        let light_speed_m_s = self.flight.scene.light_speed_m_s;
+        let reach_s = (3.0 * estimate.sigma_s).clamp(WHOLE_STEP_S, WHOLE_REACH_S);
+        let steps = (reach_s / WHOLE_STEP_S).ceil();
+        let mut tried: Vec<(f64, f64)> = Vec::new();
+        #[expect(clippy::cast_possible_truncation, reason = "at most fifty")]
+        for k in -(steps as i32)..=steps as i32 {
+            control.check()?;
+            let off_s = f64::from(k) * WHOLE_STEP_S;
+            let offset_s = estimate.offset_s + off_s;
+            let Some(places) = self.places_at(cleaned, offset_s)? else {
+                continue;
+            };
+            let image = quick_look(&places, &cleaned.spectrum, grid, light_speed_m_s)?;
+            let before = -0.5 * (off_s / estimate.sigma_s.max(1e-6)).powi(2);
+            tried.push((offset_s, before + 2.0 * contrast(&image).ln()));
+        }
+        let highest = tried.iter().map(|t| t.1).fold(f64::NEG_INFINITY, f64::max);
+        if tried.len() < 3 || !highest.is_finite() {
+            return Ok(estimate);
+        }
+        let weighed = |value: fn(f64, f64) -> f64, centre: f64| -> f64 {
+            let weight = |log: f64| (log - highest).exp();
+            let sum: f64 = tried
+                .iter()
+                .map(|(t, l)| weight(*l) * value(*t, centre))
+                .sum();
+            sum / tried.iter().map(|(_, l)| weight(*l)).sum::<f64>()
+        };
+        let offset_s = weighed(|t, centre| t - centre, estimate.offset_s) + estimate.offset_s;
+        let variance_s2 = weighed(|t, centre| (t - centre).powi(2), offset_s);
+        Ok(OffsetEstimate {
+            offset_s,
+            sigma_s: variance_s2.sqrt().max(0.5 * WHOLE_STEP_S),
+            ..estimate
+        })
+    }
+
     /// Where the traces of the echoes stand at an offset; none where one has no place.
     fn places_at(
         &self,
