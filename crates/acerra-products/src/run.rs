@@ -129,6 +129,7 @@ pub fn process(
         .into_iter()
         .for_each(|finding| journal.evidence.add(finding));
     refuse_contradictions(&campaign, &journal.evidence)?;
+    let campaign = campaign.with_pixels(&prepared.scene.pixels);
     Ok(Outcome {
         name,
         campaign,

@@ -10,6 +10,8 @@ use std::path::{Path, PathBuf};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::pixels::Pixels;
+
 pub use crate::choices::{
     Background, CalibrationSource, Contradictions, Gate, Heights, LookTaper, Select, Sum,
     TimeOffset, Unfixed, Weight, ZeroTiming,
@@ -43,6 +45,7 @@ pub struct Campaign {
     #[serde(default)]
     pub tracks: TracksSection,
     /// The image.
+    #[serde(default)]
     pub image: ImageSection,
     /// What counts as a target.
     #[serde(default)]
@@ -78,6 +81,20 @@ impl Campaign {
             campaign.image.z_m = Some(Heights::Plane(0.0));
         }
         Ok(campaign)
+    }
+
+    /// The campaign with the image's extent and height as they were found, where it left them to the
+    /// data.
+    #[must_use]
+    pub fn with_pixels(mut self, pixels: &Pixels) -> Self {
+        let grid = &pixels.grid;
+        let image = &mut self.image;
+        image.x_m = image.x_m.or(Some([grid.x0_m, grid.x_m(grid.nx - 1)]));
+        image.y_m = image.y_m.or(Some([grid.y0_m, grid.y_m(grid.ny - 1)]));
+        if image.terrain.is_none() {
+            image.z_m = image.z_m.or(Some(Heights::Plane(grid.z_m)));
+        }
+        self
     }
 
     /// Makes the paths of the campaign relative to `folder`, the folder of its file.

@@ -260,6 +260,33 @@ pub struct ImageSection {
     pub light_speed_m_s: f64,
 }
 
+impl Default for ImageSection {
+    fn default() -> Self {
+        Self {
+            band_ghz: default_band_ghz(),
+            frequencies: default_frequencies(),
+            x_m: None,
+            y_m: None,
+            z_m: None,
+            pixel_z_m: None,
+            ground_z_m: None,
+            terrain: None,
+            terrain_crs: None,
+            geoid_height_m: 0.0,
+            looks: None,
+            look_overlap: 0.0,
+            look_window: LookTaper::default(),
+            pixel_m: default_pixel_m(),
+            accuracy: default_accuracy(),
+            weight: Weight::default(),
+            max_incidence_deg: None,
+            incidence_taper_deg: default_incidence_taper_deg(),
+            antenna_cosine_power: 0.0,
+            light_speed_m_s: default_light_speed_m_s(),
+        }
+    }
+}
+
 impl ImageSection {
     /// Height of the ground under the flight where no terrain tells it, in metres.
     #[must_use]

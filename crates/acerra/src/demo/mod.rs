@@ -1,5 +1,6 @@
 //! The paper's campaign (§4): two reflectors, flown over twice, simulated to the last byte of its
-//! logs and processed by the ordinary chain, which knows nothing of the truth.
+//! logs and processed by the ordinary chain, which is told the offset between the clocks and
+//! nothing else of the truth.
 
 mod flown;
 mod page;
