@@ -22,6 +22,7 @@ pub struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    Calibrate(commands::calibrate::Args),
     Demo(commands::demo::Args),
     Focus(commands::focus::Args),
     Info(commands::info::Args),
@@ -47,6 +48,7 @@ pub fn main() -> ExitCode {
     };
     let mut out = io::BufWriter::new(io::stdout().lock());
     let outcome = match cli.command {
+        Command::Calibrate(args) => commands::calibrate::run(&args, &mut out),
         Command::Demo(args) => commands::demo::run(&args, &mut out),
         Command::Focus(args) => commands::focus::run(&args, &mut out),
         Command::Info(args) => commands::info::run(&args, &mut out),
