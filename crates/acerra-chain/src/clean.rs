@@ -197,7 +197,7 @@ fn clean_traces(
     })
 }
 
-fn removal(background: Background) -> Removal {
+pub(crate) fn removal(background: Background) -> Removal {
     match background {
         Background::Mean => Removal::Mean,
         Background::Median => Removal::Median,

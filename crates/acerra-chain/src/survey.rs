@@ -48,11 +48,23 @@ impl Survey {
         journal: &mut Journal,
         control: &Control<'_>,
     ) -> Result<Prepared, ChainError> {
-        let radars = journal.stage("read", |warnings| self.read(warnings, control))?;
-        let (recordings, scene) = journal.stage("position", |warnings| {
-            self.position(radars, warnings, control)
-        })?;
+        let (recordings, scene) = self.recordings(journal, control)?;
         prepare(recordings, scene, &self.calibration, journal, control)
+    }
+
+    /// Reads and positions the tracks: the stages `read` and `position`.
+    ///
+    /// # Errors
+    /// The first stage that fails.
+    pub fn recordings(
+        &self,
+        journal: &mut Journal,
+        control: &Control<'_>,
+    ) -> Result<(Vec<Recording>, Scene), ChainError> {
+        let radars = journal.stage("read", |warnings| self.read(warnings, control))?;
+        journal.stage("position", |warnings| {
+            self.position(radars, warnings, control)
+        })
     }
 
     fn read(

@@ -6,6 +6,7 @@
 //!                     └─ looks, slices ──NpzSink──► looks.npz, volume.npz
 //! ```
 
+pub mod calibration;
 mod cuts;
 pub mod deliver;
 mod display;

@@ -23,8 +23,10 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod edit;
 mod rules;
 mod syntax;
 
+pub use edit::{Assignment, EditError, Step, Value, assign};
 pub use rules::{Rule, ValueError, check};
 pub use syntax::{SyntaxError, parse};

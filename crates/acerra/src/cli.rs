@@ -45,6 +45,7 @@ impl Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    Calibrate(commands::calibrate::Args),
     Completions(commands::completions::Args),
     Demo(commands::demo::Args),
     Focus(commands::focus::Args),
@@ -98,6 +99,7 @@ fn run(command: Command) -> anyhow::Result<()> {
     let mut out = io::BufWriter::new(io::stdout().lock());
     match command {
         Command::Completions(args) => commands::completions::run(&args, &mut out),
+        Command::Calibrate(args) => commands::calibrate::run(&args, &mut out),
         Command::Demo(args) => commands::demo::run(&args, &mut out),
         Command::Focus(args) => commands::focus::run(&args, &mut out),
         Command::Info(args) => commands::info::run(&args, &mut out),

@@ -3,6 +3,7 @@
 //! Each `run` writes its answer to the given writer and returns the failure, if any, with the
 //! file and the place in its context; [`crate::cli`] prints it.
 
+pub mod calibrate;
 pub mod completions;
 pub mod demo;
 pub mod focus;

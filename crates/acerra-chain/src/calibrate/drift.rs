@@ -1,0 +1,132 @@
+//! Errors of the positions that change slowly, as those of carrier-phase positions do: a
+//! Gauss-Markov process (Ornstein-Uhlenbeck) for each axis of each track, with the deviations that
+//! the trajectory states. Its values at knots are unknowns of the adjustment with that prior; what is
+//! common to a whole track is contained in it.
+
+use nalgebra::DMatrix;
+
+/// Knots in a correlation time: linear interpolation between them keeps 97 % of the variance.
+const KNOTS_PER_CORRELATION: f64 = 8.0;
+/// Most knots of a track.
+const MOST_KNOTS: f64 = 150.0;
+
+/// The position errors of one track.
+#[derive(Clone, Debug)]
+pub(super) struct Drift {
+    /// First unknown of it among those of all tracks.
+    first: usize,
+    start_s: f64,
+    step_s: f64,
+    /// Standard deviation at each knot: east, north, up (m).
+    sigma_m: Vec<[f64; 3]>,
+    /// Correlation of neighbouring knots.
+    neighbour: f64,
+}
+
+/// The share of a knot's error that a trace has.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Share {
+    /// The unknown of the knot's first axis; the two others follow.
+    pub unknown: usize,
+    /// Weight of it.
+    pub weight: f64,
+}
+
+impl Drift {
+    /// The process over traces at `time_s` (in order) with the deviations `sigma_m`; none where a
+    /// trace's deviation is not told or all are zero.
+    pub fn over(
+        time_s: &[f64],
+        sigma_m: &[Option<[f64; 3]>],
+        correlation_s: f64,
+        first: usize,
+    ) -> Option<Self> {
+        let told: Vec<[f64; 3]> = sigma_m.iter().copied().collect::<Option<_>>()?;
+        let (start_s, end_s) = (*time_s.first()?, *time_s.last()?);
+        if told.iter().flatten().all(|s| *s == 0.0) {
+            return None;
+        }
+        let step_s = (correlation_s / KNOTS_PER_CORRELATION).max((end_s - start_s) / MOST_KNOTS);
+        let knots = ((end_s - start_s) / step_s).floor() as usize + 2;
+        let sigma = |knot: usize| {
+            let t = start_s + knot as f64 * step_s;
+            let k = time_s.partition_point(|s| *s < t).min(told.len() - 1);
+            // A deviation of zero beside others would fix the process there.
+            told[k].map(|s| s.max(1e-5))
+        };
+        Some(Self {
+            first,
+            start_s,
+            step_s,
+            sigma_m: (0..knots).map(sigma).collect(),
+            neighbour: (-step_s / correlation_s).exp(),
+        })
+    }
+
+    /// Number of unknowns.
+    pub fn len(&self) -> usize {
+        3 * self.sigma_m.len()
+    }
+
+    /// What a trace at a time within the process has of it.
+    pub fn shares(&self, time_s: f64) -> [Share; 2] {
+        let at = ((time_s - self.start_s) / self.step_s).max(0.0);
+        let knot = (at.floor() as usize).min(self.sigma_m.len() - 2);
+        let after = (at - knot as f64).min(1.0);
+        let share = |knot: usize, weight| Share {
+            unknown: self.first + 3 * knot,
+            weight,
+        };
+        [share(knot, 1.0 - after), share(knot + 1, after)]
+    }
+
+    /// Adds the inverse of the process's covariance, which is tridiagonal.
+    pub fn add_prior(&self, information: &mut DMatrix<f64>) {
+        let r = self.neighbour;
+        let scale = 1.0 / (1.0 - r * r);
+        let last = self.sigma_m.len() - 1;
+        for (knot, sigma) in self.sigma_m.iter().enumerate() {
+            let end = knot == 0 || knot == last;
+            let own = if end { scale } else { scale * (1.0 + r * r) };
+            for axis in 0..3 {
+                let i = self.first + 3 * knot + axis;
+                information[(i, i)] += own / (sigma[axis] * sigma[axis]);
+                if knot < last {
+                    let beside = -scale * r / (sigma[axis] * self.sigma_m[knot + 1][axis]);
+                    information[(i, i + 3)] += beside;
+                    information[(i + 3, i)] += beside;
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_prior_is_the_inverse_of_the_process_covariance() {
+        let time_s: Vec<f64> = (0..21).map(f64::from).collect();
+        let sigma = vec![Some([0.01, 0.02, 0.03]); 21];
+        let drift = Drift::over(&time_s, &sigma, 16.0, 0).unwrap();
+        let mut information = DMatrix::zeros(drift.len(), drift.len());
+        drift.add_prior(&mut information);
+        let covariance = information.try_inverse().unwrap();
+        // Knots 2 s apart: the error up at the first and the fourth, 6 s later.
+        assert!((covariance[(2, 2)] - 9e-4).abs() < 1e-12);
+        let expected = 9e-4 * (-6.0_f64 / 16.0).exp();
+        assert!((covariance[(2, 11)] - expected).abs() < 1e-12);
+        let [a, b] = drift.shares(3.0);
+        assert_eq!((a.unknown, b.unknown), (3, 6));
+        assert!((a.weight - 0.5).abs() < 1e-12 && (b.weight - 0.5).abs() < 1e-12);
+    }
+
+    #[test]
+    fn positions_without_deviations_have_none() {
+        assert!(Drift::over(&[0.0, 1.0], &[None, Some([0.1; 3])], 10.0, 0).is_none());
+        assert!(Drift::over(&[0.0, 1.0], &[Some([0.0; 3]); 2], 10.0, 0).is_none());
+        assert!(Drift::over(&[], &[], 10.0, 0).is_none());
+    }
+}

@@ -1,0 +1,181 @@
+//! Range profiles of a track, matched to the band of the pulse, and the echoes read from them.
+
+use acerra_radar::Radargram;
+use num_complex::Complex64;
+use rayon::prelude::*;
+use rustfft::FftPlanner;
+
+/// Envelopes of the traces of a track, over fast time.
+#[derive(Clone, Debug)]
+pub(super) struct Profiles {
+    /// Radar time of each trace (s).
+    pub time_s: Vec<f64>,
+    /// Median of each trace's envelope: what stands for noise and clutter.
+    pub floor: Vec<f64>,
+    start_s: f64,
+    step_s: f64,
+    samples: usize,
+    envelope: Vec<f32>,
+}
+
+/// An echo: the crest of an envelope.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Crest {
+    /// Its fast time (s).
+    pub fast_time_s: f64,
+    /// Its level, in units of the trace's floor.
+    pub contrast: f64,
+}
+
+impl Profiles {
+    /// The envelopes of what lies within a band (Hz).
+    pub fn new(radargram: &Radargram, band_hz: [f64; 2]) -> Self {
+        let envelope = envelope_in_band(radargram, band_hz);
+        let floor = envelope
+            .par_chunks_exact(radargram.samples_per_trace)
+            .map(|row| median(row.iter().map(|v| f64::from(*v))).max(f64::MIN_POSITIVE))
+            .collect();
+        Self {
+            time_s: radargram.time_s.clone(),
+            floor,
+            start_s: radargram.fast_time_start_s,
+            step_s: radargram.fast_time_step_s,
+            samples: radargram.samples_per_trace,
+            envelope,
+        }
+    }
+
+    fn row(&self, trace: usize) -> &[f32] {
+        &self.envelope[trace * self.samples..(trace + 1) * self.samples]
+    }
+
+    /// The envelope at the sample nearest to a fast time, in units of the floor.
+    pub fn contrast_at(&self, trace: usize, fast_time_s: f64) -> Option<f64> {
+        let index = ((fast_time_s - self.start_s) / self.step_s).round();
+        if !(index >= 0.0 && index < self.samples as f64) {
+            return None;
+        }
+        Some(f64::from(self.row(trace)[index as usize]) / self.floor[trace])
+    }
+
+    /// The highest crest within `half_width_s` of a fast time; none where the window leaves the
+    /// record or the envelope is highest at an end of the window.
+    pub fn crest(&self, trace: usize, fast_time_s: f64, half_width_s: f64) -> Option<Crest> {
+        let at = |t: f64| (t - self.start_s) / self.step_s;
+        let first = at(fast_time_s - half_width_s).ceil();
+        let last = at(fast_time_s + half_width_s).floor();
+        if !(first >= 1.0 && last + 2.0 < self.samples as f64 && first + 2.0 < last) {
+            return None;
+        }
+        let (first, last) = (first as usize, last as usize);
+        let row = self.row(trace);
+        let top = (first..=last).max_by(|a, b| row[*a].total_cmp(&row[*b]))?;
+        if top == first || top == last {
+            return None;
+        }
+        let (fraction, level) = vertex(row, top);
+        Some(Crest {
+            fast_time_s: self.start_s + (top as f64 + fraction) * self.step_s,
+            contrast: level / self.floor[trace],
+        })
+    }
+
+    /// Spacing of the samples (s).
+    pub fn step_s(&self) -> f64 {
+        self.step_s
+    }
+
+    /// First and last fast time of the record (s).
+    pub fn span_s(&self) -> [f64; 2] {
+        let last = self.samples.saturating_sub(1) as f64;
+        [self.start_s, self.start_s + last * self.step_s]
+    }
+}
+
+/// Vertex of the least-squares parabola through the upper third of a crest, taken symmetrically
+/// about it: its place in samples from `top`, and its height.
+fn vertex(row: &[f32], top: usize) -> (f64, f64) {
+    const MOST_SAMPLES: usize = 32;
+    let floor = row[top] * (2.0 / 3.0);
+    let above = |v: &&f32| **v >= floor;
+    let left = row[..top].iter().rev().take(MOST_SAMPLES);
+    let right = row[top + 1..].iter().take(MOST_SAMPLES);
+    let reach = left
+        .take_while(above)
+        .count()
+        .min(right.take_while(above).count())
+        .max(1);
+    let (mut s2, mut s4, mut y0, mut y1, mut y2) = (0.0, 0.0, 0.0, 0.0, 0.0);
+    for (k, y) in row[top - reach..=top + reach].iter().enumerate() {
+        let (x, y) = (k as f64 - reach as f64, f64::from(*y));
+        s2 += x * x;
+        s4 += x.powi(4);
+        y0 += y;
+        y1 += x * y;
+        y2 += x * x * y;
+    }
+    let n = (2 * reach + 1) as f64;
+    let curvature = (n * y2 - s2 * y0) / (n * s4 - s2 * s2);
+    if curvature >= 0.0 {
+        return (0.0, f64::from(row[top]));
+    }
+    let fraction = (-0.5 * (y1 / s2) / curvature).clamp(-1.0, 1.0);
+    let constant = (y0 - curvature * s2) / n;
+    (fraction, constant + 0.5 * (y1 / s2) * fraction)
+}
+
+/// Modulus of the analytic signal of what lies within a band, row by row; complex samples are taken
+/// as they are.
+fn envelope_in_band(radargram: &Radargram, band_hz: [f64; 2]) -> Vec<f32> {
+    let n = radargram.samples_per_trace;
+    if radargram.samples.is_complex() {
+        let norm = |i| radargram.samples.at(i).norm() as f32;
+        return (0..radargram.samples.len()).map(norm).collect();
+    }
+    let size = (n + n / 4).next_power_of_two();
+    let mut planner = FftPlanner::new();
+    let forward = planner.plan_fft_forward(size);
+    let inverse = planner.plan_fft_inverse(size);
+    let bin_hz = 1.0 / (size as f64 * radargram.fast_time_step_s);
+    let weight: Vec<f64> = (0..size)
+        .map(|k| {
+            let positive = k > 0 && k < size / 2;
+            let gain = if positive { 2.0 / size as f64 } else { 0.0 };
+            gain * pass(k as f64 * bin_hz, band_hz)
+        })
+        .collect();
+    let mut out = vec![0.0_f32; radargram.samples.len()];
+    out.par_chunks_exact_mut(n)
+        .enumerate()
+        .for_each(|(trace, row)| {
+            let mut work = radargram.trace(trace);
+            work.resize(size, Complex64::default());
+            forward.process(&mut work);
+            work.iter_mut().zip(&weight).for_each(|(z, w)| *z *= w);
+            inverse.process(&mut work);
+            row.iter_mut()
+                .zip(&work)
+                .for_each(|(e, z)| *e = z.norm() as f32);
+        });
+    out
+}
+
+/// 1 within a band, with raised-cosine edges of a tenth of its width beyond it.
+fn pass(frequency_hz: f64, [from_hz, to_hz]: [f64; 2]) -> f64 {
+    let outside = (from_hz - frequency_hz).max(frequency_hz - to_hz);
+    match outside / (0.1 * (to_hz - from_hz)) {
+        x if x <= 0.0 => 1.0,
+        x if x >= 1.0 => 0.0,
+        x => 0.5 * (1.0 + (std::f64::consts::PI * x).cos()),
+    }
+}
+
+/// The median of some numbers; zero of none.
+pub(super) fn median(values: impl Iterator<Item = f64>) -> f64 {
+    let mut values: Vec<f64> = values.collect();
+    if values.is_empty() {
+        return 0.0;
+    }
+    let middle = values.len() / 2;
+    *values.select_nth_unstable_by(middle, f64::total_cmp).1
+}

@@ -1,0 +1,205 @@
+//! Calibration of the instrument on reflectors at known places: delay, clock offset, lever arm and
+//! range scale, estimated jointly from one or more flights or from a radar at rest.
+//!
+//! 1. Range profiles are matched to the band of the pulse (`echo`).
+//! 2. The stack of all reflectors' envelopes over delays and offsets says where to start (`search`).
+//! 3. In each trace the crest near the predicted range is an observation (`track`).
+//! 4. Gauss-Newton estimates the unknowns (`adjust`), beside the positions' slow errors (`drift`).
+//!    The noise comes from the residuals; outliers are left out.
+//! 5. What the geometry does not tell is held at the campaign's value and named (`observe`).
+//!
+//! An error of height common to a whole track acts as a lever arm up, and below the track as a delay:
+//! no echo tells them apart. Its deviation, as the trajectory states it, is part of theirs.
+
+mod adjust;
+mod drift;
+mod echo;
+mod error;
+mod model;
+mod observe;
+mod parameter;
+mod path;
+mod points;
+mod rest;
+mod result;
+mod search;
+mod surface;
+mod track;
+
+use adjust::{Adjusted, Adjustment};
+use track::{Echo, Setting, TrackEchoes};
+
+use crate::control::Control;
+use crate::ground::Scene;
+use crate::recording::Recording;
+use crate::warnings::Warnings;
+
+pub use error::CalibrateError;
+pub use observe::SingularDirection;
+pub use parameter::{Parameter, Values};
+pub use points::{PointsError, SurveyedPoint, read_points};
+pub use rest::{AtRest, RestDelay, delay_at_rest};
+pub use result::{Calibrated, EchoResidual, Estimate, ReflectorFit, Sensitivity};
+
+/// What is known beforehand.
+#[derive(Clone, Debug)]
+pub struct CalibrateOptions {
+    /// Places of the reflectors' phase centres, east, north, up in the frame of the positions (m).
+    pub reflector_m: Vec<[f64; 3]>,
+    /// Lever arm of the campaign: forward, left, up (m). The recordings' positions are those of the
+    /// positioned point, without it.
+    pub lever_arm_m: [f64; 3],
+    /// Delay of the campaign, kept where the data tell none (s).
+    pub delay_s: f64,
+    /// Band of the pulse (Hz).
+    pub band_hz: [f64; 2],
+    /// Correlation time of the positions' errors (s).
+    pub position_correlation_s: f64,
+}
+
+impl CalibrateOptions {
+    /// Nothing known but the places: no lever arm, the band of the P440, and errors of
+    /// carrier-phase positions that last for 10 s.
+    #[must_use]
+    pub fn on(reflector_m: Vec<[f64; 3]>) -> Self {
+        Self {
+            reflector_m,
+            lever_arm_m: [0.0; 3],
+            delay_s: 0.0,
+            band_hz: [3.1e9, 4.8e9],
+            position_correlation_s: 10.0,
+        }
+    }
+}
+
+/// Half widths of the windows in which echoes are taken, round after round (s). The first holds
+/// what a lever arm forgotten or of the wrong sign displaces.
+const WINDOWS_S: [f64; 4] = [1.5e-9, 1.0e-9, 0.7e-9, 0.7e-9];
+
+/// Calibrates on reflectors at known places.
+///
+/// # Errors
+/// Data that do not show the reflectors or leave two solutions, cancellation.
+pub fn calibrate(
+    recordings: &[Recording],
+    scene: &Scene,
+    options: &CalibrateOptions,
+    warnings: &mut Warnings,
+    control: &Control<'_>,
+) -> Result<Calibrated, CalibrateError> {
+    if options.reflector_m.is_empty() {
+        return Err(CalibrateError::NoReflector);
+    }
+    let setting = Setting {
+        reflector_m: &options.reflector_m,
+        light_speed_m_s: scene.light_speed_m_s,
+        band_hz: options.band_hz,
+    };
+    let tracks = recordings
+        .iter()
+        .map(|recording| TrackEchoes::of(recording, scene, &setting, warnings, control))
+        .collect::<Result<Vec<_>, _>>()?;
+    let campaign = Values {
+        delay_s: options.delay_s,
+        range_scale: 0.0,
+        lever_arm_m: options.lever_arm_m,
+        time_offset_s: tracks.iter().map(|track| track.time_offset_s).collect(),
+    };
+    let survey = Survey {
+        setting,
+        tracks: &tracks,
+        campaign: &campaign,
+        correlation_s: options.position_correlation_s,
+    };
+    let mut round = survey.start(control)?;
+    for half_width_s in WINDOWS_S {
+        control.check()?;
+        round = survey.round(&round.adjusted.values, half_width_s, false)?;
+    }
+    if !round.knows_position_errors {
+        warnings.add(
+            "not all positions state their standard deviations: errors of the positions are not \
+             part of those stated here",
+        );
+    }
+    let calibrated = Calibrated::of(&survey, round);
+    calibrated.doubts(warnings);
+    surface::compare(&survey, &calibrated, scene, warnings);
+    Ok(calibrated)
+}
+
+/// The tracks, and what the campaign says of them.
+struct Survey<'a> {
+    setting: Setting<'a>,
+    tracks: &'a [TrackEchoes],
+    campaign: &'a Values,
+    correlation_s: f64,
+}
+
+/// Echoes and what was made of them.
+struct Round {
+    echoes: Vec<Echo>,
+    adjusted: Adjusted,
+    knows_position_errors: bool,
+}
+
+impl Survey<'_> {
+    /// A first adjustment of delay and offsets, from the highest stacks.
+    fn start(&self, control: &Control<'_>) -> Result<Round, CalibrateError> {
+        let mut values = self.campaign.clone();
+        let mut best_contrast = 0.0;
+        for (number, track) in self.tracks.iter().enumerate() {
+            let found = search::search(&self.setting, track, number, self.campaign, control)?;
+            values.time_offset_s[number] = found.offset_s;
+            if found.contrast > best_contrast {
+                best_contrast = found.contrast;
+                values.delay_s = found.delay_s;
+            }
+        }
+        self.round(&values, WINDOWS_S[0], true)
+    }
+
+    /// Takes the echoes near where `values` put them, and adjusts. At first only delay and offsets.
+    fn round(
+        &self,
+        values: &Values,
+        half_width_s: f64,
+        first: bool,
+    ) -> Result<Round, CalibrateError> {
+        let echoes: Vec<Echo> = self
+            .tracks
+            .iter()
+            .enumerate()
+            .flat_map(|(number, track)| track.echoes(&self.setting, number, values, half_width_s))
+            .collect();
+        let samplers: Vec<_> = self.tracks.iter().map(|t| t.path.sampler()).collect();
+        let adjustment =
+            Adjustment::new(self.setting, &samplers, &echoes, values, self.correlation_s);
+        let fixed = if first {
+            vec![
+                Parameter::RangeScale,
+                Parameter::Forward,
+                Parameter::Left,
+                Parameter::Up,
+            ]
+        } else {
+            Vec::new()
+        };
+        let information = adjustment.information(values);
+        let held = observe::unobserved(&information, &values.parameters(), fixed);
+        let mut start = values.clone();
+        for parameter in &held {
+            start.add(
+                *parameter,
+                self.campaign.get(*parameter) - start.get(*parameter),
+            );
+        }
+        let adjusted = adjustment.solve(&start, &held)?;
+        let knows_position_errors = adjustment.knows_position_errors();
+        Ok(Round {
+            echoes,
+            adjusted,
+            knows_position_errors,
+        })
+    }
+}

@@ -1,0 +1,231 @@
+//! A track as the calibration sees it: its path, its range profiles, and the echoes in them.
+
+use acerra_radar::Radargram;
+use acerra_radar::clean::{Background, remove_background};
+
+use super::echo::Profiles;
+use super::error::CalibrateError;
+use super::model::predict;
+use super::parameter::Values;
+use super::path::Path;
+use crate::align::{AlignError, Flight, align};
+use crate::choices::{Select, TimeOffset};
+use crate::clean::{CleanError, removal};
+use crate::clock::{ClockError, align_clocks};
+use crate::control::Control;
+use crate::ground::Scene;
+use crate::read::RadarContent;
+use crate::recording::Recording;
+use crate::warnings::Warnings;
+
+/// What all tracks have in common.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Setting<'a> {
+    /// Places of the reflectors, east, north, up (m).
+    pub reflector_m: &'a [[f64; 3]],
+    /// Propagation speed stated (m/s).
+    pub light_speed_m_s: f64,
+    /// Band of the pulse (Hz).
+    pub band_hz: [f64; 2],
+}
+
+/// A track's path and range profiles.
+#[derive(Clone, Debug)]
+pub(super) struct TrackEchoes {
+    /// What it is called.
+    pub name: String,
+    /// Where the positioned point was.
+    pub path: Path,
+    /// Envelopes of the traces that count.
+    pub profiles: Profiles,
+    /// The same traces before background removal.
+    pub raw: Radargram,
+    /// Delay of this track beside the others', as stated (s).
+    pub known_delay_s: f64,
+    /// Clock offset of the campaign (s).
+    pub time_offset_s: f64,
+    /// Whether the platform stands.
+    pub at_rest: bool,
+}
+
+/// An echo of a reflector in a trace.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Echo {
+    /// Number of the track.
+    pub track: usize,
+    /// Number of the reflector.
+    pub reflector: usize,
+    /// Radar time of the trace (s).
+    pub time_s: f64,
+    /// Apparent range, c/2 times fast time (m).
+    pub range_m: f64,
+    /// Its deviation relative to that of an echo as high as the floor.
+    pub relative_sigma: f64,
+}
+
+/// Least contrast of an echo: noise alone reaches it in one of some thousand windows.
+const LEAST_CONTRAST: f64 = 4.0;
+/// Relative deviation that no echo falls below, however strong: what the shape of echoes leaves.
+const LEAST_RELATIVE_SIGMA: f64 = 0.02;
+
+impl TrackEchoes {
+    /// Selects the traces of a recording that its campaign would image, and forms their profiles.
+    /// Of a platform at rest all traces count, and no background is removed: the reflector would go
+    /// with it.
+    pub fn of(
+        recording: &Recording,
+        scene: &Scene,
+        setting: &Setting<'_>,
+        warnings: &mut Warnings,
+        control: &Control<'_>,
+    ) -> Result<Self, CalibrateError> {
+        let name = || recording.name.clone();
+        let RadarContent::Radargram(radargram) = &recording.radar.content else {
+            return Err(CalibrateError::Spectra { track: name() });
+        };
+        check_band(setting.band_hz, radargram, &recording.name)?;
+        let selected = Selected::of(recording, scene, warnings, control).map_err(|cause| {
+            CalibrateError::Align {
+                track: name(),
+                cause,
+            }
+        })?;
+        let clean_error = |cause| CalibrateError::Clean {
+            track: name(),
+            cause,
+        };
+        let raw = radargram
+            .select(&selected.traces)
+            .map_err(|cause| clean_error(CleanError::Traces(cause)))?;
+        let background = if selected.at_rest {
+            Background::None
+        } else {
+            removal(recording.options.clean.background)
+        };
+        let clean = remove_background(raw.clone(), background)
+            .map_err(|cause| clean_error(CleanError::Background(cause)))?;
+        let max_gap_s = recording.options.align.max_gap_s;
+        Ok(Self {
+            name: name(),
+            path: Path::new(&recording.positions, radargram.time_s.as_slice(), max_gap_s),
+            profiles: Profiles::new(&clean, setting.band_hz),
+            raw,
+            known_delay_s: recording.options.known_error.delay_ns * 1e-9,
+            time_offset_s: selected.time_offset_s,
+            at_rest: selected.at_rest,
+        })
+    }
+
+    /// Highest speed of the positioned point over the traces (m/s).
+    pub fn top_speed_m_s(&self, offset_s: f64) -> f64 {
+        let sampler = self.path.sampler();
+        let speed = |t: &f64| {
+            let v = sampler.at(*t, offset_s)?.velocity_m_s;
+            Some(v.iter().map(|v| v * v).sum::<f64>().sqrt())
+        };
+        self.profiles
+            .time_s
+            .iter()
+            .filter_map(speed)
+            .fold(0.0, f64::max)
+    }
+
+    /// The echoes within `half_width_s` of where the model puts them.
+    pub fn echoes(
+        &self,
+        setting: &Setting<'_>,
+        number: usize,
+        values: &Values,
+        half_width_s: f64,
+    ) -> Vec<Echo> {
+        let sampler = self.path.sampler();
+        let c = setting.light_speed_m_s;
+        let mut found = Vec::new();
+        for (trace, &time_s) in self.profiles.time_s.iter().enumerate() {
+            let Some(pose) = sampler.at(time_s, values.time_offset_s[number]) else {
+                continue;
+            };
+            for (reflector, place) in setting.reflector_m.iter().enumerate() {
+                let expected_s =
+                    2.0 * predict(values, &pose, *place, c).range_m / c + self.known_delay_s;
+                let crest = self.profiles.crest(trace, expected_s, half_width_s);
+                if let Some(crest) = crest.filter(|c| c.contrast >= LEAST_CONTRAST) {
+                    found.push(Echo {
+                        track: number,
+                        reflector,
+                        time_s,
+                        range_m: 0.5 * c * (crest.fast_time_s - self.known_delay_s),
+                        relative_sigma: crest.contrast.recip().hypot(LEAST_RELATIVE_SIGMA),
+                    });
+                }
+            }
+        }
+        found
+    }
+}
+
+/// The traces that count, and the offset of the campaign.
+struct Selected {
+    traces: Vec<usize>,
+    time_offset_s: f64,
+    at_rest: bool,
+}
+
+impl Selected {
+    fn of(
+        recording: &Recording,
+        scene: &Scene,
+        warnings: &mut Warnings,
+        control: &Control<'_>,
+    ) -> Result<Self, ClockError> {
+        let flight = Flight {
+            radar: &recording.radar.content,
+            positions: &recording.positions,
+            scene,
+        };
+        match align_clocks(flight, &recording.options, warnings, control) {
+            Ok(clocked) => Ok(Self {
+                at_rest: stands(&clocked.aligned.position_m),
+                traces: clocked.aligned.traces,
+                time_offset_s: clocked.time_offset_s,
+            }),
+            Err(ClockError::Align(AlignError::NeverMoves)) => {
+                let mut options = recording.options.align.clone();
+                options.select = Select::All;
+                let time_offset_s = match options.time_offset {
+                    TimeOffset::Seconds(offset_s) => offset_s,
+                    TimeOffset::Auto => 0.0,
+                };
+                let aligned = align(flight, &options, time_offset_s, warnings)?;
+                Ok(Self {
+                    traces: aligned.traces,
+                    time_offset_s,
+                    at_rest: true,
+                })
+            }
+            Err(error) => Err(error),
+        }
+    }
+}
+
+/// Whether places lie together so closely that no echo changes its range by more than a pulse.
+fn stands(position_m: &[[f64; 3]]) -> bool {
+    const LONGEST_M: f64 = 0.1;
+    let extent_m = |axis: usize| {
+        let along = position_m.iter().map(|p| p[axis]);
+        along.clone().fold(f64::NEG_INFINITY, f64::max) - along.fold(f64::INFINITY, f64::min)
+    };
+    (0..3).all(|axis| extent_m(axis) < LONGEST_M)
+}
+
+fn check_band(band_hz: [f64; 2], radargram: &Radargram, track: &str) -> Result<(), CalibrateError> {
+    let limit_hz = 0.5 / radargram.fast_time_step_s;
+    if band_hz[1] < limit_hz {
+        return Ok(());
+    }
+    Err(CalibrateError::Band {
+        track: track.to_owned(),
+        limit_ghz: limit_hz * 1e-9,
+        found_ghz: band_hz.map(|f| f * 1e-9),
+    })
+}
