@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "tests")]
 
 use std::fs;
+use std::path::Path;
 
 use xtask::house::{Fault, House};
 
@@ -95,4 +96,16 @@ fn a_crate_that_depends_on_one_above_is_named() {
         to: "acerra-chain".to_owned(),
     };
     assert_eq!(House::read(folder.path()).unwrap().faults(), [upwards]);
+}
+
+#[test]
+fn crates_depend_downwards_and_files_make_no_circle() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
+    let house = House::read(root).unwrap();
+    assert!(
+        house.files() > 200 && house.imports() > 500,
+        "little was read"
+    );
+    let faults: Vec<String> = house.faults().iter().map(Fault::to_string).collect();
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
 }

@@ -59,7 +59,7 @@ pub enum PositionSource {
     /// A trajectory file.
     Trajectory(PathBuf),
     /// Raw GNSS logs, by carrier-phase differential positioning.
-    Gnss(GnssLogs),
+    Gnss(Box<GnssLogs>),
 }
 
 /// Raw GNSS logs to compute a trajectory from.

@@ -91,7 +91,7 @@ impl Campaign {
 
     fn position_source(&self) -> PositionSource {
         match (&self.gnss, &self.trajectory.file) {
-            (Some(gnss), _) => PositionSource::Gnss(gnss.into()),
+            (Some(gnss), _) => PositionSource::Gnss(Box::new(gnss.into())),
             (None, Some(file)) => PositionSource::Trajectory(file.clone()),
             (None, None) => PositionSource::RadarFile,
         }

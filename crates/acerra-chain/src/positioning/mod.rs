@@ -4,12 +4,12 @@
 
 mod antennas;
 mod error;
+mod input;
 mod reader;
 mod summary;
 
 use std::path::PathBuf;
 
-use acerra_geo::time::GpsTime;
 use acerra_gnss::input::ReadReport;
 use acerra_gnss::{ObservationData, PositioningMode, PpkError, PpkOptions, PpkSolution, process};
 
@@ -17,31 +17,10 @@ use reader::Reader;
 
 pub use antennas::{AntennaInput, AntennaName};
 pub use error::PositioningError;
+pub use input::PositioningInput;
 pub use summary::{
     BaseAnswer, DropAnswer, EventAnswer, FileAnswer, PpkAnswer, ReasonAnswer, answer,
 };
-
-/// The files of a positioning run.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct PositioningInput {
-    /// The rover's log.
-    pub rover: PathBuf,
-    /// More files of the rover's receiver, joined to its log.
-    pub more_rover: Vec<PathBuf>,
-    /// The base's log; not needed in single-point mode.
-    pub base: Option<PathBuf>,
-    /// More files of the base's receiver, such as those of further hours.
-    pub more_base: Vec<PathBuf>,
-    /// Navigation files: broadcast ephemerides, SP3 orbits, RINEX clocks. Raw logs among rover and
-    /// base bring their own.
-    pub navigation: Vec<PathBuf>,
-    /// Any time within half a week of logs that do not tell their week (RTCM 3).
-    pub date: Option<GpsTime>,
-    /// Whether precise orbits must be among the navigation files.
-    pub needs_precise_orbits: bool,
-    /// Antenna calibrations, and which of them apply.
-    pub antennas: AntennaInput,
-}
 
 /// A finished positioning run.
 #[derive(Clone, Debug)]

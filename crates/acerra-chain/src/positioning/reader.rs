@@ -10,21 +10,8 @@ use acerra_gnss::{
     Ephemeris, GnssFile, LogPart, Navigation, ObservationData, join_logs, read_gnss_near,
 };
 
-use super::{PositioningError, PositioningInput};
-
-impl PositioningInput {
-    /// The rover's files.
-    pub(super) fn rover_files(&self) -> Vec<PathBuf> {
-        let first = std::iter::once(&self.rover);
-        first.chain(&self.more_rover).cloned().collect()
-    }
-
-    /// The base's files.
-    pub(super) fn base_files(&self) -> Vec<PathBuf> {
-        let first = self.base.iter();
-        first.chain(&self.more_base).cloned().collect()
-    }
-}
+use super::error::PositioningError;
+use super::input::PositioningInput;
 
 /// Takes files and gathers the navigation data in them.
 #[derive(Default)]

@@ -6,7 +6,7 @@ use crate::evidence::{
 };
 use crate::focus::{Focused, ImageRequest};
 use crate::prepare::{Prepared, Track};
-use crate::weigh::median;
+use crate::weigh::median::median;
 
 /// Pixel size, scan spacing, and ranges imaged against ranges held.
 pub(super) fn weigh_geometry(

@@ -6,6 +6,7 @@
 //! ```
 
 mod image;
+mod median;
 mod radar;
 mod track;
 
@@ -85,11 +86,4 @@ fn sample_pixels(pixels: &Pixels, scene: &Scene) -> Vec<[f64; 3]> {
             [x_m, y_m, z_m]
         })
         .collect()
-}
-
-/// Median of the finite values.
-fn median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
-    let mut sorted: Vec<f64> = values.into_iter().filter(|v| v.is_finite()).collect();
-    sorted.sort_by(f64::total_cmp);
-    sorted.get(sorted.len() / 2).copied()
 }

@@ -10,7 +10,7 @@ use crate::evidence::{
     zero_timing,
 };
 use crate::prepare::{Prepared, Track};
-use crate::weigh::median;
+use crate::weigh::median::median;
 
 /// Picks below which an echo says nothing.
 const LEAST_PICKS: usize = 20;
@@ -85,7 +85,7 @@ fn coupling_seen(raw: &Radargram) -> Option<CouplingSeen> {
         && seen.spread_s <= COUPLING_SPREAD_S
         && seen.fast_time_s.abs() <= COUPLING_REACH_S
         && raw.fast_time_start_s < seen.fast_time_s - 1e-9;
-    is_coupling.then(|| CouplingSeen {
+    is_coupling.then_some(CouplingSeen {
         delay_ns: 1e9 * seen.fast_time_s,
         spread_ns: 1e9 * seen.spread_s,
     })

@@ -2,7 +2,7 @@
 
 use crate::evidence::{Finding, ImageGeometry, focusing_loss, trajectory_coverage};
 use crate::prepare::{Prepared, Track};
-use crate::weigh::median;
+use crate::weigh::median::median;
 
 /// Share of the log that has positions, and the positions' own σ along the line of sight.
 pub(super) fn weigh(

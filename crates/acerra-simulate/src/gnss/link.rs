@@ -1,7 +1,7 @@
 //! From a satellite to an antenna: geometry, clocks and atmosphere.
 
-use super::Setting;
 use super::model::GnssModel;
+use super::setting::Setting;
 use acerra_geo::geodesy::{EnuFrame, Geodetic};
 use acerra_geo::time::GpsTime;
 use acerra_gnss::{Ephemeris, Klobuchar, SPEED_OF_LIGHT_M_S, SatelliteId, System, saastamoinen_m};

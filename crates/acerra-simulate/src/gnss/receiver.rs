@@ -1,9 +1,9 @@
 //! One receiver: tracking, noise, cycles.
 
-use super::Setting;
 use super::clock::{self, Tick};
 use super::link::{Satellite, Sky};
 use super::model::ReceiverModel;
+use super::setting::Setting;
 use crate::flight::{Wander, normal};
 use acerra_geo::time::GpsTime;
 use acerra_gnss::{FREQUENCY_L1_HZ, LossOfLock, SPEED_OF_LIGHT_M_S, SatelliteId};

@@ -12,7 +12,6 @@ pub mod init;
 pub mod man;
 pub mod plan;
 pub mod ppk;
-mod ppk_outputs;
 pub mod psf;
 pub mod resolution;
 pub mod schema;

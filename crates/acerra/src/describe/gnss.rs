@@ -9,7 +9,7 @@ use acerra_gnss::input::{FileKind, Limits, Lines, ReadError, ReadReport, sniff};
 use acerra_gnss::rtcm::RtcmHints;
 use acerra_gnss::{GnssFile, Navigation, ObservationData, read_gnss, read_gnss_near};
 
-use super::Description;
+use super::description::Description;
 
 /// Whether the first bytes are those of a GNSS file.
 pub fn is_gnss(head: &[u8]) -> bool {

@@ -4,7 +4,7 @@ use std::io::{Read, Seek};
 
 use acerra_npz::NpzReader;
 
-use super::Description;
+use super::description::Description;
 
 /// Whether the first bytes are those of an `image.npz`.
 pub fn is_image(head: &[u8]) -> bool {

@@ -1,5 +1,6 @@
 //! What a file holds, whatever its kind.
 
+mod description;
 mod gnss;
 mod image;
 mod radar;
@@ -10,33 +11,8 @@ use std::io::{BufReader, Read, Seek};
 use std::path::Path;
 
 use anyhow::{Context, bail};
-use serde::Serialize;
-use serde_json::Value;
 
-/// What was found in a file.
-#[derive(Clone, Debug, Serialize)]
-pub struct Description {
-    /// Kind of file, in words.
-    pub kind: String,
-    /// Named facts; names carry their units.
-    pub facts: serde_json::Map<String, Value>,
-    /// What is missing, damaged or worth knowing.
-    pub notes: Vec<String>,
-}
-
-impl Description {
-    fn new(kind: impl Into<String>) -> Self {
-        Self {
-            kind: kind.into(),
-            facts: serde_json::Map::new(),
-            notes: Vec::new(),
-        }
-    }
-
-    fn fact(&mut self, name: &str, value: impl Into<Value>) {
-        self.facts.insert(name.to_owned(), value.into());
-    }
-}
+pub use description::Description;
 
 /// Reads the file, whole, and says what it holds.
 ///

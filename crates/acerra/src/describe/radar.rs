@@ -7,7 +7,7 @@ use acerra_radar::{
     ReadError, Samples,
 };
 
-use super::Description;
+use super::description::Description;
 
 /// Whether the first bytes are those of a radar log.
 pub fn is_radar(head: &[u8]) -> bool {

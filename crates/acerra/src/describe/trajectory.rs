@@ -7,7 +7,7 @@ use acerra_geo::read::{ReadOptions, read_trajectory};
 use acerra_geo::trajectory::SolutionStatus;
 use serde_json::json;
 
-use super::Description;
+use super::description::Description;
 
 pub fn describe(reader: impl BufRead) -> anyhow::Result<Description> {
     let (trajectory, report) = read_trajectory(reader, &ReadOptions::default())?;

@@ -7,9 +7,9 @@ mod positions;
 mod receivers;
 
 use super::*;
-use acerra_geo::geodesy::Geodetic;
-use acerra_geo::time::Calendar;
-use acerra_gnss::{Ephemeris, KeplerEphemeris, SatelliteId};
+use acerra_geo::geodesy::{EnuFrame, Geodetic};
+use acerra_geo::time::{Calendar, GpsTime};
+use acerra_gnss::{Ephemeris, KeplerEphemeris, Navigation, SatelliteId};
 use std::f64::consts::TAU;
 
 fn start() -> GpsTime {

@@ -1,4 +1,4 @@
-//! How positioning errors blur the image of the target: options, answer and table.
+//! How positioning errors blur the image of the target: analysis, answer and table.
 
 use std::fmt::Write as _;
 
@@ -9,46 +9,8 @@ use acerra_imaging::sensitivity::{
 use anyhow::{Context, ensure};
 use serde::Serialize;
 
+use super::args::BlurArgs;
 use super::scene::Scene;
-use crate::commands::values::{not_negative, positive};
-
-/// Options of the sensitivity analysis.
-#[derive(Debug, clap::Args)]
-#[command(next_help_heading = "Positioning errors")]
-pub struct BlurArgs {
-    /// Standard deviation of the position on each axis, m: say how it blurs the image.
-    #[arg(long, value_name = "S", value_parser = not_negative, allow_negative_numbers = true)]
-    position_sigma_m: Option<f64>,
-    /// Take the standard deviations of the positions from the trajectory file (.pos, CSV, NMEA).
-    #[arg(long, requires = "trajectory", conflicts_with = "position_sigma_m")]
-    position_sigma_from_file: bool,
-    /// Path over which errors stay alike (to 1/e), m; without it they are new at every pulse.
-    #[arg(long, value_name = "L", value_parser = positive)]
-    correlation_m: Option<f64>,
-    /// Time over which errors of a recorded flight stay alike, s.
-    #[arg(long, value_name = "T", value_parser = positive, requires = "trajectory", conflicts_with = "correlation_m")]
-    correlation_s: Option<f64>,
-    /// Draws of the Monte Carlo check; 0 for theory alone.
-    #[arg(long, value_name = "N", default_value_t = 200, value_parser = trials)]
-    trials: usize,
-    /// Seed of the draws.
-    #[arg(long, value_name = "SEED", default_value_t = 1)]
-    seed: u64,
-}
-
-fn trials(text: &str) -> Result<usize, String> {
-    match text.parse::<usize>() {
-        Ok(n) if n == 0 || (20..=1_000_000).contains(&n) => Ok(n),
-        _ => Err("expected 0, or a number from 20 to 1000000".to_owned()),
-    }
-}
-
-impl BlurArgs {
-    /// Whether any of it was asked for.
-    pub fn asked(&self) -> bool {
-        self.position_sigma_m.is_some() || self.position_sigma_from_file
-    }
-}
 
 /// What was assumed and what follows.
 #[derive(Serialize)]

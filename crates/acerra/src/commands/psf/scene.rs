@@ -11,7 +11,7 @@ use acerra_imaging::psf::{PointSpread, TrackShape, synthetic_track};
 use acerra_imaging::resolution::{longest_step_m, unambiguous_range_m};
 use anyhow::{Context, bail, ensure};
 
-use super::Args;
+use super::args::Args;
 
 /// All that the point spread function needs.
 pub(super) struct Scene {

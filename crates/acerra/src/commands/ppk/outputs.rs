@@ -12,7 +12,7 @@ use acerra_gnss::output::{
 use acerra_products::staging::StagedFile;
 use anyhow::Context;
 
-use super::ppk::Args;
+use super::args::Args;
 
 /// What the other outputs need, read before the positions are computed.
 pub(super) struct Extras {

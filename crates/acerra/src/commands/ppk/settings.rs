@@ -1,0 +1,162 @@
+//! Settings of `acerra ppk`: presets, a configuration file and the command line, in this order.
+
+use std::fs::File;
+use std::io::BufReader;
+use std::path::PathBuf;
+
+use acerra_chain::positioning::{AntennaInput, AntennaName, PositioningInput};
+use acerra_gnss::conf::{ConfInputs, ConfOutputs, read_conf};
+use acerra_gnss::pos::PosFormat;
+use acerra_gnss::{Cn0Mask, Dynamics, FilterDirection, PpkOptions, RuleSet};
+use anyhow::Context;
+
+use super::args::Args;
+
+/// What the command line and a configuration file ask for.
+pub(super) struct Settings {
+    pub(super) options: PpkOptions,
+    pub(super) format: PosFormat,
+    pub(super) inputs: ConfInputs,
+    pub(super) outputs: ConfOutputs,
+    pub(super) remarks: Vec<String>,
+}
+
+impl Args {
+    /// The files of the run: those of the command line, then those of a configuration file.
+    pub(super) fn input(&self, conf: ConfInputs) -> anyhow::Result<PositioningInput> {
+        let named = |option: &Option<String>, conf: &str| match (option.as_deref(), conf) {
+            (Some("none"), _) => AntennaName::None,
+            (Some(name), _) => AntennaName::Given(name.to_owned()),
+            (None, _) if self.antennas.is_some() && conf.is_empty() => AntennaName::Header,
+            (None, "") => AntennaName::None,
+            (None, "*") => AntennaName::Header,
+            (None, name) => AntennaName::Given(name.to_owned()),
+        };
+        let antennas = AntennaInput {
+            rover: named(&self.rover_antenna, &conf.rover_antenna),
+            base: named(&self.base_antenna, &conf.base_antenna),
+            file: self
+                .antennas
+                .clone()
+                .or_else(|| conf.antenna_file.map(PathBuf::from)),
+        };
+        let calibrated = [&antennas.rover, &antennas.base]
+            .into_iter()
+            .any(|name| *name != AntennaName::None);
+        Ok(PositioningInput {
+            rover: self.rover.clone(),
+            base: self.base.clone(),
+            navigation: self.navigation.clone(),
+            more_rover: self.more_rover.clone(),
+            more_base: self.more_base.clone(),
+            date: self.date,
+            needs_precise_orbits: conf.precise_orbits,
+            antennas: if calibrated {
+                antennas
+            } else {
+                AntennaInput::default()
+            },
+        })
+    }
+
+    /// Options and outputs: preset or configuration file, then what the command line says.
+    pub(super) fn settings(&self) -> anyhow::Result<Settings> {
+        let mut remarks = Vec::new();
+        let (mut inputs, mut outputs) = (ConfInputs::default(), ConfOutputs::default());
+        let (mut options, mut format) = match &self.config {
+            Some(path) => {
+                let place = || path.display().to_string();
+                let file = File::open(path).with_context(place)?;
+                let conf = read_conf(BufReader::new(file), self.rules.unwrap_or(RuleSet::Rtklib))
+                    .with_context(place)?;
+                remarks.extend(
+                    conf.not_followed
+                        .iter()
+                        .map(|setting| format!("{}: {setting}", place())),
+                );
+                (inputs, outputs) = (conf.inputs, conf.outputs);
+                let mut options = conf.options;
+                if let Some(rules) = self.rules.filter(|r| *r != options.rules) {
+                    remarks.push(format!(
+                        "{}: its settings are followed by the rules of {rules}, as the command \
+                         line says, not of {}",
+                        place(),
+                        options.rules
+                    ));
+                    options.rules = rules;
+                }
+                (options, conf.format)
+            }
+            None => match self.rules {
+                Some(RuleSet::Demo5) => (
+                    PpkOptions::demo5().with_direction(FilterDirection::Combined),
+                    PosFormat::default(),
+                ),
+                Some(RuleSet::Rtklib) => (
+                    PpkOptions::rtklib()
+                        .with_systems(PpkOptions::default().systems)
+                        .with_direction(FilterDirection::Combined),
+                    PosFormat::default(),
+                ),
+                None => (PpkOptions::default(), PosFormat::default()),
+            },
+        };
+        if self.unguarded {
+            options = options.without_safeguards();
+        } else if options.rules == RuleSet::Rtklib {
+            options = options.with_safeguards();
+        }
+        self.override_options(&mut options);
+        format.frame = self.format.unwrap_or(format.frame);
+        format.time = self.time_form.unwrap_or(format.time);
+        format.scale = self.time_scale.unwrap_or(format.scale);
+        format.velocity |= self.velocities;
+        Ok(Settings {
+            options,
+            format,
+            inputs,
+            outputs,
+            remarks,
+        })
+    }
+
+    fn override_options(&self, options: &mut PpkOptions) {
+        options.mode = self.mode.unwrap_or(options.mode);
+        options.start = self.start.or(options.start);
+        options.end = self.end.or(options.end);
+        options.direction = self.direction.unwrap_or(options.direction);
+        options.ambiguity = self.ar.unwrap_or(options.ambiguity);
+        options.glonass_ambiguity = self.glonass_ar.unwrap_or(options.glonass_ambiguity);
+        if let Some(ratio) = self.ratio {
+            options.ratio_threshold = ratio;
+            options.ratio_threshold_range = [ratio; 2];
+        }
+        if let Some(ratio) = self.code_phase_ratio {
+            options.code_phase_ratio = [ratio; acerra_gnss::FREQUENCY_SLOTS];
+        }
+        if let Some(place) = self.base_position {
+            options.base_position = place;
+        }
+        if let Some(systems) = self.systems {
+            options.systems = systems;
+        }
+        options.excluded_satellites.extend(&self.exclude);
+        if let Some(frequencies) = self.frequencies {
+            options.frequencies = usize::from(frequencies);
+        }
+        if let Some(mask) = self.elevation_mask {
+            options.elevation_mask_rad = mask.to_radians();
+        }
+        if let Some(age) = self.max_age {
+            options.max_age_s = age;
+        }
+        if let Some(least) = self.cn0_mask {
+            options.cn0_mask = Some(Cn0Mask::uniform(least));
+        }
+        options.interpolate_base |= self.interpolate_base;
+        options.output_single |= self.output_single;
+        if self.dynamics && options.dynamics.is_none() {
+            options.dynamics = Some(Dynamics::DRONE);
+        }
+    }
+}
