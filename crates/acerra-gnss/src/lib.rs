@@ -66,6 +66,7 @@ mod navigation;
 mod observation;
 mod options;
 mod orbit;
+mod orbit_state;
 pub mod output;
 pub mod pos;
 mod ppk;
@@ -98,7 +99,7 @@ pub use options::{
     AmbiguityMode, BasePosition, Cn0Mask, Dynamics, FilterDirection, GlonassAmbiguity,
     PartialAmbiguity, PositioningMode, PpkOptions, RuleSet,
 };
-pub use orbit::{OrbitRates, OrbitState};
+pub use orbit_state::{OrbitRates, OrbitState};
 pub use ppk::{PpkError, TimeSpan, process, process_with};
 pub use precise::{PreciseGap, PreciseProducts};
 pub use recorded::{RecordedEpoch, RecordedSatellite};
