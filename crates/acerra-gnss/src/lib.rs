@@ -70,6 +70,7 @@ mod orbit_state;
 pub mod output;
 pub mod pos;
 mod ppk;
+mod ppk_error;
 pub mod precise;
 mod recorded;
 pub mod rinex;
@@ -100,7 +101,8 @@ pub use options::{
     PartialAmbiguity, PositioningMode, PpkOptions, RuleSet,
 };
 pub use orbit_state::{OrbitRates, OrbitState};
-pub use ppk::{PpkError, TimeSpan, process, process_with};
+pub use ppk::{process, process_with};
+pub use ppk_error::{PpkError, TimeSpan};
 pub use precise::{PreciseGap, PreciseProducts};
 pub use recorded::{RecordedEpoch, RecordedSatellite};
 pub use satellite::{SatelliteId, SatelliteIdError, System, SystemSet};
