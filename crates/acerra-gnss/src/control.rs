@@ -1,6 +1,6 @@
 //! Following a run from outside: cancellation and progress.
 
-use crate::ppk::PpkError;
+use crate::ppk_error::PpkError;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 /// How a caller follows a run and stops it; the default does neither.

@@ -1,6 +1,6 @@
 //! Range with Earth rotation, line of sight, azimuth and elevation.
 
-use crate::orbit::EARTH_ROTATION_RAD_S;
+use crate::orbit_state::EARTH_ROTATION_RAD_S;
 use crate::signal::SPEED_OF_LIGHT_M_S;
 use acerra_geo::geodesy::{EnuFrame, WGS84_SEMI_MAJOR_AXIS_M};
 

@@ -66,9 +66,11 @@ mod navigation;
 mod observation;
 mod options;
 mod orbit;
+mod orbit_state;
 pub mod output;
 pub mod pos;
 mod ppk;
+mod ppk_error;
 pub mod precise;
 mod recorded;
 pub mod rinex;
@@ -98,8 +100,9 @@ pub use options::{
     AmbiguityMode, BasePosition, Cn0Mask, Dynamics, FilterDirection, GlonassAmbiguity,
     PartialAmbiguity, PositioningMode, PpkOptions, RuleSet,
 };
-pub use orbit::{OrbitRates, OrbitState};
-pub use ppk::{PpkError, TimeSpan, process, process_with};
+pub use orbit_state::{OrbitRates, OrbitState};
+pub use ppk::{process, process_with};
+pub use ppk_error::{PpkError, TimeSpan};
 pub use precise::{PreciseGap, PreciseProducts};
 pub use recorded::{RecordedEpoch, RecordedSatellite};
 pub use satellite::{SatelliteId, SatelliteIdError, System, SystemSet};

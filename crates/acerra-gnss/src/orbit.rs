@@ -1,12 +1,11 @@
 //! Satellite positions and clocks from broadcast ephemerides.
 
 use crate::navigation::{Ephemeris, GlonassEphemeris, KeplerEphemeris, SbasEphemeris};
+use crate::orbit_state::{EARTH_ROTATION_RAD_S, OrbitRates, OrbitState};
 use crate::satellite::System;
 use crate::signal::SPEED_OF_LIGHT_M_S;
 use acerra_geo::time::GpsTime;
 
-/// Earth's rotation rate of WGS84 and GTRF (rad/s).
-pub(crate) const EARTH_ROTATION_RAD_S: f64 = 7.292_115_146_7e-5;
 /// Earth's rotation rate of CGCS2000 and PZ-90 (rad/s).
 const EARTH_ROTATION_CGCS_RAD_S: f64 = 7.292_115e-5;
 const MU_GPS: f64 = 3.986_005_0e14;
@@ -17,24 +16,6 @@ const EARTH_RADIUS_GLONASS_M: f64 = 6_378_136.0;
 const GLONASS_STEP_S: f64 = 60.0;
 /// Step of the forward difference that gives velocities (s).
 const VELOCITY_STEP_S: f64 = 1e-3;
-
-/// Where a satellite is and what its clock reads.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct OrbitState {
-    /// Antenna position (ECEF at the same instant, m).
-    pub position_ecef_m: [f64; 3],
-    /// Satellite clock minus GPS time, relativity included, group delay not (s).
-    pub clock_s: f64,
-}
-
-/// A state with its rates.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct OrbitRates {
-    /// Velocity in the rotating frame (m/s).
-    pub velocity_ecef_m_s: [f64; 3],
-    /// Clock drift (s/s).
-    pub clock_rate: f64,
-}
 
 impl Ephemeris {
     /// Position and clock at GPS time `t`.

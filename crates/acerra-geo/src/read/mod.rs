@@ -19,114 +19,29 @@ mod assemble;
 mod csv;
 mod csv_columns;
 mod error;
+mod format;
 mod lines;
 mod motive;
 mod motive_header;
 mod nmea;
+mod options;
 mod pos;
 mod pos_header;
 mod report;
 mod sniff;
 
 pub use error::ReadError;
+pub use format::TrajectoryFormat;
+pub use options::ReadOptions;
 pub use report::{ReadReport, ReadWarning, SkipReason, Skipped};
 pub use sniff::sniff;
 
 use std::io::{BufRead, Cursor, Read};
 
-use crate::geodesy::Geodetic;
 use crate::trajectory::Trajectory;
 
 /// How many bytes of a file [`sniff`] is shown.
 pub const SNIFF_BYTES: usize = 64 * 1024;
-
-/// The kinds of trajectory file that can be read.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[non_exhaustive]
-pub enum TrajectoryFormat {
-    /// RTKLIB's solution text.
-    RtklibPos,
-    /// A table with a header line: commas, semicolons, tabs or blanks between columns.
-    ///
-    /// Units may follow a name as `x_mm`, `x (mm)` or `x [mm]`; case does not matter.
-    ///
-    /// | meaning | names |
-    /// | --- | --- |
-    /// | time | `time_s`, `time`, `t`, `timestamp` (ISO 8601 text is UTC); `gps_week` with `tow_s`; `gpst_unix_s`; `unix_s` (UTC) |
-    /// | position | `x y z`, `east north up`, `e n u`; `lat lon height` (also `latitude`, `longitude`, `lng`, `altitude`, `alt`, `h`), `ecef_x ecef_y ecef_z` |
-    /// | standard deviation | `sd_x`, `sdx`, `sigma_x`, `std_x`, … for the same axes; east, north, up for geodetic positions |
-    /// | quality | `q` (RTKLIB), `nmea_quality`, `status` (word or RTKLIB's number) |
-    /// | others | `vx vy vz`, `qw qx qy qz` (body forward-left-up to east-north-up), `ns`, `age_s`, `ratio` |
-    Csv,
-    /// NMEA 0183 sentences.
-    Nmea,
-    /// OptiTrack Motive's CSV export.
-    Motive,
-}
-
-impl TrajectoryFormat {
-    /// A name for messages.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::RtklibPos => "RTKLIB .pos",
-            Self::Csv => "CSV table",
-            Self::Nmea => "NMEA 0183",
-            Self::Motive => "OptiTrack Motive export",
-        }
-    }
-}
-
-impl std::fmt::Display for TrajectoryFormat {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.pad(self.name())
-    }
-}
-
-/// How to read a trajectory.
-#[derive(Debug, Clone, PartialEq)]
-#[non_exhaustive]
-pub struct ReadOptions {
-    /// Origin of the local frame. Geodetic and ECEF positions are expressed about it; positions
-    /// that are local already are taken to be about it. None: as the [module](self) says.
-    pub origin: Option<Geodetic>,
-    /// Which rigid body (or marker) of a motion-capture file; none: the only rigid body.
-    pub rigid_body: Option<String>,
-    /// The format, when it is known; none: recognised from content.
-    pub format: Option<TrajectoryFormat>,
-    /// Most positions accepted.
-    pub max_fixes: usize,
-    /// Longest line accepted (bytes).
-    pub max_line_bytes: usize,
-}
-
-impl Default for ReadOptions {
-    fn default() -> Self {
-        Self {
-            origin: None,
-            rigid_body: None,
-            format: None,
-            max_fixes: 10_000_000,
-            max_line_bytes: 1 << 20,
-        }
-    }
-}
-
-impl ReadOptions {
-    /// The same with an origin of the local frame.
-    #[must_use]
-    pub fn with_origin(mut self, origin: Geodetic) -> Self {
-        self.origin = Some(origin);
-        self
-    }
-
-    /// The same with the rigid body of that name.
-    #[must_use]
-    pub fn with_rigid_body(mut self, name: impl Into<String>) -> Self {
-        self.rigid_body = Some(name.into());
-        self
-    }
-}
 
 /// Reads a trajectory of any known format.
 ///

@@ -2,6 +2,9 @@
 
 use super::TimeError;
 
+/// 1980-01-06 00:00 counted from 1970-01-01 00:00 (s).
+pub(super) const GPS_EPOCH_FROM_1970_S: i64 = 315_964_800;
+
 /// A date and a clock reading, in whatever time scale the context says.
 ///
 /// ```

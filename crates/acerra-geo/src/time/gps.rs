@@ -3,6 +3,7 @@
 use std::cmp::Ordering;
 use std::ops::{Add, Sub};
 
+use super::calendar::GPS_EPOCH_FROM_1970_S;
 use super::{Calendar, TimeError, gpst_minus_utc_at_gpst_s, gpst_minus_utc_at_utc_s};
 
 /// Seconds in a week.
@@ -13,9 +14,6 @@ pub const BDT_BEHIND_GPST_S: i64 = 14;
 
 /// GPS week − BeiDou week.
 pub const BDT_WEEK_OFFSET: i64 = 1_356;
-
-/// 1980-01-06 00:00 counted from 1970-01-01 00:00 (s).
-pub(super) const GPS_EPOCH_FROM_1970_S: i64 = 315_964_800;
 
 /// Moscow time, the scale of GLONASS, is ahead of UTC by this much (s).
 const GLONASS_AHEAD_OF_UTC_S: i64 = 10_800;

@@ -1,7 +1,6 @@
 //! Leap seconds between UTC and GPS time.
 
-use super::calendar::Calendar;
-use super::gps::GPS_EPOCH_FROM_1970_S;
+use super::calendar::{Calendar, GPS_EPOCH_FROM_1970_S};
 
 /// From an instant on, GPST − UTC.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -2,7 +2,9 @@
 
 use acerra_geo::geodesy::{Geodetic, ecef_from_geodetic};
 
-use super::{ConfError, NotFollowed, NotFollowedReason, RtklibConf, Setting};
+use super::error::ConfError;
+use super::requested::{NotFollowed, NotFollowedReason, RtklibConf};
+use super::setting::Setting;
 use crate::pos::{PosFrame, PosTime, PosTimeScale};
 use crate::{
     AmbiguityMode, BasePosition, Cn0Mask, Dynamics, FREQUENCY_SLOTS, FilterDirection,

@@ -1,134 +1,16 @@
 //! RTKLIB configuration files (`.conf`): `key =value # comment` lines.
 
 mod apply;
+mod error;
+mod requested;
+mod setting;
 
-use crate::input::{Limits, LineSource, Lines, ReadError};
+pub use error::ConfError;
+pub use requested::{ConfInputs, ConfOutputs, NotFollowed, NotFollowedReason, RtklibConf};
+
+use crate::input::{Limits, LineSource, Lines};
 use crate::pos::PosFormat;
 use crate::{PpkOptions, RuleSet};
-
-/// What a configuration file asks for.
-#[derive(Debug, Clone, PartialEq)]
-pub struct RtklibConf {
-    /// Processing options.
-    pub options: PpkOptions,
-    /// How the solution file is to be written.
-    pub format: PosFormat,
-    /// What else is to be written, and which files are to be read for it.
-    pub outputs: ConfOutputs,
-    /// Which antennas are to be calibrated, and whether precise orbits are wanted.
-    pub inputs: ConfInputs,
-    /// Settings that are not followed, with the reason, in the order of the file.
-    pub not_followed: Vec<NotFollowed>,
-}
-
-/// Outputs that a configuration asks for besides the solution file's layout.
-#[derive(Debug, Clone, PartialEq, Default)]
-#[non_exhaustive]
-pub struct ConfOutputs {
-    /// NMEA sentences instead of a solution file (`out-solformat = nmea`).
-    pub nmea: bool,
-    /// Residuals (`out-outstat = residual`).
-    pub residuals: bool,
-    /// Largest standard deviation of a position that is written (m, `out-maxsolstd`).
-    pub max_sigma_m: Option<f64>,
-    /// A geoid grid (`file-geoidfile`).
-    pub geoid_file: Option<String>,
-}
-
-/// Inputs that a configuration names.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-#[non_exhaustive]
-pub struct ConfInputs {
-    /// Precise orbits are to be used (`pos1-sateph = precise`).
-    pub precise_orbits: bool,
-    /// Antenna calibrations of receivers (`file-rcvantfile`).
-    pub antenna_file: Option<String>,
-    /// The rover's antenna (`ant1-anttype`): empty for none, `*` for that of the log's header.
-    pub rover_antenna: String,
-    /// The base's antenna (`ant2-anttype`).
-    pub base_antenna: String,
-}
-
-/// A setting that has no effect here.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct NotFollowed {
-    /// Line number, from 1.
-    pub line: u64,
-    /// The key.
-    pub key: String,
-    /// The value as given.
-    pub value: String,
-    /// Why.
-    pub reason: NotFollowedReason,
-}
-
-/// Why a setting has no effect.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum NotFollowedReason {
-    /// No program of the RTKLIB family has such a key.
-    UnknownKey,
-    /// The key is known, this value of it is not supported.
-    Unsupported,
-    /// The key concerns real-time streams or displays.
-    NotForPostProcessing,
-}
-
-impl std::fmt::Display for NotFollowed {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Self {
-            line,
-            key,
-            value,
-            reason,
-        } = self;
-        let reason = match reason {
-            NotFollowedReason::UnknownKey => "unknown key",
-            NotFollowedReason::Unsupported => "not supported",
-            NotFollowedReason::NotForPostProcessing => "has no meaning in post-processing",
-        };
-        write!(f, "line {line}: {key} = {value}: {reason}")
-    }
-}
-
-/// Why a configuration cannot be used.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum ConfError {
-    /// The file cannot be read.
-    #[error(transparent)]
-    Read(#[from] ReadError),
-    /// A line is neither empty, a comment, nor `key = value`.
-    #[error("line {line}: expected key = value, found {found:?}")]
-    Line {
-        /// Line number, from 1.
-        line: u64,
-        /// The line, shortened.
-        found: String,
-    },
-    /// A value cannot be what its key needs.
-    #[error("line {line}: {key}: expected {expected}, found {found:?}")]
-    Value {
-        /// Line number, from 1.
-        line: u64,
-        /// The key.
-        key: String,
-        /// What would do.
-        expected: String,
-        /// The value given.
-        found: String,
-    },
-    /// The file asks for a kind of processing that is not offered.
-    #[error("line {line}: {key} = {value} is not supported")]
-    Unsupported {
-        /// Line number, from 1.
-        line: u64,
-        /// The key.
-        key: String,
-        /// The value given.
-        value: String,
-    },
-}
 
 /// What a key without an entry means: RTKLIB's own defaults, as its manual lists them.
 ///
@@ -182,7 +64,7 @@ pub fn read_conf(reader: impl std::io::BufRead, rules: RuleSet) -> Result<Rtklib
     let mut lines = Lines::new(reader, limits);
     let mut settings = Vec::new();
     while lines.advance()? {
-        if let Some(setting) = setting(lines.line(), lines.number())? {
+        if let Some(setting) = setting::parse(lines.line(), lines.number())? {
             settings.push(setting);
         }
     }
@@ -197,29 +79,4 @@ pub fn read_conf(reader: impl std::io::BufRead, rules: RuleSet) -> Result<Rtklib
     };
     apply::apply(&settings, &mut conf)?;
     Ok(conf)
-}
-
-/// One line of the file.
-#[derive(Debug, Clone)]
-struct Setting {
-    line: u64,
-    key: String,
-    value: String,
-}
-
-fn setting(bytes: &[u8], line: u64) -> Result<Option<Setting>, ConfError> {
-    let text = String::from_utf8_lossy(bytes);
-    let content = text.split('#').next().unwrap_or("").trim();
-    if content.is_empty() || content.starts_with('%') {
-        return Ok(None);
-    }
-    let Some((key, value)) = content.split_once('=') else {
-        let found = content.chars().take(60).collect();
-        return Err(ConfError::Line { line, found });
-    };
-    Ok(Some(Setting {
-        line,
-        key: key.trim().to_owned(),
-        value: value.trim().to_owned(),
-    }))
 }

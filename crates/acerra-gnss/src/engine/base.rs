@@ -4,7 +4,7 @@ use super::measurement::Epoch;
 use super::single::{SingleContext, SinglePoint};
 use crate::observation::ObservationData;
 use crate::options::{BasePosition, PpkOptions};
-use crate::ppk::PpkError;
+use crate::ppk_error::PpkError;
 use crate::solution::PpkWarning;
 use acerra_geo::geodesy::EnuFrame;
 

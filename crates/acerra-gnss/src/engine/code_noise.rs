@@ -11,17 +11,16 @@
 //! V(n) = σ²/n·(1 + 2Σ(1 − k/n)·ρ(k)); so the n-th sample is given the weight 1/V(n) − 1/V(n−1).
 
 use super::constellation::Constellation;
+use super::epoch_input::RoverEpoch;
+use super::matching::matching_base;
 use super::measurement::{Epoch, Measurement};
 use super::noise::{Separation, SignalView, single_difference_variance_m2, weak_signal_factor};
 use super::outliers::median;
-use super::pass::matching_base;
 use crate::geometry::{azimuth_elevation_rad, line_of_sight};
 use crate::options::PpkOptions;
 use crate::satellite::System;
 use crate::signal::{FREQUENCY_SLOTS, SPEED_OF_LIGHT_M_S};
 use acerra_geo::geodesy::EnuFrame;
-
-use super::filter::RoverEpoch;
 
 /// Largest lag looked at (s): beyond it multipath is no longer the same reflection.
 const LARGEST_LAG_S: f64 = 300.0;

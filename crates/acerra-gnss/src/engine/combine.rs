@@ -1,6 +1,6 @@
 //! Merging a forward and a backward pass.
 
-use super::filter::EpochResult;
+use super::epoch_result::EpochResult;
 use crate::observation::EPOCH_TOLERANCE_S;
 use crate::options::{PositioningMode, PpkOptions};
 use crate::solution::{NotFixedReason, Quality};

@@ -1,7 +1,7 @@
 //! What the user should know about the input.
 
 use super::constellation::{Constellation, Unusable};
-use super::filter::RoverEpoch;
+use super::epoch_input::RoverEpoch;
 use super::measurement::Epoch;
 use crate::observation::ObservationData;
 use crate::options::{AmbiguityMode, PpkOptions};

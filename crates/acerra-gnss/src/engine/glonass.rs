@@ -5,7 +5,7 @@
 //! that may vary freely leaves wrong integers room, though, so the run proper is given what the
 //! first pass found.
 
-use super::filter::EpochResult;
+use super::epoch_result::EpochResult;
 use super::outliers::median;
 use crate::solution::{GlonassDecision, Quality};
 

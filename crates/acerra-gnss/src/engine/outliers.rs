@@ -1,6 +1,6 @@
 //! Which measurement contradicts the others: residuals after the update, against their noise.
 
-use super::double::DoubleRow;
+use super::double_row::DoubleRow;
 
 /// The measurement whose residual is largest in units of its noise.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -3,8 +3,11 @@
 use super::code_noise::MeasuredNoise;
 use super::confirm::confirm;
 use super::constellation::Constellation;
-use super::filter::{BaseView, EpochResult, Filter, RoverEpoch};
+use super::epoch_input::{BaseView, RoverEpoch};
+use super::epoch_result::EpochResult;
+use super::filter::Filter;
 use super::glonass::decide;
+use super::matching::matching_base;
 use super::measurement::{Epoch, Measurement};
 use super::plausible::reject_implausible;
 use super::precision::scale_covariances;
@@ -15,7 +18,7 @@ use crate::observation::EPOCH_TOLERANCE_S;
 use crate::options::{
     AmbiguityMode, FilterDirection, GlonassAmbiguity, PositioningMode, PpkOptions, RuleSet,
 };
-use crate::ppk::PpkError;
+use crate::ppk_error::PpkError;
 use crate::satellite::System;
 use crate::solution::GlonassDecision;
 
@@ -28,20 +31,6 @@ pub(crate) struct Prepared<'a> {
     pub base_context: SingleContext<'a>,
     pub base_position_ecef_m: [f64; 3],
     pub noise: MeasuredNoise,
-}
-
-/// Index of the base epoch that goes with a rover epoch: forward the last one not after it,
-/// backward the first one not before it; at the ends of the log the nearest.
-pub(crate) fn matching_base(base: &[Epoch], rover: &Epoch, backward: bool) -> Option<usize> {
-    let last = base.len().checked_sub(1)?;
-    if backward {
-        let first_after =
-            base.partition_point(|b| b.tag.seconds_since(rover.tag) < -EPOCH_TOLERANCE_S);
-        Some(first_after.min(last))
-    } else {
-        let after = base.partition_point(|b| b.tag.seconds_since(rover.tag) <= EPOCH_TOLERANCE_S);
-        Some(after.saturating_sub(1))
-    }
 }
 
 impl<'a> Prepared<'a> {

@@ -5,7 +5,7 @@
 //! in units of the model's is the factor between the stated covariance and the true one (the
 //! a posteriori variance of unit weight).
 
-use super::filter::EpochResult;
+use super::epoch_result::EpochResult;
 use crate::solution::Quality;
 
 /// Time (s) before and after an epoch whose residuals count for it.

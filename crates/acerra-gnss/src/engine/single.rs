@@ -7,7 +7,7 @@ use crate::atmosphere::{RELATIVE_HUMIDITY, saastamoinen_m};
 use crate::geometry::{azimuth_elevation_rad, line_of_sight};
 use crate::navigation::Klobuchar;
 use crate::options::{PpkOptions, RuleSet};
-use crate::orbit::EARTH_ROTATION_RAD_S;
+use crate::orbit_state::EARTH_ROTATION_RAD_S;
 use crate::satellite::System;
 use crate::signal::{FREQUENCY_L1_HZ, SPEED_OF_LIGHT_M_S};
 use crate::solution::NotFixedReason;

@@ -2,7 +2,7 @@
 //! biases, and what is remembered about each satellite's phase.
 
 use super::constellation::Constellation;
-use super::double::DoubleRow;
+use super::double_row::DoubleRow;
 use crate::options::{GlonassAmbiguity, PpkOptions};
 use crate::signal::{FREQUENCY_SLOTS, SignalCode};
 use acerra_geo::time::GpsTime;

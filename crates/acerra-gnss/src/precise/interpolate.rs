@@ -2,7 +2,7 @@
 
 use acerra_geo::time::GpsTime;
 
-use crate::orbit::EARTH_ROTATION_RAD_S;
+use crate::orbit_state::EARTH_ROTATION_RAD_S;
 
 /// Positions that an interpolation takes.
 pub(super) const NODES: usize = 11;

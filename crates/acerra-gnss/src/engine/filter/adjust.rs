@@ -1,21 +1,15 @@
 //! The measurement update of an epoch, repeated without whatever contradicts the rest.
 
+use super::residuals::Update;
 use super::{EpochView, Filter};
-use crate::engine::double::{Differences, DoubleRow};
+use crate::engine::double_row::DoubleRow;
 use crate::engine::outliers::{Worst, misfit, worst};
 use crate::engine::state::FilterState;
-use crate::engine::zero::ZeroDifference;
 use crate::options::RuleSet;
 use crate::solution::NotFixedReason;
 
 /// Share of the codes' past misfit that counts at the next epoch.
 const MISFIT_KEPT: f64 = 0.98;
-
-/// Rover residuals and double differences at the updated state.
-pub(super) struct Update {
-    pub zero: Vec<ZeroDifference>,
-    pub differences: Differences,
-}
 
 /// Why an epoch could not be updated.
 pub(super) struct UpdateFailure {

@@ -5,65 +5,26 @@ mod held;
 mod observe;
 mod predict;
 mod report;
+mod residuals;
 mod resolve;
 mod update;
 
 use crate::engine::ambiguity::Attempt;
 use crate::engine::code_noise::MeasuredNoise;
-use crate::engine::confirm::FixedIntegers;
-use crate::engine::constellation::{Constellation, SatelliteState, Unusable};
+use crate::engine::constellation::Constellation;
 use crate::engine::double::Common;
+use crate::engine::epoch_input::{BaseView, RoverEpoch};
+use crate::engine::epoch_result::EpochResult;
+use crate::engine::fixed_integers::{FixedIntegers, FloatSolution};
 use crate::engine::glonass::GlonassPlan;
-use crate::engine::measurement::Epoch;
 use crate::engine::single::SinglePoint;
 use crate::engine::slips;
 use crate::engine::state::FilterState;
 use crate::engine::zero::ZeroDifference;
 use crate::options::{AmbiguityMode, PositioningMode, PpkOptions, RuleSet};
-use crate::solution::{NotFixedReason, Quality, SatelliteResidual};
+use crate::solution::{NotFixedReason, Quality};
 use acerra_geo::time::GpsTime;
-use adjust::Update;
-
-/// The rover's epoch with everything that does not depend on the filter.
-pub(crate) struct RoverEpoch {
-    pub epoch: Epoch,
-    pub states: Vec<Result<SatelliteState, Unusable>>,
-    pub single: Result<SinglePoint, (NotFixedReason, [f64; 3])>,
-}
-
-/// The base's data that go with a rover epoch.
-pub(crate) struct BaseView<'a> {
-    pub epoch: &'a Epoch,
-    pub zero: Vec<ZeroDifference>,
-    /// Rover tag minus base tag (s).
-    pub age_s: f64,
-    /// Time that enters the clock noise (s).
-    pub noise_age_s: f64,
-}
-
-/// What the filter says about an epoch.
-#[derive(Debug, Clone)]
-pub(crate) struct EpochResult {
-    pub tag: GpsTime,
-    pub time: GpsTime,
-    pub position_ecef_m: [f64; 3],
-    pub covariance_ecef_m2: [[f64; 3]; 3],
-    pub velocity: Option<([f64; 3], [[f64; 3]; 3])>,
-    /// `None`: no relative solution (the position is the single-point one).
-    pub quality: Option<Quality>,
-    pub satellites: usize,
-    pub age_s: f64,
-    pub ratio: f64,
-    pub reason: Option<NotFixedReason>,
-    pub residuals: Vec<SatelliteResidual>,
-    /// Squared phase residuals of a fix in units of their variance, and their degrees of freedom.
-    pub phase_misfit: [f64; 2],
-    /// GLONASS inter-channel bias and standard deviation (m per channel) of a fix with GLONASS,
-    /// where it is estimated.
-    pub channel_slope_m: Option<[f64; 2]>,
-    /// The integers of a fix.
-    pub integers: Option<FixedIntegers>,
-}
+use residuals::Update;
 
 /// What rover and base see together at an epoch.
 struct EpochView<'e> {
@@ -302,12 +263,13 @@ impl<'a> Filter<'a> {
         let certain = self.is_certain(&epoch.common, zero, attempt);
         self.certain |= certain;
         if self.options.min_success_rate.is_some() {
-            result.integers = Some(FixedIntegers::new(
-                attempt,
-                certain,
-                self.generation,
-                result,
-            ));
+            let float = FloatSolution {
+                position_ecef_m: result.position_ecef_m,
+                covariance_ecef_m2: result.covariance_ecef_m2,
+                velocity: result.velocity,
+            };
+            let integers = FixedIntegers::new(attempt, certain, self.generation, float);
+            result.integers = Some(integers);
         }
         self.report_fix(result, attempt);
         self.consecutive_fixes += 1;

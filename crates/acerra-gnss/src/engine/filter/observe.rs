@@ -2,8 +2,9 @@
 
 use super::predict::POSITION_VARIANCE_M2;
 use super::update::update_state;
-use super::{BaseView, EpochView, Filter, RoverEpoch};
+use super::{EpochView, Filter};
 use crate::engine::double::{Common, Differences, Differencing};
+use crate::engine::epoch_input::{BaseView, RoverEpoch};
 use crate::engine::noise::Separation;
 use crate::engine::single::SinglePoint;
 use crate::engine::state::FilterState;

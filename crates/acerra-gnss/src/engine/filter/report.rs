@@ -1,8 +1,10 @@
 //! What an epoch's state says, as a result.
 
-use super::adjust::Update;
-use super::{BaseView, EpochResult, EpochView, Filter, RoverEpoch};
+use super::residuals::Update;
+use super::{EpochView, Filter};
 use crate::engine::ambiguity::Attempt;
+use crate::engine::epoch_input::{BaseView, RoverEpoch};
+use crate::engine::epoch_result::EpochResult;
 use crate::engine::single::SinglePoint;
 use crate::satellite::System;
 use crate::solution::{NotFixedReason, Quality, SatelliteResidual};

@@ -1,8 +1,9 @@
 //! From real to whole ambiguities, and whether to believe them.
 
-use super::{EpochResult, EpochView, Filter};
+use super::{EpochView, Filter};
 use crate::engine::ambiguity::{Attempt, Pair, Resolution, members};
 use crate::engine::double::Common;
+use crate::engine::epoch_result::EpochResult;
 use crate::engine::noise::{
     Separation, SignalView, single_difference_variance_m2, weak_signal_factor,
 };

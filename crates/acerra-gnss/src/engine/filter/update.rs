@@ -1,7 +1,8 @@
 //! The measurement update and what it says of each phase.
 
 use super::Filter;
-use crate::engine::double::{Common, DoubleRow};
+use crate::engine::double::Common;
+use crate::engine::double_row::DoubleRow;
 use crate::engine::state::FilterState;
 use crate::options::RuleSet;
 use nalgebra::DMatrix;

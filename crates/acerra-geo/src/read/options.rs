@@ -1,0 +1,49 @@
+//! Options of the trajectory readers.
+
+use super::format::TrajectoryFormat;
+use crate::geodesy::Geodetic;
+
+/// How to read a trajectory.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct ReadOptions {
+    /// Origin of the local frame. Geodetic and ECEF positions are expressed about it; positions
+    /// that are local already are taken to be about it. None: as the [module](super) says.
+    pub origin: Option<Geodetic>,
+    /// Which rigid body (or marker) of a motion-capture file; none: the only rigid body.
+    pub rigid_body: Option<String>,
+    /// The format, when it is known; none: recognised from content.
+    pub format: Option<TrajectoryFormat>,
+    /// Most positions accepted.
+    pub max_fixes: usize,
+    /// Longest line accepted (bytes).
+    pub max_line_bytes: usize,
+}
+
+impl Default for ReadOptions {
+    fn default() -> Self {
+        Self {
+            origin: None,
+            rigid_body: None,
+            format: None,
+            max_fixes: 10_000_000,
+            max_line_bytes: 1 << 20,
+        }
+    }
+}
+
+impl ReadOptions {
+    /// The same with an origin of the local frame.
+    #[must_use]
+    pub fn with_origin(mut self, origin: Geodetic) -> Self {
+        self.origin = Some(origin);
+        self
+    }
+
+    /// The same with the rigid body of that name.
+    #[must_use]
+    pub fn with_rigid_body(mut self, name: impl Into<String>) -> Self {
+        self.rigid_body = Some(name.into());
+        self
+    }
+}

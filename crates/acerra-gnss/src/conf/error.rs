@@ -1,0 +1,42 @@
+//! Why a configuration file cannot be used.
+
+use crate::input::ReadError;
+
+/// Why a configuration cannot be used.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ConfError {
+    /// The file cannot be read.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// A line is neither empty, a comment, nor `key = value`.
+    #[error("line {line}: expected key = value, found {found:?}")]
+    Line {
+        /// Line number, from 1.
+        line: u64,
+        /// The line, shortened.
+        found: String,
+    },
+    /// A value cannot be what its key needs.
+    #[error("line {line}: {key}: expected {expected}, found {found:?}")]
+    Value {
+        /// Line number, from 1.
+        line: u64,
+        /// The key.
+        key: String,
+        /// What would do.
+        expected: String,
+        /// The value given.
+        found: String,
+    },
+    /// The file asks for a kind of processing that is not offered.
+    #[error("line {line}: {key} = {value} is not supported")]
+    Unsupported {
+        /// Line number, from 1.
+        line: u64,
+        /// The key.
+        key: String,
+        /// The value given.
+        value: String,
+    },
+}

@@ -1,0 +1,89 @@
+//! What a configuration file asks for, and what of it is not followed.
+
+use crate::PpkOptions;
+use crate::pos::PosFormat;
+
+/// What a configuration file asks for.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RtklibConf {
+    /// Processing options.
+    pub options: PpkOptions,
+    /// How the solution file is to be written.
+    pub format: PosFormat,
+    /// What else is to be written, and which files are to be read for it.
+    pub outputs: ConfOutputs,
+    /// Which antennas are to be calibrated, and whether precise orbits are wanted.
+    pub inputs: ConfInputs,
+    /// Settings that are not followed, with the reason, in the order of the file.
+    pub not_followed: Vec<NotFollowed>,
+}
+
+/// Outputs that a configuration asks for besides the solution file's layout.
+#[derive(Debug, Clone, PartialEq, Default)]
+#[non_exhaustive]
+pub struct ConfOutputs {
+    /// NMEA sentences instead of a solution file (`out-solformat = nmea`).
+    pub nmea: bool,
+    /// Residuals (`out-outstat = residual`).
+    pub residuals: bool,
+    /// Largest standard deviation of a position that is written (m, `out-maxsolstd`).
+    pub max_sigma_m: Option<f64>,
+    /// A geoid grid (`file-geoidfile`).
+    pub geoid_file: Option<String>,
+}
+
+/// Inputs that a configuration names.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[non_exhaustive]
+pub struct ConfInputs {
+    /// Precise orbits are to be used (`pos1-sateph = precise`).
+    pub precise_orbits: bool,
+    /// Antenna calibrations of receivers (`file-rcvantfile`).
+    pub antenna_file: Option<String>,
+    /// The rover's antenna (`ant1-anttype`): empty for none, `*` for that of the log's header.
+    pub rover_antenna: String,
+    /// The base's antenna (`ant2-anttype`).
+    pub base_antenna: String,
+}
+
+/// A setting that has no effect here.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct NotFollowed {
+    /// Line number, from 1.
+    pub line: u64,
+    /// The key.
+    pub key: String,
+    /// The value as given.
+    pub value: String,
+    /// Why.
+    pub reason: NotFollowedReason,
+}
+
+/// Why a setting has no effect.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum NotFollowedReason {
+    /// No program of the RTKLIB family has such a key.
+    UnknownKey,
+    /// The key is known, this value of it is not supported.
+    Unsupported,
+    /// The key concerns real-time streams or displays.
+    NotForPostProcessing,
+}
+
+impl std::fmt::Display for NotFollowed {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self {
+            line,
+            key,
+            value,
+            reason,
+        } = self;
+        let reason = match reason {
+            NotFollowedReason::UnknownKey => "unknown key",
+            NotFollowedReason::Unsupported => "not supported",
+            NotFollowedReason::NotForPostProcessing => "has no meaning in post-processing",
+        };
+        write!(f, "line {line}: {key} = {value}: {reason}")
+    }
+}

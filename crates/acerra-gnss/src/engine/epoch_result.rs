@@ -1,0 +1,29 @@
+//! What the filter says about one epoch.
+
+use super::fixed_integers::FixedIntegers;
+use crate::solution::{NotFixedReason, Quality, SatelliteResidual};
+use acerra_geo::time::GpsTime;
+
+/// What the filter says about an epoch.
+#[derive(Debug, Clone)]
+pub(crate) struct EpochResult {
+    pub tag: GpsTime,
+    pub time: GpsTime,
+    pub position_ecef_m: [f64; 3],
+    pub covariance_ecef_m2: [[f64; 3]; 3],
+    pub velocity: Option<([f64; 3], [[f64; 3]; 3])>,
+    /// `None`: no relative solution (the position is the single-point one).
+    pub quality: Option<Quality>,
+    pub satellites: usize,
+    pub age_s: f64,
+    pub ratio: f64,
+    pub reason: Option<NotFixedReason>,
+    pub residuals: Vec<SatelliteResidual>,
+    /// Squared phase residuals of a fix in units of their variance, and their degrees of freedom.
+    pub phase_misfit: [f64; 2],
+    /// GLONASS inter-channel bias and standard deviation (m per channel) of a fix with GLONASS,
+    /// where it is estimated.
+    pub channel_slope_m: Option<[f64; 2]>,
+    /// The integers of a fix.
+    pub integers: Option<FixedIntegers>,
+}

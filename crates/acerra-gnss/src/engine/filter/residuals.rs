@@ -1,0 +1,10 @@
+//! Residuals of an epoch at the updated state.
+
+use crate::engine::double::Differences;
+use crate::engine::zero::ZeroDifference;
+
+/// Rover residuals and double differences at the updated state.
+pub(super) struct Update {
+    pub zero: Vec<ZeroDifference>,
+    pub differences: Differences,
+}

@@ -1,0 +1,84 @@
+//! The integers of an ambiguity fix, and whether two fixes agree on them.
+
+use super::ambiguity::{Attempt, Pair};
+use super::constellation::Constellation;
+use crate::satellite::System;
+
+/// Fewest ambiguities that must be the same for one fix to confirm another.
+const LEAST_SHARED: usize = 4;
+
+/// The float solution of an epoch, before integers are imposed.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct FloatSolution {
+    pub position_ecef_m: [f64; 3],
+    pub covariance_ecef_m2: [[f64; 3]; 3],
+    /// Velocity (ECEF, m/s) and its covariance, where it is estimated.
+    pub velocity: Option<([f64; 3], [[f64; 3]; 3])>,
+}
+
+/// The integers of a fix, with the float solution to fall back to.
+#[derive(Debug, Clone)]
+pub(crate) struct FixedIntegers {
+    pairs: Vec<Pair>,
+    integers: Vec<f64>,
+    /// Probability that they are right, from the float ambiguities' covariance.
+    pub success_rate: f64,
+    pub certain: bool,
+    /// Number of the set of held integers in force.
+    pub generation: u32,
+    pub float: FloatSolution,
+}
+
+impl FixedIntegers {
+    /// The integers of `attempt`; `float` is the epoch's solution before they are imposed.
+    pub(crate) fn new(
+        attempt: &Attempt,
+        certain: bool,
+        generation: u32,
+        float: FloatSolution,
+    ) -> Self {
+        Self {
+            pairs: attempt.pairs.clone(),
+            integers: attempt.integers.clone(),
+            success_rate: attempt.success_rate,
+            certain,
+            generation,
+            float,
+        }
+    }
+
+    /// Integer of a satellite relative to its group's reference.
+    fn of(&self, satellite: usize, slot: usize, group: usize) -> Option<f64> {
+        let own = self
+            .pairs
+            .iter()
+            .position(|p| p.other == satellite && p.slot == slot);
+        let reference = || {
+            self.pairs
+                .iter()
+                .any(|p| p.reference == satellite && (p.slot, p.group) == (slot, group))
+        };
+        own.map(|k| self.integers[k])
+            .or_else(|| reference().then_some(0.0))
+    }
+
+    /// Whether both fixes put the same integers to the satellites that they share.
+    ///
+    /// GLONASS is left aside: its differences between carriers drift with the receivers' clocks.
+    pub(crate) fn same_as(&self, other: &Self, constellation: &Constellation) -> bool {
+        let mut shared = 0;
+        for (pair, integer) in self.pairs.iter().zip(&self.integers) {
+            if constellation.id(pair.other).system() == System::Glonass {
+                continue;
+            }
+            let theirs = |satellite| other.of(satellite, pair.slot, pair.group);
+            if let (Some(a), Some(b)) = (theirs(pair.reference), theirs(pair.other)) {
+                if (b - a - integer).abs() > 0.5 {
+                    return false;
+                }
+                shared += 1;
+            }
+        }
+        shared >= LEAST_SHARED
+    }
+}
