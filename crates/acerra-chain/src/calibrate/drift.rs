@@ -88,11 +88,11 @@ impl Drift {
         for (knot, sigma) in self.sigma_m.iter().enumerate() {
             let end = knot == 0 || knot == last;
             let own = if end { scale } else { scale * (1.0 + r * r) };
-            for axis in 0..3 {
+            for (axis, sigma) in sigma.iter().enumerate() {
                 let i = self.first + 3 * knot + axis;
-                information[(i, i)] += own / (sigma[axis] * sigma[axis]);
+                information[(i, i)] += own / (sigma * sigma);
                 if knot < last {
-                    let beside = -scale * r / (sigma[axis] * self.sigma_m[knot + 1][axis]);
+                    let beside = -scale * r / (sigma * self.sigma_m[knot + 1][axis]);
                     information[(i, i + 3)] += beside;
                     information[(i + 3, i)] += beside;
                 }

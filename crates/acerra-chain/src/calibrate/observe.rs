@@ -63,7 +63,7 @@ pub(super) fn unobserved(
             .enumerate()
             .filter(|(k, i)| {
                 let sigma = covariance[(*k, *k)].max(0.0).sqrt();
-                !(sigma <= parameters[**i].sigma_limit())
+                sigma.is_nan() || sigma > parameters[**i].sigma_limit()
             })
             .map(|(_, i)| *i)
             .min_by_key(|i| parameters[*i].hold_rank());

@@ -86,7 +86,7 @@ pub fn read_points(text: &str) -> Result<Vec<SurveyedPoint>, PointsError> {
 fn point(line: &str, number: usize) -> Option<SurveyedPoint> {
     let cells: Vec<&str> = line.split(',').map(str::trim).collect();
     let (name, numbers) = match cells.as_slice() {
-        [numbers @ ..] if numbers.len() == 3 => (number.to_string(), numbers),
+        numbers if numbers.len() == 3 => (number.to_string(), numbers),
         [name, numbers @ ..] if numbers.len() == 3 => ((*name).to_owned(), numbers),
         _ => return None,
     };

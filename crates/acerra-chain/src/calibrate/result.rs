@@ -5,7 +5,7 @@ use nalgebra::DMatrix;
 use super::adjust::{Adjusted, invert, select};
 use super::observe::{SingularDirection, singular_directions};
 use super::parameter::{Parameter, Values};
-use super::{Round, Survey};
+use super::rounds::{Round, Survey};
 use crate::warnings::Warnings;
 
 /// What a calibration found.

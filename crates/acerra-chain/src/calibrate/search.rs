@@ -85,7 +85,7 @@ impl Grid {
         let spread = 1.4826 * median(stack.iter().map(|v| (v - middle).abs()));
         let top = highest(stack, |_| true).unwrap_or(0);
         let contrast = (stack[top] - middle) / spread.max(f64::MIN_POSITIVE);
-        if !(contrast >= NEEDED) || spread <= 0.0 {
+        if contrast.is_nan() || contrast < NEEDED || spread <= 0.0 {
             return Err(CalibrateError::NoEcho {
                 delay_ns: DELAY_S.map(|d| d * 1e9),
                 offset_s: OFFSET_S,

@@ -4,9 +4,10 @@
 use acerra_radar::clean::{SurfaceOptions, track_surface};
 
 use super::echo::median;
+use super::parameter::Values;
 use super::result::Calibrated;
+use super::rounds::Survey;
 use super::track::TrackEchoes;
-use super::{Survey, Values};
 use crate::ground::Scene;
 use crate::warnings::Warnings;
 

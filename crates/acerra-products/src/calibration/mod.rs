@@ -1,6 +1,7 @@
 //! Calibration of a campaign's instrument: run, keys for the campaign file, record, report page.
 
 mod keys;
+mod outcome;
 mod page;
 mod record;
 
@@ -18,6 +19,7 @@ use anyhow::Context;
 use crate::staging::Staging;
 
 pub use keys::keys_at_rest;
+pub use outcome::CalibrationOutcome;
 pub use record::CalibrationRecord;
 
 /// A campaign file as it was read.
@@ -29,17 +31,6 @@ pub struct CampaignFile {
     text: String,
     /// What it says, with paths resolved.
     pub campaign: Campaign,
-}
-
-/// A campaign's calibration.
-#[derive(Clone, Debug)]
-pub struct CalibrationOutcome {
-    /// What the campaign said.
-    pub campaign: Campaign,
-    /// What was found.
-    pub calibrated: Calibrated,
-    /// What is doubtful.
-    pub warnings: Vec<String>,
 }
 
 impl CampaignFile {
@@ -185,12 +176,6 @@ impl CampaignFile {
 }
 
 impl CalibrationOutcome {
-    /// The keys that the campaign file should have.
-    #[must_use]
-    pub fn keys(&self) -> Vec<acerra_settings::Assignment> {
-        keys::keys(&self.campaign, &self.calibrated)
-    }
-
     /// Writes `calibration.json` and `report.html` into a directory.
     ///
     /// # Errors

@@ -3,7 +3,7 @@
 use acerra_figure::{Axis, Drawing, FigureError, LinePlot, Series};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-use super::CalibrationOutcome;
+use super::outcome::CalibrationOutcome;
 use super::record::{CalibrationRecord, EstimateRecord, series};
 
 /// The page: values, what is not observable, correlation, residuals, reflectors.

@@ -3,7 +3,7 @@
 use acerra_chain::calibrate::{EchoResidual, Estimate, Parameter, ReflectorFit};
 use serde::Serialize;
 
-use super::CalibrationOutcome;
+use super::outcome::CalibrationOutcome;
 
 /// What a calibration found, as JSON tells it. Values are in the unit beside them.
 #[derive(Clone, Debug, Serialize)]
