@@ -8,7 +8,7 @@ mod record;
 use std::path::{Path, PathBuf};
 
 use acerra_chain::calibrate::{
-    AtRest, CalibrateError, CalibrateOptions, Calibrated, RestDelay, calibrate, delay_at_rest,
+    AtRest, CalibrateError, CalibrateOptions, RestDelay, calibrate, delay_at_rest,
 };
 use acerra_chain::campaign::Campaign;
 use acerra_chain::read::{RadarContent, read_radar};
