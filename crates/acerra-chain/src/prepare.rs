@@ -8,6 +8,7 @@ use acerra_radar::align::OffsetLikelihood;
 
 use crate::align::{Aligned, Flight};
 use crate::calibration::{CalibrationOptions, TrackCalibration, TrackEchoes, calibrate};
+use crate::choices::Background;
 use crate::clean::{Cleaned, CleanedTraces, clean};
 use crate::clock::{Clocked, align_clocks};
 use crate::control::Control;
@@ -60,6 +61,8 @@ pub struct Track {
     pub likelihood: Option<OffsetLikelihood>,
     /// Whether the fast time at which range is zero was stated, rather than found from the surface.
     pub is_calibrated: bool,
+    /// What was subtracted from its traces.
+    pub background: Background,
     /// Its traces before and after cleaning; none where the log holds spectra.
     pub cleaned: Option<CleanedTraces>,
     /// Delay and phase taken off.
@@ -142,6 +145,7 @@ fn parts(recording: Recording, clocked: Clocked, cleaned: Cleaned) -> (Track, Tr
         search: clocked.search,
         likelihood: clocked.likelihood,
         is_calibrated: recording.options.clean.is_calibrated(),
+        background: recording.options.clean.background,
         cleaned: cleaned.traces,
         calibration,
         range: 0..0,

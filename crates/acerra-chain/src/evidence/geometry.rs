@@ -134,10 +134,11 @@ pub struct Coverage<'a> {
     pub range_m: &'a [[f64; 2]],
 }
 
-/// Share of pixel-trace pairs of the image whose range the recorded window and the gate hold.
+/// Share of the pixels whose range of closest approach the recorded window and the gate hold.
 ///
-/// None of them is a contradiction: the image is empty. A pixel that few traces see is dark, which
-/// is doubtful where it is nearly all of the image.
+/// An echo is focused from the traces about its closest approach; traces from afar alone leave
+/// smeared arcs. Where no trace at all holds a pixel the image is empty, which contradicts; an image
+/// of which less than half can be focused is doubtful.
 #[must_use]
 pub fn coverage(geometry: &ImageGeometry<'_>, held: Coverage<'_>) -> Option<Finding> {
     if geometry.position_m.is_empty() || held.range_m.len() != geometry.position_m.len() {
@@ -145,33 +146,37 @@ pub fn coverage(geometry: &ImageGeometry<'_>, held: Coverage<'_>) -> Option<Find
     }
     let stride = (geometry.position_m.len() / 256).max(1);
     let traces = || geometry.position_m.iter().zip(held.range_m).step_by(stride);
-    let seen_by = |pixel: &[f64; 3]| {
+    let is_held = |range_m: f64, [near, far]: &[f64; 2]| (*near..=*far).contains(&range_m);
+    let is_seen = |pixel: &[f64; 3]| {
+        traces().any(|(position, held)| is_held(distance_m(*position, *pixel), held))
+    };
+    let is_focused = |pixel: &[f64; 3]| {
         traces()
-            .filter(|(position, [near, far])| {
-                let range_m = distance_m(**position, *pixel);
-                (*near..=*far).contains(&range_m)
-            })
-            .count()
+            .map(|(position, held)| (distance_m(*position, *pixel), held))
+            .min_by(|a, b| a.0.total_cmp(&b.0))
+            .is_some_and(|(range_m, held)| is_held(range_m, held))
     };
     let pixels = geometry.pixel_m.len().max(1) as f64;
-    let counts: Vec<usize> = geometry.pixel_m.iter().map(seen_by).collect();
-    let seen = counts.iter().filter(|count| **count > 0).count() as f64 / pixels;
-    let verdict = match seen {
-        0.0 => Verdict::Contradicts,
-        s if s < 0.1 => Verdict::Doubtful,
-        _ => Verdict::Agrees,
+    let focused = geometry.pixel_m.iter().filter(|p| is_focused(p)).count() as f64 / pixels;
+    let verdict = if !geometry.pixel_m.iter().any(is_seen) {
+        Verdict::Contradicts
+    } else if focused < 0.5 {
+        Verdict::Doubtful
+    } else {
+        Verdict::Agrees
     };
     let ranges_m = held.range_m.iter().fold(
         [f64::INFINITY, f64::NEG_INFINITY],
         |[low, high], [near, far]| [low.min(*near), high.max(*far)],
     );
     Some(
-        Finding::judged("range_coverage", seen, "share of the image", verdict)
+        Finding::judged("range_coverage", focused, "share of the image", verdict)
             .expecting(1.0)
             .because(format!(
-                "{:.0} % of the image lies at ranges that the data hold after gating, {:.1} to \
-                 {:.1} m ([image] x_m, y_m, z_m; [preprocess] gate_ns; [radar] delay_ns)",
-                100.0 * seen,
+                "{:.0} % of the image lies, at closest approach, at ranges that the data hold after \
+                 gating, {:.1} to {:.1} m ([image] x_m, y_m, z_m; [preprocess] gate_ns; [radar] \
+                 delay_ns)",
+                100.0 * focused,
                 ranges_m[0],
                 ranges_m[1]
             )),
@@ -258,5 +263,12 @@ mod tests {
         let mut mostly_far = vec![[4.0, 0.0, 0.0]];
         mostly_far.extend((0..20).map(|k| [60.0 + f64::from(k), 0.0, 0.0]));
         assert_eq!(judge(&mostly_far), Verdict::Doubtful);
+        // Seen from afar alone: 13 m at most off the closest approach of 10.2 m.
+        let late = vec![[11.0, 14.0]; track.len()];
+        let seen_late = coverage(
+            &geometry(&track, &[[9.0, 0.0, 0.0]]),
+            Coverage { range_m: &late },
+        );
+        assert_eq!(seen_late.unwrap().verdict, Verdict::Doubtful);
     }
 }

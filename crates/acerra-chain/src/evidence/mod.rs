@@ -13,6 +13,7 @@ mod finding;
 mod geometry;
 mod image;
 mod positions;
+mod processing;
 mod radar;
 
 use serde::Serialize;
@@ -22,6 +23,7 @@ pub use finding::{Finding, Verdict};
 pub use geometry::{Coverage, ImageGeometry, coverage, pixel_size, scan_spacing, wavenumber_span};
 pub use image::{ImageContrast, contrast};
 pub use positions::{base_position, focusing_loss, trajectory_coverage};
+pub use processing::{BackgroundWindow, FrequencyGrid, background_window, frequency_step};
 pub use radar::{CouplingSeen, SurfaceSeen, band, coupling, outliers, surface, zero_timing};
 
 /// The findings of a run, in the order of its stages.

@@ -1,7 +1,9 @@
 //! Findings on the image: its grid against flight and data, and its values.
 
+use crate::choices::Background;
 use crate::evidence::{
-    Coverage, Finding, ImageContrast, ImageGeometry, contrast, coverage, pixel_size, scan_spacing,
+    BackgroundWindow, Coverage, Finding, FrequencyGrid, ImageContrast, ImageGeometry,
+    background_window, contrast, coverage, frequency_step, pixel_size, scan_spacing,
     wavenumber_span,
 };
 use crate::focus::{Focused, ImageRequest};
@@ -21,10 +23,56 @@ pub(super) fn weigh_geometry(
         pixel_size(geometry, request.pixels.grid.pixel_m),
         scan_spacing(geometry),
         coverage(geometry, held),
+        step_of_frequencies(prepared, &range_m),
+        window_of_background(prepared, track, geometry),
     ]
     .into_iter()
     .flatten()
     .collect()
+}
+
+/// The spacing of the frequencies beside the ranges that the data hold.
+fn step_of_frequencies(prepared: &Prepared, range_m: &[[f64; 2]]) -> Option<Finding> {
+    let [first, second, ..] = prepared.spectrum.frequency_hz.as_slice() else {
+        return None;
+    };
+    let spans_m = range_m.iter().map(|[near, far]| far - near);
+    let range_span_m = spans_m.fold(0.0, f64::max);
+    range_span_m.is_finite().then(|| {
+        frequency_step(&FrequencyGrid {
+            step_hz: second - first,
+            light_speed_m_s: prepared.scene.light_speed_m_s,
+            range_span_m,
+        })
+    })
+}
+
+/// The background's window, where it has one, beside the Fresnel zone below the flight.
+fn window_of_background(
+    prepared: &Prepared,
+    track: &Track,
+    geometry: &ImageGeometry<'_>,
+) -> Option<Finding> {
+    let Background::Window { window } = track.background else {
+        return None;
+    };
+    let path_m: f64 = prepared
+        .aligned
+        .path_m
+        .get(track.range.clone())?
+        .iter()
+        .sum();
+    let middle_hz = 0.5 * (geometry.band_hz[0] + geometry.band_hz[1]);
+    Some(background_window(&BackgroundWindow {
+        path_m: path_m * window as f64 / track.range.len().max(1) as f64,
+        wavelength_m: geometry.light_speed_m_s / middle_hz,
+        range_m: median(
+            prepared.aligned.height_m[track.range.clone()]
+                .iter()
+                .copied(),
+        )?
+        .abs(),
+    }))
 }
 
 /// Nearest and farthest range that the cleaned data of each trace of a track hold (m): those of the
