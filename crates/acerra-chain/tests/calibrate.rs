@@ -212,7 +212,6 @@ fn check_draws(draws: u64) {
     let chi: f64 = all.iter().map(chi_square).sum();
     let freedom = 5.0 * draws as f64;
     let rms = squares.map(|s| (s / draws as f64).sqrt());
-    println!("rms: {rms:?}; χ² {chi:.1} of {freedom} degrees of freedom");
     assert!(rms[0] < 0.05e-9 && rms[4] < 0.003, "{rms:?}");
     assert!(rms[1..4].iter().all(|m| *m < 0.02), "{rms:?}");
     // Bounds of 99.9 %.
