@@ -6,7 +6,7 @@ use acerra_radar::Radargram;
 use acerra_radar::quality::{self, spectrum_occupancy};
 
 use crate::evidence::{
-    ClockSeen, CouplingSeen, Finding, SurfaceSeen, band, clock_offset, coupling, surface,
+    ClockSeen, CouplingSeen, Finding, SurfaceSeen, Verdict, band, clock_offset, coupling, surface,
     zero_timing,
 };
 use crate::prepare::{Prepared, Track};
@@ -21,6 +21,8 @@ const TIMING_NS: f64 = 0.05;
 
 /// Log-likelihood over an unrelated echo from which the one that follows the height is believed.
 const LEAST_EVIDENCE: f64 = 12.0;
+/// Standard deviation of heights up to which they are believed to follow the flight (m).
+const BELIEVED_SIGMA_M: f64 = 0.1;
 /// Coupling stands so far above the rest of the mean trace (dB), this still (s), and no further
 /// than this from fast time zero (s).
 const COUPLING_CONTRAST_DB: f64 = 20.0;
@@ -30,7 +32,15 @@ const COUPLING_REACH_S: f64 = 25e-9;
 /// Judges the radargram of a track; nothing where its log holds spectra.
 pub(super) fn weigh(prepared: &Prepared, track: &Track, band_hz: [f64; 2]) -> Vec<Finding> {
     let mut findings = Vec::new();
-    findings.extend(clock_seen(track).map(|seen| clock_offset(&seen)));
+    findings.extend(clock_seen(track).map(|seen| {
+        // Motion alone, or heights no better than the wander itself, may doubt an offset only.
+        let most = if height_speaks(prepared, track) {
+            Verdict::Contradicts
+        } else {
+            Verdict::Doubtful
+        };
+        clock_offset(&seen).at_most(most)
+    }));
     let Some(traces) = &track.cleaned else {
         return findings;
     };
@@ -54,6 +64,20 @@ pub(super) fn weigh(prepared: &Prepared, track: &Track, band_hz: [f64; 2]) -> Ve
 fn follows_height(track: &Track) -> bool {
     let height = track.likelihood.as_ref().and_then(|l| l.height.as_ref());
     height.is_some_and(|cue| cue.evidence >= LEAST_EVIDENCE)
+}
+
+/// Whether the height of the surface echo by itself speaks against the offset in force, and the
+/// positions' heights are good enough to be believed.
+fn height_speaks(prepared: &Prepared, track: &Track) -> bool {
+    let Some(cue) = track.likelihood.as_ref().and_then(|l| l.height.as_ref()) else {
+        return false;
+    };
+    let sigma_m = prepared.aligned.sigma_m.get(track.range.clone());
+    let sigma_z_m = sigma_m.and_then(|sigma| median(sigma.iter().map(|s| s[2])));
+    let below = cue.curve.best().1 - cue.curve.at(track.time_offset_s);
+    cue.evidence >= LEAST_EVIDENCE
+        && below >= LEAST_EVIDENCE
+        && sigma_z_m.is_none_or(|sigma_m| sigma_m <= BELIEVED_SIGMA_M)
 }
 
 /// The offset in force beside the likelihood of all offsets.

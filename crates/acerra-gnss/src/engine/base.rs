@@ -14,7 +14,9 @@ const AVERAGE_INTERVAL_S: f64 = 1.0 - 0.025;
 const CHECKED_EPOCHS: usize = 16;
 const LEAST_RADIUS_M: f64 = 6.0e6;
 const LARGEST_DISTANCE_M: f64 = 100e3;
-const DOUBTFUL_DISTANCE_M: f64 = 100.0;
+/// Distance from its own single-point position beyond which a base position is doubtful (m): three
+/// times what the median of single-frequency positions is off by.
+const DOUBTFUL_DISTANCE_M: f64 = 10.0;
 /// Median Doppler speed above which a base counts as moving (m/s).
 const MOVING_SPEED_M_S: f64 = 0.3;
 

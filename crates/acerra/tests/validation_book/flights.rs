@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 
 use acerra::demo::{Flown, TRACKS, Track};
 use acerra_chain::Journal;
-use acerra_chain::campaign::Campaign;
+use acerra_chain::campaign::{Campaign, Contradictions};
 use acerra_chain::{Control, MemorySink};
 use acerra_products::{NamedCampaign, Outcome, process};
 
@@ -39,6 +39,8 @@ impl Flight {
     pub fn processed(&self, change: impl FnOnce(&mut Campaign)) -> Outcome {
         let text = std::fs::read_to_string(self.folder.join("campaign.toml")).unwrap();
         let mut campaign = Campaign::parse(&text).unwrap().resolved_in(&self.folder);
+        // The book shows what contradicts as well.
+        campaign.checks.contradictions = Contradictions::Warn;
         change(&mut campaign);
         process(
             NamedCampaign {
