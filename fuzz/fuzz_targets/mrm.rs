@@ -6,7 +6,8 @@ use acerra_radar::{Limits, RadargramOptions, Scan};
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|data: &[u8]| {
-    let limits = Limits { max_samples: 1 << 20, ..Limits::default() };
+    let mut limits = Limits::default();
+    limits.max_samples = 1 << 20;
     let mut reader = MrmReader::new(data, limits);
     let scans: Vec<Scan> = reader.by_ref().map(|s| s.expect("memory does not fail")).collect();
     assert_eq!(reader.report().bytes, data.len() as u64);

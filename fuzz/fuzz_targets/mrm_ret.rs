@@ -6,7 +6,9 @@ use acerra_radar::{Limits, RadargramOptions};
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|data: &[u8]| {
-    let limits = Limits { max_samples: 1 << 20, max_line_bytes: 1 << 12, ..Limits::default() };
+    let mut limits = Limits::default();
+    limits.max_samples = 1 << 20;
+    limits.max_line_bytes = 1 << 12;
     let Ok(log) = read_ret(data, &limits) else { return };
     if let Ok(made) = log.radargram(&RadargramOptions::default()) {
         assert!(made.radargram.validate().is_ok());

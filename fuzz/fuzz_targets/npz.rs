@@ -8,7 +8,8 @@ use acerra_radar::{Limits, NeutralContent};
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|data: &[u8]| {
-    let limits = Limits { max_samples: 1 << 16, ..Limits::default() };
+    let mut limits = Limits::default();
+    limits.max_samples = 1 << 16;
     let Ok(file) = read_npz(Cursor::new(data), &limits) else { return };
     match &file.content {
         NeutralContent::Radargram(r) => assert!(r.validate().is_ok()),
