@@ -4,6 +4,7 @@ use std::fs::File;
 use std::io::{self, BufReader};
 use std::path::{Path, PathBuf};
 
+use acerra_radar::quality::{OutlierOptions, scan_outliers};
 use acerra_radar::{
     LogRadargram, NeutralContent, NeutralFile, OpenError, RadarFile, RadarLog, Radargram,
     RadargramOptions, RunError, Spectrum,
@@ -170,7 +171,7 @@ fn from_log(path: &Path, log: &RadarLog, warnings: &mut Warnings) -> Result<Rada
     );
     let summary = summary(log, &made);
     Ok(RadarData {
-        content: RadarContent::Radargram(made.radargram),
+        content: RadarContent::Radargram(without_outliers(made.radargram, warnings)),
         position_m: None,
         label: RadarLabel {
             unit: "counts",
@@ -200,6 +201,22 @@ fn from_neutral(
     data.label.summary.insert_str(0, "NPZ ");
     data.position_m = neutral.position_m;
     Ok(data)
+}
+
+/// The traces without those that stand out from their neighbours by orders of magnitude.
+fn without_outliers(radargram: Radargram, warnings: &mut Warnings) -> Radargram {
+    let outliers = scan_outliers(&radargram, &OutlierOptions::default());
+    let is_sound = |trace: &usize| outliers.iter().all(|outlier| outlier.trace != *trace);
+    let kept: Vec<usize> = (0..radargram.traces).filter(is_sound).collect();
+    if kept.len() == radargram.traces || kept.is_empty() {
+        return radargram;
+    }
+    warnings.count(
+        outliers.len(),
+        "scans stand out from their neighbours by orders of magnitude and were left out; trace \
+         numbers count those that remain",
+    );
+    radargram.select(&kept).unwrap_or(radargram)
 }
 
 /// Places in a log that are named one by one before they are only counted.

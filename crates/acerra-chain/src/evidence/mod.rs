@@ -22,9 +22,9 @@ pub use clock::{ClockSeen, clock_offset};
 pub use finding::{Finding, Verdict};
 pub use geometry::{Coverage, ImageGeometry, coverage, pixel_size, scan_spacing, wavenumber_span};
 pub use image::{ImageContrast, contrast};
-pub use positions::{base_position, focusing_loss, trajectory_coverage};
+pub use positions::{focusing_loss, trajectory_coverage};
 pub use processing::{BackgroundWindow, FrequencyGrid, background_window, frequency_step};
-pub use radar::{CouplingSeen, SurfaceSeen, band, coupling, outliers, surface, zero_timing};
+pub use radar::{CouplingSeen, SurfaceSeen, band, coupling, surface, zero_timing};
 
 /// The findings of a run, in the order of its stages.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]

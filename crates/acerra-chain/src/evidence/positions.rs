@@ -4,29 +4,6 @@ use std::f64::consts::TAU;
 
 use super::finding::{Finding, Verdict};
 
-/// Judges the base's stated position by its own single-point position, `distance_m` away; `sigma_m`
-/// is the single-point position's own uncertainty.
-///
-/// A base off its place moves the whole image with it and leaves everything else right, so that
-/// nothing but this shows it.
-#[must_use]
-pub fn base_position(distance_m: f64, sigma_m: f64) -> Finding {
-    let verdict = match distance_m / sigma_m.max(2.5) {
-        d if d <= 3.5 => Verdict::Agrees,
-        d if d <= 20.0 => Verdict::Doubtful,
-        _ => Verdict::Contradicts,
-    };
-    Finding {
-        sigma: Some(sigma_m),
-        ..Finding::judged("base_position", distance_m, "m", verdict)
-    }
-    .expecting(0.0)
-    .because(format!(
-        "the base's stated position is {distance_m:.1} m from its own single-point position \
-         (± {sigma_m:.1} m): the image moves with it ([gnss] base_deg_m, base_ecef_m)"
-    ))
-}
-
 /// Judges the loss of focus that the positions' own σ predict, after Eq. (5): a phase error of
 /// 4πσ/λ along the line of sight.
 ///
@@ -70,13 +47,6 @@ pub fn trajectory_coverage(positioned: usize, traces: usize) -> Finding {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_base_fourteen_metres_off_is_doubtful() {
-        assert_eq!(base_position(2.0, 3.0).verdict, Verdict::Agrees);
-        assert_eq!(base_position(14.0, 3.0).verdict, Verdict::Doubtful);
-        assert_eq!(base_position(5000.0, 3.0).verdict, Verdict::Contradicts);
-    }
 
     #[test]
     fn float_positions_are_doubtful_and_the_loss_is_that_of_the_phase_error() {

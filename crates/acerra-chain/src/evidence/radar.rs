@@ -140,23 +140,6 @@ pub fn band(occupied: f64, band_ghz: [f64; 2], spectrum_ghz: [f64; 2]) -> Findin
         ))
 }
 
-/// Judges the scans that stand out from all others and were dropped.
-#[must_use]
-pub fn outliers(dropped: usize, scans: usize) -> Finding {
-    let share = dropped as f64 / scans.max(1) as f64;
-    let verdict = if share > 0.05 {
-        Verdict::Doubtful
-    } else {
-        Verdict::Agrees
-    };
-    Finding::judged("scan_outliers", dropped as f64, "scans", verdict)
-        .expecting(0.0)
-        .because(format!(
-            "{dropped} of {scans} scans stand out from all others by orders of magnitude and are \
-             left out"
-        ))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
