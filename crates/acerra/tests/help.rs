@@ -25,10 +25,15 @@ fn commands() -> Vec<clap::Command> {
         .collect()
 }
 
+/// Columns of the texts compared, whatever the terminal of the test.
+const COLUMNS: usize = 100;
+
 #[test]
 fn every_help_is_as_it_was() {
-    insta::assert_snapshot!("help-acerra", Cli::command().render_long_help());
-    for mut command in commands() {
+    let mut program = Cli::command().term_width(COLUMNS);
+    insta::assert_snapshot!("help-acerra", program.render_long_help());
+    for command in commands() {
+        let mut command = command.term_width(COLUMNS);
         let name = format!("help-{}", command.get_name());
         insta::assert_snapshot!(name, command.render_long_help());
     }
