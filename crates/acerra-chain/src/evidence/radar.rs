@@ -130,7 +130,7 @@ pub fn band(occupied: f64, band_ghz: [f64; 2], spectrum_ghz: [f64; 2]) -> Findin
     Finding::judged("band", occupied, "share of the band", verdict)
         .expecting(1.0)
         .because(format!(
-            "the radar has energy in {:.0} % of the band {} to {} GHz; its spectrum reaches from \
+            "the radar has energy in {:.0} % of the band {:.2} to {:.2} GHz; its spectrum reaches from \
              {:.2} to {:.2} GHz ([image] band_ghz)",
             100.0 * occupied,
             band_ghz[0],

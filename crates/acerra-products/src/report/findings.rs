@@ -4,27 +4,48 @@ use super::data::{EvidenceRow, Verdict};
 use super::numbers::{fixed, measured};
 use maud::{Markup, html};
 
-/// The section with the one-line verdict and all findings, gravest first; nothing where there are
-/// no findings.
+/// The section with the one-line verdict and all findings, gravest first; those that agree are folded
+/// away. Nothing where there are no findings.
 pub(super) fn section(rows: &[EvidenceRow]) -> Markup {
     let mut sorted: Vec<&EvidenceRow> = rows.iter().collect();
     sorted.sort_by_key(|row| std::cmp::Reverse(row.verdict));
+    let agreeing = sorted.partition_point(|row| row.verdict != Verdict::Agrees);
+    let (questionable, agreeing) = sorted.split_at(agreeing);
     html! {
         @if !rows.is_empty() {
             section #evidence {
                 h2 { "Evidence" }
                 p.note.(class(worst(rows))) { (verdict_line(rows)) }
-                table.findings {
-                    thead {
-                        tr {
-                            @for name in ["finding", "value", "expected", "σ", "verdict", "what it means"] {
-                                th scope="col" { (name) }
-                            }
+                @if !questionable.is_empty() { (table(questionable)) }
+                @if !agreeing.is_empty() {
+                    details {
+                        summary { "What agrees: " (names(agreeing)) }
+                        (table(agreeing))
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn names(rows: &[&EvidenceRow]) -> String {
+    let names: Vec<&str> = rows.iter().map(|row| row.name.as_str()).collect();
+    names.join(", ")
+}
+
+fn table(rows: &[&EvidenceRow]) -> Markup {
+    html! {
+        div.scroll {
+            table.findings {
+                thead {
+                    tr {
+                        @for name in ["finding", "value", "expected", "σ", "verdict", "what it means"] {
+                            th scope="col" { (name) }
                         }
                     }
-                    tbody {
-                        @for row in sorted { (finding(row)) }
-                    }
+                }
+                tbody {
+                    @for row in rows { (finding(row)) }
                 }
             }
         }

@@ -220,10 +220,7 @@ impl Fit<'_> {
         let mut delay_s = commonest_s(residuals, delays_s, mixture.sigma_s);
         let stray = mixture.stray_share * self.stray_density();
         let height = (1.0 - mixture.stray_share) / (mixture.sigma_s * std::f64::consts::TAU.sqrt());
-        let density = |r: f64, d: f64| {
-            let x = (r - d) / mixture.sigma_s;
-            height * (-0.5 * x * x).exp()
-        };
+        let density = |r: f64, d: f64| height * bell((r - d) / mixture.sigma_s);
         for _ in 0..2 {
             let (mut sum, mut weight) = (0.0, 0.0);
             for &r in residuals.iter().filter(|r| r.is_finite()) {
@@ -271,7 +268,7 @@ impl Fit<'_> {
     /// Probability that a residual is the surface's.
     fn surface_weight(&self, residual_s: f64, mixture: Mixture) -> f64 {
         let x = residual_s / mixture.sigma_s;
-        let surface = (1.0 - mixture.stray_share) * (-0.5 * x * x).exp()
+        let surface = (1.0 - mixture.stray_share) * bell(x)
             / (mixture.sigma_s * std::f64::consts::TAU.sqrt());
         surface / (surface + mixture.stray_share * self.stray_density())
     }
@@ -337,6 +334,17 @@ impl Fit<'_> {
             top = top.max(self.log_likelihood(picks, [low, high], mixture).0);
         }
         top
+    }
+}
+
+/// exp(−x²/2), and zero beyond ten standard deviations, where it is 2·10⁻²² of its maximum and the
+/// exponential would take most of the search's time.
+fn bell(x: f64) -> f64 {
+    let square = x * x;
+    if square > 100.0 {
+        0.0
+    } else {
+        (-0.5 * square).exp()
     }
 }
 
