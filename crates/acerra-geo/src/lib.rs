@@ -15,6 +15,7 @@
 //! - [`interpolate`]: positions at any time, gaps and unfixed stretches flagged; path and speed.
 //! - [`lever_arm`]: from the positioned point to the radar's phase centre.
 //! - [`terrain`]: heights of the ground from GeoTIFF and text grids.
+//! - [`utm`]: the UTM zones and their projection.
 //! - [`write`](mod@write): trajectories and positions as CSV.
 //!
 //! SI units and radians throughout; names carry units and frames (`height_m`,
@@ -50,4 +51,5 @@ pub mod read;
 pub mod terrain;
 pub mod time;
 pub mod trajectory;
+pub mod utm;
 pub mod write;

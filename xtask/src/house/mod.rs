@@ -18,11 +18,12 @@ use anyhow::Context;
 use modules::ModuleTree;
 
 /// The crates' levels, from ARCHITECTURE.md.
-pub const LEVELS: [(&str, u32); 13] = [
+pub const LEVELS: [(&str, u32); 14] = [
     ("acerra-geo", 0),
     ("acerra-npz", 0),
     ("acerra-settings", 0),
     ("acerra-figure", 0),
+    ("acerra-maps", 1),
     ("acerra-gnss", 1),
     ("acerra-radar", 1),
     ("acerra-imaging", 1),

@@ -1,8 +1,8 @@
 //! Coordinates that terrain comes in.
 
 use super::TerrainError;
-use super::utm::utm_from_geodetic;
 use crate::geodesy::Geodetic;
+use crate::utm::utm_from_geodetic;
 
 /// What the first two coordinates of a raster are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

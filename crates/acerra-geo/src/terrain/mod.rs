@@ -9,7 +9,6 @@ mod error;
 mod geotiff;
 mod local;
 mod raster;
-mod utm;
 mod xyz;
 
 use std::io::{BufRead, BufReader, Read, Seek, SeekFrom};

@@ -2,10 +2,41 @@
 
 use crate::geodesy::{Geodetic, WGS84_FLATTENING, WGS84_SEMI_MAJOR_AXIS_M};
 
+/// The UTM zone of a place, 1 to 60, with the wider zones of southern Norway and Svalbard, and whether
+/// it lies south of the equator.
+///
+/// ```
+/// use acerra_geo::geodesy::Geodetic;
+/// use acerra_geo::utm::utm_zone;
+/// assert_eq!(utm_zone(&Geodetic::from_degrees(41.0, 14.2, 0.0)), (33, false));
+/// assert_eq!(utm_zone(&Geodetic::from_degrees(60.4, 5.3, 0.0)), (32, false)); // Bergen
+/// ```
+#[must_use]
+pub fn utm_zone(place: &Geodetic) -> (u8, bool) {
+    let (latitude_deg, longitude_deg) = (place.latitude_deg(), place.longitude_deg());
+    let east_deg = (longitude_deg + 180.0).rem_euclid(360.0);
+    let regular = (east_deg / 6.0).floor().clamp(0.0, 59.0) as u8 + 1;
+    let longitude_deg = east_deg - 180.0;
+    let zone = if (56.0..64.0).contains(&latitude_deg) && (3.0..12.0).contains(&longitude_deg) {
+        32
+    } else if (72.0..84.0).contains(&latitude_deg) && (0.0..42.0).contains(&longitude_deg) {
+        match longitude_deg {
+            l if l < 9.0 => 31,
+            l if l < 21.0 => 33,
+            l if l < 33.0 => 35,
+            _ => 37,
+        }
+    } else {
+        regular
+    };
+    (zone, latitude_deg < 0.0)
+}
+
 /// Easting and northing (m) in a UTM zone, by Krüger's series to the sixth order in the third
 /// flattening: to a nanometre within the zone and a millimetre 30° from its meridian (Karney 2011,
 /// J. Geodesy 85, Eqs. (7)–(9), (11), (35)).
-pub(super) fn utm_from_geodetic(place: &Geodetic, zone: u8, south: bool) -> [f64; 2] {
+#[must_use]
+pub fn utm_from_geodetic(place: &Geodetic, zone: u8, south: bool) -> [f64; 2] {
     const SCALE: f64 = 0.9996;
     let n = WGS84_FLATTENING / (2.0 - WGS84_FLATTENING);
     let n2 = n * n;
@@ -48,6 +79,18 @@ pub(super) fn utm_from_geodetic(place: &Geodetic, zone: u8, south: bool) -> [f64
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn zones_follow_the_grid_and_its_exceptions() {
+        let zone = |lat, lon| utm_zone(&Geodetic::from_degrees(lat, lon, 0.0));
+        assert_eq!(zone(0.0, -180.0), (1, false));
+        assert_eq!(zone(-33.9, 18.4), (34, true));
+        assert_eq!(zone(10.0, 180.0), (1, false));
+        assert_eq!(zone(55.9, 5.0), (31, false));
+        for (lon, expected) in [(8.9, 31), (9.0, 33), (21.0, 35), (33.0, 37), (42.0, 38)] {
+            assert_eq!(zone(78.0, lon).0, expected);
+        }
+    }
 
     #[test]
     fn known_places() {

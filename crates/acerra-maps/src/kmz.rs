@@ -1,0 +1,169 @@
+//! KMZ (OGC KML 2.3 in a ZIP file): a picture laid over the ground, the track above it, and points.
+
+use std::fmt::Write as _;
+use std::io::{Seek, Write};
+
+use acerra_geo::geodesy::Geodetic;
+use zip::write::{SimpleFileOptions, ZipWriter};
+
+use crate::error::MapError;
+use crate::geotiff::escaped;
+
+/// A picture over the ground with what belongs to it.
+#[derive(Clone, Debug)]
+pub struct Overlay<'a> {
+    /// What it is called.
+    pub name: &'a str,
+    /// What it shows, in words.
+    pub description: &'a str,
+    /// The picture, as PNG; transparent where there is nothing.
+    pub png: &'a [u8],
+    /// Its outer corners: south-west, south-east, north-east, north-west.
+    pub corners: [Geodetic; 4],
+    /// Lines flown, heights above the ellipsoid.
+    pub tracks: Vec<Vec<Geodetic>>,
+    /// Points with their names and what is known of them.
+    pub points: Vec<OverlayPoint>,
+}
+
+/// A named point.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OverlayPoint {
+    /// Its name.
+    pub name: String,
+    /// What is known of it, in words.
+    pub description: String,
+    /// Its place.
+    pub place: Geodetic,
+}
+
+/// Writes an overlay.
+///
+/// KML counts heights from the sea; as the ellipsoid's height above it is not known here, the picture
+/// and the points lie on the ground, and the track stands above it by its height over the picture.
+///
+/// # Errors
+/// Those of the writer.
+pub fn write_kmz(out: impl Write + Seek, overlay: &Overlay<'_>) -> Result<(), MapError> {
+    let mut zip = ZipWriter::new(out);
+    let options = SimpleFileOptions::default().last_modified_time(zip::DateTime::default());
+    let failed = |error: zip::result::ZipError| MapError::Io(error.into());
+    zip.start_file("doc.kml", options).map_err(failed)?;
+    zip.write_all(document(overlay).as_bytes())?;
+    let stored = options.compression_method(zip::CompressionMethod::Stored);
+    zip.start_file("image.png", stored).map_err(failed)?;
+    zip.write_all(overlay.png)?;
+    zip.finish().map_err(failed)?.flush()?;
+    Ok(())
+}
+
+fn document(overlay: &Overlay<'_>) -> String {
+    let mut kml = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n\
+                   <kml xmlns=\"http://www.opengis.net/kml/2.2\" \
+                   xmlns:gx=\"http://www.google.com/kml/ext/2.2\">\n<Document>\n"
+        .to_owned();
+    let name = escaped(overlay.name);
+    let about = escaped(overlay.description);
+    let _ = write!(
+        kml,
+        "<name>{name}</name>\n\
+         <Style id=\"track\"><LineStyle><color>ffffffff</color><width>2</width></LineStyle></Style>\n\
+         <GroundOverlay><name>{name}</name><description>{about}</description>\n\
+         <Icon><href>image.png</href></Icon>\n\
+         <gx:LatLonQuad><coordinates>{}</coordinates></gx:LatLonQuad>\n\
+         </GroundOverlay>\n",
+        places(&overlay.corners, None)
+    );
+    let ground_m = overlay.corners.iter().map(|c| c.height_m).sum::<f64>() / 4.0;
+    for track in &overlay.tracks {
+        let _ = write!(
+            kml,
+            "<Placemark><name>Track</name><styleUrl>#track</styleUrl>\n\
+             <LineString><altitudeMode>relativeToGround</altitudeMode>\
+             <coordinates>{}</coordinates></LineString></Placemark>\n",
+            places(track, Some(ground_m))
+        );
+    }
+    for point in &overlay.points {
+        let _ = write!(
+            kml,
+            "<Placemark><name>{}</name><description>{}</description>\n\
+             <Point><coordinates>{}</coordinates></Point></Placemark>\n",
+            escaped(&point.name),
+            escaped(&point.description),
+            places(&[point.place], None)
+        );
+    }
+    kml.push_str("</Document>\n</kml>\n");
+    kml
+}
+
+/// Longitude, latitude and, over `ground_m`, height of each place.
+fn places(places: &[Geodetic], ground_m: Option<f64>) -> String {
+    let texts: Vec<String> = places
+        .iter()
+        .map(|place| {
+            let (longitude, latitude) = (place.longitude_deg(), place.latitude_deg());
+            match ground_m {
+                Some(ground_m) => {
+                    format!(
+                        "{longitude:.9},{latitude:.9},{:.3}",
+                        place.height_m - ground_m
+                    )
+                }
+                None => format!("{longitude:.9},{latitude:.9}"),
+            }
+        })
+        .collect();
+    texts.join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::{Cursor, Read};
+
+    #[test]
+    fn an_archive_holds_document_and_picture() {
+        let at = |lat, lon| Geodetic::from_degrees(lat, lon, 80.0);
+        let overlay = Overlay {
+            name: "<flight> & \"log\"",
+            description: "levels in dB",
+            png: b"picture",
+            corners: [
+                at(41.0, 14.0),
+                at(41.0, 14.1),
+                at(41.1, 14.1),
+                at(41.1, 14.0),
+            ],
+            tracks: vec![vec![Geodetic::from_degrees(41.05, 14.05, 90.0)]],
+            points: vec![OverlayPoint {
+                name: "1".to_owned(),
+                description: "0.0 dB".to_owned(),
+                place: at(41.02, 14.03),
+            }],
+        };
+        let mut bytes = Cursor::new(Vec::new());
+        write_kmz(&mut bytes, &overlay).unwrap();
+        let mut zip = zip::ZipArchive::new(bytes).unwrap();
+        let mut kml = String::new();
+        zip.by_name("doc.kml")
+            .unwrap()
+            .read_to_string(&mut kml)
+            .unwrap();
+        for text in [
+            "<name>&lt;flight&gt; &amp; &quot;log&quot;</name>",
+            "14.000000000,41.000000000 14.100000000,41.000000000 14.100000000,41.100000000",
+            "14.050000000,41.050000000,10.000",
+            "14.030000000,41.020000000</coordinates>",
+        ] {
+            assert!(kml.contains(text), "{text}\n{kml}");
+        }
+        let mut png = Vec::new();
+        zip.by_name("image.png")
+            .unwrap()
+            .read_to_end(&mut png)
+            .unwrap();
+        assert_eq!(png, b"picture");
+    }
+}

@@ -1,0 +1,141 @@
+//! Overviews: the same image with ever coarser pixels, rows from north to south as files have them.
+
+use num_complex::Complex32;
+
+use crate::raster::{Raster, Values};
+
+/// One level of an image's pyramid, rows from north to south.
+pub(crate) struct Level {
+    pub nx: usize,
+    pub ny: usize,
+    pub samples: Samples,
+}
+
+/// The samples of a level.
+pub(crate) enum Samples {
+    Real(Vec<f32>),
+    Complex(Vec<Complex32>),
+}
+
+/// Side up to which an image needs no further overview: a tile's.
+pub(crate) const TILE: usize = 256;
+
+/// The image and its overviews, the image first; each has half the pixels a side of the one before.
+pub(crate) fn pyramid(raster: &Raster<'_>) -> Vec<Level> {
+    match raster.values {
+        Values::Power(values) => real(raster, values, |power| power),
+        Values::Level(values) => real(raster, values, level_db),
+        Values::Complex(values) => levels(from_north(values, raster.nx), raster, |four| four[0])
+            .into_iter()
+            .map(|(nx, ny, values)| Level {
+                nx,
+                ny,
+                samples: Samples::Complex(values),
+            })
+            .collect(),
+    }
+}
+
+fn real(raster: &Raster<'_>, power: &[f32], shown: fn(f32) -> f32) -> Vec<Level> {
+    let known = |p: f32| if p.is_finite() { p } else { f32::NAN };
+    let power = from_north(power, raster.nx).into_iter().map(known);
+    levels(power.collect(), raster, mean_of_known)
+        .into_iter()
+        .map(|(nx, ny, power)| Level {
+            nx,
+            ny,
+            samples: Samples::Real(power.into_iter().map(shown).collect()),
+        })
+        .collect()
+}
+
+fn level_db(power: f32) -> f32 {
+    if power > 0.0 {
+        10.0 * power.log10()
+    } else {
+        f32::NAN
+    }
+}
+
+fn mean_of_known(few: &[f32]) -> f32 {
+    let known = few.iter().filter(|p| p.is_finite());
+    let (count, sum) = known.fold((0.0_f64, 0.0_f64), |(n, sum), p| {
+        (n + 1.0, sum + f64::from(*p))
+    });
+    if count > 0.0 {
+        (sum / count) as f32
+    } else {
+        f32::NAN
+    }
+}
+
+fn from_north<T: Copy>(values: &[T], nx: usize) -> Vec<T> {
+    values.chunks(nx).rev().flatten().copied().collect()
+}
+
+fn levels<T: Copy>(
+    full: Vec<T>,
+    raster: &Raster<'_>,
+    merge: fn(&[T]) -> T,
+) -> Vec<(usize, usize, Vec<T>)> {
+    let mut all = vec![(raster.nx, raster.ny, full)];
+    while let Some((nx, ny, values)) = all.last()
+        && (*nx).max(*ny) > TILE
+    {
+        let next = halved(values, *nx, *ny, merge);
+        all.push(next);
+    }
+    all
+}
+
+fn halved<T: Copy>(
+    values: &[T],
+    nx: usize,
+    ny: usize,
+    merge: fn(&[T]) -> T,
+) -> (usize, usize, Vec<T>) {
+    let (columns, rows) = (nx.div_ceil(2), ny.div_ceil(2));
+    let mut merged = Vec::with_capacity(columns * rows);
+    let mut few = Vec::with_capacity(4);
+    for j in 0..rows {
+        for i in 0..columns {
+            few.clear();
+            for row in (2 * j)..(2 * j + 2).min(ny) {
+                for column in (2 * i)..(2 * i + 2).min(nx) {
+                    few.push(values[row * nx + column]);
+                }
+            }
+            merged.push(merge(&few));
+        }
+    }
+    (columns, rows, merged)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn overviews_hold_the_level_of_the_mean_power() {
+        let (nx, ny) = (300, 3);
+        let mut power = vec![1.0_f32; nx * ny];
+        // The north-western pixel: the last row of the image.
+        power[2 * nx] = 5.0;
+        power[2 * nx + 1] = f32::NAN;
+        let levels = pyramid(&Raster::level_db(&power, nx, ny));
+        assert_eq!(
+            levels.iter().map(|l| (l.nx, l.ny)).collect::<Vec<_>>(),
+            [(300, 3), (150, 2)]
+        );
+        let Samples::Real(full) = &levels[0].samples else {
+            panic!("levels are real");
+        };
+        let Samples::Real(half) = &levels[1].samples else {
+            panic!("levels are real");
+        };
+        assert!((full[0] - 10.0 * 5.0_f32.log10()).abs() < 1e-6 && full[1].is_nan());
+        // Mean of 5, 1 and 1.
+        assert!((half[0] - 10.0 * (7.0_f32 / 3.0).log10()).abs() < 1e-6);
+        assert!(half[1].abs() < 1e-6);
+    }
+}

@@ -1,0 +1,59 @@
+//! The values of a map: what each pixel holds, rows from south to north as images have them.
+
+use num_complex::Complex32;
+
+use crate::error::MapError;
+
+/// Pixels of an image, row-major `[ny, nx]`, row 0 at the smallest y.
+#[derive(Clone, Copy, Debug)]
+pub struct Raster<'a> {
+    pub(crate) values: Values<'a>,
+    pub(crate) nx: usize,
+    pub(crate) ny: usize,
+}
+
+/// What pixels hold.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Values<'a> {
+    Power(&'a [f32]),
+    Level(&'a [f32]),
+    Complex(&'a [Complex32]),
+}
+
+impl<'a> Raster<'a> {
+    /// Powers, linear; overviews hold means. What is not finite has no data.
+    #[must_use]
+    pub fn power(values: &'a [f32], nx: usize, ny: usize) -> Self {
+        Self::new(Values::Power(values), nx, ny)
+    }
+
+    /// Powers, written as levels in dB; overviews hold the level of the mean power. Zero and what is
+    /// not finite has no data.
+    #[must_use]
+    pub fn level_db(power: &'a [f32], nx: usize, ny: usize) -> Self {
+        Self::new(Values::Level(power), nx, ny)
+    }
+
+    /// Complex amplitudes; overviews hold one pixel out of four, as means would cancel.
+    #[must_use]
+    pub fn complex(values: &'a [Complex32], nx: usize, ny: usize) -> Self {
+        Self::new(Values::Complex(values), nx, ny)
+    }
+
+    fn new(values: Values<'a>, nx: usize, ny: usize) -> Self {
+        Self { values, nx, ny }
+    }
+
+    pub(crate) fn check(&self) -> Result<(), MapError> {
+        let found = match self.values {
+            Values::Power(v) | Values::Level(v) => v.len(),
+            Values::Complex(v) => v.len(),
+        };
+        let expected = self.nx * self.ny;
+        if found == expected && expected > 0 {
+            Ok(())
+        } else {
+            Err(MapError::Pixels { expected, found })
+        }
+    }
+}
