@@ -275,6 +275,22 @@ pub enum Contradictions {
     Warn,
 }
 
+/// `[products] formats`: files for other programs, beside those that every run writes.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ProductFormat {
+    /// `image-db.tif`: levels in dB as a cloud-optimised GeoTIFF.
+    Geotiff,
+    /// `image-power.tif`: linear powers, likewise.
+    GeotiffPower,
+    /// `image-complex.tif`: the complex image, likewise.
+    GeotiffComplex,
+    /// `image.kmz`: the image, the track and the targets for Google Earth.
+    Kmz,
+    /// `targets.geojson`: targets with their uncertainty, the track, the outline of the image.
+    Geojson,
+}
+
 /// `[image] weight`: the weight of each trace in the sum of Eq. (3).
 #[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]

@@ -183,7 +183,11 @@ impl<'a> ImageDb<'a> {
     }
 
     /// The gain at pixel (`column`, `row`) of `columns × rows` that cover the image.
-    fn gain_db(&self, (column, row): (usize, usize), (columns, rows): (usize, usize)) -> f64 {
+    pub(super) fn gain_db(
+        &self,
+        (column, row): (usize, usize),
+        (columns, rows): (usize, usize),
+    ) -> f64 {
         let fraction = |i: usize, n: usize| (i as f64 + 0.5) / n as f64;
         match &self.gain {
             Some(gain) => gain.at(fraction(column, columns), fraction(row, rows)),
@@ -192,7 +196,7 @@ impl<'a> ImageDb<'a> {
     }
 
     /// Reference and floor. The percentile is that of an even sample of the pixels.
-    fn shown(&self) -> Shown {
+    pub(super) fn shown(&self) -> Shown {
         let size = (self.nx, self.ny);
         let level = |column: usize, row: usize| {
             let strength = self.pixels.strength(row * self.nx + column);
@@ -269,9 +273,9 @@ const MOST_SAMPLED: f64 = 1e6;
 
 /// The levels that colours stand for.
 #[derive(Clone, Copy, Debug)]
-struct Shown {
+pub(super) struct Shown {
     /// The level at 0 dB, in dB against amplitude 1.
-    reference_db: f64,
+    pub reference_db: f64,
     /// The lowest level told apart, relative to it.
-    floor_db: f64,
+    pub floor_db: f64,
 }

@@ -58,6 +58,7 @@ mod legend;
 mod level_window;
 mod line_plot;
 mod map;
+mod overlay;
 mod pixel_values;
 mod placement;
 mod polyline;

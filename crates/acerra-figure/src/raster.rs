@@ -41,16 +41,33 @@ impl Drawing {
 
 /// Encodes 8-bit RGB as PNG; the same bytes for the same picture.
 pub(super) fn encode_png(width: u32, height: u32, rgb: &[u8]) -> Result<Vec<u8>, FigureError> {
+    encode([width, height], png::ColorType::Rgb, rgb)
+}
+
+/// Encodes 8-bit RGBA as PNG; the same bytes for the same picture.
+pub(super) fn encode_png_rgba(
+    width: u32,
+    height: u32,
+    rgba: &[u8],
+) -> Result<Vec<u8>, FigureError> {
+    encode([width, height], png::ColorType::Rgba, rgba)
+}
+
+fn encode(
+    [width, height]: [u32; 2],
+    colour: png::ColorType,
+    samples: &[u8],
+) -> Result<Vec<u8>, FigureError> {
     let encode = |error: png::EncodingError| FigureError::Encode(error.to_string());
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, width, height);
-    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_color(colour);
     encoder.set_depth(png::BitDepth::Eight);
     encoder.set_compression(png::Compression::Balanced);
     // Colour maps jump where values change little: differences compress worse than colours.
     encoder.set_filter(png::Filter::NoFilter);
     let mut writer = encoder.write_header().map_err(encode)?;
-    writer.write_image_data(rgb).map_err(encode)?;
+    writer.write_image_data(samples).map_err(encode)?;
     writer.finish().map_err(encode)?;
     Ok(bytes)
 }

@@ -3,6 +3,7 @@
 use std::fs::File;
 use std::io::{BufWriter, Write};
 
+use acerra_geo::geodesy::EnuFrame;
 use acerra_geo::trajectory::{Frame, TimeOrigin};
 use anyhow::Context;
 
@@ -10,7 +11,7 @@ use crate::outcome::Outcome;
 use crate::report::report_page;
 use crate::run_record::{RunRecord, TargetsRecord};
 use crate::staging::Staging;
-use crate::{image_npz, pictures, report_data};
+use crate::{image_npz, maps, pictures, report_data};
 use acerra_chain::position::Positions;
 use acerra_chain::stages::Stages;
 use serde::Serialize;
@@ -40,6 +41,7 @@ pub fn deliver(outcome: &Outcome, staging: Staging, stages: &mut Stages) -> anyh
             staging.write(name, &picture.png)?;
         }
         write_trajectory(outcome, &staging)?;
+        maps::write(outcome, &staging)?;
         staging.write("targets.json", json(&TargetsRecord::of(outcome))?)?;
         let more: Vec<_> = more.into_iter().map(|(_, picture)| picture).collect();
         anyhow::Ok((image_png, raw_png, clean_png, more))
@@ -57,7 +59,10 @@ fn json(record: &impl Serialize) -> serde_json::Result<String> {
 
 fn write_image(outcome: &Outcome, staging: &Staging) -> anyhow::Result<()> {
     let mut npz = buffered(staging, "image.npz")?;
-    image_npz::write(&mut npz, &outcome.focused.image, &outcome.focused.pixels)
+    let frame = maps::earth_frame(&outcome.prepared.first().positions);
+    let origin = frame.as_ref().map(EnuFrame::origin);
+    let focused = &outcome.focused;
+    image_npz::write(&mut npz, &focused.image, &focused.pixels, origin)
         .and_then(|()| npz.flush())
         .context("image.npz: cannot write")
 }

@@ -1,7 +1,7 @@
 //! What a run leaves behind: files, and how they get there.
 //!
 //! ```text
-//! campaign file ──run_campaign──► Outcome ──deliver──► image.npz, pictures, run.json, report.html
+//! campaign file ──run_campaign──► Outcome ──deliver──► image.npz, pictures, maps, run.json, report.html
 //!                     │
 //!                     └─ looks, slices ──NpzSink──► looks.npz, volume.npz
 //! ```
@@ -11,9 +11,11 @@ mod cuts;
 pub mod deliver;
 mod display;
 pub mod image_npz;
+mod maps;
 pub mod names;
 pub mod outcome;
 pub mod pictures;
+mod provenance;
 pub mod report;
 mod report_data;
 mod run;
@@ -21,6 +23,7 @@ pub mod run_record;
 mod space;
 pub mod stack_npz;
 pub mod staging;
+mod uncertainty;
 
 pub use outcome::Outcome;
 pub use run::{NamedCampaign, process, run_campaign};

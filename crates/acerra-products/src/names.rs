@@ -5,7 +5,14 @@ use std::path::Path;
 use serde_json::Value;
 
 /// Every file that a run may write into its directory.
-pub const PRODUCTS: [&str; 13] = [
+pub const PRODUCTS: [&str; 21] = [
+    "image-complex.tfw",
+    "image-complex.tif",
+    "image-db.tfw",
+    "image-db.tif",
+    "image-power.tfw",
+    "image-power.tif",
+    "image.kmz",
     "image.npz",
     "image.png",
     "looks.npz",
@@ -14,6 +21,7 @@ pub const PRODUCTS: [&str; 13] = [
     "radargram.png",
     "report.html",
     "run.json",
+    "targets.geojson",
     "targets.json",
     "trajectory.csv",
     "volume-front.png",

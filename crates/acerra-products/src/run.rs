@@ -12,6 +12,7 @@ use acerra_chain::{Cancelled, ChainError, Control, ImageSink, Journal};
 use anyhow::Context;
 
 use crate::deliver::deliver;
+use crate::maps;
 use crate::names::{PRODUCTS, of_older_run};
 use crate::outcome::Outcome;
 use crate::space::check_space;
@@ -39,6 +40,7 @@ pub fn run_campaign(
         campaign: campaign.resolved_in(folder),
     };
     inputs_are_kept(file, &campaign.campaign, directory)?;
+    maps::check(&campaign.campaign).with_context(at)?;
     let mut staging = Staging::new(directory)?;
     staging.supersede(of_older_run(directory));
     // Pixels that cannot be held are refused before anything is read.

@@ -11,17 +11,48 @@ use acerra_chain::stages::Stage;
 use acerra_imaging::metrics::{ImageStatistics, Target};
 use serde::Serialize;
 
+use crate::maps::earth_frame;
 use crate::outcome::Outcome;
+use crate::uncertainty::place_sigma;
 
 /// `targets.json`: what the image shows.
 #[derive(Clone, Debug, Serialize)]
 pub struct TargetsRecord<'a> {
     /// Targets, strongest first.
-    pub targets: &'a [Target],
+    pub targets: Vec<TargetRecord<'a>>,
+    /// The frame of their coordinates.
+    pub frame: FrameRecord,
     /// Levels of the image as a whole.
     pub image: &'a ImageStatistics,
     /// What became of the local maxima.
     pub maxima: MaximaRecord,
+}
+
+/// A target, where it stands on the Earth, and how well that is known.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct TargetRecord<'a> {
+    /// The target in the image's frame.
+    #[serde(flatten)]
+    pub target: &'a Target,
+    /// Latitude and longitude (degrees) and ellipsoidal height (m); absent where the frame's place on
+    /// the Earth is not known.
+    pub place_deg_m: Option<[f64; 3]>,
+    /// Standard deviation along and across the track (m), by the positions' own; what the delay may be
+    /// off is not in it.
+    pub sigma_along_across_m: Option<[f64; 2]>,
+}
+
+impl<'a> TargetRecord<'a> {
+    fn of(outcome: &Outcome, target: &'a Target) -> Self {
+        let frame = earth_frame(&outcome.prepared.first().positions);
+        let place = frame.map(|f| f.geodetic_from_enu([target.x_m, target.y_m, target.z_m]));
+        let sigma = place_sigma(outcome, target);
+        Self {
+            target,
+            place_deg_m: place.map(|p| [p.latitude_deg(), p.longitude_deg(), p.height_m]),
+            sigma_along_across_m: sigma.map(|s| [s.along_m, s.across_m]),
+        }
+    }
 }
 
 /// What became of the local maxima of an image.
@@ -184,7 +215,12 @@ impl<'a> TargetsRecord<'a> {
     pub fn of(outcome: &'a Outcome) -> Self {
         let measured = &outcome.measured;
         Self {
-            targets: &measured.targets,
+            targets: measured
+                .targets
+                .iter()
+                .map(|target| TargetRecord::of(outcome, target))
+                .collect(),
+            frame: FrameRecord::of(&outcome.prepared.first().positions),
             image: &measured.statistics,
             maxima: MaximaRecord {
                 above_threshold: measured.maxima,
@@ -278,11 +314,7 @@ impl<'a> CurveRecord<'a> {
 
 impl FrameRecord {
     fn of(positions: &Positions) -> Self {
-        let enu = match positions {
-            Positions::Trajectory(trajectory) => trajectory.frame().enu().copied(),
-            Positions::PerTrace(_) => None,
-        };
-        match enu {
+        match earth_frame(positions) {
             Some(frame) => {
                 let origin = frame.origin();
                 Self {

@@ -8,10 +8,15 @@ use std::sync::OnceLock;
 
 use acerra::demo::{Flown, TRACKS, demonstration_page, largest_envelope};
 use acerra::simulated::write_campaign;
+use acerra_chain::position::Positions;
 use acerra_chain::{Control, Journal};
+use acerra_geo::geodesy::Geodetic;
+use acerra_geo::utm::{utm_from_geodetic, utm_zone};
 use acerra_imaging::metrics::LocalTrack;
 use acerra_products::run_campaign;
 use acerra_products::staging::Staging;
+use tiff::decoder::{Decoder, DecodingResult};
+use tiff::tags::Tag;
 
 struct Demonstration {
     folder: tempfile::TempDir,
@@ -168,13 +173,108 @@ fn each_report_has_its_name_its_cuts_and_the_word_of_caution() {
 }
 
 #[test]
+fn maps_show_the_reflectors_where_they_are_on_the_earth() {
+    let demonstration = demonstration();
+    for (track, flown) in TRACKS.iter().zip(&demonstration.flown) {
+        let products = demonstration
+            .folder
+            .path()
+            .join(track.name)
+            .join("products");
+        let map = Map::read(&products.join("image-db.tif"));
+        let frame = flown.outcome.prepared.first().positions.clone();
+        let Positions::Trajectory(trajectory) = frame else {
+            panic!("the demonstration has a trajectory");
+        };
+        let frame = *trajectory.frame().enu().unwrap();
+        let text = std::fs::read_to_string(products.join("targets.geojson")).unwrap();
+        let points: serde_json::Value = serde_json::from_str(&text).unwrap();
+        for found in flown.found() {
+            // The map's pixel at the target's place on the Earth is the image's at its local place.
+            let target_m = [found.target.x_m, found.target.y_m, found.target.z_m];
+            let focused = &flown.outcome.focused;
+            let grid = &focused.pixels.grid;
+            let [ix, iy] = [target_m[0] - grid.x0_m, target_m[1] - grid.y0_m]
+                .map(|d| (d / grid.pixel_m).round() as usize);
+            let centre_m = [grid.x_m(ix), grid.y_m(iy), grid.z_m];
+            let found_db = map.level_db(&frame.geodetic_from_enu(centre_m));
+            let expected_db = 20.0 * focused.image[iy * grid.nx + ix].norm().log10();
+            assert!(
+                (found_db - expected_db).abs() < 1e-3,
+                "{found_db} {expected_db}"
+            );
+
+            // The point of the GeoJSON is the target, within three times its uncertainty of the truth.
+            let feature = (0..2)
+                .map(|i| &points["features"][i])
+                .find(|f| (f["properties"]["x_m"].as_f64().unwrap() - target_m[0]).abs() < 1e-9)
+                .unwrap();
+            let at = |i: usize| feature["geometry"]["coordinates"][i].as_f64().unwrap();
+            let listed = Geodetic::from_degrees(at(1), at(0), at(2));
+            let listed_m = frame.enu_from_geodetic(&listed);
+            for i in 0..3 {
+                assert!(
+                    (listed_m[i] - target_m[i]).abs() < 1e-3,
+                    "{listed_m:?} {target_m:?}"
+                );
+            }
+            let sigma = |key: &str| feature["properties"][key].as_f64().unwrap();
+            let [along_m, across_m] = found.off_m();
+            assert!(along_m.abs() < 0.02 + 3.0 * sigma("sigma_along_m"));
+            assert!(across_m.abs() < 0.02 + 3.0 * sigma("sigma_across_m"));
+        }
+        let kmz = std::fs::read(products.join("image.kmz")).unwrap();
+        assert!(kmz.starts_with(b"PK"));
+    }
+}
+
+/// A GeoTIFF of levels with its affine place in UTM.
+struct Map {
+    levels_db: Vec<f32>,
+    width: usize,
+    matrix: Vec<f64>,
+}
+
+impl Map {
+    fn read(path: &Path) -> Self {
+        let file = std::io::BufReader::new(std::fs::File::open(path).unwrap());
+        let mut decoder = Decoder::new(file).unwrap();
+        let (width, _) = decoder.dimensions().unwrap();
+        let matrix = decoder
+            .get_tag_f64_vec(Tag::ModelTransformationTag)
+            .unwrap();
+        let DecodingResult::F32(levels_db) = decoder.read_image().unwrap() else {
+            panic!("levels are single precision");
+        };
+        Self {
+            levels_db,
+            width: width as usize,
+            matrix,
+        }
+    }
+
+    /// The level of the pixel in which a place lies.
+    fn level_db(&self, place: &Geodetic) -> f32 {
+        let (zone, south) = utm_zone(place);
+        let [east_m, north_m] = utm_from_geodetic(place, zone, south);
+        let m = &self.matrix;
+        let (x, y) = (east_m - m[3], north_m - m[7]);
+        let determinant = m[0] * m[5] - m[1] * m[4];
+        let column = (m[5] * x - m[1] * y) / determinant;
+        let row = (m[0] * y - m[4] * x) / determinant;
+        self.levels_db[row as usize * self.width + column as usize]
+    }
+}
+
+#[test]
 fn the_same_seed_gives_the_same_bytes() {
     let here = tempfile::tempdir().unwrap();
     let scene = TRACKS[0].scene().unwrap();
     let write = |name: &str, seed: u64| {
         let mut scene = scene.clone();
         scene.seed = seed;
-        let folder = here.path().join(name);
+        // Products bear the name of the campaign's folder.
+        let folder = here.path().join(name).join("flight");
         let staging = Staging::new(&folder).unwrap();
         write_campaign(&scene, &staging).unwrap();
         staging.publish().unwrap();
@@ -220,7 +320,10 @@ fn the_same_seed_gives_the_same_bytes() {
     for name in [
         "image.npz",
         "image.png",
+        "image-db.tif",
+        "image.kmz",
         "radargram.png",
+        "targets.geojson",
         "targets.json",
         "trajectory.csv",
     ] {

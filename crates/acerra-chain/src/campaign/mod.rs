@@ -13,13 +13,13 @@ use serde::{Deserialize, Serialize};
 use crate::pixels::Pixels;
 
 pub use crate::choices::{
-    Background, CalibrationSource, Contradictions, Gate, Heights, LookTaper, Select, Sum,
-    TimeOffset, Unfixed, Weight, ZeroTiming,
+    Background, CalibrationSource, Contradictions, Gate, Heights, LookTaper, ProductFormat, Select,
+    Sum, TimeOffset, Unfixed, Weight, ZeroTiming,
 };
 pub use error::CampaignError;
 pub use sections::{
     ChecksSection, Files, GnssSection, ImageSection, MeasureSection, PreprocessSection,
-    RadarSection, TrackSection, TracksSection, TrajectorySection,
+    ProductsSection, RadarSection, TrackSection, TracksSection, TrajectorySection,
 };
 
 /// A campaign, as its file states it and with every default filled in.
@@ -53,6 +53,9 @@ pub struct Campaign {
     /// What becomes of a run that its own evidence contradicts.
     #[serde(default)]
     pub checks: ChecksSection,
+    /// Files for other programs.
+    #[serde(default)]
+    pub products: ProductsSection,
 }
 
 impl Campaign {

@@ -7,8 +7,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::choices::{
-    Background, CalibrationSource, Contradictions, Gate, Heights, LookTaper, Select, Sum,
-    TimeOffset, Unfixed, Weight, ZeroTiming,
+    Background, CalibrationSource, Contradictions, Gate, Heights, LookTaper, ProductFormat, Select,
+    Sum, TimeOffset, Unfixed, Weight, ZeroTiming,
 };
 use crate::path_text;
 
@@ -67,6 +67,32 @@ pub struct TrackSection {
 pub struct ChecksSection {
     /// Whether contradictions make the run fail.
     pub contradictions: Contradictions,
+}
+
+/// `[products]`: files for other programs.
+#[derive(Clone, Debug, Deserialize, JsonSchema, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ProductsSection {
+    /// Which of them are written. Those with a place on the Earth need positions that have one;
+    /// without, GeoTIFFs stand in the local frame beside a world file, and KMZ and GeoJSON are left
+    /// out.
+    pub formats: Vec<ProductFormat>,
+    /// Coordinates of the GeoTIFFs, by their code in the EPSG registry; by default the UTM zone of the
+    /// image on WGS84.
+    pub epsg: Option<u32>,
+}
+
+impl Default for ProductsSection {
+    fn default() -> Self {
+        Self {
+            formats: vec![
+                ProductFormat::Geotiff,
+                ProductFormat::Kmz,
+                ProductFormat::Geojson,
+            ],
+            epsg: None,
+        }
+    }
 }
 
 /// `[tracks]`: how several tracks become one image.

@@ -1,0 +1,58 @@
+//! `image.kmz`: the image laid over the ground, the track above it, the targets.
+
+use std::fs::File;
+use std::io::BufWriter;
+
+use acerra_figure::{ImageDb, PixelValues};
+use acerra_maps::kmz::{Overlay, OverlayPoint, write_kmz};
+use anyhow::Context;
+
+use super::frame::OnEarth;
+use super::named;
+use crate::display::{WINDOW, range_gain};
+use crate::outcome::Outcome;
+use crate::staging::Staging;
+
+const NAME: &str = "image.kmz";
+/// Side of the picture at most; graphics processors take no larger ones.
+const MOST_SIDE: usize = 4096;
+/// Places of a track at most.
+const MOST_PLACES: usize = 2000;
+
+pub(super) fn write(
+    outcome: &Outcome,
+    earth: OnEarth<'_>,
+    staging: &Staging,
+) -> anyhow::Result<()> {
+    let grid = &outcome.focused.pixels.grid;
+    let values = PixelValues::Complex(&outcome.focused.image);
+    let mut image = ImageDb::new("", values, grid.nx, grid.ny);
+    image = image.at(grid.x0_m, grid.y0_m, grid.pixel_m);
+    image.window = WINDOW;
+    image.gain = range_gain(outcome);
+    let png = image.overlay_png(MOST_SIDE).context(NAME)?;
+    let description = format!(
+        "Radar image {}; levels from {:.0} dB to 0 dB below the maximum. Acerra {}.",
+        outcome.focused.pixels.describe(),
+        image.floor_db(),
+        env!("CARGO_PKG_VERSION")
+    );
+    let points = outcome.measured.targets.iter().enumerate();
+    let points = points.map(|(k, target)| OverlayPoint {
+        name: format!("{}", k + 1),
+        description: format!("{:.1} dB", target.level_db),
+        place: earth
+            .frame
+            .geodetic_from_enu([target.x_m, target.y_m, target.z_m]),
+    });
+    let overlay = Overlay {
+        name: &outcome.name,
+        description: &description,
+        png: &png,
+        corners: earth.corners(),
+        tracks: earth.tracks(outcome, MOST_PLACES),
+        points: points.collect(),
+    };
+    let file = File::create(staging.path(NAME)).with_context(|| format!("{NAME}: cannot write"))?;
+    write_kmz(BufWriter::new(file), &overlay).map_err(named(NAME))
+}

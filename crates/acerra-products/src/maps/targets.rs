@@ -1,0 +1,51 @@
+//! `targets.geojson`: targets with their uncertainty, the tracks, the outline of the image.
+
+use acerra_geo::geodesy::Geodetic;
+use acerra_maps::geojson::FeatureCollection;
+use serde_json::{Map, Value, json};
+
+use super::frame::OnEarth;
+use crate::outcome::Outcome;
+use crate::provenance;
+use crate::staging::Staging;
+use crate::uncertainty::place_sigma;
+
+/// Places of a track at most.
+const MOST_PLACES: usize = 2000;
+
+pub(super) fn write(
+    outcome: &Outcome,
+    earth: OnEarth<'_>,
+    staging: &Staging,
+) -> anyhow::Result<()> {
+    let mut features = FeatureCollection::default();
+    let items = provenance::items(outcome);
+    let members: Map<String, Value> = items.into_iter().map(|(k, v)| (k, v.into())).collect();
+    features.member("provenance", Value::Object(members));
+    for (k, target) in outcome.measured.targets.iter().enumerate() {
+        let place_m = [target.x_m, target.y_m, target.z_m];
+        let place: Geodetic = earth.frame.geodetic_from_enu(place_m);
+        let sigma = place_sigma(outcome, target);
+        let properties = json!({
+            "name": format!("target {}", k + 1),
+            "level_db": target.level_db,
+            "x_m": target.x_m,
+            "y_m": target.y_m,
+            "z_m": target.z_m,
+            "sigma_along_m": sigma.map(|s| s.along_m),
+            "sigma_across_m": sigma.map(|s| s.across_m),
+            "rayleigh_along_m": target.along.rayleigh_m,
+            "rayleigh_across_m": target.across.rayleigh_m,
+            "ghost_level": target.ghost.map(|g| g.level),
+        });
+        features.point(&place, properties);
+    }
+    let names = outcome.prepared.tracks.iter().map(|track| &track.name);
+    for (name, places) in names.zip(earth.tracks(outcome, MOST_PLACES)) {
+        if places.len() > 1 {
+            features.line(&places, json!({"name": format!("track {name}").trim()}));
+        }
+    }
+    features.outline(&earth.corners(), json!({"name": "image"}));
+    staging.write("targets.geojson", features.to_text())
+}

@@ -1,0 +1,86 @@
+//! Where a product comes from, as every format for other programs carries it.
+
+use acerra_chain::position::Positions;
+
+use crate::maps::earth_frame;
+use crate::outcome::Outcome;
+
+/// Names and values: program, campaign, inputs with SHA-256, time span, frame and datum, evidence.
+pub(crate) fn items(outcome: &Outcome) -> Vec<(String, String)> {
+    let mut items = vec![
+        (
+            "ACERRA_VERSION".to_owned(),
+            env!("CARGO_PKG_VERSION").to_owned(),
+        ),
+        ("CAMPAIGN".to_owned(), outcome.name.clone()),
+        ("EVIDENCE".to_owned(), outcome.evidence.summary()),
+    ];
+    items.extend(frame(outcome));
+    if let Some(span) = time_span(outcome) {
+        items.push(("TIME_SPAN_GPST".to_owned(), span));
+    }
+    for input in &outcome.inputs {
+        let name = input.path.file_name().unwrap_or(input.path.as_os_str());
+        let name = format!("INPUT_{}", name.to_string_lossy());
+        items.push((name, format!("sha256 {}", input.sha256)));
+    }
+    items
+}
+
+fn frame(outcome: &Outcome) -> Vec<(String, String)> {
+    let z_m = outcome.focused.pixels.middle_m();
+    let item = |name: &str, value: String| (name.to_owned(), value);
+    let Some(frame) = earth_frame(&outcome.prepared.first().positions) else {
+        return vec![
+            item(
+                "FRAME",
+                "local; its place on the Earth is not known".to_owned(),
+            ),
+            item("IMAGE_HEIGHT_M", format!("{z_m} in the local frame")),
+        ];
+    };
+    let origin = frame.origin();
+    vec![
+        item("FRAME", "east, north, up about the origin".to_owned()),
+        item(
+            "ORIGIN_DEG_M",
+            format!(
+                "{:.10} {:.10} {:.4}",
+                origin.latitude_deg(),
+                origin.longitude_deg(),
+                origin.height_m
+            ),
+        ),
+        item(
+            "HORIZONTAL_DATUM",
+            "WGS 84, as realised by the coordinates of the base".to_owned(),
+        ),
+        item(
+            "VERTICAL_DATUM",
+            "WGS 84 ellipsoid (heights are not above the sea)".to_owned(),
+        ),
+        item(
+            "IMAGE_HEIGHT_M",
+            format!(
+                "{:.4} above the ellipsoid at the origin",
+                origin.height_m + z_m
+            ),
+        ),
+    ]
+}
+
+/// First and last time of the traces imaged.
+fn time_span(outcome: &Outcome) -> Option<String> {
+    let first = outcome.prepared.first();
+    let Positions::Trajectory(trajectory) = &first.positions else {
+        return None;
+    };
+    let zero = trajectory.time_origin().gps_time()?;
+    let time_s = outcome.prepared.aligned.time_s.get(first.range.clone())?;
+    let at = |radar_s: f64| (zero + (radar_s + first.time_offset_s)).format_calendar(3);
+    Some(format!(
+        "{} to {}",
+        at(*time_s.first()?),
+        at(*time_s.last()?)
+    ))
+}
