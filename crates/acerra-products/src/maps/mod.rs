@@ -10,7 +10,6 @@ mod rasters;
 mod targets;
 
 use acerra_chain::campaign::{Campaign, ProductFormat};
-use acerra_maps::MapError;
 use acerra_maps::crs::MapCrs;
 use anyhow::Context;
 
@@ -60,9 +59,4 @@ pub(crate) fn write(outcome: &Outcome, staging: &Staging) -> anyhow::Result<()> 
         }
     }
     Ok(())
-}
-
-/// The error of a map, naming the file.
-fn named(name: &'static str) -> impl FnOnce(MapError) -> anyhow::Error {
-    move |error| anyhow::Error::new(error).context(name)
 }

@@ -8,7 +8,6 @@ use acerra_maps::kmz::{Overlay, OverlayPoint, write_kmz};
 use anyhow::Context;
 
 use super::frame::OnEarth;
-use super::named;
 use crate::display::{WINDOW, range_gain};
 use crate::outcome::Outcome;
 use crate::staging::Staging;
@@ -54,5 +53,5 @@ pub(super) fn write(
         points: points.collect(),
     };
     let file = File::create(staging.path(NAME)).with_context(|| format!("{NAME}: cannot write"))?;
-    write_kmz(BufWriter::new(file), &overlay).map_err(named(NAME))
+    write_kmz(BufWriter::new(file), &overlay).context(NAME)
 }

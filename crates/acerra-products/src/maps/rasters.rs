@@ -10,7 +10,6 @@ use anyhow::Context;
 use rayon::prelude::*;
 
 use super::frame::MapFrame;
-use super::named;
 use crate::outcome::Outcome;
 use crate::provenance;
 use crate::staging::Staging;
@@ -76,7 +75,7 @@ fn write(
         frame.crs(),
         &description,
     )
-    .map_err(named(name))?;
+    .context(name)?;
     out.flush()
         .with_context(|| format!("{name}: cannot write"))?;
     if frame.crs().is_none() {
