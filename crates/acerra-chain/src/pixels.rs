@@ -92,7 +92,10 @@ impl Pixels {
                 let [low, high] = [low, high].map(|z| (z * 100.0).round() / 100.0 + 0.0);
                 format!("on the terrain, z = {low:.2} to {high:.2} m")
             }
-            None => format!("at z = {low} m"),
+            None => {
+                let low = (low * 1000.0).round() / 1000.0 + 0.0;
+                format!("at z = {low} m")
+            }
         }
     }
 }
