@@ -23,6 +23,7 @@ pub mod run_record;
 mod space;
 pub mod stack_npz;
 pub mod staging;
+pub mod surveyed;
 mod uncertainty;
 
 pub use outcome::Outcome;

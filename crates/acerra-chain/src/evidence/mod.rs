@@ -9,6 +9,7 @@
 //! (`[checks] contradictions = "warn"`).
 
 mod clock;
+mod delay;
 mod finding;
 mod geometry;
 mod image;
@@ -19,10 +20,11 @@ mod radar;
 use serde::Serialize;
 
 pub use clock::{ClockSeen, clock_offset};
+pub use delay::delay_sharpness;
 pub use finding::{Finding, Verdict};
 pub use geometry::{Coverage, ImageGeometry, coverage, pixel_size, scan_spacing, wavenumber_span};
 pub use image::{ImageContrast, contrast};
-pub use positions::{focusing_loss, trajectory_coverage};
+pub use positions::{focusing_loss, radar_height, trajectory_coverage};
 pub use processing::{BackgroundWindow, FrequencyGrid, background_window, frequency_step};
 pub use radar::{CouplingSeen, SurfaceSeen, band, coupling, surface, zero_timing};
 

@@ -5,6 +5,7 @@
 //! Focused  ──weigh_image─────► findings on the image
 //! ```
 
+mod delay;
 mod image;
 mod median;
 mod radar;
@@ -45,6 +46,7 @@ pub fn weigh_prepared(
         };
         let mut own = track::weigh(prepared, track, &geometry);
         own.extend(radar::weigh(prepared, track, geometry.band_hz));
+        own.extend(delay::weigh(prepared, track, request, control)?);
         own.extend(image::weigh_geometry(prepared, track, &geometry, request));
         findings.extend(
             own.into_iter()

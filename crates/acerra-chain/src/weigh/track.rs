@@ -1,6 +1,6 @@
 //! Findings on a track's positions.
 
-use crate::evidence::{Finding, ImageGeometry, focusing_loss, trajectory_coverage};
+use crate::evidence::{Finding, ImageGeometry, focusing_loss, radar_height, trajectory_coverage};
 use crate::prepare::{Prepared, Track};
 use crate::weigh::median::median;
 
@@ -23,6 +23,13 @@ pub(super) fn weigh(
         .filter(|place| place.flag.is_covered())
         .count();
     findings.push(trajectory_coverage(positioned, track.traces_in_log));
+    if let Some(seen) = prepared.aligned.radar_height {
+        findings.push(radar_height(
+            seen.positions_off_m,
+            seen.stated_m,
+            seen.sigma_m,
+        ));
+    }
     if let Some(sigma_m) = line_of_sight_sigma_m(prepared, track, geometry) {
         let middle_hz = 0.5 * (geometry.band_hz[0] + geometry.band_hz[1]);
         findings.push(focusing_loss(sigma_m, geometry.light_speed_m_s / middle_hz));
