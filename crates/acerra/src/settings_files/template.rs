@@ -52,6 +52,8 @@ const SAMPLES: &[(&str, &str)] = &[
     ("base_ecef_m", "[4672340.0, 1196830.0, 4159200.0]"),
     ("config", "\"rtklib.conf\""),
     ("delay_ns", "10.0"),
+    ("epsg", "25833"),
+    ("formats", "[\"geotiff\", \"geojson\"]"),
     ("ghost", "0.5"),
     ("ground_z_m", "0.0"),
     ("heading_deg", "90.0"),
