@@ -1,0 +1,197 @@
+//! Wrong settings, one at a time: how many are refused, doubted with their cause named, harmless, or
+//! silent and wrong; and right campaigns, which must raise no alarm.
+//!
+//! `validation_book_wrong_settings` runs the whole table and compares
+//! `docs/validation/wrong-settings.md` with it (`cargo xtask book` writes it anew).
+
+#![allow(clippy::unwrap_used, clippy::print_stdout, clippy::print_stderr)] // tests, and helpers of tests
+
+mod edit;
+#[path = "../validation_book/page.rs"]
+#[expect(dead_code, reason = "these pages have no pictures")]
+mod page;
+mod right;
+mod subjects;
+mod table;
+mod trajectories;
+mod verdict;
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+use page::Page;
+use right::RandomFlight;
+use subjects::{Subject, Subjects};
+use table::{Row, Size};
+use verdict::{Outcome, Run};
+
+/// Side of a pixel of the whole table, and of the part that every test run covers (m).
+const PIXEL_M: f64 = 0.03;
+const COARSE_PIXEL_M: f64 = 0.06;
+
+/// What no radar echo can tell: row, size and physical reason.
+const UNOBSERVABLE: &[(&str, &str, &str)] = &[
+    (
+        "trajectory with a wrong sign",
+        "north",
+        "mirroring horizontal positions changes no range to level ground",
+    ),
+    (
+        "trajectory with other axes",
+        "north, east, up",
+        "mirroring horizontal positions changes no range to level ground",
+    ),
+];
+
+fn is_unobservable(row: &Row, size: &Size) -> bool {
+    UNOBSERVABLE
+        .iter()
+        .any(|(what, label, _)| *what == row.what && *label == size.label)
+}
+
+/// One cell of the table; none where the setting does not exist in the campaign.
+fn cell(subject: &Subject, right: &Run, row: &Row, size: &Size) -> Option<Outcome> {
+    let campaign = subject.settings.edited(&size.edits)?;
+    let run = verdict::run(&campaign, &subject.folder);
+    Some(run.outcome(right, &subject.truth, &row.causes))
+}
+
+fn right(subject: &Subject) -> Run {
+    let run = verdict::run(&subject.settings.campaign, &subject.folder);
+    let targets = run.targets.as_ref().unwrap();
+    assert_eq!(
+        subject.truth.wrong(targets, targets),
+        None,
+        "{}",
+        subject.name
+    );
+    assert!(!run.contradicts);
+    run
+}
+
+#[test]
+fn no_wrong_setting_of_a_kind_each_goes_unnoticed() {
+    const COVERED: [(&str, usize); 12] = [
+        ("`time_offset_s` too great", 1),
+        ("`delay_ns` too short", 2),
+        ("`light_speed_m_s`", 2),
+        ("`origin_deg_m` too high", 1),
+        ("no `origin_deg_m`", 0),
+        ("`lever_arm_m` (up)", 2),
+        ("image to the north", 0),
+        ("`band_ghz`", 1),
+        ("`frequencies`", 2),
+        ("`gate_ns`", 2),
+        ("another flight's logs", 0),
+        ("trajectory in another unit of length", 2),
+    ];
+    let subjects = Subjects::new(COARSE_PIXEL_M, |name| name == "track-2");
+    let subject = subjects.all.iter().find(|s| s.name == "track-2").unwrap();
+    let right = right(subject);
+    let rows = table::rows();
+    for (what, size) in COVERED {
+        let row = rows.iter().find(|row| row.what == what).unwrap();
+        let outcome = cell(subject, &right, row, &row.sizes[size]).unwrap();
+        assert!(
+            !matches!(outcome, Outcome::Silent(_) | Outcome::Misled(_)),
+            "{what} {}: {outcome:?}",
+            row.sizes[size].label
+        );
+    }
+}
+
+#[test]
+#[ignore = "hundreds of runs; CI runs it in release mode"]
+fn validation_book_wrong_settings() {
+    // Parts of the table while something is looked into: a subject, and words of rows.
+    let only = std::env::var("ACERRA_SWEEP_ONLY").unwrap_or_default();
+    let one = std::env::var("ACERRA_SWEEP_SUBJECT").unwrap_or_default();
+    let subjects = Subjects::new(PIXEL_M, |name| name.contains(&one));
+    let rights: Vec<Run> = subjects.all.iter().map(right).collect();
+    let mut text = String::from("| setting | ");
+    let names: Vec<&str> = subjects.all.iter().map(|s| s.name).collect();
+    let _ = writeln!(
+        text,
+        "{} |\n| --- |{}",
+        names.join(" | "),
+        " --- |".repeat(names.len())
+    );
+    let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
+    let mut unnoticed = Vec::new();
+    for row in table::rows().iter().filter(|row| row.what.contains(&only)) {
+        let labels: Vec<&str> = row.sizes.iter().map(|size| size.label.as_str()).collect();
+        let _ = write!(text, "| {}: {} |", row.what, labels.join("; "));
+        for (subject, right) in subjects.all.iter().zip(&rights) {
+            let mut words = Vec::new();
+            for size in &row.sizes {
+                let outcome = cell(subject, right, row, size);
+                let word = outcome.as_ref().map_or("–", Outcome::word);
+                println!(
+                    "{:8} {} {}: {outcome:?}",
+                    subject.name, row.what, size.label
+                );
+                if outcome.is_some() {
+                    *counts.entry(word).or_default() += 1;
+                }
+                let is_unnoticed = matches!(outcome, Some(Outcome::Silent(_) | Outcome::Misled(_)));
+                if is_unnoticed && !is_unobservable(row, size) {
+                    unnoticed.push(format!(
+                        "{}: {} {}: {outcome:?}",
+                        subject.name, row.what, size.label
+                    ));
+                }
+                words.push(word);
+            }
+            let _ = write!(text, " {} |", words.join(", "));
+        }
+        text.push('\n');
+    }
+    println!("{counts:?}\n{text}");
+    assert!(unnoticed.is_empty(), "{}", unnoticed.join("\n"));
+    if !(only.is_empty() && one.is_empty()) {
+        return;
+    }
+    let total: Vec<String> = counts
+        .iter()
+        .map(|(word, n)| format!("{n} {word}"))
+        .collect();
+    let mut page = Page::open("wrong-settings.md");
+    page.block("counts", &total.join(", "));
+    page.block("table", &text);
+    page.block("unobservable", &unobservable());
+    page.close();
+}
+
+fn unobservable() -> String {
+    let line = |(what, label, reason): &(&str, &str, &str)| format!("- {what}, {label}: {reason}.");
+    UNOBSERVABLE.iter().map(line).collect::<Vec<_>>().join("\n")
+}
+
+/// Seeds of the random flights with right settings.
+const SEEDS: std::ops::RangeInclusive<u64> = 1..=20;
+
+#[test]
+#[ignore = "twenty flights; CI runs it in release mode"]
+fn validation_book_right_settings() {
+    let only = std::env::var("ACERRA_SWEEP_ONLY").ok();
+    let home = tempfile::tempdir().unwrap();
+    let mut text = String::from("| seed | flight | outcome |\n| --- | --- | --- |\n");
+    let mut wrong = Vec::new();
+    for seed in SEEDS.filter(|seed| only.as_ref().is_none_or(|o| *o == seed.to_string())) {
+        let folder = home.path().join(seed.to_string());
+        let flight = RandomFlight::of(seed, &folder);
+        let (word, details) = flight.judged(&folder, PIXEL_M);
+        println!("{seed} ({}): {word} {details}", flight.what);
+        let _ = writeln!(text, "| {seed} | {} | {word} |", flight.what);
+        if matches!(word, "WRONG" | "ALARM") {
+            wrong.push(format!("{seed} ({}): {word} {details}", flight.what));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    if only.is_some() {
+        return;
+    }
+    let mut page = Page::open("right-settings.md");
+    page.block("flights", &text);
+    page.close();
+}
