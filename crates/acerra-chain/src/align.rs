@@ -25,8 +25,9 @@ pub struct AlignOptions {
     pub max_gap_s: Option<f64>,
     /// What becomes of traces at unfixed positions.
     pub unfixed: Unfixed,
-    /// Whether the lever arm turns with the heading, which hovering does not show.
-    pub has_horizontal_lever_arm: bool,
+    /// Length of the horizontal part of the lever arm (m): it turns with the heading, which hovering
+    /// does not show.
+    pub horizontal_lever_arm_m: f64,
 }
 
 /// What a track measured, where, and over what.
@@ -188,7 +189,7 @@ pub fn align(
 
 /// Whether the lever arm of a trace rests on a heading from before.
 fn is_held(options: &AlignOptions, placed: &Placed) -> bool {
-    options.has_horizontal_lever_arm
+    options.horizontal_lever_arm_m > 0.0
         && placed.place.attitude.is_none()
         && placed.speed_m_s < HeadingOptions::default().min_speed_m_s
 }

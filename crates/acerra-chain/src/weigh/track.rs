@@ -1,6 +1,9 @@
 //! Findings on a track's positions.
 
-use crate::evidence::{Finding, ImageGeometry, focusing_loss, trajectory_coverage};
+use crate::evidence::{
+    Finding, ImageGeometry, focusing_loss, lever_arm_heading, trajectory_coverage,
+};
+use crate::position::Positions;
 use crate::prepare::{Prepared, Track};
 use crate::weigh::median::median;
 
@@ -23,11 +26,26 @@ pub(super) fn weigh(
         .filter(|place| place.flag.is_covered())
         .count();
     findings.push(trajectory_coverage(positioned, track.traces_in_log));
+    let middle_hz = 0.5 * (geometry.band_hz[0] + geometry.band_hz[1]);
+    let wavelength_m = geometry.light_speed_m_s / middle_hz;
+    if track.horizontal_lever_arm_m > 0.0 && !has_attitude(track) {
+        let arm_m = track.horizontal_lever_arm_m;
+        findings.push(lever_arm_heading(arm_m, wavelength_m));
+    }
     if let Some(sigma_m) = line_of_sight_sigma_m(prepared, track, geometry) {
-        let middle_hz = 0.5 * (geometry.band_hz[0] + geometry.band_hz[1]);
-        findings.push(focusing_loss(sigma_m, geometry.light_speed_m_s / middle_hz));
+        findings.push(focusing_loss(sigma_m, wavelength_m));
     }
     findings
+}
+
+/// Whether a track's positions come with attitudes.
+fn has_attitude(track: &Track) -> bool {
+    match &track.positions {
+        Positions::Trajectory(trajectory) => {
+            trajectory.fixes().iter().any(|fix| fix.attitude.is_some())
+        }
+        Positions::PerTrace(_) => true,
+    }
 }
 
 /// Median over the traces of the positions' σ towards the middle of the image (m).

@@ -17,6 +17,8 @@ pub struct Run {
     pub targets: Result<Vec<Target>, String>,
     /// Findings that do not agree, as `name: explanation`, and warnings.
     pub doubts: Vec<String>,
+    /// Every finding, as `name value expected sigma`.
+    pub findings: Vec<String>,
     /// Whether a finding contradicts.
     pub contradicts: bool,
     /// The clock offset in force (s).
@@ -75,6 +77,10 @@ pub fn run(campaign: &Table, folder: &Path) -> Run {
         .map(|finding| format!("{}: {}", finding.name, finding.explanation))
         .chain(journal.warnings.said().iter().cloned())
         .collect();
+    let findings = journal.evidence.findings().iter();
+    let findings = findings
+        .map(|f| format!("{} {:?} {:?} {:?}", f.name, f.value, f.expected, f.sigma))
+        .collect();
     let time_offset_s = outcome
         .as_ref()
         .ok()
@@ -82,6 +88,7 @@ pub fn run(campaign: &Table, folder: &Path) -> Run {
     Run {
         targets: outcome.map(|outcome| outcome.measured.targets),
         doubts,
+        findings,
         contradicts: journal.evidence.worst() == Some(Verdict::Contradicts),
         time_offset_s,
     }
