@@ -27,7 +27,10 @@ pub use geometry::{
     scan_spacing, wavenumber_span,
 };
 pub use image::{ImageContrast, contrast};
-pub use positions::{base_position, focusing_loss, lever_arm_heading, trajectory_coverage};
+pub use positions::{
+    base_position, flight_height, focusing_loss, lever_arm_heading, lever_arm_length,
+    trajectory_coverage,
+};
 pub use processing::{
     BackgroundWindow, FrequencyGrid, background_components, background_window, frequency_step,
     light_speed,

@@ -69,6 +69,41 @@ pub fn base_position(from_single_m: f64) -> Finding {
     ))
 }
 
+/// Height above the ground below which a flight is doubtful (m): the antenna's far field begins
+/// there.
+const LEAST_HEIGHT_M: f64 = 0.3;
+
+/// Judges the height that the flight reaches above the ground or the image's plane.
+#[must_use]
+pub fn flight_height(height_m: f64) -> Finding {
+    let verdict = match height_m {
+        h if h >= LEAST_HEIGHT_M => Verdict::Agrees,
+        h if h > 0.0 => Verdict::Doubtful,
+        _ => Verdict::Contradicts,
+    };
+    Finding::judged("flight_height", height_m, "m", verdict).because(format!(
+        "the flight reaches {height_m:.2} m above the ground (heights of the positions, \
+         [trajectory] origin_deg_m, lever_arm_m, [image] z_m, terrain)"
+    ))
+}
+
+/// Longest lever arm to the side or ahead that a small drone has room for (m).
+const LONGEST_ARM_M: f64 = 1.5;
+
+/// Judges the length of the horizontal part of a lever arm by the size of a small drone.
+#[must_use]
+pub fn lever_arm_length(horizontal_arm_m: f64) -> Finding {
+    let verdict = if horizontal_arm_m <= LONGEST_ARM_M {
+        Verdict::Agrees
+    } else {
+        Verdict::Doubtful
+    };
+    Finding::judged("lever_arm_length", horizontal_arm_m, "m", verdict).because(format!(
+        "the radar is said to stand {horizontal_arm_m:.2} m to the side or ahead of the positioned \
+         point; a small drone has room for {LONGEST_ARM_M} m ([trajectory] lever_arm_m)"
+    ))
+}
+
 /// How far a small drone's nose stands from its course (rad): 3° of crab and yaw.
 const HEADING_SIGMA_RAD: f64 = 0.05;
 
@@ -108,6 +143,14 @@ mod tests {
     fn a_long_lever_arm_without_attitude_is_doubtful() {
         assert_eq!(lever_arm_heading(0.05, 0.0759).verdict, Verdict::Agrees);
         assert_eq!(lever_arm_heading(0.5, 0.0759).verdict, Verdict::Doubtful);
+    }
+
+    #[test]
+    fn a_plane_above_the_flight_contradicts_and_an_arm_longer_than_the_drone_is_doubtful() {
+        assert_eq!(flight_height(4.0).verdict, Verdict::Agrees);
+        assert_eq!(flight_height(-1.4).verdict, Verdict::Contradicts);
+        assert_eq!(lever_arm_length(0.3).verdict, Verdict::Agrees);
+        assert_eq!(lever_arm_length(8.0).verdict, Verdict::Doubtful);
     }
 
     #[test]

@@ -23,6 +23,12 @@ const LEAST_COHERENCE: f64 = 0.5;
 const STRAY_RAD: f64 = 1.5;
 /// Least number of traces.
 const LEAST_TRACES: usize = 60;
+/// How far about the place expected a target is looked for, and in what steps (m).
+const NEARBY_M: f64 = 0.25;
+const PLACE_STEP_M: f64 = 0.01;
+/// Change of its mean range that a relocation may bring (m): the envelope's peak tells a third of the
+/// range resolution of ultra-wideband pulses.
+const RANGE_KNOWN_M: f64 = 0.03;
 /// Rounds of least squares: all but the first without strays.
 const ROUNDS: usize = 4;
 /// Steps about the most coherent value that are tried again from there.
@@ -105,7 +111,8 @@ impl Trial<'_> {
             .map(|target| target.moved_with(&before.places, &places))
             .collect();
         self.stand(change, |measured| {
-            points.iter().map(|p| Target::new(measured, *p)).collect()
+            let found = points.iter().map(|p| Target::new(measured, *p));
+            found.map(|target| target.relocated(measured)).collect()
         })
     }
 
@@ -208,12 +215,7 @@ impl Target {
             .zip(&weight)
             .map(|(echo, weight)| echo * (weight / echo.norm().max(f64::MIN_POSITIVE)))
             .collect();
-        let slope = |axis: usize| -> Vec<f64> {
-            let places = measured.position_m.iter();
-            places
-                .map(|p| (point_m[axis] - p[axis]) / distance_m(*p, point_m).max(1e-9))
-                .collect()
-        };
+        let slope = |axis| slopes(measured, point_m, axis);
         let mut own: Vec<Vec<f64>> = Vec::new();
         for column in [vec![1.0; echo.len()], slope(0), slope(1)] {
             let before = dot(&column, &column, &weight);
@@ -231,15 +233,59 @@ impl Target {
         }
     }
 
+    /// The target at the place nearby where its echoes add up best.
+    fn relocated(self, measured: &Measured<'_>) -> Self {
+        let wavenumber = 2.0 * TAU * measured.mean_frequency_hz() / measured.light_speed_m_s;
+        let steps = (NEARBY_M / PLACE_STEP_M).round() as i32;
+        let turned = |echo: &[Complex64], axis: usize, by_m: f64| -> Vec<Complex64> {
+            let slopes = self.slope(measured, axis);
+            let turn =
+                |(e, s): (&Complex64, f64)| e * Complex64::from_polar(1.0, wavenumber * s * by_m);
+            echo.iter().zip(slopes).map(turn).collect()
+        };
+        let step: Vec<Complex64> = {
+            let ones = vec![Complex64::new(1.0, 0.0); self.echo.len()];
+            turned(&ones, 1, PLACE_STEP_M)
+        };
+        let mean_slope = [0, 1].map(|axis| self.mean(&self.slope(measured, axis)));
+        let mut best = (f64::NEG_INFINITY, [0, 0]);
+        for east in -steps..=steps {
+            let row = turned(&self.echo, 0, f64::from(east) * PLACE_STEP_M);
+            let mut row = turned(&row, 1, f64::from(-steps) * PLACE_STEP_M);
+            for north in -steps..=steps {
+                let range_m = f64::from(east) * mean_slope[0] + f64::from(north) * mean_slope[1];
+                let power = row.iter().sum::<Complex64>().norm_sqr();
+                if power > best.0 && (range_m * PLACE_STEP_M).abs() <= RANGE_KNOWN_M {
+                    best = (power, [east, north]);
+                }
+                row.iter_mut().zip(&step).for_each(|(e, s)| *e *= s);
+            }
+        }
+        let [east_m, north_m] = best.1.map(|k| f64::from(k) * PLACE_STEP_M);
+        let [x, y, z] = self.point_m;
+        Self::new(measured, [x + east_m, y + north_m, z])
+    }
+
+    /// Change of its range per metre along an axis, trace by trace.
+    fn slope(&self, measured: &Measured<'_>, axis: usize) -> Vec<f64> {
+        slopes(measured, self.point_m, axis)
+    }
+
     /// Its place, moved as the traces that see it have on average.
     fn moved_with(&self, from: &[[f64; 3]], to: &[[f64; 3]]) -> [f64; 3] {
-        let total: f64 = self.weight.iter().sum::<f64>().max(f64::MIN_POSITIVE);
         let shift_m = |axis: usize| {
             let ways = from.iter().zip(to).map(|(a, b)| b[axis] - a[axis]);
-            ways.zip(&self.weight).map(|(m, w)| m * w).sum::<f64>() / total
+            self.mean(&ways.collect::<Vec<_>>())
         };
         let [x, y, z] = self.point_m;
         [x + shift_m(0), y + shift_m(1), z]
+    }
+
+    /// Mean over the traces by weight.
+    fn mean(&self, values: &[f64]) -> f64 {
+        let total: f64 = self.weight.iter().sum::<f64>().max(f64::MIN_POSITIVE);
+        let products = values.iter().zip(&self.weight).map(|(v, w)| v * w);
+        products.sum::<f64>() / total
     }
 
     /// Whether its echoes add up where they are.
@@ -342,6 +388,14 @@ impl<'a> Fit<'a> {
         let lasting = LASTING_MOTION_M / (information / weight).sqrt();
         Some((value, own.hypot(lasting)))
     }
+}
+
+/// Change of a point's range per metre along an axis, trace by trace.
+fn slopes(measured: &Measured<'_>, point_m: [f64; 3], axis: usize) -> Vec<f64> {
+    let places = measured.position_m.iter();
+    places
+        .map(|p| (point_m[axis] - p[axis]) / distance_m(*p, point_m).max(1e-9))
+        .collect()
 }
 
 fn dot(a: &[f64], b: &[f64], weight: &[f64]) -> f64 {

@@ -39,12 +39,12 @@ impl Settings {
                     put(&mut campaign, key, file["value"].clone())?;
                 }
                 Edit::Add(key, component, amount) => {
-                    let right = self.right(key)?;
-                    put(&mut campaign, key, added(right, *component, *amount)?)?;
+                    let right = self.right(&campaign, key)?;
+                    put(&mut campaign, key, added(&right, *component, *amount)?)?;
                 }
                 Edit::Scale(key, factor) => {
-                    let right = self.right(key)?;
-                    put(&mut campaign, key, scaled(right, *factor)?)?;
+                    let right = self.right(&campaign, key)?;
+                    put(&mut campaign, key, scaled(&right, *factor)?)?;
                 }
                 Edit::Remove(key) => {
                     let (section, key) = key.split_once('.')?;
@@ -60,11 +60,13 @@ impl Settings {
         Some(campaign)
     }
 
-    fn right(&self, key: &str) -> Option<&Value> {
+    /// The value of a key as edited so far, or as it is right where the campaign leaves it out.
+    fn right(&self, campaign: &Table, key: &str) -> Option<Value> {
         let (section, key) = key.split_once('.')?;
-        [&self.campaign, &self.known]
+        [campaign, &self.known]
             .into_iter()
             .find_map(|table| table.get(section)?.as_table()?.get(key))
+            .cloned()
     }
 }
 

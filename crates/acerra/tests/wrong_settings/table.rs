@@ -77,6 +77,8 @@ fn clocks() -> Vec<Row> {
         add(OFFSET, 0, "too small", [-0.1, -1.0, -18.0]),
         add(OFFSET, 0, "between", [0.3, 3.7, 3600.0]),
         set(OFFSET, &["position"], ["0.0", "-1.0", "1e9"]),
+        // UTC or TAI for GPS time, an hour of daylight saving.
+        add(OFFSET, 0, "of another time scale", [-18.0, 19.0, 3600.0]),
     ]
 }
 
@@ -118,6 +120,9 @@ fn places() -> Vec<Row> {
         ),
         add(BASE, 0, "(x)", [3.0, 14.0, 100.0]),
         add(BASE, 2, "(z)", [-3.0, -14.0, -1e4]),
+        off("base too far east", EAST, [3.0, 14.0, 100.0]),
+        // Above sea level for above the ellipsoid.
+        off("base too low", UP, [-0.5, -5.0, -47.0]),
         files(
             "`base_ecef_m` in a wrong unit",
             &["base_ecef_m"],
@@ -143,6 +148,21 @@ fn places() -> Vec<Row> {
     ]
 }
 
+/// East and up at the demonstration's base, Earth-centred.
+const EAST: [f64; 3] = [-0.248, 0.969, 0.0];
+const UP: [f64; 3] = [0.731, 0.187, 0.656];
+
+/// The base off by so much in a direction.
+fn off(what: &str, direction: [f64; 3], amounts_m: [f64; 3]) -> Row {
+    let moved = |m: f64| {
+        let add = |axis: usize| Edit::Add("gnss.base_ecef_m", axis, m * direction[axis]);
+        (format!("{m:+} m"), (0..3).map(add).collect())
+    };
+    // What becomes of the heights is told by the echoes.
+    let causes = ["base_ecef_m", "heights", "origin_deg_m"];
+    row(what, &causes, amounts_m.map(moved))
+}
+
 fn image() -> Vec<Row> {
     const X: &str = "image.x_m";
     const Y: &str = "image.y_m";
@@ -161,6 +181,15 @@ fn image() -> Vec<Row> {
             "image to the west",
             &["x_m"],
             [-100.0, -1e3, -1e5].map(east),
+        ),
+        files(
+            "image's axes",
+            &["x_m"],
+            [
+                ("north and east", vec![to(X, "[-9, 9]"), to(Y, "[0, 18]")]),
+                ("west", vec![to(X, "[-18, 0]")]),
+                ("south", vec![to(Y, "[-27, -9]")]),
+            ],
         ),
         set(Z, &["heights"], ["0.3", "1.0", "3.0"]),
         set(Z, &["heights"], ["-0.3", "-1.0", "-30.0"]),

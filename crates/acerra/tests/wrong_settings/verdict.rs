@@ -21,8 +21,8 @@ pub struct Run {
     pub findings: Vec<String>,
     /// Whether a finding contradicts.
     pub contradicts: bool,
-    /// The clock offset in force (s).
-    pub time_offset_s: Option<f64>,
+    /// The clock offset in force, and the deviation stated where it was found from the data (s).
+    pub time_offset_s: Option<[f64; 2]>,
 }
 
 /// What became of a wrong setting.
@@ -81,10 +81,11 @@ pub fn run(campaign: &Table, folder: &Path) -> Run {
     let findings = findings
         .map(|f| format!("{} {:?} {:?} {:?}", f.name, f.value, f.expected, f.sigma))
         .collect();
-    let time_offset_s = outcome
-        .as_ref()
-        .ok()
-        .map(|outcome| outcome.prepared.first().time_offset_s);
+    let time_offset_s = outcome.as_ref().ok().map(|outcome| {
+        let track = outcome.prepared.first();
+        let sigma_s = track.search.as_ref().map_or(0.0, |s| s.estimate.sigma_s);
+        [track.time_offset_s, sigma_s]
+    });
     Run {
         targets: outcome.map(|outcome| outcome.measured.targets),
         doubts,
