@@ -49,7 +49,16 @@ pub(super) fn weigh(prepared: &Prepared, track: &Track, band_hz: [f64; 2]) -> Ve
     if follows_height(track)
         && let Some(seen) = surface_seen(prepared, track)
     {
-        findings.extend(surface(&seen));
+        // Over a short stretch a strong target may be taken for the surface: where the height itself
+        // does not speak against the offset, the spread may doubt only.
+        let speaks = height_speaks(prepared, track);
+        findings.extend(surface(&seen).into_iter().map(|finding| {
+            if finding.name == "surface_spread" && !speaks {
+                finding.at_most(Verdict::Doubtful)
+            } else {
+                finding
+            }
+        }));
     }
     findings.extend(coupling_seen(&traces.raw).map(|seen| coupling(&seen)));
     if let Some(spectrum) = spectrum_occupancy(&traces.raw) {
