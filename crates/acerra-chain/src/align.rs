@@ -31,8 +31,9 @@ pub struct AlignOptions {
     pub height: HeightSource,
     /// Fast time at which range is zero, where it is stated (ns): for heights by the radar.
     pub delay_ns: Option<f64>,
-    /// Whether the lever arm turns with the heading, which hovering does not show.
-    pub has_horizontal_lever_arm: bool,
+    /// Length of the horizontal part of the lever arm (m): it turns with the heading, which hovering
+    /// does not show.
+    pub horizontal_lever_arm_m: f64,
 }
 
 impl AlignOptions {
@@ -283,7 +284,7 @@ pub fn align(
 
 /// Whether the lever arm of a trace rests on a heading from before.
 fn is_held(options: &AlignOptions, placed: &Placed) -> bool {
-    options.has_horizontal_lever_arm
+    options.horizontal_lever_arm_m > 0.0
         && placed.place.attitude.is_none()
         && placed.speed_m_s < HeadingOptions::default().min_speed_m_s
 }

@@ -11,6 +11,7 @@ use acerra_geo::trajectory::{Frame, Trajectory, TrajectoryError};
 use acerra_gnss::conf::{ConfError, read_conf};
 use acerra_gnss::{BasePosition, PpkOptions, RuleSet};
 
+use crate::evidence::{Finding, base_position};
 use crate::positioning::{self, PositioningError, PositioningInput};
 use crate::read::name_of;
 use crate::warnings::Warnings;
@@ -155,7 +156,7 @@ pub enum PositionError {
 }
 
 /// Finds the positions of a track whose radar log is `radar_file`, with `inside` the positions that
-/// the log itself brings.
+/// the log itself brings; what is found out about them by the way goes to `findings`.
 ///
 /// # Errors
 /// No source of positions, or one that cannot be read; the message names the file and the place.
@@ -164,10 +165,13 @@ pub fn position(
     radar_file: &Path,
     inside: Option<&[[f64; 3]]>,
     warnings: &mut Warnings,
+    findings: &mut Vec<Finding>,
 ) -> Result<Positions, PositionError> {
     let radar_file = || radar_file.to_owned();
     match (&options.source, inside) {
-        (PositionSource::Gnss(logs), _) => from_gnss(logs, options, warnings).map(Positions::from),
+        (PositionSource::Gnss(logs), _) => {
+            from_gnss(logs, options, warnings, findings).map(Positions::from)
+        }
         (PositionSource::Trajectory(file), inside) => {
             if inside.is_some() {
                 warnings.add(format!(
@@ -231,12 +235,15 @@ fn from_gnss(
     logs: &GnssLogs,
     options: &PositionOptions,
     warnings: &mut Warnings,
+    findings: &mut Vec<Finding>,
 ) -> Result<Trajectory, PositionError> {
     let ppk = ppk_options(logs, warnings)?;
     let positioned = positioning::run(&logs.files, &ppk).map_err(PositionError::Positioning)?;
     for warning in &positioned.warnings {
         warnings.add(format!("[gnss] {warning}"));
     }
+    let from_single_m = positioned.solution.summary.base_from_single_m;
+    findings.extend(from_single_m.map(base_position));
     let mut trajectory = positioned
         .solution
         .trajectory()

@@ -52,6 +52,8 @@ pub struct Track {
     pub radar: RadarLabel,
     /// Traces in its log.
     pub traces_in_log: usize,
+    /// Length of the horizontal part of its lever arm, which turns with the heading (m).
+    pub horizontal_lever_arm_m: f64,
     /// Its positions, in the first track's frame.
     pub positions: Positions,
     /// Trajectory time minus radar time (s).
@@ -155,6 +157,7 @@ fn parts(recording: Recording, clocked: Clocked, cleaned: Cleaned) -> (Track, Tr
         name: recording.name.clone(),
         traces_in_log: recording.radar.content.time_s().len(),
         radar: recording.radar.label,
+        horizontal_lever_arm_m: recording.options.align.horizontal_lever_arm_m,
         positions: recording.positions,
         time_offset_s: clocked.time_offset_s,
         search: clocked.search,

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use crate::calibration::CalibrationOptions;
 use crate::control::Control;
 use crate::error::ChainError;
+use crate::evidence::Finding;
 use crate::ground::{Scene, SceneOptions};
 use crate::journal::Journal;
 use crate::position::{PositionOptions, Positions, in_one_frame, position};
@@ -62,9 +63,14 @@ impl Survey {
         control: &Control<'_>,
     ) -> Result<(Vec<Recording>, Scene), ChainError> {
         let radars = journal.stage("read", |warnings| self.read(warnings, control))?;
-        journal.stage("position", |warnings| {
-            self.position(radars, warnings, control)
-        })
+        let mut findings = Vec::new();
+        let positioned = journal.stage("position", |warnings| {
+            self.position(radars, warnings, &mut findings, control)
+        });
+        for finding in findings {
+            journal.evidence.add(finding);
+        }
+        positioned
     }
 
     fn read(
@@ -79,20 +85,32 @@ impl Survey {
         self.tracks.iter().map(read).collect()
     }
 
+    /// The finding with the track's name behind its own, where there are several tracks.
+    fn named(&self, track: &TrackSource, mut finding: Finding) -> Finding {
+        if self.tracks.len() > 1 {
+            finding.name = format!("{} of {}", finding.name, track.name);
+        }
+        finding
+    }
+
     /// The recordings in one frame, and the scene below them.
     fn position(
         &self,
         radars: Vec<RadarData>,
         warnings: &mut Warnings,
+        findings: &mut Vec<Finding>,
         control: &Control<'_>,
     ) -> Result<(Vec<Recording>, Scene), ChainError> {
         let mut recordings = Vec::new();
         for (track, radar) in self.tracks.iter().zip(radars) {
             control.check()?;
             let inside = radar.position_m.as_deref();
+            let mut own = Vec::new();
+            let positions = position(&track.positions, &track.radar, inside, warnings, &mut own)?;
+            findings.extend(own.into_iter().map(|finding| self.named(track, finding)));
             recordings.push(Recording {
                 name: track.name.clone(),
-                positions: position(&track.positions, &track.radar, inside, warnings)?,
+                positions,
                 radar,
                 options: track.options.clone(),
             });

@@ -2,7 +2,7 @@
 
 use crate::control::{Control, Watch};
 use crate::engine::{
-    Constellation, Epoch, EpochResult, GlonassPlan, MeasuredNoise, Prepared, RoverEpoch,
+    BasePlace, Constellation, Epoch, EpochResult, GlonassPlan, MeasuredNoise, Prepared, RoverEpoch,
     SingleContext, base_gaps, base_position, combine, epochs, missing_navigation,
     phases_and_copies, reject_implausible,
 };
@@ -142,15 +142,16 @@ pub fn process_with(
     missing_navigation(&constellation, &rover_epochs, &mut warnings);
 
     let base_context = context(true);
-    let (base_epochs, base_position_ecef_m) = if relative {
+    let (base_epochs, base_place) = if relative {
         phases_and_copies(rover, base, options, &mut warnings);
         let base_epochs = epochs(base, &constellation);
         base_gaps(&base_epochs, &rover_epochs, options, &mut warnings);
-        let position = base_position(&base_context, base, &base_epochs, options, &mut warnings)?;
-        (base_epochs, position)
+        let place = base_position(&base_context, base, &base_epochs, options, &mut warnings)?;
+        (base_epochs, place)
     } else {
-        (Vec::new(), [0.0; 3])
+        (Vec::new(), BasePlace::default())
     };
+    let base_position_ecef_m = base_place.position_ecef_m;
     let noise = if options.measure_code_noise && relative {
         MeasuredNoise::measure(&constellation, options, &rover_epochs, &base_epochs)
     } else {
@@ -170,6 +171,7 @@ pub fn process_with(
     let results = run_passes(&prepared, plan, &watch)?;
     let mut solution = assemble(results, &prepared, warnings);
     solution.summary.glonass = glonass;
+    solution.summary.base_from_single_m = base_place.from_single_m;
     solution.base_position_ecef_m = relative.then_some(base_position_ecef_m);
     solution.events = interpolate_events(&rover.events, &solution.epochs);
     Ok(solution)
@@ -429,6 +431,7 @@ fn summarise(
         not_fixed,
         age_s,
         glonass: None,
+        base_from_single_m: None,
         warnings,
     }
 }

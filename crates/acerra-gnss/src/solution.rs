@@ -436,6 +436,9 @@ pub struct PpkSummary {
     pub age_s: Option<[f64; 3]>,
     /// What was decided about GLONASS ambiguities, where that was left to the run.
     pub glonass: Option<GlonassDecision>,
+    /// Distance of the base position given from the base's own single-point position (m), where the
+    /// base has one.
+    pub base_from_single_m: Option<f64>,
     /// Remarks.
     pub warnings: Vec<PpkWarning>,
 }

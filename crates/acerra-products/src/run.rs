@@ -133,7 +133,7 @@ pub fn process(
     let measured = journal.stage("measure", |_| {
         prepared.measure(&focused, &(&campaign.measure).into(), control)
     })?;
-    weigh_image(&prepared, &focused)
+    weigh_image(&prepared, &focused, control)?
         .into_iter()
         .for_each(|finding| journal.evidence.add(finding));
     refuse_contradictions(&campaign, &journal.evidence)?;

@@ -142,7 +142,7 @@ impl From<&TrajectorySection> for AlignOptions {
             max_gap_s: section.max_gap_s,
             height: section.height,
             unfixed: section.unfixed,
-            has_horizontal_lever_arm: forward_m != 0.0 || left_m != 0.0,
+            horizontal_lever_arm_m: forward_m.hypot(left_m),
             ..Self::default()
         }
     }

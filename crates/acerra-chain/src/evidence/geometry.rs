@@ -183,6 +183,74 @@ pub fn coverage(geometry: &ImageGeometry<'_>, held: Coverage<'_>) -> Option<Find
     )
 }
 
+/// Share of the pixels whose closest approach lies within the track, not at one of its ends.
+///
+/// Beyond the ends a target is seen from one side alone, at a slant: smeared along and displaced
+/// across. An image of which less than half lies abeam is doubtful.
+#[must_use]
+pub fn aperture_coverage(geometry: &ImageGeometry<'_>) -> Option<Finding> {
+    let last = geometry
+        .position_m
+        .len()
+        .checked_sub(1)
+        .filter(|n| *n > 1)?;
+    let is_abeam = |pixel: &&[f64; 3]| {
+        let nearest = (0..=last).min_by(|a, b| {
+            let range_m = |k: &usize| distance_m(geometry.position_m[*k], **pixel);
+            range_m(a).total_cmp(&range_m(b))
+        });
+        nearest.is_some_and(|k| k != 0 && k != last)
+    };
+    let pixels = geometry.pixel_m.len().max(1) as f64;
+    let abeam = geometry.pixel_m.iter().filter(is_abeam).count() as f64 / pixels;
+    let verdict = if abeam < 0.5 {
+        Verdict::Doubtful
+    } else {
+        Verdict::Agrees
+    };
+    Some(
+        Finding::judged("aperture_coverage", abeam, "share of the image", verdict)
+            .expecting(1.0)
+            .because(format!(
+                "{:.0} % of the image lies abeam of the {} traces imaged, the rest beyond the ends \
+                 of the track ([radar] select, [image] x_m, y_m)",
+                100.0 * abeam,
+                last + 1
+            )),
+    )
+}
+
+/// Share of the pixels that a limit of the incidence angle (rad) lets any trace see.
+#[must_use]
+pub fn incidence_coverage(geometry: &ImageGeometry<'_>, max_rad: f64) -> Option<Finding> {
+    if geometry.position_m.is_empty() {
+        return None;
+    }
+    let is_seen = |pixel: &&[f64; 3]| {
+        geometry.position_m.iter().any(|position| {
+            let away_m = (position[0] - pixel[0]).hypot(position[1] - pixel[1]);
+            away_m.atan2(position[2] - pixel[2]) < max_rad
+        })
+    };
+    let pixels = geometry.pixel_m.len().max(1) as f64;
+    let seen = geometry.pixel_m.iter().filter(is_seen).count() as f64 / pixels;
+    let verdict = match seen {
+        0.0 => Verdict::Contradicts,
+        s if s < 0.5 => Verdict::Doubtful,
+        _ => Verdict::Agrees,
+    };
+    Some(
+        Finding::judged("incidence_coverage", seen, "share of the image", verdict)
+            .expecting(1.0)
+            .because(format!(
+                "{:.0} % of the image is seen at incidences below {:.0}° ([image] \
+                 max_incidence_deg, x_m, y_m)",
+                100.0 * seen,
+                max_rad.to_degrees()
+            )),
+    )
+}
+
 fn distance_m(a: [f64; 3], b: [f64; 3]) -> f64 {
     (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt()
 }
@@ -247,6 +315,29 @@ mod tests {
             scan_spacing(&geometry(&sparse, &pixels)).unwrap().verdict,
             Verdict::Doubtful
         );
+    }
+
+    #[test]
+    fn an_image_beyond_the_ends_of_the_track_is_doubtful() {
+        let pixels: Vec<[f64; 3]> = (0..19).map(|k| [f64::from(k), 0.0, 0.0]).collect();
+        let judge = |track: &[[f64; 3]]| aperture_coverage(&geometry(track, &pixels)).unwrap();
+        let whole = track(0.1, 10.0);
+        assert_eq!(judge(&whole).verdict, Verdict::Agrees);
+        let start = judge(&whole[..60]);
+        assert_eq!(start.verdict, Verdict::Doubtful);
+        assert!((start.value.unwrap() - 5.0 / 19.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_narrow_limit_of_incidence_leaves_little_of_the_image() {
+        let track = track(0.1, 10.0);
+        let pixels: Vec<[f64; 3]> = (0..19).map(|k| [9.0, f64::from(k) - 11.0, 0.0]).collect();
+        let judge = |degrees: f64| {
+            incidence_coverage(&geometry(&track, &pixels), degrees.to_radians()).unwrap()
+        };
+        assert_eq!(judge(60.0).verdict, Verdict::Agrees);
+        assert_eq!(judge(5.0).verdict, Verdict::Doubtful);
+        assert_eq!(judge(0.0).verdict, Verdict::Contradicts);
     }
 
     #[test]

@@ -11,6 +11,7 @@
 mod clock;
 mod delay;
 mod finding;
+mod focus;
 mod geometry;
 mod image;
 mod positions;
@@ -22,10 +23,20 @@ use serde::Serialize;
 pub use clock::{ClockSeen, clock_offset};
 pub use delay::delay_sharpness;
 pub use finding::{Finding, Verdict};
-pub use geometry::{Coverage, ImageGeometry, coverage, pixel_size, scan_spacing, wavenumber_span};
+pub use focus::{PreferredSetting, preferred_setting};
+pub use geometry::{
+    Coverage, ImageGeometry, aperture_coverage, coverage, incidence_coverage, pixel_size,
+    scan_spacing, wavenumber_span,
+};
 pub use image::{ImageContrast, contrast};
-pub use positions::{focusing_loss, radar_height, trajectory_coverage};
-pub use processing::{BackgroundWindow, FrequencyGrid, background_window, frequency_step};
+pub use positions::{
+    base_position, flight_height, focusing_loss, lever_arm_heading, lever_arm_length, radar_height,
+    trajectory_coverage,
+};
+pub use processing::{
+    BackgroundWindow, FrequencyGrid, background_components, background_window, frequency_step,
+    light_speed,
+};
 pub use radar::{CouplingSeen, SurfaceSeen, band, coupling, surface, zero_timing};
 
 /// The findings of a run, in the order of its stages.

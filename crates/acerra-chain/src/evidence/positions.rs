@@ -64,9 +64,114 @@ pub fn radar_height(off_m: f64, stated_m: Option<f64>, sigma_m: f64) -> Finding 
     ))
 }
 
+/// Deviation of the median of single-frequency single-point positions (m): what ionosphere,
+/// troposphere and broadcast orbits leave.
+const SINGLE_POINT_SIGMA_M: f64 = 10.0 / 3.0;
+
+/// Judges the base's position by its distance from the base's own single-point position.
+///
+/// A base that is off moves the whole image by as much; relative positions hardly suffer, so that
+/// it is never more than doubtful.
+#[must_use]
+pub fn base_position(from_single_m: f64) -> Finding {
+    Finding::compared(
+        "base_position",
+        from_single_m,
+        0.0,
+        SINGLE_POINT_SIGMA_M,
+        "m",
+    )
+    .at_most(Verdict::Doubtful)
+    .because(format!(
+        "the base's position lies {from_single_m:.1} m from its own single-point position, of \
+             which metres are expected: the whole image is off by as much ([gnss] base_ecef_m or \
+             base_deg_m)"
+    ))
+}
+
+/// Height above the ground below which a flight is doubtful (m): the antenna's far field begins
+/// there.
+const LEAST_HEIGHT_M: f64 = 0.3;
+
+/// Judges the height that the flight reaches above the ground or the image's plane.
+#[must_use]
+pub fn flight_height(height_m: f64) -> Finding {
+    let verdict = match height_m {
+        h if h >= LEAST_HEIGHT_M => Verdict::Agrees,
+        h if h > 0.0 => Verdict::Doubtful,
+        _ => Verdict::Contradicts,
+    };
+    Finding::judged("flight_height", height_m, "m", verdict).because(format!(
+        "the flight reaches {height_m:.2} m above the ground (heights of the positions, \
+         [trajectory] origin_deg_m, lever_arm_m, [image] z_m, terrain)"
+    ))
+}
+
+/// Longest lever arm to the side or ahead that a small drone has room for (m).
+const LONGEST_ARM_M: f64 = 1.5;
+
+/// Judges the length of the horizontal part of a lever arm by the size of a small drone.
+#[must_use]
+pub fn lever_arm_length(horizontal_arm_m: f64) -> Finding {
+    let verdict = if horizontal_arm_m <= LONGEST_ARM_M {
+        Verdict::Agrees
+    } else {
+        Verdict::Doubtful
+    };
+    Finding::judged("lever_arm_length", horizontal_arm_m, "m", verdict).because(format!(
+        "the radar is said to stand {horizontal_arm_m:.2} m to the side or ahead of the positioned \
+         point; a small drone has room for {LONGEST_ARM_M} m ([trajectory] lever_arm_m)"
+    ))
+}
+
+/// How far a small drone's nose stands from its course (rad): 3° of crab and yaw.
+const HEADING_SIGMA_RAD: f64 = 0.05;
+
+/// Judges a horizontal lever arm that is turned by the course, for want of an attitude: what the
+/// nose's departure from the course makes of it must stay below λ/4 of range, or the phases are lost.
+#[must_use]
+pub fn lever_arm_heading(horizontal_arm_m: f64, wavelength_m: f64) -> Finding {
+    let sigma_m = horizontal_arm_m * HEADING_SIGMA_RAD;
+    let verdict = if sigma_m <= 0.25 * wavelength_m {
+        Verdict::Agrees
+    } else {
+        Verdict::Doubtful
+    };
+    Finding::judged("lever_arm_heading", 1e3 * sigma_m, "mm", verdict)
+        .expecting(0.0)
+        .because(format!(
+            "no attitude is recorded: a lever arm of {horizontal_arm_m:.2} m to the side or ahead, \
+             turned by the course, leaves {:.0} mm of unknown motion; λ/4 is {:.0} mm ([trajectory] \
+             lever_arm_m)",
+            1e3 * sigma_m,
+            250.0 * wavelength_m
+        ))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_base_fourteen_metres_off_is_doubtful_and_one_of_three_cannot_be_told() {
+        assert_eq!(base_position(3.0).verdict, Verdict::Agrees);
+        assert_eq!(base_position(14.0).verdict, Verdict::Doubtful);
+        assert_eq!(base_position(1e4).verdict, Verdict::Doubtful);
+    }
+
+    #[test]
+    fn a_long_lever_arm_without_attitude_is_doubtful() {
+        assert_eq!(lever_arm_heading(0.05, 0.0759).verdict, Verdict::Agrees);
+        assert_eq!(lever_arm_heading(0.5, 0.0759).verdict, Verdict::Doubtful);
+    }
+
+    #[test]
+    fn a_plane_above_the_flight_contradicts_and_an_arm_longer_than_the_drone_is_doubtful() {
+        assert_eq!(flight_height(4.0).verdict, Verdict::Agrees);
+        assert_eq!(flight_height(-1.4).verdict, Verdict::Contradicts);
+        assert_eq!(lever_arm_length(0.3).verdict, Verdict::Agrees);
+        assert_eq!(lever_arm_length(8.0).verdict, Verdict::Doubtful);
+    }
 
     #[test]
     fn float_positions_are_doubtful_and_the_loss_is_that_of_the_phase_error() {

@@ -2,6 +2,9 @@
 
 use super::finding::{Finding, Verdict};
 
+/// Speed of light in vacuum (m/s).
+const LIGHT_SPEED_M_S: f64 = 299_792_458.0;
+
 /// Spacing of the frequencies, and the ranges that the data hold.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrequencyGrid {
@@ -65,6 +68,49 @@ pub fn background_window(window: &BackgroundWindow) -> Finding {
         ))
 }
 
+/// Waves in air are slower than in vacuum by up to so much
+/// (refractivity below 450·10⁻⁶, ITU-R P.453), and settings round that.
+const AIR_SHARE: f64 = 1e-3;
+
+/// Judges the propagation speed: radar of drones works in air.
+#[must_use]
+pub fn light_speed(light_speed_m_s: f64) -> Finding {
+    let off = (light_speed_m_s / LIGHT_SPEED_M_S - 1.0).abs();
+    let verdict = if off <= AIR_SHARE {
+        Verdict::Agrees
+    } else {
+        Verdict::Doubtful
+    };
+    Finding::judged("light_speed", light_speed_m_s, "m/s", verdict)
+        .expecting(LIGHT_SPEED_M_S)
+        .because(format!(
+            "ranges are scaled by {:.1} % against propagation in air ([image] light_speed_m_s)",
+            100.0 * (light_speed_m_s / LIGHT_SPEED_M_S - 1.0)
+        ))
+}
+
+/// Amplitude that a background may take from a target: 3 dB.
+const LEAST_KEPT: f64 = 0.7;
+
+/// Judges a background of principal components: `components` of as many directions as there are
+/// `traces` take that share of an echo which follows none of them, on average.
+#[must_use]
+pub fn background_components(components: usize, traces: usize) -> Finding {
+    let kept = 1.0 - components as f64 / traces.max(1) as f64;
+    let verdict = match kept {
+        k if k >= LEAST_KEPT => Verdict::Agrees,
+        k if k > 0.0 => Verdict::Doubtful,
+        _ => Verdict::Contradicts,
+    };
+    Finding::judged("background_components", kept, "share of an echo", verdict)
+        .expecting(1.0)
+        .because(format!(
+            "{components} principal components of {traces} traces leave about {:.0} % of an echo's \
+             amplitude ([preprocess] background)",
+            100.0 * kept.max(0.0)
+        ))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -81,6 +127,23 @@ mod tests {
         assert_eq!(judge(341.0).verdict, Verdict::Agrees);
         assert!((judge(341.0).value.unwrap() - 29.98).abs() < 0.01);
         assert_eq!(judge(8.0).verdict, Verdict::Doubtful);
+    }
+
+    #[test]
+    fn a_speed_of_light_of_another_medium_is_doubtful() {
+        assert_eq!(light_speed(299_702_547.0).verdict, Verdict::Agrees);
+        assert_eq!(light_speed(3e8).verdict, Verdict::Agrees);
+        assert_eq!(light_speed(2.9e8).verdict, Verdict::Doubtful);
+    }
+
+    #[test]
+    fn many_components_take_the_targets_as_well() {
+        assert_eq!(background_components(5, 331).verdict, Verdict::Agrees);
+        assert_eq!(background_components(200, 331).verdict, Verdict::Doubtful);
+        assert_eq!(
+            background_components(331, 331).verdict,
+            Verdict::Contradicts
+        );
     }
 
     #[test]

@@ -24,6 +24,10 @@ pub struct SurfaceSeen {
 
 /// Roughness of ordinary ground as the surface echo shows it (ns): 5 cm, one standard deviation.
 const GROUND_ROUGHNESS_NS: f64 = 0.33;
+/// Deviation of the delay by the surface echo of a whole flight (ns): the ground's mean level about
+/// the plane, 3 cm, of which the roughness is no part any more, and the echo's own delay, a tenth of
+/// the pulse's length of 1 ns.
+const MEAN_LEVEL_NS: f64 = 0.22;
 
 /// Judges the surface echo: its level where fast time is calibrated, its spread and its drift.
 ///
@@ -74,12 +78,23 @@ pub fn surface(seen: &SurfaceSeen) -> Vec<Finding> {
     findings
 }
 
+/// Delay of half a metre of range (ns).
+const FAR_NS: f64 = 3.3;
+
 /// Judges the fast time taken for range zero by the echo that follows the flight's height: `delay_ns`
 /// in force, `seen_ns` ± `sigma_ns` by that echo.
 #[must_use]
 pub fn zero_timing(delay_ns: f64, seen_ns: f64, sigma_ns: f64) -> Finding {
-    let sigma_ns = sigma_ns.hypot(GROUND_ROUGHNESS_NS).hypot(0.3);
-    Finding::compared("delay", delay_ns, seen_ns, sigma_ns, "ns").because(format!(
+    let sigma_ns = sigma_ns.hypot(MEAN_LEVEL_NS);
+    let finding = Finding::compared("delay", delay_ns, seen_ns, sigma_ns, "ns");
+    // An image half a metre above or below the ground may be meant.
+    let is_far = (delay_ns - seen_ns).abs() > FAR_NS;
+    let most = if is_far {
+        Verdict::Contradicts
+    } else {
+        Verdict::Doubtful
+    };
+    finding.at_most(most).because(format!(
         "fast time {delay_ns:.2} ns is taken for range zero, the echo that follows the flight's \
          height says {seen_ns:.2} ns: {:+.2} m of range ([radar] delay_ns, [preprocess] zero_timing, \
          heights)",

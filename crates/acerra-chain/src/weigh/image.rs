@@ -3,8 +3,8 @@
 use crate::choices::Background;
 use crate::evidence::{
     BackgroundWindow, Coverage, Finding, FrequencyGrid, ImageContrast, ImageGeometry,
-    background_window, contrast, coverage, frequency_step, pixel_size, scan_spacing,
-    wavenumber_span,
+    aperture_coverage, background_components, background_window, contrast, coverage,
+    frequency_step, incidence_coverage, light_speed, pixel_size, scan_spacing, wavenumber_span,
 };
 use crate::focus::{Focused, ImageRequest};
 use crate::prepare::{Prepared, Track};
@@ -23,8 +23,19 @@ pub(super) fn weigh_geometry(
         pixel_size(geometry, request.pixels.grid.pixel_m),
         scan_spacing(geometry),
         coverage(geometry, held),
+        aperture_coverage(geometry),
+        request
+            .options
+            .incidence
+            .and_then(|weight| incidence_coverage(geometry, weight.max_rad)),
         step_of_frequencies(prepared, &range_m),
         window_of_background(prepared, track, geometry),
+        components_of_background(track),
+        // Spectra bring their own: what stands between them and the ranges is not Acerra's.
+        track
+            .cleaned
+            .as_ref()
+            .map(|_| light_speed(prepared.scene.light_speed_m_s)),
     ]
     .into_iter()
     .flatten()
@@ -73,6 +84,14 @@ fn window_of_background(
         )?
         .abs(),
     }))
+}
+
+/// The principal components that the background takes, where it does.
+fn components_of_background(track: &Track) -> Option<Finding> {
+    let Background::Components { components } = track.background else {
+        return None;
+    };
+    Some(background_components(components, track.range.len()))
 }
 
 /// Nearest and farthest range that the cleaned data of each trace of a track hold (m): those of the

@@ -6,10 +6,15 @@
 //! ```
 
 mod delay;
+mod history;
 mod image;
 mod median;
+mod motion;
 mod radar;
+mod range_focus;
+mod strongest;
 mod track;
+mod wander;
 
 use crate::control::{Cancelled, Control};
 use crate::evidence::{Finding, ImageGeometry};
@@ -56,10 +61,25 @@ pub fn weigh_prepared(
     Ok(findings)
 }
 
-/// Weighs the image.
-#[must_use]
-pub fn weigh_image(prepared: &Prepared, focused: &Focused) -> Vec<Finding> {
-    image::weigh_values(prepared, focused)
+/// Weighs the image, and the settings by what its strongest targets say of them.
+///
+/// # Errors
+/// The caller asked to stop.
+pub fn weigh_image(
+    prepared: &Prepared,
+    focused: &Focused,
+    control: &Control<'_>,
+) -> Result<Vec<Finding>, Cancelled> {
+    let mut findings = image::weigh_values(prepared, focused);
+    for track in &prepared.tracks {
+        let mut own = motion::weigh(prepared, focused, track, control)?;
+        own.extend(range_focus::weigh(prepared, focused, track, control)?);
+        findings.extend(
+            own.into_iter()
+                .map(|finding| named(prepared, track, finding)),
+        );
+    }
+    Ok(findings)
 }
 
 /// The finding with the track's name behind its own, where there are several tracks.

@@ -44,12 +44,21 @@ pub(super) fn weigh(prepared: &Prepared, track: &Track, band_hz: [f64; 2]) -> Ve
     let Some(traces) = &track.cleaned else {
         return findings;
     };
-    findings.extend(delay_seen(track, traces.shift_s));
+    findings.extend(delay_seen(prepared, track, traces.shift_s));
     // An echo counts as the surface where it is known to follow the height.
     if follows_height(track)
         && let Some(seen) = surface_seen(prepared, track)
     {
-        findings.extend(surface(&seen));
+        // Over a short stretch a strong target may be taken for the surface: where the height itself
+        // does not speak against the offset, the spread may doubt only.
+        let speaks = height_speaks(prepared, track);
+        findings.extend(surface(&seen).into_iter().map(|finding| {
+            if finding.name == "surface_spread" && !speaks {
+                finding.at_most(Verdict::Doubtful)
+            } else {
+                finding
+            }
+        }));
     }
     findings.extend(coupling_seen(&traces.raw).map(|seen| coupling(&seen)));
     if let Some(spectrum) = spectrum_occupancy(&traces.raw) {
@@ -72,12 +81,17 @@ fn height_speaks(prepared: &Prepared, track: &Track) -> bool {
     let Some(cue) = track.likelihood.as_ref().and_then(|l| l.height.as_ref()) else {
         return false;
     };
-    let sigma_m = prepared.aligned.sigma_m.get(track.range.clone());
-    let sigma_z_m = sigma_m.and_then(|sigma| median(sigma.iter().map(|s| s[2])));
+    let sigma_z_m = height_sigma_m(prepared, track);
     let below = cue.curve.best().1 - cue.curve.at(track.time_offset_s);
     cue.evidence >= LEAST_EVIDENCE
         && below >= LEAST_EVIDENCE
         && sigma_z_m.is_none_or(|sigma_m| sigma_m <= BELIEVED_SIGMA_M)
+}
+
+/// Median deviation of the positions' heights (m), where they state any.
+fn height_sigma_m(prepared: &Prepared, track: &Track) -> Option<f64> {
+    let sigma_m = prepared.aligned.sigma_m.get(track.range.clone())?;
+    median(sigma_m.iter().map(|s| s[2]))
 }
 
 /// The offset in force beside the likelihood of all offsets.
@@ -94,10 +108,12 @@ fn clock_seen(track: &Track) -> Option<ClockSeen> {
 }
 
 /// The fast time of range zero by the echo that follows the height, where one clearly does.
-fn delay_seen(track: &Track, shift_s: f64) -> Option<Finding> {
+fn delay_seen(prepared: &Prepared, track: &Track, shift_s: f64) -> Option<Finding> {
     let cue = track.likelihood.as_ref()?.height.as_ref()?;
     (cue.evidence >= LEAST_EVIDENCE).then(|| {
-        let sigma_ns = 1e9 * cue.delay_sigma_s.hypot(cue.residual_s);
+        let height_s =
+            2.0 * height_sigma_m(prepared, track).unwrap_or(0.0) / prepared.scene.light_speed_m_s;
+        let sigma_ns = 1e9 * cue.delay_sigma_s.hypot(height_s);
         zero_timing(-1e9 * shift_s, 1e9 * cue.delay_s, sigma_ns)
     })
 }
@@ -140,10 +156,7 @@ fn surface_seen(prepared: &Prepared, track: &Track) -> Option<SurfaceSeen> {
     }
     let level_ns = median(residual_ns.iter().copied())?;
     let spread_ns = 1.4826 * median(residual_ns.iter().map(|r| (r - level_ns).abs()))?;
-    let sigma_z_m = aligned
-        .sigma_m
-        .get(track.range.clone())
-        .and_then(|sigma| median(sigma.iter().map(|s| s[2])));
+    let sigma_z_m = height_sigma_m(prepared, track);
     let expected_spread_ns = TIMING_NS.hypot(1e9 * two_way_s(sigma_z_m.unwrap_or(0.02)));
     let (drift_ns, drift_sigma_ns) = drift(&position, &residual_ns, spread_ns);
     Some(SurfaceSeen {

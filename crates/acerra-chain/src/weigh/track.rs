@@ -1,6 +1,10 @@
 //! Findings on a track's positions.
 
-use crate::evidence::{Finding, ImageGeometry, focusing_loss, radar_height, trajectory_coverage};
+use crate::evidence::{
+    Finding, ImageGeometry, flight_height, focusing_loss, lever_arm_heading, lever_arm_length,
+    radar_height, trajectory_coverage,
+};
+use crate::position::Positions;
 use crate::prepare::{Prepared, Track};
 use crate::weigh::median::median;
 
@@ -30,11 +34,40 @@ pub(super) fn weigh(
             seen.sigma_m,
         ));
     }
+    let middle_hz = 0.5 * (geometry.band_hz[0] + geometry.band_hz[1]);
+    let wavelength_m = geometry.light_speed_m_s / middle_hz;
+    let heights_m = prepared.aligned.height_m.get(track.range.clone());
+    if track.cleaned.is_some() {
+        findings.extend(heights_m.and_then(height_reached_m).map(flight_height));
+    }
+    if track.horizontal_lever_arm_m > 0.0 {
+        findings.push(lever_arm_length(track.horizontal_lever_arm_m));
+    }
+    if track.horizontal_lever_arm_m > 0.0 && !has_attitude(track) {
+        let arm_m = track.horizontal_lever_arm_m;
+        findings.push(lever_arm_heading(arm_m, wavelength_m));
+    }
     if let Some(sigma_m) = line_of_sight_sigma_m(prepared, track, geometry) {
-        let middle_hz = 0.5 * (geometry.band_hz[0] + geometry.band_hz[1]);
-        findings.push(focusing_loss(sigma_m, geometry.light_speed_m_s / middle_hz));
+        findings.push(focusing_loss(sigma_m, wavelength_m));
     }
     findings
+}
+
+/// The height that a tenth of the traces exceed: on the ground a drone may stand for long (m).
+fn height_reached_m(height_m: &[f64]) -> Option<f64> {
+    let mut sorted: Vec<f64> = height_m.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    sorted.get(sorted.len() * 9 / 10).copied()
+}
+
+/// Whether a track's positions come with attitudes.
+fn has_attitude(track: &Track) -> bool {
+    match &track.positions {
+        Positions::Trajectory(trajectory) => {
+            trajectory.fixes().iter().any(|fix| fix.attitude.is_some())
+        }
+        Positions::PerTrace(_) => true,
+    }
 }
 
 /// Median over the traces of the positions' σ towards the middle of the image (m).

@@ -44,14 +44,24 @@ fn single_points<'e>(
         .collect()
 }
 
-/// The base antenna's position (ECEF, m), checked against the base's own measurements.
+/// Where the base's antenna stands.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct BasePlace {
+    /// Its position (ECEF, m).
+    pub position_ecef_m: [f64; 3],
+    /// Distance from the base's own single-point position (m), where there is one that did not make
+    /// the position itself.
+    pub from_single_m: Option<f64>,
+}
+
+/// The base antenna's place, checked against the base's own measurements.
 pub(crate) fn base_position(
     context: &SingleContext<'_>,
     data: &ObservationData,
     epochs: &[Epoch],
     options: &PpkOptions,
     warnings: &mut Vec<PpkWarning>,
-) -> Result<[f64; 3], PpkError> {
+) -> Result<BasePlace, PpkError> {
     let averaging = options.base_position == BasePosition::AverageSingle;
     let points = if averaging {
         let mut last = None;
@@ -123,5 +133,8 @@ pub(crate) fn base_position(
         }
         _ => {}
     }
-    Ok(position)
+    Ok(BasePlace {
+        position_ecef_m: position,
+        from_single_m: from_own_m.filter(|_| !averaging),
+    })
 }

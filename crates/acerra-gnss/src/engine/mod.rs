@@ -27,7 +27,7 @@ mod slips;
 mod state;
 mod zero;
 
-pub(crate) use base::base_position;
+pub(crate) use base::{BasePlace, base_position};
 pub(crate) use code_noise::MeasuredNoise;
 pub(crate) use combine::combine;
 pub(crate) use constellation::Constellation;

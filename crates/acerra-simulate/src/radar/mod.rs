@@ -44,6 +44,7 @@ pub fn simulate_scans(
         .map(|k| flight.pose_at(time_s(k)).position_m)
         .map(|[east, north, _]| [east, north])
         .collect();
+    let clock_rate = 1.0 + 1e-6 * radar.clock_drift_ppm;
     let scattering = Scattering::new(scene, radar, &track, seed);
     let receiver = Receiver::new(radar);
     let window = window(radar);
@@ -68,7 +69,7 @@ pub fn simulate_scans(
         Scan {
             source_id: 1,
             message_id: k as u16,
-            timestamp_ms: (BOOT_MS + (time_s(k) - start_s) * 1e3) as u32,
+            timestamp_ms: (BOOT_MS + (time_s(k) - start_s) * clock_rate * 1e3) as u32,
             host_time_s: None,
             window,
             filtering: Filtering::Raw,

@@ -18,6 +18,9 @@ pub struct RadarModel {
     pub samples: usize,
     /// Time between scans (s).
     pub scan_interval_s: f64,
+    /// How much faster than the GNSS's the radio's clock runs (parts per million): its stamps gain
+    /// on the trajectory by so much.
+    pub clock_drift_ppm: f64,
     /// Pulse integration index: 2^PII pulses are added up in each sample.
     pub integration_index: u16,
     /// Transmit gain index as the radio logs it.
@@ -54,6 +57,7 @@ impl Default for RadarModel {
             window_start_ns: 5.0,
             samples: 1632,
             scan_interval_s: 0.07,
+            clock_drift_ppm: 0.0,
             integration_index: 11,
             transmit_gain_index: 63,
             transmit_power_dbm: -13.0,
@@ -192,6 +196,12 @@ impl RadarModel {
                 self.scan_interval_s,
                 1e-3..=100.0,
                 "0.001 to 100",
+            ),
+            Rule::range(
+                "clock_drift_ppm",
+                self.clock_drift_ppm,
+                -1e4..=1e4,
+                "-10000 to 10000",
             ),
             Rule::new(
                 "integration_index",

@@ -232,3 +232,19 @@ fn nonsense_is_refused_with_the_reason() {
     assert!(refused(radar(), "[ground]\nreflection = 2").contains("[ground] reflection"));
     assert!(refused(radar(), "[[corner]]\nposition_m = [0, 0, nan]").contains("[corner]"));
 }
+
+#[test]
+fn the_stamps_of_a_fast_clock_gain_on_the_flight() {
+    let stamps = |clock_drift_ppm| {
+        let radar = RadarModel {
+            clock_drift_ppm,
+            ..quiet()
+        };
+        let scans = simulate_scans(&radar, &RadarScene::default(), &hover(3.0), [0.0, 4.0], 1);
+        let stamps = scans.unwrap();
+        f64::from(stamps.last().unwrap().timestamp_ms - stamps[0].timestamp_ms)
+    };
+    // 1 % of 4 s, to a whole millisecond.
+    let gained_ms = stamps(1e4) - stamps(0.0);
+    assert!((gained_ms - 40.0).abs() <= 1.0, "{gained_ms}");
+}

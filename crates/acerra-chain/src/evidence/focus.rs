@@ -1,0 +1,71 @@
+//! Settings against what focusing prefers.
+
+use super::finding::{Finding, Verdict};
+
+/// A setting in force beside the value at which the strongest targets are sharpest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PreferredSetting<'a> {
+    /// Name of the finding.
+    pub name: &'a str,
+    /// The value in force.
+    pub in_force: f64,
+    /// The value preferred.
+    pub preferred: f64,
+    /// Its standard deviation.
+    pub sigma: f64,
+    /// Unit of the three.
+    pub unit: &'static str,
+    /// The settings that it comes from, as the campaign file calls them.
+    pub key: &'a str,
+    /// Targets that take part.
+    pub targets: usize,
+}
+
+/// Judges a setting by its distance from the value that focusing prefers.
+///
+/// Errors of the positions bend the phases of targets as a wrong setting does, and not only as much
+/// as they state: it is never more than doubtful.
+#[must_use]
+pub fn preferred_setting(seen: &PreferredSetting<'_>) -> Finding {
+    let PreferredSetting {
+        in_force,
+        preferred,
+        sigma,
+        unit,
+        ..
+    } = *seen;
+    Finding::compared(seen.name, in_force, preferred, sigma, unit)
+        .at_most(Verdict::Doubtful)
+        .because(format!(
+            "{} target{} would be sharpest {:+.3} {unit} (± {sigma:.3} {unit}) from the value in \
+             force ({})",
+            seen.targets,
+            if seen.targets == 1 { "" } else { "s" },
+            preferred - in_force,
+            seen.key
+        ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_offset_a_tenth_of_a_second_off_is_doubtful_where_focusing_knows_it_to_twenty_ms() {
+        let judge = |in_force, sigma| {
+            preferred_setting(&PreferredSetting {
+                name: "clock_offset_focus",
+                in_force,
+                preferred: 6.0,
+                sigma,
+                unit: "s",
+                key: "[trajectory] time_offset_s",
+                targets: 2,
+            })
+            .verdict
+        };
+        assert_eq!(judge(6.1, 0.02), Verdict::Doubtful);
+        assert_eq!(judge(6.1, 0.05), Verdict::Agrees);
+        assert_eq!(judge(9.0, 0.02), Verdict::Doubtful);
+    }
+}

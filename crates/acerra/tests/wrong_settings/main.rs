@@ -1,0 +1,227 @@
+//! Wrong settings, one at a time: how many are refused, doubted with their cause named, harmless, or
+//! silent and wrong; and right campaigns, which must raise no alarm.
+//!
+//! `validation_book_wrong_settings` runs the whole table and compares
+//! `docs/validation/wrong-settings.md` with it (`cargo xtask book` writes it anew).
+
+#![allow(clippy::unwrap_used, clippy::print_stdout, clippy::print_stderr)] // tests, and helpers of tests
+
+mod edit;
+#[path = "../validation_book/page.rs"]
+#[expect(dead_code, reason = "these pages have no pictures")]
+mod page;
+mod right;
+mod subjects;
+mod table;
+mod trajectories;
+mod verdict;
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+use page::Page;
+use right::RandomFlight;
+use subjects::{Subject, Subjects};
+use table::{Row, Size};
+use verdict::{Outcome, Run};
+
+/// Side of a pixel of the whole table, and of the part that every test run covers (m).
+const PIXEL_M: f64 = 0.03;
+const COARSE_PIXEL_M: f64 = 0.06;
+
+/// What no radar echo can tell: row, size and physical reason.
+const UNOBSERVABLE: &[(&str, &str, &str)] = &[
+    (
+        "`time_offset_s` too small",
+        "-0.1",
+        "on a straight track at constant speed only the platform's wander tells the offset, 5 cm/s of \
+         it against 5 mm of phase centre that swing with tilts no attitude tells: σ is 0.03 s, and \
+         0.1 s (0.15 m along the track) stands at 3 σ, on either side of the limit",
+    ),
+    (
+        "base too far east",
+        "+3 m",
+        "a base off sideways moves the whole image and changes no range; its own single-point \
+         position tells it from 10 m",
+    ),
+];
+
+fn is_unobservable(row: &Row, size: &Size) -> bool {
+    UNOBSERVABLE
+        .iter()
+        .any(|(what, label, _)| *what == row.what && *label == size.label)
+}
+
+/// One cell of the table; none where the setting does not exist in the campaign.
+fn cell(subject: &Subject, right: &Run, row: &Row, size: &Size) -> Option<Outcome> {
+    let campaign = subject.settings.edited(&size.edits)?;
+    let run = verdict::run(&campaign, &subject.folder);
+    let (what, label) = (&row.what, &size.label);
+    println!("{what} {label}: {:?}", run.findings);
+    Some(run.outcome(right, &subject.truth, &row.causes))
+}
+
+/// Outcomes of a row's sizes.
+type Cells = Vec<Option<Outcome>>;
+
+fn word(outcome: &Option<Outcome>) -> &'static str {
+    outcome.as_ref().map_or("–", Outcome::word)
+}
+
+/// Every row tried on a subject.
+fn tried_on(subject: &Subject, rows: &[&Row]) -> Vec<Cells> {
+    let right = right(subject);
+    let tried = |row: &&Row| -> Cells {
+        let cell = |size: &Size| {
+            let outcome = cell(subject, &right, row, size);
+            let (name, what, label) = (subject.name, &row.what, &size.label);
+            println!("{name:8} {what} {label}: {outcome:?}");
+            outcome
+        };
+        row.sizes.iter().map(cell).collect()
+    };
+    rows.iter().map(tried).collect()
+}
+
+fn right(subject: &Subject) -> Run {
+    let run = verdict::run(&subject.settings.campaign, &subject.folder);
+    let targets = run.targets.as_ref().unwrap();
+    assert_eq!(
+        subject.truth.wrong(targets, targets),
+        None,
+        "{}",
+        subject.name
+    );
+    assert!(!run.contradicts);
+    println!("{}: {:#?}\n{:#?}", subject.name, run.findings, run.doubts);
+    run
+}
+
+#[test]
+fn no_wrong_setting_of_a_kind_each_goes_unnoticed() {
+    const COVERED: [(&str, usize); 12] = [
+        ("`time_offset_s` too great", 1),
+        ("`delay_ns` too short", 2),
+        ("`light_speed_m_s`", 2),
+        ("`origin_deg_m` too high", 1),
+        ("no `origin_deg_m`", 0),
+        ("`lever_arm_m` (up)", 2),
+        ("image to the north", 0),
+        ("`band_ghz`", 1),
+        ("`frequencies`", 2),
+        ("`gate_ns`", 2),
+        ("another flight's logs", 0),
+        ("trajectory in another unit of length", 2),
+    ];
+    let subjects = Subjects::new(COARSE_PIXEL_M, |name| name == "track-2");
+    let subject = subjects.all.iter().find(|s| s.name == "track-2").unwrap();
+    let right = right(subject);
+    let rows = table::rows();
+    for (what, size) in COVERED {
+        let row = rows.iter().find(|row| row.what == what).unwrap();
+        let outcome = cell(subject, &right, row, &row.sizes[size]).unwrap();
+        assert!(
+            !matches!(outcome, Outcome::Silent(_) | Outcome::Misled(_)),
+            "{what} {}: {outcome:?}",
+            row.sizes[size].label
+        );
+    }
+}
+
+#[test]
+#[ignore = "hundreds of runs; CI runs it in release mode"]
+fn validation_book_wrong_settings() {
+    // Parts of the table while something is looked into: a subject, and words of rows.
+    let only = std::env::var("ACERRA_SWEEP_ONLY").unwrap_or_default();
+    let one = std::env::var("ACERRA_SWEEP_SUBJECT").unwrap_or_default();
+    let subjects = Subjects::new(PIXEL_M, |name| name.contains(&one));
+    let all_rows = table::rows();
+    let rows: Vec<&Row> = all_rows
+        .iter()
+        .filter(|row| only.split(',').any(|word| row.what.contains(word)))
+        .collect();
+    let tried: Vec<Vec<Cells>> = std::thread::scope(|scope| {
+        let running: Vec<_> = subjects
+            .all
+            .iter()
+            .map(|subject| scope.spawn(|| tried_on(subject, &rows)))
+            .collect();
+        running.into_iter().map(|run| run.join().unwrap()).collect()
+    });
+    let names: Vec<&str> = subjects.all.iter().map(|s| s.name).collect();
+    let mut text = format!(
+        "| setting | {} |\n| --- |{}\n",
+        names.join(" | "),
+        " --- |".repeat(names.len())
+    );
+    let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
+    let mut unnoticed = Vec::new();
+    for (k, row) in rows.iter().enumerate() {
+        let labels: Vec<&str> = row.sizes.iter().map(|size| size.label.as_str()).collect();
+        let _ = write!(text, "| {}: {} |", row.what, labels.join("; "));
+        for (subject, cells) in subjects.all.iter().zip(&tried) {
+            let words: Vec<&str> = cells[k].iter().map(word).collect();
+            let _ = write!(text, " {} |", words.join(", "));
+            for (size, outcome) in row.sizes.iter().zip(&cells[k]) {
+                let Some(outcome) = outcome else { continue };
+                let is_unnoticed = matches!(outcome, Outcome::Silent(_) | Outcome::Misled(_));
+                let (word, is_known) = (outcome.word(), is_unobservable(row, size));
+                *counts.entry(word).or_default() += 1;
+                if is_unnoticed && !is_known {
+                    let (name, what, label) = (subject.name, &row.what, &size.label);
+                    unnoticed.push(format!("{name}: {what} {label}: {outcome:?}"));
+                }
+            }
+        }
+        text.push('\n');
+    }
+    println!("{counts:?}\n{text}");
+    assert!(unnoticed.is_empty(), "{}", unnoticed.join("\n"));
+    if !(only.is_empty() && one.is_empty()) {
+        return;
+    }
+    let total: Vec<String> = counts
+        .iter()
+        .map(|(word, n)| format!("{n} {word}"))
+        .collect();
+    let mut page = Page::open("wrong-settings.md");
+    page.block("counts", &total.join(", "));
+    page.block("table", &text);
+    page.block("unobservable", &unobservable());
+    page.close();
+}
+
+fn unobservable() -> String {
+    let line = |(what, label, reason): &(&str, &str, &str)| format!("- {what}, {label}: {reason}.");
+    UNOBSERVABLE.iter().map(line).collect::<Vec<_>>().join("\n")
+}
+
+/// Seeds of the random flights with right settings.
+const SEEDS: std::ops::RangeInclusive<u64> = 1..=20;
+
+#[test]
+#[ignore = "twenty flights; CI runs it in release mode"]
+fn validation_book_right_settings() {
+    let only = std::env::var("ACERRA_SWEEP_ONLY").ok();
+    let home = tempfile::tempdir().unwrap();
+    let mut text =
+        String::from("| seed | flight | offset | outcome |\n| --- | --- | --- | --- |\n");
+    let mut wrong = Vec::new();
+    for seed in SEEDS.filter(|seed| only.as_ref().is_none_or(|o| *o == seed.to_string())) {
+        let folder = home.path().join(seed.to_string());
+        let flight = RandomFlight::of(seed, &folder);
+        let (word, offset, details) = flight.judged(&folder, PIXEL_M);
+        println!("{seed} ({}): {word} {details}", flight.what);
+        let _ = writeln!(text, "| {seed} | {} | {offset} | {word} |", flight.what);
+        if matches!(word, "WRONG" | "ALARM") {
+            wrong.push(format!("{seed} ({}): {word} {details}", flight.what));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    if only.is_some() {
+        return;
+    }
+    let mut page = Page::open("right-settings.md");
+    page.block("flights", &text);
+    page.close();
+}
