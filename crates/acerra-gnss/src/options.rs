@@ -255,6 +255,9 @@ pub struct PpkOptions {
     /// bent by an obstacle is: the standard deviation grows tenfold for every further 10 dB.
     /// `None` weakens none. Undisturbed signals are weighed as without.
     pub weak_signal_drop_db: Option<f64>,
+    /// Weigh weak signals by their C/N₀ where that says more noise than their elevation does; those
+    /// of usual strength are weighed as without.
+    pub weigh_weak_signals: bool,
     /// Doppler error (Hz).
     pub doppler_error_hz: f64,
     /// Initial standard deviation of a phase bias (cycles).
@@ -336,6 +339,7 @@ impl PpkOptions {
             phase_error_baseline_m: 0.0,
             phase_error_cn0_m: 0.0,
             weak_signal_drop_db: None,
+            weigh_weak_signals: false,
             doppler_error_hz: 1.0,
             initial_bias_cycles: 30.0,
             bias_noise_cycles: 1e-4,
@@ -371,6 +375,7 @@ impl PpkOptions {
             min_success_rate: Some(0.99),
             measure_code_noise: true,
             weak_signal_drop_db: Some(6.0),
+            weigh_weak_signals: true,
             partial_ambiguity: Some(PartialAmbiguity {
                 filter_new_satellites: true,
                 min_satellites_to_fix: 6,
@@ -393,6 +398,7 @@ impl PpkOptions {
             min_success_rate: None,
             measure_code_noise: false,
             weak_signal_drop_db: None,
+            weigh_weak_signals: false,
             partial_ambiguity: None,
             ..self
         }
@@ -485,6 +491,7 @@ with_methods! {
     phase_error_baseline_m: f64 => with_phase_error_baseline_m,
     phase_error_cn0_m: f64 => with_phase_error_cn0_m,
     weak_signal_drop_db: Option<f64> => with_weak_signal_drop_db,
+    weigh_weak_signals: bool => with_weigh_weak_signals,
     doppler_error_hz: f64 => with_doppler_error_hz,
     initial_bias_cycles: f64 => with_initial_bias_cycles,
     bias_noise_cycles: f64 => with_bias_noise_cycles,

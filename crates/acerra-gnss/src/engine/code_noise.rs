@@ -89,9 +89,9 @@ impl CodeNoise {
     }
 
     /// Factor on the model's variance of a code that is the `count`-th of its ambiguity, from 0.
-    pub(crate) fn factor(&self, count: u32) -> f64 {
+    pub(crate) fn factor(&self, count: f64) -> f64 {
         let last = self.sample_factors.len() - 1;
-        let place = usize::try_from(count).unwrap_or(last).min(last);
+        let place = (count as usize).min(last);
         self.variance_factor * self.sample_factors[place]
     }
 }
@@ -414,7 +414,7 @@ mod tests {
 
     /// Variance of the mean of n samples, as the weights of the samples have it.
     fn mean_variance(noise: &CodeNoise, n: u32) -> f64 {
-        1.0 / (0..n).map(|k| 1.0 / noise.factor(k)).sum::<f64>()
+        1.0 / (0..n).map(|k| 1.0 / noise.factor(f64::from(k))).sum::<f64>()
     }
 
     fn lasting(varying: f64) -> f64 {
@@ -451,7 +451,7 @@ mod tests {
     fn a_curve_without_a_sill_is_extrapolated() {
         let noise = noise_from_semivariogram(&gauss_markov(4.0, 60.0, 20), LASTING).unwrap();
         assert!(
-            mean_variance(&noise, 20) > 0.7 * noise.factor(0),
+            mean_variance(&noise, 20) > 0.7 * noise.factor(0.0),
             "not correlated"
         );
     }

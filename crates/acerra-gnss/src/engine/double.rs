@@ -41,6 +41,8 @@ pub(crate) struct Differencing<'a> {
     pub separation: Separation,
     /// Noise of the codes, measured or the model's.
     pub noise: &'a MeasuredNoise,
+    /// How much noisier than usual each code of this epoch is.
+    pub inflation: &'a [[f64; 3]],
     /// Codes without regard to phases.
     pub codes_alone: bool,
     /// Phases left out of this epoch: (common index, slot).
@@ -110,7 +112,7 @@ impl Differencing<'_> {
     fn measured_code_factor(&self, k: usize, slot: usize, state: &FilterState) -> f64 {
         let satellite = self.common[k].satellite;
         let count = if self.codes_alone {
-            0
+            0.0
         } else {
             state.track(satellite, slot).codes_used
         };
@@ -128,6 +130,7 @@ impl Differencing<'_> {
             * weak_signal_factor(self.options, weakest_db);
         if is_code {
             variance *= self.measured_code_factor(k, slot, state);
+            variance *= self.inflation.get(k).map_or(1.0, |of| of[slot]);
         } else if self.options.rules == RuleSet::Demo5 {
             let track = state.track(self.common[k].satellite, slot);
             if !track.half_cycle_known {

@@ -22,6 +22,7 @@ mod outliers;
 mod pass;
 mod plausible;
 mod precision;
+mod robust_codes;
 mod single;
 mod slips;
 mod state;

@@ -17,6 +17,7 @@ use crate::engine::epoch_input::{BaseView, RoverEpoch};
 use crate::engine::epoch_result::EpochResult;
 use crate::engine::fixed_integers::{FixedIntegers, FloatSolution};
 use crate::engine::glonass::GlonassPlan;
+use crate::engine::robust_codes::Inflation;
 use crate::engine::single::SinglePoint;
 use crate::engine::slips;
 use crate::engine::state::FilterState;
@@ -33,18 +34,30 @@ struct EpochView<'e> {
     common: Vec<Common>,
     /// Wavelength (m) of each common satellite and slot; 0 where the carriers differ.
     wavelengths_m: Vec<[f64; 3]>,
+    /// How much noisier than usual each common satellite's codes are.
+    inflation: Inflation,
 }
 
 impl<'e> EpochView<'e> {
-    fn new(filter: &Filter<'_>, rover: &'e RoverEpoch, base: &'e BaseView<'e>) -> Self {
+    fn new(
+        filter: &Filter<'_>,
+        rover: &'e RoverEpoch,
+        single: &SinglePoint,
+        base: &'e BaseView<'e>,
+    ) -> Self {
         let common = filter.common(rover, base);
         let wavelengths_m = filter.wavelengths(rover, base, &common);
-        Self {
+        let mut view = Self {
             rover,
             base,
             common,
             wavelengths_m,
+            inflation: Inflation::new(),
+        };
+        if filter.options.measure_code_noise {
+            view.inflation = filter.code_inflation(&view, single);
         }
+        view
     }
 }
 
@@ -146,7 +159,7 @@ impl<'a> Filter<'a> {
             Ok(base) => base,
             Err(reason) => return result.not_fixed(reason),
         };
-        let epoch = EpochView::new(self, rover, &base);
+        let epoch = EpochView::new(self, rover, single, &base);
         if epoch.common.is_empty() {
             return result.not_fixed(NotFixedReason::TooFewCommonSatellites { common: 0 });
         }
@@ -220,7 +233,7 @@ impl<'a> Filter<'a> {
     ) {
         let rows = &update.differences.rows;
         self.note_misfit(rows);
-        self.mark_valid(rows, &epoch.common, &update.differences.rejected);
+        self.mark_valid(rows, epoch, &update.differences.rejected);
         self.remember(epoch.rover, epoch.base);
         self.report_float(result, epoch, update);
         let satellites = result.satellites;
