@@ -86,6 +86,10 @@ pub(crate) struct Filter<'a> {
     pub(super) held: bool,
     /// Since when the present set of integers is held.
     held_since: Option<GpsTime>,
+    /// The state that has been told the integers held.
+    held_state: Option<FilterState>,
+    /// Epochs in a row at which the float state contradicts the integers held.
+    doubts: u32,
     /// GLONASS ambiguities stay float.
     glonass_float: bool,
     /// The present fix rests on integers held before.
@@ -120,6 +124,8 @@ impl<'a> Filter<'a> {
             held: false,
             generation: 0,
             held_since: None,
+            held_state: None,
+            doubts: 0,
             glonass_float: false,
             rests_on_held: false,
             withdrawn: Vec::new(),
@@ -166,8 +172,12 @@ impl<'a> Filter<'a> {
         self.predict(single, &epoch, elapsed_s);
         let mut excluded = Vec::new();
         match self.checked_update(&epoch, &mut excluded) {
-            Ok(update) => self.take_up(&epoch, &update, &mut excluded, &mut result),
+            Ok(update) => {
+                self.advance_held(single, &epoch, elapsed_s, &excluded);
+                self.take_up(&epoch, &update, &mut excluded, &mut result);
+            }
             Err(failure) => {
+                self.held_state = None;
                 self.consecutive_fixes = 0;
                 if let Some(update) = &failure.contradicting {
                     self.report_float(&mut result, &epoch, update);

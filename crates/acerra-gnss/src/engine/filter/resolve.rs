@@ -105,8 +105,9 @@ impl<'a> Filter<'a> {
         let mut left_out = 0;
         loop {
             let conditioned = self.conditioned(&epoch.common);
-            self.rests_on_held = conditioned.is_some();
-            let attempt = self.resolve(&epoch.common, zero, conditioned.as_ref(), result)?;
+            let attempt = self.resolve(&epoch.common, zero, conditioned.as_ref(), result);
+            self.held_state.clone_from(&conditioned);
+            let attempt = attempt?;
             let Some(limit) = self.options.max_phase_residual_sigma else {
                 return Ok(attempt);
             };
@@ -185,6 +186,14 @@ impl<'a> Filter<'a> {
         state: &FilterState,
     ) -> Result<Attempt, NotFixedReason> {
         let (pairs, _) = self.held_pairs(common);
+        if pairs.len() < 2 {
+            let pairs = pairs.len();
+            return Err(NotFixedReason::TooFewAmbiguities {
+                pairs,
+                slipped: 0,
+                half_cycle: 0,
+            });
+        }
         self.resolution(common, zero, true)
             .attempt(state, pairs)
             .map_err(|_| NotFixedReason::SearchFailed)
