@@ -2,14 +2,14 @@
 
 use crate::control::{Control, Watch};
 use crate::engine::{
-    Constellation, Epoch, EpochResult, GlonassPlan, MeasuredNoise, Prepared, RoverEpoch,
+    Calibration, Constellation, Epoch, EpochResult, GlonassPlan, MeasuredNoise, Prepared, RoverEpoch,
     SingleContext, base_gaps, base_position, combine, epochs, missing_navigation,
     phases_and_copies, reject_implausible,
 };
 use crate::events::interpolate_events;
 use crate::navigation::{Klobuchar, Navigation};
 use crate::observation::{EPOCH_TOLERANCE_S, ObservationData};
-use crate::options::{FilterDirection, GlonassAmbiguity, PositioningMode, PpkOptions};
+use crate::options::{FilterDirection, PositioningMode, PpkOptions};
 use crate::ppk_error::{PpkError, TimeSpan};
 use crate::signal::FREQUENCY_SLOTS;
 use crate::solution::{
@@ -125,7 +125,7 @@ pub fn process_with(
     };
     let mut rover_measured = epochs(rover, &constellation);
     rover_measured.retain(|e| wanted(e.tag));
-    let trial = usize::from(options.glonass_ambiguity == GlonassAmbiguity::Auto);
+    let trial = usize::from(Prepared::needs_trial(options));
     let passes = 1 + usize::from(options.direction.is_combined()) + trial;
     let watch = Watch::new(control, rover_measured.len() * (1 + passes));
     let rover_epochs = rover_epochs(&context(false), rover_measured, options, &watch)?;
@@ -153,10 +153,11 @@ pub fn process_with(
     };
     let noise = if options.measure_code_noise && relative {
         MeasuredNoise::measure(&constellation, options, &rover_epochs, &base_epochs)
+            .calibrated(Calibration::prior())
     } else {
         MeasuredNoise::model()
     };
-    let prepared = Prepared {
+    let mut prepared = Prepared {
         noise,
         constellation: &constellation,
         options,
@@ -165,7 +166,16 @@ pub fn process_with(
         base_context,
         base_position_ecef_m,
     };
-    let glonass = prepared.glonass_decision(&watch)?;
+    let mut glonass = None;
+    if Prepared::needs_trial(options) {
+        let trial = prepared.trial(&watch)?;
+        glonass = prepared.glonass_decision(&trial);
+        if options.measure_code_noise {
+            let c = Calibration::of(&trial);
+            if std::env::var("DBG").is_ok() { eprintln!("CAL {c:?}"); }
+            prepared.noise = prepared.noise.calibrated(c);
+        }
+    }
     let plan = glonass.map_or(GlonassPlan::Estimate, GlonassPlan::from);
     let results = run_passes(&prepared, plan, &watch)?;
     let mut solution = assemble(results, &prepared, warnings);

@@ -10,6 +10,7 @@
 //! be called certain that are cycles off. The mean of n samples has the variance
 //! V(n) = σ²/n·(1 + 2Σ(1 − k/n)·ρ(k)); so the n-th sample is given the weight 1/V(n) − 1/V(n−1).
 
+use super::calibration::Calibration;
 use super::constellation::Constellation;
 use super::epoch_input::RoverEpoch;
 use super::matching::matching_base;
@@ -100,6 +101,9 @@ impl CodeNoise {
 #[derive(Debug, Clone)]
 pub(crate) struct MeasuredNoise {
     groups: Vec<[CodeNoise; FREQUENCY_SLOTS]>,
+    /// Growth of an ambiguity's variance by the multipath of its phase (cycle²/s); `None` where
+    /// the options say.
+    pub phase_walk_cycles2_s: Option<f64>,
 }
 
 impl MeasuredNoise {
@@ -107,7 +111,17 @@ impl MeasuredNoise {
     pub(crate) fn model() -> Self {
         Self {
             groups: vec![std::array::from_fn(|_| CodeNoise::model()); System::ALL.len()],
+            phase_walk_cycles2_s: None,
         }
+    }
+
+    /// This noise as fixes have calibrated it.
+    pub(crate) fn calibrated(mut self, calibration: Calibration) -> Self {
+        for noise in self.groups.iter_mut().flatten() {
+            noise.variance_factor *= calibration.code_factor;
+        }
+        self.phase_walk_cycles2_s = Some(calibration.phase_walk_cycles2_s);
+        self
     }
 
     pub(crate) fn of(&self, system: System, slot: usize) -> &CodeNoise {

@@ -21,6 +21,9 @@ pub(crate) struct EpochResult {
     pub residuals: Vec<SatelliteResidual>,
     /// Squared phase residuals of a fix in units of their variance, and their degrees of freedom.
     pub phase_misfit: [f64; 2],
+    /// Squared distance of the float position from the fixed one, in units of its covariance and
+    /// per dimension, of a fix by integers held.
+    pub float_misfit: Option<f64>,
     /// GLONASS inter-channel bias and standard deviation (m per channel) of a fix with GLONASS,
     /// where it is estimated.
     pub channel_slope_m: Option<[f64; 2]>,

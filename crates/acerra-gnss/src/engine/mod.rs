@@ -2,6 +2,7 @@
 
 mod ambiguity;
 mod base;
+mod calibration;
 mod code_noise;
 mod combine;
 mod confirm;
@@ -26,9 +27,11 @@ mod robust_codes;
 mod single;
 mod slips;
 mod state;
+mod time_difference;
 mod zero;
 
 pub(crate) use base::base_position;
+pub(crate) use calibration::Calibration;
 pub(crate) use code_noise::MeasuredNoise;
 pub(crate) use combine::combine;
 pub(crate) use constellation::Constellation;

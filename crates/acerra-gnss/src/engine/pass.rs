@@ -44,30 +44,31 @@ impl<'a> Prepared<'a> {
         )
     }
 
+    /// Whether a trial pass has anything to decide: GLONASS ambiguities where that is left to the
+    /// data, and the noise where it is measured.
+    pub(crate) fn needs_trial(options: &PpkOptions) -> bool {
+        let relative = matches!(
+            options.mode,
+            PositioningMode::Kinematic | PositioningMode::Static
+        );
+        relative
+            && (options.glonass_ambiguity == GlonassAmbiguity::Auto || options.measure_code_noise)
+    }
+
+    /// The results of a trial pass.
+    pub(crate) fn trial(&'a self, watch: &Watch<'_>) -> Result<Vec<EpochResult>, PpkError> {
+        let backward = self.options.direction == FilterDirection::Backward;
+        self.run(&mut self.filter(), backward, watch)
+    }
+
     /// What a trial pass says of GLONASS ambiguities, where that is left to the data.
-    pub(crate) fn glonass_decision(
-        &'a self,
-        watch: &Watch<'_>,
-    ) -> Result<Option<GlonassDecision>, PpkError> {
+    pub(crate) fn glonass_decision(&self, trial: &[EpochResult]) -> Option<GlonassDecision> {
         let options = self.options;
         let observed = (0..self.constellation.len())
             .any(|k| self.constellation.id(k).system() == System::Glonass);
-        if options.glonass_ambiguity != GlonassAmbiguity::Auto
-            || options.ambiguity == AmbiguityMode::Off
-            || !matches!(
-                options.mode,
-                PositioningMode::Kinematic | PositioningMode::Static
-            )
-            || !observed
-        {
-            return Ok(None);
-        }
-        let backward = options.direction == FilterDirection::Backward;
-        Ok(Some(decide(&self.run(
-            &mut self.filter(),
-            backward,
-            watch,
-        )?)))
+        let open = options.glonass_ambiguity == GlonassAmbiguity::Auto
+            && options.ambiguity != AmbiguityMode::Off;
+        (open && observed).then(|| decide(trial))
     }
 
     fn base_zero(&self, index: usize, rover: &Epoch) -> Vec<ZeroDifference> {

@@ -80,7 +80,6 @@ impl Filter<'_> {
             return None;
         }
         let (pairs, integers) = self.held_pairs(common);
-        if std::env::var("DBG").is_ok() { let v=judge(&self.state, &pairs, &integers); eprintln!("DBG {} common {} held {} {v:?} cons {} certain {}", self.last_time.unwrap().format_calendar(0), common.len(), pairs.len(), self.consecutive_fixes, self.certain); }
         if pairs.len() < LEAST_HELD_PAIRS {
             self.rests_on_held = false;
             return self.held_state.clone().filter(knows_its_place);

@@ -1,6 +1,7 @@
 //! One epoch of the relative filter: prediction, biases, measurement update, ambiguities.
 
 mod adjust;
+mod continuity;
 mod held;
 mod observe;
 mod predict;
@@ -23,8 +24,11 @@ use crate::engine::slips;
 use crate::engine::state::FilterState;
 use crate::engine::zero::ZeroDifference;
 use crate::options::{AmbiguityMode, PositioningMode, PpkOptions, RuleSet};
+use crate::observation::LossOfLock;
 use crate::solution::{NotFixedReason, Quality};
 use acerra_geo::time::GpsTime;
+use continuity::LastPhases;
+use nalgebra::{Matrix3, Vector3};
 use residuals::Update;
 
 /// What rover and base see together at an epoch.
@@ -36,6 +40,8 @@ struct EpochView<'e> {
     wavelengths_m: Vec<[f64; 3]>,
     /// How much noisier than usual each common satellite's codes are.
     inflation: Inflation,
+    /// (common index, slot) of phases that slipped without a flag.
+    unflagged_slips: Vec<(usize, usize)>,
 }
 
 impl<'e> EpochView<'e> {
@@ -53,6 +59,7 @@ impl<'e> EpochView<'e> {
             common,
             wavelengths_m,
             inflation: Inflation::new(),
+            unflagged_slips: Vec::new(),
         };
         if filter.options.measure_code_noise {
             view.inflation = filter.code_inflation(&view, single);
@@ -94,6 +101,8 @@ pub(crate) struct Filter<'a> {
     glonass_float: bool,
     /// The present fix rests on integers held before.
     rests_on_held: bool,
+    /// Phase differences of the last epoch.
+    last_phases: LastPhases,
     /// Number of the present set of held integers, and the numbers of those withdrawn.
     generation: u32,
     pub(crate) withdrawn: Vec<u32>,
@@ -123,6 +132,7 @@ impl<'a> Filter<'a> {
             next_to_drop: 0,
             held: false,
             generation: 0,
+            last_phases: LastPhases::default(),
             held_since: None,
             held_state: None,
             doubts: 0,
@@ -165,9 +175,12 @@ impl<'a> Filter<'a> {
             Ok(base) => base,
             Err(reason) => return result.not_fixed(reason),
         };
-        let epoch = EpochView::new(self, rover, single, &base);
+        let mut epoch = EpochView::new(self, rover, single, &base);
         if epoch.common.is_empty() {
             return result.not_fixed(NotFixedReason::TooFewCommonSatellites { common: 0 });
+        }
+        if self.uses_phase() && self.options.max_phase_residual_sigma.is_some() {
+            epoch.unflagged_slips = self.unflagged_slips(&epoch, single);
         }
         self.predict(single, &epoch, elapsed_s);
         let mut excluded = Vec::new();
@@ -229,6 +242,10 @@ impl<'a> Filter<'a> {
                 backward: elapsed_s < 0.0,
             };
             slips::detect(&mut self.state, &view);
+            for &(k, slot) in &epoch.unflagged_slips {
+                let track = self.state.track_mut(epoch.common[k].satellite, slot);
+                track.flags |= LossOfLock::SLIP;
+            }
             self.predict_biases(epoch, elapsed_s);
         }
     }
@@ -291,6 +308,9 @@ impl<'a> Filter<'a> {
                 covariance_ecef_m2: result.covariance_ecef_m2,
                 velocity: result.velocity,
             };
+            if self.rests_on_held {
+                result.float_misfit = self.float_misfit(attempt);
+            }
             let integers = FixedIntegers::new(attempt, certain, self.generation, float);
             result.integers = Some(integers);
         }
@@ -310,6 +330,17 @@ impl<'a> Filter<'a> {
                 self.held = true;
             }
         }
+    }
+
+    /// Squared distance of the float position from that of `attempt`, per dimension, in units of
+    /// its covariance.
+    fn float_misfit(&self, attempt: &Attempt) -> Option<f64> {
+        let np = self.state.leading_states;
+        let distance = Vector3::from_fn(|k, _| attempt.x[k] - self.state.x[k]);
+        let covariance =
+            Matrix3::from_fn(|i, j| self.state.covariance(i, j) - attempt.p[i * np + j]);
+        let solved = covariance.cholesky()?.solve(&distance);
+        Some(distance.dot(&solved) / 3.0)
     }
 
     fn remember(&mut self, rover: &RoverEpoch, base: &BaseView<'_>) {

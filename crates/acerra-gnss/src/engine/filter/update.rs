@@ -21,6 +21,7 @@ pub(super) fn update_state(state: &mut FilterState, rows: &[DoubleRow], common: 
                 noise[(a, b)] =
                     ra.variance_reference_m2 + if a == b { ra.variance_other_m2 } else { 0.0 };
             }
+            noise[(a, b)] += ra.common_delay_m * rb.common_delay_m;
         }
     }
     let sparse: Vec<_> = rows
