@@ -209,6 +209,12 @@ pub struct PpkOptions {
     pub hold_variance_cycles2: f64,
     /// Share of a GLONASS inter-channel fraction taken up at each hold.
     pub hold_gain: f64,
+    /// Keep integers beside the filter, so that they can be withdrawn, rather than feed them back
+    /// into it ([`RuleSet::Rtklib`]).
+    pub revisable_hold: bool,
+    /// Where fixing is poor, try other settings and take what they agree on better: a hold within
+    /// the filter, and a C/N₀ mask where none is set.
+    pub try_alternatives: bool,
     /// Partial ambiguity resolution, if any.
     pub partial_ambiguity: Option<PartialAmbiguity>,
     /// Largest age of the base's data (s).
@@ -320,6 +326,8 @@ impl PpkOptions {
             hold_elevation_mask_rad: 0.0,
             hold_variance_cycles2: 0.001,
             hold_gain: 0.01,
+            revisable_hold: false,
+            try_alternatives: false,
             partial_ambiguity: None,
             max_age_s: 30.0,
             interpolate_base: false,
@@ -374,6 +382,8 @@ impl PpkOptions {
             max_code_residual_sigma: Some(5.0),
             min_success_rate: Some(0.99),
             measure_code_noise: true,
+            revisable_hold: true,
+            try_alternatives: true,
             weak_signal_drop_db: Some(6.0),
             weigh_weak_signals: true,
             partial_ambiguity: Some(PartialAmbiguity {
@@ -397,6 +407,8 @@ impl PpkOptions {
             max_code_residual_sigma: None,
             min_success_rate: None,
             measure_code_noise: false,
+            revisable_hold: false,
+            try_alternatives: false,
             weak_signal_drop_db: None,
             weigh_weak_signals: false,
             partial_ambiguity: None,
@@ -472,6 +484,8 @@ with_methods! {
     hold_elevation_mask_rad: f64 => with_hold_elevation_mask_rad,
     hold_variance_cycles2: f64 => with_hold_variance_cycles2,
     hold_gain: f64 => with_hold_gain,
+    revisable_hold: bool => with_revisable_hold,
+    try_alternatives: bool => with_try_alternatives,
     partial_ambiguity: Option<PartialAmbiguity> => with_partial_ambiguity,
     max_age_s: f64 => with_max_age_s,
     interpolate_base: bool => with_interpolate_base,

@@ -2,6 +2,7 @@
 
 use super::ambiguity::{Attempt, Pair};
 use super::constellation::Constellation;
+use super::state::FilterState;
 use crate::satellite::System;
 
 /// Fewest ambiguities that must be the same for one fix to confirm another.
@@ -21,6 +22,8 @@ pub(crate) struct FloatSolution {
 pub(crate) struct FixedIntegers {
     pairs: Vec<Pair>,
     integers: Vec<f64>,
+    /// Numbers of the biases of each pair's reference and other satellite.
+    arcs: Vec<[u32; 2]>,
     /// Probability that they are right, from the float ambiguities' covariance.
     pub success_rate: f64,
     pub certain: bool,
@@ -33,11 +36,17 @@ impl FixedIntegers {
     /// The integers of `attempt`; `float` is the epoch's solution before they are imposed.
     pub(crate) fn new(
         attempt: &Attempt,
+        state: &FilterState,
         certain: bool,
         generation: u32,
         float: FloatSolution,
     ) -> Self {
+        let arc = |satellite, slot| state.track(satellite, slot).arc;
+        let arcs = attempt.pairs.iter();
         Self {
+            arcs: arcs
+                .map(|p| [arc(p.reference, p.slot), arc(p.other, p.slot)])
+                .collect(),
             pairs: attempt.pairs.clone(),
             integers: attempt.integers.clone(),
             success_rate: attempt.success_rate,
@@ -47,8 +56,8 @@ impl FixedIntegers {
         }
     }
 
-    /// Integer of a satellite relative to its group's reference.
-    fn of(&self, satellite: usize, slot: usize, group: usize) -> Option<f64> {
+    /// Integer of a satellite relative to its group's reference, and the number of its bias.
+    fn of(&self, satellite: usize, slot: usize, group: usize) -> Option<(f64, u32)> {
         let own = self
             .pairs
             .iter()
@@ -56,24 +65,28 @@ impl FixedIntegers {
         let reference = || {
             self.pairs
                 .iter()
-                .any(|p| p.reference == satellite && (p.slot, p.group) == (slot, group))
+                .position(|p| p.reference == satellite && (p.slot, p.group) == (slot, group))
         };
-        own.map(|k| self.integers[k])
-            .or_else(|| reference().then_some(0.0))
+        own.map(|k| (self.integers[k], self.arcs[k][1]))
+            .or_else(|| reference().map(|k| (0.0, self.arcs[k][0])))
     }
 
-    /// Whether both fixes put the same integers to the satellites that they share.
+    /// Whether both fixes of one pass put the same integers to the satellites that they share and
+    /// that did not slip in between.
     ///
     /// GLONASS is left aside: its differences between carriers drift with the receivers' clocks.
     pub(crate) fn same_as(&self, other: &Self, constellation: &Constellation) -> bool {
         let mut shared = 0;
-        for (pair, integer) in self.pairs.iter().zip(&self.integers) {
+        for ((pair, integer), arcs) in self.pairs.iter().zip(&self.integers).zip(&self.arcs) {
             if constellation.id(pair.other).system() == System::Glonass {
                 continue;
             }
             let theirs = |satellite| other.of(satellite, pair.slot, pair.group);
             if let (Some(a), Some(b)) = (theirs(pair.reference), theirs(pair.other)) {
-                if (b - a - integer).abs() > 0.5 {
+                if [a.1, b.1] != *arcs {
+                    continue;
+                }
+                if (b.0 - a.0 - integer).abs() > 0.5 {
                     return false;
                 }
                 shared += 1;

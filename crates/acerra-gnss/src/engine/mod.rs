@@ -34,6 +34,7 @@ pub(crate) use base::base_position;
 pub(crate) use calibration::Calibration;
 pub(crate) use code_noise::MeasuredNoise;
 pub(crate) use combine::combine;
+pub(crate) use confirm::Agreement;
 pub(crate) use constellation::Constellation;
 pub(crate) use diagnose::{base_gaps, missing_navigation, phases_and_copies};
 pub(crate) use epoch_input::RoverEpoch;

@@ -1,7 +1,7 @@
 //! A run of the filter over all rover epochs in one direction.
 
 use super::code_noise::MeasuredNoise;
-use super::confirm::confirm;
+use super::confirm::{Agreement, confirm_alone, confirm_by_each_other};
 use super::constellation::Constellation;
 use super::epoch_input::{BaseView, RoverEpoch};
 use super::epoch_result::EpochResult;
@@ -58,7 +58,7 @@ impl<'a> Prepared<'a> {
     /// The results of a trial pass.
     pub(crate) fn trial(&'a self, watch: &Watch<'_>) -> Result<Vec<EpochResult>, PpkError> {
         let backward = self.options.direction == FilterDirection::Backward;
-        self.run(&mut self.filter(), backward, watch)
+        self.run_alone(&mut self.filter(), backward, watch)
     }
 
     /// What a trial pass says of GLONASS ambiguities, where that is left to the data.
@@ -212,10 +212,30 @@ impl<'a> Prepared<'a> {
                 Err(_) => filter.last_time = Some(rover.epoch.tag),
             }
         }
+        Ok(results)
+    }
+
+    /// As [`run`](Self::run), with fixes confirmed by nothing but the pass itself.
+    pub(crate) fn run_alone(
+        &self,
+        filter: &mut Filter<'a>,
+        backward: bool,
+        watch: &Watch<'_>,
+    ) -> Result<Vec<EpochResult>, PpkError> {
+        let mut results = self.run(filter, backward, watch)?;
         if let Some(needed) = self.options.min_success_rate {
-            confirm(&mut results, needed, &filter.withdrawn, self.constellation);
+            confirm_alone(&mut results, needed, &filter.withdrawn, self.constellation);
             scale_covariances(&mut results);
         }
         Ok(results)
+    }
+
+    /// Confirms the fixes of a forward and a backward pass by each other.
+    pub(crate) fn confirm(&self, passes: [&mut Vec<EpochResult>; 2], needed: f64) -> Agreement {
+        let [forward, backward] = passes;
+        let agreement = confirm_by_each_other([forward, backward], needed, self.constellation);
+        scale_covariances(forward);
+        scale_covariances(backward);
+        agreement
     }
 }

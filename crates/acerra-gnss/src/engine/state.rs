@@ -43,6 +43,8 @@ pub(crate) struct Track {
     pub held: Option<f64>,
     /// Codes used since the bias was last initialised, those noisier than usual counting less.
     pub codes_used: f64,
+    /// Number of the present bias: another after every slip.
+    pub arc: u32,
     /// Innovations rejected since the last reset.
     pub rejections: u32,
     /// Inter-channel bias learnt during the hold (cycles).
@@ -162,6 +164,7 @@ impl FilterState {
         self.initialise(index, cycles, self.initial_bias_variance);
         let track = self.track_mut(satellite, slot);
         track.codes_used = 0.0;
+        track.arc += 1;
         track.held = None;
     }
 

@@ -36,7 +36,7 @@ fn knows_its_place(state: &FilterState) -> bool {
 impl Filter<'_> {
     /// Whether integers are kept beside the filter rather than fed back into it.
     pub(super) fn holds_beside(&self) -> bool {
-        self.options.min_success_rate.is_some()
+        self.options.revisable_hold
             && self.options.rules == RuleSet::Rtklib
             && self.options.ambiguity == AmbiguityMode::FixAndHold
     }

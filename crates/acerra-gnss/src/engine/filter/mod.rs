@@ -311,14 +311,14 @@ impl<'a> Filter<'a> {
             if self.rests_on_held {
                 result.float_misfit = self.float_misfit(attempt);
             }
-            let integers = FixedIntegers::new(attempt, certain, self.generation, float);
+            let integers = FixedIntegers::new(attempt, &self.state, certain, self.generation, float);
             result.integers = Some(integers);
         }
         self.report_fix(result, attempt);
         self.consecutive_fixes += 1;
         if self.options.ambiguity == AmbiguityMode::FixAndHold
             && self.consecutive_fixes >= self.options.min_fixes_to_hold
-            && self.certain
+            && (self.certain || !self.options.revisable_hold)
         {
             if self.holds_beside() {
                 self.hold_beside(attempt);

@@ -1,0 +1,93 @@
+//! Other settings where fixing is poor, chosen by what their passes agree on.
+//!
+//! Weak signals are mostly reflected ones, and a filter that is told integers bridges what one
+//! that doubts them does not: which helps depends on receiver and place. Passes in opposite
+//! directions that come to the same places tell which did; a longer list of fixes would not.
+
+use crate::attempt::{Attempt, Inputs};
+use crate::control::Control;
+use crate::engine::EpochResult;
+use crate::observation::EPOCH_TOLERANCE_S;
+use crate::options::{Cn0Mask, PpkOptions};
+use crate::ppk_error::PpkError;
+use crate::solution::{NotFixedReason, PpkWarning, Quality};
+
+/// C/N₀ below which a signal under open sky is hardly ever received above the elevation mask
+/// (dB-Hz): what is weaker is reflected or bent.
+const WEAK_DB_HZ: f64 = 35.0;
+/// Fixes further apart than this (m) are of different integers.
+const DIFFERENT_PLACE_M: f64 = 0.1;
+
+/// The attempt itself, with whatever an alternative to its options fixed besides.
+pub(crate) fn better_of(
+    mut attempt: Attempt,
+    inputs: &Inputs<'_>,
+    options: &PpkOptions,
+    control: Control<'_>,
+) -> Result<Attempt, PpkError> {
+    let mut best: Option<(Attempt, PpkOptions)> = None;
+    for alternative in alternatives(options) {
+        let Ok(other) = Attempt::new(inputs, &alternative, control.silent()) else {
+            control.check()?;
+            continue;
+        };
+        let least = best
+            .as_ref()
+            .map_or(attempt.agreement.agreeing, |(b, _)| b.agreement.agreeing);
+        if other.agreement.agreeing > least {
+            best = Some((other, alternative));
+        }
+    }
+    if let Some((other, chosen)) = best {
+        let before = attempt.fixed()[0];
+        overlay(&mut attempt.results, other.results);
+        attempt.glonass = other.glonass.or(attempt.glonass);
+        attempt.warnings.push(PpkWarning::AlternativeTaken {
+            cn0_mask_db_hz: chosen.cn0_mask.map(|_| WEAK_DB_HZ),
+            agreeing: [attempt.agreement.agreeing, other.agreement.agreeing],
+            fixed: [before, attempt.fixed()[0]],
+        });
+    }
+    Ok(attempt)
+}
+
+fn alternatives(options: &PpkOptions) -> Vec<PpkOptions> {
+    let held = PpkOptions {
+        revisable_hold: false,
+        ..options.clone()
+    };
+    let mut alternatives = vec![held.clone()];
+    if options.cn0_mask.is_none() {
+        alternatives.push(held.with_cn0_mask(Some(Cn0Mask::uniform(WEAK_DB_HZ))));
+    }
+    alternatives
+}
+
+/// Puts the fixes of `other` where `results` have none; where both have one, at different places,
+/// neither is believed.
+fn overlay(results: &mut [EpochResult], other: Vec<EpochResult>) {
+    let mut other = other.into_iter().peekable();
+    for result in results {
+        while other
+            .next_if(|o| o.tag.seconds_since(result.tag) < -EPOCH_TOLERANCE_S)
+            .is_some()
+        {}
+        let near = |o: &EpochResult| o.tag.seconds_since(result.tag) <= EPOCH_TOLERANCE_S;
+        let Some(better) = other.next_if(near) else {
+            continue;
+        };
+        let fixed = |r: &EpochResult| r.quality == Some(Quality::Fixed);
+        if fixed(&better) && !fixed(result) {
+            *result = better;
+        } else if fixed(&better) {
+            let squares = (0..3)
+                .map(|k| (better.position_ecef_m[k] - result.position_ecef_m[k]).powi(2));
+            let distance_m = squares.sum::<f64>().sqrt();
+            if distance_m > DIFFERENT_PLACE_M {
+                result.quality = Some(Quality::Float);
+                result.reason = Some(NotFixedReason::PassesDisagree { distance_m });
+                result.widen_to(&better);
+            }
+        }
+    }
+}
