@@ -6,7 +6,7 @@
 
 use crate::attempt::{Attempt, Inputs};
 use crate::control::Control;
-use crate::engine::EpochResult;
+use crate::engine::{EpochResult, Witness};
 use crate::observation::EPOCH_TOLERANCE_S;
 use crate::options::{Cn0Mask, PpkOptions};
 use crate::ppk_error::PpkError;
@@ -18,34 +18,46 @@ const WEAK_DB_HZ: f64 = 35.0;
 /// Fixes further apart than this (m) are of different integers.
 const DIFFERENT_PLACE_M: f64 = 0.1;
 
-/// The attempt itself, with whatever an alternative to its options fixed besides.
+/// The attempt itself, with whatever alternatives to its options fixed besides.
 pub(crate) fn better_of(
-    mut attempt: Attempt,
+    attempt: Attempt,
     inputs: &Inputs<'_>,
     options: &PpkOptions,
     control: Control<'_>,
 ) -> Result<Attempt, PpkError> {
-    let mut best: Option<(Attempt, PpkOptions)> = None;
+    let mut others = Vec::new();
     for alternative in alternatives(options) {
-        let Ok(other) = Attempt::new(inputs, &alternative, control.silent()) else {
-            control.check()?;
-            continue;
-        };
-        let least = best
-            .as_ref()
-            .map_or(attempt.agreement.agreeing, |(b, _)| b.agreement.agreeing);
-        if other.agreement.agreeing > least {
-            best = Some((other, alternative));
+        match Attempt::new(inputs, &alternative, control.silent()) {
+            Ok(other) => others.push((other, alternative)),
+            Err(_) => control.check()?,
         }
     }
-    if let Some((other, chosen)) = best {
-        let before = attempt.fixed()[0];
+    let before = [attempt.agreeing, attempt.fixed()[0]];
+    let witnesses: Vec<[Witness; 2]> = std::iter::once(&attempt)
+        .chain(others.iter().map(|(other, _)| other))
+        .filter_map(|a| Some(a.passes.as_ref()?.witnesses.clone()))
+        .collect();
+    let all: Vec<&[Witness; 2]> = witnesses.iter().collect();
+    let mut attempt = attempt.confirmed_by(options, &all);
+    let mut others: Vec<(Attempt, PpkOptions)> = others
+        .into_iter()
+        .map(|(other, own)| (other.confirmed_by(&own, &all), own))
+        .collect();
+    others.sort_by_key(|(other, _)| std::cmp::Reverse(other.agreeing));
+    let Some((best, chosen)) = others.first() else {
+        return Ok(attempt);
+    };
+    let (agreeing, cn0_mask_db_hz) = (best.agreeing, chosen.cn0_mask.map(|_| WEAK_DB_HZ));
+    attempt.glonass = attempt.glonass.or(best.glonass);
+    for (other, _) in others {
         overlay(&mut attempt.results, other.results);
-        attempt.glonass = other.glonass.or(attempt.glonass);
+    }
+    let fixed = attempt.fixed()[0];
+    if fixed > before[1] {
         attempt.warnings.push(PpkWarning::AlternativeTaken {
-            cn0_mask_db_hz: chosen.cn0_mask.map(|_| WEAK_DB_HZ),
-            agreeing: [attempt.agreement.agreeing, other.agreement.agreeing],
-            fixed: [before, attempt.fixed()[0]],
+            cn0_mask_db_hz: cn0_mask_db_hz.filter(|_| options.cn0_mask.is_none()),
+            agreeing: [before[0], agreeing],
+            fixed: [before[1], fixed],
         });
     }
     Ok(attempt)

@@ -2,9 +2,9 @@
 
 use crate::control::{Control, Watch};
 use crate::engine::{
-    Agreement, Calibration, Constellation, Epoch, EpochResult, GlonassPlan, MeasuredNoise, Prepared,
-    RoverEpoch, SingleContext, base_gaps, base_position, combine, epochs, missing_navigation,
-    phases_and_copies, reject_implausible,
+    Calibration, Constellation, Epoch, EpochResult, GlonassPlan, MeasuredNoise, Prepared,
+    RoverEpoch, SingleContext, Witness, base_gaps, base_position, combine, confirm_by, epochs, missing_navigation,
+    phases_and_copies, reject_implausible, scale_covariances,
 };
 use crate::navigation::{Klobuchar, Navigation};
 use crate::observation::{EPOCH_TOLERANCE_S, ObservationData};
@@ -34,8 +34,54 @@ pub(crate) struct Attempt {
     pub base_position_ecef_m: [f64; 3],
     pub glonass: Option<GlonassDecision>,
     pub warnings: Vec<PpkWarning>,
-    /// How far the passes agree, where there are two.
-    pub agreement: Agreement,
+    /// The forward and the backward pass, each in its own order, where they are to confirm each
+    /// other.
+    pub passes: Option<Passes>,
+    /// Epochs at which fixes of passes in opposite directions agree.
+    pub agreeing: usize,
+}
+
+/// The passes of an attempt before any fix is confirmed.
+pub(crate) struct Passes {
+    forward: Vec<EpochResult>,
+    backward: Vec<EpochResult>,
+    /// What each of them can bear witness to.
+    pub witnesses: [Witness; 2],
+}
+
+impl Passes {
+    fn new(forward: Vec<EpochResult>, backward: Vec<EpochResult>) -> Self {
+        let witnesses = [Witness::of(&forward), Witness::of(&backward)];
+        Self {
+            forward,
+            backward,
+            witnesses,
+        }
+    }
+
+    /// The results that `options` ask for, confirmed by forward and backward witnesses, and the
+    /// number of epochs at which those agree with these passes.
+    fn concluded(
+        &self,
+        options: &PpkOptions,
+        needed: f64,
+        [of_forward, of_backward]: [&[&Witness]; 2],
+    ) -> (Vec<EpochResult>, usize) {
+        let (mut forward, mut backward) = (self.forward.clone(), self.backward.clone());
+        let agreeing = confirm_by(&mut forward, needed, of_backward);
+        confirm_by(&mut backward, needed, of_forward);
+        scale_covariances(&mut forward);
+        scale_covariances(&mut backward);
+        let results = match options.direction {
+            FilterDirection::Forward => forward,
+            FilterDirection::Backward => {
+                backward.reverse();
+                backward
+            }
+            _ => combine(forward, backward, options),
+        };
+        (results, agreeing)
+    }
 }
 
 impl Attempt {
@@ -44,6 +90,17 @@ impl Attempt {
         let count = |q: Quality| self.results.iter().filter(|r| r.quality == Some(q)).count();
         let fixed = count(Quality::Fixed);
         [fixed, fixed + count(Quality::Float)]
+    }
+
+    /// Results whose fixes are confirmed by this attempt's passes and those of `others`.
+    pub(crate) fn confirmed_by(mut self, options: &PpkOptions, others: &[&[Witness; 2]]) -> Self {
+        if let (Some(needed), Some(passes)) = (options.min_success_rate, &self.passes) {
+            let all = || std::iter::once(&passes.witnesses).chain(others.iter().copied());
+            let forward: Vec<&Witness> = all().map(|w| &w[0]).collect();
+            let backward: Vec<&Witness> = all().map(|w| &w[1]).collect();
+            (self.results, self.agreeing) = passes.concluded(options, needed, [&forward, &backward]);
+        }
+        self
     }
 
     /// Whether less is fixed than phases promise.
@@ -134,7 +191,7 @@ impl Attempt {
             }
         }
         let plan = glonass.map_or(GlonassPlan::Estimate, GlonassPlan::from);
-        let (results, agreement) = run_passes(&prepared, plan, &watch)?;
+        let (results, passes) = run_passes(&prepared, plan, &watch)?;
         let lost = prepared.rover.iter().filter_map(|e| match &e.single {
             Ok(_) => None,
             Err((reason, _)) => Some(LostEpoch {
@@ -149,8 +206,10 @@ impl Attempt {
             base_position_ecef_m,
             glonass,
             warnings,
-            agreement,
-        })
+            passes,
+            agreeing: 0,
+        }
+        .confirmed_by(options, &[]))
     }
 }
 
@@ -252,29 +311,23 @@ fn run_passes(
     prepared: &Prepared<'_>,
     plan: GlonassPlan,
     watch: &Watch<'_>,
-) -> Result<(Vec<EpochResult>, Agreement), PpkError> {
+) -> Result<(Vec<EpochResult>, Option<Passes>), PpkError> {
     let options = prepared.options;
     let fresh = || prepared.filter().with_glonass(plan);
-    let reversed = |mut results: Vec<EpochResult>| {
-        results.reverse();
-        results
-    };
-    if let (Some(needed), true) = (options.min_success_rate, has_witness(options)) {
-        let (mut forward, mut backward) = both_ways(options, |backward| {
+    if has_witness(options) {
+        let (forward, backward) = both_ways(options, |backward| {
             prepared.run(&mut fresh(), backward, watch)
         })?;
-        let agreement = prepared.confirm([&mut forward, &mut backward], needed);
-        let results = match options.direction {
-            FilterDirection::Forward => forward,
-            FilterDirection::Backward => reversed(backward),
-            _ => combine(forward, backward, options),
-        };
-        return Ok((results, agreement));
+        return Ok((Vec::new(), Some(Passes::new(forward, backward))));
     }
     let pass = |backward: bool| prepared.run_alone(&mut fresh(), backward, watch);
     let results = match options.direction {
         FilterDirection::Forward => pass(false)?,
-        FilterDirection::Backward => reversed(pass(true)?),
+        FilterDirection::Backward => {
+            let mut results = pass(true)?;
+            results.reverse();
+            results
+        }
         FilterDirection::Combined => {
             let (forward, backward) = both_ways(options, pass)?;
             combine(forward, backward, options)
@@ -286,7 +339,7 @@ fn run_passes(
             combine(forward, backward, options)
         }
     };
-    Ok((results, Agreement::default()))
+    Ok((results, None))
 }
 
 type Pass = Result<Vec<EpochResult>, PpkError>;

@@ -4,11 +4,11 @@
 //! errors. Where both come to the same place by integers, the integers are right; what else has
 //! those integers, before or after, is right as well.
 
-use super::constellation::Constellation;
 use super::epoch_result::EpochResult;
 use super::fixed_integers::FixedIntegers;
 use crate::observation::EPOCH_TOLERANCE_S;
 use crate::solution::{NotFixedReason, Quality};
+use acerra_geo::time::GpsTime;
 
 /// Fixes of two passes nearer to each other than this are the same (m): a quarter of a wavelength;
 /// those of neighbouring integers are further apart.
@@ -17,52 +17,68 @@ const SAME_PLACE_M: f64 = 0.05;
 /// much the same codes.
 const AGREEMENT_S: f64 = 60.0;
 
-/// How far two passes agree.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub(crate) struct Agreement {
-    /// Epochs at which both fixed at the same place.
-    pub agreeing: usize,
-    /// Epochs at which both fixed at different places.
-    pub contradicting: usize,
+/// Where a pass fixed, in ascending order of time.
+#[derive(Debug, Clone)]
+pub(crate) struct Witness {
+    fixes: Vec<Fix>,
 }
 
-/// Confirms the fixes of two passes by each other; each is in its own order.
-pub(crate) fn confirm_by_each_other(
-    passes: [&mut Vec<EpochResult>; 2],
-    needed: f64,
-    constellation: &Constellation,
-) -> Agreement {
-    let [forward, backward] = passes;
-    let pairs = same_epochs(forward, backward);
-    let mut agreement = Agreement::default();
-    let mut agreeing = Vec::new();
-    for (f, b) in pairs {
-        let both = [&forward[f], &backward[b]];
-        if both.iter().any(|r| r.quality != Some(Quality::Fixed)) {
-            continue;
-        }
-        if distance_m(both[0], both[1]) < SAME_PLACE_M {
-            agreement.agreeing += 1;
-            agreeing.push((f, b));
-        } else {
-            agreement.contradicting += 1;
-        }
+#[derive(Debug, Clone, Copy)]
+struct Fix {
+    tag: GpsTime,
+    position_ecef_m: [f64; 3],
+    certain: bool,
+}
+
+impl Witness {
+    /// What a pass, in its own order, can bear witness to.
+    pub(crate) fn of(results: &[EpochResult]) -> Self {
+        let fixed = results.iter().filter_map(|r| {
+            Some(Fix {
+                tag: r.tag,
+                position_ecef_m: r.position_ecef_m,
+                certain: r.integers.as_ref()?.certain,
+            })
+        });
+        let mut fixes: Vec<Fix> = fixed.collect();
+        fixes.sort_by_key(|f| f.tag);
+        Self { fixes }
     }
-    let span_s = agreeing.first().zip(agreeing.last()).map_or(0.0, |(a, z)| {
-        forward[z.0].time.seconds_since(forward[a.0].time).abs()
+
+    /// This pass's fix at an epoch, if it is at the same place.
+    fn agrees(&self, result: &EpochResult) -> Option<&Fix> {
+        let late = |f: &Fix| f.tag.seconds_since(result.tag) < -EPOCH_TOLERANCE_S;
+        let fix = self.fixes.get(self.fixes.partition_point(late))?;
+        let same_epoch = fix.tag.seconds_since(result.tag) <= EPOCH_TOLERANCE_S;
+        let squares = (0..3).map(|k| (fix.position_ecef_m[k] - result.position_ecef_m[k]).powi(2));
+        let near = squares.sum::<f64>().sqrt() < SAME_PLACE_M;
+        (same_epoch && near).then_some(fix)
+    }
+}
+
+/// Confirms the fixes of a pass by those of passes in the other direction; returns how many epochs
+/// they agree at.
+pub(crate) fn confirm_by(results: &mut [EpochResult], needed: f64, witnesses: &[&Witness]) -> usize {
+    let agreements: Vec<Option<bool>> = results
+        .iter()
+        .map(|r| {
+            let own = r.integers.as_ref()?;
+            let mut found = witnesses.iter().filter_map(|w| w.agrees(r)).peekable();
+            found.peek()?;
+            Some(own.certain && found.any(|f| f.certain))
+        })
+        .collect();
+    let agreeing = || (0..results.len()).filter(|&k| agreements[k].is_some());
+    let span_s = agreeing().next().zip(agreeing().next_back()).map_or(0.0, |(a, z)| {
+        results[z].time.seconds_since(results[a].time).abs()
     });
-    let certain = |r: &EpochResult| r.integers.as_ref().is_some_and(|i| i.certain);
-    let mut anchors = [vec![false; forward.len()], vec![false; backward.len()]];
-    for (f, b) in agreeing {
-        if span_s >= AGREEMENT_S || (certain(&forward[f]) && certain(&backward[b])) {
-            anchors[0][f] = true;
-            anchors[1][b] = true;
-        }
-    }
-    let [of_forward, of_backward] = anchors;
-    keep_confirmed(forward, &of_forward, needed, constellation);
-    keep_confirmed(backward, &of_backward, needed, constellation);
-    agreement
+    let count = agreeing().count();
+    let anchors: Vec<bool> = agreements
+        .iter()
+        .map(|a| a.is_some_and(|certain| certain || span_s >= AGREEMENT_S))
+        .collect();
+    keep_confirmed(results, &anchors, needed);
+    count
 }
 
 /// Confirms the fixes of one pass alone, by those that are certain themselves.
@@ -72,34 +88,13 @@ pub(crate) fn confirm_alone(
     results: &mut [EpochResult],
     needed: f64,
     withdrawn: &[u32],
-    constellation: &Constellation,
 ) {
     let certain = |r: &EpochResult| {
         let own = r.integers.as_ref();
         own.is_some_and(|i| i.certain && !withdrawn.contains(&i.generation))
     };
     let anchors: Vec<bool> = results.iter().map(certain).collect();
-    keep_confirmed(results, &anchors, needed, constellation);
-}
-
-/// Indices of the same epoch in a forward and a backward pass.
-fn same_epochs(forward: &[EpochResult], backward: &[EpochResult]) -> Vec<(usize, usize)> {
-    let mut pairs = Vec::with_capacity(forward.len());
-    let mut b = backward.len();
-    for (f, result) in forward.iter().enumerate() {
-        while b > 0 && backward[b - 1].tag.seconds_since(result.tag) < -EPOCH_TOLERANCE_S {
-            b -= 1;
-        }
-        if b > 0 && backward[b - 1].tag.seconds_since(result.tag) <= EPOCH_TOLERANCE_S {
-            pairs.push((f, b - 1));
-        }
-    }
-    pairs
-}
-
-fn distance_m(a: &EpochResult, b: &EpochResult) -> f64 {
-    let squares = (0..3).map(|k| (a.position_ecef_m[k] - b.position_ecef_m[k]).powi(2));
-    squares.sum::<f64>().sqrt()
+    keep_confirmed(results, &anchors, needed);
 }
 
 /// Calls fixes float that neither are anchors nor have the integers of the nearest anchor before
@@ -108,7 +103,6 @@ fn keep_confirmed(
     results: &mut [EpochResult],
     anchors: &[bool],
     needed: f64,
-    constellation: &Constellation,
 ) {
     let mut confirmed = anchors.to_vec();
     let mut confirm_along = |order: &mut dyn Iterator<Item = usize>| {
@@ -117,7 +111,7 @@ fn keep_confirmed(
             let Some(own) = &results[k].integers else {
                 continue;
             };
-            if anchors[k] || nearest.is_some_and(|certain| own.same_as(certain, constellation)) {
+            if anchors[k] || nearest.is_some_and(|certain| own.same_as(certain)) {
                 confirmed[k] = true;
                 nearest = Some(own);
             }

@@ -1,12 +1,12 @@
 //! The integers of an ambiguity fix, and whether two fixes agree on them.
 
 use super::ambiguity::{Attempt, Pair};
-use super::constellation::Constellation;
+use super::double::GROUPS;
 use super::state::FilterState;
 use crate::satellite::System;
 
 /// Fewest ambiguities that must be the same for one fix to confirm another.
-const LEAST_SHARED: usize = 4;
+const LEAST_SHARED: usize = 3;
 
 /// The float solution of an epoch, before integers are imposed.
 #[derive(Debug, Clone, Copy)]
@@ -34,6 +34,8 @@ pub(crate) struct FixedIntegers {
 
 impl FixedIntegers {
     /// The integers of `attempt`; `float` is the epoch's solution before they are imposed.
+    ///
+    /// GLONASS is left aside: its differences between carriers drift with the receivers' clocks.
     pub(crate) fn new(
         attempt: &Attempt,
         state: &FilterState,
@@ -42,13 +44,18 @@ impl FixedIntegers {
         float: FloatSolution,
     ) -> Self {
         let arc = |satellite, slot| state.track(satellite, slot).arc;
-        let arcs = attempt.pairs.iter();
+        let of_attempt = attempt.pairs.iter().zip(&attempt.integers);
+        let kept = || {
+            of_attempt
+                .clone()
+                .filter(|(p, _)| GROUPS[p.group] != [System::Glonass])
+        };
         Self {
-            arcs: arcs
-                .map(|p| [arc(p.reference, p.slot), arc(p.other, p.slot)])
+            pairs: kept().map(|(p, _)| *p).collect(),
+            integers: kept().map(|(_, integer)| *integer).collect(),
+            arcs: kept()
+                .map(|(p, _)| [arc(p.reference, p.slot), arc(p.other, p.slot)])
                 .collect(),
-            pairs: attempt.pairs.clone(),
-            integers: attempt.integers.clone(),
             success_rate: attempt.success_rate,
             certain,
             generation,
@@ -73,14 +80,9 @@ impl FixedIntegers {
 
     /// Whether both fixes of one pass put the same integers to the satellites that they share and
     /// that did not slip in between.
-    ///
-    /// GLONASS is left aside: its differences between carriers drift with the receivers' clocks.
-    pub(crate) fn same_as(&self, other: &Self, constellation: &Constellation) -> bool {
+    pub(crate) fn same_as(&self, other: &Self) -> bool {
         let mut shared = 0;
         for ((pair, integer), arcs) in self.pairs.iter().zip(&self.integers).zip(&self.arcs) {
-            if constellation.id(pair.other).system() == System::Glonass {
-                continue;
-            }
             let theirs = |satellite| other.of(satellite, pair.slot, pair.group);
             if let (Some(a), Some(b)) = (theirs(pair.reference), theirs(pair.other)) {
                 if [a.1, b.1] != *arcs {

@@ -1,7 +1,7 @@
 //! A run of the filter over all rover epochs in one direction.
 
 use super::code_noise::MeasuredNoise;
-use super::confirm::{Agreement, confirm_alone, confirm_by_each_other};
+use super::confirm::confirm_alone;
 use super::constellation::Constellation;
 use super::epoch_input::{BaseView, RoverEpoch};
 use super::epoch_result::EpochResult;
@@ -224,18 +224,9 @@ impl<'a> Prepared<'a> {
     ) -> Result<Vec<EpochResult>, PpkError> {
         let mut results = self.run(filter, backward, watch)?;
         if let Some(needed) = self.options.min_success_rate {
-            confirm_alone(&mut results, needed, &filter.withdrawn, self.constellation);
+            confirm_alone(&mut results, needed, &filter.withdrawn);
             scale_covariances(&mut results);
         }
         Ok(results)
-    }
-
-    /// Confirms the fixes of a forward and a backward pass by each other.
-    pub(crate) fn confirm(&self, passes: [&mut Vec<EpochResult>; 2], needed: f64) -> Agreement {
-        let [forward, backward] = passes;
-        let agreement = confirm_by_each_other([forward, backward], needed, self.constellation);
-        scale_covariances(forward);
-        scale_covariances(backward);
-        agreement
     }
 }
