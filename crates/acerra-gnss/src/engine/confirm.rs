@@ -23,11 +23,11 @@ pub(crate) struct Witness {
     fixes: Vec<Fix>,
 }
 
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 struct Fix {
     tag: GpsTime,
     position_ecef_m: [f64; 3],
-    certain: bool,
+    integers: FixedIntegers,
 }
 
 impl Witness {
@@ -37,7 +37,7 @@ impl Witness {
             Some(Fix {
                 tag: r.tag,
                 position_ecef_m: r.position_ecef_m,
-                certain: r.integers.as_ref()?.certain,
+                integers: r.integers.clone()?,
             })
         });
         let mut fixes: Vec<Fix> = fixed.collect();
@@ -45,14 +45,24 @@ impl Witness {
         Self { fixes }
     }
 
-    /// This pass's fix at an epoch, if it is at the same place.
-    fn agrees(&self, result: &EpochResult) -> Option<&Fix> {
+    /// A fix of this pass that agrees with one of another: at the same epoch by its place, at the
+    /// nearest epochs before and after by its integers.
+    fn agrees(&self, result: &EpochResult, integers: &FixedIntegers) -> Option<&Fix> {
         let late = |f: &Fix| f.tag.seconds_since(result.tag) < -EPOCH_TOLERANCE_S;
-        let fix = self.fixes.get(self.fixes.partition_point(late))?;
-        let same_epoch = fix.tag.seconds_since(result.tag) <= EPOCH_TOLERANCE_S;
-        let squares = (0..3).map(|k| (fix.position_ecef_m[k] - result.position_ecef_m[k]).powi(2));
-        let near = squares.sum::<f64>().sqrt() < SAME_PLACE_M;
-        (same_epoch && near).then_some(fix)
+        let after = self.fixes.partition_point(late);
+        if let Some(fix) = self.fixes.get(after)
+            && fix.tag.seconds_since(result.tag) <= EPOCH_TOLERANCE_S
+        {
+            let squares =
+                (0..3).map(|k| (fix.position_ecef_m[k] - result.position_ecef_m[k]).powi(2));
+            let near = squares.sum::<f64>().sqrt() < SAME_PLACE_M;
+            return near.then_some(fix);
+        }
+        let neighbours = [after.checked_sub(1), Some(after)];
+        neighbours
+            .into_iter()
+            .filter_map(|k| self.fixes.get(k?))
+            .find(|fix| fix.integers.same_as_in_another_pass(integers))
     }
 }
 
@@ -63,9 +73,9 @@ pub(crate) fn confirm_by(results: &mut [EpochResult], needed: f64, witnesses: &[
         .iter()
         .map(|r| {
             let own = r.integers.as_ref()?;
-            let mut found = witnesses.iter().filter_map(|w| w.agrees(r)).peekable();
+            let mut found = witnesses.iter().filter_map(|w| w.agrees(r, own)).peekable();
             found.peek()?;
-            Some(own.certain && found.any(|f| f.certain))
+            Some(own.certain && found.any(|f| f.integers.certain))
         })
         .collect();
     let agreeing = || (0..results.len()).filter(|&k| agreements[k].is_some());

@@ -7,6 +7,8 @@ use crate::satellite::System;
 
 /// Fewest ambiguities that must be the same for one fix to confirm another.
 const LEAST_SHARED: usize = 3;
+/// The same between passes, which have nothing else in common.
+const LEAST_SHARED_BETWEEN_PASSES: usize = 4;
 
 /// The float solution of an epoch, before integers are imposed.
 #[derive(Debug, Clone, Copy)]
@@ -81,19 +83,32 @@ impl FixedIntegers {
     /// Whether both fixes of one pass put the same integers to the satellites that they share and
     /// that did not slip in between.
     pub(crate) fn same_as(&self, other: &Self) -> bool {
+        self.shared_with(other, true).is_some_and(|n| n >= LEAST_SHARED)
+    }
+
+    /// As [`same_as`](Self::same_as), of fixes of different passes: a slip in between makes them
+    /// differ.
+    pub(crate) fn same_as_in_another_pass(&self, other: &Self) -> bool {
+        let shared = self.shared_with(other, false);
+        shared.is_some_and(|n| n >= LEAST_SHARED_BETWEEN_PASSES)
+    }
+
+    /// How many integers both have in common; `None` where one differs. `of_same_arcs` leaves out
+    /// satellites that slipped in between.
+    fn shared_with(&self, other: &Self, of_same_arcs: bool) -> Option<usize> {
         let mut shared = 0;
         for ((pair, integer), arcs) in self.pairs.iter().zip(&self.integers).zip(&self.arcs) {
             let theirs = |satellite| other.of(satellite, pair.slot, pair.group);
             if let (Some(a), Some(b)) = (theirs(pair.reference), theirs(pair.other)) {
-                if [a.1, b.1] != *arcs {
+                if of_same_arcs && [a.1, b.1] != *arcs {
                     continue;
                 }
                 if (b.0 - a.0 - integer).abs() > 0.5 {
-                    return false;
+                    return None;
                 }
                 shared += 1;
             }
         }
-        shared >= LEAST_SHARED
+        Some(shared)
     }
 }
