@@ -12,9 +12,9 @@ use crate::options::{Cn0Mask, PpkOptions};
 use crate::ppk_error::PpkError;
 use crate::solution::{NotFixedReason, PpkWarning, Quality};
 
-/// C/N₀ below which a signal under open sky is hardly ever received above the elevation mask
-/// (dB-Hz): what is weaker is reflected or bent.
-const WEAK_DB_HZ: f64 = 35.0;
+/// Masks tried (dB-Hz). Under open sky signals above the elevation mask have 40 to 50 dB-Hz;
+/// codes of 35 are two to three times, of 30 five times as noisy (SIGMA-ε), and mostly reflected.
+const MASKS_DB_HZ: [f64; 2] = [35.0, 40.0];
 /// Fixes further apart than this (m) are of different integers.
 const DIFFERENT_PLACE_M: f64 = 0.1;
 
@@ -47,7 +47,7 @@ pub(crate) fn better_of(
     let Some((best, chosen)) = others.first() else {
         return Ok(attempt);
     };
-    let (agreeing, cn0_mask_db_hz) = (best.agreeing, chosen.cn0_mask.map(|_| WEAK_DB_HZ));
+    let (agreeing, cn0_mask_db_hz) = (best.agreeing, chosen.cn0_mask.map(|m| m.min_db_hz[0][0]));
     attempt.glonass = attempt.glonass.or(best.glonass);
     for (other, _) in others {
         overlay(&mut attempt.results, other.results);
@@ -70,7 +70,8 @@ fn alternatives(options: &PpkOptions) -> Vec<PpkOptions> {
     };
     let mut alternatives = vec![held.clone()];
     if options.cn0_mask.is_none() {
-        alternatives.push(held.with_cn0_mask(Some(Cn0Mask::uniform(WEAK_DB_HZ))));
+        let masked = |db_hz: &f64| held.clone().with_cn0_mask(Some(Cn0Mask::uniform(*db_hz)));
+        alternatives.extend(MASKS_DB_HZ.iter().map(masked));
     }
     alternatives
 }
@@ -92,8 +93,8 @@ fn overlay(results: &mut [EpochResult], other: Vec<EpochResult>) {
         if fixed(&better) && !fixed(result) {
             *result = better;
         } else if fixed(&better) {
-            let squares = (0..3)
-                .map(|k| (better.position_ecef_m[k] - result.position_ecef_m[k]).powi(2));
+            let squares =
+                (0..3).map(|k| (better.position_ecef_m[k] - result.position_ecef_m[k]).powi(2));
             let distance_m = squares.sum::<f64>().sqrt();
             if distance_m > DIFFERENT_PLACE_M {
                 result.quality = Some(Quality::Float);

@@ -3,8 +3,8 @@
 use crate::control::{Control, Watch};
 use crate::engine::{
     Calibration, Constellation, Epoch, EpochResult, GlonassPlan, MeasuredNoise, Prepared,
-    RoverEpoch, SingleContext, Witness, base_gaps, base_position, combine, confirm_by, epochs, missing_navigation,
-    phases_and_copies, reject_implausible, scale_covariances,
+    RoverEpoch, SingleContext, Witness, base_gaps, base_position, combine, confirm_by, epochs,
+    missing_navigation, phases_and_copies, reject_implausible, scale_covariances,
 };
 use crate::navigation::{Klobuchar, Navigation};
 use crate::observation::{EPOCH_TOLERANCE_S, ObservationData};
@@ -98,7 +98,8 @@ impl Attempt {
             let all = || std::iter::once(&passes.witnesses).chain(others.iter().copied());
             let forward: Vec<&Witness> = all().map(|w| &w[0]).collect();
             let backward: Vec<&Witness> = all().map(|w| &w[1]).collect();
-            (self.results, self.agreeing) = passes.concluded(options, needed, [&forward, &backward]);
+            (self.results, self.agreeing) =
+                passes.concluded(options, needed, [&forward, &backward]);
         }
         self
     }
@@ -123,7 +124,8 @@ impl Attempt {
         } = inputs;
         let relative = options.mode != PositioningMode::Single;
         let mut warnings = Vec::new();
-        let constellation = Constellation::new(rover, relative.then_some(base), navigation, options);
+        let constellation =
+            Constellation::new(rover, relative.then_some(base), navigation, options);
         if constellation.len() == 0 {
             return Err(PpkError::NoSatellites);
         }
@@ -162,7 +164,8 @@ impl Attempt {
             phases_and_copies(rover, base, options, &mut warnings);
             let base_epochs = epochs(base, &constellation);
             base_gaps(&base_epochs, &rover_epochs, options, &mut warnings);
-            let position = base_position(&base_context, base, &base_epochs, options, &mut warnings)?;
+            let position =
+                base_position(&base_context, base, &base_epochs, options, &mut warnings)?;
             (base_epochs, position)
         } else {
             (Vec::new(), [0.0; 3])

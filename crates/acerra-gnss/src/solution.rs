@@ -375,9 +375,8 @@ impl fmt::Display for PpkWarning {
                 fixed,
             } => {
                 f.write_str("few epochs were fixed by the settings given; ")?;
-                match cn0_mask_db_hz {
-                    Some(mask) => write!(f, "a carrier-to-noise mask of {mask:.0} dB-Hz and ")?,
-                    None => {}
+                if let Some(mask) = cn0_mask_db_hz {
+                    write!(f, "a carrier-to-noise mask of {mask:.0} dB-Hz and ")?;
                 }
                 write!(
                     f,

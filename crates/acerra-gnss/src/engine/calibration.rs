@@ -62,7 +62,9 @@ impl Calibration {
             (squares + PRIOR_FREEDOM * PRIOR_PHASE_FACTOR) / (freedom + PRIOR_FREEDOM);
         Self {
             code_factor: code_factor.clamp(1.0, LARGEST_FACTOR),
-            phase_walk_cycles2_s: phase_walk(phase_factor.clamp(PHASE_FACTORS[0], PHASE_FACTORS[1])),
+            phase_walk_cycles2_s: phase_walk(
+                phase_factor.clamp(PHASE_FACTORS[0], PHASE_FACTORS[1]),
+            ),
         }
     }
 }

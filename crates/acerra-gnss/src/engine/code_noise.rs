@@ -428,7 +428,9 @@ mod tests {
 
     /// Variance of the mean of n samples, as the weights of the samples have it.
     fn mean_variance(noise: &CodeNoise, n: u32) -> f64 {
-        1.0 / (0..n).map(|k| 1.0 / noise.factor(f64::from(k))).sum::<f64>()
+        1.0 / (0..n)
+            .map(|k| 1.0 / noise.factor(f64::from(k)))
+            .sum::<f64>()
     }
 
     fn lasting(varying: f64) -> f64 {

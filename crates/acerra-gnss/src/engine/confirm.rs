@@ -68,7 +68,11 @@ impl Witness {
 
 /// Confirms the fixes of a pass by those of passes in the other direction; returns how many epochs
 /// they agree at.
-pub(crate) fn confirm_by(results: &mut [EpochResult], needed: f64, witnesses: &[&Witness]) -> usize {
+pub(crate) fn confirm_by(
+    results: &mut [EpochResult],
+    needed: f64,
+    witnesses: &[&Witness],
+) -> usize {
     let agreements: Vec<Option<bool>> = results
         .iter()
         .map(|r| {
@@ -79,9 +83,12 @@ pub(crate) fn confirm_by(results: &mut [EpochResult], needed: f64, witnesses: &[
         })
         .collect();
     let agreeing = || (0..results.len()).filter(|&k| agreements[k].is_some());
-    let span_s = agreeing().next().zip(agreeing().next_back()).map_or(0.0, |(a, z)| {
-        results[z].time.seconds_since(results[a].time).abs()
-    });
+    let span_s = agreeing()
+        .next()
+        .zip(agreeing().next_back())
+        .map_or(0.0, |(a, z)| {
+            results[z].time.seconds_since(results[a].time).abs()
+        });
     let count = agreeing().count();
     let anchors: Vec<bool> = agreements
         .iter()
@@ -94,11 +101,7 @@ pub(crate) fn confirm_by(results: &mut [EpochResult], needed: f64, witnesses: &[
 /// Confirms the fixes of one pass alone, by those that are certain themselves.
 ///
 /// Fixes under integers that were `withdrawn` later confirm nothing, themselves included.
-pub(crate) fn confirm_alone(
-    results: &mut [EpochResult],
-    needed: f64,
-    withdrawn: &[u32],
-) {
+pub(crate) fn confirm_alone(results: &mut [EpochResult], needed: f64, withdrawn: &[u32]) {
     let certain = |r: &EpochResult| {
         let own = r.integers.as_ref();
         own.is_some_and(|i| i.certain && !withdrawn.contains(&i.generation))
@@ -109,11 +112,7 @@ pub(crate) fn confirm_alone(
 
 /// Calls fixes float that neither are anchors nor have the integers of the nearest anchor before
 /// or after them.
-fn keep_confirmed(
-    results: &mut [EpochResult],
-    anchors: &[bool],
-    needed: f64,
-) {
+fn keep_confirmed(results: &mut [EpochResult], anchors: &[bool], needed: f64) {
     let mut confirmed = anchors.to_vec();
     let mut confirm_along = |order: &mut dyn Iterator<Item = usize>| {
         let mut nearest: Option<&FixedIntegers> = None;

@@ -31,7 +31,7 @@ pub(crate) const GROUPS: [&[System]; 6] = [
 
 /// Share of a code's variance by which all codes err alike: reflected signals arrive late, never
 /// early, the more so the lower and weaker they are.
-pub(crate) static COMMON_DELAY_SHARE: std::sync::LazyLock<f64> = std::sync::LazyLock::new(|| std::env::var("RHO").map_or(0.3, |v| v.parse().unwrap()));
+const COMMON_DELAY_SHARE: f64 = 0.3;
 
 /// What differencing at one epoch needs.
 pub(crate) struct Differencing<'a> {
@@ -214,7 +214,8 @@ impl Differencing<'_> {
                     let variances_m2 =
                         [reference, other].map(|k| self.variance(k, slot, is_code, state));
                     let common_delay_m = if is_code && options.measure_code_noise {
-                        COMMON_DELAY_SHARE.sqrt() * (variances_m2[0].sqrt() - variances_m2[1].sqrt())
+                        COMMON_DELAY_SHARE.sqrt()
+                            * (variances_m2[0].sqrt() - variances_m2[1].sqrt())
                     } else {
                         0.0
                     };

@@ -83,7 +83,8 @@ impl FixedIntegers {
     /// Whether both fixes of one pass put the same integers to the satellites that they share and
     /// that did not slip in between.
     pub(crate) fn same_as(&self, other: &Self) -> bool {
-        self.shared_with(other, true).is_some_and(|n| n >= LEAST_SHARED)
+        self.shared_with(other, true)
+            .is_some_and(|n| n >= LEAST_SHARED)
     }
 
     /// As [`same_as`](Self::same_as), of fixes of different passes: a slip in between makes them

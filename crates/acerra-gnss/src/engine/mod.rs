@@ -42,6 +42,6 @@ pub(crate) use epoch_result::EpochResult;
 pub(crate) use glonass::GlonassPlan;
 pub(crate) use measurement::{Epoch, epochs};
 pub(crate) use pass::Prepared;
-pub(crate) use precision::scale_covariances;
 pub(crate) use plausible::reject_implausible;
+pub(crate) use precision::scale_covariances;
 pub(crate) use single::SingleContext;

@@ -102,8 +102,8 @@ impl Filter<'_> {
             return Vec::new();
         };
         let slipped = |k: usize| {
-            let limit_m = (SLIP_SIGMA * fit.scale * changes[k].sigma_m)
-                .min(SLIP_CYCLES * places[k].2);
+            let limit_m =
+                (SLIP_SIGMA * fit.scale * changes[k].sigma_m).min(SLIP_CYCLES * places[k].2);
             changes[k].trusted && fit.residuals_m[k].abs() > limit_m
         };
         (0..changes.len())

@@ -7,9 +7,9 @@
 //! that rested on them.
 
 use super::{EpochView, Filter};
-use crate::engine::single::SinglePoint;
 use crate::engine::ambiguity::{Attempt, Pair, Verdict, judge, members, without};
 use crate::engine::double::{Common, GROUPS};
+use crate::engine::single::SinglePoint;
 use crate::engine::state::{FilterState, SparseRow};
 use crate::options::{AmbiguityMode, RuleSet};
 use nalgebra::DMatrix;
@@ -101,7 +101,10 @@ impl Filter<'_> {
                 }
             }
         }
-        let mut state = self.held_state.clone().unwrap_or_else(|| self.state.clone());
+        let mut state = self
+            .held_state
+            .clone()
+            .unwrap_or_else(|| self.state.clone());
         let rows: Vec<SparseRow> = pairs
             .iter()
             .zip(&integers)
@@ -135,7 +138,11 @@ impl Filter<'_> {
         self.predict(single, epoch, elapsed_s);
         let updated = self.update(epoch, excluded);
         if let Ok(update) = &updated {
-            self.mark_valid(&update.differences.rows, epoch, &update.differences.rejected);
+            self.mark_valid(
+                &update.differences.rows,
+                epoch,
+                &update.differences.rejected,
+            );
             self.remember(epoch.rover, epoch.base);
         }
         let held = std::mem::replace(&mut self.state, float);

@@ -23,8 +23,8 @@ use crate::engine::single::SinglePoint;
 use crate::engine::slips;
 use crate::engine::state::FilterState;
 use crate::engine::zero::ZeroDifference;
-use crate::options::{AmbiguityMode, PositioningMode, PpkOptions, RuleSet};
 use crate::observation::LossOfLock;
+use crate::options::{AmbiguityMode, PositioningMode, PpkOptions, RuleSet};
 use crate::solution::{NotFixedReason, Quality};
 use acerra_geo::time::GpsTime;
 use continuity::LastPhases;
@@ -311,7 +311,8 @@ impl<'a> Filter<'a> {
             if self.rests_on_held {
                 result.float_misfit = self.float_misfit(attempt);
             }
-            let integers = FixedIntegers::new(attempt, &self.state, certain, self.generation, float);
+            let integers =
+                FixedIntegers::new(attempt, &self.state, certain, self.generation, float);
             result.integers = Some(integers);
         }
         self.report_fix(result, attempt);

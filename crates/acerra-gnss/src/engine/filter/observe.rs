@@ -65,7 +65,11 @@ impl Filter<'_> {
             .collect()
     }
 
-    pub(super) fn zero_at(&self, rover: &RoverEpoch, place_ecef_m: [f64; 3]) -> Vec<ZeroDifference> {
+    pub(super) fn zero_at(
+        &self,
+        rover: &RoverEpoch,
+        place_ecef_m: [f64; 3],
+    ) -> Vec<ZeroDifference> {
         zero_differences(
             self.options,
             &rover.epoch,
