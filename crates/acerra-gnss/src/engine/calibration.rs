@@ -11,12 +11,14 @@ use crate::solution::Quality;
 
 /// Time (s) after which reflections are others: one float error in each such span counts.
 const CORRELATION_S: f64 = 100.0;
+/// The same of phases (s): their multipath turns with the satellites' motion alone.
+const PHASE_CORRELATION_S: f64 = 300.0;
 /// Weight of the measured noise as it stands, in such spans.
 const PRIOR_SPANS: f64 = 2.0;
 /// Largest factor on the codes' variance.
 const LARGEST_FACTOR: f64 = 100.0;
 /// Degrees of freedom that `PRIOR_PHASE_FACTOR` weighs beside the residuals of fixes.
-const PRIOR_FREEDOM: f64 = 100.0;
+const PRIOR_FREEDOM: f64 = 20.0;
 /// Variance of phases over that of the model, before any are seen.
 const PRIOR_PHASE_FACTOR: f64 = 0.3;
 /// Bounds of the same.
@@ -71,7 +73,7 @@ impl Calibration {
 
 /// A first-order Gauss–Markov process of variance σ² changes by 2σ²/τ per second at first.
 fn phase_walk(phase_factor: f64) -> f64 {
-    2.0 * phase_factor * MODEL_VARIANCE_CYCLES2 / CORRELATION_S
+    2.0 * phase_factor * MODEL_VARIANCE_CYCLES2 / PHASE_CORRELATION_S
 }
 
 fn median_interval_s(results: &[EpochResult]) -> f64 {
