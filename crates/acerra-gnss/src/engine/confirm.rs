@@ -15,7 +15,7 @@ use acerra_geo::time::GpsTime;
 const SAME_PLACE_M: f64 = 0.05;
 /// Time (s) over which passes must agree before that alone counts: in a shorter log both rest on
 /// much the same codes.
-const AGREEMENT_S: f64 = 60.0;
+pub(super) const AGREEMENT_S: f64 = 60.0;
 
 /// Where a pass fixed, in ascending order of time.
 #[derive(Debug, Clone)]

@@ -1,7 +1,7 @@
 //! A run of the filter over all rover epochs in one direction.
 
 use super::code_noise::MeasuredNoise;
-use super::confirm::confirm_alone;
+use super::confirm::{AGREEMENT_S, confirm_alone};
 use super::constellation::Constellation;
 use super::epoch_input::{BaseView, RoverEpoch};
 use super::epoch_result::EpochResult;
@@ -42,6 +42,12 @@ impl<'a> Prepared<'a> {
             &self.noise,
             self.base_position_ecef_m,
         )
+        .with_short_log(self.is_short_log())
+    }
+
+    fn is_short_log(&self) -> bool {
+        let ends = self.rover.first().zip(self.rover.last());
+        ends.is_none_or(|(a, z)| z.epoch.tag.seconds_since(a.epoch.tag) < AGREEMENT_S)
     }
 
     /// Whether a trial pass has anything to decide: GLONASS ambiguities where that is left to the

@@ -97,6 +97,8 @@ pub(crate) struct Filter<'a> {
     held_state: Option<FilterState>,
     /// Epochs in a row at which the float state contradicts the integers held.
     doubts: u32,
+    /// The log is too short for passes in opposite directions to be independent.
+    is_short_log: bool,
     /// GLONASS ambiguities stay float.
     glonass_float: bool,
     /// The present fix rests on integers held before.
@@ -135,10 +137,19 @@ impl<'a> Filter<'a> {
             last_phases: LastPhases::default(),
             held_since: None,
             held_state: None,
+            is_short_log: false,
             doubts: 0,
             glonass_float: false,
             rests_on_held: false,
             withdrawn: Vec::new(),
+        }
+    }
+
+    /// This filter, told whether the log is too short for passes to confirm each other.
+    pub(crate) fn with_short_log(self, is_short_log: bool) -> Self {
+        Self {
+            is_short_log,
+            ..self
         }
     }
 

@@ -57,7 +57,8 @@ impl<'a> Filter<'a> {
         let resolution = self.resolution(common, zero, true);
         attempt.success_rate >= least
             && attempt.pairs.len() >= LEAST_CHECKED_PAIRS
-            && (self.certain || resolution.is_stable_under_exclusion(&self.state, attempt))
+            && (self.certain
+                || resolution.is_stable_under_exclusion(&self.state, attempt, self.is_short_log))
     }
 
     /// The satellites of `pairs` that partial resolution may leave out, the noisiest first; at
