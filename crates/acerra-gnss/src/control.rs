@@ -40,6 +40,24 @@ impl<'a> Control<'a> {
     }
 }
 
+impl Control<'_> {
+    /// As this one, without reports of progress.
+    pub(crate) fn silent(self) -> Self {
+        Self {
+            progress: None,
+            ..self
+        }
+    }
+
+    /// An error where the run is to end.
+    pub(crate) fn check(self) -> Result<(), PpkError> {
+        match self.cancel {
+            Some(flag) if flag.load(Ordering::Relaxed) => Err(PpkError::Cancelled),
+            _ => Ok(()),
+        }
+    }
+}
+
 impl std::fmt::Debug for Control<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Control")

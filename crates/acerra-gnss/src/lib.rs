@@ -47,8 +47,10 @@
 //! # }
 //! ```
 
+mod alternatives;
 pub mod antex;
 mod atmosphere;
+mod attempt;
 mod bits;
 mod collect;
 pub mod conf;

@@ -209,6 +209,12 @@ pub struct PpkOptions {
     pub hold_variance_cycles2: f64,
     /// Share of a GLONASS inter-channel fraction taken up at each hold.
     pub hold_gain: f64,
+    /// Keep integers beside the filter, so that they can be withdrawn, rather than feed them back
+    /// into it ([`RuleSet::Rtklib`]).
+    pub revisable_hold: bool,
+    /// Where fixing is poor, try other settings and take what they agree on better: a hold within
+    /// the filter, and a C/N₀ mask where none is set.
+    pub try_alternatives: bool,
     /// Partial ambiguity resolution, if any.
     pub partial_ambiguity: Option<PartialAmbiguity>,
     /// Largest age of the base's data (s).
@@ -255,6 +261,9 @@ pub struct PpkOptions {
     /// bent by an obstacle is: the standard deviation grows tenfold for every further 10 dB.
     /// `None` weakens none. Undisturbed signals are weighed as without.
     pub weak_signal_drop_db: Option<f64>,
+    /// Weigh weak signals by their C/N₀ where that says more noise than their elevation does; those
+    /// of usual strength are weighed as without.
+    pub weigh_weak_signals: bool,
     /// Doppler error (Hz).
     pub doppler_error_hz: f64,
     /// Initial standard deviation of a phase bias (cycles).
@@ -317,6 +326,8 @@ impl PpkOptions {
             hold_elevation_mask_rad: 0.0,
             hold_variance_cycles2: 0.001,
             hold_gain: 0.01,
+            revisable_hold: false,
+            try_alternatives: false,
             partial_ambiguity: None,
             max_age_s: 30.0,
             interpolate_base: false,
@@ -336,6 +347,7 @@ impl PpkOptions {
             phase_error_baseline_m: 0.0,
             phase_error_cn0_m: 0.0,
             weak_signal_drop_db: None,
+            weigh_weak_signals: false,
             doppler_error_hz: 1.0,
             initial_bias_cycles: 30.0,
             bias_noise_cycles: 1e-4,
@@ -370,7 +382,11 @@ impl PpkOptions {
             max_code_residual_sigma: Some(5.0),
             min_success_rate: Some(0.99),
             measure_code_noise: true,
+            initial_bias_cycles: 100.0,
+            revisable_hold: true,
+            try_alternatives: true,
             weak_signal_drop_db: Some(6.0),
+            weigh_weak_signals: true,
             partial_ambiguity: Some(PartialAmbiguity {
                 filter_new_satellites: true,
                 min_satellites_to_fix: 6,
@@ -392,7 +408,10 @@ impl PpkOptions {
             max_code_residual_sigma: None,
             min_success_rate: None,
             measure_code_noise: false,
+            revisable_hold: false,
+            try_alternatives: false,
             weak_signal_drop_db: None,
+            weigh_weak_signals: false,
             partial_ambiguity: None,
             ..self
         }
@@ -466,6 +485,8 @@ with_methods! {
     hold_elevation_mask_rad: f64 => with_hold_elevation_mask_rad,
     hold_variance_cycles2: f64 => with_hold_variance_cycles2,
     hold_gain: f64 => with_hold_gain,
+    revisable_hold: bool => with_revisable_hold,
+    try_alternatives: bool => with_try_alternatives,
     partial_ambiguity: Option<PartialAmbiguity> => with_partial_ambiguity,
     max_age_s: f64 => with_max_age_s,
     interpolate_base: bool => with_interpolate_base,
@@ -485,6 +506,7 @@ with_methods! {
     phase_error_baseline_m: f64 => with_phase_error_baseline_m,
     phase_error_cn0_m: f64 => with_phase_error_cn0_m,
     weak_signal_drop_db: Option<f64> => with_weak_signal_drop_db,
+    weigh_weak_signals: bool => with_weigh_weak_signals,
     doppler_error_hz: f64 => with_doppler_error_hz,
     initial_bias_cycles: f64 => with_initial_bias_cycles,
     bias_noise_cycles: f64 => with_bias_noise_cycles,

@@ -1,21 +1,17 @@
 //! The positioning of a rover's log against a base's.
 
-use crate::control::{Control, Watch};
-use crate::engine::{
-    BasePlace, Constellation, Epoch, EpochResult, GlonassPlan, MeasuredNoise, Prepared, RoverEpoch,
-    SingleContext, base_gaps, base_position, combine, epochs, missing_navigation,
-    phases_and_copies, reject_implausible,
-};
+use crate::alternatives::better_of;
+use crate::attempt::{Attempt, Inputs, is_wanted};
+use crate::control::Control;
 use crate::events::interpolate_events;
-use crate::navigation::{Klobuchar, Navigation};
-use crate::observation::{EPOCH_TOLERANCE_S, ObservationData};
-use crate::options::{FilterDirection, GlonassAmbiguity, PositioningMode, PpkOptions};
+use crate::navigation::Navigation;
+use crate::observation::ObservationData;
+use crate::options::{PositioningMode, PpkOptions};
 use crate::ppk_error::{PpkError, TimeSpan};
 use crate::signal::FREQUENCY_SLOTS;
 use crate::solution::{
     LostEpoch, NotFixedReason, PpkSolution, PpkSummary, PpkWarning, Quality, Solution,
 };
-use acerra_geo::time::GpsTime;
 use std::collections::BTreeMap;
 
 /// Positions of `rover` (against `base`, except in single-point mode) for every epoch.
@@ -77,14 +73,10 @@ pub fn process_with(
         Some((times().min()?, times().max()?))
     };
     let whole_span = span(rover).ok_or(PpkError::NoRoverEpochs)?;
-    let wanted = |tag: GpsTime| {
-        let late_s = |t: GpsTime| tag.seconds_since(t);
-        options
-            .start
-            .is_none_or(|t| late_s(t) >= -EPOCH_TOLERANCE_S)
-            && options.end.is_none_or(|t| late_s(t) < EPOCH_TOLERANCE_S)
+    let times = || {
+        let tags = rover.epochs.iter().map(|e| e.time);
+        tags.filter(|t| is_wanted(options, *t))
     };
-    let times = || rover.epochs.iter().map(|e| e.time).filter(|t| wanted(*t));
     let rover_span: TimeSpan =
         times()
             .min()
@@ -107,71 +99,20 @@ pub fn process_with(
         }
     }
 
-    let mut warnings = Vec::new();
-    let constellation = Constellation::new(rover, relative.then_some(base), navigation, options);
-    if constellation.len() == 0 {
-        return Err(PpkError::NoSatellites);
+    let inputs = Inputs {
+        rover,
+        base,
+        navigation,
+        rover_span,
+    };
+    let mut attempt = Attempt::new(&inputs, options, control)?;
+    if options.try_alternatives && attempt.is_poor() {
+        attempt = better_of(attempt, &inputs, options, control)?;
     }
-    let klobuchar = navigation.klobuchar.filter(|k| !k.is_zero());
-    if klobuchar.is_none() {
-        warnings.push(PpkWarning::DefaultIonosphere);
-    }
-    let klobuchar = klobuchar.unwrap_or(Klobuchar::FALLBACK);
-    let context = |is_base: bool| SingleContext {
-        constellation: &constellation,
-        klobuchar: &klobuchar,
-        options,
-        base: is_base,
-    };
-    let mut rover_measured = epochs(rover, &constellation);
-    rover_measured.retain(|e| wanted(e.tag));
-    let trial = usize::from(options.glonass_ambiguity == GlonassAmbiguity::Auto);
-    let passes = 1 + usize::from(options.direction.is_combined()) + trial;
-    let watch = Watch::new(control, rover_measured.len() * (1 + passes));
-    let rover_epochs = rover_epochs(&context(false), rover_measured, options, &watch)?;
-    let any_state = rover_epochs
-        .iter()
-        .any(|e| e.states.iter().any(Result::is_ok));
-    if !any_state {
-        let times = || navigation.ephemerides.iter().map(crate::Ephemeris::toe);
-        return Err(PpkError::NoNavigation {
-            observations: rover_span,
-            navigation: times().min().zip(times().max()),
-        });
-    }
-    missing_navigation(&constellation, &rover_epochs, &mut warnings);
-
-    let base_context = context(true);
-    let (base_epochs, base_place) = if relative {
-        phases_and_copies(rover, base, options, &mut warnings);
-        let base_epochs = epochs(base, &constellation);
-        base_gaps(&base_epochs, &rover_epochs, options, &mut warnings);
-        let place = base_position(&base_context, base, &base_epochs, options, &mut warnings)?;
-        (base_epochs, place)
-    } else {
-        (Vec::new(), BasePlace::default())
-    };
-    let base_position_ecef_m = base_place.position_ecef_m;
-    let noise = if options.measure_code_noise && relative {
-        MeasuredNoise::measure(&constellation, options, &rover_epochs, &base_epochs)
-    } else {
-        MeasuredNoise::model()
-    };
-    let prepared = Prepared {
-        noise,
-        constellation: &constellation,
-        options,
-        rover: rover_epochs,
-        base: base_epochs,
-        base_context,
-        base_position_ecef_m,
-    };
-    let glonass = prepared.glonass_decision(&watch)?;
-    let plan = glonass.map_or(GlonassPlan::Estimate, GlonassPlan::from);
-    let results = run_passes(&prepared, plan, &watch)?;
-    let mut solution = assemble(results, &prepared, warnings);
-    solution.summary.glonass = glonass;
-    solution.summary.base_from_single_m = base_place.from_single_m;
+    let base_from_single_m = attempt.base_from_single_m;
+    let base_position_ecef_m = attempt.base_position_ecef_m;
+    let mut solution = assemble(attempt, options);
+    solution.summary.base_from_single_m = base_from_single_m;
     solution.base_position_ecef_m = relative.then_some(base_position_ecef_m);
     solution.events = interpolate_events(&rover.events, &solution.epochs);
     Ok(solution)
@@ -235,126 +176,10 @@ fn check_options(options: &PpkOptions) -> Result<(), PpkError> {
     Ok(())
 }
 
-fn threads(options: &PpkOptions) -> usize {
-    match options.threads {
-        0 => std::thread::available_parallelism().map_or(1, usize::from),
-        n => n,
-    }
-}
-
-/// Satellite states and single-point positions of every rover epoch.
-fn rover_epochs(
-    context: &SingleContext<'_>,
-    epochs: Vec<Epoch>,
-    options: &PpkOptions,
-    watch: &Watch<'_>,
-) -> Result<Vec<RoverEpoch>, PpkError> {
-    // Every epoch starts from the first position found, so that none depends on its neighbours.
-    let start = epochs
-        .iter()
-        .find_map(|e| {
-            let states = context.states(e, e.tag, false);
-            context
-                .solve(e, &states, [0.0; 3])
-                .ok()
-                .map(|s| s.position_ecef_m)
-        })
-        .unwrap_or([0.0; 3]);
-    let one = |epoch: Epoch| {
-        watch.one_more()?;
-        let mut states = context.states(&epoch, epoch.tag, true);
-        let single = context.solve(&epoch, &states, start);
-        if let (Ok(single), false) = (&single, options.reproduce_defects) {
-            let place_ecef_m = single.position_ecef_m;
-            reject_implausible(context.constellation, &epoch, &mut states, place_ecef_m);
-        }
-        Ok(RoverEpoch {
-            epoch,
-            states,
-            single,
-        })
-    };
-    let threads = threads(options).max(1);
-    if threads == 1 || epochs.len() < 2 * threads {
-        return epochs.into_iter().map(one).collect();
-    }
-    let share = epochs.len().div_ceil(threads);
-    let mut parts: Vec<Vec<Epoch>> = Vec::with_capacity(threads);
-    let mut rest = epochs;
-    while rest.len() > share {
-        let tail = rest.split_off(share);
-        parts.push(std::mem::replace(&mut rest, tail));
-    }
-    parts.push(rest);
-    std::thread::scope(|scope| {
-        let workers: Vec<_> = parts
-            .into_iter()
-            .map(|part| scope.spawn(move || part.into_iter().map(one).collect()))
-            .collect();
-        let parts: Result<Vec<Vec<_>>, _> = workers.into_iter().map(join).collect();
-        Ok(parts?.into_iter().flatten().collect())
-    })
-}
-
-/// The worker's result; a panic in it continues here.
-fn join<T>(worker: std::thread::ScopedJoinHandle<'_, T>) -> T {
-    worker
-        .join()
-        .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
-}
-
-fn run_passes(
-    prepared: &Prepared<'_>,
-    plan: GlonassPlan,
-    watch: &Watch<'_>,
-) -> Result<Vec<EpochResult>, PpkError> {
-    let options = prepared.options;
-    let fresh = || prepared.filter().with_glonass(plan);
-    let pass = |backward: bool| prepared.run(&mut fresh(), backward, watch);
-    let merged = |forward, backward| combine(forward, backward, options);
-    Ok(match options.direction {
-        FilterDirection::Forward => pass(false)?,
-        FilterDirection::Backward => {
-            let mut results = pass(true)?;
-            results.reverse();
-            results
-        }
-        FilterDirection::Combined if threads(options) > 1 => {
-            let (forward, backward) = std::thread::scope(|scope| {
-                let worker = scope.spawn(|| pass(true));
-                (pass(false), join(worker))
-            });
-            merged(forward?, backward?)
-        }
-        FilterDirection::Combined => merged(pass(false)?, pass(true)?),
-        FilterDirection::CombinedWithoutReset => {
-            let mut filter = fresh();
-            let forward = prepared.run(&mut filter, false, watch)?;
-            let backward = prepared.run(&mut filter, true, watch)?;
-            merged(forward, backward)
-        }
-    })
-}
-
-fn assemble(
-    results: Vec<EpochResult>,
-    prepared: &Prepared<'_>,
-    warnings: Vec<PpkWarning>,
-) -> PpkSolution {
-    let options = prepared.options;
-    let mut lost: Vec<LostEpoch> = prepared
-        .rover
-        .iter()
-        .filter_map(|e| match &e.single {
-            Ok(_) => None,
-            Err((reason, _)) => Some(LostEpoch {
-                time: e.epoch.tag,
-                reason: *reason,
-            }),
-        })
-        .collect();
-    let mut epochs = Vec::with_capacity(results.len());
-    for r in results {
+fn assemble(attempt: Attempt, options: &PpkOptions) -> PpkSolution {
+    let mut lost = attempt.lost;
+    let mut epochs = Vec::with_capacity(attempt.results.len());
+    for r in attempt.results {
         let quality = match r.quality {
             Some(quality) => quality,
             None if options.mode == PositioningMode::Single || options.output_single => {
@@ -385,7 +210,10 @@ fn assemble(
         });
     }
     lost.sort_by_key(|l| l.time);
-    let summary = summarise(&epochs, &lost, prepared.rover.len(), warnings);
+    let summary = PpkSummary {
+        glonass: attempt.glonass,
+        ..summarise(&epochs, &lost, attempt.rover_epochs, attempt.warnings)
+    };
     PpkSolution {
         base_position_ecef_m: None,
         epochs,

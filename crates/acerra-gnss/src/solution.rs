@@ -302,6 +302,16 @@ pub enum PpkWarning {
         /// Median speed (m/s).
         speed_m_s: f64,
     },
+    /// Fixing was poor by the settings given; others, whose passes agree at more epochs, were taken
+    /// where they fixed more.
+    AlternativeTaken {
+        /// The C/N₀ mask tried (dB-Hz), if it is that which helped.
+        cn0_mask_db_hz: Option<f64>,
+        /// Epochs at which forward and backward fixes agree, before and after.
+        agreeing: [usize; 2],
+        /// Epochs fixed before and after.
+        fixed: [usize; 2],
+    },
     /// The base position given is far from the base's own single-point position.
     BasePositionDoubtful {
         /// Distance between the two (m).
@@ -359,6 +369,22 @@ impl fmt::Display for PpkWarning {
                 "the base moves at {speed_m_s:.1} m/s by its Doppler shifts: are rover and base \
                  swapped?"
             ),
+            Self::AlternativeTaken {
+                cn0_mask_db_hz,
+                agreeing,
+                fixed,
+            } => {
+                f.write_str("few epochs were fixed by the settings given; ")?;
+                if let Some(mask) = cn0_mask_db_hz {
+                    write!(f, "a carrier-to-noise mask of {mask:.0} dB-Hz and ")?;
+                }
+                write!(
+                    f,
+                    "integers fed back into the filter fixed {} instead of {}, forward and backward \
+                     passes agreeing at {} instead of {}",
+                    fixed[1], fixed[0], agreeing[1], agreeing[0]
+                )
+            }
             Self::BasePositionDoubtful { distance_m } => write!(
                 f,
                 "the base position given is {distance_m:.0} m from the base's own single-point \

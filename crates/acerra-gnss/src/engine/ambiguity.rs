@@ -159,20 +159,26 @@ impl Resolution<'_> {
     }
 
     /// Whether no part of the satellites rules the integers out: without any one satellite, and
-    /// without any one system or frequency, they remain as good as the best or nearly.
-    pub(crate) fn is_stable_under_exclusion(&self, state: &FilterState, attempt: &Attempt) -> bool {
+    /// without any one system or frequency, they remain as good as the best or nearly; `as_best`
+    /// asks that they remain the best without any one satellite, and by a margin.
+    pub(crate) fn is_stable_under_exclusion(
+        &self,
+        state: &FilterState,
+        attempt: &Attempt,
+        as_best: bool,
+    ) -> bool {
         let members = members(&attempt.pairs);
         let integer = |satellite: usize, slot: usize| {
             let mut own = attempt.pairs.iter().zip(&attempt.integers);
             own.find(|(p, _)| p.other == satellite && p.slot == slot)
                 .map_or(0.0, |(_, integer)| *integer)
         };
-        let stays = |rest: Vec<Pair>| {
+        let verdict = |rest: Vec<Pair>| {
             let ours: Vec<f64> = rest
                 .iter()
                 .map(|p| integer(p.other, p.slot) - integer(p.reference, p.slot))
                 .collect();
-            judge(state, &rest, &ours) != Verdict::RuledOut
+            judge(state, &rest, &ours)
         };
         let groups = attempt
             .pairs
@@ -181,10 +187,19 @@ impl Resolution<'_> {
             let other = |p: &&Pair| (p.slot, p.group) != (group[0].slot, group[0].group);
             attempt.pairs.iter().filter(other).copied().collect()
         };
-        groups.into_iter().all(|group| stays(without_group(group)))
+        let stays = |verdict: Verdict| {
+            if as_best {
+                verdict == Verdict::Confirmed
+            } else {
+                verdict != Verdict::RuledOut
+            }
+        };
+        groups
+            .into_iter()
+            .all(|group| verdict(without_group(group)) != Verdict::RuledOut)
             && members
                 .iter()
-                .all(|&(satellite, slot)| stays(without(&attempt.pairs, satellite, slot)))
+                .all(|&(satellite, slot)| stays(verdict(without(&attempt.pairs, satellite, slot))))
     }
 
     /// The ratio needed with this many pairs.

@@ -10,6 +10,7 @@
 //! be called certain that are cycles off. The mean of n samples has the variance
 //! V(n) = σ²/n·(1 + 2Σ(1 − k/n)·ρ(k)); so the n-th sample is given the weight 1/V(n) − 1/V(n−1).
 
+use super::calibration::Calibration;
 use super::constellation::Constellation;
 use super::epoch_input::RoverEpoch;
 use super::matching::matching_base;
@@ -89,9 +90,9 @@ impl CodeNoise {
     }
 
     /// Factor on the model's variance of a code that is the `count`-th of its ambiguity, from 0.
-    pub(crate) fn factor(&self, count: u32) -> f64 {
+    pub(crate) fn factor(&self, count: f64) -> f64 {
         let last = self.sample_factors.len() - 1;
-        let place = usize::try_from(count).unwrap_or(last).min(last);
+        let place = (count as usize).min(last);
         self.variance_factor * self.sample_factors[place]
     }
 }
@@ -100,6 +101,9 @@ impl CodeNoise {
 #[derive(Debug, Clone)]
 pub(crate) struct MeasuredNoise {
     groups: Vec<[CodeNoise; FREQUENCY_SLOTS]>,
+    /// Growth of an ambiguity's variance by the multipath of its phase (cycle²/s); `None` where
+    /// the options say.
+    pub phase_walk_cycles2_s: Option<f64>,
 }
 
 impl MeasuredNoise {
@@ -107,7 +111,17 @@ impl MeasuredNoise {
     pub(crate) fn model() -> Self {
         Self {
             groups: vec![std::array::from_fn(|_| CodeNoise::model()); System::ALL.len()],
+            phase_walk_cycles2_s: None,
         }
+    }
+
+    /// This noise as fixes have calibrated it.
+    pub(crate) fn calibrated(mut self, calibration: Calibration) -> Self {
+        for noise in self.groups.iter_mut().flatten() {
+            noise.variance_factor *= calibration.code_factor;
+        }
+        self.phase_walk_cycles2_s = Some(calibration.phase_walk_cycles2_s);
+        self
     }
 
     pub(crate) fn of(&self, system: System, slot: usize) -> &CodeNoise {
@@ -414,7 +428,9 @@ mod tests {
 
     /// Variance of the mean of n samples, as the weights of the samples have it.
     fn mean_variance(noise: &CodeNoise, n: u32) -> f64 {
-        1.0 / (0..n).map(|k| 1.0 / noise.factor(k)).sum::<f64>()
+        1.0 / (0..n)
+            .map(|k| 1.0 / noise.factor(f64::from(k)))
+            .sum::<f64>()
     }
 
     fn lasting(varying: f64) -> f64 {
@@ -451,7 +467,7 @@ mod tests {
     fn a_curve_without_a_sill_is_extrapolated() {
         let noise = noise_from_semivariogram(&gauss_markov(4.0, 60.0, 20), LASTING).unwrap();
         assert!(
-            mean_variance(&noise, 20) > 0.7 * noise.factor(0),
+            mean_variance(&noise, 20) > 0.7 * noise.factor(0.0),
             "not correlated"
         );
     }

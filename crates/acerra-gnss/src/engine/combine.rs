@@ -65,7 +65,8 @@ fn pair(f: EpochResult, b: EpochResult, options: &PpkOptions) -> EpochResult {
         result.quality = Some(Quality::Float);
         result.reason = Some(NotFixedReason::PassesDisagree { distance_m });
         if options.min_success_rate.is_some() {
-            return between(result, &f, &b);
+            result.widen_to(&b);
+            return result;
         }
     }
     if let Some((x, q)) = weighted_mean(
@@ -103,22 +104,6 @@ fn disagreement_m(f: &EpochResult, b: &EpochResult, options: &PpkOptions) -> Opt
     let still = options.mode == PositioningMode::Static && !options.reproduce_defects;
     let agree = agree || (still && distance_m < LARGEST_STATIC_DISTANCE_M);
     (!agree).then_some(distance_m)
-}
-
-/// The mean of two places of which one is wrong, with the covariance that says so: each place is
-/// within it, and half the way between them is a standard deviation.
-fn between(mut result: EpochResult, f: &EpochResult, b: &EpochResult) -> EpochResult {
-    let half: [f64; 3] =
-        std::array::from_fn(|k| (f.position_ecef_m[k] - b.position_ecef_m[k]) / 2.0);
-    result.position_ecef_m =
-        std::array::from_fn(|k| (f.position_ecef_m[k] + b.position_ecef_m[k]) / 2.0);
-    result.covariance_ecef_m2 = std::array::from_fn(|i| {
-        std::array::from_fn(|j| {
-            let own = (f.covariance_ecef_m2[i][j] + b.covariance_ecef_m2[i][j]) / 2.0;
-            own + half[i] * half[j]
-        })
-    });
-    result
 }
 
 type Estimate<'a> = (&'a [f64; 3], &'a [[f64; 3]; 3]);

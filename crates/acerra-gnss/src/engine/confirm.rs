@@ -1,34 +1,126 @@
-//! Retrospective confirmation of ambiguity fixes: integers that passed the ratio test while their
-//! success rate was low count once the same integers are found with certainty, before or after.
+//! Retrospective confirmation of ambiguity fixes.
+//!
+//! Two passes in opposite directions of time rest on different codes and meet with different
+//! errors. Where both come to the same place by integers, the integers are right; what else has
+//! those integers, before or after, is right as well.
 
-use super::constellation::Constellation;
 use super::epoch_result::EpochResult;
 use super::fixed_integers::FixedIntegers;
+use crate::observation::EPOCH_TOLERANCE_S;
 use crate::solution::{NotFixedReason, Quality};
+use acerra_geo::time::GpsTime;
 
-/// Calls fixes float that neither are certain themselves nor have the integers of the nearest
-/// certain fix before or after them. `results` are those of one pass, in its order.
-///
-/// Fixes under integers that were `withdrawn` later confirm nothing, themselves included.
-pub(crate) fn confirm(
+/// Fixes of two passes nearer to each other than this are the same (m): a quarter of a wavelength;
+/// those of neighbouring integers are further apart.
+const SAME_PLACE_M: f64 = 0.05;
+/// Time (s) over which passes must agree before that alone counts: in a shorter log both rest on
+/// much the same codes.
+pub(super) const AGREEMENT_S: f64 = 60.0;
+
+/// Where a pass fixed, in ascending order of time.
+#[derive(Debug, Clone)]
+pub(crate) struct Witness {
+    fixes: Vec<Fix>,
+}
+
+#[derive(Debug, Clone)]
+struct Fix {
+    tag: GpsTime,
+    position_ecef_m: [f64; 3],
+    integers: FixedIntegers,
+}
+
+impl Witness {
+    /// What a pass, in its own order, can bear witness to.
+    pub(crate) fn of(results: &[EpochResult]) -> Self {
+        let fixed = results.iter().filter_map(|r| {
+            Some(Fix {
+                tag: r.tag,
+                position_ecef_m: r.position_ecef_m,
+                integers: r.integers.clone()?,
+            })
+        });
+        let mut fixes: Vec<Fix> = fixed.collect();
+        fixes.sort_by_key(|f| f.tag);
+        Self { fixes }
+    }
+
+    /// A fix of this pass that agrees with one of another: at the same epoch by its place, at the
+    /// nearest epochs before and after by its integers.
+    fn agrees(&self, result: &EpochResult, integers: &FixedIntegers) -> Option<&Fix> {
+        let late = |f: &Fix| f.tag.seconds_since(result.tag) < -EPOCH_TOLERANCE_S;
+        let after = self.fixes.partition_point(late);
+        if let Some(fix) = self.fixes.get(after)
+            && fix.tag.seconds_since(result.tag) <= EPOCH_TOLERANCE_S
+        {
+            let squares =
+                (0..3).map(|k| (fix.position_ecef_m[k] - result.position_ecef_m[k]).powi(2));
+            let near = squares.sum::<f64>().sqrt() < SAME_PLACE_M;
+            return near.then_some(fix);
+        }
+        let neighbours = [after.checked_sub(1), Some(after)];
+        neighbours
+            .into_iter()
+            .filter_map(|k| self.fixes.get(k?))
+            .find(|fix| fix.integers.same_as_in_another_pass(integers))
+    }
+}
+
+/// Confirms the fixes of a pass by those of passes in the other direction; returns how many epochs
+/// they agree at.
+pub(crate) fn confirm_by(
     results: &mut [EpochResult],
     needed: f64,
-    withdrawn: &[u32],
-    constellation: &Constellation,
-) {
-    for result in results.iter_mut() {
-        if let Some(own) = &mut result.integers {
-            own.certain &= !withdrawn.contains(&own.generation);
-        }
-    }
-    let mut confirmed = vec![false; results.len()];
+    witnesses: &[&Witness],
+) -> usize {
+    let agreements: Vec<Option<bool>> = results
+        .iter()
+        .map(|r| {
+            let own = r.integers.as_ref()?;
+            let mut found = witnesses.iter().filter_map(|w| w.agrees(r, own)).peekable();
+            found.peek()?;
+            Some(own.certain && found.any(|f| f.integers.certain))
+        })
+        .collect();
+    let agreeing = || (0..results.len()).filter(|&k| agreements[k].is_some());
+    let span_s = agreeing()
+        .next()
+        .zip(agreeing().next_back())
+        .map_or(0.0, |(a, z)| {
+            results[z].time.seconds_since(results[a].time).abs()
+        });
+    let count = agreeing().count();
+    let anchors: Vec<bool> = agreements
+        .iter()
+        .map(|a| a.is_some_and(|certain| certain || span_s >= AGREEMENT_S))
+        .collect();
+    keep_confirmed(results, &anchors, needed);
+    count
+}
+
+/// Confirms the fixes of one pass alone, by those that are certain themselves.
+///
+/// Fixes under integers that were `withdrawn` later confirm nothing, themselves included.
+pub(crate) fn confirm_alone(results: &mut [EpochResult], needed: f64, withdrawn: &[u32]) {
+    let certain = |r: &EpochResult| {
+        let own = r.integers.as_ref();
+        own.is_some_and(|i| i.certain && !withdrawn.contains(&i.generation))
+    };
+    let anchors: Vec<bool> = results.iter().map(certain).collect();
+    keep_confirmed(results, &anchors, needed);
+}
+
+/// Calls fixes float that neither are anchors nor have the integers of the nearest anchor before
+/// or after them.
+fn keep_confirmed(results: &mut [EpochResult], anchors: &[bool], needed: f64) {
+    let mut confirmed = anchors.to_vec();
     let mut confirm_along = |order: &mut dyn Iterator<Item = usize>| {
         let mut nearest: Option<&FixedIntegers> = None;
         for k in order {
             let Some(own) = &results[k].integers else {
                 continue;
             };
-            if own.certain || nearest.is_some_and(|certain| own.same_as(certain, constellation)) {
+            if anchors[k] || nearest.is_some_and(|certain| own.same_as(certain)) {
                 confirmed[k] = true;
                 nearest = Some(own);
             }

@@ -29,6 +29,10 @@ pub(crate) const GROUPS: [&[System]; 6] = [
     &[System::Navic],
 ];
 
+/// Share of a code's variance by which all codes err alike: reflected signals arrive late, never
+/// early, the more so the lower and weaker they are.
+const COMMON_DELAY_SHARE: f64 = 0.3;
+
 /// What differencing at one epoch needs.
 pub(crate) struct Differencing<'a> {
     pub constellation: &'a Constellation,
@@ -41,6 +45,8 @@ pub(crate) struct Differencing<'a> {
     pub separation: Separation,
     /// Noise of the codes, measured or the model's.
     pub noise: &'a MeasuredNoise,
+    /// How much noisier than usual each code of this epoch is.
+    pub inflation: &'a [[f64; 3]],
     /// Codes without regard to phases.
     pub codes_alone: bool,
     /// Phases left out of this epoch: (common index, slot).
@@ -90,6 +96,13 @@ impl Differencing<'_> {
         }
     }
 
+    fn uses_phase(&self) -> bool {
+        matches!(
+            self.options.mode,
+            PositioningMode::Kinematic | PositioningMode::Static
+        )
+    }
+
     fn elevation(&self, k: usize) -> f64 {
         self.rover[self.common[k].rover].elevation_rad
     }
@@ -109,8 +122,8 @@ impl Differencing<'_> {
     /// as its correlation in time leaves.
     fn measured_code_factor(&self, k: usize, slot: usize, state: &FilterState) -> f64 {
         let satellite = self.common[k].satellite;
-        let count = if self.codes_alone {
-            0
+        let count = if self.codes_alone || !self.uses_phase() {
+            0.0
         } else {
             state.track(satellite, slot).codes_used
         };
@@ -128,6 +141,7 @@ impl Differencing<'_> {
             * weak_signal_factor(self.options, weakest_db);
         if is_code {
             variance *= self.measured_code_factor(k, slot, state);
+            variance *= self.inflation.get(k).map_or(1.0, |of| of[slot]);
         } else if self.options.rules == RuleSet::Demo5 {
             let track = state.track(self.common[k].satellite, slot);
             if !track.half_cycle_known {
@@ -144,11 +158,7 @@ impl Differencing<'_> {
         let mut rejected = Vec::new();
         let mut block = 0;
         let frequencies = options.frequencies;
-        let uses_phase = !self.codes_alone
-            && matches!(
-                options.mode,
-                PositioningMode::Kinematic | PositioningMode::Static
-            );
+        let uses_phase = !self.codes_alone && self.uses_phase();
         for group in GROUPS {
             for kind in 0..2 * frequencies {
                 let (is_code, slot) = (kind >= frequencies, kind % frequencies);
@@ -201,6 +211,14 @@ impl Differencing<'_> {
                         }
                         continue;
                     }
+                    let variances_m2 =
+                        [reference, other].map(|k| self.variance(k, slot, is_code, state));
+                    let common_delay_m = if is_code && options.measure_code_noise {
+                        COMMON_DELAY_SHARE.sqrt()
+                            * (variances_m2[0].sqrt() - variances_m2[1].sqrt())
+                    } else {
+                        0.0
+                    };
                     rows.push(DoubleRow {
                         slot,
                         is_code,
@@ -210,8 +228,9 @@ impl Differencing<'_> {
                         position: std::array::from_fn(|a| ej[a] - ei[a]),
                         wavelengths_m: wavelengths,
                         channels_apart,
-                        variance_reference_m2: self.variance(reference, slot, is_code, state),
-                        variance_other_m2: self.variance(other, slot, is_code, state),
+                        variance_reference_m2: variances_m2[0],
+                        variance_other_m2: variances_m2[1],
+                        common_delay_m,
                         undisturbed_m2: [reference, other]
                             .map(|k| self.model_variance(k, slot, is_code, [0.0; 2])),
                         block,

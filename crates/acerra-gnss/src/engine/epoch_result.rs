@@ -21,9 +21,29 @@ pub(crate) struct EpochResult {
     pub residuals: Vec<SatelliteResidual>,
     /// Squared phase residuals of a fix in units of their variance, and their degrees of freedom.
     pub phase_misfit: [f64; 2],
+    /// Squared distance of the float position from the fixed one, in units of its covariance and
+    /// per dimension, of a fix by integers held.
+    pub float_misfit: Option<f64>,
     /// GLONASS inter-channel bias and standard deviation (m per channel) of a fix with GLONASS,
     /// where it is estimated.
     pub channel_slope_m: Option<[f64; 2]>,
     /// The integers of a fix.
     pub integers: Option<FixedIntegers>,
+}
+
+impl EpochResult {
+    /// Moves to the mean of this place and another's of which one is wrong, with the covariance
+    /// that says so: each place is within it, and half the way between them is a standard
+    /// deviation.
+    pub(crate) fn widen_to(&mut self, other: &Self) {
+        let (a, b) = (self.position_ecef_m, other.position_ecef_m);
+        let half: [f64; 3] = std::array::from_fn(|k| (a[k] - b[k]) / 2.0);
+        self.position_ecef_m = std::array::from_fn(|k| (a[k] + b[k]) / 2.0);
+        self.covariance_ecef_m2 = std::array::from_fn(|i| {
+            std::array::from_fn(|j| {
+                let own = (self.covariance_ecef_m2[i][j] + other.covariance_ecef_m2[i][j]) / 2.0;
+                own + half[i] * half[j]
+            })
+        });
+    }
 }

@@ -1,11 +1,14 @@
 //! The integers of an ambiguity fix, and whether two fixes agree on them.
 
 use super::ambiguity::{Attempt, Pair};
-use super::constellation::Constellation;
+use super::double::GROUPS;
+use super::state::FilterState;
 use crate::satellite::System;
 
 /// Fewest ambiguities that must be the same for one fix to confirm another.
-const LEAST_SHARED: usize = 4;
+const LEAST_SHARED: usize = 3;
+/// The same between passes, which have nothing else in common.
+const LEAST_SHARED_BETWEEN_PASSES: usize = 4;
 
 /// The float solution of an epoch, before integers are imposed.
 #[derive(Debug, Clone, Copy)]
@@ -21,6 +24,8 @@ pub(crate) struct FloatSolution {
 pub(crate) struct FixedIntegers {
     pairs: Vec<Pair>,
     integers: Vec<f64>,
+    /// Numbers of the biases of each pair's reference and other satellite.
+    arcs: Vec<[u32; 2]>,
     /// Probability that they are right, from the float ambiguities' covariance.
     pub success_rate: f64,
     pub certain: bool,
@@ -31,15 +36,28 @@ pub(crate) struct FixedIntegers {
 
 impl FixedIntegers {
     /// The integers of `attempt`; `float` is the epoch's solution before they are imposed.
+    ///
+    /// GLONASS is left aside: its differences between carriers drift with the receivers' clocks.
     pub(crate) fn new(
         attempt: &Attempt,
+        state: &FilterState,
         certain: bool,
         generation: u32,
         float: FloatSolution,
     ) -> Self {
+        let arc = |satellite, slot| state.track(satellite, slot).arc;
+        let of_attempt = attempt.pairs.iter().zip(&attempt.integers);
+        let kept = || {
+            of_attempt
+                .clone()
+                .filter(|(p, _)| GROUPS[p.group] != [System::Glonass])
+        };
         Self {
-            pairs: attempt.pairs.clone(),
-            integers: attempt.integers.clone(),
+            pairs: kept().map(|(p, _)| *p).collect(),
+            integers: kept().map(|(_, integer)| *integer).collect(),
+            arcs: kept()
+                .map(|(p, _)| [arc(p.reference, p.slot), arc(p.other, p.slot)])
+                .collect(),
             success_rate: attempt.success_rate,
             certain,
             generation,
@@ -47,8 +65,8 @@ impl FixedIntegers {
         }
     }
 
-    /// Integer of a satellite relative to its group's reference.
-    fn of(&self, satellite: usize, slot: usize, group: usize) -> Option<f64> {
+    /// Integer of a satellite relative to its group's reference, and the number of its bias.
+    fn of(&self, satellite: usize, slot: usize, group: usize) -> Option<(f64, u32)> {
         let own = self
             .pairs
             .iter()
@@ -56,29 +74,42 @@ impl FixedIntegers {
         let reference = || {
             self.pairs
                 .iter()
-                .any(|p| p.reference == satellite && (p.slot, p.group) == (slot, group))
+                .position(|p| p.reference == satellite && (p.slot, p.group) == (slot, group))
         };
-        own.map(|k| self.integers[k])
-            .or_else(|| reference().then_some(0.0))
+        own.map(|k| (self.integers[k], self.arcs[k][1]))
+            .or_else(|| reference().map(|k| (0.0, self.arcs[k][0])))
     }
 
-    /// Whether both fixes put the same integers to the satellites that they share.
-    ///
-    /// GLONASS is left aside: its differences between carriers drift with the receivers' clocks.
-    pub(crate) fn same_as(&self, other: &Self, constellation: &Constellation) -> bool {
+    /// Whether both fixes of one pass put the same integers to the satellites that they share and
+    /// that did not slip in between.
+    pub(crate) fn same_as(&self, other: &Self) -> bool {
+        self.shared_with(other, true)
+            .is_some_and(|n| n >= LEAST_SHARED)
+    }
+
+    /// As [`same_as`](Self::same_as), of fixes of different passes: a slip in between makes them
+    /// differ.
+    pub(crate) fn same_as_in_another_pass(&self, other: &Self) -> bool {
+        let shared = self.shared_with(other, false);
+        shared.is_some_and(|n| n >= LEAST_SHARED_BETWEEN_PASSES)
+    }
+
+    /// How many integers both have in common; `None` where one differs. `of_same_arcs` leaves out
+    /// satellites that slipped in between.
+    fn shared_with(&self, other: &Self, of_same_arcs: bool) -> Option<usize> {
         let mut shared = 0;
-        for (pair, integer) in self.pairs.iter().zip(&self.integers) {
-            if constellation.id(pair.other).system() == System::Glonass {
-                continue;
-            }
+        for ((pair, integer), arcs) in self.pairs.iter().zip(&self.integers).zip(&self.arcs) {
             let theirs = |satellite| other.of(satellite, pair.slot, pair.group);
             if let (Some(a), Some(b)) = (theirs(pair.reference), theirs(pair.other)) {
-                if (b - a - integer).abs() > 0.5 {
-                    return false;
+                if of_same_arcs && [a.1, b.1] != *arcs {
+                    continue;
+                }
+                if (b.0 - a.0 - integer).abs() > 0.5 {
+                    return None;
                 }
                 shared += 1;
             }
         }
-        shared >= LEAST_SHARED
+        Some(shared)
     }
 }

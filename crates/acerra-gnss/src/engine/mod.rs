@@ -2,6 +2,7 @@
 
 mod ambiguity;
 mod base;
+mod calibration;
 mod code_noise;
 mod combine;
 mod confirm;
@@ -22,14 +23,18 @@ mod outliers;
 mod pass;
 mod plausible;
 mod precision;
+mod robust_codes;
 mod single;
 mod slips;
 mod state;
+mod time_difference;
 mod zero;
 
 pub(crate) use base::{BasePlace, base_position};
+pub(crate) use calibration::Calibration;
 pub(crate) use code_noise::MeasuredNoise;
 pub(crate) use combine::combine;
+pub(crate) use confirm::{Witness, confirm_by};
 pub(crate) use constellation::Constellation;
 pub(crate) use diagnose::{base_gaps, missing_navigation, phases_and_copies};
 pub(crate) use epoch_input::RoverEpoch;
@@ -38,4 +43,5 @@ pub(crate) use glonass::GlonassPlan;
 pub(crate) use measurement::{Epoch, epochs};
 pub(crate) use pass::Prepared;
 pub(crate) use plausible::reject_implausible;
+pub(crate) use precision::scale_covariances;
 pub(crate) use single::SingleContext;

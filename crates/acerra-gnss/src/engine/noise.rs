@@ -4,6 +4,11 @@ use crate::options::{Cn0Mask, PpkOptions, RuleSet};
 use crate::satellite::System;
 use crate::signal::SPEED_OF_LIGHT_M_S;
 
+/// Phase variance of a signal of 0 dB-Hz (m²·Hz), from which it falls with the signal's power: the
+/// SIGMA-ε model (Hartinger and Brunner 1999, "Variances of GPS phase observations: the SIGMA-ε
+/// model", GPS Solutions 2(4)).
+const SIGMA_EPSILON_M2_HZ: f64 = 0.224;
+
 /// How much noisier than GPS a system's measurements are taken to be.
 pub(crate) const fn system_factor(system: System) -> f64 {
     match system {
@@ -65,7 +70,15 @@ pub(crate) fn single_difference_variance_m2(
     let b = scale * options.phase_error_elevation_m / elevation_rad.sin();
     let c = options.phase_error_baseline_m * separation.baseline_m / 1e4;
     let d = SPEED_OF_LIGHT_M_S * options.clock_stability * separation.age_s;
-    let mut variance = 2.0 * (a * a + b * b + c * c) + d * d;
+    let by_elevation = a * a + b * b + c * c;
+    let of_receiver = |cn0: f64| {
+        if options.weigh_weak_signals && cn0 > 0.0 {
+            by_elevation.max(scale * scale * SIGMA_EPSILON_M2_HZ * 10f64.powf(-0.1 * cn0))
+        } else {
+            by_elevation
+        }
+    };
+    let mut variance = cn0_db_hz.into_iter().map(of_receiver).sum::<f64>() + d * d;
     if options.phase_error_cn0_m > 0.0 {
         let e = scale * options.phase_error_cn0_m;
         for cn0 in cn0_db_hz.into_iter().filter(|&cn0| cn0 > 0.0) {

@@ -117,6 +117,7 @@ mod tests {
             variance_reference_m2: 1e-4,
             variance_other_m2: 1e-4,
             undisturbed_m2: [1e-4; 2],
+            common_delay_m: 0.0,
             channels_apart: 0.0,
             block: 1,
         }

@@ -1,7 +1,7 @@
 //! A run of the filter over all rover epochs in one direction.
 
 use super::code_noise::MeasuredNoise;
-use super::confirm::confirm;
+use super::confirm::{AGREEMENT_S, confirm_alone};
 use super::constellation::Constellation;
 use super::epoch_input::{BaseView, RoverEpoch};
 use super::epoch_result::EpochResult;
@@ -42,32 +42,39 @@ impl<'a> Prepared<'a> {
             &self.noise,
             self.base_position_ecef_m,
         )
+        .with_short_log(self.is_short_log())
+    }
+
+    fn is_short_log(&self) -> bool {
+        let ends = self.rover.first().zip(self.rover.last());
+        ends.is_none_or(|(a, z)| z.epoch.tag.seconds_since(a.epoch.tag) < AGREEMENT_S)
+    }
+
+    /// Whether a trial pass has anything to decide: GLONASS ambiguities where that is left to the
+    /// data, and the noise where it is measured.
+    pub(crate) fn needs_trial(options: &PpkOptions) -> bool {
+        let relative = matches!(
+            options.mode,
+            PositioningMode::Kinematic | PositioningMode::Static
+        );
+        relative
+            && (options.glonass_ambiguity == GlonassAmbiguity::Auto || options.measure_code_noise)
+    }
+
+    /// The results of a trial pass.
+    pub(crate) fn trial(&'a self, watch: &Watch<'_>) -> Result<Vec<EpochResult>, PpkError> {
+        let backward = self.options.direction == FilterDirection::Backward;
+        self.run_alone(&mut self.filter(), backward, watch)
     }
 
     /// What a trial pass says of GLONASS ambiguities, where that is left to the data.
-    pub(crate) fn glonass_decision(
-        &'a self,
-        watch: &Watch<'_>,
-    ) -> Result<Option<GlonassDecision>, PpkError> {
+    pub(crate) fn glonass_decision(&self, trial: &[EpochResult]) -> Option<GlonassDecision> {
         let options = self.options;
         let observed = (0..self.constellation.len())
             .any(|k| self.constellation.id(k).system() == System::Glonass);
-        if options.glonass_ambiguity != GlonassAmbiguity::Auto
-            || options.ambiguity == AmbiguityMode::Off
-            || !matches!(
-                options.mode,
-                PositioningMode::Kinematic | PositioningMode::Static
-            )
-            || !observed
-        {
-            return Ok(None);
-        }
-        let backward = options.direction == FilterDirection::Backward;
-        Ok(Some(decide(&self.run(
-            &mut self.filter(),
-            backward,
-            watch,
-        )?)))
+        let open = options.glonass_ambiguity == GlonassAmbiguity::Auto
+            && options.ambiguity != AmbiguityMode::Off;
+        (open && observed).then(|| decide(trial))
     }
 
     fn base_zero(&self, index: usize, rover: &Epoch) -> Vec<ZeroDifference> {
@@ -211,8 +218,19 @@ impl<'a> Prepared<'a> {
                 Err(_) => filter.last_time = Some(rover.epoch.tag),
             }
         }
+        Ok(results)
+    }
+
+    /// As [`run`](Self::run), with fixes confirmed by nothing but the pass itself.
+    pub(crate) fn run_alone(
+        &self,
+        filter: &mut Filter<'a>,
+        backward: bool,
+        watch: &Watch<'_>,
+    ) -> Result<Vec<EpochResult>, PpkError> {
+        let mut results = self.run(filter, backward, watch)?;
         if let Some(needed) = self.options.min_success_rate {
-            confirm(&mut results, needed, &filter.withdrawn, self.constellation);
+            confirm_alone(&mut results, needed, &filter.withdrawn);
             scale_covariances(&mut results);
         }
         Ok(results)

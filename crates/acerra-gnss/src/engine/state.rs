@@ -41,8 +41,10 @@ pub(crate) struct Track {
     pub in_fix: bool,
     /// Integer found with certainty, relative to those of its group.
     pub held: Option<f64>,
-    /// Codes used since the bias was last initialised.
-    pub codes_used: u32,
+    /// Codes used since the bias was last initialised, those noisier than usual counting less.
+    pub codes_used: f64,
+    /// Number of the present bias: another after every slip.
+    pub arc: u32,
     /// Innovations rejected since the last reset.
     pub rejections: u32,
     /// Inter-channel bias learnt during the hold (cycles).
@@ -161,7 +163,8 @@ impl FilterState {
         let index = self.bias_index(satellite, slot);
         self.initialise(index, cycles, self.initial_bias_variance);
         let track = self.track_mut(satellite, slot);
-        track.codes_used = 0;
+        track.codes_used = 0.0;
+        track.arc += 1;
         track.held = None;
     }
 

@@ -63,7 +63,7 @@ impl Filter<'_> {
         }
     }
 
-    fn update(
+    pub(super) fn update(
         &mut self,
         epoch: &EpochView<'_>,
         excluded: &[(usize, usize)],

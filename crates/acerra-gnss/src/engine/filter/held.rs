@@ -6,9 +6,10 @@
 //! knows nothing of them: where they no longer fit they are withdrawn, and with them every fix
 //! that rested on them.
 
-use super::Filter;
+use super::{EpochView, Filter};
 use crate::engine::ambiguity::{Attempt, Pair, Verdict, judge, members, without};
 use crate::engine::double::{Common, GROUPS};
+use crate::engine::single::SinglePoint;
 use crate::engine::state::{FilterState, SparseRow};
 use crate::options::{AmbiguityMode, RuleSet};
 use nalgebra::DMatrix;
@@ -17,13 +18,25 @@ use nalgebra::DMatrix;
 const LEAST_HELD_PAIRS: usize = 4;
 /// Time (s) that geometry and multipath need to tell wrong integers from right ones.
 const CONFIRMATION_S: f64 = 300.0;
+/// Standard deviation of a position (m) up to which it tells integers from their neighbours: a
+/// quarter of a wavelength.
+const LARGEST_HELD_SIGMA_M: f64 = 0.05;
+/// Epochs in a row at which the float state may contradict the integers held: multipath that
+/// pulls it off passes.
+const LARGEST_DOUBTS: u32 = 10;
 /// Variance (cycle²) with which integers are imposed on the copy.
 const IMPOSED_VARIANCE: f64 = 1e-6;
+
+/// Whether a state says where the rover is to within a fraction of a wavelength.
+fn knows_its_place(state: &FilterState) -> bool {
+    let variance_m2: f64 = (0..3).map(|k| state.covariance(k, k)).sum();
+    variance_m2 < LARGEST_HELD_SIGMA_M * LARGEST_HELD_SIGMA_M
+}
 
 impl Filter<'_> {
     /// Whether integers are kept beside the filter rather than fed back into it.
     pub(super) fn holds_beside(&self) -> bool {
-        self.options.min_success_rate.is_some()
+        self.options.revisable_hold
             && self.options.rules == RuleSet::Rtklib
             && self.options.ambiguity == AmbiguityMode::FixAndHold
     }
@@ -68,19 +81,30 @@ impl Filter<'_> {
         }
         let (pairs, integers) = self.held_pairs(common);
         if pairs.len() < LEAST_HELD_PAIRS {
-            return None;
+            self.rests_on_held = false;
+            return self.held_state.clone().filter(knows_its_place);
         }
+        self.rests_on_held = true;
         match judge(&self.state, &pairs, &integers) {
-            Verdict::Confirmed => self.note_confirmation(),
-            Verdict::Possible => {}
+            Verdict::Confirmed => {
+                self.doubts = 0;
+                self.note_confirmation();
+            }
+            Verdict::Possible => self.doubts = 0,
             Verdict::RuledOut => {
-                if !self.drop_contradicting(&pairs, &integers) {
-                    self.withdraw();
+                self.doubts += 1;
+                if self.doubts >= LARGEST_DOUBTS {
+                    if !self.drop_contradicting(&pairs, &integers) {
+                        self.withdraw();
+                    }
+                    return None;
                 }
-                return None;
             }
         }
-        let mut state = self.state.clone();
+        let mut state = self
+            .held_state
+            .clone()
+            .unwrap_or_else(|| self.state.clone());
         let rows: Vec<SparseRow> = pairs
             .iter()
             .zip(&integers)
@@ -97,6 +121,32 @@ impl Filter<'_> {
             .collect();
         let noise = DMatrix::from_diagonal_element(rows.len(), rows.len(), IMPOSED_VARIANCE);
         state.update(&rows, noise).then_some(state)
+    }
+
+    /// Brings the state that has been told the integers held to this epoch, as the float state was.
+    pub(super) fn advance_held(
+        &mut self,
+        single: &SinglePoint,
+        epoch: &EpochView<'_>,
+        elapsed_s: f64,
+        excluded: &[(usize, usize)],
+    ) {
+        let Some(held) = self.held_state.take() else {
+            return;
+        };
+        let float = std::mem::replace(&mut self.state, held);
+        self.predict(single, epoch, elapsed_s);
+        let updated = self.update(epoch, excluded);
+        if let Ok(update) = &updated {
+            self.mark_valid(
+                &update.differences.rows,
+                epoch,
+                &update.differences.rejected,
+            );
+            self.remember(epoch.rover, epoch.base);
+        }
+        let held = std::mem::replace(&mut self.state, float);
+        self.held_state = updated.is_ok().then_some(held);
     }
 
     /// Once the float state has found the same integers by itself for long enough, the fixes up to
@@ -144,6 +194,8 @@ impl Filter<'_> {
         self.withdrawn.push(self.generation);
         self.generation += 1;
         self.held_since = None;
+        self.held_state = None;
+        self.doubts = 0;
         self.certain = false;
         self.consecutive_fixes = 0;
         self.held = false;

@@ -1,6 +1,7 @@
 //! One epoch of the relative filter: prediction, biases, measurement update, ambiguities.
 
 mod adjust;
+mod continuity;
 mod held;
 mod observe;
 mod predict;
@@ -17,13 +18,17 @@ use crate::engine::epoch_input::{BaseView, RoverEpoch};
 use crate::engine::epoch_result::EpochResult;
 use crate::engine::fixed_integers::{FixedIntegers, FloatSolution};
 use crate::engine::glonass::GlonassPlan;
+use crate::engine::robust_codes::Inflation;
 use crate::engine::single::SinglePoint;
 use crate::engine::slips;
 use crate::engine::state::FilterState;
 use crate::engine::zero::ZeroDifference;
+use crate::observation::LossOfLock;
 use crate::options::{AmbiguityMode, PositioningMode, PpkOptions, RuleSet};
 use crate::solution::{NotFixedReason, Quality};
 use acerra_geo::time::GpsTime;
+use continuity::LastPhases;
+use nalgebra::{Matrix3, Vector3};
 use residuals::Update;
 
 /// What rover and base see together at an epoch.
@@ -33,18 +38,33 @@ struct EpochView<'e> {
     common: Vec<Common>,
     /// Wavelength (m) of each common satellite and slot; 0 where the carriers differ.
     wavelengths_m: Vec<[f64; 3]>,
+    /// How much noisier than usual each common satellite's codes are.
+    inflation: Inflation,
+    /// (common index, slot) of phases that slipped without a flag.
+    unflagged_slips: Vec<(usize, usize)>,
 }
 
 impl<'e> EpochView<'e> {
-    fn new(filter: &Filter<'_>, rover: &'e RoverEpoch, base: &'e BaseView<'e>) -> Self {
+    fn new(
+        filter: &Filter<'_>,
+        rover: &'e RoverEpoch,
+        single: &SinglePoint,
+        base: &'e BaseView<'e>,
+    ) -> Self {
         let common = filter.common(rover, base);
         let wavelengths_m = filter.wavelengths(rover, base, &common);
-        Self {
+        let mut view = Self {
             rover,
             base,
             common,
             wavelengths_m,
+            inflation: Inflation::new(),
+            unflagged_slips: Vec::new(),
+        };
+        if filter.options.measure_code_noise {
+            view.inflation = filter.code_inflation(&view, single);
         }
+        view
     }
 }
 
@@ -73,10 +93,18 @@ pub(crate) struct Filter<'a> {
     pub(super) held: bool,
     /// Since when the present set of integers is held.
     held_since: Option<GpsTime>,
+    /// The state that has been told the integers held.
+    held_state: Option<FilterState>,
+    /// Epochs in a row at which the float state contradicts the integers held.
+    doubts: u32,
+    /// The log is too short for passes in opposite directions to be independent.
+    is_short_log: bool,
     /// GLONASS ambiguities stay float.
     glonass_float: bool,
     /// The present fix rests on integers held before.
     rests_on_held: bool,
+    /// Phase differences of the last epoch.
+    last_phases: LastPhases,
     /// Number of the present set of held integers, and the numbers of those withdrawn.
     generation: u32,
     pub(crate) withdrawn: Vec<u32>,
@@ -106,10 +134,22 @@ impl<'a> Filter<'a> {
             next_to_drop: 0,
             held: false,
             generation: 0,
+            last_phases: LastPhases::default(),
             held_since: None,
+            held_state: None,
+            is_short_log: false,
+            doubts: 0,
             glonass_float: false,
             rests_on_held: false,
             withdrawn: Vec::new(),
+        }
+    }
+
+    /// This filter, told whether the log is too short for passes to confirm each other.
+    pub(crate) fn with_short_log(self, is_short_log: bool) -> Self {
+        Self {
+            is_short_log,
+            ..self
         }
     }
 
@@ -146,15 +186,22 @@ impl<'a> Filter<'a> {
             Ok(base) => base,
             Err(reason) => return result.not_fixed(reason),
         };
-        let epoch = EpochView::new(self, rover, &base);
+        let mut epoch = EpochView::new(self, rover, single, &base);
         if epoch.common.is_empty() {
             return result.not_fixed(NotFixedReason::TooFewCommonSatellites { common: 0 });
+        }
+        if self.uses_phase() && self.options.max_phase_residual_sigma.is_some() {
+            epoch.unflagged_slips = self.unflagged_slips(&epoch, single);
         }
         self.predict(single, &epoch, elapsed_s);
         let mut excluded = Vec::new();
         match self.checked_update(&epoch, &mut excluded) {
-            Ok(update) => self.take_up(&epoch, &update, &mut excluded, &mut result),
+            Ok(update) => {
+                self.advance_held(single, &epoch, elapsed_s, &excluded);
+                self.take_up(&epoch, &update, &mut excluded, &mut result);
+            }
             Err(failure) => {
+                self.held_state = None;
                 self.consecutive_fixes = 0;
                 if let Some(update) = &failure.contradicting {
                     self.report_float(&mut result, &epoch, update);
@@ -206,6 +253,10 @@ impl<'a> Filter<'a> {
                 backward: elapsed_s < 0.0,
             };
             slips::detect(&mut self.state, &view);
+            for &(k, slot) in &epoch.unflagged_slips {
+                let track = self.state.track_mut(epoch.common[k].satellite, slot);
+                track.flags |= LossOfLock::SLIP;
+            }
             self.predict_biases(epoch, elapsed_s);
         }
     }
@@ -220,7 +271,7 @@ impl<'a> Filter<'a> {
     ) {
         let rows = &update.differences.rows;
         self.note_misfit(rows);
-        self.mark_valid(rows, &epoch.common, &update.differences.rejected);
+        self.mark_valid(rows, epoch, &update.differences.rejected);
         self.remember(epoch.rover, epoch.base);
         self.report_float(result, epoch, update);
         let satellites = result.satellites;
@@ -268,14 +319,18 @@ impl<'a> Filter<'a> {
                 covariance_ecef_m2: result.covariance_ecef_m2,
                 velocity: result.velocity,
             };
-            let integers = FixedIntegers::new(attempt, certain, self.generation, float);
+            if self.rests_on_held {
+                result.float_misfit = self.float_misfit(attempt);
+            }
+            let integers =
+                FixedIntegers::new(attempt, &self.state, certain, self.generation, float);
             result.integers = Some(integers);
         }
         self.report_fix(result, attempt);
         self.consecutive_fixes += 1;
         if self.options.ambiguity == AmbiguityMode::FixAndHold
             && self.consecutive_fixes >= self.options.min_fixes_to_hold
-            && self.certain
+            && (self.certain || !self.options.revisable_hold)
         {
             if self.holds_beside() {
                 self.hold_beside(attempt);
@@ -287,6 +342,17 @@ impl<'a> Filter<'a> {
                 self.held = true;
             }
         }
+    }
+
+    /// Squared distance of the float position from that of `attempt`, per dimension, in units of
+    /// its covariance.
+    fn float_misfit(&self, attempt: &Attempt) -> Option<f64> {
+        let np = self.state.leading_states;
+        let distance = Vector3::from_fn(|k, _| attempt.x[k] - self.state.x[k]);
+        let covariance =
+            Matrix3::from_fn(|i, j| self.state.covariance(i, j) - attempt.p[i * np + j]);
+        let solved = covariance.cholesky()?.solve(&distance);
+        Some(distance.dot(&solved) / 3.0)
     }
 
     fn remember(&mut self, rover: &RoverEpoch, base: &BaseView<'_>) {

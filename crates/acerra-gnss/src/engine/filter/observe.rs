@@ -6,6 +6,7 @@ use super::{EpochView, Filter};
 use crate::engine::double::{Common, Differences, Differencing};
 use crate::engine::epoch_input::{BaseView, RoverEpoch};
 use crate::engine::noise::Separation;
+use crate::engine::robust_codes::{Inflation, inflation};
 use crate::engine::single::SinglePoint;
 use crate::engine::state::FilterState;
 use crate::engine::zero::{ZeroDifference, zero_differences};
@@ -64,7 +65,11 @@ impl Filter<'_> {
             .collect()
     }
 
-    fn zero_at(&self, rover: &RoverEpoch, place_ecef_m: [f64; 3]) -> Vec<ZeroDifference> {
+    pub(super) fn zero_at(
+        &self,
+        rover: &RoverEpoch,
+        place_ecef_m: [f64; 3],
+    ) -> Vec<ZeroDifference> {
         zero_differences(
             self.options,
             &rover.epoch,
@@ -111,9 +116,21 @@ impl Filter<'_> {
                 age_s: epoch.base.noise_age_s,
             },
             noise: self.noise,
+            inflation: &epoch.inflation,
             codes_alone: false,
             excluded,
         }
+    }
+
+    /// How much noisier than usual this epoch's codes are.
+    pub(super) fn code_inflation(&self, epoch: &EpochView<'_>, single: &SinglePoint) -> Inflation {
+        let zero = self.zero_at(epoch.rover, single.position_ecef_m);
+        let differencing = Differencing {
+            codes_alone: true,
+            ..self.differencing(epoch, &zero, &self.state, &[])
+        };
+        let rows = differencing.rows(&self.state).rows;
+        inflation(&rows, epoch.common.len())
     }
 
     /// Position and covariance from the differences of codes alone; `None` where they are too few.

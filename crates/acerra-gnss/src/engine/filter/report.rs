@@ -29,6 +29,7 @@ impl EpochResult {
             reason: None,
             residuals: Vec::new(),
             phase_misfit: [0.0; 2],
+            float_misfit: None,
             channel_slope_m: None,
             integers: None,
         }

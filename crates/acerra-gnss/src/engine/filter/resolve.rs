@@ -57,7 +57,8 @@ impl<'a> Filter<'a> {
         let resolution = self.resolution(common, zero, true);
         attempt.success_rate >= least
             && attempt.pairs.len() >= LEAST_CHECKED_PAIRS
-            && (self.certain || resolution.is_stable_under_exclusion(&self.state, attempt))
+            && (self.certain
+                || resolution.is_stable_under_exclusion(&self.state, attempt, self.is_short_log))
     }
 
     /// The satellites of `pairs` that partial resolution may leave out, the noisiest first; at
@@ -105,8 +106,9 @@ impl<'a> Filter<'a> {
         let mut left_out = 0;
         loop {
             let conditioned = self.conditioned(&epoch.common);
-            self.rests_on_held = conditioned.is_some();
-            let attempt = self.resolve(&epoch.common, zero, conditioned.as_ref(), result)?;
+            let attempt = self.resolve(&epoch.common, zero, conditioned.as_ref(), result);
+            self.held_state.clone_from(&conditioned);
+            let attempt = attempt?;
             let Some(limit) = self.options.max_phase_residual_sigma else {
                 return Ok(attempt);
             };
@@ -185,6 +187,14 @@ impl<'a> Filter<'a> {
         state: &FilterState,
     ) -> Result<Attempt, NotFixedReason> {
         let (pairs, _) = self.held_pairs(common);
+        if pairs.len() < 2 {
+            let pairs = pairs.len();
+            return Err(NotFixedReason::TooFewAmbiguities {
+                pairs,
+                slipped: 0,
+                half_cycle: 0,
+            });
+        }
         self.resolution(common, zero, true)
             .attempt(state, pairs)
             .map_err(|_| NotFixedReason::SearchFailed)

@@ -1,6 +1,6 @@
 //! The measurement update and what it says of each phase.
 
-use super::Filter;
+use super::{EpochView, Filter};
 use crate::engine::double::Common;
 use crate::engine::double_row::DoubleRow;
 use crate::engine::state::FilterState;
@@ -21,6 +21,7 @@ pub(super) fn update_state(state: &mut FilterState, rows: &[DoubleRow], common: 
                 noise[(a, b)] =
                     ra.variance_reference_m2 + if a == b { ra.variance_other_m2 } else { 0.0 };
             }
+            noise[(a, b)] += ra.common_delay_m * rb.common_delay_m;
         }
     }
     let sparse: Vec<_> = rows
@@ -49,9 +50,10 @@ impl Filter<'_> {
     pub(super) fn mark_valid(
         &mut self,
         rows: &[DoubleRow],
-        common: &[Common],
+        epoch: &EpochView<'_>,
         rejected: &[(usize, usize)],
     ) {
+        let common = &epoch.common[..];
         for track in &mut self.state.tracks {
             track.valid = false;
             track.in_fix = false;
@@ -67,7 +69,8 @@ impl Filter<'_> {
                 let satellite = common[k].satellite;
                 let place = row.slot * self.constellation.len() + satellite;
                 if !std::mem::replace(&mut counted[place], true) {
-                    self.state.track_mut(satellite, row.slot).codes_used += 1;
+                    let inflation = epoch.inflation.get(k).map_or(1.0, |of| of[row.slot]);
+                    self.state.track_mut(satellite, row.slot).codes_used += 1.0 / inflation;
                 }
             }
         }

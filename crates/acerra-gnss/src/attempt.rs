@@ -1,0 +1,366 @@
+//! One way through the whole positioning: preparation, trial pass, both passes.
+
+use crate::control::{Control, Watch};
+use crate::engine::{
+    BasePlace, Calibration, Constellation, Epoch, EpochResult, GlonassPlan, MeasuredNoise,
+    Prepared, RoverEpoch, SingleContext, Witness, base_gaps, base_position, combine, confirm_by,
+    epochs, missing_navigation, phases_and_copies, reject_implausible, scale_covariances,
+};
+use crate::navigation::{Klobuchar, Navigation};
+use crate::observation::{EPOCH_TOLERANCE_S, ObservationData};
+use crate::options::{AmbiguityMode, FilterDirection, PositioningMode, PpkOptions};
+use crate::ppk_error::{PpkError, TimeSpan};
+use crate::solution::{GlonassDecision, LostEpoch, PpkWarning, Quality};
+use acerra_geo::time::GpsTime;
+
+/// Share of the epochs with phases below which fixing is poor.
+const POOR_SHARE: f64 = 0.9;
+
+/// What is positioned against what.
+pub(crate) struct Inputs<'a> {
+    pub rover: &'a ObservationData,
+    pub base: &'a ObservationData,
+    pub navigation: &'a Navigation,
+    /// First and last rover epoch of the time window.
+    pub rover_span: TimeSpan,
+}
+
+/// The results of one set of options.
+pub(crate) struct Attempt {
+    pub results: Vec<EpochResult>,
+    /// Epochs without a single-point position.
+    pub lost: Vec<LostEpoch>,
+    pub rover_epochs: usize,
+    pub base_position_ecef_m: [f64; 3],
+    /// Distance of that from the base's own single-point position (m), where there is one.
+    pub base_from_single_m: Option<f64>,
+    pub glonass: Option<GlonassDecision>,
+    pub warnings: Vec<PpkWarning>,
+    /// The forward and the backward pass, each in its own order, where they are to confirm each
+    /// other.
+    pub passes: Option<Passes>,
+    /// Epochs at which fixes of passes in opposite directions agree.
+    pub agreeing: usize,
+}
+
+/// The passes of an attempt before any fix is confirmed.
+pub(crate) struct Passes {
+    forward: Vec<EpochResult>,
+    backward: Vec<EpochResult>,
+    /// What each of them can bear witness to.
+    pub witnesses: [Witness; 2],
+}
+
+impl Passes {
+    fn new(forward: Vec<EpochResult>, backward: Vec<EpochResult>) -> Self {
+        let witnesses = [Witness::of(&forward), Witness::of(&backward)];
+        Self {
+            forward,
+            backward,
+            witnesses,
+        }
+    }
+
+    /// The results that `options` ask for, confirmed by forward and backward witnesses, and the
+    /// number of epochs at which those agree with these passes.
+    fn concluded(
+        &self,
+        options: &PpkOptions,
+        needed: f64,
+        [of_forward, of_backward]: [&[&Witness]; 2],
+    ) -> (Vec<EpochResult>, usize) {
+        let (mut forward, mut backward) = (self.forward.clone(), self.backward.clone());
+        let agreeing = confirm_by(&mut forward, needed, of_backward);
+        confirm_by(&mut backward, needed, of_forward);
+        scale_covariances(&mut forward);
+        scale_covariances(&mut backward);
+        let results = match options.direction {
+            FilterDirection::Forward => forward,
+            FilterDirection::Backward => {
+                backward.reverse();
+                backward
+            }
+            _ => combine(forward, backward, options),
+        };
+        (results, agreeing)
+    }
+}
+
+impl Attempt {
+    /// Epochs fixed, and epochs fixed or float.
+    pub(crate) fn fixed(&self) -> [usize; 2] {
+        let count = |q: Quality| self.results.iter().filter(|r| r.quality == Some(q)).count();
+        let fixed = count(Quality::Fixed);
+        [fixed, fixed + count(Quality::Float)]
+    }
+
+    /// Results whose fixes are confirmed by this attempt's passes and those of `others`.
+    pub(crate) fn confirmed_by(mut self, options: &PpkOptions, others: &[&[Witness; 2]]) -> Self {
+        if let (Some(needed), Some(passes)) = (options.min_success_rate, &self.passes) {
+            let all = || std::iter::once(&passes.witnesses).chain(others.iter().copied());
+            let forward: Vec<&Witness> = all().map(|w| &w[0]).collect();
+            let backward: Vec<&Witness> = all().map(|w| &w[1]).collect();
+            (self.results, self.agreeing) =
+                passes.concluded(options, needed, [&forward, &backward]);
+        }
+        self
+    }
+
+    /// Whether less is fixed than phases promise.
+    pub(crate) fn is_poor(&self) -> bool {
+        let [fixed, of] = self.fixed();
+        (fixed as f64) < POOR_SHARE * of as f64
+    }
+
+    /// Positions by `options`.
+    pub(crate) fn new(
+        inputs: &Inputs<'_>,
+        options: &PpkOptions,
+        control: Control<'_>,
+    ) -> Result<Self, PpkError> {
+        let &Inputs {
+            rover,
+            base,
+            navigation,
+            rover_span,
+        } = inputs;
+        let relative = options.mode != PositioningMode::Single;
+        let mut warnings = Vec::new();
+        let constellation =
+            Constellation::new(rover, relative.then_some(base), navigation, options);
+        if constellation.len() == 0 {
+            return Err(PpkError::NoSatellites);
+        }
+        let klobuchar = navigation.klobuchar.filter(|k| !k.is_zero());
+        if klobuchar.is_none() {
+            warnings.push(PpkWarning::DefaultIonosphere);
+        }
+        let klobuchar = klobuchar.unwrap_or(Klobuchar::FALLBACK);
+        let context = |is_base: bool| SingleContext {
+            constellation: &constellation,
+            klobuchar: &klobuchar,
+            options,
+            base: is_base,
+        };
+        let mut rover_measured = epochs(rover, &constellation);
+        rover_measured.retain(|e| is_wanted(options, e.tag));
+        let trial = usize::from(Prepared::needs_trial(options));
+        let both = options.direction.is_combined() || has_witness(options);
+        let passes = 1 + usize::from(both) + trial;
+        let watch = Watch::new(control, rover_measured.len() * (1 + passes));
+        let rover_epochs = rover_epochs(&context(false), rover_measured, options, &watch)?;
+        let any_state = rover_epochs
+            .iter()
+            .any(|e| e.states.iter().any(Result::is_ok));
+        if !any_state {
+            let times = || navigation.ephemerides.iter().map(crate::Ephemeris::toe);
+            return Err(PpkError::NoNavigation {
+                observations: rover_span,
+                navigation: times().min().zip(times().max()),
+            });
+        }
+        missing_navigation(&constellation, &rover_epochs, &mut warnings);
+
+        let base_context = context(true);
+        let (base_epochs, base_place) = if relative {
+            phases_and_copies(rover, base, options, &mut warnings);
+            let base_epochs = epochs(base, &constellation);
+            base_gaps(&base_epochs, &rover_epochs, options, &mut warnings);
+            let place = base_position(&base_context, base, &base_epochs, options, &mut warnings)?;
+            (base_epochs, place)
+        } else {
+            (Vec::new(), BasePlace::default())
+        };
+        let base_position_ecef_m = base_place.position_ecef_m;
+        let noise = if options.measure_code_noise && relative {
+            MeasuredNoise::measure(&constellation, options, &rover_epochs, &base_epochs)
+                .calibrated(Calibration::prior())
+        } else {
+            MeasuredNoise::model()
+        };
+        let mut prepared = Prepared {
+            noise,
+            constellation: &constellation,
+            options,
+            rover: rover_epochs,
+            base: base_epochs,
+            base_context,
+            base_position_ecef_m,
+        };
+        let mut glonass = None;
+        if Prepared::needs_trial(options) {
+            let trial = prepared.trial(&watch)?;
+            glonass = prepared.glonass_decision(&trial);
+            if options.measure_code_noise {
+                prepared.noise = prepared.noise.calibrated(Calibration::of(&trial));
+            }
+        }
+        let plan = glonass.map_or(GlonassPlan::Estimate, GlonassPlan::from);
+        let (results, passes) = run_passes(&prepared, plan, &watch)?;
+        let lost = prepared.rover.iter().filter_map(|e| match &e.single {
+            Ok(_) => None,
+            Err((reason, _)) => Some(LostEpoch {
+                time: e.epoch.tag,
+                reason: *reason,
+            }),
+        });
+        Ok(Self {
+            lost: lost.collect(),
+            rover_epochs: prepared.rover.len(),
+            results,
+            base_position_ecef_m,
+            base_from_single_m: base_place.from_single_m,
+            glonass,
+            warnings,
+            passes,
+            agreeing: 0,
+        }
+        .confirmed_by(options, &[]))
+    }
+}
+
+/// Whether an epoch lies in the time window asked for.
+pub(crate) fn is_wanted(options: &PpkOptions, tag: GpsTime) -> bool {
+    let late_s = |t: GpsTime| tag.seconds_since(t);
+    options
+        .start
+        .is_none_or(|t| late_s(t) >= -EPOCH_TOLERANCE_S)
+        && options.end.is_none_or(|t| late_s(t) < EPOCH_TOLERANCE_S)
+}
+
+fn threads(options: &PpkOptions) -> usize {
+    match options.threads {
+        0 => std::thread::available_parallelism().map_or(1, usize::from),
+        n => n,
+    }
+}
+
+/// Satellite states and single-point positions of every rover epoch.
+fn rover_epochs(
+    context: &SingleContext<'_>,
+    epochs: Vec<Epoch>,
+    options: &PpkOptions,
+    watch: &Watch<'_>,
+) -> Result<Vec<RoverEpoch>, PpkError> {
+    // Every epoch starts from the first position found, so that none depends on its neighbours.
+    let start = epochs
+        .iter()
+        .find_map(|e| {
+            let states = context.states(e, e.tag, false);
+            context
+                .solve(e, &states, [0.0; 3])
+                .ok()
+                .map(|s| s.position_ecef_m)
+        })
+        .unwrap_or([0.0; 3]);
+    let one = |epoch: Epoch| {
+        watch.one_more()?;
+        let mut states = context.states(&epoch, epoch.tag, true);
+        let single = context.solve(&epoch, &states, start);
+        if let (Ok(single), false) = (&single, options.reproduce_defects) {
+            let place_ecef_m = single.position_ecef_m;
+            reject_implausible(context.constellation, &epoch, &mut states, place_ecef_m);
+        }
+        Ok(RoverEpoch {
+            epoch,
+            states,
+            single,
+        })
+    };
+    let threads = threads(options).max(1);
+    if threads == 1 || epochs.len() < 2 * threads {
+        return epochs.into_iter().map(one).collect();
+    }
+    let share = epochs.len().div_ceil(threads);
+    let mut parts: Vec<Vec<Epoch>> = Vec::with_capacity(threads);
+    let mut rest = epochs;
+    while rest.len() > share {
+        let tail = rest.split_off(share);
+        parts.push(std::mem::replace(&mut rest, tail));
+    }
+    parts.push(rest);
+    std::thread::scope(|scope| {
+        let workers: Vec<_> = parts
+            .into_iter()
+            .map(|part| scope.spawn(move || part.into_iter().map(one).collect()))
+            .collect();
+        let parts: Result<Vec<Vec<_>>, _> = workers.into_iter().map(join).collect();
+        Ok(parts?.into_iter().flatten().collect())
+    })
+}
+
+/// The worker's result; a panic in it continues here.
+fn join<T>(worker: std::thread::ScopedJoinHandle<'_, T>) -> T {
+    worker
+        .join()
+        .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+}
+
+/// Whether the other direction's pass bears witness to the fixes of the one asked for: not where
+/// epochs are resolved one by one, alike in both.
+fn has_witness(options: &PpkOptions) -> bool {
+    let relative = matches!(
+        options.mode,
+        PositioningMode::Kinematic | PositioningMode::Static
+    );
+    let with_memory = matches!(
+        options.ambiguity,
+        AmbiguityMode::Continuous | AmbiguityMode::FixAndHold
+    );
+    options.min_success_rate.is_some()
+        && relative
+        && with_memory
+        && options.direction != FilterDirection::CombinedWithoutReset
+}
+
+fn run_passes(
+    prepared: &Prepared<'_>,
+    plan: GlonassPlan,
+    watch: &Watch<'_>,
+) -> Result<(Vec<EpochResult>, Option<Passes>), PpkError> {
+    let options = prepared.options;
+    let fresh = || prepared.filter().with_glonass(plan);
+    if has_witness(options) {
+        let (forward, backward) = both_ways(options, |backward| {
+            prepared.run(&mut fresh(), backward, watch)
+        })?;
+        return Ok((Vec::new(), Some(Passes::new(forward, backward))));
+    }
+    let pass = |backward: bool| prepared.run_alone(&mut fresh(), backward, watch);
+    let results = match options.direction {
+        FilterDirection::Forward => pass(false)?,
+        FilterDirection::Backward => {
+            let mut results = pass(true)?;
+            results.reverse();
+            results
+        }
+        FilterDirection::Combined => {
+            let (forward, backward) = both_ways(options, pass)?;
+            combine(forward, backward, options)
+        }
+        FilterDirection::CombinedWithoutReset => {
+            let mut filter = fresh();
+            let forward = prepared.run_alone(&mut filter, false, watch)?;
+            let backward = prepared.run_alone(&mut filter, true, watch)?;
+            combine(forward, backward, options)
+        }
+    };
+    Ok((results, None))
+}
+
+type Pass = Result<Vec<EpochResult>, PpkError>;
+
+/// The forward and the backward pass, side by side where there are threads.
+fn both_ways(
+    options: &PpkOptions,
+    pass: impl Fn(bool) -> Pass + Sync,
+) -> Result<(Vec<EpochResult>, Vec<EpochResult>), PpkError> {
+    if threads(options) <= 1 {
+        return Ok((pass(false)?, pass(true)?));
+    }
+    let (forward, backward) = std::thread::scope(|scope| {
+        let worker = scope.spawn(|| pass(true));
+        (pass(false), join(worker))
+    });
+    Ok((forward?, backward?))
+}

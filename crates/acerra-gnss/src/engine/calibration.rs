@@ -1,0 +1,84 @@
+//! What fixes say of the noise that the float solution rests on.
+//!
+//! Where integers are held and confirmed, the float position's error is known: it lies where the
+//! fixed one does not. Its square in units of the stated covariance is one on average, if codes
+//! err as stated. Reflected signals that last longer than the log, or that delay all satellites of
+//! a side alike, show here and nowhere else. The phases' residuals say how large their own
+//! multipath is, which lasts for minutes: an ambiguity takes it along as it changes.
+
+use super::epoch_result::EpochResult;
+use crate::solution::Quality;
+
+/// Time (s) after which reflections are others: one float error in each such span counts.
+const CORRELATION_S: f64 = 100.0;
+/// The same of phases (s): their multipath turns with the satellites' motion alone.
+const PHASE_CORRELATION_S: f64 = 300.0;
+/// Weight of the measured noise as it stands, in such spans.
+const PRIOR_SPANS: f64 = 2.0;
+/// Largest factor on the codes' variance.
+const LARGEST_FACTOR: f64 = 100.0;
+/// Degrees of freedom that `PRIOR_PHASE_FACTOR` weighs beside the residuals of fixes.
+const PRIOR_FREEDOM: f64 = 20.0;
+/// Variance of phases over that of the model, before any are seen.
+const PRIOR_PHASE_FACTOR: f64 = 0.3;
+/// Bounds of the same.
+const PHASE_FACTORS: [f64; 2] = [0.02, 2.0];
+/// Variance of a phase difference between receivers by the model at 45° (cycle² of L1):
+/// 2·(3² + 3²·2) mm².
+const MODEL_VARIANCE_CYCLES2: f64 = 54e-6 / (0.1903 * 0.1903);
+
+/// How the noise differs from what was measured beforehand.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Calibration {
+    /// Factor on the codes' variance.
+    pub code_factor: f64,
+    /// Growth of an ambiguity's variance by the multipath of its phase (cycle²/s).
+    pub phase_walk_cycles2_s: f64,
+}
+
+impl Calibration {
+    /// Before any fix is known.
+    pub(crate) fn prior() -> Self {
+        Self {
+            code_factor: 1.0,
+            phase_walk_cycles2_s: phase_walk(PRIOR_PHASE_FACTOR),
+        }
+    }
+
+    /// From the results of a pass.
+    pub(crate) fn of(results: &[EpochResult]) -> Self {
+        let misfits: Vec<f64> = results.iter().filter_map(|r| r.float_misfit).collect();
+        let code_factor = if misfits.is_empty() {
+            1.0
+        } else {
+            let span_s = median_interval_s(results) * misfits.len() as f64;
+            let mean = misfits.iter().sum::<f64>() / misfits.len() as f64;
+            let spans = (span_s / CORRELATION_S).max(1.0);
+            (mean * spans + PRIOR_SPANS) / (spans + PRIOR_SPANS)
+        };
+        let fixed = results.iter().filter(|r| r.quality == Some(Quality::Fixed));
+        let [squares, freedom] = fixed.fold([0.0; 2], |sum, r| {
+            [sum[0] + r.phase_misfit[0], sum[1] + r.phase_misfit[1]]
+        });
+        let phase_factor =
+            (squares + PRIOR_FREEDOM * PRIOR_PHASE_FACTOR) / (freedom + PRIOR_FREEDOM);
+        Self {
+            code_factor: code_factor.clamp(1.0, LARGEST_FACTOR),
+            phase_walk_cycles2_s: phase_walk(
+                phase_factor.clamp(PHASE_FACTORS[0], PHASE_FACTORS[1]),
+            ),
+        }
+    }
+}
+
+/// A first-order Gauss–Markov process of variance σ² changes by 2σ²/τ per second at first.
+fn phase_walk(phase_factor: f64) -> f64 {
+    2.0 * phase_factor * MODEL_VARIANCE_CYCLES2 / PHASE_CORRELATION_S
+}
+
+fn median_interval_s(results: &[EpochResult]) -> f64 {
+    let intervals = results
+        .windows(2)
+        .map(|w| w[1].time.seconds_since(w[0].time).abs());
+    super::outliers::median(intervals.collect())
+}
