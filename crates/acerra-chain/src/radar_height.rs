@@ -240,7 +240,8 @@ mod tests {
                 let echo_s = DELAY_S + two_way_delay_s(flight_m(*t));
                 (0..1000_u32).map(move |k| {
                     let u = (20e-9 + 61e-12 * f64::from(k) - echo_s) / 0.4e-9;
-                    let noise = f64::from((k * 7919 + (t * 1e4) as u32 * 104_729) % 1000) / 1e3;
+                    let drawn = k.wrapping_mul(2_654_435_761) ^ ((t * 1e4) as u32);
+                    let noise = f64::from(drawn.wrapping_mul(2_246_822_519) >> 16) / 65_536.0;
                     (level * (-u * u).exp() * (std::f64::consts::TAU * 3.95 * 0.4 * u).cos()
                         + 0.1 * (noise - 0.5)) as f32
                 })

@@ -5,7 +5,7 @@ use acerra_radar::Spectrum;
 
 use super::cues::DelayCue;
 use super::error::DelayError;
-use super::scan::{DelayScan, ScanPoint};
+use super::scan::{DelayScan, ScanPoint, delayed};
 use crate::align::Aligned;
 use crate::choices::{Delay, Gate, ZeroTiming};
 use crate::clean::{CleanOptions, clean};
@@ -88,18 +88,25 @@ pub fn find_delay(trial: DelayTrial<'_>, control: &Control<'_>) -> Result<DelayF
     let RadarContent::Radargram(_) = trial.radar else {
         return Err(DelayError::Spectra);
     };
+    if !trial.view()?.tells_delay() {
+        return Err(DelayError::Vague {
+            from_ns: 1e9 * TRIED_S[0],
+            to_ns: 1e9 * TRIED_S[1],
+        });
+    }
     let points = trial.scan(control)?;
     let curve = trial.weighed(&points);
     let best = decide(&curve)?;
     let second = second_best(&curve, best.index);
+    // Contrast also changes as echoes move over the image: single targets must be sharp there.
     let fine = trial.on_single_targets(curve.delay_s[best.index], control)?;
-    let (delay_s, sigma_s) = match fine {
-        Some(fine) => (fine.value, fine.sigma),
-        None => (curve.delay_s[best.index], best.sigma_s),
-    };
+    let fine = fine.ok_or(DelayError::Vague {
+        from_ns: 1e9 * (curve.delay_s[best.index] - FINE_REACH_S),
+        to_ns: 1e9 * (curve.delay_s[best.index] + FINE_REACH_S),
+    })?;
     Ok(DelayFound {
-        delay_s,
-        sigma_s,
+        delay_s: fine.value,
+        sigma_s: fine.sigma,
         second,
         surface: trial.surface,
         coupling: trial.coupling,
@@ -108,6 +115,18 @@ pub fn find_delay(trial: DelayTrial<'_>, control: &Control<'_>) -> Result<DelayF
 }
 
 impl DelayTrial<'_> {
+    /// The image as its traces see it.
+    fn view(&self) -> Result<View<'_>, DelayError> {
+        let frequency_hz = &self.clean.frequency_hz;
+        Ok(View {
+            position_m: &self.aligned.position_m,
+            grid: search_grid(self.scene, &self.aligned.position_m)?,
+            middle_hz: 0.5
+                * (frequency_hz.first().unwrap_or(&0.0) + frequency_hz.last().unwrap_or(&0.0)),
+            light_speed_m_s: self.scene.light_speed_m_s,
+        })
+    }
+
     /// Sharpness at every delay tried; `later_s` is the delay itself.
     fn scan(&self, control: &Control<'_>) -> Result<Vec<ScanPoint>, DelayError> {
         let grid = search_grid(self.scene, &self.aligned.position_m)?;
@@ -193,7 +212,53 @@ impl DelayTrial<'_> {
     }
 }
 
+/// An image as its traces see it.
+#[derive(Clone, Copy, Debug)]
+struct View<'a> {
+    position_m: &'a [[f64; 3]],
+    grid: PlaneGrid,
+    middle_hz: f64,
+    light_speed_m_s: f64,
+}
+
+impl View<'_> {
+    /// Whether some pixel is seen under angles so different that a delay off by half of
+    /// [`WIDEST_S`] costs it focus: ranges ΔR too long bend its echoes by ΔR(1 − R₀/R₁) from the
+    /// nearest range R₀ to the farthest R₁, and λ/8 of that is a quarter of a turn.
+    fn tells_delay(&self) -> bool {
+        let wavelength_m = self.light_speed_m_s / self.middle_hz;
+        let error_m = 0.25 * self.light_speed_m_s * WIDEST_S;
+        let along = |count: usize| (0..=8).map(move |k| count.saturating_sub(1) * k / 8);
+        along(self.grid.ny)
+            .flat_map(|iy| along(self.grid.nx).map(move |ix| [ix, iy]))
+            .any(|[ix, iy]| {
+                let pixel = [self.grid.x_m(ix), self.grid.y_m(iy), self.grid.z_m];
+                let range_m = |p: &[f64; 3]| {
+                    let square: f64 = (0..3).map(|i| (p[i] - pixel[i]).powi(2)).sum();
+                    square.sqrt()
+                };
+                let ranges = self.position_m.iter().map(range_m);
+                let (near, far) = ranges
+                    .fold((f64::INFINITY, 0.0), |(near, far): (f64, f64), r| {
+                        (near.min(r), far.max(r))
+                    });
+                far > 0.0 && error_m * (1.0 - near / far) >= wavelength_m / 8.0
+            })
+    }
+}
+
 impl DelayScan<'_> {
+    fn view(&self) -> View<'_> {
+        let frequency_hz = &self.spectrum.frequency_hz;
+        View {
+            position_m: self.position_m,
+            grid: self.grid,
+            middle_hz: 0.5
+                * (frequency_hz.first().unwrap_or(&0.0) + frequency_hz.last().unwrap_or(&0.0)),
+            light_speed_m_s: self.light_speed_m_s,
+        }
+    }
+
     /// The delay beyond that of the spectra at which the strongest echoes are sharpest.
     fn sharpest_target(
         &self,
@@ -354,6 +419,9 @@ pub fn check_delay(
     scan: DelayScan<'_>,
     control: &Control<'_>,
 ) -> Result<Option<DelayCheck>, DelayError> {
+    if !scan.view().tells_delay() {
+        return Ok(None);
+    }
     let traces = scan.position_m.len().max(1) as f64;
     let pixels = (CHECK_CONTRIBUTIONS / traces).clamp(PIXELS[0], PIXELS[1]);
     let scan = DelayScan {
@@ -367,7 +435,21 @@ pub fn check_delay(
             Ok(scan.at(f64::from(k) * CHECK_STEP_S)?)
         })
         .collect::<Result<Vec<_>, DelayError>>()?;
-    Ok(checked(&likelihood_of(&points)))
+    let Some(check) = checked(&likelihood_of(&points)) else {
+        return Ok(None);
+    };
+    // Contrast also changes as echoes move over the image: single targets must be sharp there.
+    if check.outside_s > CHECK_STEP_S {
+        let spectrum = delayed(scan.spectrum, -check.later_s);
+        let there = DelayScan {
+            spectrum: &spectrum,
+            ..scan
+        };
+        if there.sharpest_target(FINE_REACH_S, control)?.is_none() {
+            return Ok(None);
+        }
+    }
+    Ok(Some(check))
 }
 
 /// The point in the middle of a curve beside its best.

@@ -178,8 +178,9 @@ fn standing_out(
     let Some(cell) = cell_in_the_middle(image, spread) else {
         return (all, 0);
     };
-    let surroundings = Surroundings::of(image, [cell.along_m, cell.across_m]);
-    let stands_out = |c: &Candidate| surroundings.is_exceeded([c.ix, c.iy], c.amplitude);
+    let cell_m = [cell.along_m, cell.across_m];
+    let surroundings = Surroundings::of(image, cell_m, spread.position_m());
+    let stands_out = |c: &Candidate| surroundings.is_exceeded([c.ix, c.iy]);
     let strongest = all.iter().find(|c| stands_out(c)).map(|c| c.amplitude);
     let Some(strongest) = strongest else {
         return (Vec::new(), 0);

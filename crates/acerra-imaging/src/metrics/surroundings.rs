@@ -2,28 +2,35 @@
 //!
 //! A maximum of clutter is as high as the highest of many draws; a target is higher. The power of
 //! clutter is taken as Weibull distributed with the median and the upper quartile that the
-//! surroundings show, so that clutter with spikes asks for more (constant false alarm rate).
+//! surroundings show, so that clutter with spikes asks for more (constant false alarm rate). Levels are
+//! compared with the 1/R² of Eq. (3) undone, which lets clutter rise steeply towards the antenna.
 
 use std::f64::consts::LN_2;
 
 use rayon::prelude::*;
 
 use super::image::ImageView;
-use crate::grid::plane::PlaneGrid;
 
 /// Blocks along each side from which an image has surroundings to compare with.
 const LEAST_BLOCKS: usize = 3;
 /// Side of a block in resolution cells.
 const CELLS_A_BLOCK: f64 = 4.0;
+/// Pixels along a block's side that are looked at, at most.
+const BLOCK_SAMPLES: usize = 32;
 /// Clutter maxima that an image may have taken for targets, on the average.
 const FALSE_ALARMS: f64 = 0.01;
 /// Largest exponent of the Weibull power: surroundings that are half target are no clutter.
 const MOST_SPIKY: f64 = 2.0;
 
+/// Positions of the track from which the nearest to a pixel is taken, at most.
+const MOST_POSITIONS: usize = 64;
+
 /// Levels of the clutter over an image, block by block.
 #[derive(Clone, Debug)]
-pub(super) struct Surroundings {
-    grid: PlaneGrid,
+pub(super) struct Surroundings<'a> {
+    image: ImageView<'a>,
+    /// Some places of the track (m).
+    track_m: Vec<[f64; 3]>,
     /// Pixels along a block's side.
     side: usize,
     blocks: [usize; 2],
@@ -33,31 +40,33 @@ pub(super) struct Surroundings {
     odds: f64,
 }
 
-impl Surroundings {
-    /// Measures an image whose resolution cell has sides of `cell_m`.
-    pub fn of(image: &ImageView<'_>, cell_m: [f64; 2]) -> Self {
+impl<'a> Surroundings<'a> {
+    /// Measures an image whose resolution cell has sides of `cell_m`, seen from `position_m`.
+    pub fn of(image: &ImageView<'a>, cell_m: [f64; 2], position_m: &[[f64; 3]]) -> Self {
         let grid = image.grid();
         let widest = cell_m[0].max(cell_m[1]) / grid.pixel_m;
         let side = (CELLS_A_BLOCK * widest).ceil().clamp(4.0, 4096.0) as usize;
         let blocks = [grid.nx.div_ceil(side), grid.ny.div_ceil(side)];
-        let quantiles = (0..blocks[0] * blocks[1])
-            .into_par_iter()
-            .map(|k| quantiles_of(image, side, [k % blocks[0], k / blocks[0]]))
-            .collect();
         let pixels_a_cell = (cell_m[0] * cell_m[1] / grid.pixel_m.powi(2)).max(1.0);
         let cells = (grid.nx as f64 * grid.ny as f64 / pixels_a_cell).max(1.0);
-        Self {
-            grid,
+        let stride = position_m.len().div_ceil(MOST_POSITIONS).max(1);
+        let mut made = Self {
+            image: *image,
+            track_m: position_m.iter().step_by(stride).copied().collect(),
             side,
             blocks,
-            quantiles,
+            quantiles: Vec::new(),
             odds: cells / FALSE_ALARMS,
-        }
+        };
+        made.quantiles = (0..blocks[0] * blocks[1])
+            .into_par_iter()
+            .map(|k| made.quantiles_of([k % blocks[0], k / blocks[0]]))
+            .collect();
+        made
     }
 
-    /// Whether a maximum of `amplitude` at a pixel is higher than clutter as about it may be.
-    pub fn is_exceeded(&self, [ix, iy]: [usize; 2], amplitude: f64) -> bool {
-        debug_assert!(ix < self.grid.nx && iy < self.grid.ny);
+    /// Whether the maximum at a pixel is higher than clutter as about it may be.
+    pub fn is_exceeded(&self, [ix, iy]: [usize; 2]) -> bool {
         if self.blocks.iter().any(|count| *count < LEAST_BLOCKS) {
             return true;
         }
@@ -75,7 +84,38 @@ impl Surroundings {
             }
         }
         let (median, quartile) = (middle(&mut medians), middle(&mut quartiles));
-        amplitude * amplitude > self.highest(median, quartile)
+        self.power(ix, iy) > self.highest(median, quartile)
+    }
+
+    /// Power of a pixel with the 1/R² of its amplitude undone.
+    fn power(&self, ix: usize, iy: usize) -> f64 {
+        let [x_m, y_m] = self.image.centre_m(ix, iy);
+        let at = [x_m, y_m, self.image.z_m(x_m, y_m)];
+        let to = |p: &[f64; 3]| (0..3).map(|i| (p[i] - at[i]).powi(2)).sum::<f64>();
+        let nearest_m2 = self.track_m.iter().map(to).fold(f64::INFINITY, f64::min);
+        let gain = if nearest_m2.is_finite() {
+            nearest_m2 * nearest_m2
+        } else {
+            1.0
+        };
+        f64::from(self.image.at(ix, iy).norm_sqr()) * gain
+    }
+
+    fn quantiles_of(&self, [bx, by]: [usize; 2]) -> [f64; 2] {
+        let grid = self.image.grid();
+        let within = |k: usize, most: usize| k * self.side..((k + 1) * self.side).min(most);
+        // Every few pixels are enough of a large block.
+        let stride = (self.side / BLOCK_SAMPLES).max(1);
+        let mut power: Vec<f64> = within(by, grid.ny)
+            .step_by(stride)
+            .flat_map(|iy| {
+                within(bx, grid.nx)
+                    .step_by(stride)
+                    .map(move |ix| self.power(ix, iy))
+            })
+            .collect();
+        power.sort_by(f64::total_cmp);
+        [0.5, 0.75].map(|share| power[(share * (power.len() - 1) as f64) as usize])
     }
 
     /// Power that the highest of the image's clutter maxima rarely passes.
@@ -89,23 +129,6 @@ impl Surroundings {
     }
 }
 
-fn quantiles_of(image: &ImageView<'_>, side: usize, [bx, by]: [usize; 2]) -> [f64; 2] {
-    let grid = image.grid();
-    let within = |k: usize, most: usize| k * side..((k + 1) * side).min(most);
-    // Every few pixels are enough of a large block.
-    let stride = (side / 64).max(1);
-    let mut power: Vec<f32> = within(by, grid.ny)
-        .step_by(stride)
-        .flat_map(|iy| {
-            within(bx, grid.nx)
-                .step_by(stride)
-                .map(move |ix| image.at(ix, iy).norm_sqr())
-        })
-        .collect();
-    power.sort_by(f32::total_cmp);
-    [0.5, 0.75].map(|share| f64::from(power[(share * (power.len() - 1) as f64) as usize]))
-}
-
 fn middle(values: &mut [f64]) -> f64 {
     let at = values.len() / 2;
     *values.select_nth_unstable_by(at, f64::total_cmp).1
@@ -114,6 +137,7 @@ fn middle(values: &mut [f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::grid::plane::PlaneGrid;
     use num_complex::Complex32;
 
     /// Complex normal clutter whose power falls with x as 1/R² does, and a target far out.
@@ -146,12 +170,10 @@ mod tests {
     fn near_clutter_that_is_brighter_than_a_far_target_does_not_stand_out() {
         let (values, grid) = image(0.2);
         let view = ImageView::new(&values, grid).unwrap();
-        let about = Surroundings::of(&view, [0.1, 0.1]);
+        let track: Vec<[f64; 3]> = (0..120).map(|k| [-0.5, 0.1 * f64::from(k), 0.0]).collect();
+        let about = Surroundings::of(&view, [0.1, 0.1], &track);
         let found: Vec<usize> = (0..values.len())
-            .filter(|k| {
-                let amplitude = f64::from(values[*k].norm());
-                about.is_exceeded([k % 120, k / 120], amplitude)
-            })
+            .filter(|k| about.is_exceeded([k % 120, k / 120]))
             .collect();
         assert!(values[0].norm() > 0.2, "clutter at the antenna is brighter");
         assert_eq!(found, [60 * 120 + 100]);
@@ -161,7 +183,7 @@ mod tests {
     fn an_image_without_surroundings_keeps_every_maximum() {
         let (values, grid) = image(0.2);
         let view = ImageView::new(&values, grid).unwrap();
-        let about = Surroundings::of(&view, [2.0, 0.1]);
-        assert!(about.is_exceeded([0, 0], 1e-6));
+        let about = Surroundings::of(&view, [2.0, 0.1], &[]);
+        assert!(about.is_exceeded([0, 0]));
     }
 }

@@ -112,6 +112,17 @@ fn full() -> ReportData {
             image.draw().unwrap(),
             "Focused image, dB below its maximum.",
         )),
+        surveyed: vec![crate::surveyed::SurveyRecord {
+            name: "east corner".to_owned(),
+            x_m: 6.0,
+            y_m: 2.0,
+            z_m: 0.0,
+            nearest: Some(crate::surveyed::NearestTarget {
+                target: 1,
+                distance_m: 0.0104,
+                off_m: [0.003, 0.01],
+            }),
+        }],
         targets: vec![
             TargetRow {
                 x_m: 6.003,
@@ -242,6 +253,15 @@ fn keep(name: &str, html: &str) {
     if let Ok(dir) = std::env::var("ACERRA_FIGURES") {
         std::fs::write(format!("{dir}/{name}.html"), html).unwrap();
     }
+}
+
+#[test]
+fn surveyed_points_stand_beside_the_nearest_target() {
+    let html = report_page(&full()).unwrap();
+    assert!(html.contains("Surveyed points") && html.contains("east corner"));
+    assert!(html.contains("<td>0.010</td>"));
+    let none = report_page(&ReportData::default()).unwrap();
+    assert!(!none.contains("Surveyed points"));
 }
 
 #[test]

@@ -18,8 +18,8 @@ use crate::terminal::warn;
 
 /// Calibrate delay, clock offset, lever arm and range scale on reflectors at known places.
 ///
-/// Deviations are those of noise and positions; the delay can be off by about 0.1 ns more, as echoes
-/// are picked on their envelopes.
+/// Deviations are those of noise and positions. Echoes that the surface echo or another reflector
+/// overlaps take no part.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  \
     acerra calibrate campaign.toml --reflector 4,0,0.1 --reflector 14,-3,0.1\n  \
