@@ -5,12 +5,14 @@ use acerra_geo::interpolate::{
 };
 use acerra_geo::lever_arm::HeadingOptions;
 use acerra_geo::trajectory::{SolutionStatus, Trajectory};
-use acerra_radar::{MovingOptions, moving_traces};
+use acerra_radar::RadargramError;
 
-use crate::choices::{Select, TimeOffset, Unfixed};
+use crate::choices::{HeightSource, Select, TimeOffset, Unfixed};
 use crate::ground::Scene;
 use crate::position::Positions;
+use crate::radar_height::{PoorHeights, RadarHeightError, radar_heights};
 use crate::read::RadarContent;
+use crate::select::{SelectError, Selection};
 use crate::warnings::Warnings;
 
 /// Parameters of the stage `align`.
@@ -25,9 +27,23 @@ pub struct AlignOptions {
     pub max_gap_s: Option<f64>,
     /// What becomes of traces at unfixed positions.
     pub unfixed: Unfixed,
+    /// Where the heights come from.
+    pub height: HeightSource,
+    /// Fast time at which range is zero, where it is stated (ns): for heights by the radar.
+    pub delay_ns: Option<f64>,
     /// Length of the horizontal part of the lever arm (m): it turns with the heading, which hovering
     /// does not show.
     pub horizontal_lever_arm_m: f64,
+}
+
+impl AlignOptions {
+    /// The selection in force: spectra are taken as they come.
+    fn select_of(&self, radar: &RadarContent) -> Select {
+        match (self.select, radar) {
+            (Select::Auto, RadarContent::Spectrum(_)) => Select::All,
+            (select, _) => select,
+        }
+    }
 }
 
 /// What a track measured, where, and over what.
@@ -61,9 +77,70 @@ pub struct Aligned {
     pub path_m: Vec<f64>,
     /// The places of all traces of the log, with what stands behind each.
     pub all: Vec<Interpolated>,
+    /// Whether a platform stands much of the time, so that its traces count by the path they cover
+    /// unless told otherwise.
+    pub stands: bool,
+    /// Heights by the radar, where they replace those of the positions.
+    pub radar_height: Option<HeightsReplaced>,
+}
+
+/// Heights by the radar beside those of the positions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HeightsReplaced {
+    /// Standard deviation of the positions' heights about the radar's, their common level aside (m).
+    pub positions_off_m: f64,
+    /// Median deviation that the positions state (m), where they do.
+    pub stated_m: Option<f64>,
+    /// Standard deviation of a height by the radar (m).
+    pub sigma_m: f64,
+    /// Share of the traces whose echo was taken.
+    pub picked: f64,
 }
 
 impl Aligned {
+    /// First and last trace of a platform that stands much of the time.
+    #[must_use]
+    pub fn moving(&self) -> Option<[usize; 2]> {
+        let [first, last] = [self.traces.first()?, self.traces.last()?];
+        self.stands.then_some([*first, *last])
+    }
+
+    /// The same with heights by the radar instead of the positions'.
+    fn with_heights_by(
+        mut self,
+        flight: Flight<'_>,
+        options: &AlignOptions,
+    ) -> Result<Self, AlignError> {
+        let RadarContent::Radargram(radargram) = flight.radar else {
+            return Err(RadarHeightError::Spectra.into());
+        };
+        let poor = PoorHeights {
+            radargram: &radargram.select(&self.traces)?,
+            height_m: &self.height_m,
+            delay_s: options.delay_ns.map(|ns| 1e-9 * ns),
+        };
+        let found = radar_heights(poor, flight.scene)?;
+        let mut stated_m: Vec<f64> = self.sigma_m.iter().map(|sigma| sigma[2]).collect();
+        stated_m.sort_by(f64::total_cmp);
+        for (position, (old, new)) in self
+            .position_m
+            .iter_mut()
+            .zip(self.height_m.iter().zip(&found.height_m))
+        {
+            position[2] += new - old;
+        }
+        self.sigma_m.iter_mut().for_each(|s| s[2] = found.sigma_m);
+        self.path_m = path_length_per_trace_m(&self.position_m);
+        self.height_m = found.height_m;
+        self.radar_height = Some(HeightsReplaced {
+            positions_off_m: found.positions_off_m,
+            stated_m: stated_m.get(stated_m.len() / 2).copied(),
+            sigma_m: found.sigma_m,
+            picked: found.picked,
+        });
+        Ok(self)
+    }
+
     /// Appends the traces of another track.
     pub(crate) fn append(&mut self, mut other: Self) {
         // Deviations are told for all traces or for none.
@@ -79,6 +156,8 @@ impl Aligned {
         self.height_m.append(&mut other.height_m);
         self.path_m.append(&mut other.path_m);
         self.all.append(&mut other.all);
+        self.stands |= other.stands;
+        self.radar_height = self.radar_height.or(other.radar_height);
     }
 }
 
@@ -106,16 +185,15 @@ pub enum AlignError {
         /// Traces that have a position.
         placed: usize,
     },
-    /// A selection beyond the end of the log.
-    #[error(
-        "[radar] select: expected trace numbers below {traces}, the traces of the log, found {last}"
-    )]
-    Selection {
-        /// Traces in the log.
-        traces: usize,
-        /// The number found.
-        last: usize,
-    },
+    /// A selection that cannot be.
+    #[error(transparent)]
+    Select(#[from] SelectError),
+    /// The radar tells no heights.
+    #[error(transparent)]
+    Height(#[from] RadarHeightError),
+    /// Traces that cannot be had.
+    #[error(transparent)]
+    Traces(#[from] RadargramError),
     /// Positions that are not one for each trace.
     #[error("expected one position for each of the {traces} traces, found {positions}")]
     Positions {
@@ -124,9 +202,6 @@ pub enum AlignError {
         /// Positions given.
         positions: usize,
     },
-    /// The moving traces are wanted of a platform that stands.
-    #[error("[radar] select = \"moving\": the platform never moves over ground")]
-    NeverMoves,
 }
 
 /// Gives every trace its position at a known offset, and selects.
@@ -152,8 +227,22 @@ pub fn align(
             clock.placed(options, warnings)?
         }
     };
-    let selected = select(options.select, radar_time_s.len(), &covered)?;
-    let kept: Vec<&Placed> = covered.iter().filter(|p| selected[p.trace]).collect();
+    let mut speed_m_s = vec![None; radar_time_s.len()];
+    for placed in &covered {
+        speed_m_s[placed.trace] = Some(placed.speed_m_s);
+    }
+    let selection = Selection::of(options.select_of(flight.radar), &speed_m_s)?;
+    if selection.stands {
+        let moving = selection.selected.iter().filter(|s| **s).count();
+        warnings.add(format!(
+            "the platform stands much of the time: only the {moving} traces of its way are imaged, \
+             weighted by path ([radar] select, [image] weight)"
+        ));
+    }
+    let kept: Vec<&Placed> = covered
+        .iter()
+        .filter(|p| selection.selected[p.trace])
+        .collect();
     if kept.is_empty() {
         return Err(AlignError::NoneLeft {
             placed: covered.len(),
@@ -172,7 +261,7 @@ pub fn align(
                 .map(|c| [0, 1, 2].map(|i| c[i][i].max(0.0).sqrt()))
         })
         .collect();
-    Ok(Aligned {
+    let aligned = Aligned {
         traces: kept.iter().map(|p| p.trace).collect(),
         time_s: kept.iter().map(|p| radar_time_s[p.trace]).collect(),
         height_m: position_m
@@ -184,7 +273,13 @@ pub fn align(
         sigma_m: sigma_m.unwrap_or_default(),
         status: kept.iter().map(|p| p.place.status).collect(),
         all,
-    })
+        stands: selection.stands,
+        radar_height: None,
+    };
+    match options.height {
+        HeightSource::Positions => Ok(aligned),
+        HeightSource::Radar => aligned.with_heights_by(flight, options),
+    }
 }
 
 /// Whether the lever arm of a trace rests on a heading from before.
@@ -324,30 +419,4 @@ fn per_trace(
         })
         .collect();
     Ok((all, placed))
-}
-
-/// Which traces of the log `[radar] select` takes.
-fn select(choice: Select, traces: usize, placed: &[Placed]) -> Result<Vec<bool>, AlignError> {
-    let mut selected = vec![false; traces];
-    match choice {
-        Select::All => selected.fill(true),
-        Select::Range([first, last]) => {
-            if last >= traces {
-                return Err(AlignError::Selection { traces, last });
-            }
-            selected[first..=last].fill(true);
-        }
-        Select::Moving => {
-            let mut speed_m_s = vec![f64::NAN; traces];
-            for p in placed {
-                speed_m_s[p.trace] = p.speed_m_s;
-            }
-            let moving = moving_traces(&speed_m_s, &MovingOptions::default());
-            if moving.is_empty() {
-                return Err(AlignError::NeverMoves);
-            }
-            selected[moving].fill(true);
-        }
-    }
-    Ok(selected)
 }

@@ -10,8 +10,11 @@ use toml::Value;
 #[derive(Clone, Copy, Debug, Default, PartialEq, JsonSchema, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Select {
-    /// Every trace that has a position.
+    /// The traces during which the platform moves, where it stands much of the time; every trace
+    /// otherwise.
     #[default]
+    Auto,
+    /// Every trace that has a position.
     All,
     /// The traces during which the platform moves.
     Moving,
@@ -22,8 +25,9 @@ pub enum Select {
 
 impl<'de> Deserialize<'de> for Select {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        const EXPECTED: &str = "expected \"all\", \"moving\" or [first, last]";
+        const EXPECTED: &str = "expected \"auto\", \"all\", \"moving\" or [first, last]";
         match Value::deserialize(deserializer)? {
+            Value::String(word) if word == "auto" => Ok(Self::Auto),
             Value::String(word) if word == "all" => Ok(Self::All),
             Value::String(word) if word == "moving" => Ok(Self::Moving),
             Value::Array(ends) => match ends.as_slice() {
@@ -37,6 +41,50 @@ impl<'de> Deserialize<'de> for Select {
                 ))),
             },
             other => Err(Error::custom(format!("{EXPECTED}; found {other}"))),
+        }
+    }
+}
+
+/// `[trajectory] height`: where the heights of the flight come from.
+#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum HeightSource {
+    /// The positions.
+    #[default]
+    Positions,
+    /// The surface echo of the radar, over level ground.
+    Radar,
+}
+
+/// `[radar] delay_ns`: the fast time at which range is zero.
+#[derive(Clone, Copy, Debug, PartialEq, JsonSchema, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Delay {
+    /// Found from the data.
+    Auto,
+    /// Given, in nanoseconds.
+    #[serde(untagged)]
+    Nanoseconds(f64),
+}
+
+impl Delay {
+    /// The delay given, in nanoseconds; none where it is to be found.
+    #[must_use]
+    pub fn given_ns(self) -> Option<f64> {
+        match self {
+            Self::Auto => None,
+            Self::Nanoseconds(delay_ns) => Some(delay_ns),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for Delay {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        match Value::deserialize(deserializer)? {
+            Value::String(word) if word == "auto" => Ok(Self::Auto),
+            other => number(&other).map(Self::Nanoseconds).ok_or_else(|| {
+                Error::custom(format!("expected nanoseconds or \"auto\"; found {other}"))
+            }),
         }
     }
 }
@@ -186,9 +234,13 @@ impl<'de> Deserialize<'de> for Background {
 }
 
 /// `[preprocess] gate_ns`: the part of each trace that is kept, about 2h/c.
-#[derive(Clone, Copy, Debug, PartialEq, JsonSchema, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, JsonSchema, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Gate {
+    /// From 6 ns before 2h/c to 24 ns after it, where the image lies at such ranges; the whole trace
+    /// where it looks to the side.
+    #[default]
+    Auto,
     /// The whole trace.
     None,
     /// From so many nanoseconds after 2h/c (negative: before) to so many after it.
@@ -196,17 +248,29 @@ pub enum Gate {
     About([f64; 2]),
 }
 
-impl Default for Gate {
-    fn default() -> Self {
-        Self::About([-6.0, 24.0])
+impl Gate {
+    /// The gate of [`Gate::Auto`] where the image lies below the flight: nanoseconds about 2h/c.
+    pub const BELOW_NS: [f64; 2] = [-6.0, 24.0];
+
+    /// The nanoseconds about 2h/c that are kept, [`Gate::Auto`] taken for a view below the flight;
+    /// none where all are.
+    #[must_use]
+    pub fn about_ns(self) -> Option<[f64; 2]> {
+        match self {
+            Self::Auto => Some(Self::BELOW_NS),
+            Self::About(ns) => Some(ns),
+            Self::None => None,
+        }
     }
 }
 
 impl<'de> Deserialize<'de> for Gate {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let value = Value::deserialize(deserializer)?;
-        if value.as_str() == Some("none") {
-            return Ok(Self::None);
+        match value.as_str() {
+            Some("none") => return Ok(Self::None),
+            Some("auto") => return Ok(Self::Auto),
+            _ => {}
         }
         if let Some([from, to]) = value.as_array().map(Vec::as_slice)
             && let (Some(from), Some(to)) = (number(from), number(to))
@@ -215,7 +279,7 @@ impl<'de> Deserialize<'de> for Gate {
             return Ok(Self::About([from, to]));
         }
         Err(Error::custom(format!(
-            "expected [from, to] with from < to, or \"none\"; found {value}"
+            "expected [from, to] with from < to, \"auto\" or \"none\"; found {value}"
         )))
     }
 }
@@ -279,8 +343,10 @@ pub enum Contradictions {
 #[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Weight {
-    /// One for every trace: the paper's sum.
+    /// By path where the platform stands much of the time, otherwise one for every trace.
     #[default]
+    Auto,
+    /// One for every trace: the paper's sum.
     Trace,
     /// The path that the trace covers, in metres, so that hovering does not dominate.
     Path,
@@ -353,6 +419,10 @@ mod tests {
             Gate::About([-6.0, 24.0])
         );
         assert_eq!(parse::<Gate>("\"none\"").unwrap(), Gate::None);
+        assert_eq!(parse::<Gate>("\"auto\"").unwrap(), Gate::Auto);
+        assert_eq!(parse::<Select>("\"auto\"").unwrap(), Select::Auto);
+        assert_eq!(parse::<Delay>("\"auto\"").unwrap(), Delay::Auto);
+        assert_eq!(parse::<Delay>("12").unwrap(), Delay::Nanoseconds(12.0));
         assert_eq!(parse::<Heights>("-1").unwrap(), Heights::Plane(-1.0));
         assert_eq!(
             parse::<Heights>("[0, 1.5]").unwrap(),
@@ -367,6 +437,8 @@ mod tests {
             assert!(message.contains("[first, last]"), "{message}");
         }
         assert!(parse::<TimeOffset>("nan").is_err());
+        assert!(parse::<Delay>("nan").is_err());
+        assert!(parse::<Delay>("'automatic'").is_err());
         for wrong in ["inf", "[0]", "[1, 0]", "[0, 1, 2]", "'low'"] {
             let message = parse::<Heights>(wrong).unwrap_err().to_string();
             assert!(message.contains("[from, to]"), "{message}");

@@ -8,7 +8,7 @@ use acerra_radar::clean::{
 use acerra_radar::{Radargram, RadargramError, Spectrum};
 
 use crate::align::Aligned;
-use crate::choices::{Background, Gate, ZeroTiming};
+use crate::choices::{Background, Delay, Gate, ZeroTiming};
 use crate::read::RadarContent;
 use crate::warnings::Warnings;
 
@@ -16,7 +16,7 @@ use crate::warnings::Warnings;
 #[derive(Clone, Debug)]
 pub struct CleanOptions {
     /// Fast time at which range is zero, when calibrated (ns).
-    pub delay_ns: Option<f64>,
+    pub delay_ns: Option<Delay>,
     /// How the fast time at which range is zero is found.
     pub zero_timing: ZeroTiming,
     /// What is subtracted from every trace.
@@ -57,6 +57,9 @@ impl CleanOptions {
     /// echo.
     #[must_use]
     pub fn is_calibrated(&self) -> bool {
+        if self.delay_ns == Some(Delay::Auto) {
+            return false;
+        }
         match self.zero_timing {
             ZeroTiming::FirstTrace => false,
             ZeroTiming::None | ZeroTiming::Shift { .. } => true,
@@ -168,7 +171,12 @@ fn clean_traces(
     let raw = timed.radargram;
     let clean = remove_background(raw.clone(), removal(options.background))
         .map_err(CleanError::Background)?;
-    let gate = gate(options.gate_ns);
+    // Before the gate is settled, a view below the flight is assumed.
+    let is_above = aligned.height_m.iter().all(|h| *h > 0.0);
+    let gate = match options.gate_ns {
+        Gate::Auto if !is_above => None,
+        choice => gate(choice),
+    };
     let clean = match &gate {
         None => clean,
         Some(gate) => gated(clean, aligned, gate)?,
@@ -208,10 +216,7 @@ pub(crate) fn removal(background: Background) -> Removal {
 }
 
 fn gate(choice: Gate) -> Option<FastTimeGate> {
-    let Gate::About(gate_ns) = choice else {
-        return None;
-    };
-    let [start_s, end_s] = gate_ns.map(|ns| ns * 1e-9);
+    let [start_s, end_s] = choice.about_ns()?.map(|ns| ns * 1e-9);
     Some(FastTimeGate {
         start_s,
         end_s,
@@ -241,7 +246,8 @@ fn time(
     options: &CleanOptions,
     warnings: &mut Warnings,
 ) -> Result<ZeroTimingResult, CleanError> {
-    let delay_s = options.delay_ns.map(|ns| ns * 1e-9);
+    let given_ns = options.delay_ns.and_then(Delay::given_ns);
+    let delay_s = given_ns.map(|ns| ns * 1e-9);
     let method = match options.zero_timing {
         ZeroTiming::FirstTrace => {
             let mut options = SurfaceOptions::default();

@@ -1,10 +1,16 @@
-//! The clock offset of a track: as given, or found from the data.
+//! A track's clock and delay: as given, or found from the data, and the choices that follow from
+//! where that puts its traces.
 
 use acerra_radar::align::OffsetLikelihood;
 
 use crate::align::{AlignError, Aligned, Flight, align};
-use crate::choices::TimeOffset;
+use crate::choices::{Delay, TimeOffset, ZeroTiming};
+use crate::clean::CleanOptions;
 use crate::control::Control;
+use crate::delay::{
+    DelayCue, DelayError, DelayFound, DelayTrial, coupling_delay, find_delay, surface_delay,
+};
+use crate::gate::settle_gate;
 use crate::offset::{OffsetError, OffsetSearch, SearchRange, Trial, by_height_and_motion, refine};
 use crate::position::Positions;
 use crate::read::RadarContent;
@@ -20,6 +26,10 @@ pub struct Clocked {
     pub search: Option<OffsetSearch>,
     /// What height and motion say of every offset, where they say anything.
     pub likelihood: Option<OffsetLikelihood>,
+    /// How the delay was found, when it was not given.
+    pub delay: Option<DelayFound>,
+    /// How the traces are cleaned, every choice that was left to the data made.
+    pub clean: CleanOptions,
     /// The traces.
     pub aligned: Aligned,
 }
@@ -39,80 +49,182 @@ pub enum ClockError {
     /// The offset cannot be found.
     #[error(transparent)]
     Offset(#[from] OffsetError),
+    /// The delay cannot be found.
+    #[error(transparent)]
+    Delay(#[from] DelayError),
 }
 
-/// Places the traces at the offset given, or at the one that the data tell. Of a radargram on a
-/// trajectory, what height and motion say of a given offset is kept as well.
+/// How often offset and delay are found in turn, each at the other's last value, at most.
+const TURNS: usize = 3;
+
+/// Places the traces at the offset given, or at the one that the data tell, and makes the choices
+/// that depend on where they stand: delay and gate. Of a radargram on a trajectory, what height and
+/// motion say of a given offset is kept as well.
 ///
 /// # Errors
-/// Data that tell no offset, no trace that can be placed, cancellation.
+/// Data that tell no offset or no delay, no trace that can be placed, cancellation.
 pub fn align_clocks(
     flight: Flight<'_>,
     options: &TrackOptions,
     warnings: &mut Warnings,
     control: &Control<'_>,
 ) -> Result<Clocked, ClockError> {
-    let likelihood = match (flight.radar, flight.positions) {
-        (RadarContent::Radargram(radargram), Positions::Trajectory(trajectory)) => {
-            let range = SearchRange {
-                max_gap_s: options.align.max_gap_s,
-                delay_s: None,
-            };
-            Some(by_height_and_motion(
-                radargram,
-                trajectory,
-                flight.scene,
-                range,
-                control,
-            ))
+    let likelihood = likelihood_of(flight, options, control)?;
+    let track = ClockedTrack {
+        flight,
+        options,
+        surface: likelihood.as_ref().and_then(surface_delay),
+        control,
+    };
+    let clocked = match (options.align.time_offset, flight.positions) {
+        (TimeOffset::Seconds(offset_s), _) => track.at_offset(offset_s, warnings)?,
+        // Positions that came with the traces are on the traces' own clock.
+        (TimeOffset::Auto, Positions::PerTrace(_)) => track.at_offset(0.0, warnings)?,
+        (TimeOffset::Auto, Positions::Trajectory(_)) => {
+            let likelihood = likelihood.clone().ok_or(ClockError::Spectra)?;
+            track.at_offset_found(likelihood, warnings)?
         }
-        _ => None,
-    };
-    if let TimeOffset::Auto = options.align.time_offset {
-        return match (likelihood, flight.positions) {
-            (Some(likelihood), _) => {
-                let trial = Trial {
-                    flight,
-                    align: &options.align,
-                    clean: &options.clean,
-                };
-                let search = refine(trial, likelihood?, control)?;
-                let time_offset_s = search.estimate.offset_s;
-                Ok(Clocked {
-                    time_offset_s,
-                    aligned: align(flight, &options.align, time_offset_s, warnings)?,
-                    likelihood: Some(search.likelihood.clone()),
-                    search: Some(search),
-                })
-            }
-            // Positions that came with the traces are on the traces' own clock.
-            (None, Positions::PerTrace(_)) => at_offset(flight, options, 0.0, warnings),
-            (None, Positions::Trajectory(_)) => Err(ClockError::Spectra),
-        };
-    }
-    let TimeOffset::Seconds(time_offset_s) = options.align.time_offset else {
-        return Err(ClockError::Spectra);
-    };
-    let likelihood = match likelihood {
-        Some(Err(OffsetError::Undecided(_) | OffsetError::TooLong { .. })) | None => None,
-        Some(known) => Some(known?),
     };
     Ok(Clocked {
         likelihood,
-        ..at_offset(flight, options, time_offset_s, warnings)?
+        aligned: align(flight, &options.align, clocked.time_offset_s, warnings)?,
+        ..clocked
     })
 }
 
-fn at_offset(
+/// What height and motion say of every offset, where a radargram and a trajectory say anything.
+fn likelihood_of(
     flight: Flight<'_>,
     options: &TrackOptions,
-    time_offset_s: f64,
-    warnings: &mut Warnings,
-) -> Result<Clocked, ClockError> {
-    Ok(Clocked {
-        time_offset_s,
-        search: None,
-        likelihood: None,
-        aligned: align(flight, &options.align, time_offset_s, warnings)?,
-    })
+    control: &Control<'_>,
+) -> Result<Option<OffsetLikelihood>, OffsetError> {
+    let (RadarContent::Radargram(radargram), Positions::Trajectory(trajectory)) =
+        (flight.radar, flight.positions)
+    else {
+        return Ok(None);
+    };
+    let range = SearchRange {
+        max_gap_s: options.align.max_gap_s,
+        delay_s: None,
+    };
+    match by_height_and_motion(radargram, trajectory, flight.scene, range, control) {
+        Ok(likelihood) => Ok(Some(likelihood)),
+        // An offset that is given needs no other cue.
+        Err(OffsetError::Undecided(_) | OffsetError::TooLong { .. })
+            if options.align.time_offset != TimeOffset::Auto =>
+        {
+            Ok(None)
+        }
+        Err(error) => Err(error),
+    }
+}
+
+/// A track whose offset or delay may have to be found.
+struct ClockedTrack<'a> {
+    flight: Flight<'a>,
+    options: &'a TrackOptions,
+    /// The delay by the echo that follows the height.
+    surface: Option<DelayCue>,
+    control: &'a Control<'a>,
+}
+
+impl ClockedTrack<'_> {
+    /// Everything at an offset that is known.
+    fn at_offset(
+        &self,
+        time_offset_s: f64,
+        warnings: &mut Warnings,
+    ) -> Result<Clocked, ClockError> {
+        let aligned = self.aligned_at(time_offset_s)?;
+        let mut clean = self.cleaning(&aligned, warnings);
+        let delay = self.find_delay_in(&mut clean, &aligned)?;
+        Ok(Clocked {
+            time_offset_s,
+            search: None,
+            likelihood: None,
+            delay,
+            clean,
+            aligned,
+        })
+    }
+
+    /// Offset and delay in turn, each at the other's last value, until the offset stays.
+    fn at_offset_found(
+        &self,
+        likelihood: OffsetLikelihood,
+        warnings: &mut Warnings,
+    ) -> Result<Clocked, ClockError> {
+        let first_s = likelihood.candidates.first().map_or(0.0, |c| c.offset_s);
+        let mut clocked = self.at_offset(first_s, warnings)?;
+        for _ in 0..TURNS {
+            let trial = Trial {
+                flight: self.flight,
+                align: &self.options.align,
+                clean: &clocked.clean,
+            };
+            let search = refine(trial, likelihood.clone(), self.control)?;
+            let found = &search.estimate;
+            let moved_s = (found.offset_s - clocked.time_offset_s).abs();
+            let is_settled = clocked.delay.is_none() || moved_s <= found.sigma_s;
+            clocked.time_offset_s = found.offset_s;
+            clocked.search = Some(search);
+            if is_settled {
+                break;
+            }
+            clocked.clean.delay_ns = self.options.clean.delay_ns;
+            let aligned = self.aligned_at(clocked.time_offset_s)?;
+            clocked.delay = self.find_delay_in(&mut clocked.clean, &aligned)?;
+        }
+        Ok(clocked)
+    }
+
+    /// The traces at an offset; what there is to say of them is said at the one finally taken.
+    fn aligned_at(&self, time_offset_s: f64) -> Result<Aligned, AlignError> {
+        let unsaid = &mut Warnings::default();
+        align(self.flight, &self.options.align, time_offset_s, unsaid)
+    }
+
+    /// How the traces are cleaned, the gate settled.
+    fn cleaning(&self, aligned: &Aligned, warnings: &mut Warnings) -> CleanOptions {
+        let stated = &self.options.clean;
+        let gate_ns = match self.flight.radar {
+            RadarContent::Radargram(_) => {
+                let sees_surface = self.surface.is_some();
+                let scene = self.flight.scene;
+                settle_gate(stated.gate_ns, aligned, scene, sees_surface, warnings)
+            }
+            RadarContent::Spectrum(_) => stated.gate_ns,
+        };
+        CleanOptions {
+            gate_ns,
+            ..stated.clone()
+        }
+    }
+
+    /// Finds the delay, where that is asked for, and puts it in force.
+    fn find_delay_in(
+        &self,
+        clean: &mut CleanOptions,
+        aligned: &Aligned,
+    ) -> Result<Option<DelayFound>, ClockError> {
+        if clean.delay_ns != Some(Delay::Auto) {
+            return Ok(None);
+        }
+        let coupling = match self.flight.radar {
+            RadarContent::Radargram(radargram) => coupling_delay(radargram),
+            RadarContent::Spectrum(_) => None,
+        };
+        let trial = DelayTrial {
+            radar: self.flight.radar,
+            aligned,
+            scene: self.flight.scene,
+            clean,
+            surface: self.surface,
+            coupling,
+        };
+        let found = find_delay(trial, self.control)?;
+        clean.delay_ns = Some(Delay::Nanoseconds(1e9 * found.delay_s));
+        clean.zero_timing = ZeroTiming::None;
+        Ok(Some(found))
+    }
 }

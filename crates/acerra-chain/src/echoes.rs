@@ -63,8 +63,9 @@ impl<'a> Echoes<'a> {
     #[must_use]
     pub fn weights(&self, weight: Weight) -> Vec<f64> {
         match weight {
-            Weight::Trace => vec![1.0; self.aligned.position_m.len()],
             Weight::Path => self.aligned.path_m.clone(),
+            Weight::Auto if self.aligned.stands => self.aligned.path_m.clone(),
+            Weight::Auto | Weight::Trace => vec![1.0; self.aligned.position_m.len()],
         }
     }
 

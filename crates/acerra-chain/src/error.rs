@@ -5,6 +5,7 @@ use crate::calibration::CalibrationError;
 use crate::clean::CleanError;
 use crate::clock::ClockError;
 use crate::control::Cancelled;
+use crate::delay::DelayError;
 use crate::echoes::ImageError;
 use crate::ground::SceneError;
 use crate::measure::MeasureError;
@@ -85,7 +86,8 @@ impl From<AlignError> for ChainError {
 impl From<ClockError> for ChainError {
     fn from(error: ClockError) -> Self {
         match error {
-            ClockError::Offset(OffsetError::Cancelled(cancelled)) => cancelled.into(),
+            ClockError::Offset(OffsetError::Cancelled(cancelled))
+            | ClockError::Delay(DelayError::Cancelled(cancelled)) => cancelled.into(),
             error => Self::Align(error),
         }
     }

@@ -5,18 +5,16 @@
 //! ground bends the echoes of targets as they are bent: the image is sharpest there. Direct coupling,
 //! where it is seen, says within a few decimetres where to look.
 
-use std::f64::consts::TAU;
-
 use acerra_geo::trajectory::Trajectory;
 use acerra_imaging::{Complex32, ImagingError, PlaneGrid};
 use acerra_radar::quality;
 use acerra_radar::{Radargram, Spectrum};
-use num_complex::Complex64;
 
 use crate::align::{AlignError, AlignOptions, Aligned, Flight, align};
-use crate::choices::TimeOffset;
+use crate::choices::{Delay, TimeOffset};
 use crate::clean::{CleanError, CleanOptions, clean};
 use crate::control::{Cancelled, Control};
+use crate::delay::delayed;
 use crate::echoes::quick_look;
 use crate::ground::Scene;
 use crate::offset::{OffsetError, SearchRange, by_height_and_motion};
@@ -154,7 +152,7 @@ fn quantile_m(trajectory: &Trajectory, share: f64) -> f64 {
 
 /// Delays at which range may be zero: as stated, by the coupling, or any.
 fn delay_range_s(radargram: &Radargram, options: &CleanOptions) -> [f64; 2] {
-    if let Some(delay_ns) = options.delay_ns {
+    if let Some(delay_ns) = options.delay_ns.and_then(Delay::given_ns) {
         return [1e-9 * delay_ns - 0.3e-9, 1e-9 * delay_ns + 0.3e-9];
     }
     let seen = quality::coupling(radargram).filter(|seen| {
@@ -306,16 +304,6 @@ impl Search {
     /// The spectra as zero-timing would leave them with the ground at `z_m`.
     fn spectrum_on(&self, z_m: f64) -> Spectrum {
         let earlier_s = 2.0 * (z_m - self.grid.z_m) / self.light_speed_m_s;
-        let ramp: Vec<Complex64> = self
-            .spectrum
-            .frequency_hz
-            .iter()
-            .map(|f| Complex64::from_polar(1.0, TAU * f * earlier_s))
-            .collect();
-        let mut spectrum = self.spectrum.clone();
-        for row in spectrum.values.chunks_mut(ramp.len().max(1)) {
-            row.iter_mut().zip(&ramp).for_each(|(v, r)| *v *= r);
-        }
-        spectrum
+        delayed(&self.spectrum, -earlier_s)
     }
 }

@@ -8,10 +8,11 @@ use acerra_radar::align::OffsetLikelihood;
 
 use crate::align::{Aligned, Flight};
 use crate::calibration::{CalibrationOptions, TrackCalibration, TrackEchoes, calibrate};
-use crate::choices::Background;
+use crate::choices::{Background, Gate, Select};
 use crate::clean::{Cleaned, CleanedTraces, clean};
 use crate::clock::{Clocked, align_clocks};
 use crate::control::Control;
+use crate::delay::DelayFound;
 use crate::echoes::{Echoes, ImageError};
 use crate::elevation::check_elevation;
 use crate::error::ChainError;
@@ -61,6 +62,10 @@ pub struct Track {
     pub search: Option<OffsetSearch>,
     /// What height and motion say of every offset, where they say anything.
     pub likelihood: Option<OffsetLikelihood>,
+    /// How the fast time at which range is zero was found, when that was asked for.
+    pub delay: Option<DelayFound>,
+    /// The gate in force.
+    pub gate_ns: Gate,
     /// Whether the fast time at which range is zero was stated, rather than found from the surface.
     pub is_calibrated: bool,
     /// What was subtracted from its traces.
@@ -71,6 +76,16 @@ pub struct Track {
     pub calibration: TrackCalibration,
     /// Which of the survey's traces and spectra are its own.
     pub range: Range<usize>,
+    /// First and last trace of the log that was selected for its motion; none where all were taken.
+    pub moving: Option<[usize; 2]>,
+}
+
+impl Track {
+    /// What was selected of its log.
+    #[must_use]
+    pub fn selected(&self) -> Select {
+        self.moving.map_or(Select::All, Select::Range)
+    }
 }
 
 /// Aligns, cleans and calibrates recordings: the stages `align` and `clean`.
@@ -110,7 +125,7 @@ pub fn prepare(
             let cleaned = clean(
                 &recording.radar.content,
                 &clocked.aligned,
-                &recording.options.clean,
+                &clocked.clean,
                 warnings,
             )?;
             let (track, own) = parts(recording, clocked, cleaned);
@@ -147,11 +162,14 @@ fn parts(recording: Recording, clocked: Clocked, cleaned: Cleaned) -> (Track, Tr
         time_offset_s: clocked.time_offset_s,
         search: clocked.search,
         likelihood: clocked.likelihood,
+        delay: clocked.delay,
+        gate_ns: clocked.clean.gate_ns,
         is_calibrated: recording.options.clean.is_calibrated(),
         background: recording.options.clean.background,
         cleaned: cleaned.traces,
         calibration,
         range: 0..0,
+        moving: clocked.aligned.moving(),
     };
     let echoes = TrackEchoes {
         name: recording.name,

@@ -21,7 +21,7 @@ const FLOOR_DB: f64 = -60.0;
 pub fn spread_of(outcome: &Outcome) -> Option<PointSpread> {
     let aligned = &outcome.prepared.aligned;
     let weight = match outcome.campaign.image.weight {
-        Weight::Trace => None,
+        Weight::Auto | Weight::Trace => None,
         Weight::Path => Some(aligned.path_m.clone()),
     };
     PointSpread::new(

@@ -21,6 +21,7 @@ pub mod run_record;
 mod space;
 pub mod stack_npz;
 pub mod staging;
+pub mod surveyed;
 
 pub use outcome::Outcome;
 pub use run::{NamedCampaign, process, run_campaign};

@@ -6,6 +6,8 @@ use acerra_chain::inputs::InputFile;
 use acerra_chain::{Focused, Prepared};
 use acerra_imaging::metrics::Measurement;
 
+use crate::surveyed::SurveyRecord;
+
 /// Everything that a run found, stage by stage.
 #[derive(Debug)]
 pub struct Outcome {
@@ -21,6 +23,8 @@ pub struct Outcome {
     pub focused: Focused,
     /// What it shows.
     pub measured: Measurement,
+    /// Surveyed points beside its targets.
+    pub surveyed: Vec<SurveyRecord>,
     /// What the run found of its own settings.
     pub evidence: Evidence,
     /// What there is to say beside the result.

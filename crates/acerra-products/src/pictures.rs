@@ -7,11 +7,12 @@ use acerra_radar::{Radargram, Samples};
 use crate::display::{DARK_SHARE, WINDOW, range_gain};
 use crate::outcome::Outcome;
 use crate::report::Picture;
+use crate::surveyed::SurveyRecord;
 use acerra_chain::choices::Background;
 use acerra_chain::clean::CleanedTraces;
 use acerra_figure::{
     FastTimeCurve, FigureError, GhostMark, ImageDb, PixelValues, Radargram as RadargramFigure,
-    RadargramColours, SurveyMark, TargetMark,
+    RadargramColours, TargetMark,
 };
 
 /// How to read `image.png`, in words.
@@ -38,34 +39,12 @@ pub fn image_caption(outcome: &Outcome) -> String {
     caption
 }
 
-/// `image.png`: the image in decibels below its maximum, with track, targets and ghosts.
+/// `image.png`: the image in decibels below its maximum, with track, targets, ghosts and surveyed
+/// points.
 ///
 /// # Errors
 /// A picture too large to hold.
 pub fn image(outcome: &Outcome) -> Result<Vec<u8>, FigureError> {
-    image_with_survey(outcome, Vec::new())
-}
-
-/// A surveyed point with its distance to the nearest target.
-#[must_use]
-pub fn survey_mark(name: &str, [x_m, y_m]: [f64; 2], targets: &[Target]) -> SurveyMark {
-    let to = |t: &Target| (t.x_m - x_m).hypot(t.y_m - y_m);
-    SurveyMark {
-        x_m,
-        y_m,
-        label: name.to_owned(),
-        target_distance_m: targets.iter().map(to).min_by(f64::total_cmp),
-    }
-}
-
-/// `image.png` with surveyed points over it (see [`survey_mark`]).
-///
-/// # Errors
-/// A picture too large to hold.
-pub fn image_with_survey(
-    outcome: &Outcome,
-    survey: Vec<SurveyMark>,
-) -> Result<Vec<u8>, FigureError> {
     let grid = &outcome.focused.pixels.grid;
     let mut track: Vec<[f64; 2]> = Vec::new();
     for flown in &outcome.prepared.tracks {
@@ -84,7 +63,7 @@ pub fn image_with_survey(
     figure.track_m = &track;
     figure.window = WINDOW;
     figure.gain = range_gain(outcome);
-    figure.survey = survey;
+    figure.survey = outcome.surveyed.iter().map(SurveyRecord::mark).collect();
     for (k, target) in outcome.measured.targets.iter().enumerate() {
         figure.targets.push(mark(target, k));
         if let Some(ghost) = target.ghost {

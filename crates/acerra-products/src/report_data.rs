@@ -54,6 +54,7 @@ pub fn collect(
         warnings: outcome.warnings.clone(),
         image: Some(image),
         targets: rows(outcome, spread.as_ref()),
+        surveyed: outcome.surveyed.clone(),
         remarks: at_nadir(outcome, spread.as_ref()),
         radargram_raw: picture(
             raw_png,

@@ -17,6 +17,7 @@ use crate::outcome::Outcome;
 use crate::space::check_space;
 use crate::stack_npz::NpzSink;
 use crate::staging::Staging;
+use crate::surveyed::{SurveyError, compared, read_survey};
 
 /// Reads a campaign file, runs it, and writes its products into `directory`. What the stages cost
 /// and noticed is in the journal, also after a failure.
@@ -64,6 +65,9 @@ pub enum RunError {
     /// A stage failed while measuring.
     #[error(transparent)]
     Measure(#[from] MeasureError),
+    /// The surveyed points cannot be read.
+    #[error(transparent)]
+    Survey(#[from] SurveyError),
     /// The caller asked to stop.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
@@ -112,7 +116,9 @@ pub fn process(
     control: &Control<'_>,
 ) -> Result<Outcome, RunError> {
     let NamedCampaign { name, campaign } = campaign;
+    let surveyed = read_survey(campaign.measure.survey.as_deref())?;
     let prepared = campaign.survey().prepare(journal, control)?;
+    let campaign = campaign.with_found(&prepared);
     let request = campaign.image_request(prepared.scene.pixels.clone());
     weigh_prepared(&prepared, &request, control)?
         .into_iter()
@@ -129,13 +135,13 @@ pub fn process(
         .into_iter()
         .for_each(|finding| journal.evidence.add(finding));
     refuse_contradictions(&campaign, &journal.evidence)?;
-    let campaign = campaign.with_pixels(&prepared.scene.pixels);
     Ok(Outcome {
         name,
         campaign,
         inputs: Vec::new(),
         prepared,
         focused,
+        surveyed: compared(&surveyed, &measured.targets),
         measured,
         evidence: journal.evidence.clone(),
         warnings: journal.warnings.said().to_vec(),
@@ -163,6 +169,7 @@ fn input_paths(file: &Path, campaign: &Campaign) -> Vec<PathBuf> {
     std::iter::once(file)
         .chain(logs)
         .chain(campaign.image.terrain.as_deref())
+        .chain(campaign.measure.survey.as_deref())
         .map(Path::to_owned)
         .collect()
 }

@@ -3,6 +3,7 @@
 use acerra_chain::calibration::TrackCalibration;
 use acerra_chain::campaign::Campaign;
 use acerra_chain::clean::{CleanedTraces, Surface};
+use acerra_chain::delay::{DelayCue, DelayFound};
 use acerra_chain::evidence::Evidence;
 use acerra_chain::inputs::InputFile;
 use acerra_chain::offset::{Curve, OffsetSearch};
@@ -12,6 +13,7 @@ use acerra_imaging::metrics::{ImageStatistics, Target};
 use serde::Serialize;
 
 use crate::outcome::Outcome;
+use crate::surveyed::SurveyRecord;
 
 /// `targets.json`: what the image shows.
 #[derive(Clone, Debug, Serialize)]
@@ -22,6 +24,9 @@ pub struct TargetsRecord<'a> {
     pub image: &'a ImageStatistics,
     /// What became of the local maxima.
     pub maxima: MaximaRecord,
+    /// Surveyed points beside the targets.
+    #[serde(skip_serializing_if = "<[_]>::is_empty")]
+    pub surveyed: &'a [SurveyRecord],
 }
 
 /// What became of the local maxima of an image.
@@ -29,6 +34,8 @@ pub struct TargetsRecord<'a> {
 pub struct MaximaRecord {
     /// Those above the threshold.
     pub above_threshold: usize,
+    /// Those that do not stand out of the clutter about them.
+    pub clutter: usize,
     /// Those taken for sidelobes of a target.
     pub sidelobes: usize,
     /// Those taken for ghosts.
@@ -56,6 +63,9 @@ pub struct RunRecord<'a> {
     pub time_offset_s: f64,
     /// How that was found, when it was not given.
     pub time_offset_search: Option<SearchRecord<'a>>,
+    /// How the fast time at which range is zero was found in the first track, when that was asked
+    /// for.
+    pub delay_search: Option<DelayRecord>,
     /// The shift of fast time.
     pub zero_timing: ZeroTimingRecord,
     /// The frame of all coordinates.
@@ -107,6 +117,25 @@ pub struct CurveRecord<'a> {
     pub offset_s: &'a [f64],
     /// Scores.
     pub score: &'a [f64],
+}
+
+/// The search of the fast time at which range is zero.
+#[derive(Clone, Debug, Serialize)]
+pub struct DelayRecord {
+    /// The delay taken (ns).
+    pub delay_ns: f64,
+    /// Its standard deviation (ns).
+    pub sigma_ns: f64,
+    /// The most likely other delay (ns), and the log-likelihood by which it is surpassed.
+    pub second: Option<[f64; 2]>,
+    /// The delay by the echo that follows the height, and its standard deviation (ns).
+    pub surface_ns: Option<[f64; 2]>,
+    /// The delay by the direct coupling, and its standard deviation (ns).
+    pub coupling_ns: Option<[f64; 2]>,
+    /// Delays tried (ns), rising.
+    pub tried_ns: Vec<f64>,
+    /// Their log-likelihoods by sharpness and echoes together.
+    pub log_likelihood: Vec<f64>,
 }
 
 /// The shift of fast time.
@@ -188,10 +217,12 @@ impl<'a> TargetsRecord<'a> {
             image: &measured.statistics,
             maxima: MaximaRecord {
                 above_threshold: measured.maxima,
+                clutter: measured.clutter,
                 sidelobes: measured.sidelobes,
                 ghosts: measured.ghosts,
                 not_examined: measured.skipped,
             },
+            surveyed: &outcome.surveyed,
         }
     }
 }
@@ -214,6 +245,7 @@ impl<'a> RunRecord<'a> {
             warnings: &outcome.warnings,
             time_offset_s: first.time_offset_s,
             time_offset_search: first.search.as_ref().map(SearchRecord::of),
+            delay_search: first.delay.as_ref().map(DelayRecord::of),
             zero_timing: ZeroTimingRecord {
                 shift_ns: cleaned.map(shift_ns),
                 surface: cleaned
@@ -272,6 +304,21 @@ impl<'a> CurveRecord<'a> {
         Self {
             offset_s: &curve.offset_s,
             score: &curve.score,
+        }
+    }
+}
+
+impl DelayRecord {
+    fn of(found: &DelayFound) -> Self {
+        let ns = |cue: DelayCue| [cue.delay_s, cue.sigma_s].map(|s| s * 1e9);
+        Self {
+            delay_ns: found.delay_s * 1e9,
+            sigma_ns: found.sigma_s * 1e9,
+            second: found.second.map(|(delay_s, below)| [delay_s * 1e9, below]),
+            surface_ns: found.surface.map(ns),
+            coupling_ns: found.coupling.map(ns),
+            tried_ns: found.curve.delay_s.iter().map(|d| d * 1e9).collect(),
+            log_likelihood: found.curve.log_likelihood.clone(),
         }
     }
 }

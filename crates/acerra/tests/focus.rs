@@ -248,8 +248,14 @@ fn a_real_flight_focuses_its_reflector() {
             "[radar]\nfile = '{data}/flight.mrm'\ndelay_ns = 11.5\nselect = 'moving'\n\
              [trajectory]\nfile = '{data}/platform-mocap.csv'\ntime_offset_s = 'auto'\n\
              [preprocess]\ngate_ns = 'none'\n\
-             [image]\nx_m = [0, 4]\ny_m = [0, 4]\npixel_m = 0.02\nweight = 'path'\n"
+             [image]\nx_m = [0, 4]\ny_m = [0, 4]\npixel_m = 0.02\nweight = 'path'\n\
+             [measure]\nsurvey = 'points.csv'\n"
         ),
+    )
+    .unwrap();
+    fs::write(
+        folder.path().join("points.csv"),
+        "corner,1.793,1.810,-0.017\n",
     )
     .unwrap();
     let products = folder.path().join("products");
@@ -272,6 +278,11 @@ fn a_real_flight_focuses_its_reflector() {
     let off =
         (first["x_m"].as_f64().unwrap() - 1.793).hypot(first["y_m"].as_f64().unwrap() - 1.810);
     assert!(off < 0.25, "{off} m");
+    let surveyed = &targets["surveyed"][0];
+    assert_eq!(surveyed["name"], "corner");
+    assert_eq!(surveyed["nearest"]["target"], 1);
+    let distance = surveyed["nearest"]["distance_m"].as_f64().unwrap();
+    assert!((distance - off).abs() < 1e-9, "{distance}");
     assert!(targets["image"]["median_db"].as_f64().unwrap() < -15.0);
     assert_eq!(run["traces"]["in_log"], 799);
 }

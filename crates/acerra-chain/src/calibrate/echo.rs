@@ -160,13 +160,14 @@ fn envelope_in_band(radargram: &Radargram, band_hz: [f64; 2]) -> Vec<f32> {
     out
 }
 
-/// 1 within a band, with raised-cosine edges of a tenth of its width beyond it.
+/// A Hann window over a band. A flat band leaves range sidelobes of −13 dB, by which the surface echo
+/// and other reflectors displace a crest; these leave −32 dB.
 fn pass(frequency_hz: f64, [from_hz, to_hz]: [f64; 2]) -> f64 {
-    let outside = (from_hz - frequency_hz).max(frequency_hz - to_hz);
-    match outside / (0.1 * (to_hz - from_hz)) {
-        x if x <= 0.0 => 1.0,
-        x if x >= 1.0 => 0.0,
-        x => 0.5 * (1.0 + (std::f64::consts::PI * x).cos()),
+    let place = (frequency_hz - from_hz) / (to_hz - from_hz);
+    if (0.0..=1.0).contains(&place) {
+        0.5 * (1.0 - (std::f64::consts::TAU * place).cos())
+    } else {
+        0.0
     }
 }
 

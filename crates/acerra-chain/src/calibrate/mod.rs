@@ -91,6 +91,7 @@ pub fn calibrate(
         reflector_m: &options.reflector_m,
         light_speed_m_s: scene.light_speed_m_s,
         band_hz: options.band_hz,
+        scene,
     };
     let tracks = recordings
         .iter()

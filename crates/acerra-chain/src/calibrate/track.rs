@@ -9,13 +9,14 @@ use super::model::predict;
 use super::parameter::Values;
 use super::path::Path;
 use crate::align::{AlignError, Flight, align};
-use crate::choices::{Select, TimeOffset};
+use crate::choices::{Delay, Select, TimeOffset};
 use crate::clean::{CleanError, removal};
 use crate::clock::{ClockError, align_clocks};
 use crate::control::Control;
 use crate::ground::Scene;
 use crate::read::RadarContent;
-use crate::recording::Recording;
+use crate::recording::{Recording, TrackOptions};
+use crate::select::SelectError;
 use crate::warnings::Warnings;
 
 /// What all tracks have in common.
@@ -27,6 +28,8 @@ pub(super) struct Setting<'a> {
     pub light_speed_m_s: f64,
     /// Band of the pulse (Hz).
     pub band_hz: [f64; 2],
+    /// What was flown over.
+    pub scene: &'a Scene,
 }
 
 /// A track's path and range profiles.
@@ -46,6 +49,20 @@ pub(super) struct TrackEchoes {
     pub time_offset_s: f64,
     /// Whether the platform stands.
     pub at_rest: bool,
+}
+
+impl Setting<'_> {
+    /// Distance in fast time from which echoes are told apart (s): from the crest of a Hann-weighted
+    /// pulse to its first zero.
+    fn cell_s(&self) -> f64 {
+        2.0 / (self.band_hz[1] - self.band_hz[0])
+    }
+
+    /// The ground straight below a place, where its height is known (m).
+    fn below(&self, [x_m, y_m, _]: [f64; 3]) -> Option<[f64; 3]> {
+        let is_known = !self.scene.open.ground;
+        is_known.then(|| [x_m, y_m, self.scene.ground.below_m(x_m, y_m)])
+    }
 }
 
 /// An echo of a reflector in a trace.
@@ -145,9 +162,22 @@ impl TrackEchoes {
             let Some(pose) = sampler.at(time_s, values.time_offset_s[number]) else {
                 continue;
             };
-            for (reflector, place) in setting.reflector_m.iter().enumerate() {
-                let expected_s =
-                    2.0 * predict(values, &pose, *place, c).range_m / c + self.known_delay_s;
+            let expected_s = |place: &[f64; 3]| {
+                2.0 * predict(values, &pose, *place, c).range_m / c + self.known_delay_s
+            };
+            let others_s: Vec<f64> = setting.reflector_m.iter().map(expected_s).collect();
+            let surface_s = setting
+                .below(pose.phase_centre_m(values.lever_arm_m))
+                .map(|nadir| expected_s(&nadir));
+            for (reflector, &expected_s) in others_s.iter().enumerate() {
+                let is_close = |other_s: f64| (other_s - expected_s).abs() < setting.cell_s();
+                let is_met = others_s
+                    .iter()
+                    .enumerate()
+                    .any(|(k, other_s)| k != reflector && is_close(*other_s));
+                if is_met || surface_s.is_some_and(is_close) {
+                    continue;
+                }
                 let crest = self.profiles.crest(trace, expected_s, half_width_s);
                 if let Some(crest) = crest.filter(|c| c.contrast >= LEAST_CONTRAST) {
                     found.push(Echo {
@@ -183,13 +213,14 @@ impl Selected {
             positions: &recording.positions,
             scene,
         };
-        match align_clocks(flight, &recording.options, warnings, control) {
+        let options = for_calibration(&recording.options);
+        match align_clocks(flight, &options, warnings, control) {
             Ok(clocked) => Ok(Self {
                 at_rest: stands(&clocked.aligned.position_m),
                 traces: clocked.aligned.traces,
                 time_offset_s: clocked.time_offset_s,
             }),
-            Err(ClockError::Align(AlignError::NeverMoves)) => {
+            Err(ClockError::Align(AlignError::Select(SelectError::NeverMoves))) => {
                 let mut options = recording.options.align.clone();
                 options.select = Select::All;
                 let time_offset_s = match options.time_offset {
@@ -228,4 +259,16 @@ fn check_band(band_hz: [f64; 2], radargram: &Radargram, track: &str) -> Result<(
         limit_ghz: limit_hz * 1e-9,
         found_ghz: band_hz.map(|f| f * 1e-9),
     })
+}
+
+/// The options of a track whose delay and traces the calibration itself judges.
+fn for_calibration(stated: &TrackOptions) -> TrackOptions {
+    let mut options = stated.clone();
+    if options.clean.delay_ns == Some(Delay::Auto) {
+        options.clean.delay_ns = None;
+    }
+    if options.align.select == Select::Auto {
+        options.align.select = Select::All;
+    }
+    options
 }

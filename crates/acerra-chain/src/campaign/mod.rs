@@ -10,11 +10,11 @@ use std::path::{Path, PathBuf};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::pixels::Pixels;
+use crate::prepare::Prepared;
 
 pub use crate::choices::{
-    Background, CalibrationSource, Contradictions, Gate, Heights, LookTaper, Select, Sum,
-    TimeOffset, Unfixed, Weight, ZeroTiming,
+    Background, CalibrationSource, Contradictions, Delay, Gate, HeightSource, Heights, LookTaper,
+    Select, Sum, TimeOffset, Unfixed, Weight, ZeroTiming,
 };
 pub use error::CampaignError;
 pub use sections::{
@@ -73,26 +73,43 @@ impl Campaign {
     pub fn parse(text: &str) -> Result<Self, CampaignError> {
         let mut campaign: Self = acerra_settings::parse(text)?;
         campaign.check()?;
-        let is_placed = campaign
-            .each_track()
-            .first()
-            .is_some_and(|one| one.trajectory.origin_deg_m.is_some());
+        let is_placed = campaign.each_track().first().is_some_and(|one| {
+            // Heights by the radar count from the ground.
+            one.trajectory.origin_deg_m.is_some() || one.trajectory.height == HeightSource::Radar
+        });
         if campaign.image.z_m.is_none() && campaign.image.terrain.is_none() && is_placed {
             campaign.image.z_m = Some(Heights::Plane(0.0));
         }
         Ok(campaign)
     }
 
-    /// The campaign with the image's extent and height as they were found, where it left them to the
-    /// data.
+    /// The campaign with what was left to the data as it was found: the image's extent and height,
+    /// traces and their weight, gate and delay.
     #[must_use]
-    pub fn with_pixels(mut self, pixels: &Pixels) -> Self {
-        let grid = &pixels.grid;
+    pub fn with_found(mut self, prepared: &Prepared) -> Self {
+        let grid = &prepared.scene.pixels.grid;
         let image = &mut self.image;
         image.x_m = image.x_m.or(Some([grid.x0_m, grid.x_m(grid.nx - 1)]));
         image.y_m = image.y_m.or(Some([grid.y0_m, grid.y_m(grid.ny - 1)]));
         if image.terrain.is_none() {
             image.z_m = image.z_m.or(Some(Heights::Plane(grid.z_m)));
+        }
+        if image.weight == Weight::Auto {
+            image.weight = if prepared.aligned.stands {
+                Weight::Path
+            } else {
+                Weight::Trace
+            };
+        }
+        if let [first] = prepared.tracks.as_slice() {
+            self.radar.settle(first);
+            self.preprocess.gate_ns = first.gate_ns;
+        }
+        for (section, track) in self.track.iter_mut().zip(&prepared.tracks) {
+            section.radar.settle(track);
+            if let Some(preprocess) = &mut section.preprocess {
+                preprocess.gate_ns = track.gate_ns;
+            }
         }
         self
     }
@@ -112,6 +129,7 @@ impl Campaign {
         }
         self.trajectory.file.as_mut().map(resolve);
         self.image.terrain.as_mut().map(resolve);
+        self.measure.survey.as_mut().map(resolve);
         self.gnss.as_mut().map(resolve_gnss);
         for track in &mut self.track {
             resolve(&mut track.radar.file);
@@ -158,8 +176,9 @@ impl Campaign {
         self.preprocess
             .zero_timing
             .unwrap_or(match self.radar.delay_ns {
-                Some(_) => ZeroTiming::None,
-                None => ZeroTiming::FirstTrace,
+                Some(Delay::Nanoseconds(_)) => ZeroTiming::None,
+                // Until the delay is found, the surface echo tells it.
+                Some(Delay::Auto) | None => ZeroTiming::FirstTrace,
             })
     }
 }
@@ -179,9 +198,9 @@ mod tests {
     fn defaults_are_the_papers() {
         let campaign = Campaign::parse(GOOD).unwrap();
         assert_eq!(campaign.zero_timing(), ZeroTiming::FirstTrace);
-        assert_eq!(campaign.preprocess.gate_ns, Gate::About([-6.0, 24.0]));
+        assert_eq!(campaign.preprocess.gate_ns.about_ns(), Some([-6.0, 24.0]));
         assert_eq!(campaign.image.band_ghz, [3.1, 4.8]);
-        assert_eq!(campaign.image.weight, Weight::Trace);
+        assert_eq!(campaign.image.weight, Weight::Auto);
         assert!((campaign.image.light_speed_m_s - 299_792_458.0).abs() < f64::EPSILON);
     }
 
@@ -192,6 +211,13 @@ mod tests {
             Campaign::parse(&delay).unwrap().zero_timing(),
             ZeroTiming::None
         );
+        let auto = GOOD.replace("'a.mrm'\n", "'a.mrm'\ndelay_ns = 'auto'\n");
+        assert_eq!(
+            Campaign::parse(&auto).unwrap().radar.delay_ns,
+            Some(Delay::Auto)
+        );
+        let stated = format!("{auto}[preprocess]\nzero_timing = 'first-trace'\n");
+        assert!(message(&stated).contains("exclude each other"));
         let both = format!("{delay}[preprocess]\nzero_timing = 'first-trace'\n");
         assert_eq!(
             Campaign::parse(&both).unwrap().zero_timing(),
@@ -284,7 +310,7 @@ mod tests {
             each[0].trajectory.file.as_deref(),
             Some(Path::new("/d/a.pos"))
         );
-        assert_eq!(each[0].preprocess.gate_ns, Gate::About([-6.0, 24.0]));
+        assert_eq!(each[0].preprocess.gate_ns, Gate::Auto);
         assert_eq!(each[1].preprocess.gate_ns, Gate::None);
         for (text, part) in [
             (image.to_owned(), "a radar log, here or in [[track]]"),

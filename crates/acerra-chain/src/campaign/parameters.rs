@@ -6,7 +6,7 @@ use super::sections::{GnssSection, ImageSection, MeasureSection, TrajectorySecti
 use super::{Campaign, TrackSection};
 use crate::align::AlignOptions;
 use crate::calibration::CalibrationOptions;
-use crate::choices::{Gate, Heights};
+use crate::choices::{Delay, HeightSource, Heights};
 use crate::clean::{CleanOptions, frequencies_hz};
 use crate::focus::{FocusOptions, ImageRequest};
 use crate::ground::{SceneHeights, SceneOptions, TerrainSource};
@@ -25,15 +25,19 @@ impl Campaign {
         let each = self.each_track();
         let origin = each.first().and_then(|one| one.trajectory.origin());
         let image = &self.image;
-        let is_open = image.z_m.is_none() && image.terrain.is_none() && origin.is_none();
+        let by_radar = each
+            .first()
+            .is_some_and(|one| one.trajectory.height == HeightSource::Radar);
+        let is_open =
+            image.z_m.is_none() && image.terrain.is_none() && origin.is_none() && !by_radar;
         let mut scene = SceneOptions::from(image);
         if is_open {
             scene.heights = SceneHeights::Ground;
         }
         // Of several tracks the longest gate lets in most.
-        let kept = |one: &Campaign| match one.preprocess.gate_ns {
-            Gate::About([_, end_ns]) => Some(1e-9 * end_ns),
-            Gate::None => None,
+        let kept = |one: &Campaign| {
+            let [_, end_ns] = one.preprocess.gate_ns.about_ns()?;
+            Some(1e-9 * end_ns)
         };
         scene.kept_s = each
             .iter()
@@ -81,6 +85,7 @@ impl Campaign {
             options: TrackOptions {
                 align: AlignOptions {
                     select: self.radar.select,
+                    delay_ns: self.radar.delay_ns.and_then(Delay::given_ns),
                     ..AlignOptions::from(&self.trajectory)
                 },
                 clean: self.clean_options(),
@@ -135,6 +140,7 @@ impl From<&TrajectorySection> for AlignOptions {
         Self {
             time_offset: section.time_offset_s,
             max_gap_s: section.max_gap_s,
+            height: section.height,
             unfixed: section.unfixed,
             horizontal_lever_arm_m: forward_m.hypot(left_m),
             ..Self::default()

@@ -5,11 +5,10 @@ use std::fmt::Debug;
 use acerra_settings::{Rule, check};
 
 use super::sections::{
-    GnssSection, ImageSection, MeasureSection, RadarSection, TrackSection, TracksSection,
-    TrajectorySection,
+    GnssSection, ImageSection, MeasureSection, TrackSection, TracksSection, TrajectorySection,
 };
 use super::{Campaign, CampaignError};
-use crate::choices::{Heights, Sum};
+use crate::choices::{Delay, Heights, Sum};
 
 impl Campaign {
     /// Refuses values that are impossible, and keys that exclude each other.
@@ -82,7 +81,13 @@ impl Campaign {
 
     /// The tables of a campaign of one track.
     fn check_one(&self) -> Result<(), CampaignError> {
-        check("radar", &radar_rules(&self.radar))?;
+        if self.radar.delay_ns == Some(Delay::Auto) && self.preprocess.zero_timing.is_some() {
+            return exclude(
+                "[radar] delay_ns = \"auto\"",
+                "[preprocess] zero_timing",
+                "both find the fast time at which range is zero",
+            );
+        }
         check("trajectory", &trajectory_rules(&self.trajectory))?;
         if let Some(gnss) = &self.gnss {
             if self.trajectory.file.is_some() {
@@ -170,16 +175,6 @@ fn look_rules(image: &ImageSection) -> [Rule; 2] {
             image.look_overlap,
         ),
     ]
-}
-
-fn radar_rules(radar: &RadarSection) -> [Rule; 1] {
-    let delay_ns = radar.delay_ns;
-    [rule(
-        "delay_ns",
-        delay_ns.is_none_or(f64::is_finite),
-        "a finite number",
-        delay_ns,
-    )]
 }
 
 fn trajectory_rules(trajectory: &TrajectorySection) -> [Rule; 3] {

@@ -7,10 +7,11 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::choices::{
-    Background, CalibrationSource, Contradictions, Gate, Heights, LookTaper, Select, Sum,
-    TimeOffset, Unfixed, Weight, ZeroTiming,
+    Background, CalibrationSource, Contradictions, Delay, Gate, HeightSource, Heights, LookTaper,
+    Select, Sum, TimeOffset, Unfixed, Weight, ZeroTiming,
 };
 use crate::path_text;
+use crate::prepare::Track;
 
 /// `[radar]`: the log, and which of its traces are used.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema, Serialize)]
@@ -19,10 +20,12 @@ pub struct RadarSection {
     /// The radar log; its format is recognised from its content.
     #[serde(serialize_with = "path_text::path")]
     pub file: PathBuf,
-    /// Fast time at which range is zero, in nanoseconds, when calibrated.
+    /// Fast time at which range is zero, in nanoseconds, when calibrated; `"auto"` finds the one at
+    /// which the image is sharpest.
     #[serde(default)]
-    pub delay_ns: Option<f64>,
-    /// The traces that enter background and image.
+    pub delay_ns: Option<Delay>,
+    /// The traces that enter background and image. By default those during which the platform moves,
+    /// where it stands much of the time, else all.
     #[serde(default)]
     pub select: Select,
 }
@@ -32,6 +35,19 @@ impl RadarSection {
     #[must_use]
     pub fn is_absent(&self) -> bool {
         self.file.as_os_str().is_empty()
+    }
+
+    /// Puts in what was left to the data.
+    pub(super) fn settle(&mut self, track: &Track) {
+        if self.is_absent() {
+            return;
+        }
+        if let (Some(Delay::Auto), Some(found)) = (self.delay_ns, &track.delay) {
+            self.delay_ns = Some(Delay::Nanoseconds(1e9 * found.delay_s));
+        }
+        if self.select == Select::Auto {
+            self.select = track.selected();
+        }
     }
 }
 
@@ -114,6 +130,9 @@ pub struct TrajectorySection {
     /// Longest gap between positions that is interpolated over, in seconds; by default a few
     /// sampling intervals.
     pub max_gap_s: Option<f64>,
+    /// Where the heights come from: the positions, or the radar's own surface echo over level ground
+    /// (`"radar"`), where those of the positions are poor.
+    pub height: HeightSource,
     /// Traces at unfixed positions: kept (with a warning) or dropped.
     pub unfixed: Unfixed,
 }
@@ -185,7 +204,8 @@ pub struct PreprocessSection {
     pub zero_timing: Option<ZeroTiming>,
     /// What is subtracted from every trace.
     pub background: Background,
-    /// The part of each trace that is kept.
+    /// The part of each trace that is kept. By default 6 ns before 2h/c to 24 ns after it, or all of
+    /// it where the image lies to the side of the flight.
     pub gate_ns: Gate,
 }
 
@@ -243,7 +263,8 @@ pub struct ImageSection {
     /// Relative L2 error allowed against Eq. (3) in double precision.
     #[serde(default = "default_accuracy")]
     pub accuracy: f64,
-    /// Weight of each trace.
+    /// Weight of each trace. By default by path where the platform stands much of the time, else the
+    /// same for all.
     #[serde(default)]
     pub weight: Weight,
     /// Greatest angle of incidence that counts, in degrees from the vertical; level planes alone.
@@ -329,6 +350,10 @@ pub struct MeasureSection {
     pub threshold_db: f64,
     /// At most so many targets are listed.
     pub max_targets: usize,
+    /// Surveyed points to compare the targets with, one a line as `x_m,y_m,z_m` or
+    /// `name,x_m,y_m,z_m`: drawn over the image, with their distances to the nearest target.
+    #[serde(serialize_with = "path_text::optional")]
+    pub survey: Option<PathBuf>,
 }
 
 impl Default for MeasureSection {
@@ -336,6 +361,7 @@ impl Default for MeasureSection {
         Self {
             threshold_db: -12.0,
             max_targets: 50,
+            survey: None,
         }
     }
 }

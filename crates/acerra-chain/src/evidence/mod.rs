@@ -9,6 +9,7 @@
 //! (`[checks] contradictions = "warn"`).
 
 mod clock;
+mod delay;
 mod finding;
 mod focus;
 mod geometry;
@@ -20,6 +21,7 @@ mod radar;
 use serde::Serialize;
 
 pub use clock::{ClockSeen, clock_offset};
+pub use delay::delay_sharpness;
 pub use finding::{Finding, Verdict};
 pub use focus::{PreferredSetting, preferred_setting};
 pub use geometry::{
@@ -28,7 +30,7 @@ pub use geometry::{
 };
 pub use image::{ImageContrast, contrast};
 pub use positions::{
-    base_position, flight_height, focusing_loss, lever_arm_heading, lever_arm_length,
+    base_position, flight_height, focusing_loss, lever_arm_heading, lever_arm_length, radar_height,
     trajectory_coverage,
 };
 pub use processing::{

@@ -5,12 +5,12 @@
 //! Focused  ──weigh_image─────► findings on the image
 //! ```
 
+mod delay;
 mod history;
 mod image;
 mod median;
 mod motion;
 mod radar;
-mod range_focus;
 mod strongest;
 mod track;
 mod wander;
@@ -50,6 +50,7 @@ pub fn weigh_prepared(
         };
         let mut own = track::weigh(prepared, track, &geometry);
         own.extend(radar::weigh(prepared, track, geometry.band_hz));
+        own.extend(delay::weigh(prepared, track, request, control)?);
         own.extend(image::weigh_geometry(prepared, track, &geometry, request));
         findings.extend(
             own.into_iter()
@@ -70,8 +71,7 @@ pub fn weigh_image(
 ) -> Result<Vec<Finding>, Cancelled> {
     let mut findings = image::weigh_values(prepared, focused);
     for track in &prepared.tracks {
-        let mut own = motion::weigh(prepared, focused, track, control)?;
-        own.extend(range_focus::weigh(prepared, focused, track, control)?);
+        let own = motion::weigh(prepared, focused, track, control)?;
         findings.extend(
             own.into_iter()
                 .map(|finding| named(prepared, track, finding)),

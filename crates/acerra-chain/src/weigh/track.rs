@@ -2,7 +2,7 @@
 
 use crate::evidence::{
     Finding, ImageGeometry, flight_height, focusing_loss, lever_arm_heading, lever_arm_length,
-    trajectory_coverage,
+    radar_height, trajectory_coverage,
 };
 use crate::position::Positions;
 use crate::prepare::{Prepared, Track};
@@ -39,6 +39,13 @@ pub(super) fn weigh(
     if track.horizontal_lever_arm_m > 0.0 && !has_attitude(track) {
         let arm_m = track.horizontal_lever_arm_m;
         findings.push(lever_arm_heading(arm_m, wavelength_m));
+    }
+    if let Some(seen) = prepared.aligned.radar_height {
+        findings.push(radar_height(
+            seen.positions_off_m,
+            seen.stated_m,
+            seen.sigma_m,
+        ));
     }
     if let Some(sigma_m) = line_of_sight_sigma_m(prepared, track, geometry) {
         findings.push(focusing_loss(sigma_m, wavelength_m));

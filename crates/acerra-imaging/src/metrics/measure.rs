@@ -8,6 +8,7 @@ use super::image::{ImageView, InterpolatedImage};
 use super::options::MeasureOptions;
 use super::shape::measure_shape;
 use super::statistics::ImageStatistics;
+use super::surroundings::Surroundings;
 use super::target::Target;
 use super::track::LocalTrack;
 use crate::control::Control;
@@ -25,6 +26,8 @@ pub struct Measurement {
     pub statistics: ImageStatistics,
     /// Local maxima above the threshold.
     pub maxima: usize,
+    /// Those of them that do not stand out of the clutter about them.
+    pub clutter: usize,
     /// Those of them that were taken for sidelobes of a target.
     pub sidelobes: usize,
     /// Those that were taken for ghosts.
@@ -40,6 +43,9 @@ const MAX_CANDIDATES: usize = 1024;
 const AMBIGUOUS: f64 = 0.01;
 
 /// Finds the targets of an image and measures each: place, level, resolution, sidelobes, ghost.
+///
+/// Maxima that stand no higher than the highest of clutter as strong as that about them are none of
+/// this; levels count from the strongest of the others.
 ///
 /// Local maxima are taken strongest first, as in CLEAN. Each one that becomes a target is given
 /// the response that Eq. (5) predicts for this flight and band (`spread`); later maxima that do not
@@ -112,14 +118,14 @@ fn measure(
 ) -> Result<Measurement, ImagingError> {
     options.check()?;
     let statistics = ImageStatistics::of(image);
-    let floor = statistics.maximum * 10f64.powf(options.threshold_db / 20.0);
-    let mut candidates = local_maxima(image, floor);
-    let maxima = candidates.len();
+    let (mut candidates, clutter) = standing_out(image, spread, options, &statistics);
+    let maxima = candidates.len() + clutter;
     candidates.truncate(MAX_CANDIDATES);
     let mut found = Measurement {
         targets: vec![],
         statistics,
         maxima,
+        clutter,
         sidelobes: 0,
         ghosts: 0,
         skipped: 0,
@@ -137,11 +143,13 @@ fn measure(
             break;
         }
         let chosen = search.left_of_equal_partners(next);
-        if let Some(target) = search.accept(chosen) {
-            found.targets.push(target);
+        match search.accept(chosen) {
+            Some(target) if search.is_listed(&found.targets, &target) => found.sidelobes += 1,
+            Some(target) => found.targets.push(target),
+            None => {}
         }
     }
-    found.skipped = maxima - found.targets.len() - found.sidelobes - found.ghosts;
+    found.skipped = maxima - clutter - found.targets.len() - found.sidelobes - found.ghosts;
     let strongest = found
         .targets
         .iter()
@@ -154,6 +162,45 @@ fn measure(
         .targets
         .sort_by(|a, b| b.level_db.total_cmp(&a.level_db));
     Ok(found)
+}
+
+/// The local maxima that stand out of their surroundings, strongest first, down to the threshold
+/// below the strongest of them; and how many above it do not stand out.
+fn standing_out(
+    image: &ImageView<'_>,
+    spread: &PointSpread,
+    options: &MeasureOptions,
+    statistics: &ImageStatistics,
+) -> (Vec<Candidate>, usize) {
+    let ratio = 10f64.powf(options.threshold_db / 20.0);
+    // The median of the image is no target, however weak the targets are.
+    let all = local_maxima(image, statistics.median.max(1e-6 * statistics.maximum));
+    let Some(cell) = cell_in_the_middle(image, spread) else {
+        return (all, 0);
+    };
+    let surroundings = Surroundings::of(image, [cell.along_m, cell.across_m]);
+    let stands_out = |c: &Candidate| surroundings.is_exceeded([c.ix, c.iy], c.amplitude);
+    let strongest = all.iter().find(|c| stands_out(c)).map(|c| c.amplitude);
+    let Some(strongest) = strongest else {
+        return (Vec::new(), 0);
+    };
+    let above: Vec<Candidate> = all
+        .into_iter()
+        .take_while(|c| c.amplitude >= ratio * strongest)
+        .collect();
+    let count = above.len();
+    let kept: Vec<Candidate> = above.into_iter().filter(stands_out).collect();
+    let clutter = count - kept.len();
+    (kept, clutter)
+}
+
+/// The resolution cell in the middle of an image.
+fn cell_in_the_middle(image: &ImageView<'_>, spread: &PointSpread) -> Option<Cell> {
+    let grid = image.grid();
+    let [x_m, y_m] = image.centre_m(grid.nx / 2, grid.ny / 2);
+    let point = [x_m, y_m, image.z_m(x_m, y_m)];
+    let track = LocalTrack::at(spread.position_m(), point)?;
+    Some(Cell::expected(spread, &track, point))
 }
 
 /// The maxima not yet explained.
@@ -218,6 +265,19 @@ impl Search<'_> {
             .take_while(|j| self.candidates[*j].amplitude >= enough)
             .find(|j| !self.done[*j] && window.contains(self.place_m(*j)))
             .unwrap_or(k)
+    }
+
+    /// Whether a target is one of those found already: the same peak within half a cell.
+    fn is_listed(&self, targets: &[Target], new: &Target) -> bool {
+        let Some((track, cell)) = self.surroundings([new.x_m, new.y_m]) else {
+            return false;
+        };
+        targets.iter().any(|old| {
+            let off = [new.x_m - old.x_m, new.y_m - old.y_m];
+            let on = |axis: [f64; 2]| (off[0] * axis[0] + off[1] * axis[1]).abs();
+            on([track.tangent[0], track.tangent[1]]) < 0.5 * cell.along_m
+                && on(track.left()) < 0.5 * cell.across_m
+        })
     }
 
     fn accept(&mut self, k: usize) -> Option<Target> {

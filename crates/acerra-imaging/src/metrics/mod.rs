@@ -24,6 +24,7 @@ pub(crate) mod measure;
 pub(crate) mod options;
 pub(crate) mod shape;
 pub(crate) mod statistics;
+pub(crate) mod surroundings;
 pub(crate) mod target;
 pub(crate) mod track;
 

@@ -171,7 +171,9 @@ impl CampaignFile {
 
     fn delay_ns(&self) -> f64 {
         let first = self.campaign.each_track().into_iter().next();
-        first.and_then(|one| one.radar.delay_ns).unwrap_or(0.0)
+        first
+            .and_then(|one| one.radar.delay_ns?.given_ns())
+            .unwrap_or(0.0)
     }
 }
 

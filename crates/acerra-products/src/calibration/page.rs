@@ -1,10 +1,11 @@
 //! `report.html` of a calibration.
 
 use acerra_figure::{Axis, Drawing, FigureError, LinePlot, Series};
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use maud::{Markup, html};
 
 use super::outcome::CalibrationOutcome;
 use super::record::{CalibrationRecord, EstimateRecord, series};
+use crate::report::html::{self, Fit, Table};
 
 /// The page: values, what is not observable, correlation, residuals, reflectors.
 ///
@@ -14,23 +15,14 @@ pub(super) fn page(name: &str, outcome: &CalibrationOutcome) -> Result<String, F
     let record = CalibrationRecord::of(outcome);
     let title = format!("Calibration of {name}");
     let residuals = residual_plot(outcome)?;
+    let badge = html::warning_badge(record.warnings.len(), "#warnings");
     let body = html! {
-        header {
-            h1 { (title) }
-            p { span.muted { "Acerra " (record.version) } }
-        }
+        (html::heading(&title, "", record.version, &badge))
         section #result {
             h2 { "Result" }
             (estimates(&record.estimates))
         }
-        section #warnings {
-            h2 { "Warnings" }
-            @if record.warnings.is_empty() {
-                p.note.good { "Nothing was dropped, replaced or doubted." }
-            } @else {
-                ul.note.bad { @for warning in &record.warnings { li { (warning) } } }
-            }
-        }
+        (html::warnings(&record.warnings))
         section #observability {
             h2 { "What the geometry cannot tell" }
             (directions(&record))
@@ -40,34 +32,16 @@ pub(super) fn page(name: &str, outcome: &CalibrationOutcome) -> Result<String, F
         }
         section #evidence {
             h2 { "Evidence" }
-            figure {
-                div.scroll { (PreEscaped(residuals.to_svg())) }
-                figcaption { "Range residuals of the echoes that took part, by reflector." }
-            }
+            (html::drawing(
+                residuals,
+                Fit::Scrolled,
+                "Range residuals of the echoes over radar time, by reflector",
+                "Range residuals of the echoes that took part, by reflector.",
+            ))
             (reflectors(&record))
         }
     };
-    Ok(document(&title, &body))
-}
-
-fn document(title: &str, body: &Markup) -> String {
-    const STYLE: &str = include_str!("../report/style.css");
-    const POLICY: &str = "default-src 'none'; img-src data:; style-src 'unsafe-inline'";
-    html! {
-        (DOCTYPE)
-        html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta http-equiv="Content-Security-Policy" content=(POLICY);
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                meta name="color-scheme" content="light dark";
-                title { (title) }
-                style { (PreEscaped(STYLE)) }
-            }
-            body { main { (body) } }
-        }
-    }
-    .into_string()
+    Ok(html::document(&title, &body))
 }
 
 fn estimates(estimates: &[EstimateRecord]) -> Markup {
@@ -79,7 +53,10 @@ fn estimates(estimates: &[EstimateRecord]) -> Markup {
         let [campaign, value] = numbers;
         vec![format!("{} ({})", e.name, e.unit), campaign, value, sigma]
     });
-    table(&["unknown", "campaign", "found", "σ"], rows.collect())
+    table(
+        &["unknown", "campaign", "found", "σ"],
+        &rows.collect::<Vec<_>>(),
+    )
 }
 
 fn directions(record: &CalibrationRecord) -> Markup {
@@ -108,9 +85,9 @@ fn sensitivities(record: &CalibrationRecord) -> Markup {
             h3 { "If a value that was kept is wrong" }
             (table(
                 &["estimate", "kept", "change per unit"],
-                record.sensitivity.iter().map(|s| {
+                &record.sensitivity.iter().map(|s| {
                     vec![s.of.clone(), s.to.clone(), format!("{:+.4} {}", s.slope, s.unit)]
-                }).collect(),
+                }).collect::<Vec<_>>(),
             ))
         }
     }
@@ -124,7 +101,7 @@ fn correlation(record: &CalibrationRecord) -> Markup {
         let cells = row.iter().map(|c| format!("{c:+.2}"));
         std::iter::once(name.clone()).chain(cells).collect()
     };
-    table(&head, rows.map(row).collect())
+    table(&head, &rows.map(row).collect::<Vec<_>>())
 }
 
 fn reflectors(record: &CalibrationRecord) -> Markup {
@@ -139,27 +116,16 @@ fn reflectors(record: &CalibrationRecord) -> Markup {
     });
     table(
         &["reflector (m)", "echoes", "took part", "rms (mm)"],
-        rows.collect(),
+        &rows.collect::<Vec<_>>(),
     )
 }
 
-fn table(head: &[&str], rows: Vec<Vec<String>>) -> Markup {
-    html! {
-        div.scroll {
-            table {
-                thead { tr { @for name in head { th scope="col" { (name) } } } }
-                tbody {
-                    @for row in &rows {
-                        tr {
-                            @for (k, cell) in row.iter().enumerate() {
-                                @if k == 0 { th scope="row" { (cell) } } @else { td { (cell) } }
-                            }
-                        }
-                    }
-                }
-            }
-        }
-    }
+fn table(head: &[&str], rows: &[Vec<String>]) -> Markup {
+    html::table(&Table {
+        caption: "",
+        head,
+        rows,
+    })
 }
 
 fn residual_plot(outcome: &CalibrationOutcome) -> Result<Drawing, FigureError> {

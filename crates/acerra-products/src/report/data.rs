@@ -5,6 +5,8 @@ use acerra_chain::stages::Stage;
 use acerra_geo::trajectory::SolutionStatus;
 use std::fmt;
 
+use crate::surveyed::SurveyRecord;
+
 /// Everything that the report of one focused campaign shows. What is empty is left out of the page.
 #[derive(Clone, Debug, Default)]
 pub struct ReportData {
@@ -24,6 +26,8 @@ pub struct ReportData {
     pub image: Option<Picture>,
     /// Targets, strongest first, numbered from 1 in this order.
     pub targets: Vec<TargetRow>,
+    /// Surveyed points beside the targets.
+    pub surveyed: Vec<SurveyRecord>,
     /// How to read the places of the targets, one paragraph each.
     pub remarks: Vec<String>,
     /// The radargram as recorded.

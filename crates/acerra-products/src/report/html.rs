@@ -8,7 +8,7 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 /// Wraps a body into a page without any outside reference. Control characters, which HTML may not
 /// hold, become the replacement character.
-pub(super) fn document(title: &str, body: &Markup) -> String {
+pub(crate) fn document(title: &str, body: &Markup) -> String {
     const STYLE: &str = include_str!("style.css");
     const POLICY: &str = "default-src 'none'; img-src data:; style-src 'unsafe-inline'";
     let page = html! {
@@ -35,7 +35,7 @@ pub(super) fn document(title: &str, body: &Markup) -> String {
 }
 
 /// Title, a sentence, badges, the version.
-pub(super) fn heading(title: &str, summary: &str, version: &str, badges: &Markup) -> Markup {
+pub(crate) fn heading(title: &str, summary: &str, version: &str, badges: &Markup) -> Markup {
     html! {
         header {
             h1 { (title) }
@@ -53,7 +53,7 @@ pub(super) fn heading(title: &str, summary: &str, version: &str, badges: &Markup
 }
 
 /// How many warnings there are, leading to `target`.
-pub(super) fn warning_badge(count: usize, target: &str) -> Markup {
+pub(crate) fn warning_badge(count: usize, target: &str) -> Markup {
     let (class, text) = match count {
         0 => ("good", "No warnings".to_owned()),
         1 => ("bad", "1 warning".to_owned()),
@@ -63,7 +63,7 @@ pub(super) fn warning_badge(count: usize, target: &str) -> Markup {
 }
 
 /// The section of warnings.
-pub(super) fn warnings(warnings: &[String]) -> Markup {
+pub(crate) fn warnings(warnings: &[String]) -> Markup {
     html! {
         section #warnings {
             h2 { "Warnings" }
@@ -81,7 +81,7 @@ pub(super) fn warnings(warnings: &[String]) -> Markup {
 }
 
 /// Facts as large numbers in a row.
-pub(super) fn tiles(facts: &[Fact]) -> Markup {
+pub(crate) fn tiles(facts: &[Fact]) -> Markup {
     html! {
         @if !facts.is_empty() {
             dl.tiles {
@@ -100,7 +100,7 @@ pub(super) fn tiles(facts: &[Fact]) -> Markup {
 }
 
 /// A picture with its caption, as wide as the same figure would be as SVG.
-pub(super) fn picture(picture: &Picture) -> Markup {
+pub(crate) fn picture(picture: &Picture) -> Markup {
     html! {
         figure {
             img.figure
@@ -114,7 +114,7 @@ pub(super) fn picture(picture: &Picture) -> Markup {
 }
 
 /// A PNG as a data URI (RFC 2397).
-pub(super) fn data_uri(png: &[u8]) -> String {
+pub(crate) fn data_uri(png: &[u8]) -> String {
     format!("data:image/png;base64,{}", BASE64.encode(png))
 }
 
@@ -134,7 +134,7 @@ fn png_size(png: &[u8]) -> Option<[u32; 2]> {
 
 /// How a drawing takes its place in the page.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Fit {
+pub(crate) enum Fit {
     /// Wide plots keep a readable size: on a narrow screen they are scrolled sideways.
     Scrolled,
     /// Maps are seen whole: never enlarged, and shrunk to the width of the screen.
@@ -142,7 +142,7 @@ pub(super) enum Fit {
 }
 
 /// A drawing as inline SVG with what it shows in words, and its caption.
-pub(super) fn drawing(drawing: Drawing, fit: Fit, alt: &str, text: &str) -> Markup {
+pub(crate) fn drawing(drawing: Drawing, fit: Fit, alt: &str, text: &str) -> Markup {
     let svg = drawing.described(alt).to_svg();
     html! {
         figure {
@@ -165,7 +165,7 @@ fn caption(text: &str) -> Markup {
 
 /// A table of numbers: its caption says what they are, the first column heads its rows.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Table<'a> {
+pub(crate) struct Table<'a> {
     /// What the table shows; may be empty.
     pub caption: &'a str,
     /// Column headings.
@@ -175,7 +175,7 @@ pub(super) struct Table<'a> {
 }
 
 /// Lays out a table of numbers.
-pub(super) fn table(table: &Table<'_>) -> Markup {
+pub(crate) fn table(table: &Table<'_>) -> Markup {
     let label = if table.caption.is_empty() {
         table.head.join(", ")
     } else {
@@ -213,7 +213,7 @@ pub(super) fn table(table: &Table<'_>) -> Markup {
 }
 
 /// A long table behind a line that opens it; closed, neither screen nor paper shows its rows.
-pub(super) fn folded(summary: &str, content: &Markup) -> Markup {
+pub(crate) fn folded(summary: &str, content: &Markup) -> Markup {
     html! {
         details.long {
             summary { (summary) }

@@ -26,7 +26,7 @@
 mod cuts;
 mod data;
 mod findings;
-mod html;
+pub(crate) mod html;
 mod index;
 mod numbers;
 mod page;

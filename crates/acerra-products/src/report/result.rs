@@ -3,6 +3,7 @@
 use super::data::{ReportData, TargetRow, Widths};
 use super::html::{self, Table};
 use super::numbers::fixed;
+use crate::surveyed::SurveyRecord;
 use maud::{Markup, html};
 
 pub(super) fn section(data: &ReportData) -> Markup {
@@ -20,10 +21,48 @@ pub(super) fn section(data: &ReportData) -> Markup {
                 (places(&data.targets))
                 (widths(&data.targets))
                 (ghosts(&data.targets))
+                (surveyed(&data.surveyed))
                 @for remark in &data.remarks {
                     p.note { (remark) }
                 }
             }
+        }
+    }
+}
+
+fn surveyed(points: &[SurveyRecord]) -> Markup {
+    let row = |point: &SurveyRecord| {
+        let mut row = vec![point.name.clone()];
+        row.extend([point.x_m, point.y_m, point.z_m].map(|v| fixed(v, 3)));
+        match point.nearest {
+            Some(nearest) => {
+                row.push(nearest.target.to_string());
+                let [east_m, north_m] = nearest.off_m;
+                row.extend([east_m, north_m, nearest.distance_m].map(|v| fixed(v, 3)));
+            }
+            None => row.extend(["–"; 4].map(str::to_owned)),
+        }
+        row
+    };
+    let table = Table {
+        caption: "Surveyed points and the target nearest to each: how far the target stands east and \
+                  north of the point, and the horizontal distance.",
+        head: &[
+            "point",
+            "x (m)",
+            "y (m)",
+            "z (m)",
+            "nearest target",
+            "east of it (m)",
+            "north of it (m)",
+            "distance (m)",
+        ],
+        rows: &points.iter().map(row).collect::<Vec<_>>(),
+    };
+    html! {
+        @if !points.is_empty() {
+            h3 { "Surveyed points" }
+            (html::table(&table))
         }
     }
 }

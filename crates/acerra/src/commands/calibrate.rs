@@ -13,6 +13,8 @@ use acerra_products::calibration::{
 use acerra_settings::Assignment;
 
 use super::values::{not_negative, point_m, positive};
+use crate::interrupt::cancel_flag;
+use crate::terminal::warn;
 
 /// Calibrate delay, clock offset, lever arm and range scale on reflectors at known places.
 ///
@@ -63,9 +65,14 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
     let file = CampaignFile::read(&args.campaign)?;
     let mut journal = Journal::default();
     let keys = match args.range_m {
-        Some(range_m) => at_rest(args, &file, range_m, &mut journal, out)?,
-        None => on_reflectors(args, &file, &mut journal, out)?,
+        Some(range_m) => at_rest(args, &file, range_m, &mut journal, out),
+        None => on_reflectors(args, &file, &mut journal, out),
     };
+    if keys.is_err() {
+        // What was noticed helps to understand a failure as well.
+        journal.warnings.said().iter().for_each(|text| warn(text));
+    }
+    let keys = keys?;
     if args.write {
         file.write_keys(&keys)?;
     }
@@ -82,7 +89,8 @@ fn on_reflectors(
         Some(survey) => places(survey)?,
         None => args.reflector.clone(),
     };
-    let outcome = file.calibrate(reflector_m, journal, &Control::default())?;
+    let control = Control::default().cancelled_by(cancel_flag());
+    let outcome = file.calibrate(reflector_m, journal, &control)?;
     if let Some(directory) = &args.output {
         outcome.deliver(&file.path.display().to_string(), directory)?;
     }

@@ -66,6 +66,7 @@ const SAMPLES: &[(&str, &str)] = &[
     ("pixel_z_m", "0.1"),
     ("rigid_body", "\"drone\""),
     ("speed_m_s", "0.6"),
+    ("survey", "\"points.csv\""),
     ("target_m", "[4.0, 0.0, 0.0]"),
     ("terrain", "\"dem.tif\""),
     ("terrain_crs", "\"EPSG:32633\""),

@@ -1,0 +1,63 @@
+//! Why a delay cannot be found.
+
+use acerra_imaging::ImagingError;
+
+use crate::clean::CleanError;
+use crate::control::Cancelled;
+
+/// Why the fast time at which range is zero cannot be found.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum DelayError {
+    /// The delay is to be found from spectra.
+    #[error("[radar] delay_ns = \"auto\": expected a radargram, found spectra")]
+    Spectra,
+    /// Two delays agree with the data.
+    #[error(
+        "[radar] delay_ns = \"auto\": {first_ns:.2} ns and {second_ns:.2} ns agree with the data \
+         nearly alike (log-likelihoods {margin:.1} apart, {needed:.0} needed); state the delay"
+    )]
+    Ambiguous {
+        /// The most likely delay (ns).
+        first_ns: f64,
+        /// The next (ns).
+        second_ns: f64,
+        /// Log-likelihood by which the first surpasses it.
+        margin: f64,
+        /// How much it must.
+        needed: f64,
+    },
+    /// The data hardly depend on the delay.
+    #[error(
+        "[radar] delay_ns = \"auto\": every delay from {from_ns:.2} to {to_ns:.2} ns agrees with the \
+         data (an aperture too short, nothing that stands out); state the delay"
+    )]
+    Vague {
+        /// Smallest delay that agrees (ns).
+        from_ns: f64,
+        /// Largest (ns).
+        to_ns: f64,
+    },
+    /// The image gets sharper up to the end of the delays tried.
+    #[error(
+        "[radar] delay_ns = \"auto\": the image is sharpest at {at_ns:.2} ns, the end of the delays \
+         tried ({from_ns} to {to_ns} ns); state the delay"
+    )]
+    AtEnd {
+        /// The end (ns).
+        at_ns: f64,
+        /// Smallest delay tried (ns).
+        from_ns: f64,
+        /// Largest (ns).
+        to_ns: f64,
+    },
+    /// The traces cannot be cleaned.
+    #[error(transparent)]
+    Clean(#[from] CleanError),
+    /// The images of the search cannot be made.
+    #[error(transparent)]
+    Imaging(#[from] ImagingError),
+    /// The caller asked to stop.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}

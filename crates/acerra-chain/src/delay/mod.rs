@@ -1,0 +1,22 @@
+//! The fast time at which range is zero, found from the data.
+//!
+//! A wrong delay lengthens every range alike. A point's echoes bend over the aperture as its true
+//! range wants, so that ranges ΔR too long leave a phase of 4πΔR(1 − cos θ)/λ at the angle θ from
+//! closest approach: the image is sharpest at the true delay, if the aperture subtends an angle.
+//! Surface echo and direct coupling say roughly where to look.
+//!
+//! ```text
+//! traces at their places ─► images at every delay ─► log-likelihood of sharpness ─┐
+//! echo that follows the height, 2h/c ─────────────► its delay ────────────────────┼─► DelayFound
+//! direct coupling, antennas side by side ─────────► its delay ────────────────────┘
+//! ```
+
+mod cues;
+mod error;
+mod scan;
+mod search;
+
+pub use cues::{DelayCue, coupling_delay, surface_delay};
+pub use error::DelayError;
+pub use scan::{DelayScan, ScanPoint, delayed};
+pub use search::{DelayCheck, DelayCurve, DelayFound, DelayTrial, check_delay, find_delay};

@@ -1,0 +1,167 @@
+//! What the surroundings of a maximum hold: clutter, noise, sidelobes.
+//!
+//! A maximum of clutter is as high as the highest of many draws; a target is higher. The power of
+//! clutter is taken as Weibull distributed with the median and the upper quartile that the
+//! surroundings show, so that clutter with spikes asks for more (constant false alarm rate).
+
+use std::f64::consts::LN_2;
+
+use rayon::prelude::*;
+
+use super::image::ImageView;
+use crate::grid::plane::PlaneGrid;
+
+/// Blocks along each side from which an image has surroundings to compare with.
+const LEAST_BLOCKS: usize = 3;
+/// Side of a block in resolution cells.
+const CELLS_A_BLOCK: f64 = 4.0;
+/// Clutter maxima that an image may have taken for targets, on the average.
+const FALSE_ALARMS: f64 = 0.01;
+/// Largest exponent of the Weibull power: surroundings that are half target are no clutter.
+const MOST_SPIKY: f64 = 2.0;
+
+/// Levels of the clutter over an image, block by block.
+#[derive(Clone, Debug)]
+pub(super) struct Surroundings {
+    grid: PlaneGrid,
+    /// Pixels along a block's side.
+    side: usize,
+    blocks: [usize; 2],
+    /// Median and upper quartile of the power of each block.
+    quantiles: Vec<[f64; 2]>,
+    /// Resolution cells of the image over the false alarms allowed.
+    odds: f64,
+}
+
+impl Surroundings {
+    /// Measures an image whose resolution cell has sides of `cell_m`.
+    pub fn of(image: &ImageView<'_>, cell_m: [f64; 2]) -> Self {
+        let grid = image.grid();
+        let widest = cell_m[0].max(cell_m[1]) / grid.pixel_m;
+        let side = (CELLS_A_BLOCK * widest).ceil().clamp(4.0, 4096.0) as usize;
+        let blocks = [grid.nx.div_ceil(side), grid.ny.div_ceil(side)];
+        let quantiles = (0..blocks[0] * blocks[1])
+            .into_par_iter()
+            .map(|k| quantiles_of(image, side, [k % blocks[0], k / blocks[0]]))
+            .collect();
+        let pixels_a_cell = (cell_m[0] * cell_m[1] / grid.pixel_m.powi(2)).max(1.0);
+        let cells = (grid.nx as f64 * grid.ny as f64 / pixels_a_cell).max(1.0);
+        Self {
+            grid,
+            side,
+            blocks,
+            quantiles,
+            odds: cells / FALSE_ALARMS,
+        }
+    }
+
+    /// Whether a maximum of `amplitude` at a pixel is higher than clutter as about it may be.
+    pub fn is_exceeded(&self, [ix, iy]: [usize; 2], amplitude: f64) -> bool {
+        debug_assert!(ix < self.grid.nx && iy < self.grid.ny);
+        if self.blocks.iter().any(|count| *count < LEAST_BLOCKS) {
+            return true;
+        }
+        let own = [ix / self.side, iy / self.side];
+        let about = |k: usize, most: usize| k.saturating_sub(1)..(k + 2).min(most);
+        let mut medians = Vec::new();
+        let mut quartiles = Vec::new();
+        for by in about(own[1], self.blocks[1]) {
+            for bx in about(own[0], self.blocks[0]) {
+                if [bx, by] != own {
+                    let [median, quartile] = self.quantiles[by * self.blocks[0] + bx];
+                    medians.push(median);
+                    quartiles.push(quartile);
+                }
+            }
+        }
+        let (median, quartile) = (middle(&mut medians), middle(&mut quartiles));
+        amplitude * amplitude > self.highest(median, quartile)
+    }
+
+    /// Power that the highest of the image's clutter maxima rarely passes.
+    fn highest(&self, median: f64, quartile: f64) -> f64 {
+        if median <= 0.0 {
+            return 0.0;
+        }
+        // Of exponentially distributed power the upper quartile is twice the median.
+        let exponent = ((quartile / median).ln() / LN_2).clamp(1.0, MOST_SPIKY);
+        median * (self.odds.ln() / LN_2).powf(exponent)
+    }
+}
+
+fn quantiles_of(image: &ImageView<'_>, side: usize, [bx, by]: [usize; 2]) -> [f64; 2] {
+    let grid = image.grid();
+    let within = |k: usize, most: usize| k * side..((k + 1) * side).min(most);
+    // Every few pixels are enough of a large block.
+    let stride = (side / 64).max(1);
+    let mut power: Vec<f32> = within(by, grid.ny)
+        .step_by(stride)
+        .flat_map(|iy| {
+            within(bx, grid.nx)
+                .step_by(stride)
+                .map(move |ix| image.at(ix, iy).norm_sqr())
+        })
+        .collect();
+    power.sort_by(f32::total_cmp);
+    [0.5, 0.75].map(|share| f64::from(power[(share * (power.len() - 1) as f64) as usize]))
+}
+
+fn middle(values: &mut [f64]) -> f64 {
+    let at = values.len() / 2;
+    *values.select_nth_unstable_by(at, f64::total_cmp).1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use num_complex::Complex32;
+
+    /// Complex normal clutter whose power falls with x as 1/R² does, and a target far out.
+    fn image(target: f32) -> (Vec<Complex32>, PlaneGrid) {
+        let mut state = 3_u64;
+        let mut uniform = || {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            ((state >> 11) as f64 + 0.5) / 2f64.powi(53)
+        };
+        let grid = PlaneGrid::new([0.0, 0.0, 0.0], 0.1, [120, 120]).unwrap();
+        let mut values: Vec<Complex32> = (0..grid.len())
+            .map(|k| {
+                let (u, v) = (uniform(), uniform());
+                let x_m = 0.5 + grid.x_m(k % grid.nx);
+                let amplitude = (-u.ln()).sqrt() / (x_m * x_m);
+                let turn = std::f64::consts::TAU * v;
+                Complex32::new(
+                    (amplitude * turn.cos()) as f32,
+                    (amplitude * turn.sin()) as f32,
+                )
+            })
+            .collect();
+        values[60 * 120 + 100] = Complex32::new(target, 0.0);
+        (values, grid)
+    }
+
+    #[test]
+    fn near_clutter_that_is_brighter_than_a_far_target_does_not_stand_out() {
+        let (values, grid) = image(0.2);
+        let view = ImageView::new(&values, grid).unwrap();
+        let about = Surroundings::of(&view, [0.1, 0.1]);
+        let found: Vec<usize> = (0..values.len())
+            .filter(|k| {
+                let amplitude = f64::from(values[*k].norm());
+                about.is_exceeded([k % 120, k / 120], amplitude)
+            })
+            .collect();
+        assert!(values[0].norm() > 0.2, "clutter at the antenna is brighter");
+        assert_eq!(found, [60 * 120 + 100]);
+    }
+
+    #[test]
+    fn an_image_without_surroundings_keeps_every_maximum() {
+        let (values, grid) = image(0.2);
+        let view = ImageView::new(&values, grid).unwrap();
+        let about = Surroundings::of(&view, [2.0, 0.1]);
+        assert!(about.is_exceeded([0, 0], 1e-6));
+    }
+}
