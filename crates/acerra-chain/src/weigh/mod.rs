@@ -11,6 +11,7 @@ mod image;
 mod median;
 mod motion;
 mod radar;
+mod range_focus;
 mod strongest;
 mod track;
 mod wander;
@@ -71,7 +72,8 @@ pub fn weigh_image(
 ) -> Result<Vec<Finding>, Cancelled> {
     let mut findings = image::weigh_values(prepared, focused);
     for track in &prepared.tracks {
-        let own = motion::weigh(prepared, focused, track, control)?;
+        let mut own = motion::weigh(prepared, focused, track, control)?;
+        own.extend(range_focus::weigh(prepared, focused, track, control)?);
         findings.extend(
             own.into_iter()
                 .map(|finding| named(prepared, track, finding)),
