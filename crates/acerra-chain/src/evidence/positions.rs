@@ -44,26 +44,6 @@ pub fn trajectory_coverage(positioned: usize, traces: usize) -> Finding {
         ))
 }
 
-/// Judges heights by the radar beside those of the positions that they replace: `off_m` is the standard
-/// deviation of the positions' about the radar's, `stated_m` what the positions state of themselves.
-#[must_use]
-pub fn radar_height(off_m: f64, stated_m: Option<f64>, sigma_m: f64) -> Finding {
-    let verdict = match stated_m {
-        Some(stated_m) if off_m > 3.0 * stated_m.hypot(sigma_m) => Verdict::Doubtful,
-        _ => Verdict::Agrees,
-    };
-    Finding {
-        sigma: stated_m.map(|stated_m| stated_m.hypot(sigma_m)),
-        ..Finding::judged("radar_height", off_m, "m", verdict)
-    }
-    .expecting(0.0)
-    .because(format!(
-        "heights are those by the surface echo over level ground, ± {sigma_m:.2} m each; the \
-         positions' wander about them by {off_m:.2} m ([trajectory] height, [image] z_m: the level of \
-         the ground is taken for the image's)"
-    ))
-}
-
 /// Deviation of the median of single-frequency single-point positions (m): what ionosphere,
 /// troposphere and broadcast orbits leave.
 const SINGLE_POINT_SIGMA_M: f64 = 10.0 / 3.0;
@@ -146,6 +126,26 @@ pub fn lever_arm_heading(horizontal_arm_m: f64, wavelength_m: f64) -> Finding {
             1e3 * sigma_m,
             250.0 * wavelength_m
         ))
+}
+
+/// Judges heights by the radar beside those of the positions that they replace: `off_m` is the standard
+/// deviation of the positions' about the radar's, `stated_m` what the positions state of themselves.
+#[must_use]
+pub fn radar_height(off_m: f64, stated_m: Option<f64>, sigma_m: f64) -> Finding {
+    let verdict = match stated_m {
+        Some(stated_m) if off_m > 3.0 * stated_m.hypot(sigma_m) => Verdict::Doubtful,
+        _ => Verdict::Agrees,
+    };
+    Finding {
+        sigma: stated_m.map(|stated_m| stated_m.hypot(sigma_m)),
+        ..Finding::judged("radar_height", off_m, "m", verdict)
+    }
+    .expecting(0.0)
+    .because(format!(
+        "heights are those by the surface echo over level ground, ± {sigma_m:.2} m each; the \
+         positions' wander about them by {off_m:.2} m ([trajectory] height, [image] z_m: the level of \
+         the ground is taken for the image's)"
+    ))
 }
 
 #[cfg(test)]

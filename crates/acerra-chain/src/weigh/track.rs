@@ -27,13 +27,6 @@ pub(super) fn weigh(
         .filter(|place| place.flag.is_covered())
         .count();
     findings.push(trajectory_coverage(positioned, track.traces_in_log));
-    if let Some(seen) = prepared.aligned.radar_height {
-        findings.push(radar_height(
-            seen.positions_off_m,
-            seen.stated_m,
-            seen.sigma_m,
-        ));
-    }
     let middle_hz = 0.5 * (geometry.band_hz[0] + geometry.band_hz[1]);
     let wavelength_m = geometry.light_speed_m_s / middle_hz;
     let heights_m = prepared.aligned.height_m.get(track.range.clone());
@@ -46,6 +39,13 @@ pub(super) fn weigh(
     if track.horizontal_lever_arm_m > 0.0 && !has_attitude(track) {
         let arm_m = track.horizontal_lever_arm_m;
         findings.push(lever_arm_heading(arm_m, wavelength_m));
+    }
+    if let Some(seen) = prepared.aligned.radar_height {
+        findings.push(radar_height(
+            seen.positions_off_m,
+            seen.stated_m,
+            seen.sigma_m,
+        ));
     }
     if let Some(sigma_m) = line_of_sight_sigma_m(prepared, track, geometry) {
         findings.push(focusing_loss(sigma_m, wavelength_m));

@@ -45,11 +45,13 @@ fn set(key: &'static str, causes: &[&'static str], values: [&str; 3]) -> Row {
 /// A key off its right value by three amounts, in one component.
 fn add(key: &'static str, component: usize, what: &str, amounts: [f64; 3]) -> Row {
     let sizes = amounts.map(|v| (format!("{v:+}"), vec![Edit::Add(key, component, v)]));
-    row(
-        &format!("`{}` {what}", name_of(key)),
-        &[name_of(key)],
-        sizes,
-    )
+    // What an origin or an arm does to the heights is told as heights.
+    let causes: &[&str] = if component == 2 {
+        &[name_of(key), "heights"]
+    } else {
+        &[name_of(key)]
+    };
+    row(&format!("`{}` {what}", name_of(key)), causes, sizes)
 }
 
 /// Wrong logs or trajectory files.
