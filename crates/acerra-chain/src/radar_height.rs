@@ -2,7 +2,7 @@
 //! are poor (`[trajectory] height = "radar"`).
 //!
 //! Single-point heights are metres off, and a few centimetres already cost focus. The surface echo
-//! tells the height above level ground to a few centimetres, up to the delay at which range is zero
+//! tells the height above level ground to about 5 cm, up to the delay at which range is zero
 //! (Catapano et al. 2020, ref. 17). Where the delay is not stated, the level of the heights stays that
 //! of the positions, and zero-timing takes it up as it always does.
 
@@ -63,8 +63,9 @@ const OUTLIER_S: f64 = 0.5e-9;
 const LEAST_PICKED: f64 = 0.6;
 /// Contrast that the echo needs (dB).
 const LEAST_CONTRAST_DB: f64 = 6.0;
-/// Roughness of ordinary ground as the surface echo shows it (m).
-const ROUGHNESS_M: f64 = 0.03;
+/// Roughness of ordinary ground as the surface echo shows it (m): its facets interfere, so that the
+/// crest wanders smoothly.
+const ROUGHNESS_M: f64 = 0.05;
 
 /// What the positions say of a track whose heights are wanted.
 #[derive(Clone, Copy, Debug)]

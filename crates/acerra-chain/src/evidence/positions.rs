@@ -133,6 +133,8 @@ pub fn lever_arm_heading(horizontal_arm_m: f64, wavelength_m: f64) -> Finding {
 #[must_use]
 pub fn radar_height(off_m: f64, stated_m: Option<f64>, sigma_m: f64) -> Finding {
     let verdict = match stated_m {
+        // Good heights were given away for worse ones.
+        Some(stated_m) if stated_m < sigma_m => Verdict::Doubtful,
         Some(stated_m) if off_m > 3.0 * stated_m.hypot(sigma_m) => Verdict::Doubtful,
         _ => Verdict::Agrees,
     };
@@ -143,8 +145,9 @@ pub fn radar_height(off_m: f64, stated_m: Option<f64>, sigma_m: f64) -> Finding 
     .expecting(0.0)
     .because(format!(
         "heights are those by the surface echo over level ground, ± {sigma_m:.2} m each; the \
-         positions' wander about them by {off_m:.2} m ([trajectory] height, [image] z_m: the level of \
-         the ground is taken for the image's)"
+         positions' wander about them by {off_m:.2} m and state {}; keep those that are better \
+         ([trajectory] height; [image] z_m: the level of the ground is taken for the image's)",
+        stated_m.map_or("no deviation".to_owned(), |m| format!("± {m:.2} m"))
     ))
 }
 
@@ -180,5 +183,14 @@ mod tests {
         assert_eq!(fixed.verdict, Verdict::Agrees);
         assert!(fixed.explanation.contains("4.3 dB"), "{fixed:?}");
         assert_eq!(focusing_loss(0.4, 0.0759).verdict, Verdict::Doubtful);
+    }
+
+    #[test]
+    fn radar_heights_in_place_of_better_ones_are_doubted() {
+        let verdict = |off_m, stated_m| radar_height(off_m, stated_m, 0.05).verdict;
+        assert_eq!(verdict(0.04, Some(0.01)), Verdict::Doubtful);
+        assert_eq!(verdict(1.5, Some(2.0)), Verdict::Agrees);
+        assert_eq!(verdict(9.0, Some(2.0)), Verdict::Doubtful);
+        assert_eq!(verdict(1.5, None), Verdict::Agrees);
     }
 }
