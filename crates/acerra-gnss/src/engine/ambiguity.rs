@@ -197,9 +197,9 @@ impl Resolution<'_> {
         groups
             .into_iter()
             .all(|group| verdict(without_group(group)) != Verdict::RuledOut)
-            && members.iter().all(|&(satellite, slot)| {
-                stays(verdict(without(&attempt.pairs, satellite, slot)))
-            })
+            && members
+                .iter()
+                .all(|&(satellite, slot)| stays(verdict(without(&attempt.pairs, satellite, slot))))
     }
 
     /// The ratio needed with this many pairs.

@@ -94,7 +94,7 @@ pub(crate) fn confirm_by(
         .iter()
         .map(|a| a.is_some_and(|certain| certain || span_s >= AGREEMENT_S))
         .collect();
-    keep_confirmed(results, &anchors, needed);
+    keep_confirmed(results, &anchors, needed, span_s < AGREEMENT_S);
     count
 }
 
@@ -107,12 +107,18 @@ pub(crate) fn confirm_alone(results: &mut [EpochResult], needed: f64, withdrawn:
         own.is_some_and(|i| i.certain && !withdrawn.contains(&i.generation))
     };
     let anchors: Vec<bool> = results.iter().map(certain).collect();
-    keep_confirmed(results, &anchors, needed);
+    keep_confirmed(results, &anchors, needed, false);
 }
 
 /// Calls fixes float that neither are anchors nor have the integers of the nearest anchor before
-/// or after them.
-fn keep_confirmed(results: &mut [EpochResult], anchors: &[bool], needed: f64) {
+/// or after them; `wholly` asks that no other satellite take part in them.
+fn keep_confirmed(results: &mut [EpochResult], anchors: &[bool], needed: f64, wholly: bool) {
+    let linked = |own: &FixedIntegers, anchor: &FixedIntegers| {
+        own.same_as(anchor) && (!wholly || own.is_part_of(anchor))
+    };
+    for (result, anchored) in results.iter_mut().zip(anchors) {
+        result.anchored = *anchored;
+    }
     let mut confirmed = anchors.to_vec();
     let mut confirm_along = |order: &mut dyn Iterator<Item = usize>| {
         let mut nearest: Option<&FixedIntegers> = None;
@@ -120,7 +126,7 @@ fn keep_confirmed(results: &mut [EpochResult], anchors: &[bool], needed: f64) {
             let Some(own) = &results[k].integers else {
                 continue;
             };
-            if anchors[k] || nearest.is_some_and(|certain| own.same_as(certain)) {
+            if anchors[k] || nearest.is_some_and(|certain| linked(own, certain)) {
                 confirmed[k] = true;
                 nearest = Some(own);
             }

@@ -95,6 +95,11 @@ impl FixedIntegers {
         self.shared_with(other, true).is_some_and(|n| n >= least)
     }
 
+    /// Whether every integer of this fix is the other's too.
+    pub(crate) fn is_part_of(&self, other: &Self) -> bool {
+        self.shared_with(other, true) == Some(self.pairs.len())
+    }
+
     /// As [`same_as`](Self::same_as), of fixes of different passes: a slip in between makes them
     /// differ.
     pub(crate) fn same_as_in_another_pass(&self, other: &Self) -> bool {
