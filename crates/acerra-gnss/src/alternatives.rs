@@ -75,10 +75,10 @@ fn alternatives(options: &PpkOptions) -> Vec<(PpkOptions, bool)> {
     };
     let mut alternatives = vec![(options.clone(), true), (held.clone(), false)];
     if options.cn0_mask.is_none() {
-        alternatives.extend(MASKS_DB_HZ.iter().map(|&db_hz| {
+        for db_hz in MASKS_DB_HZ {
             let mask = Some(Cn0Mask::uniform(db_hz));
-            (held.clone().with_cn0_mask(mask), false)
-        }));
+            alternatives.push((held.clone().with_cn0_mask(mask), false));
+        }
     }
     alternatives
 }

@@ -94,7 +94,11 @@ pub(crate) fn confirm_by(
         .iter()
         .map(|a| a.is_some_and(|certain| certain || span_s >= AGREEMENT_S))
         .collect();
-    keep_confirmed(results, &anchors, needed, span_s < AGREEMENT_S);
+    if span_s < AGREEMENT_S {
+        keep_confirmed(results, &corroborated(results, &anchors), needed, true);
+    } else {
+        keep_confirmed(results, &anchors, needed, false);
+    }
     count
 }
 
@@ -108,6 +112,21 @@ pub(crate) fn confirm_alone(results: &mut [EpochResult], needed: f64, withdrawn:
     };
     let anchors: Vec<bool> = results.iter().map(certain).collect();
     keep_confirmed(results, &anchors, needed, false);
+}
+
+/// The anchors whose integers are all among those of the anchor before or after: in a short log a
+/// satellite that takes part in one fix alone may be the one that is off.
+fn corroborated(results: &[EpochResult], anchors: &[bool]) -> Vec<bool> {
+    let places: Vec<usize> = (0..anchors.len()).filter(|&k| anchors[k]).collect();
+    let mut kept = vec![false; anchors.len()];
+    for pair in places.windows(2) {
+        let both = [pair[0], pair[1]].map(|k| results[k].integers.as_ref());
+        if let [Some(a), Some(b)] = both {
+            kept[pair[0]] |= a.is_part_of(b);
+            kept[pair[1]] |= b.is_part_of(a);
+        }
+    }
+    kept
 }
 
 /// Calls fixes float that neither are anchors nor have the integers of the nearest anchor before
