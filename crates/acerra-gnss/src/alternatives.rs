@@ -73,7 +73,12 @@ fn alternatives(options: &PpkOptions) -> Vec<(PpkOptions, bool)> {
         revisable_hold: false,
         ..options.clone()
     };
-    let mut alternatives = vec![(options.clone(), true), (held.clone(), false)];
+    let by_model = PpkOptions {
+        measure_code_noise: false,
+        initial_bias_cycles: 30.0,
+        ..held.clone()
+    };
+    let mut alternatives = vec![(held.clone(), false), (by_model, false)];
     if options.cn0_mask.is_none() {
         for db_hz in MASKS_DB_HZ {
             let mask = Some(Cn0Mask::uniform(db_hz));
