@@ -26,8 +26,12 @@ pub(crate) fn better_of(
     control: Control<'_>,
 ) -> Result<Attempt, PpkError> {
     let mut others = Vec::new();
-    for alternative in alternatives(options) {
-        match Attempt::new(inputs, &alternative, control.silent()) {
+    for (alternative, trial_from_other_end) in alternatives(options) {
+        let inputs = Inputs {
+            trial_from_other_end,
+            ..*inputs
+        };
+        match Attempt::new(&inputs, &alternative, control.silent()) {
             Ok(other) => others.push((other, alternative)),
             Err(_) => control.check()?,
         }
@@ -63,21 +67,29 @@ pub(crate) fn better_of(
     Ok(attempt)
 }
 
-fn alternatives(options: &PpkOptions) -> Vec<PpkOptions> {
+/// Other settings, and whether their trial pass begins at the other end of the log.
+fn alternatives(options: &PpkOptions) -> Vec<(PpkOptions, bool)> {
     let held = PpkOptions {
         revisable_hold: false,
         ..options.clone()
     };
-    let mut alternatives = vec![held.clone()];
+    let by_model = PpkOptions {
+        measure_code_noise: false,
+        initial_bias_cycles: 30.0,
+        ..held.clone()
+    };
+    let mut alternatives = vec![(held.clone(), false), (by_model, false)];
     if options.cn0_mask.is_none() {
-        let masked = |db_hz: &f64| held.clone().with_cn0_mask(Some(Cn0Mask::uniform(*db_hz)));
-        alternatives.extend(MASKS_DB_HZ.iter().map(masked));
+        for db_hz in MASKS_DB_HZ {
+            let mask = Some(Cn0Mask::uniform(db_hz));
+            alternatives.push((held.clone().with_cn0_mask(mask), false));
+        }
     }
     alternatives
 }
 
-/// Puts the fixes of `other` where `results` have none; where both have one, at different places,
-/// neither is believed.
+/// Puts the fixes of `other` where `results` have none; of two at different places that one is
+/// believed which a pass in the other direction found too, else neither.
 fn overlay(results: &mut [EpochResult], other: Vec<EpochResult>) {
     let mut other = other.into_iter().peekable();
     for result in results {
@@ -90,16 +102,23 @@ fn overlay(results: &mut [EpochResult], other: Vec<EpochResult>) {
             continue;
         };
         let fixed = |r: &EpochResult| r.quality == Some(Quality::Fixed);
-        if fixed(&better) && !fixed(result) {
+        if !fixed(&better) {
+            continue;
+        }
+        if !fixed(result) {
             *result = better;
-        } else if fixed(&better) {
-            let squares =
-                (0..3).map(|k| (better.position_ecef_m[k] - result.position_ecef_m[k]).powi(2));
-            let distance_m = squares.sum::<f64>().sqrt();
-            if distance_m > DIFFERENT_PLACE_M {
-                result.quality = Some(Quality::Float);
-                result.reason = Some(NotFixedReason::PassesDisagree { distance_m });
-                result.widen_to(&better);
+            continue;
+        }
+        let distance_m = result.distance_m(&better);
+        if distance_m > DIFFERENT_PLACE_M {
+            match (result.anchored, better.anchored) {
+                (true, false) => {}
+                (false, true) => *result = better,
+                _ => {
+                    result.quality = Some(Quality::Float);
+                    result.reason = Some(NotFixedReason::PassesDisagree { distance_m });
+                    result.widen_to(&better);
+                }
             }
         }
     }

@@ -32,8 +32,9 @@ const MODEL_VARIANCE_CYCLES2: f64 = 54e-6 / (0.1903 * 0.1903);
 pub(crate) struct Calibration {
     /// Factor on the codes' variance.
     pub code_factor: f64,
-    /// Growth of an ambiguity's variance by the multipath of its phase (cycle²/s).
-    pub phase_walk_cycles2_s: f64,
+    /// Growth of an ambiguity's variance by the multipath of its phase (cycle²/s); `None` leaves it
+    /// to the options, where float positions err no more than stated.
+    pub phase_walk_cycles2_s: Option<f64>,
 }
 
 impl Calibration {
@@ -41,7 +42,7 @@ impl Calibration {
     pub(crate) fn prior() -> Self {
         Self {
             code_factor: 1.0,
-            phase_walk_cycles2_s: phase_walk(PRIOR_PHASE_FACTOR),
+            phase_walk_cycles2_s: Some(phase_walk(PRIOR_PHASE_FACTOR)),
         }
     }
 
@@ -64,9 +65,8 @@ impl Calibration {
             (squares + PRIOR_FREEDOM * PRIOR_PHASE_FACTOR) / (freedom + PRIOR_FREEDOM);
         Self {
             code_factor: code_factor.clamp(1.0, LARGEST_FACTOR),
-            phase_walk_cycles2_s: phase_walk(
-                phase_factor.clamp(PHASE_FACTORS[0], PHASE_FACTORS[1]),
-            ),
+            phase_walk_cycles2_s: (code_factor > 1.0 || misfits.is_empty())
+                .then(|| phase_walk(phase_factor.clamp(PHASE_FACTORS[0], PHASE_FACTORS[1]))),
         }
     }
 }

@@ -120,7 +120,7 @@ impl MeasuredNoise {
         for noise in self.groups.iter_mut().flatten() {
             noise.variance_factor *= calibration.code_factor;
         }
-        self.phase_walk_cycles2_s = Some(calibration.phase_walk_cycles2_s);
+        self.phase_walk_cycles2_s = calibration.phase_walk_cycles2_s;
         self
     }
 

@@ -57,6 +57,12 @@ fn pair(f: EpochResult, b: EpochResult, options: &PpkOptions) -> EpochResult {
     if f.quality.is_none() {
         return f;
     }
+    if f.quality == Some(Quality::Fixed)
+        && f.anchored != b.anchored
+        && disagreement_m(&f, &b, options).is_some()
+    {
+        return if f.anchored { f } else { b };
+    }
     let mut result = f.clone();
     result.time = f.time - f.time.seconds_since(b.time) / 2.0;
     if f.quality == Some(Quality::Fixed)

@@ -94,7 +94,11 @@ pub(crate) fn confirm_by(
         .iter()
         .map(|a| a.is_some_and(|certain| certain || span_s >= AGREEMENT_S))
         .collect();
-    keep_confirmed(results, &anchors, needed);
+    if span_s < AGREEMENT_S {
+        keep_confirmed(results, &corroborated(results, &anchors), needed, true);
+    } else {
+        keep_confirmed(results, &anchors, needed, false);
+    }
     count
 }
 
@@ -107,12 +111,33 @@ pub(crate) fn confirm_alone(results: &mut [EpochResult], needed: f64, withdrawn:
         own.is_some_and(|i| i.certain && !withdrawn.contains(&i.generation))
     };
     let anchors: Vec<bool> = results.iter().map(certain).collect();
-    keep_confirmed(results, &anchors, needed);
+    keep_confirmed(results, &anchors, needed, false);
+}
+
+/// The anchors whose integers are all among those of the anchor before or after: in a short log a
+/// satellite that takes part in one fix alone may be the one that is off.
+fn corroborated(results: &[EpochResult], anchors: &[bool]) -> Vec<bool> {
+    let places: Vec<usize> = (0..anchors.len()).filter(|&k| anchors[k]).collect();
+    let mut kept = vec![false; anchors.len()];
+    for pair in places.windows(2) {
+        let both = [pair[0], pair[1]].map(|k| results[k].integers.as_ref());
+        if let [Some(a), Some(b)] = both {
+            kept[pair[0]] |= a.is_part_of(b);
+            kept[pair[1]] |= b.is_part_of(a);
+        }
+    }
+    kept
 }
 
 /// Calls fixes float that neither are anchors nor have the integers of the nearest anchor before
-/// or after them.
-fn keep_confirmed(results: &mut [EpochResult], anchors: &[bool], needed: f64) {
+/// or after them; `wholly` asks that no other satellite take part in them.
+fn keep_confirmed(results: &mut [EpochResult], anchors: &[bool], needed: f64, wholly: bool) {
+    let linked = |own: &FixedIntegers, anchor: &FixedIntegers| {
+        own.same_as(anchor) && (!wholly || own.is_part_of(anchor))
+    };
+    for (result, anchored) in results.iter_mut().zip(anchors) {
+        result.anchored = *anchored;
+    }
     let mut confirmed = anchors.to_vec();
     let mut confirm_along = |order: &mut dyn Iterator<Item = usize>| {
         let mut nearest: Option<&FixedIntegers> = None;
@@ -120,7 +145,7 @@ fn keep_confirmed(results: &mut [EpochResult], anchors: &[bool], needed: f64) {
             let Some(own) = &results[k].integers else {
                 continue;
             };
-            if anchors[k] || nearest.is_some_and(|certain| own.same_as(certain)) {
+            if anchors[k] || nearest.is_some_and(|certain| linked(own, certain)) {
                 confirmed[k] = true;
                 nearest = Some(own);
             }

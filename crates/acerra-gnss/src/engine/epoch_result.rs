@@ -27,11 +27,19 @@ pub(crate) struct EpochResult {
     /// GLONASS inter-channel bias and standard deviation (m per channel) of a fix with GLONASS,
     /// where it is estimated.
     pub channel_slope_m: Option<[f64; 2]>,
+    /// A pass in the other direction fixed at the same place, or with the same integers.
+    pub anchored: bool,
     /// The integers of a fix.
     pub integers: Option<FixedIntegers>,
 }
 
 impl EpochResult {
+    /// Distance to another place (m).
+    pub(crate) fn distance_m(&self, other: &Self) -> f64 {
+        let (a, b) = (self.position_ecef_m, other.position_ecef_m);
+        (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt()
+    }
+
     /// Moves to the mean of this place and another's of which one is wrong, with the covariance
     /// that says so: each place is within it, and half the way between them is a standard
     /// deviation.

@@ -6,7 +6,9 @@ use super::state::FilterState;
 use crate::satellite::System;
 
 /// Fewest ambiguities that must be the same for one fix to confirm another.
-const LEAST_SHARED: usize = 3;
+const LEAST_SHARED: usize = 4;
+/// The same where both rest on one set of held integers, which the float state checks.
+const LEAST_SHARED_OF_HELD: usize = 3;
 /// The same between passes, which have nothing else in common.
 const LEAST_SHARED_BETWEEN_PASSES: usize = 4;
 
@@ -31,6 +33,8 @@ pub(crate) struct FixedIntegers {
     pub certain: bool,
     /// Number of the set of held integers in force.
     pub generation: u32,
+    /// The same, of a fix that rests on them.
+    pub held: Option<u32>,
     pub float: FloatSolution,
 }
 
@@ -61,6 +65,7 @@ impl FixedIntegers {
             success_rate: attempt.success_rate,
             certain,
             generation,
+            held: None,
             float,
         }
     }
@@ -83,8 +88,16 @@ impl FixedIntegers {
     /// Whether both fixes of one pass put the same integers to the satellites that they share and
     /// that did not slip in between.
     pub(crate) fn same_as(&self, other: &Self) -> bool {
-        self.shared_with(other, true)
-            .is_some_and(|n| n >= LEAST_SHARED)
+        let least = match (self.held, other.held) {
+            (Some(a), Some(b)) if a == b => LEAST_SHARED_OF_HELD,
+            _ => LEAST_SHARED,
+        };
+        self.shared_with(other, true).is_some_and(|n| n >= least)
+    }
+
+    /// Whether every integer of this fix is the other's too.
+    pub(crate) fn is_part_of(&self, other: &Self) -> bool {
+        self.shared_with(other, true) == Some(self.pairs.len())
     }
 
     /// As [`same_as`](Self::same_as), of fixes of different passes: a slip in between makes them

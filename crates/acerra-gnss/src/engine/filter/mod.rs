@@ -322,8 +322,9 @@ impl<'a> Filter<'a> {
             if self.rests_on_held {
                 result.float_misfit = self.float_misfit(attempt);
             }
-            let integers =
+            let mut integers =
                 FixedIntegers::new(attempt, &self.state, certain, self.generation, float);
+            integers.held = self.rests_on_held.then_some(self.generation);
             result.integers = Some(integers);
         }
         self.report_fix(result, attempt);

@@ -30,6 +30,7 @@ impl EpochResult {
             residuals: Vec::new(),
             phase_misfit: [0.0; 2],
             float_misfit: None,
+            anchored: false,
             channel_slope_m: None,
             integers: None,
         }
