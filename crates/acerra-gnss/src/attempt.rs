@@ -196,7 +196,8 @@ impl Attempt {
             let trial = prepared.trial(inputs.trial_from_other_end, &watch)?;
             glonass = prepared.glonass_decision(&trial);
             if options.measure_code_noise {
-                prepared.noise = prepared.noise.calibrated(Calibration::of(&trial));
+                let misfits: Vec<_> = trial.iter().map(EpochResult::misfit).collect();
+                prepared.noise = prepared.noise.calibrated(Calibration::of(&misfits));
             }
         }
         let plan = glonass.map_or(GlonassPlan::Estimate, GlonassPlan::from);

@@ -6,8 +6,8 @@
 //! a side alike, show here and nowhere else. The phases' residuals say how large their own
 //! multipath is, which lasts for minutes: an ambiguity takes it along as it changes.
 
-use super::epoch_result::EpochResult;
-use crate::solution::Quality;
+use super::outliers::median;
+use acerra_geo::time::GpsTime;
 
 /// Time (s) after which reflections are others: one float error in each such span counts.
 const CORRELATION_S: f64 = 100.0;
@@ -26,6 +26,17 @@ const PHASE_FACTORS: [f64; 2] = [0.02, 2.0];
 /// Variance of a phase difference between receivers by the model at 45° (cycle² of L1):
 /// 2·(3² + 3²·2) mm².
 const MODEL_VARIANCE_CYCLES2: f64 = 54e-6 / (0.1903 * 0.1903);
+
+/// How an epoch's fix fits the measurements.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Misfit {
+    pub time: GpsTime,
+    /// Squared distance of the float position from the fixed one, in units of its covariance and
+    /// per dimension.
+    pub float: Option<f64>,
+    /// Squared phase residuals of a fix in units of their variance, and their degrees of freedom.
+    pub phase: Option<[f64; 2]>,
+}
 
 /// How the noise differs from what was measured beforehand.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,21 +57,20 @@ impl Calibration {
         }
     }
 
-    /// From the results of a pass.
-    pub(crate) fn of(results: &[EpochResult]) -> Self {
-        let misfits: Vec<f64> = results.iter().filter_map(|r| r.float_misfit).collect();
+    /// From the misfits of a pass, in its order.
+    pub(crate) fn of(pass: &[Misfit]) -> Self {
+        let misfits: Vec<f64> = pass.iter().filter_map(|m| m.float).collect();
         let code_factor = if misfits.is_empty() {
             1.0
         } else {
-            let span_s = median_interval_s(results) * misfits.len() as f64;
+            let span_s = median_interval_s(pass) * misfits.len() as f64;
             let mean = misfits.iter().sum::<f64>() / misfits.len() as f64;
             let spans = (span_s / CORRELATION_S).max(1.0);
             (mean * spans + PRIOR_SPANS) / (spans + PRIOR_SPANS)
         };
-        let fixed = results.iter().filter(|r| r.quality == Some(Quality::Fixed));
-        let [squares, freedom] = fixed.fold([0.0; 2], |sum, r| {
-            [sum[0] + r.phase_misfit[0], sum[1] + r.phase_misfit[1]]
-        });
+        let fixed = pass.iter().filter_map(|m| m.phase);
+        let [squares, freedom] =
+            fixed.fold([0.0; 2], |sum, one| [sum[0] + one[0], sum[1] + one[1]]);
         let phase_factor =
             (squares + PRIOR_FREEDOM * PRIOR_PHASE_FACTOR) / (freedom + PRIOR_FREEDOM);
         Self {
@@ -76,9 +86,9 @@ fn phase_walk(phase_factor: f64) -> f64 {
     2.0 * phase_factor * MODEL_VARIANCE_CYCLES2 / PHASE_CORRELATION_S
 }
 
-fn median_interval_s(results: &[EpochResult]) -> f64 {
-    let intervals = results
+fn median_interval_s(pass: &[Misfit]) -> f64 {
+    let intervals = pass
         .windows(2)
         .map(|w| w[1].time.seconds_since(w[0].time).abs());
-    super::outliers::median(intervals.collect())
+    median(intervals.collect())
 }

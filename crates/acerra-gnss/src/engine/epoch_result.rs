@@ -1,5 +1,6 @@
 //! What the filter says about one epoch.
 
+use super::calibration::Misfit;
 use super::fixed_integers::FixedIntegers;
 use crate::solution::{NotFixedReason, Quality, SatelliteResidual};
 use acerra_geo::time::GpsTime;
@@ -34,6 +35,15 @@ pub(crate) struct EpochResult {
 }
 
 impl EpochResult {
+    /// How its fix fits the measurements.
+    pub(crate) fn misfit(&self) -> Misfit {
+        Misfit {
+            time: self.time,
+            float: self.float_misfit,
+            phase: (self.quality == Some(Quality::Fixed)).then_some(self.phase_misfit),
+        }
+    }
+
     /// Distance to another place (m).
     pub(crate) fn distance_m(&self, other: &Self) -> f64 {
         let (a, b) = (self.position_ecef_m, other.position_ecef_m);

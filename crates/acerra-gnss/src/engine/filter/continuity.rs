@@ -1,10 +1,10 @@
 //! Slips that nobody flagged, by the phases' changes since the last epoch.
 
+use super::last_phases::{LastPhases, PhaseDifference};
 use super::{EpochView, Filter};
 use crate::engine::noise::{Separation, SignalView, single_difference_variance_m2};
 use crate::engine::single::SinglePoint;
 use crate::engine::time_difference::{PhaseChange, robust_fit};
-use acerra_geo::time::GpsTime;
 
 /// Longest time (s) over which phases are compared: the atmosphere and the model of the orbits
 /// change by less than a centimetre.
@@ -13,25 +13,6 @@ const LONGEST_S: f64 = 60.0;
 const SLIP_SIGMA: f64 = 5.0;
 /// and so is one beyond this many cycles, whatever the noise: half a cycle is the smallest slip.
 const SLIP_CYCLES: f64 = 0.4;
-
-/// The phase difference between rover and base of one satellite and slot at an epoch.
-#[derive(Debug, Clone, Copy)]
-struct PhaseDifference {
-    satellite: usize,
-    slot: usize,
-    difference_m: f64,
-    unit_ecef: [f64; 3],
-    slips: [u32; 2],
-}
-
-/// The phase differences of an epoch, for a rover at `place_ecef_m`.
-#[derive(Debug, Clone, Default)]
-pub(super) struct LastPhases {
-    tag: Option<GpsTime>,
-    place_ecef_m: [f64; 3],
-    /// In ascending order of satellite and slot.
-    differences: Vec<PhaseDifference>,
-}
 
 impl Filter<'_> {
     /// The phases (common index, slot) of this epoch that contradict the others' change since the

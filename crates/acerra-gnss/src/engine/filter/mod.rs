@@ -3,6 +3,7 @@
 mod adjust;
 mod continuity;
 mod held;
+mod last_phases;
 mod observe;
 mod predict;
 mod report;
@@ -27,7 +28,7 @@ use crate::observation::LossOfLock;
 use crate::options::{AmbiguityMode, PositioningMode, PpkOptions, RuleSet};
 use crate::solution::{NotFixedReason, Quality};
 use acerra_geo::time::GpsTime;
-use continuity::LastPhases;
+use last_phases::LastPhases;
 use nalgebra::{Matrix3, Vector3};
 use residuals::Update;
 
