@@ -27,7 +27,7 @@ use verdict::{Outcome, Run};
 
 /// Side of a pixel of the whole table, and of the part that every test run covers (m).
 const PIXEL_M: f64 = 0.03;
-const COARSE_PIXEL_M: f64 = 0.06;
+const COARSE_PIXEL_M: f64 = 0.03;
 
 /// What no radar echo can tell: row, size and physical reason.
 const UNOBSERVABLE: &[(&str, &str, &str)] = &[

@@ -113,7 +113,7 @@ fn places() -> Vec<Row> {
         add(ORIGIN, 1, "(longitude)", [-0.002, -0.01, -28.0]),
         files(
             "no `origin_deg_m`",
-            &["origin_deg_m", "z_m", "range_coverage"],
+            &["origin_deg_m", "z_m", "range_coverage", "aperture_coverage"],
             [
                 ("left out", vec![Edit::Remove(ORIGIN)]),
                 ("zero", vec![to(ORIGIN, "[0.0, 0.0, 0.0]")]),
