@@ -26,12 +26,8 @@ pub(crate) fn better_of(
     control: Control<'_>,
 ) -> Result<Attempt, PpkError> {
     let mut others = Vec::new();
-    for (alternative, trial_from_other_end) in alternatives(options) {
-        let inputs = Inputs {
-            trial_from_other_end,
-            ..*inputs
-        };
-        match Attempt::new(&inputs, &alternative, control.silent()) {
+    for alternative in alternatives(options) {
+        match Attempt::new(inputs, &alternative, control.silent()) {
             Ok(other) => others.push((other, alternative)),
             Err(_) => control.check()?,
         }
@@ -67,8 +63,7 @@ pub(crate) fn better_of(
     Ok(attempt)
 }
 
-/// Other settings, and whether their trial pass begins at the other end of the log.
-fn alternatives(options: &PpkOptions) -> Vec<(PpkOptions, bool)> {
+fn alternatives(options: &PpkOptions) -> Vec<PpkOptions> {
     let held = PpkOptions {
         revisable_hold: false,
         ..options.clone()
@@ -78,11 +73,11 @@ fn alternatives(options: &PpkOptions) -> Vec<(PpkOptions, bool)> {
         initial_bias_cycles: 30.0,
         ..held.clone()
     };
-    let mut alternatives = vec![(held.clone(), false), (by_model, false)];
+    let mut alternatives = vec![held.clone(), by_model];
     if options.cn0_mask.is_none() {
         for db_hz in MASKS_DB_HZ {
             let mask = Some(Cn0Mask::uniform(db_hz));
-            alternatives.push((held.clone().with_cn0_mask(mask), false));
+            alternatives.push(held.clone().with_cn0_mask(mask));
         }
     }
     alternatives

@@ -17,15 +17,12 @@ use acerra_geo::time::GpsTime;
 const POOR_SHARE: f64 = 0.9;
 
 /// What is positioned against what.
-#[derive(Clone, Copy)]
 pub(crate) struct Inputs<'a> {
     pub rover: &'a ObservationData,
     pub base: &'a ObservationData,
     pub navigation: &'a Navigation,
     /// First and last rover epoch of the time window.
     pub rover_span: TimeSpan,
-    /// The trial pass that calibrates the noise begins at the other end of the log.
-    pub trial_from_other_end: bool,
 }
 
 /// The results of one set of options.
@@ -126,7 +123,6 @@ impl Attempt {
             base,
             navigation,
             rover_span,
-            ..
         } = inputs;
         let relative = options.mode != PositioningMode::Single;
         let mut warnings = Vec::new();
@@ -193,7 +189,7 @@ impl Attempt {
         };
         let mut glonass = None;
         if Prepared::needs_trial(options) {
-            let trial = prepared.trial(inputs.trial_from_other_end, &watch)?;
+            let trial = prepared.trial(&watch)?;
             glonass = prepared.glonass_decision(&trial);
             if options.measure_code_noise {
                 let misfits: Vec<_> = trial.iter().map(EpochResult::misfit).collect();

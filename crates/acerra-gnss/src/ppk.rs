@@ -104,7 +104,6 @@ pub fn process_with(
         base,
         navigation,
         rover_span,
-        trial_from_other_end: false,
     };
     let mut attempt = Attempt::new(&inputs, options, control)?;
     if options.try_alternatives && attempt.is_poor() {

@@ -61,13 +61,9 @@ impl<'a> Prepared<'a> {
             && (options.glonass_ambiguity == GlonassAmbiguity::Auto || options.measure_code_noise)
     }
 
-    /// The results of a trial pass; `from_other_end` runs it against the direction asked for.
-    pub(crate) fn trial(
-        &'a self,
-        from_other_end: bool,
-        watch: &Watch<'_>,
-    ) -> Result<Vec<EpochResult>, PpkError> {
-        let backward = (self.options.direction == FilterDirection::Backward) != from_other_end;
+    /// The results of a trial pass.
+    pub(crate) fn trial(&'a self, watch: &Watch<'_>) -> Result<Vec<EpochResult>, PpkError> {
+        let backward = self.options.direction == FilterDirection::Backward;
         self.run_alone(&mut self.filter(), backward, watch)
     }
 
