@@ -104,6 +104,14 @@ pub fn book(runner: &Runner) -> anyhow::Result<()> {
     runner.run(&Step::new("validation book", &words(write)).with("ACERRA_DOCS", pages))
 }
 
+/// Tries every wrong setting and twenty random right flights, and writes their pages of the book: half
+/// an hour, so that it is no part of [`ci`].
+pub fn wrong_settings(runner: &Runner) -> anyhow::Result<()> {
+    let pages = runner.root.join("docs/validation").display().to_string();
+    let write = "cargo test --release --locked -p acerra --test wrong_settings -- --ignored";
+    runner.run(&Step::new("wrong settings", &words(write)).with("ACERRA_DOCS", pages))
+}
+
 /// Says what is wrong with the house, of this workspace or of another checkout.
 pub fn house(runner: &Runner, directory: Option<&str>) -> anyhow::Result<()> {
     let root = directory.map_or(runner.root.as_path(), Path::new);
