@@ -13,6 +13,7 @@ cargo xtask test                 all tests
 cargo xtask ci                   everything a change must pass: what .ci/run calls
 cargo xtask validate             slow checks: RTKLIB parity, the engine at full size, the book
 cargo xtask book                 writes docs/validation anew
+cargo xtask wrong-settings       the table of wrong settings and the twenty random flights, anew
 cargo xtask fuzz [SECONDS] [TARGET…]
                                  every fuzz target for so many seconds (20), from the seeds
 cargo xtask bench-peers          Acerra beside numba, NumPy and torchbp, in one run
@@ -28,6 +29,7 @@ fn main() -> ExitCode {
         "ci" => checks::ci(&runner),
         "validate" => runner.run(&Step::new("validation", &checks::VALIDATE)),
         "book" => checks::book(&runner),
+        "wrong-settings" => checks::wrong_settings(&runner),
         "fuzz" => runner.script("fuzz/run.sh", &rest),
         "bench-peers" => runner.script("crates/acerra-imaging/benches/peers/run.sh", &rest),
         "house" => checks::house(&runner, rest.first().map(String::as_str)),
