@@ -160,12 +160,13 @@ fn envelope_in_band(radargram: &Radargram, band_hz: [f64; 2]) -> Vec<f32> {
     out
 }
 
-/// A Hann window over a band. A flat band leaves range sidelobes of −13 dB, by which the surface echo
-/// and other reflectors displace a crest; these leave −32 dB.
+/// A cosine window over a band. A flat band leaves range sidelobes of −13 dB, by which the surface echo
+/// and other reflectors displace a crest; these leave −23 dB, and cost half the signal-to-noise ratio that
+/// a Hann window would (0.9 dB of 1.8 dB).
 fn pass(frequency_hz: f64, [from_hz, to_hz]: [f64; 2]) -> f64 {
     let place = (frequency_hz - from_hz) / (to_hz - from_hz);
     if (0.0..=1.0).contains(&place) {
-        0.5 * (1.0 - (std::f64::consts::TAU * place).cos())
+        (std::f64::consts::PI * place).sin()
     } else {
         0.0
     }

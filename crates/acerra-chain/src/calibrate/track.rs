@@ -52,10 +52,10 @@ pub(super) struct TrackEchoes {
 }
 
 impl Setting<'_> {
-    /// Distance in fast time from which echoes are told apart (s): from the crest of a Hann-weighted
-    /// pulse to its first zero.
+    /// Distance in fast time from which echoes are told apart (s): from the crest of a
+    /// cosine-weighted pulse to its first zero.
     fn cell_s(&self) -> f64 {
-        2.0 / (self.band_hz[1] - self.band_hz[0])
+        1.5 / (self.band_hz[1] - self.band_hz[0])
     }
 
     /// The ground straight below a place, where its height is known (m).
@@ -155,20 +155,18 @@ impl TrackEchoes {
         values: &Values,
         half_width_s: f64,
     ) -> Vec<Echo> {
-        let sampler = self.path.sampler();
         let c = setting.light_speed_m_s;
+        let expected = self.expected(setting, number, values);
+        let surface_is_seen = self.surface_is_seen(setting, &expected);
         let mut found = Vec::new();
-        for (trace, &time_s) in self.profiles.time_s.iter().enumerate() {
-            let Some(pose) = sampler.at(time_s, values.time_offset_s[number]) else {
-                continue;
-            };
-            let expected_s = |place: &[f64; 3]| {
-                2.0 * predict(values, &pose, *place, c).range_m / c + self.known_delay_s
-            };
-            let others_s: Vec<f64> = setting.reflector_m.iter().map(expected_s).collect();
-            let surface_s = setting
-                .below(pose.phase_centre_m(values.lever_arm_m))
-                .map(|nadir| expected_s(&nadir));
+        for Expected {
+            trace,
+            time_s,
+            reflectors_s: others_s,
+            surface_s,
+        } in expected
+        {
+            let surface_s = surface_s.filter(|_| surface_is_seen);
             for (reflector, &expected_s) in others_s.iter().enumerate() {
                 let is_close = |other_s: f64| (other_s - expected_s).abs() < setting.cell_s();
                 let is_met = others_s
@@ -193,6 +191,59 @@ impl TrackEchoes {
         found
     }
 }
+
+impl TrackEchoes {
+    /// Where the model puts the echoes of each trace that has a place.
+    fn expected(&self, setting: &Setting<'_>, number: usize, values: &Values) -> Vec<Expected> {
+        let sampler = self.path.sampler();
+        let c = setting.light_speed_m_s;
+        let of_trace = |(trace, &time_s): (usize, &f64)| {
+            let pose = sampler.at(time_s, values.time_offset_s[number])?;
+            let expected_s = |place: &[f64; 3]| {
+                2.0 * predict(values, &pose, *place, c).range_m / c + self.known_delay_s
+            };
+            Some(Expected {
+                trace,
+                time_s,
+                reflectors_s: setting.reflector_m.iter().map(expected_s).collect(),
+                surface_s: setting
+                    .below(pose.phase_centre_m(values.lever_arm_m))
+                    .map(|nadir| expected_s(&nadir)),
+            })
+        };
+        let traces = self.profiles.time_s.iter().enumerate();
+        traces.filter_map(of_trace).collect()
+    }
+
+    /// Whether the surface stands out of the floor in most traces in which no reflector is near it:
+    /// where it does not, it displaces no crest.
+    fn surface_is_seen(&self, setting: &Setting<'_>, expected: &[Expected]) -> bool {
+        let apart_s = 2.0 * setting.cell_s();
+        let contrast = |one: &Expected| {
+            let surface_s = one.surface_s?;
+            let is_apart = |s: &f64| (s - surface_s).abs() > apart_s;
+            let alone = one.reflectors_s.iter().all(is_apart);
+            alone.then(|| self.profiles.contrast_at(one.trace, surface_s))?
+        };
+        let seen: Vec<bool> = expected
+            .iter()
+            .filter_map(contrast)
+            .map(|contrast| contrast > SURFACE_CONTRAST)
+            .collect();
+        2 * seen.iter().filter(|s| **s).count() > seen.len()
+    }
+}
+
+/// Fast times at which the echoes of a trace are expected.
+struct Expected {
+    trace: usize,
+    time_s: f64,
+    reflectors_s: Vec<f64>,
+    surface_s: Option<f64>,
+}
+
+/// Contrast from which the surface counts as seen: noise reaches it in one of seven traces.
+const SURFACE_CONTRAST: f64 = 2.0;
 
 /// The traces that count, and the offset of the campaign.
 struct Selected {
