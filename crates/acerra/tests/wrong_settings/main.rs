@@ -1,8 +1,8 @@
 //! Wrong settings, one at a time: how many are refused, doubted with their cause named, harmless, or
 //! silent and wrong; and right campaigns, which must raise no alarm.
 //!
-//! `cargo xtask wrong-settings` runs the whole table and compares
-//! `docs/validation/wrong-settings.md` with it (`cargo xtask book` writes it anew).
+//! `cargo xtask wrong-settings` runs the whole table and writes
+//! `docs/validation/wrong-settings.md`.
 
 #![allow(clippy::unwrap_used, clippy::print_stdout, clippy::print_stderr)] // tests, and helpers of tests
 
