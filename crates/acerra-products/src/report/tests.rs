@@ -274,10 +274,10 @@ fn a_full_report_answers_in_order() {
     keep("report", &html);
     let order = [
         "id=\"evidence\"",
-        "Nothing in this flight checks: delay_ns",
         "Scan spacing against aliasing</th>",
         "Clock offset by height</th>",
         "Surface echo against 2h/c</th>",
+        "Nothing in this flight checks: delay_ns",
         "id=\"result\"",
         "id=\"warnings\"",
         "id=\"measurements\"",
