@@ -61,9 +61,16 @@ const WHOLE_REACH_S: f64 = 0.12;
 const CLEAR_CORRELATION: f64 = 0.6;
 const CLEAR_SHARE: f64 = 0.5;
 const CLEAR_MOTION_SIGMA_S: f64 = 0.05;
-/// Unknown motion of the phase centre in step with the platform's (m): tilts of 2° swing one 20 cm below
-/// the antenna by 7 mm, of which 1 mm is left in step with the platform's wander over ten periods.
-pub(crate) const LASTING_MOTION_M: f64 = 1e-3;
+/// Swing of the phase centre by tilts that nobody recorded (m): 2°, 20 cm below the antenna; and the period
+/// of such tilts and of a platform's wander (s).
+const SWING_M: f64 = 7e-3;
+const SWING_PERIOD_S: f64 = 3.0;
+
+/// Unknown motion of the phase centre in step with another of the platform's (m): of two motions that have
+/// nothing to do with each other, one over the root of the periods is in common.
+pub(crate) fn lasting_motion_m(duration_s: f64) -> f64 {
+    SWING_M / (duration_s / SWING_PERIOD_S).max(1.0).sqrt()
+}
 /// Offsets further than this from where the traces were cleaned are cleaned anew (s).
 const CLEANED_ANEW_S: f64 = 0.25;
 
@@ -265,7 +272,9 @@ impl Trial<'_> {
             .and_then(|best| align(self.flight, self.align, best.offset_s, unsaid).ok());
         aligned.map_or(0.0, |aligned| {
             let wander_m_s = velocity_wander_m_s(&aligned);
-            LASTING_MOTION_M / wander_m_s.max(1e-6)
+            let ends = (aligned.time_s.first(), aligned.time_s.last());
+            let duration_s = ends.1.zip(ends.0).map_or(0.0, |(last, first)| last - first);
+            lasting_motion_m(duration_s) / wander_m_s.max(1e-6)
         })
     }
 

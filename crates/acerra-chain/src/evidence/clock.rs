@@ -1,7 +1,7 @@
 //! What height and motion say of the clock offset.
 
 use super::finding::{Finding, Verdict};
-use super::unchecked::Setting;
+use super::setting::Setting;
 
 /// The offset in force beside what height and motion say of all offsets.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,7 +1,7 @@
 //! What the sharpness of the image says of the delay.
 
 use super::finding::{Finding, Verdict};
-use super::unchecked::Setting;
+use super::setting::Setting;
 use crate::delay::DelayCheck;
 
 /// Speed of light in vacuum (m/s), for delays that settings are judged by.

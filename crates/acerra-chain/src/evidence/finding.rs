@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::unchecked::Setting;
+use super::setting::Setting;
 
 /// What a finding says of the run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]

@@ -1,7 +1,7 @@
 //! Settings against what focusing prefers.
 
 use super::finding::{Finding, Verdict};
-use super::unchecked::Setting;
+use super::setting::Setting;
 
 /// A setting in force beside the value at which the strongest targets are sharpest.
 #[derive(Clone, Copy, Debug, PartialEq)]

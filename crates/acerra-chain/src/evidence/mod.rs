@@ -17,6 +17,7 @@ mod image;
 mod positions;
 mod processing;
 mod radar;
+mod setting;
 mod unchecked;
 
 use serde::Serialize;
@@ -39,7 +40,8 @@ pub use processing::{
     light_speed,
 };
 pub use radar::{CouplingSeen, SurfaceSeen, band, band_used, coupling, surface, zero_timing};
-pub use unchecked::{Setting, Unchecked, unchecked};
+pub use setting::Setting;
+pub use unchecked::{Unchecked, unchecked};
 
 /// The findings of a run, in the order of its stages.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]

@@ -250,7 +250,7 @@ mod tests {
         let verdict = |seen| surface_height(&seen).map(|finding| finding.verdict);
         assert_eq!(verdict(seen), Some(Verdict::Agrees));
         let high = AltimeterSeen {
-            level_m: -1.0,
+            level_m: -1.4,
             ..seen
         };
         assert_eq!(verdict(high), Some(Verdict::Doubtful));

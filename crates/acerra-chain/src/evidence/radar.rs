@@ -1,7 +1,7 @@
 //! What the radargram itself says of the settings: surface echo, direct coupling, spectrum.
 
 use super::finding::{Finding, Verdict};
-use super::unchecked::Setting;
+use super::setting::Setting;
 
 /// Speed of light in vacuum (m/s), for delays that settings are judged by.
 const LIGHT_SPEED_M_S: f64 = 299_792_458.0;

@@ -2,25 +2,8 @@
 
 use serde::Serialize;
 
-use super::Evidence;
-
-/// A setting whose value a finding may check.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Setting {
-    /// The clock offset between radar and trajectory.
-    ClockOffset,
-    /// The fast time of range zero.
-    Delay,
-    /// The heights, lever arm up included: what checks them checks the delay as well, but for the direct
-    /// coupling.
-    Heights,
-    /// The lever arm along the nose of the platform.
-    LeverArmForward,
-    /// The lever arm across it.
-    LeverArmLeft,
-    /// The position of the base, as far as its own single-point position does not tell it.
-    Base,
-}
+use super::finding::Finding;
+use super::setting::Setting;
 
 /// A setting of a run that no finding checks.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -83,10 +66,9 @@ impl Setting {
 
 /// Those of `settings` that no finding checks.
 #[must_use]
-pub fn unchecked(settings: &[Setting], evidence: &Evidence) -> Vec<Unchecked> {
+pub fn unchecked(settings: &[Setting], findings: &[Finding]) -> Vec<Unchecked> {
     let is_checked = |setting: &Setting| {
-        evidence
-            .findings()
+        findings
             .iter()
             .filter_map(|finding| finding.checks)
             .any(|checked| {
@@ -103,24 +85,23 @@ pub fn unchecked(settings: &[Setting], evidence: &Evidence) -> Vec<Unchecked> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::evidence::{Finding, zero_timing};
+    use crate::evidence::zero_timing;
 
     #[test]
     fn the_surface_echo_checks_delay_and_heights_and_the_coupling_the_delay() {
-        let mut evidence = Evidence::default();
-        evidence.add(Finding::compared("image_contrast", 30.0, 30.0, 1.0, "dB"));
-        let named = |evidence: &Evidence| -> Vec<&str> {
+        let mut findings = vec![Finding::compared("image_contrast", 30.0, 30.0, 1.0, "dB")];
+        let named = |findings: &[Finding]| -> Vec<&str> {
             let settings = [Setting::Delay, Setting::Heights, Setting::ClockOffset];
-            unchecked(&settings, evidence)
+            unchecked(&settings, findings)
                 .iter()
                 .map(|one| one.setting)
                 .collect()
         };
-        assert_eq!(named(&evidence), ["delay_ns", "heights", "time_offset_s"]);
-        evidence
-            .add(Finding::compared("coupling_delay", 1.0, 1.0, 0.5, "ns").checking(Setting::Delay));
-        assert_eq!(named(&evidence), ["heights", "time_offset_s"]);
-        evidence.add(zero_timing(10.0, 10.1, 0.1));
-        assert_eq!(named(&evidence), ["time_offset_s"]);
+        assert_eq!(named(&findings), ["delay_ns", "heights", "time_offset_s"]);
+        let coupling = Finding::compared("coupling_delay", 1.0, 1.0, 0.5, "ns");
+        findings.push(coupling.checking(Setting::Delay));
+        assert_eq!(named(&findings), ["heights", "time_offset_s"]);
+        findings.push(zero_timing(10.0, 10.1, 0.1));
+        assert_eq!(named(&findings), ["time_offset_s"]);
     }
 }

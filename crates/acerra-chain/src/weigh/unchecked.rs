@@ -28,5 +28,5 @@ pub fn weigh_unchecked(prepared: &Prepared, evidence: &Evidence) -> Vec<Unchecke
     if evidence.findings().iter().any(is_of_base) {
         settings.push(Setting::Base);
     }
-    unchecked(&settings, evidence)
+    unchecked(&settings, evidence.findings())
 }

@@ -11,7 +11,7 @@ use std::f64::consts::TAU;
 use num_complex::Complex64;
 
 use super::history::{Measured, distance_m};
-use crate::offset::LASTING_MOTION_M;
+use crate::offset::lasting_motion_m;
 
 /// Time over which residuals count as correlated (s).
 const CORRELATED_S: f64 = 3.0;
@@ -383,7 +383,7 @@ impl<'a> Fit<'a> {
         let stretches = (length_s / CORRELATED_S).max(1.0);
         let own = variance.max(0.0).sqrt() / information * (1.0 + 4.0 / stretches);
         let weight: f64 = self.entries.iter().map(|(_, w, _)| w).sum();
-        let lasting = LASTING_MOTION_M / (information / weight).sqrt();
+        let lasting = lasting_motion_m(length_s) / (information / weight).sqrt();
         Some((value, own.hypot(lasting)))
     }
 }
