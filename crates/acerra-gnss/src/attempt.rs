@@ -4,7 +4,8 @@ use crate::control::{Control, Watch};
 use crate::engine::{
     BasePlace, Calibration, Constellation, Epoch, EpochResult, GlonassPlan, MeasuredNoise,
     Prepared, RoverEpoch, SingleContext, Witness, base_gaps, base_position, combine, confirm_by,
-    epochs, missing_navigation, phases_and_copies, reject_implausible, scale_covariances,
+    epochs, missing_navigation, phases_and_copies, reject_implausible, rise_per_s,
+    scale_covariances,
 };
 use crate::navigation::{Klobuchar, Navigation};
 use crate::observation::{EPOCH_TOLERANCE_S, ObservationData};
@@ -41,6 +42,8 @@ pub(crate) struct Attempt {
     pub passes: Option<Passes>,
     /// Epochs at which fixes of passes in opposite directions agree.
     pub agreeing: usize,
+    /// Whether ambiguities are resolved at all.
+    resolves: bool,
 }
 
 /// The passes of an attempt before any fix is confirmed.
@@ -109,7 +112,7 @@ impl Attempt {
     /// Whether less is fixed than phases promise.
     pub(crate) fn is_poor(&self) -> bool {
         let [fixed, of] = self.fixed();
-        (fixed as f64) < POOR_SHARE * of as f64
+        self.resolves && (fixed as f64) < POOR_SHARE * of as f64
     }
 
     /// Positions by `options`.
@@ -193,7 +196,12 @@ impl Attempt {
             glonass = prepared.glonass_decision(&trial);
             if options.measure_code_noise {
                 let misfits: Vec<_> = trial.iter().map(EpochResult::misfit).collect();
-                prepared.noise = prepared.noise.calibrated(Calibration::of(&misfits));
+                let fixes: Vec<_> = trial
+                    .iter()
+                    .filter_map(EpochResult::fix_residuals)
+                    .collect();
+                let calibration = Calibration::of(&misfits, rise_per_s(&fixes));
+                prepared.noise = prepared.noise.calibrated(calibration);
             }
         }
         let plan = glonass.map_or(GlonassPlan::Estimate, GlonassPlan::from);
@@ -215,6 +223,7 @@ impl Attempt {
             warnings,
             passes,
             agreeing: 0,
+            resolves: options.ambiguity != AmbiguityMode::Off,
         }
         .confirmed_by(options, &[]))
     }

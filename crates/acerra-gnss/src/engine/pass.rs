@@ -182,6 +182,8 @@ impl<'a> Prepared<'a> {
             }
         }
         let noise_age_s = match self.options.rules {
+            // What an interpolation leaves of a wandering clock: nothing at either end.
+            _ if self.options.measure_code_noise => from_previous_s * -from_next_s / span_s,
             RuleSet::Rtklib => from_previous_s.max(-from_next_s),
             RuleSet::Demo5 => from_previous_s.min(-from_next_s),
         };
