@@ -90,6 +90,9 @@ pub enum NotFixedReason {
     },
     /// The integer search failed (covariance not positive definite).
     SearchFailed,
+    /// The fix rests on no more phases than a position takes, and in poor geometry: nothing would
+    /// show a wrong one.
+    NothingChecksFix,
     /// The float position was too uncertain for an attempt.
     FloatTooUncertain {
         /// Mean position variance (m²).
@@ -119,6 +122,7 @@ impl NotFixedReason {
             Self::IntegersUncertain { .. } => "integers not certain enough",
             Self::PhasesInconsistent { .. } => "phases contradict each other",
             Self::SearchFailed => "integer search failed",
+            Self::NothingChecksFix => "too few phases to check a fix",
             Self::FloatTooUncertain { .. } => "float position too uncertain",
             Self::PassesDisagree { .. } => "forward and backward passes disagree",
             Self::AmbiguityResolutionOff => "ambiguity resolution off",
