@@ -238,7 +238,8 @@ pub(crate) fn is_wanted(options: &PpkOptions, tag: GpsTime) -> bool {
         && options.end.is_none_or(|t| late_s(t) < EPOCH_TOLERANCE_S)
 }
 
-fn threads(options: &PpkOptions) -> usize {
+/// Threads to use, at least one.
+pub(crate) fn threads(options: &PpkOptions) -> usize {
     match options.threads {
         0 => std::thread::available_parallelism().map_or(1, usize::from),
         n => n,
@@ -300,7 +301,7 @@ fn rover_epochs(
 }
 
 /// The worker's result; a panic in it continues here.
-fn join<T>(worker: std::thread::ScopedJoinHandle<'_, T>) -> T {
+pub(crate) fn join<T>(worker: std::thread::ScopedJoinHandle<'_, T>) -> T {
     worker
         .join()
         .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
