@@ -4,9 +4,10 @@ use crate::control::{Control, Watch};
 use crate::engine::{
     BasePlace, Calibration, Constellation, Epoch, EpochResult, GlonassPlan, MeasuredNoise,
     Prepared, RoverEpoch, SingleContext, Witness, base_gaps, base_position, combine, confirm_by,
-    epochs, missing_navigation, phases_and_copies, reject_implausible, rise_per_s,
-    scale_covariances,
+    epochs, error_correlation, missing_navigation, phases_and_copies, reject_implausible,
+    rise_per_s, scale_covariances,
 };
+use crate::error_correlation::ErrorCorrelation;
 use crate::navigation::{Klobuchar, Navigation};
 use crate::observation::{EPOCH_TOLERANCE_S, ObservationData};
 use crate::options::{AmbiguityMode, FilterDirection, PositioningMode, PpkOptions};
@@ -42,6 +43,8 @@ pub(crate) struct Attempt {
     pub passes: Option<Passes>,
     /// Epochs at which fixes of passes in opposite directions agree.
     pub agreeing: usize,
+    /// How the errors of the positions hang together in time, where fixes tell.
+    pub error_correlation: Option<ErrorCorrelation>,
     /// Whether ambiguities are resolved at all.
     resolves: bool,
 }
@@ -206,6 +209,7 @@ impl Attempt {
         }
         let plan = glonass.map_or(GlonassPlan::Estimate, GlonassPlan::from);
         let (results, passes) = run_passes(&prepared, plan, &watch)?;
+        let error_correlation = passes.as_ref().and_then(|p| error_correlation(&p.forward));
         let lost = prepared.rover.iter().filter_map(|e| match &e.single {
             Ok(_) => None,
             Err((reason, _)) => Some(LostEpoch {
@@ -223,6 +227,7 @@ impl Attempt {
             warnings,
             passes,
             agreeing: 0,
+            error_correlation,
             resolves: options.ambiguity != AmbiguityMode::Off,
         }
         .confirmed_by(options, &[]))

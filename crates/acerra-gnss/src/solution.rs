@@ -1,5 +1,6 @@
 //! What the engine answers: an epoch-by-epoch solution and the story behind it.
 
+use crate::error_correlation::ErrorCorrelation;
 use crate::observation::EventRecord;
 use crate::satellite::{SatelliteId, System};
 use acerra_geo::time::GpsTime;
@@ -469,6 +470,8 @@ pub struct PpkSummary {
     /// Distance of the base position given from the base's own single-point position (m), where the
     /// base has one.
     pub base_from_single_m: Option<f64>,
+    /// How the errors of the positions hang together in time, where fixes tell.
+    pub error_correlation: Option<ErrorCorrelation>,
     /// Remarks.
     pub warnings: Vec<PpkWarning>,
 }

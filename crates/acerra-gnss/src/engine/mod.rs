@@ -28,6 +28,7 @@ mod robust_codes;
 mod single;
 mod slips;
 mod state;
+mod time_correlation;
 mod time_difference;
 mod zero;
 
@@ -47,3 +48,4 @@ pub(crate) use phase_walk::rise_per_s;
 pub(crate) use plausible::reject_implausible;
 pub(crate) use precision::scale_covariances;
 pub(crate) use single::SingleContext;
+pub(crate) use time_correlation::error_correlation;

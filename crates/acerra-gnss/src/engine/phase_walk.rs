@@ -62,6 +62,8 @@ pub(crate) fn rise_per_s(fixes: &[FixResiduals<'_>]) -> Option<f64> {
     Some((furthest - nearest).max(0.0) / ((largest - 1) as f64 * interval_s))
 }
 
+/// Mean over all pairs of fixes this many apart, `lag_s` in time, of half the squared change of a
+/// satellite's residual; `None` where they are too few.
 fn semivariance(fixes: &[FixResiduals<'_>], lag: usize, lag_s: f64) -> Option<f64> {
     let mut squares = Vec::new();
     for (early, late) in fixes.iter().zip(fixes.iter().skip(lag)) {
