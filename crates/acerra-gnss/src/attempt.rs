@@ -3,9 +3,9 @@
 use crate::control::{Control, Watch};
 use crate::engine::{
     BasePlace, Calibration, Constellation, Epoch, EpochResult, GlonassPlan, MeasuredNoise,
-    Prepared, RoverEpoch, SingleContext, Witness, base_gaps, base_position, combine, confirm_by,
-    epochs, error_correlation, missing_navigation, phases_and_copies, reject_implausible,
-    rise_per_s, scale_covariances,
+    Prepared, RoverEpoch, SingleContext, Trial, Witness, base_gaps, base_position, combine,
+    confirm_by, contradicting_groups, epochs, error_correlation, missing_navigation,
+    phases_and_copies, reject_implausible, rise_per_s, scale_covariances,
 };
 use crate::error_correlation::ErrorCorrelation;
 use crate::navigation::{Klobuchar, Navigation};
@@ -186,6 +186,7 @@ impl Attempt {
         };
         let mut prepared = Prepared {
             noise,
+            left_out: Vec::new(),
             constellation: &constellation,
             options,
             rover: rover_epochs,
@@ -195,8 +196,13 @@ impl Attempt {
         };
         let mut glonass = None;
         if Prepared::needs_trial(options) {
-            let trial = prepared.trial(&watch)?;
+            let Trial {
+                results: trial,
+                left_out,
+            } = prepared.trial(&watch)?;
             glonass = prepared.glonass_decision(&trial);
+            contradicting_groups(&prepared.rover, &left_out, &mut warnings);
+            prepared.left_out = left_out;
             if options.measure_code_noise {
                 let misfits: Vec<_> = trial.iter().map(EpochResult::misfit).collect();
                 let fixes: Vec<_> = trial

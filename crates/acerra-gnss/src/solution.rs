@@ -3,6 +3,7 @@
 use crate::error_correlation::ErrorCorrelation;
 use crate::observation::EventRecord;
 use crate::satellite::{SatelliteId, System};
+use crate::signal::SignalCode;
 use acerra_geo::time::GpsTime;
 use std::fmt;
 
@@ -317,6 +318,13 @@ pub enum PpkWarning {
         /// Epochs fixed before and after.
         fixed: [usize; 2],
     },
+    /// One frequency of one system contradicts the others' integers: its ambiguities stay float.
+    SignalsContradict {
+        /// The system.
+        system: System,
+        /// The rover's signal, where its log names one.
+        signal: Option<SignalCode>,
+    },
     /// The base position given is far from the base's own single-point position.
     BasePositionDoubtful {
         /// Distance between the two (m).
@@ -388,6 +396,15 @@ impl fmt::Display for PpkWarning {
                     "integers fed back into the filter fixed {} instead of {}, forward and backward \
                      passes agreeing at {} instead of {}",
                     fixed[1], fixed[0], agreeing[1], agreeing[0]
+                )
+            }
+            Self::SignalsContradict { system, signal } => {
+                write!(f, "phases of {system}")?;
+                if let Some(signal) = signal {
+                    write!(f, " {signal}")?;
+                }
+                f.write_str(
+                    " contradict the other signals' integers: their ambiguities were left float",
                 )
             }
             Self::BasePositionDoubtful { distance_m } => write!(

@@ -37,6 +37,7 @@ impl<'a> Filter<'a> {
             rover: zero,
             with_glonass,
             variance_factor: self.variance_factor(),
+            suspects: self.suspects.clone(),
         }
     }
 
