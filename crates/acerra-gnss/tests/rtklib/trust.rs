@@ -45,8 +45,14 @@ const SETS: [Static; 4] = [
 /// Median of the fixed epochs by RTKLIB's rules with GLONASS resolved (1201 of 1202).
 const M8P_TRUTH: [f64; 3] = [-0.237_1, 0.227_5, -0.004_3];
 
+/// East, north, up of a set's rover from its base (m), where that stood still.
+pub fn truth_of(set: &Set) -> Option<[f64; 3]> {
+    let known = SETS.iter().find(|s| s.set.folder == set.folder)?;
+    Some((known.truth_enu_m)())
+}
+
 /// Fixed epochs and wrong ones among them.
-fn fixed_and_wrong(solution: &PpkSolution, truth_enu_m: [f64; 3]) -> (usize, usize) {
+pub fn fixed_and_wrong(solution: &PpkSolution, truth_enu_m: [f64; 3]) -> (usize, usize) {
     let base = solution.base_position_ecef_m.unwrap();
     let fixed = solution
         .epochs
@@ -82,14 +88,15 @@ fn within(solution: &PpkSolution, truth_enu_m: [f64; 3], quality: Quality) -> (u
     (n, [share(2.296), share(6.180)])
 }
 
-fn default_options(set: &Set) -> PpkOptions {
+/// Defaults, with the base's position of the set.
+pub fn default_options(set: &Set) -> PpkOptions {
     let defaults = PpkOptions::default();
     set.adapt(defaults.clone())
         .with_systems(defaults.systems)
         .with_glonass_ambiguity(defaults.glonass_ambiguity)
 }
 
-fn run(logs: &Logs, options: &PpkOptions) -> PpkSolution {
+pub fn run(logs: &Logs, options: &PpkOptions) -> PpkSolution {
     process(&logs.rover, &logs.base, &logs.navigation, options).unwrap()
 }
 
@@ -124,6 +131,7 @@ pub fn windows_table(text: &mut String) {
                 fixed += f;
                 wrong += w;
             }
+            assert_eq!(wrong, 0, "{} {name}", set.name);
             writeln!(
                 text,
                 "| {} | {name} | {epochs} | {fixed} ({:.1} %) | {wrong} |",
