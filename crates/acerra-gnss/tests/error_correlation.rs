@@ -14,13 +14,15 @@ const M8P_BASE_ECEF_M: [f64; 3] = [3_774_093.713_5, -601_662.553_8, 5_089_328.13
 /// Median of the fixed epochs by RTKLIB's rules: east, north, up from the base (m).
 const M8P_ROVER_ENU_M: [f64; 3] = [-0.237_1, 0.227_5, -0.004_3];
 
-/// A flight added to the logs of a receiver at `place_ecef_m`: its solution, and the errors (m,
-/// ECEF) of the epochs of `quality`, with their numbers.
-fn flown(
-    set: &Set,
-    base_ecef_m: [f64; 3],
-    place_ecef_m: [f64; 3],
-) -> Option<(PpkSolution, Vec<(usize, [f64; 3])>)> {
+/// A flight's positions, and how far they are off.
+struct Flown {
+    solution: PpkSolution,
+    /// Number of each fixed epoch and its error (ECEF, m).
+    errors: Vec<(usize, [f64; 3])>,
+}
+
+/// A flight added to the logs of a receiver at `place_ecef_m`.
+fn flown(set: &Set, base_ecef_m: [f64; 3], place_ecef_m: [f64; 3]) -> Option<Flown> {
     let logs = set.read()?;
     let epochs = &logs.rover.epochs;
     let start = epochs[0].time;
@@ -46,7 +48,7 @@ fn flown(
         .enumerate()
         .filter_map(error)
         .collect();
-    Some((solution, errors))
+    Some(Flown { solution, errors })
 }
 
 /// Correlation of errors `lag` epochs apart: as they are, and as the covariance function says.
@@ -82,7 +84,7 @@ fn errors_last_as_long_as_the_covariance_function_says() {
         ),
     ];
     for (set, flight) in flights {
-        let Some((solution, errors)) = flight else {
+        let Some(Flown { solution, errors }) = flight else {
             continue;
         };
         println!("{}: {:?}", set.name, solution.summary.error_correlation);
