@@ -4,17 +4,21 @@
 //! that doubts them does not: which helps depends on receiver and place. Passes in opposite
 //! directions that come to the same places tell which did; a longer list of fixes would not.
 
-use crate::attempt::{Attempt, Inputs};
+use crate::attempt::{Attempt, Inputs, join, threads};
 use crate::control::Control;
 use crate::engine::{EpochResult, Witness};
 use crate::observation::EPOCH_TOLERANCE_S;
 use crate::options::{Cn0Mask, PpkOptions};
 use crate::ppk_error::PpkError;
 use crate::solution::{NotFixedReason, PpkWarning, Quality};
+use std::collections::VecDeque;
+use std::sync::{Mutex, PoisonError};
 
 /// Masks tried (dB-Hz). Under open sky signals above the elevation mask have 40 to 50 dB-Hz;
 /// codes of 35 are two to three times, of 30 five times as noisy (SIGMA-ε), and mostly reflected.
 const MASKS_DB_HZ: [f64; 2] = [35.0, 40.0];
+/// Alternatives at most: two without a mask, and the masks.
+const ALTERNATIVES: usize = 2 + MASKS_DB_HZ.len();
 /// Fixes further apart than this (m) are of different integers.
 const DIFFERENT_PLACE_M: f64 = 0.1;
 
@@ -25,13 +29,8 @@ pub(crate) fn better_of(
     options: &PpkOptions,
     control: Control<'_>,
 ) -> Result<Attempt, PpkError> {
-    let mut others = Vec::new();
-    for alternative in alternatives(options) {
-        match Attempt::new(inputs, &alternative, control.silent()) {
-            Ok(other) => others.push((other, alternative)),
-            Err(_) => control.check()?,
-        }
-    }
+    let others = attempts(inputs, options, control);
+    control.check()?;
     let before = [attempt.agreeing, attempt.fixed()[0]];
     let witnesses: Vec<[Witness; 2]> = std::iter::once(&attempt)
         .chain(others.iter().map(|(other, _)| other))
@@ -61,6 +60,51 @@ pub(crate) fn better_of(
         });
     }
     Ok(attempt)
+}
+
+/// The attempts by the alternatives, side by side as far as there are threads; one that fails is
+/// left out.
+fn attempts(
+    inputs: &Inputs<'_>,
+    options: &PpkOptions,
+    control: Control<'_>,
+) -> Vec<(Attempt, PpkOptions)> {
+    let one = |own: PpkOptions| {
+        let attempt = Attempt::new(inputs, &own, control.silent());
+        attempt.ok().map(|attempt| (attempt, own))
+    };
+    let threads = threads(options);
+    if threads == 1 {
+        return alternatives(options).into_iter().filter_map(one).collect();
+    }
+    // Each takes one thread: whole attempts share their work more evenly than their passes do.
+    let waiting: Mutex<VecDeque<(usize, PpkOptions)>> = Mutex::new(
+        alternatives(options)
+            .into_iter()
+            .map(|own| own.with_threads(1))
+            .enumerate()
+            .collect(),
+    );
+    let next = || {
+        let mut waiting = waiting.lock().unwrap_or_else(PoisonError::into_inner);
+        waiting.pop_front()
+    };
+    let work = || {
+        let taken = std::iter::from_fn(next);
+        taken
+            .map(|(place, own)| (place, one(own)))
+            .collect::<Vec<_>>()
+    };
+    let mut found: Vec<_> = std::thread::scope(|scope| {
+        let workers: Vec<_> = (1..threads.min(ALTERNATIVES))
+            .map(|_| scope.spawn(work))
+            .collect();
+        let own = work();
+        let theirs = workers.into_iter().flat_map(join);
+        own.into_iter().chain(theirs).collect()
+    });
+    found.sort_by_key(|(place, _)| *place);
+    found.into_iter().filter_map(|(_, found)| found).collect()
 }
 
 fn alternatives(options: &PpkOptions) -> Vec<PpkOptions> {

@@ -3,9 +3,11 @@
 use crate::control::{Control, Watch};
 use crate::engine::{
     BasePlace, Calibration, Constellation, Epoch, EpochResult, GlonassPlan, MeasuredNoise,
-    Prepared, RoverEpoch, SingleContext, Witness, base_gaps, base_position, combine, confirm_by,
-    epochs, missing_navigation, phases_and_copies, reject_implausible, scale_covariances,
+    Prepared, RoverEpoch, SingleContext, Trial, Witness, base_gaps, base_position, combine,
+    confirm_by, contradicting_groups, epochs, error_correlation, missing_navigation,
+    phases_and_copies, reject_implausible, rise_per_s, scale_covariances,
 };
+use crate::error_correlation::ErrorCorrelation;
 use crate::navigation::{Klobuchar, Navigation};
 use crate::observation::{EPOCH_TOLERANCE_S, ObservationData};
 use crate::options::{AmbiguityMode, FilterDirection, PositioningMode, PpkOptions};
@@ -41,6 +43,10 @@ pub(crate) struct Attempt {
     pub passes: Option<Passes>,
     /// Epochs at which fixes of passes in opposite directions agree.
     pub agreeing: usize,
+    /// How the errors of the positions hang together in time, where fixes tell.
+    pub error_correlation: Option<ErrorCorrelation>,
+    /// Whether ambiguities are resolved at all.
+    resolves: bool,
 }
 
 /// The passes of an attempt before any fix is confirmed.
@@ -109,7 +115,7 @@ impl Attempt {
     /// Whether less is fixed than phases promise.
     pub(crate) fn is_poor(&self) -> bool {
         let [fixed, of] = self.fixed();
-        (fixed as f64) < POOR_SHARE * of as f64
+        self.resolves && (fixed as f64) < POOR_SHARE * of as f64
     }
 
     /// Positions by `options`.
@@ -180,6 +186,7 @@ impl Attempt {
         };
         let mut prepared = Prepared {
             noise,
+            left_out: Vec::new(),
             constellation: &constellation,
             options,
             rover: rover_epochs,
@@ -189,15 +196,26 @@ impl Attempt {
         };
         let mut glonass = None;
         if Prepared::needs_trial(options) {
-            let trial = prepared.trial(&watch)?;
+            let Trial {
+                results: trial,
+                left_out,
+            } = prepared.trial(&watch)?;
             glonass = prepared.glonass_decision(&trial);
+            contradicting_groups(&prepared.rover, &left_out, &mut warnings);
+            prepared.left_out = left_out;
             if options.measure_code_noise {
                 let misfits: Vec<_> = trial.iter().map(EpochResult::misfit).collect();
-                prepared.noise = prepared.noise.calibrated(Calibration::of(&misfits));
+                let fixes: Vec<_> = trial
+                    .iter()
+                    .filter_map(EpochResult::fix_residuals)
+                    .collect();
+                let calibration = Calibration::of(&misfits, rise_per_s(&fixes));
+                prepared.noise = prepared.noise.calibrated(calibration);
             }
         }
         let plan = glonass.map_or(GlonassPlan::Estimate, GlonassPlan::from);
         let (results, passes) = run_passes(&prepared, plan, &watch)?;
+        let error_correlation = passes.as_ref().and_then(|p| error_correlation(&p.forward));
         let lost = prepared.rover.iter().filter_map(|e| match &e.single {
             Ok(_) => None,
             Err((reason, _)) => Some(LostEpoch {
@@ -215,6 +233,8 @@ impl Attempt {
             warnings,
             passes,
             agreeing: 0,
+            error_correlation,
+            resolves: options.ambiguity != AmbiguityMode::Off,
         }
         .confirmed_by(options, &[]))
     }
@@ -229,7 +249,8 @@ pub(crate) fn is_wanted(options: &PpkOptions, tag: GpsTime) -> bool {
         && options.end.is_none_or(|t| late_s(t) < EPOCH_TOLERANCE_S)
 }
 
-fn threads(options: &PpkOptions) -> usize {
+/// Threads to use, at least one.
+pub(crate) fn threads(options: &PpkOptions) -> usize {
     match options.threads {
         0 => std::thread::available_parallelism().map_or(1, usize::from),
         n => n,
@@ -291,7 +312,7 @@ fn rover_epochs(
 }
 
 /// The worker's result; a panic in it continues here.
-fn join<T>(worker: std::thread::ScopedJoinHandle<'_, T>) -> T {
+pub(crate) fn join<T>(worker: std::thread::ScopedJoinHandle<'_, T>) -> T {
     worker
         .join()
         .unwrap_or_else(|panic| std::panic::resume_unwind(panic))

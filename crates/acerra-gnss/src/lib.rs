@@ -57,6 +57,8 @@ pub mod conf;
 mod control;
 pub mod crinex;
 mod engine;
+mod error_correlation;
+mod error_covariance;
 mod events;
 mod file;
 mod geometry;
@@ -86,6 +88,7 @@ pub mod ubx;
 
 pub use atmosphere::{Mapping, Niell, saastamoinen_m};
 pub use control::Control;
+pub use error_correlation::{ErrorCorrelation, Lasting};
 pub use file::{GnssFile, read_gnss, read_gnss_near, read_navigation, read_observations};
 pub use geometry::{LineOfSight, azimuth_elevation_rad, line_of_sight};
 pub use join::{JoinRemark, LogPart, join_logs};

@@ -212,6 +212,7 @@ fn assemble(attempt: Attempt, options: &PpkOptions) -> PpkSolution {
     lost.sort_by_key(|l| l.time);
     let summary = PpkSummary {
         glonass: attempt.glonass,
+        error_correlation: attempt.error_correlation,
         ..summarise(&epochs, &lost, attempt.rover_epochs, attempt.warnings)
     };
     PpkSolution {
@@ -259,6 +260,7 @@ fn summarise(
         not_fixed,
         age_s,
         glonass: None,
+        error_correlation: None,
         base_from_single_m: None,
         warnings,
     }

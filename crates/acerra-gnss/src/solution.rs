@@ -1,7 +1,9 @@
 //! What the engine answers: an epoch-by-epoch solution and the story behind it.
 
+use crate::error_correlation::ErrorCorrelation;
 use crate::observation::EventRecord;
 use crate::satellite::{SatelliteId, System};
+use crate::signal::SignalCode;
 use acerra_geo::time::GpsTime;
 use std::fmt;
 
@@ -90,6 +92,9 @@ pub enum NotFixedReason {
     },
     /// The integer search failed (covariance not positive definite).
     SearchFailed,
+    /// The fix rests on no more phases than a position takes, and in poor geometry: nothing would
+    /// show a wrong one.
+    NothingChecksFix,
     /// The float position was too uncertain for an attempt.
     FloatTooUncertain {
         /// Mean position variance (m²).
@@ -119,6 +124,7 @@ impl NotFixedReason {
             Self::IntegersUncertain { .. } => "integers not certain enough",
             Self::PhasesInconsistent { .. } => "phases contradict each other",
             Self::SearchFailed => "integer search failed",
+            Self::NothingChecksFix => "too few phases to check a fix",
             Self::FloatTooUncertain { .. } => "float position too uncertain",
             Self::PassesDisagree { .. } => "forward and backward passes disagree",
             Self::AmbiguityResolutionOff => "ambiguity resolution off",
@@ -312,6 +318,13 @@ pub enum PpkWarning {
         /// Epochs fixed before and after.
         fixed: [usize; 2],
     },
+    /// One frequency of one system contradicts the others' integers: its ambiguities stay float.
+    SignalsContradict {
+        /// The system.
+        system: System,
+        /// The rover's signal, where its log names one.
+        signal: Option<SignalCode>,
+    },
     /// The base position given is far from the base's own single-point position.
     BasePositionDoubtful {
         /// Distance between the two (m).
@@ -383,6 +396,15 @@ impl fmt::Display for PpkWarning {
                     "integers fed back into the filter fixed {} instead of {}, forward and backward \
                      passes agreeing at {} instead of {}",
                     fixed[1], fixed[0], agreeing[1], agreeing[0]
+                )
+            }
+            Self::SignalsContradict { system, signal } => {
+                write!(f, "phases of {system}")?;
+                if let Some(signal) = signal {
+                    write!(f, " {signal}")?;
+                }
+                f.write_str(
+                    " contradict the other signals' integers: their ambiguities were left float",
                 )
             }
             Self::BasePositionDoubtful { distance_m } => write!(
@@ -465,6 +487,8 @@ pub struct PpkSummary {
     /// Distance of the base position given from the base's own single-point position (m), where the
     /// base has one.
     pub base_from_single_m: Option<f64>,
+    /// How the errors of the positions hang together in time, where fixes tell.
+    pub error_correlation: Option<ErrorCorrelation>,
     /// Remarks.
     pub warnings: Vec<PpkWarning>,
 }

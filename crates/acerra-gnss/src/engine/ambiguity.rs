@@ -2,6 +2,7 @@
 
 use super::constellation::Constellation;
 use super::double::{Common, GROUPS};
+use super::signal_group::{SignalGroup, SuspectGroups};
 use super::state::{FilterState, SparseRow};
 use super::zero::ZeroDifference;
 use crate::lambda::{LambdaError, integer_least_squares};
@@ -33,6 +34,15 @@ pub(crate) struct Pair {
     pub other: usize,
 }
 
+impl Pair {
+    pub(crate) fn signal_group(&self) -> SignalGroup {
+        SignalGroup {
+            slot: self.slot,
+            group: self.group,
+        }
+    }
+}
+
 /// What ambiguity resolution at one epoch looks at.
 pub(crate) struct Resolution<'a> {
     pub constellation: &'a Constellation,
@@ -43,6 +53,8 @@ pub(crate) struct Resolution<'a> {
     pub with_glonass: bool,
     /// True variances over those of the model, for the success rate.
     pub variance_factor: f64,
+    /// Groups of signals whose phases may contradict the others'.
+    pub suspects: SuspectGroups,
 }
 
 /// Integers found, and the position they give.
@@ -54,6 +66,10 @@ pub(crate) struct Attempt {
     pub ratio: f64,
     pub threshold: f64,
     pub accepted: bool,
+    /// (a − z)ᵀQ⁻¹(a − z) of the integers.
+    pub cost: f64,
+    /// Groups of signals that contradict the rest and were left out.
+    pub left_out: Vec<SignalGroup>,
     /// Probability that the integers are right, if the covariance is true.
     pub success_rate: f64,
     /// Leading states after the integers are imposed, and their covariance (row-major).
@@ -68,6 +84,13 @@ impl Resolution<'_> {
         let mut pairs = Vec::new();
         for (group_index, group) in GROUPS.iter().enumerate() {
             for slot in 0..options.frequencies {
+                let own = SignalGroup {
+                    slot,
+                    group: group_index,
+                };
+                if self.suspects.left_out().contains(&own) {
+                    continue;
+                }
                 let eligible = |c: &Common| {
                     let system = self.constellation.id(c.satellite).system();
                     if !group.contains(&system) || !self.system_allowed(system) {
@@ -129,6 +152,9 @@ impl Resolution<'_> {
         let full = self.attempt(state, pairs)?;
         if full.accepted {
             return Ok(full);
+        }
+        if let Some(attempt) = self.attempt_without_groups(state, &full) {
+            return Ok(attempt);
         }
         let mut remaining = full.pairs.clone();
         for &(satellite, slot) in dispensable {
@@ -238,6 +264,8 @@ impl Resolution<'_> {
             ratio,
             threshold,
             accepted,
+            cost: best,
+            left_out: Vec::new(),
             success_rate: found.success_rate(self.variance_factor),
             x: state.x[..np].to_vec(),
             p: (0..np * np)

@@ -11,7 +11,9 @@ use acerra_geo::time::GpsTime;
 
 /// Time (s) after which reflections are others: one float error in each such span counts.
 const CORRELATION_S: f64 = 100.0;
-/// The same of phases (s): their multipath turns with the satellites' motion alone.
+/// The same of phases (s), where too few are fixed to measure it. A reflection from the ground a
+/// height h below the antenna comes 2h·sin ε later, which changes by 2h·cos ε·dε/dt: at 45°, for
+/// h = 1 m and satellites that move by 0.12 mrad/s, a radian of phase in 180 s, for 0.5 m in 360 s.
 const PHASE_CORRELATION_S: f64 = 300.0;
 /// Weight of the measured noise as it stands, in such spans.
 const PRIOR_SPANS: f64 = 2.0;
@@ -43,9 +45,8 @@ pub(crate) struct Misfit {
 pub(crate) struct Calibration {
     /// Factor on the codes' variance.
     pub code_factor: f64,
-    /// Growth of an ambiguity's variance by the multipath of its phase (cycle²/s); `None` leaves it
-    /// to the options, where float positions err no more than stated.
-    pub phase_walk_cycles2_s: Option<f64>,
+    /// Growth of an ambiguity's variance by the multipath of its phase (cycle²/s).
+    pub phase_walk_cycles2_s: f64,
 }
 
 impl Calibration {
@@ -53,12 +54,13 @@ impl Calibration {
     pub(crate) fn prior() -> Self {
         Self {
             code_factor: 1.0,
-            phase_walk_cycles2_s: Some(phase_walk(PRIOR_PHASE_FACTOR)),
+            phase_walk_cycles2_s: phase_walk(PRIOR_PHASE_FACTOR),
         }
     }
 
     /// From the misfits of a pass, in its order.
-    pub(crate) fn of(pass: &[Misfit]) -> Self {
+    /// `rise_per_s` is that of the residuals' semivariance, in units of the model's variance.
+    pub(crate) fn of(pass: &[Misfit], rise_per_s: Option<f64>) -> Self {
         let misfits: Vec<f64> = pass.iter().filter_map(|m| m.float).collect();
         let code_factor = if misfits.is_empty() {
             1.0
@@ -75,8 +77,10 @@ impl Calibration {
             (squares + PRIOR_FREEDOM * PRIOR_PHASE_FACTOR) / (freedom + PRIOR_FREEDOM);
         Self {
             code_factor: code_factor.clamp(1.0, LARGEST_FACTOR),
-            phase_walk_cycles2_s: (code_factor > 1.0 || misfits.is_empty())
-                .then(|| phase_walk(phase_factor.clamp(PHASE_FACTORS[0], PHASE_FACTORS[1]))),
+            phase_walk_cycles2_s: rise_per_s.map_or_else(
+                || phase_walk(phase_factor.clamp(PHASE_FACTORS[0], PHASE_FACTORS[1])),
+                |rise| 2.0 * MODEL_VARIANCE_CYCLES2 * rise,
+            ),
         }
     }
 }

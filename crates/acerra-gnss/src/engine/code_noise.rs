@@ -101,8 +101,8 @@ impl CodeNoise {
 #[derive(Debug, Clone)]
 pub(crate) struct MeasuredNoise {
     groups: Vec<[CodeNoise; FREQUENCY_SLOTS]>,
-    /// Growth of an ambiguity's variance by the multipath of its phase (cycle²/s); `None` where
-    /// the options say.
+    /// Growth of an ambiguity's variance by the multipath of its phase (cycle²/s), where that is
+    /// measured; never less than the options say.
     pub phase_walk_cycles2_s: Option<f64>,
 }
 
@@ -120,7 +120,7 @@ impl MeasuredNoise {
         for noise in self.groups.iter_mut().flatten() {
             noise.variance_factor *= calibration.code_factor;
         }
-        self.phase_walk_cycles2_s = calibration.phase_walk_cycles2_s;
+        self.phase_walk_cycles2_s = Some(calibration.phase_walk_cycles2_s);
         self
     }
 

@@ -13,6 +13,8 @@ use acerra_geo::time::GpsTime;
 /// Fixes of two passes nearer to each other than this are the same (m): a quarter of a wavelength;
 /// those of neighbouring integers are further apart.
 const SAME_PLACE_M: f64 = 0.05;
+/// Largest standard deviation (m) of a fix that nothing checks: half a wavelength.
+const LARGEST_UNCHECKED_SIGMA_M: f64 = 0.1;
 /// Time (s) over which passes must agree before that alone counts: in a shorter log both rest on
 /// much the same codes.
 pub(super) const AGREEMENT_S: f64 = 60.0;
@@ -129,8 +131,16 @@ fn corroborated(results: &[EpochResult], anchors: &[bool]) -> Vec<bool> {
     kept
 }
 
+/// Whether phases beyond those that a position takes check a fix, or its place is at least known
+/// to within half a wavelength.
+fn is_checked(fix: &EpochResult) -> bool {
+    let variance_m2: f64 = (0..3).map(|k| fix.covariance_ecef_m2[k][k]).sum();
+    fix.phase_misfit[1] > 0.0 || variance_m2 < LARGEST_UNCHECKED_SIGMA_M.powi(2)
+}
+
 /// Calls fixes float that neither are anchors nor have the integers of the nearest anchor before
-/// or after them; `wholly` asks that no other satellite take part in them.
+/// or after them, or that [nothing checks](is_checked); `wholly` asks that no
+/// other satellite take part in them.
 fn keep_confirmed(results: &mut [EpochResult], anchors: &[bool], needed: f64, wholly: bool) {
     let linked = |own: &FixedIntegers, anchor: &FixedIntegers| {
         own.same_as(anchor) && (!wholly || own.is_part_of(anchor))
@@ -157,11 +167,17 @@ fn keep_confirmed(results: &mut [EpochResult], anchors: &[bool], needed: f64, wh
         let Some(own) = result.integers.take() else {
             continue;
         };
-        if !confirmed {
+        let checked = is_checked(result);
+        if !(confirmed && checked) {
+            result.anchored = false;
             result.quality = Some(Quality::Float);
-            result.reason = Some(NotFixedReason::IntegersUncertain {
-                success_rate: own.success_rate,
-                needed,
+            result.reason = Some(if confirmed {
+                NotFixedReason::NothingChecksFix
+            } else {
+                NotFixedReason::IntegersUncertain {
+                    success_rate: own.success_rate,
+                    needed,
+                }
             });
             result.position_ecef_m = own.float.position_ecef_m;
             result.covariance_ecef_m2 = own.float.covariance_ecef_m2;

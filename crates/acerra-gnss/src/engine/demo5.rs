@@ -5,6 +5,7 @@
 use super::ambiguity::{Attempt, Resolution, members};
 use super::double::Common;
 use super::filter::Filter;
+use super::signal_group::SuspectGroups;
 use super::zero::ZeroDifference;
 use crate::options::GlonassAmbiguity;
 use crate::satellite::System;
@@ -142,6 +143,7 @@ impl Filter<'_> {
             rover: zero,
             with_glonass,
             variance_factor: 1.0,
+            suspects: SuspectGroups::default(),
         };
         let pairs = resolution.pairs(&self.state);
         let least = self

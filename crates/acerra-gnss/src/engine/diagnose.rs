@@ -3,10 +3,27 @@
 use super::constellation::{Constellation, Unusable};
 use super::epoch_input::RoverEpoch;
 use super::measurement::Epoch;
+use super::signal_group::SignalGroup;
 use crate::observation::ObservationData;
 use crate::options::{AmbiguityMode, PpkOptions};
 use crate::satellite::System;
 use crate::solution::{BaseGap, MissingNavigation, PpkWarning};
+
+/// Groups of signals that contradict the others, by the signal that the rover names first.
+pub(crate) fn contradicting_groups(
+    rover: &[RoverEpoch],
+    groups: &[SignalGroup],
+    warnings: &mut Vec<PpkWarning>,
+) {
+    for group in groups {
+        let measured = rover.iter().flat_map(|e| &e.epoch.measurements);
+        let mut own = measured.filter(|m| m.system == group.system());
+        warnings.push(PpkWarning::SignalsContradict {
+            system: group.system(),
+            signal: own.find_map(|m| m.signal[group.slot]),
+        });
+    }
+}
 
 /// Satellites observed without a usable ephemeris or channel, and systems without any.
 pub(crate) fn missing_navigation(

@@ -2,6 +2,7 @@
 
 use super::calibration::Misfit;
 use super::fixed_integers::FixedIntegers;
+use super::phase_walk::{FixResiduals, PhaseResidual};
 use crate::solution::{NotFixedReason, Quality, SatelliteResidual};
 use acerra_geo::time::GpsTime;
 
@@ -22,6 +23,8 @@ pub(crate) struct EpochResult {
     pub residuals: Vec<SatelliteResidual>,
     /// Squared phase residuals of a fix in units of their variance, and their degrees of freedom.
     pub phase_misfit: [f64; 2],
+    /// The residuals themselves.
+    pub phase_residuals: Vec<PhaseResidual>,
     /// Squared distance of the float position from the fixed one, in units of its covariance and
     /// per dimension, of a fix by integers held.
     pub float_misfit: Option<f64>,
@@ -42,6 +45,14 @@ impl EpochResult {
             float: self.float_misfit,
             phase: (self.quality == Some(Quality::Fixed)).then_some(self.phase_misfit),
         }
+    }
+
+    /// The phases' residuals of its fix, if it is one.
+    pub(crate) fn fix_residuals(&self) -> Option<FixResiduals<'_>> {
+        (self.quality == Some(Quality::Fixed)).then_some(FixResiduals {
+            time: self.time,
+            residuals: &self.phase_residuals,
+        })
     }
 
     /// Distance to another place (m).

@@ -5,9 +5,11 @@ use super::double::GROUPS;
 use super::state::FilterState;
 use crate::satellite::System;
 
-/// Fewest ambiguities that must be the same for one fix to confirm another.
+/// Fewest ambiguities that must be the same for one fix to confirm another: a position takes three,
+/// so that three would agree with some place whatever they are; the fourth is the first to check.
 const LEAST_SHARED: usize = 4;
-/// The same where both rest on one set of held integers, which the float state checks.
+/// The same where both rest on one set of held integers: the float state, which knows nothing of
+/// them, has checked the set at every epoch, and only that it is still this set is in question.
 const LEAST_SHARED_OF_HELD: usize = 3;
 /// The same between passes, which have nothing else in common.
 const LEAST_SHARED_BETWEEN_PASSES: usize = 4;

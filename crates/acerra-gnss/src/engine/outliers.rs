@@ -60,14 +60,23 @@ pub(crate) fn worst(
     worst
 }
 
-/// Sum of squares of the code or phase residuals in units of their standard deviation, about each
-/// block's weighted mean, and its degrees of freedom; of the satellites that `counts` lets in.
-pub(crate) fn misfit(
+/// One satellite's residual about its block's weighted mean, over its standard deviation.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Standardised {
+    /// Index among the common satellites.
+    pub common: usize,
+    pub slot: usize,
+    pub normalised: f64,
+}
+
+/// The residuals of codes or phases of the satellites that `counts` lets in, and their degrees of
+/// freedom.
+pub(crate) fn standardised(
     rows: &[DoubleRow],
     of_codes: bool,
     counts: impl Fn(usize, usize) -> bool,
-) -> (f64, usize) {
-    let (mut sum, mut freedom) = (0.0, 0);
+) -> (Vec<Standardised>, usize) {
+    let (mut residuals, mut freedom) = (Vec::new(), 0);
     let kept = |r: &&DoubleRow| {
         r.is_code == of_codes && counts(r.reference, r.slot) && counts(r.other, r.slot)
     };
@@ -78,18 +87,35 @@ pub(crate) fn misfit(
         .chunk_by(|a, b| a.block == b.block)
     {
         let members = || {
-            let reference = (0.0, block[0].variance_reference_m2);
-            let others = block.iter().map(|r| (-r.residual_m, r.variance_other_m2));
+            let reference = (block[0].reference, 0.0, block[0].variance_reference_m2);
+            let others = block
+                .iter()
+                .map(|r| (r.other, -r.residual_m, r.variance_other_m2));
             std::iter::once(reference).chain(others)
         };
-        let weight: f64 = members().map(|(_, variance)| 1.0 / variance).sum();
-        let mean = members().map(|(r, variance)| r / variance).sum::<f64>() / weight;
-        sum += members()
-            .map(|(r, variance)| (r - mean).powi(2) / variance)
-            .sum::<f64>();
+        let weight: f64 = members().map(|(_, _, variance)| 1.0 / variance).sum();
+        let mean = members().map(|(_, r, variance)| r / variance).sum::<f64>() / weight;
+        residuals.extend(members().map(|(common, r, variance)| Standardised {
+            common,
+            slot: block[0].slot,
+            normalised: (r - mean) / variance.sqrt(),
+        }));
         freedom += block.len();
     }
-    (sum, freedom)
+    (residuals, freedom)
+}
+
+/// Sum of squares of the [standardised] residuals, and their degrees of freedom.
+pub(crate) fn misfit(
+    rows: &[DoubleRow],
+    of_codes: bool,
+    counts: impl Fn(usize, usize) -> bool,
+) -> (f64, usize) {
+    let (residuals, freedom) = standardised(rows, of_codes, counts);
+    (
+        residuals.iter().map(|r| r.normalised.powi(2)).sum(),
+        freedom,
+    )
 }
 
 pub(super) fn median(mut values: Vec<f64>) -> f64 {

@@ -11,6 +11,7 @@ use super::matching::matching_base;
 use super::measurement::{Epoch, Measurement};
 use super::plausible::reject_implausible;
 use super::precision::scale_covariances;
+use super::signal_group::SignalGroup;
 use super::single::SingleContext;
 use super::zero::{ZeroDifference, zero_differences};
 use crate::control::Watch;
@@ -31,6 +32,14 @@ pub(crate) struct Prepared<'a> {
     pub base_context: SingleContext<'a>,
     pub base_position_ecef_m: [f64; 3],
     pub noise: MeasuredNoise,
+    /// Groups of signals that a trial pass found to contradict the others.
+    pub left_out: Vec<SignalGroup>,
+}
+
+/// What a trial pass found.
+pub(crate) struct Trial {
+    pub results: Vec<EpochResult>,
+    pub left_out: Vec<SignalGroup>,
 }
 
 impl<'a> Prepared<'a> {
@@ -43,6 +52,7 @@ impl<'a> Prepared<'a> {
             self.base_position_ecef_m,
         )
         .with_short_log(self.is_short_log())
+        .without_groups(self.left_out.clone())
     }
 
     fn is_short_log(&self) -> bool {
@@ -61,10 +71,15 @@ impl<'a> Prepared<'a> {
             && (options.glonass_ambiguity == GlonassAmbiguity::Auto || options.measure_code_noise)
     }
 
-    /// The results of a trial pass.
-    pub(crate) fn trial(&'a self, watch: &Watch<'_>) -> Result<Vec<EpochResult>, PpkError> {
+    /// The results of a trial pass, and the groups of signals that contradict the others.
+    pub(crate) fn trial(&'a self, watch: &Watch<'_>) -> Result<Trial, PpkError> {
         let backward = self.options.direction == FilterDirection::Backward;
-        self.run_alone(&mut self.filter(), backward, watch)
+        let mut filter = self.filter();
+        let results = self.run_alone(&mut filter, backward, watch)?;
+        Ok(Trial {
+            results,
+            left_out: filter.suspects.left_out().to_vec(),
+        })
     }
 
     /// What a trial pass says of GLONASS ambiguities, where that is left to the data.
@@ -182,6 +197,8 @@ impl<'a> Prepared<'a> {
             }
         }
         let noise_age_s = match self.options.rules {
+            // What an interpolation leaves of a wandering clock: nothing at either end.
+            _ if self.options.measure_code_noise => from_previous_s * -from_next_s / span_s,
             RuleSet::Rtklib => from_previous_s.max(-from_next_s),
             RuleSet::Demo5 => from_previous_s.min(-from_next_s),
         };

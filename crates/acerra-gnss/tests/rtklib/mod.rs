@@ -3,6 +3,7 @@
 
 pub mod motion;
 pub mod sets;
+pub mod settings;
 pub mod trust;
 
 use acerra_geo::geodesy::{EnuFrame, Geodetic, ecef_from_geodetic};

@@ -107,6 +107,17 @@ pub const STATIC_M8P: Set = Set {
     glonass: GlonassAmbiguity::On,
 };
 
+pub const LG69T: Set = Set {
+    name: "walk (LG69T, five systems, 1 Hz)",
+    folder: "gnss-walk-lg69t",
+    rover: "rover.obs.gz",
+    base: "base.obs.gz",
+    navigation: &["rover.nav.gz"],
+    base_position: || BasePosition::Ecef([-2_845_676.411_0, 4_661_619.402_2, 3_283_215.324_1]),
+    systems: &[System::Gps, System::Galileo, System::Beidou],
+    glonass: GlonassAmbiguity::Off,
+};
+
 pub const WALK: Set = Set {
     name: "walk (NEO-M8P, GPS + GLONASS, 1 Hz)",
     folder: "gnss-walk-m8p",

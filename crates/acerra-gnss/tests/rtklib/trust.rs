@@ -45,8 +45,14 @@ const SETS: [Static; 4] = [
 /// Median of the fixed epochs by RTKLIB's rules with GLONASS resolved (1201 of 1202).
 const M8P_TRUTH: [f64; 3] = [-0.237_1, 0.227_5, -0.004_3];
 
+/// East, north, up of a set's rover from its base (m), where that stood still.
+pub fn truth_of(set: &Set) -> Option<[f64; 3]> {
+    let known = SETS.iter().find(|s| s.set.folder == set.folder)?;
+    Some((known.truth_enu_m)())
+}
+
 /// Fixed epochs and wrong ones among them.
-fn fixed_and_wrong(solution: &PpkSolution, truth_enu_m: [f64; 3]) -> (usize, usize) {
+pub fn fixed_and_wrong(solution: &PpkSolution, truth_enu_m: [f64; 3]) -> (usize, usize) {
     let base = solution.base_position_ecef_m.unwrap();
     let fixed = solution
         .epochs
@@ -58,38 +64,58 @@ fn fixed_and_wrong(solution: &PpkSolution, truth_enu_m: [f64; 3]) -> (usize, usi
     (fixed.count(), wrong.count())
 }
 
-/// Shares (%) of the epochs of `quality` whose horizontal error lies within the 68.3 % and the
-/// 95.4 % ellipse of their stated covariance, and their number.
-fn within(solution: &PpkSolution, truth_enu_m: [f64; 3], quality: Quality) -> (usize, [f64; 2]) {
-    let frame = EnuFrame::from_ecef(solution.base_position_ecef_m.unwrap());
-    let squares: Vec<f64> = solution
-        .epochs
-        .iter()
-        .filter(|e| e.quality == quality)
-        .map(|e| {
-            let found = frame.enu_from_ecef(e.position_ecef_m);
-            let [x, y] = [found[0] - truth_enu_m[0], found[1] - truth_enu_m[1]];
-            let q = frame.enu_covariance_from_ecef(&e.covariance_ecef_m2);
-            let determinant = q[0][0] * q[1][1] - q[0][1] * q[1][0];
-            (q[1][1] * x * x - 2.0 * q[0][1] * x * y + q[0][0] * y * y) / determinant
-        })
-        .collect();
-    let n = squares.len();
-    // Quantiles of χ² with two degrees of freedom.
-    let share = |limit: f64| {
-        100.0 * squares.iter().filter(|s| **s <= limit).count() as f64 / n.max(1) as f64
-    };
-    (n, [share(2.296), share(6.180)])
+/// Epochs of one quality, and those of them whose horizontal error lies within the 68.3 % and the
+/// 95.4 % ellipse of their stated covariance.
+#[derive(Clone, Copy, Default)]
+struct Within {
+    epochs: usize,
+    inside: [usize; 2],
 }
 
-fn default_options(set: &Set) -> PpkOptions {
+impl Within {
+    fn of(solution: &PpkSolution, truth_enu_m: [f64; 3], quality: Quality) -> Self {
+        let frame = EnuFrame::from_ecef(solution.base_position_ecef_m.unwrap());
+        let of_quality = solution.epochs.iter().filter(|e| e.quality == quality);
+        let squares: Vec<f64> = of_quality
+            .map(|e| {
+                let found = frame.enu_from_ecef(e.position_ecef_m);
+                let [x, y] = [found[0] - truth_enu_m[0], found[1] - truth_enu_m[1]];
+                let q = frame.enu_covariance_from_ecef(&e.covariance_ecef_m2);
+                let determinant = q[0][0] * q[1][1] - q[0][1] * q[1][0];
+                (q[1][1] * x * x - 2.0 * q[0][1] * x * y + q[0][0] * y * y) / determinant
+            })
+            .collect();
+        let up_to = |limit: f64| squares.iter().filter(|s| **s <= limit).count();
+        Self {
+            epochs: squares.len(),
+            // Quantiles of χ² with two degrees of freedom.
+            inside: [up_to(2.296), up_to(6.180)],
+        }
+    }
+
+    fn add(&mut self, other: Self) {
+        self.epochs += other.epochs;
+        for (own, theirs) in self.inside.iter_mut().zip(other.inside) {
+            *own += theirs;
+        }
+    }
+
+    /// Shares in per cent.
+    fn shares(self) -> [f64; 2] {
+        self.inside
+            .map(|n| 100.0 * n as f64 / self.epochs.max(1) as f64)
+    }
+}
+
+/// Defaults, with the base's position of the set.
+pub fn default_options(set: &Set) -> PpkOptions {
     let defaults = PpkOptions::default();
     set.adapt(defaults.clone())
         .with_systems(defaults.systems)
         .with_glonass_ambiguity(defaults.glonass_ambiguity)
 }
 
-fn run(logs: &Logs, options: &PpkOptions) -> PpkSolution {
+pub fn run(logs: &Logs, options: &PpkOptions) -> PpkSolution {
     process(&logs.rover, &logs.base, &logs.navigation, options).unwrap()
 }
 
@@ -124,6 +150,7 @@ pub fn windows_table(text: &mut String) {
                 fixed += f;
                 wrong += w;
             }
+            assert_eq!(wrong, 0, "{} {name}", set.name);
             writeln!(
                 text,
                 "| {} | {name} | {epochs} | {fixed} ({:.1} %) | {wrong} |",
@@ -145,30 +172,41 @@ pub fn sigma_table(text: &mut String) {
          | set | epochs | fixed | wrong | fixed within 68 % | fixed within 95 % | float within 68 % | float within 95 % |\n\
          | --- | --- | --- | --- | --- | --- | --- | --- |\n",
     );
+    let (mut counts, mut all) = ([0; 3], [Within::default(); 2]);
+    let mut row = |name: &str, [epochs, fixed, wrong]: [usize; 3], of: [Within; 2]| {
+        let [of_fixed, of_float] = of.map(Within::shares);
+        writeln!(
+            text,
+            "| {name} | {epochs} | {fixed} | {wrong} | {:.1} | {:.1} | {:.1} | {:.1} |",
+            of_fixed[0], of_fixed[1], of_float[0], of_float[1]
+        )
+        .unwrap();
+    };
     for Static { set, truth_enu_m } in &SETS {
         let logs = set.read().unwrap();
         let truth = truth_enu_m();
         let solution = run(&logs, &default_options(set));
-        let float = run(
-            &logs,
-            &default_options(set).with_ambiguity(AmbiguityMode::Off),
-        );
+        let float = default_options(set).with_ambiguity(AmbiguityMode::Off);
+        let float = run(&logs, &float);
         let (fixed, wrong) = fixed_and_wrong(&solution, truth);
-        let (_, of_fixed) = within(&solution, truth, Quality::Fixed);
-        let (_, of_float) = within(&float, truth, Quality::Float);
-        writeln!(
-            text,
-            "| {} | {} | {fixed} | {wrong} | {:.1} | {:.1} | {:.1} | {:.1} |",
-            set.name,
-            solution.summary.rover_epochs,
-            of_fixed[0],
-            of_fixed[1],
-            of_float[0],
-            of_float[1]
-        )
-        .unwrap();
+        let own = [
+            Within::of(&solution, truth, Quality::Fixed),
+            Within::of(&float, truth, Quality::Float),
+        ];
+        let of_set = [solution.summary.rover_epochs, fixed, wrong];
+        row(set.name, of_set, own);
+        for (sum, one) in counts.iter_mut().zip(of_set) {
+            *sum += one;
+        }
+        for (sum, one) in all.iter_mut().zip(own) {
+            sum.add(one);
+        }
         if set.folder == STATIC_M8P.folder {
             assert!(fixed >= 1195 && wrong == 0, "{fixed} fixed, {wrong} wrong");
         }
     }
+    row("all", counts, all);
+    let [of_fixed, of_all_fixed] = all[0].shares();
+    assert!((of_fixed - 68.3).abs() < 5.0, "{of_fixed} %");
+    assert!((of_all_fixed - 95.4).abs() < 3.0, "{of_all_fixed} %");
 }

@@ -11,7 +11,7 @@ mod residuals;
 mod resolve;
 mod update;
 
-use crate::engine::ambiguity::Attempt;
+use crate::engine::ambiguity::{Attempt, Pair};
 use crate::engine::code_noise::MeasuredNoise;
 use crate::engine::constellation::Constellation;
 use crate::engine::double::Common;
@@ -20,6 +20,7 @@ use crate::engine::epoch_result::EpochResult;
 use crate::engine::fixed_integers::{FixedIntegers, FloatSolution};
 use crate::engine::glonass::GlonassPlan;
 use crate::engine::robust_codes::Inflation;
+use crate::engine::signal_group::{SignalGroup, SuspectGroups};
 use crate::engine::single::SinglePoint;
 use crate::engine::slips;
 use crate::engine::state::FilterState;
@@ -104,6 +105,8 @@ pub(crate) struct Filter<'a> {
     glonass_float: bool,
     /// The present fix rests on integers held before.
     rests_on_held: bool,
+    /// Groups of signals whose phases contradict the others'.
+    pub(crate) suspects: SuspectGroups,
     /// Phase differences of the last epoch.
     last_phases: LastPhases,
     /// Number of the present set of held integers, and the numbers of those withdrawn.
@@ -142,6 +145,7 @@ impl<'a> Filter<'a> {
             doubts: 0,
             glonass_float: false,
             rests_on_held: false,
+            suspects: SuspectGroups::default(),
             withdrawn: Vec::new(),
         }
     }
@@ -150,6 +154,14 @@ impl<'a> Filter<'a> {
     pub(crate) fn with_short_log(self, is_short_log: bool) -> Self {
         Self {
             is_short_log,
+            ..self
+        }
+    }
+
+    /// This filter, told which groups of signals contradict the others.
+    pub(crate) fn without_groups(self, left_out: Vec<SignalGroup>) -> Self {
+        Self {
+            suspects: SuspectGroups::known(left_out),
             ..self
         }
     }
@@ -329,6 +341,9 @@ impl<'a> Filter<'a> {
             result.integers = Some(integers);
         }
         self.report_fix(result, attempt);
+        let mut used: Vec<SignalGroup> = attempt.pairs.iter().map(Pair::signal_group).collect();
+        used.dedup();
+        self.suspects.note(&used, &attempt.left_out);
         self.consecutive_fixes += 1;
         if self.options.ambiguity == AmbiguityMode::FixAndHold
             && self.consecutive_fixes >= self.options.min_fixes_to_hold

@@ -113,8 +113,8 @@ impl Filter<'_> {
         let instantaneous = options.ambiguity == AmbiguityMode::Instantaneous;
         for slot in 0..options.frequencies {
             self.age_tracks(slot, instantaneous);
-            let walk = self.noise.phase_walk_cycles2_s;
-            let growth = walk.unwrap_or(options.bias_noise_cycles.powi(2)) * elapsed_s.abs();
+            let walk = self.noise.phase_walk_cycles2_s.unwrap_or(0.0);
+            let growth = walk.max(options.bias_noise_cycles.powi(2)) * elapsed_s.abs();
             for c in common {
                 let index = self.state.bias_index(c.satellite, slot);
                 *self.state.covariance_mut(index, index) += growth;

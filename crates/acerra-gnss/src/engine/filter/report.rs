@@ -29,6 +29,7 @@ impl EpochResult {
             reason: None,
             residuals: Vec::new(),
             phase_misfit: [0.0; 2],
+            phase_residuals: Vec::new(),
             float_misfit: None,
             anchored: false,
             channel_slope_m: None,

@@ -7,7 +7,8 @@ use crate::engine::epoch_result::EpochResult;
 use crate::engine::noise::{
     Separation, SignalView, single_difference_variance_m2, weak_signal_factor,
 };
-use crate::engine::outliers::{misfit, worst};
+use crate::engine::outliers::{standardised, worst};
+use crate::engine::phase_walk::of_satellites;
 use crate::engine::state::FilterState;
 use crate::engine::zero::{ZeroDifference, zero_differences};
 use crate::options::{AmbiguityMode, GlonassAmbiguity, RuleSet};
@@ -36,6 +37,7 @@ impl<'a> Filter<'a> {
             rover: zero,
             with_glonass,
             variance_factor: self.variance_factor(),
+            suspects: self.suspects.clone(),
         }
     }
 
@@ -131,9 +133,11 @@ impl<'a> Filter<'a> {
                 |k: usize, slot: usize| self.state.track(epoch.common[k].satellite, slot).in_fix;
             let worst = worst(&differences.rows, false, in_fix);
             let Some(worst) = worst.filter(|w| w.normalised > limit) else {
-                let (squares, rows) = misfit(&differences.rows, false, in_fix);
+                let (residuals, rows) = standardised(&differences.rows, false, in_fix);
+                let squares = residuals.iter().map(|r| r.normalised.powi(2)).sum();
                 // Three degrees of freedom went into the position.
                 result.phase_misfit = [squares, rows.saturating_sub(3) as f64];
+                result.phase_residuals = of_satellites(residuals, &epoch.common);
                 return Ok(attempt);
             };
             for track in &mut self.state.tracks {
