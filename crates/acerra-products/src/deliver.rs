@@ -4,7 +4,6 @@ use std::fs::File;
 use std::io::{BufWriter, Write};
 
 use acerra_geo::geodesy::EnuFrame;
-use acerra_geo::trajectory::{Frame, TimeOrigin};
 use anyhow::Context;
 
 use crate::outcome::Outcome;
@@ -12,7 +11,6 @@ use crate::report::report_page;
 use crate::run_record::{RunRecord, TargetsRecord};
 use crate::staging::Staging;
 use crate::{image_npz, maps, pictures, report_data};
-use acerra_chain::position::Positions;
 use acerra_chain::stages::Stages;
 use serde::Serialize;
 
@@ -90,11 +88,10 @@ fn write_radargrams(outcome: &Outcome, staging: &Staging) -> anyhow::Result<(Vec
 
 fn write_trajectory(outcome: &Outcome, staging: &Staging) -> anyhow::Result<()> {
     let mut csv = buffered(staging, "trajectory.csv")?;
-    let (frame, origin) = match &outcome.prepared.first().positions {
-        Positions::Trajectory(trajectory) => (*trajectory.frame(), trajectory.time_origin()),
-        Positions::PerTrace(_) => (Frame::Local, TimeOrigin::Relative),
-    };
-    acerra_geo::write::write_positions_csv(&mut csv, &outcome.prepared.aligned.all, &frame, origin)
+    let positions = &outcome.prepared.first().positions;
+    let all = &outcome.prepared.aligned.all;
+    let (frame, origin) = (positions.frame(), positions.time_origin());
+    acerra_geo::write::write_positions_csv(&mut csv, all, frame, origin)
         .and_then(|()| csv.flush())
         .context("trajectory.csv: cannot write")
 }

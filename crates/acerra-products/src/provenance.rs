@@ -1,7 +1,5 @@
 //! Where a product comes from, as every format for other programs carries it.
 
-use acerra_chain::position::Positions;
-
 use crate::maps::earth_frame;
 use crate::outcome::Outcome;
 
@@ -72,10 +70,7 @@ fn frame(outcome: &Outcome) -> Vec<(String, String)> {
 /// First and last time of the traces imaged.
 fn time_span(outcome: &Outcome) -> Option<String> {
     let first = outcome.prepared.first();
-    let Positions::Trajectory(trajectory) = &first.positions else {
-        return None;
-    };
-    let zero = trajectory.time_origin().gps_time()?;
+    let zero = first.positions.time_origin().gps_time()?;
     let time_s = outcome.prepared.aligned.time_s.get(first.range.clone())?;
     let at = |radar_s: f64| (zero + (radar_s + first.time_offset_s)).format_calendar(3);
     Some(format!(

@@ -20,6 +20,9 @@ pub struct RadarSection {
     /// The radar log; its format is recognised from its content.
     #[serde(serialize_with = "path_text::path")]
     pub file: PathBuf,
+    /// The channel of phase history data (CPHD); by default the file's reference channel.
+    #[serde(default)]
+    pub channel: Option<String>,
     /// Fast time at which range is zero, in nanoseconds, when calibrated; `"auto"` finds the one at
     /// which the image is sharpest.
     #[serde(default)]
