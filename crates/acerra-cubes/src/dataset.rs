@@ -16,6 +16,8 @@ pub enum Attribute {
     Number(f64),
     /// Several numbers.
     Numbers(Vec<f64>),
+    /// Several whole numbers.
+    WholeNumbers(Vec<i32>),
 }
 
 impl Attribute {

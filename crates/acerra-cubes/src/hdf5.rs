@@ -90,5 +90,6 @@ fn attribute(value: &Attribute) -> AttrValue {
         Attribute::Text(text) => AttrValue::VarLenString(text.clone()),
         Attribute::Number(number) => AttrValue::F64(*number),
         Attribute::Numbers(numbers) => AttrValue::F64Array(numbers.clone()),
+        Attribute::WholeNumbers(numbers) => AttrValue::I32Array(numbers.clone()),
     }
 }

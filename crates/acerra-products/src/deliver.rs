@@ -10,7 +10,7 @@ use crate::outcome::Outcome;
 use crate::report::report_page;
 use crate::run_record::{RunRecord, TargetsRecord};
 use crate::staging::Staging;
-use crate::{image_npz, maps, pictures, report_data};
+use crate::{data, image_npz, maps, pictures, report_data};
 use acerra_chain::stages::Stages;
 use serde::Serialize;
 
@@ -40,6 +40,7 @@ pub fn deliver(outcome: &Outcome, staging: Staging, stages: &mut Stages) -> anyh
         }
         write_trajectory(outcome, &staging)?;
         maps::write(outcome, &staging)?;
+        data::write(outcome, &staging)?;
         staging.write("targets.json", json(&TargetsRecord::of(outcome))?)?;
         let more: Vec<_> = more.into_iter().map(|(_, picture)| picture).collect();
         anyhow::Ok((image_png, raw_png, clean_png, more))

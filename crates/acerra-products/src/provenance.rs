@@ -13,6 +13,9 @@ pub(crate) fn items(outcome: &Outcome) -> Vec<(String, String)> {
         ("CAMPAIGN".to_owned(), outcome.name.clone()),
         ("EVIDENCE".to_owned(), outcome.evidence.summary()),
     ];
+    if let Ok(configuration) = serde_json::to_string(&outcome.campaign) {
+        items.push(("CONFIGURATION".to_owned(), configuration));
+    }
     items.extend(frame(outcome));
     if let Some(span) = time_span(outcome) {
         items.push(("TIME_SPAN_GPST".to_owned(), span));

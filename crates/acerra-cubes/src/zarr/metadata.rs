@@ -63,6 +63,7 @@ pub(super) fn attributes_json(attributes: &[(String, Attribute)]) -> Value {
         Attribute::Text(text) => json!(text),
         Attribute::Number(number) => json!(number),
         Attribute::Numbers(numbers) => json!(numbers),
+        Attribute::WholeNumbers(numbers) => json!(numbers),
     };
     let members = attributes.iter().map(|(name, a)| (name.clone(), value(a)));
     Value::Object(members.collect())
