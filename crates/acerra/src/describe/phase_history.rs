@@ -24,7 +24,7 @@ pub fn describe(reader: impl Read + Seek) -> anyhow::Result<Description> {
         d.fact("pulses", channel.time_s.len());
         d.fact("frequencies", channel.frequency.count);
         d.fact("first_frequency_ghz", 1e-9 * channel.frequency.first_hz);
-        d.fact("frequency_step_mhz", 1e-6 * channel.frequency.step_hz);
+        d.fact("frequency_step_hz", channel.frequency.step_hz);
         if let [first, .., last] = channel.time_s.as_slice() {
             d.fact("duration_s", last - first);
         }
