@@ -42,7 +42,7 @@ pub fn settle_gate(
         Some(share) if share < needed => {
             warnings.add(format!(
                 "no gate: only {:.0} % of the image lies at ranges within [{}, {}] ns of 2h/c{} \
-                 ([preprocess] gate_ns)",
+                 ([preprocess] gate_ns, [image] x_m, y_m)",
                 100.0 * share,
                 Gate::BELOW_NS[0],
                 Gate::BELOW_NS[1],

@@ -22,6 +22,8 @@ pub struct RadarHeights {
     pub positions_off_m: f64,
     /// Share of the traces whose echo was taken.
     pub picked: f64,
+    /// How far the echo stands out of the rest of the radargram once followed (dB).
+    pub contrast_db: f64,
 }
 
 /// Why the radar tells no heights.
@@ -115,6 +117,7 @@ pub fn radar_heights(
         sigma_m: (half_c * curve.scatter_s).hypot(ROUGHNESS_M),
         positions_off_m: 1.4826 * median(&off_m),
         picked,
+        contrast_db: track.contrast_db,
     })
 }
 

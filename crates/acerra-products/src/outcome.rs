@@ -1,7 +1,7 @@
 //! Everything that a run found.
 
 use acerra_chain::campaign::Campaign;
-use acerra_chain::evidence::Evidence;
+use acerra_chain::evidence::{Evidence, Unchecked};
 use acerra_chain::inputs::InputFile;
 use acerra_chain::{Focused, Prepared};
 use acerra_imaging::metrics::Measurement;
@@ -27,6 +27,8 @@ pub struct Outcome {
     pub surveyed: Vec<SurveyRecord>,
     /// What the run found of its own settings.
     pub evidence: Evidence,
+    /// Settings that nothing in the data checks.
+    pub unchecked: Vec<Unchecked>,
     /// What there is to say beside the result.
     pub warnings: Vec<String>,
 }

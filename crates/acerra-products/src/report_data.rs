@@ -51,6 +51,11 @@ pub fn collect(
             .iter()
             .map(evidence_row)
             .collect(),
+        unchecked: outcome
+            .unchecked
+            .iter()
+            .map(|one| [one.setting, one.explanation].map(str::to_owned))
+            .collect(),
         warnings: outcome.warnings.clone(),
         image: Some(image),
         targets: rows(outcome, spread.as_ref()),

@@ -7,7 +7,7 @@ use acerra_chain::echoes::ImageError;
 use acerra_chain::evidence::{Evidence, Verdict};
 use acerra_chain::inputs::InputFile;
 use acerra_chain::measure::MeasureError;
-use acerra_chain::weigh::{weigh_image, weigh_prepared};
+use acerra_chain::weigh::{weigh_image, weigh_prepared, weigh_unchecked};
 use acerra_chain::{Cancelled, ChainError, Control, ImageSink, Journal};
 use anyhow::Context;
 
@@ -127,7 +127,8 @@ pub fn process(
     let prepared = campaign.survey().prepare(journal, control)?;
     let campaign = campaign.with_found(&prepared);
     let request = campaign.image_request(prepared.scene.pixels.clone());
-    weigh_prepared(&prepared, &request, control)?
+    journal
+        .stage("clean", |_| weigh_prepared(&prepared, &request, control))?
         .into_iter()
         .for_each(|finding| journal.evidence.add(finding));
     refuse_contradictions(&campaign, &journal.evidence)?;
@@ -138,10 +139,17 @@ pub fn process(
     let measured = journal.stage("measure", |_| {
         prepared.measure(&focused, &(&campaign.measure).into(), control)
     })?;
-    weigh_image(&prepared, &focused, control)?
+    journal
+        .stage("measure", |_| weigh_image(&prepared, &focused, control))?
         .into_iter()
         .for_each(|finding| journal.evidence.add(finding));
     refuse_contradictions(&campaign, &journal.evidence)?;
+    // A surveyed point beside its target checks what else nothing does.
+    let unchecked = if surveyed.is_empty() {
+        weigh_unchecked(&prepared, &journal.evidence)
+    } else {
+        Vec::new()
+    };
     Ok(Outcome {
         name,
         campaign,
@@ -151,6 +159,7 @@ pub fn process(
         surveyed: compared(&surveyed, &measured.targets),
         measured,
         evidence: journal.evidence.clone(),
+        unchecked,
         warnings: journal.warnings.said().to_vec(),
     })
 }

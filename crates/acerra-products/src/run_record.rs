@@ -4,7 +4,7 @@ use acerra_chain::calibration::TrackCalibration;
 use acerra_chain::campaign::Campaign;
 use acerra_chain::clean::{CleanedTraces, Surface};
 use acerra_chain::delay::{DelayCue, DelayFound};
-use acerra_chain::evidence::Evidence;
+use acerra_chain::evidence::{Evidence, Unchecked};
 use acerra_chain::inputs::InputFile;
 use acerra_chain::offset::{Curve, OffsetSearch};
 use acerra_chain::position::Positions;
@@ -82,6 +82,8 @@ pub struct RunRecord<'a> {
     pub version: &'static str,
     /// What the run found of its own settings.
     pub evidence: &'a Evidence,
+    /// Settings that nothing in the data checks.
+    pub unchecked: &'a [Unchecked],
     /// The campaign, every default filled in.
     pub configuration: &'a Campaign,
     /// The files that were read.
@@ -275,6 +277,7 @@ impl<'a> RunRecord<'a> {
         Self {
             version: env!("CARGO_PKG_VERSION"),
             evidence: &outcome.evidence,
+            unchecked: &outcome.unchecked,
             configuration: &outcome.campaign,
             inputs: &outcome.inputs,
             stages,

@@ -6,6 +6,7 @@ use nalgebra::{DMatrix, DVector};
 use super::drift::Drift;
 use super::echo::median;
 use super::error::CalibrateError;
+use super::knots::Knots;
 use super::model::predict;
 use super::parameter::{Parameter, Values};
 use super::path::Sampler;
@@ -232,7 +233,7 @@ impl<'a> Adjustment<'a> {
         let mut information = DMatrix::zeros(n, n);
         let mut gradient = DVector::zeros(n);
         let mut cross = DMatrix::zeros(n, m);
-        let mut own = DMatrix::zeros(m, m);
+        let mut own = Knots::new(m / 3);
         let mut own_gradient = DVector::zeros(m);
         for (k, echo) in self.echoes.iter().enumerate() {
             if !noise.kept[k] {
@@ -253,7 +254,7 @@ impl<'a> Adjustment<'a> {
                     cross[(i, *a)] += weight * slope[i] * da;
                 }
                 for (b, db) in &nuisance {
-                    own[(*a, *b)] += weight * da * db;
+                    own.add(*a, *b, weight * da * db);
                 }
             }
         }
@@ -261,12 +262,14 @@ impl<'a> Adjustment<'a> {
         for drift in self.drifts.iter().flatten() {
             drift.add_prior(&mut own);
         }
-        let inverse = invert(&own);
+        let own = own.factorised();
+        let offset = own.solve(&own_gradient);
+        let slope = own.solve_columns(&cross.transpose());
         Normal {
-            information: information - &cross * &inverse * cross.transpose(),
-            gradient: gradient - &cross * &inverse * &own_gradient,
-            nuisance_freedom: inverse.component_mul(&data).sum(),
-            nuisance: (&inverse * own_gradient, &inverse * cross.transpose()),
+            information: information - &cross * &slope,
+            gradient: gradient - &cross * &offset,
+            nuisance_freedom: own.trace_of_inverse_times(&data),
+            nuisance: (offset, slope),
         }
     }
 

@@ -15,6 +15,7 @@ mod adjust;
 mod drift;
 mod echo;
 mod error;
+mod knots;
 mod model;
 mod observe;
 mod parameter;

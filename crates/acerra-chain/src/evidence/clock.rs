@@ -1,6 +1,7 @@
 //! What height and motion say of the clock offset.
 
 use super::finding::{Finding, Verdict};
+use super::unchecked::Setting;
 
 /// The offset in force beside what height and motion say of all offsets.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,6 +23,9 @@ const CONTRADICTING_BELOW: f64 = 20.0;
 /// tilt let it differ by (s).
 const SAME_S: f64 = 0.03;
 
+/// A deviation up to which an offset counts as told (s): at 2 m/s, errors beyond a metre would be seen.
+const TELLING_S: f64 = 0.2;
+
 /// Judges the clock offset by its likelihood.
 #[must_use]
 pub fn clock_offset(seen: &ClockSeen) -> Finding {
@@ -34,6 +38,7 @@ pub fn clock_offset(seen: &ClockSeen) -> Finding {
         Verdict::Contradicts
     };
     Finding {
+        checks: (seen.sigma_s <= TELLING_S).then_some(Setting::ClockOffset),
         sigma: Some(seen.sigma_s),
         ..Finding::judged("clock_offset", seen.offset_s, "s", verdict)
     }

@@ -2,6 +2,8 @@
 
 use serde::Serialize;
 
+use super::unchecked::Setting;
+
 /// What a finding says of the run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
@@ -31,6 +33,10 @@ pub struct Finding {
     pub verdict: Verdict,
     /// The judgement in words: what was compared, and which settings to look at.
     pub explanation: String,
+    /// The setting that the finding checks: a value of it that is wrong by more than the image bears would
+    /// not agree.
+    #[serde(skip)]
+    pub checks: Option<Setting>,
 }
 
 /// Deviations beyond so many σ are doubtful, or contradict.
@@ -69,6 +75,7 @@ impl Finding {
             unit,
             verdict,
             explanation: String::new(),
+            checks: None,
         }
     }
 
@@ -88,7 +95,15 @@ impl Finding {
             unit,
             verdict,
             explanation: String::new(),
+            checks: None,
         }
+    }
+
+    /// The same as one that checks a setting.
+    #[must_use]
+    pub fn checking(mut self, setting: Setting) -> Self {
+        self.checks = Some(setting);
+        self
     }
 
     /// The same with the value expected.

@@ -1,6 +1,7 @@
 //! Settings against what focusing prefers.
 
 use super::finding::{Finding, Verdict};
+use super::unchecked::Setting;
 
 /// A setting in force beside the value at which the strongest targets are sharpest.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,7 +20,17 @@ pub struct PreferredSetting<'a> {
     pub key: &'a str,
     /// Targets that take part.
     pub targets: usize,
+    /// The setting itself.
+    pub setting: Setting,
+    /// A deviation up to which it counts as told.
+    pub telling: f64,
 }
+
+/// Targets from which a setting is checked: what bends the phases of one alone, another setting or an
+/// error of the positions may bend as well.
+const LEAST_TARGETS: usize = 2;
+/// What is said of one target.
+const ALONE: &str = "; one target does not tell it from delay_ns or from heights";
 
 /// Judges a setting by its distance from the value that focusing prefers.
 ///
@@ -34,16 +45,21 @@ pub fn preferred_setting(seen: &PreferredSetting<'_>) -> Finding {
         unit,
         ..
     } = *seen;
-    Finding::compared(seen.name, in_force, preferred, sigma, unit)
-        .at_most(Verdict::Doubtful)
-        .because(format!(
-            "{} target{} would be sharpest {:+.3} {unit} (± {sigma:.3} {unit}) from the value in \
-             force ({})",
-            seen.targets,
-            if seen.targets == 1 { "" } else { "s" },
-            preferred - in_force,
-            seen.key
-        ))
+    let finding = Finding::compared(seen.name, in_force, preferred, sigma, unit);
+    let is_alone = seen.targets < LEAST_TARGETS;
+    Finding {
+        checks: (!is_alone && sigma <= seen.telling).then_some(seen.setting),
+        ..finding.at_most(Verdict::Doubtful)
+    }
+    .because(format!(
+        "{} target{} would be sharpest {:+.3} {unit} (± {sigma:.3} {unit}) from the value in force \
+         ({}{})",
+        seen.targets,
+        if is_alone { "" } else { "s" },
+        preferred - in_force,
+        seen.key,
+        if is_alone { ALONE } else { "" },
+    ))
 }
 
 #[cfg(test)]
@@ -61,6 +77,8 @@ mod tests {
                 unit: "s",
                 key: "[trajectory] time_offset_s",
                 targets: 2,
+                setting: Setting::ClockOffset,
+                telling: 0.1,
             })
             .verdict
         };

@@ -17,11 +17,12 @@ mod image;
 mod positions;
 mod processing;
 mod radar;
+mod unchecked;
 
 use serde::Serialize;
 
 pub use clock::{ClockSeen, clock_offset};
-pub use delay::delay_sharpness;
+pub use delay::{delay_before_zero, delay_sharpness};
 pub use finding::{Finding, Verdict};
 pub use focus::{PreferredSetting, preferred_setting};
 pub use geometry::{
@@ -30,14 +31,15 @@ pub use geometry::{
 };
 pub use image::{ImageContrast, contrast};
 pub use positions::{
-    base_position, flight_height, focusing_loss, lever_arm_heading, lever_arm_length, radar_height,
-    trajectory_coverage,
+    AltimeterSeen, base_position, flight_height, focusing_loss, lever_arm_heading,
+    lever_arm_length, radar_height, surface_height, trajectory_coverage,
 };
 pub use processing::{
     BackgroundWindow, FrequencyGrid, background_components, background_window, frequency_step,
     light_speed,
 };
-pub use radar::{CouplingSeen, SurfaceSeen, band, coupling, surface, zero_timing};
+pub use radar::{CouplingSeen, SurfaceSeen, band, band_used, coupling, surface, zero_timing};
+pub use unchecked::{Setting, Unchecked, unchecked};
 
 /// The findings of a run, in the order of its stages.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]

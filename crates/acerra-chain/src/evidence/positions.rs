@@ -151,6 +151,59 @@ pub fn radar_height(off_m: f64, stated_m: Option<f64>, sigma_m: f64) -> Finding 
     ))
 }
 
+/// The height of the flight by the surface echo, where no echo follows the heights of the positions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AltimeterSeen {
+    /// Median of the heights by the echo less those of the positions (m).
+    pub level_m: f64,
+    /// Standard deviation of the positions' heights about the echo's, their level aside (m).
+    pub wander_m: f64,
+    /// Standard deviation of a height by the echo (m).
+    pub sigma_m: f64,
+    /// How far the echo stands out (dB), and the share of the traces in which it is followed.
+    pub contrast_db: f64,
+    /// Share of the traces in which it is followed.
+    pub picked: f64,
+}
+
+/// An echo that stands out so far (dB), in such a share of the traces, is taken for the ground's.
+const ALTIMETER_CONTRAST_DB: f64 = 10.0;
+const ALTIMETER_PICKED: f64 = 0.8;
+/// How far an echo may be from straight below and still come from what stands on the ground (m).
+const HEIGHT_OFF_M: f64 = 1.0;
+/// Heights that wander by so much (m), beside the echo's own deviation, blur every target.
+const HEIGHT_WANDER_M: f64 = 0.1;
+
+/// Judges heights that no echo follows, by the echo that stands out most near them; none where none
+/// does. What stands out may be a wall or a roof: it is never more than doubtful.
+#[must_use]
+pub fn surface_height(seen: &AltimeterSeen) -> Option<Finding> {
+    let is_ground = seen.contrast_db >= ALTIMETER_CONTRAST_DB && seen.picked >= ALTIMETER_PICKED;
+    let is_off = seen.level_m.abs() > HEIGHT_OFF_M
+        || seen.wander_m > HEIGHT_WANDER_M.hypot(3.0 * seen.sigma_m);
+    let verdict = if is_off {
+        Verdict::Doubtful
+    } else {
+        Verdict::Agrees
+    };
+    is_ground.then(|| {
+        Finding {
+            sigma: Some(seen.sigma_m),
+            ..Finding::judged("surface_height", seen.level_m, "m", verdict)
+        }
+        .expecting(0.0)
+        .because(format!(
+            "no echo follows the heights of the positions; the clearest one near them, seen in {:.0} % \
+             of the traces, is {:+.2} m from straight below, and their heights wander about it by \
+             {:.2} m (heights of the positions, [trajectory] origin_deg_m, height = \"radar\"; [image] \
+             z_m; [radar] delay_ns)",
+            100.0 * seen.picked,
+            seen.level_m,
+            seen.wander_m
+        ))
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -183,6 +236,34 @@ mod tests {
         assert_eq!(fixed.verdict, Verdict::Agrees);
         assert!(fixed.explanation.contains("4.3 dB"), "{fixed:?}");
         assert_eq!(focusing_loss(0.4, 0.0759).verdict, Verdict::Doubtful);
+    }
+
+    #[test]
+    fn heights_a_metre_off_or_wandering_are_doubted_where_an_echo_tells_the_ground() {
+        let seen = AltimeterSeen {
+            level_m: 0.05,
+            wander_m: 0.05,
+            sigma_m: 0.05,
+            contrast_db: 15.0,
+            picked: 0.95,
+        };
+        let verdict = |seen| surface_height(&seen).map(|finding| finding.verdict);
+        assert_eq!(verdict(seen), Some(Verdict::Agrees));
+        let high = AltimeterSeen {
+            level_m: -1.0,
+            ..seen
+        };
+        assert_eq!(verdict(high), Some(Verdict::Doubtful));
+        let wandering = AltimeterSeen {
+            wander_m: 0.3,
+            ..seen
+        };
+        assert_eq!(verdict(wandering), Some(Verdict::Doubtful));
+        let faint = AltimeterSeen {
+            contrast_db: 7.0,
+            ..high
+        };
+        assert_eq!(verdict(faint), None);
     }
 
     #[test]

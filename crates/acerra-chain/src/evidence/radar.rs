@@ -1,6 +1,7 @@
 //! What the radargram itself says of the settings: surface echo, direct coupling, spectrum.
 
 use super::finding::{Finding, Verdict};
+use super::unchecked::Setting;
 
 /// Speed of light in vacuum (m/s), for delays that settings are judged by.
 const LIGHT_SPEED_M_S: f64 = 299_792_458.0;
@@ -40,14 +41,14 @@ pub fn surface(seen: &SurfaceSeen) -> Vec<Finding> {
     if seen.is_calibrated {
         let sigma_ns = spread_sigma_ns.hypot(0.3);
         findings.push(
-            Finding::compared("surface_delay", seen.level_ns, 0.0, sigma_ns, "ns").because(
-                format!(
+            Finding::compared("surface_delay", seen.level_ns, 0.0, sigma_ns, "ns")
+                .checking(Setting::Heights)
+                .because(format!(
                     "the surface echo comes {:+.2} ns after 2h/c: {:+.2} m of range ([radar] \
                      delay_ns, [image] z_m, [trajectory] origin_deg_m and lever_arm_m)",
                     seen.level_ns,
                     0.5e-9 * seen.level_ns * LIGHT_SPEED_M_S
-                ),
-            ),
+                )),
         );
     }
     let verdict = match seen.spread_ns / spread_sigma_ns {
@@ -94,7 +95,7 @@ pub fn zero_timing(delay_ns: f64, seen_ns: f64, sigma_ns: f64) -> Finding {
     } else {
         Verdict::Doubtful
     };
-    finding.at_most(most).because(format!(
+    finding.checking(Setting::Heights).at_most(most).because(format!(
         "fast time {delay_ns:.2} ns is taken for range zero, the echo that follows the flight's \
          height says {seen_ns:.2} ns: {:+.2} m of range ([radar] delay_ns, [preprocess] zero_timing, \
          heights)",
@@ -122,7 +123,8 @@ pub fn coupling(seen: &CouplingSeen) -> Finding {
     let middle_ns = 0.5 * longest_ns;
     // The envelope's maximum may stand half a pulse (0.6 ns) off its delay.
     let sigma_ns = (0.25 * longest_ns).hypot(0.3).hypot(seen.spread_ns);
-    Finding::compared("coupling_delay", seen.delay_ns, middle_ns, sigma_ns, "ns").because(format!(
+    let finding = Finding::compared("coupling_delay", seen.delay_ns, middle_ns, sigma_ns, "ns");
+    finding.checking(Setting::Delay).because(format!(
         "the direct coupling arrives at {:+.2} ns of fast time, {:.1} to {longest_ns:.1} ns are \
          expected of antennas side by side: heights, delay or propagation speed are off by \
          {:+.2} m ([radar] delay_ns, [trajectory] origin_deg_m, lever_arm_m, [image] z_m, \
@@ -153,6 +155,35 @@ pub fn band(occupied: f64, band_ghz: [f64; 2], spectrum_ghz: [f64; 2]) -> Findin
             spectrum_ghz[0],
             spectrum_ghz[1]
         ))
+}
+
+/// Share of the radar's own band below which the one asked for is doubted: the range cell grows with its
+/// inverse, and with it what runs together.
+const LEAST_USED: f64 = 0.6;
+
+/// Judges how much of the radar's own band the one asked for uses.
+#[must_use]
+pub fn band_used(band_ghz: [f64; 2], spectrum_ghz: [f64; 2]) -> Finding {
+    let width = |[low, high]: [f64; 2]| (high - low).max(0.0);
+    let common = [
+        band_ghz[0].max(spectrum_ghz[0]),
+        band_ghz[1].min(spectrum_ghz[1]),
+    ];
+    let used = width(common) / width(spectrum_ghz).max(f64::MIN_POSITIVE);
+    let verdict = if used >= LEAST_USED {
+        Verdict::Agrees
+    } else {
+        Verdict::Doubtful
+    };
+    let cell_m = |band: [f64; 2]| 0.5e-9 * LIGHT_SPEED_M_S / width(band).max(1e-9);
+    Finding::judged("band_used", used, "share of the spectrum", verdict).because(format!(
+        "the image uses {:.2} of the {:.2} GHz that the radar fills: range cells of {:.2} m instead of \
+         {:.2} m ([image] band_ghz)",
+        width(common),
+        width(spectrum_ghz),
+        cell_m(common),
+        cell_m(spectrum_ghz)
+    ))
 }
 
 #[cfg(test)]
@@ -221,6 +252,14 @@ mod tests {
         assert_eq!(at(1.0), Verdict::Agrees);
         assert_ne!(at(-1.7), Verdict::Agrees);
         assert_eq!(at(10.0), Verdict::Contradicts);
+    }
+
+    #[test]
+    fn a_part_of_the_radars_band_is_doubted() {
+        assert_eq!(band_used([3.1, 4.8], [3.0, 5.0]).verdict, Verdict::Agrees);
+        assert_eq!(band_used([3.1, 4.0], [3.0, 5.0]).verdict, Verdict::Doubtful);
+        let none = band_used([1.0, 2.0], [3.0, 5.0]);
+        assert_eq!((none.value, none.verdict), (Some(0.0), Verdict::Doubtful));
     }
 
     #[test]

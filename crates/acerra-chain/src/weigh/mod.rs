@@ -5,6 +5,7 @@
 //! Focused  ──weigh_image─────► findings on the image
 //! ```
 
+mod altimeter;
 mod delay;
 mod history;
 mod image;
@@ -14,7 +15,10 @@ mod radar;
 mod range_focus;
 mod strongest;
 mod track;
+mod unchecked;
 mod wander;
+
+pub use unchecked::weigh_unchecked;
 
 use crate::control::{Cancelled, Control};
 use crate::evidence::{Finding, ImageGeometry};

@@ -10,7 +10,7 @@ use super::strongest::strongest;
 use super::wander::{Preferred, Trial};
 use crate::align::interpolator;
 use crate::control::{Cancelled, Control};
-use crate::evidence::{Finding, PreferredSetting, preferred_setting};
+use crate::evidence::{Finding, PreferredSetting, Setting, preferred_setting};
 use crate::focus::Focused;
 use crate::position::Positions;
 use crate::prepare::{Prepared, Track};
@@ -24,6 +24,9 @@ const OFFSET_STEP_S: f64 = 0.01;
 /// Lever arms that are tried, either way (m): the size of a small drone.
 const ARM_REACH_M: f64 = 1.0;
 const ARM_STEP_M: f64 = 0.02;
+/// Deviations up to which offset (s) and lever arm (m) count as told.
+const OFFSET_TOLD_S: f64 = 0.1;
+const ARM_TOLD_M: f64 = 0.1;
 
 /// Judges clock offset and lever arm of every track by the echoes of the image's strongest targets.
 ///
@@ -92,6 +95,8 @@ impl Bench<'_> {
                 unit: "s",
                 key: "[trajectory] time_offset_s; a wrong lever_arm_m looks alike",
                 targets: found.targets,
+                setting: Setting::ClockOffset,
+                telling: OFFSET_TOLD_S,
             })
         })
     }
@@ -126,6 +131,8 @@ impl Bench<'_> {
                 unit: "m",
                 key: "[trajectory] lever_arm_m; a wrong time_offset_s looks alike",
                 targets: found.targets,
+                setting: [Setting::LeverArmForward, Setting::LeverArmLeft][axis],
+                telling: ARM_TOLD_M,
             })
         })
     }

@@ -6,10 +6,11 @@ use acerra_radar::Radargram;
 use acerra_radar::quality::{self, spectrum_occupancy};
 
 use crate::evidence::{
-    ClockSeen, CouplingSeen, Finding, SurfaceSeen, Verdict, band, clock_offset, coupling, surface,
-    zero_timing,
+    ClockSeen, CouplingSeen, Finding, SurfaceSeen, Verdict, band, band_used, clock_offset,
+    coupling, delay_before_zero, surface, zero_timing,
 };
 use crate::prepare::{Prepared, Track};
+use crate::weigh::altimeter;
 use crate::weigh::median::median;
 
 /// Picks below which an echo says nothing.
@@ -44,6 +45,7 @@ pub(super) fn weigh(prepared: &Prepared, track: &Track, band_hz: [f64; 2]) -> Ve
     let Some(traces) = &track.cleaned else {
         return findings;
     };
+    findings.extend(delay_before_zero(-1e9 * traces.shift_s));
     findings.extend(delay_seen(prepared, track, traces.shift_s));
     // An echo counts as the surface where it is known to follow the height.
     if follows_height(track)
@@ -60,11 +62,15 @@ pub(super) fn weigh(prepared: &Prepared, track: &Track, band_hz: [f64; 2]) -> Ve
             }
         }));
     }
+    if !follows_height(track) {
+        findings.extend(altimeter::weigh(prepared, track, traces));
+    }
     findings.extend(coupling_seen(&traces.raw).map(|seen| coupling(&seen)));
     if let Some(spectrum) = spectrum_occupancy(&traces.raw) {
         let ghz = |band: [f64; 2]| band.map(|f| f * 1e-9);
         let occupied = spectrum.occupied_share_of(band_hz);
         findings.push(band(occupied, ghz(band_hz), ghz(spectrum.band_hz)));
+        findings.push(band_used(ghz(band_hz), ghz(spectrum.band_hz)));
     }
     findings
 }

@@ -14,7 +14,7 @@ use super::strongest::strongest;
 use crate::align::Aligned;
 use crate::control::{Cancelled, Control};
 use crate::echoes::quick_look;
-use crate::evidence::{Finding, PreferredSetting, preferred_setting};
+use crate::evidence::{Finding, PreferredSetting, Setting, preferred_setting};
 use crate::focus::Focused;
 use crate::prepare::{Prepared, Track};
 use crate::sharpen::{log_fourth_moment, sharpest};
@@ -35,6 +35,8 @@ const APART_M: f64 = 0.3;
 /// Deviation that no delay falls below (ns): errors of the positions bend phases as well, 2 cm of
 /// them over the flight.
 const LEAST_SIGMA_NS: f64 = 0.2;
+/// Deviation up to which the delay counts as told (ns).
+const TELLING_NS: f64 = 0.5;
 
 /// Judges the delay in force by the sharpness of the strongest targets.
 ///
@@ -78,6 +80,8 @@ pub(super) fn weigh(
             key: "[radar] delay_ns, [preprocess] zero_timing, [image] z_m, light_speed_m_s, \
                   [trajectory] origin_deg_m, lever_arm_m: heights",
             targets,
+            setting: Setting::Heights,
+            telling: TELLING_NS,
         })
     }))
 }

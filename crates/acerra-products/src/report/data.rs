@@ -20,6 +20,8 @@ pub struct ReportData {
     pub facts: Vec<Fact>,
     /// Independent findings about the run, each with its verdict.
     pub evidence: Vec<EvidenceRow>,
+    /// Settings that nothing in the data checks: name, and what an error of it does.
+    pub unchecked: Vec<[String; 2]>,
     /// What speaks against the result, one sentence each.
     pub warnings: Vec<String>,
     /// The focused image.

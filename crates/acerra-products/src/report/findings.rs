@@ -5,8 +5,8 @@ use super::numbers::{fixed, measured};
 use maud::{Markup, html};
 
 /// The section with the one-line verdict and all findings, gravest first; those that agree are folded
-/// away. Nothing where there are no findings.
-pub(super) fn section(rows: &[EvidenceRow]) -> Markup {
+/// away; then what nothing checks. Nothing where there are no findings.
+pub(super) fn section(rows: &[EvidenceRow], unchecked: &[[String; 2]]) -> Markup {
     let mut sorted: Vec<&EvidenceRow> = rows.iter().collect();
     sorted.sort_by_key(|row| std::cmp::Reverse(row.verdict));
     let agreeing = sorted.partition_point(|row| row.verdict != Verdict::Agrees);
@@ -21,6 +21,15 @@ pub(super) fn section(rows: &[EvidenceRow]) -> Markup {
                     details {
                         summary { "What agrees: " (names(agreeing)) }
                         (table(agreeing))
+                    }
+                }
+                @if !unchecked.is_empty() {
+                    p { "Nothing in this flight checks:" }
+                    dl.unchecked {
+                        @for [setting, explanation] in unchecked {
+                            dt { (setting) }
+                            dd { (explanation) }
+                        }
                     }
                 }
             }

@@ -23,7 +23,7 @@ pub fn report_page(data: &ReportData) -> Result<String, FigureError> {
         .collect();
     let body = html! {
         (html::heading(&data.title, &data.summary, &data.version, &badges))
-        (findings::section(&data.evidence))
+        (findings::section(&data.evidence, &data.unchecked))
         (result::section(data))
         (html::warnings(&data.warnings))
         section #measurements {

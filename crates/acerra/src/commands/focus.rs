@@ -59,8 +59,9 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
         // A closed stderr is no failure of the run.
         let _ = writeln!(
             std::io::stderr(),
-            "evidence: {}",
-            outcome.evidence.summary()
+            "evidence: {}{}",
+            outcome.evidence.summary(),
+            unchecked(&outcome)
         );
     }
     let stages = journal.stages.done();
@@ -87,6 +88,16 @@ fn default_output(campaign: &Path) -> PathBuf {
     campaign.with_file_name(name)
 }
 
+/// What nothing in the data checks, as the end of a line.
+fn unchecked(outcome: &Outcome) -> String {
+    let settings: Vec<&str> = outcome.unchecked.iter().map(|one| one.setting).collect();
+    if settings.is_empty() {
+        String::new()
+    } else {
+        format!("; nothing checks: {}", settings.join(", "))
+    }
+}
+
 fn summarise(outcome: &Outcome, explain: bool, out: &mut dyn Write) -> anyhow::Result<()> {
     write_traces(outcome, out)?;
     for track in outcome.listed_tracks() {
@@ -107,6 +118,9 @@ fn summarise(outcome: &Outcome, explain: bool, out: &mut dyn Write) -> anyhow::R
             Verdict::Contradicts => "contradicts",
         };
         writeln!(out, "{word:<10} {}: {}", finding.name, finding.explanation)?;
+    }
+    for one in &outcome.unchecked {
+        writeln!(out, "unchecked  {}: {}", one.setting, one.explanation)?;
     }
     Ok(())
 }

@@ -21,6 +21,8 @@ pub struct Run {
     pub findings: Vec<String>,
     /// Whether a finding contradicts.
     pub contradicts: bool,
+    /// What the run says of settings that nothing checks.
+    pub unchecked: Vec<String>,
     /// The clock offset in force, and the deviation stated where it was found from the data (s).
     pub time_offset_s: Option<[f64; 2]>,
 }
@@ -34,6 +36,8 @@ pub enum Outcome {
     Doubted(String),
     /// The image is within its tolerance.
     Harmless,
+    /// The run says that nothing in the data checks the setting.
+    Unchecked(String),
     /// The image is wrong, and what is doubted is something else.
     Misled(String),
     /// The image is wrong and nothing says so.
@@ -47,6 +51,7 @@ impl Outcome {
             Self::Refused(_) => "refused",
             Self::Doubted(_) => "doubted",
             Self::Harmless => "harmless",
+            Self::Unchecked(_) => "unchecked",
             Self::Misled(_) => "MISLED",
             Self::Silent(_) => "SILENT",
         }
@@ -86,7 +91,13 @@ pub fn run(campaign: &Table, folder: &Path) -> Run {
         let sigma_s = track.search.as_ref().map_or(0.0, |s| s.estimate.sigma_s);
         [track.time_offset_s, sigma_s]
     });
+    let unchecked = outcome.as_ref().map(|outcome| {
+        let each = outcome.unchecked.iter();
+        each.map(|one| format!("{}: {}", one.setting, one.explanation))
+            .collect()
+    });
     Run {
+        unchecked: unchecked.unwrap_or_default(),
         targets: outcome.map(|outcome| outcome.measured.targets),
         doubts,
         findings,
@@ -113,8 +124,13 @@ impl Run {
                 .filter(|doubt| !names.contains(&name_of(doubt)))
         };
         let named = new().find(|doubt| causes.iter().any(|cause| doubt.contains(cause)));
+        let told = || {
+            let mut said = self.unchecked.iter();
+            said.find(|text| causes.iter().any(|cause| text.contains(cause)))
+        };
         match (named, new().next()) {
             (Some(doubt), _) => Outcome::Doubted(doubt.clone()),
+            _ if told().is_some() => Outcome::Unchecked(told().cloned().unwrap_or_default()),
             (None, Some(other)) => Outcome::Misled(format!("{wrong}; {other}")),
             (None, None) => Outcome::Silent(wrong),
         }

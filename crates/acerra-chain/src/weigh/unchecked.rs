@@ -1,0 +1,32 @@
+//! Which settings of a run nothing has checked.
+
+use crate::evidence::{Evidence, Finding, Setting, Unchecked, unchecked};
+use crate::position::Positions;
+use crate::prepare::Prepared;
+
+/// The settings that no finding of a run checks. Spectra are taken as they come, and so are positions
+/// that stand in the radar's own file.
+#[must_use]
+pub fn weigh_unchecked(prepared: &Prepared, evidence: &Evidence) -> Vec<Unchecked> {
+    let mut settings = Vec::new();
+    if prepared.tracks.iter().any(|track| track.cleaned.is_some()) {
+        settings.extend([Setting::Delay, Setting::Heights]);
+    }
+    let is_flown = |positions: &Positions| matches!(positions, Positions::Trajectory(_));
+    if prepared
+        .tracks
+        .iter()
+        .any(|track| track.cleaned.is_some() && is_flown(&track.positions))
+    {
+        settings.extend([
+            Setting::ClockOffset,
+            Setting::LeverArmForward,
+            Setting::LeverArmLeft,
+        ]);
+    }
+    let is_of_base = |finding: &Finding| finding.name.starts_with("base_position");
+    if evidence.findings().iter().any(is_of_base) {
+        settings.push(Setting::Base);
+    }
+    unchecked(&settings, evidence)
+}
