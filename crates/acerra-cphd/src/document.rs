@@ -281,7 +281,9 @@ impl Document<'_> {
             origin.height_m
         );
         let items = &self.history.description.items;
-        let items = items.iter().map(|(name, value)| (name.as_str(), value));
+        // Data that were read bring the origin of the frame that they were written from.
+        let items = items.iter().filter(|(name, _)| name != ORIGIN);
+        let items = items.map(|(name, value)| (name.as_str(), value));
         xml.within("ProductInfo", |xml| {
             for (name, value) in items.chain([(ORIGIN, &origin)]) {
                 xml.value_with("Parameter", &[("name", name.to_owned())], value);

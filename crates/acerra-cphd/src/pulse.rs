@@ -34,6 +34,11 @@ pub(crate) struct Pulse {
     pub step_hz: f64,
 }
 
+/// Reads the parameters of a channel's vectors from their block.
+///
+/// # Errors
+/// A block that is too short; vectors with a signal whose parameters cannot be, or whose times do not
+/// rise; no such vector.
 pub(crate) fn read_vectors(
     reader: &mut (impl Read + Seek),
     block: Block,
@@ -46,6 +51,7 @@ pub(crate) fn read_vectors(
     reader.seek(SeekFrom::Start(block.offset))?;
     let mut bytes = vec![0; parameters.bytes];
     let mut vectors: Vec<Pulse> = Vec::new();
+    let mut last_s = f64::NEG_INFINITY;
     for number in 0..channel.vectors as usize {
         reader.read_exact(&mut bytes)?;
         let raw = RawPulse {
@@ -55,12 +61,11 @@ pub(crate) fn read_vectors(
             channel: &channel.name,
         };
         let vector = raw.checked()?;
-        let before = vectors.iter().rev().find(|v| v.is_normal);
-        if let Some(before) = before
-            && vector.is_normal
-            && vector.time_s <= before.time_s
-        {
-            return Err(raw.wrong("TxTime", "rising times", vector.time_s));
+        if vector.is_normal {
+            if vector.time_s <= last_s {
+                return Err(raw.wrong("TxTime", "rising times", vector.time_s));
+            }
+            last_s = vector.time_s;
         }
         vectors.push(vector);
     }

@@ -118,6 +118,12 @@ fn what_is_written_is_read() {
             .contains(&history.description.items[0])
     );
 
+    // Written again about another origin, the data stand in the same place.
+    let mut moved = file.history.clone();
+    moved.frame = EnuFrame::new(Geodetic::from_degrees(40.96, 14.37, 70.0));
+    let again = read_cphd(Cursor::new(written(&moved)), &ReadOptions::default()).unwrap();
+    assert!((again.history.frame.origin().height_m - 70.0).abs() < 1e-9);
+
     let second = ReadOptions::default().with_channel("second");
     let file = read_cphd(Cursor::new(&bytes), &second).unwrap();
     assert_same(&file.history.channels[0], &history.channels[1], 2e-6);

@@ -213,6 +213,35 @@ fn products_are_converted_as_the_run_would_have_written_them() {
 }
 
 #[test]
+fn damaged_products_are_refused_or_read_but_never_panic() {
+    let folder = tempfile::tempdir().unwrap();
+    let campaign = flight(folder.path(), ON_EARTH, "");
+    let products = folder.path().join("products");
+    run(&campaign, &products);
+    let output = folder.path().join("output");
+    let attempt = || convert(&products, &[ProductFormat::Vtk], &output).is_ok();
+    assert!(attempt());
+    let mut refused = 0;
+    for name in ["trajectory.csv", "targets.json", "run.json", "image.npz"] {
+        let path = products.join(name);
+        let sound = fs::read(&path).unwrap();
+        let step = (sound.len() / 40).max(1);
+        for at in (0..sound.len()).step_by(step) {
+            fs::write(&path, &sound[..at]).unwrap();
+            refused += usize::from(!attempt());
+            for byte in [0, b'9', b',', 0xff] {
+                let mut damaged = sound.clone();
+                damaged[at] = byte;
+                fs::write(&path, &damaged).unwrap();
+                attempt();
+            }
+        }
+        fs::write(&path, &sound).unwrap();
+    }
+    assert!(refused > 100, "{refused} of 160 pieces were refused");
+}
+
+#[test]
 fn without_a_place_on_the_earth_there_is_no_phase_history_and_a_warning() {
     let folder = tempfile::tempdir().unwrap();
     let campaign = flight(folder.path(), "", "'cphd', 'zarr'");

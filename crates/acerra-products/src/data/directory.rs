@@ -12,8 +12,8 @@ use serde_json::Value;
 use super::contents::{ImageContents, RunContents, TargetPlace};
 use super::table::Table;
 
-/// Pixels that are read at most.
-const MAX_PIXELS: u64 = 1 << 31;
+/// Bytes of a pixel.
+const PIXEL_BYTES: u64 = 8;
 
 /// What the run in `folder` holds, but for spectra and radargrams.
 ///
@@ -54,15 +54,17 @@ fn json(folder: &Path, name: &str) -> anyhow::Result<Value> {
 }
 
 fn image(path: &Path) -> anyhow::Result<ImageContents<'static>> {
-    let mut npz = NpzReader::new(BufReader::new(File::open(path)?))?;
+    let file = File::open(path)?;
+    let file_bytes = file.metadata()?.len();
+    let mut npz = NpzReader::new(BufReader::new(file))?;
     let shape = npz.shape("image")?;
     let [ny, nx] = shape[..] else {
         anyhow::bail!("image: expected two dimensions, found {}", shape.len());
     };
     let pixels = ny.saturating_mul(nx);
     ensure!(
-        pixels <= MAX_PIXELS,
-        "image: expected at most {MAX_PIXELS} pixels, found {pixels}"
+        pixels <= file_bytes / PIXEL_BYTES,
+        "image: expected {pixels} pixels, found a file of {file_bytes} bytes"
     );
     ensure!(pixels > 0, "image: expected pixels, found none");
     let mut values = Vec::new();
