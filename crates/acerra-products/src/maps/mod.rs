@@ -17,6 +17,7 @@ use crate::outcome::Outcome;
 use crate::staging::Staging;
 use frame::MapFrame;
 pub(crate) use frame::earth_frame;
+use rasters::Content;
 
 /// Refuses a system of coordinates that cannot be used, before anything is read.
 ///
@@ -43,9 +44,13 @@ pub(crate) fn write(outcome: &Outcome, staging: &Staging) -> anyhow::Result<()> 
         }
         done.push(*format);
         match format {
-            ProductFormat::Geotiff => rasters::write_level(outcome, &frame, staging)?,
-            ProductFormat::GeotiffPower => rasters::write_power(outcome, &frame, staging)?,
-            ProductFormat::GeotiffComplex => rasters::write_complex(outcome, &frame, staging)?,
+            ProductFormat::Geotiff => rasters::write(Content::Level, outcome, &frame, staging)?,
+            ProductFormat::GeotiffPower => {
+                rasters::write(Content::Power, outcome, &frame, staging)?
+            }
+            ProductFormat::GeotiffComplex => {
+                rasters::write(Content::Complex, outcome, &frame, staging)?
+            }
             ProductFormat::Kmz => {
                 if let Some(earth) = frame.earth() {
                     overlay::write(outcome, earth, staging)?;

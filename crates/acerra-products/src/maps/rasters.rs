@@ -14,73 +14,74 @@ use crate::outcome::Outcome;
 use crate::provenance;
 use crate::staging::Staging;
 
-pub(super) fn write_level(
-    outcome: &Outcome,
-    frame: &MapFrame,
-    staging: &Staging,
-) -> anyhow::Result<()> {
-    let power = power(outcome);
-    let grid = &outcome.focused.pixels.grid;
-    let raster = Raster::level_db(&power, grid.nx, grid.ny);
-    write("image-db.tif", "dB", &raster, outcome, frame, staging)
+/// What a GeoTIFF of the image holds.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Content {
+    /// Levels below the maximum (dB).
+    Level,
+    /// Powers, linear.
+    Power,
+    /// Complex amplitudes.
+    Complex,
 }
 
-pub(super) fn write_power(
-    outcome: &Outcome,
-    frame: &MapFrame,
-    staging: &Staging,
-) -> anyhow::Result<()> {
-    let power = power(outcome);
-    let grid = &outcome.focused.pixels.grid;
-    let raster = Raster::power(&power, grid.nx, grid.ny);
-    write("image-power.tif", "", &raster, outcome, frame, staging)
+impl Content {
+    const fn file(self) -> &'static str {
+        match self {
+            Self::Level => "image-db.tif",
+            Self::Power => "image-power.tif",
+            Self::Complex => "image-complex.tif",
+        }
+    }
+
+    const fn unit(self) -> &'static str {
+        match self {
+            Self::Level => "dB",
+            Self::Power | Self::Complex => "",
+        }
+    }
 }
 
-pub(super) fn write_complex(
+/// Writes the image as a GeoTIFF, with a world file where its frame has no place on the Earth.
+pub(super) fn write(
+    content: Content,
     outcome: &Outcome,
     frame: &MapFrame,
     staging: &Staging,
 ) -> anyhow::Result<()> {
     let grid = &outcome.focused.pixels.grid;
-    let raster = Raster::complex(&outcome.focused.image, grid.nx, grid.ny);
-    write("image-complex.tif", "", &raster, outcome, frame, staging)
+    let (nx, ny) = (grid.nx, grid.ny);
+    let power = match content {
+        Content::Level | Content::Power => power(outcome),
+        Content::Complex => Vec::new(),
+    };
+    let raster = match content {
+        Content::Level => Raster::level_db(&power, nx, ny),
+        Content::Power => Raster::power(&power, nx, ny),
+        Content::Complex => Raster::complex(&outcome.focused.image, nx, ny),
+    };
+    let name = content.file();
+    let description = Description {
+        title: format!("{}: {}", outcome.name, outcome.focused.pixels.describe()),
+        software: format!("Acerra {}", env!("CARGO_PKG_VERSION")),
+        unit: content.unit().to_owned(),
+        items: provenance::items(outcome),
+    };
+    let file = File::create(staging.path(name)).with_context(|| format!("{name}: cannot write"))?;
+    let mut out = BufWriter::with_capacity(1 << 20, file);
+    let (placement, crs) = (&frame.placement, frame.crs());
+    write_geotiff(&mut out, &raster, placement, crs, &description).context(name)?;
+    out.flush()
+        .with_context(|| format!("{name}: cannot write"))?;
+    if crs.is_none() {
+        let world = name.replace(".tif", ".tfw");
+        staging.write(&world, world_file(placement))?;
+    }
+    Ok(())
 }
 
 /// |σ̃|² of Eq. (3), pixel by pixel.
 fn power(outcome: &Outcome) -> Vec<f32> {
     let image = outcome.focused.image.par_iter();
     image.map(|pixel| pixel.norm_sqr()).collect()
-}
-
-fn write(
-    name: &'static str,
-    unit: &str,
-    raster: &Raster<'_>,
-    outcome: &Outcome,
-    frame: &MapFrame,
-    staging: &Staging,
-) -> anyhow::Result<()> {
-    let description = Description {
-        title: format!("{}: {}", outcome.name, outcome.focused.pixels.describe()),
-        software: format!("Acerra {}", env!("CARGO_PKG_VERSION")),
-        unit: unit.to_owned(),
-        items: provenance::items(outcome),
-    };
-    let file = File::create(staging.path(name)).with_context(|| format!("{name}: cannot write"))?;
-    let mut out = BufWriter::with_capacity(1 << 20, file);
-    write_geotiff(
-        &mut out,
-        raster,
-        &frame.placement,
-        frame.crs(),
-        &description,
-    )
-    .context(name)?;
-    out.flush()
-        .with_context(|| format!("{name}: cannot write"))?;
-    if frame.crs().is_none() {
-        let world = name.replace(".tif", ".tfw");
-        staging.write(&world, world_file(&frame.placement))?;
-    }
-    Ok(())
 }
