@@ -19,7 +19,7 @@ use num_complex::Complex32;
 const LIGHT_M_S: f64 = 299_792_458.0;
 const TARGET_M: [f64; 3] = [5.0, 4.0, 0.0];
 const TRACES: usize = 120;
-const SAMPLES: usize = 700;
+const SAMPLES: usize = 960;
 const STEP_S: f64 = 61.035e-12;
 const INTERVAL_S: f64 = 0.02;
 

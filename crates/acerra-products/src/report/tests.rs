@@ -104,6 +104,7 @@ fn full() -> ReportData {
             Fact::new("Track", "33.1 m in 21.7 s"),
         ],
         evidence: findings(),
+        unchecked: Vec::new(),
         warnings: vec![
             "9 of 332 epochs have float ambiguities: decimetres instead of centimetres".to_owned(),
             "2 scans were lost between traces 120 and 123".to_owned(),
