@@ -126,7 +126,7 @@ pub enum ReadError {
         /// The file.
         path: PathBuf,
         /// The place in it, what was expected and what was found.
-        cause: PhaseHistoryError,
+        cause: Box<PhaseHistoryError>,
     },
     /// A channel is named of a file that has none.
     #[error(
@@ -230,7 +230,7 @@ fn from_phase_history(
     let read = read_phase_history(BufReader::new(file), channel).map_err(|cause| {
         ReadError::PhaseHistory {
             path: path.to_owned(),
-            cause,
+            cause: Box::new(cause),
         }
     })?;
     for remark in read.remarks {

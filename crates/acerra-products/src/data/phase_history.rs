@@ -19,10 +19,7 @@ pub(super) const NAME: &str = "spectra.cphd";
 
 /// Why a run has no phase history data; none where it has.
 pub(super) fn why_none(outcome: &Outcome) -> Option<&'static str> {
-    match parts(outcome) {
-        Ok(_) => None,
-        Err(reason) => Some(reason),
-    }
+    parts(outcome).err()
 }
 
 /// Writes the spectra of all tracks, a channel each, unless there is a reason for none.
