@@ -61,6 +61,9 @@ const WHOLE_REACH_S: f64 = 0.12;
 const CLEAR_CORRELATION: f64 = 0.6;
 const CLEAR_SHARE: f64 = 0.5;
 const CLEAR_MOTION_SIGMA_S: f64 = 0.05;
+/// Unknown motion of the phase centre in step with the platform's (m): tilts of 2° swing one 20 cm below
+/// the antenna by 7 mm, of which 1 mm is left in step with the platform's wander over ten periods.
+pub(crate) const LASTING_MOTION_M: f64 = 1e-3;
 /// Offsets further than this from where the traces were cleaned are cleaned anew (s).
 const CLEANED_ANEW_S: f64 = 0.25;
 
@@ -190,7 +193,8 @@ pub fn refine(
     control.start("align", SHARPNESS_IMAGES as u64);
     let mut sharpness = Vec::new();
     let mut cleaned: Option<CleanedAt> = None;
-    let estimate = likelihood.decide_with(SHARPNESS_STEP_S, SHARPNESS_IMAGES, |offset_s| {
+    let common_s = trial.common_sigma_s(&likelihood);
+    let score = |offset_s: f64| {
         control.check()?;
         if !cleaned
             .as_ref()
@@ -208,9 +212,18 @@ pub fn refine(
             control.at(sharpness.len() as u64);
         }
         Ok::<_, OffsetError>(scores)
-    })?;
+    };
+    let estimate = likelihood.decide_with(SHARPNESS_STEP_S, SHARPNESS_IMAGES, common_s, score)?;
     let estimate = match cleaned {
-        Some(cleaned) => trial.by_whole_aperture(&cleaned, estimate, grid, control)?,
+        Some(cleaned) => {
+            let whole = WholeAperture {
+                cleaned: &cleaned,
+                grid,
+                common_s,
+                least_sigma_s: least_sigma_s(&likelihood, &estimate, common_s),
+            };
+            trial.by_whole_aperture(&whole, estimate, control)?
+        }
         None => estimate,
     };
     control.finish();
@@ -230,7 +243,32 @@ struct CleanedAt {
     spectrum: Spectrum,
 }
 
+/// Echoes whose image over the whole aperture is scored.
+struct WholeAperture<'a> {
+    cleaned: &'a CleanedAt,
+    grid: PlaneGrid,
+    /// Deviation of the sharpest offset that every image has in common (s).
+    common_s: f64,
+    /// Deviation that no number of images brings the offset below (s).
+    least_sigma_s: f64,
+}
+
 impl Trial<'_> {
+    /// Deviation of the sharpest offset by what swings the phase centre with tilts that nobody recorded:
+    /// an offset moves traces by what the velocity differs from its mean, and the sharpest one takes such
+    /// motion for its own.
+    fn common_sigma_s(&self, likelihood: &OffsetLikelihood) -> f64 {
+        let unsaid = &mut Warnings::default();
+        let aligned = likelihood
+            .candidates
+            .first()
+            .and_then(|best| align(self.flight, self.align, best.offset_s, unsaid).ok());
+        aligned.map_or(0.0, |aligned| {
+            let wander_m_s = velocity_wander_m_s(&aligned);
+            LASTING_MOTION_M / wander_m_s.max(1e-6)
+        })
+    }
+
     /// The image's rectangle; where its sides are left to the flight, about the traces at the most
     /// likely offset.
     fn rectangle(&self, likelihood: &OffsetLikelihood) -> Result<PlaneGrid, OffsetError> {
@@ -298,11 +336,11 @@ impl Trial<'_> {
     /// its surroundings, whose amplitude ratio counts as a likelihood ratio does.
     fn by_whole_aperture(
         &self,
-        cleaned: &CleanedAt,
+        whole: &WholeAperture<'_>,
         estimate: OffsetEstimate,
-        grid: PlaneGrid,
         control: &Control<'_>,
     ) -> Result<OffsetEstimate, OffsetError> {
+        let (cleaned, grid) = (whole.cleaned, whole.grid);
         let light_speed_m_s = self.flight.scene.light_speed_m_s;
         let reach_s = (3.0 * estimate.sigma_s).clamp(WHOLE_STEP_S, WHOLE_REACH_S);
         let steps = (reach_s / WHOLE_STEP_S).ceil();
@@ -316,9 +354,9 @@ impl Trial<'_> {
                 continue;
             };
             let image = quick_look(&places, &cleaned.spectrum, grid, light_speed_m_s)?;
-            let before = -0.5 * (off_s / estimate.sigma_s.max(1e-6)).powi(2);
-            tried.push((offset_s, before + 2.0 * contrast(&image).ln()));
+            tried.push((offset_s, 2.0 * contrast(&image).ln()));
         }
+        let tried = weighed_by(&estimate, &widened(&tried, whole.common_s));
         let highest = tried.iter().map(|t| t.1).fold(f64::NEG_INFINITY, f64::max);
         if tried.len() < 3 || !highest.is_finite() {
             return Ok(estimate);
@@ -335,7 +373,7 @@ impl Trial<'_> {
         let variance_s2 = weighed(|t, centre| (t - centre).powi(2), offset_s);
         Ok(OffsetEstimate {
             offset_s,
-            sigma_s: variance_s2.sqrt().max(0.5 * WHOLE_STEP_S),
+            sigma_s: variance_s2.sqrt().max(whole.least_sigma_s),
             ..estimate
         })
     }
@@ -359,6 +397,57 @@ impl Trial<'_> {
         };
         Ok(cleaned.aligned.traces.iter().map(position_of).collect())
     }
+}
+
+/// Deviation of an offset by height and motion together with images that are never better than what they
+/// have in common (s).
+fn least_sigma_s(likelihood: &OffsetLikelihood, found: &OffsetEstimate, common_s: f64) -> f64 {
+    let near = |offset_s: f64| (offset_s - found.offset_s).abs();
+    let candidates = likelihood.candidates.iter();
+    let nearest = candidates.min_by(|a, b| near(a.offset_s).total_cmp(&near(b.offset_s)));
+    let known_s = nearest.map_or(f64::INFINITY, |candidate| candidate.sigma_s);
+    let together_s = (known_s.powi(-2) + common_s.max(1e-6).powi(-2))
+        .sqrt()
+        .recip();
+    together_s.max(0.5 * WHOLE_STEP_S)
+}
+
+/// Log-likelihoods over offsets whose own deviation is wider by a common one: likelihoods averaged over
+/// a normal distribution about each offset.
+fn widened(tried: &[(f64, f64)], common_s: f64) -> Vec<(f64, f64)> {
+    let highest = tried.iter().map(|t| t.1).fold(f64::NEG_INFINITY, f64::max);
+    let at = |offset_s: f64| {
+        let weight = |t: f64| (-0.5 * ((t - offset_s) / common_s.max(1e-6)).powi(2)).exp();
+        let likelihood: f64 = tried
+            .iter()
+            .map(|(t, l)| weight(*t) * (l - highest).exp())
+            .sum();
+        let total: f64 = tried.iter().map(|(t, _)| weight(*t)).sum();
+        highest + (likelihood / total).ln()
+    };
+    tried.iter().map(|(t, _)| (*t, at(*t))).collect()
+}
+
+/// Log-likelihoods with what was known before.
+fn weighed_by(before: &OffsetEstimate, tried: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    let known = |t: f64| -0.5 * ((t - before.offset_s) / before.sigma_s.max(1e-6)).powi(2);
+    tried.iter().map(|(t, l)| (*t, l + known(*t))).collect()
+}
+
+/// Root mean square of how far the velocity of the traces is from its mean, along one direction (m/s).
+fn velocity_wander_m_s(aligned: &Aligned) -> f64 {
+    let pairs = aligned.position_m.windows(2).zip(aligned.time_s.windows(2));
+    let velocity: Vec<[f64; 3]> = pairs
+        .filter(|(_, t)| t[1] > t[0])
+        .map(|(p, t)| [0, 1, 2].map(|i| (p[1][i] - p[0][i]) / (t[1] - t[0])))
+        .collect();
+    let count = velocity.len().max(1) as f64;
+    let mean = [0, 1, 2].map(|i| velocity.iter().map(|v| v[i]).sum::<f64>() / count);
+    let square: f64 = velocity
+        .iter()
+        .map(|v| (0..3).map(|i| (v[i] - mean[i]).powi(2)).sum::<f64>())
+        .sum();
+    (square / count / 3.0).sqrt()
 }
 
 /// Consecutive parts of an aperture.

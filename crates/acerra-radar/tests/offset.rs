@@ -288,7 +288,7 @@ fn a_flight_that_repeats_itself_is_refused_and_stamps_or_images_decide() {
         let part = |k: f64| 2.0 + 500.0 * (-((t - 60.02 - 0.004 * k) / 0.03).powi(2)).exp();
         Ok([-1.0, 1.0, -0.5, 0.5].map(part).to_vec())
     };
-    let found = both.decide_with(0.01, 400, score).unwrap();
+    let found = both.decide_with(0.01, 400, 0.0, score).unwrap();
     assert!((found.offset_s - 60.02).abs() < 0.006, "{}", found.offset_s);
     assert!(found.sigma_s < 0.006);
     assert_eq!(found.sharpness.unwrap().parts, 4);

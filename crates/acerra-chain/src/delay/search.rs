@@ -248,6 +248,19 @@ impl View<'_> {
 }
 
 impl DelayScan<'_> {
+    /// Mean log contrast of the strongest targets, each on a patch of its own.
+    fn target_contrast(&self) -> Result<f64, DelayError> {
+        let (position_m, speed_m_s) = (self.position_m, self.light_speed_m_s);
+        let patches = patches(position_m, self.spectrum, self.grid, speed_m_s)?;
+        let each = patches.iter().map(|patch| self.at_patch(*patch));
+        let scores = each.collect::<Result<Vec<f64>, DelayError>>()?;
+        Ok(scores.iter().sum::<f64>() / scores.len().max(1) as f64)
+    }
+
+    fn at_patch(&self, grid: PlaneGrid) -> Result<f64, DelayError> {
+        Ok(Self { grid, ..*self }.at(0.0)?.log_contrast)
+    }
+
     fn view(&self) -> View<'_> {
         let frequency_hz = &self.spectrum.frequency_hz;
         View {
@@ -438,14 +451,17 @@ pub fn check_delay(
     let Some(check) = checked(&likelihood_of(&points)) else {
         return Ok(None);
     };
-    // Contrast also changes as echoes move over the image: single targets must be sharp there.
+    // Contrast also changes as echoes move over the image: single targets must be sharp there, and
+    // sharper than those of the image at the delay in force.
     if check.outside_s > CHECK_STEP_S {
         let spectrum = delayed(scan.spectrum, -check.later_s);
         let there = DelayScan {
             spectrum: &spectrum,
             ..scan
         };
-        if there.sharpest_target(FINE_REACH_S, control)?.is_none() {
+        if there.sharpest_target(FINE_REACH_S, control)?.is_none()
+            || there.target_contrast()? <= scan.target_contrast()?
+        {
             return Ok(None);
         }
     }

@@ -23,8 +23,8 @@ const CONTRADICTING_BELOW: f64 = 20.0;
 /// tilt let it differ by (s).
 const SAME_S: f64 = 0.03;
 
-/// A deviation up to which an offset counts as told (s): at 2 m/s, errors beyond a metre would be seen.
-const TELLING_S: f64 = 0.2;
+/// A deviation up to which an offset counts as told (s): at 1.5 m/s three of them are a resolution cell.
+const TELLING_S: f64 = 0.015;
 
 /// Judges the clock offset by its likelihood.
 #[must_use]
@@ -53,9 +53,40 @@ pub fn clock_offset(seen: &ClockSeen) -> Finding {
     ))
 }
 
+/// Places along the track that are uncertain by more than this are doubted (m): a resolution cell of
+/// ultra-wideband images.
+const ALONG_TRACK_M: f64 = 0.05;
+
+/// Judges an offset that was found from the data by what its deviation makes of places along the track.
+#[must_use]
+pub fn clock_offset_sigma(sigma_s: f64, speed_m_s: f64) -> Finding {
+    let along_m = sigma_s * speed_m_s;
+    let verdict = if along_m <= ALONG_TRACK_M {
+        Verdict::Agrees
+    } else {
+        Verdict::Doubtful
+    };
+    Finding::judged("clock_offset_sigma", along_m, "m", verdict)
+        .expecting(0.0)
+        .because(format!(
+            "the clock offset was found to ± {:.0} ms: at {speed_m_s:.1} m/s every target is uncertain by \
+             {along_m:.2} m along the track (one standard deviation); take-off, climbs or turns in the \
+             log tell it better ([trajectory] time_offset_s)",
+            1e3 * sigma_s
+        ))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_offset_that_moves_targets_by_more_than_a_cell_is_doubted() {
+        assert_eq!(clock_offset_sigma(0.02, 1.5).verdict, Verdict::Agrees);
+        let wide = clock_offset_sigma(0.04, 1.5);
+        assert_eq!(wide.verdict, Verdict::Doubtful);
+        assert!((wide.value.unwrap_or(0.0) - 0.06).abs() < 1e-12);
+    }
 
     #[test]
     fn an_offset_far_less_likely_than_the_best_contradicts() {

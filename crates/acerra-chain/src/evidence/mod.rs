@@ -21,7 +21,7 @@ mod unchecked;
 
 use serde::Serialize;
 
-pub use clock::{ClockSeen, clock_offset};
+pub use clock::{ClockSeen, clock_offset, clock_offset_sigma};
 pub use delay::{delay_before_zero, delay_sharpness};
 pub use finding::{Finding, Verdict};
 pub use focus::{PreferredSetting, preferred_setting};

@@ -37,10 +37,11 @@ impl Setting {
         match self {
             Self::ClockOffset => Unchecked {
                 setting: "time_offset_s",
-                explanation: "neither height, motion nor sharpness tells the clock offset: an error of \
-                              it moves targets along the track by as much as the platform flies \
-                              meanwhile ([trajectory] time_offset_s). Climbs, turns and reflectors tell \
-                              it.",
+                explanation: "height, motion and sharpness do not tell the clock offset to a few \
+                              hundredths of a second (clock_offset and clock_offset_focus say how well, \
+                              where they stand): an error of it moves targets along the track by as \
+                              much as the platform flies meanwhile ([trajectory] time_offset_s). \
+                              Take-off, turns and reflectors tell it.",
             },
             Self::Delay => Unchecked {
                 setting: "delay_ns",

@@ -24,8 +24,9 @@ const OFFSET_STEP_S: f64 = 0.01;
 /// Lever arms that are tried, either way (m): the size of a small drone.
 const ARM_REACH_M: f64 = 1.0;
 const ARM_STEP_M: f64 = 0.02;
-/// Deviations up to which offset (s) and lever arm (m) count as told.
-const OFFSET_TOLD_S: f64 = 0.1;
+/// Deviations up to which offset (s) and lever arm (m) count as told: three of them are a resolution cell
+/// and a few.
+const OFFSET_TOLD_S: f64 = 0.015;
 const ARM_TOLD_M: f64 = 0.1;
 
 /// Judges clock offset and lever arm of every track by the echoes of the image's strongest targets.

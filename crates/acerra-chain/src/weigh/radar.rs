@@ -7,7 +7,7 @@ use acerra_radar::quality::{self, spectrum_occupancy};
 
 use crate::evidence::{
     ClockSeen, CouplingSeen, Finding, SurfaceSeen, Verdict, band, band_used, clock_offset,
-    coupling, delay_before_zero, surface, zero_timing,
+    clock_offset_sigma, coupling, delay_before_zero, surface, zero_timing,
 };
 use crate::prepare::{Prepared, Track};
 use crate::weigh::altimeter;
@@ -42,6 +42,7 @@ pub(super) fn weigh(prepared: &Prepared, track: &Track, band_hz: [f64; 2]) -> Ve
         };
         clock_offset(&seen).at_most(most)
     }));
+    findings.extend(offset_sigma(prepared, track));
     let Some(traces) = &track.cleaned else {
         return findings;
     };
@@ -73,6 +74,19 @@ pub(super) fn weigh(prepared: &Prepared, track: &Track, band_hz: [f64; 2]) -> Ve
         findings.push(band_used(ghz(band_hz), ghz(spectrum.band_hz)));
     }
     findings
+}
+
+/// What the deviation of an offset that was searched makes of places, at the median speed of the traces.
+fn offset_sigma(prepared: &Prepared, track: &Track) -> Option<Finding> {
+    let sigma_s = track.search.as_ref()?.estimate.sigma_s;
+    let positions = prepared.aligned.position_m.get(track.range.clone())?;
+    let times = prepared.aligned.time_s.get(track.range.clone())?;
+    let pairs = positions.windows(2).zip(times.windows(2));
+    let speed = pairs.filter(|(_, t)| t[1] > t[0]).map(|(p, t)| {
+        let square: f64 = (0..3).map(|i| (p[1][i] - p[0][i]).powi(2)).sum();
+        square.sqrt() / (t[1] - t[0])
+    });
+    Some(clock_offset_sigma(sigma_s, median(speed)?))
 }
 
 /// Whether an echo of the log clearly follows the height of the flight.

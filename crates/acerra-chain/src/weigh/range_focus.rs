@@ -21,7 +21,7 @@ use crate::sharpen::{log_fourth_moment, sharpest};
 
 /// Ranges tried, either way (m).
 const REACH_M: f64 = 0.6;
-const STEP_M: f64 = 0.03;
+const STEP_M: f64 = 0.05;
 /// Targets further than this below the strongest say little (dB).
 const FLOOR_DB: f64 = -6.0;
 /// Half of the side of the patch about a target (m), and its pixels (m).

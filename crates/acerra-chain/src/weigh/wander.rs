@@ -11,12 +11,10 @@ use std::f64::consts::TAU;
 use num_complex::Complex64;
 
 use super::history::{Measured, distance_m};
+use crate::offset::LASTING_MOTION_M;
 
 /// Time over which residuals count as correlated (s).
 const CORRELATED_S: f64 = 3.0;
-/// Unknown motion in step with the setting's (m): tilts of 2° swing a phase centre 20 cm below the
-/// antenna by 7 mm, of which 1 mm is left in step with the platform's wander over ten periods.
-const LASTING_MOTION_M: f64 = 1e-3;
 /// Least coherence of a target's echo at the best value: |Σ echo| over Σ |echo|.
 const LEAST_COHERENCE: f64 = 0.5;
 /// Residual phases beyond this are another target's (rad).

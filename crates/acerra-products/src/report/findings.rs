@@ -24,11 +24,13 @@ pub(super) fn section(rows: &[EvidenceRow], unchecked: &[[String; 2]]) -> Markup
                     }
                 }
                 @if !unchecked.is_empty() {
-                    p { "Nothing in this flight checks:" }
-                    dl.unchecked {
-                        @for [setting, explanation] in unchecked {
-                            dt { (setting) }
-                            dd { (explanation) }
+                    details {
+                        summary { "Nothing in this flight checks: " (settings(unchecked)) }
+                        dl {
+                            @for [setting, explanation] in unchecked {
+                                dt { (setting) }
+                                dd { (explanation) }
+                            }
                         }
                     }
                 }
@@ -39,6 +41,11 @@ pub(super) fn section(rows: &[EvidenceRow], unchecked: &[[String; 2]]) -> Markup
 
 fn names(rows: &[&EvidenceRow]) -> String {
     let names: Vec<&str> = rows.iter().map(|row| row.name.as_str()).collect();
+    names.join(", ")
+}
+
+fn settings(unchecked: &[[String; 2]]) -> String {
+    let names: Vec<&str> = unchecked.iter().map(|[name, _]| name.as_str()).collect();
     names.join(", ")
 }
 

@@ -104,7 +104,10 @@ fn full() -> ReportData {
             Fact::new("Track", "33.1 m in 21.7 s"),
         ],
         evidence: findings(),
-        unchecked: Vec::new(),
+        unchecked: vec![[
+            "delay_ns".to_owned(),
+            "An error of 1 ns is 0.15 m.".to_owned(),
+        ]],
         warnings: vec![
             "9 of 332 epochs have float ambiguities: decimetres instead of centimetres".to_owned(),
             "2 scans were lost between traces 120 and 123".to_owned(),
@@ -274,6 +277,7 @@ fn a_full_report_answers_in_order() {
         "Scan spacing against aliasing</th>",
         "Clock offset by height</th>",
         "Surface echo against 2h/c</th>",
+        "Nothing in this flight checks: delay_ns",
         "id=\"result\"",
         "id=\"warnings\"",
         "id=\"measurements\"",
@@ -354,6 +358,7 @@ fn hostile_names_stay_text() {
     data.evidence[0].name = evil.clone();
     data.evidence[0].unit = evil.clone();
     data.evidence[0].explanation = evil.clone();
+    data.unchecked[0] = [evil.clone(), evil.clone()];
     data.tracks[0].name = evil.clone();
     assert!(!report_page(&data).unwrap().contains("<script"));
     let entry = IndexEntry {

@@ -323,6 +323,9 @@ impl OffsetLikelihood {
     /// `most` of them: enough for two standard deviations to each side of every candidate, or the
     /// offset is [vague](AlignError::Vague).
     ///
+    /// `common_sigma_s` is the deviation of sharpness that all parts have in common, so that their scatter
+    /// does not show it: what attitudes that nobody recorded make of the phase centre.
+    ///
     /// # Errors
     /// As [`Self::decide`] after sharpness has spoken, [`AlignError::Contradiction`] if it disagrees
     /// with height and motion by more than five standard deviations, and what `score` returns.
@@ -330,6 +333,7 @@ impl OffsetLikelihood {
         &self,
         step_s: f64,
         most: usize,
+        common_sigma_s: f64,
         mut score: impl FnMut(f64) -> Result<Vec<f64>, E>,
     ) -> Result<OffsetEstimate, E> {
         self.check_sigma(&self.candidates[0], VAGUE_BEFORE)?;
@@ -346,7 +350,11 @@ impl OffsetLikelihood {
                     scored.scores.push((t, scores));
                 }
             }
-            judged.push((*candidate, scored.cue()));
+            let cue = scored.cue().map(|cue| SharpnessCue {
+                sigma_s: cue.sigma_s.hypot(common_sigma_s),
+                ..cue
+            });
+            judged.push((*candidate, cue));
         }
         // Between candidates the sharper image counts: amplitudes of a coherent peak.
         let top = |cue: &Option<SharpnessCue>| {
