@@ -216,7 +216,7 @@ pub fn align(
 ) -> Result<Aligned, AlignError> {
     let radar_time_s = flight.radar.time_s();
     let (all, covered) = match flight.positions {
-        Positions::PerTrace(position_m) => per_trace(radar_time_s, position_m)?,
+        Positions::PerTrace(places) => per_trace(radar_time_s, &places.position_m)?,
         Positions::Trajectory(trajectory) => {
             let times_s: Vec<f64> = radar_time_s.iter().map(|t| t + time_offset_s).collect();
             let clock = OnTrajectory {

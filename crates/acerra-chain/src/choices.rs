@@ -353,6 +353,16 @@ pub enum ProductFormat {
     Kmz,
     /// `targets.geojson`: targets with their uncertainty, the track, the outline of the image.
     Geojson,
+    /// `data.zarr`: image, cleaned radargram, spectra, trajectory and targets as a Zarr v3 group, with
+    /// named coordinates and units.
+    Zarr,
+    /// `data.h5`: the same without volumes and looks, as HDF5.
+    Hdf5,
+    /// `image.vti`, `volume.vti`: the image and the volume for ParaView.
+    Vtk,
+    /// `spectra.cphd`: the cleaned spectra with their positions, as phase history data (CPHD) for other
+    /// programs; left out where the positions have no place on the Earth.
+    Cphd,
 }
 
 /// `[image] weight`: the weight of each trace in the sum of Eq. (3).

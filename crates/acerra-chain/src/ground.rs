@@ -480,8 +480,8 @@ fn open_file(path: &Path) -> Result<File, SceneError> {
 /// The positions' frame: the trajectory's own, or about the origin stated.
 fn frame_of(origin: Option<Geodetic>, positions: &[&Positions]) -> Frame {
     let own = positions.iter().find_map(|p| match p {
+        Positions::PerTrace(places) => places.frame.enu().copied().map(Frame::Enu),
         Positions::Trajectory(trajectory) => Some(*trajectory.frame()),
-        Positions::PerTrace(_) => None,
     });
     match (own, origin) {
         (Some(frame @ Frame::Enu(_)), _) => frame,
@@ -506,7 +506,7 @@ fn with_flight(mut rectangle: [[f64; 2]; 2], positions: &[&Positions]) -> [[f64;
                     .iter()
                     .for_each(|fix| add(&fix.position_m));
             }
-            Positions::PerTrace(position_m) => position_m.iter().for_each(&mut add),
+            Positions::PerTrace(places) => places.position_m.iter().for_each(&mut add),
         }
     }
     rectangle

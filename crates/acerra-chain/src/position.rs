@@ -7,13 +7,14 @@ use std::path::{Path, PathBuf};
 use acerra_geo::geodesy::{EnuFrame, Geodetic, ecef_from_geodetic};
 use acerra_geo::lever_arm::{HeadingOptions, LeverArmError, apply_lever_arm};
 use acerra_geo::read::{ReadError, ReadOptions, read_trajectory};
-use acerra_geo::trajectory::{Frame, Trajectory, TrajectoryError};
+use acerra_geo::trajectory::{Frame, TimeOrigin, Trajectory, TrajectoryError};
 use acerra_gnss::conf::{ConfError, read_conf};
 use acerra_gnss::{BasePosition, PpkOptions, RuleSet};
 
 use crate::evidence::{Finding, base_position};
 use crate::positioning::{self, PositioningError, PositioningInput};
 use crate::read::name_of;
+use crate::trace_positions::TracePositions;
 use crate::warnings::Warnings;
 
 /// Positions of the radar's phase centre.
@@ -21,8 +22,8 @@ use crate::warnings::Warnings;
 pub enum Positions {
     /// A trajectory on a clock of its own.
     Trajectory(Box<Trajectory>),
-    /// One position for each trace, east, north, up (m).
-    PerTrace(Vec<[f64; 3]>),
+    /// One position for each trace, on the traces' own clock.
+    PerTrace(TracePositions),
 }
 
 impl From<Trajectory> for Positions {
@@ -33,7 +34,38 @@ impl From<Trajectory> for Positions {
 
 impl From<Vec<[f64; 3]>> for Positions {
     fn from(position_m: Vec<[f64; 3]>) -> Self {
-        Self::PerTrace(position_m)
+        Self::PerTrace(position_m.into())
+    }
+}
+
+impl Positions {
+    /// Brings positions on the Earth into another frame there.
+    fn move_to(&mut self, target: EnuFrame) -> Result<(), PositionError> {
+        match self {
+            Self::Trajectory(trajectory) => {
+                **trajectory = trajectory.in_frame(target).map_err(PositionError::Frame)?;
+            }
+            Self::PerTrace(places) => *places = places.clone().in_frame(target),
+        }
+        Ok(())
+    }
+
+    /// Where the axes of the positions stand.
+    #[must_use]
+    pub fn frame(&self) -> &Frame {
+        match self {
+            Self::Trajectory(trajectory) => trajectory.frame(),
+            Self::PerTrace(places) => &places.frame,
+        }
+    }
+
+    /// The instant at which the positions' clock is zero.
+    #[must_use]
+    pub fn time_origin(&self) -> TimeOrigin {
+        match self {
+            Self::Trajectory(trajectory) => trajectory.time_origin(),
+            Self::PerTrace(places) => places.time_origin,
+        }
     }
 }
 
@@ -163,7 +195,7 @@ pub enum PositionError {
 pub fn position(
     options: &PositionOptions,
     radar_file: &Path,
-    inside: Option<&[[f64; 3]]>,
+    inside: Option<&TracePositions>,
     warnings: &mut Warnings,
     findings: &mut Vec<Finding>,
 ) -> Result<Positions, PositionError> {
@@ -187,8 +219,12 @@ pub fn position(
                 radar_file: radar_file(),
             })
         }
-        (PositionSource::RadarFile, Some(position_m)) => {
-            Ok(Positions::PerTrace(position_m.to_vec()))
+        (PositionSource::RadarFile, Some(places)) => {
+            let places = places.clone();
+            Ok(Positions::PerTrace(match options.origin {
+                Some(origin) => places.in_frame(EnuFrame::new(origin)),
+                None => places,
+            }))
         }
         (PositionSource::RadarFile, None) => Err(PositionError::Missing {
             radar_file: radar_file(),
@@ -303,15 +339,16 @@ pub fn in_one_frame<'a>(
 ) -> Result<(), PositionError> {
     let mut first = None;
     for (k, p) in positions.into_iter().enumerate() {
-        let Positions::Trajectory(trajectory) = p else {
+        let frame = *p.frame();
+        // Places that came with the traces may stand in the first track's frame, whatever it is.
+        if frame == Frame::Local && matches!(p, Positions::PerTrace(_)) {
             continue;
-        };
-        let frame = *trajectory.frame();
+        }
         match (first, frame) {
             (None, frame) => first = Some(frame),
             (Some(Frame::Enu(target)), Frame::Enu(own)) => {
                 if own != target {
-                    **trajectory = trajectory.in_frame(target).map_err(PositionError::Frame)?;
+                    p.move_to(target)?;
                 }
             }
             (Some(Frame::Local), Frame::Local) => {}
@@ -324,7 +361,7 @@ pub fn in_one_frame<'a>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use acerra_geo::trajectory::{Fix, TimeOrigin};
+    use acerra_geo::trajectory::Fix;
 
     fn at(frame: Frame, position_m: [f64; 3]) -> Positions {
         let fix = Fix::new(0.0, position_m);
@@ -344,7 +381,7 @@ mod tests {
         let mut positions = [
             at(Frame::Enu(first), [0.0; 3]),
             at(Frame::Enu(second), seen),
-            Positions::PerTrace(vec![[1.0; 3]]),
+            vec![[1.0; 3]].into(),
         ];
         in_one_frame(&mut positions).unwrap();
         let Positions::Trajectory(moved) = &positions[1] else {

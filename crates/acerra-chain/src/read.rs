@@ -1,7 +1,7 @@
 //! Stage `read`: the radar log, whatever its format.
 
 use std::fs::File;
-use std::io::{self, BufReader};
+use std::io::{self, BufReader, Read as _, Seek as _};
 use std::path::{Path, PathBuf};
 
 use acerra_radar::quality::{OutlierOptions, scan_outliers};
@@ -10,6 +10,8 @@ use acerra_radar::{
     RadargramOptions, RunError, Spectrum,
 };
 
+use crate::phase_history::{PhaseHistoryError, read_phase_history};
+use crate::trace_positions::TracePositions;
 use crate::warnings::Warnings;
 
 /// What the log holds for the chain.
@@ -49,8 +51,8 @@ impl From<Spectrum> for RadarContent {
 pub struct RadarData {
     /// The measurement.
     pub content: RadarContent,
-    /// Antenna position of each trace, where the file brings it (m).
-    pub position_m: Option<Vec<[f64; 3]>>,
+    /// Antenna position of each trace, where the file brings it.
+    pub positions: Option<TracePositions>,
     /// What the measurement is called in summaries and pictures.
     pub label: RadarLabel,
 }
@@ -81,7 +83,7 @@ impl RadarData {
         };
         Self {
             content,
-            position_m: None,
+            positions: None,
             label: RadarLabel {
                 unit: "amplitude",
                 summary,
@@ -118,6 +120,23 @@ pub enum ReadError {
         /// Why.
         cause: RunError,
     },
+    /// Phase history data that cannot be used.
+    #[error("{}: {cause}", path.display())]
+    PhaseHistory {
+        /// The file.
+        path: PathBuf,
+        /// The place in it, what was expected and what was found.
+        cause: Box<PhaseHistoryError>,
+    },
+    /// A channel is named of a file that has none.
+    #[error(
+        "{}: [radar] channel: expected a CPHD file, which has channels, found another kind",
+        path.display()
+    )]
+    NoChannels {
+        /// The file.
+        path: PathBuf,
+    },
     /// A neutral file that says neither when nor where its traces were measured.
     #[error("{}: expected time_s or position_m beside the data, found neither", path.display())]
     NoTime {
@@ -126,17 +145,39 @@ pub enum ReadError {
     },
 }
 
-/// Reads a radar log.
+/// Reads a radar log, or the reference channel of phase history data.
 ///
 /// # Errors
-/// A file that is absent, of another kind, cut off before its first whole scan, or hostile; the
-/// message names the file and the place in it.
+/// As [`read_channel`].
 pub fn read_radar(path: &Path, warnings: &mut Warnings) -> Result<RadarData, ReadError> {
+    read_channel(path, None, warnings)
+}
+
+/// Reads a radar log, or the named channel of phase history data.
+///
+/// # Errors
+/// A file that is absent, of another kind, cut off before its first whole scan, or hostile; a channel
+/// that is not there. The message names the file and the place in it.
+pub fn read_channel(
+    path: &Path,
+    channel: Option<&str>,
+    warnings: &mut Warnings,
+) -> Result<RadarData, ReadError> {
     let owned = || path.to_owned();
-    let file = File::open(path).map_err(|cause| ReadError::Open {
+    let failed = |cause| ReadError::Open {
         path: owned(),
         cause,
-    })?;
+    };
+    let mut file = File::open(path).map_err(failed)?;
+    let mut head = Vec::new();
+    let read = file.by_ref().take(16).read_to_end(&mut head);
+    read.and_then(|_| file.rewind()).map_err(failed)?;
+    if acerra_cphd::is_cphd(&head) {
+        return from_phase_history(path, file, channel, warnings);
+    }
+    if channel.is_some() {
+        return Err(ReadError::NoChannels { path: owned() });
+    }
     let content = acerra_radar::read(BufReader::new(file), &acerra_radar::Limits::default())
         .map_err(|cause| ReadError::Content {
             path: owned(),
@@ -172,12 +213,33 @@ fn from_log(path: &Path, log: &RadarLog, warnings: &mut Warnings) -> Result<Rada
     let summary = summary(log, &made);
     Ok(RadarData {
         content: RadarContent::Radargram(without_outliers(made.radargram, warnings)),
-        position_m: None,
+        positions: None,
         label: RadarLabel {
             unit: "counts",
             summary,
         },
     })
+}
+
+fn from_phase_history(
+    path: &Path,
+    file: File,
+    channel: Option<&str>,
+    warnings: &mut Warnings,
+) -> Result<RadarData, ReadError> {
+    let read = read_phase_history(BufReader::new(file), channel).map_err(|cause| {
+        ReadError::PhaseHistory {
+            path: path.to_owned(),
+            cause: Box::new(cause),
+        }
+    })?;
+    for remark in read.remarks {
+        warnings.add(format!("{}: {remark}", name_of(path)));
+    }
+    let mut data = RadarData::in_memory(RadarContent::Spectrum(read.spectrum));
+    data.label.summary = read.summary;
+    data.positions = Some(read.positions);
+    Ok(data)
 }
 
 fn from_neutral(
@@ -199,7 +261,7 @@ fn from_neutral(
     };
     let mut data = RadarData::in_memory(content);
     data.label.summary.insert_str(0, "NPZ ");
-    data.position_m = neutral.position_m;
+    data.positions = neutral.position_m.map(TracePositions::from);
     Ok(data)
 }
 

@@ -10,7 +10,7 @@ use crate::ground::{Scene, SceneOptions};
 use crate::journal::Journal;
 use crate::position::{PositionOptions, Positions, in_one_frame, position};
 use crate::prepare::{Prepared, prepare};
-use crate::read::{RadarData, read_radar};
+use crate::read::{RadarData, read_channel};
 use crate::recording::{Recording, TrackOptions};
 use crate::warnings::Warnings;
 
@@ -32,6 +32,8 @@ pub struct TrackSource {
     pub name: String,
     /// The radar log.
     pub radar: PathBuf,
+    /// The channel of a log that has several.
+    pub channel: Option<String>,
     /// Where its positions come from.
     pub positions: PositionOptions,
     /// Parameters of its later stages.
@@ -80,7 +82,11 @@ impl Survey {
     ) -> Result<Vec<RadarData>, ChainError> {
         let read = |track: &TrackSource| {
             control.check()?;
-            Ok(read_radar(&track.radar, warnings)?)
+            Ok(read_channel(
+                &track.radar,
+                track.channel.as_deref(),
+                warnings,
+            )?)
         };
         self.tracks.iter().map(read).collect()
     }
@@ -104,7 +110,7 @@ impl Survey {
         let mut recordings = Vec::new();
         for (track, radar) in self.tracks.iter().zip(radars) {
             control.check()?;
-            let inside = radar.position_m.as_deref();
+            let inside = radar.positions.as_ref();
             let mut own = Vec::new();
             let positions = position(&track.positions, &track.radar, inside, warnings, &mut own)?;
             findings.extend(own.into_iter().map(|finding| self.named(track, finding)));

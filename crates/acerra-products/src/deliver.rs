@@ -4,15 +4,13 @@ use std::fs::File;
 use std::io::{BufWriter, Write};
 
 use acerra_geo::geodesy::EnuFrame;
-use acerra_geo::trajectory::{Frame, TimeOrigin};
 use anyhow::Context;
 
 use crate::outcome::Outcome;
 use crate::report::report_page;
 use crate::run_record::{RunRecord, TargetsRecord};
 use crate::staging::Staging;
-use crate::{image_npz, maps, pictures, report_data};
-use acerra_chain::position::Positions;
+use crate::{data, image_npz, maps, pictures, report_data};
 use acerra_chain::stages::Stages;
 use serde::Serialize;
 
@@ -42,6 +40,7 @@ pub fn deliver(outcome: &Outcome, staging: Staging, stages: &mut Stages) -> anyh
         }
         write_trajectory(outcome, &staging)?;
         maps::write(outcome, &staging)?;
+        data::write(outcome, &staging)?;
         staging.write("targets.json", json(&TargetsRecord::of(outcome))?)?;
         let more: Vec<_> = more.into_iter().map(|(_, picture)| picture).collect();
         anyhow::Ok((image_png, raw_png, clean_png, more))
@@ -90,11 +89,10 @@ fn write_radargrams(outcome: &Outcome, staging: &Staging) -> anyhow::Result<(Vec
 
 fn write_trajectory(outcome: &Outcome, staging: &Staging) -> anyhow::Result<()> {
     let mut csv = buffered(staging, "trajectory.csv")?;
-    let (frame, origin) = match &outcome.prepared.first().positions {
-        Positions::Trajectory(trajectory) => (*trajectory.frame(), trajectory.time_origin()),
-        Positions::PerTrace(_) => (Frame::Local, TimeOrigin::Relative),
-    };
-    acerra_geo::write::write_positions_csv(&mut csv, &outcome.prepared.aligned.all, &frame, origin)
+    let positions = &outcome.prepared.first().positions;
+    let all = &outcome.prepared.aligned.all;
+    let (frame, origin) = (positions.frame(), positions.time_origin());
+    acerra_geo::write::write_positions_csv(&mut csv, all, frame, origin)
         .and_then(|()| csv.flush())
         .context("trajectory.csv: cannot write")
 }

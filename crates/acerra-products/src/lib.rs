@@ -8,6 +8,7 @@
 
 pub mod calibration;
 mod cuts;
+pub mod data;
 pub mod deliver;
 mod display;
 pub mod image_npz;

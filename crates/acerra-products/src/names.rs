@@ -4,8 +4,10 @@ use std::path::Path;
 
 use serde_json::Value;
 
-/// Every file that a run may write into its directory.
-pub const PRODUCTS: [&str; 21] = [
+/// Every file that a run may write into its directory; `data.zarr` is a directory.
+pub const PRODUCTS: [&str; 26] = [
+    "data.h5",
+    "data.zarr",
     "image-complex.tfw",
     "image-complex.tif",
     "image-db.tfw",
@@ -15,18 +17,21 @@ pub const PRODUCTS: [&str; 21] = [
     "image.kmz",
     "image.npz",
     "image.png",
+    "image.vti",
     "looks.npz",
     "multilook.png",
     "radargram-raw.png",
     "radargram.png",
     "report.html",
     "run.json",
+    "spectra.cphd",
     "targets.geojson",
     "targets.json",
     "trajectory.csv",
     "volume-front.png",
     "volume-side.png",
     "volume.npz",
+    "volume.vti",
 ];
 
 /// The products of an older run that may lie in `directory`; none unless its `run.json` is there
@@ -46,6 +51,12 @@ pub fn of_older_run(directory: &Path) -> Vec<String> {
     } else {
         Vec::new()
     }
+}
+
+/// Whether a product stands at this place: a file, or the directory of a Zarr group.
+#[must_use]
+pub(crate) fn is_product(place: &Path) -> bool {
+    place.is_file() || place.join("zarr.json").is_file()
 }
 
 #[cfg(test)]

@@ -1,7 +1,5 @@
 //! Where a product comes from, as every format for other programs carries it.
 
-use acerra_chain::position::Positions;
-
 use crate::maps::earth_frame;
 use crate::outcome::Outcome;
 
@@ -15,6 +13,9 @@ pub(crate) fn items(outcome: &Outcome) -> Vec<(String, String)> {
         ("CAMPAIGN".to_owned(), outcome.name.clone()),
         ("EVIDENCE".to_owned(), outcome.evidence.summary()),
     ];
+    if let Ok(configuration) = serde_json::to_string(&outcome.campaign) {
+        items.push(("CONFIGURATION".to_owned(), configuration));
+    }
     items.extend(frame(outcome));
     if let Some(span) = time_span(outcome) {
         items.push(("TIME_SPAN_GPST".to_owned(), span));
@@ -72,10 +73,7 @@ fn frame(outcome: &Outcome) -> Vec<(String, String)> {
 /// First and last time of the traces imaged.
 fn time_span(outcome: &Outcome) -> Option<String> {
     let first = outcome.prepared.first();
-    let Positions::Trajectory(trajectory) = &first.positions else {
-        return None;
-    };
-    let zero = trajectory.time_origin().gps_time()?;
+    let zero = first.positions.time_origin().gps_time()?;
     let time_s = outcome.prepared.aligned.time_s.get(first.range.clone())?;
     let at = |radar_s: f64| (zero + (radar_s + first.time_offset_s)).format_calendar(3);
     Some(format!(

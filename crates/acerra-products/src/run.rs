@@ -11,6 +11,7 @@ use acerra_chain::weigh::{weigh_image, weigh_prepared, weigh_unchecked};
 use acerra_chain::{Cancelled, ChainError, Control, ImageSink, Journal};
 use anyhow::Context;
 
+use crate::data;
 use crate::deliver::deliver;
 use crate::maps;
 use crate::names::{PRODUCTS, of_older_run};
@@ -50,6 +51,10 @@ pub fn run_campaign(
     let mut sink = NpzSink::new(&staging.folder());
     let mut outcome = process(campaign, &mut sink, journal, control)?;
     outcome.inputs = inputs;
+    if let Some(left_out) = data::left_out(&outcome) {
+        journal.warnings.add(&left_out);
+        outcome.warnings.push(left_out);
+    }
     deliver(&outcome, staging, &mut journal.stages)?;
     Ok(outcome)
 }

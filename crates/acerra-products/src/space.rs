@@ -3,9 +3,10 @@
 use std::path::Path;
 
 use acerra_chain::ChainError;
-use acerra_chain::campaign::Campaign;
+use acerra_chain::campaign::{Campaign, ProductFormat};
+use acerra_chain::ground::{SceneError, SceneOptions};
 use acerra_chain::memory::available_memory_bytes;
-use acerra_chain::space::needed_bytes;
+use acerra_chain::space::{NeededBytes, needed_bytes};
 use anyhow::ensure;
 
 /// Bytes that tables, traces, pictures and threads take beside the pixels of an ordinary run.
@@ -17,7 +18,11 @@ const BESIDE_PIXELS: u128 = 64 << 20;
 /// With the bytes needed and available.
 pub fn check_space(campaign: &Campaign, output: &Path) -> anyhow::Result<()> {
     let scene = campaign.survey().scene;
-    let needed = needed_bytes(&scene, campaign.image.looks).map_err(ChainError::from)?;
+    let looks = campaign.image.looks;
+    let mut needed = needed_bytes(&scene, looks).map_err(ChainError::from)?;
+    let beside = format_bytes(&campaign.products.formats, &scene).map_err(ChainError::from)?;
+    needed.memory += beside.memory;
+    needed.disk += beside.disk;
     if let Some(available) = available_memory_bytes() {
         ensure!(
             needed.memory + BESIDE_PIXELS <= u128::from(available),
@@ -37,6 +42,43 @@ pub fn check_space(campaign: &Campaign, output: &Path) -> anyhow::Result<()> {
     Ok(())
 }
 
+/// Bytes that data for other programs ask for, as if nothing could be compressed. The volume's slices
+/// pass one by one; a whole HDF5 file is held in memory beside the parts of its arrays.
+fn format_bytes(
+    formats: &[ProductFormat],
+    scene: &SceneOptions,
+) -> Result<NeededBytes, SceneError> {
+    let mut needed = NeededBytes { memory: 0, disk: 0 };
+    let Some(grid) = scene.grid()? else {
+        return Ok(needed);
+    };
+    let plane = grid.len() as u128;
+    let slices = scene.volume(grid)?.map_or(0, |volume| volume.nz as u128);
+    for format in formats {
+        // Bytes of a pixel in memory and on disk, and of a point of the volume on disk.
+        let [memory, disk, point] = match format {
+            ProductFormat::Zarr => [LEVEL_BYTES, COMPLEX_BYTES + LEVEL_BYTES, COMPLEX_BYTES],
+            ProductFormat::Hdf5 => {
+                let file = COMPLEX_BYTES + LEVEL_BYTES;
+                [2 * file, file, 0]
+            }
+            ProductFormat::Vtk => {
+                let arrays = COMPLEX_BYTES + LEVEL_BYTES;
+                [LEVEL_BYTES, arrays, arrays]
+            }
+            _ => continue,
+        };
+        // Formats are written one after the other.
+        needed.memory = needed.memory.max(plane * memory);
+        needed.disk += plane * (disk + point * slices);
+    }
+    Ok(needed)
+}
+
+/// Bytes of a complex value and of a level in files.
+const COMPLEX_BYTES: u128 = 8;
+const LEVEL_BYTES: u128 = 4;
+
 /// Bytes free at `path`, where the system tells.
 #[cfg(unix)]
 fn free_disk_bytes(path: &Path) -> Option<u64> {
@@ -47,4 +89,27 @@ fn free_disk_bytes(path: &Path) -> Option<u64> {
 #[cfg(not(unix))]
 fn free_disk_bytes(_: &Path) -> Option<u64> {
     None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn formats_ask_for_their_bytes() {
+        let of = |z_m: &str, formats: &[ProductFormat]| {
+            let text = format!(
+                "[radar]\nfile = 'a.npz'\n[image]\nx_m = [0.0, 0.9]\ny_m = [0.0, 0.9]\n\
+                 pixel_m = 0.1\nz_m = {z_m}\n"
+            );
+            let scene = Campaign::parse(&text).unwrap().survey().scene;
+            let needed = format_bytes(formats, &scene).unwrap();
+            [needed.memory, needed.disk]
+        };
+        use ProductFormat::{Geotiff, Hdf5, Vtk, Zarr};
+        assert_eq!(of("0.0", &[Geotiff]), [0, 0]);
+        assert_eq!(of("0.0", &[Zarr, Hdf5, Vtk]), [2400, 3600]);
+        let slices = "[0.0, 0.4]\npixel_z_m = 0.1";
+        assert_eq!(of(slices, &[Zarr, Vtk]), [400, 2400 + 5 * 2000]);
+    }
 }

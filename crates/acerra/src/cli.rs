@@ -47,6 +47,7 @@ impl Cli {
 enum Command {
     Calibrate(commands::calibrate::Args),
     Completions(commands::completions::Args),
+    Convert(commands::convert::Args),
     Demo(commands::demo::Args),
     Focus(commands::focus::Args),
     Info(commands::info::Args),
@@ -99,6 +100,7 @@ fn run(command: Command) -> anyhow::Result<()> {
     let mut out = io::BufWriter::new(io::stdout().lock());
     match command {
         Command::Completions(args) => commands::completions::run(&args, &mut out),
+        Command::Convert(args) => commands::convert::run(&args, &mut out),
         Command::Calibrate(args) => commands::calibrate::run(&args, &mut out),
         Command::Demo(args) => commands::demo::run(&args, &mut out),
         Command::Focus(args) => commands::focus::run(&args, &mut out),

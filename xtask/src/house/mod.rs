@@ -18,11 +18,13 @@ use anyhow::Context;
 use modules::ModuleTree;
 
 /// The crates' levels, from ARCHITECTURE.md.
-pub const LEVELS: [(&str, u32); 14] = [
+pub const LEVELS: [(&str, u32); 16] = [
     ("acerra-geo", 0),
     ("acerra-npz", 0),
     ("acerra-settings", 0),
     ("acerra-figure", 0),
+    ("acerra-cphd", 1),
+    ("acerra-cubes", 1),
     ("acerra-maps", 1),
     ("acerra-gnss", 1),
     ("acerra-radar", 1),

@@ -70,9 +70,9 @@ impl Path {
     /// The path of positions that do not yet contain a lever arm.
     pub fn new(positions: &Positions, time_s: &[f64], max_gap_s: Option<f64>) -> Self {
         match positions {
-            Positions::PerTrace(position_m) => Self::PerTrace {
+            Positions::PerTrace(places) => Self::PerTrace {
                 time_s: time_s.to_vec(),
-                position_m: position_m.clone(),
+                position_m: places.position_m.clone(),
             },
             Positions::Trajectory(point) => {
                 let unit = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];

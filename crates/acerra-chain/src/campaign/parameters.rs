@@ -78,6 +78,7 @@ impl Campaign {
         TrackSource {
             name: name.unwrap_or_else(|| (k + 1).to_string()),
             radar: self.radar.file.clone(),
+            channel: self.radar.channel.clone(),
             positions: PositionOptions {
                 source: self.position_source(),
                 ..PositionOptions::from(&self.trajectory)

@@ -20,6 +20,9 @@ pub struct RadarSection {
     /// The radar log; its format is recognised from its content.
     #[serde(serialize_with = "path_text::path")]
     pub file: PathBuf,
+    /// The channel of phase history data (CPHD); by default the file's reference channel.
+    #[serde(default)]
+    pub channel: Option<String>,
     /// Fast time at which range is zero, in nanoseconds, when calibrated; `"auto"` finds the one at
     /// which the image is sharpest.
     #[serde(default)]
@@ -90,8 +93,8 @@ pub struct ChecksSection {
 #[serde(deny_unknown_fields, default)]
 pub struct ProductsSection {
     /// Which of them are written. Those with a place on the Earth need positions that have one;
-    /// without, GeoTIFFs stand in the local frame beside a world file, and KMZ and GeoJSON are left
-    /// out.
+    /// without, GeoTIFFs stand in the local frame beside a world file, and KMZ, GeoJSON and CPHD
+    /// are left out.
     pub formats: Vec<ProductFormat>,
     /// Coordinates of the GeoTIFFs, by their code in the EPSG registry; by default the UTM zone of the
     /// image on WGS84.

@@ -10,10 +10,7 @@ use crate::outcome::Outcome;
 
 /// The frame of a run's coordinates, where its place on the Earth is known.
 pub(crate) fn earth_frame(positions: &Positions) -> Option<EnuFrame> {
-    match positions {
-        Positions::Trajectory(trajectory) => trajectory.frame().enu().copied(),
-        Positions::PerTrace(_) => None,
-    }
+    positions.frame().enu().copied()
 }
 
 /// Where an image's pixels stand.

@@ -61,6 +61,10 @@ pub(crate) fn write(outcome: &Outcome, staging: &Staging) -> anyhow::Result<()> 
                     targets::write(outcome, earth, staging)?;
                 }
             }
+            ProductFormat::Zarr
+            | ProductFormat::Hdf5
+            | ProductFormat::Vtk
+            | ProductFormat::Cphd => {}
         }
     }
     Ok(())

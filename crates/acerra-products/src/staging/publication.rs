@@ -5,6 +5,8 @@ use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 
+use crate::names::is_product;
+
 /// A publication under way, with what undoes it.
 #[derive(Debug)]
 pub(super) struct Publication<'a> {
@@ -59,7 +61,7 @@ impl<'a> Publication<'a> {
                 .map_err(|error| (self.target.join(name), error))?;
         }
         for name in superseded.iter().map(OsString::from) {
-            if !names.contains(&name) && self.target.join(&name).is_file() {
+            if !names.contains(&name) && is_product(&self.target.join(&name)) {
                 self.set_aside(&name)
                     .map_err(|error| (self.target.join(&name), error))?;
             }

@@ -3,6 +3,7 @@
 mod description;
 mod gnss;
 mod image;
+mod phase_history;
 mod radar;
 mod trajectory;
 
@@ -38,6 +39,9 @@ pub fn describe(path: &Path) -> anyhow::Result<Description> {
     if image::is_image(&head) {
         return image::describe(reader).with_context(at);
     }
+    if acerra_cphd::is_cphd(&head) {
+        return phase_history::describe(reader).with_context(at);
+    }
     if radar::is_radar(&head) {
         return radar::describe(reader).with_context(at);
     }
@@ -48,7 +52,7 @@ pub fn describe(path: &Path) -> anyhow::Result<Description> {
         return trajectory::describe(reader).with_context(at);
     }
     bail!(
-        "{}: not a kind that is known; expected a radar log (MRM capture, MRM-RET text, NPZ), a \
+        "{}: not a kind that is known; expected a radar log (MRM capture, MRM-RET text, NPZ, CPHD), a \
          trajectory (.pos, CSV, NMEA, Motive export), RINEX, UBX, RTCM 3, SP3, ANTEX or an \
          image.npz",
         path.display()

@@ -4,6 +4,7 @@ use std::fs::File;
 use std::io::{BufReader, Cursor, Read, Seek};
 use std::path::{Path, PathBuf};
 
+use acerra_cphd::read_cphd;
 use acerra_geo::read::{ReadOptions, read_trajectory};
 use acerra_geo::trajectory::Trajectory;
 use acerra_gnss::input::{FileKind, Limits, sniff};
@@ -69,7 +70,9 @@ impl Logs {
         file.rewind()?;
         ensure!(!head.is_empty(), "the file is empty");
         let reader = BufReader::new(file);
-        if is_radar(&head) {
+        if acerra_cphd::is_cphd(&head) {
+            self.radar.push(phase_history(path, reader)?);
+        } else if is_radar(&head) {
             let found = radar(path, reader)?;
             self.radar.push(found);
         } else if is_gnss(&head) {
@@ -79,7 +82,7 @@ impl Logs {
             self.trajectory.push((path.to_owned(), trajectory));
         } else {
             bail!(
-                "not a log that is known; expected a radar log (MRM capture, MRM-RET text, NPZ), a \
+                "not a log that is known; expected a radar log (MRM capture, MRM-RET text, NPZ, CPHD), a \
                  trajectory (.pos, CSV, NMEA, Motive export), RINEX or UBX"
             );
         }
@@ -121,6 +124,25 @@ fn is_gnss(head: &[u8]) -> bool {
             | FileKind::Ubx
             | FileKind::Gzip
     )
+}
+
+fn phase_history(path: &Path, reader: impl Read + Seek) -> anyhow::Result<RadarInput> {
+    let file = read_cphd(reader, &acerra_cphd::ReadOptions::default())?;
+    let channel = file.history.channels.first().context("no channel in it")?;
+    let ends = match channel.time_s.as_slice() {
+        [first, .., last] => Some([*first, *last]),
+        _ => None,
+    };
+    Ok(RadarInput {
+        path: path.to_owned(),
+        summary: format!(
+            "CPHD phase history, {} pulses of {} frequencies",
+            channel.time_s.len(),
+            channel.frequency.count
+        ),
+        time_s: ends,
+        has_positions: true,
+    })
 }
 
 fn radar(path: &Path, reader: impl Read + Seek) -> anyhow::Result<RadarInput> {

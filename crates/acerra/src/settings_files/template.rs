@@ -50,6 +50,7 @@ impl Filled {
 const SAMPLES: &[(&str, &str)] = &[
     ("base_deg_m", "[40.9596, 14.3696, 75.0]"),
     ("base_ecef_m", "[4672340.0, 1196830.0, 4159200.0]"),
+    ("channel", "\"first\""),
     ("config", "\"rtklib.conf\""),
     ("delay_ns", "10.0"),
     ("epsg", "25833"),

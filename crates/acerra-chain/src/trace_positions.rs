@@ -1,0 +1,42 @@
+//! Positions that came with the traces of a radar file.
+
+use acerra_geo::geodesy::EnuFrame;
+use acerra_geo::trajectory::{Frame, TimeOrigin};
+
+/// One position for each trace of a radar file.
+#[derive(Clone, Debug)]
+pub struct TracePositions {
+    /// The positions, x east, y north, z up (m).
+    pub position_m: Vec<[f64; 3]>,
+    /// Where these axes stand.
+    pub frame: Frame,
+    /// The instant at which the traces' times are zero.
+    pub time_origin: TimeOrigin,
+}
+
+impl From<Vec<[f64; 3]>> for TracePositions {
+    /// Positions at no known place, on a clock of their own.
+    fn from(position_m: Vec<[f64; 3]>) -> Self {
+        Self {
+            position_m,
+            frame: Frame::Local,
+            time_origin: TimeOrigin::Relative,
+        }
+    }
+}
+
+impl TracePositions {
+    /// The same positions in another frame on the Earth; those at no known place stay as they are.
+    #[must_use]
+    pub fn in_frame(mut self, target: EnuFrame) -> Self {
+        if let Frame::Enu(own) = self.frame
+            && own != target
+        {
+            for position in &mut self.position_m {
+                *position = target.enu_from_ecef(own.ecef_from_enu(*position));
+            }
+            self.frame = Frame::Enu(target);
+        }
+        self
+    }
+}

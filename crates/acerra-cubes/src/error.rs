@@ -1,0 +1,55 @@
+//! Why arrays cannot be written.
+
+use std::io;
+
+/// Why arrays cannot be written.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum CubeError {
+    /// A name that not every program can open.
+    #[error("{name:?}: expected a name of letters, digits and _ that begins with a letter")]
+    Name {
+        /// The name.
+        name: String,
+    },
+    /// Two variables or dimensions of one name.
+    #[error("{name}: expected a name of its own, found it twice")]
+    SameName {
+        /// The name.
+        name: String,
+    },
+    /// A dimension that is not declared.
+    #[error("{variable}: expected declared dimensions, found {dimension:?}")]
+    Dimension {
+        /// The variable.
+        variable: String,
+        /// The dimension.
+        dimension: String,
+    },
+    /// A variable with more or fewer values than its dimensions hold.
+    #[error("{variable}: expected {expected} values, found {found}")]
+    Length {
+        /// The variable.
+        variable: String,
+        /// Product of its dimensions.
+        expected: usize,
+        /// Values there are.
+        found: usize,
+    },
+    /// More or fewer slices than announced.
+    #[error("{variable}: expected {expected} slices, found {found}")]
+    Slices {
+        /// The variable.
+        variable: String,
+        /// Slices announced.
+        expected: usize,
+        /// Slices written.
+        found: usize,
+    },
+    /// The library for HDF5 refuses the data.
+    #[error("HDF5: {0}")]
+    Hdf5(#[from] hdf5_pure::Error),
+    /// A file cannot be written.
+    #[error(transparent)]
+    Io(#[from] io::Error),
+}

@@ -1,0 +1,100 @@
+//! Files for programs that read arrays: Zarr, HDF5, VTK, phase history data.
+//!
+//! ```text
+//! Outcome ──────────┐
+//! run's directory ──┴─RunContents──Dataset──► data.zarr, data.h5
+//!                        │    volume.npz, looks.npz ──slice by slice──► data.zarr, volume.vti
+//!                        └──► image.vti
+//! Outcome ──PhaseHistory──► spectra.cphd
+//! ```
+
+mod contents;
+mod convert;
+mod cube;
+mod directory;
+mod memory;
+mod phase_history;
+mod stacks;
+mod table;
+mod vtk;
+
+use std::fs::File;
+use std::io::BufWriter;
+
+use acerra_chain::campaign::ProductFormat;
+use acerra_cubes::{ZarrGroup, write_hdf5};
+use anyhow::Context;
+
+use crate::outcome::Outcome;
+use crate::staging::Staging;
+use contents::RunContents;
+pub use convert::{ConvertError, convert};
+use stacks::Stacks;
+
+/// Name of the Zarr group.
+const ZARR: &str = "data.zarr";
+/// Name of the HDF5 file.
+const HDF5: &str = "data.h5";
+
+/// Writes the formats that the campaign asks for.
+///
+/// # Errors
+/// A file that cannot be written.
+pub(crate) fn write(outcome: &Outcome, staging: &Staging) -> anyhow::Result<()> {
+    let wanted = |format| outcome.campaign.products.formats.contains(&format);
+    let arrays = [ProductFormat::Zarr, ProductFormat::Hdf5, ProductFormat::Vtk];
+    let formats: Vec<ProductFormat> = arrays.into_iter().filter(|f| wanted(*f)).collect();
+    if !formats.is_empty() {
+        let run = memory::contents(outcome, &staging.path("trajectory.csv"))?;
+        write_arrays(&run, &formats, &Stacks::of(&staging.folder()), staging)?;
+    }
+    if wanted(ProductFormat::Cphd) {
+        phase_history::write(outcome, staging)?;
+    }
+    Ok(())
+}
+
+/// A format that the campaign asks for and the run cannot have, in words.
+pub(crate) fn left_out(outcome: &Outcome) -> Option<String> {
+    let is_wanted = outcome
+        .campaign
+        .products
+        .formats
+        .contains(&ProductFormat::Cphd);
+    let reason = phase_history::why_none(outcome).filter(|_| is_wanted)?;
+    Some(format!(
+        "[products] formats: no {} is written, as {reason}",
+        phase_history::NAME
+    ))
+}
+
+/// Writes arrays in each of `formats`.
+fn write_arrays(
+    run: &RunContents<'_>,
+    formats: &[ProductFormat],
+    stacks: &Stacks,
+    staging: &Staging,
+) -> anyhow::Result<()> {
+    for format in formats {
+        match format {
+            ProductFormat::Zarr => write_zarr(run, stacks, staging).context(ZARR)?,
+            ProductFormat::Hdf5 => {
+                let file = File::create(staging.path(HDF5)).context(HDF5)?;
+                let file = BufWriter::with_capacity(1 << 20, file);
+                write_hdf5(file, &cube::dataset(run)?).context(HDF5)?;
+            }
+            ProductFormat::Vtk => vtk::write(run, stacks, staging)?,
+            _ => {}
+        }
+    }
+    Ok(())
+}
+
+fn write_zarr(run: &RunContents<'_>, stacks: &Stacks, staging: &Staging) -> anyhow::Result<()> {
+    let mut dataset = cube::dataset(run)?;
+    stacks.describe(&mut dataset)?;
+    let mut group = ZarrGroup::create(&staging.path(ZARR))?;
+    group.dataset(&dataset)?;
+    stacks.write_zarr(&mut group)?;
+    Ok(group.finish(&dataset.attributes)?)
+}
