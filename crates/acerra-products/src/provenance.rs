@@ -1,5 +1,10 @@
 //! Where a product comes from, as every format for other programs carries it.
 
+use std::path::Path;
+
+use acerra_chain::inputs::InputFile;
+use serde_json::Value;
+
 use crate::maps::earth_frame;
 use crate::outcome::Outcome;
 
@@ -13,8 +18,9 @@ pub(crate) fn items(outcome: &Outcome) -> Vec<(String, String)> {
         ("CAMPAIGN".to_owned(), outcome.name.clone()),
         ("EVIDENCE".to_owned(), outcome.evidence.summary()),
     ];
-    if let Ok(configuration) = serde_json::to_string(&outcome.campaign) {
-        items.push(("CONFIGURATION".to_owned(), configuration));
+    if let Ok(mut configuration) = serde_json::to_value(&outcome.campaign) {
+        without_folders(&mut configuration, &outcome.inputs);
+        items.push(("CONFIGURATION".to_owned(), configuration.to_string()));
     }
     items.extend(frame(outcome));
     if let Some(span) = time_span(outcome) {
@@ -26,6 +32,22 @@ pub(crate) fn items(outcome: &Outcome) -> Vec<(String, String)> {
         items.push((name, format!("sha256 {}", input.sha256)));
     }
     items
+}
+
+/// Inputs by their names alone: where they lay on one computer is of no use on another, and products of the
+/// same inputs are the same bytes.
+fn without_folders(value: &mut Value, inputs: &[InputFile]) {
+    match value {
+        Value::String(text) => {
+            let named = inputs.iter().find(|input| input.path == Path::new(text));
+            if let Some(name) = named.and_then(|input| input.path.file_name()) {
+                *text = name.to_string_lossy().into_owned();
+            }
+        }
+        Value::Array(values) => values.iter_mut().for_each(|v| without_folders(v, inputs)),
+        Value::Object(map) => map.values_mut().for_each(|v| without_folders(v, inputs)),
+        Value::Null | Value::Bool(_) | Value::Number(_) => {}
+    }
 }
 
 fn frame(outcome: &Outcome) -> Vec<(String, String)> {
@@ -81,4 +103,25 @@ fn time_span(outcome: &Outcome) -> Option<String> {
         at(*time_s.first()?),
         at(*time_s.last()?)
     ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn inputs_are_named_without_their_folders() {
+        let input = InputFile {
+            path: "/home/someone/flight/radar.mrm".into(),
+            bytes: 1,
+            sha256: String::new(),
+        };
+        let mut campaign = serde_json::json!({
+            "radar": { "file": "/home/someone/flight/radar.mrm" },
+            "trajectory": [{ "note": "/home" }, 3],
+        });
+        without_folders(&mut campaign, &[input]);
+        assert_eq!(campaign["radar"]["file"], "radar.mrm");
+        assert_eq!(campaign["trajectory"][0]["note"], "/home");
+    }
 }
