@@ -18,6 +18,10 @@ pub(crate) fn items(outcome: &Outcome) -> Vec<(String, String)> {
         ("CAMPAIGN".to_owned(), outcome.name.clone()),
         ("EVIDENCE".to_owned(), outcome.evidence.summary()),
     ];
+    if !outcome.unchecked.is_empty() {
+        let settings: Vec<&str> = outcome.unchecked.iter().map(|one| one.setting).collect();
+        items.push(("UNCHECKED".to_owned(), settings.join(", ")));
+    }
     if let Ok(mut configuration) = serde_json::to_value(&outcome.campaign) {
         without_folders(&mut configuration, &outcome.inputs);
         items.push(("CONFIGURATION".to_owned(), configuration.to_string()));
