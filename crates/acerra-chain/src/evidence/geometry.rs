@@ -220,7 +220,8 @@ pub fn aperture_coverage(geometry: &ImageGeometry<'_>) -> Option<Finding> {
     )
 }
 
-/// Share of the pixels that a limit of the incidence angle (rad) lets any trace see.
+/// Share of the pixels that a limit of the incidence angle (rad), stated or by the antenna's pattern, lets
+/// any trace see.
 #[must_use]
 pub fn incidence_coverage(geometry: &ImageGeometry<'_>, max_rad: f64) -> Option<Finding> {
     if geometry.position_m.is_empty() {
@@ -243,8 +244,8 @@ pub fn incidence_coverage(geometry: &ImageGeometry<'_>, max_rad: f64) -> Option<
         Finding::judged("incidence_coverage", seen, "share of the image", verdict)
             .expecting(1.0)
             .because(format!(
-                "{:.0} % of the image is seen at incidences below {:.0}° ([image] \
-                 max_incidence_deg, x_m, y_m)",
+                "{:.0} % of the image is seen at incidences below {:.0}°, beyond which its weight \
+                 takes it away ([image] max_incidence_deg, antenna_cosine_power, x_m, y_m)",
                 100.0 * seen,
                 max_rad.to_degrees()
             )),

@@ -1,5 +1,7 @@
 //! Findings on the image: its grid against flight and data, and its values.
 
+use acerra_imaging::IncidenceWeight;
+
 use crate::choices::Background;
 use crate::evidence::{
     BackgroundWindow, Coverage, Finding, FrequencyGrid, ImageContrast, ImageGeometry,
@@ -27,7 +29,7 @@ pub(super) fn weigh_geometry(
         request
             .options
             .incidence
-            .and_then(|weight| incidence_coverage(geometry, weight.max_rad)),
+            .and_then(|weight| incidence_coverage(geometry, seen_within_rad(&weight))),
         step_of_frequencies(prepared, &range_m),
         window_of_background(prepared, track, geometry),
         components_of_background(track),
@@ -40,6 +42,17 @@ pub(super) fn weigh_geometry(
     .into_iter()
     .flatten()
     .collect()
+}
+
+/// Incidence within which a weight lets pixels through: its limit, or where its pattern has fallen by 10 dB.
+fn seen_within_rad(weight: &IncidenceWeight) -> f64 {
+    const FALLEN: f64 = 0.316;
+    let pattern_rad = if weight.cosine_power > 0.0 {
+        FALLEN.powf(weight.cosine_power.recip()).acos()
+    } else {
+        std::f64::consts::FRAC_PI_2
+    };
+    weight.max_rad.min(pattern_rad)
 }
 
 /// The spacing of the frequencies beside the ranges that the data hold.
@@ -158,4 +171,24 @@ pub(super) fn weigh_values(prepared: &Prepared, focused: &Focused) -> Vec<Findin
         peak_over_median_db,
         cells,
     })]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_steep_pattern_lets_less_through_than_its_limit() {
+        let within_deg = |cosine_power| {
+            let weight = IncidenceWeight {
+                cosine_power,
+                ..IncidenceWeight::default()
+            };
+            seen_within_rad(&weight).to_degrees()
+        };
+        assert!((within_deg(0.0) - 90.0).abs() < 1e-9);
+        // cos² falls to 10 dB at 56°, cos²⁰ at 19°.
+        assert!((within_deg(2.0) - 55.8).abs() < 0.2);
+        assert!((within_deg(20.0) - 19.2).abs() < 0.2);
+    }
 }
