@@ -27,7 +27,8 @@ pub fn contrast(image: &ImageContrast) -> Finding {
         .expecting(noise_db)
         .because(format!(
             "the image's maximum stands {:.1} dB over its median, that of noise alone would stand \
-         {noise_db:.1} dB",
+             {noise_db:.1} dB: too few traces ([radar] select), places or a gate of something else \
+             ([trajectory] time_offset_s, [preprocess] gate_ns), or nothing there ([image] x_m, y_m)",
             image.peak_over_median_db
         ))
 }
