@@ -4,7 +4,7 @@ use acerra_imaging::IncidenceWeight;
 
 use crate::choices::Background;
 use crate::evidence::{
-    BackgroundWindow, Coverage, Finding, FrequencyGrid, ImageContrast, ImageGeometry,
+    BackgroundWindow, Coverage, Finding, FrequencyGrid, ImageContrast, ImageGeometry, Verdict,
     aperture_coverage, background_components, background_window, contrast, coverage,
     frequency_step, incidence_coverage, light_speed, pixel_size, scan_spacing, wavenumber_span,
 };
@@ -29,7 +29,7 @@ pub(super) fn weigh_geometry(
         request
             .options
             .incidence
-            .and_then(|weight| incidence_coverage(geometry, seen_within_rad(&weight))),
+            .and_then(|weight| covered_by(&weight, geometry)),
         step_of_frequencies(prepared, &range_m),
         window_of_background(prepared, track, geometry),
         components_of_background(track),
@@ -42,6 +42,17 @@ pub(super) fn weigh_geometry(
     .into_iter()
     .flatten()
     .collect()
+}
+
+/// The share of the image that a weight lets through; one that a pattern merely weakens is doubted at most.
+fn covered_by(weight: &IncidenceWeight, geometry: &ImageGeometry<'_>) -> Option<Finding> {
+    let within_rad = seen_within_rad(weight);
+    let most = if within_rad < weight.max_rad {
+        Verdict::Doubtful
+    } else {
+        Verdict::Contradicts
+    };
+    incidence_coverage(geometry, within_rad).map(|finding| finding.at_most(most))
 }
 
 /// Incidence within which a weight lets pixels through: its limit, or where its pattern has fallen by 10 dB.
