@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use acerra_chain::inputs::InputFile;
 use serde_json::Value;
 
 use crate::maps::earth_frame;
@@ -23,7 +22,8 @@ pub(crate) fn items(outcome: &Outcome) -> Vec<(String, String)> {
         items.push(("UNCHECKED".to_owned(), settings.join(", ")));
     }
     if let Ok(mut configuration) = serde_json::to_value(&outcome.campaign) {
-        without_folders(&mut configuration, &outcome.inputs);
+        let paths: Vec<&Path> = outcome.inputs.iter().map(|i| i.path.as_path()).collect();
+        without_folders(&mut configuration, &paths);
         items.push(("CONFIGURATION".to_owned(), configuration.to_string()));
     }
     items.extend(frame(outcome));
@@ -40,11 +40,11 @@ pub(crate) fn items(outcome: &Outcome) -> Vec<(String, String)> {
 
 /// Inputs by their names alone: where they lay on one computer is of no use on another, and products of the
 /// same inputs are the same bytes.
-fn without_folders(value: &mut Value, inputs: &[InputFile]) {
+pub(crate) fn without_folders(value: &mut Value, inputs: &[&Path]) {
     match value {
         Value::String(text) => {
-            let named = inputs.iter().find(|input| input.path == Path::new(text));
-            if let Some(name) = named.and_then(|input| input.path.file_name()) {
+            let named = inputs.iter().find(|path| **path == Path::new(text));
+            if let Some(name) = named.and_then(|path| path.file_name()) {
                 *text = name.to_string_lossy().into_owned();
             }
         }
@@ -115,11 +115,7 @@ mod tests {
 
     #[test]
     fn inputs_are_named_without_their_folders() {
-        let input = InputFile {
-            path: "/home/someone/flight/radar.mrm".into(),
-            bytes: 1,
-            sha256: String::new(),
-        };
+        let input = Path::new("/home/someone/flight/radar.mrm");
         let mut campaign = serde_json::json!({
             "radar": { "file": "/home/someone/flight/radar.mrm" },
             "trajectory": [{ "note": "/home" }, 3],

@@ -9,6 +9,8 @@ use anyhow::{Context, ensure};
 use num_complex::Complex32;
 use serde_json::Value;
 
+use crate::provenance::without_folders;
+
 use super::contents::{ImageContents, RunContents, TargetPlace};
 use super::table::Table;
 
@@ -131,8 +133,22 @@ fn items(run: &Value, folder: &Path) -> anyhow::Result<Vec<(String, String)>> {
         ("ACERRA_VERSION".to_owned(), version.to_owned()),
         ("CAMPAIGN".to_owned(), name_of(folder)),
         ("EVIDENCE".to_owned(), evidence(&run["evidence"])),
-        ("CONFIGURATION".to_owned(), run["configuration"].to_string()),
     ];
+    let unchecked = run["unchecked"].as_array().into_iter().flatten();
+    let settings: Vec<&str> = unchecked
+        .filter_map(|one| one["setting"].as_str())
+        .collect();
+    if !settings.is_empty() {
+        items.push(("UNCHECKED".to_owned(), settings.join(", ")));
+    }
+    let inputs = run["inputs"].as_array().into_iter().flatten();
+    let paths: Vec<&Path> = inputs
+        .filter_map(|input| input["path"].as_str())
+        .map(Path::new)
+        .collect();
+    let mut configuration = run["configuration"].clone();
+    without_folders(&mut configuration, &paths);
+    items.push(("CONFIGURATION".to_owned(), configuration.to_string()));
     let frame = &run["frame"];
     match three(&frame["origin_deg_m"]) {
         Some([latitude, longitude, height]) => items.extend([
