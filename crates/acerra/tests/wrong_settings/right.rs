@@ -40,8 +40,6 @@ pub struct RandomFlight {
     offset_m: f64,
 }
 
-/// Speed of the flights (m/s).
-const SPEED_M_S: f64 = 1.5;
 /// Largest error of the clock offset (s).
 const OFFSET_S: f64 = 5e-3;
 
@@ -121,11 +119,7 @@ impl RandomFlight {
         let [found_s, sigma_s] = run.time_offset_s.unwrap();
         let off_s = found_s - offset_s;
         let is_stated = off_s.abs() <= 3.0 * sigma_s;
-        let mut truth = self.truth();
-        if is_stated {
-            truth.tolerance_m[0] = truth.tolerance_m[0].max(3.0 * sigma_s * SPEED_M_S);
-        }
-        let wrong_m = truth.wrong(targets, targets);
+        let wrong_m = self.truth().wrong(targets, targets);
         let off = format!("offset {:+.1} ± {:.1} ms", 1e3 * off_s, 1e3 * sigma_s);
         let details = format!("{off}; {wrong_m:?}; {:?}", run.doubts);
         let is_close = off_s.abs() <= OFFSET_S;
@@ -156,6 +150,7 @@ impl RandomFlight {
 /// An arc of 40 m radius past the reflectors, with take-off and landing.
 fn curved(folder: &Path, height_m: f64, offset_m: f64) -> GivenFlight {
     const RADIUS_M: f64 = 40.0;
+    const SPEED_M_S: f64 = 1.5;
     const STEP_S: f64 = 0.05;
     const GROUND_S: f64 = 60.0;
     const LENGTH_M: f64 = 24.0;
