@@ -8,8 +8,8 @@ use std::path::Path;
 use std::process::Command;
 
 use acerra_cubes::{
-    CubeError, Dataset, Hdf5File, StackShape, Values, Variable, VtiGrid, VtiWriter, ZarrGroup, write_hdf5,
-    write_zarr,
+    CubeError, Dataset, Hdf5File, StackShape, Values, Variable, VtiGrid, VtiWriter, ZarrGroup,
+    write_hdf5, write_zarr,
 };
 use num_complex::Complex32;
 
@@ -217,7 +217,11 @@ fn hdf5_stacks_are_written_image_by_image() {
         columns: 5,
     };
     let image = |k: usize| -> Vec<Complex32> { (0..2600).map(|i| pixel(i + 7000 * k)).collect() };
-    let variable = Variable::new("volume", &["z", "y", "x"], Values::from(Vec::<Complex32>::new()));
+    let variable = Variable::new(
+        "volume",
+        &["z", "y", "x"],
+        Values::from(Vec::<Complex32>::new()),
+    );
     let mut bytes = Cursor::new(Vec::new());
     let mut file = Hdf5File::create(&mut bytes).unwrap();
     let mut stack = file.stack(&variable, shape).unwrap();

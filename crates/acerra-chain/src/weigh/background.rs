@@ -2,8 +2,8 @@
 
 use std::f64::consts::TAU;
 
-use acerra_radar::clean::{BackgroundGain, CleanError};
 use acerra_radar::Control as RadarControl;
+use acerra_radar::clean::{BackgroundGain, CleanError};
 use num_complex::Complex64;
 
 use super::history::distance_m;
@@ -34,9 +34,9 @@ pub(super) fn weigh(
         return Ok(Vec::new());
     };
     let mut findings = Vec::new();
-    let stop = control
-        .cancel_flag()
-        .map_or(RadarControl::new(), |flag| RadarControl::new().cancelled_by(flag));
+    let stop = control.cancel_flag().map_or(RadarControl::new(), |flag| {
+        RadarControl::new().cancelled_by(flag)
+    });
     let gain = match BackgroundGain::of(&traces.raw, removal(track.background), stop) {
         Ok(gain) => gain,
         Err(CleanError::Cancelled(_)) => return Err(Cancelled),

@@ -5,7 +5,8 @@ use acerra_imaging::IncidenceWeight;
 use crate::choices::Background;
 use crate::evidence::{
     BackgroundWindow, Coverage, Finding, FrequencyGrid, ImageContrast, ImageGeometry, Verdict,
-    aperture_coverage, background_window, contrast, coverage, frequency_step, incidence_coverage, light_speed, pixel_size, scan_spacing, wavenumber_span,
+    aperture_coverage, background_window, contrast, coverage, frequency_step, incidence_coverage,
+    light_speed, pixel_size, scan_spacing, wavenumber_span,
 };
 use crate::focus::{Focused, ImageRequest};
 use crate::prepare::{Prepared, Track};

@@ -138,7 +138,9 @@ mod tests {
     fn radargram(amplitude: f64) -> Radargram {
         let mut state = 7u64;
         let mut noise = || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1);
             (state >> 40) as f64 / (1u64 << 24) as f64 - 0.5
         };
         let samples = echo()

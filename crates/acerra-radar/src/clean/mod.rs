@@ -17,8 +17,8 @@ use thiserror::Error;
 
 use crate::control::Cancelled;
 
-pub use background_gain::BackgroundGain;
 pub use background::{Background, UnknownBackground, remove_background, remove_background_with};
+pub use background_gain::BackgroundGain;
 pub use envelope::envelope;
 pub use gate::{Gate, apply_gate};
 pub(crate) use surface::crest;
