@@ -58,7 +58,6 @@ const ASSETS: &[(&str, &str, &str)] = &[
 /// The addresses of the page.
 pub fn routes() -> Router<Arc<Shared>> {
     Router::new()
-        .route("/", get(|| async { asset("") }))
         .route(
             "/{name}",
             get(|Path(name): Path<String>| async move { asset(&name) }),
@@ -67,6 +66,11 @@ pub fn routes() -> Router<Arc<Shared>> {
             "/js/{name}",
             get(|Path(name): Path<String>| async move { asset(&format!("js/{name}")) }),
         )
+}
+
+/// The page itself.
+pub async fn page() -> Response {
+    asset("")
 }
 
 fn asset(name: &str) -> Response {

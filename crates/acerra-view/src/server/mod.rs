@@ -13,6 +13,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use axum::Router;
+use axum::routing::get;
 use rand::TryRngCore;
 use rand::rngs::OsRng;
 
@@ -71,7 +72,10 @@ impl Server {
             .merge(products::routes())
             .merge(interactive::routes())
             .with_state(shared);
-        let router = guard.around(Router::new().nest(&format!("/{token}"), pages));
+        let router = Router::new()
+            .nest(&format!("/{token}"), pages)
+            .route(&format!("/{token}/"), get(assets::page));
+        let router = guard.around(router);
         Ok(Self {
             listener,
             address: format!("http://127.0.0.1:{port}/{token}/"),

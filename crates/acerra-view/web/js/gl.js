@@ -70,7 +70,7 @@ export class Painter {
   /** @param {HTMLCanvasElement} canvas */
   constructor(canvas) {
     const options = { alpha: true, antialias: false, depth: false, preserveDrawingBuffer: false };
-    const gl = canvas.getContext("webgl2", options);
+    const gl = /** @type {WebGL2RenderingContext | null} */ (canvas.getContext("webgl2", options));
     if (!gl) throw new Error("this browser offers no WebGL2, which the image needs");
     this.canvas = canvas;
     this.gl = gl;
