@@ -24,6 +24,8 @@ pub struct FocusOptions {
     pub incidence: Option<IncidenceWeight>,
     /// What of several tracks is summed.
     pub sum: Sum,
+    /// Random pixels on which each plan checks itself against Eq. (3) in double precision.
+    pub check_pixels: usize,
 }
 
 impl Default for FocusOptions {
@@ -33,6 +35,7 @@ impl Default for FocusOptions {
             weight: Weight::Trace,
             incidence: None,
             sum: Sum::Coherent,
+            check_pixels: PlanOptions::default().check_pixels,
         }
     }
 }
@@ -191,6 +194,7 @@ fn plan_options(options: &FocusOptions) -> PlanOptions {
     default
         .with_accuracy(options.accuracy)
         .with_incidence(options.incidence)
+        .with_check_pixels(options.check_pixels)
         .with_memory_limit_bytes(
             available_memory_bytes().map_or(limit_bytes, |b| limit_bytes.min(b.into())),
         )

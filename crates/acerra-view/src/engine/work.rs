@@ -16,6 +16,9 @@ use crate::engine::edits::Edits;
 use crate::engine::radargram::TrackRadargram;
 use crate::error::RequestError;
 
+/// Pixels on which an image is checked: fewer than a run's, as the image is wanted at once.
+const CHECK_PIXELS: usize = 32;
+
 /// Pixels of one image, at most.
 const MOST_PIXELS: usize = 4_000_000;
 
@@ -180,6 +183,7 @@ impl Workbench {
         let pixels = current.pixels(&order.view)?;
         let mut request = current.campaign.image_request(pixels);
         request.looks = None;
+        request.options.check_pixels = CHECK_PIXELS;
         let count = current.prepared.aligned.traces.len();
         let wanted = order.pulses.map_or(Ok(0..count), |ends| range(ends, count))?;
         let pulses = wanted.len();

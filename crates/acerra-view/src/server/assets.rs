@@ -32,6 +32,7 @@ const ASSETS: &[(&str, &str, &str)] = &[
     ("style.css", CSS, include_str!("../../web/style.css")),
     ("icon.svg", PICTURE, include_str!("../../web/icon.svg")),
     script!("api.js"),
+    script!("basemap.js"),
     script!("camera.js"),
     script!("display-panel.js"),
     script!("drawing.js"),

@@ -90,9 +90,11 @@ export function axes(c, camera, names) {
   const sx = step(view.x[1] - view.x[0], camera.width / 90);
   const sy = step(view.y[1] - view.y[0], camera.height / 60);
   const bottom = camera.height;
+  c.font = FONT;
+  const end = camera.width - 20 - c.measureText(names.x).width;
   for (let k = Math.ceil(view.x[0] / sx); k * sx <= view.x[1]; k++) {
     const [x] = camera.toScreen(k * sx, 0);
-    if (x < 56 || x > camera.width - 60) continue;
+    if (x < 56 || x > end - 16) continue;
     line(c, [[x, bottom], [x, bottom - 6]], "#fff", { width: 1.2 });
     label(c, (k * sx).toFixed(digits(sx)), x, bottom - 9, { align: "center" });
   }

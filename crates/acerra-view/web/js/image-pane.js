@@ -1,6 +1,7 @@
 // The image: the run's own in tiles, or the one that the engine has just made, with what is marked.
 
 import { Latest, getBytes, getJson, postImage } from "./api.js";
+import { Basemap } from "./basemap.js";
 import { axes, cross, label, line, ringMark } from "./drawing.js";
 import { SingleLayer, TiledLayer, boundsOf } from "./layers.js";
 import { palette } from "./palettes.js";
@@ -38,6 +39,8 @@ export class ImagePane {
     /** @type {WebGLTexture | null} */
     this.colours = null;
     this.blink = false;
+    /** @type {Basemap | null} */
+    this.basemap = null;
     this.imaging = new Latest();
     this.asking = new Latest();
     this.timer = 0;
@@ -60,6 +63,11 @@ export class ImagePane {
       this.blink = !this.blink;
       pane.invalidate();
     }, 700);
+  }
+
+  /** Puts map tiles under the image. @param {string} template */
+  underlay(template) {
+    this.basemap = new Basemap(this.pane.box, template);
   }
 
   /** Shows a run. @param {number} run @param {import("./types.js").RunMeta} meta */
@@ -123,9 +131,10 @@ export class ImagePane {
     const { own, colours, store, other } = this;
     if (!own || !colours) return;
     const { painter, camera } = this.pane;
+    this.basemap?.draw(camera, own.meta.origin_deg_m);
     const { compare } = store;
     const mode = store.look.mode === "phase" ? 1 : 0;
-    const base = { mode, window: store.look.window, other_zero_db: 0, gain: this.usesGain ? this.gain : null, colours, opacity: 1 };
+    const base = { mode, window: store.look.window, other_zero_db: 0, gain: this.usesGain ? this.gain : null, colours, opacity: this.basemap ? store.look.opacity : 1 };
     const zero_db = this.zero(own.meta.display);
     if (compare.mode === "difference" && other && this.comparable && !this.live) {
       const span = -store.look.window[0] / 2;
@@ -134,7 +143,7 @@ export class ImagePane {
       return;
     }
     const showOther = other && (compare.mode === "swipe" || (compare.mode === "blink" && this.blink));
-    painter.look({ ...base, zero_db, opacity: this.live ? 0.25 : 1 });
+    painter.look({ ...base, zero_db, opacity: base.opacity * (this.live ? 0.25 : 1) });
     own.layer.draw(camera, ratio);
     if (this.live) {
       painter.look({ ...base, zero_db: this.live.zero_db });
@@ -329,10 +338,8 @@ export class ImagePane {
         const made = await postImage(store.run, { view, edits: store.edits, pulses: store.selection });
         if (!store.isLive) return;
         const axesOf = { x0: view.x0_m, dx: view.pixel_m, nx: view.nx, y0: view.y0_m, dy: view.pixel_m, ny: view.ny };
-        const all = store.data?.trace.length ?? made.pulses;
-        const share_db = 20 * Math.log10(made.pulses / all);
         this.dropLive();
-        this.live = { layer: new SingleLayer(this.pane.painter, axesOf, made.values), made, zero_db: this.zero(store.meta.display) + share_db };
+        this.live = { layer: new SingleLayer(this.pane.painter, axesOf, made.values), made, zero_db: this.zero(store.meta.display) };
         const ms = performance.now() - start;
         this.state.textContent = `${store.selection ? `pulses ${store.selection[0]}–${store.selection[1]}, ` : ""}${view.nx} × ${view.ny} pixels in ${ms.toFixed(0)} ms`;
         this.state.dataset.ms = ms.toFixed(0);

@@ -196,6 +196,7 @@ choice.addEventListener("change", () => void openRun(Number(choice.value)).catch
 try {
   store.runs = await getJson("api/runs");
   choice.replaceChildren(...store.runs.runs.map((run, k) => new Option(run.name, String(k))));
+  if (store.runs.basemap) image.underlay(store.runs.basemap.template);
   await openRun(0);
 } catch (error) {
   failed(/** @type {Error} */ (error));
