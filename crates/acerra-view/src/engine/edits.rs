@@ -1,7 +1,9 @@
 //! Changes to a campaign that are tried in the viewer.
 
 use acerra_chain::Track;
-use acerra_chain::campaign::{Background, Campaign, Delay, Gate, Heights, PreprocessSection, TimeOffset};
+use acerra_chain::campaign::{
+    Background, Campaign, Delay, Gate, Heights, PreprocessSection, TimeOffset,
+};
 use serde::{Deserialize, Serialize};
 
 use crate::error::RequestError;

@@ -124,7 +124,10 @@ fn corner(
 ) -> Option<[f64; 3]> {
     let (sin, cos) = azimuth_rad.sin_cos();
     let place = |across_m: f64| {
-        let (x_m, y_m) = (position_m[0] + across_m * cos, position_m[1] + across_m * sin);
+        let (x_m, y_m) = (
+            position_m[0] + across_m * cos,
+            position_m[1] + across_m * sin,
+        );
         [x_m, y_m, prepared.scene.ground.below_m(x_m, y_m)]
     };
     let beyond = |across_m: f64| range_and_incidence(position_m, place(across_m))[0] - range_m;

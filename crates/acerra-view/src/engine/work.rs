@@ -1,6 +1,7 @@
 //! Cleaning and imaging with changed settings.
 
 use std::ops::Range;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
@@ -80,7 +81,7 @@ pub struct Current {
     pub prepared: Prepared,
     /// Levels of each track's radargrams.
     pub radargrams: Vec<Option<TrackRadargram>>,
-    /// Counts the settings tried.
+    /// Counts the settings tried; 0 for those of the run.
     pub revision: u64,
 }
 
@@ -92,6 +93,8 @@ pub(super) struct Workbench {
     scene: Scene,
     recordings: Mutex<Vec<Recording>>,
     current: Mutex<Arc<Current>>,
+    /// Settings tried so far.
+    tried: AtomicU64,
 }
 
 impl Workbench {
@@ -114,6 +117,7 @@ impl Workbench {
             base,
             scene,
             recordings: Mutex::new(recordings),
+            tried: AtomicU64::new(0),
         })
     }
 
@@ -155,7 +159,7 @@ impl Workbench {
             let warnings = &mut acerra_chain::Warnings::default();
             let calibration = &survey.calibration;
             let prepared = prepare_as_stated(&recordings, scene, calibration, warnings, control)?;
-            let revision = current.revision + 1;
+            let revision = 1 + self.tried.fetch_add(1, Ordering::Relaxed);
             Arc::new(Current::new(*edits, campaign, prepared, revision))
         };
         *self.current.lock().unwrap_or_else(PoisonError::into_inner) = Arc::clone(&made);
@@ -185,7 +189,9 @@ impl Workbench {
         request.looks = None;
         request.options.check_pixels = CHECK_PIXELS;
         let count = current.prepared.aligned.traces.len();
-        let wanted = order.pulses.map_or(Ok(0..count), |ends| range(ends, count))?;
+        let wanted = order
+            .pulses
+            .map_or(Ok(0..count), |ends| range(ends, count))?;
         let pulses = wanted.len();
         let request = request.of_pulses(wanted);
         let sink = &mut MemorySink::default();
@@ -226,7 +232,11 @@ impl Current {
             });
         }
         let scene = &self.prepared.scene;
-        let origin_m = [view.x0_m, view.y0_m, scene.ground.below_m(view.x0_m, view.y0_m)];
+        let origin_m = [
+            view.x0_m,
+            view.y0_m,
+            scene.ground.below_m(view.x0_m, view.y0_m),
+        ];
         let grid = PlaneGrid::new(origin_m, view.pixel_m, [view.nx, view.ny])?;
         if !scene.ground.is_uneven() {
             return Ok(Pixels::plane(grid));

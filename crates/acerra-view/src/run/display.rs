@@ -30,11 +30,8 @@ impl Display {
     pub fn of(image: &RunImage, track: &TrackTable, record: &Record) -> Self {
         let grid = &image.grid;
         let values = PixelValues::Complex(&image.values);
-        let mut figure = ImageDb::new("", values, grid.nx, grid.ny).at(
-            grid.x0_m,
-            grid.y0_m,
-            grid.pixel_m,
-        );
+        let mut figure =
+            ImageDb::new("", values, grid.nx, grid.ny).at(grid.x0_m, grid.y0_m, grid.pixel_m);
         figure.window = WINDOW;
         let maximum_db = figure.zero_level_db();
         let settings = &record.json["configuration"]["image"];

@@ -57,13 +57,12 @@ impl RunImage {
             contents.z_m.iter().map(|z| (z - z_m) as f32).collect()
         };
         let size = [contents.x_m.len(), contents.y_m.len()];
-        let grid = PlaneGrid::new([x0_m, y0_m, z_m], pixel_m, size).map_err(|error| {
-            ViewError::Grid {
+        let grid =
+            PlaneGrid::new([x0_m, y0_m, z_m], pixel_m, size).map_err(|error| ViewError::Grid {
                 path: path.to_owned(),
                 axis: "image",
                 found: error.to_string(),
-            }
-        })?;
+            })?;
         Ok(Self {
             grid,
             values: contents.values.into_owned(),

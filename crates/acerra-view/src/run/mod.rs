@@ -51,9 +51,15 @@ impl Run {
         let track = TrackTable::read(&directory.join("trajectory.csv"))?;
         let image = RunImage::read(&directory.join("image.npz"))?;
         let display = Display::of(&image, &track, &record);
-        let frame = record.origin_deg_m.map(|[latitude_deg, longitude_deg, height_m]| {
-            EnuFrame::new(Geodetic::from_degrees(latitude_deg, longitude_deg, height_m))
-        });
+        let frame = record
+            .origin_deg_m
+            .map(|[latitude_deg, longitude_deg, height_m]| {
+                EnuFrame::new(Geodetic::from_degrees(
+                    latitude_deg,
+                    longitude_deg,
+                    height_m,
+                ))
+            });
         Ok(Self {
             name: name_of(directory),
             directory: directory.to_owned(),

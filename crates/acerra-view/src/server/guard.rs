@@ -144,7 +144,10 @@ mod tests {
             &[][..],
             &[("host", "evil.example:4100")],
             &[("host", "127.0.0.1:4101")],
-            &[("host", "127.0.0.1:4100"), ("origin", "http://evil.example")],
+            &[
+                ("host", "127.0.0.1:4100"),
+                ("origin", "http://evil.example"),
+            ],
             &[("host", "127.0.0.1:4100"), ("origin", "null")],
             &[
                 ("host", "127.0.0.1:4100"),

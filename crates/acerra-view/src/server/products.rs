@@ -32,7 +32,8 @@ pub fn routes() -> Router<Arc<Shared>> {
 }
 
 async fn runs(State(shared): State<Arc<Shared>>) -> Json<Value> {
-    let one = |run: &Run| json!({ "name": run.name, "directory": run.directory.display().to_string() });
+    let one =
+        |run: &Run| json!({ "name": run.name, "directory": run.directory.display().to_string() });
     let runs: Vec<Value> = shared.runs().iter().map(|shown| one(&shown.run)).collect();
     Json(json!({
         "version": env!("CARGO_PKG_VERSION"),

@@ -297,12 +297,30 @@ export class ImagePane {
     if (!this.store.isLive) {
       this.dropLive();
       this.state.textContent = "";
-      this.store.tell("live");
       this.pane.invalidate();
+      this.restore();
       return;
     }
     this.image();
   }
+
+  /** Brings the radargram back to the run's settings. */
+  restore() {
+    const { store } = this;
+    this.imaging.run(async () => {
+      if (store.isLive || !store.data || store.data.revision === 0) return;
+      try {
+        const view = { ...this.view(), nx: 1, ny: 1 };
+        this.revision = (await postImage(store.run, { view, edits: {}, pulses: null })).revision;
+        store.tell("live");
+      } catch (error) {
+        this.failed(/** @type {Error} */ (error));
+      }
+    });
+  }
+
+  /** The settings' number behind the engine's last answer. */
+  revision = 0;
 
   moved() {
     if (!this.store.isLive) return;
@@ -340,6 +358,7 @@ export class ImagePane {
         const axesOf = { x0: view.x0_m, dx: view.pixel_m, nx: view.nx, y0: view.y0_m, dy: view.pixel_m, ny: view.ny };
         this.dropLive();
         this.live = { layer: new SingleLayer(this.pane.painter, axesOf, made.values), made, zero_db: this.zero(store.meta.display) };
+        this.revision = made.revision;
         const ms = performance.now() - start;
         this.state.textContent = `${store.selection ? `pulses ${store.selection[0]}–${store.selection[1]}, ` : ""}${view.nx} × ${view.ny} pixels in ${ms.toFixed(0)} ms`;
         this.state.dataset.ms = ms.toFixed(0);

@@ -43,6 +43,7 @@ async function openRun(run) {
   store.run = run;
   [store.mark, store.echo, store.selection, store.pulse, store.edits] = [null, null, null, null, {}];
   store.engine = { state: "idle" };
+  image.revision = 0;
   store.trackNumber = 0;
   /** @type {import("./types.js").RunMeta} */
   const meta = await getJson(`api/run/${run}`);
@@ -81,6 +82,9 @@ async function follow(run) {
     store.tell("engine");
     if (store.mark) void image.mark(store.mark.x, store.mark.y);
     document.documentElement.dataset.engine = store.engine.state;
+    image.revision = store.data?.revision ?? 0;
+    // Another page may have left other settings behind.
+    image.restore();
   } catch (error) {
     failed(/** @type {Error} */ (error));
   }
@@ -88,9 +92,7 @@ async function follow(run) {
 
 /** After an image with other settings: the radargram and its axes are others too. */
 async function followSettings() {
-  const { live } = image;
-  const revision = live?.made.revision ?? null;
-  if (revision === null || !store.data || revision === store.data.revision) return;
+  if (!store.data || image.revision === store.data.revision) return;
   const status = await getJson(`api/run/${store.run}/engine`);
   if (status.state !== "ready") return;
   store.engine = status;
