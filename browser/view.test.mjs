@@ -366,7 +366,13 @@ test("evidence and targets are those of the run", { skip }, async () => {
   await rows.nth(1).click();
   await page.waitForFunction(() => /** @type {any} */ (window).acerra.store.mark?.hyperbola);
   const mark = await page.evaluate(() => /** @type {any} */ (window).acerra.store.mark);
-  assert.equal(mark.x, json(0, "targets.json").targets[1].x_m);
+  const target = json(0, "targets.json").targets[1];
+  assert.equal(mark.x, target.x_m);
+  // Its width along the track beside that of a point: a corner reflector in the simulated scene is one.
+  await page.waitForFunction(() => document.querySelector("#target-spread")?.textContent?.includes("by this flight"));
+  const widths = [...(await page.textContent("#target-spread") ?? "").matchAll(/([0-9.]+) cm/g)].map((m) => Number(m[1]));
+  assert.ok(Math.abs(widths[0] - 100 * target.along.rayleigh_m) < 0.06, `${widths}`);
+  assert.ok(Math.abs(widths[2] / widths[0] - 1) < 0.15, `${widths}`);
   await close();
 });
 

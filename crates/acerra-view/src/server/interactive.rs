@@ -13,7 +13,9 @@ use axum::{Json, Router};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use crate::engine::{Current, Edits, EngineStatus, ImageOrder, Made, Stage, hyperbola, ring};
+use crate::engine::{
+    Current, Edits, EngineStatus, ImageOrder, Made, Stage, expected_spread, hyperbola, ring,
+};
 use crate::error::RequestError;
 use crate::raster::TileIndex;
 use crate::server::answer::{beside, bytes};
@@ -25,6 +27,7 @@ pub fn routes() -> Router<Arc<Shared>> {
         .route("/api/run/{run}/engine", get(engine))
         .route("/api/run/{run}/hyperbola", get(echoes_of_place))
         .route("/api/run/{run}/ring", get(places_of_echo))
+        .route("/api/run/{run}/spread", get(spread_at_place))
         .route(
             "/api/run/{run}/radargram/{track}/{stage}/{level}/{column}/{row}",
             get(tile),
@@ -151,6 +154,20 @@ async fn echoes_of_place(
     beside(move || {
         let current = shown.engine.current()?;
         let answer = hyperbola(&current.prepared, place.x_m, place.y_m);
+        Ok(Json(answer).into_response())
+    })
+    .await
+}
+
+async fn spread_at_place(
+    State(shared): State<Arc<Shared>>,
+    Path(number): Path<usize>,
+    Query(place): Query<PlaceQuery>,
+) -> Result<Response, RequestError> {
+    let shown = shared.run(number)?;
+    beside(move || {
+        let current = shown.engine.current()?;
+        let answer = expected_spread(&current, place.x_m, place.y_m)?;
         Ok(Json(answer).into_response())
     })
     .await

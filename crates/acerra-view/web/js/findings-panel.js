@@ -1,5 +1,6 @@
 // What the run found: targets with their point spread, evidence, warnings.
 
+import { getJson } from "./api.js";
 import { hint, section } from "./form.js";
 import { number } from "./readout.js";
 
@@ -30,6 +31,8 @@ export function targetsPanel(store, picked) {
     return details;
   }
   const { made, body } = table(["", "x (m)", "y (m)", "dB", "along (cm)", "across (cm)"], "Widths: distance of the first minimum as measured");
+  const told = hint("Pick a target: its place is marked, and what its flight could resolve is told here.");
+  told.id = "target-spread";
   list.forEach((target, k) => {
     const row = body.insertRow();
     row.className = "pick";
@@ -41,6 +44,7 @@ export function targetsPanel(store, picked) {
     const pick = () => {
       for (const other of body.rows) other.setAttribute("aria-selected", String(other === row));
       picked(target);
+      void compare(store, target, k, told);
     };
     row.addEventListener("click", pick);
     row.addEventListener("keydown", (event) => event.key === "Enter" && pick());
@@ -48,8 +52,22 @@ export function targetsPanel(store, picked) {
   const scroll = document.createElement("div");
   scroll.className = "scroll";
   scroll.append(made);
-  panel.append(scroll);
+  panel.append(scroll, told);
   return details;
+}
+
+/** Tells a target's widths beside those of a point at its place. @param {Store} store @param {Target} target @param {number} k @param {HTMLElement} told */
+async function compare(store, target, k, told) {
+  const cm = (/** @type {number | null} */ v) => number(v === null ? null : 100 * v, 1, "cm");
+  const own = `Target ${k + 1}: ${cm(target.along.rayleigh_m)} along and ${cm(target.across.rayleigh_m)} across as measured`;
+  told.textContent = own;
+  if (!store.data) return;
+  try {
+    const expected = await getJson(`api/run/${store.run}/spread?x_m=${target.x_m}&y_m=${target.y_m}`);
+    told.textContent = `${own}; a point there has ${cm(expected.along_m)} along and ${cm(expected.across_m)} across by this flight and band.`;
+  } catch (error) {
+    told.textContent = `${own}; what a point there has is not known: ${/** @type {Error} */ (error).message}`;
+  }
 }
 
 /** @param {Store} store */
