@@ -368,11 +368,18 @@ test("evidence and targets are those of the run", { skip }, async () => {
   const mark = await page.evaluate(() => /** @type {any} */ (window).acerra.store.mark);
   const target = json(0, "targets.json").targets[1];
   assert.equal(mark.x, target.x_m);
-  // Its width along the track beside that of a point: a corner reflector in the simulated scene is one.
+  // Its widths beside those of a point that shines alike in all directions: Eqs. (6) and (9) of the paper.
   await page.waitForFunction(() => document.querySelector("#target-spread")?.textContent?.includes("by this flight"));
   const widths = [...(await page.textContent("#target-spread") ?? "").matchAll(/([0-9.]+) cm/g)].map((m) => Number(m[1]));
   assert.ok(Math.abs(widths[0] - 100 * target.along.rayleigh_m) < 0.06, `${widths}`);
-  assert.ok(Math.abs(widths[2] / widths[0] - 1) < 0.15, `${widths}`);
+  const seen = positions(0).map((p) => ({ along: p[0] - target.x_m, range: Math.hypot(p[0] - target.x_m, p[1] - target.y_m, p[2]) }));
+  const sines = seen.map(({ along, range }) => along / range);
+  const along = C / (2 * 3.95e9) / (Math.max(...sines) - Math.min(...sines));
+  // Eq. (6) weights all pulses alike; 1/R² widens the lobe by up to a third.
+  assert.ok(widths[2] > 99 * along && widths[2] < 133 * along, `${widths}, Eq. (6): ${100 * along} cm`);
+  const cell = C / (2 * 1.7e9);
+  const across = Math.sqrt(cell ** 2 + 2 * cell * Math.min(...seen.map(({ range }) => range)));
+  assert.ok(Math.abs(widths[3] / (100 * across) - 1) < 0.2, `${widths}, Eq. (9): ${100 * across} cm`);
   await close();
 });
 

@@ -64,7 +64,7 @@ async function compare(store, target, k, told) {
   if (!store.data) return;
   try {
     const expected = await getJson(`api/run/${store.run}/spread?x_m=${target.x_m}&y_m=${target.y_m}`);
-    told.textContent = `${own}; a point there has ${cm(expected.along_m)} along and ${cm(expected.across_m)} across by this flight and band.`;
+    told.textContent = `${own}; a point that echoes alike in all directions has ${cm(expected.along_m)} along and ${cm(expected.across_m)} across there, by this flight and band.`;
   } catch (error) {
     told.textContent = `${own}; what a point there has is not known: ${/** @type {Error} */ (error).message}`;
   }
