@@ -258,6 +258,31 @@ test("a piece of the radargram, or of the track, makes an image of its pulses al
   await close();
 });
 
+test("the coherence of two looks is high at a target and shown from 0 to 1", { skip }, async () => {
+  const { page, complaints, close } = await open(browser, server.address);
+  await page.selectOption("#mode", "coherence");
+  await page.waitForFunction(() => /** @type {any} */ (window).acerra.image.live?.coherence);
+  const target = json(0, "targets.json").targets[0];
+  const { at, all } = await page.evaluate(([x, y]) => {
+    const { layer } = /** @type {any} */ (window).acerra.image.live;
+    /** @type {number[]} */
+    const moduli = [];
+    for (let k = 0; k < layer.values.length; k += 2) moduli.push(Math.hypot(layer.values[k], layer.values[k + 1]));
+    return { at: Math.hypot(...layer.value(x, y)), all: moduli };
+  }, [target.x_m, target.y_m]);
+  assert.ok(all.every((v) => v >= 0 && v <= 1.00001));
+  const median = [...all].sort((a, b) => a - b)[all.length >> 1];
+  assert.ok(at > median, `${at}, median ${median}`);
+  const table = await page.evaluate(async () => [...new Uint8Array(await (await fetch("api/palette/inferno")).arrayBuffer())]);
+  const index = Math.round(255 * Math.min(at, 1));
+  near((await colourAt(page, "image", target.x_m, target.y_m)).slice(0, 3), table.slice(4 * index, 4 * index + 3), 8, "coherence");
+  await shot(page, "coherence");
+  await page.keyboard.press("p");
+  await page.waitForFunction(() => !/** @type {any} */ (window).acerra.image.live);
+  assert.deepEqual(complaints, []);
+  await close();
+});
+
 test("settings change the image in view, the radargram and the campaign file", { skip }, async () => {
   const { page, complaints, close } = await open(browser, server.address);
   const set = (/** @type {string} */ id, /** @type {number} */ value) =>

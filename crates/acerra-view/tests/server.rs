@@ -10,7 +10,7 @@ use acerra_chain::{Control, ImageRequest, Journal, MemorySink, Pixels};
 use acerra_imaging::PlaneGrid;
 use acerra_products::data::read_image;
 use serde_json::json;
-use support::{LIGHT_M_S, SAMPLES, STEP_S, Serving, TARGET_M, TRACES, place, run_in};
+use support::{LIGHT_M_S, SAMPLES, Serving, TARGET_M, TRACES, place, run_in, shared};
 
 /// Relative L2 distance of two images.
 fn distance(found: &[[f32; 2]], expected: &[[f32; 2]]) -> f64 {
@@ -92,8 +92,7 @@ fn strangers_and_tricks_are_refused() {
 
 #[test]
 fn every_answer_forbids_what_the_page_does_not_need() {
-    let folder = tempfile::tempdir().unwrap();
-    let server = Serving::start(vec![run_in(folder.path())]);
+    let server = Serving::start(vec![shared().join("products")]);
     for path in [
         "/",
         "/js/main.js",
@@ -119,8 +118,7 @@ fn every_answer_forbids_what_the_page_does_not_need() {
 
 #[test]
 fn tiles_and_cursor_hold_the_values_of_the_file() {
-    let folder = tempfile::tempdir().unwrap();
-    let products = run_in(folder.path());
+    let products = shared().join("products");
     let image = read_image(&products.join("image.npz")).unwrap();
     let server = Serving::start(vec![products]);
     let meta = server.get("/api/run/0").json();
@@ -170,8 +168,7 @@ fn tiles_and_cursor_hold_the_values_of_the_file() {
 
 #[test]
 fn the_hyperbola_follows_the_echoes_and_the_ring_meets_the_target() {
-    let folder = tempfile::tempdir().unwrap();
-    let server = Serving::start(vec![run_in(folder.path())]);
+    let server = Serving::start(vec![shared().join("products")]);
     let data = server.engine()["data"].clone();
     let [x_m, y_m, _] = TARGET_M;
     let hyperbola = server
@@ -264,11 +261,10 @@ fn by_chain(campaign: &Campaign, pulses: Option<std::ops::Range<usize>>) -> Vec<
 
 #[test]
 fn images_of_selections_and_of_other_settings_are_the_chains() {
-    let folder = tempfile::tempdir().unwrap();
-    let server = Serving::start(vec![run_in(folder.path())]);
+    let server = Serving::start(vec![shared().join("products")]);
     assert_eq!(server.engine()["state"], "ready");
-    let text = fs::read_to_string(folder.path().join("flight.toml")).unwrap();
-    let campaign = Campaign::parse(&text).unwrap().resolved_in(folder.path());
+    let text = fs::read_to_string(shared().join("flight.toml")).unwrap();
+    let campaign = Campaign::parse(&text).unwrap().resolved_in(shared());
     let made = |pulses: &str, edits: &str| {
         let order = format!(r#"{{"view":{VIEW},"pulses":{pulses},"edits":{edits}}}"#);
         let answer = server.post("/api/run/0/image", &order);
@@ -308,14 +304,27 @@ fn images_of_selections_and_of_other_settings_are_the_chains() {
     let saved = Campaign::parse(std::str::from_utf8(&file.body).unwrap()).unwrap();
     assert_eq!(saved.preprocess.gate_ns, Gate::About([-2.0, 12.5]));
     assert!(distance(&edited.pairs(), &by_chain(&saved, None)) < tolerance);
+    // The coherence of the two halves, at one pixel by hand.
+    let looks = [made("[0,59]", "{}").pairs(), made("[60,119]", "{}").pairs()];
+    let order = format!(r#"{{"view":{VIEW},"coherence":true}}"#);
+    let gamma = server.post("/api/run/0/image", &order).pairs()[40 * 130 + 60];
+    let (mut cross, mut powers) = ([0.0; 2], [0.0; 2]);
+    for place in (37..44).flat_map(|j| (57..64).map(move |i| j * 130 + i)) {
+        let [[a, b], [c, d]] = [0, 1].map(|look| looks[look][place].map(f64::from));
+        cross = [cross[0] + a * c + b * d, cross[1] + b * c - a * d];
+        powers = [powers[0] + a * a + b * b, powers[1] + c * c + d * d];
+    }
+    for i in 0..2 {
+        let expected = cross[i] / (powers[0] * powers[1]).sqrt();
+        assert!((f64::from(gamma[i]) - expected).abs() < 5e-3);
+    }
     // Back to the run's settings, nothing of the changes is left.
     assert!(distance(&made("null", "{}").pairs(), &all) < 1e-9);
 }
 
 #[test]
 fn impossible_orders_are_refused_with_what_is_possible() {
-    let folder = tempfile::tempdir().unwrap();
-    let server = Serving::start(vec![run_in(folder.path())]);
+    let server = Serving::start(vec![shared().join("products")]);
     server.engine();
     let order = |view: &str, rest: &str| format!(r#"{{"view":{view}{rest}}}"#);
     for (body, status, part) in [

@@ -50,10 +50,9 @@ fn track_of(prepared: &Prepared, pulse: usize) -> Option<&Track> {
     tracks.find(|track| track.range.contains(&pulse))
 }
 
-/// The echoes of a place on the ground under (x, y).
+/// The echoes of a place.
 #[must_use]
-pub fn hyperbola(prepared: &Prepared, x_m: f64, y_m: f64) -> Hyperbola {
-    let place_m = [x_m, y_m, prepared.scene.ground.below_m(x_m, y_m)];
+pub fn hyperbola(prepared: &Prepared, place_m: [f64; 3]) -> Hyperbola {
     let position_m = &prepared.aligned.position_m;
     let seen: Vec<[f64; 2]> = position_m
         .iter()

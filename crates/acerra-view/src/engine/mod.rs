@@ -1,5 +1,6 @@
 //! The data behind a run: its logs read once, cleaned and imaged again as often as asked for.
 
+mod coherence;
 mod edits;
 mod links;
 mod radargram;

@@ -13,6 +13,7 @@ use acerra_imaging::{ImagingError, PlaneGrid, SurfaceGrid};
 use num_complex::Complex32;
 use serde::{Deserialize, Serialize};
 
+use crate::engine::coherence::coherence;
 use crate::engine::edits::Edits;
 use crate::engine::radargram::TrackRadargram;
 use crate::error::RequestError;
@@ -37,6 +38,9 @@ pub struct View {
     pub nx: usize,
     /// Rows.
     pub ny: usize,
+    /// Height of a horizontal slice (m); the ground of the run by default.
+    #[serde(default)]
+    pub z_m: Option<f64>,
 }
 
 /// An image asked for.
@@ -51,6 +55,9 @@ pub struct ImageOrder {
     /// First and last pulse that make it, counted over all tracks; all of them by default.
     #[serde(default)]
     pub pulses: Option<[usize; 2]>,
+    /// Whether the coherence of the images of their first and second half is wanted instead.
+    #[serde(default)]
+    pub coherence: bool,
 }
 
 /// An image made.
@@ -185,22 +192,24 @@ impl Workbench {
         let cleaning_ms = milliseconds(start);
         let start = Instant::now();
         let pixels = current.pixels(&order.view)?;
-        let mut request = current.campaign.image_request(pixels);
-        request.looks = None;
-        request.options.check_pixels = CHECK_PIXELS;
         let count = current.prepared.aligned.traces.len();
         let wanted = order
             .pulses
             .map_or(Ok(0..count), |ends| range(ends, count))?;
         let pulses = wanted.len();
-        let request = request.of_pulses(wanted);
-        let sink = &mut MemorySink::default();
-        let focused = current.prepared.image(&request, sink, control)?;
-        let power = focused.image.iter().map(Complex32::norm_sqr);
+        let values = if order.coherence {
+            let [first, second] = halves(wanted)?;
+            let columns = order.view.nx;
+            let first = current.image(pixels.clone(), first, control)?;
+            coherence(&first, &current.image(pixels, second, control)?, columns)
+        } else {
+            current.image(pixels, wanted, control)?
+        };
+        let power = values.iter().map(Complex32::norm_sqr);
         let greatest = power.filter(|p| p.is_finite()).fold(0.0, f32::max);
         Ok(Made {
             maximum_db: (greatest > 0.0).then(|| 10.0 * f64::from(greatest).log10()),
-            values: focused.image,
+            values,
             pulses,
             cleaning_ms,
             imaging_ms: milliseconds(start),
@@ -221,7 +230,21 @@ impl Current {
         }
     }
 
-    /// The pixels in view, on the ground of the run.
+    /// The image of a part of the pulses.
+    fn image(
+        &self,
+        pixels: Pixels,
+        pulses: Range<usize>,
+        control: &Control<'_>,
+    ) -> Result<Vec<Complex32>, RequestError> {
+        let mut request = self.campaign.image_request(pixels).of_pulses(pulses);
+        request.looks = None;
+        request.options.check_pixels = CHECK_PIXELS;
+        let sink = &mut MemorySink::default();
+        Ok(self.prepared.image(&request, sink, control)?.image)
+    }
+
+    /// The pixels in view, on the ground of the run or on the slice asked for.
     fn pixels(&self, view: &View) -> Result<Pixels, RequestError> {
         let count = view.nx.checked_mul(view.ny);
         if !count.is_some_and(|n| (1..=MOST_PIXELS).contains(&n)) {
@@ -232,18 +255,28 @@ impl Current {
             });
         }
         let scene = &self.prepared.scene;
-        let origin_m = [
-            view.x0_m,
-            view.y0_m,
-            scene.ground.below_m(view.x0_m, view.y0_m),
-        ];
+        let ground_m = scene.ground.below_m(view.x0_m, view.y0_m);
+        let origin_m = [view.x0_m, view.y0_m, view.z_m.unwrap_or(ground_m)];
         let grid = PlaneGrid::new(origin_m, view.pixel_m, [view.nx, view.ny])?;
-        if !scene.ground.is_uneven() {
+        if view.z_m.is_some() || !scene.ground.is_uneven() {
             return Ok(Pixels::plane(grid));
         }
         let height = |x_m, y_m| Ok::<f64, ImagingError>(scene.ground.below_m(x_m, y_m));
         Ok(Pixels::surface(SurfaceGrid::from_fn(grid, height)?))
     }
+}
+
+/// Two halves of the pulses.
+fn halves(pulses: Range<usize>) -> Result<[Range<usize>; 2], RequestError> {
+    let middle = pulses.start + pulses.len() / 2;
+    if pulses.len() < 2 {
+        return Err(RequestError::Invalid {
+            what: "coherence",
+            expected: "two pulses or more".to_owned(),
+            found: pulses.len().to_string(),
+        });
+    }
+    Ok([pulses.start..middle, middle..pulses.end])
 }
 
 /// The pulses from a first to a last one, of so many.

@@ -143,6 +143,8 @@ async fn tile(
 struct PlaceQuery {
     x_m: f64,
     y_m: f64,
+    /// On the ground by default.
+    z_m: Option<f64>,
 }
 
 async fn echoes_of_place(
@@ -153,7 +155,9 @@ async fn echoes_of_place(
     let shown = shared.run(number)?;
     beside(move || {
         let current = shown.engine.current()?;
-        let answer = hyperbola(&current.prepared, place.x_m, place.y_m);
+        let PlaceQuery { x_m, y_m, z_m } = place;
+        let ground_m = current.prepared.scene.ground.below_m(x_m, y_m);
+        let answer = hyperbola(&current.prepared, [x_m, y_m, z_m.unwrap_or(ground_m)]);
         Ok(Json(answer).into_response())
     })
     .await

@@ -6,8 +6,8 @@ use std::fs::{self, File};
 use std::io::{Read, Write as _};
 use std::net::TcpStream;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, OnceLock};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
@@ -82,6 +82,18 @@ pub fn run_in(folder: &Path) -> PathBuf {
     )
     .unwrap();
     products
+}
+
+/// The folder of a flight whose run all tests share that change nothing of it.
+pub fn shared() -> &'static Path {
+    static FOLDER: OnceLock<PathBuf> = OnceLock::new();
+    FOLDER.get_or_init(|| {
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("view-run");
+        let _ = fs::remove_dir_all(&folder);
+        fs::create_dir_all(&folder).unwrap();
+        run_in(&folder);
+        folder
+    })
 }
 
 /// A server, stopped when it goes out of scope.

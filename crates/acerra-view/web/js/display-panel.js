@@ -19,11 +19,12 @@ export function displayPanel(store) {
   legend.append(low, bar, high);
   const draw = async () => {
     const isPhase = look.mode === "phase";
+    const isCoherence = look.mode === "coherence";
     const table = await palette(isPhase ? "phase" : look.palette);
     [bar.width, bar.height] = [256, 1];
     bar.getContext("2d")?.putImageData(new ImageData(new Uint8ClampedArray(table), 256, 1), 0, 0);
-    low.textContent = isPhase ? "−180°" : `${look.window[0]} dB`.replace("-", "−");
-    high.textContent = isPhase ? "180°" : `${look.window[1]} dB`.replace("-", "−");
+    low.textContent = isPhase ? "−180°" : isCoherence ? "0" : `${look.window[0]} dB`.replace("-", "−");
+    high.textContent = isPhase ? "180°" : isCoherence ? "1" : `${look.window[1]} dB`.replace("-", "−");
   };
   const floor = slider({
     name: "Lowest level", id: "floor", low: -100, high: -5, step: 1, value: look.window[0], text: (v) => `${v} dB`.replace("-", "−"),
@@ -40,10 +41,12 @@ export function displayPanel(store) {
     },
   });
   const mode = choice({
-    name: "Image shows", id: "mode", values: [["level", "level"], ["phase", "phase"]], value: look.mode,
+    name: "Image shows", id: "mode", values: [["level", "level"], ["phase", "phase"], ["coherence", "coherence of two looks"]], value: look.mode,
     changed: (v) => {
-      look.mode = v === "phase" ? "phase" : "level";
+      const was = look.mode;
+      look.mode = v === "phase" || v === "coherence" ? v : "level";
       changed();
+      if (was === "coherence" || look.mode === "coherence") store.tell("edits");
     },
   });
   const colours = choice({ name: "Colours", id: "palette", values: PALETTES, value: look.palette, changed: (v) => { look.palette = v; changed(); } });

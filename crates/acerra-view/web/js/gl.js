@@ -19,7 +19,7 @@ uniform highp sampler2D u_field;
 uniform highp sampler2D u_other;
 uniform highp sampler2D u_nodes;
 uniform sampler2D u_colours;
-uniform int u_mode;        // 0 level, 1 phase, 2 signed, 3 difference of levels
+uniform int u_mode;        // 0 level, 1 phase, 2 signed, 3 difference of levels, 4 modulus
 uniform bool u_gain;
 uniform vec2 u_window;     // lowest and highest level shown, dB
 uniform float u_zero_db;
@@ -54,6 +54,8 @@ void main() {
   } else if (u_mode == 3) {
     float d = (level(z) - u_zero_db) - (level(texture(u_other, v_texture).rg) - u_other_zero_db);
     at = 0.5 + 0.5 * clamp(d / u_window.y, -1.0, 1.0);
+  } else if (u_mode == 4) {
+    at = length(z);
   } else {
     float db = level(z) - u_zero_db + (u_gain ? gain_db() : 0.0);
     at = (db - u_window.x) / (u_window.y - u_window.x);

@@ -32,7 +32,7 @@ export class ImagePane {
     this.own = null;
     /** @type {Shown | null} */
     this.other = null;
-    /** @type {{layer: SingleLayer, zero_db: number, made: import("./types.js").Made} | null} */
+    /** @type {{layer: SingleLayer, zero_db: number, coherence: boolean, made: import("./types.js").Made} | null} */
     this.live = null;
     /** @type {WebGLTexture | null} */
     this.gain = GAIN_OFF;
@@ -134,6 +134,7 @@ export class ImagePane {
     this.basemap?.draw(camera, own.meta.origin_deg_m);
     const { compare } = store;
     const mode = store.look.mode === "phase" ? 1 : 0;
+    const liveMode = this.live?.coherence ? 4 : mode;
     const base = { mode, window: store.look.window, other_zero_db: 0, gain: this.usesGain ? this.gain : null, colours, opacity: this.basemap ? store.look.opacity : 1 };
     const zero_db = this.zero(own.meta.display);
     if (compare.mode === "difference" && other && this.comparable && !this.live) {
@@ -146,7 +147,7 @@ export class ImagePane {
     painter.look({ ...base, zero_db, opacity: base.opacity * (this.live ? 0.25 : 1) });
     own.layer.draw(camera, ratio);
     if (this.live) {
-      painter.look({ ...base, zero_db: this.live.zero_db });
+      painter.look({ ...base, mode: liveMode, zero_db: this.live.zero_db });
       this.live.layer.draw(camera, own.axes);
     }
     if (showOther) {
@@ -251,7 +252,7 @@ export class ImagePane {
     store.tell("mark");
     if (!store.data) return;
     try {
-      mark.hyperbola = await getJson(`api/run/${store.run}/hyperbola?x_m=${x}&y_m=${y}`);
+      mark.hyperbola = await getJson(`api/run/${store.run}/hyperbola?x_m=${x}&y_m=${y}${store.slice === null ? "" : `&z_m=${store.slice}`}`);
       if (store.mark === mark) store.tell("mark");
     } catch (error) {
       this.failed(/** @type {Error} */ (error));
@@ -276,15 +277,17 @@ export class ImagePane {
     const [x, y, z] = cursor.place_m;
     const place = cursor.place_deg_m;
     const value = live?.layer.value(x, y) ?? null;
-    const level = value && live ? 20 * Math.log10(Math.hypot(value[0], value[1])) - live.zero_db : cursor.level_db;
+    const coherence = value && live?.coherence ? Math.hypot(value[0], value[1]) : null;
+    const level = coherence !== null ? null : value && live ? 20 * Math.log10(Math.hypot(value[0], value[1])) - live.zero_db : cursor.level_db;
     const phase = value ? (Math.atan2(value[1], value[0]) * 180) / Math.PI : cursor.phase_deg;
     readout(this.list, [
       ["x", number(x, 3, "m")],
       ["y", number(y, 3, "m")],
-      ["z", number(z, 3, "m")],
+      ["z", number(this.store.slice ?? z, 3, "m")],
       ["latitude", place && number(place[0], 8, "°")],
       ["longitude", place && number(place[1], 8, "°")],
-      ["level", number(level, 2, "dB")],
+      ["level", coherence === null ? number(level, 2, "dB") : null],
+      ["coherence", coherence === null ? null : number(coherence, 3)],
       ["phase", number(phase, 1, "°")],
       ["range", cursor.seen && number(cursor.seen.range_m, 3, "m")],
       ["incidence", cursor.seen && number(cursor.seen.incidence_deg, 1, "°")],
@@ -340,7 +343,7 @@ export class ImagePane {
     const coarse = Math.max(1, Math.sqrt((camera.width * camera.height) / MOST_PIXELS));
     const pixel_m = coarse / camera.kx;
     const count = (/** @type {number[]} */ v) => Math.max(1, Math.floor((v[1] - v[0]) / pixel_m));
-    return { x0_m: x[0] + 0.5 * pixel_m, y0_m: y[0] + 0.5 * pixel_m, pixel_m, nx: count(x), ny: count(y) };
+    return { x0_m: x[0] + 0.5 * pixel_m, y0_m: y[0] + 0.5 * pixel_m, pixel_m, nx: count(x), ny: count(y), ...(this.store.slice === null ? {} : { z_m: this.store.slice }) };
   }
 
   /** Makes the image of what is in view. */
@@ -353,11 +356,12 @@ export class ImagePane {
       const start = performance.now();
       this.state.textContent = "imaging …";
       try {
-        const made = await postImage(store.run, { view, edits: store.edits, pulses: store.selection });
+        const coherence = store.look.mode === "coherence";
+        const made = await postImage(store.run, { view, edits: store.edits, pulses: store.selection, coherence });
         if (!store.isLive) return;
         const axesOf = { x0: view.x0_m, dx: view.pixel_m, nx: view.nx, y0: view.y0_m, dy: view.pixel_m, ny: view.ny };
         this.dropLive();
-        this.live = { layer: new SingleLayer(this.pane.painter, axesOf, made.values), made, zero_db: this.zero(store.meta.display) };
+        this.live = { layer: new SingleLayer(this.pane.painter, axesOf, made.values), made, coherence, zero_db: this.zero(store.meta.display) };
         this.revision = made.revision;
         const ms = performance.now() - start;
         this.state.textContent = `${store.selection ? `pulses ${store.selection[0]}–${store.selection[1]}, ` : ""}${view.nx} × ${view.ny} pixels in ${ms.toFixed(0)} ms`;

@@ -44,6 +44,8 @@ async function openRun(run) {
   [store.mark, store.echo, store.selection, store.pulse, store.edits] = [null, null, null, null, {}];
   store.engine = { state: "idle" };
   image.revision = 0;
+  store.slice = null;
+  if (store.look.mode === "coherence") store.look.mode = "level";
   store.trackNumber = 0;
   /** @type {import("./types.js").RunMeta} */
   const meta = await getJson(`api/run/${run}`);
@@ -133,9 +135,11 @@ function clear() {
 
 function runsOwn() {
   store.selection = null;
+  store.slice = null;
   store.edits = {};
+  if (store.look.mode === "coherence") store.look.mode = "level";
   fillPanels();
-  store.tell("selection", "edits");
+  store.tell("selection", "edits", "look");
 }
 
 /** @param {string} pane */
@@ -154,8 +158,10 @@ const keys = {
   m: () => switchMode("measure"),
   d: switchTheme,
   p: () => {
-    store.look.mode = store.look.mode === "level" ? "phase" : "level";
+    const was = store.look.mode;
+    store.look.mode = was === "level" ? "phase" : "level";
     store.tell("look");
+    if (was === "coherence") store.tell("edits");
   },
   Escape: clear,
   "?": () => help.showModal(),

@@ -63,6 +63,11 @@ export function settingsPanel(store, failed) {
   if (!settings.image.terrain && typeof z === "number") {
     panel.append(slider({ name: "Height of the plane", id: "height", low: z - 2, high: z + 2, step: 0.01, value: z, text: (v) => `${v.toFixed(2)} m`.replace("-", "−"), changed: (v) => change({ z_m: v }) }).row);
   }
+  if (Array.isArray(z)) {
+    const [from, to] = z;
+    const slice = slider({ name: "Slice of the volume", id: "slice", low: from, high: to, step: (to - from) / 200, value: store.slice ?? from, text: (v) => `${v.toFixed(3)} m`.replace("-", "−"), changed: (v) => { store.slice = v; store.tell("edits"); } });
+    panel.append(slice.row);
+  }
   const c = settings.image.light_speed_m_s;
   panel.append(slider({ name: "Speed of light", id: "speed", low: 1e8, high: 299792458, step: 1, value: c, text: (v) => `${(v / 1e9).toFixed(4)} m/ns`, changed: (v) => change({ light_speed_m_s: v }) }).row);
   const buttons = document.createElement("div");
@@ -78,6 +83,7 @@ export function settingsPanel(store, failed) {
   keep.id = "save-campaign";
   const back = button("As the run", () => {
     store.edits = {};
+    store.slice = null;
     details.replaceWith(settingsPanel(store, failed));
     store.tell("edits");
   });

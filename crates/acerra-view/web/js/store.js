@@ -1,6 +1,6 @@
 // What is shown at the moment, and who wants to hear when it changes.
 
-/** @typedef {{palette: string, mode: "level" | "phase", window: [number, number], gain: boolean, radargram: "level" | "signed", opacity: number}} Look */
+/** @typedef {{palette: string, mode: "level" | "phase" | "coherence", window: [number, number], gain: boolean, radargram: "level" | "signed", opacity: number}} Look */
 /** @typedef {{mode: "off" | "swipe" | "blink" | "difference", run: number, share: number}} Compare */
 /** @typedef {"run" | "engine" | "look" | "mark" | "echo" | "selection" | "edits" | "pulse" | "compare" | "live" | "mode"} Topic */
 
@@ -27,6 +27,8 @@ export class Store {
     this.selection = null;
     /** @type {import("./types.js").Edits} */
     this.edits = {};
+    /** Height of a slice through a volume (m). @type {number | null} */
+    this.slice = null;
     /** The pulse under the pointer. @type {number | null} */
     this.pulse = null;
     /** What a drag does. @type {"move" | "select" | "measure"} */
@@ -60,7 +62,7 @@ export class Store {
 
   /** Whether the image shown is not the run's own. */
   get isLive() {
-    return this.selection !== null || Object.keys(this.edits).length > 0;
+    return this.selection !== null || this.slice !== null || this.look.mode === "coherence" || Object.keys(this.edits).length > 0;
   }
 }
 

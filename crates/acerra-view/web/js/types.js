@@ -19,9 +19,9 @@
 /** @typedef {{state: "idle" | "reading" | "ready" | "failed", reason?: string, data?: EngineData}} EngineStatus */
 /** @typedef {{place_m: number[], fast_time_ns: number[], incidence_deg: number[], apex: number | null}} Hyperbola */
 /** @typedef {{pulse: number, range_m: number, incidence_deg: number | null, places_m: number[][]}} Ring */
-/** @typedef {{x0_m: number, y0_m: number, pixel_m: number, nx: number, ny: number}} View */
+/** @typedef {{x0_m: number, y0_m: number, pixel_m: number, nx: number, ny: number, z_m?: number}} View */
 /** @typedef {{gate_ns?: unknown, background?: unknown, band_ghz?: number[], delay_change_ns?: number, time_offset_change_s?: number, z_m?: number, light_speed_m_s?: number}} Edits */
-/** @typedef {{view: View, edits: Edits, pulses: number[] | null}} ImageOrder */
+/** @typedef {{view: View, edits: Edits, pulses: number[] | null, coherence?: boolean}} ImageOrder */
 /** @typedef {{values: Float32Array, maximum_db: number | null, pulses: number, cleaning_ms: number, imaging_ms: number, revision: number}} Made */
 
 export {};
