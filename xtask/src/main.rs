@@ -11,6 +11,7 @@ use runner::{Runner, Step};
 
 const HELP: &str = "\
 cargo xtask test                 all tests: the Rust suite, then the viewer in a browser
+cargo xtask test-browser         the viewer in a browser alone
 cargo xtask bench-browser        the viewer's times in a browser
 cargo xtask ci                   everything a change must pass: what .ci/run calls
 cargo xtask validate             slow checks: RTKLIB parity, the engine at full size, the book
@@ -28,6 +29,7 @@ fn main() -> ExitCode {
     let rest: Vec<String> = arguments.collect();
     let outcome = Runner::in_workspace().and_then(|runner| match task.as_str() {
         "test" => checks::test(&runner),
+        "test-browser" => browser::test(&runner),
         "bench-browser" => browser::bench(&runner),
         "ci" => checks::ci(&runner),
         "validate" => runner.run(&Step::new("validation", &checks::VALIDATE)),
