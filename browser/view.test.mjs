@@ -217,7 +217,7 @@ test("a piece of the radargram, or of the track, makes an image of its pulses al
   await page.mouse.move(...(await onScreen(page, "radargram", 30, 36)), { steps: 4 });
   await page.mouse.move(...(await onScreen(page, "radargram", 45, 36)), { steps: 4 });
   await page.mouse.up();
-  await page.waitForFunction(() => /** @type {any} */ (window).acerra.image.live?.made.pulses === 26);
+  await page.waitForFunction(() => /** @type {any} */ (window).acerra.image.live?.made.pulses === 26 && !/** @type {any} */ (window).acerra.image.imaging.busy);
   assert.deepEqual(await page.evaluate(() => /** @type {any} */ (window).acerra.store.selection), [20, 45]);
   // What is shown is the engine's answer, and with the other pulses' images it makes that of all.
   const off = await page.evaluate(async () => {
