@@ -13,17 +13,16 @@ void main() {
   gl_Position = vec4(mix(u_clip.xy, u_clip.zw, corner), 0.0, 1.0);
 }`;
 
-const FRAGMENT = `#version 300 es
+// One program for each way to look at a field: where a processor renders, every branch costs.
+/** @param {number} mode 0 level, 1 phase, 2 signed, 3 difference of levels, 4 modulus @param {boolean} gain */
+const fragment = (mode, gain) => `#version 300 es
 precision highp float;
 uniform highp sampler2D u_field;
 uniform highp sampler2D u_other;
 uniform highp sampler2D u_nodes;
 uniform sampler2D u_colours;
-uniform int u_mode;        // 0 level, 1 phase, 2 signed, 3 difference of levels, 4 modulus
-uniform bool u_gain;
 uniform vec2 u_window;     // lowest and highest level shown, dB
-uniform float u_zero_db;
-uniform float u_other_zero_db;
+uniform vec2 u_scale;      // amplitudes at 0 dB, inverse: of the field and of the other
 uniform float u_opacity;
 in vec2 v_texture;
 in vec2 v_gain;
@@ -39,31 +38,27 @@ float gain_db() {
   return mix(mix(a, b, part.x), mix(c, d, part.x), part.y);
 }
 float level(vec2 z) {
-  // The square of a small amplitude leaves the range of single precision: scaled first.
-  float scale = max(max(abs(z.x), abs(z.y)), 1e-37);
-  vec2 s = z / scale;
-  return DB * (2.0 * log2(scale) + log2(max(dot(s, s), 1e-30)));
+  return DB * log2(max(dot(z, z), 1e-37));
+}
+float share(vec2 z) {
+${SHARES[mode]}
 }
 void main() {
   vec2 z = texture(u_field, v_texture).rg;
-  float at;
-  if (u_mode == 1) {
-    at = atan(z.y, z.x) / 6.28318531 + 0.5;
-  } else if (u_mode == 2) {
-    at = 0.5 + 0.5 * clamp(z.x / u_window.y, -1.0, 1.0);
-  } else if (u_mode == 3) {
-    float d = (level(z) - u_zero_db) - (level(texture(u_other, v_texture).rg) - u_other_zero_db);
-    at = 0.5 + 0.5 * clamp(d / u_window.y, -1.0, 1.0);
-  } else if (u_mode == 4) {
-    at = length(z);
-  } else {
-    float db = level(z) - u_zero_db + (u_gain ? gain_db() : 0.0);
-    at = (db - u_window.x) / (u_window.y - u_window.x);
-  }
-  if (isnan(z.x) || isnan(z.y)) { colour = vec4(0.60, 0.62, 0.65, 1.0) * u_opacity; return; }
-  vec3 rgb = texture(u_colours, vec2((clamp(at, 0.0, 1.0) * 255.0 + 0.5) / 256.0, 0.5)).rgb;
-  colour = vec4(rgb, 1.0) * u_opacity;
-}`;
+  float at = clamp(share(z), 0.0, 1.0);
+  vec3 rgb = texelFetch(u_colours, ivec2(int(at * 255.0 + 0.5), 0), 0).rgb;
+  // Not a number: grey.
+  colour = vec4(z.x + z.y == z.x + z.y ? rgb : vec3(0.60, 0.62, 0.65), 1.0) * u_opacity;
+}`.replace("GAIN", gain ? "+ gain_db()" : "");
+
+/** Places along the table of colours, by mode. */
+const SHARES = [
+  "  return (level(z * u_scale.x) GAIN - u_window.x) / (u_window.y - u_window.x);",
+  "  return atan(z.y, z.x) / 6.28318531 + 0.5;",
+  "  return 0.5 + 0.5 * z.x / u_window.y;",
+  "  return 0.5 + 0.5 * (level(z * u_scale.x) - level(texture(u_other, v_texture).rg * u_scale.y)) / u_window.y;",
+  "  return length(z);",
+];
 
 /** @typedef {{mode: number, window: [number, number], zero_db: number, other_zero_db: number, gain: WebGLTexture | null, colours: WebGLTexture, opacity: number}} Look */
 /** @typedef {[number, number, number, number]} Rectangle */
@@ -76,21 +71,35 @@ export class Painter {
     if (!gl) throw new Error("this browser offers no WebGL2, which the image needs");
     this.canvas = canvas;
     this.gl = gl;
-    this.program = link(gl);
-    /** @type {Map<string, WebGLUniformLocation | null>} */
-    this.places = new Map();
-    gl.useProgram(this.program);
-    for (const [unit, name] of ["u_field", "u_colours", "u_nodes", "u_other"].entries()) {
-      gl.uniform1i(this.place(name), unit);
-    }
+    /** @type {Map<string, Program>} */
+    this.programs = new Map();
+    this.program = this.use(0, false);
     gl.bindVertexArray(gl.createVertexArray());
     this.blank = this.field(1, 1, new Float32Array(2));
   }
 
+  /** The program of a mode, made when it is first used. @param {number} mode @param {boolean} gain @returns {Program} */
+  use(mode, gain) {
+    const { gl } = this;
+    const key = `${mode}/${gain}`;
+    let made = this.programs.get(key);
+    if (!made) {
+      made = { program: link(gl, fragment(mode, gain)), places: new Map() };
+      gl.useProgram(made.program);
+      for (const [unit, name] of ["u_field", "u_colours", "u_nodes", "u_other"].entries()) {
+        gl.uniform1i(gl.getUniformLocation(made.program, name), unit);
+      }
+      this.programs.set(key, made);
+    }
+    gl.useProgram(made.program);
+    return made;
+  }
+
   /** @param {string} name */
   place(name) {
-    if (!this.places.has(name)) this.places.set(name, this.gl.getUniformLocation(this.program, name));
-    return this.places.get(name) ?? null;
+    const { places, program } = this.program;
+    if (!places.has(name)) places.set(name, this.gl.getUniformLocation(program, name));
+    return places.get(name) ?? null;
   }
 
   /** A texture of pairs. @param {number} columns @param {number} rows @param {Float32Array} values */
@@ -108,7 +117,7 @@ export class Painter {
   /** A texture of colours. @param {Uint8Array} values red, green, blue, opacity */
   colours(values) {
     const { gl } = this;
-    return this.texture(gl.RGBA8, gl.RGBA, gl.UNSIGNED_BYTE, [values.length / 4, 1], values, gl.LINEAR);
+    return this.texture(gl.RGBA8, gl.RGBA, gl.UNSIGNED_BYTE, [values.length / 4, 1], values, gl.NEAREST);
   }
 
   /**
@@ -142,7 +151,6 @@ export class Painter {
     gl.disable(gl.SCISSOR_TEST);
     gl.clearColor(0, 0, 0, 0);
     gl.clear(gl.COLOR_BUFFER_BIT);
-    gl.enable(gl.BLEND);
     gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
   }
 
@@ -156,13 +164,12 @@ export class Painter {
   /** How fields look until the next call. @param {Look} look */
   look(look) {
     const { gl } = this;
-    gl.useProgram(this.program);
-    gl.uniform1i(this.place("u_mode"), look.mode);
-    gl.uniform1i(this.place("u_gain"), look.gain ? 1 : 0);
+    this.program = this.use(look.mode, look.gain !== null && look.mode === 0);
     gl.uniform2f(this.place("u_window"), look.window[0], look.window[1]);
-    gl.uniform1f(this.place("u_zero_db"), look.zero_db);
-    gl.uniform1f(this.place("u_other_zero_db"), look.other_zero_db);
+    gl.uniform2f(this.place("u_scale"), 10 ** (-look.zero_db / 20), 10 ** (-look.other_zero_db / 20));
     gl.uniform1f(this.place("u_opacity"), look.opacity);
+    if (look.opacity < 1) gl.enable(gl.BLEND);
+    else gl.disable(gl.BLEND);
     gl.activeTexture(gl.TEXTURE1);
     gl.bindTexture(gl.TEXTURE_2D, look.colours);
     gl.activeTexture(gl.TEXTURE2);
@@ -187,10 +194,12 @@ export class Painter {
   }
 }
 
-/** @param {WebGL2RenderingContext} gl */
-function link(gl) {
+/** @typedef {{program: WebGLProgram, places: Map<string, WebGLUniformLocation | null>}} Program */
+
+/** @param {WebGL2RenderingContext} gl @param {string} fragmentText @returns {WebGLProgram} */
+function link(gl, fragmentText) {
   const program = gl.createProgram();
-  for (const [kind, text] of /** @type {[number, string][]} */ ([[gl.VERTEX_SHADER, VERTEX], [gl.FRAGMENT_SHADER, FRAGMENT]])) {
+  for (const [kind, text] of /** @type {[number, string][]} */ ([[gl.VERTEX_SHADER, VERTEX], [gl.FRAGMENT_SHADER, fragmentText]])) {
     const shader = gl.createShader(kind);
     if (!program || !shader) throw new Error("WebGL2 is out of order");
     gl.shaderSource(shader, text);
