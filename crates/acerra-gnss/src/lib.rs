@@ -21,7 +21,7 @@
 //! | antenna calibrations: ANTEX | [`antex`] |
 //! | one signal per satellite and frequency | [`select_signals`] |
 //! | positions | [`process`] with [`PpkOptions`]; [`process_with`] can be followed and cancelled |
-//! | NMEA, residuals, positions of images, geoid heights | [`output`] |
+//! | NMEA, residuals, positions of images | [`output`] |
 //! | RTKLIB's `.conf` and `.pos` | [`conf`], [`pos`] |
 //!
 //! From two raw logs to a solution file (`examples/positions.rs` is the whole program):

@@ -1,8 +1,10 @@
 //! RTKLIB's solution files (`.pos`).
 
 use std::io::{self, Write};
+use std::sync::Arc;
 
-use acerra_geo::geodesy::{EnuFrame, geodetic_from_ecef};
+use acerra_geo::geodesy::{EnuFrame, Geodetic, geodetic_from_ecef};
+use acerra_geo::geoid::GeoidGrid;
 use acerra_geo::time::GpsTime;
 
 use crate::{
@@ -45,7 +47,7 @@ pub enum PosTimeScale {
 }
 
 /// The layout of a solution file.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct PosFormat {
     /// Coordinates.
     pub frame: PosFrame,
@@ -60,6 +62,26 @@ pub struct PosFormat {
     /// Whether velocities are written (m/s): north, east, up with geodetic positions, else along
     /// the axes of the positions. Where none was estimated the line ends before them.
     pub velocity: bool,
+    /// The geoid that the heights of geodetic positions count from (RTKLIB's
+    /// `out-height = geodetic`); `None` for heights above the ellipsoid.
+    pub geoid: Option<Arc<GeoidGrid>>,
+}
+
+impl PosFormat {
+    /// Height above the ellipsoid (m) where there is no geoid.
+    fn height_m(&self, place: &Geodetic) -> io::Result<f64> {
+        let Some(geoid) = &self.geoid else {
+            return Ok(place.height_m);
+        };
+        let (latitude, longitude) = (place.latitude_deg(), place.longitude_deg());
+        let separation_m = geoid.height_m(latitude, longitude).ok_or_else(|| {
+            io::Error::new(
+                io::ErrorKind::InvalidInput,
+                format!("the geoid grid does not cover {latitude:.6}° {longitude:.6}°"),
+            )
+        })?;
+        Ok(place.height_m - separation_m)
+    }
 }
 
 impl Default for PosFormat {
@@ -71,6 +93,7 @@ impl Default for PosFormat {
             decimals: 3,
             header: true,
             velocity: false,
+            geoid: None,
         }
     }
 }
@@ -83,7 +106,8 @@ impl Default for PosFormat {
 /// sign(c)·√|c|.
 ///
 /// # Errors
-/// Those of the writer; [`io::ErrorKind::InvalidInput`] for a baseline without a base.
+/// Those of the writer; [`io::ErrorKind::InvalidInput`] for a baseline without a base, and for a
+/// position outside the grid of the geoid.
 pub fn write_pos(
     mut out: impl Write,
     solution: &PpkSolution,
@@ -217,12 +241,15 @@ fn write_header(
             writeln!(out, "% ref pos   :{x:14.4} {y:14.4} {z:14.4}")?;
         } else {
             let place = geodetic_from_ecef(base);
+            let height_m = match format.frame {
+                PosFrame::Geodetic => format.height_m(&place)?,
+                _ => place.height_m,
+            };
             writeln!(
                 out,
-                "% ref pos   :{:13.9} {:14.9} {:10.4}",
+                "% ref pos   :{:13.9} {:14.9} {height_m:10.4}",
                 place.latitude_deg(),
                 place.longitude_deg(),
-                place.height_m
             )?;
         }
     }
@@ -231,6 +258,7 @@ fn write_header(
 
 fn write_columns(out: &mut impl Write, format: &PosFormat) -> io::Result<()> {
     let coordinates = match format.frame {
+        PosFrame::Geodetic if format.geoid.is_some() => "lat/lon/height=WGS84/geodetic",
         PosFrame::Geodetic => "lat/lon/height=WGS84/ellipsoidal",
         PosFrame::Ecef => "x/y/z-ecef=WGS84",
         PosFrame::EnuBaseline => "e/n/u-baseline=WGS84",
@@ -319,7 +347,7 @@ fn write_epoch(
                 " {:14.9} {:14.9} {:10.4}",
                 place.latitude_deg(),
                 place.longitude_deg(),
-                place.height_m
+                format.height_m(place)?
             )?;
             // North, east, up.
             in_order(
@@ -392,7 +420,7 @@ fn time_text(time: GpsTime, format: &PosFormat) -> String {
 mod tests {
     use super::*;
     use crate::{PpkSummary, Quality};
-    use acerra_geo::geodesy::{Geodetic, ecef_from_geodetic};
+    use acerra_geo::geodesy::ecef_from_geodetic;
 
     fn solution() -> (PpkSolution, EnuFrame) {
         let base = EnuFrame::new(Geodetic::from_degrees(41.0, 14.4, 60.0));

@@ -2,10 +2,11 @@
 //! promises. The fuzz targets (`fuzz/`) go on where this stops.
 #![allow(clippy::unwrap_used, reason = "tests may fail loudly")]
 
+use acerra_geo::geoid::GeoidGrid;
 use acerra_gnss::antex::read_antex;
 use acerra_gnss::conf::read_conf;
 use acerra_gnss::input::{Limits, Lines};
-use acerra_gnss::output::GeoidGrid;
+
 use acerra_gnss::ubx::frame::{Piece, encode, pieces};
 use acerra_gnss::{EPOCH_TOLERANCE_S, Ephemeris, GnssFile, RuleSet, read_gnss, rtcm};
 
@@ -140,7 +141,7 @@ fn damaged_files_are_read_or_refused() {
             }
             let _ = read_conf(bytes.as_slice(), RuleSet::Rtklib);
             check_calibrations(&bytes);
-            let _ = GeoidGrid::read(bytes.as_slice());
+            let _ = GeoidGrid::from_reader(bytes.as_slice());
         }
     }
     assert!(

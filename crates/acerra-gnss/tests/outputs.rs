@@ -4,10 +4,11 @@
 mod synthetic;
 
 use acerra_geo::geodesy::EnuFrame;
+use acerra_geo::geoid::GeoidGrid;
 use acerra_geo::read::{ReadOptions, read_trajectory};
 use acerra_geo::trajectory::{Frame, SolutionStatus};
 use acerra_gnss::output::{
-    GeoidGrid, ImageError, position_images, within_sigma, write_images, write_nmea, write_residuals,
+    ImageError, position_images, within_sigma, write_images, write_nmea, write_residuals,
 };
 use acerra_gnss::pos::{PosFormat, PosFrame, write_pos};
 use acerra_gnss::{
@@ -61,7 +62,7 @@ fn geoid() -> GeoidGrid {
     for _ in 0..12 {
         bytes.extend(47.5_f32.to_be_bytes());
     }
-    GeoidGrid::read(&bytes[..]).unwrap()
+    GeoidGrid::from_reader(&bytes[..]).unwrap()
 }
 
 #[test]

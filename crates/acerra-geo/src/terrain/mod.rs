@@ -6,6 +6,7 @@
 mod ascii;
 mod crs;
 mod error;
+mod geographic;
 mod geotiff;
 mod local;
 mod raster;
@@ -16,6 +17,7 @@ use std::io::{BufRead, BufReader, Read, Seek, SeekFrom};
 use crate::trajectory::Frame;
 pub use crs::Crs;
 pub use error::TerrainError;
+pub(crate) use geographic::GeographicRaster;
 pub use local::LocalTerrain;
 use raster::{Header, Window};
 

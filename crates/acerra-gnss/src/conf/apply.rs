@@ -306,8 +306,11 @@ fn output(s: &Setting, conf: &mut RtklibConf) -> Outcome {
         "out-maxsolstd" => {
             conf.outputs.max_sigma_m = Some(s.number()?).filter(|&largest_m| largest_m > 0.0);
         }
-        "out-height" => return only(s, &["ellipsoidal", "0", ""]),
-        // The geoid matters only for geodetic heights.
+        "out-height" => match s.choice(&["ellipsoidal", "geodetic"]) {
+            Some(kind) => conf.outputs.geodetic_heights = kind == 1,
+            None => return only(s, &[""]),
+        },
+        // Which grid the geoid file is shows in its content; none is built in.
         "out-geoid" => {}
         "out-solstatic" => return only(s, &["all", "0", ""]),
         "out-nmeaintv1" | "out-nmeaintv2" => {}

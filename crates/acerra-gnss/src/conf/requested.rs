@@ -28,6 +28,8 @@ pub struct ConfOutputs {
     pub residuals: bool,
     /// Largest standard deviation of a position that is written (m, `out-maxsolstd`).
     pub max_sigma_m: Option<f64>,
+    /// Heights above the geoid in the solution file (`out-height = geodetic`).
+    pub geodetic_heights: bool,
     /// A geoid grid (`file-geoidfile`).
     pub geoid_file: Option<String>,
 }

@@ -4,8 +4,8 @@ use std::io::{self, Write};
 
 use acerra_geo::geodesy::EnuFrame;
 
-use super::geoid::GeoidGrid;
 use crate::{EventPosition, PpkSolution};
+use acerra_geo::geoid::GeoidGrid;
 
 /// Why images cannot be told their positions.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]

@@ -1,12 +1,10 @@
 //! What a solution is written as, besides [RTKLIB's solution files](crate::pos): NMEA sentences,
-//! residuals, positions of images; heights above a geoid.
+//! residuals, positions of images.
 
-mod geoid;
 mod images;
 mod nmea;
 mod residuals;
 
-pub use geoid::{GeoidError, GeoidGrid};
 pub use images::{ImageError, ImagePosition, position_images, write_images};
 pub use nmea::write_nmea;
 pub use residuals::write_residuals;

@@ -4,8 +4,8 @@ use std::io::{self, Write};
 
 use acerra_geo::geodesy::EnuFrame;
 
-use super::geoid::GeoidGrid;
 use crate::{PpkSolution, Quality, Solution};
+use acerra_geo::geoid::GeoidGrid;
 
 /// Metres per second in a knot.
 const KNOT_M_S: f64 = 1852.0 / 3600.0;

@@ -190,8 +190,8 @@ pub struct Args {
     /// Write positions only whose standard deviation is at most this along every axis, m.
     #[arg(long, value_name = "M", value_parser = positive, help_heading = "Output")]
     pub(super) max_sigma: Option<f64>,
-    /// A geoid grid for the heights of --nmea and --image-positions: NGA WW15MGH.DAC, NOAA .gtx or
-    /// GeographicLib .pgm.
+    /// A geoid grid for the heights of every output: NGA WW15MGH.DAC or .GRD, NOAA .gtx,
+    /// GeographicLib .pgm or PROJ's GeoTIFF.
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub(super) geoid: Option<PathBuf>,
     /// Scale of the times.

@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 
 use acerra_chain::inputs::InputFile;
 use acerra_chain::positioning::{self, Positioning, PpkAnswer};
+use acerra_geo::geoid::GeoidGrid;
 use acerra_gnss::output::write_nmea;
 use acerra_gnss::pos::write_pos;
 use acerra_gnss::{AmbiguityMode, PpkOptions};
@@ -33,17 +34,18 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
     outputs_are_not_inputs(args)?;
     let Settings {
         options,
-        format,
+        mut format,
         inputs,
         outputs,
         mut remarks,
     } = args.settings()?;
     let input = args.input(inputs)?;
     let extras = Extras::new(args, &outputs)?;
+    format.geoid = extras.solution_geoid(args, &outputs);
     let mut run = positioning::run(&input, &options)?;
     let remark = extras.wanted(&run.solution).1;
     remarks.extend(remark);
-    remarks.extend(extras.remark(args, &outputs));
+    remarks.extend(extras.remarks(args, &outputs));
     // The run's own remarks stay last.
     remarks.append(&mut run.warnings);
     run.warnings = remarks;
@@ -73,7 +75,7 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
     let to_stdout = args.output.as_deref() == Some(Path::new("-"));
     let (solution, _) = extras.wanted(&run.solution);
     let write = |to: &mut dyn Write| match outputs.nmea {
-        true => write_nmea(to, &solution, extras.geoid.as_ref()),
+        true => write_nmea(to, &solution, extras.geoid.as_deref()),
         false => write_pos(to, &solution, &options, &names, &format),
     };
     if let Some(path) = args.output.as_deref().filter(|_| !to_stdout) {
@@ -86,7 +88,9 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
         })?);
     }
     if let Some(path) = &args.events {
-        written.push(StagedFile::write(path, |to| write_events(to, &answer))?);
+        written.push(StagedFile::write(path, |to| {
+            write_events(to, &answer, format.geoid.as_deref())
+        })?);
     }
     written.extend(extras.write(args, &solution)?);
     for file in written {
@@ -160,15 +164,33 @@ fn page(run: &Positioning, options: &PpkOptions, answer: &PpkAnswer) -> anyhow::
     })?)
 }
 
-fn write_events(to: &mut dyn Write, answer: &PpkAnswer) -> anyhow::Result<()> {
+/// Events with heights above the geoid where one is given; the column says so.
+fn write_events(
+    to: &mut dyn Write,
+    answer: &PpkAnswer,
+    geoid: Option<&GeoidGrid>,
+) -> anyhow::Result<()> {
+    let height = match geoid {
+        Some(_) => "height_above_geoid_m",
+        None => "height_m",
+    };
     writeln!(
         to,
-        "time_gpst,kind,latitude_deg,longitude_deg,height_m,east_m,north_m,up_m,quality"
+        "time_gpst,kind,latitude_deg,longitude_deg,{height},east_m,north_m,up_m,quality"
     )?;
+    let separation_m = |lat: f64, lon: f64| match geoid {
+        Some(geoid) => geoid
+            .height_m(lat, lon)
+            .with_context(|| format!("the geoid grid does not cover {lat:.6}° {lon:.6}°")),
+        None => Ok(0.0),
+    };
     for event in &answer.events {
         write!(to, "{},{}", event.time_gpst, event.kind)?;
         match event.llh {
-            Some([lat, lon, height]) => write!(to, ",{lat:.10},{lon:.10},{height:.4}")?,
+            Some([lat, lon, height]) => {
+                let height = height - separation_m(lat, lon)?;
+                write!(to, ",{lat:.10},{lon:.10},{height:.4}")?;
+            }
             None => write!(to, ",,,")?,
         }
         match event.enu_m {

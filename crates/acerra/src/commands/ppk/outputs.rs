@@ -1,13 +1,15 @@
 //! The files that `acerra ppk` writes besides the solution file.
 
 use std::borrow::Cow;
-use std::fs::{self, File};
+use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
+use acerra_geo::geoid::GeoidGrid;
 use acerra_gnss::PpkSolution;
 use acerra_gnss::conf::ConfOutputs;
 use acerra_gnss::output::{
-    GeoidGrid, position_images, within_sigma, write_images, write_nmea, write_residuals,
+    position_images, within_sigma, write_images, write_nmea, write_residuals,
 };
 use acerra_products::staging::StagedFile;
 use anyhow::Context;
@@ -16,7 +18,7 @@ use super::args::Args;
 
 /// What the other outputs need, read before the positions are computed.
 pub(super) struct Extras {
-    pub(super) geoid: Option<GeoidGrid>,
+    pub(super) geoid: Option<Arc<GeoidGrid>>,
     images: Vec<String>,
     max_sigma_m: Option<f64>,
     residuals: Option<PathBuf>,
@@ -25,14 +27,13 @@ pub(super) struct Extras {
 impl Extras {
     /// Reads the geoid and the names of the images.
     pub(super) fn new(args: &Args, outputs: &ConfOutputs) -> anyhow::Result<Self> {
-        let heights = outputs.nmea || args.nmea.is_some() || args.image_positions.is_some();
+        let heights = outputs.nmea
+            || outputs.geodetic_heights
+            || args.nmea.is_some()
+            || args.image_positions.is_some();
         let conf = outputs.geoid_file.as_deref().map(Path::new);
         let geoid = match args.geoid.as_deref().or(conf.filter(|_| heights)) {
-            Some(path) => {
-                let place = || path.display().to_string();
-                let file = File::open(path).with_context(place)?;
-                Some(GeoidGrid::read(file).with_context(place)?)
-            }
+            Some(path) => Some(Arc::new(GeoidGrid::read(path)?)),
             None => None,
         };
         let images = match &args.images {
@@ -62,14 +63,34 @@ impl Extras {
         (Cow::Owned(kept), remark)
     }
 
-    /// What is to be said about the heights of NMEA sentences.
-    pub(super) fn remark(&self, args: &Args, outputs: &ConfOutputs) -> Option<String> {
+    /// What is to be said about heights that no geoid is given for.
+    pub(super) fn remarks(&self, args: &Args, outputs: &ConfOutputs) -> Vec<String> {
         let nmea = outputs.nmea || args.nmea.is_some();
-        (nmea && self.geoid.is_none()).then(|| {
-            "no geoid grid: the altitudes of NMEA sentences are heights above the ellipsoid, with a \
-             geoid separation of 0"
-                .to_owned()
-        })
+        let wanted = [
+            (
+                nmea,
+                "no geoid grid: the altitudes of NMEA sentences are heights above the ellipsoid, \
+                 with a geoid separation of 0",
+            ),
+            (
+                outputs.geodetic_heights,
+                "no geoid grid (--geoid or file-geoidfile): the heights are above the ellipsoid, \
+                 not geodetic as the configuration asks",
+            ),
+        ];
+        let missing = wanted.iter().filter(|(is, _)| *is && self.geoid.is_none());
+        missing.map(|(_, text)| (*text).to_owned()).collect()
+    }
+
+    /// The geoid that the solution file's heights count from: one given on the command line, or
+    /// one of the configuration where that asks for such heights.
+    pub(super) fn solution_geoid(
+        &self,
+        args: &Args,
+        outputs: &ConfOutputs,
+    ) -> Option<Arc<GeoidGrid>> {
+        let wanted = args.geoid.is_some() || outputs.geodetic_heights;
+        self.geoid.clone().filter(|_| wanted)
     }
 
     /// Writes NMEA, residuals and image positions beside their places.
@@ -79,7 +100,7 @@ impl Extras {
         solution: &PpkSolution,
     ) -> anyhow::Result<Vec<StagedFile>> {
         let mut written = Vec::new();
-        let geoid = self.geoid.as_ref();
+        let geoid = self.geoid.as_deref();
         if let Some(path) = &args.nmea {
             written.push(StagedFile::write(path, |to| {
                 Ok(write_nmea(to, solution, geoid)?)

@@ -1,0 +1,55 @@
+//! A whole GeoTIFF in longitude and latitude, as a grid from south to north.
+
+use std::io::{Read, Seek};
+
+use super::{Crs, TerrainError, geotiff};
+
+/// Most cells that are held: EGM2008 at one minute has 233 million.
+const MAX_CELLS: usize = 1 << 28;
+
+/// Heights of a raster whose rows and columns follow latitude and longitude.
+pub(crate) struct GeographicRaster {
+    /// Latitude of the first row (degrees).
+    pub south_deg: f64,
+    /// Longitude of the first column (degrees).
+    pub west_deg: f64,
+    /// Steps of latitude and longitude (degrees).
+    pub steps_deg: [f64; 2],
+    pub columns: usize,
+    /// Rows from south to north (m); NaN without data.
+    pub heights_m: Vec<f32>,
+}
+
+impl GeographicRaster {
+    pub fn read(reader: impl Read + Seek) -> Result<Self, TerrainError> {
+        let (header, mut tiff) = geotiff::Reader::open(reader)?;
+        if !matches!(header.crs, None | Some(Crs::Geographic)) {
+            return Err(TerrainError::Tag {
+                at: "GeoKeyDirectory",
+                expected: "longitude and latitude",
+                found: header.crs.map_or_else(String::new, |crs| crs.to_string()),
+            });
+        }
+        let (rows, columns) = (header.rows, header.columns);
+        // The inverse of the transformation tells cells per degree.
+        let [[across, turned], [turned_too, down]] = header.placement.inverse;
+        if turned != 0.0 || turned_too != 0.0 || across <= 0.0 || down >= 0.0 {
+            return Err(TerrainError::Tag {
+                at: "the raster's transformation",
+                expected: "columns eastwards and rows southwards",
+                found: format!("{:?} cells per degree", header.placement.inverse),
+            });
+        }
+        let [west_deg, north_deg] = header.placement.origin;
+        let latitude_step_deg = -1.0 / down;
+        let window = tiff.window(0..columns, 0..rows, MAX_CELLS)?;
+        let northwards = window.height_m.chunks(columns).rev().flatten();
+        Ok(Self {
+            south_deg: north_deg - latitude_step_deg * (rows - 1) as f64,
+            west_deg,
+            steps_deg: [latitude_step_deg, 1.0 / across],
+            columns,
+            heights_m: northwards.copied().collect(),
+        })
+    }
+}
