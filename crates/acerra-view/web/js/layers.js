@@ -67,12 +67,17 @@ export class TiledLayer {
     for (const { at, tile, pair } of wanted) {
       if (tile && (!other || pair)) this.drawTile(camera, level, at, tile, pair);
     }
+    // Those around are fetched too, behind those in view: a move finds them there.
+    for (const at of this.visible(camera, level, 1)) this.tiles.get(level, ...at);
     this.tiles.sweep();
     other?.tiles.sweep();
   }
 
-  /** Tiles in view. @param {Camera} camera @param {number} level @returns {[number, number][]} */
-  visible(camera, level) {
+  /**
+   * Tiles in view, and so many around it; the nearest to the middle first.
+   * @param {Camera} camera @param {number} level @param {number} [margin] @returns {[number, number][]}
+   */
+  visible(camera, level, margin = 0) {
     const { axes, size } = this;
     const view = camera.view();
     const cell = 2 ** level * size;
@@ -80,7 +85,7 @@ export class TiledLayer {
     const range = (/** @type {number[]} */ v, /** @type {number} */ first, /** @type {number} */ step, /** @type {number} */ n) => {
       const from = Math.floor(((v[0] - first) / step + 0.5) / cell);
       const to = Math.floor(((v[1] - first) / step + 0.5) / cell);
-      return [Math.max(from, 0), Math.min(to, Math.ceil(n / size) - 1)];
+      return [Math.max(from - margin, 0), Math.min(to + margin, Math.ceil(n / size) - 1)];
     };
     const [c0, c1] = range(view.x, axes.x0, axes.dx, nx);
     const [r0, r1] = range(view.y, axes.y0, axes.dy, ny);
