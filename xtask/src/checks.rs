@@ -5,9 +5,10 @@ use std::path::Path;
 use anyhow::ensure;
 use xtask::house::House;
 
+use crate::browser;
 use crate::runner::{Runner, Step};
 
-/// The README's test command.
+/// The Rust suite.
 pub const TEST: [&str; 4] = ["cargo", "test", "--workspace", "--locked"];
 
 /// The slow checks: RTKLIB parity, the engine's accuracy at full size, the validation book.
@@ -25,6 +26,12 @@ pub const VALIDATE: [&str; 8] = [
 /// Seconds that CI gives each fuzz target.
 const FUZZ_SECONDS: &str = "8";
 
+/// All tests: the Rust suite, then the viewer in a browser.
+pub fn test(runner: &Runner) -> anyhow::Result<()> {
+    runner.run(&Step::new("tests", &TEST))?;
+    browser::test(runner)
+}
+
 /// Everything, in the order in which it fails fastest.
 pub fn ci(runner: &Runner) -> anyhow::Result<()> {
     runner.run(&Step::new(
@@ -38,7 +45,7 @@ pub fn ci(runner: &Runner) -> anyhow::Result<()> {
     licences(runner)?;
     minimum_rust(runner)?;
     other_processor(runner)?;
-    runner.run(&Step::new("tests", &TEST))?;
+    test(runner)?;
     runner.run(&Step::new("validation", &VALIDATE))?;
     let seed = std::env::var("FUZZ_SEED").unwrap_or_else(|_| "1".to_owned());
     let seconds = std::env::var("FUZZ_SECONDS").unwrap_or_else(|_| FUZZ_SECONDS.to_owned());

@@ -1,6 +1,7 @@
 //! `cargo xtask NAME`: see `cargo xtask help`.
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
+mod browser;
 mod checks;
 mod runner;
 
@@ -9,7 +10,9 @@ use std::process::ExitCode;
 use runner::{Runner, Step};
 
 const HELP: &str = "\
-cargo xtask test                 all tests
+cargo xtask test                 all tests: the Rust suite, then the viewer in a browser
+cargo xtask test-browser         the viewer in a browser alone
+cargo xtask bench-browser        the viewer's times in a browser
 cargo xtask ci                   everything a change must pass: what .ci/run calls
 cargo xtask validate             slow checks: RTKLIB parity, the engine at full size, the book
 cargo xtask book                 writes docs/validation anew
@@ -25,7 +28,9 @@ fn main() -> ExitCode {
     let task = arguments.next().unwrap_or_default();
     let rest: Vec<String> = arguments.collect();
     let outcome = Runner::in_workspace().and_then(|runner| match task.as_str() {
-        "test" => runner.run(&Step::new("tests", &checks::TEST)),
+        "test" => checks::test(&runner),
+        "test-browser" => browser::test(&runner),
+        "bench-browser" => browser::bench(&runner),
         "ci" => checks::ci(&runner),
         "validate" => runner.run(&Step::new("validation", &checks::VALIDATE)),
         "book" => checks::book(&runner),

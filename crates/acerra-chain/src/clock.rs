@@ -43,6 +43,12 @@ pub enum ClockError {
         "[trajectory] time_offset_s = \"auto\": expected a radargram, found spectra; state the offset"
     )]
     Spectra,
+    /// An offset or a delay is left to the data where nothing is searched.
+    #[error("{key}: expected a number, as nothing is searched here, found \"auto\"")]
+    NotStated {
+        /// The key of the campaign file.
+        key: &'static str,
+    },
     /// No trace can be placed.
     #[error(transparent)]
     Align(#[from] AlignError),
@@ -90,6 +96,37 @@ pub fn align_clocks(
         aligned: align(flight, &options.align, clocked.time_offset_s, warnings)?,
         ..clocked
     })
+}
+
+/// Places the traces at the offset stated; what the data say of it is not looked at.
+///
+/// # Errors
+/// An offset or a delay that is left to the data, no trace that can be placed.
+pub fn place_as_stated(
+    flight: Flight<'_>,
+    options: &TrackOptions,
+    warnings: &mut Warnings,
+    control: &Control<'_>,
+) -> Result<Clocked, ClockError> {
+    if options.clean.delay_ns == Some(Delay::Auto) {
+        let key = "[radar] delay_ns";
+        return Err(ClockError::NotStated { key });
+    }
+    let time_offset_s = match (options.align.time_offset, flight.positions) {
+        (TimeOffset::Seconds(offset_s), _) => offset_s,
+        (TimeOffset::Auto, Positions::PerTrace(_)) => 0.0,
+        (TimeOffset::Auto, Positions::Trajectory(_)) => {
+            let key = "[trajectory] time_offset_s";
+            return Err(ClockError::NotStated { key });
+        }
+    };
+    let track = ClockedTrack {
+        flight,
+        options,
+        surface: None,
+        control,
+    };
+    track.at_offset(time_offset_s, warnings)
 }
 
 /// What height and motion say of every offset, where a radargram and a trajectory say anything.

@@ -24,6 +24,8 @@ pub struct FocusOptions {
     pub incidence: Option<IncidenceWeight>,
     /// What of several tracks is summed.
     pub sum: Sum,
+    /// Random pixels on which each plan checks itself against Eq. (3) in double precision.
+    pub check_pixels: usize,
 }
 
 impl Default for FocusOptions {
@@ -33,6 +35,7 @@ impl Default for FocusOptions {
             weight: Weight::Trace,
             incidence: None,
             sum: Sum::Coherent,
+            check_pixels: PlanOptions::default().check_pixels,
         }
     }
 }
@@ -46,6 +49,8 @@ pub struct ImageRequest {
     pub options: FocusOptions,
     /// Looks beside it, each to the sink.
     pub looks: Option<LookOptions>,
+    /// The pulses that make it, counted over all tracks; all of them by default.
+    pub pulses: Option<Range<usize>>,
 }
 
 impl ImageRequest {
@@ -56,6 +61,16 @@ impl ImageRequest {
             pixels: pixels.into(),
             options: FocusOptions::default(),
             looks: None,
+            pulses: None,
+        }
+    }
+
+    /// The image of a part of the pulses alone, counted over all tracks.
+    #[must_use]
+    pub fn of_pulses(self, pulses: Range<usize>) -> Self {
+        Self {
+            pulses: Some(pulses),
+            ..self
         }
     }
 }
@@ -106,6 +121,13 @@ pub fn focus(
 ) -> Result<Focused, ImageError> {
     let weight = echoes.weights(request.options.weight);
     let pulses = echoes.pulses(&weight).map_err(ImageError::Spectra)?;
+    let (pulses, parts) = match &request.pulses {
+        None => (pulses, parts.to_vec()),
+        Some(wanted) => {
+            let selected = pulses.slice(wanted.clone()).map_err(ImageError::Spectra)?;
+            (selected, parts_within(parts, wanted))
+        }
+    };
     let plan = plan_options(&request.options);
     let pixels = &request.pixels;
     if let Some(volume) = pixels.volume {
@@ -133,7 +155,7 @@ pub fn focus(
     };
     let incoherent = request.options.sum == Sum::Incoherent && parts.len() > 1;
     let mut made = if incoherent {
-        sum_of_powers(input, parts, control)?
+        sum_of_powers(input, &parts, control)?
     } else {
         coherent_sum(input, control)?
     };
@@ -155,12 +177,24 @@ pub fn focus(
     })
 }
 
+/// The tracks' parts of the pulses in `wanted`, counted from its first; tracks without any are left
+/// out.
+fn parts_within(parts: &[Range<usize>], wanted: &Range<usize>) -> Vec<Range<usize>> {
+    let within = |part: &Range<usize>| {
+        let from = part.start.max(wanted.start);
+        let to = part.end.min(wanted.end);
+        (from < to).then(|| from - wanted.start..to - wanted.start)
+    };
+    parts.iter().filter_map(within).collect()
+}
+
 fn plan_options(options: &FocusOptions) -> PlanOptions {
     let default = PlanOptions::default();
     let limit_bytes = default.memory_limit_bytes;
     default
         .with_accuracy(options.accuracy)
         .with_incidence(options.incidence)
+        .with_check_pixels(options.check_pixels)
         .with_memory_limit_bytes(
             available_memory_bytes().map_or(limit_bytes, |b| limit_bytes.min(b.into())),
         )

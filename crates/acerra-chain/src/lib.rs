@@ -89,7 +89,7 @@ pub use ground::Scene;
 pub use journal::Journal;
 pub use phase_history::PhaseHistoryError;
 pub use pixels::Pixels;
-pub use prepare::{Prepared, Track, prepare};
+pub use prepare::{Prepared, Track, prepare, prepare_as_stated};
 pub use recording::{Recording, TrackOptions};
 pub use sink::{ImageSink, MemorySink};
 pub use survey::{Survey, TrackSource};

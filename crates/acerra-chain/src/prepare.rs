@@ -10,7 +10,7 @@ use crate::align::{Aligned, Flight};
 use crate::calibration::{CalibrationOptions, TrackCalibration, TrackEchoes, calibrate};
 use crate::choices::{Background, Gate, Select};
 use crate::clean::{Cleaned, CleanedTraces, clean};
-use crate::clock::{Clocked, align_clocks};
+use crate::clock::{Clocked, align_clocks, place_as_stated};
 use crate::control::Control;
 use crate::delay::DelayFound;
 use crate::echoes::{Echoes, ImageError};
@@ -108,11 +108,7 @@ pub fn prepare(
             .iter()
             .map(|recording| {
                 control.check()?;
-                let flight = Flight {
-                    radar: &recording.radar.content,
-                    positions: &recording.positions,
-                    scene: &scene,
-                };
+                let flight = flight_of(recording, &scene);
                 Ok(align_clocks(flight, &recording.options, warnings, control)?)
             })
             .collect::<Result<Vec<_>, ChainError>>()
@@ -122,19 +118,63 @@ pub fn prepare(
         let mut echoes = Vec::new();
         for (recording, clocked) in recordings.into_iter().zip(clocked) {
             control.check()?;
-            let cleaned = clean(
-                &recording.radar.content,
-                &clocked.aligned,
-                &clocked.clean,
-                warnings,
-            )?;
-            let (track, own) = parts(recording, clocked, cleaned);
+            let (track, own) = clean_track(&recording, clocked, warnings)?;
             tracks.push(track);
             echoes.push(own);
         }
         calibrate(&mut echoes, calibration, &scene, warnings, control)?;
         join(tracks, echoes, scene, ground)
     })
+}
+
+/// Aligns, cleans and calibrates recordings whose offsets, delays and gates are stated, as often as
+/// wanted: nothing is searched, and what the data say of the settings is not looked at.
+///
+/// # Errors
+/// A setting that is left to the data; the first stage that fails.
+pub fn prepare_as_stated(
+    recordings: &[Recording],
+    scene: Scene,
+    calibration: &CalibrationOptions,
+    warnings: &mut Warnings,
+    control: &Control<'_>,
+) -> Result<Prepared, ChainError> {
+    let mut tracks = Vec::new();
+    let mut echoes = Vec::new();
+    for recording in recordings {
+        control.check()?;
+        let flight = flight_of(recording, &scene);
+        let clocked = place_as_stated(flight, &recording.options, warnings, control)?;
+        let (track, own) = clean_track(recording, clocked, warnings)?;
+        tracks.push(track);
+        echoes.push(own);
+    }
+    calibrate(&mut echoes, calibration, &scene, warnings, control)?;
+    join(tracks, echoes, scene, None)
+}
+
+/// What a recording measured, where, and over what.
+fn flight_of<'a>(recording: &'a Recording, scene: &'a Scene) -> Flight<'a> {
+    Flight {
+        radar: &recording.radar.content,
+        positions: &recording.positions,
+        scene,
+    }
+}
+
+/// Cleans a recording whose traces have their places.
+fn clean_track(
+    recording: &Recording,
+    clocked: Clocked,
+    warnings: &mut Warnings,
+) -> Result<(Track, TrackEchoes), ChainError> {
+    let cleaned = clean(
+        &recording.radar.content,
+        &clocked.aligned,
+        &clocked.clean,
+        warnings,
+    )?;
+    Ok(parts(recording, clocked, cleaned))
 }
 
 /// The scene with its ground found, where that is left to the data.
@@ -151,14 +191,14 @@ fn settle_ground(
 }
 
 /// What is kept of a recording for good, and what the calibration corrects.
-fn parts(recording: Recording, clocked: Clocked, cleaned: Cleaned) -> (Track, TrackEchoes) {
+fn parts(recording: &Recording, clocked: Clocked, cleaned: Cleaned) -> (Track, TrackEchoes) {
     let calibration = TrackCalibration::given(recording.options.known_error);
     let track = Track {
         name: recording.name.clone(),
         traces_in_log: recording.radar.content.time_s().len(),
-        radar: recording.radar.label,
+        radar: recording.radar.label.clone(),
         horizontal_lever_arm_m: recording.options.align.horizontal_lever_arm_m,
-        positions: recording.positions,
+        positions: recording.positions.clone(),
         time_offset_s: clocked.time_offset_s,
         search: clocked.search,
         likelihood: clocked.likelihood,
@@ -172,7 +212,7 @@ fn parts(recording: Recording, clocked: Clocked, cleaned: Cleaned) -> (Track, Tr
         moving: clocked.aligned.moving(),
     };
     let echoes = TrackEchoes {
-        name: recording.name,
+        name: recording.name.clone(),
         aligned: clocked.aligned,
         spectrum: cleaned.spectrum,
         calibration,

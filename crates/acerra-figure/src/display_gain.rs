@@ -43,7 +43,8 @@ impl DisplayGain {
     }
 
     /// The gain at fractions of the way from edge to edge along x and y.
-    pub(super) fn at(&self, x: f64, y: f64) -> f64 {
+    #[must_use]
+    pub fn at(&self, x: f64, y: f64) -> f64 {
         let split = |fraction: f64| {
             let place = fraction.clamp(0.0, 1.0) * LAST;
             let cell = (place as usize).min(NODES - 2);

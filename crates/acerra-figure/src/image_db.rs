@@ -162,6 +162,12 @@ impl<'a> ImageDb<'a> {
         self.shown().floor_db
     }
 
+    /// The level shown as 0 dB, in dB against amplitude 1; −∞ for an image without values.
+    #[must_use]
+    pub fn zero_level_db(&self) -> f64 {
+        self.shown().reference_db
+    }
+
     fn marks(&self, x_range: [f64; 2], y_range: [f64; 2]) -> Marks<'_> {
         Marks {
             track_m: self.track_m,

@@ -1,6 +1,7 @@
 //! How the levels of an image are shown: the window of levels and the compensation for range.
 
 use acerra_figure::{DisplayGain, LevelWindow};
+use acerra_imaging::PlaneGrid;
 
 use crate::outcome::Outcome;
 
@@ -20,26 +21,46 @@ const COMPENSATED_FROM_DB: f64 = 20.0;
 /// Positions of a track from which the nearest to a pixel is taken, at most.
 const MOST_POSITIONS: usize = 512;
 
+/// What the gain that undoes 1/R² depends on.
+#[derive(Clone, Copy, Debug)]
+pub struct RangeGeometry<'a> {
+    /// Columns and rows of the image.
+    pub grid: &'a PlaneGrid,
+    /// A height for all of its pixels (m).
+    pub z_m: f64,
+    /// Positions of the phase centre (m).
+    pub position_m: &'a [[f64; 3]],
+    /// Range cell c/(2B), nearer than which range is not told apart; not finite for one frequency (m).
+    pub range_cell_m: f64,
+}
+
+/// The gain that undoes the 1/R² of Eq. (3) for display of a run's image.
+pub(crate) fn range_gain_of(outcome: &Outcome) -> Option<DisplayGain> {
+    let frequency_hz = &outcome.prepared.spectrum.frequency_hz;
+    let bandwidth_hz = frequency_hz.last()? - frequency_hz.first()?;
+    range_gain(RangeGeometry {
+        grid: &outcome.focused.pixels.grid,
+        z_m: outcome.focused.pixels.middle_m(),
+        position_m: &outcome.prepared.aligned.position_m,
+        range_cell_m: 0.5 * outcome.campaign.image.light_speed_m_s / bandwidth_hz,
+    })
+}
+
 /// The gain that undoes the 1/R² of Eq. (3) for display, R being the distance to the nearest point
 /// of the tracks: without it clutter near the antenna takes the maximum, and what lies far is
 /// black. None where 1/R² varies little over the image.
-pub fn range_gain(outcome: &Outcome) -> Option<DisplayGain> {
-    let pixels = &outcome.focused.pixels;
-    let grid = &pixels.grid;
-    let positions = &outcome.prepared.aligned.position_m;
+#[must_use]
+pub fn range_gain(geometry: RangeGeometry<'_>) -> Option<DisplayGain> {
+    let RangeGeometry { grid, z_m, .. } = geometry;
+    let positions = geometry.position_m;
     let step = positions.len().div_ceil(MOST_POSITIONS).max(1);
     let sampled: Vec<[f64; 3]> = positions.iter().step_by(step).copied().collect();
-    let frequency_hz = &outcome.prepared.spectrum.frequency_hz;
-    let bandwidth_hz = frequency_hz.last()? - frequency_hz.first()?;
-    let light_speed_m_s = outcome.campaign.image.light_speed_m_s;
     // Nearer than a range cell (a pixel, for one frequency alone), range is not told apart.
-    let cell_m = 0.5 * light_speed_m_s / bandwidth_hz;
-    let least_m = if cell_m.is_finite() {
-        cell_m.max(grid.pixel_m)
+    let least_m = if geometry.range_cell_m.is_finite() {
+        geometry.range_cell_m.max(grid.pixel_m)
     } else {
         grid.pixel_m
     };
-    let z_m = pixels.middle_m();
     let range_m = |x_m: f64, y_m: f64| {
         let to = |p: &[f64; 3]| {
             let away_m = [p[0] - x_m, p[1] - y_m, p[2] - z_m];

@@ -10,7 +10,7 @@ pub mod calibration;
 mod cuts;
 pub mod data;
 pub mod deliver;
-mod display;
+pub mod display;
 pub mod image_npz;
 mod maps;
 pub mod names;

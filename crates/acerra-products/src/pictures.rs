@@ -4,7 +4,7 @@ use acerra_imaging::Complex32;
 use acerra_imaging::metrics::Target;
 use acerra_radar::{Radargram, Samples};
 
-use crate::display::{DARK_SHARE, WINDOW, range_gain};
+use crate::display::{DARK_SHARE, WINDOW, range_gain_of};
 use crate::outcome::Outcome;
 use crate::report::Picture;
 use crate::surveyed::SurveyRecord;
@@ -31,7 +31,7 @@ pub fn image_caption(outcome: &Outcome) -> String {
         pixels.describe(),
         100.0 * DARK_SHARE
     );
-    if range_gain(outcome).is_some() {
+    if range_gain_of(outcome).is_some() {
         caption.push_str(
             " For display alone, levels are multiplied by R², R being the distance to the nearest \
              point of the track; image.npz and the table of targets are not.",
@@ -63,7 +63,7 @@ pub fn image(outcome: &Outcome) -> Result<Vec<u8>, FigureError> {
     .at(grid.x0_m, grid.y0_m, grid.pixel_m);
     figure.track_m = &track;
     figure.window = WINDOW;
-    figure.gain = range_gain(outcome);
+    figure.gain = range_gain_of(outcome);
     figure.survey = outcome.surveyed.iter().map(SurveyRecord::mark).collect();
     for (k, target) in outcome.measured.targets.iter().enumerate() {
         figure.targets.push(mark(target, k));

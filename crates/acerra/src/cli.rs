@@ -59,6 +59,7 @@ enum Command {
     Resolution(commands::resolution::Args),
     Schema(commands::schema::Args),
     Simulate(commands::simulate::Args),
+    View(commands::view::Args),
 }
 
 /// Parses the arguments, runs the command, and turns its outcome into an exit code:
@@ -113,6 +114,7 @@ fn run(command: Command) -> anyhow::Result<()> {
         Command::Resolution(args) => commands::resolution::run(&args, &mut out),
         Command::Schema(args) => commands::schema::run(&args, &mut out),
         Command::Simulate(args) => commands::simulate::run(&args, &mut out),
+        Command::View(args) => commands::view::run(&args, &mut out),
     }?;
     Ok(out.flush()?)
 }

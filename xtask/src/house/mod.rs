@@ -18,7 +18,7 @@ use anyhow::Context;
 use modules::ModuleTree;
 
 /// The crates' levels, from ARCHITECTURE.md.
-pub const LEVELS: [(&str, u32); 16] = [
+pub const LEVELS: [(&str, u32); 17] = [
     ("acerra-geo", 0),
     ("acerra-npz", 0),
     ("acerra-settings", 0),
@@ -33,8 +33,9 @@ pub const LEVELS: [(&str, u32); 16] = [
     ("acerra-simulate", 2),
     ("acerra-chain", 3),
     ("acerra-products", 4),
-    ("acerra", 5),
-    ("xtask", 6),
+    ("acerra-view", 5),
+    ("acerra", 6),
+    ("xtask", 7),
 ];
 
 /// Something wrong with the house.

@@ -69,6 +69,7 @@ impl Campaign {
                 ..FocusOptions::from(&self.image)
             },
             looks: self.image.look_options(),
+            pulses: None,
         }
     }
 

@@ -20,11 +20,14 @@ pub(super) struct RunContents<'a> {
     pub pulses: Option<PulseContents<'a>>,
 }
 
-/// The image and its axes.
-pub(super) struct ImageContents<'a> {
+/// The image and its axes: `image.npz`.
+#[derive(Clone, Debug)]
+pub struct ImageContents<'a> {
     /// Row-major, row 0 at the smallest y.
     pub values: Cow<'a, [Complex32]>,
+    /// East, of each column (m).
     pub x_m: Vec<f64>,
+    /// North, of each row (m).
     pub y_m: Vec<f64>,
     /// Height of all pixels, or of each.
     pub z_m: Vec<f64>,
@@ -32,6 +35,7 @@ pub(super) struct ImageContents<'a> {
 
 impl ImageContents<'_> {
     /// Distance of pixels along an axis (m).
+    #[must_use]
     pub fn pixel_m(&self) -> f64 {
         match (self.x_m.as_slice(), self.y_m.as_slice()) {
             ([first, .., last], _) => (last - first) / (self.x_m.len() - 1) as f64,

@@ -150,7 +150,7 @@ fn add_image<'a>(data: &mut Dataset<'a>, run: &'a RunContents<'_>) {
 }
 
 fn add_trajectory(data: &mut Dataset<'_>, table: &Table) -> anyhow::Result<()> {
-    if table.len() == 0 {
+    if table.is_empty() {
         return Ok(());
     }
     data.dimension("trace", table.len());

@@ -35,7 +35,7 @@ pub(super) fn contents(folder: &Path) -> anyhow::Result<RunContents<'static>> {
     Ok(RunContents {
         name: name_of(folder),
         items,
-        image: image(&folder.join("image.npz")).with_context(|| at("image.npz"))?,
+        image: read_image(&folder.join("image.npz")).with_context(|| at("image.npz"))?,
         trajectory,
         targets: places(&targets).with_context(|| at("targets.json"))?,
         pulses: None,
@@ -55,7 +55,11 @@ fn json(folder: &Path, name: &str) -> anyhow::Result<Value> {
     serde_json::from_str(&text).with_context(|| path.display().to_string())
 }
 
-fn image(path: &Path) -> anyhow::Result<ImageContents<'static>> {
+/// Reads `image.npz`.
+///
+/// # Errors
+/// A file that cannot be read, arrays that are absent or whose shapes disagree.
+pub fn read_image(path: &Path) -> anyhow::Result<ImageContents<'static>> {
     let file = File::open(path)?;
     let file_bytes = file.metadata()?.len();
     let mut npz = NpzReader::new(BufReader::new(file))?;
@@ -69,7 +73,7 @@ fn image(path: &Path) -> anyhow::Result<ImageContents<'static>> {
         "image: expected {pixels} pixels, found a file of {file_bytes} bytes"
     );
     ensure!(pixels > 0, "image: expected pixels, found none");
-    let mut values = Vec::new();
+    let mut values = Vec::with_capacity(usize::try_from(pixels)?);
     npz.with("image", |header, mut reader| {
         header.read_values(&mut reader, pixels as usize, |re, im| {
             values.push(Complex32::new(re as f32, im as f32));

@@ -27,9 +27,12 @@ use anyhow::Context;
 
 use crate::outcome::Outcome;
 use crate::staging::Staging;
+pub use contents::ImageContents;
 use contents::RunContents;
 pub use convert::{ConvertError, convert};
+pub use directory::read_image;
 use stacks::Stacks;
+pub use table::Table;
 
 /// Name of the Zarr group.
 const ZARR: &str = "data.zarr";

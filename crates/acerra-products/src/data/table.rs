@@ -5,7 +5,7 @@ use anyhow::{Context, ensure};
 
 /// A table with a line of names.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Table {
+pub struct Table {
     names: Vec<String>,
     rows: Vec<Vec<String>>,
 }
@@ -39,11 +39,19 @@ impl Table {
     }
 
     /// How many lines there are below the first.
+    #[must_use]
     pub fn len(&self) -> usize {
         self.rows.len()
     }
 
+    /// Whether there is no line below the first.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.rows.is_empty()
+    }
+
     /// The cells of a column.
+    #[must_use]
     pub fn texts(&self, name: &str) -> Option<impl Iterator<Item = &str>> {
         let column = self.names.iter().position(|n| n == name)?;
         Some(self.rows.iter().map(move |row| row[column].as_str()))
@@ -72,6 +80,7 @@ impl Table {
     }
 
     /// First and last instant of traces that have a position, where the table tells them.
+    #[must_use]
     pub fn time_span(&self) -> Option<[&str; 2]> {
         let instants: Vec<&str> = self
             .texts("gpst")?
@@ -82,6 +91,7 @@ impl Table {
     }
 
     /// GPS time at second zero of the column `time_s`, where the table tells it.
+    #[must_use]
     pub fn time_zero(&self) -> Option<GpsTime> {
         let gpst = instant(self.texts("gpst")?.next()?)?;
         let first_s: f64 = self.texts("time_s")?.next()?.parse().ok()?;

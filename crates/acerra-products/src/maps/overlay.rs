@@ -9,7 +9,7 @@ use acerra_maps::kmz::{Overlay, OverlayPoint, TrackHeights, write_kmz};
 use anyhow::Context;
 
 use super::frame::OnEarth;
-use crate::display::{WINDOW, range_gain};
+use crate::display::{WINDOW, range_gain_of};
 use crate::outcome::Outcome;
 use crate::staging::Staging;
 
@@ -29,7 +29,7 @@ pub(super) fn write(
     let mut image = ImageDb::new("", values, grid.nx, grid.ny);
     image = image.at(grid.x0_m, grid.y0_m, grid.pixel_m);
     image.window = WINDOW;
-    image.gain = range_gain(outcome);
+    image.gain = range_gain_of(outcome);
     let png = image.overlay_png(MOST_SIDE).context(NAME)?;
     let description = format!(
         "Radar image {}; levels from {:.0} dB to 0 dB below the maximum. Acerra {}.",

@@ -11,6 +11,11 @@ pub(super) fn section(data: &ReportData) -> Markup {
     html! {
         section #provenance {
             h2 { "How it was made" }
+            p.muted {
+                code { "acerra view" }
+                " with the directory of this report shows the run in the browser: image, radargram and \
+                 flight, linked, and images anew as settings change."
+            }
             (choices(&data.choices))
             (inputs(&data.inputs))
             (cost(&data.stages))

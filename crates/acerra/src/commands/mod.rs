@@ -18,3 +18,4 @@ pub mod resolution;
 pub mod schema;
 pub mod simulate;
 pub mod values;
+pub mod view;

@@ -1,0 +1,16 @@
+//! The data behind a run: its logs read once, cleaned and imaged again as often as asked for.
+
+mod coherence;
+mod edits;
+mod links;
+mod radargram;
+mod spread;
+mod state;
+mod work;
+
+pub use edits::Edits;
+pub use links::{Hyperbola, Ring, hyperbola, ring};
+pub use radargram::{Stage, TrackRadargram};
+pub use spread::{ExpectedSpread, expected_spread};
+pub use state::{Engine, EngineStatus};
+pub use work::{Current, ImageOrder, Made, View};

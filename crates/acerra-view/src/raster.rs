@@ -1,0 +1,205 @@
+//! Fields of complex values, cut into tiles at every level of a pyramid.
+//!
+//! A tile holds pairs of single-precision numbers (real, imaginary), row by row, little-endian. At
+//! level 0 they are the values themselves. At level L a value stands for 2^L × 2^L of them: its square
+//! is their mean power, its phase that of the one in their middle, as a mean of phases means nothing.
+
+use num_complex::Complex32;
+use rayon::prelude::*;
+
+/// Columns and rows of a tile, but for those at the upper edges.
+pub const TILE: usize = 256;
+
+/// Values over columns and rows.
+pub trait Field: Sync {
+    /// Columns and rows.
+    fn size(&self) -> [usize; 2];
+    /// The value at a column and a row within [`size`](Self::size).
+    fn at(&self, column: usize, row: usize) -> Complex32;
+}
+
+/// Mean powers at the levels above 0, down to one tile.
+#[derive(Clone, Debug, Default)]
+pub struct Pyramid {
+    levels: Vec<Level>,
+}
+
+#[derive(Clone, Debug)]
+struct Level {
+    columns: usize,
+    rows: usize,
+    power: Vec<f32>,
+}
+
+/// The place of a tile.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TileIndex {
+    /// Level; each has half the columns and rows of the one below.
+    pub level: usize,
+    /// Tile along the columns.
+    pub column: usize,
+    /// Tile along the rows.
+    pub row: usize,
+}
+
+impl Pyramid {
+    /// The levels over a field.
+    #[must_use]
+    pub fn of(field: &impl Field) -> Self {
+        let [columns, rows] = field.size();
+        let mut levels: Vec<Level> = Vec::new();
+        let mut size = [columns, rows];
+        while size.iter().any(|n| *n > TILE) {
+            let next = match levels.last() {
+                None => Level::over(size, |i, j| field.at(i, j).norm_sqr()),
+                Some(below) => Level::over(size, |i, j| below.power[j * below.columns + i]),
+            };
+            size = [next.columns, next.rows];
+            levels.push(next);
+        }
+        Self { levels }
+    }
+
+    /// Number of levels, level 0 included.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        1 + self.levels.len()
+    }
+
+    /// Bytes that the levels above 0 take.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        self.levels.iter().map(|level| 4 * level.power.len()).sum()
+    }
+
+    /// The values of a tile; none where the field has no such tile.
+    #[must_use]
+    pub fn tile(&self, field: &impl Field, index: TileIndex) -> Option<Vec<u8>> {
+        let above = match index.level {
+            0 => None,
+            level => Some(self.levels.get(level - 1)?),
+        };
+        let [columns, rows] = above.map_or(field.size(), |level| [level.columns, level.rows]);
+        let (i0, j0) = (
+            index.column.checked_mul(TILE)?,
+            index.row.checked_mul(TILE)?,
+        );
+        if i0 >= columns || j0 >= rows {
+            return None;
+        }
+        let (i1, j1) = ((i0 + TILE).min(columns), (j0 + TILE).min(rows));
+        let mut bytes = Vec::with_capacity(8 * (i1 - i0) * (j1 - j0));
+        for j in j0..j1 {
+            for i in i0..i1 {
+                let value = match above {
+                    None => field.at(i, j),
+                    Some(level) => level.value(field, index.level, [i, j]),
+                };
+                bytes.extend_from_slice(&value.re.to_le_bytes());
+                bytes.extend_from_slice(&value.im.to_le_bytes());
+            }
+        }
+        Some(bytes)
+    }
+}
+
+impl Level {
+    /// Means of 2 × 2 powers of a level of so many columns and rows; at the upper edges of what there
+    /// is.
+    fn over([columns, rows]: [usize; 2], power: impl Fn(usize, usize) -> f32 + Sync) -> Self {
+        let (own_columns, own_rows) = (columns.div_ceil(2), rows.div_ceil(2));
+        let mut means = vec![0.0; own_columns * own_rows];
+        means
+            .par_chunks_mut(own_columns.max(1))
+            .enumerate()
+            .for_each(|(j, row)| {
+                let below = 2 * j..(2 * j + 2).min(rows);
+                for (i, mean) in row.iter_mut().enumerate() {
+                    let (mut sum, mut count) = (0.0, 0.0);
+                    for y in below.clone() {
+                        for x in 2 * i..(2 * i + 2).min(columns) {
+                            sum += power(x, y);
+                            count += 1.0;
+                        }
+                    }
+                    *mean = sum / count;
+                }
+            });
+        Self {
+            columns: own_columns,
+            rows: own_rows,
+            power: means,
+        }
+    }
+
+    /// The root of a mean power, with the phase of the value in the middle of its block.
+    fn value(&self, field: &impl Field, level: usize, [i, j]: [usize; 2]) -> Complex32 {
+        let middle = |k: usize, n: usize| ((k << level) + (1 << (level - 1))).min(n - 1);
+        let [columns, rows] = field.size();
+        let centre = field.at(middle(i, columns), middle(j, rows));
+        let amplitude = self.power[j * self.columns + i].sqrt();
+        let modulus = centre.norm();
+        if modulus > 0.0 {
+            centre * (amplitude / modulus)
+        } else {
+            Complex32::new(amplitude, 0.0)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    struct Ramp([usize; 2]);
+
+    impl Field for Ramp {
+        fn size(&self) -> [usize; 2] {
+            self.0
+        }
+        fn at(&self, column: usize, row: usize) -> Complex32 {
+            Complex32::from_polar(1.0 + column as f32, 0.01 * row as f32)
+        }
+    }
+
+    fn values(bytes: &[u8]) -> Vec<Complex32> {
+        let number = |b: &[u8]| f32::from_le_bytes([b[0], b[1], b[2], b[3]]);
+        bytes
+            .chunks_exact(8)
+            .map(|b| Complex32::new(number(b), number(&b[4..])))
+            .collect()
+    }
+
+    fn at(level: usize, column: usize, row: usize) -> TileIndex {
+        TileIndex { level, column, row }
+    }
+
+    #[test]
+    fn level_zero_is_the_field_itself() {
+        let field = Ramp([300, 260]);
+        let pyramid = Pyramid::of(&field);
+        assert_eq!(pyramid.count(), 2);
+        let edge = values(&pyramid.tile(&field, at(0, 1, 1)).unwrap());
+        assert_eq!(edge.len(), 44 * 4);
+        assert_eq!(edge[44 + 3], field.at(256 + 3, 256 + 1));
+        for missing in [at(0, 2, 0), at(0, 0, 2), at(2, 0, 0), at(0, usize::MAX, 0)] {
+            assert!(pyramid.tile(&field, missing).is_none());
+        }
+    }
+
+    #[test]
+    fn higher_levels_keep_the_mean_power() {
+        let field = Ramp([700, 513]);
+        let pyramid = Pyramid::of(&field);
+        assert_eq!(pyramid.count(), 3);
+        let tile = values(&pyramid.tile(&field, at(2, 0, 0)).unwrap());
+        let mean = |i: usize, j: usize| {
+            let block = (0..4).flat_map(|y| (0..4).map(move |x| (x, y)));
+            let powers = block.map(|(x, y)| field.at(4 * i + x, 4 * j + y).norm_sqr());
+            powers.sum::<f32>() / 16.0
+        };
+        let value = tile[7 * 175 + 20];
+        assert!((value.norm_sqr() / mean(20, 7) - 1.0).abs() < 1e-5);
+        assert!((value.arg() - field.at(82, 30).arg()).abs() < 1e-6);
+    }
+}

@@ -1,0 +1,38 @@
+//! Answers: errors as JSON with a status, values as bytes, work beside the server's own thread.
+
+use axum::Json;
+use axum::http::StatusCode;
+use axum::http::header::CONTENT_TYPE;
+use axum::response::{IntoResponse, Response};
+use serde_json::json;
+
+use crate::error::{EngineError, RequestError};
+
+impl IntoResponse for RequestError {
+    fn into_response(self) -> Response {
+        let status = match &self {
+            Self::Absent { .. } => StatusCode::NOT_FOUND,
+            Self::Superseded | Self::Engine(EngineError::NotReady) => StatusCode::CONFLICT,
+            Self::Invalid { .. } | Self::Campaign(_) | Self::Grid(_) => StatusCode::BAD_REQUEST,
+            Self::Chain(_) | Self::Image(_) | Self::Engine(_) => StatusCode::UNPROCESSABLE_ENTITY,
+            Self::File { .. } | Self::Write(_) | Self::GivenUp => StatusCode::INTERNAL_SERVER_ERROR,
+        };
+        (status, Json(json!({ "error": self.to_string() }))).into_response()
+    }
+}
+
+/// Bytes that no browser takes for anything else.
+pub fn bytes(values: Vec<u8>) -> Response {
+    ([(CONTENT_TYPE, "application/octet-stream")], values).into_response()
+}
+
+/// Does work on a thread of its own.
+///
+/// # Errors
+/// Those of the work; work that ended without an answer.
+pub async fn beside<T: Send + 'static>(
+    work: impl FnOnce() -> Result<T, RequestError> + Send + 'static,
+) -> Result<T, RequestError> {
+    let done = tokio::task::spawn_blocking(work).await;
+    done.unwrap_or(Err(RequestError::GivenUp))
+}

@@ -1,0 +1,261 @@
+//! Addresses that answer from the data behind a run: radargram, hyperbola, range ring, new images.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use acerra_chain::Track;
+use axum::extract::{Path, Query, State};
+use axum::http::HeaderValue;
+use axum::http::header::{CONTENT_DISPOSITION, CONTENT_TYPE, HeaderName};
+use axum::response::{IntoResponse, Response};
+use axum::routing::{get, post};
+use axum::{Json, Router};
+use serde::Deserialize;
+use serde_json::{Value, json};
+
+use crate::engine::{
+    Current, Edits, EngineStatus, ImageOrder, Made, Stage, expected_spread, hyperbola, ring,
+};
+use crate::error::RequestError;
+use crate::raster::TileIndex;
+use crate::server::answer::{beside, bytes};
+use crate::server::state::Shared;
+
+/// The addresses.
+pub fn routes() -> Router<Arc<Shared>> {
+    Router::new()
+        .route("/api/run/{run}/engine", get(engine))
+        .route("/api/run/{run}/hyperbola", get(echoes_of_place))
+        .route("/api/run/{run}/ring", get(places_of_echo))
+        .route("/api/run/{run}/spread", get(spread_at_place))
+        .route(
+            "/api/run/{run}/radargram/{track}/{stage}/{level}/{column}/{row}",
+            get(tile),
+        )
+        .route("/api/run/{run}/image", post(image))
+        .route("/api/run/{run}/campaign", post(campaign))
+}
+
+/// Where the data stand; the first to ask sets their reading off.
+async fn engine(
+    State(shared): State<Arc<Shared>>,
+    Path(number): Path<usize>,
+) -> Result<Json<Value>, RequestError> {
+    let shown = shared.run(number)?;
+    if shown.engine.claim() {
+        let shown = Arc::clone(&shown);
+        // The answer is the status, now and whenever it is asked for.
+        drop(tokio::task::spawn_blocking(move || {
+            shown.engine.open(&shown.run);
+        }));
+    }
+    let status = shown.engine.status();
+    let mut answer = json!(status);
+    if status == EngineStatus::Ready {
+        let current = shown.engine.current()?;
+        answer["data"] = describe(&current);
+    }
+    Ok(Json(answer))
+}
+
+/// Tracks, axes of their radargrams and settings in force.
+fn describe(current: &Current) -> Value {
+    let prepared = &current.prepared;
+    let track = |(track, levels): (&Track, &Option<_>)| {
+        let levels: Option<&crate::engine::TrackRadargram> = levels.as_ref();
+        let radargram = track.cleaned.as_ref().map(|traces| {
+            json!({
+                "traces": traces.clean.traces,
+                "samples": traces.clean.samples_per_trace,
+                "fast_time_start_ns": 1e9 * traces.clean.fast_time_start_s,
+                "fast_time_step_ns": 1e9 * traces.clean.fast_time_step_s,
+                "levels": levels.map(crate::engine::TrackRadargram::levels),
+                "shift_ns": 1e9 * traces.shift_s,
+                "gate_ns": traces.gate_s.map(|gate| gate.map(|s| 1e9 * s)),
+                "maximum_raw": maximum(&traces.raw),
+                "maximum_clean": maximum(&traces.clean),
+            })
+        });
+        json!({
+            "name": track.name,
+            "unit": track.radar.unit,
+            "first_pulse": track.range.start,
+            "pulses": track.range.len(),
+            "time_offset_s": track.time_offset_s,
+            "radargram": radargram,
+        })
+    };
+    let tracks: Vec<Value> = prepared
+        .tracks
+        .iter()
+        .zip(&current.radargrams)
+        .map(track)
+        .collect();
+    json!({
+        "revision": current.revision,
+        "tracks": tracks,
+        "trace": prepared.aligned.traces,
+        "time_s": prepared.aligned.time_s,
+        "position_m": prepared.aligned.position_m,
+        "height_m": prepared.aligned.height_m,
+        "settings": current.campaign,
+        "light_speed_m_s": prepared.scene.light_speed_m_s,
+    })
+}
+
+/// The largest modulus of a radargram.
+fn maximum(radargram: &acerra_radar::Radargram) -> f32 {
+    use acerra_radar::Samples;
+    match &radargram.samples {
+        Samples::Real(values) => values.iter().fold(0.0, |most, v| v.abs().max(most)),
+        Samples::Complex(values) => values.iter().fold(0.0, |most, v| v.norm().max(most)),
+    }
+}
+
+async fn tile(
+    State(shared): State<Arc<Shared>>,
+    Path((number, track, stage, level, column, row)): Path<(
+        usize,
+        usize,
+        Stage,
+        usize,
+        usize,
+        usize,
+    )>,
+) -> Result<Response, RequestError> {
+    let shown = shared.run(number)?;
+    let index = TileIndex { level, column, row };
+    beside(move || {
+        let absent = RequestError::Absent { what: "tile" };
+        let current = shown.engine.current()?;
+        let (Some(own), Some(Some(levels))) = (
+            current.prepared.tracks.get(track),
+            current.radargrams.get(track),
+        ) else {
+            return Err(absent);
+        };
+        levels.tile(own, stage, index).map(bytes).ok_or(absent)
+    })
+    .await
+}
+
+#[derive(Clone, Copy, Debug, Deserialize)]
+struct PlaceQuery {
+    x_m: f64,
+    y_m: f64,
+    /// On the ground by default.
+    z_m: Option<f64>,
+}
+
+async fn echoes_of_place(
+    State(shared): State<Arc<Shared>>,
+    Path(number): Path<usize>,
+    Query(place): Query<PlaceQuery>,
+) -> Result<Response, RequestError> {
+    let shown = shared.run(number)?;
+    beside(move || {
+        let current = shown.engine.current()?;
+        let PlaceQuery { x_m, y_m, z_m } = place;
+        let ground_m = current.prepared.scene.ground.below_m(x_m, y_m);
+        let answer = hyperbola(&current.prepared, [x_m, y_m, z_m.unwrap_or(ground_m)]);
+        Ok(Json(answer).into_response())
+    })
+    .await
+}
+
+async fn spread_at_place(
+    State(shared): State<Arc<Shared>>,
+    Path(number): Path<usize>,
+    Query(place): Query<PlaceQuery>,
+) -> Result<Response, RequestError> {
+    let shown = shared.run(number)?;
+    beside(move || {
+        let current = shown.engine.current()?;
+        let answer = expected_spread(&current, place.x_m, place.y_m)?;
+        Ok(Json(answer).into_response())
+    })
+    .await
+}
+
+#[derive(Clone, Copy, Debug, Deserialize)]
+struct EchoQuery {
+    pulse: usize,
+    fast_time_ns: f64,
+}
+
+async fn places_of_echo(
+    State(shared): State<Arc<Shared>>,
+    Path(number): Path<usize>,
+    Query(echo): Query<EchoQuery>,
+) -> Result<Response, RequestError> {
+    let shown = shared.run(number)?;
+    beside(move || {
+        let current = shown.engine.current()?;
+        let answer = ring(&current.prepared, echo.pulse, echo.fast_time_ns)?;
+        Ok(Json(answer).into_response())
+    })
+    .await
+}
+
+/// Cancels work whose answer nobody waits for any more.
+struct CancelOnDrop(Arc<AtomicBool>);
+
+impl Drop for CancelOnDrop {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+}
+
+/// An image of what is in view: pairs of single-precision numbers, and what there is to say of them in
+/// the header `x-acerra-image`.
+async fn image(
+    State(shared): State<Arc<Shared>>,
+    Path(number): Path<usize>,
+    Json(order): Json<ImageOrder>,
+) -> Result<Response, RequestError> {
+    let shown = shared.run(number)?;
+    let cancel = shown.engine.supersede();
+    let guard = CancelOnDrop(Arc::clone(&cancel));
+    let made = beside(move || shown.engine.image(&order, &cancel)).await?;
+    drop(guard);
+    Ok(answer(made))
+}
+
+fn answer(made: Made) -> Response {
+    let told = json!({
+        "maximum_db": made.maximum_db,
+        "pulses": made.pulses,
+        "cleaning_ms": made.cleaning_ms,
+        "imaging_ms": made.imaging_ms,
+        "revision": made.revision,
+    });
+    let values = made.values.iter().flat_map(|v| [v.re, v.im]);
+    let mut response = bytes(values.flat_map(f32::to_le_bytes).collect());
+    if let Ok(told) = HeaderValue::from_str(&told.to_string()) {
+        let name = HeaderName::from_static("x-acerra-image");
+        response.headers_mut().insert(name, told);
+    }
+    response
+}
+
+/// The campaign file with changes.
+async fn campaign(
+    State(shared): State<Arc<Shared>>,
+    Path(number): Path<usize>,
+    Json(edits): Json<Edits>,
+) -> Result<Response, RequestError> {
+    let shown = shared.run(number)?;
+    let text = beside(move || {
+        let campaign = shown.engine.campaign(&edits)?;
+        let head = "# Settings tried in acerra view; everything left to the data is stated.\n";
+        Ok(format!("{head}{}", toml::to_string(&campaign)?))
+    });
+    let headers = [
+        (CONTENT_TYPE, "application/toml; charset=utf-8"),
+        (
+            CONTENT_DISPOSITION,
+            "attachment; filename=\"campaign.toml\"",
+        ),
+    ];
+    Ok((headers, text.await?).into_response())
+}

@@ -1,0 +1,207 @@
+//! Addresses that answer from a run's products: record, tiles of the image, cursor, track, files.
+
+use std::sync::Arc;
+
+use acerra_figure::Palette;
+use acerra_products::names::PRODUCTS;
+use axum::extract::{Path, Query, State};
+use axum::http::header::{CONTENT_SECURITY_POLICY, CONTENT_TYPE};
+use axum::response::{IntoResponse, Response};
+use axum::routing::get;
+use axum::{Json, Router};
+use serde::Deserialize;
+use serde_json::{Value, json};
+
+use crate::error::RequestError;
+use crate::raster::{Field, TILE, TileIndex};
+use crate::run::{Run, range_and_incidence};
+use crate::server::answer::{beside, bytes};
+use crate::server::state::Shared;
+
+/// The addresses.
+pub fn routes() -> Router<Arc<Shared>> {
+    Router::new()
+        .route("/api/runs", get(runs))
+        .route("/api/palette/{name}", get(palette))
+        .route("/api/run/{run}", get(run))
+        .route("/api/run/{run}/gain", get(gain))
+        .route("/api/run/{run}/track", get(track))
+        .route("/api/run/{run}/cursor", get(cursor))
+        .route("/api/run/{run}/image/{level}/{column}/{row}", get(tile))
+        .route("/run/{run}/{name}", get(file))
+}
+
+async fn runs(State(shared): State<Arc<Shared>>) -> Json<Value> {
+    let one =
+        |run: &Run| json!({ "name": run.name, "directory": run.directory.display().to_string() });
+    let runs: Vec<Value> = shared.runs().iter().map(|shown| one(&shown.run)).collect();
+    Json(json!({
+        "version": env!("CARGO_PKG_VERSION"),
+        "runs": runs,
+        "basemap": shared.basemap,
+        "tile": TILE,
+    }))
+}
+
+/// Colours of a palette.
+const COLOURS: usize = 256;
+
+/// A palette as red, green, blue and opacity of even steps.
+async fn palette(Path(name): Path<String>) -> Result<Response, RequestError> {
+    let palette = match name.as_str() {
+        "inferno" => Palette::Inferno,
+        "viridis" => Palette::Viridis,
+        "cividis" => Palette::Cividis,
+        "greys" => Palette::Greys,
+        "bluered" => Palette::BlueRed,
+        _ => return Err(RequestError::Absent { what: "palette" }),
+    };
+    let colour = |k: usize| {
+        let [r, g, b] = palette.at(k as f64 / (COLOURS - 1) as f64);
+        [r, g, b, 255]
+    };
+    Ok(bytes((0..COLOURS).flat_map(colour).collect()))
+}
+
+async fn run(
+    State(shared): State<Arc<Shared>>,
+    Path(number): Path<usize>,
+) -> Result<Json<Value>, RequestError> {
+    let shown = shared.run(number)?;
+    let run = &shown.run;
+    let (grid, display) = (&run.image.grid, &run.display);
+    let files: Vec<&str> = PRODUCTS
+        .into_iter()
+        .filter(|name| run.directory.join(name).is_file())
+        .collect();
+    Ok(Json(json!({
+        "name": run.name,
+        "grid": {
+            "x0_m": grid.x0_m, "y0_m": grid.y0_m, "z_m": grid.z_m, "pixel_m": grid.pixel_m,
+            "nx": grid.nx, "ny": grid.ny, "uneven": run.image.is_uneven(),
+        },
+        "levels": run.pyramid.count(),
+        "display": {
+            "zero_db": display.zero_db, "maximum_db": display.maximum_db,
+            "floor_db": display.floor_db, "gain": display.gain_db.is_some(),
+        },
+        "origin_deg_m": run.record.origin_deg_m,
+        "record": run.record.json,
+        "targets": run.targets,
+        "files": files,
+    })))
+}
+
+async fn gain(
+    State(shared): State<Arc<Shared>>,
+    Path(number): Path<usize>,
+) -> Result<Response, RequestError> {
+    let shown = shared.run(number)?;
+    let nodes = shown.run.display.gain_db.as_ref();
+    let nodes = nodes.ok_or(RequestError::Absent { what: "gain" })?;
+    Ok(bytes(nodes.iter().flat_map(|v| v.to_le_bytes()).collect()))
+}
+
+async fn track(
+    State(shared): State<Arc<Shared>>,
+    Path(number): Path<usize>,
+) -> Result<Response, RequestError> {
+    let shown = shared.run(number)?;
+    beside(move || Ok(Json(&shown.run.track).into_response())).await
+}
+
+async fn tile(
+    State(shared): State<Arc<Shared>>,
+    Path((number, level, column, row)): Path<(usize, usize, usize, usize)>,
+) -> Result<Response, RequestError> {
+    let shown = shared.run(number)?;
+    let index = TileIndex { level, column, row };
+    beside(move || {
+        let tile = shown.run.pyramid.tile(&shown.run.image, index);
+        tile.map(bytes).ok_or(RequestError::Absent { what: "tile" })
+    })
+    .await
+}
+
+/// A place on the image, and the trace from which it is looked at.
+#[derive(Clone, Copy, Debug, Deserialize)]
+struct CursorQuery {
+    x_m: f64,
+    y_m: f64,
+    /// Row of the track; the nearest by default.
+    row: Option<usize>,
+}
+
+async fn cursor(
+    State(shared): State<Arc<Shared>>,
+    Path(number): Path<usize>,
+    Query(at): Query<CursorQuery>,
+) -> Result<Json<Value>, RequestError> {
+    let shown = shared.run(number)?;
+    let run = &shown.run;
+    if !(at.x_m.is_finite() && at.y_m.is_finite()) {
+        return Err(RequestError::Invalid {
+            what: "x_m, y_m",
+            expected: "finite numbers".to_owned(),
+            found: format!("{}, {}", at.x_m, at.y_m),
+        });
+    }
+    let place_m = [at.x_m, at.y_m, run.image.height_m(at.x_m, at.y_m)];
+    let pixel = run.image.pixel_at(at.x_m, at.y_m);
+    let value = pixel.map(|[column, row]| run.image.at(column, row));
+    let level_db = value.map(|v| 20.0 * f64::from(v.norm()).log10() - run.display.maximum_db);
+    let seen = match at.row {
+        None => run.track.nearest(place_m).map(|pulse| json!(pulse)),
+        Some(row) => {
+            let position_m = run.track.position_m.get(row);
+            let position_m = position_m.ok_or(RequestError::Absent { what: "trace" })?;
+            let [range_m, incidence_deg] = range_and_incidence(*position_m, place_m);
+            Some(json!({
+                "row": row, "trace": run.track.trace[row],
+                "range_m": range_m, "incidence_deg": incidence_deg,
+            }))
+        }
+    };
+    Ok(Json(json!({
+        "place_m": place_m,
+        "place_deg_m": run.place_deg_m(place_m),
+        "pixel": pixel,
+        "value": value.map(|v| [v.re, v.im]),
+        "level_db": level_db,
+        "phase_deg": value.map(|v| f64::from(v.arg()).to_degrees()),
+        "seen": seen,
+    })))
+}
+
+/// A product, by its name alone.
+async fn file(
+    State(shared): State<Arc<Shared>>,
+    Path((number, name)): Path<(usize, String)>,
+) -> Result<Response, RequestError> {
+    let shown = shared.run(number)?;
+    let known = PRODUCTS.into_iter().find(|product| *product == name);
+    let name = known.ok_or(RequestError::Absent { what: "product" })?;
+    let path = shown.run.directory.join(name);
+    let read = beside(move || {
+        // A directory, or a link to what is no product, is no file of the run.
+        if !std::fs::symlink_metadata(&path).is_ok_and(|data| data.is_file()) {
+            return Err(RequestError::Absent { what: "product" });
+        }
+        std::fs::read(&path).map_err(|cause| RequestError::File {
+            name: name.to_owned(),
+            cause,
+        })
+    });
+    let content = read.await?;
+    let kind = match name.rsplit('.').next() {
+        Some("html") => "text/html; charset=utf-8",
+        Some("png") => "image/png",
+        Some("json" | "geojson") => "application/json",
+        Some("csv") => "text/csv; charset=utf-8",
+        _ => "application/octet-stream",
+    };
+    // The report brings its own style and pictures, and needs no script.
+    let policy = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; sandbox";
+    let headers = [(CONTENT_TYPE, kind), (CONTENT_SECURITY_POLICY, policy)];
+    Ok((headers, content).into_response())
+}

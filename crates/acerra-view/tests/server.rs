@@ -1,0 +1,420 @@
+//! What the server answers, and what it refuses, without a browser.
+#![allow(clippy::unwrap_used)] // a test that cannot go on has failed
+
+mod support;
+
+use std::fs;
+
+use acerra_chain::campaign::{Campaign, Gate};
+use acerra_chain::{Control, ImageRequest, Journal, MemorySink, Pixels};
+use acerra_imaging::PlaneGrid;
+use acerra_products::data::read_image;
+use serde_json::json;
+use support::{LIGHT_M_S, SAMPLES, Serving, TARGET_M, TRACES, place, run_in, shared};
+
+/// Relative L2 distance of two images.
+fn distance(found: &[[f32; 2]], expected: &[[f32; 2]]) -> f64 {
+    assert_eq!(found.len(), expected.len());
+    let power = |v: &[f32; 2]| f64::from(v[0]).powi(2) + f64::from(v[1]).powi(2);
+    let off: f64 = found
+        .iter()
+        .zip(expected)
+        .map(|(a, b)| power(&[a[0] - b[0], a[1] - b[1]]))
+        .sum();
+    (off / expected.iter().map(power).sum::<f64>()).sqrt()
+}
+
+#[test]
+fn strangers_and_tricks_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let products = run_in(folder.path());
+    fs::write(products.join("secret.txt"), "secret").unwrap();
+    let server = Serving::start(vec![products.clone()]);
+    let (host, base) = (&server.host, &server.base);
+    let with = |path: &str, headers: &str| {
+        server
+            .send(&format!(
+                "GET {path} HTTP/1.1\r\n{headers}Connection: close\r\n\r\n"
+            ))
+            .status
+    };
+    let own = format!("Host: {host}\r\n");
+    assert_eq!(with(&format!("{base}/"), &own), 200);
+    for strange in [
+        "Host: evil.example\r\n".to_owned(),
+        "Host: 127.0.0.1\r\n".to_owned(),
+        format!("{own}Origin: http://evil.example\r\n"),
+        format!("{own}Origin: null\r\n"),
+        format!("{own}Sec-Fetch-Site: cross-site\r\n"),
+    ] {
+        assert_eq!(
+            with(&format!("{base}/api/runs"), &strange),
+            403,
+            "{strange}"
+        );
+    }
+    // Without the token there is nothing.
+    for path in [
+        "/",
+        "/api/runs",
+        "/0123456789abcdef0123456789abcdef/api/runs",
+    ] {
+        assert_eq!(with(path, &own), 404, "{path}");
+    }
+    // Of the directory, products by their names alone.
+    assert_eq!(server.get("/run/0/run.json").status, 200);
+    for path in [
+        "/run/0/secret.txt",
+        "/run/0/../secret.txt",
+        "/run/0/..%2fflight.toml",
+        "/run/0/%2e%2e/flight.toml",
+        "/run/0/run.json%00.txt",
+        "/run/0/data.zarr",
+        "/run/1/run.json",
+        "/run/-1/run.json",
+        "/js/..%2f..%2fCargo.toml",
+        "//etc/passwd",
+    ] {
+        let answer = server.get(path);
+        assert!(
+            [400, 404].contains(&answer.status),
+            "{path}: {}",
+            answer.status
+        );
+        assert!(!answer.body.windows(6).any(|w| w == b"secret"), "{path}");
+    }
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink("/etc/passwd", products.join("targets.geojson")).unwrap();
+        assert_eq!(server.get("/run/0/targets.geojson").status, 404);
+    }
+}
+
+#[test]
+fn every_answer_forbids_what_the_page_does_not_need() {
+    let server = Serving::start(vec![shared().join("products")]);
+    for path in [
+        "/",
+        "/js/main.js",
+        "/api/runs",
+        "/run/0/report.html",
+        "/nothing",
+    ] {
+        let head = server.get(path).head.to_lowercase();
+        for part in [
+            "content-security-policy: default-src 'none'",
+            "x-content-type-options: nosniff",
+            "referrer-policy: no-referrer",
+            "cross-origin-resource-policy: same-origin",
+        ] {
+            assert!(head.contains(part), "{path}: {part}");
+        }
+        assert!(
+            !head.contains("unsafe-eval") && !head.contains("access-control"),
+            "{path}"
+        );
+    }
+}
+
+#[test]
+fn tiles_and_cursor_hold_the_values_of_the_file() {
+    let products = shared().join("products");
+    let image = read_image(&products.join("image.npz")).unwrap();
+    let server = Serving::start(vec![products]);
+    let meta = server.get("/api/run/0").json();
+    assert_eq!(
+        (&meta["grid"]["nx"], &meta["levels"]),
+        (&json!(301), &json!(2))
+    );
+    let tile = server.get("/api/run/0/image/0/1/0").pairs();
+    assert_eq!(tile.len(), 45 * 256);
+    for (k, [re, im]) in tile.iter().enumerate() {
+        let expected = image.values[(k / 45) * 301 + 256 + k % 45];
+        assert_eq!((re, im), (&expected.re, &expected.im), "value {k}");
+    }
+    for path in [
+        "2/0/0",
+        "0/2/0",
+        "0/0/99999999999999999999",
+        "0/18446744073709551615/0",
+    ] {
+        let status = server.get(&format!("/api/run/0/image/{path}")).status;
+        assert!([400, 404].contains(&status), "{path}: {status}");
+    }
+
+    let cursor = server.get("/api/run/0/cursor?x_m=5.004&y_m=3.996").json();
+    let expected = image.values[150 * 301 + 150];
+    assert_eq!(cursor["pixel"], json!([150, 150]));
+    assert_eq!(cursor["value"], json!([expected.re, expected.im]));
+    let phase_deg = f64::from(expected.arg()).to_degrees();
+    assert!((cursor["phase_deg"].as_f64().unwrap() - phase_deg).abs() < 1e-9);
+    assert!(cursor["level_db"].as_f64().unwrap().abs() < 0.5);
+    // A metre of latitude is 1/111,049 of a degree here, within a thousandth.
+    let latitude_deg = cursor["place_deg_m"][0].as_f64().unwrap();
+    assert!(((latitude_deg - 40.9596) * 111_049.0 / 3.996 - 1.0).abs() < 1e-3);
+    let nearest = (0..TRACES)
+        .map(|k| {
+            let [dx, dy, dz] = [place(k)[0] - 5.004, place(k)[1] - 3.996, place(k)[2]];
+            (dx * dx + dy * dy + dz * dz).sqrt()
+        })
+        .fold(f64::INFINITY, f64::min);
+    assert!((cursor["seen"]["range_m"].as_f64().unwrap() - nearest).abs() < 1e-3);
+    assert_eq!(server.get("/api/run/0/cursor?x_m=nan&y_m=0").status, 400);
+    assert_eq!(
+        server.get("/api/run/0/cursor?x_m=5&y_m=4&row=9999").status,
+        404
+    );
+}
+
+#[test]
+fn the_hyperbola_follows_the_echoes_and_the_ring_meets_the_target() {
+    let server = Serving::start(vec![shared().join("products")]);
+    let data = server.engine()["data"].clone();
+    let [x_m, y_m, _] = TARGET_M;
+    let hyperbola = server
+        .get(&format!("/api/run/0/hyperbola?x_m={x_m}&y_m={y_m}"))
+        .json();
+    let axis = &data["tracks"][0]["radargram"];
+    let start_ns = axis["fast_time_start_ns"].as_f64().unwrap();
+    let step_ns = axis["fast_time_step_ns"].as_f64().unwrap();
+    // The radargram as served, put together from its tiles: samples are rows.
+    let mut radargram = vec![0_f32; TRACES * SAMPLES];
+    for row in 0..SAMPLES.div_ceil(256) {
+        let path = format!("/api/run/0/radargram/0/clean/0/0/{row}");
+        for (k, [re, _]) in server.get(&path).pairs().into_iter().enumerate() {
+            let (trace, sample) = (k % TRACES, 256 * row + k / TRACES);
+            radargram[trace * SAMPLES + sample] = re;
+        }
+    }
+    for trace in 0..TRACES {
+        let samples = radargram[trace * SAMPLES..(trace + 1) * SAMPLES].iter();
+        let strongest = samples
+            .enumerate()
+            .max_by(|a, b| a.1.total_cmp(b.1))
+            .unwrap()
+            .0;
+        let time_ns = hyperbola["fast_time_ns"][trace].as_f64().unwrap();
+        let sample = (time_ns - start_ns) / step_ns;
+        assert!(
+            (sample - strongest as f64).abs() <= 1.0,
+            "trace {trace}: {sample}, {strongest}"
+        );
+    }
+    let apex = usize::try_from(hyperbola["apex"].as_u64().unwrap()).unwrap();
+    let time_ns = hyperbola["fast_time_ns"][apex].as_f64().unwrap();
+
+    let ring = server
+        .get(&format!(
+            "/api/run/0/ring?pulse={apex}&fast_time_ns={time_ns}"
+        ))
+        .json();
+    let places = ring["places_m"].as_array().unwrap();
+    let number = |place: &serde_json::Value, i: usize| place[i].as_f64().unwrap();
+    let range_m = 0.5 * LIGHT_M_S * time_ns * 1e-9;
+    let away = |place: &serde_json::Value, from: [f64; 3]| {
+        (0..3)
+            .map(|i| (number(place, i) - from[i]).powi(2))
+            .sum::<f64>()
+            .sqrt()
+    };
+    assert!((ring["range_m"].as_f64().unwrap() - range_m).abs() < 1e-9);
+    assert!(
+        places
+            .iter()
+            .all(|p| (away(p, place(apex)) - range_m).abs() < 1e-3)
+    );
+    let nearest = places
+        .iter()
+        .map(|p| away(p, TARGET_M))
+        .fold(f64::INFINITY, f64::min);
+    // Corners stand a degree apart.
+    assert!(nearest < 0.05, "{nearest}");
+    // No ground is as near as this.
+    let near = server.get("/api/run/0/ring?pulse=3&fast_time_ns=5").json();
+    assert_eq!(near["places_m"], json!([]));
+    assert_eq!(
+        server
+            .get("/api/run/0/ring?pulse=120&fast_time_ns=40")
+            .status,
+        404
+    );
+}
+
+const VIEW: &str = r#"{"x0_m":4.2,"y0_m":3.3,"pixel_m":0.0125,"nx":130,"ny":110}"#;
+
+fn view() -> PlaneGrid {
+    PlaneGrid::new([4.2, 3.3, 0.0], 0.0125, [130, 110]).unwrap()
+}
+
+/// The image of a campaign on the pixels of [`VIEW`], by the chain itself.
+fn by_chain(campaign: &Campaign, pulses: Option<std::ops::Range<usize>>) -> Vec<[f32; 2]> {
+    let (mut journal, control) = (Journal::default(), Control::default());
+    let prepared = campaign.survey().prepare(&mut journal, &control).unwrap();
+    let mut grid = view();
+    grid.z_m = campaign.image.base_z_m();
+    let mut request: ImageRequest = campaign.image_request(Pixels::plane(grid));
+    request.pulses = pulses;
+    let sink = &mut MemorySink::default();
+    let focused = prepared.image(&request, sink, &control).unwrap();
+    focused.image.iter().map(|v| [v.re, v.im]).collect()
+}
+
+#[test]
+fn images_of_selections_and_of_other_settings_are_the_chains() {
+    let server = Serving::start(vec![shared().join("products")]);
+    assert_eq!(server.engine()["state"], "ready");
+    let text = fs::read_to_string(shared().join("flight.toml")).unwrap();
+    let campaign = Campaign::parse(&text).unwrap().resolved_in(shared());
+    let made = |pulses: &str, edits: &str| {
+        let order = format!(r#"{{"view":{VIEW},"pulses":{pulses},"edits":{edits}}}"#);
+        let answer = server.post("/api/run/0/image", &order);
+        assert_eq!(
+            answer.status,
+            200,
+            "{}",
+            String::from_utf8_lossy(&answer.body)
+        );
+        answer
+    };
+
+    // Twice the accuracy asked for, as each of the two images may be off by it.
+    let tolerance = 2.0 * campaign.image.accuracy;
+    let all = made("null", "{}").pairs();
+    assert!(distance(&all, &by_chain(&campaign, None)) < tolerance);
+    let selected = made("[30,79]", "{}").pairs();
+    assert!(distance(&selected, &by_chain(&campaign, Some(30..80))) < tolerance);
+    assert!(distance(&selected, &all) > 0.1);
+    // The sum over pulses is linear: parts add up to the whole.
+    let parts = [
+        made("[0,29]", "{}").pairs(),
+        selected,
+        made("[80,119]", "{}").pairs(),
+    ];
+    let sum: Vec<[f32; 2]> = (0..all.len())
+        .map(|k| [0, 1].map(|i| parts.iter().map(|part| part[k][i]).sum()))
+        .collect();
+    assert!(distance(&sum, &all) < tolerance);
+
+    let edits = r#"{"gate_ns":[-2.0,12.5],"background":"median","band_ghz":[3.3,4.6],
+        "delay_change_ns":0.2,"z_m":0.1,"light_speed_m_s":2.9e8,"time_offset_change_s":0.01}"#;
+    let edited = made("null", edits);
+    assert!(edited.head.contains("x-acerra-image"));
+    let file = server.post("/api/run/0/campaign", edits);
+    assert_eq!(file.status, 200);
+    let saved = Campaign::parse(std::str::from_utf8(&file.body).unwrap()).unwrap();
+    assert_eq!(saved.preprocess.gate_ns, Gate::About([-2.0, 12.5]));
+    assert!(distance(&edited.pairs(), &by_chain(&saved, None)) < tolerance);
+    // The coherence of the two halves, at one pixel by hand.
+    let looks = [made("[0,59]", "{}").pairs(), made("[60,119]", "{}").pairs()];
+    let order = format!(r#"{{"view":{VIEW},"coherence":true}}"#);
+    let gamma = server.post("/api/run/0/image", &order).pairs()[40 * 130 + 60];
+    let (mut cross, mut powers) = ([0.0; 2], [0.0; 2]);
+    for place in (37..44).flat_map(|j| (57..64).map(move |i| j * 130 + i)) {
+        let [[a, b], [c, d]] = [0, 1].map(|look| looks[look][place].map(f64::from));
+        cross = [cross[0] + a * c + b * d, cross[1] + b * c - a * d];
+        powers = [powers[0] + a * a + b * b, powers[1] + c * c + d * d];
+    }
+    for i in 0..2 {
+        let expected = cross[i] / (powers[0] * powers[1]).sqrt();
+        assert!((f64::from(gamma[i]) - expected).abs() < 5e-3);
+    }
+    // Back to the run's settings, nothing of the changes is left.
+    assert!(distance(&made("null", "{}").pairs(), &all) < 1e-9);
+}
+
+#[test]
+fn impossible_orders_are_refused_with_what_is_possible() {
+    let server = Serving::start(vec![shared().join("products")]);
+    server.engine();
+    let order = |view: &str, rest: &str| format!(r#"{{"view":{view}{rest}}}"#);
+    for (body, status, part) in [
+        (order(VIEW, r#","pulses":[5,120]"#), 400, "within 0 to 119"),
+        (order(VIEW, r#","pulses":[9,5]"#), 400, "[first, last]"),
+        (order(VIEW, r#","edits":{"gate_ns":[5,1]}"#), 422, ""),
+        (
+            order(VIEW, r#","edits":{"band_ghz":[4.8,3.1]}"#),
+            400,
+            "band_ghz",
+        ),
+        (
+            order(VIEW, r#","edits":{"light_speed_m_s":0}"#),
+            400,
+            "light_speed_m_s",
+        ),
+        (order(VIEW, r#","edits":{"nothing":0}"#), 422, "nothing"),
+        (
+            order(
+                r#"{"x0_m":0,"y0_m":0,"pixel_m":0.01,"nx":100000,"ny":100000}"#,
+                "",
+            ),
+            400,
+            "4000000",
+        ),
+        (
+            order(r#"{"x0_m":0,"y0_m":0,"pixel_m":-1,"nx":10,"ny":10}"#, ""),
+            400,
+            "",
+        ),
+        (order(r#"{"x0_m":0}"#, ""), 422, ""),
+        ("{".to_owned(), 400, ""),
+    ] {
+        let answer = server.post("/api/run/0/image", &body);
+        let text = String::from_utf8_lossy(&answer.body).into_owned();
+        assert_eq!(answer.status, status, "{body}: {text}");
+        assert!(text.contains(part), "{body}: {text}");
+    }
+    assert_eq!(server.get("/api/run/0/radargram/1/clean/0/0/0").status, 404);
+    assert_eq!(server.get("/api/run/0/radargram/0/burnt/0/0/0").status, 400);
+    // It still answers.
+    assert_eq!(server.engine()["state"], "ready");
+}
+
+#[test]
+fn logs_that_are_not_those_of_the_run_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let products = run_in(folder.path());
+    fs::write(
+        folder.path().join("flight.csv"),
+        "time_s,x_m,y_m,z_m\n0,0,0,5\n1,0,1,5\n",
+    )
+    .unwrap();
+    let server = Serving::start(vec![products.clone()]);
+    let status = server.engine();
+    assert_eq!(status["state"], "failed");
+    let reason = status["reason"].as_str().unwrap();
+    assert!(
+        reason.contains("flight.csv") && reason.contains("expected the file"),
+        "{reason}"
+    );
+    // The image is shown all the same.
+    assert_eq!(server.get("/api/run/0/image/1/0/0").status, 200);
+    drop(server);
+    fs::remove_file(folder.path().join("flight.npz")).unwrap();
+    let server = Serving::start(vec![products]);
+    assert!(
+        server.engine()["reason"]
+            .as_str()
+            .unwrap()
+            .contains("flight.npz")
+    );
+}
+
+#[test]
+fn directories_without_a_run_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let open = |directories: Vec<std::path::PathBuf>| {
+        let options = acerra_view::ServerOptions {
+            directories,
+            ..Default::default()
+        };
+        acerra_view::Server::open(&options).unwrap_err().to_string()
+    };
+    assert!(open(vec![folder.path().to_owned()]).contains("run.json"));
+    fs::write(folder.path().join("run.json"), "{}").unwrap();
+    let message = open(vec![folder.path().to_owned()]);
+    assert!(
+        message.contains("run.json: expected the record of a run"),
+        "{message}"
+    );
+    assert!(open(Vec::new()).contains("expected the directory"));
+}

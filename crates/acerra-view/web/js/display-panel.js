@@ -1,0 +1,98 @@
+// How levels become colours, and which run stands beside this one.
+
+import { choice, section, slider, toggle } from "./form.js";
+import { PALETTES, palette } from "./palettes.js";
+
+/** @typedef {import("./store.js").Store} Store */
+
+/** @param {Store} store */
+export function displayPanel(store) {
+  const { details, panel } = section("Display", true);
+  const { look, meta } = store;
+  const changed = () => {
+    void draw();
+    store.tell("look");
+  };
+  const legend = document.createElement("div");
+  legend.className = "legend";
+  const [low, bar, high] = [document.createElement("span"), document.createElement("canvas"), document.createElement("span")];
+  legend.append(low, bar, high);
+  const draw = async () => {
+    const isPhase = look.mode === "phase";
+    const isCoherence = look.mode === "coherence";
+    const table = await palette(isPhase ? "phase" : look.palette);
+    [bar.width, bar.height] = [256, 1];
+    bar.getContext("2d")?.putImageData(new ImageData(new Uint8ClampedArray(table), 256, 1), 0, 0);
+    low.textContent = isPhase ? "−180°" : isCoherence ? "0" : `${look.window[0]} dB`.replace("-", "−");
+    high.textContent = isPhase ? "180°" : isCoherence ? "1" : `${look.window[1]} dB`.replace("-", "−");
+  };
+  const floor = slider({
+    name: "Lowest level", id: "floor", low: -100, high: -5, step: 1, value: look.window[0], text: (v) => `${v} dB`.replace("-", "−"),
+    changed: (v) => {
+      look.window[0] = Math.min(v, look.window[1] - 1);
+      changed();
+    },
+  });
+  const top = slider({
+    name: "Highest level", id: "top", low: -60, high: 10, step: 1, value: look.window[1], text: (v) => `${v} dB`.replace("-", "−"),
+    changed: (v) => {
+      look.window[1] = Math.max(v, look.window[0] + 1);
+      changed();
+    },
+  });
+  const mode = choice({
+    name: "Image shows", id: "mode", values: [["level", "level"], ["phase", "phase"], ["coherence", "coherence of two looks"]], value: look.mode,
+    changed: (v) => {
+      const was = look.mode;
+      look.mode = v === "phase" || v === "coherence" ? v : "level";
+      changed();
+      if (was === "coherence" || look.mode === "coherence") store.tell("edits");
+    },
+  });
+  const colours = choice({ name: "Colours", id: "palette", values: PALETTES, value: look.palette, changed: (v) => { look.palette = v; changed(); } });
+  const radargram = choice({
+    name: "Radargram shows", id: "radargram-look", values: [["level", "level"], ["signed", "signed amplitude"]], value: look.radargram,
+    changed: (v) => {
+      look.radargram = v === "signed" ? "signed" : "level";
+      changed();
+    },
+  });
+  panel.append(legend, mode.row, colours.row, floor.row, top.row);
+  if (meta?.display.gain) panel.append(toggle("Undo 1/R², as the run's picture does", look.gain, (v) => { look.gain = v; changed(); }));
+  if (store.runs.basemap) {
+    const opacity = slider({ name: "Image over the map", id: "opacity", low: 0, high: 1, step: 0.05, value: look.opacity, text: (v) => `${Math.round(100 * v)} %`, changed: (v) => { look.opacity = v; changed(); } });
+    panel.append(opacity.row);
+  }
+  panel.append(radargram.row);
+  void draw();
+  store.on(["look"], () => {
+    mode.select.value = look.mode;
+    void draw();
+  });
+  return details;
+}
+
+/** @param {Store} store @param {(run: number | null) => Promise<boolean>} setOther sets the other run; tells whether a difference means anything */
+export function comparePanel(store, setOther) {
+  const { details, panel } = section("Compare two runs", false);
+  const others = store.runs.runs.map((run, k) => /** @type {const} */ ([String(k), run.name])).filter(([k]) => Number(k) !== store.run);
+  const told = document.createElement("p");
+  told.className = "hint";
+  const set = async () => {
+    const { compare } = store;
+    const comparable = await setOther(compare.mode === "off" ? null : compare.run);
+    told.textContent = compare.mode === "difference" && !comparable ? "The two images stand on different pixels: there is no difference to show." : compare.mode === "swipe" ? "Drag the line." : compare.mode === "difference" ? "Blue: weaker here than in the other run; red: stronger." : "";
+    store.tell("compare", "look");
+  };
+  const run = choice({ name: "Other run", id: "other-run", values: others, value: others[0]?.[0] ?? "", changed: (v) => { store.compare.run = Number(v); void set(); } });
+  const mode = choice({
+    name: "Show", id: "compare", values: [["off", "this run alone"], ["swipe", "swipe"], ["blink", "blink"], ["difference", "difference in dB"]], value: "off",
+    changed: (v) => {
+      store.compare.mode = /** @type {import("./store.js").Compare["mode"]} */ (v);
+      void set();
+    },
+  });
+  store.compare = { mode: "off", run: Number(others[0]?.[0] ?? 0), share: 0.5 };
+  panel.append(run.row, mode.row, told);
+  return details;
+}

@@ -1,0 +1,119 @@
+// A pane: a field drawn by WebGL2, and a drawing over it; redrawn once a frame at most.
+
+import { Camera } from "./camera.js";
+import { listen } from "./gestures.js";
+import { Painter } from "./gl.js";
+
+export class Pane {
+  /**
+   * @param {HTMLElement} box @param {string} label what the pane shows, for readers of the screen
+   * @param {{yUp: boolean, square: boolean}} axes
+   */
+  constructor(box, label, axes) {
+    this.box = box;
+    this.camera = new Camera(axes);
+    const field = document.createElement("canvas");
+    this.surface = document.createElement("canvas");
+    this.surface.className = "surface";
+    this.surface.tabIndex = 0;
+    this.surface.setAttribute("role", "application");
+    this.surface.setAttribute("aria-label", label);
+    box.append(field, this.surface);
+    this.painter = new Painter(field);
+    const context = this.surface.getContext("2d");
+    if (!context) throw new Error("this browser draws no pictures");
+    this.context = context;
+    /** @type {(() => void)[]} */
+    this.drawn = [];
+    this.frame = 0;
+    /** @type {{x: number[], y: number[]} | null} */
+    this.bounds = null;
+    /** @type {(context: CanvasRenderingContext2D) => void} */
+    this.onOverlay = () => {};
+    /** @type {(ratio: number) => void} */
+    this.onField = () => {};
+    /** @type {() => void} */
+    this.onMove = () => {};
+    /** @type {(x: number, y: number) => void} */
+    this.onHover = () => {};
+    /** @type {() => void} */
+    this.onLeave = () => {};
+    /** @type {(x: number, y: number) => void} */
+    this.onClick = () => {};
+    /** @type {(from: [number, number], to: [number, number], done: boolean) => boolean} */
+    this.onDrag = () => false;
+    new ResizeObserver(() => this.resize()).observe(box);
+    listen(this.surface, this.camera, {
+      hover: (sx, sy) => this.onHover(...this.camera.toWorld(sx, sy)),
+      leave: () => this.onLeave(),
+      click: (sx, sy) => this.onClick(...this.camera.toWorld(sx, sy)),
+      drag: (from, to, done) => this.onDrag(this.camera.toWorld(...from), this.camera.toWorld(...to), done),
+      moved: () => {
+        this.invalidate();
+        this.onMove();
+      },
+    });
+  }
+
+  /** Device pixels a CSS pixel. */
+  get ratio() {
+    return Math.min(window.devicePixelRatio || 1, 2);
+  }
+
+  resize() {
+    const { clientWidth, clientHeight } = this.box;
+    if (!clientWidth || !clientHeight) return;
+    const first = this.camera.width <= 1;
+    const all = this.bounds && Math.abs(this.camera.kx - this.fitted) < 1e-9 * this.camera.kx;
+    [this.camera.width, this.camera.height] = [clientWidth, clientHeight];
+    if (this.bounds && (first || all)) this.fit(this.bounds);
+    this.invalidate();
+    this.onMove();
+  }
+
+  fitted = 0;
+
+  /** Shows all of a field. @param {{x: number[], y: number[]}} bounds */
+  fit(bounds) {
+    this.bounds = bounds;
+    this.camera.fit(bounds);
+    this.fitted = this.camera.kx;
+    this.invalidate();
+    this.onMove();
+  }
+
+  /** Draws anew with the next frame. */
+  invalidate() {
+    this.frame ||= requestAnimationFrame(() => {
+      this.frame = 0;
+      this.draw();
+    });
+  }
+
+  draw() {
+    const { camera, ratio, context, surface } = this;
+    if (camera.width <= 1) return;
+    this.painter.begin(camera.width, camera.height, ratio);
+    this.onField(ratio);
+    const [w, h] = [Math.round(camera.width * ratio), Math.round(camera.height * ratio)];
+    if (surface.width !== w || surface.height !== h) [surface.width, surface.height] = [w, h];
+    context.setTransform(ratio, 0, 0, ratio, 0, 0);
+    context.clearRect(0, 0, camera.width, camera.height);
+    this.onOverlay(context);
+    for (const done of this.drawn.splice(0)) done();
+  }
+
+  /** The picture as it stands, field and drawing. @returns {Promise<Blob>} */
+  picture() {
+    this.draw();
+    const sheet = document.createElement("canvas");
+    [sheet.width, sheet.height] = [this.surface.width, this.surface.height];
+    const context = sheet.getContext("2d");
+    if (!context) return Promise.reject(new Error("this browser draws no pictures"));
+    context.fillStyle = getComputedStyle(this.box).backgroundColor;
+    context.fillRect(0, 0, sheet.width, sheet.height);
+    context.drawImage(this.painter.canvas, 0, 0);
+    context.drawImage(this.surface, 0, 0);
+    return new Promise((done, failed) => sheet.toBlob((blob) => (blob ? done(blob) : failed(new Error("no picture"))), "image/png"));
+  }
+}

@@ -1,0 +1,77 @@
+// What is shown at the moment, and who wants to hear when it changes.
+
+/** @typedef {{palette: string, mode: "level" | "phase" | "coherence", window: [number, number], gain: boolean, radargram: "level" | "signed", opacity: number}} Look */
+/** @typedef {{mode: "off" | "swipe" | "blink" | "difference", run: number, share: number}} Compare */
+/** @typedef {"run" | "engine" | "look" | "mark" | "echo" | "selection" | "edits" | "pulse" | "compare" | "live" | "mode"} Topic */
+
+export class Store {
+  constructor() {
+    this.run = 0;
+    /** @type {import("./types.js").Runs} */
+    this.runs = { version: "", runs: [], basemap: null, tile: 256 };
+    /** @type {import("./types.js").RunMeta | null} */
+    this.meta = null;
+    /** @type {import("./types.js").Track | null} */
+    this.track = null;
+    /** @type {import("./types.js").EngineStatus} */
+    this.engine = { state: "idle" };
+    /** @type {Look} */
+    this.look = { palette: "inferno", mode: "level", window: [-40, 0], gain: true, radargram: "level", opacity: 0.75 };
+    /** @type {Compare} */
+    this.compare = { mode: "off", run: 0, share: 0.5 };
+    /** The place marked on the image, and its echoes. @type {{x: number, y: number, hyperbola: import("./types.js").Hyperbola | null} | null} */
+    this.mark = null;
+    /** The echo marked on the radargram, and its places. @type {import("./types.js").Ring | null} */
+    this.echo = null;
+    /** First and last pulse selected. @type {[number, number] | null} */
+    this.selection = null;
+    /** @type {import("./types.js").Edits} */
+    this.edits = {};
+    /** Height of a slice through a volume (m). @type {number | null} */
+    this.slice = null;
+    /** The pulse under the pointer. @type {number | null} */
+    this.pulse = null;
+    /** What a drag does. @type {"move" | "select" | "measure"} */
+    this.mode = "move";
+    /** The radargram's track. */
+    this.trackNumber = 0;
+    /** @type {Map<Topic, (() => void)[]>} */
+    this.listeners = new Map();
+  }
+
+  /** @param {Topic[]} topics @param {() => void} listener */
+  on(topics, listener) {
+    for (const topic of topics) this.listeners.set(topic, [...(this.listeners.get(topic) ?? []), listener]);
+  }
+
+  /** @param {Topic[]} topics */
+  tell(...topics) {
+    const heard = new Set(topics.flatMap((topic) => this.listeners.get(topic) ?? []));
+    for (const listener of heard) listener();
+  }
+
+  /** Data of the engine, once it is ready. */
+  get data() {
+    return this.engine.data ?? null;
+  }
+
+  /** The track of which the radargram is shown. */
+  get trackMeta() {
+    return this.data?.tracks[this.trackNumber] ?? null;
+  }
+
+  /** Whether the image shown is not the run's own. */
+  get isLive() {
+    return this.selection !== null || this.slice !== null || this.look.mode === "coherence" || Object.keys(this.edits).length > 0;
+  }
+}
+
+/** Colours of solution statuses, told apart by lightness as well. */
+const STATUS = /** @type {Record<string, string>} */ ({
+  fixed: "#4dd0e1", float: "#ffb74d", single: "#ff6e6e", dgps: "#ffe082", sbas: "#ffe082", ppp: "#b39ddb", external: "#cfd8dc",
+});
+
+/** @param {string} status */
+export function statusColour(status) {
+  return STATUS[status] ?? "#cfd8dc";
+}

@@ -1,0 +1,116 @@
+//! Tests of the viewer in a browser, where node, the packages and Chromium can be had.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use anyhow::Context;
+
+use crate::runner::{Runner, Step};
+
+/// Files of `browser/`: they run from a folder of their own, beside the packages that they need.
+const FILES: [&str; 8] = [
+    "package.json",
+    "package-lock.json",
+    "tsconfig.json",
+    "harness.mjs",
+    "npz.mjs",
+    "synthetic.mjs",
+    "view.test.mjs",
+    "bench.mjs",
+];
+
+/// The programs that may be Chromium.
+const CHROMIUM: [&str; 3] = ["chromium", "chromium-browser", "google-chrome"];
+
+/// Checks the types of the page's modules and tests the viewer; each that cannot run is named and
+/// skipped.
+pub fn test(runner: &Runner) -> anyhow::Result<()> {
+    let Some(place) = packages(runner)? else {
+        return Ok(());
+    };
+    let compiler = place.join("node_modules/.bin/tsc").display().to_string();
+    for project in ["crates/acerra-view/web", &place.display().to_string()] {
+        let check = [compiler.as_str(), "-p", project];
+        runner.run(&Step::new("types of the page", &check))?;
+    }
+    if !CHROMIUM
+        .iter()
+        .any(|name| runner.succeeds(&[name, "--version"]))
+    {
+        println!("\n== browser tests: no Chromium is installed here; skipped");
+        return Ok(());
+    }
+    // The same program as the Rust suite has built.
+    let build = "cargo build --workspace --locked --bin acerra";
+    let options = ["--test", "--test-concurrency=1"];
+    node(
+        runner,
+        &place,
+        (build, "debug"),
+        (&options, "view.test.mjs"),
+    )
+}
+
+/// Measures the viewer in the browser.
+pub fn bench(runner: &Runner) -> anyhow::Result<()> {
+    match packages(runner)? {
+        Some(place) => {
+            let build = "cargo build --release --locked -p acerra";
+            node(runner, &place, (build, "release"), (&[], "bench.mjs"))
+        }
+        None => Ok(()),
+    }
+}
+
+/// Builds the program, into a folder of the target directory, and runs a script of `browser/` with it.
+fn node(
+    runner: &Runner,
+    place: &Path,
+    (build, folder): (&str, &str),
+    (options, script): (&[&str], &str),
+) -> anyhow::Result<()> {
+    let build: Vec<&str> = build.split_whitespace().collect();
+    runner.run(&Step::new("the program for the browser", &build))?;
+    let script = place.join(script).display().to_string();
+    let mut command = vec!["node"];
+    command.extend(options);
+    command.push(&script);
+    let program = target(runner).join(folder).join("acerra");
+    let program = program.display().to_string();
+    let shots = target(runner).join("browser-shots").display().to_string();
+    runner.run(
+        &Step::new("browser", &command)
+            .with("ACERRA", program)
+            .with("ACERRA_SHOTS", shots),
+    )
+}
+
+/// The folder of `browser/`'s files and packages; none, with the reason said, where they cannot be had.
+fn packages(runner: &Runner) -> anyhow::Result<Option<PathBuf>> {
+    if !runner.succeeds(&["node", "--version"]) || !runner.succeeds(&["npm", "--version"]) {
+        println!("\n== browser tests: node and npm are not installed here; skipped");
+        return Ok(None);
+    }
+    let place = target(runner).join("browser");
+    fs::create_dir_all(&place).with_context(|| place.display().to_string())?;
+    for name in FILES {
+        let from = runner.root.join("browser").join(name);
+        fs::copy(&from, place.join(name)).with_context(|| from.display().to_string())?;
+    }
+    let install = Command::new("npm")
+        .args(["ci", "--no-audit", "--no-fund"])
+        .current_dir(&place)
+        .output()
+        .context("npm")?;
+    if install.status.success() {
+        return Ok(Some(place));
+    }
+    let said = String::from_utf8_lossy(&install.stderr).into_owned();
+    println!("\n== browser tests: the packages cannot be installed here; skipped\n{said}");
+    Ok(None)
+}
+
+fn target(runner: &Runner) -> PathBuf {
+    std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| runner.root.join("target"), PathBuf::from)
+}
