@@ -3,7 +3,7 @@
 //! ```text
 //! Dataset (variables over named dimensions) ─┬─write_zarr──► Zarr v3 group: xarray, zarr
 //!                                            └─write_hdf5──► NetCDF-4 (HDF5): MATLAB, xarray, h5py
-//! slices of a volume ─┬─ZarrGroup::stack, Hdf5File::stack──► an array of the group, slice by slice
+//! slices of a volume ─┬─ZarrGroup::stack, Hdf5Stack──► an array of the group, slice by slice
 //!                     └─VtiWriter──► VTK image data: ParaView, PyVista
 //! ```
 //!

@@ -8,8 +8,8 @@ use std::path::Path;
 use std::process::Command;
 
 use acerra_cubes::{
-    CubeError, Dataset, Hdf5File, StackShape, Values, Variable, VtiGrid, VtiWriter, ZarrGroup,
-    write_hdf5, write_zarr,
+    CubeError, Dataset, Hdf5File, Hdf5Stack, StackShape, Values, Variable, VtiGrid, VtiWriter,
+    ZarrGroup, write_hdf5, write_zarr,
 };
 use num_complex::Complex32;
 
@@ -224,7 +224,7 @@ fn hdf5_stacks_are_written_image_by_image() {
     );
     let mut bytes = Cursor::new(Vec::new());
     let mut file = Hdf5File::create(&mut bytes).unwrap();
-    let mut stack = file.stack(&variable, shape).unwrap();
+    let mut stack = Hdf5Stack::begin(&mut file, &variable, shape).unwrap();
     assert!(matches!(
         stack.slice(&image(0)[1..]),
         Err(CubeError::Length { .. })

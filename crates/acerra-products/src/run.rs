@@ -156,10 +156,11 @@ pub fn process(
     } else {
         Vec::new()
     };
-    if let Some(geoid) = &geoid {
-        if let Some(reason) = without_sea_level(geoid, &prepared) {
-            journal.warnings.add(reason);
-        }
+    let without = geoid
+        .as_ref()
+        .and_then(|geoid| without_sea_level(geoid, &prepared));
+    if let Some(reason) = without {
+        journal.warnings.add(reason);
     }
     Ok(Outcome {
         name,

@@ -1,9 +1,8 @@
 //! Dimension scales: which array holds the coordinates of which dimension of which other.
 
-use super::Object;
-use super::datatype;
 use super::heap::{Heap, Held};
-use super::object::Messages;
+use super::record::Object;
+use super::scale::Scale;
 
 /// The scales of a file, and the arrays attached to them.
 #[derive(Debug)]
@@ -14,15 +13,6 @@ pub(super) struct Scales {
     scale: Vec<(String, usize)>,
     /// For each object that is no scale: its dimensions and where the heap holds the references.
     attached: Vec<Vec<(usize, Held)>>,
-}
-
-/// What a scale says of itself.
-#[derive(Debug)]
-pub(super) struct Scale {
-    name: String,
-    number: usize,
-    /// Addresses of the arrays attached to it, and which of their dimensions.
-    attached: Vec<(u64, usize)>,
 }
 
 impl Scales {
@@ -96,26 +86,5 @@ impl Scales {
                 .flat_map(|(_, held)| held.pointer(heap_at))
         };
         (!dimensions.is_empty()).then(|| bytes().collect())
-    }
-}
-
-impl Scale {
-    pub(super) fn describe(&self, messages: &mut Messages) {
-        messages.fixed_text("CLASS", "DIMENSION_SCALE");
-        messages.fixed_text("NAME", &self.name);
-        let number = i32::try_from(self.number).unwrap_or(i32::MAX);
-        let whole = datatype::whole32();
-        messages.attribute("_Netcdf4Dimid", &whole, &[], &number.to_le_bytes());
-        if self.attached.is_empty() {
-            return;
-        }
-        let mut bytes = Vec::new();
-        for (address, place) in &self.attached {
-            bytes.extend(address.to_le_bytes());
-            bytes.extend(i32::try_from(*place).unwrap_or(i32::MAX).to_le_bytes());
-            bytes.extend([0; 4]);
-        }
-        let shape = [self.attached.len()];
-        messages.attribute("REFERENCE_LIST", &datatype::attached(), &shape, &bytes);
     }
 }

@@ -4,10 +4,10 @@ use std::io::{Seek, Write};
 
 use num_complex::Complex32;
 
-use super::Hdf5File;
 use super::array::Chunks;
 use super::datatype::real32;
-use crate::dataset::{StackShape, Values, Variable};
+use super::file::Hdf5File;
+use crate::dataset::{StackShape, Values, Variable, check_name};
 use crate::error::CubeError;
 
 /// Writes the images of a stack: their real and their imaginary parts into an array each.
@@ -21,11 +21,19 @@ pub struct Hdf5Stack<'a, W> {
 }
 
 impl<'a, W: Write + Seek> Hdf5Stack<'a, W> {
-    pub(super) fn new(
+    /// Begins the two arrays. Dimensions that were not declared get the stack's lengths.
+    ///
+    /// # Errors
+    /// A name or a length that does not fit.
+    pub fn begin(
         file: &'a mut Hdf5File<W>,
         variable: &Variable<'_>,
         shape: StackShape,
-    ) -> Self {
+    ) -> Result<Self, CubeError> {
+        check_name(&variable.name)?;
+        for (name, length) in variable.dimensions.iter().zip(shape.lengths()) {
+            file.dimension(name, length)?;
+        }
         let part = |part: &str| {
             let variable = Variable {
                 name: format!("{}_{part}", variable.name),
@@ -36,13 +44,13 @@ impl<'a, W: Write + Seek> Hdf5Stack<'a, W> {
             let chunks = Chunks::of_images([shape.rows, shape.columns], size_of::<f32>());
             (variable, chunks)
         };
-        Self {
+        Ok(Self {
             file,
             parts: ["real", "imag"].map(part),
             name: variable.name.clone(),
             shape,
             written: 0,
-        }
+        })
     }
 
     /// Writes the next image, row by row.

@@ -4,7 +4,9 @@ use std::fs::File;
 use std::io::{BufReader, Seek, Write};
 use std::path::{Path, PathBuf};
 
-use acerra_cubes::{CubeError, Dataset, Hdf5File, StackShape, Values, Variable, ZarrGroup};
+use acerra_cubes::{
+    CubeError, Dataset, Hdf5File, Hdf5Stack, StackShape, Values, Variable, ZarrGroup,
+};
 use acerra_npz::{NpyError, NpzReader};
 use anyhow::{Context, ensure};
 use num_complex::Complex32;
@@ -66,7 +68,7 @@ impl Stacks {
     /// Writes the stacks as arrays of the file.
     pub fn write_hdf5(&self, file: &mut Hdf5File<impl Write + Seek>) -> anyhow::Result<()> {
         for (stack, variable) in self.variables() {
-            let mut array = file.stack(&variable, stack.shape()?)?;
+            let mut array = Hdf5Stack::begin(file, &variable, stack.shape()?)?;
             stack.each(|image| array.slice(image))?;
             array.finish()?;
         }
