@@ -2,10 +2,10 @@
 
 use crate::control::{Control, Watch};
 use crate::engine::{
-    BasePlace, Calibration, Constellation, Epoch, EpochResult, GlonassPlan, MeasuredNoise,
-    Prepared, RoverEpoch, SingleContext, Trial, Witness, base_gaps, base_position, combine,
-    confirm_by, contradicting_groups, epochs, error_correlation, missing_navigation,
-    phases_and_copies, reject_implausible, rise_per_s, scale_covariances,
+    BasePlace, Calibration, Constellation, Epoch, EpochResult, FloatErrors, GlonassPlan,
+    LastingBiases, MeasuredNoise, Prepared, RoverEpoch, SingleContext, Trial, Witness, base_gaps,
+    base_position, combine, confirm_by, contradicting_groups, epochs, error_correlation,
+    missing_navigation, phases_and_copies, reject_implausible, rise_per_s, scale_covariances,
 };
 use crate::error_correlation::ErrorCorrelation;
 use crate::navigation::{Klobuchar, Navigation};
@@ -55,15 +55,21 @@ pub(crate) struct Passes {
     backward: Vec<EpochResult>,
     /// What each of them can bear witness to.
     pub witnesses: [Witness; 2],
+    float_errors: FloatErrors,
 }
 
 impl Passes {
-    fn new(forward: Vec<EpochResult>, backward: Vec<EpochResult>) -> Self {
+    fn new(
+        forward: Vec<EpochResult>,
+        backward: Vec<EpochResult>,
+        float_errors: FloatErrors,
+    ) -> Self {
         let witnesses = [Witness::of(&forward), Witness::of(&backward)];
         Self {
             forward,
             backward,
             witnesses,
+            float_errors,
         }
     }
 
@@ -78,15 +84,17 @@ impl Passes {
         let (mut forward, mut backward) = (self.forward.clone(), self.backward.clone());
         let agreeing = confirm_by(&mut forward, needed, of_backward);
         confirm_by(&mut backward, needed, of_forward);
-        scale_covariances(&mut forward);
-        scale_covariances(&mut backward);
+        for pass in [&mut forward, &mut backward] {
+            scale_covariances(pass);
+            self.float_errors.scale(pass);
+        }
         let results = match options.direction {
             FilterDirection::Forward => forward,
             FilterDirection::Backward => {
                 backward.reverse();
                 backward
             }
-            _ => combine(forward, backward, options),
+            _ => combine(forward, backward, options, &self.float_errors),
         };
         (results, agreeing)
     }
@@ -184,7 +192,9 @@ impl Attempt {
         } else {
             MeasuredNoise::model()
         };
+        let trial_options = trial_options(options);
         let mut prepared = Prepared {
+            trial_options: &trial_options,
             noise,
             left_out: Vec::new(),
             constellation: &constellation,
@@ -209,8 +219,13 @@ impl Attempt {
                     .iter()
                     .filter_map(EpochResult::fix_residuals)
                     .collect();
-                let calibration = Calibration::of(&misfits, rise_per_s(&fixes));
-                prepared.noise = prepared.noise.calibrated(calibration);
+                let codes: Vec<_> = trial.iter().filter_map(EpochResult::fix_codes).collect();
+                let lasting = LastingBiases::of(&codes, &constellation, &prepared.noise);
+                let calibration = Calibration::of(&misfits, rise_per_s(&fixes), lasting.ratio);
+                prepared.noise = prepared
+                    .noise
+                    .with_lasting(lasting.variances)
+                    .calibrated(calibration);
             }
         }
         let plan = glonass.map_or(GlonassPlan::Estimate, GlonassPlan::from);
@@ -237,6 +252,15 @@ impl Attempt {
             resolves: options.ambiguity != AmbiguityMode::Off,
         }
         .confirmed_by(options, &[]))
+    }
+}
+
+/// Options of a trial pass: ambiguities are resolved where that is not asked for as well, for only
+/// fixes tell the errors of codes.
+fn trial_options(options: &PpkOptions) -> PpkOptions {
+    match options.ambiguity {
+        AmbiguityMode::Off => options.clone().with_ambiguity(AmbiguityMode::FixAndHold),
+        _ => options.clone(),
     }
 }
 
@@ -342,11 +366,15 @@ fn run_passes(
 ) -> Result<(Vec<EpochResult>, Option<Passes>), PpkError> {
     let options = prepared.options;
     let fresh = || prepared.filter().with_glonass(plan);
+    let float_errors = prepared.float_errors();
     if has_witness(options) {
         let (forward, backward) = both_ways(options, |backward| {
             prepared.run(&mut fresh(), backward, watch)
         })?;
-        return Ok((Vec::new(), Some(Passes::new(forward, backward))));
+        return Ok((
+            Vec::new(),
+            Some(Passes::new(forward, backward, float_errors)),
+        ));
     }
     let pass = |backward: bool| prepared.run_alone(&mut fresh(), backward, watch);
     let results = match options.direction {
@@ -358,13 +386,13 @@ fn run_passes(
         }
         FilterDirection::Combined => {
             let (forward, backward) = both_ways(options, pass)?;
-            combine(forward, backward, options)
+            combine(forward, backward, options, &float_errors)
         }
         FilterDirection::CombinedWithoutReset => {
             let mut filter = fresh();
             let forward = prepared.run_alone(&mut filter, false, watch)?;
             let backward = prepared.run_alone(&mut filter, true, watch)?;
-            combine(forward, backward, options)
+            combine(forward, backward, options, &float_errors)
         }
     };
     Ok((results, None))

@@ -6,6 +6,7 @@ use super::constellation::Constellation;
 use super::epoch_input::{BaseView, RoverEpoch};
 use super::epoch_result::EpochResult;
 use super::filter::Filter;
+use super::float_errors::FloatErrors;
 use super::glonass::decide;
 use super::matching::matching_base;
 use super::measurement::{Epoch, Measurement};
@@ -27,6 +28,8 @@ use crate::solution::GlonassDecision;
 pub(crate) struct Prepared<'a> {
     pub constellation: &'a Constellation,
     pub options: &'a PpkOptions,
+    /// Those of the trial pass.
+    pub trial_options: &'a PpkOptions,
     pub rover: Vec<RoverEpoch>,
     pub base: Vec<Epoch>,
     pub base_context: SingleContext<'a>,
@@ -45,9 +48,13 @@ pub(crate) struct Trial {
 impl<'a> Prepared<'a> {
     /// A filter at its start.
     pub(crate) fn filter(&'a self) -> Filter<'a> {
+        self.filter_with(self.options)
+    }
+
+    fn filter_with(&'a self, options: &'a PpkOptions) -> Filter<'a> {
         Filter::new(
             self.constellation,
-            self.options,
+            options,
             &self.noise,
             self.base_position_ecef_m,
         )
@@ -74,7 +81,7 @@ impl<'a> Prepared<'a> {
     /// The results of a trial pass, and the groups of signals that contradict the others.
     pub(crate) fn trial(&'a self, watch: &Watch<'_>) -> Result<Trial, PpkError> {
         let backward = self.options.direction == FilterDirection::Backward;
-        let mut filter = self.filter();
+        let mut filter = self.filter_with(self.trial_options);
         let results = self.run_alone(&mut filter, backward, watch)?;
         Ok(Trial {
             results,
@@ -238,6 +245,15 @@ impl<'a> Prepared<'a> {
         Ok(results)
     }
 
+    /// How float errors differ from what a filter states.
+    pub(crate) fn float_errors(&self) -> FloatErrors {
+        if self.options.measure_code_noise {
+            self.noise.float_errors(self.rover.len())
+        } else {
+            FloatErrors::AS_STATED
+        }
+    }
+
     /// As [`run`](Self::run), with fixes confirmed by nothing but the pass itself.
     pub(crate) fn run_alone(
         &self,
@@ -249,6 +265,7 @@ impl<'a> Prepared<'a> {
         if let Some(needed) = self.options.min_success_rate {
             confirm_alone(&mut results, needed, &filter.withdrawn);
             scale_covariances(&mut results);
+            self.float_errors().scale(&mut results);
         }
         Ok(results)
     }
