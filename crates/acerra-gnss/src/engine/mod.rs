@@ -2,6 +2,7 @@
 
 mod ambiguity;
 mod base;
+mod base_zeros;
 mod calibration;
 mod code_bias;
 mod code_noise;
@@ -37,6 +38,7 @@ mod time_difference;
 mod zero;
 
 pub(crate) use base::{BasePlace, base_position};
+pub(crate) use base_zeros::BaseZeros;
 pub(crate) use calibration::Calibration;
 pub(crate) use code_bias::LastingBiases;
 pub(crate) use code_noise::MeasuredNoise;
