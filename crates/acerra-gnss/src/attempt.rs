@@ -3,8 +3,8 @@
 use crate::control::Watch;
 use crate::engine::{
     Calibration, EpochResult, FloatErrors, GlonassPlan, LastingBiases, MeasuredNoise, Prepared,
-    SingleContext, Trial, Witness, combine, confirm_by, contradicting_groups, error_correlation,
-    rise_per_s, scale_covariances,
+    SignalGroup, SingleContext, Trial, Witness, combine, confirm_by, contradicting_groups,
+    error_correlation, rise_per_s, scale_covariances,
 };
 use crate::error_correlation::ErrorCorrelation;
 use crate::options::{AmbiguityMode, FilterDirection, PositioningMode, PpkOptions};
@@ -35,6 +35,40 @@ pub(crate) struct Attempt {
     pub error_correlation: Option<ErrorCorrelation>,
     /// Whether ambiguities are resolved at all.
     resolves: bool,
+}
+
+/// What a trial pass finds of the signals.
+struct Findings {
+    noise: MeasuredNoise,
+    left_out: Vec<SignalGroup>,
+    glonass: Option<GlonassDecision>,
+}
+
+impl Findings {
+    /// Runs a trial pass.
+    fn of(prepared: &Prepared<'_>, watch: &Watch<'_>) -> Result<Self, PpkError> {
+        let Trial { results, left_out } = prepared.trial(watch)?;
+        let glonass = prepared.glonass_decision(&results);
+        let noise = if prepared.options.measure_code_noise {
+            let misfits: Vec<_> = results.iter().map(EpochResult::misfit).collect();
+            let fixes: Vec<_> = results
+                .iter()
+                .filter_map(EpochResult::fix_residuals)
+                .collect();
+            let codes: Vec<_> = results.iter().filter_map(EpochResult::fix_codes).collect();
+            let lasting = LastingBiases::of(&codes, prepared.constellation, &prepared.noise);
+            let calibration = Calibration::of(&misfits, rise_per_s(&fixes), lasting.ratio);
+            let noise = prepared.noise.clone().with_lasting(lasting.variances);
+            noise.calibrated(calibration)
+        } else {
+            prepared.noise.clone()
+        };
+        Ok(Self {
+            noise,
+            left_out,
+            glonass,
+        })
+    }
 }
 
 /// The passes of an attempt before any fix is confirmed.
@@ -146,27 +180,11 @@ impl Attempt {
         };
         let mut glonass = None;
         if Prepared::needs_trial(options) {
-            let Trial {
-                results: trial,
-                left_out,
-            } = prepared.trial(watch)?;
-            glonass = prepared.glonass_decision(&trial);
-            contradicting_groups(prepared.rover, &left_out, &mut warnings);
-            prepared.left_out = left_out;
-            if options.measure_code_noise {
-                let misfits: Vec<_> = trial.iter().map(EpochResult::misfit).collect();
-                let fixes: Vec<_> = trial
-                    .iter()
-                    .filter_map(EpochResult::fix_residuals)
-                    .collect();
-                let codes: Vec<_> = trial.iter().filter_map(EpochResult::fix_codes).collect();
-                let lasting = LastingBiases::of(&codes, prepared.constellation, &prepared.noise);
-                let calibration = Calibration::of(&misfits, rise_per_s(&fixes), lasting.ratio);
-                prepared.noise = prepared
-                    .noise
-                    .with_lasting(lasting.variances)
-                    .calibrated(calibration);
-            }
+            let found = Findings::of(&prepared, watch)?;
+            contradicting_groups(prepared.rover, &found.left_out, &mut warnings);
+            glonass = found.glonass;
+            prepared.left_out = found.left_out;
+            prepared.noise = found.noise;
         }
         let plan = glonass.map_or(GlonassPlan::Estimate, GlonassPlan::from);
         let (results, passes) = run_passes(&prepared, plan, watch)?;

@@ -55,5 +55,6 @@ pub(crate) use pass::{Prepared, Trial};
 pub(crate) use phase_walk::rise_per_s;
 pub(crate) use plausible::reject_implausible;
 pub(crate) use precision::scale_covariances;
+pub(crate) use signal_group::SignalGroup;
 pub(crate) use single::SingleContext;
 pub(crate) use time_correlation::error_correlation;

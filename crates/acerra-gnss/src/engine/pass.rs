@@ -82,7 +82,7 @@ impl<'a> Prepared<'a> {
     }
 
     /// The results of a trial pass, and the groups of signals that contradict the others.
-    pub(crate) fn trial(&'a self, watch: &Watch<'_>) -> Result<Trial, PpkError> {
+    pub(crate) fn trial(&self, watch: &Watch<'_>) -> Result<Trial, PpkError> {
         let backward = self.options.direction == FilterDirection::Backward;
         let mut filter = self.filter_with(self.trial_options);
         let results = self.run_alone(&mut filter, backward, watch)?;

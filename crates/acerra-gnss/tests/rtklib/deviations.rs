@@ -1,6 +1,5 @@
 //! How far stated standard deviations can be believed: tables over all static sets.
 
-use super::enu;
 use super::sets::{Logs, STATIC_M8P, Set};
 use super::trust::{SETS, Static, default_options, fixed_and_wrong, run};
 use acerra_geo::geodesy::EnuFrame;

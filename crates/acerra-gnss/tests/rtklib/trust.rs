@@ -2,8 +2,7 @@
 
 use super::enu;
 use super::sets::{GEONET, Logs, STATIC_1HZ, STATIC_M8P, Set, WETTZELL};
-use acerra_geo::geodesy::EnuFrame;
-use acerra_gnss::{AmbiguityMode, PpkOptions, PpkSolution, Quality, SystemSet, process};
+use acerra_gnss::{PpkOptions, PpkSolution, Quality, SystemSet, process};
 use std::fmt::Write;
 
 /// Fixes further than this from the truth are wrong (m).
