@@ -126,3 +126,45 @@ fn median_interval_s(pass: &[Misfit]) -> f64 {
         .map(|w| w[1].time.seconds_since(w[0].time).abs());
     median(intervals.collect())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn pass(horizontal: f64, vertical: f64, epochs: u32) -> Vec<Misfit> {
+        let one = |second: u32| Misfit {
+            time: GpsTime::new(0, 0.0) + f64::from(second),
+            float: Some(FloatMisfit {
+                whole: (2.0 * horizontal + vertical) / 3.0,
+                horizontal,
+                vertical,
+            }),
+            phase: None,
+        };
+        (0..epochs).map(one).collect()
+    }
+
+    #[test]
+    fn heights_that_err_more_than_stated_are_stated_worse_and_the_plane_is_not() {
+        let found = Calibration::of(&pass(1.0, 16.0, 3_600), None, 1.0);
+        let [horizontal, vertical] = found.float_factors.map(|f| f * found.code_factor);
+        assert!((0.9..1.5).contains(&horizontal), "{horizontal}");
+        assert!((14.0..16.0).contains(&vertical), "{vertical}");
+    }
+
+    #[test]
+    fn small_errors_of_a_short_log_say_little() {
+        let found = Calibration::of(&pass(0.01, 0.01, 300), None, 1.0);
+        assert!((found.code_factor - 1.0).abs() < 1e-12);
+        assert!(
+            found.float_factors.iter().all(|f| (0.6..1.0).contains(f)),
+            "{found:?}"
+        );
+    }
+
+    #[test]
+    fn without_fixes_nothing_changes() {
+        let found = Calibration::of(&[], None, 1.0);
+        assert_eq!((found.code_factor, found.float_factors), (1.0, [1.0; 2]));
+    }
+}

@@ -51,3 +51,21 @@ impl FloatErrors {
         1.0 + 2.0 * self.correlation * (a * b).sqrt() / (a + b)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_passes_share_does_not_average_out() {
+        let with = |correlation| FloatErrors {
+            correlation,
+            ..FloatErrors::AS_STATED
+        };
+        // The mean of two equal estimates has half the variance of one, or that of one.
+        assert!((with(0.0).of_mean([2.0, 2.0]) - 1.0).abs() < 1e-12);
+        assert!((with(1.0).of_mean([2.0, 2.0]) - 2.0).abs() < 1e-12);
+        // A far worse one adds nothing.
+        assert!(with(1.0).of_mean([2.0, 2e6]) < 1.01);
+    }
+}

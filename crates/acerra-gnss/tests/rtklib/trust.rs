@@ -81,7 +81,8 @@ pub fn windows_table(text: &mut String) {
         text,
         "\n## Short logs\n\n\
          Windows of {WINDOW_S} s at {STARTS} starts evenly through each static log, by defaults, and by \
-         GPS alone. Wrong: further than {WRONG_M} m from the truth.\n\n\
+         GPS alone. Wrong: further than {WRONG_M} m from the truth. RTKLIB-EX is not among the \
+         programs that the page is made with: its shares are not known.\n\n\
          | set | systems | epochs | fixed | wrong |\n| --- | --- | --- | --- | --- |"
     )
     .unwrap();
