@@ -356,7 +356,7 @@ pub enum ProductFormat {
     /// `data.zarr`: image, cleaned radargram, spectra, trajectory and targets as a Zarr v3 group, with
     /// named coordinates and units.
     Zarr,
-    /// `data.h5`: the same without volumes and looks, as HDF5.
+    /// `data.h5`: the same as NetCDF-4 (HDF5), complex arrays as real and imaginary part.
     Hdf5,
     /// `image.vti`, `volume.vti`: the image and the volume for ParaView.
     Vtk,

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use acerra_geo::geodesy::{EnuFrame, Geodetic};
+use acerra_geo::geoid::{GeoidError, GeoidGrid};
 use acerra_geo::terrain::{Crs, LocalTerrain, TerrainError, TerrainFile, TerrainOptions};
 use acerra_geo::trajectory::Frame;
 use acerra_imaging::{ImagingError, PlaneGrid, SPEED_OF_LIGHT_M_S, SurfaceGrid, VolumeGrid};
@@ -65,6 +66,8 @@ pub struct TerrainSource {
     pub crs: Option<String>,
     /// Added to its heights to have heights above the ellipsoid (m).
     pub geoid_height_m: f64,
+    /// Grid of the geoid, whose height is added where the file says that its heights count from the sea.
+    pub geoid: Option<PathBuf>,
 }
 
 /// Why there are no pixels, or no ground.
@@ -121,6 +124,20 @@ pub enum SceneError {
         path: PathBuf,
         /// Where.
         cause: TerrainError,
+    },
+    /// The grid of the geoid cannot be read.
+    #[error("[image] geoid: {0}")]
+    Geoid(#[from] GeoidError),
+    /// The grid of the geoid does not cover the flight.
+    #[error(
+        "[image] geoid: expected a grid that covers {latitude_deg:.4}°, {longitude_deg:.4}°, found \
+         none of its heights there"
+    )]
+    BeyondGeoid {
+        /// Latitude of the frame's origin (degrees).
+        latitude_deg: f64,
+        /// Longitude (degrees).
+        longitude_deg: f64,
     },
     /// Heights that make no surface.
     #[error(transparent)]
@@ -409,14 +426,31 @@ impl TerrainSource {
         positions: &[&Positions],
         warnings: &mut Warnings,
     ) -> Result<Scene, SceneError> {
-        let file = self.open()?;
+        let file = self.open(self.geoid_height_m)?;
+        let counts_from_sea = file.vertical().is_some_and(|v| v != "the ellipsoid");
+        let geoid_m = match counts_from_sea {
+            true => self.geoid_m(frame)?,
+            false => None,
+        };
+        let raised_m = self.geoid_height_m + geoid_m.unwrap_or(0.0);
+        let file = match geoid_m {
+            Some(_) => self.open(raised_m)?,
+            None => file,
+        };
         if let Some(vertical) = file.vertical()
-            && self.geoid_height_m == 0.0
-            && vertical != "the ellipsoid"
+            && raised_m == 0.0
+            && counts_from_sea
         {
             warnings.add(format!(
-                "{}: heights count from {vertical}; state [image] geoid_height_m, or they are \
+                "{}: heights count from {vertical}; state [image] geoid or geoid_height_m, or they are \
                  taken as heights above the ellipsoid",
+                name_of(&self.path)
+            ));
+        }
+        if self.geoid.is_some() && file.vertical().is_none() {
+            warnings.add(format!(
+                "{} does not say what its heights count from: the geoid is not added to them; state \
+                 [image] geoid_height_m instead of geoid if they count from the sea",
                 name_of(&self.path)
             ));
         }
@@ -437,7 +471,7 @@ impl TerrainSource {
         drop(terrain);
         let [far_x_m, far_y_m] = with_flight(near, positions);
         let wide = self
-            .open()
+            .open(raised_m)
             .ok()
             .and_then(|file| file.in_frame(frame, far_x_m, far_y_m).ok());
         if wide.is_none() {
@@ -452,9 +486,24 @@ impl TerrainSource {
         Ok(scene)
     }
 
-    fn open(&self) -> Result<TerrainFile<File>, SceneError> {
+    /// The geoid's height at the origin of a frame on the Earth (m), where a grid is given. Over the few
+    /// kilometres of a flight it changes by centimetres.
+    fn geoid_m(&self, frame: &Frame) -> Result<Option<f64>, SceneError> {
+        let (Some(path), Frame::Enu(frame)) = (&self.geoid, frame) else {
+            return Ok(None);
+        };
+        let origin = frame.geodetic_from_enu([0.0; 3]);
+        let [latitude_deg, longitude_deg] = [origin.latitude_deg(), origin.longitude_deg()];
+        let height_m = GeoidGrid::read(path)?.height_m(latitude_deg, longitude_deg);
+        height_m.map(Some).ok_or(SceneError::BeyondGeoid {
+            latitude_deg,
+            longitude_deg,
+        })
+    }
+
+    fn open(&self, raised_m: f64) -> Result<TerrainFile<File>, SceneError> {
         let path = || self.path.clone();
-        let mut options = TerrainOptions::default().with_offset_m(self.geoid_height_m);
+        let mut options = TerrainOptions::default().with_offset_m(raised_m);
         if let Some(crs) = &self.crs {
             options =
                 options.with_crs(Crs::parse(crs).map_err(|cause| SceneError::Coordinates {

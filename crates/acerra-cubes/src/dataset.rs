@@ -147,6 +147,60 @@ impl<'a> Variable<'a> {
     }
 }
 
+/// Images, rows and columns of a stack.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct StackShape {
+    /// Images.
+    pub images: usize,
+    /// Rows of each.
+    pub rows: usize,
+    /// Columns of each.
+    pub columns: usize,
+}
+
+impl StackShape {
+    pub(crate) fn lengths(self) -> [usize; 3] {
+        [self.images, self.rows, self.columns]
+    }
+
+    /// Refuses an image of another number of values, and one too many after `written`.
+    pub(crate) fn check_image(
+        self,
+        name: &str,
+        written: usize,
+        image: &[Complex32],
+    ) -> Result<(), CubeError> {
+        if image.len() != self.rows * self.columns {
+            return Err(CubeError::Length {
+                variable: name.to_owned(),
+                expected: self.rows * self.columns,
+                found: image.len(),
+            });
+        }
+        if written == self.images {
+            return Err(self.wrong_count(name, written + 1));
+        }
+        Ok(())
+    }
+
+    /// Refuses a stack of fewer images than announced.
+    pub(crate) fn check_complete(self, name: &str, written: usize) -> Result<(), CubeError> {
+        if written == self.images {
+            Ok(())
+        } else {
+            Err(self.wrong_count(name, written))
+        }
+    }
+
+    fn wrong_count(self, name: &str, found: usize) -> CubeError {
+        CubeError::Slices {
+            variable: name.to_owned(),
+            expected: self.images,
+            found,
+        }
+    }
+}
+
 /// Variables, the dimensions they share, and what they are.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Dataset<'a> {

@@ -46,9 +46,6 @@ pub enum CubeError {
         /// Slices written.
         found: usize,
     },
-    /// The library for HDF5 refuses the data.
-    #[error("HDF5: {0}")]
-    Hdf5(#[from] hdf5_pure::Error),
     /// A file cannot be written.
     #[error(transparent)]
     Io(#[from] io::Error),

@@ -2,8 +2,8 @@
 //!
 //! ```text
 //! Dataset (variables over named dimensions) ─┬─write_zarr──► Zarr v3 group: xarray, zarr
-//!                                            └─write_hdf5──► HDF5: MATLAB, h5py
-//! slices of a volume ─┬─ZarrGroup::stack──► an array of the group, slice by slice
+//!                                            └─write_hdf5──► NetCDF-4 (HDF5): MATLAB, xarray, h5py
+//! slices of a volume ─┬─ZarrGroup::stack, Hdf5File::stack──► an array of the group, slice by slice
 //!                     └─VtiWriter──► VTK image data: ParaView, PyVista
 //! ```
 //!
@@ -26,14 +26,15 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod cut;
 mod dataset;
 mod error;
 mod hdf5;
 mod vti;
 mod zarr;
 
-pub use dataset::{Attribute, Dataset, Values, Variable};
+pub use dataset::{Attribute, Dataset, StackShape, Values, Variable};
 pub use error::CubeError;
-pub use hdf5::write_hdf5;
+pub use hdf5::{Hdf5File, Hdf5Stack, write_hdf5};
 pub use vti::{VtiGrid, VtiWriter};
-pub use zarr::{StackShape, StackWriter, ZarrGroup, write_zarr};
+pub use zarr::{StackWriter, ZarrGroup, write_zarr};

@@ -3,13 +3,13 @@
 #![allow(clippy::unwrap_used, clippy::print_stderr)] // a test that cannot go on has failed
 
 use std::fs;
-use std::io::{Cursor, Read};
+use std::io::{self, Cursor, Read, Seek, Write};
 use std::path::Path;
 use std::process::Command;
 
 use acerra_cubes::{
-    CubeError, Dataset, StackShape, Values, Variable, VtiGrid, VtiWriter, ZarrGroup, write_hdf5,
-    write_zarr,
+    CubeError, Dataset, Hdf5File, StackShape, Values, Variable, VtiGrid, VtiWriter, ZarrGroup,
+    write_hdf5, write_zarr,
 };
 use num_complex::Complex32;
 
@@ -173,8 +173,9 @@ fn image_data_hold_each_array_in_one_piece() {
 
 #[test]
 fn hdf5_files_hold_the_variables() {
-    let mut bytes = Vec::new();
+    let mut bytes = Cursor::new(Vec::new());
     write_hdf5(&mut bytes, &dataset()).unwrap();
+    let bytes = bytes.into_inner();
     let file = hdf5_pure::File::from_bytes(bytes).unwrap();
     let imag = file.dataset("image_imag").unwrap();
     assert_eq!(imag.shape().unwrap(), [NY as u64, NX as u64]);
@@ -186,12 +187,97 @@ fn hdf5_files_hold_the_variables() {
     );
 }
 
+/// Values of an array of more chunks than a node of the file's index holds.
+const LONG: i32 = 70 << 16;
+
+fn long() -> Dataset<'static> {
+    let mut data = Dataset::default();
+    data.dimension("k", LONG as usize);
+    let values: Vec<i32> = (0..LONG).collect();
+    data.variable(Variable::new("long", &["k"], values.into()));
+    data
+}
+
+#[test]
+fn hdf5_files_hold_arrays_of_many_chunks() {
+    let mut bytes = Cursor::new(Vec::new());
+    write_hdf5(&mut bytes, &long()).unwrap();
+    let bytes = bytes.into_inner();
+    assert!(bytes.len() < 4 * LONG as usize / 4, "{}", bytes.len());
+    let file = hdf5_pure::File::from_bytes(bytes).unwrap();
+    let values = file.dataset("long").unwrap().read_i32().unwrap();
+    assert!(values.iter().copied().eq(0..LONG));
+}
+
+#[test]
+fn hdf5_stacks_are_written_image_by_image() {
+    let shape = StackShape {
+        images: 3,
+        rows: 520,
+        columns: 5,
+    };
+    let image = |k: usize| -> Vec<Complex32> { (0..2600).map(|i| pixel(i + 7000 * k)).collect() };
+    let variable = Variable::new(
+        "volume",
+        &["z", "y", "x"],
+        Values::from(Vec::<Complex32>::new()),
+    );
+    let mut bytes = Cursor::new(Vec::new());
+    let mut file = Hdf5File::create(&mut bytes).unwrap();
+    let mut stack = file.stack(&variable, shape).unwrap();
+    assert!(matches!(
+        stack.slice(&image(0)[1..]),
+        Err(CubeError::Length { .. })
+    ));
+    (0..3).for_each(|k| stack.slice(&image(k)).unwrap());
+    assert!(matches!(
+        stack.slice(&image(3)),
+        Err(CubeError::Slices { found: 4, .. })
+    ));
+    stack.finish().unwrap();
+    file.finish(&[]).unwrap();
+    let file = hdf5_pure::File::from_bytes(bytes.into_inner()).unwrap();
+    let imag = file.dataset("volume_imag").unwrap();
+    assert_eq!(imag.shape().unwrap(), [3, 520, 5]);
+    let values = imag.read_f32().unwrap();
+    let expected = (0..3).flat_map(image).map(|z| z.im);
+    assert!(values.into_iter().eq(expected));
+}
+
+#[test]
+fn a_file_cut_off_is_no_hdf5_file() {
+    /// Takes so many bytes.
+    struct Full(Cursor<Vec<u8>>, usize);
+    impl Write for Full {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+            if self.0.get_ref().len() + bytes.len() > self.1 {
+                return Err(io::ErrorKind::StorageFull.into());
+            }
+            self.0.write(bytes)
+        }
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+    impl Seek for Full {
+        fn seek(&mut self, to: io::SeekFrom) -> io::Result<u64> {
+            self.0.seek(to)
+        }
+    }
+    let mut disk = Full(Cursor::new(Vec::new()), 100_000);
+    assert!(matches!(
+        write_hdf5(&mut disk, &dataset()),
+        Err(CubeError::Io(_))
+    ));
+    assert!(hdf5_pure::File::from_bytes(disk.0.into_inner()).is_err());
+}
+
 const ASK: &str = r#"
 import sys, json, warnings, numpy as np
 warnings.simplefilter("ignore")
-import xarray as xr, zarr, h5py, netCDF4, vtk
+import xarray as xr, zarr, h5py, h5netcdf, netCDF4, vtk
 from vtk.util.numpy_support import vtk_to_numpy
-zarr_path, hdf5_path, vti_path = sys.argv[1:4]
+zarr_path, hdf5_path, vti_path, long_path = sys.argv[1:5]
 told = {}
 def look(name, d, image):
     told[name] = {
@@ -206,11 +292,21 @@ d = xr.open_zarr(zarr_path, consolidated=True)
 look("zarr", d, d.image)
 told["zarr"]["dtype"] = str(d.image.dtype)
 told["zarr"]["sum"] = float(d.image.real.astype("f8").sum())
+for engine in ["netcdf4", "h5netcdf"]:
+    with xr.open_dataset(hdf5_path, engine=engine) as d:
+        look(engine, d, d.image_real + 1j * d.image_imag)
 with netCDF4.Dataset(hdf5_path) as f:
-    told["netcdf"] = [list(f["image_real"].shape), float(f["level"][3, 5]), f["x"].units]
+    told["netcdf"] = [
+        [[name, d.size] for name, d in f.dimensions.items()], list(f.variables), f["x"].units,
+    ]
 with h5py.File(hdf5_path) as f:
     told["h5py"] = [list(f["image_real"].shape), float(f["level"][3, 5]), f["x"].attrs["units"]]
-    told["text"] = [f.attrs["title"], f["level"].attrs["dimensions"].decode()]
+    scales = [[d.label, d[0].name] for d in f["level"].dims]
+    told["scales"] = [scales, f["x"].is_scale, len(f["y"].attrs["REFERENCE_LIST"])]
+    told["sum"] = float(f["level"][...].astype("f8").sum())
+    told["text"] = [f.attrs["title"], f["level"].attrs["units"]]
+with h5py.File(long_path) as f:
+    told["long"] = [int(f["long"][...].astype("i8").sum()), int(f["long"][-1]), f["long"].chunks[0]]
 reader = vtk.vtkXMLImageDataReader()
 reader.SetFileName(vti_path)
 reader.Update()
@@ -229,7 +325,7 @@ print(json.dumps(told, ensure_ascii=False))
 fn other_programs_read_them() {
     let Some(python) = std::env::var_os("ACERRA_PYTHON") else {
         eprintln!(
-            "skipped: ACERRA_PYTHON names no Python with xarray, zarr, netCDF4, h5py and vtk"
+            "skipped: ACERRA_PYTHON names no Python with xarray, zarr, netCDF4, h5netcdf, h5py and vtk"
         );
         return;
     };
@@ -238,9 +334,10 @@ fn other_programs_read_them() {
     write_zarr(&at("data.zarr"), &dataset()).unwrap();
     write_hdf5(fs::File::create(at("data.h5")).unwrap(), &dataset()).unwrap();
     fs::write(at("volume.vti"), volume()).unwrap();
+    write_hdf5(fs::File::create(at("long.h5")).unwrap(), &long()).unwrap();
     let answer = Command::new(python)
         .args(["-c", ASK])
-        .args([at("data.zarr"), at("data.h5"), at("volume.vti")])
+        .args(["data.zarr", "data.h5", "volume.vti", "long.h5"].map(at))
         .env("PYTHONIOENCODING", "utf-8")
         .output()
         .unwrap();
@@ -268,6 +365,35 @@ fn other_programs_read_them() {
     assert_eq!(
         told["h5py"],
         serde_json::json!([[NY, NX], (3 * NX + 5) as f64, "m"])
+    );
+    for engine in ["netcdf4", "h5netcdf"] {
+        let seen = &told[engine];
+        assert_eq!(seen["dims"], serde_json::json!(["y", "x"]), "{told}");
+        assert_eq!(seen["coords"], serde_json::json!(["x", "y"]), "{told}");
+        assert_eq!(seen["units"], serde_json::json!(["m", "dB"]));
+        assert_eq!(seen["title"], "a test <&> größer");
+        assert_eq!(seen["value"], serde_json::json!(value), "{told}");
+        assert_eq!(seen["track"], serde_json::json!([1, 2, 3]));
+    }
+    let netcdf = &told["netcdf"];
+    assert_eq!(
+        netcdf[0],
+        serde_json::json!([["y", NY], ["x", NX], ["target", 3]])
+    );
+    // A dimension without coordinates is no variable.
+    assert_eq!(
+        netcdf[1],
+        serde_json::json!(["x", "y", "z", "image_real", "image_imag", "level", "track"])
+    );
+    assert_eq!(
+        told["scales"],
+        serde_json::json!([[["", "/y"], ["", "/x"]], true, 3])
+    );
+    assert_eq!(told["sum"], 0.5 * all * (all - 1.0));
+    let many = LONG as i64;
+    assert_eq!(
+        told["long"],
+        serde_json::json!([many * (many - 1) / 2, many - 1, 1 << 16])
     );
     let vtk = &told["vtk"];
     assert_eq!(vtk["dimensions"], serde_json::json!([4, 3, 2]));

@@ -54,6 +54,8 @@ pub struct Radargram<'a> {
     pub colours: RadargramColours,
     /// Times of the traces in seconds, rising, for a second axis at the top; may be empty.
     pub time_s: &'a [f64],
+    /// What the times count, as the second axis calls it.
+    pub time_label: String,
     /// Curves over the samples: 2h/c, gate edges, the surface echo as picked.
     pub curves: Vec<FastTimeCurve>,
     /// Width of the figure in CSS pixels.
@@ -82,6 +84,7 @@ impl<'a> Radargram<'a> {
             unit: "counts".to_owned(),
             colours: RadargramColours::Signed { limit: None },
             time_s: &[],
+            time_label: "time".to_owned(),
             curves: Vec::new(),
             width_px: 860.0,
             plot_height_px: 460.0,
@@ -252,7 +255,7 @@ impl<'a> Radargram<'a> {
             tick.value = (self.first_trace as f64 + trace).clamp(x_range[0], x_range[1]);
         }
         Some(TopAxis {
-            title: "time (s)".to_owned(),
+            title: format!("{} (s)", self.time_label),
             ticks: list,
         })
     }

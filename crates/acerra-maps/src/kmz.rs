@@ -22,8 +22,20 @@ pub struct Overlay<'a> {
     pub corners: [Geodetic; 4],
     /// Lines flown, heights above the ellipsoid.
     pub tracks: Vec<Vec<Geodetic>>,
+    /// How high they stand.
+    pub heights: TrackHeights,
     /// Points with their names and what is known of them.
     pub points: Vec<OverlayPoint>,
+}
+
+/// How high lines stand. KML counts heights from the sea (EGM96).
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum TrackHeights {
+    /// By their height over the picture, as the ellipsoid's height above the sea is not known.
+    #[default]
+    OverPicture,
+    /// Heights above the sea of every place of every line (m).
+    AboveSea(Vec<Vec<f64>>),
 }
 
 /// A named point.
@@ -39,8 +51,7 @@ pub struct OverlayPoint {
 
 /// Writes an overlay.
 ///
-/// KML counts heights from the sea; as the ellipsoid's height above it is not known here, the picture
-/// and the points lie on the ground, and the track stands above it by its height over the picture.
+/// The picture and the points lie on the ground.
 ///
 /// # Errors
 /// Those of the writer.
@@ -75,13 +86,27 @@ fn document(overlay: &Overlay<'_>) -> String {
         places(&overlay.corners, None)
     );
     let ground_m = overlay.corners.iter().map(|c| c.height_m).sum::<f64>() / 4.0;
-    for track in &overlay.tracks {
+    for (k, track) in overlay.tracks.iter().enumerate() {
+        let over_picture = || {
+            track
+                .iter()
+                .map(|place| place.height_m - ground_m)
+                .collect()
+        };
+        let (mode, heights_m) = match &overlay.heights {
+            TrackHeights::AboveSea(heights_m)
+                if heights_m.get(k).is_some_and(|h| h.len() == track.len()) =>
+            {
+                ("absolute", heights_m[k].clone())
+            }
+            _ => ("relativeToGround", over_picture()),
+        };
         let _ = write!(
             kml,
             "<Placemark><name>Track</name><styleUrl>#track</styleUrl>\n\
-             <LineString><altitudeMode>relativeToGround</altitudeMode>\
+             <LineString><altitudeMode>{mode}</altitudeMode>\
              <coordinates>{}</coordinates></LineString></Placemark>\n",
-            places(track, Some(ground_m))
+            places(track, Some(&heights_m))
         );
     }
     for point in &overlay.points {
@@ -98,19 +123,15 @@ fn document(overlay: &Overlay<'_>) -> String {
     kml
 }
 
-/// Longitude, latitude and, over `ground_m`, height of each place.
-fn places(places: &[Geodetic], ground_m: Option<f64>) -> String {
+/// Longitude, latitude and, where given, height of each place.
+fn places(places: &[Geodetic], heights_m: Option<&Vec<f64>>) -> String {
     let texts: Vec<String> = places
         .iter()
-        .map(|place| {
+        .enumerate()
+        .map(|(k, place)| {
             let (longitude, latitude) = (place.longitude_deg(), place.latitude_deg());
-            match ground_m {
-                Some(ground_m) => {
-                    format!(
-                        "{longitude:.9},{latitude:.9},{:.3}",
-                        place.height_m - ground_m
-                    )
-                }
+            match heights_m {
+                Some(heights_m) => format!("{longitude:.9},{latitude:.9},{:.3}", heights_m[k]),
                 None => format!("{longitude:.9},{latitude:.9}"),
             }
         })
@@ -137,6 +158,7 @@ mod tests {
                 at(41.1, 14.0),
             ],
             tracks: vec![vec![Geodetic::from_degrees(41.05, 14.05, 90.0)]],
+            heights: TrackHeights::OverPicture,
             points: vec![OverlayPoint {
                 name: "1".to_owned(),
                 description: "0.0 dB".to_owned(),
@@ -159,6 +181,14 @@ mod tests {
         ] {
             assert!(kml.contains(text), "{text}\n{kml}");
         }
+        assert!(kml.contains("relativeToGround"));
+        let above = Overlay {
+            heights: TrackHeights::AboveSea(vec![vec![41.25]]),
+            ..overlay.clone()
+        };
+        let kml_above = document(&above);
+        assert!(kml_above.contains("<altitudeMode>absolute</altitudeMode>"));
+        assert!(kml_above.contains("14.050000000,41.050000000,41.250"));
         let mut png = Vec::new();
         zip.by_name("image.png")
             .unwrap()

@@ -4,6 +4,8 @@ use acerra_chain::campaign::Campaign;
 use acerra_chain::evidence::{Evidence, Unchecked};
 use acerra_chain::inputs::InputFile;
 use acerra_chain::{Focused, Prepared};
+use acerra_geo::geodesy::Geodetic;
+use acerra_geo::geoid::GeoidGrid;
 use acerra_imaging::metrics::Measurement;
 
 use crate::surveyed::SurveyRecord;
@@ -23,6 +25,8 @@ pub struct Outcome {
     pub focused: Focused,
     /// What it shows.
     pub measured: Measurement,
+    /// Heights of the geoid, where a grid is given.
+    pub geoid: Option<GeoidGrid>,
     /// Surveyed points beside its targets.
     pub surveyed: Vec<SurveyRecord>,
     /// What the run found of its own settings.
@@ -34,6 +38,14 @@ pub struct Outcome {
 }
 
 impl Outcome {
+    /// Height of a place above the geoid (m), where a grid is given that covers it.
+    #[must_use]
+    pub fn above_sea_m(&self, place: &Geodetic) -> Option<f64> {
+        let geoid = self.geoid.as_ref()?;
+        let geoid_m = geoid.height_m(place.latitude_deg(), place.longitude_deg())?;
+        Some(place.height_m - geoid_m)
+    }
+
     /// One line on the radar data.
     #[must_use]
     pub fn radar_summary(&self) -> String {

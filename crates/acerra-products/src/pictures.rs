@@ -10,6 +10,7 @@ use crate::report::Picture;
 use crate::surveyed::SurveyRecord;
 use acerra_chain::choices::Background;
 use acerra_chain::clean::CleanedTraces;
+use acerra_chain::position::Positions;
 use acerra_figure::{
     FastTimeCurve, FigureError, GhostMark, ImageDb, PixelValues, Radargram as RadargramFigure,
     RadargramColours, TargetMark,
@@ -255,7 +256,14 @@ fn draw(
         .unwrap_or(0);
     figure.unit = outcome.prepared.first().radar.unit.to_owned();
     figure.colours = RadargramColours::Decibel { floor_db };
-    figure.time_s = &outcome.prepared.aligned.time_s;
+    let track = outcome.prepared.first();
+    let time_s = &outcome.prepared.aligned.time_s;
+    let trajectory_s: Vec<f64> = time_s.iter().map(|t| t + track.time_offset_s).collect();
+    figure.time_s = &trajectory_s;
+    if matches!(track.positions, Positions::Trajectory(_)) {
+        // The clock of the trajectory's own figures.
+        figure.time_label = "trajectory time".to_owned();
+    }
     figure.curves = curves;
     figure.draw()?.to_png()
 }

@@ -8,12 +8,13 @@ use acerra_chain::evidence::{Evidence, Verdict};
 use acerra_chain::inputs::InputFile;
 use acerra_chain::measure::MeasureError;
 use acerra_chain::weigh::{weigh_image, weigh_prepared, weigh_unchecked};
-use acerra_chain::{Cancelled, ChainError, Control, ImageSink, Journal};
+use acerra_chain::{Cancelled, ChainError, Control, ImageSink, Journal, Prepared};
+use acerra_geo::geoid::{GeoidError, GeoidGrid};
 use anyhow::Context;
 
 use crate::data;
 use crate::deliver::deliver;
-use crate::maps;
+use crate::maps::{self, earth_frame};
 use crate::names::{PRODUCTS, of_older_run};
 use crate::outcome::Outcome;
 use crate::space::check_space;
@@ -75,6 +76,9 @@ pub enum RunError {
     /// The surveyed points cannot be read.
     #[error(transparent)]
     Survey(#[from] SurveyError),
+    /// The grid of the geoid cannot be read.
+    #[error("[image] geoid: {0}")]
+    Geoid(#[from] GeoidError),
     /// The caller asked to stop.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
@@ -124,6 +128,8 @@ pub fn process(
 ) -> Result<Outcome, RunError> {
     let NamedCampaign { name, campaign } = campaign;
     let surveyed = read_survey(campaign.measure.survey.as_deref())?;
+    let geoid = campaign.image.geoid.as_ref();
+    let geoid = geoid.map(GeoidGrid::read).transpose()?;
     let prepared = campaign.survey().prepare(journal, control)?;
     let campaign = campaign.with_found(&prepared);
     let request = campaign.image_request(prepared.scene.pixels.clone());
@@ -150,10 +156,16 @@ pub fn process(
     } else {
         Vec::new()
     };
+    if let Some(geoid) = &geoid {
+        if let Some(reason) = without_sea_level(geoid, &prepared) {
+            journal.warnings.add(reason);
+        }
+    }
     Ok(Outcome {
         name,
         campaign,
         inputs: Vec::new(),
+        geoid,
         prepared,
         focused,
         surveyed: compared(&surveyed, &measured.targets),
@@ -161,6 +173,25 @@ pub fn process(
         evidence: journal.evidence.clone(),
         unchecked,
         warnings: journal.warnings.said().to_vec(),
+    })
+}
+
+/// What keeps heights above the geoid from being told, where something does.
+fn without_sea_level(geoid: &GeoidGrid, prepared: &Prepared) -> Option<String> {
+    let Some(frame) = earth_frame(&prepared.first().positions) else {
+        return Some(
+            "[image] geoid: positions in a local frame have no place on the Earth, and no heights above \
+             the sea"
+                .to_owned(),
+        );
+    };
+    let origin = frame.geodetic_from_enu([0.0; 3]);
+    let [latitude_deg, longitude_deg] = [origin.latitude_deg(), origin.longitude_deg()];
+    geoid.height_m(latitude_deg, longitude_deg).is_none().then(|| {
+        format!(
+            "[image] geoid: the grid does not cover {latitude_deg:.4}°, {longitude_deg:.4}°: no heights \
+             above the sea are told"
+        )
     })
 }
 
@@ -185,6 +216,7 @@ fn input_paths(file: &Path, campaign: &Campaign) -> Vec<PathBuf> {
     std::iter::once(file)
         .chain(logs)
         .chain(campaign.image.terrain.as_deref())
+        .chain(campaign.image.geoid.as_deref())
         .chain(campaign.measure.survey.as_deref())
         .map(Path::to_owned)
         .collect()

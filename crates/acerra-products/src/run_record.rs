@@ -42,6 +42,9 @@ pub struct TargetRecord<'a> {
     /// Latitude and longitude (degrees) and ellipsoidal height (m); absent where the frame's place on
     /// the Earth is not known.
     pub place_deg_m: Option<[f64; 3]>,
+    /// Height above the geoid (m), where `[image] geoid` names a grid that covers the place.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub height_above_geoid_m: Option<f64>,
     /// Standard deviation along and across the track (m), by the positions' own; what the delay may be
     /// off is not in it.
     pub sigma_along_across_m: Option<[f64; 2]>,
@@ -55,6 +58,7 @@ impl<'a> TargetRecord<'a> {
         Self {
             target,
             place_deg_m: place.map(|p| [p.latitude_deg(), p.longitude_deg(), p.height_m]),
+            height_above_geoid_m: place.and_then(|p| outcome.above_sea_m(&p)),
             sigma_along_across_m: sigma.map(|s| [s.along_m, s.across_m]),
         }
     }

@@ -43,7 +43,7 @@ pub fn check_space(campaign: &Campaign, output: &Path) -> anyhow::Result<()> {
 }
 
 /// Bytes that data for other programs ask for, as if nothing could be compressed. The volume's slices
-/// pass one by one; a whole HDF5 file is held in memory beside the parts of its arrays.
+/// pass one by one; HDF5 takes the real and imaginary parts of the image one after the other.
 fn format_bytes(
     formats: &[ProductFormat],
     scene: &SceneOptions,
@@ -59,8 +59,8 @@ fn format_bytes(
         let [memory, disk, point] = match format {
             ProductFormat::Zarr => [LEVEL_BYTES, COMPLEX_BYTES + LEVEL_BYTES, COMPLEX_BYTES],
             ProductFormat::Hdf5 => {
-                let file = COMPLEX_BYTES + LEVEL_BYTES;
-                [2 * file, file, 0]
+                let parts = COMPLEX_BYTES + LEVEL_BYTES;
+                [parts, parts, COMPLEX_BYTES]
             }
             ProductFormat::Vtk => {
                 let arrays = COMPLEX_BYTES + LEVEL_BYTES;
@@ -108,8 +108,9 @@ mod tests {
         };
         use ProductFormat::{Geotiff, Hdf5, Vtk, Zarr};
         assert_eq!(of("0.0", &[Geotiff]), [0, 0]);
-        assert_eq!(of("0.0", &[Zarr, Hdf5, Vtk]), [2400, 3600]);
+        assert_eq!(of("0.0", &[Zarr, Hdf5, Vtk]), [1200, 3600]);
         let slices = "[0.0, 0.4]\npixel_z_m = 0.1";
         assert_eq!(of(slices, &[Zarr, Vtk]), [400, 2400 + 5 * 2000]);
+        assert_eq!(of(slices, &[Hdf5]), [1200, 1200 + 5 * 800]);
     }
 }

@@ -276,6 +276,60 @@ fn volumes_are_written_slice_by_slice() {
     let vti = fs::read(products.join("volume.vti")).unwrap();
     let head = String::from_utf8_lossy(&vti[..400]).into_owned();
     assert!(head.contains("WholeExtent=\"0 100 0 100 0 4\""), "{head}");
+    let hdf5 = fs::read(products.join("data.h5")).unwrap();
+    let holds = |name: &[u8]| hdf5.windows(name.len()).any(|part| part == name);
+    assert!(holds(b"volume_real") && holds(b"volume_imag"));
+}
+
+/// A geoid that lies at one height from 40° to 42° N and from 13° to 15° E, as NOAA writes it (GTX).
+fn geoid(height_m: f32) -> Vec<u8> {
+    let mut gtx = Vec::new();
+    [40.0_f64, 13.0, 1.0, 1.0].map(|v| gtx.extend(v.to_be_bytes()));
+    [3_u32, 3].map(|n| gtx.extend(n.to_be_bytes()));
+    (0..9).for_each(|_| gtx.extend(height_m.to_be_bytes()));
+    gtx
+}
+
+#[test]
+fn heights_above_the_sea_stand_beside_those_above_the_ellipsoid() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    fs::write(at("geoid.gtx"), geoid(48.25)).unwrap();
+    let with_geoid = |origin: &str| {
+        let campaign = flight(folder.path(), origin, "'geojson'");
+        let text = fs::read_to_string(&campaign).unwrap();
+        let text = text.replace("[image]\n", "[image]\ngeoid = 'geoid.gtx'\n");
+        fs::write(&campaign, text).unwrap();
+        run(&campaign, &at("products"))
+    };
+    let json = |name: &str| -> serde_json::Value {
+        serde_json::from_slice(&fs::read(at("products").join(name)).unwrap()).unwrap()
+    };
+    let warnings = with_geoid(ON_EARTH);
+    assert!(
+        !warnings.iter().any(|w| w.contains("geoid")),
+        "{warnings:?}"
+    );
+    let target = &json("targets.json")["targets"][0];
+    let ellipsoidal_m = target["place_deg_m"][2].as_f64().unwrap();
+    let above_m = target["height_above_geoid_m"].as_f64().unwrap();
+    assert!((ellipsoidal_m - 75.0).abs() < 0.01, "{target}");
+    assert!((ellipsoidal_m - 48.25 - above_m).abs() < 1e-5, "{target}");
+    let feature = &json("targets.geojson")["features"][0]["properties"];
+    assert_eq!(feature["height_above_geoid_m"], above_m);
+    let inputs = json("run.json")["inputs"].to_string();
+    assert!(inputs.contains("geoid.gtx"), "{inputs}");
+
+    // Elsewhere on the Earth, and nowhere on it.
+    let elsewhere = ON_EARTH.replace("40.9596", "50.9596");
+    for (origin, reason) in [
+        (elsewhere.as_str(), "does not cover 50.9596"),
+        ("", "local frame"),
+    ] {
+        let warnings = with_geoid(origin);
+        assert!(warnings.iter().any(|w| w.contains(reason)), "{warnings:?}");
+        assert!(json("targets.json")["targets"][0]["height_above_geoid_m"].is_null());
+    }
 }
 
 /// The same run by xarray, h5py and sarkit.

@@ -132,6 +132,7 @@ impl Campaign {
         }
         self.trajectory.file.as_mut().map(resolve);
         self.image.terrain.as_mut().map(resolve);
+        self.image.geoid.as_mut().map(resolve);
         self.measure.survey.as_mut().map(resolve);
         self.gnss.as_mut().map(resolve_gnss);
         for track in &mut self.track {

@@ -185,6 +185,7 @@ impl From<&ImageSection> for SceneOptions {
                 path: path.clone(),
                 crs: section.terrain_crs.clone(),
                 geoid_height_m: section.geoid_height_m,
+                geoid: section.geoid.clone(),
             }),
             (None, Some(Heights::Range(z_m))) => SceneHeights::Volume {
                 z_m,

@@ -261,6 +261,13 @@ fn check_terrain(image: &ImageSection) -> Result<(), CampaignError> {
             "both give the heights of the image",
         );
     }
+    if image.geoid.is_some() && image.geoid_height_m != 0.0 {
+        return exclude(
+            "[image] geoid",
+            "[image] geoid_height_m",
+            "both give the geoid's height",
+        );
+    }
     let is_described = image.terrain_crs.is_some() || image.geoid_height_m != 0.0;
     check(
         "image",

@@ -287,6 +287,11 @@ pub struct ImageSection {
     /// height there, where the file counts from the sea. With local coordinates simply added.
     #[serde(default)]
     pub geoid_height_m: f64,
+    /// Heights of the geoid (EGM96, EGM2008) above the ellipsoid: a grid as NGA, NOAA (`.gtx`),
+    /// GeographicLib (`.pgm`) or PROJ (GeoTIFF) hand it out. Targets and maps then also tell heights above
+    /// the sea, and a terrain that says that its heights count from there is raised by the geoid.
+    #[serde(default)]
+    pub geoid: Option<PathBuf>,
     /// Looks along the track: each an image of its own, their powers summed beside the image.
     #[serde(default)]
     pub looks: Option<usize>,
@@ -333,6 +338,7 @@ impl Default for ImageSection {
             terrain: None,
             terrain_crs: None,
             geoid_height_m: 0.0,
+            geoid: None,
             looks: None,
             look_overlap: 0.0,
             look_window: LookTaper::default(),

@@ -36,8 +36,8 @@ pub use positions::{
     lever_arm_length, radar_height, surface_height, trajectory_coverage,
 };
 pub use processing::{
-    BackgroundWindow, FrequencyGrid, background_components, background_window, frequency_step,
-    light_speed,
+    BackgroundWindow, FrequencyGrid, background_loss, background_window, frequency_step,
+    light_speed, still_echoes,
 };
 pub use radar::{CouplingSeen, SurfaceSeen, band, band_used, coupling, surface, zero_timing};
 pub use setting::Setting;

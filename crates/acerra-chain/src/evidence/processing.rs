@@ -89,25 +89,44 @@ pub fn light_speed(light_speed_m_s: f64) -> Finding {
         ))
 }
 
-/// Amplitude that a background may take from a target: 3 dB.
-const LEAST_KEPT: f64 = 0.7;
+/// Amplitude that a background may take from a target (dB).
+const MOST_TAKEN_DB: f64 = 3.0;
+/// Below this the echo is gone, whatever is left (dB).
+const GONE_DB: f64 = 60.0;
 
-/// Judges a background of principal components: `components` of as many directions as there are
-/// `traces` take that share of an echo which follows none of them, on average.
+/// Judges a background by the share of its amplitude that it leaves a point target.
 #[must_use]
-pub fn background_components(components: usize, traces: usize) -> Finding {
-    let kept = 1.0 - components as f64 / traces.max(1) as f64;
-    let verdict = match kept {
-        k if k >= LEAST_KEPT => Verdict::Agrees,
-        k if k > 0.0 => Verdict::Doubtful,
-        _ => Verdict::Contradicts,
+pub fn background_loss(kept: f64) -> Finding {
+    let loss_db = (-20.0 * kept.max(0.0).log10()).clamp(0.0, GONE_DB);
+    let verdict = if loss_db <= MOST_TAKEN_DB {
+        Verdict::Agrees
+    } else {
+        Verdict::Doubtful
     };
-    Finding::judged("background_components", kept, "share of an echo", verdict)
-        .expecting(1.0)
+    Finding::judged("background_loss", loss_db, "dB", verdict)
+        .expecting(0.0)
         .because(format!(
-            "{components} principal components of {traces} traces leave about {:.0} % of an echo's \
-             amplitude ([preprocess] background)",
-            100.0 * kept.max(0.0)
+            "removing the background takes {loss_db:.1} dB from the echo of a point at the place of the              strongest target: targets are taken for background, weakened and split ([preprocess] \
+             background)"
+        ))
+}
+
+/// Judges what does not change from trace to trace in the spectra that are imaged, as a share of their
+/// power: more than half, and the background has not been removed.
+#[must_use]
+pub fn still_echoes(share: f64) -> Finding {
+    let verdict = if share <= 0.5 {
+        Verdict::Agrees
+    } else {
+        Verdict::Doubtful
+    };
+    Finding::judged("still_echoes", share, "share of the power", verdict)
+        .expecting(0.0)
+        .because(format!(
+            "{:.0} % of the power imaged does not change from trace to trace: coupling or an even surface, \
+             which no background removal has taken, lies over the targets ([preprocess] background, \
+             gate_ns)",
+            100.0 * share
         ))
 }
 
@@ -137,13 +156,19 @@ mod tests {
     }
 
     #[test]
-    fn many_components_take_the_targets_as_well() {
-        assert_eq!(background_components(5, 331).verdict, Verdict::Agrees);
-        assert_eq!(background_components(200, 331).verdict, Verdict::Doubtful);
-        assert_eq!(
-            background_components(331, 331).verdict,
-            Verdict::Contradicts
-        );
+    fn a_background_that_takes_half_of_an_echo_is_doubtful() {
+        assert_eq!(background_loss(0.9).verdict, Verdict::Agrees);
+        let half = background_loss(0.5);
+        assert_eq!(half.verdict, Verdict::Doubtful);
+        assert!((half.value.unwrap() - 6.02).abs() < 0.01);
+        // A window may turn an echo's sign.
+        assert_eq!(background_loss(-0.1).value, Some(GONE_DB));
+    }
+
+    #[test]
+    fn echoes_that_mostly_stand_still_are_doubtful() {
+        assert_eq!(still_echoes(0.3).verdict, Verdict::Agrees);
+        assert_eq!(still_echoes(0.7).verdict, Verdict::Doubtful);
     }
 
     #[test]

@@ -16,4 +16,6 @@ pub enum Setting {
     LeverArmLeft,
     /// The position of the base, as far as its own single-point position does not tell it.
     Base,
+    /// The axes of positions in a local frame: ranges are the same in its mirror image.
+    Axes,
 }

@@ -60,6 +60,12 @@ impl Setting {
                               from about 10 m: smaller ones move the whole image east and north by as \
                               much ([gnss] base_ecef_m). A surveyed point tells them.",
             },
+            Self::Axes => Unchecked {
+                setting: "axes of the positions",
+                explanation: "the positions come in a local frame, and ranges are the same in its mirror \
+                              image: axes exchanged or of the wrong sign turn or mirror the image with the \
+                              trajectory ([trajectory] file). A surveyed point off the track tells them.",
+            },
         }
     }
 }

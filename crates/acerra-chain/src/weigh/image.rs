@@ -5,8 +5,8 @@ use acerra_imaging::IncidenceWeight;
 use crate::choices::Background;
 use crate::evidence::{
     BackgroundWindow, Coverage, Finding, FrequencyGrid, ImageContrast, ImageGeometry, Verdict,
-    aperture_coverage, background_components, background_window, contrast, coverage,
-    frequency_step, incidence_coverage, light_speed, pixel_size, scan_spacing, wavenumber_span,
+    aperture_coverage, background_window, contrast, coverage, frequency_step, incidence_coverage,
+    light_speed, pixel_size, scan_spacing, wavenumber_span,
 };
 use crate::focus::{Focused, ImageRequest};
 use crate::prepare::{Prepared, Track};
@@ -32,7 +32,6 @@ pub(super) fn weigh_geometry(
             .and_then(|weight| covered_by(&weight, geometry)),
         step_of_frequencies(prepared, &range_m),
         window_of_background(prepared, track, geometry),
-        components_of_background(track),
         // Spectra bring their own: what stands between them and the ranges is not Acerra's.
         track
             .cleaned
@@ -108,14 +107,6 @@ fn window_of_background(
         )?
         .abs(),
     }))
-}
-
-/// The principal components that the background takes, where it does.
-fn components_of_background(track: &Track) -> Option<Finding> {
-    let Background::Components { components } = track.background else {
-        return None;
-    };
-    Some(background_components(components, track.range.len()))
 }
 
 /// Nearest and farthest range that the cleaned data of each trace of a track hold (m): those of the

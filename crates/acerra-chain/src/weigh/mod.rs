@@ -6,6 +6,7 @@
 //! ```
 
 mod altimeter;
+mod background;
 mod delay;
 mod history;
 mod image;
@@ -76,7 +77,8 @@ pub fn weigh_image(
 ) -> Result<Vec<Finding>, Cancelled> {
     let mut findings = image::weigh_values(prepared, focused);
     for track in &prepared.tracks {
-        let mut own = motion::weigh(prepared, focused, track, control)?;
+        let mut own = background::weigh(prepared, focused, track, control)?;
+        own.extend(motion::weigh(prepared, focused, track, control)?);
         own.extend(range_focus::weigh(prepared, focused, track, control)?);
         findings.extend(
             own.into_iter()

@@ -9,11 +9,11 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Map, Value};
 
-use crate::dataset::{Attribute, Dataset, Variable, check_name};
+use crate::dataset::{Attribute, Dataset, StackShape, Variable, check_name};
 use crate::error::CubeError;
 use chunks::write_chunks;
 use metadata::{ArrayMetadata, attributes_json, group_json};
-pub use stack::{StackShape, StackWriter};
+pub use stack::StackWriter;
 
 /// Name of the file that holds the metadata of a group or an array.
 const METADATA: &str = "zarr.json";

@@ -1,4 +1,4 @@
-//! Files for programs that read arrays: Zarr, HDF5, VTK, phase history data.
+//! Files for programs that read arrays: Zarr, NetCDF-4 (HDF5), VTK, phase history data.
 //!
 //! ```text
 //! Outcome ──────────┐
@@ -22,7 +22,7 @@ use std::fs::File;
 use std::io::BufWriter;
 
 use acerra_chain::campaign::ProductFormat;
-use acerra_cubes::{ZarrGroup, write_hdf5};
+use acerra_cubes::{Hdf5File, ZarrGroup};
 use anyhow::Context;
 
 use crate::outcome::Outcome;
@@ -79,15 +79,23 @@ fn write_arrays(
         match format {
             ProductFormat::Zarr => write_zarr(run, stacks, staging).context(ZARR)?,
             ProductFormat::Hdf5 => {
-                let file = File::create(staging.path(HDF5)).context(HDF5)?;
-                let file = BufWriter::with_capacity(1 << 20, file);
-                write_hdf5(file, &cube::dataset(run)?).context(HDF5)?;
+                write_hdf5(run, stacks, staging).context(HDF5)?;
             }
             ProductFormat::Vtk => vtk::write(run, stacks, staging)?,
             _ => {}
         }
     }
     Ok(())
+}
+
+fn write_hdf5(run: &RunContents<'_>, stacks: &Stacks, staging: &Staging) -> anyhow::Result<()> {
+    let mut dataset = cube::dataset(run)?;
+    stacks.describe(&mut dataset)?;
+    let file = File::create(staging.path(HDF5))?;
+    let mut file = Hdf5File::create(BufWriter::with_capacity(1 << 20, file))?;
+    file.dataset(&dataset)?;
+    stacks.write_hdf5(&mut file)?;
+    Ok(file.finish(&dataset.attributes)?)
 }
 
 fn write_zarr(run: &RunContents<'_>, stacks: &Stacks, staging: &Staging) -> anyhow::Result<()> {

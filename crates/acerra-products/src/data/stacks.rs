@@ -1,10 +1,10 @@
 //! Volumes and looks of a run: from their NPZ files, image by image.
 
 use std::fs::File;
-use std::io::BufReader;
+use std::io::{BufReader, Seek, Write};
 use std::path::{Path, PathBuf};
 
-use acerra_cubes::{CubeError, Dataset, StackShape, Values, Variable, ZarrGroup};
+use acerra_cubes::{CubeError, Dataset, Hdf5File, StackShape, Values, Variable, ZarrGroup};
 use acerra_npz::{NpyError, NpzReader};
 use anyhow::{Context, ensure};
 use num_complex::Complex32;
@@ -55,6 +55,26 @@ impl Stacks {
 
     /// Writes the stacks as arrays of the group.
     pub fn write_zarr(&self, group: &mut ZarrGroup) -> anyhow::Result<()> {
+        for (stack, variable) in self.variables() {
+            let mut array = group.stack(&variable, stack.shape()?)?;
+            stack.each(|image| array.slice(image))?;
+            array.finish()?;
+        }
+        Ok(())
+    }
+
+    /// Writes the stacks as arrays of the file.
+    pub fn write_hdf5(&self, file: &mut Hdf5File<impl Write + Seek>) -> anyhow::Result<()> {
+        for (stack, variable) in self.variables() {
+            let mut array = file.stack(&variable, stack.shape()?)?;
+            stack.each(|image| array.slice(image))?;
+            array.finish()?;
+        }
+        Ok(())
+    }
+
+    /// The stacks that are there, with what their arrays are called and mean.
+    fn variables(&self) -> impl Iterator<Item = (&Stack, Variable<'static>)> {
         let kinds = [
             (
                 &self.volume,
@@ -67,18 +87,15 @@ impl Stacks {
                 "complex reflectivity by parts of the track",
             ),
         ];
-        for (stack, dimensions, meaning) in kinds {
-            let Some(stack) = stack else {
-                continue;
-            };
-            let values = Values::from(Vec::<Complex32>::new());
-            let variable = Variable::new(stack.array, &dimensions, values);
-            let variable = variable.with("long_name", meaning).with("units", "1");
-            let mut array = group.stack(&variable, stack.shape()?)?;
-            stack.each(|image| array.slice(image))?;
-            array.finish()?;
-        }
-        Ok(())
+        kinds
+            .into_iter()
+            .filter_map(|(stack, dimensions, meaning)| {
+                let stack = stack.as_ref()?;
+                let values = Values::from(Vec::<Complex32>::new());
+                let variable = Variable::new(stack.array, &dimensions, values);
+                let variable = variable.with("long_name", meaning).with("units", "1");
+                Some((stack, variable))
+            })
     }
 }
 

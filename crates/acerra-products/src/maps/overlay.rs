@@ -4,7 +4,8 @@ use std::fs::File;
 use std::io::BufWriter;
 
 use acerra_figure::{ImageDb, PixelValues};
-use acerra_maps::kmz::{Overlay, OverlayPoint, write_kmz};
+use acerra_geo::geodesy::Geodetic;
+use acerra_maps::kmz::{Overlay, OverlayPoint, TrackHeights, write_kmz};
 use anyhow::Context;
 
 use super::frame::OnEarth;
@@ -44,14 +45,25 @@ pub(super) fn write(
             .frame
             .geodetic_from_enu([target.x_m, target.y_m, target.z_m]),
     });
+    let tracks = earth.tracks(outcome, MOST_PLACES);
     let overlay = Overlay {
         name: &outcome.name,
         description: &description,
         png: &png,
         corners: earth.corners(),
-        tracks: earth.tracks(outcome, MOST_PLACES),
+        heights: above_sea(outcome, &tracks),
+        tracks,
         points: points.collect(),
     };
     let file = File::create(staging.path(NAME)).with_context(|| format!("{NAME}: cannot write"))?;
     write_kmz(BufWriter::new(file), &overlay).context(NAME)
+}
+
+/// Heights of the tracks above the sea, where the geoid is known all along.
+fn above_sea(outcome: &Outcome, tracks: &[Vec<Geodetic>]) -> TrackHeights {
+    let of_track = |places: &Vec<Geodetic>| -> Option<Vec<f64>> {
+        places.iter().map(|p| outcome.above_sea_m(p)).collect()
+    };
+    let heights: Option<Vec<Vec<f64>>> = tracks.iter().map(of_track).collect();
+    heights.map_or(TrackHeights::OverPicture, TrackHeights::AboveSea)
 }

@@ -32,6 +32,7 @@ pub(super) fn write(
             "x_m": target.x_m,
             "y_m": target.y_m,
             "z_m": target.z_m,
+            "height_above_geoid_m": outcome.above_sea_m(&place),
             "sigma_along_m": sigma.map(|s| s.along_m),
             "sigma_across_m": sigma.map(|s| s.across_m),
             "rayleigh_along_m": target.along.rayleigh_m,

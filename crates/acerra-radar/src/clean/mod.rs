@@ -5,6 +5,7 @@
 //! thousands of traces have a variant that can be stopped (`…_with` a [`Control`](crate::Control)).
 
 mod background;
+mod background_gain;
 mod components;
 mod envelope;
 mod gate;
@@ -17,6 +18,7 @@ use thiserror::Error;
 use crate::control::Cancelled;
 
 pub use background::{Background, UnknownBackground, remove_background, remove_background_with};
+pub use background_gain::BackgroundGain;
 pub use envelope::envelope;
 pub use gate::{Gate, apply_gate};
 pub(crate) use surface::crest;

@@ -35,7 +35,7 @@ pub struct Args {
 enum Format {
     /// data.zarr: a Zarr v3 group, for xarray.
     Zarr,
-    /// data.h5: HDF5, for MATLAB.
+    /// data.h5: NetCDF-4 (HDF5), for MATLAB and xarray.
     Hdf5,
     /// image.vti and volume.vti: for ParaView.
     Vtk,

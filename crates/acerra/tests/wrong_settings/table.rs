@@ -267,6 +267,7 @@ fn logs() -> Vec<Row> {
     let trajectory = |label, distortion| (label, vec![Edit::Trajectory(distortion)]);
     let belong = ["logs belong", "trajectory of this flight", "time_offset_s"];
     let heights = ["heights", "origin_deg_m", "z_m"];
+    let axes = ["axes", "heights", "origin_deg_m", "z_m"];
     vec![
         files(
             "another flight's logs",
@@ -330,7 +331,7 @@ fn logs() -> Vec<Row> {
         ),
         files(
             "trajectory with other axes",
-            &heights,
+            &axes,
             [
                 trajectory("y up", Distortion::Axes([0, 2, 1])),
                 trajectory("north, east, up", Distortion::Axes([1, 0, 2])),
@@ -339,7 +340,7 @@ fn logs() -> Vec<Row> {
         ),
         files(
             "trajectory with a wrong sign",
-            &heights,
+            &axes,
             [
                 trajectory("east", Distortion::Mirrored(0)),
                 trajectory("north", Distortion::Mirrored(1)),
