@@ -6,10 +6,12 @@
 //! a side alike, show here and nowhere else. The phases' residuals say how large their own
 //! multipath is, which lasts for minutes: an ambiguity takes it along as it changes.
 
-use super::code_bias::SPAN_S;
 use super::outliers::median;
 use acerra_geo::time::GpsTime;
 
+/// Time (s) over which a satellite's codes are averaged to see what lasts: thrice the largest lag at
+/// which their varying is looked at.
+pub(super) const SPAN_S: f64 = 900.0;
 /// Time (s) after which reflections are others: one float error in each such span counts.
 const CORRELATION_S: f64 = 100.0;
 /// The same of phases (s), where too few are fixed to measure it. A reflection from the ground a

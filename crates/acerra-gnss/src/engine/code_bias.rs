@@ -10,14 +10,12 @@
 
 use std::collections::BTreeMap;
 
+use super::calibration::SPAN_S;
 use super::code_noise::MeasuredNoise;
 use super::constellation::Constellation;
 use super::phase_walk::FixResiduals;
 use crate::satellite::System;
 
-/// Time (s) over which a satellite's residuals are averaged: thrice the largest lag at which
-/// varying is looked at.
-pub(super) const SPAN_S: f64 = 900.0;
 /// Degrees of freedom that the variance assumed beforehand weighs.
 const PRIOR_FREEDOM: f64 = 2.0;
 

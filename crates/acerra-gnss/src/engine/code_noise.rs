@@ -13,7 +13,6 @@
 use super::calibration::Calibration;
 use super::constellation::Constellation;
 use super::epoch_input::RoverEpoch;
-use super::float_errors::FloatErrors;
 use super::matching::matching_base;
 use super::measurement::{Epoch, Measurement};
 use super::noise::{Separation, SignalView, single_difference_variance_m2, weak_signal_factor};
@@ -133,8 +132,6 @@ pub(crate) struct MeasuredNoise {
     /// Growth of an ambiguity's variance by the multipath of its phase (cycle²/s), where that is
     /// measured; never less than the options say.
     pub phase_walk_cycles2_s: Option<f64>,
-    /// Factors on the variances that the filter states for float positions, horizontally and
-    /// vertically.
     float_factors: [f64; 2],
 }
 
@@ -158,15 +155,18 @@ impl MeasuredNoise {
         self
     }
 
-    /// How float errors differ from what a filter states that ran over `epochs` epochs.
-    pub(crate) fn float_errors(&self, epochs: usize) -> FloatErrors {
-        let variances = |noise: &CodeNoise| [noise.lasting, noise.mean_factor(epochs / 2)];
+    /// Factors on the variances that the filter states for float positions, horizontally and
+    /// vertically.
+    pub(crate) fn float_factors(&self) -> [f64; 2] {
+        self.float_factors
+    }
+
+    /// Share of what lasts in the variance of the mean of `count` codes.
+    pub(crate) fn lasting_share(&self, count: usize) -> f64 {
+        let variances = |noise: &CodeNoise| [noise.lasting, noise.mean_factor(count)];
         let all = self.groups.iter().flatten().map(variances);
         let [lasting, varying] = all.fold([0.0; 2], |sum, one| [sum[0] + one[0], sum[1] + one[1]]);
-        FloatErrors {
-            factors: self.float_factors,
-            correlation: lasting / (lasting + varying),
-        }
+        lasting / (lasting + varying)
     }
 
     /// This noise with what lasts as `lasting` has it for each system and slot.

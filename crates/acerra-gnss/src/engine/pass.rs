@@ -264,7 +264,11 @@ impl<'a> Prepared<'a> {
     /// How float errors differ from what a filter states.
     pub(crate) fn float_errors(&self) -> FloatErrors {
         if self.options.measure_code_noise {
-            self.noise.float_errors(self.rover.len())
+            FloatErrors {
+                factors: self.noise.float_factors(),
+                // Each pass has had half of the log in the middle of it.
+                correlation: self.noise.lasting_share(self.rover.len() / 2),
+            }
         } else {
             FloatErrors::AS_STATED
         }
