@@ -205,6 +205,22 @@ fn clean_traces(
     })
 }
 
+/// The spectra of the same traces with another background removed, otherwise cleaned alike.
+pub(crate) fn cleaned_with(
+    background: Background,
+    traces: &CleanedTraces,
+    aligned: &Aligned,
+    frequency_hz: &[f64],
+) -> Result<Spectrum, CleanError> {
+    let clean = remove_background(traces.raw.clone(), removal(background))
+        .map_err(CleanError::Background)?;
+    let clean = match traces.gate_s {
+        None => clean,
+        Some(about_s) => gated(clean, aligned, &gate_of(about_s))?,
+    };
+    spectrum_at(&clean, frequency_hz).map_err(CleanError::Band)
+}
+
 pub(crate) fn removal(background: Background) -> Removal {
     match background {
         Background::Mean => Removal::Mean,
@@ -216,12 +232,15 @@ pub(crate) fn removal(background: Background) -> Removal {
 }
 
 fn gate(choice: Gate) -> Option<FastTimeGate> {
-    let [start_s, end_s] = choice.about_ns()?.map(|ns| ns * 1e-9);
-    Some(FastTimeGate {
+    Some(gate_of(choice.about_ns()?.map(|ns| ns * 1e-9)))
+}
+
+fn gate_of([start_s, end_s]: [f64; 2]) -> FastTimeGate {
+    FastTimeGate {
         start_s,
         end_s,
         edge_s: FastTimeGate::default().edge_s.min(0.5 * (end_s - start_s)),
-    })
+    }
 }
 
 fn gated(

@@ -332,6 +332,72 @@ fn heights_above_the_sea_stand_beside_those_above_the_ellipsoid() {
     }
 }
 
+/// Level ground about the flight as a GeoTIFF whose heights count from the sea (EGM96).
+fn level_ground(height_m: f32) -> Vec<u8> {
+    use tiff::encoder::{TiffEncoder, colortype::Gray32Float};
+    use tiff::tags::Tag;
+    let mut out = Vec::new();
+    let mut file = TiffEncoder::new(std::io::Cursor::new(&mut out)).unwrap();
+    let mut image = file.new_image::<Gray32Float>(20, 20).unwrap();
+    let tags = image.encoder();
+    let (scale, tie): (&[f64], &[f64]) =
+        (&[0.001, 0.001, 0.0], &[0.0, 0.0, 0.0, 14.36, 40.97, 0.0]);
+    // Geographic, cells as areas, WGS 84; heights above EGM96.
+    let keys: &[u16] = &[
+        1, 1, 0, 4, 1024, 0, 1, 2, 1025, 0, 1, 1, 2048, 0, 1, 4326, 4096, 0, 1, 5773,
+    ];
+    tags.write_tag(Tag::ModelPixelScaleTag, scale).unwrap();
+    tags.write_tag(Tag::ModelTiepointTag, tie).unwrap();
+    tags.write_tag(Tag::GeoKeyDirectoryTag, keys).unwrap();
+    image.write_data(&[height_m; 400]).unwrap();
+    out
+}
+
+#[test]
+fn terrain_above_the_sea_is_raised_by_the_geoid() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    fs::write(at("geoid.gtx"), geoid(48.25)).unwrap();
+    fs::write(at("ground.tif"), level_ground(26.75)).unwrap();
+    let campaign = flight(folder.path(), ON_EARTH, "");
+    let text = fs::read_to_string(&campaign).unwrap();
+    let on_terrain = |keys: &str| {
+        let text = text.replace("z_m = 0.0", &format!("terrain = 'ground.tif'\n{keys}"));
+        fs::write(&campaign, text).unwrap();
+        let mut journal = Journal::default();
+        let made = run_campaign(
+            &campaign,
+            &at("products"),
+            &mut journal,
+            &Control::default(),
+        );
+        (
+            made.map(|o| o.measured.targets),
+            journal.warnings.said().to_vec(),
+        )
+    };
+    for keys in ["geoid = 'geoid.gtx'", "geoid_height_m = 48.25"] {
+        let (targets, warnings) = on_terrain(keys);
+        let target = &targets.unwrap()[0];
+        assert!(target.z_m.abs() < 0.01, "{keys}: {target:?}");
+        assert!(
+            (target.x_m - TARGET_M[0]).abs() < 0.05,
+            "{keys}: {target:?}"
+        );
+        assert!(
+            !warnings.iter().any(|w| w.contains("count from")),
+            "{warnings:?}"
+        );
+    }
+    let (_, warnings) = on_terrain("");
+    assert!(
+        warnings.iter().any(|w| w.contains("count from")),
+        "{warnings:?}"
+    );
+    let (both, _) = on_terrain("geoid = 'geoid.gtx'\ngeoid_height_m = 48.25");
+    assert!(format!("{:#}", both.unwrap_err()).contains("geoid_height_m exclude"));
+}
+
 /// The same run by xarray, h5py and sarkit.
 const ASK: &str = r#"
 import sys, json, numpy as np, xarray as xr, h5py

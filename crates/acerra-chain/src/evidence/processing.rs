@@ -106,8 +106,8 @@ pub fn background_loss(kept: f64) -> Finding {
     Finding::judged("background_loss", loss_db, "dB", verdict)
         .expecting(0.0)
         .because(format!(
-            "removing the background takes {loss_db:.1} dB from the echo of a point at the place of the              strongest target: targets are taken for background, weakened and split ([preprocess] \
-             background)"
+            "removing the background takes {loss_db:.1} dB from the strongest echoes: targets are taken for \
+             background, weakened and split ([preprocess] background)"
         ))
 }
 

@@ -3,6 +3,8 @@
 //! Heights that drift, as those of a single-point solution do, lose the surface echo: it neither follows
 //! them nor lies in the gate. The echo that stands out near them tells the ground all the same.
 
+use acerra_radar::clean::{Background, remove_background};
+
 use crate::clean::CleanedTraces;
 use crate::evidence::{AltimeterSeen, Finding, surface_height};
 use crate::ground::Scene;
@@ -20,8 +22,10 @@ pub(super) fn weigh(prepared: &Prepared, track: &Track, traces: &CleanedTraces) 
 }
 
 fn seen(traces: &CleanedTraces, height_m: &[f64], scene: &Scene) -> Option<AltimeterSeen> {
+    // Ringing of the antennas stands still at every height; the ground does so below a platform at rest only.
+    let moving = remove_background(traces.raw.clone(), Background::Mean).ok()?;
     let poor = PoorHeights {
-        radargram: &traces.raw,
+        radargram: &moving,
         height_m,
         delay_s: Some(0.0),
     };

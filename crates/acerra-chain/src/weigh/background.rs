@@ -2,25 +2,31 @@
 
 use std::f64::consts::TAU;
 
-use acerra_radar::Control as RadarControl;
-use acerra_radar::clean::{BackgroundGain, CleanError};
+use acerra_imaging::{Complex32, PlaneGrid};
+use acerra_radar::Spectrum;
+use acerra_radar::clean::BackgroundGain;
 use num_complex::Complex64;
 
 use super::history::distance_m;
+use super::median::median;
 use super::strongest::strongest;
-use crate::clean::removal;
+use crate::choices::Background;
+use crate::clean::{CleanedTraces, cleaned_with, removal};
 use crate::control::{Cancelled, Control};
+use crate::echoes::quick_look;
 use crate::evidence::{Finding, background_loss, still_echoes};
 use crate::focus::Focused;
 use crate::prepare::{Prepared, Track};
+use crate::sharpen::{coarse, patches};
 
 /// Targets further than this below the strongest say little (dB).
 const FLOOR_DB: f64 = -6.0;
 /// Frequencies, evenly over the band, at which echoes are compared.
 const FREQUENCIES: usize = 16;
+/// Pixels of an image in which echoes are looked for.
+const PIXELS: f64 = 60_000.0;
 
-/// Judges the background of a track's radargram by the places of the strongest targets; nothing where its log
-/// holds spectra.
+/// Judges the background of a track's radargram; nothing where its log holds spectra.
 ///
 /// # Errors
 /// The caller asked to stop.
@@ -33,33 +39,26 @@ pub(super) fn weigh(
     let Some(traces) = &track.cleaned else {
         return Ok(Vec::new());
     };
-    let mut findings = Vec::new();
-    let stop = control.cancel_flag().map_or(RadarControl::new(), |flag| {
-        RadarControl::new().cancelled_by(flag)
-    });
-    let gain = match BackgroundGain::of(&traces.raw, removal(track.background), stop) {
-        Ok(gain) => gain,
-        Err(CleanError::Cancelled(_)) => return Err(Cancelled),
-        // What cannot be removed was refused before.
-        Err(_) => None,
+    control.check()?;
+    let kept = match BackgroundGain::of(removal(track.background)) {
+        Some(gain) => kept_of_a_point(prepared, focused, track, gain),
+        None => kept_of_the_mean(prepared, focused, traces),
     };
-    if let Some(gain) = gain
-        && let Some(point_m) = strongest(prepared, focused, FLOOR_DB).first()
-        && let Some(kept) = kept(prepared, track, &gain, *point_m)
-    {
-        findings.push(background_loss(kept));
-    }
+    let mut findings = Vec::new();
+    findings.extend(kept.map(background_loss));
     findings.extend(still_share(prepared, track).map(still_echoes));
     Ok(findings)
 }
 
-/// Share of its amplitude that the echo of a point keeps, on average over the band.
-fn kept(
+/// Share of its amplitude that the echo of a point at the strongest target's place keeps, on average over the
+/// band.
+fn kept_of_a_point(
     prepared: &Prepared,
+    focused: &Focused,
     track: &Track,
-    gain: &BackgroundGain,
-    point_m: [f64; 3],
+    gain: BackgroundGain,
 ) -> Option<f64> {
+    let point_m = *strongest(prepared, focused, FLOOR_DB).first()?;
     let position_m = prepared.aligned.position_m.get(track.range.clone())?;
     let range_m: Vec<f64> = position_m.iter().map(|p| distance_m(*p, point_m)).collect();
     let frequency_hz = &prepared.spectrum.frequency_hz;
@@ -74,6 +73,36 @@ fn kept(
     });
     let shares: Vec<f64> = shares.collect::<Option<_>>()?;
     (!shares.is_empty()).then(|| shares.iter().sum::<f64>() / shares.len() as f64)
+}
+
+/// Share of their amplitudes that the strongest echoes of the image without the mean alone keep under the
+/// background in force: the median over them. A single track on a plane tells it.
+fn kept_of_the_mean(prepared: &Prepared, focused: &Focused, traces: &CleanedTraces) -> Option<f64> {
+    if focused.pixels.surface.is_some() || prepared.tracks.len() > 1 {
+        return None;
+    }
+    let frequency_hz = &prepared.spectrum.frequency_hz;
+    let mean = cleaned_with(Background::Mean, traces, &prepared.aligned, frequency_hz).ok()?;
+    let mut grid = focused.pixels.grid;
+    grid.z_m = focused.pixels.middle_m();
+    let grid = coarse(grid, PIXELS).ok()?;
+    let position_m = &prepared.aligned.position_m;
+    let light_m_s = prepared.scene.light_speed_m_s;
+    let image = |spectrum: &Spectrum, patch: &PlaneGrid| -> Option<Vec<Complex32>> {
+        quick_look(position_m, spectrum, *patch, light_m_s).ok()
+    };
+    let kept: Vec<f64> = patches(position_m, &mean, grid, light_m_s)
+        .ok()?
+        .iter()
+        .filter_map(|patch| {
+            let before = image(&mean, patch)?;
+            let after = image(&prepared.spectrum, patch)?;
+            let level = |k: &usize| before[*k].norm();
+            let top = (0..before.len()).max_by(|a, b| level(a).total_cmp(&level(b)))?;
+            (level(&top) > 0.0).then(|| f64::from(after[top].norm() / before[top].norm()))
+        })
+        .collect();
+    median(kept)
 }
 
 /// Share of the power of a track's spectra that their mean over the traces holds.

@@ -20,32 +20,10 @@ const CONVERGED: f64 = 1e-9;
 /// Takes the strongest components out of `[traces, samples per trace]` samples.
 pub(super) fn remove_components<V: Value>(
     samples: &mut [V],
-    shape: [usize; 2],
-    components: usize,
-    control: Control<'_>,
-) -> Result<(), Cancelled> {
-    let n = shape[1];
-    let strongest = strongest_directions(samples, shape, components, control)?;
-    let part = project(samples, n, &strongest);
-    samples
-        .par_chunks_exact_mut(n)
-        .enumerate()
-        .for_each(|(i, row)| {
-            for (j, v) in row.iter_mut().enumerate() {
-                let along: Complex64 = strongest.iter().zip(&part).map(|(u, p)| u[i] * p[j]).sum();
-                *v = V::narrow(v.wide() - along);
-            }
-        });
-    Ok(())
-}
-
-/// The strongest left singular vectors of `[traces, samples per trace]` samples: one number a trace each.
-pub(super) fn strongest_directions<V: Value>(
-    samples: &[V],
     [traces, n]: [usize; 2],
     components: usize,
     control: Control<'_>,
-) -> Result<Vec<Vec<Complex64>>, Cancelled> {
+) -> Result<(), Cancelled> {
     let columns = (components + EXTRA).min(traces).min(n);
     let mut basis = start(traces, columns);
     let mut before = 0.0;
@@ -63,7 +41,18 @@ pub(super) fn strongest_directions<V: Value>(
     }
     orthonormalise(&mut basis);
     let projected = project(samples, n, &basis);
-    Ok(rayleigh_ritz(&basis, &projected, components))
+    let strongest = rayleigh_ritz(&basis, &projected, components);
+    let part = project(samples, n, &strongest);
+    samples
+        .par_chunks_exact_mut(n)
+        .enumerate()
+        .for_each(|(i, row)| {
+            for (j, v) in row.iter_mut().enumerate() {
+                let along: Complex64 = strongest.iter().zip(&part).map(|(u, p)| u[i] * p[j]).sum();
+                *v = V::narrow(v.wide() - along);
+            }
+        });
+    Ok(())
 }
 
 /// Columns of fixed pseudo-random numbers, so that the same data give the same result.
