@@ -4,12 +4,13 @@
 //! that doubts them does not: which helps depends on receiver and place. Passes in opposite
 //! directions that come to the same places tell which did; a longer list of fixes would not.
 
-use crate::attempt::{Attempt, Inputs, join, threads};
-use crate::control::Control;
+use crate::attempt::Attempt;
+use crate::control::{Control, Watch};
 use crate::engine::{EpochResult, Witness};
 use crate::observation::EPOCH_TOLERANCE_S;
 use crate::options::{Cn0Mask, PpkOptions};
 use crate::ppk_error::PpkError;
+use crate::preparation::{Inputs, Preparation, join, threads};
 use crate::solution::{NotFixedReason, PpkWarning, Quality};
 use std::collections::VecDeque;
 use std::sync::{Mutex, PoisonError};
@@ -26,10 +27,11 @@ const DIFFERENT_PLACE_M: f64 = 0.1;
 pub(crate) fn better_of(
     attempt: Attempt,
     inputs: &Inputs<'_>,
-    options: &PpkOptions,
+    preparation: &Preparation,
     control: Control<'_>,
 ) -> Result<Attempt, PpkError> {
-    let others = attempts(inputs, options, control);
+    let options = &preparation.options;
+    let others = attempts(inputs, preparation, control);
     control.check()?;
     let before = [attempt.agreeing, attempt.fixed()[0]];
     let witnesses: Vec<[Witness; 2]> = std::iter::once(&attempt)
@@ -66,11 +68,18 @@ pub(crate) fn better_of(
 /// left out.
 fn attempts(
     inputs: &Inputs<'_>,
-    options: &PpkOptions,
+    preparation: &Preparation,
     control: Control<'_>,
 ) -> Vec<(Attempt, PpkOptions)> {
+    let options = &preparation.options;
+    let watch = Watch::new(control.silent(), 1);
     let one = |own: PpkOptions| {
-        let attempt = Attempt::new(inputs, &own, control.silent());
+        let attempt = if own.cn0_mask == options.cn0_mask {
+            Attempt::new(preparation, &own, &watch)
+        } else {
+            let masked = Preparation::new(inputs, &own, &watch);
+            masked.and_then(|masked| Attempt::new(&masked, &own, &watch))
+        };
         attempt.ok().map(|attempt| (attempt, own))
     };
     let threads = threads(options);

@@ -1,31 +1,19 @@
-//! One way through the whole positioning: preparation, trial pass, both passes.
+//! One way through the positioning of logs made ready: trial pass, both passes.
 
-use crate::control::{Control, Watch};
+use crate::control::Watch;
 use crate::engine::{
-    BasePlace, Calibration, Constellation, Epoch, EpochResult, GlonassPlan, MeasuredNoise,
-    Prepared, RoverEpoch, SingleContext, Trial, Witness, base_gaps, base_position, combine,
-    confirm_by, contradicting_groups, epochs, error_correlation, missing_navigation,
-    phases_and_copies, reject_implausible, rise_per_s, scale_covariances,
+    Calibration, EpochResult, FloatErrors, GlonassPlan, LastingBiases, MeasuredNoise, Prepared,
+    SignalGroup, SingleContext, Trial, Witness, combine, confirm_by, contradicting_groups,
+    error_correlation, rise_per_s, scale_covariances,
 };
 use crate::error_correlation::ErrorCorrelation;
-use crate::navigation::{Klobuchar, Navigation};
-use crate::observation::{EPOCH_TOLERANCE_S, ObservationData};
 use crate::options::{AmbiguityMode, FilterDirection, PositioningMode, PpkOptions};
-use crate::ppk_error::{PpkError, TimeSpan};
+use crate::ppk_error::PpkError;
+use crate::preparation::{Preparation, join, threads};
 use crate::solution::{GlonassDecision, LostEpoch, PpkWarning, Quality};
-use acerra_geo::time::GpsTime;
 
 /// Share of the epochs with phases below which fixing is poor.
 const POOR_SHARE: f64 = 0.9;
-
-/// What is positioned against what.
-pub(crate) struct Inputs<'a> {
-    pub rover: &'a ObservationData,
-    pub base: &'a ObservationData,
-    pub navigation: &'a Navigation,
-    /// First and last rover epoch of the time window.
-    pub rover_span: TimeSpan,
-}
 
 /// The results of one set of options.
 pub(crate) struct Attempt {
@@ -49,21 +37,61 @@ pub(crate) struct Attempt {
     resolves: bool,
 }
 
+/// What a trial pass finds of the signals.
+struct Findings {
+    noise: MeasuredNoise,
+    left_out: Vec<SignalGroup>,
+    glonass: Option<GlonassDecision>,
+}
+
+impl Findings {
+    /// Runs a trial pass.
+    fn of(prepared: &Prepared<'_>, watch: &Watch<'_>) -> Result<Self, PpkError> {
+        let Trial { results, left_out } = prepared.trial(watch)?;
+        let glonass = prepared.glonass_decision(&results);
+        let noise = if prepared.options.measure_code_noise {
+            let misfits: Vec<_> = results.iter().map(EpochResult::misfit).collect();
+            let fixes: Vec<_> = results
+                .iter()
+                .filter_map(EpochResult::fix_residuals)
+                .collect();
+            let codes: Vec<_> = results.iter().filter_map(EpochResult::fix_codes).collect();
+            let lasting = LastingBiases::of(&codes, prepared.constellation, &prepared.noise);
+            let calibration = Calibration::of(&misfits, rise_per_s(&fixes), lasting.ratio);
+            let noise = prepared.noise.clone().with_lasting(lasting.variances);
+            noise.calibrated(calibration)
+        } else {
+            prepared.noise.clone()
+        };
+        Ok(Self {
+            noise,
+            left_out,
+            glonass,
+        })
+    }
+}
+
 /// The passes of an attempt before any fix is confirmed.
 pub(crate) struct Passes {
     forward: Vec<EpochResult>,
     backward: Vec<EpochResult>,
     /// What each of them can bear witness to.
     pub witnesses: [Witness; 2],
+    float_errors: FloatErrors,
 }
 
 impl Passes {
-    fn new(forward: Vec<EpochResult>, backward: Vec<EpochResult>) -> Self {
+    fn new(
+        forward: Vec<EpochResult>,
+        backward: Vec<EpochResult>,
+        float_errors: FloatErrors,
+    ) -> Self {
         let witnesses = [Witness::of(&forward), Witness::of(&backward)];
         Self {
             forward,
             backward,
             witnesses,
+            float_errors,
         }
     }
 
@@ -78,15 +106,17 @@ impl Passes {
         let (mut forward, mut backward) = (self.forward.clone(), self.backward.clone());
         let agreeing = confirm_by(&mut forward, needed, of_backward);
         confirm_by(&mut backward, needed, of_forward);
-        scale_covariances(&mut forward);
-        scale_covariances(&mut backward);
+        for pass in [&mut forward, &mut backward] {
+            scale_covariances(pass);
+            self.float_errors.scale(pass);
+        }
         let results = match options.direction {
             FilterDirection::Forward => forward,
             FilterDirection::Backward => {
                 backward.reverse();
                 backward
             }
-            _ => combine(forward, backward, options),
+            _ => combine(forward, backward, options, &self.float_errors),
         };
         (results, agreeing)
     }
@@ -118,103 +148,46 @@ impl Attempt {
         self.resolves && (fixed as f64) < POOR_SHARE * of as f64
     }
 
-    /// Positions by `options`.
+    /// Positions by `options`, which differ from those of the preparation at most in how ambiguities
+    /// are resolved and noise is modelled.
     pub(crate) fn new(
-        inputs: &Inputs<'_>,
+        preparation: &Preparation,
         options: &PpkOptions,
-        control: Control<'_>,
+        watch: &Watch<'_>,
     ) -> Result<Self, PpkError> {
-        let &Inputs {
-            rover,
-            base,
-            navigation,
-            rover_span,
-        } = inputs;
-        let relative = options.mode != PositioningMode::Single;
-        let mut warnings = Vec::new();
-        let constellation =
-            Constellation::new(rover, relative.then_some(base), navigation, options);
-        if constellation.len() == 0 {
-            return Err(PpkError::NoSatellites);
-        }
-        let klobuchar = navigation.klobuchar.filter(|k| !k.is_zero());
-        if klobuchar.is_none() {
-            warnings.push(PpkWarning::DefaultIonosphere);
-        }
-        let klobuchar = klobuchar.unwrap_or(Klobuchar::FALLBACK);
-        let context = |is_base: bool| SingleContext {
-            constellation: &constellation,
-            klobuchar: &klobuchar,
-            options,
-            base: is_base,
-        };
-        let mut rover_measured = epochs(rover, &constellation);
-        rover_measured.retain(|e| is_wanted(options, e.tag));
-        let trial = usize::from(Prepared::needs_trial(options));
-        let both = options.direction.is_combined() || has_witness(options);
-        let passes = 1 + usize::from(both) + trial;
-        let watch = Watch::new(control, rover_measured.len() * (1 + passes));
-        let rover_epochs = rover_epochs(&context(false), rover_measured, options, &watch)?;
-        let any_state = rover_epochs
-            .iter()
-            .any(|e| e.states.iter().any(Result::is_ok));
-        if !any_state {
-            let times = || navigation.ephemerides.iter().map(crate::Ephemeris::toe);
-            return Err(PpkError::NoNavigation {
-                observations: rover_span,
-                navigation: times().min().zip(times().max()),
-            });
-        }
-        missing_navigation(&constellation, &rover_epochs, &mut warnings);
-
-        let base_context = context(true);
-        let (base_epochs, base_place) = if relative {
-            phases_and_copies(rover, base, options, &mut warnings);
-            let base_epochs = epochs(base, &constellation);
-            base_gaps(&base_epochs, &rover_epochs, options, &mut warnings);
-            let place = base_position(&base_context, base, &base_epochs, options, &mut warnings)?;
-            (base_epochs, place)
-        } else {
-            (Vec::new(), BasePlace::default())
-        };
-        let base_position_ecef_m = base_place.position_ecef_m;
-        let noise = if options.measure_code_noise && relative {
-            MeasuredNoise::measure(&constellation, options, &rover_epochs, &base_epochs)
-                .calibrated(Calibration::prior())
-        } else {
-            MeasuredNoise::model()
-        };
+        let mut warnings = preparation.warnings.clone();
+        let trial_options = trial_options(options);
         let mut prepared = Prepared {
-            noise,
-            left_out: Vec::new(),
-            constellation: &constellation,
+            constellation: &preparation.constellation,
             options,
-            rover: rover_epochs,
-            base: base_epochs,
-            base_context,
-            base_position_ecef_m,
+            trial_options: &trial_options,
+            rover: &preparation.rover,
+            base: &preparation.base,
+            base_zeros: &preparation.base_zeros,
+            base_context: SingleContext {
+                constellation: &preparation.constellation,
+                klobuchar: &preparation.klobuchar,
+                options: &preparation.options,
+                base: true,
+            },
+            base_position_ecef_m: preparation.base_place.position_ecef_m,
+            noise: if options.measure_code_noise {
+                preparation.noise.clone()
+            } else {
+                MeasuredNoise::model()
+            },
+            left_out: Vec::new(),
         };
         let mut glonass = None;
         if Prepared::needs_trial(options) {
-            let Trial {
-                results: trial,
-                left_out,
-            } = prepared.trial(&watch)?;
-            glonass = prepared.glonass_decision(&trial);
-            contradicting_groups(&prepared.rover, &left_out, &mut warnings);
-            prepared.left_out = left_out;
-            if options.measure_code_noise {
-                let misfits: Vec<_> = trial.iter().map(EpochResult::misfit).collect();
-                let fixes: Vec<_> = trial
-                    .iter()
-                    .filter_map(EpochResult::fix_residuals)
-                    .collect();
-                let calibration = Calibration::of(&misfits, rise_per_s(&fixes));
-                prepared.noise = prepared.noise.calibrated(calibration);
-            }
+            let found = Findings::of(&prepared, watch)?;
+            contradicting_groups(prepared.rover, &found.left_out, &mut warnings);
+            glonass = found.glonass;
+            prepared.left_out = found.left_out;
+            prepared.noise = found.noise;
         }
         let plan = glonass.map_or(GlonassPlan::Estimate, GlonassPlan::from);
-        let (results, passes) = run_passes(&prepared, plan, &watch)?;
+        let (results, passes) = run_passes(&prepared, plan, watch)?;
         let error_correlation = passes.as_ref().and_then(|p| error_correlation(&p.forward));
         let lost = prepared.rover.iter().filter_map(|e| match &e.single {
             Ok(_) => None,
@@ -227,8 +200,8 @@ impl Attempt {
             lost: lost.collect(),
             rover_epochs: prepared.rover.len(),
             results,
-            base_position_ecef_m,
-            base_from_single_m: base_place.from_single_m,
+            base_position_ecef_m: prepared.base_position_ecef_m,
+            base_from_single_m: preparation.base_place.from_single_m,
             glonass,
             warnings,
             passes,
@@ -240,82 +213,19 @@ impl Attempt {
     }
 }
 
-/// Whether an epoch lies in the time window asked for.
-pub(crate) fn is_wanted(options: &PpkOptions, tag: GpsTime) -> bool {
-    let late_s = |t: GpsTime| tag.seconds_since(t);
-    options
-        .start
-        .is_none_or(|t| late_s(t) >= -EPOCH_TOLERANCE_S)
-        && options.end.is_none_or(|t| late_s(t) < EPOCH_TOLERANCE_S)
+/// Passes over all epochs that an attempt takes.
+pub(crate) fn passes(options: &PpkOptions) -> usize {
+    let both = options.direction.is_combined() || has_witness(options);
+    1 + usize::from(both) + usize::from(Prepared::needs_trial(options))
 }
 
-/// Threads to use, at least one.
-pub(crate) fn threads(options: &PpkOptions) -> usize {
-    match options.threads {
-        0 => std::thread::available_parallelism().map_or(1, usize::from),
-        n => n,
+/// Options of a trial pass: ambiguities are resolved where that is not asked for as well, for only
+/// fixes tell the errors of codes.
+fn trial_options(options: &PpkOptions) -> PpkOptions {
+    match options.ambiguity {
+        AmbiguityMode::Off => options.clone().with_ambiguity(AmbiguityMode::FixAndHold),
+        _ => options.clone(),
     }
-}
-
-/// Satellite states and single-point positions of every rover epoch.
-fn rover_epochs(
-    context: &SingleContext<'_>,
-    epochs: Vec<Epoch>,
-    options: &PpkOptions,
-    watch: &Watch<'_>,
-) -> Result<Vec<RoverEpoch>, PpkError> {
-    // Every epoch starts from the first position found, so that none depends on its neighbours.
-    let start = epochs
-        .iter()
-        .find_map(|e| {
-            let states = context.states(e, e.tag, false);
-            context
-                .solve(e, &states, [0.0; 3])
-                .ok()
-                .map(|s| s.position_ecef_m)
-        })
-        .unwrap_or([0.0; 3]);
-    let one = |epoch: Epoch| {
-        watch.one_more()?;
-        let mut states = context.states(&epoch, epoch.tag, true);
-        let single = context.solve(&epoch, &states, start);
-        if let (Ok(single), false) = (&single, options.reproduce_defects) {
-            let place_ecef_m = single.position_ecef_m;
-            reject_implausible(context.constellation, &epoch, &mut states, place_ecef_m);
-        }
-        Ok(RoverEpoch {
-            epoch,
-            states,
-            single,
-        })
-    };
-    let threads = threads(options).max(1);
-    if threads == 1 || epochs.len() < 2 * threads {
-        return epochs.into_iter().map(one).collect();
-    }
-    let share = epochs.len().div_ceil(threads);
-    let mut parts: Vec<Vec<Epoch>> = Vec::with_capacity(threads);
-    let mut rest = epochs;
-    while rest.len() > share {
-        let tail = rest.split_off(share);
-        parts.push(std::mem::replace(&mut rest, tail));
-    }
-    parts.push(rest);
-    std::thread::scope(|scope| {
-        let workers: Vec<_> = parts
-            .into_iter()
-            .map(|part| scope.spawn(move || part.into_iter().map(one).collect()))
-            .collect();
-        let parts: Result<Vec<Vec<_>>, _> = workers.into_iter().map(join).collect();
-        Ok(parts?.into_iter().flatten().collect())
-    })
-}
-
-/// The worker's result; a panic in it continues here.
-pub(crate) fn join<T>(worker: std::thread::ScopedJoinHandle<'_, T>) -> T {
-    worker
-        .join()
-        .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
 }
 
 /// Whether the other direction's pass bears witness to the fixes of the one asked for: not where
@@ -342,11 +252,15 @@ fn run_passes(
 ) -> Result<(Vec<EpochResult>, Option<Passes>), PpkError> {
     let options = prepared.options;
     let fresh = || prepared.filter().with_glonass(plan);
+    let float_errors = prepared.float_errors();
     if has_witness(options) {
         let (forward, backward) = both_ways(options, |backward| {
             prepared.run(&mut fresh(), backward, watch)
         })?;
-        return Ok((Vec::new(), Some(Passes::new(forward, backward))));
+        return Ok((
+            Vec::new(),
+            Some(Passes::new(forward, backward, float_errors)),
+        ));
     }
     let pass = |backward: bool| prepared.run_alone(&mut fresh(), backward, watch);
     let results = match options.direction {
@@ -358,13 +272,13 @@ fn run_passes(
         }
         FilterDirection::Combined => {
             let (forward, backward) = both_ways(options, pass)?;
-            combine(forward, backward, options)
+            combine(forward, backward, options, &float_errors)
         }
         FilterDirection::CombinedWithoutReset => {
             let mut filter = fresh();
             let forward = prepared.run_alone(&mut filter, false, watch)?;
             let backward = prepared.run_alone(&mut filter, true, watch)?;
-            combine(forward, backward, options)
+            combine(forward, backward, options, &float_errors)
         }
     };
     Ok((results, None))

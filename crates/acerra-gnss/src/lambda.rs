@@ -225,29 +225,34 @@ impl Factor {
         }
     }
 
+    /// Lowers the conditional variances by exchanging neighbours, then reduces the off-diagonals.
+    ///
+    /// Whether an exchange lowers a variance depends on the element between the two neighbours
+    /// alone, up to a whole number; the others are left for the end.
     fn reduce(&mut self) {
         let n = self.n;
         if n < 2 {
             return;
         }
         let mut j = n - 2;
-        let mut reduced_from = n - 2;
         loop {
-            if j <= reduced_from {
-                for i in j + 1..n {
-                    self.reduce_column(i, j);
-                }
-            }
             let l = self.l(j + 1, j);
+            let l = l - (l + 0.5).floor();
             let delta = self.diagonal[j] + l * l * self.diagonal[j + 1];
             if delta + 1e-6 < self.diagonal[j + 1] {
+                self.reduce_column(j + 1, j);
                 self.swap(j, delta);
-                reduced_from = j;
-                j = n - 2;
+                // Only the pairs beside the two exchanged have changed.
+                j = (j + 1).min(n - 2);
             } else if j == 0 {
-                return;
+                break;
             } else {
                 j -= 1;
+            }
+        }
+        for j in (0..n - 1).rev() {
+            for i in j + 1..n {
+                self.reduce_column(i, j);
             }
         }
     }

@@ -76,6 +76,7 @@ pub mod pos;
 mod ppk;
 mod ppk_error;
 pub mod precise;
+mod preparation;
 mod recorded;
 pub mod rinex;
 pub mod rtcm;

@@ -1,13 +1,14 @@
 //! The positioning of a rover's log against a base's.
 
 use crate::alternatives::better_of;
-use crate::attempt::{Attempt, Inputs, is_wanted};
-use crate::control::Control;
+use crate::attempt::{Attempt, passes};
+use crate::control::{Control, Watch};
 use crate::events::interpolate_events;
 use crate::navigation::Navigation;
 use crate::observation::ObservationData;
 use crate::options::{PositioningMode, PpkOptions};
 use crate::ppk_error::{PpkError, TimeSpan};
+use crate::preparation::{Inputs, Preparation, is_wanted};
 use crate::signal::FREQUENCY_SLOTS;
 use crate::solution::{
     LostEpoch, NotFixedReason, PpkSolution, PpkSummary, PpkWarning, Quality, Solution,
@@ -105,9 +106,12 @@ pub fn process_with(
         navigation,
         rover_span,
     };
-    let mut attempt = Attempt::new(&inputs, options, control)?;
+    // Single-point positions are one more.
+    let watch = Watch::new(control, times().count() * (1 + passes(options)));
+    let preparation = Preparation::new(&inputs, options, &watch)?;
+    let mut attempt = Attempt::new(&preparation, options, &watch)?;
     if options.try_alternatives && attempt.is_poor() {
-        attempt = better_of(attempt, &inputs, options, control)?;
+        attempt = better_of(attempt, &inputs, &preparation, control)?;
     }
     let base_from_single_m = attempt.base_from_single_m;
     let base_position_ecef_m = attempt.base_position_ecef_m;

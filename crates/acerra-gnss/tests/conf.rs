@@ -127,7 +127,7 @@ fn missing_keys_mean_rtklibs_defaults() {
 #[test]
 fn what_is_not_followed_is_named() {
     let conf = read(
-        "pos1-tidecorr =on\npos1-ionoopt =est-stec\nout-height=geodetic\nfoo =1\nmisc-bar=2\n\
+        "pos1-tidecorr =on\npos1-ionoopt =est-stec\nout-degform=dms\nfoo =1\nmisc-bar=2\n\
          inpstr1-type =serial\npos1-tropopt=saas\nfile-satantfile =\n",
     );
     let got: Vec<(u64, &str, NotFollowedReason)> = conf
@@ -141,7 +141,7 @@ fn what_is_not_followed_is_named() {
         [
             (1, "pos1-tidecorr", Unsupported),
             (2, "pos1-ionoopt", Unsupported),
-            (3, "out-height", Unsupported),
+            (3, "out-degform", Unsupported),
             (4, "foo", UnknownKey),
             (5, "misc-bar", UnknownKey),
             (6, "inpstr1-type", NotForPostProcessing),
@@ -212,6 +212,8 @@ fn products_antennas_and_outputs_are_read() {
     assert_eq!(conf.inputs.rover_antenna, "TRM57971.00 NONE");
     assert_eq!(conf.inputs.base_antenna, "*");
     assert_eq!(conf.outputs.geoid_file.as_deref(), Some("WW15MGH.DAC"));
+    assert!(!conf.outputs.geodetic_heights);
+    assert!(read("out-height =geodetic\n").outputs.geodetic_heights);
     assert_eq!(conf.outputs.max_sigma_m, Some(0.5));
     assert!(conf.outputs.residuals && conf.outputs.nmea && conf.format.velocity);
     // Phase centres of the satellites' antennas are not modelled.

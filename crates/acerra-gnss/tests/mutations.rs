@@ -10,7 +10,7 @@ use acerra_gnss::input::{Limits, Lines};
 use acerra_gnss::ubx::frame::{Piece, encode, pieces};
 use acerra_gnss::{EPOCH_TOLERANCE_S, Ephemeris, GnssFile, RuleSet, read_gnss, rtcm};
 
-const SEEDS: [&[u8]; 15] = [
+const SEEDS: [&[u8]; 18] = [
     include_bytes!("../../../fuzz/seeds/rinex_obs/v2.rnx"),
     include_bytes!("../../../fuzz/seeds/rinex_obs/v3.rnx"),
     include_bytes!("../../../fuzz/seeds/rinex_nav/v2.nav"),
@@ -26,6 +26,9 @@ const SEEDS: [&[u8]; 15] = [
     include_bytes!("../../../fuzz/seeds/products/clocks.clk"),
     include_bytes!("../../../fuzz/seeds/products/antennas.atx"),
     include_bytes!("../../../fuzz/seeds/unix_compress/aaa.Z"),
+    include_bytes!("../../../fuzz/seeds/geoid/part.gtx"),
+    include_bytes!("../../../fuzz/seeds/geoid/part.grd"),
+    include_bytes!("../../../fuzz/seeds/geoid/world.pgm"),
 ];
 
 /// A small generator (SplitMix64), so that every run damages alike.

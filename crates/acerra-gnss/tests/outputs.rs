@@ -217,3 +217,33 @@ fn uncertain_positions_are_left_out_where_asked() {
     assert_eq!(kept.epochs.len() + dropped, solution.epochs.len());
     assert!(dropped > 0 && kept.epochs.iter().all(|e| largest(e) <= median));
 }
+
+#[test]
+fn geodetic_heights_of_a_solution_file_count_from_the_geoid_and_say_so() {
+    let solution = solution();
+    let text = |format: &PosFormat| {
+        let mut text = Vec::new();
+        write_pos(&mut text, &solution, &options(), &[], format).unwrap();
+        String::from_utf8(text).unwrap()
+    };
+    let heights = |text: &str| -> Vec<f64> {
+        let lines = text.lines().filter(|line| !line.starts_with('%'));
+        let height = |line: &str| line.split_whitespace().nth(4).unwrap().parse().unwrap();
+        lines.map(height).collect()
+    };
+    let ellipsoidal = text(&PosFormat::default());
+    let above_geoid = text(&PosFormat {
+        geoid: Some(geoid().into()),
+        ..PosFormat::default()
+    });
+    assert!(ellipsoidal.contains("lat/lon/height=WGS84/ellipsoidal"));
+    assert!(above_geoid.contains("lat/lon/height=WGS84/geodetic"));
+    let [a, b] = [&ellipsoidal, &above_geoid].map(|text| heights(text));
+    assert!(!a.is_empty() && a.len() == b.len());
+    for (ellipsoidal_m, above_m) in a.iter().zip(&b) {
+        assert!(
+            (ellipsoidal_m - above_m - 47.5).abs() < 1e-3,
+            "{ellipsoidal_m} {above_m}"
+        );
+    }
+}

@@ -11,10 +11,11 @@ use acerra_geo::time::GpsTime;
 use acerra_gnss::{
     BasePosition, FilterDirection, PpkOptions, PpkSolution, Quality, Solution, process,
 };
+use rtklib::deviations;
 use rtklib::motion::{Flight, add_motion};
 use rtklib::sets::{GEONET, LG69T, STATIC_1HZ, STATIC_M8P, Set, WALK, WETTZELL};
 use rtklib::settings::{frequencies_table, sensitivity_table};
-use rtklib::trust::{sigma_table, windows_table};
+use rtklib::trust::windows_table;
 use rtklib::{PosEpoch, data, distance, enu, percentile, position_file, read_pos};
 use std::fmt::Write;
 
@@ -561,7 +562,7 @@ fn validation_ppk() {
     walk_table(&mut text);
     motion_table(&mut text);
     windows_table(&mut text);
-    sigma_table(&mut text);
+    deviations::tables(&mut text);
     frequencies_table(&mut text);
     sensitivity_table(&mut text);
     println!("{text}");

@@ -66,7 +66,7 @@ fn raw_logs_become_a_campaign() {
     let campaign = Campaign::parse(&text).unwrap();
     let gnss = campaign.gnss.as_ref().unwrap();
     assert!(campaign.radar.file.ends_with("radar.mrm"), "{text}");
-    assert!(gnss.rover.ends_with("rover.ubx") && gnss.base.ends_with("base.ubx"));
+    assert!(gnss.rover.0[0].ends_with("rover.ubx") && gnss.base.0[0].ends_with("base.ubx"));
     assert_eq!(campaign.trajectory.time_offset_s, TimeOffset::Auto);
     // UBX says nothing of the base's place: the median of its positions is metres off at most.
     let [latitude, longitude, height] = gnss.base_deg_m.unwrap();
@@ -94,7 +94,7 @@ fn motion_tells_the_rover_whatever_the_files_are_called() {
     files.extend(named(&["radar.mrm", "broadcast.nav"]));
     let text = init(&files).unwrap();
     let gnss = Campaign::parse(&text).unwrap().gnss.unwrap();
-    assert!(gnss.rover.ends_with("base.obs"), "{text}");
+    assert!(gnss.rover.0[0].ends_with("base.obs"), "{text}");
     assert!(gnss.navigation.0[0].ends_with("broadcast.nav"), "{text}");
 }
 

@@ -122,9 +122,9 @@ impl Campaign {
     pub fn resolved_in(mut self, folder: &Path) -> Self {
         let resolve = |path: &mut PathBuf| *path = folder.join(&*path);
         let resolve_gnss = |gnss: &mut GnssSection| {
-            resolve(&mut gnss.rover);
-            resolve(&mut gnss.base);
-            gnss.navigation.0.iter_mut().for_each(resolve);
+            for files in [&mut gnss.rover, &mut gnss.base, &mut gnss.navigation] {
+                files.0.iter_mut().for_each(resolve);
+            }
             gnss.config.as_mut().map(resolve);
         };
         if !self.radar.is_absent() {
@@ -166,9 +166,9 @@ impl Campaign {
     /// The files that hold or make the positions.
     pub fn position_files(&self) -> impl Iterator<Item = &Path> {
         let gnss = self.gnss.iter().flat_map(|gnss| {
-            [gnss.rover.as_path(), gnss.base.as_path()]
+            [&gnss.rover, &gnss.base, &gnss.navigation]
                 .into_iter()
-                .chain(gnss.navigation.0.iter().map(PathBuf::as_path))
+                .flat_map(|files| files.0.iter().map(PathBuf::as_path))
                 .chain(gnss.config.as_deref())
         });
         self.trajectory.file.as_deref().into_iter().chain(gnss)
@@ -206,6 +206,32 @@ mod tests {
         assert_eq!(campaign.image.band_ghz, [3.1, 4.8]);
         assert_eq!(campaign.image.weight, Weight::Auto);
         assert!((campaign.image.light_speed_m_s - 299_792_458.0).abs() < f64::EPSILON);
+    }
+
+    #[test]
+    fn gnss_logs_may_be_lists_of_files() {
+        let gnss = |logs: &str| {
+            let own = format!("[gnss]\n{logs}navigation = 'c.nav'\n");
+            GOOD.replace("[trajectory]\nfile = 'a.pos'\n", &own)
+        };
+        let several = Campaign::parse(&gnss("rover = ['a.obs', 'b.obs']\nbase = 'c.obs'\n"))
+            .unwrap()
+            .resolved_in(Path::new("folder"));
+        let files: Vec<&Path> = several.position_files().collect();
+        let expected =
+            ["a.obs", "b.obs", "c.obs", "c.nav"].map(|name| Path::new("folder").join(name));
+        assert_eq!(files, expected);
+        let written = toml::to_string(several.gnss.as_ref().unwrap()).unwrap();
+        assert!(
+            written.contains("rover = [\"folder/a.obs\", \"folder/b.obs\"]"),
+            "{written}"
+        );
+        assert!(written.contains("base = \"folder/c.obs\""), "{written}");
+        let found = message(&gnss("rover = []\nbase = 'c.obs'\n"));
+        assert!(
+            found.contains("rover") && found.contains("a file"),
+            "{found}"
+        );
     }
 
     #[test]

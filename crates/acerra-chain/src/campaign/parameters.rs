@@ -153,10 +153,14 @@ impl From<&TrajectorySection> for AlignOptions {
 impl From<&GnssSection> for GnssLogs {
     fn from(section: &GnssSection) -> Self {
         let stated = section.base_deg_m.map(geodetic).map(BasePlace::Geodetic);
+        let mut rover = section.rover.0.iter().cloned();
+        let mut base = section.base.0.iter().cloned();
         Self {
             files: PositioningInput {
-                rover: section.rover.clone(),
-                base: Some(section.base.clone()),
+                rover: rover.next().unwrap_or_default(),
+                more_rover: rover.collect(),
+                base: base.next(),
+                more_base: base.collect(),
                 navigation: section.navigation.0.clone(),
                 ..PositioningInput::default()
             },

@@ -5,7 +5,8 @@ use std::fmt::Debug;
 use acerra_settings::{Rule, check};
 
 use super::sections::{
-    GnssSection, ImageSection, MeasureSection, TrackSection, TracksSection, TrajectorySection,
+    Files, GnssSection, ImageSection, MeasureSection, TrackSection, TracksSection,
+    TrajectorySection,
 };
 use super::{Campaign, CampaignError};
 use crate::choices::{Delay, Heights, Sum};
@@ -205,14 +206,19 @@ fn trajectory_rules(trajectory: &TrajectorySection) -> [Rule; 3] {
     ]
 }
 
-fn gnss_rules(gnss: &GnssSection) -> [Rule; 1] {
+fn gnss_rules(gnss: &GnssSection) -> [Rule; 3] {
     let places = [gnss.base_ecef_m, gnss.base_deg_m];
-    [rule(
-        "base_ecef_m",
-        places.iter().flatten().all(|place| finite(place)),
-        "finite coordinates",
-        places,
-    )]
+    let named = |key, files: &Files| rule(key, !files.0.is_empty(), "a file", &files.0);
+    [
+        named("rover", &gnss.rover),
+        named("base", &gnss.base),
+        rule(
+            "base_ecef_m",
+            places.iter().flatten().all(|place| finite(place)),
+            "finite coordinates",
+            places,
+        ),
+    ]
 }
 
 fn extent_rules(image: &ImageSection) -> [Rule; 4] {

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use acerra_imaging::IncidenceWeight;
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, Serializer};
 
 use crate::choices::{
     Background, CalibrationSource, Contradictions, Delay, Gate, HeightSource, Heights, LookTaper,
@@ -170,12 +170,12 @@ pub struct TrajectorySection {
 #[derive(Clone, Debug, Deserialize, JsonSchema, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct GnssSection {
-    /// The flying receiver's log: RINEX, Hatanaka, UBX, gzipped or not.
-    #[serde(serialize_with = "path_text::path")]
-    pub rover: PathBuf,
-    /// The log of the receiver on the ground.
-    #[serde(serialize_with = "path_text::path")]
-    pub base: PathBuf,
+    /// The flying receiver's log: RINEX, Hatanaka, UBX, gzipped or not; a list of files is joined.
+    #[serde(serialize_with = "Files::serialize_one_or_list")]
+    pub rover: Files,
+    /// The log of the receiver on the ground; a list, such as hourly files, is joined.
+    #[serde(serialize_with = "Files::serialize_one_or_list")]
+    pub base: Files,
     /// Navigation files; raw logs bring their own.
     #[serde(default)]
     pub navigation: Files,
@@ -207,6 +207,16 @@ enum OneOrSeveral {
     One(PathBuf),
     /// Several files.
     Several(Vec<PathBuf>),
+}
+
+impl Files {
+    /// A single file is written as such.
+    fn serialize_one_or_list<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self.0.as_slice() {
+            [one] => path_text::path(one, serializer),
+            several => path_text::list(several, serializer),
+        }
+    }
 }
 
 impl<'de> Deserialize<'de> for Files {

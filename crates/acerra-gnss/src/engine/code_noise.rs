@@ -45,13 +45,17 @@ const LARGEST_COUNT: usize = 1_000;
 /// Least information of a sample, in units of the first's.
 const LEAST_INFORMATION: f64 = 1e-4;
 
-/// Noise of one system's codes on one frequency.
+/// Noise of one system's codes on one frequency, in units of the model's variance.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct CodeNoise {
-    /// Variance over that of the model.
+    /// Variance of a single code.
     variance_factor: f64,
     /// Variance of the n-th sample of a constant, by its new information, over that of the first.
     sample_factors: Vec<f64>,
+    /// Variance of the mean of n samples of what varies.
+    mean_factors: Vec<f64>,
+    /// Variance of what lasts longer than any lag.
+    lasting: f64,
 }
 
 impl CodeNoise {
@@ -60,33 +64,57 @@ impl CodeNoise {
         Self {
             variance_factor: 1.0,
             sample_factors: vec![1.0],
+            mean_factors: vec![1.0],
+            lasting: 0.0,
         }
     }
 
     /// Noise of this variance and autocorrelation at lags of 1, 2, … epochs, besides what lasts
-    /// longer than any lag; `lasting` is the variance of receivers' delays. All are in units of the
-    /// model's variance.
+    /// longer than any lag; `lasting` is the variance of receivers' delays.
     fn new(varying: f64, lasting: f64, correlation: impl Fn(usize) -> f64) -> Self {
-        let lasting = LASTING_SHARE * varying + lasting;
-        let variance_factor = varying + lasting;
         let (mut sum, mut moment) = (0.0, 0.0);
-        let mut information = 0.0;
-        let mut sample_factors = Vec::with_capacity(LARGEST_COUNT);
+        let mut mean_factors = Vec::with_capacity(LARGEST_COUNT);
         for n in 1..=LARGEST_COUNT {
             let count = n as f64;
-            let mean_variance = (varying * (1.0 + 2.0 * (sum - moment / count)) / count + lasting)
-                / variance_factor;
-            let gained = (1.0 / mean_variance - information).max(LEAST_INFORMATION);
-            information = 1.0 / mean_variance;
-            sample_factors.push(1.0 / gained);
+            mean_factors.push(varying * (1.0 + 2.0 * (sum - moment / count)) / count);
             let rho = correlation(n).clamp(0.0, 1.0);
             sum += rho;
             moment += rho * count;
         }
+        Self::with_means(mean_factors, LASTING_SHARE * varying + lasting)
+    }
+
+    fn with_means(mean_factors: Vec<f64>, lasting: f64) -> Self {
+        let variance_factor = mean_factors[0] + lasting;
+        let mut information = 0.0;
+        let of_sample = |mean_factor: &f64| {
+            let own = variance_factor / (mean_factor + lasting);
+            let gained = (own - information).max(LEAST_INFORMATION);
+            information = own;
+            1.0 / gained
+        };
         Self {
             variance_factor,
-            sample_factors,
+            sample_factors: mean_factors.iter().map(of_sample).collect(),
+            mean_factors,
+            lasting,
         }
+    }
+
+    /// This noise with another variance of what lasts.
+    pub(crate) fn with_lasting(&self, lasting: f64) -> Self {
+        Self::with_means(self.mean_factors.clone(), lasting)
+    }
+
+    /// Variance of what lasts longer than any lag.
+    pub(crate) fn lasting(&self) -> f64 {
+        self.lasting
+    }
+
+    /// Variance of the mean of `count` codes without what lasts.
+    pub(crate) fn mean_factor(&self, count: usize) -> f64 {
+        let last = self.mean_factors.len() - 1;
+        self.mean_factors[count.saturating_sub(1).min(last)]
     }
 
     /// Factor on the model's variance of a code that is the `count`-th of its ambiguity, from 0.
@@ -104,6 +132,7 @@ pub(crate) struct MeasuredNoise {
     /// Growth of an ambiguity's variance by the multipath of its phase (cycle²/s), where that is
     /// measured; never less than the options say.
     pub phase_walk_cycles2_s: Option<f64>,
+    float_factors: [f64; 2],
 }
 
 impl MeasuredNoise {
@@ -112,6 +141,7 @@ impl MeasuredNoise {
         Self {
             groups: vec![std::array::from_fn(|_| CodeNoise::model()); System::ALL.len()],
             phase_walk_cycles2_s: None,
+            float_factors: [1.0; 2],
         }
     }
 
@@ -121,6 +151,33 @@ impl MeasuredNoise {
             noise.variance_factor *= calibration.code_factor;
         }
         self.phase_walk_cycles2_s = Some(calibration.phase_walk_cycles2_s);
+        self.float_factors = calibration.float_factors;
+        self
+    }
+
+    /// Factors on the variances that the filter states for float positions, horizontally and
+    /// vertically.
+    pub(crate) fn float_factors(&self) -> [f64; 2] {
+        self.float_factors
+    }
+
+    /// Share of what lasts in the variance of the mean of `count` codes.
+    pub(crate) fn lasting_share(&self, count: usize) -> f64 {
+        let variances = |noise: &CodeNoise| [noise.lasting, noise.mean_factor(count)];
+        let all = self.groups.iter().flatten().map(variances);
+        let [lasting, varying] = all.fold([0.0; 2], |sum, one| [sum[0] + one[0], sum[1] + one[1]]);
+        lasting / (lasting + varying)
+    }
+
+    /// This noise with what lasts as `lasting` has it for each system and slot.
+    pub(crate) fn with_lasting(
+        mut self,
+        lasting: impl IntoIterator<Item = ((System, usize), f64)>,
+    ) -> Self {
+        for ((system, slot), variance) in lasting {
+            let noise = &mut self.groups[place(system)][slot];
+            *noise = noise.with_lasting(variance);
+        }
         self
     }
 

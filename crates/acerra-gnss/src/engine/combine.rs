@@ -1,6 +1,7 @@
 //! Merging a forward and a backward pass.
 
 use super::epoch_result::EpochResult;
+use super::float_errors::FloatErrors;
 use crate::observation::EPOCH_TOLERANCE_S;
 use crate::options::{PositioningMode, PpkOptions};
 use crate::solution::{NotFixedReason, Quality};
@@ -21,6 +22,7 @@ pub(crate) fn combine(
     forward: Vec<EpochResult>,
     backward: Vec<EpochResult>,
     options: &PpkOptions,
+    float: &FloatErrors,
 ) -> Vec<EpochResult> {
     let mut merged = Vec::with_capacity(forward.len().max(backward.len()));
     let mut forward = forward.into_iter().peekable();
@@ -37,12 +39,12 @@ pub(crate) fn combine(
         } else if ahead_s > EPOCH_TOLERANCE_S {
             merged.extend(backward.next());
         } else if let (Some(f), Some(b)) = (forward.next(), backward.next()) {
-            merged.push(pair(f, b, options));
+            merged.push(pair(f, b, options, float));
         }
     }
 }
 
-fn pair(f: EpochResult, b: EpochResult, options: &PpkOptions) -> EpochResult {
+fn pair(f: EpochResult, b: EpochResult, options: &PpkOptions, float: &FloatErrors) -> EpochResult {
     // RTKLIB numbers "no solution" 0, below "fixed".
     let none = if options.reproduce_defects {
         0
@@ -81,6 +83,13 @@ fn pair(f: EpochResult, b: EpochResult, options: &PpkOptions) -> EpochResult {
     ) {
         result.position_ecef_m = x;
         result.covariance_ecef_m2 = q;
+        if f.quality == Some(Quality::Float) {
+            let variance_m2 = |r: &EpochResult| (0..3).map(|k| r.covariance_ecef_m2[k][k]).sum();
+            let factor = float.of_mean([variance_m2(&f), variance_m2(&b)]);
+            for value in result.covariance_ecef_m2.as_flattened_mut() {
+                *value *= factor;
+            }
+        }
         // Two fixes of an epoch rest on the same phases: their mean is no better than either.
         if options.min_success_rate.is_some() && f.quality == Some(Quality::Fixed) {
             result.covariance_ecef_m2 = std::array::from_fn(|i| {

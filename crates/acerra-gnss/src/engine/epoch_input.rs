@@ -5,6 +5,7 @@ use super::measurement::Epoch;
 use super::single::SinglePoint;
 use super::zero::ZeroDifference;
 use crate::solution::NotFixedReason;
+use std::sync::Arc;
 
 /// The rover's epoch with everything that does not depend on the filter.
 pub(crate) struct RoverEpoch {
@@ -16,7 +17,7 @@ pub(crate) struct RoverEpoch {
 /// The base's data that go with a rover epoch.
 pub(crate) struct BaseView<'a> {
     pub epoch: &'a Epoch,
-    pub zero: Vec<ZeroDifference>,
+    pub zero: Arc<[ZeroDifference]>,
     /// Rover tag minus base tag (s).
     pub age_s: f64,
     /// Time that enters the clock noise (s).

@@ -1,8 +1,8 @@
 //! What the filter says about one epoch.
 
-use super::calibration::Misfit;
+use super::calibration::{FloatMisfit, Misfit};
 use super::fixed_integers::FixedIntegers;
-use super::phase_walk::{FixResiduals, PhaseResidual};
+use super::phase_walk::{FixResiduals, NormalisedResidual};
 use crate::solution::{NotFixedReason, Quality, SatelliteResidual};
 use acerra_geo::time::GpsTime;
 
@@ -24,10 +24,11 @@ pub(crate) struct EpochResult {
     /// Squared phase residuals of a fix in units of their variance, and their degrees of freedom.
     pub phase_misfit: [f64; 2],
     /// The residuals themselves.
-    pub phase_residuals: Vec<PhaseResidual>,
-    /// Squared distance of the float position from the fixed one, in units of its covariance and
-    /// per dimension, of a fix by integers held.
-    pub float_misfit: Option<f64>,
+    pub phase_residuals: Vec<NormalisedResidual>,
+    /// Residuals of the codes at a fix, over the model's standard deviation.
+    pub code_residuals: Vec<NormalisedResidual>,
+    /// How far the float position is from a fix by integers held.
+    pub float_misfit: Option<FloatMisfit>,
     /// GLONASS inter-channel bias and standard deviation (m per channel) of a fix with GLONASS,
     /// where it is estimated.
     pub channel_slope_m: Option<[f64; 2]>,
@@ -52,6 +53,14 @@ impl EpochResult {
         (self.quality == Some(Quality::Fixed)).then_some(FixResiduals {
             time: self.time,
             residuals: &self.phase_residuals,
+        })
+    }
+
+    /// The codes' residuals of its fix, if it is one.
+    pub(crate) fn fix_codes(&self) -> Option<FixResiduals<'_>> {
+        (self.quality == Some(Quality::Fixed)).then_some(FixResiduals {
+            time: self.time,
+            residuals: &self.code_residuals,
         })
     }
 

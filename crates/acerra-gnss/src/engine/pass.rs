@@ -1,11 +1,13 @@
 //! A run of the filter over all rover epochs in one direction.
 
+use super::base_zeros::BaseZeros;
 use super::code_noise::MeasuredNoise;
 use super::confirm::{AGREEMENT_S, confirm_alone};
 use super::constellation::Constellation;
 use super::epoch_input::{BaseView, RoverEpoch};
 use super::epoch_result::EpochResult;
 use super::filter::Filter;
+use super::float_errors::FloatErrors;
 use super::glonass::decide;
 use super::matching::matching_base;
 use super::measurement::{Epoch, Measurement};
@@ -22,13 +24,17 @@ use crate::options::{
 use crate::ppk_error::PpkError;
 use crate::satellite::System;
 use crate::solution::GlonassDecision;
+use std::sync::Arc;
 
 /// Everything that both directions share.
 pub(crate) struct Prepared<'a> {
     pub constellation: &'a Constellation,
     pub options: &'a PpkOptions,
-    pub rover: Vec<RoverEpoch>,
-    pub base: Vec<Epoch>,
+    /// Those of the trial pass.
+    pub trial_options: &'a PpkOptions,
+    pub rover: &'a [RoverEpoch],
+    pub base: &'a [Epoch],
+    pub base_zeros: &'a BaseZeros,
     pub base_context: SingleContext<'a>,
     pub base_position_ecef_m: [f64; 3],
     pub noise: MeasuredNoise,
@@ -45,9 +51,13 @@ pub(crate) struct Trial {
 impl<'a> Prepared<'a> {
     /// A filter at its start.
     pub(crate) fn filter(&'a self) -> Filter<'a> {
+        self.filter_with(self.options)
+    }
+
+    fn filter_with(&'a self, options: &'a PpkOptions) -> Filter<'a> {
         Filter::new(
             self.constellation,
-            self.options,
+            options,
             &self.noise,
             self.base_position_ecef_m,
         )
@@ -72,9 +82,9 @@ impl<'a> Prepared<'a> {
     }
 
     /// The results of a trial pass, and the groups of signals that contradict the others.
-    pub(crate) fn trial(&'a self, watch: &Watch<'_>) -> Result<Trial, PpkError> {
+    pub(crate) fn trial(&self, watch: &Watch<'_>) -> Result<Trial, PpkError> {
         let backward = self.options.direction == FilterDirection::Backward;
-        let mut filter = self.filter();
+        let mut filter = self.filter_with(self.trial_options);
         let results = self.run_alone(&mut filter, backward, watch)?;
         Ok(Trial {
             results,
@@ -92,7 +102,14 @@ impl<'a> Prepared<'a> {
         (open && observed).then(|| decide(trial))
     }
 
-    fn base_zero(&self, index: usize, rover: &Epoch) -> Vec<ZeroDifference> {
+    /// Zero differences of a base epoch for a rover epoch.
+    fn base_zero(&self, index: usize, rover: usize) -> Arc<[ZeroDifference]> {
+        self.base_zeros.get(rover, index, || {
+            self.new_base_zero(index, &self.rover[rover].epoch)
+        })
+    }
+
+    fn new_base_zero(&self, index: usize, rover: &Epoch) -> Vec<ZeroDifference> {
         let epoch = &self.base[index];
         // Ephemerides are chosen by the rover's tag, so that both ends use the same ones.
         let mut states = self.base_context.states(epoch, rover.tag, false);
@@ -101,7 +118,7 @@ impl<'a> Prepared<'a> {
             reject_implausible(self.constellation, epoch, &mut states, place_ecef_m);
         }
         zero_differences(
-            self.options,
+            self.base_context.options,
             epoch,
             &states,
             self.base_position_ecef_m,
@@ -109,21 +126,22 @@ impl<'a> Prepared<'a> {
         )
     }
 
-    fn base_view(&self, rover: &Epoch, backward: bool) -> Option<BaseView<'_>> {
+    fn base_view(&self, rover_index: usize, backward: bool) -> Option<BaseView<'_>> {
+        let rover = &self.rover[rover_index].epoch;
         if self.options.mode == PositioningMode::Single {
             return None;
         }
         if self.options.interpolate_base
-            && let Some(view) = self.interpolated(rover, backward)
+            && let Some(view) = self.interpolated(rover_index, backward)
         {
             return Some(view);
         }
-        let index = matching_base(&self.base, rover, backward)?;
+        let index = matching_base(self.base, rover, backward)?;
         let epoch = &self.base[index];
         let age_s = rover.tag.seconds_since(epoch.tag);
         Some(BaseView {
             epoch,
-            zero: self.base_zero(index, rover),
+            zero: self.base_zero(index, rover_index),
             age_s,
             noise_age_s: age_s,
         })
@@ -131,7 +149,8 @@ impl<'a> Prepared<'a> {
 
     /// Base residuals interpolated linearly between its epochs around the rover's tag; satellites
     /// that slip in between are left out. `None` where there is nothing to interpolate.
-    fn interpolated(&self, rover: &Epoch, backward: bool) -> Option<BaseView<'_>> {
+    fn interpolated(&self, rover_index: usize, backward: bool) -> Option<BaseView<'_>> {
+        let rover = &self.rover[rover_index].epoch;
         let after = self
             .base
             .partition_point(|b| b.tag.seconds_since(rover.tag) < -EPOCH_TOLERANCE_S);
@@ -148,7 +167,10 @@ impl<'a> Prepared<'a> {
         {
             return None;
         }
-        let (early, late) = (self.base_zero(before, rover), self.base_zero(after, rover));
+        let (early, late) = (
+            self.base_zero(before, rover_index),
+            self.base_zero(after, rover_index),
+        );
         let span_s = from_previous_s - from_next_s;
         // The epoch that flags and phases are taken from is the one the filter meets first.
         let (kept, other) = if backward {
@@ -170,7 +192,7 @@ impl<'a> Prepared<'a> {
             a.slip_count[slot] != b.slip_count[slot]
                 || (a.loss_of_lock[slot] ^ b.loss_of_lock[slot]) & 2 != 0
         };
-        let mut zero = kept_zero.clone();
+        let mut zero = kept_zero.to_vec();
         for (k, z) in zero.iter_mut().enumerate() {
             let m = &self.base[kept].measurements[k];
             let partner = self.base[other].find(m.satellite);
@@ -204,7 +226,7 @@ impl<'a> Prepared<'a> {
         };
         Some(BaseView {
             epoch: &self.base[kept],
-            zero,
+            zero: zero.into(),
             age_s: if backward {
                 from_next_s
             } else {
@@ -226,16 +248,30 @@ impl<'a> Prepared<'a> {
         let mut results = Vec::with_capacity(n);
         for k in 0..n {
             watch.one_more()?;
-            let rover = &self.rover[if backward { n - 1 - k } else { k }];
+            let index = if backward { n - 1 - k } else { k };
+            let rover = &self.rover[index];
             match &rover.single {
                 Ok(single) => {
-                    let base = self.base_view(&rover.epoch, backward);
+                    let base = self.base_view(index, backward);
                     results.push(filter.step(rover, single, base));
                 }
                 Err(_) => filter.last_time = Some(rover.epoch.tag),
             }
         }
         Ok(results)
+    }
+
+    /// How float errors differ from what a filter states.
+    pub(crate) fn float_errors(&self) -> FloatErrors {
+        if self.options.measure_code_noise {
+            FloatErrors {
+                factors: self.noise.float_factors(),
+                // Each pass has had half of the log in the middle of it.
+                correlation: self.noise.lasting_share(self.rover.len() / 2),
+            }
+        } else {
+            FloatErrors::AS_STATED
+        }
     }
 
     /// As [`run`](Self::run), with fixes confirmed by nothing but the pass itself.
@@ -249,6 +285,7 @@ impl<'a> Prepared<'a> {
         if let Some(needed) = self.options.min_success_rate {
             confirm_alone(&mut results, needed, &filter.withdrawn);
             scale_covariances(&mut results);
+            self.float_errors().scale(&mut results);
         }
         Ok(results)
     }

@@ -18,9 +18,9 @@ const LEAST_CHANGES: usize = 100;
 /// Changes beyond this many robust standard deviations count as that many.
 const LARGEST_SIGMA: f64 = 4.0;
 
-/// Residual of one satellite's phase after a fix.
+/// Residual of one satellite's phase or code after a fix.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct PhaseResidual {
+pub(crate) struct NormalisedResidual {
     pub satellite: usize,
     pub slot: usize,
     /// About its block's weighted mean, over the model's standard deviation.
@@ -28,13 +28,16 @@ pub(crate) struct PhaseResidual {
 }
 
 /// The residuals of a fix by satellite, in ascending order of slot and satellite.
-pub(crate) fn of_satellites(residuals: Vec<Standardised>, common: &[Common]) -> Vec<PhaseResidual> {
-    let of_one = |r: Standardised| PhaseResidual {
+pub(crate) fn of_satellites(
+    residuals: Vec<Standardised>,
+    common: &[Common],
+) -> Vec<NormalisedResidual> {
+    let of_one = |r: Standardised| NormalisedResidual {
         satellite: common[r.common].satellite,
         slot: r.slot,
         normalised: r.normalised,
     };
-    let mut own: Vec<PhaseResidual> = residuals.into_iter().map(of_one).collect();
+    let mut own: Vec<NormalisedResidual> = residuals.into_iter().map(of_one).collect();
     own.sort_unstable_by_key(|r| (r.slot, r.satellite));
     own
 }
@@ -43,7 +46,7 @@ pub(crate) fn of_satellites(residuals: Vec<Standardised>, common: &[Common]) -> 
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct FixResiduals<'a> {
     pub time: GpsTime,
-    pub residuals: &'a [PhaseResidual],
+    pub residuals: &'a [NormalisedResidual],
 }
 
 /// Rise of the residuals' semivariance per second, in units of the model's variance; `None` where
@@ -71,7 +74,7 @@ fn semivariance(fixes: &[FixResiduals<'_>], lag: usize, lag_s: f64) -> Option<f6
             continue;
         }
         for a in early.residuals {
-            let key = |r: &PhaseResidual| (r.slot, r.satellite);
+            let key = |r: &NormalisedResidual| (r.slot, r.satellite);
             if let Ok(k) = late.residuals.binary_search_by_key(&key(a), key) {
                 let change = late.residuals[k].normalised - a.normalised;
                 squares.push(change * change / 2.0);
@@ -106,11 +109,11 @@ mod tests {
         };
         let kept = (-1.0 / correlation_s).exp();
         let mut states: Vec<f64> = (0..20).map(|_| 2.0 * normal()).collect();
-        let rows: Vec<Vec<PhaseResidual>> = (0..epochs)
+        let rows: Vec<Vec<NormalisedResidual>> = (0..epochs)
             .map(|_| {
                 let of_one = |(satellite, state): (usize, &mut f64)| {
                     *state = kept * *state + 2.0 * (1.0 - kept * kept).sqrt() * normal();
-                    PhaseResidual {
+                    NormalisedResidual {
                         satellite,
                         slot: 0,
                         normalised: *state + normal(),

@@ -282,8 +282,9 @@ impl SingleContext<'_> {
             let mut right = SVector::<f64, STATES>::zeros();
             for row in &equations.rows {
                 let h = SVector::from(row.design);
-                normal += h * h.transpose() / row.variance_m2;
-                right += h * (row.residual_m / row.variance_m2);
+                let weight = 1.0 / row.variance_m2;
+                normal.ger(weight, &h, &h, 1.0);
+                right += h * (row.residual_m * weight);
             }
             let Some(covariance) = normal.try_inverse() else {
                 return Err((NotFixedReason::SinglePointFailed, position(&x)));

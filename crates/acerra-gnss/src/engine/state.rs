@@ -240,14 +240,14 @@ impl FilterState {
             place[a] = k;
         }
         let mut s = r;
-        for (i, row) in rows.iter().enumerate() {
-            for j in 0..m {
-                let sum: f64 = row
-                    .coefficients
-                    .iter()
-                    .map(|&(index, c)| c * pht[(place[index], j)])
-                    .sum();
-                s[(i, j)] += sum;
+        // The factorisation reads the lower triangle only.
+        for j in 0..m {
+            let column = pht.column(j);
+            for (i, row) in rows.iter().enumerate().skip(j) {
+                let products = row.coefficients.iter();
+                s[(i, j)] += products
+                    .map(|&(index, c)| c * column[place[index]])
+                    .sum::<f64>();
             }
         }
         let Some(cholesky) = Cholesky::new(s) else {

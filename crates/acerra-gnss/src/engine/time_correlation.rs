@@ -7,7 +7,7 @@
 
 use super::epoch_result::EpochResult;
 use super::outliers::median;
-use super::phase_walk::{FixResiduals, PhaseResidual};
+use super::phase_walk::{FixResiduals, NormalisedResidual};
 use crate::error_correlation::{ErrorCorrelation, Lasting};
 use crate::solution::Quality;
 
@@ -67,7 +67,7 @@ fn departure_m(fix: &EpochResult) -> [f64; 3] {
 
 /// Product and mean square of the residuals of each satellite of both fixes.
 fn products_of_residuals(a: &FixResiduals<'_>, b: &FixResiduals<'_>) -> Vec<[f64; 2]> {
-    let found = |r: &PhaseResidual| {
+    let found = |r: &NormalisedResidual| {
         let key = (r.slot, r.satellite);
         let k = b
             .residuals

@@ -12,6 +12,7 @@ mod resolve;
 mod update;
 
 use crate::engine::ambiguity::{Attempt, Pair};
+use crate::engine::calibration::FloatMisfit;
 use crate::engine::code_noise::MeasuredNoise;
 use crate::engine::constellation::Constellation;
 use crate::engine::double::Common;
@@ -28,6 +29,7 @@ use crate::engine::zero::ZeroDifference;
 use crate::observation::LossOfLock;
 use crate::options::{AmbiguityMode, PositioningMode, PpkOptions, RuleSet};
 use crate::solution::{NotFixedReason, Quality};
+use acerra_geo::geodesy::EnuFrame;
 use acerra_geo::time::GpsTime;
 use last_phases::LastPhases;
 use nalgebra::{Matrix3, Vector3};
@@ -361,15 +363,26 @@ impl<'a> Filter<'a> {
         }
     }
 
-    /// Squared distance of the float position from that of `attempt`, per dimension, in units of
-    /// its covariance.
-    fn float_misfit(&self, attempt: &Attempt) -> Option<f64> {
+    /// Distance of the float position from that of `attempt`.
+    fn float_misfit(&self, attempt: &Attempt) -> Option<FloatMisfit> {
         let np = self.state.leading_states;
-        let distance = Vector3::from_fn(|k, _| attempt.x[k] - self.state.x[k]);
-        let covariance =
-            Matrix3::from_fn(|i, j| self.state.covariance(i, j) - attempt.p[i * np + j]);
-        let solved = covariance.cholesky()?.solve(&distance);
-        Some(distance.dot(&solved) / 3.0)
+        let frame = EnuFrame::from_ecef(self.state.position());
+        let distance_ecef = std::array::from_fn(|k| attempt.x[k] - self.state.x[k]);
+        let covariance_ecef = std::array::from_fn(|i| {
+            std::array::from_fn(|j| self.state.covariance(i, j) - attempt.p[i * np + j])
+        });
+        let distance = Vector3::from(frame.enu_vector_from_ecef(distance_ecef));
+        let of = frame.enu_covariance_from_ecef(&covariance_ecef);
+        let covariance = Matrix3::from_fn(|i, j| of[i][j]);
+        let whole = distance.dot(&covariance.cholesky()?.solve(&distance)) / 3.0;
+        let level = distance.fixed_rows::<2>(0).into_owned();
+        let of_level = covariance.fixed_view::<2, 2>(0, 0).into_owned();
+        let horizontal = level.dot(&of_level.cholesky()?.solve(&level)) / 2.0;
+        Some(FloatMisfit {
+            whole,
+            horizontal,
+            vertical: distance.z.powi(2) / covariance[(2, 2)],
+        })
     }
 
     fn remember(&mut self, rover: &RoverEpoch, base: &BaseView<'_>) {

@@ -30,6 +30,7 @@ impl EpochResult {
             residuals: Vec::new(),
             phase_misfit: [0.0; 2],
             phase_residuals: Vec::new(),
+            code_residuals: Vec::new(),
             float_misfit: None,
             anchored: false,
             channel_slope_m: None,

@@ -3,12 +3,13 @@
 use super::{EpochView, Filter};
 use crate::engine::ambiguity::{Attempt, Pair, Resolution, members};
 use crate::engine::double::Common;
+use crate::engine::double_row::DoubleRow;
 use crate::engine::epoch_result::EpochResult;
 use crate::engine::noise::{
     Separation, SignalView, single_difference_variance_m2, weak_signal_factor,
 };
 use crate::engine::outliers::{standardised, worst};
-use crate::engine::phase_walk::of_satellites;
+use crate::engine::phase_walk::{NormalisedResidual, of_satellites};
 use crate::engine::state::FilterState;
 use crate::engine::zero::{ZeroDifference, zero_differences};
 use crate::options::{AmbiguityMode, GlonassAmbiguity, RuleSet};
@@ -138,6 +139,9 @@ impl<'a> Filter<'a> {
                 // Three degrees of freedom went into the position.
                 result.phase_misfit = [squares, rows.saturating_sub(3) as f64];
                 result.phase_residuals = of_satellites(residuals, &epoch.common);
+                if self.options.measure_code_noise {
+                    result.code_residuals = self.code_residuals(epoch, &differences.rows, &fixed);
+                }
                 return Ok(attempt);
             };
             for track in &mut self.state.tracks {
@@ -154,6 +158,34 @@ impl<'a> Filter<'a> {
                 .track_mut(epoch.common[worst.common].satellite, worst.slot)
                 .valid = false;
         }
+    }
+
+    /// The codes' residuals about the position of a fix, over what the model states for a single
+    /// sample.
+    fn code_residuals(
+        &self,
+        epoch: &EpochView<'_>,
+        rows: &[DoubleRow],
+        fixed: &FilterState,
+    ) -> Vec<NormalisedResidual> {
+        let factor = |k: usize, slot: usize| {
+            let satellite = epoch.common[k].satellite;
+            let system = self.constellation.id(satellite).system();
+            let count = fixed.track(satellite, slot).codes_used;
+            let inflation = epoch.inflation.get(k).map_or(1.0, |of| of[slot]);
+            self.noise.of(system, slot).factor(count) * inflation
+        };
+        let by_model: Vec<DoubleRow> = rows
+            .iter()
+            .filter(|row| row.is_code)
+            .map(|row| DoubleRow {
+                variance_reference_m2: row.variance_reference_m2 / factor(row.reference, row.slot),
+                variance_other_m2: row.variance_other_m2 / factor(row.other, row.slot),
+                ..*row
+            })
+            .collect();
+        let (residuals, _) = standardised(&by_model, true, |_, _| true);
+        of_satellites(residuals, &epoch.common)
     }
 
     /// One search of the integers, with partial resolution if that is chosen.

@@ -1,0 +1,196 @@
+//! What every way through the positioning of two logs shares: satellites, single-point positions,
+//! the base's place and data.
+
+use crate::control::Watch;
+use crate::engine::{
+    BasePlace, BaseZeros, Calibration, Constellation, Epoch, MeasuredNoise, RoverEpoch,
+    SingleContext, base_gaps, base_position, epochs, missing_navigation, phases_and_copies,
+    reject_implausible,
+};
+use crate::navigation::{Klobuchar, Navigation};
+use crate::observation::{EPOCH_TOLERANCE_S, ObservationData};
+use crate::options::{PositioningMode, PpkOptions};
+use crate::ppk_error::{PpkError, TimeSpan};
+use crate::solution::PpkWarning;
+use acerra_geo::time::GpsTime;
+
+/// What is positioned against what.
+pub(crate) struct Inputs<'a> {
+    pub rover: &'a ObservationData,
+    pub base: &'a ObservationData,
+    pub navigation: &'a Navigation,
+    /// First and last rover epoch of the time window.
+    pub rover_span: TimeSpan,
+}
+
+/// The logs made ready for the filter, by the options that this depends on: systems, frequencies,
+/// masks and the base's place, not how ambiguities are resolved.
+pub(crate) struct Preparation {
+    pub constellation: Constellation,
+    pub klobuchar: Klobuchar,
+    pub options: PpkOptions,
+    pub rover: Vec<RoverEpoch>,
+    pub base: Vec<Epoch>,
+    pub base_zeros: BaseZeros,
+    pub base_place: BasePlace,
+    /// Noise as far as code minus phase tells it.
+    pub noise: MeasuredNoise,
+    pub warnings: Vec<PpkWarning>,
+}
+
+impl Preparation {
+    /// Makes the logs ready.
+    ///
+    /// # Errors
+    /// No satellites, no navigation data, or no place of the base.
+    pub(crate) fn new(
+        inputs: &Inputs<'_>,
+        options: &PpkOptions,
+        watch: &Watch<'_>,
+    ) -> Result<Self, PpkError> {
+        let &Inputs {
+            rover,
+            base,
+            navigation,
+            rover_span,
+        } = inputs;
+        let relative = options.mode != PositioningMode::Single;
+        let mut warnings = Vec::new();
+        let constellation =
+            Constellation::new(rover, relative.then_some(base), navigation, options);
+        if constellation.len() == 0 {
+            return Err(PpkError::NoSatellites);
+        }
+        let klobuchar = navigation.klobuchar.filter(|k| !k.is_zero());
+        if klobuchar.is_none() {
+            warnings.push(PpkWarning::DefaultIonosphere);
+        }
+        let klobuchar = klobuchar.unwrap_or(Klobuchar::FALLBACK);
+        let context = |is_base: bool| SingleContext {
+            constellation: &constellation,
+            klobuchar: &klobuchar,
+            options,
+            base: is_base,
+        };
+        let mut rover_measured = epochs(rover, &constellation);
+        rover_measured.retain(|e| is_wanted(options, e.tag));
+        let rover_epochs = rover_epochs(&context(false), rover_measured, options, watch)?;
+        let any_state = rover_epochs
+            .iter()
+            .any(|e| e.states.iter().any(Result::is_ok));
+        if !any_state {
+            let times = || navigation.ephemerides.iter().map(crate::Ephemeris::toe);
+            return Err(PpkError::NoNavigation {
+                observations: rover_span,
+                navigation: times().min().zip(times().max()),
+            });
+        }
+        missing_navigation(&constellation, &rover_epochs, &mut warnings);
+
+        let (base_epochs, base_place) = if relative {
+            phases_and_copies(rover, base, options, &mut warnings);
+            let base_epochs = epochs(base, &constellation);
+            base_gaps(&base_epochs, &rover_epochs, options, &mut warnings);
+            let context = context(true);
+            let place = base_position(&context, base, &base_epochs, options, &mut warnings)?;
+            (base_epochs, place)
+        } else {
+            (Vec::new(), BasePlace::default())
+        };
+        let noise = if options.measure_code_noise && relative {
+            MeasuredNoise::measure(&constellation, options, &rover_epochs, &base_epochs)
+                .calibrated(Calibration::prior())
+        } else {
+            MeasuredNoise::model()
+        };
+        Ok(Self {
+            base_zeros: BaseZeros::new(rover_epochs.len()),
+            klobuchar,
+            options: options.clone(),
+            rover: rover_epochs,
+            base: base_epochs,
+            base_place,
+            noise,
+            warnings,
+            constellation,
+        })
+    }
+}
+
+/// Whether an epoch lies in the time window asked for.
+pub(crate) fn is_wanted(options: &PpkOptions, tag: GpsTime) -> bool {
+    let late_s = |t: GpsTime| tag.seconds_since(t);
+    options
+        .start
+        .is_none_or(|t| late_s(t) >= -EPOCH_TOLERANCE_S)
+        && options.end.is_none_or(|t| late_s(t) < EPOCH_TOLERANCE_S)
+}
+
+/// Threads to use, at least one.
+pub(crate) fn threads(options: &PpkOptions) -> usize {
+    match options.threads {
+        0 => std::thread::available_parallelism().map_or(1, usize::from),
+        n => n,
+    }
+}
+
+/// Satellite states and single-point positions of every rover epoch.
+fn rover_epochs(
+    context: &SingleContext<'_>,
+    epochs: Vec<Epoch>,
+    options: &PpkOptions,
+    watch: &Watch<'_>,
+) -> Result<Vec<RoverEpoch>, PpkError> {
+    // Every epoch starts from the first position found, so that none depends on its neighbours.
+    let start = epochs
+        .iter()
+        .find_map(|e| {
+            let states = context.states(e, e.tag, false);
+            context
+                .solve(e, &states, [0.0; 3])
+                .ok()
+                .map(|s| s.position_ecef_m)
+        })
+        .unwrap_or([0.0; 3]);
+    let one = |epoch: Epoch| {
+        watch.one_more()?;
+        let mut states = context.states(&epoch, epoch.tag, true);
+        let single = context.solve(&epoch, &states, start);
+        if let (Ok(single), false) = (&single, options.reproduce_defects) {
+            let place_ecef_m = single.position_ecef_m;
+            reject_implausible(context.constellation, &epoch, &mut states, place_ecef_m);
+        }
+        Ok(RoverEpoch {
+            epoch,
+            states,
+            single,
+        })
+    };
+    let threads = threads(options).max(1);
+    if threads == 1 || epochs.len() < 2 * threads {
+        return epochs.into_iter().map(one).collect();
+    }
+    let share = epochs.len().div_ceil(threads);
+    let mut parts: Vec<Vec<Epoch>> = Vec::with_capacity(threads);
+    let mut rest = epochs;
+    while rest.len() > share {
+        let tail = rest.split_off(share);
+        parts.push(std::mem::replace(&mut rest, tail));
+    }
+    parts.push(rest);
+    std::thread::scope(|scope| {
+        let workers: Vec<_> = parts
+            .into_iter()
+            .map(|part| scope.spawn(move || part.into_iter().map(one).collect()))
+            .collect();
+        let parts: Result<Vec<Vec<_>>, _> = workers.into_iter().map(join).collect();
+        Ok(parts?.into_iter().flatten().collect())
+    })
+}
+
+/// The worker's result; a panic in it continues here.
+pub(crate) fn join<T>(worker: std::thread::ScopedJoinHandle<'_, T>) -> T {
+    worker
+        .join()
+        .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+}
