@@ -284,9 +284,13 @@ fn volumes_are_written_slice_by_slice() {
 /// A geoid that lies at one height from 40° to 42° N and from 13° to 15° E, as NOAA writes it (GTX).
 fn geoid(height_m: f32) -> Vec<u8> {
     let mut gtx = Vec::new();
-    [40.0_f64, 13.0, 1.0, 1.0].map(|v| gtx.extend(v.to_be_bytes()));
-    [3_u32, 3].map(|n| gtx.extend(n.to_be_bytes()));
-    (0..9).for_each(|_| gtx.extend(height_m.to_be_bytes()));
+    for edge_or_step in [40.0_f64, 13.0, 1.0, 1.0] {
+        gtx.extend(edge_or_step.to_be_bytes());
+    }
+    for count in [3_u32, 3] {
+        gtx.extend(count.to_be_bytes());
+    }
+    gtx.extend(height_m.to_be_bytes().repeat(9));
     gtx
 }
 
