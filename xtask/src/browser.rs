@@ -9,7 +9,7 @@ use anyhow::Context;
 use crate::runner::{Runner, Step};
 
 /// Files of `browser/`: they run from a folder of their own, beside the packages that they need.
-const FILES: [&str; 8] = [
+const FILES: [&str; 9] = [
     "package.json",
     "package-lock.json",
     "tsconfig.json",
@@ -17,14 +17,15 @@ const FILES: [&str; 8] = [
     "npz.mjs",
     "synthetic.mjs",
     "view.test.mjs",
+    "report.test.mjs",
     "bench.mjs",
 ];
 
 /// The programs that may be Chromium.
 const CHROMIUM: [&str; 3] = ["chromium", "chromium-browser", "google-chrome"];
 
-/// Checks the types of the page's modules and tests the viewer; each that cannot run is named and
-/// skipped.
+/// Checks the types of the page's modules and tests the viewer and the reports; each that cannot run is
+/// named and skipped.
 pub fn test(runner: &Runner) -> anyhow::Result<()> {
     let Some(place) = packages(runner)? else {
         return Ok(());
@@ -48,7 +49,7 @@ pub fn test(runner: &Runner) -> anyhow::Result<()> {
         runner,
         &place,
         (build, "debug"),
-        (&options, "view.test.mjs"),
+        (&options, &["view.test.mjs", "report.test.mjs"]),
     )
 }
 
@@ -57,25 +58,28 @@ pub fn bench(runner: &Runner) -> anyhow::Result<()> {
     match packages(runner)? {
         Some(place) => {
             let build = "cargo build --release --locked -p acerra";
-            node(runner, &place, (build, "release"), (&[], "bench.mjs"))
+            node(runner, &place, (build, "release"), (&[], &["bench.mjs"]))
         }
         None => Ok(()),
     }
 }
 
-/// Builds the program, into a folder of the target directory, and runs a script of `browser/` with it.
+/// Builds the program, into a folder of the target directory, and runs scripts of `browser/` with it.
 fn node(
     runner: &Runner,
     place: &Path,
     (build, folder): (&str, &str),
-    (options, script): (&[&str], &str),
+    (options, scripts): (&[&str], &[&str]),
 ) -> anyhow::Result<()> {
     let build: Vec<&str> = build.split_whitespace().collect();
     runner.run(&Step::new("the program for the browser", &build))?;
-    let script = place.join(script).display().to_string();
+    let scripts: Vec<String> = scripts
+        .iter()
+        .map(|script| place.join(script).display().to_string())
+        .collect();
     let mut command = vec!["node"];
     command.extend(options);
-    command.push(&script);
+    command.extend(scripts.iter().map(String::as_str));
     let program = target(runner).join(folder).join("acerra");
     let program = program.display().to_string();
     let shots = target(runner).join("browser-shots").display().to_string();

@@ -103,7 +103,7 @@ pub(super) fn configuration(configuration: &str) -> Markup {
             h3 { "Configuration" }
             details open {
                 summary { "As resolved, with every default filled in" }
-                pre { (configuration) }
+                pre tabindex="0" role="group" aria-label="Configuration" { (configuration) }
             }
         }
     }
