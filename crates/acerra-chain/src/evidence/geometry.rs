@@ -213,7 +213,8 @@ pub fn aperture_coverage(geometry: &ImageGeometry<'_>) -> Option<Finding> {
             .expecting(1.0)
             .because(format!(
                 "{:.0} % of the image lies abeam of the {} traces imaged, the rest beyond the ends \
-                 of the track ([radar] select, [image] x_m, y_m)",
+                 of the track ([radar] select, [image] x_m, y_m; axes exchanged or of the wrong sign in \
+                 the file of the positions)",
                 100.0 * abeam,
                 last + 1
             )),
