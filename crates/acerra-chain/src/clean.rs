@@ -205,20 +205,18 @@ fn clean_traces(
     })
 }
 
-/// The spectra of the same traces with another background removed, otherwise cleaned alike.
+/// The same traces with another background removed, otherwise cleaned alike; `height_m` as they were.
 pub(crate) fn cleaned_with(
     background: Background,
     traces: &CleanedTraces,
-    aligned: &Aligned,
-    frequency_hz: &[f64],
-) -> Result<Spectrum, CleanError> {
+    height_m: &[f64],
+) -> Result<Radargram, CleanError> {
     let clean = remove_background(traces.raw.clone(), removal(background))
         .map_err(CleanError::Background)?;
-    let clean = match traces.gate_s {
-        None => clean,
-        Some(about_s) => gated(clean, aligned, &gate_of(about_s))?,
-    };
-    spectrum_at(&clean, frequency_hz).map_err(CleanError::Band)
+    match traces.gate_s {
+        None => Ok(clean),
+        Some(about_s) => apply_gate(clean, height_m, &gate_of(about_s)).map_err(CleanError::Gate),
+    }
 }
 
 pub(crate) fn removal(background: Background) -> Removal {

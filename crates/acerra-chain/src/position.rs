@@ -26,6 +26,24 @@ pub enum Positions {
     PerTrace(TracePositions),
 }
 
+/// Positions of a track, and what is known of their axes.
+#[derive(Clone, Debug)]
+pub struct Positioned {
+    /// The positions.
+    pub positions: Positions,
+    /// A trajectory file gives them in a frame of its own, with an origin on the Earth or without.
+    pub has_local_axes: bool,
+}
+
+impl<T: Into<Positions>> From<T> for Positioned {
+    fn from(positions: T) -> Self {
+        Self {
+            positions: positions.into(),
+            has_local_axes: false,
+        }
+    }
+}
+
 impl From<Trajectory> for Positions {
     fn from(trajectory: Trajectory) -> Self {
         Self::Trajectory(Box::new(trajectory))
@@ -198,11 +216,11 @@ pub fn position(
     inside: Option<&TracePositions>,
     warnings: &mut Warnings,
     findings: &mut Vec<Finding>,
-) -> Result<Positions, PositionError> {
+) -> Result<Positioned, PositionError> {
     let radar_file = || radar_file.to_owned();
     match (&options.source, inside) {
         (PositionSource::Gnss(logs), _) => {
-            from_gnss(logs, options, warnings, findings).map(Positions::from)
+            from_gnss(logs, options, warnings, findings).map(Positioned::from)
         }
         (PositionSource::Trajectory(file), inside) => {
             if inside.is_some() {
@@ -212,7 +230,7 @@ pub fn position(
                     name_of(file)
                 ));
             }
-            from_file(file, options, warnings).map(Positions::from)
+            from_file(file, options, warnings)
         }
         (PositionSource::RadarFile, Some(_)) if options.lever_arm_m != [0.0; 3] => {
             Err(PositionError::LeverArmOfPhaseCentre {
@@ -221,10 +239,11 @@ pub fn position(
         }
         (PositionSource::RadarFile, Some(places)) => {
             let places = places.clone();
-            Ok(Positions::PerTrace(match options.origin {
+            let places = match options.origin {
                 Some(origin) => places.in_frame(EnuFrame::new(origin)),
                 None => places,
-            }))
+            };
+            Ok(Positions::PerTrace(places).into())
         }
         (PositionSource::RadarFile, None) => Err(PositionError::Missing {
             radar_file: radar_file(),
@@ -245,7 +264,7 @@ fn from_file(
     path: &Path,
     options: &PositionOptions,
     warnings: &mut Warnings,
-) -> Result<Trajectory, PositionError> {
+) -> Result<Positioned, PositionError> {
     let mut reading = ReadOptions::default();
     if let Some(origin) = options.origin {
         reading = reading.with_origin(origin);
@@ -264,7 +283,10 @@ fn from_file(
     for warning in &report.warnings {
         warnings.add(format!("{}: {warning}", name_of(path)));
     }
-    at_phase_centre(trajectory, options.lever_arm_m)
+    Ok(Positioned {
+        positions: at_phase_centre(trajectory, options.lever_arm_m)?.into(),
+        has_local_axes: report.is_local,
+    })
 }
 
 fn from_gnss(

@@ -56,6 +56,8 @@ pub struct Track {
     pub horizontal_lever_arm_m: f64,
     /// Its positions, in the first track's frame.
     pub positions: Positions,
+    /// Whether a file gives the positions in a frame of its own, whose axes are its word alone.
+    pub has_local_axes: bool,
     /// Trajectory time minus radar time (s).
     pub time_offset_s: f64,
     /// How the offset was found, when it was not given.
@@ -199,6 +201,7 @@ fn parts(recording: &Recording, clocked: Clocked, cleaned: Cleaned) -> (Track, T
         radar: recording.radar.label.clone(),
         horizontal_lever_arm_m: recording.options.align.horizontal_lever_arm_m,
         positions: recording.positions.clone(),
+        has_local_axes: recording.has_local_axes,
         time_offset_s: clocked.time_offset_s,
         search: clocked.search,
         likelihood: clocked.likelihood,

@@ -1,5 +1,7 @@
 //! A track as it enters the chain: radar data, positions, and how they are brought together.
 
+use acerra_geo::trajectory::Frame;
+
 use crate::align::AlignOptions;
 use crate::clean::CleanOptions;
 use crate::position::Positions;
@@ -14,6 +16,8 @@ pub struct Recording {
     pub radar: RadarData,
     /// Where the radar was.
     pub positions: Positions,
+    /// Whether a file gives the positions in a frame of its own, whose axes are its word alone.
+    pub has_local_axes: bool,
     /// How the two are brought together.
     pub options: TrackOptions,
 }
@@ -26,10 +30,12 @@ impl Recording {
         radar: impl Into<RadarContent>,
         positions: impl Into<Positions>,
     ) -> Self {
+        let positions = positions.into();
         Self {
             name: name.into(),
             radar: RadarData::in_memory(radar.into()),
-            positions: positions.into(),
+            has_local_axes: *positions.frame() == Frame::Local,
+            positions,
             options: TrackOptions::default(),
         }
     }

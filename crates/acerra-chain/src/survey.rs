@@ -112,11 +112,12 @@ impl Survey {
             control.check()?;
             let inside = radar.positions.as_ref();
             let mut own = Vec::new();
-            let positions = position(&track.positions, &track.radar, inside, warnings, &mut own)?;
+            let placed = position(&track.positions, &track.radar, inside, warnings, &mut own)?;
             findings.extend(own.into_iter().map(|finding| self.named(track, finding)));
             recordings.push(Recording {
                 name: track.name.clone(),
-                positions,
+                positions: placed.positions,
+                has_local_axes: placed.has_local_axes,
                 radar,
                 options: track.options.clone(),
             });

@@ -36,6 +36,16 @@ pub enum CubeError {
         /// Values there are.
         found: usize,
     },
+    /// An attribute that no header of an HDF5 file holds.
+    #[error("{name}: expected an attribute of up to {most} bytes in HDF5, found {found}")]
+    Attribute {
+        /// The attribute.
+        name: String,
+        /// Bytes of its name and values that a header holds.
+        most: usize,
+        /// Bytes there are.
+        found: usize,
+    },
     /// More or fewer slices than announced.
     #[error("{variable}: expected {expected} slices, found {found}")]
     Slices {

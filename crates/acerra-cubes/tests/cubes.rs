@@ -28,6 +28,8 @@ fn dataset() -> Dataset<'static> {
     }
     data.attribute("title", "a test <&> größer");
     data.attribute("Conventions", "CF-1.11");
+    data.attribute("INPUT_größe.mrm", "sha256");
+    data.attribute("note", "");
     let axis = |name: &'static str, n: usize, from: f64| {
         let values: Vec<f64> = (0..n).map(|k| from + 0.05 * k as f64).collect();
         Variable::new(name, &[name], values.into()).with("units", "m")
@@ -41,6 +43,13 @@ fn dataset() -> Dataset<'static> {
     data.variable(Variable::new("level", &["y", "x"], level.into()).with("units", "dB"));
     let track = Variable::new("track", &["target"], Values::from(vec![1, 2, 3]));
     data.variable(track.with("valid_min", 1.0));
+    // An image without a target.
+    data.dimension("none", 0);
+    data.variable(Variable::new(
+        "nothing",
+        &["none"],
+        Values::from(Vec::<f64>::new()),
+    ));
     data
 }
 
@@ -245,6 +254,18 @@ fn hdf5_stacks_are_written_image_by_image() {
 }
 
 #[test]
+fn attributes_that_no_header_holds_are_refused() {
+    let mut data = dataset();
+    let many = acerra_cubes::Attribute::Numbers(vec![0.5; 8000]);
+    data.attribute("many", many);
+    let written = write_hdf5(Cursor::new(Vec::new()), &data);
+    assert!(matches!(
+        written,
+        Err(CubeError::Attribute { found: 64_004, .. })
+    ));
+}
+
+#[test]
 fn a_file_cut_off_is_no_hdf5_file() {
     /// Takes so many bytes.
     struct Full(Cursor<Vec<u8>>, usize);
@@ -305,6 +326,10 @@ with h5py.File(hdf5_path) as f:
     told["scales"] = [scales, f["x"].is_scale, len(f["y"].attrs["REFERENCE_LIST"])]
     told["sum"] = float(f["level"][...].astype("f8").sum())
     told["text"] = [f.attrs["title"], f["level"].attrs["units"]]
+with h5py.File(hdf5_path) as f:
+    told["odd"] = [f.attrs["INPUT_größe.mrm"], f.attrs["note"], list(f["nothing"].shape)]
+with xr.open_dataset(hdf5_path, engine="netcdf4") as d:
+    told["odd"] += [d.attrs["INPUT_größe.mrm"], d.sizes["none"]]
 with h5py.File(long_path) as f:
     told["long"] = [int(f["long"][...].astype("i8").sum()), int(f["long"][-1]), f["long"].chunks[0]]
 reader = vtk.vtkXMLImageDataReader()
@@ -378,12 +403,25 @@ fn other_programs_read_them() {
     let netcdf = &told["netcdf"];
     assert_eq!(
         netcdf[0],
-        serde_json::json!([["y", NY], ["x", NX], ["target", 3]])
+        serde_json::json!([["y", NY], ["x", NX], ["target", 3], ["none", 0]])
     );
     // A dimension without coordinates is no variable.
     assert_eq!(
         netcdf[1],
-        serde_json::json!(["x", "y", "z", "image_real", "image_imag", "level", "track"])
+        serde_json::json!([
+            "x",
+            "y",
+            "z",
+            "image_real",
+            "image_imag",
+            "level",
+            "track",
+            "nothing"
+        ])
+    );
+    assert_eq!(
+        told["odd"],
+        serde_json::json!(["sha256", "", [0], "sha256", 0])
     );
     assert_eq!(
         told["scales"],

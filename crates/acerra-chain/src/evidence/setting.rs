@@ -16,6 +16,7 @@ pub enum Setting {
     LeverArmLeft,
     /// The position of the base, as far as its own single-point position does not tell it.
     Base,
-    /// The axes of positions in a local frame: ranges are the same in its mirror image.
+    /// The axes of positions that a file gives in a frame of its own: ranges are the same in its mirror
+    /// image.
     Axes,
 }

@@ -62,9 +62,9 @@ impl Setting {
             },
             Self::Axes => Unchecked {
                 setting: "axes of the positions",
-                explanation: "the positions come in a local frame, and ranges are the same in its mirror \
-                              image: axes exchanged or of the wrong sign turn or mirror the image with the \
-                              trajectory ([trajectory] file). A surveyed point off the track tells them.",
+                explanation: "a file gives the positions in a frame of its own, and ranges are the same in \
+                              its mirror image: axes exchanged or of the wrong sign turn or mirror the image \
+                              with the trajectory ([trajectory] file). A surveyed point off the track tells them.",
             },
         }
     }

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use acerra_imaging::{Complex32, PlaneGrid};
 use acerra_radar::Spectrum;
-use acerra_radar::clean::BackgroundGain;
+use acerra_radar::clean::{BackgroundGain, spectrum_at};
 use num_complex::Complex64;
 
 use super::history::distance_m;
@@ -42,7 +42,7 @@ pub(super) fn weigh(
     control.check()?;
     let kept = match BackgroundGain::of(removal(track.background)) {
         Some(gain) => kept_of_a_point(prepared, focused, track, gain),
-        None => kept_of_the_mean(prepared, focused, traces),
+        None => kept_of_the_mean(prepared, focused, track, traces),
     };
     let mut findings = Vec::new();
     findings.extend(kept.map(background_loss));
@@ -75,34 +75,35 @@ fn kept_of_a_point(
     (!shares.is_empty()).then(|| shares.iter().sum::<f64>() / shares.len() as f64)
 }
 
-/// Share of their amplitudes that the strongest echoes of the image without the mean alone keep under the
-/// background in force: the median over them. A single track on a plane tells it.
-fn kept_of_the_mean(prepared: &Prepared, focused: &Focused, traces: &CleanedTraces) -> Option<f64> {
-    if focused.pixels.surface.is_some() || prepared.tracks.len() > 1 {
-        return None;
-    }
-    let frequency_hz = &prepared.spectrum.frequency_hz;
-    let mean = cleaned_with(Background::Mean, traces, &prepared.aligned, frequency_hz).ok()?;
+/// Share of their amplitudes that the strongest echoes of a track's image without the mean alone keep under the
+/// background in force: the median over them. Uneven ground counts as the plane in the middle of its heights.
+fn kept_of_the_mean(
+    prepared: &Prepared,
+    focused: &Focused,
+    track: &Track,
+    traces: &CleanedTraces,
+) -> Option<f64> {
+    let height_m = prepared.aligned.height_m.get(track.range.clone())?;
+    let position_m = prepared.aligned.position_m.get(track.range.clone())?;
+    let light_m_s = prepared.scene.light_speed_m_s;
+    let mean = cleaned_with(Background::Mean, traces, height_m).ok()?;
+    let spectrum = |clean| spectrum_at(clean, &prepared.spectrum.frequency_hz).ok();
+    let (mean, in_force) = (spectrum(&mean)?, spectrum(&traces.clean)?);
     let mut grid = focused.pixels.grid;
     grid.z_m = focused.pixels.middle_m();
     let grid = coarse(grid, PIXELS).ok()?;
-    let position_m = &prepared.aligned.position_m;
-    let light_m_s = prepared.scene.light_speed_m_s;
     let image = |spectrum: &Spectrum, patch: &PlaneGrid| -> Option<Vec<Complex32>> {
         quick_look(position_m, spectrum, *patch, light_m_s).ok()
     };
-    let kept: Vec<f64> = patches(position_m, &mean, grid, light_m_s)
-        .ok()?
-        .iter()
-        .filter_map(|patch| {
-            let before = image(&mean, patch)?;
-            let after = image(&prepared.spectrum, patch)?;
-            let level = |k: &usize| before[*k].norm();
-            let top = (0..before.len()).max_by(|a, b| level(a).total_cmp(&level(b)))?;
-            (level(&top) > 0.0).then(|| f64::from(after[top].norm() / before[top].norm()))
-        })
-        .collect();
-    median(kept)
+    let kept = patches(position_m, &mean, grid, light_m_s).ok()?;
+    let kept = kept.iter().filter_map(|patch| {
+        let before = image(&mean, patch)?;
+        let after = image(&in_force, patch)?;
+        let level = |k: &usize| before[*k].norm();
+        let top = (0..before.len()).max_by(|a, b| level(a).total_cmp(&level(b)))?;
+        (level(&top) > 0.0).then(|| f64::from(after[top].norm() / before[top].norm()))
+    });
+    median(kept.collect::<Vec<_>>())
 }
 
 /// Share of the power of a track's spectra that their mean over the traces holds.

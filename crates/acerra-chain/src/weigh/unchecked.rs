@@ -1,7 +1,5 @@
 //! Which settings of a run nothing has checked.
 
-use acerra_geo::trajectory::Frame;
-
 use crate::evidence::{Evidence, Finding, Setting, Unchecked, unchecked};
 use crate::position::Positions;
 use crate::prepare::Prepared;
@@ -26,12 +24,7 @@ pub fn weigh_unchecked(prepared: &Prepared, evidence: &Evidence) -> Vec<Unchecke
             Setting::LeverArmLeft,
         ]);
     }
-    let is_local = |positions: &Positions| *positions.frame() == Frame::Local;
-    if prepared
-        .tracks
-        .iter()
-        .any(|track| is_flown(&track.positions) && is_local(&track.positions))
-    {
+    if prepared.tracks.iter().any(|track| track.has_local_axes) {
         settings.push(Setting::Axes);
     }
     let is_of_base = |finding: &Finding| finding.name.starts_with("base_position");

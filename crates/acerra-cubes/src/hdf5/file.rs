@@ -114,12 +114,13 @@ impl<W: Write + Seek> Hdf5File<W> {
         if self.objects.iter().any(|object| object.link == link) {
             return Err(CubeError::SameName { name: link });
         }
+        let attributes = held_texts(&variable.attributes, &mut self.heap)?;
         self.objects.push(Object {
             link,
             shape,
             datatype,
             place,
-            attributes: held_texts(&variable.attributes, &mut self.heap),
+            attributes,
             dimensions,
             scale_of: same.filter(|_| is_scale),
             is_bare: false,
@@ -139,7 +140,7 @@ impl<W: Write + Seek> Hdf5File<W> {
             }
         }
         let scales = Scales::of(&self.dimensions, &self.objects, &mut self.heap);
-        let root = held_texts(attributes, &mut self.heap);
+        let root = held_texts(attributes, &mut self.heap)?;
         self.out.align()?;
         let start = self.out.position();
         let layout = Layout::of(&self.objects, &scales, &root, &self.heap, start);

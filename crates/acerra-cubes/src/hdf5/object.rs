@@ -82,8 +82,8 @@ impl Messages {
         for length in [name.len() + 1, datatype.len(), space.len()] {
             body.extend(u16::try_from(length).unwrap_or(u16::MAX).to_le_bytes());
         }
-        // The name is ASCII.
-        body.push(0);
+        // The name is ASCII or UTF-8.
+        body.push(u8::from(!name.is_ascii()));
         body.extend(name.as_bytes());
         body.push(0);
         body.extend(datatype);

@@ -6,6 +6,7 @@ use super::heap::{Heap, Held};
 use super::object::{Messages, length32};
 use super::scale::Scale;
 use crate::dataset::Attribute;
+use crate::error::CubeError;
 
 /// An array of the file, written but for its header.
 #[derive(Debug)]
@@ -70,11 +71,33 @@ impl Object {
     }
 }
 
+/// Bytes of its name and numbers that an attribute may have: a message of a header holds 64 KiB, types and
+/// shape included.
+const MOST_BYTES: usize = 60_000;
+
 /// Attributes with their texts put into the heap.
+///
+/// # Errors
+/// A name or a list of numbers that no header holds.
 pub(super) fn held_texts(
     attributes: &[(String, Attribute)],
     heap: &mut Heap,
-) -> Vec<(String, Property)> {
+) -> Result<Vec<(String, Property)>, CubeError> {
+    for (name, value) in attributes {
+        let numbers = match value {
+            Attribute::Text(_) | Attribute::Number(_) => 0,
+            Attribute::Numbers(v) => size_of_val(v.as_slice()),
+            Attribute::WholeNumbers(v) => size_of_val(v.as_slice()),
+        };
+        let found = name.len() + numbers;
+        if found > MOST_BYTES {
+            return Err(CubeError::Attribute {
+                name: name.chars().take(64).collect(),
+                most: MOST_BYTES,
+                found,
+            });
+        }
+    }
     let mut property = |value: &Attribute| match value {
         Attribute::Text(text) => {
             let bytes = text.as_bytes().to_vec();
@@ -85,10 +108,10 @@ pub(super) fn held_texts(
         Attribute::Numbers(numbers) => Property::Numbers(numbers.clone()),
         Attribute::WholeNumbers(numbers) => Property::WholeNumbers(numbers.clone()),
     };
-    attributes
+    Ok(attributes
         .iter()
         .map(|(name, value)| (name.clone(), property(value)))
-        .collect()
+        .collect())
 }
 
 /// Adds attributes to the messages of an object.

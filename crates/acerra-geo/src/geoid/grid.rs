@@ -5,6 +5,9 @@ use super::GeoidError;
 /// Heights of the geoid above the ellipsoid lie within these bounds (m).
 const HEIGHTS_M: std::ops::RangeInclusive<f64> = -150.0..=150.0;
 
+/// Least step of a grid (degrees): a metre on the ground, a thousandth of the finest published.
+const LEAST_STEP_DEG: f64 = 1e-5;
+
 /// Heights of a geoid above the WGS84 ellipsoid on a regular grid.
 #[derive(Clone, PartialEq)]
 pub struct GeoidGrid {
@@ -55,8 +58,8 @@ impl GeoidGrid {
         let north = layout.south + latitude_step_deg * (layout.rows - 1) as f64;
         let sane = layout.rows >= 2
             && layout.columns >= 2
-            && latitude_step_deg > 0.0
-            && longitude_step_deg > 0.0
+            && latitude_step_deg >= LEAST_STEP_DEG
+            && longitude_step_deg >= LEAST_STEP_DEG
             && layout.south >= -90.001
             && north <= 90.001
             && layout.west.abs() <= 360.0
@@ -91,9 +94,12 @@ impl GeoidGrid {
     }
 
     /// Height of the geoid above the ellipsoid (m), bilinear between the grid's points; `None`
-    /// outside the grid.
+    /// outside the grid and where a coordinate is not a number.
     #[must_use]
     pub fn height_m(&self, latitude_deg: f64, longitude_deg: f64) -> Option<f64> {
+        if !longitude_deg.is_finite() {
+            return None;
+        }
         let y = (latitude_deg - self.south_deg) / self.latitude_step_deg;
         let x = (longitude_deg - self.west_deg).rem_euclid(360.0) / self.longitude_step_deg;
         let last_row = (self.rows() - 1) as f64;

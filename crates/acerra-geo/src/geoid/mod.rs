@@ -231,6 +231,7 @@ mod tests {
         let grid = GeoidGrid::from_reader(&bytes[..]).unwrap();
         assert_eq!(grid.height_m(40.5, 10.5), Some(3.5));
         assert_eq!(grid.height_m(41.0, 12.0), Some(7.0));
+        assert_eq!(grid.height_m(40.5, f64::NAN), None);
         for (lat, lon) in [(39.9, 11.0), (41.1, 11.0), (40.5, 9.9), (40.5, 12.1)] {
             assert_eq!(grid.height_m(lat, lon), None, "{lat} {lon}");
         }
@@ -256,6 +257,9 @@ mod tests {
                 bytes.len()
             );
         }
+        let mut dense = gtx.clone();
+        dense[24..32].copy_from_slice(&f64::MIN_POSITIVE.to_be_bytes());
+        assert!(GeoidGrid::from_reader(&dense[..]).is_err());
         let mut wild = gtx.clone();
         wild[40..44].copy_from_slice(&1e9_f32.to_be_bytes());
         assert!(matches!(

@@ -85,6 +85,7 @@ impl<'a> Assembler<'a> {
         lines: u64,
     ) -> Result<(Trajectory, ReadReport), ReadError> {
         self.report.lines = lines;
+        self.report.is_local = matches!(axes, Axes::Local(_));
         if self.records.is_empty() {
             let why = match self.report.skipped.first() {
                 Some(s) => {

@@ -140,6 +140,9 @@ pub struct ReadReport {
     pub skipped: Vec<Skipped>,
     /// The file ran backwards in time (a backward pass) and was turned round.
     pub reversed: bool,
+    /// The file gives coordinates in a frame of its own: which axes they are is its word alone, also
+    /// where an origin puts the frame on the Earth.
+    pub is_local: bool,
     /// What to know before trusting it.
     pub warnings: Vec<ReadWarning>,
     /// Header entries and choices worth showing: (name, value).
@@ -156,6 +159,7 @@ impl ReadReport {
             records: 0,
             skipped: Vec::new(),
             reversed: false,
+            is_local: false,
             warnings: Vec::new(),
             about: Vec::new(),
             unused_columns: Vec::new(),
