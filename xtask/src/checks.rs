@@ -6,6 +6,7 @@ use anyhow::ensure;
 use xtask::house::House;
 
 use crate::browser;
+use crate::python;
 use crate::runner::{Runner, Step};
 
 /// The Rust suite.
@@ -26,9 +27,10 @@ pub const VALIDATE: [&str; 8] = [
 /// Seconds that CI gives each fuzz target.
 const FUZZ_SECONDS: &str = "8";
 
-/// All tests: the Rust suite, then the viewer in a browser.
+/// All tests: the Rust suite, then the Python package, then the viewer in a browser.
 pub fn test(runner: &Runner) -> anyhow::Result<()> {
     runner.run(&Step::new("tests", &TEST))?;
+    python::test(runner)?;
     browser::test(runner)
 }
 

@@ -3,6 +3,7 @@
 
 mod browser;
 mod checks;
+mod python;
 mod runner;
 
 use std::process::ExitCode;
@@ -10,7 +11,8 @@ use std::process::ExitCode;
 use runner::{Runner, Step};
 
 const HELP: &str = "\
-cargo xtask test                 all tests: the Rust suite, then the viewer in a browser
+cargo xtask test                 all tests: the Rust suite, the Python package, the viewer in a browser
+cargo xtask test-python          the Python package alone
 cargo xtask test-browser         the viewer in a browser alone
 cargo xtask bench-browser        the viewer's times in a browser
 cargo xtask ci                   everything a change must pass: what .ci/run calls
@@ -29,6 +31,7 @@ fn main() -> ExitCode {
     let rest: Vec<String> = arguments.collect();
     let outcome = Runner::in_workspace().and_then(|runner| match task.as_str() {
         "test" => checks::test(&runner),
+        "test-python" => python::test(&runner),
         "test-browser" => browser::test(&runner),
         "bench-browser" => browser::bench(&runner),
         "ci" => checks::ci(&runner),

@@ -80,7 +80,8 @@ impl<'a> Control<'a> {
     }
 
     /// The same cancellation for an imaging operator, with `progress` called as it advances.
-    pub(crate) fn for_imaging<'b>(
+    #[must_use]
+    pub fn for_imaging<'b>(
         &self,
         progress: &'b (dyn Fn(acerra_imaging::Progress) + Sync),
     ) -> acerra_imaging::Control<'b>
@@ -91,7 +92,8 @@ impl<'a> Control<'a> {
     }
 
     /// The same cancellation for an imaging operator that reports nothing.
-    pub(crate) fn silent_imaging<'b>(&self) -> acerra_imaging::Control<'b>
+    #[must_use]
+    pub fn silent_imaging<'b>(&self) -> acerra_imaging::Control<'b>
     where
         'a: 'b,
     {
@@ -103,21 +105,21 @@ impl<'a> Control<'a> {
     }
 
     /// A step of `total` units begins.
-    pub(crate) fn start(&self, name: &str, total: u64) {
+    pub fn start(&self, name: &str, total: u64) {
         if let Some(progress) = self.progress {
             progress.start(name, total);
         }
     }
 
     /// So many of its units are done.
-    pub(crate) fn at(&self, done: u64) {
+    pub fn at(&self, done: u64) {
         if let Some(progress) = self.progress {
             progress.at(done);
         }
     }
 
     /// The step is over.
-    pub(crate) fn finish(&self) {
+    pub fn finish(&self) {
         if let Some(progress) = self.progress {
             progress.finish();
         }

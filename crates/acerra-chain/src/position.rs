@@ -251,6 +251,47 @@ pub fn position(
     }
 }
 
+/// Positions in memory, brought to the origin and the radar's phase centre as those of a file are: those
+/// in a local frame are taken to be about the origin, where one is stated.
+///
+/// # Errors
+/// A lever arm of positions that are the traces' own; a trajectory whose heading cannot be found.
+pub fn placed(
+    positions: Positions,
+    options: &PositionOptions,
+) -> Result<Positioned, PositionError> {
+    let origin = options.origin.map(EnuFrame::new);
+    let trajectory = match positions {
+        Positions::PerTrace(_) if options.lever_arm_m != [0.0; 3] => {
+            return Err(PositionError::LeverArmOfPhaseCentre {
+                radar_file: PathBuf::from("positions in memory"),
+            });
+        }
+        Positions::PerTrace(places) => {
+            let places = match origin {
+                Some(origin) => places.in_frame(origin),
+                None => places,
+            };
+            return Ok(Positions::PerTrace(places).into());
+        }
+        Positions::Trajectory(trajectory) => *trajectory,
+    };
+    let has_local_axes = *trajectory.frame() == Frame::Local;
+    let trajectory = match origin {
+        None => trajectory,
+        Some(origin) if has_local_axes => {
+            let time_origin = trajectory.time_origin();
+            Trajectory::new(Frame::Enu(origin), time_origin, trajectory.into_fixes())
+                .map_err(PositionError::Origin)?
+        }
+        Some(origin) => trajectory.in_frame(origin).map_err(PositionError::Origin)?,
+    };
+    Ok(Positioned {
+        positions: at_phase_centre(trajectory, options.lever_arm_m)?.into(),
+        has_local_axes,
+    })
+}
+
 fn open(path: &Path) -> Result<BufReader<File>, PositionError> {
     File::open(path)
         .map(BufReader::new)

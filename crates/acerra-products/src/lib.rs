@@ -28,4 +28,4 @@ pub mod surveyed;
 mod uncertainty;
 
 pub use outcome::Outcome;
-pub use run::{NamedCampaign, process, run_campaign};
+pub use run::{NamedCampaign, RunError, process, run_campaign};

@@ -98,6 +98,7 @@
 //! # Ok::<(), acerra_simulate::scene::SceneError>(())
 //! ```
 
+pub mod demo;
 pub mod flight;
 pub mod gnss;
 pub mod radar;

@@ -18,7 +18,7 @@ use anyhow::Context;
 use modules::ModuleTree;
 
 /// The crates' levels, from ARCHITECTURE.md.
-pub const LEVELS: [(&str, u32); 17] = [
+pub const LEVELS: [(&str, u32); 18] = [
     ("acerra-geo", 0),
     ("acerra-npz", 0),
     ("acerra-settings", 0),
@@ -34,6 +34,7 @@ pub const LEVELS: [(&str, u32); 17] = [
     ("acerra-chain", 3),
     ("acerra-products", 4),
     ("acerra-view", 5),
+    ("acerra-python", 6),
     ("acerra", 6),
     ("xtask", 7),
 ];

@@ -15,6 +15,7 @@ use crate::simulated::write_campaign;
 use acerra_chain::{Control, Journal};
 use acerra_products::run_campaign;
 use acerra_products::staging::Staging;
+use acerra_simulate::demo::{TRACK_1, TRACK_2};
 use acerra_simulate::scene::Scene;
 pub use flown::{Flown, Found, largest_envelope, rms_m};
 pub use page::demonstration_page;
@@ -45,7 +46,7 @@ pub const TRACKS: [Track; 2] = [
     Track {
         name: "track-1",
         title: "Track 1: over the reflectors, 4 m high",
-        scene: include_str!("track-1.toml"),
+        scene: TRACK_1,
         paper_along_m: [0.05, 0.04],
         paper_across_m: [1.15, 0.99],
         theory_along_m: 0.02,
@@ -55,7 +56,7 @@ pub const TRACKS: [Track; 2] = [
     Track {
         name: "track-2",
         title: "Track 2: 2 m beside the reflectors, 10 m high",
-        scene: include_str!("track-2.toml"),
+        scene: TRACK_2,
         paper_along_m: [0.07, 0.09],
         paper_across_m: [0.51, 0.50],
         theory_along_m: 0.03,

@@ -1,0 +1,56 @@
+//! Positions by carrier phase.
+
+use std::path::PathBuf;
+
+use acerra_chain::positioning::{PositioningInput, answer, run};
+use acerra_gnss::conf::read_conf;
+use acerra_gnss::{BasePosition, RuleSet};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::errors::Failure;
+use crate::positions::trajectory_arrays;
+use crate::prepared::to_json;
+use crate::work;
+
+/// Adds positioning to the module.
+pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_function(wrap_pyfunction!(ppk, module)?)
+}
+
+/// The trajectory as arrays, and what `acerra ppk --json` says.
+#[pyfunction]
+fn ppk<'py>(
+    py: Python<'py>,
+    rover: Vec<PathBuf>,
+    base: Vec<PathBuf>,
+    navigation: Vec<PathBuf>,
+    settings: &str,
+    base_ecef_m: Option<[f64; 3]>,
+) -> PyResult<(Bound<'py, PyDict>, String)> {
+    let (trajectory, said) = work::run(py, None, |_| {
+        let conf = read_conf(settings.as_bytes(), RuleSet::Rtklib).map_err(Failure::settings)?;
+        let mut options = conf.options;
+        if let Some(place) = base_ecef_m {
+            options.base_position = BasePosition::Ecef(place);
+        }
+        let (mut rover, mut base) = (rover.into_iter(), base.into_iter());
+        let input = PositioningInput {
+            rover: rover.next().unwrap_or_default(),
+            more_rover: rover.collect(),
+            base: base.next(),
+            more_base: base.collect(),
+            navigation,
+            ..PositioningInput::default()
+        };
+        let mut positioning = run(&input, &options).map_err(Failure::position)?;
+        let not_followed = conf.not_followed.iter().map(ToString::to_string);
+        positioning.warnings.extend(not_followed);
+        let trajectory = positioning
+            .solution
+            .trajectory()
+            .map_err(Failure::position)?;
+        Ok((trajectory, to_json(&answer(&positioning, &options))?))
+    })?;
+    Ok((trajectory_arrays(py, &trajectory)?, said))
+}
