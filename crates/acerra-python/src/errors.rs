@@ -4,7 +4,7 @@ use acerra_chain::ChainError;
 use acerra_chain::campaign::CampaignError;
 use acerra_chain::echoes::ImageError;
 use acerra_chain::measure::MeasureError;
-use acerra_imaging::ImagingError;
+use acerra_imaging::ImagingError as Refused;
 use acerra_products::RunError;
 use pyo3::create_exception;
 use pyo3::exceptions::{PyException, PyKeyboardInterrupt};
@@ -48,7 +48,7 @@ create_exception!(
 );
 create_exception!(
     acerra,
-    ImagingFailed,
+    ImagingError,
     AcerraError,
     "Data or pixels that cannot be imaged."
 );
@@ -68,7 +68,7 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("PositionError", py.get_type::<PositionError>())?;
     module.add("AlignError", py.get_type::<AlignError>())?;
     module.add("CleanError", py.get_type::<CleanError>())?;
-    module.add("ImagingError", py.get_type::<ImagingFailed>())?;
+    module.add("ImagingError", py.get_type::<ImagingError>())?;
     module.add("EvidenceError", py.get_type::<EvidenceError>())
 }
 
@@ -82,9 +82,9 @@ pub enum Failure {
 }
 
 impl Failure {
-    /// An [`ImagingFailed`] with this message.
+    /// An [`ImagingError`] with this message.
     pub fn imaging(message: impl ToString) -> Self {
-        Self::Raised(ImagingFailed::new_err(message.to_string()))
+        Self::Raised(ImagingError::new_err(message.to_string()))
     }
 
     /// A [`SettingsError`] with this message.
@@ -118,10 +118,10 @@ impl From<PyErr> for Failure {
     }
 }
 
-impl From<ImagingError> for Failure {
-    fn from(error: ImagingError) -> Self {
+impl From<Refused> for Failure {
+    fn from(error: Refused) -> Self {
         match error {
-            ImagingError::Cancelled => Self::Cancelled,
+            Refused::Cancelled => Self::Cancelled,
             error => Self::imaging(error),
         }
     }
@@ -163,7 +163,7 @@ impl From<ChainError> for Failure {
                 CleanError::new_err(text)
             }
             ChainError::Scene(_) | ChainError::NoTrack => SettingsError::new_err(text),
-            ChainError::Image(_) | ChainError::Measure(_) => ImagingFailed::new_err(text),
+            ChainError::Image(_) | ChainError::Measure(_) => ImagingError::new_err(text),
             _ => AcerraError::new_err(text),
         })
     }

@@ -1,5 +1,6 @@
 //! Pixels: a plane, a tilted plane, a surface, a volume.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use acerra_chain::Pixels;
@@ -7,6 +8,7 @@ use acerra_imaging::{PlaneGrid, SurfaceGrid, TiltedGrid, VolumeGrid};
 use numpy::{PyArray1, PyArray2, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
 use crate::arrays::{matrix, shape2};
 use crate::errors::Failure;
@@ -52,6 +54,15 @@ impl Plane {
     #[getter]
     fn shape(&self) -> (usize, usize) {
         (self.0.ny, self.0.nx)
+    }
+
+    /// What `pickle` makes it from.
+    fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> PyResult<NewArguments<'py>> {
+        let g = &self.0;
+        let keywords = PyDict::new(py);
+        keywords.set_item("z_m", g.z_m)?;
+        keywords.set_item("pixel_m", g.pixel_m)?;
+        Ok((ranges(g).into_pyobject(py)?.into_any(), keywords))
     }
 
     fn __repr__(&self) -> String {
@@ -108,6 +119,17 @@ impl Tilted {
     #[getter]
     fn shape(&self) -> (usize, usize) {
         (self.0.rows, self.0.columns)
+    }
+
+    /// What `pickle` makes it from.
+    fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> PyResult<NewArguments<'py>> {
+        let g = &self.0;
+        let keywords = PyDict::new(py);
+        keywords.set_item("shape", (g.rows, g.columns))?;
+        Ok((
+            (g.origin_m, g.u_m, g.v_m).into_pyobject(py)?.into_any(),
+            keywords,
+        ))
     }
 
     fn __repr__(&self) -> String {
@@ -179,6 +201,17 @@ impl Surface {
     #[getter]
     fn shape(&self) -> (usize, usize) {
         (self.0.base().ny, self.0.base().nx)
+    }
+
+    /// What `pickle` makes it from.
+    fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> PyResult<NewArguments<'py>> {
+        let keywords = PyDict::new(py);
+        keywords.set_item("pixel_m", self.0.base().pixel_m)?;
+        let (x_m, y_m) = ranges(self.0.base());
+        Ok((
+            (x_m, y_m, self.z_m(py)?).into_pyobject(py)?.into_any(),
+            keywords,
+        ))
     }
 
     fn __repr__(&self) -> String {
@@ -262,6 +295,17 @@ impl Volume {
         Ok(Plane(self.0.slice(index)))
     }
 
+    /// What `pickle` makes it from.
+    fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> PyResult<NewArguments<'py>> {
+        let g = &self.0;
+        let keywords = PyDict::new(py);
+        keywords.set_item("pixel_m", g.base.pixel_m)?;
+        keywords.set_item("step_m", g.step_m)?;
+        let (x_m, y_m) = ranges(&g.base);
+        let z_m = [g.base.z_m, g.slice(g.nz - 1).z_m];
+        Ok(((x_m, y_m, z_m).into_pyobject(py)?.into_any(), keywords))
+    }
+
     fn __repr__(&self) -> String {
         let (g, v) = (&self.0.base, &self.0);
         format!(
@@ -289,15 +333,19 @@ pub enum Grid {
 }
 
 impl Grid {
+    /// Slices, where there are several, rows and columns.
+    pub fn shape(&self) -> Vec<usize> {
+        match self {
+            Self::Plane(Plane(g)) => vec![g.ny, g.nx],
+            Self::Tilted(Tilted(g)) => vec![g.rows, g.columns],
+            Self::Surface(Surface(g)) => vec![g.base().ny, g.base().nx],
+            Self::Volume(Volume(g)) => vec![g.nz, g.base.ny, g.base.nx],
+        }
+    }
+
     /// Number of pixels or voxels.
     pub fn points(&self) -> u64 {
-        let points = match self {
-            Self::Plane(plane) => plane.0.len(),
-            Self::Tilted(plane) => plane.0.rows * plane.0.columns,
-            Self::Surface(surface) => surface.0.len(),
-            Self::Volume(volume) => volume.0.nz * volume.0.base.len(),
-        };
-        points as u64
+        self.shape().iter().map(|n| *n as u64).product()
     }
 
     /// The pixels as the chain takes them; it images no tilted planes.
@@ -314,6 +362,64 @@ impl Grid {
     }
 }
 
+/// The part of a grid from index `start` to before `stop`, in the order of its shape.
+#[pyfunction]
+pub fn part_of<'py>(
+    py: Python<'py>,
+    grid: Grid,
+    start: Vec<usize>,
+    stop: Vec<usize>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let shape = grid.shape();
+    let is_within = start.len() == shape.len()
+        && stop.len() == shape.len()
+        && (0..shape.len()).all(|axis| start[axis] < stop[axis] && stop[axis] <= shape[axis]);
+    if !is_within {
+        return Err(PyValueError::new_err(format!(
+            "part: expected a part of shape {shape:?}, found {start:?} to {stop:?}"
+        )));
+    }
+    let axes = shape.len();
+    let [rows, columns] = [axes - 2, axes - 1].map(|axis| start[axis]..stop[axis]);
+    Ok(match grid {
+        Grid::Plane(Plane(g)) => Bound::new(py, Plane(rectangle(&g, &rows, &columns)?))?.into_any(),
+        Grid::Volume(Volume(g)) => {
+            let base = rectangle(&g.slice(start[0]), &rows, &columns)?;
+            let part = VolumeGrid::new(base, g.step_m, stop[0] - start[0]);
+            Bound::new(py, Volume(part.map_err(Failure::from)?))?.into_any()
+        }
+        Grid::Surface(Surface(g)) => {
+            let base = rectangle(g.base(), &rows, &columns)?;
+            let nx = g.base().nx;
+            let heights: Vec<f64> = rows
+                .flat_map(|j| columns.clone().map(move |i| j * nx + i))
+                .map(|k| g.z_m(k))
+                .collect();
+            let part = SurfaceGrid::new(base, &heights).map_err(Failure::from)?;
+            Bound::new(py, Surface(Arc::new(part)))?.into_any()
+        }
+        Grid::Tilted(Tilted(g)) => {
+            let origin_m = g.point_m(columns.start as f64, rows.start as f64);
+            let part = TiltedGrid::new(origin_m, g.u_m, g.v_m, columns.len(), rows.len());
+            Bound::new(py, Tilted(part.map_err(Failure::from)?))?.into_any()
+        }
+    })
+}
+
+/// Some rows and columns of a plane.
+fn rectangle(
+    grid: &PlaneGrid,
+    rows: &Range<usize>,
+    columns: &Range<usize>,
+) -> Result<PlaneGrid, Failure> {
+    let origin_m = [grid.x_m(columns.start), grid.y_m(rows.start), grid.z_m];
+    Ok(PlaneGrid::new(
+        origin_m,
+        grid.pixel_m,
+        [columns.len(), rows.len()],
+    )?)
+}
+
 /// The pixels of an image of the chain, as the grid that Python knows.
 pub fn grid_of<'py>(py: Python<'py>, pixels: &Pixels) -> PyResult<Bound<'py, PyAny>> {
     Ok(match (&pixels.volume, &pixels.surface) {
@@ -321,6 +427,17 @@ pub fn grid_of<'py>(py: Python<'py>, pixels: &Pixels) -> PyResult<Bound<'py, PyA
         (None, Some(surface)) => Bound::new(py, Surface(Arc::clone(surface)))?.into_any(),
         (None, None) => Bound::new(py, Plane(pixels.grid))?.into_any(),
     })
+}
+
+/// Positional and named arguments of a constructor.
+type NewArguments<'py> = (Bound<'py, PyAny>, Bound<'py, PyDict>);
+
+/// First and last centre of the columns and of the rows (m).
+fn ranges(grid: &PlaneGrid) -> ([f64; 2], [f64; 2]) {
+    (
+        [grid.x0_m, grid.x_m(grid.nx - 1)],
+        [grid.y0_m, grid.y_m(grid.ny - 1)],
+    )
 }
 
 fn columns<'py>(py: Python<'py>, grid: &PlaneGrid) -> Bound<'py, PyArray1<f64>> {

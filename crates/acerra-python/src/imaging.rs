@@ -1,12 +1,12 @@
 //! Imaging of arrays.
 
-use acerra_imaging::{Complex32, Complex64, ImagingPlan, PlanOptions, Progress, Pulses};
+use acerra_imaging::{Complex32, Complex64, ImageGrid, ImagingPlan, PlanOptions, Progress, Pulses};
 use numpy::{PyArray1, PyArrayDyn, PyArrayMethods, PyReadonlyArray2};
 use pyo3::prelude::*;
 use serde_json::json;
 
 use crate::errors::Failure;
-use crate::grid::{Grid, Plane, Surface, Tilted, Volume};
+use crate::grid::{Grid, Plane, Surface, Tilted, Volume, part_of};
 use crate::pulses::{Antennas, Settings};
 use crate::work;
 
@@ -17,6 +17,9 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<Surface>()?;
     module.add_class::<Volume>()?;
     module.add_class::<Settings>()?;
+    module.add_function(wrap_pyfunction!(part_of, module)?)?;
+    module.add_function(wrap_pyfunction!(promise, module)?)?;
+    module.add_function(wrap_pyfunction!(set_threads, module)?)?;
     module.add_function(wrap_pyfunction!(adjoint, module)?)
 }
 
@@ -50,27 +53,22 @@ fn image_on(
     options: &PlanOptions,
     control: acerra_imaging::Control<'_>,
 ) -> Result<Imaged, Failure> {
-    let planned = |plan: ImagingPlan<'_>, shape: [usize; 2]| {
+    let planned = |plan: ImagingPlan<'_>| {
         let mut image = vec![Complex32::ZERO; plan.pixels()];
         plan.run(&mut image, control)?;
         let said = said(&plan.report().to_string(), plan.memory_bytes(), {
             plan.self_check().map(|check| check.error)
         });
-        Ok((image, shape.to_vec(), said))
+        Ok((image, grid.shape(), said))
     };
     match grid {
-        Grid::Plane(Plane(g)) => planned(
-            ImagingPlan::with_control(pulses, *g, options, control)?,
-            [g.ny, g.nx],
-        ),
-        Grid::Tilted(Tilted(g)) => planned(
-            ImagingPlan::with_control(pulses, *g, options, control)?,
-            [g.rows, g.columns],
-        ),
-        Grid::Surface(Surface(g)) => planned(
-            ImagingPlan::with_control(pulses, &**g, options, control)?,
-            [g.base().ny, g.base().nx],
-        ),
+        Grid::Plane(Plane(g)) => planned(ImagingPlan::with_control(pulses, *g, options, control)?),
+        Grid::Tilted(Tilted(g)) => {
+            planned(ImagingPlan::with_control(pulses, *g, options, control)?)
+        }
+        Grid::Surface(Surface(g)) => {
+            planned(ImagingPlan::with_control(pulses, &**g, options, control)?)
+        }
         Grid::Volume(Volume(g)) => {
             let mut voxels = Vec::with_capacity(g.nz * g.base.len());
             let run = acerra_imaging::image_volume(g, pulses, options, control, |_, _, slice| {
@@ -82,9 +80,48 @@ fn image_on(
                 run.memory_bytes + 8 * voxels.len() as u128,
                 run.checked_error,
             );
-            Ok((voxels, vec![g.nz, g.base.ny, g.base.nx], said))
+            Ok((voxels, grid.shape(), said))
         }
     }
+}
+
+/// Memory and time that `adjoint` would take on a grid, as JSON; of a volume by its lowest slice. The
+/// time is that of one run with all threads, measured on samples.
+#[pyfunction]
+fn promise<'py>(
+    py: Python<'py>,
+    grid: Grid,
+    antennas: Antennas<'py>,
+    spectrum: PyReadonlyArray2<'py, Complex64>,
+    settings: Settings,
+) -> PyResult<String> {
+    let arrays = antennas.with_spectrum(&spectrum, settings.light_speed_m_s)?;
+    work::run(py, None, |control| {
+        let pulses = Pulses::new(arrays)?;
+        let control = control.silent_imaging();
+        let (pixels, slices, voxel_bytes) = match &grid {
+            Grid::Plane(Plane(g)) => (ImageGrid::from(*g), 1, 0),
+            Grid::Tilted(Tilted(g)) => (ImageGrid::from(*g), 1, 0),
+            Grid::Surface(Surface(g)) => (ImageGrid::from(&**g), 1, 0),
+            Grid::Volume(Volume(g)) => (ImageGrid::from(g.base), g.nz, 8 * grid.points()),
+        };
+        let plan = ImagingPlan::with_control(pulses, pixels, &settings.plan, control)?;
+        let bytes = u64::try_from(plan.memory_bytes()).unwrap_or(u64::MAX);
+        let seconds = plan.estimate_run_time_s(control) * slices as f64;
+        Ok(json!({
+            "memory_bytes": bytes.saturating_add(voxel_bytes),
+            "seconds": seconds,
+            "plan": plan.report().to_string(),
+        })
+        .to_string())
+    })
+}
+
+/// Sets the number of threads of all operators of this process; false where they are at work already.
+#[pyfunction]
+fn set_threads(threads: usize) -> bool {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+    pool.build_global().is_ok()
 }
 
 fn said(plan: &str, bytes: u128, checked_error: Option<f64>) -> String {

@@ -35,12 +35,15 @@ __all__ = [
     "focus",
     "forward",
     "measure",
+    "part_of",
     "plan_flight",
     "ppk",
     "prepare_arrays",
+    "promise",
     "read_radar",
     "read_trajectory",
     "resolution",
+    "set_threads",
     "simulate",
 ]
 
@@ -62,6 +65,7 @@ class Plane:
     def __new__(
         cls, x_m: Sequence[float], y_m: Sequence[float], *, z_m: float = 0.0, pixel_m: float
     ) -> Plane: ...
+    def __getnewargs_ex__(self) -> tuple[tuple[Any, ...], dict[str, Any]]: ...
     @property
     def x_m(self) -> _Real: ...
     @property
@@ -83,6 +87,7 @@ class Tilted:
         *,
         shape: tuple[int, int],
     ) -> Tilted: ...
+    def __getnewargs_ex__(self) -> tuple[tuple[Any, ...], dict[str, Any]]: ...
     @property
     def origin_m(self) -> list[float]: ...
     @property
@@ -97,6 +102,7 @@ class Surface:
     def __new__(
         cls, x_m: Sequence[float], y_m: Sequence[float], heights_m: _Real, *, pixel_m: float
     ) -> Surface: ...
+    def __getnewargs_ex__(self) -> tuple[tuple[Any, ...], dict[str, Any]]: ...
     @property
     def x_m(self) -> _Real: ...
     @property
@@ -119,6 +125,7 @@ class Volume:
         pixel_m: float,
         step_m: float | None = None,
     ) -> Volume: ...
+    def __getnewargs_ex__(self) -> tuple[tuple[Any, ...], dict[str, Any]]: ...
     @property
     def x_m(self) -> _Real: ...
     @property
@@ -145,6 +152,11 @@ class Settings:
         light_speed_m_s: float,
     ) -> Settings: ...
 
+def part_of(grid: _Grid, start: Sequence[int], stop: Sequence[int]) -> _Grid: ...
+def promise(
+    grid: _Grid, antennas: dict[str, _Real], spectrum: _Spectrum, settings: Settings
+) -> str: ...
+def set_threads(threads: int) -> bool: ...
 def adjoint(
     grid: _Grid,
     antennas: dict[str, _Real],
