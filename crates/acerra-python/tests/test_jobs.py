@@ -83,13 +83,13 @@ def test_a_job_goes_on_where_it_stopped(echoes: Any, tmp_path: Path) -> None:
 
 def test_memory_is_promised_and_bounds_the_groups(echoes: Any, tmp_path: Path) -> None:
     places, frequencies, spectrum = arrays(echoes)
-    many = (np.tile(places, (20, 1)), frequencies, np.tile(spectrum, (20, 1)))
+    # 12,200 pulses, whose tables fill some hundred megabytes.
+    many = np.tile(places, (200, 1)), frequencies, np.tile(spectrum, (200, 1))
     free = jobs.plan(*many, PLANE, store=tmp_path / "free.zarr")
     assert free.group == len(many[0]) and free.seconds > 0
-    tight = jobs.plan(
-        *many, PLANE, store=tmp_path / "tight.zarr", memory_limit_bytes=int(0.7 * free.memory_bytes)
-    )
-    assert tight.group < free.group and tight.memory_bytes <= 0.7 * free.memory_bytes
+    allowed = int(0.8 * free.memory_bytes)
+    tight = jobs.plan(*many, PLANE, store=tmp_path / "tight.zarr", memory_limit_bytes=allowed)
+    assert tight.group < free.group and tight.memory_bytes <= allowed
     with pytest.raises(jobs.JobError, match="choose smaller chunks or allow more"):
         jobs.plan(*many, PLANE, store=tmp_path / "no.zarr", memory_limit_bytes=100_000)
 

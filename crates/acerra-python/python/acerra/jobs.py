@@ -30,8 +30,10 @@ from ._labelled import Grid, image_of
 from ._native import SPEED_OF_LIGHT_M_S, AcerraError, Plane, Surface, Tilted, Volume
 from .imaging import settings as requirements
 
-# Tables of a tile may need finer steps than those of the tiles that were planned beforehand.
-MARGIN = 2
+# Tables of a tile may need finer steps than those of the tiles that were planned beforehand: twice, where the
+# first choice misses the accuracy, and a little for the geometry.
+MARGIN = 3
+LEAST_ENGINE_BYTES = 64 << 20
 
 GRIDS = {kind.__name__: kind for kind in (Plane, Surface, Tilted, Volume)}
 
@@ -246,7 +248,7 @@ def plan(
         ]
         # The engine's tables and image, the echoes as they are read and a group of them, the sum of the
         # groups, and the chunk on its way to the store.
-        engine = MARGIN * max(one["memory_bytes"] for one in said)
+        engine = max(LEAST_ENGINE_BYTES, MARGIN * max(one["memory_bytes"] for one in said))
         sums = 2 * tile_bytes if group < pulses else 0
         needed = engine + echoes.nbytes + 16 * group * echoes.shape[1] + sums + 2 * tile_bytes
         if needed <= memory_limit_bytes:
