@@ -5,7 +5,7 @@
 //! ```
 //!
 //! Functions take contiguous arrays of the right type, which the Python side makes, and give arrays
-//! or JSON. Long work runs without the interpreter's lock ([`work`]), hears Ctrl-C and reports progress.
+//! or JSON. Long work runs without the interpreter's lock (module `work`), hears Ctrl-C and reports progress.
 
 mod arrays;
 mod campaign;

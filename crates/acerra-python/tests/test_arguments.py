@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import _thread
+import os
 import threading
 import time
 from typing import Any
@@ -179,6 +180,9 @@ def test_other_threads_run_while_an_image_is_made(echoes: Any) -> None:
     assert counted[0] > 20
 
 
+# 10⁵ calls take half an hour: with ACERRA_SLOW=1.
+EXAMPLES = 40_000 if os.environ.get("ACERRA_SLOW") else 2_000
+
 any_array = hnp.arrays(
     dtype=st.one_of(
         hnp.floating_dtypes(endianness="?"),
@@ -193,7 +197,7 @@ numbers = st.one_of(st.floats(), st.integers(), st.none(), st.text(max_size=3))
 
 
 @settings(
-    max_examples=2000, deadline=None, suppress_health_check=list(HealthCheck), derandomize=True
+    max_examples=EXAMPLES, deadline=None, suppress_health_check=list(HealthCheck), derandomize=True
 )
 @given(any_array, any_array, any_array, st.one_of(st.none(), any_array), numbers)
 def test_no_arrays_crash_the_interpreter(
@@ -207,7 +211,7 @@ def test_no_arrays_crash_the_interpreter(
 
 
 @settings(
-    max_examples=2000, deadline=None, suppress_health_check=list(HealthCheck), derandomize=True
+    max_examples=EXAMPLES, deadline=None, suppress_health_check=list(HealthCheck), derandomize=True
 )
 @given(any_array, any_array, numbers, numbers, any_array)
 def test_no_radargram_crashes_the_interpreter(
@@ -227,7 +231,7 @@ def test_no_radargram_crashes_the_interpreter(
 
 
 @settings(
-    max_examples=1000, deadline=None, suppress_health_check=list(HealthCheck), derandomize=True
+    max_examples=EXAMPLES, deadline=None, suppress_health_check=list(HealthCheck), derandomize=True
 )
 @given(
     st.lists(numbers, max_size=3),
