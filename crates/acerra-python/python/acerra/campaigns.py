@@ -416,4 +416,8 @@ class Run:
             for kind, png in pictures
             if png is not None
         )
-        return f"{shown}{self.targets.to_html()}{self.evidence._repr_html_()}"
+        targets = self.targets
+        wanted = "x_m y_m z_m level_db along_rayleigh_m across_rayleigh_m pslr_db ghost_level place_deg_m"
+        columns = [name for name in wanted.split() if name in targets]
+        listed = targets[columns].to_html(float_format="{:.3f}".format)
+        return f"{shown}{listed}{self.evidence._repr_html_()}"

@@ -88,10 +88,17 @@ class Evidence(Sequence[Finding]):
         return f"<Evidence: {agreeing} of {len(self)} findings agree{others}>"
 
     def _repr_html_(self) -> str:
-        head = "<tr><th>finding</th><th>verdict</th><th>value</th><th>expected</th><th>σ</th><th></th></tr>"
         agreeing = tuple(f for f in self if f.verdict == "agrees")
-        rows = "".join(_row(finding) for finding in self.disagreeing + agreeing)
-        return f"<table>{head}{rows}</table>"
+        folded = (
+            f"<details><summary>{len(agreeing)} of {len(self)} findings agree</summary>"
+            f"{_table(agreeing)}</details>"
+        )
+        return (_table(self.disagreeing) if self.disagreeing else "") + folded
+
+
+def _table(findings: Sequence[Finding]) -> str:
+    head = "<tr><th>finding</th><th>verdict</th><th>value</th><th>expected</th><th>σ</th><th></th></tr>"
+    return f"<table>{head}{''.join(map(_row, findings))}</table>"
 
 
 def _row(finding: Finding) -> str:

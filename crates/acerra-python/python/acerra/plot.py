@@ -64,5 +64,7 @@ def trajectory(labelled: xr.Dataset, *, ax: Any = None) -> Any:
         ax.legend()
     else:
         ax.plot(x, y, ".-")
-    ax.set(aspect="equal", xlabel="x, east (m)", ylabel="y, north (m)")
+    # A straight track is as long as the axes are wide.
+    ax.set_aspect("equal", adjustable="datalim")
+    ax.set(xlabel="x, east (m)", ylabel="y, north (m)")
     return ax
