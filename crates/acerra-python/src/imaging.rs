@@ -6,18 +6,13 @@ use pyo3::prelude::*;
 use serde_json::json;
 
 use crate::errors::Failure;
-use crate::grid::{Grid, Plane, Surface, Tilted, Volume, part_of};
+use crate::grid::{Grid, Plane, Surface, Tilted, Volume};
 use crate::pulses::{Antennas, Settings};
 use crate::work;
 
-/// Adds grids and imaging to the module.
+/// Adds imaging to the module.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
-    module.add_class::<Plane>()?;
-    module.add_class::<Tilted>()?;
-    module.add_class::<Surface>()?;
-    module.add_class::<Volume>()?;
     module.add_class::<Settings>()?;
-    module.add_function(wrap_pyfunction!(part_of, module)?)?;
     module.add_function(wrap_pyfunction!(promise, module)?)?;
     module.add_function(wrap_pyfunction!(set_threads, module)?)?;
     module.add_function(wrap_pyfunction!(adjoint, module)?)

@@ -8,6 +8,7 @@
 //! or JSON. Long work runs without the interpreter's lock (module `work`), hears Ctrl-C and reports progress.
 
 mod arrays;
+mod calibration;
 mod campaign;
 mod errors;
 mod grid;
@@ -32,10 +33,12 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add("SPEED_OF_LIGHT_M_S", acerra_imaging::SPEED_OF_LIGHT_M_S)?;
     errors::register(module)?;
+    grid::register(module)?;
     imaging::register(module)?;
     modelling::register(module)?;
     metrics::register(module)?;
     campaign::register(module)?;
+    calibration::register(module)?;
     readers::register(module)?;
     positioning::register(module)?;
     simulation::register(module)?;

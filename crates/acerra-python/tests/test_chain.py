@@ -217,3 +217,12 @@ def test_files_and_lever_arms_that_would_be_left_out_are_refused(echoes: Any) ->
         acerra.prepare(rows, places, gnss={"rover": "a.ubx", "base": "b.ubx"})
     with pytest.raises(acerra.PositionError, match="lever"):
         acerra.prepare(rows, places, trajectory={"lever_arm_m": [1, 0, 0]})
+
+
+def test_calibration_finds_the_delay_of_the_demo(demo: Path) -> None:
+    found = acerra.calibrate(demo / "campaign.toml", [[4, 0, 0], [14, 0, 0]])
+    delay = next(e for e in found["estimates"] if "delay" in e["name"])
+    assert abs(delay["value"] - 10) < max(4 * (delay["sigma"] or 0), 0.2)
+    assert len(found["reflectors"]) == 2 and found["keys"]
+    with pytest.raises(ValueError, match=r"reflector_m: expected shape \(n, 3\)"):
+        acerra.calibrate(demo / "campaign.toml", [[4, 0]])

@@ -39,7 +39,7 @@ from ._native import (
     Volume,
     __version__,
 )
-from .campaigns import Campaign, Prepared, Run, focus, prepare
+from .campaigns import Campaign, Prepared, Run, calibrate, focus, prepare
 from .evidence import AcerraWarning, Evidence, Finding
 from .flights import FlightPlan, plan, simulate, simulate_demo
 from .imaging import adjoint, forward, measure
@@ -71,6 +71,7 @@ __all__ = [
     "Volume",
     "__version__",
     "adjoint",
+    "calibrate",
     "focus",
     "forward",
     "measure",

@@ -32,6 +32,7 @@ __all__ = [
     "Volume",
     "__version__",
     "adjoint",
+    "calibrate",
     "focus",
     "forward",
     "measure",
@@ -244,6 +245,7 @@ class Run:
     def prepared(self) -> Prepared: ...
     def picture(self, kind: str) -> bytes | None: ...
 
+def calibrate(file: Path, reflector_m: list[list[float]], progress: _Progress) -> str: ...
 def focus(file: Path, directory: Path, progress: _Progress) -> Run: ...
 def prepare_arrays(
     radargram: dict[str, Any], positions: dict[str, Any], tables: str, progress: _Progress

@@ -13,6 +13,7 @@ import numpy.typing as npt
 import pandas as pd
 import xarray as xr
 
+from . import _checks as checks
 from . import _native
 from ._labelled import Grid, image_of, radargram, radargram_arrays, trajectory_arrays
 from ._native import Surface, Volume
@@ -122,6 +123,34 @@ def focus(file: PathLike, output: PathLike, *, progress: bool | Progress | None 
     run = Run(_native.focus(Path(file), Path(output), listener(progress)))
     warn_of(run.evidence, run.noticed)
     return run
+
+
+def calibrate(
+    file: PathLike,
+    reflector_m: npt.ArrayLike,
+    *,
+    progress: bool | Progress | None = None,
+) -> dict[str, Any]:
+    """Calibrate delay, clock offset and lever arm on reflectors at known places.
+
+    Parameters
+    ----------
+    file : path
+        The campaign file of a flight over the reflectors.
+    reflector_m : array_like, shape (reflectors, 3)
+        Their phase centres: east, north, up in the frame of the positions, m.
+    progress : bool or function, optional
+        As in `acerra.adjoint`.
+
+    Returns
+    -------
+    dict
+        ``estimates`` with standard deviations, ``correlation``, what the flight cannot tell (``singular``),
+        how each reflector fits, and the ``keys`` that a campaign file takes from it.
+    """
+    places = checks.places("reflector_m", reflector_m)
+    found = json.loads(_native.calibrate(Path(file), places.tolist(), listener(progress)))
+    return {**found["record"], "keys": found["keys"]}
 
 
 def prepare(

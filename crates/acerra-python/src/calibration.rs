@@ -1,0 +1,32 @@
+//! Calibration of the instrument on reflectors at known places.
+
+use std::path::PathBuf;
+
+use acerra_chain::Journal;
+use acerra_products::calibration::{CalibrationRecord, CampaignFile};
+use pyo3::prelude::*;
+use serde_json::json;
+
+use crate::work;
+
+/// Adds calibration to the module.
+pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_function(wrap_pyfunction!(calibrate, module)?)
+}
+
+/// What `acerra calibrate --json` says, with the keys that a campaign file takes from it, as JSON.
+#[pyfunction]
+fn calibrate(
+    py: Python<'_>,
+    file: PathBuf,
+    reflector_m: Vec<[f64; 3]>,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<String> {
+    work::run(py, progress.as_ref(), |control| {
+        let file = CampaignFile::read(&file)?;
+        let mut journal = Journal::default();
+        let outcome = file.calibrate(reflector_m, &mut journal, control)?;
+        let keys: Vec<String> = outcome.keys().iter().map(ToString::to_string).collect();
+        Ok(json!({ "record": CalibrationRecord::of(&outcome), "keys": keys }).to_string())
+    })
+}

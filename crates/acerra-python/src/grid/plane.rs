@@ -1,0 +1,75 @@
+//! A horizontal plane.
+
+use acerra_imaging::PlaneGrid;
+use numpy::PyArray1;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::errors::Failure;
+
+use super::axes::{NewArguments, columns, ranges, rows};
+
+/// A horizontal rectangle of square pixels.
+#[pyclass(frozen, from_py_object, module = "acerra")]
+#[derive(Clone)]
+pub struct Plane(pub PlaneGrid);
+
+#[pymethods]
+impl Plane {
+    #[new]
+    #[pyo3(signature = (x_m, y_m, *, z_m = 0.0, pixel_m))]
+    fn new(x_m: [f64; 2], y_m: [f64; 2], z_m: f64, pixel_m: f64) -> Result<Self, Failure> {
+        Ok(Self(PlaneGrid::from_ranges(x_m, y_m, z_m, pixel_m)?))
+    }
+
+    /// Centres of the columns, m.
+    #[getter]
+    fn x_m<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        columns(py, &self.0)
+    }
+
+    /// Centres of the rows, m.
+    #[getter]
+    fn y_m<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        rows(py, &self.0)
+    }
+
+    /// Height of the plane, m.
+    #[getter]
+    fn z_m(&self) -> f64 {
+        self.0.z_m
+    }
+
+    /// Distance of neighbouring pixel centres, m.
+    #[getter]
+    fn pixel_m(&self) -> f64 {
+        self.0.pixel_m
+    }
+
+    /// Rows and columns.
+    #[getter]
+    fn shape(&self) -> (usize, usize) {
+        (self.0.ny, self.0.nx)
+    }
+
+    /// What `pickle` makes it from.
+    fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> PyResult<NewArguments<'py>> {
+        let g = &self.0;
+        let keywords = PyDict::new(py);
+        keywords.set_item("z_m", g.z_m)?;
+        keywords.set_item("pixel_m", g.pixel_m)?;
+        Ok((ranges(g).into_pyobject(py)?.into_any(), keywords))
+    }
+
+    fn __repr__(&self) -> String {
+        let g = &self.0;
+        format!(
+            "Plane({} × {} pixels of {} m from ({}, {}) m at z = {} m)",
+            g.ny, g.nx, g.pixel_m, g.x0_m, g.y0_m, g.z_m
+        )
+    }
+
+    fn __eq__(&self, other: &Self) -> bool {
+        self.0 == other.0
+    }
+}
