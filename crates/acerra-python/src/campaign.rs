@@ -217,6 +217,7 @@ fn weighed(
     findings.extend(found);
     Ok(Prepared {
         held: Held::Alone(Arc::new(prepared)),
+        defaults: request.options,
         findings,
         warnings: journal.warnings.said().to_vec(),
     })

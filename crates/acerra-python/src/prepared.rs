@@ -47,33 +47,45 @@ impl Held {
 pub struct Prepared {
     /// The spectra.
     pub held: Held,
+    /// How its images are made, unless asked otherwise.
+    pub defaults: FocusOptions,
     /// What was found of the settings.
     pub findings: Vec<Finding>,
     /// What the stages noticed.
     pub warnings: Vec<String>,
 }
 
-/// How an image of prepared spectra is made.
+/// How an image of prepared spectra is made, where not as the settings say.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub struct ImageOptions {
-    accuracy: f64,
-    weight: String,
-    sum: String,
-    check_pixels: usize,
+    accuracy: Option<f64>,
+    weight: Option<String>,
+    sum: Option<String>,
+    check_pixels: Option<usize>,
     pulses: Option<(usize, usize)>,
 }
 
 impl ImageOptions {
-    fn request(&self, pixels: acerra_chain::Pixels) -> Result<ImageRequest, Failure> {
+    fn request(
+        &self,
+        pixels: acerra_chain::Pixels,
+        mut options: FocusOptions,
+    ) -> Result<ImageRequest, Failure> {
+        if let Some(accuracy) = self.accuracy {
+            options.accuracy = accuracy;
+        }
+        if let Some(weight) = &self.weight {
+            options.weight = choice::<Weight>("weight", weight)?;
+        }
+        if let Some(sum) = &self.sum {
+            options.sum = choice::<Sum>("sum", sum)?;
+        }
+        if let Some(check_pixels) = self.check_pixels {
+            options.check_pixels = check_pixels;
+        }
         Ok(ImageRequest {
-            options: FocusOptions {
-                accuracy: self.accuracy,
-                weight: choice::<Weight>("weight", &self.weight)?,
-                sum: choice::<Sum>("sum", &self.sum)?,
-                check_pixels: self.check_pixels,
-                ..FocusOptions::default()
-            },
+            options,
             pulses: self.pulses.map(|(from, to)| Range {
                 start: from,
                 end: to,
@@ -132,11 +144,31 @@ impl Prepared {
         matrix(py, spectrum.values.clone(), spectrum.frequency_hz.len())
     }
 
-    /// Weight of each trace in the sum, by the name of the choice.
-    fn weights<'py>(&self, py: Python<'py>, weight: &str) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let weight = choice::<Weight>("weight", weight)?;
+    /// Weight of each trace in the sum, by the name of the choice; by default the settings'.
+    fn weights<'py>(
+        &self,
+        py: Python<'py>,
+        weight: Option<&str>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let weight = match weight {
+            Some(weight) => choice::<Weight>("weight", weight)?,
+            None => self.defaults.weight,
+        };
         let weights = self.held.prepared().echoes().weights(weight);
         Ok(PyArray1::from_vec(py, weights))
+    }
+
+    /// How images are made unless asked otherwise, as JSON.
+    #[getter]
+    fn defaults(&self) -> String {
+        let options = &self.defaults;
+        json!({
+            "accuracy": options.accuracy,
+            "weight": options.weight,
+            "sum": options.sum,
+            "weighs_incidence": options.incidence.is_some(),
+        })
+        .to_string()
     }
 
     /// Speed of light of the scene (m/s).
@@ -222,7 +254,7 @@ impl Prepared {
         progress: Option<Py<PyAny>>,
     ) -> PyResult<(Bound<'py, PyArrayDyn<Complex32>>, String)> {
         let prepared = self.held.prepared();
-        let request = options.request(grid.pixels()?)?;
+        let request = options.request(grid.pixels()?, self.defaults)?;
         let (focused, voxels) = work::run(py, progress.as_ref(), |control| {
             let mut sink = MemorySink::default();
             let focused = prepared.image(&request, &mut sink, control)?;
@@ -246,7 +278,7 @@ impl Prepared {
         progress: Option<Py<PyAny>>,
     ) -> PyResult<String> {
         let prepared = self.held.prepared();
-        let request = options.request(grid.pixels()?)?;
+        let request = options.request(grid.pixels()?, self.defaults)?;
         let measure = MeasureOptions {
             threshold_db: limits.0,
             max_targets: limits.1,

@@ -91,6 +91,7 @@ impl Run {
     fn prepared(&self) -> Prepared {
         Prepared {
             held: Held::OfRun(Arc::clone(&self.outcome)),
+            defaults: self.outcome.focused.options,
             findings: self.outcome.evidence.findings().to_vec(),
             warnings: self.outcome.warnings.clone(),
         }

@@ -13,6 +13,15 @@ import pytest
 import xarray as xr
 
 TABLES: dict[str, dict[str, Any]] = {
+    "incidence": {
+        "x_m": [2, 6],
+        "y_m": [-2, 2],
+        "z_m": 0.0,
+        "pixel_m": 0.1,
+        "max_incidence_deg": 40.0,
+        "accuracy": 1e-4,
+        "weight": "path",
+    },
     "plane": {"x_m": [2, 6], "y_m": [-2, 2], "z_m": 0.0, "pixel_m": 0.04},
     "volume": {"x_m": [3, 5], "y_m": [-1, 1], "z_m": [-0.2, 0.2], "pixel_m": 0.1},
     "looks": {"x_m": [2, 6], "y_m": [-2, 2], "z_m": 0.0, "pixel_m": 0.1, "looks": 3},

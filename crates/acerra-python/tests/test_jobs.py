@@ -260,3 +260,29 @@ def test_tasks_that_do_not_fit_the_workers_are_refused(echoes: Any, tmp_path: Pa
     ):
         with pytest.raises(jobs.JobError, match="choose smaller chunks"):
             focus_arrays(*arrays(echoes), PLANE, client=client, store=tmp_path / "job.zarr")
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_a_survey_is_imaged_as_its_settings_say(demo: Path, tmp_path: Path) -> None:
+    distributed = pytest.importorskip("dask.distributed")
+    from acerra.dask import focus
+
+    tables = acerra.Campaign.read(demo / "campaign.toml").tables
+    tables["image"] = {"x_m": [3, 5], "y_m": [-1, 1], "pixel_m": 0.05, "accuracy": 1e-4}
+    prepared = acerra.Campaign.of(tables).prepare()
+    with (
+        distributed.LocalCluster(
+            n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None
+        ) as cluster,
+        distributed.Client(cluster) as client,
+    ):
+        made = focus(
+            prepared, prepared.grid, client=client, store=tmp_path / "a.zarr", chunks=(20, 41)
+        )
+        whole = prepared.image().values
+        difference = np.linalg.norm(made["image"].values - whole) / np.linalg.norm(whole)
+        assert difference < 2e-4
+        tables["image"]["max_incidence_deg"] = 40.0
+        weighted = acerra.Campaign.of(tables).prepare()
+        with pytest.raises(jobs.JobError, match="without weights by incidence"):
+            focus(weighted, weighted.grid, client=client, store=tmp_path / "b.zarr")

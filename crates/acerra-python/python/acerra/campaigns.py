@@ -249,8 +249,14 @@ class Prepared:
         }
         return xr.Dataset(data, coords, attrs)
 
-    def weights(self, weight: Weight = "auto") -> npt.NDArray[np.float64]:
-        """Weight of each trace in the sum, for `acerra.adjoint`."""
+    @property
+    def defaults(self) -> dict[str, Any]:
+        """How images are made unless asked otherwise: accuracy, weight, sum, weight by incidence."""
+        defaults: dict[str, Any] = json.loads(self._native.defaults)
+        return defaults
+
+    def weights(self, weight: Weight | None = None) -> npt.NDArray[np.float64]:
+        """Weight of each trace in the sum, for `acerra.adjoint`; by default the settings'."""
         return self._native.weights(weight)
 
     @property
@@ -289,26 +295,26 @@ class Prepared:
         self,
         grid: Grid | None = None,
         *,
-        accuracy: float = 1e-3,
-        weight: Weight = "auto",
-        sum: Sum = "coherent",
-        check_pixels: int = 256,
+        accuracy: float | None = None,
+        weight: Weight | None = None,
+        sum: Sum | None = None,
+        check_pixels: int | None = None,
         pulses: slice | None = None,
         progress: bool | Progress | None = None,
     ) -> xr.DataArray:
-        """Image the spectra.
+        """Image the spectra: as the settings say, unless asked otherwise.
 
         Parameters
         ----------
         grid : Plane, Surface or Volume, optional
             The pixels; those of the settings by default.
-        accuracy : float
+        accuracy : float, optional
             Relative L2 error allowed against the sum in double precision.
-        weight : {"auto", "trace", "path"}
+        weight : {"auto", "trace", "path"}, optional
             Weight of each trace.
-        sum : {"coherent", "incoherent"}
+        sum : {"coherent", "incoherent"}, optional
             What of several tracks is summed: amplitudes, or powers of their own images.
-        check_pixels : int
+        check_pixels : int, optional
             Most pixels on which the plan checks itself.
         pulses : slice, optional
             The traces that make the image, counted over all tracks.
@@ -330,21 +336,26 @@ class Prepared:
         self,
         grid: Grid | None = None,
         *,
-        accuracy: float = 1e-3,
-        weight: Weight = "auto",
+        accuracy: float | None = None,
+        weight: Weight | None = None,
         threshold_db: float = -25.0,
         max_targets: int = 20,
     ) -> dict[str, Any]:
         """Image the spectra, and find and measure the targets."""
         grid = self.grid if grid is None else grid
-        options = self._options(accuracy, weight, "coherent", 256, None)
+        options = self._options(accuracy, weight, None, None, None)
         found: dict[str, Any] = json.loads(
             self._native.measure(grid, options, (threshold_db, max_targets), None)
         )
         return found
 
     def _options(
-        self, accuracy: float, weight: str, sum: str, check_pixels: int, pulses: slice | None
+        self,
+        accuracy: float | None,
+        weight: str | None,
+        sum: str | None,
+        check_pixels: int | None,
+        pulses: slice | None,
     ) -> dict[str, Any]:
         traces = len(self._native.time_s)
         chosen = None

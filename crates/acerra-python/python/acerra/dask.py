@@ -24,7 +24,7 @@ def focus(
     *,
     client: Any,
     store: Store | str | os.PathLike[str],
-    weight: Weight = "auto",
+    weight: Weight | None = None,
     progress: bool | Progress | None = None,
     retries: int = 10,
     **options: Any,
@@ -41,8 +41,8 @@ def focus(
         The cluster.
     store : Store or path
         Where image and echoes go; every worker must reach it. A job that is there goes on.
-    weight : {"auto", "trace", "path"}
-        Weight of each trace.
+    weight : {"auto", "trace", "path"}, optional
+        Weight of each trace; the settings' by default.
     progress : bool or function, optional
         As in `acerra.adjoint`; its units are tiles.
     retries : int
@@ -58,8 +58,16 @@ def focus(
     Raises
     ------
     JobError
-        Tasks that do not fit the workers' memory; a store that holds another job.
+        Tasks that do not fit the workers' memory; a store that holds another job; settings that jobs do
+        not follow (weights by incidence, sums of powers).
     """
+    defaults = survey.defaults
+    if defaults["weighs_incidence"] or (defaults["sum"] == "incoherent" and len(survey.tracks) > 1):
+        raise JobError(
+            "jobs of tiles make the coherent sum without weights by incidence; the settings ask for "
+            f"{defaults}"
+        )
+    options.setdefault("accuracy", defaults["accuracy"])
     spectrum = survey.spectrum
     job = jobs.plan(
         survey.position_m,
