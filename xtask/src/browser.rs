@@ -9,14 +9,16 @@ use anyhow::Context;
 use crate::runner::{Runner, Step};
 
 /// Files of `browser/`: they run from a folder of their own, beside the packages that they need.
-const FILES: [&str; 9] = [
+const FILES: [&str; 11] = [
     "package.json",
     "package-lock.json",
     "tsconfig.json",
     "harness.mjs",
+    "look.mjs",
     "npz.mjs",
     "synthetic.mjs",
     "view.test.mjs",
+    "volume.test.mjs",
     "report.test.mjs",
     "bench.mjs",
 ];
@@ -49,7 +51,10 @@ pub fn test(runner: &Runner) -> anyhow::Result<()> {
         runner,
         &place,
         (build, "debug"),
-        (&options, &["view.test.mjs", "report.test.mjs"]),
+        (
+            &options,
+            &["view.test.mjs", "volume.test.mjs", "report.test.mjs"],
+        ),
     )
 }
 

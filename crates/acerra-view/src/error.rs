@@ -133,6 +133,9 @@ pub enum RequestError {
         /// What the system says.
         cause: std::io::Error,
     },
+    /// The volume of the run cannot be read.
+    #[error("{0:#}")]
+    Volume(#[from] anyhow::Error),
     /// The campaign cannot be written as TOML.
     #[error("the campaign cannot be written: {0}")]
     Write(#[from] toml::ser::Error),

@@ -18,6 +18,13 @@ pub trait Field: Sync {
     fn at(&self, column: usize, row: usize) -> Complex32;
 }
 
+/// Levels over so many columns and rows, level 0 included.
+#[must_use]
+pub fn levels(size: [usize; 2]) -> usize {
+    let tiles = size[0].max(size[1]).div_ceil(TILE).max(1);
+    1 + tiles.next_power_of_two().ilog2() as usize
+}
+
 /// Mean powers at the levels above 0, down to one tile.
 #[derive(Clone, Debug, Default)]
 pub struct Pyramid {
@@ -192,6 +199,10 @@ mod tests {
         let field = Ramp([700, 513]);
         let pyramid = Pyramid::of(&field);
         assert_eq!(pyramid.count(), 3);
+        for n in [1, 255, 256, 257, 511, 512, 513, 1025, 2049] {
+            let counted = Pyramid::of(&Ramp([n, 1])).count();
+            assert_eq!(levels([n, 1]), counted, "{n}");
+        }
         let tile = values(&pyramid.tile(&field, at(2, 0, 0)).unwrap());
         let mean = |i: usize, j: usize| {
             let block = (0..4).flat_map(|y| (0..4).map(move |x| (x, y)));

@@ -106,7 +106,7 @@ impl RunImage {
 }
 
 /// The first of evenly spaced values.
-fn even(values: &[f64], step: f64) -> Result<f64, String> {
+pub(super) fn even(values: &[f64], step: f64) -> Result<f64, String> {
     let first = *values.first().ok_or("none")?;
     let is_even = |(k, v): (usize, &f64)| (v - first - k as f64 * step).abs() <= 1e-3 * step;
     match values.iter().enumerate().find(|one| !is_even(*one)) {

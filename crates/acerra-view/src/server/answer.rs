@@ -15,7 +15,9 @@ impl IntoResponse for RequestError {
             Self::Superseded | Self::Engine(EngineError::NotReady) => StatusCode::CONFLICT,
             Self::Invalid { .. } | Self::Campaign(_) | Self::Grid(_) => StatusCode::BAD_REQUEST,
             Self::Chain(_) | Self::Image(_) | Self::Engine(_) => StatusCode::UNPROCESSABLE_ENTITY,
-            Self::File { .. } | Self::Write(_) | Self::GivenUp => StatusCode::INTERNAL_SERVER_ERROR,
+            Self::File { .. } | Self::Volume(_) | Self::Write(_) | Self::GivenUp => {
+                StatusCode::INTERNAL_SERVER_ERROR
+            }
         };
         (status, Json(json!({ "error": self.to_string() }))).into_response()
     }

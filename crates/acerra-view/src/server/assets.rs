@@ -34,6 +34,7 @@ const ASSETS: &[(&str, &str, &str)] = &[
     script!("api.js"),
     script!("basemap.js"),
     script!("camera.js"),
+    script!("cuts-pane.js"),
     script!("display-panel.js"),
     script!("drawing.js"),
     script!("export.js"),
@@ -54,6 +55,7 @@ const ASSETS: &[(&str, &str, &str)] = &[
     script!("tiles.js"),
     script!("track-strip.js"),
     script!("types.js"),
+    script!("volume-panel.js"),
 ];
 
 /// The addresses of the page.

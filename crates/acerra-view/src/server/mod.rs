@@ -2,10 +2,12 @@
 
 mod answer;
 mod assets;
+mod cursor;
 mod guard;
 mod interactive;
 mod products;
 mod state;
+mod volume;
 
 use std::net::Ipv4Addr;
 use std::path::PathBuf;
@@ -70,6 +72,8 @@ impl Server {
         let pages = Router::new()
             .merge(assets::routes())
             .merge(products::routes())
+            .merge(cursor::routes())
+            .merge(volume::routes())
             .merge(interactive::routes())
             .with_state(shared);
         let router = Router::new()

@@ -63,8 +63,13 @@ export class Tiles {
       tile.texture = this.painter.field(tile.columns, tile.rows, tile.values);
       tile.abort = null;
     } catch (error) {
-      this.kept.delete(key);
-      if (!(error instanceof DOMException && error.name === "AbortError")) this.failed(/** @type {Error} */ (error));
+      if (error instanceof DOMException && error.name === "AbortError") {
+        this.kept.delete(key);
+      } else {
+        // It stays empty: the same request would fail again with every picture.
+        tile.abort = null;
+        this.failed(/** @type {Error} */ (error));
+      }
     }
     this.pending -= 1;
     this.changed();
