@@ -149,7 +149,7 @@ async fn echoes_of_place(
     Path(number): Path<usize>,
     Query(place): Query<PlaceQuery>,
 ) -> Result<Response, RequestError> {
-    let echoes = shared.from_data(number, move |current| {
+    let echoes = shared.with_data(number, move |current| {
         let PlaceQuery { x_m, y_m, z_m } = place;
         let ground_m = current.prepared.scene.ground.below_m(x_m, y_m);
         let place_m = [x_m, y_m, z_m.unwrap_or(ground_m)];
@@ -164,7 +164,7 @@ async fn spread_at_place(
     Query(place): Query<PlaceQuery>,
 ) -> Result<Response, RequestError> {
     let spread = move |current: &Current| expected_spread(current, place.x_m, place.y_m);
-    shared.from_data(number, spread).await
+    shared.with_data(number, spread).await
 }
 
 #[derive(Clone, Copy, Debug, Deserialize)]
@@ -179,7 +179,7 @@ async fn places_of_echo(
     Query(echo): Query<EchoQuery>,
 ) -> Result<Response, RequestError> {
     let places = move |current: &Current| ring(&current.prepared, echo.pulse, echo.fast_time_ns);
-    shared.from_data(number, places).await
+    shared.with_data(number, places).await
 }
 
 /// Cancels work whose answer nobody waits for any more.

@@ -74,7 +74,7 @@ impl Shared {
     ///
     /// # Errors
     /// No such run; data that are not ready or cannot be had; those of the work.
-    pub async fn from_data<T: Serialize>(
+    pub async fn with_data<T: Serialize>(
         &self,
         number: usize,
         work: impl FnOnce(&Current) -> Result<T, RequestError> + Send + 'static,
