@@ -514,11 +514,11 @@ fn logs_that_are_not_those_of_the_run_are_refused() {
 fn directories_without_a_run_are_named() {
     let folder = tempfile::tempdir().unwrap();
     let open = |directories: Vec<std::path::PathBuf>| {
-        let options = acerra_view::ServerOptions {
+        let options = ServerOptions {
             directories,
             ..Default::default()
         };
-        acerra_view::Server::open(&options).unwrap_err().to_string()
+        Server::open(&options).unwrap_err().to_string()
     };
     assert!(open(vec![folder.path().to_owned()]).contains("run.json"));
     fs::write(folder.path().join("run.json"), "{}").unwrap();
