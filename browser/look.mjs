@@ -30,6 +30,9 @@ export function colourAt(page, pane, x, y, over = false) {
       const [sx, sy] = shown.camera.toScreen(wx, wy).map((/** @type {number} */ v) => Math.floor(v * shown.ratio));
       if (isOver) return [...shown.context.getImageData(sx, sy, 1, 1).data];
       const { gl, canvas } = shown.painter;
+      // The field alone: a drawing may have been laid over it.
+      shown.painter.begin(shown.camera.width, shown.camera.height, shown.ratio);
+      shown.onField(shown.ratio);
       const pixel = new Uint8Array(4);
       gl.readPixels(sx, canvas.height - 1 - sy, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel);
       return [...pixel];

@@ -134,6 +134,20 @@ fn tiles_and_cursor_hold_the_values_of_the_file() {
         let expected = image.values[(k / 45) * 301 + 256 + k % 45];
         assert_eq!((re, im), (&expected.re, &expected.im), "value {k}");
     }
+    // The same in half precision, for the screen.
+    let scale_db = meta["display"]["half_db"].as_f64().unwrap();
+    let halves = server.get("/api/run/0/image/0/1/0?half=true").body;
+    assert_eq!(halves.len(), 4 * tile.len());
+    for (k, bits) in halves.chunks_exact(2).enumerate() {
+        let half = half::f16::from_le_bytes([bits[0], bits[1]]).to_f64();
+        let [re, im] = tile[k / 2].map(f64::from);
+        let off = half * 10_f64.powf(scale_db / 20.0) - [re, im][k % 2];
+        assert!(
+            off.abs() <= re.hypot(im) / 1024.0,
+            "number {k}: off by {off}"
+        );
+    }
+    assert_eq!(server.get("/api/run/0/image/0/1/0?half=7").status, 400);
     for path in [
         "2/0/0",
         "0/2/0",

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use acerra_figure::Palette;
 use acerra_products::data::Axis;
 use acerra_products::names::PRODUCTS;
-use axum::extract::{Path, State};
+use axum::extract::{Path, Query, State};
 use axum::http::header::{CONTENT_SECURITY_POLICY, CONTENT_TYPE};
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
@@ -15,7 +15,7 @@ use serde_json::{Value, json};
 use crate::error::RequestError;
 use crate::raster::{TILE, TileIndex};
 use crate::run::{Run, Volume};
-use crate::server::answer::bytes;
+use crate::server::answer::{TileForm, bytes};
 use crate::server::state::{Shared, Shown};
 
 /// The addresses.
@@ -82,7 +82,7 @@ async fn run(
         "levels": run.pyramid.count(),
         "display": {
             "zero_db": display.zero_db, "maximum_db": display.maximum_db,
-            "floor_db": display.floor_db, "gain": display.gain_db.is_some(),
+            "floor_db": display.floor_db, "half_db": display.half.scale_db(), "gain": display.gain_db.is_some(),
         },
         "volume": run.volume.as_ref().map(describe),
         "origin_deg_m": run.record.origin_deg_m,
@@ -123,10 +123,13 @@ async fn track(
 async fn tile(
     State(shared): State<Arc<Shared>>,
     Path((number, level, column, row)): Path<(usize, usize, usize, usize)>,
+    Query(form): Query<TileForm>,
 ) -> Result<Response, RequestError> {
     let index = TileIndex { level, column, row };
     let tile = shared.beside(number, move |shown| {
-        let tile = shown.run.pyramid.tile(&shown.run.image, index);
+        let run = &shown.run;
+        let precision = form.precision(run.display.half);
+        let tile = run.pyramid.tile(&run.image, index, precision);
         tile.ok_or(RequestError::Absent { what: "tile" })
     });
     tile.await.map(bytes)

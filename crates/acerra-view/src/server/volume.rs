@@ -4,14 +4,14 @@ use std::sync::Arc;
 
 use acerra_products::data::Axis;
 use axum::Router;
-use axum::extract::{Path, State};
+use axum::extract::{Path, Query, State};
 use axum::response::Response;
 use axum::routing::get;
 use serde::Deserialize;
 
 use crate::error::RequestError;
 use crate::raster::TileIndex;
-use crate::server::answer::bytes;
+use crate::server::answer::{TileForm, bytes};
 use crate::server::state::Shared;
 
 /// The addresses.
@@ -45,6 +45,7 @@ struct PlaneTile {
 async fn tile(
     State(shared): State<Arc<Shared>>,
     Path(at): Path<PlaneTile>,
+    Query(form): Query<TileForm>,
 ) -> Result<Response, RequestError> {
     let normal = match at.normal {
         Normal::X => Axis::X,
@@ -60,7 +61,11 @@ async fn tile(
         let volume = shown.run.volume.as_ref();
         let volume = volume.ok_or(RequestError::Absent { what: "volume" })?;
         let plane = volume.plane(normal, at.index)?;
-        let tile = plane.pyramid.tile(plane.as_ref(), index);
+        let tile = plane.pyramid.tile(
+            plane.as_ref(),
+            index,
+            form.precision(shown.run.display.half),
+        );
         tile.ok_or(RequestError::Absent { what: "tile" })
     });
     tile.await.map(bytes)

@@ -52,7 +52,7 @@ class Cut {
     const { store, normal } = this;
     const { run } = store;
     const path = (/** @type {number} */ level, /** @type {number} */ column, /** @type {number} */ row) => `api/run/${run}/volume/${normal}/${index}/${level}/${column}/${row}`;
-    const source = { size: store.runs.tile, levels: this.volume.levels[normal], path };
+    const source = { size: store.runs.tile, levels: this.volume.levels[normal], half: true, path };
     return new TiledLayer(this.pane.painter, this.axes, source, () => this.pane.invalidate(), failed);
   }
 
@@ -101,7 +101,7 @@ class Cut {
     const { store, colours } = this;
     if (!colours || !store.meta) return;
     const mode = store.look.mode === "phase" ? 1 : 0;
-    this.pane.painter.look({ mode, window: store.look.window, zero_db: store.meta.display.maximum_db, other_zero_db: 0, gain: null, colours, opacity: 1 });
+    this.pane.painter.look({ mode, window: store.look.window, zero_db: store.meta.display.maximum_db - store.meta.display.half_db, other_zero_db: 0, gain: null, colours, opacity: 1 });
     this.layer.draw(this.pane.camera, ratio);
   }
 

@@ -27,7 +27,9 @@ export class ImagePane {
     this.list = list;
     this.state = state;
     this.failed = failed;
-    this.pane = new Pane(box, "Image. Arrows move, plus and minus zoom, Enter marks the middle.", { yUp: true, square: true });
+    this.pane = new Pane(box, "Image. Arrows move, plus and minus zoom, Enter marks the middle.", { yUp: true, square: true, clear: store.runs.basemap !== null });
+    this.pane.painter.foresee(0, false);
+    void palette(store.look.palette);
     /** @type {Shown | null} */
     this.own = null;
     /** @type {Shown | null} */
@@ -89,6 +91,8 @@ export class ImagePane {
     this.gain = GAIN_OFF;
     this.own = this.layerOf(run, meta);
     this.pane.fit(boundsOf(this.own.axes));
+    // The tiles come while colours and programs are made.
+    if (this.pane.camera.width > 1) this.own.layer.ready(this.pane.camera, this.pane.ratio);
     await this.recolour();
     if (meta.display.gain) {
       const nodes = new Float32Array(await getBytes(`api/run/${run}/gain`));
@@ -115,7 +119,7 @@ export class ImagePane {
     const { grid } = meta;
     const own = { x0: grid.x0_m, dx: grid.pixel_m, nx: grid.nx, y0: grid.y0_m, dy: grid.pixel_m, ny: grid.ny };
     const path = (/** @type {number} */ level, /** @type {number} */ column, /** @type {number} */ row) => `api/run/${run}/image/${level}/${column}/${row}`;
-    const source = { size: this.store.runs.tile, levels: meta.levels, path };
+    const source = { size: this.store.runs.tile, levels: meta.levels, half: true, path };
     return { meta, axes: own, layer: new TiledLayer(this.pane.painter, own, source, () => this.pane.invalidate(), this.failed) };
   }
 
@@ -125,7 +129,7 @@ export class ImagePane {
     const { run } = store;
     const own = /** @type {Shown} */ (this.own);
     const path = (/** @type {number} */ level, /** @type {number} */ column, /** @type {number} */ row) => `api/run/${run}/volume/z/${index}/${level}/${column}/${row}`;
-    const source = { size: store.runs.tile, levels: own.meta.volume?.levels.z ?? 1, path };
+    const source = { size: store.runs.tile, levels: own.meta.volume?.levels.z ?? 1, half: true, path };
     return new TiledLayer(this.pane.painter, own.axes, source, () => this.pane.invalidate(), this.failed);
   }
 
@@ -158,10 +162,12 @@ export class ImagePane {
     const mode = store.look.mode === "phase" ? 1 : 0;
     const liveMode = this.live?.coherence ? 4 : mode;
     const base = { mode, window: store.look.window, other_zero_db: 0, gain: this.usesGain ? this.gain : null, colours, opacity: this.basemap ? store.look.opacity : 1 };
-    const zero_db = this.zero(own.meta.display);
+    // Tiles hold values of another scale.
+    const zero_db = this.zero(own.meta.display) - own.meta.display.half_db;
+    const other_zero_db = other ? other.meta.display.maximum_db - other.meta.display.half_db : 0;
     if (compare.mode === "difference" && other && this.comparable && !this.live) {
       const span = -store.look.window[0] / 2;
-      painter.look({ ...base, mode: 3, gain: null, window: [-span, span], zero_db: own.meta.display.maximum_db, other_zero_db: other.meta.display.maximum_db });
+      painter.look({ ...base, mode: 3, gain: null, window: [-span, span], zero_db: own.meta.display.maximum_db - own.meta.display.half_db, other_zero_db });
       own.layer.draw(camera, ratio, other.layer);
       return;
     }
@@ -174,7 +180,7 @@ export class ImagePane {
     }
     if (showOther) {
       if (compare.mode === "swipe") painter.within(compare.share, 1);
-      painter.look({ ...base, gain: null, zero_db: other.meta.display.maximum_db });
+      painter.look({ ...base, gain: null, zero_db: other_zero_db });
       other.layer.draw(camera, ratio);
     }
   }

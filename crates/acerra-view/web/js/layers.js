@@ -31,7 +31,7 @@ export function boundsOf(axes) {
 export class TiledLayer {
   /**
    * @param {Painter} painter @param {Axes} axes
-   * @param {{size: number, levels: number, path: (level: number, column: number, row: number) => string}} source
+   * @param {{size: number, levels: number, half?: boolean, path: (level: number, column: number, row: number) => string}} source
    * @param {() => void} changed @param {(error: Error) => void} failed
    */
   constructor(painter, axes, source, changed, failed) {

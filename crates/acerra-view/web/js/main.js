@@ -17,6 +17,11 @@ import { volumePanel } from "./volume-panel.js";
 
 startTheme();
 const store = new Store();
+/** The first run is asked for with the list of runs. @type {Promise<import("./types.js").RunMeta> | null} */
+let first = getJson("api/run/0");
+first.catch(() => {
+  // Told when it is waited for.
+});
 const notice = element("notice", HTMLElement);
 
 /** @param {Error} error */
@@ -33,6 +38,11 @@ function settled() {
   notice.textContent = "";
 }
 
+try {
+  store.runs = await getJson("api/runs");
+} catch (error) {
+  failed(/** @type {Error} */ (error));
+}
 const image = new ImagePane(element("image-box", HTMLElement), element("image-readout", HTMLElement), element("image-state", HTMLElement), store, failed);
 const radargram = new RadargramPane(element("radargram-box", HTMLElement), element("radargram-readout", HTMLElement), store, failed);
 const cuts = new CutsPane(element("cuts", HTMLElement), store, { hover: (x, y, slice) => image.ask(x, y, slice), failed });
@@ -51,7 +61,8 @@ async function openRun(run) {
   if (store.look.mode === "coherence") store.look.mode = "level";
   store.trackNumber = 0;
   /** @type {import("./types.js").RunMeta} */
-  const meta = await getJson(`api/run/${run}`);
+  const meta = await (first ?? getJson(`api/run/${run}`));
+  first = null;
   store.meta = meta;
   store.look.window = [meta.display.floor_db, 0];
   document.title = `${meta.name} – Acerra`;
@@ -209,7 +220,6 @@ store.on(["edits", "selection"], () => {
 const choice = element("run", HTMLSelectElement);
 choice.addEventListener("change", () => void openRun(Number(choice.value)).catch(failed));
 try {
-  store.runs = await getJson("api/runs");
   choice.replaceChildren(...store.runs.runs.map((run, k) => new Option(run.name, String(k))));
   if (store.runs.basemap) image.underlay(store.runs.basemap.template);
   await openRun(0);

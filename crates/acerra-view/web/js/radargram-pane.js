@@ -86,6 +86,7 @@ export class RadargramPane {
 
   async recolour() {
     const { look } = this.store;
+    if (!this.layer) return;
     const table = await palette(look.radargram === "signed" ? "bluered" : look.palette);
     if (this.colours) this.pane.painter.forget(this.colours);
     this.colours = this.pane.painter.colours(table);

@@ -1,7 +1,7 @@
 // Shapes of what the server answers.
 
 /** @typedef {{x0_m: number, y0_m: number, z_m: number, pixel_m: number, nx: number, ny: number, uneven: boolean}} Grid */
-/** @typedef {{zero_db: number, maximum_db: number, floor_db: number, gain: boolean}} Display */
+/** @typedef {{zero_db: number, maximum_db: number, floor_db: number, half_db: number, gain: boolean}} Display */
 /** @typedef {{rayleigh_m: number | null, width_3db_m: number | null, inner_m?: number | null, outer_m?: number | null}} Width */
 /** @typedef {{x_m: number, y_m: number, z_m: number, level_db: number, along: Width, across: Width, theory?: Theory, pslr_db: number | null, islr_db: number | null, place_deg_m: number[] | null, sigma_along_across_m: number[] | null}} Target */
 /** @typedef {{along_m?: number, across_m?: number}} Theory */
