@@ -46,12 +46,13 @@ pub enum ViewError {
     /// The system gives no random numbers for the address.
     #[error("no random numbers for the address of the page: {0}")]
     Random(String),
-    /// An address of map tiles that cannot be used.
+    /// Map tiles that cannot be used.
     #[error(
-        "--basemap {found}: expected an address such as https://tiles.example/{{z}}/{{x}}/{{y}}.png"
+        "--basemap {found}: expected an address such as https://tiles.example/{{z}}/{{x}}/{{y}}.png, or a \
+         directory with files such as 17/70400/48900.png"
     )]
     Basemap {
-        /// The address.
+        /// What was given.
         found: String,
     },
 }

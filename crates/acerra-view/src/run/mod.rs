@@ -14,7 +14,7 @@ use serde_json::Value;
 use crate::error::ViewError;
 use crate::raster::Pyramid;
 pub use display::Display;
-pub use image::RunImage;
+pub use image::{RunImage, Terrain};
 pub use record::{Input, Record};
 pub use track::{Seen, TrackTable, range_and_incidence};
 pub use volume::{Plane, Volume};

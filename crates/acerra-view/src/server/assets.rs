@@ -52,6 +52,7 @@ const ASSETS: &[(&str, &str, &str)] = &[
     script!("readout.js"),
     script!("settings-panel.js"),
     script!("store.js"),
+    script!("terrain.js"),
     script!("theme.js"),
     script!("tiles.js"),
     script!("track-strip.js"),

@@ -2,6 +2,7 @@
 
 mod answer;
 mod assets;
+mod basemap;
 mod cursor;
 mod guard;
 mod interactive;
@@ -21,6 +22,7 @@ use rand::rngs::OsRng;
 
 use crate::error::ViewError;
 use crate::run::Run;
+use basemap::Basemap;
 use guard::Guard;
 use state::Shared;
 
@@ -31,7 +33,7 @@ pub struct ServerOptions {
     pub directories: Vec<PathBuf>,
     /// The port; any free one by default.
     pub port: u16,
-    /// Address of map tiles with `{z}`, `{x}` and `{y}`, as the user gives it.
+    /// Map tiles as the user gives them: an address with `{z}`, `{x}` and `{y}`, or a directory.
     pub basemap: Option<String>,
 }
 
@@ -55,7 +57,7 @@ impl Server {
         if options.directories.is_empty() {
             return Err(ViewError::NoRun);
         }
-        let basemap = options.basemap.as_deref().map(guard::basemap).transpose()?;
+        let basemap = options.basemap.as_deref().map(Basemap::find).transpose()?;
         let runs = options.directories.iter().map(|folder| Run::open(folder));
         let runs = runs.collect::<Result<Vec<Run>, ViewError>>()?;
         let bind = |cause| ViewError::Bind {
@@ -72,6 +74,7 @@ impl Server {
         let pages = Router::new()
             .merge(assets::routes())
             .merge(products::routes())
+            .merge(basemap::routes())
             .merge(cursor::routes())
             .merge(volume::routes())
             .merge(interactive::routes())

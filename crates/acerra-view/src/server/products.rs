@@ -26,6 +26,7 @@ pub fn routes() -> Router<Arc<Shared>> {
         .route("/api/run/{run}", get(run))
         .route("/api/run/{run}/gain", get(gain))
         .route("/api/run/{run}/track", get(track))
+        .route("/api/run/{run}/terrain", get(terrain))
         .route("/api/run/{run}/image/{level}/{column}/{row}", get(tile))
         .route("/run/{run}/{name}", get(file))
 }
@@ -118,6 +119,21 @@ async fn track(
 ) -> Result<Response, RequestError> {
     let track = |shown: &Shown| Ok(Json(&shown.run.track).into_response());
     shared.beside(number, track).await
+}
+
+/// Heights of the ground under an image that stands on terrain.
+async fn terrain(
+    State(shared): State<Arc<Shared>>,
+    Path(number): Path<usize>,
+) -> Result<Response, RequestError> {
+    let terrain = |shown: &Shown| {
+        // The heights of a volume's image are those of its strongest values.
+        let is_ground = shown.run.volume.is_none();
+        let terrain = shown.run.image.terrain().filter(|_| is_ground);
+        let terrain = terrain.ok_or(RequestError::Absent { what: "terrain" })?;
+        Ok(Json(terrain).into_response())
+    };
+    shared.beside(number, terrain).await
 }
 
 async fn tile(

@@ -10,7 +10,7 @@ use crate::engine::{Current, Engine};
 use crate::error::RequestError;
 use crate::run::Run;
 use crate::server::answer::beside;
-use crate::server::guard::Basemap;
+use crate::server::basemap::Basemap;
 
 /// A run and the data behind it.
 #[derive(Debug)]

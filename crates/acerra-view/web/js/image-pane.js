@@ -8,6 +8,7 @@ import { palette } from "./palettes.js";
 import { Pane } from "./pane.js";
 import { number, readout } from "./readout.js";
 import { CHOSEN, statusColour } from "./store.js";
+import { contoursOf, drawContours } from "./terrain.js";
 
 /** Pixels of a live image, at most. */
 const MOST_PIXELS = 480_000;
@@ -48,6 +49,8 @@ export class ImagePane {
     this.imaging = new Latest();
     this.asking = new Latest();
     this.timer = 0;
+    /** Contours of the ground. @type {ReturnType<typeof contoursOf> | null} */
+    this.ground = null;
     /** @type {[number, number][]} */
     this.measured = [];
     /** @type {import("./types.js").Cursor | null} */
@@ -94,10 +97,23 @@ export class ImagePane {
     // The tiles come while colours and programs are made.
     if (this.pane.camera.width > 1) this.own.layer.ready(this.pane.camera, this.pane.ratio);
     await this.recolour();
+    this.ground = null;
+    if (this.store.hasTerrain) void this.contours(run, meta);
     if (meta.display.gain) {
       const nodes = new Float32Array(await getBytes(`api/run/${run}/gain`));
       this.gain = this.pane.painter.nodes(GAIN_NODES, nodes);
       this.pane.invalidate();
+    }
+  }
+
+  /** Draws the ground under the image. @param {number} run @param {import("./types.js").RunMeta} meta */
+  async contours(run, meta) {
+    try {
+      const terrain = await getJson(`api/run/${run}/terrain`);
+      if (this.store.run === run) this.ground = contoursOf(terrain, meta.grid);
+      this.pane.invalidate();
+    } catch (error) {
+      this.failed(/** @type {Error} */ (error));
     }
   }
 
@@ -190,6 +206,7 @@ export class ImagePane {
     const { camera } = this.pane;
     const { store } = this;
     const at = (/** @type {number[]} */ p) => camera.toScreen(p[0], p[1]);
+    if (this.ground && store.look.contours) drawContours(c, camera, this.ground.contours);
     this.drawTrack(c);
     if (store.echo) line(c, store.echo.places_m.map(at), CHOSEN, { width: 2 });
     store.meta?.targets.targets.forEach((target, k) => {

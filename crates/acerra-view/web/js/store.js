@@ -1,6 +1,6 @@
 // What is shown at the moment, and who wants to hear when it changes.
 
-/** @typedef {{palette: string, mode: "level" | "phase" | "coherence", window: [number, number], gain: boolean, radargram: "level" | "signed", opacity: number}} Look */
+/** @typedef {{palette: string, mode: "level" | "phase" | "coherence", window: [number, number], gain: boolean, radargram: "level" | "signed", opacity: number, contours: boolean}} Look */
 /** @typedef {{mode: "off" | "swipe" | "blink" | "difference", run: number, share: number}} Compare */
 /** @typedef {"run" | "engine" | "look" | "mark" | "echo" | "selection" | "edits" | "pulse" | "compare" | "live" | "mode" | "slice" | "cut" | "chosen"} Topic */
 
@@ -16,7 +16,7 @@ export class Store {
     /** @type {import("./types.js").EngineStatus} */
     this.engine = { state: "idle" };
     /** @type {Look} */
-    this.look = { palette: "inferno", mode: "level", window: [-40, 0], gain: true, radargram: "level", opacity: 0.75 };
+    this.look = { palette: "inferno", mode: "level", window: [-40, 0], gain: true, radargram: "level", opacity: 0.75, contours: true };
     /** @type {Compare} */
     this.compare = { mode: "off", run: 0, share: 0.5 };
     /** The place marked on the image, and its echoes. @type {{x: number, y: number, hyperbola: import("./types.js").Hyperbola | null} | null} */
@@ -83,6 +83,11 @@ export class Store {
     if (!volume) return;
     this.slice = index === null ? null : volume.z0_m + Math.min(Math.max(index, 0), volume.slices - 1) * volume.step_m;
     this.tell("slice");
+  }
+
+  /** Whether the image stands on terrain: heights of a volume's image are those of its strongest values. */
+  get hasTerrain() {
+    return !!this.meta?.grid.uneven && !this.meta.volume;
   }
 
   /** Whether the image shown is made anew. A slice is too, where the run has left no volume. */
