@@ -43,7 +43,7 @@ test("contours lie at their heights, which the cursor tells", { skip }, async ()
   levels.forEach((/** @type {number} */ level, /** @type {number} */ k) => assert.ok(Math.abs(level - 0.05 * (k + 3)) < 1e-9, `${levels}`));
   assert.equal(levels.length, 7);
   for (const x of [4, 6, 9]) {
-    // Beside the labels, which stand at the middle of the lines.
+    // Beside the labels, which stand a third along the lines.
     const at = async (/** @type {number} */ east) => (await colourAt(page, "image", east, -2.2, true)).slice(0, 4);
     const [r, g, b, a] = await at(x);
     // The line of one pixel may lie on two.

@@ -59,7 +59,7 @@ export function contoursOf(terrain, grid) {
         });
       }
     }
-    if (places.length) contours.push({ level_m, path, place: places[Math.floor(places.length / 2)] });
+    if (places.length) contours.push({ level_m, path, place: places[Math.floor(places.length / 3)] });
   }
   return { step_m, contours };
 }
