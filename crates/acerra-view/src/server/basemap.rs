@@ -2,18 +2,10 @@
 
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
-use axum::Router;
-use axum::extract::State;
-use axum::http::header::CONTENT_TYPE;
-use axum::response::{IntoResponse, Response};
-use axum::routing::get;
 use serde::Serialize;
 
 use crate::error::{RequestError, ViewError};
-use crate::server::answer::beside;
-use crate::server::state::Shared;
 
 /// Map tiles that the user wants under the image.
 #[derive(Clone, Debug, Serialize)]
@@ -79,28 +71,21 @@ impl Basemap {
             Source::Directory(_) => None,
         }
     }
-}
 
-/// The address of tiles in a directory.
-pub fn routes() -> Router<Arc<Shared>> {
-    Router::new().route("/map/{z}/{x}/{y}", get(tile))
-}
-
-async fn tile(
-    State(shared): State<Arc<Shared>>,
-    axum::extract::Path([z, x, y]): axum::extract::Path<[u32; 3]>,
-) -> Result<Response, RequestError> {
-    let absent = RequestError::Absent { what: "map tile" };
-    let source = shared.basemap.as_ref().map(|map| map.source.clone());
-    let Some(Source::Directory(folder)) = source else {
-        return Err(absent);
-    };
-    beside(move || {
+    /// A tile of a directory: its type and its bytes.
+    ///
+    /// # Errors
+    /// No such tile, or one that cannot be read.
+    pub fn tile(&self, [z, x, y]: [u32; 3]) -> Result<(&'static str, Vec<u8>), RequestError> {
+        let absent = RequestError::Absent { what: "map tile" };
+        let Source::Directory(folder) = &self.source else {
+            return Err(absent);
+        };
         let column = folder.join(z.to_string()).join(x.to_string());
         for (ending, kind) in KINDS {
             let name = format!("{y}.{ending}");
             match std::fs::read(column.join(&name)) {
-                Ok(picture) => return Ok(([(CONTENT_TYPE, kind)], picture).into_response()),
+                Ok(picture) => return Ok((kind, picture)),
                 Err(cause) if cause.kind() == ErrorKind::NotFound => {}
                 Err(cause) => {
                     let name = format!("{z}/{x}/{name}");
@@ -109,8 +94,7 @@ async fn tile(
             }
         }
         Err(absent)
-    })
-    .await
+    }
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@ mod basemap;
 mod cursor;
 mod guard;
 mod interactive;
+mod map_tiles;
 mod products;
 mod state;
 mod volume;
@@ -74,7 +75,7 @@ impl Server {
         let pages = Router::new()
             .merge(assets::routes())
             .merge(products::routes())
-            .merge(basemap::routes())
+            .merge(map_tiles::routes())
             .merge(cursor::routes())
             .merge(volume::routes())
             .merge(interactive::routes())
