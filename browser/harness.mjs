@@ -1,7 +1,7 @@
 // The viewer in Chromium: started once for all tests, stopped at their end.
 
 import { spawn, spawnSync } from "node:child_process";
-import { existsSync, mkdirSync, mkdtempSync, rmSync } from "node:fs";
+import { existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { chromium } from "playwright-core";
@@ -30,6 +30,21 @@ export function demo() {
   const at = process.env.ACERRA_DEMO ?? join(folder, "demo");
   if (!existsSync(join(at, "track-2/products/run.json"))) run("demo", "-o", at);
   return [join(at, "track-1/products"), join(at, "track-2/products")];
+}
+
+/**
+ * The first track of the demonstration with another `[image]` section: the run's directory.
+ * @param {string} name @param {string} image
+ */
+export function demoWith(name, image) {
+  const logs = join(demo()[0], "..");
+  const text = readFileSync(join(logs, "campaign.toml"), "utf8");
+  const other = `${text.slice(0, text.indexOf("[image]"))}[image]\n${image}\n`;
+  const named = other.replace(/"([\w-]+\.(?:mrm|obs|nav|ubx))"/g, (_, file) => JSON.stringify(join(logs, file)));
+  const campaign = join(folder, `${name}.toml`);
+  writeFileSync(campaign, named);
+  run("focus", campaign, "-o", join(folder, name));
+  return join(folder, name);
 }
 
 /** Serves runs. @param {string[]} directories @param {string[]} [more] */

@@ -6,6 +6,7 @@ import { createRequire } from "node:module";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
 import { chromiumPath, demo, launch, open, serve, shot, tidy } from "./harness.mjs";
+import { colourAt, near, onScreen, readout, zoomTo } from "./look.mjs";
 import { readNpz } from "./npz.mjs";
 
 const C = 299792458;
@@ -51,57 +52,6 @@ function positions(k) {
   const [head, ...lines] = readFileSync(join(runs[k], "trajectory.csv"), "utf8").trim().split("\n");
   const columns = ["x_m", "y_m", "z_m"].map((name) => head.split(",").indexOf(name));
   return lines.map((line) => columns.map((c) => Number(line.split(",")[c])));
-}
-
-/** The numbers of a readout. @param {import("playwright-core").Page} page @param {string} list */
-async function readout(page, list) {
-  const rows = await page.$$eval(`#${list} div`, (divs) => divs.map((div) => [div.children[0].textContent, div.children[1].textContent]));
-  return Object.fromEntries(rows.map(([name, text]) => [name, Number((text ?? "").replace("−", "-").replace(/[^0-9.e-].*$/, ""))]));
-}
-
-/** Where a place of the image is on the screen. @param {import("playwright-core").Page} page @param {string} pane @param {number} x @param {number} y */
-async function onScreen(page, pane, x, y) {
-  const [sx, sy] = await page.evaluate(([p, wx, wy]) => /** @type {any} */ (window).acerra[p].pane.camera.toScreen(wx, wy), /** @type {[string, number, number]} */ ([pane, x, y]));
-  const box = await page.locator(`#${pane}-box .surface`).boundingBox();
-  assert.ok(box);
-  return /** @type {[number, number]} */ ([box.x + sx, box.y + sy]);
-}
-
-/** The drawn colour at a place, without what is drawn over it or (`over`) of that alone. */
-/** @param {import("playwright-core").Page} page @param {string} pane @param {number} x @param {number} y @param {boolean} [over] @returns {Promise<number[]>} */
-function colourAt(page, pane, x, y, over = false) {
-  return page.evaluate(
-    ([p, wx, wy, isOver]) => {
-      const shown = /** @type {any} */ (window).acerra[p].pane;
-      shown.draw();
-      const [sx, sy] = shown.camera.toScreen(wx, wy).map((/** @type {number} */ v) => Math.floor(v * shown.ratio));
-      if (isOver) return [...shown.context.getImageData(sx, sy, 1, 1).data];
-      const { gl, canvas } = shown.painter;
-      const pixel = new Uint8Array(4);
-      gl.readPixels(sx, canvas.height - 1 - sy, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel);
-      return [...pixel];
-    },
-    /** @type {[string, number, number, boolean]} */ ([pane, x, y, over]),
-  );
-}
-
-/** @param {number[]} found @param {number[]} expected @param {number} within @param {string} what */
-function near(found, expected, within, what) {
-  assert.ok(expected.every((v, k) => Math.abs(found[k] - v) <= within), `${what}: expected ${expected}, found ${found}`);
-}
-
-/** Zooms until a pixel of the image takes several of the screen. @param {import("playwright-core").Page} page @param {number} x @param {number} y */
-async function zoomTo(page, x, y) {
-  await page.evaluate(([wx, wy]) => {
-    const { pane } = /** @type {any} */ (window).acerra.image;
-    Object.assign(pane.camera, { x: wx, y: wy, kx: 1200, ky: 1200 });
-    pane.invalidate();
-  }, [x, y]);
-  await page.waitForFunction(() => {
-    const { image } = /** @type {any} */ (window).acerra;
-    image.pane.draw();
-    return image.own.layer.complete;
-  });
 }
 
 test("the image shows the values of image.npz, in the colours of the palette, and the cursor tells them", { skip }, async () => {
@@ -177,11 +127,64 @@ test("a click on a pixel draws its hyperbola, whose apex lies on the echo", { sk
   const expected = positions(0).map(([x, y, z]) => (2e9 * Math.hypot(x - mark.x, y - mark.y, z)) / C);
   const apex = expected.indexOf(Math.min(...expected));
   assert.ok(Math.abs(mark.hyperbola.apex - apex) <= 1, `${mark.hyperbola.apex}, ${apex}`);
+  mark.hyperbola.incidence_deg.forEach((/** @type {number} */ deg, /** @type {number} */ k) => {
+    const [px, py, pz] = positions(0)[k];
+    assert.ok(Math.abs(deg - (Math.atan2(Math.hypot(px - mark.x, py - mark.y), pz) * 180) / Math.PI) < 0.02, `pulse ${k}`);
+  });
   mark.hyperbola.fast_time_ns.forEach((/** @type {number} */ t, /** @type {number} */ k) => assert.ok(Math.abs(t - expected[k]) < step, `pulse ${k}`));
   // It is drawn there, and the strongest sample about it is part of the wavelet at the apex.
   const [r, g, b] = await colourAt(page, "radargram", mark.hyperbola.apex, mark.hyperbola.fast_time_ns[mark.hyperbola.apex], true);
   near([r, g, b], [255, 225, 77], 12, "colour of the apex");
+  // Under the pointer on the radargram, the pulse's time and angle of the mark.
+  for (const pulse of [30, 97, 160]) {
+    await page.mouse.move(...(await onScreen(page, "radargram", pulse, 30)));
+    const told = await readout(page, "radargram-readout");
+    assert.ok(Math.abs(told["echo of the mark"] - mark.hyperbola.fast_time_ns[pulse]) < 1e-3, JSON.stringify(told));
+    assert.ok(Math.abs(told["its incidence"] - mark.hyperbola.incidence_deg[pulse]) < 0.06, JSON.stringify(told));
+  }
   await shot(page, "hyperbola");
+  await close();
+});
+
+test("range and incidence under the cursor are those of the pulse chosen, as the engine has them", { skip }, async () => {
+  const { page, complaints, close } = await open(browser, server.address);
+  const [x, y] = [8, 2.5];
+  const engine = await page.evaluate(async ([wx, wy]) => (await fetch(`api/run/0/hyperbola?x_m=${wx}&y_m=${wy}`)).json(), [x, y]);
+  const range = (/** @type {number} */ pulse) => (engine.fast_time_ns[pulse] * 1e-9 * C) / 2;
+  const pointed = async () => {
+    await page.evaluate(([wx, wy]) => /** @type {any} */ (window).acerra.image.ask(wx, wy), [x, y]);
+    await page.waitForFunction((wx) => {
+      const { image } = /** @type {any} */ (window).acerra;
+      return !image.asking.busy && image.cursor?.place_m[0] === wx;
+    }, x);
+    return readout(page, "image-readout");
+  };
+  // None is chosen: the nearest.
+  const nearest = await pointed();
+  assert.ok(Math.abs(nearest.range - Math.min(...engine.fast_time_ns.map((/** @type {any} */ _, /** @type {number} */ k) => range(k)))) < 2e-3, JSON.stringify(nearest));
+  const traces = await page.evaluate(() => /** @type {any} */ (window).acerra.store.data.trace);
+  const check = (/** @type {Record<string, number>} */ told, /** @type {number} */ pulse) => {
+    assert.equal(told["chosen trace"], traces[pulse]);
+    assert.ok(Math.abs(told.range - range(pulse)) < 6e-4, `${told.range}, ${range(pulse)}`);
+    assert.ok(Math.abs(told.incidence - engine.incidence_deg[pulse]) < 0.06, `${told.incidence}, ${engine.incidence_deg[pulse]}`);
+    assert.ok(told.phase >= -180 && told.phase <= 180);
+  };
+  // By a click on the radargram; the readout follows without a move.
+  await page.mouse.click(...(await onScreen(page, "radargram", 60, 33)));
+  await page.waitForFunction(() => /** @type {any} */ (window).acerra.store.chosen === 60);
+  await page.waitForFunction((trace) => document.querySelector("#image-readout [data-value='chosen trace']")?.textContent === `${trace}`, traces[60]);
+  check(await readout(page, "image-readout"), 60);
+  // By a click on the strip of the track.
+  const strip = await page.locator("#track-strip canvas").boundingBox();
+  assert.ok(strip);
+  await page.mouse.click(strip.x + 0.8 * strip.width, strip.y + 50);
+  const chosen = await page.evaluate(() => /** @type {any} */ (window).acerra.store.chosen);
+  assert.ok(Math.abs(chosen - 0.8 * traces.length) <= 1, `${chosen}`);
+  check(await pointed(), chosen);
+  assert.equal(await page.evaluate(() => /** @type {any} */ (window).acerra.store.selection), null);
+  await page.keyboard.press("Escape");
+  assert.ok("nearest trace" in (await pointed()));
+  assert.deepEqual(complaints, []);
   await close();
 });
 

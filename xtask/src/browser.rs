@@ -9,16 +9,29 @@ use anyhow::Context;
 use crate::runner::{Runner, Step};
 
 /// Files of `browser/`: they run from a folder of their own, beside the packages that they need.
-const FILES: [&str; 9] = [
+const FILES: [&str; 13] = [
     "package.json",
     "package-lock.json",
     "tsconfig.json",
     "harness.mjs",
+    "look.mjs",
     "npz.mjs",
     "synthetic.mjs",
     "view.test.mjs",
+    "volume.test.mjs",
+    "terrain.test.mjs",
+    "basemap.test.mjs",
     "report.test.mjs",
     "bench.mjs",
+];
+
+/// Those of them that test.
+const TESTS: [&str; 5] = [
+    "view.test.mjs",
+    "volume.test.mjs",
+    "terrain.test.mjs",
+    "basemap.test.mjs",
+    "report.test.mjs",
 ];
 
 /// The programs that may be Chromium.
@@ -45,12 +58,7 @@ pub fn test(runner: &Runner) -> anyhow::Result<()> {
     // The Rust suite leaves the program behind: a build of its own would have other features.
     let build = "cargo test --workspace --locked --no-run";
     let options = ["--test", "--test-concurrency=1"];
-    node(
-        runner,
-        &place,
-        (build, "debug"),
-        (&options, &["view.test.mjs", "report.test.mjs"]),
-    )
+    node(runner, &place, (build, "debug"), (&options, &TESTS))
 }
 
 /// Measures the viewer in the browser.

@@ -23,10 +23,14 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod error;
 mod npy;
 mod reader;
+mod stored;
 mod writer;
 
+pub use error::NpzError;
 pub use npy::{NpyError, NpyHeader};
-pub use reader::{NpzError, NpzReader};
+pub use reader::NpzReader;
+pub use stored::StoredArray;
 pub use writer::{ArrayWriter, NpyValue, NpzWriter, OwnedArrayWriter};

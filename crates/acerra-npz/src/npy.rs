@@ -56,6 +56,16 @@ pub enum NpyError {
         /// Whole values found.
         found: usize,
     },
+    /// A part that is not within the array.
+    #[error("expected values within 0 to {total}, found {count} from {first}")]
+    Part {
+        /// The first value asked for.
+        first: u64,
+        /// Values asked for.
+        count: u64,
+        /// Values of the array.
+        total: u64,
+    },
     /// Bytes follow the last value.
     #[error("more bytes follow the {claimed} values that the header claims")]
     Trailing {
@@ -89,6 +99,35 @@ impl NpyHeader {
     #[must_use]
     pub fn is_complex(&self) -> bool {
         self.kind == Kind::Complex
+    }
+
+    /// Bytes of a value.
+    pub(crate) fn item_bytes(&self) -> usize {
+        self.item_bytes
+    }
+
+    /// Checks that so many bytes are the header's values.
+    pub(crate) fn check_bytes(&self, bytes: u64) -> Result<(), NpyError> {
+        let claimed = self.value_count(usize::MAX)?;
+        let found = usize::try_from(bytes).unwrap_or(usize::MAX) / self.item_bytes;
+        match claimed.cmp(&found) {
+            std::cmp::Ordering::Greater => Err(NpyError::CutOff { claimed, found }),
+            std::cmp::Ordering::Less => Err(NpyError::Trailing { claimed }),
+            std::cmp::Ordering::Equal => Ok(()),
+        }
+    }
+
+    /// Checks that `count` values from `first` on are within the array.
+    pub(crate) fn check_part(&self, first: u64, count: u64) -> Result<(), NpyError> {
+        let total = self.value_count(usize::MAX)? as u64;
+        match first.checked_add(count) {
+            Some(end) if end <= total => Ok(()),
+            _ => Err(NpyError::Part {
+                first,
+                count,
+                total,
+            }),
+        }
     }
 
     /// Number of values, checked against `limit`.
@@ -186,7 +225,7 @@ impl NpyHeader {
         Ok(())
     }
 
-    fn decode(&self, item: &[u8]) -> (f64, f64) {
+    pub(crate) fn decode(&self, item: &[u8]) -> (f64, f64) {
         if self.kind == Kind::Complex {
             let (re, im) = item.split_at(self.item_bytes / 2);
             return (

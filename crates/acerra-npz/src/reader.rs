@@ -1,30 +1,14 @@
 //! Reading archives of arrays: a ZIP file with one NPY file for each.
 
 use std::borrow::Cow;
-use std::io::{self, Read, Seek};
+use std::io::{Read, Seek};
 
-use thiserror::Error;
-use zip::ZipArchive;
 use zip::result::ZipError;
+use zip::{CompressionMethod, ZipArchive};
 
+use crate::error::NpzError;
 use crate::npy::{NpyError, NpyHeader};
-
-/// Why an archive could not be read.
-#[derive(Debug, Error)]
-#[non_exhaustive]
-pub enum NpzError {
-    /// The archive itself is broken.
-    #[error("not a readable NPZ archive: {0}")]
-    Archive(io::Error),
-    /// An array is there but broken.
-    #[error("array `{array}`: {source}")]
-    Array {
-        /// The array's name.
-        array: &'static str,
-        /// What is wrong with it.
-        source: NpyError,
-    },
-}
+use crate::stored::StoredArray;
 
 /// Reads arrays from an archive, by name and without the `.npy`.
 pub struct NpzReader<R> {
@@ -75,6 +59,20 @@ impl<R: Read + Seek> NpzReader<R> {
             header.read_values(&mut reader, limit, |re, im| values.push((re, im)))?;
             Ok((header.shape.clone(), values))
         })
+    }
+
+    /// An uncompressed array, of which parts can be read.
+    ///
+    /// # Errors
+    /// If there is no such array, it is compressed, or its header does not agree with its length.
+    pub fn stored(&mut self, array: &'static str) -> Result<StoredArray<'_, R>, NpzError> {
+        let name = format!("{array}.npy");
+        let compression = self.zip.by_name(&name).map(|file| file.compression());
+        if compression.map_err(|e| NpzError::Archive(e.into()))? != CompressionMethod::Stored {
+            return Err(NpzError::Compressed { array });
+        }
+        let file = self.zip.by_name_seek(&name);
+        StoredArray::new(array, file.map_err(|e| NpzError::Archive(e.into()))?)
     }
 
     /// Opens an array, reads its header and hands both to `body`.

@@ -46,12 +46,13 @@ pub enum ViewError {
     /// The system gives no random numbers for the address.
     #[error("no random numbers for the address of the page: {0}")]
     Random(String),
-    /// An address of map tiles that cannot be used.
+    /// Map tiles that cannot be used.
     #[error(
-        "--basemap {found}: expected an address such as https://tiles.example/{{z}}/{{x}}/{{y}}.png"
+        "--basemap {found}: expected an address such as https://tiles.example/{{z}}/{{x}}/{{y}}.png, or a \
+         directory with files such as 17/70400/48900.png"
     )]
     Basemap {
-        /// The address.
+        /// What was given.
         found: String,
     },
 }
@@ -133,6 +134,9 @@ pub enum RequestError {
         /// What the system says.
         cause: std::io::Error,
     },
+    /// The volume of the run cannot be read.
+    #[error("{0:#}")]
+    Volume(#[from] anyhow::Error),
     /// The campaign cannot be written as TOML.
     #[error("the campaign cannot be written: {0}")]
     Write(#[from] toml::ser::Error),

@@ -8,9 +8,11 @@ use std::fs;
 use acerra_chain::campaign::{Campaign, Gate};
 use acerra_chain::{Control, ImageRequest, Journal, MemorySink, Pixels};
 use acerra_imaging::PlaneGrid;
-use acerra_products::data::read_image;
+use acerra_npz::NpzWriter;
+use acerra_products::data::{Axis, VolumeFile, read_image};
+use acerra_view::{Server, ServerOptions};
 use serde_json::json;
-use support::{LIGHT_M_S, SAMPLES, Serving, TARGET_M, TRACES, place, run_in, shared};
+use support::{LIGHT_M_S, SAMPLES, Serving, TARGET_M, TRACES, place, run_in, run_with, shared};
 
 /// Relative L2 distance of two images.
 fn distance(found: &[[f32; 2]], expected: &[[f32; 2]]) -> f64 {
@@ -132,6 +134,20 @@ fn tiles_and_cursor_hold_the_values_of_the_file() {
         let expected = image.values[(k / 45) * 301 + 256 + k % 45];
         assert_eq!((re, im), (&expected.re, &expected.im), "value {k}");
     }
+    // The same in half precision, for the screen.
+    let scale_db = meta["display"]["half_db"].as_f64().unwrap();
+    let halves = server.get("/api/run/0/image/0/1/0?half=true").body;
+    assert_eq!(halves.len(), 4 * tile.len());
+    for (k, bits) in halves.chunks_exact(2).enumerate() {
+        let half = half::f16::from_le_bytes([bits[0], bits[1]]).to_f64();
+        let [re, im] = tile[k / 2].map(f64::from);
+        let off = half * 10_f64.powf(scale_db / 20.0) - [re, im][k % 2];
+        assert!(
+            off.abs() <= re.hypot(im) / 1024.0,
+            "number {k}: off by {off}"
+        );
+    }
+    assert_eq!(server.get("/api/run/0/image/0/1/0?half=7").status, 400);
     for path in [
         "2/0/0",
         "0/2/0",
@@ -160,10 +176,11 @@ fn tiles_and_cursor_hold_the_values_of_the_file() {
         .fold(f64::INFINITY, f64::min);
     assert!((cursor["seen"]["range_m"].as_f64().unwrap() - nearest).abs() < 1e-3);
     assert_eq!(server.get("/api/run/0/cursor?x_m=nan&y_m=0").status, 400);
-    assert_eq!(
-        server.get("/api/run/0/cursor?x_m=5&y_m=4&row=9999").status,
-        404
-    );
+    // There is neither volume nor terrain.
+    assert!(meta["volume"].is_null());
+    for path in ["volume/z/0/0/0/0", "cursor?x_m=5&y_m=4&slice=0"] {
+        assert_eq!(server.get(&format!("/api/run/0/{path}")).status, 404);
+    }
 }
 
 #[test]
@@ -237,6 +254,114 @@ fn the_hyperbola_follows_the_echoes_and_the_ring_meets_the_target() {
             .get("/api/run/0/ring?pulse=120&fast_time_ns=40")
             .status,
         404
+    );
+}
+
+#[test]
+fn the_cursor_tells_how_a_chosen_pulse_sees_a_place() {
+    let server = Serving::start(vec![shared().join("products")]);
+    let path = |pulse: usize| format!("/api/run/0/cursor?x_m=4.4&y_m=3.1&pulse={pulse}");
+    server.engine();
+    let hyperbola = server.get("/api/run/0/hyperbola?x_m=4.4&y_m=3.1").json();
+    for pulse in [0, 57, TRACES - 1] {
+        let seen = server.get(&path(pulse)).json()["seen"].clone();
+        let number = |value: &serde_json::Value| value.as_f64().unwrap();
+        let range_m = 0.5e-9 * LIGHT_M_S * number(&hyperbola["fast_time_ns"][pulse]);
+        assert!((number(&seen["range_m"]) - range_m).abs() < 1e-9, "{seen}");
+        assert_eq!(seen["incidence_deg"], hyperbola["incidence_deg"][pulse]);
+        let [dx, dy, dz] = [
+            4.4 - place(pulse)[0],
+            3.1 - place(pulse)[1],
+            place(pulse)[2],
+        ];
+        let incidence_deg = dx.hypot(dy).atan2(dz).to_degrees();
+        assert!((number(&seen["incidence_deg"]) - incidence_deg).abs() < 1e-2);
+        assert_eq!(number(&seen["trace"]), pulse as f64);
+    }
+    assert_eq!(server.get(&path(TRACES)).status, 404);
+    // Higher up it is nearer.
+    let above = server.get(&format!("{}&z_m=2", path(57))).json();
+    assert_eq!(above["place_m"][2], json!(2.0));
+    let below = server.get(&path(57)).json();
+    assert!(above["seen"]["range_m"].as_f64() < below["seen"]["range_m"].as_f64());
+}
+
+#[test]
+fn planes_through_a_volume_are_those_of_its_file() {
+    let folder = tempfile::tempdir().unwrap();
+    // Wider than a tile along x.
+    let image = "x_m = [4.0, 6.0]\ny_m = [3.8, 4.2]\nz_m = [-0.1, 0.1]\npixel_m = 0.0075\n\
+                 pixel_z_m = 0.05\n";
+    let products = run_with(folder.path(), image);
+    let volume = VolumeFile::open(&products.join("volume.npz")).unwrap();
+    assert_eq!(volume.size(), [267, 54, 5]);
+    let server = Serving::start(vec![products.clone()]);
+    let meta = server.get("/api/run/0").json()["volume"].clone();
+    assert_eq!(meta["slices"], json!(5));
+    assert_eq!(meta["levels"], json!({ "x": 1, "y": 2, "z": 2 }));
+    assert!((meta["z0_m"].as_f64().unwrap() + 0.1).abs() < 1e-9);
+    assert!((meta["step_m"].as_f64().unwrap() - 0.05).abs() < 1e-9);
+    for (axis, name, index, [columns, rows]) in [
+        (Axis::Z, "z", 3, [267, 54]),
+        (Axis::Y, "y", 20, [267, 5]),
+        (Axis::X, "x", 260, [54, 5]),
+        (Axis::Z, "z", 0, [267, 54]),
+    ] {
+        let expected = volume.plane(axis, index).unwrap();
+        let mut found = vec![[0.0_f32; 2]; columns * rows];
+        for tile in 0..usize::div_ceil(columns, 256) {
+            let path = format!("/api/run/0/volume/{name}/{index}/0/{tile}/0");
+            let width = (columns - 256 * tile).min(256);
+            for (k, value) in server.get(&path).pairs().into_iter().enumerate() {
+                found[(k / width) * columns + 256 * tile + k % width] = value;
+            }
+        }
+        let expected: Vec<[f32; 2]> = expected.iter().map(|v| [v.re, v.im]).collect();
+        assert_eq!(found, expected, "{name} {index}");
+    }
+    let cursor = server.get("/api/run/0/cursor?x_m=5&y_m=4&slice=1").json();
+    let [i, j] = [0, 1].map(|n| cursor["pixel"][n].as_u64().unwrap() as usize);
+    let value = volume.value([i, j, 1]).unwrap();
+    assert_eq!(cursor["value"], json!([value.re, value.im]));
+    assert!((cursor["place_m"][2].as_f64().unwrap() + 0.05).abs() < 1e-9);
+    for path in [
+        "volume/z/5/0/0/0",
+        "volume/x/267/0/0/0",
+        "volume/y/0/0/2/0",
+        "volume/y/0/9/0/0",
+        "volume/w/0/0/0/0",
+        "volume/z/-1/0/0/0",
+        "cursor?x_m=5&y_m=4&slice=5",
+    ] {
+        let status = server.get(&format!("/api/run/0/{path}")).status;
+        assert!([400, 404].contains(&status), "{path}: {status}");
+    }
+    drop(server);
+    // A volume that is broken, or of other pixels than the image, is named.
+    let refused = || {
+        let options = ServerOptions {
+            directories: vec![products.clone()],
+            ..ServerOptions::default()
+        };
+        Server::open(&options).unwrap_err().to_string()
+    };
+    let path = products.join("volume.npz");
+    let whole = fs::read(&path).unwrap();
+    fs::write(&path, &whole[..whole.len() - 100]).unwrap();
+    let message = refused();
+    assert!(message.contains("volume.npz"), "{message}");
+    let mut npz = NpzWriter::stored(fs::File::create(&path).unwrap());
+    npz.array("volume", &[1, 1, 2], [num_complex::Complex32::ONE; 2])
+        .unwrap();
+    for (name, values) in [("x_m", &[4.0, 4.1][..]), ("y_m", &[3.8]), ("z_m", &[0.0])] {
+        npz.array(name, &[values.len() as u64], values.iter().copied())
+            .unwrap();
+    }
+    npz.finish().unwrap();
+    let message = refused();
+    assert!(
+        message.contains("volume.npz") && message.contains("x_m"),
+        "{message}"
     );
 }
 
@@ -403,11 +528,11 @@ fn logs_that_are_not_those_of_the_run_are_refused() {
 fn directories_without_a_run_are_named() {
     let folder = tempfile::tempdir().unwrap();
     let open = |directories: Vec<std::path::PathBuf>| {
-        let options = acerra_view::ServerOptions {
+        let options = ServerOptions {
             directories,
             ..Default::default()
         };
-        acerra_view::Server::open(&options).unwrap_err().to_string()
+        Server::open(&options).unwrap_err().to_string()
     };
     assert!(open(vec![folder.path().to_owned()]).contains("run.json"));
     fs::write(folder.path().join("run.json"), "{}").unwrap();

@@ -4,6 +4,7 @@
 //! Outcome ──────────┐
 //! run's directory ──┴─RunContents──Dataset──► data.zarr, data.h5
 //!                        │    volume.npz, looks.npz ──slice by slice──► data.zarr, volume.vti
+//!                        │                    └─VolumeFile─► a plane of it
 //!                        └──► image.vti
 //! Outcome ──PhaseHistory──► spectra.cphd
 //! ```
@@ -16,6 +17,7 @@ mod memory;
 mod phase_history;
 mod stacks;
 mod table;
+mod volume;
 mod vtk;
 
 use std::fs::File;
@@ -33,6 +35,7 @@ pub use convert::{ConvertError, convert};
 pub use directory::read_image;
 use stacks::Stacks;
 pub use table::Table;
+pub use volume::{Axis, VolumeFile};
 
 /// Name of the Zarr group.
 const ZARR: &str = "data.zarr";

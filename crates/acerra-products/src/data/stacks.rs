@@ -18,6 +18,7 @@ pub(super) struct Stacks {
 }
 
 /// A file of images.
+#[derive(Clone, Debug)]
 pub(super) struct Stack {
     path: PathBuf,
     array: &'static str,
@@ -28,7 +29,7 @@ impl Stacks {
     pub fn of(folder: &Path) -> Self {
         let stack = |array: &'static str| {
             let path = folder.join(format!("{array}.npz"));
-            path.is_file().then_some(Stack { path, array })
+            path.is_file().then(|| Stack::new(&path, array))
         };
         Self {
             volume: stack("volume"),
@@ -102,12 +103,20 @@ impl Stacks {
 }
 
 impl Stack {
-    fn open(&self) -> anyhow::Result<NpzReader<BufReader<File>>> {
+    /// The images of an array in a file.
+    pub fn new(path: &Path, array: &'static str) -> Self {
+        Self {
+            path: path.to_owned(),
+            array,
+        }
+    }
+
+    pub fn open(&self) -> anyhow::Result<NpzReader<BufReader<File>>> {
         let file = File::open(&self.path).with_context(|| self.name())?;
         NpzReader::new(BufReader::new(file)).with_context(|| self.name())
     }
 
-    fn name(&self) -> String {
+    pub fn name(&self) -> String {
         self.path.display().to_string()
     }
 
@@ -135,17 +144,21 @@ impl Stack {
 
     /// Heights of the slices (m).
     pub fn heights_m(&self) -> anyhow::Result<Vec<f64>> {
-        let images = self.shape()?.images;
+        self.coordinates_m("z_m", self.shape()?.images)
+    }
+
+    /// So many coordinates along an axis (m).
+    pub fn coordinates_m(&self, name: &'static str, count: usize) -> anyhow::Result<Vec<f64>> {
         let (shape, values) = self
             .open()?
-            .values("z_m", images)
+            .values(name, count.saturating_add(1))
             .with_context(|| self.name())?;
         ensure!(
-            shape == [images as u64],
-            "{}: z_m: expected {images} heights, found shape {shape:?}",
+            shape == [count as u64],
+            "{}: {name}: expected {count} coordinates, found shape {shape:?}",
             self.name()
         );
-        Ok(values.into_iter().map(|(z, _)| z).collect())
+        Ok(values.into_iter().map(|(v, _)| v).collect())
     }
 
     /// Hands the images to `take`, one after the other.

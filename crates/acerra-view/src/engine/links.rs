@@ -8,7 +8,7 @@ use acerra_chain::{Prepared, Track};
 use serde::Serialize;
 
 use crate::error::RequestError;
-use crate::run::range_and_incidence;
+use crate::run::{Seen, range_and_incidence};
 
 /// The echoes of a place, pulse by pulse.
 #[derive(Clone, Debug, Serialize)]
@@ -74,6 +74,22 @@ pub fn hyperbola(prepared: &Prepared, place_m: [f64; 3]) -> Hyperbola {
         fast_time_ns,
         apex: nearest.map(|(pulse, _)| pulse),
         incidence_deg: seen.into_iter().map(|[_, deg]| deg).collect(),
+    }
+}
+
+/// A place as a pulse sees it.
+///
+/// # Errors
+/// No such pulse.
+pub fn seen_from(
+    prepared: &Prepared,
+    pulse: usize,
+    place_m: [f64; 3],
+) -> Result<Seen, RequestError> {
+    let aligned = &prepared.aligned;
+    match (aligned.position_m.get(pulse), aligned.traces.get(pulse)) {
+        (Some(position_m), Some(trace)) => Ok(Seen::from(*position_m, *trace as f64, place_m)),
+        _ => Err(RequestError::Absent { what: "pulse" }),
     }
 }
 

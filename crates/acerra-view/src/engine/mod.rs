@@ -9,7 +9,7 @@ mod state;
 mod work;
 
 pub use edits::Edits;
-pub use links::{Hyperbola, Ring, hyperbola, ring};
+pub use links::{Hyperbola, Ring, hyperbola, ring, seen_from};
 pub use radargram::{Stage, TrackRadargram};
 pub use spread::{ExpectedSpread, expected_spread};
 pub use state::{Engine, EngineStatus};

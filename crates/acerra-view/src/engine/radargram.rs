@@ -5,7 +5,7 @@ use acerra_radar::{Radargram, Samples};
 use num_complex::Complex32;
 use serde::Deserialize;
 
-use crate::raster::{Field, Pyramid, TileIndex};
+use crate::raster::{Field, Precision, Pyramid, TileIndex};
 
 /// How far a radargram has come.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
@@ -59,8 +59,8 @@ impl TrackRadargram {
     pub fn tile(&self, track: &Track, stage: Stage, index: TileIndex) -> Option<Vec<u8>> {
         let traces = track.cleaned.as_ref()?;
         match stage {
-            Stage::Raw => self.raw.tile(&&traces.raw, index),
-            Stage::Clean => self.clean.tile(&&traces.clean, index),
+            Stage::Raw => self.raw.tile(&&traces.raw, index, Precision::Single),
+            Stage::Clean => self.clean.tile(&&traces.clean, index, Precision::Single),
         }
     }
 }

@@ -6,6 +6,7 @@ use acerra_products::display::{RangeGeometry, WINDOW, range_gain};
 use super::image::RunImage;
 use super::record::Record;
 use super::track::TrackTable;
+use crate::raster::Precision;
 
 /// Columns and rows of the gain's samples.
 pub const GAIN_NODES: usize = 129;
@@ -17,6 +18,8 @@ pub struct Display {
     pub zero_db: f64,
     /// The largest level without the gain.
     pub maximum_db: f64,
+    /// Half precision for the values of image and volume.
+    pub half: Precision,
     /// The lowest level shown, relative to `zero_db`.
     pub floor_db: f64,
     /// The gain that undoes 1/R², `[GAIN_NODES, GAIN_NODES]` over the image's edges, row 0 at the
@@ -48,6 +51,7 @@ impl Display {
         Self {
             zero_db: figure.zero_level_db(),
             maximum_db,
+            half: Precision::half_for(10_f64.powf(maximum_db / 20.0)),
             floor_db: figure.floor_db(),
             gain_db: figure.gain.as_ref().map(samples),
         }

@@ -5,9 +5,26 @@ use std::path::Path;
 use acerra_imaging::PlaneGrid;
 use acerra_products::data::read_image;
 use num_complex::Complex32;
+use serde::Serialize;
 
 use crate::error::ViewError;
 use crate::raster::Field;
+
+/// Most columns and rows of the heights of a terrain that is drawn.
+const TERRAIN_NODES: usize = 256;
+
+/// Heights of the ground under an image.
+#[derive(Debug, Serialize)]
+pub struct Terrain {
+    /// Pixels from one height to the next, the first at pixel 0.
+    pub stride: usize,
+    /// Heights along x.
+    pub columns: usize,
+    /// Heights along y.
+    pub rows: usize,
+    /// Row-major, row 0 at the smallest y (m).
+    pub height_m: Vec<f64>,
+}
 
 /// The image of a run.
 #[derive(Debug)]
@@ -76,6 +93,24 @@ impl RunImage {
         !self.relief_m.is_empty()
     }
 
+    /// Heights of the ground at every n-th column and row; none on a plane.
+    #[must_use]
+    pub fn terrain(&self) -> Option<Terrain> {
+        let [nx, ny] = [self.grid.nx, self.grid.ny];
+        let stride = nx.max(ny).div_ceil(TERRAIN_NODES).max(1);
+        let (columns, rows) = (nx.div_ceil(stride), ny.div_ceil(stride));
+        let height = |k: usize| {
+            let place = (k / columns) * stride * nx + (k % columns) * stride;
+            self.grid.z_m + f64::from(self.relief_m[place])
+        };
+        self.is_uneven().then(|| Terrain {
+            stride,
+            columns,
+            rows,
+            height_m: (0..columns * rows).map(height).collect(),
+        })
+    }
+
     /// Column and row of the pixel nearest to (x, y); none outside the image.
     #[must_use]
     pub fn pixel_at(&self, x_m: f64, y_m: f64) -> Option<[usize; 2]> {
@@ -106,7 +141,7 @@ impl RunImage {
 }
 
 /// The first of evenly spaced values.
-fn even(values: &[f64], step: f64) -> Result<f64, String> {
+pub(super) fn even(values: &[f64], step: f64) -> Result<f64, String> {
     let first = *values.first().ok_or("none")?;
     let is_even = |(k, v): (usize, &f64)| (v - first - k as f64 * step).abs() <= 1e-3 * step;
     match values.iter().enumerate().find(|one| !is_even(*one)) {

@@ -4,6 +4,7 @@ mod display;
 mod image;
 mod record;
 mod track;
+mod volume;
 
 use std::path::{Path, PathBuf};
 
@@ -13,9 +14,10 @@ use serde_json::Value;
 use crate::error::ViewError;
 use crate::raster::Pyramid;
 pub use display::Display;
-pub use image::RunImage;
+pub use image::{RunImage, Terrain};
 pub use record::{Input, Record};
-pub use track::{NearestPulse, TrackTable, range_and_incidence};
+pub use track::{Seen, TrackTable, range_and_incidence};
+pub use volume::{Plane, Volume};
 
 /// A run that is shown.
 #[derive(Debug)]
@@ -28,6 +30,8 @@ pub struct Run {
     pub image: RunImage,
     /// The image's levels.
     pub pyramid: Pyramid,
+    /// Its volume, where it made one.
+    pub volume: Option<Volume>,
     /// How the run's own picture shows the image.
     pub display: Display,
     /// `run.json`.
@@ -50,6 +54,7 @@ impl Run {
         let targets = record::json(&directory.join("targets.json"))?;
         let track = TrackTable::read(&directory.join("trajectory.csv"))?;
         let image = RunImage::read(&directory.join("image.npz"))?;
+        let volume = Volume::open(&directory.join("volume.npz"), &image.grid)?;
         let display = Display::of(&image, &track, &record);
         let frame = record
             .origin_deg_m
@@ -65,6 +70,7 @@ impl Run {
             directory: directory.to_owned(),
             pyramid: Pyramid::of(&image),
             image,
+            volume,
             display,
             record,
             targets,

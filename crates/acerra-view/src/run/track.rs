@@ -26,11 +26,9 @@ pub struct TrackTable {
     pub gpst: Vec<String>,
 }
 
-/// The trace nearest to a place.
+/// How a place is seen from a trace.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct NearestPulse {
-    /// Its row in the table.
-    pub row: usize,
+pub struct Seen {
     /// Number of the trace in its log.
     pub trace: f64,
     /// Range (m).
@@ -87,20 +85,26 @@ impl TrackTable {
         self.position_m.iter().filter(is_placed).copied().collect()
     }
 
-    /// The trace nearest to a place.
+    /// A place as the trace nearest to it sees it.
     #[must_use]
-    pub fn nearest(&self, place_m: [f64; 3]) -> Option<NearestPulse> {
-        let seen = self.position_m.iter().enumerate().map(|(row, position_m)| {
-            let [range_m, incidence_deg] = range_and_incidence(*position_m, place_m);
-            NearestPulse {
-                row,
-                trace: self.trace[row],
-                range_m,
-                incidence_deg,
-            }
-        });
-        seen.filter(|pulse| pulse.range_m.is_finite())
+    pub fn nearest(&self, place_m: [f64; 3]) -> Option<Seen> {
+        let traces = self.position_m.iter().zip(&self.trace);
+        let seen = traces.map(|(position_m, trace)| Seen::from(*position_m, *trace, place_m));
+        seen.filter(|seen| seen.range_m.is_finite())
             .min_by(|a, b| a.range_m.total_cmp(&b.range_m))
+    }
+}
+
+impl Seen {
+    /// A place as a trace at `position_m` sees it.
+    #[must_use]
+    pub fn from(position_m: [f64; 3], trace: f64, place_m: [f64; 3]) -> Self {
+        let [range_m, incidence_deg] = range_and_incidence(position_m, place_m);
+        Self {
+            trace,
+            range_m,
+            incidence_deg,
+        }
     }
 }
 
@@ -121,7 +125,7 @@ mod tests {
         let text = "trace,time_s,x_m,y_m,z_m,flag\n4,0,0,0,3,ok\n5,1,4,0,3,ok\n6,2,,,,in-gap\n";
         let table = TrackTable::of(&Table::parse(text).unwrap()).unwrap();
         let pulse = table.nearest([4.0, 4.0, 0.0]).unwrap();
-        assert_eq!((pulse.row, pulse.trace), (1, 5.0));
+        assert_eq!(pulse.trace, 5.0);
         assert!((pulse.range_m - 5.0).abs() < 1e-12);
         assert!((pulse.incidence_deg - (4.0_f64 / 3.0).atan().to_degrees()).abs() < 1e-12);
         assert_eq!(table.placed_m().len(), 2);

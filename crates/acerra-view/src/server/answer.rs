@@ -4,9 +4,11 @@ use axum::Json;
 use axum::http::StatusCode;
 use axum::http::header::CONTENT_TYPE;
 use axum::response::{IntoResponse, Response};
+use serde::Deserialize;
 use serde_json::json;
 
 use crate::error::{EngineError, RequestError};
+use crate::raster::Precision;
 
 impl IntoResponse for RequestError {
     fn into_response(self) -> Response {
@@ -15,7 +17,9 @@ impl IntoResponse for RequestError {
             Self::Superseded | Self::Engine(EngineError::NotReady) => StatusCode::CONFLICT,
             Self::Invalid { .. } | Self::Campaign(_) | Self::Grid(_) => StatusCode::BAD_REQUEST,
             Self::Chain(_) | Self::Image(_) | Self::Engine(_) => StatusCode::UNPROCESSABLE_ENTITY,
-            Self::File { .. } | Self::Write(_) | Self::GivenUp => StatusCode::INTERNAL_SERVER_ERROR,
+            Self::File { .. } | Self::Volume(_) | Self::Write(_) | Self::GivenUp => {
+                StatusCode::INTERNAL_SERVER_ERROR
+            }
         };
         (status, Json(json!({ "error": self.to_string() }))).into_response()
     }
@@ -24,6 +28,21 @@ impl IntoResponse for RequestError {
 /// Bytes that no browser takes for anything else.
 pub fn bytes(values: Vec<u8>) -> Response {
     ([(CONTENT_TYPE, "application/octet-stream")], values).into_response()
+}
+
+/// How the numbers of a tile are wanted.
+#[derive(Clone, Copy, Debug, Deserialize)]
+pub struct TileForm {
+    /// In half precision; in single precision by default.
+    #[serde(default)]
+    half: bool,
+}
+
+impl TileForm {
+    /// Single precision, or the half precision of a run.
+    pub fn precision(self, half: Precision) -> Precision {
+        if self.half { half } else { Precision::Single }
+    }
 }
 
 /// Does work on a thread of its own.

@@ -1,6 +1,6 @@
 //! The page: embedded when the program is built.
 
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock};
 
 use axum::Router;
 use axum::extract::Path;
@@ -26,14 +26,16 @@ macro_rules! script {
     };
 }
 
+const PAGE_TEXT: &str = include_str!("../../web/index.html");
+
 /// Names, types and texts of the page's files.
 const ASSETS: &[(&str, &str, &str)] = &[
-    ("", HTML, include_str!("../../web/index.html")),
     ("style.css", CSS, include_str!("../../web/style.css")),
     ("icon.svg", PICTURE, include_str!("../../web/icon.svg")),
     script!("api.js"),
     script!("basemap.js"),
     script!("camera.js"),
+    script!("cuts-pane.js"),
     script!("display-panel.js"),
     script!("drawing.js"),
     script!("export.js"),
@@ -50,10 +52,11 @@ const ASSETS: &[(&str, &str, &str)] = &[
     script!("readout.js"),
     script!("settings-panel.js"),
     script!("store.js"),
+    script!("terrain.js"),
     script!("theme.js"),
     script!("tiles.js"),
     script!("track-strip.js"),
-    script!("types.js"),
+    script!("volume-panel.js"),
 ];
 
 /// The addresses of the page.
@@ -69,9 +72,17 @@ pub fn routes() -> Router<Arc<Shared>> {
         )
 }
 
-/// The page itself.
+/// The page itself, which asks for all modules at once.
 pub async fn page() -> Response {
-    asset("")
+    static PAGE: LazyLock<String> = LazyLock::new(|| {
+        let scripts = ASSETS.iter().filter(|(_, kind, _)| *kind == SCRIPT);
+        let link = |(name, ..): &(&str, &str, &str)| {
+            format!("<link rel=\"modulepreload\" href=\"{name}\">")
+        };
+        let links: Vec<String> = scripts.map(link).collect();
+        PAGE_TEXT.replace("<!-- modules -->", &links.join("\n  "))
+    });
+    ([(CONTENT_TYPE, HTML)], PAGE.as_str()).into_response()
 }
 
 fn asset(name: &str) -> Response {

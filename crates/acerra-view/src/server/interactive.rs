@@ -123,20 +123,17 @@ async fn tile(
         usize,
     )>,
 ) -> Result<Response, RequestError> {
-    let shown = shared.run(number)?;
     let index = TileIndex { level, column, row };
-    beside(move || {
-        let absent = RequestError::Absent { what: "tile" };
+    let tile = shared.beside(number, move |shown| {
         let current = shown.engine.current()?;
-        let (Some(own), Some(Some(levels))) = (
-            current.prepared.tracks.get(track),
-            current.radargrams.get(track),
-        ) else {
-            return Err(absent);
-        };
-        levels.tile(own, stage, index).map(bytes).ok_or(absent)
-    })
-    .await
+        let own = current.prepared.tracks.get(track);
+        let levels = current.radargrams.get(track).and_then(Option::as_ref);
+        let tile = own
+            .zip(levels)
+            .and_then(|(own, levels)| levels.tile(own, stage, index));
+        tile.ok_or(RequestError::Absent { what: "tile" })
+    });
+    tile.await.map(bytes)
 }
 
 #[derive(Clone, Copy, Debug, Deserialize)]
@@ -152,15 +149,13 @@ async fn echoes_of_place(
     Path(number): Path<usize>,
     Query(place): Query<PlaceQuery>,
 ) -> Result<Response, RequestError> {
-    let shown = shared.run(number)?;
-    beside(move || {
-        let current = shown.engine.current()?;
+    let echoes = shared.with_data(number, move |current| {
         let PlaceQuery { x_m, y_m, z_m } = place;
         let ground_m = current.prepared.scene.ground.below_m(x_m, y_m);
-        let answer = hyperbola(&current.prepared, [x_m, y_m, z_m.unwrap_or(ground_m)]);
-        Ok(Json(answer).into_response())
-    })
-    .await
+        let place_m = [x_m, y_m, z_m.unwrap_or(ground_m)];
+        Ok(hyperbola(&current.prepared, place_m))
+    });
+    echoes.await
 }
 
 async fn spread_at_place(
@@ -168,13 +163,8 @@ async fn spread_at_place(
     Path(number): Path<usize>,
     Query(place): Query<PlaceQuery>,
 ) -> Result<Response, RequestError> {
-    let shown = shared.run(number)?;
-    beside(move || {
-        let current = shown.engine.current()?;
-        let answer = expected_spread(&current, place.x_m, place.y_m)?;
-        Ok(Json(answer).into_response())
-    })
-    .await
+    let spread = move |current: &Current| expected_spread(current, place.x_m, place.y_m);
+    shared.with_data(number, spread).await
 }
 
 #[derive(Clone, Copy, Debug, Deserialize)]
@@ -188,13 +178,8 @@ async fn places_of_echo(
     Path(number): Path<usize>,
     Query(echo): Query<EchoQuery>,
 ) -> Result<Response, RequestError> {
-    let shown = shared.run(number)?;
-    beside(move || {
-        let current = shown.engine.current()?;
-        let answer = ring(&current.prepared, echo.pulse, echo.fast_time_ns)?;
-        Ok(Json(answer).into_response())
-    })
-    .await
+    let places = move |current: &Current| ring(&current.prepared, echo.pulse, echo.fast_time_ns);
+    shared.with_data(number, places).await
 }
 
 /// Cancels work whose answer nobody waits for any more.
@@ -244,8 +229,7 @@ async fn campaign(
     Path(number): Path<usize>,
     Json(edits): Json<Edits>,
 ) -> Result<Response, RequestError> {
-    let shown = shared.run(number)?;
-    let text = beside(move || {
+    let text = shared.beside(number, move |shown| {
         let campaign = shown.engine.campaign(&edits)?;
         let head = "# Settings tried in acerra view; everything left to the data is stated.\n";
         Ok(format!("{head}{}", toml::to_string(&campaign)?))

@@ -2,10 +2,14 @@
 
 mod answer;
 mod assets;
+mod basemap;
+mod cursor;
 mod guard;
 mod interactive;
+mod map_tiles;
 mod products;
 mod state;
+mod volume;
 
 use std::net::Ipv4Addr;
 use std::path::PathBuf;
@@ -19,6 +23,7 @@ use rand::rngs::OsRng;
 
 use crate::error::ViewError;
 use crate::run::Run;
+use basemap::Basemap;
 use guard::Guard;
 use state::Shared;
 
@@ -29,7 +34,7 @@ pub struct ServerOptions {
     pub directories: Vec<PathBuf>,
     /// The port; any free one by default.
     pub port: u16,
-    /// Address of map tiles with `{z}`, `{x}` and `{y}`, as the user gives it.
+    /// Map tiles as the user gives them: an address with `{z}`, `{x}` and `{y}`, or a directory.
     pub basemap: Option<String>,
 }
 
@@ -53,7 +58,7 @@ impl Server {
         if options.directories.is_empty() {
             return Err(ViewError::NoRun);
         }
-        let basemap = options.basemap.as_deref().map(guard::basemap).transpose()?;
+        let basemap = options.basemap.as_deref().map(Basemap::find).transpose()?;
         let runs = options.directories.iter().map(|folder| Run::open(folder));
         let runs = runs.collect::<Result<Vec<Run>, ViewError>>()?;
         let bind = |cause| ViewError::Bind {
@@ -70,6 +75,9 @@ impl Server {
         let pages = Router::new()
             .merge(assets::routes())
             .merge(products::routes())
+            .merge(map_tiles::routes())
+            .merge(cursor::routes())
+            .merge(volume::routes())
             .merge(interactive::routes())
             .with_state(shared);
         let router = Router::new()

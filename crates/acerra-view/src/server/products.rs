@@ -1,22 +1,22 @@
-//! Addresses that answer from a run's products: record, tiles of the image, cursor, track, files.
+//! Addresses that answer from a run's products: record, tiles of the image, track, files.
 
 use std::sync::Arc;
 
 use acerra_figure::Palette;
+use acerra_products::data::Axis;
 use acerra_products::names::PRODUCTS;
 use axum::extract::{Path, Query, State};
 use axum::http::header::{CONTENT_SECURITY_POLICY, CONTENT_TYPE};
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
 use axum::{Json, Router};
-use serde::Deserialize;
 use serde_json::{Value, json};
 
 use crate::error::RequestError;
-use crate::raster::{Field, TILE, TileIndex};
-use crate::run::{Run, range_and_incidence};
-use crate::server::answer::{beside, bytes};
-use crate::server::state::Shared;
+use crate::raster::{TILE, TileIndex};
+use crate::run::{Run, Volume};
+use crate::server::answer::{TileForm, bytes};
+use crate::server::state::{Shared, Shown};
 
 /// The addresses.
 pub fn routes() -> Router<Arc<Shared>> {
@@ -26,7 +26,7 @@ pub fn routes() -> Router<Arc<Shared>> {
         .route("/api/run/{run}", get(run))
         .route("/api/run/{run}/gain", get(gain))
         .route("/api/run/{run}/track", get(track))
-        .route("/api/run/{run}/cursor", get(cursor))
+        .route("/api/run/{run}/terrain", get(terrain))
         .route("/api/run/{run}/image/{level}/{column}/{row}", get(tile))
         .route("/run/{run}/{name}", get(file))
 }
@@ -83,13 +83,24 @@ async fn run(
         "levels": run.pyramid.count(),
         "display": {
             "zero_db": display.zero_db, "maximum_db": display.maximum_db,
-            "floor_db": display.floor_db, "gain": display.gain_db.is_some(),
+            "floor_db": display.floor_db, "half_db": display.half.scale_db(), "gain": display.gain_db.is_some(),
         },
+        "volume": run.volume.as_ref().map(describe),
         "origin_deg_m": run.record.origin_deg_m,
         "record": run.record.json,
         "targets": run.targets,
         "files": files,
     })))
+}
+
+/// Heights of a volume's slices, and levels of the planes normal to each axis.
+fn describe(volume: &Volume) -> Value {
+    json!({
+        "z0_m": volume.z0_m, "step_m": volume.step_m, "slices": volume.slices(),
+        "levels": {
+            "x": volume.levels(Axis::X), "y": volume.levels(Axis::Y), "z": volume.levels(Axis::Z),
+        },
+    })
 }
 
 async fn gain(
@@ -106,71 +117,38 @@ async fn track(
     State(shared): State<Arc<Shared>>,
     Path(number): Path<usize>,
 ) -> Result<Response, RequestError> {
-    let shown = shared.run(number)?;
-    beside(move || Ok(Json(&shown.run.track).into_response())).await
+    let track = |shown: &Shown| Ok(Json(&shown.run.track).into_response());
+    shared.beside(number, track).await
+}
+
+/// Heights of the ground under an image that stands on terrain.
+async fn terrain(
+    State(shared): State<Arc<Shared>>,
+    Path(number): Path<usize>,
+) -> Result<Response, RequestError> {
+    let terrain = |shown: &Shown| {
+        // The heights of a volume's image are those of its strongest values.
+        let is_ground = shown.run.volume.is_none();
+        let terrain = shown.run.image.terrain().filter(|_| is_ground);
+        let terrain = terrain.ok_or(RequestError::Absent { what: "terrain" })?;
+        Ok(Json(terrain).into_response())
+    };
+    shared.beside(number, terrain).await
 }
 
 async fn tile(
     State(shared): State<Arc<Shared>>,
     Path((number, level, column, row)): Path<(usize, usize, usize, usize)>,
+    Query(form): Query<TileForm>,
 ) -> Result<Response, RequestError> {
-    let shown = shared.run(number)?;
     let index = TileIndex { level, column, row };
-    beside(move || {
-        let tile = shown.run.pyramid.tile(&shown.run.image, index);
-        tile.map(bytes).ok_or(RequestError::Absent { what: "tile" })
-    })
-    .await
-}
-
-/// A place on the image, and the trace from which it is looked at.
-#[derive(Clone, Copy, Debug, Deserialize)]
-struct CursorQuery {
-    x_m: f64,
-    y_m: f64,
-    /// Row of the track; the nearest by default.
-    row: Option<usize>,
-}
-
-async fn cursor(
-    State(shared): State<Arc<Shared>>,
-    Path(number): Path<usize>,
-    Query(at): Query<CursorQuery>,
-) -> Result<Json<Value>, RequestError> {
-    let shown = shared.run(number)?;
-    let run = &shown.run;
-    if !(at.x_m.is_finite() && at.y_m.is_finite()) {
-        return Err(RequestError::Invalid {
-            what: "x_m, y_m",
-            expected: "finite numbers".to_owned(),
-            found: format!("{}, {}", at.x_m, at.y_m),
-        });
-    }
-    let place_m = [at.x_m, at.y_m, run.image.height_m(at.x_m, at.y_m)];
-    let pixel = run.image.pixel_at(at.x_m, at.y_m);
-    let value = pixel.map(|[column, row]| run.image.at(column, row));
-    let level_db = value.map(|v| 20.0 * f64::from(v.norm()).log10() - run.display.maximum_db);
-    let seen = match at.row {
-        None => run.track.nearest(place_m).map(|pulse| json!(pulse)),
-        Some(row) => {
-            let position_m = run.track.position_m.get(row);
-            let position_m = position_m.ok_or(RequestError::Absent { what: "trace" })?;
-            let [range_m, incidence_deg] = range_and_incidence(*position_m, place_m);
-            Some(json!({
-                "row": row, "trace": run.track.trace[row],
-                "range_m": range_m, "incidence_deg": incidence_deg,
-            }))
-        }
-    };
-    Ok(Json(json!({
-        "place_m": place_m,
-        "place_deg_m": run.place_deg_m(place_m),
-        "pixel": pixel,
-        "value": value.map(|v| [v.re, v.im]),
-        "level_db": level_db,
-        "phase_deg": value.map(|v| f64::from(v.arg()).to_degrees()),
-        "seen": seen,
-    })))
+    let tile = shared.beside(number, move |shown| {
+        let run = &shown.run;
+        let precision = form.precision(run.display.half);
+        let tile = run.pyramid.tile(&run.image, index, precision);
+        tile.ok_or(RequestError::Absent { what: "tile" })
+    });
+    tile.await.map(bytes)
 }
 
 /// A product, by its name alone.
@@ -178,11 +156,10 @@ async fn file(
     State(shared): State<Arc<Shared>>,
     Path((number, name)): Path<(usize, String)>,
 ) -> Result<Response, RequestError> {
-    let shown = shared.run(number)?;
     let known = PRODUCTS.into_iter().find(|product| *product == name);
     let name = known.ok_or(RequestError::Absent { what: "product" })?;
-    let path = shown.run.directory.join(name);
-    let read = beside(move || {
+    let read = shared.beside(number, move |shown| {
+        let path = shown.run.directory.join(name);
         // A directory, or a link to what is no product, is no file of the run.
         if !std::fs::symlink_metadata(&path).is_ok_and(|data| data.is_file()) {
             return Err(RequestError::Absent { what: "product" });

@@ -1,11 +1,16 @@
-//! What all requests share.
+//! What all requests share, and how they are answered from a run and from the data behind it.
 
 use std::sync::Arc;
 
-use crate::engine::Engine;
+use axum::Json;
+use axum::response::{IntoResponse, Response};
+use serde::Serialize;
+
+use crate::engine::{Current, Engine};
 use crate::error::RequestError;
 use crate::run::Run;
-use crate::server::guard::Basemap;
+use crate::server::answer::beside;
+use crate::server::basemap::Basemap;
 
 /// A run and the data behind it.
 #[derive(Debug)]
@@ -50,5 +55,34 @@ impl Shared {
         let run = self.runs.get(number);
         run.map(Arc::clone)
             .ok_or(RequestError::Absent { what: "run" })
+    }
+
+    /// Does work on a run, on a thread of its own.
+    ///
+    /// # Errors
+    /// No such run; those of the work.
+    pub async fn beside<T: Send + 'static>(
+        &self,
+        number: usize,
+        work: impl FnOnce(&Shown) -> Result<T, RequestError> + Send + 'static,
+    ) -> Result<T, RequestError> {
+        let shown = self.run(number)?;
+        beside(move || work(&shown)).await
+    }
+
+    /// Answers in JSON from the data behind a run with the settings tried last.
+    ///
+    /// # Errors
+    /// No such run; data that are not ready or cannot be had; those of the work.
+    pub async fn with_data<T: Serialize>(
+        &self,
+        number: usize,
+        work: impl FnOnce(&Current) -> Result<T, RequestError> + Send + 'static,
+    ) -> Result<Response, RequestError> {
+        self.beside(number, move |shown| {
+            let current = shown.engine.current()?;
+            Ok(Json(work(&current)?).into_response())
+        })
+        .await
     }
 }

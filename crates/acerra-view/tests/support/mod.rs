@@ -53,8 +53,16 @@ fn radargram() -> Radargram {
     Radargram::new(time_s, 0.0, STEP_S, Samples::Real(samples)).unwrap()
 }
 
+/// Sides and heights of the image on which the target stands in the middle.
+const PLANE: &str = "x_m = [3.5, 6.5]\ny_m = [2.5, 5.5]\nz_m = 0.0\npixel_m = 0.01\n";
+
 /// Flies, and leaves a run in `folder`/products.
 pub fn run_in(folder: &Path) -> PathBuf {
+    run_with(folder, PLANE)
+}
+
+/// Flies, and leaves a run of an image of these sides and heights in `folder`/products.
+pub fn run_with(folder: &Path, image: &str) -> PathBuf {
     let log = File::create(folder.join("flight.npz")).unwrap();
     write_npz(log, &NeutralContent::Radargram(radargram()), None).unwrap();
     let mut csv = "# origin_deg_m: 40.9596 14.3696 75.0\n\
@@ -66,11 +74,13 @@ pub fn run_in(folder: &Path) -> PathBuf {
         writeln!(csv, "{},{x},{y},{z}", INTERVAL_S * k as f64).unwrap();
     }
     fs::write(folder.join("flight.csv"), csv).unwrap();
-    let campaign = "[radar]\nfile = 'flight.npz'\ndelay_ns = 0.0\nselect = 'all'\n\
+    let campaign = format!(
+        "[radar]\nfile = 'flight.npz'\ndelay_ns = 0.0\nselect = 'all'\n\
          [trajectory]\nfile = 'flight.csv'\ntime_offset_s = 0.0\n\
          [preprocess]\nbackground = 'none'\ngate_ns = 'none'\n\
-         [image]\nx_m = [3.5, 6.5]\ny_m = [2.5, 5.5]\nz_m = 0.0\npixel_m = 0.01\n\
-         weight = 'trace'\n[checks]\ncontradictions = 'warn'\n[products]\nformats = []\n";
+         [image]\n{image}\
+         weight = 'trace'\n[checks]\ncontradictions = 'warn'\n[products]\nformats = []\n"
+    );
     let file = folder.join("flight.toml");
     fs::write(&file, campaign).unwrap();
     let products = folder.join("products");

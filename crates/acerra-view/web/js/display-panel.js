@@ -59,6 +59,7 @@ export function displayPanel(store) {
   });
   panel.append(legend, mode.row, colours.row, floor.row, top.row);
   if (meta?.display.gain) panel.append(toggle("Undo 1/R², as the run's picture does", look.gain, (v) => { look.gain = v; changed(); }));
+  if (store.hasTerrain) panel.append(toggle("Contours of the ground", look.contours, (v) => { look.contours = v; changed(); }));
   if (store.runs.basemap) {
     const opacity = slider({ name: "Image over the map", id: "opacity", low: 0, high: 1, step: 0.05, value: look.opacity, text: (v) => `${Math.round(100 * v)} %`, changed: (v) => { look.opacity = v; changed(); } });
     panel.append(opacity.row);

@@ -51,6 +51,19 @@ void main() {
   colour = vec4(z.x + z.y == z.x + z.y ? rgb : vec3(0.60, 0.62, 0.65), 1.0) * u_opacity;
 }`.replace("GAIN", gain ? "+ gain_db()" : "");
 
+/** The drawing over the field, its colours multiplied by their opacity. */
+const OVERLAY = `#version 300 es
+precision mediump float;
+uniform sampler2D u_field;
+in vec2 v_texture;
+out vec4 colour;
+void main() {
+  colour = texture(u_field, v_texture);
+}`;
+
+/** Names of renderers that are a processor. */
+const SOFTWARE = /swiftshader|llvmpipe|softpipe|software|basic render/i;
+
 /** Places along the table of colours, by mode. */
 const SHARES = [
   "  return (level(z * u_scale.x) GAIN - u_window.x) / (u_window.y - u_window.x);",
@@ -64,39 +77,66 @@ const SHARES = [
 /** @typedef {[number, number, number, number]} Rectangle */
 
 export class Painter {
-  /** @param {HTMLCanvasElement} canvas */
-  constructor(canvas) {
-    const options = { alpha: true, antialias: false, depth: false, preserveDrawingBuffer: false };
+  /** @param {HTMLCanvasElement} canvas @param {boolean} clear whether what lies under the canvas is seen where nothing is drawn */
+  constructor(canvas, clear) {
+    const options = { alpha: clear, antialias: false, depth: false, preserveDrawingBuffer: false };
     const gl = /** @type {WebGL2RenderingContext | null} */ (canvas.getContext("webgl2", options));
     if (!gl) throw new Error("this browser offers no WebGL2, which the image needs");
     this.canvas = canvas;
     this.gl = gl;
     /** @type {Map<string, Program>} */
     this.programs = new Map();
-    this.program = this.use(0, false);
+    /** @type {Program | null} */
+    this.program = null;
+    const told = gl.getExtension("WEBGL_debug_renderer_info");
+    /** Whether a processor draws: layers laid over one another are dear then. */
+    this.isSoftware = SOFTWARE.test(String(gl.getParameter(told ? told.UNMASKED_RENDERER_WEBGL : gl.RENDERER)));
+    /** @type {{texture: WebGLTexture, width: number, height: number} | null} */
+    this.sheet = null;
     gl.bindVertexArray(gl.createVertexArray());
     this.blank = this.field(1, 1, new Float32Array(2));
   }
 
   /** The program of a mode, made when it is first used. @param {number} mode @param {boolean} gain @returns {Program} */
   use(mode, gain) {
+    return this.programOf(`${mode}/${gain}`, () => fragment(mode, gain));
+  }
+
+  /** @param {string} key @param {() => string} text @returns {Program} */
+  programOf(key, text) {
     const { gl } = this;
-    const key = `${mode}/${gain}`;
     let made = this.programs.get(key);
     if (!made) {
-      made = { program: link(gl, fragment(mode, gain)), places: new Map() };
-      gl.useProgram(made.program);
-      for (const [unit, name] of ["u_field", "u_colours", "u_nodes", "u_other"].entries()) {
-        gl.uniform1i(gl.getUniformLocation(made.program, name), unit);
-      }
+      made = { ...link(gl, text()), places: new Map(), isChecked: false };
       this.programs.set(key, made);
     }
-    gl.useProgram(made.program);
     return made;
+  }
+
+  /** Has a program made while other things are waited for. @param {number} mode @param {boolean} gain */
+  foresee(mode, gain) {
+    this.use(mode, gain);
+  }
+
+  /** Draws by a program from now on. @param {Program} made */
+  take(made) {
+    const { gl } = this;
+    this.program = made;
+    if (made.isChecked) {
+      gl.useProgram(made.program);
+      return;
+    }
+    made.isChecked = true;
+    check(gl, made);
+    gl.useProgram(made.program);
+    for (const [unit, name] of ["u_field", "u_colours", "u_nodes", "u_other"].entries()) {
+      gl.uniform1i(gl.getUniformLocation(made.program, name), unit);
+    }
   }
 
   /** @param {string} name */
   place(name) {
+    if (!this.program) return null;
     const { places, program } = this.program;
     if (!places.has(name)) places.set(name, this.gl.getUniformLocation(program, name));
     return places.get(name) ?? null;
@@ -106,6 +146,12 @@ export class Painter {
   field(columns, rows, values) {
     const { gl } = this;
     return this.texture(gl.RG32F, gl.RG, gl.FLOAT, [columns, rows], values, gl.NEAREST);
+  }
+
+  /** A texture of pairs in half precision. @param {number} columns @param {number} rows @param {Uint16Array} bits */
+  halfField(columns, rows, bits) {
+    const { gl } = this;
+    return this.texture(gl.RG16F, gl.RG, gl.HALF_FLOAT, [columns, rows], bits, gl.NEAREST);
   }
 
   /** A texture of a gain's samples. @param {number} nodes @param {Float32Array} values */
@@ -122,7 +168,7 @@ export class Painter {
 
   /**
    * @param {number} inside @param {number} format @param {number} type @param {number[]} size
-   * @param {ArrayBufferView} values @param {number} filter
+   * @param {ArrayBufferView | null} values @param {number} filter
    */
   texture(inside, format, type, size, values, filter) {
     const { gl } = this;
@@ -131,7 +177,8 @@ export class Painter {
     gl.activeTexture(gl.TEXTURE7);
     gl.bindTexture(gl.TEXTURE_2D, texture);
     gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
-    gl.texImage2D(gl.TEXTURE_2D, 0, inside, size[0], size[1], 0, format, type, values);
+    gl.texStorage2D(gl.TEXTURE_2D, 1, inside, size[0], size[1]);
+    if (values) gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, size[0], size[1], format, type, values);
     for (const name of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(gl.TEXTURE_2D, name, filter);
     for (const name of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T]) gl.texParameteri(gl.TEXTURE_2D, name, gl.CLAMP_TO_EDGE);
     return texture;
@@ -164,7 +211,7 @@ export class Painter {
   /** How fields look until the next call. @param {Look} look */
   look(look) {
     const { gl } = this;
-    this.program = this.use(look.mode, look.gain !== null && look.mode === 0);
+    this.take(this.use(look.mode, look.gain !== null && look.mode === 0));
     gl.uniform2f(this.place("u_window"), look.window[0], look.window[1]);
     gl.uniform2f(this.place("u_scale"), 10 ** (-look.zero_db / 20), 10 ** (-look.other_zero_db / 20));
     gl.uniform1f(this.place("u_opacity"), look.opacity);
@@ -192,22 +239,51 @@ export class Painter {
     gl.uniform4f(this.place("u_place"), ...at.place);
     gl.drawArrays(gl.TRIANGLE_STRIP, 0, 4);
   }
+
+  /** Lays a drawing of the canvas's size over the field. @param {HTMLCanvasElement} drawing */
+  over(drawing) {
+    const { gl } = this;
+    const { width, height } = drawing;
+    this.take(this.programOf("overlay", () => OVERLAY));
+    gl.activeTexture(gl.TEXTURE0);
+    if (this.sheet?.width !== width || this.sheet.height !== height) {
+      if (this.sheet) gl.deleteTexture(this.sheet.texture);
+      this.sheet = { texture: this.texture(gl.RGBA8, gl.RGBA, gl.UNSIGNED_BYTE, [width, height], null, gl.NEAREST), width, height };
+      gl.activeTexture(gl.TEXTURE0);
+    }
+    gl.bindTexture(gl.TEXTURE_2D, this.sheet.texture);
+    gl.pixelStorei(gl.UNPACK_PREMULTIPLY_ALPHA_WEBGL, true);
+    gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, drawing);
+    gl.pixelStorei(gl.UNPACK_PREMULTIPLY_ALPHA_WEBGL, false);
+    gl.disable(gl.SCISSOR_TEST);
+    gl.enable(gl.BLEND);
+    gl.uniform4f(this.place("u_clip"), -1, 1, 1, -1);
+    gl.uniform4f(this.place("u_part"), 0, 0, 1, 1);
+    gl.drawArrays(gl.TRIANGLE_STRIP, 0, 4);
+  }
 }
 
-/** @typedef {{program: WebGLProgram, places: Map<string, WebGLUniformLocation | null>}} Program */
+/** @typedef {{program: WebGLProgram, shaders: WebGLShader[], places: Map<string, WebGLUniformLocation | null>, isChecked: boolean}} Program */
 
-/** @param {WebGL2RenderingContext} gl @param {string} fragmentText @returns {WebGLProgram} */
+/** Sets a program off; whether it has come about is asked when it is used. @param {WebGL2RenderingContext} gl @param {string} fragmentText */
 function link(gl, fragmentText) {
   const program = gl.createProgram();
-  for (const [kind, text] of /** @type {[number, string][]} */ ([[gl.VERTEX_SHADER, VERTEX], [gl.FRAGMENT_SHADER, fragmentText]])) {
+  if (!program) throw new Error("WebGL2 is out of order");
+  const shaders = /** @type {[number, string][]} */ ([[gl.VERTEX_SHADER, VERTEX], [gl.FRAGMENT_SHADER, fragmentText]]).map(([kind, text]) => {
     const shader = gl.createShader(kind);
-    if (!program || !shader) throw new Error("WebGL2 is out of order");
+    if (!shader) throw new Error("WebGL2 is out of order");
     gl.shaderSource(shader, text);
     gl.compileShader(shader);
-    if (!gl.getShaderParameter(shader, gl.COMPILE_STATUS)) throw new Error(gl.getShaderInfoLog(shader) ?? "shader");
     gl.attachShader(program, shader);
-  }
+    return shader;
+  });
   gl.linkProgram(program);
-  if (!gl.getProgramParameter(program, gl.LINK_STATUS)) throw new Error(gl.getProgramInfoLog(program) ?? "program");
-  return program;
+  return { program, shaders };
+}
+
+/** @param {WebGL2RenderingContext} gl @param {Program} made */
+function check(gl, { program, shaders }) {
+  if (gl.getProgramParameter(program, gl.LINK_STATUS)) return;
+  const told = [...shaders.map((shader) => gl.getShaderInfoLog(shader)), gl.getProgramInfoLog(program)];
+  throw new Error(told.find((text) => text) ?? "a program for drawing cannot be made");
 }

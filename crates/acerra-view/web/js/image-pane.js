@@ -3,11 +3,12 @@
 import { Latest, getBytes, getJson, postImage } from "./api.js";
 import { Basemap } from "./basemap.js";
 import { axes, cross, label, line, ringMark } from "./drawing.js";
-import { SingleLayer, TiledLayer, boundsOf } from "./layers.js";
+import { ChangingLayer, SingleLayer, TiledLayer, boundsOf } from "./layers.js";
 import { palette } from "./palettes.js";
 import { Pane } from "./pane.js";
 import { number, readout } from "./readout.js";
-import { statusColour } from "./store.js";
+import { CHOSEN, statusColour } from "./store.js";
+import { contoursOf, drawContours } from "./terrain.js";
 
 /** Pixels of a live image, at most. */
 const MOST_PIXELS = 480_000;
@@ -27,11 +28,15 @@ export class ImagePane {
     this.list = list;
     this.state = state;
     this.failed = failed;
-    this.pane = new Pane(box, "Image. Arrows move, plus and minus zoom, Enter marks the middle.", { yUp: true, square: true });
+    this.pane = new Pane(box, "Image. Arrows move, plus and minus zoom, Enter marks the middle.", { yUp: true, square: true, clear: store.runs.basemap !== null });
+    this.pane.painter.foresee(0, false);
+    void palette(store.look.palette);
     /** @type {Shown | null} */
     this.own = null;
     /** @type {Shown | null} */
     this.other = null;
+    /** The slice shown of a volume. */
+    this.slice = new ChangingLayer((index) => this.sliceLayer(index), () => this.pane.invalidate());
     /** @type {{layer: SingleLayer, zero_db: number, coherence: boolean, made: import("./types.js").Made} | null} */
     this.live = null;
     /** @type {WebGLTexture | null} */
@@ -44,6 +49,8 @@ export class ImagePane {
     this.imaging = new Latest();
     this.asking = new Latest();
     this.timer = 0;
+    /** Contours of the ground. @type {ReturnType<typeof contoursOf> | null} */
+    this.ground = null;
     /** @type {[number, number][]} */
     this.measured = [];
     /** @type {import("./types.js").Cursor | null} */
@@ -52,12 +59,20 @@ export class ImagePane {
     pane.onField = (ratio) => this.drawField(ratio);
     pane.onOverlay = (context) => this.drawOverlay(context);
     pane.onMove = () => this.moved();
-    pane.onHover = (x, y) => this.ask(x, y);
+    pane.onHover = (x, y) => {
+      this.ask(x, y);
+      this.cut(x, y);
+    };
     pane.onClick = (x, y) => this.click(x, y);
     pane.onDrag = (from, to) => this.drag(from, to);
     store.on(["look"], () => void this.recolour());
-    store.on(["mark", "echo", "selection", "pulse", "compare", "mode"], () => pane.invalidate());
+    store.on(["mark", "echo", "selection", "pulse", "chosen", "compare", "mode"], () => pane.invalidate());
+    store.on(["chosen"], () => this.asked && this.ask(this.asked.x, this.asked.y, this.asked.slice));
     store.on(["selection", "edits"], () => this.changed());
+    store.on(["slice"], () => {
+      this.slice.show(store.sliceIndex);
+      if (store.isLive) this.image();
+    });
     window.setInterval(() => {
       if (store.compare.mode !== "blink") return;
       this.blink = !this.blink;
@@ -73,16 +88,32 @@ export class ImagePane {
   /** Shows a run. @param {number} run @param {import("./types.js").RunMeta} meta */
   async show(run, meta) {
     this.own?.layer.close();
+    this.slice.show(null);
     this.dropLive();
     if (this.gain) this.pane.painter.forget(this.gain);
     this.gain = GAIN_OFF;
     this.own = this.layerOf(run, meta);
     this.pane.fit(boundsOf(this.own.axes));
+    // The tiles come while colours and programs are made.
+    if (this.pane.camera.width > 1) this.own.layer.ready(this.pane.camera, this.pane.ratio);
     await this.recolour();
+    this.ground = null;
+    if (this.store.hasTerrain) void this.contours(run, meta);
     if (meta.display.gain) {
       const nodes = new Float32Array(await getBytes(`api/run/${run}/gain`));
       this.gain = this.pane.painter.nodes(GAIN_NODES, nodes);
       this.pane.invalidate();
+    }
+  }
+
+  /** Draws the ground under the image. @param {number} run @param {import("./types.js").RunMeta} meta */
+  async contours(run, meta) {
+    try {
+      const terrain = await getJson(`api/run/${run}/terrain`);
+      if (this.store.run === run) this.ground = contoursOf(terrain, meta.grid);
+      this.pane.invalidate();
+    } catch (error) {
+      this.failed(/** @type {Error} */ (error));
     }
   }
 
@@ -104,8 +135,18 @@ export class ImagePane {
     const { grid } = meta;
     const own = { x0: grid.x0_m, dx: grid.pixel_m, nx: grid.nx, y0: grid.y0_m, dy: grid.pixel_m, ny: grid.ny };
     const path = (/** @type {number} */ level, /** @type {number} */ column, /** @type {number} */ row) => `api/run/${run}/image/${level}/${column}/${row}`;
-    const source = { size: this.store.runs.tile, levels: meta.levels, path };
+    const source = { size: this.store.runs.tile, levels: meta.levels, half: true, path };
     return { meta, axes: own, layer: new TiledLayer(this.pane.painter, own, source, () => this.pane.invalidate(), this.failed) };
+  }
+
+  /** @param {number} index */
+  sliceLayer(index) {
+    const { store } = this;
+    const { run } = store;
+    const own = /** @type {Shown} */ (this.own);
+    const path = (/** @type {number} */ level, /** @type {number} */ column, /** @type {number} */ row) => `api/run/${run}/volume/z/${index}/${level}/${column}/${row}`;
+    const source = { size: store.runs.tile, levels: own.meta.volume?.levels.z ?? 1, half: true, path };
+    return new TiledLayer(this.pane.painter, own.axes, source, () => this.pane.invalidate(), this.failed);
   }
 
   async recolour() {
@@ -123,7 +164,8 @@ export class ImagePane {
   }
 
   get usesGain() {
-    return this.store.look.gain && this.gain !== null;
+    // The gain is that of the image's own heights.
+    return this.store.look.gain && this.gain !== null && this.store.sliceIndex === null;
   }
 
   /** @param {number} ratio */
@@ -136,23 +178,25 @@ export class ImagePane {
     const mode = store.look.mode === "phase" ? 1 : 0;
     const liveMode = this.live?.coherence ? 4 : mode;
     const base = { mode, window: store.look.window, other_zero_db: 0, gain: this.usesGain ? this.gain : null, colours, opacity: this.basemap ? store.look.opacity : 1 };
-    const zero_db = this.zero(own.meta.display);
+    // Tiles hold values of another scale.
+    const zero_db = this.zero(own.meta.display) - own.meta.display.half_db;
+    const other_zero_db = other ? other.meta.display.maximum_db - other.meta.display.half_db : 0;
     if (compare.mode === "difference" && other && this.comparable && !this.live) {
       const span = -store.look.window[0] / 2;
-      painter.look({ ...base, mode: 3, gain: null, window: [-span, span], zero_db: own.meta.display.maximum_db, other_zero_db: other.meta.display.maximum_db });
+      painter.look({ ...base, mode: 3, gain: null, window: [-span, span], zero_db: own.meta.display.maximum_db - own.meta.display.half_db, other_zero_db });
       own.layer.draw(camera, ratio, other.layer);
       return;
     }
     const showOther = other && (compare.mode === "swipe" || (compare.mode === "blink" && this.blink));
     painter.look({ ...base, zero_db, opacity: base.opacity * (this.live ? 0.25 : 1) });
-    own.layer.draw(camera, ratio);
+    (store.sliceIndex === null ? own.layer : this.slice).draw(camera, ratio);
     if (this.live) {
       painter.look({ ...base, mode: liveMode, zero_db: this.live.zero_db });
       this.live.layer.draw(camera, own.axes);
     }
     if (showOther) {
       if (compare.mode === "swipe") painter.within(compare.share, 1);
-      painter.look({ ...base, gain: null, zero_db: other.meta.display.maximum_db });
+      painter.look({ ...base, gain: null, zero_db: other_zero_db });
       other.layer.draw(camera, ratio);
     }
   }
@@ -162,8 +206,9 @@ export class ImagePane {
     const { camera } = this.pane;
     const { store } = this;
     const at = (/** @type {number[]} */ p) => camera.toScreen(p[0], p[1]);
+    if (this.ground && store.look.contours) drawContours(c, camera, this.ground.contours);
     this.drawTrack(c);
-    if (store.echo) line(c, store.echo.places_m.map(at), "#7cf29c", { width: 2 });
+    if (store.echo) line(c, store.echo.places_m.map(at), CHOSEN, { width: 2 });
     store.meta?.targets.targets.forEach((target, k) => {
       const [x, y] = camera.toScreen(target.x_m, target.y_m);
       ringMark(c, x, y, 9, "#ffffff");
@@ -185,7 +230,7 @@ export class ImagePane {
 
   /** The track coloured by its fixes, the selected piece thick. @param {CanvasRenderingContext2D} c */
   drawTrack(c) {
-    const { track, data, selection, pulse } = this.store;
+    const { track, data, selection, pulse, chosen } = this.store;
     const { camera } = this.pane;
     const at = (/** @type {(number | null)[]} */ p) => (p[0] === null || p[1] === null ? [NaN, NaN] : camera.toScreen(p[0], p[1]));
     if (track) {
@@ -203,7 +248,10 @@ export class ImagePane {
       }
     }
     if (data && selection) line(c, data.position_m.slice(selection[0], selection[1] + 1).map(at), "#ffffff", { width: 5 });
-    if (data && pulse !== null && data.position_m[pulse]) ringMark(c, ...camera.toScreen(data.position_m[pulse][0], data.position_m[pulse][1]), 5, "#ffffff", true);
+    for (const [one, colour] of /** @type {[number | null, string][]} */ ([[pulse, "#ffffff"], [chosen, CHOSEN]])) {
+      const place = one === null ? null : data?.position_m[one];
+      if (place) ringMark(c, ...camera.toScreen(place[0], place[1]), 5, colour, true);
+    }
   }
 
   /** @param {CanvasRenderingContext2D} c */
@@ -252,18 +300,39 @@ export class ImagePane {
     store.tell("mark");
     if (!store.data) return;
     try {
-      mark.hyperbola = await getJson(`api/run/${store.run}/hyperbola?x_m=${x}&y_m=${y}${store.slice === null ? "" : `&z_m=${store.slice}`}`);
+      const height = await this.height(x, y);
+      mark.hyperbola = await getJson(`api/run/${store.run}/hyperbola?x_m=${x}&y_m=${y}${height === null ? "" : `&z_m=${height}`}`);
       if (store.mark === mark) store.tell("mark");
     } catch (error) {
       this.failed(/** @type {Error} */ (error));
     }
   }
 
-  /** Asks for what is under the pointer. @param {number} x @param {number} y */
-  ask(x, y) {
+  /** The height of what is shown of a volume at a place; none where it stands on the ground. @param {number} x @param {number} y @returns {Promise<number | null>} */
+  async height(x, y) {
+    const { store } = this;
+    if (store.slice !== null) return store.slice;
+    if (!store.meta?.volume) return null;
+    return (await getJson(`api/run/${store.run}/cursor?x_m=${x}&y_m=${y}`)).place_m[2];
+  }
+
+  /** Cuts a volume at a place, unless one is marked. @param {number} x @param {number} y */
+  cut(x, y) {
+    const { store } = this;
+    if (!store.meta?.volume || store.mark) return;
+    store.cut = { x, y };
+    store.tell("cut");
+  }
+
+  /** Asks for what is under the pointer. @param {number} x @param {number} y @param {number | null} [slice] of a volume */
+  ask(x, y, slice = this.store.sliceIndex) {
+    const { store } = this;
     this.asking.run(async () => {
       try {
-        this.cursor = await getJson(`api/run/${this.store.run}/cursor?x_m=${x}&y_m=${y}`);
+        const height = slice !== null ? `&slice=${slice}` : store.slice !== null ? `&z_m=${store.slice}` : "";
+        const pulse = store.chosen === null ? "" : `&pulse=${store.chosen}`;
+        this.cursor = await getJson(`api/run/${store.run}/cursor?x_m=${x}&y_m=${y}${height}${pulse}`);
+        this.asked = { x, y, slice };
         this.tellCursor();
       } catch (error) {
         this.failed(/** @type {Error} */ (error));
@@ -271,19 +340,24 @@ export class ImagePane {
     });
   }
 
+  /** Where the cursor is. @type {{x: number, y: number, slice: number | null} | null} */
+  asked = null;
+
   tellCursor() {
     const { cursor, live } = this;
     if (!cursor) return;
     const [x, y, z] = cursor.place_m;
     const place = cursor.place_deg_m;
-    const value = live?.layer.value(x, y) ?? null;
+    // A new image stands at one height: the run's, or that of the slice shown.
+    const isShown = this.asked?.slice === this.store.sliceIndex;
+    const value = (isShown && live?.layer.value(x, y)) || null;
     const coherence = value && live?.coherence ? Math.hypot(value[0], value[1]) : null;
     const level = coherence !== null ? null : value && live ? 20 * Math.log10(Math.hypot(value[0], value[1])) - live.zero_db : cursor.level_db;
     const phase = value ? (Math.atan2(value[1], value[0]) * 180) / Math.PI : cursor.phase_deg;
     readout(this.list, [
       ["x", number(x, 3, "m")],
       ["y", number(y, 3, "m")],
-      ["z", number(this.store.slice ?? z, 3, "m")],
+      ["z", number(z, 3, "m")],
       ["latitude", place && number(place[0], 8, "°")],
       ["longitude", place && number(place[1], 8, "°")],
       ["level", coherence === null ? number(level, 2, "dB") : null],
@@ -291,7 +365,7 @@ export class ImagePane {
       ["phase", number(phase, 1, "°")],
       ["range", cursor.seen && number(cursor.seen.range_m, 3, "m")],
       ["incidence", cursor.seen && number(cursor.seen.incidence_deg, 1, "°")],
-      ["nearest trace", cursor.seen && `${cursor.seen.trace}`],
+      [this.store.chosen === null ? "nearest trace" : "chosen trace", cursor.seen && `${cursor.seen.trace}`],
     ]);
   }
 

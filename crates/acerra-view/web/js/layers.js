@@ -31,7 +31,7 @@ export function boundsOf(axes) {
 export class TiledLayer {
   /**
    * @param {Painter} painter @param {Axes} axes
-   * @param {{size: number, levels: number, path: (level: number, column: number, row: number) => string}} source
+   * @param {{size: number, levels: number, half?: boolean, path: (level: number, column: number, row: number) => string}} source
    * @param {() => void} changed @param {(error: Error) => void} failed
    */
   constructor(painter, axes, source, changed, failed) {
@@ -48,6 +48,14 @@ export class TiledLayer {
   level(camera, ratio) {
     const cells = 1 / (ratio * Math.max(camera.kx * this.axes.dx, camera.ky * this.axes.dy));
     return Math.min(Math.max(Math.floor(Math.log2(Math.max(cells, 1))), 0), this.levels - 1);
+  }
+
+  /** Asks for the tiles in view; whether all of them are here. @param {Camera} camera @param {number} ratio */
+  ready(camera, ratio) {
+    const level = this.level(camera, ratio);
+    const tiles = this.visible(camera, level).map((at) => this.tiles.get(level, ...at));
+    this.tiles.sweep();
+    return tiles.every((tile) => tile !== null);
   }
 
   /** @param {Camera} camera @param {number} ratio @param {TiledLayer | null} [other] */
@@ -117,6 +125,56 @@ export class TiledLayer {
 
   close() {
     this.tiles.close();
+  }
+}
+
+/** One of many fields over the same pixels: it is shown until the next wanted is here. */
+export class ChangingLayer {
+  /** @param {(index: number) => TiledLayer} make @param {() => void} changed is called when there is another to draw */
+  constructor(make, changed) {
+    this.make = make;
+    this.changed = changed;
+    /** @type {number | null} */
+    this.wanted = null;
+    /** @type {{index: number, layer: TiledLayer} | null} */
+    this.shown = null;
+    /** @type {{index: number, layer: TiledLayer} | null} */
+    this.next = null;
+  }
+
+  /** Shows a field, or none. @param {number | null} index */
+  show(index) {
+    this.wanted = index;
+    if (index === null) {
+      this.shown?.layer.close();
+      this.next?.layer.close();
+      this.shown = this.next = null;
+    } else if (!this.next) {
+      this.begin(index);
+    }
+    this.changed();
+  }
+
+  /** @param {number} index */
+  begin(index) {
+    if (this.shown?.index !== index) this.next = { index, layer: this.make(index) };
+  }
+
+  /** Whether the one wanted has been drawn with all its tiles. */
+  get complete() {
+    return this.shown !== null && this.shown.index === this.wanted && this.shown.layer.complete;
+  }
+
+  /** @param {Camera} camera @param {number} ratio */
+  draw(camera, ratio) {
+    if (this.next?.layer.ready(camera, ratio)) {
+      this.shown?.layer.close();
+      this.shown = this.next;
+      this.next = null;
+      if (this.wanted !== null) this.begin(this.wanted);
+      if (this.next) this.changed();
+    }
+    this.shown?.layer.draw(camera, ratio);
   }
 }
 

@@ -1,6 +1,7 @@
 // The page: opens a run, and ties panes and panels together.
 
 import { Refused, getJson } from "./api.js";
+import { CutsPane } from "./cuts-pane.js";
 import { comparePanel, displayPanel } from "./display-panel.js";
 import { pulsesCsv } from "./export.js";
 import { evidencePanel, targetsPanel } from "./findings-panel.js";
@@ -12,9 +13,15 @@ import { settingsPanel } from "./settings-panel.js";
 import { Store } from "./store.js";
 import { startTheme, switchTheme } from "./theme.js";
 import { TrackStrip } from "./track-strip.js";
+import { volumePanel } from "./volume-panel.js";
 
 startTheme();
 const store = new Store();
+/** The first run is asked for with the list of runs. @type {Promise<import("./types.js").RunMeta> | null} */
+let first = getJson("api/run/0");
+first.catch(() => {
+  // Told when it is waited for.
+});
 const notice = element("notice", HTMLElement);
 
 /** @param {Error} error */
@@ -31,8 +38,14 @@ function settled() {
   notice.textContent = "";
 }
 
+try {
+  store.runs = await getJson("api/runs");
+} catch (error) {
+  failed(/** @type {Error} */ (error));
+}
 const image = new ImagePane(element("image-box", HTMLElement), element("image-readout", HTMLElement), element("image-state", HTMLElement), store, failed);
 const radargram = new RadargramPane(element("radargram-box", HTMLElement), element("radargram-readout", HTMLElement), store, failed);
+const cuts = new CutsPane(element("cuts", HTMLElement), store, { hover: (x, y, slice) => image.ask(x, y, slice), failed });
 new TrackStrip(element("track-strip", HTMLElement), store);
 const panels = element("panels", HTMLElement);
 const trackChoice = element("track-choice", HTMLSelectElement);
@@ -44,11 +57,12 @@ async function openRun(run) {
   [store.mark, store.echo, store.selection, store.pulse, store.edits] = [null, null, null, null, {}];
   store.engine = { state: "idle" };
   image.revision = 0;
-  store.slice = null;
+  [store.slice, store.cut, store.chosen] = [null, null, null];
   if (store.look.mode === "coherence") store.look.mode = "level";
   store.trackNumber = 0;
   /** @type {import("./types.js").RunMeta} */
-  const meta = await getJson(`api/run/${run}`);
+  const meta = await (first ?? getJson(`api/run/${run}`));
+  first = null;
   store.meta = meta;
   store.look.window = [meta.display.floor_db, 0];
   document.title = `${meta.name} – Acerra`;
@@ -111,6 +125,8 @@ async function setOther(run) {
 
 function fillPanels() {
   const parts = [displayPanel(store), settingsPanel(store, failed)];
+  const volume = store.meta?.volume;
+  if (volume) parts.unshift(volumePanel(store, volume));
   if (store.runs.runs.length > 1) parts.push(comparePanel(store, setOther));
   parts.push(
     targetsPanel(store, (target) => void image.mark(target.x_m, target.y_m)),
@@ -128,14 +144,14 @@ function switchMode(mode) {
 }
 
 function clear() {
-  [store.mark, store.echo, store.selection] = [null, null, null];
+  [store.mark, store.echo, store.selection, store.chosen] = [null, null, null, null];
   image.measured = [];
-  store.tell("mark", "echo", "selection");
+  store.tell("mark", "echo", "selection", "chosen");
 }
 
 function runsOwn() {
   store.selection = null;
-  store.slice = null;
+  if (!store.meta?.volume) store.slice = null;
   store.edits = {};
   if (store.look.mode === "coherence") store.look.mode = "level";
   fillPanels();
@@ -163,6 +179,8 @@ const keys = {
     store.tell("look");
     if (was === "coherence") store.tell("edits");
   },
+  PageUp: () => store.showSlice((store.sliceIndex ?? -1) + 1),
+  PageDown: () => store.showSlice((store.sliceIndex ?? store.meta?.volume?.slices ?? 0) - 1),
   Escape: clear,
   "?": () => help.showModal(),
 };
@@ -202,7 +220,6 @@ store.on(["edits", "selection"], () => {
 const choice = element("run", HTMLSelectElement);
 choice.addEventListener("change", () => void openRun(Number(choice.value)).catch(failed));
 try {
-  store.runs = await getJson("api/runs");
   choice.replaceChildren(...store.runs.runs.map((run, k) => new Option(run.name, String(k))));
   if (store.runs.basemap) image.underlay(store.runs.basemap.template);
   await openRun(0);
@@ -211,4 +228,4 @@ try {
 }
 
 // What the browser tests and the benchmark look at.
-Object.assign(window, { acerra: { store, image, radargram } });
+Object.assign(window, { acerra: { store, image, radargram, cuts } });

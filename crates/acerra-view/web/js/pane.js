@@ -7,22 +7,20 @@ import { Painter } from "./gl.js";
 export class Pane {
   /**
    * @param {HTMLElement} box @param {string} label what the pane shows, for readers of the screen
-   * @param {{yUp: boolean, square: boolean}} axes
+   * @param {{yUp: boolean, square: boolean, clear?: boolean}} axes directions and scales; whether what lies under the pane is seen
    */
   constructor(box, label, axes) {
     this.box = box;
     this.camera = new Camera(axes);
-    const field = document.createElement("canvas");
-    this.surface = document.createElement("canvas");
+    this.clear = axes.clear ?? false;
+    /** @type {{painter: Painter, drawing: HTMLCanvasElement, context: CanvasRenderingContext2D} | null} */
+    this.made = null;
+    this.surface = document.createElement("div");
     this.surface.className = "surface";
     this.surface.tabIndex = 0;
     this.surface.setAttribute("role", "application");
     this.surface.setAttribute("aria-label", label);
-    box.append(field, this.surface);
-    this.painter = new Painter(field);
-    const context = this.surface.getContext("2d");
-    if (!context) throw new Error("this browser draws no pictures");
-    this.context = context;
+    box.append(this.surface);
     /** @type {(() => void)[]} */
     this.drawn = [];
     this.frame = 0;
@@ -53,6 +51,28 @@ export class Pane {
         this.onMove();
       },
     });
+  }
+
+  /** What draws; made when there is something to draw, as that takes its time. */
+  get tools() {
+    if (this.made) return this.made;
+    const field = document.createElement("canvas");
+    const drawing = document.createElement("canvas");
+    const painter = new Painter(field, this.clear);
+    const context = drawing.getContext("2d", { willReadFrequently: painter.isSoftware });
+    if (!context) throw new Error("this browser draws no pictures");
+    // Where a processor draws, the drawing is laid over the field before the page is put together.
+    this.surface.before(field, ...(painter.isSoftware ? [] : [drawing]));
+    this.made = { painter, drawing, context };
+    return this.made;
+  }
+
+  get painter() {
+    return this.tools.painter;
+  }
+
+  get context() {
+    return this.tools.context;
   }
 
   /** Device pixels a CSS pixel. */
@@ -91,29 +111,32 @@ export class Pane {
   }
 
   draw() {
-    const { camera, ratio, context, surface } = this;
-    if (camera.width <= 1) return;
-    this.painter.begin(camera.width, camera.height, ratio);
+    const { camera, ratio, made } = this;
+    if (camera.width <= 1 || !made) return;
+    const { painter, drawing, context } = made;
+    painter.begin(camera.width, camera.height, ratio);
     this.onField(ratio);
     const [w, h] = [Math.round(camera.width * ratio), Math.round(camera.height * ratio)];
-    if (surface.width !== w || surface.height !== h) [surface.width, surface.height] = [w, h];
+    if (drawing.width !== w || drawing.height !== h) [drawing.width, drawing.height] = [w, h];
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
     context.clearRect(0, 0, camera.width, camera.height);
     this.onOverlay(context);
+    if (painter.isSoftware) painter.over(drawing);
     for (const done of this.drawn.splice(0)) done();
   }
 
   /** The picture as it stands, field and drawing. @returns {Promise<Blob>} */
   picture() {
     this.draw();
+    const { painter, drawing } = this.tools;
     const sheet = document.createElement("canvas");
-    [sheet.width, sheet.height] = [this.surface.width, this.surface.height];
+    [sheet.width, sheet.height] = [drawing.width, drawing.height];
     const context = sheet.getContext("2d");
     if (!context) return Promise.reject(new Error("this browser draws no pictures"));
     context.fillStyle = getComputedStyle(this.box).backgroundColor;
     context.fillRect(0, 0, sheet.width, sheet.height);
-    context.drawImage(this.painter.canvas, 0, 0);
-    context.drawImage(this.surface, 0, 0);
+    context.drawImage(painter.canvas, 0, 0);
+    if (!painter.isSoftware) context.drawImage(drawing, 0, 0);
     return new Promise((done, failed) => sheet.toBlob((blob) => (blob ? done(blob) : failed(new Error("no picture"))), "image/png"));
   }
 }

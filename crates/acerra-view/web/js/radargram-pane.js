@@ -6,6 +6,7 @@ import { TiledLayer, boundsOf } from "./layers.js";
 import { palette } from "./palettes.js";
 import { Pane } from "./pane.js";
 import { number, readout } from "./readout.js";
+import { CHOSEN } from "./store.js";
 
 /** Lowest levels shown, as in the run's own pictures. */
 const FLOOR_DB = { clean: -50, raw: -80 };
@@ -42,7 +43,7 @@ export class RadargramPane {
     pane.onDrag = (from, to, done) => this.drag(from, to, done);
     store.on(["engine"], () => this.refresh());
     store.on(["look"], () => void this.recolour());
-    store.on(["mark", "echo", "selection", "pulse"], () => pane.invalidate());
+    store.on(["mark", "echo", "selection", "pulse", "chosen"], () => pane.invalidate());
   }
 
   get meta() {
@@ -85,6 +86,7 @@ export class RadargramPane {
 
   async recolour() {
     const { look } = this.store;
+    if (!this.layer) return;
     const table = await palette(look.radargram === "signed" ? "bluered" : look.palette);
     if (this.colours) this.pane.painter.forget(this.colours);
     this.colours = this.pane.painter.colours(table);
@@ -132,9 +134,10 @@ export class RadargramPane {
       }
     }
     if (store.echo && this.echoTime !== null) cross(c, ...camera.toScreen(column(store.echo.pulse), this.echoTime), "#7cf29c");
-    if (store.pulse !== null) {
-      const [x] = camera.toScreen(column(store.pulse), 0);
-      line(c, [[x, 0], [x, camera.height]], "rgba(255,255,255,0.5)", { width: 1 });
+    for (const [pulse, colour] of /** @type {[number | null, string][]} */ ([[store.pulse, "rgba(255,255,255,0.5)"], [store.chosen, CHOSEN]])) {
+      if (pulse === null) continue;
+      const [x] = camera.toScreen(column(pulse), 0);
+      line(c, [[x, 0], [x, camera.height]], colour, { width: 1 });
     }
     axes(c, camera, { x: "trace", y: "fast time / ns" });
   }
@@ -180,6 +183,7 @@ export class RadargramPane {
     const value = within ? layer.tiles.value(Math.round(x), sample) : null;
     const range = (y * 1e-9 * data.light_speed_m_s) / 2;
     const depth = range - data.height_m[pulse];
+    const echoes = this.store.mark?.hyperbola ?? null;
     const modulus = value ? Math.hypot(value[0], value[1]) : null;
     readout(this.list, [
       ["trace", `${data.trace[pulse]}`],
@@ -189,6 +193,8 @@ export class RadargramPane {
       ["below ground", number(depth, 3, "m")],
       ["amplitude", value ? value[0].toPrecision(4) : "–"],
       ["level", modulus ? number(20 * Math.log10(modulus / this.maximum), 1, "dB") : "–"],
+      ["echo of the mark", echoes && number(echoes.fast_time_ns[pulse], 3, "ns")],
+      ["its incidence", echoes && number(echoes.incidence_deg[pulse], 1, "°")],
     ]);
   }
 
@@ -198,6 +204,7 @@ export class RadargramPane {
     if (pulse === null) return;
     this.hover(x, y);
     const { store } = this;
+    store.choose(pulse);
     this.asking.run(async () => {
       try {
         store.echo = await getJson(`api/run/${store.run}/ring?pulse=${pulse}&fast_time_ns=${y}`);

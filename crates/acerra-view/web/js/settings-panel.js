@@ -63,7 +63,7 @@ export function settingsPanel(store, failed) {
   if (!settings.image.terrain && typeof z === "number") {
     panel.append(slider({ name: "Height of the plane", id: "height", low: z - 2, high: z + 2, step: 0.01, value: z, text: (v) => `${v.toFixed(2)} m`.replace("-", "−"), changed: (v) => change({ z_m: v }) }).row);
   }
-  if (Array.isArray(z)) {
+  if (Array.isArray(z) && !store.meta?.volume) {
     const [from, to] = z;
     const slice = slider({ name: "Slice of the volume", id: "slice", low: from, high: to, step: (to - from) / 200, value: store.slice ?? from, text: (v) => `${v.toFixed(3)} m`.replace("-", "−"), changed: (v) => { store.slice = v; store.tell("edits"); } });
     panel.append(slice.row);
@@ -83,7 +83,7 @@ export function settingsPanel(store, failed) {
   keep.id = "save-campaign";
   const back = button("As the run", () => {
     store.edits = {};
-    store.slice = null;
+    if (!store.meta?.volume) store.slice = null;
     details.replaceWith(settingsPanel(store, failed));
     store.tell("edits");
   });

@@ -10,7 +10,7 @@ const MOST_KEPT = 240;
 export class Tiles {
   /**
    * @param {import("./gl.js").Painter} painter
-   * @param {{size: number, nx: number, ny: number, levels: number, path: (level: number, column: number, row: number) => string}} source
+   * @param {{size: number, nx: number, ny: number, levels: number, half?: boolean, path: (level: number, column: number, row: number) => string}} source `half`: in half precision, of which no values are kept
    * @param {() => void} changed is called when a tile has come
    * @param {(error: Error) => void} failed
    */
@@ -51,7 +51,7 @@ export class Tiles {
     };
     this.kept.set(key, tile);
     this.pending += 1;
-    void this.fetch(key, tile, this.source.path(level, column, row));
+    void this.fetch(key, tile, `${this.source.path(level, column, row)}${this.source.half ? "?half=true" : ""}`);
     return null;
   }
 
@@ -59,12 +59,21 @@ export class Tiles {
   async fetch(key, tile, path) {
     try {
       const bytes = await getBytes(path, tile.abort?.signal);
-      tile.values = new Float32Array(bytes);
-      tile.texture = this.painter.field(tile.columns, tile.rows, tile.values);
+      if (this.source.half) {
+        tile.texture = this.painter.halfField(tile.columns, tile.rows, new Uint16Array(bytes));
+      } else {
+        tile.values = new Float32Array(bytes);
+        tile.texture = this.painter.field(tile.columns, tile.rows, tile.values);
+      }
       tile.abort = null;
     } catch (error) {
-      this.kept.delete(key);
-      if (!(error instanceof DOMException && error.name === "AbortError")) this.failed(/** @type {Error} */ (error));
+      if (error instanceof DOMException && error.name === "AbortError") {
+        this.kept.delete(key);
+      } else {
+        // It stays empty: the same request would fail again with every picture.
+        tile.abort = null;
+        this.failed(/** @type {Error} */ (error));
+      }
     }
     this.pending -= 1;
     this.changed();

@@ -1,7 +1,7 @@
 // Height and deviation of the positions along the track, coloured by solution status: for scrubbing and
 // for selecting a piece.
 
-import { statusColour } from "./store.js";
+import { CHOSEN, statusColour } from "./store.js";
 
 export class TrackStrip {
   /** @param {HTMLElement} box @param {import("./store.js").Store} store */
@@ -15,13 +15,17 @@ export class TrackStrip {
     /** @type {number | null} */
     this.start = null;
     new ResizeObserver(() => this.draw()).observe(box);
-    store.on(["run", "engine", "pulse", "selection"], () => this.draw());
+    store.on(["run", "engine", "pulse", "selection", "chosen"], () => this.draw());
     this.canvas.addEventListener("pointermove", (event) => this.move(event));
     this.canvas.addEventListener("pointerdown", (event) => {
       this.canvas.setPointerCapture(event.pointerId);
       this.start = this.pulse(event);
     });
-    this.canvas.addEventListener("pointerup", () => (this.start = null));
+    this.canvas.addEventListener("pointerup", (event) => {
+      // A click chooses the pulse from which places are looked at.
+      if (store.data && this.start !== null && this.pulse(event) === this.start) store.choose(this.start);
+      this.start = null;
+    });
     this.canvas.addEventListener("pointerleave", () => {
       store.pulse = null;
       store.tell("pulse");
@@ -62,7 +66,7 @@ export class TrackStrip {
   }
 
   draw() {
-    const { track, selection, pulse, trackMeta } = this.store;
+    const { track, selection, pulse, chosen, trackMeta } = this.store;
     const [w, h] = [this.box.clientWidth, this.box.clientHeight];
     const context = this.canvas.getContext("2d");
     if (!context || !w || !h) return;
@@ -113,6 +117,13 @@ export class TrackStrip {
     context.textAlign = "left";
     const statuses = [...new Set(rows.map((r) => track.status[r]).filter(Boolean))].join(", ");
     context.fillText(`height ${low.toFixed(2)} to ${high.toFixed(2)} m${top > 0 ? `, σ up to ${(1e3 * top).toFixed(0)} mm (shaded)` : ""}; ${statuses}`, 8, 14);
+    if (chosen !== null) {
+      context.strokeStyle = document.documentElement.dataset.theme === "dark" ? CHOSEN : `color-mix(in srgb, ${CHOSEN} 45%, #003018)`;
+      context.beginPath();
+      context.moveTo(x(chosen - first), 0);
+      context.lineTo(x(chosen - first), h);
+      context.stroke();
+    }
     if (pulse !== null) {
       const k = pulse - first;
       context.strokeStyle = accent;

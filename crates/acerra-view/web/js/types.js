@@ -1,16 +1,18 @@
 // Shapes of what the server answers.
 
 /** @typedef {{x0_m: number, y0_m: number, z_m: number, pixel_m: number, nx: number, ny: number, uneven: boolean}} Grid */
-/** @typedef {{zero_db: number, maximum_db: number, floor_db: number, gain: boolean}} Display */
+/** @typedef {{zero_db: number, maximum_db: number, floor_db: number, half_db: number, gain: boolean}} Display */
 /** @typedef {{rayleigh_m: number | null, width_3db_m: number | null, inner_m?: number | null, outer_m?: number | null}} Width */
 /** @typedef {{x_m: number, y_m: number, z_m: number, level_db: number, along: Width, across: Width, theory?: Theory, pslr_db: number | null, islr_db: number | null, place_deg_m: number[] | null, sigma_along_across_m: number[] | null}} Target */
 /** @typedef {{along_m?: number, across_m?: number}} Theory */
 /** @typedef {{name: string, verdict: string, explanation: string, measured?: unknown, expected?: unknown}} Finding */
 /** @typedef {{version: string, evidence: Finding[], unchecked: {setting: string, explanation: string}[], warnings: string[], configuration: Settings}} RunRecord */
-/** @typedef {{name: string, grid: Grid, levels: number, display: Display, origin_deg_m: number[] | null, record: RunRecord, targets: {targets: Target[]}, files: string[]}} RunMeta */
+/** @typedef {{z0_m: number, step_m: number, slices: number, levels: {x: number, y: number, z: number}}} Volume */
+/** @typedef {{stride: number, columns: number, rows: number, height_m: number[]}} Terrain */
+/** @typedef {{name: string, grid: Grid, levels: number, display: Display, volume: Volume | null, origin_deg_m: number[] | null, record: RunRecord, targets: {targets: Target[]}, files: string[]}} RunMeta */
 /** @typedef {{version: string, runs: {name: string, directory: string}[], basemap: {template: string} | null, tile: number}} Runs */
 /** @typedef {{trace: number[], time_s: number[], position_m: (number | null)[][], sigma_m: (number | null)[][], status: string[], flag: string[], gpst: string[]}} Track */
-/** @typedef {{row: number, trace: number, range_m: number, incidence_deg: number}} Seen */
+/** @typedef {{trace: number, range_m: number, incidence_deg: number}} Seen */
 /** @typedef {{place_m: number[], place_deg_m: number[] | null, pixel: number[] | null, value: number[] | null, level_db: number | null, phase_deg: number | null, seen: Seen | null}} Cursor */
 /** @typedef {{traces: number, samples: number, fast_time_start_ns: number, fast_time_step_ns: number, levels: number, shift_ns: number, gate_ns: number[] | null, maximum_raw: number, maximum_clean: number}} RadargramMeta */
 /** @typedef {{name: string, unit: string, first_pulse: number, pulses: number, time_offset_s: number, radargram: RadargramMeta | null}} TrackMeta */

@@ -19,7 +19,8 @@ use crate::terminal::note;
   acerra view flight-products
   acerra view may-products june-products
   acerra view flight-products --port 8080 --no-open
-  acerra view flight-products --basemap 'https://tiles.example/{z}/{x}/{y}.png'")]
+  acerra view flight-products --basemap 'https://tiles.example/{z}/{x}/{y}.png'
+  acerra view flight-products --basemap map-tiles")]
 pub struct Args {
     /// The directories of runs; two of them can be compared.
     #[arg(value_name = "DIRECTORY", required = true)]
@@ -30,9 +31,9 @@ pub struct Args {
     /// Print the address and open no browser.
     #[arg(long)]
     no_open: bool,
-    /// Map tiles under the image: an address with {z}, {x} and {y}. They are loaded by the browser
-    /// from that server; nothing is loaded from elsewhere without it.
-    #[arg(long, value_name = "URL")]
+    /// Map tiles under the image: an address with {z}, {x} and {y}, loaded by the browser from that
+    /// server, or a directory with files z/x/y.png. Nothing is loaded from elsewhere without it.
+    #[arg(long, visible_alias = "tiles", value_name = "URL or DIRECTORY")]
     basemap: Option<String>,
 }
 
