@@ -1,0 +1,5 @@
+//! Recording in the field: the PulsON 400 radio driven over its MRM interface, GNSS receivers
+//! logged, both on one clock, in logs that survive a power cut; and emulators of the instruments.
+
+pub mod link;
+pub mod message;
