@@ -114,6 +114,13 @@ impl ScanAssembler {
         }
     }
 
+    /// Scans of which some messages have come and others are still expected, or that wait for such a
+    /// scan before them.
+    #[must_use]
+    pub fn scans_under_way(&self) -> usize {
+        self.under_way.len()
+    }
+
     /// Ends the stream: what is whole is handed out, the rest reported.
     pub fn end(&mut self, report: &mut ReadReport, out: &mut VecDeque<Scan>) {
         while !self.under_way.is_empty() {

@@ -1,0 +1,11 @@
+//! Instruments emulated on the loopback interface, speaking their protocols byte for byte.
+
+mod channel;
+mod radio;
+mod server;
+mod source;
+
+pub use channel::{Channel, ChannelCounts, Impairments};
+pub use radio::{Effect, RadioState};
+pub use server::{EmulatedRadio, EmulatorCounts, EmulatorOptions};
+pub use source::{Pattern, Recorded, ScanSource, SourceError, SourceScan};
