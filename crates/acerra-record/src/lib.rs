@@ -3,6 +3,9 @@
 
 pub mod driver;
 pub mod emulate;
+pub mod gnss;
 pub mod host;
 pub mod link;
+pub mod log;
 pub mod message;
+pub mod session;

@@ -155,18 +155,21 @@ fn loss_repetition_reordering_and_a_restart_are_survived_and_counted() {
     assert_eq!(numbers.len() as u64, counts.whole_scans);
     assert_eq!((emulated.reboots, counts.restarts), (1, 1));
     assert_eq!((flight.silences, flight.restarts), (1, 1));
+    let dropped_by_system = emulated.datagrams - counts.packets;
+    println!("{dropped_by_system} datagrams dropped by the system");
     // Unknown to the driver are only scans of which nothing came at the end and before the restart:
-    // those on their way then.
+    // those on their way then, and what the system dropped there.
     let unknown = emulated.scans - counts.scans_made();
-    assert!(unknown <= 8, "{unknown} scans are not accounted for");
+    assert!(
+        unknown <= 8 + dropped_by_system / 2,
+        "{unknown} scans are not accounted for"
+    );
     assert_eq!(counts.scans_under_way, 0);
     assert!(counts.reordered > 0 && counts.incomplete_scans > 0 && counts.retries < 20);
     let scans_heard = counts.scan_messages - counts.repeated - counts.late;
     // Messages missing for whole scans: each is of a scan that is counted incomplete or lost.
     let missing = 2 * counts.scans_made() - scans_heard;
     assert_eq!(missing, counts.incomplete_scans + 2 * counts.lost_scans);
-    let dropped_by_system = emulated.datagrams - counts.packets;
-    println!("{dropped_by_system} datagrams dropped by the system");
     if dropped_by_system == 0 {
         assert_eq!(counts.whole_scans, emulated.scans_sent_whole);
         assert_eq!(counts.late, 0);
