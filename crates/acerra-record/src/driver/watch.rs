@@ -136,20 +136,18 @@ impl<L: Link> Watched<L> {
         let before = self.driver.intake().counts().scan_messages;
         let arrival = match self.driver.next_arrival(wait) {
             Ok(arrival) => arrival,
-            Err(error) => return Ok(Some(self.fall_silent(&error))),
+            Err(error) => return Ok(Some(self.fall_silent(&error.to_string()))),
         };
         if self.driver.intake().counts().scan_messages > before {
             self.last_scan = Instant::now();
         } else if self.last_scan.elapsed() >= self.patience() {
-            let silent = DriverError::Silent {
-                peer: self.driver.link().peer(),
-                request: "CONTROL_REQUEST",
-                attempts: 1,
-                timeout: self.last_scan.elapsed(),
-            };
             return match arrival {
                 Some(arrival) => Ok(Some(Event::Message(arrival))),
-                None => Ok(Some(self.fall_silent(&silent))),
+                None => {
+                    let peer = self.driver.link().peer();
+                    let why = format!("{peer}: the radio does not scan, or its cable is out");
+                    Ok(Some(self.fall_silent(&why)))
+                }
             };
         }
         Ok(arrival.map(Event::Message))
@@ -179,7 +177,7 @@ impl<L: Link> Watched<L> {
             .max(Duration::from_secs_f64(4.0 * interval_s.min(60.0)))
     }
 
-    fn fall_silent(&mut self, why: &DriverError) -> Event {
+    fn fall_silent(&mut self, why: &str) -> Event {
         self.is_silent = true;
         self.driver.intake().count_silence();
         // The first attempt follows at once.

@@ -2,10 +2,12 @@
 
 mod channel;
 mod radio;
+mod receiver;
 mod server;
 mod source;
 
 pub use channel::{Channel, ChannelCounts, Impairments};
 pub use radio::{Effect, RadioState};
+pub use receiver::{EmulatedReceiver, ReceiverOptions};
 pub use server::{EmulatedRadio, EmulatorCounts, EmulatorOptions};
 pub use source::{Pattern, Recorded, ScanSource, SourceError, SourceScan};

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use thiserror::Error;
 
-use crate::link::{LinkError, open_port};
+use crate::link::{LinkError, is_timeout, open_port};
 
 /// Time to wait for a connection.
 const CONNECT: Duration = Duration::from_secs(3);
@@ -67,14 +67,7 @@ fn read_some(
     match stream.read(buffer) {
         Ok(0) => Err(ended(io::ErrorKind::UnexpectedEof.into())),
         Ok(bytes) => Ok(bytes),
-        Err(e)
-            if matches!(
-                e.kind(),
-                io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut | io::ErrorKind::Interrupted
-            ) =>
-        {
-            Ok(0)
-        }
+        Err(e) if is_timeout(&e) => Ok(0),
         Err(cause) => Err(ended(cause)),
     }
 }

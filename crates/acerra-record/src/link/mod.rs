@@ -11,6 +11,7 @@ use thiserror::Error;
 
 pub use framing::{Deframer, frame_body};
 pub use serial::{SerialLink, open_port};
+pub(crate) use udp::is_timeout;
 pub use udp::{RADIO_PORT, UdpLink};
 
 /// A message body as it came, with the time of its arrival.
@@ -82,4 +83,22 @@ pub enum LinkError {
         /// The longest.
         limit: usize,
     },
+}
+
+impl<L: Link + ?Sized> Link for Box<L> {
+    fn send(&mut self, body: &[u8]) -> Result<(), LinkError> {
+        (**self).send(body)
+    }
+
+    fn receive(&mut self, wait: Duration) -> Result<Option<Arrival>, LinkError> {
+        (**self).receive(wait)
+    }
+
+    fn reopen(&mut self) -> Result<(), LinkError> {
+        (**self).reopen()
+    }
+
+    fn peer(&self) -> String {
+        (**self).peer()
+    }
 }

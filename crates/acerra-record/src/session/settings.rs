@@ -54,6 +54,11 @@ pub struct RadioSection {
     pub code_channel: u8,
     /// Interval between scans (ms); 0 is as fast as possible.
     pub scan_interval_ms: f64,
+    /// Time from the middle of a scan to its message at this computer (ms), where it was measured; by
+    /// default half the scan's estimated duration, to within what is left of it.
+    pub latency_ms: Option<f64>,
+    /// Standard deviation of that time (ms), where it was measured.
+    pub latency_sigma_ms: Option<f64>,
 }
 
 impl Default for RadioSection {
@@ -68,6 +73,8 @@ impl Default for RadioSection {
             transmit_gain: 63,
             code_channel: 0,
             scan_interval_ms: 0.0,
+            latency_ms: None,
+            latency_sigma_ms: None,
         }
     }
 }
@@ -167,9 +174,7 @@ impl Session {
 
     fn check(&self) -> Result<(), SettingsError> {
         let radio = &self.radio;
-        if radio.address.is_some() == radio.serial.is_some() {
-            return Err(SettingsError::Way { table: "radio" });
-        }
+        radio.way()?;
         let [start, stop] = radio.window_ps;
         check(
             "radio",
@@ -209,6 +214,18 @@ impl Session {
                     radio.scan_interval_ms,
                     0.0..=60_000.0,
                     "0 to 60000",
+                ),
+                Rule::range(
+                    "latency_ms",
+                    radio.latency_ms.unwrap_or(0.0),
+                    0.0..=5_000.0,
+                    "0 to 5000",
+                ),
+                Rule::range(
+                    "latency_sigma_ms",
+                    radio.latency_sigma_ms.unwrap_or(0.0),
+                    0.0..=5_000.0,
+                    "0 to 5000",
                 ),
                 Rule::range("baud", radio.baud.into(), 1200.0..=1e7, "1200 to 10000000"),
             ],
@@ -254,7 +271,36 @@ fn resolve(value: &mut toml::Value, folder: &Path) {
     }
 }
 
+/// The way to an instrument.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Way<'a> {
+    /// Over the network.
+    Address(SocketAddr),
+    /// By a serial or USB port.
+    Serial(&'a str),
+}
+
+fn way<'a>(
+    table: &'static str,
+    address: Option<SocketAddr>,
+    serial: Option<&'a str>,
+) -> Result<Way<'a>, SettingsError> {
+    match (address, serial) {
+        (Some(address), None) => Ok(Way::Address(address)),
+        (None, Some(port)) => Ok(Way::Serial(port)),
+        _ => Err(SettingsError::Way { table }),
+    }
+}
+
 impl RadioSection {
+    /// The way to the radio.
+    ///
+    /// # Errors
+    /// None, or two.
+    pub fn way(&self) -> Result<Way<'_>, SettingsError> {
+        way("radio", self.address, self.serial.as_deref())
+    }
+
     /// What the radio is set to.
     #[must_use]
     pub fn setup(&self) -> Setup {
@@ -272,10 +318,16 @@ impl RadioSection {
 }
 
 impl GnssSection {
+    /// The way to the receiver.
+    ///
+    /// # Errors
+    /// None, or two.
+    pub fn way(&self) -> Result<Way<'_>, SettingsError> {
+        way("gnss", self.address, self.serial.as_deref())
+    }
+
     fn check(&self) -> Result<(), SettingsError> {
-        if self.address.is_some() == self.serial.is_some() {
-            return Err(SettingsError::Way { table: "gnss" });
-        }
+        self.way()?;
         Ok(check(
             "gnss",
             &[
