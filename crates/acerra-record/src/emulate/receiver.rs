@@ -5,27 +5,31 @@ use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use acerra_geo::time::GpsTime;
 use acerra_gnss::ubx::epoch_time;
 use acerra_gnss::ubx::frame::{self, Frame, Piece, pieces};
 
+use super::world::World;
+
 /// How an emulated receiver behaves.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct ReceiverOptions {
-    /// GPS seconds in a second: 1 is real time.
-    pub speed: f64,
-    /// GPS time at the start of the emulator; by default that of the first epoch.
+    /// The time it lives in.
+    pub world: World,
+    /// GPS time at the world's beginning; by default that of the first epoch.
     pub starts_at: Option<GpsTime>,
     /// Time from an epoch to its first byte (s).
     pub latency_s: f64,
 }
 
-impl Default for ReceiverOptions {
-    fn default() -> Self {
+impl ReceiverOptions {
+    /// A receiver without latency whose first epoch is the world's beginning.
+    #[must_use]
+    pub fn new(world: World) -> Self {
         Self {
-            speed: 1.0,
+            world,
             starts_at: None,
             latency_s: 0.0,
         }
@@ -42,8 +46,7 @@ pub struct EmulatedReceiver {
 
 impl EmulatedReceiver {
     /// Emulates a receiver at `address` (port 0 takes any free one) that sends `log` to the first
-    /// client, each byte once. Time runs from the start of the emulator, also while nobody listens:
-    /// what is past is sent at once.
+    /// client, each byte once, as the world's time goes: what is past when a client comes is sent at once.
     ///
     /// # Errors
     /// If the port is taken, or the system gives no thread.
@@ -57,10 +60,9 @@ impl EmulatedReceiver {
             listener,
             bursts: bursts(&log, &options),
             log,
-            speed: options.speed,
+            world: options.world,
             stop: Arc::clone(&stop),
             finished: Arc::clone(&finished),
-            began: Instant::now(),
         };
         let thread = std::thread::Builder::new()
             .name("emulated receiver".to_owned())
@@ -98,7 +100,7 @@ impl Drop for EmulatedReceiver {
 
 /// Bytes that are sent together.
 struct Burst {
-    /// Seconds of GPS time after the start of the emulator.
+    /// World time (s).
     at_s: f64,
     /// Where they end in the log.
     end: usize,
@@ -136,10 +138,9 @@ struct Server {
     listener: TcpListener,
     log: Vec<u8>,
     bursts: Vec<Burst>,
-    speed: f64,
+    world: World,
     stop: Arc<AtomicBool>,
     finished: Arc<AtomicBool>,
-    began: Instant,
 }
 
 impl Server {
@@ -162,13 +163,17 @@ impl Server {
         client.set_read_timeout(Some(Duration::from_millis(1)))?;
         let mut heard = Vec::new();
         while !self.stop.load(Ordering::SeqCst) {
-            answer(&mut client, &mut heard)?;
             let Some(burst) = self.bursts.get(*next) else {
                 self.finished.store(true, Ordering::SeqCst);
+                answer(&mut client, &mut heard)?;
                 continue;
             };
-            let left_s = burst.at_s / self.speed - self.began.elapsed().as_secs_f64();
+            let left_s = self
+                .world
+                .now_s()
+                .map_or(0.02, |now_s| (burst.at_s - now_s) / self.world.speed());
             if left_s > 0.0 {
+                answer(&mut client, &mut heard)?;
                 std::thread::sleep(Duration::from_secs_f64(left_s.min(0.02)));
                 continue;
             }

@@ -12,15 +12,19 @@ use acerra_radar::mrm::{HEADER_BYTES, RadarConfig, ScanHeader};
 use super::channel::{Channel, ChannelCounts, Impairments};
 use super::radio::{Effect, RadioState};
 use super::source::{ScanSource, SourceScan};
+use super::world::World;
 use crate::message::{MAX_MESSAGE_BYTES, Packet};
 
 /// How an emulated radio behaves.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct EmulatorOptions {
-    /// Radio seconds in a second: 1 is real time.
+    /// Radio seconds in a second: 1 is real time. In a world, its own.
     pub speed: f64,
-    /// The radio's clock is fast by so many parts in a million.
+    /// The radio's clock is fast by so many parts in a million. In a world stamps tell it; without one
+    /// the pace does, and a recording's bytes stay as they are.
     pub drift_ppm: f64,
+    /// The world that the recording is of, and the world time of its first scan (s).
+    pub world: Option<(World, f64)>,
     /// The link.
     pub impairments: Impairments,
     /// Seconds of radio time, from the start of the emulator, at which the radio restarts by itself.
@@ -34,6 +38,7 @@ impl Default for EmulatorOptions {
         Self {
             speed: 1.0,
             drift_ppm: 0.0,
+            world: None,
             impairments: Impairments::default(),
             reboot_at_s: Vec::new(),
             reboot_takes_s: 3.0,
@@ -148,6 +153,10 @@ struct Server {
     numbering: Numbering,
     /// Added to the source's numbers and stamps.
     renumber: Renumber,
+    /// Source time of the first scan of all, µs.
+    first_us: Option<u64>,
+    /// Emulator time at which the client last asked for scans.
+    started_us: u64,
     /// Emulator time of the last power-on, and the radio clock then.
     booted_us: u64,
     boot_clock_us: u64,
@@ -181,6 +190,9 @@ struct Renumber {
 impl Server {
     fn new(socket: UdpSocket, source: Box<dyn ScanSource>, options: EmulatorOptions) -> Self {
         let mut options = options;
+        if let Some((world, _)) = &options.world {
+            options.speed = world.speed();
+        }
         options.reboot_at_s.sort_by(|a, b| b.total_cmp(a));
         Self {
             socket,
@@ -197,6 +209,8 @@ impl Server {
             anchor: None,
             numbering: Numbering::AsSource,
             renumber: Renumber::default(),
+            first_us: None,
+            started_us: 0,
             booted_us: 0,
             boot_clock_us: 60_000_000,
             deaf_until_us: 0,
@@ -242,6 +256,9 @@ impl Server {
     fn due_us(&self, scan: &SourceScan) -> Option<u64> {
         let anchor = self.anchor?;
         let radio_us = scan.radio_us.saturating_sub(anchor.source_us) as f64;
+        if self.options.world.is_some() {
+            return Some(anchor.emulator_us + radio_us as u64);
+        }
         // A fast clock counts more than a second a second.
         Some(anchor.emulator_us + (radio_us / (1.0 + 1e-6 * self.options.drift_ppm)) as u64)
     }
@@ -286,20 +303,37 @@ impl Server {
             }
             let Some(scan) = &self.next else { return };
             if self.anchor.is_none() {
-                self.anchor = Some(Anchor {
-                    emulator_us: now_us,
-                    source_us: scan.radio_us,
-                });
+                self.anchor = Some(self.anchor_at(now_us, scan.radio_us));
                 self.settle_numbers(now_us);
             }
             let Some(scan) = self.next.take() else { return };
             match self.due_us(&scan) {
+                // Over before the client asked for scans.
+                Some(due) if due + 1_000 < self.started_us => {}
                 Some(due) if due <= now_us => self.make(scan, due),
                 _ => {
                     self.next = Some(scan);
                     return;
                 }
             }
+        }
+    }
+
+    /// Where the scans to come stand in time: the next one now, or in a world each at its own time.
+    fn anchor_at(&mut self, now_us: u64, next_us: u64) -> Anchor {
+        let first_us = *self.first_us.get_or_insert(next_us);
+        let Some((world, first_s)) = &self.options.world else {
+            return Anchor {
+                emulator_us: now_us,
+                source_us: next_us,
+            };
+        };
+        world.begin();
+        let world_us = 1e6 * world.now_s().unwrap_or(0.0);
+        let begun_us = now_us.saturating_sub(world_us as u64);
+        Anchor {
+            emulator_us: begun_us + (1e6 * first_s) as u64,
+            source_us: first_us,
         }
     }
 
@@ -315,7 +349,9 @@ impl Server {
         };
         if self.numbering == Numbering::AsSource {
             self.boot_clock_us = scan.radio_us;
-            self.booted_us = now_us;
+            self.booted_us = self.due_us(scan).unwrap_or(now_us);
+        } else if self.options.world.is_some() && self.numbering == Numbering::GoOn {
+            // In a world a scan's stamp is its time, and numbers go on.
         } else {
             let clock_ms = self.clock_ms(now_us);
             self.renumber.stamp_ms = clock_ms.wrapping_sub(header.timestamp_ms);
@@ -326,12 +362,27 @@ impl Server {
         self.numbering = Numbering::GoOn;
     }
 
+    /// What a world's radio has gained since its first scan, ms.
+    fn drift_ms(&self, radio_us: u64) -> u32 {
+        match (&self.options.world, self.first_us) {
+            (Some(_), Some(first_us)) => {
+                let elapsed_ms = 1e-3 * radio_us.saturating_sub(first_us) as f64;
+                // A clock that is slow counts back from 2³².
+                (1e-6 * self.options.drift_ppm * elapsed_ms).round() as i64 as u32
+            }
+            _ => 0,
+        }
+    }
+
     fn make(&mut self, scan: SourceScan, due_us: u64) {
         let Some(client) = self.client else { return };
         self.own.scans += 1;
         let lost = self.channel.counts().lost;
+        let drift_ms = self.drift_ms(scan.radio_us);
         for mut message in scan.messages {
-            apply(self.renumber, &mut message);
+            let mut renumber = self.renumber;
+            renumber.stamp_ms = renumber.stamp_ms.wrapping_add(drift_ms);
+            apply(renumber, &mut message);
             self.channel.send(due_us, (client, message));
         }
         self.own.scans_sent_whole += u64::from(self.channel.counts().lost == lost);
@@ -373,6 +424,7 @@ impl Server {
             Effect::Start => {
                 self.client = Some(client);
                 self.anchor = None;
+                self.started_us = now_us;
             }
             Effect::Stop => self.anchor = None,
             Effect::Reboot => {

@@ -320,8 +320,7 @@ fn write_clock(
     };
     match logged_clock(&stamps) {
         Ok(clock) => {
-            let text = serde_json::to_string_pretty(&clock).unwrap_or_default();
-            write_file(directory, CLOCK_NAME, format!("{text}\n").as_bytes())?;
+            write_file(directory, CLOCK_NAME, clock.to_json().as_bytes())?;
             finished.clock = Some(clock);
         }
         Err(error) => finished

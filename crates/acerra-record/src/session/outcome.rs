@@ -1,7 +1,8 @@
 //! The files of a session's directory, and what became of a session.
 
+use acerra_radar::LoggedClock;
+
 use crate::log::LogDamage;
-use crate::timing::LoggedClock;
 
 /// Name of the log in a session's directory.
 pub const LOG_NAME: &str = "session.log";

@@ -126,6 +126,13 @@ struct Shared {
     health: Mutex<Health>,
 }
 
+impl Shared {
+    fn count_gnss(&self, bytes: usize) {
+        let mut health = self.health.lock().unwrap_or_else(PoisonError::into_inner);
+        health.gnss_bytes += bytes as u64;
+    }
+}
+
 impl Recorder<'_> {
     /// Records until stopped, told to `follow`. A session that was interrupted is gone on with.
     ///
@@ -291,14 +298,23 @@ impl Recorder<'_> {
             Way::Serial(path) => Box::new(SerialSource::open(path, section.baud)?),
         };
         let settings = configuration(section.receiver, section.rate_hz);
-        configure(&mut *source, &settings, &mut |bytes| {
-            // The queue is empty while instruments are set up.
-            let _ = send.try_send(Item::Record(gnss_record(clock, bytes)));
-        })?;
         let shared = Arc::clone(shared);
+        let mut heard = Vec::new();
+        configure(&mut *source, &settings, &mut |bytes| {
+            heard.push(gnss_record(clock, bytes));
+        })?;
         std::thread::Builder::new()
             .name("gnss".to_owned())
-            .spawn(move || log_gnss(source, clock, &send, &shared))
+            .spawn(move || {
+                let records = heard.into_iter().filter(|r| !r.payload.is_empty());
+                for record in records {
+                    shared.count_gnss(record.payload.len());
+                    if send.send(Item::Record(record)).is_err() {
+                        return;
+                    }
+                }
+                log_gnss(source, clock, &send, &shared);
+            })
             .map_err(RecordError::Thread)
     }
 }
@@ -464,8 +480,7 @@ fn log_gnss(
                 if send.send(Item::Record(record)).is_err() {
                     return;
                 }
-                let mut health = shared.health.lock().unwrap_or_else(PoisonError::into_inner);
-                health.gnss_bytes += bytes as u64;
+                shared.count_gnss(bytes);
             }
             Err(_) if ended.is_some() => return,
             Err(fault) => {

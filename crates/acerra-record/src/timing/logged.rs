@@ -1,7 +1,7 @@
 //! The time of each trace on GPS time, from a session's stamps.
 
 use acerra_geo::time::GpsTime;
-use serde::{Deserialize, Serialize};
+use acerra_radar::LoggedClock;
 use thiserror::Error;
 
 use super::fit::{ClockLine, FitError, Pair, clock_line};
@@ -40,36 +40,6 @@ pub enum TimingError {
         /// Largest difference of clocks (10⁻⁶).
         limit_ppm: f64,
     },
-}
-
-/// Radar time on GPS time: what `time_offset_s = "logged"` reads.
-#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct LoggedClock {
-    /// Version of this file's form.
-    pub version: u32,
-    /// The radio's number of the first trace.
-    pub first_message_id: u16,
-    /// The radio's stamp of the first trace (ms).
-    pub first_timestamp_ms: u32,
-    /// GPS week of the first trace.
-    pub gps_week: i64,
-    /// Seconds of that week at the first trace: trajectory time less radar time.
-    pub time_offset_s: f64,
-    /// Seconds of GPS time in a second of the radio's clock.
-    pub rate: f64,
-    /// Standard deviation of a trace's time in the middle of the recording (s), of the stamps alone.
-    pub sigma_stamps_s: f64,
-    /// Standard deviation with what is not known of the latencies (s).
-    pub sigma_s: f64,
-    /// Median delay of the radio's messages beyond the shortest (s).
-    pub radio_jitter_s: f64,
-    /// Median delay of the receiver's epochs beyond the shortest (s).
-    pub gnss_jitter_s: f64,
-    /// Latency of the radio that was taken off (s).
-    pub radio_latency_s: f64,
-    /// Latency of the receiver that was taken off (s).
-    pub gnss_latency_s: f64,
 }
 
 /// What a session knows of the times of a run of scans.
@@ -127,7 +97,7 @@ fn together(stamps: &Stamps, radio: &ClockLine, gps: &ClockLine, origin: GpsTime
     let middle_gps_s = gps_since_origin_s(radio.at_s);
     let sigma_stamps_s = radio.sigma_s.hypot(gps.sigma_at_s(middle_gps_s)) / gps.rate;
     LoggedClock {
-        version: 1,
+        version: LoggedClock::VERSION,
         first_message_id: stamps.first.0,
         first_timestamp_ms: stamps.first.1,
         gps_week,

@@ -5,4 +5,4 @@ mod fit;
 mod logged;
 
 pub use fit::{ClockLine, FitError, LEAST_PAIRS, Pair, clock_line};
-pub use logged::{Latency, LoggedClock, Stamps, TimingError, logged_clock};
+pub use logged::{Latency, Stamps, TimingError, logged_clock};
