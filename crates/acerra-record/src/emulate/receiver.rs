@@ -98,6 +98,9 @@ impl Drop for EmulatedReceiver {
     }
 }
 
+/// Time that listening to a client may take (s): systems wake sleepers on sockets by their tick.
+const LISTENING_S: f64 = 0.012;
+
 /// Bytes that are sent together.
 struct Burst {
     /// World time (s).
@@ -171,10 +174,13 @@ impl Server {
             let left_s = self
                 .world
                 .now_s()
-                .map_or(0.02, |now_s| (burst.at_s - now_s) / self.world.speed());
-            if left_s > 0.0 {
+                .map_or(1.0, |now_s| (burst.at_s - now_s) / self.world.speed());
+            if left_s > LISTENING_S {
                 answer(&mut client, &mut heard)?;
-                std::thread::sleep(Duration::from_secs_f64(left_s.min(0.02)));
+                continue;
+            }
+            if left_s > 0.0 {
+                std::thread::sleep(Duration::from_secs_f64(left_s));
                 continue;
             }
             client.write_all(&self.log[*sent..burst.end])?;

@@ -15,6 +15,9 @@ use super::source::{ScanSource, SourceScan};
 use super::world::World;
 use crate::message::{MAX_MESSAGE_BYTES, Packet};
 
+/// How much later than asked a system may wake a sleeper on a socket.
+const TICK: Duration = Duration::from_millis(8);
+
 /// How an emulated radio behaves.
 #[derive(Debug, Clone)]
 pub struct EmulatorOptions {
@@ -398,12 +401,22 @@ impl Server {
         }
     }
 
-    fn hear(&mut self, buffer: &mut [u8], wait: Duration) {
-        let wait = wait.max(Duration::from_micros(1));
-        if self.socket.set_read_timeout(Some(wait)).is_err() {
-            return;
+    /// Waits for a datagram, and not longer: systems wake sleepers on sockets by their tick, others at once.
+    fn receive(&self, buffer: &mut [u8], wait: Duration) -> io::Result<(usize, SocketAddr)> {
+        let by_tick = wait.saturating_sub(TICK);
+        if by_tick.is_zero() {
+            std::thread::sleep(wait);
+            self.socket.set_nonblocking(true)?;
+            let received = self.socket.recv_from(buffer);
+            self.socket.set_nonblocking(false)?;
+            return received;
         }
-        let Ok((bytes, client)) = self.socket.recv_from(buffer) else {
+        self.socket.set_read_timeout(Some(by_tick))?;
+        self.socket.recv_from(buffer)
+    }
+
+    fn hear(&mut self, buffer: &mut [u8], wait: Duration) {
+        let Ok((bytes, client)) = self.receive(buffer, wait) else {
             return;
         };
         let now_us = self.now_us();
