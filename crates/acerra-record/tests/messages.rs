@@ -1,4 +1,5 @@
 //! Messages against the protocol's facts, byte by byte, and any bytes at all.
+#![allow(clippy::unwrap_used)] // a test that cannot go on has failed
 
 use acerra_radar::mrm::{MessageType, RadarConfig, SAMPLES_PER_MESSAGE, SCAN_MESSAGE_BYTES};
 use acerra_record::link::Deframer;

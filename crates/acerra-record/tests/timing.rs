@@ -1,4 +1,6 @@
 //! Clocks under drift, jitter, bursts and loss: right, and as certain as they say.
+#![allow(clippy::unwrap_used)] // a test that cannot go on has failed
+#![allow(clippy::print_stdout)] // figures, and why a test is skipped
 
 use acerra_geo::time::GpsTime;
 use acerra_record::timing::{Latency, Pair, Stamps, clock_line, logged_clock};
