@@ -112,14 +112,12 @@ impl<L: Link> Watched<L> {
         self.driver.intake().sequence().interval_s()
     }
 
-    /// What happens next; `None` where nothing did within `wait`. A silence is no error: it is said
-    /// once, and the radio is looked for until it is back.
-    ///
-    /// # Errors
-    /// A radio that came back and refuses its settings.
-    pub fn next_event(&mut self, wait: Duration) -> Result<Option<Event>, DriverError> {
+    /// What happens next; `None` where nothing did within `wait`. A silence is no failure: it is said
+    /// once, and the radio is looked for until it is back; one that came back and refuses its settings
+    /// is told each time.
+    pub fn next_event(&mut self, wait: Duration) -> Option<Event> {
         if let Some(scan) = self.driver.intake().next_scan() {
-            return Ok(Some(Event::Scan(scan)));
+            return Some(Event::Scan(scan));
         }
         if self.is_silent {
             return self.look_for_radio(wait);
@@ -130,27 +128,27 @@ impl<L: Link> Watched<L> {
             self.last_status = Instant::now();
             // A status that does not come is no failure while scans do.
             if let Ok(status) = self.driver.status() {
-                return Ok(Some(Event::Status(status)));
+                return Some(Event::Status(status));
             }
         }
         let before = self.driver.intake().counts().scan_messages;
         let arrival = match self.driver.next_arrival(wait) {
             Ok(arrival) => arrival,
-            Err(error) => return Ok(Some(self.fall_silent(&error.to_string()))),
+            Err(error) => return Some(self.fall_silent(&error.to_string())),
         };
         if self.driver.intake().counts().scan_messages > before {
             self.last_scan = Instant::now();
         } else if self.last_scan.elapsed() >= self.patience() {
             return match arrival {
-                Some(arrival) => Ok(Some(Event::Message(arrival))),
+                Some(arrival) => Some(Event::Message(arrival)),
                 None => {
                     let peer = self.driver.link().peer();
                     let why = format!("{peer}: the radio does not scan, or its cable is out");
-                    Ok(Some(self.fall_silent(&why)))
+                    Some(self.fall_silent(&why))
                 }
             };
         }
-        Ok(arrival.map(Event::Message))
+        arrival.map(Event::Message)
     }
 
     /// Stops scans and takes in what is on its way; scans that are not whole by then are given up.
@@ -190,11 +188,11 @@ impl<L: Link> Watched<L> {
         ))
     }
 
-    fn look_for_radio(&mut self, wait: Duration) -> Result<Option<Event>, DriverError> {
+    fn look_for_radio(&mut self, wait: Duration) -> Option<Event> {
         let since = self.last_attempt.elapsed();
         if since < self.options.retry {
             std::thread::sleep(wait.min(self.options.retry - since));
-            return Ok(None);
+            return None;
         }
         self.last_attempt = Instant::now();
         match self.set_up_again() {
@@ -202,10 +200,12 @@ impl<L: Link> Watched<L> {
                 let after_s = self.last_scan.elapsed().as_secs_f64();
                 self.is_silent = false;
                 self.last_scan = Instant::now();
-                Ok(Some(Event::Resumed { after_s, restarted }))
+                Some(Event::Resumed { after_s, restarted })
             }
-            Err(error @ (DriverError::Refused { .. } | DriverError::ReadBack { .. })) => Err(error),
-            Err(_) => Ok(None),
+            Err(error @ (DriverError::Refused { .. } | DriverError::ReadBack { .. })) => {
+                Some(Event::Silent(error.to_string()))
+            }
+            Err(_) => None,
         }
     }
 

@@ -5,7 +5,7 @@ use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use acerra_geo::time::GpsTime;
 use acerra_gnss::ubx::epoch_time;
@@ -101,6 +101,9 @@ impl Drop for EmulatedReceiver {
 /// Time that listening to a client may take (s): systems wake sleepers on sockets by their tick.
 const LISTENING_S: f64 = 0.012;
 
+/// Longest time between two looks at what a client says, however much there is to send.
+const LISTEN_EVERY: Duration = Duration::from_millis(200);
+
 /// Bytes that are sent together.
 struct Burst {
     /// World time (s).
@@ -165,6 +168,7 @@ impl Server {
         client.set_nodelay(true)?;
         client.set_read_timeout(Some(Duration::from_millis(1)))?;
         let mut heard = Vec::new();
+        let mut listened = Instant::now();
         while !self.stop.load(Ordering::SeqCst) {
             let Some(burst) = self.bursts.get(*next) else {
                 self.finished.store(true, Ordering::SeqCst);
@@ -175,8 +179,9 @@ impl Server {
                 .world
                 .now_s()
                 .map_or(1.0, |now_s| (burst.at_s - now_s) / self.world.speed());
-            if left_s > LISTENING_S {
+            if left_s > LISTENING_S || listened.elapsed() > LISTEN_EVERY {
                 answer(&mut client, &mut heard)?;
+                listened = Instant::now();
                 continue;
             }
             if left_s > 0.0 {

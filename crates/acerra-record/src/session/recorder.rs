@@ -25,6 +25,8 @@ use crate::log::{LogDamage, LogWriteError, LogWriter, Record, RecordKind};
 const QUEUE_RECORDS: usize = 8_192;
 /// Time without bytes after which a receiver counts as silent.
 const GNSS_SILENCE: Duration = Duration::from_secs(3);
+/// Time over which lost scans are judged.
+const LOSS_JUDGED_EVERY: Duration = Duration::from_secs(10);
 /// Time in which bytes on their way are taken in at the end.
 const LAST_BYTES: Duration = Duration::from_millis(500);
 /// Modulus of a sample relative to the largest that the radio can send (2^PII × 2^15) from which
@@ -116,7 +118,6 @@ pub struct Recorder<'a> {
 enum Item {
     Record(Record),
     Progress(Progress),
-    Failed(RecordError),
 }
 
 /// State that the radio's thread shares.
@@ -163,16 +164,27 @@ impl Recorder<'_> {
         let shared = Arc::new(Shared::default());
         let radio = self.start_radio(clock, send.clone(), &shared)?;
         let gnss = match &self.session.gnss {
-            Some(section) => Some(self.start_gnss(section, clock, send.clone(), &shared)?),
-            None => None,
+            Some(section) => match self.start_gnss(section, clock, send, &shared) {
+                Ok(thread) => Some(thread),
+                Err(error) => {
+                    // The radio does not go on without a listener.
+                    shared.ended.store(true, Ordering::SeqCst);
+                    drop(receive);
+                    let _ = radio.join();
+                    return Err(error);
+                }
+            },
+            None => {
+                drop(send);
+                None
+            }
         };
-        drop(send);
-        let mut outcome = Ok(());
+        let mut outcome: Result<(), LogWriteError> = Ok(());
         let mut told = Instant::now();
         let mut ended_since: Option<Instant> = None;
         loop {
             match receive.recv_timeout(Duration::from_millis(100)) {
-                Ok(Item::Record(record)) => outcome = log.write(&record).map_err(Into::into),
+                Ok(Item::Record(record)) => outcome = log.write(&record),
                 Ok(Item::Progress(progress)) => {
                     let (Progress::Note(text) | Progress::Warning(text)) = &progress else {
                         continue;
@@ -182,11 +194,10 @@ impl Recorder<'_> {
                         at_ns: clock.now_ns(),
                         payload: text.clone().into_bytes(),
                     };
-                    outcome = log.write(&record).map_err(Into::into);
+                    outcome = log.write(&record);
                     follow(progress);
                 }
-                Ok(Item::Failed(error)) => outcome = Err(error),
-                Err(RecvTimeoutError::Timeout) => outcome = log.sync_if_due().map_err(Into::into),
+                Err(RecvTimeoutError::Timeout) => outcome = log.sync_if_due(),
                 Err(RecvTimeoutError::Disconnected) => break,
             }
             if outcome.is_err() || self.is_over(clock) {
@@ -279,6 +290,8 @@ impl Recorder<'_> {
             send,
             shared,
             interval_s: 1e-3 * radio.scan_interval_ms,
+            is_saturated: false,
+            judged: ([0; 2], Instant::now()),
         };
         std::thread::Builder::new()
             .name("radio".to_owned())
@@ -334,26 +347,46 @@ struct RadioLoop {
     send: SyncSender<Item>,
     shared: Arc<Shared>,
     interval_s: f64,
+    /// Whether saturation was told.
+    is_saturated: bool,
+    /// Scans made and scans not whole, when loss was last judged, and when that was.
+    judged: ([u64; 2], Instant),
 }
 
 impl RadioLoop {
+    /// Warns where more than a twentieth of the last ten seconds' scans did not come whole; `false` when
+    /// the recording is over.
+    fn warn_of_loss(&mut self) -> bool {
+        let ([made_before, missing_before], at) = self.judged;
+        if at.elapsed() < LOSS_JUDGED_EVERY {
+            return true;
+        }
+        let counts = self.watched.counts();
+        let now = [
+            counts.scans_made(),
+            counts.lost_scans + counts.incomplete_scans,
+        ];
+        self.judged = (now, Instant::now());
+        let (made, missing) = (now[0] - made_before, now[1].saturating_sub(missing_before));
+        if made == 0 || missing * 20 <= made {
+            return true;
+        }
+        self.say(Progress::Warning(format!(
+            "{missing} of the last {made} scans did not come whole; is the disk slow, the link busy?"
+        )))
+    }
+
     fn run(mut self, announced: String) {
         let config = self.watched.config();
         let begun = self.say(Progress::Note(announced)) && self.config_record();
         let largest = f64::from(1_u32 << config.integration_index.min(15)) * 32_768.0;
         let mut is_slow_told = false;
         while begun && !self.shared.ended.load(Ordering::SeqCst) {
-            let event = match self.watched.next_event(Duration::from_millis(50)) {
-                Ok(Some(event)) => event,
-                Ok(None) => continue,
-                Err(error) => {
-                    // Nobody listens once the recording is over.
-                    let _ = self.send.send(Item::Failed(error.into()));
-                    return;
-                }
+            let Some(event) = self.watched.next_event(Duration::from_millis(50)) else {
+                continue;
             };
-            if !self.handle(event, largest) {
-                return;
+            if !self.handle(event, largest) || !self.warn_of_loss() {
+                break;
             }
             let interval_s = self.watched.interval_s();
             let scans = self.watched.counts().whole_scans;
@@ -391,7 +424,11 @@ impl RadioLoop {
                 let peak = scan.samples.iter().map(|s| s.unsigned_abs()).max();
                 let is_saturated = f64::from(peak.unwrap_or(0)) >= SATURATED_SHARE * largest;
                 self.update(|health| health.saturated_scans += u64::from(is_saturated));
-                true
+                let is_first = is_saturated && !std::mem::replace(&mut self.is_saturated, true);
+                !is_first
+                    || self.say(Progress::Warning(
+                        "scans are saturated ([radio] integration_index, transmit_gain)".to_owned(),
+                    ))
             }
             Event::Status(status) => {
                 self.update(|health| health.temperature_c = Some(status.temperature_c()));
