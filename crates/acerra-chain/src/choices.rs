@@ -95,6 +95,8 @@ impl<'de> Deserialize<'de> for Delay {
 pub enum TimeOffset {
     /// Found from the data.
     Auto,
+    /// Taken from the clock that was recorded beside the radar log.
+    Logged,
     /// Given, in seconds.
     #[serde(untagged)]
     Seconds(f64),
@@ -110,8 +112,11 @@ impl<'de> Deserialize<'de> for TimeOffset {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         match Value::deserialize(deserializer)? {
             Value::String(word) if word == "auto" => Ok(Self::Auto),
+            Value::String(word) if word == "logged" => Ok(Self::Logged),
             other => number(&other).map(Self::Seconds).ok_or_else(|| {
-                Error::custom(format!("expected seconds or \"auto\"; found {other}"))
+                Error::custom(format!(
+                    "expected seconds, \"auto\" or \"logged\"; found {other}"
+                ))
             }),
         }
     }

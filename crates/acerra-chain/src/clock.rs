@@ -43,6 +43,12 @@ pub enum ClockError {
         "[trajectory] time_offset_s = \"auto\": expected a radargram, found spectra; state the offset"
     )]
     Spectra,
+    /// The offset is that of a recorded clock, and the traces came without one.
+    #[error(
+        "[trajectory] time_offset_s = \"logged\": expected traces with the clock of their recording, found \
+         traces in memory; state the offset"
+    )]
+    NotRecorded,
     /// An offset or a delay is left to the data where nothing is searched.
     #[error("{key}: expected a number, as nothing is searched here, found \"auto\"")]
     NotStated {
@@ -85,7 +91,10 @@ pub fn align_clocks(
     let clocked = match (options.align.time_offset, flight.positions) {
         (TimeOffset::Seconds(offset_s), _) => track.at_offset(offset_s, warnings)?,
         // Positions that came with the traces are on the traces' own clock.
-        (TimeOffset::Auto, Positions::PerTrace(_)) => track.at_offset(0.0, warnings)?,
+        (TimeOffset::Auto | TimeOffset::Logged, Positions::PerTrace(_)) => {
+            track.at_offset(0.0, warnings)?
+        }
+        (TimeOffset::Logged, Positions::Trajectory(_)) => return Err(ClockError::NotRecorded),
         (TimeOffset::Auto, Positions::Trajectory(_)) => {
             let likelihood = likelihood.clone().ok_or(ClockError::Spectra)?;
             track.at_offset_found(likelihood, warnings)?
@@ -114,7 +123,8 @@ pub fn place_as_stated(
     }
     let time_offset_s = match (options.align.time_offset, flight.positions) {
         (TimeOffset::Seconds(offset_s), _) => offset_s,
-        (TimeOffset::Auto, Positions::PerTrace(_)) => 0.0,
+        (TimeOffset::Auto | TimeOffset::Logged, Positions::PerTrace(_)) => 0.0,
+        (TimeOffset::Logged, Positions::Trajectory(_)) => return Err(ClockError::NotRecorded),
         (TimeOffset::Auto, Positions::Trajectory(_)) => {
             let key = "[trajectory] time_offset_s";
             return Err(ClockError::NotStated { key });

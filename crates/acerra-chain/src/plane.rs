@@ -117,7 +117,7 @@ pub fn find_ground(
     let cue = likelihood.height.as_ref().ok_or(GroundError::NoSurface)?;
     let offset_s = match recording.options.align.time_offset {
         TimeOffset::Seconds(offset_s) => offset_s,
-        TimeOffset::Auto => likelihood
+        TimeOffset::Auto | TimeOffset::Logged => likelihood
             .candidates
             .first()
             .map_or(cue.offset_s, |best| best.offset_s),

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 
 use acerra_radar::quality::{OutlierOptions, scan_outliers};
 use acerra_radar::{
-    LogRadargram, NeutralContent, NeutralFile, OpenError, RadarFile, RadarLog, Radargram,
-    RadargramOptions, RunError, Spectrum,
+    LogRadargram, LoggedClock, LoggedClockError, NeutralContent, NeutralFile, OpenError, RadarFile,
+    RadarLog, Radargram, RadargramOptions, RunError, Spectrum,
 };
 
 use crate::phase_history::{PhaseHistoryError, read_phase_history};
@@ -55,6 +55,8 @@ pub struct RadarData {
     pub positions: Option<TracePositions>,
     /// What the measurement is called in summaries and pictures.
     pub label: RadarLabel,
+    /// The clock that was recorded beside the log. Where there is one, times count seconds of GPS time.
+    pub clock: Option<LoggedClock>,
 }
 
 /// What a radar measurement is called in summaries and pictures.
@@ -88,6 +90,7 @@ impl RadarData {
                 unit: "amplitude",
                 summary,
             },
+            clock: None,
         }
     }
 }
@@ -127,6 +130,19 @@ pub enum ReadError {
         path: PathBuf,
         /// The place in it, what was expected and what was found.
         cause: Box<PhaseHistoryError>,
+    },
+    /// The clock beside the log.
+    #[error(transparent)]
+    Clock(#[from] LoggedClockError),
+    /// The campaign asks for a recorded clock, and there is none.
+    #[error(
+        "{}: [trajectory] time_offset_s = \"logged\": expected the clock of the recording beside the radar log, \
+         found none",
+        path.display()
+    )]
+    NoClock {
+        /// Where it would lie.
+        path: PathBuf,
     },
     /// A channel is named of a file that has none.
     #[error(
@@ -190,12 +206,13 @@ pub fn read_channel(
 }
 
 fn from_log(path: &Path, log: &RadarLog, warnings: &mut Warnings) -> Result<RadarData, ReadError> {
-    let made = log
+    let mut made = log
         .radargram(&RadargramOptions::default())
         .map_err(|cause| ReadError::Scans {
             path: path.to_owned(),
             cause,
         })?;
+    let clock = recorded_clock(path, log, &mut made)?;
     for blemish in log.report.blemishes.iter().take(LISTED_BLEMISHES) {
         warnings.add(format!("{}: {blemish}", name_of(path)));
     }
@@ -218,7 +235,24 @@ fn from_log(path: &Path, log: &RadarLog, warnings: &mut Warnings) -> Result<Rada
             unit: "counts",
             summary,
         },
+        clock,
     })
+}
+
+/// The clock beside the log, by which the traces' times are put on GPS time.
+fn recorded_clock(
+    path: &Path,
+    log: &RadarLog,
+    made: &mut LogRadargram,
+) -> Result<Option<LoggedClock>, ReadError> {
+    let Some(clock) = LoggedClock::beside(path)? else {
+        return Ok(None);
+    };
+    if let Some(first) = made.run.scans.first().and_then(|&i| log.scans.get(i)) {
+        clock.check_traces(path, first.message_id, first.timestamp_ms)?;
+    }
+    clock.scale(made);
+    Ok(Some(clock))
 }
 
 fn from_phase_history(

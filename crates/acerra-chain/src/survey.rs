@@ -2,7 +2,10 @@
 
 use std::path::PathBuf;
 
+use acerra_radar::LoggedClock;
+
 use crate::calibration::CalibrationOptions;
+use crate::choices::TimeOffset;
 use crate::control::Control;
 use crate::error::ChainError;
 use crate::evidence::Finding;
@@ -10,7 +13,7 @@ use crate::ground::{Scene, SceneOptions};
 use crate::journal::Journal;
 use crate::position::{PositionOptions, Positions, in_one_frame, position};
 use crate::prepare::{Prepared, prepare};
-use crate::read::{RadarData, read_channel};
+use crate::read::{RadarData, ReadError, read_channel};
 use crate::recording::{Recording, TrackOptions};
 use crate::warnings::Warnings;
 
@@ -114,17 +117,34 @@ impl Survey {
             let mut own = Vec::new();
             let placed = position(&track.positions, &track.radar, inside, warnings, &mut own)?;
             findings.extend(own.into_iter().map(|finding| self.named(track, finding)));
+            let mut options = track.options.clone();
+            options.align.time_offset = settled(options.align.time_offset, track, &radar)?;
             recordings.push(Recording {
                 name: track.name.clone(),
                 positions: placed.positions,
                 has_local_axes: placed.has_local_axes,
                 radar,
-                options: track.options.clone(),
+                options,
             });
         }
         in_one_frame(recordings.iter_mut().map(|r| &mut r.positions))?;
         let positions: Vec<&Positions> = recordings.iter().map(|r| &r.positions).collect();
         let scene = Scene::find(&self.scene, &positions, warnings)?;
         Ok((recordings, scene))
+    }
+}
+
+/// The offset of a track, that of the recorded clock where that is asked for.
+fn settled(
+    stated: TimeOffset,
+    track: &TrackSource,
+    radar: &RadarData,
+) -> Result<TimeOffset, ReadError> {
+    match (stated, &radar.clock) {
+        (TimeOffset::Logged, Some(clock)) => Ok(TimeOffset::Seconds(clock.time_offset_s)),
+        (TimeOffset::Logged, None) => Err(ReadError::NoClock {
+            path: LoggedClock::path_beside(&track.radar),
+        }),
+        (stated, _) => Ok(stated),
     }
 }

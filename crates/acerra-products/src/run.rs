@@ -10,6 +10,7 @@ use acerra_chain::measure::MeasureError;
 use acerra_chain::weigh::{weigh_image, weigh_prepared, weigh_unchecked};
 use acerra_chain::{Cancelled, ChainError, Control, ImageSink, Journal, Prepared};
 use acerra_geo::geoid::{GeoidError, GeoidGrid};
+use acerra_radar::LoggedClock;
 use anyhow::Context;
 
 use crate::data;
@@ -208,18 +209,24 @@ fn record_inputs(file: &Path, campaign: &Campaign) -> anyhow::Result<Vec<InputFi
     Ok(inputs)
 }
 
-/// The campaign file and every file that it names.
+/// The campaign file, every file that it names, and the clocks beside radar logs.
 fn input_paths(file: &Path, campaign: &Campaign) -> Vec<PathBuf> {
     let each = campaign.each_track();
     let logs = each
         .iter()
         .flat_map(|one| std::iter::once(one.radar.file.as_path()).chain(one.position_files()));
+    let clocks: Vec<PathBuf> = each
+        .iter()
+        .map(|one| LoggedClock::path_beside(&one.radar.file))
+        .filter(|path| path.is_file())
+        .collect();
     std::iter::once(file)
         .chain(logs)
         .chain(campaign.image.terrain.as_deref())
         .chain(campaign.image.geoid.as_deref())
         .chain(campaign.measure.survey.as_deref())
         .map(Path::to_owned)
+        .chain(clocks)
         .collect()
 }
 

@@ -9,11 +9,21 @@ use std::io;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 static REQUESTED: AtomicBool = AtomicBool::new(false);
+/// Whether the first signal only asks to stop.
+static STOPS_IN_ORDER: AtomicBool = AtomicBool::new(false);
+static STOP: AtomicBool = AtomicBool::new(false);
 
 /// Set once the process is asked to end: for libraries that look at such a flag now and then.
 #[must_use]
 pub fn cancel_flag() -> &'static AtomicBool {
     &REQUESTED
+}
+
+/// From now on the first signal sets the flag returned, and the process ends by itself; the second one
+/// ends it at once. For commands that go on until they are told to stop.
+pub fn stop_in_order() -> &'static AtomicBool {
+    STOPS_IN_ORDER.store(true, Ordering::SeqCst);
+    &STOP
 }
 
 /// Ends the process on the first of the signals from now on. On other systems than Unix their own
@@ -33,8 +43,10 @@ pub fn end_on_signals() -> io::Result<()> {
         std::thread::Builder::new()
             .name("signals".to_owned())
             .spawn(move || {
-                if let Some(signal) = signals.forever().next() {
-                    end(signal);
+                for signal in signals.forever() {
+                    if !STOPS_IN_ORDER.load(Ordering::SeqCst) || STOP.swap(true, Ordering::SeqCst) {
+                        end(signal);
+                    }
                 }
             })?;
     }

@@ -276,7 +276,7 @@ impl Selected {
                 options.select = Select::All;
                 let time_offset_s = match options.time_offset {
                     TimeOffset::Seconds(offset_s) => offset_s,
-                    TimeOffset::Auto => 0.0,
+                    TimeOffset::Auto | TimeOffset::Logged => 0.0,
                 };
                 let aligned = align(flight, &options, time_offset_s, warnings)?;
                 Ok(Self {

@@ -45,16 +45,18 @@ impl UnderWay {
     }
 }
 
-/// Collects messages and hands out whole scans in the order in which they began.
+/// Collects messages and hands out whole scans in the order in which they began. A scan of which a
+/// message is missing is given up when eight more have begun.
 #[derive(Default)]
-pub(super) struct Assembler {
+pub struct ScanAssembler {
     under_way: VecDeque<UnderWay>,
     finished: VecDeque<Key>,
 }
 
-impl Assembler {
-    /// Takes a message in; whole scans are appended to `out`.
-    pub(super) fn push(
+impl ScanAssembler {
+    /// Takes a message in, with the offset of its first byte in what is read; whole scans are
+    /// appended to `out`.
+    pub fn push(
         &mut self,
         header: &ScanHeader,
         samples: Vec<i32>,
@@ -112,8 +114,15 @@ impl Assembler {
         }
     }
 
+    /// Scans of which some messages have come and others are still expected, or that wait for such a
+    /// scan before them.
+    #[must_use]
+    pub fn scans_under_way(&self) -> usize {
+        self.under_way.len()
+    }
+
     /// Ends the stream: what is whole is handed out, the rest reported.
-    pub(super) fn end(&mut self, report: &mut ReadReport, out: &mut VecDeque<Scan>) {
+    pub fn end(&mut self, report: &mut ReadReport, out: &mut VecDeque<Scan>) {
         while !self.under_way.is_empty() {
             self.finish_front(self.under_way.len() == 1, report, out);
         }

@@ -3,7 +3,7 @@
 use std::io::{self, Read};
 
 use super::config::{CONFIG_BYTES, RadarConfig};
-use super::header::{HEADER_BYTES, HeaderFault, SCAN_MESSAGE_BYTES, ScanHeader};
+use super::header::{HEADER_BYTES, HeaderFault, SCAN_MESSAGE_BYTES, ScanHeader, samples_in};
 use super::message::{MessageType, SERIAL_PREFIX};
 use crate::report::{BlemishKind, Place, ReadReport};
 
@@ -309,9 +309,8 @@ impl<R: Read> Framer<R> {
             }
         }
         let first = prefix + HEADER_BYTES;
-        let samples: Vec<i32> = rest[first..first + 4 * usize::from(header.samples_in_message)]
-            .chunks_exact(4)
-            .map(|c| i32::from_be_bytes([c[0], c[1], c[2], c[3]]))
+        let samples: Vec<i32> = samples_in(&rest[first..])
+            .take(usize::from(header.samples_in_message))
             .collect();
         let largest = samples.iter().map(|s| s.unsigned_abs()).max().unwrap_or(0);
         if largest > self.largest_plausible(sound) {

@@ -130,6 +130,12 @@ impl fmt::Display for HeaderFault {
     }
 }
 
+/// Samples as they stand behind a SCAN_INFO header.
+pub fn samples_in(b: &[u8]) -> impl Iterator<Item = i32> {
+    b.chunks_exact(4)
+        .map(|c| i32::from_be_bytes([c[0], c[1], c[2], c[3]]))
+}
+
 impl ScanHeader {
     /// Decodes and checks a header.
     ///

@@ -38,7 +38,7 @@ macro_rules! messages {
 
             /// Length of the whole message (type and id included), bytes.
             #[must_use]
-            pub fn bytes(self) -> usize {
+            pub const fn bytes(self) -> usize {
                 match self { $(Self::$name => $bytes),* }
             }
         }

@@ -13,10 +13,13 @@ mod message;
 mod reader;
 mod writer;
 
+pub use assemble::ScanAssembler;
 pub use config::{CONFIG_BYTES, RadarConfig};
-pub use header::{HEADER_BYTES, HeaderFault, SAMPLES_PER_MESSAGE, SCAN_MESSAGE_BYTES, ScanHeader};
+pub use header::{
+    HEADER_BYTES, HeaderFault, SAMPLES_PER_MESSAGE, SCAN_MESSAGE_BYTES, ScanHeader, samples_in,
+};
 pub use message::{MessageType, SERIAL_PREFIX};
 pub use reader::{MrmItem, MrmReader, read_mrm};
-pub use writer::{Framing, MrmWriter, write_mrm};
+pub use writer::{Framing, MrmWriter, scan_messages, write_mrm};
 
 pub(crate) use framer::{Recognised, begins_with_scan, recognise};

@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 use std::io::{self, Read};
 
-use super::assemble::Assembler;
+use super::assemble::ScanAssembler;
 use super::config::RadarConfig;
 use super::framer::{Framer, Message};
 use super::header::HeaderFault;
@@ -38,7 +38,7 @@ pub enum MrmItem {
 /// ```
 pub struct MrmReader<R> {
     framer: Framer<R>,
-    assembler: Assembler,
+    assembler: ScanAssembler,
     limits: Limits,
     report: ReadReport,
     ready: VecDeque<Scan>,
@@ -50,7 +50,7 @@ impl<R: Read> MrmReader<R> {
     pub fn new(reader: R, limits: Limits) -> Self {
         Self {
             framer: Framer::new(reader),
-            assembler: Assembler::default(),
+            assembler: ScanAssembler::default(),
             limits,
             report: ReadReport::default(),
             ready: VecDeque::new(),

@@ -81,7 +81,11 @@ impl<W: Write> MrmWriter<W> {
 }
 
 /// The SCAN_INFO messages of a scan, in order.
-fn scan_messages(scan: &Scan) -> io::Result<impl Iterator<Item = [u8; SCAN_MESSAGE_BYTES]>> {
+///
+/// # Errors
+/// If the scan has no samples, more than 65 535 messages' worth, or another number than its window
+/// declares ([`io::ErrorKind::InvalidInput`]).
+pub fn scan_messages(scan: &Scan) -> io::Result<impl Iterator<Item = [u8; SCAN_MESSAGE_BYTES]>> {
     let invalid = |why| io::Error::new(io::ErrorKind::InvalidInput, why);
     if scan.samples.is_empty() || scan.samples.len() != scan.window.samples {
         return Err(invalid(

@@ -1,0 +1,127 @@
+//! From messages to whole scans, with an account of what is missing.
+
+use std::collections::VecDeque;
+
+use acerra_radar::mrm::ScanAssembler;
+use acerra_radar::{ReadReport, Scan};
+
+use super::counts::LinkCounts;
+use super::sequence::{Sequence, Standing};
+use crate::message::{Message, Packet, ScanMessage};
+
+/// A whole scan and when its last message came.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TimedScan {
+    /// The scan.
+    pub scan: Scan,
+    /// Host clock when the message that was handled last came, ns.
+    pub at_ns: u64,
+}
+
+/// Takes messages as they come and hands out whole scans, each once, in the order in which their
+/// first messages came.
+#[derive(Default)]
+pub struct Intake {
+    sequence: Sequence,
+    assembler: ScanAssembler,
+    report: ReadReport,
+    ready: VecDeque<Scan>,
+    counts: LinkCounts,
+    bytes: u64,
+}
+
+/// What a message turned out to be.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Taken {
+    /// Samples.
+    Scan(Standing),
+    /// Any other message.
+    Other(Packet),
+    /// No message.
+    Undecodable,
+}
+
+impl Intake {
+    /// Takes a message body in.
+    pub fn take(&mut self, body: &[u8]) -> Taken {
+        self.counts.packets += 1;
+        self.counts.bytes += body.len() as u64;
+        match Packet::decode(body) {
+            Ok(Packet {
+                message: Message::ScanInfo(message),
+                ..
+            }) => Taken::Scan(self.take_scan(&message)),
+            Ok(packet) => Taken::Other(packet),
+            Err(_) => {
+                self.counts.undecodable += 1;
+                Taken::Undecodable
+            }
+        }
+    }
+
+    fn take_scan(&mut self, message: &ScanMessage) -> Standing {
+        self.counts.scan_messages += 1;
+        let standing = self.sequence.take(&message.header);
+        match standing {
+            Standing::Repeated => self.counts.repeated += 1,
+            Standing::Late => self.counts.late += 1,
+            Standing::Reordered => self.counts.reordered += 1,
+            Standing::Restarted => {
+                self.counts.restarts += 1;
+                self.give_up_unfinished();
+            }
+            Standing::New => {}
+        }
+        if !matches!(standing, Standing::Repeated | Standing::Late) {
+            let (report, ready) = (&mut self.report, &mut self.ready);
+            let samples = message.samples().to_vec();
+            self.assembler
+                .push(&message.header, samples, self.bytes, report, ready);
+            self.bytes += 1;
+        }
+        standing
+    }
+
+    /// The next whole scan.
+    pub fn next_scan(&mut self) -> Option<Scan> {
+        self.ready.pop_front()
+    }
+
+    /// Scans under way get nothing more: the whole ones are handed out, the others counted.
+    pub fn give_up_unfinished(&mut self) {
+        self.assembler.end(&mut self.report, &mut self.ready);
+    }
+
+    /// The radio was started anew, though no message says so yet.
+    pub fn restart(&mut self) {
+        self.counts.restarts += 1;
+        self.give_up_unfinished();
+        self.sequence.restart();
+    }
+
+    /// The account so far.
+    #[must_use]
+    pub fn counts(&self) -> LinkCounts {
+        let mut counts = self.counts;
+        counts.whole_scans = self.report.whole_scans;
+        counts.incomplete_scans = self.report.incomplete_scans;
+        counts.scans_under_way = self.assembler.scans_under_way() as u64;
+        let known = counts.scans_made();
+        counts.lost_scans = self.sequence.scans_made().saturating_sub(known);
+        counts
+    }
+
+    /// The numbers of the scans.
+    #[must_use]
+    pub fn sequence(&self) -> &Sequence {
+        &self.sequence
+    }
+
+    pub(super) fn count_silence(&mut self) {
+        self.counts.silences += 1;
+    }
+
+    pub(super) fn count_retry(&mut self) {
+        self.counts.retries += 1;
+    }
+}

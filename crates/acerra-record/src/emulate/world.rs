@@ -1,0 +1,41 @@
+//! The time that several emulated instruments share.
+
+use std::sync::{Arc, OnceLock};
+use std::time::Instant;
+
+/// A world whose time begins when a client first starts the radio, so that nothing of a flight is over
+/// before someone listens.
+#[derive(Debug, Clone)]
+pub struct World {
+    began: Arc<OnceLock<Instant>>,
+    speed: f64,
+}
+
+impl World {
+    /// A world that goes `speed` seconds in a second.
+    #[must_use]
+    pub fn new(speed: f64) -> Self {
+        Self {
+            began: Arc::default(),
+            speed,
+        }
+    }
+
+    /// Begins its time, where it has not begun.
+    pub fn begin(&self) {
+        self.began.get_or_init(Instant::now);
+    }
+
+    /// Seconds in a second.
+    #[must_use]
+    pub fn speed(&self) -> f64 {
+        self.speed
+    }
+
+    /// Its time (s); `None` before it begins.
+    #[must_use]
+    pub fn now_s(&self) -> Option<f64> {
+        let began = self.began.get()?;
+        Some(began.elapsed().as_secs_f64() * self.speed)
+    }
+}

@@ -1,0 +1,7 @@
+//! Logging a GNSS receiver: every byte kept, raw measurements configured, epochs stamped.
+
+mod configure;
+mod source;
+
+pub use configure::{ConfigureError, Receiver, Setting, configuration, configure};
+pub use source::{ByteSource, SerialSource, SourceFault, TcpSource};

@@ -1,0 +1,104 @@
+//! How messages travel between the radio and this computer.
+
+mod framing;
+mod serial;
+mod udp;
+
+use std::io;
+use std::time::Duration;
+
+use thiserror::Error;
+
+pub use framing::{Deframer, frame_body};
+pub use serial::{SerialLink, open_port};
+pub(crate) use udp::is_timeout;
+pub use udp::{RADIO_PORT, UdpLink};
+
+/// A message body as it came, with the time of its arrival.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Arrival {
+    /// Host clock just after the system handed the bytes over, ns.
+    pub at_ns: u64,
+    /// The body, without a link's prefix.
+    pub body: Vec<u8>,
+}
+
+/// A way to one radio.
+pub trait Link {
+    /// Sends one message body.
+    ///
+    /// # Errors
+    /// What the system says of the link.
+    fn send(&mut self, body: &[u8]) -> Result<(), LinkError>;
+
+    /// The next message body; `None` where none came within `wait`.
+    ///
+    /// # Errors
+    /// What the system says of the link.
+    fn receive(&mut self, wait: Duration) -> Result<Option<Arrival>, LinkError>;
+
+    /// Opens the link anew after it failed, as after a cable was pulled.
+    ///
+    /// # Errors
+    /// If it cannot be opened yet.
+    fn reopen(&mut self) -> Result<(), LinkError>;
+
+    /// The other end, for messages.
+    fn peer(&self) -> String;
+}
+
+/// Why a link does not carry messages.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum LinkError {
+    /// The address is none, or has no route.
+    #[error("{peer}: {cause}")]
+    Open {
+        /// The other end.
+        peer: String,
+        /// What the system says.
+        cause: io::Error,
+    },
+    /// The other computer says that nothing listens at that port.
+    #[error(
+        "{peer}: nothing listens there; expected a radio, whose port is {RADIO_PORT} (check address and port)"
+    )]
+    NothingListens {
+        /// The other end.
+        peer: String,
+    },
+    /// The link is interrupted: a cable pulled, an interface down.
+    #[error("{peer}: the link is interrupted: {cause}")]
+    Interrupted {
+        /// The other end.
+        peer: String,
+        /// What the system says.
+        cause: io::Error,
+    },
+    /// A message too long for the link.
+    #[error("message of {found} bytes; expected {limit} at most")]
+    TooLong {
+        /// Its length.
+        found: usize,
+        /// The longest.
+        limit: usize,
+    },
+}
+
+impl<L: Link + ?Sized> Link for Box<L> {
+    fn send(&mut self, body: &[u8]) -> Result<(), LinkError> {
+        (**self).send(body)
+    }
+
+    fn receive(&mut self, wait: Duration) -> Result<Option<Arrival>, LinkError> {
+        (**self).receive(wait)
+    }
+
+    fn reopen(&mut self) -> Result<(), LinkError> {
+        (**self).reopen()
+    }
+
+    fn peer(&self) -> String {
+        (**self).peer()
+    }
+}

@@ -1,0 +1,119 @@
+//! The radio over Ethernet: one message a datagram.
+
+use std::io;
+use std::net::{SocketAddr, UdpSocket};
+use std::time::Duration;
+
+use super::{Arrival, Link, LinkError};
+use crate::host::HostClock;
+
+/// UDP port that the radio listens on.
+pub const RADIO_PORT: u16 = 21_210;
+
+/// Datagrams longer than this are of no radio; they are cut off and refused by their length.
+const DATAGRAM_BYTES: usize = 2_048;
+/// Receive buffer asked of the system, bytes: a few seconds of scans. The system may grant less.
+const RECEIVE_BUFFER_BYTES: usize = 4 << 20;
+
+/// A radio's UDP port.
+#[derive(Debug)]
+pub struct UdpLink {
+    peer: SocketAddr,
+    socket: UdpSocket,
+    clock: HostClock,
+    buffer: Vec<u8>,
+}
+
+impl UdpLink {
+    /// Opens a port of the system's choice towards `peer`; datagrams from elsewhere are ignored.
+    ///
+    /// # Errors
+    /// If there is no way to that address.
+    pub fn open(peer: SocketAddr, clock: HostClock) -> Result<Self, LinkError> {
+        let socket = connect(peer).map_err(|cause| LinkError::Open {
+            peer: peer.to_string(),
+            cause,
+        })?;
+        Ok(Self {
+            peer,
+            socket,
+            clock,
+            buffer: vec![0; DATAGRAM_BYTES],
+        })
+    }
+
+    fn failed(&self, cause: io::Error) -> LinkError {
+        let peer = self.peer();
+        match cause.kind() {
+            io::ErrorKind::ConnectionRefused => LinkError::NothingListens { peer },
+            _ => LinkError::Interrupted { peer, cause },
+        }
+    }
+}
+
+fn connect(peer: SocketAddr) -> io::Result<UdpSocket> {
+    let local: SocketAddr = match peer {
+        SocketAddr::V4(_) => ([0, 0, 0, 0], 0).into(),
+        SocketAddr::V6(_) => ([0u16; 8], 0).into(),
+    };
+    let socket = UdpSocket::bind(local)?;
+    enlarge_receive_buffer(&socket);
+    socket.connect(peer)?;
+    Ok(socket)
+}
+
+/// A small buffer loses scans while a disk is slow; what the system refuses here shows in the counts
+/// of lost messages.
+pub(crate) fn enlarge_receive_buffer(socket: &UdpSocket) {
+    #[cfg(unix)]
+    let _ = rustix::net::sockopt::set_socket_recv_buffer_size(socket, RECEIVE_BUFFER_BYTES);
+    #[cfg(not(unix))]
+    let _ = (socket, RECEIVE_BUFFER_BYTES);
+}
+
+/// The system's word for "nothing came in time".
+pub(crate) fn is_timeout(error: &io::Error) -> bool {
+    matches!(
+        error.kind(),
+        io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut | io::ErrorKind::Interrupted
+    )
+}
+
+impl Link for UdpLink {
+    fn send(&mut self, body: &[u8]) -> Result<(), LinkError> {
+        match self.socket.send(body) {
+            Ok(_) => Ok(()),
+            Err(cause) => Err(self.failed(cause)),
+        }
+    }
+
+    fn receive(&mut self, wait: Duration) -> Result<Option<Arrival>, LinkError> {
+        let wait = wait.max(Duration::from_millis(1));
+        let received = self
+            .socket
+            .set_read_timeout(Some(wait))
+            .and_then(|()| self.socket.recv(&mut self.buffer));
+        match received {
+            Ok(bytes) => Ok(Some(Arrival {
+                at_ns: self.clock.now_ns(),
+                body: self.buffer[..bytes].to_vec(),
+            })),
+            Err(error) if is_timeout(&error) => Ok(None),
+            Err(cause) => Err(self.failed(cause)),
+        }
+    }
+
+    fn reopen(&mut self) -> Result<(), LinkError> {
+        // The port stays: a radio goes on sending to it.
+        self.socket
+            .connect(self.peer)
+            .map_err(|cause| LinkError::Open {
+                peer: self.peer(),
+                cause,
+            })
+    }
+
+    fn peer(&self) -> String {
+        self.peer.to_string()
+    }
+}

@@ -1,0 +1,137 @@
+//! Reading a session log, also one that ends in the middle of a record or is damaged.
+
+use std::io::{self, Read};
+
+use thiserror::Error;
+
+use super::frame::{HEAD_BYTES, LOG_SIGNATURE, MARK, MAX_PAYLOAD_BYTES, Record, read_more};
+
+/// Bytes read at once; a whole record fits.
+const CHUNK_BYTES: usize = 2 * MAX_PAYLOAD_BYTES;
+
+/// Why a log cannot be read at all.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum LogReadError {
+    /// The input fails.
+    #[error("reading failed: {0}")]
+    Io(#[from] io::Error),
+    /// Another kind of file.
+    #[error("expected a session log of version 1, which begins {LOG_SIGNATURE:?}; found {found:?}")]
+    Signature {
+        /// The first bytes.
+        found: Vec<u8>,
+    },
+}
+
+/// What of a log is no record.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct LogDamage {
+    /// Bytes inside the log that belong to no sound record.
+    pub damaged_bytes: u64,
+    /// Places with such bytes.
+    pub damaged_places: u64,
+    /// Bytes behind the last sound record: a record torn by a power cut.
+    pub torn_bytes: u64,
+}
+
+/// Streams the records of a log, holding one chunk at most.
+pub struct LogReader<R> {
+    reader: R,
+    buffer: Vec<u8>,
+    at: usize,
+    ended: bool,
+    /// End of the last sound record, as an offset in the log.
+    sound_until: u64,
+    offset: u64,
+    damage: LogDamage,
+}
+
+impl<R: Read> LogReader<R> {
+    /// A reader of a log.
+    ///
+    /// # Errors
+    /// If the input fails or is no session log. A log cut off inside its signature is empty.
+    pub fn new(mut reader: R) -> Result<Self, LogReadError> {
+        let mut found = Vec::new();
+        read_more(&mut reader, &mut found, LOG_SIGNATURE.len())?;
+        if !LOG_SIGNATURE.starts_with(&found) {
+            return Err(LogReadError::Signature { found });
+        }
+        Ok(Self {
+            reader,
+            buffer: Vec::new(),
+            at: 0,
+            ended: false,
+            sound_until: found.len() as u64,
+            offset: found.len() as u64,
+            damage: LogDamage::default(),
+        })
+    }
+
+    /// What was met that is no record; complete once the records are through.
+    #[must_use]
+    pub fn damage(&self) -> LogDamage {
+        self.damage
+    }
+
+    /// Offset of the first byte behind the last sound record.
+    #[must_use]
+    pub fn sound_until(&self) -> u64 {
+        self.sound_until
+    }
+
+    /// The next sound record; `None` at the end.
+    ///
+    /// # Errors
+    /// If the input fails.
+    pub fn next_record(&mut self) -> io::Result<Option<Record>> {
+        let mut skipped = 0_u64;
+        loop {
+            self.fill()?;
+            let rest = &self.buffer[self.at..];
+            if let Some((record, bytes)) = Record::decode(rest) {
+                self.advance(bytes);
+                self.sound_until = self.offset;
+                if skipped > 0 {
+                    self.damage.damaged_bytes += skipped;
+                    self.damage.damaged_places += 1;
+                }
+                return Ok(Some(record));
+            }
+            if rest.is_empty() {
+                self.damage.torn_bytes = skipped;
+                return Ok(None);
+            }
+            // Damage: on to the next mark.
+            let next = rest[1..].windows(MARK.len()).position(|w| w == MARK);
+            let step = next.map_or(rest.len(), |i| i + 1);
+            // A mark may straddle the end of what is held.
+            let step = if next.is_none() && !self.ended {
+                step.saturating_sub(HEAD_BYTES).max(1)
+            } else {
+                step
+            };
+            self.advance(step);
+            skipped += step as u64;
+        }
+    }
+
+    fn advance(&mut self, bytes: usize) {
+        self.at += bytes;
+        self.offset += bytes as u64;
+    }
+
+    /// Holds a whole record's bytes, or all there are.
+    fn fill(&mut self) -> io::Result<()> {
+        let largest = HEAD_BYTES + MAX_PAYLOAD_BYTES + 4;
+        if self.ended || self.buffer.len() - self.at >= largest {
+            return Ok(());
+        }
+        self.buffer.drain(..self.at);
+        self.at = 0;
+        let read = read_more(&mut self.reader, &mut self.buffer, CHUNK_BYTES)?;
+        self.ended = read < CHUNK_BYTES;
+        Ok(())
+    }
+}

@@ -1,0 +1,370 @@
+//! The session file: which radio, which receiver, which flight.
+
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+
+use acerra_radar::mrm::RadarConfig;
+use acerra_settings::{Rule, SyntaxError, ValueError, check};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use crate::driver::Setup;
+use crate::gnss::Receiver;
+
+/// A session file.
+#[derive(Clone, Debug, Deserialize, JsonSchema, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Session {
+    /// The radio.
+    #[serde(default)]
+    pub radio: RadioSection,
+    /// The receiver that flies; absent where none is logged.
+    #[serde(default)]
+    pub gnss: Option<GnssSection>,
+    /// What is planned.
+    #[serde(default)]
+    pub flight: FlightSection,
+    /// Tables of the campaign file that is written: what `focus` is to do with the recording.
+    #[serde(default)]
+    #[schemars(with = "std::collections::BTreeMap<String, serde_json::Value>")]
+    pub campaign: toml::Table,
+}
+
+/// `[radio]`: where the radio is and how it scans.
+#[derive(Clone, Debug, Deserialize, JsonSchema, PartialEq, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct RadioSection {
+    /// Address and UDP port.
+    pub address: Option<SocketAddr>,
+    /// Serial or USB port, instead of an address.
+    pub serial: Option<String>,
+    /// Rate of the serial port (bits per second).
+    pub baud: u32,
+    /// Start and end of the scan window (ps). The radio rounds the end up to 96 samples.
+    pub window_ps: [i32; 2],
+    /// Pulse integration index: 2^PII pulses for each sample.
+    pub integration_index: u16,
+    /// 0 TxA/RxA, 1 TxB/RxB, 2 TxA/RxB, 3 TxB/RxA.
+    pub antenna_mode: u8,
+    /// Transmit gain index, 0 to 63. What may be radiated is for the operator to keep: the law of the
+    /// place and the antenna decide.
+    pub transmit_gain: u8,
+    /// Code channel, 0 to 10.
+    pub code_channel: u8,
+    /// Interval between scans (ms); 0 is as fast as possible.
+    pub scan_interval_ms: f64,
+    /// Time from the middle of a scan to its message at this computer (ms), where it was measured; by
+    /// default half the scan's estimated duration, to within what is left of it.
+    pub latency_ms: Option<f64>,
+    /// Standard deviation of that time (ms), where it was measured.
+    pub latency_sigma_ms: Option<f64>,
+}
+
+impl Default for RadioSection {
+    fn default() -> Self {
+        Self {
+            address: None,
+            serial: None,
+            baud: 115_200,
+            window_ps: [0, 70_312],
+            integration_index: 11,
+            antenna_mode: 2,
+            transmit_gain: 63,
+            code_channel: 0,
+            scan_interval_ms: 0.0,
+            latency_ms: None,
+            latency_sigma_ms: None,
+        }
+    }
+}
+
+/// `[gnss]`: the receiver that flies.
+#[derive(Clone, Debug, Deserialize, JsonSchema, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct GnssSection {
+    /// TCP address and port that the receiver's bytes come from.
+    #[serde(default)]
+    pub address: Option<SocketAddr>,
+    /// Serial or USB port, instead of an address.
+    #[serde(default)]
+    pub serial: Option<String>,
+    /// Rate of the serial port (bits per second).
+    #[serde(default = "default_gnss_baud")]
+    pub baud: u32,
+    /// Which receiver it is, to be configured for raw output; `"as-is"` leaves it alone.
+    #[serde(default)]
+    pub receiver: Receiver,
+    /// Measurements in a second.
+    #[serde(default = "default_rate_hz")]
+    pub rate_hz: f64,
+    /// Time from a measurement to its first byte at this computer (ms), where it was measured. The
+    /// shortest delays cannot be told from data alone.
+    #[serde(default)]
+    pub latency_ms: f64,
+    /// Standard deviation of that time (ms).
+    #[serde(default = "default_latency_sigma_ms")]
+    pub latency_sigma_ms: f64,
+}
+
+fn default_gnss_baud() -> u32 {
+    115_200
+}
+
+fn default_rate_hz() -> f64 {
+    5.0
+}
+
+fn default_latency_sigma_ms() -> f64 {
+    20.0
+}
+
+/// `[flight]`: what is planned, for what is checked before and during it.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema, PartialEq, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct FlightSection {
+    /// Height above ground (m).
+    pub height_m: Option<f64>,
+    /// Slant range to the farthest target (m).
+    pub far_range_m: Option<f64>,
+    /// Speed over ground (m/s).
+    pub speed_m_s: Option<f64>,
+    /// Fast time at which range is zero (ns).
+    pub delay_ns: Option<f64>,
+    /// Recording ends by itself after so many seconds.
+    pub stop_after_s: Option<f64>,
+}
+
+/// Why a session file is refused.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum SettingsError {
+    /// Not TOML, an unknown key, or a value of the wrong form.
+    #[error(transparent)]
+    Syntax(#[from] SyntaxError),
+    /// A value outside what is possible.
+    #[error(transparent)]
+    Value(#[from] ValueError),
+    /// No way to an instrument, or two.
+    #[error("[{table}]: expected either address or serial")]
+    Way {
+        /// The table.
+        table: &'static str,
+    },
+}
+
+impl Session {
+    /// Reads a session from the text of its file.
+    ///
+    /// # Errors
+    /// Unknown keys, values of the wrong form, values that cannot be.
+    ///
+    /// ```
+    /// use acerra_record::session::Session;
+    /// let session = Session::parse("[radio]\naddress = \"192.168.1.100:21210\"\n")?;
+    /// assert_eq!(session.radio.integration_index, 11);
+    /// assert!(Session::parse("[radio]\ngain = 63\n").is_err());
+    /// # Ok::<(), acerra_record::session::SettingsError>(())
+    /// ```
+    pub fn parse(text: &str) -> Result<Self, SettingsError> {
+        let session: Self = acerra_settings::parse(text)?;
+        session.check()?;
+        Ok(session)
+    }
+
+    fn check(&self) -> Result<(), SettingsError> {
+        let radio = &self.radio;
+        radio.way()?;
+        let [start, stop] = radio.window_ps;
+        check(
+            "radio",
+            &[
+                Rule::new(
+                    "window_ps",
+                    start < stop && i64::from(stop) - i64::from(start) < 10_000_000,
+                    "a start before its end, and less than 10 µs",
+                    format!("[{start}, {stop}]"),
+                ),
+                Rule::range(
+                    "integration_index",
+                    radio.integration_index.into(),
+                    6.0..=15.0,
+                    "6 to 15",
+                ),
+                Rule::range(
+                    "antenna_mode",
+                    radio.antenna_mode.into(),
+                    0.0..=3.0,
+                    "0 to 3",
+                ),
+                Rule::range(
+                    "transmit_gain",
+                    radio.transmit_gain.into(),
+                    0.0..=63.0,
+                    "0 to 63",
+                ),
+                Rule::range(
+                    "code_channel",
+                    radio.code_channel.into(),
+                    0.0..=10.0,
+                    "0 to 10",
+                ),
+                Rule::range(
+                    "scan_interval_ms",
+                    radio.scan_interval_ms,
+                    0.0..=60_000.0,
+                    "0 to 60000",
+                ),
+                Rule::range(
+                    "latency_ms",
+                    radio.latency_ms.unwrap_or(0.0),
+                    0.0..=5_000.0,
+                    "0 to 5000",
+                ),
+                Rule::range(
+                    "latency_sigma_ms",
+                    radio.latency_sigma_ms.unwrap_or(0.0),
+                    0.0..=5_000.0,
+                    "0 to 5000",
+                ),
+                Rule::range("baud", radio.baud.into(), 1200.0..=1e7, "1200 to 10000000"),
+            ],
+        )?;
+        if let Some(gnss) = &self.gnss {
+            gnss.check()?;
+        }
+        self.flight.check()
+    }
+
+    /// The same with relative paths of `[campaign]` resolved in the session file's folder, so that
+    /// they hold from the recording's.
+    #[must_use]
+    pub fn resolved_in(mut self, folder: &Path) -> Self {
+        const PATHS: [(&str, &str); 5] = [
+            ("gnss", "base"),
+            ("gnss", "rover"),
+            ("gnss", "navigation"),
+            ("gnss", "config"),
+            ("trajectory", "file"),
+        ];
+        for (table, key) in PATHS {
+            let value = self.campaign.get_mut(table).and_then(|t| t.get_mut(key));
+            if let Some(value) = value {
+                resolve(value, folder);
+            }
+        }
+        self
+    }
+}
+
+fn resolve(value: &mut toml::Value, folder: &Path) {
+    match value {
+        toml::Value::String(path) => {
+            let absolute = std::path::absolute(folder.join(&*path));
+            *path = absolute
+                .unwrap_or_else(|_| PathBuf::from(&*path))
+                .display()
+                .to_string();
+        }
+        toml::Value::Array(list) => list.iter_mut().for_each(|value| resolve(value, folder)),
+        _ => {}
+    }
+}
+
+/// The way to an instrument.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Way<'a> {
+    /// Over the network.
+    Address(SocketAddr),
+    /// By a serial or USB port.
+    Serial(&'a str),
+}
+
+fn way<'a>(
+    table: &'static str,
+    address: Option<SocketAddr>,
+    serial: Option<&'a str>,
+) -> Result<Way<'a>, SettingsError> {
+    match (address, serial) {
+        (Some(address), None) => Ok(Way::Address(address)),
+        (None, Some(port)) => Ok(Way::Serial(port)),
+        _ => Err(SettingsError::Way { table }),
+    }
+}
+
+impl RadioSection {
+    /// The way to the radio.
+    ///
+    /// # Errors
+    /// None, or two.
+    pub fn way(&self) -> Result<Way<'_>, SettingsError> {
+        way("radio", self.address, self.serial.as_deref())
+    }
+
+    /// What the radio is set to.
+    #[must_use]
+    pub fn setup(&self) -> Setup {
+        let config = RadarConfig {
+            scan_start_ps: self.window_ps[0],
+            scan_stop_ps: self.window_ps[1],
+            integration_index: self.integration_index,
+            antenna_mode: self.antenna_mode,
+            transmit_gain: self.transmit_gain,
+            code_channel: self.code_channel,
+            ..RadarConfig::default()
+        };
+        Setup::raw(config, (1000.0 * self.scan_interval_ms).round() as u32)
+    }
+}
+
+impl GnssSection {
+    /// The way to the receiver.
+    ///
+    /// # Errors
+    /// None, or two.
+    pub fn way(&self) -> Result<Way<'_>, SettingsError> {
+        way("gnss", self.address, self.serial.as_deref())
+    }
+
+    fn check(&self) -> Result<(), SettingsError> {
+        self.way()?;
+        Ok(check(
+            "gnss",
+            &[
+                Rule::range("rate_hz", self.rate_hz, 0.1..=50.0, "0.1 to 50"),
+                Rule::range("latency_ms", self.latency_ms, 0.0..=5_000.0, "0 to 5000"),
+                Rule::range(
+                    "latency_sigma_ms",
+                    self.latency_sigma_ms,
+                    0.0..=5_000.0,
+                    "0 to 5000",
+                ),
+                Rule::range("baud", self.baud.into(), 1200.0..=1e7, "1200 to 10000000"),
+            ],
+        )?)
+    }
+}
+
+impl FlightSection {
+    fn check(&self) -> Result<(), SettingsError> {
+        let positive = |key, value: Option<f64>| {
+            let value = value.unwrap_or(1.0);
+            Rule::new(key, value > 0.0 && value < 1e6, "a positive number", value)
+        };
+        Ok(check(
+            "flight",
+            &[
+                positive("height_m", self.height_m),
+                positive("far_range_m", self.far_range_m),
+                positive("speed_m_s", self.speed_m_s),
+                positive("stop_after_s", self.stop_after_s),
+                Rule::range(
+                    "delay_ns",
+                    self.delay_ns.unwrap_or(0.0),
+                    -1e4..=1e4,
+                    "-10000 to 10000",
+                ),
+            ],
+        )?)
+    }
+}

@@ -1,0 +1,120 @@
+//! A recorder that is killed at any moment leaves a log that opens and holds all but the last second.
+#![allow(clippy::unwrap_used)] // a test that cannot go on has failed
+
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::sync::atomic::AtomicBool;
+use std::time::{Duration, Instant};
+
+use acerra_record::driver::{RequestOptions, WatchOptions};
+use acerra_record::emulate::{EmulatedRadio, EmulatorOptions, Pattern};
+use acerra_record::log::{LogReader, RecordKind};
+use acerra_record::session::{LOG_NAME, Recorder, Session, finish};
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+const LOOPBACK: ([u8; 4], u16) = ([127, 0, 0, 1], 0);
+const SETTINGS: &str = "KILLED_RECORDER_SETTINGS";
+const DIRECTORY: &str = "KILLED_RECORDER_DIRECTORY";
+/// What a killed recorder may lose, and what scheduling adds on a busy computer.
+const MAY_LOSE: Duration = Duration::from_millis(1_300);
+
+/// The recorder that is killed: this test run by itself in a process of its own.
+#[test]
+#[ignore = "run by the other tests of this file"]
+fn recorder_to_be_killed() {
+    let (Ok(text), Ok(directory)) = (std::env::var(SETTINGS), std::env::var(DIRECTORY)) else {
+        return;
+    };
+    let session = Session::parse(&text).unwrap();
+    let stop = AtomicBool::new(false);
+    let recorder = Recorder {
+        session: &session,
+        text: &text,
+        directory: Path::new(&directory),
+        stop: &stop,
+        requests: RequestOptions::default(),
+        watch: WatchOptions::default(),
+    };
+    recorder.run(&mut |_| {}).unwrap();
+}
+
+/// Kills a recorder after `after`, and checks what it left.
+fn kill_after(after: Duration) {
+    let source = Box::new(Pattern::new(1_000_000));
+    let radio = EmulatedRadio::start(LOOPBACK.into(), source, EmulatorOptions::default()).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let text = format!(
+        "[radio]\naddress = \"{}\"\nwindow_ps = [0, 17000]\nscan_interval_ms = 5.0\n",
+        radio.address()
+    );
+    let mut child = Command::new(std::env::current_exe().unwrap())
+        .args(["--exact", "recorder_to_be_killed", "--ignored"])
+        .env(SETTINGS, &text)
+        .env(DIRECTORY, folder.path())
+        .stdout(Stdio::null())
+        .spawn()
+        .unwrap();
+    let began = Instant::now();
+    let mut sent = Vec::new();
+    while began.elapsed() < after {
+        sent.push((Instant::now(), radio.counts().scans));
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    child.kill().unwrap();
+    let killed = Instant::now();
+    child.wait().unwrap();
+    let path = folder.path().join(LOG_NAME);
+    let Ok(file) = std::fs::File::open(&path) else {
+        assert!(
+            sent.iter().all(|(_, scans)| *scans == 0),
+            "no log, but scans"
+        );
+        return;
+    };
+    let mut reader = LogReader::new(file).unwrap();
+    let mut scans = 0;
+    while let Some(record) = reader.next_record().unwrap() {
+        scans += u64::from(record.kind == RecordKind::Radio && record.payload.len() == 1452);
+    }
+    assert_eq!(reader.damage().damaged_places, 0);
+    let a_second_before = sent
+        .iter()
+        .rev()
+        .find(|(at, _)| killed.duration_since(*at) >= MAY_LOSE)
+        .map_or(0, |(_, scans)| *scans);
+    assert!(
+        scans + 2 >= a_second_before,
+        "{scans} scans in the log, {a_second_before} sent a second before the end"
+    );
+    // The settings may not have reached the disk yet.
+    if scans > 0 {
+        let finished = finish(folder.path()).unwrap();
+        assert!(!finished.ended_in_order);
+        assert_eq!(finished.scans, scans);
+    }
+}
+
+fn kill_many(times: u64, workers: u64) {
+    std::thread::scope(|scope| {
+        for worker in 0..workers {
+            scope.spawn(move || {
+                let mut random = ChaCha8Rng::seed_from_u64(worker);
+                for _ in 0..times / workers {
+                    kill_after(Duration::from_millis(random.random_range(10..3_000)));
+                }
+            });
+        }
+    });
+}
+
+#[test]
+fn a_recorder_killed_at_random_loses_a_second_at_most() {
+    kill_many(24, 8);
+}
+
+#[test]
+#[ignore = "200 runs"]
+fn validation_two_hundred_kills() {
+    kill_many(200, 8);
+}

@@ -1,0 +1,178 @@
+//! Whole sessions: emulated instruments, recorder, log, and the files that `focus` takes.
+#![allow(clippy::unwrap_used)] // a test that cannot go on has failed
+#![allow(clippy::print_stdout)] // figures, and why a test is skipped
+
+use std::fs;
+use std::io::Read as _;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use acerra_record::driver::{RequestOptions, WatchOptions};
+use acerra_record::emulate::{
+    EmulatedRadio, EmulatedReceiver, EmulatorOptions, Impairments, ReceiverOptions, Recorded, World,
+};
+use acerra_record::session::{
+    CAPTURE_NAME, Finished, Health, Progress, ROVER_NAME, Recorder, Session, finish,
+};
+
+const LOOPBACK: ([u8; 4], u16) = ([127, 0, 0, 1], 0);
+
+fn shared(file: &str) -> Option<PathBuf> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../../../shared/data")
+        .join(file);
+    if !path.exists() {
+        println!("skipped: {} is absent", path.display());
+        return None;
+    }
+    Some(path)
+}
+
+/// Records until `is_over`, and finishes.
+fn record(text: &str, directory: &Path, is_over: impl Fn() -> bool) -> (Health, Finished) {
+    let session = Session::parse(text).unwrap();
+    let stop = AtomicBool::new(false);
+    let recorder = Recorder {
+        session: &session,
+        text,
+        directory,
+        stop: &stop,
+        requests: RequestOptions {
+            timeout: Duration::from_millis(200),
+            attempts: 5,
+        },
+        watch: WatchOptions {
+            silence: Duration::from_millis(500),
+            retry: Duration::from_millis(50),
+            status_every: Duration::ZERO,
+        },
+    };
+    let began = Instant::now();
+    let health = recorder
+        .run(&mut |progress| {
+            assert!(began.elapsed() < Duration::from_secs(100), "stalled");
+            if let Progress::Warning(text) | Progress::Note(text) = &progress {
+                println!("{text}");
+            }
+            if is_over() {
+                stop.store(true, Ordering::SeqCst);
+            }
+        })
+        .unwrap();
+    (health, finish(directory).unwrap())
+}
+
+fn radio_table(radio: &EmulatedRadio, recorded_window_ps: [i32; 2]) -> String {
+    format!(
+        "[radio]\naddress = \"{}\"\nwindow_ps = {recorded_window_ps:?}\nlatency_ms = 0.0\n",
+        radio.address()
+    )
+}
+
+/// The radio's and the receiver's bytes come through emulator, driver and log as they were.
+#[test]
+fn real_captures_come_back_identical() {
+    for file in [
+        "uav-flight-2019/flight.mrm",
+        "corner-reflector-captures/July19-CornerReflector-scan01.out",
+        "corner-reflector-captures/July19-CornerReflector-scan07.out",
+    ] {
+        let Some(path) = shared(file) else { return };
+        let bytes = fs::read(&path).unwrap();
+        let recorded = Recorded::from_capture(&bytes)
+            .expect("a bare capture")
+            .unwrap();
+        let config = recorded.config();
+        let options = EmulatorOptions {
+            speed: 8.0,
+            impairments: Impairments {
+                repetition: 0.02,
+                reordering: 0.05,
+                held_back_s: 0.03,
+                seed: 3,
+                ..Impairments::default()
+            },
+            ..EmulatorOptions::default()
+        };
+        let radio = EmulatedRadio::start(LOOPBACK.into(), Box::new(recorded), options).unwrap();
+        let window_ps = [config.scan_start_ps, config.scan_stop_ps];
+        let text = radio_table(&radio, window_ps)
+            + &format!(
+                "antenna_mode = {}\ntransmit_gain = {}\ncode_channel = {}\n",
+                config.antenna_mode, config.transmit_gain, config.code_channel
+            );
+        let folder = tempfile::tempdir().unwrap();
+        let (health, finished) = record(&text, folder.path(), || radio.counts().exhausted);
+        println!("{file}: {}", health.radio);
+        let found = fs::read(folder.path().join(CAPTURE_NAME)).unwrap();
+        // Node, segments and persistence are not settings of a session; messages follow.
+        assert_eq!(found[4..16], bytes[4..16]);
+        let whole = 32 + (bytes.len() - 32) / 1452 * 1452;
+        let dropped = radio.counts().datagrams - health.radio.packets;
+        assert_eq!(
+            dropped, 0,
+            "the system dropped datagrams: run again on a quieter machine"
+        );
+        assert!(found[32..] == bytes[32..whole], "{file}");
+        assert_eq!(
+            finished.damage.torn_bytes + finished.damage.damaged_bytes,
+            0
+        );
+        assert!(finished.ended_in_order);
+    }
+}
+
+#[test]
+fn a_receivers_bytes_come_back_identical() {
+    let Some(path) = shared("gnss-walk-m8p/rover.ubx.gz") else {
+        return;
+    };
+    let mut log = Vec::new();
+    let file = fs::File::open(path).unwrap();
+    flate2::read::GzDecoder::new(file)
+        .read_to_end(&mut log)
+        .unwrap();
+    let world = World::new(1000.0);
+    world.begin();
+    let receiver = EmulatedReceiver::start(
+        LOOPBACK.into(),
+        log.clone(),
+        ReceiverOptions::new(world.clone()),
+    )
+    .unwrap();
+    let source = acerra_record::emulate::Pattern::new(1_000_000);
+    let options = EmulatorOptions::default();
+    let radio = EmulatedRadio::start(LOOPBACK.into(), Box::new(source), options).unwrap();
+    let text = radio_table(&radio, [0, 11_000])
+        + &format!(
+            "scan_interval_ms = 50.0\n[gnss]\naddress = \"{}\"\nreceiver = \"m8t\"\n",
+            receiver.address()
+        );
+    let folder = tempfile::tempdir().unwrap();
+    let (health, _) = record(&text, folder.path(), || receiver.is_finished());
+    let found = fs::read(folder.path().join(ROVER_NAME)).unwrap();
+    println!(
+        "{} bytes of the log, {} in the session",
+        log.len(),
+        found.len()
+    );
+    assert_eq!(health.gnss_bytes, found.len() as u64);
+    // Acknowledgements of the configuration come before, between bursts of the log.
+    let mut at = 0;
+    let acknowledged = acerra_gnss::ubx::frame::encode(5, 1, &[6, 1])
+        .unwrap()
+        .len()
+        * 4;
+    let longest = found.iter().filter(|byte| {
+        let is_next = log.get(at) == Some(byte);
+        at += usize::from(is_next);
+        is_next
+    });
+    assert_eq!(
+        longest.count(),
+        log.len(),
+        "each byte of the log in its order"
+    );
+    assert_eq!(found.len(), log.len() + acknowledged);
+}

@@ -1,0 +1,170 @@
+//! `acerra record`: drives the radio and logs the receiver.
+
+use std::io::{IsTerminal, Write};
+use std::path::{Path, PathBuf};
+
+use acerra_record::driver::{RequestOptions, WatchOptions};
+use acerra_record::session::{
+    CAMPAIGN_NAME, Finished, Health, Progress, Recorder, Session, doubts, finish,
+};
+use anyhow::Context;
+
+use crate::interrupt;
+use crate::terminal::{Verbosity, verbosity};
+
+/// A session file to begin with.
+const EXAMPLE: &str = include_str!("session.toml");
+
+/// Record a flight: drive the radio, log the GNSS receiver, put both on one clock.
+///
+/// Recording goes on until it is interrupted (Ctrl-C) or [flight] stop_after_s is over. Every message and
+/// every byte goes to session.log, on the disk each second; radar.mrm, rover.ubx, radar.clock.json and
+/// campaign.toml are made of it at the end, or by --finish after a power cut.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  acerra record --example > session.toml
+  acerra record session.toml -o flight
+  acerra record --finish flight && acerra focus flight/campaign.toml")]
+pub struct Args {
+    /// The session file (TOML).
+    #[arg(value_name = "SESSION.toml", required_unless_present_any = ["example", "finish"])]
+    session: Option<PathBuf>,
+    /// Directory of the recording. One that was interrupted is gone on with.
+    #[arg(short, long, value_name = "DIR", required_unless_present_any = ["example", "finish"])]
+    output: Option<PathBuf>,
+    /// Make the files that `focus` takes out of the log in DIR, without recording.
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["session", "output", "example"])]
+    finish: Option<PathBuf>,
+    /// Print a commented session file, to begin with.
+    #[arg(long, conflicts_with_all = ["session", "output"])]
+    example: bool,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// A session that cannot be read, instruments that do not answer or refuse, a log that cannot be written.
+pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
+    if let Some(directory) = &args.finish {
+        return tell(out, directory, &finish(directory)?);
+    }
+    let (Some(file), Some(directory)) = (&args.session, &args.output) else {
+        write!(out, "{EXAMPLE}")?;
+        return Ok(());
+    };
+    let at = || format!("{}", file.display());
+    let text = std::fs::read_to_string(file).with_context(at)?;
+    let folder = file.parent().unwrap_or_else(|| Path::new(""));
+    let session = Session::parse(&text).with_context(at)?.resolved_in(folder);
+    refuse_doubtful(&session).with_context(at)?;
+    // The log keeps the session as it holds wherever its directory lies.
+    let resolved = toml::to_string(&session).with_context(at)?;
+    let recorder = Recorder {
+        session: &session,
+        text: &resolved,
+        directory,
+        stop: interrupt::stop_in_order(),
+        requests: RequestOptions::default(),
+        watch: WatchOptions::default(),
+    };
+    let recorded = recorder.run(&mut |progress| say(&progress));
+    if recorded.is_err() {
+        // What was recorded before is made use of; the failure of the recording is the one to tell.
+        let _ = finish(directory);
+    }
+    recorded?;
+    tell(out, directory, &finish(directory)?)
+}
+
+/// Says what is doubtful, and refuses what makes a recording of no use.
+fn refuse_doubtful(session: &Session) -> anyhow::Result<()> {
+    for doubt in doubts(&session.radio, &session.flight) {
+        anyhow::ensure!(!doubt.is_fatal, "{}", doubt.text);
+        say(&Progress::Warning(doubt.text));
+    }
+    Ok(())
+}
+
+/// Tells the one who flies: warnings with a beep, the state on one line.
+fn say(progress: &Progress) {
+    let mut stderr = std::io::stderr();
+    let is_terminal = stderr.is_terminal();
+    let [begin, end] = if is_terminal {
+        ["\r\x1b[K", ""]
+    } else {
+        ["", "\n"]
+    };
+    // Nothing is left to tell if stderr is closed: recording goes on.
+    let _ = match progress {
+        Progress::Warning(text) => {
+            let beep = if is_terminal { "\x07" } else { "" };
+            writeln!(stderr, "{begin}{beep}warning: {text}")
+        }
+        _ if verbosity() == Verbosity::Quiet => Ok(()),
+        Progress::Note(text) => writeln!(stderr, "{begin}{text}"),
+        Progress::Health(health) => write!(stderr, "{begin}{}{end}", line(health)),
+    };
+}
+
+fn line(health: &Health) -> String {
+    let temperature = health
+        .temperature_c
+        .map(|c| format!(", {c:.1} °C"))
+        .unwrap_or_default();
+    let saturated = match health.saturated_scans {
+        0 => String::new(),
+        scans => format!(", {scans} scans saturated"),
+    };
+    format!(
+        "{:.0} s: {}{temperature}{saturated}; GNSS {} kB; log {} MB",
+        health.elapsed_s,
+        health.radio,
+        health.gnss_bytes / 1000,
+        health.log_bytes / 1_000_000
+    )
+}
+
+fn tell(out: &mut dyn Write, directory: &Path, finished: &Finished) -> anyhow::Result<()> {
+    if verbosity() == Verbosity::Quiet {
+        return Ok(());
+    }
+    for remark in &finished.remarks {
+        writeln!(out, "note: {remark}")?;
+    }
+    let damage = finished.damage;
+    if damage.torn_bytes + damage.damaged_bytes > 0 {
+        writeln!(
+            out,
+            "note: session.log: {} bytes of a torn record at its end, {} damaged bytes in {} places",
+            damage.torn_bytes, damage.damaged_bytes, damage.damaged_places
+        )?;
+    }
+    if let Some(clock) = &finished.clock {
+        writeln!(
+            out,
+            "trace times on GPS time to {:.2} ms ({:.2} ms without the latencies' doubt)",
+            1e3 * clock.sigma_s,
+            1e3 * clock.sigma_stamps_s
+        )?;
+    }
+    writeln!(
+        out,
+        "{} whole scans, {} incomplete, {} bytes of GNSS; process with: acerra focus {}",
+        finished.scans,
+        finished.incomplete_scans,
+        finished.gnss_bytes,
+        directory.join(CAMPAIGN_NAME).display()
+    )?;
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_example_is_a_session_that_nothing_speaks_against() {
+        let session = Session::parse(EXAMPLE).unwrap();
+        assert_eq!(doubts(&session.radio, &session.flight), []);
+    }
+}

@@ -1,0 +1,204 @@
+//! `acerra emulate`, `record` and `focus` as a user runs them.
+#![allow(clippy::unwrap_used)] // a test that cannot go on has failed
+#![allow(clippy::print_stdout)] // figures
+
+use std::fs;
+use std::io::{BufRead, BufReader};
+use std::net::{TcpListener, UdpSocket};
+use std::path::Path;
+use std::process::{Child, Command, Output, Stdio};
+
+use acerra_npz::NpzReader;
+use serde_json::Value;
+
+/// A short flight with receivers, recorded from take-off to landing.
+const SCENE: &str = "seed = 3\nrecord = \"flight\"\n\
+    [flight]\ntrack_start_m = [0, 0]\ntrack_end_m = [8, 0]\nheight_m = 4\ntrack_duration_s = 6\n\
+    [radar]\nsamples = 960\n[ground]\nfacets_per_m2 = 1\nextent_m = 5\n[gnss]\n\
+    [[corner]]\nposition_m = [3, 1.5, 0]\n\
+    [image]\nx_m = [2, 4]\ny_m = [0.5, 2.5]\npixel_m = 0.02\n";
+
+fn acerra() -> Command {
+    Command::new(env!("CARGO_BIN_EXE_acerra"))
+}
+
+fn run(arguments: &[&str]) -> Output {
+    acerra().args(arguments).output().unwrap()
+}
+
+fn succeeds(arguments: &[&str]) -> String {
+    let output = run(arguments);
+    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{arguments:?}: {told}");
+    String::from_utf8_lossy(&output.stdout).into_owned() + &told
+}
+
+/// A child that is ended with the test.
+struct Running(Child);
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        // It may have ended by itself.
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+fn path(folder: &Path, name: &str) -> String {
+    folder.join(name).display().to_string()
+}
+
+/// Place of the strongest target (m).
+fn target_m(products: &Path) -> [f64; 2] {
+    let text = fs::read_to_string(products.join("targets.json")).unwrap();
+    let targets: Value = serde_json::from_str(&text).unwrap();
+    ["x_m", "y_m"].map(|key| targets["targets"][0][key].as_f64().unwrap())
+}
+
+/// Largest modulus of an image (dB).
+fn peak_db(products: &Path) -> f64 {
+    let file = fs::File::open(products.join("image.npz")).unwrap();
+    let (_, image) = NpzReader::new(file)
+        .unwrap()
+        .values("image", 1 << 20)
+        .unwrap();
+    let largest = image
+        .iter()
+        .map(|(re, im)| re.hypot(*im))
+        .fold(0.0, f64::max);
+    20.0 * largest.log10()
+}
+
+/// Ports that were free a moment ago: the radio's and the receiver's.
+fn free_ports() -> [String; 2] {
+    let radio = UdpSocket::bind("127.0.0.1:0").unwrap();
+    let receiver = TcpListener::bind("127.0.0.1:0").unwrap();
+    [radio.local_addr().unwrap(), receiver.local_addr().unwrap()].map(|a| a.to_string())
+}
+
+/// An emulator of `scene`, and the session file that it writes.
+fn emulated(folder: &Path, scene: &str) -> (Running, String) {
+    let [radio, receiver] = free_ports();
+    let mut emulator = Running(
+        acerra()
+            .args(["emulate", scene, "-o", &path(folder, "ground")])
+            .args(["--radio", &radio, "--receiver", &receiver])
+            .args(["--speed", "4", "--drift-ppm", "20", "--jitter-ms", "5"])
+            .args(["--loss", "0.002", "--reordering", "0.01", "--seed", "2"])
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap(),
+    );
+    let output = emulator.0.stdout.take().unwrap();
+    let mut session = String::new();
+    for line in BufReader::new(output).lines() {
+        session += &(line.unwrap() + "\n");
+        // The last key of the last table.
+        if session.contains("origin_deg_m") {
+            break;
+        }
+    }
+    (emulator, session)
+}
+
+#[test]
+fn an_emulated_flight_is_recorded_and_focused_as_with_perfect_times() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    fs::write(folder.join("scene.toml"), SCENE).unwrap();
+    let scene = path(folder, "scene.toml");
+    let (emulator, session) = emulated(folder, &scene);
+    let session = session + "[flight]\nstop_after_s = 11.0\n";
+    fs::write(folder.join("session.toml"), &session).unwrap();
+    let flight = path(folder, "flight");
+    let told = succeeds(&["record", &path(folder, "session.toml"), "-o", &flight]);
+    println!("{told}");
+    drop(emulator);
+    let clock = fs::read_to_string(Path::new(&flight).join("radar.clock.json")).unwrap();
+    println!("{clock}");
+    let clock: Value = serde_json::from_str(&clock).unwrap();
+    // The flight begins at 207 000 s of the week, the radio is 20 ppm fast.
+    let offset_s = clock["time_offset_s"].as_f64().unwrap();
+    assert!((offset_s - 207_000.0).abs() < 2e-3, "{offset_s}");
+
+    let [recorded, perfect] = ["recorded", "perfect"].map(|name| folder.join(name));
+    succeeds(&[
+        "focus",
+        &path(Path::new(&flight), "campaign.toml"),
+        "-o",
+        &recorded.display().to_string(),
+    ]);
+    succeeds(&["simulate", &scene, "-o", &path(folder, "truth")]);
+    succeeds(&[
+        "focus",
+        &path(&folder.join("truth"), "campaign.toml"),
+        "-o",
+        &perfect.display().to_string(),
+    ]);
+    let [found_m, expected_m] = [&recorded, &perfect].map(|products| target_m(products));
+    let [found_db, expected_db] = [&recorded, &perfect].map(|products| peak_db(products));
+    println!("{found_m:?} {expected_m:?} m; {found_db:.3} {expected_db:.3} dB");
+    assert!((found_db - expected_db).abs() < 0.2);
+    for (found, expected) in found_m.into_iter().zip(expected_m) {
+        assert!((found - expected).abs() < 0.01);
+    }
+}
+
+/// A clock that is asked for and is not there, or is another log's.
+#[test]
+fn a_clock_that_does_not_fit_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    fs::write(folder.join("scene.toml"), SCENE).unwrap();
+    succeeds(&[
+        "simulate",
+        &path(folder, "scene.toml"),
+        "-o",
+        &path(folder, "logs"),
+    ]);
+    let logs = folder.join("logs");
+    let text = fs::read_to_string(logs.join("campaign.toml")).unwrap();
+    let text = text.replace("time_offset_s = 207000", "time_offset_s = \"logged\"");
+    fs::write(logs.join("campaign.toml"), text).unwrap();
+    let refused = || {
+        let output = run(&["focus", &path(&logs, "campaign.toml")]);
+        assert_eq!(output.status.code(), Some(1));
+        String::from_utf8_lossy(&output.stderr).into_owned()
+    };
+    let told = refused();
+    assert!(
+        told.contains(
+            "radar.clock.json: [trajectory] time_offset_s = \"logged\": expected the clock"
+        ),
+        "{told}"
+    );
+    let other = "{\"version\": 1, \"first_message_id\": 9, \"first_timestamp_ms\": 7, \"gps_week\": 2075, \
+                 \"time_offset_s\": 7.0, \"rate\": 1.0, \"sigma_stamps_s\": 0.0, \"sigma_s\": 0.0, \
+                 \"radio_jitter_s\": 0.0, \"gnss_jitter_s\": 0.0, \"radio_latency_s\": 0.0, \
+                 \"gnss_latency_s\": 0.0}";
+    fs::write(logs.join("radar.clock.json"), other).unwrap();
+    let told = refused();
+    assert!(told.contains("begins with scan (9, 7)"), "{told}");
+}
+
+#[test]
+fn a_window_that_cannot_hold_the_ground_is_refused_before_the_radio_is_asked() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let session =
+        "[radio]\naddress = \"127.0.0.1:1\"\nwindow_ps = [0, 20000]\n[flight]\nheight_m = 50.0\n";
+    fs::write(folder.join("session.toml"), session).unwrap();
+    let output = run(&[
+        "record",
+        &path(folder, "session.toml"),
+        "-o",
+        &path(folder, "flight"),
+    ]);
+    let told = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(
+        told.contains("session.toml: [radio] window_ps: the ground 50 m below answers at"),
+        "{told}"
+    );
+    assert!(!folder.join("flight").exists());
+}
