@@ -70,6 +70,39 @@ fn radio_table(radio: &EmulatedRadio, recorded_window_ps: [i32; 2]) -> String {
     )
 }
 
+/// A capture's bytes after emulator, driver and log, what was made of the log, and how many datagrams the
+/// system dropped on the way.
+fn replayed(file: &str, bytes: &[u8], speed: f64) -> (Vec<u8>, Finished, u64) {
+    let recorded = Recorded::from_capture(bytes)
+        .expect("a bare capture")
+        .unwrap();
+    let config = recorded.config();
+    let options = EmulatorOptions {
+        speed,
+        impairments: Impairments {
+            repetition: 0.02,
+            reordering: 0.05,
+            held_back_s: 0.03,
+            seed: 3,
+            ..Impairments::default()
+        },
+        ..EmulatorOptions::default()
+    };
+    let radio = EmulatedRadio::start(LOOPBACK.into(), Box::new(recorded), options).unwrap();
+    let window_ps = [config.scan_start_ps, config.scan_stop_ps];
+    let text = radio_table(&radio, window_ps)
+        + &format!(
+            "antenna_mode = {}\ntransmit_gain = {}\ncode_channel = {}\n",
+            config.antenna_mode, config.transmit_gain, config.code_channel
+        );
+    let folder = tempfile::tempdir().unwrap();
+    let (health, finished) = record(&text, folder.path(), || radio.counts().exhausted);
+    println!("{file}, {speed} times as fast: {}", health.radio);
+    let found = fs::read(folder.path().join(CAPTURE_NAME)).unwrap();
+    let dropped = radio.counts().datagrams - health.radio.packets;
+    (found, finished, dropped)
+}
+
 /// The radio's and the receiver's bytes come through emulator, driver and log as they were.
 #[test]
 fn real_captures_come_back_identical() {
@@ -80,40 +113,16 @@ fn real_captures_come_back_identical() {
     ] {
         let Some(path) = shared(file) else { return };
         let bytes = fs::read(&path).unwrap();
-        let recorded = Recorded::from_capture(&bytes)
-            .expect("a bare capture")
-            .unwrap();
-        let config = recorded.config();
-        let options = EmulatorOptions {
-            speed: 8.0,
-            impairments: Impairments {
-                repetition: 0.02,
-                reordering: 0.05,
-                held_back_s: 0.03,
-                seed: 3,
-                ..Impairments::default()
-            },
-            ..EmulatorOptions::default()
-        };
-        let radio = EmulatedRadio::start(LOOPBACK.into(), Box::new(recorded), options).unwrap();
-        let window_ps = [config.scan_start_ps, config.scan_stop_ps];
-        let text = radio_table(&radio, window_ps)
-            + &format!(
-                "antenna_mode = {}\ntransmit_gain = {}\ncode_channel = {}\n",
-                config.antenna_mode, config.transmit_gain, config.code_channel
-            );
-        let folder = tempfile::tempdir().unwrap();
-        let (health, finished) = record(&text, folder.path(), || radio.counts().exhausted);
-        println!("{file}: {}", health.radio);
-        let found = fs::read(folder.path().join(CAPTURE_NAME)).unwrap();
+        // A busy machine drops datagrams before any program sees them: slower, fewer wait at once.
+        let (found, finished) = [8.0, 4.0, 1.0]
+            .into_iter()
+            .map(|speed| replayed(file, &bytes, speed))
+            .find(|(_, _, dropped)| *dropped == 0)
+            .map(|(found, finished, _)| (found, finished))
+            .expect("a replay of which the system dropped nothing");
         // Node, segments and persistence are not settings of a session; messages follow.
         assert_eq!(found[4..16], bytes[4..16]);
         let whole = 32 + (bytes.len() - 32) / 1452 * 1452;
-        let dropped = radio.counts().datagrams - health.radio.packets;
-        assert_eq!(
-            dropped, 0,
-            "the system dropped datagrams: run again on a quieter machine"
-        );
         assert!(found[32..] == bytes[32..whole], "{file}");
         assert_eq!(
             finished.damage.torn_bytes + finished.damage.damaged_bytes,
