@@ -17,8 +17,8 @@ const EXAMPLE: &str = include_str!("session.toml");
 
 /// Record a flight: drive the radio, log the GNSS receiver, put both on one clock.
 ///
-/// Recording goes on until it is interrupted (Ctrl-C) or [flight] stop_after_s is over. Every message and
-/// every byte goes to session.log, on the disk each second; radar.mrm, rover.ubx, radar.clock.json and
+/// Recording goes on until it is interrupted (Ctrl-C) or the session's stop_after_s is over. Every message
+/// and every byte goes to session.log, on the disk each second; radar.mrm, rover.ubx, radar.clock.json and
 /// campaign.toml are made of it at the end, or by --finish after a power cut.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
