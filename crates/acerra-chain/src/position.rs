@@ -200,6 +200,16 @@ pub enum PositionError {
         /// Number of the track, from 1.
         track: usize,
     },
+    /// The recorded clock is on GPS time, the positions are not.
+    #[error(
+        "[trajectory] time_offset_s = \"logged\": expected positions on GPS time for {}, found times that \
+         name no day; state the offset, or take positions of a GNSS receiver",
+        radar_file.display()
+    )]
+    NotOnGpsTime {
+        /// The radar log.
+        radar_file: PathBuf,
+    },
     /// A trajectory that cannot be brought to the frame of the first track.
     #[error("{0}")]
     Frame(TrajectoryError),

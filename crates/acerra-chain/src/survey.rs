@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use acerra_geo::time::GpsTime;
 use acerra_radar::LoggedClock;
 
 use crate::calibration::CalibrationOptions;
@@ -11,7 +12,7 @@ use crate::error::ChainError;
 use crate::evidence::Finding;
 use crate::ground::{Scene, SceneOptions};
 use crate::journal::Journal;
-use crate::position::{PositionOptions, Positions, in_one_frame, position};
+use crate::position::{PositionError, PositionOptions, Positions, in_one_frame, position};
 use crate::prepare::{Prepared, prepare};
 use crate::read::{RadarData, ReadError, read_channel};
 use crate::recording::{Recording, TrackOptions};
@@ -118,7 +119,8 @@ impl Survey {
             let placed = position(&track.positions, &track.radar, inside, warnings, &mut own)?;
             findings.extend(own.into_iter().map(|finding| self.named(track, finding)));
             let mut options = track.options.clone();
-            options.align.time_offset = settled(options.align.time_offset, track, &radar)?;
+            options.align.time_offset =
+                settled(options.align.time_offset, track, &radar, &placed.positions)?;
             recordings.push(Recording {
                 name: track.name.clone(),
                 positions: placed.positions,
@@ -134,17 +136,27 @@ impl Survey {
     }
 }
 
-/// The offset of a track, that of the recorded clock where that is asked for.
+/// The offset of a track, that of the recorded clock where that is asked for: both clocks are GPS time,
+/// so that positions of another week do not fit.
 fn settled(
     stated: TimeOffset,
     track: &TrackSource,
     radar: &RadarData,
-) -> Result<TimeOffset, ReadError> {
-    match (stated, &radar.clock) {
-        (TimeOffset::Logged, Some(clock)) => Ok(TimeOffset::Seconds(clock.time_offset_s)),
-        (TimeOffset::Logged, None) => Err(ReadError::NoClock {
-            path: LoggedClock::path_beside(&track.radar),
-        }),
-        (stated, _) => Ok(stated),
+    positions: &Positions,
+) -> Result<TimeOffset, ChainError> {
+    let (TimeOffset::Logged, Positions::Trajectory(trajectory)) = (stated, positions) else {
+        return Ok(stated);
+    };
+    let Some(clock) = &radar.clock else {
+        let path = LoggedClock::path_beside(&track.radar);
+        return Err(ReadError::NoClock { path }.into());
+    };
+    let first_trace = GpsTime::from_week_tow(clock.gps_week, clock.time_offset_s);
+    match trajectory.time_s_at(first_trace) {
+        Some(offset_s) => Ok(TimeOffset::Seconds(offset_s)),
+        None => Err(PositionError::NotOnGpsTime {
+            radar_file: track.radar.clone(),
+        }
+        .into()),
     }
 }

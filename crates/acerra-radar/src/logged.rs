@@ -11,6 +11,9 @@ use crate::runs::LogRadargram;
 /// Longest file read.
 const MAX_BYTES: u64 = 1 << 16;
 
+/// Last GPS week of a recording: the year 2171.
+const LAST_WEEK: i64 = 9999;
+
 /// Radar time on GPS time: what `time_offset_s = "logged"` reads.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
@@ -140,11 +143,14 @@ impl LoggedClock {
             return Err(format!("found version {}", clock.version));
         }
         let is_sound = (0.99..=1.01).contains(&clock.rate)
+            && (0..=LAST_WEEK).contains(&clock.gps_week)
             && (0.0..604_800.0).contains(&clock.time_offset_s)
             && clock.sigma_s >= 0.0
             && clock.sigma_s.is_finite();
         if !is_sound {
-            return Err("found a rate, an offset or a deviation that no clock has".to_owned());
+            return Err(
+                "found a rate, a week, an offset or a deviation that no clock has".to_owned(),
+            );
         }
         Ok(clock)
     }

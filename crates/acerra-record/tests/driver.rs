@@ -172,13 +172,16 @@ fn loss_repetition_reordering_and_a_restart_are_survived_and_counted() {
     // Messages missing for whole scans: each is of a scan that is counted incomplete or lost.
     let missing = 2 * counts.scans_made() - scans_heard;
     assert_eq!(missing, counts.incomplete_scans + 2 * counts.lost_scans);
-    if dropped_by_system == 0 {
-        assert_eq!(counts.whole_scans, emulated.scans_sent_whole);
-        assert_eq!(counts.late, 0);
-    } else {
-        assert!(counts.whole_scans <= emulated.scans_sent_whole);
-        assert!(emulated.scans_sent_whole - counts.whole_scans <= dropped_by_system);
-    }
+    // Every scan that was sent whole is kept, but for those of which the system dropped a message, or
+    // brought one when eight later scans had come: those are counted as late.
+    let not_kept = emulated.scans_sent_whole.checked_sub(counts.whole_scans);
+    let not_kept = not_kept.expect("no scan more than were sent");
+    assert!(not_kept <= dropped_by_system + counts.late, "{not_kept}");
+    assert!(
+        counts.late <= emulated.channel.held_back / 20,
+        "{}",
+        counts.late
+    );
 }
 
 #[test]

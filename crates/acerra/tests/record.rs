@@ -142,6 +142,17 @@ fn an_emulated_flight_is_recorded_and_focused_as_with_perfect_times() {
     for (found, expected) in found_m.into_iter().zip(expected_m) {
         assert!((found - expected).abs() < 0.01);
     }
+
+    // The same time of another week is another time.
+    let file = Path::new(&flight).join("radar.clock.json");
+    let week = clock["gps_week"].as_i64().unwrap();
+    let text = fs::read_to_string(&file).unwrap();
+    let [right, wrong] = [week, week + 1].map(|week| format!("\"gps_week\": {week}"));
+    assert!(text.contains(&right));
+    fs::write(&file, text.replace(&right, &wrong)).unwrap();
+    let output = run(&["focus", &path(Path::new(&flight), "campaign.toml")]);
+    println!("{}", String::from_utf8_lossy(&output.stderr));
+    assert_eq!(output.status.code(), Some(1));
 }
 
 /// A clock that is asked for and is not there, or is another log's.
