@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use acerra_chain::positioning::{PositioningInput, answer, run};
 use acerra_gnss::conf::read_conf;
-use acerra_gnss::{BasePosition, RuleSet};
+use acerra_gnss::{BasePosition, PpkOptions, RuleSet};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -18,6 +18,21 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(ppk, module)?)
 }
 
+/// The options that `acerra ppk` takes from RTKLIB's settings, or without any; and the settings that are
+/// not followed.
+fn options_of(settings: Option<&str>) -> Result<(PpkOptions, Vec<String>), Failure> {
+    let Some(settings) = settings else {
+        return Ok((PpkOptions::default(), Vec::new()));
+    };
+    let conf = read_conf(settings.as_bytes(), RuleSet::Rtklib).map_err(Failure::settings)?;
+    let options = match conf.options.rules {
+        RuleSet::Rtklib => conf.options.with_safeguards(),
+        _ => conf.options,
+    };
+    let not_followed = conf.not_followed.iter().map(ToString::to_string);
+    Ok((options, not_followed.collect()))
+}
+
 /// The trajectory as arrays, and what `acerra ppk --json` says.
 #[pyfunction]
 fn ppk<'py>(
@@ -25,12 +40,11 @@ fn ppk<'py>(
     rover: Vec<PathBuf>,
     base: Vec<PathBuf>,
     navigation: Vec<PathBuf>,
-    settings: &str,
+    settings: Option<&str>,
     base_ecef_m: Option<[f64; 3]>,
 ) -> PyResult<(Bound<'py, PyDict>, String)> {
     let (trajectory, said) = work::run(py, None, |_| {
-        let conf = read_conf(settings.as_bytes(), RuleSet::Rtklib).map_err(Failure::settings)?;
-        let mut options = conf.options;
+        let (mut options, not_followed) = options_of(settings)?;
         if let Some(place) = base_ecef_m {
             options.base_position = BasePosition::Ecef(place);
         }
@@ -44,7 +58,6 @@ fn ppk<'py>(
             ..PositioningInput::default()
         };
         let mut positioning = run(&input, &options).map_err(Failure::position)?;
-        let not_followed = conf.not_followed.iter().map(ToString::to_string);
         positioning.warnings.extend(not_followed);
         let trajectory = positioning
             .solution

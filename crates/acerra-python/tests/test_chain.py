@@ -137,10 +137,7 @@ def test_a_part_of_the_pulses_and_other_pixels(demo: Path) -> None:
 def test_positions_by_carrier_phase(demo: Path) -> None:
     tables = acerra.Campaign.read(demo / "campaign.toml").tables
     found = acerra.ppk(
-        demo / "rover.ubx",
-        demo / "base.ubx",
-        settings={"pos1-posmode": "kinematic"},
-        base_ecef_m=tables["gnss"]["base_ecef_m"],
+        demo / "rover.ubx", demo / "base.ubx", base_ecef_m=tables["gnss"]["base_ecef_m"]
     )
     assert found.attrs["summary"]["fixed_percent"] > 95
     assert found.sizes["epoch"] == found.attrs["summary"]["epochs"]

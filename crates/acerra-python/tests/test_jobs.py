@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import http.client
 import http.server
 import json
@@ -79,6 +80,24 @@ def test_a_job_goes_on_where_it_stopped(echoes: Any, tmp_path: Path) -> None:
         jobs.plan(*arrays(echoes), PLANE, store=store, chunks=(40, 40), accuracy=1e-4)
     with pytest.raises(jobs.JobError, match="expected a job, found none"):
         jobs.open_job(tmp_path / "empty.zarr")
+
+
+def test_jobs_over_other_terrain_are_other_jobs(echoes: Any, tmp_path: Path) -> None:
+    heights = np.zeros((81, 76))
+    flat = acerra.Surface([1, 2.5], [-0.8, 0.8], heights, pixel_m=0.02)
+    heights[40, 40] = 0.05
+    hill = acerra.Surface([1, 2.5], [-0.8, 0.8], heights, pixel_m=0.02)
+    jobs.plan(*arrays(echoes), flat, store=tmp_path / "job.zarr")
+    with pytest.raises(jobs.JobError, match="found another"):
+        jobs.plan(*arrays(echoes), hill, store=tmp_path / "job.zarr")
+
+
+def test_keys_of_a_store_are_not_kept_in_it(echoes: Any, tmp_path: Path) -> None:
+    job = jobs.plan(*arrays(echoes), PLANE, store=tmp_path / "job.zarr")
+    secret = jobs.Store(job.store.url, {"config": {"secret_access_key": "hidden"}})
+    text = dataclasses.replace(job, store=secret).to_json()
+    assert "hidden" not in text and "store" not in json.loads(text)
+    assert jobs.Job.from_json(text, job.store) == job
 
 
 def test_memory_is_promised_and_bounds_the_groups(echoes: Any, tmp_path: Path) -> None:

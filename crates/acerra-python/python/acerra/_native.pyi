@@ -260,7 +260,7 @@ def ppk(
     rover: list[Path],
     base: list[Path],
     navigation: list[Path],
-    settings: str,
+    settings: str | None,
     base_ecef_m: Sequence[float] | None,
 ) -> tuple[dict[str, Any], str]: ...
 def simulate(

@@ -338,8 +338,8 @@ class Prepared:
         *,
         accuracy: float | None = None,
         weight: Weight | None = None,
-        threshold_db: float = -25.0,
-        max_targets: int = 20,
+        threshold_db: float = -12.0,
+        max_targets: int = 50,
     ) -> dict[str, Any]:
         """Image the spectra, and find and measure the targets."""
         grid = self.grid if grid is None else grid
@@ -392,10 +392,13 @@ class Run:
     def image(self) -> xr.DataArray:
         """The image; of a volume as it is seen from above."""
         grid = self._native.grid
+        attrs = {
+            "plan": self.record["plan"],
+            "origin_deg_m": self._native.prepared().origin_deg_m,
+        }
         if isinstance(grid, Volume):
-            grid = grid.slice(0)
-        record = self.record
-        attrs = {"plan": record["plan"], "origin_deg_m": self._native.prepared().origin_deg_m}
+            # Its values come from many heights.
+            return image_of(self._native.image, grid.slice(0), attrs).drop_vars("z")
         return image_of(self._native.image, grid, attrs)
 
     @property

@@ -193,8 +193,8 @@ def measure(
     spectrum: npt.ArrayLike,
     *,
     weight: npt.ArrayLike | None = None,
-    threshold_db: float = -25.0,
-    max_targets: int = 20,
+    threshold_db: float = -12.0,
+    max_targets: int = 50,
     light_speed_m_s: float = SPEED_OF_LIGHT_M_S,
 ) -> dict[str, Any]:
     """Find and measure the targets of an image.

@@ -156,8 +156,9 @@ class Job:
         return [tile for tile in self.tiles if _chunk_key(tile, self.chunks) not in held]
 
     def to_json(self) -> str:
-        """The job as the store keeps it."""
-        return json.dumps(asdict(self), default=lambda value: np.asarray(value).tolist())
+        """The job as the store keeps it: without the store's own address and keys."""
+        fields = {key: value for key, value in asdict(self).items() if key != "store"}
+        return json.dumps(fields, default=lambda value: np.asarray(value).tolist())
 
     @classmethod
     def from_json(cls, text: str, store: Store) -> Job:
@@ -173,6 +174,15 @@ class Job:
 def _chunk_key(tile: Tile, chunks: Sequence[int]) -> str:
     numbers = (a // c for a, c in zip(tile.start, chunks, strict=True))
     return "image/c/" + "/".join(map(str, numbers))
+
+
+def _is_made(job: Job, tile: Tile) -> bool:
+    """Whether the store holds a tile."""
+    try:
+        job.store.open().store.head(_chunk_key(tile, job.chunks))
+    except FileNotFoundError:
+        return False
+    return True
 
 
 def _chunk_keys(store: Store) -> Iterator[str]:
@@ -263,9 +273,14 @@ def plan(
     kind = type(grid).__name__
     arguments = grid.__getnewargs_ex__()
     digest = hashlib.sha256()
-    for array in (*antennas.values(), echoes):
+    heights = [value for value in arguments[0] if isinstance(value, np.ndarray)]
+    for array in (*antennas.values(), echoes, *heights):
+        digest.update(repr(array.shape).encode())
         digest.update(np.ascontiguousarray(array).data)
-    stated = (kind, repr(arguments), tile_shape, group, accuracy, check_pixels, light_speed_m_s)
+    # Heights are told by their bytes: NumPy shortens the text of large arrays.
+    named = [value for value in arguments[0] if not isinstance(value, np.ndarray)]
+    grid_stated = (kind, named, arguments[1])
+    stated = (*grid_stated, tile_shape, group, accuracy, check_pixels, light_speed_m_s)
     digest.update(repr(stated).encode())
     job = Job(
         store=place,
@@ -398,7 +413,7 @@ def image_tile(job: Job, tile: Tile, threads: int | None = None) -> dict[str, An
 
     if threads is not None:
         _native.set_threads(threads)
-    if _chunk_key(tile, job.chunks) in set(_chunk_keys(job.store)):
+    if _is_made(job, tile):
         return {"tile": tile.start, "made": False, "checked_error": None}
     echoes = _echoes(job.store.url, json.dumps(dict(job.store.options)), job.identity)
     grid = _native.part_of(job.grid, tile.start, tile.stop)

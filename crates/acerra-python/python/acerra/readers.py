@@ -104,8 +104,8 @@ def ppk(
     rover, base, navigation : path or sequence of paths
         RINEX, UBX or RTCM logs of the rover and the base, broadcast or precise ephemerides.
     settings : mapping or path, optional
-        RTKLIB's settings by their names (``{"pos1-posmode": "kinematic"}``), or a ``.conf`` file; by
-        default Kinematic, Fix-and-hold, combined.
+        RTKLIB's settings by their names (``{"pos1-posmode": "kinematic"}``), or a ``.conf`` file: what
+        they do not name is as RTKLIB has it. By default the command's: Kinematic, Fix-and-hold, combined.
     base_ecef_m : tuple of float, optional
         Place of the base's antenna, ECEF (m).
 
@@ -119,8 +119,9 @@ def ppk(
     PositionError
         Whatever makes a solution impossible.
     """
+    text: str | None
     if settings is None:
-        text = ""
+        text = None
     elif isinstance(settings, Mapping):
         text = "".join(f"{key} = {value}\n" for key, value in settings.items())
     else:

@@ -55,6 +55,7 @@ pub enum FinishError {
 /// A log that cannot be read, files that cannot be written.
 pub fn finish(directory: &Path) -> Result<Finished, FinishError> {
     let mut finished = Finished::default();
+    remove_clock(directory)?;
     let log = read_log(directory, &mut finished)?;
     let scans = describe_scans(directory, &log, &mut finished)?;
     if let (Some(scans), false) = (scans, log.gps.is_empty()) {
@@ -66,6 +67,17 @@ pub fn finish(directory: &Path) -> Result<Finished, FinishError> {
     let text = campaign_text(&log.session, &finished);
     write_file(directory, CAMPAIGN_NAME, text.as_bytes())?;
     Ok(finished)
+}
+
+/// Removes the clock of an earlier call: a log that tells none is not to be read with another's.
+fn remove_clock(directory: &Path) -> Result<(), FinishError> {
+    let path = directory.join(CLOCK_NAME);
+    match std::fs::remove_file(&path) {
+        Err(cause) if cause.kind() != io::ErrorKind::NotFound => {
+            Err(FinishError::Io { path, cause })
+        }
+        _ => Ok(()),
+    }
 }
 
 /// What the log holds beside the capture and the receiver's bytes, which are written as it is read.
