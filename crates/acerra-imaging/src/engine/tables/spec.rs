@@ -3,7 +3,6 @@
 use crate::engine::travel_time::TravelTime;
 use crate::pulses::Pulses;
 use num_complex::Complex64;
-use std::f64::consts::PI;
 
 /// Highest polynomial degree.
 pub(crate) const MAX_DEGREE: usize = 3;
@@ -61,44 +60,126 @@ impl TableSpec {
 
 /// Least-squares monomial coefficients of the phase ramp e^{jθδ} on [−½, ½], and the mean square of
 /// the residual.
+///
+/// With u = 2δ and x = θ/2 the ramp is e^{jxu} = Σ_l (2l + 1) j^l j_l(x) P_l(u), the plane wave's
+/// expansion in Legendre polynomials P_l by spherical Bessel functions j_l (Abramowitz and Stegun,
+/// 10.1.47); the polynomial of least squares keeps its first terms.
 pub(crate) fn fit_phase_ramp(ramp_rad: f64, degree: usize) -> ([Complex64; MAX_DEGREE + 1], f64) {
-    let mut legendre = [Complex64::ZERO; MAX_DEGREE + 1];
-    for &(x, w) in gauss_legendre() {
-        let e = Complex64::cis(0.5 * ramp_rad * x) * (0.5 * w);
-        let p = [1.0, x, 1.5 * x * x - 0.5, 2.5 * x * x * x - 1.5 * x];
-        for (l, a) in legendre.iter_mut().enumerate().take(degree + 1) {
-            *a += e * (p[l] * (2 * l + 1) as f64);
+    let x = 0.5 * ramp_rad;
+    let [a0, a1, a2, a3]: [Complex64; MAX_DEGREE + 1] = std::array::from_fn(|l| {
+        if l > degree {
+            return Complex64::ZERO;
         }
-    }
-    // |e^{jθδ}|² = 1, shared among orthogonal polynomials of mean square 1/(2l+1).
-    let kept: f64 = legendre
-        .iter()
-        .enumerate()
-        .map(|(l, a)| a.norm_sqr() / (2 * l + 1) as f64)
-        .sum();
-    let [a0, a1, a2, a3] = legendre;
+        let size = (2 * l + 1) as f64 * spherical_bessel(l, x);
+        Complex64::I.powu(l as u32) * size
+    });
     let monomial = [a0 - a2 * 0.5, a1 * 2.0 - a3 * 3.0, a2 * 6.0, a3 * 20.0];
-    (monomial, (1.0 - kept).max(0.0))
+    (monomial, ramp_residual(x, degree))
 }
 
-/// Nodes and weights of 16-point Gauss–Legendre quadrature on [−1, 1].
-fn gauss_legendre() -> &'static [(f64, f64); 16] {
-    static NODES: std::sync::OnceLock<[(f64, f64); 16]> = std::sync::OnceLock::new();
-    NODES.get_or_init(|| {
-        std::array::from_fn(|k| {
-            let n = 16.0;
-            let mut x = (PI * (k as f64 + 0.75) / (n + 0.5)).cos();
-            let mut slope = 1.0;
-            for _ in 0..50 {
-                let (mut p0, mut p1) = (1.0, x);
-                for j in 2..=16 {
-                    let j = f64::from(j);
-                    (p0, p1) = (p1, ((2.0 * j - 1.0) * x * p1 - (j - 1.0) * p0) / j);
-                }
-                slope = n * (x * p1 - p0) / (x * x - 1.0);
-                x -= p1 / slope;
+/// Mean square of what polynomials of a degree leave of e^{jxu} on [−1, 1]: Σ_{l > degree}
+/// (2l + 1) j_l(x)², all terms together being 1.
+fn ramp_residual(x: f64, degree: usize) -> f64 {
+    let term = |l: usize| (2 * l + 1) as f64 * spherical_bessel(l, x).powi(2);
+    if x.abs() > SERIES_BELOW {
+        return (1.0 - (0..=degree).map(term).sum::<f64>()).max(0.0);
+    }
+    // Summed from its first term: a difference from 1 would lose residuals below 1e-16.
+    let mut sum = 0.0;
+    for l in degree + 1.. {
+        let next = term(l);
+        sum += next;
+        if next <= 1e-12 * sum {
+            break;
+        }
+    }
+    sum
+}
+
+/// Arguments up to which the power series of j_l keeps ten digits.
+const SERIES_BELOW: f64 = 3.0;
+
+/// The spherical Bessel function j_l(x) of the first kind: by its power series (Abramowitz and Stegun,
+/// 10.1.2) at small arguments, by upward recurrence (10.1.19) above, where l ≤ 3 only is asked for.
+fn spherical_bessel(l: usize, x: f64) -> f64 {
+    if x.abs() > SERIES_BELOW {
+        let (mut before, mut here) = (x.cos() / x, x.sin() / x);
+        for k in 0..l {
+            (before, here) = (here, (2 * k + 1) as f64 / x * here - before);
+        }
+        return here;
+    }
+    let mut term = (1..=l).fold(1.0, |t, k| t * x / (2 * k + 1) as f64);
+    let (mut sum, square) = (term, -0.5 * x * x);
+    for k in 1..40 {
+        term *= square / (k * (2 * (l + k) + 1)) as f64;
+        sum += term;
+        if term.abs() <= 1e-17 * sum.abs() {
+            break;
+        }
+    }
+    sum
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Midpoint sums over many points.
+    fn residual_by_sums(ramp_rad: f64, monomial: &[Complex64; 4]) -> f64 {
+        let count = 20_000;
+        (0..count)
+            .map(|k| {
+                let delta = (f64::from(k) + 0.5) / f64::from(count) - 0.5;
+                let fit = monomial
+                    .iter()
+                    .rev()
+                    .fold(Complex64::ZERO, |sum, c| sum * delta + c);
+                (Complex64::cis(ramp_rad * delta) - fit).norm_sqr()
+            })
+            .sum::<f64>()
+            / f64::from(count)
+    }
+
+    #[test]
+    fn the_residual_is_that_of_the_polynomial() {
+        for degree in 0..=MAX_DEGREE {
+            for ramp_rad in [-9.0, -0.3, 0.02, 0.4, 1.7, 5.99, 6.01, 12.0] {
+                let (monomial, residual) = fit_phase_ramp(ramp_rad, degree);
+                let expected = residual_by_sums(ramp_rad, &monomial);
+                assert!(
+                    (residual - expected).abs() < 1e-6 * expected + 1e-17,
+                    "{degree} {ramp_rad}: {residual:e} for {expected:e}"
+                );
             }
-            (x, 2.0 / ((1.0 - x * x) * slope * slope))
-        })
-    })
+        }
+    }
+
+    #[test]
+    fn no_other_polynomial_leaves_less() {
+        let (monomial, residual) = fit_phase_ramp(1.3, 2);
+        for k in 0..3 {
+            for step in [Complex64::new(1e-3, 0.0), Complex64::new(0.0, -1e-3)] {
+                let mut other = monomial;
+                other[k] += step;
+                assert!(residual_by_sums(1.3, &other) > residual);
+            }
+        }
+    }
+
+    #[test]
+    fn a_ramp_of_zero_leaves_nothing() {
+        assert_eq!(
+            fit_phase_ramp(0.0, 1),
+            (
+                [
+                    Complex64::ONE,
+                    Complex64::ZERO,
+                    Complex64::ZERO,
+                    Complex64::ZERO
+                ],
+                0.0
+            )
+        );
+    }
 }
