@@ -7,6 +7,7 @@ mod common;
 
 use common::{C, Campaign, band};
 
+use acerra_imaging::plan::Decision;
 use acerra_imaging::{
     Complex32, Complex64, Control, Engine, ImagingError, ImagingPlan, PlanOptions, PlaneGrid,
     Progress, PulseArrays, Pulses, SimdLevel, Spreading, TiltedGrid, reference,
@@ -30,6 +31,7 @@ fn error(plan: &ImagingPlan, pulses: &Pulses, grid: &TiltedGrid, spreading: Spre
 at_every_level!(
     the_accuracy_holds_at_any_range,
     large_pixels_and_tilted_rows,
+    squares_of_coarse_pixels,
     uneven_frequencies,
     one_pulse_one_pixel_one_row,
     pulses_in_the_image_plane,
@@ -106,6 +108,44 @@ fn uneven_frequencies(level: SimdLevel) {
                 .with_level(level),
         );
     }
+}
+
+/// Pixels along the row and across that the last plan of the direct engine expands together.
+fn group(plan: &ImagingPlan) -> [usize; 2] {
+    let mut groups = plan.report().decisions.iter().filter_map(|d| match d {
+        Decision::Direct(choice) => Some(choice.group),
+        _ => None,
+    });
+    groups.next_back().unwrap()
+}
+
+fn squares_of_coarse_pixels(level: SimdLevel) {
+    let mut squares = 0;
+    for (size_m, height_m, seed) in [(0.02, 4.0, 21), (0.05, 8.0, 22), (0.25, 60.0, 23)] {
+        let campaign = Campaign::random(height_m, 20, band(90), seed);
+        let [s, c] = [0.6 * size_m, 0.8 * size_m];
+        let grids = [
+            PlaneGrid::new([-20.0 * size_m, 0.3, 0.0], size_m, [131, 45])
+                .unwrap()
+                .into(),
+            // Rotated, sloping, and with axes that are not at right angles.
+            TiltedGrid::new([0.0; 3], [c, s, 0.1 * size_m], [-s, c, 0.0], 66, 37).unwrap(),
+            TiltedGrid::new([0.0; 3], [size_m, 0.0, 0.0], [0.4 * size_m, c, 0.0], 50, 41).unwrap(),
+        ];
+        for (grid, accuracy) in grids
+            .into_iter()
+            .flat_map(|g| [1e-2, 1e-3, 1e-4, 1e-5].map(|a| (g, a)))
+        {
+            let options = PlanOptions::default()
+                .with_accuracy(accuracy)
+                .with_level(level)
+                .with_engine(Engine::Direct);
+            check(&campaign, grid, &options);
+            let plan = ImagingPlan::new(campaign.pulses(), grid, &options).unwrap();
+            squares += usize::from(plan.engine() == Engine::Direct && group(&plan) == [4, 4]);
+        }
+    }
+    assert!(squares >= 12, "{squares} of 36 plans by squares");
 }
 
 fn one_pulse_one_pixel_one_row(level: SimdLevel) {

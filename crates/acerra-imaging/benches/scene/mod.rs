@@ -70,6 +70,25 @@ impl Scene {
         Self::new("large scene", position_m, grid)
     }
 
+    /// 1000 × 1000 pixels of `pixel_m` about the track of the common scene, or another number of
+    /// pulses along it.
+    pub fn of_pixels(pixel_m: f64, pulses: usize) -> Self {
+        let position_m = (0..pulses)
+            .map(|m| {
+                let s = m as f64 / (pulses - 1) as f64;
+                let length_m = 8.0 * (pulses as f64 / 331.0).max(1.0);
+                [
+                    0.05 * (9.0 * s).sin(),
+                    length_m * (s - 0.5),
+                    5.0 + 0.05 * (7.0 * s).cos(),
+                ]
+            })
+            .collect();
+        let half = 500.0 * pixel_m;
+        let grid = PlaneGrid::new([-half, -half, 0.0], pixel_m, [1000, 1000]).unwrap();
+        Self::new("pixels", position_m, grid)
+    }
+
     /// `size` × `size` pixels of 1 cm, `pulses` 2.4 cm apart, flown back and forth over the image.
     pub fn of_size(size: usize, pulses: usize) -> Self {
         let half = 0.005 * size as f64;
@@ -94,7 +113,7 @@ impl Scene {
         let frequency_hz: Vec<f64> = (0..213)
             .map(|n| 3.95e9 + 8e6 * (f64::from(n) - 106.0))
             .collect();
-        let half = 0.005 * grid.nx as f64 - 1.0;
+        let half = 0.5 * grid.pixel_m * grid.nx as f64 - 1.0;
         let scene: Vec<_> = (0..40)
             .map(|_| reference::Scatterer {
                 position_m: [

@@ -9,7 +9,8 @@ use crate::error::ImagingError;
 use crate::grid::image::{ImageGrid, Patch};
 use crate::grid::relief::Relief;
 use crate::kernel::direct::band::band;
-use crate::kernel::direct::job::{Band, Job, ReferenceContribution, Tally, block_width, tile_rows};
+use crate::kernel::direct::job::{Band, Job, ReferenceContribution, SIDE, Shape, Tally};
+use crate::kernel::direct::square::square_band;
 use crate::kernel::dispatch::dispatch;
 use crate::kernel::level::SimdLevel;
 use crate::pulses::Spreading;
@@ -35,6 +36,21 @@ pub(crate) struct DirectSpec {
     pub phase_tolerance_rad: f64,
     /// Ranges below this are summed in double precision, m: see [`TableSpec::folding_range_m`].
     pub reference_below_m: f64,
+    /// Whether bins may be read from windows; else they are gathered.
+    pub windows: bool,
+    /// Arrangement of pixels over level planes; uneven ground is always taken by rows.
+    pub shape: Shape,
+}
+
+impl DirectSpec {
+    /// The arrangement of pixels on a grid: over uneven ground by rows.
+    pub fn shape_on(&self, grid: &ImageGrid) -> Shape {
+        if grid.is_uneven() {
+            Shape::Row
+        } else {
+            self.shape
+        }
+    }
 }
 
 /// Antenna positions and table, ready for any number of runs.
@@ -114,16 +130,23 @@ impl Direct {
             }
             meter.add(out.len() as u64 * pulses);
         };
-        let height = tile_rows(self.level.lanes());
+        let shape = self.shape(patch.relief.is_some());
+        let lanes = self.level.lanes();
+        let height = shape.tile_rows(lanes);
         if grid.rows >= 2 * height {
             out.par_chunks_mut(height * grid.columns)
                 .enumerate()
                 .for_each(|(k, out)| {
                     share((0, k * height), grid.columns, out);
                 });
+        } else if shape != Shape::Row {
+            // Few rows: strips of squares.
+            out.par_chunks_mut(SIDE * grid.columns)
+                .enumerate()
+                .for_each(|(k, out)| share((0, k * SIDE), grid.columns, out));
         } else {
             // Few rows: share out pieces of rows.
-            let piece = 2 * block_width(self.level.lanes());
+            let piece = 2 * shape.block_width(lanes);
             out.par_chunks_mut(grid.columns)
                 .enumerate()
                 .for_each(|(j, row)| {
@@ -135,6 +158,11 @@ impl Direct {
         tally.into_inner().unwrap_or_default()
     }
 
+    /// The arrangement of pixels, which over uneven ground is by rows.
+    pub fn shape(&self, uneven: bool) -> Shape {
+        if uneven { Shape::Row } else { self.spec.shape }
+    }
+
     /// The part of a run that all its bands share.
     fn job<'a>(
         &'a self,
@@ -144,7 +172,7 @@ impl Direct {
         meter: &'a Meter,
     ) -> Job<'a> {
         let tolerance_bins = self.spec.phase_tolerance_rad / self.table.carrier_rad;
-        let half_block_m = 0.5 * pixel_m * block_width(self.level.lanes()) as f64;
+        let half_block_m = 0.5 * pixel_m * Shape::Row.block_width(self.level.lanes()) as f64;
         Job {
             pulses: which,
             near_centre: half_block_m / self.table.spec.bin_m * f64::from(f32::EPSILON)
@@ -155,6 +183,7 @@ impl Direct {
             sine: self.sine,
             pixel_m,
             tolerance_bins,
+            windows: self.spec.windows && !self.spec.table.interleaved,
             reference_below_m: match echoes.weights.spreading {
                 Spreading::InverseSquare => self.spec.reference_below_m,
                 Spreading::None => 0.0,
@@ -177,6 +206,24 @@ impl Direct {
                 (1, _, _) => band::<_, 1, 4, true, true>(s, job, one, relief, out),
                 (2, _, _) => band::<_, 2, 4, true, true>(s, job, one, relief, out),
                 _ => band::<_, 3, 4, true, true>(s, job, one, relief, out),
+            });
+        }
+        if self.spec.shape == Shape::Square {
+            return dispatch!(self.level, s => match quality {
+                (1, false, false) => square_band::<_, 1, 3, false, false>(s, job, one, out),
+                (1, false, true) => square_band::<_, 1, 3, true, false>(s, job, one, out),
+                (1, _, _) => square_band::<_, 1, 4, true, false>(s, job, one, out),
+                (2, _, _) => square_band::<_, 2, 4, true, false>(s, job, one, out),
+                _ => square_band::<_, 3, 4, true, false>(s, job, one, out),
+            });
+        }
+        if self.spec.shape == Shape::WideSquare {
+            return dispatch!(self.level, s => match quality {
+                (1, false, false) => square_band::<_, 1, 3, false, true>(s, job, one, out),
+                (1, false, true) => square_band::<_, 1, 3, true, true>(s, job, one, out),
+                (1, _, _) => square_band::<_, 1, 4, true, true>(s, job, one, out),
+                (2, _, _) => square_band::<_, 2, 4, true, true>(s, job, one, out),
+                _ => square_band::<_, 3, 4, true, true>(s, job, one, out),
             });
         }
         dispatch!(self.level, s => match quality {

@@ -4,6 +4,8 @@ use crate::engine::reference::pulse_at_range;
 use crate::error::ImagingError;
 use crate::grid::image::ImageGrid;
 use crate::incidence::IncidenceWeight;
+use crate::kernel::level::SimdLevel;
+use crate::kernel::profile::even_sum;
 use crate::pulses::{Pulses, Spreading};
 use crate::vector::range_m;
 use num_complex::Complex64;
@@ -108,21 +110,12 @@ pub(crate) struct WeightedPulses<'a> {
 /// Frequencies after which a recurrent phasor is computed afresh, so that it stays exact.
 const RENEW: usize = 32;
 
-/// Σ_n E(m, n) e^{+j4πf_n R/c} for frequencies `step_hz` apart, with recurrent phasors.
+/// Σ_n E(m, n) e^{+j4πf_n R/c} for frequencies `step_hz` apart.
 pub(crate) fn profile_at(pulses: &Pulses, pulse: usize, range_m: f64, step_hz: f64) -> Complex64 {
-    let f = pulses.frequency_hz();
     let delay = 4.0 * PI * range_m / pulses.light_speed_m_s();
-    let advance = Complex64::cis(step_hz * delay);
-    let mut profile = Complex64::ZERO;
-    for (k, e) in pulses.spectrum_of(pulse).chunks(RENEW).enumerate() {
-        // Horner's scheme from the last frequency of the piece to its first.
-        let piece = e
-            .iter()
-            .rev()
-            .fold(Complex64::ZERO, |sum, e| sum * advance + e);
-        profile += piece * Complex64::cis(f[k * RENEW] * delay);
-    }
-    profile
+    let start_hz = pulses.frequency_hz()[0];
+    let level = SimdLevel::detect();
+    even_sum(level, pulses.spectrum_of(pulse), step_hz * delay) * Complex64::cis(start_hz * delay)
 }
 
 impl WeightedPulses<'_> {

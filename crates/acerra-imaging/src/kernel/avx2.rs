@@ -113,6 +113,20 @@ impl Lanes for Avx2 {
         unsafe { _mm256_permutevar8x32_ps(window, _mm256_castps_si256(i)) }
     }
     #[inline(always)]
+    fn pick2(self, [low, high]: [V; 2], i: V) -> V {
+        // SAFETY: `self` proves the instructions. Bit 3 of a lane chooses the window, once it stands in
+        // the sign.
+        unsafe {
+            let i = _mm256_castps_si256(i);
+            let which = _mm256_castsi256_ps(_mm256_slli_epi32::<28>(i));
+            let (low, high) = (
+                _mm256_permutevar8x32_ps(low, i),
+                _mm256_permutevar8x32_ps(high, i),
+            );
+            _mm256_blendv_ps(low, high, which)
+        }
+    }
+    #[inline(always)]
     unsafe fn gather(self, p: *const f32, i: V) -> V {
         // SAFETY: `self` proves the instructions; the caller vouches for every index.
         unsafe { _mm256_i32gather_ps::<4>(p, whole(i)) }

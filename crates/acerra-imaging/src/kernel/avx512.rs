@@ -116,6 +116,11 @@ impl Lanes for Avx512 {
         unsafe { _mm512_permutexvar_ps(_mm512_castps_si512(i), window) }
     }
     #[inline(always)]
+    fn pick2(self, [low, high]: [V; 2], i: V) -> V {
+        // SAFETY: `self` proves the instructions; the permutation uses the low 5 bits of a lane.
+        unsafe { _mm512_permutex2var_ps(low, _mm512_castps_si512(i), high) }
+    }
+    #[inline(always)]
     unsafe fn gather(self, p: *const f32, i: V) -> V {
         // SAFETY: `self` proves the instructions; the caller vouches for every index.
         unsafe { _mm512_i32gather_ps::<4>(whole(i), p) }

@@ -97,6 +97,11 @@ mod tests {
                     check(s.pick(s.load(table.as_ptr()), i), &|a, _| {
                         table[(a * a).round_ties_even() as usize % n]
                     });
+                    let two = [s.load(table.as_ptr()), s.load(table.as_ptr().add(n))];
+                    let beyond = s.add(s.mul(s.splat(4.0), va), s.splat(ROUNDING + 16.0));
+                    check(s.pick2(two, beyond), &|a, _| {
+                        table[(4.0 * a + 16.0).round_ties_even() as usize % (2 * n)]
+                    });
                     let small = s.add(s.mul_add(vb, vb, s.splat(5.0)), s.splat(ROUNDING));
                     check(s.gather(table.as_ptr(), small), &|_, b| {
                         table[(b * b + 5.0).round_ties_even() as usize]

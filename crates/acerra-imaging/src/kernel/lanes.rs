@@ -37,6 +37,9 @@ pub(crate) trait Lanes: Copy {
     fn all_le(self, a: Self::V, b: Self::V) -> bool;
     /// Lane l becomes `window[bits(i[l]) mod N]`, i made by adding [`ROUNDING`].
     fn pick(self, window: Self::V, i: Self::V) -> Self::V;
+    /// Lane l becomes entry bits(i[l]) mod 2N of the two windows one after another, i made by adding
+    /// [`ROUNDING`].
+    fn pick2(self, windows: [Self::V; 2], i: Self::V) -> Self::V;
     /// The whole numbers that adding [`ROUNDING`] left in `i`, plus `plus`, stored as integers.
     ///
     /// # Safety

@@ -18,5 +18,6 @@ pub(crate) mod merge;
 mod peak;
 pub(crate) mod phase;
 mod portable;
+pub(crate) mod profile;
 pub(crate) mod split;
 pub(crate) mod spread;

@@ -111,6 +111,13 @@ impl Lanes for Portable {
         map(i, i, |i, _| window[(i.to_bits() & 7) as usize])
     }
     #[inline(always)]
+    fn pick2(self, windows: [V; 2], i: V) -> V {
+        map(i, i, |i, _| {
+            let at = (i.to_bits() & 15) as usize;
+            windows[at >> 3][at & 7]
+        })
+    }
+    #[inline(always)]
     unsafe fn store_rounded(self, p: *mut i32, i: V, plus: i32) {
         for (k, v) in i.iter().enumerate() {
             // SAFETY: the caller has room for 8 integers.

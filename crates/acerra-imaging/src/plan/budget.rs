@@ -2,11 +2,13 @@
 
 use crate::control::Control;
 use crate::engine::direct::DirectSpec;
+use crate::engine::factorized::coarse::coarse_grid;
 use crate::engine::factorized::spec::{Demand, FactorizedSpec};
 use crate::engine::tables::spec::TableSpec;
 use crate::engine::travel_time::TravelTime;
 use crate::error::ImagingError;
 use crate::grid::tilted::TiltedGrid;
+use crate::kernel::direct::job::Shape;
 use crate::kernel::level::SimdLevel;
 use crate::pulses::Pulses;
 use crate::sampling::Random;
@@ -48,13 +50,20 @@ fn effective_band_hz(pulses: &Pulses, power: &[f64], accuracy: f64, table: &Tabl
     [carrier - widest, carrier, carrier + widest]
 }
 
-/// Random pairs of pulse and pixel: range and sine of the angle to the row.
-struct Sample(Vec<(f64, f64)>);
+/// A pulse seen from a pixel.
+struct Sight {
+    range_m: f64,
+    /// Sines of the angles to row and column from the line of sight's normal plane.
+    sine: [f64; 2],
+}
+
+/// Random pairs of pulse and pixel.
+struct Sample(Vec<Sight>);
 
 impl Sample {
     fn draw(pulses: &Pulses, grid: &TiltedGrid) -> Self {
         let mut random = Random(0x9e37_79b9);
-        let length = norm(grid.u_m).max(1e-12);
+        let axes = [grid.u_m, grid.v_m].map(|v| v.map(|x| x / norm(v).max(1e-12)));
         Self(
             (0..256)
                 .map(|_| {
@@ -62,15 +71,24 @@ impl Sample {
                     let (i, j) = (random.below(grid.columns), random.below(grid.rows));
                     let point = grid.point_m(i as f64, j as f64);
                     let d = std::array::from_fn(|a| point[a] - p[a]);
-                    let range = norm(d).max(1e-12);
-                    (range, (dot(d, grid.u_m) / length / range).abs())
+                    let range_m = norm(d).max(1e-12);
+                    Sight {
+                        range_m,
+                        sine: axes.map(|axis| (dot(d, axis) / range_m).abs()),
+                    }
                 })
                 .collect(),
         )
     }
 
-    fn share(&self, f: impl Fn(f64, f64) -> bool) -> f64 {
-        self.0.iter().filter(|(r, s)| f(*r, *s)).count() as f64 / self.0.len() as f64
+    /// Root mean square of the sines along an axis.
+    fn rms_sine(&self, axis: usize) -> f64 {
+        let sum: f64 = self.0.iter().map(|s| s.sine[axis].powi(2)).sum();
+        (sum / self.0.len() as f64).sqrt()
+    }
+
+    fn share(&self, f: impl Fn(&Sight) -> bool) -> f64 {
+        self.0.iter().filter(|s| f(s)).count() as f64 / self.0.len() as f64
     }
 }
 
@@ -81,6 +99,11 @@ pub(crate) struct Budget<'a> {
     level: SimdLevel,
     /// Power at each frequency, by which errors are weighted.
     power: Vec<f64>,
+}
+
+/// Pixels that the direct engine images, and how it sees them.
+struct Target<'a> {
+    grid: &'a TiltedGrid,
     sample: Sample,
 }
 
@@ -104,118 +127,288 @@ impl<'a> Budget<'a> {
             grid,
             level,
             power,
-            sample: Sample::draw(pulses, grid),
         }
     }
 
     /// The cheapest table and expansion that keep `accuracy`, and their cost in vector operations a
     /// pixel.
     pub fn direct(&self, accuracy: f64) -> (DirectSpec, f64) {
-        let mut best: Option<(DirectSpec, f64)> = None;
-        // Narrower bins may need fewer terms of the carrier.
-        let tries = (1..=3).flat_map(|degree| [0.7, 0.5, 0.35].map(|share| (degree, share)));
-        for (degree, share) in tries {
-            let table = choose_table(self.pulses, &self.power, degree, share * accuracy);
-            let Some(found) = table.map(|table| self.expansion(table, accuracy)) else {
-                continue;
-            };
-            if best.as_ref().is_none_or(|(_, cost)| found.1 < *cost) {
-                best = Some(found);
-            }
-        }
-        best.unwrap_or_else(|| {
-            // Not reached for accuracies a plan accepts; a very fine cubic table is safe.
-            let table = TableSpec {
-                bin_m: fine_bin_m(self.pulses),
-                degree: 3,
-                period: None,
-                carrier: self.pulses.frequency_hz().len() / 2,
-                interleaved: false,
-            };
-            let spec = DirectSpec {
-                table,
-                fine_carrier: true,
-                cubic: true,
-                phase_tolerance_rad: 0.5 * accuracy,
-                reference_below_m: table.folding_range_m(0.1 * accuracy),
-            };
-            (spec, 100.0)
-        })
+        self.cheapest(&self.target(self.grid), &self.tables(accuracy), accuracy)
     }
 
-    /// The expansion of the range that `table` needs, and the cost of both.
-    fn expansion(&self, table: TableSpec, accuracy: f64) -> (DirectSpec, f64) {
+    fn target<'g>(&self, grid: &'g TiltedGrid) -> Target<'g> {
+        Target {
+            grid,
+            sample: Sample::draw(self.pulses, grid),
+        }
+    }
+
+    /// Tables that keep `accuracy`: narrower bins may need fewer terms of the carrier, and higher
+    /// degrees take wider ones.
+    fn tables(&self, accuracy: f64) -> Vec<TableSpec> {
+        (1..=3)
+            .flat_map(|degree| [0.7, 0.5, 0.35].map(|share| (degree, share)))
+            .filter_map(|(degree, share)| {
+                choose_table(self.pulses, &self.power, degree, share * accuracy)
+            })
+            .collect()
+    }
+
+    /// The cheapest of some tables and arrangements, and its cost.
+    fn cheapest(&self, on: &Target, tables: &[TableSpec], accuracy: f64) -> (DirectSpec, f64) {
+        let found = tables.iter().flat_map(|table| {
+            [
+                self.by_rows(on, *table, accuracy),
+                self.by_squares(on, *table, accuracy, Shape::Square),
+                self.by_squares(on, *table, accuracy, Shape::WideSquare),
+            ]
+        });
+        found
+            .reduce(|best, found| if found.1 < best.1 { found } else { best })
+            .unwrap_or_else(|| self.fallback(accuracy))
+    }
+
+    /// Not reached for accuracies a plan accepts: a very fine cubic table is safe.
+    fn fallback(&self, accuracy: f64) -> (DirectSpec, f64) {
+        let table = TableSpec {
+            bin_m: fine_bin_m(self.pulses),
+            degree: 3,
+            period: None,
+            carrier: self.pulses.frequency_hz().len() / 2,
+            interleaved: false,
+        };
+        (self.spec(table, accuracy, Shape::Row), 100.0)
+    }
+
+    /// What a table needs whatever the arrangement: with the third order of the range.
+    fn spec(&self, table: TableSpec, accuracy: f64, shape: Shape) -> DirectSpec {
+        let alpha = table.carrier_rad(self.pulses);
+        DirectSpec {
+            table,
+            fine_carrier: carrier_error(alpha, 3) > 0.6 * accuracy || table.degree > 1,
+            cubic: true,
+            phase_tolerance_rad: 0.5 * accuracy,
+            reference_below_m: table.folding_range_m(0.1 * accuracy),
+            shape,
+            windows: true,
+        }
+    }
+
+    /// Phase error of ranges carried in single precision over `reach_m` from a point where they are
+    /// exact, rad: two roundings, uniform over the reach.
+    fn rounding_rad(&self, table: TableSpec, reach_m: f64) -> f64 {
+        let wavenumber = table.carrier_rad(self.pulses) / table.bin_m;
+        wavenumber * reach_m * 0.5 * f64::from(f32::EPSILON) * (2.0 / 3.0)
+    }
+
+    /// Vector operations for one vector of pixels whatever the arrangement, as counted in the kernel.
+    fn operations(&self, spec: &DirectSpec) -> Operations {
+        let degree = spec.table.degree as f64;
+        let terms = if spec.fine_carrier { 4.0 } else { 3.0 };
+        let lookups = 2.0 * (degree + 1.0);
+        let common = 5.0 + 2.0 * degree + 2.0 * terms + 4.0 + 6.0;
+        let gathered = common + 20.0 + lookups * (4.0 + self.level.lanes() as f64);
+        Operations {
+            common,
+            lookups,
+            gathered,
+        }
+    }
+
+    /// Groups of sixteen pixels of a row.
+    fn by_rows(&self, on: &Target, table: TableSpec, accuracy: f64) -> (DirectSpec, f64) {
         let lanes = self.level.lanes() as f64;
-        let pixel = norm(self.grid.u_m).max(1e-12);
+        let mut spec = self.spec(table, accuracy, Shape::Row);
+        let pixel = norm(on.grid.u_m).max(1e-12);
         let half = 0.5 * 15.0 * pixel; // groups are 16 pixels at every level
         let half_vector = 0.5 * (lanes - 1.0) * pixel;
-        let phase_tolerance_rad = 0.5 * accuracy;
-        let alpha = table.carrier_rad(self.pulses);
-        let fine_carrier = carrier_error(alpha, 3) > 0.6 * accuracy || table.degree > 1;
-        let wavenumber = alpha / table.bin_m; // rad per metre of range
+        let tolerance = spec.phase_tolerance_rad;
+        let wavenumber = table.carrier_rad(self.pulses) / table.bin_m; // rad per metre of range
         let third = |r: f64| 0.08 * half.powi(3) / (r * r) * wavenumber;
-        let cubic = fine_carrier || self.sample.share(|r, _| third(r) > phase_tolerance_rad) > 0.02;
+        let bent = on.sample.share(|s| third(s.range_m) > tolerance);
+        spec.cubic = spec.fine_carrier || bent > 0.02;
         let truncation_error = |r: f64| {
-            if cubic {
+            if spec.cubic {
                 0.5 * half.powi(4) / (r * r * r) * wavenumber
             } else {
                 third(r)
             }
         };
-        let window = self.sample.share(|r, s| {
+        let window = on.sample.share(|sight| {
+            let (r, s) = (sight.range_m, sight.sine[0]);
             let bend = half * (1.0 - s * s) / r;
             let span = half_vector * (2.0 * (s + bend) + half_vector * (1.0 - s * s) / (2.0 * r))
                 / table.bin_m;
-            span < lanes - 1.05 && truncation_error(r) < phase_tolerance_rad
+            span < lanes - 1.05 && truncation_error(r) < tolerance
         });
-        // Vector operations for one vector of pixels, as counted in the kernel.
-        let degree = table.degree as f64;
-        let terms = if fine_carrier { 4.0 } else { 3.0 };
-        let lookups = 2.0 * (degree + 1.0);
-        let common = 5.0 + 2.0 * degree + 2.0 * terms + 4.0 + 6.0;
-        let windowed = common + lookups + if cubic { 3.0 } else { 2.0 };
-        let gathered = common + 20.0 + lookups * (4.0 + lanes);
-        let cost = (window * windowed + (1.0 - window) * gathered) / lanes;
-        let spec = DirectSpec {
-            table,
-            fine_carrier,
-            cubic,
-            phase_tolerance_rad,
-            reference_below_m: table.folding_range_m(0.1 * accuracy),
+        let operations = self.operations(&spec);
+        let windowed = operations.common + operations.lookups + if spec.cubic { 3.0 } else { 2.0 };
+        let block = Shape::Row.block_width(self.level.lanes()) as f64;
+        let costs = Costs {
+            window,
+            windowed,
+            gathered: operations.gathered,
+            reach_m: [0.5 * block * pixel, half_vector].map(|r| r * on.sample.rms_sine(0)),
         };
-        (spec, cost)
+        self.judged(spec, accuracy, &costs)
     }
 
-    /// The cheapest partition that keeps `accuracy`; `None` where coarse grids do not pay.
+    /// Groups of 4 × 4 pixels.
+    fn by_squares(
+        &self,
+        on: &Target,
+        table: TableSpec,
+        accuracy: f64,
+        shape: Shape,
+    ) -> (DirectSpec, f64) {
+        let lanes = self.level.lanes() as f64;
+        let mut spec = self.spec(table, accuracy, shape);
+        let [along, across] = [on.grid.u_m, on.grid.v_m].map(|v| 1.5 * norm(v).max(1e-12));
+        let rows = if lanes > 8.0 { 1.0 } else { 1.0 / 3.0 };
+        let tolerance = spec.phase_tolerance_rad;
+        let wavenumber = table.carrier_rad(self.pulses) / table.bin_m;
+        let square = |r: f64| 0.5 * (along + across).powi(2) / r;
+        let third = |r: f64| square(r) * 0.4 * (along + across) / r * wavenumber;
+        let bent = on.sample.share(|s| third(s.range_m) > tolerance);
+        spec.cubic = spec.fine_carrier || bent > 0.02;
+        let entries = shape.window(self.level.lanes()) as f64;
+        let window = on.sample.share(|sight| {
+            let r = sight.range_m;
+            let slopes = along * sight.sine[0] + across * rows * sight.sine[1];
+            let span = (2.0 * slopes + 3.0 * square(r)) / table.bin_m;
+            let truncation_error = if spec.cubic {
+                square(r) * (along * along + across * across) / (r * r) * wavenumber
+            } else {
+                third(r)
+            };
+            span < entries - 1.05 && truncation_error < tolerance
+        });
+        let operations = self.operations(&spec);
+        let loads = match (shape, self.level) {
+            (Shape::WideSquare, SimdLevel::Avx512) => 1.6,
+            (Shape::WideSquare, _) => 3.0,
+            _ => 1.0,
+        };
+        let windowed =
+            operations.common + loads * operations.lookups + if spec.cubic { 8.0 } else { 7.0 };
+        let block = shape.block_width(self.level.lanes()) as f64 / 3.0 * along;
+        let sines = [on.sample.rms_sine(0), on.sample.rms_sine(1)];
+        let costs = Costs {
+            window,
+            windowed,
+            gathered: operations.gathered,
+            reach_m: [
+                block * sines[0],
+                (along * sines[0]).hypot(across * sines[1]),
+            ],
+        };
+        self.judged(spec, accuracy, &costs)
+    }
+
+    /// A spec without what single precision cannot carry, and its cost.
+    fn judged(&self, mut spec: DirectSpec, accuracy: f64, costs: &Costs) -> (DirectSpec, f64) {
+        let [windows, gathers] = [0, 1].map(|k| {
+            let found = self.rounding_rad(spec.table, costs.reach_m[k]);
+            found < ROUNDING_SHARES[k] * accuracy
+        });
+        spec.windows = windows;
+        let window = if windows { costs.window } else { 0.0 };
+        let operations = window * costs.windowed + (1.0 - window) * costs.gathered;
+        let hopeless = if gathers { 0.0 } else { HOPELESS };
+        (spec, operations / self.level.lanes() as f64 + hopeless)
+    }
+
+    /// The cheapest partition that keeps `accuracy`; `None` where coarse grids do not pay. With
+    /// `windows` the direct engine may image coarse grids through windows of bins.
     ///
     /// # Errors
     /// Cancellation.
     pub fn factorized(
         &self,
         accuracy: f64,
+        windows: bool,
         control: Control,
     ) -> Result<Option<FactorizedBudget>, ImagingError> {
         let (_, direct_cost) = self.direct(accuracy);
-        let (mut inner, _) = self.direct(0.8 * accuracy);
-        inner.table.interleaved = true;
-        // Exact ranges, and coefficients read lane by lane, in operations a value as measured.
-        let (lanes, fours) = (
-            self.level.lanes() as f64,
-            (inner.table.degree as f64 + 1.0) / 2.0,
-        );
+        let inner_accuracy = 0.8 * accuracy;
+        let tables = self.tables(inner_accuracy);
+        let inner_on = |coarse: &TiltedGrid| {
+            let on = windows.then(|| self.target(coarse));
+            self.inner(on, &tables, inner_accuracy)
+        };
+        // The carrier is that of every table.
+        let (first, _) = inner_on(self.grid);
         let demand = Demand {
-            band_hz: effective_band_hz(self.pulses, &self.power, accuracy, &inner.table),
+            band_hz: effective_band_hz(self.pulses, &self.power, accuracy, &first.table),
             accuracy: 0.85 * accuracy,
-            direct_cost: (60.0 + 25.0 * fours) / lanes + 4.4 * fours,
+            direct_cost: &|coarse| inner_on(coarse).1,
             lanes: self.level.lanes(),
         };
         let spec = FactorizedSpec::choose(self.pulses, self.grid, &demand, control)?;
         Ok(spec.map(|spec| FactorizedBudget {
+            inner: inner_on(&coarse_grid(self.grid, spec.coarse)).0,
             spec,
-            inner,
             direct_cost,
         }))
     }
+
+    /// What images coarse pixels, and its cost a value: windows where they are allowed and fit, or
+    /// coefficients side by side for gathers.
+    fn inner(
+        &self,
+        windows_on: Option<Target>,
+        tables: &[TableSpec],
+        accuracy: f64,
+    ) -> (DirectSpec, f64) {
+        let windowed = windows_on.map(|on| self.cheapest(&on, tables, accuracy));
+        // Exact ranges, and coefficients read lane by lane, in operations a value as measured.
+        let lanes = self.level.lanes() as f64;
+        let gathered = |table: &TableSpec| {
+            let fours = (table.degree as f64 + 1.0) / 2.0;
+            let spec = self.spec(
+                TableSpec {
+                    interleaved: true,
+                    ..*table
+                },
+                accuracy,
+                Shape::Row,
+            );
+            (spec, (60.0 + 25.0 * fours) / lanes + 4.4 * fours)
+        };
+        tables
+            .iter()
+            .map(gathered)
+            .chain(windowed)
+            .reduce(|best, found| if found.1 < best.1 { found } else { best })
+            .unwrap_or_else(|| self.fallback(accuracy))
+    }
+}
+
+/// Shares of the accuracy up to which roundings of the range are worth a try: with windows, which
+/// narrower bins do not help, and with gathers, beside errors of the table.
+const ROUNDING_SHARES: [f64; 2] = [0.9, 0.6];
+/// Added to the cost of what cannot keep the accuracy: it is chosen where nothing else is left.
+pub(super) const HOPELESS: f64 = 1e3;
+
+/// What an arrangement of pixels costs.
+struct Costs {
+    /// Share of vectors read from windows, and vector operations for one such vector and for one that
+    /// gathers.
+    window: f64,
+    windowed: f64,
+    gathered: f64,
+    /// Changes of range over which windows and gathers carry it in single precision, m.
+    reach_m: [f64; 2],
+}
+
+/// Vector operations for a vector of pixels.
+struct Operations {
+    /// Range, polynomial, carrier and sum.
+    common: f64,
+    /// Reads of coefficients.
+    lookups: f64,
+    /// All of a vector that gathers.
+    gathered: f64,
 }
 
 /// Largest error of the carrier's polynomials over a bin of phase advance `alpha`: cosine of `terms` terms
@@ -259,10 +452,11 @@ fn choose_table(pulses: &Pulses, power: &[f64], degree: usize, accuracy: f64) ->
     if let Some(step) = pulses.frequency_step_hz() {
         let period_m = TravelTime::of(pulses).period_m(step);
         let shortest = (f.len() + 1).max(16);
-        return smooth_lengths(shortest, shortest * 4096)
-            .into_iter()
-            .map(|length| spec(period_m / length as f64, Some(length)))
-            .find(good);
+        // Longer periods have narrower bins and less error.
+        let lengths = smooth_lengths(shortest, shortest * 4096);
+        let of = |length: usize| spec(period_m / length as f64, Some(length));
+        let first = lengths.partition_point(|length| !good(&of(*length)));
+        return lengths.get(first).map(|length| of(*length));
     }
     let mut bin_m = 20.0 * fine_bin_m(pulses);
     for _ in 0..80 {

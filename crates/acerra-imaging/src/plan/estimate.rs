@@ -4,7 +4,6 @@ use super::imaging::ImagingPlan;
 use super::planner::Method;
 use crate::control::{Control, Meter};
 use crate::engine::direct::Direct;
-use crate::kernel::direct::job::tile_rows;
 use crate::sampling::{Random, best_of_two};
 use num_complex::Complex32;
 use rayon::prelude::*;
@@ -55,7 +54,8 @@ impl ImagingPlan<'_> {
     /// caches. An even number, so that none lies right under a track in the middle.
     fn time_bands(&self, direct: &Direct, control: Control) -> f64 {
         let (echoes, grid) = (&self.request.echoes, &self.request.grid);
-        let least = tile_rows(self.request.options.level.lanes()) * rayon::current_num_threads();
+        let lanes = self.request.options.level.lanes();
+        let least = direct.shape(grid.is_uneven()).tile_rows(lanes) * rayon::current_num_threads();
         let work = (least * grid.columns() * echoes.len()) as u64;
         let rows = (least * (SMALL / work.max(1)).clamp(1, 8) as usize).min(grid.rows());
         let mut out = vec![Complex32::ZERO; rows * grid.columns()];

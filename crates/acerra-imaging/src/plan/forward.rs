@@ -5,7 +5,7 @@
 //! ⟨Lσ, d⟩ = ⟨σ, L⁺d⟩ holds far within the accuracy: the property on which iterative inversions
 //! rest.
 
-use super::check::forward::compare_spectra;
+use super::check::forward::{check_pixels, compare_spectra};
 use super::options::{Engine, PlanOptions, SelfCheck};
 use super::planner::{Method, Operator, Planner, Request};
 use super::report::{OperatorKind, PathShares, PlanReport};
@@ -192,7 +192,8 @@ impl Operator for Modelling {
     const KIND: OperatorKind = OperatorKind::Forward;
     const FACTORIZED_ATTEMPTS: i32 = 6;
     // The check sees a few places only: errors that gather elsewhere need room.
-    const ACCEPTED_SHARE: f64 = 0.6;
+    const ACCEPTED_SHARE: f64 = 0.8;
+    const WINDOWS: bool = false;
     const MEMORY: &'static str = "range bins, image and spectra";
 
     /// Spectra to be modelled may hold any frequency alike.
@@ -204,6 +205,10 @@ impl Operator for Modelling {
     /// Adding to bins lane by lane costs more than reading them through windows.
     fn factorized_pays(cost: f64, direct_cost: f64) -> bool {
         cost <= 0.6 * direct_cost.max(SPREAD_COST)
+    }
+
+    fn check_pixels(request: &Request) -> [usize; 2] {
+        [check_pixels(request); 2]
     }
 
     fn output_bytes(request: &Request) -> u128 {
@@ -257,23 +262,26 @@ impl Operator for Modelling {
     fn check_direct(
         request: &Request,
         direct: &DirectForward,
+        pixels: usize,
         control: Control,
     ) -> Result<(SelfCheck, Option<PathShares>), ImagingError> {
         let run = |grid: &TiltedGrid, image: &[Complex32], out: &mut [Complex64], meter: &Meter| {
             direct.run(&request.echoes, grid, image, out, meter);
         };
-        let check = compare_spectra(request, [1, 1], &run, control)?;
+        let check = compare_spectra(request, [1, 1], pixels, &run, control)?;
         Ok((check, None))
     }
 
     fn check_factorized(
         request: &Request,
         factorized: &FactorizedForward,
+        pixels: usize,
         control: Control,
     ) -> Result<SelfCheck, ImagingError> {
         let run = |grid: &TiltedGrid, image: &[Complex32], out: &mut [Complex64], meter: &Meter| {
             factorized.run(&request.echoes, grid, image, out, meter);
         };
-        compare_spectra(request, factorized.lattice.spec.coarse, &run, control)
+        let coarse = factorized.lattice.spec.coarse;
+        compare_spectra(request, coarse, pixels, &run, control)
     }
 }

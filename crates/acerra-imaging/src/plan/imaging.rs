@@ -1,7 +1,7 @@
 //! The plan of an image.
 
 use super::budget::mean_power;
-use super::check::imaging::{compare_patches, compare_pixels};
+use super::check::imaging::{compare_patches, compare_pixels, first_pixels, most_pixels};
 use super::options::{Engine, PlanOptions, SelfCheck};
 use super::planner::{Method, Operator, Planner, Request};
 use super::report::{OperatorKind, PathShares, PlanReport};
@@ -204,6 +204,7 @@ impl Operator for Imaging {
     const KIND: OperatorKind = OperatorKind::Imaging;
     const FACTORIZED_ATTEMPTS: i32 = 4;
     const ACCEPTED_SHARE: f64 = 1.0;
+    const WINDOWS: bool = true;
     const MEMORY: &'static str = "range tables and image";
 
     fn power(request: &Request) -> Vec<f64> {
@@ -212,6 +213,10 @@ impl Operator for Imaging {
 
     fn factorized_pays(cost: f64, direct_cost: f64) -> bool {
         cost <= 0.9 * direct_cost
+    }
+
+    fn check_pixels(request: &Request) -> [usize; 2] {
+        [first_pixels(request), most_pixels(request)]
     }
 
     fn output_bytes(request: &Request) -> u128 {
@@ -264,17 +269,19 @@ impl Operator for Imaging {
     fn check_direct(
         request: &Request,
         direct: &Direct,
+        pixels: usize,
         control: Control,
     ) -> Result<(SelfCheck, Option<PathShares>), ImagingError> {
-        let (check, paths) = compare_pixels(request, direct, control)?;
+        let (check, paths) = compare_pixels(request, direct, pixels, control)?;
         Ok((check, Some(paths)))
     }
 
     fn check_factorized(
         request: &Request,
         factorized: &Factorized,
+        pixels: usize,
         control: Control,
     ) -> Result<SelfCheck, ImagingError> {
-        compare_patches(request, factorized, control)
+        compare_patches(request, factorized, pixels, control)
     }
 }

@@ -1,6 +1,6 @@
 //! The planner of both operators: chooses an engine, builds it, and proves its accuracy.
 
-use super::budget::{Budget, FactorizedBudget};
+use super::budget::{Budget, FactorizedBudget, HOPELESS};
 use super::options::{Engine, PlanOptions, SelfCheck};
 use super::report::{
     Decision, DirectChoice, FactorizedChoice, OperatorKind, PathShares, PlanReport,
@@ -53,6 +53,8 @@ pub(crate) trait Operator {
     const FACTORIZED_ATTEMPTS: i32;
     /// Share of the accuracy that the self-check may find.
     const ACCEPTED_SHARE: f64;
+    /// Whether the direct engine uses windows of bins on coarse grids, or must go lane by lane.
+    const WINDOWS: bool;
     /// The arrays that count against the limit of memory.
     const MEMORY: &'static str;
 
@@ -60,6 +62,8 @@ pub(crate) trait Operator {
     fn power(request: &Request) -> Vec<f64>;
     /// Whether the factorized engine is sufficiently cheaper to be chosen.
     fn factorized_pays(cost: f64, direct_cost: f64) -> bool;
+    /// Pixels of a first self-check, and of one that the first left undecided.
+    fn check_pixels(request: &Request) -> [usize; 2];
     /// Bytes of the result.
     fn output_bytes(request: &Request) -> u128;
     /// Bytes of a direct engine.
@@ -89,12 +93,14 @@ pub(crate) trait Operator {
     fn check_direct(
         request: &Request,
         direct: &Self::Direct,
+        pixels: usize,
         control: Control,
     ) -> Result<(SelfCheck, Option<PathShares>), ImagingError>;
     /// Compares a factorized engine with the double-precision sum.
     fn check_factorized(
         request: &Request,
         factorized: &Self::Factorized,
+        pixels: usize,
         control: Control,
     ) -> Result<SelfCheck, ImagingError>;
 }
@@ -235,7 +241,8 @@ impl<'r, 'a> Planner<'r, 'a> {
             let accuracy = options.accuracy * 0.5f64.powi(attempt);
             let (pulses, plane) = (&self.request.echoes.pulses, self.request.grid.plane());
             let budget = Budget::new(pulses, plane, options.level, power.clone());
-            let Some(budget) = budget.factorized(accuracy, self.control)? else {
+            let budget = budget.factorized(accuracy, O::WINDOWS, self.control)?;
+            let Some(budget) = budget else {
                 return Ok(None);
             };
             let (spec, inner) = (budget.spec, budget.inner);
@@ -252,7 +259,16 @@ impl<'r, 'a> Planner<'r, 'a> {
             self.working_bytes = O::factorized_bytes(self.request, &spec, &inner, &ranges_m);
             self.check_memory::<O>()?;
             let engine = O::factorized(self.request, spec, inner, self.control)?;
-            let check = O::check_factorized(self.request, &engine, self.control)?;
+            let mut check = SelfCheck::NONE;
+            for pixels in O::check_pixels(self.request) {
+                if pixels == check.pixels {
+                    break;
+                }
+                check = O::check_factorized(self.request, &engine, pixels, self.control)?;
+                if self.decides::<O>(check) {
+                    break;
+                }
+            }
             self.decide(Decision::Factorized(factorized_choice(
                 &budget,
                 options.level,
@@ -276,11 +292,23 @@ impl<'r, 'a> Planner<'r, 'a> {
             let (pulses, plane) = (&self.request.echoes.pulses, self.request.grid.plane());
             let budget = Budget::new(pulses, plane, options.level, power.clone());
             let (spec, cost) = budget.direct(accuracy);
+            if cost >= HOPELESS {
+                break;
+            }
             let carrier_rad_per_bin = spec.table.carrier_rad(pulses);
             self.working_bytes = O::direct_bytes(self.request, &spec, &ranges_m);
             self.check_memory::<O>()?;
             let engine = O::direct(self.request, &ranges_m, spec, self.control)?;
-            let (check, paths) = O::check_direct(self.request, &engine, self.control)?;
+            let (mut check, mut paths) = (SelfCheck::NONE, None);
+            for pixels in O::check_pixels(self.request) {
+                if pixels == check.pixels {
+                    break;
+                }
+                (check, paths) = O::check_direct(self.request, &engine, pixels, self.control)?;
+                if self.decides::<O>(check) {
+                    break;
+                }
+            }
             reached = reached.min(check.error);
             self.decide(Decision::Direct(DirectChoice {
                 level: options.level,
@@ -288,6 +316,7 @@ impl<'r, 'a> Planner<'r, 'a> {
                 bins_per_period: spec.table.period,
                 degree: spec.table.degree,
                 carrier_rad_per_bin,
+                group: spec.shape_on(&self.request.grid).group(),
                 cubic: spec.cubic,
                 cost,
                 paths,
@@ -303,9 +332,16 @@ impl<'r, 'a> Planner<'r, 'a> {
         self.report.decisions.push(decision);
     }
 
+    /// Whether more pixels would not change the verdict: good with all that its pixels leave open, or
+    /// too large by what they found.
+    fn decides<O: Operator>(&self, check: SelfCheck) -> bool {
+        let allowed = O::ACCEPTED_SHARE * self.request.options.accuracy;
+        check.error_bound <= allowed || check.error > allowed
+    }
+
     /// Keeps the result of a self-check, or rejects the engine and what it would have taken.
     fn accepts<O: Operator>(&mut self, check: SelfCheck) -> bool {
-        let good = check.error <= O::ACCEPTED_SHARE * self.request.options.accuracy;
+        let good = check.error_bound <= O::ACCEPTED_SHARE * self.request.options.accuracy;
         if good {
             self.report.self_check = Some(check);
         } else {

@@ -104,7 +104,9 @@ pub struct DirectChoice {
     pub degree: usize,
     /// Two-way carrier phase advance per range bin, rad.
     pub carrier_rad_per_bin: f64,
-    /// Whether the range along a vector is expanded to third order instead of second.
+    /// Pixels along the row and across that share an expansion of the range.
+    pub group: [usize; 2],
+    /// Whether the range over a group is expanded to third order instead of second.
     pub cubic: bool,
     /// Estimated vector operations a pixel.
     pub cost: f64,
@@ -194,11 +196,13 @@ impl fmt::Display for DirectChoice {
         }
         write!(
             f,
-            "), polynomials of degree {}, carrier {:.2} rad a bin, range {} along a vector; {:.1} \
-             vector operations a pixel estimated",
+            "), polynomials of degree {}, carrier {:.2} rad a bin, range {} over {} × {} \
+             pixels; {:.1} vector operations a pixel estimated",
             self.degree,
             self.carrier_rad_per_bin,
             if self.cubic { "cubic" } else { "quadratic" },
+            self.group[0],
+            self.group[1],
             self.cost,
         )?;
         let Some(paths) = self.paths else {

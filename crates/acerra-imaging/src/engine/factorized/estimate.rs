@@ -7,7 +7,6 @@ use crate::control::{Control, Meter};
 use crate::engine::planar::padded;
 use crate::engine::weights::WeightedPulses;
 use crate::grid::tilted::TiltedGrid;
-use crate::kernel::direct::job::tile_rows;
 use crate::kernel::merge::TAPS;
 use crate::sampling::{Random, best_of_two};
 use num_complex::Complex32;
@@ -31,7 +30,7 @@ impl Factorized {
         let mut random = Random(0x7e57);
 
         // Full rows, two tiles of them, as in the run: neighbours share what the caches hold.
-        let rows = (2 * tile_rows(self.level.lanes())).min(coarse.rows);
+        let rows = (2 * self.direct.shape(false).tile_rows(self.level.lanes())).min(coarse.rows);
         let count = (coarse.rows * parts.len() / (100 * rows))
             .clamp(2, 64)
             .next_multiple_of(threads);

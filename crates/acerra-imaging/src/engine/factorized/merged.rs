@@ -29,7 +29,7 @@ use std::ops::Range;
 #[derive(Debug)]
 pub(crate) struct Factorized {
     pub lattice: Lattice,
-    direct: Direct,
+    pub(super) direct: Direct,
     pub(super) level: SimdLevel,
     /// Number of pulses.
     pulses: usize,

@@ -58,12 +58,13 @@ impl FactorizedSpec {
                 break;
             };
             let pixels = |g: &TiltedGrid| (g.columns * g.rows) as f64;
-            let share = pixels(&coarse_grid(grid, coarse)) / pixels(grid);
+            let coarse_pixels = coarse_grid(grid, coarse);
+            let share = pixels(&coarse_pixels) / pixels(grid);
             // Vector operations as measured beside those of the direct engine; the second part is of
             // loads that cross cache lines.
             let merge = 75.0 / demand.lanes as f64 + 4.6;
             let mean = pulses.len() as f64 / parts.len() as f64;
-            let cost = demand.direct_cost * share + merge / mean;
+            let cost = (demand.direct_cost)(&coarse_pixels) * share + merge / mean;
             if best.as_ref().is_none_or(|b| cost < b.cost) {
                 best = Some(Self {
                     pulses: count,
@@ -79,14 +80,14 @@ impl FactorizedSpec {
 }
 
 /// Requirements on a partition.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Demand {
+#[derive(Clone, Copy)]
+pub(crate) struct Demand<'a> {
     /// Lowest, carrier and highest frequency, Hz.
     pub band_hz: [f64; 3],
     /// Relative error allowed.
     pub accuracy: f64,
-    /// Vector operations of the direct engine per coarse value.
-    pub direct_cost: f64,
+    /// Vector operations of the direct engine per value and pulse on a coarse grid.
+    pub direct_cost: &'a dyn Fn(&TiltedGrid) -> f64,
     /// Numbers in a vector.
     pub lanes: usize,
 }

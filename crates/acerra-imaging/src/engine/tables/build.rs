@@ -21,7 +21,7 @@ use rayon::prelude::*;
 use rustfft::FftPlanner;
 
 /// Entries at either end that vectors may load without using them.
-pub(crate) const PADDING: usize = 20;
+pub(crate) const PADDING: usize = 36;
 
 /// Range profiles of all pulses over the ranges that an image needs.
 #[derive(Debug, Clone)]

@@ -28,6 +28,24 @@ impl<S: Lanes, const DEGREE: usize, const TERMS: usize> Evaluator<S, DEGREE, TER
         self.add(delta, entry, sum);
     }
 
+    /// Adds the contribution at `t` bins past a window of 2N entries, from which each lane picks its
+    /// own inside registers.
+    ///
+    /// # Safety
+    /// 2N entries must be readable at `window` and at every coefficient row after it.
+    #[inline(always)]
+    pub unsafe fn windowed2(&self, window: *const f32, t: S::V, sum: &mut [S::V; 2]) {
+        let s = self.s;
+        let i = s.add(t, self.rounding);
+        let delta = s.sub(t, s.sub(i, self.rounding));
+        // SAFETY: the caller vouches for the rows.
+        let entry = |row: usize| unsafe {
+            let at = window.add(row * self.stride);
+            s.pick2([s.load(at), s.load(at.add(S::N))], i)
+        };
+        self.add(delta, entry, sum);
+    }
+
     /// Adds the contribution at `whole` + `t` bins past the start of a pulse's `row`, the index past
     /// `whole` kept within the limits.
     ///

@@ -433,7 +433,7 @@ pub(super) fn expand<S: Lanes, const CUBIC: bool, const RELIEF: bool>(
         references: 0,
     };
     for m in 0..block.pulses.len() {
-        if table.interleaved && setup.range_m[m] - half_block > job.reference_below_m as f32 {
+        if !job.windows && setup.range_m[m] - half_block > job.reference_below_m as f32 {
             paths.gather(m, all);
             continue;
         }
@@ -450,7 +450,7 @@ pub(super) fn expand<S: Lanes, const CUBIC: bool, const RELIEF: bool>(
             s.max(s.sub(zero, windows[0]), s.sub(zero, windows[1])),
         );
         let most = s.add(whole, s.max(windows[0], windows[1]));
-        let fits = !table.interleaved
+        let fits = job.windows
             && s.all_le(span, widest)
             && s.all_le(expansion.truncation_error, tolerance)
             && s.all_le(zero, least)

@@ -26,6 +26,8 @@ pub(crate) struct Job<'a> {
     pub pixel_m: f64,
     /// Truncation error allowed to the range expansion, bins.
     pub tolerance_bins: f64,
+    /// Whether bins may be read from windows.
+    pub windows: bool,
     /// Ranges below this are summed in double precision, m; zero where no spreading is folded in.
     pub reference_below_m: f64,
     pub reference: &'a dyn ReferenceContribution,
@@ -84,6 +86,60 @@ impl Tally {
         self.window += other.window;
         self.gather += other.gather;
         self.reference += other.reference;
+    }
+}
+
+/// Pixels along a side of a square group.
+pub(crate) const SIDE: usize = 4;
+
+/// Rows that a tile of square groups holds at most for vectors of `lanes`: a block is a strip of as many
+/// groups as a vector has lanes.
+pub(crate) const fn square_rows(lanes: usize) -> usize {
+    TILE / (SIDE * lanes)
+}
+
+/// Arrangement of the pixels that share an expansion of the range.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Shape {
+    /// Sixteen pixels of a row, read from a window of one register.
+    Row,
+    /// Squares of 4 × 4 pixels, read from a window of one register.
+    Square,
+    /// The same, from a window of two registers.
+    WideSquare,
+}
+
+impl Shape {
+    /// Rows of a tile for vectors of `lanes`.
+    pub const fn tile_rows(self, lanes: usize) -> usize {
+        match self {
+            Self::Row => tile_rows(lanes),
+            Self::Square | Self::WideSquare => square_rows(lanes),
+        }
+    }
+
+    /// Pixels of a group along the row and across.
+    pub const fn group(self) -> [usize; 2] {
+        match self {
+            Self::Row => [SIDE * SIDE, 1],
+            Self::Square | Self::WideSquare => [SIDE, SIDE],
+        }
+    }
+
+    /// Columns of a block for vectors of `lanes`.
+    pub const fn block_width(self, lanes: usize) -> usize {
+        match self {
+            Self::Row => block_width(lanes),
+            Self::Square | Self::WideSquare => SIDE * lanes,
+        }
+    }
+
+    /// Entries of a window for vectors of `lanes`.
+    pub const fn window(self, lanes: usize) -> usize {
+        match self {
+            Self::Row | Self::Square => lanes,
+            Self::WideSquare => 2 * lanes,
+        }
     }
 }
 

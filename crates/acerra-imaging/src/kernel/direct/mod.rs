@@ -17,9 +17,15 @@
 //! exact and entries gathered: for whole blocks over level ground, group by group over uneven ground,
 //! so that a boulder does not slow its block. Pixels next to an antenna take the double-precision
 //! sum.
+//!
+//! Over planes the groups may also be squares of 4 × 4 pixels ([`square`]), with a polynomial in both
+//! directions and windows of one or two registers: those of coarse pixels see fewer range bins than
+//! pieces of rows do.
 
 pub(crate) mod band;
 mod evaluator;
 mod expansion;
 pub(crate) mod job;
 mod profile;
+pub(crate) mod square;
+mod square_expansion;

@@ -1,6 +1,6 @@
 //! Self-check of the forward operator: spectra of random pixels at random places.
 
-use super::places::{Deviation, MOST_PATCHES, patches};
+use super::places::{Deviation, MOST_PATCHES, judged, patches};
 use crate::control::{Control, Meter};
 use crate::error::ImagingError;
 use crate::grid::tilted::TiltedGrid;
@@ -17,18 +17,24 @@ pub(in crate::plan) type Run<'a> =
 /// Double-precision contributions (frequency × pulse) that a check may spend.
 const CONTRIBUTIONS: usize = 20_000_000;
 
+/// Pixels of a check: as the options ask, and fewer where each is expensive.
+pub(in crate::plan) fn check_pixels(request: &Request) -> usize {
+    let most = request.options.check_pixels.max(1);
+    let spectra = request.echoes.len() * request.echoes.pulses.frequency_hz().len();
+    (CONTRIBUTIONS / spectra.max(1)).clamp(most.min(MOST_PATCHES), most)
+}
+
 /// Models small patches that start on the coarse lattice with a few random pixels each.
 pub(in crate::plan) fn compare_spectra(
     request: &Request,
     coarse: [usize; 2],
+    pixels: usize,
     run: &Run,
     control: Control,
 ) -> Result<SelfCheck, ImagingError> {
     let (grid, echoes) = (request.grid.plane(), &request.echoes);
     let n = echoes.pulses.frequency_hz().len();
     let spectra = echoes.len() * n;
-    let most = request.options.check_pixels.max(1);
-    let pixels = (CONTRIBUTIONS / spectra.max(1)).clamp(most.min(MOST_PATCHES), most);
     let meter = Meter::silent(control);
     let found: Vec<Deviation> = patches(grid, coarse, pixels, 0x5eed_0002)
         .par_iter()
@@ -64,9 +70,7 @@ pub(in crate::plan) fn compare_spectra(
         })
         .collect();
     control.check()?;
-    let mut sum = Deviation::default();
-    found.iter().for_each(|d| sum.add(*d));
-    Ok(sum.check(pixels))
+    Ok(judged(&found, pixels))
 }
 
 /// An image of zeros but for `pixels` random values at random places.

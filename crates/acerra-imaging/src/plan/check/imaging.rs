@@ -1,11 +1,11 @@
 //! Self-checks of imaging: pixels at random places.
 
-use super::places::{Deviation, patches};
+use super::places::{Deviation, brightest, judged_apart, patches};
 use crate::control::{Control, Meter};
 use crate::engine::direct::Direct;
 use crate::engine::factorized::merged::Factorized;
 use crate::error::ImagingError;
-use crate::kernel::direct::job::{Tally, block_width};
+use crate::kernel::direct::job::{SIDE, Shape, Tally};
 use crate::plan::options::SelfCheck;
 use crate::plan::planner::Request;
 use crate::plan::report::PathShares;
@@ -15,86 +15,118 @@ use rayon::prelude::*;
 
 /// Double-precision contributions (frequency × pulse) that a check may spend.
 const CONTRIBUTIONS: usize = 40_000_000;
+/// Those that it may spend for each contribution (pixel × pulse) of the image: a few hundredths of its
+/// time, a term of the sum in double precision taking about as long as a contribution.
+const SHARE: f64 = 0.05;
+/// Accuracies below which rounding in single precision decides: its errors gather in few pixels, and
+/// checks take as many as they may.
+const ROUNDING_BELOW: f64 = 1e-4;
 /// Least pixels of a check, where the options ask for as many.
-const LEAST_PIXELS: usize = 24;
+const LEAST_PIXELS: usize = 40;
 
-/// Pixels of a check: as the options ask, and fewer where each is expensive.
-fn check_pixels(request: &Request) -> usize {
+/// Pixels of a first check: as the options ask, and fewer where each is expensive beside the image.
+pub(in crate::plan) fn first_pixels(request: &Request) -> usize {
     let pulses = &request.echoes.pulses;
-    let work = pulses.len() * pulses.frequency_hz().len();
+    let frequencies = pulses.frequency_hz().len().max(1);
     let most = request.options.check_pixels.max(1);
-    (CONTRIBUTIONS / work.max(1)).clamp(most.min(LEAST_PIXELS), most)
+    if request.options.accuracy < ROUNDING_BELOW {
+        return most_pixels(request);
+    }
+    let of_image = SHARE * request.pixels() as f64 / frequencies as f64;
+    (of_image as usize)
+        .min(affordable(request))
+        .clamp(most.min(LEAST_PIXELS), most)
+}
+
+/// Most pixels of a check that the first one left undecided.
+pub(in crate::plan) fn most_pixels(request: &Request) -> usize {
+    let most = request.options.check_pixels.max(1);
+    affordable(request).clamp(most.min(LEAST_PIXELS), most)
+}
+
+fn affordable(request: &Request) -> usize {
+    let pulses = &request.echoes.pulses;
+    CONTRIBUTIONS / (pulses.len() * pulses.frequency_hz().len()).max(1)
 }
 
 /// Images small patches at random places and compares pixels of each.
 pub(in crate::plan) fn compare_patches(
     request: &Request,
     factorized: &Factorized,
+    pixels: usize,
     control: Control,
 ) -> Result<SelfCheck, ImagingError> {
     let (grid, echoes) = (request.grid.plane(), &request.echoes);
     let [dx, dy] = factorized.lattice.spec.coarse;
     let meter = Meter::silent(control);
-    let pixels = check_pixels(request);
-    let found: Vec<Deviation> = patches(grid, [dx, dy], pixels, 0x5eed_0001)
+    let found: Vec<[Deviation; 2]> = patches(grid, [dx, dy], pixels.div_ceil(2), 0x5eed_0001)
         .par_iter()
         .flat_map_iter(|place| {
             let patch = request.grid.patch(place.start, [4 * dx, 2 * dy]).grid;
             let mut out = vec![Complex32::ZERO; patch.columns * patch.rows];
             factorized.run(echoes, &patch, &mut out, &meter);
             let mut random = Random(place.seed);
+            let share = out.len().div_ceil(place.pixels.max(1));
             (0..place.pixels)
-                .map(|_| {
-                    let k = random.below(out.len());
-                    let (i, j) = (k % patch.columns, k / patch.columns);
-                    deviation(request, patch.point_m(i as f64, j as f64), out[k], control)
+                .map(|n| {
+                    let at = |k: usize| {
+                        let (i, j) = (k % patch.columns, k / patch.columns);
+                        deviation(request, patch.point_m(i as f64, j as f64), out[k], control)
+                    };
+                    let first = (n * share).min(out.len() - 1);
+                    let piece = &out[first..(first + share).min(out.len())];
+                    [at(random.below(out.len())), at(first + brightest(piece))]
                 })
                 .collect::<Vec<_>>()
         })
         .collect();
     control.check()?;
-    let mut sum = Deviation::default();
-    found.iter().for_each(|d| sum.add(*d));
-    Ok(sum.check(pixels))
+    let [random, bright] = [0, 1].map(|k| found.iter().map(|d| d[k]).collect::<Vec<_>>());
+    Ok(judged_apart(&random, &bright))
 }
 
-/// Images short pieces of rows at random places and compares a pixel of each.
+/// Images small pieces of blocks at random places and compares the last and the brightest pixel of each.
 pub(in crate::plan) fn compare_pixels(
     request: &Request,
     direct: &Direct,
+    pixels: usize,
     control: Control,
 ) -> Result<(SelfCheck, PathShares), ImagingError> {
     let (grid, echoes) = (&request.grid, &request.echoes);
-    let pixels = check_pixels(request);
     let meter = Meter::silent(control);
     let mut random = Random(0x1234_5678);
-    let width = block_width(request.options.level.lanes());
-    let places: Vec<[usize; 3]> = (0..pixels)
+    let shape = direct.shape(grid.is_uneven());
+    let width = shape.block_width(request.options.level.lanes());
+    let height = if shape == Shape::Row { 1 } else { SIDE };
+    let places: Vec<[[usize; 2]; 2]> = (0..pixels.div_ceil(2))
         .map(|_| {
-            let i = random.below(grid.columns());
+            let at = [random.below(grid.columns()), random.below(grid.rows())];
             // Anywhere in a block, so that every vector of one is covered.
-            let start = i.saturating_sub(random.below(width));
-            [start, i, random.below(grid.rows())]
+            let before = [random.below(width), random.below(height)];
+            [[0, 1].map(|axis| at[axis].saturating_sub(before[axis])), at]
         })
         .collect();
-    let found: Vec<(Deviation, Tally)> = places
+    let found: Vec<([Deviation; 2], Tally)> = places
         .par_iter()
-        .map(|&[start, i, j]| {
-            let piece = grid.patch([start, j], [i - start + 1, 1]);
-            let mut out = vec![Complex32::ZERO; i - start + 1];
+        .map(|&[start, [i, j]]| {
+            let size = [i - start[0] + 1, j - start[1] + 1];
+            let piece = grid.patch(start, size);
+            let mut out = vec![Complex32::ZERO; size[0] * size[1]];
             let tally = direct.run(echoes, 0..echoes.len(), &piece, &mut out, &meter);
-            let point_m = grid.point_m(i, j);
-            (deviation(request, point_m, out[i - start], control), tally)
+            let compared = [out.len() - 1, brightest(&out)].map(|k| {
+                let point_m = grid.point_m(start[0] + k % size[0], start[1] + k / size[0]);
+                deviation(request, point_m, out[k], control)
+            });
+            (compared, tally)
         })
         .collect();
     control.check()?;
     let mut tally = Tally::default();
-    let mut sum = Deviation::default();
-    for (deviation, counted) in found {
-        sum.add(deviation);
-        tally.add(counted);
+    for (_, counted) in &found {
+        tally.add(*counted);
     }
-    Ok((sum.check(pixels), shares(tally)))
+    let [random, bright] = [0, 1].map(|k| found.iter().map(|(d, _)| d[k]).collect::<Vec<_>>());
+    Ok((judged_apart(&random, &bright), shares(tally)))
 }
 
 /// Deviation of a pixel from the double-precision sum; nothing once cancelled.

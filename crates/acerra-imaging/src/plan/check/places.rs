@@ -3,6 +3,7 @@
 use crate::grid::tilted::TiltedGrid;
 use crate::plan::options::SelfCheck;
 use crate::sampling::Random;
+use num_complex::Complex32;
 
 /// Cells of the lattice of patches, per axis.
 const LATTICE: usize = 6;
@@ -68,29 +69,51 @@ fn patch_at(
     })
 }
 
-/// Power of differences and of the values expected.
+/// Power of a difference and of the value expected.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Deviation {
     pub difference: f64,
     pub power: f64,
 }
 
-impl Deviation {
-    pub fn add(&mut self, other: Self) {
-        self.difference += other.difference;
-        self.power += other.power;
-    }
+/// Index of the value that is largest in magnitude.
+pub(super) fn brightest(values: &[Complex32]) -> usize {
+    (0..values.len())
+        .max_by(|a, b| values[*a].norm_sqr().total_cmp(&values[*b].norm_sqr()))
+        .unwrap_or(0)
+}
 
-    /// The check of `pixels` pixels: relative error, or absolute where all values are zero.
-    pub fn check(self, pixels: usize) -> SelfCheck {
-        SelfCheck {
-            pixels,
-            error: if self.power > 0.0 {
-                (self.difference / self.power).sqrt()
-            } else {
-                self.difference.sqrt()
-            },
-        }
+/// The check of random pixels and of the brightest pixels near them, where errors in phase show and a
+/// few draws seldom look: the larger of both errors.
+pub(super) fn judged_apart(random: &[Deviation], bright: &[Deviation]) -> SelfCheck {
+    let [random, bright] = [random, bright].map(|found| judged(found, found.len()));
+    SelfCheck {
+        pixels: random.pixels + bright.pixels,
+        error: random.error.max(bright.error),
+        error_bound: random.error_bound.max(bright.error_bound),
+    }
+}
+
+/// The check that deviations at `pixels` pixels make: relative error, or absolute where all values are
+/// zero.
+///
+/// The error's square is a ratio of means, r = Σd/Σp. One bright pixel among those drawn lowers it, so
+/// its variance Σ(d − rp)²/(Σp)² (linearised, over draws) is added twice over.
+pub(super) fn judged(found: &[Deviation], pixels: usize) -> SelfCheck {
+    let difference: f64 = found.iter().map(|d| d.difference).sum();
+    let power: f64 = found.iter().map(|d| d.power).sum();
+    let scale = if power > 0.0 { power } else { 1.0 };
+    let ratio = difference / scale;
+    let residuals: f64 = found
+        .iter()
+        .map(|d| (d.difference - ratio * d.power).powi(2))
+        .sum();
+    let draws = found.len() as f64;
+    let deviation = (residuals * draws / (draws - 1.0).max(1.0)).sqrt() / scale;
+    SelfCheck {
+        pixels,
+        error: ratio.sqrt(),
+        error_bound: (ratio + 2.0 * deviation).sqrt(),
     }
 }
 
@@ -98,6 +121,37 @@ impl Deviation {
 mod tests {
     use super::*;
     use crate::grid::plane::PlaneGrid;
+
+    #[test]
+    fn a_bright_pixel_does_not_vouch_for_the_others() {
+        // An error of 1e-3 of a level of 1, and one pixel a hundred times as bright.
+        let even = vec![
+            Deviation {
+                difference: 1e-6,
+                power: 1.0
+            };
+            40
+        ];
+        let check = judged(&even, 40);
+        assert!((check.error - 1e-3).abs() < 1e-12 && (check.error_bound - 1e-3).abs() < 1e-9);
+        let mut bright = even;
+        bright[7].power = 1e4;
+        let check = judged(&bright, 40);
+        assert!(check.error < 1e-4 && check.error_bound > 1.5 * check.error);
+        // A share of the error's draws beyond the bound: few.
+        let mut random = Random(5);
+        let mut beyond = 0;
+        for _ in 0..400 {
+            let found: Vec<_> = (0..40)
+                .map(|_| Deviation {
+                    difference: 1e-6 * (random.below(1000) as f64 + 0.5) / 500.0,
+                    power: (random.below(1000) as f64 + 0.5) / 500.0,
+                })
+                .collect();
+            beyond += usize::from(judged(&found, 40).error_bound < 1e-3);
+        }
+        assert!(beyond <= 20, "{beyond} of 400 below the truth");
+    }
 
     #[test]
     fn patches_hold_exactly_the_pixels_asked_for() {

@@ -1,0 +1,305 @@
+//! Tiles whose groups are squares of 4 × 4 pixels instead of pieces of a row.
+//!
+//! Sixteen pixels in a row of 4 cm extend over 60 cm of range, four by four over a third of it: where
+//! pixels are coarse, squares still find their range bins in a window of registers. The range over a
+//! square is a polynomial in both directions about its middle.
+
+use super::evaluator::Evaluator;
+use super::job::{Band, CHUNK, Job, SIDE, TILE, Tally, square_rows};
+use super::square_expansion::{GROUP, Origin, SquareBlock, SquarePaths, SquareSetup, expand};
+use crate::kernel::lanes::{Lanes, MAX_LANES, ROUNDING};
+use num_complex::Complex32;
+
+/// Images a band into `out` `[rows, columns]`; the caller keeps `rows` within [`square_rows`].
+///
+/// `DEGREE` is that of the table, `TERMS` counts the cosine's coefficients (the sine has one less),
+/// `CUBIC` adds the third order of the range within a square, and `WIDE` takes windows of two
+/// registers instead of one.
+#[inline(always)]
+pub(crate) fn square_band<
+    S: Lanes,
+    const DEGREE: usize,
+    const TERMS: usize,
+    const CUBIC: bool,
+    const WIDE: bool,
+>(
+    s: S,
+    job: &Job,
+    band: &Band,
+    out: &mut [Complex32],
+) -> Tally {
+    assert!(band.rows <= square_rows(S::N) && out.len() == band.rows * band.columns);
+    assert!(job.table.degree == DEGREE && !job.table.interleaved);
+    let width = SIDE * S::N;
+    let strip = width * SIDE;
+    let strips = band.rows.div_ceil(SIDE);
+    let mut real = [0f32; TILE];
+    let mut imag = [0f32; TILE];
+    let mut setup = SquareSetup::new(band);
+    let lanes = Offsets::of(s);
+    let mut tally = Tally::default();
+    let mut column = 0;
+    while column < band.columns && !job.control.is_cancelled() {
+        let kept = (band.columns - column).min(width);
+        real.fill(0.0);
+        imag.fill(0.0);
+        let mut first = job.pulses.start;
+        while first < job.pulses.end {
+            let count = (job.pulses.end - first).min(CHUNK);
+            for k in 0..strips {
+                let block = SquareBlock {
+                    s,
+                    job,
+                    band,
+                    column,
+                    row: SIDE * k,
+                    groups: kept.div_ceil(SIDE),
+                    pulses: first..first + count,
+                };
+                let at = k * strip..(k + 1) * strip;
+                let sums = (&mut real[at.clone()], &mut imag[at]);
+                sum_block::<S, DEGREE, TERMS, CUBIC, WIDE>(
+                    &block, &lanes, &mut setup, sums, &mut tally,
+                );
+            }
+            first += count;
+        }
+        let unscale = (1.0 / job.table.scale) as f32;
+        for (j, row) in out.chunks_exact_mut(band.columns).enumerate() {
+            let from = j / SIDE * strip + j % SIDE * SIDE;
+            for (i, o) in row[column..][..kept].iter_mut().enumerate() {
+                let at = from + i / SIDE * GROUP + i % SIDE;
+                *o = Complex32::new(real[at] * unscale, imag[at] * unscale);
+            }
+        }
+        column += width;
+    }
+    tally
+}
+
+/// Adds the contributions of a chunk of pulses to a block; sums stand group by group.
+#[inline(always)]
+fn sum_block<
+    S: Lanes,
+    const DEGREE: usize,
+    const TERMS: usize,
+    const CUBIC: bool,
+    const WIDE: bool,
+>(
+    block: &SquareBlock<S>,
+    lanes: &Offsets<S>,
+    setup: &mut SquareSetup,
+    (real, imag): (&mut [f32], &mut [f32]),
+    tally: &mut Tally,
+) {
+    let (s, n, job) = (block.s, S::N, block.job);
+    let vectors = GROUP / n;
+    assert!(real.len() >= GROUP * n && imag.len() >= GROUP * n && block.groups <= n);
+    setup.measure(block);
+    let paths = expand::<S, CUBIC, WIDE>(block, setup);
+    let sum = BlockSum::<S, DEGREE, TERMS, CUBIC, WIDE> {
+        block,
+        setup,
+        paths: &paths,
+        lanes,
+        chunk_table: &job.table.coefficients[block.pulses.start * job.table.pulse_stride..]
+            [..block.pulses.len() * job.table.pulse_stride],
+        evaluator: Evaluator {
+            s,
+            rounding: s.splat(ROUNDING),
+            cosine: job.cosine.map(|c| s.splat(c)),
+            sine: job.sine.map(|c| s.splat(c)),
+            stride: job.table.stride,
+            interleaved: false,
+        },
+    };
+    for k in 0..block.groups {
+        let mut sums = sum.windows(k);
+        sum.gathers(k, &mut sums);
+        for (side, sums) in sums.iter().enumerate().take(vectors) {
+            // SAFETY: k < N, and `real`, `imag` hold N groups of 16 numbers.
+            unsafe {
+                let at = k * GROUP + side * n;
+                let (re, im) = (real.as_mut_ptr().add(at), imag.as_mut_ptr().add(at));
+                s.store(re, s.add(s.load(re), sums[0]));
+                s.store(im, s.add(s.load(im), sums[1]));
+            }
+        }
+    }
+    let count = |pulses: usize| (pulses * vectors * block.groups) as u64;
+    tally.window += count(paths.windowed);
+    tally.gather += count(paths.gathered().len());
+    tally.reference += count(paths.reference().len());
+    if !paths.reference().is_empty() {
+        sum_reference(block, &paths, real, imag);
+    }
+}
+
+/// Pixels of a group from its middle, one pair of vectors a vector of the group: along the row, across,
+/// and their products.
+struct Offsets<S: Lanes> {
+    along: [S::V; 2],
+    across: [S::V; 2],
+    along_square: [S::V; 2],
+    product: [S::V; 2],
+    across_square: [S::V; 2],
+}
+
+impl<S: Lanes> Offsets<S> {
+    #[inline(always)]
+    fn of(s: S) -> Self {
+        let mut lanes = [[[0f32; MAX_LANES]; 2]; 5];
+        for p in 0..GROUP {
+            let middle = 0.5 * (SIDE - 1) as f32;
+            let (i, j) = ((p % SIDE) as f32 - middle, (p / SIDE) as f32 - middle);
+            for (lanes, value) in lanes.iter_mut().zip([i, j, i * i, i * j, j * j]) {
+                lanes[p / S::N][p % S::N] = value;
+            }
+        }
+        // SAFETY: every array has MAX_LANES ≥ N numbers.
+        let [along, across, along_square, product, across_square] =
+            lanes.map(|sides| unsafe { [s.load(sides[0].as_ptr()), s.load(sides[1].as_ptr())] });
+        Self {
+            along,
+            across,
+            along_square,
+            product,
+            across_square,
+        }
+    }
+}
+
+/// Sums over the pulses of a chunk, group by group.
+struct BlockSum<
+    'a,
+    S: Lanes,
+    const DEGREE: usize,
+    const TERMS: usize,
+    const CUBIC: bool,
+    const WIDE: bool,
+> {
+    block: &'a SquareBlock<'a, S>,
+    setup: &'a SquareSetup,
+    paths: &'a SquarePaths,
+    lanes: &'a Offsets<S>,
+    /// Coefficients of the chunk's pulses.
+    chunk_table: &'a [f32],
+    evaluator: Evaluator<S, DEGREE, TERMS>,
+}
+
+impl<S: Lanes, const DEGREE: usize, const TERMS: usize, const CUBIC: bool, const WIDE: bool>
+    BlockSum<'_, S, DEGREE, TERMS, CUBIC, WIDE>
+{
+    /// Sums from windows of group `k`, real and imaginary parts of each vector.
+    #[inline(always)]
+    fn windows(&self, k: usize) -> [[S::V; 2]; 2] {
+        let (s, n, lanes) = (self.block.s, S::N, self.lanes);
+        let mut sums = [[s.splat(0.0); 2]; 2];
+        let row_length = SquareSetup::ROWS * n;
+        // SAFETY: the first `windowed` parameter sets were written, k < N; windows were checked to lie
+        // within their pulse's rows.
+        unsafe {
+            let mut at = self.setup.windowed.as_ptr().add(k);
+            let end = at.add(self.paths.windowed * row_length);
+            while at < end {
+                let term = |row: usize| s.splat(*at.add(row * n));
+                for (side, sums) in sums.iter_mut().enumerate().take(GROUP / n) {
+                    let (i, j) = (lanes.along[side], lanes.across[side]);
+                    let linear = s.mul_add(i, term(1), s.mul(j, term(2)));
+                    let mut t = s.sub(term(0), term(7 + 2 * side));
+                    let square = s.mul_add(
+                        lanes.along_square[side],
+                        term(3),
+                        s.mul_add(
+                            lanes.product[side],
+                            term(4),
+                            s.mul(lanes.across_square[side], term(5)),
+                        ),
+                    );
+                    if CUBIC {
+                        // G + Q − GQ/R
+                        let damped = s.neg_mul_add(linear, term(6), s.splat(1.0));
+                        t = s.mul_add(square, damped, s.add(t, linear));
+                    } else {
+                        t = s.add(s.add(t, linear), square);
+                    }
+                    let start = (*at.add((8 + 2 * side) * n)).to_bits() as i32;
+                    let window = self.chunk_table.as_ptr().offset(start as isize);
+                    if WIDE {
+                        self.evaluator.windowed2(window, t, sums);
+                    } else {
+                        self.evaluator.windowed(window, t, sums);
+                    }
+                }
+                at = at.add(row_length);
+            }
+        }
+        sums
+    }
+
+    /// Adds the pulses that gather to the sums of group `k`.
+    #[inline(always)]
+    fn gathers(&self, k: usize, sums: &mut [[S::V; 2]; 2]) {
+        let (s, block, lanes) = (self.block.s, self.block, self.lanes);
+        let table = &block.job.table;
+        let tiny = s.splat(1e-30);
+        let bins = s.splat((1.0 / table.bin_m) as f32);
+        let frame = &self.setup.frame;
+        let pixel = frame.pixel_m.map(|p| s.splat(p as f32));
+        let skew = s.splat(2.0 * frame.skew as f32);
+        for &m in self.paths.gathered() {
+            let m = usize::from(m);
+            // From the middle of the group, in double precision: squares of coarse pixels are large.
+            let origin = Origin::of(block, frame, k, m);
+            let range0 = s.splat(origin.range_m);
+            for (side, sums) in sums.iter_mut().enumerate().take(GROUP / S::N) {
+                let (i, j) = (
+                    s.mul(lanes.along[side], pixel[0]),
+                    s.mul(lanes.across[side], pixel[1]),
+                );
+                let along = s.add(i, s.splat(2.0 * origin.along_m));
+                let across = s.mul_add(skew, i, s.add(j, s.splat(2.0 * origin.across_m)));
+                let square_difference = s.mul_add(i, along, s.mul(j, across));
+                let square = s.max(s.mul_add(range0, range0, square_difference), tiny);
+                let difference = s.div(square_difference, s.add(s.sqrt(square), range0));
+                let t = s.mul_add(difference, bins, s.splat(origin.fraction));
+                let lowest = s.splat(-(origin.whole as f32));
+                let highest = s.splat((table.stride as i32 - 1 - origin.whole) as f32);
+                // SAFETY: the rounded index, counted from the start of the pulse's row, is clamped
+                // into the row.
+                unsafe {
+                    let row = self.chunk_table.as_ptr().add(m * table.pulse_stride);
+                    self.evaluator
+                        .gathered(row, origin.whole, t, (lowest, highest), sums);
+                }
+            }
+        }
+    }
+}
+
+/// Adds the pulses next to a block in double precision.
+fn sum_reference<S: Lanes>(
+    block: &SquareBlock<S>,
+    paths: &SquarePaths,
+    real: &mut [f32],
+    imag: &mut [f32],
+) {
+    let (job, band) = (block.job, block.band);
+    let columns = (SIDE * block.groups).min(band.columns - block.column);
+    let rows = SIDE.min(band.rows - block.row);
+    for &m in paths.reference() {
+        for j in 0..rows {
+            for i in 0..columns {
+                let (along, across) = ((block.column + i) as f64, (block.row + j) as f64);
+                let point: [f64; 3] = std::array::from_fn(|axis| {
+                    band.origin_m[axis] + along * band.u_m[axis] + across * band.v_m[axis]
+                });
+                let pulse = block.pulses.start + usize::from(m);
+                let value = job.reference.contribution(pulse, point) * job.table.scale;
+                let at = i / SIDE * GROUP + j * SIDE + i % SIDE;
+                real[at] += value.re as f32;
+                imag[at] += value.im as f32;
+            }
+        }
+    }
+}

@@ -1,0 +1,389 @@
+//! Expansion of the range over squares of pixels, and the choice of how each pulse is read.
+
+use super::job::{Band, CHUNK, Job, SIDE};
+use crate::kernel::lanes::{Lanes, MAX_LANES, ROUNDING};
+use crate::vector::{dot, norm};
+use std::ops::Range;
+
+/// Pixels of a group.
+pub(super) const GROUP: usize = SIDE * SIDE;
+/// Pixels from the middle of a group to its edge.
+const HALF: f32 = 0.5 * (SIDE - 1) as f32;
+
+/// Pulses of a chunk and the pixels of one block: groups side by side in a strip of [`SIDE`] rows.
+pub(super) struct SquareBlock<'a, S> {
+    pub s: S,
+    pub job: &'a Job<'a>,
+    pub band: &'a Band,
+    /// First column of the block, and its first row.
+    pub column: usize,
+    pub row: usize,
+    /// Groups that hold pixels of the band.
+    pub groups: usize,
+    pub pulses: Range<usize>,
+}
+
+/// Axes of a band.
+#[derive(Clone, Copy)]
+pub(super) struct Frame {
+    /// Distance of pixels along the row and across, m.
+    pub pixel_m: [f64; 2],
+    /// Unit vectors along the row and across.
+    unit: [[f64; 3]; 2],
+    /// Cosine of the angle between them.
+    pub skew: f64,
+}
+
+impl Frame {
+    fn of(band: &Band) -> Self {
+        let pixel_m = [band.u_m, band.v_m].map(|v| norm(v).max(1e-12));
+        let unit = [
+            band.u_m.map(|x| x / pixel_m[0]),
+            band.v_m.map(|x| x / pixel_m[1]),
+        ];
+        Self {
+            pixel_m,
+            unit,
+            skew: dot(unit[0], unit[1]),
+        }
+    }
+}
+
+impl<S: Lanes> SquareBlock<'_, S> {
+    /// The point at some pixels from the block's first one, m.
+    #[inline(always)]
+    fn point_m(&self, along: f64, across: f64) -> [f64; 3] {
+        let (i, j) = (self.column as f64 + along, self.row as f64 + across);
+        let band = self.band;
+        std::array::from_fn(|axis| band.origin_m[axis] + i * band.u_m[axis] + j * band.v_m[axis])
+    }
+}
+
+/// The middle of a group as an antenna sees it.
+pub(super) struct Origin {
+    pub range_m: f32,
+    /// Along the row and across, m.
+    pub along_m: f32,
+    pub across_m: f32,
+    /// The range in bins: whole bins past the pulse's entry 0, and the rest.
+    pub whole: i32,
+    pub fraction: f32,
+}
+
+impl Origin {
+    /// Group `k` of a block, seen by pulse `m` of the chunk.
+    #[inline(always)]
+    pub fn of<S: Lanes>(block: &SquareBlock<S>, frame: &Frame, k: usize, m: usize) -> Self {
+        let along = (SIDE * k) as f64 + f64::from(HALF);
+        let (point, job) = (block.point_m(along, f64::from(HALF)), block.job);
+        let pulse = block.pulses.start + m;
+        let d: [f64; 3] = std::array::from_fn(|axis| point[axis] - job.antenna_m[axis][pulse]);
+        let range = norm(d);
+        let bins = range * (1.0 / job.table.bin_m) - job.table.first_bin[pulse] as f64;
+        let (whole, fraction) = whole_and_rest(bins);
+        Self {
+            range_m: range as f32,
+            along_m: dot(d, frame.unit[0]) as f32,
+            across_m: dot(d, frame.unit[1]) as f32,
+            whole,
+            fraction,
+        }
+    }
+}
+
+/// Whole bins and the rest of a range counted in bins.
+#[inline(always)]
+fn whole_and_rest(bins: f64) -> (i32, f32) {
+    #[allow(clippy::manual_clamp)] // `clamp` would keep NaN
+    // SAFETY: the bounds keep it within an i32, and replace NaN.
+    let whole = unsafe { bins.max(-1e9).min(1e9).to_int_unchecked::<i32>() };
+    (whole, (bins - f64::from(whole)) as f32)
+}
+
+/// Parameters of the pulses of a chunk for one block.
+pub(super) struct SquareSetup {
+    /// Of each pulse that has windows, [`Self::ROWS`] rows of N, one lane a group: range at its middle
+    /// in bins past the whole bins of the block's middle; its slopes along the row and across (bins a
+    /// pixel); half its second derivatives along, mixed (whole) and across; one over the range in
+    /// bins; and for either vector the whole bins from there to its window and the bits of the integer
+    /// at which that window starts in the chunk's table.
+    pub windowed: [f32; CHUNK * Self::ROWS * MAX_LANES],
+    pub frame: Frame,
+    /// Middle of the block from each antenna.
+    range_m: [f32; CHUNK],
+    along_m: [f32; CHUNK],
+    across_m: [f32; CHUNK],
+    fraction: [f32; CHUNK],
+    whole: [i32; CHUNK],
+}
+
+impl SquareSetup {
+    /// Rows of parameters of a pulse.
+    pub const ROWS: usize = 11;
+
+    pub fn new(band: &Band) -> Self {
+        Self {
+            windowed: [0.0; CHUNK * Self::ROWS * MAX_LANES],
+            frame: Frame::of(band),
+            range_m: [0.0; CHUNK],
+            along_m: [0.0; CHUNK],
+            across_m: [0.0; CHUNK],
+            fraction: [0.0; CHUNK],
+            whole: [0; CHUNK],
+        }
+    }
+
+    /// Ranges from every antenna to the block's middle, in double precision.
+    #[inline(always)]
+    pub fn measure<S: Lanes>(&mut self, block: &SquareBlock<S>) {
+        let along = 0.5 * (SIDE * S::N - 1) as f64;
+        let ([x, y, z], job) = (block.point_m(along, f64::from(HALF)), block.job);
+        let ([u, v], inverse_bin) = (self.frame.unit, 1.0 / job.table.bin_m);
+        let px = &job.antenna_m[0][block.pulses.clone()];
+        let py = &job.antenna_m[1][block.pulses.clone()];
+        let pz = &job.antenna_m[2][block.pulses.clone()];
+        let start = &job.table.first_bin[block.pulses.clone()];
+        for m in 0..block.pulses.len() {
+            let (dx, dy, dz) = (x - px[m], y - py[m], z - pz[m]);
+            let range = (dx * dx + dy * dy + dz * dz).sqrt();
+            let (whole, fraction) = whole_and_rest(range * inverse_bin - start[m] as f64);
+            self.range_m[m] = range as f32;
+            self.along_m[m] = (dx * u[0] + dy * u[1] + dz * u[2]) as f32;
+            self.across_m[m] = (dx * v[0] + dy * v[1] + dz * v[2]) as f32;
+            self.whole[m] = whole;
+            self.fraction[m] = fraction;
+        }
+    }
+}
+
+/// How the pulses of a chunk are read for one block.
+pub(super) struct SquarePaths {
+    /// Pulses with parameters in [`SquareSetup::windowed`].
+    pub windowed: usize,
+    gathered: [u8; CHUNK],
+    gathers: usize,
+    reference: [u8; CHUNK],
+    references: usize,
+}
+
+impl SquarePaths {
+    /// Pulses that gather.
+    #[inline(always)]
+    pub fn gathered(&self) -> &[u8] {
+        &self.gathered[..self.gathers]
+    }
+
+    /// Pulses summed in double precision.
+    #[inline(always)]
+    pub fn reference(&self) -> &[u8] {
+        &self.reference[..self.references]
+    }
+}
+
+/// The range over each group, one lane a group, in bins and pixels.
+struct Expansion<S: Lanes> {
+    range_m: S::V,
+    /// At the middle, past the whole bins of the block's middle.
+    t: S::V,
+    slope: [S::V; 2],
+    /// Half the second derivative along, the mixed one, and half that across.
+    along_square: S::V,
+    product: S::V,
+    across_square: S::V,
+    /// One over the range in bins.
+    inverse_bins: S::V,
+    /// Bound of what the expansion drops.
+    truncation_error: S::V,
+    /// Bound of the third-order part over a group.
+    third: S::V,
+}
+
+impl<S: Lanes> Expansion<S> {
+    #[inline(always)]
+    fn of<const CUBIC: bool>(
+        s: S,
+        offsets_m: S::V,
+        setup: &SquareSetup,
+        m: usize,
+        bin_m: f64,
+    ) -> Self {
+        let frame = &setup.frame;
+        let [pu, pv] = frame.pixel_m.map(|p| p as f32);
+        let (skew, bins) = (frame.skew as f32, (1.0 / bin_m) as f32);
+        let (one, tiny) = (s.splat(1.0), s.splat(1e-30));
+        let range0 = s.splat(setup.range_m[m]);
+        let along0 = s.splat(setup.along_m[m]);
+        let along = s.add(along0, offsets_m);
+        let across = s.mul_add(offsets_m, s.splat(skew), s.splat(setup.across_m[m]));
+        let square_difference = s.mul(offsets_m, s.add(along, along0));
+        let square = s.max(s.mul_add(range0, range0, square_difference), tiny);
+        let range = s.sqrt(square);
+        let difference = s.div(square_difference, s.add(range, range0));
+        let inverse = s.div(one, range);
+        let (u, v) = (s.mul(along, inverse), s.mul(across, inverse));
+        let curvature = s.mul(inverse, s.splat(0.5 * bins));
+        let along_square = s.mul(s.mul(curvature, s.splat(pu * pu)), s.neg_mul_add(u, u, one));
+        let across_square = s.mul(s.mul(curvature, s.splat(pv * pv)), s.neg_mul_add(v, v, one));
+        let product = s.mul(
+            s.mul(curvature, s.splat(2.0 * pu * pv)),
+            s.neg_mul_add(u, v, s.splat(skew)),
+        );
+        let slope = [s.mul(u, s.splat(pu * bins)), s.mul(v, s.splat(pv * bins))];
+        let inverse_bins = s.mul(inverse, s.splat(1.0 / bins));
+        let half = s.splat(HALF);
+        let most_linear = s.mul(half, s.add(s.abs(slope[0]), s.abs(slope[1])));
+        let most_square = s.mul(
+            s.splat(HALF * HALF),
+            s.add(s.add(along_square, s.abs(product)), across_square),
+        );
+        let third = s.mul(s.mul(most_linear, most_square), inverse_bins);
+        let truncation_error = if CUBIC {
+            // The fourth derivative is at most 12 (1 − gradient²)/R³ along any direction.
+            let diagonal = HALF * HALF * (pu * pu + pv * pv + 2.0 * pu * pv * skew.abs());
+            s.mul(
+                s.mul(s.mul(inverse, inverse), s.splat(diagonal)),
+                most_square,
+            )
+        } else {
+            third
+        };
+        Self {
+            range_m: range,
+            t: s.mul_add(difference, s.splat(bins), s.splat(setup.fraction[m])),
+            slope,
+            along_square,
+            product,
+            across_square,
+            inverse_bins,
+            truncation_error,
+            third,
+        }
+    }
+
+    /// Bins that either vector of a group spans, and the whole bins from which its window must reach.
+    #[inline(always)]
+    fn windows<const CUBIC: bool>(&self, s: S) -> (S::V, [S::V; 2]) {
+        let vectors = GROUP / S::N;
+        // Rows of a vector from its middle to its edge, and middles of vectors from that of the group.
+        let rows = 0.5 * (SIDE / vectors - 1) as f32;
+        let shift = 0.5 * ((vectors - 1) * SIDE / vectors) as f32;
+        // A range is convex: over a vector it stays above its tangent plane at the vector's middle,
+        // whose slopes differ from those of the group's by the second derivatives.
+        let along = s.mul_add(s.abs(self.product), s.splat(shift), s.abs(self.slope[0]));
+        let across = s.mul_add(
+            self.across_square,
+            s.splat(2.0 * shift),
+            s.abs(self.slope[1]),
+        );
+        let mut reach = s.mul_add(across, s.splat(rows), s.mul(along, s.splat(HALF)));
+        if CUBIC {
+            reach = s.mul_add(self.third, s.splat(3.0), reach);
+        }
+        let bend = s.mul_add(
+            self.across_square,
+            s.splat(rows * rows),
+            s.mul_add(
+                s.abs(self.product),
+                s.splat(HALF * rows),
+                s.mul(self.along_square, s.splat(HALF * HALF)),
+            ),
+        );
+        let span = s.add(s.add(reach, reach), bend);
+        // Half a bin up for rounding, a little down for safety.
+        let lowest = s.mul_add(
+            self.across_square,
+            s.splat(shift * shift),
+            s.sub(self.t, s.sub(reach, s.splat(0.499))),
+        );
+        let windows = [
+            s.floor(s.neg_mul_add(self.slope[1], s.splat(shift), lowest)),
+            s.floor(s.mul_add(self.slope[1], s.splat(shift), lowest)),
+        ];
+        (span, windows)
+    }
+
+    /// Stores the parameters of a pulse in `rows`, windows counted from `start` in the chunk's table.
+    #[inline(always)]
+    fn store(&self, s: S, windows: [S::V; 2], start: i32, rows: &mut [f32]) {
+        let n = S::N;
+        let rounding = s.splat(ROUNDING);
+        assert!(rows.len() == SquareSetup::ROWS * n);
+        // SAFETY: `rows` holds that many rows of N numbers.
+        unsafe {
+            let at = rows.as_mut_ptr();
+            s.store(at, self.t);
+            s.store(at.add(n), self.slope[0]);
+            s.store(at.add(2 * n), self.slope[1]);
+            s.store(at.add(3 * n), self.along_square);
+            s.store(at.add(4 * n), self.product);
+            s.store(at.add(5 * n), self.across_square);
+            s.store(at.add(6 * n), self.inverse_bins);
+            for (side, window) in windows.into_iter().enumerate() {
+                s.store(at.add((7 + 2 * side) * n), window);
+                let bits = at.add((8 + 2 * side) * n).cast();
+                s.store_rounded(bits, s.add(window, rounding), start);
+            }
+        }
+    }
+}
+
+/// Expands the ranges of all pulses of a chunk and decides how each is read.
+#[inline(always)]
+pub(super) fn expand<S: Lanes, const CUBIC: bool, const WIDE: bool>(
+    block: &SquareBlock<S>,
+    setup: &mut SquareSetup,
+) -> SquarePaths {
+    let (s, job, n) = (block.s, block.job, S::N);
+    let table = &job.table;
+    let pixel = setup.frame.pixel_m[0] as f32;
+    let mut offsets = [0f32; MAX_LANES];
+    for (k, o) in offsets.iter_mut().enumerate() {
+        // Groups without pixels repeat the last one that has any.
+        let k = k.min(block.groups - 1) as f32;
+        *o = (k - 0.5 * (n - 1) as f32) * SIDE as f32 * pixel;
+    }
+    // SAFETY: `offsets` has MAX_LANES ≥ N numbers.
+    let offsets_m = unsafe { s.load(offsets.as_ptr()) };
+    let [pu, pv] = setup.frame.pixel_m.map(|p| p as f32);
+    let near_m = s.splat(job.reference_below_m as f32 + (HALF + 1.0) * (pu + pv));
+    let tolerance = s.splat(job.tolerance_bins as f32);
+    let window = if WIDE { 2 * n } else { n };
+    let last_window = s.splat(table.stride as f32 - 2.0 - window as f32);
+    let widest = s.splat((window - 1) as f32 - 0.05);
+    let zero = s.splat(0.0);
+    let mut paths = SquarePaths {
+        windowed: 0,
+        gathered: [0; CHUNK],
+        gathers: 0,
+        reference: [0; CHUNK],
+        references: 0,
+    };
+    for m in 0..block.pulses.len() {
+        let expansion = Expansion::of::<CUBIC>(s, offsets_m, setup, m, table.bin_m);
+        if !s.all_le(near_m, expansion.range_m) {
+            paths.reference[paths.references] = m as u8;
+            paths.references += 1;
+            continue;
+        }
+        let (span, windows) = expansion.windows::<CUBIC>(s);
+        let whole = s.splat(setup.whole[m] as f32);
+        let negative = s.max(s.sub(zero, windows[0]), s.sub(zero, windows[1]));
+        let most = s.add(whole, s.max(windows[0], windows[1]));
+        let fits = job.windows
+            && s.all_le(span, widest)
+            && s.all_le(expansion.truncation_error, tolerance)
+            && s.all_le(negative, whole)
+            && s.all_le(most, last_window);
+        if !fits {
+            paths.gathered[paths.gathers] = m as u8;
+            paths.gathers += 1;
+            continue;
+        }
+        let length = SquareSetup::ROWS * n;
+        let rows = &mut setup.windowed[paths.windowed * length..][..length];
+        let start = (m * table.pulse_stride) as i32 + setup.whole[m];
+        expansion.store(s, windows, start, rows);
+        paths.windowed += 1;
+    }
+    paths
+}
