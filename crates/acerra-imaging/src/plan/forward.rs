@@ -192,7 +192,7 @@ impl Operator for Modelling {
     const KIND: OperatorKind = OperatorKind::Forward;
     const FACTORIZED_ATTEMPTS: i32 = 6;
     // The check sees a few places only: errors that gather elsewhere need room.
-    const ACCEPTED_SHARE: f64 = 0.8;
+    const ACCEPTED_SHARE: f64 = 0.6;
     const WINDOWS: bool = false;
     const MEMORY: &'static str = "range bins, image and spectra";
 
@@ -244,8 +244,8 @@ impl Operator for Modelling {
 
     fn factorized(
         request: &Request,
-        spec: FactorizedSpec,
-        inner: DirectSpec,
+        ranges_m: &[[f64; 2]],
+        specs: (FactorizedSpec, DirectSpec),
         control: Control,
     ) -> Result<FactorizedForward, ImagingError> {
         control.check()?;
@@ -253,8 +253,8 @@ impl Operator for Modelling {
         Ok(FactorizedForward::new(
             &request.echoes,
             grid,
-            spec,
-            inner,
+            ranges_m,
+            specs,
             level,
         ))
     }

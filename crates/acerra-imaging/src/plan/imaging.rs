@@ -3,7 +3,7 @@
 use super::budget::mean_power;
 use super::check::imaging::{compare_patches, compare_pixels, first_pixels, most_pixels};
 use super::options::{Engine, PlanOptions, SelfCheck};
-use super::planner::{Method, Operator, Planner, Request};
+use super::planner::{Method, Operator, Planner, Request, decided};
 use super::report::{OperatorKind, PathShares, PlanReport};
 use crate::checks::check_length;
 use crate::control::{Control, Meter};
@@ -15,6 +15,8 @@ use crate::engine::factorized::spec::FactorizedSpec;
 use crate::engine::tables::build::RangeTable;
 use crate::error::ImagingError;
 use crate::grid::image::ImageGrid;
+use crate::grid::tilted::TiltedGrid;
+use crate::grid::volume::VolumeGrid;
 use crate::pulses::Pulses;
 use num_complex::Complex32;
 use rayon::prelude::*;
@@ -97,6 +99,76 @@ impl<'a> ImagingPlan<'a> {
         })
     }
 
+    /// A plan that images all slices of a volume. It is made on the slice nearest to the antennas in
+    /// height, where directions change fastest from pixel to pixel, and proved there and on the lowest
+    /// and the highest slice; `None` where a slice keeps less than the accuracy, or weights by incidence
+    /// differ from slice to slice.
+    ///
+    /// # Errors
+    /// As [`ImagingPlan::new`], and cancellation.
+    pub(crate) fn of_volume(
+        volume: &VolumeGrid,
+        pulses: Pulses<'a>,
+        options: &PlanOptions,
+        control: Control,
+    ) -> Result<Option<Self>, ImagingError> {
+        if options.incidence.is_some() {
+            return Ok(None);
+        }
+        let slices: Vec<TiltedGrid> = (0..volume.nz).map(|k| volume.slice(k).into()).collect();
+        let planned = volume.slice(nearest_slice(volume, &pulses));
+        let mut request = Request::new(pulses, planned.into(), options)?.with_slices(slices)?;
+        let (method, report) = Planner::plan::<Imaging>(&mut request, control)?;
+        let mut plan = Self {
+            request,
+            method,
+            report,
+        };
+        for k in [0, volume.nz - 1] {
+            let Some(check) = plan.check_on(volume.slice(k).into(), control)? else {
+                continue;
+            };
+            if check.error_bound > options.accuracy {
+                return Ok(None);
+            }
+            let worst = plan.report.self_check.filter(|c| c.error > check.error);
+            plan.report.self_check = worst.or(Some(check));
+        }
+        Ok(Some(plan))
+    }
+
+    /// The self-check on another slice; `None` where the reference itself is run.
+    fn check_on(
+        &self,
+        slice: TiltedGrid,
+        control: Control,
+    ) -> Result<Option<SelfCheck>, ImagingError> {
+        let request = self.request.of_slice(slice);
+        let control = control.silent();
+        Ok(match &self.method {
+            Method::Direct(direct) => Some(decided::<Imaging>(&request, |pixels| {
+                Ok(compare_pixels(&request, direct, pixels, control)?.0)
+            })?),
+            Method::Factorized(engine) => Some(decided::<Imaging>(&request, |pixels| {
+                compare_patches(&request, engine, pixels, control)
+            })?),
+            Method::Reference => None,
+        })
+    }
+
+    /// Images slice `k` of the volume that the plan was made for.
+    ///
+    /// # Errors
+    /// As [`ImagingPlan::run`].
+    pub(crate) fn run_slice(
+        &self,
+        k: usize,
+        image: &mut [Complex32],
+        control: Control,
+    ) -> Result<(), ImagingError> {
+        self.run_on(&self.request.slices[k].into(), image, control)
+    }
+
     /// Decisions, cost, accuracy and memory of the plan.
     #[must_use]
     pub fn report(&self) -> &PlanReport {
@@ -140,9 +212,18 @@ impl<'a> ImagingPlan<'a> {
     /// An output of another length than the grid's; cancellation, after which the output is
     /// incomplete.
     pub fn run(&self, image: &mut [Complex32], control: Control) -> Result<(), ImagingError> {
+        self.run_on(&self.request.grid, image, control)
+    }
+
+    fn run_on(
+        &self,
+        grid: &ImageGrid,
+        image: &mut [Complex32],
+        control: Control,
+    ) -> Result<(), ImagingError> {
         check_length("image", self.pixels(), image.len())?;
         let meter = Meter::new(control, self.contributions());
-        let (echoes, grid) = (&self.request.echoes, &self.request.grid);
+        let echoes = &self.request.echoes;
         match &self.method {
             Method::Direct(direct) => {
                 direct.run(echoes, 0..echoes.len(), &grid.whole(), image, &meter);
@@ -150,13 +231,13 @@ impl<'a> ImagingPlan<'a> {
             Method::Factorized(factorized) => {
                 factorized.run(echoes, grid.plane(), image, &meter);
             }
-            Method::Reference => self.run_reference(image, &meter),
+            Method::Reference => self.run_reference(grid, image, &meter),
         }
         control.check()
     }
 
-    fn run_reference(&self, image: &mut [Complex32], meter: &Meter) {
-        let (echoes, grid) = (&self.request.echoes, &self.request.grid);
+    fn run_reference(&self, grid: &ImageGrid, image: &mut [Complex32], meter: &Meter) {
+        let echoes = &self.request.echoes;
         image
             .par_chunks_mut(grid.columns())
             .enumerate()
@@ -193,6 +274,14 @@ pub fn image<'a>(
     let mut image = vec![Complex32::ZERO; plan.pixels()];
     plan.run(&mut image, control)?;
     Ok(image)
+}
+
+/// The slice nearest to the mean height of the antennas.
+fn nearest_slice(volume: &VolumeGrid, pulses: &Pulses) -> usize {
+    let heights = pulses.position_m().iter().map(|p| p[2]);
+    let mean_m = heights.sum::<f64>() / pulses.len().max(1) as f64;
+    let k = ((mean_m - volume.base.z_m) / volume.step_m).round();
+    k.clamp(0.0, (volume.nz - 1) as f64) as usize
 }
 
 /// Imaging, Eq. (3).
@@ -255,15 +344,16 @@ impl Operator for Imaging {
 
     fn factorized(
         request: &Request,
-        spec: FactorizedSpec,
-        inner: DirectSpec,
+        ranges_m: &[[f64; 2]],
+        specs: (FactorizedSpec, DirectSpec),
         control: Control,
     ) -> Result<Factorized, ImagingError> {
         let setting = Setting {
             level: request.options.level,
             control,
         };
-        Factorized::new(&request.echoes, request.grid.plane(), spec, inner, setting)
+        let grid = request.grid.plane();
+        Factorized::new(&request.echoes, grid, ranges_m, specs, setting)
     }
 
     fn check_direct(

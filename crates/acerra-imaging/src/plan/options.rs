@@ -122,12 +122,3 @@ pub struct SelfCheck {
     /// That error with twice the standard error that so few pixels leave it: what a plan is accepted by.
     pub error_bound: f64,
 }
-
-impl SelfCheck {
-    /// No check yet: an error without bound.
-    pub(crate) const NONE: Self = Self {
-        pixels: 0,
-        error: f64::INFINITY,
-        error_bound: f64::INFINITY,
-    };
-}

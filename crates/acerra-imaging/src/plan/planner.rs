@@ -12,6 +12,7 @@ use crate::engine::factorized::spec::FactorizedSpec;
 use crate::engine::weights::{WeightedPulses, Weights};
 use crate::error::ImagingError;
 use crate::grid::image::ImageGrid;
+use crate::grid::tilted::TiltedGrid;
 use crate::kernel::level::SimdLevel;
 use crate::pulses::{Pulses, Spreading};
 
@@ -25,6 +26,8 @@ const DIRECT_ATTEMPTS: i32 = 6;
 pub(crate) struct Request<'a> {
     pub echoes: WeightedPulses<'a>,
     pub grid: ImageGrid<'a>,
+    /// Other planes that the same engine images: slices of a volume; none for a single image.
+    pub slices: Vec<TiltedGrid>,
     pub options: PlanOptions,
 }
 
@@ -85,8 +88,8 @@ pub(crate) trait Operator {
     /// Builds a factorized engine.
     fn factorized(
         request: &Request,
-        spec: FactorizedSpec,
-        inner: DirectSpec,
+        ranges_m: &[[f64; 2]],
+        specs: (FactorizedSpec, DirectSpec),
         control: Control,
     ) -> Result<Self::Factorized, ImagingError>;
     /// Compares a direct engine with the double-precision sum.
@@ -124,19 +127,51 @@ impl<'a> Request<'a> {
                 found: options.accuracy,
             });
         }
-        if options.spreading == Spreading::InverseSquare {
-            for (pulse, p) in pulses.position_m().iter().enumerate() {
-                if let Some(point) = grid.pixel_at(*p) {
-                    return Err(ImagingError::ZeroRange { pulse, point });
-                }
-            }
-        }
+        check_apart(&pulses, &grid, options)?;
         let weights = Weights::new(&pulses, &grid, options.spreading, options.incidence)?;
         Ok(Self {
             echoes: WeightedPulses { pulses, weights },
             grid,
+            slices: Vec::new(),
             options: *options,
         })
+    }
+
+    /// The same with other planes, which the engine must be able to image as well.
+    ///
+    /// # Errors
+    /// An antenna exactly on a pixel (with 1/R²).
+    pub fn with_slices(self, slices: Vec<TiltedGrid>) -> Result<Self, ImagingError> {
+        for slice in &slices {
+            check_apart(&self.echoes.pulses, &(*slice).into(), &self.options)?;
+        }
+        Ok(Self { slices, ..self })
+    }
+
+    /// The same data and requirements for one of the slices.
+    pub fn of_slice(&self, slice: TiltedGrid) -> Self {
+        Self {
+            echoes: self.echoes.clone(),
+            grid: slice.into(),
+            slices: Vec::new(),
+            options: self.options,
+        }
+    }
+
+    /// Bounds of the ranges from every pulse that imaging looks up: on the grids that `of` makes of the
+    /// planes, or on the pixels themselves.
+    pub fn ranges_m(&self, of: impl Fn(&TiltedGrid) -> TiltedGrid) -> Vec<[f64; 2]> {
+        if self.grid.is_uneven() {
+            return table_ranges_m(&self.echoes, &self.grid);
+        }
+        let mut ranges_m = table_ranges_m(&self.echoes, &of(self.grid.plane()).into());
+        for slice in &self.slices {
+            let others = table_ranges_m(&self.echoes, &of(slice).into());
+            for (range, other) in ranges_m.iter_mut().zip(others) {
+                *range = [range[0].min(other[0]), range[1].max(other[1])];
+            }
+        }
+        ranges_m
     }
 
     /// Number of pixels.
@@ -148,6 +183,41 @@ impl<'a> Request<'a> {
     pub fn contributions(&self) -> u64 {
         (self.pixels() as u64).saturating_mul(self.echoes.len() as u64)
     }
+}
+
+/// A self-check of few pixels, and of more where those leave the verdict open: good with all that they
+/// cannot say, or too large by what they found.
+///
+/// # Errors
+/// Those of `check`.
+pub(super) fn decided<O: Operator>(
+    request: &Request,
+    mut check: impl FnMut(usize) -> Result<SelfCheck, ImagingError>,
+) -> Result<SelfCheck, ImagingError> {
+    let allowed = O::ACCEPTED_SHARE * request.options.accuracy;
+    let [few, most] = O::check_pixels(request);
+    let found = check(few)?;
+    if found.error_bound <= allowed || found.error > allowed || few == most {
+        return Ok(found);
+    }
+    check(most)
+}
+
+/// # Errors
+/// An antenna exactly on a pixel, where 1/R² has no value.
+fn check_apart(
+    pulses: &Pulses,
+    grid: &ImageGrid,
+    options: &PlanOptions,
+) -> Result<(), ImagingError> {
+    if options.spreading == Spreading::InverseSquare {
+        for (pulse, p) in pulses.position_m().iter().enumerate() {
+            if let Some(point) = grid.pixel_at(*p) {
+                return Err(ImagingError::ZeroRange { pulse, point });
+            }
+        }
+    }
+    Ok(())
 }
 
 /// Makes a plan in progress.
@@ -254,21 +324,15 @@ impl<'r, 'a> Planner<'r, 'a> {
                 });
                 return Ok(None);
             }
-            let coarse = coarse_grid(plane, spec.coarse).into();
-            let ranges_m = table_ranges_m(&self.request.echoes, &coarse);
+            let ranges_m = self
+                .request
+                .ranges_m(|plane| coarse_grid(plane, spec.coarse));
             self.working_bytes = O::factorized_bytes(self.request, &spec, &inner, &ranges_m);
             self.check_memory::<O>()?;
-            let engine = O::factorized(self.request, spec, inner, self.control)?;
-            let mut check = SelfCheck::NONE;
-            for pixels in O::check_pixels(self.request) {
-                if pixels == check.pixels {
-                    break;
-                }
-                check = O::check_factorized(self.request, &engine, pixels, self.control)?;
-                if self.decides::<O>(check) {
-                    break;
-                }
-            }
+            let engine = O::factorized(self.request, &ranges_m, (spec, inner), self.control)?;
+            let check = decided::<O>(self.request, |pixels| {
+                O::check_factorized(self.request, &engine, pixels, self.control)
+            })?;
             self.decide(Decision::Factorized(factorized_choice(
                 &budget,
                 options.level,
@@ -283,7 +347,7 @@ impl<'r, 'a> Planner<'r, 'a> {
     /// The direct engine, or the least error that it reached.
     fn choose_direct<O: Operator>(&mut self) -> Result<Result<O::Direct, f64>, ImagingError> {
         let options = self.request.options;
-        let ranges_m = table_ranges_m(&self.request.echoes, &self.request.grid);
+        let ranges_m = self.request.ranges_m(|plane| *plane);
         let power = O::power(self.request);
         let mut reached = f64::INFINITY;
         // The first try leaves room; where the data need more, the error is halved until it holds.
@@ -299,16 +363,12 @@ impl<'r, 'a> Planner<'r, 'a> {
             self.working_bytes = O::direct_bytes(self.request, &spec, &ranges_m);
             self.check_memory::<O>()?;
             let engine = O::direct(self.request, &ranges_m, spec, self.control)?;
-            let (mut check, mut paths) = (SelfCheck::NONE, None);
-            for pixels in O::check_pixels(self.request) {
-                if pixels == check.pixels {
-                    break;
-                }
-                (check, paths) = O::check_direct(self.request, &engine, pixels, self.control)?;
-                if self.decides::<O>(check) {
-                    break;
-                }
-            }
+            let mut paths = None;
+            let check = decided::<O>(self.request, |pixels| {
+                let (check, found) = O::check_direct(self.request, &engine, pixels, self.control)?;
+                paths = found;
+                Ok(check)
+            })?;
             reached = reached.min(check.error);
             self.decide(Decision::Direct(DirectChoice {
                 level: options.level,
@@ -330,13 +390,6 @@ impl<'r, 'a> Planner<'r, 'a> {
 
     fn decide(&mut self, decision: Decision) {
         self.report.decisions.push(decision);
-    }
-
-    /// Whether more pixels would not change the verdict: good with all that its pixels leave open, or
-    /// too large by what they found.
-    fn decides<O: Operator>(&self, check: SelfCheck) -> bool {
-        let allowed = O::ACCEPTED_SHARE * self.request.options.accuracy;
-        check.error_bound <= allowed || check.error > allowed
     }
 
     /// Keeps the result of a self-check, or rejects the engine and what it would have taken.

@@ -12,7 +12,7 @@ use super::coarse::coarse_grid;
 use super::lattice::Lattice;
 use super::spec::FactorizedSpec;
 use crate::control::{Control, Meter};
-use crate::engine::direct::{Direct, DirectSpec, table_ranges_m};
+use crate::engine::direct::{Direct, DirectSpec};
 use crate::engine::planar::{padded, split_parts};
 use crate::engine::weights::WeightedPulses;
 use crate::error::ImagingError;
@@ -50,24 +50,23 @@ pub(super) struct Coarse {
 }
 
 impl Factorized {
-    /// Builds range tables and interpolation weights.
+    /// Builds range tables over `ranges_m`, those of the coarse grids of all planes to be imaged, and
+    /// interpolation weights.
     ///
     /// # Errors
     /// Cancellation.
     pub fn new(
         echoes: &WeightedPulses,
         grid: &TiltedGrid,
-        spec: FactorizedSpec,
-        direct: DirectSpec,
+        ranges_m: &[[f64; 2]],
+        (spec, direct): (FactorizedSpec, DirectSpec),
         setting: Setting,
     ) -> Result<Self, ImagingError> {
-        let coarse = coarse_grid(grid, spec.coarse);
-        let ranges_m = table_ranges_m(echoes, &coarse.into());
         let carrier_hz = echoes.pulses.frequency_hz()[direct.table.carrier];
         let level = setting.level;
         Ok(Self {
             lattice: Lattice::new(&echoes.pulses, grid, spec, carrier_hz),
-            direct: Direct::new(echoes, &ranges_m, direct, level, setting.control)?,
+            direct: Direct::new(echoes, ranges_m, direct, level, setting.control)?,
             level,
             pulses: echoes.len(),
         })

@@ -3,7 +3,7 @@
 
 use super::direct::DirectForward;
 use crate::control::Meter;
-use crate::engine::direct::{DirectSpec, table_ranges_m};
+use crate::engine::direct::DirectSpec;
 use crate::engine::factorized::aperture::{centre_m, partition_aperture};
 use crate::engine::factorized::coarse::coarse_grid;
 use crate::engine::factorized::lattice::Lattice;
@@ -42,15 +42,14 @@ impl FactorizedForward {
     pub fn new(
         echoes: &WeightedPulses,
         grid: &TiltedGrid,
-        spec: FactorizedSpec,
-        direct: DirectSpec,
+        ranges_m: &[[f64; 2]],
+        (spec, direct): (FactorizedSpec, DirectSpec),
         level: SimdLevel,
     ) -> Self {
-        let ranges_m = table_ranges_m(echoes, &coarse_grid(grid, spec.coarse).into());
         let carrier_hz = echoes.pulses.frequency_hz()[direct.table.carrier];
         Self {
             lattice: Lattice::new(&echoes.pulses, grid, spec, carrier_hz),
-            direct: DirectForward::new(echoes, &ranges_m, direct, level),
+            direct: DirectForward::new(echoes, ranges_m, direct, level),
             level,
         }
     }
