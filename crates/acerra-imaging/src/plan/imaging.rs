@@ -101,7 +101,7 @@ impl<'a> ImagingPlan<'a> {
 
     /// A plan that images all slices of a volume. It is made on the slice nearest to the antennas in
     /// height, where directions change fastest from pixel to pixel, and proved there and on the lowest
-    /// and the highest slice; `None` where a slice keeps less than the accuracy, or weights by incidence
+    /// and the highest slice, or on all slices where they are small; `None` where a slice keeps less than the accuracy, or weights by incidence
     /// differ from slice to slice.
     ///
     /// # Errors
@@ -124,7 +124,13 @@ impl<'a> ImagingPlan<'a> {
             method,
             report,
         };
-        for k in [0, volume.nz - 1] {
+        // A slice of few pixels may be dark beside the one planned on: each is looked at.
+        let step = if volume.base.len() < FEW_PIXELS {
+            1
+        } else {
+            (volume.nz - 1).max(1)
+        };
+        for k in (0..volume.nz).step_by(step) {
             let Some(check) = plan.check_on(volume.slice(k).into(), control)? else {
                 continue;
             };
@@ -275,6 +281,9 @@ pub fn image<'a>(
     plan.run(&mut image, control)?;
     Ok(image)
 }
+
+/// Pixels of a slice below which every slice of a volume is checked.
+const FEW_PIXELS: usize = 4096;
 
 /// The slice nearest to the mean height of the antennas.
 fn nearest_slice(volume: &VolumeGrid, pulses: &Pulses) -> usize {
