@@ -1,0 +1,265 @@
+//! The way from data to corrected positions.
+
+use acerra_imaging::{Control, ImageGrid, Pulses};
+use nalgebra::{Matrix3, Vector3};
+
+use crate::error::AutofocusError;
+use crate::fit::{Fitted, Problem, Stage};
+use crate::ground::Ground;
+use crate::model::Model;
+use crate::outcome::{Autofocused, Decision, PointFound};
+use crate::prior::PositionPrior;
+use crate::profiles::Profiles;
+use crate::search::Search;
+use crate::significance::{Gains, held_out_gains};
+use crate::smoother::Path;
+use crate::template::{Template, mean_amplitudes};
+
+/// Requirements on an autofocus.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct AutofocusOptions {
+    /// Most points that are used; 24 by default.
+    pub most_points: usize,
+    /// Standard errors by which the mean gain of points left out must exceed zero; 2 by default.
+    pub significance: f64,
+    /// Rms correction, in prior deviations, beyond which the echoes are not believed to be those of
+    /// fixed points; 4 by default.
+    pub most_sigmas: f64,
+}
+
+impl Default for AutofocusOptions {
+    fn default() -> Self {
+        Self {
+            most_points: 24,
+            significance: 2.0,
+            most_sigmas: 4.0,
+        }
+    }
+}
+
+/// Gain below which a correction is not worth a change of the positions (dB).
+const LEAST_GAIN_DB: f64 = 0.02;
+
+/// Estimates the positions' errors from the echoes of prominent points on `grid`.
+///
+/// `grid` is where points are looked for; pixels of half the finest resolution do. The frequencies
+/// must be evenly spaced.
+///
+/// # Errors
+/// Frequencies that are not even, a prior that does not fit the pulses or is no covariance, pixels
+/// that cannot be imaged, cancellation.
+pub fn autofocus<'a>(
+    pulses: Pulses<'a>,
+    grid: impl Into<ImageGrid<'a>>,
+    prior: &PositionPrior,
+    options: &AutofocusOptions,
+    control: Control,
+) -> Result<Autofocused, AutofocusError> {
+    prior.check(pulses.len())?;
+    if pulses.frequency_step_hz().is_none() || pulses.frequency_hz().len() < 8 {
+        return Err(AutofocusError::UnevenFrequencies);
+    }
+    let ground = Ground::new(grid.into());
+    let factor = prior.factors()?;
+    let nothing = |decision| unchanged(&pulses, &factor, decision);
+    let has_echo = pulses.spectrum().iter().any(|v| v.norm_sqr() > 0.0);
+    if !has_echo {
+        return Ok(nothing(Decision::NoPoints));
+    }
+    if factor.iter().all(|l| l.norm() == 0.0) {
+        return Ok(nothing(Decision::NothingToCorrect));
+    }
+    let path = Path::new(factor.clone(), &prior.abscissa, prior.correlation);
+    let range_m = ranges_m(&pulses, &ground, prior);
+    let amplitudes = mean_amplitudes(pulses.spectrum(), pulses.frequency_hz().len());
+    let template = Template::new(
+        amplitudes,
+        pulses.frequency_hz(),
+        pulses.light_speed_m_s(),
+        range_m[1] - range_m[0],
+    );
+    let profiles = Profiles::new(&pulses, &template, range_m, control)?;
+    let problem = Problem {
+        profiles: &profiles,
+        template: &template,
+        ground,
+        nominal_m: pulses.position_m(),
+        path: &path,
+        delay_sigma_m: prior.delay_sigma_m,
+        control,
+    };
+    let search = Search {
+        problem,
+        pulses,
+        most_points: options.most_points.max(1),
+    };
+    let Some((start, fitted)) = best_fit(&search)? else {
+        return Ok(nothing(Decision::NoPoints));
+    };
+    let gains = held_out_gains(&problem, &start, &fitted)?;
+    Ok(outcome(&pulses, &problem, fitted, &gains, options))
+}
+
+/// The best of the maxima reached from delays and from the coherent image, with the model that it
+/// started from; none where no point stands out.
+fn best_fit(search: &Search) -> Result<Option<(Model, Fitted)>, AutofocusError> {
+    let problem = &search.problem;
+    let start = search.by_envelopes()?;
+    if start.places.is_empty() {
+        return Ok(None);
+    }
+    let all = vec![true; start.places.len()];
+    let envelope = problem.fit(start, Stage::Envelope, &all, None)?;
+    let fitted = problem.fit(envelope.model.clone(), Stage::Phase, &all, None)?;
+    Ok(Some((envelope.model, fitted)))
+}
+
+/// Ranges that profiles must hold.
+fn ranges_m(pulses: &Pulses, ground: &Ground, prior: &PositionPrior) -> [f64; 2] {
+    let grid = ground.grid();
+    let corners: Vec<Vector3<f64>> = (0..=16)
+        .flat_map(|a| (0..=16).map(move |b| (a, b)))
+        .map(|(a, b)| {
+            let at = |share: usize, size: usize| share * (size - 1) / 16;
+            Vector3::from(grid.point_m(at(a, grid.columns()), at(b, grid.rows())))
+        })
+        .collect();
+    let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
+    for p in pulses.position_m() {
+        for q in &corners {
+            let range = (q - Vector3::from(*p)).norm();
+            least = least.min(range);
+            most = most.max(range);
+        }
+    }
+    let sigma = prior
+        .covariance_m2
+        .iter()
+        .map(|c| (c[0][0] + c[1][1] + c[2][2]).sqrt())
+        .fold(0.0, f64::max);
+    let spacing = (corners[0] - corners[18]).norm();
+    let margin = 1.0 + 6.0 * sigma + 6.0 * prior.delay_sigma_m + spacing;
+    [(least - margin).max(0.0), most + margin]
+}
+
+/// Positions as stated.
+fn unchanged(pulses: &Pulses, factor: &[Matrix3<f64>], decision: Decision) -> Autofocused {
+    let covariance: Vec<Matrix3<f64>> = factor.iter().map(|l| l * l.transpose()).collect();
+    Autofocused {
+        decision,
+        position_m: pulses.position_m().to_vec(),
+        correction_m: vec![[0.0; 3]; pulses.len()],
+        sigma_m: covariance.iter().map(deviations).collect(),
+        covariance_m2: covariance.iter().map(rows_of).collect(),
+        delay_m: 0.0,
+        points: Vec::new(),
+        gain_db: 0.0,
+        gain_sigma_db: 0.0,
+        predicted_loss_db: 0.0,
+        correction_in_sigmas: 0.0,
+        unobserved: [1.0; 3],
+    }
+}
+
+fn outcome(
+    pulses: &Pulses,
+    problem: &Problem,
+    fitted: Fitted,
+    gains: &Gains,
+    options: &AutofocusOptions,
+) -> Autofocused {
+    let model = &fitted.model;
+    let prior: Vec<Matrix3<f64>> = problem
+        .path
+        .factor
+        .iter()
+        .map(|l| l * l.transpose())
+        .collect();
+    let sigmas = in_sigmas(model, &prior);
+    let significant =
+        gains.mean_db > options.significance * gains.sigma_db && gains.mean_db > LEAST_GAIN_DB;
+    let decision = if sigmas > options.most_sigmas {
+        Decision::AgainstPrior
+    } else if significant {
+        Decision::Applied
+    } else {
+        Decision::NotSignificant
+    };
+    let points = model.points_m(&problem.ground);
+    Autofocused {
+        decision,
+        position_m: if decision == Decision::Applied {
+            model.positions_m(pulses.position_m())
+        } else {
+            pulses.position_m().to_vec()
+        },
+        correction_m: model.error_m.iter().map(|e| [e[0], e[1], e[2]]).collect(),
+        sigma_m: fitted.posterior.error_m2.iter().map(deviations).collect(),
+        covariance_m2: fitted.posterior.error_m2.iter().map(rows_of).collect(),
+        delay_m: model.delay_m,
+        points: points
+            .iter()
+            .enumerate()
+            .map(|(k, p)| PointFound {
+                position_m: [p[0], p[1], p[2]],
+                sigma_m: fitted.place_sigma_m[k],
+                residual_m: fitted.residual_m[k],
+                gain_db: gains.point_db[k],
+            })
+            .collect(),
+        gain_db: gains.mean_db,
+        gain_sigma_db: gains.sigma_db,
+        predicted_loss_db: predicted_loss_db(problem, &points, &prior),
+        correction_in_sigmas: sigmas,
+        unobserved: unobserved(&fitted.posterior.error_m2, &prior),
+    }
+}
+
+/// Loss of the points' peaks by errors of this covariance, Eq. (5): e^{−φ²}, φ = κσ along the line of
+/// sight; mean over points and pulses, dB.
+fn predicted_loss_db(problem: &Problem, points: &[Vector3<f64>], prior: &[Matrix3<f64>]) -> f64 {
+    let mut sum = 0.0;
+    for (p, c) in problem.nominal_m.iter().zip(prior) {
+        for q in points {
+            let sight = (q - Vector3::from(*p)).normalize();
+            sum += sight.dot(&(c * sight)) * problem.template.carrier.powi(2);
+        }
+    }
+    let mean = sum / (prior.len() * points.len()).max(1) as f64;
+    10.0 * std::f64::consts::LOG10_E * mean
+}
+
+/// Rms of the corrections in units of their prior deviations.
+fn in_sigmas(model: &Model, prior: &[Matrix3<f64>]) -> f64 {
+    let (mut sum, mut count) = (0.0, 0.0);
+    for (e, c) in model.error_m.iter().zip(prior) {
+        for axis in 0..3 {
+            if c[(axis, axis)] > 0.0 {
+                sum += e[axis] * e[axis] / c[(axis, axis)];
+                count += 1.0;
+            }
+        }
+    }
+    (sum / f64::max(count, 1.0)).sqrt()
+}
+
+fn unobserved(posterior: &[Matrix3<f64>], prior: &[Matrix3<f64>]) -> [f64; 3] {
+    [0, 1, 2].map(|axis| {
+        let of = |c: &[Matrix3<f64>]| c.iter().map(|c| c[(axis, axis)]).sum::<f64>();
+        let before = of(prior);
+        if before > 0.0 {
+            of(posterior) / before
+        } else {
+            1.0
+        }
+    })
+}
+
+fn deviations(c: &Matrix3<f64>) -> [f64; 3] {
+    [0, 1, 2].map(|i| c[(i, i)].max(0.0).sqrt())
+}
+
+fn rows_of(c: &Matrix3<f64>) -> [[f64; 3]; 3] {
+    [0, 1, 2].map(|i| [0, 1, 2].map(|j| c[(i, j)]))
+}
