@@ -40,6 +40,14 @@ impl Default for AutofocusOptions {
 
 /// Gain below which a correction is not worth a change of the positions (dB).
 const LEAST_GAIN_DB: f64 = 0.02;
+/// Rounds of dropping points that are not prominent.
+const PRUNINGS: usize = 3;
+/// Coherence of a prominent point's echoes along the flight.
+const LEAST_COHERENCE: f64 = 0.4;
+/// Amplitude of a prominent point over the strongest's.
+const LEAST_AMPLITUDE: f64 = 0.1;
+/// Prominent points stand so many range resolutions apart.
+const APART_CELLS: f64 = 1.5;
 
 /// Estimates the positions' errors from the echoes of prominent points on `grid`.
 ///
@@ -111,8 +119,48 @@ fn best_fit(search: &Search) -> Result<Option<(Model, Fitted)>, AutofocusError> 
     }
     let all = vec![true; start.places.len()];
     let envelope = problem.fit(start, Stage::Envelope, &all, None)?;
-    let fitted = problem.fit(envelope.model.clone(), Stage::Phase, &all, None)?;
-    Ok(Some((envelope.model, fitted)))
+    let mut begin = envelope.model;
+    let mut fitted = problem.fit(begin.clone(), Stage::Phase, &all, None)?;
+    for _ in 0..PRUNINGS {
+        let kept = prominent(problem, &fitted.model);
+        if kept.len() == fitted.model.places.len() {
+            break;
+        }
+        if kept.is_empty() {
+            return Ok(None);
+        }
+        let keep =
+            |model: &Model| model.with_places(kept.iter().map(|k| model.places[*k]).collect());
+        begin = keep(&begin);
+        let all = vec![true; kept.len()];
+        fitted = problem.fit(keep(&fitted.model), Stage::Phase, &all, None)?;
+    }
+    Ok(Some((begin, fitted)))
+}
+
+/// Points that keep their phase along the flight, are not far weaker than the strongest, and do not
+/// stand beside a stronger one; indices, rising.
+fn prominent(problem: &Problem, model: &Model) -> Vec<usize> {
+    let coherence = problem.histories(model).coherence();
+    let points = model.points_m(&problem.ground);
+    let strongest = coherence.iter().map(|c| c[0]).fold(0.0, f64::max);
+    let mut order: Vec<usize> = (0..points.len()).collect();
+    order.sort_by(|a, b| coherence[*b][0].total_cmp(&coherence[*a][0]));
+    let apart_m = APART_CELLS * problem.template.cell_m;
+    let mut kept: Vec<usize> = Vec::new();
+    for k in order {
+        let [amplitude, share] = coherence[k];
+        let is_apart = |other: &usize| (points[*other] - points[k]).norm() > apart_m;
+        if share >= LEAST_COHERENCE
+            && amplitude >= LEAST_AMPLITUDE * strongest
+            && problem.ground.holds(model.places[k])
+            && kept.iter().all(is_apart)
+        {
+            kept.push(k);
+        }
+    }
+    kept.sort_unstable();
+    kept
 }
 
 /// Ranges that profiles must hold.

@@ -173,7 +173,6 @@ impl<'a> Problem<'a> {
                 residual_m: (0..points).map(|k| rows.phase_rms_m(&found, k)).collect(),
                 posterior: Posterior {
                     error_m2: widened.covariance_m2,
-                    parameters: widened.parameter_covariance,
                 },
                 model,
             },
@@ -182,7 +181,6 @@ impl<'a> Problem<'a> {
                 residual_m: vec![None; points],
                 posterior: Posterior {
                     error_m2: self.path.factor.iter().map(|l| l * l.transpose()).collect(),
-                    parameters: nalgebra::DMatrix::zeros(0, 0),
                 },
                 model,
             },

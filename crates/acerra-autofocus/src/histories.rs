@@ -62,6 +62,29 @@ impl Histories {
         }
     }
 
+    /// Coherent amplitude of each point, and its coherence: the share of its echoes' amplitude that
+    /// has one phase along the flight.
+    pub fn coherence(&self) -> Vec<[f64; 2]> {
+        let points = self.pulses.first().map_or(0, |p| p.echoes.len());
+        (0..points)
+            .map(|k| {
+                let (modulus, phase) = self.coherent_of(k);
+                let (mut sum, mut own, mut power) = (0.0, 0.0, 0.0);
+                for (pulse, rho) in self.pulses.iter().zip(&modulus) {
+                    let amplitude = pulse.echoes[k].amplitude;
+                    sum += rho * (amplitude * phase.conj()).re;
+                    own += rho * rho;
+                    power += amplitude.norm_sqr();
+                }
+                let scale = (own * power).sqrt();
+                [
+                    sum / own.sqrt().max(f64::MIN_POSITIVE),
+                    if scale > 0.0 { sum / scale } else { 0.0 },
+                ]
+            })
+            .collect()
+    }
+
     fn coherent_of(&self, k: usize) -> (Vec<f64>, Complex64) {
         let count = self.pulses.len();
         let half = ((SMOOTHED_SHARE * count as f64) as usize).max(LEAST_SMOOTHED) / 2;

@@ -1,6 +1,6 @@
 //! The state of an estimate: points, errors of the path, globals.
 
-use nalgebra::{DMatrix, Matrix3, Vector3};
+use nalgebra::{Matrix3, Vector3};
 
 use crate::ground::{Ground, PixelPlace};
 
@@ -22,8 +22,6 @@ pub(crate) struct Model {
 pub(crate) struct Posterior {
     /// Of each position's error, m².
     pub error_m2: Vec<Matrix3<f64>>,
-    /// Of the parameters, in the order of the fit.
-    pub parameters: DMatrix<f64>,
 }
 
 impl Model {

@@ -225,7 +225,7 @@ impl Scene {
         let about = |v: f64| [v - 0.24, v + 0.24];
         let grid = PlaneGrid::from_ranges(about(x), about(y), 0.0, 0.005).unwrap();
         let options = PlanOptions::default().with_spreading(Spreading::None);
-        let image = image(self.pulses(position_m), grid, &options).unwrap();
+        let image = image(self.pulses(position_m), grid, &options, Control::default()).unwrap();
         let power = image.iter().map(|v| f64::from(v.norm_sqr())).enumerate();
         let (k, power) = power.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap();
         let [x, y, _] = grid.point_m(k);
