@@ -118,6 +118,28 @@ impl Prepared {
         Ok(self.correction.insert(correction))
     }
 
+    /// The same with the places as the positions have them.
+    #[must_use]
+    pub fn as_stated(&self) -> Self {
+        let mut stated = self.clone();
+        if let Some(correction) = stated.correction.take() {
+            for (height, (old, new)) in stated
+                .aligned
+                .height_m
+                .iter_mut()
+                .zip(correction.stated_m.iter().zip(&self.aligned.position_m))
+            {
+                *height += old[2] - new[2];
+            }
+            stated.aligned.position_m = correction.stated_m;
+            stated.aligned.all = correction.stated;
+            if !stated.aligned.sigma_m.is_empty() {
+                stated.aligned.sigma_m = correction.prior_sigma_m;
+            }
+        }
+        stated
+    }
+
     fn estimate(
         &self,
         prior: &PositionPrior,
