@@ -27,7 +27,7 @@ fn main() {
                     twelve,
                 );
                 let start = std::time::Instant::now();
-                let found = scene.focus(&Scene::prior(sigma_m, smoothed_m));
+                let found = scene.focus(&Scene::trendless_prior(sigma_m, smoothed_m));
                 let seconds = start.elapsed().as_secs_f64();
                 let corrected: Vec<[f64; 3]> = (0..scene.nominal_m.len())
                     .map(|m| [0, 1, 2].map(|a| scene.nominal_m[m][a] + found.correction_m[m][a]))

@@ -11,7 +11,7 @@ use crate::outcome::{Autofocused, Decision, PointFound};
 use crate::prior::PositionPrior;
 use crate::profiles::Profiles;
 use crate::search::Search;
-use crate::significance::{Gains, held_out_gains};
+use crate::significance::{Gains, LEAST_TO_FOLD, held_out_gains};
 use crate::smoother::Path;
 use crate::template::{Template, mean_amplitudes};
 
@@ -40,6 +40,8 @@ impl Default for AutofocusOptions {
 
 /// Gain below which a correction is not worth a change of the positions (dB).
 const LEAST_GAIN_DB: f64 = 0.02;
+/// Points found by delays below which the coherent image is searched as well.
+const FEW_POINTS: usize = 4;
 /// Rounds of dropping points that are not prominent.
 const PRUNINGS: usize = 3;
 /// Coherence of a prominent point's echoes along the flight.
@@ -79,6 +81,11 @@ pub fn autofocus<'a>(
         return Ok(nothing(Decision::NothingToCorrect));
     }
     let path = Path::new(factor.clone(), &prior.abscissa, prior.correlation);
+    let path = if prior.without_trend {
+        path.without_trend(&prior.abscissa)
+    } else {
+        path
+    };
     let range_m = ranges_m(&pulses, &ground, prior);
     let amplitudes = mean_amplitudes(pulses.spectrum(), pulses.frequency_hz().len());
     let template = Template::new(
@@ -102,25 +109,63 @@ pub fn autofocus<'a>(
         pulses,
         most_points: options.most_points.max(1),
     };
-    let Some((start, fitted)) = best_fit(&search)? else {
+    let Some(reached) = best_fit(&search)? else {
         return Ok(nothing(Decision::NoPoints));
     };
-    let gains = held_out_gains(&problem, &start, &fitted)?;
+    let Reached {
+        start,
+        stages,
+        fitted,
+    } = reached;
+    let gains = held_out_gains(&problem, &start, stages, &fitted)?;
     Ok(outcome(&pulses, &problem, fitted, &gains, options))
 }
 
-/// The best of the maxima reached from delays and from the coherent image, with the model that it
-/// started from; none where no point stands out.
-fn best_fit(search: &Search) -> Result<Option<(Model, Fitted)>, AutofocusError> {
-    let problem = &search.problem;
+/// A maximum of the posterior, and how it was reached.
+struct Reached {
+    /// Where the stages began, with the points that were kept.
+    start: Model,
+    stages: &'static [Stage],
+    fitted: Fitted,
+}
+
+/// The maximum reached from delays, or from the coherent image where delays give few points and it
+/// explains more; none where no point stands out.
+fn best_fit(search: &Search) -> Result<Option<Reached>, AutofocusError> {
     let start = search.by_envelopes()?;
+    let by_delays = reach(search, start, &[Stage::Envelope, Stage::Phase])?;
+    let points = by_delays
+        .as_ref()
+        .map_or(0, |r| r.fitted.model.places.len());
+    if points >= FEW_POINTS {
+        return Ok(by_delays);
+    }
+    let nominal = Model::nominal(search.pulses.len(), Vec::new());
+    let by_image = reach(search, search.by_phases(nominal)?, &[Stage::Phase])?;
+    Ok(match (by_delays, by_image) {
+        (Some(a), Some(b)) => {
+            let noise = |r: &Reached| search.problem.histories(&r.fitted.model).noise;
+            let noise = noise(&a).min(noise(&b));
+            let score = |r: &Reached| search.penalised(&r.fitted.model, noise);
+            Some(if score(&b) < score(&a) { b } else { a })
+        }
+        (a, b) => a.or(b),
+    })
+}
+
+/// Fits from a start, dropping points that turn out not to be prominent.
+fn reach(
+    search: &Search,
+    start: Model,
+    stages: &'static [Stage],
+) -> Result<Option<Reached>, AutofocusError> {
     if start.places.is_empty() {
         return Ok(None);
     }
+    let problem = &search.problem;
     let all = vec![true; start.places.len()];
-    let envelope = problem.fit(start, Stage::Envelope, &all, None)?;
-    let mut begin = envelope.model;
-    let mut fitted = problem.fit(begin.clone(), Stage::Phase, &all, None)?;
+    let mut start = start;
+    let mut fitted = problem.fit_through(start.clone(), stages, &all)?;
     for _ in 0..PRUNINGS {
         let kept = prominent(problem, &fitted.model);
         if kept.len() == fitted.model.places.len() {
@@ -131,11 +176,15 @@ fn best_fit(search: &Search) -> Result<Option<(Model, Fitted)>, AutofocusError> 
         }
         let keep =
             |model: &Model| model.with_places(kept.iter().map(|k| model.places[*k]).collect());
-        begin = keep(&begin);
+        start = keep(&start);
         let all = vec![true; kept.len()];
         fitted = problem.fit(keep(&fitted.model), Stage::Phase, &all, None)?;
     }
-    Ok(Some((begin, fitted)))
+    Ok(Some(Reached {
+        start,
+        stages,
+        fitted,
+    }))
 }
 
 /// Points that keep their phase along the flight, are not far weaker than the strongest, and do not
@@ -210,6 +259,10 @@ fn unchanged(pulses: &Pulses, factor: &[Matrix3<f64>], decision: Decision) -> Au
     }
 }
 
+fn points_of(fitted: &Fitted) -> usize {
+    fitted.model.places.len()
+}
+
 fn outcome(
     pulses: &Pulses,
     problem: &Problem,
@@ -227,7 +280,10 @@ fn outcome(
     let sigmas = in_sigmas(model, &prior);
     let significant =
         gains.mean_db > options.significance * gains.sigma_db && gains.mean_db > LEAST_GAIN_DB;
-    let decision = if sigmas > options.most_sigmas {
+    // A single point cannot be left out: it must move as the prior expects all the more.
+    let lone = points_of(&fitted) < LEAST_TO_FOLD;
+    let most_sigmas = options.most_sigmas * if lone { 0.5 } else { 1.0 };
+    let decision = if sigmas > most_sigmas {
         Decision::AgainstPrior
     } else if significant {
         Decision::Applied

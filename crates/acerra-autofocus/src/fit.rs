@@ -125,6 +125,21 @@ impl<'a> Problem<'a> {
         Ok(self.surroundings(model, stage, guides))
     }
 
+    /// The maximum reached through several stages.
+    pub fn fit_through(
+        &self,
+        start: Model,
+        stages: &[Stage],
+        guides: &[bool],
+    ) -> Result<Fitted, ImagingError> {
+        let (last, before) = stages.split_last().unwrap_or((&Stage::Phase, &[]));
+        let mut model = start;
+        for stage in before {
+            model = self.fit(model, *stage, guides, None)?.model;
+        }
+        self.fit(model, *last, guides, None)
+    }
+
     fn linearised(
         &self,
         model: &Model,

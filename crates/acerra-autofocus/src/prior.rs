@@ -88,6 +88,9 @@ pub struct PositionPrior {
     /// Standard deviation of an error of range that all pulses and points share, m: the fast time
     /// at which range is zero. 0 where it is known.
     pub delay_sigma_m: f64,
+    /// Whether the errors are known to have neither mean nor trend over the abscissa. Otherwise those
+    /// that the echoes do not see follow from the others by the correlation.
+    pub without_trend: bool,
 }
 
 impl PositionPrior {
@@ -104,6 +107,7 @@ impl PositionPrior {
             abscissa: abscissa.to_vec(),
             correlation,
             delay_sigma_m: 0.0,
+            without_trend: false,
         }
     }
 

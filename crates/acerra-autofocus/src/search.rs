@@ -52,6 +52,14 @@ impl Search<'_> {
         self.rounds(Stage::Phase, model)
     }
 
+    /// The objective for noise of this variance with the price of each point's three parameters
+    /// (Bayesian information criterion): models of different points are compared by it.
+    pub fn penalised(&self, model: &Model, noise: f64) -> f64 {
+        let samples = (self.pulses.len() * self.pulses.frequency_hz().len()) as f64;
+        let price = 3.0 * model.places.len() as f64 * samples.ln();
+        self.problem.objective(model, Stage::Phase, noise) + price
+    }
+
     fn rounds(&self, stage: Stage, mut model: Model) -> Result<Model, ImagingError> {
         let mut floor = None;
         for _ in 0..ROUNDS {

@@ -9,7 +9,7 @@ use crate::model::Model;
 /// Parts that the points are dealt into; each is left out of one estimate.
 const FOLDS: usize = 2;
 /// Points from which some can be left out.
-pub(crate) const LEAST_TO_FOLD: usize = 4;
+pub(crate) const LEAST_TO_FOLD: usize = 2;
 
 /// Gain of the points' peaks.
 #[derive(Clone, Debug)]
@@ -46,6 +46,7 @@ impl Gains {
 pub(crate) fn held_out_gains(
     problem: &Problem,
     start: &Model,
+    stages: &[Stage],
     fitted: &Fitted,
 ) -> Result<Gains, ImagingError> {
     let places = &fitted.model.places;
@@ -59,8 +60,7 @@ pub(crate) fn held_out_gains(
     for fold in 0..FOLDS {
         let guides: Vec<bool> = (0..places.len()).map(|k| k % FOLDS != fold).collect();
         let begin = start.with_places(places.clone());
-        let alone = problem.fit(begin, Stage::Envelope, &guides, None)?;
-        let alone = problem.fit(alone.model, Stage::Phase, &guides, None)?;
+        let alone = problem.fit_through(begin, stages, &guides)?;
         let after = peak_powers(problem, &alone.model, places);
         let gains = gains_db(&before, &after);
         for k in (0..places.len()).filter(|k| !guides[*k]) {

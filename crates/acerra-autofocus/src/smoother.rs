@@ -60,7 +60,14 @@ pub(crate) struct Path {
     pub factor: Vec<Matrix3<f64>>,
     steps: Vec<(StateMatrix, StateMatrix)>,
     stationary: StateMatrix,
+    /// Weights of each pulse in sums over the flight that are zero; none where nothing is held.
+    held: Vec<[f64; HELD_SUMS]>,
 }
+
+/// Sums over the flight that are held at zero on each axis: mean and trend.
+const HELD_SUMS: usize = 2;
+/// Constraints on all axes.
+const HELD: usize = 3 * HELD_SUMS;
 
 /// Estimates with their posterior covariances.
 #[derive(Clone, Debug)]
@@ -97,19 +104,31 @@ impl Path {
             factor,
             steps,
             stationary: stationary(correlation),
+            held: Vec::new(),
+        }
+    }
+
+    /// The same process given that it has neither mean nor trend over the abscissa.
+    pub fn without_trend(self, abscissa: &[f64]) -> Self {
+        let count = abscissa.len() as f64;
+        let centre = abscissa.iter().sum::<f64>() / count;
+        let reach = abscissa
+            .iter()
+            .map(|t| (t - centre).abs())
+            .fold(0.0, f64::max);
+        let weights = |t: &f64| [1.0 / count, (t - centre) / (count * reach.max(1e-300))];
+        Self {
+            held: abscissa.iter().map(weights).collect(),
+            ..self
         }
     }
 
     /// The most probable path and parameters; none where the parameters' normal matrix is no
     /// covariance's inverse.
     pub fn smooth(&self, observations: &Observations) -> Option<Smoothed> {
-        let scaled: Vec<PulseInformation> = observations
-            .pulses
-            .iter()
-            .zip(&self.factor)
-            .map(|(p, l)| p.scaled(l))
-            .collect();
-        let mut cross = observations.cross.clone();
+        let scaled = self.scaled(&observations.pulses);
+        let columns = scaled.first().map_or(1, |p| p.right.ncols());
+        let mut cross = observations.cross.clone().resize(columns, columns, 0.0);
         let filtered = self.filter(&scaled, &mut cross);
         let (parameter, parameter_covariance) = solve(&cross, &observations.variance)?;
         let mut smoothed = Smoothed {
@@ -119,13 +138,76 @@ impl Path {
             parameter,
             parameter_covariance,
         };
-        self.backwards(&filtered, &mut smoothed);
+        let parameters = smoothed.parameter.len();
+        // What each constraint's force does to the parameters.
+        let pulled = &smoothed.parameter_covariance
+            * cross.view((1, 1 + parameters), (parameters, columns - 1 - parameters));
+        let response = self.backwards(&filtered, &mut smoothed, &pulled);
+        self.hold(&response, &pulled, &mut smoothed)?;
         for (m, pulse) in observations.pulses.iter().enumerate() {
             let push = combine(&pulse.right, &smoothed.parameter);
             let force = push - pulse.information * smoothed.error_m[m];
             smoothed.force.push(force);
         }
         Some(smoothed)
+    }
+
+    /// Observations in terms of z, with the forces of what is held as further columns.
+    fn scaled(&self, pulses: &[PulseInformation]) -> Vec<PulseInformation> {
+        let scale = |(m, p): (usize, &PulseInformation)| {
+            let mut right = p.right.clone();
+            if let Some(weights) = self.held.get(m) {
+                let before = right.ncols();
+                right = right.resize_horizontally(before + HELD, 0.0);
+                for (k, weight) in weights.iter().enumerate() {
+                    for axis in 0..3 {
+                        right[(axis, before + 3 * k + axis)] = *weight;
+                    }
+                }
+            }
+            let information = p.information;
+            PulseInformation { information, right }.scaled(&self.factor[m])
+        };
+        pulses.iter().enumerate().map(scale).collect()
+    }
+
+    /// Conditions the estimate on the sums that are held at zero; `response` is Cov(δ, sums) of each
+    /// pulse, `pulled` Cov(θ, sums).
+    fn hold(
+        &self,
+        response: &[Axes],
+        pulled: &DMatrix<f64>,
+        smoothed: &mut Smoothed,
+    ) -> Option<()> {
+        if self.held.is_empty() {
+            return Some(());
+        }
+        let mut sums = DVector::<f64>::zeros(HELD);
+        let mut variance = DMatrix::<f64>::zeros(HELD, HELD);
+        for (m, weights) in self.held.iter().enumerate() {
+            for (k, weight) in weights.iter().enumerate() {
+                for axis in 0..3 {
+                    sums[3 * k + axis] += weight * smoothed.error_m[m][axis];
+                    for j in 0..HELD {
+                        variance[(3 * k + axis, j)] += weight * response[m][(axis, j)];
+                    }
+                }
+            }
+        }
+        let jitter = 1e-12 * variance.trace().abs().max(f64::MIN_POSITIVE);
+        let symmetric = 0.5 * (&variance + variance.transpose());
+        let factor = Cholesky::new(symmetric + DMatrix::identity(HELD, HELD) * jitter)?;
+        let force = factor.solve(&sums);
+        let inverse = factor.inverse();
+        for (m, own) in response.iter().enumerate() {
+            let moved = own * &force;
+            smoothed.error_m[m] -= Vector3::new(moved[0], moved[1], moved[2]);
+            let known = own * &inverse * own.transpose();
+            smoothed.covariance_m2[m] -= Matrix3::from_fn(|i, j| known[(i, j)]);
+        }
+        smoothed.parameter -= pulled * &force;
+        smoothed.parameter_covariance -= pulled * inverse * pulled.transpose();
+        Some(())
     }
 
     /// Runs forward; takes from `cross` what the path explains.
@@ -167,9 +249,17 @@ impl Path {
         kept
     }
 
-    /// Runs backward; appends errors and covariances in the order of the pulses.
-    fn backwards(&self, filtered: &[Filtered], smoothed: &mut Smoothed) {
-        let columns = 1 + smoothed.parameter.len();
+    /// Runs backward; appends errors and covariances in the order of the pulses, and returns what
+    /// the forces of what is held do to each.
+    fn backwards(
+        &self,
+        filtered: &[Filtered],
+        smoothed: &mut Smoothed,
+        pulled: &DMatrix<f64>,
+    ) -> Vec<Axes> {
+        let parameters = smoothed.parameter.len();
+        let columns = 1 + parameters + pulled.ncols();
+        let mut response = Vec::with_capacity(filtered.len());
         let mut adjoint = States::zeros(columns);
         let mut adjoint_information = StateMatrix::zeros();
         for (m, at) in filtered.iter().enumerate().rev() {
@@ -192,10 +282,12 @@ impl Path {
             let value: Axes = at.states.fixed_rows::<3>(0) - to_own.tr_mul(&adjoint);
             let own: Matrix3<f64> = at.covariance.fixed_view::<3, 3>(0, 0).into();
             let left = own - to_own.transpose() * adjoint_information * to_own;
-            let of_parameters = value.columns(1, columns - 1);
+            let of_parameters = value.columns(1, parameters);
             let from_parameters =
                 &of_parameters * &smoothed.parameter_covariance * of_parameters.transpose();
             let l = &self.factor[m];
+            let of_held = value.columns(1 + parameters, pulled.ncols());
+            response.push(l * (of_held - &of_parameters * pulled));
             smoothed
                 .error_m
                 .push(l * combine(&value, &smoothed.parameter));
@@ -209,6 +301,8 @@ impl Path {
         }
         smoothed.error_m.reverse();
         smoothed.covariance_m2.reverse();
+        response.reverse();
+        response
     }
 }
 
@@ -328,5 +422,29 @@ mod tests {
         }
         let delta = expected.rows(0, 3 * pulses);
         assert!((square - (delta.transpose() * precision * delta)[(0, 0)]).abs() < 1e-7);
+
+        // The same given that mean and trend vanish: conditioning by hand.
+        let centre = abscissa[pulses - 1] / 2.0;
+        let mut sums = DMatrix::<f64>::zeros(size, 6);
+        for m in 0..pulses {
+            for axis in 0..3 {
+                sums[(3 * m + axis, axis)] = 1.0;
+                sums[(3 * m + axis, 3 + axis)] = abscissa[m] - centre;
+            }
+        }
+        let gain = &dense * &sums * (sums.transpose() * &dense * &sums).try_inverse().unwrap();
+        let conditioned = &expected - &gain * (sums.transpose() * &expected);
+        let left = &dense - &gain * sums.transpose() * &dense;
+        let found = path.without_trend(&abscissa).smooth(&observations).unwrap();
+        for m in 0..pulses {
+            for i in 0..3 {
+                assert!((found.error_m[m][i] - conditioned[3 * m + i]).abs() < 1e-8);
+                let c = left[(3 * m + i, 3 * m + i)];
+                assert!((found.covariance_m2[m][(i, i)] - c).abs() < 1e-8);
+            }
+        }
+        for j in 0..parameters {
+            assert!((found.parameter[j] - conditioned[3 * pulses + j]).abs() < 1e-8);
+        }
     }
 }

@@ -105,6 +105,23 @@ fn error_of_axis(rng: &mut ChaCha8Rng, sigma_m: f64, smoothed_m: f64) -> Vec<f64
     error
 }
 
+/// Lower Cholesky factor of a correlation matrix over the pulses.
+fn factor_of(correlation: impl Fn(usize, usize) -> f64) -> Vec<Vec<f64>> {
+    let mut factor = vec![vec![0.0; PULSES]; PULSES];
+    for i in 0..PULSES {
+        for j in 0..=i {
+            let done: f64 = (0..j).map(|k| factor[i][k] * factor[j][k]).sum();
+            let left = correlation(i, j) - done;
+            factor[i][j] = if i == j {
+                left.max(1e-12).sqrt()
+            } else {
+                left / factor[j][j]
+            };
+        }
+    }
+    factor
+}
+
 /// Targets of the published scene.
 pub fn twelve(rng: &mut ChaCha8Rng) -> Vec<Target> {
     (0..12)
@@ -141,13 +158,31 @@ impl Scene {
     ) -> Self {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let targets = targets(&mut rng);
+        let error_m =
+            [1.0, 1.0, 2.0].map(|f| error_of_axis(&mut rng, f * errors.sigma_m, errors.smoothed_m));
+        Self::with_errors(&mut rng, &error_m, targets)
+    }
+
+    /// The scene with errors drawn from the prior itself, common shifts and trends included.
+    pub fn drawn_from_prior(seed: u64, sigma_m: f64, smoothed_m: f64) -> Self {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let targets = twelve(&mut rng);
+        let correlation = Self::prior(sigma_m, smoothed_m).correlation;
+        let factor = factor_of(|i, j| correlation.at((i as f64 - j as f64) * spacing_m()));
+        let error_m = [1.0, 1.0, 2.0].map(|f| {
+            let white: Vec<f64> = (0..PULSES).map(|_| gaussian(&mut rng)).collect();
+            let row = |m: usize| (0..=m).map(|j| factor[m][j] * white[j]).sum::<f64>();
+            (0..PULSES).map(|m| f * sigma_m * row(m)).collect()
+        });
+        Self::with_errors(&mut rng, &error_m, targets)
+    }
+
+    fn with_errors(rng: &mut ChaCha8Rng, error_m: &[Vec<f64>; 3], targets: Vec<Target>) -> Self {
         let nominal_m: Vec<[f64; 3]> = (0..PULSES)
             .map(|m| [0.0, m as f64 * spacing_m() - HALF_TRACK_M, HEIGHT_M])
             .collect();
-        let of =
-            [1.0, 1.0, 2.0].map(|f| error_of_axis(&mut rng, f * errors.sigma_m, errors.smoothed_m));
         let true_m: Vec<[f64; 3]> = (0..PULSES)
-            .map(|m| [0, 1, 2].map(|a| nominal_m[m][a] + of[a][m]))
+            .map(|m| [0, 1, 2].map(|a| nominal_m[m][a] + error_m[a][m]))
             .collect();
         let frequency_hz: Vec<f64> = (0..FREQUENCIES)
             .map(|n| 3.1e9 + 1.7e9 * n as f64 / (FREQUENCIES - 1) as f64)
@@ -174,7 +209,7 @@ impl Scene {
                 }
             }
             for (v, w) in row.iter().zip(&window) {
-                let n = Complex64::new(gaussian(&mut rng), gaussian(&mut rng)) * noise;
+                let n = Complex64::new(gaussian(rng), gaussian(rng)) * noise;
                 spectrum.push(v * w + n);
             }
         }
@@ -213,6 +248,14 @@ impl Scene {
         PositionPrior::of_deviations(&[sigma; PULSES], &abscissa, correlation)
     }
 
+    /// The prior of errors without mean and trend.
+    pub fn trendless_prior(sigma_m: f64, smoothed_m: f64) -> PositionPrior {
+        PositionPrior {
+            without_trend: true,
+            ..Self::prior(sigma_m, smoothed_m)
+        }
+    }
+
     pub fn focus(&self, prior: &PositionPrior) -> Autofocused {
         let options = AutofocusOptions::default();
         let pulses = self.pulses(&self.nominal_m);
@@ -223,8 +266,10 @@ impl Scene {
     pub fn peak(&self, position_m: &[[f64; 3]], target: &Target) -> (f64, [f64; 2]) {
         let [x, y, _] = target.position_m;
         let about = |v: f64| [v - 0.24, v + 0.24];
-        let grid = PlaneGrid::from_ranges(about(x), about(y), 0.0, 0.005).unwrap();
-        let options = PlanOptions::default().with_spreading(Spreading::None);
+        let grid = PlaneGrid::from_ranges(about(x), about(y), 0.0, 0.01).unwrap();
+        let options = PlanOptions::default()
+            .with_spreading(Spreading::None)
+            .with_check_pixels(1);
         let image = image(self.pulses(position_m), grid, &options, Control::default()).unwrap();
         let power = image.iter().map(|v| f64::from(v.norm_sqr())).enumerate();
         let (k, power) = power.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap();
