@@ -23,6 +23,10 @@ pub enum AutofocusSeen {
 #[must_use]
 pub fn autofocus_gain(seen: AutofocusSeen, gain_db: f64, sigma_db: f64, points: usize) -> Finding {
     let (verdict, what) = match seen {
+        AutofocusSeen::Applied if points < 2 => (
+            Verdict::Doubtful,
+            "the places are corrected by a single point, whose own motion would look the same",
+        ),
         AutofocusSeen::Applied => (
             Verdict::Agrees,
             "points gain by corrections that they took no part in: the places are corrected",
