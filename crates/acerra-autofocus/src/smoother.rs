@@ -284,10 +284,10 @@ impl Path {
             let left = own - to_own.transpose() * adjoint_information * to_own;
             let of_parameters = value.columns(1, parameters);
             let from_parameters =
-                &of_parameters * &smoothed.parameter_covariance * of_parameters.transpose();
+                of_parameters * &smoothed.parameter_covariance * of_parameters.transpose();
             let l = &self.factor[m];
             let of_held = value.columns(1 + parameters, pulled.ncols());
-            response.push(l * (of_held - &of_parameters * pulled));
+            response.push(l * (of_held - of_parameters * pulled));
             smoothed
                 .error_m
                 .push(l * combine(&value, &smoothed.parameter));

@@ -1,4 +1,4 @@
-//! Scenes that give an autofocus little to go by, and priors that are wrong: `scenes [draws]`.
+//! Scenes that give an autofocus little to go by, and priors that are wrong: `difficult_scenes [draws]`.
 #![allow(clippy::print_stdout, clippy::unwrap_used)]
 
 #[path = "../tests/common/mod.rs"]
