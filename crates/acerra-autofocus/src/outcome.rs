@@ -50,7 +50,7 @@ pub struct Autofocused {
     pub delay_m: f64,
     /// The points used.
     pub points: Vec<PointFound>,
-    /// Mean gain of the points' peaks, dB, as [`PointFound::gain_db`] has them.
+    /// Mean gain of the points' peaks, weighted by their amplitudes, dB, as [`PointFound::gain_db`] has them.
     pub gain_db: f64,
     /// Its standard error, dB.
     pub gain_sigma_db: f64,

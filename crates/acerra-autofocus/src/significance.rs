@@ -16,18 +16,22 @@ pub(crate) const LEAST_TO_FOLD: usize = 2;
 pub(crate) struct Gains {
     /// Of each point, dB.
     pub point_db: Vec<f64>,
-    /// Mean and its standard error, dB.
+    /// Mean, weighted by the points' amplitudes, and its standard error, dB.
     pub mean_db: f64,
     pub sigma_db: f64,
 }
 
 impl Gains {
-    fn of(point_db: Vec<f64>) -> Self {
+    /// Weighted by the points' amplitudes: clutter beside weak ones makes their peaks fluctuate.
+    fn of(point_db: Vec<f64>, power: &[f64]) -> Self {
+        let weight: Vec<f64> = power.iter().map(|p| p.sqrt()).collect();
+        let total = weight.iter().sum::<f64>().max(f64::MIN_POSITIVE);
+        let each = || point_db.iter().zip(&weight);
+        let mean_db = each().map(|(g, w)| g * w).sum::<f64>() / total;
+        let scatter: f64 = each().map(|(g, w)| (w * (g - mean_db)).powi(2)).sum();
         let count = point_db.len() as f64;
-        let mean_db = point_db.iter().sum::<f64>() / count;
-        let scatter: f64 = point_db.iter().map(|g| (g - mean_db).powi(2)).sum();
         let sigma_db = if count > 1.0 {
-            (scatter / (count * (count - 1.0))).sqrt()
+            (scatter * count / (count - 1.0)).sqrt() / total
         } else {
             0.0
         };
@@ -52,9 +56,9 @@ pub(crate) fn held_out_gains(
     let places = &fitted.model.places;
     let nominal = Model::nominal(problem.nominal_m.len(), places.clone());
     let before = peak_powers(problem, &nominal, places);
-    let whole = gains_db(&before, &peak_powers(problem, &fitted.model, places));
+    let power = peak_powers(problem, &fitted.model, places);
     if places.len() < LEAST_TO_FOLD {
-        return Ok(Gains::of(whole));
+        return Ok(Gains::of(gains_db(&before, &power), &power));
     }
     let mut point_db = vec![0.0; places.len()];
     for fold in 0..FOLDS {
@@ -67,5 +71,5 @@ pub(crate) fn held_out_gains(
             point_db[k] = gains[k];
         }
     }
-    Ok(Gains::of(point_db))
+    Ok(Gains::of(point_db, &power))
 }
