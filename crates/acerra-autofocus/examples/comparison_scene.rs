@@ -52,10 +52,7 @@ fn draw(seed: u64, errors: Errors) -> Draw {
     let found = scene.focus(&prior);
     let seconds = start.elapsed().as_secs_f64();
     let places = [&scene.nominal_m, &found.position_m];
-    let along = |t: &common::Target| {
-        let (_, [_, y_m]) = scene.peak(&found.position_m, t);
-        1e3 * (y_m - t.position_m[1]).abs()
-    };
+    let along = |t: &common::Target| 1e3 * scene.shift_along_m(&found.position_m, t);
     Draw {
         loss_db: places.map(|p| scene.loss_db(p)),
         slant_mm: places.map(|p| 1e3 * scene.slant_error_m(p)),

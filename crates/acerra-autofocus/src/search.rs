@@ -10,8 +10,8 @@ use crate::fit::{Problem, Stage};
 use crate::ground::PixelPlace;
 use crate::model::Model;
 
-/// Rounds of searching.
-const ROUNDS: usize = 4;
+/// Rounds of searching, by delays and by the coherent image.
+const ROUNDS: [usize; 2] = [4, 2];
 /// A round takes maxima down to this share of its greatest in power.
 const SHARE_OF_ROUND: f64 = 0.5;
 /// No maximum below this share of the first round's greatest in power is taken.
@@ -62,7 +62,7 @@ impl Search<'_> {
 
     fn rounds(&self, stage: Stage, mut model: Model) -> Result<Model, ImagingError> {
         let mut floor = None;
-        for _ in 0..ROUNDS {
+        for _ in 0..ROUNDS[usize::from(stage == Stage::Phase)] {
             self.problem.control.check()?;
             let map = match stage {
                 Stage::Envelope => self.without_phases(&model),

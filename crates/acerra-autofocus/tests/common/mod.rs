@@ -277,6 +277,13 @@ impl Scene {
         (power, [x, y])
     }
 
+    /// Distance along the track of a target's peaks with true and with other positions, m.
+    pub fn shift_along_m(&self, position_m: &[[f64; 3]], target: &Target) -> f64 {
+        let [(_, [_, right_m]), (_, [_, found_m])] =
+            [&self.true_m[..], position_m].map(|p| self.peak(p, target));
+        (found_m - right_m).abs()
+    }
+
     /// Mean loss of the targets' peaks against the true positions, dB.
     pub fn loss_db(&self, position_m: &[[f64; 3]]) -> f64 {
         let of =
