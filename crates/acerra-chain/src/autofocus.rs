@@ -3,9 +3,13 @@
 //! The prior is what the positions say of themselves: their standard deviations, trace by trace, and
 //! how long errors last.
 
+use std::f64::consts::PI;
+
 use acerra_autofocus::{AutofocusError, Autofocused, Correlation, Decision, PositionPrior};
 use acerra_geo::interpolate::Interpolated;
 use acerra_imaging::{ImagingError, PlaneGrid};
+use acerra_radar::Spectrum;
+use num_complex::Complex64;
 
 use crate::control::{Cancelled, Control};
 use crate::position::Positions;
@@ -131,6 +135,13 @@ impl Prepared {
             {
                 *height += old[2] - new[2];
             }
+            if correction.is_applied() {
+                shorten(
+                    &mut stated.spectrum,
+                    -correction.found.delay_m,
+                    stated.scene.light_speed_m_s,
+                );
+            }
             stated.aligned.position_m = correction.stated_m;
             stated.aligned.all = correction.stated;
             if !stated.aligned.sigma_m.is_empty() {
@@ -197,6 +208,11 @@ impl Prepared {
     }
 
     fn apply(&mut self, found: &Autofocused) {
+        shorten(
+            &mut self.spectrum,
+            found.delay_m,
+            self.scene.light_speed_m_s,
+        );
         let aligned = &mut self.aligned;
         let rises = found.position_m.iter().zip(&aligned.position_m);
         for (height, (new, old)) in aligned.height_m.iter_mut().zip(rises) {
@@ -214,6 +230,23 @@ impl Prepared {
                 place.covariance_m2 = Some(found.covariance_m2[m]);
             }
             before += track.traces_in_log;
+        }
+    }
+}
+
+/// Takes a range that all echoes have in common off them.
+fn shorten(spectrum: &mut Spectrum, range_m: f64, light_speed_m_s: f64) {
+    if range_m == 0.0 {
+        return;
+    }
+    let turn: Vec<Complex64> = spectrum
+        .frequency_hz
+        .iter()
+        .map(|f| Complex64::cis(4.0 * PI * f * range_m / light_speed_m_s))
+        .collect();
+    for pulse in spectrum.values.chunks_exact_mut(turn.len()) {
+        for (value, turn) in pulse.iter_mut().zip(&turn) {
+            *value *= turn;
         }
     }
 }
