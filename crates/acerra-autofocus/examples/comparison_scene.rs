@@ -56,7 +56,7 @@ fn draw(seed: u64, errors: Errors) -> Draw {
     Draw {
         loss_db: places.map(|p| scene.loss_db(p)),
         slant_mm: places.map(|p| 1e3 * scene.slant_error_m(p)),
-        along_mm: scene.targets.iter().map(along).fold(0.0, f64::max),
+        along_mm: scene.lone_targets().map(along).fold(0.0, f64::max),
         path_square: path_square(&scene, &found),
         place_square: place_square(&scene, &found),
         applied: found.decision == Decision::Applied,

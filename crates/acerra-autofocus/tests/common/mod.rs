@@ -277,6 +277,16 @@ impl Scene {
         (power, [x, y])
     }
 
+    /// Targets without another within 0.5 m, whose peaks cannot be taken for one another.
+    pub fn lone_targets(&self) -> impl Iterator<Item = &Target> {
+        let off = |a: &Target, b: &Target| {
+            (a.position_m[0] - b.position_m[0]).hypot(a.position_m[1] - b.position_m[1])
+        };
+        self.targets
+            .iter()
+            .filter(move |t| self.targets.iter().filter(|o| off(o, t) < 0.5).count() == 1)
+    }
+
     /// Distance along the track of a target's peaks with true and with other positions, m.
     pub fn shift_along_m(&self, position_m: &[[f64; 3]], target: &Target) -> f64 {
         let [(_, [_, right_m]), (_, [_, found_m])] =
