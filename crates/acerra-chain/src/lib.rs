@@ -40,6 +40,7 @@
 //! ```
 
 pub mod align;
+pub mod autofocus;
 pub mod calibrate;
 pub mod calibration;
 pub mod campaign;

@@ -7,6 +7,7 @@ use acerra_radar::Spectrum;
 use acerra_radar::align::OffsetLikelihood;
 
 use crate::align::{Aligned, Flight};
+use crate::autofocus::PathCorrection;
 use crate::calibration::{CalibrationOptions, TrackCalibration, TrackEchoes, calibrate};
 use crate::choices::{Background, Gate, Select};
 use crate::clean::{Cleaned, CleanedTraces, clean};
@@ -41,6 +42,8 @@ pub struct Prepared {
     pub aligned: Aligned,
     /// Their clean, calibrated spectra.
     pub spectrum: Spectrum,
+    /// What an autofocus found, where one was run.
+    pub correction: Option<PathCorrection>,
 }
 
 /// What is known of a track, beside its traces and spectra.
@@ -257,6 +260,7 @@ fn join(
         scene,
         aligned,
         spectrum: joined.ok_or(ChainError::NoTrack)?,
+        correction: None,
     })
 }
 

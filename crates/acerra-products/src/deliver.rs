@@ -4,13 +4,14 @@ use std::fs::File;
 use std::io::{BufWriter, Write};
 
 use acerra_geo::geodesy::EnuFrame;
+use acerra_geo::interpolate::Interpolated;
 use anyhow::Context;
 
 use crate::outcome::Outcome;
 use crate::report::report_page;
 use crate::run_record::{RunRecord, TargetsRecord};
 use crate::staging::Staging;
-use crate::{data, image_npz, maps, pictures, report_data};
+use crate::{correction, data, image_npz, maps, pictures, report_data};
 use acerra_chain::stages::Stages;
 use serde::Serialize;
 
@@ -34,7 +35,8 @@ pub fn deliver(outcome: &Outcome, staging: Staging, stages: &mut Stages) -> anyh
         image.0?;
         let image_png = image.1?;
         let (raw_png, clean_png) = radargrams?;
-        let more = pictures::of_stacks(outcome)?;
+        let mut more = correction::pictures(outcome)?;
+        more.extend(pictures::of_stacks(outcome)?);
         for (name, picture) in &more {
             staging.write(name, &picture.png)?;
         }
@@ -88,13 +90,35 @@ fn write_radargrams(outcome: &Outcome, staging: &Staging) -> anyhow::Result<(Vec
 }
 
 fn write_trajectory(outcome: &Outcome, staging: &Staging) -> anyhow::Result<()> {
-    let mut csv = buffered(staging, "trajectory.csv")?;
+    write_places(
+        outcome,
+        &outcome.prepared.aligned.all,
+        staging,
+        "trajectory.csv",
+    )?;
+    match &outcome.prepared.correction {
+        Some(correction) if correction.is_applied() => write_places(
+            outcome,
+            &correction.stated,
+            staging,
+            "trajectory-uncorrected.csv",
+        ),
+        _ => Ok(()),
+    }
+}
+
+fn write_places(
+    outcome: &Outcome,
+    places: &[Interpolated],
+    staging: &Staging,
+    name: &str,
+) -> anyhow::Result<()> {
+    let mut csv = buffered(staging, name)?;
     let positions = &outcome.prepared.first().positions;
-    let all = &outcome.prepared.aligned.all;
     let (frame, origin) = (positions.frame(), positions.time_origin());
-    acerra_geo::write::write_positions_csv(&mut csv, all, frame, origin)
+    acerra_geo::write::write_positions_csv(&mut csv, places, frame, origin)
         .and_then(|()| csv.flush())
-        .context("trajectory.csv: cannot write")
+        .with_context(|| format!("{name}: cannot write"))
 }
 
 fn buffered(staging: &Staging, name: &str) -> anyhow::Result<BufWriter<File>> {

@@ -7,6 +7,7 @@
 //! ```
 
 pub mod calibration;
+mod correction;
 mod cuts;
 pub mod data;
 pub mod deliver;
@@ -28,4 +29,4 @@ pub mod surveyed;
 mod uncertainty;
 
 pub use outcome::Outcome;
-pub use run::{NamedCampaign, RunError, process, run_campaign};
+pub use run::{NamedCampaign, RunError, RunRequest, process, run_campaign, run_campaign_with};

@@ -5,7 +5,8 @@ use std::path::Path;
 use serde_json::Value;
 
 /// Every file that a run may write into its directory; `data.zarr` is a directory.
-pub const PRODUCTS: [&str; 26] = [
+pub const PRODUCTS: [&str; 29] = [
+    "autofocus.png",
     "data.h5",
     "data.zarr",
     "image-complex.tfw",
@@ -14,6 +15,7 @@ pub const PRODUCTS: [&str; 26] = [
     "image-db.tif",
     "image-power.tfw",
     "image-power.tif",
+    "image-uncorrected.png",
     "image.kmz",
     "image.npz",
     "image.png",
@@ -27,6 +29,7 @@ pub const PRODUCTS: [&str; 26] = [
     "spectra.cphd",
     "targets.geojson",
     "targets.json",
+    "trajectory-uncorrected.csv",
     "trajectory.csv",
     "volume-front.png",
     "volume-side.png",

@@ -23,6 +23,8 @@ pub struct Outcome {
     pub prepared: Prepared,
     /// The image.
     pub focused: Focused,
+    /// The image with the positions as stated, where an autofocus corrected them.
+    pub uncorrected: Option<Focused>,
     /// What it shows.
     pub measured: Measurement,
     /// Heights of the geoid, where a grid is given.

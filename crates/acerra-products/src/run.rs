@@ -2,17 +2,21 @@
 
 use std::path::{Path, PathBuf};
 
+use acerra_chain::autofocus::AutofocusFailure;
 use acerra_chain::campaign::{Campaign, Contradictions};
 use acerra_chain::echoes::ImageError;
 use acerra_chain::evidence::{Evidence, Verdict};
 use acerra_chain::inputs::InputFile;
 use acerra_chain::measure::MeasureError;
 use acerra_chain::weigh::{weigh_image, weigh_prepared, weigh_unchecked};
-use acerra_chain::{Cancelled, ChainError, Control, ImageSink, Journal, Prepared};
+use acerra_chain::{
+    Cancelled, ChainError, Control, Focused, ImageRequest, ImageSink, Journal, MemorySink, Prepared,
+};
 use acerra_geo::geoid::{GeoidError, GeoidGrid};
 use acerra_radar::LoggedClock;
 use anyhow::Context;
 
+use crate::correction;
 use crate::data;
 use crate::deliver::deliver;
 use crate::maps::{self, earth_frame};
@@ -35,9 +39,44 @@ pub fn run_campaign(
     journal: &mut Journal,
     control: &Control<'_>,
 ) -> anyhow::Result<Outcome> {
+    run_campaign_with(
+        RunRequest {
+            file,
+            directory,
+            autofocus: false,
+        },
+        journal,
+        control,
+    )
+}
+
+/// A run asked for.
+#[derive(Clone, Copy, Debug)]
+pub struct RunRequest<'a> {
+    /// The campaign file.
+    pub file: &'a Path,
+    /// Where the products go.
+    pub directory: &'a Path,
+    /// Whether positions are corrected by autofocus, also where the campaign does not say so.
+    pub autofocus: bool,
+}
+
+/// The same as [`run_campaign`], with what the command line adds to the campaign.
+///
+/// # Errors
+/// As [`run_campaign`].
+pub fn run_campaign_with(
+    request: RunRequest<'_>,
+    journal: &mut Journal,
+    control: &Control<'_>,
+) -> anyhow::Result<Outcome> {
+    let RunRequest {
+        file, directory, ..
+    } = request;
     let at = || format!("{}", file.display());
     let text = std::fs::read_to_string(file).with_context(at)?;
-    let campaign = Campaign::parse(&text).with_context(at)?;
+    let mut campaign = Campaign::parse(&text).with_context(at)?;
+    campaign.autofocus.enabled |= request.autofocus;
     let folder = file.parent().unwrap_or_else(|| Path::new(""));
     let campaign = NamedCampaign {
         name: name_of_campaign(file),
@@ -71,6 +110,9 @@ pub enum RunError {
     /// A stage failed while imaging.
     #[error(transparent)]
     Image(#[from] ImageError),
+    /// The autofocus failed.
+    #[error(transparent)]
+    Autofocus(#[from] AutofocusFailure),
     /// A stage failed while measuring.
     #[error(transparent)]
     Measure(#[from] MeasureError),
@@ -131,7 +173,7 @@ pub fn process(
     let surveyed = read_survey(campaign.measure.survey.as_deref())?;
     let geoid = campaign.image.geoid.as_ref();
     let geoid = geoid.map(GeoidGrid::read).transpose()?;
-    let prepared = campaign.survey().prepare(journal, control)?;
+    let mut prepared = campaign.survey().prepare(journal, control)?;
     let campaign = campaign.with_found(&prepared);
     let request = campaign.image_request(prepared.scene.pixels.clone());
     journal
@@ -139,6 +181,11 @@ pub fn process(
         .into_iter()
         .for_each(|finding| journal.evidence.add(finding));
     refuse_contradictions(&campaign, &journal.evidence)?;
+    let uncorrected = if campaign.autofocus.enabled {
+        autofocus(&campaign, &mut prepared, &request, journal, control)?
+    } else {
+        None
+    };
     let focused = journal.stage("focus", |warnings| {
         warnings.extend(prepared.doubts(&request));
         prepared.image(&request, sink, control)
@@ -170,12 +217,47 @@ pub fn process(
         geoid,
         prepared,
         focused,
+        uncorrected,
         surveyed: compared(&surveyed, &measured.targets),
         measured,
         evidence: journal.evidence.clone(),
         unchecked,
         warnings: journal.warnings.said().to_vec(),
     })
+}
+
+/// Corrects the positions where that is significant; the image without the correction where it is
+/// made, of one plane alone.
+fn autofocus(
+    campaign: &Campaign,
+    prepared: &mut Prepared,
+    request: &ImageRequest,
+    journal: &mut Journal,
+    control: &Control<'_>,
+) -> Result<Option<Focused>, RunError> {
+    let options = (&campaign.autofocus).into();
+    let applied = journal.stage("focus", |_| {
+        let found = prepared.autofocus(&options, control)?;
+        Ok::<bool, RunError>(found.is_applied())
+    })?;
+    if let Some(found) = &prepared.correction {
+        correction::findings(found)
+            .into_iter()
+            .for_each(|finding| journal.evidence.add(finding));
+    }
+    if !applied || request.pixels.volume.is_some() {
+        return Ok(None);
+    }
+    let plain = ImageRequest {
+        looks: None,
+        ..request.clone()
+    };
+    let before = journal.stage("focus", |_| {
+        prepared
+            .as_stated()
+            .image(&plain, &mut MemorySink::default(), control)
+    })?;
+    Ok(Some(before))
 }
 
 /// What keeps heights above the geoid from being told, where something does.

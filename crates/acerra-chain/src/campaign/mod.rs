@@ -18,8 +18,9 @@ pub use crate::choices::{
 };
 pub use error::CampaignError;
 pub use sections::{
-    ChecksSection, Files, GnssSection, ImageSection, MeasureSection, PreprocessSection,
-    ProductsSection, RadarSection, TrackSection, TracksSection, TrajectorySection,
+    AutofocusSection, ChecksSection, Files, GnssSection, ImageSection, MeasureSection,
+    PreprocessSection, ProductsSection, RadarSection, TrackSection, TracksSection,
+    TrajectorySection,
 };
 
 /// A campaign, as its file states it and with every default filled in.
@@ -47,6 +48,9 @@ pub struct Campaign {
     /// The image.
     #[serde(default)]
     pub image: ImageSection,
+    /// Corrections of the positions from the echoes.
+    #[serde(default)]
+    pub autofocus: AutofocusSection,
     /// What counts as a target.
     #[serde(default)]
     pub measure: MeasureSection,

@@ -2,9 +2,12 @@
 
 use acerra_geo::geodesy::Geodetic;
 
-use super::sections::{GnssSection, ImageSection, MeasureSection, TrajectorySection};
+use super::sections::{
+    AutofocusSection, GnssSection, ImageSection, MeasureSection, TrajectorySection,
+};
 use super::{Campaign, TrackSection};
 use crate::align::AlignOptions;
+use crate::autofocus::AutofocusOptions;
 use crate::calibration::CalibrationOptions;
 use crate::choices::{Delay, HeightSource, Heights};
 use crate::clean::{CleanOptions, frequencies_hz};
@@ -225,6 +228,17 @@ impl ImageSection {
             overlap: self.look_overlap,
             taper: self.look_window,
         })
+    }
+}
+
+impl From<&AutofocusSection> for AutofocusOptions {
+    fn from(section: &AutofocusSection) -> Self {
+        Self {
+            sigma_m: section.sigma_m,
+            correlation_s: section.correlation_s,
+            delay_sigma_ns: section.delay_sigma_ns,
+            most_points: section.max_points,
+        }
     }
 }
 

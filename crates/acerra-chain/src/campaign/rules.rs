@@ -5,8 +5,8 @@ use std::fmt::Debug;
 use acerra_settings::{Rule, check};
 
 use super::sections::{
-    Files, GnssSection, ImageSection, MeasureSection, TrackSection, TracksSection,
-    TrajectorySection,
+    AutofocusSection, Files, GnssSection, ImageSection, MeasureSection, TrackSection,
+    TracksSection, TrajectorySection,
 };
 use super::{Campaign, CampaignError};
 use crate::choices::{Delay, Heights, Sum};
@@ -19,6 +19,7 @@ impl Campaign {
             check("track", &track_rules(track))?;
         }
         check("tracks", &tracks_rules(&self.tracks))?;
+        check("autofocus", &autofocus_rules(&self.autofocus))?;
         self.check_looks_and_volumes()?;
         for track in self.each_track() {
             track.check_one()?;
@@ -135,6 +136,38 @@ fn finite(values: &[f64]) -> bool {
 
 fn is_volume(image: &ImageSection) -> bool {
     matches!(image.z_m, Some(Heights::Range(_)))
+}
+
+fn autofocus_rules(autofocus: &AutofocusSection) -> [Rule; 4] {
+    let positive = |v: f64| v.is_finite() && v > 0.0;
+    let sigma_m = autofocus.sigma_m;
+    let delay = autofocus.delay_sigma_ns;
+    [
+        rule(
+            "sigma_m",
+            sigma_m.is_none_or(|s| s.iter().all(|v| positive(*v) && *v <= 100.0)),
+            "three standard deviations above 0 m, to 100 m",
+            sigma_m,
+        ),
+        rule(
+            "correlation_s",
+            autofocus.correlation_s.is_none_or(positive),
+            "a time above 0 s",
+            autofocus.correlation_s,
+        ),
+        rule(
+            "delay_sigma_ns",
+            delay.is_finite() && (0.0..=100.0).contains(&delay),
+            "0 ns to 100 ns",
+            delay,
+        ),
+        rule(
+            "max_points",
+            autofocus.max_points.is_none_or(|n| (1..=100).contains(&n)),
+            "1 to 100 points",
+            autofocus.max_points,
+        ),
+    ]
 }
 
 fn track_rules(track: &TrackSection) -> [Rule; 1] {

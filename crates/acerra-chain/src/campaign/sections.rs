@@ -80,6 +80,26 @@ pub struct TrackSection {
     pub phase_deg: f64,
 }
 
+/// `[autofocus]`: positions are corrected from the echoes of prominent points, where that is
+/// significant.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct AutofocusSection {
+    /// Whether positions are corrected; also by `acerra focus --autofocus`.
+    pub enabled: bool,
+    /// Standard deviations of the positions, east, north, up (metres); by default those that the
+    /// positions state.
+    pub sigma_m: Option<[f64; 3]>,
+    /// How long errors of the positions last, in seconds; by default two sampling intervals of the
+    /// positions, at least 0.25 s.
+    pub correlation_s: Option<f64>,
+    /// Standard deviation of the fast time at which range is zero, in nanoseconds: where it is above
+    /// 0, the estimate leaves it free.
+    pub delay_sigma_ns: f64,
+    /// Most points used; 24 by default.
+    pub max_points: Option<usize>,
+}
+
 /// `[checks]`: what becomes of a run that its own evidence contradicts.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema, Serialize)]
 #[serde(deny_unknown_fields, default)]

@@ -8,6 +8,7 @@
 //! campaign nor the stages. What contradicts makes a run fail unless the campaign says otherwise
 //! (`[checks] contradictions = "warn"`).
 
+mod autofocus;
 mod clock;
 mod delay;
 mod finding;
@@ -22,6 +23,7 @@ mod unchecked;
 
 use serde::Serialize;
 
+pub use autofocus::{AutofocusSeen, autofocus_correction, autofocus_gain, autofocus_sigma};
 pub use clock::{ClockSeen, clock_offset, clock_offset_sigma};
 pub use delay::{delay_before_zero, delay_sharpness};
 pub use finding::{Finding, Verdict};

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use acerra_chain::evidence::Verdict;
 use acerra_chain::{Control, Journal, Track};
 use acerra_products::run_record::RunRecord;
-use acerra_products::{Outcome, run_campaign};
+use acerra_products::{Outcome, RunRequest, run_campaign_with};
 
 use crate::interrupt::cancel_flag;
 use crate::progress::Bar;
@@ -26,6 +26,9 @@ pub struct Args {
     /// Directory for the products [default: CAMPAIGN-products beside the campaign file].
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
+    /// Correct the positions by autofocus where that is significant, as [autofocus] enabled does.
+    #[arg(long)]
+    autofocus: bool,
     /// Print run.json on standard output instead of a summary.
     #[arg(long)]
     json: bool,
@@ -48,7 +51,12 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
     let control = Control::default()
         .reporting_to(&*bar)
         .cancelled_by(cancel_flag());
-    let run = run_campaign(&args.campaign, &directory, &mut journal, &control);
+    let request = RunRequest {
+        file: &args.campaign,
+        directory: &directory,
+        autofocus: args.autofocus,
+    };
+    let run = run_campaign_with(request, &mut journal, &control);
     bar.clear();
     if run.is_err() || verbosity() == Verbosity::Quiet {
         // What was noticed helps to understand a failure as well.

@@ -1,0 +1,38 @@
+//! Errors of autofocus.
+
+use acerra_imaging::ImagingError;
+use thiserror::Error;
+
+/// Why an autofocus cannot be run on data.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum AutofocusError {
+    /// An array has another length than there are pulses.
+    #[error("{what}: expected {expected} values, one a pulse, found {found}")]
+    Length {
+        /// Which array.
+        what: &'static str,
+        /// Number of pulses.
+        expected: usize,
+        /// Length found.
+        found: usize,
+    },
+    /// A value that has no meaning.
+    #[error("{what}: value {index} is {found}, expected {expected}")]
+    OutOfRange {
+        /// Which quantity.
+        what: &'static str,
+        /// Index of the first such value.
+        index: usize,
+        /// What is allowed, in words.
+        expected: &'static str,
+        /// Value found.
+        found: f64,
+    },
+    /// Frequencies that are not evenly spaced.
+    #[error("frequency_hz: expected evenly spaced, rising frequencies")]
+    UnevenFrequencies,
+    /// Data or pixels that the imaging operators refuse, or cancellation.
+    #[error(transparent)]
+    Imaging(#[from] ImagingError),
+}

@@ -1,0 +1,88 @@
+//! Peaks of points in the coherent image, before and after a correction.
+
+use nalgebra::Vector3;
+use num_complex::Complex64;
+use rayon::prelude::*;
+
+use crate::fit::Problem;
+use crate::ground::PixelPlace;
+use crate::model::Model;
+
+/// How far about a point its peak is looked for (m).
+const NEARBY_M: f64 = 0.24;
+/// Step of the search, and of the last refinement (m).
+const STEP_M: f64 = 0.015;
+const LAST_STEP_M: f64 = 0.002;
+
+/// Power of each point's peak near these places, with the path of `model`.
+pub(crate) fn peak_powers(problem: &Problem, model: &Model, places: &[PixelPlace]) -> Vec<f64> {
+    let positions: Vec<Vector3<f64>> = model
+        .positions_m(problem.nominal_m)
+        .into_iter()
+        .map(Vector3::from)
+        .collect();
+    places
+        .par_iter()
+        .map(|place| peak_power(problem, &positions, model.delay_m, *place))
+        .collect()
+}
+
+fn peak_power(
+    problem: &Problem,
+    positions: &[Vector3<f64>],
+    delay_m: f64,
+    place: PixelPlace,
+) -> f64 {
+    let side_m = problem.ground.tangents_m(place).map(|t| t.norm().max(1e-9));
+    let power = |at: PixelPlace| {
+        let point = problem.ground.point_m(at);
+        let mut sum = Complex64::ZERO;
+        for (m, p) in positions.iter().enumerate() {
+            let range = (point - p).norm() + delay_m;
+            let turn = Complex64::cis(problem.template.carrier * range);
+            sum += problem.profiles.value(m, range) * turn;
+        }
+        sum.norm_sqr()
+    };
+    let shifted = |from: PixelPlace, i: i32, j: i32, step: f64| {
+        [
+            from[0] + f64::from(i) * step / side_m[0],
+            from[1] + f64::from(j) * step / side_m[1],
+        ]
+    };
+    let reach = (NEARBY_M / STEP_M) as i32;
+    let mut best = (0.0, place);
+    for j in -reach..=reach {
+        for i in -reach..=reach {
+            let at = shifted(place, i, j, STEP_M);
+            let p = power(at);
+            if p > best.0 {
+                best = (p, at);
+            }
+        }
+    }
+    let mut step = 0.5 * STEP_M;
+    while step >= LAST_STEP_M {
+        let centre = best.1;
+        for j in -1..=1 {
+            for i in -1..=1 {
+                let at = shifted(centre, i, j, step);
+                let p = power(at);
+                if p > best.0 {
+                    best = (p, at);
+                }
+            }
+        }
+        step *= 0.5;
+    }
+    best.0
+}
+
+/// Gains in dB of powers `after` over `before`.
+pub(crate) fn gains_db(before: &[f64], after: &[f64]) -> Vec<f64> {
+    before
+        .iter()
+        .zip(after)
+        .map(|(b, a)| 10.0 * (a.max(f64::MIN_POSITIVE) / b.max(f64::MIN_POSITIVE)).log10())
+        .collect()
+}

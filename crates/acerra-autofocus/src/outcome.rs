@@ -1,0 +1,64 @@
+//! What an autofocus found.
+
+use serde::Serialize;
+
+/// Whether a correction is applied, and why.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum Decision {
+    /// The correction is significant: points that took no part in it gained.
+    Applied,
+    /// No point stands out of the image.
+    NoPoints,
+    /// The positions' prior leaves nothing to correct.
+    NothingToCorrect,
+    /// Points that took no part in the correction did not gain significantly.
+    NotSignificant,
+    /// The correction is larger than the prior allows: the echoes do not move as fixed points would.
+    AgainstPrior,
+}
+
+/// A point that the correction rests on.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct PointFound {
+    /// `[x, y, z]`, m.
+    pub position_m: [f64; 3],
+    /// Posterior standard deviations along the image's columns and rows, m.
+    pub sigma_m: [f64; 2],
+    /// Rms of what is left of its range by phase, m.
+    pub residual_m: Option<f64>,
+    /// Gain of its peak by a correction that it took no part in, dB; by the correction itself where
+    /// there are too few points to leave some out.
+    pub gain_db: f64,
+}
+
+/// What an autofocus found.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Autofocused {
+    /// Whether [`Autofocused::position_m`] is corrected.
+    pub decision: Decision,
+    /// Positions to image with, `[M]`, m: corrected, or as stated where no correction is applied.
+    pub position_m: Vec<[f64; 3]>,
+    /// The estimated errors, true minus stated, `[M]`, m, applied or not.
+    pub correction_m: Vec<[f64; 3]>,
+    /// Their posterior standard deviations, `[M]`, m.
+    pub sigma_m: Vec<[f64; 3]>,
+    /// Their posterior covariances, `[M]`, m².
+    pub covariance_m2: Vec<[[f64; 3]; 3]>,
+    /// Range added to all echoes, m; 0 where the delay was taken as known.
+    pub delay_m: f64,
+    /// The points used.
+    pub points: Vec<PointFound>,
+    /// Mean gain of the points' peaks, weighted by their amplitudes, dB, as [`PointFound::gain_db`] has them.
+    pub gain_db: f64,
+    /// Its standard error, dB.
+    pub gain_sigma_db: f64,
+    /// Loss that the prior alone predicts at the points, dB, before any correction.
+    pub predicted_loss_db: f64,
+    /// Rms of the corrections in units of their prior deviations.
+    pub correction_in_sigmas: f64,
+    /// Posterior over prior variance along each axis, mean over the pulses: near 1 where the data do
+    /// not see an axis.
+    pub unobserved: [f64; 3],
+}

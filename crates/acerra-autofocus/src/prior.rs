@@ -1,0 +1,198 @@
+//! What is known of the positions' errors beforehand.
+
+use nalgebra::Matrix3;
+
+use crate::error::AutofocusError;
+
+/// How the error of a position resembles that of the next ones.
+///
+/// Distances are in the unit of [`PositionPrior::abscissa`]: seconds or metres.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum Correlation {
+    /// Each pulse has an error of its own.
+    White,
+    /// ρ(d) = e^{−d/ℓ}: a first-order Gauss–Markov process.
+    Exponential {
+        /// ℓ.
+        length: f64,
+    },
+    /// Matérn of order 3/2, ρ(d) = (1 + a) e^{−a}, a = √3 d/ℓ: continuous velocity.
+    Matern32 {
+        /// ℓ.
+        length: f64,
+    },
+    /// Matérn of order 5/2, ρ(d) = (1 + a + a²/3) e^{−a}, a = √5 d/ℓ: continuous acceleration.
+    Matern52 {
+        /// ℓ.
+        length: f64,
+    },
+}
+
+impl Correlation {
+    /// The Matérn 5/2 process with the curvature at 0 of errors that are white noise smoothed by a
+    /// Gaussian of this standard deviation, whose correlation is e^{−d²/(4s²)}.
+    #[must_use]
+    pub fn smoothed_by_gaussian(deviation: f64) -> Self {
+        Self::Matern52 {
+            length: deviation * (10.0_f64 / 3.0).sqrt(),
+        }
+    }
+
+    /// Order of the process as a Markov process, 0 for white errors, and its rate 1/length scale.
+    pub(crate) fn markov(self) -> (usize, f64) {
+        match self {
+            Self::White => (0, 0.0),
+            Self::Exponential { length } => (1, 1.0 / length),
+            Self::Matern32 { length } => (2, 3.0_f64.sqrt() / length),
+            Self::Matern52 { length } => (3, 5.0_f64.sqrt() / length),
+        }
+    }
+
+    /// Correlation of errors this far apart.
+    #[must_use]
+    pub fn at(self, distance: f64) -> f64 {
+        let (order, rate) = self.markov();
+        let a = rate * distance.abs();
+        match order {
+            0 => f64::from(u8::from(distance == 0.0)),
+            1 => (-a).exp(),
+            2 => (1.0 + a) * (-a).exp(),
+            _ => (1.0 + a + a * a / 3.0) * (-a).exp(),
+        }
+    }
+
+    pub(crate) fn check(self) -> Result<(), AutofocusError> {
+        match self {
+            Self::White => Ok(()),
+            Self::Exponential { length }
+            | Self::Matern32 { length }
+            | Self::Matern52 { length } => {
+                check_positive("correlation length", std::iter::once(length))
+            }
+        }
+    }
+}
+
+/// Prior of the errors of the antenna's positions: zero mean, this covariance at each pulse, and
+/// this correlation between pulses.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PositionPrior {
+    /// Covariance of each pulse's error, `[M]`, m², axes as the positions'.
+    pub covariance_m2: Vec<[[f64; 3]; 3]>,
+    /// Where each pulse stands on the axis of the correlation, `[M]`, not falling: seconds, or
+    /// metres of path.
+    pub abscissa: Vec<f64>,
+    /// Correlation between pulses.
+    pub correlation: Correlation,
+    /// Standard deviation of an error of range that all pulses and points share, m: the fast time
+    /// at which range is zero. 0 where it is known.
+    pub delay_sigma_m: f64,
+    /// Whether the errors are known to have neither mean nor trend over the abscissa. Otherwise those
+    /// that the echoes do not see follow from the others by the correlation.
+    pub without_trend: bool,
+}
+
+impl PositionPrior {
+    /// Independent axes of standard deviations `sigma_m`, `[M]` of `[x, y, z]`, and a known delay.
+    #[must_use]
+    pub fn of_deviations(sigma_m: &[[f64; 3]], abscissa: &[f64], correlation: Correlation) -> Self {
+        let diagonal = |s: &[f64; 3]| {
+            let mut c = [[0.0; 3]; 3];
+            (0..3).for_each(|i| c[i][i] = s[i] * s[i]);
+            c
+        };
+        Self {
+            covariance_m2: sigma_m.iter().map(diagonal).collect(),
+            abscissa: abscissa.to_vec(),
+            correlation,
+            delay_sigma_m: 0.0,
+            without_trend: false,
+        }
+    }
+
+    /// Refuses a prior that does not fit `pulses` pulses.
+    pub(crate) fn check(&self, pulses: usize) -> Result<(), AutofocusError> {
+        check_length("covariance_m2", pulses, self.covariance_m2.len())?;
+        check_length("abscissa", pulses, self.abscissa.len())?;
+        self.correlation.check()?;
+        let falls = |w: &[f64]| w[1] < w[0] || !w[0].is_finite() || !w[1].is_finite();
+        if let Some(index) = self.abscissa.windows(2).position(falls) {
+            return Err(AutofocusError::OutOfRange {
+                what: "abscissa",
+                index: index + 1,
+                expected: "a finite value not below the one before",
+                found: self.abscissa[index + 1],
+            });
+        }
+        let delay = self.delay_sigma_m;
+        if !(delay.is_finite() && delay >= 0.0) {
+            return Err(AutofocusError::OutOfRange {
+                what: "delay_sigma_m",
+                index: 0,
+                expected: "0 m or more",
+                found: delay,
+            });
+        }
+        self.factors().map(|_| ())
+    }
+
+    /// Lower Cholesky factor L of each covariance, C = L Lᵀ.
+    pub(crate) fn factors(&self) -> Result<Vec<Matrix3<f64>>, AutofocusError> {
+        self.covariance_m2
+            .iter()
+            .enumerate()
+            .map(|(index, c)| factor(c).ok_or_else(|| not_a_covariance(index, c)))
+            .collect()
+    }
+}
+
+/// Lower factor of a covariance that may be singular; none where it is no covariance.
+fn factor(c: &[[f64; 3]; 3]) -> Option<Matrix3<f64>> {
+    let trace = c[0][0] + c[1][1] + c[2][2];
+    let symmetric = Matrix3::from_fn(|i, j| 0.5 * (c[i][j] + c[j][i]));
+    if !symmetric.iter().all(|v| v.is_finite()) || (0..3).any(|i| c[i][i] < 0.0) {
+        return None;
+    }
+    if trace == 0.0 {
+        return Some(Matrix3::zeros());
+    }
+    let jitter = Matrix3::identity() * (1e-12 * trace);
+    nalgebra::Cholesky::new(symmetric + jitter).map(|f| f.l())
+}
+
+fn not_a_covariance(index: usize, c: &[[f64; 3]; 3]) -> AutofocusError {
+    AutofocusError::OutOfRange {
+        what: "covariance_m2",
+        index,
+        expected: "a finite, positive semidefinite matrix",
+        found: c[0][0].min(c[1][1]).min(c[2][2]),
+    }
+}
+
+fn check_length(what: &'static str, expected: usize, found: usize) -> Result<(), AutofocusError> {
+    if expected == found {
+        Ok(())
+    } else {
+        Err(AutofocusError::Length {
+            what,
+            expected,
+            found,
+        })
+    }
+}
+
+fn check_positive(
+    what: &'static str,
+    mut values: impl Iterator<Item = f64>,
+) -> Result<(), AutofocusError> {
+    match values.find(|v| !(v.is_finite() && *v > 0.0)) {
+        None => Ok(()),
+        Some(found) => Err(AutofocusError::OutOfRange {
+            what,
+            index: 0,
+            expected: "a finite value above 0",
+            found,
+        }),
+    }
+}

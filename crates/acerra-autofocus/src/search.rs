@@ -1,0 +1,246 @@
+//! Prominent points: found one after another in images of what the ones before leave.
+
+use acerra_imaging::{
+    Complex32, Complex64, ImagingError, ImagingPlan, PlanOptions, PulseArrays, Pulses, Spreading,
+};
+use nalgebra::Vector3;
+use rayon::prelude::*;
+
+use crate::fit::{Problem, Stage};
+use crate::ground::PixelPlace;
+use crate::model::Model;
+
+/// Rounds of searching, by delays and by the coherent image.
+const ROUNDS: [usize; 2] = [4, 2];
+/// A round takes maxima down to this share of its greatest in power.
+const SHARE_OF_ROUND: f64 = 0.5;
+/// No maximum below this share of the first round's greatest in power is taken.
+const SHARE_OF_ALL: f64 = 0.02;
+/// Maxima rise above the image's median by at least so many median deviations.
+const LEAST_RISE: f64 = 8.0;
+/// Points stand at least so many range resolutions apart.
+const APART_CELLS: f64 = 3.0;
+/// Most pulses that an image without phases sums.
+const MOST_PULSES: usize = 400;
+
+/// Images of what is left, for the search.
+#[derive(Clone, Copy)]
+pub(crate) struct Search<'a> {
+    pub problem: Problem<'a>,
+    pub pulses: Pulses<'a>,
+    pub most_points: usize,
+}
+
+/// Powers on some of the pixels.
+struct PowerMap {
+    power: Vec<f64>,
+    columns: usize,
+    stride: usize,
+}
+
+impl Search<'_> {
+    /// Points and the path's first estimate, by delays alone.
+    pub fn by_envelopes(&self) -> Result<Model, ImagingError> {
+        self.rounds(
+            Stage::Envelope,
+            Model::nominal(self.pulses.len(), Vec::new()),
+        )
+    }
+
+    /// Points on top of those of `model`, with the path it has, by the coherent image.
+    pub fn by_phases(&self, model: Model) -> Result<Model, ImagingError> {
+        self.rounds(Stage::Phase, model)
+    }
+
+    /// The objective for noise of this variance with the price of each point's three parameters
+    /// (Bayesian information criterion): models of different points are compared by it.
+    pub fn penalised(&self, model: &Model, noise: f64) -> f64 {
+        let samples = (self.pulses.len() * self.pulses.frequency_hz().len()) as f64;
+        let price = 3.0 * model.places.len() as f64 * samples.ln();
+        self.problem.objective(model, Stage::Phase, noise) + price
+    }
+
+    fn rounds(&self, stage: Stage, mut model: Model) -> Result<Model, ImagingError> {
+        let mut floor = None;
+        for _ in 0..ROUNDS[usize::from(stage == Stage::Phase)] {
+            self.problem.control.check()?;
+            let map = match stage {
+                Stage::Envelope => self.without_phases(&model),
+                Stage::Phase => self.with_phases(&model)?,
+            };
+            let maxima = self.maxima(&map, &mut floor);
+            let before = model.places.len();
+            self.add(&mut model, &maxima);
+            if model.places.len() == before {
+                break;
+            }
+            let guides = vec![true; model.places.len()];
+            model = self.problem.fit(model, stage, &guides, Some(2))?.model;
+            self.tidy(&mut model);
+        }
+        Ok(model)
+    }
+
+    /// Σ_m |b_m(R)|² of what the points leave.
+    fn without_phases(&self, model: &Model) -> PowerMap {
+        let problem = &self.problem;
+        let ranges = problem.ranges_m(model);
+        let histories = problem.histories(model);
+        let carrier = problem.template.carrier;
+        let echoes: Vec<Vec<(f64, Complex64)>> = histories
+            .pulses
+            .iter()
+            .zip(&ranges)
+            .map(|(pulse, ranges)| {
+                let of = |(e, r): (&crate::echoes::Echo, &f64)| {
+                    (*r, e.amplitude * Complex64::cis(-carrier * r))
+                };
+                pulse.echoes.iter().zip(ranges).map(of).collect()
+            })
+            .collect();
+        let powers = problem.profiles.powers_without(&echoes, problem.template);
+        let positions = model.positions_m(problem.nominal_m);
+        let every = positions.len().div_ceil(MOST_PULSES);
+        let grid = problem.ground.grid();
+        let pixel_m = problem.ground.tangents_m([0.0; 2]).map(|t| t.norm());
+        let finest_m = pixel_m[0].max(pixel_m[1]).max(1e-9);
+        let stride = ((0.5 * problem.template.cell_m / finest_m) as usize).max(1);
+        let columns = grid.columns().div_ceil(stride);
+        let rows = grid.rows().div_ceil(stride);
+        let power = (0..rows * columns)
+            .into_par_iter()
+            .map(|index| {
+                let point = grid.point_m(stride * (index % columns), stride * (index / columns));
+                let point = Vector3::from(point);
+                let of = |m: usize| {
+                    let range = (point - Vector3::from(positions[m])).norm() + model.delay_m;
+                    powers.at(m, range)
+                };
+                (0..positions.len()).step_by(every).map(of).sum()
+            })
+            .collect();
+        PowerMap {
+            power,
+            columns,
+            stride,
+        }
+    }
+
+    /// Power of the coherent image of what the points leave.
+    fn with_phases(&self, model: &Model) -> Result<PowerMap, ImagingError> {
+        let problem = &self.problem;
+        let positions = model.positions_m(problem.nominal_m);
+        let spectrum = self.residual_spectra(model);
+        let left = Pulses::new(PulseArrays {
+            position_m: &positions,
+            frequency_hz: self.pulses.frequency_hz(),
+            spectrum: &spectrum,
+            weight: self.pulses.weight(),
+            light_speed_m_s: self.pulses.light_speed_m_s(),
+        })?;
+        let options = PlanOptions::default()
+            .with_accuracy(1e-2)
+            .with_spreading(Spreading::None)
+            .with_check_pixels(16);
+        let grid = problem.ground.grid();
+        let plan = ImagingPlan::with_control(left, grid, &options, problem.control)?;
+        let mut image = vec![Complex32::ZERO; plan.pixels()];
+        plan.run(&mut image, problem.control)?;
+        Ok(PowerMap {
+            power: image.iter().map(|v| f64::from(v.norm_sqr())).collect(),
+            columns: grid.columns(),
+            stride: 1,
+        })
+    }
+
+    /// The spectra less the echoes of points of one phase, moved to zero delay.
+    fn residual_spectra(&self, model: &Model) -> Vec<Complex64> {
+        let problem = &self.problem;
+        let ranges = problem.ranges_m(model);
+        let amplitudes = problem.histories(model).coherent();
+        let template = problem.template;
+        let n = template.wavenumber.len();
+        let mut spectrum = self.pulses.spectrum().to_vec();
+        spectrum.par_chunks_mut(n).enumerate().for_each(|(m, row)| {
+            for (k, range) in ranges[m].iter().enumerate() {
+                let amplitude = amplitudes.phase[k] * amplitudes.modulus[m][k];
+                for ((e, kappa), s) in row
+                    .iter_mut()
+                    .zip(&template.wavenumber)
+                    .zip(&template.spectrum)
+                {
+                    *e -= amplitude * s * Complex64::cis(-(template.carrier + kappa) * range);
+                }
+            }
+            for (e, kappa) in row.iter_mut().zip(&template.wavenumber) {
+                *e *= Complex64::cis((template.carrier + kappa) * model.delay_m);
+            }
+        });
+        spectrum
+    }
+
+    /// Maxima of a map that stand out, strongest first.
+    fn maxima(&self, map: &PowerMap, floor: &mut Option<f64>) -> Vec<PixelPlace> {
+        let rows = map.power.len() / map.columns;
+        let mut sorted = map.power.clone();
+        sorted.sort_by(f64::total_cmp);
+        let median = sorted[sorted.len() / 2];
+        let mut deviations: Vec<f64> = sorted.iter().map(|p| (p - median).abs()).collect();
+        deviations.sort_by(f64::total_cmp);
+        let spread = deviations[deviations.len() / 2];
+        let greatest = sorted[sorted.len() - 1] - median;
+        let first = *floor.get_or_insert(greatest);
+        let least = (LEAST_RISE * spread)
+            .max(SHARE_OF_ROUND * greatest)
+            .max(SHARE_OF_ALL * first);
+        let at = |i: usize, j: usize| map.power[j * map.columns + i];
+        let mut found: Vec<(f64, PixelPlace)> = Vec::new();
+        for j in 0..rows {
+            for i in 0..map.columns {
+                let own = at(i, j);
+                if own - median < least {
+                    continue;
+                }
+                let higher = (j.saturating_sub(1)..(j + 2).min(rows)).any(|b| {
+                    (i.saturating_sub(1)..(i + 2).min(map.columns)).any(|a| at(a, b) > own)
+                });
+                if !higher {
+                    let place = [i, j].map(|v| (v * map.stride) as f64);
+                    found.push((own, place));
+                }
+            }
+        }
+        found.sort_by(|a, b| b.0.total_cmp(&a.0));
+        found.into_iter().map(|(_, place)| place).collect()
+    }
+
+    fn add(&self, model: &mut Model, maxima: &[PixelPlace]) {
+        let ground = &self.problem.ground;
+        let apart_m = APART_CELLS * self.problem.template.cell_m;
+        for place in maxima {
+            if model.places.len() >= self.most_points {
+                break;
+            }
+            let point = ground.point_m(*place);
+            let is_apart = |p: &PixelPlace| (ground.point_m(*p) - point).norm() > apart_m;
+            if model.places.iter().all(is_apart) {
+                model.places.push(*place);
+            }
+        }
+    }
+
+    /// Drops points that left the pixels or came to stand on a stronger one.
+    pub fn tidy(&self, model: &mut Model) {
+        let ground = &self.problem.ground;
+        let apart_m = self.problem.template.cell_m;
+        let mut kept: Vec<PixelPlace> = Vec::new();
+        for place in &model.places {
+            let point = ground.point_m(*place);
+            let is_apart = |p: &PixelPlace| (ground.point_m(*p) - point).norm() > apart_m;
+            if ground.holds(*place) && kept.iter().all(is_apart) {
+                kept.push(*place);
+            }
+        }
+        model.places = kept;
+    }
+}

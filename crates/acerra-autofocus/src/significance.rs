@@ -1,0 +1,75 @@
+//! Whether a correction is real: points that took no part in it must gain.
+
+use acerra_imaging::ImagingError;
+
+use crate::fit::{Fitted, Problem, Stage};
+use crate::gain::{gains_db, peak_powers};
+use crate::model::Model;
+
+/// Parts that the points are dealt into; each is left out of one estimate.
+const FOLDS: usize = 2;
+/// Points from which some can be left out.
+pub(crate) const LEAST_TO_FOLD: usize = 2;
+
+/// Gain of the points' peaks.
+#[derive(Clone, Debug)]
+pub(crate) struct Gains {
+    /// Of each point, dB.
+    pub point_db: Vec<f64>,
+    /// Mean, weighted by the points' amplitudes, and its standard error, dB.
+    pub mean_db: f64,
+    pub sigma_db: f64,
+}
+
+impl Gains {
+    /// Weighted by the points' amplitudes: clutter beside weak ones makes their peaks fluctuate.
+    fn of(point_db: Vec<f64>, power: &[f64]) -> Self {
+        let weight: Vec<f64> = power.iter().map(|p| p.sqrt()).collect();
+        let total = weight.iter().sum::<f64>().max(f64::MIN_POSITIVE);
+        let each = || point_db.iter().zip(&weight);
+        let mean_db = each().map(|(g, w)| g * w).sum::<f64>() / total;
+        let scatter: f64 = each().map(|(g, w)| (w * (g - mean_db)).powi(2)).sum();
+        let count = point_db.len() as f64;
+        let sigma_db = if count > 1.0 {
+            (scatter * count / (count - 1.0)).sqrt() / total
+        } else {
+            0.0
+        };
+        Self {
+            point_db,
+            mean_db,
+            sigma_db,
+        }
+    }
+}
+
+/// Gain of each point by the estimate of the other points alone; of the whole estimate where there
+/// are too few points.
+///
+/// `start` is where the estimates begin, before phases were used.
+pub(crate) fn held_out_gains(
+    problem: &Problem,
+    start: &Model,
+    stages: &[Stage],
+    fitted: &Fitted,
+) -> Result<Gains, ImagingError> {
+    let places = &fitted.model.places;
+    let nominal = Model::nominal(problem.nominal_m.len(), places.clone());
+    let before = peak_powers(problem, &nominal, places);
+    let power = peak_powers(problem, &fitted.model, places);
+    if places.len() < LEAST_TO_FOLD {
+        return Ok(Gains::of(gains_db(&before, &power), &power));
+    }
+    let mut point_db = vec![0.0; places.len()];
+    for fold in 0..FOLDS {
+        let guides: Vec<bool> = (0..places.len()).map(|k| k % FOLDS != fold).collect();
+        let begin = start.with_places(places.clone());
+        let alone = problem.fit_through(begin, stages, &guides)?;
+        let after = peak_powers(problem, &alone.model, places);
+        let gains = gains_db(&before, &after);
+        for k in (0..places.len()).filter(|k| !guides[*k]) {
+            point_db[k] = gains[k];
+        }
+    }
+    Ok(Gains::of(point_db, &power))
+}

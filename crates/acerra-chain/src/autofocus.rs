@@ -1,0 +1,263 @@
+//! Autofocus: the places of the traces from the echoes of prominent points, between `clean` and `focus`.
+//!
+//! The prior is what the positions say of themselves: their standard deviations, trace by trace, and
+//! how long errors last.
+
+use std::f64::consts::PI;
+
+use acerra_autofocus::{AutofocusError, Autofocused, Correlation, Decision, PositionPrior};
+use acerra_geo::interpolate::Interpolated;
+use acerra_imaging::{ImagingError, PlaneGrid};
+use acerra_radar::Spectrum;
+use num_complex::Complex64;
+
+use crate::control::{Cancelled, Control};
+use crate::position::Positions;
+use crate::prepare::{Prepared, Track};
+use crate::sharpen::coarse;
+
+/// Pixels in which points are looked for, at most.
+const MOST_PIXELS: f64 = 400_000.0;
+/// Errors last at least so long by default (s).
+const LEAST_CORRELATION_S: f64 = 0.25;
+/// Errors last so many sampling intervals of the positions by default: what is interpolated between
+/// two epochs has the errors of both.
+const CORRELATED_SAMPLES: f64 = 2.0;
+/// Time between tracks on the axis of the prior: their errors are independent (s).
+const BETWEEN_TRACKS_S: f64 = 1e6;
+
+/// Parameters of the autofocus.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct AutofocusOptions {
+    /// Standard deviations of the places, east, north, up (m); by default those that the positions
+    /// state.
+    pub sigma_m: Option<[f64; 3]>,
+    /// How long errors last (s): the length of a Matérn process of order 3/2; by default two sampling
+    /// intervals of the positions, at least 0.25 s.
+    pub correlation_s: Option<f64>,
+    /// Standard deviation of the fast time at which range is zero (ns); known by default.
+    pub delay_sigma_ns: f64,
+    /// Most points used.
+    pub most_points: Option<usize>,
+}
+
+/// What the autofocus of a survey found.
+#[derive(Clone, Debug)]
+pub struct PathCorrection {
+    /// Corrections with their deviations, and whether they are applied.
+    pub found: Autofocused,
+    /// Places of the imaged traces as the positions have them (m).
+    pub stated_m: Vec<[f64; 3]>,
+    /// The places of all traces as the positions have them.
+    pub stated: Vec<Interpolated>,
+    /// Standard deviations before, one a trace (m).
+    pub prior_sigma_m: Vec<[f64; 3]>,
+    /// How long errors were taken to last (s).
+    pub correlation_s: f64,
+}
+
+impl PathCorrection {
+    /// Whether the image is made with corrected places.
+    #[must_use]
+    pub fn is_applied(&self) -> bool {
+        self.found.decision == Decision::Applied
+    }
+}
+
+/// Why there is no autofocus.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum AutofocusFailure {
+    /// The caller asked to stop.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+    /// Nothing says how good the positions are.
+    #[error(
+        "[autofocus] sigma_m: expected standard deviations of the positions, here or in the trajectory, \
+         found none"
+    )]
+    NoDeviations,
+    /// Data that it refuses.
+    #[error("[autofocus]: {0}")]
+    Refused(AutofocusError),
+}
+
+impl From<AutofocusError> for AutofocusFailure {
+    fn from(error: AutofocusError) -> Self {
+        match error {
+            AutofocusError::Imaging(ImagingError::Cancelled) => Self::Cancelled(Cancelled),
+            error => Self::Refused(error),
+        }
+    }
+}
+
+impl Prepared {
+    /// Estimates the errors of the places from the echoes, and corrects the places where that is
+    /// significant. What the positions had stays in [`Prepared::correction`].
+    ///
+    /// # Errors
+    /// Positions without deviations, data that are refused, cancellation.
+    pub fn autofocus(
+        &mut self,
+        options: &AutofocusOptions,
+        control: &Control<'_>,
+    ) -> Result<&PathCorrection, AutofocusFailure> {
+        let (prior, correlation_s) = self.position_prior(options)?;
+        let prior_sigma_m = prior
+            .covariance_m2
+            .iter()
+            .map(|c| [0, 1, 2].map(|i| c[i][i].sqrt()))
+            .collect();
+        let found = self.estimate(&prior, options, control)?;
+        let correction = PathCorrection {
+            stated_m: self.aligned.position_m.clone(),
+            stated: self.aligned.all.clone(),
+            prior_sigma_m,
+            correlation_s,
+            found,
+        };
+        if correction.is_applied() {
+            self.apply(&correction.found);
+        }
+        Ok(self.correction.insert(correction))
+    }
+
+    /// The same with the places as the positions have them.
+    #[must_use]
+    pub fn as_stated(&self) -> Self {
+        let mut stated = self.clone();
+        if let Some(correction) = stated.correction.take() {
+            for (height, (old, new)) in stated
+                .aligned
+                .height_m
+                .iter_mut()
+                .zip(correction.stated_m.iter().zip(&self.aligned.position_m))
+            {
+                *height += old[2] - new[2];
+            }
+            if correction.is_applied() {
+                shorten(
+                    &mut stated.spectrum,
+                    -correction.found.delay_m,
+                    stated.scene.light_speed_m_s,
+                );
+            }
+            stated.aligned.position_m = correction.stated_m;
+            stated.aligned.all = correction.stated;
+            if !stated.aligned.sigma_m.is_empty() {
+                stated.aligned.sigma_m = correction.prior_sigma_m;
+            }
+        }
+        stated
+    }
+
+    fn estimate(
+        &self,
+        prior: &PositionPrior,
+        options: &AutofocusOptions,
+        control: &Control<'_>,
+    ) -> Result<Autofocused, AutofocusFailure> {
+        let mut limits = acerra_autofocus::AutofocusOptions::default();
+        if let Some(most) = options.most_points {
+            limits.most_points = most;
+        }
+        let refused = |error: ImagingError| AutofocusFailure::from(AutofocusError::from(error));
+        let weight = vec![1.0; self.aligned.position_m.len()];
+        let pulses = self.echoes().pulses(&weight).map_err(refused)?;
+        let imaging = control.silent_imaging();
+        let pixels = &self.scene.pixels;
+        let found = match &pixels.surface {
+            Some(surface) => {
+                acerra_autofocus::autofocus(pulses, &**surface, prior, &limits, imaging)
+            }
+            None => {
+                let grid: PlaneGrid = coarse(pixels.grid, MOST_PIXELS).map_err(refused)?;
+                acerra_autofocus::autofocus(pulses, grid, prior, &limits, imaging)
+            }
+        };
+        Ok(found?)
+    }
+
+    /// The prior of the places' errors, and how long they last (s).
+    fn position_prior(
+        &self,
+        options: &AutofocusOptions,
+    ) -> Result<(PositionPrior, f64), AutofocusFailure> {
+        let traces = self.aligned.position_m.len();
+        let sigma_m = match options.sigma_m {
+            Some(stated) => vec![stated; traces],
+            None if self.aligned.sigma_m.len() == traces => self.aligned.sigma_m.clone(),
+            None => return Err(AutofocusFailure::NoDeviations),
+        };
+        let correlation_s = options
+            .correlation_s
+            .unwrap_or_else(|| self.tracks.iter().map(lasting_s).fold(0.0, f64::max));
+        let mut abscissa = Vec::with_capacity(traces);
+        for track in &self.tracks {
+            let own = &self.aligned.time_s[track.range.clone()];
+            let start = own.first().copied().unwrap_or(0.0);
+            let before = abscissa.last().map_or(0.0, |last| last + BETWEEN_TRACKS_S);
+            abscissa.extend(own.iter().map(|t| before + t - start));
+        }
+        let correlation = Correlation::Matern32 {
+            length: correlation_s,
+        };
+        let mut prior = PositionPrior::of_deviations(&sigma_m, &abscissa, correlation);
+        prior.delay_sigma_m = 0.5 * self.scene.light_speed_m_s * 1e-9 * options.delay_sigma_ns;
+        Ok((prior, correlation_s))
+    }
+
+    fn apply(&mut self, found: &Autofocused) {
+        shorten(
+            &mut self.spectrum,
+            found.delay_m,
+            self.scene.light_speed_m_s,
+        );
+        let aligned = &mut self.aligned;
+        let rises = found.position_m.iter().zip(&aligned.position_m);
+        for (height, (new, old)) in aligned.height_m.iter_mut().zip(rises) {
+            *height += new[2] - old[2];
+        }
+        aligned.position_m.clone_from(&found.position_m);
+        if !aligned.sigma_m.is_empty() {
+            aligned.sigma_m.clone_from(&found.sigma_m);
+        }
+        let mut before = 0;
+        for track in &self.tracks {
+            for m in track.range.clone() {
+                let place = &mut aligned.all[before + aligned.traces[m]];
+                place.position_m = found.position_m[m];
+                place.covariance_m2 = Some(found.covariance_m2[m]);
+            }
+            before += track.traces_in_log;
+        }
+    }
+}
+
+/// Takes a range that all echoes have in common off them.
+fn shorten(spectrum: &mut Spectrum, range_m: f64, light_speed_m_s: f64) {
+    if range_m == 0.0 {
+        return;
+    }
+    let turn: Vec<Complex64> = spectrum
+        .frequency_hz
+        .iter()
+        .map(|f| Complex64::cis(4.0 * PI * f * range_m / light_speed_m_s))
+        .collect();
+    for pulse in spectrum.values.chunks_exact_mut(turn.len()) {
+        for (value, turn) in pulse.iter_mut().zip(&turn) {
+            *value *= turn;
+        }
+    }
+}
+
+/// How long errors of a track's positions last, from how often there is one (s).
+fn lasting_s(track: &Track) -> f64 {
+    let interval_s = match &track.positions {
+        Positions::Trajectory(trajectory) => trajectory.sample_interval_s(),
+        Positions::PerTrace(_) => None,
+    };
+    interval_s
+        .map_or(0.0, |interval| CORRELATED_SAMPLES * interval)
+        .max(LEAST_CORRELATION_S)
+}

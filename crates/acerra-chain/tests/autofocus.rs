@@ -1,0 +1,87 @@
+//! A flight whose trajectory sways unseen: what an autofocus in the chain corrects, and keeps.
+#![allow(clippy::unwrap_used)] // a test that cannot go on has failed
+
+use acerra_chain::autofocus::{AutofocusFailure, AutofocusOptions};
+use acerra_chain::clean::CleanOptions;
+use acerra_chain::{
+    Control, ImageRequest, Journal, MemorySink, Prepared, Recording, Scene, prepare,
+};
+use acerra_geo::trajectory::{Fix, Frame, TimeOrigin, Trajectory};
+use acerra_imaging::{PlaneGrid, SPEED_OF_LIGHT_M_S};
+use acerra_radar::{Radargram, Samples};
+
+const TARGETS_M: [[f64; 2]; 4] = [[-1.0, 2.5], [0.4, 3.6], [1.2, 2.0], [-0.2, 1.6]];
+
+/// 6 s at 1 m/s along x, 4 m up; the true height sways by 15 mm.
+fn prepared() -> Prepared {
+    let t_s: Vec<f64> = (0..121).map(|k| 0.05 * f64::from(k)).collect();
+    let place = |t: f64, sway_m: f64| {
+        [
+            t - 3.0,
+            0.0,
+            4.0 + sway_m * (std::f64::consts::TAU * t / 2.3).sin(),
+        ]
+    };
+    let echo = |t: f64, n: i32| -> f32 {
+        let [x, y, z] = place(t, 0.015);
+        let of = |q: &[f64; 2]| {
+            let range_m = (x - q[0]).hypot(y - q[1]).hypot(z);
+            let s = 61e-12 * f64::from(n) - 2.0 * range_m / SPEED_OF_LIGHT_M_S;
+            (-(s / 0.3e-9).powi(2)).exp() * (std::f64::consts::TAU * 4e9 * s).cos()
+        };
+        TARGETS_M.iter().map(of).sum::<f64>() as f32
+    };
+    let samples = t_s.iter().flat_map(|t| (0..800).map(move |n| echo(*t, n)));
+    let samples = Samples::Real(samples.collect());
+    let fixes = t_s.iter().map(|t| Fix::new(*t, place(*t, 0.0)));
+    let trajectory = Trajectory::new(Frame::Local, TimeOrigin::Relative, fixes.collect()).unwrap();
+    let radargram = Radargram::new(t_s.clone(), 0.0, 61e-12, samples).unwrap();
+    let flight = Recording::new("flight", radargram, trajectory).clean_by(CleanOptions::none());
+    let grid = PlaneGrid::from_ranges([-2.0, 2.0], [1.0, 4.5], 0.0, 0.02).unwrap();
+    let (calibration, control) = (Default::default(), Control::default());
+    let scene = Scene::plane(grid);
+    prepare(
+        vec![flight],
+        scene,
+        &calibration,
+        &mut Journal::default(),
+        &control,
+    )
+    .unwrap()
+}
+
+fn peak(prepared: &Prepared) -> f32 {
+    let request = ImageRequest::on(prepared.scene.pixels.clone());
+    let control = Control::default();
+    let focused = prepared
+        .image(&request, &mut MemorySink::default(), &control)
+        .unwrap();
+    focused.image.iter().map(|v| v.norm()).fold(0.0, f32::max)
+}
+
+#[test]
+fn an_unseen_sway_is_corrected_and_the_stated_places_are_kept() {
+    let mut flown = prepared();
+    let before = peak(&flown);
+    let stated_m = flown.aligned.position_m.clone();
+    let options = AutofocusOptions {
+        sigma_m: Some([0.01; 3]),
+        correlation_s: Some(0.7),
+        ..AutofocusOptions::default()
+    };
+    let found = flown.autofocus(&options, &Control::default()).unwrap();
+    assert!(found.is_applied(), "{:?}", found.found.decision);
+    let after = peak(&flown);
+    assert!(20.0 * (after / before).log10() > 0.5, "{before} to {after}");
+    assert_ne!(flown.aligned.position_m, stated_m);
+    let restored = flown.as_stated();
+    assert_eq!(restored.aligned.position_m, stated_m);
+    assert!((peak(&restored) / before - 1.0).abs() < 1e-4);
+}
+
+#[test]
+fn positions_without_deviations_are_refused() {
+    let mut flown = prepared();
+    let refused = flown.autofocus(&AutofocusOptions::default(), &Control::default());
+    assert!(matches!(refused, Err(AutofocusFailure::NoDeviations)));
+}

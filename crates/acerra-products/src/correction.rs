@@ -1,0 +1,108 @@
+//! What a run with autofocus shows beside the others: findings, the image as stated, the corrections.
+
+use acerra_autofocus::Decision;
+use acerra_chain::autofocus::PathCorrection;
+use acerra_chain::evidence::{
+    AutofocusSeen, Finding, autofocus_correction, autofocus_gain, autofocus_sigma,
+};
+use acerra_figure::{Axis, FigureError, ImageDb, LinePlot, PixelValues, Series};
+
+use crate::display::WINDOW;
+use crate::outcome::Outcome;
+use crate::report::Picture;
+
+/// The findings of an autofocus.
+#[must_use]
+pub fn findings(correction: &PathCorrection) -> Vec<Finding> {
+    let found = &correction.found;
+    let seen = match found.decision {
+        Decision::Applied => AutofocusSeen::Applied,
+        Decision::NoPoints => AutofocusSeen::NoPoints,
+        Decision::AgainstPrior => AutofocusSeen::AgainstPrior,
+        _ => AutofocusSeen::NotSignificant,
+    };
+    let points = found.points.len();
+    let mut findings = vec![autofocus_gain(
+        seen,
+        found.gain_db,
+        found.gain_sigma_db,
+        points,
+    )];
+    if points > 0 {
+        findings.push(autofocus_correction(found.correction_in_sigmas));
+    }
+    if correction.is_applied() {
+        let square = |s: &[f64; 3]| s.iter().map(|v| v * v).sum::<f64>();
+        let count = found.sigma_m.len().max(1) as f64;
+        let mean = found.sigma_m.iter().map(square).sum::<f64>() / count;
+        findings.push(autofocus_sigma(mean.sqrt(), found.unobserved));
+    }
+    findings
+}
+
+/// The image as the positions have it and the corrections, with the names of their files; none where
+/// no correction is applied.
+///
+/// # Errors
+/// Pictures too large to hold.
+pub fn pictures(outcome: &Outcome) -> Result<Vec<(String, Picture)>, FigureError> {
+    let (Some(correction), Some(before)) = (&outcome.prepared.correction, &outcome.uncorrected)
+    else {
+        return Ok(Vec::new());
+    };
+    let grid = &before.pixels.grid;
+    let mut figure = ImageDb::new(
+        format!("Image without autofocus {}", before.pixels.describe()),
+        PixelValues::Complex(&before.image),
+        grid.nx,
+        grid.ny,
+    )
+    .at(grid.x0_m, grid.y0_m, grid.pixel_m);
+    figure.window = WINDOW;
+    let found = &correction.found;
+    let image = Picture {
+        png: figure.draw()?.to_png()?,
+        alt: "The image made with the positions as stated".to_owned(),
+        caption: format!(
+            "The image with the positions as they were stated. Points that took no part in the correction \
+             gain {:.2} ± {:.2} dB by it.",
+            found.gain_db, found.gain_sigma_db
+        ),
+    };
+    Ok(vec![
+        ("image-uncorrected.png".to_owned(), image),
+        (
+            "autofocus.png".to_owned(),
+            corrections(correction, outcome)?,
+        ),
+    ])
+}
+
+/// Corrections along the flight with their deviations.
+fn corrections(correction: &PathCorrection, outcome: &Outcome) -> Result<Picture, FigureError> {
+    let found = &correction.found;
+    let time_s = &outcome.prepared.aligned.time_s;
+    let of = |values: &[[f64; 3]], axis: usize| -> Vec<f64> {
+        values.iter().map(|v| 1e3 * v[axis]).collect()
+    };
+    let moved: Vec<Vec<f64>> = (0..3).map(|a| of(&found.correction_m, a)).collect();
+    let sigma: Vec<Vec<f64>> = (0..3).map(|a| of(&found.sigma_m, a)).collect();
+    let mut plot = LinePlot::new(
+        "Corrections of the positions",
+        Axis::new("radar time", "s"),
+        Axis::new("correction", "mm"),
+    );
+    for (axis, name) in ["east", "north", "up"].into_iter().enumerate() {
+        let series = Series::line(name, time_s, &moved[axis]).band(&sigma[axis]);
+        plot = plot.with(series);
+    }
+    Ok(Picture {
+        png: plot.draw()?.to_png()?,
+        alt: "Corrections of the positions east, north and up along the flight".to_owned(),
+        caption: format!(
+            "Corrections by autofocus with bands of one posterior standard deviation; errors were taken to \
+             last {:.2} s. trajectory-uncorrected.csv has the positions as stated.",
+            correction.correlation_s
+        ),
+    })
+}
