@@ -4,9 +4,10 @@
 //! orthonormal U and V and a lower bidiagonal B_k (Golub & Kahan 1965; Paige & Saunders 1982, LSQR).
 //! The singular values of B_k approach those of L that the data hold.
 //!
-//! Every new left vector is orthogonalised twice against all before it. The right vectors then stay
-//! orthogonal as well (Simon & Zha 2000; Barlow 2013), and none but the last is kept: data are far
-//! shorter than scenes, and V_k c = L⁺ U_k B_k⁻ᵀ c takes one more adjoint.
+//! Every new left vector is orthogonalised twice against all before it, so that B Bᵀ = U⁺ L L⁺ U holds to
+//! rounding (one-sided reorthogonalisation: Simon & Zha 2000, Barlow 2013). Solutions are formed of the
+//! left vectors, σ = V Bᵀ z = L⁺ U z − α v z with ‖σ‖ = ‖Bᵀ z‖: of the right vectors, of the size of a
+//! scene, only the last is kept, at the price of one more adjoint at the end.
 
 use crate::error::{InvertError, check_length};
 use crate::operator::LinearOperator;
@@ -139,7 +140,8 @@ impl<'o, L: LinearOperator + ?Sized> Bidiagonalization<'o, L> {
         &self.left
     }
 
-    /// L⁺ Σ zᵢ uᵢ: the scene of a solution given by its `coefficients` over the left vectors.
+    /// V_k B_kᵀ z, the scene of a solution given by its `coefficients` z over the left vectors:
+    /// L⁺ U_{k+1} z less its part along v_{k+1}, which the Krylov space does not hold yet.
     ///
     /// # Errors
     /// Those of the operator, cancellation.
@@ -152,8 +154,16 @@ impl<'o, L: LinearOperator + ?Sized> Bidiagonalization<'o, L> {
         for (z, left) in coefficients.iter().zip(&self.left) {
             add_scaled(&mut data, Complex64::new(*z, 0.0), left);
         }
-        self.operator.adjoint(&data, &mut self.right, control)?;
-        Ok(self.right)
+        self.operator.adjoint(&data, &mut self.scratch, control)?;
+        let (alpha, z) = (self.alpha.last(), coefficients.get(self.order()));
+        if let (Some(alpha), Some(z), false) = (alpha, z, self.is_exhausted) {
+            add_scaled(
+                &mut self.scratch,
+                Complex64::new(-alpha * z, 0.0),
+                &self.right,
+            );
+        }
+        Ok(self.scratch)
     }
 
     /// A measure of ‖L‖ so far.

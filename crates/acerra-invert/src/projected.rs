@@ -19,20 +19,18 @@ pub enum Filter {
 }
 
 impl Filter {
-    /// f(s), and f(s)/s without division by zero.
-    fn at(self, s: f64) -> (f64, f64) {
+    /// f(s)/s².
+    fn over_power(self, s: f64) -> f64 {
         match self {
-            Self::Truncated { least } if s >= least && s > 0.0 => (1.0, s.recip()),
-            Self::Truncated { .. } => (0.0, 0.0),
-            Self::Tikhonov { mu } => {
-                let power = s * s + mu * mu;
-                if power > 0.0 {
-                    (s * s / power, s / power)
-                } else {
-                    (0.0, 0.0)
-                }
-            }
+            Self::Truncated { least } if s >= least && s > 0.0 => (s * s).recip(),
+            Self::Truncated { .. } => 0.0,
+            Self::Tikhonov { mu } => (s * s + mu * mu).max(f64::MIN_POSITIVE).recip(),
         }
+    }
+
+    /// f(s).
+    fn at(self, s: f64) -> f64 {
+        s * s * self.over_power(s)
     }
 }
 
@@ -54,7 +52,7 @@ pub struct Projected {
 pub struct SmallSolution {
     /// Coefficients over the right vectors; their norm is the solution's.
     pub right: Vec<f64>,
-    /// Coefficients z over the left vectors with σ = L⁺ Σ zᵢ uᵢ.
+    /// Coefficients z over the left vectors with σ = V Bᵀ z.
     pub left: Vec<f64>,
     /// ‖σ‖².
     pub power: f64,
@@ -124,14 +122,13 @@ impl Projected {
             parameters: 0.0,
         };
         for (i, (s, data)) in self.singular.iter().zip(&self.data).enumerate() {
-            let (f, inverse) = filter.at(*s);
-            if f == 0.0 {
+            let z = filter.over_power(*s) * data;
+            if z == 0.0 {
                 continue;
             }
-            let c = inverse * data;
-            solution.parameters += f;
+            let c = s * z;
+            solution.parameters += filter.at(*s);
             solution.power += c * c;
-            let z = c / s;
             for (j, right) in solution.right.iter_mut().enumerate() {
                 *right += c * self.right[(i, j)];
             }
@@ -149,7 +146,7 @@ impl Projected {
         let rest = (self.data_power - held).max(0.0);
         let left = self.singular.iter().zip(&self.data);
         rest + left
-            .map(|(s, g)| ((1.0 - filter.at(*s).0) * g).powi(2))
+            .map(|(s, g)| ((1.0 - filter.at(*s)) * g).powi(2))
             .sum::<f64>()
     }
 }

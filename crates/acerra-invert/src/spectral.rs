@@ -119,7 +119,7 @@ pub fn solve_spectral<L: LinearOperator + ?Sized>(
     control: Control,
 ) -> Result<SpectralSolution, InvertError> {
     check(options)?;
-    let steps = options.max_iterations.min(operator.pixels());
+    let steps = options.max_iterations.min(operator.samples());
     let memory_bytes = bidiagonalization_bytes(operator, steps);
     if memory_bytes > options.memory_limit_bytes {
         return Err(InvertError::TooLarge {

@@ -115,16 +115,20 @@ fn truncated_svd_narrows_the_point_and_says_what_it_costs() {
         regularization: Regularization::Truncation {
             threshold_db: -20.0,
         },
+        tolerance: 0.05,
         ..SpectralOptions::default()
     };
     let mut found = solve_spectral(&even, &data, &options, Control::default()).unwrap();
-    assert_eq!(found.history.stop, Stop::Converged);
+    assert_eq!(found.history.stop, Stop::Converged, "{:?}", found.history);
     even.scene_from(&mut found.scene);
     let after = response(&found.scene);
-    assert!(
-        after.across_3db_m.unwrap() < 0.9 * before.across_3db_m.unwrap(),
-        "{before:?} {after:?}"
-    );
+    // Whitening the spectrum narrows the main lobe both ways.
+    for (after, before) in [
+        (after.along_3db_m, before.along_3db_m),
+        (after.across_3db_m, before.across_3db_m),
+    ] {
+        assert!(after.unwrap() < before.unwrap(), "{before:?} {after:?}");
+    }
     assert!(after.displacement_m < 0.02, "{after:?}");
     assert!(after.main_share > before.main_share, "{before:?} {after:?}");
 }
