@@ -56,7 +56,7 @@ pub fn measure_noise(
         .zip(flight.root_weight())
     {
         let cells = ((far_m - near_m) / cell_m).floor();
-        if *root <= 0.0 || !(cells >= 1.0) || cells > 1e5 {
+        if *root <= 0.0 || !(1.0..1e5).contains(&cells) {
             continue;
         }
         pulses += 1;
