@@ -4,7 +4,7 @@
 //! orthonormal U and V and a lower bidiagonal B_k (Golub & Kahan 1965; Paige & Saunders 1982, LSQR).
 //! The singular values of B_k approach those of L that the data hold.
 //!
-//! Every new left vector is orthogonalised twice against all before it, so that B Bᵀ = U⁺ L L⁺ U holds to
+//! Every new left vector is orthogonalised against all before it, so that B Bᵀ = U⁺ L L⁺ U holds to
 //! rounding (one-sided reorthogonalisation: Simon & Zha 2000, Barlow 2013). Solutions are formed of the
 //! left vectors, σ = V Bᵀ z = L⁺ U z − α v z with ‖σ‖ = ‖Bᵀ z‖: of the right vectors, of the size of a
 //! scene, only the last is kept, at the price of one more adjoint at the end.
@@ -16,6 +16,9 @@ use acerra_imaging::{Complex64, Control};
 
 /// A new basis vector this small beside the matrix ends the Krylov space.
 const BREAKDOWN: f64 = 1e-13;
+
+/// A pass that leaves more than this share of a vector needs no second.
+const ENOUGH: f64 = 0.7;
 
 /// A bidiagonalisation in progress.
 pub struct Bidiagonalization<'o, L: ?Sized> {
@@ -75,12 +78,7 @@ impl<'o, L: LinearOperator + ?Sized> Bidiagonalization<'o, L> {
         control.check()?;
         let mut left = vec![Complex64::ZERO; self.operator.samples()];
         self.operator.forward(&self.right, &mut left, control)?;
-        for _ in 0..2 {
-            for before in self.left.iter().rev() {
-                let part = inner(before, &left);
-                add_scaled(&mut left, -part, before);
-            }
-        }
+        self.orthogonalise(&mut left);
         let beta = norm(&left);
         self.beta.push(beta);
         if beta <= BREAKDOWN * self.scale() {
@@ -102,6 +100,24 @@ impl<'o, L: LinearOperator + ?Sized> Bidiagonalization<'o, L> {
         scale(&mut self.scratch, alpha.recip());
         std::mem::swap(&mut self.scratch, &mut self.right);
         Ok(true)
+    }
+
+    /// Takes the part of the basis off `left`: by the recurrence, by a pass over all of it, and by a second one
+    /// where the first took much (Kahan's "twice is enough", Parlett 1998).
+    fn orthogonalise(&self, left: &mut [Complex64]) {
+        if let (Some(alpha), Some(last)) = (self.alpha.last(), self.left.last()) {
+            add_scaled(left, Complex64::new(-alpha, 0.0), last);
+        }
+        for _ in 0..2 {
+            let before = norm(left);
+            for basis in self.left.iter().rev() {
+                let part = inner(basis, left);
+                add_scaled(left, -part, basis);
+            }
+            if norm(left) > ENOUGH * before {
+                break;
+            }
+        }
     }
 
     /// Steps done, the order k of B_k.

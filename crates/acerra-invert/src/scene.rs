@@ -9,6 +9,7 @@ use acerra_imaging::{
     Complex32, Complex64, Control, Engine, Forward, ImageGrid, ImagingPlan, PlanOptions,
     SurfaceGrid, TiltedGrid, VolumeGrid,
 };
+use std::sync::OnceLock;
 
 /// Random pixels on which the adjoint of every application checks itself.
 const CHECK_PIXELS: usize = 48;
@@ -51,6 +52,8 @@ pub struct SceneOperator<'a> {
     forwards: Vec<Modelled<'a>>,
     options: PlanOptions,
     pixels: usize,
+    /// The engine of the first adjoint, taken by all others.
+    engine: OnceLock<Engine>,
 }
 
 /// The forward operator of one grid.
@@ -99,6 +102,7 @@ impl<'a> SceneOperator<'a> {
             grids,
             forwards,
             options,
+            engine: OnceLock::new(),
         })
     }
 
@@ -149,15 +153,18 @@ impl<'a> SceneOperator<'a> {
         let mut image = vec![Complex32::ZERO; grid.len()];
         for factor in RELAXED {
             let accuracy = (self.options.accuracy * factor).min(WORST_ACCURACY);
+            let engine = self.engine.get().copied();
             let options = self
                 .options
                 .with_accuracy(accuracy)
-                .with_check_pixels(CHECK_PIXELS);
+                .with_check_pixels(CHECK_PIXELS)
+                .with_engine(engine.unwrap_or(self.options.engine));
             let plan = ImagingPlan::with_control(pulses, grid, &options, control)?;
             if plan.engine() == Engine::Reference && self.options.engine != Engine::Reference {
                 continue;
             }
             plan.run(&mut image, control)?;
+            let _ = self.engine.set(plan.engine());
             for (wide, narrow) in out.iter_mut().zip(&image) {
                 *wide = Complex64::new(f64::from(narrow.re), f64::from(narrow.im));
             }
