@@ -22,6 +22,9 @@ use std::path::{Path, PathBuf};
 
 const C: f64 = 3e8;
 
+/// Ghosts below this are zeros of a sparse scene, dB.
+const NOTHING_DB: f64 = -100.0;
+
 /// The methods of the page.
 const METHODS: [&str; 6] = [
     "adjoint",
@@ -255,7 +258,7 @@ fn table(cases: &[(String, Case)]) -> String {
                 number(of(|r| r.across_3db_m), 3),
                 number(of(|r| Some(r.displacement_m)), 3),
                 number(of(|r| r.artefact_db), 1),
-                number((!is_below).then_some(ghost), 1),
+                number((!is_below && ghost > NOTHING_DB).then_some(ghost), 1),
                 number(of(|r| Some(r.peak)), 3),
             );
         }

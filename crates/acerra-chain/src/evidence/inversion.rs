@@ -69,6 +69,28 @@ pub fn inversion_residual(seen: &InversionSeen) -> Option<Finding> {
     )))
 }
 
+/// An adjoint's ghost or sidelobe this close to the point itself leaves the choice between them to noise, dB.
+const AMBIGUOUS_DB: f64 = -1.0;
+
+/// Doubts a solution where the adjoint images a single point about as strongly elsewhere: `adjoint_db` is the
+/// greatest value beside the point, at the strongest target.
+#[must_use]
+pub fn inversion_ambiguity(adjoint_db: f64) -> Finding {
+    let (verdict, meaning) = if adjoint_db > AMBIGUOUS_DB {
+        (
+            Verdict::Doubtful,
+            "the flight cannot tell these places apart, so that the method's choice of one (of the side of a \
+             straight track) is arbitrary: look at the adjoint, or fly a second track beside this one",
+        )
+    } else {
+        (Verdict::Agrees, "the flight tells these places apart")
+    };
+    Finding::judged("inversion_ambiguity", adjoint_db, "dB", verdict).because(format!(
+        "a point at the strongest target is seen by the adjoint at another place as well, {adjoint_db:.1} dB \
+         relative to it: {meaning} ([image] method)"
+    ))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -88,6 +110,8 @@ mod tests {
         assert_eq!(verdict(0.12, Some(0.1)), Some(Verdict::Agrees));
         assert_eq!(verdict(0.05, Some(0.1)), Some(Verdict::Doubtful));
         assert_eq!(verdict(0.05, None), None);
+        assert_eq!(inversion_ambiguity(-0.2).verdict, Verdict::Doubtful);
+        assert_eq!(inversion_ambiguity(-6.0).verdict, Verdict::Agrees);
         let converged = |is_converged| inversion_converged(&seen(0.1, None, is_converged)).verdict;
         assert_eq!(converged(true), Verdict::Agrees);
         assert_eq!(converged(false), Verdict::Doubtful);

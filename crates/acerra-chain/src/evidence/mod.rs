@@ -32,7 +32,7 @@ pub use geometry::{
     scan_spacing, wavenumber_span,
 };
 pub use image::{ImageContrast, contrast};
-pub use inversion::{InversionSeen, inversion_converged, inversion_residual};
+pub use inversion::{InversionSeen, inversion_ambiguity, inversion_converged, inversion_residual};
 pub use positions::{
     AltimeterSeen, base_position, flight_height, focusing_loss, lever_arm_heading,
     lever_arm_length, radar_height, surface_height, trajectory_coverage,

@@ -1,9 +1,11 @@
 //! Findings on how the scene was solved for.
 
-use crate::evidence::{Finding, InversionSeen, inversion_converged, inversion_residual};
+use crate::evidence::{
+    Finding, InversionSeen, inversion_ambiguity, inversion_converged, inversion_residual,
+};
 use crate::focus::Focused;
 
-/// Convergence, and the residual beside the noise; nothing of an adjoint.
+/// Convergence, the residual beside the noise, and what the flight cannot tell apart; nothing of an adjoint.
 pub(super) fn weigh(focused: &Focused) -> Vec<Finding> {
     let Some(record) = &focused.inversion else {
         return Vec::new();
@@ -14,7 +16,10 @@ pub(super) fn weigh(focused: &Focused) -> Vec<Finding> {
         residual: record.residual,
         noise: record.noise.map(|noise| noise.expected_residual),
     };
+    let at_strongest = record.resolution.first().and_then(|point| point.adjoint);
+    let beside_db = at_strongest.and_then(|response| response.artefact_db);
     std::iter::once(inversion_converged(&seen))
         .chain(inversion_residual(&seen))
+        .chain(beside_db.map(inversion_ambiguity))
         .collect()
 }
