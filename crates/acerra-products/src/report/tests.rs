@@ -92,6 +92,7 @@ fn full() -> ReportData {
             .unwrap()
     };
     ReportData {
+        inversion: None,
         title: "Track 2 of the campaign of 9 July".to_owned(),
         summary: "331 traces of a P440 at 10 m over two corner reflectors, positioned by PPK and \
                   focused on the ground plane."
