@@ -388,7 +388,7 @@ mod tests {
                 format!("{tracks}[tracks]\nsum = 'incoherent'\n{image}method = 'cgls'\n"),
                 "all tracks explain one scene",
             ),
-            (format!("{GOOD}method = 'svd'\n"), "line 7, column 10"),
+            (format!("{GOOD}method = 'svd'\n"), "line 8, column 10"),
             (
                 format!("{GOOD}[image.inversion]\nthreshold_db = 3\n"),
                 "[image.inversion] threshold_db",
