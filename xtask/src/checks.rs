@@ -108,7 +108,7 @@ fn other_processor(runner: &Runner) -> anyhow::Result<()> {
 /// Writes the validation book anew: every table and picture of docs/validation.
 pub fn book(runner: &Runner) -> anyhow::Result<()> {
     let pages = runner.root.join("docs/validation").display().to_string();
-    let write = "cargo test --release --locked -p acerra -p acerra-gnss -- --ignored \
+    let write = "cargo test --release --locked -p acerra -p acerra-gnss -p acerra-invert -- --ignored \
                  validation_book validation_ppk";
     runner.run(&Step::new("validation book", &words(write)).with("ACERRA_DOCS", pages))
 }

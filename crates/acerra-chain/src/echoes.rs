@@ -5,6 +5,7 @@ use std::ops::Range;
 use acerra_imaging::{
     Complex32, ImagingPlan, PlanOptions, PlaneGrid, PulseArrays, Pulses, Spreading,
 };
+use acerra_invert::InvertError;
 use acerra_radar::Spectrum;
 
 use crate::align::Aligned;
@@ -49,6 +50,19 @@ pub enum ImageError {
     LooksOfTracks {
         /// How many there are.
         tracks: usize,
+    },
+    /// The scene cannot be solved for.
+    #[error("[image] method: {0}")]
+    Inversion(InvertError),
+    /// A method that does not make what else is asked for.
+    #[error("[image] method = \"{method}\": expected {expected}, found {found}")]
+    Method {
+        /// The method.
+        method: &'static str,
+        /// What it needs.
+        expected: &'static str,
+        /// What else is asked for.
+        found: &'static str,
     },
     /// Anything else that the imaging operators refuse.
     #[error(transparent)]
@@ -124,6 +138,16 @@ impl From<ImagingError> for ImageError {
         match error {
             ImagingError::Cancelled => Self::Cancelled(Cancelled),
             error => Self::Imaging(error),
+        }
+    }
+}
+
+impl From<InvertError> for ImageError {
+    fn from(error: InvertError) -> Self {
+        if error.is_cancelled() {
+            Self::Cancelled(Cancelled)
+        } else {
+            Self::Inversion(error)
         }
     }
 }

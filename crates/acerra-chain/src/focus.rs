@@ -7,6 +7,8 @@ use acerra_imaging::{Complex32, ImagingPlan, IncidenceWeight, PlanOptions};
 use crate::choices::{Sum, Weight};
 use crate::control::Control;
 use crate::echoes::{Echoes, ImageError, contributions, plan_on, run_plan};
+use crate::inversion::options::InversionOptions;
+use crate::inversion::record::InversionRecord;
 use crate::looks::{LookInput, LookOptions, Multilook, image_looks};
 use crate::memory::available_memory_bytes;
 use crate::pixels::Pixels;
@@ -26,6 +28,8 @@ pub struct FocusOptions {
     pub sum: Sum,
     /// Random pixels on which each plan checks itself against Eq. (3) in double precision.
     pub check_pixels: usize,
+    /// Whether the adjoint is the image, or the scene is solved for, and how.
+    pub inversion: InversionOptions,
 }
 
 impl Default for FocusOptions {
@@ -36,6 +40,7 @@ impl Default for FocusOptions {
             incidence: None,
             sum: Sum::Coherent,
             check_pixels: PlanOptions::default().check_pixels,
+            inversion: InversionOptions::default(),
         }
     }
 }
@@ -79,7 +84,8 @@ impl ImageRequest {
 #[derive(Clone, Debug)]
 pub struct Focused {
     /// The sum of Eq. (3), row-major `[ny, nx]`, row 0 at the smallest y. Of tracks summed by power
-    /// its modulus; of a volume the value of greatest modulus along z.
+    /// its modulus; of a volume the value of greatest modulus along z. Of a scene that was solved for
+    /// its reflectivity, as [`InversionRecord::meaning`] says.
     pub image: Vec<Complex32>,
     /// Where its pixels are; of a volume with the heights of those values.
     pub pixels: Pixels,
@@ -95,6 +101,8 @@ pub struct Focused {
     pub multilook: Option<Multilook>,
     /// Maximum projections of a volume.
     pub projections: Option<Projections>,
+    /// How the scene was solved for, where it was.
+    pub inversion: Option<InversionRecord>,
 }
 
 impl Focused {
@@ -141,6 +149,7 @@ pub fn focus(
             checked_error: made.run.checked_error,
             multilook: None,
             projections: Some(made.projections),
+            inversion: None,
         });
     }
     if request.looks.is_some() && parts.len() > 1 {
@@ -174,12 +183,13 @@ pub fn focus(
         checked_error: made.summary.checked_error,
         multilook,
         projections: None,
+        inversion: None,
     })
 }
 
 /// The tracks' parts of the pulses in `wanted`, counted from its first; tracks without any are left
 /// out.
-fn parts_within(parts: &[Range<usize>], wanted: &Range<usize>) -> Vec<Range<usize>> {
+pub(crate) fn parts_within(parts: &[Range<usize>], wanted: &Range<usize>) -> Vec<Range<usize>> {
     let within = |part: &Range<usize>| {
         let from = part.start.max(wanted.start);
         let to = part.end.min(wanted.end);
@@ -188,7 +198,7 @@ fn parts_within(parts: &[Range<usize>], wanted: &Range<usize>) -> Vec<Range<usiz
     parts.iter().filter_map(within).collect()
 }
 
-fn plan_options(options: &FocusOptions) -> PlanOptions {
+pub(crate) fn plan_options(options: &FocusOptions) -> PlanOptions {
     let default = PlanOptions::default();
     let limit_bytes = default.memory_limit_bytes;
     default

@@ -57,6 +57,7 @@ pub mod focus;
 pub mod gate;
 pub mod ground;
 pub mod inputs;
+pub mod inversion;
 mod journal;
 pub mod looks;
 pub mod measure;

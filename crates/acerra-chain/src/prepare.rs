@@ -19,6 +19,8 @@ use crate::elevation::check_elevation;
 use crate::error::ChainError;
 use crate::focus::{Focused, ImageRequest, focus};
 use crate::ground::{Scene, SceneError};
+use crate::inversion::image::{InversionInput, invert};
+use crate::inversion::options::Method;
 use crate::journal::Journal;
 use crate::measure::{MeasureError, MeasureOptions, measure};
 use crate::offset::OffsetSearch;
@@ -308,6 +310,41 @@ impl Prepared {
         }
     }
 
+    /// Nearest and farthest range that the cleaned data of every trace hold (m).
+    #[must_use]
+    pub fn ranges_held_m(&self) -> Vec<[f64; 2]> {
+        let of = |track: &Track| self.ranges_held_by_m(track);
+        self.tracks.iter().flat_map(of).collect()
+    }
+
+    /// The same of one track: those of the recorded window and the gate, or without bounds of spectra.
+    #[must_use]
+    pub fn ranges_held_by_m(&self, track: &Track) -> Vec<[f64; 2]> {
+        let half_speed_m_s = 0.5 * self.scene.light_speed_m_s;
+        let heights_m = &self.aligned.height_m[track.range.clone()];
+        let Some(traces) = &track.cleaned else {
+            return vec![[0.0, f64::INFINITY]; heights_m.len()];
+        };
+        let window_s = [
+            traces.clean.fast_time_start_s,
+            traces.clean.fast_time_end_s(),
+        ];
+        let held_s = |height_m: &f64| match traces.gate_s {
+            None => window_s,
+            Some([start_s, end_s]) => {
+                let surface_s = height_m / half_speed_m_s;
+                [
+                    window_s[0].max(surface_s + start_s),
+                    window_s[1].min(surface_s + end_s),
+                ]
+            }
+        };
+        heights_m
+            .iter()
+            .map(|height_m| held_s(height_m).map(|time_s| time_s.max(0.0) * half_speed_m_s))
+            .collect()
+    }
+
     /// What is doubtful about an image before it is made.
     #[must_use]
     pub fn doubts(&self, request: &ImageRequest) -> Warnings {
@@ -344,7 +381,16 @@ impl Prepared {
             .iter()
             .map(|track| track.range.clone())
             .collect();
-        focus(self.echoes(), &parts, request, sink, control)
+        if request.options.inversion.method == Method::Adjoint {
+            return focus(self.echoes(), &parts, request, sink, control);
+        }
+        let held_m = self.ranges_held_m();
+        let input = InversionInput {
+            echoes: self.echoes(),
+            parts: &parts,
+            held_m: &held_m,
+        };
+        invert(input, request, sink, control)
     }
 
     /// Finds and measures the targets of an image.

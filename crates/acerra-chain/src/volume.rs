@@ -70,13 +70,48 @@ pub(crate) fn image_volume(
         control.at(per_slice * (k as u64 + 1));
         Ok::<(), ImageError>(sink.put(slice)?)
     })?;
-    sink.finish(vec![StackArray {
+    sink.finish(vec![heights_of(&volume)])?;
+    control.finish();
+    let kept = projections_bytes(&volume) + 4 * volume.base.len() as u128;
+    let (image, pixels, projections) = maxima.into_parts()?;
+    Ok(ImagedVolume {
+        image,
+        pixels,
+        projections,
+        bytes: run.memory_bytes + kept,
+        run,
+    })
+}
+
+/// A volume that was solved for, slice after slice: handed to the sink, and seen from three sides.
+///
+/// # Errors
+/// A sink that is full.
+pub(crate) fn deliver_volume(
+    volume: VolumeGrid,
+    values: &[Complex32],
+    sink: &mut dyn ImageSink,
+) -> Result<(Vec<Complex32>, Pixels, Projections), ImageError> {
+    sink.begin(&StackHeader {
+        kind: StackKind::Volume,
+        grid: volume.base,
+        count: volume.nz,
+    })?;
+    let mut maxima = Maxima::new(volume);
+    for (k, slice) in values.chunks(volume.base.len()).enumerate() {
+        maxima.add(k, slice);
+        sink.put(slice)?;
+    }
+    sink.finish(vec![heights_of(&volume)])?;
+    maxima.into_parts()
+}
+
+fn heights_of(volume: &VolumeGrid) -> StackArray {
+    StackArray {
         name: "z_m",
         shape: vec![volume.nz],
         values: (0..volume.nz).map(|k| volume.slice(k).z_m).collect(),
-    }])?;
-    control.finish();
-    maxima.into_image(run)
+    }
 }
 
 impl Maxima {
@@ -112,7 +147,7 @@ impl Maxima {
         }
     }
 
-    fn into_image(self, run: VolumeRun) -> Result<ImagedVolume, ImageError> {
+    fn into_parts(self) -> Result<(Vec<Complex32>, Pixels, Projections), ImageError> {
         let Self {
             volume,
             image,
@@ -135,22 +170,17 @@ impl Maxima {
             .iter()
             .map(|v| Complex32::new(v.norm(), 0.0))
             .collect();
-        let kept = projections_bytes(&volume) + 4 * grid.len() as u128;
-        Ok(ImagedVolume {
-            image,
-            pixels: Pixels {
-                grid,
-                surface: Some(surface.into()),
-                volume: Some(volume),
-            },
-            projections: Projections {
-                above,
-                front,
-                side,
-                volume,
-            },
-            bytes: run.memory_bytes + kept,
-            run,
-        })
+        let pixels = Pixels {
+            grid,
+            surface: Some(surface.into()),
+            volume: Some(volume),
+        };
+        let projections = Projections {
+            above,
+            front,
+            side,
+            volume,
+        };
+        Ok((image, pixels, projections))
     }
 }

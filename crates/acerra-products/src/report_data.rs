@@ -58,6 +58,7 @@ pub fn collect(
             .collect(),
         warnings: outcome.warnings.clone(),
         image: Some(image),
+        inversion: outcome.focused.inversion.clone(),
         targets: rows(outcome, spread.as_ref()),
         surveyed: outcome.surveyed.clone(),
         remarks: at_nadir(outcome, spread.as_ref()),

@@ -6,6 +6,7 @@ use acerra_chain::clean::{CleanedTraces, Surface};
 use acerra_chain::delay::{DelayCue, DelayFound};
 use acerra_chain::evidence::{Evidence, Unchecked};
 use acerra_chain::inputs::InputFile;
+use acerra_chain::inversion::InversionRecord;
 use acerra_chain::offset::{Curve, OffsetSearch};
 use acerra_chain::position::Positions;
 use acerra_chain::stages::Stage;
@@ -116,6 +117,9 @@ pub struct RunRecord<'a> {
     pub tracks: Vec<TrackRecord<'a>>,
     /// First and last trace of each look.
     pub looks: Option<&'a [[usize; 2]]>,
+    /// How the scene was solved for, where `[image] method` is not the adjoint.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub inversion: Option<&'a InversionRecord>,
     /// What the planner chose and why.
     pub plan: &'a str,
     /// Relative L2 error that the plan's self-check found.
@@ -309,6 +313,7 @@ impl<'a> RunRecord<'a> {
                 .map(TrackRecord::of)
                 .collect(),
             looks: focused.multilook.as_ref().map(|m| m.traces.as_slice()),
+            inversion: focused.inversion.as_ref(),
             plan: &focused.plan,
             plan_checked_error: focused.checked_error,
             memory: MemoryRecord {

@@ -167,6 +167,7 @@ impl Prepared {
             "weight": options.weight,
             "sum": options.sum,
             "weighs_incidence": options.incidence.is_some(),
+            "method": options.inversion.method,
         })
         .to_string()
     }

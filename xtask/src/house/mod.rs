@@ -18,7 +18,7 @@ use anyhow::Context;
 use modules::ModuleTree;
 
 /// The crates' levels, from ARCHITECTURE.md.
-pub const LEVELS: [(&str, u32); 20] = [
+pub const LEVELS: [(&str, u32); 21] = [
     ("acerra-geo", 0),
     ("acerra-npz", 0),
     ("acerra-settings", 0),
@@ -31,6 +31,7 @@ pub const LEVELS: [(&str, u32); 20] = [
     ("acerra-imaging", 1),
     ("acerra-autofocus", 2),
     ("acerra-flightplan", 2),
+    ("acerra-invert", 2),
     ("acerra-record", 2),
     ("acerra-simulate", 2),
     ("acerra-chain", 3),

@@ -16,6 +16,7 @@ pub use crate::choices::{
     Background, CalibrationSource, Contradictions, Delay, Gate, HeightSource, Heights, LookTaper,
     ProductFormat, Select, Sum, TimeOffset, Unfixed, Weight, ZeroTiming,
 };
+pub use crate::inversion::options::{InversionSection, Method};
 pub use error::CampaignError;
 pub use sections::{
     AutofocusSection, ChecksSection, Files, GnssSection, ImageSection, MeasureSection,
@@ -379,6 +380,27 @@ mod tests {
                 "level plane",
             ),
             (format!("{GOOD}look_overlap = 1\n"), "[image] look_overlap"),
+            (
+                format!("{GOOD}looks = 2\nmethod = 'tsvd'\n"),
+                "[image] looks and [image] method exclude",
+            ),
+            (
+                format!("{GOOD}z_m = [0, 1]\nmethod = 'clean'\n"),
+                "points are put back on one plane",
+            ),
+            (
+                format!("{tracks}[tracks]\nsum = 'incoherent'\n{image}method = 'cgls'\n"),
+                "all tracks explain one scene",
+            ),
+            (format!("{GOOD}method = 'svd'\n"), "line 8, column 10"),
+            (
+                format!("{GOOD}[image.inversion]\nthreshold_db = 3\n"),
+                "[image.inversion] threshold_db",
+            ),
+            (
+                format!("{GOOD}[image.inversion]\nclean_gain = 0\n"),
+                "[image.inversion] clean_gain",
+            ),
             (
                 format!("{GOOD}looks = 2\nz_m = [0, 1]\n"),
                 "looks are planes",

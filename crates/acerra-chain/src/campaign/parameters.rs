@@ -13,6 +13,7 @@ use crate::choices::{Delay, HeightSource, Heights};
 use crate::clean::{CleanOptions, frequencies_hz};
 use crate::focus::{FocusOptions, ImageRequest};
 use crate::ground::{SceneHeights, SceneOptions, TerrainSource};
+use crate::inversion::options::InversionOptions;
 use crate::looks::LookOptions;
 use crate::measure::MeasureOptions;
 use crate::pixels::Pixels;
@@ -216,6 +217,10 @@ impl From<&ImageSection> for FocusOptions {
             accuracy: section.accuracy,
             weight: section.weight,
             incidence: section.incidence(),
+            inversion: InversionOptions {
+                method: section.method,
+                parameters: section.inversion,
+            },
             ..Self::default()
         }
     }

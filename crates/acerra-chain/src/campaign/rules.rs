@@ -10,6 +10,7 @@ use super::sections::{
 };
 use super::{Campaign, CampaignError};
 use crate::choices::{Delay, Heights, Sum};
+use crate::inversion::options::{InversionSection, Method};
 
 impl Campaign {
     /// Refuses values that are impossible, and keys that exclude each other.
@@ -61,6 +62,7 @@ impl Campaign {
             );
         }
         check("image", &look_rules(image))?;
+        self.check_method()?;
         if !is_volume(image) {
             return Ok(());
         }
@@ -76,6 +78,37 @@ impl Campaign {
                 "[tracks] sum = \"incoherent\"",
                 "[image] z_m = [from, to]",
                 "a volume is resolved by coherence alone",
+            );
+        }
+        Ok(())
+    }
+
+    /// What `[image] method` does not make.
+    fn check_method(&self) -> Result<(), CampaignError> {
+        let image = &self.image;
+        check("image.inversion", &inversion_rules(&image.inversion))?;
+        if image.method == Method::Adjoint {
+            return Ok(());
+        }
+        if image.looks.is_some() {
+            return exclude(
+                "[image] looks",
+                "[image] method",
+                "looks are adjoints of a part of the pulses",
+            );
+        }
+        if image.method == Method::Clean && is_volume(image) {
+            return exclude(
+                "[image] method = \"clean\"",
+                "[image] z_m = [from, to]",
+                "points are put back on one plane or terrain",
+            );
+        }
+        if self.tracks.sum == Sum::Incoherent && image.method != Method::Sparse {
+            return exclude(
+                "[tracks] sum = \"incoherent\"",
+                "[image] method",
+                "all tracks explain one scene (but with method = \"sparse\")",
             );
         }
         Ok(())
@@ -376,6 +409,50 @@ fn focus_rules(image: &ImageSection) -> [Rule; 5] {
             image.light_speed_m_s > 1e6 && image.light_speed_m_s <= 3e8,
             "above 1e6 and at most 3e8",
             image.light_speed_m_s,
+        ),
+    ]
+}
+
+fn inversion_rules(section: &InversionSection) -> [Rule; 6] {
+    let is_share = |v: f64| v > 0.0 && v < 1.0;
+    let is_level = |v: f64| v.is_finite() && (-120.0..0.0).contains(&v);
+    let count = section.max_iterations;
+    [
+        rule(
+            "threshold_db",
+            is_level(section.threshold_db),
+            "from -120 to below 0",
+            section.threshold_db,
+        ),
+        rule(
+            "damping",
+            section.damping.is_none_or(|v| v > 0.0 && v < 1e3),
+            "above 0 and below 1000",
+            section.damping,
+        ),
+        rule(
+            "sparsity",
+            section.sparsity.is_none_or(is_share),
+            "above 0 and below 1",
+            section.sparsity,
+        ),
+        rule(
+            "clean_threshold_db",
+            section.clean_threshold_db.is_none_or(is_level),
+            "from -120 to below 0",
+            section.clean_threshold_db,
+        ),
+        rule(
+            "clean_gain",
+            section.clean_gain > 0.0 && section.clean_gain <= 1.0,
+            "above 0 and at most 1",
+            section.clean_gain,
+        ),
+        rule(
+            "max_iterations, resolution_points",
+            count.is_none_or(|n| (1..=100_000).contains(&n)) && section.resolution_points <= 100,
+            "1 to 100000 iterations and at most 100 points",
+            (count, section.resolution_points),
         ),
     ]
 }

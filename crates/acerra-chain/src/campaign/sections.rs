@@ -10,6 +10,7 @@ use crate::choices::{
     Background, CalibrationSource, Contradictions, Delay, Gate, HeightSource, Heights, LookTaper,
     ProductFormat, Select, Sum, TimeOffset, Unfixed, Weight, ZeroTiming,
 };
+use crate::inversion::options::{InversionSection, Method};
 use crate::path_text;
 use crate::prepare::Track;
 
@@ -327,6 +328,13 @@ pub struct ImageSection {
     /// Relative L2 error allowed against Eq. (3) in double precision.
     #[serde(default = "default_accuracy")]
     pub accuracy: f64,
+    /// How the image is made: the adjoint of Eq. (3), or a solution for the scene. Anything but
+    /// `"adjoint"` changes what the image and its widths mean.
+    #[serde(default)]
+    pub method: Method,
+    /// Parameters of `method`, each found by itself unless stated.
+    #[serde(default)]
+    pub inversion: InversionSection,
     /// Weight of each trace. By default by path where the platform stands much of the time, else the
     /// same for all.
     #[serde(default)]
@@ -364,6 +372,8 @@ impl Default for ImageSection {
             look_window: LookTaper::default(),
             pixel_m: default_pixel_m(),
             accuracy: default_accuracy(),
+            method: Method::default(),
+            inversion: InversionSection::default(),
             weight: Weight::default(),
             max_incidence_deg: None,
             incidence_taper_deg: default_incidence_taper_deg(),

@@ -15,6 +15,7 @@ mod finding;
 mod focus;
 mod geometry;
 mod image;
+mod inversion;
 mod positions;
 mod processing;
 mod radar;
@@ -33,6 +34,7 @@ pub use geometry::{
     scan_spacing, wavenumber_span,
 };
 pub use image::{ImageContrast, contrast};
+pub use inversion::{InversionSeen, inversion_ambiguity, inversion_converged, inversion_residual};
 pub use positions::{
     AltimeterSeen, base_position, flight_height, focusing_loss, lever_arm_heading,
     lever_arm_length, radar_height, surface_height, trajectory_coverage,

@@ -19,7 +19,7 @@ pub(super) fn weigh_geometry(
     geometry: &ImageGeometry<'_>,
     request: &ImageRequest,
 ) -> Vec<Finding> {
-    let range_m = ranges_held_m(prepared, track);
+    let range_m = prepared.ranges_held_by_m(track);
     let held = Coverage { range_m: &range_m };
     [
         pixel_size(geometry, request.pixels.grid.pixel_m),
@@ -107,34 +107,6 @@ fn window_of_background(
         )?
         .abs(),
     }))
-}
-
-/// Nearest and farthest range that the cleaned data of each trace of a track hold (m): those of the
-/// recorded window and the gate, or the unambiguous range of spectra.
-fn ranges_held_m(prepared: &Prepared, track: &Track) -> Vec<[f64; 2]> {
-    let half_speed_m_s = 0.5 * prepared.scene.light_speed_m_s;
-    let heights_m = &prepared.aligned.height_m[track.range.clone()];
-    let Some(traces) = &track.cleaned else {
-        return vec![[0.0, f64::INFINITY]; heights_m.len()];
-    };
-    let window_s = [
-        traces.clean.fast_time_start_s,
-        traces.clean.fast_time_end_s(),
-    ];
-    let held_s = |height_m: &f64| match traces.gate_s {
-        None => window_s,
-        Some([start_s, end_s]) => {
-            let surface_s = height_m / half_speed_m_s;
-            [
-                window_s[0].max(surface_s + start_s),
-                window_s[1].min(surface_s + end_s),
-            ]
-        }
-    };
-    heights_m
-        .iter()
-        .map(|height_m| held_s(height_m).map(|time_s| time_s.max(0.0) * half_speed_m_s))
-        .collect()
 }
 
 /// Contrast of the image.

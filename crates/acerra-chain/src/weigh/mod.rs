@@ -10,6 +10,7 @@ mod background;
 mod delay;
 mod history;
 mod image;
+mod inversion;
 mod median;
 mod motion;
 mod radar;
@@ -76,6 +77,7 @@ pub fn weigh_image(
     control: &Control<'_>,
 ) -> Result<Vec<Finding>, Cancelled> {
     let mut findings = image::weigh_values(prepared, focused);
+    findings.extend(inversion::weigh(focused));
     for track in &prepared.tracks {
         let mut own = background::weigh(prepared, focused, track, control)?;
         own.extend(motion::weigh(prepared, focused, track, control)?);

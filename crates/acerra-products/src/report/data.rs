@@ -1,6 +1,7 @@
 //! What a report is made from.
 
 use acerra_chain::inputs::InputFile;
+use acerra_chain::inversion::InversionRecord;
 use acerra_chain::stages::Stage;
 use acerra_geo::trajectory::SolutionStatus;
 use std::fmt;
@@ -26,6 +27,8 @@ pub struct ReportData {
     pub warnings: Vec<String>,
     /// The focused image.
     pub image: Option<Picture>,
+    /// How the scene was solved for, where the image is not the adjoint.
+    pub inversion: Option<InversionRecord>,
     /// Targets, strongest first, numbered from 1 in this order.
     pub targets: Vec<TargetRow>,
     /// Surveyed points beside the targets.

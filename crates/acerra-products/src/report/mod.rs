@@ -28,6 +28,7 @@ mod data;
 mod findings;
 pub(crate) mod html;
 mod index;
+mod inversion;
 mod numbers;
 mod page;
 mod ppk;

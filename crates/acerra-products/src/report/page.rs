@@ -1,7 +1,7 @@
 //! The page of one campaign: heading, and the order of the sections.
 
 use super::data::ReportData;
-use super::{cuts, findings, html, provenance, result, track};
+use super::{cuts, findings, html, inversion, provenance, result, track};
 use acerra_figure::FigureError;
 use maud::html;
 
@@ -16,6 +16,7 @@ pub fn report_page(data: &ReportData) -> Result<String, FigureError> {
     };
     let tracks = track::section(&data.tracks, &data.targets)?;
     let cuts = cuts::section(&data.targets)?;
+    let inversion = inversion::section(data.inversion.as_ref())?;
     let radargrams: Vec<_> = data
         .radargram_raw
         .iter()
@@ -25,6 +26,7 @@ pub fn report_page(data: &ReportData) -> Result<String, FigureError> {
         (html::heading(&data.title, &data.summary, &data.version, &badges))
         (findings::section(&data.evidence, &data.unchecked))
         (result::section(data))
+        (inversion)
         (html::warnings(&data.warnings))
         section #measurements {
             h2 { "What it rests on" }

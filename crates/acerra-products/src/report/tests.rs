@@ -92,6 +92,7 @@ fn full() -> ReportData {
             .unwrap()
     };
     ReportData {
+        inversion: None,
         title: "Track 2 of the campaign of 9 July".to_owned(),
         summary: "331 traces of a P440 at 10 m over two corner reflectors, positioned by PPK and \
                   focused on the ground plane."
@@ -643,5 +644,71 @@ fn a_positioning_run_without_positions_is_a_page() {
         ppk_page(&report)
             .unwrap()
             .contains("No epoch has a position")
+    );
+}
+
+#[test]
+fn an_inversion_is_shown_with_its_residual_and_resolution() {
+    use acerra_chain::inversion::record::{
+        Chosen, InversionRecord, NoiseRecord, ParameterRecord, ResolutionRecord,
+    };
+    use acerra_invert::{Iteration, PointResponse, Stop};
+    let response = |across_m| PointResponse {
+        point_m: [4.0, 0.0, 0.0],
+        displacement_m: 0.004,
+        peak: 0.02,
+        along_3db_m: Some(0.055),
+        across_3db_m: Some(across_m),
+        artefact_db: Some(-13.5),
+        main_share: 0.91,
+    };
+    let record = InversionRecord {
+        method: acerra_chain::inversion::Method::Tsvd,
+        meaning: "reflectivity",
+        parameter: ParameterRecord {
+            name: "threshold",
+            value: -20.0,
+            choice: Chosen::Given,
+        },
+        parameters: 321.0,
+        stop: Stop::Iterations,
+        iterations: vec![Iteration {
+            number: 120,
+            residual: 0.1,
+            change: 0.2,
+        }],
+        residual: 0.1,
+        noise: Some(NoiseRecord {
+            sigma: 1.0,
+            expected_residual: 0.05,
+            cells: 700,
+        }),
+        resolution: vec![ResolutionRecord {
+            point_m: [4.0, 0.0, 0.0],
+            method: Some(response(0.41)),
+            adjoint: Some(response(0.52)),
+        }],
+        operator_accuracy: 3e-4,
+    };
+    let data = ReportData {
+        inversion: Some(record),
+        ..ReportData::default()
+    };
+    let page = report_page(&data).unwrap();
+    for part in [
+        "id=\"inversion\"",
+        "−20.0",
+        "iterations spent",
+        "−26.0",
+        "0.410",
+        "0.520",
+        "−13.5",
+    ] {
+        assert!(page.contains(part), "{part}");
+    }
+    assert!(
+        !report_page(&ReportData::default())
+            .unwrap()
+            .contains("id=\"inversion\"")
     );
 }

@@ -59,13 +59,14 @@ def focus(
     ------
     JobError
         Tasks that do not fit the workers' memory; a store that holds another job; settings that jobs do
-        not follow (weights by incidence, sums of powers).
+        not follow (weights by incidence, sums of powers, methods other than the adjoint).
     """
     defaults = survey.defaults
-    if defaults["weighs_incidence"] or (defaults["sum"] == "incoherent" and len(survey.tracks) > 1):
+    is_power_sum = defaults["sum"] == "incoherent" and len(survey.tracks) > 1
+    if defaults["weighs_incidence"] or is_power_sum or defaults["method"] != "adjoint":
         raise JobError(
-            "jobs of tiles make the coherent sum without weights by incidence; the settings ask for "
-            f"{defaults}"
+            "jobs of tiles make the adjoint's coherent sum without weights by incidence; the settings ask "
+            f"for {defaults}"
         )
     options.setdefault("accuracy", defaults["accuracy"])
     spectrum = survey.spectrum

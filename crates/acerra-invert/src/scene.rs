@@ -1,0 +1,245 @@
+//! The fast operator: forward and adjoint by the engines of `acerra-imaging`, on planes, tilted planes,
+//! uneven ground and the slices of a volume.
+
+use crate::error::{InvertError, check_length};
+use crate::flight::Flight;
+use crate::operator::LinearOperator;
+use crate::relief;
+use acerra_imaging::{
+    Complex32, Complex64, Control, Engine, Forward, ImageGrid, ImagingPlan, PlanOptions,
+    SurfaceGrid, TiltedGrid, VolumeGrid,
+};
+use std::sync::OnceLock;
+
+/// Random pixels on which the adjoint of every application checks itself.
+const CHECK_PIXELS: usize = 48;
+/// Relative errors tried where single precision keeps none tighter, as factors of the one asked for.
+const RELAXED: [f64; 3] = [1.0, 10.0, 100.0];
+/// No relative error above this is of use to a solver.
+const WORST_ACCURACY: f64 = 1e-2;
+
+/// Where the pixels of a scene are.
+#[derive(Debug, Clone, Copy)]
+pub enum Ground<'a> {
+    /// A plane of any tilt.
+    Plane(TiltedGrid),
+    /// Uneven ground.
+    Surface(&'a SurfaceGrid),
+    /// The slices of a volume, one after another.
+    Volume(VolumeGrid),
+}
+
+impl<'a> Ground<'a> {
+    /// The grids that hold the pixels, in their order.
+    #[must_use]
+    pub fn grids(&self) -> Vec<ImageGrid<'a>> {
+        match self {
+            Self::Plane(grid) => vec![(*grid).into()],
+            Self::Surface(surface) => vec![(*surface).into()],
+            Self::Volume(volume) => (0..volume.nz).map(|k| volume.slice(k).into()).collect(),
+        }
+    }
+}
+
+/// L of a flight on a scene, by the engines of `acerra-imaging`.
+///
+/// Forward and adjoint keep the relative error `accuracy` against the double-precision sums each, and
+/// ⟨Lσ, d⟩ = ⟨σ, L⁺d⟩ holds within it. On uneven ground the forward operator sums pixels into range bins
+/// in double precision, some ten times slower than on planes.
+pub struct SceneOperator<'a> {
+    flight: &'a Flight,
+    grids: Vec<ImageGrid<'a>>,
+    forwards: Vec<Modelled<'a>>,
+    options: PlanOptions,
+    pixels: usize,
+    /// The engine of the first adjoint, taken by all others.
+    engine: OnceLock<Engine>,
+}
+
+/// The forward operator of one grid.
+enum Modelled<'a> {
+    Planar(Box<Forward<'a>>),
+    Uneven(&'a SurfaceGrid),
+}
+
+impl<'a> SceneOperator<'a> {
+    /// Plans the operator; `data` are weighted data of the flight ([`Flight::weighted`]), of which only the
+    /// length counts. Spreading and incidence are those of the flight.
+    ///
+    /// # Errors
+    /// Pixels that the engines refuse, single precision that does not keep the accuracy, cancellation.
+    pub fn new(
+        flight: &'a Flight,
+        data: &'a [Complex64],
+        ground: Ground<'a>,
+        options: PlanOptions,
+        control: Control,
+    ) -> Result<Self, InvertError> {
+        let options = options
+            .with_spreading(flight.spreading())
+            .with_incidence(flight.incidence());
+        let pulses = flight.pulses(data)?;
+        let forward = |grid: TiltedGrid| -> Result<Modelled<'a>, InvertError> {
+            let planned = Forward::with_control(pulses, grid, &options, control)?;
+            if planned.engine() == Engine::Reference && options.engine != Engine::Reference {
+                return Err(InvertError::Inaccurate {
+                    accuracy: options.accuracy,
+                });
+            }
+            Ok(Modelled::Planar(Box::new(planned)))
+        };
+        let forwards = match ground {
+            Ground::Plane(grid) => vec![forward(grid)?],
+            Ground::Surface(surface) => vec![Modelled::Uneven(surface)],
+            Ground::Volume(volume) => (0..volume.nz)
+                .map(|k| forward(volume.slice(k).into()))
+                .collect::<Result<_, _>>()?,
+        };
+        let grids = ground.grids();
+        Ok(Self {
+            flight,
+            pixels: grids.iter().map(ImageGrid::len).sum(),
+            grids,
+            forwards,
+            options,
+            engine: OnceLock::new(),
+        })
+    }
+
+    /// The flight.
+    #[must_use]
+    pub fn flight(&self) -> &'a Flight {
+        self.flight
+    }
+
+    /// The grids that hold the pixels, in their order.
+    #[must_use]
+    pub fn grids(&self) -> &[ImageGrid<'a>] {
+        &self.grids
+    }
+
+    /// The place of pixel `index`, m.
+    #[must_use]
+    pub fn point_m(&self, index: usize) -> [f64; 3] {
+        let mut at = index;
+        for grid in &self.grids {
+            if at < grid.len() {
+                return grid.point_m(at % grid.columns(), at / grid.columns());
+            }
+            at -= grid.len();
+        }
+        [f64::NAN; 3]
+    }
+
+    /// What the plans of the forward operator say.
+    #[must_use]
+    pub fn explained(&self) -> String {
+        match self.forwards.first() {
+            Some(Modelled::Planar(forward)) => forward.report().to_string(),
+            Some(Modelled::Uneven(_)) => "forward: range bins in double precision".to_owned(),
+            None => String::new(),
+        }
+    }
+
+    /// The image of `data` on one grid, at the tightest accuracy that single precision keeps.
+    fn image(
+        &self,
+        grid: ImageGrid<'_>,
+        data: &[Complex64],
+        out: &mut [Complex64],
+        control: Control,
+    ) -> Result<(), InvertError> {
+        let pulses = self.flight.pulses(data)?;
+        let mut image = vec![Complex32::ZERO; grid.len()];
+        for factor in RELAXED {
+            let accuracy = (self.options.accuracy * factor).min(WORST_ACCURACY);
+            let engine = self.engine.get().copied();
+            let options = self
+                .options
+                .with_accuracy(accuracy)
+                .with_check_pixels(CHECK_PIXELS)
+                .with_engine(engine.unwrap_or(self.options.engine));
+            let plan = ImagingPlan::with_control(pulses, grid, &options, control)?;
+            if plan.engine() == Engine::Reference && self.options.engine != Engine::Reference {
+                continue;
+            }
+            plan.run(&mut image, control)?;
+            let _ = self.engine.set(plan.engine());
+            for (wide, narrow) in out.iter_mut().zip(&image) {
+                *wide = Complex64::new(f64::from(narrow.re), f64::from(narrow.im));
+            }
+            return Ok(());
+        }
+        Err(InvertError::Inaccurate {
+            accuracy: WORST_ACCURACY,
+        })
+    }
+}
+
+impl LinearOperator for SceneOperator<'_> {
+    fn pixels(&self) -> usize {
+        self.pixels
+    }
+
+    fn samples(&self) -> usize {
+        self.flight.samples()
+    }
+
+    fn forward(
+        &self,
+        scene: &[Complex64],
+        data: &mut [Complex64],
+        control: Control,
+    ) -> Result<(), InvertError> {
+        check_length("scene", self.pixels, scene.len())?;
+        check_length("data", self.samples(), data.len())?;
+        data.fill(Complex64::ZERO);
+        let mut part = Vec::new();
+        let mut at = 0;
+        for (grid, forward) in self.grids.iter().zip(&self.forwards) {
+            let scene = &scene[at..at + grid.len()];
+            at += grid.len();
+            match forward {
+                Modelled::Uneven(surface) => {
+                    relief::add_echoes(self.flight, surface, scene, data, control);
+                }
+                Modelled::Planar(forward) => {
+                    let image: Vec<Complex32> = scene
+                        .iter()
+                        .map(|v| Complex32::new(v.re as f32, v.im as f32))
+                        .collect();
+                    part.resize(data.len(), Complex64::ZERO);
+                    forward.run(&image, &mut part, control)?;
+                    data.iter_mut().zip(&part).for_each(|(d, p)| *d += p);
+                }
+            }
+        }
+        Ok(control.check()?)
+    }
+
+    fn adjoint(
+        &self,
+        data: &[Complex64],
+        scene: &mut [Complex64],
+        control: Control,
+    ) -> Result<(), InvertError> {
+        check_length("scene", self.pixels, scene.len())?;
+        check_length("data", self.samples(), data.len())?;
+        let mut at = 0;
+        for grid in &self.grids {
+            let out = &mut scene[at..at + grid.len()];
+            at += grid.len();
+            self.image(*grid, data, out, control)?;
+        }
+        Ok(())
+    }
+
+    fn working_bytes(&self) -> u128 {
+        let planned = self.forwards.iter().map(|forward| match forward {
+            Modelled::Planar(forward) => forward.memory_bytes(),
+            Modelled::Uneven(surface) => surface.len() as u128 * 40,
+        });
+        let image = self.grids.iter().map(|grid| grid.len() as u128 * 8).max();
+        planned.max().unwrap_or(0) + image.unwrap_or(0)
+    }
+}
