@@ -41,7 +41,7 @@ impl Default for AutofocusOptions {
 /// Gain below which a correction is not worth a change of the positions (dB).
 const LEAST_GAIN_DB: f64 = 0.02;
 /// Points found by delays below which the coherent image is searched as well.
-const FEW_POINTS: usize = 2;
+const FEW_POINTS: usize = 4;
 /// Rounds of dropping points that are not prominent.
 const PRUNINGS: usize = 3;
 /// Coherence of a prominent point's echoes along the flight.
