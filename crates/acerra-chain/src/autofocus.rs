@@ -5,13 +5,13 @@
 
 use std::f64::consts::PI;
 
-use acerra_autofocus::{AutofocusError, Autofocused, Correlation, Decision, PositionPrior};
-use acerra_geo::interpolate::Interpolated;
+use acerra_autofocus::{AutofocusError, Autofocused, Correlation, PositionPrior};
 use acerra_imaging::{ImagingError, PlaneGrid};
 use acerra_radar::Spectrum;
 use num_complex::Complex64;
 
 use crate::control::{Cancelled, Control};
+pub use crate::correction::PathCorrection;
 use crate::position::Positions;
 use crate::prepare::{Prepared, Track};
 use crate::sharpen::coarse;
@@ -39,29 +39,6 @@ pub struct AutofocusOptions {
     pub delay_sigma_ns: f64,
     /// Most points used.
     pub most_points: Option<usize>,
-}
-
-/// What the autofocus of a survey found.
-#[derive(Clone, Debug)]
-pub struct PathCorrection {
-    /// Corrections with their deviations, and whether they are applied.
-    pub found: Autofocused,
-    /// Places of the imaged traces as the positions have them (m).
-    pub stated_m: Vec<[f64; 3]>,
-    /// The places of all traces as the positions have them.
-    pub stated: Vec<Interpolated>,
-    /// Standard deviations before, one a trace (m).
-    pub prior_sigma_m: Vec<[f64; 3]>,
-    /// How long errors were taken to last (s).
-    pub correlation_s: f64,
-}
-
-impl PathCorrection {
-    /// Whether the image is made with corrected places.
-    #[must_use]
-    pub fn is_applied(&self) -> bool {
-        self.found.decision == Decision::Applied
-    }
 }
 
 /// Why there is no autofocus.

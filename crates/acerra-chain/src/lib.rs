@@ -48,6 +48,7 @@ pub mod choices;
 pub mod clean;
 pub mod clock;
 pub mod control;
+mod correction;
 pub mod delay;
 pub mod echoes;
 mod elevation;

@@ -7,12 +7,12 @@ use acerra_radar::Spectrum;
 use acerra_radar::align::OffsetLikelihood;
 
 use crate::align::{Aligned, Flight};
-use crate::autofocus::PathCorrection;
 use crate::calibration::{CalibrationOptions, TrackCalibration, TrackEchoes, calibrate};
 use crate::choices::{Background, Gate, Select};
 use crate::clean::{Cleaned, CleanedTraces, clean};
 use crate::clock::{Clocked, align_clocks, place_as_stated};
 use crate::control::Control;
+use crate::correction::PathCorrection;
 use crate::delay::DelayFound;
 use crate::echoes::{Echoes, ImageError};
 use crate::elevation::check_elevation;

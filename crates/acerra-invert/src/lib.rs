@@ -11,7 +11,7 @@
 //!
 //! - [`solve_spectral`]: truncated SVD, and Tikhonov with its parameter by discrepancy or L-curve, from one
 //!   Golub–Kahan–Lanczos bidiagonalisation with reorthogonalisation.
-//! - [`cgls`]: conjugate gradients for least squares, in the memory of two scenes.
+//! - [`cgls`](cgls()): conjugate gradients for least squares, in the memory of two scenes.
 //! - [`solve_sparse`]: FISTA, complex ℓ1, or group-sparse over tracks.
 //! - [`clean`](clean()): CLEAN with the true, place-dependent point spread.
 //! - [`point_response`]: what a method makes of a single point, its resolution operator there.
