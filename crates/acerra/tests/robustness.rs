@@ -42,12 +42,12 @@ fn long_campaign(campaign: &Path) -> PathBuf {
         .lines()
         .map(|line| match line.split_once(" =") {
             Some(("x_m" | "y_m", _)) => format!("{} = [-8, 8]", &line[..3]),
-            Some(("pixel_m", _)) => "pixel_m = 0.005".to_owned(),
+            Some(("pixel_m", _)) => "pixel_m = 0.0035".to_owned(),
             _ => line.to_owned(),
         })
         .collect::<Vec<_>>()
         .join("\n");
-    assert!(long.contains("[-8, 8]") && long.contains("0.005"), "{long}");
+    assert!(long.contains("[-8, 8]") && long.contains("0.0035"), "{long}");
     let file = campaign.with_file_name("long.toml");
     fs::write(&file, long).unwrap();
     file
