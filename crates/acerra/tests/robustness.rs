@@ -47,7 +47,10 @@ fn long_campaign(campaign: &Path) -> PathBuf {
         })
         .collect::<Vec<_>>()
         .join("\n");
-    assert!(long.contains("[-8, 8]") && long.contains("0.0035"), "{long}");
+    assert!(
+        long.contains("[-8, 8]") && long.contains("0.0035"),
+        "{long}"
+    );
     let file = campaign.with_file_name("long.toml");
     fs::write(&file, long).unwrap();
     file
