@@ -176,8 +176,8 @@ fn directories_made_on_the_way_go_with_an_interrupted_run() {
         .unwrap();
     let deep = made.join("deep");
     wait_for(&mut child, || deep.is_dir() && !hidden(&deep).is_empty());
-    send("INT", &child);
-    assert_eq!(child.wait().unwrap().code(), Some(130));
+    send("TERM", &child);
+    assert_eq!(child.wait().unwrap().code(), Some(143));
     assert!(!made.exists());
 }
 
