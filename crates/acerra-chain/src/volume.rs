@@ -2,7 +2,7 @@
 
 use acerra_imaging::{
     Complex32, PlanOptions, Pulses, SurfaceGrid, VolumeGrid, VolumeRun,
-    image_volume as image_slices,
+    image_volume_planned_once as image_slices,
 };
 
 use crate::control::Control;

@@ -11,7 +11,7 @@ mod scene;
 
 use acerra_imaging::{
     Complex32, Control, Engine, ImagingError, ImagingPlan, PlanOptions, PlaneGrid, SimdLevel,
-    Spreading, VolumeGrid, image_volume,
+    Spreading, VolumeGrid, image_volume_planned_once,
 };
 use scene::Scene;
 use std::time::Instant;
@@ -110,7 +110,8 @@ fn time_volume() {
         let start = Instant::now();
         let take = |_: usize, _: &PlaneGrid, _: &[Complex32]| Ok::<(), ImagingError>(());
         let run =
-            image_volume(&volume, scene.pulses(), &options, Control::default(), take).unwrap();
+            image_volume_planned_once(&volume, scene.pulses(), &options, Control::default(), take)
+                .unwrap();
         volume_s = volume_s.min(start.elapsed().as_secs_f64());
         report = Some(run.report);
         let start = Instant::now();

@@ -22,12 +22,12 @@ pub struct VolumeRun {
     pub checked_error: Option<f64>,
 }
 
-/// Least pixels of a slice's self-check where each has its own.
+/// Least pixels of a slice's self-check where each is planned by itself.
 const LEAST_CHECK: usize = 8;
 
 /// Images slice after slice and hands each to `take` (index, grid, `[ny, nx]` image); the same memory
-/// serves all. One plan and its tables serve all slices, proved on three of them; where that does not
-/// hold the accuracy, and with a weight by incidence, each slice has its own.
+/// serves all. Every slice is planned by itself, and so is what imaging it alone gives; the pixels of the
+/// self-check are shared out among the slices. [`image_volume_planned_once`] is faster.
 ///
 /// ```
 /// use acerra_imaging::{
@@ -63,33 +63,14 @@ pub fn image_volume<E: From<ImagingError>>(
     control: Control,
     mut take: impl FnMut(usize, &PlaneGrid, &[Complex32]) -> Result<(), E>,
 ) -> Result<VolumeRun, E> {
-    let per_slice = (volume.base.len() as u64).saturating_mul(pulses.len() as u64);
-    let total = per_slice.saturating_mul(volume.nz as u64);
-    let following = |k: usize, p: Progress| {
-        control.report(Progress {
-            done: per_slice * k as u64 + p.done,
-            total,
-        });
-    };
+    let following = Following::new(volume, &pulses, control);
     let mut image = vec![Complex32::ZERO; volume.base.len()];
-    if let Some(plan) = ImagingPlan::of_volume(volume, pulses, options, control)? {
-        for k in 0..volume.nz {
-            let report = |p: Progress| following(k, p);
-            plan.run_slice(k, &mut image, control.reporting_to(&report))?;
-            take(k, &volume.slice(k), &image)?;
-        }
-        return Ok(VolumeRun {
-            report: plan.report().clone(),
-            memory_bytes: plan.memory_bytes(),
-            checked_error: plan.self_check().map(|check| check.error),
-        });
-    }
     let mut run: Option<VolumeRun> = None;
     let options = options.with_check_pixels((options.check_pixels / volume.nz).max(LEAST_CHECK));
     for k in 0..volume.nz {
         let slice = volume.slice(k);
         let plan = ImagingPlan::with_control(pulses, slice, &options, control)?;
-        let report = |p: Progress| following(k, p);
+        let report = |p: Progress| following.report(k, p);
         plan.run(&mut image, control.reporting_to(&report))?;
         let run = run.get_or_insert_with(|| VolumeRun {
             report: plan.report().clone(),
@@ -100,6 +81,61 @@ pub fn image_volume<E: From<ImagingError>>(
         take(k, &slice, &image)?;
     }
     run.ok_or_else(|| ImagingError::Empty { what: "volume" }.into())
+}
+
+/// As [`image_volume`], with one plan and its tables for all slices, proved on three of them (on all,
+/// where they are small); where that does not hold the accuracy, and with a weight by incidence, each
+/// slice is planned by itself. A slice differs within the accuracy from itself imaged alone.
+///
+/// # Errors
+/// As [`image_volume`].
+pub fn image_volume_planned_once<E: From<ImagingError>>(
+    volume: &VolumeGrid,
+    pulses: Pulses,
+    options: &PlanOptions,
+    control: Control,
+    mut take: impl FnMut(usize, &PlaneGrid, &[Complex32]) -> Result<(), E>,
+) -> Result<VolumeRun, E> {
+    let Some(plan) = ImagingPlan::of_volume(volume, pulses, options, control)? else {
+        return image_volume(volume, pulses, options, control, take);
+    };
+    let following = Following::new(volume, &pulses, control);
+    let mut image = vec![Complex32::ZERO; volume.base.len()];
+    for k in 0..volume.nz {
+        let report = |p: Progress| following.report(k, p);
+        plan.run_slice(k, &mut image, control.reporting_to(&report))?;
+        take(k, &volume.slice(k), &image)?;
+    }
+    Ok(VolumeRun {
+        report: plan.report().clone(),
+        memory_bytes: plan.memory_bytes(),
+        checked_error: plan.self_check().map(|check| check.error),
+    })
+}
+
+/// Progress of slices as progress of their volume.
+struct Following<'a> {
+    control: Control<'a>,
+    per_slice: u64,
+    total: u64,
+}
+
+impl<'a> Following<'a> {
+    fn new(volume: &VolumeGrid, pulses: &Pulses, control: Control<'a>) -> Self {
+        let per_slice = (volume.base.len() as u64).saturating_mul(pulses.len() as u64);
+        Self {
+            control,
+            per_slice,
+            total: per_slice.saturating_mul(volume.nz as u64),
+        }
+    }
+
+    fn report(&self, k: usize, slice: Progress) {
+        self.control.report(Progress {
+            done: self.per_slice * k as u64 + slice.done,
+            total: self.total,
+        });
+    }
 }
 
 impl VolumeRun {

@@ -3,7 +3,8 @@
 
 use acerra_imaging::{
     Complex32, Complex64, Control, ImagingError, LiveImage, PlanOptions, PlaneGrid, PulseArrays,
-    Pulses, SPEED_OF_LIGHT_M_S, SimdLevel, Spreading, VolumeGrid, image, image_volume, reference,
+    Pulses, SPEED_OF_LIGHT_M_S, SimdLevel, Spreading, VolumeGrid, image, image_volume,
+    image_volume_planned_once, reference,
 };
 
 struct Data {
@@ -115,6 +116,12 @@ fn a_volume_shows_the_height_of_a_target() {
 
 /// Images a volume and compares every slice with the double-precision sum.
 fn check_volume(data: &Data, volume: &VolumeGrid, options: &PlanOptions) {
+    for once in [false, true] {
+        check_volume_planned(data, volume, options, once);
+    }
+}
+
+fn check_volume_planned(data: &Data, volume: &VolumeGrid, options: &PlanOptions, once: bool) {
     let pulses = data.pulses();
     let mut slices = 0;
     let take = |k: usize, grid: &PlaneGrid, slice: &[Complex32]| {
@@ -130,7 +137,13 @@ fn check_volume(data: &Data, volume: &VolumeGrid, options: &PlanOptions) {
         slices += 1;
         Ok::<(), ImagingError>(())
     };
-    let run = image_volume(volume, pulses, options, Control::default(), take).unwrap();
+    let control = Control::default();
+    let run = if once {
+        image_volume_planned_once(volume, pulses, options, control, take)
+    } else {
+        image_volume(volume, pulses, options, control, take)
+    };
+    let run = run.unwrap();
     assert_eq!(slices, volume.nz);
     assert!(run.memory_bytes >= volume.base.len() as u128 * 8 && !run.report.decisions.is_empty());
     assert!(run.checked_error.is_none_or(|e| e <= options.accuracy));
