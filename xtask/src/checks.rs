@@ -8,21 +8,10 @@ use xtask::house::House;
 use crate::browser;
 use crate::python;
 use crate::runner::{Runner, Step};
+use crate::validation;
 
 /// The Rust suite.
 pub const TEST: [&str; 4] = ["cargo", "test", "--workspace", "--locked"];
-
-/// The slow checks: RTKLIB parity, the engine's accuracy at full size, the validation book.
-pub const VALIDATE: [&str; 8] = [
-    "cargo",
-    "test",
-    "--release",
-    "--workspace",
-    "--locked",
-    "--",
-    "--ignored",
-    "validation_",
-];
 
 /// Seconds that CI gives each fuzz target.
 const FUZZ_SECONDS: &str = "8";
@@ -48,7 +37,7 @@ pub fn ci(runner: &Runner) -> anyhow::Result<()> {
     minimum_rust(runner)?;
     other_processor(runner)?;
     test(runner)?;
-    runner.run(&Step::new("validation", &VALIDATE))?;
+    validation::run(runner)?;
     let seed = std::env::var("FUZZ_SEED").unwrap_or_else(|_| "1".to_owned());
     let seconds = std::env::var("FUZZ_SECONDS").unwrap_or_else(|_| FUZZ_SECONDS.to_owned());
     let fuzz = ["bash", "fuzz/run.sh", &seconds];

@@ -5,10 +5,11 @@ mod browser;
 mod checks;
 mod python;
 mod runner;
+mod validation;
 
 use std::process::ExitCode;
 
-use runner::{Runner, Step};
+use runner::Runner;
 
 const HELP: &str = "\
 cargo xtask test                 all tests: the Rust suite, the Python package, the viewer in a browser
@@ -35,7 +36,7 @@ fn main() -> ExitCode {
         "test-browser" => browser::test(&runner),
         "bench-browser" => browser::bench(&runner),
         "ci" => checks::ci(&runner),
-        "validate" => runner.run(&Step::new("validation", &checks::VALIDATE)),
+        "validate" => validation::run(&runner),
         "book" => checks::book(&runner),
         "wrong-settings" => checks::wrong_settings(&runner),
         "fuzz" => runner.script("fuzz/run.sh", &rest),

@@ -1,44 +1,11 @@
-//! What a run with autofocus shows beside the others: findings, the image as stated, the corrections.
+//! What a run with autofocus shows beside the others: the image as stated, the corrections.
 
-use acerra_autofocus::Decision;
 use acerra_chain::autofocus::PathCorrection;
-use acerra_chain::evidence::{
-    AutofocusSeen, Finding, autofocus_correction, autofocus_gain, autofocus_sigma,
-};
 use acerra_figure::{Axis, FigureError, ImageDb, LinePlot, PixelValues, Series};
 
 use crate::display::WINDOW;
 use crate::outcome::Outcome;
 use crate::report::Picture;
-
-/// The findings of an autofocus.
-#[must_use]
-pub fn findings(correction: &PathCorrection) -> Vec<Finding> {
-    let found = &correction.found;
-    let seen = match found.decision {
-        Decision::Applied => AutofocusSeen::Applied,
-        Decision::NoPoints => AutofocusSeen::NoPoints,
-        Decision::AgainstPrior => AutofocusSeen::AgainstPrior,
-        _ => AutofocusSeen::NotSignificant,
-    };
-    let points = found.points.len();
-    let mut findings = vec![autofocus_gain(
-        seen,
-        found.gain_db,
-        found.gain_sigma_db,
-        points,
-    )];
-    if points > 0 {
-        findings.push(autofocus_correction(found.correction_in_sigmas));
-    }
-    if correction.is_applied() {
-        let square = |s: &[f64; 3]| s.iter().map(|v| v * v).sum::<f64>();
-        let count = found.sigma_m.len().max(1) as f64;
-        let mean = found.sigma_m.iter().map(square).sum::<f64>() / count;
-        findings.push(autofocus_sigma(mean.sqrt(), found.unobserved));
-    }
-    findings
-}
 
 /// The image as the positions have it and the corrections, with the names of their files; none where
 /// no correction is applied.

@@ -8,7 +8,7 @@ use acerra_chain::echoes::ImageError;
 use acerra_chain::evidence::{Evidence, Verdict};
 use acerra_chain::inputs::InputFile;
 use acerra_chain::measure::MeasureError;
-use acerra_chain::weigh::{weigh_image, weigh_prepared, weigh_unchecked};
+use acerra_chain::weigh::{weigh_autofocus, weigh_image, weigh_prepared, weigh_unchecked};
 use acerra_chain::{
     Cancelled, ChainError, Control, Focused, ImageRequest, ImageSink, Journal, MemorySink, Prepared,
 };
@@ -16,7 +16,6 @@ use acerra_geo::geoid::{GeoidError, GeoidGrid};
 use acerra_radar::LoggedClock;
 use anyhow::Context;
 
-use crate::correction;
 use crate::data;
 use crate::deliver::deliver;
 use crate::maps::{self, earth_frame};
@@ -112,7 +111,7 @@ pub enum RunError {
     Image(#[from] ImageError),
     /// The autofocus failed.
     #[error(transparent)]
-    Autofocus(#[from] AutofocusFailure),
+    Autofocus(AutofocusFailure),
     /// A stage failed while measuring.
     #[error(transparent)]
     Measure(#[from] MeasureError),
@@ -134,6 +133,15 @@ pub enum RunError {
         /// The contradictions, a line each.
         found: String,
     },
+}
+
+impl From<AutofocusFailure> for RunError {
+    fn from(failure: AutofocusFailure) -> Self {
+        match failure {
+            AutofocusFailure::Cancelled(cancelled) => Self::Cancelled(cancelled),
+            failure => Self::Autofocus(failure),
+        }
+    }
 }
 
 /// Fails on the first contradictions, unless the campaign wants them as warnings.
@@ -241,7 +249,7 @@ fn autofocus(
         Ok::<bool, RunError>(found.is_applied())
     })?;
     if let Some(found) = &prepared.correction {
-        correction::findings(found)
+        weigh_autofocus(found)
             .into_iter()
             .for_each(|finding| journal.evidence.add(finding));
     }

@@ -5,9 +5,9 @@ use std::sync::Arc;
 
 use acerra_chain::position::{Positions, placed};
 use acerra_chain::read::RadarContent;
-use acerra_chain::weigh::weigh_prepared;
+use acerra_chain::weigh::{weigh_autofocus, weigh_prepared};
 use acerra_chain::{Control, Journal, MemorySink, Recording, Scene, prepare};
-use acerra_products::{NamedCampaign, process, run_campaign};
+use acerra_products::{NamedCampaign, RunError, process, run_campaign};
 use acerra_radar::{Radargram, Samples};
 use numpy::{PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
@@ -58,7 +58,7 @@ impl Campaign {
         crate::prepared::to_json(&self.campaign)
     }
 
-    /// Reads, positions, aligns and cleans.
+    /// Reads, positions, aligns and cleans; corrects the positions where `[autofocus]` says so.
     fn prepare(&self, py: Python<'_>, progress: Option<Py<PyAny>>) -> PyResult<Prepared> {
         work::run(py, progress.as_ref(), |control| {
             let mut journal = Journal::default();
@@ -206,7 +206,7 @@ fn refuse_files(campaign: &acerra_chain::campaign::Campaign) -> Result<(), Failu
 
 /// Prepared spectra with what they say of the settings.
 fn weighed(
-    prepared: acerra_chain::Prepared,
+    mut prepared: acerra_chain::Prepared,
     campaign: &acerra_chain::campaign::Campaign,
     journal: Journal,
     control: &Control<'_>,
@@ -215,6 +215,11 @@ fn weighed(
     let mut findings = journal.evidence.findings().to_vec();
     let found = weigh_prepared(&prepared, &request, control).map_err(|_| Failure::Cancelled)?;
     findings.extend(found);
+    if campaign.autofocus.enabled {
+        let options = (&campaign.autofocus).into();
+        let correction = prepared.autofocus(&options, control);
+        findings.extend(weigh_autofocus(correction.map_err(RunError::from)?));
+    }
     Ok(Prepared {
         held: Held::Alone(Arc::new(prepared)),
         defaults: request.options,

@@ -79,6 +79,22 @@ def test_terrain_is_imaged_as_by_the_command(demo: Path, command: Path, tmp_path
     assert np.array_equal(run.image.values, np.load(products / "image.npz")["image"])
 
 
+def test_positions_are_corrected_as_by_the_command(
+    demo: Path, command: Path, tmp_path: Path
+) -> None:
+    text, _ = campaign_with(demo, TABLES["plane"])
+    text += "\n[autofocus]\nenabled = true\n"
+    file = demo / "corrected.toml"
+    file.write_text(text)
+    products = tmp_path / "products"
+    subprocess.run([command, "focus", file, "-o", products], check=True, capture_output=True)
+    prepared = acerra.Campaign.parse(text, folder=demo).prepare()
+    assert np.array_equal(prepared.image().values, np.load(products / "image.npz")["image"])
+    findings = json.loads((products / "run.json").read_text())["evidence"]
+    said = [f["name"] for f in findings if f["name"].startswith("autofocus")]
+    assert [f.name for f in prepared.evidence if f.name.startswith("autofocus")] == said != []
+
+
 def test_focus_writes_the_command_s_products(demo: Path, tmp_path: Path) -> None:
     text, _ = campaign_with(demo, TABLES["plane"])
     file = demo / "written.toml"

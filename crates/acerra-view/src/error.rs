@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use acerra_chain::ChainError;
+use acerra_chain::autofocus::AutofocusFailure;
 use acerra_chain::campaign::CampaignError;
 use acerra_chain::echoes::ImageError;
 use acerra_imaging::ImagingError;
@@ -120,6 +121,9 @@ pub enum RequestError {
     /// A stage of the chain refuses the settings.
     #[error(transparent)]
     Chain(ChainError),
+    /// The positions cannot be corrected.
+    #[error(transparent)]
+    Autofocus(AutofocusFailure),
     /// The image cannot be made.
     #[error(transparent)]
     Image(ImageError),
@@ -150,6 +154,15 @@ impl From<ChainError> for RequestError {
         match error {
             ChainError::Cancelled(_) => Self::Superseded,
             error => Self::Chain(error),
+        }
+    }
+}
+
+impl From<AutofocusFailure> for RequestError {
+    fn from(failure: AutofocusFailure) -> Self {
+        match failure {
+            AutofocusFailure::Cancelled(_) => Self::Superseded,
+            failure => Self::Autofocus(failure),
         }
     }
 }

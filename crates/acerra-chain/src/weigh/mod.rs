@@ -6,6 +6,7 @@
 //! ```
 
 mod altimeter;
+mod autofocus;
 mod background;
 mod delay;
 mod history;
@@ -20,6 +21,7 @@ mod track;
 mod unchecked;
 mod wander;
 
+pub use autofocus::weigh_autofocus;
 pub use unchecked::weigh_unchecked;
 
 use crate::control::{Cancelled, Control};

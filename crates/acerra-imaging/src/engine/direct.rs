@@ -43,20 +43,16 @@ pub(crate) struct DirectSpec {
 }
 
 impl DirectSpec {
-    /// The arrangement of pixels on a grid: over uneven ground by rows.
-    pub fn shape_on(&self, grid: &ImageGrid) -> Shape {
-        if grid.is_uneven() {
-            Shape::Row
-        } else {
-            self.shape
-        }
+    /// The arrangement of pixels on a plane, or on uneven ground, which is taken by rows.
+    pub fn shape_on(&self, is_uneven: bool) -> Shape {
+        if is_uneven { Shape::Row } else { self.shape }
     }
 }
 
 /// Antenna positions and table, ready for any number of runs.
 #[derive(Debug)]
 pub(crate) struct Direct {
-    spec: DirectSpec,
+    pub spec: DirectSpec,
     level: SimdLevel,
     antenna_m: [Vec<f64>; 3],
     table: RangeTable,
@@ -130,7 +126,7 @@ impl Direct {
             }
             meter.add(out.len() as u64 * pulses);
         };
-        let shape = self.shape(patch.relief.is_some());
+        let shape = self.spec.shape_on(patch.relief.is_some());
         let lanes = self.level.lanes();
         let height = shape.tile_rows(lanes);
         if grid.rows >= 2 * height {
@@ -156,11 +152,6 @@ impl Direct {
                 });
         }
         tally.into_inner().unwrap_or_default()
-    }
-
-    /// The arrangement of pixels, which over uneven ground is by rows.
-    pub fn shape(&self, uneven: bool) -> Shape {
-        if uneven { Shape::Row } else { self.spec.shape }
     }
 
     /// The part of a run that all its bands share.

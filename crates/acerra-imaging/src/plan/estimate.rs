@@ -55,7 +55,8 @@ impl ImagingPlan<'_> {
     fn time_bands(&self, direct: &Direct, control: Control) -> f64 {
         let (echoes, grid) = (&self.request.echoes, &self.request.grid);
         let lanes = self.request.options.level.lanes();
-        let least = direct.shape(grid.is_uneven()).tile_rows(lanes) * rayon::current_num_threads();
+        let least =
+            direct.spec.shape_on(grid.is_uneven()).tile_rows(lanes) * rayon::current_num_threads();
         let work = (least * grid.columns() * echoes.len()) as u64;
         let rows = (least * (SMALL / work.max(1)).clamp(1, 8) as usize).min(grid.rows());
         let mut out = vec![Complex32::ZERO; rows * grid.columns()];

@@ -376,7 +376,7 @@ impl<'r, 'a> Planner<'r, 'a> {
                 bins_per_period: spec.table.period,
                 degree: spec.table.degree,
                 carrier_rad_per_bin,
-                group: spec.shape_on(&self.request.grid).group(),
+                group: spec.shape_on(self.request.grid.is_uneven()).group(),
                 cubic: spec.cubic,
                 cost,
                 paths,

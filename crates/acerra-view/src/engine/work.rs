@@ -6,6 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
 use acerra_chain::campaign::Campaign;
+use acerra_chain::inversion::Method;
 use acerra_chain::{
     Control, Journal, MemorySink, Pixels, Prepared, Recording, Scene, prepare_as_stated,
 };
@@ -118,6 +119,7 @@ impl Workbench {
             warnings,
             control,
         )?;
+        let prepared = corrected(prepared, &campaign, control)?;
         let base = Arc::new(Current::new(Edits::default(), campaign, prepared, 0));
         Ok(Self {
             current: Mutex::new(Arc::clone(&base)),
@@ -166,6 +168,7 @@ impl Workbench {
             let warnings = &mut acerra_chain::Warnings::default();
             let calibration = &survey.calibration;
             let prepared = prepare_as_stated(&recordings, scene, calibration, warnings, control)?;
+            let prepared = corrected(prepared, &campaign, control)?;
             let revision = 1 + self.tried.fetch_add(1, Ordering::Relaxed);
             Arc::new(Current::new(*edits, campaign, prepared, revision))
         };
@@ -187,6 +190,15 @@ impl Workbench {
 
     /// Makes an image.
     pub fn image(&self, order: &ImageOrder, control: &Control<'_>) -> Result<Made, RequestError> {
+        // Pixels are solved for together: a part of them alone would be another solution.
+        let method = self.base.campaign.image.method;
+        if method != Method::Adjoint {
+            return Err(RequestError::Invalid {
+                what: "[image] method",
+                expected: "adjoint: only its images are made anew here".to_owned(),
+                found: method.name().to_owned(),
+            });
+        }
         let start = Instant::now();
         let current = self.with(&order.edits, control)?;
         let cleaning_ms = milliseconds(start);
@@ -216,6 +228,18 @@ impl Workbench {
             revision: current.revision,
         })
     }
+}
+
+/// The data with their positions corrected, where the campaign has an autofocus.
+fn corrected(
+    mut prepared: Prepared,
+    campaign: &Campaign,
+    control: &Control<'_>,
+) -> Result<Prepared, RequestError> {
+    if campaign.autofocus.enabled {
+        prepared.autofocus(&(&campaign.autofocus).into(), control)?;
+    }
+    Ok(prepared)
 }
 
 impl Current {

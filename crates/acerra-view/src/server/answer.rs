@@ -16,7 +16,9 @@ impl IntoResponse for RequestError {
             Self::Absent { .. } => StatusCode::NOT_FOUND,
             Self::Superseded | Self::Engine(EngineError::NotReady) => StatusCode::CONFLICT,
             Self::Invalid { .. } | Self::Campaign(_) | Self::Grid(_) => StatusCode::BAD_REQUEST,
-            Self::Chain(_) | Self::Image(_) | Self::Engine(_) => StatusCode::UNPROCESSABLE_ENTITY,
+            Self::Chain(_) | Self::Autofocus(_) | Self::Image(_) | Self::Engine(_) => {
+                StatusCode::UNPROCESSABLE_ENTITY
+            }
             Self::File { .. } | Self::Volume(_) | Self::Write(_) | Self::GivenUp => {
                 StatusCode::INTERNAL_SERVER_ERROR
             }

@@ -30,7 +30,12 @@ impl Factorized {
         let mut random = Random(0x7e57);
 
         // Full rows, two tiles of them, as in the run: neighbours share what the caches hold.
-        let rows = (2 * self.direct.shape(false).tile_rows(self.level.lanes())).min(coarse.rows);
+        let rows = (2 * self
+            .direct
+            .spec
+            .shape_on(false)
+            .tile_rows(self.level.lanes()))
+        .min(coarse.rows);
         let count = (coarse.rows * parts.len() / (100 * rows))
             .clamp(2, 64)
             .next_multiple_of(threads);

@@ -5,7 +5,7 @@ use super::expansion::{Block, Ground, NO_WINDOW, Paths, Setup, expand, parameter
 use super::job::{Band, CHUNK, Job, TILE, Tally, block_width, tile_rows, vectors_a_group};
 use super::profile::Profile;
 use crate::grid::relief::Relief;
-use crate::kernel::lanes::{Lanes, MAX_LANES, ROUNDING};
+use crate::kernel::lanes::{Lanes, MAX_LANES};
 use num_complex::Complex32;
 
 /// Most rows of a tile: those of the shortest vectors.
@@ -172,14 +172,7 @@ fn sum_block<
         lanes: unsafe { s.load(lane.as_ptr()) },
         chunk_table: &job.table.coefficients[block.pulses.start * job.table.pulse_stride..]
             [..block.pulses.len() * job.table.pulse_stride],
-        evaluator: Evaluator {
-            s,
-            rounding: s.splat(ROUNDING),
-            cosine: job.cosine.map(|c| s.splat(c)),
-            sine: job.sine.map(|c| s.splat(c)),
-            stride: job.table.stride,
-            interleaved: job.table.interleaved,
-        },
+        evaluator: Evaluator::of(s, job),
     };
     for k in 0..block.groups {
         let (mut sums, windows) = sum.windows(k);

@@ -1,18 +1,32 @@
 //! Contribution of a pulse at given ranges: polynomial of the range bin times the carrier.
 
-use crate::kernel::lanes::Lanes;
+use super::job::Job;
+use crate::kernel::lanes::{Lanes, ROUNDING};
 
 /// Evaluates contributions once their range is known.
 pub(super) struct Evaluator<S: Lanes, const DEGREE: usize, const TERMS: usize> {
-    pub s: S,
-    pub rounding: S::V,
-    pub cosine: [S::V; 4],
-    pub sine: [S::V; 4],
-    pub stride: usize,
-    pub interleaved: bool,
+    s: S,
+    rounding: S::V,
+    cosine: [S::V; 4],
+    sine: [S::V; 4],
+    stride: usize,
+    interleaved: bool,
 }
 
 impl<S: Lanes, const DEGREE: usize, const TERMS: usize> Evaluator<S, DEGREE, TERMS> {
+    /// For the table and the carrier of a job.
+    #[inline(always)]
+    pub fn of(s: S, job: &Job) -> Self {
+        Self {
+            s,
+            rounding: s.splat(ROUNDING),
+            cosine: job.cosine.map(|c| s.splat(c)),
+            sine: job.sine.map(|c| s.splat(c)),
+            stride: job.table.stride,
+            interleaved: job.table.interleaved,
+        }
+    }
+
     /// Adds the contribution at `t` bins past a window of N entries, from which each lane picks its own
     /// inside registers.
     ///

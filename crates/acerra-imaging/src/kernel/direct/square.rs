@@ -7,7 +7,7 @@
 use super::evaluator::Evaluator;
 use super::job::{Band, CHUNK, Job, SIDE, TILE, Tally, square_rows};
 use super::square_expansion::{GROUP, Origin, SquareBlock, SquarePaths, SquareSetup, expand};
-use crate::kernel::lanes::{Lanes, MAX_LANES, ROUNDING};
+use crate::kernel::lanes::{Lanes, MAX_LANES};
 use num_complex::Complex32;
 
 /// Images a band into `out` `[rows, columns]`; the caller keeps `rows` within [`square_rows`].
@@ -104,14 +104,7 @@ fn sum_block<
         lanes,
         chunk_table: &job.table.coefficients[block.pulses.start * job.table.pulse_stride..]
             [..block.pulses.len() * job.table.pulse_stride],
-        evaluator: Evaluator {
-            s,
-            rounding: s.splat(ROUNDING),
-            cosine: job.cosine.map(|c| s.splat(c)),
-            sine: job.sine.map(|c| s.splat(c)),
-            stride: job.table.stride,
-            interleaved: false,
-        },
+        evaluator: Evaluator::of(s, job),
     };
     for k in 0..block.groups {
         let mut sums = sum.windows(k);

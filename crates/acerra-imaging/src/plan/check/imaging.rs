@@ -95,7 +95,7 @@ pub(in crate::plan) fn compare_pixels(
     let (grid, echoes) = (&request.grid, &request.echoes);
     let meter = Meter::silent(control);
     let mut random = Random(0x1234_5678);
-    let shape = direct.shape(grid.is_uneven());
+    let shape = direct.spec.shape_on(grid.is_uneven());
     let width = shape.block_width(request.options.level.lanes());
     let height = if shape == Shape::Row { 1 } else { SIDE };
     let places: Vec<[[usize; 2]; 2]> = (0..pixels.div_ceil(2))

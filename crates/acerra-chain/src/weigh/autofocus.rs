@@ -1,0 +1,37 @@
+//! Findings on the corrections of the positions.
+
+use acerra_autofocus::Decision;
+
+use crate::correction::PathCorrection;
+use crate::evidence::{
+    AutofocusSeen, Finding, autofocus_correction, autofocus_gain, autofocus_sigma,
+};
+
+/// Weighs what an autofocus found.
+#[must_use]
+pub fn weigh_autofocus(correction: &PathCorrection) -> Vec<Finding> {
+    let found = &correction.found;
+    let seen = match found.decision {
+        Decision::Applied => AutofocusSeen::Applied,
+        Decision::NoPoints => AutofocusSeen::NoPoints,
+        Decision::AgainstPrior => AutofocusSeen::AgainstPrior,
+        _ => AutofocusSeen::NotSignificant,
+    };
+    let points = found.points.len();
+    let mut findings = vec![autofocus_gain(
+        seen,
+        found.gain_db,
+        found.gain_sigma_db,
+        points,
+    )];
+    if points > 0 {
+        findings.push(autofocus_correction(found.correction_in_sigmas));
+    }
+    if correction.is_applied() {
+        let square = |s: &[f64; 3]| s.iter().map(|v| v * v).sum::<f64>();
+        let count = found.sigma_m.len().max(1) as f64;
+        let mean = found.sigma_m.iter().map(square).sum::<f64>() / count;
+        findings.push(autofocus_sigma(mean.sqrt(), found.unobserved));
+    }
+    findings
+}
