@@ -80,6 +80,7 @@ pub mod sink;
 pub mod space;
 pub mod stages;
 mod survey;
+pub mod tiles;
 mod trace_positions;
 pub mod volume;
 mod warnings;

@@ -12,7 +12,7 @@ use acerra_gnss::conf::{ConfError, read_conf};
 use acerra_gnss::{BasePosition, PpkOptions, RuleSet};
 
 use crate::evidence::{Finding, base_position};
-use crate::positioning::{self, PositioningError, PositioningInput};
+use crate::positioning::{self, AntennaInput, PositioningError, PositioningInput};
 use crate::read::name_of;
 use crate::trace_positions::TracePositions;
 use crate::warnings::Warnings;
@@ -346,8 +346,8 @@ fn from_gnss(
     warnings: &mut Warnings,
     findings: &mut Vec<Finding>,
 ) -> Result<Trajectory, PositionError> {
-    let ppk = ppk_options(logs, warnings)?;
-    let positioned = positioning::run(&logs.files, &ppk).map_err(PositionError::Positioning)?;
+    let (files, ppk) = positioning_of(logs, warnings)?;
+    let positioned = positioning::run(&files, &ppk).map_err(PositionError::Positioning)?;
     for warning in &positioned.warnings {
         warnings.add(format!("[gnss] {warning}"));
     }
@@ -365,8 +365,13 @@ fn from_gnss(
     at_phase_centre(trajectory, options.lever_arm_m)
 }
 
-/// The options of the positioning: those of the configuration file, and the base's place.
-fn ppk_options(logs: &GnssLogs, warnings: &mut Warnings) -> Result<PpkOptions, PositionError> {
+/// The files and the options of the positioning: what the configuration file says, and the base's
+/// place. Its settings get the safeguards that `acerra ppk` gives them.
+fn positioning_of(
+    logs: &GnssLogs,
+    warnings: &mut Warnings,
+) -> Result<(PositioningInput, PpkOptions), PositionError> {
+    let mut files = logs.files.clone();
     let mut options = PpkOptions::default();
     if let Some(path) = &logs.config {
         let conf = read_conf(open(path)?, RuleSet::Rtklib).map_err(|cause| {
@@ -378,7 +383,12 @@ fn ppk_options(logs: &GnssLogs, warnings: &mut Warnings) -> Result<PpkOptions, P
         for setting in &conf.not_followed {
             warnings.add(format!("{}: {setting}", name_of(path)));
         }
-        options = conf.options;
+        options = conf.options.guarded();
+        files.needs_precise_orbits = conf.inputs.precise_orbits;
+        files.antennas = AntennaInput::from(&conf.inputs).if_any();
+        if let (Some(file), Some(folder)) = (&mut files.antennas.file, path.parent()) {
+            *file = folder.join(&*file);
+        }
     }
     match &logs.base {
         None => {}
@@ -387,7 +397,7 @@ fn ppk_options(logs: &GnssLogs, warnings: &mut Warnings) -> Result<PpkOptions, P
             options.base_position = BasePosition::Ecef(ecef_from_geodetic(place));
         }
     }
-    Ok(options)
+    Ok((files, options))
 }
 
 /// Moves a trajectory of the positioned point to the radar's phase centre.
@@ -434,6 +444,7 @@ pub fn in_one_frame<'a>(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::positioning::AntennaName;
     use acerra_geo::trajectory::Fix;
 
     fn at(frame: Frame, position_m: [f64; 3]) -> Positions {
@@ -466,5 +477,26 @@ mod tests {
         let mut apart = [at(Frame::Enu(first), [0.0; 3]), at(Frame::Local, [0.0; 3])];
         let message = in_one_frame(&mut apart).unwrap_err().to_string();
         assert!(message.contains("[[track]] 2"), "{message}");
+    }
+
+    #[test]
+    fn a_configuration_file_is_followed_as_the_command_does() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("rtklib.conf");
+        let text = "pos1-posmode=kinematic\npos1-sateph=precise\nant1-anttype=*\nant2-anttype=LEIAX1202\n\
+                    file-rcvantfile=igs14.atx\n";
+        std::fs::write(&path, text).unwrap();
+        let logs = GnssLogs {
+            files: PositioningInput::default(),
+            config: Some(path),
+            base: None,
+        };
+        let (files, options) = positioning_of(&logs, &mut Warnings::default()).unwrap();
+        assert_eq!(options, options.clone().with_safeguards());
+        assert!(files.needs_precise_orbits);
+        let antennas = files.antennas;
+        assert_eq!(antennas.file, Some(folder.path().join("igs14.atx")));
+        assert_eq!(antennas.rover, AntennaName::Header);
+        assert_eq!(antennas.base, AntennaName::Given("LEIAX1202".to_owned()));
     }
 }

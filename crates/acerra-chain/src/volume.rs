@@ -8,7 +8,7 @@ use acerra_imaging::{
 use crate::control::Control;
 use crate::echoes::{ImageError, contributions};
 use crate::pixels::Pixels;
-use crate::sink::{ImageSink, StackArray, StackHeader, StackKind};
+use crate::sink::{ImageSink, SinkError, StackArray, StackHeader, StackKind};
 use crate::space::projections_bytes;
 
 /// A volume seen from three sides: the greatest amplitude along the other axis.
@@ -83,13 +83,14 @@ pub(crate) fn image_volume(
     })
 }
 
-/// A volume that was solved for, slice after slice: handed to the sink, and seen from three sides.
+/// A volume that was made before, in groups of whole slices: handed to the sink slice after slice, and
+/// seen from three sides.
 ///
 /// # Errors
-/// A sink that is full.
-pub(crate) fn deliver_volume(
+/// A group that cannot be had, a sink that is full.
+pub(crate) fn assemble_volume<G: AsRef<[Complex32]>>(
     volume: VolumeGrid,
-    values: &[Complex32],
+    groups: impl Iterator<Item = Result<G, SinkError>>,
     sink: &mut dyn ImageSink,
 ) -> Result<(Vec<Complex32>, Pixels, Projections), ImageError> {
     sink.begin(&StackHeader {
@@ -98,9 +99,13 @@ pub(crate) fn deliver_volume(
         count: volume.nz,
     })?;
     let mut maxima = Maxima::new(volume);
-    for (k, slice) in values.chunks(volume.base.len()).enumerate() {
-        maxima.add(k, slice);
-        sink.put(slice)?;
+    let mut k = 0;
+    for group in groups {
+        for slice in group?.as_ref().chunks(volume.base.len()) {
+            maxima.add(k, slice);
+            sink.put(slice)?;
+            k += 1;
+        }
     }
     sink.finish(vec![heights_of(&volume)])?;
     maxima.into_parts()

@@ -1,8 +1,9 @@
-//! Why arrays cannot be written.
+//! Why arrays cannot be written or read.
 
 use std::io;
+use std::path::PathBuf;
 
-/// Why arrays cannot be written.
+/// Why arrays cannot be written or read.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum CubeError {
@@ -56,7 +57,17 @@ pub enum CubeError {
         /// Slices written.
         found: usize,
     },
-    /// A file cannot be written.
+    /// A tile with more or fewer bytes than its pixels take.
+    #[error("{path}: expected {expected} bytes, found {found}")]
+    Tile {
+        /// The file.
+        path: PathBuf,
+        /// Bytes of a tile.
+        expected: usize,
+        /// Bytes there are.
+        found: usize,
+    },
+    /// A file cannot be written or read.
     #[error(transparent)]
     Io(#[from] io::Error),
 }

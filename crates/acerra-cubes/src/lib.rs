@@ -37,4 +37,4 @@ pub use dataset::{Attribute, Dataset, StackShape, Values, Variable};
 pub use error::CubeError;
 pub use hdf5::{Hdf5File, Hdf5Stack, write_hdf5};
 pub use vti::{VtiGrid, VtiWriter};
-pub use zarr::{StackWriter, ZarrGroup, write_zarr};
+pub use zarr::{StackWriter, TiledArray, ZarrGroup, write_zarr};

@@ -397,6 +397,22 @@ impl PpkOptions {
         }
     }
 
+    /// These options as they are used unless RTKLIB's very answer is wanted: by RTKLIB's rules with
+    /// the [safeguards](Self::with_safeguards); demo5's rules have their own.
+    ///
+    /// ```
+    /// use acerra_gnss::PpkOptions;
+    /// assert!(PpkOptions::rtklib().guarded().raim);
+    /// assert_eq!(PpkOptions::demo5().guarded(), PpkOptions::demo5());
+    /// ```
+    #[must_use]
+    pub fn guarded(self) -> Self {
+        match self.rules {
+            RuleSet::Rtklib => self.with_safeguards(),
+            RuleSet::Demo5 => self,
+        }
+    }
+
     /// These options with every one of the [safeguards](Self::with_safeguards) switched off.
     #[must_use]
     pub fn without_safeguards(self) -> Self {

@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use acerra_chain::positioning::{PositioningInput, answer, run};
-use acerra_gnss::conf::read_conf;
+use acerra_chain::positioning::{AntennaInput, PositioningInput, answer, run};
+use acerra_gnss::conf::{ConfInputs, read_conf};
 use acerra_gnss::{BasePosition, PpkOptions, RuleSet};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -18,19 +18,15 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(ppk, module)?)
 }
 
-/// The options that `acerra ppk` takes from RTKLIB's settings, or without any; and the settings that are
-/// not followed.
-fn options_of(settings: Option<&str>) -> Result<(PpkOptions, Vec<String>), Failure> {
+/// What `acerra ppk` takes from RTKLIB's settings, or uses without any; and the settings that are not
+/// followed.
+fn settled(settings: Option<&str>) -> Result<(PpkOptions, ConfInputs, Vec<String>), Failure> {
     let Some(settings) = settings else {
-        return Ok((PpkOptions::default(), Vec::new()));
+        return Ok((PpkOptions::default(), ConfInputs::default(), Vec::new()));
     };
     let conf = read_conf(settings.as_bytes(), RuleSet::Rtklib).map_err(Failure::settings)?;
-    let options = match conf.options.rules {
-        RuleSet::Rtklib => conf.options.with_safeguards(),
-        _ => conf.options,
-    };
     let not_followed = conf.not_followed.iter().map(ToString::to_string);
-    Ok((options, not_followed.collect()))
+    Ok((conf.options.guarded(), conf.inputs, not_followed.collect()))
 }
 
 /// The trajectory as arrays, and what `acerra ppk --json` says.
@@ -44,7 +40,7 @@ fn ppk<'py>(
     base_ecef_m: Option<[f64; 3]>,
 ) -> PyResult<(Bound<'py, PyDict>, String)> {
     let (trajectory, said) = work::run(py, None, |_| {
-        let (mut options, not_followed) = options_of(settings)?;
+        let (mut options, inputs, not_followed) = settled(settings)?;
         if let Some(place) = base_ecef_m {
             options.base_position = BasePosition::Ecef(place);
         }
@@ -55,6 +51,8 @@ fn ppk<'py>(
             base: base.next(),
             more_base: base.collect(),
             navigation,
+            needs_precise_orbits: inputs.precise_orbits,
+            antennas: AntennaInput::from(&inputs).if_any(),
             ..PositioningInput::default()
         };
         let mut positioning = run(&input, &options).map_err(Failure::position)?;

@@ -44,6 +44,40 @@ def test_byte_order_stride_and_protection_change_nothing(echoes: Any) -> None:
     assert np.array_equal(image(echoes, position_m=reversed_twice).values, expected)
 
 
+class Lent:
+    """An array of another library that only lends its buffer."""
+
+    def __init__(self, array: Any, refused: str | None = None) -> None:
+        self.array, self.refused = array, refused
+
+    def __dlpack__(self, **wanted: Any) -> Any:
+        if self.refused is not None:
+            raise BufferError(self.refused)
+        return self.array.__dlpack__(**wanted)
+
+    def __dlpack_device__(self) -> tuple[int, int]:
+        device: tuple[int, int] = self.array.__dlpack_device__()
+        return device
+
+
+def test_lent_buffers_are_taken(echoes: Any) -> None:
+    expected = image(echoes).values
+    lent = image(echoes, spectrum=Lent(echoes.spectrum), position_m=Lent(echoes.position_m))
+    assert np.array_equal(lent.values, expected)
+    assert np.array_equal(np.from_dlpack(lent.values), expected)
+    with pytest.raises(TypeError, match="spectrum: expected an array in the processor's memory.*GPU"):
+        image(echoes, spectrum=Lent(echoes.spectrum, "on the GPU"))
+
+
+@pytest.mark.parametrize("library", ["torch", "jax.numpy"])
+def test_tensors_are_taken(echoes: Any, library: str) -> None:
+    tensors = pytest.importorskip(library)
+    spectrum = tensors.asarray(echoes.spectrum)
+    # JAX keeps single precision unless told otherwise.
+    made, expected = image(echoes, spectrum=spectrum).values, image(echoes).values
+    assert np.linalg.norm(made - expected) < 1e-5 * np.linalg.norm(expected)
+
+
 @pytest.mark.parametrize(
     ("changed", "kind", "message"),
     [

@@ -17,7 +17,7 @@ use crate::control::Control;
 use crate::echoes::{Echoes, ImageError};
 use crate::focus::{Focused, ImageRequest, parts_within, plan_options};
 use crate::sink::ImageSink;
-use crate::volume::deliver_volume;
+use crate::volume::assemble_volume;
 
 /// Echoes, their tracks, and the ranges that they hold.
 #[derive(Clone, Copy, Debug)]
@@ -66,7 +66,8 @@ pub fn invert(
     };
     let (image, pixels, projections) = match request.pixels.volume {
         Some(volume) => {
-            let (image, pixels, seen) = deliver_volume(volume, &made.image, sink)?;
+            let whole = std::iter::once(Ok(&made.image));
+            let (image, pixels, seen) = assemble_volume(volume, whole, sink)?;
             (image, pixels, Some(seen))
         }
         None => (

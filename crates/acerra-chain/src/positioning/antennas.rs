@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use acerra_gnss::antex::{AntennaCalibration, AntexFile, read_antex};
+use acerra_gnss::conf::ConfInputs;
 use acerra_gnss::input::{Limits, Lines};
 use acerra_gnss::{ObservationData, PpkOptions};
 
@@ -34,7 +35,32 @@ pub enum AntennaName {
     None,
 }
 
+impl From<&ConfInputs> for AntennaInput {
+    /// As RTKLIB's settings have it: an empty name is none, `*` is the log's.
+    fn from(conf: &ConfInputs) -> Self {
+        let named = |name: &str| match name {
+            "" => AntennaName::None,
+            "*" => AntennaName::Header,
+            name => AntennaName::Given(name.to_owned()),
+        };
+        Self {
+            file: conf.antenna_file.as_ref().map(PathBuf::from),
+            rover: named(&conf.rover_antenna),
+            base: named(&conf.base_antenna),
+        }
+    }
+}
+
 impl AntennaInput {
+    /// These, or no file where neither antenna is to be corrected.
+    #[must_use]
+    pub fn if_any(self) -> Self {
+        match self.rover == AntennaName::None && self.base == AntennaName::None {
+            true => Self::default(),
+            false => self,
+        }
+    }
+
     /// The options with the calibrations of rover and base, and a warning about each that is not
     /// there.
     ///

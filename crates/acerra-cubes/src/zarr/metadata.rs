@@ -18,8 +18,21 @@ pub(super) struct ArrayMetadata {
 }
 
 impl ArrayMetadata {
+    /// An array whose chunks are cut by its shape and compressed.
     pub fn of(variable: &Variable<'_>, shape: &[usize]) -> Self {
-        let chunk = chunk_shape(shape);
+        let gzip = json!({"name": "gzip", "configuration": {"level": GZIP_LEVEL}});
+        Self::with_chunks(variable, shape, chunk_shape(shape), Some(gzip))
+    }
+
+    /// An array with these chunks, compressed or as its values stand.
+    pub fn with_chunks(
+        variable: &Variable<'_>,
+        shape: &[usize],
+        chunk: Vec<usize>,
+        compression: Option<Value>,
+    ) -> Self {
+        let bytes = json!({"name": "bytes", "configuration": {"endian": "little"}});
+        let codecs: Vec<Value> = std::iter::once(bytes).chain(compression).collect();
         let (data_type, fill_value) = match &variable.values {
             Values::Real32(_) => ("float32", json!("NaN")),
             Values::Real64(_) => ("float64", json!("NaN")),
@@ -34,10 +47,7 @@ impl ArrayMetadata {
             "chunk_grid": {"name": "regular", "configuration": {"chunk_shape": chunk}},
             "chunk_key_encoding": {"name": "default", "configuration": {"separator": "/"}},
             "fill_value": fill_value,
-            "codecs": [
-                {"name": "bytes", "configuration": {"endian": "little"}},
-                {"name": "gzip", "configuration": {"level": GZIP_LEVEL}},
-            ],
+            "codecs": codecs,
             "attributes": attributes_json(&variable.attributes),
             "dimension_names": variable.dimensions,
             "storage_transformers": [],

@@ -3,6 +3,7 @@
 mod chunks;
 mod metadata;
 mod stack;
+mod tiled;
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -14,6 +15,7 @@ use crate::error::CubeError;
 use chunks::write_chunks;
 use metadata::{ArrayMetadata, attributes_json, group_json};
 pub use stack::StackWriter;
+pub use tiled::TiledArray;
 
 /// Name of the file that holds the metadata of a group or an array.
 const METADATA: &str = "zarr.json";
@@ -79,6 +81,22 @@ impl ZarrGroup {
             metadata.chunk,
             shape,
         ))
+    }
+
+    /// Begins a complex array that is cut along its first dimension into tiles of `per_tile`.
+    ///
+    /// # Errors
+    /// A name that does not fit, files that cannot be written.
+    pub fn tiled(
+        &mut self,
+        variable: &Variable<'_>,
+        shape: &[usize],
+        per_tile: usize,
+    ) -> Result<TiledArray, CubeError> {
+        let array = TiledArray::of(&self.folder, &variable.name, shape, per_tile);
+        let metadata = ArrayMetadata::with_chunks(variable, shape, array.chunk(), None);
+        self.begin(&variable.name, &metadata)?;
+        Ok(array)
     }
 
     /// Writes the metadata of the group: the file is complete.

@@ -1,7 +1,8 @@
 """Arguments as contiguous arrays of the type that the native module takes.
 
 Real numbers of any width, byte order, stride and origin are converted; what would lose a meaning (complex
-numbers for real ones, other units than those named) is refused.
+numbers for real ones, other units than those named) is refused. Arrays of JAX and Torch are taken as they lend
+their buffers.
 """
 
 from __future__ import annotations
@@ -21,11 +22,23 @@ def _array(name: str, value: Any, units: str | None, kinds: str) -> npt.NDArray[
     found = getattr(value, "attrs", {}).get("units") if hasattr(value, "attrs") else None
     if units is not None and found is not None and found != units:
         raise ValueError(f'{name}: expected units "{units}", found "{found}"')
-    array = np.asarray(value)
+    array = _in_memory(name, value)
     if array.dtype.kind not in kinds:
         expected = "numbers" if "c" in kinds else "real numbers"
         raise TypeError(f"{name}: expected {expected}, found dtype {array.dtype}")
     return array
+
+
+def _in_memory(name: str, value: Any) -> npt.NDArray[Any]:
+    """The numbers of an array of any library, without a copy where it lends them (DLPack)."""
+    lends = hasattr(value, "__dlpack__") and not hasattr(value, "__array__")
+    try:
+        return np.from_dlpack(value) if lends else np.asarray(value)
+    except (BufferError, RuntimeError, TypeError) as refused:
+        raise TypeError(
+            f"{name}: expected an array in the processor's memory, found {type(value).__name__}: "
+            f"{refused}"
+        ) from refused
 
 
 def _expect_dimensions(name: str, array: npt.NDArray[Any], expected: int) -> None:

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use acerra_chain::evidence::Verdict;
 use acerra_chain::{Control, Journal, Track};
 use acerra_products::run_record::RunRecord;
-use acerra_products::{Outcome, RunRequest, run_campaign_with};
+use acerra_products::{Outcome, RunRequest, Share, TilesMade, make_tiles, run_campaign_with};
 
 use crate::interrupt::cancel_flag;
 use crate::progress::Bar;
@@ -18,6 +18,7 @@ use crate::terminal::{Verbosity, verbosity, warn};
   acerra focus flight.toml
   acerra focus flight.toml -o products --explain
   acerra focus flight.toml --json | jq .warnings
+  acerra focus flight.toml --tiles 3/64   (then: acerra merge flight.toml)
   acerra init flight.mrm rover.ubx base.ubx -o flight.toml    (writes a campaign)")]
 pub struct Args {
     /// The campaign file (TOML).
@@ -29,6 +30,10 @@ pub struct Args {
     /// Correct the positions by autofocus where that is significant, as [autofocus] enabled does.
     #[arg(long)]
     autofocus: bool,
+    /// Make this share of the image's tiles alone, such as 3/64, for job arrays of a cluster: every
+    /// Nth tile from the Kth, into tiles.zarr of the directory. `acerra merge` puts them together.
+    #[arg(long, value_name = "K/N", conflicts_with_all = ["json", "explain"])]
+    tiles: Option<Share>,
     /// Print run.json on standard output instead of a summary.
     #[arg(long)]
     json: bool,
@@ -56,8 +61,64 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
         directory: &directory,
         autofocus: args.autofocus,
     };
+    if let Some(share) = args.tiles {
+        let made = make_tiles(request, share, &mut journal, &control);
+        bar.clear();
+        journal.warnings.said().iter().for_each(|text| warn(text));
+        return tell_tiles(&made?, &directory, out);
+    }
     let run = run_campaign_with(request, &mut journal, &control);
     bar.clear();
+    let told = Told {
+        directory: &directory,
+        json: args.json,
+        explain: args.explain,
+    };
+    tell(run, &journal, &told, out)
+}
+
+/// What became of a share of the tiles.
+fn tell_tiles(made: &TilesMade, directory: &Path, out: &mut dyn Write) -> anyhow::Result<()> {
+    if verbosity() == Verbosity::Quiet {
+        return Ok(());
+    }
+    let TilesMade {
+        made,
+        held,
+        missing,
+        all,
+    } = made;
+    writeln!(
+        out,
+        "tiles      {made} made, {held} there before, {missing} of {all} missing in {}",
+        directory.display()
+    )?;
+    if *missing == 0 {
+        writeln!(out, "           all are there: run `acerra merge`")?;
+    }
+    Ok(())
+}
+
+/// How a finished run is told.
+pub(super) struct Told<'a> {
+    /// Where its products are.
+    pub directory: &'a Path,
+    /// As JSON.
+    pub json: bool,
+    /// With what was planned.
+    pub explain: bool,
+}
+
+/// Tells of a run: what it found on standard output, what it doubts on stderr.
+///
+/// # Errors
+/// The run's own; an output that is closed.
+pub(super) fn tell(
+    run: anyhow::Result<Outcome>,
+    journal: &Journal,
+    told: &Told<'_>,
+    out: &mut dyn Write,
+) -> anyhow::Result<()> {
     if run.is_err() || verbosity() == Verbosity::Quiet {
         // What was noticed helps to understand a failure as well.
         journal.warnings.said().iter().for_each(|text| warn(text));
@@ -73,7 +134,7 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
         );
     }
     let stages = journal.stages.done();
-    if args.json {
+    if told.json {
         let record = RunRecord::of(&outcome, stages);
         writeln!(out, "{}", serde_json::to_string(&record)?)?;
         return Ok(());
@@ -81,13 +142,18 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
     if verbosity() == Verbosity::Quiet {
         return Ok(());
     }
-    summarise(&outcome, args.explain, out)?;
+    summarise(&outcome, told.explain, out)?;
     let seconds: f64 = stages.iter().map(|stage| stage.seconds).sum();
-    writeln!(out, "products   {} in {seconds:.2} s", directory.display())?;
+    writeln!(
+        out,
+        "products   {} in {seconds:.2} s",
+        told.directory.display()
+    )?;
     Ok(())
 }
 
-fn default_output(campaign: &Path) -> PathBuf {
+/// The directory for the products of a campaign that names none.
+pub(super) fn default_output(campaign: &Path) -> PathBuf {
     let mut name = campaign
         .file_stem()
         .unwrap_or(campaign.as_os_str())

@@ -12,6 +12,7 @@ pub mod focus;
 pub mod info;
 pub mod init;
 pub mod man;
+pub mod merge;
 pub mod plan;
 pub mod ppk;
 pub mod psf;

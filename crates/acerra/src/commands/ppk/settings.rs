@@ -2,7 +2,6 @@
 
 use std::fs::File;
 use std::io::BufReader;
-use std::path::PathBuf;
 
 use acerra_chain::positioning::{AntennaInput, AntennaName, PositioningInput};
 use acerra_gnss::conf::{ConfInputs, ConfOutputs, read_conf};
@@ -24,25 +23,12 @@ pub(super) struct Settings {
 impl Args {
     /// The files of the run: those of the command line, then those of a configuration file.
     pub(super) fn input(&self, conf: ConfInputs) -> anyhow::Result<PositioningInput> {
-        let named = |option: &Option<String>, conf: &str| match (option.as_deref(), conf) {
-            (Some("none"), _) => AntennaName::None,
-            (Some(name), _) => AntennaName::Given(name.to_owned()),
-            (None, _) if self.antennas.is_some() && conf.is_empty() => AntennaName::Header,
-            (None, "") => AntennaName::None,
-            (None, "*") => AntennaName::Header,
-            (None, name) => AntennaName::Given(name.to_owned()),
-        };
+        let stated = AntennaInput::from(&conf);
         let antennas = AntennaInput {
-            rover: named(&self.rover_antenna, &conf.rover_antenna),
-            base: named(&self.base_antenna, &conf.base_antenna),
-            file: self
-                .antennas
-                .clone()
-                .or_else(|| conf.antenna_file.map(PathBuf::from)),
+            rover: self.antenna(&self.rover_antenna, stated.rover),
+            base: self.antenna(&self.base_antenna, stated.base),
+            file: self.antennas.clone().or(stated.file),
         };
-        let calibrated = [&antennas.rover, &antennas.base]
-            .into_iter()
-            .any(|name| *name != AntennaName::None);
         Ok(PositioningInput {
             rover: self.rover.clone(),
             base: self.base.clone(),
@@ -51,12 +37,19 @@ impl Args {
             more_base: self.more_base.clone(),
             date: self.date,
             needs_precise_orbits: conf.precise_orbits,
-            antennas: if calibrated {
-                antennas
-            } else {
-                AntennaInput::default()
-            },
+            antennas: antennas.if_any(),
         })
+    }
+
+    /// A receiver's antenna: the command line's; the log's where calibrations are given and nothing
+    /// names one.
+    fn antenna(&self, option: &Option<String>, stated: AntennaName) -> AntennaName {
+        match option.as_deref() {
+            Some("none") => AntennaName::None,
+            Some(name) => AntennaName::Given(name.to_owned()),
+            None if self.antennas.is_some() && stated == AntennaName::None => AntennaName::Header,
+            None => stated,
+        }
     }
 
     /// Options and outputs: preset or configuration file, then what the command line says.
@@ -101,11 +94,10 @@ impl Args {
                 None => (PpkOptions::default(), PosFormat::default()),
             },
         };
-        if self.unguarded {
-            options = options.without_safeguards();
-        } else if options.rules == RuleSet::Rtklib {
-            options = options.with_safeguards();
-        }
+        options = match self.unguarded {
+            true => options.without_safeguards(),
+            false => options.guarded(),
+        };
         self.override_options(&mut options);
         format.frame = self.format.unwrap_or(format.frame);
         format.time = self.time_form.unwrap_or(format.time);

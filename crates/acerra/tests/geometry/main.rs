@@ -1,6 +1,8 @@
 //! Terrain, several tracks, looks and volumes, through files and the command.
 #![allow(clippy::unwrap_used)] // a test that cannot go on has failed
 
+mod tiles;
+
 use std::fs;
 use std::fs::File;
 use std::path::Path;

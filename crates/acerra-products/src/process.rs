@@ -1,0 +1,271 @@
+//! The stages of a run, from a campaign to what there is to deliver.
+
+use acerra_chain::autofocus::AutofocusFailure;
+use acerra_chain::calibrate::SurveyedPoint;
+use acerra_chain::campaign::{Campaign, Contradictions};
+use acerra_chain::echoes::ImageError;
+use acerra_chain::evidence::{Evidence, Verdict};
+use acerra_chain::measure::MeasureError;
+use acerra_chain::weigh::{weigh_autofocus, weigh_image, weigh_prepared, weigh_unchecked};
+use acerra_chain::{
+    Cancelled, ChainError, Control, Focused, ImageRequest, ImageSink, Journal, MemorySink, Prepared,
+};
+use acerra_geo::geoid::{GeoidError, GeoidGrid};
+
+use crate::maps::earth_frame;
+use crate::outcome::Outcome;
+use crate::surveyed::{SurveyError, compared, read_survey};
+
+/// Why a run leaves no products.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum RunError {
+    /// A stage failed.
+    #[error(transparent)]
+    Chain(#[from] ChainError),
+    /// A stage failed while imaging.
+    #[error(transparent)]
+    Image(#[from] ImageError),
+    /// The autofocus failed.
+    #[error(transparent)]
+    Autofocus(AutofocusFailure),
+    /// A stage failed while measuring.
+    #[error(transparent)]
+    Measure(#[from] MeasureError),
+    /// The surveyed points cannot be read.
+    #[error(transparent)]
+    Survey(#[from] SurveyError),
+    /// The grid of the geoid cannot be read.
+    #[error("[image] geoid: {0}")]
+    Geoid(#[from] GeoidError),
+    /// The caller asked to stop.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+    /// What the run found cannot be, were its settings right.
+    #[error(
+        "the evidence contradicts the settings:\n{found}\n([checks] contradictions = \"warn\" makes \
+         the image all the same)"
+    )]
+    Contradicted {
+        /// The contradictions, a line each.
+        found: String,
+    },
+}
+
+impl From<AutofocusFailure> for RunError {
+    fn from(failure: AutofocusFailure) -> Self {
+        match failure {
+            AutofocusFailure::Cancelled(cancelled) => Self::Cancelled(cancelled),
+            failure => Self::Autofocus(failure),
+        }
+    }
+}
+
+/// Fails on the first contradictions, unless the campaign wants them as warnings.
+fn refuse_contradictions(campaign: &Campaign, evidence: &Evidence) -> Result<(), RunError> {
+    let found: Vec<String> = evidence
+        .with(Verdict::Contradicts)
+        .map(|finding| format!("  {}: {}", finding.name, finding.explanation))
+        .collect();
+    if found.is_empty() || campaign.checks.contradictions == Contradictions::Warn {
+        return Ok(());
+    }
+    Err(RunError::Contradicted {
+        found: found.join("\n"),
+    })
+}
+
+/// A campaign with resolved paths, and what it is called in titles.
+#[derive(Clone, Debug)]
+pub struct NamedCampaign {
+    /// What it is called.
+    pub name: String,
+    /// The campaign.
+    pub campaign: Campaign,
+}
+
+/// Prepares, images and measures a campaign; looks and volume slices go to the sink.
+///
+/// # Errors
+/// The first stage that fails.
+pub fn process(
+    campaign: NamedCampaign,
+    sink: &mut dyn ImageSink,
+    journal: &mut Journal,
+    control: &Control<'_>,
+) -> Result<Outcome, RunError> {
+    let ready = Ready::of(campaign, journal, control)?;
+    let uncorrected = ready.uncorrected(journal, control)?;
+    let focused = journal.stage("focus", |warnings| {
+        warnings.extend(ready.prepared.doubts(&ready.request));
+        ready.prepared.image(&ready.request, sink, control)
+    })?;
+    let outcome = ready.measured(focused, journal, control)?;
+    Ok(Outcome {
+        uncorrected,
+        ..outcome
+    })
+}
+
+/// All that is known before an image is made.
+#[derive(Debug)]
+pub(crate) struct Ready {
+    name: String,
+    campaign: Campaign,
+    surveyed: Vec<SurveyedPoint>,
+    geoid: Option<GeoidGrid>,
+    /// Clean spectra at their places, corrected where the campaign says so.
+    pub prepared: Prepared,
+    /// The image asked for.
+    pub request: ImageRequest,
+}
+
+impl Ready {
+    /// Prepares a campaign, and weighs what the data say of its settings.
+    ///
+    /// # Errors
+    /// The first stage that fails; settings that the data contradict.
+    pub fn of(
+        campaign: NamedCampaign,
+        journal: &mut Journal,
+        control: &Control<'_>,
+    ) -> Result<Self, RunError> {
+        let NamedCampaign { name, campaign } = campaign;
+        let surveyed = read_survey(campaign.measure.survey.as_deref())?;
+        let geoid = campaign.image.geoid.as_ref();
+        let geoid = geoid.map(GeoidGrid::read).transpose()?;
+        let mut prepared = campaign.survey().prepare(journal, control)?;
+        let campaign = campaign.with_found(&prepared);
+        let request = campaign.image_request(prepared.scene.pixels.clone());
+        journal
+            .stage("clean", |_| weigh_prepared(&prepared, &request, control))?
+            .into_iter()
+            .for_each(|finding| journal.evidence.add(finding));
+        refuse_contradictions(&campaign, &journal.evidence)?;
+        if campaign.autofocus.enabled {
+            autofocus(&campaign, &mut prepared, journal, control)?;
+        }
+        Ok(Self {
+            name,
+            campaign,
+            surveyed,
+            geoid,
+            prepared,
+            request,
+        })
+    }
+
+    /// The image with the positions as stated, of one plane or terrain alone; none where no correction
+    /// was applied.
+    fn uncorrected(
+        &self,
+        journal: &mut Journal,
+        control: &Control<'_>,
+    ) -> Result<Option<Focused>, RunError> {
+        let correction = self.prepared.correction.as_ref();
+        let is_applied = correction.is_some_and(|found| found.is_applied());
+        if !is_applied || self.request.pixels.volume.is_some() {
+            return Ok(None);
+        }
+        let plain = ImageRequest {
+            looks: None,
+            ..self.request.clone()
+        };
+        let before = journal.stage("focus", |_| {
+            let stated = self.prepared.as_stated();
+            stated.image(&plain, &mut MemorySink::default(), control)
+        })?;
+        Ok(Some(before))
+    }
+
+    /// Measures an image, and weighs what it says.
+    ///
+    /// # Errors
+    /// The first stage that fails; settings that the image contradicts.
+    pub fn measured(
+        self,
+        focused: Focused,
+        journal: &mut Journal,
+        control: &Control<'_>,
+    ) -> Result<Outcome, RunError> {
+        let Self {
+            name,
+            campaign,
+            surveyed,
+            geoid,
+            prepared,
+            ..
+        } = self;
+        let measured = journal.stage("measure", |_| {
+            prepared.measure(&focused, &(&campaign.measure).into(), control)
+        })?;
+        journal
+            .stage("measure", |_| weigh_image(&prepared, &focused, control))?
+            .into_iter()
+            .for_each(|finding| journal.evidence.add(finding));
+        refuse_contradictions(&campaign, &journal.evidence)?;
+        // A surveyed point beside its target checks what else nothing does.
+        let unchecked = if surveyed.is_empty() {
+            weigh_unchecked(&prepared, &journal.evidence)
+        } else {
+            Vec::new()
+        };
+        let without = geoid
+            .as_ref()
+            .and_then(|geoid| without_sea_level(geoid, &prepared));
+        if let Some(reason) = without {
+            journal.warnings.add(reason);
+        }
+        Ok(Outcome {
+            name,
+            campaign,
+            inputs: Vec::new(),
+            geoid,
+            prepared,
+            focused,
+            uncorrected: None,
+            surveyed: compared(&surveyed, &measured.targets),
+            measured,
+            evidence: journal.evidence.clone(),
+            unchecked,
+            warnings: journal.warnings.said().to_vec(),
+        })
+    }
+}
+
+/// Corrects the positions where that is significant.
+fn autofocus(
+    campaign: &Campaign,
+    prepared: &mut Prepared,
+    journal: &mut Journal,
+    control: &Control<'_>,
+) -> Result<(), RunError> {
+    let options = (&campaign.autofocus).into();
+    let findings = journal.stage("focus", |_| {
+        let found = prepared.autofocus(&options, control)?;
+        Ok::<_, RunError>(weigh_autofocus(found))
+    })?;
+    findings
+        .into_iter()
+        .for_each(|finding| journal.evidence.add(finding));
+    Ok(())
+}
+
+/// What keeps heights above the geoid from being told, where something does.
+fn without_sea_level(geoid: &GeoidGrid, prepared: &Prepared) -> Option<String> {
+    let Some(frame) = earth_frame(&prepared.first().positions) else {
+        return Some(
+            "[image] geoid: positions in a local frame have no place on the Earth, and no heights above \
+             the sea"
+                .to_owned(),
+        );
+    };
+    let origin = frame.geodetic_from_enu([0.0; 3]);
+    let [latitude_deg, longitude_deg] = [origin.latitude_deg(), origin.longitude_deg()];
+    geoid.height_m(latitude_deg, longitude_deg).is_none().then(|| {
+        format!(
+            "[image] geoid: the grid does not cover {latitude_deg:.4}°, {longitude_deg:.4}°: no heights \
+             above the sea are told"
+        )
+    })
+}

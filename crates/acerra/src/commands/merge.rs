@@ -1,0 +1,69 @@
+//! `acerra merge`: the tiles of a run put together.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use acerra_chain::{Control, Journal};
+use acerra_products::{RunRequest, merge_tiles};
+
+use super::focus::{Told, default_output, tell};
+use crate::interrupt::cancel_flag;
+use crate::progress::Bar;
+
+/// Put the tiles of `acerra focus --tiles` together: check that all are there, measure the image and
+/// write the products.
+///
+/// The tiles are removed at the end. Whatever is missing or of another campaign is named, and everything
+/// stays as it was.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  acerra focus flight.toml --tiles 1/2
+  acerra focus flight.toml --tiles 2/2
+  acerra merge flight.toml")]
+pub struct Args {
+    /// The campaign file (TOML) whose tiles were made.
+    #[arg(value_name = "CAMPAIGN.toml")]
+    campaign: PathBuf,
+    /// Directory of the tiles and for the products [default: CAMPAIGN-products beside the campaign
+    /// file].
+    #[arg(short, long, value_name = "DIR")]
+    output: Option<PathBuf>,
+    /// The tiles were made with --autofocus.
+    #[arg(long)]
+    autofocus: bool,
+    /// Print run.json on standard output instead of a summary.
+    #[arg(long)]
+    json: bool,
+    /// Say how the tiles were planned.
+    #[arg(long)]
+    explain: bool,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// Tiles that are missing or of another run, and whatever the chain cannot do.
+pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
+    let directory = args
+        .output
+        .clone()
+        .unwrap_or_else(|| default_output(&args.campaign));
+    let mut journal = Journal::default();
+    let bar = Bar::following(&mut journal.stages);
+    let control = Control::default()
+        .reporting_to(&*bar)
+        .cancelled_by(cancel_flag());
+    let request = RunRequest {
+        file: &args.campaign,
+        directory: &directory,
+        autofocus: args.autofocus,
+    };
+    let run = merge_tiles(request, &mut journal, &control);
+    bar.clear();
+    let told = Told {
+        directory: &directory,
+        json: args.json,
+        explain: args.explain,
+    };
+    tell(run, &journal, &told, out)
+}
