@@ -7,6 +7,7 @@ import http.client
 import http.server
 import json
 import os
+import resource
 import signal
 import subprocess
 import sys
@@ -193,7 +194,7 @@ SIZE = (512, 2000) if os.environ.get("ACERRA_SLOW") else (64, 120)
 @pytest.mark.filterwarnings("ignore")
 def test_a_cluster_whose_workers_and_store_fail(bucket: jobs.Store, tmp_path: Path) -> None:
     distributed = pytest.importorskip("dask.distributed")
-    from acerra.dask import focus_arrays, open_image
+    from acerra.dask import WORKER_BYTES, focus_arrays, open_image
 
     voxels, pulses = SIZE
     random = np.random.default_rng(2)
@@ -245,7 +246,10 @@ def test_a_cluster_whose_workers_and_store_fail(bucket: jobs.Store, tmp_path: Pa
             progress=progress,
         )
         seconds = time.monotonic() - begin
+        peaks = client.run(lambda: 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
     assert len(killed) == 2
+    promised = WORKER_BYTES + jobs.open_job(bucket).memory_bytes
+    assert max(peaks.values()) <= promised, f"{peaks}, promised {promised}"
     assert FailingStore.chunks >= 7, "the store has refused twice"
     tiles = voxels // 4
     assert heard[-1] == ("tiles", tiles, tiles)
@@ -259,7 +263,9 @@ def test_a_cluster_whose_workers_and_store_fail(bucket: jobs.Store, tmp_path: Pa
     assert np.isfinite(found).all()
     assert np.linalg.norm(found - whole) <= 1e-6 * np.linalg.norm(whole)
     assert open_image(bucket)["z"].attrs["units"] == "m"
-    print(json.dumps({"cluster_s": seconds, "alone_s": alone_seconds}))
+    peak = max(peaks.values())
+    said = {"cluster_s": seconds, "alone_s": alone_seconds, "peak": peak, "promised": promised}
+    print(json.dumps(said))
 
 
 @pytest.mark.filterwarnings("ignore")
