@@ -412,7 +412,7 @@ impl RadioLoop {
     /// Passes an event on; `false` when the recording is over.
     fn handle(&mut self, event: Event, largest: f64) -> bool {
         match event {
-            Event::Message(Arrival { at_ns, body }) => self
+            Event::Message(Arrival { at_ns, body, .. }) => self
                 .send
                 .send(Item::Record(Record {
                     kind: RecordKind::Radio,
