@@ -172,7 +172,7 @@ fn a_receivers_bytes_come_back_identical() {
     let acknowledged = acerra_gnss::ubx::frame::encode(5, 1, &[6, 1])
         .unwrap()
         .len()
-        * 4;
+        * 5;
     let longest = found.iter().filter(|byte| {
         let is_next = log.get(at) == Some(byte);
         at += usize::from(is_next);

@@ -154,23 +154,20 @@ mod tests {
         }
         let clock = HostClock::start();
         let mut pairing = StampPairing::default();
-        let before_ns = clock.now_ns();
-        socket
-            .send_to(b"scan", socket.local_addr().unwrap())
-            .unwrap();
-        let sent_ns = clock.now_ns();
-        std::thread::sleep(Duration::from_millis(100));
         let mut buffer = [0; 16];
-        let datagram = receive(&socket, &mut buffer).unwrap();
-        assert_eq!(&buffer[..datagram.bytes], b"scan");
-        let stamp = datagram.stamp.expect("a stamp of the kernel");
-        let came_ns = pairing.host_ns(clock, stamp).expect("no step of the clock");
-        // Far less than the wait.
-        let may_differ_ns = 50_000_000;
-        assert!(
-            came_ns + may_differ_ns >= before_ns,
-            "{came_ns} {before_ns}"
-        );
-        assert!(came_ns <= sent_ns + may_differ_ns, "{came_ns} {sent_ns}");
+        // A datagram that comes before the kernel has begun to stamp is stamped when it is read.
+        let waits_are_seen = (0..20).any(|_| {
+            let before_ns = clock.now_ns();
+            let own = socket.local_addr().unwrap();
+            socket.send_to(b"scan", own).unwrap();
+            std::thread::sleep(Duration::from_millis(100));
+            let datagram = receive(&socket, &mut buffer).unwrap();
+            assert_eq!(&buffer[..datagram.bytes], b"scan");
+            let stamp = datagram.stamp.expect("a stamp of the kernel");
+            let came_ns = pairing.host_ns(clock, stamp).expect("no step of the clock");
+            assert!(came_ns + 1_000_000 >= before_ns, "{came_ns} {before_ns}");
+            came_ns < before_ns + 50_000_000
+        });
+        assert!(waits_are_seen);
     }
 }

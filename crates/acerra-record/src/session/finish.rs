@@ -5,7 +5,6 @@ use std::io::{self, BufReader, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use acerra_gnss::ubx::epoch_time;
-use acerra_gnss::ubx::frame::{Piece, pieces};
 use acerra_radar::mrm::{CONFIG_BYTES, RadarConfig, read_mrm};
 use acerra_radar::{Limits, RadargramOptions};
 use thiserror::Error;
@@ -15,6 +14,7 @@ use super::capture::{ArrivalTimes, CaptureWriter};
 use super::outcome::{CAMPAIGN_NAME, CAPTURE_NAME, CLOCK_NAME, Finished, LOG_NAME, ROVER_NAME};
 use super::plausibility::shortest_interval_s;
 use super::settings::{Session, SettingsError};
+use crate::gnss::FrameFinder;
 use crate::log::{LogReadError, LogReader, Record, RecordKind};
 use crate::timing::{Latency, Pair, Stamps, logged_clock};
 
@@ -121,7 +121,7 @@ struct Reading<'a> {
     starts: usize,
     capture: CaptureWriter<BufWriter<File>>,
     rover: BufWriter<File>,
-    epochs: EpochFinder,
+    frames: FrameFinder,
     gps: Vec<(usize, acerra_geo::time::GpsTime, f64)>,
     arrivals: Vec<ArrivalTimes>,
 }
@@ -141,7 +141,7 @@ impl<'a> Reading<'a> {
             starts: 0,
             capture: CaptureWriter::new(create(CAPTURE_NAME)?),
             rover: create(ROVER_NAME)?,
-            epochs: EpochFinder::default(),
+            frames: FrameFinder::default(),
             gps: Vec::new(),
             arrivals: Vec::new(),
         })
@@ -178,12 +178,10 @@ impl<'a> Reading<'a> {
                 finished.gnss_bytes += payload.len() as u64;
                 let start = self.starts;
                 let host_s = 1e-9 * at_ns as f64;
-                let found = self.epochs.take(&payload, host_s);
-                self.gps.extend(
-                    found
-                        .into_iter()
-                        .map(|(time, host_s)| (start, time, host_s)),
-                );
+                let gps = &mut self.gps;
+                self.frames.take(&payload, host_s, |frame, host_s| {
+                    gps.extend(epoch_time(frame).map(|time| (start, time, host_s)));
+                });
             }
             RecordKind::End => finished.ended_in_order = true,
             RecordKind::Note | RecordKind::Other(_) => {}
@@ -206,51 +204,6 @@ impl<'a> Reading<'a> {
             arrivals: self.arrivals,
             gps: self.gps,
         })
-    }
-}
-
-/// Finds epochs in a receiver's bytes as they come, with the time at which each one's first byte was
-/// there.
-#[derive(Default)]
-struct EpochFinder {
-    held: Vec<u8>,
-    /// Chunks of what is held: offset of the first byte, host time (s).
-    chunks: Vec<(usize, f64)>,
-}
-
-impl EpochFinder {
-    fn take(&mut self, bytes: &[u8], host_s: f64) -> Vec<(acerra_geo::time::GpsTime, f64)> {
-        self.chunks.push((self.held.len(), host_s));
-        self.held.extend_from_slice(bytes);
-        let mut through = 0;
-        let mut found = Vec::new();
-        for piece in pieces(&self.held) {
-            match piece {
-                Piece::Frame(frame) => {
-                    through = frame.offset + frame.payload.len() + 8;
-                    if let Some(time) = epoch_time(&frame) {
-                        let chunk = self.chunks.partition_point(|(at, _)| *at <= frame.offset);
-                        let host_s = self.chunks[..chunk].last().map_or(host_s, |c| c.1);
-                        found.push((time, host_s));
-                    }
-                }
-                Piece::Outside { offset, bytes } => through = offset + bytes,
-                Piece::BadChecksum { .. } => {}
-                Piece::CutOff { .. } => break,
-            }
-        }
-        self.drop_front(through);
-        found
-    }
-
-    fn drop_front(&mut self, bytes: usize) {
-        self.held.drain(..bytes.min(self.held.len()));
-        let first = self.chunks.partition_point(|(at, _)| *at <= bytes);
-        // The chunk that the first byte left over lies in.
-        self.chunks.drain(..first.saturating_sub(1));
-        for (at, _) in &mut self.chunks {
-            *at = at.saturating_sub(bytes);
-        }
     }
 }
 

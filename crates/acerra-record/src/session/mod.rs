@@ -3,14 +3,23 @@
 mod campaign;
 mod capture;
 mod finish;
+mod fix_watch;
 mod outcome;
+mod outlet;
 mod plausibility;
+mod progress;
+mod radio_loop;
+mod receiver_loop;
+mod record_error;
 mod recorder;
 mod settings;
+mod window_watch;
 
 pub use capture::{ArrivalTimes, CaptureWriter};
 pub use finish::{FinishError, finish};
 pub use outcome::{CAMPAIGN_NAME, CAPTURE_NAME, CLOCK_NAME, Finished, LOG_NAME, ROVER_NAME};
 pub use plausibility::{Doubt, doubts, shortest_interval_s};
-pub use recorder::{Health, Progress, RecordError, Recorder};
+pub use progress::{Fix, Health, Progress};
+pub use record_error::RecordError;
+pub use recorder::Recorder;
 pub use settings::{FlightSection, GnssSection, RadioSection, Session, SettingsError, Way};
