@@ -3,7 +3,9 @@
 mod campaign;
 mod capture;
 mod finish;
+mod finish_error;
 mod fix_watch;
+mod log_content;
 mod outcome;
 mod outlet;
 mod plausibility;
@@ -12,11 +14,13 @@ mod radio_loop;
 mod receiver_loop;
 mod record_error;
 mod recorder;
+mod session_clock;
 mod settings;
 mod window_watch;
 
 pub use capture::{ArrivalTimes, CaptureWriter};
-pub use finish::{FinishError, finish};
+pub use finish::finish;
+pub use finish_error::FinishError;
 pub use outcome::{CAMPAIGN_NAME, CAPTURE_NAME, CLOCK_NAME, Finished, LOG_NAME, ROVER_NAME};
 pub use plausibility::{Doubt, doubts, shortest_interval_s};
 pub use progress::{Fix, Health, Progress};
