@@ -88,6 +88,7 @@ fn emulated(folder: &Path, scene: &str) -> (Running, String) {
             .args(["--radio", &radio, "--receiver", &receiver])
             .args(["--speed", "4", "--drift-ppm", "20", "--jitter-ms", "5"])
             .args(["--loss", "0.002", "--reordering", "0.01", "--seed", "2"])
+            .args(["--marks", "--mark-loss", "0.1"])
             .stdout(Stdio::piped())
             .spawn()
             .unwrap(),
@@ -120,6 +121,7 @@ fn an_emulated_flight_is_recorded_and_focused_as_with_perfect_times() {
     let clock = fs::read_to_string(Path::new(&flight).join("radar.clock.json")).unwrap();
     println!("{clock}");
     let clock: Value = serde_json::from_str(&clock).unwrap();
+    assert!(clock["marks"].as_u64().unwrap() >= 16);
     // The flight begins at 207 000 s of the week, the radio is 20 ppm fast.
     let offset_s = clock["time_offset_s"].as_f64().unwrap();
     assert!((offset_s - 207_000.0).abs() < 2e-3, "{offset_s}");

@@ -193,7 +193,7 @@ impl<'a> Pairing<'a> {
             });
         }
         // The fullest first; what lies near a fuller one is a part of it.
-        windows.sort_by(|a, b| b.marks.cmp(&a.marks));
+        windows.sort_by_key(|window| std::cmp::Reverse(window.marks));
         let mut places: Vec<Place> = Vec::new();
         for window in windows {
             let is_near = |place: &Place| (place.shift_s - window.shift_s).abs() <= self.width_s;
