@@ -5,6 +5,8 @@ use super::fit::LEAST_PAIRS;
 /// Residuals beyond so many deviations are of other marks, and the least deviation (s).
 const OUTLYING: f64 = 4.0;
 const RESOLUTION_S: f64 = 1e-7;
+/// Share of the pairs that may be outlying.
+const FEW: f64 = 0.1;
 /// Marks of a block: residuals within one may be correlated.
 const MARKS_PER_BLOCK: usize = 8;
 
@@ -37,8 +39,10 @@ impl MarkLine {
         pair.gps_s - self.value_s - self.slope * (pair.radar_s - self.middle_s)
     }
 
-    /// The line through all pairs but outlying ones.
-    pub fn through(mut pairs: Vec<MarkPair>) -> Option<Self> {
+    /// The line through all pairs but outlying ones. Where those are more than a few, no line tells the
+    /// pairs: they count for the deviation.
+    pub fn through(all: &[MarkPair]) -> Option<Self> {
+        let mut pairs = all.to_vec();
         loop {
             let line = Self::least_squares(&pairs)?;
             let mut sizes: Vec<f64> = pairs.iter().map(|p| line.residual_s(p).abs()).collect();
@@ -48,7 +52,8 @@ impl MarkLine {
             let before = pairs.len();
             pairs.retain(|p| line.residual_s(p).abs() <= OUTLYING * usual_s);
             if pairs.len() == before || pairs.len() < LEAST_PAIRS {
-                return Some(line.with_deviation(&pairs));
+                let are_few = (all.len() - pairs.len()) as f64 <= FEW * all.len() as f64;
+                return Some(line.with_deviation(if are_few { &pairs } else { all }));
             }
         }
     }
@@ -95,5 +100,31 @@ impl MarkLine {
             sigma_s: (scatter_s / n.sqrt()).max(of_means_s).max(RESOLUTION_S),
             ..self
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn pairs(off_s: impl Fn(usize) -> f64) -> Vec<MarkPair> {
+        let pair = |k: usize| MarkPair {
+            radar_s: 0.1 * k as f64,
+            gps_s: 3.0 + 0.1 * k as f64 + off_s(k),
+        };
+        (0..200).map(pair).collect()
+    }
+
+    #[test]
+    fn a_few_outlying_pairs_do_not_count_and_many_make_the_line_uncertain() {
+        let few = MarkLine::through(&pairs(|k| if k % 25 == 0 { 1e-3 } else { 0.0 })).unwrap();
+        assert_eq!((few.used, few.sigma_s), (192, RESOLUTION_S));
+        assert!((few.at_zero_s() - 3.0).abs() < 1e-9);
+        // Steps of a millisecond for a third of the time.
+        let steps = pairs(|k| if (60..120).contains(&k) { 1e-3 } else { 0.0 });
+        let line = MarkLine::through(&steps).unwrap();
+        assert!(line.sigma_s > 5e-5, "{}", line.sigma_s);
+        assert!((line.at_zero_s() - 3.0).abs() < 1e-3);
+        assert!(MarkLine::through(&steps[..10]).is_none());
     }
 }

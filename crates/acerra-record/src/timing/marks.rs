@@ -21,6 +21,10 @@ const WIDTH_SHARE: f64 = 0.125;
 const LEAST_WIDTH_S: f64 = 2e-4;
 /// Share of the marks that must follow the scans, and of the best place's that a rival has.
 const LEAST_SHARE: f64 = 0.5;
+/// Scans within reach of a mark from which it is hopeless to tell them apart.
+const MOST_INTERVALS: f64 = 25.0;
+/// Marks that differences are taken of, evenly spread over longer recordings.
+const MOST_COMPARED: usize = 20_000;
 
 /// Why time marks are not used.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -80,7 +84,7 @@ pub fn marked_clock(
     let pairing = Pairing::new(scans, arrivals, origin);
     let shift_s = pairing.shift_s()?;
     let pairs = pairing.pairs_at(shift_s);
-    let line = MarkLine::through(pairs).ok_or(MarkError::TooFew { found: 0 })?;
+    let line = MarkLine::through(&pairs).ok_or(MarkError::TooFew { found: 0 })?;
     let (gps_week, time_offset_s) = week_and_tow(origin, line.at_zero_s());
     Ok(LoggedClock {
         gps_week,
@@ -145,6 +149,14 @@ impl<'a> Pairing<'a> {
         if marks < LEAST_PAIRS {
             return Err(MarkError::TooFew { found: marks });
         }
+        let ambiguous = MarkError::Ambiguous {
+            interval_s: self.interval_s,
+            sigma_s: self.sigma_s,
+        };
+        if self.reach_s() > MOST_INTERVALS * self.interval_s {
+            return Err(ambiguous);
+        }
+        let marks = self.compared().count();
         let places = self.places();
         let most = places.iter().map(|p| p.marks).max().unwrap_or(0);
         if most < LEAST_PAIRS || (most as f64) < LEAST_SHARE * marks as f64 {
@@ -158,18 +170,26 @@ impl<'a> Pairing<'a> {
             .filter(|place| place.marks as f64 >= LEAST_SHARE * most as f64);
         match (rivals.next(), rivals.next()) {
             (Some(place), None) => Ok(place.shift_s),
-            _ => Err(MarkError::Ambiguous {
-                interval_s: self.interval_s,
-                sigma_s: self.sigma_s,
-            }),
+            _ => Err(ambiguous),
         }
+    }
+
+    /// How far from the arrival clock the marks are looked for (s).
+    fn reach_s(&self) -> f64 {
+        REACH_SIGMAS * self.sigma_s + self.width_s
+    }
+
+    /// The marks that differences are taken of.
+    fn compared(&self) -> impl Iterator<Item = &f64> {
+        let step = self.mark_s.len().div_ceil(MOST_COMPARED).max(1);
+        self.mark_s.iter().step_by(step)
     }
 
     /// Where differences of marks and scans lie together, no nearer to one another than they are wide.
     fn places(&self) -> Vec<Place> {
-        let reach_s = REACH_SIGMAS * self.sigma_s + self.width_s;
+        let reach_s = self.reach_s();
         let mut differences: Vec<f64> = Vec::new();
-        for mark_s in &self.mark_s {
+        for mark_s in self.compared() {
             let from = self.scan_s.partition_point(|s| *s < mark_s - reach_s);
             let near = self.scan_s[from..].iter();
             differences.extend(
