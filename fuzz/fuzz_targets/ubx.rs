@@ -2,7 +2,7 @@
 #![no_main]
 
 use acerra_gnss::ubx::frame::{Piece, encode, pieces};
-use acerra_gnss::ubx::read_ubx;
+use acerra_gnss::ubx::{fix_state, read_ubx, rising_edge};
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|bytes: &[u8]| {
@@ -21,7 +21,14 @@ fuzz_target!(|bytes: &[u8]| {
     read(bytes);
     // Whole frames around the same bytes, so that the fuzzer need not guess checksums.
     let [kind, payload @ ..] = bytes else { return };
-    let known = [(0x02, 0x15), (0x02, 0x10), (0x02, 0x13), (0x02, 0x11), (0x0D, 0x03)];
+    let known = [
+        (0x02, 0x15),
+        (0x02, 0x10),
+        (0x02, 0x13),
+        (0x02, 0x11),
+        (0x0D, 0x03),
+        (0x01, 0x07),
+    ];
     let (class, id) = known[usize::from(*kind) % known.len()];
     let mut log = Vec::new();
     for part in payload.chunks(usize::from(payload.first().copied().unwrap_or(0)) + 8) {
@@ -31,6 +38,14 @@ fuzz_target!(|bytes: &[u8]| {
 });
 
 fn read(bytes: &[u8]) {
+    for piece in pieces(bytes) {
+        if let Piece::Frame(frame) = piece {
+            let fix = fix_state(&frame);
+            assert!(fix.is_none_or(|f| f.height_m.is_none() || f.has_fix));
+            let edge = rising_edge(&frame);
+            assert!(edge.is_none_or(|e| e.time.tow_s().is_finite()));
+        }
+    }
     let log = read_ubx(bytes);
     for (_, epoch) in &log.epochs {
         for signal in epoch.satellites.iter().flat_map(|s| &s.signals) {

@@ -18,8 +18,9 @@ use crate::warnings::Warnings;
 /// Parameters of the stage `align`.
 #[derive(Clone, Debug, Default)]
 pub struct AlignOptions {
-    /// Trajectory time minus radar time.
-    pub time_offset: TimeOffset,
+    /// Trajectory time minus radar time. By default that of the clock recorded beside the radar log, where
+    /// there is one and the positions are on GPS time; otherwise 0.
+    pub time_offset: Option<TimeOffset>,
     /// The traces that enter background and image.
     pub select: Select,
     /// Longest gap between positions that is interpolated over (s); by default a few sampling

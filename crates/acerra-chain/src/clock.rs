@@ -88,7 +88,10 @@ pub fn align_clocks(
         surface: likelihood.as_ref().and_then(surface_delay),
         control,
     };
-    let clocked = match (options.align.time_offset, flight.positions) {
+    let clocked = match (
+        options.align.time_offset.unwrap_or_default(),
+        flight.positions,
+    ) {
         (TimeOffset::Seconds(offset_s), _) => track.at_offset(offset_s, warnings)?,
         // Positions that came with the traces are on the traces' own clock.
         (TimeOffset::Auto | TimeOffset::Logged, Positions::PerTrace(_)) => {
@@ -121,7 +124,10 @@ pub fn place_as_stated(
         let key = "[radar] delay_ns";
         return Err(ClockError::NotStated { key });
     }
-    let time_offset_s = match (options.align.time_offset, flight.positions) {
+    let time_offset_s = match (
+        options.align.time_offset.unwrap_or_default(),
+        flight.positions,
+    ) {
         (TimeOffset::Seconds(offset_s), _) => offset_s,
         (TimeOffset::Auto | TimeOffset::Logged, Positions::PerTrace(_)) => 0.0,
         (TimeOffset::Logged, Positions::Trajectory(_)) => return Err(ClockError::NotRecorded),
@@ -158,7 +164,7 @@ fn likelihood_of(
         Ok(likelihood) => Ok(Some(likelihood)),
         // An offset that is given needs no other cue.
         Err(OffsetError::Undecided(_) | OffsetError::TooLong { .. })
-            if options.align.time_offset != TimeOffset::Auto =>
+            if options.align.time_offset != Some(TimeOffset::Auto) =>
         {
             Ok(None)
         }

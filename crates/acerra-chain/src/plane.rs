@@ -115,7 +115,7 @@ pub fn find_ground(
     };
     let likelihood = by_height_and_motion(radargram, trajectory, &guessed, range, control)?;
     let cue = likelihood.height.as_ref().ok_or(GroundError::NoSurface)?;
-    let offset_s = match recording.options.align.time_offset {
+    let offset_s = match recording.options.align.time_offset.unwrap_or_default() {
         TimeOffset::Seconds(offset_s) => offset_s,
         TimeOffset::Auto | TimeOffset::Logged => likelihood
             .candidates
@@ -191,7 +191,7 @@ impl Search {
             scene: &middle,
         };
         let options = AlignOptions {
-            time_offset: TimeOffset::Seconds(offset_s),
+            time_offset: Some(TimeOffset::Seconds(offset_s)),
             ..recording.options.align.clone()
         };
         let aligned = align(flight, &options, offset_s, unsaid)?;

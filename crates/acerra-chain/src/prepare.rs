@@ -3,8 +3,8 @@
 use std::ops::Range;
 
 use acerra_imaging::metrics::Measurement;
-use acerra_radar::Spectrum;
 use acerra_radar::align::OffsetLikelihood;
+use acerra_radar::{LoggedClock, Spectrum};
 
 use crate::align::{Aligned, Flight};
 use crate::calibration::{CalibrationOptions, TrackCalibration, TrackEchoes, calibrate};
@@ -67,6 +67,8 @@ pub struct Track {
     pub time_offset_s: f64,
     /// How the offset was found, when it was not given.
     pub search: Option<OffsetSearch>,
+    /// The clock recorded beside the radar log, when the offset is its.
+    pub recorded_clock: Option<LoggedClock>,
     /// What height and motion say of every offset, where they say anything.
     pub likelihood: Option<OffsetLikelihood>,
     /// How the fast time at which range is zero was found, when that was asked for.
@@ -209,6 +211,7 @@ fn parts(recording: &Recording, clocked: Clocked, cleaned: Cleaned) -> (Track, T
         has_local_axes: recording.has_local_axes,
         time_offset_s: clocked.time_offset_s,
         search: clocked.search,
+        recorded_clock: recording.options.recorded_clock.clone(),
         likelihood: clocked.likelihood,
         delay: clocked.delay,
         gate_ns: clocked.clean.gate_ns,

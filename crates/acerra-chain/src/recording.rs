@@ -1,6 +1,7 @@
 //! A track as it enters the chain: radar data, positions, and how they are brought together.
 
 use acerra_geo::trajectory::Frame;
+use acerra_radar::LoggedClock;
 
 use crate::align::AlignOptions;
 use crate::clean::CleanOptions;
@@ -64,6 +65,8 @@ pub struct TrackOptions {
     pub clean: CleanOptions,
     /// Delay and phase to take off.
     pub known_error: InstrumentError,
+    /// The recorded clock that the offset is taken from, where it is.
+    pub recorded_clock: Option<LoggedClock>,
 }
 
 /// Delay and phase that a track's instrument adds beside the others'.

@@ -119,8 +119,9 @@ impl Survey {
             let placed = position(&track.positions, &track.radar, inside, warnings, &mut own)?;
             findings.extend(own.into_iter().map(|finding| self.named(track, finding)));
             let mut options = track.options.clone();
-            options.align.time_offset =
-                settled(options.align.time_offset, track, &radar, &placed.positions)?;
+            let settled = settle_offset(track, &radar, &placed.positions, warnings)?;
+            options.align.time_offset = settled.offset;
+            options.recorded_clock = settled.clock;
             recordings.push(Recording {
                 name: track.name.clone(),
                 positions: placed.positions,
@@ -136,27 +137,56 @@ impl Survey {
     }
 }
 
-/// The offset of a track, that of the recorded clock where that is asked for: both clocks are GPS time,
-/// so that positions of another week do not fit.
-fn settled(
-    stated: TimeOffset,
+/// The clock offset of a track before its data are looked at.
+struct SettledOffset {
+    offset: Option<TimeOffset>,
+    /// The recorded clock that it is taken from, where it is.
+    clock: Option<LoggedClock>,
+}
+
+/// The offset of a track: as stated, or that of the clock recorded beside the radar log, where that is asked
+/// for or nothing is stated. Both the clock and the positions must be on GPS time, so that positions of
+/// another week do not fit.
+fn settle_offset(
     track: &TrackSource,
     radar: &RadarData,
     positions: &Positions,
-) -> Result<TimeOffset, ChainError> {
-    let (TimeOffset::Logged, Positions::Trajectory(trajectory)) = (stated, positions) else {
-        return Ok(stated);
+    warnings: &mut Warnings,
+) -> Result<SettledOffset, ChainError> {
+    let stated = track.options.align.time_offset;
+    let as_stated = SettledOffset {
+        offset: stated,
+        clock: None,
     };
+    let (None | Some(TimeOffset::Logged), Positions::Trajectory(trajectory)) = (stated, positions)
+    else {
+        return Ok(as_stated);
+    };
+    let is_asked_for = stated.is_some();
     let Some(clock) = &radar.clock else {
+        if !is_asked_for {
+            return Ok(as_stated);
+        }
         let path = LoggedClock::path_beside(&track.radar);
         return Err(ReadError::NoClock { path }.into());
     };
     let first_trace = GpsTime::from_week_tow(clock.gps_week, clock.time_offset_s);
     match trajectory.time_s_at(first_trace) {
-        Some(offset_s) => Ok(TimeOffset::Seconds(offset_s)),
-        None => Err(PositionError::NotOnGpsTime {
+        Some(offset_s) => Ok(SettledOffset {
+            offset: Some(TimeOffset::Seconds(offset_s)),
+            clock: Some(clock.clone()),
+        }),
+        None if is_asked_for => Err(PositionError::NotOnGpsTime {
             radar_file: track.radar.clone(),
         }
         .into()),
+        None => {
+            warnings.add(format!(
+                "{}: the recorded clock is on GPS time, the times of the positions name no day: it is not \
+                 used, and time_offset_s is 0 ([trajectory] time_offset_s)",
+                LoggedClock::path_beside(&track.radar).display()
+            ));
+            Ok(as_stated)
+        }
     }
 }

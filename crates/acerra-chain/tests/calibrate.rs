@@ -124,7 +124,7 @@ fn flight(path: fn(f64) -> [f64; 3], reflectors: &[[f64; 3]], seed: u64) -> Reco
     Recording::new("1", radar, measured(&truth, &mut rng))
         .clean_by(CleanOptions::none())
         .align_by(AlignOptions {
-            time_offset: TimeOffset::Seconds(OFFSET_S - 0.4),
+            time_offset: Some(TimeOffset::Seconds(OFFSET_S - 0.4)),
             select: Select::All,
             ..AlignOptions::default()
         })

@@ -357,7 +357,11 @@ fn choices(outcome: &Outcome) -> Vec<Fact> {
             "Time offset",
             format!("{:.4} s", outcome.prepared.first().time_offset_s),
         )
-        .note("trajectory time minus radar time"),
+        .note(if outcome.prepared.first().recorded_clock.is_some() {
+            "trajectory time minus radar time, of the clock recorded beside the radar log"
+        } else {
+            "trajectory time minus radar time"
+        }),
     ];
     if let Some(traces) = outcome.prepared.cleaned() {
         choices.push(

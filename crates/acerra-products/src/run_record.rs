@@ -11,6 +11,7 @@ use acerra_chain::offset::{Curve, OffsetSearch};
 use acerra_chain::position::Positions;
 use acerra_chain::stages::Stage;
 use acerra_imaging::metrics::{ImageStatistics, Target};
+use acerra_radar::LoggedClock;
 use serde::Serialize;
 
 use crate::maps::earth_frame;
@@ -101,6 +102,8 @@ pub struct RunRecord<'a> {
     pub time_offset_s: f64,
     /// How that was found, when it was not given.
     pub time_offset_search: Option<SearchRecord<'a>>,
+    /// The clock recorded beside the radar log of the first track, when the offset is its.
+    pub recorded_clock: Option<&'a LoggedClock>,
     /// How the fast time at which range is zero was found in the first track, when that was asked
     /// for.
     pub delay_search: Option<DelayRecord>,
@@ -233,6 +236,9 @@ pub struct TrackRecord<'a> {
     pub selected: usize,
     /// Trajectory time minus radar time (s).
     pub time_offset_s: f64,
+    /// The clock recorded beside its radar log, when the offset is its.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub recorded_clock: Option<&'a LoggedClock>,
     /// Added to fast time (ns).
     pub shift_ns: Option<f64>,
     /// Delay and phase taken off.
@@ -292,6 +298,7 @@ impl<'a> RunRecord<'a> {
             warnings: &outcome.warnings,
             time_offset_s: first.time_offset_s,
             time_offset_search: first.search.as_ref().map(SearchRecord::of),
+            recorded_clock: first.recorded_clock.as_ref(),
             delay_search: first.delay.as_ref().map(DelayRecord::of),
             zero_timing: ZeroTimingRecord {
                 shift_ns: cleaned.map(shift_ns),
@@ -410,6 +417,7 @@ impl<'a> TrackRecord<'a> {
             traces_in_log: track.traces_in_log,
             selected: track.range.len(),
             time_offset_s: track.time_offset_s,
+            recorded_clock: track.recorded_clock.as_ref(),
             shift_ns: track.cleaned.as_ref().map(shift_ns),
             calibration: track.calibration,
         }

@@ -42,6 +42,9 @@ pub struct LoggedClock {
     pub radio_latency_s: f64,
     /// Latency of the receiver that was taken off (s).
     pub gnss_latency_s: f64,
+    /// Hardware time marks that the clock rests on; 0 where it rests on times of arrival alone.
+    #[serde(default)]
+    pub marks: usize,
 }
 
 /// Why a clock cannot be used.
@@ -204,6 +207,7 @@ mod tests {
             gnss_jitter_s: 1e-3,
             radio_latency_s: 0.0,
             gnss_latency_s: 0.05,
+            marks: 0,
         };
         let folder = tempfile::tempdir().unwrap();
         let log = folder.path().join("radar.mrm");

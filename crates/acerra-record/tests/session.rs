@@ -8,12 +8,15 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use acerra_gnss::ubx::frame::encode;
 use acerra_record::driver::{RequestOptions, WatchOptions};
 use acerra_record::emulate::{
-    EmulatedRadio, EmulatedReceiver, EmulatorOptions, Impairments, ReceiverOptions, Recorded, World,
+    EmulatedRadio, EmulatedReceiver, EmulatorOptions, Impairments, Pattern, PulseLine,
+    ReceiverOptions, Recorded, World,
 };
+use acerra_record::log::{LogReader, RecordKind};
 use acerra_record::session::{
-    CAPTURE_NAME, Finished, Health, Progress, ROVER_NAME, Recorder, Session, finish,
+    CAPTURE_NAME, Finished, Health, LOG_NAME, Progress, ROVER_NAME, Recorder, Session, finish,
 };
 
 const LOOPBACK: ([u8; 4], u16) = ([127, 0, 0, 1], 0);
@@ -150,7 +153,7 @@ fn a_receivers_bytes_come_back_identical() {
         ReceiverOptions::new(world.clone()),
     )
     .unwrap();
-    let source = acerra_record::emulate::Pattern::new(1_000_000);
+    let source = Pattern::new(1_000_000);
     let options = EmulatorOptions::default();
     let radio = EmulatedRadio::start(LOOPBACK.into(), Box::new(source), options).unwrap();
     let text = radio_table(&radio, [0, 11_000])
@@ -169,10 +172,7 @@ fn a_receivers_bytes_come_back_identical() {
     assert_eq!(health.gnss_bytes, found.len() as u64);
     // Acknowledgements of the configuration come before, between bursts of the log.
     let mut at = 0;
-    let acknowledged = acerra_gnss::ubx::frame::encode(5, 1, &[6, 1])
-        .unwrap()
-        .len()
-        * 4;
+    let acknowledged = encode(5, 1, &[6, 1]).unwrap().len() * 5;
     let longest = found.iter().filter(|byte| {
         let is_next = log.get(at) == Some(byte);
         at += usize::from(is_next);
@@ -184,4 +184,122 @@ fn a_receivers_bytes_come_back_identical() {
         "each byte of the log in its order"
     );
     assert_eq!(found.len(), log.len() + acknowledged);
+}
+
+/// A receiver's log: RXM-RAWX with nine satellites, five times a second from second 1000 of week 2345.
+fn receiver_log(seconds: u32) -> Vec<u8> {
+    let mut log = Vec::new();
+    for epoch in 0..5 * seconds {
+        let mut payload = vec![0; 16 + 9 * 32];
+        payload[..8].copy_from_slice(&(1000.0 + 0.2 * f64::from(epoch)).to_le_bytes());
+        payload[8..10].copy_from_slice(&2345_u16.to_le_bytes());
+        payload[11] = 9;
+        payload[13] = 1;
+        for (k, signal) in payload[16..].chunks_mut(32).enumerate() {
+            (signal[21], signal[30]) = (k as u8 + 1, 1);
+        }
+        log.extend(encode(0x02, 0x15, &payload).unwrap());
+    }
+    log
+}
+
+/// Instruments of one world, and the session that records them.
+fn instruments(
+    receiver: ReceiverOptions,
+    seconds: u32,
+    radio: EmulatorOptions,
+) -> (EmulatedRadio, EmulatedReceiver, String) {
+    let log = receiver_log(seconds);
+    let receiver = EmulatedReceiver::start(LOOPBACK.into(), log, receiver).unwrap();
+    let source = Box::new(Pattern::new(20 * u64::from(seconds)));
+    let radio = EmulatedRadio::start(LOOPBACK.into(), source, radio).unwrap();
+    let text = radio_table(&radio, [0, 11_000])
+        + &format!(
+            "scan_interval_ms = 50.0\nlatency_sigma_ms = 0.0\nmark_delay_ms = 0.0\n[gnss]\naddress = \"{}\"\n\
+             latency_sigma_ms = 2.0\n",
+            receiver.address()
+        );
+    (radio, receiver, text)
+}
+
+/// What was told, as the log has it.
+fn events(directory: &Path) -> Vec<String> {
+    let mut reader = LogReader::new(fs::File::open(directory.join(LOG_NAME)).unwrap()).unwrap();
+    let mut events = Vec::new();
+    while let Some(record) = reader.next_record().unwrap() {
+        if record.kind == RecordKind::Note {
+            events.push(String::from_utf8(record.payload).unwrap());
+        }
+    }
+    events
+}
+
+/// A receiver that loses its fix for four seconds: told, an event of the log, and told when it is over.
+#[test]
+fn a_lost_fix_is_told_and_logged() {
+    let world = World::new(1.0);
+    let receiver = ReceiverOptions {
+        no_fix_s: vec![[1.0, 5.0]],
+        ..ReceiverOptions::new(world.clone())
+    };
+    let options = EmulatorOptions {
+        world: Some((world, 0.0)),
+        ..EmulatorOptions::default()
+    };
+    let (_radio, receiver, text) = instruments(receiver, 7, options);
+    let folder = tempfile::tempdir().unwrap();
+    let (health, _) = record(&text, folder.path(), || receiver.is_finished());
+    let fix = health.fix.unwrap();
+    assert_eq!((fix.has_fix, fix.satellites), (true, 9));
+    let events = events(folder.path());
+    let about = |what: &str| {
+        let found = events.iter().position(|event| event.contains(what));
+        found.unwrap_or_else(|| panic!("{what}: {events:?}"))
+    };
+    let stamped = about("its messages are stamped by");
+    let first = about("the GNSS receiver has a fix: 9 satellites");
+    let lost = about("no GNSS fix for 2 s, 0 satellites");
+    let back = about("the GNSS receiver has a fix after 4 s without: 9 satellites");
+    assert!(stamped < lost && first < lost && lost < back, "{events:?}");
+    if cfg!(target_os = "linux") {
+        assert!(health.kernel_stamped > 0, "{health:?}");
+        assert!(health.kernel_stamped <= health.radio.packets);
+    }
+}
+
+/// The radio's pulses on the receiver's time-mark input, a fifth of them lost, put the traces on GPS time
+/// far better than times of arrival do.
+#[test]
+fn time_marks_are_used_where_the_radio_is_wired() {
+    let pulses = PulseLine::new(0.2, 5);
+    let world = World::new(4.0);
+    let receiver = ReceiverOptions {
+        pulses: Some(pulses.clone()),
+        ..ReceiverOptions::new(world.clone())
+    };
+    let options = EmulatorOptions {
+        world: Some((world, 1.5)),
+        drift_ppm: 20.0,
+        pulses: Some(pulses),
+        impairments: Impairments {
+            loss: 0.02,
+            jitter_s: 0.004,
+            ..Impairments::default()
+        },
+        ..EmulatorOptions::default()
+    };
+    let (_radio, receiver, text) = instruments(receiver, 24, options);
+    let folder = tempfile::tempdir().unwrap();
+    let (_, finished) = record(&text, folder.path(), || receiver.is_finished());
+    println!("{:?}", finished.remarks);
+    let clock = finished.clock.unwrap();
+    println!("{clock:?}");
+    assert!(clock.marks >= 60, "{}", clock.marks);
+    // Whole milliseconds of the radio's stamps are what is left.
+    assert!(clock.sigma_s < 1e-4, "{}", clock.sigma_s);
+    let first_id = f64::from(clock.first_message_id);
+    let expected_s = 1001.5 + 0.05 * first_id;
+    let error_s = clock.time_offset_s - expected_s;
+    assert!(error_s.abs() < 5e-4, "{error_s}");
+    assert!((clock.rate - (1.0 - 20e-6)).abs() < 2e-5, "{}", clock.rate);
 }

@@ -67,7 +67,7 @@ fn raw_logs_become_a_campaign() {
     let gnss = campaign.gnss.as_ref().unwrap();
     assert!(campaign.radar.file.ends_with("radar.mrm"), "{text}");
     assert!(gnss.rover.0[0].ends_with("rover.ubx") && gnss.base.0[0].ends_with("base.ubx"));
-    assert_eq!(campaign.trajectory.time_offset_s, TimeOffset::Auto);
+    assert_eq!(campaign.trajectory.time_offset_s, Some(TimeOffset::Auto));
     // UBX says nothing of the base's place: the median of its positions is metres off at most.
     let [latitude, longitude, height] = gnss.base_deg_m.unwrap();
     assert!((latitude - 40.9596).abs() < 2e-4 && (longitude - 14.3696).abs() < 2e-4);

@@ -18,6 +18,9 @@ const SCENE: &str = "seed = 3\nrecord = \"flight\"\n\
     [[corner]]\nposition_m = [3, 1.5, 0]\n\
     [image]\nx_m = [2, 4]\ny_m = [0.5, 2.5]\npixel_m = 0.02\n";
 
+/// GPS week of simulated scenes.
+const SCENE_WEEK: i64 = 2075;
+
 fn acerra() -> Command {
     Command::new(env!("CARGO_BIN_EXE_acerra"))
 }
@@ -85,6 +88,7 @@ fn emulated(folder: &Path, scene: &str) -> (Running, String) {
             .args(["--radio", &radio, "--receiver", &receiver])
             .args(["--speed", "4", "--drift-ppm", "20", "--jitter-ms", "5"])
             .args(["--loss", "0.002", "--reordering", "0.01", "--seed", "2"])
+            .args(["--marks", "--mark-loss", "0.1"])
             .stdout(Stdio::piped())
             .spawn()
             .unwrap(),
@@ -117,6 +121,7 @@ fn an_emulated_flight_is_recorded_and_focused_as_with_perfect_times() {
     let clock = fs::read_to_string(Path::new(&flight).join("radar.clock.json")).unwrap();
     println!("{clock}");
     let clock: Value = serde_json::from_str(&clock).unwrap();
+    assert!(clock["marks"].as_u64().unwrap() >= 16);
     // The flight begins at 207 000 s of the week, the radio is 20 ppm fast.
     let offset_s = clock["time_offset_s"].as_f64().unwrap();
     assert!((offset_s - 207_000.0).abs() < 2e-3, "{offset_s}");
@@ -190,6 +195,99 @@ fn a_clock_that_does_not_fit_is_refused() {
     fs::write(logs.join("radar.clock.json"), other).unwrap();
     let told = refused();
     assert!(told.contains("begins with scan (9, 7)"), "{told}");
+}
+
+/// Number and stamp of the first scan of a capture.
+fn first_scan(capture: &Path) -> (u16, u32) {
+    let file = BufReader::new(fs::File::open(capture).unwrap());
+    let log = acerra_radar::mrm::read_mrm(file, &acerra_radar::Limits::default()).unwrap();
+    (log.scans[0].message_id, log.scans[0].timestamp_ms)
+}
+
+fn finding(run: &Value, name: &str) -> Value {
+    let findings = run["evidence"].as_array().unwrap();
+    let found = findings.iter().find(|finding| finding["name"] == name);
+    found.cloned().unwrap_or(Value::Null)
+}
+
+/// Where nothing is stated the clock beside the radar log is taken; a stated offset wins; a clock of another
+/// time is refused.
+#[test]
+fn a_recorded_clock_is_taken_where_no_offset_is_stated() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    fs::write(folder.join("scene.toml"), SCENE).unwrap();
+    let logs = folder.join("logs");
+    let scene = path(folder, "scene.toml");
+    succeeds(&["simulate", &scene, "-o", &logs.display().to_string()]);
+    let (first_message_id, first_timestamp_ms) = first_scan(&logs.join("radar.mrm"));
+    let mut clock = acerra_radar::LoggedClock {
+        version: acerra_radar::LoggedClock::VERSION,
+        first_message_id,
+        first_timestamp_ms,
+        gps_week: SCENE_WEEK,
+        time_offset_s: 207_000.0,
+        rate: 1.0,
+        sigma_stamps_s: 1e-4,
+        sigma_s: 0.01,
+        radio_jitter_s: 0.0,
+        gnss_jitter_s: 0.0,
+        radio_latency_s: 0.0,
+        gnss_latency_s: 0.0,
+        marks: 0,
+    };
+    let campaign = fs::read_to_string(logs.join("campaign.toml")).unwrap();
+    let focus = |offset: &str, clock: &acerra_radar::LoggedClock| {
+        fs::write(logs.join("radar.clock.json"), clock.to_json()).unwrap();
+        let text = campaign.replace("time_offset_s = 207000\n", offset);
+        assert_ne!(text, campaign);
+        fs::write(logs.join("campaign.toml"), text).unwrap();
+        let products = folder.join("products");
+        let output = run(&[
+            "focus",
+            &path(&logs, "campaign.toml"),
+            "-o",
+            &products.display().to_string(),
+        ]);
+        let told = String::from_utf8_lossy(&output.stderr).into_owned();
+        let told = told + &String::from_utf8_lossy(&output.stdout);
+        let record = fs::read_to_string(products.join("run.json")).unwrap_or_default();
+        let record: Value = serde_json::from_str(&record).unwrap_or_default();
+        (output.status.code(), told, record)
+    };
+
+    let (code, told, record) = focus("", &clock);
+    assert_eq!(code, Some(0), "{told}");
+    assert!(told.contains("(recorded clock, ± 10.00 ms)"), "{told}");
+    assert_eq!(record["time_offset_s"], 207_000.0);
+    assert_eq!(record["recorded_clock"]["sigma_s"], 0.01);
+    assert_eq!(
+        record["configuration"]["trajectory"]["time_offset_s"],
+        "logged"
+    );
+    // 8 m in 6 s, ± 10 ms: 13 mm along the track.
+    let along = finding(&record, "clock_offset_sigma");
+    let along_m = along["value"].as_f64().unwrap();
+    assert!((along_m - 0.0133).abs() < 1e-3, "{along}");
+    let loss = finding(&record, "position_sigma");
+    assert!(
+        loss["explanation"]
+            .as_str()
+            .unwrap()
+            .contains("recorded clock's"),
+        "{loss}"
+    );
+
+    let (code, told, record) = focus("time_offset_s = 207000.01\n", &clock);
+    assert_eq!(code, Some(0), "{told}");
+    assert_eq!(record["time_offset_s"], 207_000.01);
+    assert_eq!(record["recorded_clock"], Value::Null);
+    assert_eq!(finding(&record, "clock_offset_sigma"), Value::Null);
+
+    clock.gps_week += 1;
+    let (code, told, _) = focus("", &clock);
+    assert_eq!(code, Some(1), "{told}");
+    assert!(told.contains("do not overlap"), "{told}");
 }
 
 #[test]

@@ -274,7 +274,7 @@ impl Selected {
             Err(ClockError::Align(AlignError::Select(SelectError::NeverMoves))) => {
                 let mut options = recording.options.align.clone();
                 options.select = Select::All;
-                let time_offset_s = match options.time_offset {
+                let time_offset_s = match options.time_offset.unwrap_or_default() {
                     TimeOffset::Seconds(offset_s) => offset_s,
                     TimeOffset::Auto | TimeOffset::Logged => 0.0,
                 };

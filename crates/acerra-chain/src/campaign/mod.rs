@@ -111,10 +111,12 @@ impl Campaign {
         }
         if let [first] = prepared.tracks.as_slice() {
             self.radar.settle(first);
+            self.trajectory.settle(first);
             self.preprocess.gate_ns = first.gate_ns;
         }
         for (section, track) in self.track.iter_mut().zip(&prepared.tracks) {
             section.radar.settle(track);
+            section.trajectory.settle(track);
             if let Some(preprocess) = &mut section.preprocess {
                 preprocess.gate_ns = track.gate_ns;
             }

@@ -9,7 +9,7 @@ use super::{Campaign, TrackSection};
 use crate::align::AlignOptions;
 use crate::autofocus::AutofocusOptions;
 use crate::calibration::CalibrationOptions;
-use crate::choices::{Delay, HeightSource, Heights};
+use crate::choices::{Delay, HeightSource, Heights, TimeOffset};
 use crate::clean::{CleanOptions, frequencies_hz};
 use crate::focus::{FocusOptions, ImageRequest};
 use crate::ground::{SceneHeights, SceneOptions, TerrainSource};
@@ -19,6 +19,7 @@ use crate::measure::MeasureOptions;
 use crate::pixels::Pixels;
 use crate::position::{BasePlace, GnssLogs, PositionOptions, PositionSource};
 use crate::positioning::PositioningInput;
+use crate::prepare::Track;
 use crate::recording::{InstrumentError, TrackOptions};
 use crate::survey::{Survey, TrackSource};
 
@@ -96,6 +97,7 @@ impl Campaign {
                 },
                 clean: self.clean_options(),
                 known_error: section.map(InstrumentError::from).unwrap_or_default(),
+                recorded_clock: None,
             },
         }
     }
@@ -124,6 +126,15 @@ fn geodetic([latitude_deg, longitude_deg, height_m]: [f64; 3]) -> Geodetic {
 }
 
 impl TrajectorySection {
+    /// States the offset that was taken where none was stated.
+    pub(super) fn settle(&mut self, track: &Track) {
+        let taken = match track.recorded_clock {
+            Some(_) => TimeOffset::Logged,
+            None => TimeOffset::Seconds(track.time_offset_s),
+        };
+        self.time_offset_s.get_or_insert(taken);
+    }
+
     fn origin(&self) -> Option<Geodetic> {
         self.origin_deg_m.map(geodetic)
     }

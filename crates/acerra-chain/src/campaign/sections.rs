@@ -168,8 +168,9 @@ pub struct TrajectorySection {
     /// The trajectory; absent when `[gnss]` or the radar file gives the positions.
     #[serde(serialize_with = "path_text::optional")]
     pub file: Option<PathBuf>,
-    /// Trajectory time minus radar time.
-    pub time_offset_s: TimeOffset,
+    /// Trajectory time minus radar time. By default that of the clock recorded beside the radar log, where
+    /// there is one and the positions are on GPS time; otherwise 0.
+    pub time_offset_s: Option<TimeOffset>,
     /// Radar phase centre from the positioned point: forward, left, up (metres).
     pub lever_arm_m: [f64; 3],
     /// Origin of the local east-north-up frame: latitude and longitude in degrees, ellipsoidal

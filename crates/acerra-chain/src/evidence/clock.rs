@@ -61,19 +61,35 @@ const ALONG_TRACK_M: f64 = 0.05;
 #[must_use]
 pub fn clock_offset_sigma(sigma_s: f64, speed_m_s: f64) -> Finding {
     let along_m = sigma_s * speed_m_s;
+    along_track(along_m).because(format!(
+        "the clock offset was found to ± {:.0} ms: at {speed_m_s:.1} m/s every target is uncertain by \
+         {along_m:.2} m along the track (one standard deviation); take-off, climbs or turns in the \
+         log tell it better ([trajectory] time_offset_s)",
+        1e3 * sigma_s
+    ))
+}
+
+/// Judges the offset of a recorded clock by what its stated deviation makes of places along the track.
+#[must_use]
+pub fn recorded_clock_sigma(sigma_s: f64, speed_m_s: f64) -> Finding {
+    let along_m = sigma_s * speed_m_s;
+    along_track(along_m).because(format!(
+        "the clock offset is that of the clock recorded beside the radar log, which states ± {:.2} ms: at \
+         {speed_m_s:.1} m/s every target is uncertain by {along_m:.3} m along the track (one standard \
+         deviation); latencies that were measured or time marks tell it better ([radio] latency_ms and \
+         [gnss] latency_ms of the session, UBX-TIM-TM2)",
+        1e3 * sigma_s
+    ))
+}
+
+/// A place along the track that is uncertain by so much.
+fn along_track(along_m: f64) -> Finding {
     let verdict = if along_m <= ALONG_TRACK_M {
         Verdict::Agrees
     } else {
         Verdict::Doubtful
     };
-    Finding::judged("clock_offset_sigma", along_m, "m", verdict)
-        .expecting(0.0)
-        .because(format!(
-            "the clock offset was found to ± {:.0} ms: at {speed_m_s:.1} m/s every target is uncertain by \
-             {along_m:.2} m along the track (one standard deviation); take-off, climbs or turns in the \
-             log tell it better ([trajectory] time_offset_s)",
-            1e3 * sigma_s
-        ))
+    Finding::judged("clock_offset_sigma", along_m, "m", verdict).expecting(0.0)
 }
 
 #[cfg(test)]
@@ -86,6 +102,8 @@ mod tests {
         let wide = clock_offset_sigma(0.04, 1.5);
         assert_eq!(wide.verdict, Verdict::Doubtful);
         assert!((wide.value.unwrap_or(0.0) - 0.06).abs() < 1e-12);
+        assert_eq!(recorded_clock_sigma(2e-4, 2.0).verdict, Verdict::Agrees);
+        assert_eq!(recorded_clock_sigma(0.04, 2.0).verdict, Verdict::Doubtful);
     }
 
     #[test]

@@ -25,7 +25,7 @@ mod unchecked;
 use serde::Serialize;
 
 pub use autofocus::{AutofocusSeen, autofocus_correction, autofocus_gain, autofocus_sigma};
-pub use clock::{ClockSeen, clock_offset, clock_offset_sigma};
+pub use clock::{ClockSeen, clock_offset, clock_offset_sigma, recorded_clock_sigma};
 pub use delay::{delay_before_zero, delay_sharpness};
 pub use finding::{Finding, Verdict};
 pub use focus::{PreferredSetting, preferred_setting};

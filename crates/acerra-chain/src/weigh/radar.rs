@@ -7,7 +7,7 @@ use acerra_radar::quality::{self, spectrum_occupancy};
 
 use crate::evidence::{
     ClockSeen, CouplingSeen, Finding, SurfaceSeen, Verdict, band, band_used, clock_offset,
-    clock_offset_sigma, coupling, delay_before_zero, surface, zero_timing,
+    clock_offset_sigma, coupling, delay_before_zero, recorded_clock_sigma, surface, zero_timing,
 };
 use crate::prepare::{Prepared, Track};
 use crate::weigh::altimeter;
@@ -76,9 +76,14 @@ pub(super) fn weigh(prepared: &Prepared, track: &Track, band_hz: [f64; 2]) -> Ve
     findings
 }
 
-/// What the deviation of an offset that was searched makes of places, at the median speed of the traces.
+/// What the deviation of an offset that was searched or recorded makes of places, at the median speed of
+/// the traces.
 fn offset_sigma(prepared: &Prepared, track: &Track) -> Option<Finding> {
-    let sigma_s = track.search.as_ref()?.estimate.sigma_s;
+    let judged_at = |speed_m_s| match (&track.search, &track.recorded_clock) {
+        (Some(search), _) => Some(clock_offset_sigma(search.estimate.sigma_s, speed_m_s)),
+        (None, Some(clock)) => Some(recorded_clock_sigma(clock.sigma_s, speed_m_s)),
+        (None, None) => None,
+    };
     let positions = prepared.aligned.position_m.get(track.range.clone())?;
     let times = prepared.aligned.time_s.get(track.range.clone())?;
     let pairs = positions.windows(2).zip(times.windows(2));
@@ -86,7 +91,7 @@ fn offset_sigma(prepared: &Prepared, track: &Track) -> Option<Finding> {
         let square: f64 = (0..3).map(|i| (p[1][i] - p[0][i]).powi(2)).sum();
         square.sqrt() / (t[1] - t[0])
     });
-    Some(clock_offset_sigma(sigma_s, median(speed)?))
+    judged_at(median(speed)?)
 }
 
 /// Whether an echo of the log clearly follows the height of the flight.

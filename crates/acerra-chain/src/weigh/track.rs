@@ -47,10 +47,32 @@ pub(super) fn weigh(
             seen.sigma_m,
         ));
     }
-    if let Some(sigma_m) = line_of_sight_sigma_m(prepared, track, geometry) {
-        findings.push(focusing_loss(sigma_m, wavelength_m));
-    }
+    findings.extend(position_sigma(prepared, track, geometry));
     findings
+}
+
+/// The loss of focus by the positions' own σ and, where the clock offset is a recorded clock's, by its.
+fn position_sigma(
+    prepared: &Prepared,
+    track: &Track,
+    geometry: &ImageGeometry<'_>,
+) -> Option<Finding> {
+    let middle_hz = 0.5 * (geometry.band_hz[0] + geometry.band_hz[1]);
+    let wavelength_m = geometry.light_speed_m_s / middle_hz;
+    let positions_m = line_of_sight_sigma_m(prepared, track, geometry)?;
+    let clock_m = track
+        .recorded_clock
+        .as_ref()
+        .and_then(|clock| line_of_sight_wander_m_s(prepared, track, geometry).zip(Some(clock)))
+        .map(|(wander_m_s, clock)| wander_m_s * clock.sigma_s);
+    let mut finding = focusing_loss(positions_m.hypot(clock_m.unwrap_or(0.0)), wavelength_m);
+    if let Some(clock_m) = clock_m {
+        finding.explanation.push_str(&format!(
+            "; {:.1} mm of them are the recorded clock's, where the velocity differs from its mean",
+            1e3 * clock_m
+        ));
+    }
+    Some(finding)
 }
 
 /// The height that a tenth of the traces exceed: on the ground a drone may stand for long (m).
@@ -68,6 +90,39 @@ fn has_attitude(track: &Track) -> bool {
         }
         Positions::PerTrace(_) => true,
     }
+}
+
+/// Root mean square of what the velocity differs from its mean, along the line of sight to the middle of
+/// the image (m/s): an error of the clock moves traces by that against one another, and the image as a
+/// whole by the mean.
+fn line_of_sight_wander_m_s(
+    prepared: &Prepared,
+    track: &Track,
+    geometry: &ImageGeometry<'_>,
+) -> Option<f64> {
+    let middle = geometry.pixel_m.get(geometry.pixel_m.len() / 2)?;
+    let times_s = prepared.aligned.time_s.get(track.range.clone())?;
+    let pairs = geometry.position_m.windows(2).zip(times_s.windows(2));
+    let velocities: Vec<([f64; 3], [f64; 3])> = pairs
+        .filter(|(_, t)| t[1] > t[0])
+        .map(|(p, t)| {
+            let velocity = std::array::from_fn(|i| (p[1][i] - p[0][i]) / (t[1] - t[0]));
+            (p[0], velocity)
+        })
+        .collect();
+    let count = velocities.len() as f64;
+    let mean: [f64; 3] =
+        std::array::from_fn(|i| velocities.iter().map(|(_, v)| v[i]).sum::<f64>() / count);
+    let square = |(position, velocity): &([f64; 3], [f64; 3])| {
+        let away: [f64; 3] = std::array::from_fn(|i| middle[i] - position[i]);
+        let range_m = away.iter().map(|v| v * v).sum::<f64>().sqrt();
+        let along: f64 = (0..3)
+            .map(|i| (velocity[i] - mean[i]) * away[i] / range_m)
+            .sum();
+        along * along
+    };
+    let wander_m_s = (velocities.iter().map(square).sum::<f64>() / count).sqrt();
+    wander_m_s.is_finite().then_some(wander_m_s)
 }
 
 /// Median over the traces of the positions' σ towards the middle of the image (m).

@@ -2,6 +2,7 @@
 //! later (RXM-RAWX), navigation subframes (RXM-SFRB, RXM-SFRBX) and time marks (TIM-TM2).
 
 mod d1;
+mod fix;
 pub mod frame;
 mod glonass;
 mod inav;
@@ -9,6 +10,9 @@ mod lnav;
 mod log;
 mod measurement;
 
+use crate::{EventKind, EventRecord};
+
+pub use fix::{FixState, fix_state, is_solution};
 pub use log::{UbxLog, read_ubx};
 
 /// GPS time of the epoch that a message of raw measurements (RXM-RAW, RXM-RAWX) belongs to; `None`
@@ -21,4 +25,19 @@ pub fn epoch_time(frame: &frame::Frame<'_>) -> Option<acerra_geo::time::GpsTime>
         return None;
     }
     measurement::Measurements::time_tag(frame.id, frame.payload)
+}
+
+/// The rising edge on the time-mark input that a message (TIM-TM2) tells, on GPS time; `None` for other
+/// messages, and where the receiver does not know the time.
+#[must_use]
+pub fn rising_edge(frame: &frame::Frame<'_>) -> Option<EventRecord> {
+    /// Base of the time in the flags: that of the receiver alone is none of GPS.
+    const TIME_BASE: u8 = 0b1_1000;
+    if (frame.class, frame.id) != (0x0D, 0x03) || frame.payload.get(1)? & TIME_BASE == 0 {
+        return None;
+    }
+    let edges = measurement::time_mark(frame.payload).ok()?;
+    edges
+        .into_iter()
+        .find(|edge| edge.kind == EventKind::RisingEdge)
 }

@@ -1,6 +1,12 @@
 //! Instruments emulated on the loopback interface, speaking their protocols byte for byte.
 
 mod channel;
+mod emulated_radio;
+mod marks;
+mod no_fix;
+mod numbering;
+mod options;
+mod pulse_line;
 mod radio;
 mod receiver;
 mod server;
@@ -8,8 +14,10 @@ mod source;
 mod world;
 
 pub use channel::{Channel, ChannelCounts, Impairments};
+pub use emulated_radio::EmulatedRadio;
+pub use options::{EmulatorCounts, EmulatorOptions};
+pub use pulse_line::{LatestEdge, PulseLine};
 pub use radio::{Effect, RadioState};
 pub use receiver::{EmulatedReceiver, ReceiverOptions};
-pub use server::{EmulatedRadio, EmulatorCounts, EmulatorOptions};
 pub use source::{Pattern, Recorded, ScanSource, SourceError, SourceScan};
 pub use world::World;

@@ -11,6 +11,9 @@ use acerra_geo::time::GpsTime;
 use acerra_gnss::ubx::epoch_time;
 use acerra_gnss::ubx::frame::{self, Frame, Piece, pieces};
 
+use super::marks::time_mark;
+use super::no_fix::without_fix;
+use super::pulse_line::PulseLine;
 use super::world::World;
 
 /// How an emulated receiver behaves.
@@ -22,6 +25,10 @@ pub struct ReceiverOptions {
     pub starts_at: Option<GpsTime>,
     /// Time from an epoch to its first byte (s).
     pub latency_s: f64,
+    /// World times from and to which it has no fix (s).
+    pub no_fix_s: Vec<[f64; 2]>,
+    /// What pulses come on its time-mark input.
+    pub pulses: Option<PulseLine>,
 }
 
 impl ReceiverOptions {
@@ -32,6 +39,8 @@ impl ReceiverOptions {
             world,
             starts_at: None,
             latency_s: 0.0,
+            no_fix_s: Vec::new(),
+            pulses: None,
         }
     }
 }
@@ -59,8 +68,9 @@ impl EmulatedReceiver {
         let server = Server {
             listener,
             bursts: bursts(&log, &options),
+            starts_at: options.starts_at.or_else(|| first_epoch(&log)),
             log,
-            world: options.world,
+            options,
             stop: Arc::clone(&stop),
             finished: Arc::clone(&finished),
         };
@@ -140,11 +150,21 @@ fn bursts(log: &[u8], options: &ReceiverOptions) -> Vec<Burst> {
         .collect()
 }
 
+/// Time of a log's first epoch.
+fn first_epoch(log: &[u8]) -> Option<GpsTime> {
+    pieces(log).find_map(|piece| match piece {
+        Piece::Frame(frame) => epoch_time(&frame),
+        _ => None,
+    })
+}
+
 struct Server {
     listener: TcpListener,
     log: Vec<u8>,
     bursts: Vec<Burst>,
-    world: World,
+    options: ReceiverOptions,
+    /// GPS time at the world's beginning, where the log tells any.
+    starts_at: Option<GpsTime>,
     stop: Arc<AtomicBool>,
     finished: Arc<AtomicBool>,
 }
@@ -175,10 +195,10 @@ impl Server {
                 answer(&mut client, &mut heard)?;
                 continue;
             };
-            let left_s = self
-                .world
+            let world = &self.options.world;
+            let left_s = world
                 .now_s()
-                .map_or(1.0, |now_s| (burst.at_s - now_s) / self.world.speed());
+                .map_or(1.0, |now_s| (burst.at_s - now_s) / world.speed());
             if left_s > LISTENING_S || listened.elapsed() > LISTEN_EVERY {
                 answer(&mut client, &mut heard)?;
                 listened = Instant::now();
@@ -188,11 +208,30 @@ impl Server {
                 std::thread::sleep(Duration::from_secs_f64(left_s));
                 continue;
             }
-            client.write_all(&self.log[*sent..burst.end])?;
+            client.write_all(&self.message(*sent, burst))?;
             *sent = burst.end;
             *next += 1;
         }
         Ok(())
+    }
+}
+
+impl Server {
+    /// What is sent of the log from `begin` on: the burst, and the latest pulse before it.
+    fn message(&self, begin: usize, burst: &Burst) -> Vec<u8> {
+        let epoch_s = burst.at_s - self.options.latency_s;
+        let bytes = &self.log[begin..burst.end];
+        let pulses = self.options.pulses.as_ref();
+        let edge = pulses.and_then(|pulses| pulses.latest(epoch_s));
+        let mut no_fix_s = self.options.no_fix_s.iter();
+        if no_fix_s.any(|[from, to]| (*from..*to).contains(&epoch_s)) {
+            return without_fix(bytes);
+        }
+        let mut message = bytes.to_vec();
+        if let (Some(edge), Some(starts_at)) = (edge, self.starts_at) {
+            message.extend(time_mark(starts_at + edge.at_s, edge.count));
+        }
+        message
     }
 }
 

@@ -1,150 +1,45 @@
-//! The emulated radio on a UDP port.
+//! The emulated radio's thread on a UDP port.
 
 use std::io;
 use std::net::{SocketAddr, UdpSocket};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use acerra_radar::mrm::{HEADER_BYTES, RadarConfig, ScanHeader};
+use acerra_radar::mrm::{RadarConfig, ScanHeader};
 
-use super::channel::{Channel, ChannelCounts, Impairments};
+use super::channel::Channel;
+use super::numbering::{Numbering, Renumber};
+use super::options::{EmulatorCounts, EmulatorOptions};
 use super::radio::{Effect, RadioState};
 use super::source::{ScanSource, SourceScan};
-use super::world::World;
 use crate::message::{MAX_MESSAGE_BYTES, Packet};
 
 /// How much later than asked a system may wake a sleeper on a socket.
 const TICK: Duration = Duration::from_millis(8);
 
-/// How an emulated radio behaves.
-#[derive(Debug, Clone)]
-pub struct EmulatorOptions {
-    /// Radio seconds in a second: 1 is real time. In a world, its own.
-    pub speed: f64,
-    /// The radio's clock is fast by so many parts in a million. In a world stamps tell it; without one
-    /// the pace does, and a recording's bytes stay as they are.
-    pub drift_ppm: f64,
-    /// The world that the recording is of, and the world time of its first scan (s).
-    pub world: Option<(World, f64)>,
-    /// The link.
-    pub impairments: Impairments,
-    /// Seconds of radio time, from the start of the emulator, at which the radio restarts by itself.
-    pub reboot_at_s: Vec<f64>,
-    /// How long a restart takes, in seconds of radio time.
-    pub reboot_takes_s: f64,
-}
-
-impl Default for EmulatorOptions {
-    fn default() -> Self {
-        Self {
-            speed: 1.0,
-            drift_ppm: 0.0,
-            world: None,
-            impairments: Impairments::default(),
-            reboot_at_s: Vec::new(),
-            reboot_takes_s: 3.0,
-        }
-    }
-}
-
-/// What an emulated radio did.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct EmulatorCounts {
-    /// Scans made.
-    pub scans: u64,
-    /// Scans of which every message was sent.
-    pub scans_sent_whole: u64,
-    /// Messages of every kind, and what the link did to them.
-    pub channel: ChannelCounts,
-    /// Datagrams handed to the system.
-    pub datagrams: u64,
-    /// Restarts.
-    pub reboots: u64,
-    /// Whether the source has no more scans.
-    pub exhausted: bool,
-}
-
-/// A radio emulated on the loopback interface by a thread of its own, until it is dropped.
-pub struct EmulatedRadio {
-    address: SocketAddr,
-    stop: Arc<AtomicBool>,
-    reboot: Arc<AtomicBool>,
-    counts: Arc<Mutex<EmulatorCounts>>,
-    thread: Option<JoinHandle<()>>,
-}
-
-impl EmulatedRadio {
-    /// Emulates a radio at `address`; port 0 takes any free one.
-    ///
-    /// # Errors
-    /// If the port is taken, or the system gives no thread.
-    pub fn start(
-        address: SocketAddr,
-        source: Box<dyn ScanSource>,
-        options: EmulatorOptions,
-    ) -> io::Result<Self> {
-        let socket = UdpSocket::bind(address)?;
-        let address = socket.local_addr()?;
-        let stop = Arc::new(AtomicBool::new(false));
-        let reboot = Arc::new(AtomicBool::new(false));
-        let counts = Arc::new(Mutex::new(EmulatorCounts::default()));
-        let mut server = Server::new(socket, source, options);
-        (server.stop, server.reboot) = (Arc::clone(&stop), Arc::clone(&reboot));
-        server.counts = Arc::clone(&counts);
-        let thread = std::thread::Builder::new()
-            .name("emulated radio".to_owned())
-            .spawn(move || server.run())?;
-        Ok(Self {
-            address,
-            stop,
-            reboot,
-            counts,
-            thread: Some(thread),
-        })
-    }
-
-    /// Where it listens.
-    #[must_use]
-    pub fn address(&self) -> SocketAddr {
-        self.address
-    }
-
-    /// Restarts the radio now.
-    pub fn reboot(&self) {
-        self.reboot.store(true, Ordering::SeqCst);
-    }
-
+/// What whoever holds an emulated radio orders and is told.
+#[derive(Default)]
+pub(super) struct Orders {
+    /// The radio is to end.
+    pub stop: Arc<AtomicBool>,
+    /// It is to restart.
+    pub reboot: Arc<AtomicBool>,
     /// What it did so far.
-    #[must_use]
-    pub fn counts(&self) -> EmulatorCounts {
-        *self.counts.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-}
-
-impl Drop for EmulatedRadio {
-    fn drop(&mut self) {
-        self.stop.store(true, Ordering::SeqCst);
-        if let Some(thread) = self.thread.take() {
-            // A thread that panicked has said so itself.
-            let _ = thread.join();
-        }
-    }
+    pub counts: Arc<Mutex<EmulatorCounts>>,
 }
 
 /// A message on its way; the last of a whole scan tells so.
 type Outgoing = (SocketAddr, Vec<u8>);
 
-struct Server {
+pub(super) struct Server {
     socket: UdpSocket,
     source: Box<dyn ScanSource>,
     options: EmulatorOptions,
     state: RadioState,
     channel: Channel<Outgoing>,
-    stop: Arc<AtomicBool>,
-    reboot: Arc<AtomicBool>,
-    counts: Arc<Mutex<EmulatorCounts>>,
+    /// What whoever holds the radio orders and is told.
+    pub orders: Orders,
     began: Instant,
     /// Who asked for scans.
     client: Option<SocketAddr>,
@@ -173,25 +68,9 @@ struct Anchor {
     source_us: u64,
 }
 
-/// How scans are numbered and stamped when they begin anew.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Numbering {
-    /// As the source has them; the first stamp sets the clock.
-    AsSource,
-    /// On from the latest, after a pause.
-    GoOn,
-    /// From 0 on, after a restart.
-    FromZero,
-}
-
-#[derive(Clone, Copy, Default)]
-struct Renumber {
-    id: u16,
-    stamp_ms: u32,
-}
-
 impl Server {
-    fn new(socket: UdpSocket, source: Box<dyn ScanSource>, options: EmulatorOptions) -> Self {
+    /// A radio at a socket.
+    pub fn new(socket: UdpSocket, source: Box<dyn ScanSource>, options: EmulatorOptions) -> Self {
         let mut options = options;
         if let Some((world, _)) = &options.world {
             options.speed = world.speed();
@@ -203,9 +82,7 @@ impl Server {
             state: RadioState::new(RadarConfig::default()),
             channel: Channel::new(options.impairments),
             options,
-            stop: Arc::default(),
-            reboot: Arc::default(),
-            counts: Arc::default(),
+            orders: Orders::default(),
             began: Instant::now(),
             client: None,
             next: None,
@@ -221,9 +98,10 @@ impl Server {
         }
     }
 
-    fn run(&mut self) {
+    /// Answers, scans and sends until it is stopped.
+    pub fn run(&mut self) {
         let mut buffer = [0; MAX_MESSAGE_BYTES + 1];
-        while !self.stop.load(Ordering::SeqCst) {
+        while !self.orders.stop.load(Ordering::SeqCst) {
             let now_us = self.now_us();
             self.restart_if_due(now_us);
             self.make_scans(now_us);
@@ -281,7 +159,7 @@ impl Server {
         if planned {
             self.options.reboot_at_s.pop();
         }
-        if planned || self.reboot.swap(false, Ordering::SeqCst) {
+        if planned || self.orders.reboot.swap(false, Ordering::SeqCst) {
             self.restart(now_us);
         }
     }
@@ -377,15 +255,25 @@ impl Server {
         }
     }
 
+    /// The scan's pulse, at its world time.
+    fn pulse(&self, radio_us: u64) {
+        if let (Some(pulses), Some((_, first_s)), Some(first_us)) =
+            (&self.options.pulses, &self.options.world, self.first_us)
+        {
+            pulses.pulse(first_s + 1e-6 * radio_us.saturating_sub(first_us) as f64);
+        }
+    }
+
     fn make(&mut self, scan: SourceScan, due_us: u64) {
         let Some(client) = self.client else { return };
         self.own.scans += 1;
         let lost = self.channel.counts().lost;
         let drift_ms = self.drift_ms(scan.radio_us);
+        self.pulse(scan.radio_us);
         for mut message in scan.messages {
             let mut renumber = self.renumber;
             renumber.stamp_ms = renumber.stamp_ms.wrapping_add(drift_ms);
-            apply(renumber, &mut message);
+            renumber.apply(&mut message);
             self.channel.send(due_us, (client, message));
         }
         self.own.scans_sent_whole += u64::from(self.channel.counts().lost == lost);
@@ -450,19 +338,10 @@ impl Server {
 
     fn publish(&mut self) {
         self.own.channel = self.channel.counts();
-        *self.counts.lock().unwrap_or_else(PoisonError::into_inner) = self.own;
-    }
-}
-
-fn apply(renumber: Renumber, message: &mut [u8]) {
-    if (renumber.id, renumber.stamp_ms) == (0, 0) {
-        return;
-    }
-    if let Ok(mut header) = ScanHeader::parse(message)
-        && let Some(bytes) = message.first_chunk_mut::<HEADER_BYTES>()
-    {
-        header.message_id = header.message_id.wrapping_add(renumber.id);
-        header.timestamp_ms = header.timestamp_ms.wrapping_add(renumber.stamp_ms);
-        *bytes = header.to_bytes();
+        *self
+            .orders
+            .counts
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner) = self.own;
     }
 }

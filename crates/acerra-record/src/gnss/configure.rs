@@ -18,6 +18,7 @@ const CFG_RATE: u8 = 0x08;
 const CFG_VALSET: u8 = 0x8A;
 const ACK: u8 = 0x05;
 
+const NAV: u8 = 0x01;
 const RXM: u8 = 0x02;
 const TIM: u8 = 0x0D;
 
@@ -82,12 +83,14 @@ fn setting(name: &'static str, id: u8, payload: &[u8]) -> Option<Setting> {
     Some(Setting { name, frame })
 }
 
-/// Frames that make a receiver send raw measurements, navigation subframes and time marks, in the
-/// order in which they are sent. They last until the receiver loses its power.
+/// Frames that make a receiver send raw measurements, navigation subframes and time marks, and its own
+/// solution once a second, where it has one that tells the fix (NAV-PVT); in the order in which they are
+/// sent. They last until the receiver loses its power.
 #[must_use]
 pub fn configuration(receiver: Receiver, rate_hz: f64) -> Vec<Setting> {
     let period_ms = (1000.0 / rate_hz.clamp(0.1, 50.0)).round() as u16;
     let message = |name, class, id| setting(name, CFG_MSG, &[class, id, 1]);
+    let each_second = (rate_hz.round() as u8).max(1);
     // Measurement period, one solution a measurement, GPS time.
     let mut rate = period_ms.to_le_bytes().to_vec();
     rate.extend_from_slice(&[1, 0, 1, 0]);
@@ -104,6 +107,7 @@ pub fn configuration(receiver: Receiver, rate_hz: f64) -> Vec<Setting> {
             message("RXM-RAWX (CFG-MSG)", RXM, 0x15),
             message("RXM-SFRBX (CFG-MSG)", RXM, 0x13),
             message("TIM-TM2 (CFG-MSG)", TIM, 0x03),
+            setting("NAV-PVT (CFG-MSG)", CFG_MSG, &[NAV, 0x07, each_second]),
         ],
         Receiver::F9p => vec![
             valset(
@@ -111,18 +115,19 @@ pub fn configuration(receiver: Receiver, rate_hz: f64) -> Vec<Setting> {
                 &[(0x3021_0001, &period_ms.to_le_bytes())],
             ),
             // The port in use is not known: USB and both UARTs.
-            valset("RXM-RAWX", &on_every_port(0x2091_02A4)),
-            valset("RXM-SFRBX", &on_every_port(0x2091_0231)),
-            valset("TIM-TM2", &on_every_port(0x2091_0178)),
+            valset("RXM-RAWX", &on_every_port(0x2091_02A4, &[1])),
+            valset("RXM-SFRBX", &on_every_port(0x2091_0231, &[1])),
+            valset("TIM-TM2", &on_every_port(0x2091_0178, &[1])),
+            valset("NAV-PVT", &on_every_port(0x2091_0006, &[each_second])),
         ],
     };
     settings.into_iter().flatten().collect()
 }
 
 /// Keys of a message's rate on I2C, UART 1, UART 2, USB and SPI follow each other; those of UART 1,
-/// UART 2 and USB.
-fn on_every_port(i2c_key: u32) -> [(u32, &'static [u8]); 3] {
-    [1, 2, 3].map(|port| (i2c_key + port, &[1_u8] as &[u8]))
+/// UART 2 and USB, each with the number of epochs from one message to the next.
+fn on_every_port(i2c_key: u32, epochs: &[u8; 1]) -> [(u32, &[u8]); 3] {
+    [1, 2, 3].map(|port| (i2c_key + port, epochs as &[u8]))
 }
 
 /// UBX-CFG-VALSET, version 0, into the receiver's memory that is in force.
@@ -221,6 +226,9 @@ mod tests {
         assert_eq!(f9p[0].frame[6..16], period);
         // CFG-MSGOUT-UBX_RXM_RAWX_UART1 is 0x209102a5.
         assert_eq!(f9p[1].frame[10..15], [0xA5, 0x02, 0x91, 0x20, 1]);
+        // CFG-MSGOUT-UBX_NAV_PVT_UART1 is 0x20910007; once in ten epochs.
+        assert_eq!(f9p[4].frame[10..15], [0x07, 0x00, 0x91, 0x20, 10]);
+        assert_eq!(m8t[4].frame[6..9], [0x01, 0x07, 5]);
         assert!(configuration(Receiver::AsIs, 5.0).is_empty());
     }
 

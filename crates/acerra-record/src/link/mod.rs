@@ -1,6 +1,7 @@
 //! How messages travel between the radio and this computer.
 
 mod framing;
+mod kernel_stamp;
 mod serial;
 mod udp;
 
@@ -17,10 +18,31 @@ pub use udp::{RADIO_PORT, UdpLink};
 /// A message body as it came, with the time of its arrival.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Arrival {
-    /// Host clock just after the system handed the bytes over, ns.
+    /// Host clock at its arrival, ns.
     pub at_ns: u64,
+    /// What that time is of.
+    pub stamped_by: StampedBy,
     /// The body, without a link's prefix.
     pub body: Vec<u8>,
+}
+
+/// Where the time of an arrival comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum StampedBy {
+    /// The kernel, when the network interface handed the datagram over (`SO_TIMESTAMPNS`).
+    Kernel,
+    /// This program, just after the system handed the bytes over.
+    Program,
+}
+
+/// `by the kernel at reception`.
+impl std::fmt::Display for StampedBy {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Kernel => "by the kernel at reception",
+            Self::Program => "by this program when it reads them",
+        })
+    }
 }
 
 /// A way to one radio.
@@ -45,6 +67,11 @@ pub trait Link {
 
     /// The other end, for messages.
     fn peer(&self) -> String;
+
+    /// Where the times of arrivals come from as a rule.
+    fn stamped_by(&self) -> StampedBy {
+        StampedBy::Program
+    }
 }
 
 /// Why a link does not carry messages.
@@ -100,5 +127,9 @@ impl<L: Link + ?Sized> Link for Box<L> {
 
     fn peer(&self) -> String {
         (**self).peer()
+    }
+
+    fn stamped_by(&self) -> StampedBy {
+        (**self).stamped_by()
     }
 }

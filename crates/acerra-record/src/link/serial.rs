@@ -7,7 +7,7 @@ use serialport::SerialPort;
 
 use super::framing::{Deframer, frame_body};
 use super::udp::is_timeout;
-use super::{Arrival, Link, LinkError};
+use super::{Arrival, Link, LinkError, StampedBy};
 use crate::host::HostClock;
 use crate::message::MAX_MESSAGE_BYTES;
 
@@ -82,6 +82,7 @@ impl Link for SerialLink {
             if let Some(body) = self.deframer.next_body() {
                 return Ok(Some(Arrival {
                     at_ns: self.latest_ns,
+                    stamped_by: StampedBy::Program,
                     body,
                 }));
             }

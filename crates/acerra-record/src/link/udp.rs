@@ -4,7 +4,8 @@ use std::io;
 use std::net::{SocketAddr, UdpSocket};
 use std::time::Duration;
 
-use super::{Arrival, Link, LinkError};
+use super::kernel_stamp::{self, StampPairing};
+use super::{Arrival, Link, LinkError, StampedBy};
 use crate::host::HostClock;
 
 /// UDP port that the radio listens on.
@@ -21,6 +22,8 @@ pub struct UdpLink {
     peer: SocketAddr,
     socket: UdpSocket,
     clock: HostClock,
+    /// How stamps of the kernel are put on the host clock, where it stamps datagrams.
+    pairing: Option<StampPairing>,
     buffer: Vec<u8>,
 }
 
@@ -35,6 +38,7 @@ impl UdpLink {
             cause,
         })?;
         Ok(Self {
+            pairing: kernel_stamp::enable(&socket).then(StampPairing::default),
             peer,
             socket,
             clock,
@@ -92,12 +96,22 @@ impl Link for UdpLink {
         let received = self
             .socket
             .set_read_timeout(Some(wait))
-            .and_then(|()| self.socket.recv(&mut self.buffer));
+            .and_then(|()| kernel_stamp::receive(&self.socket, &mut self.buffer));
         match received {
-            Ok(bytes) => Ok(Some(Arrival {
-                at_ns: self.clock.now_ns(),
-                body: self.buffer[..bytes].to_vec(),
-            })),
+            Ok(datagram) => {
+                let stamped_ns = self
+                    .pairing
+                    .as_mut()
+                    .and_then(|pairing| pairing.host_ns(self.clock, datagram.stamp?));
+                Ok(Some(Arrival {
+                    at_ns: stamped_ns.unwrap_or_else(|| self.clock.now_ns()),
+                    stamped_by: match stamped_ns {
+                        Some(_) => StampedBy::Kernel,
+                        None => StampedBy::Program,
+                    },
+                    body: self.buffer[..datagram.bytes].to_vec(),
+                }))
+            }
             Err(error) if is_timeout(&error) => Ok(None),
             Err(cause) => Err(self.failed(cause)),
         }
@@ -115,5 +129,12 @@ impl Link for UdpLink {
 
     fn peer(&self) -> String {
         self.peer.to_string()
+    }
+
+    fn stamped_by(&self) -> StampedBy {
+        match self.pairing {
+            Some(_) => StampedBy::Kernel,
+            None => StampedBy::Program,
+        }
     }
 }

@@ -23,6 +23,15 @@ pub enum LogWriteError {
         /// The log.
         path: PathBuf,
     },
+    /// The file system, or a limit of this user, takes no longer file.
+    #[error(
+        "{}: no longer file is taken here (FAT takes 4 GB); what was written before is kept",
+        path.display()
+    )]
+    FileTooLong {
+        /// The log.
+        path: PathBuf,
+    },
     /// Another failure of the file system.
     #[error("{}: {cause}", path.display())]
     Io {
@@ -183,6 +192,7 @@ fn io_error(path: &Path, cause: io::Error) -> LogWriteError {
         io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
             LogWriteError::DiskFull { path }
         }
+        io::ErrorKind::FileTooLarge => LogWriteError::FileTooLong { path },
         _ => LogWriteError::Io { path, cause },
     }
 }

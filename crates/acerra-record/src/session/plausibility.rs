@@ -29,14 +29,23 @@ pub fn shortest_interval_s(radio: &RadioSection) -> f64 {
     f64::from(quanta) * f64::from(1_u32 << radio.integration_index.min(15)) * QUANTUM_PULSE_S
 }
 
+/// Least and largest fast time at which range is zero (ns).
+pub(super) fn delay_range_ns(flight: &FlightSection) -> [f64; 2] {
+    flight.delay_ns.map_or(USUAL_DELAY_NS, |delay| [delay; 2])
+}
+
+/// Fast time of an echo from `range_m` (ns).
+pub(super) fn echo_ns(range_m: f64, delay_ns: f64) -> f64 {
+    delay_ns + 1e9 * two_way_delay_s(range_m)
+}
+
 /// Doubts about the settings for the flight that is planned; what it does not state is not judged.
 #[must_use]
 pub fn doubts(radio: &RadioSection, flight: &FlightSection) -> Vec<Doubt> {
     let mut doubts = Vec::new();
     let mut doubt = |is_fatal, text| doubts.push(Doubt { is_fatal, text });
     let window_ns = radio.window_ps.map(|ps| 1e-3 * f64::from(ps));
-    let [least_ns, most_ns] = flight.delay_ns.map_or(USUAL_DELAY_NS, |d| [d, d]);
-    let echo_ns = |range_m: f64, delay_ns: f64| delay_ns + 1e9 * two_way_delay_s(range_m);
+    let [least_ns, most_ns] = delay_range_ns(flight);
     if let Some(height_m) = flight.height_m {
         let [first, last] = [least_ns, most_ns].map(|delay| echo_ns(height_m, delay));
         if last < window_ns[0] || first > window_ns[1] {

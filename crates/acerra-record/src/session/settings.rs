@@ -59,6 +59,11 @@ pub struct RadioSection {
     pub latency_ms: Option<f64>,
     /// Standard deviation of that time (ms), where it was measured.
     pub latency_sigma_ms: Option<f64>,
+    /// Time from the radio's pulse on the receiver's EXTINT to the middle of the scan (ms), where it was
+    /// measured; by default half the scan's estimated duration, to within what is left of it.
+    pub mark_delay_ms: Option<f64>,
+    /// Standard deviation of that time (ms), where it was measured.
+    pub mark_delay_sigma_ms: Option<f64>,
 }
 
 impl Default for RadioSection {
@@ -75,6 +80,8 @@ impl Default for RadioSection {
             scan_interval_ms: 0.0,
             latency_ms: None,
             latency_sigma_ms: None,
+            mark_delay_ms: None,
+            mark_delay_sigma_ms: None,
         }
     }
 }
@@ -224,6 +231,18 @@ impl Session {
                 Rule::range(
                     "latency_sigma_ms",
                     radio.latency_sigma_ms.unwrap_or(0.0),
+                    0.0..=5_000.0,
+                    "0 to 5000",
+                ),
+                Rule::range(
+                    "mark_delay_ms",
+                    radio.mark_delay_ms.unwrap_or(0.0),
+                    -5_000.0..=5_000.0,
+                    "-5000 to 5000",
+                ),
+                Rule::range(
+                    "mark_delay_sigma_ms",
+                    radio.mark_delay_sigma_ms.unwrap_or(0.0),
                     0.0..=5_000.0,
                     "0 to 5000",
                 ),

@@ -111,11 +111,12 @@ fn together(stamps: &Stamps, radio: &ClockLine, gps: &ClockLine, origin: GpsTime
         gnss_jitter_s: gps.jitter_s,
         radio_latency_s: radio_latency.delay_s,
         gnss_latency_s: gnss_latency.delay_s,
+        marks: 0,
     }
 }
 
 /// Week and seconds of it, `after_s` behind `origin`; the seconds to the double's precision.
-fn week_and_tow(origin: GpsTime, after_s: f64) -> (i64, f64) {
+pub(super) fn week_and_tow(origin: GpsTime, after_s: f64) -> (i64, f64) {
     const WEEK_S: f64 = 604_800.0;
     let tow_s = origin.tow_s() + after_s;
     let weeks = (tow_s / WEEK_S).floor();

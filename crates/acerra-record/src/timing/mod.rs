@@ -3,6 +3,9 @@
 
 mod fit;
 mod logged;
+mod mark_line;
+mod marks;
 
 pub use fit::{ClockLine, FitError, LEAST_PAIRS, Pair, clock_line};
 pub use logged::{Latency, Stamps, TimingError, logged_clock};
+pub use marks::{MarkError, MarkedScans, marked_clock};

@@ -99,7 +99,7 @@ impl Edits {
         let Some(change_s) = self.time_offset_change_s.filter(|change| *change != 0.0) else {
             return;
         };
-        let offset = |track: &Track| TimeOffset::Seconds(track.time_offset_s + change_s);
+        let offset = |track: &Track| Some(TimeOffset::Seconds(track.time_offset_s + change_s));
         if let ([], [only]) = (campaign.track.as_slice(), tracks) {
             campaign.trajectory.time_offset_s = offset(only);
         }

@@ -73,12 +73,12 @@ impl Record {
         let offset = |value: &Value| value["time_offset_s"].as_f64().map(TimeOffset::Seconds);
         if campaign.track.is_empty() {
             let own = &mut campaign.trajectory.time_offset_s;
-            *own = offset(&self.json).unwrap_or(*own);
+            *own = offset(&self.json).or(*own);
         }
         let tracks = self.json["tracks"].as_array().into_iter().flatten();
         for (section, track) in campaign.track.iter_mut().zip(tracks) {
             let own = &mut section.trajectory.time_offset_s;
-            *own = offset(track).unwrap_or(*own);
+            *own = offset(track).or(*own);
         }
         Ok(campaign)
     }

@@ -11,7 +11,8 @@ use acerra_gnss::ubx::epoch_time;
 use acerra_gnss::ubx::frame::{Piece, pieces};
 use acerra_radar::{Limits, RadarFile};
 use acerra_record::emulate::{
-    EmulatedRadio, EmulatedReceiver, EmulatorOptions, Impairments, ReceiverOptions, Recorded, World,
+    EmulatedRadio, EmulatedReceiver, EmulatorOptions, Impairments, PulseLine, ReceiverOptions,
+    Recorded, World,
 };
 use acerra_simulate::scene::Scene;
 use acerra_simulate::write::simulate_campaign;
@@ -71,6 +72,15 @@ pub struct Args {
     /// Time at which the radio restarts (s); may be given several times.
     #[arg(long, value_name = "S")]
     reboot_at: Vec<f64>,
+    /// World times from and to which the receiver has no fix (s); may be given several times.
+    #[arg(long, value_name = "FROM,TO", value_parser = interval)]
+    no_fix: Vec<[f64; 2]>,
+    /// Wire the radio's pulse, one a scan, to the receiver's time-mark input (UBX-TIM-TM2).
+    #[arg(long)]
+    marks: bool,
+    /// Share of the pulses that the receiver misses.
+    #[arg(long, value_name = "SHARE", default_value_t = 0.0, value_parser = share, requires = "marks")]
+    mark_loss: f64,
     /// Seed of everything random.
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -92,6 +102,16 @@ fn share(text: &str) -> Result<f64, String> {
 
 fn positive(text: &str) -> Result<f64, String> {
     number_in(text, 0.001..=1000.0)
+}
+
+fn interval(text: &str) -> Result<[f64; 2], String> {
+    let expected = || "expected two times, such as 10,15".to_owned();
+    let (from, to) = text.split_once(',').ok_or_else(expected)?;
+    let seconds = |text: &str| number_in(text.trim(), 0.0..=1e6).map_err(|_| expected());
+    let interval = [seconds(from)?, seconds(to)?];
+    (interval[0] < interval[1])
+        .then_some(interval)
+        .ok_or_else(expected)
 }
 
 fn share_of_a_minute(text: &str) -> Result<f64, String> {
@@ -128,10 +148,15 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
     let session = session_of(args, &flight);
     let world = World::new(args.speed);
     let times = Times::of(&flight);
+    let pulses = args
+        .marks
+        .then(|| PulseLine::new(args.mark_loss, args.seed));
     let receiver = match flight.rover {
         Some(log) => {
             let options = ReceiverOptions {
                 starts_at: times.world_begins,
+                no_fix_s: args.no_fix.clone(),
+                pulses: pulses.clone(),
                 ..ReceiverOptions::new(world.clone())
             };
             let receiver = EmulatedReceiver::start(args.receiver, log, options);
@@ -151,6 +176,7 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
             jitter_s: 1e-3 * args.jitter_ms,
             seed: args.seed,
         },
+        pulses,
         reboot_at_s: args.reboot_at.clone(),
         ..EmulatorOptions::default()
     };
@@ -302,7 +328,7 @@ fn session_of(args: &Args, flight: &Flight) -> String {
     let mut text = format!(
         "# Written by acerra emulate.\n[radio]\naddress = \"{}\"\nwindow_ps = [{}, {}]\n\
          integration_index = {}\nantenna_mode = {}\ntransmit_gain = {}\ncode_channel = {}\n\
-         # Emulated scans take no time.\nlatency_ms = 0.0\nlatency_sigma_ms = 0.0\n",
+         # Emulated scans take no time.\nlatency_ms = 0.0\nlatency_sigma_ms = 0.0\nmark_delay_ms = 0.0\n",
         args.radio,
         config.scan_start_ps,
         config.scan_stop_ps,

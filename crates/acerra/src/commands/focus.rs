@@ -210,7 +210,11 @@ fn write_traces(outcome: &Outcome, out: &mut dyn Write) -> anyhow::Result<()> {
         outcome.prepared.traces_in_log(),
         aligned.path_m.iter().sum::<f64>()
     )?;
-    writeln!(out, ", time offset {:.4} s", first.time_offset_s)?;
+    write!(out, ", time offset {:.4} s", first.time_offset_s)?;
+    match &first.recorded_clock {
+        Some(clock) => writeln!(out, " (recorded clock, ± {:.2} ms)", 1e3 * clock.sigma_s)?,
+        None => writeln!(out)?,
+    }
     if let Some(found) = outcome.prepared.ground {
         writeln!(
             out,

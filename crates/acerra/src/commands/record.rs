@@ -115,8 +115,13 @@ fn line(health: &Health) -> String {
         0 => String::new(),
         scans => format!(", {scans} scans saturated"),
     };
+    let fix = match health.fix {
+        Some(fix) if fix.has_fix => format!(", {} satellites", fix.satellites),
+        Some(fix) => format!(", NO FIX ({} satellites)", fix.satellites),
+        None => String::new(),
+    };
     format!(
-        "{:.0} s: {}{temperature}{saturated}; GNSS {} kB; log {} MB",
+        "{:.0} s: {}{temperature}{saturated}; GNSS {} kB{fix}; log {} MB",
         health.elapsed_s,
         health.radio,
         health.gnss_bytes / 1000,

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use acerra_geo::trajectory::Trajectory;
+use acerra_radar::LoggedClock;
 use anyhow::{bail, ensure};
 
 use super::gnss::{Pair, pair};
@@ -32,6 +33,7 @@ pub fn compose(logs: &Logs, folder: &Path) -> anyhow::Result<String> {
     };
     let mut campaign = Campaign {
         folder,
+        has_clock: LoggedClock::path_beside(&radar.path).is_file(),
         filled: vec![
             Filled::new("radar.file", quoted(&named_in(folder, &radar.path)?))
                 .because(&radar.summary),
@@ -72,6 +74,8 @@ pub fn compose(logs: &Logs, folder: &Path) -> anyhow::Result<String> {
 /// The keys found so far.
 struct Campaign<'a> {
     folder: &'a Path,
+    /// Whether a recorded clock lies beside the radar log.
+    has_clock: bool,
     filled: Vec<Filled>,
 }
 
@@ -97,7 +101,7 @@ impl Campaign<'_> {
                     format!("the radar's times {first:.1} to {last:.1} s lie in the trajectory's"),
                 ));
             }
-            _ => self.offset_unknown(),
+            _ => self.offset_unknown(trajectory.time_origin().gps_time().is_some()),
         }
         if let Some(frame) = trajectory.frame().enu() {
             let origin = frame.origin();
@@ -165,14 +169,23 @@ impl Campaign<'_> {
             "trajectory.origin_deg_m",
             "positions count from the base's antenna unless this says otherwise",
         ));
-        self.offset_unknown();
+        self.offset_unknown(true);
         if let Some(bounds_m) = pair.rover_bounds_m() {
             self.extent(bounds_m);
         }
         Ok(())
     }
 
-    fn offset_unknown(&mut self) {
+    /// Leaves the offset to the recorded clock, where there is one and positions are on GPS time, or else to
+    /// the data.
+    fn offset_unknown(&mut self, is_on_gps_time: bool) {
+        if self.has_clock && is_on_gps_time {
+            self.filled.push(Filled::remark(
+                "trajectory.time_offset_s",
+                "left out: the clock recorded beside the radar log tells it",
+            ));
+            return;
+        }
         self.filled
             .push(Filled::new("trajectory.time_offset_s", "\"auto\"").because(
                 "the radar's log has a clock of its own: the offset is found from the data; state \

@@ -1,0 +1,39 @@
+//! Why a session cannot be finished.
+
+use std::io;
+use std::path::PathBuf;
+
+use thiserror::Error;
+
+use super::settings::SettingsError;
+use crate::log::LogReadError;
+
+/// Why a session cannot be finished.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum FinishError {
+    /// A file of the directory.
+    #[error("{}: {cause}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        cause: io::Error,
+    },
+    /// The log.
+    #[error("{}: {cause}", path.display())]
+    Log {
+        /// The file.
+        path: PathBuf,
+        /// Why it cannot be read.
+        cause: LogReadError,
+    },
+    /// The log holds no session, or one that cannot be.
+    #[error("{}: the settings in the log: {cause}", path.display())]
+    Settings {
+        /// The log.
+        path: PathBuf,
+        /// What is wrong.
+        cause: SettingsError,
+    },
+}

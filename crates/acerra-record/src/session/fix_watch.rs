@@ -1,0 +1,201 @@
+//! What a receiver's messages tell of its fix and of the height, and warnings of them.
+
+use acerra_gnss::ubx::{FixState, fix_state, is_solution};
+
+use super::progress::{Fix, Progress};
+use super::window_watch::WindowWatch;
+use crate::gnss::FrameFinder;
+
+/// Time without a fix after which that is told, and told again (s).
+const TOLD_AFTER_S: f64 = 2.0;
+const TOLD_AGAIN_S: f64 = 30.0;
+/// Time after its latest solution for which a receiver's measurements are not judged (s): where it states
+/// its fix itself, that counts.
+const SOLUTION_HOLDS_S: f64 = 3.0;
+
+/// Watches the fix by the receiver's own solution (NAV-PVT), or by the satellites that it measures.
+pub(super) struct FixWatch {
+    frames: FrameFinder,
+    window: WindowWatch,
+    latest: Option<Fix>,
+    solution_s: f64,
+    /// Host time since when there is no fix, and when that was told (s).
+    lost_s: Option<f64>,
+    told_s: Option<f64>,
+    was_fixed: bool,
+}
+
+impl FixWatch {
+    /// A watch that compares heights with the radio's window.
+    pub fn new(window: WindowWatch) -> Self {
+        Self {
+            frames: FrameFinder::default(),
+            window,
+            latest: None,
+            solution_s: f64::NEG_INFINITY,
+            lost_s: None,
+            told_s: None,
+            was_fixed: false,
+        }
+    }
+
+    /// What the receiver last said, where it said anything.
+    pub fn latest(&self) -> Option<Fix> {
+        self.latest
+    }
+
+    /// Takes bytes that came at `host_s`; returns what there is to tell.
+    pub fn take(&mut self, bytes: &[u8], host_s: f64) -> Vec<Progress> {
+        let mut states: Vec<(FixState, bool)> = Vec::new();
+        self.frames.take(bytes, host_s, |frame, _| {
+            states.extend(fix_state(frame).map(|state| (state, is_solution(frame))));
+        });
+        let mut told = Vec::new();
+        for (state, is_own_solution) in states {
+            if is_own_solution {
+                self.solution_s = host_s;
+            } else if host_s - self.solution_s < SOLUTION_HOLDS_S {
+                continue;
+            }
+            told.extend(self.judge(&state, host_s));
+            let height = state.height_m;
+            told.extend(
+                height.and_then(|[height_m, sigma_m]| self.window.take(height_m, sigma_m, host_s)),
+            );
+        }
+        told
+    }
+
+    fn judge(&mut self, state: &FixState, host_s: f64) -> Option<Progress> {
+        let FixState {
+            has_fix,
+            satellites,
+            ..
+        } = *state;
+        self.latest = Some(Fix {
+            has_fix,
+            satellites,
+        });
+        if has_fix {
+            let lost_s = self.lost_s.take();
+            let was_told = self.told_s.take().is_some();
+            let is_first = !std::mem::replace(&mut self.was_fixed, true);
+            let after = match lost_s {
+                Some(lost_s) if was_told => format!(" after {:.0} s without", host_s - lost_s),
+                _ if is_first => String::new(),
+                _ => return None,
+            };
+            return Some(Progress::Note(format!(
+                "the GNSS receiver has a fix{after}: {satellites} satellites"
+            )));
+        }
+        let since_s = host_s - *self.lost_s.get_or_insert(host_s);
+        let is_due = match self.told_s {
+            None => since_s >= TOLD_AFTER_S,
+            Some(told_s) => host_s - told_s >= TOLD_AGAIN_S,
+        };
+        is_due.then(|| {
+            self.told_s = Some(host_s);
+            Progress::Warning(format!(
+                "no GNSS fix for {since_s:.0} s, {satellites} satellites: these scans will have no position"
+            ))
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::session::{FlightSection, RadioSection};
+    use acerra_gnss::ubx::frame::encode;
+
+    fn watch() -> FixWatch {
+        let radio = RadioSection {
+            window_ps: [16_670, 86_982],
+            ..RadioSection::default()
+        };
+        FixWatch::new(WindowWatch::new(&radio, &FlightSection::default()))
+    }
+
+    /// RXM-RAWX with so many satellites.
+    fn measurements(satellites: u8) -> Vec<u8> {
+        let mut payload = vec![0; 16 + 32 * usize::from(satellites)];
+        payload[11] = satellites;
+        for k in 0..satellites {
+            let signal = &mut payload[16 + 32 * usize::from(k)..];
+            (signal[21], signal[30]) = (k + 1, 1);
+        }
+        encode(2, 0x15, &payload).unwrap()
+    }
+
+    /// NAV-PVT at a height.
+    fn solution(kind: u8, height_m: f64) -> Vec<u8> {
+        let mut payload = vec![0; 92];
+        (payload[20], payload[21], payload[23]) = (kind, u8::from(kind == 3), 9);
+        payload[32..36].copy_from_slice(&((1e3 * height_m) as i32).to_le_bytes());
+        payload[44..48].copy_from_slice(&1_000_u32.to_le_bytes());
+        encode(1, 7, &payload).unwrap()
+    }
+
+    /// What is told of messages that come each 0.2 s.
+    fn told(watch: &mut FixWatch, from_s: f64, to_s: f64, message: &[u8]) -> Vec<String> {
+        let steps = ((to_s - from_s) / 0.2).round() as i32;
+        let mut told = Vec::new();
+        for k in 0..steps {
+            for progress in watch.take(message, from_s + 0.2 * f64::from(k)) {
+                told.push(match progress {
+                    Progress::Note(text) => text,
+                    Progress::Warning(text) => format!("! {text}"),
+                    Progress::Health(_) => unreachable!("a watch tells no health"),
+                });
+            }
+        }
+        told
+    }
+
+    #[test]
+    fn a_fix_that_is_lost_is_told_once_and_again_and_when_it_is_back() {
+        let mut watch = watch();
+        let first = told(&mut watch, 0.0, 5.0, &measurements(9));
+        assert_eq!(first, ["the GNSS receiver has a fix: 9 satellites"]);
+        // Shorter than is told.
+        assert!(told(&mut watch, 5.0, 6.0, &measurements(3)).is_empty());
+        assert!(told(&mut watch, 6.0, 7.0, &measurements(8)).is_empty());
+        let lost = told(&mut watch, 7.0, 40.0, &measurements(2));
+        let text =
+            |s| format!("! no GNSS fix for {s} s, 2 satellites: these scans will have no position");
+        assert_eq!(lost, [text(2), text(32)]);
+        let fix = watch.latest().unwrap();
+        assert_eq!((fix.has_fix, fix.satellites), (false, 2));
+        let back = told(&mut watch, 40.0, 41.0, &measurements(7));
+        assert_eq!(
+            back,
+            ["the GNSS receiver has a fix after 33 s without: 7 satellites"]
+        );
+    }
+
+    #[test]
+    fn the_receivers_own_word_counts_over_the_number_of_satellites() {
+        let mut watch = watch();
+        let both = [solution(0, 0.0), measurements(9)].concat();
+        let lost = told(&mut watch, 0.0, 4.0, &both);
+        assert_eq!(lost.len(), 1, "{lost:?}");
+        assert!(lost[0].starts_with("! no GNSS fix for 2 s, 9 satellites"));
+    }
+
+    #[test]
+    fn a_climb_out_of_the_window_is_told() {
+        let mut watch = watch();
+        assert_eq!(told(&mut watch, 0.0, 2.0, &solution(3, 100.0)).len(), 1);
+        // The window holds echoes of the ground 13 m below.
+        assert!(told(&mut watch, 2.0, 8.0, &solution(3, 110.0)).is_empty());
+        let high = told(&mut watch, 8.0, 20.0, &solution(3, 131.0));
+        assert_eq!(
+            high,
+            [
+                "! the ground is behind the window ([radio] window_ps): 31 m above where the recording began it \
+                 answers at 193 ns or later, and the window ends at 87 ns"
+            ]
+        );
+    }
+}

@@ -1,0 +1,73 @@
+//! The way from the instruments' threads to the one that writes the log.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use super::progress::{Health, Progress};
+use crate::log::Record;
+
+/// Records that wait for a slow disk: 12 MB of scans, 20 s of usual ones.
+const QUEUE_RECORDS: usize = 8_192;
+
+/// What the instruments' threads send.
+pub(super) enum Item {
+    Record(Record),
+    Progress(Progress),
+}
+
+/// State that all threads of a recording share.
+#[derive(Default)]
+pub(super) struct Shared {
+    ended: AtomicBool,
+    health: Mutex<Health>,
+}
+
+impl Shared {
+    /// Tells the instruments' threads to end.
+    pub fn end(&self) {
+        self.ended.store(true, Ordering::SeqCst);
+    }
+
+    /// The state so far.
+    pub fn health(&self) -> Health {
+        *self.health.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// What an instrument's thread sends by.
+#[derive(Clone)]
+pub(super) struct Outlet {
+    send: SyncSender<Item>,
+    shared: Arc<Shared>,
+}
+
+impl Outlet {
+    /// An outlet, and the end that everything sent by it comes out of.
+    pub fn new(shared: &Arc<Shared>) -> (Self, Receiver<Item>) {
+        let (send, receive) = sync_channel(QUEUE_RECORDS);
+        let shared = Arc::clone(shared);
+        (Self { send, shared }, receive)
+    }
+
+    /// Sends a record; `false` when the recording is over. Waits while the queue is full.
+    pub fn record(&self, record: Record) -> bool {
+        self.send.send(Item::Record(record)).is_ok()
+    }
+
+    /// Tells something; `false` when the recording is over.
+    pub fn say(&self, progress: Progress) -> bool {
+        self.send.send(Item::Progress(progress)).is_ok()
+    }
+
+    /// Changes the state that the one who follows is told.
+    pub fn update(&self, change: impl FnOnce(&mut Health)) {
+        let health = &self.shared.health;
+        change(&mut health.lock().unwrap_or_else(PoisonError::into_inner));
+    }
+
+    /// Whether the recording is to end.
+    pub fn has_ended(&self) -> bool {
+        self.shared.ended.load(Ordering::SeqCst)
+    }
+}
