@@ -1,0 +1,163 @@
+//! What the logs hold, whatever their format: positions, attitudes and clock readings.
+
+use acerra_geo::geodesy::Geodetic;
+use acerra_geo::time::GpsTime;
+use acerra_geo::trajectory::{Attitude, SolutionStatus};
+
+use crate::format::LogFormat;
+
+/// When a sample was taken.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Stamp {
+    /// An instant of GPS time.
+    Gps(GpsTime),
+    /// Seconds of the autopilot's own clock, which starts with it.
+    Boot(f64),
+}
+
+/// What a height counts from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum HeightDatum {
+    /// The WGS84 ellipsoid.
+    Ellipsoid,
+    /// The mean sea level of the receiver's geoid.
+    SeaLevel,
+}
+
+/// Where a sample was.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Place {
+    /// On the Earth; what its height counts from.
+    Geodetic(Geodetic, HeightDatum),
+    /// In axes of the robot's own, z up (m).
+    Local([f64; 3]),
+}
+
+/// One position.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PositionSample {
+    /// When.
+    pub stamp: Stamp,
+    /// Where.
+    pub place: Place,
+    /// Standard deviations east, north, up (m), where the source states them.
+    pub sigma_m: Option<[f64; 3]>,
+    /// Velocity east, north, up (m/s), where the source states it.
+    pub velocity_m_s: Option<[f64; 3]>,
+    /// Kind of solution; none where the source does not say.
+    pub status: Option<SolutionStatus>,
+    /// Satellites used, where the source says.
+    pub satellites: Option<u16>,
+}
+
+/// One attitude.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AttitudeSample {
+    /// When.
+    pub stamp: Stamp,
+    /// From the body's forward, left, up to east, north, up.
+    pub attitude: Attitude,
+}
+
+/// What makes positions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum SourceKind {
+    /// A GNSS receiver.
+    Gnss,
+    /// The autopilot's own estimate out of GNSS, inertial sensors and barometer.
+    Filter,
+}
+
+impl std::fmt::Display for SourceKind {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.pad(match self {
+            Self::Gnss => "GNSS receiver",
+            Self::Filter => "position filter",
+        })
+    }
+}
+
+/// Positions of one source, in the order of the file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PositionSource {
+    /// Its name, unique in the log.
+    pub name: String,
+    /// What makes them.
+    pub kind: SourceKind,
+    /// The positions.
+    pub samples: Vec<PositionSample>,
+    /// Records without a position.
+    pub without_position: usize,
+}
+
+/// Attitudes of one source, in the order of the file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AttitudeSource {
+    /// Its name, unique in the log.
+    pub name: String,
+    /// The attitudes.
+    pub samples: Vec<AttitudeSample>,
+}
+
+/// A reading of the autopilot's clock beside GPS time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ClockPair {
+    /// The autopilot's clock (s).
+    pub boot_s: f64,
+    /// GPS time.
+    pub gps: GpsTime,
+}
+
+/// How the readings of the clocks come about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PairKind {
+    /// The autopilot's clock at the arrival of a message that the receiver made some time before.
+    Arrival,
+    /// Both clocks at one instant.
+    Simultaneous,
+}
+
+/// Bytes that belong to no record.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Damage {
+    /// How many.
+    pub bytes: u64,
+    /// Stretches of them.
+    pub places: u64,
+    /// Where the first is.
+    pub first_offset: u64,
+}
+
+impl Damage {
+    /// Counts a stretch of `bytes` at `offset`.
+    pub fn add(&mut self, offset: u64, bytes: u64) {
+        if self.places == 0 {
+            self.first_offset = offset;
+        }
+        self.places += 1;
+        self.bytes += bytes;
+    }
+}
+
+/// Everything of a log that matters here.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Recording {
+    /// The kind of log.
+    pub format: LogFormat,
+    /// Positions by source, in the order of their first sample.
+    pub positions: Vec<PositionSource>,
+    /// Attitudes by source, in the order of their first sample.
+    pub attitudes: Vec<AttitudeSource>,
+    /// Readings of the autopilot's clock beside GPS time.
+    pub pairs: Vec<ClockPair>,
+    /// How they came about.
+    pub pair_kind: PairKind,
+    /// What gives such readings in this format.
+    pub pair_source: &'static str,
+    /// Bytes that belong to no record.
+    pub damage: Damage,
+    /// Bytes read.
+    pub bytes: u64,
+    /// Remarks of the format's reader, as sentences.
+    pub remarks: Vec<String>,
+}

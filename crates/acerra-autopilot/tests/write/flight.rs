@@ -1,0 +1,51 @@
+//! A flight of known truth.
+
+use acerra_geo::geodesy::{EnuFrame, Geodetic};
+use acerra_geo::time::GpsTime;
+
+/// The origin of the flight.
+pub fn origin() -> Geodetic {
+    Geodetic::from_degrees(41.1, 14.25, 80.0)
+}
+
+/// Second zero of the flight.
+pub fn start() -> GpsTime {
+    GpsTime::from_week_tow(2390, 302_400.0)
+}
+
+/// Clock of the autopilot (s) at `time_s` of the flight: it started 200 s before and is 15 ppm slow.
+pub fn boot_s(time_s: f64) -> f64 {
+    200.0 + time_s * (1.0 - 15e-6)
+}
+
+/// The geoid lies so far above the ellipsoid (m).
+pub const GEOID_M: f64 = 47.25;
+
+/// East, north, up (m) at `time_s`.
+pub fn position_m(time_s: f64) -> [f64; 3] {
+    [
+        3.0 * time_s,
+        20.0 * (0.3 * time_s).sin(),
+        25.0 + 0.5 * (0.2 * time_s).sin(),
+    ]
+}
+
+/// Velocity east, north, up (m/s) at `time_s`.
+pub fn velocity_m_s(time_s: f64) -> [f64; 3] {
+    [3.0, 6.0 * (0.3 * time_s).cos(), 0.1 * (0.2 * time_s).cos()]
+}
+
+/// Latitude and longitude (degrees) and height above the ellipsoid (m) at `time_s`.
+pub fn geodetic(time_s: f64) -> [f64; 3] {
+    let place = EnuFrame::new(origin()).geodetic_from_enu(position_m(time_s));
+    [place.latitude_deg(), place.longitude_deg(), place.height_m]
+}
+
+/// Roll, pitch and yaw (rad) at `time_s`.
+pub fn euler_rad(time_s: f64) -> [f64; 3] {
+    [
+        0.15 * (0.7 * time_s).sin(),
+        0.08 * (0.5 * time_s).cos(),
+        0.9 + 0.3 * (0.25 * time_s).sin(),
+    ]
+}
