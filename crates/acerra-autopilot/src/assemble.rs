@@ -27,10 +27,10 @@ pub fn assemble(
     recording: &Recording,
     options: &LogOptions,
 ) -> Result<(Trajectory, LogReport), LogError> {
-    let source = choose::positions(recording, options)?;
-    let attitude_source = choose::attitudes(recording, options)?;
-    let clock = clock_of(recording, source)?;
     let mut warnings: Vec<LogWarning> = Vec::new();
+    let source = choose::positions(recording, options, &mut warnings)?;
+    let attitude_source = choose::attitudes(recording, options, &source.name, &mut warnings)?;
+    let clock = clock_of(recording, source)?;
 
     let (samples, left_out) = of_one_datum(&source.samples);
     if left_out > 0 {
@@ -47,7 +47,8 @@ pub fn assemble(
     let statuses = StatusTrack::of(recording, source, clock.as_ref());
     let attitudes = attitude_source.map(|a| AttitudeTrack::new(&a.samples, clock.as_ref()));
     let frame = frame_of(places.first(), options.origin);
-    let start = GpsTime::from_week_tow(timed.first().map_or(0, |(t, _)| t.week()), 0.0);
+    let is_own_clock = clock.is_some_and(|clock| clock.is_own);
+    let (time_origin, start) = time_origin(&timed, is_own_clock);
     let fixes: Vec<Fix> = timed
         .iter()
         .zip(&places)
@@ -63,7 +64,7 @@ pub fn assemble(
             fix
         })
         .collect();
-    let trajectory = Trajectory::new(frame, TimeOrigin::Gps(start), fixes)?;
+    let trajectory = Trajectory::new(frame, time_origin, fixes)?;
 
     let with_attitude = trajectory
         .fixes()
@@ -72,7 +73,10 @@ pub fn assemble(
     let with_attitude = with_attitude.count();
     let positions_need = uses_boot_clock(&source.samples);
     let attitudes_need = with_attitude > 0 && attitude_source.is_some_and(has_boot_times);
-    let clock = clock.filter(|_| positions_need || attitudes_need);
+    if is_own_clock {
+        warnings.push(LogWarning::OwnClock);
+    }
+    let clock = clock.filter(|clock| !clock.is_own && (positions_need || attitudes_need));
     let clock = clock.map(|fit| ClockSummary {
         readings: fit.readings,
         left_out: fit.left_out,
@@ -116,11 +120,22 @@ fn clock_of(recording: &Recording, source: &PositionSource) -> Result<Option<Clo
     }
     match fit? {
         Some(fit) => Ok(Some(fit)),
+        None if recording.allows_own_clock => Ok(Some(ClockFit::own())),
         None => Err(LogError::NoGpsTime {
             source_name: source.name.clone(),
             expected: recording.pair_source,
         }),
     }
+}
+
+/// What second zero is: the start of the GPS week, or that of the log's own clock.
+fn time_origin(timed: &[Timed], is_own_clock: bool) -> (TimeOrigin, GpsTime) {
+    if is_own_clock {
+        return (TimeOrigin::Relative, GpsTime::EPOCH);
+    }
+    let week = timed.first().map_or(0, |(time, _)| time.week());
+    let start = GpsTime::from_week_tow(week, 0.0);
+    (TimeOrigin::Gps(start), start)
 }
 
 /// The samples with their instants, those left out whose time does not advance.

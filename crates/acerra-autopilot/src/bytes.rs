@@ -122,7 +122,7 @@ impl<R: Read> LogBytes<R> {
 }
 
 /// Bytes that [`LogBytes::seek`] shows.
-const SEEN: usize = 32;
+const SEEN: usize = 512;
 
 /// The `N` bytes at `at`.
 pub fn array<const N: usize>(bytes: &[u8], at: usize) -> Option<[u8; N]> {

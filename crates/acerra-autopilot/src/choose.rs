@@ -2,6 +2,7 @@
 
 use crate::error::LogError;
 use crate::options::LogOptions;
+use crate::report::LogWarning;
 use crate::sample::{AttitudeSource, PositionSource, Recording, SourceKind};
 
 /// What the positions come from: the source named, else the only receiver, else the only filter.
@@ -12,11 +13,14 @@ use crate::sample::{AttitudeSource, PositionSource, Recording, SourceKind};
 pub fn positions<'a>(
     recording: &'a Recording,
     options: &LogOptions,
+    warnings: &mut Vec<LogWarning>,
 ) -> Result<&'a PositionSource, LogError> {
     let sources = &recording.positions;
     let of_kind = |kind| -> Vec<&PositionSource> {
         let usable = |s: &&PositionSource| s.kind == kind && !s.samples.is_empty();
-        sources.iter().filter(usable).collect()
+        let lowest = sources.iter().filter(usable).map(|s| s.rank).min();
+        let is_first = |s: &&PositionSource| usable(s) && Some(s.rank) == lowest;
+        sources.iter().filter(is_first).collect()
     };
     let candidates = match options.source.as_deref() {
         None => match of_kind(SourceKind::Gnss) {
@@ -42,11 +46,27 @@ pub fn positions<'a>(
             format: recording.format,
             why: why_none(sources),
         }),
-        (several, _) => Err(LogError::SeveralSources {
-            what: "positions",
-            key: "source",
-            names: several.iter().map(|s| s.name.clone()).collect(),
-        }),
+        ([first, ..], _) => {
+            let names = candidates.iter().map(|s| s.name.clone()).collect();
+            several("positions", "source", names, options.takes_first).map(|warning| {
+                warnings.push(warning);
+                *first
+            })
+        }
+    }
+}
+
+/// What there is to say where the first of several sources is taken.
+fn several(
+    what: &'static str,
+    key: &'static str,
+    names: Vec<String>,
+    takes_first: bool,
+) -> Result<LogWarning, LogError> {
+    if takes_first {
+        Ok(LogWarning::FirstOfSeveral { what, key, names })
+    } else {
+        Err(LogError::SeveralSources { what, key, names })
     }
 }
 
@@ -65,14 +85,23 @@ fn described(sources: &[PositionSource]) -> Vec<String> {
     sources.iter().map(one).collect()
 }
 
-/// What the attitudes come from: the source named, else the only one; none where there is none.
+/// What the attitudes come from: the source named, else that of the positions, else the only one; none
+/// where there is none.
 pub fn attitudes<'a>(
     recording: &'a Recording,
     options: &LogOptions,
+    positions: &str,
+    warnings: &mut Vec<LogWarning>,
 ) -> Result<Option<&'a AttitudeSource>, LogError> {
     let sources = &recording.attitudes;
+    let own: Vec<&AttitudeSource> = sources.iter().filter(|s| s.name == positions).collect();
+    let lowest = sources.iter().map(|s| s.rank).min();
+    let candidates: Vec<&AttitudeSource> = match own.as_slice() {
+        [] => sources.iter().filter(|s| Some(s.rank) == lowest).collect(),
+        _ => own,
+    };
     let names = || sources.iter().map(|s| s.name.clone()).collect();
-    match (options.attitude_source.as_deref(), sources.as_slice()) {
+    match (options.attitude_source.as_deref(), candidates.as_slice()) {
         (Some(wanted), _) => match sources.iter().find(|s| s.name == wanted) {
             Some(one) => Ok(Some(one)),
             None => Err(LogError::NoSuchSource {
@@ -84,10 +113,11 @@ pub fn attitudes<'a>(
         },
         (None, []) => Ok(None),
         (None, [one]) => Ok(Some(one)),
-        (None, _) => Err(LogError::SeveralSources {
-            what: "attitudes",
-            key: "attitude_source",
-            names: names(),
-        }),
+        (None, [first, ..]) => {
+            several("attitudes", "attitude_source", names(), options.takes_first).map(|warning| {
+                warnings.push(warning);
+                Some(*first)
+            })
+        }
     }
 }

@@ -19,8 +19,10 @@ const AGREEMENT_S: f64 = 0.5;
 const STRETCHES: usize = 32;
 /// Greatest rate error of a crystal (s/s): beyond it the line's slope is chance.
 const GREATEST_RATE: f64 = 2e-4;
-/// Shortest log (s) of which a rate is told.
-const SHORTEST_FOR_RATE_S: f64 = 60.0;
+/// Deviation of the rates of crystals (s/s), what is expected of a log too short to tell its own.
+const USUAL_RATE: f64 = 3e-5;
+/// Least deviation of a reading (s): clocks count microseconds.
+const LEAST_SIGMA_S: f64 = 1e-6;
 
 /// The autopilot's clock on GPS time.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,9 +39,24 @@ pub struct ClockFit {
     pub left_out: usize,
     /// Nine tenths of the readings lie within this (s) of the line.
     pub spread_s: f64,
+    /// The clock stands for itself: nothing ties it to GPS time.
+    pub is_own: bool,
 }
 
 impl ClockFit {
+    /// A clock that stands for itself: its zero is that of GPS time here.
+    pub const fn own() -> Self {
+        Self {
+            boot_s: 0.0,
+            gps: GpsTime::EPOCH,
+            rate: 0.0,
+            readings: 0,
+            left_out: 0,
+            spread_s: 0.0,
+            is_own: true,
+        }
+    }
+
     /// GPS time at a reading of the autopilot's clock.
     #[must_use]
     pub fn gps_at(&self, boot_s: f64) -> GpsTime {
@@ -74,12 +91,7 @@ pub fn fit(pairs: &[ClockPair], kind: PairKind) -> Result<Option<ClockFit>, LogE
         });
     }
     let chosen = chosen(&near, kind, offset);
-    let span_s = chosen.last().map_or(0.0, |l| l.0) - chosen.first().map_or(0.0, |f| f.0);
-    let rate = if span_s >= SHORTEST_FOR_RATE_S {
-        slope(&chosen).clamp(-GREATEST_RATE, GREATEST_RATE)
-    } else {
-        0.0
-    };
+    let rate = rate(&chosen).clamp(-GREATEST_RATE, GREATEST_RATE);
     let level = |(boot_s, offset_s): &(f64, f64)| offset_s - rate * (boot_s - first.boot_s);
     let level_s = median(chosen.iter().map(level).collect());
     let mut off: Vec<f64> = near
@@ -94,6 +106,7 @@ pub fn fit(pairs: &[ClockPair], kind: PairKind) -> Result<Option<ClockFit>, LogE
         readings: near.len(),
         left_out: pairs.len() - near.len(),
         spread_s: off.get(off.len() * 9 / 10).copied().unwrap_or(0.0),
+        is_own: false,
     }))
 }
 
@@ -118,6 +131,19 @@ fn chosen(
             Some((one.boot_s, offset(one)))
         })
         .collect()
+}
+
+/// The slope of the points, drawn towards none as far as their scatter leaves it open.
+fn rate(points: &[(f64, f64)]) -> f64 {
+    let slope = slope(points);
+    let level = median(points.iter().map(|p| p.1 - slope * p.0).collect());
+    let off = points.iter().map(|p| (p.1 - slope * p.0 - level).abs());
+    // 1.48 times the median of absolute deviations is σ of a normal distribution.
+    let sigma_s = (1.48 * median(off.collect())).max(LEAST_SIGMA_S);
+    let mean_s = points.iter().map(|p| p.0).sum::<f64>() / points.len().max(1) as f64;
+    let spread_s2: f64 = points.iter().map(|p| (p.0 - mean_s).powi(2)).sum();
+    let variance = sigma_s * sigma_s / spread_s2.max(1e-12);
+    slope * USUAL_RATE.powi(2) / (USUAL_RATE.powi(2) + variance)
 }
 
 /// Median of the slopes between all pairs of points.

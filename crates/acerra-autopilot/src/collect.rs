@@ -25,6 +25,37 @@ pub struct Collector {
     pub remarks: Vec<String>,
 }
 
+/// Where positions come from.
+#[derive(Debug, Clone, Copy)]
+pub struct Origin<'a> {
+    /// Name of the source.
+    pub name: &'a str,
+    /// What makes them.
+    pub kind: SourceKind,
+    /// As of [`PositionSource::rank`].
+    pub rank: u8,
+}
+
+impl<'a> Origin<'a> {
+    /// A source that goes before others of its kind.
+    pub const fn first(name: &'a str, kind: SourceKind) -> Self {
+        Self {
+            name,
+            kind,
+            rank: 0,
+        }
+    }
+
+    /// A source that is taken where there is none that goes before it.
+    pub const fn second(name: &'a str, kind: SourceKind) -> Self {
+        Self {
+            name,
+            kind,
+            rank: 1,
+        }
+    }
+}
+
 /// How a format tells the time.
 #[derive(Debug, Clone, Copy)]
 pub struct ClockSource {
@@ -32,6 +63,8 @@ pub struct ClockSource {
     pub kind: PairKind,
     /// What gives them.
     pub name: &'static str,
+    /// Whether times by a clock of their own will do.
+    pub allows_own: bool,
 }
 
 impl Collector {
@@ -50,13 +83,14 @@ impl Collector {
         }
     }
 
-    fn source(&mut self, name: &str, kind: SourceKind) -> &mut PositionSource {
+    fn source(&mut self, Origin { name, kind, rank }: Origin<'_>) -> &mut PositionSource {
         let at = match self.index.get(name) {
             Some(at) => *at,
             None => {
                 self.positions.push(PositionSource {
                     name: name.to_owned(),
                     kind,
+                    rank,
                     samples: Vec::new(),
                     without_position: 0,
                 });
@@ -78,17 +112,17 @@ impl Collector {
         })
     }
 
-    /// Takes a position of the source `name`, or counts a record without one.
+    /// Takes a position, or counts a record without one.
     ///
     /// # Errors
     /// More positions than the limit.
     pub fn position(
         &mut self,
-        (name, kind): (&str, SourceKind),
+        origin: Origin<'_>,
         sample: Option<PositionSample>,
         offset: u64,
     ) -> Result<(), LogError> {
-        let source = self.source(name, kind);
+        let source = self.source(origin);
         let Some(sample) = sample else {
             source.without_position += 1;
             return Ok(());
@@ -114,11 +148,26 @@ impl Collector {
         sample: AttitudeSample,
         offset: u64,
     ) -> Result<(), LogError> {
+        self.ranked_attitude(name, 0, sample, offset)
+    }
+
+    /// Takes an attitude of a source of that rank.
+    ///
+    /// # Errors
+    /// More attitudes than the limit.
+    pub fn ranked_attitude(
+        &mut self,
+        name: &str,
+        rank: u8,
+        sample: AttitudeSample,
+        offset: u64,
+    ) -> Result<(), LogError> {
         let at = match self.attitude_index.get(name) {
             Some(at) => *at,
             None => {
                 self.attitudes.push(AttitudeSource {
                     name: name.to_owned(),
+                    rank,
                     samples: Vec::new(),
                 });
                 self.attitude_index
@@ -160,6 +209,7 @@ impl Collector {
             pairs: self.pairs,
             pair_kind: clock.kind,
             pair_source: clock.name,
+            allows_own_clock: clock.allows_own,
             damage: self.damage,
             bytes,
             remarks: self.remarks,

@@ -6,6 +6,12 @@
 pub enum LogFormat {
     /// ArduPilot's DataFlash log, `.bin`.
     ArduPilot,
+    /// PX4's ULog, `.ulg`.
+    Px4,
+    /// MAVLink telemetry as ground stations record it, `.tlog`.
+    Mavlink,
+    /// MCAP with messages of ROS 2.
+    Mcap,
 }
 
 impl LogFormat {
@@ -14,6 +20,9 @@ impl LogFormat {
     pub const fn name(self) -> &'static str {
         match self {
             Self::ArduPilot => "ArduPilot log",
+            Self::Px4 => "PX4 log",
+            Self::Mavlink => "MAVLink telemetry log",
+            Self::Mcap => "MCAP file of ROS 2",
         }
     }
 }

@@ -9,6 +9,9 @@
 //! | format | positions | attitude | time |
 //! | --- | --- | --- | --- |
 //! | ArduPilot `.bin` | `GPS` with `GPA`; `POS` | `ATT` | GPS week and milliseconds in `GPS` |
+//! | PX4 `.ulg` | `vehicle_gps_position`, `sensor_gps`; `vehicle_global_position` | `vehicle_attitude` | UTC in the receiver's messages |
+//! | MAVLink `.tlog` | `GPS_RAW_INT`, `GPS2_RAW`; `GLOBAL_POSITION_INT` | `ATTITUDE` | UTC in `SYSTEM_TIME` |
+//! | MCAP of ROS 2 | `sensor_msgs/NavSatFix`; `nav_msgs/Odometry` | `sensor_msgs/Imu`, `nav_msgs/Odometry` | stamps of the headers, taken as UTC |
 //!
 //! Which positions: those of the GNSS receiver, as they carry GPS time and the kind and accuracy of
 //! their solution; the filter's (`source = "ekf"`) where there is no receiver or where they are asked
@@ -33,9 +36,12 @@ mod collect;
 mod error;
 mod format;
 mod height;
+mod mavlink;
 mod options;
+mod px4;
 mod remarks;
 mod report;
+mod ros;
 mod sample;
 mod timeline;
 
@@ -63,7 +69,14 @@ pub const SNIFF_BYTES: usize = 512;
 /// ```
 #[must_use]
 pub fn sniff(start: &[u8]) -> Option<LogFormat> {
-    ardupilot::begins(start).then_some(LogFormat::ArduPilot)
+    let kinds: [(fn(&[u8]) -> bool, LogFormat); 4] = [
+        (ardupilot::begins, LogFormat::ArduPilot),
+        (px4::begins, LogFormat::Px4),
+        (mavlink::begins, LogFormat::Mavlink),
+        (ros::begins, LogFormat::Mcap),
+    ];
+    let known = kinds.iter().find(|(begins, _)| begins(start));
+    known.map(|(_, format)| *format)
 }
 
 /// Reads a log of any known format.
@@ -84,6 +97,9 @@ pub fn read_log(
     }
     let recording = match sniff(start) {
         Some(LogFormat::ArduPilot) => ardupilot::read(&mut bytes, options.max_samples)?,
+        Some(LogFormat::Px4) => px4::read(&mut bytes, options.max_samples)?,
+        Some(LogFormat::Mavlink) => mavlink::read(&mut bytes, options.max_samples)?,
+        Some(LogFormat::Mcap) => ros::read(&mut bytes, options.max_samples)?,
         None => return Err(LogError::unrecognised(start)),
     };
     assemble::assemble(&recording, options)

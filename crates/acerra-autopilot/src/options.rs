@@ -16,6 +16,9 @@ pub struct LogOptions {
     pub source: Option<String>,
     /// Source of the attitudes by its name; none: the only one.
     pub attitude_source: Option<String>,
+    /// Of several sources that are as good, the first is taken and the others are named, instead of
+    /// refusing to choose.
+    pub takes_first: bool,
     /// Grid of the geoid, by which heights above the sea become heights above the ellipsoid.
     pub geoid: Option<Arc<GeoidGrid>>,
     /// Most positions, attitudes and clock readings accepted, each.
@@ -28,6 +31,7 @@ impl Default for LogOptions {
             origin: None,
             source: None,
             attitude_source: None,
+            takes_first: false,
             geoid: None,
             max_samples: 10_000_000,
         }
@@ -53,6 +57,13 @@ impl LogOptions {
     #[must_use]
     pub fn with_attitude_source(mut self, name: impl Into<String>) -> Self {
         self.attitude_source = Some(name.into());
+        self
+    }
+
+    /// The same taking the first of several sources.
+    #[must_use]
+    pub const fn taking_first(mut self) -> Self {
+        self.takes_first = true;
         self
     }
 

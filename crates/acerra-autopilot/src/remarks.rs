@@ -3,7 +3,7 @@
 use acerra_geo::trajectory::Trajectory;
 
 use crate::report::{ClockSummary, LogWarning};
-use crate::sample::{PairKind, PositionSource, Recording};
+use crate::sample::{PairKind, PositionSource, Recording, SourceKind, Stamp};
 
 /// Remarks on times by the autopilot's clock: those of the positions, or of the attitudes alone.
 pub fn clock_remarks(clock: &ClockSummary, positions_need: bool) -> Vec<LogWarning> {
@@ -42,6 +42,15 @@ pub fn remarks(
         remarks.push(LogWarning::AttitudeGaps {
             count: fixes.len() - with_attitude,
             total: fixes.len(),
+        });
+    }
+    let is_boot = source
+        .samples
+        .iter()
+        .any(|s| matches!(s.stamp, Stamp::Boot(_)));
+    if source.kind == SourceKind::Gnss && is_boot {
+        remarks.push(LogWarning::StampedOnArrival {
+            source: source.name.clone(),
         });
     }
     let statuses = trajectory.status_counts();

@@ -86,6 +86,15 @@ impl LogReport {
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum LogWarning {
+    /// The first of several sources was taken.
+    FirstOfSeveral {
+        /// Of positions or attitudes.
+        what: &'static str,
+        /// The key that names one.
+        key: &'static str,
+        /// What there is to choose from.
+        names: Vec<String>,
+    },
     /// Heights count from the sea and stay so.
     SeaLevelHeights {
         /// The source of the positions.
@@ -127,6 +136,11 @@ pub enum LogWarning {
         /// Nine tenths of the readings lie within this (s) of the line of least delay.
         spread_s: f64,
     },
+    /// Positions of a receiver that are stamped when they arrived.
+    StampedOnArrival {
+        /// The source.
+        source: String,
+    },
     /// Clock readings that told another time.
     ClockReadingsLeftOut {
         /// How many.
@@ -134,6 +148,8 @@ pub enum LogWarning {
         /// Of how many.
         total: usize,
     },
+    /// Times of a clock of the log's own.
+    OwnClock,
     /// No attitude in the log.
     NoAttitude,
     /// Positions without an attitude near enough in time.
@@ -152,6 +168,11 @@ pub enum LogWarning {
 impl std::fmt::Display for LogWarning {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
+            Self::FirstOfSeveral { what, key, names } => write!(
+                f,
+                "several sources of {what}, of which the first was taken; {key} names one: {}",
+                names.join(", ")
+            ),
             Self::SeaLevelHeights { source } => write!(
                 f,
                 "heights of {source} are above the sea and were taken as above the ellipsoid: origin, \
@@ -187,10 +208,19 @@ impl std::fmt::Display for LogWarning {
                  not in the log and stays in them",
                 1e3 * spread_s
             ),
+            Self::StampedOnArrival { source } => write!(
+                f,
+                "positions of {source} are stamped when they arrived at the autopilot, later than they were \
+                 measured by the receiver's latency, usually 0.05 to 0.25 s"
+            ),
             Self::ClockReadingsLeftOut { count, total } => write!(
                 f,
                 "{count} of {total} readings of GPS time tell another time than the others (leap seconds or \
                  a date that the receiver did not know yet) and were left out"
+            ),
+            Self::OwnClock => f.write_str(
+                "times count by a clock of the log's own, which nothing ties to GPS time: state \
+                 time_offset_s or let it be found",
             ),
             Self::NoAttitude => f.write_str(
                 "no attitude in the log: a lever arm is turned by the course of the track",

@@ -33,6 +33,30 @@ pub enum Place {
     Local([f64; 3]),
 }
 
+impl Place {
+    /// Latitude and longitude (degrees) and height (m) above `datum`; none where they cannot be, or are
+    /// the zeros of a receiver that does not know.
+    pub fn on_earth(
+        [latitude_deg, longitude_deg, height_m]: [f64; 3],
+        datum: HeightDatum,
+    ) -> Option<Self> {
+        let is_place = latitude_deg.abs() <= 90.0
+            && longitude_deg.abs() <= 180.0
+            && height_m.abs() < 1e5
+            && (latitude_deg, longitude_deg) != (0.0, 0.0);
+        let place = Geodetic::from_degrees(latitude_deg, longitude_deg, height_m);
+        is_place.then_some(Self::Geodetic(place, datum))
+    }
+}
+
+/// GPS time of microseconds since 1970 UTC; none of a time before 2005 or after 2100, which is no
+/// receiver's.
+pub fn gps_time_of_unix_us(micros: i64) -> Option<GpsTime> {
+    let is_known = (1_104_537_600_000_000..4_102_444_800_000_000).contains(&micros);
+    let (seconds, rest) = (micros.div_euclid(1_000_000), micros.rem_euclid(1_000_000));
+    is_known.then(|| GpsTime::from_unix(seconds, rest as f64 * 1e-6))
+}
+
 /// One position.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PositionSample {
@@ -84,6 +108,8 @@ pub struct PositionSource {
     pub name: String,
     /// What makes them.
     pub kind: SourceKind,
+    /// Of several of a kind the lowest rank is taken; those of one rank are for the user to choose from.
+    pub rank: u8,
     /// The positions.
     pub samples: Vec<PositionSample>,
     /// Records without a position.
@@ -95,6 +121,8 @@ pub struct PositionSource {
 pub struct AttitudeSource {
     /// Its name, unique in the log.
     pub name: String,
+    /// As of [`PositionSource::rank`].
+    pub rank: u8,
     /// The attitudes.
     pub samples: Vec<AttitudeSample>,
 }
@@ -154,6 +182,8 @@ pub struct Recording {
     pub pair_kind: PairKind,
     /// What gives such readings in this format.
     pub pair_source: &'static str,
+    /// Times by a clock of their own will do: those of positions that have no place on the Earth.
+    pub allows_own_clock: bool,
     /// Bytes that belong to no record.
     pub damage: Damage,
     /// Bytes read.

@@ -13,7 +13,9 @@ use acerra_autopilot::{
 use acerra_geo::matrix::distance;
 use acerra_geo::trajectory::{SolutionStatus, Trajectory};
 use ardupilot::{Gps, att, gpa, gps, head, msg, pos};
-use flight::{GEOID_M, boot_s, euler_rad, geodetic, origin, position_m, start, velocity_m_s};
+use flight::{
+    GEOID_M, attitude_at, boot_s, euler_rad, geodetic, origin, position_m, start, velocity_m_s,
+};
 
 /// Messages of the receiver arrive so long after the instant they are about (s), at least.
 const LATENCY_S: f64 = 0.11;
@@ -110,25 +112,6 @@ fn positions_times_and_attitudes_are_those_flown() {
         report.warnings
     );
     assert!(!says("above the sea") && !says("fixed by carrier phase"));
-}
-
-/// The attitude flown, from the rotation's definition: columns are forward, left and up.
-fn attitude_at(time_s: f64) -> acerra_geo::trajectory::Attitude {
-    let [roll, pitch, yaw] = euler_rad(time_s);
-    let (sr, cr) = roll.sin_cos();
-    let (sp, cp) = pitch.sin_cos();
-    let (sy, cy) = yaw.sin_cos();
-    let forward_ned = [cp * cy, cp * sy, -sp];
-    let right_ned = [sr * sp * cy - cr * sy, sr * sp * sy + cr * cy, sr * cp];
-    let down_ned = [cr * sp * cy + sr * sy, cr * sp * sy - sr * cy, cr * cp];
-    let enu = |[n, e, d]: [f64; 3]| [e, n, -d];
-    let columns = [
-        enu(forward_ned),
-        enu(right_ned.map(|v| -v)),
-        enu(down_ned.map(|v| -v)),
-    ];
-    let matrix = [0, 1, 2].map(|row| [0, 1, 2].map(|column: usize| columns[column][row]));
-    acerra_geo::trajectory::Attitude::from_rotation(&matrix)
 }
 
 #[test]

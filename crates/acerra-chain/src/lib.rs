@@ -81,6 +81,7 @@ pub mod space;
 pub mod stages;
 mod survey;
 mod trace_positions;
+pub mod trajectory_file;
 pub mod volume;
 mod warnings;
 pub mod weigh;

@@ -91,6 +91,7 @@ pub fn run_campaign_with(
     let mut sink = NpzSink::new(&staging.folder());
     let mut outcome = process(campaign, &mut sink, journal, control)?;
     outcome.inputs = inputs;
+    name_sources(&mut outcome);
     if let Some(left_out) = data::left_out(&outcome) {
         journal.warnings.add(&left_out);
         outcome.warnings.push(left_out);
@@ -297,6 +298,23 @@ fn record_inputs(file: &Path, campaign: &Campaign) -> anyhow::Result<Vec<InputFi
         }
     }
     Ok(inputs)
+}
+
+/// Says of the logs of autopilots which of their sources the positions are.
+fn name_sources(outcome: &mut Outcome) {
+    let each = outcome.campaign.each_track();
+    for (one, track) in each.iter().zip(&outcome.prepared.tracks) {
+        let Some(file) = &one.trajectory.file else {
+            continue;
+        };
+        for input in outcome
+            .inputs
+            .iter_mut()
+            .filter(|input| input.path == *file)
+        {
+            input.sources.clone_from(&track.log_sources);
+        }
+    }
 }
 
 /// The campaign file, every file that it names, and the clocks beside radar logs.

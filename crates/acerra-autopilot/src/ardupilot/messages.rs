@@ -55,11 +55,7 @@ impl Record<'_> {
         let latitude_deg = self.number(&["Lat"])?;
         let longitude_deg = self.number(&["Lng"])?;
         let height_m = self.number(&["Alt"])?;
-        let is_place = latitude_deg.abs() <= 90.0
-            && longitude_deg.abs() <= 180.0
-            && (latitude_deg, longitude_deg) != (0.0, 0.0);
-        let place = Geodetic::from_degrees(latitude_deg, longitude_deg, height_m);
-        is_place.then_some(Place::Geodetic(place, datum))
+        Place::on_earth([latitude_deg, longitude_deg, height_m], datum)
     }
 
     /// The position of a record `GPS`; none without a fix in three dimensions or without GPS time.

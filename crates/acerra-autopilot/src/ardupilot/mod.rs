@@ -10,7 +10,7 @@ use std::collections::HashMap;
 use std::io::Read;
 
 use crate::bytes::LogBytes;
-use crate::collect::{ClockSource, Collector};
+use crate::collect::{ClockSource, Collector, Origin};
 use crate::error::LogError;
 use crate::format::LogFormat;
 use crate::sample::{PairKind, Recording, SourceKind};
@@ -57,6 +57,7 @@ pub fn read<R: Read>(bytes: &mut LogBytes<R>, limit: usize) -> Result<Recording,
     let clock = ClockSource {
         kind: PairKind::Arrival,
         name: "a record GPS with week and milliseconds",
+        allows_own: false,
     };
     log.found.finish(clock, bytes.offset())
 }
@@ -126,7 +127,7 @@ impl Reader {
                     }
                 }
                 self.found
-                    .position((&name, SourceKind::Gnss), position, offset)
+                    .position(Origin::first(&name, SourceKind::Gnss), position, offset)
             }
             "GPA" | "GPA2" => {
                 let name = record.receiver();
@@ -139,7 +140,7 @@ impl Reader {
             "POS" => {
                 let position = record.filter_position();
                 self.found
-                    .position(("POS", SourceKind::Filter), position, offset)
+                    .position(Origin::first("POS", SourceKind::Filter), position, offset)
             }
             "ATT" => match record.attitude() {
                 Some(attitude) => self.found.attitude("ATT", attitude, offset),

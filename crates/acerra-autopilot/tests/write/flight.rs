@@ -2,6 +2,7 @@
 
 use acerra_geo::geodesy::{EnuFrame, Geodetic};
 use acerra_geo::time::GpsTime;
+use acerra_geo::trajectory::Attitude;
 
 /// The origin of the flight.
 pub fn origin() -> Geodetic {
@@ -48,4 +49,23 @@ pub fn euler_rad(time_s: f64) -> [f64; 3] {
         0.08 * (0.5 * time_s).cos(),
         0.9 + 0.3 * (0.25 * time_s).sin(),
     ]
+}
+
+/// The attitude flown, from the rotation's definition: columns are forward, left and up.
+pub fn attitude_at(time_s: f64) -> Attitude {
+    let [roll, pitch, yaw] = euler_rad(time_s);
+    let (sr, cr) = roll.sin_cos();
+    let (sp, cp) = pitch.sin_cos();
+    let (sy, cy) = yaw.sin_cos();
+    let forward_ned = [cp * cy, cp * sy, -sp];
+    let right_ned = [sr * sp * cy - cr * sy, sr * sp * sy + cr * cy, sr * cp];
+    let down_ned = [cr * sp * cy + sr * sy, cr * sp * sy - sr * cy, cr * cp];
+    let enu = |[n, e, d]: [f64; 3]| [e, n, -d];
+    let columns = [
+        enu(forward_ned),
+        enu(right_ned.map(|v| -v)),
+        enu(down_ned.map(|v| -v)),
+    ];
+    let matrix = [0, 1, 2].map(|row| [0, 1, 2].map(|column: usize| columns[column][row]));
+    Attitude::from_rotation(&matrix)
 }
