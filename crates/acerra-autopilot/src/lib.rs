@@ -69,13 +69,13 @@ pub const SNIFF_BYTES: usize = 512;
 /// ```
 #[must_use]
 pub fn sniff(start: &[u8]) -> Option<LogFormat> {
-    let kinds: [(fn(&[u8]) -> bool, LogFormat); 4] = [
-        (ardupilot::begins, LogFormat::ArduPilot),
-        (px4::begins, LogFormat::Px4),
-        (mavlink::begins, LogFormat::Mavlink),
-        (ros::begins, LogFormat::Mcap),
+    let kinds = [
+        (ardupilot::begins(start), LogFormat::ArduPilot),
+        (px4::begins(start), LogFormat::Px4),
+        (mavlink::begins(start), LogFormat::Mavlink),
+        (ros::begins(start), LogFormat::Mcap),
     ];
-    let known = kinds.iter().find(|(begins, _)| begins(start));
+    let known = kinds.iter().find(|(is_known, _)| *is_known);
     known.map(|(_, format)| *format)
 }
 

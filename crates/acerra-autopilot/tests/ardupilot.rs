@@ -7,9 +7,12 @@ mod ardupilot;
 #[path = "write/flight.rs"]
 mod flight;
 
+use std::sync::Arc;
+
 use acerra_autopilot::{
     HeightDatum, LogError, LogFormat, LogOptions, LogReport, LogWarning, read_log, sniff,
 };
+use acerra_geo::geoid::GeoidGrid;
 use acerra_geo::matrix::distance;
 use acerra_geo::trajectory::{SolutionStatus, Trajectory};
 use ardupilot::{Gps, att, gpa, gps, head, msg, pos};
@@ -142,6 +145,40 @@ fn the_filter_is_taken_when_asked_for_and_its_heights_and_times_are_warned_of() 
     }
     let says = |text: &str| report.warnings.iter().any(|w| w.to_string().contains(text));
     assert!(says("above the sea") && says("of the positions are the autopilot's"));
+}
+
+/// A grid of the geoid (VDatum, `.gtx`): so high everywhere between these latitudes and longitudes.
+fn geoid([south, west, north, east]: [f64; 4], height_m: f64) -> GeoidGrid {
+    let mut out = Vec::new();
+    for value in [south, west, 1.0, 1.0] {
+        out.extend(value.to_be_bytes());
+    }
+    let (rows, columns) = ((north - south) as i32 + 1, (east - west) as i32 + 1);
+    out.extend(rows.to_be_bytes());
+    out.extend(columns.to_be_bytes());
+    for _ in 0..rows * columns {
+        out.extend((height_m as f32).to_be_bytes());
+    }
+    GeoidGrid::from_reader(&out[..]).unwrap()
+}
+
+#[test]
+fn a_grid_of_the_geoid_raises_heights_above_the_sea_and_must_cover_them() {
+    let here = Arc::new(geoid([39.0, 12.0, 43.0, 16.0], GEOID_M));
+    let options = at_origin().with_source("ekf").with_geoid(here);
+    let (track, report) = read(&log(), &options);
+    assert_eq!(report.height_datum, Some(HeightDatum::Ellipsoid));
+    for (k, fix) in track.fixes().iter().enumerate() {
+        assert!((fix.position_m[2] - position_m(0.1 * k as f64)[2]).abs() < 1e-3);
+    }
+    let says = |text: &str| report.warnings.iter().any(|w| w.to_string().contains(text));
+    assert!(says("47.25 m at the first position") && !says("taken as above the ellipsoid"));
+    // Heights that the log itself has above the ellipsoid stay.
+    let elsewhere = Arc::new(geoid([0.0, 0.0, 3.0, 3.0], 20.0));
+    let (track, _) = read(&log(), &at_origin().with_geoid(elsewhere.clone()));
+    assert!((track.fixes()[0].position_m[2] - position_m(0.0)[2]).abs() < 0.0055);
+    let error = read_log(&log()[..], &options.with_geoid(elsewhere)).unwrap_err();
+    assert!(error.to_string().contains("does not cover 41.1"), "{error}");
 }
 
 #[test]

@@ -191,6 +191,9 @@ mod tests {
     use super::super::frame::accumulate;
     use super::*;
 
+    /// Types and names of fields.
+    type Declared = Vec<(&'static str, &'static str)>;
+
     /// The byte that a definition adds to the checksum: name, and type and name of each field in the order of
     /// the packet (MAVLink Developer Guide, "CRC_EXTRA Calculation").
     fn crc_extra(name: &str, fields: &[(&str, &str)]) -> u8 {
@@ -211,7 +214,7 @@ mod tests {
                 ("int32_t", "lon"),
                 ("int32_t", "alt"),
             ];
-            let (before, after): (Vec<(&str, &str)>, Vec<(&str, &str)>) =
+            let (before, after): (Declared, Declared) =
                 more.iter().copied().partition(|f| f.0 == "uint32_t");
             fields.extend(before);
             fields.extend(["eph", "epv", "vel", "cog"].map(|name| ("uint16_t", name)));

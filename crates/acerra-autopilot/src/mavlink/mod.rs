@@ -50,7 +50,7 @@ pub fn read<R: Read>(bytes: &mut LogBytes<R>, limit: usize) -> Result<Recording,
         }
         let start = bytes.peek(LONGEST + HEADER)?;
         let Some(length) = length(start).filter(|length| is_packet(start, *length)) else {
-            let (passed, is_blank) = bytes.seek(|start| frame::length(start).is_some())?;
+            let (passed, is_blank) = bytes.seek(|start| length(start).is_some())?;
             if !(is_blank && bytes.is_at_end()?) {
                 log.found.damage.add(offset, passed);
             }
