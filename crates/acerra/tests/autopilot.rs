@@ -4,6 +4,10 @@
 
 #[path = "../../acerra-autopilot/tests/write/ardupilot.rs"]
 mod ardupilot;
+#[path = "../../acerra-autopilot/tests/write/mavlink.rs"]
+mod mavlink;
+#[path = "../../acerra-autopilot/tests/write/px4.rs"]
+mod px4;
 
 use std::f64::consts::TAU;
 use std::fs;
@@ -117,6 +121,69 @@ fn bin(status: u8, with_attitude: bool) -> Vec<u8> {
     log
 }
 
+/// UTC of the flight (µs since 1970): 18 s behind GPS time.
+fn utc_us(time_s: f64) -> u64 {
+    let start_s = 2390.0 * 604_800.0 + TOW_S + 315_964_800.0 - 18.0;
+    ((start_s + time_s) * 1e6).round() as u64
+}
+
+fn antenna_deg_m(time_s: f64) -> [f64; 3] {
+    let place = EnuFrame::new(origin()).geodetic_from_enu(antenna_m(time_s));
+    [place.latitude_deg(), place.longitude_deg(), place.height_m]
+}
+
+/// The same flight as PX4 logs it.
+fn ulg() -> Vec<u8> {
+    let mut log = px4::head(0);
+    for text in [px4::NEW_GPS, px4::ATTITUDE] {
+        log.extend(px4::format(text));
+    }
+    log.extend(px4::subscribe(1, 0, "sensor_gps"));
+    log.extend(px4::subscribe(2, 0, "vehicle_attitude"));
+    for k in 0..600_u32 {
+        let time_s = 0.02 * f64::from(k);
+        let boot_us = |s: f64| ((40.0 + s) * 1e6).round() as u64;
+        log.extend(px4::attitude(2, boot_us(time_s), euler_rad(time_s)));
+        if k % 5 == 0 {
+            let gps = px4::Gps {
+                boot_us: boot_us(time_s + 0.06),
+                utc_us: utc_us(time_s),
+                fix_type: 6,
+                place: antenna_deg_m(time_s),
+                geoid_m: GEOID_M,
+                velocity_m_s: [0.0, 0.8, 0.0],
+            };
+            log.extend(px4::new_gps(1, &gps));
+        }
+    }
+    log
+}
+
+/// The same flight as a ground station records it.
+fn tlog() -> Vec<u8> {
+    let mut log = Vec::new();
+    for k in 0..600_u32 {
+        let time_s = 0.02 * f64::from(k);
+        let boot_ms = 40_000 + 20 * k;
+        let mut send = |(kind, payload): ((u32, u8), Vec<u8>)| {
+            let packet = mavlink::packet(utc_us(time_s), mavlink::AUTOPILOT, kind, &payload);
+            log.extend(packet);
+        };
+        send(mavlink::attitude(boot_ms, euler_rad(time_s)));
+        if k % 5 == 0 {
+            let [latitude, longitude, height_m] = antenna_deg_m(time_s);
+            send(mavlink::system_time(utc_us(time_s), boot_ms));
+            send(mavlink::gps_raw(&mavlink::Gps {
+                time_us: u64::from(boot_ms) * 1000,
+                fix_type: 6,
+                place: [latitude, longitude, height_m - GEOID_M],
+                above_ellipsoid_m: height_m,
+            }));
+        }
+    }
+    log
+}
+
 /// Runs `focus` on a log; targets and record of the run, or the message.
 fn focus(folder: &Path, log: &str, keys: &str) -> Result<(Value, Value), String> {
     let campaign = folder.join("campaign.toml");
@@ -181,6 +248,30 @@ fn an_ardupilot_log_puts_the_reflector_where_it_stands() {
     fs::write(folder.join("single.bin"), bin(3, true)).unwrap();
     let (_, run) = focus(folder, "single.bin", "").unwrap();
     assert_eq!(finding(&run, "autopilot_fixed")["verdict"], "doubtful");
+}
+
+#[test]
+fn px4_and_mavlink_logs_put_it_there_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write_radar(folder);
+    for (name, log, sources) in [
+        (
+            "flight.ulg",
+            ulg(),
+            "positions of sensor_gps[0], attitude of vehicle_attitude[0]",
+        ),
+        (
+            "flight.tlog",
+            tlog(),
+            "positions of GPS_RAW_INT, attitude of ATTITUDE",
+        ),
+    ] {
+        fs::write(folder.join(name), log).unwrap();
+        let (targets, run) = focus(folder, name, "").unwrap();
+        assert!(off_m(&targets) < 0.05, "{name}: {targets:#}");
+        assert!(run["inputs"].to_string().contains(sources), "{name}");
+    }
 }
 
 #[test]

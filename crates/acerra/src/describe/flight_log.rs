@@ -3,7 +3,6 @@
 use std::io::Read;
 
 use acerra_autopilot::{HeightDatum, LogOptions, LogReport, read_log};
-use serde_json::json;
 
 use super::description::Description;
 use super::trajectory::add_trajectory;
@@ -12,7 +11,7 @@ pub fn describe(reader: impl Read) -> anyhow::Result<Description> {
     let (trajectory, report) = read_log(reader, &LogOptions::default().taking_first())?;
     let mut d = Description::new(report.format.to_string());
     d.fact("source", report.source.name.clone());
-    d.fact("sources", json!(sources(&report)));
+    d.fact("sources", sources(&report).join("; "));
     d.fact("attitude_source", report.attitude_source.clone());
     d.fact("attitudes", report.attitudes);
     if let Some(datum) = report.height_datum {
