@@ -112,13 +112,13 @@ fn has_boot_times(source: &AttitudeSource) -> bool {
         .any(|s| matches!(s.stamp, Stamp::Boot(_)))
 }
 
-/// The autopilot's clock on GPS time. Positions that need it do not go without it; attitudes do.
+/// The autopilot's clock on GPS time. Positions that need it do not go without it.
 fn clock_of(recording: &Recording, source: &PositionSource) -> Result<Option<ClockFit>, LogError> {
-    let fit = clock::fit(&recording.pairs, recording.pair_kind);
+    let fit = clock::fit(&recording.pairs, recording.pair_kind)?;
     if !uses_boot_clock(&source.samples) {
-        return Ok(fit.unwrap_or(None));
+        return Ok(fit);
     }
-    match fit? {
+    match fit {
         Some(fit) => Ok(Some(fit)),
         None if recording.allows_own_clock => Ok(Some(ClockFit::own())),
         None => Err(LogError::NoGpsTime {
@@ -138,17 +138,28 @@ fn time_origin(timed: &[Timed], is_own_clock: bool) -> (TimeOrigin, GpsTime) {
     (TimeOrigin::Gps(start), start)
 }
 
-/// The samples with their instants, those left out whose time does not advance.
+/// The samples with their instants, those left out that tell another time than the log's other readings,
+/// and those whose time does not advance.
 fn in_order(
     samples: &[PositionSample],
     clock: Option<&ClockFit>,
     source: &str,
     warnings: &mut Vec<LogWarning>,
 ) -> Result<Vec<Timed>, LogError> {
+    let is_elsewhere = |s: &PositionSample| match (s.stamp, s.arrival_s, clock) {
+        (Stamp::Gps(time), Some(arrival_s), Some(clock)) => !clock.agrees(time, arrival_s),
+        _ => false,
+    };
     let timed: Vec<Timed> = samples
         .iter()
+        .filter(|s| !is_elsewhere(s))
         .filter_map(|s| Some((gps_time(s.stamp, clock)?, *s)))
         .collect();
+    if timed.len() < samples.len() {
+        warnings.push(LogWarning::OtherTimeLeftOut {
+            count: samples.len() - timed.len(),
+        });
+    }
     let times: Vec<GpsTime> = timed.iter().map(|(time, _)| *time).collect();
     let kept = longest_rising(&times);
     let count = timed.len() - kept.len();

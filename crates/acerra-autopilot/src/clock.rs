@@ -57,6 +57,12 @@ impl ClockFit {
         }
     }
 
+    /// Whether GPS time stands beside a reading of the autopilot's clock as it does elsewhere in the log.
+    #[must_use]
+    pub fn agrees(&self, gps: GpsTime, boot_s: f64) -> bool {
+        (gps - self.gps_at(boot_s)).abs() <= AGREEMENT_S
+    }
+
     /// GPS time at a reading of the autopilot's clock.
     #[must_use]
     pub fn gps_at(&self, boot_s: f64) -> GpsTime {

@@ -117,6 +117,11 @@ pub enum LogWarning {
         /// How many.
         count: usize,
     },
+    /// Positions whose time does not go with the log's other readings of the clocks.
+    OtherTimeLeftOut {
+        /// How many.
+        count: usize,
+    },
     /// Positions whose time does not advance.
     TimesRepeated {
         /// How many.
@@ -191,6 +196,11 @@ impl std::fmt::Display for LogWarning {
             Self::WithoutPosition { source, count } => {
                 write!(f, "{count} records of {source} without a fix were left out")
             }
+            Self::OtherTimeLeftOut { count } => write!(
+                f,
+                "{count} positions tell another time than the others (leap seconds or a date that the \
+                 receiver did not know yet) and were left out"
+            ),
             Self::TimesRepeated { count } => write!(
                 f,
                 "{count} positions with a time repeated or out of order were left out"

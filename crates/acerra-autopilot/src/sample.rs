@@ -62,6 +62,8 @@ pub fn gps_time_of_unix_us(micros: i64) -> Option<GpsTime> {
 pub struct PositionSample {
     /// When.
     pub stamp: Stamp,
+    /// The autopilot's clock at its arrival (s), where the log tells it beside GPS time.
+    pub arrival_s: Option<f64>,
     /// Where.
     pub place: Place,
     /// Standard deviations east, north, up (m), where the source states them.

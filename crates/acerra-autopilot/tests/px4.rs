@@ -186,6 +186,16 @@ fn a_wrong_date_before_the_leap_seconds_are_known_is_left_out_of_the_clock() {
             .iter()
             .any(|w| w.to_string().contains("leap seconds"))
     );
+    // The receiver's own positions of those two seconds are left out as well.
+    let (track, report) = read(&bytes, &at_origin());
+    assert_eq!(track.fixes().len(), 90);
+    assert!((track.gps_time_at(track.start_s()).unwrap() - start() - 2.0).abs() < 1e-6);
+    assert!(
+        report
+            .warnings
+            .iter()
+            .any(|w| w.to_string().contains("10 positions tell another time"))
+    );
     let mut bytes = definitions();
     bytes.extend(subscribe(5, 0, "vehicle_global_position"));
     bytes.extend(global(5, boot_us(0.0), geodetic(0.0), GEOID_M));

@@ -70,6 +70,7 @@ impl Record<'_> {
         };
         Some(PositionSample {
             stamp: Stamp::Gps(self.gps_time()?),
+            arrival_s: self.boot_s(),
             place: self.place(HeightDatum::SeaLevel)?,
             sigma_m: None,
             velocity_m_s: self.velocity_m_s(),
@@ -125,6 +126,7 @@ impl Record<'_> {
     pub fn filter_position(&self) -> Option<PositionSample> {
         Some(PositionSample {
             stamp: Stamp::Boot(self.boot_s()?),
+            arrival_s: None,
             place: self.place(HeightDatum::SeaLevel)?,
             sigma_m: None,
             velocity_m_s: None,

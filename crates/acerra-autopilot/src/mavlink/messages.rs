@@ -114,6 +114,7 @@ impl Payload {
         let speed = |at| f64::from(self.i16(at)) * 1e-2;
         Some(PositionSample {
             stamp: Stamp::Boot(self.boot_s(0)),
+            arrival_s: None,
             place: Place::on_earth([degrees(4), degrees(8), height_m], HeightDatum::SeaLevel)?,
             sigma_m: None,
             velocity_m_s: Some([speed(22), speed(20), -speed(24)]),
@@ -154,6 +155,7 @@ impl Payload {
         let [across_m, up_m] = at.deviations.map(deviation);
         Some(PositionSample {
             stamp,
+            arrival_s: None,
             place: Place::on_earth([degrees(8), degrees(12), height_m], datum)?,
             sigma_m: (across_m > 0.0 && up_m > 0.0).then_some([across_m, across_m, up_m]),
             velocity_m_s: None,

@@ -71,6 +71,7 @@ impl Message<'_> {
         )?;
         Some(PositionSample {
             stamp: Stamp::Gps(self.gps_time()?),
+            arrival_s: self.boot_s(),
             place,
             sigma_m: self.sigma_m(),
             velocity_m_s: self.velocity_m_s(),
@@ -113,6 +114,7 @@ impl Message<'_> {
         let above_ellipsoid_m = self.number("alt_ellipsoid").filter(|m| *m != 0.0);
         Some(PositionSample {
             stamp: Stamp::Boot(self.sample_s()?),
+            arrival_s: None,
             place: place(
                 [self.number("lat")?, self.number("lon")?],
                 self.number("alt")?,

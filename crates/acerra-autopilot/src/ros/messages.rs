@@ -72,6 +72,7 @@ pub fn fix(message: &[u8]) -> Read<PositionSample> {
     );
     Some(place.map(|place| PositionSample {
         stamp,
+        arrival_s: None,
         place,
         sigma_m: deviations(&covariance, [0, 4, 8]).filter(|_| is_known),
         velocity_m_s: None,
@@ -94,6 +95,7 @@ pub fn odometry(message: &[u8]) -> Read<(PositionSample, Option<AttitudeSample>)
     }
     let position = PositionSample {
         stamp,
+        arrival_s: None,
         place: Place::Local(position_m),
         sigma_m: deviations(&covariance, [0, 7, 14]),
         velocity_m_s: None,
