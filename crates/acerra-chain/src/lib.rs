@@ -82,6 +82,7 @@ pub mod stages;
 mod survey;
 pub mod tiles;
 mod trace_positions;
+pub mod trajectory_file;
 pub mod volume;
 mod warnings;
 pub mod weigh;

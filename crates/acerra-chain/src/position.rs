@@ -4,17 +4,18 @@ use std::fs::File;
 use std::io::{self, BufReader};
 use std::path::{Path, PathBuf};
 
+use acerra_autopilot::LogReport;
 use acerra_geo::geodesy::{EnuFrame, Geodetic, ecef_from_geodetic};
 use acerra_geo::lever_arm::{HeadingOptions, LeverArmError, apply_lever_arm};
-use acerra_geo::read::{ReadError, ReadOptions, read_trajectory};
 use acerra_geo::trajectory::{Frame, TimeOrigin, Trajectory, TrajectoryError};
 use acerra_gnss::conf::{ConfError, read_conf};
 use acerra_gnss::{BasePosition, PpkOptions, RuleSet};
 
-use crate::evidence::{Finding, base_position};
+use crate::evidence::{Finding, autopilot_fixed, base_position};
 use crate::positioning::{self, AntennaInput, PositioningError, PositioningInput};
 use crate::read::name_of;
 use crate::trace_positions::TracePositions;
+use crate::trajectory_file::{TrajectoryFileError, TrajectoryFileOptions, read_trajectory_file};
 use crate::warnings::Warnings;
 
 /// Positions of the radar's phase centre.
@@ -33,6 +34,8 @@ pub struct Positioned {
     pub positions: Positions,
     /// A trajectory file gives them in a frame of its own, with an origin on the Earth or without.
     pub has_local_axes: bool,
+    /// Which sources of an autopilot's log they are.
+    pub log_sources: Option<String>,
 }
 
 impl<T: Into<Positions>> From<T> for Positioned {
@@ -40,6 +43,7 @@ impl<T: Into<Positions>> From<T> for Positioned {
         Self {
             positions: positions.into(),
             has_local_axes: false,
+            log_sources: None,
         }
     }
 }
@@ -97,6 +101,12 @@ pub struct PositionOptions {
     pub origin: Option<Geodetic>,
     /// Rigid body to take from a motion-capture export that holds several.
     pub rigid_body: Option<String>,
+    /// Source of the positions in the log of an autopilot or a robot.
+    pub log_source: Option<String>,
+    /// Source of the attitudes in such a log.
+    pub attitude_source: Option<String>,
+    /// Grid of the geoid, which raises heights above the sea in such a log to the ellipsoid.
+    pub geoid: Option<PathBuf>,
     /// Radar phase centre from the positioned point: forward, left, up (m).
     pub lever_arm_m: [f64; 3],
 }
@@ -151,7 +161,7 @@ pub enum PositionError {
         /// The file.
         path: PathBuf,
         /// The place in it, what was expected and what was found.
-        cause: ReadError,
+        cause: Box<TrajectoryFileError>,
     },
     /// The RTKLIB configuration cannot be read.
     #[error("{}: {cause}", path.display())]
@@ -240,7 +250,7 @@ pub fn position(
                     name_of(file)
                 ));
             }
-            from_file(file, options, warnings)
+            from_file(file, options, warnings, findings)
         }
         (PositionSource::RadarFile, Some(_)) if options.lever_arm_m != [0.0; 3] => {
             Err(PositionError::LeverArmOfPhaseCentre {
@@ -299,6 +309,7 @@ pub fn placed(
     Ok(Positioned {
         positions: at_phase_centre(trajectory, options.lever_arm_m)?.into(),
         has_local_axes,
+        log_sources: None,
     })
 }
 
@@ -315,28 +326,30 @@ fn from_file(
     path: &Path,
     options: &PositionOptions,
     warnings: &mut Warnings,
+    findings: &mut Vec<Finding>,
 ) -> Result<Positioned, PositionError> {
-    let mut reading = ReadOptions::default();
-    if let Some(origin) = options.origin {
-        reading = reading.with_origin(origin);
-    }
-    if let Some(name) = &options.rigid_body {
-        reading = reading.with_rigid_body(name);
-    }
-    let (trajectory, report) =
-        read_trajectory(open(path)?, &reading).map_err(|cause| PositionError::Trajectory {
+    let reading = TrajectoryFileOptions {
+        origin: options.origin,
+        rigid_body: options.rigid_body.clone(),
+        source: options.log_source.clone(),
+        attitude_source: options.attitude_source.clone(),
+        takes_first_source: false,
+        geoid: options.geoid.clone(),
+    };
+    let file =
+        read_trajectory_file(open(path)?, &reading).map_err(|cause| PositionError::Trajectory {
             path: path.to_owned(),
-            cause,
+            cause: Box::new(cause),
         })?;
-    if report.skipped_total() > 0 {
-        warnings.add(format!("{}: {report}", name_of(path)));
+    for remark in file.remarks() {
+        warnings.add(format!("{}: {remark}", name_of(path)));
     }
-    for warning in &report.warnings {
-        warnings.add(format!("{}: {warning}", name_of(path)));
-    }
+    let log = file.log();
+    findings.extend(log.map(|log| autopilot_fixed(&log.source.name, &log.statuses)));
     Ok(Positioned {
-        positions: at_phase_centre(trajectory, options.lever_arm_m)?.into(),
-        has_local_axes: report.is_local,
+        has_local_axes: file.has_local_axes(),
+        log_sources: log.map(LogReport::sources_used),
+        positions: at_phase_centre(file.trajectory, options.lever_arm_m)?.into(),
     })
 }
 

@@ -63,6 +63,8 @@ pub struct Track {
     pub positions: Positions,
     /// Whether a file gives the positions in a frame of its own, whose axes are its word alone.
     pub has_local_axes: bool,
+    /// Which sources of an autopilot's log the positions are.
+    pub log_sources: Option<String>,
     /// Trajectory time minus radar time (s).
     pub time_offset_s: f64,
     /// How the offset was found, when it was not given.
@@ -209,6 +211,7 @@ fn parts(recording: &Recording, clocked: Clocked, cleaned: Cleaned) -> (Track, T
         horizontal_lever_arm_m: recording.options.align.horizontal_lever_arm_m,
         positions: recording.positions.clone(),
         has_local_axes: recording.has_local_axes,
+        log_sources: recording.log_sources.clone(),
         time_offset_s: clocked.time_offset_s,
         search: clocked.search,
         recorded_clock: recording.options.recorded_clock.clone(),

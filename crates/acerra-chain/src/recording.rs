@@ -19,6 +19,8 @@ pub struct Recording {
     pub positions: Positions,
     /// Whether a file gives the positions in a frame of its own, whose axes are its word alone.
     pub has_local_axes: bool,
+    /// Which sources of an autopilot's log the positions are.
+    pub log_sources: Option<String>,
     /// How the two are brought together.
     pub options: TrackOptions,
 }
@@ -36,6 +38,7 @@ impl Recording {
             name: name.into(),
             radar: RadarData::in_memory(radar.into()),
             has_local_axes: *positions.frame() == Frame::Local,
+            log_sources: None,
             positions,
             options: TrackOptions::default(),
         }

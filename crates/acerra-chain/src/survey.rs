@@ -126,6 +126,7 @@ impl Survey {
                 name: track.name.clone(),
                 positions: placed.positions,
                 has_local_axes: placed.has_local_axes,
+                log_sources: placed.log_sources,
                 radar,
                 options,
             });

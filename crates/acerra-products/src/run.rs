@@ -85,6 +85,7 @@ pub(crate) fn delivered(
     staging: Staging,
     journal: &mut Journal,
 ) -> anyhow::Result<Outcome> {
+    name_sources(&mut outcome);
     if let Some(left_out) = data::left_out(&outcome) {
         journal.warnings.add(&left_out);
         outcome.warnings.push(left_out);
@@ -126,6 +127,23 @@ pub(crate) fn record_inputs(file: &Path, campaign: &Campaign) -> anyhow::Result<
         }
     }
     Ok(inputs)
+}
+
+/// Says of the logs of autopilots which of their sources the positions are.
+fn name_sources(outcome: &mut Outcome) {
+    let each = outcome.campaign.each_track();
+    for (one, track) in each.iter().zip(&outcome.prepared.tracks) {
+        let Some(file) = &one.trajectory.file else {
+            continue;
+        };
+        for input in outcome
+            .inputs
+            .iter_mut()
+            .filter(|input| input.path == *file)
+        {
+            input.sources.clone_from(&track.log_sources);
+        }
+    }
 }
 
 /// The campaign file, every file that it names, and the clocks beside radar logs.

@@ -6,8 +6,8 @@ use std::path::PathBuf;
 
 use acerra_chain::Warnings;
 use acerra_chain::read::{RadarContent, read_channel};
+use acerra_chain::trajectory_file::{TrajectoryFileOptions, read_trajectory_file};
 use acerra_geo::geodesy::Geodetic;
-use acerra_geo::read::ReadOptions;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -66,18 +66,20 @@ fn read_trajectory<'py>(
     origin_deg_m: Option<[f64; 3]>,
     rigid_body: Option<String>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let mut options = ReadOptions::default();
-    options.origin = origin_deg_m
-        .map(|[latitude, longitude, height]| Geodetic::from_degrees(latitude, longitude, height));
-    options.rigid_body = rigid_body;
-    let (trajectory, report) = work::run(py, None, |_| {
+    let options = TrajectoryFileOptions {
+        origin: origin_deg_m.map(|[latitude, longitude, height]| {
+            Geodetic::from_degrees(latitude, longitude, height)
+        }),
+        rigid_body,
+        ..TrajectoryFileOptions::default()
+    };
+    let read = work::run(py, None, |_| {
         let at =
             |error: &dyn std::fmt::Display| Failure::read(format!("{}: {error}", file.display()));
         let opened = File::open(&file).map_err(|error| at(&error))?;
-        acerra_geo::read::read_trajectory(BufReader::new(opened), &options)
-            .map_err(|error| at(&error))
+        read_trajectory_file(BufReader::new(opened), &options).map_err(|error| at(&error))
     })?;
-    let arrays = trajectory_arrays(py, &trajectory)?;
-    arrays.set_item("has_local_axes", report.is_local)?;
+    let arrays = trajectory_arrays(py, &read.trajectory)?;
+    arrays.set_item("has_local_axes", read.has_local_axes())?;
     Ok(arrays)
 }

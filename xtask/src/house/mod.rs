@@ -18,11 +18,12 @@ use anyhow::Context;
 use modules::ModuleTree;
 
 /// The crates' levels, from ARCHITECTURE.md.
-pub const LEVELS: [(&str, u32); 21] = [
+pub const LEVELS: [(&str, u32); 22] = [
     ("acerra-geo", 0),
     ("acerra-npz", 0),
     ("acerra-settings", 0),
     ("acerra-figure", 0),
+    ("acerra-autopilot", 1),
     ("acerra-cphd", 1),
     ("acerra-cubes", 1),
     ("acerra-maps", 1),

@@ -87,6 +87,7 @@ impl Campaign {
             channel: self.radar.channel.clone(),
             positions: PositionOptions {
                 source: self.position_source(),
+                geoid: self.image.geoid.clone(),
                 ..PositionOptions::from(&self.trajectory)
             },
             options: TrackOptions {
@@ -146,6 +147,9 @@ impl From<&TrajectorySection> for PositionOptions {
             source: PositionSource::default(),
             origin: section.origin(),
             rigid_body: section.rigid_body.clone(),
+            log_source: section.source.clone(),
+            attitude_source: section.attitude_source.clone(),
+            geoid: None,
             lever_arm_m: section.lever_arm_m,
         }
     }

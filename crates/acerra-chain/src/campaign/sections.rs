@@ -178,6 +178,12 @@ pub struct TrajectorySection {
     pub origin_deg_m: Option<[f64; 3]>,
     /// Rigid body to take from a motion-capture export that holds several.
     pub rigid_body: Option<String>,
+    /// Source of the positions in the log of an autopilot or a robot: `"gnss"` (the receiver's, the
+    /// default), `"ekf"` (the autopilot's own estimate), or one by its name as `acerra info` lists it, such as
+    /// `"GPS[1]"` or a topic.
+    pub source: Option<String>,
+    /// Source of the attitudes in such a log, by its name; by default the only one.
+    pub attitude_source: Option<String>,
     /// Longest gap between positions that is interpolated over, in seconds; by default a few
     /// sampling intervals.
     pub max_gap_s: Option<f64>,

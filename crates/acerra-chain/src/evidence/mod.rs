@@ -36,7 +36,7 @@ pub use geometry::{
 pub use image::{ImageContrast, contrast};
 pub use inversion::{InversionSeen, inversion_ambiguity, inversion_converged, inversion_residual};
 pub use positions::{
-    AltimeterSeen, base_position, flight_height, focusing_loss, lever_arm_heading,
+    AltimeterSeen, autopilot_fixed, base_position, flight_height, focusing_loss, lever_arm_heading,
     lever_arm_length, radar_height, surface_height, trajectory_coverage,
 };
 pub use processing::{

@@ -2,6 +2,8 @@
 
 use std::f64::consts::TAU;
 
+use acerra_geo::trajectory::StatusCounts;
+
 use super::finding::{Finding, Verdict};
 
 /// Judges the loss of focus that the positions' own σ predict, after Eq. (5): a phase error of
@@ -41,6 +43,27 @@ pub fn trajectory_coverage(positioned: usize, traces: usize) -> Finding {
         .because(format!(
             "{positioned} of {traces} traces have a position ([trajectory] time_offset_s; do the \
              logs belong together?)"
+        ))
+}
+
+/// Judges the positions of an autopilot's log by how many of them are carrier-phase solutions with fixed
+/// ambiguities: the others are good to decimetres or metres.
+#[must_use]
+pub fn autopilot_fixed(source: &str, statuses: &StatusCounts) -> Finding {
+    let share = statuses.fixed() as f64 / statuses.total().max(1) as f64;
+    let verdict = if share >= 0.8 {
+        Verdict::Agrees
+    } else {
+        Verdict::Doubtful
+    };
+    Finding::judged("autopilot_fixed", share, "share of the positions", verdict)
+        .expecting(1.0)
+        .because(format!(
+            "{} of {} positions of {source} in the autopilot's log are fixed by carrier phase ({statuses}); \
+             others are good to metres, where focusing needs millimetres to centimetres ([trajectory] file, \
+             source; [gnss] with the receiver's raw log; [autofocus])",
+            statuses.fixed(),
+            statuses.total()
         ))
 }
 

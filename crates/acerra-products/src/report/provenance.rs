@@ -84,7 +84,10 @@ pub(super) fn inputs(inputs: &[InputFile]) -> Markup {
                     tbody {
                         @for input in inputs {
                             tr {
-                                th scope="row" { (input.path.display()) }
+                                th scope="row" {
+                                    (input.path.display())
+                                    @if let Some(sources) = &input.sources { " (" (sources) ")" }
+                                }
                                 td { (bytes(input.bytes)) }
                                 td { code { (input.sha256) } }
                             }

@@ -239,6 +239,7 @@ fn full() -> ReportData {
             path: "flight/track-2.mrm".into(),
             bytes: 1_234_567,
             sha256: "ab".repeat(32),
+            sources: None,
         }],
         stages: [
             "read", "position", "align", "clean", "focus", "measure", "deliver",

@@ -1,6 +1,7 @@
 //! What a file holds, whatever its kind.
 
 mod description;
+mod flight_log;
 mod gnss;
 mod image;
 mod phase_history;
@@ -39,6 +40,9 @@ pub fn describe(path: &Path) -> anyhow::Result<Description> {
     if image::is_image(&head) {
         return image::describe(reader).with_context(at);
     }
+    if acerra_autopilot::sniff(&head).is_some() {
+        return flight_log::describe(reader).with_context(at);
+    }
     if acerra_cphd::is_cphd(&head) {
         return phase_history::describe(reader).with_context(at);
     }
@@ -53,8 +57,8 @@ pub fn describe(path: &Path) -> anyhow::Result<Description> {
     }
     bail!(
         "{}: not a kind that is known; expected a radar log (MRM capture, MRM-RET text, NPZ, CPHD), a \
-         trajectory (.pos, CSV, NMEA, Motive export), RINEX, UBX, RTCM 3, SP3, ANTEX or an \
-         image.npz",
+         trajectory (.pos, CSV, NMEA, Motive export), a flight log (.bin, .ulg, .tlog, MCAP), RINEX, \
+         UBX, RTCM 3, SP3, ANTEX or an image.npz",
         path.display()
     )
 }

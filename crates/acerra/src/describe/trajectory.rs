@@ -4,7 +4,7 @@ use std::io::BufRead;
 
 use acerra_geo::interpolate::default_max_gap_s;
 use acerra_geo::read::{ReadOptions, read_trajectory};
-use acerra_geo::trajectory::SolutionStatus;
+use acerra_geo::trajectory::{SolutionStatus, Trajectory};
 use serde_json::json;
 
 use super::description::Description;
@@ -12,6 +12,26 @@ use super::description::Description;
 pub fn describe(reader: impl BufRead) -> anyhow::Result<Description> {
     let (trajectory, report) = read_trajectory(reader, &ReadOptions::default())?;
     let mut d = Description::new(report.format.to_string());
+    add_trajectory(&mut d, &trajectory);
+    for (name, value) in &report.about {
+        d.notes.push(format!("{name}: {value}"));
+    }
+    if report.skipped_total() > 0 {
+        d.notes.push(report.to_string());
+    }
+    d.notes
+        .extend(report.warnings.iter().map(ToString::to_string));
+    if !report.unused_columns.is_empty() {
+        d.notes.push(format!(
+            "columns not used: {}",
+            report.unused_columns.join(", ")
+        ));
+    }
+    Ok(d)
+}
+
+/// Adds what there is to say of positions, wherever they come from.
+pub fn add_trajectory(d: &mut Description, trajectory: &Trajectory) {
     d.fact("positions", trajectory.fixes().len());
     d.fact("start_s", trajectory.start_s());
     d.fact("end_s", trajectory.end_s());
@@ -21,7 +41,7 @@ pub fn describe(reader: impl BufRead) -> anyhow::Result<Description> {
         }
     }
     d.fact("interval_s", trajectory.sample_interval_s());
-    let max_gap_s = default_max_gap_s(&trajectory);
+    let max_gap_s = default_max_gap_s(trajectory);
     let gaps: Vec<(f64, f64)> = trajectory.gaps(max_gap_s).collect();
     d.fact("gaps", gaps.len());
     for (from, to) in gaps.iter().take(10) {
@@ -51,19 +71,4 @@ pub fn describe(reader: impl BufRead) -> anyhow::Result<Description> {
             ]),
         );
     }
-    for (name, value) in &report.about {
-        d.notes.push(format!("{name}: {value}"));
-    }
-    if report.skipped_total() > 0 {
-        d.notes.push(report.to_string());
-    }
-    d.notes
-        .extend(report.warnings.iter().map(ToString::to_string));
-    if !report.unused_columns.is_empty() {
-        d.notes.push(format!(
-            "columns not used: {}",
-            report.unused_columns.join(", ")
-        ));
-    }
-    Ok(d)
 }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use acerra_geo::trajectory::Trajectory;
+use acerra_chain::trajectory_file::TrajectoryFile;
 use acerra_radar::LoggedClock;
 use anyhow::{bail, ensure};
 
@@ -84,8 +84,9 @@ impl Campaign<'_> {
         &mut self,
         radar: &RadarInput,
         path: &Path,
-        trajectory: &Trajectory,
+        file: &TrajectoryFile,
     ) -> anyhow::Result<()> {
+        let trajectory = &file.trajectory;
         let (start_s, end_s) = (trajectory.start_s(), trajectory.end_s());
         let name = quoted(&named_in(self.folder, path)?);
         self.filled
@@ -94,6 +95,19 @@ impl Campaign<'_> {
                 trajectory.fixes().len(),
                 trajectory.path_length_m()
             )));
+        if let Some(log) = file.log() {
+            let of_kind = log.sources.iter().filter(|s| s.kind == log.source.kind);
+            let mut source = if of_kind.count() > 1 {
+                Filled::new("trajectory.source", quoted(&log.source.name))
+                    .because(log.sources_used())
+            } else {
+                Filled::remark("trajectory.source", log.sources_used())
+            };
+            for remark in file.remarks() {
+                source = source.because(remark);
+            }
+            self.filled.push(source);
+        }
         match radar.time_s {
             Some([first, last]) if first < end_s && last > start_s => {
                 self.filled.push(Filled::remark(

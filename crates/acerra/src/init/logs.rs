@@ -1,12 +1,11 @@
 //! The files given, each read and sorted by what it is.
 
 use std::fs::File;
-use std::io::{BufReader, Cursor, Read, Seek};
+use std::io::{BufRead, BufReader, Cursor, Read, Seek};
 use std::path::{Path, PathBuf};
 
+use acerra_chain::trajectory_file::{TrajectoryFile, TrajectoryFileOptions, read_trajectory_file};
 use acerra_cphd::read_cphd;
-use acerra_geo::read::{ReadOptions, read_trajectory};
-use acerra_geo::trajectory::Trajectory;
 use acerra_gnss::input::{FileKind, Limits, sniff};
 use acerra_gnss::{Navigation, ObservationData, read_gnss};
 use acerra_radar::{
@@ -20,7 +19,7 @@ pub struct Logs {
     /// Radar logs.
     pub(super) radar: Vec<RadarInput>,
     /// Trajectories.
-    pub(super) trajectory: Vec<(PathBuf, Trajectory)>,
+    pub(super) trajectory: Vec<(PathBuf, TrajectoryFile)>,
     /// Logs of GNSS receivers.
     pub(super) receiver: Vec<Receiver>,
     /// Navigation files.
@@ -70,7 +69,9 @@ impl Logs {
         file.rewind()?;
         ensure!(!head.is_empty(), "the file is empty");
         let reader = BufReader::new(file);
-        if acerra_cphd::is_cphd(&head) {
+        if acerra_autopilot::sniff(&head).is_some() {
+            self.take_trajectory(path, reader)?;
+        } else if acerra_cphd::is_cphd(&head) {
             self.radar.push(phase_history(path, reader)?);
         } else if is_radar(&head) {
             let found = radar(path, reader)?;
@@ -78,14 +79,26 @@ impl Logs {
         } else if is_gnss(&head) {
             self.take_gnss(path, reader)?;
         } else if acerra_geo::read::sniff(&head).is_some() {
-            let (trajectory, _) = read_trajectory(reader, &ReadOptions::default())?;
-            self.trajectory.push((path.to_owned(), trajectory));
+            self.take_trajectory(path, reader)?;
         } else {
             bail!(
                 "not a log that is known; expected a radar log (MRM capture, MRM-RET text, NPZ, CPHD), a \
-                 trajectory (.pos, CSV, NMEA, Motive export), RINEX or UBX"
+                 trajectory (.pos, CSV, NMEA, Motive export), a flight log (.bin, .ulg, .tlog, MCAP), \
+                 RINEX or UBX"
             );
         }
+        Ok(())
+    }
+
+    fn take_trajectory(&mut self, path: &Path, reader: impl BufRead) -> anyhow::Result<()> {
+        let file = read_trajectory_file(
+            reader,
+            &TrajectoryFileOptions {
+                takes_first_source: true,
+                ..TrajectoryFileOptions::default()
+            },
+        )?;
+        self.trajectory.push((path.to_owned(), file));
         Ok(())
     }
 

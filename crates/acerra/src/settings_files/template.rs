@@ -48,6 +48,7 @@ impl Filled {
 
 /// What keys without a default may look like.
 const SAMPLES: &[(&str, &str)] = &[
+    ("attitude_source", "\"ATT\""),
     ("base_deg_m", "[40.9596, 14.3696, 75.0]"),
     ("base_ecef_m", "[4672340.0, 1196830.0, 4159200.0]"),
     ("channel", "\"first\""),
@@ -68,6 +69,7 @@ const SAMPLES: &[(&str, &str)] = &[
     ("origin_deg_m", "[40.9596, 14.3696, 75.0]"),
     ("pixel_z_m", "0.1"),
     ("rigid_body", "\"drone\""),
+    ("source", "\"GPS[1]\""),
     ("speed_m_s", "0.6"),
     ("survey", "\"points.csv\""),
     ("target_m", "[4.0, 0.0, 0.0]"),

@@ -5,7 +5,7 @@ use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
 
-use acerra_geo::read::{ReadOptions, read_trajectory};
+use acerra_chain::trajectory_file::{TrajectoryFileOptions, read_trajectory_file};
 use acerra_imaging::PlaneGrid;
 use acerra_imaging::psf::{PointSpread, TrackShape, synthetic_track};
 use acerra_imaging::resolution::{longest_step_m, unambiguous_range_m};
@@ -105,16 +105,10 @@ impl Scene {
 fn recorded(file: &Path, step_m: Option<f64>, notes: &mut Vec<String>) -> anyhow::Result<Flight> {
     let place = || file.display().to_string();
     let reader = BufReader::new(File::open(file).with_context(place)?);
-    let (trajectory, report) =
-        read_trajectory(reader, &ReadOptions::default()).with_context(place)?;
-    if report.skipped_total() > 0 {
-        notes.push(format!(
-            "{}: {} lines skipped",
-            place(),
-            report.skipped_total()
-        ));
-    }
-    let fixes = trajectory.fixes();
+    let file =
+        read_trajectory_file(reader, &TrajectoryFileOptions::default()).with_context(place)?;
+    notes.extend(file.skipped().map(|what| format!("{}: {what}", place())));
+    let fixes = file.trajectory.fixes();
     let flight = Flight {
         position_m: fixes.iter().map(|f| f.position_m).collect(),
         time_s: Some(fixes.iter().map(|f| f.time_s).collect()),

@@ -1,0 +1,218 @@
+//! Samples by source, counted against a limit.
+
+use std::collections::HashMap;
+
+use crate::error::LogError;
+use crate::format::LogFormat;
+use crate::sample::{
+    AttitudeSample, AttitudeSource, ClockPair, Damage, PairKind, PositionSample, PositionSource,
+    Recording, SourceKind,
+};
+
+/// Collects what a reader finds.
+#[derive(Debug)]
+pub struct Collector {
+    format: LogFormat,
+    limit: usize,
+    positions: Vec<PositionSource>,
+    attitudes: Vec<AttitudeSource>,
+    index: HashMap<String, usize>,
+    attitude_index: HashMap<String, usize>,
+    pairs: Vec<ClockPair>,
+    /// Bytes that belong to no record.
+    pub damage: Damage,
+    /// Remarks, as sentences.
+    pub remarks: Vec<String>,
+}
+
+/// Where positions come from.
+#[derive(Debug, Clone, Copy)]
+pub struct Origin<'a> {
+    /// Name of the source.
+    pub name: &'a str,
+    /// What makes them.
+    pub kind: SourceKind,
+    /// As of [`PositionSource::rank`].
+    pub rank: u8,
+}
+
+impl<'a> Origin<'a> {
+    /// A source that goes before others of its kind.
+    pub const fn first(name: &'a str, kind: SourceKind) -> Self {
+        Self {
+            name,
+            kind,
+            rank: 0,
+        }
+    }
+
+    /// A source that is taken where there is none that goes before it.
+    pub const fn second(name: &'a str, kind: SourceKind) -> Self {
+        Self {
+            name,
+            kind,
+            rank: 1,
+        }
+    }
+}
+
+/// How a format tells the time.
+#[derive(Debug, Clone, Copy)]
+pub struct ClockSource {
+    /// How its readings come about.
+    pub kind: PairKind,
+    /// What gives them.
+    pub name: &'static str,
+    /// Whether times by a clock of their own will do.
+    pub allows_own: bool,
+}
+
+impl Collector {
+    /// An empty collection that takes at most `limit` samples of each kind from a source.
+    pub fn new(format: LogFormat, limit: usize) -> Self {
+        Self {
+            format,
+            limit,
+            positions: Vec::new(),
+            attitudes: Vec::new(),
+            index: HashMap::new(),
+            attitude_index: HashMap::new(),
+            pairs: Vec::new(),
+            damage: Damage::default(),
+            remarks: Vec::new(),
+        }
+    }
+
+    fn source(&mut self, Origin { name, kind, rank }: Origin<'_>) -> &mut PositionSource {
+        let at = match self.index.get(name) {
+            Some(at) => *at,
+            None => {
+                self.positions.push(PositionSource {
+                    name: name.to_owned(),
+                    kind,
+                    rank,
+                    samples: Vec::new(),
+                    without_position: 0,
+                });
+                self.index.insert(name.to_owned(), self.positions.len() - 1);
+                self.positions.len() - 1
+            }
+        };
+        &mut self.positions[at]
+    }
+
+    fn limit(&self, count: usize, what: &'static str, offset: u64) -> Result<(), LogError> {
+        if count < self.limit {
+            return Ok(());
+        }
+        Err(LogError::Limit {
+            offset,
+            what,
+            limit: self.limit as u64,
+        })
+    }
+
+    /// Takes a position, or counts a record without one.
+    ///
+    /// # Errors
+    /// More positions than the limit.
+    pub fn position(
+        &mut self,
+        origin: Origin<'_>,
+        sample: Option<PositionSample>,
+        offset: u64,
+    ) -> Result<(), LogError> {
+        let source = self.source(origin);
+        let Some(sample) = sample else {
+            source.without_position += 1;
+            return Ok(());
+        };
+        let count = source.samples.len();
+        source.samples.push(sample);
+        self.limit(count, "positions", offset)
+    }
+
+    /// The latest position of the source `name`.
+    pub fn latest(&mut self, name: &str) -> Option<&mut PositionSample> {
+        let at = *self.index.get(name)?;
+        self.positions[at].samples.last_mut()
+    }
+
+    /// Takes an attitude of the source `name`.
+    ///
+    /// # Errors
+    /// More attitudes than the limit.
+    pub fn attitude(
+        &mut self,
+        name: &str,
+        sample: AttitudeSample,
+        offset: u64,
+    ) -> Result<(), LogError> {
+        self.ranked_attitude(name, 0, sample, offset)
+    }
+
+    /// Takes an attitude of a source of that rank.
+    ///
+    /// # Errors
+    /// More attitudes than the limit.
+    pub fn ranked_attitude(
+        &mut self,
+        name: &str,
+        rank: u8,
+        sample: AttitudeSample,
+        offset: u64,
+    ) -> Result<(), LogError> {
+        let at = match self.attitude_index.get(name) {
+            Some(at) => *at,
+            None => {
+                self.attitudes.push(AttitudeSource {
+                    name: name.to_owned(),
+                    rank,
+                    samples: Vec::new(),
+                });
+                self.attitude_index
+                    .insert(name.to_owned(), self.attitudes.len() - 1);
+                self.attitudes.len() - 1
+            }
+        };
+        let count = self.attitudes[at].samples.len();
+        self.attitudes[at].samples.push(sample);
+        self.limit(count, "attitudes", offset)
+    }
+
+    /// Takes a reading of the clocks.
+    ///
+    /// # Errors
+    /// More readings than the limit.
+    pub fn pair(&mut self, pair: ClockPair, offset: u64) -> Result<(), LogError> {
+        self.pairs.push(pair);
+        self.limit(self.pairs.len() - 1, "clock readings", offset)
+    }
+
+    /// What was collected from a file of `bytes` bytes.
+    ///
+    /// # Errors
+    /// More than a twentieth of the file belongs to no record.
+    pub fn finish(self, clock: ClockSource, bytes: u64) -> Result<Recording, LogError> {
+        if self.damage.bytes > bytes / 20 {
+            return Err(LogError::Damaged {
+                offset: self.damage.first_offset,
+                bytes: self.damage.bytes,
+                total: bytes,
+                format: self.format,
+            });
+        }
+        Ok(Recording {
+            format: self.format,
+            positions: self.positions,
+            attitudes: self.attitudes,
+            pairs: self.pairs,
+            pair_kind: clock.kind,
+            pair_source: clock.name,
+            allows_own_clock: clock.allows_own,
+            damage: self.damage,
+            bytes,
+            remarks: self.remarks,
+        })
+    }
+}

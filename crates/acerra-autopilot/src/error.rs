@@ -1,0 +1,164 @@
+//! Why a log cannot be used.
+
+use acerra_geo::trajectory::TrajectoryError;
+
+use crate::format::LogFormat;
+
+/// Why a log cannot be used. Bytes count from 0.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum LogError {
+    /// The operating system refused.
+    #[error(transparent)]
+    Io(#[from] std::io::Error),
+    /// Nothing in it.
+    #[error("the file is empty")]
+    Empty,
+    /// No reader knows this.
+    #[error(
+        "not the log of an autopilot or a robot (ArduPilot .bin, PX4 .ulg, MAVLink .tlog, MCAP); it \
+         begins with the bytes {found}"
+    )]
+    Unrecognised {
+        /// How the file begins.
+        found: String,
+    },
+    /// The file ends within a record.
+    #[error(
+        "byte {offset}: the file is cut off within a {what}: expected {expected} bytes, found {found} \
+         (cut the file at byte {offset} to use what comes before)"
+    )]
+    CutOff {
+        /// Where the record begins.
+        offset: u64,
+        /// The record.
+        what: String,
+        /// Its length (bytes).
+        expected: u64,
+        /// Bytes that are there.
+        found: u64,
+    },
+    /// A record does not have what its place calls for.
+    #[error("byte {offset}: expected {expected}, found {found}")]
+    Malformed {
+        /// Where the record begins.
+        offset: u64,
+        /// What was expected.
+        expected: String,
+        /// What stands there.
+        found: String,
+    },
+    /// Too much of the file belongs to no record.
+    #[error(
+        "byte {offset}: {bytes} of {total} bytes from here on belong to no record of a {format}: \
+         another file's, or damaged"
+    )]
+    Damaged {
+        /// Where the first of them is.
+        offset: u64,
+        /// How many there are in all.
+        bytes: u64,
+        /// Bytes of the file.
+        total: u64,
+        /// The kind of file.
+        format: LogFormat,
+    },
+    /// Larger than the limit set.
+    #[error("byte {offset}: more than {limit} {what}, the limit set for reading")]
+    Limit {
+        /// Where.
+        offset: u64,
+        /// What there are too many of.
+        what: &'static str,
+        /// The limit.
+        limit: u64,
+    },
+    /// A log of the right kind without a usable position.
+    #[error("no position in this {format}{why}")]
+    NoPositions {
+        /// The kind of file.
+        format: LogFormat,
+        /// What there is instead, or nothing.
+        why: String,
+    },
+    /// More than one source, and none chosen.
+    #[error("several sources of {what}, choose one by {key}: {}", names.join(", "))]
+    SeveralSources {
+        /// Of positions or attitudes.
+        what: &'static str,
+        /// The key that names one.
+        key: &'static str,
+        /// What the log holds.
+        names: Vec<String>,
+    },
+    /// The source asked for is not there.
+    #[error(
+        "{key} = \"{wanted}\": the log has no such source of {what}; {}",
+        if names.is_empty() { "it has none".to_owned() } else { format!("it has {}", names.join(", ")) }
+    )]
+    NoSuchSource {
+        /// Of positions or attitudes.
+        what: &'static str,
+        /// The key that names it.
+        key: &'static str,
+        /// What was asked for.
+        wanted: String,
+        /// What the log holds.
+        names: Vec<String>,
+    },
+    /// Times that nothing ties to GPS time.
+    #[error(
+        "{source_name}: its times count from the start of the autopilot, and nothing in the log ties them \
+         to GPS time ({expected})"
+    )]
+    NoGpsTime {
+        /// The source of the positions.
+        source_name: String,
+        /// What would have tied them.
+        expected: &'static str,
+    },
+    /// Pairs of clock readings that do not agree with one another.
+    #[error(
+        "the autopilot's clock against GPS time: only {agreeing} of {pairs} readings agree within \
+         {tolerance_s} s; the time is not known"
+    )]
+    ClockUnknown {
+        /// Readings that agree.
+        agreeing: usize,
+        /// All of them.
+        pairs: usize,
+        /// What agreement means (s).
+        tolerance_s: f64,
+    },
+    /// Most positions cannot be used.
+    #[error("{bad} of {total} positions of {source_name} have times that do not advance")]
+    TimesUnordered {
+        /// Unusable positions.
+        bad: usize,
+        /// All positions.
+        total: usize,
+        /// Their source.
+        source_name: String,
+    },
+    /// The positions lie outside the grid of the geoid.
+    #[error("the grid of the geoid does not cover {latitude_deg:.4}°, {longitude_deg:.4}°")]
+    OutsideGeoid {
+        /// Latitude (degrees).
+        latitude_deg: f64,
+        /// Longitude (degrees).
+        longitude_deg: f64,
+    },
+    /// The positions do not make a trajectory.
+    #[error(transparent)]
+    Trajectory(#[from] TrajectoryError),
+}
+
+impl LogError {
+    /// A file that no reader knows.
+    pub(crate) fn unrecognised(start: &[u8]) -> Self {
+        let bytes: Vec<String> = start.iter().take(8).map(|b| format!("{b:02x}")).collect();
+        Self::Unrecognised {
+            found: bytes.join(" "),
+        }
+    }
+}

@@ -1,0 +1,106 @@
+//! Trajectory and attitude from the logs that autopilots and robots leave, recognised from content.
+//!
+//! ```text
+//! bytes ──ardupilot──► Recording ──choose──► one source of positions, one of attitudes
+//!                      (samples by source)        │
+//!                      clock readings ──fit──► GPS time of both ──assemble──► Trajectory, LogReport
+//! ```
+//!
+//! | format | positions | attitude | time |
+//! | --- | --- | --- | --- |
+//! | ArduPilot `.bin` | `GPS` with `GPA`; `POS` | `ATT` | GPS week and milliseconds in `GPS` |
+//! | PX4 `.ulg` | `vehicle_gps_position`, `sensor_gps`; `vehicle_global_position` | `vehicle_attitude` | UTC in the receiver's messages |
+//! | MAVLink `.tlog` | `GPS_RAW_INT`, `GPS2_RAW`; `GLOBAL_POSITION_INT` | `ATTITUDE` | UTC in `SYSTEM_TIME` |
+//! | MCAP of ROS 2 | `sensor_msgs/NavSatFix`; `nav_msgs/Odometry` | `sensor_msgs/Imu`, `nav_msgs/Odometry` | stamps of the headers, taken as UTC |
+//!
+//! Which positions: those of the GNSS receiver, as they carry GPS time and the kind and accuracy of
+//! their solution; the filter's (`source = "ekf"`) where there is no receiver or where they are asked
+//! for. Where there are several of a kind, [`LogOptions::source`] names one.
+//!
+//! Heights: a source's heights count from the ellipsoid or from the sea, never both; those from the sea
+//! are raised by a grid of the geoid where there is one and are warned of where there is none.
+//!
+//! Times end up on GPS time. Positions that carry it keep it; what is stamped by the autopilot's own
+//! clock is put on it by a robust fit through the readings of both clocks in the log.
+//!
+//! What is damaged is passed over and counted, up to a twentieth of the file; a file that ends within a
+//! record is refused with the byte at which it may be cut.
+
+mod ardupilot;
+mod assemble;
+mod body;
+mod bytes;
+mod choose;
+mod clock;
+mod collect;
+mod error;
+mod format;
+mod height;
+mod mavlink;
+mod options;
+mod px4;
+mod remarks;
+mod report;
+mod ros;
+mod sample;
+mod timeline;
+
+use std::io::Read;
+
+use acerra_geo::trajectory::Trajectory;
+
+pub use error::LogError;
+pub use format::LogFormat;
+pub use options::LogOptions;
+pub use report::{AttitudeSummary, ClockSummary, LogReport, LogWarning, SourceSummary};
+pub use sample::{Damage, HeightDatum, PairKind, SourceKind};
+
+use bytes::LogBytes;
+
+/// How many bytes of a file [`sniff`] is shown.
+pub const SNIFF_BYTES: usize = 512;
+
+/// The kind of log that begins like this; none when no reader knows it.
+///
+/// ```
+/// use acerra_autopilot::{LogFormat, sniff};
+/// assert_eq!(sniff(b"\xa3\x95\x80\x80\x59FMT\0BBnNZ"), Some(LogFormat::ArduPilot));
+/// assert_eq!(sniff(b"time_s,x_m,y_m,z_m\n"), None);
+/// ```
+#[must_use]
+pub fn sniff(start: &[u8]) -> Option<LogFormat> {
+    let kinds = [
+        (ardupilot::begins(start), LogFormat::ArduPilot),
+        (px4::begins(start), LogFormat::Px4),
+        (mavlink::begins(start), LogFormat::Mavlink),
+        (ros::begins(start), LogFormat::Mcap),
+    ];
+    let known = kinds.iter().find(|(is_known, _)| *is_known);
+    known.map(|(_, format)| *format)
+}
+
+/// Reads a log of any known format.
+///
+/// The input is read once, front to back; memory is what its positions, attitudes and clock readings
+/// need.
+///
+/// # Errors
+/// [`LogError`], with the byte where there is one; the caller adds the path.
+pub fn read_log(
+    reader: impl Read,
+    options: &LogOptions,
+) -> Result<(Trajectory, LogReport), LogError> {
+    let mut bytes = LogBytes::new(reader);
+    let start = bytes.peek(SNIFF_BYTES)?;
+    if start.is_empty() {
+        return Err(LogError::Empty);
+    }
+    let recording = match sniff(start) {
+        Some(LogFormat::ArduPilot) => ardupilot::read(&mut bytes, options.max_samples)?,
+        Some(LogFormat::Px4) => px4::read(&mut bytes, options.max_samples)?,
+        Some(LogFormat::Mavlink) => mavlink::read(&mut bytes, options.max_samples)?,
+        Some(LogFormat::Mcap) => ros::read(&mut bytes, options.max_samples)?,
+        None => return Err(LogError::unrecognised(start)),
+    };
+    assemble::assemble(&recording, options)
+}

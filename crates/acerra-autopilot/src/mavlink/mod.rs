@@ -1,0 +1,141 @@
+//! MAVLink telemetry as ground stations record it, `.tlog`.
+
+mod frame;
+mod messages;
+
+use std::collections::BTreeSet;
+use std::io::Read;
+
+use crate::bytes::LogBytes;
+use crate::collect::{ClockSource, Collector, Origin};
+use crate::error::LogError;
+use crate::format::LogFormat;
+use crate::sample::{PairKind, Recording, SourceKind};
+
+use frame::{HEADER, LONGEST, Packet, length};
+use messages::{Kind, Payload};
+
+/// The part of a vehicle that is its autopilot.
+const AUTOPILOT: u8 = 1;
+
+/// Whether a log begins like this: with stamped packets one behind the other.
+pub fn begins(start: &[u8]) -> bool {
+    let mut at = 0;
+    let mut packets = 0;
+    while let Some(length) = start.get(at..).and_then(length) {
+        at += length;
+        packets += 1;
+        if at >= start.len() {
+            return true;
+        }
+    }
+    // A log of which less than a packet's header is left was cut off, and is one all the same.
+    packets > 0 && start.len() - at < HEADER
+}
+
+/// Reads a log.
+///
+/// # Errors
+/// A log that is cut off within a packet, damaged beyond use, or beyond the limit.
+pub fn read<R: Read>(bytes: &mut LogBytes<R>, limit: usize) -> Result<Recording, LogError> {
+    let mut log = Reader {
+        found: Collector::new(LogFormat::Mavlink, limit),
+        system: None,
+        others: BTreeSet::new(),
+    };
+    while !bytes.is_at_end()? {
+        let offset = bytes.offset();
+        if bytes.peek(HEADER)?.len() < HEADER {
+            bytes.whole(HEADER, "packet's header")?;
+        }
+        let start = bytes.peek(LONGEST + HEADER)?;
+        let Some(length) = length(start).filter(|length| is_packet(start, *length)) else {
+            let (passed, is_blank) = bytes.seek(|start| length(start).is_some())?;
+            if !(is_blank && bytes.is_at_end()?) {
+                log.found.damage.add(offset, passed);
+            }
+            continue;
+        };
+        let packet = bytes.whole(length, "packet")?;
+        if let Some(packet) = Packet::of(packet) {
+            log.take(&packet, offset)?;
+        }
+        bytes.advance(length);
+    }
+    if !log.others.is_empty() {
+        let others: Vec<String> = log.others.iter().map(u8::to_string).collect();
+        log.found.remarks.push(format!(
+            "messages of the vehicles {} were left out: the log holds several, and the positions are \
+             those of the first, {}",
+            others.join(", "),
+            log.system.unwrap_or_default()
+        ));
+    }
+    let clock = ClockSource {
+        kind: PairKind::Simultaneous,
+        name: "a message SYSTEM_TIME with UTC",
+        allows_own: false,
+    };
+    log.found.finish(clock, bytes.offset())
+}
+
+/// Whether the bytes begin with a whole packet: by its checksum where its message is known, else by what
+/// follows.
+fn is_packet(start: &[u8], length: usize) -> bool {
+    let Some(packet) = start.get(..length).and_then(Packet::of) else {
+        // Cut off, which the caller finds out.
+        return true;
+    };
+    match Kind::of(packet.message) {
+        Some((_, crc_extra)) => packet.is_whole(crc_extra),
+        None => {
+            let rest = &start[length..];
+            rest.len() < HEADER || frame::length(rest).is_some()
+        }
+    }
+}
+
+struct Reader {
+    found: Collector,
+    /// The vehicle: the first that says something of use.
+    system: Option<u8>,
+    /// Other vehicles in the log.
+    others: BTreeSet<u8>,
+}
+
+impl Reader {
+    fn take(&mut self, packet: &Packet<'_>, offset: u64) -> Result<(), LogError> {
+        let Some((kind, _)) = Kind::of(packet.message) else {
+            return Ok(());
+        };
+        // Gimbals, cameras and the ground station have clocks and attitudes of their own.
+        if packet.component != AUTOPILOT {
+            return Ok(());
+        }
+        if *self.system.get_or_insert(packet.system) != packet.system {
+            self.others.insert(packet.system);
+            return Ok(());
+        }
+        let payload = Payload::new(packet.payload);
+        match kind {
+            Kind::SystemTime => match payload.clock_pair() {
+                Some(pair) => self.found.pair(pair, offset),
+                None => Ok(()),
+            },
+            Kind::Attitude => match payload.attitude() {
+                Some(attitude) => self.found.attitude(kind.name(), attitude, offset),
+                None => Ok(()),
+            },
+            Kind::GlobalPosition => {
+                let origin = Origin::first(kind.name(), SourceKind::Filter);
+                self.found
+                    .position(origin, payload.filter_position(), offset)
+            }
+            Kind::GpsRaw | Kind::Gps2Raw => {
+                let origin = Origin::first(kind.name(), SourceKind::Gnss);
+                self.found
+                    .position(origin, payload.gnss_position(kind), offset)
+            }
+        }
+    }
+}

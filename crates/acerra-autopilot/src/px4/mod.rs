@@ -1,0 +1,225 @@
+//! PX4's ULog files, `.ulg` (PX4 User Guide, "ULog File Format").
+
+mod definitions;
+mod messages;
+
+use std::collections::HashMap;
+use std::io::Read;
+
+use crate::bytes::{LogBytes, array};
+use crate::collect::{ClockSource, Collector, Origin};
+use crate::error::LogError;
+use crate::format::LogFormat;
+use crate::sample::{PairKind, Recording, SourceKind};
+
+use definitions::{Definitions, Fields};
+use messages::Message;
+
+/// The mark of a log, without its version.
+const MAGIC: &[u8; 7] = b"ULog\x01\x12\x35";
+/// Mark, version and time of the start (bytes).
+const FILE_HEADER: usize = 16;
+/// Length and type of a message (bytes).
+const MESSAGE_HEADER: usize = 3;
+/// A message that marks where reading may begin anew.
+const SYNC: [u8; 11] = [8, 0, b'S', 0x2f, 0x73, 0x13, 0x20, 0x25, 0x0c, 0xbb, 0x12];
+
+/// Whether a log begins like this.
+pub fn begins(start: &[u8]) -> bool {
+    start.starts_with(MAGIC)
+}
+
+/// Reads a log.
+///
+/// # Errors
+/// A log that is cut off within a message, damaged beyond use, of a version that is not known, or
+/// beyond the limit.
+pub fn read<R: Read>(bytes: &mut LogBytes<R>, limit: usize) -> Result<Recording, LogError> {
+    let header = bytes.whole(FILE_HEADER, "file header")?;
+    if header[7] > 1 {
+        return Err(LogError::Malformed {
+            offset: 7,
+            expected: "version 0 or 1 of the format".to_owned(),
+            found: header[7].to_string(),
+        });
+    }
+    bytes.advance(FILE_HEADER);
+    let mut log = Reader {
+        definitions: Definitions::default(),
+        subscriptions: HashMap::new(),
+        found: Collector::new(LogFormat::Px4, limit),
+        clock_topic: None,
+        appended_at: None,
+        dropouts: 0,
+        lost_ms: 0,
+    };
+    while !bytes.is_at_end()? {
+        log.next(bytes)?;
+    }
+    if log.dropouts > 0 {
+        log.found.remarks.push(format!(
+            "the autopilot lost {} ms of its log in {} gaps",
+            log.lost_ms, log.dropouts
+        ));
+    }
+    let clock = ClockSource {
+        kind: PairKind::Arrival,
+        name: "a message vehicle_gps_position or sensor_gps with time_utc_usec",
+        allows_own: false,
+    };
+    log.found.finish(clock, bytes.offset())
+}
+
+struct Subscription {
+    topic: String,
+    source: String,
+    fields: Fields,
+}
+
+struct Reader {
+    definitions: Definitions,
+    subscriptions: HashMap<u16, Subscription>,
+    found: Collector,
+    /// The topic that tells the time: the first with a fix.
+    clock_topic: Option<String>,
+    /// Where the part begins that was appended after a crash.
+    appended_at: Option<u64>,
+    /// Gaps in the log, and what was lost in them (ms).
+    dropouts: u64,
+    lost_ms: u64,
+}
+
+impl Reader {
+    fn next<R: Read>(&mut self, bytes: &mut LogBytes<R>) -> Result<(), LogError> {
+        let offset = bytes.offset();
+        let header = bytes.whole(MESSAGE_HEADER, "message header")?;
+        let length = MESSAGE_HEADER + usize::from(u16::from_le_bytes([header[0], header[1]]));
+        let kind = header[2];
+        let end = offset + length as u64;
+        if let Some(appended) = self.appended_at.filter(|at| (offset + 1..end).contains(at)) {
+            // The crash cut the last message before the appended part.
+            self.appended_at = None;
+            return bytes.skip(appended - offset, "message before the appended part");
+        }
+        if length == MESSAGE_HEADER || !kind.is_ascii_alphabetic() {
+            let (passed, is_blank) = bytes.seek(|start| start.starts_with(&SYNC))?;
+            if !(is_blank && bytes.is_at_end()?) {
+                self.found.damage.add(offset, passed);
+            }
+            return Ok(());
+        }
+        let what = format!("message of type '{}'", char::from(kind));
+        let message = bytes.whole(length, &what)?[MESSAGE_HEADER..].to_vec();
+        bytes.advance(length);
+        self.take(kind, &message, offset)
+    }
+
+    fn take(&mut self, kind: u8, message: &[u8], offset: u64) -> Result<(), LogError> {
+        let malformed = |expected: &str, found: String| LogError::Malformed {
+            offset,
+            expected: expected.to_owned(),
+            found,
+        };
+        match kind {
+            b'B' => self.flags(message, offset),
+            b'F' => {
+                let text = String::from_utf8_lossy(message);
+                let added = self.definitions.add(&text);
+                added.map_err(|found| malformed("a message's definition", found))
+            }
+            b'A' => {
+                let subscribed = self.subscribe(message);
+                subscribed.map_err(|found| malformed("a message that is defined", found))
+            }
+            b'D' => self.data(message, offset),
+            b'O' => {
+                let lost_ms = array(message, 0).map_or(0, u16::from_le_bytes);
+                self.dropped(lost_ms);
+                Ok(())
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Flags of the format: bit 0 of the incompatible ones says that data were appended.
+    fn flags(&mut self, message: &[u8], offset: u64) -> Result<(), LogError> {
+        let incompatible: [u8; 8] = array(message, 8).unwrap_or_default();
+        let [first, rest @ ..] = incompatible;
+        if first & !1 != 0 || rest != [0; 7] {
+            return Err(LogError::Malformed {
+                offset,
+                expected: "a log without flags that are not known".to_owned(),
+                found: format!("{incompatible:02x?}"),
+            });
+        }
+        let appended = array(message, 16).map(u64::from_le_bytes);
+        self.appended_at = appended.filter(|at| first & 1 == 1 && *at > 0);
+        Ok(())
+    }
+
+    fn dropped(&mut self, lost_ms: u16) {
+        self.dropouts += 1;
+        self.lost_ms += u64::from(lost_ms);
+    }
+
+    /// Notes a topic that matters here.
+    fn subscribe(&mut self, message: &[u8]) -> Result<(), String> {
+        let (Some(&instance), Some(id)) = (message.first(), array(message, 1)) else {
+            return Err("a subscription of less than three bytes".to_owned());
+        };
+        let topic = String::from_utf8_lossy(message.get(3..).unwrap_or_default()).into_owned();
+        let matters = matches!(
+            topic.as_str(),
+            "vehicle_gps_position" | "sensor_gps" | "vehicle_global_position" | "vehicle_attitude"
+        );
+        if matters {
+            let fields = self.definitions.fields_of(&topic)?;
+            let source = format!("{topic}[{instance}]");
+            let subscription = Subscription {
+                topic,
+                source,
+                fields,
+            };
+            self.subscriptions
+                .insert(u16::from_le_bytes(id), subscription);
+        }
+        Ok(())
+    }
+
+    fn data(&mut self, message: &[u8], offset: u64) -> Result<(), LogError> {
+        let id = array(message, 0).map(u16::from_le_bytes);
+        let Some(topic) = id.and_then(|id| self.subscriptions.get(&id)) else {
+            return Ok(());
+        };
+        let message = Message {
+            fields: &topic.fields,
+            bytes: message.get(2..).unwrap_or_default(),
+        };
+        let source = topic.source.as_str();
+        match topic.topic.as_str() {
+            "vehicle_attitude" => match message.attitude() {
+                Some(attitude) => self.found.attitude(source, attitude, offset),
+                None => Ok(()),
+            },
+            "vehicle_global_position" => {
+                let position = message.filter_position();
+                self.found
+                    .position(Origin::first(source, SourceKind::Filter), position, offset)
+            }
+            _ => {
+                if let Some(pair) = message.clock_pair() {
+                    let teller = self.clock_topic.get_or_insert_with(|| source.to_owned());
+                    if teller == source {
+                        self.found.pair(pair, offset)?;
+                    }
+                }
+                // What the autopilot itself uses goes before the single receivers.
+                let origin = match topic.topic.as_str() {
+                    "vehicle_gps_position" => Origin::first(source, SourceKind::Gnss),
+                    _ => Origin::second(source, SourceKind::Gnss),
+                };
+                self.found.position(origin, message.gnss_position(), offset)
+            }
+        }
+    }
+}

@@ -1,0 +1,250 @@
+//! What a reader found, chose, skipped and assumed.
+
+use acerra_geo::trajectory::StatusCounts;
+
+use crate::format::LogFormat;
+use crate::sample::{Damage, HeightDatum, PairKind, SourceKind};
+
+/// A source of positions in a log.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SourceSummary {
+    /// Its name.
+    pub name: String,
+    /// What makes its positions.
+    pub kind: SourceKind,
+    /// Positions.
+    pub positions: usize,
+}
+
+/// A source of attitudes in a log.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AttitudeSummary {
+    /// Its name.
+    pub name: String,
+    /// Attitudes.
+    pub attitudes: usize,
+}
+
+/// How the autopilot's clock lies to GPS time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ClockSummary {
+    /// Readings of both that the line goes through.
+    pub readings: usize,
+    /// Readings that told another time and were left out.
+    pub left_out: usize,
+    /// Rate of GPS time against the autopilot's clock, less one, in parts per million.
+    pub rate_ppm: f64,
+    /// Nine tenths of the readings lie within this (s) of the line.
+    pub spread_s: f64,
+    /// How the readings came about.
+    pub kind: PairKind,
+}
+
+/// What a reader found, chose, skipped and assumed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LogReport {
+    /// The kind of log.
+    pub format: LogFormat,
+    /// All sources of positions.
+    pub sources: Vec<SourceSummary>,
+    /// All sources of attitudes.
+    pub attitude_sources: Vec<AttitudeSummary>,
+    /// The source whose positions the trajectory has.
+    pub source: SourceSummary,
+    /// The source of its attitudes, if any.
+    pub attitude_source: Option<String>,
+    /// Positions with an attitude.
+    pub attitudes: usize,
+    /// What the heights of the log count from; none for positions in axes of the robot's own.
+    pub height_datum: Option<HeightDatum>,
+    /// The autopilot's clock on GPS time, where it was needed.
+    pub clock: Option<ClockSummary>,
+    /// Positions by the kind of their solution.
+    pub statuses: StatusCounts,
+    /// What a user should know before trusting the trajectory.
+    pub warnings: Vec<LogWarning>,
+}
+
+impl LogReport {
+    /// Whether the positions are in axes of the robot's own.
+    #[must_use]
+    pub const fn is_local(&self) -> bool {
+        self.height_datum.is_none()
+    }
+
+    /// The sources in one line: `positions of GPS[0], attitude of ATT`.
+    #[must_use]
+    pub fn sources_used(&self) -> String {
+        match &self.attitude_source {
+            Some(attitude) => format!("positions of {}, attitude of {attitude}", self.source.name),
+            None => format!("positions of {}, no attitude", self.source.name),
+        }
+    }
+}
+
+/// Something a user should know before trusting the trajectory.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum LogWarning {
+    /// The first of several sources was taken.
+    FirstOfSeveral {
+        /// Of positions or attitudes.
+        what: &'static str,
+        /// The key that names one.
+        key: &'static str,
+        /// What there is to choose from.
+        names: Vec<String>,
+    },
+    /// Heights count from the sea and stay so.
+    SeaLevelHeights {
+        /// The source of the positions.
+        source: String,
+    },
+    /// Heights counted from the sea and were raised by the grid of the geoid.
+    RaisedByGeoid {
+        /// Height of the geoid at the first position (m).
+        geoid_m: f64,
+    },
+    /// Positions whose height counts from something else than the others'.
+    OtherDatumLeftOut {
+        /// How many.
+        count: usize,
+    },
+    /// Records of a receiver that had no position.
+    WithoutPosition {
+        /// The source.
+        source: String,
+        /// How many.
+        count: usize,
+    },
+    /// Positions whose time does not go with the log's other readings of the clocks.
+    OtherTimeLeftOut {
+        /// How many.
+        count: usize,
+    },
+    /// Positions whose time does not advance.
+    TimesRepeated {
+        /// How many.
+        count: usize,
+    },
+    /// Positions that are no carrier-phase solutions with fixed ambiguities.
+    NotFixed {
+        /// Positions.
+        total: usize,
+        /// How many have each status.
+        statuses: StatusCounts,
+    },
+    /// Times of the autopilot's clock, put on GPS time by messages of unknown latency.
+    UnknownLatency {
+        /// What has such times.
+        what: &'static str,
+        /// Nine tenths of the readings lie within this (s) of the line of least delay.
+        spread_s: f64,
+    },
+    /// Positions of a receiver that are stamped when they arrived.
+    StampedOnArrival {
+        /// The source.
+        source: String,
+    },
+    /// Clock readings that told another time.
+    ClockReadingsLeftOut {
+        /// How many.
+        count: usize,
+        /// Of how many.
+        total: usize,
+    },
+    /// Times of a clock of the log's own.
+    OwnClock,
+    /// No attitude in the log.
+    NoAttitude,
+    /// Positions without an attitude near enough in time.
+    AttitudeGaps {
+        /// How many.
+        count: usize,
+        /// Of how many.
+        total: usize,
+    },
+    /// Bytes that belong to no record.
+    Damaged(Damage),
+    /// What the format's reader remarks.
+    Remark(String),
+}
+
+impl std::fmt::Display for LogWarning {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::FirstOfSeveral { what, key, names } => write!(
+                f,
+                "several sources of {what}, of which the first was taken; {key} names one: {}",
+                names.join(", ")
+            ),
+            Self::SeaLevelHeights { source } => write!(
+                f,
+                "heights of {source} are above the sea and were taken as above the ellipsoid: origin, \
+                 terrain and maps are off by the geoid's height, tens of metres ([image] geoid names a grid \
+                 of it)"
+            ),
+            Self::RaisedByGeoid { geoid_m } => write!(
+                f,
+                "heights above the sea were raised by the geoid's, {geoid_m:.2} m at the first position"
+            ),
+            Self::OtherDatumLeftOut { count } => write!(
+                f,
+                "{count} positions with a height above the sea alone were left out beside those with one \
+                 above the ellipsoid"
+            ),
+            Self::WithoutPosition { source, count } => {
+                write!(f, "{count} records of {source} without a fix were left out")
+            }
+            Self::OtherTimeLeftOut { count } => write!(
+                f,
+                "{count} positions tell another time than the others (leap seconds or a date that the \
+                 receiver did not know yet) and were left out"
+            ),
+            Self::TimesRepeated { count } => write!(
+                f,
+                "{count} positions with a time repeated or out of order were left out"
+            ),
+            Self::NotFixed { total, statuses } => write!(
+                f,
+                "of {total} positions only {} are fixed by carrier phase ({statuses}): the others are good \
+                 to decimetres or metres, while focusing needs millimetres to centimetres",
+                statuses.fixed()
+            ),
+            Self::UnknownLatency { what, spread_s } => write!(
+                f,
+                "times of the {what} are the autopilot's, put on GPS time by the least delayed messages of \
+                 the receiver (nine tenths within {:.0} ms): its own latency, usually 0.05 to 0.25 s, is \
+                 not in the log and stays in them",
+                1e3 * spread_s
+            ),
+            Self::StampedOnArrival { source } => write!(
+                f,
+                "positions of {source} are stamped when they arrived at the autopilot, later than they were \
+                 measured by the receiver's latency, usually 0.05 to 0.25 s"
+            ),
+            Self::ClockReadingsLeftOut { count, total } => write!(
+                f,
+                "{count} of {total} readings of GPS time tell another time than the others (leap seconds or \
+                 a date that the receiver did not know yet) and were left out"
+            ),
+            Self::OwnClock => f.write_str(
+                "times count by a clock of the log's own, which nothing ties to GPS time: state \
+                 time_offset_s or let it be found",
+            ),
+            Self::NoAttitude => f.write_str(
+                "no attitude in the log: a lever arm is turned by the course of the track",
+            ),
+            Self::AttitudeGaps { count, total } => write!(
+                f,
+                "{count} of {total} positions have no attitude within half a second: there the last one is held"
+            ),
+            Self::Damaged(damage) => write!(
+                f,
+                "{} bytes in {} places belong to no record and were passed over, the first at byte {}",
+                damage.bytes, damage.places, damage.first_offset
+            ),
+            Self::Remark(text) => f.write_str(text),
+        }
+    }
+}

@@ -1,0 +1,338 @@
+//! Positions and attitude out of autopilots' logs, through files and the command.
+#![allow(clippy::unwrap_used)] // a test that cannot go on has failed
+#![allow(dead_code)] // a part of the writers is used here
+
+#[path = "../../acerra-autopilot/tests/write/ardupilot.rs"]
+mod ardupilot;
+#[path = "../../acerra-autopilot/tests/write/mavlink.rs"]
+mod mavlink;
+#[path = "../../acerra-autopilot/tests/write/px4.rs"]
+mod px4;
+
+use std::f64::consts::TAU;
+use std::fs;
+use std::fs::File;
+use std::path::Path;
+
+use acerra_geo::geodesy::{EnuFrame, Geodetic};
+use acerra_imaging::reference::{self, Scatterer};
+use acerra_imaging::{Complex64, SPEED_OF_LIGHT_M_S, Spreading};
+use acerra_radar::{NeutralContent, Spectrum};
+use assert_cmd::Command;
+use serde_json::Value;
+
+use ardupilot::{Gps, att, gpa, gps, head};
+
+/// The drone flies north with its nose far off the course.
+const LEVER_ARM_M: [f64; 3] = [0.4, 0.1, -0.2];
+const REFLECTOR_M: [f64; 3] = [4.0, 0.5, 0.0];
+/// The first trace comes so long after the flight's second zero (s).
+const FIRST_TRACE_S: f64 = 2.0;
+const TOW_S: f64 = 302_400.0;
+const GEOID_M: f64 = 47.25;
+
+fn origin() -> Geodetic {
+    Geodetic::from_degrees(41.1, 14.25, 80.0)
+}
+
+/// The GNSS antenna (east, north, up, m).
+fn antenna_m(time_s: f64) -> [f64; 3] {
+    [0.05 * (0.9 * time_s).sin(), 0.8 * (time_s - 6.0), 5.0]
+}
+
+/// Roll, pitch and yaw (rad).
+fn euler_rad(time_s: f64) -> [f64; 3] {
+    [
+        0.05 * (0.6 * time_s).sin(),
+        0.03,
+        TAU / 5.0 + 0.15 * (0.5 * time_s).sin(),
+    ]
+}
+
+/// The radar's phase centre: the lever arm turned by yaw, pitch and roll.
+fn phase_centre_m(time_s: f64) -> [f64; 3] {
+    let [roll, pitch, yaw] = euler_rad(time_s);
+    let [forward, left, up] = LEVER_ARM_M;
+    let ((sr, cr), (sp, cp), (sy, cy)) = (roll.sin_cos(), pitch.sin_cos(), yaw.sin_cos());
+    let (f, r, d) = (forward, -left, -up);
+    let north = cp * cy * f + (sr * sp * cy - cr * sy) * r + (cr * sp * cy + sr * sy) * d;
+    let east = cp * sy * f + (sr * sp * sy + cr * cy) * r + (cr * sp * sy - sr * cy) * d;
+    let down = -sp * f + sr * cp * r + cr * cp * d;
+    let [x, y, z] = antenna_m(time_s);
+    [x + east, y + north, z - down]
+}
+
+/// Echoes of the reflector, 8 s at 20 Hz.
+fn write_radar(folder: &Path) {
+    let times_s: Vec<f64> = (0..160).map(|m| 0.05 * f64::from(m)).collect();
+    let position_m: Vec<[f64; 3]> = times_s
+        .iter()
+        .map(|t| phase_centre_m(FIRST_TRACE_S + t))
+        .collect();
+    let frequency_hz: Vec<f64> = (0..86).map(|n| 3.1e9 + 2e7 * f64::from(n)).collect();
+    let values = reference::forward(
+        &position_m,
+        &frequency_hz,
+        &[Scatterer {
+            position_m: REFLECTOR_M,
+            reflectivity: Complex64::ONE,
+        }],
+        SPEED_OF_LIGHT_M_S,
+        Spreading::InverseSquare,
+    )
+    .unwrap();
+    let content = NeutralContent::Spectrum(Spectrum {
+        frequency_hz,
+        values,
+        time_s: times_s,
+    });
+    let file = File::create(folder.join("radar.npz")).unwrap();
+    acerra_radar::npz::write_npz(file, &content, None).unwrap();
+}
+
+/// The log of the whole flight, 12 s: RTK at 10 Hz, attitude at 50 Hz.
+fn bin(status: u8, with_attitude: bool) -> Vec<u8> {
+    let frame = EnuFrame::new(origin());
+    let mut log = head();
+    for k in 0..600_u32 {
+        let time_s = 0.02 * f64::from(k);
+        if with_attitude {
+            log.extend(att(40.0 + time_s, euler_rad(time_s)));
+        }
+        if k % 5 == 0 {
+            let place = frame.geodetic_from_enu(antenna_m(time_s));
+            let fix = Gps {
+                instance: 0,
+                status,
+                week: 2390,
+                week_ms: ((TOW_S + time_s) * 1e3).round() as u32,
+                place: [
+                    place.latitude_deg(),
+                    place.longitude_deg(),
+                    place.height_m - GEOID_M,
+                ],
+                velocity_m_s: [0.0, 0.8, 0.0],
+            };
+            let arrival_s = 40.0 + time_s + 0.06;
+            log.extend(gps(arrival_s, &fix));
+            log.extend(gpa(arrival_s, 0, [0.01, 0.02], -GEOID_M));
+        }
+    }
+    log
+}
+
+/// UTC of the flight (µs since 1970): 18 s behind GPS time.
+fn utc_us(time_s: f64) -> u64 {
+    let start_s = 2390.0 * 604_800.0 + TOW_S + 315_964_800.0 - 18.0;
+    ((start_s + time_s) * 1e6).round() as u64
+}
+
+fn antenna_deg_m(time_s: f64) -> [f64; 3] {
+    let place = EnuFrame::new(origin()).geodetic_from_enu(antenna_m(time_s));
+    [place.latitude_deg(), place.longitude_deg(), place.height_m]
+}
+
+/// The same flight as PX4 logs it.
+fn ulg() -> Vec<u8> {
+    let mut log = px4::head(0);
+    for text in [px4::NEW_GPS, px4::ATTITUDE] {
+        log.extend(px4::format(text));
+    }
+    log.extend(px4::subscribe(1, 0, "sensor_gps"));
+    log.extend(px4::subscribe(2, 0, "vehicle_attitude"));
+    for k in 0..600_u32 {
+        let time_s = 0.02 * f64::from(k);
+        let boot_us = |s: f64| ((40.0 + s) * 1e6).round() as u64;
+        log.extend(px4::attitude(2, boot_us(time_s), euler_rad(time_s)));
+        if k % 5 == 0 {
+            let gps = px4::Gps {
+                boot_us: boot_us(time_s + 0.06),
+                utc_us: utc_us(time_s),
+                fix_type: 6,
+                place: antenna_deg_m(time_s),
+                geoid_m: GEOID_M,
+                velocity_m_s: [0.0, 0.8, 0.0],
+            };
+            log.extend(px4::new_gps(1, &gps));
+        }
+    }
+    log
+}
+
+/// The same flight as a ground station records it.
+fn tlog() -> Vec<u8> {
+    let mut log = Vec::new();
+    for k in 0..600_u32 {
+        let time_s = 0.02 * f64::from(k);
+        let boot_ms = 40_000 + 20 * k;
+        let mut send = |(kind, payload): ((u32, u8), Vec<u8>)| {
+            let packet = mavlink::packet(utc_us(time_s), mavlink::AUTOPILOT, kind, &payload);
+            log.extend(packet);
+        };
+        send(mavlink::attitude(boot_ms, euler_rad(time_s)));
+        if k % 5 == 0 {
+            let [latitude, longitude, height_m] = antenna_deg_m(time_s);
+            send(mavlink::system_time(utc_us(time_s), boot_ms));
+            send(mavlink::gps_raw(&mavlink::Gps {
+                time_us: u64::from(boot_ms) * 1000,
+                fix_type: 6,
+                place: [latitude, longitude, height_m - GEOID_M],
+                above_ellipsoid_m: height_m,
+            }));
+        }
+    }
+    log
+}
+
+/// Runs `focus` on a log; targets and record of the run, or the message.
+fn focus(folder: &Path, log: &str, keys: &str) -> Result<(Value, Value), String> {
+    let campaign = folder.join("campaign.toml");
+    let text = format!(
+        "[radar]\nfile = 'radar.npz'\n[trajectory]\nfile = '{log}'\n\
+         time_offset_s = {}\nlever_arm_m = {LEVER_ARM_M:?}\norigin_deg_m = [41.1, 14.25, 80.0]\n{keys}\n\
+         [image]\nx_m = [2, 6]\ny_m = [-2, 3]\nfrequencies = 86\n[checks]\ncontradictions = 'warn'\n",
+        TOW_S + FIRST_TRACE_S
+    );
+    fs::write(&campaign, text).unwrap();
+    let products = folder.join("run");
+    let output = Command::cargo_bin("acerra")
+        .unwrap()
+        .args(["focus", campaign.to_str().unwrap(), "-o"])
+        .arg(&products)
+        .output()
+        .unwrap();
+    if !output.status.success() {
+        assert_eq!(output.status.code(), Some(1));
+        return Err(String::from_utf8_lossy(&output.stderr).into_owned());
+    }
+    let json = |file: &str| -> Value {
+        serde_json::from_str(&fs::read_to_string(products.join(file)).unwrap()).unwrap()
+    };
+    Ok((json("targets.json"), json("run.json")))
+}
+
+/// How far the strongest target is from the reflector (m).
+fn off_m(targets: &Value) -> f64 {
+    let target = &targets["targets"][0];
+    let of = |key: &str| target[key].as_f64().unwrap();
+    (of("x_m") - REFLECTOR_M[0]).hypot(of("y_m") - REFLECTOR_M[1])
+}
+
+fn finding<'a>(run: &'a Value, name: &str) -> &'a Value {
+    let all = run["evidence"].as_array().unwrap();
+    all.iter().find(|f| f["name"] == name).unwrap()
+}
+
+#[test]
+fn an_ardupilot_log_puts_the_reflector_where_it_stands() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write_radar(folder);
+    // The name says nothing: the content does.
+    fs::write(folder.join("flight.log"), bin(6, true)).unwrap();
+    let (targets, run) = focus(folder, "flight.log", "").unwrap();
+    assert!(off_m(&targets) < 0.05, "{targets:#}");
+    let inputs = run["inputs"].as_array().unwrap();
+    let sources: Vec<&Value> = inputs.iter().map(|i| &i["sources"]).collect();
+    assert!(sources.contains(&&Value::from("positions of GPS[0], attitude of ATT")));
+    assert_eq!(finding(&run, "autopilot_fixed")["verdict"], "agrees");
+
+    // Without the attitude the lever arm is turned by the course: the nose is not where it flies.
+    fs::write(folder.join("course.bin"), bin(6, false)).unwrap();
+    let (targets, run) = focus(folder, "course.bin", "").unwrap();
+    assert!(off_m(&targets) > 0.2, "{targets:#}");
+    let warnings = run["warnings"].to_string();
+    assert!(warnings.contains("no attitude in the log"), "{warnings}");
+
+    // Positions that are good to metres are said to be.
+    fs::write(folder.join("single.bin"), bin(3, true)).unwrap();
+    let (_, run) = focus(folder, "single.bin", "").unwrap();
+    assert_eq!(finding(&run, "autopilot_fixed")["verdict"], "doubtful");
+}
+
+#[test]
+fn px4_and_mavlink_logs_put_it_there_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write_radar(folder);
+    for (name, log, sources) in [
+        (
+            "flight.ulg",
+            ulg(),
+            "positions of sensor_gps[0], attitude of vehicle_attitude[0]",
+        ),
+        (
+            "flight.tlog",
+            tlog(),
+            "positions of GPS_RAW_INT, attitude of ATTITUDE",
+        ),
+    ] {
+        fs::write(folder.join(name), log).unwrap();
+        let (targets, run) = focus(folder, name, "").unwrap();
+        assert!(off_m(&targets) < 0.05, "{name}: {targets:#}");
+        assert!(run["inputs"].to_string().contains(sources), "{name}");
+    }
+}
+
+#[test]
+fn logs_that_cannot_be_used_are_refused_with_file_and_place() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write_radar(folder);
+    let whole = bin(6, true);
+    fs::write(folder.join("cut.bin"), &whole[..whole.len() - 10]).unwrap();
+    let message = focus(folder, "cut.bin", "").unwrap_err();
+    assert!(
+        message.contains("cut.bin: byte ") && message.contains("cut off"),
+        "{message}"
+    );
+    fs::write(folder.join("flight.bin"), whole).unwrap();
+    let message = focus(folder, "flight.bin", "source = 'GPS[1]'").unwrap_err();
+    assert!(message.contains("GPS[0] (120 positions)"), "{message}");
+    fs::write(
+        folder.join("table.csv"),
+        "time_s,x_m,y_m,z_m\n0,0,0,4\n1,1,0,4\n",
+    )
+    .unwrap();
+    let message = focus(folder, "table.csv", "source = 'ekf'").unwrap_err();
+    assert!(message.contains("[trajectory] source"), "{message}");
+}
+
+#[test]
+fn init_and_info_know_the_log() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write_radar(folder);
+    fs::write(folder.join("flight.bin"), bin(5, true)).unwrap();
+    let run = |arguments: &[&str]| {
+        let output = Command::cargo_bin("acerra")
+            .unwrap()
+            .current_dir(folder)
+            .args(arguments)
+            .output()
+            .unwrap();
+        let text = String::from_utf8_lossy(&output.stdout).into_owned();
+        assert!(
+            output.status.success(),
+            "{}",
+            String::from_utf8_lossy(&output.stderr)
+        );
+        text
+    };
+    let told: Value = serde_json::from_str(&run(&["info", "--json", "flight.bin"])).unwrap();
+    let told = told.to_string();
+    for what in [
+        "ArduPilot log",
+        "GPS[0] (GNSS receiver, 120 positions)",
+        "above the ellipsoid",
+    ] {
+        assert!(told.contains(what), "{told}");
+    }
+    run(&["init", "radar.npz", "flight.bin", "-o", "campaign.toml"]);
+    let campaign = fs::read_to_string(folder.join("campaign.toml")).unwrap();
+    assert!(campaign.contains("file = \"flight.bin\""), "{campaign}");
+    assert!(
+        campaign.contains("positions of GPS[0], attitude of ATT"),
+        "{campaign}"
+    );
+}
