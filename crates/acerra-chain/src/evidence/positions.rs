@@ -239,6 +239,20 @@ mod tests {
     }
 
     #[test]
+    fn an_autopilots_positions_are_doubted_unless_most_are_fixed() {
+        use acerra_geo::trajectory::SolutionStatus::{Fixed, Single};
+        let counts = |fixed, single| -> StatusCounts {
+            let fixed = std::iter::repeat_n(Fixed, fixed);
+            fixed.chain(std::iter::repeat_n(Single, single)).collect()
+        };
+        let good = autopilot_fixed("GPS[0]", &counts(9, 1));
+        assert_eq!((good.verdict, good.value), (Verdict::Agrees, Some(0.9)));
+        let poor = autopilot_fixed("GPS[0]", &counts(1, 9));
+        assert_eq!(poor.verdict, Verdict::Doubtful);
+        assert!(poor.explanation.contains("1 fixed, 9 single"), "{poor:?}");
+    }
+
+    #[test]
     fn a_long_lever_arm_without_attitude_is_doubtful() {
         assert_eq!(lever_arm_heading(0.05, 0.0759).verdict, Verdict::Agrees);
         assert_eq!(lever_arm_heading(0.5, 0.0759).verdict, Verdict::Doubtful);
