@@ -6,16 +6,18 @@
 //!                └─make_tiles(N/N)──►┘
 //! ```
 //!
-//! Every process prepares the same spectra, so that none waits for another. A tile appears whole or not
+//! Every process prepares the same spectra, so that none waits for another; samples of them stand beside
+//! each tile, and `merge_tiles` compares them with its own. A tile appears whole or not
 //! at all, and one that is there is not made again: after any failure the same commands go on.
 
+mod probe;
 mod share;
 mod store;
 
 use std::fs;
 
-use acerra_chain::tiles::{TilePlan, Tiling, assemble, check_request};
-use acerra_chain::{Control, ImageRequest, Journal, MemorySink, Prepared};
+use acerra_chain::tiles::{TilePlan, assemble, check_request};
+use acerra_chain::{Control, ImageRequest, Journal, MemorySink, Pixels, Prepared};
 use anyhow::Context;
 
 use crate::names::of_older_run;
@@ -26,6 +28,7 @@ use crate::space::check_space;
 use crate::stack_npz::NpzSink;
 use crate::staging::Staging;
 
+use probe::Probe;
 pub use share::Share;
 use store::{TileStore, identity};
 
@@ -59,6 +62,7 @@ pub fn make_tiles(
     check_request(&ready.request)?;
     let store = TileStore::make(request.directory, &ready.request.pixels, identity)?;
     let tiling = store.tiling();
+    let probe = Probe::of(&ready.prepared);
     let mut made = 0;
     let mine: Vec<usize> = share.of(tiling.count()).collect();
     for &k in &mine {
@@ -67,9 +71,10 @@ pub fn make_tiles(
         }
         let (values, plan) = journal.stage("focus", |warnings| {
             warnings.extend(ready.prepared.doubts(&ready.request));
-            image_tile(&ready.prepared, &ready.request, (tiling, k), control)
+            let pixels = tiling.part(&ready.request.pixels, k)?;
+            image_tile(&ready.prepared, &ready.request, pixels, control)
         })?;
-        store.put(k, &values, &plan)?;
+        store.put(k, &values, &plan, &probe)?;
         made += 1;
     }
     Ok(TilesMade {
@@ -80,15 +85,15 @@ pub fn make_tiles(
     })
 }
 
-/// The values of tile `k`, and what its plan said.
+/// The values of a tile, and what its plan said.
 fn image_tile(
     prepared: &Prepared,
     request: &ImageRequest,
-    (tiling, k): (Tiling, usize),
+    pixels: Pixels,
     control: &Control<'_>,
 ) -> anyhow::Result<(Vec<acerra_imaging::Complex32>, TilePlan)> {
     let part = ImageRequest {
-        pixels: tiling.part(&request.pixels, k)?,
+        pixels,
         ..request.clone()
     };
     let mut slices = MemorySink::default();
@@ -133,7 +138,7 @@ pub fn merge_tiles(
     let mut sink = NpzSink::new(&staging.folder());
     let focused = journal.stage("focus", |warnings| {
         warnings.extend(ready.prepared.doubts(&ready.request));
-        let plans = store.plans()?;
+        let plans = store.plans(&Probe::of(&ready.prepared))?;
         let tile = |k| store.tile(k);
         anyhow::Ok(assemble(&ready.request, &plans, tile, &mut sink)?)
     })?;

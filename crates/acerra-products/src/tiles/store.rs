@@ -11,7 +11,10 @@ use acerra_chain::tiles::{TilePlan, Tiling};
 use acerra_cubes::{Attribute, Dataset, TiledArray, Variable, ZarrGroup};
 use anyhow::{Context, bail, ensure};
 use num_complex::Complex32;
+use serde::Deserialize;
 use serde_json::{Value, json};
+
+use super::probe::Probe;
 
 /// The group's name in the directory of the products.
 const NAME: &str = "tiles.zarr";
@@ -131,17 +134,24 @@ impl TileStore {
         Ok(())
     }
 
-    /// Writes a tile, after what its plan said.
+    /// Writes a tile, after what its plan said and samples of the data that it was made of.
     ///
     /// # Errors
     /// A file that cannot be written.
-    pub fn put(&self, k: usize, values: &[Complex32], plan: &TilePlan) -> anyhow::Result<()> {
+    pub fn put(
+        &self,
+        k: usize,
+        values: &[Complex32],
+        plan: &TilePlan,
+        probe: &Probe,
+    ) -> anyhow::Result<()> {
         let path = self.plan_path(k);
         let failed = || format!("{}: cannot write", path.display());
         let text = json!({
             "plan": plan.plan,
             "promised_bytes": plan.promised_bytes,
             "checked_error": plan.checked_error,
+            "data": probe,
         });
         fs::write(&path, format!("{text:#}\n")).with_context(failed)?;
         self.array
@@ -163,14 +173,23 @@ impl TileStore {
     /// What the plans of all tiles said.
     ///
     /// # Errors
-    /// A file that cannot be read.
-    pub fn plans(&self) -> anyhow::Result<Vec<TilePlan>> {
+    /// A file that cannot be read; a tile that was made of other data than `probe` samples.
+    pub fn plans(&self, probe: &Probe) -> anyhow::Result<Vec<TilePlan>> {
         (0..self.tiling.count())
             .map(|k| {
                 let path = self.plan_path(k);
                 let failed = || path.display().to_string();
                 let text = fs::read_to_string(&path).with_context(failed)?;
                 let said: Value = serde_json::from_str(&text).with_context(failed)?;
+                let made_of = Probe::deserialize(&said["data"]).with_context(failed)?;
+                ensure!(
+                    made_of.agrees(probe),
+                    "{}: tile {} was made of other positions or spectra than this process finds: what is \
+                     searched for came out otherwise on another machine; state [trajectory] time_offset_s and \
+                     [radar] delay_ns, and make the tiles anew",
+                    self.folder.display(),
+                    k + 1
+                );
                 Ok(TilePlan {
                     plan: said["plan"].as_str().unwrap_or_default().to_owned(),
                     promised_bytes: said["promised_bytes"].as_u64().unwrap_or(0),

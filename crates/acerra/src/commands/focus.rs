@@ -47,34 +47,122 @@ pub struct Args {
 /// # Errors
 /// Whatever the chain cannot do, with the file, the place and what was expected.
 pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
-    let directory = args
-        .output
-        .clone()
-        .unwrap_or_else(|| default_output(&args.campaign));
-    let mut journal = Journal::default();
-    let bar = Bar::following(&mut journal.stages);
-    let control = Control::default()
-        .reporting_to(&*bar)
-        .cancelled_by(cancel_flag());
-    let request = RunRequest {
-        file: &args.campaign,
-        directory: &directory,
+    let order = Order {
+        campaign: &args.campaign,
+        output: args.output.as_deref(),
         autofocus: args.autofocus,
-    };
-    if let Some(share) = args.tiles {
-        let made = make_tiles(request, share, &mut journal, &control);
-        bar.clear();
-        journal.warnings.said().iter().for_each(|text| warn(text));
-        return tell_tiles(&made?, &directory, out);
-    }
-    let run = run_campaign_with(request, &mut journal, &control);
-    bar.clear();
-    let told = Told {
-        directory: &directory,
         json: args.json,
         explain: args.explain,
     };
-    tell(run, &journal, &told, out)
+    match args.tiles {
+        Some(share) => order.make_tiles(share, out),
+        None => order.run(run_campaign_with, out),
+    }
+}
+
+/// A run that the command line asks for.
+pub(super) struct Order<'a> {
+    /// The campaign file.
+    pub campaign: &'a Path,
+    /// Directory for the products, where it is not beside the campaign file.
+    pub output: Option<&'a Path>,
+    /// Positions are corrected whatever the campaign says.
+    pub autofocus: bool,
+    /// What was found is told as JSON.
+    pub json: bool,
+    /// What was planned is told.
+    pub explain: bool,
+}
+
+/// What makes the products of a run.
+type Work = fn(RunRequest<'_>, &mut Journal, &Control<'_>) -> anyhow::Result<Outcome>;
+
+impl Order<'_> {
+    /// Runs `work` and tells what it found.
+    ///
+    /// # Errors
+    /// Its own; an output that is closed.
+    pub fn run(&self, work: Work, out: &mut dyn Write) -> anyhow::Result<()> {
+        let mut journal = Journal::default();
+        let run = self.followed(&mut journal, work);
+        self.tell(run, &journal, out)
+    }
+
+    /// Makes a share of the tiles and tells how many there are.
+    fn make_tiles(&self, share: Share, out: &mut dyn Write) -> anyhow::Result<()> {
+        let mut journal = Journal::default();
+        let made = self.followed(&mut journal, |request, journal, control| {
+            make_tiles(request, share, journal, control)
+        });
+        journal.warnings.said().iter().for_each(|text| warn(text));
+        tell_tiles(&made?, &self.directory(), out)
+    }
+
+    /// Runs `work` with a progress bar, which signals end.
+    fn followed<T>(
+        &self,
+        journal: &mut Journal,
+        work: impl FnOnce(RunRequest<'_>, &mut Journal, &Control<'_>) -> T,
+    ) -> T {
+        let bar = Bar::following(&mut journal.stages);
+        let control = Control::default()
+            .reporting_to(&*bar)
+            .cancelled_by(cancel_flag());
+        let directory = self.directory();
+        let request = RunRequest {
+            file: self.campaign,
+            directory: &directory,
+            autofocus: self.autofocus,
+        };
+        let done = work(request, journal, &control);
+        bar.clear();
+        done
+    }
+
+    fn directory(&self) -> PathBuf {
+        let beside = || default_output(self.campaign);
+        self.output.map_or_else(beside, Path::to_owned)
+    }
+
+    /// Tells of a run: what it found on standard output, what it doubts on stderr.
+    fn tell(
+        &self,
+        run: anyhow::Result<Outcome>,
+        journal: &Journal,
+        out: &mut dyn Write,
+    ) -> anyhow::Result<()> {
+        if run.is_err() || verbosity() == Verbosity::Quiet {
+            // What was noticed helps to understand a failure as well.
+            journal.warnings.said().iter().for_each(|text| warn(text));
+        }
+        let outcome = run?;
+        if verbosity() != Verbosity::Quiet {
+            // A closed stderr is no failure of the run.
+            let _ = writeln!(
+                std::io::stderr(),
+                "evidence: {}{}",
+                outcome.evidence.summary(),
+                unchecked(&outcome)
+            );
+        }
+        let stages = journal.stages.done();
+        if self.json {
+            let record = RunRecord::of(&outcome, stages);
+            writeln!(out, "{}", serde_json::to_string(&record)?)?;
+            return Ok(());
+        }
+        if verbosity() == Verbosity::Quiet {
+            return Ok(());
+        }
+        summarise(&outcome, self.explain, out)?;
+        let seconds: f64 = stages.iter().map(|stage| stage.seconds).sum();
+        writeln!(
+            out,
+            "products   {} in {seconds:.2} s",
+            self.directory().display()
+        )?;
+        Ok(())
+    }
 }
 
 /// What became of a share of the tiles.
@@ -99,61 +187,8 @@ fn tell_tiles(made: &TilesMade, directory: &Path, out: &mut dyn Write) -> anyhow
     Ok(())
 }
 
-/// How a finished run is told.
-pub(super) struct Told<'a> {
-    /// Where its products are.
-    pub directory: &'a Path,
-    /// As JSON.
-    pub json: bool,
-    /// With what was planned.
-    pub explain: bool,
-}
-
-/// Tells of a run: what it found on standard output, what it doubts on stderr.
-///
-/// # Errors
-/// The run's own; an output that is closed.
-pub(super) fn tell(
-    run: anyhow::Result<Outcome>,
-    journal: &Journal,
-    told: &Told<'_>,
-    out: &mut dyn Write,
-) -> anyhow::Result<()> {
-    if run.is_err() || verbosity() == Verbosity::Quiet {
-        // What was noticed helps to understand a failure as well.
-        journal.warnings.said().iter().for_each(|text| warn(text));
-    }
-    let outcome = run?;
-    if verbosity() != Verbosity::Quiet {
-        // A closed stderr is no failure of the run.
-        let _ = writeln!(
-            std::io::stderr(),
-            "evidence: {}{}",
-            outcome.evidence.summary(),
-            unchecked(&outcome)
-        );
-    }
-    let stages = journal.stages.done();
-    if told.json {
-        let record = RunRecord::of(&outcome, stages);
-        writeln!(out, "{}", serde_json::to_string(&record)?)?;
-        return Ok(());
-    }
-    if verbosity() == Verbosity::Quiet {
-        return Ok(());
-    }
-    summarise(&outcome, told.explain, out)?;
-    let seconds: f64 = stages.iter().map(|stage| stage.seconds).sum();
-    writeln!(
-        out,
-        "products   {} in {seconds:.2} s",
-        told.directory.display()
-    )?;
-    Ok(())
-}
-
 /// The directory for the products of a campaign that names none.
-pub(super) fn default_output(campaign: &Path) -> PathBuf {
+fn default_output(campaign: &Path) -> PathBuf {
     let mut name = campaign
         .file_stem()
         .unwrap_or(campaign.as_os_str())

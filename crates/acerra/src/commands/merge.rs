@@ -3,12 +3,9 @@
 use std::io::Write;
 use std::path::PathBuf;
 
-use acerra_chain::{Control, Journal};
-use acerra_products::{RunRequest, merge_tiles};
+use acerra_products::merge_tiles;
 
-use super::focus::{Told, default_output, tell};
-use crate::interrupt::cancel_flag;
-use crate::progress::Bar;
+use super::focus::Order;
 
 /// Put the tiles of `acerra focus --tiles` together: check that all are there, measure the image and
 /// write the products.
@@ -44,26 +41,12 @@ pub struct Args {
 /// # Errors
 /// Tiles that are missing or of another run, and whatever the chain cannot do.
 pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
-    let directory = args
-        .output
-        .clone()
-        .unwrap_or_else(|| default_output(&args.campaign));
-    let mut journal = Journal::default();
-    let bar = Bar::following(&mut journal.stages);
-    let control = Control::default()
-        .reporting_to(&*bar)
-        .cancelled_by(cancel_flag());
-    let request = RunRequest {
-        file: &args.campaign,
-        directory: &directory,
+    let order = Order {
+        campaign: &args.campaign,
+        output: args.output.as_deref(),
         autofocus: args.autofocus,
-    };
-    let run = merge_tiles(request, &mut journal, &control);
-    bar.clear();
-    let told = Told {
-        directory: &directory,
         json: args.json,
         explain: args.explain,
     };
-    tell(run, &journal, &told, out)
+    order.run(merge_tiles, out)
 }
