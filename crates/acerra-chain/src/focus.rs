@@ -28,6 +28,8 @@ pub struct FocusOptions {
     pub sum: Sum,
     /// Random pixels on which each plan checks itself against Eq. (3) in double precision.
     pub check_pixels: usize,
+    /// Most bytes that tables and image may take; what the machine has left where `None`.
+    pub memory_limit_bytes: Option<u64>,
     /// Whether the adjoint is the image, or the scene is solved for, and how.
     pub inversion: InversionOptions,
 }
@@ -40,6 +42,7 @@ impl Default for FocusOptions {
             incidence: None,
             sum: Sum::Coherent,
             check_pixels: PlanOptions::default().check_pixels,
+            memory_limit_bytes: None,
             inversion: InversionOptions::default(),
         }
     }
@@ -200,7 +203,8 @@ pub(crate) fn parts_within(parts: &[Range<usize>], wanted: &Range<usize>) -> Vec
 
 pub(crate) fn plan_options(options: &FocusOptions) -> PlanOptions {
     let default = PlanOptions::default();
-    let limit_bytes = default.memory_limit_bytes;
+    let stated = options.memory_limit_bytes.map(u128::from);
+    let limit_bytes = stated.unwrap_or(default.memory_limit_bytes);
     default
         .with_accuracy(options.accuracy)
         .with_incidence(options.incidence)

@@ -294,6 +294,7 @@ mod tests {
                 "[image]\nfrequencies = 0\n",
                 "[image] frequencies",
             ),
+            ("[image]\n", "[image]\nmemory_gb = 0\n", "[image] memory_gb"),
             (
                 "[image]\n",
                 "[image]\npixel_z_m = 0.1\n",

@@ -378,7 +378,7 @@ fn pixel_rules(image: &ImageSection) -> [Rule; 4] {
     ]
 }
 
-fn focus_rules(image: &ImageSection) -> [Rule; 5] {
+fn focus_rules(image: &ImageSection) -> [Rule; 6] {
     [
         rule(
             "max_incidence_deg",
@@ -403,6 +403,12 @@ fn focus_rules(image: &ImageSection) -> [Rule; 5] {
             (1e-12..1.0).contains(&image.accuracy),
             "1e-12 <= accuracy < 1",
             image.accuracy,
+        ),
+        rule(
+            "memory_gb",
+            image.memory_gb.is_none_or(|gb| (0.01..=1e5).contains(&gb)),
+            "0.01 to 100000",
+            image.memory_gb,
         ),
         rule(
             "light_speed_m_s",

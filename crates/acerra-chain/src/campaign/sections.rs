@@ -335,6 +335,10 @@ pub struct ImageSection {
     /// Relative L2 error allowed against Eq. (3) in double precision.
     #[serde(default = "default_accuracy")]
     pub accuracy: f64,
+    /// Most memory that tables and image may take, in gigabytes; by default what the machine has left.
+    /// Tables that need more are built in batches of pulses.
+    #[serde(default)]
+    pub memory_gb: Option<f64>,
     /// How the image is made: the adjoint of Eq. (3), or a solution for the scene. Anything but
     /// `"adjoint"` changes what the image and its widths mean.
     #[serde(default)]
@@ -379,6 +383,7 @@ impl Default for ImageSection {
             look_window: LookTaper::default(),
             pixel_m: default_pixel_m(),
             accuracy: default_accuracy(),
+            memory_gb: None,
             method: Method::default(),
             inversion: InversionSection::default(),
             weight: Weight::default(),

@@ -53,7 +53,7 @@ impl DirectSpec {
 #[derive(Debug)]
 pub(crate) struct Direct {
     pub spec: DirectSpec,
-    level: SimdLevel,
+    pub(super) level: SimdLevel,
     antenna_m: [Vec<f64>; 3],
     table: RangeTable,
     cosine: [f32; 4],

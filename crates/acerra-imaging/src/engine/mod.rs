@@ -1,6 +1,8 @@
 //! Engines: range tables, the direct and the factorized sum, their transposes, and the reference.
 
+pub(crate) mod batches;
 pub(crate) mod direct;
+mod direct_estimate;
 pub(crate) mod factorized;
 pub(crate) mod forward;
 pub(crate) mod planar;

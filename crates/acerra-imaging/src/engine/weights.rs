@@ -10,6 +10,7 @@ use crate::pulses::{Pulses, Spreading};
 use crate::vector::range_m;
 use num_complex::Complex64;
 use std::f64::consts::PI;
+use std::ops::Range;
 
 /// Weights by range and incidence, the same for every frequency.
 #[derive(Debug, Clone)]
@@ -41,6 +42,17 @@ impl Weights {
             spreading,
             incidence,
         })
+    }
+
+    /// Those of the pulses `range`.
+    pub fn slice(&self, range: Range<usize>) -> Self {
+        let of_range = |(weight, height_m): &(IncidenceWeight, Vec<f64>)| {
+            (*weight, height_m[range.clone()].to_vec())
+        };
+        Self {
+            spreading: self.spreading,
+            incidence: self.incidence.as_ref().map(of_range),
+        }
     }
 
     #[cfg(test)]
@@ -116,6 +128,19 @@ pub(crate) fn profile_at(pulses: &Pulses, pulse: usize, range_m: f64, step_hz: f
     let start_hz = pulses.frequency_hz()[0];
     let level = SimdLevel::detect();
     even_sum(level, pulses.spectrum_of(pulse), step_hz * delay) * Complex64::cis(start_hz * delay)
+}
+
+impl<'a> WeightedPulses<'a> {
+    /// The pulses `range`, borrowed from the same arrays, with their weights.
+    ///
+    /// # Errors
+    /// An empty range, or one that ends beyond the last pulse.
+    pub fn slice(&self, range: Range<usize>) -> Result<WeightedPulses<'a>, ImagingError> {
+        Ok(WeightedPulses {
+            pulses: self.pulses.slice(range.clone())?,
+            weights: self.weights.slice(range),
+        })
+    }
 }
 
 impl WeightedPulses<'_> {

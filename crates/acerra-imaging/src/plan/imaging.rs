@@ -7,12 +7,10 @@ use super::planner::{Method, Operator, Planner, Request, decided};
 use super::report::{OperatorKind, PathShares, PlanReport};
 use crate::checks::check_length;
 use crate::control::{Control, Meter};
+use crate::engine::batches::{Division, Imager, TableEngine};
 use crate::engine::direct::{Direct, DirectSpec};
-use crate::engine::factorized::aperture::partition_aperture;
-use crate::engine::factorized::coarse::coarse_bytes;
 use crate::engine::factorized::merged::{Factorized, Setting};
 use crate::engine::factorized::spec::FactorizedSpec;
-use crate::engine::tables::build::RangeTable;
 use crate::error::ImagingError;
 use crate::grid::image::ImageGrid;
 use crate::grid::tilted::TiltedGrid;
@@ -62,7 +60,7 @@ use std::fmt;
 #[derive(Debug)]
 pub struct ImagingPlan<'a> {
     pub(super) request: Request<'a>,
-    pub(super) method: Method<Direct, Factorized>,
+    pub(super) method: Method<Imager<Direct>, Imager<Factorized>>,
     report: PlanReport,
 }
 
@@ -231,12 +229,8 @@ impl<'a> ImagingPlan<'a> {
         let meter = Meter::new(control, self.contributions());
         let echoes = &self.request.echoes;
         match &self.method {
-            Method::Direct(direct) => {
-                direct.run(echoes, 0..echoes.len(), &grid.whole(), image, &meter);
-            }
-            Method::Factorized(factorized) => {
-                factorized.run(echoes, grid.plane(), image, &meter);
-            }
+            Method::Direct(direct) => direct.run(echoes, grid, image, &meter)?,
+            Method::Factorized(factorized) => factorized.run(echoes, grid, image, &meter)?,
             Method::Reference => self.run_reference(grid, image, &meter),
         }
         control.check()
@@ -293,12 +287,34 @@ fn nearest_slice(volume: &VolumeGrid, pulses: &Pulses) -> usize {
     k.clamp(0.0, (volume.nz - 1) as f64) as usize
 }
 
+/// The batches of pulses that the memory allowed asks for.
+fn division<E: TableEngine>(request: &Request, ranges_m: &[[f64; 2]], spec: &E::Spec) -> Division {
+    let parts = E::parts(&request.echoes, ranges_m, request.grid.plane(), spec);
+    let limit_bytes = request.options.memory_limit_bytes;
+    Division::of(&parts, Imaging::output_bytes(request), limit_bytes)
+}
+
+fn imager<E: TableEngine>(
+    request: &Request,
+    ranges_m: &[[f64; 2]],
+    spec: E::Spec,
+    control: Control,
+) -> Result<Imager<E>, ImagingError> {
+    let division = division::<E>(request, ranges_m, &spec);
+    let setting = Setting {
+        level: request.options.level,
+        control,
+    };
+    let (echoes, plane) = (&request.echoes, request.grid.plane());
+    Imager::new(echoes, plane, ranges_m, spec, division, setting)
+}
+
 /// Imaging, Eq. (3).
 struct Imaging;
 
 impl Operator for Imaging {
-    type Direct = Direct;
-    type Factorized = Factorized;
+    type Direct = Imager<Direct>;
+    type Factorized = Imager<Factorized>;
     const KIND: OperatorKind = OperatorKind::Imaging;
     const FACTORIZED_ATTEMPTS: i32 = 4;
     const ACCEPTED_SHARE: f64 = 1.0;
@@ -321,8 +337,8 @@ impl Operator for Imaging {
         request.pixels() as u128 * size_of::<Complex32>() as u128
     }
 
-    fn direct_bytes(_: &Request, spec: &DirectSpec, ranges_m: &[[f64; 2]]) -> u128 {
-        RangeTable::bytes_for(&spec.table, ranges_m)
+    fn direct_bytes(request: &Request, spec: &DirectSpec, ranges_m: &[[f64; 2]]) -> u128 {
+        division::<Direct>(request, ranges_m, spec).bytes
     }
 
     fn factorized_bytes(
@@ -331,9 +347,7 @@ impl Operator for Imaging {
         inner: &DirectSpec,
         ranges_m: &[[f64; 2]],
     ) -> u128 {
-        let parts = partition_aperture(&request.echoes.pulses, spec.pulses).len();
-        RangeTable::bytes_for(&inner.table, ranges_m)
-            + coarse_bytes(request.grid.plane(), spec.coarse, parts)
+        division::<Factorized>(request, ranges_m, &(*spec, *inner)).bytes
     }
 
     fn direct(
@@ -341,14 +355,8 @@ impl Operator for Imaging {
         ranges_m: &[[f64; 2]],
         spec: DirectSpec,
         control: Control,
-    ) -> Result<Direct, ImagingError> {
-        Direct::new(
-            &request.echoes,
-            ranges_m,
-            spec,
-            request.options.level,
-            control,
-        )
+    ) -> Result<Imager<Direct>, ImagingError> {
+        imager(request, ranges_m, spec, control)
     }
 
     fn factorized(
@@ -356,18 +364,21 @@ impl Operator for Imaging {
         ranges_m: &[[f64; 2]],
         specs: (FactorizedSpec, DirectSpec),
         control: Control,
-    ) -> Result<Factorized, ImagingError> {
-        let setting = Setting {
-            level: request.options.level,
-            control,
-        };
-        let grid = request.grid.plane();
-        Factorized::new(&request.echoes, grid, ranges_m, specs, setting)
+    ) -> Result<Imager<Factorized>, ImagingError> {
+        imager(request, ranges_m, specs, control)
+    }
+
+    fn direct_batches(direct: &Imager<Direct>) -> usize {
+        direct.batches()
+    }
+
+    fn factorized_batches(factorized: &Imager<Factorized>) -> usize {
+        factorized.batches()
     }
 
     fn check_direct(
         request: &Request,
-        direct: &Direct,
+        direct: &Imager<Direct>,
         pixels: usize,
         control: Control,
     ) -> Result<(SelfCheck, Option<PathShares>), ImagingError> {
@@ -377,7 +388,7 @@ impl Operator for Imaging {
 
     fn check_factorized(
         request: &Request,
-        factorized: &Factorized,
+        factorized: &Imager<Factorized>,
         pixels: usize,
         control: Control,
     ) -> Result<SelfCheck, ImagingError> {

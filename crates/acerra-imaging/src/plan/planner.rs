@@ -78,6 +78,14 @@ pub(crate) trait Operator {
         inner: &DirectSpec,
         ranges_m: &[[f64; 2]],
     ) -> u128;
+    /// Batches of pulses in which a direct engine takes them.
+    fn direct_batches(_: &Self::Direct) -> usize {
+        1
+    }
+    /// Those of a factorized engine.
+    fn factorized_batches(_: &Self::Factorized) -> usize {
+        1
+    }
     /// Builds a direct engine.
     fn direct(
         request: &Request,
@@ -328,7 +336,16 @@ impl<'r, 'a> Planner<'r, 'a> {
                 .request
                 .ranges_m(|plane| coarse_grid(plane, spec.coarse));
             self.working_bytes = O::factorized_bytes(self.request, &spec, &inner, &ranges_m);
-            self.check_memory::<O>()?;
+            if let Err(too_large) = self.check_memory::<O>() {
+                if options.engine == Engine::Factorized {
+                    return Err(too_large);
+                }
+                self.decide(Decision::FactorizedTooLarge {
+                    bytes: saturated(self.working_bytes),
+                });
+                self.working_bytes = 0;
+                return Ok(None);
+            }
             let engine = O::factorized(self.request, &ranges_m, (spec, inner), self.control)?;
             let check = decided::<O>(self.request, |pixels| {
                 O::check_factorized(self.request, &engine, pixels, self.control)
@@ -337,6 +354,7 @@ impl<'r, 'a> Planner<'r, 'a> {
                 &budget,
                 options.level,
             )));
+            self.decide_batches(O::factorized_batches(&engine));
             if self.accepts::<O>(check) {
                 return Ok(Some(engine));
             }
@@ -381,6 +399,7 @@ impl<'r, 'a> Planner<'r, 'a> {
                 cost,
                 paths,
             }));
+            self.decide_batches(O::direct_batches(&engine));
             if self.accepts::<O>(check) {
                 return Ok(Ok(engine));
             }
@@ -390,6 +409,12 @@ impl<'r, 'a> Planner<'r, 'a> {
 
     fn decide(&mut self, decision: Decision) {
         self.report.decisions.push(decision);
+    }
+
+    fn decide_batches(&mut self, batches: usize) {
+        if batches > 1 {
+            self.decide(Decision::Batches { batches });
+        }
     }
 
     /// Keeps the result of a self-check, or rejects the engine and what it would have taken.

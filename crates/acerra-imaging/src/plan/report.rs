@@ -74,10 +74,20 @@ pub enum Decision {
         /// Those of the direct engine.
         direct_cost: f64,
     },
+    /// Not even a sub-aperture of the factorized engine fits in the memory allowed.
+    FactorizedTooLarge {
+        /// Bytes of its tables and coarse images.
+        bytes: u64,
+    },
     /// A direct engine was built and checked.
     Direct(DirectChoice),
     /// A factorized engine was built and checked.
     Factorized(FactorizedChoice),
+    /// Memory does not hold the tables of all pulses: every run builds and drops them batch by batch.
+    Batches {
+        /// Number of batches.
+        batches: usize,
+    },
     /// The self-check of the engine before found too large an error.
     Rejected {
         /// Relative error found.
@@ -169,8 +179,18 @@ impl fmt::Display for Decision {
                 "factorized: {factorized_cost:.2} vector operations a contribution estimated, direct \
                  {direct_cost:.2}"
             ),
+            Self::FactorizedTooLarge { bytes } => write!(
+                f,
+                "factorized: {:.1} MB are more than the memory allowed",
+                *bytes as f64 * 1e-6
+            ),
             Self::Direct(choice) => choice.fmt(f),
             Self::Factorized(choice) => choice.fmt(f),
+            Self::Batches { batches } => write!(
+                f,
+                "tables of all pulses exceed the memory allowed: built anew in {batches} batches of \
+                 pulses by every run"
+            ),
             Self::Rejected { error } => {
                 write!(f, "its self-check found {error:.2e}: a finer plan is tried")
             }

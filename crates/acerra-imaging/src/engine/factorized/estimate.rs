@@ -1,6 +1,6 @@
 //! Estimated run time of a factorized image.
 
-use super::aperture::{centre_m, partition_aperture};
+use super::aperture::centre_m;
 use super::coarse::coarse_grid;
 use super::merged::{Coarse, Factorized};
 use crate::control::{Control, Meter};
@@ -26,7 +26,7 @@ impl Factorized {
         let dy = spec.coarse[1];
         let threads = rayon::current_num_threads();
         let coarse = coarse_grid(grid, spec.coarse);
-        let parts = partition_aperture(pulses, spec.pulses);
+        let parts = &self.parts;
         let mut random = Random(0x7e57);
 
         // Full rows, two tiles of them, as in the run: neighbours share what the caches hold.

@@ -7,7 +7,7 @@
 //! separable least-squares interpolation, and their phase is restored. Any trajectory and any height
 //! is admissible: a scattered track has a wide bound, and is left to the direct engine.
 
-use super::aperture::{centre_m, partition_aperture};
+use super::aperture::centre_m;
 use super::coarse::coarse_grid;
 use super::lattice::Lattice;
 use super::spec::FactorizedSpec;
@@ -31,8 +31,8 @@ pub(crate) struct Factorized {
     pub lattice: Lattice,
     pub(super) direct: Direct,
     pub(super) level: SimdLevel,
-    /// Number of pulses.
-    pulses: usize,
+    /// Sub-apertures.
+    pub(super) parts: Vec<Range<usize>>,
 }
 
 /// Instruction set and control of a construction.
@@ -51,7 +51,7 @@ pub(super) struct Coarse {
 
 impl Factorized {
     /// Builds range tables over `ranges_m`, those of the coarse grids of all planes to be imaged, and
-    /// interpolation weights.
+    /// interpolation weights, for the sub-apertures `parts`.
     ///
     /// # Errors
     /// Cancellation.
@@ -60,6 +60,7 @@ impl Factorized {
         grid: &TiltedGrid,
         ranges_m: &[[f64; 2]],
         (spec, direct): (FactorizedSpec, DirectSpec),
+        parts: Vec<Range<usize>>,
         setting: Setting,
     ) -> Result<Self, ImagingError> {
         let carrier_hz = echoes.pulses.frequency_hz()[direct.table.carrier];
@@ -68,7 +69,7 @@ impl Factorized {
             lattice: Lattice::new(&echoes.pulses, grid, spec, carrier_hz),
             direct: Direct::new(echoes, ranges_m, direct, level, setting.control)?,
             level,
-            pulses: echoes.len(),
+            parts,
         })
     }
 
@@ -83,8 +84,8 @@ impl Factorized {
     ) {
         let spec = &self.lattice.spec;
         let coarse = coarse_grid(grid, spec.coarse);
-        let parts = partition_aperture(&echoes.pulses, spec.pulses);
-        let images: Vec<Coarse> = parts
+        let images: Vec<Coarse> = self
+            .parts
             .par_iter()
             .map(|part| self.coarse_image(echoes, &coarse, part, meter.control()))
             .collect();
@@ -131,6 +132,7 @@ impl Factorized {
         meter: &Meter,
     ) {
         let stride = padded(coarse.columns);
+        let pulses: usize = self.parts.iter().map(Range::len).sum();
         let [dx, dy] = self.lattice.spec.coarse;
         let intervals = coarse.columns - TAPS;
         let line_length = 2 * coarse.columns;
@@ -189,7 +191,7 @@ impl Factorized {
                             }
                         }
                     }
-                    meter.add((out.len() * self.pulses) as u64);
+                    meter.add((out.len() * pulses) as u64);
                 },
             );
     }

@@ -1,10 +1,12 @@
 //! Self-checks of imaging: pixels at random places.
 
 use super::places::{Deviation, brightest, judged_apart, patches};
-use crate::control::{Control, Meter};
+use crate::control::Control;
+use crate::engine::batches::Imager;
 use crate::engine::direct::Direct;
 use crate::engine::factorized::merged::Factorized;
 use crate::error::ImagingError;
+use crate::grid::image::Patch;
 use crate::kernel::direct::job::{SIDE, Shape, Tally};
 use crate::plan::options::SelfCheck;
 use crate::plan::planner::Request;
@@ -52,19 +54,21 @@ fn affordable(request: &Request) -> usize {
 /// Images small patches at random places and compares pixels of each.
 pub(in crate::plan) fn compare_patches(
     request: &Request,
-    factorized: &Factorized,
+    factorized: &Imager<Factorized>,
     pixels: usize,
     control: Control,
 ) -> Result<SelfCheck, ImagingError> {
     let (grid, echoes) = (request.grid.plane(), &request.echoes);
-    let [dx, dy] = factorized.lattice.spec.coarse;
-    let meter = Meter::silent(control);
-    let found: Vec<[Deviation; 2]> = patches(grid, [dx, dy], pixels.div_ceil(2), 0x5eed_0001)
-        .par_iter()
-        .flat_map_iter(|place| {
-            let patch = request.grid.patch(place.start, [4 * dx, 2 * dy]).grid;
-            let mut out = vec![Complex32::ZERO; patch.columns * patch.rows];
-            factorized.run(echoes, &patch, &mut out, &meter);
+    let [dx, dy] = factorized.spec().0.coarse;
+    let places = patches(grid, [dx, dy], pixels.div_ceil(2), 0x5eed_0001);
+    let pieces: Vec<Patch> = places
+        .iter()
+        .map(|place| request.grid.patch(place.start, [4 * dx, 2 * dy]))
+        .collect();
+    let images = factorized.pieces(echoes, &pieces, control)?;
+    let found: Vec<[Deviation; 2]> = (places.par_iter().zip(&pieces).zip(&images))
+        .flat_map_iter(|((place, patch), (out, _))| {
+            let patch = &patch.grid;
             let mut random = Random(place.seed);
             let share = out.len().div_ceil(place.pixels.max(1));
             (0..place.pixels)
@@ -88,14 +92,13 @@ pub(in crate::plan) fn compare_patches(
 /// Images small pieces of blocks at random places and compares the last and the brightest pixel of each.
 pub(in crate::plan) fn compare_pixels(
     request: &Request,
-    direct: &Direct,
+    direct: &Imager<Direct>,
     pixels: usize,
     control: Control,
 ) -> Result<(SelfCheck, PathShares), ImagingError> {
     let (grid, echoes) = (&request.grid, &request.echoes);
-    let meter = Meter::silent(control);
     let mut random = Random(0x1234_5678);
-    let shape = direct.spec.shape_on(grid.is_uneven());
+    let shape = direct.spec().shape_on(grid.is_uneven());
     let width = shape.block_width(request.options.level.lanes());
     let height = if shape == Shape::Row { 1 } else { SIDE };
     let places: Vec<[[usize; 2]; 2]> = (0..pixels.div_ceil(2))
@@ -106,26 +109,27 @@ pub(in crate::plan) fn compare_pixels(
             [[0, 1].map(|axis| at[axis].saturating_sub(before[axis])), at]
         })
         .collect();
-    let found: Vec<([Deviation; 2], Tally)> = places
-        .par_iter()
-        .map(|&[start, [i, j]]| {
-            let size = [i - start[0] + 1, j - start[1] + 1];
-            let piece = grid.patch(start, size);
-            let mut out = vec![Complex32::ZERO; size[0] * size[1]];
-            let tally = direct.run(echoes, 0..echoes.len(), &piece, &mut out, &meter);
-            let compared = [out.len() - 1, brightest(&out)].map(|k| {
-                let point_m = grid.point_m(start[0] + k % size[0], start[1] + k / size[0]);
+    let size = |[start, [i, j]]: &[[usize; 2]; 2]| [i - start[0] + 1, j - start[1] + 1];
+    let pieces: Vec<Patch> = places
+        .iter()
+        .map(|place| grid.patch(place[0], size(place)))
+        .collect();
+    let images = direct.pieces(echoes, &pieces, control)?;
+    let found: Vec<[Deviation; 2]> = (places.par_iter().zip(&images))
+        .map(|(place, (out, _))| {
+            let (start, [columns, _]) = (place[0], size(place));
+            [out.len() - 1, brightest(out)].map(|k| {
+                let point_m = grid.point_m(start[0] + k % columns, start[1] + k / columns);
                 deviation(request, point_m, out[k], control)
-            });
-            (compared, tally)
+            })
         })
         .collect();
     control.check()?;
     let mut tally = Tally::default();
-    for (_, counted) in &found {
+    for (_, counted) in &images {
         tally.add(*counted);
     }
-    let [random, bright] = [0, 1].map(|k| found.iter().map(|(d, _)| d[k]).collect::<Vec<_>>());
+    let [random, bright] = [0, 1].map(|k| found.iter().map(|d| d[k]).collect::<Vec<_>>());
     Ok((judged_apart(&random, &bright), shares(tally)))
 }
 
