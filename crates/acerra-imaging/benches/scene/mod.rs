@@ -89,6 +89,24 @@ impl Scene {
         Self::new("pixels", position_m, grid)
     }
 
+    /// 1000 × 1000 pixels of `pixel_m` about the middle of a track of `track_m`.
+    pub fn along(track_m: f64, pulses: usize, pixel_m: f64) -> Self {
+        let position_m = (0..pulses)
+            .map(|m| {
+                let s = m as f64 / (pulses - 1) as f64;
+                let wander = s * track_m;
+                [
+                    0.05 * (1.1 * wander).sin(),
+                    track_m * (s - 0.5),
+                    5.0 + 0.05 * (0.9 * wander).cos(),
+                ]
+            })
+            .collect();
+        let half = 500.0 * pixel_m;
+        let grid = PlaneGrid::new([-half, -half, 0.0], pixel_m, [1000, 1000]).unwrap();
+        Self::new("track", position_m, grid)
+    }
+
     /// `size` × `size` pixels of 1 cm, `pulses` 2.4 cm apart, flown back and forth over the image.
     pub fn of_size(size: usize, pulses: usize) -> Self {
         let half = 0.005 * size as f64;

@@ -1,8 +1,9 @@
-//! Range tables in batches of pulses.
+//! Engines for pieces of the aperture, and in batches of pulses.
 //!
-//! Tables of all pulses are kept for any number of runs where memory holds them. Where it does not,
-//! each run takes the pulses in batches: the tables of a batch are built, its image is added to the
-//! sum, and the next batch takes the same memory.
+//! Pieces of the aperture may have engines of different parameters; their images are summed. Range tables
+//! of all pulses are kept for any number of runs where memory holds them. Where it does not, each run
+//! takes the pulses in batches: the tables of a batch are built, its image is added to the sum, and the
+//! next batch takes the same memory.
 
 use super::direct::{Direct, DirectSpec};
 use super::factorized::aperture::partition_aperture;
@@ -25,17 +26,27 @@ use std::time::Instant;
 /// Share of the memory allowed that batches fill: building tables takes a little beside them.
 const FILLED: f64 = 0.8;
 
+/// Neighbouring pulses that are imaged alike.
+#[derive(Debug, Clone)]
+pub(crate) struct Piece<S> {
+    pub pulses: Range<usize>,
+    /// Parameters of their engine.
+    pub spec: S,
+    /// Least and greatest range that each of them looks up, m.
+    pub ranges_m: Vec<[f64; 2]>,
+}
+
 /// An engine that images from range tables.
 pub(crate) trait TableEngine: Sized + Sync {
     /// Its parameters.
     type Spec: Copy + Sync;
 
-    /// Runs of pulses that stay together, and the bytes that each takes.
+    /// Runs of the pulses of a piece, counted from its first, that stay together, and the bytes that each
+    /// takes.
     fn parts(
         echoes: &WeightedPulses,
-        ranges_m: &[[f64; 2]],
         grid: &TiltedGrid,
-        spec: &Self::Spec,
+        piece: &Piece<Self::Spec>,
     ) -> Vec<(Range<usize>, u128)>;
 
     /// The engine for some pulses, divided into `parts`.
@@ -64,107 +75,148 @@ pub(crate) trait TableEngine: Sized + Sync {
     fn estimate_s(&self, echoes: &WeightedPulses, grid: &ImageGrid, control: Control) -> f64;
 }
 
+/// Pulses that one engine takes: a piece, or a batch of its parts.
+#[derive(Debug)]
+struct Job<S> {
+    pulses: Range<usize>,
+    /// Counted from the first of `pulses`.
+    parts: Vec<Range<usize>>,
+    spec: S,
+    ranges_m: Vec<[f64; 2]>,
+}
+
 /// The division of the pulses that the memory allowed asks for.
-#[derive(Debug, Clone)]
-pub(crate) struct Division {
-    /// Batches of neighbouring parts.
-    pub batches: Vec<Vec<Range<usize>>>,
+#[derive(Debug)]
+pub(crate) struct Division<S> {
+    jobs: Vec<Job<S>>,
+    /// Whether memory holds the engines of all jobs together.
+    kept: bool,
     /// Bytes that a run takes beside the image.
     pub bytes: u128,
 }
 
-impl Division {
-    /// One batch where it fits beside an image of `output_bytes`; else as few as do, with the image of
-    /// a batch beside the sum. A part that does not fit is a batch of its own.
-    pub fn of(parts: &[(Range<usize>, u128)], output_bytes: u128, limit_bytes: u128) -> Self {
-        let bytes = parts.iter().map(|p| p.1).sum();
+impl<S: Copy + Sync> Division<S> {
+    /// The pieces as they are where all fit beside an image of `output_bytes`, and where there are several
+    /// beside their sum; else as few batches of their parts as do. A part that does not fit is a batch of
+    /// its own.
+    pub fn of<E: TableEngine<Spec = S>>(
+        echoes: &WeightedPulses,
+        grid: &TiltedGrid,
+        pieces: &[Piece<S>],
+        [output_bytes, limit_bytes]: [u128; 2],
+    ) -> Result<Self, ImagingError> {
+        let mut parts = Vec::with_capacity(pieces.len());
+        for piece in pieces {
+            let of_piece = echoes.slice(piece.pulses.clone())?;
+            parts.push(E::parts(&of_piece, grid, piece));
+        }
+        let sum = if pieces.len() > 1 { output_bytes } else { 0 };
+        let bytes = parts.iter().flatten().map(|p| p.1).sum::<u128>() + sum;
         if bytes + output_bytes <= limit_bytes {
-            let all = parts.iter().map(|p| p.0.clone()).collect();
-            return Self {
-                batches: vec![all],
-                bytes,
+            let all = |(piece, parts): (&Piece<S>, Vec<(Range<usize>, u128)>)| {
+                Job::of(piece, parts.into_iter().map(|p| p.0).collect())
             };
+            return Ok(Self {
+                jobs: pieces.iter().zip(parts).map(all).collect(),
+                kept: true,
+                bytes,
+            });
         }
         let room = ((limit_bytes as f64 * FILLED) as u128).saturating_sub(2 * output_bytes);
-        let mut batches: Vec<Vec<Range<usize>>> = vec![vec![]];
-        let (mut filled, mut most) = (0, 0);
-        for (part, bytes) in parts {
-            if filled > 0 && filled + bytes > room {
-                batches.push(vec![]);
-                filled = 0;
-            }
-            filled += bytes;
-            most = most.max(filled);
-            if let Some(batch) = batches.last_mut() {
-                batch.push(part.clone());
+        let mut jobs = Vec::new();
+        let mut most = 0;
+        for (piece, parts) in pieces.iter().zip(&parts) {
+            for (batch, bytes) in batches(parts, room) {
+                jobs.push(Job::of(piece, batch));
+                most = most.max(bytes);
             }
         }
-        Self {
-            batches,
+        Ok(Self {
+            jobs,
+            kept: false,
             bytes: most + output_bytes,
+        })
+    }
+}
+
+impl<S: Copy> Job<S> {
+    /// Neighbouring parts of a piece.
+    fn of(piece: &Piece<S>, parts: Vec<Range<usize>>) -> Self {
+        let first = parts.first().map_or(0, |part| part.start);
+        let last = parts.last().map_or(0, |part| part.end);
+        let start = piece.pulses.start;
+        Self {
+            pulses: start + first..start + last,
+            parts: (parts.into_iter())
+                .map(|part| part.start - first..part.end - first)
+                .collect(),
+            spec: piece.spec,
+            ranges_m: piece.ranges_m[first..last].to_vec(),
         }
     }
 }
 
-/// An engine with the tables of all pulses, or one that is built anew for every batch of them.
-#[derive(Debug)]
-pub(crate) enum Imager<E: TableEngine> {
-    /// All pulses.
-    Whole { spec: E::Spec, engine: E },
-    /// A batch at a time.
-    Batched(Batched<E::Spec>),
+/// Neighbouring parts that take at most `room` bytes together, and the bytes that they take.
+fn batches(parts: &[(Range<usize>, u128)], room: u128) -> Vec<(Vec<Range<usize>>, u128)> {
+    let mut batches: Vec<(Vec<Range<usize>>, u128)> = Vec::new();
+    for (part, bytes) in parts {
+        match batches.last_mut() {
+            Some((batch, filled)) if *filled + bytes <= room => {
+                batch.push(part.clone());
+                *filled += bytes;
+            }
+            _ => batches.push((vec![part.clone()], *bytes)),
+        }
+    }
+    batches
 }
 
-/// What every batch needs.
+/// Engines of one kind that image all pulses together: kept, or built anew for every job.
 #[derive(Debug)]
-pub(crate) struct Batched<S> {
-    spec: S,
-    batches: Vec<Vec<Range<usize>>>,
-    ranges_m: Vec<[f64; 2]>,
+pub(crate) struct Imager<E: TableEngine> {
+    jobs: Vec<Job<E::Spec>>,
+    /// An engine a job; none where memory does not hold them together.
+    engines: Vec<E>,
     grid: TiltedGrid,
     level: SimdLevel,
 }
 
 impl<E: TableEngine> Imager<E> {
-    /// Builds the tables where there is one batch.
+    /// Builds the engines that are kept.
     ///
     /// # Errors
     /// Cancellation.
     pub fn new(
         echoes: &WeightedPulses,
         grid: &TiltedGrid,
-        ranges_m: &[[f64; 2]],
-        spec: E::Spec,
-        mut division: Division,
+        division: Division<E::Spec>,
         setting: Setting,
     ) -> Result<Self, ImagingError> {
-        if division.batches.len() > 1 {
-            return Ok(Self::Batched(Batched {
-                spec,
-                batches: division.batches,
-                ranges_m: ranges_m.to_vec(),
-                grid: *grid,
-                level: setting.level,
-            }));
+        let mut imager = Self {
+            jobs: division.jobs,
+            engines: Vec::new(),
+            grid: *grid,
+            level: setting.level,
+        };
+        if division.kept {
+            let built =
+                (imager.jobs.iter()).map(|job| Ok(imager.build(job, echoes, setting.control)?.0));
+            imager.engines = built.collect::<Result<_, ImagingError>>()?;
         }
-        let parts = division.batches.pop().unwrap_or_default();
-        let engine = E::build(echoes, grid, ranges_m, spec, parts, setting)?;
-        Ok(Self::Whole { spec, engine })
+        Ok(imager)
     }
 
-    /// The engine's parameters.
-    pub fn spec(&self) -> &E::Spec {
-        match self {
-            Self::Whole { spec, .. } => spec,
-            Self::Batched(batched) => &batched.spec,
-        }
+    /// Parameters of the engines, one a job.
+    pub fn specs(&self) -> impl Iterator<Item = &E::Spec> {
+        self.jobs.iter().map(|job| &job.spec)
     }
 
-    /// Number of batches.
+    /// Batches in which every run builds its engines; one where they are kept.
     pub fn batches(&self) -> usize {
-        match self {
-            Self::Whole { .. } => 1,
-            Self::Batched(batched) => batched.batches.len(),
+        if self.engines.is_empty() {
+            self.jobs.len()
+        } else {
+            1
         }
     }
 
@@ -179,16 +231,13 @@ impl<E: TableEngine> Imager<E> {
         out: &mut [Complex32],
         meter: &Meter,
     ) -> Result<(), ImagingError> {
-        let batched = match self {
-            Self::Whole { engine, .. } => {
-                engine.image(echoes, &grid.whole(), out, meter);
-                return Ok(());
-            }
-            Self::Batched(batched) => batched,
-        };
+        if let [engine] = &self.engines[..] {
+            engine.image(echoes, &grid.whole(), out, meter);
+            return Ok(());
+        }
         out.fill(Complex32::ZERO);
         let mut image = vec![Complex32::ZERO; out.len()];
-        batched.each::<E>(echoes, meter.control(), |engine, echoes| {
+        self.each(echoes, meter.control(), |engine, echoes| {
             engine.image(echoes, &grid.whole(), &mut image, meter);
             out.par_iter_mut()
                 .zip(&image)
@@ -196,104 +245,91 @@ impl<E: TableEngine> Imager<E> {
         })
     }
 
-    /// Images pieces of the grid, each by itself, with the paths that their vectors took.
+    /// Images patches of the grid, each by itself, with the paths that their vectors took.
     ///
     /// # Errors
     /// Cancellation.
-    pub fn pieces(
+    pub fn patches(
         &self,
         echoes: &WeightedPulses,
-        pieces: &[Patch],
+        patches: &[Patch],
         control: Control,
     ) -> Result<Vec<(Vec<Complex32>, Tally)>, ImagingError> {
-        let image = |engine: &E, echoes: &WeightedPulses, patch: &Patch| {
-            let mut out = vec![Complex32::ZERO; patch.grid.columns * patch.grid.rows];
-            let tally = engine.image(echoes, patch, &mut out, &Meter::silent(control));
-            (out, tally)
+        let nothing = |patch: &Patch| {
+            let zeros = vec![Complex32::ZERO; patch.grid.columns * patch.grid.rows];
+            (zeros, Tally::default())
         };
-        let found = match self {
-            Self::Whole { engine, .. } => pieces
-                .par_iter()
-                .map(|patch| image(engine, echoes, patch))
-                .collect(),
-            Self::Batched(batched) => {
-                let nothing = |patch: &Patch| {
-                    let zeros = vec![Complex32::ZERO; patch.grid.columns * patch.grid.rows];
-                    (zeros, Tally::default())
-                };
-                let mut sums: Vec<(Vec<Complex32>, Tally)> = pieces.iter().map(nothing).collect();
-                batched.each::<E>(echoes, control, |engine, echoes| {
-                    sums.par_iter_mut().zip(pieces).for_each(|(sum, patch)| {
-                        let (values, tally) = image(engine, echoes, patch);
-                        for (sum, value) in sum.0.iter_mut().zip(values) {
-                            *sum += value;
-                        }
-                        sum.1.add(tally);
-                    });
-                })?;
-                sums
-            }
-        };
-        control.check()?;
-        Ok(found)
+        let mut sums: Vec<(Vec<Complex32>, Tally)> = patches.iter().map(nothing).collect();
+        self.each(echoes, control, |engine, echoes| {
+            sums.par_iter_mut().zip(patches).for_each(|(sum, patch)| {
+                let mut values = nothing(patch).0;
+                let tally = engine.image(echoes, patch, &mut values, &Meter::silent(control));
+                for (sum, value) in sum.0.iter_mut().zip(values) {
+                    *sum += value;
+                }
+                sum.1.add(tally);
+            });
+        })?;
+        Ok(sums)
     }
 
     /// Estimated seconds of a run; of batches by building the tables of one and running it in part.
     /// Once cancelled, the value has no meaning.
     pub fn estimate_s(&self, echoes: &WeightedPulses, grid: &ImageGrid, control: Control) -> f64 {
-        match self {
-            Self::Whole { engine, .. } => engine.estimate_s(echoes, grid, control),
-            Self::Batched(batched) => {
-                let start = Instant::now();
-                let Ok((engine, of_batch)) = batched.build::<E>(echoes, 0, control) else {
-                    return f64::NAN;
-                };
-                let built_s = start.elapsed().as_secs_f64();
-                let share = echoes.len() as f64 / of_batch.len().max(1) as f64;
-                (built_s + engine.estimate_s(&of_batch, grid, control)) * share
-            }
+        if let [engine] = &self.engines[..] {
+            return engine.estimate_s(echoes, grid, control);
         }
+        let mut seconds = 0.0;
+        for (job, engine) in self.jobs.iter().zip(&self.engines) {
+            let Ok(of_job) = echoes.slice(job.pulses.clone()) else {
+                return f64::NAN;
+            };
+            seconds += engine.estimate_s(&of_job, grid, control);
+        }
+        let (Some(job), true) = (self.jobs.first(), self.engines.is_empty()) else {
+            return seconds;
+        };
+        let start = Instant::now();
+        let Ok((engine, of_job)) = self.build(job, echoes, control) else {
+            return f64::NAN;
+        };
+        let built_s = start.elapsed().as_secs_f64();
+        let share = echoes.len() as f64 / of_job.len().max(1) as f64;
+        (built_s + engine.estimate_s(&of_job, grid, control)) * share
     }
-}
 
-impl<S: Copy + Sync> Batched<S> {
-    /// Builds one engine after another and hands it over with its pulses.
-    fn each<E: TableEngine<Spec = S>>(
+    /// Hands over one engine after another, each with its pulses.
+    fn each(
         &self,
         echoes: &WeightedPulses,
         control: Control,
         mut take: impl FnMut(&E, &WeightedPulses),
     ) -> Result<(), ImagingError> {
-        for k in 0..self.batches.len() {
-            let (engine, of_batch) = self.build(echoes, k, control)?;
-            take(&engine, &of_batch);
+        for (k, job) in self.jobs.iter().enumerate() {
+            match self.engines.get(k) {
+                Some(engine) => take(engine, &echoes.slice(job.pulses.clone())?),
+                None => {
+                    let (engine, of_job) = self.build(job, echoes, control)?;
+                    take(&engine, &of_job);
+                }
+            }
             control.check()?;
         }
         Ok(())
     }
 
-    /// The engine of batch `k` and its pulses.
-    fn build<'a, E: TableEngine<Spec = S>>(
+    /// The engine of a job and its pulses.
+    fn build<'a>(
         &self,
+        job: &Job<E::Spec>,
         echoes: &WeightedPulses<'a>,
-        k: usize,
         control: Control,
     ) -> Result<(E, WeightedPulses<'a>), ImagingError> {
-        let batch = &self.batches[k];
-        let first = batch.first().map_or(0, |part| part.start);
-        let last = batch.last().map_or(0, |part| part.end);
-        let parts = batch
-            .iter()
-            .map(|part| part.start - first..part.end - first)
-            .collect();
-        let of_batch = echoes.slice(first..last)?;
-        let ranges_m = &self.ranges_m[first..last];
-        let setting = Setting {
-            level: self.level,
-            control,
-        };
-        let engine = E::build(&of_batch, &self.grid, ranges_m, self.spec, parts, setting)?;
-        Ok((engine, of_batch))
+        let of_job = echoes.slice(job.pulses.clone())?;
+        let (level, parts) = (self.level, job.parts.clone());
+        let setting = Setting { level, control };
+        let engine = E::build(&of_job, &self.grid, &job.ranges_m, job.spec, parts, setting)?;
+        Ok((engine, of_job))
     }
 }
 
@@ -307,11 +343,10 @@ impl TableEngine for Direct {
 
     fn parts(
         echoes: &WeightedPulses,
-        ranges_m: &[[f64; 2]],
         _: &TiltedGrid,
-        spec: &DirectSpec,
+        piece: &Piece<DirectSpec>,
     ) -> Vec<(Range<usize>, u128)> {
-        let bytes = table_bytes(spec, ranges_m);
+        let bytes = table_bytes(&piece.spec, &piece.ranges_m);
         (0..echoes.len()).map(|m| (m..m + 1, bytes)).collect()
     }
 
@@ -346,11 +381,11 @@ impl TableEngine for Factorized {
 
     fn parts(
         echoes: &WeightedPulses,
-        ranges_m: &[[f64; 2]],
         grid: &TiltedGrid,
-        (spec, inner): &Self::Spec,
+        piece: &Piece<Self::Spec>,
     ) -> Vec<(Range<usize>, u128)> {
-        let table = table_bytes(inner, ranges_m);
+        let (spec, inner) = &piece.spec;
+        let table = table_bytes(inner, &piece.ranges_m);
         // One coarse image more is in the making.
         let [one, two] = [1, 2].map(|parts| coarse_bytes(grid, spec.coarse, parts - 1));
         let bytes = |(k, part): (usize, Range<usize>)| {
@@ -397,21 +432,17 @@ mod tests {
     use super::*;
 
     #[test]
-    fn parts_stay_together_and_in_order_and_batches_within_the_room() {
+    fn parts_stay_in_order_and_within_the_room() {
         let parts: Vec<_> = (0..7usize).map(|k| (10 * k..10 * k + 10, 30)).collect();
-        let whole = Division::of(&parts, 40, 250);
-        assert_eq!((whole.batches.len(), whole.bytes), (1, 210));
-        // 0.8 · 200 − 2 · 40 = 80: two parts a batch.
-        let divided = Division::of(&parts, 40, 200);
-        assert_eq!(divided.bytes, 60 + 40);
-        let lengths: Vec<_> = divided.batches.iter().map(Vec::len).collect();
-        assert_eq!(lengths, [2, 2, 2, 1]);
+        let found = batches(&parts, 80);
+        let taken: Vec<_> = found.iter().map(|b| (b.0.len(), b.1)).collect();
+        assert_eq!(taken, [(2, 60), (2, 60), (2, 60), (1, 30)]);
+        let in_order: Vec<_> = found.into_iter().flat_map(|b| b.0).collect();
         assert_eq!(
-            divided.batches.concat(),
+            in_order,
             parts.iter().map(|p| p.0.clone()).collect::<Vec<_>>()
         );
         // What does not fit at all is left to the check of memory.
-        let tight = Division::of(&parts, 40, 100);
-        assert_eq!((tight.batches.len(), tight.bytes), (7, 70));
+        assert_eq!(batches(&parts, 20).len(), 7);
     }
 }

@@ -60,12 +60,10 @@ pub(crate) struct Direct {
     sine: [f32; 4],
 }
 
-/// Bounds of the ranges from every pulse that imaging `grid` may look up.
-pub(crate) fn table_ranges_m(echoes: &WeightedPulses, grid: &ImageGrid) -> Vec<[f64; 2]> {
-    echoes
-        .pulses
-        .position_m()
-        .iter()
+/// Bounds of the ranges from every antenna position that imaging `grid` may look up.
+pub(crate) fn table_ranges_m(position_m: &[[f64; 3]], grid: &ImageGrid) -> Vec<[f64; 2]> {
+    position_m
+        .par_iter()
         .map(|p| grid.ranges_m(*p, MARGIN_COLUMNS))
         .collect()
 }

@@ -6,15 +6,17 @@
 //! rest.
 
 use super::check::forward::{check_pixels, compare_spectra};
+use super::operator::{Operator, Segment};
 use super::options::{Engine, PlanOptions, SelfCheck};
-use super::planner::{Method, Operator, Planner, Request};
+use super::planner::{Method, Planner};
 use super::report::{OperatorKind, PathShares, PlanReport};
+use super::request::Request;
 use crate::checks::check_length;
 use crate::control::{Control, Meter};
+use crate::engine::batches::Piece;
 use crate::engine::direct::DirectSpec;
 use crate::engine::factorized::aperture::partition_aperture;
 use crate::engine::factorized::coarse::coarse_bytes;
-use crate::engine::factorized::spec::FactorizedSpec;
 use crate::engine::forward::direct::DirectForward;
 use crate::engine::forward::factorized::FactorizedForward;
 use crate::engine::planar::padded;
@@ -194,6 +196,7 @@ impl Operator for Modelling {
     // The check sees a few places only: errors that gather elsewhere need room.
     const ACCEPTED_SHARE: f64 = 0.6;
     const WINDOWS: bool = false;
+    const SEGMENTS: bool = false;
     const MEMORY: &'static str = "range bins, image and spectra";
 
     /// Spectra to be modelled may hold any frequency alike.
@@ -216,45 +219,54 @@ impl Operator for Modelling {
         pulses.spectrum().len() as u128 * size_of::<Complex64>() as u128
     }
 
-    fn direct_bytes(request: &Request, spec: &DirectSpec, ranges_m: &[[f64; 2]]) -> u128 {
-        image_and_bins_bytes(request, spec, ranges_m)
+    fn direct_bytes(request: &Request, piece: &Piece<DirectSpec>) -> Result<u128, ImagingError> {
+        Ok(image_and_bins_bytes(request, &piece.spec, &piece.ranges_m))
     }
 
-    fn factorized_bytes(
-        request: &Request,
-        spec: &FactorizedSpec,
-        inner: &DirectSpec,
-        ranges_m: &[[f64; 2]],
-    ) -> u128 {
-        let parts = partition_aperture(&request.echoes.pulses, spec.pulses).len();
-        coarse_bytes(request.grid.plane(), spec.coarse, parts)
-            + image_and_bins_bytes(request, inner, ranges_m)
+    fn factorized_bytes(request: &Request, pieces: &[Segment]) -> Result<u128, ImagingError> {
+        let bytes = |piece: &Segment| {
+            let (spec, inner) = &piece.spec;
+            let parts = partition_aperture(&request.echoes.pulses, spec.pulses).len();
+            coarse_bytes(request.grid.plane(), spec.coarse, parts)
+                + image_and_bins_bytes(request, inner, &piece.ranges_m)
+        };
+        Ok(pieces.iter().map(bytes).sum())
     }
 
     fn direct(
         request: &Request,
-        ranges_m: &[[f64; 2]],
-        spec: DirectSpec,
+        piece: Piece<DirectSpec>,
         control: Control,
     ) -> Result<DirectForward, ImagingError> {
         control.check()?;
-        let level = request.options.level;
-        Ok(DirectForward::new(&request.echoes, ranges_m, spec, level))
+        let (level, ranges_m) = (request.options.level, &piece.ranges_m);
+        Ok(DirectForward::new(
+            &request.echoes,
+            ranges_m,
+            piece.spec,
+            level,
+        ))
     }
 
     fn factorized(
         request: &Request,
-        ranges_m: &[[f64; 2]],
-        specs: (FactorizedSpec, DirectSpec),
+        pieces: &[Segment],
         control: Control,
     ) -> Result<FactorizedForward, ImagingError> {
         control.check()?;
         let (grid, level) = (request.grid.plane(), request.options.level);
+        let [piece] = pieces else {
+            return Err(ImagingError::Length {
+                what: "pieces of the aperture",
+                expected: 1,
+                found: pieces.len(),
+            });
+        };
         Ok(FactorizedForward::new(
             &request.echoes,
             grid,
-            ranges_m,
-            specs,
+            &piece.ranges_m,
+            piece.spec,
             level,
         ))
     }

@@ -2,15 +2,16 @@
 
 use super::budget::mean_power;
 use super::check::imaging::{compare_patches, compare_pixels, first_pixels, most_pixels};
+use super::operator::{Operator, Segment, decided};
 use super::options::{Engine, PlanOptions, SelfCheck};
-use super::planner::{Method, Operator, Planner, Request, decided};
+use super::planner::{Method, Planner};
 use super::report::{OperatorKind, PathShares, PlanReport};
+use super::request::Request;
 use crate::checks::check_length;
 use crate::control::{Control, Meter};
-use crate::engine::batches::{Division, Imager, TableEngine};
+use crate::engine::batches::{Division, Imager, Piece, TableEngine};
 use crate::engine::direct::{Direct, DirectSpec};
 use crate::engine::factorized::merged::{Factorized, Setting};
-use crate::engine::factorized::spec::FactorizedSpec;
 use crate::error::ImagingError;
 use crate::grid::image::ImageGrid;
 use crate::grid::tilted::TiltedGrid;
@@ -287,26 +288,27 @@ fn nearest_slice(volume: &VolumeGrid, pulses: &Pulses) -> usize {
     k.clamp(0.0, (volume.nz - 1) as f64) as usize
 }
 
-/// The batches of pulses that the memory allowed asks for.
-fn division<E: TableEngine>(request: &Request, ranges_m: &[[f64; 2]], spec: &E::Spec) -> Division {
-    let parts = E::parts(&request.echoes, ranges_m, request.grid.plane(), spec);
-    let limit_bytes = request.options.memory_limit_bytes;
-    Division::of(&parts, Imaging::output_bytes(request), limit_bytes)
+/// The division of pieces that the memory allowed asks for.
+fn division<E: TableEngine>(
+    request: &Request,
+    pieces: &[Piece<E::Spec>],
+) -> Result<Division<E::Spec>, ImagingError> {
+    let bytes = [
+        Imaging::output_bytes(request),
+        request.options.memory_limit_bytes,
+    ];
+    Division::of::<E>(&request.echoes, request.grid.plane(), pieces, bytes)
 }
 
 fn imager<E: TableEngine>(
     request: &Request,
-    ranges_m: &[[f64; 2]],
-    spec: E::Spec,
+    pieces: &[Piece<E::Spec>],
     control: Control,
 ) -> Result<Imager<E>, ImagingError> {
-    let division = division::<E>(request, ranges_m, &spec);
-    let setting = Setting {
-        level: request.options.level,
-        control,
-    };
-    let (echoes, plane) = (&request.echoes, request.grid.plane());
-    Imager::new(echoes, plane, ranges_m, spec, division, setting)
+    let level = request.options.level;
+    let setting = Setting { level, control };
+    let division = division::<E>(request, pieces)?;
+    Imager::new(&request.echoes, request.grid.plane(), division, setting)
 }
 
 /// Imaging, Eq. (3).
@@ -319,6 +321,7 @@ impl Operator for Imaging {
     const FACTORIZED_ATTEMPTS: i32 = 4;
     const ACCEPTED_SHARE: f64 = 1.0;
     const WINDOWS: bool = true;
+    const SEGMENTS: bool = true;
     const MEMORY: &'static str = "range tables and image";
 
     fn power(request: &Request) -> Vec<f64> {
@@ -337,35 +340,28 @@ impl Operator for Imaging {
         request.pixels() as u128 * size_of::<Complex32>() as u128
     }
 
-    fn direct_bytes(request: &Request, spec: &DirectSpec, ranges_m: &[[f64; 2]]) -> u128 {
-        division::<Direct>(request, ranges_m, spec).bytes
+    fn direct_bytes(request: &Request, piece: &Piece<DirectSpec>) -> Result<u128, ImagingError> {
+        Ok(division::<Direct>(request, std::slice::from_ref(piece))?.bytes)
     }
 
-    fn factorized_bytes(
-        request: &Request,
-        spec: &FactorizedSpec,
-        inner: &DirectSpec,
-        ranges_m: &[[f64; 2]],
-    ) -> u128 {
-        division::<Factorized>(request, ranges_m, &(*spec, *inner)).bytes
+    fn factorized_bytes(request: &Request, pieces: &[Segment]) -> Result<u128, ImagingError> {
+        Ok(division::<Factorized>(request, pieces)?.bytes)
     }
 
     fn direct(
         request: &Request,
-        ranges_m: &[[f64; 2]],
-        spec: DirectSpec,
+        piece: Piece<DirectSpec>,
         control: Control,
     ) -> Result<Imager<Direct>, ImagingError> {
-        imager(request, ranges_m, spec, control)
+        imager(request, &[piece], control)
     }
 
     fn factorized(
         request: &Request,
-        ranges_m: &[[f64; 2]],
-        specs: (FactorizedSpec, DirectSpec),
+        pieces: &[Segment],
         control: Control,
     ) -> Result<Imager<Factorized>, ImagingError> {
-        imager(request, ranges_m, specs, control)
+        imager(request, pieces, control)
     }
 
     fn direct_batches(direct: &Imager<Direct>) -> usize {

@@ -12,9 +12,12 @@ mod check;
 mod estimate;
 pub(crate) mod forward;
 pub(crate) mod imaging;
+mod operator;
 pub(crate) mod options;
+mod partitions;
 mod planner;
 pub(crate) mod report;
+mod request;
 
 pub use forward::Forward;
 pub use imaging::{ImagingPlan, image};

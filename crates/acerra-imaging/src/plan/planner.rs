@@ -1,35 +1,20 @@
 //! The planner of both operators: chooses an engine, builds it, and proves its accuracy.
 
-use super::budget::{Budget, FactorizedBudget, HOPELESS};
-use super::options::{Engine, PlanOptions, SelfCheck};
-use super::report::{
-    Decision, DirectChoice, FactorizedChoice, OperatorKind, PathShares, PlanReport,
-};
+use super::budget::{Budget, HOPELESS};
+use super::operator::{Operator, Segment, decided};
+use super::options::{Engine, SelfCheck};
+use super::partitions::{Partition, mean_costs, partitions};
+use super::report::{Decision, DirectChoice, PlanReport};
+use super::request::Request;
 use crate::control::Control;
-use crate::engine::direct::{DirectSpec, table_ranges_m};
-use crate::engine::factorized::coarse::coarse_grid;
-use crate::engine::factorized::spec::FactorizedSpec;
-use crate::engine::weights::{WeightedPulses, Weights};
+use crate::engine::batches::Piece;
 use crate::error::ImagingError;
-use crate::grid::image::ImageGrid;
-use crate::grid::tilted::TiltedGrid;
 use crate::kernel::level::SimdLevel;
-use crate::pulses::{Pulses, Spreading};
 
 /// Below this relative error single precision does not suffice and the reference itself is run.
 const SINGLE_PRECISION_FLOOR: f64 = 4e-6;
 /// Plans of the direct engine that are tried, each for half of the error of the one before.
 const DIRECT_ATTEMPTS: i32 = 6;
-
-/// Data, pixels and requirements of a plan.
-#[derive(Debug)]
-pub(crate) struct Request<'a> {
-    pub echoes: WeightedPulses<'a>,
-    pub grid: ImageGrid<'a>,
-    /// Other planes that the same engine images: slices of a volume; none for a single image.
-    pub slices: Vec<TiltedGrid>,
-    pub options: PlanOptions,
-}
 
 /// The engine of a plan.
 #[derive(Debug)]
@@ -44,189 +29,6 @@ pub(crate) type Planned<O> = (
     Method<<O as Operator>::Direct, <O as Operator>::Factorized>,
     PlanReport,
 );
-
-/// What differs between imaging and the forward operator.
-pub(crate) trait Operator {
-    /// The direct engine.
-    type Direct;
-    /// The factorized engine.
-    type Factorized;
-    const KIND: OperatorKind;
-    /// Factorized plans that are tried, each for half of the error of the one before.
-    const FACTORIZED_ATTEMPTS: i32;
-    /// Share of the accuracy that the self-check may find.
-    const ACCEPTED_SHARE: f64;
-    /// Whether the direct engine uses windows of bins on coarse grids, or must go lane by lane.
-    const WINDOWS: bool;
-    /// The arrays that count against the limit of memory.
-    const MEMORY: &'static str;
-
-    /// Power expected at each frequency of the data.
-    fn power(request: &Request) -> Vec<f64>;
-    /// Whether the factorized engine is sufficiently cheaper to be chosen.
-    fn factorized_pays(cost: f64, direct_cost: f64) -> bool;
-    /// Pixels of a first self-check, and of one that the first left undecided.
-    fn check_pixels(request: &Request) -> [usize; 2];
-    /// Bytes of the result.
-    fn output_bytes(request: &Request) -> u128;
-    /// Bytes of a direct engine.
-    fn direct_bytes(request: &Request, spec: &DirectSpec, ranges_m: &[[f64; 2]]) -> u128;
-    /// Bytes of a factorized engine.
-    fn factorized_bytes(
-        request: &Request,
-        spec: &FactorizedSpec,
-        inner: &DirectSpec,
-        ranges_m: &[[f64; 2]],
-    ) -> u128;
-    /// Batches of pulses in which a direct engine takes them.
-    fn direct_batches(_: &Self::Direct) -> usize {
-        1
-    }
-    /// Those of a factorized engine.
-    fn factorized_batches(_: &Self::Factorized) -> usize {
-        1
-    }
-    /// Builds a direct engine.
-    fn direct(
-        request: &Request,
-        ranges_m: &[[f64; 2]],
-        spec: DirectSpec,
-        control: Control,
-    ) -> Result<Self::Direct, ImagingError>;
-    /// Builds a factorized engine.
-    fn factorized(
-        request: &Request,
-        ranges_m: &[[f64; 2]],
-        specs: (FactorizedSpec, DirectSpec),
-        control: Control,
-    ) -> Result<Self::Factorized, ImagingError>;
-    /// Compares a direct engine with the double-precision sum.
-    fn check_direct(
-        request: &Request,
-        direct: &Self::Direct,
-        pixels: usize,
-        control: Control,
-    ) -> Result<(SelfCheck, Option<PathShares>), ImagingError>;
-    /// Compares a factorized engine with the double-precision sum.
-    fn check_factorized(
-        request: &Request,
-        factorized: &Self::Factorized,
-        pixels: usize,
-        control: Control,
-    ) -> Result<SelfCheck, ImagingError>;
-}
-
-impl<'a> Request<'a> {
-    /// Checks data, pixels and requirements.
-    ///
-    /// # Errors
-    /// An accuracy outside (0, 0.1], a level the processor lacks, an antenna exactly on a pixel
-    /// (with 1/R²), a weight by incidence that has no meaning here.
-    pub fn new(
-        pulses: Pulses<'a>,
-        grid: ImageGrid<'a>,
-        options: &PlanOptions,
-    ) -> Result<Self, ImagingError> {
-        options.level.checked()?;
-        if !(options.accuracy > 0.0 && options.accuracy <= 0.1) {
-            return Err(ImagingError::OutOfRange {
-                what: "accuracy",
-                expected: "above 0 and at most 0.1",
-                found: options.accuracy,
-            });
-        }
-        check_apart(&pulses, &grid, options)?;
-        let weights = Weights::new(&pulses, &grid, options.spreading, options.incidence)?;
-        Ok(Self {
-            echoes: WeightedPulses { pulses, weights },
-            grid,
-            slices: Vec::new(),
-            options: *options,
-        })
-    }
-
-    /// The same with other planes, which the engine must be able to image as well.
-    ///
-    /// # Errors
-    /// An antenna exactly on a pixel (with 1/R²).
-    pub fn with_slices(self, slices: Vec<TiltedGrid>) -> Result<Self, ImagingError> {
-        for slice in &slices {
-            check_apart(&self.echoes.pulses, &(*slice).into(), &self.options)?;
-        }
-        Ok(Self { slices, ..self })
-    }
-
-    /// The same data and requirements for one of the slices.
-    pub fn of_slice(&self, slice: TiltedGrid) -> Self {
-        Self {
-            echoes: self.echoes.clone(),
-            grid: slice.into(),
-            slices: Vec::new(),
-            options: self.options,
-        }
-    }
-
-    /// Bounds of the ranges from every pulse that imaging looks up: on the grids that `of` makes of the
-    /// planes, or on the pixels themselves.
-    pub fn ranges_m(&self, of: impl Fn(&TiltedGrid) -> TiltedGrid) -> Vec<[f64; 2]> {
-        if self.grid.is_uneven() {
-            return table_ranges_m(&self.echoes, &self.grid);
-        }
-        let mut ranges_m = table_ranges_m(&self.echoes, &of(self.grid.plane()).into());
-        for slice in &self.slices {
-            let others = table_ranges_m(&self.echoes, &of(slice).into());
-            for (range, other) in ranges_m.iter_mut().zip(others) {
-                *range = [range[0].min(other[0]), range[1].max(other[1])];
-            }
-        }
-        ranges_m
-    }
-
-    /// Number of pixels.
-    pub fn pixels(&self) -> usize {
-        self.grid.len()
-    }
-
-    /// Pixel × pulse contributions.
-    pub fn contributions(&self) -> u64 {
-        (self.pixels() as u64).saturating_mul(self.echoes.len() as u64)
-    }
-}
-
-/// A self-check of few pixels, and of more where those leave the verdict open: good with all that they
-/// cannot say, or too large by what they found.
-///
-/// # Errors
-/// Those of `check`.
-pub(super) fn decided<O: Operator>(
-    request: &Request,
-    mut check: impl FnMut(usize) -> Result<SelfCheck, ImagingError>,
-) -> Result<SelfCheck, ImagingError> {
-    let allowed = O::ACCEPTED_SHARE * request.options.accuracy;
-    let [few, most] = O::check_pixels(request);
-    let found = check(few)?;
-    if found.error_bound <= allowed || found.error > allowed || few == most {
-        return Ok(found);
-    }
-    check(most)
-}
-
-/// # Errors
-/// An antenna exactly on a pixel, where 1/R² has no value.
-fn check_apart(
-    pulses: &Pulses,
-    grid: &ImageGrid,
-    options: &PlanOptions,
-) -> Result<(), ImagingError> {
-    if options.spreading == Spreading::InverseSquare {
-        for (pulse, p) in pulses.position_m().iter().enumerate() {
-            if let Some(point) = grid.pixel_at(*p) {
-                return Err(ImagingError::ZeroRange { pulse, point });
-            }
-        }
-    }
-    Ok(())
-}
 
 /// Makes a plan in progress.
 pub(crate) struct Planner<'r, 'a> {
@@ -317,25 +119,21 @@ impl<'r, 'a> Planner<'r, 'a> {
         let power = O::power(self.request);
         for attempt in 0..O::FACTORIZED_ATTEMPTS {
             let accuracy = options.accuracy * 0.5f64.powi(attempt);
-            let (pulses, plane) = (&self.request.echoes.pulses, self.request.grid.plane());
-            let budget = Budget::new(pulses, plane, options.level, power.clone());
-            let budget = budget.factorized(accuracy, O::WINDOWS, self.control)?;
-            let Some(budget) = budget else {
+            let found = partitions::<O>(self.request, accuracy, &power, self.control)?;
+            let Some(partitions) = found else {
                 return Ok(None);
             };
-            let (spec, inner) = (budget.spec, budget.inner);
-            if options.engine == Engine::Auto && !O::factorized_pays(spec.cost, budget.direct_cost)
-            {
+            let [cost, direct_cost] = mean_costs(&partitions);
+            if options.engine == Engine::Auto && !O::factorized_pays(cost, direct_cost) {
                 self.decide(Decision::DirectIsCheaper {
-                    factorized_cost: spec.cost,
-                    direct_cost: budget.direct_cost,
+                    factorized_cost: cost,
+                    direct_cost,
                 });
                 return Ok(None);
             }
-            let ranges_m = self
-                .request
-                .ranges_m(|plane| coarse_grid(plane, spec.coarse));
-            self.working_bytes = O::factorized_bytes(self.request, &spec, &inner, &ranges_m);
+            let segment = |partition: &Partition| partition.segment(self.request);
+            let pieces: Vec<Segment> = partitions.iter().map(segment).collect();
+            self.working_bytes = O::factorized_bytes(self.request, &pieces)?;
             if let Err(too_large) = self.check_memory::<O>() {
                 if options.engine == Engine::Factorized {
                     return Err(too_large);
@@ -346,14 +144,13 @@ impl<'r, 'a> Planner<'r, 'a> {
                 self.working_bytes = 0;
                 return Ok(None);
             }
-            let engine = O::factorized(self.request, &ranges_m, (spec, inner), self.control)?;
+            let engine = O::factorized(self.request, &pieces, self.control)?;
             let check = decided::<O>(self.request, |pixels| {
                 O::check_factorized(self.request, &engine, pixels, self.control)
             })?;
-            self.decide(Decision::Factorized(factorized_choice(
-                &budget,
-                options.level,
-            )));
+            for partition in &partitions {
+                self.decide(Decision::Factorized(partition.choice(options.level)));
+            }
             self.decide_batches(O::factorized_batches(&engine));
             if self.accepts::<O>(check) {
                 return Ok(Some(engine));
@@ -365,22 +162,28 @@ impl<'r, 'a> Planner<'r, 'a> {
     /// The direct engine, or the least error that it reached.
     fn choose_direct<O: Operator>(&mut self) -> Result<Result<O::Direct, f64>, ImagingError> {
         let options = self.request.options;
-        let ranges_m = self.request.ranges_m(|plane| *plane);
+        let pulses = 0..self.request.echoes.len();
+        let ranges_m = self.request.ranges_m(pulses.clone(), |plane| *plane);
         let power = O::power(self.request);
         let mut reached = f64::INFINITY;
         // The first try leaves room; where the data need more, the error is halved until it holds.
         for attempt in 0..DIRECT_ATTEMPTS {
             let accuracy = options.accuracy * 0.5f64.powi(attempt);
-            let (pulses, plane) = (&self.request.echoes.pulses, self.request.grid.plane());
-            let budget = Budget::new(pulses, plane, options.level, power.clone());
+            let (echoes, plane) = (&self.request.echoes.pulses, self.request.grid.plane());
+            let budget = Budget::new(echoes, plane, options.level, power.clone());
             let (spec, cost) = budget.direct(accuracy);
             if cost >= HOPELESS {
                 break;
             }
-            let carrier_rad_per_bin = spec.table.carrier_rad(pulses);
-            self.working_bytes = O::direct_bytes(self.request, &spec, &ranges_m);
+            let carrier_rad_per_bin = spec.table.carrier_rad(echoes);
+            let piece = Piece {
+                pulses: pulses.clone(),
+                spec,
+                ranges_m: ranges_m.clone(),
+            };
+            self.working_bytes = O::direct_bytes(self.request, &piece)?;
             self.check_memory::<O>()?;
-            let engine = O::direct(self.request, &ranges_m, spec, self.control)?;
+            let engine = O::direct(self.request, piece, self.control)?;
             let mut paths = None;
             let check = decided::<O>(self.request, |pixels| {
                 let (check, found) = O::check_direct(self.request, &engine, pixels, self.control)?;
@@ -440,20 +243,6 @@ impl<'r, 'a> Planner<'r, 'a> {
             });
         }
         Ok(())
-    }
-}
-
-fn factorized_choice(budget: &FactorizedBudget, level: SimdLevel) -> FactorizedChoice {
-    FactorizedChoice {
-        level,
-        sub_aperture_pulses: budget.spec.pulses,
-        coarse: budget.spec.coarse,
-        bandwidth_per_m: budget.spec.bandwidth_per_m,
-        interpolation_error: budget.spec.interpolation_error,
-        bin_m: budget.inner.table.bin_m,
-        degree: budget.inner.table.degree,
-        cost: budget.spec.cost,
-        direct_cost: budget.direct_cost,
     }
 }
 

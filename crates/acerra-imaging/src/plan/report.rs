@@ -141,6 +141,8 @@ pub struct PathShares {
 pub struct FactorizedChoice {
     /// Instruction set.
     pub level: SimdLevel,
+    /// Pulses of the segment of the aperture that is partitioned so.
+    pub pulses: usize,
     /// Pulses in a sub-aperture.
     pub sub_aperture_pulses: usize,
     /// Fine pixels per coarse interval, along the row and across.
@@ -243,11 +245,12 @@ impl fmt::Display for FactorizedChoice {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "factorized, {}: sub-apertures of {} pulses on grids of {} × {} pixels (spatial \
+            "factorized, {}: {} pulses in sub-apertures of {} on grids of {} × {} pixels (spatial \
              frequencies up to {:.2} and {:.2} cycles a metre, interpolation error {:.1e}); range \
              bins of {:.2} mm, degree {}; {:.2} vector operations a contribution estimated, {:.2} \
              for the direct engine",
             self.level,
+            self.pulses,
             self.sub_aperture_pulses,
             self.coarse[0],
             self.coarse[1],

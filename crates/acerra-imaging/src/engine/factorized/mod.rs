@@ -6,4 +6,5 @@ mod estimate;
 mod interpolation;
 pub(crate) mod lattice;
 pub(crate) mod merged;
+pub(crate) mod segments;
 pub(crate) mod spec;

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use std::ops::Range;
 
 /// Greatest number of fine pixels in a coarse interval.
-const COARSEST: usize = 32;
+const COARSEST: usize = 64;
 
 /// Partition of the aperture and spacing of the coarse grids.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -45,7 +45,9 @@ impl FactorizedSpec {
         if grid.columns < 4 * TAPS || grid.rows < 4 * TAPS {
             return Ok(None);
         }
-        for count in [6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256] {
+        for count in [
+            6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256, 384, 512, 768, 1024,
+        ] {
             control.check()?;
             if count > 2 * pulses.len() {
                 break;

@@ -5,7 +5,7 @@ use crate::control::{Control, Meter};
 use crate::error::ImagingError;
 use crate::grid::tilted::TiltedGrid;
 use crate::plan::options::SelfCheck;
-use crate::plan::planner::Request;
+use crate::plan::request::Request;
 use crate::sampling::Random;
 use num_complex::{Complex32, Complex64};
 use rayon::prelude::*;

@@ -9,8 +9,8 @@ use crate::error::ImagingError;
 use crate::grid::image::Patch;
 use crate::kernel::direct::job::{SIDE, Shape, Tally};
 use crate::plan::options::SelfCheck;
-use crate::plan::planner::Request;
 use crate::plan::report::PathShares;
+use crate::plan::request::Request;
 use crate::sampling::Random;
 use num_complex::{Complex32, Complex64};
 use rayon::prelude::*;
@@ -59,14 +59,17 @@ pub(in crate::plan) fn compare_patches(
     control: Control,
 ) -> Result<SelfCheck, ImagingError> {
     let (grid, echoes) = (request.grid.plane(), &request.echoes);
-    let [dx, dy] = factorized.spec().0.coarse;
+    // Of the coarsest grids: a patch then holds all phases of every interpolation.
+    let [dx, dy] = (factorized.specs()).fold([1, 1], |most, (spec, _)| {
+        [0, 1].map(|axis| most[axis].max(spec.coarse[axis]))
+    });
     let places = patches(grid, [dx, dy], pixels.div_ceil(2), 0x5eed_0001);
-    let pieces: Vec<Patch> = places
+    let patches: Vec<Patch> = places
         .iter()
         .map(|place| request.grid.patch(place.start, [4 * dx, 2 * dy]))
         .collect();
-    let images = factorized.pieces(echoes, &pieces, control)?;
-    let found: Vec<[Deviation; 2]> = (places.par_iter().zip(&pieces).zip(&images))
+    let images = factorized.patches(echoes, &patches, control)?;
+    let found: Vec<[Deviation; 2]> = (places.par_iter().zip(&patches).zip(&images))
         .flat_map_iter(|((place, patch), (out, _))| {
             let patch = &patch.grid;
             let mut random = Random(place.seed);
@@ -98,7 +101,10 @@ pub(in crate::plan) fn compare_pixels(
 ) -> Result<(SelfCheck, PathShares), ImagingError> {
     let (grid, echoes) = (&request.grid, &request.echoes);
     let mut random = Random(0x1234_5678);
-    let shape = direct.spec().shape_on(grid.is_uneven());
+    let shape = direct
+        .specs()
+        .next()
+        .map_or(Shape::Row, |spec| spec.shape_on(grid.is_uneven()));
     let width = shape.block_width(request.options.level.lanes());
     let height = if shape == Shape::Row { 1 } else { SIDE };
     let places: Vec<[[usize; 2]; 2]> = (0..pixels.div_ceil(2))
@@ -110,11 +116,11 @@ pub(in crate::plan) fn compare_pixels(
         })
         .collect();
     let size = |[start, [i, j]]: &[[usize; 2]; 2]| [i - start[0] + 1, j - start[1] + 1];
-    let pieces: Vec<Patch> = places
+    let patches: Vec<Patch> = places
         .iter()
         .map(|place| grid.patch(place[0], size(place)))
         .collect();
-    let images = direct.pieces(echoes, &pieces, control)?;
+    let images = direct.patches(echoes, &patches, control)?;
     let found: Vec<[Deviation; 2]> = (places.par_iter().zip(&images))
         .map(|(place, (out, _))| {
             let (start, [columns, _]) = (place[0], size(place));

@@ -1,0 +1,97 @@
+//! What differs between imaging and the forward operator in planning.
+
+use super::options::SelfCheck;
+use super::report::{OperatorKind, PathShares};
+use super::request::Request;
+use crate::control::Control;
+use crate::engine::batches::Piece;
+use crate::engine::direct::DirectSpec;
+use crate::engine::factorized::spec::FactorizedSpec;
+use crate::error::ImagingError;
+
+/// A segment of the aperture: its partition, and the tables of its sub-apertures.
+pub(crate) type Segment = Piece<(FactorizedSpec, DirectSpec)>;
+
+/// What differs between imaging and the forward operator.
+pub(crate) trait Operator {
+    /// The direct engine.
+    type Direct;
+    /// The factorized engine.
+    type Factorized;
+    const KIND: OperatorKind;
+    /// Factorized plans that are tried, each for half of the error of the one before.
+    const FACTORIZED_ATTEMPTS: i32;
+    /// Share of the accuracy that the self-check may find.
+    const ACCEPTED_SHARE: f64;
+    /// Whether the direct engine uses windows of bins on coarse grids, or must go lane by lane.
+    const WINDOWS: bool;
+    /// Whether segments of the aperture may have factorized engines of their own.
+    const SEGMENTS: bool;
+    /// The arrays that count against the limit of memory.
+    const MEMORY: &'static str;
+
+    /// Power expected at each frequency of the data.
+    fn power(request: &Request) -> Vec<f64>;
+    /// Whether the factorized engine is sufficiently cheaper to be chosen.
+    fn factorized_pays(cost: f64, direct_cost: f64) -> bool;
+    /// Pixels of a first self-check, and of one that the first left undecided.
+    fn check_pixels(request: &Request) -> [usize; 2];
+    /// Bytes of the result.
+    fn output_bytes(request: &Request) -> u128;
+    /// Bytes of a direct engine.
+    fn direct_bytes(request: &Request, piece: &Piece<DirectSpec>) -> Result<u128, ImagingError>;
+    /// Bytes of a factorized engine.
+    fn factorized_bytes(request: &Request, pieces: &[Segment]) -> Result<u128, ImagingError>;
+    /// Batches of pulses in which a direct engine takes them.
+    fn direct_batches(_: &Self::Direct) -> usize {
+        1
+    }
+    /// Those of a factorized engine.
+    fn factorized_batches(_: &Self::Factorized) -> usize {
+        1
+    }
+    /// Builds a direct engine.
+    fn direct(
+        request: &Request,
+        piece: Piece<DirectSpec>,
+        control: Control,
+    ) -> Result<Self::Direct, ImagingError>;
+    /// Builds a factorized engine.
+    fn factorized(
+        request: &Request,
+        pieces: &[Segment],
+        control: Control,
+    ) -> Result<Self::Factorized, ImagingError>;
+    /// Compares a direct engine with the double-precision sum.
+    fn check_direct(
+        request: &Request,
+        direct: &Self::Direct,
+        pixels: usize,
+        control: Control,
+    ) -> Result<(SelfCheck, Option<PathShares>), ImagingError>;
+    /// Compares a factorized engine with the double-precision sum.
+    fn check_factorized(
+        request: &Request,
+        factorized: &Self::Factorized,
+        pixels: usize,
+        control: Control,
+    ) -> Result<SelfCheck, ImagingError>;
+}
+
+/// A self-check of few pixels, and of more where those leave the verdict open: good with all that they
+/// cannot say, or too large by what they found.
+///
+/// # Errors
+/// Those of `check`.
+pub(super) fn decided<O: Operator>(
+    request: &Request,
+    mut check: impl FnMut(usize) -> Result<SelfCheck, ImagingError>,
+) -> Result<SelfCheck, ImagingError> {
+    let allowed = O::ACCEPTED_SHARE * request.options.accuracy;
+    let [few, most] = O::check_pixels(request);
+    let found = check(few)?;
+    if found.error_bound <= allowed || found.error > allowed || few == most {
+        return Ok(found);
+    }
+    check(most)
+}

@@ -1,0 +1,114 @@
+//! Partitions of the aperture: of all of it, or of each of its segments.
+
+use super::budget::{Budget, FactorizedBudget};
+use super::operator::{Operator, Segment};
+use super::report::FactorizedChoice;
+use super::request::Request;
+use crate::control::Control;
+use crate::engine::batches::Piece;
+use crate::engine::factorized::coarse::coarse_grid;
+use crate::engine::factorized::segments::segments;
+use crate::error::ImagingError;
+use crate::grid::tilted::TiltedGrid;
+use crate::kernel::level::SimdLevel;
+use std::ops::Range;
+
+/// Segments must cost less than this share of the dearest of them for all pulses.
+const WORTH_SEGMENTS: f64 = 0.9;
+
+/// Pulses, and how they are divided into sub-apertures.
+pub(super) struct Partition {
+    pulses: Range<usize>,
+    budget: FactorizedBudget,
+}
+
+/// Partitions that keep `accuracy`: of the whole aperture, or of segments where those cost less; `None`
+/// where coarse grids do not pay.
+///
+/// # Errors
+/// Cancellation.
+pub(super) fn partitions<O: Operator>(
+    request: &Request,
+    accuracy: f64,
+    power: &[f64],
+    control: Control,
+) -> Result<Option<Vec<Partition>>, ImagingError> {
+    let (pulses, plane) = (&request.echoes.pulses, request.grid.plane());
+    let partition = |which: Range<usize>| -> Result<Option<Partition>, ImagingError> {
+        let of_segment = pulses.slice(which.clone())?;
+        let budget = Budget::new(&of_segment, plane, request.options.level, power.to_vec());
+        let found = budget.factorized(accuracy, O::WINDOWS, control)?;
+        Ok(found.map(|budget| Partition {
+            pulses: which,
+            budget,
+        }))
+    };
+    if O::SEGMENTS
+        && let Some(found) = several(segments(pulses, plane), &partition)?
+    {
+        return Ok(Some(found));
+    }
+    Ok(partition(0..pulses.len())?.map(|whole| vec![whole]))
+}
+
+/// Partitions of segments where there are several, each has one, and together they cost less than the
+/// dearest for all: the partition of the whole aperture is bounded by it.
+fn several(
+    segments: Vec<Range<usize>>,
+    partition: &dyn Fn(Range<usize>) -> Result<Option<Partition>, ImagingError>,
+) -> Result<Option<Vec<Partition>>, ImagingError> {
+    if segments.len() < 2 {
+        return Ok(None);
+    }
+    let found: Option<Vec<_>> = (segments.into_iter())
+        .map(partition)
+        .collect::<Result<_, _>>()?;
+    let is_worth = |found: &Vec<Partition>| {
+        let costs = found.iter().map(|p| p.budget.spec.cost);
+        mean_costs(found)[0] < WORTH_SEGMENTS * costs.fold(0.0, f64::max)
+    };
+    Ok(found.filter(is_worth))
+}
+
+/// Mean costs a contribution of the factorized and of the direct engine.
+pub(super) fn mean_costs(partitions: &[Partition]) -> [f64; 2] {
+    let pulses: usize = partitions.iter().map(|p| p.pulses.len()).sum();
+    let mean = |cost: &dyn Fn(&FactorizedBudget) -> f64| {
+        let costs = (partitions.iter()).map(|p| p.pulses.len() as f64 * cost(&p.budget));
+        costs.sum::<f64>() / pulses.max(1) as f64
+    };
+    [mean(&|b| b.spec.cost), mean(&|b| b.direct_cost)]
+}
+
+impl Partition {
+    /// What an engine needs for it.
+    pub fn segment(&self, request: &Request) -> Segment {
+        let coarse = |plane: &TiltedGrid| coarse_grid(plane, self.budget.spec.coarse);
+        Piece {
+            pulses: self.pulses.clone(),
+            spec: (self.budget.spec, self.budget.inner),
+            ranges_m: request.ranges_m(self.pulses.clone(), coarse),
+        }
+    }
+
+    /// What a report says of it.
+    pub fn choice(&self, level: SimdLevel) -> FactorizedChoice {
+        let FactorizedBudget {
+            spec,
+            inner,
+            direct_cost,
+        } = &self.budget;
+        FactorizedChoice {
+            level,
+            pulses: self.pulses.len(),
+            sub_aperture_pulses: spec.pulses,
+            coarse: spec.coarse,
+            bandwidth_per_m: spec.bandwidth_per_m,
+            interpolation_error: spec.interpolation_error,
+            bin_m: inner.table.bin_m,
+            degree: inner.table.degree,
+            cost: spec.cost,
+            direct_cost: *direct_cost,
+        }
+    }
+}

@@ -1,0 +1,119 @@
+//! Data, pixels and requirements of a plan.
+
+use super::options::PlanOptions;
+use crate::engine::direct::table_ranges_m;
+use crate::engine::weights::{WeightedPulses, Weights};
+use crate::error::ImagingError;
+use crate::grid::image::ImageGrid;
+use crate::grid::tilted::TiltedGrid;
+use crate::pulses::{Pulses, Spreading};
+use std::ops::Range;
+
+/// Data, pixels and requirements of a plan.
+#[derive(Debug)]
+pub(crate) struct Request<'a> {
+    pub echoes: WeightedPulses<'a>,
+    pub grid: ImageGrid<'a>,
+    /// Other planes that the same engine images: slices of a volume; none for a single image.
+    pub slices: Vec<TiltedGrid>,
+    pub options: PlanOptions,
+}
+
+impl<'a> Request<'a> {
+    /// Checks data, pixels and requirements.
+    ///
+    /// # Errors
+    /// An accuracy outside (0, 0.1], a level the processor lacks, an antenna exactly on a pixel
+    /// (with 1/R²), a weight by incidence that has no meaning here.
+    pub fn new(
+        pulses: Pulses<'a>,
+        grid: ImageGrid<'a>,
+        options: &PlanOptions,
+    ) -> Result<Self, ImagingError> {
+        options.level.checked()?;
+        if !(options.accuracy > 0.0 && options.accuracy <= 0.1) {
+            return Err(ImagingError::OutOfRange {
+                what: "accuracy",
+                expected: "above 0 and at most 0.1",
+                found: options.accuracy,
+            });
+        }
+        check_apart(&pulses, &grid, options)?;
+        let weights = Weights::new(&pulses, &grid, options.spreading, options.incidence)?;
+        Ok(Self {
+            echoes: WeightedPulses { pulses, weights },
+            grid,
+            slices: Vec::new(),
+            options: *options,
+        })
+    }
+
+    /// The same with other planes, which the engine must be able to image as well.
+    ///
+    /// # Errors
+    /// An antenna exactly on a pixel (with 1/R²).
+    pub fn with_slices(self, slices: Vec<TiltedGrid>) -> Result<Self, ImagingError> {
+        for slice in &slices {
+            check_apart(&self.echoes.pulses, &(*slice).into(), &self.options)?;
+        }
+        Ok(Self { slices, ..self })
+    }
+
+    /// The same data and requirements for one of the slices.
+    pub fn of_slice(&self, slice: TiltedGrid) -> Self {
+        Self {
+            echoes: self.echoes.clone(),
+            grid: slice.into(),
+            slices: Vec::new(),
+            options: self.options,
+        }
+    }
+
+    /// Bounds of the ranges from some pulses that imaging looks up: on the grids that `of` makes of the
+    /// planes, or on the pixels themselves.
+    pub fn ranges_m(
+        &self,
+        which: Range<usize>,
+        of: impl Fn(&TiltedGrid) -> TiltedGrid,
+    ) -> Vec<[f64; 2]> {
+        let position_m = &self.echoes.pulses.position_m()[which];
+        if self.grid.is_uneven() {
+            return table_ranges_m(position_m, &self.grid);
+        }
+        let mut ranges_m = table_ranges_m(position_m, &of(self.grid.plane()).into());
+        for slice in &self.slices {
+            let others = table_ranges_m(position_m, &of(slice).into());
+            for (range, other) in ranges_m.iter_mut().zip(others) {
+                *range = [range[0].min(other[0]), range[1].max(other[1])];
+            }
+        }
+        ranges_m
+    }
+
+    /// Number of pixels.
+    pub fn pixels(&self) -> usize {
+        self.grid.len()
+    }
+
+    /// Pixel × pulse contributions.
+    pub fn contributions(&self) -> u64 {
+        (self.pixels() as u64).saturating_mul(self.echoes.len() as u64)
+    }
+}
+
+/// # Errors
+/// An antenna exactly on a pixel, where 1/R² has no value.
+fn check_apart(
+    pulses: &Pulses,
+    grid: &ImageGrid,
+    options: &PlanOptions,
+) -> Result<(), ImagingError> {
+    if options.spreading == Spreading::InverseSquare {
+        for (pulse, p) in pulses.position_m().iter().enumerate() {
+            if let Some(point) = grid.pixel_at(*p) {
+                return Err(ImagingError::ZeroRange { pulse, point });
+            }
+        }
+    }
+    Ok(())
+}
