@@ -164,6 +164,7 @@ impl Attempt {
             rover: &preparation.rover,
             base: &preparation.base,
             base_zeros: &preparation.base_zeros,
+            base_states: &preparation.base_states,
             base_context: SingleContext {
                 constellation: &preparation.constellation,
                 klobuchar: &preparation.klobuchar,

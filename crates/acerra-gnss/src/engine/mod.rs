@@ -38,13 +38,13 @@ mod time_difference;
 mod zero;
 
 pub(crate) use base::{BasePlace, base_position};
-pub(crate) use base_zeros::BaseZeros;
+pub(crate) use base_zeros::{BaseStates, BaseZeros};
 pub(crate) use calibration::Calibration;
 pub(crate) use code_bias::LastingBiases;
 pub(crate) use code_noise::MeasuredNoise;
 pub(crate) use combine::combine;
 pub(crate) use confirm::{Witness, confirm_by};
-pub(crate) use constellation::Constellation;
+pub(crate) use constellation::{Constellation, SatelliteState, Unusable};
 pub(crate) use diagnose::{base_gaps, contradicting_groups, missing_navigation, phases_and_copies};
 pub(crate) use epoch_input::RoverEpoch;
 pub(crate) use epoch_result::EpochResult;

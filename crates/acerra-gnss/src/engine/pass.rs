@@ -1,6 +1,6 @@
 //! A run of the filter over all rover epochs in one direction.
 
-use super::base_zeros::BaseZeros;
+use super::base_zeros::{BaseStates, BaseZeros};
 use super::code_noise::MeasuredNoise;
 use super::confirm::{AGREEMENT_S, confirm_alone};
 use super::constellation::Constellation;
@@ -35,6 +35,7 @@ pub(crate) struct Prepared<'a> {
     pub rover: &'a [RoverEpoch],
     pub base: &'a [Epoch],
     pub base_zeros: &'a BaseZeros,
+    pub base_states: &'a BaseStates,
     pub base_context: SingleContext<'a>,
     pub base_position_ecef_m: [f64; 3],
     pub noise: MeasuredNoise,
@@ -104,15 +105,20 @@ impl<'a> Prepared<'a> {
 
     /// Zero differences of a base epoch for a rover epoch.
     fn base_zero(&self, index: usize, rover: usize) -> Arc<[ZeroDifference]> {
-        self.base_zeros.get(rover, index, || {
-            self.new_base_zero(index, &self.rover[rover].epoch)
-        })
+        self.base_zeros
+            .get(rover, index, || self.new_base_zero(index, rover))
     }
 
-    fn new_base_zero(&self, index: usize, rover: &Epoch) -> Vec<ZeroDifference> {
+    fn new_base_zero(&self, index: usize, rover: usize) -> Vec<ZeroDifference> {
         let epoch = &self.base[index];
         // Ephemerides are chosen by the rover's tag, so that both ends use the same ones.
-        let mut states = self.base_context.states(epoch, rover.tag, false);
+        let mut states = self
+            .base_states
+            .get(rover, index, || {
+                let tag = self.rover[rover].epoch.tag;
+                self.base_context.states(epoch, tag, false)
+            })
+            .to_vec();
         if !self.options.reproduce_defects {
             let place_ecef_m = self.base_position_ecef_m;
             reject_implausible(self.constellation, epoch, &mut states, place_ecef_m);

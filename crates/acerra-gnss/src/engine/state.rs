@@ -69,7 +69,7 @@ pub(crate) struct SparseRow {
 }
 
 /// State vector, covariance, and the tracks.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub(crate) struct FilterState {
     /// Position states: 3, or 9 with velocity and acceleration.
     pub position_states: usize,
@@ -82,6 +82,43 @@ pub(crate) struct FilterState {
     pub exists: Vec<bool>,
     pub tracks: Vec<Track>,
     initial_bias_variance: f64,
+}
+
+impl Clone for FilterState {
+    fn clone(&self) -> Self {
+        Self {
+            position_states: self.position_states,
+            leading_states: self.leading_states,
+            satellites: self.satellites,
+            x: self.x.clone(),
+            p: self.p.clone(),
+            exists: self.exists.clone(),
+            tracks: self.tracks.clone(),
+            initial_bias_variance: self.initial_bias_variance,
+        }
+    }
+
+    /// As `clone`, in the memory that is there.
+    fn clone_from(&mut self, source: &Self) {
+        let Self {
+            position_states,
+            leading_states,
+            satellites,
+            x,
+            p,
+            exists,
+            tracks,
+            initial_bias_variance,
+        } = source;
+        self.position_states = *position_states;
+        self.leading_states = *leading_states;
+        self.satellites = *satellites;
+        self.x.clone_from(x);
+        self.p.clone_from(p);
+        self.exists.clone_from(exists);
+        self.tracks.clone_from(tracks);
+        self.initial_bias_variance = *initial_bias_variance;
+    }
 }
 
 impl FilterState {
@@ -259,11 +296,15 @@ impl FilterState {
         let mut whitened = residuals;
         cholesky.l_dirty().solve_lower_triangular_mut(&mut whitened);
         let dx = w.tr_mul(&whitened);
-        let reduction = w.tr_mul(&w);
         for (i, &a) in active.iter().enumerate() {
             self.x[a] += dx[i];
-            for (j, &b) in active.iter().enumerate() {
-                self.p[a * n + b] -= reduction[(i, j)];
+            let own = w.column(i);
+            for (j, &b) in active.iter().enumerate().take(i + 1) {
+                let reduction = own.dot(&w.column(j));
+                self.p[a * n + b] -= reduction;
+                if i != j {
+                    self.p[b * n + a] -= reduction;
+                }
             }
         }
         true

@@ -38,10 +38,12 @@ impl Filter<'_> {
         if !checks_residuals {
             return self.update(epoch, excluded);
         }
-        let mut prior = self.state.clone();
+        let mut prior = self.room.take().unwrap_or_else(|| self.state.clone());
+        prior.clone_from(&self.state);
         loop {
             let update = self.update(epoch, excluded)?;
             let Some(outlier) = self.outlier(&update.differences.rows) else {
+                self.room = Some(prior);
                 return Ok(update);
             };
             if 3 * (excluded.len() + 1) > epoch.common.len() {

@@ -99,6 +99,8 @@ pub(crate) struct Filter<'a> {
     held_since: Option<GpsTime>,
     /// The state that has been told the integers held.
     held_state: Option<FilterState>,
+    /// Room for the state before an update.
+    room: Option<FilterState>,
     /// Epochs in a row at which the float state contradicts the integers held.
     doubts: u32,
     /// The log is too short for passes in opposite directions to be independent.
@@ -143,6 +145,7 @@ impl<'a> Filter<'a> {
             last_phases: LastPhases::default(),
             held_since: None,
             held_state: None,
+            room: None,
             is_short_log: false,
             doubts: 0,
             glonass_float: false,

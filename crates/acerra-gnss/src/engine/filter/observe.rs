@@ -9,9 +9,10 @@ use crate::engine::noise::Separation;
 use crate::engine::robust_codes::{Inflation, inflation};
 use crate::engine::single::SinglePoint;
 use crate::engine::state::FilterState;
-use crate::engine::zero::{ZeroDifference, zero_differences};
+use crate::engine::zero::ZeroDifference;
 use crate::options::PositioningMode;
 use crate::signal::SPEED_OF_LIGHT_M_S;
+use std::sync::Arc;
 
 /// Code differences that a position takes, with one to spare.
 const LEAST_CODE_ROWS: usize = 4;
@@ -69,17 +70,11 @@ impl Filter<'_> {
         &self,
         rover: &RoverEpoch,
         place_ecef_m: [f64; 3],
-    ) -> Vec<ZeroDifference> {
-        zero_differences(
-            self.options,
-            &rover.epoch,
-            &rover.states,
-            place_ecef_m,
-            false,
-        )
+    ) -> Arc<[ZeroDifference]> {
+        rover.zero_at(self.options, place_ecef_m)
     }
 
-    pub(super) fn rover_zero(&self, rover: &RoverEpoch) -> Vec<ZeroDifference> {
+    pub(super) fn rover_zero(&self, rover: &RoverEpoch) -> Arc<[ZeroDifference]> {
         self.zero_at(rover, self.state.position())
     }
 
