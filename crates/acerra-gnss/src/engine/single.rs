@@ -157,8 +157,8 @@ impl SingleContext<'_> {
         let mut result = Equations {
             rows: Vec::with_capacity(states.len() + 5),
             satellites: 0,
-            directions: Vec::new(),
-            used: Vec::new(),
+            directions: Vec::with_capacity(states.len()),
+            used: Vec::with_capacity(states.len()),
         };
         let zenith_troposphere_m = saastamoinen_m(place, FRAC_PI_2, RELATIVE_HUMIDITY);
         let mut clock_seen = [false; STATES];

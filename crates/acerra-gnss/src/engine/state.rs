@@ -82,6 +82,8 @@ pub(crate) struct FilterState {
     pub exists: Vec<bool>,
     pub tracks: Vec<Track>,
     initial_bias_variance: f64,
+    /// Memory of the matrices of past updates.
+    room: [Vec<f64>; 3],
 }
 
 impl Clone for FilterState {
@@ -95,6 +97,7 @@ impl Clone for FilterState {
             exists: self.exists.clone(),
             tracks: self.tracks.clone(),
             initial_bias_variance: self.initial_bias_variance,
+            room: Default::default(),
         }
     }
 
@@ -109,6 +112,7 @@ impl Clone for FilterState {
             exists,
             tracks,
             initial_bias_variance,
+            room: _,
         } = source;
         self.position_states = *position_states;
         self.leading_states = *leading_states;
@@ -138,6 +142,7 @@ impl FilterState {
             exists: vec![false; n],
             tracks: vec![Track::default(); slots * satellites],
             initial_bias_variance: options.initial_bias_cycles * options.initial_bias_cycles,
+            room: Default::default(),
         };
         if let Some(index) = state.channel_slope_index() {
             state.initialise(index, 0.0, CHANNEL_SLOPE_SIGMA_M.powi(2));
@@ -253,6 +258,11 @@ impl FilterState {
         }
     }
 
+    /// A matrix of zeros for the noise of an [update](Self::update), in memory of a past one.
+    pub(crate) fn blank(&mut self, size: usize) -> DMatrix<f64> {
+        zeros_in(&mut self.room[0], size, size)
+    }
+
     /// Kalman measurement update with noise covariance `r` (m × m).
     ///
     /// Returns false, leaving the state as it was, when the innovation covariance is not
@@ -262,7 +272,7 @@ impl FilterState {
         let active: Vec<usize> = (0..n).filter(|&i| self.exists[i]).collect();
         let m = rows.len();
         // One column per equation: (P Hᵀ) restricted to the active states.
-        let mut pht = DMatrix::<f64>::zeros(active.len(), m);
+        let mut pht = zeros_in(&mut self.room[1], active.len(), m);
         for (column, row) in rows.iter().enumerate() {
             let mut out = pht.column_mut(column);
             for &(index, coefficient) in &row.coefficients {
@@ -291,7 +301,8 @@ impl FilterState {
             return false;
         };
         let residuals = DVector::from_iterator(m, rows.iter().map(|r| r.residual));
-        let mut w = pht.transpose();
+        let mut w = zeros_in(&mut self.room[2], m, active.len());
+        pht.transpose_to(&mut w);
         cholesky.l_dirty().solve_lower_triangular_mut(&mut w);
         let mut whitened = residuals;
         cholesky.l_dirty().solve_lower_triangular_mut(&mut whitened);
@@ -307,6 +318,15 @@ impl FilterState {
                 }
             }
         }
+        self.room = [cholesky.unpack_dirty(), pht, w].map(|matrix| matrix.data.into());
         true
     }
+}
+
+/// A matrix of zeros in this memory.
+fn zeros_in(memory: &mut Vec<f64>, rows: usize, columns: usize) -> DMatrix<f64> {
+    let mut values = std::mem::take(memory);
+    values.clear();
+    values.resize(rows * columns, 0.0);
+    DMatrix::from_vec(rows, columns, values)
 }

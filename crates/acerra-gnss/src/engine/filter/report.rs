@@ -67,6 +67,9 @@ impl Filter<'_> {
                 }),
             ));
         }
+        result
+            .residuals
+            .reserve(self.options.frequencies * epoch.common.len());
         for slot in 0..self.options.frequencies {
             for (k, c) in epoch.common.iter().enumerate() {
                 let of = |is_code: bool| {

@@ -5,7 +5,6 @@ use crate::engine::double::Common;
 use crate::engine::double_row::DoubleRow;
 use crate::engine::state::FilterState;
 use crate::options::RuleSet;
-use nalgebra::DMatrix;
 
 /// Degrees of freedom that the model's own word weighs.
 const MISFIT_PRIOR: f64 = 30.0;
@@ -14,7 +13,7 @@ const LEAST_VARIANCE_FACTOR: f64 = 0.1;
 /// Kalman update with double differences; false where it fails.
 pub(super) fn update_state(state: &mut FilterState, rows: &[DoubleRow], common: &[Common]) -> bool {
     let m = rows.len();
-    let mut noise = DMatrix::<f64>::zeros(m, m);
+    let mut noise = state.blank(m);
     for (a, ra) in rows.iter().enumerate() {
         for (b, rb) in rows.iter().enumerate() {
             if ra.block == rb.block {
