@@ -51,6 +51,7 @@ mod alternatives;
 pub mod antex;
 mod atmosphere;
 mod attempt;
+mod baseline;
 mod bits;
 mod collect;
 pub mod conf;
@@ -88,6 +89,7 @@ mod track;
 pub mod ubx;
 
 pub use atmosphere::{Mapping, Niell, saastamoinen_m};
+pub use baseline::{Baseline, BaselineAttitude};
 pub use control::Control;
 pub use error_correlation::{ErrorCorrelation, Lasting};
 pub use file::{GnssFile, read_gnss, read_gnss_near, read_navigation, read_observations};
@@ -103,8 +105,8 @@ pub use observation::{
     ObservationEpoch, SatelliteObservation, SignalObservation, StationInfo,
 };
 pub use options::{
-    AmbiguityMode, BasePosition, Cn0Mask, Dynamics, FilterDirection, GlonassAmbiguity,
-    PartialAmbiguity, PositioningMode, PpkOptions, RuleSet,
+    AmbiguityMode, BasePosition, BaselineLength, Cn0Mask, Dynamics, FilterDirection,
+    GlonassAmbiguity, PartialAmbiguity, PositioningMode, PpkOptions, RuleSet,
 };
 pub use orbit_state::{OrbitRates, OrbitState};
 pub use ppk::{process, process_with};

@@ -3,9 +3,9 @@
 
 use crate::control::Watch;
 use crate::engine::{
-    BasePlace, BaseStates, BaseZeros, Calibration, Constellation, Epoch, MeasuredNoise, RoverEpoch,
-    SatelliteState, SingleContext, Unusable, base_gaps, base_position, epochs, missing_navigation,
-    phases_and_copies, reject_implausible,
+    BasePlace, BaseStates, BaseTrack, BaseZeros, Calibration, Constellation, Epoch, MeasuredNoise,
+    RoverEpoch, SatelliteState, SingleContext, Unusable, base_gaps, base_position, epochs,
+    missing_navigation, phases_and_copies, reject_implausible,
 };
 use crate::navigation::{Klobuchar, Navigation};
 use crate::observation::{EPOCH_TOLERANCE_S, ObservationData};
@@ -35,6 +35,8 @@ pub(crate) struct Preparation {
     pub base_zeros: BaseZeros,
     pub base_states: Arc<BaseStates>,
     pub base_place: BasePlace,
+    /// Where a moving base was at each of its epochs.
+    pub base_track: Option<Arc<BaseTrack>>,
     /// Noise as far as code minus phase tells it.
     pub noise: MeasuredNoise,
     pub warnings: Vec<PpkWarning>,
@@ -118,13 +120,30 @@ impl Preparation {
         }
         missing_navigation(&constellation, &rover_epochs, &mut warnings);
 
+        let mut base_track = None;
         let (base_epochs, base_place) = if relative {
             phases_and_copies(rover, base, options, &mut warnings);
             let base_epochs =
                 known.map_or_else(|| epochs(base, &constellation), |known| known.base.clone());
             base_gaps(&base_epochs, &rover_epochs, options, &mut warnings);
             let context = context(true);
-            let place = base_position(&context, base, &base_epochs, options, &mut warnings)?;
+            let place = if options.mode == PositioningMode::MovingBase {
+                // Masks that are tried must not move the base between attempts.
+                let track = match known.and_then(|known| known.base_track.as_ref()) {
+                    Some(track) => Arc::clone(track),
+                    None => Arc::new(BaseTrack::of(&context, &base_epochs)),
+                };
+                let first = track.first_ecef_m().ok_or(PpkError::BasePositionMissing {
+                    own_single_ecef_m: None,
+                })?;
+                base_track = Some(track);
+                BasePlace {
+                    position_ecef_m: first,
+                    from_single_m: None,
+                }
+            } else {
+                base_position(&context, base, &base_epochs, options, &mut warnings)?
+            };
             (base_epochs, place)
         } else {
             (Vec::new(), BasePlace::default())
@@ -146,6 +165,7 @@ impl Preparation {
             rover: rover_epochs,
             base: base_epochs,
             base_place,
+            base_track,
             noise,
             warnings,
             constellation,

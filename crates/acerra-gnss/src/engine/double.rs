@@ -6,7 +6,7 @@ use super::double_row::DoubleRow;
 use super::noise::{Separation, SignalView, single_difference_variance_m2, weak_signal_factor};
 use super::state::FilterState;
 use super::zero::ZeroDifference;
-use crate::options::{PositioningMode, PpkOptions, RuleSet};
+use crate::options::{PpkOptions, RuleSet};
 use crate::satellite::System;
 
 /// A satellite seen by rover and base.
@@ -97,10 +97,7 @@ impl Differencing<'_> {
     }
 
     fn uses_phase(&self) -> bool {
-        matches!(
-            self.options.mode,
-            PositioningMode::Kinematic | PositioningMode::Static
-        )
+        self.options.mode.uses_phases()
     }
 
     fn elevation(&self, k: usize) -> f64 {

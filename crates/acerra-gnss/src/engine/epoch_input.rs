@@ -2,6 +2,7 @@
 
 use super::constellation::{SatelliteState, Unusable};
 use super::measurement::Epoch;
+use super::moving_base::MovedBase;
 use super::single::SinglePoint;
 use super::zero::{ZeroDifference, zero_differences};
 use crate::options::PpkOptions;
@@ -41,7 +42,11 @@ impl RoverEpoch {
 pub(crate) struct BaseView<'a> {
     pub epoch: &'a Epoch,
     pub zero: Arc<[ZeroDifference]>,
-    /// Rover tag minus base tag (s).
+    /// The place that they are of.
+    pub place_ecef_m: [f64; 3],
+    /// Where a moving base is at the rover's time.
+    pub moved: Option<MovedBase>,
+    /// Rover tag minus base tag (s); of a moving base the time between the two receptions.
     pub age_s: f64,
     /// Time that enters the clock noise (s).
     pub noise_age_s: f64,

@@ -11,13 +11,13 @@ pub use residuals::write_residuals;
 
 use crate::PpkSolution;
 
-/// A solution without the epochs whose standard deviation along any axis (ECEF) is larger than
-/// `max_m`, and how many those are (RTKLIB's `out-maxsolstd`).
+/// A solution without the epochs whose standard deviation along any axis (ECEF), with a moving base
+/// that of the baseline, is larger than `max_m`, and how many those are (RTKLIB's `out-maxsolstd`).
 #[must_use]
 pub fn within_sigma(solution: &PpkSolution, max_m: f64) -> (PpkSolution, usize) {
     let mut kept = solution.clone();
     kept.epochs.retain(|epoch| {
-        let c = &epoch.covariance_ecef_m2;
+        let c = &epoch.relative_covariance_ecef_m2();
         let largest = c[0][0].max(c[1][1]).max(c[2][2]).max(0.0);
         largest.sqrt() <= max_m
     });

@@ -10,7 +10,6 @@ use crate::engine::robust_codes::{Inflation, inflation};
 use crate::engine::single::SinglePoint;
 use crate::engine::state::FilterState;
 use crate::engine::zero::ZeroDifference;
-use crate::options::PositioningMode;
 use crate::signal::SPEED_OF_LIGHT_M_S;
 use std::sync::Arc;
 
@@ -20,10 +19,7 @@ const CODE_ITERATIONS: usize = 2;
 
 impl Filter<'_> {
     pub(super) fn uses_phase(&self) -> bool {
-        matches!(
-            self.options.mode,
-            PositioningMode::Kinematic | PositioningMode::Static
-        )
+        self.options.mode.uses_phases()
     }
 
     pub(super) fn common(&self, rover: &RoverEpoch, base: &BaseView<'_>) -> Vec<Common> {
@@ -96,7 +92,7 @@ impl Filter<'_> {
         excluded: &'d [(usize, usize)],
     ) -> Differencing<'d> {
         let baseline_m = (0..3)
-            .map(|k| (state.x[k] - self.base_position_ecef_m[k]).powi(2))
+            .map(|k| (state.x[k] - epoch.base.place_ecef_m[k]).powi(2))
             .sum::<f64>()
             .sqrt();
         Differencing {

@@ -35,6 +35,7 @@ impl EpochResult {
             anchored: false,
             channel_slope_m: None,
             integers: None,
+            base: base.and_then(|b| b.moved),
         }
     }
 
