@@ -8,7 +8,7 @@ use acerra_autopilot::LogReport;
 use acerra_geo::geodesy::{EnuFrame, Geodetic, ecef_from_geodetic};
 use acerra_geo::lever_arm::{HeadingOptions, LeverArmError, apply_lever_arm};
 use acerra_geo::trajectory::{Frame, TimeOrigin, Trajectory, TrajectoryError};
-use acerra_gnss::{BasePosition, PpkOptions};
+use acerra_gnss::{BasePosition, PositioningMode, PpkOptions};
 
 use crate::evidence::{Finding, autopilot_fixed, base_position};
 use crate::positioning::{
@@ -388,6 +388,13 @@ fn positioning_of(
             warnings.add(format!("{}: {setting}", name_of(path)));
         }
         options = conf.options;
+        if options.mode == PositioningMode::MovingBase {
+            warnings.add(format!(
+                "{}: with a moving base the positions are as good as the base's own codes, to metres: \
+                 an image needs a base that stands",
+                name_of(path)
+            ));
+        }
         files.needs_precise_orbits = conf.needs_precise_orbits;
         files.antennas = conf.antennas;
     }

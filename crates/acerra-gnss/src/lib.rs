@@ -21,7 +21,8 @@
 //! | antenna calibrations: ANTEX | [`antex`] |
 //! | one signal per satellite and frequency | [`select_signals`] |
 //! | positions | [`process`] with [`PpkOptions`]; [`process_with`] can be followed and cancelled |
-//! | NMEA, residuals, positions of images | [`output`] |
+//! | two antennas on one vehicle: [`PositioningMode::MovingBase`] | [`Baseline`] |
+//! | NMEA, residuals, positions of images, headings | [`output`] |
 //! | RTKLIB's `.conf` and `.pos` | [`conf`], [`pos`] |
 //!
 //! From two raw logs to a solution file (`examples/positions.rs` is the whole program):

@@ -222,6 +222,17 @@ fn the_baseline_is_what_a_solution_file_holds() {
     for (field, expected) in fields.iter().zip(expected) {
         assert!((field - expected).abs() < 1e-4);
     }
+    let mut attitudes = Vec::new();
+    acerra_gnss::output::write_attitudes(&mut attitudes, &solution).unwrap();
+    let attitudes = String::from_utf8(attitudes).unwrap();
+    assert_eq!(attitudes.lines().count(), 1 + solution.epochs.len());
+    let line = attitudes.lines().nth(1).unwrap();
+    let values = line.split(',').skip(2).map(|v| v.parse().unwrap());
+    let values: Vec<f64> = values.collect();
+    let [e, n, _] = expected;
+    let heading_deg = f64::atan2(e, n).to_degrees().rem_euclid(360.0);
+    assert!((values[0] - heading_deg).abs() < 1e-3, "{line}");
+    assert!((values[4] - LENGTH_M).abs() < 5.0 * values[5], "{line}");
     // The vector to centimetres, the place to decimetres at best.
     let place = first(&text(PosFrame::Ecef));
     assert!(fields[5] < 0.03 && place[5] > 0.2, "{fields:?} {place:?}");

@@ -21,7 +21,8 @@ pub use configuration::{GnssConfiguration, GnssConfigurationError};
 pub use error::PositioningError;
 pub use input::PositioningInput;
 pub use summary::{
-    BaseAnswer, DropAnswer, EventAnswer, FileAnswer, PpkAnswer, ReasonAnswer, answer,
+    BaseAnswer, BaselineAnswer, DropAnswer, EventAnswer, FileAnswer, PpkAnswer, ReasonAnswer,
+    answer,
 };
 
 /// A finished positioning run.

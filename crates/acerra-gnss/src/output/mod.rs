@@ -1,10 +1,12 @@
 //! What a solution is written as, besides [RTKLIB's solution files](crate::pos): NMEA sentences,
-//! residuals, positions of images.
+//! residuals, positions of images, headings of baselines.
 
+mod attitude;
 mod images;
 mod nmea;
 mod residuals;
 
+pub use attitude::write_attitudes;
 pub use images::{ImageError, ImagePosition, position_images, write_images};
 pub use nmea::write_nmea;
 pub use residuals::write_residuals;
