@@ -527,14 +527,14 @@ mod tests {
             entries in prop::collection::vec(-1.0..1.0f64, 36),
         ) {
             let q = covariance(&entries, 6);
-            let mut factor = Factor::new(&q, 6).unwrap();
+            let a: Vec<f64> = (0..6).map(f64::from).collect();
+            let mut factor = Factor::new(&q, a.clone()).unwrap();
             let before: f64 = factor.diagonal.iter().product();
             factor.reduce();
             let after: f64 = factor.diagonal.iter().product();
             prop_assert!((before / after - 1.0).abs() < 1e-6);
-            prop_assert!((determinant(&factor.transformation, 6).abs() - 1.0).abs() < 1e-6);
-            let a: Vec<f64> = (0..6).map(f64::from).collect();
-            prop_assert_eq!(factor.restore(&factor.transform(&a)), a);
+            prop_assert!((determinant(&factor.inverse_transposed, 6).abs() - 1.0).abs() < 1e-6);
+            prop_assert_eq!(factor.restore(&factor.float), a);
         }
     }
 }

@@ -16,10 +16,11 @@ use std::process::Command;
 /// A case: name, lines that replace those of the set's configuration, and the same as options.
 type Case = (&'static str, &'static [&'static str], fn(&mut PpkOptions));
 
-const CASES: [Case; 11] = [
+const CASES: [Case; 12] = [
     ("float", &["pos2-armode=off"], |o| {
         o.ambiguity = AmbiguityMode::Off
     }),
+    ("three iterations", &["pos2-niter=3"], |o| o.iterations = 3),
     ("instantaneous", &["pos2-armode=instantaneous"], |o| {
         o.ambiguity = AmbiguityMode::Instantaneous;
     }),

@@ -131,10 +131,12 @@ impl Filter<'_> {
         single: &SinglePoint,
     ) -> Option<FilterState> {
         let mut state = self.state.clone();
-        for k in 0..3 {
-            state.initialise(k, single.position_ecef_m[k], POSITION_VARIANCE_M2);
-        }
+        let mut place_ecef_m = single.position_ecef_m;
         for _ in 0..CODE_ITERATIONS {
+            // Codes count once: nothing is known of the place but where to form the differences.
+            for (k, place_m) in place_ecef_m.into_iter().enumerate() {
+                state.initialise(k, place_m, POSITION_VARIANCE_M2);
+            }
             let zero = self.zero_at(epoch.rover, state.position());
             let differencing = Differencing {
                 codes_alone: true,
@@ -144,6 +146,7 @@ impl Filter<'_> {
             if rows.len() < LEAST_CODE_ROWS || !update_state(&mut state, &rows, &epoch.common) {
                 return None;
             }
+            place_ecef_m = state.position();
         }
         Some(state)
     }
