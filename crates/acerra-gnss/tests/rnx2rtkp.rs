@@ -101,7 +101,6 @@ fn validation_moving_base_against_rnx2rtkp() {
         (&STATIC_1HZ, 1e-3, None),
         // RTKLIB repeats the update of an epoch twice where it knows the length.
         (&STATIC_1HZ, 5e-3, Some((0.9867, 0.005))),
-        (&WALK, 5e-3, None),
     ];
     for (set, tolerance_m, known) in cases {
         let Some(logs) = set.read() else { return };
