@@ -8,11 +8,12 @@ use acerra_autopilot::LogReport;
 use acerra_geo::geodesy::{EnuFrame, Geodetic, ecef_from_geodetic};
 use acerra_geo::lever_arm::{HeadingOptions, LeverArmError, apply_lever_arm};
 use acerra_geo::trajectory::{Frame, TimeOrigin, Trajectory, TrajectoryError};
-use acerra_gnss::conf::{ConfError, read_conf};
-use acerra_gnss::{BasePosition, PpkOptions, RuleSet};
+use acerra_gnss::{BasePosition, PositioningMode, PpkOptions};
 
 use crate::evidence::{Finding, autopilot_fixed, base_position};
-use crate::positioning::{self, AntennaInput, PositioningError, PositioningInput};
+use crate::positioning::{
+    self, GnssConfiguration, GnssConfigurationError, PositioningError, PositioningInput,
+};
 use crate::read::name_of;
 use crate::trace_positions::TracePositions;
 use crate::trajectory_file::{TrajectoryFileError, TrajectoryFileOptions, read_trajectory_file};
@@ -164,13 +165,8 @@ pub enum PositionError {
         cause: Box<TrajectoryFileError>,
     },
     /// The RTKLIB configuration cannot be read.
-    #[error("{}: {cause}", path.display())]
-    Configuration {
-        /// The file.
-        path: PathBuf,
-        /// The place in it, what was expected and what was found.
-        cause: ConfError,
-    },
+    #[error(transparent)]
+    Configuration(GnssConfigurationError),
     /// The GNSS logs give no solution.
     #[error("[gnss]: {0}")]
     Positioning(PositioningError),
@@ -387,21 +383,20 @@ fn positioning_of(
     let mut files = logs.files.clone();
     let mut options = PpkOptions::default();
     if let Some(path) = &logs.config {
-        let conf = read_conf(open(path)?, RuleSet::Rtklib).map_err(|cause| {
-            PositionError::Configuration {
-                path: path.clone(),
-                cause,
-            }
-        })?;
+        let conf = GnssConfiguration::read(path).map_err(PositionError::Configuration)?;
         for setting in &conf.not_followed {
             warnings.add(format!("{}: {setting}", name_of(path)));
         }
-        options = conf.options.guarded();
-        files.needs_precise_orbits = conf.inputs.precise_orbits;
-        files.antennas = AntennaInput::from(&conf.inputs).if_any();
-        if let (Some(file), Some(folder)) = (&mut files.antennas.file, path.parent()) {
-            *file = folder.join(&*file);
+        options = conf.options;
+        if options.mode == PositioningMode::MovingBase {
+            warnings.add(format!(
+                "{}: with a moving base the positions are as good as the base's own codes, to metres: \
+                 an image needs a base that stands",
+                name_of(path)
+            ));
         }
+        files.needs_precise_orbits = conf.needs_precise_orbits;
+        files.antennas = conf.antennas;
     }
     match &logs.base {
         None => {}
@@ -457,7 +452,6 @@ pub fn in_one_frame<'a>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::positioning::AntennaName;
     use acerra_geo::trajectory::Fix;
 
     fn at(frame: Frame, position_m: [f64; 3]) -> Positions {
@@ -490,26 +484,5 @@ mod tests {
         let mut apart = [at(Frame::Enu(first), [0.0; 3]), at(Frame::Local, [0.0; 3])];
         let message = in_one_frame(&mut apart).unwrap_err().to_string();
         assert!(message.contains("[[track]] 2"), "{message}");
-    }
-
-    #[test]
-    fn a_configuration_file_is_followed_as_the_command_does() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("rtklib.conf");
-        let text = "pos1-posmode=kinematic\npos1-sateph=precise\nant1-anttype=*\nant2-anttype=LEIAX1202\n\
-                    file-rcvantfile=igs14.atx\n";
-        std::fs::write(&path, text).unwrap();
-        let logs = GnssLogs {
-            files: PositioningInput::default(),
-            config: Some(path),
-            base: None,
-        };
-        let (files, options) = positioning_of(&logs, &mut Warnings::default()).unwrap();
-        assert_eq!(options, options.clone().with_safeguards());
-        assert!(files.needs_precise_orbits);
-        let antennas = files.antennas;
-        assert_eq!(antennas.file, Some(folder.path().join("igs14.atx")));
-        assert_eq!(antennas.rover, AntennaName::Header);
-        assert_eq!(antennas.base, AntennaName::Given("LEIAX1202".to_owned()));
     }
 }

@@ -77,7 +77,7 @@ fn attempts(
         let attempt = if own.cn0_mask == options.cn0_mask {
             Attempt::new(preparation, &own, &watch)
         } else {
-            let masked = Preparation::new(inputs, &own, &watch);
+            let masked = preparation.masked(inputs, &own, &watch);
             masked.and_then(|masked| Attempt::new(&masked, &own, &watch))
         };
         attempt.ok().map(|attempt| (attempt, own))

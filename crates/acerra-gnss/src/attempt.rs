@@ -7,7 +7,7 @@ use crate::engine::{
     error_correlation, rise_per_s, scale_covariances,
 };
 use crate::error_correlation::ErrorCorrelation;
-use crate::options::{AmbiguityMode, FilterDirection, PositioningMode, PpkOptions};
+use crate::options::{AmbiguityMode, FilterDirection, PpkOptions};
 use crate::ppk_error::PpkError;
 use crate::preparation::{Preparation, join, threads};
 use crate::solution::{GlonassDecision, LostEpoch, PpkWarning, Quality};
@@ -164,6 +164,8 @@ impl Attempt {
             rover: &preparation.rover,
             base: &preparation.base,
             base_zeros: &preparation.base_zeros,
+            base_states: &preparation.base_states,
+            base_track: preparation.base_track.as_deref(),
             base_context: SingleContext {
                 constellation: &preparation.constellation,
                 klobuchar: &preparation.klobuchar,
@@ -231,16 +233,12 @@ fn trial_options(options: &PpkOptions) -> PpkOptions {
 /// Whether the other direction's pass bears witness to the fixes of the one asked for: not where
 /// epochs are resolved one by one, alike in both.
 fn has_witness(options: &PpkOptions) -> bool {
-    let relative = matches!(
-        options.mode,
-        PositioningMode::Kinematic | PositioningMode::Static
-    );
     let with_memory = matches!(
         options.ambiguity,
         AmbiguityMode::Continuous | AmbiguityMode::FixAndHold
     );
     options.min_success_rate.is_some()
-        && relative
+        && options.mode.uses_phases()
         && with_memory
         && options.direction != FilterDirection::CombinedWithoutReset
 }

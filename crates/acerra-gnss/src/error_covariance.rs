@@ -26,6 +26,7 @@ impl ErrorCorrelation {
     ///     covariance_ecef_m2: std::array::from_fn(|i| {
     ///         std::array::from_fn(|j| if i == j { sigma_m * sigma_m } else { 0.0 })
     ///     }),
+    ///     baseline: None,
     ///     velocity_ecef_m_s: None,
     ///     quality,
     ///     satellites: 9,

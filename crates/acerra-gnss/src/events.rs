@@ -97,6 +97,7 @@ mod tests {
             time: GpsTime::from_week_tow(2_000, time_s),
             position_ecef_m: [x, 0.0, 0.0],
             covariance_ecef_m2: [[0.0; 3]; 3],
+            baseline: None,
             velocity_ecef_m_s: None,
             quality: Quality::Fixed,
             satellites: 8,

@@ -100,10 +100,9 @@ pub fn integer_least_squares(
     // Whole cycles are taken off first: the transformed floats then keep all their digits.
     let whole: Vec<f64> = float.iter().map(|a| a.round()).collect();
     let rest: Vec<f64> = float.iter().zip(&whole).map(|(a, w)| a - w).collect();
-    let mut factor = Factor::new(covariance, n)?;
+    let mut factor = Factor::new(covariance, rest)?;
     factor.reduce();
-    let transformed = factor.transform(&rest);
-    let (found, costs) = factor.search(&transformed, count)?;
+    let (found, costs) = factor.search(count)?;
     let integers = found
         .iter()
         .map(|z| {
@@ -138,33 +137,55 @@ fn share_within(limit: f64) -> f64 {
     1.0 - polynomial * (-x * x).exp()
 }
 
-/// Q = LᵀDL with unit lower triangular L, the integer transformation Z applied so far and its
-/// inverse transpose. Matrices are stored by columns.
+/// Largest whole number not above `x`, without a call into the mathematical library: processors
+/// without SSE 4.1 have no instruction for it.
+fn floor(x: f64) -> f64 {
+    const EXACT: f64 = 4_503_599_627_370_496.0; // 2⁵²: beyond it every number is whole.
+    if x.is_nan() || x.abs() >= EXACT {
+        return x;
+    }
+    let cut = x as i64 as f64;
+    if cut > x { cut - 1.0 } else { cut }
+}
+
+/// Q = LᵀDL with unit lower triangular L; the floats after the integer transformation Z so far, and
+/// its inverse transpose. Matrices are stored by columns.
 struct Factor {
     n: usize,
     lower: Vec<f64>,
     diagonal: Vec<f64>,
-    transformation: Vec<f64>,
+    float: Vec<f64>,
     inverse_transposed: Vec<f64>,
 }
 
+/// Two columns of n elements at once.
+fn columns(matrix: &mut [f64], n: usize, low: usize, high: usize) -> (&mut [f64], &mut [f64]) {
+    let (before, after) = matrix.split_at_mut(high * n);
+    (&mut before[low * n..(low + 1) * n], &mut after[..n])
+}
+
 impl Factor {
-    fn new(covariance: &[f64], n: usize) -> Result<Self, LambdaError> {
+    fn new(covariance: &[f64], float: Vec<f64>) -> Result<Self, LambdaError> {
+        let n = float.len();
         let mut work = covariance.to_vec();
         let mut lower = vec![0.0; n * n];
         let mut diagonal = vec![0.0; n];
+        let mut row = vec![0.0; n];
         for i in (0..n).rev() {
             let d = work[i * n + i];
             if d.is_nan() || d <= 0.0 || d.is_infinite() {
                 return Err(LambdaError::NotPositiveDefinite { index: i });
             }
             diagonal[i] = d;
-            for j in 0..=i {
-                lower[j * n + i] = work[i * n + j] / d;
+            let own = &work[i * n..(i + 1) * n];
+            for (j, (element, w)) in row.iter_mut().zip(own).enumerate().take(i + 1) {
+                *element = w / d;
+                lower[j * n + i] = *element;
             }
-            for j in 0..i {
-                for k in 0..=j {
-                    work[j * n + k] -= lower[j * n + i] * lower[k * n + i] * d;
+            for (j, line) in work.chunks_exact_mut(n).enumerate().take(i) {
+                let factor = row[j];
+                for (w, element) in line.iter_mut().zip(&row).take(j + 1) {
+                    *w -= factor * element * d;
                 }
             }
         }
@@ -176,8 +197,8 @@ impl Factor {
             n,
             lower,
             diagonal,
-            inverse_transposed: identity.clone(),
-            transformation: identity,
+            inverse_transposed: identity,
+            float,
         })
     }
 
@@ -189,16 +210,18 @@ impl Factor {
     /// Subtracts the nearest integer multiple of column `i` from column `j` (i > j).
     fn reduce_column(&mut self, i: usize, j: usize) {
         let n = self.n;
-        let mu = (self.l(i, j) + 0.5).floor();
+        let mu = floor(self.l(i, j) + 0.5);
         if mu == 0.0 {
             return;
         }
-        for k in i..n {
-            self.lower[j * n + k] -= mu * self.lower[i * n + k];
+        let (target, source) = columns(&mut self.lower, n, j, i);
+        for (t, s) in target[i..].iter_mut().zip(&source[i..]) {
+            *t -= mu * s;
         }
-        for k in 0..n {
-            self.transformation[j * n + k] -= mu * self.transformation[i * n + k];
-            self.inverse_transposed[i * n + k] += mu * self.inverse_transposed[j * n + k];
+        self.float[j] -= mu * self.float[i];
+        let (source, target) = columns(&mut self.inverse_transposed, n, j, i);
+        for (t, s) in target.iter_mut().zip(source) {
+            *t += mu * *s;
         }
     }
 
@@ -219,10 +242,9 @@ impl Factor {
         for k in j + 2..n {
             self.lower.swap(j * n + k, (j + 1) * n + k);
         }
-        for k in 0..n {
-            self.transformation.swap(j * n + k, (j + 1) * n + k);
-            self.inverse_transposed.swap(j * n + k, (j + 1) * n + k);
-        }
+        self.float.swap(j, j + 1);
+        let (a, b) = columns(&mut self.inverse_transposed, n, j, j + 1);
+        a.swap_with_slice(b);
     }
 
     /// Lowers the conditional variances by exchanging neighbours, then reduces the off-diagonals.
@@ -237,7 +259,7 @@ impl Factor {
         let mut j = n - 2;
         loop {
             let l = self.l(j + 1, j);
-            let l = l - (l + 0.5).floor();
+            let l = l - floor(l + 0.5);
             let delta = self.diagonal[j] + l * l * self.diagonal[j + 1];
             if delta + 1e-6 < self.diagonal[j + 1] {
                 self.reduce_column(j + 1, j);
@@ -257,14 +279,6 @@ impl Factor {
         }
     }
 
-    /// Zᵀa.
-    fn transform(&self, a: &[f64]) -> Vec<f64> {
-        self.transformation
-            .chunks_exact(self.n)
-            .map(|column| column.iter().zip(a).map(|(z, a)| z * a).sum())
-            .collect()
-    }
-
     /// Z⁻ᵀz.
     fn restore(&self, z: &[f64]) -> Vec<f64> {
         let mut a = vec![0.0; self.n];
@@ -279,12 +293,9 @@ impl Factor {
     /// Depth-first search from the last variable to the first, each level walking outwards from
     /// its conditional mean, inside an ellipsoid that shrinks with every candidate found.
     #[allow(clippy::type_complexity)]
-    fn search(
-        &self,
-        center: &[f64],
-        count: usize,
-    ) -> Result<(Vec<Vec<f64>>, Vec<f64>), LambdaError> {
+    fn search(&self, count: usize) -> Result<(Vec<Vec<f64>>, Vec<f64>), LambdaError> {
         let n = self.n;
+        let center = &self.float;
         let mut found: Vec<(f64, Vec<f64>)> = Vec::with_capacity(count + 1);
         let mut bound = f64::INFINITY;
         let mut mean = vec![0.0; n];
@@ -296,7 +307,7 @@ impl Factor {
 
         let mut k = n - 1;
         mean[k] = center[k];
-        z[k] = (mean[k] + 0.5).floor();
+        z[k] = floor(mean[k] + 0.5);
         step[k] = outwards(mean[k] - z[k]);
         for _ in 0..LARGEST_SEARCH {
             offset[k] = z[k] - mean[k];
@@ -312,7 +323,7 @@ impl Factor {
                         .map(|(l, o)| l * o)
                         .sum();
                     mean[k] = center[k] + pull;
-                    z[k] = (mean[k] + 0.5).floor();
+                    z[k] = floor(mean[k] + 0.5);
                     step[k] = outwards(mean[k] - z[k]);
                     continue;
                 }
@@ -341,6 +352,15 @@ impl Factor {
 mod tests {
     use super::*;
     use proptest::prelude::*;
+
+    #[test]
+    fn whole_numbers_below() {
+        let many = (-400..400).map(|k| f64::from(k) * 0.37);
+        for x in many.chain([-0.0, 1e15 + 0.5, -1e15 - 0.5, 1e17, -1e300, f64::INFINITY]) {
+            assert_eq!(floor(x), x.floor(), "{x}");
+        }
+        assert!(floor(f64::NAN).is_nan());
+    }
 
     fn check(found: &IntegerCandidates, expected: &[(&[f64], f64)]) {
         for (k, (integers, cost)) in expected.iter().enumerate() {
@@ -507,14 +527,14 @@ mod tests {
             entries in prop::collection::vec(-1.0..1.0f64, 36),
         ) {
             let q = covariance(&entries, 6);
-            let mut factor = Factor::new(&q, 6).unwrap();
+            let a: Vec<f64> = (0..6).map(f64::from).collect();
+            let mut factor = Factor::new(&q, a.clone()).unwrap();
             let before: f64 = factor.diagonal.iter().product();
             factor.reduce();
             let after: f64 = factor.diagonal.iter().product();
             prop_assert!((before / after - 1.0).abs() < 1e-6);
-            prop_assert!((determinant(&factor.transformation, 6).abs() - 1.0).abs() < 1e-6);
-            let a: Vec<f64> = (0..6).map(f64::from).collect();
-            prop_assert_eq!(factor.restore(&factor.transform(&a)), a);
+            prop_assert!((determinant(&factor.inverse_transposed, 6).abs() - 1.0).abs() < 1e-6);
+            prop_assert_eq!(factor.restore(&factor.float), a);
         }
     }
 }

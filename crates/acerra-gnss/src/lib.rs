@@ -21,7 +21,8 @@
 //! | antenna calibrations: ANTEX | [`antex`] |
 //! | one signal per satellite and frequency | [`select_signals`] |
 //! | positions | [`process`] with [`PpkOptions`]; [`process_with`] can be followed and cancelled |
-//! | NMEA, residuals, positions of images | [`output`] |
+//! | two antennas on one vehicle: [`PositioningMode::MovingBase`] | [`Baseline`] |
+//! | NMEA, residuals, positions of images, headings | [`output`] |
 //! | RTKLIB's `.conf` and `.pos` | [`conf`], [`pos`] |
 //!
 //! From two raw logs to a solution file (`examples/positions.rs` is the whole program):
@@ -51,6 +52,7 @@ mod alternatives;
 pub mod antex;
 mod atmosphere;
 mod attempt;
+mod baseline;
 mod bits;
 mod collect;
 pub mod conf;
@@ -88,6 +90,7 @@ mod track;
 pub mod ubx;
 
 pub use atmosphere::{Mapping, Niell, saastamoinen_m};
+pub use baseline::{Baseline, BaselineAttitude};
 pub use control::Control;
 pub use error_correlation::{ErrorCorrelation, Lasting};
 pub use file::{GnssFile, read_gnss, read_gnss_near, read_navigation, read_observations};
@@ -103,8 +106,8 @@ pub use observation::{
     ObservationEpoch, SatelliteObservation, SignalObservation, StationInfo,
 };
 pub use options::{
-    AmbiguityMode, BasePosition, Cn0Mask, Dynamics, FilterDirection, GlonassAmbiguity,
-    PartialAmbiguity, PositioningMode, PpkOptions, RuleSet,
+    AmbiguityMode, BasePosition, BaselineLength, Cn0Mask, Dynamics, FilterDirection,
+    GlonassAmbiguity, PartialAmbiguity, PositioningMode, PpkOptions, RuleSet,
 };
 pub use orbit_state::{OrbitRates, OrbitState};
 pub use ppk::{process, process_with};

@@ -56,6 +56,7 @@ named!(PositioningMode {
     Dgps = "dgps",
     Kinematic = "kinematic",
     Static = "static",
+    MovingBase = "moving-base",
 });
 
 named!(FilterDirection {

@@ -17,6 +17,27 @@ pub enum PositioningMode {
     Kinematic,
     /// Carrier phase, rover standing still for the whole file.
     Static,
+    /// Carrier phase between two receivers that both move, such as two antennas on one vehicle: the
+    /// base is where its own codes say at each epoch, and the vector from it to the rover is
+    /// [`Solution::baseline`](crate::Solution::baseline).
+    MovingBase,
+}
+
+impl PositioningMode {
+    /// Whether carrier phases are used.
+    #[must_use]
+    pub const fn uses_phases(self) -> bool {
+        matches!(self, Self::Kinematic | Self::Static | Self::MovingBase)
+    }
+}
+
+/// What is known of the length of a moving base's baseline.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BaselineLength {
+    /// Distance between the antennas' phase centres (m).
+    pub length_m: f64,
+    /// Its standard deviation (m).
+    pub sigma_m: f64,
 }
 
 /// In which direction of time the filter runs.
@@ -272,8 +293,10 @@ pub struct PpkOptions {
     pub bias_noise_cycles: f64,
     /// Receiver clock stability (s/s).
     pub clock_stability: f64,
-    /// Position of the base.
+    /// Position of the base; not used with a moving base.
     pub base_position: BasePosition,
+    /// Distance between the two antennas, where it is known ([`PositioningMode::MovingBase`]).
+    pub baseline_length: Option<BaselineLength>,
     /// Rover antenna's phase centre from its marker: east, north, up (m).
     pub rover_antenna_m: [f64; 3],
     /// Base antenna's phase centre from its marker: east, north, up (m).
@@ -353,6 +376,7 @@ impl PpkOptions {
             bias_noise_cycles: 1e-4,
             clock_stability: 5e-12,
             base_position: BasePosition::Header,
+            baseline_length: None,
             rover_antenna_m: [0.0; 3],
             base_antenna_m: [0.0; 3],
             rover_calibration: None,
@@ -528,6 +552,7 @@ with_methods! {
     bias_noise_cycles: f64 => with_bias_noise_cycles,
     clock_stability: f64 => with_clock_stability,
     base_position: BasePosition => with_base_position,
+    baseline_length: Option<BaselineLength> => with_baseline_length,
     rover_antenna_m: [f64; 3] => with_rover_antenna_m,
     base_antenna_m: [f64; 3] => with_base_antenna_m,
     rover_calibration: Option<Arc<AntennaCalibration>> => with_rover_calibration,

@@ -8,8 +8,8 @@ use acerra_geo::geoid::GeoidGrid;
 use acerra_geo::time::GpsTime;
 
 use crate::{
-    AmbiguityMode, FilterDirection, GlonassAmbiguity, PositioningMode, PpkOptions, PpkSolution,
-    Solution, System,
+    AmbiguityMode, Baseline, FilterDirection, GlonassAmbiguity, PositioningMode, PpkOptions,
+    PpkSolution, Solution, System,
 };
 
 /// Coordinates of a solution file.
@@ -115,8 +115,9 @@ pub fn write_pos(
     inputs: &[String],
     format: &PosFormat,
 ) -> io::Result<()> {
+    let moves = options.mode == PositioningMode::MovingBase;
     let base = match (format.frame, solution.base_position_ecef_m) {
-        (PosFrame::EnuBaseline, None) => {
+        (PosFrame::EnuBaseline, None) if !moves => {
             return Err(io::Error::new(
                 io::ErrorKind::InvalidInput,
                 "a baseline needs a base position",
@@ -130,7 +131,8 @@ pub fn write_pos(
     write_columns(&mut out, format)?;
     let frame = base.map(EnuFrame::from_ecef);
     for epoch in &solution.epochs {
-        write_epoch(&mut out, epoch, frame.as_ref(), format)?;
+        let own = epoch.baseline.as_ref().map(Baseline::frame);
+        write_epoch(&mut out, epoch, own.as_ref().or(frame.as_ref()), format)?;
     }
     Ok(())
 }
@@ -173,6 +175,7 @@ fn write_header(
         PositioningMode::Dgps => "DGPS",
         PositioningMode::Kinematic => "Kinematic",
         PositioningMode::Static => "Static",
+        PositioningMode::MovingBase => "Moving-Base",
     };
     writeln!(out, "% pos mode  : {mode}")?;
     if options.mode != PositioningMode::Single {
@@ -204,10 +207,7 @@ fn write_header(
         .map(|s| if s == System::Beidou { "BDS" } else { s.name() })
         .collect();
     writeln!(out, "% navi sys  : {}", systems.join(" "))?;
-    if matches!(
-        options.mode,
-        PositioningMode::Kinematic | PositioningMode::Static
-    ) {
+    if options.mode.uses_phases() {
         let ambiguity = match options.ambiguity {
             AmbiguityMode::Off => "OFF",
             AmbiguityMode::Continuous => "Continuous",
@@ -365,7 +365,7 @@ fn write_epoch(
             let [e, n, u] = base.enu_from_ecef(epoch.position_ecef_m);
             write!(out, " {e:14.4} {n:14.4} {u:14.4}")?;
             in_order(
-                &base.enu_covariance_from_ecef(&epoch.covariance_ecef_m2),
+                &base.enu_covariance_from_ecef(&epoch.relative_covariance_ecef_m2()),
                 [0, 1, 2],
             )
         }
@@ -433,6 +433,7 @@ mod tests {
             time: GpsTime::from_week_tow(2445, 475_200.0 + n) + 0.9996,
             position_ecef_m: base.ecef_from_enu([10.0 + n, -5.0, 2.5]),
             covariance_ecef_m2: base.ecef_covariance_from_enu(&enu),
+            baseline: None,
             velocity_ecef_m_s: None,
             quality: if n < 1.0 {
                 Quality::Fixed

@@ -2,7 +2,9 @@
 
 use crate::alternatives::better_of;
 use crate::attempt::{Attempt, passes};
+use crate::baseline::Baseline;
 use crate::control::{Control, Watch};
+use crate::engine::{EpochResult, MovedBase};
 use crate::events::interpolate_events;
 use crate::navigation::Navigation;
 use crate::observation::ObservationData;
@@ -68,6 +70,16 @@ pub fn process_with(
     control: Control<'_>,
 ) -> Result<PpkSolution, PpkError> {
     check_options(options)?;
+    let dynamics_dropped =
+        options.mode == PositioningMode::MovingBase && options.dynamics.is_some();
+    let own;
+    let options = match without_motion_model(options) {
+        Some(changed) => {
+            own = changed;
+            &own
+        }
+        None => options,
+    };
     let relative = options.mode != PositioningMode::Single;
     let span = |data: &ObservationData| -> Option<TimeSpan> {
         let times = || data.epochs.iter().map(|e| e.time);
@@ -115,11 +127,25 @@ pub fn process_with(
     }
     let base_from_single_m = attempt.base_from_single_m;
     let base_position_ecef_m = attempt.base_position_ecef_m;
+    if dynamics_dropped {
+        attempt.warnings.push(PpkWarning::DynamicsNotUsed);
+    }
     let mut solution = assemble(attempt, options);
     solution.summary.base_from_single_m = base_from_single_m;
-    solution.base_position_ecef_m = relative.then_some(base_position_ecef_m);
+    let stands = relative && options.mode != PositioningMode::MovingBase;
+    solution.base_position_ecef_m = stands.then_some(base_position_ecef_m);
     solution.events = interpolate_events(&rover.events, &solution.epochs);
     Ok(solution)
+}
+
+/// With a moving base there is no place that a motion model could start from but the base's own,
+/// which jumps by metres; and between its epochs it moves in no straight line.
+fn without_motion_model(options: &PpkOptions) -> Option<PpkOptions> {
+    (options.mode == PositioningMode::MovingBase).then(|| PpkOptions {
+        dynamics: None,
+        interpolate_base: false,
+        ..options.clone()
+    })
 }
 
 fn check_options(options: &PpkOptions) -> Result<(), PpkError> {
@@ -177,18 +203,32 @@ fn check_options(options: &PpkOptions) -> Result<(), PpkError> {
             value,
         )?;
     }
+    if let Some(known) = options.baseline_length {
+        let values = [
+            ("baseline_length.length_m", known.length_m),
+            ("baseline_length.sigma_m", known.sigma_m),
+        ];
+        for (name, value) in values {
+            check(
+                value.is_finite() && value > 0.0,
+                name,
+                "a positive number",
+                value,
+            )?;
+        }
+    }
     Ok(())
 }
 
 fn assemble(attempt: Attempt, options: &PpkOptions) -> PpkSolution {
     let mut lost = attempt.lost;
     let mut epochs = Vec::with_capacity(attempt.results.len());
+    // Without a vector there is nothing to say of a moving base.
+    let output_single = options.output_single && options.mode != PositioningMode::MovingBase;
     for r in attempt.results {
         let quality = match r.quality {
             Some(quality) => quality,
-            None if options.mode == PositioningMode::Single || options.output_single => {
-                Quality::Single
-            }
+            None if options.mode == PositioningMode::Single || output_single => Quality::Single,
             None => {
                 let reason = r
                     .reason
@@ -200,10 +240,16 @@ fn assemble(attempt: Attempt, options: &PpkOptions) -> PpkSolution {
                 continue;
             }
         };
+        let baseline = r.base.map(|base| baseline(&r, base));
+        let of_base_m2 = r.base.map_or([[0.0; 3]; 3], |b| b.covariance_ecef_m2);
+        let relative_m2 = baseline.map_or(r.covariance_ecef_m2, |b| b.covariance_ecef_m2);
         epochs.push(Solution {
             time: r.time,
             position_ecef_m: r.position_ecef_m,
-            covariance_ecef_m2: r.covariance_ecef_m2,
+            covariance_ecef_m2: std::array::from_fn(|i| {
+                std::array::from_fn(|j| relative_m2[i][j] + of_base_m2[i][j])
+            }),
+            baseline,
             velocity_ecef_m_s: r.velocity.map(|(v, _)| v),
             quality,
             satellites: r.satellites,
@@ -225,6 +271,22 @@ fn assemble(attempt: Attempt, options: &PpkOptions) -> PpkSolution {
         lost,
         events: Vec::new(),
         summary,
+    }
+}
+
+/// The vector from a moving base, with the covariance that its motion between the epochs adds.
+fn baseline(result: &EpochResult, base: MovedBase) -> Baseline {
+    let vector_ecef_m =
+        std::array::from_fn(|k| result.position_ecef_m[k] - base.position_ecef_m[k]);
+    let length_m = vector_ecef_m
+        .iter()
+        .map(|v: &f64| v * v)
+        .sum::<f64>()
+        .sqrt();
+    Baseline {
+        base_position_ecef_m: base.position_ecef_m,
+        vector_ecef_m,
+        covariance_ecef_m2: base.of_baseline(&result.covariance_ecef_m2, length_m),
     }
 }
 

@@ -3,9 +3,9 @@
 
 use crate::control::Watch;
 use crate::engine::{
-    BasePlace, BaseZeros, Calibration, Constellation, Epoch, MeasuredNoise, RoverEpoch,
-    SingleContext, base_gaps, base_position, epochs, missing_navigation, phases_and_copies,
-    reject_implausible,
+    BasePlace, BaseStates, BaseTrack, BaseZeros, Calibration, Constellation, Epoch, MeasuredNoise,
+    RoverEpoch, SatelliteState, SingleContext, Unusable, base_gaps, base_position, epochs,
+    missing_navigation, phases_and_copies, reject_implausible,
 };
 use crate::navigation::{Klobuchar, Navigation};
 use crate::observation::{EPOCH_TOLERANCE_S, ObservationData};
@@ -13,6 +13,7 @@ use crate::options::{PositioningMode, PpkOptions};
 use crate::ppk_error::{PpkError, TimeSpan};
 use crate::solution::PpkWarning;
 use acerra_geo::time::GpsTime;
+use std::sync::{Arc, OnceLock};
 
 /// What is positioned against what.
 pub(crate) struct Inputs<'a> {
@@ -32,7 +33,10 @@ pub(crate) struct Preparation {
     pub rover: Vec<RoverEpoch>,
     pub base: Vec<Epoch>,
     pub base_zeros: BaseZeros,
+    pub base_states: Arc<BaseStates>,
     pub base_place: BasePlace,
+    /// Where a moving base was at each of its epochs.
+    pub base_track: Option<Arc<BaseTrack>>,
     /// Noise as far as code minus phase tells it.
     pub noise: MeasuredNoise,
     pub warnings: Vec<PpkWarning>,
@@ -46,6 +50,29 @@ impl Preparation {
     pub(crate) fn new(
         inputs: &Inputs<'_>,
         options: &PpkOptions,
+        watch: &Watch<'_>,
+    ) -> Result<Self, PpkError> {
+        Self::with_known(inputs, options, None, watch)
+    }
+
+    /// The logs made ready by options that differ from this preparation's at most in the C/N₀ mask:
+    /// what does not hang on it is taken over.
+    ///
+    /// # Errors
+    /// Those of [`new`](Self::new).
+    pub(crate) fn masked(
+        &self,
+        inputs: &Inputs<'_>,
+        options: &PpkOptions,
+        watch: &Watch<'_>,
+    ) -> Result<Self, PpkError> {
+        Self::with_known(inputs, options, Some(self), watch)
+    }
+
+    fn with_known(
+        inputs: &Inputs<'_>,
+        options: &PpkOptions,
+        known: Option<&Self>,
         watch: &Watch<'_>,
     ) -> Result<Self, PpkError> {
         let &Inputs {
@@ -72,8 +99,14 @@ impl Preparation {
             options,
             base: is_base,
         };
-        let mut rover_measured = epochs(rover, &constellation);
-        rover_measured.retain(|e| is_wanted(options, e.tag));
+        let rover_measured: Vec<Received> = match known {
+            Some(known) => known.rover.iter().map(Received::from).collect(),
+            None => {
+                let mut measured = epochs(rover, &constellation);
+                measured.retain(|e| is_wanted(options, e.tag));
+                measured.into_iter().map(Received::from).collect()
+            }
+        };
         let rover_epochs = rover_epochs(&context(false), rover_measured, options, watch)?;
         let any_state = rover_epochs
             .iter()
@@ -87,12 +120,30 @@ impl Preparation {
         }
         missing_navigation(&constellation, &rover_epochs, &mut warnings);
 
+        let mut base_track = None;
         let (base_epochs, base_place) = if relative {
             phases_and_copies(rover, base, options, &mut warnings);
-            let base_epochs = epochs(base, &constellation);
+            let base_epochs =
+                known.map_or_else(|| epochs(base, &constellation), |known| known.base.clone());
             base_gaps(&base_epochs, &rover_epochs, options, &mut warnings);
             let context = context(true);
-            let place = base_position(&context, base, &base_epochs, options, &mut warnings)?;
+            let place = if options.mode == PositioningMode::MovingBase {
+                // Masks that are tried must not move the base between attempts.
+                let track = match known.and_then(|known| known.base_track.as_ref()) {
+                    Some(track) => Arc::clone(track),
+                    None => Arc::new(BaseTrack::of(&context, &base_epochs)),
+                };
+                let first = track.first_ecef_m().ok_or(PpkError::BasePositionMissing {
+                    own_single_ecef_m: None,
+                })?;
+                base_track = Some(track);
+                BasePlace {
+                    position_ecef_m: first,
+                    from_single_m: None,
+                }
+            } else {
+                base_position(&context, base, &base_epochs, options, &mut warnings)?
+            };
             (base_epochs, place)
         } else {
             (Vec::new(), BasePlace::default())
@@ -105,11 +156,16 @@ impl Preparation {
         };
         Ok(Self {
             base_zeros: BaseZeros::new(rover_epochs.len()),
+            base_states: known.map_or_else(
+                || Arc::new(BaseStates::new(rover_epochs.len())),
+                |known| Arc::clone(&known.base_states),
+            ),
             klobuchar,
             options: options.clone(),
             rover: rover_epochs,
             base: base_epochs,
             base_place,
+            base_track,
             noise,
             warnings,
             constellation,
@@ -134,17 +190,44 @@ pub(crate) fn threads(options: &PpkOptions) -> usize {
     }
 }
 
+type States = Vec<Result<SatelliteState, Unusable>>;
+
+/// An epoch, and the states of its satellites where they are known.
+struct Received {
+    epoch: Epoch,
+    states: Option<States>,
+}
+
+impl From<Epoch> for Received {
+    fn from(epoch: Epoch) -> Self {
+        Self {
+            epoch,
+            states: None,
+        }
+    }
+}
+
+impl From<&RoverEpoch> for Received {
+    fn from(of: &RoverEpoch) -> Self {
+        let states = of.all_states.as_ref().unwrap_or(&of.states);
+        Self {
+            epoch: of.epoch.clone(),
+            states: Some(states.clone()),
+        }
+    }
+}
+
 /// Satellite states and single-point positions of every rover epoch.
 fn rover_epochs(
     context: &SingleContext<'_>,
-    epochs: Vec<Epoch>,
+    epochs: Vec<Received>,
     options: &PpkOptions,
     watch: &Watch<'_>,
 ) -> Result<Vec<RoverEpoch>, PpkError> {
     // Every epoch starts from the first position found, so that none depends on its neighbours.
     let start = epochs
         .iter()
-        .find_map(|e| {
+        .find_map(|Received { epoch: e, .. }| {
             let states = context.states(e, e.tag, false);
             context
                 .solve(e, &states, [0.0; 3])
@@ -152,18 +235,24 @@ fn rover_epochs(
                 .map(|s| s.position_ecef_m)
         })
         .unwrap_or([0.0; 3]);
-    let one = |epoch: Epoch| {
+    let one = |Received { epoch, states }: Received| {
         watch.one_more()?;
-        let mut states = context.states(&epoch, epoch.tag, true);
+        let mut states = states.unwrap_or_else(|| context.states(&epoch, epoch.tag, true));
         let single = context.solve(&epoch, &states, start);
+        let mut all_states = None;
         if let (Ok(single), false) = (&single, options.reproduce_defects) {
+            let all = states.clone();
             let place_ecef_m = single.position_ecef_m;
-            reject_implausible(context.constellation, &epoch, &mut states, place_ecef_m);
+            if reject_implausible(context.constellation, &epoch, &mut states, place_ecef_m) {
+                all_states = Some(all);
+            }
         }
         Ok(RoverEpoch {
             epoch,
             states,
+            all_states,
             single,
+            zero: OnceLock::new(),
         })
     };
     let threads = threads(options).max(1);
@@ -171,7 +260,7 @@ fn rover_epochs(
         return epochs.into_iter().map(one).collect();
     }
     let share = epochs.len().div_ceil(threads);
-    let mut parts: Vec<Vec<Epoch>> = Vec::with_capacity(threads);
+    let mut parts: Vec<Vec<Received>> = Vec::with_capacity(threads);
     let mut rest = epochs;
     while rest.len() > share {
         let tail = rest.split_off(share);

@@ -1,5 +1,6 @@
 //! What the engine answers: an epoch-by-epoch solution and the story behind it.
 
+use crate::baseline::Baseline;
 use crate::error_correlation::ErrorCorrelation;
 use crate::observation::EventRecord;
 use crate::satellite::{SatelliteId, System};
@@ -105,6 +106,13 @@ pub enum NotFixedReason {
         /// Distance between the two fixed positions (m).
         distance_m: f64,
     },
+    /// The fixed baseline has another length than the known one.
+    BaselineLength {
+        /// Length of the fix (m).
+        found_m: f64,
+        /// The known length (m).
+        expected_m: f64,
+    },
     /// Ambiguity resolution is switched off.
     AmbiguityResolutionOff,
 }
@@ -127,6 +135,7 @@ impl NotFixedReason {
             Self::NothingChecksFix => "too few phases to check a fix",
             Self::FloatTooUncertain { .. } => "float position too uncertain",
             Self::PassesDisagree { .. } => "forward and backward passes disagree",
+            Self::BaselineLength { .. } => "baseline of another length",
             Self::AmbiguityResolutionOff => "ambiguity resolution off",
         }
     }
@@ -181,8 +190,24 @@ impl fmt::Display for NotFixedReason {
             Self::PassesDisagree { distance_m } => {
                 write!(f, "forward and backward fixes are {distance_m:.3} m apart")
             }
+            Self::BaselineLength {
+                found_m,
+                expected_m,
+            } => write!(
+                f,
+                "fixed baseline of {found_m:.3} m, known to be {expected_m:.3} m"
+            ),
             other => f.write_str(other.key()),
         }
+    }
+}
+
+impl Solution {
+    /// The covariance (ECEF, m²) relative to the base: that of the baseline where the base moves.
+    #[must_use]
+    pub fn relative_covariance_ecef_m2(&self) -> [[f64; 3]; 3] {
+        self.baseline
+            .map_or(self.covariance_ecef_m2, |b| b.covariance_ecef_m2)
     }
 }
 
@@ -193,8 +218,13 @@ pub struct Solution {
     pub time: GpsTime,
     /// Rover antenna position (ECEF, m).
     pub position_ecef_m: [f64; 3],
-    /// Its covariance (ECEF, m²).
+    /// Its covariance (ECEF, m²), the base's place taken for known; of a moving base with that of its
+    /// place.
     pub covariance_ecef_m2: [[f64; 3]; 3],
+    /// The vector from a moving base ([`PositioningMode::MovingBase`]); `None` with one that stands.
+    ///
+    /// [`PositioningMode::MovingBase`]: crate::PositioningMode::MovingBase
+    pub baseline: Option<Baseline>,
     /// Velocity (ECEF, m/s), from Doppler or from the motion model.
     pub velocity_ecef_m_s: Option<[f64; 3]>,
     /// Quality.
@@ -325,6 +355,8 @@ pub enum PpkWarning {
         /// The rover's signal, where its log names one.
         signal: Option<SignalCode>,
     },
+    /// The motion model is not used: with a moving base it would predict the base's errors.
+    DynamicsNotUsed,
     /// The base position given is far from the base's own single-point position.
     BasePositionDoubtful {
         /// Distance between the two (m).
@@ -407,6 +439,10 @@ impl fmt::Display for PpkWarning {
                     " contradict the other signals' integers: their ambiguities were left float",
                 )
             }
+            Self::DynamicsNotUsed => f.write_str(
+                "the motion model is not used with a moving base: it would predict the errors of \
+                 the base's own positions",
+            ),
             Self::BasePositionDoubtful { distance_m } => write!(
                 f,
                 "the base position given is {distance_m:.0} m from the base's own single-point \
@@ -496,7 +532,7 @@ pub struct PpkSummary {
 /// The result of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PpkSolution {
-    /// Position used for the base antenna (ECEF, m); `None` in single mode.
+    /// Position used for the base antenna (ECEF, m); `None` in single mode and with a moving base.
     pub base_position_ecef_m: Option<[f64; 3]>,
     /// Solutions in ascending time order.
     pub epochs: Vec<Solution>,

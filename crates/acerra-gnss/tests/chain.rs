@@ -48,6 +48,34 @@ fn assert_fixed_and_right(solution: &PpkSolution, least_fixed: usize, name: &str
     }
 }
 
+/// Measurements count once however often an epoch's update is repeated.
+#[test]
+fn iterations_take_nothing_off_the_deviations() {
+    let navigation = navigation();
+    let (rover, base) = (rover(&navigation, 20, &L1), base(&navigation, 20, &L1));
+    let run = |iterations: usize, mode: PositioningMode| {
+        let options = PpkOptions::rtklib()
+            .with_systems(SystemSet::GPS.with(System::Galileo))
+            .with_base_position(BasePosition::Ecef(BASE_ECEF_M))
+            .with_ambiguity(AmbiguityMode::Off)
+            .with_mode(mode)
+            .with_iterations(iterations);
+        process(&rover, &base, &navigation, &options).unwrap()
+    };
+    for mode in [PositioningMode::Kinematic, PositioningMode::Dgps] {
+        let (once, thrice) = (run(1, mode), run(3, mode));
+        assert_eq!(once.epochs.len(), 20);
+        for (a, b) in once.epochs.iter().zip(&thrice.epochs) {
+            for k in 0..3 {
+                let ratio = b.covariance_ecef_m2[k][k] / a.covariance_ecef_m2[k][k];
+                assert!((ratio - 1.0).abs() < 1e-3, "{mode}: {ratio}");
+                let moved_m = b.position_ecef_m[k] - a.position_ecef_m[k];
+                assert!(moved_m.abs() < 1e-3, "{mode}: {moved_m} m");
+            }
+        }
+    }
+}
+
 #[test]
 fn every_mode_finds_the_integers() {
     let navigation = navigation();

@@ -223,3 +223,28 @@ fn products_antennas_and_outputs_are_read() {
     assert_eq!(off.outputs, read("").outputs);
     assert_eq!(off.not_followed, []);
 }
+
+#[test]
+fn a_moving_base_and_the_length_of_its_baseline() {
+    let read = |text: &str| read_conf(text.as_bytes(), RuleSet::Rtklib);
+    let conf = read("pos1-posmode=movingbase\npos2-baselen=1.25\npos2-basesig=0.01\n").unwrap();
+    assert_eq!(conf.options.mode, PositioningMode::MovingBase);
+    let known = conf.options.baseline_length.unwrap();
+    assert_eq!((known.length_m, known.sigma_m), (1.25, 0.01));
+    assert!(conf.not_followed.is_empty());
+    // The programs number their modes differently.
+    let mode = |text: &str| read(text).map(|conf| conf.options.mode);
+    assert_eq!(
+        mode("pos1-posmode=4\n").unwrap(),
+        PositioningMode::MovingBase
+    );
+    let ex = "pos2-arfilter=on\npos1-posmode=";
+    assert!(mode(&format!("{ex}4\n")).is_err());
+    assert_eq!(
+        mode(&format!("{ex}5\n")).unwrap(),
+        PositioningMode::MovingBase
+    );
+    // A base that stands has no such length.
+    let conf = read("pos1-posmode=kinematic\npos2-baselen=1.25\n").unwrap();
+    assert_eq!(conf.options.baseline_length, None);
+}

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use acerra_chain::campaign::Campaign;
 use acerra_chain::inputs::InputFile;
+use acerra_chain::positioning::GnssConfiguration;
 use acerra_chain::{Control, Journal};
 use acerra_radar::LoggedClock;
 use anyhow::Context;
@@ -120,7 +121,7 @@ pub(crate) fn open(request: RunRequest<'_>) -> anyhow::Result<NamedCampaign> {
 /// Size and digest of every file that a campaign reads, each once.
 pub(crate) fn record_inputs(file: &Path, campaign: &Campaign) -> anyhow::Result<Vec<InputFile>> {
     let mut inputs = Vec::new();
-    for path in input_paths(file, campaign) {
+    for path in input_paths(file, campaign)? {
         let input = InputFile::record(&path).with_context(|| format!("{}", path.display()))?;
         if !inputs.contains(&input) {
             inputs.push(input);
@@ -146,8 +147,9 @@ fn name_sources(outcome: &mut Outcome) {
     }
 }
 
-/// The campaign file, every file that it names, and the clocks beside radar logs.
-fn input_paths(file: &Path, campaign: &Campaign) -> Vec<PathBuf> {
+/// The campaign file, every file that it names, the antenna calibrations that its RTKLIB
+/// configurations name, and the clocks beside radar logs.
+fn input_paths(file: &Path, campaign: &Campaign) -> anyhow::Result<Vec<PathBuf>> {
     let each = campaign.each_track();
     let logs = each
         .iter()
@@ -157,19 +159,27 @@ fn input_paths(file: &Path, campaign: &Campaign) -> Vec<PathBuf> {
         .map(|one| LoggedClock::path_beside(&one.radar.file))
         .filter(|path| path.is_file())
         .collect();
-    std::iter::once(file)
+    let mut antennas = Vec::new();
+    for path in each
+        .iter()
+        .filter_map(|one| one.gnss.as_ref()?.config.as_ref())
+    {
+        antennas.extend(GnssConfiguration::read(path)?.antennas.file);
+    }
+    let paths = std::iter::once(file)
         .chain(logs)
         .chain(campaign.image.terrain.as_deref())
         .chain(campaign.image.geoid.as_deref())
         .chain(campaign.measure.survey.as_deref())
         .map(Path::to_owned)
-        .chain(clocks)
-        .collect()
+        .chain(antennas)
+        .chain(clocks);
+    Ok(paths.collect())
 }
 
 /// Refuses a directory in which a product would take the place of an input.
 fn inputs_are_kept(file: &Path, campaign: &Campaign, directory: &Path) -> anyhow::Result<()> {
-    let inputs: Vec<PathBuf> = input_paths(file, campaign)
+    let inputs: Vec<PathBuf> = input_paths(file, campaign)?
         .into_iter()
         .filter_map(|path| path.canonicalize().ok())
         .collect();
@@ -195,5 +205,46 @@ fn name_of_campaign(file: &Path) -> String {
     match folder {
         Some(folder) if stem == "campaign" => folder,
         _ => stem,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn antenna_calibrations_of_a_configuration_are_inputs() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        let write = |name: &str, text: &str| std::fs::write(at(name), text).unwrap();
+        write("ppk.conf", "ant1-anttype=*\nfile-rcvantfile=igs.atx\n");
+        for name in ["a.mrm", "rover.obs", "base.obs", "igs.atx"] {
+            write(name, name);
+        }
+        let text = "[radar]\nfile = \"a.mrm\"\n[gnss]\nrover = \"rover.obs\"\nbase = \"base.obs\"\n\
+                    config = \"ppk.conf\"\n[image]\n\
+                    x_m = [0.0, 1.0]\ny_m = [0.0, 1.0]\npixel_m = 0.5\n";
+        write("campaign.toml", text);
+        let campaign = Campaign::parse(text).unwrap().resolved_in(folder.path());
+        let found = record_inputs(&at("campaign.toml"), &campaign).unwrap();
+        let names: Vec<_> = found.iter().map(|input| input.path.clone()).collect();
+        let expected = [
+            "campaign.toml",
+            "a.mrm",
+            "rover.obs",
+            "base.obs",
+            "ppk.conf",
+            "igs.atx",
+        ];
+        assert_eq!(names, expected.map(at));
+        // What neither antenna needs is not read.
+        write("ppk.conf", "file-rcvantfile=igs.atx\n");
+        let found = record_inputs(&at("campaign.toml"), &campaign).unwrap();
+        assert_eq!(found.len(), 5);
+        write("ppk.conf", "pos1-elmask=high\n");
+        let message = record_inputs(&at("campaign.toml"), &campaign)
+            .unwrap_err()
+            .to_string();
+        assert!(message.contains("ppk.conf: line 1"), "{message}");
     }
 }

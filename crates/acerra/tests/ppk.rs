@@ -539,3 +539,65 @@ fn a_log_without_a_date_takes_that_of_the_other() {
     let told = String::from_utf8_lossy(&refused.get_output().stderr).into_owned();
     assert!(told.contains("base.rtcm3.gz (--date)"), "{told}");
 }
+
+/// The base of the flight taken for a moving one: its own codes place it, and the vector is that of
+/// carrier phase all the same.
+#[test]
+fn a_moving_base_gives_vectors_and_headings() {
+    let folder = folder();
+    let arguments = "rover.obs base.obs brdc.nav --mode moving-base -o out.pos \
+                     --attitudes attitudes.csv --json";
+    let assert = acerra(folder.path(), arguments).success();
+    let answer: Value = serde_json::from_slice(&assert.get_output().stdout).unwrap();
+    assert!(answer["base"].is_null() && answer["baseline"]["length_m"].is_number());
+    let pos = fs::read_to_string(folder.path().join("out.pos")).unwrap();
+    assert!(pos.contains("% pos mode  : Moving-Base") && pos.contains("e-baseline(m)"));
+    let attitudes = fs::read_to_string(folder.path().join("attitudes.csv")).unwrap();
+    let rows = |text: &str| -> Vec<String> {
+        let lines = text.lines().filter(|l| !l.starts_with(['%', 't']));
+        lines.map(str::to_owned).collect()
+    };
+    let (vectors, attitudes) = (rows(&pos), rows(&attitudes));
+    assert_eq!(vectors.len(), attitudes.len());
+    let mut fixed = 0;
+    for (vector, attitude) in vectors.iter().zip(&attitudes) {
+        let fields: Vec<&str> = vector.split_whitespace().collect();
+        let number = |k: usize| fields[k].parse::<f64>().unwrap();
+        if fields[5] != "1" {
+            continue;
+        }
+        fixed += 1;
+        let [hour, minute, second] = {
+            let mut parts = fields[1].split(':').map(|p| p.parse::<f64>().unwrap());
+            [(); 3].map(|()| parts.next().unwrap())
+        };
+        let time_s = (hour - 9.0) * 3600.0 + (minute - 30.0) * 60.0 + second;
+        let place = flight(time_s);
+        for k in 0..3 {
+            // The base turns by metres of its place over the distance to the satellites: nothing.
+            let error_m = number(2 + k) - (place[k] - BASE_M[k]);
+            assert!(error_m.abs() < [0.03, 0.03, 0.06][k], "{vector}: {error_m}");
+        }
+        let heading_deg: f64 = attitude.split(',').nth(2).unwrap().parse().unwrap();
+        let expected_deg = f64::atan2(number(2), number(3))
+            .to_degrees()
+            .rem_euclid(360.0);
+        assert!((heading_deg - expected_deg).abs() < 1e-3, "{attitude}");
+    }
+    assert!(fixed > 80, "{fixed} fixed");
+    for wrong in ["--baseline-length 1", "--attitudes a.csv"] {
+        let assert = acerra(
+            folder.path(),
+            &format!("rover.obs base.obs brdc.nav {wrong}"),
+        );
+        let said = stderr(&assert.failure());
+        assert!(said.contains("expected --mode moving-base"), "{said}");
+    }
+    let conf = "pos1-posmode =movingbase\npos1-soltype =combined\npos1-frequency =l1\n\
+                pos2-armode =fix-and-hold\nout-solformat =enu\n";
+    fs::write(folder.path().join("my.conf"), conf).unwrap();
+    let arguments = "rover.obs base.obs brdc.nav --config my.conf -o conf.pos";
+    acerra(folder.path(), arguments).success();
+    let pos = fs::read_to_string(folder.path().join("conf.pos")).unwrap();
+    assert!(pos.contains("% pos mode  : Moving-Base"), "{pos}");
+}

@@ -3,6 +3,7 @@
 //! [`run`] is what `acerra ppk` does, and what a campaign's `[gnss]` section asks for.
 
 mod antennas;
+mod configuration;
 mod error;
 mod input;
 mod reader;
@@ -16,10 +17,12 @@ use acerra_gnss::{ObservationData, PositioningMode, PpkError, PpkOptions, PpkSol
 use reader::Reader;
 
 pub use antennas::{AntennaInput, AntennaName};
+pub use configuration::{GnssConfiguration, GnssConfigurationError};
 pub use error::PositioningError;
 pub use input::PositioningInput;
 pub use summary::{
-    BaseAnswer, DropAnswer, EventAnswer, FileAnswer, PpkAnswer, ReasonAnswer, answer,
+    BaseAnswer, BaselineAnswer, DropAnswer, EventAnswer, FileAnswer, PpkAnswer, ReasonAnswer,
+    answer,
 };
 
 /// A finished positioning run.

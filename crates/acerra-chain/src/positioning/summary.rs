@@ -1,7 +1,7 @@
 //! The answer in numbers: what `--json` prints.
 
 use acerra_geo::geodesy::{EnuFrame, geodetic_from_ecef};
-use acerra_gnss::{BasePosition, EventKind, PpkOptions, Quality};
+use acerra_gnss::{BasePosition, Baseline, EventKind, PpkOptions, Quality};
 use serde::Serialize;
 
 use super::{Positioning, PositioningInput};
@@ -37,10 +37,23 @@ pub struct PpkAnswer {
     pub age_s: Option<[f64; 3]>,
     /// Median standard deviation of the fixed positions: east, north, up, m.
     pub fixed_sd_m: Option<[f64; 3]>,
+    /// The baseline from a moving base; `null` with one that stands.
+    pub baseline: Option<BaselineAnswer>,
     /// Events and where the rover was.
     pub events: Vec<EventAnswer>,
     /// Remarks.
     pub warnings: Vec<String>,
+}
+
+/// The vector between two antennas, over all fixed epochs.
+#[derive(Clone, Debug, Serialize)]
+pub struct BaselineAnswer {
+    /// Median length, m.
+    pub length_m: f64,
+    /// Length below which 5 and 95 % of the epochs are, m.
+    pub length_range_m: [f64; 2],
+    /// Median standard deviation of the heading, degrees; `null` where the baseline is upright.
+    pub heading_sd_deg: Option<f64>,
 }
 
 /// One input file.
@@ -163,6 +176,7 @@ pub fn answer(run: &Positioning, options: &PpkOptions) -> PpkAnswer {
         glonass: summary.glonass.map(|decision| decision.to_string()),
         age_s: summary.age_s,
         fixed_sd_m: median_deviation_m(run),
+        baseline: baseline(run),
         events: events.collect(),
         warnings: run.warnings.clone(),
     }
@@ -195,6 +209,33 @@ fn percent(part: usize, whole: usize) -> f64 {
     }
 }
 
+fn baseline(run: &Positioning) -> Option<BaselineAnswer> {
+    let epochs = run.solution.epochs.iter();
+    let fixed = epochs.filter(|e| e.quality == Quality::Fixed);
+    let baselines: Vec<_> = fixed.filter_map(|e| e.baseline).collect();
+    let sorted = |mut values: Vec<f64>| {
+        values.sort_by(f64::total_cmp);
+        values
+    };
+    let lengths = sorted(baselines.iter().map(Baseline::length_m).collect());
+    let at = |share: f64| {
+        lengths
+            .get((share * lengths.len() as f64) as usize)
+            .copied()
+    };
+    let attitudes = baselines.iter().filter_map(Baseline::attitude);
+    let sigmas = sorted(
+        attitudes
+            .map(|a| a.heading_sigma_rad.to_degrees())
+            .collect(),
+    );
+    Some(BaselineAnswer {
+        length_m: at(0.5)?,
+        length_range_m: [at(0.05)?, at(0.95)?],
+        heading_sd_deg: sigmas.get(sigmas.len() / 2).copied(),
+    })
+}
+
 fn median_deviation_m(run: &Positioning) -> Option<[f64; 3]> {
     let mut by_axis: [Vec<f64>; 3] = Default::default();
     for epoch in run
@@ -204,7 +245,7 @@ fn median_deviation_m(run: &Positioning) -> Option<[f64; 3]> {
         .filter(|e| e.quality == Quality::Fixed)
     {
         let here = EnuFrame::from_ecef(epoch.position_ecef_m);
-        let covariance = here.enu_covariance_from_ecef(&epoch.covariance_ecef_m2);
+        let covariance = here.enu_covariance_from_ecef(&epoch.relative_covariance_ecef_m2());
         for (i, values) in by_axis.iter_mut().enumerate() {
             values.push(covariance[i][i].max(0.0).sqrt());
         }
@@ -260,6 +301,18 @@ impl PpkAnswer {
                 out,
                 "fixed ±1σ   {e:.4} {n:.4} {u:.4} m east, north, up (median)"
             );
+        }
+        if let Some(baseline) = &self.baseline {
+            let [low, high] = baseline.length_range_m;
+            let _ = write!(
+                out,
+                "baseline    {:.4} m long ({low:.4} to {high:.4} m at 90 % of the fixed epochs)",
+                baseline.length_m
+            );
+            let _ = match baseline.heading_sd_deg {
+                Some(deg) => writeln!(out, ", heading ±1σ {deg:.3}°"),
+                None => writeln!(out),
+            };
         }
         if let Some([least, mean, most]) = self.age_s {
             let _ = writeln!(

@@ -7,9 +7,13 @@ use super::requested::{NotFollowed, NotFollowedReason, RtklibConf};
 use super::setting::Setting;
 use crate::pos::{PosFrame, PosTime, PosTimeScale};
 use crate::{
-    AmbiguityMode, BasePosition, Cn0Mask, Dynamics, FREQUENCY_SLOTS, FilterDirection,
-    GlonassAmbiguity, PartialAmbiguity, PositioningMode, SatelliteId, System, SystemSet,
+    AmbiguityMode, BasePosition, BaselineLength, Cn0Mask, Dynamics, FREQUENCY_SLOTS,
+    FilterDirection, GlonassAmbiguity, PartialAmbiguity, PositioningMode, RuleSet, SatelliteId,
+    System, SystemSet,
 };
+
+/// Standard deviation (m) of a baseline's length that is stated without one: no tape is better.
+const LEAST_LENGTH_SIGMA_M: f64 = 1e-3;
 
 /// Whether only demo5 and RTKLIB-EX have this key.
 pub(super) fn is_demo5_key(key: &str) -> bool {
@@ -42,6 +46,8 @@ struct Pending {
     base_line: u64,
     partial: PartialAmbiguity,
     ratio_range: [Option<f64>; 2],
+    /// Length of the baseline and its standard deviation.
+    baseline_m: [f64; 2],
 }
 
 /// Applies all settings; of a key given twice the last counts.
@@ -65,6 +71,7 @@ pub(super) fn apply(settings: &[Setting], conf: &mut RtklibConf) -> Result<(), C
             min_pairs_to_drop: usize::MAX,
         }),
         ratio_range: [None; 2],
+        baseline_m: [0.0; 2],
     };
     for setting in settings {
         let outcome = match setting
@@ -121,9 +128,15 @@ fn first_page(s: &Setting, conf: &mut RtklibConf, pending: &mut Pending) -> Outc
     let options = &mut conf.options;
     match s.key.as_str() {
         "pos1-posmode" => {
-            options.mode = s
-                .named(PositioningMode::ALL)
-                .ok_or_else(|| s.unsupported())?;
+            options.mode = match (s.value.as_str(), options.rules) {
+                ("movingbase", _) => PositioningMode::MovingBase,
+                // RTKLIB-EX numbers a static start before it.
+                ("5", RuleSet::Demo5) => PositioningMode::MovingBase,
+                ("4", RuleSet::Demo5) => return Err(s.unsupported()),
+                _ => s
+                    .named(PositioningMode::ALL)
+                    .ok_or_else(|| s.unsupported())?,
+            };
         }
         "pos1-frequency" => {
             let count = match s.value.parse::<usize>() {
@@ -256,14 +269,15 @@ fn second_page(s: &Setting, conf: &mut RtklibConf, pending: &mut Pending) -> Out
         "pos2-rejionno" => {
             let limit = s.number()?;
             options.max_phase_innovation_m = limit;
-            if matches!(options.rules, crate::RuleSet::Rtklib) {
+            if matches!(options.rules, RuleSet::Rtklib) {
                 options.max_code_innovation_m = limit;
             }
         }
         "pos2-rejcode" => options.max_code_innovation_m = s.number()?,
         "pos2-rejgdop" => options.max_gdop = s.number()?,
         "pos2-niter" => options.iterations = s.count()?,
-        "pos2-baselen" | "pos2-basesig" => return only(s, &["0", "0.0", ""]),
+        "pos2-baselen" => pending.baseline_m[0] = s.number()?,
+        "pos2-basesig" => pending.baseline_m[1] = s.number()?,
         _ => return UNKNOWN,
     }
     FOLLOWED
@@ -440,6 +454,14 @@ fn finish(conf: &mut RtklibConf, pending: &Pending) -> Result<(), ConfError> {
     }
     if options.partial_ambiguity.is_some() {
         options.partial_ambiguity = Some(pending.partial);
+    }
+    // RTKLIB has no length for a base that stands, and none that is not positive.
+    let [length_m, sigma_m] = pending.baseline_m;
+    if options.mode == PositioningMode::MovingBase && length_m > 0.0 {
+        options.baseline_length = Some(BaselineLength {
+            length_m,
+            sigma_m: sigma_m.max(LEAST_LENGTH_SIGMA_M),
+        });
     }
     let [a, b, c] = pending.base_values;
     options.base_position = match pending.base_kind {

@@ -55,7 +55,7 @@ pub fn rtklib_defaults(rules: RuleSet) -> PpkOptions {
 ///
 /// # Errors
 /// [`ConfError`] with line and key for a line or value that cannot be understood, and for kinds
-/// of processing that are not offered (moving base, PPP, streams as base position).
+/// of processing that are not offered (PPP, streams as base position).
 pub fn read_conf(reader: impl std::io::BufRead, rules: RuleSet) -> Result<RtklibConf, ConfError> {
     let limits = Limits {
         max_bytes: 1 << 20,

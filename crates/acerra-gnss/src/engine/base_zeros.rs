@@ -1,16 +1,23 @@
-//! The base's zero differences, computed once for all passes.
+//! What is computed of the base once for all passes: satellite states and zero differences.
 
 use std::sync::{Arc, OnceLock};
 
+use super::constellation::{SatelliteState, Unusable};
 use super::zero::ZeroDifference;
 
-/// Zero differences of the two base epochs around each rover epoch.
-pub(crate) struct BaseZeros(Vec<[OnceLock<Arc<[ZeroDifference]>>; 2]>);
+/// Something of the two base epochs around each rover epoch.
+pub(crate) struct AroundEpochs<T>(Vec<[OnceLock<Arc<[T]>>; 2]>);
 
-impl BaseZeros {
+/// Zero differences of the base.
+pub(crate) type BaseZeros = AroundEpochs<ZeroDifference>;
+/// States of the satellites as the base received them, which hang on no mask.
+pub(crate) type BaseStates = AroundEpochs<Result<SatelliteState, Unusable>>;
+
+impl<T> AroundEpochs<T> {
     /// Room for so many rover epochs.
     pub(crate) fn new(rover_epochs: usize) -> Self {
-        Self((0..rover_epochs).map(|_| Default::default()).collect())
+        let room = (0..rover_epochs).map(|_| [OnceLock::new(), OnceLock::new()]);
+        Self(room.collect())
     }
 
     /// Those of base epoch `base` for rover epoch `rover`: computed where they are asked for first.
@@ -21,8 +28,8 @@ impl BaseZeros {
         &self,
         rover: usize,
         base: usize,
-        compute: impl FnOnce() -> Vec<ZeroDifference>,
-    ) -> Arc<[ZeroDifference]> {
+        compute: impl FnOnce() -> Vec<T>,
+    ) -> Arc<[T]> {
         let place = &self.0[rover][base % 2];
         Arc::clone(place.get_or_init(|| compute().into()))
     }

@@ -211,8 +211,9 @@ fn lasting_factor(options: &PpkOptions) -> f64 {
         system: System::Gps,
         slot: 0,
         is_code: true,
-        elevation_rad: std::f64::consts::FRAC_PI_2,
+        sin_elevation: 1.0,
         cn0_db_hz: [0.0; 2],
+        noise_power: [0.0; 2],
     };
     LASTING_SIGMA_M.powi(2) / single_difference_variance_m2(options, &zenith, Separation::NONE)
 }
@@ -414,8 +415,9 @@ fn sample(
             system,
             slot,
             is_code: true,
-            elevation_rad,
+            sin_elevation: elevation_rad.sin(),
             cn0_db_hz: [u.cn0_db_hz[slot], b.cn0_db_hz[slot]],
+            noise_power: [u.noise_power[slot], b.noise_power[slot]],
         },
         Separation::NONE,
     );

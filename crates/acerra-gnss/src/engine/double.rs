@@ -6,7 +6,7 @@ use super::double_row::DoubleRow;
 use super::noise::{Separation, SignalView, single_difference_variance_m2, weak_signal_factor};
 use super::state::FilterState;
 use super::zero::ZeroDifference;
-use crate::options::{PositioningMode, PpkOptions, RuleSet};
+use crate::options::{PpkOptions, RuleSet};
 use crate::satellite::System;
 
 /// A satellite seen by rover and base.
@@ -97,25 +97,38 @@ impl Differencing<'_> {
     }
 
     fn uses_phase(&self) -> bool {
-        matches!(
-            self.options.mode,
-            PositioningMode::Kinematic | PositioningMode::Static
-        )
+        self.options.mode.uses_phases()
     }
 
     fn elevation(&self, k: usize) -> f64 {
         self.rover[self.common[k].rover].elevation_rad
     }
 
-    fn model_variance(&self, k: usize, slot: usize, is_code: bool, cn0_db_hz: [f64; 2]) -> f64 {
+    /// The variance by the model at this elevation, and of signals of these strengths (dB-Hz).
+    fn model_variance(
+        &self,
+        k: usize,
+        slot: usize,
+        is_code: bool,
+        [cn0_db_hz, noise_power]: [[f64; 2]; 2],
+    ) -> f64 {
         let signal = SignalView {
             system: self.system(k),
             slot,
             is_code,
-            elevation_rad: self.elevation(k),
+            sin_elevation: self.rover[self.common[k].rover].sin_elevation,
             cn0_db_hz,
+            noise_power,
         };
         single_difference_variance_m2(self.options, &signal, self.separation)
+    }
+
+    /// The variance of a measurement, and that of an undisturbed one (m²).
+    fn variances_m2(&self, k: usize, slot: usize, is_code: bool, state: &FilterState) -> [f64; 2] {
+        [
+            self.variance(k, slot, is_code, state),
+            self.model_variance(k, slot, is_code, [[0.0; 2]; 2]),
+        ]
     }
 
     /// The code noise measured; a code that is not the first of its ambiguity brings only as much
@@ -131,13 +144,16 @@ impl Differencing<'_> {
     }
 
     fn variance(&self, k: usize, slot: usize, is_code: bool, state: &FilterState) -> f64 {
-        let cn0_db_hz = [
-            self.rover[self.common[k].rover].cn0_db_hz[slot],
-            self.base[self.common[k].base].cn0_db_hz[slot],
+        let (u, b) = (
+            &self.rover[self.common[k].rover],
+            &self.base[self.common[k].base],
+        );
+        let strength = [
+            [u.cn0_db_hz[slot], b.cn0_db_hz[slot]],
+            [u.noise_power[slot], b.noise_power[slot]],
         ];
-        let weakest_db = self.rover[self.common[k].rover].cn0_drop_db[slot]
-            .max(self.base[self.common[k].base].cn0_drop_db[slot]);
-        let mut variance = self.model_variance(k, slot, is_code, cn0_db_hz)
+        let weakest_db = u.cn0_drop_db[slot].max(b.cn0_drop_db[slot]);
+        let mut variance = self.model_variance(k, slot, is_code, strength)
             * weak_signal_factor(self.options, weakest_db);
         if is_code {
             variance *= self.measured_code_factor(k, slot, state);
@@ -154,28 +170,35 @@ impl Differencing<'_> {
     /// The double differences at the given biases.
     pub(crate) fn rows(&self, state: &FilterState) -> Differences {
         let options = self.options;
-        let mut rows = Vec::new();
+        let mut rows = Vec::with_capacity(2 * options.frequencies * self.common.len());
         let mut rejected = Vec::new();
         let mut block = 0;
+        let mut members = Vec::with_capacity(self.common.len());
         let frequencies = options.frequencies;
         let uses_phase = !self.codes_alone && self.uses_phase();
         for group in GROUPS {
+            members.clear();
+            members.extend((0..self.common.len()).filter(|&k| group.contains(&self.system(k))));
+            if members.is_empty() {
+                continue;
+            }
             for kind in 0..2 * frequencies {
                 let (is_code, slot) = (kind >= frequencies, kind % frequencies);
                 if !is_code && !uses_phase {
                     continue;
                 }
-                let usable = |k: usize| {
-                    group.contains(&self.system(k))
-                        && self.is_valid(k, slot, is_code)
-                        && (is_code || state.bias(self.common[k].satellite, slot).is_some())
+                let usable = |k: &usize| {
+                    self.is_valid(*k, slot, is_code)
+                        && (is_code || state.bias(self.common[*k].satellite, slot).is_some())
                 };
-                let Some(reference) = self.reference(state, slot, usable) else {
+                let usable: Vec<usize> = members.iter().copied().filter(usable).collect();
+                let Some(reference) = self.reference(state, slot, &usable) else {
                     continue;
                 };
                 block += 1;
-                for other in 0..self.common.len() {
-                    if other == reference || !usable(other) {
+                let of_reference_m2 = self.variances_m2(reference, slot, is_code, state);
+                for other in usable {
+                    if other == reference {
                         continue;
                     }
                     let mut residual =
@@ -211,8 +234,8 @@ impl Differencing<'_> {
                         }
                         continue;
                     }
-                    let variances_m2 =
-                        [reference, other].map(|k| self.variance(k, slot, is_code, state));
+                    let of_other_m2 = self.variances_m2(other, slot, is_code, state);
+                    let variances_m2 = [of_reference_m2[0], of_other_m2[0]];
                     let common_delay_m = if is_code && options.measure_code_noise {
                         COMMON_DELAY_SHARE.sqrt()
                             * (variances_m2[0].sqrt() - variances_m2[1].sqrt())
@@ -231,8 +254,7 @@ impl Differencing<'_> {
                         variance_reference_m2: variances_m2[0],
                         variance_other_m2: variances_m2[1],
                         common_delay_m,
-                        undisturbed_m2: [reference, other]
-                            .map(|k| self.model_variance(k, slot, is_code, [0.0; 2])),
+                        undisturbed_m2: [of_reference_m2[1], of_other_m2[1]],
                         block,
                     });
                 }
@@ -258,15 +280,10 @@ impl Differencing<'_> {
 
     /// The highest usable satellite (the later one on ties); with demo5 rules one that did not
     /// slip, if there is any, and never an SBAS satellite.
-    fn reference(
-        &self,
-        state: &FilterState,
-        slot: usize,
-        usable: impl Fn(usize) -> bool,
-    ) -> Option<usize> {
+    fn reference(&self, state: &FilterState, slot: usize, usable: &[usize]) -> Option<usize> {
         let demo5 = self.options.rules == RuleSet::Demo5;
         let mut best: Option<(bool, f64, usize)> = None;
-        for k in (0..self.common.len()).filter(|&k| usable(k)) {
+        for &k in usable {
             if demo5 && self.system(k) == System::Sbas {
                 continue;
             }

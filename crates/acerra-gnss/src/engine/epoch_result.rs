@@ -2,6 +2,7 @@
 
 use super::calibration::{FloatMisfit, Misfit};
 use super::fixed_integers::FixedIntegers;
+use super::moving_base::MovedBase;
 use super::phase_walk::{FixResiduals, NormalisedResidual};
 use crate::solution::{NotFixedReason, Quality, SatelliteResidual};
 use acerra_geo::time::GpsTime;
@@ -36,6 +37,8 @@ pub(crate) struct EpochResult {
     pub anchored: bool,
     /// The integers of a fix.
     pub integers: Option<FixedIntegers>,
+    /// Where a moving base was at this time.
+    pub base: Option<MovedBase>,
 }
 
 impl EpochResult {

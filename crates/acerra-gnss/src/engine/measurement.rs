@@ -1,6 +1,7 @@
 //! Observations in the form the filter works on: dense satellite indices, 0 for "absent".
 
 use super::constellation::Constellation;
+use super::noise::noise_power;
 use crate::observation::{EPOCH_TOLERANCE_S, ObservationData};
 use crate::satellite::System;
 use crate::signal::{FREQUENCY_SLOTS, SignalCode};
@@ -22,6 +23,8 @@ pub(crate) struct Measurement {
     pub phase_cycles: [f64; FREQUENCY_SLOTS],
     pub doppler_hz: [f64; FREQUENCY_SLOTS],
     pub cn0_db_hz: [f64; FREQUENCY_SLOTS],
+    /// Noise over carrier power in one hertz, from C/N₀.
+    pub noise_power: [f64; FREQUENCY_SLOTS],
     /// How far C/N₀ is below what this signal usually has around this time (dB, not negative).
     pub cn0_drop_db: [f64; FREQUENCY_SLOTS],
     pub loss_of_lock: [u8; FREQUENCY_SLOTS],
@@ -95,6 +98,7 @@ pub(crate) fn epochs(data: &ObservationData, constellation: &Constellation) -> V
                 phase_cycles: [0.0; FREQUENCY_SLOTS],
                 doppler_hz: [0.0; FREQUENCY_SLOTS],
                 cn0_db_hz: [0.0; FREQUENCY_SLOTS],
+                noise_power: [0.0; FREQUENCY_SLOTS],
                 cn0_drop_db: [0.0; FREQUENCY_SLOTS],
                 loss_of_lock: [0; FREQUENCY_SLOTS],
                 slip_count: slips[satellite],
@@ -113,6 +117,7 @@ pub(crate) fn epochs(data: &ObservationData, constellation: &Constellation) -> V
                 m.phase_cycles[slot] = plausible(signal.phase_cycles, LARGEST_PHASE_CYCLES);
                 m.doppler_hz[slot] = plausible(signal.doppler_hz, 1e6);
                 m.cn0_db_hz[slot] = plausible(signal.cn0_db_hz, 1e3);
+                m.noise_power[slot] = noise_power(m.cn0_db_hz[slot]);
                 m.loss_of_lock[slot] = signal.loss_of_lock.0 & 3;
                 if signal.loss_of_lock.slipped() {
                     slips[satellite][slot] += 1;

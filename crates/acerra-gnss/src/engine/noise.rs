@@ -24,9 +24,16 @@ pub(crate) struct SignalView {
     pub system: System,
     pub slot: usize,
     pub is_code: bool,
-    pub elevation_rad: f64,
+    pub sin_elevation: f64,
     /// Carrier-to-noise density at rover and base (dB-Hz), 0 where unknown.
     pub cn0_db_hz: [f64; 2],
+    /// [`noise_power`] of them.
+    pub noise_power: [f64; 2],
+}
+
+/// Noise over carrier power in one hertz of a carrier-to-noise density (dB-Hz).
+pub(crate) fn noise_power(cn0_db_hz: f64) -> f64 {
+    10f64.powf(-0.1 * cn0_db_hz)
 }
 
 /// How far apart rover and base measurements are.
@@ -55,8 +62,9 @@ pub(crate) fn single_difference_variance_m2(
         system,
         slot,
         is_code,
-        elevation_rad,
+        sin_elevation,
         cn0_db_hz,
+        noise_power,
     } = signal;
     let ratio = if is_code {
         options.code_phase_ratio[slot]
@@ -67,18 +75,19 @@ pub(crate) fn single_difference_variance_m2(
     };
     let scale = system_factor(system) * ratio;
     let a = scale * options.phase_error_m;
-    let b = scale * options.phase_error_elevation_m / elevation_rad.sin();
+    let b = scale * options.phase_error_elevation_m / sin_elevation;
     let c = options.phase_error_baseline_m * separation.baseline_m / 1e4;
     let d = SPEED_OF_LIGHT_M_S * options.clock_stability * separation.age_s;
     let by_elevation = a * a + b * b + c * c;
-    let of_receiver = |cn0: f64| {
+    let of_receiver = |(cn0, power): (f64, f64)| {
         if options.weigh_weak_signals && cn0 > 0.0 {
-            by_elevation.max(scale * scale * SIGMA_EPSILON_M2_HZ * 10f64.powf(-0.1 * cn0))
+            by_elevation.max(scale * scale * SIGMA_EPSILON_M2_HZ * power)
         } else {
             by_elevation
         }
     };
-    let mut variance = cn0_db_hz.into_iter().map(of_receiver).sum::<f64>() + d * d;
+    let both = cn0_db_hz.into_iter().zip(noise_power);
+    let mut variance = both.map(of_receiver).sum::<f64>() + d * d;
     if options.phase_error_cn0_m > 0.0 {
         let e = scale * options.phase_error_cn0_m;
         for cn0 in cn0_db_hz.into_iter().filter(|&cn0| cn0 > 0.0) {
@@ -121,5 +130,8 @@ pub(crate) fn weak_signal_factor(options: &PpkOptions, drop_db: f64) -> f64 {
     let Some(free_db) = options.weak_signal_drop_db else {
         return 1.0;
     };
-    10f64.powf(0.2 * (drop_db - free_db).max(0.0))
+    if drop_db <= free_db {
+        return 1.0;
+    }
+    10f64.powf(0.2 * (drop_db - free_db))
 }

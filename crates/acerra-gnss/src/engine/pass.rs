@@ -1,6 +1,6 @@
 //! A run of the filter over all rover epochs in one direction.
 
-use super::base_zeros::BaseZeros;
+use super::base_zeros::{BaseStates, BaseZeros};
 use super::code_noise::MeasuredNoise;
 use super::confirm::{AGREEMENT_S, confirm_alone};
 use super::constellation::Constellation;
@@ -9,8 +9,9 @@ use super::epoch_result::EpochResult;
 use super::filter::Filter;
 use super::float_errors::FloatErrors;
 use super::glonass::decide;
-use super::matching::matching_base;
+use super::matching::{matching_base, nearest_base};
 use super::measurement::{Epoch, Measurement};
+use super::moving_base::{BaseTrack, moved};
 use super::plausible::reject_implausible;
 use super::precision::scale_covariances;
 use super::signal_group::SignalGroup;
@@ -35,7 +36,10 @@ pub(crate) struct Prepared<'a> {
     pub rover: &'a [RoverEpoch],
     pub base: &'a [Epoch],
     pub base_zeros: &'a BaseZeros,
+    pub base_states: &'a BaseStates,
     pub base_context: SingleContext<'a>,
+    /// Where a moving base was.
+    pub base_track: Option<&'a BaseTrack>,
     pub base_position_ecef_m: [f64; 3],
     pub noise: MeasuredNoise,
     /// Groups of signals that a trial pass found to contradict the others.
@@ -55,14 +59,9 @@ impl<'a> Prepared<'a> {
     }
 
     fn filter_with(&'a self, options: &'a PpkOptions) -> Filter<'a> {
-        Filter::new(
-            self.constellation,
-            options,
-            &self.noise,
-            self.base_position_ecef_m,
-        )
-        .with_short_log(self.is_short_log())
-        .without_groups(self.left_out.clone())
+        Filter::new(self.constellation, options, &self.noise)
+            .with_short_log(self.is_short_log())
+            .without_groups(self.left_out.clone())
     }
 
     fn is_short_log(&self) -> bool {
@@ -73,11 +72,7 @@ impl<'a> Prepared<'a> {
     /// Whether a trial pass has anything to decide: GLONASS ambiguities where that is left to the
     /// data, and the noise where it is measured.
     pub(crate) fn needs_trial(options: &PpkOptions) -> bool {
-        let relative = matches!(
-            options.mode,
-            PositioningMode::Kinematic | PositioningMode::Static
-        );
-        relative
+        options.mode.uses_phases()
             && (options.glonass_ambiguity == GlonassAmbiguity::Auto || options.measure_code_noise)
     }
 
@@ -104,32 +99,63 @@ impl<'a> Prepared<'a> {
 
     /// Zero differences of a base epoch for a rover epoch.
     fn base_zero(&self, index: usize, rover: usize) -> Arc<[ZeroDifference]> {
-        self.base_zeros.get(rover, index, || {
-            self.new_base_zero(index, &self.rover[rover].epoch)
-        })
+        self.base_zeros
+            .get(rover, index, || self.new_base_zero(index, rover))
     }
 
-    fn new_base_zero(&self, index: usize, rover: &Epoch) -> Vec<ZeroDifference> {
+    fn new_base_zero(&self, index: usize, rover: usize) -> Vec<ZeroDifference> {
         let epoch = &self.base[index];
         // Ephemerides are chosen by the rover's tag, so that both ends use the same ones.
-        let mut states = self.base_context.states(epoch, rover.tag, false);
+        let mut states = self
+            .base_states
+            .get(rover, index, || {
+                let tag = self.rover[rover].epoch.tag;
+                self.base_context.states(epoch, tag, false)
+            })
+            .to_vec();
+        let place_ecef_m = self.base_place_ecef_m(index);
         if !self.options.reproduce_defects {
-            let place_ecef_m = self.base_position_ecef_m;
             reject_implausible(self.constellation, epoch, &mut states, place_ecef_m);
         }
         zero_differences(
             self.base_context.options,
             epoch,
             &states,
-            self.base_position_ecef_m,
+            place_ecef_m,
             true,
         )
+    }
+
+    /// Where the base's antenna is taken to be at one of its epochs.
+    fn base_place_ecef_m(&self, index: usize) -> [f64; 3] {
+        let own = self.base_track.and_then(|track| track.at(index));
+        own.map_or(self.base_position_ecef_m, |point| point.position_ecef_m)
+    }
+
+    /// A moving base at the epoch nearest to the rover's, carried to the rover's time.
+    fn moving_base(&self, track: &BaseTrack, rover_index: usize) -> Option<BaseView<'_>> {
+        let rover = &self.rover[rover_index];
+        let time = rover.single.as_ref().ok()?.time;
+        let index = nearest_base(self.base, &rover.epoch)?;
+        let point = track.at(index)?;
+        let age_s = time.seconds_since(point.time);
+        Some(BaseView {
+            epoch: &self.base[index],
+            zero: self.base_zero(index, rover_index),
+            place_ecef_m: point.position_ecef_m,
+            moved: Some(moved(point, time)),
+            age_s,
+            noise_age_s: age_s,
+        })
     }
 
     fn base_view(&self, rover_index: usize, backward: bool) -> Option<BaseView<'_>> {
         let rover = &self.rover[rover_index].epoch;
         if self.options.mode == PositioningMode::Single {
             return None;
+        }
+        if let Some(track) = self.base_track {
+            return self.moving_base(track, rover_index);
         }
         if self.options.interpolate_base
             && let Some(view) = self.interpolated(rover_index, backward)
@@ -142,6 +168,8 @@ impl<'a> Prepared<'a> {
         Some(BaseView {
             epoch,
             zero: self.base_zero(index, rover_index),
+            place_ecef_m: self.base_position_ecef_m,
+            moved: None,
             age_s,
             noise_age_s: age_s,
         })
@@ -227,6 +255,8 @@ impl<'a> Prepared<'a> {
         Some(BaseView {
             epoch: &self.base[kept],
             zero: zero.into(),
+            place_ecef_m: self.base_position_ecef_m,
+            moved: None,
             age_s: if backward {
                 from_next_s
             } else {

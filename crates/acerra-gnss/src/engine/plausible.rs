@@ -12,13 +12,14 @@ use crate::signal::SPEED_OF_LIGHT_M_S;
 const LARGEST_DEPARTURE_M: f64 = 300.0;
 
 /// Marks the states of satellites whose pseudoranges do not fit a receiver at `place_ecef_m`; all
-/// of them where more than a third do not, as in an epoch with another one's tag.
+/// of them where more than a third do not, as in an epoch with another one's tag. Returns whether
+/// there were any.
 pub(crate) fn reject_implausible(
     constellation: &Constellation,
     epoch: &Epoch,
     states: &mut [Result<SatelliteState, Unusable>],
     place_ecef_m: [f64; 3],
-) {
+) -> bool {
     // Systems on their own time scales may be apart by their receivers' delays.
     let scale = |system| match system {
         System::Qzss | System::Sbas => System::Gps,
@@ -48,9 +49,12 @@ pub(crate) fn reject_implausible(
         }
     }
     let all = 3 * wrong.iter().filter(|w| **w).count() > departures.iter().flatten().count();
+    let mut any = false;
     for (state, wrong) in states.iter_mut().zip(wrong) {
         if state.is_ok() && (wrong || all) {
             *state = Err(Unusable::ImplausiblePseudorange);
+            any = true;
         }
     }
+    any
 }

@@ -60,8 +60,15 @@ pub(crate) fn inflation(rows: &[DoubleRow], satellites: usize) -> Inflation {
         variance_factor = (own * freedom + PRIOR_FREEDOM) / (freedom + PRIOR_FREEDOM);
         variance_factor = variance_factor.max(1.0);
         let scale = variance_factor.sqrt();
+        let mut changed = false;
         for (member, residual) in members.iter_mut().zip(residuals) {
-            member.weight = (HUBER * scale / residual.abs()).min(1.0);
+            let weight = (HUBER * scale / residual.abs()).min(1.0);
+            changed |= weight != member.weight;
+            member.weight = weight;
+        }
+        // The same weights lead to the same residuals.
+        if !changed {
+            break;
         }
     }
     for member in members {

@@ -157,9 +157,10 @@ impl SingleContext<'_> {
         let mut result = Equations {
             rows: Vec::with_capacity(states.len() + 5),
             satellites: 0,
-            directions: Vec::new(),
-            used: Vec::new(),
+            directions: Vec::with_capacity(states.len()),
+            used: Vec::with_capacity(states.len()),
         };
+        let zenith_troposphere_m = saastamoinen_m(place, FRAC_PI_2, RELATIVE_HUMIDITY);
         let mut clock_seen = [false; STATES];
         for (k, (m, state)) in epoch.measurements.iter().zip(states).enumerate() {
             let (Ok(state), true) = (state, keep[k]) else {
@@ -199,7 +200,11 @@ impl SingleContext<'_> {
                 (
                     self.klobuchar
                         .delay_l1_m(epoch.tag, place, azimuth, elevation),
-                    saastamoinen_m(place, elevation, RELATIVE_HUMIDITY),
+                    if elevation > 0.0 {
+                        zenith_troposphere_m / elevation.sin()
+                    } else {
+                        0.0
+                    },
                 )
             };
             let ionosphere_variance = (0.5 * ionosphere_l1).powi(2)

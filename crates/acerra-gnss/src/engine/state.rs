@@ -69,7 +69,7 @@ pub(crate) struct SparseRow {
 }
 
 /// State vector, covariance, and the tracks.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub(crate) struct FilterState {
     /// Position states: 3, or 9 with velocity and acceleration.
     pub position_states: usize,
@@ -82,6 +82,47 @@ pub(crate) struct FilterState {
     pub exists: Vec<bool>,
     pub tracks: Vec<Track>,
     initial_bias_variance: f64,
+    /// Memory of the matrices of past updates.
+    room: [Vec<f64>; 3],
+}
+
+impl Clone for FilterState {
+    fn clone(&self) -> Self {
+        Self {
+            position_states: self.position_states,
+            leading_states: self.leading_states,
+            satellites: self.satellites,
+            x: self.x.clone(),
+            p: self.p.clone(),
+            exists: self.exists.clone(),
+            tracks: self.tracks.clone(),
+            initial_bias_variance: self.initial_bias_variance,
+            room: Default::default(),
+        }
+    }
+
+    /// As `clone`, in the memory that is there.
+    fn clone_from(&mut self, source: &Self) {
+        let Self {
+            position_states,
+            leading_states,
+            satellites,
+            x,
+            p,
+            exists,
+            tracks,
+            initial_bias_variance,
+            room: _,
+        } = source;
+        self.position_states = *position_states;
+        self.leading_states = *leading_states;
+        self.satellites = *satellites;
+        self.x.clone_from(x);
+        self.p.clone_from(p);
+        self.exists.clone_from(exists);
+        self.tracks.clone_from(tracks);
+        self.initial_bias_variance = *initial_bias_variance;
+    }
 }
 
 impl FilterState {
@@ -101,6 +142,7 @@ impl FilterState {
             exists: vec![false; n],
             tracks: vec![Track::default(); slots * satellites],
             initial_bias_variance: options.initial_bias_cycles * options.initial_bias_cycles,
+            room: Default::default(),
         };
         if let Some(index) = state.channel_slope_index() {
             state.initialise(index, 0.0, CHANNEL_SLOPE_SIGMA_M.powi(2));
@@ -216,6 +258,11 @@ impl FilterState {
         }
     }
 
+    /// A matrix of zeros for the noise of an [update](Self::update), in memory of a past one.
+    pub(crate) fn blank(&mut self, size: usize) -> DMatrix<f64> {
+        zeros_in(&mut self.room[0], size, size)
+    }
+
     /// Kalman measurement update with noise covariance `r` (m × m).
     ///
     /// Returns false, leaving the state as it was, when the innovation covariance is not
@@ -225,7 +272,7 @@ impl FilterState {
         let active: Vec<usize> = (0..n).filter(|&i| self.exists[i]).collect();
         let m = rows.len();
         // One column per equation: (P Hᵀ) restricted to the active states.
-        let mut pht = DMatrix::<f64>::zeros(active.len(), m);
+        let mut pht = zeros_in(&mut self.room[1], active.len(), m);
         for (column, row) in rows.iter().enumerate() {
             let mut out = pht.column_mut(column);
             for &(index, coefficient) in &row.coefficients {
@@ -254,18 +301,32 @@ impl FilterState {
             return false;
         };
         let residuals = DVector::from_iterator(m, rows.iter().map(|r| r.residual));
-        let mut w = pht.transpose();
+        let mut w = zeros_in(&mut self.room[2], m, active.len());
+        pht.transpose_to(&mut w);
         cholesky.l_dirty().solve_lower_triangular_mut(&mut w);
         let mut whitened = residuals;
         cholesky.l_dirty().solve_lower_triangular_mut(&mut whitened);
         let dx = w.tr_mul(&whitened);
-        let reduction = w.tr_mul(&w);
         for (i, &a) in active.iter().enumerate() {
             self.x[a] += dx[i];
-            for (j, &b) in active.iter().enumerate() {
-                self.p[a * n + b] -= reduction[(i, j)];
+            let own = w.column(i);
+            for (j, &b) in active.iter().enumerate().take(i + 1) {
+                let reduction = own.dot(&w.column(j));
+                self.p[a * n + b] -= reduction;
+                if i != j {
+                    self.p[b * n + a] -= reduction;
+                }
             }
         }
+        self.room = [cholesky.unpack_dirty(), pht, w].map(|matrix| matrix.data.into());
         true
     }
+}
+
+/// A matrix of zeros in this memory.
+fn zeros_in(memory: &mut Vec<f64>, rows: usize, columns: usize) -> DMatrix<f64> {
+    let mut values = std::mem::take(memory);
+    values.clear();
+    values.resize(rows * columns, 0.0);
+    DMatrix::from_vec(rows, columns, values)
 }

@@ -70,10 +70,15 @@ pub(crate) fn robust_fit(changes: &[PhaseChange]) -> Option<Fit> {
         let of_trusted = sizes().zip(changes).filter(|(_, c)| c.trusted);
         fit.scale = (SIGMA_PER_MAD * median(of_trusted.map(|(s, _)| s).collect())).max(1.0);
         // Least absolute values beyond the scale: nearly half the changes may be wrong.
-        weights = sizes()
+        let next: Vec<f64> = sizes()
             .zip(changes)
             .map(|(size, c)| f64::from(c.trusted) * (fit.scale / size).min(1.0))
             .collect();
+        // The same weights lead to the same fit.
+        if next == weights {
+            break;
+        }
+        weights = next;
     }
     Some(fit)
 }

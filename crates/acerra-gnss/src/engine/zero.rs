@@ -22,11 +22,15 @@ pub(crate) struct ZeroDifference {
     pub cn0_db_hz: [f64; FREQUENCY_SLOTS],
     /// How far that is below the usual (dB).
     pub cn0_drop_db: [f64; FREQUENCY_SLOTS],
+    /// Noise over carrier power in one hertz.
+    pub noise_power: [f64; FREQUENCY_SLOTS],
     /// Receiver to satellite.
     pub unit_ecef: [f64; 3],
     pub azimuth_rad: f64,
     /// Zero when the satellite is not used.
     pub elevation_rad: f64,
+    /// Its sine.
+    pub sin_elevation: f64,
 }
 
 /// Zero differences of every measurement of `epoch` for a receiver at `position_ecef_m`;
@@ -66,7 +70,9 @@ pub(crate) fn zero_differences(
             result.elevation_rad = elevation;
             result.cn0_db_hz = m.cn0_db_hz;
             result.cn0_drop_db = m.cn0_drop_db;
+            result.noise_power = m.noise_power;
             let (sin_el, cos_el) = elevation.sin_cos();
+            result.sin_elevation = sin_el;
             let (sin_az, cos_az) = azimuth.sin_cos();
             let antenna_m =
                 antenna[0] * cos_el * sin_az + antenna[1] * cos_el * cos_az + antenna[2] * sin_el;

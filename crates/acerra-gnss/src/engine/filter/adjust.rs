@@ -38,10 +38,12 @@ impl Filter<'_> {
         if !checks_residuals {
             return self.update(epoch, excluded);
         }
-        let mut prior = self.state.clone();
+        let mut prior = self.room.take().unwrap_or_else(|| self.state.clone());
+        prior.clone_from(&self.state);
         loop {
             let update = self.update(epoch, excluded)?;
             let Some(outlier) = self.outlier(&update.differences.rows) else {
+                self.room = Some(prior);
                 return Ok(update);
             };
             if 3 * (excluded.len() + 1) > epoch.common.len() {
@@ -72,10 +74,19 @@ impl Filter<'_> {
             RuleSet::Demo5 => 4,
             RuleSet::Rtklib => 1,
         };
-        for _ in 0..self.options.iterations.max(1) {
+        let iterations = self.options.iterations.max(1);
+        let prior = (iterations > 1).then(|| self.state.clone());
+        for k in 0..iterations {
             let zero = self.rover_zero(epoch.rover);
             let rows = self.differences(epoch, &zero, &self.state, excluded).rows;
-            if rows.len() < least || !self.measurement_update(&rows, &epoch.common) {
+            // Measurements count once: every iteration starts from the state before the epoch.
+            let again = prior.as_ref().filter(|_| k > 0);
+            let done = rows.len() >= least
+                && match again {
+                    Some(prior) => self.update_again(prior, &rows, &epoch.common),
+                    None => self.measurement_update(&rows, &epoch.common),
+                };
+            if !done {
                 let common = self.count_valid(&rows, &epoch.common);
                 return Err(UpdateFailure {
                     reason: NotFixedReason::TooFewCommonSatellites { common },

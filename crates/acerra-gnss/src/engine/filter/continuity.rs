@@ -59,8 +59,9 @@ impl Filter<'_> {
                     system: self.constellation.id(c.satellite).system(),
                     slot,
                     is_code: false,
-                    elevation_rad: u.elevation_rad,
+                    sin_elevation: u.sin_elevation,
                     cn0_db_hz: [u.cn0_db_hz[slot], b.cn0_db_hz[slot]],
+                    noise_power: [u.noise_power[slot], b.noise_power[slot]],
                 };
                 let variance_m2 =
                     single_difference_variance_m2(self.options, &signal, Separation::NONE);

@@ -1,6 +1,7 @@
 //! One epoch of the relative filter: prediction, biases, measurement update, ambiguities.
 
 mod adjust;
+mod baseline_length;
 mod continuity;
 mod held;
 mod last_phases;
@@ -20,6 +21,7 @@ use crate::engine::epoch_input::{BaseView, RoverEpoch};
 use crate::engine::epoch_result::EpochResult;
 use crate::engine::fixed_integers::{FixedIntegers, FloatSolution};
 use crate::engine::glonass::GlonassPlan;
+use crate::engine::moving_base::LARGEST_SEPARATION_S;
 use crate::engine::robust_codes::Inflation;
 use crate::engine::signal_group::{SignalGroup, SuspectGroups};
 use crate::engine::single::SinglePoint;
@@ -78,7 +80,6 @@ pub(crate) struct Filter<'a> {
     pub(super) constellation: &'a Constellation,
     pub(super) options: &'a PpkOptions,
     pub(super) noise: &'a MeasuredNoise,
-    base_position_ecef_m: [f64; 3],
     pub(crate) state: FilterState,
     pub(crate) last_time: Option<GpsTime>,
     consecutive_fixes: u32,
@@ -99,6 +100,8 @@ pub(crate) struct Filter<'a> {
     held_since: Option<GpsTime>,
     /// The state that has been told the integers held.
     held_state: Option<FilterState>,
+    /// Room for the state before an update.
+    room: Option<FilterState>,
     /// Epochs in a row at which the float state contradicts the integers held.
     doubts: u32,
     /// The log is too short for passes in opposite directions to be independent.
@@ -121,13 +124,11 @@ impl<'a> Filter<'a> {
         constellation: &'a Constellation,
         options: &'a PpkOptions,
         noise: &'a MeasuredNoise,
-        base_position_ecef_m: [f64; 3],
     ) -> Self {
         Self {
             constellation,
             options,
             noise,
-            base_position_ecef_m,
             state: FilterState::new(constellation, options),
             last_time: None,
             consecutive_fixes: 0,
@@ -143,6 +144,7 @@ impl<'a> Filter<'a> {
             last_phases: LastPhases::default(),
             held_since: None,
             held_state: None,
+            room: None,
             is_short_log: false,
             doubts: 0,
             glonass_float: false,
@@ -213,7 +215,9 @@ impl<'a> Filter<'a> {
         match self.checked_update(&epoch, &mut excluded) {
             Ok(update) => {
                 self.advance_held(single, &epoch, elapsed_s, &excluded);
+                let unconstrained = self.constrain_length(&base);
                 self.take_up(&epoch, &update, &mut excluded, &mut result);
+                self.release_length(unconstrained);
             }
             Err(failure) => {
                 self.held_state = None;
@@ -251,7 +255,11 @@ impl<'a> Filter<'a> {
 
     fn young_enough<'b>(&self, base: Option<BaseView<'b>>) -> Result<BaseView<'b>, NotFixedReason> {
         let age_s = base.as_ref().map(|b| b.age_s);
-        base.filter(|b| b.age_s.abs() <= self.options.max_age_s)
+        let largest_s = match self.options.mode {
+            PositioningMode::MovingBase => self.options.max_age_s.min(LARGEST_SEPARATION_S),
+            _ => self.options.max_age_s,
+        };
+        base.filter(|b| b.age_s.abs() <= largest_s)
             .ok_or(NotFixedReason::BaseTooOld { age_s })
     }
 
@@ -306,7 +314,13 @@ impl<'a> Filter<'a> {
         }
         result.quality = Some(Quality::Float);
         match self.resolve_checked(epoch, &update.zero, excluded, result) {
-            Ok(attempt) => self.take_up_fix(epoch, &update.zero, &attempt, result),
+            Ok(attempt) => match self.contradicted_length(epoch.base, &attempt) {
+                None => self.take_up_fix(epoch, &update.zero, &attempt, result),
+                Some(reason) => {
+                    result.reason = Some(reason);
+                    self.consecutive_fixes = 0;
+                }
+            },
             Err(reason) => {
                 result.reason = Some(reason);
                 self.consecutive_fixes = 0;

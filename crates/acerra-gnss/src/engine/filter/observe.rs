@@ -9,9 +9,9 @@ use crate::engine::noise::Separation;
 use crate::engine::robust_codes::{Inflation, inflation};
 use crate::engine::single::SinglePoint;
 use crate::engine::state::FilterState;
-use crate::engine::zero::{ZeroDifference, zero_differences};
-use crate::options::PositioningMode;
+use crate::engine::zero::ZeroDifference;
 use crate::signal::SPEED_OF_LIGHT_M_S;
+use std::sync::Arc;
 
 /// Code differences that a position takes, with one to spare.
 const LEAST_CODE_ROWS: usize = 4;
@@ -19,10 +19,7 @@ const CODE_ITERATIONS: usize = 2;
 
 impl Filter<'_> {
     pub(super) fn uses_phase(&self) -> bool {
-        matches!(
-            self.options.mode,
-            PositioningMode::Kinematic | PositioningMode::Static
-        )
+        self.options.mode.uses_phases()
     }
 
     pub(super) fn common(&self, rover: &RoverEpoch, base: &BaseView<'_>) -> Vec<Common> {
@@ -69,17 +66,11 @@ impl Filter<'_> {
         &self,
         rover: &RoverEpoch,
         place_ecef_m: [f64; 3],
-    ) -> Vec<ZeroDifference> {
-        zero_differences(
-            self.options,
-            &rover.epoch,
-            &rover.states,
-            place_ecef_m,
-            false,
-        )
+    ) -> Arc<[ZeroDifference]> {
+        rover.zero_at(self.options, place_ecef_m)
     }
 
-    pub(super) fn rover_zero(&self, rover: &RoverEpoch) -> Vec<ZeroDifference> {
+    pub(super) fn rover_zero(&self, rover: &RoverEpoch) -> Arc<[ZeroDifference]> {
         self.zero_at(rover, self.state.position())
     }
 
@@ -101,7 +92,7 @@ impl Filter<'_> {
         excluded: &'d [(usize, usize)],
     ) -> Differencing<'d> {
         let baseline_m = (0..3)
-            .map(|k| (state.x[k] - self.base_position_ecef_m[k]).powi(2))
+            .map(|k| (state.x[k] - epoch.base.place_ecef_m[k]).powi(2))
             .sum::<f64>()
             .sqrt();
         Differencing {
@@ -140,10 +131,12 @@ impl Filter<'_> {
         single: &SinglePoint,
     ) -> Option<FilterState> {
         let mut state = self.state.clone();
-        for k in 0..3 {
-            state.initialise(k, single.position_ecef_m[k], POSITION_VARIANCE_M2);
-        }
+        let mut place_ecef_m = single.position_ecef_m;
         for _ in 0..CODE_ITERATIONS {
+            // Codes count once: nothing is known of the place but where to form the differences.
+            for (k, place_m) in place_ecef_m.into_iter().enumerate() {
+                state.initialise(k, place_m, POSITION_VARIANCE_M2);
+            }
             let zero = self.zero_at(epoch.rover, state.position());
             let differencing = Differencing {
                 codes_alone: true,
@@ -153,6 +146,7 @@ impl Filter<'_> {
             if rows.len() < LEAST_CODE_ROWS || !update_state(&mut state, &rows, &epoch.common) {
                 return None;
             }
+            place_ecef_m = state.position();
         }
         Some(state)
     }

@@ -35,6 +35,7 @@ impl EpochResult {
             anchored: false,
             channel_slope_m: None,
             integers: None,
+            base: base.and_then(|b| b.moved),
         }
     }
 
@@ -67,6 +68,9 @@ impl Filter<'_> {
                 }),
             ));
         }
+        result
+            .residuals
+            .reserve(self.options.frequencies * epoch.common.len());
         for slot in 0..self.options.frequencies {
             for (k, c) in epoch.common.iter().enumerate() {
                 let of = |is_code: bool| {

@@ -2,9 +2,10 @@
 
 use crate::engine::double::Differences;
 use crate::engine::zero::ZeroDifference;
+use std::sync::Arc;
 
 /// Rover residuals and double differences at the updated state.
 pub(super) struct Update {
-    pub zero: Vec<ZeroDifference>,
+    pub zero: Arc<[ZeroDifference]>,
     pub differences: Differences,
 }

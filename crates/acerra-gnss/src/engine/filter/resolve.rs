@@ -11,7 +11,7 @@ use crate::engine::noise::{
 use crate::engine::outliers::{standardised, worst};
 use crate::engine::phase_walk::{NormalisedResidual, of_satellites};
 use crate::engine::state::FilterState;
-use crate::engine::zero::{ZeroDifference, zero_differences};
+use crate::engine::zero::ZeroDifference;
 use crate::options::{AmbiguityMode, GlonassAmbiguity, RuleSet};
 use crate::solution::NotFixedReason;
 
@@ -84,8 +84,9 @@ impl<'a> Filter<'a> {
                         system,
                         slot,
                         is_code: false,
-                        elevation_rad: z.elevation_rad,
+                        sin_elevation: z.sin_elevation,
                         cn0_db_hz: [z.cn0_db_hz[slot], 0.0],
+                        noise_power: [z.noise_power[slot], 0.0],
                     };
                     let model =
                         single_difference_variance_m2(self.options, &signal, Separation::NONE);
@@ -122,13 +123,7 @@ impl<'a> Filter<'a> {
                 let index = fixed.bias_index(pair.other, pair.slot);
                 fixed.x[index] = reference - integer;
             }
-            let rover = zero_differences(
-                self.options,
-                &epoch.rover.epoch,
-                &epoch.rover.states,
-                fixed.position(),
-                false,
-            );
+            let rover = self.zero_at(epoch.rover, fixed.position());
             let differences = self.differences(epoch, &rover, &fixed, excluded);
             let in_fix =
                 |k: usize, slot: usize| self.state.track(epoch.common[k].satellite, slot).in_fix;
@@ -193,9 +188,9 @@ impl<'a> Filter<'a> {
         &self,
         resolution: &Resolution<'_>,
         state: &FilterState,
+        pairs: Vec<Pair>,
         [slipped, half_cycle]: [usize; 2],
     ) -> Result<Attempt, NotFixedReason> {
-        let pairs = resolution.pairs(state);
         if pairs.len() < 2 {
             let pairs = pairs.len();
             return Err(NotFixedReason::TooFewAmbiguities {
@@ -264,6 +259,7 @@ impl<'a> Filter<'a> {
                 let learning = options.glonass_ambiguity == GlonassAmbiguity::FixAndHold;
                 let optional = options.glonass_ambiguity == GlonassAmbiguity::Auto;
                 let mut outcome = None;
+                let mut tried: Option<Vec<Pair>> = None;
                 // GLONASS joins once its biases are learnt; a fix that fails with it is tried
                 // without.
                 let tries: &[bool] = match (learning, self.held) {
@@ -276,7 +272,14 @@ impl<'a> Filter<'a> {
                 for &with_glonass in tries {
                     let resolution = self.resolution(common, zero, with_glonass);
                     let state = conditioned.unwrap_or(&self.state);
-                    let attempt = self.attempt_by_rtklib(&resolution, state, [slipped, half_cycle]);
+                    let pairs = resolution.pairs(state);
+                    // Without GLONASS in sight the second try would be the first again.
+                    if tried.as_ref() == Some(&pairs) {
+                        continue;
+                    }
+                    tried = Some(pairs.clone());
+                    let attempt =
+                        self.attempt_by_rtklib(&resolution, state, pairs, [slipped, half_cycle]);
                     let accepted = attempt.as_ref().is_ok_and(|a| a.accepted);
                     if accepted || outcome.is_none() {
                         outcome = Some(attempt);

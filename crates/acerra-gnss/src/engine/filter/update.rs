@@ -5,7 +5,6 @@ use crate::engine::double::Common;
 use crate::engine::double_row::DoubleRow;
 use crate::engine::state::FilterState;
 use crate::options::RuleSet;
-use nalgebra::DMatrix;
 
 /// Degrees of freedom that the model's own word weighs.
 const MISFIT_PRIOR: f64 = 30.0;
@@ -13,8 +12,18 @@ const LEAST_VARIANCE_FACTOR: f64 = 0.1;
 
 /// Kalman update with double differences; false where it fails.
 pub(super) fn update_state(state: &mut FilterState, rows: &[DoubleRow], common: &[Common]) -> bool {
+    update_about(state, rows, common, None)
+}
+
+/// As [`update_state`], with differences that were formed at the state vector `about`.
+fn update_about(
+    state: &mut FilterState,
+    rows: &[DoubleRow],
+    common: &[Common],
+    about: Option<&[f64]>,
+) -> bool {
     let m = rows.len();
-    let mut noise = DMatrix::<f64>::zeros(m, m);
+    let mut noise = state.blank(m);
     for (a, ra) in rows.iter().enumerate() {
         for (b, rb) in rows.iter().enumerate() {
             if ra.block == rb.block {
@@ -28,7 +37,14 @@ pub(super) fn update_state(state: &mut FilterState, rows: &[DoubleRow], common: 
         .iter()
         .map(|r| {
             let satellites = [common[r.reference].satellite, common[r.other].satellite];
-            state.sparse(r, satellites)
+            let mut row = state.sparse(r, satellites);
+            if let Some(about) = about {
+                let products = row.coefficients.iter();
+                row.residual += products
+                    .map(|&(k, c)| c * (about[k] - state.x[k]))
+                    .sum::<f64>();
+            }
+            row
         })
         .collect();
     state.update(&sparse, noise)
@@ -40,6 +56,24 @@ impl Filter<'_> {
     pub(super) fn variance_factor(&self) -> f64 {
         let [squares, freedom] = self.misfit;
         ((squares + MISFIT_PRIOR) / (freedom + MISFIT_PRIOR)).clamp(LEAST_VARIANCE_FACTOR, 1.0)
+    }
+
+    /// The update repeated with differences formed at the present state, from the state `prior`
+    /// before the first (the iterated extended Kalman filter; Bell and Cathey 1993). RTKLIB keeps the
+    /// present position and takes its covariance from before, which `reproduce_defects` does too.
+    pub(super) fn update_again(
+        &mut self,
+        prior: &FilterState,
+        rows: &[DoubleRow],
+        common: &[Common],
+    ) -> bool {
+        let present = self.state.x.clone();
+        self.state.clone_from(prior);
+        if self.options.reproduce_defects {
+            self.state.x = present;
+            return update_state(&mut self.state, rows, common);
+        }
+        update_about(&mut self.state, rows, common, Some(&present))
     }
 
     pub(super) fn measurement_update(&mut self, rows: &[DoubleRow], common: &[Common]) -> bool {

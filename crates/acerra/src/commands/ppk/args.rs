@@ -83,6 +83,9 @@ pub struct Args {
     /// and so on.
     #[arg(long, value_name = "FILE.csv", requires = "images")]
     pub(super) image_positions: Option<PathBuf>,
+    /// Write heading, pitch and length of the baseline at every epoch (--mode moving-base).
+    #[arg(long, value_name = "FILE.csv")]
+    pub(super) attitudes: Option<PathBuf>,
     /// The images: a folder, taken in order of their names, or a text file with a name on each
     /// line.
     #[arg(long, value_name = "PATH", requires = "image_positions")]
@@ -109,6 +112,13 @@ pub struct Args {
     #[arg(long, value_name = "PLACE", value_parser = base_position, allow_hyphen_values = true,
           help_heading = "Positioning")]
     pub(super) base_position: Option<BasePosition>,
+    /// Distance between the two antennas, m (--mode moving-base).
+    #[arg(long, value_name = "M", value_parser = positive, help_heading = "Positioning")]
+    pub(super) baseline_length: Option<f64>,
+    /// Standard deviation of that distance, m.
+    #[arg(long, value_name = "M", value_parser = positive, requires = "baseline_length",
+          default_value = "0.01", help_heading = "Positioning")]
+    pub(super) baseline_sigma: f64,
     /// Systems used, by letter: G GPS, R GLONASS, E Galileo, C BeiDou, J QZSS, I NavIC, S SBAS.
     #[arg(long, value_name = "LETTERS", value_parser = systems, help_heading = "Positioning")]
     pub(super) systems: Option<SystemSet>,
@@ -178,7 +188,8 @@ pub struct Args {
     #[arg(long, value_parser = named(RuleSet::ALL, RuleSet::name), help_heading = "Ambiguities and weights")]
     pub(super) rules: Option<RuleSet>,
 
-    /// Coordinates of the output.
+    /// Coordinates of the output; with a moving base the baseline unless a configuration file says
+    /// otherwise.
     #[arg(long, value_parser = frames(), help_heading = "Output")]
     pub(super) format: Option<PosFrame>,
     /// Form of the times.

@@ -127,6 +127,7 @@ fn outputs_are_not_inputs(args: &Args) -> anyhow::Result<()> {
         &args.nmea,
         &args.residuals,
         &args.image_positions,
+        &args.attitudes,
     ];
     for path in outputs.into_iter().flatten() {
         let clash = path.canonicalize().is_ok_and(|path| inputs.contains(&path));

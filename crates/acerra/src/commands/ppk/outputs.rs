@@ -9,7 +9,7 @@ use acerra_geo::geoid::GeoidGrid;
 use acerra_gnss::PpkSolution;
 use acerra_gnss::conf::ConfOutputs;
 use acerra_gnss::output::{
-    position_images, within_sigma, write_images, write_nmea, write_residuals,
+    position_images, within_sigma, write_attitudes, write_images, write_nmea, write_residuals,
 };
 use acerra_products::staging::StagedFile;
 use anyhow::Context;
@@ -109,6 +109,11 @@ impl Extras {
         if let Some(path) = &self.residuals {
             written.push(StagedFile::write(path, |to| {
                 Ok(write_residuals(to, solution)?)
+            })?);
+        }
+        if let Some(path) = &args.attitudes {
+            written.push(StagedFile::write(path, |to| {
+                Ok(write_attitudes(to, solution)?)
             })?);
         }
         if let (Some(path), Some(list)) = (&args.image_positions, &args.images) {

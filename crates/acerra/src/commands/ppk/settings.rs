@@ -5,8 +5,10 @@ use std::io::BufReader;
 
 use acerra_chain::positioning::{AntennaInput, AntennaName, PositioningInput};
 use acerra_gnss::conf::{ConfInputs, ConfOutputs, read_conf};
-use acerra_gnss::pos::PosFormat;
-use acerra_gnss::{Cn0Mask, Dynamics, FilterDirection, PpkOptions, RuleSet};
+use acerra_gnss::pos::{PosFormat, PosFrame};
+use acerra_gnss::{
+    BaselineLength, Cn0Mask, Dynamics, FilterDirection, PositioningMode, PpkOptions, RuleSet,
+};
 use anyhow::Context;
 
 use super::args::Args;
@@ -99,6 +101,18 @@ impl Args {
             false => options.guarded(),
         };
         self.override_options(&mut options);
+        let moves = options.mode == PositioningMode::MovingBase;
+        anyhow::ensure!(
+            moves || self.baseline_length.is_none() && self.attitudes.is_none(),
+            "--baseline-length and --attitudes: expected --mode moving-base, found {}",
+            options.mode
+        );
+        if moves && self.base_position.is_some() {
+            remarks.push("--base-position is not used with a moving base".to_owned());
+        }
+        if moves && self.config.is_none() {
+            format.frame = PosFrame::EnuBaseline;
+        }
         format.frame = self.format.unwrap_or(format.frame);
         format.time = self.time_form.unwrap_or(format.time);
         format.scale = self.time_scale.unwrap_or(format.scale);
@@ -125,6 +139,12 @@ impl Args {
         }
         if let Some(ratio) = self.code_phase_ratio {
             options.code_phase_ratio = [ratio; acerra_gnss::FREQUENCY_SLOTS];
+        }
+        if let Some(length_m) = self.baseline_length {
+            options.baseline_length = Some(BaselineLength {
+                length_m,
+                sigma_m: self.baseline_sigma,
+            });
         }
         if let Some(place) = self.base_position {
             options.base_position = place;
