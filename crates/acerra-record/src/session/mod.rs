@@ -15,7 +15,9 @@ mod receiver_loop;
 mod record_error;
 mod recorder;
 mod session_clock;
+mod live_section;
 mod settings;
+mod tap;
 mod window_watch;
 
 pub use capture::{ArrivalTimes, CaptureWriter};
@@ -25,5 +27,7 @@ pub use outcome::{CAMPAIGN_NAME, CAPTURE_NAME, CLOCK_NAME, Finished, LOG_NAME, R
 pub use plausibility::{Doubt, doubts, shortest_interval_s};
 pub use progress::{Fix, Health, Progress};
 pub use record_error::RecordError;
+pub use live_section::LiveSection;
 pub use recorder::Recorder;
 pub use settings::{FlightSection, GnssSection, RadioSection, Session, SettingsError, Way};
+pub use tap::{Tap, Tapped};

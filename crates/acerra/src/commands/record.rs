@@ -66,6 +66,7 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
         stop: interrupt::stop_in_order(),
         requests: RequestOptions::default(),
         watch: WatchOptions::default(),
+        tap: None,
     };
     let recorded = recorder.run(&mut |progress| say(&progress));
     if recorded.is_err() {
