@@ -139,7 +139,8 @@ impl LiveSettings {
         };
         let (x_m, y_m) = (side(self.x_m, about_m[0]), side(self.y_m, about_m[1]));
         let mut pixel_m = self.pixel_m.unwrap_or(DEFAULT_PIXEL_M);
-        let count = |[from, to]: [f64; 2], pixel_m: f64| ((to - from) / pixel_m).floor() + 1.0;
+        // As `from_ranges` counts: an end that falls on a pixel is kept.
+        let count = |[from, to]: [f64; 2], pixel_m: f64| ((to - from) / pixel_m + 1e-5).floor() + 1.0;
         let pixels = |pixel_m| count(x_m, pixel_m) * count(y_m, pixel_m);
         if self.pixel_m.is_none() {
             // As fine as the pixels allow.
