@@ -124,13 +124,19 @@ impl Board {
 
     /// Calls `told` whenever something changes; it must not take its time.
     pub fn listen(&self, told: impl Fn() + Send + 'static) {
-        let mut listeners = self.listeners.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut listeners = self
+            .listeners
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
         listeners.push(Box::new(told));
     }
 
     fn changed(&self) {
         self.version.fetch_add(1, Ordering::SeqCst);
-        let listeners = self.listeners.lock().unwrap_or_else(PoisonError::into_inner);
+        let listeners = self
+            .listeners
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
         listeners.iter().for_each(|told| told());
     }
 
@@ -157,7 +163,11 @@ impl Board {
     /// A page has drawn a state of the picture.
     pub fn drawn(&self, sequence: u64, now: Instant) {
         let mut state = self.state();
-        while state.undrawn.front().is_some_and(|(own, _)| *own <= sequence) {
+        while state
+            .undrawn
+            .front()
+            .is_some_and(|(own, _)| *own <= sequence)
+        {
             let Some((_, pulses)) = state.undrawn.pop_front() else {
                 break;
             };

@@ -1,9 +1,7 @@
 //! Cleaning that knows nothing of later traces: zero-timing by the first ones, the background as a running
 //! mean, the gate about 2h/c, spectra.
 
-use acerra_radar::clean::{
-    Gate, SurfaceOptions, ZeroTiming, apply_gate, spectrum_at, zero_timing,
-};
+use acerra_radar::clean::{Gate, SurfaceOptions, ZeroTiming, apply_gate, spectrum_at, zero_timing};
 use acerra_radar::{Radargram, Samples, ScanWindow};
 use num_complex::Complex64;
 
@@ -91,15 +89,16 @@ impl Cleaner {
     ///
     /// # Errors
     /// Samples that are no numbers, frequencies that the sampling does not reach.
-    pub fn take(
-        &mut self,
-        traces: Vec<PlacedTrace>,
-    ) -> Result<(Option<Clean>, u64), LiveError> {
+    pub fn take(&mut self, traces: Vec<PlacedTrace>) -> Result<(Option<Clean>, u64), LiveError> {
         let Some(window) = traces.first().map(|trace| trace.window) else {
             return Ok((None, 0));
         };
         let mut given_up = 0;
-        if self.window.replace(window).is_some_and(|before| before != window) {
+        if self
+            .window
+            .replace(window)
+            .is_some_and(|before| before != window)
+        {
             // Another window is another instrument.
             given_up += self.first.len() as u64;
             self.first.clear();
@@ -200,7 +199,9 @@ impl Running {
 fn radargram(traces: &[PlacedTrace], shift_s: f64) -> Result<Radargram, LiveError> {
     let window = traces.first().map(|trace| trace.window);
     let (start_s, step_s) = window.map_or((0.0, 0.0), |w| (w.start_s(), w.step_s()));
-    let samples = traces.iter().flat_map(|trace| trace.samples.iter().copied());
+    let samples = traces
+        .iter()
+        .flat_map(|trace| trace.samples.iter().copied());
     // Slow time is the traces' order: no step here looks at it.
     let time_s = (0..traces.len()).map(|k| k as f64).collect();
     let samples = Samples::Real(samples.collect());
@@ -265,12 +266,15 @@ mod tests {
 
     #[test]
     fn what_stays_put_is_removed_and_what_moves_is_kept() {
-        let text = "[flight]\ndelay_ns = 9.0\n[live]\ngate_ns = [-30.0, 40.0]\nbackground_traces = 100\n";
+        let text =
+            "[flight]\ndelay_ns = 9.0\n[live]\ngate_ns = [-30.0, 40.0]\nbackground_traces = 100\n";
         let mut cleaner = Cleaner::new(&settings(text));
         let level_at = |clean: &Clean, row: usize, ns: f64| {
             let place = ((1e-9 * ns - clean.traces.fast_time_start_s) / STEP_S).round() as usize;
             let at = row * clean.traces.samples_per_trace + place;
-            (0..8).map(|k| clean.traces.samples.at(at + k - 4).norm()).fold(0.0, f64::max)
+            (0..8)
+                .map(|k| clean.traces.samples.at(at + k - 4).norm())
+                .fold(0.0, f64::max)
         };
         let mut last = None;
         for k in 0..200 {
@@ -305,7 +309,9 @@ mod tests {
 
     #[test]
     fn another_window_begins_anew() {
-        let mut cleaner = Cleaner::new(&settings("[flight]\ndelay_ns = 9.0\n[live]\nfirst_traces = 2\n"));
+        let mut cleaner = Cleaner::new(&settings(
+            "[flight]\ndelay_ns = 9.0\n[live]\nfirst_traces = 2\n",
+        ));
         let of = |k: f64| trace(5.0, 40.0 + k, 9.0);
         assert!(cleaner.take(vec![of(0.0), of(1.0)]).unwrap().0.is_some());
         let mut other = of(2.0);

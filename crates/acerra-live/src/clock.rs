@@ -170,7 +170,12 @@ mod tests {
         let scan_s = |n: u64| 0.5 + 0.021_573 * n as f64;
         for n in 0..900_u64 {
             let stamp_ms = 60_000.0 + 1e3 * scan_s(n) * (1.0 + 20e-6);
-            clock.scan(n + 7, n as u16, stamp_ms as u32, 3.0 + scan_s(n) + late_s(n));
+            clock.scan(
+                n + 7,
+                n as u16,
+                stamp_ms as u32,
+                3.0 + scan_s(n) + late_s(n),
+            );
         }
         let settled = clock.settle().unwrap();
         for n in [0, 450, 899] {

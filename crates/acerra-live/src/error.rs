@@ -18,8 +18,10 @@ pub enum LiveError {
         cause: toml::de::Error,
     },
     /// A band that is none, or no frequencies over it.
-    #[error("[campaign.image] band_ghz, frequencies: expected two rising frequencies above 0 and two or more over \
-             them; found {band_ghz:?}, {frequencies}")]
+    #[error(
+        "[campaign.image] band_ghz, frequencies: expected two rising frequencies above 0 and two or more over \
+             them; found {band_ghz:?}, {frequencies}"
+    )]
     Band {
         /// The band (GHz).
         band_ghz: [f64; 2],

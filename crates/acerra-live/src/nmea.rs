@@ -97,8 +97,12 @@ mod tests {
             sentence(&format!(
                 "GNGGA,1030{second:05.2},4054.0000,N,01412.0000,E,{quality},12,0.8,12.0,M,48.0,M,,"
             )),
-            sentence(&format!("GNRMC,1030{second:05.2},A,4054.0000,N,01412.0000,E,0.0,0.0,151019,,,A")),
-            sentence(&format!("GNGST,1030{second:05.2},1.0,0.02,0.01,0,0.01,0.02,0.03")),
+            sentence(&format!(
+                "GNRMC,1030{second:05.2},A,4054.0000,N,01412.0000,E,0.0,0.0,151019,,,A"
+            )),
+            sentence(&format!(
+                "GNGST,1030{second:05.2},1.0,0.02,0.01,0,0.01,0.02,0.03"
+            )),
         ]
         .concat()
     }

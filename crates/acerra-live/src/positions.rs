@@ -276,7 +276,11 @@ mod tests {
 
     /// Flying north at 2 m/s with a sway of a decimetre.
     fn truth_m(time_s: f64) -> [f64; 3] {
-        [0.1 * (1.5 * time_s).sin(), 2.0 * time_s, 10.0 + 0.05 * time_s.cos()]
+        [
+            0.1 * (1.5 * time_s).sin(),
+            2.0 * time_s,
+            10.0 + 0.05 * time_s.cos(),
+        ]
     }
 
     fn position(time_s: f64, status: SolutionStatus) -> Position {

@@ -31,7 +31,8 @@ pub fn recorded_session(directory: &Path) -> Result<Session, LiveError> {
             text = Some(String::from_utf8_lossy(&record.payload).into_owned());
         }
     }
-    let text = text.ok_or_else(|| failed("expected the settings of a session, found none".to_owned()))?;
+    let text =
+        text.ok_or_else(|| failed("expected the settings of a session, found none".to_owned()))?;
     Session::parse(&text).map_err(|error| failed(error.to_string()))
 }
 

@@ -135,12 +135,16 @@ impl LiveSettings {
     /// Pixels that no image has.
     pub fn grid(&self, about_m: [f64; 2]) -> Result<PlaneGrid, LiveError> {
         let side = |stated: Option<[f64; 2]>, middle_m: f64| {
-            stated.unwrap_or([middle_m - 0.5 * DEFAULT_SIDE_M, middle_m + 0.5 * DEFAULT_SIDE_M])
+            stated.unwrap_or([
+                middle_m - 0.5 * DEFAULT_SIDE_M,
+                middle_m + 0.5 * DEFAULT_SIDE_M,
+            ])
         };
         let (x_m, y_m) = (side(self.x_m, about_m[0]), side(self.y_m, about_m[1]));
         let mut pixel_m = self.pixel_m.unwrap_or(DEFAULT_PIXEL_M);
         // As `from_ranges` counts: an end that falls on a pixel is kept.
-        let count = |[from, to]: [f64; 2], pixel_m: f64| ((to - from) / pixel_m + 1e-5).floor() + 1.0;
+        let count =
+            |[from, to]: [f64; 2], pixel_m: f64| ((to - from) / pixel_m + 1e-5).floor() + 1.0;
         let pixels = |pixel_m| count(x_m, pixel_m) * count(y_m, pixel_m);
         if self.pixel_m.is_none() {
             // As fine as the pixels allow.
@@ -179,7 +183,10 @@ fn table<T: DeserializeOwned + Default>(
 
 /// The zero of range as the campaign would have it.
 fn zero(session: &Session, stated: Option<ZeroTiming>) -> Result<Zero, LiveError> {
-    let of_radar = session.campaign.get("radar").and_then(|t| t.get("delay_ns"));
+    let of_radar = session
+        .campaign
+        .get("radar")
+        .and_then(|t| t.get("delay_ns"));
     let of_radar: Option<Delay> = of_radar
         .map(|value| value.clone().try_into())
         .transpose()
@@ -215,7 +222,9 @@ mod tests {
         let settings = of("[campaign.image]\nx_m = [0, 18]\ny_m = [-9, 9]\n");
         let grid = settings.grid([100.0, 100.0]).unwrap();
         assert_eq!([grid.nx, grid.ny], [1000, 1000], "{}", grid.pixel_m);
-        let small = of("[live]\nmax_pixels = 10_000\n").grid([3.0, 4.0]).unwrap();
+        let small = of("[live]\nmax_pixels = 10_000\n")
+            .grid([3.0, 4.0])
+            .unwrap();
         assert!(small.nx * small.ny <= 10_000 && small.nx >= 99);
         assert!((small.x0_m + 7.0).abs() < 1e-9 && (small.y0_m + 6.0).abs() < 1e-9);
     }
@@ -226,7 +235,8 @@ mod tests {
         assert_eq!(of("[flight]\ndelay_ns = 10.0\n").zero, Zero::Shift(-1e-8));
         let of_radar = of("[flight]\ndelay_ns = 10.0\n[campaign.radar]\ndelay_ns = 5.0\n");
         assert_eq!(of_radar.zero, Zero::Shift(-5e-9));
-        let surface = of("[flight]\ndelay_ns = 10.0\n[campaign.preprocess]\nzero_timing = \"first-trace\"\n");
+        let surface =
+            of("[flight]\ndelay_ns = 10.0\n[campaign.preprocess]\nzero_timing = \"first-trace\"\n");
         assert_eq!(surface.zero, Zero::Surface(Some(1e-8)));
     }
 
@@ -237,6 +247,9 @@ mod tests {
             LiveSettings::of(&session.unwrap()).unwrap_err().to_string()
         };
         assert!(refused("[campaign.image]\nband_ghz = [4.8, 3.1]\n").contains("band_ghz"));
-        assert!(refused("[campaign.trajectory]\nlever_arm = 3\n").starts_with("[campaign.trajectory]: "));
+        assert!(
+            refused("[campaign.trajectory]\nlever_arm = 3\n")
+                .starts_with("[campaign.trajectory]: ")
+        );
     }
 }

@@ -35,7 +35,10 @@ impl Solutions {
         if let Some(solution) = receiver_solution(frame) {
             self.is_without_fix = solution.status.is_none();
             // The fine position of the one before never came.
-            let left = self.coarse.replace(solution).and_then(|s| position(&s, None));
+            let left = self
+                .coarse
+                .replace(solution)
+                .and_then(|s| position(&s, None));
             return [left, self.complete()];
         }
         if let Some(fine) = fine_position(frame) {

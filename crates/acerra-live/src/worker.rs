@@ -155,7 +155,6 @@ impl Work {
         let mut status = self.pipeline.status();
         status.pulses.missed_records = self.missed.load(Ordering::Relaxed);
         status.doubts = doubts(&status, self.pipeline.settings().is_height_stated);
-        self.board
-            .show_status(status, self.pipeline.origin_deg_m());
+        self.board.show_status(status, self.pipeline.origin_deg_m());
     }
 }

@@ -115,11 +115,18 @@ fn with_fixed_positions_the_target_stands_where_it_is() {
     println!("{status:#?}\n{doubts:?}");
     let ([x_m, y_m], level_db) = peak(&pipeline);
     println!("{x_m:.3} {y_m:.3} m, {level_db:.2} dB");
-    assert!((x_m - 3.0).abs() < 0.06 && (y_m - 1.5).abs() < 0.1, "{x_m} {y_m}");
+    assert!(
+        (x_m - 3.0).abs() < 0.06 && (y_m - 1.5).abs() < 0.1,
+        "{x_m} {y_m}"
+    );
     let pulses = status.pulses;
     assert_eq!(
         pulses.came,
-        pulses.imaged + pulses.waiting + pulses.without_position + pulses.too_low + pulses.not_cleaned
+        pulses.imaged
+            + pulses.waiting
+            + pulses.without_position
+            + pulses.too_low
+            + pulses.not_cleaned
     );
     assert!(pulses.imaged > 150 && pulses.too_low > 20, "{pulses:?}");
     assert_eq!(status.position, Some("fixed"));
@@ -135,8 +142,15 @@ fn single_positions_are_imaged_and_said_to_focus_nothing() {
     let (status, doubts) = told(&pipeline);
     assert_eq!(status.by_kind.other, status.pulses.imaged);
     assert!(status.pulses.imaged > 100);
-    assert!(doubts.iter().any(|d| d.contains("cannot focus")), "{doubts:?}");
-    assert!(doubts.iter().any(|d| d.contains("a quarter of the wavelength is 19 mm")));
+    assert!(
+        doubts.iter().any(|d| d.contains("cannot focus")),
+        "{doubts:?}"
+    );
+    assert!(
+        doubts
+            .iter()
+            .any(|d| d.contains("a quarter of the wavelength is 19 mm"))
+    );
 }
 
 #[test]
@@ -162,7 +176,11 @@ fn every_scan_is_accounted_for_wherever_the_records_are_cut() {
         let pulses = pipeline.status().pulses;
         assert_eq!(
             pulses.came,
-            pulses.imaged + pulses.waiting + pulses.without_position + pulses.too_low + pulses.not_cleaned
+            pulses.imaged
+                + pulses.waiting
+                + pulses.without_position
+                + pulses.too_low
+                + pulses.not_cleaned
         );
     }
     let pulses = pipeline.status().pulses;

@@ -179,7 +179,12 @@ fn a_foreign_origin_or_host_and_a_wrong_token_are_refused() {
     assert!(head.starts_with("HTTP/1.1 404"), "{head}");
     let same = format!("{own}Origin: http://{}\r\n", server.host);
     assert!(server.upgrade("/live", &same).1.starts_with("HTTP/1.1 101"));
-    for (path, status) in [("/", 200), ("/js/live.js", 200), ("/view/", 404), ("/api/runs", 404)] {
+    for (path, status) in [
+        ("/", 200),
+        ("/js/live.js", 200),
+        ("/view/", 404),
+        ("/api/runs", 404),
+    ] {
         assert_eq!(server.status(path), status, "{path}");
     }
 }
@@ -194,7 +199,10 @@ fn a_page_that_skips_states_gets_what_changed_since_its_last() {
     server.grow(&mut made, &mut image, 0);
     send(&mut page, 1, b"drawn 0");
     let (bytes, state) = round(&mut page).unwrap();
-    assert_eq!((state["sequence"].as_u64(), state["grid"]["nx"].as_u64()), (Some(1), Some(300)));
+    assert_eq!(
+        (state["sequence"].as_u64(), state["grid"]["nx"].as_u64()),
+        (Some(1), Some(300))
+    );
     // Only the tile that changed, though nobody had anything before.
     assert_eq!(u16::from_le_bytes([bytes[0][2], bytes[0][3]]), 1);
     // Three states while the page draws: it gets the last, with the tiles of all.

@@ -155,8 +155,14 @@ fn pvt(
     put(16, &((1e9 * utc.fraction) as i32).to_le_bytes());
     put(20, &[3, quality.flags()]);
     put(23, &[18]);
-    put(24, &((1e7 * place.longitude_deg()).round() as i32).to_le_bytes());
-    put(28, &((1e7 * place.latitude_deg()).round() as i32).to_le_bytes());
+    put(
+        24,
+        &((1e7 * place.longitude_deg()).round() as i32).to_le_bytes(),
+    );
+    put(
+        28,
+        &((1e7 * place.latitude_deg()).round() as i32).to_le_bytes(),
+    );
     put(32, &((1e3 * place.height_m).round() as i32).to_le_bytes());
     put(36, &((1e3 * place.height_m).round() as i32).to_le_bytes());
     let horizontal_m = std::f64::consts::SQRT_2 * plane_m;
@@ -224,7 +230,9 @@ mod tests {
             if let Some(fine) = fine_position(&found) {
                 let coarse = latest.unwrap();
                 assert_eq!(fine.tow_ms, coarse.tow_ms);
-                assert!((coarse.time.unwrap().tow_s() - 1e-3 * f64::from(fine.tow_ms)).abs() < 1e-6);
+                assert!(
+                    (coarse.time.unwrap().tow_s() - 1e-3 * f64::from(fine.tow_ms)).abs() < 1e-6
+                );
                 let enu = |place: &Geodetic| frame.enu_from_ecef(ecef_from_geodetic(place));
                 let (a, b) = (enu(&fine.place), enu(&coarse.place));
                 for axis in 0..3 {

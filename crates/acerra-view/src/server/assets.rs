@@ -107,9 +107,8 @@ fn with_modules(text: &str, live: bool) -> String {
     let scripts = ASSETS
         .iter()
         .filter(|(name, kind, _)| *kind == SCRIPT && is_wanted(name));
-    let link = |(name, ..): &(&str, &str, &str)| {
-        format!("<link rel=\"modulepreload\" href=\"{name}\">")
-    };
+    let link =
+        |(name, ..): &(&str, &str, &str)| format!("<link rel=\"modulepreload\" href=\"{name}\">");
     let links: Vec<String> = scripts.map(link).collect();
     text.replace("<!-- modules -->", &links.join("\n  "))
 }

@@ -11,8 +11,8 @@ use acerra_gnss::ubx::epoch_time;
 use acerra_gnss::ubx::frame::{Piece, pieces};
 use acerra_radar::{Limits, RadarFile};
 use acerra_record::emulate::{
-    EmulatedRadio, EmulatedReceiver, EmulatorOptions, Impairments, PulseLine, ReceiverOptions,
-    Quality, Recorded, World, with_solutions,
+    EmulatedRadio, EmulatedReceiver, EmulatorOptions, Impairments, PulseLine, Quality,
+    ReceiverOptions, Recorded, World, with_solutions,
 };
 use acerra_simulate::scene::Scene;
 use acerra_simulate::write::simulate_campaign;

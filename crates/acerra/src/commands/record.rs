@@ -136,7 +136,11 @@ fn line(health: &Health) -> String {
     )
 }
 
-pub(super) fn tell(out: &mut dyn Write, directory: &Path, finished: &Finished) -> anyhow::Result<()> {
+pub(super) fn tell(
+    out: &mut dyn Write,
+    directory: &Path,
+    finished: &Finished,
+) -> anyhow::Result<()> {
     if verbosity() == Verbosity::Quiet {
         return Ok(());
     }
