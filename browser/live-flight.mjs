@@ -46,7 +46,7 @@ export async function flyLive(name, options) {
   writeFileSync(join(at, "scene.toml"), scene);
   const [radio, receiver] = await freePorts();
   const emulator = spawn(acerra, ["emulate", join(at, "scene.toml"), "-o", join(at, "ground"), "--solutions", options.solutions ?? "fixed", "--speed", String(options.speed), "--radio", `127.0.0.1:${radio}`, "--receiver", `127.0.0.1:${receiver}`], { stdio: ["ignore", "pipe", "inherit"] });
-  const session = await said(emulator, (text) => /pixel_m = [\d.]+\n/.test(text));
+  const session = await said(emulator, (text) => /origin_deg_m = .*\n/.test(text));
   writeFileSync(join(at, "session.toml"), `${session}\n${options.live ?? ""}`);
   const directory = join(at, "flight");
   const child = spawn(acerra, ["live", join(at, "session.toml"), "-o", directory, "--no-open", ...(options.more ?? [])], { stdio: ["ignore", "pipe", process.env.ACERRA_TOLD ? "inherit" : "ignore"] });

@@ -48,11 +48,11 @@ test("the image grows while it is recorded, targets stand where they are, and th
     page.on("console", (message) => ["error", "warning"].includes(message.type()) && complaints.push(message.text()));
     page.on("pageerror", (error) => complaints.push(error.message));
     await page.goto(live.address);
-    const imaged = () => page.evaluate(() => /** @type {any} */ (window).acerra.state?.status.pulses.imaged ?? 0);
-    await page.waitForFunction(() => /** @type {any} */ (window).acerra.state?.status.pulses.imaged > 40, null, { timeout: 120_000 });
+    const imaged = () => page.evaluate(() => /** @type {any} */ (window).acerra?.state?.status.pulses.imaged ?? 0);
+    await page.waitForFunction(() => /** @type {any} */ (window).acerra?.state?.status.pulses.imaged > 40, null, { timeout: 120_000 });
     const first = await imaged();
     await shot(page, "live-begun");
-    await page.waitForFunction((n) => /** @type {any} */ (window).acerra.state?.status.pulses.imaged > n + 150, first, { timeout: 120_000 });
+    await page.waitForFunction((n) => /** @type {any} */ (window).acerra?.state?.status.pulses.imaged > n + 150, first, { timeout: 120_000 });
     assert.match(await page.textContent("#image-state") ?? "", /pulses at positions of the receiver: \d+ RTK fixed/);
     await live.flown();
     await page.waitForTimeout(500);
@@ -62,7 +62,7 @@ test("the image grows while it is recorded, targets stand where they are, and th
       // Levels are of half a decibel: both stand out.
       assert.ok(found.top - found.level < 30, JSON.stringify(found));
     }
-    const { status } = await page.evaluate(() => /** @type {any} */ (window).acerra.state);
+    const { status } = await page.evaluate(() => /** @type {any} */ (window).acerra?.state);
     assert.equal(status.pulses.missed_records, 0);
     assert.equal(status.pulses.too_many, 0);
     assert.ok(status.drawn.pulses > 100);
@@ -79,7 +79,7 @@ test("the image grows while it is recorded, targets stand where they are, and th
     assert.ok(own.equals(again), "the final image is that of focus, byte for byte");
     assert.ok(readNpz(join(folder, "live-again", "image.npz")).has("image"));
     await link.click();
-    await page.waitForFunction(() => /** @type {any} */ (window).acerra.image?.own?.layer.complete, null, { timeout: 60_000 });
+    await page.waitForFunction(() => /** @type {any} */ (window).acerra?.image?.own?.layer.complete, null, { timeout: 60_000 });
     assert.match(page.url(), /\/view\/$/);
     assert.deepEqual(complaints, []);
     await page.close();
@@ -94,7 +94,7 @@ test("positions that cannot focus are said to, on a phone as well", { skip, time
     const context = await browser.newContext({ viewport: { width: 390, height: 780 }, hasTouch: true, colorScheme: "dark" });
     const page = await context.newPage();
     await page.goto(live.address);
-    await page.waitForFunction(() => /** @type {any} */ (window).acerra.state?.status.pulses.imaged > 60, null, { timeout: 120_000 });
+    await page.waitForFunction(() => /** @type {any} */ (window).acerra?.state?.status.pulses.imaged > 60, null, { timeout: 120_000 });
     await shot(page, "live-phone");
     await page.locator(".tabs button[data-show=side]").tap();
     assert.match(await page.textContent("#doubts") ?? "", /cannot focus/);
