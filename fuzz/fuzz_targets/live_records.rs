@@ -45,6 +45,7 @@ fuzz_target!(|bytes: &[u8]| {
         let accounted = pulses.imaged
             + pulses.waiting
             + pulses.without_position
+            + pulses.without_heading
             + pulses.too_low
             + pulses.not_cleaned
             + pulses.too_many;

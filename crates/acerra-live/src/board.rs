@@ -160,6 +160,11 @@ impl Board {
         wanted.cloned().collect()
     }
 
+    /// A page begins to look: what was made before is not to count as drawn late.
+    pub fn page_came(&self) {
+        self.state().undrawn.clear();
+    }
+
     /// A page has drawn a state of the picture.
     pub fn drawn(&self, sequence: u64, now: Instant) {
         let mut state = self.state();

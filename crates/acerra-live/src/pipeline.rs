@@ -15,7 +15,7 @@ use acerra_record::message::{Message, Packet};
 use crate::clean::{Clean, Cleaner, PlacedTrace};
 use crate::clock::RunningClock;
 use crate::error::LiveError;
-use crate::positions::{Latest, Placed, Positions, RadarPlace};
+use crate::positions::{Latest, Missing, Placed, Positions, RadarPlace};
 use crate::settings::LiveSettings;
 use crate::status::{ByKind, PulseCounts, Status};
 
@@ -245,9 +245,16 @@ impl Pipeline {
             let Some(waiting) = self.waiting.pop_front() else {
                 break;
             };
-            let Placed::At(place) = at else {
-                self.counts.without_position += 1;
-                continue;
+            let place = match at {
+                Placed::At(place) => place,
+                Placed::Nowhere(Missing::Heading) => {
+                    self.counts.without_heading += 1;
+                    continue;
+                }
+                Placed::Nowhere(_) | Placed::Waiting => {
+                    self.counts.without_position += 1;
+                    continue;
+                }
             };
             let height_m = place.position_m[2] - self.settings.z_m;
             if height_m < self.settings.least_height_m {
@@ -391,6 +398,9 @@ impl Pipeline {
         }
         if self.cleaner.shift_s().is_some() {
             return None;
+        }
+        if self.counts.without_heading > 0 && self.cleaner.waiting() == 0 {
+            return Some("motion that tells the heading, by which the lever arm turns".to_owned());
         }
         if self.counts.too_low > 0 && self.cleaner.waiting() == 0 {
             return Some("take-off".to_owned());

@@ -17,6 +17,7 @@ use crate::error::LiveError;
 const DEFAULT_SIDE_M: f64 = 20.0;
 /// Pixel where none is stated (m).
 const DEFAULT_PIXEL_M: f64 = 0.02;
+const FINEST_PIXEL_M: f64 = 0.01;
 
 /// How the fast time at which range is zero is known.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -147,9 +148,10 @@ impl LiveSettings {
             |[from, to]: [f64; 2], pixel_m: f64| ((to - from) / pixel_m + 1e-5).floor() + 1.0;
         let pixels = |pixel_m| count(x_m, pixel_m) * count(y_m, pixel_m);
         if self.pixel_m.is_none() {
-            // As fine as the pixels allow.
+            // As fine as the pixels allow, and no finer than the radar resolves.
             let area_m2 = (x_m[1] - x_m[0]) * (y_m[1] - y_m[0]);
-            pixel_m = pixel_m.min((area_m2 / f64::from(self.max_pixels)).sqrt());
+            let finest_m = (area_m2 / f64::from(self.max_pixels)).sqrt();
+            pixel_m = finest_m.clamp(FINEST_PIXEL_M, DEFAULT_PIXEL_M);
         }
         while pixels(pixel_m) > f64::from(self.max_pixels) {
             pixel_m *= 1.001;

@@ -15,8 +15,10 @@ pub struct PulseCounts {
     pub imaged: u64,
     /// Those that wait for the clock, for the position after them, or for the first ones to be enough.
     pub waiting: u64,
-    /// Those without a position: before the first, in a gap, without heading, or given up waiting.
+    /// Those without a position: before the first, in a gap, or given up waiting.
     pub without_position: u64,
+    /// Those before the platform moved so that its heading, by which the lever arm turns, was known.
+    pub without_heading: u64,
     /// Those too near the image plane, as before take-off.
     pub too_low: u64,
     /// Those that cleaning gave up.

@@ -95,12 +95,12 @@ struct Work {
 
 impl Work {
     fn run(mut self) -> Result<(), LiveError> {
-        let outcome = self.until_over();
-        self.tell();
-        match outcome {
+        let outcome = match self.until_over() {
             Err(LiveError::Imaging(ImagingError::Cancelled)) => Ok(()),
             outcome => outcome,
-        }
+        };
+        self.tell(outcome.as_ref().err());
+        outcome
     }
 
     fn until_over(&mut self) -> Result<(), LiveError> {
@@ -124,11 +124,11 @@ impl Work {
                 };
                 self.show(&step);
                 if self.told.elapsed() >= TELL_EVERY {
-                    self.tell();
+                    self.tell(None);
                 }
             }
             if self.told.elapsed() >= TELL_EVERY {
-                self.tell();
+                self.tell(None);
             }
         }
         Ok(())
@@ -150,11 +150,14 @@ impl Work {
             .show_picture(picture.clone(), &step.came, step.begun);
     }
 
-    fn tell(&mut self) {
+    fn tell(&mut self, failure: Option<&LiveError>) {
         self.told = Instant::now();
         let mut status = self.pipeline.status();
         status.pulses.missed_records = self.missed.load(Ordering::Relaxed);
         status.doubts = doubts(&status, self.pipeline.settings().is_height_stated);
+        status
+            .doubts
+            .extend(failure.map(|failure| format!("the live image ended: {failure}")));
         self.board.show_status(status, self.pipeline.origin_deg_m());
     }
 }

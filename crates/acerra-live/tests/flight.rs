@@ -125,6 +125,7 @@ fn with_fixed_positions_the_target_stands_where_it_is() {
         pulses.imaged
             + pulses.waiting
             + pulses.without_position
+            + pulses.without_heading
             + pulses.too_low
             + pulses.not_cleaned
     );
@@ -179,6 +180,8 @@ fn every_scan_is_accounted_for_wherever_the_records_are_cut() {
             pulses.imaged
                 + pulses.waiting
                 + pulses.without_position
+                + pulses.without_heading
+                + pulses.without_heading
                 + pulses.too_low
                 + pulses.not_cleaned
         );

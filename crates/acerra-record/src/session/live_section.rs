@@ -13,8 +13,7 @@ pub struct LiveSection {
     pub x_m: Option<[f64; 2]>,
     /// First and last pixel centre to the north (m), likewise.
     pub y_m: Option<[f64; 2]>,
-    /// Distance of pixel centres (m); by default 0.02, or more where the image would have more than
-    /// `max_pixels`.
+    /// Distance of pixel centres (m); by default 0.02, or less or more as `max_pixels` allows.
     pub pixel_m: Option<f64>,
     /// Most pixels of the image.
     pub max_pixels: u32,
@@ -23,8 +22,6 @@ pub struct LiveSection {
     pub z_m: Option<f64>,
     /// Relative error allowed against Eq. (3) in double precision.
     pub accuracy: f64,
-    /// Frequencies over the band of `[campaign.image]`.
-    pub frequencies: u32,
     /// Traces over which the background is averaged: the running mean counts each trace so many times less
     /// than the sum of those before it.
     pub background_traces: u32,
@@ -46,7 +43,6 @@ impl Default for LiveSection {
             max_pixels: 1_000_000,
             z_m: None,
             accuracy: 1e-2,
-            frequencies: 171,
             background_traces: 300,
             first_traces: 24,
             gate_ns: None,
@@ -93,12 +89,6 @@ impl LiveSection {
                     "-10000 to 10000",
                 ),
                 range("accuracy", self.accuracy, 1e-4..=0.1, "0.0001 to 0.1"),
-                range(
-                    "frequencies",
-                    self.frequencies.into(),
-                    8.0..=2001.0,
-                    "8 to 2001",
-                ),
                 range(
                     "background_traces",
                     self.background_traces.into(),

@@ -86,6 +86,7 @@ struct Over;
 async fn talk(mut socket: WebSocket, clients: &Clients) -> Result<(), Over> {
     let mut changes = clients.changes.clone();
     let mut sent = Sent::default();
+    clients.board.page_came();
     loop {
         changes.mark_unchanged();
         let round = sent.round(&clients.board);

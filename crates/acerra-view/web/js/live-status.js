@@ -27,6 +27,7 @@ export function rows(status) {
     ["Pulses imaged", String(pulses.imaged)],
     ["waiting", String(pulses.waiting)],
     ["without position", pulses.without_position ? String(pulses.without_position) : null],
+    ["before a heading was known", pulses.without_heading ? String(pulses.without_heading) : null],
     ["before take-off", pulses.too_low ? String(pulses.too_low) : null],
     ["not cleaned", pulses.not_cleaned ? String(pulses.not_cleaned) : null],
     ["imaging too slow", pulses.too_many ? String(pulses.too_many) : null],

@@ -20,13 +20,14 @@ export class LiveTracesPane {
     this.traces = [];
     /** @type {[number, number]} */
     this.axis = [0, 1];
-    /** @type {Uint8Array | null} */
+    /** @type {Uint32Array | null} */
     this.table = null;
+    this.frame = 0;
     palette("greys").then((table) => {
-      this.table = table;
-      this.draw();
+      this.table = new Uint32Array(table.slice().buffer);
+      this.invalidate();
     });
-    new ResizeObserver(() => this.draw()).observe(box);
+    new ResizeObserver(() => this.invalidate()).observe(box);
   }
 
   begin() {
@@ -38,10 +39,15 @@ export class LiveTracesPane {
     this.traces.push(...news.traces);
     this.traces.splice(0, Math.max(0, this.traces.length - KEPT));
     this.axis = axis;
-    this.draw();
+    this.invalidate();
+  }
+
+  invalidate() {
+    this.frame ||= requestAnimationFrame(() => this.draw());
   }
 
   draw() {
+    this.frame = 0;
     const { clientWidth, clientHeight } = this.box;
     if (!clientWidth || !clientHeight || !this.table) return;
     [this.canvas.width, this.canvas.height] = [clientWidth, clientHeight];
@@ -50,15 +56,14 @@ export class LiveTracesPane {
     [this.field.width, this.field.height] = [KEPT, bins];
     const paper = /** @type {CanvasRenderingContext2D} */ (this.field.getContext("2d"));
     const image = new ImageData(KEPT, bins);
-    const top = this.traces.reduce((most, trace) => trace.reduce((a, b) => Math.max(a, b), most), 1);
+    let top = 1;
+    for (const trace of this.traces) for (let bin = 0; bin < bins; bin++) if (trace[bin] > top) top = trace[bin];
+    const words = new Uint32Array(image.data.buffer);
+    const table = this.table;
+    const colours = Uint32Array.from({ length: 256 }, (_, level) => table[Math.round(255 * Math.min(Math.max(0, 1 - (top - level) / RANGE_STEPS), 1))]);
     this.traces.forEach((trace, k) => {
       const x = KEPT - this.traces.length + k;
-      for (let bin = 0; bin < bins; bin++) {
-        const share = Math.max(0, 1 - (top - trace[bin]) / RANGE_STEPS);
-        const colour = 4 * Math.round(255 * share);
-        const table = /** @type {Uint8Array} */ (this.table);
-        image.data.set(table.subarray(colour, colour + 4), 4 * (bin * KEPT + x));
-      }
+      for (let bin = 0; bin < bins; bin++) words[bin * KEPT + x] = colours[trace[bin]];
     });
     paper.putImageData(image, 0, 0);
     const { context } = this;
