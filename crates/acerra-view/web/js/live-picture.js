@@ -23,10 +23,12 @@ export class LivePicture {
     this.surface.setAttribute("role", "application");
     this.surface.setAttribute("aria-label", "Provisional image: drag or arrows move, plus and minus zoom");
     box.append(this.canvas, this.surface);
-    this.context = /** @type {CanvasRenderingContext2D} */ (this.canvas.getContext("2d"));
+    // Pixels come from the processor: a canvas of the graphics processor would fetch them anew each time.
+    // Levels are coloured by the processor: a canvas kept by the graphics processor fetches all of them anew each time.
+    this.context = /** @type {CanvasRenderingContext2D} */ (this.canvas.getContext("2d", { willReadFrequently: true }));
     this.camera = new Camera({ yUp: true, square: true });
     this.field = document.createElement("canvas");
-    this.paper = /** @type {CanvasRenderingContext2D} */ (this.field.getContext("2d"));
+    this.paper = /** @type {CanvasRenderingContext2D} */ (this.field.getContext("2d", { willReadFrequently: true }));
     /** @type {import("./live-link.js").LiveGrid | null} */
     this.grid = null;
     this.levels = new Uint8Array(0);

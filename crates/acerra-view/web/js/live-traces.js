@@ -14,7 +14,7 @@ export class LiveTracesPane {
     this.canvas.setAttribute("role", "img");
     this.canvas.setAttribute("aria-label", "Latest traces, fast time downwards");
     box.append(this.canvas);
-    this.context = /** @type {CanvasRenderingContext2D} */ (this.canvas.getContext("2d"));
+    this.context = /** @type {CanvasRenderingContext2D} */ (this.canvas.getContext("2d", { willReadFrequently: true }));
     this.field = document.createElement("canvas");
     /** @type {Uint8Array[]} */
     this.traces = [];
@@ -54,7 +54,7 @@ export class LiveTracesPane {
     const bins = this.traces.at(-1)?.length ?? 0;
     if (!bins) return;
     [this.field.width, this.field.height] = [KEPT, bins];
-    const paper = /** @type {CanvasRenderingContext2D} */ (this.field.getContext("2d"));
+    const paper = /** @type {CanvasRenderingContext2D} */ (this.field.getContext("2d", { willReadFrequently: true }));
     const image = new ImageData(KEPT, bins);
     let top = 1;
     for (const trace of this.traces) for (let bin = 0; bin < bins; bin++) if (trace[bin] > top) top = trace[bin];
