@@ -70,7 +70,12 @@ test("the image grows while it is recorded, targets stand where they are, and th
 
     live.stop();
     await page.waitForFunction(() => document.documentElement.dataset.final === "made", null, { timeout: 120_000 });
+    await page.waitForFunction(() => /** @type {HTMLImageElement} */ (document.getElementById("final-picture")).naturalWidth > 0, null, { timeout: 30_000 });
     await shot(page, "live-final");
+    assert.equal(await page.textContent("#image-title"), "Final image");
+    await page.locator("#which").click();
+    assert.equal(await page.textContent("#image-title"), "Provisional image");
+    assert.ok(!(await page.locator("#final-picture").isVisible()));
     const link = page.locator("#final");
     assert.ok(await link.isVisible());
     const campaign = join(live.directory, "campaign.toml");

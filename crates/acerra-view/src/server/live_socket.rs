@@ -97,9 +97,9 @@ async fn talk(mut socket: WebSocket, clients: &Clients) -> Result<(), Over> {
         if has_drawn(&mut socket, sent.sequence).await? {
             clients.board.drawn(sent.sequence, Instant::now());
         }
-        match timeout(LONGEST_SILENCE, changes.changed()).await {
-            Ok(Err(_)) => return Ok(()),
-            Ok(Ok(())) | Err(_) => {}
+        if let Ok(Err(_)) = timeout(LONGEST_SILENCE, changes.changed()).await {
+            // Nothing will change any more.
+            return Ok(());
         }
     }
 }

@@ -79,11 +79,25 @@ follow({
     tell(state.status);
     const { final } = state;
     say(finalText(final), final.state === "failed");
-    element("final").hidden = final.state !== "made";
+    if (final.state === "made" && element("final").hidden) {
+      element("final").hidden = element("which").hidden = false;
+      showFinal(true);
+    }
     document.documentElement.dataset.final = final.state;
   },
 });
 
+/** Shows the final image or the provisional one. @param {boolean} final */
+function showFinal(final) {
+  const shown = /** @type {HTMLImageElement} */ (element("final-picture"));
+  if (final && !shown.src) shown.src = "view/run/0/image.png";
+  shown.hidden = !final;
+  element("image-title").textContent = final ? "Final image" : "Provisional image";
+  element("image-state").hidden = final;
+  element("which").setAttribute("aria-pressed", String(!final));
+}
+
+element("which").addEventListener("click", () => showFinal(element("final-picture").hidden));
 element("theme").addEventListener("click", switchTheme);
 element("fit").addEventListener("click", () => picture.fit());
 element("range").addEventListener("change", (event) => {
@@ -94,6 +108,7 @@ document.addEventListener("keydown", (event) => {
   if (event.target instanceof HTMLSelectElement || event.ctrlKey || event.metaKey || event.altKey) return;
   if (event.key === "d" || event.key === "D") switchTheme();
   if (event.key === "0") picture.fit();
+  if ((event.key === "f" || event.key === "F") && !element("which").hidden) showFinal(element("final-picture").hidden);
 });
 for (const tab of document.querySelectorAll(".tabs button")) {
   tab.addEventListener("click", () => {
