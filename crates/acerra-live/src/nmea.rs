@@ -139,7 +139,7 @@ mod tests {
         }
         assert_eq!(found, []);
         // A sentence without end is not held.
-        finder.take(&vec![b'$'; 10], |_| {});
+        finder.take(&[b'$'; 10], |_| {});
         finder.take(&vec![b'A'; 100_000], |_| {});
         assert!(finder.open.is_none());
     }

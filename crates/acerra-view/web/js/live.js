@@ -97,7 +97,7 @@ function showFinal(final) {
   element("which").setAttribute("aria-pressed", String(!final));
 }
 
-element("which").addEventListener("click", () => showFinal(element("final-picture").hidden));
+element("which").addEventListener("click", () => showFinal(Boolean(element("final-picture").hidden)));
 element("theme").addEventListener("click", switchTheme);
 element("fit").addEventListener("click", () => picture.fit());
 element("range").addEventListener("change", (event) => {
@@ -108,7 +108,7 @@ document.addEventListener("keydown", (event) => {
   if (event.target instanceof HTMLSelectElement || event.ctrlKey || event.metaKey || event.altKey) return;
   if (event.key === "d" || event.key === "D") switchTheme();
   if (event.key === "0") picture.fit();
-  if ((event.key === "f" || event.key === "F") && !element("which").hidden) showFinal(element("final-picture").hidden);
+  if ((event.key === "f" || event.key === "F") && !element("which").hidden) showFinal(Boolean(element("final-picture").hidden));
 });
 for (const tab of document.querySelectorAll(".tabs button")) {
   tab.addEventListener("click", () => {
