@@ -73,6 +73,10 @@ test("the image grows while it is recorded, targets stand where they are, and th
     await page.waitForFunction(() => /** @type {HTMLImageElement} */ (document.getElementById("final-picture")).naturalWidth > 0, null, { timeout: 30_000 });
     await shot(page, "live-final");
     assert.equal(await page.textContent("#image-title"), "Final image");
+    const middle = await page.locator("#image-box").boundingBox();
+    assert.ok(middle);
+    const top = await page.evaluate(([x, y]) => document.elementFromPoint(x, y)?.id, [middle.x + middle.width / 2, middle.y + middle.height / 2]);
+    assert.equal(top, "final-picture");
     await page.locator("#which").click();
     assert.equal(await page.textContent("#image-title"), "Provisional image");
     assert.ok(!(await page.locator("#final-picture").isVisible()));
