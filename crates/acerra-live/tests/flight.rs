@@ -181,7 +181,6 @@ fn every_scan_is_accounted_for_wherever_the_records_are_cut() {
                 + pulses.waiting
                 + pulses.without_position
                 + pulses.without_heading
-                + pulses.without_heading
                 + pulses.too_low
                 + pulses.not_cleaned
         );
