@@ -2,7 +2,7 @@
 #![no_main]
 
 use acerra_gnss::ubx::frame::{Piece, encode, pieces};
-use acerra_gnss::ubx::{fix_state, read_ubx, rising_edge};
+use acerra_gnss::ubx::{fine_position, fix_state, read_ubx, receiver_solution, rising_edge};
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|bytes: &[u8]| {
@@ -28,6 +28,7 @@ fuzz_target!(|bytes: &[u8]| {
         (0x02, 0x11),
         (0x0D, 0x03),
         (0x01, 0x07),
+        (0x01, 0x14),
     ];
     let (class, id) = known[usize::from(*kind) % known.len()];
     let mut log = Vec::new();
@@ -42,6 +43,12 @@ fn read(bytes: &[u8]) {
         if let Piece::Frame(frame) = piece {
             let fix = fix_state(&frame);
             assert!(fix.is_none_or(|f| f.height_m.is_none() || f.has_fix));
+            let solution = receiver_solution(&frame);
+            assert!(solution.is_none_or(|s| s.place.latitude_deg().abs() <= 90.0));
+            let time = solution.and_then(|s| s.time);
+            assert!(time.is_none_or(|t| (0.0..604_800.0).contains(&t.tow_s())));
+            let fine = fine_position(&frame);
+            assert!(fine.is_none_or(|f| f.place.height_m.is_finite() && f.sigma_m[2] >= 0.0));
             let edge = rising_edge(&frame);
             assert!(edge.is_none_or(|e| e.time.tow_s().is_finite()));
         }

@@ -9,7 +9,7 @@ use anyhow::Context;
 use crate::runner::{Runner, Step};
 
 /// Files of `browser/`: they run from a folder of their own, beside the packages that they need.
-const FILES: [&str; 13] = [
+const FILES: [&str; 16] = [
     "package.json",
     "package-lock.json",
     "tsconfig.json",
@@ -22,16 +22,20 @@ const FILES: [&str; 13] = [
     "terrain.test.mjs",
     "basemap.test.mjs",
     "report.test.mjs",
+    "live.test.mjs",
+    "live-flight.mjs",
+    "live-bench.mjs",
     "bench.mjs",
 ];
 
 /// Those of them that test.
-const TESTS: [&str; 5] = [
+const TESTS: [&str; 6] = [
     "view.test.mjs",
     "volume.test.mjs",
     "terrain.test.mjs",
     "basemap.test.mjs",
     "report.test.mjs",
+    "live.test.mjs",
 ];
 
 /// The programs that may be Chromium.
@@ -66,7 +70,10 @@ pub fn bench(runner: &Runner) -> anyhow::Result<()> {
     match packages(runner)? {
         Some(place) => {
             let build = "cargo build --release --locked -p acerra";
-            node(runner, &place, (build, "release"), (&[], &["bench.mjs"]))
+            for script in ["live-bench.mjs", "bench.mjs"] {
+                node(runner, &place, (build, "release"), (&[], &[script]))?;
+            }
+            Ok(())
         }
         None => Ok(()),
     }

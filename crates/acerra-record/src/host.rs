@@ -22,6 +22,14 @@ impl HostClock {
     pub fn now_ns(&self) -> u64 {
         u64::try_from(self.start.elapsed().as_nanos()).unwrap_or(u64::MAX)
     }
+
+    /// The instant at which this clock read so many nanoseconds.
+    #[must_use]
+    pub fn instant(&self, at_ns: u64) -> Instant {
+        self.start
+            .checked_add(Duration::from_nanos(at_ns))
+            .unwrap_or(self.start)
+    }
 }
 
 /// Seconds since 1970 by the computer's calendar clock, which may be wrong by anything; 0 before 1970.

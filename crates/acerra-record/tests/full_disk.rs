@@ -33,6 +33,7 @@ fn record(text: &str, directory: &Path, seconds: f64) -> Result<u64, RecordError
         stop: &stop,
         requests: RequestOptions::default(),
         watch: WatchOptions::default(),
+        tap: None,
     };
     let began = Instant::now();
     let health = recorder.run(&mut |progress| {

@@ -35,6 +35,7 @@ fn recorder_to_be_killed() {
         stop: &stop,
         requests: RequestOptions::default(),
         watch: WatchOptions::default(),
+        tap: None,
     };
     recorder.run(&mut |_| {}).unwrap();
 }

@@ -216,6 +216,7 @@ fn a_session_over_serial_lines_survives_a_pulled_cable() {
             retry: Duration::from_millis(50),
             status_every: Duration::ZERO,
         },
+        tap: None,
     };
     let began = Instant::now();
     let mut told = Vec::new();

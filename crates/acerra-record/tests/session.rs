@@ -50,6 +50,7 @@ fn record(text: &str, directory: &Path, is_over: impl Fn() -> bool) -> (Health, 
             retry: Duration::from_millis(50),
             status_every: Duration::ZERO,
         },
+        tap: None,
     };
     let began = Instant::now();
     let health = recorder

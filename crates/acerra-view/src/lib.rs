@@ -12,6 +12,7 @@
 //!   pulses, and for images with other settings.
 //! - [`server`]: addresses, who may ask, and the page itself, which is embedded.
 //! - [`raster`]: tiles of any field of values.
+//! - [`LiveServer`]: the page of an image that forms while the radar flies, over a WebSocket; then the final run.
 //!
 //! Only addresses on this machine are listened to. Requests of other origins or under another host
 //! name are refused, and every address begins with a random token. Files are served by their names
@@ -24,4 +25,4 @@ pub mod run;
 pub mod server;
 
 pub use error::{EngineError, RequestError, ViewError};
-pub use server::{Server, ServerOptions};
+pub use server::{FinalView, LiveServer, Server, ServerOptions};

@@ -26,6 +26,13 @@ pub fn stop_in_order() -> &'static AtomicBool {
     &STOP
 }
 
+/// The same flag, not set again until the next signal: for commands that have ended their work in order and
+/// go on showing it.
+pub fn wait_again() -> &'static AtomicBool {
+    STOP.store(false, Ordering::SeqCst);
+    stop_in_order()
+}
+
 /// Ends the process on the first of the signals from now on. On other systems than Unix their own
 /// way to end holds.
 ///

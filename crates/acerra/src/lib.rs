@@ -5,6 +5,7 @@ pub mod cli;
 pub mod commands;
 pub mod demo;
 pub mod describe;
+pub mod final_image;
 pub mod init;
 pub mod interrupt;
 pub mod progress;

@@ -18,7 +18,7 @@ use anyhow::Context;
 use modules::ModuleTree;
 
 /// The crates' levels, from ARCHITECTURE.md.
-pub const LEVELS: [(&str, u32); 22] = [
+pub const LEVELS: [(&str, u32); 23] = [
     ("acerra-geo", 0),
     ("acerra-npz", 0),
     ("acerra-settings", 0),
@@ -36,6 +36,7 @@ pub const LEVELS: [(&str, u32); 22] = [
     ("acerra-record", 2),
     ("acerra-simulate", 2),
     ("acerra-chain", 3),
+    ("acerra-live", 4),
     ("acerra-products", 4),
     ("acerra-view", 5),
     ("acerra-python", 6),

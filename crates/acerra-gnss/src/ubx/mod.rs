@@ -1,5 +1,6 @@
 //! u-blox UBX raw logs: measurements of the sixth generation (RXM-RAW) and of the eighth and
-//! later (RXM-RAWX), navigation subframes (RXM-SFRB, RXM-SFRBX) and time marks (TIM-TM2).
+//! later (RXM-RAWX), navigation subframes (RXM-SFRB, RXM-SFRBX), time marks (TIM-TM2), and the receiver's
+//! own positions (NAV-PVT, NAV-HPPOSLLH).
 
 mod d1;
 mod fix;
@@ -9,11 +10,13 @@ mod inav;
 mod lnav;
 mod log;
 mod measurement;
+mod position;
 
 use crate::{EventKind, EventRecord};
 
 pub use fix::{FixState, fix_state, is_solution};
 pub use log::{UbxLog, read_ubx};
+pub use position::{FinePosition, ReceiverSolution, fine_position, receiver_solution};
 
 /// GPS time of the epoch that a message of raw measurements (RXM-RAW, RXM-RAWX) belongs to; `None`
 /// for other messages, and where the receiver does not know the time yet.

@@ -10,6 +10,7 @@ mod pulse_line;
 mod radio;
 mod receiver;
 mod server;
+mod solutions;
 mod source;
 mod world;
 
@@ -19,5 +20,6 @@ pub use options::{EmulatorCounts, EmulatorOptions};
 pub use pulse_line::{LatestEdge, PulseLine};
 pub use radio::{Effect, RadioState};
 pub use receiver::{EmulatedReceiver, ReceiverOptions};
+pub use solutions::{Quality, with_solutions};
 pub use source::{Pattern, Recorded, ScanSource, SourceError, SourceScan};
 pub use world::World;

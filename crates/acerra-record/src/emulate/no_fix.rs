@@ -13,6 +13,7 @@ pub(super) fn without_fix(bytes: &[u8]) -> Vec<u8> {
                     (0x02, 0x15) => emptied(frame.payload, 16, 11),
                     (0x02, 0x10) => emptied(frame.payload, 8, 6),
                     (0x01, 0x07) => Some(unsolved(frame.payload)),
+                    (0x01, 0x14) => Some(invalid(frame.payload)),
                     (0x02, 0x11 | 0x13) | (0x0D, 0x03) => None,
                     _ => Some(frame.payload.to_vec()),
                 };
@@ -42,6 +43,15 @@ fn unsolved(payload: &[u8]) -> Vec<u8> {
         if let Some(byte) = payload.get_mut(at) {
             *byte = 0;
         }
+    }
+    payload
+}
+
+/// NAV-HPPOSLLH that calls itself invalid.
+fn invalid(payload: &[u8]) -> Vec<u8> {
+    let mut payload = payload.to_vec();
+    if let Some(flags) = payload.get_mut(3) {
+        *flags |= 1;
     }
     payload
 }

@@ -83,14 +83,29 @@ fn setting(name: &'static str, id: u8, payload: &[u8]) -> Option<Setting> {
     Some(Setting { name, frame })
 }
 
+/// How often a receiver is to send its own solution.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Solutions {
+    /// Once a second: enough to watch the fix.
+    #[default]
+    EachSecond,
+    /// With each measurement, as finely as the receiver can: positions to image with.
+    EachMeasurement,
+}
+
 /// Frames that make a receiver send raw measurements, navigation subframes and time marks, and its own
-/// solution once a second, where it has one that tells the fix (NAV-PVT); in the order in which they are
-/// sent. They last until the receiver loses its power.
+/// solution, where it has one that tells the fix (NAV-PVT; NAV-HPPOSLLH of an F9P with each measurement);
+/// in the order in which they are sent. They last until the receiver loses its power.
 #[must_use]
-pub fn configuration(receiver: Receiver, rate_hz: f64) -> Vec<Setting> {
+pub fn configuration(receiver: Receiver, rate_hz: f64, solutions: Solutions) -> Vec<Setting> {
     let period_ms = (1000.0 / rate_hz.clamp(0.1, 50.0)).round() as u16;
     let message = |name, class, id| setting(name, CFG_MSG, &[class, id, 1]);
-    let each_second = (rate_hz.round() as u8).max(1);
+    let is_each = solutions == Solutions::EachMeasurement;
+    let epochs = if is_each {
+        1
+    } else {
+        (rate_hz.round() as u8).max(1)
+    };
     // Measurement period, one solution a measurement, GPS time.
     let mut rate = period_ms.to_le_bytes().to_vec();
     rate.extend_from_slice(&[1, 0, 1, 0]);
@@ -107,7 +122,7 @@ pub fn configuration(receiver: Receiver, rate_hz: f64) -> Vec<Setting> {
             message("RXM-RAWX (CFG-MSG)", RXM, 0x15),
             message("RXM-SFRBX (CFG-MSG)", RXM, 0x13),
             message("TIM-TM2 (CFG-MSG)", TIM, 0x03),
-            setting("NAV-PVT (CFG-MSG)", CFG_MSG, &[NAV, 0x07, each_second]),
+            setting("NAV-PVT (CFG-MSG)", CFG_MSG, &[NAV, 0x07, epochs]),
         ],
         Receiver::F9p => vec![
             valset(
@@ -118,7 +133,10 @@ pub fn configuration(receiver: Receiver, rate_hz: f64) -> Vec<Setting> {
             valset("RXM-RAWX", &on_every_port(0x2091_02A4, &[1])),
             valset("RXM-SFRBX", &on_every_port(0x2091_0231, &[1])),
             valset("TIM-TM2", &on_every_port(0x2091_0178, &[1])),
-            valset("NAV-PVT", &on_every_port(0x2091_0006, &[each_second])),
+            valset("NAV-PVT", &on_every_port(0x2091_0006, &[epochs])),
+            is_each
+                .then(|| valset("NAV-HPPOSLLH", &on_every_port(0x2091_0033, &[1])))
+                .flatten(),
         ],
     };
     settings.into_iter().flatten().collect()
@@ -212,16 +230,16 @@ mod tests {
     /// Frames as the receiver descriptions have them.
     #[test]
     fn frames_stand_byte_by_byte() {
-        let m8t = configuration(Receiver::M8t, 5.0);
+        let m8t = configuration(Receiver::M8t, 5.0, Solutions::EachSecond);
         let rate = [
             0xB5, 0x62, 0x06, 0x08, 6, 0, 0xC8, 0, 1, 0, 1, 0, 0xDE, 0x6A,
         ];
         assert_eq!(m8t[0].frame, rate);
         let rawx = [0xB5, 0x62, 0x06, 0x01, 3, 0, 0x02, 0x15, 1, 0x22, 0x70];
         assert_eq!(m8t[1].frame, rawx);
-        let lea = configuration(Receiver::Lea6t, 5.0);
+        let lea = configuration(Receiver::Lea6t, 5.0, Solutions::EachSecond);
         assert_eq!(lea[1].frame[6..9], [0x02, 0x10, 1]);
-        let f9p = configuration(Receiver::F9p, 10.0);
+        let f9p = configuration(Receiver::F9p, 10.0, Solutions::EachSecond);
         let period = [0, 1, 0, 0, 0x01, 0x00, 0x21, 0x30, 100, 0];
         assert_eq!(f9p[0].frame[6..16], period);
         // CFG-MSGOUT-UBX_RXM_RAWX_UART1 is 0x209102a5.
@@ -229,7 +247,14 @@ mod tests {
         // CFG-MSGOUT-UBX_NAV_PVT_UART1 is 0x20910007; once in ten epochs.
         assert_eq!(f9p[4].frame[10..15], [0x07, 0x00, 0x91, 0x20, 10]);
         assert_eq!(m8t[4].frame[6..9], [0x01, 0x07, 5]);
-        assert!(configuration(Receiver::AsIs, 5.0).is_empty());
+        assert_eq!(f9p.len(), 5);
+        let live = configuration(Receiver::F9p, 10.0, Solutions::EachMeasurement);
+        assert_eq!(live[4].frame[14], 1);
+        // CFG-MSGOUT-UBX_NAV_HPPOSLLH_UART1 is 0x20910034.
+        assert_eq!(live[5].frame[10..15], [0x34, 0x00, 0x91, 0x20, 1]);
+        let live = configuration(Receiver::M8t, 5.0, Solutions::EachMeasurement);
+        assert_eq!(live[4].frame[6..9], [0x01, 0x07, 1]);
+        assert!(configuration(Receiver::AsIs, 5.0, Solutions::EachSecond).is_empty());
     }
 
     /// A receiver that answers after other bytes.
@@ -257,7 +282,7 @@ mod tests {
 
     #[test]
     fn acknowledgement_and_refusal_are_told_apart_and_every_byte_is_kept() {
-        let settings = &configuration(Receiver::M8t, 1.0)[1..2];
+        let settings = &configuration(Receiver::M8t, 1.0, Solutions::EachSecond)[1..2];
         let ack = frame::encode(ACK, 1, &[CFG, CFG_MSG]).unwrap();
         let nak = frame::encode(ACK, 0, &[CFG, CFG_MSG]).unwrap();
         let of_another = frame::encode(ACK, 1, &[CFG, CFG_RATE]).unwrap();

@@ -4,6 +4,6 @@ mod configure;
 mod frames;
 mod source;
 
-pub use configure::{ConfigureError, Receiver, Setting, configuration, configure};
+pub use configure::{ConfigureError, Receiver, Setting, Solutions, configuration, configure};
 pub use frames::FrameFinder;
 pub use source::{ByteSource, SerialSource, SourceFault, TcpSource};

@@ -15,9 +15,10 @@ use super::radio_loop::RadioLoop;
 use super::receiver_loop::{ReceiverLoop, gnss_record};
 use super::record_error::RecordError;
 use super::settings::{GnssSection, Session, Way};
+use super::tap::Tap;
 use super::window_watch::WindowWatch;
 use crate::driver::{Driver, RequestOptions, WatchOptions, Watched};
-use crate::gnss::{ByteSource, SerialSource, TcpSource, configuration, configure};
+use crate::gnss::{ByteSource, SerialSource, Solutions, TcpSource, configuration, configure};
 use crate::host::{HostClock, unix_time_s};
 use crate::link::{Link, SerialLink, UdpLink};
 use crate::log::{LogDamage, LogWriteError, LogWriter, Record, RecordKind};
@@ -39,6 +40,9 @@ pub struct Recorder<'a> {
     pub requests: RequestOptions,
     /// When the radio counts as silent.
     pub watch: WatchOptions,
+    /// Who else gets what is written to the log, as it is written; the receiver then sends its own solution
+    /// with each measurement.
+    pub tap: Option<Tap>,
 }
 
 impl Recorder<'_> {
@@ -75,6 +79,7 @@ impl Recorder<'_> {
             log,
             clock,
             shared: &shared,
+            tap: self.tap.as_ref(),
             follow,
         };
         let outcome = writing.until_over(&receive, &|| self.is_over(clock));
@@ -153,6 +158,13 @@ impl Recorder<'_> {
             .map_err(RecordError::Thread)
     }
 
+    fn solutions(&self) -> Solutions {
+        match self.tap {
+            Some(_) => Solutions::EachMeasurement,
+            None => Solutions::EachSecond,
+        }
+    }
+
     fn start_gnss(
         &self,
         section: &GnssSection,
@@ -163,7 +175,7 @@ impl Recorder<'_> {
             Way::Address(address) => Box::new(TcpSource::open(address)?),
             Way::Serial(path) => Box::new(SerialSource::open(path, section.baud)?),
         };
-        let settings = configuration(section.receiver, section.rate_hz);
+        let settings = configuration(section.receiver, section.rate_hz, self.solutions());
         let mut heard = Vec::new();
         configure(&mut *source, &settings, &mut |bytes| {
             heard.push(gnss_record(clock, bytes));
@@ -193,6 +205,7 @@ struct Writing<'a> {
     log: LogWriter,
     clock: HostClock,
     shared: &'a Shared,
+    tap: Option<&'a Tap>,
     follow: &'a mut dyn FnMut(Progress),
 }
 
@@ -229,7 +242,13 @@ impl Writing<'_> {
 
     fn take(&mut self, item: Item) -> Result<(), LogWriteError> {
         let progress = match item {
-            Item::Record(record) => return self.log.write(&record),
+            Item::Record(record) => {
+                self.log.write(&record)?;
+                if let Some(tap) = self.tap {
+                    tap.offer(record, self.clock);
+                }
+                return Ok(());
+            }
             Item::Progress(progress) => progress,
         };
         let (Progress::Note(text) | Progress::Warning(text)) = &progress else {

@@ -82,7 +82,7 @@ fn stamps_of(log: &LogContent, traces: &[TraceTime]) -> Option<Stamps> {
         radio,
         gps: of_start.map(|epoch| (epoch.time, epoch.host_s)).collect(),
         first: traces.first()?.key,
-        latency: latencies(&log.session),
+        latency: log.session.latencies(),
     })
 }
 
@@ -104,16 +104,19 @@ fn mark_delay(radio: &RadioSection) -> Latency {
     within_scan(radio, radio.mark_delay_ms, radio.mark_delay_sigma_ms)
 }
 
-/// What all messages of the radio and all epochs of the receiver have in common.
-fn latencies(session: &Session) -> [Latency; 2] {
-    let radio = &session.radio;
-    let of_radio = within_scan(radio, radio.latency_ms, radio.latency_sigma_ms);
-    let of_gnss = session
-        .gnss
-        .as_ref()
-        .map_or(Latency::default(), |gnss| Latency {
-            delay_s: 1e-3 * gnss.latency_ms,
-            sigma_s: 1e-3 * gnss.latency_sigma_ms,
-        });
-    [of_radio, of_gnss]
+impl Session {
+    /// What all messages of the radio, and all epochs of the receiver, have in common.
+    #[must_use]
+    pub fn latencies(&self) -> [Latency; 2] {
+        let radio = &self.radio;
+        let of_radio = within_scan(radio, radio.latency_ms, radio.latency_sigma_ms);
+        let of_gnss = self
+            .gnss
+            .as_ref()
+            .map_or(Latency::default(), |gnss| Latency {
+                delay_s: 1e-3 * gnss.latency_ms,
+                sigma_s: 1e-3 * gnss.latency_sigma_ms,
+            });
+        [of_radio, of_gnss]
+    }
 }

@@ -9,6 +9,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use super::live_section::LiveSection;
 use crate::driver::Setup;
 use crate::gnss::Receiver;
 
@@ -25,6 +26,9 @@ pub struct Session {
     /// What is planned.
     #[serde(default)]
     pub flight: FlightSection,
+    /// The image that forms while the recording goes on.
+    #[serde(default)]
+    pub live: LiveSection,
     /// Tables of the campaign file that is written: what `focus` is to do with the recording.
     #[serde(default)]
     #[schemars(with = "std::collections::BTreeMap<String, serde_json::Value>")]
@@ -252,6 +256,7 @@ impl Session {
         if let Some(gnss) = &self.gnss {
             gnss.check()?;
         }
+        self.live.check()?;
         self.flight.check()
     }
 

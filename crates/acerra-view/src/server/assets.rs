@@ -1,6 +1,6 @@
 //! The page: embedded when the program is built.
 
-use std::sync::{Arc, LazyLock};
+use std::sync::LazyLock;
 
 use axum::Router;
 use axum::extract::Path;
@@ -9,7 +9,6 @@ use axum::response::{IntoResponse, Response};
 use axum::routing::get;
 
 use crate::error::RequestError;
-use crate::server::state::Shared;
 
 const HTML: &str = "text/html; charset=utf-8";
 const CSS: &str = "text/css; charset=utf-8";
@@ -27,6 +26,7 @@ macro_rules! script {
 }
 
 const PAGE_TEXT: &str = include_str!("../../web/index.html");
+const LIVE_TEXT: &str = include_str!("../../web/live.html");
 
 /// Names, types and texts of the page's files.
 const ASSETS: &[(&str, &str, &str)] = &[
@@ -45,6 +45,11 @@ const ASSETS: &[(&str, &str, &str)] = &[
     script!("gl.js"),
     script!("image-pane.js"),
     script!("layers.js"),
+    script!("live-link.js"),
+    script!("live-picture.js"),
+    script!("live-status.js"),
+    script!("live-traces.js"),
+    script!("live.js"),
     script!("main.js"),
     script!("palettes.js"),
     script!("pane.js"),
@@ -60,7 +65,7 @@ const ASSETS: &[(&str, &str, &str)] = &[
 ];
 
 /// The addresses of the page.
-pub fn routes() -> Router<Arc<Shared>> {
+pub fn routes<S: Clone + Send + Sync + 'static>() -> Router<S> {
     Router::new()
         .route(
             "/{name}",
@@ -72,17 +77,40 @@ pub fn routes() -> Router<Arc<Shared>> {
         )
 }
 
-/// The page itself, which asks for all modules at once.
+/// The page of runs, which asks for all its modules at once.
 pub async fn page() -> Response {
-    static PAGE: LazyLock<String> = LazyLock::new(|| {
-        let scripts = ASSETS.iter().filter(|(_, kind, _)| *kind == SCRIPT);
-        let link = |(name, ..): &(&str, &str, &str)| {
-            format!("<link rel=\"modulepreload\" href=\"{name}\">")
-        };
-        let links: Vec<String> = scripts.map(link).collect();
-        PAGE_TEXT.replace("<!-- modules -->", &links.join("\n  "))
-    });
+    static PAGE: LazyLock<String> = LazyLock::new(|| with_modules(PAGE_TEXT, false));
     ([(CONTENT_TYPE, HTML)], PAGE.as_str()).into_response()
+}
+
+/// The page of a live image.
+pub async fn live_page() -> Response {
+    static PAGE: LazyLock<String> = LazyLock::new(|| with_modules(LIVE_TEXT, true));
+    ([(CONTENT_TYPE, HTML)], PAGE.as_str()).into_response()
+}
+
+/// Modules that the live page has of the other.
+const LIVE_SHARES: [&str; 6] = [
+    "js/api.js",
+    "js/camera.js",
+    "js/drawing.js",
+    "js/gestures.js",
+    "js/palettes.js",
+    "js/theme.js",
+];
+
+fn with_modules(text: &str, live: bool) -> String {
+    let is_wanted = |name: &str| {
+        let is_live = name.starts_with("js/live");
+        is_live == live || live && LIVE_SHARES.contains(&name)
+    };
+    let scripts = ASSETS
+        .iter()
+        .filter(|(name, kind, _)| *kind == SCRIPT && is_wanted(name));
+    let link =
+        |(name, ..): &(&str, &str, &str)| format!("<link rel=\"modulepreload\" href=\"{name}\">");
+    let links: Vec<String> = scripts.map(link).collect();
+    text.replace("<!-- modules -->", &links.join("\n  "))
 }
 
 fn asset(name: &str) -> Response {

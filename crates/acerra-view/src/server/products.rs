@@ -22,7 +22,6 @@ use crate::server::state::{Shared, Shown};
 pub fn routes() -> Router<Arc<Shared>> {
     Router::new()
         .route("/api/runs", get(runs))
-        .route("/api/palette/{name}", get(palette))
         .route("/api/run/{run}", get(run))
         .route("/api/run/{run}/gain", get(gain))
         .route("/api/run/{run}/track", get(track))
@@ -41,6 +40,11 @@ async fn runs(State(shared): State<Arc<Shared>>) -> Json<Value> {
         "basemap": shared.basemap,
         "tile": TILE,
     }))
+}
+
+/// The addresses of palettes, which every page has.
+pub fn palettes<S: Clone + Send + Sync + 'static>() -> Router<S> {
+    Router::new().route("/api/palette/{name}", get(palette))
 }
 
 /// Colours of a palette.

@@ -11,8 +11,8 @@ use acerra_gnss::ubx::epoch_time;
 use acerra_gnss::ubx::frame::{Piece, pieces};
 use acerra_radar::{Limits, RadarFile};
 use acerra_record::emulate::{
-    EmulatedRadio, EmulatedReceiver, EmulatorOptions, Impairments, PulseLine, ReceiverOptions,
-    Recorded, World,
+    EmulatedRadio, EmulatedReceiver, EmulatorOptions, Impairments, PulseLine, Quality,
+    ReceiverOptions, Recorded, World, with_solutions,
 };
 use acerra_simulate::scene::Scene;
 use acerra_simulate::write::simulate_campaign;
@@ -40,6 +40,9 @@ pub struct Args {
     /// UBX log that the receiver sends; a scene brings its own.
     #[arg(long, value_name = "FILE")]
     gnss: Option<PathBuf>,
+    /// Solutions that the receiver of a scene sends besides its measurements: single, float or fixed.
+    #[arg(long, value_name = "KIND")]
+    solutions: Option<Quality>,
     /// Address and UDP port of the radio.
     #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:21210")]
     radio: SocketAddr,
@@ -137,8 +140,11 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
     let at = || format!("{}", args.file.display());
     let is_scene = args.file.extension().is_some_and(|e| e == "toml");
     let mut flight = match (&args.output, is_scene) {
-        (Some(folder), true) => simulated(&args.file, folder).with_context(at)?,
+        (Some(folder), true) => simulated(args, folder).with_context(at)?,
         (None, true) => anyhow::bail!("{}: a scene needs -o DIR for the base's log", at()),
+        (_, false) if args.solutions.is_some() => {
+            anyhow::bail!("{}: only a scene tells the positions for --solutions", at())
+        }
         (_, false) => recorded(&args.file).with_context(at)?,
     };
     if let Some(file) = &args.gnss {
@@ -208,7 +214,8 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
 }
 
 /// The instruments' logs of a scene; the other files are written to `folder`.
-fn simulated(file: &Path, folder: &Path) -> anyhow::Result<Flight> {
+fn simulated(args: &Args, folder: &Path) -> anyhow::Result<Flight> {
+    let file = &args.file;
     let text = std::fs::read_to_string(file)?;
     let own = file.parent().unwrap_or_else(|| Path::new(""));
     let scene = Scene::parse(&text)?.resolved_in(own);
@@ -230,6 +237,14 @@ fn simulated(file: &Path, folder: &Path) -> anyhow::Result<Flight> {
                 std::fs::write(&path, log.bytes).with_context(|| path.display().to_string())?;
             }
         }
+    }
+    if let (Some(quality), Some(log)) = (args.solutions, &mut rover) {
+        let (flight, frame, start) = (scene.fly()?, scene.frame(), scene.start()?);
+        let place = |time: GpsTime| {
+            let pose = flight.pose_at(time.seconds_since(start));
+            Some(frame.ecef_from_enu(pose.position_m))
+        };
+        *log = with_solutions(log, place, quality, args.seed);
     }
     let scans = Recorded::from_capture(&capture).context("the simulated capture")??;
     campaign.remove("radar");

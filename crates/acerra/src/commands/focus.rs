@@ -61,7 +61,7 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
 }
 
 /// A run that the command line asks for.
-pub(super) struct Order<'a> {
+pub struct Order<'a> {
     /// The campaign file.
     pub campaign: &'a Path,
     /// Directory for the products, where it is not beside the campaign file.
@@ -119,13 +119,17 @@ impl Order<'_> {
         done
     }
 
-    fn directory(&self) -> PathBuf {
+    /// The directory for the products.
+    pub fn directory(&self) -> PathBuf {
         let beside = || default_output(self.campaign);
         self.output.map_or_else(beside, Path::to_owned)
     }
 
     /// Tells of a run: what it found on standard output, what it doubts on stderr.
-    fn tell(
+    ///
+    /// # Errors
+    /// Those of the run; an output that is closed.
+    pub fn tell(
         &self,
         run: anyhow::Result<Outcome>,
         journal: &Journal,

@@ -11,6 +11,7 @@ pub mod emulate;
 pub mod focus;
 pub mod info;
 pub mod init;
+pub mod live;
 pub mod man;
 pub mod merge;
 pub mod plan;

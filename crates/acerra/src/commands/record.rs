@@ -52,13 +52,9 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
         write!(out, "{EXAMPLE}")?;
         return Ok(());
     };
-    let at = || format!("{}", file.display());
-    let text = std::fs::read_to_string(file).with_context(at)?;
-    let folder = file.parent().unwrap_or_else(|| Path::new(""));
-    let session = Session::parse(&text).with_context(at)?.resolved_in(folder);
-    refuse_doubtful(&session).with_context(at)?;
+    let session = open(file)?;
     // The log keeps the session as it holds wherever its directory lies.
-    let resolved = toml::to_string(&session).with_context(at)?;
+    let resolved = toml::to_string(&session).with_context(|| file.display().to_string())?;
     let recorder = Recorder {
         session: &session,
         text: &resolved,
@@ -66,6 +62,7 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
         stop: interrupt::stop_in_order(),
         requests: RequestOptions::default(),
         watch: WatchOptions::default(),
+        tap: None,
     };
     let recorded = recorder.run(&mut |progress| say(&progress));
     if recorded.is_err() {
@@ -74,6 +71,16 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
     }
     recorded?;
     tell(out, directory, &finish(directory)?)
+}
+
+/// Reads a session file; says what is doubtful, and refuses what makes a recording of no use.
+pub(super) fn open(file: &Path) -> anyhow::Result<Session> {
+    let at = || format!("{}", file.display());
+    let text = std::fs::read_to_string(file).with_context(at)?;
+    let folder = file.parent().unwrap_or_else(|| Path::new(""));
+    let session = Session::parse(&text).with_context(at)?.resolved_in(folder);
+    refuse_doubtful(&session).with_context(at)?;
+    Ok(session)
 }
 
 /// Says what is doubtful, and refuses what makes a recording of no use.
@@ -86,7 +93,7 @@ fn refuse_doubtful(session: &Session) -> anyhow::Result<()> {
 }
 
 /// Tells the one who flies: warnings with a beep, the state on one line.
-fn say(progress: &Progress) {
+pub(super) fn say(progress: &Progress) {
     let mut stderr = std::io::stderr();
     let is_terminal = stderr.is_terminal();
     let [begin, end] = if is_terminal {
@@ -129,7 +136,11 @@ fn line(health: &Health) -> String {
     )
 }
 
-fn tell(out: &mut dyn Write, directory: &Path, finished: &Finished) -> anyhow::Result<()> {
+pub(super) fn tell(
+    out: &mut dyn Write,
+    directory: &Path,
+    finished: &Finished,
+) -> anyhow::Result<()> {
     if verbosity() == Verbosity::Quiet {
         return Ok(());
     }

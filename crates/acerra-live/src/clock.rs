@@ -1,0 +1,190 @@
+//! The radio's scans on GPS time while both still come: the session's own fit, over the latest stamps.
+
+use std::collections::VecDeque;
+
+use acerra_geo::time::GpsTime;
+use acerra_radar::recover_clock;
+use acerra_record::timing::{Latency, Pair, Stamps, TimingError, logged_clock};
+
+/// Scans and epochs that a fit rests on: at 50 scans/s the latest 20 s.
+const MOST_SCANS: usize = 1024;
+const MOST_EPOCHS: usize = 600;
+
+/// A scan's number in order of arrival, the radio's own number and stamp, and when its first message came.
+#[derive(Clone, Copy, Debug)]
+struct Stamped {
+    number: u64,
+    id: u16,
+    stamp_ms: u32,
+    host_s: f64,
+}
+
+/// Radio time on GPS time, by the latest stamps.
+#[derive(Debug)]
+pub struct RunningClock {
+    latency: [Latency; 2],
+    scans: VecDeque<Stamped>,
+    epochs: VecDeque<(GpsTime, f64)>,
+    /// Epochs by solutions, for receivers that send no measurements.
+    solutions: VecDeque<(GpsTime, f64)>,
+    settled: Option<Settled>,
+}
+
+/// A fit.
+#[derive(Clone, Debug)]
+pub struct Settled {
+    first_number: u64,
+    radar_s: Vec<f64>,
+    numbers: Vec<u64>,
+    start: GpsTime,
+    rate: f64,
+    /// Standard deviation of a scan's time, of the stamps alone (s).
+    pub sigma_s: f64,
+}
+
+impl Settled {
+    /// The GPS time of a scan; none of one that the fit does not hold.
+    #[must_use]
+    pub fn time(&self, number: u64) -> Option<GpsTime> {
+        if number < self.first_number {
+            return None;
+        }
+        let place = self.numbers.binary_search(&number).ok()?;
+        Some(self.start + self.rate * self.radar_s[place])
+    }
+}
+
+impl RunningClock {
+    /// A clock without stamps; `latency` is what all messages of the radio, and all epochs, have in common.
+    #[must_use]
+    pub fn new(latency: [Latency; 2]) -> Self {
+        Self {
+            latency,
+            scans: VecDeque::new(),
+            epochs: VecDeque::new(),
+            solutions: VecDeque::new(),
+            settled: None,
+        }
+    }
+
+    /// Takes a scan, by its number in order of arrival.
+    pub fn scan(&mut self, number: u64, id: u16, stamp_ms: u32, host_s: f64) {
+        self.scans.push_back(Stamped {
+            number,
+            id,
+            stamp_ms,
+            host_s,
+        });
+        if self.scans.len() > MOST_SCANS {
+            self.scans.pop_front();
+        }
+    }
+
+    /// Takes an epoch of measurements, with the host time of its first byte (s).
+    pub fn epoch(&mut self, time: GpsTime, host_s: f64) {
+        push_epoch(&mut self.epochs, time, host_s);
+    }
+
+    /// Takes the epoch of a solution.
+    pub fn solution(&mut self, time: GpsTime, host_s: f64) {
+        push_epoch(&mut self.solutions, time, host_s);
+    }
+
+    /// The radio's clock begins anew; what GPS says of the host's clock holds.
+    pub fn radio_restarted(&mut self) {
+        self.scans.clear();
+        self.settled = None;
+    }
+
+    /// The host's clock begins anew.
+    pub fn restarted(&mut self) {
+        *self = Self::new(self.latency);
+    }
+
+    /// Fits the stamps.
+    ///
+    /// # Errors
+    /// Too few stamps, or clocks that differ by more than clocks do, as they seem to while the stamps span
+    /// little time.
+    pub fn settle(&mut self) -> Result<&Settled, TimingError> {
+        let ids: Vec<u16> = self.scans.iter().map(|s| s.id).collect();
+        let stamps_ms: Vec<u32> = self.scans.iter().map(|s| s.stamp_ms).collect();
+        let radar_s = recover_clock(&ids, &stamps_ms).time_s;
+        let pair = |(scan, sent_s): (&Stamped, &f64)| Pair {
+            sent_s: *sent_s,
+            arrived_s: scan.host_s,
+        };
+        let epochs = if self.epochs.is_empty() {
+            &self.solutions
+        } else {
+            &self.epochs
+        };
+        let first = self.scans.front();
+        let clock = logged_clock(&Stamps {
+            radio: self.scans.iter().zip(&radar_s).map(pair).collect(),
+            gps: epochs.iter().copied().collect(),
+            first: first.map_or((0, 0), |scan| (scan.id, scan.stamp_ms)),
+            latency: self.latency,
+        })?;
+        Ok(self.settled.insert(Settled {
+            first_number: first.map_or(0, |scan| scan.number),
+            radar_s,
+            numbers: self.scans.iter().map(|scan| scan.number).collect(),
+            start: GpsTime::from_week_tow(clock.gps_week, clock.time_offset_s),
+            rate: clock.rate,
+            sigma_s: clock.sigma_stamps_s,
+        }))
+    }
+}
+
+fn push_epoch(epochs: &mut VecDeque<(GpsTime, f64)>, time: GpsTime, host_s: f64) {
+    // A receiver that sets its time begins anew.
+    if let Some((latest, _)) = epochs.back()
+        && !(0.0..3600.0).contains(&time.seconds_since(*latest))
+    {
+        epochs.clear();
+    }
+    if epochs.back().is_none_or(|(latest, _)| *latest != time) {
+        epochs.push_back((time, host_s));
+    }
+    if epochs.len() > MOST_EPOCHS {
+        epochs.pop_front();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn scans_stand_on_gps_time_though_stamps_are_late_and_coarse() {
+        let start = GpsTime::from_week_tow(2075, 207_000.0);
+        let mut clock = RunningClock::new([Latency::default(); 2]);
+        assert!(clock.settle().is_err());
+        // The host began 3 s before; both sources are late by up to 3 ms, the radio 20 ppm fast.
+        let late_s = |k: u64| 1e-3 * (k * 7919 % 97) as f64 / 32.0;
+        for k in 0..100_u64 {
+            let at_s = 0.2 * k as f64;
+            clock.epoch(start + at_s, 3.0 + at_s + late_s(k));
+        }
+        let scan_s = |n: u64| 0.5 + 0.021_573 * n as f64;
+        for n in 0..900_u64 {
+            let stamp_ms = 60_000.0 + 1e3 * scan_s(n) * (1.0 + 20e-6);
+            clock.scan(
+                n + 7,
+                n as u16,
+                stamp_ms as u32,
+                3.0 + scan_s(n) + late_s(n),
+            );
+        }
+        let settled = clock.settle().unwrap();
+        for n in [0, 450, 899] {
+            let off_s = settled.time(n + 7).unwrap().seconds_since(start) - scan_s(n);
+            assert!(off_s.abs() < 4e-4, "{n}: {off_s}");
+        }
+        assert_eq!(settled.time(6), None);
+        assert_eq!(settled.time(907), None);
+        clock.radio_restarted();
+        assert!(clock.settle().is_err());
+    }
+}

@@ -1,0 +1,54 @@
+//! Why there is no live image.
+
+use acerra_imaging::ImagingError;
+use acerra_radar::RadargramError;
+use acerra_radar::clean::CleanError;
+use thiserror::Error;
+
+/// Why there is no live image.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum LiveError {
+    /// A table of `[campaign]` that cannot be.
+    #[error("[campaign.{table}]: {cause}")]
+    Campaign {
+        /// The table.
+        table: &'static str,
+        /// What is wrong.
+        cause: toml::de::Error,
+    },
+    /// A band that is none, or no frequencies over it.
+    #[error(
+        "[campaign.image] band_ghz, frequencies: expected two rising frequencies above 0 and two or more over \
+             them; found {band_ghz:?}, {frequencies}"
+    )]
+    Band {
+        /// The band (GHz).
+        band_ghz: [f64; 2],
+        /// Number of frequencies.
+        frequencies: usize,
+    },
+    /// Pixels that no image has.
+    #[error("[live]: {0}")]
+    Grid(ImagingError),
+    /// Traces that cannot be cleaned.
+    #[error(transparent)]
+    Clean(#[from] CleanError),
+    /// Samples that make no radargram.
+    #[error(transparent)]
+    Radargram(#[from] RadargramError),
+    /// Pulses that cannot be imaged.
+    #[error(transparent)]
+    Imaging(#[from] ImagingError),
+    /// The log of a session that is replayed.
+    #[error("{}: {cause}", path.display())]
+    Log {
+        /// The log.
+        path: std::path::PathBuf,
+        /// What is wrong with it.
+        cause: String,
+    },
+    /// The system gives no thread.
+    #[error("cannot start a thread: {0}")]
+    Thread(std::io::Error),
+}

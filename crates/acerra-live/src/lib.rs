@@ -1,0 +1,39 @@
+//! The image that forms while the radar flies.
+//!
+//! ```text
+//! recording ──Tap──┐                ┌─ Positions (NAV-PVT, GGA) ─┐
+//! session.log ─────┴─► Pipeline ────┤  RunningClock              ├─► Cleaner ─► LiveImage ─► Board
+//!                                   └─ waiting pulses ───────────┘
+//! ```
+//!
+//! - [`settings`]: what a session says of its live image.
+//! - [`clock`]: the radio's scans on GPS time, by the stamps so far.
+//! - [`positions`]: the receiver's own solutions, and the radar's place between them.
+//! - [`clean`]: cleaning that knows nothing of later traces.
+//! - [`pipeline`]: from records to an image, without threads.
+//! - [`board`]: what is shown: picture, track, traces, status; whoever shows it may take his time.
+//! - [`worker`]: the thread that images, and [`replay`] of a recorded session at its own pace.
+//!
+//! Everything here is provisional: positions are those that the receiver computes in flight, the background
+//! is the mean of the traces so far, and a pulse that came is imaged once.
+
+pub mod board;
+pub mod clean;
+pub mod clock;
+mod error;
+pub mod latency;
+mod nmea;
+pub mod picture;
+pub mod pipeline;
+pub mod positions;
+pub mod replay;
+pub mod settings;
+mod solutions;
+pub mod status;
+pub mod worker;
+
+pub use board::{Board, Final};
+pub use error::LiveError;
+pub use pipeline::Pipeline;
+pub use settings::LiveSettings;
+pub use worker::Worker;

@@ -1,0 +1,199 @@
+//! The image as it is shown: levels of half a decibel, in tiles that tell when they changed.
+
+use acerra_imaging::PlaneGrid;
+use num_complex::Complex32;
+use rayon::prelude::*;
+
+/// Pixels along each side of a tile.
+pub const TILE: usize = 128;
+/// Decibels of a step.
+pub const STEP_DB: f32 = 0.5;
+/// Where the strongest pixel lies in a new scale.
+const TOP: f32 = 190.0;
+/// Steps that the strongest pixel may move before the scale is made anew.
+const ROOM: f32 = 60.0;
+
+/// Levels of an image: 0 is nothing, `k` from 1 to 255 is `base_db + k / 2` dB of modulus.
+#[derive(Clone, Debug)]
+pub struct Picture {
+    /// Where its pixels are.
+    pub grid: PlaneGrid,
+    /// Level of step 0 (dB).
+    pub base_db: f32,
+    /// Level of the strongest pixel (dB); not finite without any.
+    pub maximum_db: f32,
+    /// Counts the states of the picture, from 1.
+    pub sequence: u64,
+    levels: Vec<u8>,
+    /// When each tile changed last, by `sequence`.
+    changed: Vec<u64>,
+}
+
+/// A tile: its place, size, and levels row by row.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Tile {
+    /// First column and first row.
+    pub at: [usize; 2],
+    /// Columns and rows.
+    pub size: [usize; 2],
+    /// Levels, row by row.
+    pub levels: Vec<u8>,
+}
+
+impl Picture {
+    /// A picture of nothing.
+    #[must_use]
+    pub fn new(grid: PlaneGrid) -> Self {
+        let tiles = grid.nx.div_ceil(TILE) * grid.ny.div_ceil(TILE);
+        Self {
+            grid,
+            base_db: 0.0,
+            maximum_db: f32::NEG_INFINITY,
+            sequence: 0,
+            levels: vec![0; grid.nx * grid.ny],
+            changed: vec![0; tiles],
+        }
+    }
+
+    /// Takes a new state of the image, `[ny, nx]` row-major; one of another size is not taken.
+    pub fn update(&mut self, image: &[Complex32]) {
+        if image.len() != self.levels.len() {
+            return;
+        }
+        let power = image.par_iter().map(Complex32::norm_sqr);
+        let greatest = power.reduce(|| 0.0, f32::max);
+        let maximum_db = 10.0 * greatest.log10();
+        self.sequence += 1;
+        let strongest = (maximum_db - self.base_db) / STEP_DB;
+        let is_in_scale = (strongest - TOP).abs() <= ROOM;
+        let was_empty = !self.maximum_db.is_finite();
+        if maximum_db.is_finite() && (was_empty || !is_in_scale) {
+            self.base_db = maximum_db - TOP * STEP_DB;
+        }
+        self.maximum_db = maximum_db;
+        let (nx, base_db, sequence) = (self.grid.nx, self.base_db, self.sequence);
+        let tiles_across = nx.div_ceil(TILE);
+        self.levels
+            .par_chunks_mut(nx * TILE)
+            .zip(image.par_chunks(nx * TILE))
+            .zip(self.changed.par_chunks_mut(tiles_across))
+            .for_each(|((levels, image), changed)| {
+                for (row, values) in levels.chunks_mut(nx).zip(image.chunks(nx)) {
+                    for (place, changed) in changed.iter_mut().enumerate() {
+                        let columns = place * TILE..nx.min((place + 1) * TILE);
+                        let mut differs = false;
+                        for (level, v) in row[columns.clone()].iter_mut().zip(&values[columns]) {
+                            let new = level_of(v.norm_sqr(), base_db);
+                            differs |= new != *level;
+                            *level = new;
+                        }
+                        if differs {
+                            *changed = sequence;
+                        }
+                    }
+                }
+            });
+    }
+
+    /// The tiles that changed after state `seen`.
+    pub fn tiles_since(&self, seen: u64) -> impl Iterator<Item = Tile> {
+        let across = self.grid.nx.div_ceil(TILE);
+        let changed = self.changed.iter().enumerate();
+        changed
+            .filter(move |(_, changed)| **changed > seen)
+            .map(move |(k, _)| self.tile([k % across, k / across]))
+    }
+
+    fn tile(&self, [column, row]: [usize; 2]) -> Tile {
+        let (nx, ny) = (self.grid.nx, self.grid.ny);
+        let at = [column * TILE, row * TILE];
+        let size = [TILE.min(nx - at[0]), TILE.min(ny - at[1])];
+        let rows = at[1]..at[1] + size[1];
+        let levels = rows.flat_map(|row| {
+            let start = row * nx + at[0];
+            self.levels[start..start + size[0]].iter().copied()
+        });
+        Tile {
+            at,
+            size,
+            levels: levels.collect(),
+        }
+    }
+}
+
+/// Steps above the base; what lies below the first one is 1, nothing at all is 0.
+fn level_of(power: f32, base_db: f32) -> u8 {
+    if power <= 0.0 || !power.is_finite() {
+        return 0;
+    }
+    let steps = (10.0 * power.log10() - base_db) / STEP_DB;
+    steps.round().clamp(1.0, 255.0) as u8
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn picture(nx: usize, ny: usize) -> Picture {
+        Picture::new(PlaneGrid::new([0.0; 3], 0.1, [nx, ny]).unwrap())
+    }
+
+    /// The levels as a client has them who took the tiles after `seen`.
+    fn follow(client: &mut [u8], picture: &Picture, seen: u64) -> u64 {
+        for tile in picture.tiles_since(seen) {
+            for (k, row) in tile.levels.chunks(tile.size[0]).enumerate() {
+                let start = (tile.at[1] + k) * picture.grid.nx + tile.at[0];
+                client[start..start + row.len()].copy_from_slice(row);
+            }
+        }
+        picture.sequence
+    }
+
+    #[test]
+    fn a_client_that_skips_states_ends_up_with_the_picture() {
+        let (nx, ny) = (300, 140);
+        let mut picture = picture(nx, ny);
+        let mut image = vec![Complex32::ZERO; nx * ny];
+        let mut client = vec![0; nx * ny];
+        let mut seen = 0;
+        for k in 0..40_usize {
+            // The scale is made anew on the way: 4 dB a state.
+            image[(k * 7919) % (nx * ny)] = Complex32::new(1.6_f32.powi(k as i32), 0.0);
+            picture.update(&image);
+            if k % 3 == 0 {
+                seen = follow(&mut client, &picture, seen);
+            }
+        }
+        follow(&mut client, &picture, seen);
+        assert_eq!(client, picture.levels);
+        let mut fresh = vec![0; nx * ny];
+        follow(&mut fresh, &picture, 0);
+        assert_eq!(fresh, picture.levels);
+    }
+
+    #[test]
+    fn levels_tell_decibels() {
+        let mut picture = picture(3, 1);
+        picture.update(&[
+            Complex32::new(1000.0, 0.0),
+            Complex32::new(0.0, -100.0),
+            Complex32::ZERO,
+        ]);
+        let db = |k: usize| picture.base_db + STEP_DB * f32::from(picture.levels[k]);
+        assert!((db(0) - 60.0).abs() <= 0.25 && (db(1) - 40.0).abs() <= 0.25);
+        assert_eq!(picture.levels[2], 0);
+        assert!((picture.maximum_db - 60.0).abs() < 1e-3);
+    }
+
+    #[test]
+    fn what_does_not_change_is_not_sent_again() {
+        let mut picture = picture(400, 400);
+        let mut image = vec![Complex32::new(1.0, 0.0); 160_000];
+        picture.update(&image);
+        assert_eq!(picture.tiles_since(0).count(), 16);
+        image[0] = Complex32::new(2.0, 0.0);
+        picture.update(&image);
+        assert_eq!(picture.tiles_since(1).count(), 1);
+        assert_eq!(picture.tiles_since(2).count(), 0);
+    }
+}

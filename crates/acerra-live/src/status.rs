@@ -1,0 +1,154 @@
+//! What is said of the live image beside the picture.
+
+use acerra_geo::trajectory::SolutionStatus;
+use acerra_record::driver::LinkCounts;
+use serde::Serialize;
+
+use crate::latency::LatencyFigures;
+
+/// What became of the pulses.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct PulseCounts {
+    /// Whole scans that came.
+    pub came: u64,
+    /// Those in the image.
+    pub imaged: u64,
+    /// Those that wait for the clock, for the position after them, or for the first ones to be enough.
+    pub waiting: u64,
+    /// Those without a position: before the first, in a gap, or given up waiting.
+    pub without_position: u64,
+    /// Those before the platform moved so that its heading, by which the lever arm turns, was known.
+    pub without_heading: u64,
+    /// Those too near the image plane, as before take-off.
+    pub too_low: u64,
+    /// Those that cleaning gave up.
+    pub not_cleaned: u64,
+    /// Those that imaging was too slow for.
+    pub too_many: u64,
+    /// Records of the recording that the imaging missed.
+    pub missed_records: u64,
+}
+
+/// Imaged pulses by the kind of the positions that they stand at.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct ByKind {
+    /// Carrier phase with integer ambiguities.
+    pub fixed: u64,
+    /// Carrier phase with real ambiguities.
+    pub float: u64,
+    /// Anything less.
+    pub other: u64,
+}
+
+impl ByKind {
+    /// Counts a pulse.
+    pub fn count(&mut self, status: SolutionStatus) {
+        match status {
+            status if status.is_fixed() => self.fixed += 1,
+            SolutionStatus::Float => self.float += 1,
+            _ => self.other += 1,
+        }
+    }
+}
+
+/// The state of a live image.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Status {
+    /// What became of the pulses.
+    pub pulses: PulseCounts,
+    /// What they stand at.
+    pub by_kind: ByKind,
+    /// Kind of the latest position; none without any.
+    pub position: Option<&'static str>,
+    /// Largest standard deviation of the latest position (m), where the receiver states it.
+    pub sigma_m: Option<f64>,
+    /// A quarter of the wavelength (m), which positions must be better than.
+    pub quarter_wavelength_m: f64,
+    /// Positions so far.
+    pub positions: u64,
+    /// Standard deviation of the scans' times by the stamps alone (s).
+    pub clock_sigma_s: Option<f64>,
+    /// What the imaging waits for.
+    pub waits_for: Option<String>,
+    /// Fast time added, once range zero is known (ns).
+    pub shift_ns: Option<f64>,
+    /// From a scan's last message to the picture here.
+    pub latency: Option<LatencyFigures>,
+    /// Of that, until the position after the scan came.
+    pub waiting: Option<LatencyFigures>,
+    /// From a scan's last message until a page said that it had drawn it.
+    pub drawn: Option<LatencyFigures>,
+    /// The radio's link.
+    pub link: LinkCounts,
+    /// What is doubtful about the image.
+    pub doubts: Vec<String>,
+}
+
+/// What is doubtful about an image of pulses at such positions.
+#[must_use]
+pub fn doubts(status: &Status, is_height_stated: bool) -> Vec<String> {
+    let mut doubts = Vec::new();
+    let quarter_mm = 1e3 * status.quarter_wavelength_m;
+    let ByKind {
+        fixed,
+        float,
+        other,
+    } = status.by_kind;
+    let imaged = fixed + float + other;
+    if other > 0 {
+        doubts.push(format!(
+            "{other} of {imaged} pulses stand at positions without carrier phase: these cannot focus, and where \
+             the image shows an echo is not where it is"
+        ));
+    }
+    if float > 0 {
+        doubts.push(format!(
+            "{float} of {imaged} pulses stand at float positions: echoes may be displaced and blurred"
+        ));
+    }
+    match status.sigma_m {
+        Some(sigma_m) if sigma_m > status.quarter_wavelength_m => doubts.push(format!(
+            "the latest position is known to {:.0} mm; a quarter of the wavelength is {quarter_mm:.0} mm",
+            1e3 * sigma_m
+        )),
+        None if status.position.is_some() => doubts.push(format!(
+            "the receiver does not say how well it knows its position; {quarter_mm:.0} mm are needed"
+        )),
+        _ => {}
+    }
+    if !is_height_stated && imaged > 0 {
+        doubts.push(
+            "the height of the ground is taken for that of the first position ([live] z_m, or \
+             [campaign.trajectory] origin_deg_m)"
+                .to_owned(),
+        );
+    }
+    doubts
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn positions_that_cannot_focus_are_told() {
+        let mut status = Status {
+            position: Some("fixed"),
+            sigma_m: Some(0.011),
+            quarter_wavelength_m: 0.019,
+            ..Status::default()
+        };
+        status.by_kind.fixed = 100;
+        assert!(doubts(&status, true).is_empty());
+        assert_eq!(doubts(&status, false).len(), 1);
+        status.by_kind.count(SolutionStatus::Single);
+        status.by_kind.count(SolutionStatus::Float);
+        status.sigma_m = Some(1.4);
+        let told = doubts(&status, true);
+        assert!(told[0].starts_with("1 of 102 pulses stand at positions without carrier phase"));
+        assert!(told[1].starts_with("1 of 102 pulses stand at float"));
+        assert!(told[2].contains("1400 mm") && told[2].contains("19 mm"));
+        status.sigma_m = None;
+        assert!(doubts(&status, true)[2].contains("does not say"));
+    }
+}

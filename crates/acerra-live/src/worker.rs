@@ -1,0 +1,163 @@
+//! The thread that images.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use acerra_imaging::{Control, ImagingError};
+use acerra_record::session::Tapped;
+
+use crate::board::{Board, TrackPlace};
+use crate::error::LiveError;
+use crate::picture::Picture;
+use crate::pipeline::{Pipeline, Step};
+use crate::status::doubts;
+
+/// Records that may wait for the imaging: 20 s of usual ones.
+pub const QUEUE_RECORDS: usize = 8_192;
+/// How often the state is told.
+const TELL_EVERY: Duration = Duration::from_millis(250);
+/// Pulses whose positions are there and that may wait to be imaged: beyond that imaging is too slow, and older
+/// ones are given up.
+const MOST_BEHIND: usize = 256;
+
+/// The thread that images, until its source ends or it is dropped.
+pub struct Worker {
+    cancel: Arc<AtomicBool>,
+    thread: Option<JoinHandle<Result<(), LiveError>>>,
+}
+
+impl Worker {
+    /// Images what comes from `source` onto `board`. `missed` counts records that the source dropped.
+    ///
+    /// # Errors
+    /// If the system gives no thread.
+    pub fn start(
+        pipeline: Pipeline,
+        source: Receiver<Tapped>,
+        missed: Arc<AtomicU64>,
+        board: Arc<Board>,
+    ) -> Result<Self, LiveError> {
+        let cancel = Arc::new(AtomicBool::new(false));
+        let work = Work {
+            pipeline,
+            source,
+            missed,
+            board,
+            picture: None,
+            told: Instant::now(),
+            cancel: Arc::clone(&cancel),
+        };
+        let thread = std::thread::Builder::new()
+            .name("live image".to_owned())
+            .spawn(move || work.run())
+            .map_err(LiveError::Thread)?;
+        Ok(Self {
+            cancel,
+            thread: Some(thread),
+        })
+    }
+
+    /// Waits until the source has ended and everything that came of it is imaged.
+    ///
+    /// # Errors
+    /// Why the imaging ended before.
+    pub fn finish(mut self) -> Result<(), LiveError> {
+        match self.thread.take().map(JoinHandle::join) {
+            Some(Ok(outcome)) => outcome,
+            // A thread that panicked has said so itself.
+            Some(Err(_)) | None => Ok(()),
+        }
+    }
+}
+
+impl Drop for Worker {
+    fn drop(&mut self) {
+        self.cancel.store(true, Ordering::SeqCst);
+        if let Some(thread) = self.thread.take() {
+            // Whoever drops it does not ask how it ended.
+            let _ = thread.join();
+        }
+    }
+}
+
+struct Work {
+    pipeline: Pipeline,
+    source: Receiver<Tapped>,
+    missed: Arc<AtomicU64>,
+    board: Arc<Board>,
+    picture: Option<Picture>,
+    told: Instant,
+    cancel: Arc<AtomicBool>,
+}
+
+impl Work {
+    fn run(mut self) -> Result<(), LiveError> {
+        let outcome = match self.until_over() {
+            Err(LiveError::Imaging(ImagingError::Cancelled)) => Ok(()),
+            outcome => outcome,
+        };
+        self.tell(outcome.as_ref().err());
+        outcome
+    }
+
+    fn until_over(&mut self) -> Result<(), LiveError> {
+        let mut is_over = false;
+        while !is_over && !self.cancel.load(Ordering::SeqCst) {
+            match self.source.recv_timeout(Duration::from_millis(50)) {
+                Ok(tapped) => self.pipeline.take(&tapped.record, tapped.came),
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => is_over = true,
+            }
+            loop {
+                // What has come meanwhile goes into the same picture.
+                while let Ok(tapped) = self.source.try_recv() {
+                    self.pipeline.take(&tapped.record, tapped.came);
+                }
+                self.pipeline.drop_behind(MOST_BEHIND);
+                let cancel = Arc::clone(&self.cancel);
+                let control = Control::default().cancelled_by(&cancel);
+                let Some(step) = self.pipeline.step(control)? else {
+                    break;
+                };
+                self.show(&step);
+                if self.told.elapsed() >= TELL_EVERY {
+                    self.tell(None);
+                }
+            }
+            if self.told.elapsed() >= TELL_EVERY {
+                self.tell(None);
+            }
+        }
+        Ok(())
+    }
+
+    fn show(&mut self, step: &Step) {
+        let Some((grid, image)) = self.pipeline.image() else {
+            return;
+        };
+        let picture = self.picture.get_or_insert_with(|| Picture::new(*grid));
+        picture.update(image.image());
+        self.board.show_traces(&step.clean.traces);
+        self.board
+            .show_track(step.places.iter().map(|place| TrackPlace {
+                position_m: place.position_m,
+                status: place.status.name(),
+            }));
+        self.board
+            .show_picture(picture.clone(), &step.came, step.begun);
+    }
+
+    fn tell(&mut self, failure: Option<&LiveError>) {
+        self.told = Instant::now();
+        let mut status = self.pipeline.status();
+        status.pulses.missed_records = self.missed.load(Ordering::Relaxed);
+        status.doubts = doubts(&status, self.pipeline.settings().is_height_stated);
+        status
+            .doubts
+            .extend(failure.map(|failure| format!("the live image ended: {failure}")));
+        self.board.show_status(status, self.pipeline.origin_deg_m());
+    }
+}

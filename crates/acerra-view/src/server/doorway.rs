@@ -1,0 +1,85 @@
+//! The way in: an address on the loopback interface that begins with a random token.
+
+use std::net::{Ipv4Addr, TcpListener};
+use std::time::Duration;
+
+use axum::Router;
+use rand::TryRngCore;
+use rand::rngs::OsRng;
+
+use crate::error::ViewError;
+
+/// How often a server looks whether it is to stop.
+const LOOK: Duration = Duration::from_millis(100);
+
+/// A port that is listened to, and the token that gives access.
+#[derive(Debug)]
+pub struct Doorway {
+    listener: TcpListener,
+    /// The port.
+    pub port: u16,
+    /// The token, 128 random bits in hexadecimal digits.
+    pub token: String,
+}
+
+impl Doorway {
+    /// Takes a port; 0 for any free one.
+    ///
+    /// # Errors
+    /// A port that cannot be had, a system without random numbers.
+    pub fn open(port: u16) -> Result<Self, ViewError> {
+        let bind = |cause| ViewError::Bind { port, cause };
+        let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port)).map_err(bind)?;
+        listener.set_nonblocking(true).map_err(bind)?;
+        let port = listener.local_addr().map_err(bind)?.port();
+        let token = token()?;
+        Ok(Self {
+            listener,
+            port,
+            token,
+        })
+    }
+
+    /// The address of the page.
+    pub fn address(&self) -> String {
+        format!("http://127.0.0.1:{}/{}/", self.port, self.token)
+    }
+
+    /// Answers requests until `stop` says so.
+    ///
+    /// # Errors
+    /// A failure of the system.
+    pub fn serve(
+        self,
+        router: Router,
+        stop: impl Fn() -> bool + Send + 'static,
+    ) -> Result<(), ViewError> {
+        let runtime = tokio::runtime::Builder::new_current_thread()
+            .enable_all()
+            .build()
+            .map_err(ViewError::Serve)?;
+        let listener = self.listener;
+        let served = runtime.block_on(async move {
+            let listener = tokio::net::TcpListener::from_std(listener)?;
+            axum::serve(listener, router)
+                .with_graceful_shutdown(async move {
+                    while !stop() {
+                        tokio::time::sleep(LOOK).await;
+                    }
+                })
+                .await
+        });
+        // Work in progress is not waited for.
+        runtime.shutdown_background();
+        served.map_err(ViewError::Serve)
+    }
+}
+
+/// 128 random bits in hexadecimal digits.
+fn token() -> Result<String, ViewError> {
+    let mut bytes = [0_u8; 16];
+    OsRng
+        .try_fill_bytes(&mut bytes)
+        .map_err(|error| ViewError::Random(error.to_string()))?;
+    Ok(bytes.iter().map(|byte| format!("{byte:02x}")).collect())
+}
