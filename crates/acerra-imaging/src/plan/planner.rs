@@ -1,7 +1,7 @@
 //! The planner of both operators: chooses an engine, builds it, and proves its accuracy.
 
 use super::budget::{Budget, HOPELESS};
-use super::operator::{Operator, Segment, decided};
+use super::operator::{Operator, Segment, allowed_error, decided, margin};
 use super::options::{Engine, SelfCheck};
 use super::partitions::{Partition, mean_costs, partitions};
 use super::report::{Decision, DirectChoice, PlanReport};
@@ -168,7 +168,7 @@ impl<'r, 'a> Planner<'r, 'a> {
         let mut reached = f64::INFINITY;
         // The first try leaves room; where the data need more, the error is halved until it holds.
         for attempt in 0..DIRECT_ATTEMPTS {
-            let accuracy = options.accuracy * 0.5f64.powi(attempt);
+            let accuracy = margin(self.request) * options.accuracy * 0.5f64.powi(attempt);
             let (echoes, plane) = (&self.request.echoes.pulses, self.request.grid.plane());
             let budget = Budget::new(echoes, plane, options.level, power.clone());
             let (spec, cost) = budget.direct(accuracy);
@@ -222,7 +222,7 @@ impl<'r, 'a> Planner<'r, 'a> {
 
     /// Keeps the result of a self-check, or rejects the engine and what it would have taken.
     fn accepts<O: Operator>(&mut self, check: SelfCheck) -> bool {
-        let good = check.error_bound <= O::ACCEPTED_SHARE * self.request.options.accuracy;
+        let good = check.error_bound <= allowed_error::<O>(self.request);
         if good {
             self.report.self_check = Some(check);
         } else {
