@@ -52,7 +52,9 @@ impl NmeaFinder {
             self.kept.drain(..excess);
         }
         self.kept.push(text);
-        self.kept.truncate(4 * KEPT);
+        // Without positions the latest sentences stay: those that date the next one.
+        let excess = self.kept.len().saturating_sub(4 * KEPT);
+        self.kept.drain(..excess);
     }
 
     /// The position of the latest GGA.
@@ -127,6 +129,30 @@ mod tests {
             assert!((last.place.height_m - 60.0).abs() < 1e-6);
             assert!((last.place.latitude_deg() - 40.9).abs() < 1e-9);
         }
+    }
+
+    #[test]
+    fn the_latest_sentences_date_a_position_that_was_long_in_coming() {
+        let rmc = |day: u8, second: u8| {
+            sentence(&format!(
+                "GNRMC,1030{second:02}.00,A,4054.0000,N,01412.0000,E,0.0,0.0,{day}1019,,,A"
+            ))
+        };
+        let gga = |second: u8| {
+            sentence(&format!(
+                "GNGGA,1030{second:02}.00,4054.0000,N,01412.0000,E,4,12,0.8,12.0,M,48.0,M,,"
+            ))
+        };
+        let before: String = (0..200).map(|k| rmc(14, k % 60)).collect();
+        let text = [before, rmc(15, 10), gga(10), gga(11)].concat();
+        let mut found = Vec::new();
+        NmeaFinder::default().take(text.as_bytes(), |position| found.push(position));
+        let utc = Calendar::new(2019, 10, 15, 10, 30, 10.0).unwrap();
+        assert_eq!(found.len(), 1);
+        let off_s = found[0]
+            .time
+            .seconds_since(GpsTime::from_utc(&utc).unwrap());
+        assert!(off_s.abs() < 1e-6, "{off_s}");
     }
 
     #[test]
