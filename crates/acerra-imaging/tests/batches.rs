@@ -22,10 +22,15 @@ at_every_level!(
 
 /// Two tracks of 90 pulses, the second one turned.
 fn campaign() -> Campaign {
-    let position_m = (0..180)
+    campaign_of(90)
+}
+
+/// The same tracks with another number of pulses each.
+fn campaign_of(pulses: u32) -> Campaign {
+    let position_m = (0..2 * pulses)
         .map(|m| {
-            let s = f64::from(m % 90) * 0.03;
-            let (x, y) = if m < 90 {
+            let s = f64::from(m % pulses) * 2.7 / f64::from(pulses);
+            let (x, y) = if m < pulses {
                 (-1.0, s - 1.3)
             } else {
                 (s - 1.0, 2.0)
@@ -141,7 +146,8 @@ fn progress_reaches_the_total_and_cancelling_ends_between_batches() {
 
 #[test]
 fn the_direct_engine_stands_in_where_no_sub_aperture_fits() {
-    let campaign = campaign();
+    // Enough pulses that planning the factorized engine is worth its time.
+    let campaign = campaign_of(900);
     let limit_bytes = 2 * 8 * grid().len() as u128 + 300_000;
     let options = PlanOptions::default().with_memory_limit_bytes(limit_bytes);
     let plan = ImagingPlan::new(campaign.pulses(), grid(), &options).unwrap();
@@ -156,6 +162,27 @@ fn the_direct_engine_stands_in_where_no_sub_aperture_fits() {
         Err(ImagingError::TooLarge { bytes, .. }) => assert!(bytes > limit_bytes),
         other => panic!("{other:?}"),
     }
+}
+
+#[test]
+fn few_contributions_are_imaged_directly_unless_repeated() {
+    let campaign = campaign();
+    let options = PlanOptions::default();
+    let plan = ImagingPlan::new(campaign.pulses(), grid(), &options).unwrap();
+    let few = |d: &Decision| matches!(d, Decision::FewContributions { direct_operations } if *direct_operations < 2e7);
+    assert_eq!(plan.engine(), Engine::Direct, "{plan}");
+    assert!(plan.report().decisions.iter().any(few), "{plan}");
+    // As many slices as make it worth planning.
+    let volume = VolumeGrid::new(grid(), 0.002, 40).unwrap();
+    let run = image_volume_planned_once(
+        &volume,
+        campaign.pulses(),
+        &options,
+        Control::default(),
+        |_, _, _| Ok::<(), ImagingError>(()),
+    )
+    .unwrap();
+    assert!(!run.report.decisions.iter().any(few), "{}", run.report);
 }
 
 #[test]

@@ -84,6 +84,14 @@ impl Weights {
         }
     }
 
+    /// The [`Weights::expansion`] that all pulses share; `None` where each has its own, or the weight is 1.
+    pub fn shared_expansion(&self, bin: f64, bin_m: f64) -> Option<[f64; 4]> {
+        match self.incidence {
+            None => self.expansion(0, bin, bin_m),
+            Some(_) => None,
+        }
+    }
+
     /// Powers 0 to 3 of δ of the weight at range (`bin` + δ)·`bin_m`, |δ| ≤ ½; `None` where it is 1
     /// everywhere.
     pub fn expansion(&self, pulse: usize, bin: f64, bin_m: f64) -> Option<[f64; 4]> {

@@ -192,11 +192,13 @@ impl Operator for Modelling {
     type Direct = DirectForward;
     type Factorized = FactorizedForward;
     const KIND: OperatorKind = OperatorKind::Forward;
-    const FACTORIZED_ATTEMPTS: i32 = 6;
+    const FACTORIZED_ATTEMPTS: usize = 6;
     // The check sees a few places only: errors that gather elsewhere need room.
     const ACCEPTED_SHARE: f64 = 0.6;
     const WINDOWS: bool = false;
     const SEGMENTS: bool = false;
+    // Solvers apply it again and again.
+    const REPEATED: bool = true;
     const MEMORY: &'static str = "range bins, image and spectra";
 
     /// Spectra to be modelled may hold any frequency alike.

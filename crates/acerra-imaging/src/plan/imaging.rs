@@ -318,10 +318,11 @@ impl Operator for Imaging {
     type Direct = Imager<Direct>;
     type Factorized = Imager<Factorized>;
     const KIND: OperatorKind = OperatorKind::Imaging;
-    const FACTORIZED_ATTEMPTS: i32 = 4;
+    const FACTORIZED_ATTEMPTS: usize = 4;
     const ACCEPTED_SHARE: f64 = 1.0;
     const WINDOWS: bool = true;
     const SEGMENTS: bool = true;
+    const REPEATED: bool = false;
     const MEMORY: &'static str = "range tables and image";
 
     fn power(request: &Request) -> Vec<f64> {

@@ -19,14 +19,16 @@ pub(crate) trait Operator {
     /// The factorized engine.
     type Factorized;
     const KIND: OperatorKind;
-    /// Factorized plans that are tried, each for half of the error of the one before.
-    const FACTORIZED_ATTEMPTS: i32;
+    /// Factorized plans that are tried.
+    const FACTORIZED_ATTEMPTS: usize;
     /// Share of the accuracy that the self-check may find.
     const ACCEPTED_SHARE: f64;
     /// Whether the direct engine uses windows of bins on coarse grids, or must go lane by lane.
     const WINDOWS: bool;
     /// Whether segments of the aperture may have factorized engines of their own.
     const SEGMENTS: bool;
+    /// Whether a plan is made for many runs, or its time counts beside that of one.
+    const REPEATED: bool;
     /// The arrays that count against the limit of memory.
     const MEMORY: &'static str;
 

@@ -11,7 +11,7 @@ use serde::Serialize;
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Engine {
-    /// The cheaper of the two by their cost models.
+    /// The cheaper of the two by their cost models, planning and one run together.
     #[default]
     Auto,
     /// Every pulse at every pixel, through range tables and SIMD.

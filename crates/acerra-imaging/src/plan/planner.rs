@@ -13,8 +13,17 @@ use crate::kernel::level::SimdLevel;
 
 /// Below this relative error single precision does not suffice and the reference itself is run.
 const SINGLE_PRECISION_FLOOR: f64 = 4e-6;
-/// Plans of the direct engine that are tried, each for half of the error of the one before.
-const DIRECT_ATTEMPTS: i32 = 6;
+/// Plans of the direct engine that are tried.
+const DIRECT_ATTEMPTS: usize = 6;
+
+/// Room that the next plan leaves under the accuracy, and limits of its share of the last one's.
+const NEXT_ROOM: f64 = 0.8;
+const FINEST_NEXT: f64 = 1.0 / 16.0;
+const COARSEST_NEXT: f64 = 0.75;
+
+/// Vector operations of the direct engine that take as long as planning the factorized one takes longer:
+/// its partition, coarse tables and self-check by patches.
+const FEW_OPERATIONS: f64 = 5e7;
 
 /// The engine of a plan.
 #[derive(Debug)]
@@ -117,8 +126,15 @@ impl<'r, 'a> Planner<'r, 'a> {
             return Ok(None);
         }
         let power = O::power(self.request);
-        for attempt in 0..O::FACTORIZED_ATTEMPTS {
-            let accuracy = options.accuracy * 0.5f64.powi(attempt);
+        if options.engine == Engine::Auto && !O::REPEATED {
+            let direct_operations = self.direct_operations(&power);
+            if direct_operations < FEW_OPERATIONS {
+                self.decide(Decision::FewContributions { direct_operations });
+                return Ok(None);
+            }
+        }
+        let mut accuracy = options.accuracy;
+        for _ in 0..O::FACTORIZED_ATTEMPTS {
             let found = partitions::<O>(self.request, accuracy, &power, self.control)?;
             let Some(partitions) = found else {
                 return Ok(None);
@@ -155,8 +171,19 @@ impl<'r, 'a> Planner<'r, 'a> {
             if self.accepts::<O>(check) {
                 return Ok(Some(engine));
             }
+            accuracy *= self.next_share::<O>(check);
         }
         Ok(None)
+    }
+
+    /// Vector operations that the direct engine takes for the image, or for all slices of a volume.
+    fn direct_operations(&self, power: &[f64]) -> f64 {
+        let (options, plane) = (&self.request.options, self.request.grid.plane());
+        let pulses = &self.request.echoes.pulses;
+        let budget = Budget::new(pulses, plane, options.level, power.to_vec());
+        let (_, cost) = budget.direct(options.accuracy);
+        let images = self.request.slices.len().max(1);
+        cost * self.request.contributions() as f64 * images as f64
     }
 
     /// The direct engine, or the least error that it reached.
@@ -166,9 +193,8 @@ impl<'r, 'a> Planner<'r, 'a> {
         let ranges_m = self.request.ranges_m(pulses.clone(), |plane| *plane);
         let power = O::power(self.request);
         let mut reached = f64::INFINITY;
-        // The first try leaves room; where the data need more, the error is halved until it holds.
-        for attempt in 0..DIRECT_ATTEMPTS {
-            let accuracy = margin(self.request) * options.accuracy * 0.5f64.powi(attempt);
+        let mut accuracy = margin(self.request) * options.accuracy;
+        for _ in 0..DIRECT_ATTEMPTS {
             let (echoes, plane) = (&self.request.echoes.pulses, self.request.grid.plane());
             let budget = Budget::new(echoes, plane, options.level, power.clone());
             let (spec, cost) = budget.direct(accuracy);
@@ -206,6 +232,7 @@ impl<'r, 'a> Planner<'r, 'a> {
             if self.accepts::<O>(check) {
                 return Ok(Ok(engine));
             }
+            accuracy *= self.next_share::<O>(check);
         }
         Ok(Err(reached))
     }
@@ -230,6 +257,14 @@ impl<'r, 'a> Planner<'r, 'a> {
             self.decide(Decision::Rejected { error: check.error });
         }
         good
+    }
+
+    /// Share of a rejected plan's accuracy that the next one aims at: as much finer as the error found was
+    /// too large, with a little room, and within limits, since few pixels tell it and not every error falls
+    /// with the accuracy aimed at.
+    fn next_share<O: Operator>(&self, check: SelfCheck) -> f64 {
+        let share = NEXT_ROOM * allowed_error::<O>(self.request) / check.error_bound;
+        share.clamp(FINEST_NEXT, COARSEST_NEXT)
     }
 
     fn check_memory<O: Operator>(&self) -> Result<(), ImagingError> {

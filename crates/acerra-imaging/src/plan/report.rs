@@ -74,6 +74,11 @@ pub enum Decision {
         /// Those of the direct engine.
         direct_cost: f64,
     },
+    /// The image is computed directly before the factorized engine is planned.
+    FewContributions {
+        /// Vector operations that the direct engine takes.
+        direct_operations: f64,
+    },
     /// Not even a sub-aperture of the factorized engine fits in the memory allowed.
     FactorizedTooLarge {
         /// Bytes of its tables and coarse images.
@@ -172,6 +177,12 @@ impl fmt::Display for Decision {
             Self::UnevenGround => write!(
                 f,
                 "a surface: every pulse at every pixel, by the direct engine"
+            ),
+            Self::FewContributions { direct_operations } => write!(
+                f,
+                "factorized: planning it takes longer than the direct engine's {:.1} million vector \
+                 operations",
+                direct_operations * 1e-6
             ),
             Self::DirectIsCheaper {
                 factorized_cost,

@@ -105,12 +105,22 @@ fn coarsest_intervals(
     let mut coarse = [1; 2];
     let mut error = 0.0;
     for axis in 0..2 {
-        let (d, e) = (1..=COARSEST)
-            .map(|d| (d, worst_error(bandwidth[axis] * steps[axis] * d as f64, d)))
-            .take_while(|(_, e)| *e < 0.5 * accuracy)
-            .last()?;
-        coarse[axis] = d;
-        error += e * e;
+        let error_of = |d: usize| worst_error(bandwidth[axis] * steps[axis] * d as f64, d);
+        // Longer intervals err more.
+        let (mut longest, mut too_long) = (0, COARSEST + 1);
+        while too_long - longest > 1 {
+            let d = usize::midpoint(longest, too_long);
+            if error_of(d) < 0.5 * accuracy {
+                longest = d;
+            } else {
+                too_long = d;
+            }
+        }
+        if longest == 0 {
+            return None;
+        }
+        coarse[axis] = longest;
+        error += error_of(longest).powi(2);
     }
     Some((coarse, f64::sqrt(error)))
 }

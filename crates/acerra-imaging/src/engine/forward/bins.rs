@@ -1,6 +1,6 @@
 //! Conversion of range bins into spectra: the transpose of building a range table.
 
-use crate::engine::tables::phases::{BinPhases, RENEW, product};
+use crate::engine::tables::phases::{BinPhases, RENEW};
 use crate::engine::tables::spec::{MAX_DEGREE, TableSpec};
 use crate::engine::travel_time::TravelTime;
 use crate::engine::weights::WeightedPulses;
@@ -33,7 +33,12 @@ impl BinsToSpectrum {
     pub fn new(echoes: &WeightedPulses, spec: TableSpec, bins: Range<i64>) -> Self {
         Self {
             spec,
-            phases: BinPhases::new(&echoes.pulses, &spec, bins.start, bins.end),
+            phases: BinPhases::new(
+                &echoes.pulses,
+                &echoes.weights,
+                &spec,
+                [bins.start, bins.end],
+            ),
             fft: spec
                 .period
                 .map(|length| FftPlanner::new().plan_fft_forward(length)),
@@ -42,40 +47,13 @@ impl BinsToSpectrum {
 
     /// Adds the spectrum of filled bins to `out` `[N]`.
     pub fn add(&self, echoes: &WeightedPulses, filled: &FilledBins, out: &mut [Complex64]) {
-        let (m, start, bins, step) = (filled.pulse, filled.first_bin, filled.values, filled.step);
-        let (pulses, weights) = (&echoes.pulses, &echoes.weights);
         let degree = self.spec.degree;
-        let entries = bins.len() / step;
-        let length = self.spec.period.unwrap_or(entries);
-        let mut profile = vec![Complex64::ZERO; length * (degree + 1)];
-        let weight = pulses.weight()[m];
-        let mut slot = match self.spec.period {
-            Some(period) => start.rem_euclid(period as i64) as usize,
-            None => 0,
+        let mut profile = match degree {
+            1 => self.profile::<2>(echoes, filled),
+            2 => self.profile::<3>(echoes, filled),
+            _ => self.profile::<4>(echoes, filled),
         };
-        for (i, entry) in bins.chunks_exact(step).enumerate() {
-            let bin = start + i as i64;
-            let mut c = [Complex64::ZERO; MAX_DEGREE + 1];
-            for (p, c) in c.iter_mut().enumerate().take(degree + 1) {
-                *c = Complex64::new(entry[2 * p], entry[2 * p + 1]);
-            }
-            if bin < 2 && weights.spreading == Spreading::InverseSquare {
-                c = [Complex64::ZERO; MAX_DEGREE + 1];
-            } else if let Some(g) = weights.expansion(m, bin as f64, self.spec.bin_m) {
-                c = transposed_product(c, g, degree);
-            }
-            let factor = match self.spec.period {
-                Some(_) => self.phases.carrier_at(bin).conj() * weight,
-                None => Complex64::new(weight, 0.0),
-            };
-            for p in 0..=degree {
-                profile[p * length + slot] += c[p] * factor;
-            }
-            slot += 1;
-            if slot == length {
-                slot = 0;
-            }
-        }
+        let length = profile.len() / (degree + 1);
         match &self.fft {
             Some(fft) => {
                 fft.process(&mut profile);
@@ -86,8 +64,47 @@ impl BinsToSpectrum {
                     }
                 }
             }
-            None => self.uneven(echoes, start, &profile, out),
+            None => self.uneven(echoes, filled.first_bin, &profile, out),
         }
+    }
+
+    /// Coefficients of the bins, weights and carrier included, `[TERMS, period or entries]`.
+    fn profile<const TERMS: usize>(
+        &self,
+        echoes: &WeightedPulses,
+        filled: &FilledBins,
+    ) -> Vec<Complex64> {
+        let (m, start, bins, step) = (filled.pulse, filled.first_bin, filled.values, filled.step);
+        let weights = &echoes.weights;
+        let length = self.spec.period.unwrap_or(bins.len() / step);
+        let mut profile = vec![Complex64::ZERO; length * TERMS];
+        let weight = echoes.pulses.weight()[m];
+        let mut slot = match self.spec.period {
+            Some(period) => start.rem_euclid(period as i64) as usize,
+            None => 0,
+        };
+        for (i, entry) in bins.chunks_exact(step).enumerate() {
+            let bin = start + i as i64;
+            let mut c: [Complex64; TERMS] =
+                std::array::from_fn(|p| Complex64::new(entry[2 * p], entry[2 * p + 1]));
+            if bin < 2 && weights.spreading == Spreading::InverseSquare {
+                c = [Complex64::ZERO; TERMS];
+            } else if let Some(weight) = self.phases.weight_at(&self.spec, weights, m, bin) {
+                c = weight.transposed_times(c);
+            }
+            let factor = match self.spec.period {
+                Some(_) => self.phases.carrier_at(bin).conj() * weight,
+                None => Complex64::new(weight, 0.0),
+            };
+            for p in 0..TERMS {
+                profile[p * length + slot] += c[p] * factor;
+            }
+            slot += 1;
+            if slot == length {
+                slot = 0;
+            }
+        }
+        profile
     }
 
     fn uneven(
@@ -123,20 +140,4 @@ impl BinsToSpectrum {
             }
         }
     }
-}
-
-/// The transpose of [`product`], a real map of coefficients.
-fn transposed_product(
-    c: [Complex64; MAX_DEGREE + 1],
-    g: [f64; MAX_DEGREE + 1],
-    degree: usize,
-) -> [Complex64; MAX_DEGREE + 1] {
-    let mut out = [Complex64::ZERO; MAX_DEGREE + 1];
-    for (p, out) in out.iter_mut().enumerate().take(degree + 1) {
-        let mut unit = [Complex64::ZERO; MAX_DEGREE + 1];
-        unit[p] = Complex64::ONE;
-        let column = product(unit, g, degree);
-        *out = (0..=degree).map(|q| c[q] * column[q].re).sum();
-    }
-    out
 }

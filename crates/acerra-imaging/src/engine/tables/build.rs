@@ -86,7 +86,7 @@ impl RangeTable {
         let mut coefficients = vec![0f32; ranges_m.len() * (spec.degree + 1) * 2 * stride];
         let first = first_bin.iter().copied().min().unwrap_or(0);
         let last = first_bin.iter().copied().max().unwrap_or(0) + stride as i64;
-        let shared = BinPhases::new(pulses, &spec, first, last);
+        let shared = BinPhases::new(pulses, weights, &spec, [first, last]);
         let fft = spec
             .period
             .map(|length| FftPlanner::new().plan_fft_inverse(length));

@@ -26,13 +26,24 @@ pub(crate) struct BinPhases {
     pub ramp_fit: Vec<[Complex64; MAX_DEGREE + 1]>,
     /// e^{jαi} from bin `first` on (even frequencies).
     carrier: Vec<Complex64>,
+    /// The weight from bin `first` on, where it is the same for every pulse and not 1.
+    weight: Vec<WeightMatrix>,
     first: i64,
 }
 
 impl BinPhases {
     /// For the absolute bins `first..last`.
-    pub fn new(pulses: &Pulses, spec: &TableSpec, first: i64, last: i64) -> Self {
+    pub fn new(
+        pulses: &Pulses,
+        weights: &Weights,
+        spec: &TableSpec,
+        [first, last]: [i64; 2],
+    ) -> Self {
         let carrier_rad = spec.carrier_rad(pulses);
+        let weight = |bin: i64| {
+            let expansion = weights.shared_expansion(bin as f64, spec.bin_m)?;
+            Some(WeightMatrix::new(expansion, spec.degree))
+        };
         Self {
             ramp_fit: spec
                 .ramps_rad(pulses)
@@ -45,6 +56,7 @@ impl BinPhases {
                     .collect(),
                 None => Vec::new(),
             },
+            weight: (first..last).map_while(weight).collect(),
             first,
         }
     }
@@ -110,31 +122,45 @@ impl BinPhases {
         profile: &[Complex64],
         out: &mut [f32],
     ) {
-        let length = profile.len() / (spec.degree + 1);
-        let stride = out.len() / (2 * (spec.degree + 1));
+        match spec.degree {
+            1 => self.store_terms::<2>(spec, row, weights, profile, out),
+            2 => self.store_terms::<3>(spec, row, weights, profile, out),
+            _ => self.store_terms::<4>(spec, row, weights, profile, out),
+        }
+    }
+
+    /// The same for polynomials of so many terms.
+    fn store_terms<const TERMS: usize>(
+        &self,
+        spec: &TableSpec,
+        row: Row,
+        weights: &Weights,
+        profile: &[Complex64],
+        out: &mut [f32],
+    ) {
+        let length = profile.len() / TERMS;
+        let stride = out.len() / (2 * TERMS);
         let mut slot = match spec.period {
             Some(period) => row.first_bin.rem_euclid(period as i64) as usize,
             None => 0,
         };
         for i in 0..stride {
             let bin = row.first_bin + i as i64;
-            let mut c = [Complex64::ZERO; MAX_DEGREE + 1];
             let factor = match spec.period {
                 Some(_) => self.carrier_at(bin) * row.factor,
                 None => Complex64::new(row.factor, 0.0),
             };
-            for p in 0..=spec.degree {
-                c[p] = profile[p * length + slot] * factor;
-            }
+            let mut c: [Complex64; TERMS] =
+                std::array::from_fn(|p| profile[p * length + slot] * factor);
             if bin < 2 && weights.spreading == Spreading::InverseSquare {
                 // Bins this close to the antenna are never read: see `folding_range_m`.
-                c = [Complex64::ZERO; MAX_DEGREE + 1];
-            } else if let Some(g) = weights.expansion(row.pulse, bin as f64, spec.bin_m) {
-                c = product(c, g, spec.degree);
+                c = [Complex64::ZERO; TERMS];
+            } else if let Some(weight) = self.weight_at(spec, weights, row.pulse, bin) {
+                c = weight.times(c);
             }
-            for (p, c) in c.iter().enumerate().take(spec.degree + 1) {
+            for (p, c) in c.iter().enumerate() {
                 let (re, im) = if spec.interleaved {
-                    let at = (spec.degree + 1) * 2 * i + 2 * p;
+                    let at = TERMS * 2 * i + 2 * p;
                     (at, at + 1)
                 } else {
                     (2 * p * stride + i, (2 * p + 1) * stride + i)
@@ -148,31 +174,68 @@ impl BinPhases {
             }
         }
     }
+
+    /// The weight at an absolute bin; `None` where it is 1 everywhere.
+    #[inline]
+    pub fn weight_at(
+        &self,
+        spec: &TableSpec,
+        weights: &Weights,
+        pulse: usize,
+        bin: i64,
+    ) -> Option<WeightMatrix> {
+        let shared = self.weight.get((bin - self.first) as usize).copied();
+        shared.or_else(|| {
+            let expansion = weights.expansion(pulse, bin as f64, spec.bin_m)?;
+            Some(WeightMatrix::new(expansion, spec.degree))
+        })
+    }
 }
 
-/// The least-squares polynomial of c(δ)·g(δ).
-pub(crate) fn product(
-    c: [Complex64; MAX_DEGREE + 1],
-    g: [f64; MAX_DEGREE + 1],
-    degree: usize,
-) -> [Complex64; MAX_DEGREE + 1] {
-    let mut product = [Complex64::ZERO; 2 * MAX_DEGREE + 1];
-    for (p, cp) in c.iter().enumerate().take(degree + 1) {
-        for (q, gq) in g.iter().enumerate() {
-            product[p + q] += cp * *gq;
-        }
-    }
-    // Powers above the degree become their least-squares polynomials on [−½, ½].
-    for power in (degree + 1..product.len()).rev() {
-        let v = std::mem::take(&mut product[power]);
-        match degree {
-            1 => product[power - 2] += v / 12.0,
-            2 => product[power - 2] += v * 0.15,
-            _ => {
-                product[power - 2] += v * (3.0 / 14.0);
-                product[power - 4] -= v * (3.0 / 560.0);
+/// Multiplication of a bin's polynomial c(δ) by the weight's g(δ), as a matrix on coefficients: column p
+/// holds the least-squares polynomial of δᵖ·g(δ).
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct WeightMatrix([[f64; MAX_DEGREE + 1]; MAX_DEGREE + 1]);
+
+impl WeightMatrix {
+    /// For polynomials of a degree.
+    fn new(g: [f64; MAX_DEGREE + 1], degree: usize) -> Self {
+        let mut columns = [[0.0; MAX_DEGREE + 1]; MAX_DEGREE + 1];
+        for (p, column) in columns.iter_mut().enumerate().take(degree + 1) {
+            let mut product = [0.0; 2 * MAX_DEGREE + 1];
+            product[p..=p + MAX_DEGREE].copy_from_slice(&g);
+            // Powers above the degree become their least-squares polynomials on [−½, ½].
+            for power in (degree + 1..=p + MAX_DEGREE).rev() {
+                let v = product[power];
+                match degree {
+                    1 => product[power - 2] += v / 12.0,
+                    2 => product[power - 2] += v * 0.15,
+                    _ => {
+                        product[power - 2] += v * (3.0 / 14.0);
+                        product[power - 4] -= v * (3.0 / 560.0);
+                    }
+                }
             }
+            column[..=degree].copy_from_slice(&product[..=degree]);
         }
+        Self(columns)
     }
-    std::array::from_fn(|p| product[p])
+
+    /// The polynomial of c(δ)·g(δ).
+    #[inline]
+    fn times<const TERMS: usize>(&self, c: [Complex64; TERMS]) -> [Complex64; TERMS] {
+        std::array::from_fn(|q| {
+            let terms = c.iter().zip(&self.0).map(|(c, column)| c * column[q]);
+            terms.sum()
+        })
+    }
+
+    /// The transposed map.
+    #[inline]
+    pub fn transposed_times<const TERMS: usize>(
+        &self,
+        c: [Complex64; TERMS],
+    ) -> [Complex64; TERMS] {
+        std::array::from_fn(|p| c.iter().zip(&self.0[p]).map(|(c, v)| c * *v).sum())
+    }
 }
