@@ -1,6 +1,6 @@
 //! The plan of an image.
 
-use super::budget::mean_power;
+use super::band::mean_power;
 use super::check::imaging::{compare_patches, compare_pixels, first_pixels, most_pixels};
 use super::operator::{Operator, Segment, decided};
 use super::options::{Engine, PlanOptions, SelfCheck};

@@ -7,6 +7,9 @@
 //! PlanOptions ─┘    (error budget, cost, self-check)
 //! ```
 
+mod arrangement;
+mod band;
+mod bins;
 mod budget;
 mod check;
 mod estimate;
@@ -18,6 +21,7 @@ mod partitions;
 mod planner;
 pub(crate) mod report;
 mod request;
+mod sample;
 
 pub use forward::Forward;
 pub use imaging::{ImagingPlan, image};

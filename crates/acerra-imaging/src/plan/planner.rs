@@ -1,6 +1,7 @@
 //! The planner of both operators: chooses an engine, builds it, and proves its accuracy.
 
-use super::budget::{Budget, HOPELESS};
+use super::arrangement::HOPELESS;
+use super::budget::Budget;
 use super::operator::{Operator, Segment, allowed_error, decided, margin};
 use super::options::{Engine, SelfCheck};
 use super::partitions::{Partition, mean_costs, partitions};

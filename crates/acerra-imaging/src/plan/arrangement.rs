@@ -1,0 +1,192 @@
+//! Arrangements of pixels in vectors: rows or squares, read through windows of bins or by gathers, and what
+//! each costs.
+
+use super::bins::carrier_error;
+use super::sample::Sample;
+use crate::engine::direct::DirectSpec;
+use crate::engine::tables::spec::TableSpec;
+use crate::grid::tilted::TiltedGrid;
+use crate::kernel::direct::job::Shape;
+use crate::kernel::level::SimdLevel;
+use crate::pulses::Pulses;
+use crate::vector::norm;
+
+/// Pixels that the direct engine images, and how it sees them.
+pub(super) struct Target<'a> {
+    pub grid: &'a TiltedGrid,
+    pub sample: Sample,
+}
+
+/// Judges arrangements for given data and instruction set.
+#[derive(Clone, Copy)]
+pub(super) struct Arrangements<'a> {
+    pub pulses: &'a Pulses<'a>,
+    pub level: SimdLevel,
+}
+
+impl Arrangements<'_> {
+    /// What a table needs whatever the arrangement: with the third order of the range.
+    pub fn spec(&self, table: TableSpec, accuracy: f64, shape: Shape) -> DirectSpec {
+        let alpha = table.carrier_rad(self.pulses);
+        DirectSpec {
+            table,
+            fine_carrier: carrier_error(alpha, 3) > 0.6 * accuracy || table.degree > 1,
+            cubic: true,
+            phase_tolerance_rad: 0.5 * accuracy,
+            reference_below_m: table.folding_range_m(0.1 * accuracy),
+            shape,
+            windows: true,
+        }
+    }
+
+    /// Groups of sixteen pixels of a row.
+    pub fn by_rows(&self, on: &Target, table: TableSpec, accuracy: f64) -> (DirectSpec, f64) {
+        let lanes = self.level.lanes() as f64;
+        let mut spec = self.spec(table, accuracy, Shape::Row);
+        let pixel = norm(on.grid.u_m).max(1e-12);
+        let half = 0.5 * 15.0 * pixel; // groups are 16 pixels at every level
+        let half_vector = 0.5 * (lanes - 1.0) * pixel;
+        let tolerance = spec.phase_tolerance_rad;
+        let wavenumber = table.carrier_rad(self.pulses) / table.bin_m; // rad per metre of range
+        let third = |r: f64| 0.08 * half.powi(3) / (r * r) * wavenumber;
+        let bent = on.sample.share(|s| third(s.range_m) > tolerance);
+        spec.cubic = spec.fine_carrier || bent > 0.02;
+        let truncation_error = |r: f64| {
+            if spec.cubic {
+                0.5 * half.powi(4) / (r * r * r) * wavenumber
+            } else {
+                third(r)
+            }
+        };
+        let window = on.sample.share(|sight| {
+            let (r, s) = (sight.range_m, sight.sine[0]);
+            let bend = half * (1.0 - s * s) / r;
+            let span = half_vector * (2.0 * (s + bend) + half_vector * (1.0 - s * s) / (2.0 * r))
+                / table.bin_m;
+            span < lanes - 1.05 && truncation_error(r) < tolerance
+        });
+        let operations = self.operations(&spec);
+        let windowed = operations.common + operations.lookups + if spec.cubic { 3.0 } else { 2.0 };
+        let block = Shape::Row.block_width(self.level.lanes()) as f64;
+        let costs = Costs {
+            window,
+            windowed,
+            gathered: operations.gathered,
+            reach_m: [0.5 * block * pixel, half_vector].map(|r| r * on.sample.rms_sine(0)),
+        };
+        self.judged(spec, accuracy, &costs)
+    }
+
+    /// Groups of 4 × 4 pixels.
+    pub fn by_squares(
+        &self,
+        on: &Target,
+        table: TableSpec,
+        accuracy: f64,
+        shape: Shape,
+    ) -> (DirectSpec, f64) {
+        let lanes = self.level.lanes() as f64;
+        let mut spec = self.spec(table, accuracy, shape);
+        let [along, across] = [on.grid.u_m, on.grid.v_m].map(|v| 1.5 * norm(v).max(1e-12));
+        let rows = if lanes > 8.0 { 1.0 } else { 1.0 / 3.0 };
+        let tolerance = spec.phase_tolerance_rad;
+        let wavenumber = table.carrier_rad(self.pulses) / table.bin_m;
+        let square = |r: f64| 0.5 * (along + across).powi(2) / r;
+        let third = |r: f64| square(r) * 0.4 * (along + across) / r * wavenumber;
+        let bent = on.sample.share(|s| third(s.range_m) > tolerance);
+        spec.cubic = spec.fine_carrier || bent > 0.02;
+        let entries = shape.window(self.level.lanes()) as f64;
+        let window = on.sample.share(|sight| {
+            let r = sight.range_m;
+            let slopes = along * sight.sine[0] + across * rows * sight.sine[1];
+            let span = (2.0 * slopes + 3.0 * square(r)) / table.bin_m;
+            let truncation_error = if spec.cubic {
+                square(r) * (along * along + across * across) / (r * r) * wavenumber
+            } else {
+                third(r)
+            };
+            span < entries - 1.05 && truncation_error < tolerance
+        });
+        let operations = self.operations(&spec);
+        let loads = match (shape, self.level) {
+            (Shape::WideSquare, SimdLevel::Avx512) => 1.6,
+            (Shape::WideSquare, _) => 3.0,
+            _ => 1.0,
+        };
+        let windowed =
+            operations.common + loads * operations.lookups + if spec.cubic { 8.0 } else { 7.0 };
+        let block = shape.block_width(self.level.lanes()) as f64 / 3.0 * along;
+        let sines = [on.sample.rms_sine(0), on.sample.rms_sine(1)];
+        let costs = Costs {
+            window,
+            windowed,
+            gathered: operations.gathered,
+            reach_m: [
+                block * sines[0],
+                (along * sines[0]).hypot(across * sines[1]),
+            ],
+        };
+        self.judged(spec, accuracy, &costs)
+    }
+
+    /// Vector operations for one vector of pixels whatever the arrangement, as counted in the kernel.
+    fn operations(&self, spec: &DirectSpec) -> Operations {
+        let degree = spec.table.degree as f64;
+        let terms = if spec.fine_carrier { 4.0 } else { 3.0 };
+        let lookups = 2.0 * (degree + 1.0);
+        let common = 5.0 + 2.0 * degree + 2.0 * terms + 4.0 + 6.0;
+        let gathered = common + 20.0 + lookups * (4.0 + self.level.lanes() as f64);
+        Operations {
+            common,
+            lookups,
+            gathered,
+        }
+    }
+
+    /// Phase error of ranges carried in single precision over `reach_m` from a point where they are
+    /// exact, rad: two roundings, uniform over the reach.
+    fn rounding_rad(&self, table: TableSpec, reach_m: f64) -> f64 {
+        let wavenumber = table.carrier_rad(self.pulses) / table.bin_m;
+        wavenumber * reach_m * 0.5 * f64::from(f32::EPSILON) * (2.0 / 3.0)
+    }
+
+    /// A spec without what single precision cannot carry, and its cost.
+    fn judged(&self, mut spec: DirectSpec, accuracy: f64, costs: &Costs) -> (DirectSpec, f64) {
+        let [windows, gathers] = [0, 1].map(|k| {
+            let found = self.rounding_rad(spec.table, costs.reach_m[k]);
+            found < ROUNDING_SHARES[k] * accuracy
+        });
+        spec.windows = windows;
+        let window = if windows { costs.window } else { 0.0 };
+        let operations = window * costs.windowed + (1.0 - window) * costs.gathered;
+        let hopeless = if gathers { 0.0 } else { HOPELESS };
+        (spec, operations / self.level.lanes() as f64 + hopeless)
+    }
+}
+
+/// Shares of the accuracy up to which roundings of the range are worth a try: with windows, which
+/// narrower bins do not help, and with gathers, beside errors of the table.
+const ROUNDING_SHARES: [f64; 2] = [0.9, 0.6];
+/// Added to the cost of what cannot keep the accuracy: it is chosen where nothing else is left.
+pub(super) const HOPELESS: f64 = 1e3;
+
+/// What an arrangement of pixels costs.
+struct Costs {
+    /// Share of vectors read from windows, and vector operations for one such vector and for one that
+    /// gathers.
+    window: f64,
+    windowed: f64,
+    gathered: f64,
+    /// Changes of range over which windows and gathers carry it in single precision, m.
+    reach_m: [f64; 2],
+}
+
+/// Vector operations for a vector of pixels.
+struct Operations {
+    /// Range, polynomial, carrier and sum.
+    common: f64,
+    /// Reads of coefficients.
+    lookups: f64,
+    /// All of a vector that gathers.
+    gathered: f64,
+}
