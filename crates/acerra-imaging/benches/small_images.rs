@@ -1,4 +1,4 @@
-//! Small images, as previews, selections and sliders ask for: planning, run and both, in milliseconds.
+//! Small images, as previews, selections and sliders ask for: planning and run, in milliseconds.
 //!
 //! `cargo bench -p acerra-imaging --bench small_images` images squares of 50 to 400 pixels of 1 and of
 //! 4 cm from the pulses of the common scene, once with all targets within the image and once with

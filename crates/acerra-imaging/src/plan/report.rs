@@ -74,7 +74,7 @@ pub enum Decision {
         /// Those of the direct engine.
         direct_cost: f64,
     },
-    /// The image is computed directly before the factorized engine is planned.
+    /// The direct engine is done before the factorized one is even planned.
     FewContributions {
         /// Vector operations that the direct engine takes.
         direct_operations: f64,

@@ -10,6 +10,10 @@ use std::f64::consts::PI;
 /// Bins after which a recurrent phasor is computed afresh.
 pub(crate) const RENEW: usize = 64;
 
+/// Bins whose weight is kept for all pulses, 8 MB of them: tracks far longer than the image is wide reach
+/// more, each from few pulses.
+const MOST_SHARED_BINS: usize = 1 << 16;
+
 /// The rows of one pulse in a table.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Row {
@@ -26,7 +30,8 @@ pub(crate) struct BinPhases {
     pub ramp_fit: Vec<[Complex64; MAX_DEGREE + 1]>,
     /// e^{jαi} from bin `first` on (even frequencies).
     carrier: Vec<Complex64>,
-    /// The weight from bin `first` on, where it is the same for every pulse and not 1.
+    /// The weight of the bins from `first` on, of [`MOST_SHARED_BINS`] at most, where it is the same for every
+    /// pulse and not 1.
     weight: Vec<WeightMatrix>,
     first: i64,
 }
@@ -56,7 +61,10 @@ impl BinPhases {
                     .collect(),
                 None => Vec::new(),
             },
-            weight: (first..last).map_while(weight).collect(),
+            weight: (first..last)
+                .take(MOST_SHARED_BINS)
+                .map_while(weight)
+                .collect(),
             first,
         }
     }
