@@ -238,7 +238,10 @@ fn ghost_db(image: &[Complex32], grid: PlaneGrid, target_m: [f64; 3]) -> f64 {
 
 fn number(value: Option<f64>, decimals: usize) -> String {
     value.map_or("–".to_owned(), |v| {
-        format!("{v:.decimals$}").replace('-', "−")
+        // What rounds to zero has no sign.
+        let unit = 10f64.powi(decimals as i32);
+        let rounded = (v * unit).round() / unit + 0.0;
+        format!("{rounded:.decimals$}").replace('-', "−")
     })
 }
 
