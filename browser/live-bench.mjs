@@ -4,12 +4,9 @@
 import { flyLive } from "./live-flight.mjs";
 import { launch, tidy } from "./harness.mjs";
 
-/** Scans come each 65.76 ms of the flight. */
-const SPEED = 50 * 0.06575757575757576;
-
 const browser = await launch();
-// Ten positions a second.
-const live = await flyLive("live-bench", { speed: SPEED, intervalS: Math.round(100 * SPEED) / 1000, more: ["--no-final"], live: "[live]\nmax_pixels = 1000000\n" });
+// Fifty pulses and ten positions a second, the flight at its own pace.
+const live = await flyLive("live-bench", { speed: 1, intervalS: 0.1, scanIntervalS: 0.02, groundTimeS: 5, more: ["--no-final"], live: "[live]\nmax_pixels = 1000000\n" });
 const page = await browser.newPage({ viewport: { width: 1440, height: 900 } });
 await page.goto(live.address);
 await page.waitForFunction(() => /** @type {any} */ (window).acerra?.state?.status.pulses.imaged > 400, null, { timeout: 180_000 });
@@ -17,7 +14,9 @@ const { status, grid } = await page.evaluate(() => /** @type {any} */ (window).a
 const text = (/** @type {{median_ms: number, p95_ms: number, most_ms: number, pulses: number}} */ f) => `median ${f.median_ms.toFixed(0)} ms, 95 % within ${f.p95_ms.toFixed(0)} ms, most ${f.most_ms.toFixed(0)} ms, of ${f.pulses} pulses`;
 console.log(`live ${grid.nx} × ${grid.ny}, 50 pulses/s: pulse to screen ${text(status.drawn)}`);
 console.log(`live ${grid.nx} × ${grid.ny}, 50 pulses/s: pulse to picture ${text(status.latency)}`);
-console.log(`live ${grid.nx} × ${grid.ny}, 50 pulses/s: of it waiting for the position ${text(status.waiting)}`);
+console.log(`live ${grid.nx} × ${grid.ny}, 50 pulses/s: of it until its imaging began ${text(status.waiting)}`);
+const { foresight } = status;
+if (foresight) console.log(`live: shown before their position ${foresight.is_used ? "" : "not "}in use, off by ${(1000 * foresight.median_off_m).toFixed(1)} mm in the median, 95 % within ${(1000 * foresight.p95_off_m).toFixed(1)} mm`);
 console.log(`live: ${status.pulses.imaged} imaged, ${status.pulses.too_many} too many, ${status.pulses.missed_records} records missed`);
 live.stop();
 await live.end();

@@ -33,7 +33,7 @@ function said(child, enough) {
 
 /**
  * @param {string} name
- * @param {{speed: number, solutions?: string, more?: string[], intervalS?: number, groundTimeS?: number, live?: string}} options
+ * @param {{speed: number, solutions?: string, more?: string[], intervalS?: number, scanIntervalS?: number, groundTimeS?: number, live?: string}} options
  */
 export async function flyLive(name, options) {
   const at = join(folder, name);
@@ -41,6 +41,7 @@ export async function flyLive(name, options) {
   const own = readFileSync(join(demo()[1], "../scene.toml"), "utf8");
   // From take-off to landing, with less time on the ground and positions twice as often.
   const scene = `record = "flight"\n${own.replace(/^record = .*$/m, "")}`
+    .replace(/^scan_interval_s = .*$/m, (line) => (options.scanIntervalS ? `scan_interval_s = ${options.scanIntervalS}` : line))
     .replace(/ground_time_s = [\d.]+/, `ground_time_s = ${options.groundTimeS ?? 20}`)
     .replace(/(\[gnss\.rover\]\n(?:[^[]*\n)?)interval_s = [\d.]+/, `$1interval_s = ${options.intervalS ?? 0.1}`);
   writeFileSync(join(at, "scene.toml"), scene);

@@ -44,6 +44,8 @@ pub enum Final {
     /// The recording goes on.
     #[default]
     Recording,
+    /// It was asked to end, and what is on its way is still taken in.
+    Ending,
     /// The recording is over and none is made.
     Ended,
     /// It is being made.
@@ -80,6 +82,8 @@ pub struct Shown {
     pub status: Status,
     /// Where the final image stands.
     pub last: Final,
+    /// Whether the recording can be ended from a page now.
+    pub can_stop: bool,
     /// Fast time of the traces' first bin and step of a bin (ns).
     pub trace_axis_ns: [f64; 2],
     /// Places of the track so far; numbers begin again when they are thinned out.
@@ -109,6 +113,7 @@ pub struct Board {
     state: Mutex<State>,
     version: AtomicU64,
     listeners: Mutex<Vec<Box<dyn Fn() + Send>>>,
+    stop: Mutex<Option<Box<dyn Fn() + Send>>>,
 }
 
 impl Board {
@@ -264,8 +269,42 @@ impl Board {
 
     /// Where the final image stands.
     pub fn show_final(&self, last: Final) {
-        self.state().shown.last = last;
+        let mut state = self.state();
+        state.shown.can_stop &= last == Final::Recording;
+        state.shown.last = last;
+        drop(state);
         self.changed();
+    }
+
+    /// Lets pages end the recording: `stop` is called once at most, while the recording goes on.
+    pub fn let_stop(&self, stop: impl Fn() + Send + 'static) {
+        *self.stop.lock().unwrap_or_else(PoisonError::into_inner) = Some(Box::new(stop));
+        let mut state = self.state();
+        state.shown.can_stop = state.shown.last == Final::Recording;
+    }
+
+    /// Ends the recording in order; whether there was one to end.
+    ///
+    /// ```
+    /// use acerra_live::{Board, Final};
+    /// let board = Board::new();
+    /// assert!(!board.ask_to_stop());
+    /// board.let_stop(|| {});
+    /// assert!(board.ask_to_stop() && !board.ask_to_stop());
+    /// assert_eq!(board.shown().last, Final::Ending);
+    /// ```
+    pub fn ask_to_stop(&self) -> bool {
+        let mut state = self.state();
+        if !std::mem::replace(&mut state.shown.can_stop, false) {
+            return false;
+        }
+        state.shown.last = Final::Ending;
+        drop(state);
+        let stop = self.stop.lock().unwrap_or_else(PoisonError::into_inner);
+        stop.iter().for_each(|stop| stop());
+        drop(stop);
+        self.changed();
+        true
     }
 }
 

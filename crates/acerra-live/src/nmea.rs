@@ -78,6 +78,7 @@ impl NmeaFinder {
             time,
             place: *trajectory.geodetic()?.last()?,
             sigma_m: fix.standard_deviation_m(),
+            velocity_m_s: None,
             status: fix.status,
         })
     }

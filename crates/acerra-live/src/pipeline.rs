@@ -1,56 +1,39 @@
 //! From a recording's records to an image: scans put together, timed, placed, cleaned, imaged.
+//!
+//! A pulse is imaged twice: as soon as it has come, where the motion of the platform puts it, and anew once
+//! the position after it has come. The first kind is taken out of the picture before, so that what stays is
+//! what would have been imaged without it.
 
 use std::collections::VecDeque;
 use std::time::Instant;
 
-use acerra_geo::time::GpsTime;
 use acerra_gnss::ubx::epoch_time;
-use acerra_imaging::{Control, LiveImage, PlanOptions, PlaneGrid, PulseArrays, Pulses};
-use acerra_radar::{Filtering, Scan};
-use acerra_record::driver::{Intake, Standing, Taken};
+use acerra_imaging::{Control, LiveImage, PlaneGrid};
 use acerra_record::gnss::FrameFinder;
 use acerra_record::log::{Record, RecordKind};
-use acerra_record::message::{Message, Packet};
+use num_complex::Complex32;
 
-use crate::clean::{Clean, Cleaner, PlacedTrace};
+use crate::canvas::{Canvas, MOST_PULSES};
+use crate::clean::{Clean, Cleaner};
 use crate::clock::RunningClock;
 use crate::error::LiveError;
-use crate::positions::{Latest, Missing, Placed, Positions, RadarPlace};
+use crate::foresight::Foresight;
+use crate::place::{Latest, RadarPlace};
+use crate::positions::Positions;
+use crate::queue::{PlacedScan, Queue};
+use crate::scans::Scans;
 use crate::settings::LiveSettings;
 use crate::status::{ByKind, PulseCounts, Status};
 
-/// Pulses imaged together at most: what a batch adds to the latency is bounded.
-const MOST_PULSES: usize = 32;
-/// Scans that wait at most: 80 s at 50 a second, 30 MB.
-const MOST_WAITING: usize = 4096;
-/// Scans whose arrival is remembered until they are whole.
-const MOST_ARRIVALS: usize = 64;
-
-/// A scan that waits for its time and place.
-struct Waiting {
-    scan: Scan,
-    number: u64,
-    time: Option<GpsTime>,
-    came: Instant,
-}
-
-/// When the first message of a scan came.
-struct Arrival {
-    key: (u16, u32),
-    host_s: f64,
-}
-
-/// Pulses that were added to the image.
+/// What is new in the image.
 #[derive(Debug)]
 pub struct Step {
-    /// When the last message of each came.
+    /// When the last message came of each pulse that no picture has shown before.
     pub came: Vec<Instant>,
-    /// When their imaging began.
+    /// When the imaging began.
     pub begun: Instant,
-    /// The clean traces.
-    pub clean: Clean,
-    /// How their places are known.
-    pub places: Vec<RadarPlace>,
+    /// Pulses that are there to stay: their clean traces, and how their places are known.
+    pub settled: Option<(Clean, Vec<RadarPlace>)>,
 }
 
 /// From records to an image.
@@ -59,13 +42,16 @@ pub struct Pipeline {
     clock: RunningClock,
     positions: Positions,
     frames: FrameFinder,
-    intake: Intake,
-    arrivals: VecDeque<Arrival>,
-    waiting: VecDeque<Waiting>,
+    scans: Scans,
+    queue: Queue,
     /// Scans whose places are known and that wait for the first ones to be enough.
-    held: VecDeque<(Instant, RadarPlace)>,
+    held: VecDeque<PlacedScan>,
     cleaner: Cleaner,
-    image: Option<(PlaneGrid, LiveImage)>,
+    /// The cleaning as it goes on behind the scans whose places are known.
+    cleaner_ahead: Option<Cleaner>,
+    foresight: Foresight,
+    looks_ahead: bool,
+    canvas: Option<Canvas>,
     numbers: u64,
     counts: PulseCounts,
     by_kind: ByKind,
@@ -81,12 +67,14 @@ impl Pipeline {
             clock: RunningClock::new(settings.latency),
             positions: Positions::new(settings.origin, settings.lever_arm_m),
             frames: FrameFinder::default(),
-            intake: Intake::default(),
-            arrivals: VecDeque::new(),
-            waiting: VecDeque::new(),
+            scans: Scans::default(),
+            queue: Queue::default(),
             held: VecDeque::new(),
             cleaner: Cleaner::new(&settings),
-            image: None,
+            cleaner_ahead: None,
+            foresight: Foresight::new(4.0 * settings.quarter_wavelength_m()),
+            looks_ahead: true,
+            canvas: None,
             numbers: 0,
             counts: PulseCounts::default(),
             by_kind: ByKind::default(),
@@ -103,7 +91,7 @@ impl Pipeline {
             RecordKind::Settings => {
                 // Another start of the recording: the host's clock begins anew, scans without a time are lost.
                 self.clock.restarted();
-                self.forget_untimed();
+                self.counts.without_position += self.queue.forget_untimed();
             }
             RecordKind::Radio => self.message(&record.payload, host_s, came),
             RecordKind::Gnss => self.gnss(&record.payload, host_s),
@@ -112,49 +100,22 @@ impl Pipeline {
     }
 
     fn message(&mut self, body: &[u8], host_s: f64, came: Instant) {
-        if let Ok(Packet {
-            message: Message::ScanInfo(message),
-            ..
-        }) = Packet::decode(body)
-        {
-            let key = (message.header.message_id, message.header.timestamp_ms);
-            if self.arrivals.iter().all(|arrival| arrival.key != key) {
-                self.arrivals.push_back(Arrival { key, host_s });
-                if self.arrivals.len() > MOST_ARRIVALS {
-                    self.arrivals.pop_front();
-                }
-            }
-        }
-        if self.intake.take(body) == Taken::Scan(Standing::Restarted) {
+        if self.scans.take(body, host_s) {
             self.clock.radio_restarted();
-            self.forget_untimed();
+            self.counts.without_position += self.queue.forget_untimed();
         }
-        while let Some(scan) = self.intake.next_scan() {
-            if scan.filtering != Filtering::Raw {
-                continue;
-            }
-            let key = (scan.message_id, scan.timestamp_ms);
-            let arrival = self.arrivals.iter().find(|arrival| arrival.key == key);
-            let scan_host_s = arrival.map_or(host_s, |arrival| arrival.host_s);
+        while let Some((scan, scan_host_s)) = self.scans.next(host_s) {
             let number = self.numbers;
             self.numbers += 1;
             self.counts.came += 1;
             self.clock
                 .scan(number, scan.message_id, scan.timestamp_ms, scan_host_s);
-            self.waiting.push_back(Waiting {
-                scan,
-                number,
-                time: None,
-                came,
-            });
-            if self.waiting.len() > MOST_WAITING {
-                self.waiting.pop_front();
-                self.counts.without_position += 1;
-            }
+            self.queue.push(scan, number, came, &mut self.counts);
         }
     }
 
     fn gnss(&mut self, bytes: &[u8], host_s: f64) {
+        self.positions.need_from(self.queue.oldest());
         let (clock, positions) = (&mut self.clock, &mut self.positions);
         self.frames.take(bytes, host_s, |frame, host_s| {
             if let Some(time) = epoch_time(frame) {
@@ -169,25 +130,64 @@ impl Pipeline {
         }
     }
 
-    /// Scans without a time will never have one.
-    fn forget_untimed(&mut self) {
-        let before = self.waiting.len();
-        self.waiting.retain(|waiting| waiting.time.is_some());
-        self.counts.without_position += (before - self.waiting.len()) as u64;
-    }
-
-    /// Images the pulses that can be imaged by now, a batch of them at most; none where there are none.
+    /// Images the pulses that can be imaged by now, a batch of them at most; none where nothing is new.
     ///
     /// # Errors
     /// Traces that cannot be cleaned, pulses that cannot be imaged, cancellation.
     pub fn step(&mut self, control: Control<'_>) -> Result<Option<Step>, LiveError> {
         let begun = Instant::now();
         self.settle_times();
-        let (traces, placed) = self.place();
-        if traces.is_empty() {
-            return Ok(None);
+        let (taken, placed) = self.settle(control)?;
+        let mut step = Step {
+            came: Vec::new(),
+            begun,
+            settled: None,
+        };
+        if let Some((clean, scans)) = placed {
+            let new = scans.iter().filter(|scan| !scan.was_shown);
+            step.came.extend(new.map(|scan| scan.came));
+            let places = scans.iter().map(|scan| scan.place).collect();
+            step.settled = Some((clean, places));
+        }
+        // A full batch has others behind it whose places are known.
+        if taken < MOST_PULSES {
+            step.came.extend(self.image_ahead(control)?);
+        }
+        Ok((step.settled.is_some() || !step.came.is_empty()).then_some(step))
+    }
+
+    fn settle_times(&mut self) {
+        if !self.queue.needs_times() {
+            return;
+        }
+        match self.clock.settle() {
+            Ok(settled) => {
+                self.clock_sigma_s = Some(settled.sigma_s);
+                self.clock_trouble = None;
+                self.queue.settle_times(settled);
+            }
+            Err(error) => self.clock_trouble = Some(error.to_string()),
+        }
+    }
+
+    /// Images scans whose places are known: how many were taken, and those imaged with their clean traces.
+    #[expect(clippy::type_complexity, reason = "a pair that is used once")]
+    fn settle(
+        &mut self,
+        control: Control<'_>,
+    ) -> Result<(usize, Option<(Clean, Vec<PlacedScan>)>), LiveError> {
+        let (settings, counts) = (&self.settings, &mut self.counts);
+        let (traces, placed) = self
+            .queue
+            .take_placed(&mut self.positions, settings, counts);
+        let taken = traces.len();
+        for off_m in placed.iter().filter_map(|scan| scan.off_m) {
+            self.foresight.take(off_m);
         }
         self.held.extend(placed);
+        if taken == 0 {
+            return Ok((0, None));
+        }
         let (clean, given_up) = self.cleaner.take(traces)?;
         self.counts.not_cleaned += given_up;
         // Those that were given up are the oldest ones.
@@ -195,136 +195,86 @@ impl Pipeline {
             self.held.pop_front();
         }
         let Some(clean) = clean else {
-            return Ok(None);
+            return Ok((taken, None));
         };
-        let held: Vec<(Instant, RadarPlace)> = self.held.drain(..).collect();
-        self.add(&clean, control)?;
-        self.counts.imaged += held.len() as u64;
-        for (_, place) in &held {
-            self.by_kind.count(place.status);
-        }
-        Ok(Some(Step {
-            came: held.iter().map(|(came, _)| *came).collect(),
-            begun,
-            clean,
-            places: held.into_iter().map(|(_, place)| place).collect(),
-        }))
-    }
-
-    fn settle_times(&mut self) {
-        if self.waiting.iter().all(|waiting| waiting.time.is_some()) {
-            return;
-        }
-        match self.clock.settle() {
-            Ok(settled) => {
-                self.clock_sigma_s = Some(settled.sigma_s);
-                self.clock_trouble = None;
-                // Until they are placed, later stamps make their times better.
-                for waiting in &mut self.waiting {
-                    waiting.time = settled.time(waiting.number).or(waiting.time);
-                }
-            }
-            Err(error) => self.clock_trouble = Some(error.to_string()),
-        }
-    }
-
-    /// Scans from the front whose places are known, a batch of them at most.
-    fn place(&mut self) -> (Vec<PlacedTrace>, Vec<(Instant, RadarPlace)>) {
-        let (mut traces, mut placed) = (Vec::new(), Vec::new());
-        while let Some(time) = self.waiting.front().and_then(|waiting| waiting.time) {
-            let at = self.positions.at(time);
-            if at == Placed::Waiting || traces.len() == MOST_PULSES {
-                break;
-            }
-            let window = self.waiting.front().map(|waiting| waiting.scan.window);
-            let is_other = |trace: &PlacedTrace| window.is_some_and(|w| w != trace.window);
-            if traces.last().is_some_and(is_other) {
-                // Another window is a batch of its own.
-                break;
-            }
-            let Some(waiting) = self.waiting.pop_front() else {
-                break;
-            };
-            let place = match at {
-                Placed::At(place) => place,
-                Placed::Nowhere(Missing::Heading) => {
-                    self.counts.without_heading += 1;
-                    continue;
-                }
-                Placed::Nowhere(_) | Placed::Waiting => {
-                    self.counts.without_position += 1;
-                    continue;
-                }
-            };
-            let height_m = place.position_m[2] - self.settings.z_m;
-            if height_m < self.settings.least_height_m {
-                self.counts.too_low += 1;
-                continue;
-            }
-            let samples = waiting.scan.samples.iter().map(|&sample| sample as f32);
-            traces.push(PlacedTrace {
-                samples: samples.collect(),
-                window: waiting.scan.window,
-                position_m: place.position_m,
-                height_m,
-            });
-            placed.push((waiting.came, place));
-        }
-        (traces, placed)
-    }
-
-    fn add(&mut self, clean: &Clean, control: Control<'_>) -> Result<(), LiveError> {
-        let (_, image) = match &mut self.image {
-            Some(image) => image,
+        let scans: Vec<PlacedScan> = self.held.drain(..).collect();
+        let canvas = match &mut self.canvas {
+            Some(canvas) => canvas,
             none => {
                 let [x_m, y_m, _] = clean.position_m.first().copied().unwrap_or_default();
                 let grid = self.settings.grid([x_m, y_m])?;
-                let options = PlanOptions::default()
-                    .with_accuracy(self.settings.accuracy)
-                    .with_check_pixels(16);
-                none.insert((grid, LiveImage::new(grid, options)))
+                none.insert(Canvas::new(grid, self.settings.accuracy))
             }
         };
-        let count = clean.position_m.len();
-        let frequencies = self.settings.frequency_hz.len();
-        let mut done = 0;
-        // All of the first traces come at once.
-        while done < count {
-            let range = done..count.min(done + MOST_PULSES);
-            let weight = vec![1.0; range.len()];
-            let pulses = Pulses::new(PulseArrays {
-                position_m: &clean.position_m[range.clone()],
-                frequency_hz: &self.settings.frequency_hz,
-                spectrum: &clean.spectrum[range.start * frequencies..range.end * frequencies],
-                weight: &weight,
-                light_speed_m_s: self.settings.light_speed_m_s,
-            })?;
-            image.push(pulses, control)?;
-            done = range.end;
+        canvas.settle(&clean, &self.settings, control)?;
+        self.counts.imaged += scans.len() as u64;
+        for scan in &scans {
+            self.by_kind.count(scan.place.status);
         }
-        Ok(())
+        Ok((taken, Some((clean, scans))))
+    }
+
+    /// Images scans beyond the latest position; returns when those came that no picture has shown before.
+    fn image_ahead(&mut self, control: Control<'_>) -> Result<Vec<Instant>, LiveError> {
+        if self.queue.is_unseen() {
+            self.forget_ahead();
+        }
+        let (Some(canvas), Some(window), true) =
+            (&mut self.canvas, self.cleaner.window(), self.looks_ahead)
+        else {
+            return Ok(Vec::new());
+        };
+        let are_shown = self.foresight.is_good();
+        let (positions, settings) = (&mut self.positions, &self.settings);
+        let (traces, placed) = self
+            .queue
+            .look_ahead(positions, settings, window, are_shown);
+        let cleaner = self
+            .cleaner_ahead
+            .get_or_insert_with(|| self.cleaner.clone());
+        let (Some(clean), _) = cleaner.take(traces)? else {
+            return Ok(Vec::new());
+        };
+        canvas.add_ahead(&clean, &self.settings, control)?;
+        let new = placed.iter().filter(|scan| !scan.was_shown);
+        Ok(new.map(|scan| scan.came).collect())
+    }
+
+    /// Takes pulses at extrapolated places out of the image.
+    fn forget_ahead(&mut self) {
+        self.cleaner_ahead = None;
+        if let Some(canvas) = &mut self.canvas {
+            canvas.forget_ahead();
+        }
+    }
+
+    /// Whether pulses beyond the latest position are imaged; they are by default.
+    pub fn look_ahead(&mut self, looks_ahead: bool) {
+        self.looks_ahead = looks_ahead;
+        if !looks_ahead {
+            self.forget_ahead();
+        }
     }
 
     /// Drops the oldest pulses whose positions are there and that imaging has no time for, all but `keep`.
     pub fn drop_behind(&mut self, keep: usize) {
-        let latest = self.positions.latest();
-        let is_ready = |waiting: &Waiting| {
-            waiting
-                .time
-                .zip(latest)
-                .is_some_and(|(time, latest)| time <= latest.time)
-        };
-        let ready = self.waiting.iter().take_while(|w| is_ready(w)).count();
-        for _ in keep..ready {
-            self.waiting.pop_front();
-            self.counts.too_many += 1;
+        if let Some(latest) = self.positions.latest() {
+            self.counts.too_many += self.queue.drop_behind(latest.time, keep);
         }
     }
 
-    /// The image so far, and where its pixels are.
+    /// The image of the pulses between positions, and where its pixels are.
     #[must_use]
     pub fn image(&self) -> Option<(&PlaneGrid, &LiveImage)> {
-        self.image.as_ref().map(|(grid, image)| (grid, image))
+        let canvas = self.canvas.as_ref()?;
+        Some((&canvas.grid, canvas.settled()))
+    }
+
+    /// The image with the pulses beyond the latest position, and where its pixels are.
+    #[must_use]
+    pub fn shown(&mut self) -> Option<(PlaneGrid, &[Complex32])> {
+        let canvas = self.canvas.as_mut()?;
+        Some((canvas.grid, canvas.shown()))
     }
 
     /// The latest position of the antenna.
@@ -355,7 +305,9 @@ impl Pipeline {
     pub fn status(&self) -> Status {
         let latest = self.positions.latest();
         let mut pulses = self.counts;
-        pulses.waiting = (self.waiting.len() + self.cleaner.waiting()) as u64;
+        pulses.waiting = (self.queue.len() + self.cleaner.waiting()) as u64;
+        let canvas = self.canvas.as_ref();
+        pulses.ahead = canvas.map_or(0, |canvas| canvas.pulses_ahead() as u64);
         let has_no_fix = self.positions.is_without_fix();
         Status {
             pulses,
@@ -371,7 +323,8 @@ impl Pipeline {
             clock_sigma_s: self.clock_sigma_s,
             waits_for: self.waits_for(),
             shift_ns: self.cleaner.shift_s().map(|s| 1e9 * s),
-            link: self.intake.counts(),
+            foresight: self.foresight.figures(),
+            link: self.scans.counts(),
             ..Status::default()
         }
     }
@@ -396,11 +349,11 @@ impl Pipeline {
                 "where range is zero ([flight] delay_ns states it): {trouble}"
             ));
         }
+        if self.queue.is_without_heading() {
+            return Some("motion that tells the heading, by which the lever arm turns".to_owned());
+        }
         if self.cleaner.shift_s().is_some() {
             return None;
-        }
-        if self.counts.without_heading > 0 && self.cleaner.waiting() == 0 {
-            return Some("motion that tells the heading, by which the lever arm turns".to_owned());
         }
         if self.counts.too_low > 0 && self.cleaner.waiting() == 0 {
             return Some("take-off".to_owned());

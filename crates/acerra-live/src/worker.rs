@@ -131,23 +131,35 @@ impl Work {
                 self.tell(None);
             }
         }
+        self.show_settled();
         Ok(())
     }
 
     fn show(&mut self, step: &Step) {
-        let Some((grid, image)) = self.pipeline.image() else {
+        let Some((grid, image)) = self.pipeline.shown() else {
             return;
         };
-        let picture = self.picture.get_or_insert_with(|| Picture::new(*grid));
-        picture.update(image.image());
-        self.board.show_traces(&step.clean.traces);
-        self.board
-            .show_track(step.places.iter().map(|place| TrackPlace {
+        let picture = self.picture.get_or_insert_with(|| Picture::new(grid));
+        picture.update(image);
+        if let Some((clean, places)) = &step.settled {
+            self.board.show_traces(&clean.traces);
+            self.board.show_track(places.iter().map(|place| TrackPlace {
                 position_m: place.position_m,
                 status: place.status.name(),
             }));
+        }
         self.board
             .show_picture(picture.clone(), &step.came, step.begun);
+    }
+
+    /// At the end only what stays is shown.
+    fn show_settled(&mut self) {
+        self.pipeline.look_ahead(false);
+        self.show(&Step {
+            came: Vec::new(),
+            begun: Instant::now(),
+            settled: None,
+        });
     }
 
     fn tell(&mut self, failure: Option<&LiveError>) {

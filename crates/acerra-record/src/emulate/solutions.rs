@@ -3,6 +3,7 @@
 use std::str::FromStr;
 
 use acerra_geo::geodesy::{EnuFrame, Geodetic, geodetic_from_ecef};
+use acerra_geo::matrix::{add, scale, subtract};
 use acerra_geo::time::GpsTime;
 use acerra_gnss::ubx::epoch_time;
 use acerra_gnss::ubx::frame::{Piece, encode, pieces};
@@ -11,6 +12,11 @@ use rand_chacha::ChaCha8Rng;
 
 /// Time over which errors of a solution forget themselves (s).
 const CORRELATION_S: f64 = 30.0;
+/// Standard deviation of a velocity, each axis in the plane and up (m/s): carrier-phase rates, which the
+/// quality of the position has no part in.
+const VELOCITY_SIGMA_M_S: [f64; 2] = [0.01, 0.02];
+/// Half the time over which the true velocity is taken (s).
+const VELOCITY_HALF_S: f64 = 0.01;
 
 /// How good the solutions of an emulated receiver are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -75,7 +81,20 @@ pub fn with_solutions(
                 if let Some(time) = epoch_time(&frame)
                     && let Some(true_ecef_m) = place_ecef_m(time)
                 {
-                    out.extend(solution(time, true_ecef_m, quality, errors.at(time)));
+                    let at = |after_s: f64| place_ecef_m(time + after_s);
+                    let moved_ecef_m = at(VELOCITY_HALF_S)
+                        .zip(at(-VELOCITY_HALF_S))
+                        .map(|(after, before)| subtract(after, before));
+                    let frame = EnuFrame::from_ecef(true_ecef_m);
+                    let velocity_m_s = moved_ecef_m.map_or([0.0; 3], |moved| {
+                        let moved_m = frame.enu_from_ecef(add(true_ecef_m, moved));
+                        add(
+                            scale(0.5 / VELOCITY_HALF_S, moved_m),
+                            errors.of_velocity_m_s(),
+                        )
+                    });
+                    let place = geodetic_from_ecef(frame.ecef_from_enu(errors.at(time)));
+                    out.extend(solution(time, &place, velocity_m_s, quality));
                 }
             }
             Piece::Outside { offset, bytes } => {
@@ -90,6 +109,7 @@ pub fn with_solutions(
 /// Errors east, north, up: some that wander, some that are new with each epoch.
 struct Errors {
     rng: ChaCha8Rng,
+    velocity_rng: ChaCha8Rng,
     quality: Quality,
     slow_m: [f64; 3],
     latest: Option<GpsTime>,
@@ -99,6 +119,7 @@ impl Errors {
     fn new(quality: Quality, seed: u64) -> Self {
         Self {
             rng: ChaCha8Rng::seed_from_u64(seed ^ 0x736F_6C75),
+            velocity_rng: ChaCha8Rng::seed_from_u64(seed ^ 0x7665_6C6F),
             quality,
             slow_m: [0.0; 3],
             latest: None,
@@ -117,6 +138,11 @@ impl Errors {
             self.slow_m[axis] + fast_m * normal(&mut self.rng)
         })
     }
+
+    fn of_velocity_m_s(&mut self) -> [f64; 3] {
+        let [plane, up] = VELOCITY_SIGMA_M_S;
+        [plane, plane, up].map(|sigma| sigma * normal(&mut self.velocity_rng))
+    }
 }
 
 /// A normally distributed number (Box and Muller).
@@ -126,14 +152,13 @@ fn normal(rng: &mut ChaCha8Rng) -> f64 {
     (-2.0 * u.ln()).sqrt() * (std::f64::consts::TAU * v).cos()
 }
 
-fn solution(time: GpsTime, true_ecef_m: [f64; 3], quality: Quality, error_m: [f64; 3]) -> Vec<u8> {
-    let frame = EnuFrame::from_ecef(true_ecef_m);
-    let place = geodetic_from_ecef(frame.ecef_from_enu(error_m));
+fn solution(time: GpsTime, place: &Geodetic, velocity_m_s: [f64; 3], quality: Quality) -> Vec<u8> {
     let [slow, fast] = quality.sigma_m();
     let sigma_m = [0, 1].map(|k: usize| slow[k].hypot(fast[k]));
     let tow_ms = (1e3 * time.tow_s()).round() as u32 % 604_800_000;
-    let pvt = pvt(time, tow_ms, &place, quality, sigma_m);
-    let fine = high_precision(tow_ms, &place, sigma_m);
+    let mut pvt = pvt(time, tow_ms, place, quality, sigma_m);
+    put_velocity(&mut pvt, velocity_m_s);
+    let fine = high_precision(tow_ms, place, sigma_m);
     let frames = [encode(0x01, 0x07, &pvt), encode(0x01, 0x14, &fine)];
     frames.into_iter().flatten().flatten().collect()
 }
@@ -169,6 +194,23 @@ fn pvt(
     put(40, &((1e3 * horizontal_m).ceil() as u32).to_le_bytes());
     put(44, &((1e3 * up_m).ceil() as u32).to_le_bytes());
     p
+}
+
+/// Velocity north, east, down, ground speed, and the speed's accuracy (mm/s); heading of motion (1e-5°).
+fn put_velocity(pvt: &mut [u8; 92], [east, north, up]: [f64; 3]) {
+    let heading_deg = east.atan2(north).to_degrees().rem_euclid(360.0);
+    let [plane, _] = VELOCITY_SIGMA_M_S;
+    let values = [
+        1e3 * north,
+        1e3 * east,
+        -1e3 * up,
+        1e3 * east.hypot(north),
+        1e5 * heading_deg,
+        1e3 * std::f64::consts::SQRT_2 * plane,
+    ];
+    for (place, value) in pvt[48..72].chunks_mut(4).zip(values) {
+        place.copy_from_slice(&(value.round() as i32).to_le_bytes());
+    }
 }
 
 fn high_precision(tow_ms: u32, place: &Geodetic, [plane_m, up_m]: [f64; 2]) -> [u8; 36] {
@@ -208,6 +250,37 @@ mod tests {
         payload[0..4].copy_from_slice(&tow_ms.to_le_bytes());
         payload[4..6].copy_from_slice(&2075_i16.to_le_bytes());
         encode(2, 0x10, &payload).unwrap()
+    }
+
+    #[test]
+    fn the_velocity_is_that_of_the_platform() {
+        let origin = Geodetic::from_degrees(40.9, 14.2, 60.0);
+        let frame = EnuFrame::new(origin);
+        let start = GpsTime::from_week_tow(2075, 200_000.0);
+        let log: Vec<u8> = (0..500).flat_map(|k| raw(200_000_000 + 100 * k)).collect();
+        let velocity_m_s = [1.5, -0.7, 0.3];
+        let place = |time: GpsTime| {
+            Some(frame.ecef_from_enu(scale(time.seconds_since(start), velocity_m_s)))
+        };
+        let made = with_solutions(&log, place, Quality::Float, 3);
+        let (mut sum, mut squares, mut count) = ([0.0; 3], [0.0; 3], 0.0);
+        for piece in pieces(&made) {
+            let Piece::Frame(found) = piece else { continue };
+            if let Some(solution) = receiver_solution(&found) {
+                count += 1.0;
+                for axis in 0..3 {
+                    let off = solution.velocity_m_s[axis] - velocity_m_s[axis];
+                    sum[axis] += off;
+                    squares[axis] += off * off;
+                }
+            }
+        }
+        for axis in 0..3 {
+            assert!((sum[axis] / count).abs() < 0.003, "{axis}");
+            let sigma = (squares[axis] / count).sqrt();
+            let expected = VELOCITY_SIGMA_M_S[usize::from(axis == 2)];
+            assert!((sigma / expected - 1.0).abs() < 0.15, "{axis}: {sigma}");
+        }
     }
 
     #[test]

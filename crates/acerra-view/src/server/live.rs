@@ -1,14 +1,17 @@
-//! The server of a live image: its page, its WebSocket, and the final run once it is there.
+//! The server of a live image: its page, its WebSocket, the end of the recording, and the final run once it is
+//! there.
 
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
 use acerra_live::Board;
-use axum::Router;
-use axum::extract::Request;
+use axum::extract::{Request, State};
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
-use axum::routing::get;
+use axum::routing::{get, post};
+use axum::{Json, Router};
+use serde::Deserialize;
+use serde_json::json;
 use tower_service::Service;
 
 use super::doorway::Doorway;
@@ -59,6 +62,29 @@ impl FinalView {
     }
 }
 
+/// A page's wish to end the recording.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct StopForm {
+    /// Whether the one at the page has confirmed it.
+    confirmed: bool,
+}
+
+/// Ends the recording in order, where it goes on and that is confirmed.
+async fn stop(State(board): State<Arc<Board>>, Json(form): Json<StopForm>) -> Response {
+    let refused =
+        |status: StatusCode, error: &str| (status, Json(json!({ "error": error }))).into_response();
+    if !form.confirmed {
+        let error = "expected the end of the recording to be confirmed";
+        return refused(StatusCode::BAD_REQUEST, error);
+    }
+    if !board.ask_to_stop() {
+        let error = "no recording goes on here that could be ended";
+        return refused(StatusCode::CONFLICT, error);
+    }
+    StatusCode::NO_CONTENT.into_response()
+}
+
 impl LiveServer {
     /// Takes an address on the loopback interface for the page of what `board` shows.
     ///
@@ -71,12 +97,14 @@ impl LiveServer {
             path: format!("/{token}/{FINAL}"),
             router: Arc::default(),
         };
+        let stopped = Arc::clone(&board);
         let clients = Clients::of(board);
         let pages = Router::new()
             .merge(assets::routes())
             .merge(products::palettes())
             .route("/live", get(socket))
-            .with_state(clients);
+            .with_state(clients)
+            .merge(Router::new().route("/stop", post(stop)).with_state(stopped));
         let answers = last.clone();
         let router = Router::new()
             .nest(&format!("/{token}"), pages)

@@ -74,6 +74,7 @@ impl Sent {
             "track": { "from": from, "places": places },
             "trace_axis_ns": shown.trace_axis_ns,
             "final": shown.last,
+            "can_stop": shown.can_stop,
         })
     }
 }

@@ -54,6 +54,11 @@ export async function postCampaign(run, edits) {
   return (await post(`api/run/${run}/campaign`, edits)).text();
 }
 
+/** Ends the recording of a live image. */
+export async function postStop() {
+  await post("stop", { confirmed: true });
+}
+
 /**
  * Runs one request at a time: while one is under way only the newest of the others waits.
  * @template T

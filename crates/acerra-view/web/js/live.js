@@ -1,5 +1,6 @@
 // The page of a live image.
 
+import { postStop } from "./api.js";
 import { LivePicture } from "./live-picture.js";
 import { follow } from "./live-link.js";
 import { finalText, imageState, rows } from "./live-status.js";
@@ -83,8 +84,21 @@ follow({
       element("final").hidden = element("which").hidden = false;
       showFinal(true);
     }
+    element("stop").hidden = !state.can_stop;
+    if (!state.can_stop && dialog.open) dialog.close("no");
     document.documentElement.dataset.final = final.state;
   },
+});
+
+const dialog = /** @type {HTMLDialogElement} */ (element("stop-dialog"));
+element("stop").addEventListener("click", () => {
+  dialog.returnValue = "no";
+  dialog.showModal();
+});
+dialog.addEventListener("close", () => {
+  if (dialog.returnValue !== "yes") return;
+  dialog.returnValue = "no";
+  postStop().catch((/** @type {Error} */ error) => say(`The recording goes on: ${error.message}`, true));
 });
 
 /** Shows the final image or the provisional one. @param {boolean} final */
@@ -105,7 +119,7 @@ element("range").addEventListener("change", (event) => {
   picture.recolour();
 });
 document.addEventListener("keydown", (event) => {
-  if (event.target instanceof HTMLSelectElement || event.ctrlKey || event.metaKey || event.altKey) return;
+  if (dialog.open || event.target instanceof HTMLSelectElement || event.ctrlKey || event.metaKey || event.altKey) return;
   if (event.key === "d" || event.key === "D") switchTheme();
   if (event.key === "0") picture.fit();
   if ((event.key === "f" || event.key === "F") && !element("which").hidden) showFinal(Boolean(element("final-picture").hidden));

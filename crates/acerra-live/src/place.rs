@@ -1,0 +1,53 @@
+//! Where the radar was at a time, and how that is known.
+
+use acerra_geo::time::GpsTime;
+use acerra_geo::trajectory::SolutionStatus;
+
+/// Where the radar was at a time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Placed {
+    /// The position after that time has not come yet.
+    Waiting,
+    /// Between two positions.
+    At(RadarPlace),
+    /// Between two positions, but no motion has told yet which way the horizontal lever arm points.
+    WithoutHeading {
+        /// Height of the radar above the origin (m), which needs no heading.
+        up_m: f64,
+    },
+    /// Never to be known.
+    Nowhere(Missing),
+}
+
+/// Where the radar's phase centre was.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RadarPlace {
+    /// East, north, up about the origin (m).
+    pub position_m: [f64; 3],
+    /// Standard deviations (m), where the receiver states them.
+    pub sigma_m: Option<[f64; 3]>,
+    /// The worse kind of the positions on both sides; of an extrapolated place that of the latest position.
+    pub status: SolutionStatus,
+}
+
+/// Why a place is never to be known.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Missing {
+    /// Before the first position.
+    BeforeFirst,
+    /// Positions were missing about it.
+    Gap,
+}
+
+/// The latest position of the receiver's antenna.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Latest {
+    /// East, north, up about the origin (m).
+    pub position_m: [f64; 3],
+    /// Standard deviations (m), where they are stated.
+    pub sigma_m: Option<[f64; 3]>,
+    /// Its kind.
+    pub status: SolutionStatus,
+    /// When.
+    pub time: GpsTime,
+}

@@ -1,0 +1,232 @@
+//! Scans that wait for their time and place, oldest first.
+
+use std::collections::VecDeque;
+use std::time::Instant;
+
+use acerra_geo::matrix::distance;
+use acerra_geo::time::GpsTime;
+use acerra_radar::{Scan, ScanWindow};
+
+use crate::canvas::MOST_PULSES;
+use crate::clean::PlacedTrace;
+use crate::clock::Settled;
+use crate::place::{Placed, RadarPlace};
+use crate::positions::Positions;
+use crate::settings::LiveSettings;
+use crate::status::PulseCounts;
+
+/// Scans that wait at most: 80 s at 50 a second, 30 MB.
+const MOST_WAITING: usize = 4096;
+
+/// A scan that waits for its time and place.
+struct Waiting {
+    scan: Scan,
+    number: u64,
+    time: Option<GpsTime>,
+    came: Instant,
+    /// Where it was thought to be before the position after it came (m).
+    foreseen_m: Option<[f64; 3]>,
+    is_shown: bool,
+}
+
+/// A scan that has its place, and its trace.
+#[derive(Clone, Debug)]
+pub(crate) struct PlacedScan {
+    /// When its last message came.
+    pub came: Instant,
+    /// Where the radar was.
+    pub place: RadarPlace,
+    /// Distance from where it was thought to be before (m), where it was.
+    pub off_m: Option<f64>,
+    /// Whether a picture has shown it before.
+    pub was_shown: bool,
+}
+
+/// Scans of one window, with their traces.
+pub(crate) type Batch = (Vec<PlacedTrace>, Vec<PlacedScan>);
+
+/// Scans that wait.
+#[derive(Default)]
+pub(crate) struct Queue {
+    waiting: VecDeque<Waiting>,
+    /// The first ones that were looked at with extrapolated places.
+    looked_at: usize,
+    /// Scans that waited together for the heading and are not late by themselves.
+    backlog: usize,
+    without_heading: bool,
+}
+
+impl Queue {
+    /// Takes a scan by its number in order of arrival.
+    pub fn push(&mut self, scan: Scan, number: u64, came: Instant, counts: &mut PulseCounts) {
+        self.waiting.push_back(Waiting {
+            scan,
+            number,
+            time: None,
+            came,
+            foreseen_m: None,
+            is_shown: false,
+        });
+        if self.waiting.len() > MOST_WAITING {
+            self.pop();
+            let missing = match self.without_heading {
+                true => &mut counts.without_heading,
+                false => &mut counts.without_position,
+            };
+            *missing += 1;
+        }
+    }
+
+    fn pop(&mut self) -> Option<Waiting> {
+        self.looked_at = 0;
+        self.backlog = self.backlog.saturating_sub(1);
+        self.waiting.pop_front()
+    }
+
+    /// Scans that wait.
+    pub fn len(&self) -> usize {
+        self.waiting.len()
+    }
+
+    /// Whether they wait for the heading.
+    pub fn is_without_heading(&self) -> bool {
+        self.without_heading
+    }
+
+    /// The time of the oldest, where it is known.
+    pub fn oldest(&self) -> Option<GpsTime> {
+        self.waiting.front()?.time
+    }
+
+    /// Whether a scan has no time yet.
+    pub fn needs_times(&self) -> bool {
+        self.waiting.iter().any(|waiting| waiting.time.is_none())
+    }
+
+    /// Gives scans their times: until they are placed, later stamps make these better.
+    pub fn settle_times(&mut self, settled: &Settled) {
+        for waiting in &mut self.waiting {
+            waiting.time = settled.time(waiting.number).or(waiting.time);
+        }
+    }
+
+    /// Scans without a time, which will never have one, are dropped; returns how many there were.
+    pub fn forget_untimed(&mut self) -> u64 {
+        let before = self.waiting.len();
+        self.waiting.retain(|waiting| waiting.time.is_some());
+        self.looked_at = 0;
+        (before - self.waiting.len()) as u64
+    }
+
+    /// Takes scans whose places are known, a batch of them at most.
+    pub fn take_placed(
+        &mut self,
+        positions: &mut Positions,
+        settings: &LiveSettings,
+        counts: &mut PulseCounts,
+    ) -> Batch {
+        let (mut traces, mut placed) = Batch::default();
+        self.without_heading = false;
+        while let Some(front) = self.waiting.front() {
+            let Some(time) = front.time else { break };
+            let is_other = |trace: &PlacedTrace| trace.window != front.scan.window;
+            // Another window is a batch of its own.
+            if traces.len() == MOST_PULSES || traces.last().is_some_and(is_other) {
+                break;
+            }
+            let at = positions.at(time);
+            let too_low = |up_m: f64| up_m - settings.z_m < settings.least_height_m;
+            match at {
+                Placed::Waiting => break,
+                Placed::WithoutHeading { up_m } if !too_low(up_m) => {
+                    self.without_heading = true;
+                    break;
+                }
+                _ => {}
+            }
+            let Some(waiting) = self.pop() else { break };
+            match at {
+                Placed::At(place) if !too_low(place.position_m[2]) => {
+                    traces.push(trace(&waiting.scan, &place, settings));
+                    placed.push(PlacedScan {
+                        came: waiting.came,
+                        place,
+                        off_m: waiting
+                            .foreseen_m
+                            .map(|foreseen_m| distance(foreseen_m, place.position_m)),
+                        was_shown: waiting.is_shown,
+                    });
+                }
+                Placed::At(_) | Placed::WithoutHeading { .. } => counts.too_low += 1,
+                Placed::Nowhere(_) | Placed::Waiting => counts.without_position += 1,
+            }
+        }
+        (traces, placed)
+    }
+
+    /// Looks at scans that have not been looked at with an extrapolated place, a batch of them at most. Those
+    /// of `window` and high enough are returned, and count as shown where `are_shown`.
+    pub fn look_ahead(
+        &mut self,
+        positions: &mut Positions,
+        settings: &LiveSettings,
+        window: ScanWindow,
+        are_shown: bool,
+    ) -> Batch {
+        let (mut traces, mut placed) = Batch::default();
+        for waiting in self.waiting.iter_mut().skip(self.looked_at) {
+            let place = waiting.time.and_then(|time| positions.ahead(time));
+            let Some(place) = place.filter(|_| traces.len() < MOST_PULSES) else {
+                break;
+            };
+            self.looked_at += 1;
+            let height_m = place.position_m[2] - settings.z_m;
+            if waiting.scan.window != window || height_m < settings.least_height_m {
+                continue;
+            }
+            waiting.foreseen_m.get_or_insert(place.position_m);
+            if !are_shown {
+                continue;
+            }
+            traces.push(trace(&waiting.scan, &place, settings));
+            placed.push(PlacedScan {
+                came: waiting.came,
+                place,
+                off_m: None,
+                was_shown: std::mem::replace(&mut waiting.is_shown, true),
+            });
+        }
+        (traces, placed)
+    }
+
+    /// Whether none has been looked at since the queue or its places changed: what was imaged of scans looked
+    /// at before does not hold any more.
+    pub fn is_unseen(&self) -> bool {
+        self.looked_at == 0
+    }
+
+    /// Drops the oldest scans up to a time that imaging has no time for, all but `keep`, and returns how many.
+    /// Those that waited for the heading are no delay of the imaging.
+    pub fn drop_behind(&mut self, until: GpsTime, keep: usize) -> u64 {
+        let is_ready = |waiting: &&Waiting| waiting.time.is_some_and(|time| time <= until);
+        let ready = self.waiting.iter().take_while(is_ready).count();
+        if self.without_heading {
+            self.backlog = ready;
+            return 0;
+        }
+        let dropped = ready.saturating_sub(keep + self.backlog);
+        for _ in 0..dropped {
+            self.pop();
+        }
+        dropped as u64
+    }
+}
+
+fn trace(scan: &Scan, place: &RadarPlace, settings: &LiveSettings) -> PlacedTrace {
+    PlacedTrace {
+        samples: scan.samples.iter().map(|&sample| sample as f32).collect(),
+        window: scan.window,
+        position_m: place.position_m,
+        height_m: place.position_m[2] - settings.z_m,
+    }
+}
