@@ -2,6 +2,7 @@
 
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
+import { createRequire } from "node:module";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
 import { chromiumPath, folder, launch, run, shot, tidy } from "./harness.mjs";
@@ -68,11 +69,20 @@ test("the image grows while it is recorded, targets stand where they are, and th
     assert.ok(status.drawn.pulses > 100);
     await shot(page, "live-flown");
 
-    live.stop();
+    await page.locator("#stop").click();
+    await shot(page, "live-stop");
+    await page.keyboard.press("Escape");
+    await page.locator("#stop").click();
+    await page.getByRole("button", { name: "Go on recording" }).click();
+    await page.waitForTimeout(500);
+    assert.equal(await page.evaluate(() => document.documentElement.dataset.final), "recording");
+    await page.locator("#stop").click();
+    await page.getByRole("button", { name: "End the recording" }).click();
     await page.waitForFunction(() => document.documentElement.dataset.final === "made", null, { timeout: 120_000 });
     await page.waitForFunction(() => /** @type {HTMLImageElement} */ (document.getElementById("final-picture")).naturalWidth > 0, null, { timeout: 30_000 });
     await shot(page, "live-final");
     assert.equal(await page.textContent("#image-title"), "Final image");
+    assert.ok(!(await page.locator("#stop").isVisible()));
     const middle = await page.locator("#image-box").boundingBox();
     assert.ok(middle);
     const top = await page.evaluate(([x, y]) => document.elementFromPoint(x, y)?.id, [middle.x + middle.width / 2, middle.y + middle.height / 2]);
@@ -112,6 +122,13 @@ test("positions that cannot focus are said to, on a phone as well", { skip, time
     assert.ok(overflow <= 0, `${overflow} pixels too wide`);
     assert.equal(await page.evaluate(() => document.documentElement.dataset.theme), "dark");
     await shot(page, "live-phone-state");
+    await page.locator("#stop").tap();
+    await shot(page, "live-phone-stop");
+    await page.evaluate(readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8"));
+    const { violations } = await page.evaluate(() => /** @type {any} */ (window).axe.run({ resultTypes: ["violations"] }));
+    const serious = violations.filter((/** @type {{impact: string}} */ found) => ["serious", "critical"].includes(found.impact));
+    assert.deepEqual(serious.map((/** @type {{id: string}} */ found) => found.id), []);
+    await page.getByRole("button", { name: "Go on recording" }).tap();
     live.stop();
     await page.waitForFunction(() => document.documentElement.dataset.final === "ended", null, { timeout: 30_000 });
     assert.ok(!(await page.locator("#final").isVisible()));

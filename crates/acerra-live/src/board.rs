@@ -1,7 +1,7 @@
 //! What is shown of a live image, for anyone who looks: nobody who looks holds the imaging up.
 
 use std::collections::VecDeque;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
@@ -114,6 +114,44 @@ pub struct Board {
     version: AtomicU64,
     listeners: Mutex<Vec<Box<dyn Fn() + Send>>>,
     stop: Mutex<Option<Box<dyn Fn() + Send>>>,
+    /// Pages that look, and those of them that draw what they were sent.
+    pages: AtomicUsize,
+    busy_pages: AtomicUsize,
+}
+
+/// A page that looks, until it is dropped.
+pub struct Page {
+    board: Arc<Board>,
+    is_busy: AtomicBool,
+}
+
+impl Page {
+    /// A page that comes: what was made before is not to count as drawn late.
+    #[must_use]
+    pub fn come(board: Arc<Board>) -> Self {
+        board.state().undrawn.clear();
+        board.pages.fetch_add(1, Ordering::SeqCst);
+        let is_busy = AtomicBool::new(false);
+        Self { board, is_busy }
+    }
+
+    /// It draws what it was sent, or is ready for more.
+    pub fn is_busy(&self, is_busy: bool) {
+        if self.is_busy.swap(is_busy, Ordering::SeqCst) != is_busy {
+            let count = &self.board.busy_pages;
+            match is_busy {
+                true => count.fetch_add(1, Ordering::SeqCst),
+                false => count.fetch_sub(1, Ordering::SeqCst),
+            };
+        }
+    }
+}
+
+impl Drop for Page {
+    fn drop(&mut self) {
+        self.is_busy(false);
+        self.board.pages.fetch_sub(1, Ordering::SeqCst);
+    }
 }
 
 impl Board {
@@ -165,9 +203,11 @@ impl Board {
         wanted.cloned().collect()
     }
 
-    /// A page begins to look: what was made before is not to count as drawn late.
-    pub fn page_came(&self) {
-        self.state().undrawn.clear();
+    /// Whether a new picture would be looked at now: a page is ready for it, or there is none to wait for.
+    #[must_use]
+    pub fn is_picture_wanted(&self) -> bool {
+        let busy = self.busy_pages.load(Ordering::SeqCst);
+        busy == 0 || busy < self.pages.load(Ordering::SeqCst)
     }
 
     /// A page has drawn a state of the picture.
@@ -339,6 +379,22 @@ mod tests {
         let drawn = board.shown().status.drawn.unwrap();
         assert_eq!((drawn.pulses, drawn.most_ms.round()), (2, 80.0));
         assert_eq!(board.version(), 4);
+    }
+
+    #[test]
+    fn a_picture_is_wanted_where_a_page_is_ready_for_it() {
+        let board = Board::new();
+        assert!(board.is_picture_wanted());
+        let [first, second] = [0; 2].map(|_| Page::come(Arc::clone(&board)));
+        [&first, &second, &first].map(|page| page.is_busy(true));
+        assert!(!board.is_picture_wanted());
+        second.is_busy(false);
+        assert!(board.is_picture_wanted());
+        second.is_busy(true);
+        drop(second);
+        assert!(!board.is_picture_wanted());
+        drop(first);
+        assert!(board.is_picture_wanted());
     }
 
     #[test]

@@ -28,7 +28,8 @@ use crate::status::{ByKind, PulseCounts, Status};
 /// What is new in the image.
 #[derive(Debug)]
 pub struct Step {
-    /// When the last message came of each pulse that no picture has shown before.
+    /// When the last message came of each pulse that no picture has shown before and that did not wait for the
+    /// heading.
     pub came: Vec<Instant>,
     /// When the imaging began.
     pub begun: Instant,
@@ -144,16 +145,21 @@ impl Pipeline {
             settled: None,
         };
         if let Some((clean, scans)) = placed {
-            let new = scans.iter().filter(|scan| !scan.was_shown);
+            let new = scans.iter().filter(|scan| scan.is_fresh);
             step.came.extend(new.map(|scan| scan.came));
             let places = scans.iter().map(|scan| scan.place).collect();
             step.settled = Some((clean, places));
         }
         // A full batch has others behind it whose places are known.
-        if taken < MOST_PULSES {
-            step.came.extend(self.image_ahead(control)?);
+        let mut is_more_ahead = false;
+        if taken < MOST_PULSES
+            && let Some(came) = self.image_ahead(control)?
+        {
+            step.came.extend(came);
+            is_more_ahead = true;
         }
-        Ok((step.settled.is_some() || !step.came.is_empty()).then_some(step))
+        let is_new = step.settled.is_some() || is_more_ahead;
+        Ok(is_new.then_some(step))
     }
 
     fn settle_times(&mut self) {
@@ -214,15 +220,16 @@ impl Pipeline {
         Ok((taken, Some((clean, scans))))
     }
 
-    /// Images scans beyond the latest position; returns when those came that no picture has shown before.
-    fn image_ahead(&mut self, control: Control<'_>) -> Result<Vec<Instant>, LiveError> {
+    /// Images scans beyond the latest position; returns when those of them came that are fresh, and none without
+    /// any scans.
+    fn image_ahead(&mut self, control: Control<'_>) -> Result<Option<Vec<Instant>>, LiveError> {
         if self.queue.is_unseen() {
             self.forget_ahead();
         }
         let (Some(canvas), Some(window), true) =
             (&mut self.canvas, self.cleaner.window(), self.looks_ahead)
         else {
-            return Ok(Vec::new());
+            return Ok(None);
         };
         let are_shown = self.foresight.is_good();
         let (positions, settings) = (&mut self.positions, &self.settings);
@@ -233,11 +240,11 @@ impl Pipeline {
             .cleaner_ahead
             .get_or_insert_with(|| self.cleaner.clone());
         let (Some(clean), _) = cleaner.take(traces)? else {
-            return Ok(Vec::new());
+            return Ok(None);
         };
         canvas.add_ahead(&clean, &self.settings, control)?;
-        let new = placed.iter().filter(|scan| !scan.was_shown);
-        Ok(new.map(|scan| scan.came).collect())
+        let new = placed.iter().filter(|scan| scan.is_fresh);
+        Ok(Some(new.map(|scan| scan.came).collect()))
     }
 
     /// Takes pulses at extrapolated places out of the image.

@@ -27,6 +27,8 @@ struct Waiting {
     /// Where it was thought to be before the position after it came (m).
     foreseen_m: Option<[f64; 3]>,
     is_shown: bool,
+    /// Whether it waited for the heading: how long that took is no delay of the imaging.
+    waited_for_heading: bool,
 }
 
 /// A scan that has its place, and its trace.
@@ -38,8 +40,9 @@ pub(crate) struct PlacedScan {
     pub place: RadarPlace,
     /// Distance from where it was thought to be before (m), where it was.
     pub off_m: Option<f64>,
-    /// Whether a picture has shown it before.
-    pub was_shown: bool,
+    /// Whether its delay tells how fast the imaging is: no picture has shown it before, and it did not wait for
+    /// the heading.
+    pub is_fresh: bool,
 }
 
 /// Scans of one window, with their traces.
@@ -66,6 +69,7 @@ impl Queue {
             came,
             foreseen_m: None,
             is_shown: false,
+            waited_for_heading: false,
         });
         if self.waiting.len() > MOST_WAITING {
             self.pop();
@@ -140,6 +144,9 @@ impl Queue {
                 Placed::Waiting => break,
                 Placed::WithoutHeading { up_m } if !too_low(up_m) => {
                     self.without_heading = true;
+                    for waiting in &mut self.waiting {
+                        waiting.waited_for_heading = true;
+                    }
                     break;
                 }
                 _ => {}
@@ -154,7 +161,7 @@ impl Queue {
                         off_m: waiting
                             .foreseen_m
                             .map(|foreseen_m| distance(foreseen_m, place.position_m)),
-                        was_shown: waiting.is_shown,
+                        is_fresh: !waiting.is_shown && !waiting.waited_for_heading,
                     });
                 }
                 Placed::At(_) | Placed::WithoutHeading { .. } => counts.too_low += 1,
@@ -193,7 +200,8 @@ impl Queue {
                 came: waiting.came,
                 place,
                 off_m: None,
-                was_shown: std::mem::replace(&mut waiting.is_shown, true),
+                is_fresh: !std::mem::replace(&mut waiting.is_shown, true)
+                    && !waiting.waited_for_heading,
             });
         }
         (traces, placed)

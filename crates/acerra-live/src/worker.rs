@@ -17,6 +17,8 @@ use crate::status::doubts;
 
 /// Records that may wait for the imaging: 20 s of usual ones.
 pub const QUEUE_RECORDS: usize = 8_192;
+/// How soon a picture that no page was ready for is offered again.
+const LOOK_AGAIN: Duration = Duration::from_millis(3);
 /// How often the state is told.
 const TELL_EVERY: Duration = Duration::from_millis(250);
 /// Pulses whose positions are there and that may wait to be imaged: beyond that imaging is too slow, and older
@@ -47,6 +49,7 @@ impl Worker {
             missed,
             board,
             picture: None,
+            unseen: None,
             told: Instant::now(),
             cancel: Arc::clone(&cancel),
         };
@@ -89,6 +92,8 @@ struct Work {
     missed: Arc<AtomicU64>,
     board: Arc<Board>,
     picture: Option<Picture>,
+    /// Pulses that are imaged and in no picture yet, and when their imaging began.
+    unseen: Option<(Vec<Instant>, Instant)>,
     told: Instant,
     cancel: Arc<AtomicBool>,
 }
@@ -106,7 +111,11 @@ impl Work {
     fn until_over(&mut self) -> Result<(), LiveError> {
         let mut is_over = false;
         while !is_over && !self.cancel.load(Ordering::SeqCst) {
-            match self.source.recv_timeout(Duration::from_millis(50)) {
+            let patience = match self.unseen {
+                Some(_) => LOOK_AGAIN,
+                None => Duration::from_millis(50),
+            };
+            match self.source.recv_timeout(patience) {
                 Ok(tapped) => self.pipeline.take(&tapped.record, tapped.came),
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => is_over = true,
@@ -122,11 +131,13 @@ impl Work {
                 let Some(step) = self.pipeline.step(control)? else {
                     break;
                 };
-                self.show(&step);
+                self.take_in(step);
+                self.show_if_wanted();
                 if self.told.elapsed() >= TELL_EVERY {
                     self.tell(None);
                 }
             }
+            self.show_if_wanted();
             if self.told.elapsed() >= TELL_EVERY {
                 self.tell(None);
             }
@@ -135,12 +146,14 @@ impl Work {
         Ok(())
     }
 
-    fn show(&mut self, step: &Step) {
-        let Some((grid, image)) = self.pipeline.shown() else {
-            return;
-        };
-        let picture = self.picture.get_or_insert_with(|| Picture::new(grid));
-        picture.update(image);
+    fn show_if_wanted(&mut self) {
+        if self.board.is_picture_wanted() {
+            self.show();
+        }
+    }
+
+    /// Takes in what is new in the image; the picture of it is made when it is wanted.
+    fn take_in(&mut self, step: Step) {
         if let Some((clean, places)) = &step.settled {
             self.board.show_traces(&clean.traces);
             self.board.show_track(places.iter().map(|place| TrackPlace {
@@ -148,18 +161,27 @@ impl Work {
                 status: place.status.name(),
             }));
         }
-        self.board
-            .show_picture(picture.clone(), &step.came, step.begun);
+        let (came, _) = self.unseen.get_or_insert((Vec::new(), step.begun));
+        came.extend(step.came);
+    }
+
+    fn show(&mut self) {
+        let Some((came, begun)) = self.unseen.take() else {
+            return;
+        };
+        let Some((grid, image)) = self.pipeline.shown() else {
+            return;
+        };
+        let picture = self.picture.get_or_insert_with(|| Picture::new(grid));
+        picture.update(image);
+        self.board.show_picture(picture.clone(), &came, begun);
     }
 
     /// At the end only what stays is shown.
     fn show_settled(&mut self) {
         self.pipeline.look_ahead(false);
-        self.show(&Step {
-            came: Vec::new(),
-            begun: Instant::now(),
-            settled: None,
-        });
+        self.unseen.get_or_insert((Vec::new(), Instant::now()));
+        self.show();
     }
 
     fn tell(&mut self, failure: Option<&LiveError>) {

@@ -7,6 +7,7 @@ pub mod gnss;
 pub mod host;
 pub mod link;
 pub mod log;
+pub mod mcap;
 pub mod message;
 pub mod session;
 pub mod timing;

@@ -89,6 +89,21 @@ impl Serving {
         String::from_utf8_lossy(&answer[9..12]).parse().unwrap()
     }
 
+    /// Posts a body to `stop`; the status of the answer.
+    fn post_stop(&self, headers: &str, body: &str) -> u16 {
+        let mut stream = self.connect();
+        write!(
+            stream,
+            "POST {}/stop HTTP/1.1\r\n{headers}Content-Length: {}\r\nConnection: close\r\n\r\n{body}",
+            self.base,
+            body.len()
+        )
+        .unwrap();
+        let mut answer = Vec::new();
+        stream.read_to_end(&mut answer).unwrap();
+        String::from_utf8_lossy(&answer[9..12]).parse().unwrap()
+    }
+
     /// A state of the picture with one pixel more.
     fn grow(&self, picture: &mut Picture, image: &mut [Complex32], pixel: usize) {
         image[pixel] = Complex32::new(1.0, 0.0);
@@ -265,4 +280,37 @@ fn a_final_run_that_is_none_is_not_shown() {
     let folder = tempfile::tempdir().unwrap();
     assert!(server.last.show(folder.path()).is_err());
     assert_eq!(server.status("/view/"), 404);
+}
+
+#[test]
+fn a_recording_is_ended_by_its_own_page_alone_and_once() {
+    let serving = Serving::start();
+    let own = format!("Host: {}\r\n", serving.host);
+    let json = format!("{own}Content-Type: application/json\r\n");
+    let yes = "{\"confirmed\": true}";
+    // Nothing goes on that could be ended, as in a replay.
+    assert_eq!(serving.post_stop(&json, yes), 409);
+    let stops = Arc::new(std::sync::atomic::AtomicUsize::new(0));
+    let counted = Arc::clone(&stops);
+    serving.board.let_stop(move || {
+        counted.fetch_add(1, Ordering::SeqCst);
+    });
+    let foreign = format!("{json}Origin: http://evil.example\r\n");
+    let cross = format!("{json}Sec-Fetch-Site: cross-site\r\n");
+    let other_host = "Host: evil.example\r\nContent-Type: application/json\r\n";
+    for headers in [foreign.as_str(), cross.as_str(), other_host] {
+        assert_eq!(serving.post_stop(headers, yes), 403, "{headers}");
+    }
+    // A form of another page sends no JSON.
+    assert_eq!(serving.post_stop(&own, yes), 415);
+    for (body, status) in [("", 400), ("{\"confirmed\": false}", 400), ("{}", 422)] {
+        assert_eq!(serving.post_stop(&json, body), status, "{body}");
+    }
+    assert_eq!(serving.status("/stop"), 405);
+    assert_eq!(stops.load(Ordering::SeqCst), 0);
+    assert!(serving.board.shown().can_stop);
+    assert_eq!(serving.post_stop(&json, yes), 204);
+    assert_eq!(serving.post_stop(&json, yes), 409);
+    assert_eq!(stops.load(Ordering::SeqCst), 1);
+    assert_eq!(serving.board.shown().last, acerra_live::Final::Ending);
 }

@@ -105,6 +105,31 @@ fn emulated(folder: &Path, scene: &str) -> (Running, String) {
     (emulator, session)
 }
 
+/// The recording as one file: `info` tells the scans and bytes that the other files hold.
+fn check_mcap(flight: &Path) {
+    let info = |name: &str| -> Value {
+        let told = succeeds(&["info", "--json", &flight.join(name).display().to_string()]);
+        serde_json::from_str(&told).unwrap()
+    };
+    let (mcap, capture) = (info("session.mcap"), info("radar.mrm"));
+    println!("{mcap}\n{capture}");
+    let text = mcap.to_string();
+    assert!(text.contains("recorded session (MCAP)"), "{text}");
+    let fact = |name: &str| mcap_fact(&mcap, name);
+    let scans = fact("/radar/scan");
+    let count: u64 = scans.split(' ').next().unwrap().parse().unwrap();
+    assert!(count > 300 && scans.ends_with("acerra_msgs/msg/Scan"), "{scans}");
+    assert!(fact("/clock/fit").starts_with("1 messages"));
+    assert!(!text.contains("cut off"), "{text}");
+}
+
+/// A fact of the only file that is told about.
+fn mcap_fact(told: &Value, name: &str) -> String {
+    let told = told.as_array().map_or(told, |files| &files[0]);
+    let fact = &told["facts"][name];
+    fact.as_str().unwrap_or_else(|| panic!("{name}: {told}")).to_owned()
+}
+
 #[test]
 fn an_emulated_flight_is_recorded_and_focused_as_with_perfect_times() {
     let folder = tempfile::tempdir().unwrap();
@@ -115,9 +140,11 @@ fn an_emulated_flight_is_recorded_and_focused_as_with_perfect_times() {
     let session = session + "[flight]\nstop_after_s = 11.0\n";
     fs::write(folder.join("session.toml"), &session).unwrap();
     let flight = path(folder, "flight");
-    let told = succeeds(&["record", &path(folder, "session.toml"), "-o", &flight]);
+    let session = path(folder, "session.toml");
+    let told = succeeds(&["record", &session, "-o", &flight, "--mcap"]);
     println!("{told}");
     drop(emulator);
+    check_mcap(Path::new(&flight));
     let clock = fs::read_to_string(Path::new(&flight).join("radar.clock.json")).unwrap();
     println!("{clock}");
     let clock: Value = serde_json::from_str(&clock).unwrap();

@@ -7,6 +7,7 @@ mod finish_error;
 mod fix_watch;
 mod live_section;
 mod log_content;
+mod mcap_file;
 mod outcome;
 mod outlet;
 mod plausibility;
@@ -24,7 +25,10 @@ pub use capture::{ArrivalTimes, CaptureWriter};
 pub use finish::finish;
 pub use finish_error::FinishError;
 pub use live_section::LiveSection;
-pub use outcome::{CAMPAIGN_NAME, CAPTURE_NAME, CLOCK_NAME, Finished, LOG_NAME, ROVER_NAME};
+pub use mcap_file::write_mcap;
+pub use outcome::{
+    CAMPAIGN_NAME, CAPTURE_NAME, CLOCK_NAME, Finished, LOG_NAME, MCAP_NAME, ROVER_NAME,
+};
 pub use plausibility::{Doubt, doubts, shortest_interval_s};
 pub use progress::{Fix, Health, Progress};
 pub use record_error::RecordError;

@@ -15,6 +15,9 @@ pub const CLOCK_NAME: &str = "radar.clock.json";
 /// Name of the campaign file.
 pub const CAMPAIGN_NAME: &str = "campaign.toml";
 
+/// Name of the whole session as one MCAP file.
+pub const MCAP_NAME: &str = "session.mcap";
+
 /// What became of a session.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Finished {

@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 use acerra_live::Board;
+use acerra_live::board::Page;
 use axum::extract::State;
 use axum::extract::ws::{Message, WebSocket, WebSocketUpgrade};
 use axum::http::StatusCode;
@@ -86,9 +87,10 @@ struct Over;
 async fn talk(mut socket: WebSocket, clients: &Clients) -> Result<(), Over> {
     let mut changes = clients.changes.clone();
     let mut sent = Sent::default();
-    clients.board.page_came();
+    let page = Page::come(Arc::clone(&clients.board));
     loop {
         changes.mark_unchanged();
+        page.is_busy(true);
         let round = sent.round(&clients.board);
         for bytes in round.bytes {
             send(&mut socket, Message::Binary(bytes.into())).await?;
@@ -97,6 +99,7 @@ async fn talk(mut socket: WebSocket, clients: &Clients) -> Result<(), Over> {
         if has_drawn(&mut socket, sent.sequence).await? {
             clients.board.drawn(sent.sequence, Instant::now());
         }
+        page.is_busy(false);
         if let Ok(Err(_)) = timeout(LONGEST_SILENCE, changes.changed()).await {
             // Nothing will change any more.
             return Ok(());

@@ -102,7 +102,8 @@ export class LivePicture {
     for (const { x, y, columns, rows, levels } of news.tiles) {
       for (let row = 0; row < rows; row++) this.levels.set(levels.subarray(row * columns, (row + 1) * columns), (y + row) * nx + x);
     }
-    const isSame = news.baseDb === this.baseDb && Math.abs(news.maximumDb - this.maximumDb) < STEP_DB / 2;
+    // The colours follow the maximum by whole steps: each change colours all pixels anew.
+    const isSame = news.baseDb === this.baseDb && Math.abs(news.maximumDb - this.maximumDb) < 2 * STEP_DB;
     if (isSame) {
       for (const tile of news.tiles) this.colour(tile.x, tile.y, tile.columns, tile.rows);
     } else {

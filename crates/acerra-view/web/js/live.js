@@ -33,8 +33,13 @@ function say(text, bad = false) {
   notice.classList.toggle("bad", bad);
 }
 
-/** @param {import("./live-link.js").LiveStatus} status */
+let told = "";
+
+/** Rebuilds what has changed: a table made anew with each picture costs as much as the picture. @param {import("./live-link.js").LiveStatus} status */
 function tell(status) {
+  const now = JSON.stringify(status);
+  if (now === told) return;
+  told = now;
   element("image-state").textContent = imageState(status);
   element("image-state").title = imageState(status);
   const lines = rows(status).map(([name, value]) => {

@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 
 use acerra_record::driver::{RequestOptions, WatchOptions};
 use acerra_record::session::{
-    CAMPAIGN_NAME, Finished, Health, Progress, Recorder, Session, doubts, finish,
+    CAMPAIGN_NAME, Finished, Health, MCAP_NAME, Progress, Recorder, Session, doubts, finish,
+    write_mcap,
 };
 use anyhow::Context;
 
@@ -24,6 +25,7 @@ const EXAMPLE: &str = include_str!("session.toml");
 #[command(after_help = "Examples:
   acerra record --example > session.toml
   acerra record session.toml -o flight
+  acerra record session.toml -o flight --mcap
   acerra record --finish flight && acerra focus flight/campaign.toml")]
 pub struct Args {
     /// The session file (TOML).
@@ -35,6 +37,9 @@ pub struct Args {
     /// Make the files that `focus` takes out of the log in DIR, without recording.
     #[arg(long, value_name = "DIR", conflicts_with_all = ["session", "output", "example"])]
     finish: Option<PathBuf>,
+    /// Write session.mcap as well: the whole recording in one file, as ROS 2 messages that other tools read.
+    #[arg(long, conflicts_with = "example")]
+    mcap: bool,
     /// Print a commented session file, to begin with.
     #[arg(long, conflicts_with_all = ["session", "output"])]
     example: bool,
@@ -46,7 +51,8 @@ pub struct Args {
 /// A session that cannot be read, instruments that do not answer or refuse, a log that cannot be written.
 pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
     if let Some(directory) = &args.finish {
-        return tell(out, directory, &finish(directory)?);
+        tell(out, directory, &finish(directory)?)?;
+        return args.write_mcap(directory, out);
     }
     let (Some(file), Some(directory)) = (&args.session, &args.output) else {
         write!(out, "{EXAMPLE}")?;
@@ -70,7 +76,23 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
         let _ = finish(directory);
     }
     recorded?;
-    tell(out, directory, &finish(directory)?)
+    tell(out, directory, &finish(directory)?)?;
+    args.write_mcap(directory, out)
+}
+
+impl Args {
+    /// Writes the recording as one MCAP file, where that is asked for.
+    fn write_mcap(&self, directory: &Path, out: &mut dyn Write) -> anyhow::Result<()> {
+        if !self.mcap {
+            return Ok(());
+        }
+        let messages = write_mcap(directory)?;
+        if verbosity() != Verbosity::Quiet {
+            let path = directory.join(MCAP_NAME);
+            writeln!(out, "{messages} messages in {}", path.display())?;
+        }
+        Ok(())
+    }
 }
 
 /// Reads a session file; says what is doubtful, and refuses what makes a recording of no use.

@@ -6,6 +6,7 @@ mod gnss;
 mod image;
 mod phase_history;
 mod radar;
+mod session;
 mod trajectory;
 
 use std::fs::File;
@@ -39,6 +40,9 @@ pub fn describe(path: &Path) -> anyhow::Result<Description> {
     let reader = BufReader::new(file);
     if image::is_image(&head) {
         return image::describe(reader).with_context(at);
+    }
+    if session::is_session(&head) {
+        return session::describe(reader).with_context(at);
     }
     if acerra_autopilot::sniff(&head).is_some() {
         return flight_log::describe(reader).with_context(at);
