@@ -6,12 +6,11 @@
 
 use crate::attempt::Attempt;
 use crate::control::{Control, Watch};
-use crate::engine::{EpochResult, Witness};
-use crate::observation::EPOCH_TOLERANCE_S;
+use crate::engine::{Witness, overlay};
 use crate::options::{Cn0Mask, PpkOptions};
 use crate::ppk_error::PpkError;
 use crate::preparation::{Inputs, Preparation, join, threads};
-use crate::solution::{NotFixedReason, PpkWarning, Quality};
+use crate::solution::PpkWarning;
 use std::collections::VecDeque;
 use std::sync::{Mutex, PoisonError};
 
@@ -20,8 +19,6 @@ use std::sync::{Mutex, PoisonError};
 const MASKS_DB_HZ: [f64; 2] = [35.0, 40.0];
 /// Alternatives at most: two without a mask, and the masks.
 const ALTERNATIVES: usize = 2 + MASKS_DB_HZ.len();
-/// Fixes further apart than this (m) are of different integers.
-const DIFFERENT_PLACE_M: f64 = 0.1;
 
 /// The attempt itself, with whatever alternatives to its options fixed besides.
 pub(crate) fn better_of(
@@ -134,40 +131,4 @@ fn alternatives(options: &PpkOptions) -> Vec<PpkOptions> {
         }
     }
     alternatives
-}
-
-/// Puts the fixes of `other` where `results` have none; of two at different places that one is
-/// believed which a pass in the other direction found too, else neither.
-fn overlay(results: &mut [EpochResult], other: Vec<EpochResult>) {
-    let mut other = other.into_iter().peekable();
-    for result in results {
-        while other
-            .next_if(|o| o.tag.seconds_since(result.tag) < -EPOCH_TOLERANCE_S)
-            .is_some()
-        {}
-        let near = |o: &EpochResult| o.tag.seconds_since(result.tag) <= EPOCH_TOLERANCE_S;
-        let Some(better) = other.next_if(near) else {
-            continue;
-        };
-        let fixed = |r: &EpochResult| r.quality == Some(Quality::Fixed);
-        if !fixed(&better) {
-            continue;
-        }
-        if !fixed(result) {
-            *result = better;
-            continue;
-        }
-        let distance_m = result.distance_m(&better);
-        if distance_m > DIFFERENT_PLACE_M {
-            match (result.anchored, better.anchored) {
-                (true, false) => {}
-                (false, true) => *result = better,
-                _ => {
-                    result.quality = Some(Quality::Float);
-                    result.reason = Some(NotFixedReason::PassesDisagree { distance_m });
-                    result.widen_to(&better);
-                }
-            }
-        }
-    }
 }

@@ -4,7 +4,7 @@ use crate::control::Watch;
 use crate::engine::{
     Calibration, EpochResult, FloatErrors, GlonassPlan, LastingBiases, MeasuredNoise, Prepared,
     SignalGroup, SingleContext, Trial, Witness, combine, confirm_by, contradicting_groups,
-    error_correlation, rise_per_s, scale_covariances,
+    error_correlation, overlay, rise_per_s, scale_covariances,
 };
 use crate::error_correlation::ErrorCorrelation;
 use crate::options::{AmbiguityMode, FilterDirection, PpkOptions};
@@ -42,12 +42,18 @@ struct Findings {
     noise: MeasuredNoise,
     left_out: Vec<SignalGroup>,
     glonass: Option<GlonassDecision>,
+    /// The trial pass itself, before any fix is confirmed.
+    trial: Vec<EpochResult>,
 }
 
 impl Findings {
     /// Runs a trial pass.
     fn of(prepared: &Prepared<'_>, watch: &Watch<'_>) -> Result<Self, PpkError> {
-        let Trial { results, left_out } = prepared.trial(watch)?;
+        let Trial {
+            results,
+            unconfirmed,
+            left_out,
+        } = prepared.trial(watch)?;
         let glonass = prepared.glonass_decision(&results);
         let noise = if prepared.options.measure_code_noise {
             let misfits: Vec<_> = results.iter().map(EpochResult::misfit).collect();
@@ -67,6 +73,7 @@ impl Findings {
             noise,
             left_out,
             glonass,
+            trial: unconfirmed,
         })
     }
 }
@@ -75,6 +82,8 @@ impl Findings {
 pub(crate) struct Passes {
     forward: Vec<EpochResult>,
     backward: Vec<EpochResult>,
+    /// The trial pass, in its own order: by other noise it may bridge what the others do not.
+    trial: Vec<EpochResult>,
     /// What each of them can bear witness to.
     pub witnesses: [Witness; 2],
     float_errors: FloatErrors,
@@ -84,12 +93,14 @@ impl Passes {
     fn new(
         forward: Vec<EpochResult>,
         backward: Vec<EpochResult>,
+        trial: Vec<EpochResult>,
         float_errors: FloatErrors,
     ) -> Self {
         let witnesses = [Witness::of(&forward), Witness::of(&backward)];
         Self {
             forward,
             backward,
+            trial,
             witnesses,
             float_errors,
         }
@@ -104,13 +115,24 @@ impl Passes {
         [of_forward, of_backward]: [&[&Witness]; 2],
     ) -> (Vec<EpochResult>, usize) {
         let (mut forward, mut backward) = (self.forward.clone(), self.backward.clone());
-        let agreeing = confirm_by(&mut forward, needed, of_backward);
-        confirm_by(&mut backward, needed, of_forward);
+        let is_backward = options.direction == FilterDirection::Backward;
+        let of_trial = Witness::of(&self.trial);
+        // The trial ran in the direction asked for: it bears witness to the other.
+        let others = if is_backward { of_backward } else { of_forward };
+        let with_trial: Vec<&Witness> = others.iter().copied().chain([&of_trial]).collect();
+        let of_pass = if is_backward {
+            [of_forward, &with_trial[..]]
+        } else {
+            [&with_trial[..], of_backward]
+        };
+        let agreeing = confirm_by(&mut forward, needed, of_pass[1]);
+        confirm_by(&mut backward, needed, of_pass[0]);
+        let trial = self.trial_confirmed(options, needed, [of_forward, of_backward]);
         for pass in [&mut forward, &mut backward] {
             scale_covariances(pass);
             self.float_errors.scale(pass);
         }
-        let results = match options.direction {
+        let mut results = match options.direction {
             FilterDirection::Forward => forward,
             FilterDirection::Backward => {
                 backward.reverse();
@@ -118,7 +140,29 @@ impl Passes {
             }
             _ => combine(forward, backward, options, &self.float_errors),
         };
+        overlay(&mut results, trial);
         (results, agreeing)
+    }
+
+    /// The trial pass in ascending order, its fixes confirmed by those of the other direction.
+    fn trial_confirmed(
+        &self,
+        options: &PpkOptions,
+        needed: f64,
+        [of_forward, of_backward]: [&[&Witness]; 2],
+    ) -> Vec<EpochResult> {
+        let mut trial = self.trial.clone();
+        let is_backward = options.direction == FilterDirection::Backward;
+        confirm_by(
+            &mut trial,
+            needed,
+            if is_backward { of_forward } else { of_backward },
+        );
+        scale_covariances(&mut trial);
+        if is_backward {
+            trial.reverse();
+        }
+        trial
     }
 }
 
@@ -180,16 +224,17 @@ impl Attempt {
             },
             left_out: Vec::new(),
         };
-        let mut glonass = None;
+        let (mut glonass, mut trial) = (None, Vec::new());
         if Prepared::needs_trial(options) {
             let found = Findings::of(&prepared, watch)?;
             contradicting_groups(prepared.rover, &found.left_out, &mut warnings);
             glonass = found.glonass;
             prepared.left_out = found.left_out;
             prepared.noise = found.noise;
+            trial = found.trial;
         }
         let plan = glonass.map_or(GlonassPlan::Estimate, GlonassPlan::from);
-        let (results, passes) = run_passes(&prepared, plan, watch)?;
+        let (results, passes) = run_passes(&prepared, plan, trial, watch)?;
         let error_correlation = passes.as_ref().and_then(|p| error_correlation(&p.forward));
         let lost = prepared.rover.iter().filter_map(|e| match &e.single {
             Ok(_) => None,
@@ -246,6 +291,7 @@ fn has_witness(options: &PpkOptions) -> bool {
 fn run_passes(
     prepared: &Prepared<'_>,
     plan: GlonassPlan,
+    trial: Vec<EpochResult>,
     watch: &Watch<'_>,
 ) -> Result<(Vec<EpochResult>, Option<Passes>), PpkError> {
     let options = prepared.options;
@@ -257,7 +303,7 @@ fn run_passes(
         })?;
         return Ok((
             Vec::new(),
-            Some(Passes::new(forward, backward, float_errors)),
+            Some(Passes::new(forward, backward, trial, float_errors)),
         ));
     }
     let pass = |backward: bool| prepared.run_alone(&mut fresh(), backward, watch);

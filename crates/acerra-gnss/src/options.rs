@@ -406,7 +406,7 @@ impl PpkOptions {
             max_code_residual_sigma: Some(5.0),
             min_success_rate: Some(0.99),
             measure_code_noise: true,
-            initial_bias_cycles: 100.0,
+            initial_bias_cycles: 50.0,
             revisable_hold: true,
             try_alternatives: true,
             weak_signal_drop_db: Some(6.0),

@@ -48,7 +48,10 @@ pub(crate) struct Prepared<'a> {
 
 /// What a trial pass found.
 pub(crate) struct Trial {
+    /// As the pass alone can vouch for them.
     pub results: Vec<EpochResult>,
+    /// The same before any fix is confirmed, in the order of processing.
+    pub unconfirmed: Vec<EpochResult>,
     pub left_out: Vec<SignalGroup>,
 }
 
@@ -80,9 +83,12 @@ impl<'a> Prepared<'a> {
     pub(crate) fn trial(&self, watch: &Watch<'_>) -> Result<Trial, PpkError> {
         let backward = self.options.direction == FilterDirection::Backward;
         let mut filter = self.filter_with(self.trial_options);
-        let results = self.run_alone(&mut filter, backward, watch)?;
+        let unconfirmed = self.run(&mut filter, backward, watch)?;
+        let mut results = unconfirmed.clone();
+        self.confirm_alone(&filter, &mut results);
         Ok(Trial {
             results,
+            unconfirmed,
             left_out: filter.suspects.left_out().to_vec(),
         })
     }
@@ -312,11 +318,16 @@ impl<'a> Prepared<'a> {
         watch: &Watch<'_>,
     ) -> Result<Vec<EpochResult>, PpkError> {
         let mut results = self.run(filter, backward, watch)?;
-        if let Some(needed) = self.options.min_success_rate {
-            confirm_alone(&mut results, needed, &filter.withdrawn);
-            scale_covariances(&mut results);
-            self.float_errors().scale(&mut results);
-        }
+        self.confirm_alone(filter, &mut results);
         Ok(results)
+    }
+
+    /// Confirms the fixes of a pass by the pass itself, and states their covariances.
+    fn confirm_alone(&self, filter: &Filter<'_>, results: &mut [EpochResult]) {
+        if let Some(needed) = self.options.min_success_rate {
+            confirm_alone(results, needed, &filter.withdrawn);
+            scale_covariances(results);
+            self.float_errors().scale(results);
+        }
     }
 }

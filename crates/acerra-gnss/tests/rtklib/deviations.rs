@@ -136,6 +136,14 @@ fn float_table(text: &mut String) {
         writeln!(text, "| {} | {} |", set.name, own.row()).unwrap();
     }
     writeln!(text, "| all | {} |", all.row()).unwrap();
+    // Parts of one log are few independent draws: what must not happen is that errors exceed what
+    // is stated.
+    let [level, level_2, height, height_2] = all.shares();
+    assert!(level > 63.0 && height > 63.0, "{level} % and {height} %");
+    assert!(
+        level_2 > 92.0 && height_2 > 92.0,
+        "{level_2} % and {height_2} %"
+    );
 }
 
 /// Options of float solutions of many parts of a log.

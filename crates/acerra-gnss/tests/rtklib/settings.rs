@@ -41,10 +41,13 @@ pub fn sensitivity_table(text: &mut String) {
          | --- | --- | --- | --- |\n",
     );
     type Change = fn(PpkOptions) -> PpkOptions;
-    let changes: [(&str, Change); 6] = [
-        ("default (100 cycles, no mask of one's own)", |o| o),
+    let changes: [(&str, Change); 7] = [
+        ("default (50 cycles, no mask of one's own)", |o| o),
         ("initial ambiguity: 30 cycles", |o| {
             o.with_initial_bias_cycles(30.0)
+        }),
+        ("initial ambiguity: 100 cycles", |o| {
+            o.with_initial_bias_cycles(100.0)
         }),
         ("initial ambiguity: 300 cycles", |o| {
             o.with_initial_bias_cycles(300.0)

@@ -8,6 +8,12 @@ use acerra_geo::geodesy::EnuFrame;
 
 /// Variance of a position taken from a single-point solution (m²).
 pub(super) const POSITION_VARIANCE_M2: f64 = 900.0;
+/// The same where the single-point solution only says where to form the differences (m²).
+///
+/// Its error is that of the ionosphere and the orbits, metres for hours, mostly in height: taken for
+/// new at every epoch, as RTKLIB does, 30 m would be 0.9 m after 1,200 epochs, and float heights be
+/// drawn to it by decimetres. After 100,000 epochs a kilometre is still 3 m.
+const UNINFORMATIVE_VARIANCE_M2: f64 = 1e6;
 const VELOCITY_VARIANCE: f64 = 100.0;
 const ACCELERATION_VARIANCE: f64 = 100.0;
 /// A state of exactly zero would count as absent in RTKLIB; accelerations start just off it.
@@ -21,6 +27,9 @@ impl Filter<'_> {
                 if first {
                     self.initialise_position(single);
                 }
+            }
+            (_, None) if self.options.measure_code_noise => {
+                self.initialise_position_with(single, UNINFORMATIVE_VARIANCE_M2);
             }
             (_, None) => self.initialise_position(single),
             (_, Some(dynamics)) => {
@@ -51,9 +60,13 @@ impl Filter<'_> {
     }
 
     pub(super) fn initialise_position(&mut self, single: &SinglePoint) {
+        self.initialise_position_with(single, POSITION_VARIANCE_M2);
+    }
+
+    fn initialise_position_with(&mut self, single: &SinglePoint, variance_m2: f64) {
         for k in 0..3 {
             self.state
-                .initialise(k, single.position_ecef_m[k], POSITION_VARIANCE_M2);
+                .initialise(k, single.position_ecef_m[k], variance_m2);
         }
         // In static mode a motion model would have nothing to do.
         for k in 3..self.state.position_states {

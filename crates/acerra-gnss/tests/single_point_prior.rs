@@ -1,0 +1,65 @@
+//! Single-point positions say where differences are formed, not where the rover is.
+
+#![allow(clippy::unwrap_used)]
+
+mod synthetic;
+
+use acerra_geo::geodesy::EnuFrame;
+use acerra_gnss::{
+    AmbiguityMode, BasePosition, ObservationData, PpkOptions, Quality, System, SystemSet, process,
+};
+use synthetic::{BASE_ECEF_M, L1, Receiver, flight, navigation, observe};
+
+const EPOCHS: usize = 400;
+
+/// East, north, up (m) of the float positions from a base told to be where it is, or `off_up_m`
+/// above.
+fn float_vectors(rover: &ObservationData, base: &ObservationData, off_up_m: f64) -> Vec<[f64; 3]> {
+    let told = EnuFrame::from_ecef(BASE_ECEF_M).ecef_from_enu([0.0, 0.0, off_up_m]);
+    let options = PpkOptions::default()
+        .with_systems(SystemSet::GPS.with(System::Galileo))
+        .with_ambiguity(AmbiguityMode::Off)
+        .with_base_position(BasePosition::Ecef(told));
+    let solution = process(rover, base, &navigation(), &options).unwrap();
+    let frame = EnuFrame::from_ecef(told);
+    let float = solution
+        .epochs
+        .iter()
+        .filter(|e| e.quality == Quality::Float);
+    float
+        .map(|e| frame.enu_from_ecef(e.position_ecef_m))
+        .collect()
+}
+
+/// A base position that is off by more than the single-point positions are, or an ionosphere that
+/// is not the model's: the rover's single-point positions then contradict the base's place by
+/// metres at every epoch alike, and must not draw the vector between the receivers.
+#[test]
+fn single_point_heights_do_not_draw_float_heights() {
+    let navigation = navigation();
+    let log = |seed, position: &dyn Fn(f64) -> [f64; 3], clock_s: &dyn Fn(f64) -> f64| {
+        observe(
+            &navigation,
+            &Receiver {
+                seed,
+                epochs: EPOCHS,
+                interval_s: 1.0,
+                position,
+                clock_s,
+                noise_m: [0.003, 3.0],
+                signals: &L1,
+            },
+        )
+    };
+    let base = log(1, &|_| BASE_ECEF_M, &|t| -2.1e-4 + 3e-8 * t);
+    let rover = log(2, &flight, &|t| 8.3e-4 + 2e-7 * t);
+    let exact = float_vectors(&rover, &base, 0.0);
+    let off = float_vectors(&rover, &base, 15.0);
+    assert_eq!((exact.len(), off.len()), (EPOCHS, EPOCHS));
+    let largest_m = exact
+        .iter()
+        .zip(&off)
+        .flat_map(|(a, b)| (0..3).map(|k| (a[k] - b[k]).abs()))
+        .fold(0.0, f64::max);
+    assert!(largest_m < 0.01, "{largest_m} m");
+}
