@@ -172,13 +172,19 @@ fn check_options(options: &PpkOptions) -> Result<(), PpkError> {
         "0 to below π/2",
         options.elevation_mask_rad,
     )?;
-    let positive = [
+    let mut positive = vec![
         ("phase_error_m", options.phase_error_m),
         ("initial_bias_cycles", options.initial_bias_cycles),
         ("hold_variance_cycles2", options.hold_variance_cycles2),
         ("doppler_error_hz", options.doppler_error_hz),
         ("code_phase_ratio", options.code_phase_ratio[0]),
     ];
+    if let Some(known) = options.baseline_length {
+        positive.extend([
+            ("baseline_length.length_m", known.length_m),
+            ("baseline_length.sigma_m", known.sigma_m),
+        ]);
+    }
     for (name, value) in positive {
         check(
             value.is_finite() && value > 0.0,
@@ -202,20 +208,6 @@ fn check_options(options: &PpkOptions) -> Result<(), PpkError> {
             "zero or a positive number",
             value,
         )?;
-    }
-    if let Some(known) = options.baseline_length {
-        let values = [
-            ("baseline_length.length_m", known.length_m),
-            ("baseline_length.sigma_m", known.sigma_m),
-        ];
-        for (name, value) in values {
-            check(
-                value.is_finite() && value > 0.0,
-                name,
-                "a positive number",
-                value,
-            )?;
-        }
     }
     Ok(())
 }
