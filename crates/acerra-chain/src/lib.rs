@@ -57,6 +57,7 @@ pub mod evidence;
 pub mod focus;
 pub mod gate;
 pub mod ground;
+mod height_noise;
 pub mod inputs;
 pub mod inversion;
 mod journal;

@@ -18,6 +18,7 @@ use crate::clean::{CleanError, CleanOptions, clean};
 use crate::control::{Cancelled, Control};
 use crate::echoes::quick_look;
 use crate::ground::Scene;
+use crate::height_noise::{height_noise_m, lasting_error_m};
 use crate::sharpen::coarse;
 use crate::warnings::Warnings;
 
@@ -56,6 +57,10 @@ const LEAST_TRACES: usize = 40;
 /// Spacing of the offsets at which the whole aperture is imaged, and how far about the estimate (s).
 const WHOLE_STEP_S: f64 = 0.005;
 const WHOLE_REACH_S: f64 = 0.12;
+/// Noise of heights from fix to fix above which they are smoothed (m), and over what to each side (s): a
+/// platform's wander is slower.
+const QUIET_M: f64 = 1.5e-3;
+const SMOOTHED_S: f64 = 0.7;
 /// Correlation of change and speed, and its share elsewhere, from which motion alone narrows the
 /// offsets; and how far it does (s).
 const CLEAR_CORRELATION: f64 = 0.6;
@@ -143,15 +148,30 @@ pub fn by_height_and_motion(
             speed_m_s: moved.sqrt() / (2.0 * half_s),
         })
     })?;
+    let profile = if height_noise_m(trajectory).is_some_and(|noise_m| noise_m > QUIET_M) {
+        profile.smoothed(SMOOTHED_S)
+    } else {
+        profile
+    };
+    let profile = profile.with_lasting_error_m(lasting_error_m(trajectory).unwrap_or(0.0));
     let mut options = OffsetOptions::default();
     if let Some(delay_s) = range.delay_s {
         options = options.with_delay_range_s(delay_s);
     }
-    if let Some(prior) = clear_motion(radargram, &profile) {
-        options = options.with_prior(prior);
-    }
     let control = control.for_radar();
-    Ok(offset_likelihood(radargram, &profile, &options, control)?)
+    let found = offset_likelihood(radargram, &profile, &options, control);
+    // What came into view changes the radargram as starts and halts do: they speak alone only where no
+    // echo follows the height.
+    if matches!(&found, Ok(found) if found.height.is_some()) {
+        return Ok(found?);
+    }
+    match clear_motion(radargram, &profile) {
+        Some(prior) => {
+            let narrowed = options.with_prior(prior);
+            Ok(offset_likelihood(radargram, &profile, &narrowed, control)?)
+        }
+        None => Ok(found?),
+    }
 }
 
 /// The offset at which the radargram changes while the platform moves, where no other correlates

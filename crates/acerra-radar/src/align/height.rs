@@ -297,8 +297,12 @@ impl Fit<'_> {
         // Few independent residuals estimate their own spread poorly (Student).
         let independent = (surface.len() as f64 / lasting).max(1.0);
         let few = (independent / (independent - 3.0).max(0.5)).max(1.0);
-        let slow = (LASTING_ERROR_S / mixture.sigma_s).powi(2) * correlation_length(&rate);
-        let length = (lasting.max(variance_inflation(&surface, &rate)) + slow) * few;
+        let slow = |error_s: f64| (error_s / mixture.sigma_s).powi(2) * correlation_length(&rate);
+        let scatter = lasting.max(variance_inflation(&surface, &rate));
+        let length_with = |error_s: f64| (scatter + slow(error_s)) * few;
+        // Heights that err for long leave the echo the surface's, but not the offset sharp.
+        let own = length_with(LASTING_ERROR_S);
+        let length = length_with(LASTING_ERROR_S.hypot(self.profile.lasting_error_s()));
         // An echo that ignores the height: the same picks against a constant.
         let ignorant = self.without_height();
         for l in &mut curve.log_likelihood {
@@ -312,7 +316,7 @@ impl Fit<'_> {
             stray_share: mixture.stray_share,
             picks,
             correlation_length: length,
-            evidence: (top - ignorant) / length,
+            evidence: (top - ignorant) / own,
             preference: (top - ignorant) / lasting,
             curve,
         }

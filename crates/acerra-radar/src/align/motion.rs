@@ -12,20 +12,21 @@ use rayon::prelude::*;
 use super::curve::LikelihoodCurve;
 use super::height::Grid;
 use super::noise::correlation_length;
+use super::profile::AT_REST;
 use super::{AlignError, FlightProfile};
 use crate::control::Control;
 
 /// Upper ends of the classes of speed, as shares of the speed that is exceeded in one twentieth of
 /// the time; the first class is at rest.
-const CLASS_ENDS: [f64; 3] = [0.1, 0.4, 0.75];
+const CLASS_ENDS: [f64; 3] = [AT_REST, 0.4, 0.75];
 const CLASSES: usize = CLASS_ENDS.len() + 1;
 /// Traces' worth of the overall variance that every class is given: small classes prove nothing.
 const PRIOR_TRACES: f64 = 3.0;
+/// Offsets that far apart count as independent trials, each of which may fit by chance, s.
+const INDEPENDENT_S: f64 = 0.5;
 /// Log-likelihood that one start or halt is worth at most: what is in view changes the radargram,
 /// too, and can look like a start.
 const MOST_PER_TRANSITION: f64 = 8.0;
-/// Time for which a start or halt must last, s.
-const LASTING_S: f64 = 0.5;
 
 /// What the change from trace to trace says of the offset.
 #[derive(Debug, Clone, PartialEq)]
@@ -40,7 +41,8 @@ pub struct MotionCue {
     pub correlation_length: f64,
     /// Starts and halts within the record, at that offset.
     pub transitions: usize,
-    /// Log-likelihood over a change that ignores the speed.
+    /// Log-likelihood over a change that ignores the speed, less the logarithm of the number of independent
+    /// offsets that were tried.
     pub evidence: f64,
 }
 
@@ -70,13 +72,18 @@ pub(super) fn motion_cue(
         log_likelihood,
     };
     let (offset_s, best) = curve.best();
-    let transitions = fit.transitions(offset_s);
+    let transitions = profile.starts_and_halts(time_s.iter().map(|t| t + offset_s));
     if best <= 0.0 || transitions == 0 {
         return Ok(None);
     }
     let length = correlation_length(&fit.residuals(offset_s));
-    let evidence = (best / length).min(MOST_PER_TRANSITION * transitions as f64);
-    let scale = evidence / best;
+    let most = (best / length).min(MOST_PER_TRANSITION * transitions as f64);
+    let scale = most / best;
+    // Any start or halt of the flight may fit a change by chance.
+    let evidence = most
+        - (grid.count as f64 * grid.step_s / INDEPENDENT_S)
+            .max(1.0)
+            .ln();
     curve.log_likelihood.iter_mut().for_each(|l| *l *= scale);
     Ok(Some(MotionCue {
         offset_s,
@@ -107,10 +114,7 @@ struct Class {
 
 impl<'a> Fit<'a> {
     fn new(time_s: &'a [f64], change: &[f64], profile: &'a FlightProfile) -> Option<Self> {
-        let mut known: Vec<f64> = profile.speed_m_s().to_vec();
-        known.retain(|v| v.is_finite());
-        known.sort_by(f64::total_cmp);
-        let fast_m_s = *known.get(known.len() * 19 / 20)?;
+        let fast_m_s = profile.fast_speed_m_s()?;
         let largest = change.iter().copied().fold(0.0, f64::max);
         if fast_m_s <= 0.0 || largest <= 0.0 {
             return None;
@@ -198,26 +202,5 @@ impl<'a> Fit<'a> {
                 Some((l - class.mean) / class.variance.sqrt())
             })
             .collect()
-    }
-
-    /// How often the platform starts or halts within the record, for half a second or more.
-    fn transitions(&self, offset_s: f64) -> usize {
-        let (mut count, mut state, mut since_s) = (0, None, 0.0);
-        for &t in self.time_s {
-            let Some(class) = self.class(t + offset_s) else {
-                continue;
-            };
-            let moving = class > 0;
-            match state {
-                Some(before) if before == moving => since_s = t,
-                Some(_) if t - since_s < LASTING_S => {}
-                before => {
-                    count += usize::from(before.is_some());
-                    state = Some(moving);
-                    since_s = t;
-                }
-            }
-        }
-        count
     }
 }

@@ -5,6 +5,10 @@ use crate::constants::two_way_delay_s;
 
 /// Most samples of a profile.
 const LONGEST: f64 = 4e6;
+/// Share of the platform's fast speed below which it stands.
+pub(super) const AT_REST: f64 = 0.1;
+/// Time for which a start or halt must last, s.
+const LASTING_S: f64 = 0.5;
 
 /// What the trajectory says of one instant.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -22,6 +26,7 @@ pub struct FlightProfile {
     step_s: f64,
     echo_delay_s: Vec<f64>,
     speed_m_s: Vec<f64>,
+    lasting_error_m: f64,
 }
 
 impl FlightProfile {
@@ -54,6 +59,7 @@ impl FlightProfile {
             step_s,
             echo_delay_s,
             speed_m_s,
+            lasting_error_m: 0.0,
         })
     }
 
@@ -81,6 +87,92 @@ impl FlightProfile {
     #[must_use]
     pub fn speed_m_s(&self) -> &[f64] {
         &self.speed_m_s
+    }
+
+    /// The same with heights that err by a standard deviation (m) for as long as their changes last, as those
+    /// of positions without fixed ambiguities do: no scatter about the echoes shows such an error.
+    #[must_use]
+    pub fn with_lasting_error_m(mut self, lasting_error_m: f64) -> Self {
+        self.lasting_error_m = lasting_error_m.max(0.0);
+        self
+    }
+
+    /// What heights err by for as long as their changes last, as a delay, s.
+    pub(super) fn lasting_error_s(&self) -> f64 {
+        two_way_delay_s(self.lasting_error_m)
+    }
+
+    /// The same with heights smoothed by local parabolas over `half_window_s` to each side (less beside
+    /// gaps and at the ends). Noise of the positions that changes from fix to fix goes; motion whose
+    /// acceleration changes evenly over the window stays as it is, and nothing is shifted in time.
+    ///
+    /// An offset is where the heights fit best, and noise of the heights fits the noise of the echoes
+    /// best somewhere by chance: the rate of the noise against that of the flight is the error.
+    ///
+    /// ```
+    /// use acerra_radar::align::{FlightProfile, FlightState};
+    /// use acerra_radar::two_way_delay_s;
+    ///
+    /// let climb = |t: f64| 5.0 + 0.3 * t + 0.1 * t * t;
+    /// let state = |t| Some(FlightState { height_m: climb(t), speed_m_s: 1.0 });
+    /// let profile = FlightProfile::sample([0.0, 10.0], state)?.smoothed(0.7);
+    /// assert!((profile.echo_delay_s(4.0) - two_way_delay_s(climb(4.0))).abs() < 1e-14);
+    /// # Ok::<(), acerra_radar::align::AlignError>(())
+    /// ```
+    #[must_use]
+    pub fn smoothed(mut self, half_window_s: f64) -> Self {
+        let widest = (half_window_s.clamp(0.0, LONGEST_WINDOW_S) / self.step_s).round() as usize;
+        let weights: Vec<Vec<f64>> = (0..=widest).map(parabola_weights).collect();
+        let known = |d: &f64| d.is_finite();
+        let last = self.echo_delay_s.len() - 1;
+        let smooth = |i: usize| {
+            let most = widest.min(i).min(last - i);
+            let near = (1..=most).take_while(|k| {
+                let ends = [i - k, i + k].map(|j| self.echo_delay_s[j]);
+                ends.iter().all(known)
+            });
+            let half = near.count();
+            let window = &self.echo_delay_s[i - half..=i + half];
+            let terms = window.iter().zip(&weights[half]);
+            terms.map(|(d, w)| d * w).sum::<f64>()
+        };
+        self.echo_delay_s = (0..=last).map(smooth).collect();
+        self
+    }
+
+    /// How often the platform starts or halts between the first and the last of some times (s, rising),
+    /// for half a second or more. Times without a position say nothing.
+    #[must_use]
+    pub fn starts_and_halts(&self, time_s: impl IntoIterator<Item = f64>) -> usize {
+        let Some(fast_m_s) = self.fast_speed_m_s() else {
+            return 0;
+        };
+        let (mut count, mut state, mut since_s) = (0, None, 0.0);
+        for t in time_s {
+            let speed_m_s = self.speed_at(t);
+            if !speed_m_s.is_finite() {
+                continue;
+            }
+            let moving = speed_m_s > AT_REST * fast_m_s;
+            match state {
+                Some(before) if before == moving => since_s = t,
+                Some(_) if t - since_s < LASTING_S => {}
+                before => {
+                    count += usize::from(before.is_some());
+                    state = Some(moving);
+                    since_s = t;
+                }
+            }
+        }
+        count
+    }
+
+    /// The speed that is exceeded in one twentieth of the time, m/s; none where no speed is known.
+    pub(super) fn fast_speed_m_s(&self) -> Option<f64> {
+        let mut known: Vec<f64> = self.speed_m_s.clone();
+        known.retain(|v| v.is_finite());
+        known.sort_by(f64::total_cmp);
+        known.get(known.len() * 19 / 20).copied()
     }
 
     /// Two-way delay of the surface echo, 2h/c, at a time, s; NaN where unknown.
@@ -119,6 +211,21 @@ impl FlightProfile {
 /// Spacing of samples, s: an acceleration of 5 m/s² bends a path by 0.25 mm over it.
 pub(super) const STEP_S: f64 = 0.02;
 
+/// Longest window that heights are smoothed over to each side, s.
+const LONGEST_WINDOW_S: f64 = 5.0;
+
+/// Weights of 2m + 1 even samples that give the value in the middle of their least-squares parabola
+/// (Savitzky and Golay 1964); of three samples and of one, the middle one alone.
+fn parabola_weights(m: usize) -> Vec<f64> {
+    let half = m as f64;
+    let over = (2.0 * half - 1.0) * (2.0 * half + 1.0) * (2.0 * half + 3.0);
+    let weight = |k: usize| {
+        let x = k as f64 - half;
+        (3.0 * (3.0 * half * half + 3.0 * half - 1.0) - 15.0 * x * x) / over
+    };
+    (0..=2 * m).map(weight).collect()
+}
+
 fn interpolate(values: &[f64], x: f64) -> f64 {
     let last = values.len() - 1;
     if !(x >= 0.0 && x <= last as f64) {
@@ -129,4 +236,61 @@ fn interpolate(values: &[f64], x: f64) -> f64 {
         return values[last];
     }
     values[i] + (x - i as f64) * (values[i + 1] - values[i])
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // a test that cannot go on has failed
+mod tests {
+    use super::*;
+
+    fn profile(height_m: impl Fn(f64) -> Option<f64>) -> FlightProfile {
+        let state = |height_m| FlightState {
+            height_m,
+            speed_m_s: 1.0,
+        };
+        FlightProfile::sample([0.0, 20.0], |t| height_m(t).map(state)).unwrap()
+    }
+
+    #[test]
+    fn smoothing_keeps_cubic_climbs_and_takes_noise_away() {
+        let climb = |t: f64| 5.0 + 0.4 * t + 0.05 * t * t - 0.004 * t * t * t;
+        let smooth = profile(|t| Some(climb(t))).smoothed(0.7);
+        for t in [0.0, 0.02, 0.5, 7.0, 19.98] {
+            let off_s = smooth.echo_delay_s(t) - two_way_delay_s(climb(t));
+            assert!(off_s.abs() < 1e-13, "{t}: {off_s}");
+        }
+        // Every sample its own error of a metre's delay.
+        let noise = |t: f64| 5.0 + f64::from((t * 50.0).round() as i32 % 2);
+        let smooth = profile(|t| Some(noise(t))).smoothed(0.7);
+        let off_s = smooth.echo_delay_s(10.0) - two_way_delay_s(5.5);
+        assert!(off_s.abs() < 0.05 * two_way_delay_s(1.0), "{off_s}");
+    }
+
+    #[test]
+    fn gaps_stay_gaps_and_bend_nothing_beside_them() {
+        let climb = |t: f64| (!(8.0..9.0).contains(&t)).then_some(4.0 + 0.2 * t * t);
+        let smooth = profile(climb).smoothed(0.7);
+        assert!(smooth.echo_delay_s(8.5).is_nan());
+        let off_s = smooth.echo_delay_s(7.9) - two_way_delay_s(4.0 + 0.2 * 7.9 * 7.9);
+        assert!(off_s.abs() < 1e-13, "{off_s}");
+    }
+
+    #[test]
+    fn starts_and_halts_are_counted_where_they_last() {
+        let speed = |t: f64| match t {
+            t if (3.0..8.0).contains(&t) || (12.0..19.0).contains(&t) => 1.5,
+            // A stumble.
+            t if (10.0..10.2).contains(&t) => 1.5,
+            _ => 0.0,
+        };
+        let state = |t: f64| FlightState {
+            height_m: 5.0,
+            speed_m_s: speed(t),
+        };
+        let profile = FlightProfile::sample([0.0, 20.0], |t| Some(state(t))).unwrap();
+        let times = |from: i32, to: i32| (from..to).map(|k| 0.1 * f64::from(k));
+        assert_eq!(profile.starts_and_halts(times(0, 200)), 4);
+        assert_eq!(profile.starts_and_halts(times(40, 110)), 1);
+        assert_eq!(profile.starts_and_halts(times(130, 180)), 0);
+    }
 }
