@@ -386,7 +386,9 @@ mod tests {
         let board = Board::new();
         assert!(board.is_picture_wanted());
         let [first, second] = [0; 2].map(|_| Page::come(Arc::clone(&board)));
-        [&first, &second, &first].map(|page| page.is_busy(true));
+        for page in [&first, &second, &first] {
+            page.is_busy(true);
+        }
         assert!(!board.is_picture_wanted());
         second.is_busy(false);
         assert!(board.is_picture_wanted());

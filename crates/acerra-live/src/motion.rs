@@ -86,21 +86,21 @@ mod tests {
         let mut motion = Motion::default();
         motion.take(4.0, velocity(4.0));
         motion.take(4.1, velocity(4.1));
-        assert!(off_m(&motion, 0.2) < 1e-9);
+        assert!(off_m(&motion, 0.15) < 1e-9);
     }
 
     #[test]
     fn without_them_the_line_through_two_positions_goes_on() {
         let mut motion = Motion::default();
         // Half the acceleration times time since and time between.
-        let expected_m = 0.5 * 0.5 * 0.2 * (0.2 + 0.1);
-        assert!((off_m(&motion, 0.2) - expected_m).abs() < 1e-9);
+        let expected_m = 0.5 * 0.5 * 0.15 * (0.15 + 0.1);
+        assert!((off_m(&motion, 0.15) - expected_m).abs() < 1e-9);
         motion.take(4.0, None);
         motion.take(4.1, None);
-        assert!((off_m(&motion, 0.2) - expected_m).abs() < 1e-9);
+        assert!((off_m(&motion, 0.15) - expected_m).abs() < 1e-9);
         // A velocity of another position is none of this one.
         motion.take(4.2, velocity(4.2));
-        assert!((off_m(&motion, 0.2) - expected_m).abs() < 1e-9);
+        assert!((off_m(&motion, 0.15) - expected_m).abs() < 1e-9);
     }
 
     #[test]

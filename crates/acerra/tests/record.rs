@@ -118,7 +118,10 @@ fn check_mcap(flight: &Path) {
     let fact = |name: &str| mcap_fact(&mcap, name);
     let scans = fact("/radar/scan");
     let count: u64 = scans.split(' ').next().unwrap().parse().unwrap();
-    assert!(count > 300 && scans.ends_with("acerra_msgs/msg/Scan"), "{scans}");
+    assert!(
+        count > 300 && scans.ends_with("acerra_msgs/msg/Scan"),
+        "{scans}"
+    );
     assert!(fact("/clock/fit").starts_with("1 messages"));
     assert!(!text.contains("cut off"), "{text}");
 }
@@ -127,7 +130,9 @@ fn check_mcap(flight: &Path) {
 fn mcap_fact(told: &Value, name: &str) -> String {
     let told = told.as_array().map_or(told, |files| &files[0]);
     let fact = &told["facts"][name];
-    fact.as_str().unwrap_or_else(|| panic!("{name}: {told}")).to_owned()
+    fact.as_str()
+        .unwrap_or_else(|| panic!("{name}: {told}"))
+        .to_owned()
 }
 
 #[test]

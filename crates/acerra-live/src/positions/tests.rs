@@ -146,14 +146,15 @@ fn a_place_a_little_beyond_the_last_position_is_extrapolated() {
 #[test]
 fn positions_are_kept_for_pulses_that_wait_and_no_longer() {
     let mut positions = flown(0.1, 1, [0.0; 3]);
-    let mut fly = |positions: &mut Positions, range: std::ops::Range<i32>| {
+    let fly = |positions: &mut Positions, range: std::ops::Range<i32>| {
         for k in range {
             positions.push(&position(0.1 * f64::from(k), SolutionStatus::Fixed));
         }
         positions.fixes.len()
     };
+    // The one at 5 s is the last of those before.
     positions.need_from(Some(start() + 5.0));
-    assert_eq!(fly(&mut positions, 1..400), 400 - 50 + KEPT_BEFORE);
+    assert_eq!(fly(&mut positions, 1..400), 400 - 51 + KEPT_BEFORE);
     assert!(matches!(positions.at(start() + 5.0), Placed::At(_)));
     positions.need_from(None);
     assert_eq!(fly(&mut positions, 400..401), KEPT);
