@@ -2,12 +2,12 @@
 
 use crate::control::Watch;
 use crate::engine::{
-    Calibration, EpochResult, FloatErrors, GlonassPlan, LastingBiases, MeasuredNoise, Prepared,
-    SignalGroup, SingleContext, Trial, Witness, combine, confirm_by, contradicting_groups,
-    error_correlation, overlay, rise_per_s, scale_covariances,
+    Calibration, EpochResult, GlonassPlan, LastingBiases, MeasuredNoise, Prepared, SignalGroup,
+    SingleContext, Trial, Witness, combine, contradicting_groups, error_correlation, rise_per_s,
 };
 use crate::error_correlation::ErrorCorrelation;
 use crate::options::{AmbiguityMode, FilterDirection, PpkOptions};
+use crate::passes::Passes;
 use crate::ppk_error::PpkError;
 use crate::preparation::{Preparation, join, threads};
 use crate::solution::{GlonassDecision, LostEpoch, PpkWarning, Quality};
@@ -75,94 +75,6 @@ impl Findings {
             glonass,
             trial: unconfirmed,
         })
-    }
-}
-
-/// The passes of an attempt before any fix is confirmed.
-pub(crate) struct Passes {
-    forward: Vec<EpochResult>,
-    backward: Vec<EpochResult>,
-    /// The trial pass, in its own order: by other noise it may bridge what the others do not.
-    trial: Vec<EpochResult>,
-    /// What each of them can bear witness to.
-    pub witnesses: [Witness; 2],
-    float_errors: FloatErrors,
-}
-
-impl Passes {
-    fn new(
-        forward: Vec<EpochResult>,
-        backward: Vec<EpochResult>,
-        trial: Vec<EpochResult>,
-        float_errors: FloatErrors,
-    ) -> Self {
-        let witnesses = [Witness::of(&forward), Witness::of(&backward)];
-        Self {
-            forward,
-            backward,
-            trial,
-            witnesses,
-            float_errors,
-        }
-    }
-
-    /// The results that `options` ask for, confirmed by forward and backward witnesses, and the
-    /// number of epochs at which those agree with these passes.
-    fn concluded(
-        &self,
-        options: &PpkOptions,
-        needed: f64,
-        [of_forward, of_backward]: [&[&Witness]; 2],
-    ) -> (Vec<EpochResult>, usize) {
-        let (mut forward, mut backward) = (self.forward.clone(), self.backward.clone());
-        let is_backward = options.direction == FilterDirection::Backward;
-        let of_trial = Witness::of(&self.trial);
-        // The trial ran in the direction asked for: it bears witness to the other.
-        let others = if is_backward { of_backward } else { of_forward };
-        let with_trial: Vec<&Witness> = others.iter().copied().chain([&of_trial]).collect();
-        let of_pass = if is_backward {
-            [of_forward, &with_trial[..]]
-        } else {
-            [&with_trial[..], of_backward]
-        };
-        let agreeing = confirm_by(&mut forward, needed, of_pass[1]);
-        confirm_by(&mut backward, needed, of_pass[0]);
-        let trial = self.trial_confirmed(options, needed, [of_forward, of_backward]);
-        for pass in [&mut forward, &mut backward] {
-            scale_covariances(pass);
-            self.float_errors.scale(pass);
-        }
-        let mut results = match options.direction {
-            FilterDirection::Forward => forward,
-            FilterDirection::Backward => {
-                backward.reverse();
-                backward
-            }
-            _ => combine(forward, backward, options, &self.float_errors),
-        };
-        overlay(&mut results, trial);
-        (results, agreeing)
-    }
-
-    /// The trial pass in ascending order, its fixes confirmed by those of the other direction.
-    fn trial_confirmed(
-        &self,
-        options: &PpkOptions,
-        needed: f64,
-        [of_forward, of_backward]: [&[&Witness]; 2],
-    ) -> Vec<EpochResult> {
-        let mut trial = self.trial.clone();
-        let is_backward = options.direction == FilterDirection::Backward;
-        confirm_by(
-            &mut trial,
-            needed,
-            if is_backward { of_forward } else { of_backward },
-        );
-        scale_covariances(&mut trial);
-        if is_backward {
-            trial.reverse();
-        }
-        trial
     }
 }
 

@@ -74,6 +74,7 @@ mod options;
 mod orbit;
 mod orbit_state;
 pub mod output;
+mod passes;
 pub mod pos;
 mod ppk;
 mod ppk_error;
