@@ -59,14 +59,15 @@ impl Klobuchar {
 
 /// Tropospheric delay (m) in the standard atmosphere, for a satellite at `elevation_rad`.
 ///
-/// `humidity` is relative, 0–1. Zero outside −100 m…10 km of height or below the horizon.
-/// Source: Saastamoinen (1972) with the standard atmosphere at sea level.
+/// `humidity` is relative, 0–1. Zero outside −1…10 km of height or below the horizon. Source:
+/// Saastamoinen (1972) with the standard atmosphere, which is continued below sea level: heights
+/// above the ellipsoid are below zero along whole coasts.
 #[must_use]
 pub fn saastamoinen_m(place: &Geodetic, elevation_rad: f64, humidity: f64) -> f64 {
-    if place.height_m < -100.0 || place.height_m > 1e4 || elevation_rad <= 0.0 {
+    if place.height_m < -1e3 || place.height_m > 1e4 || elevation_rad <= 0.0 {
         return 0.0;
     }
-    let height = place.height_m.max(0.0);
+    let height = place.height_m;
     let pressure = 1_013.25 * (1.0 - 2.2557e-5 * height).powf(5.256_8);
     let temperature = 15.0 - 6.5e-3 * height + 273.16;
     let vapour = 6.108 * humidity * ((17.15 * temperature - 4_684.0) / (temperature - 38.45)).exp();
@@ -266,10 +267,21 @@ mod tests {
         assert!((saastamoinen_m(&places()[0], PI / 2.0, 0.0) - 2.281_883_026).abs() < 1e-9);
         assert!((saastamoinen_m(&places()[0], PI / 2.0, 0.7) - 2.397_666_025).abs() < 1e-9);
         let high = Geodetic::from_degrees(35.0, 140.0, 1e5);
-        let low = Geodetic::from_degrees(35.0, 140.0, -200.0);
+        let low = Geodetic::from_degrees(35.0, 140.0, -2e3);
         assert_eq!(saastamoinen_m(&high, 1.0, 0.5), 0.0);
         assert_eq!(saastamoinen_m(&low, 1.0, 0.5), 0.0);
         assert_eq!(saastamoinen_m(&places()[0], -0.1, 0.5), 0.0);
+    }
+
+    /// Air at sea level weighs 12 Pa per metre, and 1 hPa delays by 2.28 mm at the zenith.
+    #[test]
+    fn the_zenith_delay_falls_steadily_from_the_dead_sea_upwards() {
+        let zenith_m =
+            |height_m| saastamoinen_m(&Geodetic::from_degrees(31.5, 35.5, height_m), PI / 2.0, 0.0);
+        for (height_m, expected) in [(-420.0, 2.86e-4), (-100.0, 2.77e-4), (0.0, 2.74e-4)] {
+            let per_m = (zenith_m(height_m - 5.0) - zenith_m(height_m + 5.0)) / 10.0;
+            assert!((per_m / expected - 1.0).abs() < 0.03, "{height_m}: {per_m}");
+        }
     }
 
     #[test]

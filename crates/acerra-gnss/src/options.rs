@@ -308,6 +308,9 @@ pub struct PpkOptions {
     pub base_calibration: Option<Arc<AntennaCalibration>>,
     /// Leave out satellites one by one when a single-point position fails its validation.
     pub raim: bool,
+    /// Let the rover's tropospheric delay change with its estimated height. RTKLIB keeps the delay
+    /// at the single-point height, which is metres off: 5 m draw the estimated height by 5 to 10 mm.
+    pub troposphere_follows_height: bool,
     /// Threads used; 0 means as many as the processor has. The answer does not depend on it.
     pub threads: usize,
     /// Report a single-point position where no better one exists.
@@ -317,6 +320,11 @@ pub struct PpkOptions {
     /// Reproduce RTKLIB 2.4.3 b34 where it is wrong; for comparisons only.
     pub reproduce_defects: bool,
 }
+
+/// Least initial standard deviation of a phase bias of guarded runs (cycles): a bias begins at the code's
+/// error, and codes further off than the limit of innovations, 30 m, are refused: that limit is three
+/// deviations of about 10 m, 50 cycles of L1.
+const LEAST_BIAS_CYCLES: f64 = 50.0;
 
 impl PpkOptions {
     /// Carrier-to-noise density above which signal strength no longer matters (dB-Hz).
@@ -382,6 +390,7 @@ impl PpkOptions {
             rover_calibration: None,
             base_calibration: None,
             raim: false,
+            troposphere_follows_height: false,
             threads: 0,
             output_single: false,
             rules: RuleSet::Rtklib,
@@ -392,21 +401,23 @@ impl PpkOptions {
     /// These options with what this crate does beyond RTKLIB switched on: base data interpolated
     /// to the rover's tags, blocked or bent signals noticed by their strength and by their
     /// residuals and left out, single-point positions mended by leaving out one satellite, the
-    /// noisiest satellites left out of a fix that fails with all.
+    /// noisiest satellites left out of a fix that fails with all, a tropospheric delay that follows
+    /// the height.
     ///
-    /// Undisturbed data are processed as without: the answer then stays RTKLIB's to the
-    /// millimetre.
+    /// Undisturbed data are processed as without, but for that delay: the answer then stays
+    /// RTKLIB's to a millimetre horizontally, and to a few in height.
     #[must_use]
     pub fn with_safeguards(self) -> Self {
         Self {
             interpolate_base: true,
             raim: true,
+            troposphere_follows_height: true,
             output_single: true,
             max_phase_residual_sigma: Some(5.0),
             max_code_residual_sigma: Some(5.0),
             min_success_rate: Some(0.99),
             measure_code_noise: true,
-            initial_bias_cycles: 50.0,
+            initial_bias_cycles: self.initial_bias_cycles.max(LEAST_BIAS_CYCLES),
             revisable_hold: true,
             try_alternatives: true,
             weak_signal_drop_db: Some(6.0),
@@ -443,6 +454,7 @@ impl PpkOptions {
         Self {
             interpolate_base: false,
             raim: false,
+            troposphere_follows_height: false,
             output_single: false,
             max_phase_residual_sigma: None,
             max_code_residual_sigma: None,
@@ -558,6 +570,7 @@ with_methods! {
     rover_calibration: Option<Arc<AntennaCalibration>> => with_rover_calibration,
     base_calibration: Option<Arc<AntennaCalibration>> => with_base_calibration,
     raim: bool => with_raim,
+    troposphere_follows_height: bool => with_troposphere_follows_height,
     threads: usize => with_threads,
     output_single: bool => with_output_single,
     rules: RuleSet => with_rules,

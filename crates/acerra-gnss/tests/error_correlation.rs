@@ -8,11 +8,9 @@ use acerra_geo::geodesy::EnuFrame;
 use acerra_gnss::{BasePosition, PpkOptions, PpkSolution, Quality, process};
 use rtklib::motion::{Flight, add_motion};
 use rtklib::position_file;
-use rtklib::sets::{STATIC_1HZ, STATIC_M8P, Set};
+use rtklib::sets::{M8P_ROVER_ENU_M, STATIC_1HZ, STATIC_M8P, Set};
 
 const M8P_BASE_ECEF_M: [f64; 3] = [3_774_093.713_5, -601_662.553_8, 5_089_328.137_0];
-/// Median of the fixed epochs by RTKLIB's rules: east, north, up from the base (m).
-const M8P_ROVER_ENU_M: [f64; 3] = [-0.237_1, 0.227_5, -0.004_3];
 
 /// A flight's positions, and how far they are off.
 struct Flown {

@@ -203,7 +203,7 @@ impl Differencing<'_> {
                     }
                     let mut residual =
                         self.single(reference, slot, is_code) - self.single(other, slot, is_code);
-                    let (ei, ej) = (self.unit(reference), self.unit(other));
+                    let (ei, ej) = (self.by_position(reference), self.by_position(other));
                     let mut wavelengths = [0.0; 2];
                     let channels_apart = if is_code {
                         0.0
@@ -274,8 +274,8 @@ impl Differencing<'_> {
         }
     }
 
-    fn unit(&self, k: usize) -> [f64; 3] {
-        self.rover[self.common[k].rover].unit_ecef
+    fn by_position(&self, k: usize) -> [f64; 3] {
+        self.rover[self.common[k].rover].by_position_ecef
     }
 
     /// The highest usable satellite (the later one on ties); with demo5 rules one that did not

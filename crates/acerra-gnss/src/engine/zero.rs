@@ -8,7 +8,8 @@ use crate::atmosphere::{Niell, saastamoinen_m};
 use crate::geometry::{azimuth_elevation_rad, line_of_sight};
 use crate::options::PpkOptions;
 use crate::signal::{FREQUENCY_SLOTS, SPEED_OF_LIGHT_M_S};
-use acerra_geo::geodesy::EnuFrame;
+use acerra_geo::geodesy::{EnuFrame, Geodetic};
+use acerra_geo::time::GpsTime;
 use std::f64::consts::FRAC_PI_2;
 
 /// Zero differences of one satellite; 0 means "absent".
@@ -26,11 +27,47 @@ pub(crate) struct ZeroDifference {
     pub noise_power: [f64; FREQUENCY_SLOTS],
     /// Receiver to satellite.
     pub unit_ecef: [f64; 3],
+    /// Derivative of the residuals with respect to the receiver's position: that direction and, where the
+    /// troposphere follows the height, what its delay loses upwards.
+    pub by_position_ecef: [f64; 3],
     pub azimuth_rad: f64,
     /// Zero when the satellite is not used.
     pub elevation_rad: f64,
     /// Its sine.
     pub sin_elevation: f64,
+}
+
+/// Height over which the change of the tropospheric delay is taken (m).
+const ABOVE_M: f64 = 10.0;
+
+fn above(place: &Geodetic) -> Geodetic {
+    Geodetic {
+        height_m: place.height_m + ABOVE_M,
+        ..*place
+    }
+}
+
+/// Delay by the dry troposphere at one place and time.
+struct DryDelay {
+    zenith_m: f64,
+    mapping: Niell,
+}
+
+impl DryDelay {
+    fn at(time: GpsTime, place: &Geodetic, lowest_m: f64) -> Self {
+        let in_atmosphere = Geodetic {
+            height_m: place.height_m.max(lowest_m),
+            ..*place
+        };
+        Self {
+            zenith_m: saastamoinen_m(&in_atmosphere, FRAC_PI_2, 0.0),
+            mapping: Niell::new(time, place),
+        }
+    }
+
+    fn slant_m(&self, elevation_rad: f64) -> f64 {
+        self.mapping.at(elevation_rad).hydrostatic * self.zenith_m
+    }
 }
 
 /// Zero differences of every measurement of `epoch` for a receiver at `position_ecef_m`;
@@ -44,8 +81,14 @@ pub(crate) fn zero_differences(
 ) -> Vec<ZeroDifference> {
     let frame = EnuFrame::from_ecef(position_ecef_m);
     let place = frame.origin();
-    let zenith_m = saastamoinen_m(place, FRAC_PI_2, 0.0);
-    let mapping = Niell::new(epoch.tag, place);
+    let follows = options.troposphere_follows_height;
+    // RTKLIB's atmosphere is that at sea level everywhere below.
+    let lowest_m = if follows { f64::NEG_INFINITY } else { 0.0 };
+    let delay = DryDelay::at(epoch.tag, place, lowest_m);
+    let delay_above = (follows && !base)
+        .then(|| DryDelay::at(epoch.tag, &above(place), lowest_m))
+        .filter(|above| above.zenith_m > 0.0 && delay.zenith_m > 0.0);
+    let up_ecef = frame.ecef_vector_from_enu([0.0, 0.0, 1.0]);
     let (antenna, calibration) = if base {
         (options.base_antenna_m, &options.base_calibration)
     } else {
@@ -65,7 +108,13 @@ pub(crate) fn zero_differences(
             if elevation.is_nan() || elevation < options.elevation_mask_rad {
                 return result;
             }
+            let delay_m = delay.slant_m(elevation);
+            let gradient = delay_above
+                .as_ref()
+                .map_or(0.0, |above| (above.slant_m(elevation) - delay_m) / ABOVE_M);
             result.unit_ecef = sight.unit_ecef;
+            result.by_position_ecef =
+                std::array::from_fn(|k| sight.unit_ecef[k] - gradient * up_ecef[k]);
             result.azimuth_rad = azimuth;
             result.elevation_rad = elevation;
             result.cn0_db_hz = m.cn0_db_hz;
@@ -76,9 +125,8 @@ pub(crate) fn zero_differences(
             let (sin_az, cos_az) = azimuth.sin_cos();
             let antenna_m =
                 antenna[0] * cos_el * sin_az + antenna[1] * cos_el * cos_az + antenna[2] * sin_el;
-            let predicted = sight.range_m - SPEED_OF_LIGHT_M_S * state.clock_s
-                + mapping.at(elevation).hydrostatic * zenith_m
-                - antenna_m;
+            let predicted =
+                sight.range_m - SPEED_OF_LIGHT_M_S * state.clock_s + delay_m - antenna_m;
             for slot in 0..options.frequencies.min(FREQUENCY_SLOTS) {
                 let frequency = m.frequency_hz[slot];
                 if frequency == 0.0

@@ -96,6 +96,11 @@ pub const STATIC_1HZ: Set = Set {
     glonass: GlonassAmbiguity::Off,
 };
 
+/// Where the rover of [`STATIC_M8P`] stood, east, north, up from its base (m): median of the fixed
+/// epochs by RTKLIB's rules, both ways, with GLONASS resolved and the troposphere of the height
+/// found (by that of the single-point height the median is 7 mm lower).
+pub const M8P_ROVER_ENU_M: [f64; 3] = [-0.237_3, 0.227_7, 0.002_5];
+
 pub const STATIC_M8P: Set = Set {
     name: "still (NEO-M8P, GPS + GLONASS, 1 Hz)",
     folder: "gnss-static-m8p",

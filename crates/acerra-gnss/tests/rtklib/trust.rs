@@ -1,7 +1,7 @@
 //! How far fixes can be believed: tables over all static sets.
 
 use super::enu;
-use super::sets::{GEONET, Logs, STATIC_1HZ, STATIC_M8P, Set, WETTZELL};
+use super::sets::{GEONET, Logs, M8P_ROVER_ENU_M, STATIC_1HZ, STATIC_M8P, Set, WETTZELL};
 use acerra_gnss::{PpkOptions, PpkSolution, Quality, SystemSet, process};
 use std::fmt::Write;
 
@@ -37,12 +37,9 @@ pub const SETS: [Static; 4] = [
     },
     Static {
         set: &STATIC_M8P,
-        truth_enu_m: || M8P_TRUTH,
+        truth_enu_m: || M8P_ROVER_ENU_M,
     },
 ];
-
-/// Median of the fixed epochs by RTKLIB's rules with GLONASS resolved (1201 of 1202).
-const M8P_TRUTH: [f64; 3] = [-0.237_1, 0.227_5, -0.004_3];
 
 /// East, north, up of a set's rover from its base (m), where that stood still.
 pub fn truth_of(set: &Set) -> Option<[f64; 3]> {

@@ -93,6 +93,11 @@ impl Args {
                         .with_direction(FilterDirection::Combined),
                     PosFormat::default(),
                 ),
+                None if self.unguarded => {
+                    let bias_cycles = PpkOptions::rtklib().initial_bias_cycles;
+                    let options = PpkOptions::default().with_initial_bias_cycles(bias_cycles);
+                    (options, PosFormat::default())
+                }
                 None => (PpkOptions::default(), PosFormat::default()),
             },
         };
