@@ -77,6 +77,14 @@ pub fn saastamoinen_m(place: &Geodetic, elevation_rad: f64, humidity: f64) -> f6
     (hydrostatic + wet) / elevation_rad.sin()
 }
 
+/// The place, or the one at height zero above it: RTKLIB's atmosphere is that of height zero below.
+pub(crate) fn not_below_zero_height(place: &Geodetic) -> Geodetic {
+    Geodetic {
+        height_m: place.height_m.max(0.0),
+        ..*place
+    }
+}
+
 /// Hydrostatic and wet mapping functions.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mapping {

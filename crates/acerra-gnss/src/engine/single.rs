@@ -3,7 +3,7 @@
 use super::constellation::{Constellation, SatelliteState, Unusable};
 use super::measurement::Epoch;
 use super::noise::{below_cn0_mask, system_factor};
-use crate::atmosphere::{RELATIVE_HUMIDITY, saastamoinen_m};
+use crate::atmosphere::{RELATIVE_HUMIDITY, not_below_zero_height, saastamoinen_m};
 use crate::geometry::{azimuth_elevation_rad, line_of_sight};
 use crate::navigation::Klobuchar;
 use crate::options::{PpkOptions, RuleSet};
@@ -160,7 +160,8 @@ impl SingleContext<'_> {
             directions: Vec::with_capacity(states.len()),
             used: Vec::with_capacity(states.len()),
         };
-        let zenith_troposphere_m = saastamoinen_m(place, FRAC_PI_2, RELATIVE_HUMIDITY);
+        let zenith_troposphere_m =
+            saastamoinen_m(&not_below_zero_height(place), FRAC_PI_2, RELATIVE_HUMIDITY);
         let mut clock_seen = [false; STATES];
         for (k, (m, state)) in epoch.measurements.iter().zip(states).enumerate() {
             let (Ok(state), true) = (state, keep[k]) else {

@@ -4,7 +4,7 @@
 use super::constellation::{SatelliteState, Unusable};
 use super::measurement::Epoch;
 use super::noise::below_cn0_mask;
-use crate::atmosphere::{Niell, saastamoinen_m};
+use crate::atmosphere::{Niell, not_below_zero_height, saastamoinen_m};
 use crate::geometry::{azimuth_elevation_rad, line_of_sight};
 use crate::options::PpkOptions;
 use crate::signal::{FREQUENCY_SLOTS, SPEED_OF_LIGHT_M_S};
@@ -54,10 +54,11 @@ struct DryDelay {
 }
 
 impl DryDelay {
-    fn at(time: GpsTime, place: &Geodetic, lowest_m: f64) -> Self {
-        let in_atmosphere = Geodetic {
-            height_m: place.height_m.max(lowest_m),
-            ..*place
+    fn at(time: GpsTime, place: &Geodetic, follows_height: bool) -> Self {
+        let in_atmosphere = if follows_height {
+            *place
+        } else {
+            not_below_zero_height(place)
         };
         Self {
             zenith_m: saastamoinen_m(&in_atmosphere, FRAC_PI_2, 0.0),
@@ -82,11 +83,9 @@ pub(crate) fn zero_differences(
     let frame = EnuFrame::from_ecef(position_ecef_m);
     let place = frame.origin();
     let follows = options.troposphere_follows_height;
-    // RTKLIB's atmosphere is that at sea level everywhere below.
-    let lowest_m = if follows { f64::NEG_INFINITY } else { 0.0 };
-    let delay = DryDelay::at(epoch.tag, place, lowest_m);
+    let delay = DryDelay::at(epoch.tag, place, follows);
     let delay_above = (follows && !base)
-        .then(|| DryDelay::at(epoch.tag, &above(place), lowest_m))
+        .then(|| DryDelay::at(epoch.tag, &above(place), follows))
         .filter(|above| above.zenith_m > 0.0 && delay.zenith_m > 0.0);
     let up_ecef = frame.ecef_vector_from_enu([0.0, 0.0, 1.0]);
     let (antenna, calibration) = if base {
