@@ -53,7 +53,7 @@ impl BinPhases {
             ramp_fit: spec
                 .ramps_rad(pulses)
                 .iter()
-                .map(|ramp| fit_phase_ramp(*ramp, spec.degree).0)
+                .map(|ramp| fit_phase_ramp(*ramp, spec.degree))
                 .collect(),
             carrier: match spec.period {
                 Some(_) => (first..last)
