@@ -1,6 +1,6 @@
 //! The echoes of several points in one pulse, separated by least squares.
 
-use nalgebra::{Cholesky, DMatrix, DVector};
+use nalgebra::{Cholesky, ComplexField, DMatrix, DVector};
 use num_complex::Complex64;
 
 use crate::profiles::Profiles;
@@ -68,12 +68,15 @@ pub(crate) fn separate(
         return nothing();
     };
     let amplitude = factor.solve(&value);
-    let inverse = factor.inverse();
+    let Some(root) = inverse_root(&factor.unpack()) else {
+        return nothing();
+    };
     let captured = value.dotc(&amplitude).re;
     // ∂E/∂R of a point is −jκ' S e^{−jκ'R} times its amplitude; what the amplitudes can take up is
     // projected out.
     let rest = (&moment - &first * &amplitude) * Complex64::I;
-    let projected = &second - first.adjoint() * factor.solve(&first);
+    let taken = &root * &first;
+    let projected = &second - taken.ad_mul(&taken);
     let information = DMatrix::from_fn(count, count, |k, l| {
         (amplitude[k].conj() * projected[(k, l)] * amplitude[l]).re
     });
@@ -83,7 +86,7 @@ pub(crate) fn separate(
         .map(|k| Echo {
             amplitude: amplitude[k] * Complex64::cis(template.carrier * range_m[k]),
             delay_m: delay[k],
-            amplitude_variance: inverse[(k, k)].re,
+            amplitude_variance: root.column(k).norm_squared(),
             delay_variance_m2: delay_variance[k],
         })
         .collect();
@@ -99,13 +102,21 @@ fn delays(mut information: DMatrix<f64>, right: &DVector<f64>) -> (Vec<f64>, Vec
     }
     match Cholesky::new(information) {
         Some(factor) if greatest > 0.0 => {
-            let inverse = factor.inverse();
             let step = factor.solve(right);
-            let variance = (0..count).map(|k| 0.5 * inverse[(k, k)]).collect();
+            let variance = match inverse_root(&factor.unpack()) {
+                Some(root) => (root.column_iter().map(|c| 0.5 * c.norm_squared())).collect(),
+                None => vec![f64::INFINITY; count],
+            };
             (step.iter().copied().collect(), variance)
         }
         _ => (vec![0.0; count], vec![f64::INFINITY; count]),
     }
+}
+
+/// The inverse R of a lower factor L of a matrix N, N⁻¹ = RᴴR; none where L is singular.
+fn inverse_root<T: ComplexField>(lower: &DMatrix<T>) -> Option<DMatrix<T>> {
+    let count = lower.nrows();
+    lower.solve_lower_triangular(&DMatrix::identity(count, count))
 }
 
 /// −2 Re cᴴb + cᴴGc of one pulse: Σ_n |E − Σ c S e^{−jκR}|² less Σ_n |E|².
@@ -124,7 +135,7 @@ pub(crate) fn misfit(
         sum -= 2.0 * (base[k].conj() * profiles.value(pulse, *r)).re;
         sum += base[k].norm_sqr() * template.energy;
         for (l, (other, _)) in model[..k].iter().enumerate() {
-            let g = template.correlation(r - other)[0];
+            let g = template.correlation_value(r - other);
             sum += 2.0 * (base[k].conj() * g * base[l]).re;
         }
     }

@@ -1,17 +1,18 @@
 //! The way from data to corrected positions.
 
 use acerra_imaging::{Control, ImageGrid, Pulses};
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
+use crate::decide::{Limits, outcome, unchanged};
 use crate::error::AutofocusError;
-use crate::fit::{Fitted, Problem, Stage};
+use crate::fit::Problem;
 use crate::ground::Ground;
-use crate::model::Model;
-use crate::outcome::{Autofocused, Decision, PointFound};
+use crate::outcome::{Autofocused, Decision};
 use crate::prior::PositionPrior;
 use crate::profiles::Profiles;
+use crate::reach::{Reached, best_fit};
 use crate::search::Search;
-use crate::significance::{Gains, LEAST_TO_FOLD, held_out_gains};
+use crate::significance::held_out_gains;
 use crate::smoother::Path;
 use crate::template::{Template, mean_amplitudes};
 
@@ -37,19 +38,6 @@ impl Default for AutofocusOptions {
         }
     }
 }
-
-/// Gain below which a correction is not worth a change of the positions (dB).
-const LEAST_GAIN_DB: f64 = 0.02;
-/// Points found by delays below which the coherent image is searched as well.
-const FEW_POINTS: usize = 4;
-/// Rounds of dropping points that are not prominent.
-const PRUNINGS: usize = 3;
-/// Coherence of a prominent point's echoes along the flight.
-const LEAST_COHERENCE: f64 = 0.4;
-/// Amplitude of a prominent point over the strongest's.
-const LEAST_AMPLITUDE: f64 = 0.1;
-/// Prominent points stand so many range resolutions apart.
-const APART_CELLS: f64 = 1.5;
 
 /// Estimates the positions' errors from the echoes of prominent points on `grid`.
 ///
@@ -118,98 +106,11 @@ pub fn autofocus<'a>(
         fitted,
     } = reached;
     let gains = held_out_gains(&problem, &start, stages, &fitted)?;
-    Ok(outcome(&pulses, &problem, fitted, &gains, options))
-}
-
-/// A maximum of the posterior, and how it was reached.
-struct Reached {
-    /// Where the stages began, with the points that were kept.
-    start: Model,
-    stages: &'static [Stage],
-    fitted: Fitted,
-}
-
-/// The maximum reached from delays, or from the coherent image where delays give few points and it
-/// explains more; none where no point stands out.
-fn best_fit(search: &Search) -> Result<Option<Reached>, AutofocusError> {
-    let start = search.by_envelopes()?;
-    let by_delays = reach(search, start, &[Stage::Envelope, Stage::Phase])?;
-    let points = by_delays
-        .as_ref()
-        .map_or(0, |r| r.fitted.model.places.len());
-    if points >= FEW_POINTS {
-        return Ok(by_delays);
-    }
-    let nominal = Model::nominal(search.pulses.len(), Vec::new());
-    let by_image = reach(search, search.by_phases(nominal)?, &[Stage::Phase])?;
-    Ok(match (by_delays, by_image) {
-        (Some(a), Some(b)) => {
-            let noise = |r: &Reached| search.problem.histories(&r.fitted.model).noise;
-            let noise = noise(&a).min(noise(&b));
-            let score = |r: &Reached| search.penalised(&r.fitted.model, noise);
-            Some(if score(&b) < score(&a) { b } else { a })
-        }
-        (a, b) => a.or(b),
-    })
-}
-
-/// Fits from a start, dropping points that turn out not to be prominent.
-fn reach(
-    search: &Search,
-    start: Model,
-    stages: &'static [Stage],
-) -> Result<Option<Reached>, AutofocusError> {
-    if start.places.is_empty() {
-        return Ok(None);
-    }
-    let problem = &search.problem;
-    let all = vec![true; start.places.len()];
-    let mut start = start;
-    let mut fitted = problem.fit_through(start.clone(), stages, &all)?;
-    for _ in 0..PRUNINGS {
-        let kept = prominent(problem, &fitted.model);
-        if kept.len() == fitted.model.places.len() {
-            break;
-        }
-        if kept.is_empty() {
-            return Ok(None);
-        }
-        let keep =
-            |model: &Model| model.with_places(kept.iter().map(|k| model.places[*k]).collect());
-        start = keep(&start);
-        let all = vec![true; kept.len()];
-        fitted = problem.fit(keep(&fitted.model), Stage::Phase, &all, None)?;
-    }
-    Ok(Some(Reached {
-        start,
-        stages,
-        fitted,
-    }))
-}
-
-/// Points that keep their phase along the flight, are not far weaker than the strongest, and do not
-/// stand beside a stronger one; indices, rising.
-fn prominent(problem: &Problem, model: &Model) -> Vec<usize> {
-    let coherence = problem.histories(model).coherence();
-    let points = model.points_m(&problem.ground);
-    let strongest = coherence.iter().map(|c| c[0]).fold(0.0, f64::max);
-    let mut order: Vec<usize> = (0..points.len()).collect();
-    order.sort_by(|a, b| coherence[*b][0].total_cmp(&coherence[*a][0]));
-    let apart_m = APART_CELLS * problem.template.cell_m;
-    let mut kept: Vec<usize> = Vec::new();
-    for k in order {
-        let [amplitude, share] = coherence[k];
-        let is_apart = |other: &usize| (points[*other] - points[k]).norm() > apart_m;
-        if share >= LEAST_COHERENCE
-            && amplitude >= LEAST_AMPLITUDE * strongest
-            && problem.ground.holds(model.places[k])
-            && kept.iter().all(is_apart)
-        {
-            kept.push(k);
-        }
-    }
-    kept.sort_unstable();
-    kept
+    let limits = Limits {
+        significance: options.significance,
+        most_sigmas: options.most_sigmas,
+    };
+    Ok(outcome(&pulses, &problem, fitted, &gains, limits))
 }
 
 /// Ranges that profiles must hold.
@@ -238,132 +139,4 @@ fn ranges_m(pulses: &Pulses, ground: &Ground, prior: &PositionPrior) -> [f64; 2]
     let spacing = (corners[0] - corners[18]).norm();
     let margin = 1.0 + 6.0 * sigma + 6.0 * prior.delay_sigma_m + spacing;
     [(least - margin).max(0.0), most + margin]
-}
-
-/// Positions as stated.
-fn unchanged(pulses: &Pulses, factor: &[Matrix3<f64>], decision: Decision) -> Autofocused {
-    let covariance: Vec<Matrix3<f64>> = factor.iter().map(|l| l * l.transpose()).collect();
-    Autofocused {
-        decision,
-        position_m: pulses.position_m().to_vec(),
-        correction_m: vec![[0.0; 3]; pulses.len()],
-        sigma_m: covariance.iter().map(deviations).collect(),
-        covariance_m2: covariance.iter().map(rows_of).collect(),
-        delay_m: 0.0,
-        points: Vec::new(),
-        gain_db: 0.0,
-        gain_sigma_db: 0.0,
-        predicted_loss_db: 0.0,
-        correction_in_sigmas: 0.0,
-        unobserved: [1.0; 3],
-    }
-}
-
-fn points_of(fitted: &Fitted) -> usize {
-    fitted.model.places.len()
-}
-
-fn outcome(
-    pulses: &Pulses,
-    problem: &Problem,
-    fitted: Fitted,
-    gains: &Gains,
-    options: &AutofocusOptions,
-) -> Autofocused {
-    let model = &fitted.model;
-    let prior: Vec<Matrix3<f64>> = problem
-        .path
-        .factor
-        .iter()
-        .map(|l| l * l.transpose())
-        .collect();
-    let sigmas = in_sigmas(model, &prior);
-    let significant =
-        gains.mean_db > options.significance * gains.sigma_db && gains.mean_db > LEAST_GAIN_DB;
-    // A single point cannot be left out: it must move as the prior expects all the more.
-    let lone = points_of(&fitted) < LEAST_TO_FOLD;
-    let most_sigmas = options.most_sigmas * if lone { 0.5 } else { 1.0 };
-    let decision = if sigmas > most_sigmas {
-        Decision::AgainstPrior
-    } else if significant {
-        Decision::Applied
-    } else {
-        Decision::NotSignificant
-    };
-    let points = model.points_m(&problem.ground);
-    Autofocused {
-        decision,
-        position_m: if decision == Decision::Applied {
-            model.positions_m(pulses.position_m())
-        } else {
-            pulses.position_m().to_vec()
-        },
-        correction_m: model.error_m.iter().map(|e| [e[0], e[1], e[2]]).collect(),
-        sigma_m: fitted.posterior.error_m2.iter().map(deviations).collect(),
-        covariance_m2: fitted.posterior.error_m2.iter().map(rows_of).collect(),
-        delay_m: model.delay_m,
-        points: points
-            .iter()
-            .enumerate()
-            .map(|(k, p)| PointFound {
-                position_m: [p[0], p[1], p[2]],
-                sigma_m: fitted.place_sigma_m[k],
-                residual_m: fitted.residual_m[k],
-                gain_db: gains.point_db[k],
-            })
-            .collect(),
-        gain_db: gains.mean_db,
-        gain_sigma_db: gains.sigma_db,
-        predicted_loss_db: predicted_loss_db(problem, &points, &prior),
-        correction_in_sigmas: sigmas,
-        unobserved: unobserved(&fitted.posterior.error_m2, &prior),
-    }
-}
-
-/// Loss of the points' peaks by errors of this covariance, Eq. (5): e^{−φ²}, φ = κσ along the line of
-/// sight; mean over points and pulses, dB.
-fn predicted_loss_db(problem: &Problem, points: &[Vector3<f64>], prior: &[Matrix3<f64>]) -> f64 {
-    let mut sum = 0.0;
-    for (p, c) in problem.nominal_m.iter().zip(prior) {
-        for q in points {
-            let sight = (q - Vector3::from(*p)).normalize();
-            sum += sight.dot(&(c * sight)) * problem.template.carrier.powi(2);
-        }
-    }
-    let mean = sum / (prior.len() * points.len()).max(1) as f64;
-    10.0 * std::f64::consts::LOG10_E * mean
-}
-
-/// Rms of the corrections in units of their prior deviations.
-fn in_sigmas(model: &Model, prior: &[Matrix3<f64>]) -> f64 {
-    let (mut sum, mut count) = (0.0, 0.0);
-    for (e, c) in model.error_m.iter().zip(prior) {
-        for axis in 0..3 {
-            if c[(axis, axis)] > 0.0 {
-                sum += e[axis] * e[axis] / c[(axis, axis)];
-                count += 1.0;
-            }
-        }
-    }
-    (sum / f64::max(count, 1.0)).sqrt()
-}
-
-fn unobserved(posterior: &[Matrix3<f64>], prior: &[Matrix3<f64>]) -> [f64; 3] {
-    [0, 1, 2].map(|axis| {
-        let of = |c: &[Matrix3<f64>]| c.iter().map(|c| c[(axis, axis)]).sum::<f64>();
-        let before = of(prior);
-        if before > 0.0 {
-            of(posterior) / before
-        } else {
-            1.0
-        }
-    })
-}
-
-fn deviations(c: &Matrix3<f64>) -> [f64; 3] {
-    [0, 1, 2].map(|i| c[(i, i)].max(0.0).sqrt())
-}
-
-fn rows_of(c: &Matrix3<f64>) -> [[f64; 3]; 3] {
-    [0, 1, 2].map(|i| [0, 1, 2].map(|j| c[(i, j)]))
 }

@@ -13,7 +13,7 @@ use crate::histories::Histories;
 use crate::model::{Model, Posterior};
 use crate::observe::{Observing, Rows, Standpoint};
 use crate::profiles::Profiles;
-use crate::smoother::Path;
+use crate::smoother::{Path, Smoothed};
 use crate::template::Template;
 
 /// Solutions with new weights within one step.
@@ -46,6 +46,13 @@ pub(crate) struct Problem<'a> {
     pub control: Control<'a>,
 }
 
+/// A model's points in the data.
+pub(crate) struct Seen {
+    /// Ranges of all points from all pulses, `[M][K]`, m.
+    pub ranges_m: Vec<Vec<f64>>,
+    pub histories: Histories,
+}
+
 /// A maximum with what surrounds it.
 #[derive(Clone, Debug)]
 pub(crate) struct Fitted {
@@ -74,19 +81,23 @@ impl<'a> Problem<'a> {
             .collect()
     }
 
-    pub fn histories(&self, model: &Model) -> Histories {
-        Histories::new(self.profiles, self.template, &self.ranges_m(model))
+    /// The echoes of a model's points, separated.
+    pub fn seen(&self, model: &Model) -> Seen {
+        let ranges_m = self.ranges_m(model);
+        let histories = Histories::new(self.profiles, self.template, &ranges_m);
+        Seen {
+            ranges_m,
+            histories,
+        }
     }
 
     /// The objective without the constant Σ|E|², for noise of this variance.
-    pub fn objective(&self, model: &Model, stage: Stage, noise: f64) -> f64 {
-        let ranges = self.ranges_m(model);
-        let histories = Histories::new(self.profiles, self.template, &ranges);
+    pub fn objective(&self, model: &Model, seen: &Seen, stage: Stage, noise: f64) -> f64 {
         let misfit = match stage {
-            Stage::Envelope => -histories.captured(),
+            Stage::Envelope => -seen.histories.captured(),
             Stage::Phase => {
-                let amplitudes = histories.coherent();
-                amplitudes.misfit(self.profiles, self.template, &ranges)
+                let amplitudes = seen.histories.coherent();
+                amplitudes.misfit(self.profiles, self.template, &seen.ranges_m)
             }
         };
         2.0 * misfit / noise + model.prior_square(self.delay_sigma_m)
@@ -102,27 +113,31 @@ impl<'a> Problem<'a> {
         steps: Option<usize>,
     ) -> Result<Fitted, ImagingError> {
         let mut model = start;
+        let mut seen = self.seen(&model);
         for _ in 0..steps.unwrap_or(STEPS) {
             self.control.check()?;
-            let Some((rows, found, noise)) = self.linearised(&model, stage, guides) else {
+            let Some((rows, found)) = self.linearised(&model, &seen, stage, guides) else {
                 break;
             };
-            let scale = typical(&rows, stage);
+            let noise = seen.histories.noise * typical(&rows, stage);
             let target = rows.apply(&model, &found);
-            let before = self.objective(&model, stage, noise * scale);
+            let before = self.objective(&model, &seen, stage, noise);
             let better = SHARES.iter().find_map(|share| {
                 let tried = model.towards(&target, *share);
-                let gain = before - self.objective(&tried, stage, noise * scale);
-                (gain > 0.0).then_some((tried, gain))
+                let seen = self.seen(&tried);
+                let gain = before - self.objective(&tried, &seen, stage, noise);
+                (gain > 0.0).then_some((tried, seen, gain))
             });
-            let Some((next, gain)) = better else { break };
-            model = next;
+            let Some((next, next_seen, gain)) = better else {
+                break;
+            };
+            (model, seen) = (next, next_seen);
             if gain < LEAST_GAIN {
                 break;
             }
         }
         self.control.check()?;
-        Ok(self.surroundings(model, stage, guides))
+        Ok(self.surroundings(model, &seen, stage, guides))
     }
 
     /// The maximum reached through several stages.
@@ -143,14 +158,14 @@ impl<'a> Problem<'a> {
     fn linearised(
         &self,
         model: &Model,
+        seen: &Seen,
         stage: Stage,
         guides: &[bool],
-    ) -> Option<(Rows, crate::smoother::Smoothed, f64)> {
-        let histories = self.histories(model);
+    ) -> Option<(Rows, Smoothed)> {
         let positions = model.positions_m(self.nominal_m);
         let stand = Standpoint {
             model,
-            histories: &histories,
+            histories: &seen.histories,
             position_m: &positions,
             ground: &self.ground,
             carrier: self.template.carrier,
@@ -167,14 +182,14 @@ impl<'a> Problem<'a> {
             rows.weigh(&found);
             found = self.path.smooth(&rows.observations())?;
         }
-        Some((rows, found, histories.noise))
+        Some((rows, found))
     }
 
     /// Covariances about a maximum.
-    fn surroundings(&self, model: Model, stage: Stage, guides: &[bool]) -> Fitted {
+    fn surroundings(&self, model: Model, seen: &Seen, stage: Stage, guides: &[bool]) -> Fitted {
         let solved = self
-            .linearised(&model, stage, guides)
-            .and_then(|(mut rows, found, _)| {
+            .linearised(&model, seen, stage, guides)
+            .and_then(|(mut rows, found)| {
                 rows.widen_by_correlation(&found);
                 let widened = self.path.smooth(&rows.observations())?;
                 Some((rows, found, widened))

@@ -12,23 +12,29 @@
 //! and goes on to phases. A correction is applied only if points that took no part in it become
 //! sharper; otherwise the positions are returned as they were.
 
+mod decide;
 mod echoes;
 pub mod error;
 mod estimate;
 mod fit;
 mod gain;
 mod ground;
+mod held;
 mod histories;
+mod information;
 mod model;
 mod observe;
 pub mod outcome;
+mod passes;
 pub mod prior;
 mod process;
 mod profiles;
+mod reach;
 mod search;
 mod significance;
 mod smoother;
 mod template;
+mod weighing;
 
 pub use error::AutofocusError;
 pub use estimate::{AutofocusOptions, autofocus};

@@ -1,23 +1,17 @@
 //! Linear observations of the path and the points from phases and delays of echoes.
 
-use nalgebra::{DMatrix, DVector, Vector3};
+use nalgebra::{DMatrix, Vector3};
 
 use crate::ground::Ground;
 use crate::histories::Histories;
+use crate::information::{Observations, PulseInformation};
 use crate::model::Model;
-use crate::smoother::{Observations, PulseInformation, Smoothed};
+use crate::smoother::Smoothed;
 
-/// Degrees of freedom of the Student distribution that residuals are taken to have.
-const STUDENT_FREEDOM: f64 = 5.0;
-/// Median of the square of a standard normal variable.
-const MEDIAN_SQUARE: f64 = 0.4549;
 /// Power of an echo over its variance from which its phase and delay are taken.
 const LEAST_SIGNAL: f64 = 3.0;
 /// Prior deviation of a change of place: about what a point may be off where it was found (m).
 const PLACE_SIGMA_M: f64 = 0.5;
-/// Lags over which neighbouring residuals may be correlated, as a share of the flight.
-const CORRELATED_SHARE: f64 = 0.1;
-
 /// What is observed of an echo.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
@@ -40,23 +34,24 @@ pub(crate) struct Observing<'a> {
 
 /// One observation: a range, linear in the error of its pulse's position.
 #[derive(Clone, Debug)]
-struct Row {
-    pulse: usize,
-    point: usize,
-    kind: Kind,
+pub(crate) struct Row {
+    pub pulse: usize,
+    pub point: usize,
+    pub kind: Kind,
     value_m: f64,
     by_error: Vector3<f64>,
     by_place: [f64; 2],
-    variance_m2: f64,
-    weight: f64,
+    /// Variance by the noise, m², and the share of its inverse that counts.
+    pub variance_m2: f64,
+    pub weight: f64,
 }
 
 /// All observations about a model.
 #[derive(Clone, Debug)]
 pub(crate) struct Rows {
-    rows: Vec<Row>,
-    pulses: usize,
-    points: usize,
+    pub rows: Vec<Row>,
+    pub pulses: usize,
+    pub points: usize,
     phases: bool,
     delay_sigma_m: f64,
     pixel_m: Vec<[f64; 2]>,
@@ -228,7 +223,8 @@ impl Rows {
         variance
     }
 
-    fn residual_m(&self, row: &Row, found: &Smoothed) -> f64 {
+    /// What a solution leaves of a row, m.
+    pub fn residual_m(&self, row: &Row, found: &Smoothed) -> f64 {
         let by_parameters: f64 = self
             .coefficients(row)
             .iter()
@@ -241,50 +237,6 @@ impl Rows {
             })
             .sum();
         row.value_m - row.by_error.dot(&found.error_m[row.pulse]) - by_parameters
-    }
-
-    /// Weighs rows by their residuals: a scale for each point, Student weights within it.
-    pub fn weigh(&mut self, found: &Smoothed) {
-        let squares: Vec<f64> = self
-            .rows
-            .iter()
-            .map(|row| self.residual_m(row, found).powi(2) / row.variance_m2)
-            .collect();
-        let mut of_point = vec![[Vec::new(), Vec::new()]; self.points];
-        for (row, square) in self.rows.iter().zip(&squares) {
-            of_point[row.point][usize::from(row.kind == Kind::Delay)].push(*square);
-        }
-        for (scale, groups) in self.scale.iter_mut().zip(&mut of_point) {
-            for (scale, group) in scale.iter_mut().zip(groups) {
-                group.sort_by(f64::total_cmp);
-                let median = group.get(group.len() / 2).copied().unwrap_or(0.0);
-                *scale = (median / MEDIAN_SQUARE).max(1.0);
-            }
-        }
-        let scale = &self.scale;
-        for (row, square) in self.rows.iter_mut().zip(&squares) {
-            let q = square / scale[row.point][usize::from(row.kind == Kind::Delay)];
-            row.weight = ((STUDENT_FREEDOM + 1.0) / (STUDENT_FREEDOM + q)).min(1.0);
-        }
-    }
-
-    /// Widens each point's variances by how far its residuals resemble those of the next pulses:
-    /// correlated errors average out more slowly.
-    pub fn widen_by_correlation(&mut self, found: &Smoothed) {
-        let lags = ((CORRELATED_SHARE * self.pulses as f64) as usize).max(1);
-        for kind in [Kind::Phase, Kind::Delay] {
-            for point in 0..self.points {
-                let mut residual = vec![0.0; self.pulses];
-                for row in &self.rows {
-                    if row.point == point && row.kind == kind {
-                        let scaled = self.residual_m(row, found) / row.variance_m2.sqrt();
-                        residual[row.pulse] = scaled * row.weight.sqrt();
-                    }
-                }
-                let factor = correlation_factor(&residual, lags);
-                self.scale[point][usize::from(kind == Kind::Delay)] *= factor;
-            }
-        }
     }
 
     /// The model that a solution leads to.
@@ -324,23 +276,4 @@ impl Rows {
             variance.max(0.0).sqrt() * self.pixel_m[point][a]
         })
     }
-}
-
-/// 1 + 2 Σ ρ(lag) as long as ρ stays positive, at least 1.
-fn correlation_factor(residual: &[f64], lags: usize) -> f64 {
-    let vector = DVector::from_column_slice(residual);
-    let power = vector.norm_squared();
-    if power == 0.0 {
-        return 1.0;
-    }
-    let mut factor = 1.0;
-    for lag in 1..=lags.min(residual.len() - 1) {
-        let pairs = residual.iter().zip(&residual[lag..]);
-        let rho = pairs.map(|(a, b)| a * b).sum::<f64>() / power;
-        if rho < 2.0 / (residual.len() as f64).sqrt() {
-            break;
-        }
-        factor += 2.0 * rho;
-    }
-    factor
 }

@@ -136,7 +136,7 @@ impl Profiles {
                     let range = self.origin_m + i as f64 * self.step_m;
                     let mut left = Complex64::new(v[0].re.into(), v[0].im.into());
                     for (at, amplitude) in echoes {
-                        left -= template.correlation(range - at)[0] * amplitude;
+                        left -= template.correlation_value(range - at) * amplitude;
                     }
                     *p = left.norm_sqr() as f32;
                 }
@@ -159,16 +159,17 @@ pub(crate) struct Powers {
 }
 
 impl Powers {
-    /// Power of a pulse at a range, zero beyond the table.
-    #[inline]
-    pub fn at(&self, pulse: usize, range_m: f64) -> f64 {
-        let at = (range_m - self.origin_m) / self.step_m;
-        let i = at as usize;
-        if !(at >= 0.0 && i + 1 < self.bins) {
-            return 0.0;
+    /// Adds to each sum the power of a pulse at its range and `longer_m`; nothing beyond the table.
+    pub fn add(&self, pulse: usize, longer_m: f64, range_m: &[f32], sum: &mut [f32]) {
+        let row = &self.power[pulse * self.bins..(pulse + 1) * self.bins];
+        let per_m = (1.0 / self.step_m) as f32;
+        let first = ((longer_m - self.origin_m) / self.step_m) as f32;
+        for (sum, range) in sum.iter_mut().zip(range_m) {
+            let at = range * per_m + first;
+            let i = at as u32;
+            if let (true, Some([a, b])) = (at >= 0.0, row.get(i as usize..i as usize + 2)) {
+                *sum += a + (b - a) * (at - i as f32);
+            }
         }
-        let t = at - i as f64;
-        let row = &self.power[pulse * self.bins + i..];
-        f64::from(row[0]) * (1.0 - t) + f64::from(row[1]) * t
     }
 }

@@ -6,7 +6,7 @@ use acerra_imaging::{
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
-use crate::fit::{Problem, Stage};
+use crate::fit::{Problem, Seen, Stage};
 use crate::ground::PixelPlace;
 use crate::model::Model;
 
@@ -31,11 +31,12 @@ pub(crate) struct Search<'a> {
     pub most_points: usize,
 }
 
-/// Powers on some of the pixels.
+/// Powers on a lattice over the pixels.
 struct PowerMap {
     power: Vec<f64>,
     columns: usize,
-    stride: usize,
+    /// Pixels between neighbouring values.
+    step: f64,
 }
 
 impl Search<'_> {
@@ -54,10 +55,10 @@ impl Search<'_> {
 
     /// The objective for noise of this variance with the price of each point's three parameters
     /// (Bayesian information criterion): models of different points are compared by it.
-    pub fn penalised(&self, model: &Model, noise: f64) -> f64 {
+    pub fn penalised(&self, model: &Model, seen: &Seen, noise: f64) -> f64 {
         let samples = (self.pulses.len() * self.pulses.frequency_hz().len()) as f64;
         let price = 3.0 * model.places.len() as f64 * samples.ln();
-        self.problem.objective(model, Stage::Phase, noise) + price
+        self.problem.objective(model, seen, Stage::Phase, noise) + price
     }
 
     fn rounds(&self, stage: Stage, mut model: Model) -> Result<Model, ImagingError> {
@@ -84,8 +85,10 @@ impl Search<'_> {
     /// Σ_m |b_m(R)|² of what the points leave.
     fn without_phases(&self, model: &Model) -> PowerMap {
         let problem = &self.problem;
-        let ranges = problem.ranges_m(model);
-        let histories = problem.histories(model);
+        let Seen {
+            ranges_m: ranges,
+            histories,
+        } = problem.seen(model);
         let carrier = problem.template.carrier;
         let echoes: Vec<Vec<(f64, Complex64)>> = histories
             .pulses
@@ -103,26 +106,45 @@ impl Search<'_> {
         let every = positions.len().div_ceil(MOST_PULSES);
         let grid = problem.ground.grid();
         let pixel_m = problem.ground.tangents_m([0.0; 2]).map(|t| t.norm());
-        let finest_m = pixel_m[0].max(pixel_m[1]).max(1e-9);
-        let stride = ((0.5 * problem.template.cell_m / finest_m) as usize).max(1);
-        let columns = grid.columns().div_ceil(stride);
-        let rows = grid.rows().div_ceil(stride);
-        let power = (0..rows * columns)
-            .into_par_iter()
-            .map(|index| {
-                let point = grid.point_m(stride * (index % columns), stride * (index / columns));
-                let point = Vector3::from(point);
-                let of = |m: usize| {
-                    let range = (point - Vector3::from(positions[m])).norm() + model.delay_m;
-                    powers.at(m, range)
-                };
-                (0..positions.len()).step_by(every).map(of).sum()
-            })
+        let coarsest_m = pixel_m[0].max(pixel_m[1]).max(1e-9);
+        let step = (0.5 * problem.template.cell_m / coarsest_m).max(1.0);
+        let nodes = |pixels: usize| ((pixels - 1) as f64 / step) as usize + 1;
+        let [columns, rows] = [grid.columns(), grid.rows()].map(nodes);
+        // Single precision, about one of the antenna's places: the powers are smooth over
+        // centimetres.
+        let origin = Vector3::from(positions[0]);
+        let antennas: Vec<(usize, [f32; 3])> = (0..positions.len())
+            .step_by(every)
+            .map(|m| (m, single(Vector3::from(positions[m]) - origin)))
             .collect();
+        let mut power = vec![0.0; rows * columns];
+        power
+            .par_chunks_mut(columns)
+            .enumerate()
+            .for_each(|(j, row)| {
+                let points: Vec<[f32; 3]> = (0..columns)
+                    .map(|i| [i, j].map(|v| v as f64 * step))
+                    .map(|place| single(problem.ground.point_m(place) - origin))
+                    .collect();
+                let [x, y, z] = [0, 1, 2].map(|a| points.iter().map(|p| p[a]).collect::<Vec<_>>());
+                let mut range_m = vec![0.0_f32; columns];
+                let mut sum = vec![0.0_f32; columns];
+                for (m, at) in &antennas {
+                    let places = x.iter().zip(&y).zip(&z);
+                    for (range, ((x, y), z)) in range_m.iter_mut().zip(places) {
+                        let (dx, dy, dz) = (x - at[0], y - at[1], z - at[2]);
+                        *range = (dx * dx + dy * dy + dz * dz).sqrt();
+                    }
+                    powers.add(*m, model.delay_m, &range_m, &mut sum);
+                }
+                row.iter_mut()
+                    .zip(&sum)
+                    .for_each(|(p, s)| *p = f64::from(*s));
+            });
         PowerMap {
             power,
             columns,
-            stride,
+            step,
         }
     }
 
@@ -149,15 +171,18 @@ impl Search<'_> {
         Ok(PowerMap {
             power: image.iter().map(|v| f64::from(v.norm_sqr())).collect(),
             columns: grid.columns(),
-            stride: 1,
+            step: 1.0,
         })
     }
 
     /// The spectra less the echoes of points of one phase, moved to zero delay.
     fn residual_spectra(&self, model: &Model) -> Vec<Complex64> {
         let problem = &self.problem;
-        let ranges = problem.ranges_m(model);
-        let amplitudes = problem.histories(model).coherent();
+        let Seen {
+            ranges_m: ranges,
+            histories,
+        } = problem.seen(model);
+        let amplitudes = histories.coherent();
         let template = problem.template;
         let n = template.wavenumber.len();
         let mut spectrum = self.pulses.spectrum().to_vec();
@@ -205,7 +230,7 @@ impl Search<'_> {
                     (i.saturating_sub(1)..(i + 2).min(map.columns)).any(|a| at(a, b) > own)
                 });
                 if !higher {
-                    let place = [i, j].map(|v| (v * map.stride) as f64);
+                    let place = [i, j].map(|v| v as f64 * map.step);
                     found.push((own, place));
                 }
             }
@@ -243,4 +268,8 @@ impl Search<'_> {
         }
         model.places = kept;
     }
+}
+
+fn single(v: Vector3<f64>) -> [f32; 3] {
+    [v[0] as f32, v[1] as f32, v[2] as f32]
 }

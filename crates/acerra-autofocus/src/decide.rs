@@ -1,0 +1,149 @@
+//! What an estimate amounts to: whether its correction is applied, and what is reported of it.
+
+use acerra_imaging::Pulses;
+use nalgebra::{Matrix3, Vector3};
+
+use crate::fit::{Fitted, Problem};
+use crate::model::Model;
+use crate::outcome::{Autofocused, Decision, PointFound};
+use crate::significance::{Gains, LEAST_TO_FOLD};
+
+/// Gain below which a correction is not worth a change of the positions (dB).
+const LEAST_GAIN_DB: f64 = 0.02;
+/// When a correction is believed.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Limits {
+    /// Standard errors by which the mean gain of points left out exceeds zero.
+    pub significance: f64,
+    /// Greatest rms correction in prior deviations.
+    pub most_sigmas: f64,
+}
+
+/// Positions as stated.
+pub(crate) fn unchanged(
+    pulses: &Pulses,
+    factor: &[Matrix3<f64>],
+    decision: Decision,
+) -> Autofocused {
+    let covariance: Vec<Matrix3<f64>> = factor.iter().map(|l| l * l.transpose()).collect();
+    Autofocused {
+        decision,
+        position_m: pulses.position_m().to_vec(),
+        correction_m: vec![[0.0; 3]; pulses.len()],
+        sigma_m: covariance.iter().map(deviations).collect(),
+        covariance_m2: covariance.iter().map(rows_of).collect(),
+        delay_m: 0.0,
+        points: Vec::new(),
+        gain_db: 0.0,
+        gain_sigma_db: 0.0,
+        predicted_loss_db: 0.0,
+        correction_in_sigmas: 0.0,
+        unobserved: [1.0; 3],
+    }
+}
+
+/// What a maximum and the gains of points left out amount to.
+pub(crate) fn outcome(
+    pulses: &Pulses,
+    problem: &Problem,
+    fitted: Fitted,
+    gains: &Gains,
+    limits: Limits,
+) -> Autofocused {
+    let model = &fitted.model;
+    let prior: Vec<Matrix3<f64>> = problem
+        .path
+        .factor
+        .iter()
+        .map(|l| l * l.transpose())
+        .collect();
+    let sigmas = in_sigmas(model, &prior);
+    let significant =
+        gains.mean_db > limits.significance * gains.sigma_db && gains.mean_db > LEAST_GAIN_DB;
+    // A single point cannot be left out: it must move as the prior expects all the more.
+    let lone = model.places.len() < LEAST_TO_FOLD;
+    let most_sigmas = limits.most_sigmas * if lone { 0.5 } else { 1.0 };
+    let decision = if sigmas > most_sigmas {
+        Decision::AgainstPrior
+    } else if significant {
+        Decision::Applied
+    } else {
+        Decision::NotSignificant
+    };
+    let points = model.points_m(&problem.ground);
+    Autofocused {
+        decision,
+        position_m: if decision == Decision::Applied {
+            model.positions_m(pulses.position_m())
+        } else {
+            pulses.position_m().to_vec()
+        },
+        correction_m: model.error_m.iter().map(|e| [e[0], e[1], e[2]]).collect(),
+        sigma_m: fitted.posterior.error_m2.iter().map(deviations).collect(),
+        covariance_m2: fitted.posterior.error_m2.iter().map(rows_of).collect(),
+        delay_m: model.delay_m,
+        points: points
+            .iter()
+            .enumerate()
+            .map(|(k, p)| PointFound {
+                position_m: [p[0], p[1], p[2]],
+                sigma_m: fitted.place_sigma_m[k],
+                residual_m: fitted.residual_m[k],
+                gain_db: gains.point_db[k],
+            })
+            .collect(),
+        gain_db: gains.mean_db,
+        gain_sigma_db: gains.sigma_db,
+        predicted_loss_db: predicted_loss_db(problem, &points, &prior),
+        correction_in_sigmas: sigmas,
+        unobserved: unobserved(&fitted.posterior.error_m2, &prior),
+    }
+}
+
+/// Loss of the points' peaks by errors of this covariance, Eq. (5): e^{−φ²}, φ = κσ along the line of
+/// sight; mean over points and pulses, dB.
+fn predicted_loss_db(problem: &Problem, points: &[Vector3<f64>], prior: &[Matrix3<f64>]) -> f64 {
+    let mut sum = 0.0;
+    for (p, c) in problem.nominal_m.iter().zip(prior) {
+        for q in points {
+            let sight = (q - Vector3::from(*p)).normalize();
+            sum += sight.dot(&(c * sight)) * problem.template.carrier.powi(2);
+        }
+    }
+    let mean = sum / (prior.len() * points.len()).max(1) as f64;
+    10.0 * std::f64::consts::LOG10_E * mean
+}
+
+/// Rms of the corrections in units of their prior deviations.
+fn in_sigmas(model: &Model, prior: &[Matrix3<f64>]) -> f64 {
+    let (mut sum, mut count) = (0.0, 0.0);
+    for (e, c) in model.error_m.iter().zip(prior) {
+        for axis in 0..3 {
+            if c[(axis, axis)] > 0.0 {
+                sum += e[axis] * e[axis] / c[(axis, axis)];
+                count += 1.0;
+            }
+        }
+    }
+    (sum / f64::max(count, 1.0)).sqrt()
+}
+
+fn unobserved(posterior: &[Matrix3<f64>], prior: &[Matrix3<f64>]) -> [f64; 3] {
+    [0, 1, 2].map(|axis| {
+        let of = |c: &[Matrix3<f64>]| c.iter().map(|c| c[(axis, axis)]).sum::<f64>();
+        let before = of(prior);
+        if before > 0.0 {
+            of(posterior) / before
+        } else {
+            1.0
+        }
+    })
+}
+
+fn deviations(c: &Matrix3<f64>) -> [f64; 3] {
+    [0, 1, 2].map(|i| c[(i, i)].max(0.0).sqrt())
+}
+
+fn rows_of(c: &Matrix3<f64>) -> [[f64; 3]; 3] {
+    [0, 1, 2].map(|i| [0, 1, 2].map(|j| c[(i, j)]))
+}

@@ -1,0 +1,44 @@
+//! What linear observations say of the pulses' positions and of parameters beside them.
+
+use nalgebra::{DMatrix, Dyn, Matrix3, OMatrix, U3};
+
+/// One value per axis for the observations and each parameter.
+pub(crate) type Axes = OMatrix<f64, U3, Dyn>;
+
+/// What one pulse's observations say: HᵀR⁻¹H of its position and HᵀR⁻¹[y, A].
+#[derive(Clone, Debug)]
+pub(crate) struct PulseInformation {
+    /// HᵀR⁻¹H, 1/m².
+    pub information: Matrix3<f64>,
+    /// HᵀR⁻¹[y, A], `[3, 1 + parameters]`.
+    pub right: Axes,
+}
+
+impl PulseInformation {
+    pub fn none(parameters: usize) -> Self {
+        Self {
+            information: Matrix3::zeros(),
+            right: Axes::zeros(1 + parameters),
+        }
+    }
+
+    /// The same in terms of z, δ = L z.
+    pub fn scaled(&self, factor: &Matrix3<f64>) -> Self {
+        let t = factor.transpose();
+        Self {
+            information: t * self.information * factor,
+            right: t * &self.right,
+        }
+    }
+}
+
+/// All observations.
+#[derive(Clone, Debug)]
+pub(crate) struct Observations {
+    /// Pulse by pulse.
+    pub pulses: Vec<PulseInformation>,
+    /// [y, A]ᵀR⁻¹[y, A] over all pulses.
+    pub cross: DMatrix<f64>,
+    /// Prior variance of each parameter.
+    pub variance: Vec<f64>,
+}
