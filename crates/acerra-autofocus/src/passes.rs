@@ -65,9 +65,8 @@ impl Passes {
             let rest = &pulse.right - n * &value;
             let gain = inverse * n;
             let innovation = inverse * &rest;
-            let right = pulse.right.tr_mul(&value);
-            *cross += value.tr_mul(&(n * &value)) - &right - right.transpose();
-            *cross -= rest.tr_mul(&(own * &innovation));
+            let updated = &value + own * &innovation;
+            take(cross, [&value, &rest], [&pulse.right, &updated]);
             kept.push(Filtered {
                 covariance,
                 states: states.clone(),
@@ -118,5 +117,20 @@ impl Passes {
         }
         passed.reverse();
         passed
+    }
+}
+
+/// Takes Σ AᵀB of the pairs from `cross`: Vᵀ[y, A] + rᵀ(V + P(I + N P)⁻¹r) with r = [y, A] − N V is what a
+/// pulse's path explains.
+fn take(cross: &mut DMatrix<f64>, left: [&Axes; 2], right: [&Axes; 2]) {
+    let rows = cross.nrows();
+    let [a, b] = left.map(|m| m.as_slice().chunks_exact(3));
+    let [c, d] = right.map(|m| m.as_slice().chunks_exact(3));
+    let columns = cross.as_mut_slice().chunks_exact_mut(rows);
+    for ((column, c), d) in columns.zip(c).zip(d) {
+        for ((value, a), b) in column.iter_mut().zip(a.clone()).zip(b.clone()) {
+            *value -= a[0] * c[0] + a[1] * c[1] + a[2] * c[2];
+            *value -= b[0] * d[0] + b[1] * d[1] + b[2] * d[2];
+        }
     }
 }
