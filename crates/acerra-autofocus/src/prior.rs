@@ -76,6 +76,10 @@ impl Correlation {
 
 /// Prior of the errors of the antenna's positions: zero mean, this covariance at each pulse, and
 /// this correlation between pulses.
+///
+/// The error of pulse m is C_m^½ z_m, with C_m^½ the symmetric root of its covariance and z three
+/// independent processes of unit variance: one along each principal axis where those stay, so that the
+/// covariance of two pulses is C_m^½ C_n^½ ρ(d). The root turns with the axes, whichever these are.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PositionPrior {
     /// Covariance of each pulse's error, `[M]`, m², axes as the positions'.
@@ -111,6 +115,36 @@ impl PositionPrior {
         }
     }
 
+    /// Full covariances, `[M]`, m², and a known delay.
+    ///
+    /// Covariances that were written with few digits may be none any more. Correlations between axes are
+    /// shortened, all of a pulse by one factor and no further than it takes to keep a part in a thousand
+    /// of an axis' variance independent of the others; the variances stay.
+    ///
+    /// ```
+    /// use acerra_autofocus::{Correlation, PositionPrior};
+    /// let rounded = [[4e-6, 0.0, 6.2e-6], [0.0, 4e-6, 0.0], [6.2e-6, 0.0, 9e-6]]; // east, up: 1.03
+    /// let white = Correlation::White;
+    /// let prior = PositionPrior::of_covariances(&[rounded], &[0.0], white);
+    /// let [east, _, up] = prior.covariance_m2[0];
+    /// assert_eq!((east[0], up[2]), (4e-6, 9e-6));
+    /// assert!((east[2] / 6e-6 - 0.999).abs() < 1e-9);
+    /// ```
+    #[must_use]
+    pub fn of_covariances(
+        covariance_m2: &[[[f64; 3]; 3]],
+        abscissa: &[f64],
+        correlation: Correlation,
+    ) -> Self {
+        Self {
+            covariance_m2: covariance_m2.iter().map(shortened).collect(),
+            abscissa: abscissa.to_vec(),
+            correlation,
+            delay_sigma_m: 0.0,
+            without_trend: false,
+        }
+    }
+
     /// Refuses a prior that does not fit `pulses` pulses.
     pub(crate) fn check(&self, pulses: usize) -> Result<(), AutofocusError> {
         check_length("covariance_m2", pulses, self.covariance_m2.len())?;
@@ -137,28 +171,57 @@ impl PositionPrior {
         self.factors().map(|_| ())
     }
 
-    /// Lower Cholesky factor L of each covariance, C = L Lᵀ.
+    /// Symmetric root L of each covariance, C = L Lᵀ.
     pub(crate) fn factors(&self) -> Result<Vec<Matrix3<f64>>, AutofocusError> {
         self.covariance_m2
             .iter()
             .enumerate()
-            .map(|(index, c)| factor(c).ok_or_else(|| not_a_covariance(index, c)))
+            .map(|(index, c)| root(c).ok_or_else(|| not_a_covariance(index, c)))
             .collect()
     }
 }
 
-/// Lower factor of a covariance that may be singular; none where it is no covariance.
-fn factor(c: &[[f64; 3]; 3]) -> Option<Matrix3<f64>> {
+/// Symmetric root of a covariance that may be singular; none where it is no covariance.
+fn root(c: &[[f64; 3]; 3]) -> Option<Matrix3<f64>> {
     let trace = c[0][0] + c[1][1] + c[2][2];
     let symmetric = Matrix3::from_fn(|i, j| 0.5 * (c[i][j] + c[j][i]));
     if !symmetric.iter().all(|v| v.is_finite()) || (0..3).any(|i| c[i][i] < 0.0) {
         return None;
     }
-    if trace == 0.0 {
-        return Some(Matrix3::zeros());
+    if symmetric == Matrix3::from_diagonal(&symmetric.diagonal()) {
+        return Some(symmetric.map(f64::sqrt));
     }
-    let jitter = Matrix3::identity() * (1e-12 * trace);
-    nalgebra::Cholesky::new(symmetric + jitter).map(|f| f.l())
+    let axes = symmetric.symmetric_eigen();
+    let lowest = axes.eigenvalues.min();
+    let deviations = axes.eigenvalues.map(|v| v.max(0.0).sqrt());
+    (lowest >= -1e-12 * trace).then(|| {
+        let spread = Matrix3::from_diagonal(&deviations);
+        axes.eigenvectors * spread * axes.eigenvectors.transpose()
+    })
+}
+
+/// Least eigenvalue of the correlations that [`PositionPrior::of_covariances`] leaves.
+const LEAST_INDEPENDENT: f64 = 1e-3;
+
+/// The covariance with its correlations shortened to what a covariance can have; as it is where a
+/// variance is not positive or a value not finite.
+fn shortened(c: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
+    let usable = |i: usize| c[i][i] > 0.0 && c[i].iter().all(|v| v.is_finite());
+    if !(0..3).all(usable) {
+        return *c;
+    }
+    let correlations = Matrix3::from_fn(|i, j| {
+        let mean = 0.5 * (c[i][j] + c[j][i]);
+        mean / (c[i][i] * c[j][j]).sqrt()
+    });
+    // The eigenvalues of I + s (R − I) are 1 + s (λ − 1).
+    let lowest = correlations.symmetric_eigenvalues().min();
+    let share = ((1.0 - LEAST_INDEPENDENT) / (1.0 - lowest).max(f64::MIN_POSITIVE)).min(1.0);
+    let of = |i: usize, j: usize| match i == j {
+        true => c[i][i],
+        false => share * 0.5 * (c[i][j] + c[j][i]),
+    };
+    [0, 1, 2].map(|i| [0, 1, 2].map(|j| of(i, j)))
 }
 
 fn not_a_covariance(index: usize, c: &[[f64; 3]; 3]) -> AutofocusError {
@@ -194,5 +257,39 @@ fn check_positive(
             expected: "a finite value above 0",
             found,
         }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Rotation3;
+
+    #[test]
+    fn roots_turn_with_the_axes() {
+        let turn = Rotation3::from_euler_angles(0.3, -0.7, 1.1);
+        let own = Matrix3::from_diagonal(&[4.0, 1.0, 0.0].into());
+        let turned = turn * own * turn.inverse();
+        let found = root(&[0, 1, 2].map(|i| [0, 1, 2].map(|j| turned[(i, j)]))).unwrap();
+        let expected = turn * Matrix3::from_diagonal(&[2.0, 1.0, 0.0].into()) * turn.inverse();
+        assert!((found - expected).norm() < 1e-6);
+        assert!((found * found - turned).norm() < 1e-12);
+    }
+
+    #[test]
+    fn what_is_no_covariance_is_refused_or_shortened() {
+        let beyond = [[1.0, 0.0, -1.4], [0.0, 1.0, 0.0], [-1.4, 0.0, 1.0]];
+        assert!(root(&beyond).is_none());
+        let prior = PositionPrior::of_covariances(&[beyond], &[0.0], Correlation::White);
+        assert!(prior.check(1).is_ok());
+        assert!((prior.covariance_m2[0][0][2] + 0.999).abs() < 1e-12);
+        let fine = [[1.0, 0.3, 0.0], [0.3, 2.0, -0.5], [0.0, -0.5, 1.0]];
+        let prior = PositionPrior::of_covariances(&[fine], &[0.0], Correlation::White);
+        assert_eq!(prior.covariance_m2[0], fine);
+        for hostile in [f64::NAN, f64::INFINITY, -1.0] {
+            let c = [[hostile, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+            let prior = PositionPrior::of_covariances(&[c], &[0.0], Correlation::White);
+            assert!(prior.check(1).is_err(), "{hostile}");
+        }
     }
 }

@@ -3,7 +3,7 @@
 
 mod common;
 
-use acerra_autofocus::Decision;
+use acerra_autofocus::{Autofocused, Decision};
 use common::{Errors, PULSES, Scene, Target, clutter, twelve};
 
 /// Loss of the best published autofocus on this scene at σ = 12 mm is 3.2 dB; 0.5 dB is wanted.
@@ -130,4 +130,42 @@ fn posterior_deviations_are_true() {
     let places = places / points;
     assert!((0.4..2.0).contains(&path), "path: {path}");
     assert!((0.3..2.2).contains(&places), "places: {places}");
+}
+
+/// Two points at one incidence tell one combination of x and z. How the axes are correlated tells the
+/// other.
+#[test]
+fn a_full_covariance_tells_what_the_echoes_do_not() {
+    let (sigma_m, smoothed_m, rho) = (0.004, 0.58, 0.95);
+    let errors = Errors {
+        sigma_m,
+        smoothed_m,
+    };
+    let (mut square_full, mut square_diagonal, mut chi_square) = (0.0, 0.0, 0.0);
+    let draws = 3;
+    for seed in 20..20 + draws {
+        let targets = vec![Target::at(4.0, -2.0), Target::at(4.3, 2.0)];
+        let scene = Scene::correlated(seed, errors, rho, targets);
+        let full = scene.focus(&Scene::correlated_prior(sigma_m, smoothed_m, rho));
+        let diagonal = scene.focus(&Scene::trendless_prior(sigma_m, smoothed_m));
+        assert_eq!(full.decision, Decision::Applied);
+        assert_eq!(diagonal.decision, Decision::Applied);
+        for m in 0..PULSES {
+            let off = |found: &Autofocused, a: usize| found.position_m[m][a] - scene.true_m[m][a];
+            for a in [0, 2] {
+                square_full += off(&full, a).powi(2);
+                square_diagonal += off(&diagonal, a).powi(2);
+                chi_square += (off(&full, a) / full.sigma_m[m][a]).powi(2);
+            }
+        }
+        for target in &scene.targets {
+            let gain =
+                scene.peak(&full.position_m, target).0 / scene.peak(&scene.nominal_m, target).0;
+            assert!(gain > 1.0, "seed {seed}: {gain}");
+        }
+    }
+    let ratio = (square_full / square_diagonal).sqrt();
+    let chi_square = chi_square / (2 * PULSES as u64 * draws) as f64;
+    assert!(ratio < 0.6, "error {ratio} of that by independent axes");
+    assert!((0.4..2.0).contains(&chi_square), "χ² {chi_square}");
 }

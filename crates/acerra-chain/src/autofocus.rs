@@ -1,11 +1,12 @@
 //! Autofocus: the places of the traces from the echoes of prominent points, between `clean` and `focus`.
 //!
-//! The prior is what the positions say of themselves: their standard deviations, trace by trace, and
-//! how long errors last.
+//! The prior is what the positions say of themselves: their covariances, trace by trace, and how long
+//! errors last.
 
 use std::f64::consts::PI;
 
 use acerra_autofocus::{AutofocusError, Autofocused, Correlation, PositionPrior};
+use acerra_geo::matrix::Matrix3;
 use acerra_imaging::{ImagingError, PlaneGrid};
 use acerra_radar::Spectrum;
 use num_complex::Complex64;
@@ -29,8 +30,8 @@ const BETWEEN_TRACKS_S: f64 = 1e6;
 /// Parameters of the autofocus.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct AutofocusOptions {
-    /// Standard deviations of the places, east, north, up (m); by default those that the positions
-    /// state.
+    /// Standard deviations of the places, east, north, up (m), whose errors are then independent; by
+    /// default the covariances that the positions state.
     pub sigma_m: Option<[f64; 3]>,
     /// How long errors last (s): the length of a Matérn process of order 3/2; by default two sampling
     /// intervals of the positions, at least 0.25 s.
@@ -161,10 +162,11 @@ impl Prepared {
         options: &AutofocusOptions,
     ) -> Result<(PositionPrior, f64), AutofocusFailure> {
         let traces = self.aligned.position_m.len();
-        let sigma_m = match options.sigma_m {
-            Some(stated) => vec![stated; traces],
-            None if self.aligned.sigma_m.len() == traces => self.aligned.sigma_m.clone(),
-            None => return Err(AutofocusFailure::NoDeviations),
+        let covariance_m2 = match options.sigma_m {
+            Some(stated) => vec![with_deviations(None, stated); traces],
+            None => self
+                .stated_covariances_m2()
+                .ok_or(AutofocusFailure::NoDeviations)?,
         };
         let correlation_s = options
             .correlation_s
@@ -179,9 +181,27 @@ impl Prepared {
         let correlation = Correlation::Matern32 {
             length: correlation_s,
         };
-        let mut prior = PositionPrior::of_deviations(&sigma_m, &abscissa, correlation);
+        let mut prior = PositionPrior::of_covariances(&covariance_m2, &abscissa, correlation);
         prior.delay_sigma_m = 0.5 * self.scene.light_speed_m_s * 1e-9 * options.delay_sigma_ns;
         Ok((prior, correlation_s))
+    }
+
+    /// Covariances of the places of the imaged traces; none where the positions state none.
+    fn stated_covariances_m2(&self) -> Option<Vec<Matrix3>> {
+        let aligned = &self.aligned;
+        if aligned.sigma_m.len() != aligned.position_m.len() {
+            return None;
+        }
+        let mut found = Vec::with_capacity(aligned.sigma_m.len());
+        let mut before = 0;
+        for track in &self.tracks {
+            for m in track.range.clone() {
+                let full = aligned.all[before + aligned.traces[m]].covariance_m2;
+                found.push(with_deviations(full, aligned.sigma_m[m]));
+            }
+            before += track.traces_in_log;
+        }
+        Some(found)
     }
 
     fn apply(&mut self, found: &Autofocused) {
@@ -228,6 +248,21 @@ fn shorten(spectrum: &mut Spectrum, range_m: f64, light_speed_m_s: f64) {
     }
 }
 
+/// A covariance of these deviations. Two axes are as correlated as `full` has them if it gives both their
+/// deviations; one whose deviation is another's, as that of heights by the radar, is independent.
+fn with_deviations(full: Option<Matrix3>, sigma_m: [f64; 3]) -> Matrix3 {
+    let stated = |i: usize, c: &Matrix3| {
+        let own_m = c[i][i].max(0.0).sqrt();
+        (own_m - sigma_m[i]).abs() <= 1e-9 * sigma_m[i]
+    };
+    let of = |i: usize, j: usize| match full {
+        _ if i == j => sigma_m[i] * sigma_m[i],
+        Some(c) if stated(i, &c) && stated(j, &c) => c[i][j],
+        _ => 0.0,
+    };
+    [0, 1, 2].map(|i| [0, 1, 2].map(|j| of(i, j)))
+}
+
 /// How long errors of a track's positions last, from how often there is one (s).
 fn lasting_s(track: &Track) -> f64 {
     let interval_s = match &track.positions {
@@ -237,4 +272,20 @@ fn lasting_s(track: &Track) -> f64 {
     interval_s
         .map_or(0.0, |interval| CORRELATED_SAMPLES * interval)
         .max(LEAST_CORRELATION_S)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn covariances_between_axes_are_kept_where_both_are_the_positions() {
+        let full = [[4.0, 1.0, -2.0], [1.0, 9.0, 3.0], [-2.0, 3.0, 16.0]];
+        assert_eq!(with_deviations(Some(full), [2.0, 3.0, 4.0]), full);
+        let heights_by_radar = with_deviations(Some(full), [2.0, 3.0, 0.5]);
+        let expected = [[4.0, 1.0, 0.0], [1.0, 9.0, 0.0], [0.0, 0.0, 0.25]];
+        assert_eq!(heights_by_radar, expected);
+        let none = with_deviations(None, [1.0, 2.0, 3.0]);
+        assert_eq!(none, [[1.0, 0.0, 0.0], [0.0, 4.0, 0.0], [0.0, 0.0, 9.0]]);
+    }
 }

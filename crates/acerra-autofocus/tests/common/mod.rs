@@ -177,6 +177,18 @@ impl Scene {
         Self::with_errors(&mut rng, &error_m, targets)
     }
 
+    /// The scene with errors in x and z that are correlated by `rho`, as
+    /// [`Scene::correlated_prior`] has them.
+    pub fn correlated(seed: u64, errors: Errors, rho: f64, targets: Vec<Target>) -> Self {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let [x, y, own] =
+            [1.0; 3].map(|_| error_of_axis(&mut rng, errors.sigma_m, errors.smoothed_m));
+        let share = (1.0 - rho * rho).sqrt();
+        let both = x.iter().zip(&own);
+        let z = both.map(|(x, z)| 2.0 * (rho * x + share * z)).collect();
+        Self::with_errors(&mut rng, &[x, y, z], targets)
+    }
+
     fn with_errors(rng: &mut ChaCha8Rng, error_m: &[Vec<f64>; 3], targets: Vec<Target>) -> Self {
         let nominal_m: Vec<[f64; 3]> = (0..PULSES)
             .map(|m| [0.0, m as f64 * spacing_m() - HALF_TRACK_M, HEIGHT_M])
@@ -246,6 +258,25 @@ impl Scene {
         let abscissa: Vec<f64> = (0..PULSES).map(|m| m as f64 * spacing_m()).collect();
         let sigma = [sigma_m, sigma_m, 2.0 * sigma_m];
         PositionPrior::of_deviations(&[sigma; PULSES], &abscissa, correlation)
+    }
+
+    /// The prior of errors without mean and trend that are correlated by `rho` in x and z.
+    pub fn correlated_prior(sigma_m: f64, smoothed_m: f64, rho: f64) -> PositionPrior {
+        let plain = Self::prior(sigma_m, smoothed_m);
+        let v = sigma_m * sigma_m;
+        let covariance = [
+            [v, 0.0, 2.0 * rho * v],
+            [0.0, v, 0.0],
+            [2.0 * rho * v, 0.0, 4.0 * v],
+        ];
+        PositionPrior {
+            without_trend: true,
+            ..PositionPrior::of_covariances(
+                &[covariance; PULSES],
+                &plain.abscissa,
+                plain.correlation,
+            )
+        }
     }
 
     /// The prior of errors without mean and trend.

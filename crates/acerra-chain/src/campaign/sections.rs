@@ -88,8 +88,8 @@ pub struct TrackSection {
 pub struct AutofocusSection {
     /// Whether positions are corrected; also by `acerra focus --autofocus`.
     pub enabled: bool,
-    /// Standard deviations of the positions, east, north, up (metres); by default those that the
-    /// positions state.
+    /// Standard deviations of the positions, east, north, up (metres), whose errors are then taken as
+    /// independent; by default the covariances that the positions state.
     pub sigma_m: Option<[f64; 3]>,
     /// How long errors of the positions last, in seconds; by default two sampling intervals of the
     /// positions, at least 0.25 s.
