@@ -8,7 +8,7 @@ use acerra_geo::interpolate::Interpolated;
 use anyhow::Context;
 
 use crate::outcome::Outcome;
-use crate::report::report_page;
+use crate::report::{Picture, report_page};
 use crate::run_record::{RunRecord, TargetsRecord};
 use crate::staging::Staging;
 use crate::{correction, data, image_npz, maps, pictures, report_data};
@@ -23,20 +23,24 @@ use serde::Serialize;
 pub fn deliver(outcome: &Outcome, staging: Staging, stages: &mut Stages) -> anyhow::Result<()> {
     let (image_png, raw_png, clean_png, more) = stages.run("deliver", || {
         // Each file is the work of one thread: the pictures are drawn beside one another.
-        let (image, radargrams) = rayon::join(
+        let (image, (radargrams, more)) = rayon::join(
             || {
                 rayon::join(
                     || write_image(outcome, &staging),
                     || write_picture(outcome, &staging),
                 )
             },
-            || write_radargrams(outcome, &staging),
+            || {
+                rayon::join(
+                    || write_radargrams(outcome, &staging),
+                    || further_pictures(outcome),
+                )
+            },
         );
         image.0?;
         let image_png = image.1?;
         let (raw_png, clean_png) = radargrams?;
-        let mut more = correction::pictures(outcome)?;
-        more.extend(pictures::of_stacks(outcome)?);
+        let more = more?;
         for (name, picture) in &more {
             staging.write(name, &picture.png)?;
         }
@@ -52,6 +56,13 @@ pub fn deliver(outcome: &Outcome, staging: Staging, stages: &mut Stages) -> anyh
     data.pictures = more;
     staging.write("report.html", report_page(&data).context("report.html")?)?;
     staging.publish()
+}
+
+/// Pictures of the corrections and of stacks, with the names of their files.
+fn further_pictures(outcome: &Outcome) -> anyhow::Result<Vec<(String, Picture)>> {
+    let mut more = correction::pictures(outcome)?;
+    more.extend(pictures::of_stacks(outcome)?);
+    Ok(more)
 }
 
 fn json(record: &impl Serialize) -> serde_json::Result<String> {
