@@ -84,6 +84,7 @@ mod survey;
 pub mod tiles;
 mod trace_positions;
 pub mod trajectory_file;
+mod uncovered;
 pub mod volume;
 mod warnings;
 pub mod weigh;

@@ -40,14 +40,15 @@ pub enum GroundError {
     /// No echo follows the height.
     #[error(
         "[image] z_m: neither it, nor terrain, nor [trajectory] origin_deg_m tells the height of the \
-         ground, and no surface echo follows the flight's height; state one of them"
+         ground, and at no clock offset does a surface echo follow the flight's height (do the logs \
+         belong together?); state one of them"
     )]
     NoSurface,
     /// Two heights are as sharp, or none is.
     #[error(
         "[image] z_m: neither it, nor terrain, nor [trajectory] origin_deg_m tells the height of the \
          ground; the image is as sharp on the ground at {first_m:.2} m as at {second_m:.2} m; state \
-         one of them"
+         one of them, or [radar] delay_ns, with which the surface echo tells it"
     )]
     Ambiguous {
         /// The sharpest height (m).

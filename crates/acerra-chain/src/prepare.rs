@@ -10,7 +10,7 @@ use crate::align::{Aligned, Flight};
 use crate::calibration::{CalibrationOptions, TrackCalibration, TrackEchoes, calibrate};
 use crate::choices::{Background, Gate, Select};
 use crate::clean::{Cleaned, CleanedTraces, clean};
-use crate::clock::{Clocked, align_clocks, place_as_stated};
+use crate::clock::{ClockError, Clocked, align_clocks, place_as_stated};
 use crate::control::Control;
 use crate::correction::PathCorrection;
 use crate::delay::DelayFound;
@@ -29,6 +29,7 @@ use crate::position::{Positions, in_one_frame};
 use crate::read::RadarLabel;
 use crate::recording::Recording;
 use crate::sink::ImageSink;
+use crate::uncovered::tell_uncovered;
 use crate::warnings::Warnings;
 
 /// A survey ready to be imaged: clean spectra of one or more tracks, in one frame.
@@ -113,14 +114,24 @@ pub fn prepare(
     control: &Control<'_>,
 ) -> Result<Prepared, ChainError> {
     in_one_frame(recordings.iter_mut().map(|r| &mut r.positions))?;
-    let (scene, ground) = journal.stage("align", |_| settle_ground(&recordings, scene, control))?;
+    let (scene, ground) = journal.stage("align", |warnings| {
+        let settled = settle_ground(&recordings, scene, control);
+        if let (Err(ChainError::Ground(_)), Some(first)) = (&settled, recordings.first()) {
+            tell_uncovered(first, warnings);
+        }
+        settled
+    })?;
     let clocked = journal.stage("align", |warnings| {
         recordings
             .iter()
             .map(|recording| {
                 control.check()?;
                 let flight = flight_of(recording, &scene);
-                Ok(align_clocks(flight, &recording.options, warnings, control)?)
+                let clocked = align_clocks(flight, &recording.options, warnings, control);
+                if let Err(ClockError::Offset(_)) = &clocked {
+                    tell_uncovered(recording, warnings);
+                }
+                Ok(clocked?)
             })
             .collect::<Result<Vec<_>, ChainError>>()
     })?;

@@ -12,6 +12,7 @@ mod cuts;
 pub mod data;
 pub mod deliver;
 pub mod display;
+mod failure;
 pub mod image_npz;
 mod maps;
 pub mod names;
@@ -30,6 +31,7 @@ pub mod surveyed;
 pub mod tiles;
 mod uncertainty;
 
+pub use failure::failure_text;
 pub use outcome::Outcome;
 pub use process::{NamedCampaign, RunError, process};
 pub use run::{RunRequest, run_campaign, run_campaign_with};

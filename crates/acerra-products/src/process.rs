@@ -6,7 +6,9 @@ use acerra_chain::campaign::{Campaign, Contradictions};
 use acerra_chain::echoes::ImageError;
 use acerra_chain::evidence::{Evidence, Verdict};
 use acerra_chain::measure::MeasureError;
-use acerra_chain::weigh::{weigh_autofocus, weigh_image, weigh_prepared, weigh_unchecked};
+use acerra_chain::weigh::{
+    weigh_autofocus, weigh_image, weigh_prepared, weigh_targets, weigh_unchecked,
+};
 use acerra_chain::{
     Cancelled, ChainError, Control, Focused, ImageRequest, ImageSink, Journal, MemorySink, Prepared,
 };
@@ -201,6 +203,9 @@ impl Ready {
         })?;
         journal
             .stage("measure", |_| weigh_image(&prepared, &focused, control))?
+            .into_iter()
+            .for_each(|finding| journal.evidence.add(finding));
+        weigh_targets(&prepared, &measured.targets)
             .into_iter()
             .for_each(|finding| journal.evidence.add(finding));
         refuse_contradictions(&campaign, &journal.evidence)?;

@@ -47,8 +47,8 @@ pub struct TargetRecord<'a> {
     /// Height above the geoid (m), where `[image] geoid` names a grid that covers the place.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub height_above_geoid_m: Option<f64>,
-    /// Standard deviation along and across the track (m), by the positions' own; what the delay may be
-    /// off is not in it.
+    /// Standard deviation along and across the track (m), by the positions' own and the clock offset's;
+    /// what the delay may be off is not in it.
     pub sigma_along_across_m: Option<[f64; 2]>,
 }
 

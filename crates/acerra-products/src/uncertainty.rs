@@ -1,5 +1,9 @@
-//! How far a target may stand from its true place, from what the positions say of themselves.
+//! How far a target may stand from its true place, from what positions and clocks say of themselves.
 
+use std::ops::Range;
+
+use acerra_chain::Track;
+use acerra_chain::align::Aligned;
 use acerra_imaging::metrics::Target;
 
 use crate::outcome::Outcome;
@@ -18,7 +22,8 @@ pub(crate) struct PlaceSigma {
 ///
 /// Positions shift the image as a whole. A height that is off by σ displaces a target at horizontal
 /// distance y from a track of height h from y to √(y² + 2hσ) (Eq. (14) of Catapano et al. 2020): by
-/// hσ/y beside the track, by √(2hσ) under it. What the delay may be off is not in it.
+/// hσ/y beside the track, by √(2hσ) under it. A clock offset that was searched or recorded moves targets
+/// along the track by its own deviation times the speed. What the delay may be off is not in it.
 pub(crate) fn place_sigma(outcome: &Outcome, target: &Target) -> Option<PlaceSigma> {
     let aligned = &outcome.prepared.aligned;
     let away_m = |p: &[f64; 3]| (p[0] - target.x_m).hypot(p[1] - target.y_m);
@@ -32,10 +37,38 @@ pub(crate) fn place_sigma(outcome: &Outcome, target: &Target) -> Option<PlaceSig
     let horizontal_m = sigma_m[0].hypot(sigma_m[1]) * std::f64::consts::FRAC_1_SQRT_2;
     let y_m = away_m(place);
     let by_height_m = displacement_m(y_m, place[2] - target.z_m, sigma_m[2].hypot(ground_m));
+    let mut tracks = outcome.prepared.tracks.iter();
+    let track = tracks.find(|track| track.range.contains(&nearest));
+    let by_clock_m = track.map_or(0.0, |track| {
+        clock_sigma_s(track) * speed_m_s(aligned, &track.range, nearest)
+    });
     Some(PlaceSigma {
-        along_m: horizontal_m,
+        along_m: horizontal_m.hypot(by_clock_m),
         across_m: horizontal_m.hypot(by_height_m),
     })
+}
+
+/// Deviation of a track's clock offset, where it was searched or recorded (s); 0 of one that was stated.
+fn clock_sigma_s(track: &Track) -> f64 {
+    let searched_s = track.search.as_ref().map(|s| s.estimate.sigma_s);
+    let recorded_s = track.recorded_clock.as_ref().map(|clock| clock.sigma_s);
+    searched_s.or(recorded_s).unwrap_or(0.0)
+}
+
+/// Traces to each side over which the speed is averaged.
+const SPEED_TRACES: usize = 5;
+
+/// Horizontal speed about one of the traces of a track (m/s).
+fn speed_m_s(aligned: &Aligned, track: &Range<usize>, at: usize) -> f64 {
+    let first = at.saturating_sub(SPEED_TRACES).max(track.start);
+    let last = (at + SPEED_TRACES).min(track.end.saturating_sub(1));
+    let [a, b] = [first, last].map(|k| aligned.position_m[k]);
+    let duration_s = aligned.time_s[last] - aligned.time_s[first];
+    if duration_s > 0.0 {
+        (b[0] - a[0]).hypot(b[1] - a[1]) / duration_s
+    } else {
+        0.0
+    }
 }
 
 fn displacement_m(y_m: f64, height_m: f64, sigma_m: f64) -> f64 {
@@ -45,6 +78,22 @@ fn displacement_m(y_m: f64, height_m: f64, sigma_m: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_speed_is_that_of_the_own_track() {
+        let place = |k: u32| match k {
+            0..10 => [0.1 * f64::from(k), 0.0, 5.0],
+            _ => [50.0, 0.3 * f64::from(k), 5.0],
+        };
+        let aligned = Aligned {
+            position_m: (0..20).map(place).collect(),
+            time_s: (0..20).map(|k| 0.1 * f64::from(k % 10)).collect(),
+            ..Aligned::default()
+        };
+        assert!((speed_m_s(&aligned, &(0..10), 9) - 1.0).abs() < 1e-12);
+        assert!((speed_m_s(&aligned, &(10..20), 10) - 3.0).abs() < 1e-12);
+        assert!(speed_m_s(&aligned, &(4..5), 4).abs() < f64::EPSILON);
+    }
 
     #[test]
     fn heights_displace_targets_as_equation_14_has_it() {

@@ -187,7 +187,7 @@ impl From<RunError> for Failure {
 impl From<anyhow::Error> for Failure {
     /// The kind of the first cause that has one, with the whole chain as message.
     fn from(error: anyhow::Error) -> Self {
-        let text = format!("{error:#}");
+        let text = acerra_products::failure_text(&error);
         let error = match error.downcast::<RunError>() {
             Ok(error) => return error.into(),
             Err(error) => error,

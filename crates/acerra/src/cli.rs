@@ -3,6 +3,7 @@
 use std::io::{self, Write};
 use std::process::ExitCode;
 
+use acerra_products::failure_text;
 use anyhow::Context;
 use clap::{Parser, Subcommand};
 
@@ -87,7 +88,7 @@ pub fn main() -> ExitCode {
         Err(error) if is_closed_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
             // Nothing is left to tell if stderr is closed too.
-            let _ = writeln!(io::stderr(), "acerra: {error:#}");
+            let _ = writeln!(io::stderr(), "acerra: {}", failure_text(&error));
             ExitCode::FAILURE
         }
     }

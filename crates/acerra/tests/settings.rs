@@ -207,6 +207,42 @@ fn examples_are_read() {
     }
 }
 
+#[test]
+fn a_key_of_an_open_table_is_set_by_taking_its_comment_sign_away() {
+    for file in SettingsFile::ALL {
+        let text = file.example();
+        let tables = file.tables();
+        let lines: Vec<&str> = text.lines().collect();
+        let mut tried = 0;
+        for table in tables
+            .iter()
+            .filter(|t| t.may_be_empty && !t.path.is_empty())
+        {
+            let header = format!("[{}]", table.path);
+            let place = lines.iter().position(|line| *line == header);
+            let place = place.unwrap_or_else(|| panic!("{file:?}: no line {header}"));
+            let is_header = |line: &str| {
+                let open = line.trim_start_matches("# ");
+                open.starts_with('[') && open.ends_with(']') && !open.contains(' ')
+            };
+            let below = lines[place + 1..].iter().position(|line| is_header(line));
+            let end = below.map_or(lines.len(), |below| place + 1 + below);
+            for key in &table.keys {
+                let begin = format!("# {} = ", key.name);
+                let at = (place..end).find(|k| lines[*k].starts_with(&begin));
+                // Those that the example sets stand without the sign.
+                let Some(at) = at else { continue };
+                let mut edited = lines.clone();
+                edited[at] = &lines[at][2..];
+                let edited = edited.join("\n");
+                read(file, &edited).unwrap_or_else(|e| panic!("{file:?}: {}: {e}", lines[at]));
+                tried += 1;
+            }
+        }
+        assert!(tried > 0 || file == SettingsFile::Plan, "{file:?}");
+    }
+}
+
 /// `UPDATE_REFERENCE=1 cargo test -p acerra --test settings` writes the page anew.
 #[test]
 fn the_reference_is_up_to_date() {

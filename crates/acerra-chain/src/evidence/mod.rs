@@ -20,6 +20,7 @@ mod positions;
 mod processing;
 mod radar;
 mod setting;
+mod targets;
 mod unchecked;
 
 use serde::Serialize;
@@ -45,6 +46,7 @@ pub use processing::{
 };
 pub use radar::{CouplingSeen, SurfaceSeen, band, band_used, coupling, surface, zero_timing};
 pub use setting::Setting;
+pub use targets::surface_residue;
 pub use unchecked::{Unchecked, unchecked};
 
 /// The findings of a run, in the order of its stages.

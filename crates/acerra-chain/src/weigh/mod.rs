@@ -3,6 +3,7 @@
 //! ```text
 //! Prepared ──weigh_prepared──► findings on logs, clocks, delays, positions, grid   (before the image)
 //! Focused  ──weigh_image─────► findings on the image
+//! targets  ──weigh_targets───► findings on what was measured
 //! ```
 
 mod altimeter;
@@ -17,11 +18,13 @@ mod motion;
 mod radar;
 mod range_focus;
 mod strongest;
+mod targets;
 mod track;
 mod unchecked;
 mod wander;
 
 pub use autofocus::weigh_autofocus;
+pub use targets::weigh_targets;
 pub use unchecked::weigh_unchecked;
 
 use crate::control::{Cancelled, Control};

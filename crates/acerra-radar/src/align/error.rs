@@ -64,7 +64,8 @@ pub enum AlignError {
     /// No cue says anything about the offset.
     #[error(
         "nothing in the radargram follows the flight: no echo moves with the height and the \
-         change from trace to trace is not that of the speed; state the offset"
+         change from trace to trace is not that of the speed (do the logs belong together?); state \
+         the offset"
     )]
     NoCue,
     /// The likelihood is so wide that any offset within it would be a guess.
@@ -83,7 +84,7 @@ pub enum AlignError {
     /// Two offsets agree with the data.
     #[error(
         "two offsets agree with the data: {best_s:.3} s and {second_s:.3} s (log-likelihoods \
-         differ by {margin:.1}, at least {needed:.1} are needed); state the offset, or its range"
+         differ by {margin:.1}, at least {needed:.1} are needed); state the offset"
     )]
     Ambiguous {
         /// Most likely offset, s.

@@ -267,6 +267,11 @@ fn write_traces(outcome: &Outcome, out: &mut dyn Write) -> anyhow::Result<()> {
             "           found: ± {:.1} ms",
             1e3 * search.estimate.sigma_s
         )?;
+        let along = outcome.evidence.findings().iter();
+        let mut along = along.filter(|f| f.name.starts_with("clock_offset_sigma"));
+        if let Some(along_m) = along.next().and_then(|finding| finding.value) {
+            write!(out, " (± {along_m:.3} m along the track)")?;
+        }
         if let Some(height) = &search.likelihood.height {
             write!(out, ", by height {:.3} s", height.offset_s)?;
         }

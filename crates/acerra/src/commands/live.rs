@@ -11,6 +11,7 @@ use std::time::Duration;
 use acerra_live::replay::{recorded_session, replay};
 use acerra_live::worker::QUEUE_RECORDS;
 use acerra_live::{Board, Final, LiveSettings, Pipeline, Worker};
+use acerra_products::failure_text;
 use acerra_record::driver::{RequestOptions, WatchOptions};
 use acerra_record::session::{CAMPAIGN_NAME, Recorder, Session, Tap, finish};
 use acerra_view::{FinalView, LiveServer};
@@ -79,7 +80,7 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
         .image(pipeline, &board, stop, out)
         .and_then(|directory| finish_up(args, &directory, &board, &page.last, out));
     if let Err(error) = &done {
-        let reason = format!("{error:#}");
+        let reason = failure_text(error);
         board.show_final(Final::Failed { reason });
     }
     out.flush()?;

@@ -11,6 +11,8 @@ pub struct Table {
     pub repeats: bool,
     /// Whether the file must have it.
     pub required: bool,
+    /// Whether a file with the table empty says the same as one without it.
+    pub may_be_empty: bool,
     /// What it holds.
     pub description: String,
     /// Its keys, tables not among them.
@@ -85,6 +87,7 @@ pub fn tables(schema: &Value) -> Vec<Table> {
         path: String::new(),
         repeats: false,
         required: true,
+        may_be_empty: true,
         description: String::new(),
         keys: Vec::new(),
     };
@@ -118,6 +121,7 @@ impl<'a> Reader<'a> {
                     path,
                     repeats,
                     required,
+                    may_be_empty: table.may_be_empty && property["default"].is_object(),
                     description: self.description(property, inner),
                     keys: Vec::new(),
                 };

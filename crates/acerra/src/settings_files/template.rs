@@ -83,7 +83,8 @@ const SAMPLES: &[(&str, &str)] = &[
 const WIDTH: usize = 96;
 
 /// The whole file: `head`, then every table. Keys that are `filled` are set, the others stand as
-/// comments with their default; tables without a key that is set are comments as a whole.
+/// comments with their default. Tables stand open where that changes nothing, so that a key becomes set
+/// by taking its comment sign away; others without a key that is set are comments as a whole.
 #[must_use]
 pub fn write(head: &str, tables: &[Table], filled: &[Filled]) -> String {
     let mut text = String::new();
@@ -119,7 +120,11 @@ fn write_table(text: &mut String, table: &Table, filled: &[Filled]) {
         } else {
             ("[", "]")
         };
-        let off = if is_set { "" } else { "# " };
+        let off = if is_set || table.may_be_empty {
+            ""
+        } else {
+            "# "
+        };
         let _ = writeln!(text, "{off}{open}{}{close}", table.path);
     }
     for key in &table.keys {

@@ -1,0 +1,50 @@
+//! The message of a failure with its causes.
+
+/// The message of `error` and of its causes, outer first, parted by colons; a cause whose message already
+/// ends what stands before is not said twice.
+///
+/// ```
+/// use anyhow::Context;
+/// let number = "x".parse::<f64>().context("line 3").unwrap_err();
+/// assert_eq!(acerra_products::failure_text(&number), "line 3: invalid float literal");
+/// ```
+#[must_use]
+pub fn failure_text(error: &anyhow::Error) -> String {
+    let mut text = String::new();
+    for cause in error.chain().map(ToString::to_string) {
+        if text.ends_with(&cause) {
+            continue;
+        }
+        if !text.is_empty() {
+            text.push_str(": ");
+        }
+        text.push_str(&cause);
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[derive(Debug, thiserror::Error)]
+    #[error("[trajectory] time_offset_s: {0}")]
+    struct Told(#[from] std::fmt::Error);
+
+    #[derive(Debug, thiserror::Error)]
+    #[error("flight.mrm")]
+    struct Named(#[from] std::fmt::Error);
+
+    #[test]
+    fn a_cause_is_said_once() {
+        let cause = std::fmt::Error.to_string();
+        let told = anyhow::Error::from(Told(std::fmt::Error)).context("flight.toml");
+        let text = failure_text(&told);
+        assert_eq!(
+            text,
+            format!("flight.toml: [trajectory] time_offset_s: {cause}")
+        );
+        let named = anyhow::Error::from(Named(std::fmt::Error));
+        assert_eq!(failure_text(&named), format!("flight.mrm: {cause}"));
+    }
+}
