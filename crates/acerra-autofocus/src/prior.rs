@@ -203,23 +203,27 @@ fn root(c: &[[f64; 3]; 3]) -> Option<Matrix3<f64>> {
 /// Least eigenvalue of the correlations that [`PositionPrior::of_covariances`] leaves.
 const LEAST_INDEPENDENT: f64 = 1e-3;
 
-/// The covariance with its correlations shortened to what a covariance can have; as it is where a
-/// variance is not positive or a value not finite.
+/// The covariance with its correlations shortened to what a covariance can have, and none with an axis
+/// that has no variance; as it is where a value is not finite or a variance negative.
 fn shortened(c: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
-    let usable = |i: usize| c[i][i] > 0.0 && c[i].iter().all(|v| v.is_finite());
+    let usable = |i: usize| c[i][i] >= 0.0 && c[i].iter().all(|v| v.is_finite());
     if !(0..3).all(usable) {
         return *c;
     }
-    let correlations = Matrix3::from_fn(|i, j| {
-        let mean = 0.5 * (c[i][j] + c[j][i]);
-        mean / (c[i][i] * c[j][j]).sqrt()
+    let between = |i: usize, j: usize| match c[i][i] > 0.0 && c[j][j] > 0.0 {
+        true => 0.5 * (c[i][j] + c[j][i]),
+        false => 0.0,
+    };
+    let correlations = Matrix3::from_fn(|i, j| match i == j {
+        true => 1.0,
+        false => between(i, j) / (c[i][i] * c[j][j]).sqrt().max(f64::MIN_POSITIVE),
     });
     // The eigenvalues of I + s (R − I) are 1 + s (λ − 1).
     let lowest = correlations.symmetric_eigenvalues().min();
     let share = ((1.0 - LEAST_INDEPENDENT) / (1.0 - lowest).max(f64::MIN_POSITIVE)).min(1.0);
     let of = |i: usize, j: usize| match i == j {
         true => c[i][i],
-        false => share * 0.5 * (c[i][j] + c[j][i]),
+        false => share * between(i, j),
     };
     [0, 1, 2].map(|i| [0, 1, 2].map(|j| of(i, j)))
 }
@@ -286,6 +290,10 @@ mod tests {
         let fine = [[1.0, 0.3, 0.0], [0.3, 2.0, -0.5], [0.0, -0.5, 1.0]];
         let prior = PositionPrior::of_covariances(&[fine], &[0.0], Correlation::White);
         assert_eq!(prior.covariance_m2[0], fine);
+        let lost = [[1.0, 0.0, 0.1], [0.0, 1.0, 0.0], [0.1, 0.0, 0.0]];
+        let prior = PositionPrior::of_covariances(&[lost], &[0.0], Correlation::White);
+        assert_eq!(prior.covariance_m2[0][0], [1.0, 0.0, 0.0]);
+        assert!(prior.check(1).is_ok());
         for hostile in [f64::NAN, f64::INFINITY, -1.0] {
             let c = [[hostile, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
             let prior = PositionPrior::of_covariances(&[c], &[0.0], Correlation::White);
