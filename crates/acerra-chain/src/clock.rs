@@ -11,7 +11,9 @@ use crate::delay::{
     DelayCue, DelayError, DelayFound, DelayTrial, coupling_delay, find_delay, surface_delay,
 };
 use crate::gate::settle_gate;
-use crate::offset::{OffsetError, OffsetSearch, SearchRange, Trial, by_height_and_motion, refine};
+use crate::offset::{
+    OffsetError, OffsetSearch, SearchRange, Trial, by_height_and_motion, refine, with_heights_error,
+};
 use crate::position::Positions;
 use crate::read::RadarContent;
 use crate::recording::TrackOptions;
@@ -228,6 +230,10 @@ impl ClockedTrack<'_> {
             let aligned = self.aligned_at(clocked.time_offset_s)?;
             clocked.delay = self.find_delay_in(&mut clocked.clean, &aligned)?;
         }
+        clocked.search = clocked.search.map(|search| OffsetSearch {
+            estimate: with_heights_error(search.estimate, &likelihood),
+            ..search
+        });
         Ok(clocked)
     }
 

@@ -28,16 +28,27 @@ pub(crate) fn height_noise_m(trajectory: &Trajectory) -> Option<f64> {
 /// Median standard deviation of heights without fixed ambiguities (m), where most of them are such and tell:
 /// ambiguities and code multipath drift for as long as a climb lasts.
 pub(crate) fn lasting_error_m(trajectory: &Trajectory) -> Option<f64> {
-    let drifts = |fix: &&Fix| {
+    let drifts = |status| {
         !matches!(
-            fix.status,
+            status,
             SolutionStatus::Fixed | SolutionStatus::External | SolutionStatus::Unknown
         )
     };
+    median_sigma_m(trajectory, drifts)
+}
+
+/// Median standard deviation of heights with fixed ambiguities (m), where most of them are such and tell:
+/// reflections err for some ten seconds.
+pub(crate) fn stated_error_m(trajectory: &Trajectory) -> Option<f64> {
+    median_sigma_m(trajectory, |status| status == SolutionStatus::Fixed)
+}
+
+/// Median standard deviation of the heights of some statuses (m), where they are more than half.
+fn median_sigma_m(trajectory: &Trajectory, is_of: impl Fn(SolutionStatus) -> bool) -> Option<f64> {
     let fixes = trajectory.fixes();
     let mut sigma_m: Vec<f64> = fixes
         .iter()
-        .filter(drifts)
+        .filter(|fix| is_of(fix.status))
         .filter_map(|fix| Some(fix.covariance_m2?[2][2].max(0.0).sqrt()))
         .collect();
     if sigma_m.is_empty() || 2 * sigma_m.len() <= fixes.len() {
@@ -127,5 +138,7 @@ mod tests {
         };
         assert!((lasting_error_m(&with(11)).unwrap() - 0.4).abs() < 1e-12);
         assert_eq!(lasting_error_m(&with(10)), None);
+        assert_eq!(stated_error_m(&with(10)), None);
+        assert!((stated_error_m(&with(9)).unwrap() - 0.4).abs() < 1e-12);
     }
 }

@@ -6,7 +6,7 @@ use std::ops::Range;
 use acerra_geo::trajectory::Trajectory;
 use acerra_imaging::{Complex32, ImagingError, PlaneGrid};
 use acerra_radar::align::{
-    AlignError as Undecided, ClockPrior, FlightProfile, FlightState, OffsetEstimate,
+    AlignError as Undecided, Candidate, ClockPrior, FlightProfile, FlightState, OffsetEstimate,
     OffsetLikelihood, OffsetOptions, OffsetSearch as MotionSearch, activity, coarse_offset,
     offset_likelihood,
 };
@@ -18,7 +18,7 @@ use crate::clean::{CleanError, CleanOptions, clean};
 use crate::control::{Cancelled, Control};
 use crate::echoes::quick_look;
 use crate::ground::Scene;
-use crate::height_noise::{height_noise_m, lasting_error_m};
+use crate::height_noise::{height_noise_m, lasting_error_m, stated_error_m};
 use crate::sharpen::coarse;
 use crate::warnings::Warnings;
 
@@ -153,7 +153,9 @@ pub fn by_height_and_motion(
     } else {
         profile
     };
-    let profile = profile.with_lasting_error_m(lasting_error_m(trajectory).unwrap_or(0.0));
+    let profile = profile
+        .with_lasting_error_m(lasting_error_m(trajectory).unwrap_or(0.0))
+        .with_stated_error_m(stated_error_m(trajectory).unwrap_or(0.0));
     let mut options = OffsetOptions::default();
     if let Some(delay_s) = range.delay_s {
         options = options.with_delay_range_s(delay_s);
@@ -428,12 +430,35 @@ impl Trial<'_> {
     }
 }
 
+/// An estimate with the deviation that the heights' own errors give it, by as much as it rests on height
+/// and motion. They are better than stated as a rule: were they weighed by it, the sharpness of images,
+/// which unrecorded tilts move, would draw the offset from a good height.
+pub(crate) fn with_heights_error(
+    estimate: OffsetEstimate,
+    likelihood: &OffsetLikelihood,
+) -> OffsetEstimate {
+    let Some(height) = &likelihood.height else {
+        return estimate;
+    };
+    let share = nearest(likelihood, estimate.offset_s)
+        .map_or(0.0, |c| (estimate.sigma_s / c.sigma_s).powi(2).min(1.0));
+    OffsetEstimate {
+        sigma_s: estimate.sigma_s.hypot(share * height.stated_sigma_s),
+        ..estimate
+    }
+}
+
+/// The candidate by height and motion nearest to an offset.
+fn nearest(likelihood: &OffsetLikelihood, offset_s: f64) -> Option<&Candidate> {
+    let away = |candidate: &Candidate| (candidate.offset_s - offset_s).abs();
+    let candidates = likelihood.candidates.iter();
+    candidates.min_by(|a, b| away(a).total_cmp(&away(b)))
+}
+
 /// Deviation of an offset by height and motion together with images that are never better than what they
 /// have in common (s).
 fn least_sigma_s(likelihood: &OffsetLikelihood, found: &OffsetEstimate, common_s: f64) -> f64 {
-    let near = |offset_s: f64| (offset_s - found.offset_s).abs();
-    let candidates = likelihood.candidates.iter();
-    let nearest = candidates.min_by(|a, b| near(a.offset_s).total_cmp(&near(b.offset_s)));
+    let nearest = nearest(likelihood, found.offset_s);
     let known_s = nearest.map_or(f64::INFINITY, |candidate| candidate.sigma_s);
     let together_s = (known_s.powi(-2) + common_s.max(1e-6).powi(-2))
         .sqrt()

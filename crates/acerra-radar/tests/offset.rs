@@ -206,6 +206,37 @@ fn the_stated_deviation_is_true() {
     deviations_of(8);
 }
 
+/// Heights by satellites err by reflections that last as long as a climb: no scatter shows them, and
+/// what heights state tells how far the offset may be off by them.
+#[test]
+fn what_heights_state_tells_how_far_lasting_errors_move_the_offset() {
+    let mut noise = Noise(5);
+    let flight = Flight::new(&mut noise, 0.03);
+    let from_s = 30.0;
+    let radargram = flight.record(from_s, 90.0, &mut noise);
+    let (mut shifts, mut stated) = (0.0, 0.0);
+    let draws = 6_u32;
+    for k in 0..draws {
+        let phase = TAU * f64::from(k) / f64::from(draws);
+        let error = |t: f64| 0.02 * 2.0f64.sqrt() * (TAU * t / 13.0 + phase).sin();
+        let profile = flight.profile(error).with_stated_error_m(0.02);
+        let found = likelihood(&radargram, &profile);
+        let off_s = found.decide().unwrap().offset_s - from_s;
+        let by_heights_s = found.height.unwrap().stated_sigma_s;
+        println!(
+            "{:.1} ms off, {:.1} ms stated",
+            1e3 * off_s,
+            1e3 * by_heights_s
+        );
+        shifts += off_s.powi(2);
+        stated += by_heights_s.powi(2);
+    }
+    let ratio = (shifts / stated).sqrt();
+    assert!((0.3..1.5).contains(&ratio), "{ratio}");
+    let exact = likelihood(&radargram, &flight.profile(|_| 0.0));
+    assert_eq!(exact.height.unwrap().stated_sigma_s, 0.0);
+}
+
 #[test]
 #[ignore = "100 flights take minutes"]
 fn the_stated_deviation_is_true_over_a_hundred_flights() {

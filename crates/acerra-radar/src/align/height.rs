@@ -60,6 +60,9 @@ pub struct HeightCue {
     pub picks: usize,
     /// Picks that are worth one independent one.
     pub correlation_length: f64,
+    /// Deviation of the offset by errors of the heights that no scatter about the echo shows, as
+    /// [stated](FlightProfile::with_stated_error_m), s; the curve leaves it out.
+    pub stated_sigma_s: f64,
     /// Log-likelihood of the most likely offset over an echo that ignores the height, less the
     /// logarithm of the number of independent offsets that were tried and a general doubt of 4.
     pub evidence: f64,
@@ -158,6 +161,22 @@ struct Fit<'a> {
 struct Mixture {
     sigma_s: f64,
     stray_share: f64,
+}
+
+/// Time between the heights whose difference is the rate, s.
+const RATE_STEP_S: f64 = 0.2;
+
+/// Deviation of an offset by errors of the delays of one second's deviation that last as long as the
+/// rate ṙ does: of Σ ṙe / Σ ṙ², ṙ less its mean, by changes of the delay over [`RATE_STEP_S`].
+fn per_error(change_s: &[f64], few: f64) -> f64 {
+    let mean_s = change_s.iter().sum::<f64>() / change_s.len().max(1) as f64;
+    let rates = change_s.iter().map(|c| (c - mean_s) / RATE_STEP_S);
+    let squares: f64 = rates.map(|r| r * r).sum();
+    if squares > 0.0 {
+        (correlation_length(change_s) * few / squares).sqrt()
+    } else {
+        0.0
+    }
 }
 
 impl Fit<'_> {
@@ -283,8 +302,9 @@ impl Fit<'_> {
         for (t, r) in self.ridge.time_s.iter().zip(&residuals) {
             if r.is_finite() && self.surface_weight(r - delay_s, mixture) > 0.5 {
                 surface.push(*r);
-                let [before, after] =
-                    [-0.1, 0.1].map(|dt| self.profile.echo_delay_s(t + offset_s + dt));
+                let [before, after] = [-0.5, 0.5]
+                    .map(|k| k * RATE_STEP_S)
+                    .map(|dt| self.profile.echo_delay_s(t + offset_s + dt));
                 rate.push(if (after - before).is_finite() {
                     after - before
                 } else {
@@ -316,6 +336,7 @@ impl Fit<'_> {
             stray_share: mixture.stray_share,
             picks,
             correlation_length: length,
+            stated_sigma_s: self.profile.stated_error_s() * per_error(&rate, few),
             evidence: (top - ignorant) / own,
             preference: (top - ignorant) / lasting,
             curve,

@@ -27,6 +27,7 @@ pub struct FlightProfile {
     echo_delay_s: Vec<f64>,
     speed_m_s: Vec<f64>,
     lasting_error_m: f64,
+    stated_error_m: f64,
 }
 
 impl FlightProfile {
@@ -60,6 +61,7 @@ impl FlightProfile {
             echo_delay_s,
             speed_m_s,
             lasting_error_m: 0.0,
+            stated_error_m: 0.0,
         })
     }
 
@@ -95,6 +97,20 @@ impl FlightProfile {
     pub fn with_lasting_error_m(mut self, lasting_error_m: f64) -> Self {
         self.lasting_error_m = lasting_error_m.max(0.0);
         self
+    }
+
+    /// The same with heights that are stated to err by a standard deviation (m), for as long as a climb
+    /// lasts at worst. It is told beside the offset
+    /// ([`HeightCue::stated_sigma_s`](super::HeightCue::stated_sigma_s)) and does not weigh in it.
+    #[must_use]
+    pub fn with_stated_error_m(mut self, stated_error_m: f64) -> Self {
+        self.stated_error_m = stated_error_m.max(0.0);
+        self
+    }
+
+    /// What heights are stated to err by, as a delay, s.
+    pub(super) fn stated_error_s(&self) -> f64 {
+        two_way_delay_s(self.stated_error_m)
     }
 
     /// What heights err by for as long as their changes last, as a delay, s.

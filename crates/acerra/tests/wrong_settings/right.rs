@@ -126,7 +126,8 @@ impl RandomFlight {
         let word = match (wrong_m, is_close, is_stated) {
             (None, true, _) => "right",
             (None, _, true) => "right within its deviation",
-            _ if run.doubts.is_empty() => "WRONG",
+            // A warning that tells of something else is no doubt of the image.
+            _ if !run.is_doubted => "WRONG",
             _ => "doubted",
         };
         (word, off, details)

@@ -21,6 +21,8 @@ pub struct Run {
     pub findings: Vec<String>,
     /// Whether a finding contradicts.
     pub contradicts: bool,
+    /// Whether a finding does not agree.
+    pub is_doubted: bool,
     /// What the run says of settings that nothing checks.
     pub unchecked: Vec<String>,
     /// The clock offset in force, and the deviation stated where it was found from the data (s).
@@ -102,6 +104,10 @@ pub fn run(campaign: &Table, folder: &Path) -> Run {
         doubts,
         findings,
         contradicts: journal.evidence.worst() == Some(Verdict::Contradicts),
+        is_doubted: journal
+            .evidence
+            .worst()
+            .is_some_and(|w| w != Verdict::Agrees),
         time_offset_s,
     }
 }
