@@ -396,8 +396,8 @@ fn wrong_logs(
 }
 
 #[test]
-#[ignore = "thousands of logs; CI runs it in release mode"]
-fn no_log_with_few_faults_has_a_wrong_fix() {
+#[ignore = "thousands of logs; cargo xtask validate, as CI does"]
+fn validation_no_log_with_few_faults_has_a_wrong_fix() {
     const CASES: usize = 3_000;
     for seed in [1, 2, 3] {
         let wrong = wrong_logs(seed, CASES, 1..=SIMULTANEOUS);
@@ -411,8 +411,8 @@ fn no_log_with_few_faults_has_a_wrong_fix() {
 
 /// Wrong fixes among logs with more faults than [`SIMULTANEOUS`]: how many, for the book.
 #[test]
-#[ignore = "counts; CI runs it in release mode"]
-fn the_rate_of_wrong_fixes_under_more_faults_is_low() {
+#[ignore = "counts; cargo xtask validate, as CI does"]
+fn validation_the_rate_of_wrong_fixes_under_more_faults_is_low() {
     const CASES: usize = 1_000;
     let wrong = wrong_logs(7, CASES, SIMULTANEOUS + 1..=7).len();
     println!("4 to 7 faults: a wrong fix in {wrong} of {CASES} logs");

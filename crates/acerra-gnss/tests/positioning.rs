@@ -581,7 +581,7 @@ fn motion_table(text: &mut String) {
 }
 
 #[test]
-#[ignore = "processes every set many times; CI runs it in release mode"]
+#[ignore = "processes every set many times; cargo xtask validate, as CI does"]
 fn validation_ppk() {
     if [&WETTZELL, &GEONET, &STATIC_1HZ, &STATIC_M8P, &WALK, &LG69T]
         .iter()

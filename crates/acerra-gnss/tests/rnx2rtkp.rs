@@ -88,7 +88,7 @@ fn run_rtklib(set: &Set, changes: &[&str], folder: &Path) -> Vec<PosEpoch> {
 /// RTKLIB's. RTKLIB moves a base to the rover's time by its velocity and leaves the vector where it
 /// was, so that receivers whose epochs are apart differ by the noise of the velocity over that time.
 #[test]
-#[ignore = "runs another program many times; CI runs it in release mode"]
+#[ignore = "runs another program many times; cargo xtask validate, as CI does"]
 fn validation_moving_base_against_rnx2rtkp() {
     if Command::new("rnx2rtkp").arg("-?").output().is_err() {
         println!("skipped: rnx2rtkp is not installed");
@@ -155,7 +155,7 @@ fn validation_moving_base_against_rnx2rtkp() {
 }
 
 #[test]
-#[ignore = "runs another program many times; CI runs it in release mode"]
+#[ignore = "runs another program many times; cargo xtask validate, as CI does"]
 fn validation_against_rnx2rtkp() {
     if Command::new("rnx2rtkp").arg("-?").output().is_err() {
         println!("skipped: rnx2rtkp is not installed");

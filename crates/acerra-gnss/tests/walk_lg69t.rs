@@ -113,8 +113,8 @@ fn distances_m(solution: &PpkSolution, counts: impl Fn(Quality) -> bool) -> Vec<
 }
 
 #[test]
-#[ignore = "five attempts at a log of five systems; CI runs it in release mode"]
-fn every_epoch_has_a_position_and_no_fix_is_far_from_the_other_receiver() {
+#[ignore = "five attempts at a log of five systems; cargo xtask validate, as CI does"]
+fn validation_every_epoch_has_a_position_and_no_fix_is_far_from_the_other_receiver() {
     let Some(folder) = data(FOLDER) else { return };
     let rover = observations(folder.join("rover.obs.gz"));
     let base = observations(folder.join("base.obs.gz"));

@@ -119,7 +119,7 @@ fn theory_and_monte_carlo_agree() {
 
 /// All of 0.2 to 3 cm, with more draws.
 #[test]
-#[ignore = "half a minute of draws; CI runs it in release mode"]
+#[ignore = "half a minute of draws; cargo xtask validate, as CI does"]
 fn validation_theory_and_monte_carlo_agree_from_2_mm_to_3_cm() {
     let sigma_cm = [0.2, 0.5, 0.8, 1.0, 1.5, 2.0, 3.0];
     agree(&sigma_cm, &sigma_cm, &[20.0, 2.0], 1000);

@@ -304,7 +304,7 @@ fn block(page: &mut String, key: &str, content: &str, write: bool) {
 }
 
 #[test]
-#[ignore = "minutes; CI runs it in release mode"]
+#[ignore = "minutes; cargo xtask validate, as CI does"]
 fn validation_book_inversion() {
     let committed = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/validation");
     let asked = std::env::var_os("ACERRA_DOCS").map(PathBuf::from);

@@ -9,7 +9,7 @@ use crate::flights::{Flight, flights};
 use crate::page::Page;
 
 #[test]
-#[ignore = "the campaign at full size; CI runs it in release mode"]
+#[ignore = "the campaign at full size; cargo xtask validate, as CI does"]
 fn validation_book_campaign() {
     let mut page = Page::open("campaign.md");
     page.block("flights", &flown());

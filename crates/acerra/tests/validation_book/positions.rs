@@ -36,7 +36,7 @@ struct Case {
 }
 
 #[test]
-#[ignore = "eight images at full size; CI runs it in release mode"]
+#[ignore = "eight images at full size; cargo xtask validate, as CI does"]
 fn validation_book_positions() {
     let mut page = Page::open("positions.md");
     let here = tempfile::tempdir().unwrap();

@@ -16,7 +16,7 @@ use crate::page::Page;
 const C: f64 = 3e8;
 
 #[test]
-#[ignore = "half a minute of draws and pictures; CI runs it in release mode"]
+#[ignore = "half a minute of draws and pictures; cargo xtask validate, as CI does"]
 fn validation_book_resolution() {
     let mut page = Page::open("resolution.md");
     page.block("equation-9", &equation_9());

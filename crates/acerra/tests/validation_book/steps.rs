@@ -97,7 +97,7 @@ const VARIANTS: [(&str, &str, Change); 5] = [
 ];
 
 #[test]
-#[ignore = "ten images at full size; CI runs it in release mode"]
+#[ignore = "ten images at full size; cargo xtask validate, as CI does"]
 fn validation_book_steps() {
     let mut page = Page::open("steps.md");
     let mut text = String::from(
