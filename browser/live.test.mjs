@@ -2,9 +2,9 @@
 
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
-import { createRequire } from "node:module";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
+import { seriousFaults } from "./access.mjs";
 import { chromiumPath, folder, launch, run, shot, tidy } from "./harness.mjs";
 import { flyLive } from "./live-flight.mjs";
 import { readNpz } from "./npz.mjs";
@@ -124,10 +124,7 @@ test("positions that cannot focus are said to, on a phone as well", { skip, time
     await shot(page, "live-phone-state");
     await page.locator("#stop").tap();
     await shot(page, "live-phone-stop");
-    await page.evaluate(readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8"));
-    const { violations } = await page.evaluate(() => /** @type {any} */ (window).axe.run({ resultTypes: ["violations"] }));
-    const serious = violations.filter((/** @type {{impact: string}} */ found) => ["serious", "critical"].includes(found.impact));
-    assert.deepEqual(serious.map((/** @type {{id: string}} */ found) => found.id), []);
+    assert.deepEqual(await seriousFaults(page), []);
     await page.getByRole("button", { name: "Go on recording" }).tap();
     live.stop();
     await page.waitForFunction(() => document.documentElement.dataset.final === "ended", null, { timeout: 30_000 });

@@ -2,11 +2,11 @@
 
 import assert from "node:assert/strict";
 import { readFileSync, statSync } from "node:fs";
-import { createRequire } from "node:module";
 import { dirname, join } from "node:path";
 import { after, before, test } from "node:test";
 import { pathToFileURL } from "node:url";
 import { HtmlValidate } from "html-validate";
+import { seriousFaults } from "./access.mjs";
 import { chromiumPath, demo, launch, tidy } from "./harness.mjs";
 
 const skip = chromiumPath() ? false : "no Chromium is installed here";
@@ -71,16 +71,12 @@ test("reports need no scripts", { skip }, async () => {
 });
 
 test("reports fit phones and have no serious faults of access", { skip }, async () => {
-  const axe = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
   for (const file of pages) {
     for (const width of [390, 1280]) {
       const { page, close } = await opened(file, { viewport: { width, height: 844 } });
       const wide = await page.evaluate(() => document.documentElement.scrollWidth);
       assert.ok(wide <= width, `${file}: ${wide} px wide at ${width} px`);
-      await page.evaluate(axe);
-      const { violations } = await page.evaluate(() => /** @type {any} */ (window).axe.run());
-      const serious = violations.filter((/** @type {any} */ v) => ["serious", "critical"].includes(v.impact));
-      assert.deepEqual(serious.map((/** @type {any} */ v) => `${v.id}: ${v.nodes[0].html}`), [], file);
+      assert.deepEqual(await seriousFaults(page), [], file);
       await close();
     }
   }

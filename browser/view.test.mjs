@@ -2,9 +2,9 @@
 
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
-import { createRequire } from "node:module";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
+import { everyLookIsAccessible } from "./access.mjs";
 import { chromiumPath, demo, launch, open, serve, shot, tidy } from "./harness.mjs";
 import { colourAt, near, onScreen, readout, zoomTo } from "./look.mjs";
 import { readNpz } from "./npz.mjs";
@@ -410,26 +410,7 @@ test("evidence and targets are those of the run", { skip }, async () => {
   await close();
 });
 
-test("the page is accessible, dark and light, on a desk and on a phone", { skip }, async () => {
-  const axe = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
-  for (const colorScheme of /** @type {("dark" | "light")[]} */ (["light", "dark"])) {
-    for (const [name, viewport] of /** @type {[string, {width: number, height: number}][]} */ ([["desk", { width: 1440, height: 900 }], ["phone", { width: 390, height: 844 }]])) {
-      const isPhone = name === "phone";
-      const { page, complaints, close } = await open(browser, server.address, { viewport, colorScheme, hasTouch: isPhone, isMobile: isPhone });
-      for (const pane of isPhone ? ["image", "radargram", "side"] : ["all"]) {
-        if (isPhone) await page.click(`.tabs [data-show=${pane}]`);
-        await page.waitForTimeout(300);
-        await page.evaluate(axe);
-        const found = await page.evaluate(async () => (await /** @type {any} */ (window).axe.run()).violations.filter((/** @type {any} */ v) => ["serious", "critical"].includes(v.impact)));
-        assert.deepEqual(found.map((/** @type {any} */ v) => `${v.id}: ${v.nodes[0].html}`), [], `${name} ${colorScheme} ${pane}`);
-        assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= window.innerWidth), `${name}: wider than the screen`);
-        await shot(page, `${name}-${colorScheme}-${pane}`);
-      }
-      assert.deepEqual(complaints, []);
-      await close();
-    }
-  }
-});
+test("the page is accessible, dark and light, on a desk and on a phone", { skip }, () => everyLookIsAccessible(browser, server.address, ""));
 
 test("touch moves, pinches and marks", { skip }, async () => {
   const { page, close } = await open(browser, server.address, { viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true });

@@ -1,10 +1,9 @@
 // Slices of a volume and cuts through it, asserted against volume.npz.
 
 import assert from "node:assert/strict";
-import { readFileSync } from "node:fs";
-import { createRequire } from "node:module";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
+import { everyLookIsAccessible } from "./access.mjs";
 import { chromiumPath, demoWith, launch, open, serve, shot, tidy } from "./harness.mjs";
 import { colourAt, near, onScreen, readout } from "./look.mjs";
 import { readNpz } from "./npz.mjs";
@@ -156,23 +155,4 @@ test("cuts fit a phone", { skip }, async () => {
   await close();
 });
 
-test("slices and cuts are accessible, dark and light, on a desk and on a phone", { skip }, async () => {
-  const axe = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
-  for (const colorScheme of /** @type {("dark" | "light")[]} */ (["light", "dark"])) {
-    for (const [name, viewport] of /** @type {[string, {width: number, height: number}][]} */ ([["desk", { width: 1440, height: 900 }], ["phone", { width: 390, height: 844 }]])) {
-      const isPhone = name === "phone";
-      const { page, complaints, close } = await open(browser, server.address, { viewport, colorScheme, hasTouch: isPhone, isMobile: isPhone });
-      for (const pane of isPhone ? ["image", "radargram", "side"] : ["all"]) {
-        if (isPhone) await page.click(`.tabs [data-show=${pane}]`);
-        await page.waitForTimeout(300);
-        await page.evaluate(axe);
-        const found = await page.evaluate(async () => (await /** @type {any} */ (window).axe.run()).violations.filter((/** @type {any} */ v) => ["serious", "critical"].includes(v.impact)));
-        assert.deepEqual(found.map((/** @type {any} */ v) => `${v.id}: ${v.nodes[0].html}`), [], `${name} ${colorScheme} ${pane}`);
-        assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= window.innerWidth), `${name}: wider than the screen`);
-        await shot(page, `cuts-${name}-${colorScheme}-${pane}`);
-      }
-      assert.deepEqual(complaints, []);
-      await close();
-    }
-  }
-});
+test("slices and cuts are accessible, dark and light, on a desk and on a phone", { skip }, () => everyLookIsAccessible(browser, server.address, "cuts-"));

@@ -9,10 +9,11 @@ use anyhow::Context;
 use crate::runner::{Runner, Step};
 
 /// Files of `browser/`: they run from a folder of their own, beside the packages that they need.
-const FILES: [&str; 16] = [
+const FILES: [&str; 17] = [
     "package.json",
     "package-lock.json",
     "tsconfig.json",
+    "access.mjs",
     "harness.mjs",
     "look.mjs",
     "npz.mjs",
