@@ -15,8 +15,6 @@ const text = (/** @type {{median_ms: number, p95_ms: number, most_ms: number, pu
 console.log(`live ${grid.nx} × ${grid.ny}, 50 pulses/s: pulse to screen ${text(status.drawn)}`);
 console.log(`live ${grid.nx} × ${grid.ny}, 50 pulses/s: pulse to picture ${text(status.latency)}`);
 console.log(`live ${grid.nx} × ${grid.ny}, 50 pulses/s: of it until its imaging began ${text(status.waiting)}`);
-const { foresight } = status;
-if (foresight) console.log(`live: shown before their position ${foresight.is_used ? "" : "not "}in use, off by ${(1000 * foresight.median_off_m).toFixed(1)} mm in the median, 95 % within ${(1000 * foresight.p95_off_m).toFixed(1)} mm`);
 console.log(`live: ${status.pulses.imaged} imaged, ${status.pulses.too_many} too many, ${status.pulses.missed_records} records missed`);
 live.stop();
 await live.end();

@@ -65,12 +65,6 @@ impl Cleaner {
         }
     }
 
-    /// The window of the latest traces, once range zero is known.
-    #[must_use]
-    pub fn window(&self) -> Option<ScanWindow> {
-        self.window.filter(|_| self.running.is_some())
-    }
-
     /// Added to fast time, once it is known (s).
     #[must_use]
     pub fn shift_s(&self) -> Option<f64> {

@@ -8,25 +8,22 @@
 //!
 //! - [`settings`]: what a session says of its live image.
 //! - [`clock`]: the radio's scans on GPS time, by the stamps so far.
-//! - [`positions`]: the receiver's own solutions, and the radar's place between them and a little beyond;
-//!   [`foresight`]: how far off the latter are found to be.
+//! - [`positions`]: the receiver's own solutions, and the radar's place between them.
 //! - [`clean`]: cleaning that knows nothing of later traces.
 //! - [`pipeline`]: from records to an image, without threads.
 //! - [`board`]: what is shown: picture, track, traces, status; whoever shows it may take his time.
 //! - [`worker`]: the thread that images, and [`replay`] of a recorded session at its own pace.
 //!
 //! Everything here is provisional: positions are those that the receiver computes in flight, the background
-//! is the mean of the traces so far. A pulse is shown at once where the platform's motion puts it, and is
-//! imaged anew when the position after it has come.
+//! is the mean of the traces so far. A pulse is imaged when the position after it has come; nothing is
+//! extrapolated.
 
 pub mod board;
 mod canvas;
 pub mod clean;
 pub mod clock;
 mod error;
-pub mod foresight;
 pub mod latency;
-mod motion;
 mod nmea;
 pub mod picture;
 pub mod pipeline;

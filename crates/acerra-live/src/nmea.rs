@@ -78,7 +78,6 @@ impl NmeaFinder {
             time,
             place: *trajectory.geodetic()?.last()?,
             sigma_m: fix.standard_deviation_m(),
-            velocity_m_s: None,
             status: fix.status,
         })
     }

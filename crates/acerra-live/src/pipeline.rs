@@ -1,8 +1,4 @@
 //! From a recording's records to an image: scans put together, timed, placed, cleaned, imaged.
-//!
-//! A pulse is imaged twice: as soon as it has come, where the motion of the platform puts it, and anew once
-//! the position after it has come. The first kind is taken out of the picture before, so that what stays is
-//! what would have been imaged without it.
 
 use std::collections::VecDeque;
 use std::time::Instant;
@@ -11,13 +7,11 @@ use acerra_gnss::ubx::epoch_time;
 use acerra_imaging::{Control, LiveImage, PlaneGrid};
 use acerra_record::gnss::FrameFinder;
 use acerra_record::log::{Record, RecordKind};
-use num_complex::Complex32;
 
-use crate::canvas::{Canvas, MOST_PULSES};
+use crate::canvas::Canvas;
 use crate::clean::{Clean, Cleaner};
 use crate::clock::RunningClock;
 use crate::error::LiveError;
-use crate::foresight::Foresight;
 use crate::place::{Latest, RadarPlace};
 use crate::positions::Positions;
 use crate::queue::{PlacedScan, Queue};
@@ -25,16 +19,17 @@ use crate::scans::Scans;
 use crate::settings::LiveSettings;
 use crate::status::{ByKind, PulseCounts, Status};
 
-/// What is new in the image.
+/// Pulses that were added to the image.
 #[derive(Debug)]
 pub struct Step {
-    /// When the last message came of each pulse that no picture has shown before and that did not wait for the
-    /// heading.
+    /// When the last message came of each that did not wait for the heading.
     pub came: Vec<Instant>,
-    /// When the imaging began.
+    /// When their imaging began.
     pub begun: Instant,
-    /// Pulses that are there to stay: their clean traces, and how their places are known.
-    pub settled: Option<(Clean, Vec<RadarPlace>)>,
+    /// The clean traces.
+    pub clean: Clean,
+    /// How their places are known.
+    pub places: Vec<RadarPlace>,
 }
 
 /// From records to an image.
@@ -48,10 +43,6 @@ pub struct Pipeline {
     /// Scans whose places are known and that wait for the first ones to be enough.
     held: VecDeque<PlacedScan>,
     cleaner: Cleaner,
-    /// The cleaning as it goes on behind the scans whose places are known.
-    cleaner_ahead: Option<Cleaner>,
-    foresight: Foresight,
-    looks_ahead: bool,
     canvas: Option<Canvas>,
     numbers: u64,
     counts: PulseCounts,
@@ -72,9 +63,6 @@ impl Pipeline {
             queue: Queue::default(),
             held: VecDeque::new(),
             cleaner: Cleaner::new(&settings),
-            cleaner_ahead: None,
-            foresight: Foresight::new(4.0 * settings.quarter_wavelength_m()),
-            looks_ahead: true,
             canvas: None,
             numbers: 0,
             counts: PulseCounts::default(),
@@ -131,35 +119,55 @@ impl Pipeline {
         }
     }
 
-    /// Images the pulses that can be imaged by now, a batch of them at most; none where nothing is new.
+    /// Images the pulses that can be imaged by now, a batch of them at most; none where there are none.
     ///
     /// # Errors
     /// Traces that cannot be cleaned, pulses that cannot be imaged, cancellation.
     pub fn step(&mut self, control: Control<'_>) -> Result<Option<Step>, LiveError> {
         let begun = Instant::now();
         self.settle_times();
-        let (taken, placed) = self.settle(control)?;
-        let mut step = Step {
-            came: Vec::new(),
-            begun,
-            settled: None,
+        let (settings, counts) = (&self.settings, &mut self.counts);
+        let (traces, placed) = self
+            .queue
+            .take_placed(&mut self.positions, settings, counts);
+        if traces.is_empty() {
+            return Ok(None);
+        }
+        self.held.extend(placed);
+        let (clean, given_up) = self.cleaner.take(traces)?;
+        self.counts.not_cleaned += given_up;
+        // Those that were given up are the oldest ones.
+        for _ in 0..given_up {
+            self.held.pop_front();
+        }
+        let Some(clean) = clean else {
+            return Ok(None);
         };
-        if let Some((clean, scans)) = placed {
-            let new = scans.iter().filter(|scan| scan.is_fresh);
-            step.came.extend(new.map(|scan| scan.came));
-            let places = scans.iter().map(|scan| scan.place).collect();
-            step.settled = Some((clean, places));
+        let scans: Vec<PlacedScan> = self.held.drain(..).collect();
+        self.add(&clean, control)?;
+        self.counts.imaged += scans.len() as u64;
+        for scan in &scans {
+            self.by_kind.count(scan.place.status);
         }
-        // A full batch has others behind it whose places are known.
-        let mut is_more_ahead = false;
-        if taken < MOST_PULSES
-            && let Some(came) = self.image_ahead(control)?
-        {
-            step.came.extend(came);
-            is_more_ahead = true;
-        }
-        let is_new = step.settled.is_some() || is_more_ahead;
-        Ok(is_new.then_some(step))
+        let in_time = scans.iter().filter(|scan| !scan.waited_for_heading);
+        Ok(Some(Step {
+            came: in_time.map(|scan| scan.came).collect(),
+            begun,
+            clean,
+            places: scans.iter().map(|scan| scan.place).collect(),
+        }))
+    }
+
+    fn add(&mut self, clean: &Clean, control: Control<'_>) -> Result<(), LiveError> {
+        let canvas = match &mut self.canvas {
+            Some(canvas) => canvas,
+            none => {
+                let [x_m, y_m, _] = clean.position_m.first().copied().unwrap_or_default();
+                let grid = self.settings.grid([x_m, y_m])?;
+                none.insert(Canvas::new(grid, self.settings.accuracy))
+            }
+        };
+        Ok(canvas.add(clean, &self.settings, control)?)
     }
 
     fn settle_times(&mut self) {
@@ -176,93 +184,6 @@ impl Pipeline {
         }
     }
 
-    /// Images scans whose places are known: how many were taken, and those imaged with their clean traces.
-    #[expect(clippy::type_complexity, reason = "a pair that is used once")]
-    fn settle(
-        &mut self,
-        control: Control<'_>,
-    ) -> Result<(usize, Option<(Clean, Vec<PlacedScan>)>), LiveError> {
-        let (settings, counts) = (&self.settings, &mut self.counts);
-        let (traces, placed) = self
-            .queue
-            .take_placed(&mut self.positions, settings, counts);
-        let taken = traces.len();
-        for off_m in placed.iter().filter_map(|scan| scan.off_m) {
-            self.foresight.take(off_m);
-        }
-        self.held.extend(placed);
-        if taken == 0 {
-            return Ok((0, None));
-        }
-        let (clean, given_up) = self.cleaner.take(traces)?;
-        self.counts.not_cleaned += given_up;
-        // Those that were given up are the oldest ones.
-        for _ in 0..given_up {
-            self.held.pop_front();
-        }
-        let Some(clean) = clean else {
-            return Ok((taken, None));
-        };
-        let scans: Vec<PlacedScan> = self.held.drain(..).collect();
-        let canvas = match &mut self.canvas {
-            Some(canvas) => canvas,
-            none => {
-                let [x_m, y_m, _] = clean.position_m.first().copied().unwrap_or_default();
-                let grid = self.settings.grid([x_m, y_m])?;
-                none.insert(Canvas::new(grid, self.settings.accuracy))
-            }
-        };
-        canvas.settle(&clean, &self.settings, control)?;
-        self.counts.imaged += scans.len() as u64;
-        for scan in &scans {
-            self.by_kind.count(scan.place.status);
-        }
-        Ok((taken, Some((clean, scans))))
-    }
-
-    /// Images scans beyond the latest position; returns when those of them came that are fresh, and none without
-    /// any scans.
-    fn image_ahead(&mut self, control: Control<'_>) -> Result<Option<Vec<Instant>>, LiveError> {
-        if self.queue.is_unseen() {
-            self.forget_ahead();
-        }
-        let (Some(canvas), Some(window), true) =
-            (&mut self.canvas, self.cleaner.window(), self.looks_ahead)
-        else {
-            return Ok(None);
-        };
-        let are_shown = self.foresight.is_good();
-        let (positions, settings) = (&mut self.positions, &self.settings);
-        let (traces, placed) = self
-            .queue
-            .look_ahead(positions, settings, window, are_shown);
-        let cleaner = self
-            .cleaner_ahead
-            .get_or_insert_with(|| self.cleaner.clone());
-        let (Some(clean), _) = cleaner.take(traces)? else {
-            return Ok(None);
-        };
-        canvas.add_ahead(&clean, &self.settings, control)?;
-        let new = placed.iter().filter(|scan| scan.is_fresh);
-        Ok(Some(new.map(|scan| scan.came).collect()))
-    }
-
-    /// Takes pulses at extrapolated places out of the image.
-    fn forget_ahead(&mut self) {
-        self.cleaner_ahead = None;
-        if let Some(canvas) = &mut self.canvas {
-            canvas.forget_ahead();
-        }
-    }
-
-    /// Whether pulses beyond the latest position are imaged; they are by default.
-    pub fn look_ahead(&mut self, looks_ahead: bool) {
-        self.looks_ahead = looks_ahead;
-        if !looks_ahead {
-            self.forget_ahead();
-        }
-    }
-
     /// Drops the oldest pulses whose positions are there and that imaging has no time for, all but `keep`.
     pub fn drop_behind(&mut self, keep: usize) {
         if let Some(latest) = self.positions.latest() {
@@ -270,18 +191,11 @@ impl Pipeline {
         }
     }
 
-    /// The image of the pulses between positions, and where its pixels are.
+    /// The image so far, and where its pixels are.
     #[must_use]
     pub fn image(&self) -> Option<(&PlaneGrid, &LiveImage)> {
         let canvas = self.canvas.as_ref()?;
-        Some((&canvas.grid, canvas.settled()))
-    }
-
-    /// The image with the pulses beyond the latest position, and where its pixels are.
-    #[must_use]
-    pub fn shown(&mut self) -> Option<(PlaneGrid, &[Complex32])> {
-        let canvas = self.canvas.as_mut()?;
-        Some((canvas.grid, canvas.shown()))
+        Some((&canvas.grid, &canvas.image))
     }
 
     /// The latest position of the antenna.
@@ -313,8 +227,6 @@ impl Pipeline {
         let latest = self.positions.latest();
         let mut pulses = self.counts;
         pulses.waiting = (self.queue.len() + self.cleaner.waiting()) as u64;
-        let canvas = self.canvas.as_ref();
-        pulses.ahead = canvas.map_or(0, |canvas| canvas.pulses_ahead() as u64);
         let has_no_fix = self.positions.is_without_fix();
         Status {
             pulses,
@@ -330,7 +242,6 @@ impl Pipeline {
             clock_sigma_s: self.clock_sigma_s,
             waits_for: self.waits_for(),
             shift_ns: self.cleaner.shift_s().map(|s| 1e9 * s),
-            foresight: self.foresight.figures(),
             link: self.scans.counts(),
             ..Status::default()
         }

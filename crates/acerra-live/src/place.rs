@@ -26,7 +26,7 @@ pub struct RadarPlace {
     pub position_m: [f64; 3],
     /// Standard deviations (m), where the receiver states them.
     pub sigma_m: Option<[f64; 3]>,
-    /// The worse kind of the positions on both sides; of an extrapolated place that of the latest position.
+    /// The worse kind of the positions on both sides.
     pub status: SolutionStatus,
 }
 

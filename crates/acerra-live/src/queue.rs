@@ -3,9 +3,8 @@
 use std::collections::VecDeque;
 use std::time::Instant;
 
-use acerra_geo::matrix::distance;
 use acerra_geo::time::GpsTime;
-use acerra_radar::{Scan, ScanWindow};
+use acerra_radar::Scan;
 
 use crate::canvas::MOST_PULSES;
 use crate::clean::PlacedTrace;
@@ -24,9 +23,6 @@ struct Waiting {
     number: u64,
     time: Option<GpsTime>,
     came: Instant,
-    /// Where it was thought to be before the position after it came (m).
-    foreseen_m: Option<[f64; 3]>,
-    is_shown: bool,
     /// Whether it waited for the heading: how long that took is no delay of the imaging.
     waited_for_heading: bool,
 }
@@ -38,11 +34,8 @@ pub(crate) struct PlacedScan {
     pub came: Instant,
     /// Where the radar was.
     pub place: RadarPlace,
-    /// Distance from where it was thought to be before (m), where it was.
-    pub off_m: Option<f64>,
-    /// Whether its delay tells how fast the imaging is: no picture has shown it before, and it did not wait for
-    /// the heading.
-    pub is_fresh: bool,
+    /// Whether it waited for the heading: its delay tells nothing of how fast the imaging is.
+    pub waited_for_heading: bool,
 }
 
 /// Scans of one window, with their traces.
@@ -52,8 +45,6 @@ pub(crate) type Batch = (Vec<PlacedTrace>, Vec<PlacedScan>);
 #[derive(Default)]
 pub(crate) struct Queue {
     waiting: VecDeque<Waiting>,
-    /// The first ones that were looked at with extrapolated places.
-    looked_at: usize,
     /// Scans that waited together for the heading and are not late by themselves.
     backlog: usize,
     without_heading: bool,
@@ -67,8 +58,6 @@ impl Queue {
             number,
             time: None,
             came,
-            foreseen_m: None,
-            is_shown: false,
             waited_for_heading: false,
         });
         if self.waiting.len() > MOST_WAITING {
@@ -82,7 +71,6 @@ impl Queue {
     }
 
     fn pop(&mut self) -> Option<Waiting> {
-        self.looked_at = 0;
         self.backlog = self.backlog.saturating_sub(1);
         self.waiting.pop_front()
     }
@@ -118,7 +106,6 @@ impl Queue {
     pub fn forget_untimed(&mut self) -> u64 {
         let before = self.waiting.len();
         self.waiting.retain(|waiting| waiting.time.is_some());
-        self.looked_at = 0;
         (before - self.waiting.len()) as u64
     }
 
@@ -158,10 +145,7 @@ impl Queue {
                     placed.push(PlacedScan {
                         came: waiting.came,
                         place,
-                        off_m: waiting
-                            .foreseen_m
-                            .map(|foreseen_m| distance(foreseen_m, place.position_m)),
-                        is_fresh: !waiting.is_shown && !waiting.waited_for_heading,
+                        waited_for_heading: waiting.waited_for_heading,
                     });
                 }
                 Placed::At(_) | Placed::WithoutHeading { .. } => counts.too_low += 1,
@@ -169,48 +153,6 @@ impl Queue {
             }
         }
         (traces, placed)
-    }
-
-    /// Looks at scans that have not been looked at with an extrapolated place, a batch of them at most. Those
-    /// of `window` and high enough are returned, and count as shown where `are_shown`.
-    pub fn look_ahead(
-        &mut self,
-        positions: &mut Positions,
-        settings: &LiveSettings,
-        window: ScanWindow,
-        are_shown: bool,
-    ) -> Batch {
-        let (mut traces, mut placed) = Batch::default();
-        for waiting in self.waiting.iter_mut().skip(self.looked_at) {
-            let place = waiting.time.and_then(|time| positions.ahead(time));
-            let Some(place) = place.filter(|_| traces.len() < MOST_PULSES) else {
-                break;
-            };
-            self.looked_at += 1;
-            let height_m = place.position_m[2] - settings.z_m;
-            if waiting.scan.window != window || height_m < settings.least_height_m {
-                continue;
-            }
-            waiting.foreseen_m.get_or_insert(place.position_m);
-            if !are_shown {
-                continue;
-            }
-            traces.push(trace(&waiting.scan, &place, settings));
-            placed.push(PlacedScan {
-                came: waiting.came,
-                place,
-                off_m: None,
-                is_fresh: !std::mem::replace(&mut waiting.is_shown, true)
-                    && !waiting.waited_for_heading,
-            });
-        }
-        (traces, placed)
-    }
-
-    /// Whether none has been looked at since the queue or its places changed: what was imaged of scans looked
-    /// at before does not hold any more.
-    pub fn is_unseen(&self) -> bool {
-        self.looked_at == 0
     }
 
     /// Drops the oldest scans up to a time that imaging has no time for, all but `keep`, and returns how many.

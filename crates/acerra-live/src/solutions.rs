@@ -15,8 +15,6 @@ pub(crate) struct Position {
     pub place: Geodetic,
     /// Standard deviations east, north, up (m), where they are stated.
     pub sigma_m: Option<[f64; 3]>,
-    /// Velocity east, north, up (m/s), where it is stated.
-    pub velocity_m_s: Option<[f64; 3]>,
     /// How it was found.
     pub status: SolutionStatus,
 }
@@ -64,13 +62,10 @@ impl Solutions {
 
 fn position(coarse: &ReceiverSolution, fine: Option<FinePosition>) -> Option<Position> {
     let (time, status) = (coarse.time?, coarse.status?);
-    // Receivers that do not measure it say zero; one that stands needs none.
-    let is_stated = coarse.velocity_m_s != [0.0; 3];
     Some(Position {
         time,
         place: fine.map_or(coarse.place, |fine| fine.place),
         sigma_m: Some(fine.map_or(coarse.sigma_m, |fine| fine.sigma_m)),
-        velocity_m_s: is_stated.then_some(coarse.velocity_m_s),
         status,
     })
 }

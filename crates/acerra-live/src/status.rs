@@ -4,7 +4,6 @@ use acerra_geo::trajectory::SolutionStatus;
 use acerra_record::driver::LinkCounts;
 use serde::Serialize;
 
-use crate::foresight::ForesightFigures;
 use crate::latency::LatencyFigures;
 
 /// What became of the pulses.
@@ -16,8 +15,6 @@ pub struct PulseCounts {
     pub imaged: u64,
     /// Those that wait for the clock, for the position after them, or for the first ones to be enough.
     pub waiting: u64,
-    /// Of these, those in the picture already, where the motion of the platform puts them.
-    pub ahead: u64,
     /// Those without a position: before the first, in a gap, or given up waiting.
     pub without_position: u64,
     /// Those given up waiting for the platform to move so that its heading, by which the lever arm turns, is known.
@@ -81,8 +78,6 @@ pub struct Status {
     pub waiting: Option<LatencyFigures>,
     /// From a scan's last message until a page said that it had drawn it.
     pub drawn: Option<LatencyFigures>,
-    /// How far pulses were from where they had been imaged before the position after them came.
-    pub foresight: Option<ForesightFigures>,
     /// The radio's link.
     pub link: LinkCounts,
     /// What is doubtful about the image.

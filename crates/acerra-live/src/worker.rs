@@ -142,7 +142,7 @@ impl Work {
                 self.tell(None);
             }
         }
-        self.show_settled();
+        self.show();
         Ok(())
     }
 
@@ -154,13 +154,12 @@ impl Work {
 
     /// Takes in what is new in the image; the picture of it is made when it is wanted.
     fn take_in(&mut self, step: Step) {
-        if let Some((clean, places)) = &step.settled {
-            self.board.show_traces(&clean.traces);
-            self.board.show_track(places.iter().map(|place| TrackPlace {
+        self.board.show_traces(&step.clean.traces);
+        self.board
+            .show_track(step.places.iter().map(|place| TrackPlace {
                 position_m: place.position_m,
                 status: place.status.name(),
             }));
-        }
         let (came, _) = self.unseen.get_or_insert((Vec::new(), step.begun));
         came.extend(step.came);
     }
@@ -169,19 +168,12 @@ impl Work {
         let Some((came, begun)) = self.unseen.take() else {
             return;
         };
-        let Some((grid, image)) = self.pipeline.shown() else {
+        let Some((grid, image)) = self.pipeline.image() else {
             return;
         };
-        let picture = self.picture.get_or_insert_with(|| Picture::new(grid));
-        picture.update(image);
+        let picture = self.picture.get_or_insert_with(|| Picture::new(*grid));
+        picture.update(image.image());
         self.board.show_picture(picture.clone(), &came, begun);
-    }
-
-    /// At the end only what stays is shown.
-    fn show_settled(&mut self) {
-        self.pipeline.look_ahead(false);
-        self.unseen.get_or_insert((Vec::new(), Instant::now()));
-        self.show();
     }
 
     fn tell(&mut self, failure: Option<&LiveError>) {

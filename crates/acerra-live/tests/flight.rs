@@ -137,64 +137,6 @@ fn with_fixed_positions_the_target_stands_where_it_is() {
 }
 
 #[test]
-fn pulses_are_shown_before_their_position_comes_and_the_image_that_stays_is_the_same() {
-    let sent = sent(Quality::Fixed, "");
-    let settings = LiveSettings::of(&sent.session).unwrap();
-    let (mut plain, mut ahead) = (Pipeline::new(settings.clone()), Pipeline::new(settings));
-    plain.look_ahead(false);
-    let (mut shown, mut settled, mut most_ahead, mut compared) = (0, 0, 0, 0);
-    let mut waited = 0;
-    for record in &sent.records {
-        for pipeline in [&mut plain, &mut ahead] {
-            pipeline.take(record, Instant::now());
-        }
-        while plain.step(Control::default()).unwrap().is_some() {}
-        while let Some(step) = ahead.step(Control::default()).unwrap() {
-            shown += step.came.len() as u64;
-            settled += step.settled.map_or(0, |(_, places)| places.len() as u64);
-        }
-        let pulses = ahead.status().pulses;
-        most_ahead = most_ahead.max(pulses.ahead);
-        if ahead
-            .status()
-            .waits_for
-            .is_some_and(|reason| reason.contains("heading"))
-        {
-            waited = pulses.waiting;
-        } else if pulses.imaged > 0 {
-            // Those that waited for the heading are no measure of how fast the imaging is.
-            assert_eq!(shown + waited, pulses.imaged + pulses.ahead, "{pulses:?}");
-        }
-        if pulses.ahead == 2 && pulses.imaged > 150 && compared < 5 {
-            compared += 1;
-            let settled = ahead.image().unwrap().1.image().to_vec();
-            assert!(settled == plain.image().unwrap().1.image());
-            assert!(settled != ahead.shown().unwrap().1, "two pulses more");
-        }
-    }
-    let status = ahead.status();
-    println!("{:?}, {most_ahead} ahead at most", status.foresight);
-    // Positions come five times a second, pulses fifteen times.
-    assert!(most_ahead >= 2 && settled == status.pulses.imaged);
-    let foresight = status.foresight.unwrap();
-    assert!(
-        foresight.is_used && foresight.median_off_m < 0.006,
-        "{foresight:?}"
-    );
-    assert!(
-        foresight.p95_off_m < status.quarter_wavelength_m,
-        "{foresight:?}"
-    );
-    assert!(compared > 3);
-    ahead.look_ahead(false);
-    let images = [ahead.shown(), plain.shown()].map(|shown| shown.unwrap().1.to_vec());
-    assert!(images[0] == images[1], "the image that stays is another");
-    assert_eq!(ahead.status().pulses.imaged, plain.status().pulses.imaged);
-    let alone = plain.status().foresight;
-    assert_eq!(alone, None, "nothing was foreseen");
-}
-
-#[test]
 fn pulses_before_the_first_motion_wait_for_the_heading_and_are_imaged() {
     // The radar hangs ahead of the antenna, and the drone climbs straight up before it flies.
     let sent = sent(Quality::Fixed, "least_height_m = 0.5");

@@ -10,7 +10,6 @@ use acerra_geo::time::GpsTime;
 use acerra_geo::trajectory::{Fix, Frame, TimeOrigin, Trajectory};
 use acerra_gnss::ubx::frame::Frame as UbxFrame;
 
-use crate::motion::Motion;
 use crate::nmea::NmeaFinder;
 use crate::place::{Latest, Missing, Placed, RadarPlace};
 use crate::solutions::{Position, Solutions};
@@ -26,7 +25,7 @@ const ORIGIN_SIGMA_M: f64 = 15.0;
 /// A position that far back in time is of a clock that was set (s).
 const SET_BACK_S: f64 = 10.0;
 
-/// Collects positions, interpolates between them, and extrapolates a little beyond the latest.
+/// Collects positions and interpolates between them.
 #[derive(Debug)]
 pub struct Positions {
     frame: Option<EnuFrame>,
@@ -39,7 +38,6 @@ pub struct Positions {
     /// The lever arm as the latest heading turned it (m).
     arm_in_enu_m: Option<[f64; 3]>,
     radar: Option<Way>,
-    motion: Motion,
     /// Pulses that wait begin there (s after `start`).
     needed_from_s: Option<f64>,
     /// Positions taken, by all means.
@@ -71,7 +69,6 @@ impl Positions {
             has_ubx: false,
             arm_in_enu_m: None,
             radar: None,
-            motion: Motion::default(),
             needed_from_s: None,
             taken: 0,
         }
@@ -131,7 +128,6 @@ impl Positions {
             self.fixes.clear();
         }
         self.fixes.push_back(fix);
-        self.motion.take(time_s, position.velocity_m_s);
         self.trim();
         self.taken += 1;
         self.radar = None;
@@ -185,28 +181,6 @@ impl Positions {
             Flag::InGap => Placed::Nowhere(Missing::Gap),
             Flag::AfterEnd => Placed::Waiting,
         }
-    }
-
-    /// Where the radar probably is a little after the latest position, by its motion there; none of other
-    /// times, and none without a heading where the lever arm needs one.
-    pub fn ahead(&mut self, time: GpsTime) -> Option<RadarPlace> {
-        let time_s = time.seconds_since(self.start?);
-        if self.is_without_fix() || self.fixes.len() < 2 {
-            return None;
-        }
-        let motion = self.motion;
-        let Way::OfRadar(trajectory) = self.way() else {
-            return None;
-        };
-        let [.., before, latest] = trajectory.fixes() else {
-            return None;
-        };
-        let moved_m = motion.displacement_m([before, latest], time_s)?;
-        Some(RadarPlace {
-            position_m: add(latest.position_m, moved_m),
-            sigma_m: latest.standard_deviation_m(),
-            status: latest.status,
-        })
     }
 
     /// The radar's own way, made anew where positions have come.

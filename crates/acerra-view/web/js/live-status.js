@@ -6,13 +6,6 @@ const figuresText = (figures) => (figures ? `${figures.median_ms.toFixed(0)} ms,
 /** @param {number} m */
 const lengthText = (m) => (m < 0.1 ? `${(1000 * m).toFixed(0)} mm` : `${m.toFixed(2)} m`);
 
-/** How far off places were that the motion told. @param {import("./live-link.js").Foresight | null} foresight */
-function foresightText(foresight) {
-  if (!foresight) return null;
-  const off = `95 % within ${(1000 * foresight.p95_off_m).toFixed(0)} mm`;
-  return foresight.is_used ? `${off} of it` : `no: only ${off} of it`;
-}
-
 /** One line: what the image is made of and what it waits for. @param {import("./live-link.js").LiveStatus} status */
 export function imageState(status) {
   const { fixed, float, other } = status.by_kind;
@@ -25,7 +18,7 @@ export function imageState(status) {
 
 /** Rows of the table. @param {import("./live-link.js").LiveStatus} status @returns {[string, string][]} */
 export function rows(status) {
-  const { pulses, link, foresight } = status;
+  const { pulses, link } = status;
   const lost = link.lost_scans + link.incomplete_scans;
   const made = link.whole_scans + lost;
   const position = status.position ? `${status.position}${status.sigma_m === null ? "" : `, ± ${lengthText(status.sigma_m)}`}` : "none";
@@ -33,8 +26,6 @@ export function rows(status) {
   const all = [
     ["Pulses imaged", String(pulses.imaged)],
     ["waiting for their position", String(pulses.waiting)],
-    ["of these shown already", foresight?.is_used ? String(pulses.ahead) : null],
-    ["shown before their position", foresightText(foresight)],
     ["without position", pulses.without_position ? String(pulses.without_position) : null],
     ["before a heading was known", pulses.without_heading ? String(pulses.without_heading) : null],
     ["before take-off", pulses.too_low ? String(pulses.too_low) : null],
