@@ -118,9 +118,11 @@ fn alternatives(options: &PpkOptions) -> Vec<PpkOptions> {
         revisable_hold: false,
         ..options.clone()
     };
+    let rtklib = PpkOptions::rtklib();
     let by_model = PpkOptions {
         measure_code_noise: false,
-        initial_bias_cycles: 30.0,
+        initial_bias_cycles: rtklib.initial_bias_cycles,
+        single_point_sigma_m: rtklib.single_point_sigma_m,
         ..held.clone()
     };
     let mut alternatives = vec![held.clone(), by_model];

@@ -175,6 +175,7 @@ fn check_options(options: &PpkOptions) -> Result<(), PpkError> {
     let mut positive = vec![
         ("phase_error_m", options.phase_error_m),
         ("initial_bias_cycles", options.initial_bias_cycles),
+        ("single_point_sigma_m", options.single_point_sigma_m),
         ("hold_variance_cycles2", options.hold_variance_cycles2),
         ("doppler_error_hz", options.doppler_error_hz),
         ("code_phase_ratio", options.code_phase_ratio[0]),

@@ -8,12 +8,6 @@ use acerra_geo::geodesy::EnuFrame;
 
 /// Variance of a position taken from a single-point solution (m²).
 pub(super) const POSITION_VARIANCE_M2: f64 = 900.0;
-/// The same where the single-point solution only says where to form the differences (m²).
-///
-/// Its error is that of the ionosphere and the orbits, metres for hours, mostly in height: taken for
-/// new at every epoch, as RTKLIB does, 30 m would be 0.9 m after 1,200 epochs, and float heights be
-/// drawn to it by decimetres. After 100,000 epochs a kilometre is still 3 m.
-const UNINFORMATIVE_VARIANCE_M2: f64 = 1e6;
 const VELOCITY_VARIANCE: f64 = 100.0;
 const ACCELERATION_VARIANCE: f64 = 100.0;
 /// A state of exactly zero would count as absent in RTKLIB; accelerations start just off it.
@@ -28,10 +22,10 @@ impl Filter<'_> {
                     self.initialise_position(single);
                 }
             }
-            (_, None) if self.options.measure_code_noise => {
-                self.initialise_position_with(single, UNINFORMATIVE_VARIANCE_M2);
+            (_, None) => {
+                let sigma_m = self.options.single_point_sigma_m;
+                self.initialise_position_with(single, sigma_m * sigma_m);
             }
-            (_, None) => self.initialise_position(single),
             (_, Some(dynamics)) => {
                 let variance = (0..3).map(|k| self.state.covariance(k, k)).sum::<f64>() / 3.0;
                 if first || variance > POSITION_VARIANCE_M2 {
