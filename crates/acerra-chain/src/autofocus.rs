@@ -157,7 +157,7 @@ impl Prepared {
     }
 
     /// The prior of the places' errors, and how long they last (s).
-    fn position_prior(
+    pub(crate) fn position_prior(
         &self,
         options: &AutofocusOptions,
     ) -> Result<(PositionPrior, f64), AutofocusFailure> {

@@ -46,7 +46,7 @@ pub use processing::{
 };
 pub use radar::{CouplingSeen, SurfaceSeen, band, band_used, coupling, surface, zero_timing};
 pub use setting::Setting;
-pub use targets::surface_residue;
+pub use targets::{SideSeen, surface_residue, target_side};
 pub use unchecked::{Unchecked, unchecked};
 
 /// The findings of a run, in the order of its stages.

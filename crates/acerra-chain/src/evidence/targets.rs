@@ -26,9 +26,64 @@ pub fn surface_residue(residues: usize, targets: usize) -> Finding {
         ))
 }
 
+/// How surely a target stands on its side of the track.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SideSeen {
+    /// Place of the target (x, y), m.
+    pub place_m: [f64; 2],
+    /// Probability that it stands where its ghost is.
+    pub risk: f64,
+}
+
+impl SideSeen {
+    /// Risk from which a target's side is doubtful.
+    pub const DOUBTFUL_RISK: f64 = 0.01;
+}
+
+/// Judges the sides of the strongest targets; none where no target has a ghost.
+#[must_use]
+pub fn target_side(seen: &[SideSeen]) -> Option<Finding> {
+    let worst = seen.iter().max_by(|a, b| a.risk.total_cmp(&b.risk))?;
+    let is_doubtful = |target: &&SideSeen| target.risk > SideSeen::DOUBTFUL_RISK;
+    let doubtful = seen.iter().filter(is_doubtful).count();
+    let (verdict, what) = if doubtful == 0 {
+        let what = "how the track bends and wanders tells it from its ghost".to_owned();
+        (Verdict::Agrees, what)
+    } else {
+        let what = format!(
+            "the track is too straight, for positions with the deviations stated, to tell the side of \
+             {doubtful} of the {} strongest targets with a ghost: each may as well stand where its ghost is. A \
+             bent track, a second one beside it or a surveyed point tells",
+            seen.len()
+        );
+        (Verdict::Doubtful, what)
+    };
+    let [x_m, y_m] = worst.place_m;
+    let finding = Finding::judged("target_side", worst.risk, "probability", verdict)
+        .expecting(0.0)
+        .because(format!(
+            "the target at ({x_m:.2}, {y_m:.2}) m is on the other side of the track with this probability: \
+             {what}"
+        ));
+    Some(finding)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_side_is_doubtful_where_any_target_s_is() {
+        let seen = |risk: f64| SideSeen {
+            place_m: [4.0, -5.97],
+            risk,
+        };
+        assert_eq!(target_side(&[]), None);
+        let sure = target_side(&[seen(1e-6), seen(1e-3)]).map(|f| (f.verdict, f.value));
+        assert_eq!(sure, Some((Verdict::Agrees, Some(1e-3))));
+        let unsure = target_side(&[seen(1e-6), seen(0.07)]).map(|f| (f.verdict, f.value));
+        assert_eq!(unsure, Some((Verdict::Doubtful, Some(0.07))));
+    }
 
     #[test]
     fn mostly_residues_are_doubtful() {

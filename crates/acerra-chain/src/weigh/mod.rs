@@ -17,6 +17,7 @@ mod median;
 mod motion;
 mod radar;
 mod range_focus;
+mod side;
 mod strongest;
 mod targets;
 mod track;

@@ -2,8 +2,9 @@
 
 use acerra_imaging::metrics::Target;
 
+use super::side::sides;
 use crate::align::Aligned;
-use crate::evidence::{Finding, surface_residue};
+use crate::evidence::{Finding, surface_residue, target_side};
 use crate::prepare::Prepared;
 
 /// Weighs the targets of an image; nothing where no log holds traces, whose surface echo is known.
@@ -20,10 +21,10 @@ pub fn weigh_targets(prepared: &Prepared, targets: &[Target]) -> Vec<Finding> {
     let is_residue = |target: &&Target| {
         target.along.rayleigh_m.is_none() && is_below(&prepared.aligned, target, cell_m)
     };
-    vec![surface_residue(
-        targets.iter().filter(is_residue).count(),
-        targets.len(),
-    )]
+    let residues = targets.iter().filter(is_residue).count();
+    let mut findings = vec![surface_residue(residues, targets.len())];
+    findings.extend(target_side(&sides(prepared, targets)));
+    findings
 }
 
 /// Whether a target lies within a range cell of the ground straight below the trace nearest to it.
