@@ -267,6 +267,7 @@ fn a_recorded_clock_is_taken_where_no_offset_is_stated() {
         radio_latency_s: 0.0,
         gnss_latency_s: 0.0,
         marks: 0,
+        pulses: 0,
     };
     let campaign = fs::read_to_string(logs.join("campaign.toml")).unwrap();
     let focus = |offset: &str, clock: &acerra_radar::LoggedClock| {
