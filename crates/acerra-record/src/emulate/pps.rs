@@ -173,8 +173,9 @@ mod tests {
         let _pps = EmulatedPps::start(&file, options).unwrap();
         let read = || PulseStamp::parse(&std::fs::read(&file).unwrap()).unwrap();
         assert_eq!(read().sequence, 0);
-        let began = SystemTime::now().duration_since(UNIX_EPOCH).unwrap();
         world.begin();
+        let since = world.instant(0.0).unwrap().elapsed();
+        let began = SystemTime::now().duration_since(UNIX_EPOCH).unwrap() - since;
         let mut worst_s = 0.0_f64;
         let mut seen = 0;
         while seen < 8 {

@@ -193,8 +193,9 @@ mod tests {
         let clock = HostClock::start();
         let mut source = PpsSource::open(&path, clock).unwrap();
         assert_eq!(source.poll().unwrap(), Poll::Nothing);
-        let expected_ns = clock.now_ns();
+        let before_ns = clock.now_ns();
         put(&path, now(), u32::MAX);
+        let after_ns = clock.now_ns();
         std::thread::sleep(Duration::from_millis(20));
         let Poll::Pulse {
             host_ns: Some(host_ns),
@@ -204,9 +205,8 @@ mod tests {
         else {
             panic!("no pulse");
         };
-        // Between the pulse and the stamp this test itself may be held up.
-        let late_ns = host_ns.abs_diff(expected_ns);
-        assert!(late_ns < 10_000_000, "{late_ns}");
+        let between = before_ns.saturating_sub(1_000_000)..after_ns + 1_000_000;
+        assert!(between.contains(&host_ns), "{host_ns} not in {between:?}");
         assert_eq!(source.poll().unwrap(), Poll::Nothing);
         // The kernel's number wraps.
         put(&path, now(), 3);
