@@ -4,6 +4,7 @@
 mod fit;
 mod logged;
 mod marks;
+mod pulse;
 mod pulsed;
 mod pulses;
 mod robust_line;
@@ -11,5 +12,5 @@ mod robust_line;
 pub use fit::{ClockLine, FitError, LEAST_PAIRS, Pair, clock_line};
 pub use logged::{Latency, Stamps, TimingError, logged_clock};
 pub use marks::{MarkError, MarkedScans, marked_clock};
+pub use pulse::{Pulse, PulseError};
 pub use pulsed::{PulsedClock, PulsedClockError, pulsed_clock};
-pub use pulses::{Pulse, PulseError};

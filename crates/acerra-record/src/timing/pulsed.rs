@@ -5,7 +5,8 @@ use thiserror::Error;
 
 use super::fit::ClockLine;
 use super::logged::{Latency, Lines, Stamps, TimingError};
-use super::pulses::{Pulse, PulseError, PulseLine};
+use super::pulse::{Pulse, PulseError};
+use super::pulses::PulseLine;
 
 /// Standard deviation of the time from a pulse's edge to the kernel's stamp (s), where the stamps scatter less.
 /// Interrupts of a Raspberry Pi are stamped within some microseconds (rascol.github.io, PPS-Client); slower

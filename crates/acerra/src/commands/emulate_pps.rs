@@ -77,3 +77,39 @@ impl PpsArgs {
         Ok(Some(pps))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pulses_that_no_recorder_sees_and_those_of_no_receiver_are_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("pulses");
+        let args = PpsArgs {
+            pps: Some(file.clone()),
+            pps_edge_ms: 0.0,
+            pps_loss: 0.0,
+        };
+        let told = |speed, starts_at| {
+            let shared = Shared {
+                world: &World::new(speed),
+                starts_at,
+                no_fix_s: &[],
+                seed: 1,
+            };
+            let started = args.start(Some(&file), &shared);
+            started.map(drop).map_err(|error| error.to_string())
+        };
+        let first = Some(GpsTime::from_week_tow(2345, 0.0));
+        let fast = told(11.0, first).unwrap_err();
+        assert!(
+            fast.contains("expected a --speed of 10 at most, found 11"),
+            "{fast}"
+        );
+        assert!(told(1.0, None).unwrap_err().contains("--gnss"));
+        assert!(!file.exists());
+        assert_eq!(told(10.0, first), Ok(()));
+        assert!(file.exists());
+    }
+}
