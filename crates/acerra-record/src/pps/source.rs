@@ -17,6 +17,8 @@ pub const POLL_EVERY: Duration = Duration::from_millis(50);
 /// Attempts to read both clocks together, and the time between two readings that is good enough, ns.
 const ATTEMPTS: usize = 8;
 const TOGETHER_NS: u64 = 5_000;
+/// Length of a pulse from which its edges count as exchanged: some receivers keep the wire high for half a second.
+const LONGEST_PULSE: Duration = Duration::from_millis(550);
 /// Pulses missed in a row beyond which the kernel is taken to count anew.
 const MOST_MISSED: u32 = 100_000;
 
@@ -90,6 +92,22 @@ impl PpsSource {
         })
     }
 
+    /// How long the wire stays high after the edge of `stamp`, where the device stamps both edges; pulses are
+    /// short, so that clearly more than half a second means that the wire is inverted, or the wrong edge stamped.
+    #[must_use]
+    pub fn inverted(&self, stamp: PulseStamp) -> Option<Duration> {
+        if self.path.file_name()? != "assert" {
+            return None;
+        }
+        // Devices that stamp one edge show none here, or an empty one.
+        let other = read(&self.path.with_file_name("clear")).ok()?;
+        if other.sequence == 0 {
+            return None;
+        }
+        let high = after(stamp.unix, other.unix);
+        (high > LONGEST_PULSE).then_some(high)
+    }
+
     /// The file that is read.
     #[must_use]
     pub fn path(&self) -> &Path {
@@ -117,6 +135,12 @@ impl PpsSource {
             missed: if missed > MOST_MISSED { 0 } else { missed },
         })
     }
+}
+
+/// From one time to another within the second that follows it.
+fn after(from: Duration, to: Duration) -> Duration {
+    let [from_ns, to_ns] = [from, to].map(|time| u64::from(time.subsec_nanos()));
+    Duration::from_nanos((1_000_000_000 + to_ns - from_ns) % 1_000_000_000)
 }
 
 /// The file that shows the pulses of what was named.
@@ -226,6 +250,35 @@ mod tests {
             source.poll().unwrap(),
             Poll::Pulse { host_ns: None, .. }
         ));
+    }
+
+    #[test]
+    fn an_inverted_wire_is_seen_where_both_edges_are_stamped() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("assert");
+        let stamp = |unix_ms| PulseStamp {
+            unix: Duration::from_millis(unix_ms),
+            sequence: 9,
+        };
+        put(&path, stamp(20_950).unix, 9);
+        let source = PpsSource::open(&path, HostClock::start()).unwrap();
+        assert_eq!(source.inverted(stamp(20_950)), None, "one edge");
+        let clear = folder.path().join("clear");
+        // Pulses of 100 ms: the one before, then this one.
+        for unix_ms in [20_050, 21_050] {
+            put(&clear, stamp(unix_ms).unix, 9);
+            assert_eq!(source.inverted(stamp(20_950)), None);
+        }
+        // The wire falls at the second and rises at the pulse's end.
+        for unix_ms in [20_850, 21_850] {
+            put(&clear, stamp(unix_ms).unix, 9);
+            let high = source.inverted(stamp(20_950));
+            assert_eq!(high, Some(Duration::from_millis(900)));
+        }
+        std::fs::write(&clear, "").unwrap();
+        assert_eq!(source.inverted(stamp(20_950)), None);
+        put(&clear, Duration::ZERO, 0);
+        assert_eq!(source.inverted(stamp(20_950)), None, "never stamped");
     }
 
     #[test]

@@ -19,6 +19,8 @@ pub(super) struct PulseLoop {
     trouble: Option<Trouble>,
     /// Whether it was told that a pulse could not be put on the host clock.
     is_step_told: bool,
+    /// Whether it was told that the wire is inverted.
+    is_inverted_told: bool,
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -36,6 +38,7 @@ impl PulseLoop {
             latest: Instant::now(),
             trouble: None,
             is_step_told: false,
+            is_inverted_told: false,
         }
     }
 
@@ -66,6 +69,19 @@ impl PulseLoop {
         });
         if self.trouble.take().is_some() {
             let told = Progress::Note("pulses per second come again".to_owned());
+            if !self.out.say(told) {
+                return false;
+            }
+        }
+        if !self.is_inverted_told
+            && let Some(high) = self.source.inverted(stamp)
+        {
+            self.is_inverted_told = true;
+            let told = Progress::Warning(format!(
+                "the pulse per second is high for {:.2} s of each second: the wire is inverted, or the wrong edge is \
+                 stamped (assert_falling_edge of pps-gpio), and GPS time off by the pulse's width",
+                high.as_secs_f64()
+            ));
             if !self.out.say(told) {
                 return false;
             }
