@@ -40,11 +40,14 @@ pub struct LoggedClock {
     pub gnss_jitter_s: f64,
     /// Latency of the radio that was taken off (s).
     pub radio_latency_s: f64,
-    /// Latency of the receiver that was taken off (s).
+    /// Latency of the receiver (s): as it was stated, or as the pulses measure it.
     pub gnss_latency_s: f64,
     /// Hardware time marks that the clock rests on; 0 where it rests on times of arrival alone.
     #[serde(default)]
     pub marks: usize,
+    /// Pulses per second of the receiver that GPS time comes from; 0 where it comes with its messages alone.
+    #[serde(default)]
+    pub pulses: usize,
 }
 
 /// Why a clock cannot be used.
@@ -208,6 +211,7 @@ mod tests {
             radio_latency_s: 0.0,
             gnss_latency_s: 0.05,
             marks: 0,
+            pulses: 0,
         };
         let folder = tempfile::tempdir().unwrap();
         let log = folder.path().join("radar.mrm");

@@ -9,5 +9,6 @@ pub mod link;
 pub mod log;
 pub mod mcap;
 pub mod message;
+pub mod pps;
 pub mod session;
 pub mod timing;

@@ -81,6 +81,7 @@ impl Flight {
             radio_latency_s: 0.0,
             gnss_latency_s: 0.0,
             marks: 0,
+            pulses: 0,
         }
     }
 }

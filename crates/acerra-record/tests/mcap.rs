@@ -95,6 +95,8 @@ fn records() -> Vec<Record> {
         7_000_000_000,
         b"the radio scans again".to_vec(),
     );
+    let pulse = b"1571133005.000000042#7".to_vec();
+    put(RecordKind::Pulse, 4_750_000_000, pulse);
     put(RecordKind::Other(99), 7_000_000_001, vec![1]);
     put(RecordKind::End, 7_100_000_000, b"{}".to_vec());
     records
@@ -174,6 +176,11 @@ fn a_session_is_in_its_mcap_file_byte_for_byte() {
     let (_, _, epoch) = of("/clock/epoch")[1];
     assert_eq!(i64::from_le_bytes(number(epoch, 12)), 2075);
     assert!((f64::from_le_bytes(number(epoch, 20)) - 207_000.1).abs() < 1e-6);
+    let (_, _, pulse) = of("/clock/pulse")[0];
+    assert_eq!(u64::from_le_bytes(number(pulse, 4)), 4_750_000_000);
+    assert_eq!(u64::from_le_bytes(number(pulse, 12)), 1_571_133_005);
+    assert_eq!(u32::from_le_bytes(number(pulse, 20)), 42);
+    assert_eq!(u32::from_le_bytes(number(pulse, 24)), 7);
     let told = |topic: &str| {
         let (_, text) = unwrapped(&of(topic)[0].2);
         String::from_utf8(text).unwrap()
@@ -182,7 +189,7 @@ fn a_session_is_in_its_mcap_file_byte_for_byte() {
     assert!(told("/session/settings").contains("127.0.0.1:1"));
     assert_eq!(told("/clock/fit"), "{\"rate\": 1.0}\0");
     assert_eq!(of("/session/end").len(), 1);
-    assert_eq!(messages.len(), 601 + 299 + 60 + 60 + 5, "nothing else");
+    assert_eq!(messages.len(), 601 + 299 + 60 + 60 + 6, "nothing else");
 }
 
 #[test]

@@ -8,13 +8,15 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use acerra_geo::time::GpsTime;
 use acerra_gnss::ubx::frame::encode;
+use acerra_radar::LoggedClock;
 use acerra_record::driver::{RequestOptions, WatchOptions};
 use acerra_record::emulate::{
-    EmulatedRadio, EmulatedReceiver, EmulatorOptions, Impairments, Pattern, PulseLine,
-    ReceiverOptions, Recorded, World,
+    EmulatedPps, EmulatedRadio, EmulatedReceiver, EmulatorOptions, Impairments, Pattern,
+    PpsOptions, PulseLine, ReceiverOptions, Recorded, World,
 };
-use acerra_record::log::{LogReader, RecordKind};
+use acerra_record::log::{LogReader, LogWriter, RecordKind};
 use acerra_record::session::{
     CAPTURE_NAME, Finished, Health, LOG_NAME, Progress, ROVER_NAME, Recorder, Session, finish,
 };
@@ -304,4 +306,126 @@ fn time_marks_are_used_where_the_radio_is_wired() {
     assert!(error_s.abs() < 5e-4, "{error_s}");
     // Five of those milliseconds in 24 s.
     assert!((clock.rate - (1.0 - 200e-6)).abs() < 4e-5, "{}", clock.rate);
+}
+
+/// A flight of 44 s, four times as fast, whose receiver needs 60 ms from an epoch to its first byte, which the
+/// session does not state, and has no fix at first. Returns the remarks, and clocks with and without
+/// `[gnss] pps`, with their errors (s).
+fn with_and_without_pulses(edge_s: f64) -> (Vec<String>, [(LoggedClock, f64); 2]) {
+    let world = World::new(4.0);
+    let receiver = ReceiverOptions {
+        latency_s: 0.060,
+        no_fix_s: vec![[-1.0, 9.5]],
+        ..ReceiverOptions::new(world.clone())
+    };
+    let options = EmulatorOptions {
+        world: Some((world.clone(), 1.5)),
+        drift_ppm: 20.0,
+        impairments: Impairments {
+            loss: 0.02,
+            jitter_s: 0.004,
+            ..Impairments::default()
+        },
+        ..EmulatorOptions::default()
+    };
+    let (_radio, receiver, text) = instruments(receiver, 44, options);
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("assert");
+    let pulses = PpsOptions {
+        edge_s,
+        loss: 0.05,
+        no_fix_s: vec![[-1.0, 9.5]],
+        ..PpsOptions::new(world, GpsTime::from_week_tow(2345, 1000.0))
+    };
+    let _pps = EmulatedPps::start(&file, pulses).unwrap();
+    let text = text.replace("latency_sigma_ms = 2.0\n", "");
+    let text = format!("{text}pps = {:?}\n", file.display().to_string());
+    let directory = folder.path().join("flight");
+    let (health, with) = record(&text, &directory, || receiver.is_finished());
+    assert!(health.pulses >= 30, "{health:?}");
+    // The same log without its pulses.
+    let bytes = fs::read(directory.join(LOG_NAME)).unwrap();
+    let mut reader = LogReader::new(&bytes[..]).unwrap();
+    let without = folder.path().join("without");
+    fs::create_dir(&without).unwrap();
+    let mut log = LogWriter::create(&without.join(LOG_NAME)).unwrap();
+    while let Some(record) = reader.next_record().unwrap() {
+        if record.kind != RecordKind::Pulse {
+            log.write(&record).unwrap();
+        }
+    }
+    log.sync().unwrap();
+    let finished = finish(&without).unwrap();
+    let told = finished.remarks.join("; ");
+    assert!(
+        told.contains("pulses per second are not used: expected 16 pulses"),
+        "{told}"
+    );
+    let clocks = [&with, &finished].map(|finished| {
+        let clock = finished.clock.clone().unwrap();
+        // In the middle of the scans, whose numbers count 50 ms each.
+        let middle_s = 20.0;
+        let expected_s =
+            1001.5 + 0.05 * f64::from(clock.first_message_id) + middle_s / (1.0 + 20e-6);
+        let error_s = clock.time_offset_s + clock.rate * middle_s - expected_s;
+        (clock, error_s)
+    });
+    (with.remarks, clocks)
+}
+
+/// The receiver's latency, which nobody stated, is measured by its pulses and makes no error.
+#[test]
+fn pulses_per_second_take_the_receivers_latency_out() {
+    let (remarks, [(with, error_s), (without, error_without_s)]) = with_and_without_pulses(0.0);
+    println!("{remarks:?}\n{with:?}\n{error_s} {error_without_s}");
+    assert!(with.pulses >= 16 && without.pulses == 0, "{with:?}");
+    assert!(with.sigma_s < 0.2e-3, "{with:?}");
+    assert!(error_s.abs() < 0.5e-3 + 2.0 * with.sigma_s, "{error_s}");
+    assert!((with.gnss_latency_s - 0.060).abs() < 2e-3);
+    assert!((error_without_s - -0.060).abs() < 3e-3, "{error_without_s}");
+    assert!(without.sigma_s >= 0.02);
+    assert!(
+        remarks.iter().any(|r| r.starts_with("GPS time rests on")),
+        "{remarks:?}"
+    );
+}
+
+/// An inverted wire: the kernel stamps the end of a pulse 100 ms long. The pulses are not used, and why is said.
+#[test]
+fn the_other_edge_of_the_pulse_is_not_used() {
+    let (remarks, [(with, error_s), (_, error_without_s)]) = with_and_without_pulses(0.1);
+    println!("{remarks:?}");
+    assert_eq!((with.pulses, error_s), (0, error_without_s));
+    assert!(
+        remarks.iter().any(|r| r.contains("pulse's other edge")),
+        "{remarks:?}"
+    );
+}
+
+/// A device that is not there is told before anything is recorded.
+#[test]
+fn a_missing_pps_device_is_refused_at_the_start() {
+    let world = World::new(1.0);
+    let options = EmulatorOptions {
+        world: Some((world.clone(), 0.0)),
+        ..EmulatorOptions::default()
+    };
+    let (_radio, _receiver, text) = instruments(ReceiverOptions::new(world), 1, options);
+    let text = text + "pps = \"/dev/pps4711\"\n";
+    let folder = tempfile::tempdir().unwrap();
+    let session = Session::parse(&text).unwrap();
+    let recorder = Recorder {
+        session: &session,
+        text: &text,
+        directory: folder.path(),
+        stop: &AtomicBool::new(false),
+        requests: RequestOptions::default(),
+        watch: WatchOptions::default(),
+        tap: None,
+    };
+    let error = recorder.run(&mut |_| {}).unwrap_err().to_string();
+    assert!(
+        error.starts_with("PPS at /sys/class/pps/pps4711/assert: "),
+        "{error}"
+    );
 }

@@ -89,6 +89,13 @@ fn emulated(folder: &Path, scene: &str) -> (Running, String) {
             .args(["--speed", "4", "--drift-ppm", "20", "--jitter-ms", "5"])
             .args(["--loss", "0.002", "--reordering", "0.01", "--seed", "2"])
             .args(["--marks", "--mark-loss", "0.1"])
+            .args([
+                "--receiver-latency-ms",
+                "60",
+                "--pps",
+                &path(folder, "pulses"),
+            ])
+            .args(["--pps-loss", "0.05"])
             .stdout(Stdio::piped())
             .spawn()
             .unwrap(),
@@ -123,6 +130,7 @@ fn check_mcap(flight: &Path) {
         "{scans}"
     );
     assert!(fact("/clock/fit").starts_with("1 messages"));
+    assert!(fact("/clock/pulse").ends_with("acerra_msgs/msg/Pulse"));
     assert!(!text.contains("cut off"), "{text}");
 }
 
@@ -144,6 +152,7 @@ fn an_emulated_flight_is_recorded_and_focused_as_with_perfect_times() {
     let (emulator, session) = emulated(folder, &scene);
     let session = session + "[flight]\nstop_after_s = 11.0\n";
     fs::write(folder.join("session.toml"), &session).unwrap();
+    let session_text = session;
     let flight = path(folder, "flight");
     let session = path(folder, "session.toml");
     let told = succeeds(&["record", &session, "-o", &flight, "--mcap"]);
@@ -153,7 +162,13 @@ fn an_emulated_flight_is_recorded_and_focused_as_with_perfect_times() {
     let clock = fs::read_to_string(Path::new(&flight).join("radar.clock.json")).unwrap();
     println!("{clock}");
     let clock: Value = serde_json::from_str(&clock).unwrap();
+    // Without the pulses the latency, which no session states, is too unsure for marks.
+    assert!(session_text.contains("pps = ") && !session_text.contains("latency_sigma_ms = 2"));
     assert!(clock["marks"].as_u64().unwrap() >= 16);
+    assert!(clock["pulses"].as_u64().unwrap() >= 16);
+    let latency_s = clock["gnss_latency_s"].as_f64().unwrap();
+    assert!((latency_s - 0.060).abs() < 3e-3, "{latency_s}");
+    assert!(told.contains("GPS time rests on "), "{told}");
     // The flight begins at 207 000 s of the week, the radio is 20 ppm fast.
     let offset_s = clock["time_offset_s"].as_f64().unwrap();
     assert!((offset_s - 207_000.0).abs() < 2e-3, "{offset_s}");
@@ -267,6 +282,7 @@ fn a_recorded_clock_is_taken_where_no_offset_is_stated() {
         radio_latency_s: 0.0,
         gnss_latency_s: 0.0,
         marks: 0,
+        pulses: 0,
     };
     let campaign = fs::read_to_string(logs.join("campaign.toml")).unwrap();
     let focus = |offset: &str, clock: &acerra_radar::LoggedClock| {

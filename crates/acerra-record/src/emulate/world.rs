@@ -1,7 +1,7 @@
 //! The time that several emulated instruments share.
 
 use std::sync::{Arc, OnceLock};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// A world whose time begins when a client first starts the radio, so that nothing of a flight is over
 /// before someone listens.
@@ -30,6 +30,13 @@ impl World {
     #[must_use]
     pub fn speed(&self) -> f64 {
         self.speed
+    }
+
+    /// The instant of a world time (s); `None` before it begins, and of times that no instant has.
+    #[must_use]
+    pub fn instant(&self, at_s: f64) -> Option<Instant> {
+        let after = Duration::try_from_secs_f64(at_s / self.speed).ok()?;
+        self.began.get()?.checked_add(after)
     }
 
     /// Its time (s); `None` before it begins.

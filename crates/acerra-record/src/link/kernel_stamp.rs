@@ -77,7 +77,7 @@ pub(super) fn receive(socket: &UdpSocket, buffer: &mut [u8]) -> io::Result<Datag
 
 /// Puts stamps of the calendar clock on the host clock, as long as that is not stepped.
 #[derive(Debug, Clone, Default)]
-pub(super) struct StampPairing {
+pub(crate) struct StampPairing {
     /// Host clock and calendar clock less host clock when they were last read, ns.
     last: Option<(u64, i64)>,
     /// Host clock until which stamps are not used, ns.
@@ -91,8 +91,8 @@ impl StampPairing {
         self.host_ns_at(clock.now_ns(), calendar, stamp)
     }
 
-    /// The same where both clocks were read together.
-    fn host_ns_at(&mut self, host_ns: u64, calendar: Duration, stamp: Duration) -> Option<u64> {
+    /// The same where both clocks were read together: `host_ns` and `calendar`.
+    pub fn host_ns_at(&mut self, host_ns: u64, calendar: Duration, stamp: Duration) -> Option<u64> {
         let calendar_ns = i64::try_from(calendar.as_nanos()).ok()?;
         let ahead_ns = calendar_ns - i64::try_from(host_ns).ok()?;
         let is_stepped = self.last.is_some_and(|(before_ns, before)| {

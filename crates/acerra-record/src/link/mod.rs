@@ -11,6 +11,7 @@ use std::time::Duration;
 use thiserror::Error;
 
 pub use framing::{Deframer, frame_body};
+pub(crate) use kernel_stamp::StampPairing;
 pub use serial::{SerialLink, open_port};
 pub(crate) use udp::is_timeout;
 pub use udp::{RADIO_PORT, UdpLink};

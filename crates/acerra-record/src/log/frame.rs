@@ -36,6 +36,8 @@ pub enum RecordKind {
     Note,
     /// The session ended in order; counts, JSON.
     End,
+    /// A pulse per second as the kernel stamped it ([`crate::pps::PulseStamp`]), at the host clock of its edge.
+    Pulse,
     /// A kind of a later version.
     Other(u8),
 }
@@ -51,6 +53,7 @@ impl RecordKind {
             4 => Self::Gnss,
             5 => Self::Note,
             6 => Self::End,
+            7 => Self::Pulse,
             other => Self::Other(other),
         }
     }
@@ -65,6 +68,7 @@ impl RecordKind {
             Self::Gnss => 4,
             Self::Note => 5,
             Self::End => 6,
+            Self::Pulse => 7,
             Self::Other(code) => code,
         }
     }

@@ -10,6 +10,7 @@
 //! | `/radar/configuration` | `acerra_msgs/msg/Bytes` | what the radio was set to, 32 bytes |
 //! | `/gnss/bytes` | `acerra_msgs/msg/Bytes` | the receiver's bytes as they came |
 //! | `/clock/epoch` | `acerra_msgs/msg/Epoch` | an epoch of the receiver and the host's clock at its first byte |
+//! | `/clock/pulse` | `acerra_msgs/msg/Pulse` | a pulse per second that the kernel stamped |
 //! | `/clock/fit` | `acerra_msgs/msg/Text` | `radar.clock.json`, where there is one |
 //! | `/session/settings`, `/session/note`, `/session/end` | `acerra_msgs/msg/Text` | the session file, what happened, the counts at the end |
 //!
@@ -23,5 +24,5 @@ mod write;
 
 pub use read::{MAGIC, McapContent, McapError, McapReader, TopicCount};
 pub use topics::{Topic, acerra_topics};
-pub(crate) use topics::{epoch, scan, topic, wrapped_bytes, wrapped_text};
+pub(crate) use topics::{epoch, pulse, scan, topic, wrapped_bytes, wrapped_text};
 pub use write::McapWriter;

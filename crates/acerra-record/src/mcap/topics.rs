@@ -4,6 +4,7 @@ use acerra_geo::time::GpsTime;
 use acerra_radar::Scan;
 
 use super::cdr::Cdr;
+use crate::pps::PulseStamp;
 
 /// A topic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,6 +37,11 @@ const EPOCH: (&str, &str) = (
     "# An epoch of the receiver's measurements.\nuint64 host_ns  # the host's clock at its first byte\n\
      int64 gps_week\nfloat64 gps_tow_s  # seconds of the week, GPS time\n",
 );
+const PULSE: (&str, &str) = (
+    "acerra_msgs/msg/Pulse",
+    "# A pulse per second that the kernel stamped.\nuint64 host_ns  # the host's clock at its edge\n\
+     uint64 unix_s  # the calendar clock there\nuint32 nanoseconds\nuint32 sequence  # edges counted\n",
+);
 
 /// Indices of the topics.
 pub(crate) mod topic {
@@ -48,11 +54,12 @@ pub(crate) mod topic {
     pub const SETTINGS: usize = 6;
     pub const NOTE: usize = 7;
     pub const END: usize = 8;
+    pub const CLOCK_PULSE: usize = 9;
 }
 
 /// The topics, in the order of their numbers in the file.
 #[must_use]
-pub fn acerra_topics() -> [Topic; 9] {
+pub fn acerra_topics() -> [Topic; 10] {
     [
         ("/radar/message", BYTES),
         ("/radar/scan", SCAN),
@@ -63,6 +70,7 @@ pub fn acerra_topics() -> [Topic; 9] {
         ("/session/settings", TEXT),
         ("/session/note", TEXT),
         ("/session/end", TEXT),
+        ("/clock/pulse", PULSE),
     ]
     .map(|(name, (schema, definition))| Topic {
         name,
@@ -95,6 +103,15 @@ pub(crate) fn scan(host_ns: u64, scan: &Scan) -> Vec<u8> {
         .put(window.stop_ps.to_le_bytes())
         .put(window.step_bins.to_le_bytes())
         .i32s(scan.samples.iter().copied());
+    cdr.end()
+}
+
+/// A pulse per second.
+pub(crate) fn pulse(host_ns: u64, stamp: PulseStamp) -> Vec<u8> {
+    let mut cdr = Cdr::at(host_ns);
+    cdr.put(stamp.unix.as_secs().to_le_bytes())
+        .put(stamp.unix.subsec_nanos().to_le_bytes())
+        .put(stamp.sequence.to_le_bytes());
     cdr.end()
 }
 

@@ -96,7 +96,7 @@ fn write_clock(
     traces: &[TraceTime],
     finished: &mut Finished,
 ) -> Result<(), FinishError> {
-    let Some(SessionClock { clock, remark }) = session_clock(log, traces) else {
+    let Some(SessionClock { clock, remarks }) = session_clock(log, traces) else {
         return Ok(());
     };
     match clock {
@@ -108,7 +108,7 @@ fn write_clock(
             .remarks
             .push(format!("trace times are not on GPS time: {error}")),
     }
-    finished.remarks.extend(remark);
+    finished.remarks.extend(remarks);
     Ok(())
 }
 

@@ -1,7 +1,8 @@
 //! What a receiver's messages tell of its fix and of the height, and warnings of them.
 
-use acerra_gnss::ubx::{FixState, fix_state, is_solution};
+use acerra_gnss::ubx::FixState;
 
+use super::fix_source::FixSource;
 use super::progress::{Fix, Progress};
 use super::window_watch::WindowWatch;
 use crate::gnss::FrameFinder;
@@ -9,16 +10,13 @@ use crate::gnss::FrameFinder;
 /// Time without a fix after which that is told, and told again (s).
 const TOLD_AFTER_S: f64 = 2.0;
 const TOLD_AGAIN_S: f64 = 30.0;
-/// Time after its latest solution for which a receiver's measurements are not judged (s): where it states
-/// its fix itself, that counts.
-const SOLUTION_HOLDS_S: f64 = 3.0;
 
 /// Watches the fix by the receiver's own solution (NAV-PVT), or by the satellites that it measures.
 pub(super) struct FixWatch {
     frames: FrameFinder,
     window: WindowWatch,
     latest: Option<Fix>,
-    solution_s: f64,
+    source: FixSource,
     /// Host time since when there is no fix, and when that was told (s).
     lost_s: Option<f64>,
     told_s: Option<f64>,
@@ -32,7 +30,7 @@ impl FixWatch {
             frames: FrameFinder::default(),
             window,
             latest: None,
-            solution_s: f64::NEG_INFINITY,
+            source: FixSource::default(),
             lost_s: None,
             told_s: None,
             was_fixed: false,
@@ -46,17 +44,13 @@ impl FixWatch {
 
     /// Takes bytes that came at `host_s`; returns what there is to tell.
     pub fn take(&mut self, bytes: &[u8], host_s: f64) -> Vec<Progress> {
-        let mut states: Vec<(FixState, bool)> = Vec::new();
+        let mut states: Vec<FixState> = Vec::new();
+        let source = &mut self.source;
         self.frames.take(bytes, host_s, |frame, _| {
-            states.extend(fix_state(frame).map(|state| (state, is_solution(frame))));
+            states.extend(source.take(frame, host_s));
         });
         let mut told = Vec::new();
-        for (state, is_own_solution) in states {
-            if is_own_solution {
-                self.solution_s = host_s;
-            } else if host_s - self.solution_s < SOLUTION_HOLDS_S {
-                continue;
-            }
+        for state in states {
             told.extend(self.judge(&state, host_s));
             let height = state.height_m;
             told.extend(

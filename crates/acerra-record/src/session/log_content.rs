@@ -10,10 +10,14 @@ use acerra_radar::mrm::{CONFIG_BYTES, RadarConfig};
 
 use super::capture::{ArrivalTimes, CaptureWriter};
 use super::finish_error::FinishError;
+use super::fix_source::FixSource;
+use super::fix_spans::FixSpans;
 use super::outcome::{CAPTURE_NAME, Finished, LOG_NAME, ROVER_NAME};
 use super::settings::Session;
 use crate::gnss::FrameFinder;
 use crate::log::{LogReader, Record, RecordKind};
+use crate::pps::PulseStamp;
+use crate::timing::Pulse;
 
 /// What the log holds beside the capture and the receiver's bytes, which are written as it is read.
 pub(super) struct LogContent {
@@ -25,6 +29,8 @@ pub(super) struct LogContent {
     pub gps: Vec<Epoch>,
     /// Rising edges on the receiver's time-mark input.
     pub marks: Vec<GpsTime>,
+    /// Pulses per second, each with its start of the recording.
+    pub pulses: Vec<(usize, Pulse)>,
 }
 
 /// An epoch of the receiver.
@@ -80,6 +86,10 @@ struct Reading<'a> {
     frames: FrameFinder,
     gps: Vec<Epoch>,
     marks: Vec<GpsTime>,
+    /// Start of the recording, number and host time (s) of each pulse.
+    pulses: Vec<(usize, u32, f64)>,
+    unread_pulses: u64,
+    fix: (FixSource, FixSpans),
     arrivals: Vec<ArrivalTimes>,
 }
 
@@ -101,6 +111,9 @@ impl<'a> Reading<'a> {
             frames: FrameFinder::default(),
             gps: Vec::new(),
             marks: Vec::new(),
+            pulses: Vec::new(),
+            unread_pulses: 0,
+            fix: Default::default(),
             arrivals: Vec::new(),
         })
     }
@@ -122,6 +135,7 @@ impl<'a> Reading<'a> {
                 self.settings = String::from_utf8_lossy(&payload).into_owned();
                 self.arrivals.push(self.capture.take_arrivals());
                 self.starts += 1;
+                self.fix.0 = FixSource::default();
                 finished.ended_in_order = false;
             }
             RecordKind::Radio => self.capture.message(&payload, at_ns).map_err(radar)?,
@@ -137,7 +151,11 @@ impl<'a> Reading<'a> {
                 let start = self.starts;
                 let host_s = 1e-9 * at_ns as f64;
                 let (gps, marks) = (&mut self.gps, &mut self.marks);
+                let (source, spans) = &mut self.fix;
                 self.frames.take(&payload, host_s, |frame, host_s| {
+                    if let Some(state) = source.take(frame, host_s) {
+                        spans.take(&state, start, host_s);
+                    }
                     gps.extend(epoch_time(frame).map(|time| Epoch {
                         start,
                         time,
@@ -146,6 +164,13 @@ impl<'a> Reading<'a> {
                     marks.extend(rising_edge(frame).map(|edge| edge.time));
                 });
             }
+            RecordKind::Pulse => match PulseStamp::parse(&payload) {
+                Ok(stamp) => {
+                    let host_s = 1e-9 * at_ns as f64;
+                    self.pulses.push((self.starts, stamp.sequence, host_s));
+                }
+                Err(_) => self.unread_pulses += 1,
+            },
             RecordKind::End => finished.ended_in_order = true,
             RecordKind::Note | RecordKind::Other(_) => {}
         }
@@ -162,11 +187,28 @@ impl<'a> Reading<'a> {
             ));
         }
         self.rover.flush().map_err(rover)?;
+        if self.unread_pulses > 0 {
+            finished.remarks.push(format!(
+                "{} records of pulses in {LOG_NAME} hold no pulse",
+                self.unread_pulses
+            ));
+        }
+        let (_, spans) = &self.fix;
+        let pulse = |&(start, sequence, host_s): &(usize, u32, f64)| {
+            let pulse = Pulse {
+                sequence,
+                host_s,
+                has_fix: spans.is_settled(start, host_s),
+            };
+            (start, pulse)
+        };
+        let pulses = self.pulses.iter().map(pulse).collect();
         Ok(LogContent {
             session,
             arrivals: self.arrivals,
             gps: self.gps,
             marks: self.marks,
+            pulses,
         })
     }
 }

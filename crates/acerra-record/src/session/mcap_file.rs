@@ -11,7 +11,10 @@ use super::outcome::{CLOCK_NAME, LOG_NAME, MCAP_NAME};
 use crate::driver::Intake;
 use crate::gnss::FrameFinder;
 use crate::log::{LogReader, Record, RecordKind};
-use crate::mcap::{McapWriter, acerra_topics, epoch, scan, topic, wrapped_bytes, wrapped_text};
+use crate::mcap::{
+    McapWriter, acerra_topics, epoch, pulse, scan, topic, wrapped_bytes, wrapped_text,
+};
+use crate::pps::PulseStamp;
 
 /// Writes `session.mcap` out of the log in a session's directory; an older one is replaced once the new one is
 /// whole. Returns its messages.
@@ -118,7 +121,16 @@ impl<W: io::Write> Copying<W> {
             RecordKind::Gnss => self.gnss(at_ns, payload),
             RecordKind::Note => self.put(topic::NOTE, at_ns, &text()),
             RecordKind::End => self.put(topic::END, at_ns, &text()),
+            RecordKind::Pulse => self.pulse(at_ns, payload),
             RecordKind::Other(_) => Ok(()),
+        }
+    }
+
+    /// A pulse; what is no stamp is left out, as `finish` does.
+    fn pulse(&mut self, at_ns: u64, payload: &[u8]) -> io::Result<()> {
+        match PulseStamp::parse(payload) {
+            Ok(stamp) => self.put(topic::CLOCK_PULSE, at_ns, &pulse(at_ns, stamp)),
+            Err(_) => Ok(()),
         }
     }
 

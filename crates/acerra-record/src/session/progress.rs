@@ -32,6 +32,10 @@ pub struct Health {
     pub gnss_bytes: u64,
     /// Whether the receiver has a fix, and its satellites, where its messages tell.
     pub fix: Option<Fix>,
+    /// Pulses per second that were read.
+    pub pulses: u64,
+    /// Pulses, or doubled edges, that the kernel counted and that were not read.
+    pub missed_pulses: u64,
     /// Scans with saturated samples.
     pub saturated_scans: u64,
     /// Bytes of the log.

@@ -9,6 +9,7 @@ use crate::driver::DriverError;
 use crate::gnss::{ConfigureError, SourceFault};
 use crate::link::LinkError;
 use crate::log::LogWriteError;
+use crate::pps::PpsError;
 
 /// Why a recording cannot begin, or ends.
 #[derive(Debug, Error)]
@@ -26,6 +27,9 @@ pub enum RecordError {
     /// The receiver's settings.
     #[error(transparent)]
     Configure(#[from] ConfigureError),
+    /// The pulses per second.
+    #[error(transparent)]
+    Pps(#[from] PpsError),
     /// The session does not say where an instrument is.
     #[error(transparent)]
     Settings(#[from] SettingsError),

@@ -11,6 +11,7 @@ use super::fix_watch::FixWatch;
 use super::outcome::LOG_NAME;
 use super::outlet::{Item, Outlet, Shared};
 use super::progress::{Health, Progress};
+use super::pulse_loop::PulseLoop;
 use super::radio_loop::RadioLoop;
 use super::receiver_loop::{ReceiverLoop, gnss_record};
 use super::record_error::RecordError;
@@ -22,6 +23,7 @@ use crate::gnss::{ByteSource, SerialSource, Solutions, TcpSource, configuration,
 use crate::host::{HostClock, unix_time_s};
 use crate::link::{Link, SerialLink, UdpLink};
 use crate::log::{LogDamage, LogWriteError, LogWriter, Record, RecordKind};
+use crate::pps::PpsSource;
 
 /// Time that the instruments' threads have to end by themselves.
 const LONGEST_END: Duration = Duration::from_secs(10);
@@ -65,7 +67,11 @@ impl Recorder<'_> {
         let (out, receive) = Outlet::new(&shared);
         let mut threads = vec![self.start_radio(clock, out.clone())?];
         if let Some(section) = &self.session.gnss {
-            match self.start_gnss(section, clock, out.clone()) {
+            let pulses = start_pulses(section, clock, &out);
+            match pulses.and_then(|thread| {
+                threads.extend(thread);
+                self.start_gnss(section, clock, out.clone())
+            }) {
                 Ok(thread) => threads.push(thread),
                 Err(error) => {
                     // The radio does not go on without a listener.
@@ -187,6 +193,23 @@ impl Recorder<'_> {
             .spawn(move || loop_over.run(heard))
             .map_err(RecordError::Thread)
     }
+}
+
+/// Starts the thread of the pulses per second, where there are any.
+fn start_pulses(
+    section: &GnssSection,
+    clock: HostClock,
+    out: &Outlet,
+) -> Result<Option<JoinHandle<()>>, RecordError> {
+    let Some(path) = &section.pps else {
+        return Ok(None);
+    };
+    let loop_over = PulseLoop::new(PpsSource::open(Path::new(path), clock)?, out.clone());
+    let thread = std::thread::Builder::new()
+        .name("pps".to_owned())
+        .spawn(move || loop_over.run())
+        .map_err(RecordError::Thread)?;
+    Ok(Some(thread))
 }
 
 /// Ends the instruments' threads.

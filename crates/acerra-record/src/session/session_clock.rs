@@ -1,4 +1,4 @@
-//! The clock of a session: by times of arrival, and by time marks where there are any.
+//! The clock of a session: by times of arrival, by pulses per second and by time marks where there are any.
 
 use acerra_radar::LoggedClock;
 
@@ -6,7 +6,10 @@ use super::capture::ArrivalTimes;
 use super::log_content::LogContent;
 use super::plausibility::shortest_interval_s;
 use super::settings::{RadioSection, Session};
-use crate::timing::{Latency, MarkedScans, Pair, Stamps, TimingError, logged_clock, marked_clock};
+use crate::timing::{
+    Latency, MarkedScans, Pair, Pulse, PulsedClock, Stamps, TimingError, logged_clock,
+    marked_clock, pulsed_clock,
+};
 
 /// A trace of the run that is imaged.
 #[derive(Clone, Copy, Debug)]
@@ -21,50 +24,87 @@ pub(super) struct TraceTime {
 pub(super) struct SessionClock {
     /// The clock, or why there is none.
     pub clock: Result<LoggedClock, TimingError>,
-    /// On what it rests, where the receiver stamped marks.
-    pub remark: Option<String>,
+    /// On what it rests, where there are pulses or marks.
+    pub remarks: Vec<String>,
 }
 
 /// Puts the traces of a run on GPS time; `None` where there are no traces.
 pub(super) fn session_clock(log: &LogContent, traces: &[TraceTime]) -> Option<SessionClock> {
-    let stamps = stamps_of(log, traces)?;
+    let (start, stamps) = stamps_of(log, traces)?;
     let arrivals = match logged_clock(&stamps) {
         Ok(clock) => clock,
         Err(error) => {
             return Some(SessionClock {
                 clock: Err(error),
-                remark: None,
+                remarks: Vec::new(),
             });
         }
     };
-    if log.marks.is_empty() {
-        return Some(SessionClock {
-            clock: Ok(arrivals),
-            remark: None,
-        });
-    }
-    let radar_s: Vec<f64> = traces.iter().map(|trace| trace.radar_s).collect();
-    let scans = MarkedScans {
-        radar_s: &radar_s,
-        marks: &log.marks,
-        delay: mark_delay(&log.session.radio),
-    };
-    let (clock, remark) = match marked_clock(&scans, &arrivals) {
-        Ok(clock) => {
-            let remark = format!("trace times rest on {} hardware time marks", clock.marks);
-            (clock, remark)
+    let mut remarks = Vec::new();
+    let mut clock = arrivals;
+    if log.session.gnss.as_ref().is_some_and(|g| g.pps.is_some()) || !log.pulses.is_empty() {
+        let of_start = log.pulses.iter().filter(|(of, _)| *of == start);
+        let pulses: Vec<Pulse> = of_start.map(|(_, pulse)| *pulse).collect();
+        match pulsed_clock(&stamps, &pulses) {
+            Ok(pulsed) => {
+                remarks.extend(told_of_pulses(&pulsed, stamps.latency[1]));
+                clock = pulsed.clock;
+            }
+            Err(error) => remarks.push(format!("pulses per second are not used: {error}")),
         }
-        Err(error) => (arrivals, format!("time marks are not used: {error}")),
-    };
+    }
+    if !log.marks.is_empty() {
+        let radar_s: Vec<f64> = traces.iter().map(|trace| trace.radar_s).collect();
+        let scans = MarkedScans {
+            radar_s: &radar_s,
+            marks: &log.marks,
+            delay: mark_delay(&log.session.radio),
+        };
+        match marked_clock(&scans, &clock) {
+            Ok(marked) => {
+                remarks.push(format!(
+                    "trace times rest on {} hardware time marks",
+                    marked.marks
+                ));
+                clock = marked;
+            }
+            Err(error) => remarks.push(format!("time marks are not used: {error}")),
+        }
+    }
     Some(SessionClock {
         clock: Ok(clock),
-        remark: Some(remark),
+        remarks,
     })
 }
 
+/// What the pulses tell, and where that is not what the session states.
+fn told_of_pulses(pulsed: &PulsedClock, stated: Latency) -> Vec<String> {
+    let [shortest_ms, median_ms] =
+        [pulsed.shortest_latency_s, pulsed.median_latency_s].map(|s| 1e3 * s);
+    let mut remarks = vec![format!(
+        "GPS time rests on {} pulses per second, which scatter by {:.0} µs ({} outlying, {} doubled, {} without a \
+         fix): the receiver's first byte comes {shortest_ms:.1} ms after its epoch at the earliest, {median_ms:.1} ms \
+         in the median",
+        pulsed.clock.pulses,
+        1e6 * pulsed.scatter_s,
+        pulsed.outlying,
+        pulsed.doubled,
+        pulsed.without_fix,
+    )];
+    if !pulsed.is_as_stated {
+        remarks.push(format!(
+            "by the pulses the receiver's latency is {shortest_ms:.1} ms; [gnss] latency_ms states {:.1} ± {:.1} ms. \
+             If that was measured, the kernel may stamp the pulse's other edge",
+            1e3 * stated.delay_s,
+            1e3 * stated.sigma_s
+        ));
+    }
+    remarks
+}
+
 /// The stamps of the start of the recording that most traces came in: each start has a host clock of its
-/// own.
-fn stamps_of(log: &LogContent, traces: &[TraceTime]) -> Option<Stamps> {
+/// own. Returns its number too.
+fn stamps_of(log: &LogContent, traces: &[TraceTime]) -> Option<(usize, Stamps)> {
     let pairs_of = |arrivals: &ArrivalTimes| -> Vec<Pair> {
         let pair = |trace: &TraceTime| {
             let at_ns = arrivals.get(&trace.key)?;
@@ -78,12 +118,13 @@ fn stamps_of(log: &LogContent, traces: &[TraceTime]) -> Option<Stamps> {
     let starts = log.arrivals.iter().map(pairs_of).enumerate();
     let (start, radio) = starts.max_by_key(|(_, pairs)| pairs.len())?;
     let of_start = log.gps.iter().filter(|epoch| epoch.start == start);
-    Some(Stamps {
+    let stamps = Stamps {
         radio,
         gps: of_start.map(|epoch| (epoch.time, epoch.host_s)).collect(),
         first: traces.first()?.key,
         latency: log.session.latencies(),
-    })
+    };
+    Some((start, stamps))
 }
 
 /// A time within a scan: as stated, or half the scan's duration, anywhere within it being all that is known.

@@ -116,6 +116,10 @@ pub struct GnssSection {
     /// Standard deviation of that time (ms).
     #[serde(default = "default_latency_sigma_ms")]
     pub latency_sigma_ms: f64,
+    /// Where the kernel stamps the receiver's pulse per second: `/dev/pps0`, `/sys/class/pps/pps0/assert`, or a
+    /// file of the latter's content. GPS time then comes from the pulses, and `latency_ms` is measured.
+    #[serde(default)]
+    pub pps: Option<String>,
 }
 
 fn default_gnss_baud() -> u32 {
@@ -364,6 +368,12 @@ impl GnssSection {
                     "0 to 5000",
                 ),
                 Rule::range("baud", self.baud.into(), 1200.0..=1e7, "1200 to 10000000"),
+                Rule::new(
+                    "pps",
+                    self.pps.as_ref().is_none_or(|path| !path.is_empty()),
+                    "a path, such as /dev/pps0",
+                    "none",
+                ),
             ],
         )?)
     }

@@ -60,58 +60,83 @@ pub struct Stamps {
 /// # Errors
 /// Too few stamps of either, or clocks that differ by more than clocks do.
 pub fn logged_clock(stamps: &Stamps) -> Result<LoggedClock, TimingError> {
-    let radio = clock_line(&stamps.radio).map_err(TimingError::Radio)?;
-    let origin = stamps
-        .gps
-        .first()
-        .map(|(time, _)| *time)
-        .ok_or(TimingError::Gps(FitError::Pairs { found: 0 }))?;
-    let pairs: Vec<Pair> = stamps
-        .gps
-        .iter()
-        .map(|(time, host_s)| Pair {
-            sent_s: time.seconds_since(origin),
-            arrived_s: *host_s,
-        })
-        .collect();
-    let gps = clock_line(&pairs).map_err(TimingError::Gps)?;
-    let found_ppm = 1e6 * (radio.rate / gps.rate - 1.0);
-    if found_ppm.is_nan() || found_ppm.abs() > CLOCKS_PPM {
-        return Err(TimingError::Rate {
-            found_ppm,
-            limit_ppm: CLOCKS_PPM,
-        });
-    }
-    Ok(together(stamps, &radio, &gps, origin))
+    Ok(Lines::of(stamps)?.clock(stamps, stamps.latency))
 }
 
-fn together(stamps: &Stamps, radio: &ClockLine, gps: &ClockLine, origin: GpsTime) -> LoggedClock {
-    let [radio_latency, gnss_latency] = stamps.latency;
-    // Both lines give host time at arrival; the shortest latency of each is taken off there.
-    let gps_since_origin_s = |radar_s: f64| {
-        let host_s = radio.reading_s(radar_s) - radio_latency.delay_s + gnss_latency.delay_s;
-        gps.at_s + (host_s - gps.reads_s) / gps.rate
-    };
-    let first_s = gps_since_origin_s(0.0);
-    let (gps_week, time_offset_s) = week_and_tow(origin, first_s);
-    let middle_gps_s = gps_since_origin_s(radio.at_s);
-    let sigma_stamps_s = radio.sigma_s.hypot(gps.sigma_at_s(middle_gps_s)) / gps.rate;
-    LoggedClock {
-        version: LoggedClock::VERSION,
-        first_message_id: stamps.first.0,
-        first_timestamp_ms: stamps.first.1,
-        gps_week,
-        time_offset_s,
-        rate: radio.rate / gps.rate,
-        sigma_stamps_s,
-        sigma_s: sigma_stamps_s
-            .hypot(radio_latency.sigma_s)
-            .hypot(gnss_latency.sigma_s),
-        radio_jitter_s: radio.jitter_s,
-        gnss_jitter_s: gps.jitter_s,
-        radio_latency_s: radio_latency.delay_s,
-        gnss_latency_s: gnss_latency.delay_s,
-        marks: 0,
+/// The host's clock over both others.
+pub(super) struct Lines {
+    /// Host clock at arrival over radar time.
+    pub radio: ClockLine,
+    /// Host clock at arrival over GPS seconds after the origin.
+    pub gps: ClockLine,
+    /// Where GPS seconds count from.
+    pub origin: GpsTime,
+}
+
+impl Lines {
+    /// The lines of times of arrival.
+    pub fn of(stamps: &Stamps) -> Result<Self, TimingError> {
+        let radio = clock_line(&stamps.radio).map_err(TimingError::Radio)?;
+        let origin = stamps
+            .gps
+            .first()
+            .map(|(time, _)| *time)
+            .ok_or(TimingError::Gps(FitError::Pairs { found: 0 }))?;
+        let pairs: Vec<Pair> = stamps
+            .gps
+            .iter()
+            .map(|(time, host_s)| Pair {
+                sent_s: time.seconds_since(origin),
+                arrived_s: *host_s,
+            })
+            .collect();
+        let gps = clock_line(&pairs).map_err(TimingError::Gps)?;
+        let found_ppm = 1e6 * (radio.rate / gps.rate - 1.0);
+        if found_ppm.is_nan() || found_ppm.abs() > CLOCKS_PPM {
+            return Err(TimingError::Rate {
+                found_ppm,
+                limit_ppm: CLOCKS_PPM,
+            });
+        }
+        Ok(Self { radio, gps, origin })
+    }
+
+    /// The same with another line of GPS time.
+    pub fn with_gps(&self, gps: ClockLine) -> Self {
+        Self { gps, ..*self }
+    }
+
+    /// Radar time on GPS time, where both lines are late by these latencies.
+    pub fn clock(&self, stamps: &Stamps, latency: [Latency; 2]) -> LoggedClock {
+        let Self { radio, gps, origin } = self;
+        let [radio_latency, gnss_latency] = latency;
+        // Both lines give host time at arrival; the shortest latency of each is taken off there.
+        let gps_since_origin_s = |radar_s: f64| {
+            let host_s = radio.reading_s(radar_s) - radio_latency.delay_s + gnss_latency.delay_s;
+            gps.at_s + (host_s - gps.reads_s) / gps.rate
+        };
+        let first_s = gps_since_origin_s(0.0);
+        let (gps_week, time_offset_s) = week_and_tow(*origin, first_s);
+        let middle_gps_s = gps_since_origin_s(radio.at_s);
+        let sigma_stamps_s = radio.sigma_s.hypot(gps.sigma_at_s(middle_gps_s)) / gps.rate;
+        LoggedClock {
+            version: LoggedClock::VERSION,
+            first_message_id: stamps.first.0,
+            first_timestamp_ms: stamps.first.1,
+            gps_week,
+            time_offset_s,
+            rate: radio.rate / gps.rate,
+            sigma_stamps_s,
+            sigma_s: sigma_stamps_s
+                .hypot(radio_latency.sigma_s)
+                .hypot(gnss_latency.sigma_s),
+            radio_jitter_s: radio.jitter_s,
+            gnss_jitter_s: gps.jitter_s,
+            radio_latency_s: radio_latency.delay_s,
+            gnss_latency_s: gnss_latency.delay_s,
+            marks: 0,
+            pulses: 0,
+        }
     }
 }
 

@@ -12,7 +12,7 @@ use thiserror::Error;
 
 use super::fit::LEAST_PAIRS;
 use super::logged::{Latency, week_and_tow};
-use super::mark_line::{MarkLine, MarkPair};
+use super::robust_line::{LinePair, RobustLine};
 
 /// Deviations of the arrival clock within which the marks are looked for.
 const REACH_SIGMAS: f64 = 4.0;
@@ -50,14 +50,17 @@ pub enum MarkError {
     /// The arrival clock does not tell of which scan a mark is.
     #[error(
         "time marks each {:.1} ms cannot be told apart by times of arrival, which are sure to {:.1} ms: measure \
-         [radio] latency_ms and [gnss] latency_ms with their latency_sigma_ms, or scan less often",
-        1e3 * interval_s, 1e3 * sigma_s
+         [radio] latency_ms {} with latency_sigma_ms, or scan less often",
+        1e3 * interval_s, 1e3 * sigma_s,
+        if *has_pulses { "and mark_delay_ms" } else { "and [gnss] latency_ms" }
     )]
     Ambiguous {
         /// Interval between scans (s).
         interval_s: f64,
         /// Standard deviation of the arrival clock, and of the marks' delay (s).
         sigma_s: f64,
+        /// Whether pulses per second have measured the receiver's latency.
+        has_pulses: bool,
     },
 }
 
@@ -84,7 +87,7 @@ pub fn marked_clock(
     let pairing = Pairing::new(scans, arrivals, origin);
     let shift_s = pairing.shift_s()?;
     let pairs = pairing.pairs_at(shift_s);
-    let line = MarkLine::through(&pairs).ok_or(MarkError::TooFew { found: 0 })?;
+    let line = RobustLine::through(&pairs).ok_or(MarkError::TooFew { found: 0 })?;
     let (gps_week, time_offset_s) = week_and_tow(origin, line.at_zero_s());
     Ok(LoggedClock {
         gps_week,
@@ -106,6 +109,7 @@ struct Pairing<'a> {
     interval_s: f64,
     width_s: f64,
     sigma_s: f64,
+    has_pulses: bool,
 }
 
 /// Differences that lie together.
@@ -140,6 +144,7 @@ impl<'a> Pairing<'a> {
             interval_s,
             width_s: (WIDTH_SHARE * interval_s).max(LEAST_WIDTH_S),
             sigma_s,
+            has_pulses: arrivals.pulses > 0,
         }
     }
 
@@ -152,6 +157,7 @@ impl<'a> Pairing<'a> {
         let ambiguous = MarkError::Ambiguous {
             interval_s: self.interval_s,
             sigma_s: self.sigma_s,
+            has_pulses: self.has_pulses,
         };
         if self.reach_s() > MOST_INTERVALS * self.interval_s {
             return Err(ambiguous);
@@ -225,7 +231,7 @@ impl<'a> Pairing<'a> {
     }
 
     /// Each mark with the scan that it is of at this shift, where that scan came.
-    fn pairs_at(&self, shift_s: f64) -> Vec<MarkPair> {
+    fn pairs_at(&self, shift_s: f64) -> Vec<LinePair> {
         let pair = |mark_s: &f64| {
             let expected_s = mark_s - shift_s;
             let after = self.scan_s.partition_point(|s| *s < expected_s);
@@ -238,9 +244,9 @@ impl<'a> Pairing<'a> {
                     off(a).total_cmp(&off(b))
                 })?;
             let is_of_it = (self.scan_s[nearest] - expected_s).abs() <= self.width_s;
-            is_of_it.then(|| MarkPair {
-                radar_s: self.radar_s[nearest],
-                gps_s: *mark_s,
+            is_of_it.then(|| LinePair {
+                at_s: self.radar_s[nearest],
+                reads_s: *mark_s,
             })
         };
         self.mark_s.iter().filter_map(pair).collect()

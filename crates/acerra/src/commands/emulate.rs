@@ -18,6 +18,8 @@ use acerra_simulate::scene::Scene;
 use acerra_simulate::write::simulate_campaign;
 use anyhow::Context;
 
+use super::emulate_pps::{PpsArgs, Shared};
+use super::values::{number_in, share};
 use crate::interrupt;
 
 /// Emulate the instruments: a radio that answers and scans, and a receiver that sends, out of a recording
@@ -29,6 +31,7 @@ use crate::interrupt;
 #[command(after_help = "Examples:
   acerra emulate scene.toml -o ground > session.toml &
   acerra record session.toml -o flight
+  acerra emulate scene.toml -o ground --receiver-latency-ms 60 --pps pulses > session.toml &
   acerra emulate flight.mrm --gnss rover.ubx --speed 10 --loss 0.01 --reboot-at 60")]
 pub struct Args {
     /// A radar log of any kind that is read, or a scene file (TOML).
@@ -84,23 +87,14 @@ pub struct Args {
     /// Share of the pulses that the receiver misses.
     #[arg(long, value_name = "SHARE", default_value_t = 0.0, value_parser = share, requires = "marks")]
     mark_loss: f64,
+    /// Time that the receiver needs from an epoch to its first byte (ms); the session file does not state it.
+    #[arg(long, value_name = "MS", default_value_t = 0.0, value_parser = share_of_a_minute)]
+    receiver_latency_ms: f64,
+    #[command(flatten)]
+    pps: PpsArgs,
     /// Seed of everything random.
     #[arg(long, default_value_t = 1)]
     seed: u64,
-}
-
-fn number_in(text: &str, range: std::ops::RangeInclusive<f64>) -> Result<f64, String> {
-    let value: f64 = text.parse().map_err(|_| "expected a number".to_owned())?;
-    let (least, most) = (range.start(), range.end());
-    if range.contains(&value) {
-        Ok(value)
-    } else {
-        Err(format!("expected {least} to {most}"))
-    }
-}
-
-fn share(text: &str) -> Result<f64, String> {
-    number_in(text, 0.0..=1.0)
 }
 
 fn positive(text: &str) -> Result<f64, String> {
@@ -151,16 +145,25 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
         let log = std::fs::read(file).with_context(|| file.display().to_string())?;
         flight.rover = Some(log);
     }
-    let session = session_of(args, &flight);
+    let pps_file = args.pps.path()?;
+    let session = session_of(args, &flight, pps_file.as_deref());
     let world = World::new(args.speed);
     let times = Times::of(&flight);
     let pulses = args
         .marks
         .then(|| PulseLine::new(args.mark_loss, args.seed));
+    let shared = Shared {
+        world: &world,
+        starts_at: times.world_begins,
+        no_fix_s: &args.no_fix,
+        seed: args.seed,
+    };
+    let _pps = args.pps.start(pps_file.as_deref(), &shared)?;
     let receiver = match flight.rover {
         Some(log) => {
             let options = ReceiverOptions {
                 starts_at: times.world_begins,
+                latency_s: 1e-3 * args.receiver_latency_ms,
                 no_fix_s: args.no_fix.clone(),
                 pulses: pulses.clone(),
                 ..ReceiverOptions::new(world.clone())
@@ -302,7 +305,7 @@ fn recorded(file: &Path) -> anyhow::Result<Flight> {
 
 /// When the world begins and what begins when.
 struct Times {
-    /// GPS time at the world's beginning; that of the first epoch where it is not told.
+    /// GPS time at the world's beginning: that of the first epoch where the first scan's is not told.
     world_begins: Option<GpsTime>,
     /// World time of the first scan (s).
     first_scan_s: f64,
@@ -317,7 +320,7 @@ impl Times {
         });
         let (Some(first), Some(tow_s)) = (first, flight.first_scan_tow_s) else {
             return Self {
-                world_begins: None,
+                world_begins: first,
                 first_scan_s: 0.0,
             };
         };
@@ -338,7 +341,7 @@ impl Times {
 }
 
 /// The session file that records what is emulated.
-fn session_of(args: &Args, flight: &Flight) -> String {
+fn session_of(args: &Args, flight: &Flight, pps: Option<&Path>) -> String {
     let config = flight.scans.config();
     let mut text = format!(
         "# Written by acerra emulate.\n[radio]\naddress = \"{}\"\nwindow_ps = [{}, {}]\n\
@@ -353,10 +356,14 @@ fn session_of(args: &Args, flight: &Flight) -> String {
         config.code_channel
     );
     if flight.rover.is_some() {
-        text.push_str(&format!(
-            "\n[gnss]\naddress = \"{}\"\nlatency_sigma_ms = 0.0\n",
-            args.receiver
-        ));
+        text.push_str(&format!("\n[gnss]\naddress = \"{}\"\n", args.receiver));
+        if args.receiver_latency_ms == 0.0 {
+            text.push_str("latency_sigma_ms = 0.0\n");
+        }
+        if let Some(path) = pps {
+            let path = toml::Value::from(path.display().to_string());
+            text.push_str(&format!("pps = {path}\n"));
+        }
     }
     for (name, table) in &flight.campaign {
         let entries = toml::to_string(table).unwrap_or_default();

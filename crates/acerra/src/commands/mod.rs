@@ -8,6 +8,7 @@ pub mod completions;
 pub mod convert;
 pub mod demo;
 pub mod emulate;
+mod emulate_pps;
 pub mod focus;
 pub mod info;
 pub mod init;

@@ -149,8 +149,13 @@ fn line(health: &Health) -> String {
         Some(fix) => format!(", NO FIX ({} satellites)", fix.satellites),
         None => String::new(),
     };
+    let pulses = match (health.pulses, health.missed_pulses) {
+        (0, _) => String::new(),
+        (pulses, 0) => format!(", {pulses} pulses"),
+        (pulses, missed) => format!(", {pulses} pulses ({missed} missed)"),
+    };
     format!(
-        "{:.0} s: {}{temperature}{saturated}; GNSS {} kB{fix}; log {} MB",
+        "{:.0} s: {}{temperature}{saturated}; GNSS {} kB{fix}{pulses}; log {} MB",
         health.elapsed_s,
         health.radio,
         health.gnss_bytes / 1000,

@@ -39,6 +39,28 @@ pub fn not_negative(text: &str) -> Result<f64, String> {
     })
 }
 
+/// A number of a range.
+///
+/// # Errors
+/// Text that is none, or a number outside it.
+pub fn number_in(text: &str, range: std::ops::RangeInclusive<f64>) -> Result<f64, String> {
+    let value: f64 = text.parse().map_err(|_| "expected a number".to_owned())?;
+    let (least, most) = (range.start(), range.end());
+    if range.contains(&value) {
+        Ok(value)
+    } else {
+        Err(format!("expected {least} to {most}"))
+    }
+}
+
+/// A share, from none to all.
+///
+/// # Errors
+/// Text that is none.
+pub fn share(text: &str) -> Result<f64, String> {
+    number_in(text, 0.0..=1.0)
+}
+
 /// A band `A:B` in GHz, as (A, B) in Hz.
 ///
 /// # Errors

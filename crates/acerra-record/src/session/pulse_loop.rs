@@ -1,0 +1,123 @@
+//! The thread of the pulses per second: each into the log, and warnings of what is wrong with them.
+
+use std::time::{Duration, Instant};
+
+use super::outlet::Outlet;
+use super::progress::Progress;
+use crate::log::{Record, RecordKind};
+use crate::pps::{POLL_EVERY, Poll, PpsSource, PulseStamp};
+
+/// Time without a pulse after which that is told.
+const SILENCE: Duration = Duration::from_secs(3);
+
+/// The thread of the pulses.
+pub(super) struct PulseLoop {
+    source: PpsSource,
+    out: Outlet,
+    latest: Instant,
+    /// What is wrong, where that was told.
+    trouble: Option<Trouble>,
+    /// Whether it was told that a pulse could not be put on the host clock.
+    is_step_told: bool,
+    /// Whether it was told that the wire is inverted.
+    is_inverted_told: bool,
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Trouble {
+    Silent,
+    Unreadable,
+}
+
+impl PulseLoop {
+    /// A loop over the pulses of a device.
+    pub fn new(source: PpsSource, out: Outlet) -> Self {
+        Self {
+            source,
+            out,
+            latest: Instant::now(),
+            trouble: None,
+            is_step_told: false,
+            is_inverted_told: false,
+        }
+    }
+
+    /// Passes on pulses until the recording is over.
+    pub fn run(mut self) {
+        let path = self.source.path().display();
+        let begun = format!("pulses per second are read from {path}");
+        let mut goes_on = self.out.say(Progress::Note(begun));
+        while goes_on && !self.out.has_ended() {
+            std::thread::sleep(POLL_EVERY);
+            goes_on = match self.source.poll() {
+                Ok(Poll::Nothing) => self.hear_nothing(),
+                Ok(Poll::Pulse {
+                    stamp,
+                    host_ns,
+                    missed,
+                }) => self.hear(stamp, host_ns, missed),
+                Err(fault) => self.tell(Trouble::Unreadable, fault.to_string()),
+            };
+        }
+    }
+
+    fn hear(&mut self, stamp: PulseStamp, host_ns: Option<u64>, missed: u32) -> bool {
+        self.latest = Instant::now();
+        self.out.update(|health| {
+            health.pulses += 1;
+            health.missed_pulses += u64::from(missed);
+        });
+        if self.trouble.take().is_some() {
+            let told = Progress::Note("pulses per second come again".to_owned());
+            if !self.out.say(told) {
+                return false;
+            }
+        }
+        if !self.is_inverted_told
+            && let Some(high) = self.source.inverted(stamp)
+        {
+            self.is_inverted_told = true;
+            let told = Progress::Warning(format!(
+                "the pulse per second is high for {:.2} s of each second: the wire is inverted, or the wrong edge is \
+                 stamped (assert_falling_edge of pps-gpio), and GPS time off by the pulse's width",
+                high.as_secs_f64()
+            ));
+            if !self.out.say(told) {
+                return false;
+            }
+        }
+        let Some(at_ns) = host_ns else {
+            return self.tell_step();
+        };
+        self.out.record(Record {
+            kind: RecordKind::Pulse,
+            at_ns,
+            payload: stamp.to_string().into_bytes(),
+        })
+    }
+
+    /// The calendar clock, which the kernel stamps pulses by, was set.
+    fn tell_step(&mut self) -> bool {
+        if std::mem::replace(&mut self.is_step_told, true) {
+            return true;
+        }
+        let text = "the computer's calendar clock is being set: pulses about that are not used";
+        self.out.say(Progress::Warning(text.to_owned()))
+    }
+
+    fn hear_nothing(&mut self) -> bool {
+        let since = self.latest.elapsed();
+        if since <= SILENCE {
+            return true;
+        }
+        let path = self.source.path().display();
+        let text = format!("no pulse at {path} for {} s", since.as_secs());
+        self.tell(Trouble::Silent, text)
+    }
+
+    /// Tells what is wrong, once.
+    fn tell(&mut self, trouble: Trouble, text: String) -> bool {
+        let is_new = self.trouble.replace(trouble) != Some(trouble);
+        !is_new || self.out.say(Progress::Warning(text))
+    }
+}
