@@ -201,10 +201,12 @@ impl<'a, S: Lanes, const COLUMNS: usize, const ROWS: usize> Strip<'a, S, COLUMNS
         let (u, v) = (s.mul(along, inverse), s.mul(across, inverse));
         let (turns, [pu, pv]) = (self.turns_a_metre, self.pixel);
         let curvature = s.mul(inverse, s.splat(0.5 * turns));
-        let curved = |scale: f32, flat: S::V| s.mul(s.mul(curvature, s.splat(scale)), flat);
-        let along_square = curved(pu * pu, s.neg_mul_add(u, u, one));
-        let across_square = curved(pv * pv, s.neg_mul_add(v, v, one));
-        let product = curved(2.0 * pu * pv, s.neg_mul_add(u, v, self.skew));
+        let along_square = s.mul(curvature, s.splat(pu * pu));
+        let along_square = s.mul(along_square, s.neg_mul_add(u, u, one));
+        let across_square = s.mul(curvature, s.splat(pv * pv));
+        let across_square = s.mul(across_square, s.neg_mul_add(v, v, one));
+        let product = s.mul(curvature, s.splat(2.0 * pu * pv));
+        let product = s.mul(product, s.neg_mul_add(u, v, self.skew));
         let slope = [s.mul(u, s.splat(pu * turns)), s.mul(v, s.splat(pv * turns))];
 
         let [hu, hv] = [COLUMNS, ROWS].map(|side| 0.5 * (side - 1) as f32);
@@ -338,19 +340,23 @@ impl<S: Lanes, const COLUMNS: usize, const ROWS: usize, const TERMS: usize>
                 s.neg_mul_add(re, sine, s.mul(im, cosine)),
             ];
         }
-        let three = s.splat(3.0);
-        let part = |k: usize| {
-            let [m0, m1, m2, m3] = m.map(|m| m[k]);
-            let first = s.mul_add(epsilon, m0, m1);
-            let second = s.mul_add(epsilon, s.add(first, m1), m2);
-            let inner = s.mul_add(epsilon, m0, s.mul(three, m1));
-            let inner = s.mul_add(epsilon, inner, s.mul(three, m2));
-            [m0, first, second, s.mul_add(epsilon, inner, m3)]
-        };
-        let (re, im) = (part(0), part(1));
+        let re = self.about(m.map(|m| m[0]), epsilon);
+        let im = self.about(m.map(|m| m[1]), epsilon);
         [
             [re[0], im[0], re[1], im[1]],
             [re[2], im[2], re[3], im[3]],
         ]
+    }
+
+    /// Moments about a point from those about another, `epsilon` away.
+    #[inline(always)]
+    fn about(&self, [m0, m1, m2, m3]: [S::V; 4], epsilon: S::V) -> [S::V; 4] {
+        let s = self.s;
+        let three = s.splat(3.0);
+        let first = s.mul_add(epsilon, m0, m1);
+        let second = s.mul_add(epsilon, s.add(first, m1), m2);
+        let third = s.mul_add(epsilon, m0, s.mul(three, m1));
+        let third = s.mul_add(epsilon, third, s.mul(three, m2));
+        [m0, first, second, s.mul_add(epsilon, third, m3)]
     }
 }
