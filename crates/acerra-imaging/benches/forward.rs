@@ -9,11 +9,11 @@
 
 mod scene;
 
-use acerra_imaging::{
-    Complex32, Complex64, Control, Engine, Forward, ImagingPlan, PlanOptions, SimdLevel,
-    Spreading, reference,
-};
 use acerra_imaging::plan::Decision;
+use acerra_imaging::{
+    Complex32, Complex64, Control, Engine, Forward, ImagingPlan, PlanOptions, SimdLevel, Spreading,
+    reference,
+};
 use scene::{Scene, processor_time_s};
 
 /// Pulses from one compared with the double-precision sum to the next.
@@ -57,7 +57,9 @@ fn time(size_cm: f64, accuracy: f64, level: SimdLevel, threads: usize) {
     let sigma: Vec<Complex32> = (0..scene.grid.len())
         .map(|k| Complex32::new((k % 17) as f32 - 8.0, (k % 23) as f32 - 11.0))
         .collect();
-    let rows = std::env::args().any(|a| a == "rows").then(acerra_imaging::IncidenceWeight::default);
+    let rows = std::env::args()
+        .any(|a| a == "rows")
+        .then(acerra_imaging::IncidenceWeight::default);
     let forward = Forward::new(scene.pulses(), scene.grid, &options.with_incidence(rows)).unwrap();
     let imaging = ImagingPlan::new(scene.pulses(), scene.grid, &options).unwrap();
     let mut echo = vec![Complex64::ZERO; scene.spectrum.len()];
@@ -72,10 +74,15 @@ fn time(size_cm: f64, accuracy: f64, level: SimdLevel, threads: usize) {
         best_s[1] = best_s[1].min(processor_time_s() - middle_s);
     }
     let rate = |seconds: f64| scene.gbp() * threads as f64 / seconds;
-    let group = forward.report().decisions.iter().rev().find_map(|d| match d {
-        Decision::Direct(choice) => Some(choice.group),
-        _ => None,
-    });
+    let group = forward
+        .report()
+        .decisions
+        .iter()
+        .rev()
+        .find_map(|d| match d {
+            Decision::Direct(choice) => Some(choice.group),
+            _ => None,
+        });
     println!(
         "| {size_cm} | {group:?} | {:.2} | {:.2} | {:.1e} |",
         rate(best_s[0]),

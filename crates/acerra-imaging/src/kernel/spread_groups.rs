@@ -11,21 +11,21 @@
 use super::lanes::{Lanes, MAX_LANES, ROUNDING};
 use super::spread::step;
 use crate::vector::{dot, norm};
-use std::f64::consts::TAU;
+use std::f64::consts::PI;
 use std::ops::Range;
 
 /// Degree of the moments.
 pub(crate) const DEGREE: usize = 3;
-/// Most coefficients of the polynomials over a turn.
-pub(crate) const MAX_TURN_TERMS: usize = 6;
+/// Most coefficients of the polynomials over half a turn.
+pub(crate) const MAX_TERMS: usize = 5;
 
 /// Shape and error budget of groups of pixels.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct GroupSpec {
     /// Pixels of a group along the row and across: 4 × 4, 4 × 2 or 2 × 2.
     pub shape: [usize; 2],
-    /// Coefficients of cosine and of sine over a turn.
-    pub turn_terms: usize,
+    /// Coefficients of the cosine over half a turn; the sine has one less.
+    pub terms: usize,
     /// Distance from a group's middle up to which polynomials hold, m.
     pub reach_m: f64,
 }
@@ -37,12 +37,10 @@ pub(crate) struct SpreadStrip<'a> {
     /// Unit vectors along the rows and across them, and the pixels' distances, m.
     pub unit: [[f64; 3]; 2],
     pub pixel_m: [f64; 2],
-    /// Real and imaginary parts `[ROWS, COLUMNS, stride]`: pixels of the same place in their groups side
-    /// by side, zeros beyond the image.
+    /// Real and imaginary parts `[blocks, ROWS, COLUMNS, MAX_LANES]`: pixels of the same place in their
+    /// groups side by side, zeros beyond the image.
     pub real: &'a [f32],
     pub imag: &'a [f32],
-    /// Numbers from one place in the groups to the next, a multiple of [`MAX_LANES`].
-    pub stride: usize,
     /// Groups that hold pixels.
     pub groups: usize,
     pub bin_m: f64,
@@ -59,29 +57,34 @@ pub(crate) struct SpreadStrip<'a> {
     /// cos αδ and sin(αδ)/δ in powers of δ², |δ| ≤ ½ bin.
     pub cosine: [f32; 4],
     pub sine: [f32; 4],
-    /// cos 2πr and sin(2πr)/r in powers of r², |r| ≤ ½ turn.
-    pub turn_cosine: [f32; MAX_TURN_TERMS],
-    pub turn_sine: [f32; MAX_TURN_TERMS],
+    /// cos πr and sin(πr)/r in powers of r², |r| ≤ ½.
+    pub turn_cosine: [f32; MAX_TERMS],
+    pub turn_sine: [f32; MAX_TERMS],
 }
 
 /// Adds the strip to `bins` `[entries, step]` of degree 3. Blocks of groups for which the expansion does
 /// not hold go to `fallback`.
 ///
-/// Groups hold `COLUMNS` × `ROWS` pixels; `TERMS` counts the coefficients of cosine and of sine.
+/// Groups hold `COLUMNS` × `ROWS` pixels; `TERMS` counts the coefficients of the cosine over half a turn.
 #[inline(always)]
-pub(crate) fn spread_strip<S: Lanes, const COLUMNS: usize, const ROWS: usize, const TERMS: usize>(
+pub(crate) fn spread_strip<
+    S: Lanes,
+    const COLUMNS: usize,
+    const ROWS: usize,
+    const TERMS: usize,
+>(
     s: S,
     job: &SpreadStrip,
     bins: &mut [f32],
     fallback: &mut dyn FnMut(Range<usize>, &mut [f32]),
 ) {
     let n = S::N;
-    let step = step(DEGREE);
-    let entries = bins.len() / step;
-    assert!(job.stride.is_multiple_of(MAX_LANES) && job.groups <= job.stride && entries > 0);
-    let length = ROWS * COLUMNS * job.stride;
+    const { assert!(step(DEGREE) == 8) };
+    let entries = bins.len() / step(DEGREE);
+    let block_length = ROWS * COLUMNS * MAX_LANES;
+    let length = job.groups.div_ceil(MAX_LANES) * block_length;
     assert!(job.real.len() == length && job.imag.len() == length);
-    assert!(TERMS <= MAX_TURN_TERMS);
+    assert!(MAX_LANES.is_multiple_of(n) && TERMS <= MAX_TERMS && entries > 0);
 
     let mut lane = [0f32; MAX_LANES];
     for (k, v) in lane.iter_mut().enumerate() {
@@ -102,26 +105,26 @@ pub(crate) fn spread_strip<S: Lanes, const COLUMNS: usize, const ROWS: usize, co
             first += n;
             continue;
         };
-        // SAFETY: `first` + N ≤ `stride`, a multiple of N, and both parts hold `length` numbers.
+        let start = first / MAX_LANES * block_length + first % MAX_LANES;
+        // SAFETY: `first` is a multiple of N and less than `groups`, so that N lanes of its block lie
+        // within both parts, for each of the block's places.
         let sums = unsafe {
             moments.sum(
                 &at,
-                job.real.as_ptr().add(first),
-                job.imag.as_ptr().add(first),
+                job.real.as_ptr().add(start),
+                job.imag.as_ptr().add(start),
             )
         };
         let i = s.sub(s.add(at.t, rounding), rounding);
         let i = s.max(i, s.splat(-(at.whole as f32)));
         let highest = s.splat((entries as i32 - 1 - at.whole) as f32);
         let i = s.sub(zero, s.max(s.sub(zero, i), s.sub(zero, highest)));
-        let [low, high] = moments.moved(sums, s.sub(at.t, i));
+        let moved = moments.moved(sums, s.sub(at.t, i));
         let i = s.add(i, rounding);
-        // SAFETY: indices past `whole` are kept within the limits, and every bin holds `step` = 8
-        // numbers.
+        // SAFETY: indices past `whole` are kept within the limits, and every bin holds 8 numbers.
         unsafe {
-            let to = bins.as_mut_ptr().add(at.whole as usize * step);
-            s.scatter_add4(to, i, step, low);
-            s.scatter_add4(to.add(4), i, step, high);
+            let to = bins.as_mut_ptr().add(at.whole as usize * step(DEGREE));
+            s.scatter_add8(to, i, moved);
         }
         first += n;
     }
@@ -134,14 +137,14 @@ struct Strip<'a, S: Lanes, const COLUMNS: usize, const ROWS: usize> {
     /// From the block's middle to its groups' middles, m.
     offsets_m: S::V,
     skew: S::V,
-    /// Turns of the carrier a metre, and pixels in turns.
-    turns_a_metre: f32,
+    /// Half turns of the carrier a metre, and the pixels' distances, m.
+    half_turns_a_metre: f32,
     pixel: [f32; 2],
     tolerance: S::V,
     reach: S::V,
 }
 
-/// The range over each group about its middle, one lane a group, in turns of the carrier and pixels.
+/// The range over each group about its middle, one lane a group, in half turns of the carrier and pixels.
 struct Expanded<S: Lanes> {
     slope: [S::V; 2],
     /// Half the second derivative along, the mixed one, and half that across.
@@ -156,16 +159,16 @@ struct Expanded<S: Lanes> {
 impl<'a, S: Lanes, const COLUMNS: usize, const ROWS: usize> Strip<'a, S, COLUMNS, ROWS> {
     #[inline(always)]
     fn of(s: S, job: &'a SpreadStrip<'a>, offsets_m: S::V) -> Self {
-        let turns_a_metre = job.carrier_rad / (TAU * job.bin_m);
+        let half_turns_a_metre = job.carrier_rad / (PI * job.bin_m);
         Self {
             s,
             job,
             offsets_m,
             skew: s.splat(dot(job.unit[0], job.unit[1]) as f32),
-            turns_a_metre: turns_a_metre as f32,
+            half_turns_a_metre: half_turns_a_metre as f32,
             pixel: job.pixel_m.map(|p| p as f32),
-            tolerance: s.splat((job.phase_tolerance_rad / TAU) as f32),
-            reach: s.splat((job.reach_m * turns_a_metre) as f32),
+            tolerance: s.splat((job.phase_tolerance_rad / PI) as f32),
+            reach: s.splat((job.reach_m * half_turns_a_metre) as f32),
         }
     }
 
@@ -199,7 +202,7 @@ impl<'a, S: Lanes, const COLUMNS: usize, const ROWS: usize> Strip<'a, S, COLUMNS
         let difference = s.div(square_difference, s.add(range, range0));
         let inverse = s.div(one, range);
         let (u, v) = (s.mul(along, inverse), s.mul(across, inverse));
-        let (turns, [pu, pv]) = (self.turns_a_metre, self.pixel);
+        let (turns, [pu, pv]) = (self.half_turns_a_metre, self.pixel);
         let curvature = s.mul(inverse, s.splat(0.5 * turns));
         let along_square = s.mul(curvature, s.splat(pu * pu));
         let along_square = s.mul(along_square, s.neg_mul_add(u, u, one));
@@ -245,12 +248,11 @@ impl<'a, S: Lanes, const COLUMNS: usize, const ROWS: usize> Strip<'a, S, COLUMNS
 /// Sums over the pixels of groups.
 struct Moments<S: Lanes, const COLUMNS: usize, const ROWS: usize, const TERMS: usize> {
     s: S,
-    stride: usize,
-    bins_a_turn: S::V,
+    bins_a_half_turn: S::V,
     cosine: [S::V; 4],
     sine: [S::V; 4],
-    turn_cosine: [S::V; MAX_TURN_TERMS],
-    turn_sine: [S::V; MAX_TURN_TERMS],
+    turn_cosine: [S::V; MAX_TERMS],
+    turn_sine: [S::V; MAX_TERMS],
 }
 
 /// Real and imaginary parts of the moments 0 to 3.
@@ -263,8 +265,7 @@ impl<S: Lanes, const COLUMNS: usize, const ROWS: usize, const TERMS: usize>
     fn of(s: S, job: &SpreadStrip) -> Self {
         Self {
             s,
-            stride: job.stride,
-            bins_a_turn: s.splat((TAU / job.carrier_rad) as f32),
+            bins_a_half_turn: s.splat((PI / job.carrier_rad) as f32),
             cosine: job.cosine.map(|c| s.splat(c)),
             sine: job.sine.map(|c| s.splat(c)),
             turn_cosine: job.turn_cosine.map(|c| s.splat(c)),
@@ -272,54 +273,59 @@ impl<S: Lanes, const COLUMNS: usize, const ROWS: usize, const TERMS: usize>
         }
     }
 
-    /// Σ v e^{−j2πu} u^p over the pixels of each group, u in turns from the group's middle.
+    /// Σ v e^{−jπu} u^p over the pixels of each group, u in half turns from the group's middle.
     ///
     /// # Safety
-    /// N numbers must be readable at `real` and `imag` and at every multiple of `stride` after them that
-    /// belongs to a place in the groups.
+    /// N numbers must be readable at `real` and `imag` and [`MAX_LANES`] after them for every further
+    /// place in the groups.
     #[inline(always)]
     unsafe fn sum(&self, at: &Expanded<S>, real: *const f32, imag: *const f32) -> Sums<S> {
         let s = self.s;
         let rounding = s.splat(ROUNDING);
         let mut sums: Sums<S> = [[s.splat(0.0); 2]; DEGREE + 1];
         for row in 0..ROWS {
-            let j = s.splat(row as f32 - 0.5 * (ROWS - 1) as f32);
-            let rise = s.mul(j, s.mul_add(j, at.across_square, at.slope[1]));
-            let slope = s.mul_add(j, at.product, at.slope[0]);
+            let y = s.splat(row as f32 - 0.5 * (ROWS - 1) as f32);
+            let rise = s.mul(y, s.mul_add(y, at.across_square, at.slope[1]));
+            let slope = s.mul_add(y, at.product, at.slope[0]);
             for column in 0..COLUMNS {
-                let i = s.splat(column as f32 - 0.5 * (COLUMNS - 1) as f32);
-                let u = s.mul_add(i, s.mul_add(i, at.along_square, slope), rise);
-                let r = s.sub(u, s.sub(s.add(u, rounding), rounding));
+                let x = s.splat(column as f32 - 0.5 * (COLUMNS - 1) as f32);
+                let u = s.mul_add(x, s.mul_add(x, at.along_square, slope), rise);
+                let i = s.add(u, rounding);
+                let r = s.sub(u, s.sub(i, rounding));
                 let square = s.mul(r, r);
-                let mut cosine = self.turn_cosine[TERMS - 1];
-                let mut sine = self.turn_sine[TERMS - 1];
+                let (mut cosine, mut sine) =
+                    (self.turn_cosine[TERMS - 1], self.turn_sine[TERMS - 2]);
                 for k in (0..TERMS - 1).rev() {
                     cosine = s.mul_add(cosine, square, self.turn_cosine[k]);
+                }
+                for k in (0..TERMS - 2).rev() {
                     sine = s.mul_add(sine, square, self.turn_sine[k]);
                 }
-                sine = s.mul(sine, r);
-                let place = (row * COLUMNS + column) * self.stride;
+                // e^{−jπu} = (−1)^i e^{−jπr}
+                cosine = s.negate_odd(cosine, i);
+                sine = s.negate_odd(s.mul(sine, r), i);
+                let place = (row * COLUMNS + column) * MAX_LANES;
                 // SAFETY: the caller vouches for every place in the groups.
                 let (re, im) = unsafe { (s.load(real.add(place)), s.load(imag.add(place))) };
                 let (re, im) = (
                     s.mul_add(im, sine, s.mul(re, cosine)),
                     s.neg_mul_add(re, sine, s.mul(im, cosine)),
                 );
-                let u2 = s.mul(u, u);
-                let u3 = s.mul(u2, u);
+                let (re1, im1) = (s.mul(re, u), s.mul(im, u));
+                let (re2, im2) = (s.mul(re1, u), s.mul(im1, u));
                 sums[0] = [s.add(sums[0][0], re), s.add(sums[0][1], im)];
-                for (sum, power) in sums[1..].iter_mut().zip([u, u2, u3]) {
-                    *sum = [s.mul_add(re, power, sum[0]), s.mul_add(im, power, sum[1])];
-                }
+                sums[1] = [s.add(sums[1][0], re1), s.add(sums[1][1], im1)];
+                sums[2] = [s.add(sums[2][0], re2), s.add(sums[2][1], im2)];
+                sums[3] = [s.mul_add(re2, u, sums[3][0]), s.mul_add(im2, u, sums[3][1])];
             }
         }
         sums
     }
 
     /// Moments in bins about the bins' centres, from which the groups' middles are `epsilon` bins away:
-    /// what is added to the first and second four numbers of a bin.
+    /// the eight numbers that are added to a bin.
     #[inline(always)]
-    fn moved(&self, sums: Sums<S>, epsilon: S::V) -> [[S::V; 4]; 2] {
+    fn moved(&self, sums: Sums<S>, epsilon: S::V) -> [S::V; 8] {
         let s = self.s;
         let square = s.mul(epsilon, epsilon);
         let (mut cosine, mut sine) = (self.cosine[3], self.sine[2]);
@@ -330,7 +336,7 @@ impl<S: Lanes, const COLUMNS: usize, const ROWS: usize, const TERMS: usize>
             sine = s.mul_add(sine, square, self.sine[k]);
         }
         sine = s.mul(sine, epsilon);
-        let b = self.bins_a_turn;
+        let b = self.bins_a_half_turn;
         let scales = [s.splat(1.0), b, s.mul(b, b), s.mul(s.mul(b, b), b)];
         let mut m = sums;
         for (m, scale) in m.iter_mut().zip(scales) {
@@ -342,10 +348,7 @@ impl<S: Lanes, const COLUMNS: usize, const ROWS: usize, const TERMS: usize>
         }
         let re = self.about(m.map(|m| m[0]), epsilon);
         let im = self.about(m.map(|m| m[1]), epsilon);
-        [
-            [re[0], im[0], re[1], im[1]],
-            [re[2], im[2], re[3], im[3]],
-        ]
+        [re[0], im[0], re[1], im[1], re[2], im[2], re[3], im[3]]
     }
 
     /// Moments about a point from those about another, `epsilon` away.

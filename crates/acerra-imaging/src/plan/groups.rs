@@ -1,21 +1,21 @@
 //! Groups of pixels that the forward operator sums in registers: their shape, and the range bins to which
 //! they go.
 
-use super::bins::choose_table;
+use super::bins::{carrier_error, choose_table};
 use super::request::Request;
 use crate::engine::direct::DirectSpec;
 use crate::engine::forward::grouped::grouped_pixels;
 use crate::grid::tilted::TiltedGrid;
-use crate::kernel::spread_groups::{DEGREE, GroupSpec, MAX_TURN_TERMS};
+use crate::kernel::spread_groups::{DEGREE, GroupSpec, MAX_TERMS};
 use crate::vector::norm;
 use std::f64::consts::PI;
 
 /// Shapes of a group, pixels along the row and across.
 const SHAPES: [[usize; 2]; 3] = [[4, 4], [4, 2], [2, 2]];
 
-/// Shares of the accuracy for the polynomials' fit and the carrier's polynomials over a turn.
+/// Shares of the accuracy for the polynomials' fit and the carrier's polynomials over half a turn.
 const FIT_SHARE: f64 = 0.5;
-const TURN_SHARE: f64 = 0.1;
+const TURN_SHARE: f64 = 0.15;
 
 /// Least share of pixels among those of whole blocks of groups: small images are mostly padding.
 const LEAST_FILLED: f64 = 0.5;
@@ -45,16 +45,11 @@ pub(super) fn choose_groups(
     };
     let choice = |shape: [usize; 2]| {
         let reach_m = half_diagonal_m(grid, shape);
-        let table = choose_table(
-            pulses,
-            power,
-            DEGREE,
-            (FIT_SHARE * accuracy, 2.0 * reach_m),
-        )?;
+        let table = choose_table(pulses, power, DEGREE, (FIT_SHARE * accuracy, 2.0 * reach_m))?;
         let wavenumber = table.carrier_rad(pulses) / table.bin_m;
         let block_m = 0.5 * norm(grid.u_m) * shape[0] as f64 * lanes;
         let rounding_rad = wavenumber * block_m * f64::from(f32::EPSILON);
-        let turn_terms = (MAX_TURN_TERMS - 1..=MAX_TURN_TERMS)
+        let terms = (MAX_TERMS - 1..=MAX_TERMS)
             .find(|terms| turn_error(*terms as i32) <= TURN_SHARE * accuracy)?;
         if rounding_rad >= 0.2 * imaging.phase_tolerance_rad || filled(shape) < LEAST_FILLED {
             return None;
@@ -65,14 +60,17 @@ pub(super) fn choose_groups(
             reference_below_m: table.folding_range_m(0.1 * accuracy),
             groups: Some(GroupSpec {
                 shape,
-                turn_terms,
+                terms,
                 // Curvature takes a little beside the slope.
                 reach_m: 1.01 * reach_m,
             }),
             ..*imaging
         };
         let pixels = (shape[0] * shape[1]) as f64;
-        Some((spec, (PIXEL_COST + GROUP_COST / pixels) / (lanes * filled(shape))))
+        Some((
+            spec,
+            (PIXEL_COST + GROUP_COST / pixels) / (lanes * filled(shape)),
+        ))
     };
     SHAPES
         .into_iter()
@@ -91,31 +89,30 @@ fn half_diagonal_m(grid: &TiltedGrid, shape: [usize; 2]) -> f64 {
     diagonal(1.0).max(diagonal(-1.0))
 }
 
-/// Largest error of cosine and sine of so many terms over a turn, interpolated at Chebyshev nodes.
+/// Largest error over half a turn of a cosine of so many terms and a sine of one less, interpolated at
+/// Chebyshev nodes.
 fn turn_error(terms: i32) -> f64 {
-    let factorial: f64 = (1..=2 * terms).map(f64::from).product();
-    PI.powi(2 * terms) / factorial / 2f64.powi(2 * terms - 1)
+    carrier_error(PI, terms)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::engine::polynomials::even_polynomial;
-    use std::f64::consts::TAU;
 
     #[test]
-    fn polynomials_over_a_turn_err_as_said() {
-        for terms in [5, 6] {
-            let cosine: [f32; MAX_TURN_TERMS] = even_polynomial(|r| (TAU * r).cos(), terms);
-            let sine: [f32; MAX_TURN_TERMS] = even_polynomial(|r| (TAU * r).sin() / r, terms);
-            let at = |c: &[f32; MAX_TURN_TERMS], q: f64| {
+    fn polynomials_over_half_a_turn_err_as_said() {
+        for terms in [4, 5] {
+            let cosine: [f32; MAX_TERMS] = even_polynomial(|r| (PI * r).cos(), terms);
+            let sine: [f32; MAX_TERMS] = even_polynomial(|r| (PI * r).sin() / r, terms - 1);
+            let at = |c: &[f32; MAX_TERMS], q: f64| {
                 c.iter().rev().fold(0.0, |sum, c| sum * q + f64::from(*c))
             };
             let bound = turn_error(terms as i32) + 2e-6; // and roundings of the coefficients
             for k in 0..=1000 {
                 let r = f64::from(k) / 1000.0 - 0.5;
-                let cosine_error = (at(&cosine, r * r) - (TAU * r).cos()).abs();
-                let sine_error = (at(&sine, r * r) * r - (TAU * r).sin()).abs();
+                let cosine_error = (at(&cosine, r * r) - (PI * r).cos()).abs();
+                let sine_error = (at(&sine, r * r) * r - (PI * r).sin()).abs();
                 assert!(
                     cosine_error.max(sine_error) <= bound,
                     "{terms} terms at {r}: {cosine_error:e} {sine_error:e} for {bound:e}"

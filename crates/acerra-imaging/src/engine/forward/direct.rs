@@ -13,12 +13,12 @@ use crate::kernel::dispatch::dispatch;
 use crate::kernel::lanes::MAX_LANES;
 use crate::kernel::level::SimdLevel;
 use crate::kernel::spread::{SpreadRow, spread_row, step};
-use crate::kernel::spread_groups::{MAX_TURN_TERMS, SpreadStrip, spread_strip};
+use crate::kernel::spread_groups::{MAX_TERMS, SpreadStrip, spread_strip};
 use crate::pulses::Spreading;
 use crate::vector::norm;
 use num_complex::{Complex32, Complex64};
 use rayon::prelude::*;
-use std::f64::consts::TAU;
+use std::f64::consts::PI;
 use std::ops::Range;
 
 /// Pulses to which a row of pixels is added while it stays in the first-level cache.
@@ -36,8 +36,8 @@ pub(crate) struct DirectForward {
     entries: usize,
     cosine: [f32; 4],
     sine: [f32; 4],
-    /// Cosine and sine over a turn, for groups.
-    turn: [[f32; MAX_TURN_TERMS]; 2],
+    /// Cosine and sine over half a turn, for groups.
+    turn: [[f32; MAX_TERMS]; 2],
     finish: BinsToSpectrum,
 }
 
@@ -53,7 +53,7 @@ impl DirectForward {
         let first_bin = RangeTable::first_bins(&spec.table, ranges_m);
         let entries = RangeTable::stride_for(&spec.table, ranges_m);
         let (cosine, sine) = carrier_polynomials(spec.table.carrier_rad(pulses), spec.fine_carrier);
-        let terms = spec.groups.map_or(1, |groups| groups.turn_terms);
+        let terms = spec.groups.map_or(2, |groups| groups.terms);
         let first = first_bin.iter().copied().min().unwrap_or(0);
         let last = first_bin.iter().copied().max().unwrap_or(0) + entries as i64;
         Self {
@@ -65,8 +65,8 @@ impl DirectForward {
             cosine,
             sine,
             turn: [
-                even_polynomial(|r| (TAU * r).cos(), terms),
-                even_polynomial(|r| (TAU * r).sin() / r, terms),
+                even_polynomial(|r| (PI * r).cos(), terms),
+                even_polynomial(|r| (PI * r).sin() / r, terms - 1),
             ],
         }
     }
@@ -223,7 +223,6 @@ impl DirectForward {
             pixel_m,
             real,
             imag,
-            stride: image.stride,
             groups: image.groups(),
             bin_m: self.spec.table.bin_m,
             first_bin: self.first_bin[pulse],
@@ -252,13 +251,13 @@ impl DirectForward {
                 self.add_piece(echoes, pulse, &piece, bins, out);
             }
         };
-        dispatch!(self.level, s => match (groups.shape, groups.turn_terms) {
-            ([4, 4], 5) => spread_strip::<_, 4, 4, 5>(s, &job, bins, &mut rows),
-            ([4, 4], _) => spread_strip::<_, 4, 4, 6>(s, &job, bins, &mut rows),
-            ([4, _], 5) => spread_strip::<_, 4, 2, 5>(s, &job, bins, &mut rows),
-            ([4, _], _) => spread_strip::<_, 4, 2, 6>(s, &job, bins, &mut rows),
-            (_, 5) => spread_strip::<_, 2, 2, 5>(s, &job, bins, &mut rows),
-            (_, _) => spread_strip::<_, 2, 2, 6>(s, &job, bins, &mut rows),
+        dispatch!(self.level, s => match (groups.shape, groups.terms) {
+            ([4, 4], 4) => spread_strip::<_, 4, 4, 4>(s, &job, bins, &mut rows),
+            ([4, 4], _) => spread_strip::<_, 4, 4, 5>(s, &job, bins, &mut rows),
+            ([4, _], 4) => spread_strip::<_, 4, 2, 4>(s, &job, bins, &mut rows),
+            ([4, _], _) => spread_strip::<_, 4, 2, 5>(s, &job, bins, &mut rows),
+            (_, 4) => spread_strip::<_, 2, 2, 4>(s, &job, bins, &mut rows),
+            (_, _) => spread_strip::<_, 2, 2, 5>(s, &job, bins, &mut rows),
         });
     }
 

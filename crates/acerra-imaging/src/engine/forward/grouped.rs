@@ -5,50 +5,53 @@ use crate::kernel::lanes::MAX_LANES;
 use num_complex::Complex32;
 use rayon::prelude::*;
 
-/// An image in groups of `shape` pixels, `[rows, shape[0], stride]` with rows filled up to whole groups:
-/// pixels of the same place in their groups side by side, zeros beyond the image.
+/// An image in groups of `shape` pixels, `[strips, blocks, shape[1], shape[0], MAX_LANES]`: pixels of the
+/// same place in their groups side by side, zeros beyond the image.
 pub(super) struct Grouped {
     pub grid: TiltedGrid,
     pub shape: [usize; 2],
-    /// Groups a row, a multiple of [`MAX_LANES`].
-    pub stride: usize,
     pub real: Vec<f32>,
     pub imag: Vec<f32>,
 }
 
-/// Groups a row, filled up to whole vectors.
-fn groups_a_row(columns: usize, shape: [usize; 2]) -> usize {
-    columns.div_ceil(shape[0]).next_multiple_of(MAX_LANES)
+/// Numbers of a row of groups.
+fn strip_length(columns: usize, shape: [usize; 2]) -> usize {
+    columns.div_ceil(shape[0]).next_multiple_of(MAX_LANES) * shape[0] * shape[1]
 }
 
 /// Pixels of an image in groups, padding included.
 pub(crate) fn grouped_pixels(grid: &TiltedGrid, shape: [usize; 2]) -> u128 {
-    let columns = groups_a_row(grid.columns, shape) * shape[0];
-    columns as u128 * grid.rows.next_multiple_of(shape[1]) as u128
+    strip_length(grid.columns, shape) as u128 * grid.rows.div_ceil(shape[1]) as u128
+}
+
+/// Where a strip holds pixel (`column`, `row`).
+fn place(column: usize, row: usize, shape: [usize; 2]) -> usize {
+    let group = column / shape[0];
+    let block = group / MAX_LANES * shape[1] * shape[0];
+    (block + row * shape[0] + column % shape[0]) * MAX_LANES + group % MAX_LANES
 }
 
 impl Grouped {
     /// Sorts an image `[rows, columns]` into groups.
     pub fn new(grid: &TiltedGrid, shape: [usize; 2], image: &[Complex32]) -> Self {
-        let stride = groups_a_row(grid.columns, shape);
-        let row_length = stride * shape[0];
-        let length = row_length * grid.rows.next_multiple_of(shape[1]);
-        let (mut real, mut imag) = (vec![0f32; length], vec![0f32; length]);
-        real.par_chunks_mut(row_length)
-            .zip(imag.par_chunks_mut(row_length))
-            .zip(image.par_chunks(grid.columns.max(1)))
-            .for_each(|((real, imag), row)| {
-                for (group, pixels) in row.chunks(shape[0]).enumerate() {
-                    for (place, v) in pixels.iter().enumerate() {
-                        real[place * stride + group] = v.re;
-                        imag[place * stride + group] = v.im;
+        let length = strip_length(grid.columns, shape);
+        let all = length * grid.rows.div_ceil(shape[1]);
+        let (mut real, mut imag) = (vec![0f32; all], vec![0f32; all]);
+        let columns = grid.columns.max(1);
+        real.par_chunks_mut(length.max(1))
+            .zip(imag.par_chunks_mut(length.max(1)))
+            .zip(image.par_chunks(columns * shape[1]))
+            .for_each(|((real, imag), rows)| {
+                for (j, row) in rows.chunks(columns).enumerate() {
+                    for (i, v) in row.iter().enumerate() {
+                        let at = place(i, j, shape);
+                        (real[at], imag[at]) = (v.re, v.im);
                     }
                 }
             });
         Self {
             grid: *grid,
             shape,
-            stride,
             real,
             imag,
         }
@@ -66,21 +69,18 @@ impl Grouped {
 
     /// Real and imaginary parts of a row of groups.
     pub fn strip(&self, strip: usize) -> (&[f32], &[f32]) {
-        let length = self.stride * self.shape[0] * self.shape[1];
+        let length = strip_length(self.grid.columns, self.shape);
         let at = strip * length..(strip + 1) * length;
         (&self.real[at.clone()], &self.imag[at])
     }
 
-    /// Copies the pixels of a row from column `first` on, a multiple of the groups' columns, zeros beyond
-    /// the row.
+    /// Copies the pixels of a row from column `first` on, zeros beyond the row.
     pub fn copy_row(&self, row: usize, first: usize, real: &mut [f32], imag: &mut [f32]) {
-        let columns = self.shape[0];
-        let start = row * self.stride * columns;
+        let (strip_re, strip_im) = self.strip(row / self.shape[1]);
         for (k, (re, im)) in real.iter_mut().zip(imag).enumerate() {
-            let (group, place) = ((first + k) / columns, (first + k) % columns);
-            let at = start + place * self.stride + group;
-            (*re, *im) = if group < self.stride {
-                (self.real[at], self.imag[at])
+            let at = place(first + k, row % self.shape[1], self.shape);
+            (*re, *im) = if first + k < self.grid.columns {
+                (strip_re[at], strip_im[at])
             } else {
                 (0.0, 0.0)
             };
