@@ -17,7 +17,7 @@ use acerra_imaging::{
 use scene::{Scene, processor_time_s};
 
 /// Pulses from one compared with the double-precision sum to the next.
-const COMPARED: usize = 165;
+const COMPARED: usize = 66;
 
 fn argument(name: &str) -> Option<String> {
     std::env::args().find_map(|a| Some(a.strip_prefix(name)?.to_owned()))
@@ -57,10 +57,7 @@ fn time(size_cm: f64, accuracy: f64, level: SimdLevel, threads: usize) {
     let sigma: Vec<Complex32> = (0..scene.grid.len())
         .map(|k| Complex32::new((k % 17) as f32 - 8.0, (k % 23) as f32 - 11.0))
         .collect();
-    let rows = std::env::args()
-        .any(|a| a == "rows")
-        .then(acerra_imaging::IncidenceWeight::default);
-    let forward = Forward::new(scene.pulses(), scene.grid, &options.with_incidence(rows)).unwrap();
+    let forward = Forward::new(scene.pulses(), scene.grid, &options).unwrap();
     let imaging = ImagingPlan::new(scene.pulses(), scene.grid, &options).unwrap();
     let mut echo = vec![Complex64::ZERO; scene.spectrum.len()];
     let mut image = vec![Complex32::ZERO; scene.grid.len()];
@@ -96,25 +93,25 @@ fn time(size_cm: f64, accuracy: f64, level: SimdLevel, threads: usize) {
 
 /// Relative L2 error of every [`COMPARED`]th pulse's spectrum.
 fn error(scene: &Scene, sigma: &[Complex32], echo: &[Complex64]) -> f64 {
-    let grid = scene.grid;
-    let scatterers: Vec<_> = sigma
-        .iter()
-        .enumerate()
-        .map(|(k, v)| reference::Scatterer {
-            position_m: [
-                grid.x0_m + (k % grid.nx) as f64 * grid.pixel_m,
-                grid.y0_m + (k / grid.nx) as f64 * grid.pixel_m,
-                grid.z_m,
-            ],
-            reflectivity: Complex64::new(f64::from(v.re), f64::from(v.im)),
-        })
-        .collect();
-    let some: Vec<_> = scene.position_m.iter().copied().step_by(COMPARED).collect();
-    let light = acerra_imaging::SPEED_OF_LIGHT_M_S;
-    let none = Spreading::None;
-    let expected =
-        reference::forward(&some, &scene.frequency_hz, &scatterers, light, none).unwrap();
     let n = scene.frequency_hz.len();
+    let position_m: Vec<_> = scene.position_m.iter().copied().step_by(COMPARED).collect();
+    let mut expected = vec![Complex64::ZERO; position_m.len() * n];
+    let spectrum = vec![Complex64::ZERO; expected.len()];
+    let pulses = Pulses::new(PulseArrays {
+        position_m: &position_m,
+        frequency_hz: &scene.frequency_hz,
+        spectrum: &spectrum,
+        weight: &scene.weight[..position_m.len()],
+        light_speed_m_s: SPEED_OF_LIGHT_M_S,
+    })
+    .unwrap();
+    let options = PlanOptions::default()
+        .with_spreading(Spreading::None)
+        .with_engine(Engine::Reference);
+    Forward::new(pulses, scene.grid, &options)
+        .unwrap()
+        .run(sigma, &mut expected, Control::default())
+        .unwrap();
     let found: Vec<_> = echo
         .chunks(n)
         .step_by(COMPARED)

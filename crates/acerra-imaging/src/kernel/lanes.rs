@@ -62,7 +62,8 @@ pub(crate) trait Lanes: Copy {
     /// # Safety
     /// All those must be writable.
     unsafe fn scatter_add4(self, p: *mut f32, i: Self::V, step: usize, v: [Self::V; 4]);
-    /// The same for eight numbers a place: lane l of vector k is added to the number at `p` + 8·i[l] + k.
+    /// The same for eight numbers a place, lanes in any order: lane l of vector k is added to the number at
+    /// `p` + 8·i[l] + k.
     ///
     /// # Safety
     /// All those must be writable.

@@ -25,6 +25,7 @@ use crate::engine::planar::padded;
 use crate::error::ImagingError;
 use crate::grid::image::ImageGrid;
 use crate::grid::tilted::TiltedGrid;
+use crate::kernel::direct::job::Shape;
 use crate::pulses::Pulses;
 use num_complex::{Complex32, Complex64};
 use rayon::prelude::*;
@@ -224,7 +225,12 @@ impl Operator for Modelling {
         imaging: (DirectSpec, f64),
     ) -> (DirectSpec, f64) {
         let power = Self::power(request);
-        choose_groups(request, &power, accuracy, &imaging.0).unwrap_or(imaging)
+        let (spec, cost) = imaging;
+        let by_rows = DirectSpec {
+            shape: Shape::Row,
+            ..spec
+        };
+        choose_groups(request, &power, accuracy, &spec).unwrap_or((by_rows, cost))
     }
 
     fn check_pixels(request: &Request) -> [usize; 2] {
