@@ -11,8 +11,8 @@ mod scene;
 
 use acerra_imaging::plan::Decision;
 use acerra_imaging::{
-    Complex32, Complex64, Control, Engine, Forward, ImagingPlan, PlanOptions, SimdLevel, Spreading,
-    reference,
+    Complex32, Complex64, Control, Engine, Forward, ImagingPlan, PlanOptions, PulseArrays, Pulses,
+    SPEED_OF_LIGHT_M_S, SimdLevel, Spreading, reference,
 };
 use scene::{Scene, processor_time_s};
 

@@ -146,7 +146,7 @@ impl DirectForward {
         echoes: &WeightedPulses,
         which: Range<usize>,
         steps: &Steps,
-        add: &(dyn Fn((usize, usize), &mut [f32], &mut [Complex64]) + Sync),
+        add: &AddStep,
         out: &mut [Complex64],
         meter: &Meter,
     ) {
@@ -320,6 +320,9 @@ impl DirectForward {
         });
     }
 }
+
+/// Adds a step of an image to a pulse's bins, and what lies next to the antenna to its spectrum.
+type AddStep<'a> = dyn Fn((usize, usize), &mut [f32], &mut [Complex64]) + Sync + 'a;
 
 /// Pieces of an image that are added one after another.
 struct Steps {
