@@ -6,6 +6,7 @@
 mod common;
 use common::{C, Campaign, Random, band};
 
+use acerra_imaging::plan::Decision;
 use acerra_imaging::{
     Complex32, Complex64, Control, Engine, Forward, ImagingError, ImagingPlan, PlanOptions,
     PlaneGrid, SimdLevel, Spreading, TiltedGrid, reference,
@@ -14,6 +15,7 @@ use acerra_imaging::{
 at_every_level!(
     echoes_match_the_double_precision_sum,
     hard_geometry,
+    every_pixel_size,
     forward_and_adjoint_are_adjoint,
 );
 
@@ -133,6 +135,62 @@ fn hard_geometry(level: SimdLevel) {
     for (nx, ny, pixel_m) in [(1, 1, 0.01), (1, 50, 0.01), (50, 1, 0.01), (20, 20, 0.7)] {
         let grid = PlaneGrid::new([-0.2, -0.2, 0.0], pixel_m, [nx, ny]).unwrap();
         check(&campaign, grid, &options);
+    }
+}
+
+/// The pixels that a plan of the direct engine takes together.
+fn group(forward: &Forward) -> Option<[usize; 2]> {
+    let decisions = &forward.report().decisions;
+    decisions.iter().rev().find_map(|d| match d {
+        Decision::Direct(choice) => Some(choice.group),
+        _ => None,
+    })
+}
+
+/// Small pixels are summed in groups, coarse ones one by one; blocks under low antennas go pixel by pixel
+/// or in double precision.
+fn every_pixel_size(level: SimdLevel) {
+    for height_m in [0.25, 5.0] {
+        let position = (0..6)
+            .map(|m| {
+                [
+                    0.1,
+                    0.2 * f64::from(m) - 0.3,
+                    height_m + 0.01 * f64::from(m),
+                ]
+            })
+            .collect();
+        let campaign = Campaign::new(position, band(40), &[[0.1, 0.1, 0.0]], 4);
+        for (pixel_m, expected) in [
+            (0.005, Some([4, 4])),
+            (0.01, Some([4, 4])),
+            (0.02, Some([2, 2])),
+            (0.1, None),
+        ] {
+            let u_m = [pixel_m, 0.1 * pixel_m, 0.05 * pixel_m];
+            let v_m = [-0.2 * pixel_m, pixel_m, 0.0];
+            // Neither whole groups nor whole blocks.
+            let grid = TiltedGrid::new([-0.2, -0.3, 0.0], u_m, v_m, 115, 43).unwrap();
+            for (accuracy, spreading) in [
+                (2e-3, Spreading::None),
+                (2e-3, Spreading::InverseSquare),
+                (3e-4, Spreading::InverseSquare),
+            ] {
+                let options = PlanOptions::default()
+                    .with_accuracy(accuracy)
+                    .with_spreading(spreading)
+                    .with_level(level)
+                    .with_engine(Engine::Direct);
+                check(&campaign, grid, &options);
+                if let Some(expected) = expected
+                    && accuracy > 1e-3
+                    && height_m > 1.0
+                {
+                    let forward = Forward::new(campaign.pulses(), grid, &options).unwrap();
+                    assert_eq!(group(&forward), Some(expected), "{forward}");
+                }
+            }
+        }
     }
 }
 

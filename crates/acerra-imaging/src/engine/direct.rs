@@ -13,6 +13,7 @@ use crate::kernel::direct::job::{Band, Job, ReferenceContribution, SIDE, Shape, 
 use crate::kernel::direct::square::square_band;
 use crate::kernel::dispatch::dispatch;
 use crate::kernel::level::SimdLevel;
+use crate::kernel::spread_groups::GroupSpec;
 use crate::pulses::Spreading;
 use crate::vector::norm;
 use num_complex::{Complex32, Complex64};
@@ -40,6 +41,8 @@ pub(crate) struct DirectSpec {
     pub windows: bool,
     /// Arrangement of pixels over level planes; uneven ground is always taken by rows.
     pub shape: Shape,
+    /// Groups of pixels that the forward operator sums before it adds to bins.
+    pub groups: Option<GroupSpec>,
 }
 
 impl DirectSpec {

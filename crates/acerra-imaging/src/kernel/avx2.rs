@@ -27,6 +27,28 @@ fn whole(i: V) -> __m256i {
     }
 }
 
+/// Four vectors transposed by quarters: vector l holds the four numbers of lanes l and l + 4.
+#[inline(always)]
+fn quads(v: [V; 4]) -> [V; 4] {
+    // SAFETY: only called from methods of the token.
+    unsafe {
+        let (ab, ab2) = (
+            _mm256_unpacklo_ps(v[0], v[1]),
+            _mm256_unpackhi_ps(v[0], v[1]),
+        );
+        let (cd, cd2) = (
+            _mm256_unpacklo_ps(v[2], v[3]),
+            _mm256_unpackhi_ps(v[2], v[3]),
+        );
+        [
+            _mm256_shuffle_ps::<0x44>(ab, cd),
+            _mm256_shuffle_ps::<0xee>(ab, cd),
+            _mm256_shuffle_ps::<0x44>(ab2, cd2),
+            _mm256_shuffle_ps::<0xee>(ab2, cd2),
+        ]
+    }
+}
+
 #[inline]
 #[target_feature(enable = "avx2,fma")]
 fn enabled<R>(s: Avx2, f: impl FnOnce(Avx2) -> R) -> R {
@@ -169,20 +191,7 @@ impl Lanes for Avx2 {
         // index. After the transposition each quarter holds the four numbers of a lane.
         unsafe {
             _mm256_storeu_si256(at.as_mut_ptr().cast(), whole(i));
-            let (ab, ab2) = (
-                _mm256_unpacklo_ps(v[0], v[1]),
-                _mm256_unpackhi_ps(v[0], v[1]),
-            );
-            let (cd, cd2) = (
-                _mm256_unpacklo_ps(v[2], v[3]),
-                _mm256_unpackhi_ps(v[2], v[3]),
-            );
-            let quads = [
-                _mm256_shuffle_ps::<0x44>(ab, cd),
-                _mm256_shuffle_ps::<0xee>(ab, cd),
-                _mm256_shuffle_ps::<0x44>(ab2, cd2),
-                _mm256_shuffle_ps::<0xee>(ab2, cd2),
-            ];
+            let quads = quads(v);
             let add = |l: usize, quad: __m128| {
                 let to = p.offset(at[l] as isize * step as isize);
                 _mm_storeu_ps(to, _mm_add_ps(_mm_loadu_ps(to), quad));
@@ -193,6 +202,36 @@ impl Lanes for Avx2 {
             for (l, quad) in quads.into_iter().enumerate() {
                 add(l + 4, _mm256_extractf128_ps::<1>(quad));
             }
+        }
+    }
+    #[inline(always)]
+    unsafe fn scatter_add8(self, p: *mut f32, i: V, v: [V; 8]) {
+        let mut at = [0i32; 8];
+        let (low, high) = (
+            quads([v[0], v[1], v[2], v[3]]),
+            quads([v[4], v[5], v[6], v[7]]),
+        );
+        // SAFETY: `self` proves the instructions; the caller vouches for eight numbers at every index.
+        unsafe {
+            _mm256_storeu_si256(at.as_mut_ptr().cast(), whole(i));
+            for l in 0..4 {
+                let to = p.offset(at[l] as isize * 8);
+                let eight = _mm256_permute2f128_ps::<0x20>(low[l], high[l]);
+                _mm256_storeu_ps(to, _mm256_add_ps(_mm256_loadu_ps(to), eight));
+            }
+            for l in 0..4 {
+                let to = p.offset(at[l + 4] as isize * 8);
+                let eight = _mm256_permute2f128_ps::<0x31>(low[l], high[l]);
+                _mm256_storeu_ps(to, _mm256_add_ps(_mm256_loadu_ps(to), eight));
+            }
+        }
+    }
+    #[inline(always)]
+    fn negate_odd(self, v: V, i: V) -> V {
+        // SAFETY: `self` proves the instructions; the lowest bit of `i` comes to stand in the sign.
+        unsafe {
+            let sign = _mm256_slli_epi32::<31>(_mm256_castps_si256(i));
+            _mm256_xor_ps(v, _mm256_castsi256_ps(sign))
         }
     }
     #[inline(always)]

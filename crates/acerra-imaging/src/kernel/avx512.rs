@@ -30,6 +30,29 @@ fn whole(i: V) -> __m512i {
     }
 }
 
+/// Four vectors transposed by quarters: vector l holds the four numbers of lanes l, l + 4, l + 8 and
+/// l + 12.
+#[inline(always)]
+fn quads(v: [V; 4]) -> [V; 4] {
+    // SAFETY: only called from methods of the token.
+    unsafe {
+        let (ab, ab2) = (
+            _mm512_unpacklo_ps(v[0], v[1]),
+            _mm512_unpackhi_ps(v[0], v[1]),
+        );
+        let (cd, cd2) = (
+            _mm512_unpacklo_ps(v[2], v[3]),
+            _mm512_unpackhi_ps(v[2], v[3]),
+        );
+        [
+            _mm512_shuffle_ps::<0x44>(ab, cd),
+            _mm512_shuffle_ps::<0xee>(ab, cd),
+            _mm512_shuffle_ps::<0x44>(ab2, cd2),
+            _mm512_shuffle_ps::<0xee>(ab2, cd2),
+        ]
+    }
+}
+
 #[inline]
 #[target_feature(enable = "avx512f,avx2,fma")]
 fn enabled<R>(s: Avx512, f: impl FnOnce(Avx512) -> R) -> R {
@@ -167,20 +190,7 @@ impl Lanes for Avx512 {
         // index. After the transposition each quarter holds the four numbers of a lane.
         unsafe {
             _mm512_storeu_si512(at.as_mut_ptr().cast(), whole(i));
-            let (ab, ab2) = (
-                _mm512_unpacklo_ps(v[0], v[1]),
-                _mm512_unpackhi_ps(v[0], v[1]),
-            );
-            let (cd, cd2) = (
-                _mm512_unpacklo_ps(v[2], v[3]),
-                _mm512_unpackhi_ps(v[2], v[3]),
-            );
-            let quads = [
-                _mm512_shuffle_ps::<0x44>(ab, cd),
-                _mm512_shuffle_ps::<0xee>(ab, cd),
-                _mm512_shuffle_ps::<0x44>(ab2, cd2),
-                _mm512_shuffle_ps::<0xee>(ab2, cd2),
-            ];
+            let quads = quads(v);
             let add = |l: usize, quad: __m128| {
                 let to = p.offset(at[l] as isize * step as isize);
                 _mm_storeu_ps(to, _mm_add_ps(_mm_loadu_ps(to), quad));
@@ -197,6 +207,40 @@ impl Lanes for Avx512 {
             for (l, quad) in quads.into_iter().enumerate() {
                 add(l + 12, _mm512_extractf32x4_ps::<3>(quad));
             }
+        }
+    }
+    #[inline(always)]
+    unsafe fn scatter_add8(self, p: *mut f32, i: V, v: [V; 8]) {
+        let mut at = [0i32; 16];
+        let (low, high) = (
+            quads([v[0], v[1], v[2], v[3]]),
+            quads([v[4], v[5], v[6], v[7]]),
+        );
+        // SAFETY: `self` proves the instructions; the caller vouches for eight numbers at every index.
+        unsafe {
+            _mm512_storeu_si512(at.as_mut_ptr().cast(), whole(i));
+            let first = _mm512_setr_epi64(0, 1, 8, 9, 2, 3, 10, 11);
+            let last = _mm512_setr_epi64(4, 5, 12, 13, 6, 7, 14, 15);
+            for (k, lanes) in [first, last].into_iter().enumerate() {
+                for l in 0..4 {
+                    let (low, high) = (_mm512_castps_pd(low[l]), _mm512_castps_pd(high[l]));
+                    let pair = _mm512_permutex2var_pd(low, lanes, high);
+                    let to = p.offset(at[l + 8 * k] as isize * 8);
+                    let eight = _mm256_castpd_ps(_mm512_castpd512_pd256(pair));
+                    _mm256_storeu_ps(to, _mm256_add_ps(_mm256_loadu_ps(to), eight));
+                    let to = p.offset(at[l + 8 * k + 4] as isize * 8);
+                    let eight = _mm256_castpd_ps(_mm512_extractf64x4_pd::<1>(pair));
+                    _mm256_storeu_ps(to, _mm256_add_ps(_mm256_loadu_ps(to), eight));
+                }
+            }
+        }
+    }
+    #[inline(always)]
+    fn negate_odd(self, v: V, i: V) -> V {
+        // SAFETY: `self` proves the instructions; the lowest bit of `i` comes to stand in the sign.
+        unsafe {
+            let sign = _mm512_slli_epi32::<31>(_mm512_castps_si512(i));
+            _mm512_castsi512_ps(_mm512_xor_si512(_mm512_castps_si512(v), sign))
         }
     }
     #[inline(always)]

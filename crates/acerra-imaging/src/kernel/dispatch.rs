@@ -124,6 +124,27 @@ mod tests {
                         }
                     }
                     assert_eq!(spread, expected);
+                    let columns = [va, vb, va, vb, vb, va, vb, va];
+                    let mut spread = [0f32; 128];
+                    s.scatter_add8(spread.as_mut_ptr(), half, columns);
+                    let mut expected = [0f32; 128];
+                    for k in 0..n {
+                        let at = ((0.5 * a[k]).round_ties_even() + 4.0) as usize * 8;
+                        let columns = [a[k], b[k], a[k], b[k], b[k], a[k], b[k], a[k]];
+                        for (q, v) in columns.into_iter().enumerate() {
+                            expected[at + q] += v;
+                        }
+                    }
+                    for (found, expected) in spread.iter().zip(&expected) {
+                        assert!((found - expected).abs() <= 1e-6 * expected.abs());
+                    }
+                    check(
+                        s.negate_odd(vb, s.add(va, s.splat(ROUNDING))),
+                        &|a, b| match a.round_ties_even() as i32 % 2 {
+                            0 => b,
+                            _ => -b,
+                        },
+                    );
                     s.store_rounded(ints.as_mut_ptr(), s.add(va, s.splat(ROUNDING)), 3);
                     for k in 0..n {
                         assert_eq!(ints[k], a[k].round_ties_even() as i32 + 3);

@@ -62,6 +62,14 @@ pub(crate) trait Lanes: Copy {
     /// # Safety
     /// All those must be writable.
     unsafe fn scatter_add4(self, p: *mut f32, i: Self::V, step: usize, v: [Self::V; 4]);
+    /// The same for eight numbers a place, lanes in any order: lane l of vector k is added to the number at
+    /// `p` + 8·i[l] + k.
+    ///
+    /// # Safety
+    /// All those must be writable.
+    unsafe fn scatter_add8(self, p: *mut f32, i: Self::V, v: [Self::V; 8]);
+    /// −v in the lanes where i, made by adding [`ROUNDING`], holds an odd whole number, and v elsewhere.
+    fn negate_odd(self, v: Self::V, i: Self::V) -> Self::V;
     /// Runs `f` where the compiler may use this level's instructions.
     fn vectorize<R>(self, f: impl FnOnce(Self) -> R) -> R;
 }

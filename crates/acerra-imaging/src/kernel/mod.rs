@@ -21,3 +21,4 @@ mod portable;
 pub(crate) mod profile;
 pub(crate) mod split;
 pub(crate) mod spread;
+pub(crate) mod spread_groups;

@@ -151,6 +151,20 @@ impl Lanes for Portable {
         }
     }
     #[inline(always)]
+    unsafe fn scatter_add8(self, p: *mut f32, i: V, v: [V; 8]) {
+        for l in 0..8 {
+            let at = whole(i[l]) as isize * 8;
+            for (k, row) in v.iter().enumerate() {
+                // SAFETY: the caller vouches for every index.
+                unsafe { *p.offset(at + k as isize) += row[l] };
+            }
+        }
+    }
+    #[inline(always)]
+    fn negate_odd(self, v: V, i: V) -> V {
+        map(v, i, |v, i| f32::from_bits(v.to_bits() ^ i.to_bits() << 31))
+    }
+    #[inline(always)]
     fn vectorize<R>(self, f: impl FnOnce(Self) -> R) -> R {
         f(self)
     }

@@ -36,6 +36,7 @@ impl Arrangements<'_> {
             reference_below_m: table.folding_range_m(0.1 * accuracy),
             shape,
             windows: true,
+            groups: None,
         }
     }
 

@@ -23,30 +23,37 @@ pub(super) fn fine_bin_m(pulses: &Pulses) -> f64 {
     pulses.light_speed_m_s() / top / 40.0
 }
 
-/// The widest bins of a degree that keep `accuracy`.
+/// Bins over which polynomials may reach: groups of pixels that are wider need more of them than their
+/// sums in registers save.
+const MOST_REACH: f64 = 12.0;
+
+/// The widest bins of a degree that keep `accuracy` where pixels up to half `extent_m` beyond a bin's edge
+/// go to it.
 pub(super) fn choose_table(
     pulses: &Pulses,
     power: &[f64],
     degree: usize,
-    accuracy: f64,
+    (accuracy, extent_m): (f64, f64),
 ) -> Option<TableSpec> {
     let f = pulses.frequency_hz();
     let centre = 0.5
         * (f.iter().copied().fold(f64::INFINITY, f64::min) + f.iter().copied().fold(0.0, f64::max));
     let carrier =
         (0..f.len()).min_by(|a, b| (f[*a] - centre).abs().total_cmp(&(f[*b] - centre).abs()))?;
-    let good = |spec: &TableSpec| {
+    let accurate = |spec: &TableSpec| {
         let alpha = spec.carrier_rad(pulses);
         alpha < 2.6
             && carrier_error(alpha, 4) <= 0.3 * accuracy
             && spec.fit_error(pulses, power) <= accuracy
     };
+    let near = |spec: &TableSpec| spec.reach <= MOST_REACH;
     let spec = |bin_m, period| TableSpec {
         bin_m,
         degree,
         period,
         carrier,
         interleaved: false,
+        reach: 1.0 + extent_m / bin_m,
     };
     if let Some(step) = pulses.frequency_step_hz() {
         let period_m = TravelTime::of(pulses).period_m(step);
@@ -54,13 +61,13 @@ pub(super) fn choose_table(
         // Longer periods have narrower bins and less error.
         let lengths = smooth_lengths(shortest, shortest * 4096);
         let of = |length: usize| spec(period_m / length as f64, Some(length));
-        let first = lengths.partition_point(|length| !good(&of(*length)));
-        return lengths.get(first).map(|length| of(*length));
+        let first = lengths.partition_point(|length| !accurate(&of(*length)));
+        return lengths.get(first).map(|length| of(*length)).filter(near);
     }
     let mut bin_m = 20.0 * fine_bin_m(pulses);
     for _ in 0..80 {
-        if good(&spec(bin_m, None)) {
-            return Some(spec(bin_m, None));
+        if accurate(&spec(bin_m, None)) {
+            return Some(spec(bin_m, None)).filter(near);
         }
         bin_m *= 0.93;
     }

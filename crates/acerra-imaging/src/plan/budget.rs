@@ -73,7 +73,7 @@ impl<'a> Budget<'a> {
         (1..=3)
             .flat_map(|degree| [0.7, 0.5, 0.35].map(|share| (degree, share)))
             .filter_map(|(degree, share)| {
-                choose_table(self.pulses, &self.power, degree, share * accuracy)
+                choose_table(self.pulses, &self.power, degree, (share * accuracy, 0.0))
             })
             .collect()
     }
@@ -101,6 +101,7 @@ impl<'a> Budget<'a> {
             period: None,
             carrier: self.pulses.frequency_hz().len() / 2,
             interleaved: false,
+            reach: 1.0,
         };
         (self.arrangements().spec(table, accuracy, Shape::Row), 100.0)
     }

@@ -6,6 +6,7 @@
 //! rest.
 
 use super::check::forward::{check_pixels, compare_spectra};
+use super::groups::choose_groups;
 use super::operator::{Operator, Segment};
 use super::options::{Engine, PlanOptions, SelfCheck};
 use super::planner::{Method, Planner};
@@ -19,10 +20,12 @@ use crate::engine::factorized::aperture::partition_aperture;
 use crate::engine::factorized::coarse::coarse_bytes;
 use crate::engine::forward::direct::DirectForward;
 use crate::engine::forward::factorized::FactorizedForward;
+use crate::engine::forward::grouped::grouped_pixels;
 use crate::engine::planar::padded;
 use crate::error::ImagingError;
 use crate::grid::image::ImageGrid;
 use crate::grid::tilted::TiltedGrid;
+use crate::kernel::direct::job::Shape;
 use crate::pulses::Pulses;
 use num_complex::{Complex32, Complex64};
 use rayon::prelude::*;
@@ -181,10 +184,14 @@ struct Modelling;
 /// Cost of lane-wise additions to bins, in vector operations a contribution.
 const SPREAD_COST: f64 = 5.0;
 
-/// Bytes of the image with padded rows and of the bins of all threads.
+/// Bytes of the image with padded rows or in groups, and of the bins of all threads.
 fn image_and_bins_bytes(request: &Request, spec: &DirectSpec, ranges_m: &[[f64; 2]]) -> u128 {
     let grid = request.grid.plane();
-    padded(grid.columns) as u128 * grid.rows as u128 * 8
+    let pixels = match &spec.groups {
+        Some(groups) => grouped_pixels(grid, groups.shape),
+        None => padded(grid.columns) as u128 * grid.rows as u128,
+    };
+    pixels * 8
         + DirectForward::bytes_a_thread(spec, ranges_m) * rayon::current_num_threads() as u128
 }
 
@@ -210,6 +217,20 @@ impl Operator for Modelling {
     /// Adding to bins lane by lane costs more than reading them through windows.
     fn factorized_pays(cost: f64, direct_cost: f64) -> bool {
         cost <= 0.6 * direct_cost.max(SPREAD_COST)
+    }
+
+    fn direct_spec(
+        request: &Request,
+        accuracy: f64,
+        imaging: (DirectSpec, f64),
+    ) -> (DirectSpec, f64) {
+        let power = Self::power(request);
+        let (spec, cost) = imaging;
+        let by_rows = DirectSpec {
+            shape: Shape::Row,
+            ..spec
+        };
+        choose_groups(request, &power, accuracy, &spec).unwrap_or((by_rows, cost))
     }
 
     fn check_pixels(request: &Request) -> [usize; 2] {

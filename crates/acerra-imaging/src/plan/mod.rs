@@ -14,6 +14,7 @@ mod budget;
 mod check;
 mod estimate;
 pub(crate) mod forward;
+mod groups;
 pub(crate) mod imaging;
 mod operator;
 pub(crate) mod options;

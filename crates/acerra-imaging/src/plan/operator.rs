@@ -34,6 +34,11 @@ pub(crate) trait Operator {
 
     /// Power expected at each frequency of the data.
     fn power(request: &Request) -> Vec<f64>;
+    /// What the direct engine takes instead of what imaging would for `accuracy`, with its cost in vector
+    /// operations a pixel.
+    fn direct_spec(_: &Request, _accuracy: f64, imaging: (DirectSpec, f64)) -> (DirectSpec, f64) {
+        imaging
+    }
     /// Whether the factorized engine is sufficiently cheaper to be chosen.
     fn factorized_pays(cost: f64, direct_cost: f64) -> bool;
     /// Pixels of a first self-check, and of one that the first left undecided.

@@ -202,6 +202,7 @@ impl<'r, 'a> Planner<'r, 'a> {
             if cost >= HOPELESS {
                 break;
             }
+            let (spec, cost) = O::direct_spec(self.request, accuracy, (spec, cost));
             let carrier_rad_per_bin = spec.table.carrier_rad(echoes);
             let piece = Piece {
                 pulses: pulses.clone(),
@@ -224,7 +225,10 @@ impl<'r, 'a> Planner<'r, 'a> {
                 bins_per_period: spec.table.period,
                 degree: spec.table.degree,
                 carrier_rad_per_bin,
-                group: spec.shape_on(self.request.grid.is_uneven()).group(),
+                group: match spec.groups {
+                    Some(groups) => groups.shape,
+                    None => spec.shape_on(self.request.grid.is_uneven()).group(),
+                },
                 cubic: spec.cubic,
                 cost,
                 paths,

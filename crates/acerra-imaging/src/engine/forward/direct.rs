@@ -1,10 +1,11 @@
 //! The transposed direct engine: every pixel added to the range bins of every pulse.
 
 use super::bins::{BinsToSpectrum, FilledBins};
+use super::grouped::Grouped;
 use crate::control::Meter;
 use crate::engine::direct::DirectSpec;
 use crate::engine::planar::{Planar, padded, split_parts};
-use crate::engine::polynomials::carrier_polynomials;
+use crate::engine::polynomials::{carrier_polynomials, even_polynomial};
 use crate::engine::tables::build::RangeTable;
 use crate::engine::weights::WeightedPulses;
 use crate::grid::tilted::TiltedGrid;
@@ -12,16 +13,20 @@ use crate::kernel::dispatch::dispatch;
 use crate::kernel::lanes::MAX_LANES;
 use crate::kernel::level::SimdLevel;
 use crate::kernel::spread::{SpreadRow, spread_row, step};
+use crate::kernel::spread_groups::{MAX_TERMS, SpreadStrip, spread_strip};
 use crate::pulses::Spreading;
 use crate::vector::norm;
 use num_complex::{Complex32, Complex64};
 use rayon::prelude::*;
+use std::f64::consts::PI;
 use std::ops::Range;
 
 /// Pulses to which a row of pixels is added while it stays in the first-level cache.
 const CHUNK: usize = 4;
 /// Pixels after which single-precision sums are added to those in double precision.
 const FLUSH_AFTER: usize = 1 << 16;
+/// Columns of the widest block of groups.
+const MOST_COLUMNS: usize = 4 * MAX_LANES;
 
 /// Bins and polynomials, ready for any number of images.
 pub(crate) struct DirectForward {
@@ -31,6 +36,8 @@ pub(crate) struct DirectForward {
     entries: usize,
     cosine: [f32; 4],
     sine: [f32; 4],
+    /// Cosine and sine over half a turn, for groups.
+    turn: [[f32; MAX_TERMS]; 2],
     finish: BinsToSpectrum,
 }
 
@@ -46,6 +53,7 @@ impl DirectForward {
         let first_bin = RangeTable::first_bins(&spec.table, ranges_m);
         let entries = RangeTable::stride_for(&spec.table, ranges_m);
         let (cosine, sine) = carrier_polynomials(spec.table.carrier_rad(pulses), spec.fine_carrier);
+        let terms = spec.groups.map_or(2, |groups| groups.terms);
         let first = first_bin.iter().copied().min().unwrap_or(0);
         let last = first_bin.iter().copied().max().unwrap_or(0) + entries as i64;
         Self {
@@ -56,6 +64,10 @@ impl DirectForward {
             entries,
             cosine,
             sine,
+            turn: [
+                even_polynomial(|r| (PI * r).cos(), terms),
+                even_polynomial(|r| (PI * r).sin() / r, terms - 1),
+            ],
         }
     }
 
@@ -75,6 +87,19 @@ impl DirectForward {
         spectrum: &mut [Complex64],
         meter: &Meter,
     ) {
+        if let Some(groups) = self.spec.groups {
+            let grouped = Grouped::new(grid, groups.shape, image);
+            let steps = Steps {
+                count: grouped.strips(),
+                pixels: grid.columns * groups.shape[1],
+                all_pixels: grid.columns * grid.rows,
+            };
+            let add = |(strip, pulse): (usize, usize), bins: &mut [f32], out: &mut [Complex64]| {
+                self.add_strip(echoes, pulse, (&grouped, strip), bins, out);
+            };
+            self.add_steps(echoes, 0..echoes.len(), &steps, &add, spectrum, meter);
+            return;
+        }
         let (real, imag) = split_parts(image, grid.columns);
         let planar = Planar {
             grid: *grid,
@@ -85,12 +110,43 @@ impl DirectForward {
         self.add(echoes, 0..echoes.len(), &planar, spectrum, meter);
     }
 
-    /// Adds to `out` `[which.len(), N]` what the pulses `which` see of an image.
+    /// Adds to `out` `[which.len(), N]` what the pulses `which` see of an image, row by row.
     pub fn add(
         &self,
         echoes: &WeightedPulses,
         which: Range<usize>,
         image: &Planar,
+        out: &mut [Complex64],
+        meter: &Meter,
+    ) {
+        let (columns, rows) = (image.grid.columns, image.grid.rows);
+        let steps = Steps {
+            count: rows,
+            pixels: columns,
+            all_pixels: columns * rows,
+        };
+        let add = |(row, pulse): (usize, usize), bins: &mut [f32], out: &mut [Complex64]| {
+            let at = row * image.stride..(row + 1) * image.stride;
+            let piece = Piece {
+                grid: &image.grid,
+                column: 0,
+                row,
+                real: &image.real[at.clone()],
+                imag: &image.imag[at],
+            };
+            self.add_piece(echoes, pulse, &piece, bins, out);
+        };
+        self.add_steps(echoes, which, &steps, &add, out, meter);
+    }
+
+    /// Runs `add`, which takes a step of an image and a pulse, its bins and its spectrum, for all steps
+    /// and the pulses `which`, and turns the bins into spectra.
+    fn add_steps(
+        &self,
+        echoes: &WeightedPulses,
+        which: Range<usize>,
+        steps: &Steps,
+        add: &AddStep,
         out: &mut [Complex64],
         meter: &Meter,
     ) {
@@ -103,7 +159,7 @@ impl DirectForward {
                 sums.fill(0.0);
                 let first = which.start + chunk * CHUNK;
                 let mut pixels = 0;
-                for row in 0..image.grid.rows {
+                for step in 0..steps.count {
                     if meter.is_cancelled() {
                         return;
                     }
@@ -112,9 +168,9 @@ impl DirectForward {
                         .zip(out.chunks_exact_mut(n))
                         .enumerate()
                     {
-                        self.add_row(echoes, first + m, (image, row), bins, out);
+                        add((step, first + m), bins, out);
                     }
-                    pixels += image.grid.columns;
+                    pixels += steps.pixels;
                     if pixels >= FLUSH_AFTER {
                         flush(bins, sums);
                         pixels = 0;
@@ -122,7 +178,7 @@ impl DirectForward {
                 }
                 flush(bins, sums);
                 let count = out.len() / n;
-                meter.add((image.grid.rows * image.grid.columns * count) as u64);
+                meter.add((steps.all_pixels * count) as u64);
                 for (m, (sums, out)) in sums
                     .chunks_exact(length)
                     .zip(out.chunks_exact_mut(n))
@@ -140,31 +196,100 @@ impl DirectForward {
         );
     }
 
-    /// Adds a row of an image to the bins of one pulse; pixels next to the antenna go to its
-    /// spectrum `out` directly.
-    fn add_row(
+    /// Adds a row of groups to the bins of one pulse; blocks for which expansions do not hold go pixel by
+    /// pixel.
+    fn add_strip(
         &self,
         echoes: &WeightedPulses,
         pulse: usize,
-        (image, row): (&Planar, usize),
+        (image, strip): (&Grouped, usize),
         bins: &mut [f32],
         out: &mut [Complex64],
     ) {
+        let Some(groups) = self.spec.groups else {
+            return;
+        };
+        let grid = &image.grid;
         let antenna = echoes.pulses.position_m()[pulse];
-        let start = image.grid.point_m(0.0, row as f64);
-        let pixel_m = norm(image.grid.u_m).max(1e-12);
-        let at = row * image.stride;
-        let (real, imag) = (
-            &image.real[at..at + image.stride],
-            &image.imag[at..at + image.stride],
-        );
+        let start = grid.point_m(0.0, (strip * image.shape[1]) as f64);
+        let pixel_m = [grid.u_m, grid.v_m].map(|v| norm(v).max(1e-12));
+        let (real, imag) = image.strip(strip);
+        let job = SpreadStrip {
+            from_antenna_m: std::array::from_fn(|a| start[a] - antenna[a]),
+            unit: [
+                grid.u_m.map(|x| x / pixel_m[0]),
+                grid.v_m.map(|x| x / pixel_m[1]),
+            ],
+            pixel_m,
+            real,
+            imag,
+            groups: image.groups(),
+            bin_m: self.spec.table.bin_m,
+            first_bin: self.first_bin[pulse],
+            carrier_rad: self.spec.table.carrier_rad(&echoes.pulses),
+            reference_below_m: self.reference_below_m(echoes),
+            phase_tolerance_rad: self.spec.phase_tolerance_rad,
+            reach_m: groups.reach_m,
+            cosine: self.cosine,
+            sine: self.sine,
+            turn_cosine: self.turn[0],
+            turn_sine: self.turn[1],
+        };
+        let mut rows = |block: Range<usize>, bins: &mut [f32]| {
+            let columns = block.start * image.shape[0]..block.end * image.shape[0];
+            let width = columns.len().next_multiple_of(MAX_LANES);
+            let (mut real, mut imag) = ([0f32; MOST_COLUMNS], [0f32; MOST_COLUMNS]);
+            for row in strip * image.shape[1]..((strip + 1) * image.shape[1]).min(grid.rows) {
+                image.copy_row(row, columns.start, &mut real[..width], &mut imag[..width]);
+                let piece = Piece {
+                    grid,
+                    column: columns.start,
+                    row,
+                    real: &real[..width],
+                    imag: &imag[..width],
+                };
+                self.add_piece(echoes, pulse, &piece, bins, out);
+            }
+        };
+        dispatch!(self.level, s => match (groups.shape, groups.terms) {
+            ([4, 4], 4) => spread_strip::<_, 4, 4, 4>(s, &job, bins, &mut rows),
+            ([4, 4], _) => spread_strip::<_, 4, 4, 5>(s, &job, bins, &mut rows),
+            ([4, _], 4) => spread_strip::<_, 4, 2, 4>(s, &job, bins, &mut rows),
+            ([4, _], _) => spread_strip::<_, 4, 2, 5>(s, &job, bins, &mut rows),
+            (_, 4) => spread_strip::<_, 2, 2, 4>(s, &job, bins, &mut rows),
+            (_, _) => spread_strip::<_, 2, 2, 5>(s, &job, bins, &mut rows),
+        });
+    }
+
+    /// Pixels nearer than this are modelled in double precision, m.
+    fn reference_below_m(&self, echoes: &WeightedPulses) -> f64 {
+        match echoes.weights.spreading {
+            Spreading::InverseSquare => self.spec.reference_below_m,
+            Spreading::None => 0.0,
+        }
+    }
+
+    /// Adds a piece of a row to the bins of one pulse; pixels next to the antenna go to its spectrum
+    /// `out` directly.
+    fn add_piece(
+        &self,
+        echoes: &WeightedPulses,
+        pulse: usize,
+        piece: &Piece,
+        bins: &mut [f32],
+        out: &mut [Complex64],
+    ) {
+        let (grid, real, imag) = (piece.grid, piece.real, piece.imag);
+        let antenna = echoes.pulses.position_m()[pulse];
+        let start = grid.point_m(piece.column as f64, piece.row as f64);
+        let pixel_m = norm(grid.u_m).max(1e-12);
         // Single precision carries ranges from a segment's centre to its ends.
         let carrier_rad = self.spec.table.carrier_rad(&echoes.pulses);
         let tolerance_bins = self.spec.phase_tolerance_rad / carrier_rad;
         let reach_bins = 32.0 * pixel_m / self.spec.table.bin_m * f64::from(f32::EPSILON);
         let job = SpreadRow {
             from_antenna_m: std::array::from_fn(|a| start[a] - antenna[a]),
-            unit: image.grid.u_m.map(|u| u / pixel_m),
+            unit: grid.u_m.map(|u| u / pixel_m),
             pixel_m,
             real,
             imag,
@@ -175,17 +300,15 @@ impl DirectForward {
             },
             bin_m: self.spec.table.bin_m,
             first_bin: self.first_bin[pulse],
-            reference_below_m: match echoes.weights.spreading {
-                Spreading::InverseSquare => self.spec.reference_below_m,
-                Spreading::None => 0.0,
-            },
+            reference_below_m: self.reference_below_m(echoes),
             cosine: self.cosine,
             sine: self.sine,
         };
         let mut reference = |columns: Range<usize>| {
-            for i in columns.start..columns.end.min(image.grid.columns) {
+            let kept = grid.columns - piece.column;
+            for i in columns.start..columns.end.min(kept) {
                 let value = Complex64::new(f64::from(real[i]), f64::from(imag[i]));
-                let point = image.grid.point_m(i as f64, row as f64);
+                let point = grid.point_m((piece.column + i) as f64, piece.row as f64);
                 echoes.add_echo(pulse, point, value, out);
             }
         };
@@ -196,6 +319,26 @@ impl DirectForward {
             _ => spread_row::<_, 3, 4>(s, &job, bins, &mut reference),
         });
     }
+}
+
+/// Adds a step of an image to a pulse's bins, and what lies next to the antenna to its spectrum.
+type AddStep<'a> = dyn Fn((usize, usize), &mut [f32], &mut [Complex64]) + Sync + 'a;
+
+/// Pieces of an image that are added one after another.
+struct Steps {
+    count: usize,
+    /// Pixels of a step, and of all.
+    pixels: usize,
+    all_pixels: usize,
+}
+
+/// Pixels of a row from `column` on, zeros beyond the row.
+struct Piece<'a> {
+    grid: &'a TiltedGrid,
+    column: usize,
+    row: usize,
+    real: &'a [f32],
+    imag: &'a [f32],
 }
 
 /// Adds single-precision sums to those in double precision and clears them.

@@ -232,6 +232,7 @@ mod tests {
                 period: Some(1536),
                 carrier: 106,
                 interleaved: false,
+                reach: 1.0,
             };
             let spectrum = vec![Complex64::ONE; 213];
             let pulses = Pulses::new(PulseArrays {
@@ -267,6 +268,7 @@ mod tests {
             period: None,
             carrier: 30,
             interleaved: false,
+            reach: 1.0,
         };
         assert!(error(&f, spec, [40.0, 60.0], Spreading::InverseSquare) < 2e-5);
     }

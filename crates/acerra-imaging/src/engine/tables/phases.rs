@@ -1,6 +1,6 @@
 //! Phases of range bins and the conversion of spectra into bin coefficients.
 
-use super::spec::{MAX_DEGREE, TableSpec, fit_phase_ramp};
+use super::spec::{MAX_DEGREE, TableSpec};
 use crate::engine::travel_time::TravelTime;
 use crate::engine::weights::Weights;
 use crate::pulses::{Pulses, Spreading};
@@ -50,11 +50,7 @@ impl BinPhases {
             Some(WeightMatrix::new(expansion, spec.degree))
         };
         Self {
-            ramp_fit: spec
-                .ramps_rad(pulses)
-                .iter()
-                .map(|ramp| fit_phase_ramp(*ramp, spec.degree))
-                .collect(),
+            ramp_fit: spec.ramp_fits(pulses),
             carrier: match spec.period {
                 Some(_) => (first..last)
                     .map(|i| Complex64::cis((carrier_rad * i as f64) % (2.0 * PI)))

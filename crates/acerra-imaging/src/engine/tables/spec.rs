@@ -20,6 +20,9 @@ pub(crate) struct TableSpec {
     pub carrier: usize,
     /// Coefficients of a bin side by side, for gathers, instead of bins side by side, for windows.
     pub interleaved: bool,
+    /// Bins about a bin's centre over which its polynomials are fitted: 1, or more where groups of pixels
+    /// go to the bin of their middle.
+    pub reach: f64,
 }
 
 impl TableSpec {
@@ -38,11 +41,23 @@ impl TableSpec {
             .collect()
     }
 
+    /// The polynomials in δ of each frequency's phase ramp e^{jθδ}, δ in bins, over the bins that the
+    /// table's reach says.
+    pub fn ramp_fits(&self, pulses: &Pulses) -> Vec<[Complex64; MAX_DEGREE + 1]> {
+        let inverse = 1.0 / self.reach;
+        let fit = |ramp: &f64| {
+            let [c0, c1, c2, c3] = fit_phase_ramp(ramp * self.reach, self.degree);
+            let square = inverse * inverse;
+            [c0, c1 * inverse, c2 * square, c3 * (square * inverse)]
+        };
+        self.ramps_rad(pulses).iter().map(fit).collect()
+    }
+
     /// Relative RMS error of the polynomials for a spectrum of the given power a frequency.
     pub fn fit_error(&self, pulses: &Pulses, power: &[f64]) -> f64 {
         let mut error = 0.0;
         for (ramp, p) in self.ramps_rad(pulses).iter().zip(power) {
-            error += p * ramp_residual(0.5 * ramp, self.degree);
+            error += p * ramp_residual(0.5 * ramp * self.reach, self.degree);
         }
         (error / power.iter().sum::<f64>().max(f64::MIN_POSITIVE)).sqrt()
     }
@@ -51,7 +66,8 @@ impl TableSpec {
     pub fn folding_range_m(&self, accuracy: f64) -> f64 {
         // The first power of bin/R that the polynomial drops, times the RMS of its remainder.
         let dropped = [0.0, 3.0 * 0.0745, 4.0 * 0.0189, 5.0 * 0.0048][self.degree];
-        self.bin_m
+        self.reach
+            * self.bin_m
             * (dropped / accuracy)
                 .powf(1.0 / (self.degree + 1) as f64)
                 .max(4.0)

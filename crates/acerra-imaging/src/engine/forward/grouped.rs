@@ -1,0 +1,124 @@
+//! Images as the kernel of groups reads them.
+
+use crate::grid::tilted::TiltedGrid;
+use crate::kernel::lanes::MAX_LANES;
+use num_complex::Complex32;
+use rayon::prelude::*;
+
+/// An image in groups of `shape` pixels, `[strips, blocks, shape[1], shape[0], MAX_LANES]`: pixels of the
+/// same place in their groups side by side, zeros beyond the image.
+pub(super) struct Grouped {
+    pub grid: TiltedGrid,
+    pub shape: [usize; 2],
+    pub real: Vec<f32>,
+    pub imag: Vec<f32>,
+}
+
+/// Numbers of a row of groups.
+fn strip_length(columns: usize, shape: [usize; 2]) -> usize {
+    columns.div_ceil(shape[0]).next_multiple_of(MAX_LANES) * shape[0] * shape[1]
+}
+
+/// Pixels of an image in groups, padding included.
+pub(crate) fn grouped_pixels(grid: &TiltedGrid, shape: [usize; 2]) -> u128 {
+    strip_length(grid.columns, shape) as u128 * grid.rows.div_ceil(shape[1]) as u128
+}
+
+/// Where a strip holds pixel (`column`, `row`).
+fn place(column: usize, row: usize, shape: [usize; 2]) -> usize {
+    let group = column / shape[0];
+    let block = group / MAX_LANES * shape[1] * shape[0];
+    (block + row * shape[0] + column % shape[0]) * MAX_LANES + group % MAX_LANES
+}
+
+impl Grouped {
+    /// Sorts an image `[rows, columns]` into groups.
+    pub fn new(grid: &TiltedGrid, shape: [usize; 2], image: &[Complex32]) -> Self {
+        let length = strip_length(grid.columns, shape);
+        let all = length * grid.rows.div_ceil(shape[1]);
+        let (mut real, mut imag) = (vec![0f32; all], vec![0f32; all]);
+        let columns = grid.columns.max(1);
+        real.par_chunks_mut(length.max(1))
+            .zip(imag.par_chunks_mut(length.max(1)))
+            .zip(image.par_chunks(columns * shape[1]))
+            .for_each(|((real, imag), rows)| {
+                for (j, row) in rows.chunks(columns).enumerate() {
+                    for (i, v) in row.iter().enumerate() {
+                        let at = place(i, j, shape);
+                        (real[at], imag[at]) = (v.re, v.im);
+                    }
+                }
+            });
+        Self {
+            grid: *grid,
+            shape,
+            real,
+            imag,
+        }
+    }
+
+    /// Rows of groups.
+    pub fn strips(&self) -> usize {
+        self.grid.rows.div_ceil(self.shape[1])
+    }
+
+    /// Groups a row that hold pixels.
+    pub fn groups(&self) -> usize {
+        self.grid.columns.div_ceil(self.shape[0])
+    }
+
+    /// Real and imaginary parts of a row of groups.
+    pub fn strip(&self, strip: usize) -> (&[f32], &[f32]) {
+        let length = strip_length(self.grid.columns, self.shape);
+        let at = strip * length..(strip + 1) * length;
+        (&self.real[at.clone()], &self.imag[at])
+    }
+
+    /// Copies the pixels of a row from column `first` on, zeros beyond the row.
+    pub fn copy_row(&self, row: usize, first: usize, real: &mut [f32], imag: &mut [f32]) {
+        let (strip_re, strip_im) = self.strip(row / self.shape[1]);
+        for (k, (re, im)) in real.iter_mut().zip(imag).enumerate() {
+            let at = place(first + k, row % self.shape[1], self.shape);
+            (*re, *im) = if first + k < self.grid.columns {
+                (strip_re[at], strip_im[at])
+            } else {
+                (0.0, 0.0)
+            };
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_come_back_from_their_groups() {
+        let grid = TiltedGrid::new([0.0; 3], [0.1, 0.0, 0.0], [0.0, 0.1, 0.0], 37, 5).unwrap();
+        let image: Vec<Complex32> = (0..37 * 5)
+            .map(|k| Complex32::new(k as f32 + 1.0, -(k as f32)))
+            .collect();
+        for shape in [[4, 4], [4, 2], [2, 2]] {
+            let grouped = Grouped::new(&grid, shape, &image);
+            assert_eq!(
+                grouped.real.len() as u128,
+                grouped_pixels(&grid, shape),
+                "{shape:?}"
+            );
+            for row in 0..5 {
+                for first in [0, 32] {
+                    let (mut real, mut imag) = ([9f32; 128], [9f32; 128]);
+                    grouped.copy_row(row, first, &mut real, &mut imag);
+                    for k in 0..128 {
+                        let expected = if first + k < 37 {
+                            image[row * 37 + first + k]
+                        } else {
+                            Complex32::ZERO
+                        };
+                        assert_eq!(Complex32::new(real[k], imag[k]), expected);
+                    }
+                }
+            }
+        }
+    }
+}

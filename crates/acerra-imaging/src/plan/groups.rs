@@ -1,0 +1,131 @@
+//! Groups of pixels that the forward operator sums in registers: their shape, and the range bins to which
+//! they go.
+
+use super::bins::{carrier_error, choose_table};
+use super::request::Request;
+use crate::engine::direct::DirectSpec;
+use crate::engine::forward::grouped::grouped_pixels;
+use crate::grid::tilted::TiltedGrid;
+use crate::kernel::spread_groups::{DEGREE, GroupSpec, MAX_TERMS};
+use crate::vector::norm;
+use std::f64::consts::PI;
+
+/// Shapes of a group, pixels along the row and across.
+const SHAPES: [[usize; 2]; 3] = [[4, 4], [4, 2], [2, 2]];
+
+/// Shares of the accuracy for the polynomials' fit and the carrier's polynomials over half a turn.
+const FIT_SHARE: f64 = 0.5;
+const TURN_SHARE: f64 = 0.15;
+
+/// Least share of pixels among those of whole blocks of groups: small images are mostly padding.
+const LEAST_FILLED: f64 = 0.5;
+
+/// Vector operations for a pixel of a group, and for a group: expansion, move to the bin, and addition.
+const PIXEL_COST: f64 = 36.0;
+const GROUP_COST: f64 = 180.0;
+
+/// The groups that cost least among those that keep `accuracy`, with tables of their own in place of
+/// those of `imaging`, and their cost in vector operations a pixel. `None` where pixels are taken one by
+/// one: coarse pixels, accuracies that the single-precision expansion does not carry, weights by incidence,
+/// whose expansion about a bin is no wider than the bin.
+pub(super) fn choose_groups(
+    request: &Request,
+    power: &[f64],
+    accuracy: f64,
+    imaging: &DirectSpec,
+) -> Option<(DirectSpec, f64)> {
+    if request.options.incidence.is_some() {
+        return None;
+    }
+    let (pulses, grid) = (&request.echoes.pulses, request.grid.plane());
+    let lanes = request.options.level.lanes() as f64;
+    let filled = |shape: [usize; 2]| {
+        let pixels = grid.columns as f64 * grid.rows as f64;
+        pixels / grouped_pixels(grid, shape) as f64
+    };
+    let choice = |shape: [usize; 2]| {
+        let reach_m = half_diagonal_m(grid, shape);
+        let table = choose_table(pulses, power, DEGREE, (FIT_SHARE * accuracy, 2.0 * reach_m))?;
+        let wavenumber = table.carrier_rad(pulses) / table.bin_m;
+        let block_m = 0.5 * norm(grid.u_m) * shape[0] as f64 * lanes;
+        let rounding_rad = wavenumber * block_m * f64::from(f32::EPSILON);
+        let terms = (MAX_TERMS - 1..=MAX_TERMS)
+            .find(|terms| turn_error(*terms as i32) <= TURN_SHARE * accuracy)?;
+        if rounding_rad >= 0.2 * imaging.phase_tolerance_rad || filled(shape) < LEAST_FILLED {
+            return None;
+        }
+        let spec = DirectSpec {
+            table,
+            fine_carrier: true,
+            reference_below_m: table.folding_range_m(0.1 * accuracy),
+            groups: Some(GroupSpec {
+                shape,
+                terms,
+                // Curvature takes a little beside the slope.
+                reach_m: 1.01 * reach_m,
+            }),
+            ..*imaging
+        };
+        let pixels = (shape[0] * shape[1]) as f64;
+        Some((
+            spec,
+            (PIXEL_COST + GROUP_COST / pixels) / (lanes * filled(shape)),
+        ))
+    };
+    SHAPES
+        .into_iter()
+        .filter_map(choice)
+        .min_by(|a, b| a.1.total_cmp(&b.1))
+}
+
+/// Farthest pixel from the middle of a group, m.
+fn half_diagonal_m(grid: &TiltedGrid, shape: [usize; 2]) -> f64 {
+    let [i, j] = shape.map(|side| 0.5 * (side - 1) as f64);
+    let diagonal = |sign: f64| {
+        norm(std::array::from_fn(|a| {
+            i * grid.u_m[a] + sign * j * grid.v_m[a]
+        }))
+    };
+    diagonal(1.0).max(diagonal(-1.0))
+}
+
+/// Largest error over half a turn of a cosine of so many terms and a sine of one less, interpolated at
+/// Chebyshev nodes.
+fn turn_error(terms: i32) -> f64 {
+    carrier_error(PI, terms)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::polynomials::even_polynomial;
+
+    #[test]
+    fn polynomials_over_half_a_turn_err_as_said() {
+        for terms in [4, 5] {
+            let cosine: [f32; MAX_TERMS] = even_polynomial(|r| (PI * r).cos(), terms);
+            let sine: [f32; MAX_TERMS] = even_polynomial(|r| (PI * r).sin() / r, terms - 1);
+            let at = |c: &[f32; MAX_TERMS], q: f64| {
+                c.iter().rev().fold(0.0, |sum, c| sum * q + f64::from(*c))
+            };
+            let bound = turn_error(terms as i32) + 2e-6; // and roundings of the coefficients
+            for k in 0..=1000 {
+                let r = f64::from(k) / 1000.0 - 0.5;
+                let cosine_error = (at(&cosine, r * r) - (PI * r).cos()).abs();
+                let sine_error = (at(&sine, r * r) * r - (PI * r).sin()).abs();
+                assert!(
+                    cosine_error.max(sine_error) <= bound,
+                    "{terms} terms at {r}: {cosine_error:e} {sine_error:e} for {bound:e}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn the_farthest_pixel_of_a_skewed_group_is_at_the_longer_diagonal() {
+        let grid = TiltedGrid::new([0.0; 3], [0.02, 0.0, 0.0], [-0.01, 0.01, 0.0], 9, 9).unwrap();
+        // 1.5 · (0.02 + 0.01, −0.01)
+        let expected = 1.5 * f64::hypot(0.03, 0.01);
+        assert!((half_diagonal_m(&grid, [4, 4]) - expected).abs() < 1e-12);
+    }
+}
