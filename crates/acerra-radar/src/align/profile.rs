@@ -211,7 +211,8 @@ impl FlightProfile {
         (low <= high).then_some([low, high])
     }
 
-    /// Rate of change of 2h/c that is exceeded in one twentieth of the time, s/s.
+    /// Rate of change of 2h/c that is exceeded in one twentieth of the climbing and sinking, s/s: of the
+    /// height flown up and down, not of the time, for which a platform may stand on the ground.
     pub(super) fn fast_echo_rate(&self) -> f64 {
         let mut rates: Vec<f64> = self
             .echo_delay_s
@@ -220,7 +221,13 @@ impl FlightProfile {
             .filter(|r| r.is_finite())
             .collect();
         rates.sort_by(f64::total_cmp);
-        rates.get(rates.len() * 19 / 20).copied().unwrap_or(0.0)
+        let most = 0.95 * rates.iter().sum::<f64>();
+        let mut slower = 0.0;
+        let reached = rates.iter().find(|rate| {
+            slower += **rate;
+            slower >= most
+        });
+        reached.copied().unwrap_or(0.0)
     }
 }
 
