@@ -21,7 +21,7 @@ use crate::offset::{OffsetError, SearchRange, by_height_and_motion};
 use crate::position::Positions;
 use crate::read::RadarContent;
 use crate::recording::Recording;
-use crate::sharpen::{Sharpest, coarse, log_fourth_moment, patches, sharpest};
+use crate::sharpen::{Sharpest, coarse, fourth_moment, log_fourth_moment, patches, sharpest};
 use crate::warnings::Warnings;
 
 /// Height of the ground as the radar sees it.
@@ -220,7 +220,7 @@ impl Search {
         let mut score = Vec::new();
         for (k, z_m) in tried_m.iter().enumerate() {
             control.check()?;
-            score.push(log_fourth_moment(&self.image(self.grid, *z_m)?));
+            score.push(self.score(*z_m)?);
             control.at(k as u64 + 1);
         }
         control.finish();
@@ -259,6 +259,20 @@ impl Search {
             }
             _ => Ok(()),
         }
+    }
+
+    /// Logarithm of the fourth moment of the image on the plane at `z_m`, about its strongest maxima: pixels
+    /// as coarse as those that find them miss a lobe's top by as much as a wrong height costs it.
+    fn score(&self, z_m: f64) -> Result<f64, GroundError> {
+        let spectrum = self.spectrum_on(z_m);
+        let grid = PlaneGrid { z_m, ..self.grid };
+        let places = &self.aligned.position_m;
+        let mut moment = 0.0;
+        for patch in patches(places, &spectrum, grid, self.light_speed_m_s)? {
+            let image = quick_look(places, &spectrum, patch, self.light_speed_m_s)?;
+            moment += fourth_moment(&image);
+        }
+        Ok(moment.max(f64::MIN_POSITIVE).ln())
     }
 
     fn refine(&self, about_m: f64, control: &Control<'_>) -> Result<Option<Sharpest>, GroundError> {

@@ -68,12 +68,16 @@ pub fn patches(
         .collect()
 }
 
-/// Logarithm of the fourth moment of an image's amplitudes: largest where its energy stands on the
-/// fewest pixels.
+/// Fourth moment of an image's amplitudes: largest where its energy stands on the fewest pixels.
+#[must_use]
+pub fn fourth_moment(image: &[Complex32]) -> f64 {
+    image.iter().map(|v| f64::from(v.norm_sqr()).powi(2)).sum()
+}
+
+/// Logarithm of the [fourth moment](fourth_moment) of an image's amplitudes.
 #[must_use]
 pub fn log_fourth_moment(image: &[Complex32]) -> f64 {
-    let sum: f64 = image.iter().map(|v| f64::from(v.norm_sqr()).powi(2)).sum();
-    sum.max(f64::MIN_POSITIVE).ln()
+    fourth_moment(image).max(f64::MIN_POSITIVE).ln()
 }
 
 /// The sharpest of `values` (rising), given the score of every patch at each of them; none where no
