@@ -35,6 +35,9 @@ pub struct Scene {
     /// Which part of the flight the radar log holds.
     #[serde(default)]
     pub record: Record,
+    /// What the campaign file that is written says of the offset between the clocks.
+    #[serde(default)]
+    pub time_offset: OffsetTold,
     /// Points.
     #[serde(default)]
     pub point: Vec<PointTarget>,
@@ -93,6 +96,17 @@ pub enum Record {
     Track,
     /// From before take-off to after landing.
     Flight,
+}
+
+/// What a campaign file says of the offset between the clocks.
+#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum OffsetTold {
+    /// The offset, as a controller keeps it that records both.
+    #[default]
+    Exact,
+    /// `"auto"`: it is to be found from the data.
+    Auto,
 }
 
 /// Why a scene is refused.

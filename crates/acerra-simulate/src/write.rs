@@ -16,7 +16,7 @@ use thiserror::Error;
 use super::flight::Flight;
 use super::gnss::{GnssError, GnssModel, Setting, constellation, navigation_to_rinex, simulate};
 use super::radar::{lost_packets, simulate_scans};
-use super::scene::{Record, Scene, SceneError};
+use super::scene::{OffsetTold, Record, Scene, SceneError};
 
 /// What was simulated, for those who compare.
 #[derive(Clone, Debug)]
@@ -281,10 +281,14 @@ fn campaign(scene: &Scene, time_offset_s: f64) -> String {
     } else {
         "file = \"trajectory.csv\"\n"
     };
+    let offset = match scene.time_offset {
+        OffsetTold::Exact => time_offset_s.to_string(),
+        OffsetTold::Auto => "\"auto\"".to_owned(),
+    };
     let [forward, left, up] = scene.radar.lever_arm_m;
     format!(
         "# Written by acerra simulate.\n[radar]\nfile = \"radar.mrm\"\n\n{positions}\n\
-         [trajectory]\n{file}time_offset_s = {time_offset_s}\n\
+         [trajectory]\n{file}time_offset_s = {offset}\n\
          lever_arm_m = [{forward:?}, {left:?}, {up:?}]\n\
          origin_deg_m = [{latitude:?}, {longitude:?}, {height_m:?}]\n\n\
          [image]\nband_ghz = [{:?}, {:?}]\nx_m = [{:?}, {:?}]\ny_m = [{:?}, {:?}]\n\

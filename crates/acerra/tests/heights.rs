@@ -17,7 +17,7 @@ const REFLECTORS_M: [[f64; 2]; 2] = [[4.0, 0.0], [14.0, 0.0]];
 /// The demonstration's second track, with heights of its trajectory 1 m too great that wander slowly by
 /// half a metre.
 fn flight(folder: &Path) -> f64 {
-    let scene = TRACKS[1].scene().unwrap();
+    let scene = TRACKS[1].on_track().unwrap();
     for file in simulate_campaign(&scene).unwrap().files {
         fs::write(folder.join(&file.name), &file.bytes).unwrap();
     }

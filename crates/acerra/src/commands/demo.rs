@@ -56,6 +56,14 @@ fn say(flown: &Flown, journal: &Journal, folder: &Path, out: &mut dyn Write) -> 
         flown.simulated.gnss_epochs,
         folder.display()
     )?;
+    if let Some([off_s, sigma_s]) = flown.offset_error_s() {
+        writeln!(
+            out,
+            "  clocks     offset found {:+.1} ms off the truth, ± {:.1} ms stated",
+            off_s * 1e3,
+            sigma_s * 1e3
+        )?;
+    }
     writeln!(
         out,
         "  imaged     {} traces; {} of them at fixed positions",

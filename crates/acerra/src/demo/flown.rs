@@ -62,7 +62,7 @@ impl Flown {
             .aligned
             .time_s
             .iter()
-            .map(|t| t + outcome.prepared.first().time_offset_s - start_s)
+            .map(|t| t + simulated.time_offset_s - start_s)
             .map(|t| flight.pose_at(t).point_m(arm))
             .collect();
         Ok(Self {
@@ -104,6 +104,16 @@ impl Flown {
             .iter()
             .filter(|s: &&SolutionStatus| s.is_fixed())
             .count()
+    }
+
+    /// The offset between the clocks that was found less the true one, and its standard deviation (s); none
+    /// where the campaign states it.
+    #[must_use]
+    pub fn offset_error_s(&self) -> Option<[f64; 2]> {
+        let track = self.outcome.prepared.first();
+        let search = track.search.as_ref()?;
+        let off_s = track.time_offset_s - self.simulated.time_offset_s;
+        Some([off_s, search.estimate.sigma_s])
     }
 
     /// The target nearest to each reflector of the scene.

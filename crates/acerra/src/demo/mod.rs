@@ -1,6 +1,5 @@
 //! The paper's campaign (§4): two reflectors, flown over twice, simulated to the last byte of its
-//! logs and processed by the ordinary chain, which is told the offset between the clocks and
-//! nothing else of the truth.
+//! logs and processed by the ordinary chain, which is told nothing of the truth.
 
 mod flown;
 mod page;
@@ -16,7 +15,7 @@ use acerra_chain::{Control, Journal};
 use acerra_products::run_campaign;
 use acerra_products::staging::Staging;
 use acerra_simulate::demo::{TRACK_1, TRACK_2};
-use acerra_simulate::scene::Scene;
+use acerra_simulate::scene::{OffsetTold, Record, Scene};
 pub use flown::{Flown, Found, largest_envelope, rms_m};
 pub use page::demonstration_page;
 
@@ -72,6 +71,19 @@ impl Track {
     /// None, for the embedded scenes.
     pub fn scene(&self) -> anyhow::Result<Scene> {
         Scene::parse(self.scene).context(self.name)
+    }
+
+    /// Its scene with a radar log of the track alone, as the paper's, and the offset between the clocks told,
+    /// as the paper's controller keeps it.
+    ///
+    /// # Errors
+    /// None, for the embedded scenes.
+    pub fn on_track(&self) -> anyhow::Result<Scene> {
+        Ok(Scene {
+            record: Record::Track,
+            time_offset: OffsetTold::Exact,
+            ..self.scene()?
+        })
     }
 
     /// Writes the track's logs into `folder`, processes them into `folder/products`, and returns

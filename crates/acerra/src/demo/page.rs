@@ -21,9 +21,10 @@ pub fn demonstration_page(flights: &[(Track, Flown)], directory: &Path) -> anyho
         title: "The paper's campaign, simulated and processed".to_owned(),
         summary: "Two trihedral reflectors 10 m apart, overflown twice by a small drone with a \
                   P440 radar and a single-frequency GNSS receiver. The logs were simulated as the \
-                  instruments would have written them; the chain that processed them was told the \
-                  offset between their clocks, as the paper's controller keeps it, and nothing else of \
-                  the truth."
+                  instruments would have written them, from before take-off to after landing; the \
+                  chain that processed them found the offset between their clocks from the climbs, and \
+                  was told what one measures on site: the base's position, the lever arm, and the height \
+                  of the ground."
             .to_owned(),
         entries,
         tables: vec![places(flights), resolutions(flights), positions(flights)],

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::OnceLock;
 
-use acerra::demo::{Flown, TRACKS, Track};
+use acerra::demo::{Flown, TRACKS, Track, fly};
 use acerra_chain::Journal;
 use acerra_chain::campaign::{Campaign, Contradictions};
 use acerra_chain::{Control, MemorySink};
@@ -15,14 +15,15 @@ pub struct Flight {
     pub folder: PathBuf,
 }
 
-/// Both tracks of the demonstration.
+/// Both tracks of the demonstration, recorded as the paper's are: from one end of the track to the other.
 pub fn flights() -> &'static [Flight; 2] {
     static FLIGHTS: OnceLock<(tempfile::TempDir, [Flight; 2])> = OnceLock::new();
     let fly = || {
         let here = tempfile::tempdir().unwrap();
         let flights = TRACKS.map(|track| {
             let folder = here.path().join(track.name);
-            let flown = track.fly(&folder, &mut Journal::default()).unwrap();
+            let scene = track.on_track().unwrap();
+            let flown = fly(scene, &folder, &mut Journal::default()).unwrap();
             Flight {
                 track,
                 flown,

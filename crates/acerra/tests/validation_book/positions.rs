@@ -89,7 +89,7 @@ const SHORT_START_S: f64 = 10.0;
 
 /// The same flight, with less time on the ground for the ambiguities to settle.
 fn short_start(flight: &Flight, here: &Path) -> Flight {
-    let mut scene = flight.track.scene().unwrap();
+    let mut scene = flight.track.on_track().unwrap();
     scene.flight.as_mut().unwrap().ground_time_s = SHORT_START_S;
     let folder = here.join(flight.track.name);
     let flown = fly(scene, &folder, &mut Journal::default()).unwrap();

@@ -47,7 +47,7 @@ impl RandomFlight {
     /// The flight of a seed; files that its scene needs are written into `folder`.
     pub fn of(seed: u64, folder: &Path) -> Self {
         let mut random = Random(seed);
-        let mut scene = TRACKS[1].scene().unwrap();
+        let mut scene = TRACKS[1].on_track().unwrap();
         scene.seed = seed;
         let height_m = random.between(4.0, 12.0);
         let offset_m = random.between(1.0, 4.0);

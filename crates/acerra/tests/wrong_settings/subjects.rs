@@ -60,10 +60,10 @@ impl Subjects {
             .filter(|(t, _)| is_wanted(t.name));
         for (track, height_m) in wanted {
             let home = folder.path().join(track.name).join("flight");
-            let scene = track.scene().unwrap();
+            let scene = track.on_track().unwrap();
             simulate_into(&home, &scene);
             let other = TRACKS.iter().find(|t| t.name != track.name).unwrap();
-            simulate_into(&home.join("../other"), &other.scene().unwrap());
+            simulate_into(&home.join("../other"), &other.on_track().unwrap());
             let mut day = scene.clone();
             day.start_gpst[2] += 1;
             simulate_into(&home.join("../day"), &day);
