@@ -86,10 +86,15 @@ pub fn collect(
 
 fn summary(outcome: &Outcome) -> String {
     format!(
-        "{}; {} of {} traces imaged.",
+        "{}; {} of {} traces imaged{}.",
         outcome.radar_summary(),
         outcome.prepared.aligned.traces.len(),
-        outcome.prepared.traces_in_log()
+        outcome.prepared.traces_in_log(),
+        if outcome.prepared.aligned.stands {
+            ", those of the platform's way (it stands much of the time), by path"
+        } else {
+            ""
+        }
     )
 }
 

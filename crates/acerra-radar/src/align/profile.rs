@@ -290,6 +290,15 @@ mod tests {
     }
 
     #[test]
+    fn the_rate_is_that_of_the_climb_however_long_the_platform_stands() {
+        // Half a second at 1 m/s in twenty.
+        let climb = |t: f64| Some(0.2 + (t - 9.0).clamp(0.0, 0.5));
+        let rate = profile(climb).fast_echo_rate();
+        assert!((rate / two_way_delay_s(1.0) - 1.0).abs() < 0.01, "{rate}");
+        assert!(profile(|_| Some(4.0)).fast_echo_rate().abs() < 1e-20);
+    }
+
+    #[test]
     fn gaps_stay_gaps_and_bend_nothing_beside_them() {
         let climb = |t: f64| (!(8.0..9.0).contains(&t)).then_some(4.0 + 0.2 * t * t);
         let smooth = profile(climb).smoothed(0.7);

@@ -40,7 +40,11 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
         say(&flown, &journal, &folder, out)?;
         flights.push((track, flown));
     }
-    let page = demonstration_page(&flights, &args.output)?;
+    let flown: Vec<_> = flights
+        .iter()
+        .map(|(track, flown)| (*track, flown))
+        .collect();
+    let page = demonstration_page(&flown, &args.output)?;
     let staging = Staging::new(&args.output)?;
     staging.write("index.html", page)?;
     staging.publish()?;

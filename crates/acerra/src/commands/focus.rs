@@ -242,6 +242,12 @@ fn write_traces(outcome: &Outcome, out: &mut dyn Write) -> anyhow::Result<()> {
     let aligned = &outcome.prepared.aligned;
     let first = outcome.prepared.first();
     writeln!(out, "radar      {}", outcome.radar_summary())?;
+    if aligned.stands {
+        writeln!(
+            out,
+            "           the platform stands much of the time: the traces of its way are imaged, by path"
+        )?;
+    }
     write!(
         out,
         "traces     {} of {} imaged, over {:.2} m of path",

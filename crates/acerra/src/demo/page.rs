@@ -12,7 +12,7 @@ use acerra_products::report::{ComparisonTable, Fact, IndexEntry, IndexPage, inde
 ///
 /// # Errors
 /// Products that are not where they should be.
-pub fn demonstration_page(flights: &[(Track, Flown)], directory: &Path) -> anyhow::Result<String> {
+pub fn demonstration_page(flights: &[(Track, &Flown)], directory: &Path) -> anyhow::Result<String> {
     let entries = flights
         .iter()
         .map(|(track, flown)| entry(track, flown, directory))
@@ -55,7 +55,7 @@ fn short(track: &Track) -> &str {
 
 /// One row for each reflector of each track.
 fn reflectors(
-    flights: &[(Track, Flown)],
+    flights: &[(Track, &Flown)],
     cells: impl Fn(&Track, &Found) -> Vec<String>,
 ) -> Vec<Vec<String>> {
     let mut rows = Vec::new();
@@ -73,7 +73,7 @@ fn reflectors(
     rows
 }
 
-fn places(flights: &[(Track, Flown)]) -> ComparisonTable {
+fn places(flights: &[(Track, &Flown)]) -> ComparisonTable {
     let head = [
         "",
         "off along track (mm)",
@@ -103,7 +103,7 @@ fn places(flights: &[(Track, Flown)]) -> ComparisonTable {
     }
 }
 
-fn resolutions(flights: &[(Track, Flown)]) -> ComparisonTable {
+fn resolutions(flights: &[(Track, &Flown)]) -> ComparisonTable {
     let head = [
         "",
         "along (m)",
@@ -133,7 +133,7 @@ fn resolutions(flights: &[(Track, Flown)]) -> ComparisonTable {
     }
 }
 
-fn positions(flights: &[(Track, Flown)]) -> ComparisonTable {
+fn positions(flights: &[(Track, &Flown)]) -> ComparisonTable {
     let head = [
         "",
         "error, rms (cm)",
@@ -165,7 +165,7 @@ fn positions(flights: &[(Track, Flown)]) -> ComparisonTable {
     }
 }
 
-fn remarks(flights: &[(Track, Flown)]) -> Vec<String> {
+fn remarks(flights: &[(Track, &Flown)]) -> Vec<String> {
     let mut remarks = Vec::new();
     let distances: Vec<String> = flights
         .iter()
