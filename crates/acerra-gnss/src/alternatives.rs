@@ -9,8 +9,9 @@ use crate::control::{Control, Watch};
 use crate::engine::{Witness, overlay};
 use crate::options::{Cn0Mask, PpkOptions};
 use crate::ppk_error::PpkError;
-use crate::preparation::{Inputs, Preparation, join, threads};
+use crate::preparation::{Inputs, Preparation};
 use crate::solution::PpkWarning;
+use crate::workers::{join, threads};
 use std::collections::VecDeque;
 use std::sync::{Mutex, PoisonError};
 

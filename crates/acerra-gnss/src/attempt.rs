@@ -9,8 +9,9 @@ use crate::error_correlation::ErrorCorrelation;
 use crate::options::{AmbiguityMode, FilterDirection, PpkOptions};
 use crate::passes::Passes;
 use crate::ppk_error::PpkError;
-use crate::preparation::{Preparation, join, threads};
+use crate::preparation::Preparation;
 use crate::solution::{GlonassDecision, LostEpoch, PpkWarning, Quality};
+use crate::workers::{join, threads};
 
 /// Share of the epochs with phases below which fixing is poor.
 const POOR_SHARE: f64 = 0.9;

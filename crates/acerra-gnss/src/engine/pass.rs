@@ -25,7 +25,9 @@ use crate::options::{
 use crate::ppk_error::PpkError;
 use crate::satellite::System;
 use crate::solution::GlonassDecision;
+use crate::workers::threads;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Everything that both directions share.
 pub(crate) struct Prepared<'a> {
@@ -83,13 +85,47 @@ impl<'a> Prepared<'a> {
     pub(crate) fn trial(&self, watch: &Watch<'_>) -> Result<Trial, PpkError> {
         let backward = self.options.direction == FilterDirection::Backward;
         let mut filter = self.filter_with(self.trial_options);
-        let unconfirmed = self.run(&mut filter, backward, watch)?;
+        let unconfirmed =
+            self.beside_look_ahead(backward, || self.run(&mut filter, backward, watch))?;
         let mut results = unconfirmed.clone();
         self.confirm_alone(&filter, &mut results);
         Ok(Trial {
             results,
             unconfirmed,
             left_out: filter.suspects.left_out().to_vec(),
+        })
+    }
+
+    /// The result of `pass`, the first over the epochs. Where there is a second thread, it computes
+    /// beside it what hangs on no filter and serves every pass: zero differences of the base, and
+    /// those of the rover at its single-point positions.
+    fn beside_look_ahead<T>(&self, backward: bool, pass: impl FnOnce() -> T) -> T {
+        if threads(self.options) <= 1 {
+            return pass();
+        }
+        let done = AtomicBool::new(false);
+        let look_ahead = || {
+            for k in 0..self.rover.len() {
+                if done.load(Ordering::Relaxed) {
+                    break;
+                }
+                let index = if backward {
+                    self.rover.len() - 1 - k
+                } else {
+                    k
+                };
+                let rover = &self.rover[index];
+                if let Ok(single) = &rover.single {
+                    self.base_view(index, backward);
+                    rover.zero_at(self.options, single.position_ecef_m);
+                }
+            }
+        };
+        std::thread::scope(|scope| {
+            scope.spawn(look_ahead);
+            let result = pass();
+            done.store(true, Ordering::Relaxed);
+            result
         })
     }
 
