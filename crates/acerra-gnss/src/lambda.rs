@@ -164,17 +164,40 @@ fn columns(matrix: &mut [f64], n: usize, low: usize, high: usize) -> (&mut [f64]
     (&mut before[low * n..(low + 1) * n], &mut after[..n])
 }
 
+/// Exchanges variables `a` < `b` of a symmetric matrix of which rows up to `b` hold what is left to
+/// factorise, each up to the diagonal.
+fn exchange(lower_rows: &mut [f64], n: usize, a: usize, b: usize) {
+    for k in 0..a {
+        lower_rows.swap(a * n + k, b * n + k);
+    }
+    for k in a + 1..b {
+        lower_rows.swap(k * n + a, b * n + k);
+    }
+    lower_rows.swap(a * n + a, b * n + b);
+}
+
 impl Factor {
+    /// Factorises with the variable of least conditional variance last, then of those before it, and
+    /// so on (Chang, Yang and Zhou 2005): few neighbours are left to be exchanged.
     fn new(covariance: &[f64], float: Vec<f64>) -> Result<Self, LambdaError> {
         let n = float.len();
         let mut work = covariance.to_vec();
         let mut lower = vec![0.0; n * n];
         let mut diagonal = vec![0.0; n];
         let mut row = vec![0.0; n];
+        let mut order: Vec<usize> = (0..n).collect();
         for i in (0..n).rev() {
+            let least = (0..=i).min_by(|a, b| work[a * n + a].total_cmp(&work[b * n + b]));
+            if let Some(pivot) = least.filter(|&pivot| pivot != i) {
+                exchange(&mut work, n, pivot, i);
+                order.swap(pivot, i);
+                // Rows of L below that are known already.
+                let (a, b) = columns(&mut lower, n, pivot, i);
+                a[i + 1..].swap_with_slice(&mut b[i + 1..]);
+            }
             let d = work[i * n + i];
             if d.is_nan() || d <= 0.0 || d.is_infinite() {
-                return Err(LambdaError::NotPositiveDefinite { index: i });
+                return Err(LambdaError::NotPositiveDefinite { index: order[i] });
             }
             diagonal[i] = d;
             let own = &work[i * n..(i + 1) * n];
@@ -183,22 +206,22 @@ impl Factor {
                 lower[j * n + i] = *element;
             }
             for (j, line) in work.chunks_exact_mut(n).enumerate().take(i) {
-                let factor = row[j];
+                let factor = row[j] * d;
                 for (w, element) in line.iter_mut().zip(&row).take(j + 1) {
-                    *w -= factor * element * d;
+                    *w -= factor * element;
                 }
             }
         }
-        let mut identity = vec![0.0; n * n];
-        for i in 0..n {
-            identity[i * n + i] = 1.0;
+        let mut permutation = vec![0.0; n * n];
+        for (column, &row) in order.iter().enumerate() {
+            permutation[column * n + row] = 1.0;
         }
         Ok(Self {
             n,
             lower,
             diagonal,
-            inverse_transposed: identity,
-            float,
+            inverse_transposed: permutation,
+            float: order.iter().map(|&k| float[k]).collect(),
         })
     }
 
