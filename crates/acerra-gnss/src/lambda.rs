@@ -106,12 +106,9 @@ pub fn integer_least_squares(
     let integers = found
         .iter()
         .map(|z| {
-            factor
-                .restore(z)
-                .iter()
-                .zip(&whole)
-                .map(|(v, w)| v + w)
-                .collect()
+            let mut integers = factor.restore(z);
+            integers.iter_mut().zip(&whole).for_each(|(v, w)| *v += w);
+            integers
         })
         .collect();
     Ok(IntegerCandidates {
@@ -137,15 +134,18 @@ fn share_within(limit: f64) -> f64 {
     1.0 - polynomial * (-x * x).exp()
 }
 
-/// Largest whole number not above `x`, without a call into the mathematical library: processors
-/// without SSE 4.1 have no instruction for it.
-fn floor(x: f64) -> f64 {
-    const EXACT: f64 = 4_503_599_627_370_496.0; // 2⁵²: beyond it every number is whole.
-    if x.is_nan() || x.abs() >= EXACT {
-        return x;
+/// Nearest whole number to `x`, without a call into the mathematical library: processors without
+/// SSE 4.1 have no instruction for it. Of two that are as near, the even one.
+fn nearest(x: f64) -> f64 {
+    /// 1.5·2⁵²: sums with it have no room for fractions.
+    const SHIFT: f64 = 6_755_399_441_055_744.0;
+    /// 2⁵¹, up to which they have room for the rest.
+    const LARGEST: f64 = 2_251_799_813_685_248.0;
+    if x.abs() < LARGEST {
+        (x + SHIFT) - SHIFT
+    } else {
+        x.round_ties_even()
     }
-    let cut = x as i64 as f64;
-    if cut > x { cut - 1.0 } else { cut }
 }
 
 /// Q = LᵀDL with unit lower triangular L; the floats after the integer transformation Z so far, and
@@ -233,7 +233,7 @@ impl Factor {
     /// Subtracts the nearest integer multiple of column `i` from column `j` (i > j).
     fn reduce_column(&mut self, i: usize, j: usize) {
         let n = self.n;
-        let mu = floor(self.l(i, j) + 0.5);
+        let mu = nearest(self.l(i, j));
         if mu == 0.0 {
             return;
         }
@@ -282,7 +282,7 @@ impl Factor {
         let mut j = n - 2;
         loop {
             let l = self.l(j + 1, j);
-            let l = l - floor(l + 0.5);
+            let l = l - nearest(l);
             let delta = self.diagonal[j] + l * l * self.diagonal[j + 1];
             if delta + 1e-6 < self.diagonal[j + 1] {
                 self.reduce_column(j + 1, j);
@@ -321,16 +321,16 @@ impl Factor {
         let center = &self.float;
         let mut found: Vec<(f64, Vec<f64>)> = Vec::with_capacity(count + 1);
         let mut bound = f64::INFINITY;
-        let mut mean = vec![0.0; n];
-        let mut offset = vec![0.0; n]; // z − mean, of the levels above
-        let mut z = vec![0.0; n];
-        let mut step = vec![0.0; n];
-        let mut cost_above = vec![0.0; n];
+        let mut room = vec![0.0; 5 * n];
+        let (mean, rest) = room.split_at_mut(n);
+        let (offset, rest) = rest.split_at_mut(n); // z − mean, of the levels above
+        let (z, rest) = rest.split_at_mut(n);
+        let (step, cost_above) = rest.split_at_mut(n);
         let outwards = |from: f64| if from <= 0.0 { -1.0 } else { 1.0 };
 
         let mut k = n - 1;
         mean[k] = center[k];
-        z[k] = floor(mean[k] + 0.5);
+        z[k] = nearest(mean[k]);
         step[k] = outwards(mean[k] - z[k]);
         for _ in 0..LARGEST_SEARCH {
             offset[k] = z[k] - mean[k];
@@ -346,12 +346,12 @@ impl Factor {
                         .map(|(l, o)| l * o)
                         .sum();
                     mean[k] = center[k] + pull;
-                    z[k] = floor(mean[k] + 0.5);
+                    z[k] = nearest(mean[k]);
                     step[k] = outwards(mean[k] - z[k]);
                     continue;
                 }
                 let place = found.partition_point(|(c, _)| *c <= cost);
-                found.insert(place, (cost, z.clone()));
+                found.insert(place, (cost, z.to_vec()));
                 found.truncate(count);
                 if found.len() == count {
                     bound = found[count - 1].0;
@@ -377,12 +377,12 @@ mod tests {
     use proptest::prelude::*;
 
     #[test]
-    fn whole_numbers_below() {
+    fn nearest_whole_numbers() {
         let many = (-400..400).map(|k| f64::from(k) * 0.37);
         for x in many.chain([-0.0, 1e15 + 0.5, -1e15 - 0.5, 1e17, -1e300, f64::INFINITY]) {
-            assert_eq!(floor(x), x.floor(), "{x}");
+            assert_eq!(nearest(x), x.round_ties_even(), "{x}");
         }
-        assert!(floor(f64::NAN).is_nan());
+        assert!(nearest(f64::NAN).is_nan());
     }
 
     fn check(found: &IntegerCandidates, expected: &[(&[f64], f64)]) {

@@ -3,7 +3,8 @@
 use super::constellation::Constellation;
 use super::double::{Common, GROUPS};
 use super::signal_group::{SignalGroup, SuspectGroups};
-use super::state::{FilterState, SparseRow};
+use super::sparse_row::SparseRow;
+use super::state::FilterState;
 use super::zero::ZeroDifference;
 use crate::lambda::{LambdaError, integer_least_squares};
 use crate::options::{GlonassAmbiguity, PpkOptions, RuleSet};
@@ -323,10 +324,10 @@ impl Resolution<'_> {
                         state.bias_index(reference, first.slot),
                         state.bias_index(other, first.slot),
                     );
-                    rows.push(SparseRow {
-                        coefficients: vec![(i, 1.0), (j, -1.0)],
-                        residual: (integer - integer_of_reference) - (state.x[i] - state.x[j]),
-                    });
+                    rows.push(SparseRow::new(
+                        &[(i, 1.0), (j, -1.0)],
+                        (integer - integer_of_reference) - (state.x[i] - state.x[j]),
+                    ));
                 }
             }
             start = end;
@@ -339,10 +340,8 @@ impl Resolution<'_> {
         if n < least.max(1) {
             return false;
         }
-        state.update(
-            &rows,
-            DMatrix::from_diagonal_element(n, n, options.hold_variance_cycles2),
-        )
+        let noise = state.white_noise(n, options.hold_variance_cycles2);
+        state.update(&rows, noise)
     }
 }
 

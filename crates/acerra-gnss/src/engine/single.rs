@@ -26,6 +26,8 @@ const MISSING_CLOCK_VARIANCE_M2: f64 = 0.01;
 const LEAST_FOR_BEST_EFFORT: usize = 6;
 /// Root mean square of the residuals beyond which such a position is none (m).
 const LARGEST_RMS_M: f64 = 30.0;
+/// Distance (m) over which no satellite's elevation changes by more than 0.2°.
+const LARGEST_STEP_M: f64 = 50e3;
 /// 0.999 quantiles of χ² for 1, 2, … degrees of freedom.
 const CHI_SQUARE_999: [f64; 30] = [
     10.8, 13.8, 16.3, 18.5, 20.5, 22.5, 24.3, 26.1, 27.9, 29.6, 31.3, 32.9, 34.5, 36.1, 37.7, 39.3,
@@ -72,6 +74,27 @@ fn chi_square_999(freedom: usize) -> f64 {
     })
 }
 
+/// Where an iteration begins.
+#[derive(Clone, Copy)]
+struct Start {
+    position_ecef_m: [f64; 3],
+    /// The receiver is there but for a satellite or two that misled it: directions are known, and
+    /// with them the delays in the atmosphere. Elsewhere, at the Earth's centre at worst, they are
+    /// not before the first step.
+    is_near: bool,
+}
+
+impl Start {
+    /// The place that an iteration from here came to.
+    fn moved_to(self, position_ecef_m: [f64; 3]) -> Self {
+        let squares = (0..3).map(|k| (position_ecef_m[k] - self.position_ecef_m[k]).powi(2));
+        Self {
+            position_ecef_m,
+            is_near: squares.sum::<f64>().sqrt() < LARGEST_STEP_M,
+        }
+    }
+}
+
 /// One pseudorange equation.
 struct Row {
     residual_m: f64,
@@ -91,6 +114,12 @@ struct Converged {
     x: SVector<f64, STATES>,
     covariance: SMatrix<f64, STATES, STATES>,
     equations: Equations,
+}
+
+impl Converged {
+    fn position(&self) -> [f64; 3] {
+        [self.x[0], self.x[1], self.x[2]]
+    }
 }
 
 impl SingleContext<'_> {
@@ -123,14 +152,25 @@ impl SingleContext<'_> {
         start_ecef_m: [f64; 3],
     ) -> Result<SinglePoint, (NotFixedReason, [f64; 3])> {
         let all = vec![true; epoch.measurements.len()];
-        let solved = match self.validated(epoch, states, start_ecef_m, &all) {
+        let far = Start {
+            position_ecef_m: start_ecef_m,
+            is_near: false,
+        };
+        let (found, start) = match self.converge(epoch, states, far, &all) {
+            Ok(solved) => {
+                let near = far.moved_to(solved.position());
+                (self.validated(solved), near)
+            }
+            Err(failure) => (Err(failure), far),
+        };
+        let solved = match found {
             Err(failure) if self.options.raim => self
-                .leave_one_out(epoch, states, start_ecef_m)
-                .or_else(|| self.best_effort(epoch, states, start_ecef_m))
+                .leave_one_out(epoch, states, start)
+                .or_else(|| self.best_effort(epoch, states, start))
                 .ok_or(failure),
             other => other,
         }?;
-        let position_ecef_m = [solved.x[0], solved.x[1], solved.x[2]];
+        let position_ecef_m = solved.position();
         Ok(SinglePoint {
             position_ecef_m,
             covariance_ecef_m2: std::array::from_fn(|i| {
@@ -269,16 +309,17 @@ impl SingleContext<'_> {
         &self,
         epoch: &Epoch,
         states: &[Result<SatelliteState, Unusable>],
-        start: [f64; 3],
+        start: Start,
         keep: &[bool],
     ) -> Result<Converged, (NotFixedReason, [f64; 3])> {
         let mut x = SVector::<f64, STATES>::zeros();
         for k in 0..3 {
-            x[k] = start[k];
+            x[k] = start.position_ecef_m[k];
         }
         let position = |x: &SVector<f64, STATES>| [x[0], x[1], x[2]];
         for iteration in 0..LARGEST_ITERATIONS {
-            let equations = self.equations(epoch, states, &x, iteration == 0, keep);
+            let equations =
+                self.equations(epoch, states, &x, iteration == 0 && !start.is_near, keep);
             if equations.rows.len() < STATES {
                 let used = equations.satellites;
                 let reason = NotFixedReason::TooFewSatellitesForSingle { used };
@@ -298,7 +339,7 @@ impl SingleContext<'_> {
             let step = covariance * right;
             x += step;
             if !x.iter().all(|v| v.is_finite() && v.abs() < 1e12) {
-                return Err((NotFixedReason::SinglePointFailed, start));
+                return Err((NotFixedReason::SinglePointFailed, start.position_ecef_m));
             }
             if step.norm() < 1e-4 {
                 return Ok(Converged {
@@ -311,15 +352,9 @@ impl SingleContext<'_> {
         Err((NotFixedReason::SinglePointFailed, position(&x)))
     }
 
-    fn validated(
-        &self,
-        epoch: &Epoch,
-        states: &[Result<SatelliteState, Unusable>],
-        start: [f64; 3],
-        keep: &[bool],
-    ) -> Result<Converged, (NotFixedReason, [f64; 3])> {
-        let solved = self.converge(epoch, states, start, keep)?;
-        let end = [solved.x[0], solved.x[1], solved.x[2]];
+    /// The position, if its residuals and its geometry allow it.
+    fn validated(&self, solved: Converged) -> Result<Converged, (NotFixedReason, [f64; 3])> {
+        let end = solved.position();
         let rows = &solved.equations.rows;
         if rows.len() > STATES && self.options.rules == RuleSet::Rtklib {
             let sum: f64 = rows
@@ -342,7 +377,7 @@ impl SingleContext<'_> {
         &self,
         epoch: &Epoch,
         states: &[Result<SatelliteState, Unusable>],
-        start: [f64; 3],
+        start: Start,
     ) -> Option<Converged> {
         let mut keep = vec![true; epoch.measurements.len()];
         if states.iter().filter(|s| s.is_ok()).count() < 6 {
@@ -354,7 +389,8 @@ impl SingleContext<'_> {
                 continue;
             }
             keep[left_out] = false;
-            if let Ok(solved) = self.validated(epoch, states, start, &keep) {
+            let converged = self.converge(epoch, states, start, &keep);
+            if let Ok(solved) = converged.and_then(|solved| self.validated(solved)) {
                 let n = solved.equations.satellites;
                 if n >= 5 {
                     let sum: f64 = solved.equations.rows[..n]
@@ -378,7 +414,7 @@ impl SingleContext<'_> {
         &self,
         epoch: &Epoch,
         states: &[Result<SatelliteState, Unusable>],
-        start: [f64; 3],
+        start: Start,
     ) -> Option<Converged> {
         let mut keep = vec![true; epoch.measurements.len()];
         loop {

@@ -116,7 +116,8 @@ impl<'a> Filter<'a> {
             let Some(limit) = self.options.max_phase_residual_sigma else {
                 return Ok(attempt);
             };
-            let mut fixed = conditioned.unwrap_or_else(|| self.state.clone());
+            let mut fixed =
+                conditioned.unwrap_or_else(|| self.state.copied_into(self.spare.take()));
             fixed.x[..attempt.x.len()].copy_from_slice(&attempt.x);
             for (pair, integer) in attempt.pairs.iter().zip(&attempt.integers) {
                 let reference = fixed.bias(pair.reference, pair.slot).unwrap_or(0.0);
@@ -137,8 +138,10 @@ impl<'a> Filter<'a> {
                 if self.options.measure_code_noise {
                     result.code_residuals = self.code_residuals(epoch, &differences.rows, &fixed);
                 }
+                self.spare = Some(fixed);
                 return Ok(attempt);
             };
+            self.spare = Some(fixed);
             for track in &mut self.state.tracks {
                 track.in_fix = false;
             }
