@@ -256,15 +256,14 @@ impl Factor {
         let xi = self.diagonal[j + 1] * l / delta;
         self.diagonal[j] = eta * self.diagonal[j + 1];
         self.diagonal[j + 1] = delta;
-        for m in 0..j {
-            let (a, b) = (self.l(j, m), self.l(j + 1, m));
-            self.lower[m * n + j] = b - l * a;
-            self.lower[m * n + j + 1] = eta * a + xi * b;
+        for column in self.lower.chunks_exact_mut(n).take(j) {
+            if let [a, b] = &mut column[j..j + 2] {
+                (*a, *b) = (*b - l * *a, eta * *a + xi * *b);
+            }
         }
         self.lower[j * n + j + 1] = xi;
-        for k in j + 2..n {
-            self.lower.swap(j * n + k, (j + 1) * n + k);
-        }
+        let (a, b) = columns(&mut self.lower, n, j, j + 1);
+        a[j + 2..].swap_with_slice(&mut b[j + 2..]);
         self.float.swap(j, j + 1);
         let (a, b) = columns(&mut self.inverse_transposed, n, j, j + 1);
         a.swap_with_slice(b);

@@ -142,12 +142,12 @@ impl Resolution<'_> {
     }
 
     /// As [`attempt`](Self::attempt); while the ratio test fails, the satellite that stands first
-    /// in `dispensable` is left out and the search repeated, down to `least` pairs.
+    /// among those `dispensable` is left out and the search repeated, down to `least` pairs.
     pub(crate) fn partial_attempt(
         &self,
         state: &FilterState,
         pairs: Vec<Pair>,
-        dispensable: &[(usize, usize)],
+        dispensable: impl FnOnce(&[Pair]) -> Vec<(usize, usize)>,
         least: usize,
     ) -> Result<Attempt, LambdaError> {
         let full = self.attempt(state, pairs)?;
@@ -158,7 +158,7 @@ impl Resolution<'_> {
             return Ok(attempt);
         }
         let mut remaining = full.pairs.clone();
-        for &(satellite, slot) in dispensable {
+        for (satellite, slot) in dispensable(&full.pairs) {
             remaining = without(&remaining, satellite, slot);
             if remaining.len() < least.max(2) {
                 break;

@@ -32,6 +32,21 @@ pub(crate) fn solve_lower(factor: &[f64], right: &mut [f64]) {
     }
 }
 
+/// Replaces the rows of R, which are `count` long, by those of L⁻¹R.
+pub(crate) fn solve_lower_rows(factor: &[f64], rows: &mut [f64], count: usize) {
+    let n = rows.len() / count.max(1);
+    for (i, column) in factor.chunks_exact(n.max(1)).enumerate() {
+        let (known, rest) = rows.split_at_mut((i + 1) * count);
+        let own = &mut known[i * count..];
+        for value in own.iter_mut() {
+            *value /= column[i];
+        }
+        for (row, &l) in rest.chunks_exact_mut(count).zip(&column[i + 1..]) {
+            subtract(row, l, own);
+        }
+    }
+}
+
 fn subtract(from: &mut [f64], factor: f64, column: &[f64]) {
     for (element, c) in from.iter_mut().zip(column) {
         *element -= factor * c;
@@ -73,6 +88,11 @@ mod tests {
             let right = DVector::from_fn(n, |i, _| i as f64 - 1.7);
             let mut solved = right.as_slice().to_vec();
             solve_lower(&factor, &mut solved);
+            let mut twice: Vec<f64> = right.iter().flat_map(|r| [*r, 2.0 * r]).collect();
+            solve_lower_rows(&factor, &mut twice, 2);
+            for (pair, one) in twice.chunks_exact(2).zip(&solved) {
+                assert_eq!(*pair, [*one, 2.0 * one]);
+            }
             let residual = &expected * DVector::from_column_slice(&solved) - &right;
             assert!(residual.amax() < 1e-12, "{n}: {residual}");
             for j in 0..n {

@@ -2,7 +2,7 @@
 //! biases, and what is remembered about each satellite's phase.
 
 use super::constellation::Constellation;
-use super::dense::{dot, factorise, solve_lower};
+use super::dense::{dot, factorise, solve_lower, solve_lower_rows};
 use super::double_row::DoubleRow;
 use super::sparse_row::SparseRow;
 use crate::options::{GlonassAmbiguity, PpkOptions};
@@ -84,7 +84,7 @@ pub(crate) struct FilterState {
 struct Room {
     /// Noise, then the innovations' covariance, then its factor.
     noise: Vec<f64>,
-    /// One column per equation: (P Hᵀ) restricted to the active states.
+    /// One column per equation: (P Hᵀ) restricted to the active states; then PHᵀL⁻ᵀ.
     pht: Vec<f64>,
     /// One column per active state: L⁻¹HP.
     whitened: Vec<f64>,
@@ -315,13 +315,8 @@ impl FilterState {
         }
         let regular = factorise(&mut factor, m);
         if regular {
-            room.whitened = zeros_in(room.whitened, count * m);
-            for (i, own) in room.whitened.chunks_exact_mut(m.max(1)).enumerate() {
-                for (w, column) in own.iter_mut().zip(room.pht.chunks_exact(count)) {
-                    *w = column[i];
-                }
-                solve_lower(&factor, own);
-            }
+            solve_lower_rows(&factor, &mut room.pht, count);
+            transpose(&room.pht, count, &mut room.whitened);
             room.residuals.clear();
             room.residuals.extend(rows.iter().map(|r| r.residual));
             solve_lower(&factor, &mut room.residuals);
@@ -362,6 +357,17 @@ impl Room {
             if *exists {
                 self.active.push(index);
             }
+        }
+    }
+}
+
+/// Fills `to` with the rows of a matrix whose columns are `count` long, one after the other.
+fn transpose(columns: &[f64], count: usize, to: &mut Vec<f64>) {
+    to.resize(columns.len(), 0.0);
+    let rows = columns.len() / count.max(1);
+    for (j, column) in columns.chunks_exact(count.max(1)).enumerate() {
+        for (own, value) in to.chunks_exact_mut(rows).zip(column) {
+            own[j] = *value;
         }
     }
 }
