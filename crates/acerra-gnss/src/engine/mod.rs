@@ -2,6 +2,7 @@
 
 mod ambiguity;
 mod base;
+mod base_views;
 mod base_zeros;
 mod calibration;
 mod code_bias;
@@ -39,6 +40,7 @@ mod sparse_row;
 mod state;
 mod time_correlation;
 mod time_difference;
+mod update_room;
 mod zero;
 
 pub(crate) use base::{BasePlace, base_position};

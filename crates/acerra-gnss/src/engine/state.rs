@@ -5,6 +5,7 @@ use super::constellation::Constellation;
 use super::dense::{dot, factorise, solve_lower, solve_lower_rows};
 use super::double_row::DoubleRow;
 use super::sparse_row::SparseRow;
+use super::update_room::{Room, transpose, zeros_in};
 use crate::options::{GlonassAmbiguity, PpkOptions};
 use crate::signal::{FREQUENCY_SLOTS, SignalCode};
 use acerra_geo::time::GpsTime;
@@ -77,22 +78,6 @@ pub(crate) struct FilterState {
     pub tracks: Vec<Track>,
     initial_bias_variance: f64,
     room: Room,
-}
-
-/// Memory of past updates.
-#[derive(Debug, Default)]
-struct Room {
-    /// Noise, then the innovations' covariance, then its factor.
-    noise: Vec<f64>,
-    /// One column per equation: (P Hᵀ) restricted to the active states; then PHᵀL⁻ᵀ.
-    pht: Vec<f64>,
-    /// One column per active state: L⁻¹HP.
-    whitened: Vec<f64>,
-    residuals: Vec<f64>,
-    /// States that exist.
-    active: Vec<usize>,
-    /// Where among them each state is.
-    place: Vec<usize>,
 }
 
 impl Clone for FilterState {
@@ -342,39 +327,4 @@ impl FilterState {
             }
         }
     }
-}
-
-impl Room {
-    fn note_active(&mut self, exists: &[bool]) {
-        self.active.clear();
-        self.place.clear();
-        for (index, exists) in exists.iter().enumerate() {
-            self.place.push(if *exists {
-                self.active.len()
-            } else {
-                usize::MAX
-            });
-            if *exists {
-                self.active.push(index);
-            }
-        }
-    }
-}
-
-/// Fills `to` with the rows of a matrix whose columns are `count` long, one after the other.
-fn transpose(columns: &[f64], count: usize, to: &mut Vec<f64>) {
-    to.resize(columns.len(), 0.0);
-    let rows = columns.len() / count.max(1);
-    for (j, column) in columns.chunks_exact(count.max(1)).enumerate() {
-        for (own, value) in to.chunks_exact_mut(rows).zip(column) {
-            own[j] = *value;
-        }
-    }
-}
-
-/// Zeros in this memory.
-fn zeros_in(mut memory: Vec<f64>, count: usize) -> Vec<f64> {
-    memory.clear();
-    memory.resize(count, 0.0);
-    memory
 }
