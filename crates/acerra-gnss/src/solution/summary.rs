@@ -16,7 +16,7 @@ pub struct PpkSummary {
     pub float: usize,
     /// Epochs of other quality.
     pub other: usize,
-    /// Reason (see [`NotFixedReason::key`]) and number of epochs not fixed for it, most frequent
+    /// Reason (see [`key`](crate::NotFixedReason::key)) and number of epochs not fixed for it, most frequent
     /// first; epochs without any position included.
     pub not_fixed: Vec<(&'static str, usize)>,
     /// Smallest, mean and largest age of the base's data (s), where any was used.
