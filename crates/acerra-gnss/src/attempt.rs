@@ -9,8 +9,9 @@ use crate::error_correlation::ErrorCorrelation;
 use crate::options::{AmbiguityMode, FilterDirection, PpkOptions};
 use crate::passes::Passes;
 use crate::ppk_error::PpkError;
-use crate::preparation::{Preparation, join, threads};
+use crate::preparation::Preparation;
 use crate::solution::{GlonassDecision, LostEpoch, PpkWarning, Quality};
+use crate::workers::{join, threads};
 
 /// Share of the epochs with phases below which fixing is poor.
 const POOR_SHARE: f64 = 0.9;
@@ -88,12 +89,40 @@ impl Attempt {
 
     /// Results whose fixes are confirmed by this attempt's passes and those of `others`.
     pub(crate) fn confirmed_by(mut self, options: &PpkOptions, others: &[&[Witness; 2]]) -> Self {
-        if let (Some(needed), Some(passes)) = (options.min_success_rate, &self.passes) {
-            let all = || std::iter::once(&passes.witnesses).chain(others.iter().copied());
-            let forward: Vec<&Witness> = all().map(|w| &w[0]).collect();
-            let backward: Vec<&Witness> = all().map(|w| &w[1]).collect();
-            (self.results, self.agreeing) =
-                passes.concluded(options, needed, [&forward, &backward]);
+        if let Some(confirmed) = self.confirmed(options, others) {
+            (self.results, self.agreeing) = confirmed;
+        }
+        self
+    }
+
+    /// Those results, and the number of epochs at which the passes agree.
+    fn confirmed(
+        &self,
+        options: &PpkOptions,
+        others: &[&[Witness; 2]],
+    ) -> Option<(Vec<EpochResult>, usize)> {
+        let (needed, passes) = (options.min_success_rate?, self.passes.as_ref()?);
+        let all = || std::iter::once(&passes.witnesses).chain(others.iter().copied());
+        let forward: Vec<&Witness> = all().map(|w| &w[0]).collect();
+        let backward: Vec<&Witness> = all().map(|w| &w[1]).collect();
+        Some(passes.concluded(options, needed, [&forward, &backward]))
+    }
+
+    /// The results confirmed by the passes, and how their errors hang together in time: side by side
+    /// where there are threads.
+    fn concluded(mut self, options: &PpkOptions) -> Self {
+        let correlation = || error_correlation(&self.passes.as_ref()?.forward);
+        let (confirmed, found) = if threads(options) <= 1 {
+            (self.confirmed(options, &[]), correlation())
+        } else {
+            std::thread::scope(|scope| {
+                let worker = scope.spawn(correlation);
+                (self.confirmed(options, &[]), join(worker))
+            })
+        };
+        self.error_correlation = found;
+        if let Some(confirmed) = confirmed {
+            (self.results, self.agreeing) = confirmed;
         }
         self
     }
@@ -147,7 +176,6 @@ impl Attempt {
         }
         let plan = glonass.map_or(GlonassPlan::Estimate, GlonassPlan::from);
         let (results, passes) = run_passes(&prepared, plan, trial, watch)?;
-        let error_correlation = passes.as_ref().and_then(|p| error_correlation(&p.forward));
         let lost = prepared.rover.iter().filter_map(|e| match &e.single {
             Ok(_) => None,
             Err((reason, _)) => Some(LostEpoch {
@@ -155,7 +183,7 @@ impl Attempt {
                 reason: *reason,
             }),
         });
-        Ok(Self {
+        let attempt = Self {
             lost: lost.collect(),
             rover_epochs: prepared.rover.len(),
             results,
@@ -165,10 +193,10 @@ impl Attempt {
             warnings,
             passes,
             agreeing: 0,
-            error_correlation,
+            error_correlation: None,
             resolves: options.ambiguity != AmbiguityMode::Off,
-        }
-        .confirmed_by(options, &[]))
+        };
+        Ok(attempt.concluded(options))
     }
 }
 

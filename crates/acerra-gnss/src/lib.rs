@@ -64,6 +64,7 @@ mod error_covariance;
 mod events;
 mod file;
 mod geometry;
+mod glonass_orbit;
 pub mod input;
 mod join;
 mod lambda;
@@ -89,6 +90,7 @@ mod signal;
 mod solution;
 mod track;
 pub mod ubx;
+mod workers;
 
 pub use atmosphere::{Mapping, Niell, saastamoinen_m};
 pub use baseline::{Baseline, BaselineAttitude};

@@ -1,19 +1,14 @@
 //! Satellite positions and clocks from broadcast ephemerides.
 
-use crate::navigation::{Ephemeris, GlonassEphemeris, KeplerEphemeris, SbasEphemeris};
-use crate::orbit_state::{EARTH_ROTATION_RAD_S, OrbitRates, OrbitState};
+use crate::glonass_orbit::GlonassNodes;
+use crate::navigation::{Ephemeris, KeplerEphemeris, SbasEphemeris};
+use crate::orbit_state::{EARTH_ROTATION_CGCS_RAD_S, EARTH_ROTATION_RAD_S, OrbitRates, OrbitState};
 use crate::satellite::System;
 use crate::signal::SPEED_OF_LIGHT_M_S;
 use acerra_geo::time::GpsTime;
 
-/// Earth's rotation rate of CGCS2000 and PZ-90 (rad/s).
-const EARTH_ROTATION_CGCS_RAD_S: f64 = 7.292_115e-5;
 const MU_GPS: f64 = 3.986_005_0e14;
 const MU_GALILEO: f64 = 3.986_004_418e14;
-const MU_GLONASS: f64 = 3.986_004_4e14;
-const J2_GLONASS: f64 = 1.082_625_7e-3;
-const EARTH_RADIUS_GLONASS_M: f64 = 6_378_136.0;
-const GLONASS_STEP_S: f64 = 60.0;
 /// Step of the forward difference that gives velocities (s).
 const VELOCITY_STEP_S: f64 = 1e-3;
 
@@ -26,7 +21,7 @@ impl Ephemeris {
     pub fn orbit_at(&self, t: GpsTime) -> OrbitState {
         match self {
             Self::Kepler(e) => kepler(e, t),
-            Self::Glonass(e) => glonass(e, t),
+            Self::Glonass(e) => GlonassNodes::default().orbit_at(e, t),
             Self::Sbas(e) => sbas(e, t),
         }
     }
@@ -34,13 +29,7 @@ impl Ephemeris {
     /// Velocity and clock drift at `t`, by forward difference over a millisecond.
     #[must_use]
     pub fn rates_at(&self, t: GpsTime) -> OrbitRates {
-        let (a, b) = (self.orbit_at(t), self.orbit_at(t + VELOCITY_STEP_S));
-        OrbitRates {
-            velocity_ecef_m_s: std::array::from_fn(|k| {
-                (b.position_ecef_m[k] - a.position_ecef_m[k]) / VELOCITY_STEP_S
-            }),
-            clock_rate: (b.clock_s - a.clock_s) / VELOCITY_STEP_S,
-        }
+        rates(&self.orbit_at(t), &self.orbit_at(t + VELOCITY_STEP_S))
     }
 
     /// Clock at satellite time `t`, without relativity (s): what turns the time a satellite put
@@ -58,6 +47,52 @@ impl Ephemeris {
             x = delta - (a0 + a1 * x + a2 * x * x);
         }
         a0 + a1 * x + a2 * x * x
+    }
+}
+
+/// Rates between two states that are [`VELOCITY_STEP_S`] apart.
+fn rates(a: &OrbitState, b: &OrbitState) -> OrbitRates {
+    OrbitRates {
+        velocity_ecef_m_s: std::array::from_fn(|k| {
+            (b.position_ecef_m[k] - a.position_ecef_m[k]) / VELOCITY_STEP_S
+        }),
+        clock_rate: (b.clock_s - a.clock_s) / VELOCITY_STEP_S,
+    }
+}
+
+/// An ephemeris that is asked for many times.
+pub(crate) struct Broadcast {
+    pub ephemeris: Ephemeris,
+    nodes: GlonassNodes,
+}
+
+impl From<Ephemeris> for Broadcast {
+    fn from(ephemeris: Ephemeris) -> Self {
+        Self {
+            ephemeris,
+            nodes: GlonassNodes::default(),
+        }
+    }
+}
+
+impl Broadcast {
+    /// As [`Ephemeris::orbit_at`], and with rates as [`Ephemeris::rates_at`] where they are asked
+    /// for.
+    pub(crate) fn state_at(
+        &self,
+        t: GpsTime,
+        with_rates: bool,
+    ) -> (OrbitState, Option<OrbitRates>) {
+        let state = self.orbit_at(t);
+        let rates = with_rates.then(|| rates(&state, &self.orbit_at(t + VELOCITY_STEP_S)));
+        (state, rates)
+    }
+
+    fn orbit_at(&self, t: GpsTime) -> OrbitState {
+        match &self.ephemeris {
+            Ephemeris::Glonass(e) => self.nodes.orbit_at(e, t),
+            other => other.orbit_at(t),
+        }
     }
 }
 
@@ -128,60 +163,6 @@ fn is_beidou_geostationary(e: &KeplerEphemeris) -> bool {
     e.satellite.system() == System::Beidou && matches!(e.satellite.number(), 1..=5 | 59..=63)
 }
 
-/// Position and velocity.
-type StateVector = [f64; 6];
-
-fn glonass_derivative(s: &StateVector, acceleration: &[f64; 3]) -> StateVector {
-    let [x, y, z, vx, vy, vz] = *s;
-    let r2 = x * x + y * y + z * z;
-    let r3 = r2 * r2.sqrt();
-    let w = EARTH_ROTATION_CGCS_RAD_S;
-    let a =
-        1.5 * J2_GLONASS * MU_GLONASS * EARTH_RADIUS_GLONASS_M * EARTH_RADIUS_GLONASS_M / (r2 * r3);
-    let b = 5.0 * z * z / r2;
-    let q = -MU_GLONASS / r3 - a * (1.0 - b);
-    [
-        vx,
-        vy,
-        vz,
-        (q + w * w) * x + 2.0 * w * vy + acceleration[0],
-        (q + w * w) * y - 2.0 * w * vx + acceleration[1],
-        (q - 2.0 * a) * z + acceleration[2],
-    ]
-}
-
-fn runge_kutta_step(s: &mut StateVector, step_s: f64, acceleration: &[f64; 3]) {
-    let advanced =
-        |k: &StateVector, h: f64| -> StateVector { std::array::from_fn(|i| s[i] + k[i] * h) };
-    let k1 = glonass_derivative(s, acceleration);
-    let k2 = glonass_derivative(&advanced(&k1, step_s / 2.0), acceleration);
-    let k3 = glonass_derivative(&advanced(&k2, step_s / 2.0), acceleration);
-    let k4 = glonass_derivative(&advanced(&k3, step_s), acceleration);
-    for i in 0..6 {
-        s[i] += (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]) * step_s / 6.0;
-    }
-}
-
-fn glonass(e: &GlonassEphemeris, t: GpsTime) -> OrbitState {
-    let [p, v] = [e.position_ecef_m, e.velocity_ecef_m_s];
-    let mut state = [p[0], p[1], p[2], v[0], v[1], v[2]];
-    let dt = t.seconds_since(e.toe);
-    let mut rest = dt;
-    // The selection limits |dt| to half an hour; anything longer is an extrapolation that means
-    // nothing, and must not take forever.
-    if rest.abs() <= 86_400.0 {
-        while rest.abs() > 1e-9 {
-            let step = rest.clamp(-GLONASS_STEP_S, GLONASS_STEP_S);
-            runge_kutta_step(&mut state, step, &e.acceleration_ecef_m_s2);
-            rest -= step;
-        }
-    }
-    OrbitState {
-        position_ecef_m: [state[0], state[1], state[2]],
-        clock_s: e.clock_offset_s + e.clock_rate * dt,
-    }
-}
-
 fn sbas(e: &SbasEphemeris, t: GpsTime) -> OrbitState {
     let dt = t.seconds_since(e.toe);
     OrbitState {
@@ -197,6 +178,7 @@ fn sbas(e: &SbasEphemeris, t: GpsTime) -> OrbitState {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::navigation::GlonassEphemeris;
     use crate::satellite::SatelliteId;
 
     /// An ephemeris without any correction, for tests to fill in.
@@ -382,24 +364,18 @@ mod tests {
     }
 
     #[test]
-    fn glonass_integration_returns_to_where_it_started() {
-        let mut s = [
-            7_164_901.8,
-            9_075_965.3,
-            22_776_057.1,
-            -1_541.8,
-            2_697.9,
-            -595.6,
-        ];
-        let start = s;
-        for step in [60.0; 15].into_iter().chain([-60.0; 15]) {
-            runge_kutta_step(&mut s, step, &[0.0, 0.0, -2.8e-6]);
-        }
-        for k in 0..3 {
-            assert!(
-                (s[k] - start[k]).abs() < 1e-3,
-                "axis {k}: {}",
-                s[k] - start[k]
+    fn an_ephemeris_asked_often_says_the_same() {
+        let e = Ephemeris::Glonass(glonass_vector());
+        let often = Broadcast::from(e);
+        for after_s in [
+            0.0, 1e-10, 59.9, 60.0, 60.000_5, 899.999, -0.25, -60.0, -1_799.3, 1_800.1, 7_200.5,
+        ] {
+            let t = e.toe() + after_s;
+            let (state, rates) = often.state_at(t, true);
+            assert_eq!(
+                (state, rates),
+                (e.orbit_at(t), Some(e.rates_at(t))),
+                "{after_s}"
             );
         }
     }

@@ -3,6 +3,9 @@
 /// Earth's rotation rate of WGS84 and GTRF (rad/s).
 pub(crate) const EARTH_ROTATION_RAD_S: f64 = 7.292_115_146_7e-5;
 
+/// Earth's rotation rate of CGCS2000 and PZ-90 (rad/s).
+pub(crate) const EARTH_ROTATION_CGCS_RAD_S: f64 = 7.292_115e-5;
+
 /// Where a satellite is and what its clock reads.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OrbitState {

@@ -12,6 +12,7 @@ use crate::observation::{EPOCH_TOLERANCE_S, ObservationData};
 use crate::options::{PositioningMode, PpkOptions};
 use crate::ppk_error::{PpkError, TimeSpan};
 use crate::solution::PpkWarning;
+use crate::workers::{join, threads};
 use acerra_geo::time::GpsTime;
 use std::sync::{Arc, OnceLock};
 
@@ -182,14 +183,6 @@ pub(crate) fn is_wanted(options: &PpkOptions, tag: GpsTime) -> bool {
         && options.end.is_none_or(|t| late_s(t) < EPOCH_TOLERANCE_S)
 }
 
-/// Threads to use, at least one.
-pub(crate) fn threads(options: &PpkOptions) -> usize {
-    match options.threads {
-        0 => std::thread::available_parallelism().map_or(1, usize::from),
-        n => n,
-    }
-}
-
 type States = Vec<Result<SatelliteState, Unusable>>;
 
 /// An epoch, and the states of its satellites where they are known.
@@ -275,11 +268,4 @@ fn rover_epochs(
         let parts: Result<Vec<Vec<_>>, _> = workers.into_iter().map(join).collect();
         Ok(parts?.into_iter().flatten().collect())
     })
-}
-
-/// The worker's result; a panic in it continues here.
-pub(crate) fn join<T>(worker: std::thread::ScopedJoinHandle<'_, T>) -> T {
-    worker
-        .join()
-        .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
 }

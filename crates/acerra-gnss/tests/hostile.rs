@@ -179,6 +179,64 @@ fn signal(
     epoch.satellites.get_mut(satellite % n.max(1))?.signals[0].as_mut()
 }
 
+/// Moves a satellite's codes or phases from an epoch on, or at it alone.
+fn offset(
+    log: &mut ObservationData,
+    (epoch, satellite): (usize, usize),
+    phase: bool,
+    lasting: bool,
+    amount: f64,
+) {
+    let n = log
+        .epochs
+        .get(epoch)
+        .map_or(1, |e| e.satellites.len())
+        .max(1);
+    let id = log
+        .epochs
+        .get(epoch)
+        .and_then(|e| e.satellites.get(satellite % n))
+        .map(|s| s.satellite);
+    let last = if lasting {
+        log.epochs.len()
+    } else {
+        (epoch + 1).min(log.epochs.len())
+    };
+    for e in log.epochs.get_mut(epoch..last).into_iter().flatten() {
+        for s in e.satellites.iter_mut().filter(|s| Some(s.satellite) == id) {
+            for s in s.signals.iter_mut().flatten() {
+                let field = if phase {
+                    &mut s.phase_cycles
+                } else {
+                    &mut s.pseudorange_m
+                };
+                *field = field.map(|v| v + amount);
+            }
+        }
+    }
+}
+
+/// Moves the receiver's clock from an epoch on.
+fn step_clock(log: &mut ObservationData, epoch: usize, step_s: f64, [tag, code, phase]: [bool; 3]) {
+    for e in log.epochs.iter_mut().skip(epoch) {
+        if tag {
+            e.time = e.time + step_s;
+        }
+        for s in &mut e.satellites {
+            let system = s.satellite.system();
+            for s in s.signals.iter_mut().flatten() {
+                let frequency = s.code.carrier_frequency_hz(system, None).unwrap();
+                if code {
+                    s.pseudorange_m = s.pseudorange_m.map(|p| p + step_s * SPEED_OF_LIGHT_M_S);
+                }
+                if phase {
+                    s.phase_cycles = s.phase_cycles.map(|p| p + step_s * frequency);
+                }
+            }
+        }
+    }
+}
+
 fn apply(log: &mut ObservationData, damage: &Damage) {
     match *damage {
         Damage::Value {
@@ -203,33 +261,7 @@ fn apply(log: &mut ObservationData, damage: &Damage) {
             lasting,
             amount,
         } => {
-            let n = log
-                .epochs
-                .get(epoch)
-                .map_or(1, |e| e.satellites.len())
-                .max(1);
-            let id = log
-                .epochs
-                .get(epoch)
-                .and_then(|e| e.satellites.get(satellite % n))
-                .map(|s| s.satellite);
-            let last = if lasting {
-                log.epochs.len()
-            } else {
-                (epoch + 1).min(log.epochs.len())
-            };
-            for e in log.epochs.get_mut(epoch..last).into_iter().flatten() {
-                for s in e.satellites.iter_mut().filter(|s| Some(s.satellite) == id) {
-                    for s in s.signals.iter_mut().flatten() {
-                        let field = if phase {
-                            &mut s.phase_cycles
-                        } else {
-                            &mut s.pseudorange_m
-                        };
-                        *field = field.map(|v| v + amount);
-                    }
-                }
-            }
+            offset(log, (epoch, satellite), phase, lasting, amount);
         }
         Damage::Flags {
             epoch,
@@ -264,24 +296,7 @@ fn apply(log: &mut ObservationData, damage: &Damage) {
             phase,
         } => {
             let step_s = f64::from(milliseconds) * 1e-3;
-            for e in log.epochs.iter_mut().skip(epoch) {
-                if tag {
-                    e.time = e.time + step_s;
-                }
-                for s in &mut e.satellites {
-                    let system = s.satellite.system();
-                    for s in s.signals.iter_mut().flatten() {
-                        let frequency = s.code.carrier_frequency_hz(system, None).unwrap();
-                        if code {
-                            s.pseudorange_m =
-                                s.pseudorange_m.map(|p| p + step_s * SPEED_OF_LIGHT_M_S);
-                        }
-                        if phase {
-                            s.phase_cycles = s.phase_cycles.map(|p| p + step_s * frequency);
-                        }
-                    }
-                }
-            }
+            step_clock(log, epoch, step_s, [tag, code, phase]);
         }
         Damage::Duplicate { epoch, place } => {
             if let Some(copy) = log.epochs.get(epoch).cloned() {

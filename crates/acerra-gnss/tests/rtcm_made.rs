@@ -454,9 +454,10 @@ fn elements(width: usize, toe: (i64, usize)) -> Vec<(i64, usize)> {
     out
 }
 
-#[test]
-fn keplerian_ephemerides_of_every_message() {
-    let toc = 388_800;
+/// Reference time of the ephemerides (s of the week).
+const TOC_S: i64 = 388_800;
+
+fn gps_1019() -> Vec<(i64, usize)> {
     let mut gps = vec![
         (1019, 12),
         (5, 6),
@@ -466,19 +467,23 @@ fn keplerian_ephemerides_of_every_message() {
         (-50, 14),
         (66, 8),
     ];
-    gps.extend([(toc / 16, 16), (0, 8), (-9, 16), (12_345, 22), (66, 10)]);
-    gps.extend(elements(16, (toc / 16, 16)));
+    gps.extend([(TOC_S / 16, 16), (0, 8), (-9, 16), (12_345, 22), (66, 10)]);
+    gps.extend(elements(16, (TOC_S / 16, 16)));
     gps.extend([(-128, 8), (0, 6), (0, 2)]);
+    gps
+}
+
+fn qzss_1044() -> Vec<(i64, usize)> {
     let mut qzss = vec![
         (1044, 12),
         (2, 4),
-        (toc / 16, 16),
+        (TOC_S / 16, 16),
         (0, 8),
         (-9, 16),
         (12_345, 22),
         (66, 8),
     ];
-    qzss.extend(elements(16, (toc / 16, 16)));
+    qzss.extend(elements(16, (TOC_S / 16, 16)));
     qzss.extend([
         (-50, 14),
         (1, 2),
@@ -489,6 +494,10 @@ fn keplerian_ephemerides_of_every_message() {
         (66, 10),
         (0, 1),
     ]);
+    qzss
+}
+
+fn galileo_1046() -> Vec<(i64, usize)> {
     let mut inav = vec![
         (1046, 12),
         (11, 6),
@@ -497,13 +506,21 @@ fn keplerian_ephemerides_of_every_message() {
         (107, 8),
         (-50, 14),
     ];
-    inav.extend([(toc / 60, 14), (-1, 6), (-9, 21), (12_345, 31)]);
-    inav.extend(elements(16, (toc / 60, 14)));
+    inav.extend([(TOC_S / 60, 14), (-1, 6), (-9, 21), (12_345, 31)]);
+    inav.extend(elements(16, (TOC_S / 60, 14)));
     inav.extend([(-3, 10), (4, 10), (2, 2), (1, 1), (1, 2), (0, 1), (0, 2)]);
-    let mut fnav = inav.clone();
+    inav
+}
+
+fn galileo_1045() -> Vec<(i64, usize)> {
+    let mut fnav = galileo_1046();
     fnav[0].0 = 1045;
     fnav.truncate(fnav.len() - 6);
     fnav.extend([(1, 2), (0, 1), (0, 7)]);
+    fnav
+}
+
+fn beidou_1042() -> Vec<(i64, usize)> {
     let mut beidou = vec![
         (1042, 12),
         (23, 6),
@@ -512,11 +529,23 @@ fn keplerian_ephemerides_of_every_message() {
         (-50, 14),
         (6, 5),
     ];
-    beidou.extend([(toc / 8, 17), (0, 11), (-9, 22), (12_345, 24), (7, 5)]);
-    beidou.extend(elements(18, (toc / 8, 17)));
+    beidou.extend([(TOC_S / 8, 17), (0, 11), (-9, 22), (12_345, 24), (7, 5)]);
+    beidou.extend(elements(18, (TOC_S / 8, 17)));
     beidou.extend([(-30, 10), (40, 10), (0, 1)]);
+    beidou
+}
+
+#[test]
+fn keplerian_ephemerides_of_every_message() {
     let mut log = Vec::new();
-    for fields in [gps.clone(), qzss, inav, fnav, beidou] {
+    let all = [
+        gps_1019(),
+        qzss_1044(),
+        galileo_1046(),
+        galileo_1045(),
+        beidou_1042(),
+    ];
+    for fields in all {
         log.extend(message(&fields));
     }
     let log = read_rtcm(&log, &RtcmHints::default());
@@ -546,12 +575,12 @@ fn keplerian_ephemerides_of_every_message() {
         };
         assert_eq!(
             e.toe,
-            GpsTime::from_week_tow(2262, toc as f64 + own_s),
+            GpsTime::from_week_tow(2262, TOC_S as f64 + own_s),
             "{}",
             e.satellite
         );
         assert_eq!(e.toc, e.toe);
-        assert_eq!(e.toe_seconds_of_week, toc as f64);
+        assert_eq!(e.toe_seconds_of_week, TOC_S as f64);
         assert_eq!(e.sqrt_semi_major_axis, 2_702_000_000.0 * 2f64.powi(-19));
         assert_eq!(e.eccentricity, 1e7 * 2f64.powi(-33));
     }

@@ -1,9 +1,15 @@
 //! RTKLIB configuration files (`.conf`): `key =value # comment` lines.
 
+mod antenna;
 mod apply;
 mod error;
+mod outcome;
+mod output;
+mod pending;
+mod positioning;
 mod requested;
 mod setting;
+mod values;
 
 pub use error::ConfError;
 pub use requested::{ConfInputs, ConfOutputs, NotFollowed, NotFollowedReason, RtklibConf};

@@ -3,7 +3,8 @@
 use super::constellation::Constellation;
 use super::double::{Common, GROUPS};
 use super::signal_group::{SignalGroup, SuspectGroups};
-use super::state::{FilterState, SparseRow};
+use super::sparse_row::SparseRow;
+use super::state::FilterState;
 use super::zero::ZeroDifference;
 use crate::lambda::{LambdaError, integer_least_squares};
 use crate::options::{GlonassAmbiguity, PpkOptions, RuleSet};
@@ -141,12 +142,12 @@ impl Resolution<'_> {
     }
 
     /// As [`attempt`](Self::attempt); while the ratio test fails, the satellite that stands first
-    /// in `dispensable` is left out and the search repeated, down to `least` pairs.
+    /// among those `dispensable` is left out and the search repeated, down to `least` pairs.
     pub(crate) fn partial_attempt(
         &self,
         state: &FilterState,
         pairs: Vec<Pair>,
-        dispensable: &[(usize, usize)],
+        dispensable: impl FnOnce(&[Pair]) -> Vec<(usize, usize)>,
         least: usize,
     ) -> Result<Attempt, LambdaError> {
         let full = self.attempt(state, pairs)?;
@@ -157,7 +158,7 @@ impl Resolution<'_> {
             return Ok(attempt);
         }
         let mut remaining = full.pairs.clone();
-        for &(satellite, slot) in dispensable {
+        for (satellite, slot) in dispensable(&full.pairs) {
             remaining = without(&remaining, satellite, slot);
             if remaining.len() < least.max(2) {
                 break;
@@ -323,10 +324,10 @@ impl Resolution<'_> {
                         state.bias_index(reference, first.slot),
                         state.bias_index(other, first.slot),
                     );
-                    rows.push(SparseRow {
-                        coefficients: vec![(i, 1.0), (j, -1.0)],
-                        residual: (integer - integer_of_reference) - (state.x[i] - state.x[j]),
-                    });
+                    rows.push(SparseRow::new(
+                        &[(i, 1.0), (j, -1.0)],
+                        (integer - integer_of_reference) - (state.x[i] - state.x[j]),
+                    ));
                 }
             }
             start = end;
@@ -339,10 +340,8 @@ impl Resolution<'_> {
         if n < least.max(1) {
             return false;
         }
-        state.update(
-            &rows,
-            DMatrix::from_diagonal_element(n, n, options.hold_variance_cycles2),
-        )
+        let noise = state.white_noise(n, options.hold_variance_cycles2);
+        state.update(&rows, noise)
     }
 }
 

@@ -3,6 +3,7 @@
 use crate::navigation::{Ephemeris, Navigation};
 use crate::observation::ObservationData;
 use crate::options::{PpkOptions, RuleSet};
+use crate::orbit::Broadcast;
 use crate::precise::{PreciseGap, PreciseProducts};
 use crate::satellite::{SatelliteId, System};
 use crate::signal::{SPEED_OF_LIGHT_M_S, SignalCode};
@@ -19,7 +20,7 @@ const GALILEO_INAV_CLOCK: u32 = 1 << 9;
 /// Satellites observed by rover or base, of the systems selected, in ascending order.
 pub(crate) struct Constellation {
     ids: Vec<SatelliteId>,
-    ephemerides: Vec<Vec<Ephemeris>>,
+    ephemerides: Vec<Vec<Broadcast>>,
     channels: Vec<Option<i8>>,
     /// Precise orbits and clocks; a satellite in them is positioned by them alone.
     precise: PreciseProducts,
@@ -65,10 +66,10 @@ impl Constellation {
             .collect();
         ids.sort_unstable();
         ids.dedup();
-        let mut ephemerides = vec![Vec::new(); ids.len()];
+        let mut ephemerides: Vec<Vec<Broadcast>> = ids.iter().map(|_| Vec::new()).collect();
         for e in &navigation.ephemerides {
             if let Ok(index) = ids.binary_search(&e.satellite()) {
-                ephemerides[index].push(*e);
+                ephemerides[index].push(Broadcast::from(*e));
             }
         }
         let from_logs = |number: u8| {
@@ -80,7 +81,7 @@ impl Constellation {
             .iter()
             .zip(&ephemerides)
             .map(|(id, list)| {
-                let broadcast = list.iter().find_map(|e| match e {
+                let broadcast = list.iter().find_map(|e| match &e.ephemeris {
                     Ephemeris::Glonass(e) => Some(e.channel),
                     _ => None,
                 });
@@ -127,7 +128,8 @@ impl Constellation {
 
     /// Group delay of a first-slot signal (m), from the first record of the satellite.
     pub(crate) fn group_delay_m(&self, index: usize, code: SignalCode) -> f64 {
-        let Some(Ephemeris::Kepler(e)) = self.ephemerides[index].first() else {
+        let first = self.ephemerides[index].first();
+        let Some(Ephemeris::Kepler(e)) = first.map(|e| &e.ephemeris) else {
             return 0.0;
         };
         let delay_s = match e.satellite.system() {
@@ -140,9 +142,10 @@ impl Constellation {
     }
 
     /// The record whose reference time is nearest to `t`, the later one in the list on ties.
-    fn select(&self, index: usize, t: GpsTime) -> Option<&Ephemeris> {
-        let mut best: Option<(f64, &Ephemeris)> = None;
-        for e in &self.ephemerides[index] {
+    fn select(&self, index: usize, t: GpsTime) -> Option<&Broadcast> {
+        let mut best: Option<(f64, &Broadcast)> = None;
+        for broadcast in &self.ephemerides[index] {
+            let e = &broadcast.ephemeris;
             let ahead_s = e.toe().seconds_since(t);
             let limit_s = match e.satellite().system() {
                 System::Gps | System::Qzss | System::Navic => 7_201.0,
@@ -159,7 +162,7 @@ impl Constellation {
             }
             let distance_s = ahead_s.abs();
             if distance_s <= limit_s && best.is_none_or(|(least, _)| distance_s <= least) {
-                best = Some((distance_s, e));
+                best = Some((distance_s, broadcast));
             }
         }
         best.map(|(_, e)| e)
@@ -183,23 +186,21 @@ impl Constellation {
                 .precise_state(self.ids[index], tag, pseudorange_m, with_rates)
                 .map_err(|_| Unusable::NoEphemeris);
         }
-        let e = self
+        let broadcast = self
             .select(index, selection_time)
             .ok_or(Unusable::NoEphemeris)?;
+        let e = &broadcast.ephemeris;
         if !e.is_healthy() || !(0.0..=LARGEST_ORBIT_ERROR_M).contains(&e.accuracy_m()) {
             return Err(Unusable::Excluded);
         }
         let sent = tag - pseudorange_m / SPEED_OF_LIGHT_M_S;
         let sent = sent - e.clock_without_relativity_s(sent);
-        let orbit = e.orbit_at(sent);
+        let (orbit, rates) = broadcast.state_at(sent, with_rates);
         Ok(SatelliteState {
             position_ecef_m: orbit.position_ecef_m,
             clock_s: orbit.clock_s,
             variance_m2: e.accuracy_m() * e.accuracy_m(),
-            rates: with_rates.then(|| {
-                let rates = e.rates_at(sent);
-                (rates.velocity_ecef_m_s, rates.clock_rate)
-            }),
+            rates: rates.map(|rates| (rates.velocity_ecef_m_s, rates.clock_rate)),
         })
     }
 

@@ -3,7 +3,7 @@
 use super::code_noise::MeasuredNoise;
 use super::constellation::Constellation;
 use super::double_row::DoubleRow;
-use super::noise::{Separation, SignalView, single_difference_variance_m2, weak_signal_factor};
+use super::noise::{Separation, SignalView, single_difference_variances_m2, weak_signal_factor};
 use super::state::FilterState;
 use super::zero::ZeroDifference;
 use crate::options::{PpkOptions, RuleSet};
@@ -104,33 +104,6 @@ impl Differencing<'_> {
         self.rover[self.common[k].rover].elevation_rad
     }
 
-    /// The variance by the model at this elevation, and of signals of these strengths (dB-Hz).
-    fn model_variance(
-        &self,
-        k: usize,
-        slot: usize,
-        is_code: bool,
-        [cn0_db_hz, noise_power]: [[f64; 2]; 2],
-    ) -> f64 {
-        let signal = SignalView {
-            system: self.system(k),
-            slot,
-            is_code,
-            sin_elevation: self.rover[self.common[k].rover].sin_elevation,
-            cn0_db_hz,
-            noise_power,
-        };
-        single_difference_variance_m2(self.options, &signal, self.separation)
-    }
-
-    /// The variance of a measurement, and that of an undisturbed one (m²).
-    fn variances_m2(&self, k: usize, slot: usize, is_code: bool, state: &FilterState) -> [f64; 2] {
-        [
-            self.variance(k, slot, is_code, state),
-            self.model_variance(k, slot, is_code, [[0.0; 2]; 2]),
-        ]
-    }
-
     /// The code noise measured; a code that is not the first of its ambiguity brings only as much
     /// as its correlation in time leaves.
     fn measured_code_factor(&self, k: usize, slot: usize, state: &FilterState) -> f64 {
@@ -143,18 +116,24 @@ impl Differencing<'_> {
         self.noise.of(self.system(k), slot).factor(count)
     }
 
-    fn variance(&self, k: usize, slot: usize, is_code: bool, state: &FilterState) -> f64 {
+    /// The variance of a measurement, and that of an undisturbed one (m²).
+    fn variances_m2(&self, k: usize, slot: usize, is_code: bool, state: &FilterState) -> [f64; 2] {
         let (u, b) = (
             &self.rover[self.common[k].rover],
             &self.base[self.common[k].base],
         );
-        let strength = [
-            [u.cn0_db_hz[slot], b.cn0_db_hz[slot]],
-            [u.noise_power[slot], b.noise_power[slot]],
-        ];
+        let signal = SignalView {
+            system: self.system(k),
+            slot,
+            is_code,
+            sin_elevation: u.sin_elevation,
+            cn0_db_hz: [u.cn0_db_hz[slot], b.cn0_db_hz[slot]],
+            noise_power: [u.noise_power[slot], b.noise_power[slot]],
+        };
+        let [by_model, undisturbed] =
+            single_difference_variances_m2(self.options, &signal, self.separation);
         let weakest_db = u.cn0_drop_db[slot].max(b.cn0_drop_db[slot]);
-        let mut variance = self.model_variance(k, slot, is_code, strength)
-            * weak_signal_factor(self.options, weakest_db);
+        let mut variance = by_model * weak_signal_factor(self.options, weakest_db);
         if is_code {
             variance *= self.measured_code_factor(k, slot, state);
             variance *= self.inflation.get(k).map_or(1.0, |of| of[slot]);
@@ -164,7 +143,7 @@ impl Differencing<'_> {
                 variance += 0.01;
             }
         }
-        variance
+        [variance, undisturbed]
     }
 
     /// The double differences at the given biases.

@@ -2,6 +2,7 @@
 
 mod ambiguity;
 mod base;
+mod base_views;
 mod base_zeros;
 mod calibration;
 mod code_bias;
@@ -10,6 +11,7 @@ mod combine;
 mod confirm;
 mod constellation;
 mod demo5;
+mod dense;
 mod diagnose;
 mod double;
 mod double_row;
@@ -34,9 +36,11 @@ mod robust_codes;
 mod signal_group;
 mod single;
 mod slips;
+mod sparse_row;
 mod state;
 mod time_correlation;
 mod time_difference;
+mod update_room;
 mod zero;
 
 pub(crate) use base::{BasePlace, base_position};

@@ -58,6 +58,15 @@ pub(crate) fn single_difference_variance_m2(
     signal: &SignalView,
     separation: Separation,
 ) -> f64 {
+    single_difference_variances_m2(options, signal, separation)[0]
+}
+
+/// That variance, and that of the same signal at a strength unknown (m²).
+pub(crate) fn single_difference_variances_m2(
+    options: &PpkOptions,
+    signal: &SignalView,
+    separation: Separation,
+) -> [f64; 2] {
     let &SignalView {
         system,
         slot,
@@ -95,7 +104,7 @@ pub(crate) fn single_difference_variance_m2(
             variance += e * e * 10f64.powf(0.1 * below);
         }
     }
-    variance
+    [variance, by_elevation + by_elevation + d * d]
 }
 
 /// Whether a signal is below the C/N₀ mask.

@@ -2,11 +2,13 @@
 //! biases, and what is remembered about each satellite's phase.
 
 use super::constellation::Constellation;
+use super::dense::{dot, factorise, solve_lower, solve_lower_rows};
 use super::double_row::DoubleRow;
+use super::sparse_row::SparseRow;
+use super::update_room::{Room, transpose, zeros_in};
 use crate::options::{GlonassAmbiguity, PpkOptions};
 use crate::signal::{FREQUENCY_SLOTS, SignalCode};
 use acerra_geo::time::GpsTime;
-use nalgebra::{Cholesky, DMatrix, DVector};
 
 /// Standard deviation of the GLONASS inter-channel bias between receivers of unknown makes
 /// (m per channel): Wanninger (2012) found up to 0.05.
@@ -61,13 +63,6 @@ impl Track {
     }
 }
 
-/// A measurement equation with few non-zero coefficients.
-#[derive(Debug, Clone)]
-pub(crate) struct SparseRow {
-    pub coefficients: Vec<(usize, f64)>,
-    pub residual: f64,
-}
-
 /// State vector, covariance, and the tracks.
 #[derive(Debug)]
 pub(crate) struct FilterState {
@@ -82,8 +77,7 @@ pub(crate) struct FilterState {
     pub exists: Vec<bool>,
     pub tracks: Vec<Track>,
     initial_bias_variance: f64,
-    /// Memory of the matrices of past updates.
-    room: [Vec<f64>; 3],
+    room: Room,
 }
 
 impl Clone for FilterState {
@@ -148,6 +142,17 @@ impl FilterState {
             state.initialise(index, 0.0, CHANNEL_SLOPE_SIGMA_M.powi(2));
         }
         state
+    }
+
+    /// A copy, in memory that is to spare.
+    pub(crate) fn copied_into(&self, memory: Option<Self>) -> Self {
+        match memory {
+            Some(mut copy) => {
+                copy.clone_from(self);
+                copy
+            }
+            None => self.clone(),
+        }
     }
 
     /// Index of the GLONASS inter-channel bias (m per channel), where it is estimated.
@@ -237,96 +242,89 @@ impl FilterState {
 
     /// Equation of a double difference.
     pub(crate) fn sparse(&self, row: &DoubleRow, satellites: [usize; 2]) -> SparseRow {
-        let mut coefficients = Vec::with_capacity(5);
-        coefficients.extend(row.position.iter().copied().enumerate());
+        let [x, y, z] = row.position;
+        let mut equation = SparseRow::new(&[(0, x), (1, y), (2, z)], row.residual_m);
         if !row.is_code {
-            coefficients.push((
-                self.bias_index(satellites[0], row.slot),
-                row.wavelengths_m[0],
-            ));
-            coefficients.push((
-                self.bias_index(satellites[1], row.slot),
-                -row.wavelengths_m[1],
-            ));
+            let [reference, other] = satellites.map(|of| self.bias_index(of, row.slot));
+            equation.push(reference, row.wavelengths_m[0]);
+            equation.push(other, -row.wavelengths_m[1]);
             if let (Some(index), true) = (self.channel_slope_index(), row.channels_apart != 0.0) {
-                coefficients.push((index, row.channels_apart));
+                equation.push(index, row.channels_apart);
             }
         }
-        SparseRow {
-            coefficients,
-            residual: row.residual_m,
-        }
+        equation
     }
 
     /// A matrix of zeros for the noise of an [update](Self::update), in memory of a past one.
-    pub(crate) fn blank(&mut self, size: usize) -> DMatrix<f64> {
-        zeros_in(&mut self.room[0], size, size)
+    pub(crate) fn blank(&mut self, size: usize) -> Vec<f64> {
+        zeros_in(std::mem::take(&mut self.room.noise), size * size)
     }
 
-    /// Kalman measurement update with noise covariance `r` (m × m).
+    /// As [`blank`](Self::blank), with this variance on the diagonal.
+    pub(crate) fn white_noise(&mut self, size: usize, variance: f64) -> Vec<f64> {
+        let mut noise = self.blank(size);
+        noise
+            .iter_mut()
+            .step_by(size + 1)
+            .for_each(|r| *r = variance);
+        noise
+    }
+
+    /// Kalman measurement update with a noise covariance, of which the lower triangle is read (by
+    /// columns).
     ///
     /// Returns false, leaving the state as it was, when the innovation covariance is not
     /// positive definite.
-    pub(crate) fn update(&mut self, rows: &[SparseRow], r: DMatrix<f64>) -> bool {
-        let n = self.x.len();
-        let active: Vec<usize> = (0..n).filter(|&i| self.exists[i]).collect();
-        let m = rows.len();
-        // One column per equation: (P Hᵀ) restricted to the active states.
-        let mut pht = zeros_in(&mut self.room[1], active.len(), m);
-        for (column, row) in rows.iter().enumerate() {
-            let mut out = pht.column_mut(column);
-            for &(index, coefficient) in &row.coefficients {
+    pub(crate) fn update(&mut self, rows: &[SparseRow], noise: Vec<f64>) -> bool {
+        let (n, m) = (self.x.len(), rows.len());
+        let mut room = std::mem::take(&mut self.room);
+        room.note_active(&self.exists);
+        let count = room.active.len();
+        room.pht = zeros_in(room.pht, count * m);
+        for (out, row) in room.pht.chunks_exact_mut(count.max(1)).zip(rows) {
+            for &(index, coefficient) in row.coefficients() {
                 let source = &self.p[index * n..(index + 1) * n];
-                for (o, &a) in out.iter_mut().zip(&active) {
+                for (o, &a) in out.iter_mut().zip(&room.active) {
                     *o += coefficient * source[a];
                 }
             }
         }
-        let mut place = vec![usize::MAX; n];
-        for (k, &a) in active.iter().enumerate() {
-            place[a] = k;
-        }
-        let mut s = r;
-        // The factorisation reads the lower triangle only.
-        for j in 0..m {
-            let column = pht.column(j);
+        let mut factor = noise;
+        for (j, column) in room.pht.chunks_exact(count.max(1)).enumerate() {
             for (i, row) in rows.iter().enumerate().skip(j) {
-                let products = row.coefficients.iter();
-                s[(i, j)] += products
-                    .map(|&(index, c)| c * column[place[index]])
-                    .sum::<f64>();
+                let products = row.coefficients().iter();
+                let known =
+                    products.filter_map(|&(index, c)| Some(c * column.get(room.place[index])?));
+                factor[j * m + i] += known.sum::<f64>();
             }
         }
-        let Some(cholesky) = Cholesky::new(s) else {
-            return false;
-        };
-        let residuals = DVector::from_iterator(m, rows.iter().map(|r| r.residual));
-        let mut w = zeros_in(&mut self.room[2], m, active.len());
-        pht.transpose_to(&mut w);
-        cholesky.l_dirty().solve_lower_triangular_mut(&mut w);
-        let mut whitened = residuals;
-        cholesky.l_dirty().solve_lower_triangular_mut(&mut whitened);
-        let dx = w.tr_mul(&whitened);
-        for (i, &a) in active.iter().enumerate() {
-            self.x[a] += dx[i];
-            let own = w.column(i);
-            for (j, &b) in active.iter().enumerate().take(i + 1) {
-                let reduction = own.dot(&w.column(j));
+        let regular = factorise(&mut factor, m);
+        if regular {
+            solve_lower_rows(&factor, &mut room.pht, count);
+            transpose(&room.pht, count, &mut room.whitened);
+            room.residuals.clear();
+            room.residuals.extend(rows.iter().map(|r| r.residual));
+            solve_lower(&factor, &mut room.residuals);
+            self.apply(&room, m);
+        }
+        room.noise = factor;
+        self.room = room;
+        regular
+    }
+
+    /// Moves the state by the whitened residuals, and takes from its covariance what they tell.
+    fn apply(&mut self, room: &Room, m: usize) {
+        let n = self.x.len();
+        let columns = || room.active.iter().zip(room.whitened.chunks_exact(m.max(1)));
+        for (i, (&a, own)) in columns().enumerate() {
+            self.x[a] += dot(own, &room.residuals);
+            for (&b, other) in columns().take(i + 1) {
+                let reduction = dot(own, other);
                 self.p[a * n + b] -= reduction;
-                if i != j {
+                if a != b {
                     self.p[b * n + a] -= reduction;
                 }
             }
         }
-        self.room = [cholesky.unpack_dirty(), pht, w].map(|matrix| matrix.data.into());
-        true
     }
-}
-
-/// A matrix of zeros in this memory.
-fn zeros_in(memory: &mut Vec<f64>, rows: usize, columns: usize) -> DMatrix<f64> {
-    let mut values = std::mem::take(memory);
-    values.clear();
-    values.resize(rows * columns, 0.0);
-    DMatrix::from_vec(rows, columns, values)
 }

@@ -7,9 +7,8 @@
 use super::Filter;
 use crate::engine::ambiguity::Attempt;
 use crate::engine::epoch_input::BaseView;
-use crate::engine::state::SparseRow;
+use crate::engine::sparse_row::SparseRow;
 use crate::solution::NotFixedReason;
-use nalgebra::DMatrix;
 
 /// Largest standard deviation of the position over the length at which the length is used: beyond it
 /// the sphere is no plane (as in RTKLIB).
@@ -46,11 +45,9 @@ impl Filter<'_> {
             x: self.state.x.clone(),
             p: self.state.p.clone(),
         });
-        let row = SparseRow {
-            coefficients: (0..3).map(|k| (k, vector[k] / length_m)).collect(),
-            residual: known.length_m - length_m,
-        };
-        let noise = DMatrix::from_element(1, 1, known.sigma_m * known.sigma_m);
+        let direction: [_; 3] = std::array::from_fn(|k| (k, vector[k] / length_m));
+        let row = SparseRow::new(&direction, known.length_m - length_m);
+        let noise = self.state.white_noise(1, known.sigma_m * known.sigma_m);
         self.state.update(&[row], noise);
         before
     }

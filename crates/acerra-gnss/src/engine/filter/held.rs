@@ -10,9 +10,9 @@ use super::{EpochView, Filter};
 use crate::engine::ambiguity::{Attempt, Pair, Verdict, judge, members, without};
 use crate::engine::double::{Common, GROUPS};
 use crate::engine::single::SinglePoint;
-use crate::engine::state::{FilterState, SparseRow};
+use crate::engine::sparse_row::SparseRow;
+use crate::engine::state::FilterState;
 use crate::options::{AmbiguityMode, RuleSet};
-use nalgebra::DMatrix;
 
 /// Fewest pairs whose integers say where the rover is, with one to spare.
 const LEAST_HELD_PAIRS: usize = 4;
@@ -101,10 +101,8 @@ impl Filter<'_> {
                 }
             }
         }
-        let mut state = self
-            .held_state
-            .clone()
-            .unwrap_or_else(|| self.state.clone());
+        let source = self.held_state.as_ref().unwrap_or(&self.state);
+        let mut state = source.copied_into(self.spare.take());
         let rows: Vec<SparseRow> = pairs
             .iter()
             .zip(&integers)
@@ -113,13 +111,10 @@ impl Filter<'_> {
                     state.bias_index(p.reference, p.slot),
                     state.bias_index(p.other, p.slot),
                 );
-                SparseRow {
-                    coefficients: vec![(i, 1.0), (j, -1.0)],
-                    residual: integer - (state.x[i] - state.x[j]),
-                }
+                SparseRow::new(&[(i, 1.0), (j, -1.0)], integer - (state.x[i] - state.x[j]))
             })
             .collect();
-        let noise = DMatrix::from_diagonal_element(rows.len(), rows.len(), IMPOSED_VARIANCE);
+        let noise = state.white_noise(rows.len(), IMPOSED_VARIANCE);
         state.update(&rows, noise).then_some(state)
     }
 

@@ -102,6 +102,8 @@ pub(crate) struct Filter<'a> {
     held_state: Option<FilterState>,
     /// Room for the state before an update.
     room: Option<FilterState>,
+    /// Room for a copy of the state that is told integers.
+    spare: Option<FilterState>,
     /// Epochs in a row at which the float state contradicts the integers held.
     doubts: u32,
     /// The log is too short for passes in opposite directions to be independent.
@@ -145,6 +147,7 @@ impl<'a> Filter<'a> {
             held_since: None,
             held_state: None,
             room: None,
+            spare: None,
             is_short_log: false,
             doubts: 0,
             glonass_float: false,

@@ -72,30 +72,29 @@ impl<'a> Filter<'a> {
         zero: &[ZeroDifference],
         pairs: &[Pair],
     ) -> Vec<(usize, usize)> {
-        let mut members = members(pairs);
-        let noise = |&(satellite, slot): &(usize, usize)| {
-            common
-                .iter()
-                .find(|c| c.satellite == satellite)
-                .map_or(0.0, |c| {
-                    let z = &zero[c.rover];
-                    let system = self.constellation.id(satellite).system();
-                    let signal = SignalView {
-                        system,
-                        slot,
-                        is_code: false,
-                        sin_elevation: z.sin_elevation,
-                        cn0_db_hz: [z.cn0_db_hz[slot], 0.0],
-                        noise_power: [z.noise_power[slot], 0.0],
-                    };
-                    let model =
-                        single_difference_variance_m2(self.options, &signal, Separation::NONE);
-                    model * weak_signal_factor(self.options, z.cn0_drop_db[slot])
-                })
+        let noise = |satellite: usize, slot: usize| {
+            let found = common.iter().find(|c| c.satellite == satellite);
+            found.map_or(0.0, |c| {
+                let z = &zero[c.rover];
+                let signal = SignalView {
+                    system: self.constellation.id(satellite).system(),
+                    slot,
+                    is_code: false,
+                    sin_elevation: z.sin_elevation,
+                    cn0_db_hz: [z.cn0_db_hz[slot], 0.0],
+                    noise_power: [z.noise_power[slot], 0.0],
+                };
+                let model = single_difference_variance_m2(self.options, &signal, Separation::NONE);
+                model * weak_signal_factor(self.options, z.cn0_drop_db[slot])
+            })
         };
-        members.sort_by(|a, b| noise(b).total_cmp(&noise(a)));
+        let mut members: Vec<_> = members(pairs)
+            .into_iter()
+            .map(|(satellite, slot)| (noise(satellite, slot), (satellite, slot)))
+            .collect();
+        members.sort_by(|(a, _), (b, _)| b.total_cmp(a));
         members.truncate(members.len() / 3);
-        members
+        members.into_iter().map(|(_, member)| member).collect()
     }
 
     /// Ambiguity resolution, and a check of the phases against the integers found: satellites
@@ -116,7 +115,8 @@ impl<'a> Filter<'a> {
             let Some(limit) = self.options.max_phase_residual_sigma else {
                 return Ok(attempt);
             };
-            let mut fixed = conditioned.unwrap_or_else(|| self.state.clone());
+            let mut fixed =
+                conditioned.unwrap_or_else(|| self.state.copied_into(self.spare.take()));
             fixed.x[..attempt.x.len()].copy_from_slice(&attempt.x);
             for (pair, integer) in attempt.pairs.iter().zip(&attempt.integers) {
                 let reference = fixed.bias(pair.reference, pair.slot).unwrap_or(0.0);
@@ -137,8 +137,10 @@ impl<'a> Filter<'a> {
                 if self.options.measure_code_noise {
                     result.code_residuals = self.code_residuals(epoch, &differences.rows, &fixed);
                 }
+                self.spare = Some(fixed);
                 return Ok(attempt);
             };
+            self.spare = Some(fixed);
             for track in &mut self.state.tracks {
                 track.in_fix = false;
             }
@@ -202,9 +204,10 @@ impl<'a> Filter<'a> {
         match self.options.partial_ambiguity {
             None => resolution.attempt(state, pairs),
             Some(partial) => {
-                let dispensable = self.noisiest_first(resolution.common, resolution.rover, &pairs);
                 let least = partial.min_satellites_to_fix.saturating_sub(1);
-                resolution.partial_attempt(state, pairs, &dispensable, least)
+                let dispensable =
+                    |of: &[Pair]| self.noisiest_first(resolution.common, resolution.rover, of);
+                resolution.partial_attempt(state, pairs, dispensable, least)
             }
         }
         .map_err(|_| NotFixedReason::SearchFailed)

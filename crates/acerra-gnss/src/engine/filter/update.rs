@@ -24,13 +24,12 @@ fn update_about(
 ) -> bool {
     let m = rows.len();
     let mut noise = state.blank(m);
-    for (a, ra) in rows.iter().enumerate() {
-        for (b, rb) in rows.iter().enumerate() {
+    for (b, (column, rb)) in noise.chunks_exact_mut(m.max(1)).zip(rows).enumerate() {
+        for (a, (r, ra)) in column.iter_mut().zip(rows).enumerate().skip(b) {
             if ra.block == rb.block {
-                noise[(a, b)] =
-                    ra.variance_reference_m2 + if a == b { ra.variance_other_m2 } else { 0.0 };
+                *r = ra.variance_reference_m2 + if a == b { ra.variance_other_m2 } else { 0.0 };
             }
-            noise[(a, b)] += ra.common_delay_m * rb.common_delay_m;
+            *r += ra.common_delay_m * rb.common_delay_m;
         }
     }
     let sparse: Vec<_> = rows
@@ -39,10 +38,9 @@ fn update_about(
             let satellites = [common[r.reference].satellite, common[r.other].satellite];
             let mut row = state.sparse(r, satellites);
             if let Some(about) = about {
-                let products = row.coefficients.iter();
-                row.residual += products
-                    .map(|&(k, c)| c * (about[k] - state.x[k]))
-                    .sum::<f64>();
+                let products = row.coefficients().iter();
+                let moved = products.map(|&(k, c)| c * (about[k] - state.x[k]));
+                row.residual += moved.sum::<f64>();
             }
             row
         })

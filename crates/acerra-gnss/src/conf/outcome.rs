@@ -1,0 +1,24 @@
+//! What became of a setting.
+
+use super::error::ConfError;
+use super::requested::NotFollowedReason;
+use super::setting::Setting;
+
+/// `None`: followed; else why not.
+pub(super) type Outcome = Result<Option<NotFollowedReason>, ConfError>;
+
+/// The setting is followed.
+pub(super) const FOLLOWED: Outcome = Ok(None);
+/// It asks for what is not done here.
+pub(super) const UNSUPPORTED: Outcome = Ok(Some(NotFollowedReason::Unsupported));
+/// There is no such key.
+pub(super) const UNKNOWN: Outcome = Ok(Some(NotFollowedReason::UnknownKey));
+
+/// Followed if the value is one of those that change nothing here.
+pub(super) fn only(setting: &Setting, harmless: &[&str]) -> Outcome {
+    if harmless.contains(&setting.value.as_str()) {
+        FOLLOWED
+    } else {
+        UNSUPPORTED
+    }
+}

@@ -1,0 +1,261 @@
+//! The iteration to a single-point position, and whether to believe where it ends.
+
+use super::context::{SingleContext, SinglePoint};
+use super::equations::{Equations, Row, STATES};
+use crate::engine::constellation::{SatelliteState, Unusable};
+use crate::engine::measurement::Epoch;
+use crate::options::RuleSet;
+use crate::signal::SPEED_OF_LIGHT_M_S;
+use crate::solution::NotFixedReason;
+use nalgebra::{SMatrix, SVector};
+
+const LARGEST_ITERATIONS: usize = 10;
+/// Satellites down to which outlying ones are left out of a position that fails its validation.
+const LEAST_FOR_BEST_EFFORT: usize = 6;
+/// Root mean square of the residuals beyond which such a position is none (m).
+const LARGEST_RMS_M: f64 = 30.0;
+/// Distance (m) over which no satellite's elevation changes by more than 0.2°.
+const LARGEST_STEP_M: f64 = 50e3;
+/// 0.999 quantiles of χ² for 1, 2, … degrees of freedom.
+const CHI_SQUARE_999: [f64; 30] = [
+    10.8, 13.8, 16.3, 18.5, 20.5, 22.5, 24.3, 26.1, 27.9, 29.6, 31.3, 32.9, 34.5, 36.1, 37.7, 39.3,
+    40.8, 42.3, 43.8, 45.3, 46.8, 48.3, 49.7, 51.2, 52.6, 54.1, 55.5, 56.9, 58.3, 59.7,
+];
+
+fn chi_square_999(freedom: usize) -> f64 {
+    CHI_SQUARE_999.get(freedom - 1).copied().unwrap_or_else(|| {
+        // Wilson and Hilferty's approximation, better than 0.2 % there.
+        let n = freedom as f64;
+        let spread = 2.0 / (9.0 * n);
+        n * (1.0 - spread + 3.090_232 * spread.sqrt()).powi(3)
+    })
+}
+
+/// Where an iteration begins.
+#[derive(Clone, Copy)]
+struct Start {
+    position_ecef_m: [f64; 3],
+    /// The receiver is there but for a satellite or two that misled it: directions are known, and
+    /// with them the delays in the atmosphere. Elsewhere, at the Earth's centre at worst, they are
+    /// not before the first step.
+    is_near: bool,
+}
+
+impl Start {
+    /// The place that an iteration from here came to.
+    fn moved_to(self, position_ecef_m: [f64; 3]) -> Self {
+        let squares = (0..3).map(|k| (position_ecef_m[k] - self.position_ecef_m[k]).powi(2));
+        Self {
+            position_ecef_m,
+            is_near: squares.sum::<f64>().sqrt() < LARGEST_STEP_M,
+        }
+    }
+}
+
+struct Converged {
+    x: SVector<f64, STATES>,
+    covariance: SMatrix<f64, STATES, STATES>,
+    equations: Equations,
+}
+
+impl Converged {
+    fn position(&self) -> [f64; 3] {
+        [self.x[0], self.x[1], self.x[2]]
+    }
+}
+
+impl SingleContext<'_> {
+    /// The single-point position of `epoch`, starting from `start`.
+    ///
+    /// On failure the reason, and the position where the iteration ended.
+    pub(crate) fn solve(
+        &self,
+        epoch: &Epoch,
+        states: &[Result<SatelliteState, Unusable>],
+        start_ecef_m: [f64; 3],
+    ) -> Result<SinglePoint, (NotFixedReason, [f64; 3])> {
+        let all = vec![true; epoch.measurements.len()];
+        let far = Start {
+            position_ecef_m: start_ecef_m,
+            is_near: false,
+        };
+        let (found, start) = match self.converge(epoch, states, far, &all) {
+            Ok(solved) => {
+                let near = far.moved_to(solved.position());
+                (self.validated(solved), near)
+            }
+            Err(failure) => (Err(failure), far),
+        };
+        let solved = match found {
+            Err(failure) if self.options.raim => self
+                .leave_one_out(epoch, states, start)
+                .or_else(|| self.best_effort(epoch, states, start))
+                .ok_or(failure),
+            other => other,
+        }?;
+        let position_ecef_m = solved.position();
+        Ok(SinglePoint {
+            position_ecef_m,
+            covariance_ecef_m2: std::array::from_fn(|i| {
+                std::array::from_fn(|j| solved.covariance[(i, j)])
+            }),
+            satellites: solved.equations.satellites,
+            velocity: self.velocity(epoch, states, position_ecef_m, &solved.equations.used),
+            time: epoch.tag - solved.x[3] / SPEED_OF_LIGHT_M_S,
+        })
+    }
+
+    fn converge(
+        &self,
+        epoch: &Epoch,
+        states: &[Result<SatelliteState, Unusable>],
+        start: Start,
+        keep: &[bool],
+    ) -> Result<Converged, (NotFixedReason, [f64; 3])> {
+        let mut x = SVector::<f64, STATES>::zeros();
+        for k in 0..3 {
+            x[k] = start.position_ecef_m[k];
+        }
+        let position = |x: &SVector<f64, STATES>| [x[0], x[1], x[2]];
+        for iteration in 0..LARGEST_ITERATIONS {
+            let equations = self.equations(epoch, states, &x, iteration > 0 || start.is_near, keep);
+            if equations.rows.len() < STATES {
+                let used = equations.satellites;
+                let reason = NotFixedReason::TooFewSatellitesForSingle { used };
+                return Err((reason, position(&x)));
+            }
+            let mut normal = SMatrix::<f64, STATES, STATES>::zeros();
+            let mut right = SVector::<f64, STATES>::zeros();
+            for row in &equations.rows {
+                let h = SVector::from(row.design);
+                let weight = 1.0 / row.variance_m2;
+                normal.ger(weight, &h, &h, 1.0);
+                right += h * (row.residual_m * weight);
+            }
+            let Some(covariance) = normal.try_inverse() else {
+                return Err((NotFixedReason::SinglePointFailed, position(&x)));
+            };
+            let step = covariance * right;
+            x += step;
+            if !x.iter().all(|v| v.is_finite() && v.abs() < 1e12) {
+                return Err((NotFixedReason::SinglePointFailed, start.position_ecef_m));
+            }
+            if step.norm() < 1e-4 {
+                return Ok(Converged {
+                    x,
+                    covariance,
+                    equations,
+                });
+            }
+        }
+        Err((NotFixedReason::SinglePointFailed, position(&x)))
+    }
+
+    /// The position, if its residuals and its geometry allow it.
+    fn validated(&self, solved: Converged) -> Result<Converged, (NotFixedReason, [f64; 3])> {
+        let end = solved.position();
+        let rows = &solved.equations.rows;
+        if rows.len() > STATES && self.options.rules == RuleSet::Rtklib {
+            let sum: f64 = rows
+                .iter()
+                .map(|r| r.residual_m * r.residual_m / r.variance_m2)
+                .sum();
+            if sum > chi_square_999(rows.len() - STATES) {
+                return Err((NotFixedReason::SinglePointFailed, end));
+            }
+        }
+        let gdop = gdop(&solved.equations.directions);
+        if gdop.is_nan() || gdop <= 0.0 || gdop > self.options.max_gdop {
+            return Err((NotFixedReason::PoorGeometry { gdop }, end));
+        }
+        Ok(solved)
+    }
+
+    /// Among the solutions that leave out one satellite, the one with the least residuals.
+    fn leave_one_out(
+        &self,
+        epoch: &Epoch,
+        states: &[Result<SatelliteState, Unusable>],
+        start: Start,
+    ) -> Option<Converged> {
+        let mut keep = vec![true; epoch.measurements.len()];
+        if states.iter().filter(|s| s.is_ok()).count() < 6 {
+            return None;
+        }
+        let mut best: Option<(f64, Converged)> = None;
+        for left_out in 0..keep.len() {
+            if states[left_out].is_err() {
+                continue;
+            }
+            keep[left_out] = false;
+            let converged = self.converge(epoch, states, start, &keep);
+            if let Ok(solved) = converged.and_then(|solved| self.validated(solved)) {
+                let n = solved.equations.satellites;
+                if n >= 5 {
+                    let sum: f64 = solved.equations.rows[..n]
+                        .iter()
+                        .map(|r| r.residual_m * r.residual_m)
+                        .sum();
+                    let rms = (sum / n as f64).sqrt();
+                    if rms < best.as_ref().map_or(100.0, |(least, _)| *least) {
+                        best = Some((rms, solved));
+                    }
+                }
+            }
+            keep[left_out] = true;
+        }
+        best.map(|(_, solved)| solved)
+    }
+
+    /// The solution without the satellites whose residuals stand out most; where those that remain
+    /// still contradict each other, its covariance grows as their residuals say.
+    fn best_effort(
+        &self,
+        epoch: &Epoch,
+        states: &[Result<SatelliteState, Unusable>],
+        start: Start,
+    ) -> Option<Converged> {
+        let mut keep = vec![true; epoch.measurements.len()];
+        loop {
+            let mut solved = self.converge(epoch, states, start, &keep).ok()?;
+            let n = solved.equations.satellites;
+            let rows = &solved.equations.rows[..n];
+            let square = |r: &Row| r.residual_m * r.residual_m / r.variance_m2;
+            let sum: f64 = rows.iter().map(square).sum();
+            let freedom = solved.equations.rows.len().checked_sub(STATES)?;
+            let contradicting = freedom > 0 && sum > chi_square_999(freedom);
+            if contradicting && n > LEAST_FOR_BEST_EFFORT {
+                let worst =
+                    (0..n).max_by(|a, b| square(&rows[*a]).total_cmp(&square(&rows[*b])))?;
+                keep[solved.equations.used[worst]] = false;
+                continue;
+            }
+            let rms_m = (rows.iter().map(|r| r.residual_m.powi(2)).sum::<f64>() / n as f64).sqrt();
+            let gdop = gdop(&solved.equations.directions);
+            if rms_m > LARGEST_RMS_M || gdop.is_nan() || gdop > self.options.max_gdop {
+                return None;
+            }
+            if contradicting {
+                solved.covariance *= sum / freedom as f64;
+            }
+            return Some(solved);
+        }
+    }
+}
+
+/// Geometric dilution of precision with one clock; infinite when singular.
+fn gdop(directions: &[(f64, f64)]) -> f64 {
+    let mut normal = SMatrix::<f64, 4, 4>::zeros();
+    for &(azimuth, elevation) in directions {
+        let (sin_az, cos_az) = azimuth.sin_cos();
+        let (sin_el, cos_el) = elevation.sin_cos();
+        let h = SVector::from([cos_el * sin_az, cos_el * cos_az, sin_el, 1.0]);
+        normal += h * h.transpose();
+    }
+    if directions.len() < 4 {
+        return f64::INFINITY;
+    }
+    normal
+        .try_inverse()
+        .map_or(f64::INFINITY, |q| q.trace().sqrt())
+}

@@ -1,0 +1,53 @@
+//! What a run decided about GLONASS ambiguities.
+
+use std::fmt;
+
+/// What `--glonass-ar auto` decided, and on what evidence.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum GlonassDecision {
+    /// Ambiguities resolved: no inter-channel bias is to be seen.
+    WithoutBias {
+        /// Standard deviation of the slope (m per channel).
+        sigma_m_per_channel: f64,
+    },
+    /// Ambiguities resolved after an inter-channel bias.
+    WithBias {
+        /// Its slope (m per channel).
+        slope_m_per_channel: f64,
+        /// Its standard deviation (m per channel).
+        sigma_m_per_channel: f64,
+    },
+    /// Ambiguities left float: too few fixes would take them.
+    Float {
+        /// Fixes with GLONASS in the pass that tried.
+        fixes: usize,
+    },
+}
+
+impl fmt::Display for GlonassDecision {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::WithoutBias {
+                sigma_m_per_channel,
+            } => write!(
+                f,
+                "ambiguities resolved; no inter-channel bias (0 ± {:.1} mm per channel)",
+                sigma_m_per_channel * 1e3
+            ),
+            Self::WithBias {
+                slope_m_per_channel,
+                sigma_m_per_channel,
+            } => write!(
+                f,
+                "ambiguities resolved; inter-channel bias of {:.1} ± {:.1} mm per channel taken off",
+                slope_m_per_channel * 1e3,
+                sigma_m_per_channel * 1e3
+            ),
+            Self::Float { fixes } => write!(
+                f,
+                "ambiguities left float: only {fixes} fixes with them in a trial pass"
+            ),
+        }
+    }
+}

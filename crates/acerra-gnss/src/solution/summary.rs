@@ -1,0 +1,48 @@
+//! The result of a run, and its summary.
+
+use super::epoch::{EventPosition, LostEpoch, Solution};
+use super::glonass::GlonassDecision;
+use super::warning::PpkWarning;
+use crate::error_correlation::ErrorCorrelation;
+
+/// Counts and remarks about a whole run.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct PpkSummary {
+    /// Rover epochs in the time window.
+    pub rover_epochs: usize,
+    /// Epochs fixed.
+    pub fixed: usize,
+    /// Epochs float.
+    pub float: usize,
+    /// Epochs of other quality.
+    pub other: usize,
+    /// Reason (see [`key`](crate::NotFixedReason::key)) and number of epochs not fixed for it, most frequent
+    /// first; epochs without any position included.
+    pub not_fixed: Vec<(&'static str, usize)>,
+    /// Smallest, mean and largest age of the base's data (s), where any was used.
+    pub age_s: Option<[f64; 3]>,
+    /// What was decided about GLONASS ambiguities, where that was left to the run.
+    pub glonass: Option<GlonassDecision>,
+    /// Distance of the base position given from the base's own single-point position (m), where the
+    /// base has one.
+    pub base_from_single_m: Option<f64>,
+    /// How the errors of the positions hang together in time, where fixes tell.
+    pub error_correlation: Option<ErrorCorrelation>,
+    /// Remarks.
+    pub warnings: Vec<PpkWarning>,
+}
+
+/// The result of a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PpkSolution {
+    /// Position used for the base antenna (ECEF, m); `None` in single mode and with a moving base.
+    pub base_position_ecef_m: Option<[f64; 3]>,
+    /// Solutions in ascending time order.
+    pub epochs: Vec<Solution>,
+    /// Epochs without a position.
+    pub lost: Vec<LostEpoch>,
+    /// Events with their positions.
+    pub events: Vec<EventPosition>,
+    /// Counts and remarks.
+    pub summary: PpkSummary,
+}
