@@ -164,7 +164,8 @@ impl<'a> Pulses<'a> {
     }
 
     /// The same pulses of an antenna that looks straight down.
-    pub(crate) fn without_boresight(self) -> Self {
+    #[must_use]
+    pub fn without_boresight(self) -> Self {
         Self {
             boresight: None,
             ..self
