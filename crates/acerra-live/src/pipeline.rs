@@ -53,6 +53,8 @@ pub struct Pipeline {
     by_kind: ByKind,
     clock_sigma_s: Option<f64>,
     clock_kind: Option<ClockKind>,
+    /// Whether pulses were imaged by that clock.
+    has_imaged_by_it: bool,
     clock_trouble: Option<String>,
     patience: Patience,
     /// Fastest that the platform was while pulses were imaged (m/s).
@@ -95,6 +97,7 @@ impl Pipeline {
             by_kind: ByKind::default(),
             clock_sigma_s: None,
             clock_kind: None,
+            has_imaged_by_it: false,
             clock_trouble: None,
             patience: Patience::default(),
             most_speed_m_s: 0.0,
@@ -112,7 +115,7 @@ impl Pipeline {
             RecordKind::Settings => {
                 // Another start of the recording: the host's clock begins anew, scans without a time are lost.
                 self.clock.restarted();
-                self.clock_kind = None;
+                (self.clock_kind, self.has_imaged_by_it) = (None, false);
                 self.patience = Patience::Fresh;
                 self.counts.without_position += self.queue.forget_untimed();
             }
@@ -191,6 +194,7 @@ impl Pipeline {
         let scans: Vec<PlacedScan> = self.held.drain(..).collect();
         self.add(&clean, control)?;
         self.counts.imaged += scans.len() as u64;
+        self.has_imaged_by_it = true;
         self.most_speed_m_s = self.most_speed_m_s.max(self.positions.speed_m_s());
         for scan in &scans {
             self.by_kind.count(scan.place.status);
@@ -264,7 +268,9 @@ impl Pipeline {
     fn begin_anew_where_torn(&mut self, before: ClockKind, change_s: f64) {
         let limit_m = TEAR_SHARE * self.settings.quarter_wavelength_m();
         let moved_m = (change_s * self.most_speed_m_s).abs();
-        let Some(canvas) = self.canvas.as_mut().filter(|_| moved_m > limit_m) else {
+        let has_imaged = std::mem::take(&mut self.has_imaged_by_it);
+        let is_torn = has_imaged && moved_m > limit_m;
+        let Some(canvas) = self.canvas.as_mut().filter(|_| is_torn) else {
             return;
         };
         canvas.clear();
