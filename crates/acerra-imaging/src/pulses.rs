@@ -144,8 +144,7 @@ impl<'a> Pulses<'a> {
     pub fn with_boresight(self, boresight: &'a [[f64; 3]]) -> Result<Self, ImagingError> {
         check_length("boresight", self.len(), boresight.len())?;
         for found in boresight.iter().map(|b| norm(*b)) {
-            // NaN is refused as well.
-            if !((found - 1.0).abs() <= 1e-6) {
+            if found.is_nan() || (found - 1.0).abs() > 1e-6 {
                 return Err(ImagingError::OutOfRange {
                     what: "length of a boresight",
                     expected: "1",
