@@ -27,6 +27,7 @@ mod error;
 pub mod hardware_clock;
 pub mod latency;
 mod nmea;
+mod patience;
 pub mod picture;
 pub mod pipeline;
 pub mod place;

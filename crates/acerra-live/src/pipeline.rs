@@ -14,6 +14,7 @@ use crate::clean::{Clean, Cleaner};
 use crate::clock::RunningClock;
 use crate::error::LiveError;
 use crate::hardware_clock::ClockKind;
+use crate::patience::{CLOCK_WAIT_S, Patience};
 use crate::place::{Latest, RadarPlace};
 use crate::positions::Positions;
 use crate::queue::{PlacedScan, Queue};
@@ -62,20 +63,6 @@ pub struct Pipeline {
     begun_anew: Option<BegunAnew>,
 }
 
-/// Whether pulses wait for a better clock that the session is wired for.
-#[derive(Default)]
-enum Patience {
-    /// Not yet.
-    #[default]
-    Fresh,
-    /// Since a host time (s).
-    Since(f64),
-    /// No longer, for good.
-    Over,
-}
-
-/// Longest time that pulses wait for a better clock (s): pulses per second take 16 s of a settled fix.
-const CLOCK_WAIT_S: f64 = 30.0;
 /// Share of a quarter of the wavelength by which the pulses of a picture may be misplaced against one another.
 const TEAR_SHARE: f64 = 0.5;
 
@@ -170,7 +157,7 @@ impl Pipeline {
     pub fn step(&mut self, control: Control<'_>) -> Result<Option<Step>, LiveError> {
         let begun = Instant::now();
         self.settle_times();
-        if matches!(self.patience, Patience::Since(_)) {
+        if self.patience.is_waiting() {
             self.queue.hold();
             return Ok(None);
         }
@@ -225,7 +212,10 @@ impl Pipeline {
             self.settle();
         }
         if let Some(kind) = self.clock_kind {
-            self.wait_for_better(kind);
+            let has_best = kind >= self.clock.expected();
+            self.patience = self
+                .patience
+                .at(self.host_s, has_best, self.queue.is_half_full());
         }
     }
 
@@ -245,22 +235,6 @@ impl Pipeline {
         if let (Some(before), Some(change_s)) = (before, change_s) {
             self.begin_anew_where_torn(before, change_s);
         }
-    }
-
-    /// Lets pulses wait for the clock that the session is wired for, for a while.
-    fn wait_for_better(&mut self, kind: ClockKind) {
-        let is_best = kind >= self.clock.expected();
-        self.patience = match self.patience {
-            _ if is_best => Patience::Over,
-            Patience::Over => Patience::Over,
-            Patience::Fresh => Patience::Since(self.host_s),
-            Patience::Since(since_s)
-                if self.host_s - since_s > CLOCK_WAIT_S || self.queue.is_half_full() =>
-            {
-                Patience::Over
-            }
-            Patience::Since(since_s) => Patience::Since(since_s),
-        };
     }
 
     /// Begins the picture anew where a better clock has moved times so far that pulses imaged before would not focus
@@ -368,7 +342,7 @@ impl Pipeline {
         if let Some(trouble) = &self.clock_trouble {
             return Some(format!("the clocks: {trouble}"));
         }
-        if matches!(self.patience, Patience::Since(_)) {
+        if self.patience.is_waiting() {
             let trouble = self.clock.hardware_trouble().unwrap_or_default();
             return Some(format!(
                 "the better clock, {CLOCK_WAIT_S} s at most: {trouble}"
