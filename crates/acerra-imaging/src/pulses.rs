@@ -129,10 +129,11 @@ impl<'a> Pulses<'a> {
     ///
     /// ```
     /// # use acerra_imaging::{Complex64, ImagingError, PulseArrays, Pulses, SPEED_OF_LIGHT_M_S};
+    /// # let spectrum = [Complex64::new(1.0, 0.0)];
     /// # let pulses = Pulses::new(PulseArrays {
     /// #     position_m: &[[0.0, 0.0, 5.0]],
     /// #     frequency_hz: &[3.1e9],
-    /// #     spectrum: &[Complex64::new(1.0, 0.0)],
+    /// #     spectrum: &spectrum,
     /// #     weight: &[1.0],
     /// #     light_speed_m_s: SPEED_OF_LIGHT_M_S,
     /// # })?;
