@@ -383,6 +383,17 @@ pub enum Weight {
     Path,
 }
 
+/// `[image] antenna_axis`: where the antenna looks, from which its pattern counts.
+#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum AntennaAxis {
+    /// Down in the axes of the platform, by the recorded attitude; straight down where none is recorded.
+    #[default]
+    Attitude,
+    /// Straight down whatever the attitude: on a gimbal that keeps it level.
+    Vertical,
+}
+
 /// The value of a table's only key.
 fn single<'a>(value: &'a Value, key: &str) -> Option<&'a Value> {
     let table = value.as_table()?;

@@ -83,18 +83,22 @@ impl<'a> Echoes<'a> {
         }
     }
 
-    /// The traces with their weights as pulses.
+    /// The traces with their weights as pulses, looking where the recorded attitude points the antenna.
     ///
     /// # Errors
     /// Spectra, positions and weights of different numbers, or values that are not finite.
     pub fn pulses(&self, weight: &'a [f64]) -> Result<Pulses<'a>, ImagingError> {
-        Pulses::new(PulseArrays {
+        let pulses = Pulses::new(PulseArrays {
             position_m: &self.aligned.position_m,
             frequency_hz: &self.spectrum.frequency_hz,
             spectrum: &self.spectrum.values,
             weight,
             light_speed_m_s: self.light_speed_m_s,
-        })
+        })?;
+        match self.aligned.boresight.as_slice() {
+            [] => Ok(pulses),
+            boresight => pulses.with_boresight(boresight),
+        }
     }
 }
 

@@ -2,9 +2,9 @@
 
 use std::ops::Range;
 
-use acerra_imaging::{Complex32, ImagingPlan, IncidenceWeight, PlanOptions};
+use acerra_imaging::{Complex32, ImagingPlan, IncidenceWeight, PlanOptions, Pulses};
 
-use crate::choices::{Sum, Weight};
+use crate::choices::{AntennaAxis, Sum, Weight};
 use crate::control::Control;
 use crate::echoes::{Echoes, ImageError, contributions, plan_on, run_plan};
 use crate::inversion::options::InversionOptions;
@@ -24,6 +24,8 @@ pub struct FocusOptions {
     pub weight: Weight,
     /// Weight by incidence and antenna pattern; level planes alone.
     pub incidence: Option<IncidenceWeight>,
+    /// Where the antenna looks, from which its pattern counts.
+    pub antenna_axis: AntennaAxis,
     /// What of several tracks is summed.
     pub sum: Sum,
     /// Random pixels on which each plan checks itself against Eq. (3) in double precision.
@@ -40,6 +42,7 @@ impl Default for FocusOptions {
             accuracy: 1e-3,
             weight: Weight::Trace,
             incidence: None,
+            antenna_axis: AntennaAxis::default(),
             sum: Sum::Coherent,
             check_pixels: PlanOptions::default().check_pixels,
             memory_limit_bytes: None,
@@ -132,6 +135,7 @@ pub fn focus(
 ) -> Result<Focused, ImageError> {
     let weight = echoes.weights(request.options.weight);
     let pulses = echoes.pulses(&weight).map_err(ImageError::Spectra)?;
+    let pulses = looking(pulses, &request.options);
     let (pulses, parts) = match &request.pulses {
         None => (pulses, parts.to_vec()),
         Some(wanted) => {
@@ -188,6 +192,14 @@ pub fn focus(
         projections: None,
         inversion: None,
     })
+}
+
+/// The pulses of an antenna that looks where the options say.
+pub(crate) fn looking<'a>(pulses: Pulses<'a>, options: &FocusOptions) -> Pulses<'a> {
+    match options.antenna_axis {
+        AntennaAxis::Attitude => pulses,
+        AntennaAxis::Vertical => pulses.without_boresight(),
+    }
 }
 
 /// The tracks' parts of the pulses in `wanted`, counted from its first; tracks without any are left

@@ -141,6 +141,8 @@ pub fn apply_lever_arm(
             }
             Fix {
                 position_m: add(fix.position_m, held.rotate(forward_left_up_m)),
+                // Without those that turn over for one fix.
+                attitude: fix.attitude.map(|_| held),
                 ..*fix
             }
         })

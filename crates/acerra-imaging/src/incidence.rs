@@ -7,7 +7,9 @@ use std::f64::consts::{FRAC_PI_2, PI};
 /// pattern cosⁿ θ, and a limit of incidence with a soft edge.
 ///
 /// Antennas that look down from a level flight see pixels of a level plane at an incidence equal to θ,
-/// and the weight of a pulse is a function of range. It costs nothing while imaging.
+/// and the weight of a pulse is a function of range. It costs nothing while imaging. Where pulses have
+/// boresights ([`Pulses::with_boresight`](crate::Pulses::with_boresight)), the pattern counts from these and
+/// the limit from the vertical.
 ///
 /// ```
 /// use acerra_imaging::IncidenceWeight;
@@ -42,15 +44,22 @@ impl IncidenceWeight {
     /// The weight at `angle_rad` from the vertical.
     #[must_use]
     pub fn at(&self, angle_rad: f64) -> f64 {
-        let pattern = if self.cosine_power == 0.0 {
-            1.0
-        } else {
-            angle_rad.cos().max(0.0).powf(self.cosine_power)
-        };
-        pattern * self.edge(angle_rad)
+        self.pattern(angle_rad.cos()) * self.edge(angle_rad)
     }
 
-    fn edge(&self, angle_rad: f64) -> f64 {
+    /// The antenna's pattern at the cosine of an angle from its boresight.
+    #[must_use]
+    pub fn pattern(&self, cosine: f64) -> f64 {
+        if self.cosine_power == 0.0 {
+            1.0
+        } else {
+            cosine.max(0.0).powf(self.cosine_power)
+        }
+    }
+
+    /// The soft edge of the limit at `angle_rad` from the vertical.
+    #[must_use]
+    pub fn edge(&self, angle_rad: f64) -> f64 {
         if self.max_rad >= FRAC_PI_2 || angle_rad <= self.max_rad - self.taper_rad {
             1.0
         } else if angle_rad >= self.max_rad {

@@ -7,6 +7,7 @@ use crate::plan::imaging::ImagingPlan;
 use crate::plan::options::PlanOptions;
 use crate::pulses::Pulses;
 use num_complex::Complex32;
+use rayon::prelude::*;
 
 /// The image of all pulses pushed so far, readable at any time.
 ///
@@ -30,6 +31,8 @@ use num_complex::Complex32;
 ///     live.push(pulse, Control::default())?;
 /// }
 /// assert_eq!((live.pulses(), live.image().len()), (3, grid.len()));
+/// live.clear();
+/// assert!(live.pulses() == 0 && live.image().iter().all(|v| v.norm() == 0.0));
 /// # Ok::<(), acerra_imaging::ImagingError>(())
 /// ```
 #[derive(Debug)]
@@ -64,11 +67,18 @@ impl LiveImage {
     pub fn push(&mut self, pulses: Pulses, control: Control) -> Result<(), ImagingError> {
         let plan = ImagingPlan::with_control(pulses, self.grid, &self.options, control)?;
         plan.run(&mut self.batch, control)?;
-        for (sum, v) in self.image.iter_mut().zip(&self.batch) {
-            *sum += v;
-        }
+        self.image
+            .par_iter_mut()
+            .zip(&self.batch)
+            .for_each(|(sum, v)| *sum += v);
         self.pulses += pulses.len() as u64;
         Ok(())
+    }
+
+    /// Takes all pulses out again.
+    pub fn clear(&mut self) {
+        self.image.fill(Complex32::ZERO);
+        self.pulses = 0;
     }
 
     /// The image so far, `[rows, columns]` row-major.

@@ -2,6 +2,7 @@
 
 use crate::checks::{check_finite, check_length, check_positive};
 use crate::error::ImagingError;
+use crate::vector::norm;
 use num_complex::Complex64;
 
 /// Speed of light in vacuum, m/s.
@@ -70,6 +71,7 @@ pub struct Pulses<'a> {
     spectrum: &'a [Complex64],
     weight: &'a [f64],
     light_speed_m_s: f64,
+    boresight: Option<&'a [[f64; 3]]>,
 }
 
 impl<'a> Pulses<'a> {
@@ -114,7 +116,60 @@ impl<'a> Pulses<'a> {
             spectrum,
             weight,
             light_speed_m_s,
+            boresight: None,
         })
+    }
+
+    /// The same pulses with the direction in which the antenna looks at each, `[M]` unit vectors in the axes
+    /// of the positions. A weight by the antenna's pattern counts from these; without them the antenna looks
+    /// straight down.
+    ///
+    /// # Errors
+    /// Another number of directions than pulses, or one whose length differs from 1 by more than 10⁻⁶.
+    ///
+    /// ```
+    /// # use acerra_imaging::{Complex64, ImagingError, PulseArrays, Pulses, SPEED_OF_LIGHT_M_S};
+    /// # let spectrum = [Complex64::new(1.0, 0.0)];
+    /// # let pulses = Pulses::new(PulseArrays {
+    /// #     position_m: &[[0.0, 0.0, 5.0]],
+    /// #     frequency_hz: &[3.1e9],
+    /// #     spectrum: &spectrum,
+    /// #     weight: &[1.0],
+    /// #     light_speed_m_s: SPEED_OF_LIGHT_M_S,
+    /// # })?;
+    /// let looks = [[0.6, 0.0, -0.8]];
+    /// assert_eq!(pulses.with_boresight(&looks)?.boresight(), Some(&looks[..]));
+    /// assert!(pulses.with_boresight(&[[0.0, 0.0, -2.0]]).is_err());
+    /// # Ok::<(), ImagingError>(())
+    /// ```
+    pub fn with_boresight(self, boresight: &'a [[f64; 3]]) -> Result<Self, ImagingError> {
+        check_length("boresight", self.len(), boresight.len())?;
+        for found in boresight.iter().map(|b| norm(*b)) {
+            if found.is_nan() || (found - 1.0).abs() > 1e-6 {
+                return Err(ImagingError::OutOfRange {
+                    what: "length of a boresight",
+                    expected: "1",
+                    found,
+                });
+            }
+        }
+        let boresight = Some(boresight);
+        Ok(Self { boresight, ..self })
+    }
+
+    /// Unit vectors in which the antenna looks at each pulse, `[M]`; `None` where it looks straight down.
+    #[must_use]
+    pub fn boresight(&self) -> Option<&'a [[f64; 3]]> {
+        self.boresight
+    }
+
+    /// The same pulses of an antenna that looks straight down.
+    #[must_use]
+    pub fn without_boresight(self) -> Self {
+        Self {
+            boresight: None,
+            ..self
+        }
     }
 
     /// Number of pulses M, at least 1.
@@ -215,7 +270,8 @@ impl<'a> Pulses<'a> {
         Ok(Self {
             position_m: &self.position_m[range.clone()],
             spectrum: &self.spectrum[range.start * n..range.end * n],
-            weight: &self.weight[range],
+            weight: &self.weight[range.clone()],
+            boresight: self.boresight.map(|all| &all[range]),
             ..*self
         })
     }

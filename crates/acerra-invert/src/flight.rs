@@ -22,6 +22,7 @@ pub struct Flight {
     light_speed_m_s: f64,
     spreading: Spreading,
     incidence: Option<(IncidenceWeight, f64)>,
+    boresight: Option<Vec<[f64; 3]>>,
     spread: PointSpread,
 }
 
@@ -48,6 +49,7 @@ impl Flight {
             light_speed_m_s: pulses.light_speed_m_s(),
             spreading: Spreading::InverseSquare,
             incidence: None,
+            boresight: pulses.boresight().map(<[_]>::to_vec),
             spread: PointSpread::of(pulses),
         })
     }
@@ -58,7 +60,8 @@ impl Flight {
         Self { spreading, ..self }
     }
 
-    /// The same with a weight by incidence over the level plane at `plane_z_m`.
+    /// The same with a weight by incidence over the level plane at `plane_z_m`; the antenna's pattern counts
+    /// from the boresights of the pulses where these have any.
     #[must_use]
     pub fn with_incidence(self, weight: Option<IncidenceWeight>, plane_z_m: f64) -> Self {
         Self {
@@ -133,27 +136,39 @@ impl Flight {
     /// # Errors
     /// Values that the imaging operators refuse.
     pub fn pulses<'a>(&'a self, spectrum: &'a [Complex64]) -> Result<Pulses<'a>, InvertError> {
-        Ok(Pulses::new(PulseArrays {
+        let pulses = Pulses::new(PulseArrays {
             position_m: &self.position_m,
             frequency_hz: &self.frequency_hz,
             spectrum,
             weight: &self.root_weight,
             light_speed_m_s: self.light_speed_m_s,
-        })?)
+        })?;
+        Ok(match &self.boresight {
+            Some(boresight) => pulses.with_boresight(boresight)?,
+            None => pulses,
+        })
     }
 
     /// Amplitude of the echo that a unit point at `point_m` returns to `pulse`, times √w.
     #[must_use]
     pub fn amplitude(&self, pulse: usize, point_m: [f64; 3]) -> f64 {
-        self.amplitude_at(pulse, range_m(self.position_m[pulse], point_m))
+        self.amplitude_at(pulse, range_m(self.position_m[pulse], point_m), point_m)
     }
 
-    /// The same of a point at `range_m` from the antenna, on the plane that incidence counts from.
+    /// The same where the range from the antenna, `range_m`, is known already.
     #[must_use]
-    pub fn amplitude_at(&self, pulse: usize, range_m: f64) -> f64 {
+    pub(crate) fn amplitude_at(&self, pulse: usize, range_m: f64, point_m: [f64; 3]) -> f64 {
         let incidence = self.incidence.map_or(1.0, |(weight, plane_z_m)| {
-            let height_m = (self.position_m[pulse][2] - plane_z_m).abs();
-            weight.at((height_m / range_m.max(1e-12)).min(1.0).acos())
+            let antenna_m = self.position_m[pulse];
+            let range_m = range_m.max(1e-12);
+            let height_m = (antenna_m[2] - plane_z_m).abs();
+            let vertical_rad = (height_m / range_m).min(1.0).acos();
+            let Some(boresight) = &self.boresight else {
+                return weight.at(vertical_rad);
+            };
+            let looks = boresight[pulse];
+            let along_m: f64 = (0..3).map(|a| looks[a] * (point_m[a] - antenna_m[a])).sum();
+            weight.edge(vertical_rad) * weight.pattern(along_m / range_m)
         });
         self.root_weight[pulse] * self.spreading.weight(range_m) * incidence
     }
@@ -165,7 +180,7 @@ impl Flight {
         let step_hz = even_step_hz(f);
         for (pulse, row) in data.chunks_mut(f.len()).enumerate() {
             let range = range_m(self.position_m[pulse], point_m);
-            let amplitude = reflectivity * self.amplitude_at(pulse, range);
+            let amplitude = reflectivity * self.amplitude_at(pulse, range, point_m);
             let delay = 4.0 * PI * range / self.light_speed_m_s;
             let Some(step_hz) = step_hz else {
                 for (e, f) in row.iter_mut().zip(f) {
@@ -211,7 +226,7 @@ impl Flight {
                         .sum()
                 }
             };
-            sum += profile * self.amplitude_at(pulse, range);
+            sum += profile * self.amplitude_at(pulse, range, point_m);
         }
         sum
     }
@@ -222,7 +237,8 @@ impl Flight {
         let mut sum = Complex64::ZERO;
         for (pulse, antenna) in self.position_m.iter().enumerate() {
             let (to_a, to_b) = (range_m(*antenna, a_m), range_m(*antenna, b_m));
-            let amplitude = self.amplitude_at(pulse, to_a) * self.amplitude_at(pulse, to_b);
+            let amplitude =
+                self.amplitude_at(pulse, to_a, a_m) * self.amplitude_at(pulse, to_b, b_m);
             sum += self.spread.kernel(to_a - to_b) * amplitude;
         }
         sum

@@ -79,7 +79,7 @@ impl Bins {
             let bin = ((range - first_m) / bin_m).round();
             let delta_m = range - first_m - bin * bin_m;
             let carrier = Complex64::cis(-per_metre * centre_hz * range);
-            let mut term = value * carrier * flight.amplitude_at(pulse, range);
+            let mut term = value * carrier * flight.amplitude_at(pulse, range, *point);
             for slot in &mut values[bin as usize] {
                 *slot += term;
                 term *= delta_m;

@@ -146,7 +146,19 @@ fn the_adjoint_of_weighted_data_is_the_image_of_equation_3() {
         cosine_power: 2.0,
         ..IncidenceWeight::default()
     };
-    for incidence in [None, Some(incidence)] {
+    // Rolled by up to 20°, pitched by up to 11°.
+    let looks: Vec<[f64; 3]> = (0..30)
+        .map(|m| {
+            let (x, y) = (0.34 * f64::from(m).sin(), 0.2 * (0.7 * f64::from(m)).cos());
+            [x, y, -(1.0 - x * x - y * y).sqrt()]
+        })
+        .collect();
+    let tilted = pulses.with_boresight(&looks).unwrap();
+    for (pulses, incidence) in [
+        (pulses, None),
+        (pulses, Some(incidence)),
+        (tilted, Some(incidence)),
+    ] {
         let options = PlanOptions::default().with_accuracy(1e-4);
         let weighted_options = options.with_incidence(incidence);
         let expected: Vec<Complex32> =

@@ -293,8 +293,15 @@ impl Board {
         }
     }
 
-    /// The state of the imaging; latencies are put in.
+    /// The state of the imaging, shown at once; latencies are put in.
     pub fn show_status(&self, status: Status, origin_deg_m: Option<[f64; 3]>) {
+        self.keep_status(status, origin_deg_m);
+        self.changed();
+    }
+
+    /// The same, shown with the next picture: a page that draws a state by itself is not ready for a picture that
+    /// comes meanwhile.
+    pub fn keep_status(&self, status: Status, origin_deg_m: Option<[f64; 3]>) {
         let mut state = self.state();
         state.shown.status = Status {
             latency: state.made.figures(),
@@ -303,8 +310,6 @@ impl Board {
             ..status
         };
         state.shown.origin_deg_m = origin_deg_m;
-        drop(state);
-        self.changed();
     }
 
     /// Where the final image stands.
@@ -379,6 +384,21 @@ mod tests {
         let drawn = board.shown().status.drawn.unwrap();
         assert_eq!((drawn.pulses, drawn.most_ms.round()), (2, 80.0));
         assert_eq!(board.version(), 4);
+    }
+
+    #[test]
+    fn a_state_that_is_kept_comes_with_the_picture() {
+        let board = Board::default();
+        let mut picture = Picture::new(PlaneGrid::new([0.0; 3], 0.1, [4, 4]).unwrap());
+        let status = Status {
+            positions: 7,
+            ..Status::default()
+        };
+        board.keep_status(status, None);
+        assert_eq!((board.version(), board.shown().status.positions), (0, 7));
+        picture.update(&[num_complex::Complex32::new(1.0, 0.0); 16]);
+        board.show_picture(picture, &[], Instant::now());
+        assert_eq!(board.version(), 1);
     }
 
     #[test]

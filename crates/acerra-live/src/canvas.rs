@@ -30,6 +30,11 @@ impl Canvas {
         }
     }
 
+    /// Empties the image; its pixels stay where they are.
+    pub fn clear(&mut self) {
+        self.image.clear();
+    }
+
     /// Adds pulses.
     ///
     /// # Errors

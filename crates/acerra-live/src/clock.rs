@@ -3,8 +3,11 @@
 use std::collections::VecDeque;
 
 use acerra_geo::time::GpsTime;
-use acerra_radar::recover_clock;
+use acerra_gnss::ubx::frame::Frame;
+use acerra_radar::{LoggedClock, recover_clock};
 use acerra_record::timing::{Latency, Pair, Stamps, TimingError, logged_clock};
+
+use crate::hardware_clock::{ClockKind, HardwareClock, Wiring};
 
 /// Scans and epochs that a fit rests on: at 50 scans/s the latest 20 s.
 const MOST_SCANS: usize = 1024;
@@ -28,6 +31,10 @@ pub struct RunningClock {
     /// Epochs by solutions, for receivers that send no measurements.
     solutions: VecDeque<(GpsTime, f64)>,
     settled: Option<Settled>,
+    wiring: Wiring,
+    hardware: HardwareClock,
+    /// The best clock so far, and how much later its times are than those by times of arrival (s).
+    held: (ClockKind, f64),
 }
 
 /// A fit.
@@ -40,6 +47,10 @@ pub struct Settled {
     rate: f64,
     /// Standard deviation of a scan's time, of the stamps alone (s).
     pub sigma_s: f64,
+    /// What the times rest on.
+    pub kind: ClockKind,
+    /// How much later times are than by the fit before, where a better clock has just taken over (s).
+    pub change_s: Option<f64>,
 }
 
 impl Settled {
@@ -55,11 +66,15 @@ impl Settled {
 }
 
 impl RunningClock {
-    /// A clock without stamps; `latency` is what all messages of the radio, and all epochs, have in common.
+    /// A clock without stamps; `latency` is what all messages of the radio, and all epochs, have in common, and
+    /// `wiring` what the session is wired for.
     #[must_use]
-    pub fn new(latency: [Latency; 2]) -> Self {
+    pub fn new(latency: [Latency; 2], wiring: Wiring) -> Self {
         Self {
             latency,
+            wiring,
+            hardware: HardwareClock::new(wiring),
+            held: (ClockKind::Arrivals, 0.0),
             scans: VecDeque::new(),
             epochs: VecDeque::new(),
             solutions: VecDeque::new(),
@@ -90,6 +105,29 @@ impl RunningClock {
         push_epoch(&mut self.solutions, time, host_s);
     }
 
+    /// Takes a message of the receiver for its fix and its time marks.
+    pub fn frame(&mut self, frame: &Frame<'_>, host_s: f64) {
+        self.hardware.frame(frame, host_s);
+    }
+
+    /// Takes a pulse per second, by the kernel's number of it.
+    pub fn pulse(&mut self, sequence: u32, host_s: f64) {
+        self.hardware.pulse(sequence, host_s);
+    }
+
+    /// Why a better clock that the session is wired for is not used; `None` where it is.
+    #[must_use]
+    pub fn hardware_trouble(&self) -> Option<&str> {
+        let is_best = self.held.0 >= self.hardware.expected();
+        self.hardware.trouble.as_deref().filter(|_| !is_best)
+    }
+
+    /// The best clock that may be waited for.
+    #[must_use]
+    pub fn expected(&self) -> ClockKind {
+        self.hardware.expected()
+    }
+
     /// The radio's clock begins anew; what GPS says of the host's clock holds.
     pub fn radio_restarted(&mut self) {
         self.scans.clear();
@@ -98,10 +136,11 @@ impl RunningClock {
 
     /// The host's clock begins anew.
     pub fn restarted(&mut self) {
-        *self = Self::new(self.latency);
+        *self = Self::new(self.latency, self.wiring);
     }
 
-    /// Fits the stamps.
+    /// Fits the stamps: marks and pulses where they tell, else times of arrival. Where better stamps have ended, times of
+    /// arrival are later by as much as they were against those, so that nothing jumps.
     ///
     /// # Errors
     /// Too few stamps, or clocks that differ by more than clocks do, as they seem to while the stamps span
@@ -120,19 +159,38 @@ impl RunningClock {
             &self.epochs
         };
         let first = self.scans.front();
-        let clock = logged_clock(&Stamps {
+        let stamps = Stamps {
             radio: self.scans.iter().zip(&radar_s).map(pair).collect(),
             gps: epochs.iter().copied().collect(),
             first: first.map_or((0, 0), |scan| (scan.id, scan.stamp_ms)),
             latency: self.latency,
-        })?;
+        };
+        let arrivals = logged_clock(&stamps)?;
+        let (mut clock, mut kind) = self.hardware.best(&stamps, &radar_s, &arrivals);
+        let latest_s = radar_s.last().copied().unwrap_or(0.0);
+        let start_of =
+            |clock: &LoggedClock| GpsTime::from_week_tow(clock.gps_week, clock.time_offset_s);
+        let at_latest = |clock: &LoggedClock| start_of(clock) + clock.rate * latest_s;
+        let later_s = at_latest(&clock).seconds_since(at_latest(&arrivals));
+        let (held, held_later_s) = self.held;
+        let mut start = start_of(&clock);
+        let mut change_s = None;
+        if kind < held {
+            (clock, kind) = (arrivals, held);
+            start = start_of(&clock) + held_later_s;
+        } else {
+            change_s = (kind > held).then_some(later_s - held_later_s);
+            self.held = (kind, later_s);
+        }
         Ok(self.settled.insert(Settled {
             first_number: first.map_or(0, |scan| scan.number),
             radar_s,
             numbers: self.scans.iter().map(|scan| scan.number).collect(),
-            start: GpsTime::from_week_tow(clock.gps_week, clock.time_offset_s),
+            start,
             rate: clock.rate,
             sigma_s: clock.sigma_stamps_s,
+            kind,
+            change_s,
         }))
     }
 }
@@ -159,7 +217,7 @@ mod tests {
     #[test]
     fn scans_stand_on_gps_time_though_stamps_are_late_and_coarse() {
         let start = GpsTime::from_week_tow(2075, 207_000.0);
-        let mut clock = RunningClock::new([Latency::default(); 2]);
+        let mut clock = RunningClock::new([Latency::default(); 2], Wiring::NONE);
         assert!(clock.settle().is_err());
         // The host began 3 s before; both sources are late by up to 3 ms, the radio 20 ppm fast.
         let late_s = |k: u64| 1e-3 * (k * 7919 % 97) as f64 / 32.0;

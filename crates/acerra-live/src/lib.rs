@@ -8,6 +8,7 @@
 //!
 //! - [`settings`]: what a session says of its live image.
 //! - [`clock`]: the radio's scans on GPS time, by the stamps so far.
+//! - [`hardware_clock`]: the better one by pulses per second and time marks.
 //! - [`positions`]: the receiver's own solutions, and the radar's place between them.
 //! - [`clean`]: cleaning that knows nothing of later traces.
 //! - [`pipeline`]: from records to an image, without threads.
@@ -23,8 +24,10 @@ mod canvas;
 pub mod clean;
 pub mod clock;
 mod error;
+pub mod hardware_clock;
 pub mod latency;
 mod nmea;
+mod patience;
 pub mod picture;
 pub mod pipeline;
 pub mod place;

@@ -109,15 +109,12 @@ impl Picture {
         let at = [column * TILE, row * TILE];
         let size = [TILE.min(nx - at[0]), TILE.min(ny - at[1])];
         let rows = at[1]..at[1] + size[1];
-        let levels = rows.flat_map(|row| {
+        let mut levels = Vec::with_capacity(size[0] * size[1]);
+        for row in rows {
             let start = row * nx + at[0];
-            self.levels[start..start + size[0]].iter().copied()
-        });
-        Tile {
-            at,
-            size,
-            levels: levels.collect(),
+            levels.extend_from_slice(&self.levels[start..start + size[0]]);
         }
+        Tile { at, size, levels }
     }
 }
 

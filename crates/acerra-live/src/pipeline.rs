@@ -7,22 +7,25 @@ use acerra_gnss::ubx::epoch_time;
 use acerra_imaging::{Control, LiveImage, PlaneGrid};
 use acerra_record::gnss::FrameFinder;
 use acerra_record::log::{Record, RecordKind};
+use acerra_record::pps::PulseStamp;
 
 use crate::canvas::Canvas;
 use crate::clean::{Clean, Cleaner};
 use crate::clock::RunningClock;
 use crate::error::LiveError;
+use crate::hardware_clock::ClockKind;
+use crate::patience::{CLOCK_WAIT_S, Patience};
 use crate::place::{Latest, RadarPlace};
 use crate::positions::Positions;
 use crate::queue::{PlacedScan, Queue};
 use crate::scans::Scans;
 use crate::settings::LiveSettings;
-use crate::status::{ByKind, PulseCounts, Status};
+use crate::status::{BegunAnew, ByKind, PulseCounts, Status};
 
 /// Pulses that were added to the image.
 #[derive(Debug)]
 pub struct Step {
-    /// When the last message came of each that did not wait for the heading.
+    /// When the last message came of each that did not wait for the heading or a better clock.
     pub came: Vec<Instant>,
     /// When their imaging began.
     pub begun: Instant,
@@ -45,18 +48,30 @@ pub struct Pipeline {
     cleaner: Cleaner,
     canvas: Option<Canvas>,
     numbers: u64,
+    /// The latest record's host time (s).
+    host_s: f64,
     counts: PulseCounts,
     by_kind: ByKind,
     clock_sigma_s: Option<f64>,
+    clock_kind: Option<ClockKind>,
+    /// Whether pulses were imaged by that clock.
+    has_imaged_by_it: bool,
     clock_trouble: Option<String>,
+    patience: Patience,
+    /// Fastest that the platform was while pulses were imaged (m/s).
+    most_speed_m_s: f64,
+    begun_anew: Option<BegunAnew>,
 }
+
+/// Share of a quarter of the wavelength by which the pulses of a picture may be misplaced against one another.
+const TEAR_SHARE: f64 = 0.5;
 
 impl Pipeline {
     /// A pipeline that has seen nothing.
     #[must_use]
     pub fn new(settings: LiveSettings) -> Self {
         Self {
-            clock: RunningClock::new(settings.latency),
+            clock: RunningClock::new(settings.latency, settings.wiring),
             positions: Positions::new(settings.origin, settings.lever_arm_m),
             frames: FrameFinder::default(),
             scans: Scans::default(),
@@ -68,7 +83,13 @@ impl Pipeline {
             counts: PulseCounts::default(),
             by_kind: ByKind::default(),
             clock_sigma_s: None,
+            clock_kind: None,
+            has_imaged_by_it: false,
             clock_trouble: None,
+            patience: Patience::default(),
+            most_speed_m_s: 0.0,
+            begun_anew: None,
+            host_s: 0.0,
             settings,
         }
     }
@@ -76,14 +97,23 @@ impl Pipeline {
     /// Takes a record that came at an instant.
     pub fn take(&mut self, record: &Record, came: Instant) {
         let host_s = 1e-9 * record.at_ns as f64;
+        self.host_s = host_s;
         match record.kind {
             RecordKind::Settings => {
                 // Another start of the recording: the host's clock begins anew, scans without a time are lost.
                 self.clock.restarted();
+                (self.clock_kind, self.has_imaged_by_it) = (None, false);
+                self.patience = Patience::Fresh;
                 self.counts.without_position += self.queue.forget_untimed();
             }
             RecordKind::Radio => self.message(&record.payload, host_s, came),
             RecordKind::Gnss => self.gnss(&record.payload, host_s),
+            RecordKind::Pulse => {
+                // One that holds no pulse is counted when the session's files are made.
+                if let Ok(stamp) = PulseStamp::parse(&record.payload) {
+                    self.clock.pulse(stamp.sequence, host_s);
+                }
+            }
             _ => {}
         }
     }
@@ -107,6 +137,7 @@ impl Pipeline {
         self.positions.need_from(self.queue.oldest());
         let (clock, positions) = (&mut self.clock, &mut self.positions);
         self.frames.take(bytes, host_s, |frame, host_s| {
+            clock.frame(frame, host_s);
             if let Some(time) = epoch_time(frame) {
                 clock.epoch(time, host_s);
             }
@@ -126,6 +157,10 @@ impl Pipeline {
     pub fn step(&mut self, control: Control<'_>) -> Result<Option<Step>, LiveError> {
         let begun = Instant::now();
         self.settle_times();
+        if self.patience.is_waiting() {
+            self.queue.hold();
+            return Ok(None);
+        }
         let (settings, counts) = (&self.settings, &mut self.counts);
         let (traces, placed) = self
             .queue
@@ -146,10 +181,12 @@ impl Pipeline {
         let scans: Vec<PlacedScan> = self.held.drain(..).collect();
         self.add(&clean, control)?;
         self.counts.imaged += scans.len() as u64;
+        self.has_imaged_by_it = true;
+        self.most_speed_m_s = self.most_speed_m_s.max(self.positions.speed_m_s());
         for scan in &scans {
             self.by_kind.count(scan.place.status);
         }
-        let in_time = scans.iter().filter(|scan| !scan.waited_for_heading);
+        let in_time = scans.iter().filter(|scan| !scan.was_held);
         Ok(Some(Step {
             came: in_time.map(|scan| scan.came).collect(),
             begun,
@@ -171,17 +208,53 @@ impl Pipeline {
     }
 
     fn settle_times(&mut self) {
-        if !self.queue.needs_times() {
-            return;
+        if self.queue.needs_times() {
+            self.settle();
         }
-        match self.clock.settle() {
-            Ok(settled) => {
-                self.clock_sigma_s = Some(settled.sigma_s);
-                self.clock_trouble = None;
-                self.queue.settle_times(settled);
+        if let Some(kind) = self.clock_kind {
+            let has_best = kind >= self.clock.expected();
+            self.patience = self
+                .patience
+                .at(self.host_s, has_best, self.queue.is_half_full());
+        }
+    }
+
+    fn settle(&mut self) {
+        let settled = match self.clock.settle() {
+            Ok(settled) => settled,
+            Err(error) => {
+                self.clock_trouble = Some(error.to_string());
+                return;
             }
-            Err(error) => self.clock_trouble = Some(error.to_string()),
+        };
+        let (kind, change_s) = (settled.kind, settled.change_s);
+        self.clock_sigma_s = Some(settled.sigma_s);
+        self.clock_trouble = None;
+        self.queue.settle_times(settled);
+        let before = self.clock_kind.replace(kind);
+        if let (Some(before), Some(change_s)) = (before, change_s) {
+            self.begin_anew_where_torn(before, change_s);
         }
+    }
+
+    /// Begins the picture anew where a better clock has moved times so far that pulses imaged before would not focus
+    /// with those after.
+    fn begin_anew_where_torn(&mut self, before: ClockKind, change_s: f64) {
+        let limit_m = TEAR_SHARE * self.settings.quarter_wavelength_m();
+        let moved_m = (change_s * self.most_speed_m_s).abs();
+        let has_imaged = std::mem::take(&mut self.has_imaged_by_it);
+        let is_torn = has_imaged && moved_m > limit_m;
+        let Some(canvas) = self.canvas.as_mut().filter(|_| is_torn) else {
+            return;
+        };
+        canvas.clear();
+        self.counts.begun_anew += std::mem::take(&mut self.counts.imaged);
+        self.by_kind = ByKind::default();
+        self.begun_anew = Some(BegunAnew {
+            before: before.name(),
+            change_ms: 1e3 * change_s,
+            moved_m,
+        });
     }
 
     /// Drops the oldest pulses whose positions are there and that imaging has no time for, all but `keep`.
@@ -240,6 +313,13 @@ impl Pipeline {
             quarter_wavelength_m: self.settings.quarter_wavelength_m(),
             positions: self.positions.taken(),
             clock_sigma_s: self.clock_sigma_s,
+            clock: self.clock_kind.map(ClockKind::name),
+            clock_doubt: match self.patience {
+                Patience::Over => self.clock.hardware_trouble().map(str::to_owned),
+                _ => None,
+            },
+            begun_anew: self.begun_anew,
+            least_height_m: self.settings.least_height_m,
             waits_for: self.waits_for(),
             shift_ns: self.cleaner.shift_s().map(|s| 1e9 * s),
             link: self.scans.counts(),
@@ -262,6 +342,12 @@ impl Pipeline {
         if let Some(trouble) = &self.clock_trouble {
             return Some(format!("the clocks: {trouble}"));
         }
+        if self.patience.is_waiting() {
+            let trouble = self.clock.hardware_trouble().unwrap_or_default();
+            return Some(format!(
+                "the better clock, {CLOCK_WAIT_S} s at most: {trouble}"
+            ));
+        }
         if let Some(trouble) = self.cleaner.trouble() {
             return Some(format!(
                 "where range is zero ([flight] delay_ns states it): {trouble}"
@@ -274,7 +360,14 @@ impl Pipeline {
             return None;
         }
         if self.counts.too_low > 0 && self.cleaner.waiting() == 0 {
-            return Some("take-off".to_owned());
+            return Some(match self.settings.planned_height_m {
+                Some(planned_m) => format!(
+                    "a height of {:.1} m above the image plane, three quarters of the {planned_m:.1} m planned ([flight] \
+                     height_m, [live] least_height_m)",
+                    self.settings.least_height_m
+                ),
+                None => "take-off".to_owned(),
+            });
         }
         Some("the first pulses in flight".to_owned())
     }

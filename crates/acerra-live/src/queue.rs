@@ -23,8 +23,8 @@ struct Waiting {
     number: u64,
     time: Option<GpsTime>,
     came: Instant,
-    /// Whether it waited for the heading: how long that took is no delay of the imaging.
-    waited_for_heading: bool,
+    /// Whether it waited for the heading or a better clock: how long that took is no delay of the imaging.
+    was_held: bool,
 }
 
 /// A scan that has its place, and its trace.
@@ -34,8 +34,8 @@ pub(crate) struct PlacedScan {
     pub came: Instant,
     /// Where the radar was.
     pub place: RadarPlace,
-    /// Whether it waited for the heading: its delay tells nothing of how fast the imaging is.
-    pub waited_for_heading: bool,
+    /// Whether it waited for the heading or a better clock: its delay tells nothing of how fast the imaging is.
+    pub was_held: bool,
 }
 
 /// Scans of one window, with their traces.
@@ -45,9 +45,10 @@ pub(crate) type Batch = (Vec<PlacedTrace>, Vec<PlacedScan>);
 #[derive(Default)]
 pub(crate) struct Queue {
     waiting: VecDeque<Waiting>,
-    /// Scans that waited together for the heading and are not late by themselves.
+    /// Scans that waited together for the heading or a better clock and are not late by themselves.
     backlog: usize,
     without_heading: bool,
+    without_clock: bool,
 }
 
 impl Queue {
@@ -58,7 +59,7 @@ impl Queue {
             number,
             time: None,
             came,
-            waited_for_heading: false,
+            was_held: false,
         });
         if self.waiting.len() > MOST_WAITING {
             self.pop();
@@ -80,6 +81,19 @@ impl Queue {
         self.waiting.len()
     }
 
+    /// Whether so many wait that the oldest are about to be given up.
+    pub fn is_half_full(&self) -> bool {
+        self.waiting.len() >= MOST_WAITING / 2
+    }
+
+    /// Lets all wait for a better clock.
+    pub fn hold(&mut self) {
+        self.without_clock = true;
+        for waiting in &mut self.waiting {
+            waiting.was_held = true;
+        }
+    }
+
     /// Whether they wait for the heading.
     pub fn is_without_heading(&self) -> bool {
         self.without_heading
@@ -98,7 +112,8 @@ impl Queue {
     /// Gives scans their times: until they are placed, later stamps make these better.
     pub fn settle_times(&mut self, settled: &Settled) {
         for waiting in &mut self.waiting {
-            waiting.time = settled.time(waiting.number).or(waiting.time);
+            let before = || Some(waiting.time? + settled.change_s.unwrap_or(0.0));
+            waiting.time = settled.time(waiting.number).or_else(before);
         }
     }
 
@@ -117,7 +132,7 @@ impl Queue {
         counts: &mut PulseCounts,
     ) -> Batch {
         let (mut traces, mut placed) = Batch::default();
-        self.without_heading = false;
+        (self.without_heading, self.without_clock) = (false, false);
         while let Some(front) = self.waiting.front() {
             let Some(time) = front.time else { break };
             let is_other = |trace: &PlacedTrace| trace.window != front.scan.window;
@@ -132,7 +147,7 @@ impl Queue {
                 Placed::WithoutHeading { up_m } if !too_low(up_m) => {
                     self.without_heading = true;
                     for waiting in &mut self.waiting {
-                        waiting.waited_for_heading = true;
+                        waiting.was_held = true;
                     }
                     break;
                 }
@@ -145,7 +160,7 @@ impl Queue {
                     placed.push(PlacedScan {
                         came: waiting.came,
                         place,
-                        waited_for_heading: waiting.waited_for_heading,
+                        was_held: waiting.was_held,
                     });
                 }
                 Placed::At(_) | Placed::WithoutHeading { .. } => counts.too_low += 1,
@@ -156,11 +171,11 @@ impl Queue {
     }
 
     /// Drops the oldest scans up to a time that imaging has no time for, all but `keep`, and returns how many.
-    /// Those that waited for the heading are no delay of the imaging.
+    /// Those that waited for the heading or a better clock are no delay of the imaging.
     pub fn drop_behind(&mut self, until: GpsTime, keep: usize) -> u64 {
         let is_ready = |waiting: &&Waiting| waiting.time.is_some_and(|time| time <= until);
         let ready = self.waiting.iter().take_while(is_ready).count();
-        if self.without_heading {
+        if self.without_heading || self.without_clock {
             self.backlog = ready;
             return 0;
         }

@@ -12,12 +12,18 @@ use acerra_record::timing::Latency;
 use serde::de::DeserializeOwned;
 
 use crate::error::LiveError;
+use crate::hardware_clock::Wiring;
 
 /// Side of an image that no setting states (m).
 const DEFAULT_SIDE_M: f64 = 20.0;
 /// Pixel where none is stated (m).
 const DEFAULT_PIXEL_M: f64 = 0.02;
 const FINEST_PIXEL_M: f64 = 0.01;
+/// Height above the image plane from which pulses are imaged, where neither it nor a planned height is stated (m).
+const LEAST_HEIGHT_M: f64 = 0.5;
+/// Share of the planned height from which pulses are imaged: those of the climb have the surface and the targets at
+/// other angles and ranges over one place, and draw rings about it.
+const PLANNED_SHARE: f64 = 0.75;
 
 /// How the fast time at which range is zero is known.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -65,6 +71,10 @@ pub struct LiveSettings {
     pub least_height_m: f64,
     /// What all messages of the radio, and all epochs of the receiver, have in common.
     pub latency: [Latency; 2],
+    /// What the session is wired for.
+    pub wiring: Wiring,
+    /// The height planned, which `least_height_m` is a share of (m); `None` where that is stated or none is planned.
+    pub planned_height_m: Option<f64>,
 }
 
 impl LiveSettings {
@@ -106,6 +116,14 @@ impl LiveSettings {
             (Some(ns), _) => Some(ns),
             (None, gate) => Gate::about_ns(gate),
         };
+        let planned_height_m = session
+            .flight
+            .height_m
+            .filter(|_| live.least_height_m.is_none());
+        let least_height_m = live
+            .least_height_m
+            .or(planned_height_m.map(|height_m| PLANNED_SHARE * height_m))
+            .unwrap_or(LEAST_HEIGHT_M);
         Ok(Self {
             origin: trajectory
                 .origin_deg_m
@@ -124,8 +142,10 @@ impl LiveSettings {
             gate_s: gate_s.map(|ns| ns.map(|ns| 1e-9 * ns)),
             background_traces: live.background_traces,
             first_traces: live.first_traces as usize,
-            least_height_m: live.least_height_m,
+            least_height_m,
             latency: session.latencies(),
+            wiring: Wiring::of(session),
+            planned_height_m,
         })
     }
 
@@ -240,6 +260,28 @@ mod tests {
         let surface =
             of("[flight]\ndelay_ns = 10.0\n[campaign.preprocess]\nzero_timing = \"first-trace\"\n");
         assert_eq!(surface.zero, Zero::Surface(Some(1e-8)));
+    }
+
+    #[test]
+    fn pulses_of_the_climb_are_below_three_quarters_of_the_planned_height() {
+        let least_m = |text: &str| of(text).least_height_m;
+        assert_eq!(least_m(""), 0.5);
+        assert_eq!(least_m("[flight]\nheight_m = 4.0\n"), 3.0);
+        assert_eq!(of("[flight]\nheight_m = 4.0\n").planned_height_m, Some(4.0));
+        let stated = "[flight]\nheight_m = 4.0\n[live]\nleast_height_m = 1.0\n";
+        assert_eq!((least_m(stated), of(stated).planned_height_m), (1.0, None));
+    }
+
+    #[test]
+    fn a_session_expects_what_it_is_wired_for() {
+        let wired = |text: &str| {
+            let wiring = of(text).wiring;
+            [wiring.has_pulses, wiring.has_marks]
+        };
+        assert_eq!(wired(""), [false; 2]);
+        let gnss = "[gnss]\naddress = \"127.0.0.1:2\"\npps = \"/dev/pps0\"\n";
+        assert_eq!(wired(gnss), [true, false]);
+        assert_eq!(wired(&format!("mark_delay_ms = 0.5\n{gnss}")), [true; 2]);
     }
 
     #[test]

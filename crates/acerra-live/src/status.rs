@@ -19,12 +19,14 @@ pub struct PulseCounts {
     pub without_position: u64,
     /// Those given up waiting for the platform to move so that its heading, by which the lever arm turns, is known.
     pub without_heading: u64,
-    /// Those too near the image plane, as before take-off.
+    /// Those below the least height above the image plane: before take-off, in the climb and after the descent.
     pub too_low: u64,
     /// Those that cleaning gave up.
     pub not_cleaned: u64,
     /// Those that imaging was too slow for.
     pub too_many: u64,
+    /// Those of a picture that was begun anew, as a better clock moved their times.
+    pub begun_anew: u64,
     /// Records of the recording that the imaging missed.
     pub missed_records: u64,
 }
@@ -51,6 +53,17 @@ impl ByKind {
     }
 }
 
+/// Why the picture was begun anew.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct BegunAnew {
+    /// What times rested on before.
+    pub before: &'static str,
+    /// How much later they are by the better clock (ms).
+    pub change_ms: f64,
+    /// How far that moves pulses along the way at most (m).
+    pub moved_m: f64,
+}
+
 /// The state of a live image.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Status {
@@ -68,6 +81,14 @@ pub struct Status {
     pub positions: u64,
     /// Standard deviation of the scans' times by the stamps alone (s).
     pub clock_sigma_s: Option<f64>,
+    /// What those times rest on; none before they are known.
+    pub clock: Option<&'static str>,
+    /// Why they do not rest on what the session is wired for.
+    pub clock_doubt: Option<String>,
+    /// Why the picture was begun anew, where it was.
+    pub begun_anew: Option<BegunAnew>,
+    /// Height above the image plane below which pulses are not imaged (m).
+    pub least_height_m: f64,
     /// What the imaging waits for.
     pub waits_for: Option<String>,
     /// Fast time added, once range zero is known (ns).
@@ -115,6 +136,21 @@ pub fn doubts(status: &Status, is_height_stated: bool) -> Vec<String> {
             "the receiver does not say how well it knows its position; {quarter_mm:.0} mm are needed"
         )),
         _ => {}
+    }
+    if let Some(trouble) = &status.clock_doubt {
+        doubts.push(format!(
+            "times rest on times of arrival, which latencies that nobody measured shift along the track: {trouble}"
+        ));
+    }
+    if let Some(anew) = status.begun_anew {
+        doubts.push(format!(
+            "the picture was begun anew without its first {} pulses: the better clock moved their times, which rested on \
+             {}, by {:.1} ms, up to {:.0} mm of the way",
+            status.pulses.begun_anew,
+            anew.before,
+            anew.change_ms,
+            1e3 * anew.moved_m
+        ));
     }
     if !is_height_stated && imaged > 0 {
         doubts.push(

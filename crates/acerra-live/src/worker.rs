@@ -13,7 +13,7 @@ use crate::board::{Board, TrackPlace};
 use crate::error::LiveError;
 use crate::picture::Picture;
 use crate::pipeline::{Pipeline, Step};
-use crate::status::doubts;
+use crate::status::{Status, doubts};
 
 /// Records that may wait for the imaging: 20 s of usual ones.
 pub const QUEUE_RECORDS: usize = 8_192;
@@ -51,6 +51,7 @@ impl Worker {
             picture: None,
             unseen: None,
             told: Instant::now(),
+            shown: Instant::now(),
             cancel: Arc::clone(&cancel),
         };
         let thread = std::thread::Builder::new()
@@ -95,6 +96,8 @@ struct Work {
     /// Pulses that are imaged and in no picture yet, and when their imaging began.
     unseen: Option<(Vec<Instant>, Instant)>,
     told: Instant,
+    /// When a picture was shown last.
+    shown: Instant,
     cancel: Arc<AtomicBool>,
 }
 
@@ -133,17 +136,20 @@ impl Work {
                 };
                 self.take_in(step);
                 self.show_if_wanted();
-                if self.told.elapsed() >= TELL_EVERY {
-                    self.tell(None);
-                }
+                self.tell_if_due();
             }
             self.show_if_wanted();
-            if self.told.elapsed() >= TELL_EVERY {
-                self.tell(None);
-            }
+            self.tell_if_due();
         }
         self.show();
         Ok(())
+    }
+
+    /// Tells the state by itself, where no picture comes that it would go with.
+    fn tell_if_due(&mut self) {
+        if self.told.elapsed() >= TELL_EVERY && self.shown.elapsed() >= TELL_EVERY {
+            self.tell(None);
+        }
     }
 
     fn show_if_wanted(&mut self) {
@@ -173,10 +179,21 @@ impl Work {
         };
         let picture = self.picture.get_or_insert_with(|| Picture::new(*grid));
         picture.update(image.image());
-        self.board.show_picture(picture.clone(), &came, begun);
+        let picture = picture.clone();
+        if self.told.elapsed() >= TELL_EVERY {
+            let status = self.status(None);
+            self.board.keep_status(status, self.pipeline.origin_deg_m());
+        }
+        self.shown = Instant::now();
+        self.board.show_picture(picture, &came, begun);
     }
 
     fn tell(&mut self, failure: Option<&LiveError>) {
+        let status = self.status(failure);
+        self.board.show_status(status, self.pipeline.origin_deg_m());
+    }
+
+    fn status(&mut self, failure: Option<&LiveError>) -> Status {
         self.told = Instant::now();
         let mut status = self.pipeline.status();
         status.pulses.missed_records = self.missed.load(Ordering::Relaxed);
@@ -184,6 +201,6 @@ impl Work {
         status
             .doubts
             .extend(failure.map(|failure| format!("the live image ended: {failure}")));
-        self.board.show_status(status, self.pipeline.origin_deg_m());
+        status
     }
 }

@@ -211,7 +211,7 @@ impl Ready {
         refuse_contradictions(&campaign, &journal.evidence)?;
         // A surveyed point beside its target checks what else nothing does.
         let unchecked = if surveyed.is_empty() {
-            weigh_unchecked(&prepared, &journal.evidence)
+            weigh_unchecked(&prepared, &focused.options, &journal.evidence)
         } else {
             Vec::new()
         };

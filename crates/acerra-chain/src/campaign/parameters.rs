@@ -232,6 +232,7 @@ impl From<&ImageSection> for FocusOptions {
             accuracy: section.accuracy,
             weight: section.weight,
             incidence: section.incidence(),
+            antenna_axis: section.antenna_axis,
             memory_limit_bytes: section.memory_gb.map(|gb| (gb * 1e9) as u64),
             inversion: InversionOptions {
                 method: section.method,

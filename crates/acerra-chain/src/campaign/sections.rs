@@ -7,8 +7,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize, Serializer};
 
 use crate::choices::{
-    Background, CalibrationSource, Contradictions, Delay, Gate, HeightSource, Heights, LookTaper,
-    ProductFormat, Select, Sum, TimeOffset, Unfixed, Weight, ZeroTiming,
+    AntennaAxis, Background, CalibrationSource, Contradictions, Delay, Gate, HeightSource, Heights,
+    LookTaper, ProductFormat, Select, Sum, TimeOffset, Unfixed, Weight, ZeroTiming,
 };
 use crate::inversion::options::{InversionSection, Method};
 use crate::path_text;
@@ -356,9 +356,14 @@ pub struct ImageSection {
     /// Width of the soft edge below it, in degrees.
     #[serde(default = "default_incidence_taper_deg")]
     pub incidence_taper_deg: f64,
-    /// Weight by a down-looking antenna's pattern cosⁿ of the same angle: the power n, 0 for none.
+    /// Weight by the antenna's pattern cosⁿ of the angle from where it looks (`antenna_axis`): the power n, 0
+    /// for none; level planes alone.
     #[serde(default)]
     pub antenna_cosine_power: f64,
+    /// Where the antenna looks: down in the axes of the platform, tilted with its recorded attitude, or straight
+    /// down, on a gimbal.
+    #[serde(default)]
+    pub antenna_axis: AntennaAxis,
     /// Propagation speed, in metres a second.
     #[serde(default = "default_light_speed_m_s")]
     pub light_speed_m_s: f64,
@@ -390,6 +395,7 @@ impl Default for ImageSection {
             max_incidence_deg: None,
             incidence_taper_deg: default_incidence_taper_deg(),
             antenna_cosine_power: 0.0,
+            antenna_axis: AntennaAxis::default(),
             light_speed_m_s: default_light_speed_m_s(),
         }
     }

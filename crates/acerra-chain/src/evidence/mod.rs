@@ -8,6 +8,7 @@
 //! campaign nor the stages. What contradicts makes a run fail unless the campaign says otherwise
 //! (`[checks] contradictions = "warn"`).
 
+mod antenna;
 mod autofocus;
 mod clock;
 mod delay;
@@ -25,6 +26,7 @@ mod unchecked;
 
 use serde::Serialize;
 
+pub use antenna::{AntennaSeen, antenna_tilt};
 pub use autofocus::{AutofocusSeen, autofocus_correction, autofocus_gain, autofocus_sigma};
 pub use clock::{ClockSeen, clock_offset, clock_offset_sigma, recorded_clock_sigma};
 pub use delay::{delay_before_zero, delay_sharpness};

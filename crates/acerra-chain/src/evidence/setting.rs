@@ -19,4 +19,6 @@ pub enum Setting {
     /// The axes of positions that a file gives in a frame of its own: ranges are the same in its mirror
     /// image.
     Axes,
+    /// Where the antenna looks, from which its pattern counts.
+    AntennaAxis,
 }

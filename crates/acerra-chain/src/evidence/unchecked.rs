@@ -66,6 +66,12 @@ impl Setting {
                               its mirror image: axes exchanged or of the wrong sign turn or mirror the image \
                               with the trajectory ([trajectory] file). A surveyed point off the track tells them.",
             },
+            Self::AntennaAxis => Unchecked {
+                setting: "antenna_axis",
+                explanation: "the antenna is taken to look straight down, and nothing tells how it tilts: 10° \
+                              change the weight by a cos² pattern by up to 1.5 dB at 45° of incidence ([image] \
+                              antenna_cosine_power, antenna_axis). Recorded attitudes tell it ([trajectory] file).",
+            },
         }
     }
 }

@@ -15,7 +15,7 @@ use super::solve::{Setting, Solved, solve, sparse, steps};
 use crate::choices::Sum;
 use crate::control::Control;
 use crate::echoes::{Echoes, ImageError};
-use crate::focus::{Focused, ImageRequest, parts_within, plan_options};
+use crate::focus::{Focused, ImageRequest, looking, parts_within, plan_options};
 use crate::sink::ImageSink;
 use crate::volume::assemble_volume;
 
@@ -52,6 +52,7 @@ pub fn invert(
     let wanted = request.pulses.clone().unwrap_or(whole);
     let weight = input.echoes.weights(request.options.weight);
     let pulses = input.echoes.pulses(&weight).map_err(ImageError::Spectra)?;
+    let pulses = looking(pulses, &request.options);
     let pulses = pulses.slice(wanted.clone()).map_err(ImageError::Spectra)?;
     let survey = Survey {
         pulses,

@@ -7,6 +7,7 @@
 //! ```
 
 mod altimeter;
+mod antenna;
 mod autofocus;
 mod background;
 mod delay;
@@ -65,6 +66,7 @@ pub fn weigh_prepared(
         own.extend(radar::weigh(prepared, track, geometry.band_hz));
         own.extend(delay::weigh(prepared, track, request, control)?);
         own.extend(image::weigh_geometry(prepared, track, &geometry, request));
+        own.extend(antenna::weigh(prepared, track, &geometry, request));
         findings.extend(
             own.into_iter()
                 .map(|finding| named(prepared, track, finding)),

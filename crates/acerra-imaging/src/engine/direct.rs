@@ -180,6 +180,7 @@ impl Direct {
                 Spreading::InverseSquare => self.spec.reference_below_m,
                 Spreading::None => 0.0,
             },
+            tilt: echoes.weights.tilt(),
             reference: echoes,
             control: meter.control(),
         }
@@ -193,11 +194,20 @@ impl Direct {
         );
         if relief.is_some() {
             return dispatch!(self.level, s => match quality {
-                (1, false, false) => band::<_, 1, 3, false, true>(s, job, one, relief, out),
-                (1, false, true) => band::<_, 1, 3, true, true>(s, job, one, relief, out),
-                (1, _, _) => band::<_, 1, 4, true, true>(s, job, one, relief, out),
-                (2, _, _) => band::<_, 2, 4, true, true>(s, job, one, relief, out),
-                _ => band::<_, 3, 4, true, true>(s, job, one, relief, out),
+                (1, false, false) => band::<_, 1, 3, false, true, false>(s, job, one, relief, out),
+                (1, false, true) => band::<_, 1, 3, true, true, false>(s, job, one, relief, out),
+                (1, _, _) => band::<_, 1, 4, true, true, false>(s, job, one, relief, out),
+                (2, _, _) => band::<_, 2, 4, true, true, false>(s, job, one, relief, out),
+                _ => band::<_, 3, 4, true, true, false>(s, job, one, relief, out),
+            });
+        }
+        if job.tilt.is_some() {
+            return dispatch!(self.level, s => match quality {
+                (1, false, false) => band::<_, 1, 3, false, false, true>(s, job, one, None, out),
+                (1, false, true) => band::<_, 1, 3, true, false, true>(s, job, one, None, out),
+                (1, _, _) => band::<_, 1, 4, true, false, true>(s, job, one, None, out),
+                (2, _, _) => band::<_, 2, 4, true, false, true>(s, job, one, None, out),
+                _ => band::<_, 3, 4, true, false, true>(s, job, one, None, out),
             });
         }
         if self.spec.shape == Shape::Square {
@@ -219,11 +229,11 @@ impl Direct {
             });
         }
         dispatch!(self.level, s => match quality {
-            (1, false, false) => band::<_, 1, 3, false, false>(s, job, one, None, out),
-            (1, false, true) => band::<_, 1, 3, true, false>(s, job, one, None, out),
-            (1, _, _) => band::<_, 1, 4, true, false>(s, job, one, None, out),
-            (2, _, _) => band::<_, 2, 4, true, false>(s, job, one, None, out),
-            _ => band::<_, 3, 4, true, false>(s, job, one, None, out),
+            (1, false, false) => band::<_, 1, 3, false, false, false>(s, job, one, None, out),
+            (1, false, true) => band::<_, 1, 3, true, false, false>(s, job, one, None, out),
+            (1, _, _) => band::<_, 1, 4, true, false, false>(s, job, one, None, out),
+            (2, _, _) => band::<_, 2, 4, true, false, false>(s, job, one, None, out),
+            _ => band::<_, 3, 4, true, false, false>(s, job, one, None, out),
         })
     }
 }

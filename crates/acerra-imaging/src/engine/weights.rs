@@ -4,10 +4,12 @@ use crate::engine::reference::pulse_at_range;
 use crate::error::ImagingError;
 use crate::grid::image::ImageGrid;
 use crate::incidence::IncidenceWeight;
+use crate::kernel::cosine_power::CosinePower;
+use crate::kernel::direct::job::TiltView;
 use crate::kernel::level::SimdLevel;
 use crate::kernel::profile::even_sum;
 use crate::pulses::{Pulses, Spreading};
-use crate::vector::range_m;
+use crate::vector::{dot, range_m};
 use num_complex::Complex64;
 use std::f64::consts::PI;
 use std::ops::Range;
@@ -17,7 +19,21 @@ use std::ops::Range;
 pub(crate) struct Weights {
     pub spreading: Spreading,
     incidence: Option<(IncidenceWeight, Vec<f64>)>,
+    tilt: Option<Tilt>,
 }
+
+/// Antennas that do not look straight down.
+#[derive(Debug, Clone)]
+struct Tilt {
+    /// Unit vectors in which they look.
+    boresight: Vec<[f64; 3]>,
+    /// Those divided by the heights above the plane, 1/m.
+    per_metre: Vec<[f64; 3]>,
+    power: CosinePower,
+}
+
+/// Least height that boresights are divided by, m: below it the pattern from the vertical is 0 all around.
+const LEAST_HEIGHT_M: f64 = 1e-6;
 
 impl Weights {
     /// # Errors
@@ -28,19 +44,31 @@ impl Weights {
         spreading: Spreading,
         incidence: Option<IncidenceWeight>,
     ) -> Result<Self, ImagingError> {
+        let plane_z_m = grid.plane().origin_m[2];
+        let height = |p: &[f64; 3]| (p[2] - plane_z_m).abs();
         let incidence = match incidence {
             None => None,
             Some(_) if !grid.is_level() => return Err(ImagingError::NotLevel),
             Some(weight) => {
-                let plane_z_m = grid.plane().origin_m[2];
-                let height = |p: &[f64; 3]| (p[2] - plane_z_m).abs();
                 let height_m = pulses.position_m().iter().map(height).collect();
                 Some((weight.checked()?, height_m))
             }
         };
+        let tilt = match (&incidence, pulses.boresight()) {
+            (Some((weight, height_m)), Some(boresight)) if weight.cosine_power > 0.0 => {
+                let divided = |(b, h): (&[f64; 3], &f64)| b.map(|v| v / h.max(LEAST_HEIGHT_M));
+                Some(Tilt {
+                    boresight: boresight.to_vec(),
+                    per_metre: boresight.iter().zip(height_m).map(divided).collect(),
+                    power: CosinePower::new(weight.cosine_power),
+                })
+            }
+            _ => None,
+        };
         Ok(Self {
             spreading,
             incidence,
+            tilt,
         })
     }
 
@@ -52,6 +80,11 @@ impl Weights {
         Self {
             spreading: self.spreading,
             incidence: self.incidence.as_ref().map(of_range),
+            tilt: self.tilt.as_ref().map(|tilt| Tilt {
+                boresight: tilt.boresight[range.clone()].to_vec(),
+                per_metre: tilt.per_metre[range.clone()].to_vec(),
+                power: tilt.power,
+            }),
         }
     }
 
@@ -60,16 +93,32 @@ impl Weights {
         Self {
             spreading,
             incidence: None,
+            tilt: None,
         }
     }
 
-    /// Weight of what `pulse` sees at `range_m`.
-    pub fn at(&self, pulse: usize, range_m: f64) -> f64 {
+    /// Weight of what `pulse` sees at `range_m` in the direction `from_antenna_m`.
+    pub fn at(&self, pulse: usize, range_m: f64, from_antenna_m: [f64; 3]) -> f64 {
         let spreading = self.spreading.weight(range_m);
-        match &self.incidence {
-            None => spreading,
-            Some(_) => spreading * self.incidence_at(pulse, range_m),
+        match (&self.incidence, &self.tilt) {
+            (None, _) => spreading,
+            (Some(_), None) => spreading * self.incidence_at(pulse, range_m),
+            (Some((weight, height_m)), Some(tilt)) => {
+                let range_m = range_m.max(1e-12);
+                let vertical_rad = (height_m[pulse] / range_m).min(1.0).acos();
+                let cosine = dot(tilt.boresight[pulse], from_antenna_m) / range_m;
+                spreading * weight.edge(vertical_rad) * weight.pattern(cosine)
+            }
         }
+    }
+
+    /// The pattern of antennas that do not look straight down, as the kernels read it: tables hold that of
+    /// ones that do.
+    pub fn tilt(&self) -> Option<TiltView<'_>> {
+        self.tilt.as_ref().map(|tilt| TiltView {
+            per_metre: &tilt.per_metre,
+            power: tilt.power,
+        })
     }
 
     fn incidence_at(&self, pulse: usize, range_m: f64) -> f64 {
@@ -157,15 +206,17 @@ impl WeightedPulses<'_> {
         self.pulses.len()
     }
 
-    /// Weight of a pulse times that of its contribution at a range.
-    fn factor(&self, pulse: usize, range_m: f64) -> f64 {
-        self.pulses.weight()[pulse] * self.weights.at(pulse, range_m)
+    /// Weight of a pulse times that of its contribution at a point.
+    fn factor(&self, pulse: usize, range_m: f64, point_m: [f64; 3]) -> f64 {
+        let p = self.pulses.position_m()[pulse];
+        let from_antenna_m = std::array::from_fn(|axis| point_m[axis] - p[axis]);
+        self.pulses.weight()[pulse] * self.weights.at(pulse, range_m, from_antenna_m)
     }
 
     /// Weighted contribution of one pulse at a point, in double precision.
     pub fn contribution(&self, pulse: usize, point_m: [f64; 3]) -> Complex64 {
         let range = range_m(self.pulses.position_m()[pulse], point_m);
-        pulse_at_range(&self.pulses, pulse, range) * self.factor(pulse, range)
+        pulse_at_range(&self.pulses, pulse, range) * self.factor(pulse, range, point_m)
     }
 
     /// Eq. (3) at a point in double precision; for even frequencies with recurrent phasors.
@@ -176,7 +227,7 @@ impl WeightedPulses<'_> {
         let mut sum = Complex64::ZERO;
         for (m, p) in self.pulses.position_m().iter().enumerate() {
             let range = range_m(*p, point_m);
-            sum += profile_at(&self.pulses, m, range, step_hz) * self.factor(m, range);
+            sum += profile_at(&self.pulses, m, range, step_hz) * self.factor(m, range, point_m);
         }
         sum
     }
@@ -191,7 +242,7 @@ impl WeightedPulses<'_> {
         spectrum: &mut [Complex64],
     ) {
         let range = range_m(self.pulses.position_m()[pulse], point_m);
-        let amplitude = reflectivity * self.factor(pulse, range);
+        let amplitude = reflectivity * self.factor(pulse, range, point_m);
         let delay = 4.0 * PI * range / self.pulses.light_speed_m_s();
         let f = self.pulses.frequency_hz();
         let Some(step_hz) = self.pulses.frequency_step_hz() else {

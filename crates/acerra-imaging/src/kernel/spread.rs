@@ -4,6 +4,7 @@
 //! carrier's phase from the bin's centre to its range, times the powers of its distance δ from that
 //! centre. Ranges along a row follow from a double-precision centre, as in the direct kernel.
 
+use super::cosine_power::CosinePower;
 use super::lanes::{Lanes, MAX_LANES, ROUNDING};
 use std::ops::Range;
 
@@ -27,6 +28,17 @@ pub(crate) struct SpreadRow<'a> {
     /// cos αδ and sin(αδ)/δ in powers of δ².
     pub cosine: [f32; 4],
     pub sine: [f32; 4],
+    /// Of an antenna that does not look straight down.
+    pub tilt: Option<RowTilt>,
+}
+
+/// The antenna's pattern along a row, beside that of one that looks straight down.
+pub(crate) struct RowTilt {
+    /// Ratio of the cosines from boresight and vertical at pixel 0, and its change a pixel.
+    pub ratio: f64,
+    pub slope: f64,
+    /// The power of that ratio.
+    pub power: CosinePower,
 }
 
 /// Numbers a bin of a table of `degree`: coefficients side by side, in fours.
@@ -105,6 +117,15 @@ pub(crate) fn spread_row<S: Lanes, const DEGREE: usize, const TERMS: usize>(
             unsafe {
                 let re = s.load(job.real.as_ptr().add(at));
                 let im = s.load(job.imag.as_ptr().add(at));
+                let (re, im) = match &job.tilt {
+                    None => (re, im),
+                    Some(tilt) => {
+                        let first = s.splat((tilt.ratio + at as f64 * tilt.slope) as f32);
+                        let a_metre = s.splat((tilt.slope / job.pixel_m) as f32);
+                        let weight = tilt.power.of(s, s.mul_add(lanes, a_metre, first));
+                        (s.mul(re, weight), s.mul(im, weight))
+                    }
+                };
                 let (re, im) = (
                     s.mul_add(im, sine, s.mul(re, cosine)),
                     s.neg_mul_add(re, sine, s.mul(im, cosine)),

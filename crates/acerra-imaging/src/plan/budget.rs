@@ -81,12 +81,14 @@ impl<'a> Budget<'a> {
     /// The cheapest of some tables and arrangements, and its cost.
     fn cheapest(&self, on: &Target, tables: &[TableSpec], accuracy: f64) -> (DirectSpec, f64) {
         let arrange = self.arrangements();
+        // Tilted antennas are taken by rows.
+        let by_squares = self.pulses.boresight().is_none();
         let found = tables.iter().flat_map(|table| {
-            [
-                arrange.by_rows(on, *table, accuracy),
-                arrange.by_squares(on, *table, accuracy, Shape::Square),
-                arrange.by_squares(on, *table, accuracy, Shape::WideSquare),
-            ]
+            let squares = [Shape::Square, Shape::WideSquare]
+                .into_iter()
+                .filter(|_| by_squares)
+                .map(|shape| arrange.by_squares(on, *table, accuracy, shape));
+            std::iter::once(arrange.by_rows(on, *table, accuracy)).chain(squares)
         });
         found
             .reduce(|best, found| if found.1 < best.1 { found } else { best })

@@ -39,6 +39,12 @@ impl<'a> Request<'a> {
             });
         }
         check_apart(&pulses, &grid, options)?;
+        // Without a pattern it does not matter where an antenna looks.
+        let is_patterned = options.incidence.is_some_and(|w| w.cosine_power > 0.0);
+        let pulses = match is_patterned {
+            true => pulses,
+            false => pulses.without_boresight(),
+        };
         let weights = Weights::new(&pulses, &grid, options.spreading, options.incidence)?;
         Ok(Self {
             echoes: WeightedPulses { pulses, weights },

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use acerra_geo::geodesy::{EnuFrame, Geodetic, ecef_from_geodetic};
 use acerra_geo::interpolate::{Flag, InterpolationOptions, Interpolator};
 use acerra_geo::lever_arm::{HeadingOptions, apply_lever_arm};
-use acerra_geo::matrix::{add, subtract};
+use acerra_geo::matrix::{add, distance, subtract};
 use acerra_geo::time::GpsTime;
 use acerra_geo::trajectory::{Fix, Frame, TimeOrigin, Trajectory};
 use acerra_gnss::ubx::frame::Frame as UbxFrame;
@@ -235,6 +235,17 @@ impl Positions {
             status: fix.status,
             time: self.start? + fix.time_s,
         })
+    }
+
+    /// Speed of the antenna between the latest two positions (m/s); 0 before there are two.
+    #[must_use]
+    pub fn speed_m_s(&self) -> f64 {
+        let mut latest = self.fixes.iter().rev();
+        let (Some(after), Some(before)) = (latest.next(), latest.next()) else {
+            return 0.0;
+        };
+        let way_m = distance(after.position_m, before.position_m);
+        way_m / (after.time_s - before.time_s)
     }
 
     /// Positions taken so far.

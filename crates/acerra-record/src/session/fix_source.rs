@@ -8,7 +8,8 @@ use acerra_gnss::ubx::{FixState, fix_state, is_solution};
 const SOLUTION_HOLDS_S: f64 = 3.0;
 
 /// The receiver's own word where it gives it, or else the satellites that it measures.
-pub(super) struct FixSource {
+#[derive(Debug)]
+pub struct FixSource {
     solution_s: f64,
 }
 

@@ -30,8 +30,9 @@ pub struct LiveSection {
     pub first_traces: u32,
     /// What of each trace is kept, about 2h/c (ns); by default as `[campaign.preprocess]` has it.
     pub gate_ns: Option<[f64; 2]>,
-    /// Height above the image plane from which pulses are imaged (m).
-    pub least_height_m: f64,
+    /// Height above the image plane from which pulses are imaged (m); by default three quarters of `[flight]
+    /// height_m`, or 0.5 without it.
+    pub least_height_m: Option<f64>,
 }
 
 impl Default for LiveSection {
@@ -46,7 +47,7 @@ impl Default for LiveSection {
             background_traces: 300,
             first_traces: 24,
             gate_ns: None,
-            least_height_m: 0.5,
+            least_height_m: None,
         }
     }
 }
@@ -103,7 +104,7 @@ impl LiveSection {
                 ),
                 range(
                     "least_height_m",
-                    self.least_height_m,
+                    self.least_height_m.unwrap_or(0.5),
                     0.05..=1000.0,
                     "0.05 to 1000",
                 ),

@@ -27,6 +27,7 @@ mod window_watch;
 pub use capture::{ArrivalTimes, CaptureWriter};
 pub use finish::finish;
 pub use finish_error::FinishError;
+pub use fix_source::FixSource;
 pub use live_section::LiveSection;
 pub use mcap_file::write_mcap;
 pub use outcome::{

@@ -58,7 +58,7 @@ pub(super) fn session_clock(log: &LogContent, traces: &[TraceTime]) -> Option<Se
         let scans = MarkedScans {
             radar_s: &radar_s,
             marks: &log.marks,
-            delay: mark_delay(&log.session.radio),
+            delay: log.session.mark_delay(),
         };
         match marked_clock(&scans, &clock) {
             Ok(marked) => {
@@ -140,12 +140,14 @@ fn within_scan(radio: &RadioSection, stated_ms: Option<f64>, sigma_ms: Option<f6
     }
 }
 
-/// From the radio's pulse to the middle of the scan.
-fn mark_delay(radio: &RadioSection) -> Latency {
-    within_scan(radio, radio.mark_delay_ms, radio.mark_delay_sigma_ms)
-}
-
 impl Session {
+    /// From the radio's pulse, which the receiver may stamp, to the middle of the scan.
+    #[must_use]
+    pub fn mark_delay(&self) -> Latency {
+        let radio = &self.radio;
+        within_scan(radio, radio.mark_delay_ms, radio.mark_delay_sigma_ms)
+    }
+
     /// What all messages of the radio, and all epochs of the receiver, have in common.
     #[must_use]
     pub fn latencies(&self) -> [Latency; 2] {

@@ -2,8 +2,8 @@
 
 /** @typedef {{x0_m: number, y0_m: number, z_m: number, pixel_m: number, nx: number, ny: number}} LiveGrid */
 /** @typedef {{median_ms: number, p95_ms: number, most_ms: number, pulses: number}} Figures */
-/** @typedef {{came: number, imaged: number, waiting: number, without_position: number, without_heading: number, too_low: number, not_cleaned: number, too_many: number, missed_records: number}} PulseCounts */
-/** @typedef {{pulses: PulseCounts, by_kind: {fixed: number, float: number, other: number}, position: string | null, sigma_m: number | null, quarter_wavelength_m: number, positions: number, clock_sigma_s: number | null, waits_for: string | null, shift_ns: number | null, latency: Figures | null, waiting: Figures | null, drawn: Figures | null, link: {lost_scans: number, incomplete_scans: number, whole_scans: number}, doubts: string[]}} LiveStatus */
+/** @typedef {{came: number, imaged: number, waiting: number, without_position: number, without_heading: number, too_low: number, not_cleaned: number, too_many: number, begun_anew: number, missed_records: number}} PulseCounts */
+/** @typedef {{pulses: PulseCounts, by_kind: {fixed: number, float: number, other: number}, position: string | null, sigma_m: number | null, quarter_wavelength_m: number, positions: number, clock: string | null, clock_sigma_s: number | null, least_height_m: number, waits_for: string | null, shift_ns: number | null, latency: Figures | null, waiting: Figures | null, drawn: Figures | null, link: {lost_scans: number, incomplete_scans: number, whole_scans: number}, doubts: string[]}} LiveStatus */
 /** @typedef {{state: "recording" | "ending" | "ended" | "making" | "made" | "failed", stage?: string, step?: string, share?: number, directory?: string, warnings?: string[], reason?: string}} LiveFinal */
 /** @typedef {{sequence: number, grid: LiveGrid | null, origin_deg_m: number[] | null, status: LiveStatus, track: {from: number, places: [number[], string][]}, trace_axis_ns: [number, number], final: LiveFinal, can_stop: boolean}} LiveState */
 /** @typedef {{x: number, y: number, columns: number, rows: number, levels: Uint8Array}} LiveTile */

@@ -12,10 +12,10 @@ use crate::grid::tilted::TiltedGrid;
 use crate::kernel::dispatch::dispatch;
 use crate::kernel::lanes::MAX_LANES;
 use crate::kernel::level::SimdLevel;
-use crate::kernel::spread::{SpreadRow, spread_row, step};
+use crate::kernel::spread::{RowTilt, SpreadRow, spread_row, step};
 use crate::kernel::spread_groups::{MAX_TERMS, SpreadStrip, spread_strip};
 use crate::pulses::Spreading;
-use crate::vector::norm;
+use crate::vector::{dot, norm};
 use num_complex::{Complex32, Complex64};
 use rayon::prelude::*;
 use std::f64::consts::PI;
@@ -303,6 +303,14 @@ impl DirectForward {
             reference_below_m: self.reference_below_m(echoes),
             cosine: self.cosine,
             sine: self.sine,
+            tilt: echoes.weights.tilt().map(|tilt| {
+                let b = tilt.per_metre[pulse];
+                RowTilt {
+                    ratio: dot(std::array::from_fn(|a| start[a] - antenna[a]), b),
+                    slope: dot(grid.u_m, b),
+                    power: tilt.power,
+                }
+            }),
         };
         let mut reference = |columns: Range<usize>| {
             let kept = grid.columns - piece.column;

@@ -69,7 +69,8 @@ impl Heights {
 ///
 /// `DEGREE` is that of the table, `TERMS` counts the cosine's coefficients (the sine has one less),
 /// `CUBIC` adds the third order of the range within a vector, and `RELIEF` heights of the pixels,
-/// which `relief` then has.
+/// which `relief` then has. `TILT` takes the antenna's pattern from the boresights of `job.tilt`, over level
+/// ground alone.
 #[inline(always)]
 pub(crate) fn band<
     S: Lanes,
@@ -77,6 +78,7 @@ pub(crate) fn band<
     const TERMS: usize,
     const CUBIC: bool,
     const RELIEF: bool,
+    const TILT: bool,
 >(
     s: S,
     job: &Job,
@@ -86,6 +88,7 @@ pub(crate) fn band<
 ) -> Tally {
     assert!(band.rows <= tile_rows(S::N) && out.len() == band.rows * band.columns);
     assert!(tile_rows(S::N) <= MOST_ROWS && job.table.degree == DEGREE);
+    assert!(!(RELIEF && TILT) && TILT == job.tilt.is_some());
     let width = block_width(S::N);
     let mut real = [0f32; TILE];
     let mut imag = [0f32; TILE];
@@ -119,7 +122,9 @@ pub(crate) fn band<
                     ground: heights.of::<RELIEF>(row, width),
                 };
                 let sums = (&mut real[at.clone()], &mut imag[at]);
-                sum_block::<S, DEGREE, TERMS, CUBIC, RELIEF>(&block, &mut setup, sums, &mut tally);
+                sum_block::<S, DEGREE, TERMS, CUBIC, RELIEF, TILT>(
+                    &block, &mut setup, sums, &mut tally,
+                );
             }
             first += count;
         }
@@ -143,6 +148,7 @@ fn sum_block<
     const TERMS: usize,
     const CUBIC: bool,
     const RELIEF: bool,
+    const TILT: bool,
 >(
     block: &Block<S>,
     setup: &mut Setup,
@@ -157,14 +163,14 @@ fn sum_block<
         let ground = &block.ground;
         assert!(ground.above_m.len() >= width && ground.beside_m.len() >= width);
     }
-    setup.measure::<S, RELIEF>(block);
-    let paths = expand::<S, CUBIC, RELIEF>(block, setup);
+    setup.measure::<S, RELIEF, TILT>(block);
+    let paths = expand::<S, CUBIC, RELIEF, TILT>(block, setup);
 
     let mut lane = [0f32; MAX_LANES];
     for (l, v) in lane.iter_mut().enumerate() {
         *v = l as f32 - 0.5 * (n - 1) as f32;
     }
-    let sum = BlockSum::<S, DEGREE, TERMS, CUBIC, RELIEF> {
+    let sum = BlockSum::<S, DEGREE, TERMS, CUBIC, RELIEF, TILT> {
         block,
         setup,
         paths: &paths,
@@ -205,6 +211,7 @@ struct BlockSum<
     const TERMS: usize,
     const CUBIC: bool,
     const RELIEF: bool,
+    const TILT: bool,
 > {
     block: &'a Block<'a, S>,
     setup: &'a Setup,
@@ -216,8 +223,14 @@ struct BlockSum<
     evaluator: Evaluator<S, DEGREE, TERMS>,
 }
 
-impl<S: Lanes, const DEGREE: usize, const TERMS: usize, const CUBIC: bool, const RELIEF: bool>
-    BlockSum<'_, S, DEGREE, TERMS, CUBIC, RELIEF>
+impl<
+    S: Lanes,
+    const DEGREE: usize,
+    const TERMS: usize,
+    const CUBIC: bool,
+    const RELIEF: bool,
+    const TILT: bool,
+> BlockSum<'_, S, DEGREE, TERMS, CUBIC, RELIEF, TILT>
 {
     /// Sums from windows of group `k`, one pair of real and imaginary parts a vector, and the number
     /// of pulses.
@@ -239,7 +252,7 @@ impl<S: Lanes, const DEGREE: usize, const TERMS: usize, const CUBIC: bool, const
             beside = [0, pair - 1].map(|side| unsafe { s.load(at.add((pair * k + side) * n)) });
         }
         let mut windows = if RELIEF { 0 } else { self.paths.windowed };
-        let row_length = parameter_rows(RELIEF) * n;
+        let row_length = parameter_rows(RELIEF, TILT) * n;
         // SAFETY: the first `windowed` parameter sets were written, k < N; windows were checked to lie
         // within their pulse's rows.
         unsafe {
@@ -271,12 +284,22 @@ impl<S: Lanes, const DEGREE: usize, const TERMS: usize, const CUBIC: bool, const
                     }
                     let start = (*at.add((5 + 2 * side) * n)).to_bits() as i32;
                     let window = self.chunk_table.as_ptr().offset(start as isize);
-                    self.evaluator.windowed(window, t, &mut sums[side]);
+                    let weight = self.weight(|| s.mul_add(lanes, term(9), term(8)));
+                    self.evaluator.windowed(window, t, weight, &mut sums[side]);
                 }
                 at = next;
             }
         }
         (sums, windows)
+    }
+
+    /// The antenna's pattern beside that of one that looks straight down, where the cosines have a ratio.
+    #[inline(always)]
+    fn weight(&self, ratio: impl FnOnce() -> S::V) -> Option<S::V> {
+        match &self.block.job.tilt {
+            Some(tilt) if TILT => Some(tilt.power.of(self.block.s, ratio())),
+            _ => None,
+        }
     }
 
     /// Adds the pulses that gather for group `k` to the sums of one of its vectors.
@@ -302,6 +325,8 @@ impl<S: Lanes, const DEGREE: usize, const TERMS: usize, const CUBIC: bool, const
             let square = s.max(s.mul_add(range0, range0, square_difference), tiny);
             let difference = s.div(square_difference, s.add(s.sqrt(square), range0));
             let t = s.mul_add(difference, bins, s.splat(origin.fraction));
+            let slope = s.splat(self.setup.ratio_slope[m]);
+            let weight = self.weight(|| s.mul_add(offset, slope, s.splat(origin.ratio)));
             // SAFETY: the rounded index, counted from the start of the pulse's row, is clamped into
             // the row.
             unsafe {
@@ -310,7 +335,7 @@ impl<S: Lanes, const DEGREE: usize, const TERMS: usize, const CUBIC: bool, const
                 let lowest = s.splat(-(whole as f32));
                 let highest = s.splat((table.stride as i32 - 1 - whole) as f32);
                 self.evaluator
-                    .gathered(row, whole, t, (lowest, highest), sums);
+                    .gathered(row, whole, t, (lowest, highest), weight, sums);
             }
         }
     }
@@ -340,6 +365,7 @@ impl<S: Lanes, const DEGREE: usize, const TERMS: usize, const CUBIC: bool, const
                 fraction: setup.fraction[m],
                 offset_m: s.mul(s.add(self.lanes, s.splat(middle)), pixel),
                 height_m: height,
+                ratio: setup.ratio[m],
             };
         }
         let ([x, y, z], unit) = (block.centre_m(), block.unit());
@@ -360,6 +386,7 @@ impl<S: Lanes, const DEGREE: usize, const TERMS: usize, const CUBIC: bool, const
             fraction: (t - f64::from(whole)) as f32,
             offset_m: s.mul(self.lanes, pixel),
             height_m: s.sub(height, s.splat(middle_m)),
+            ratio: setup.ratio[m] + setup.ratio_slope[m] * along as f32,
         }
     }
 }
@@ -375,6 +402,8 @@ struct Origin<S: Lanes> {
     /// Offsets along the row and heights of the pixels, m.
     offset_m: S::V,
     height_m: S::V,
+    /// Ratio of the cosines from boresight and vertical there.
+    ratio: f32,
 }
 
 /// Adds the pulses next to a block in double precision.

@@ -28,18 +28,24 @@ impl<S: Lanes, const DEGREE: usize, const TERMS: usize> Evaluator<S, DEGREE, TER
     }
 
     /// Adds the contribution at `t` bins past a window of N entries, from which each lane picks its own
-    /// inside registers.
+    /// inside registers, times `weight` where there is one.
     ///
     /// # Safety
     /// N entries must be readable at `window` and at every coefficient row after it.
     #[inline(always)]
-    pub unsafe fn windowed(&self, window: *const f32, t: S::V, sum: &mut [S::V; 2]) {
+    pub unsafe fn windowed(
+        &self,
+        window: *const f32,
+        t: S::V,
+        weight: Option<S::V>,
+        sum: &mut [S::V; 2],
+    ) {
         let s = self.s;
         let i = s.add(t, self.rounding);
         let delta = s.sub(t, s.sub(i, self.rounding));
         // SAFETY: the caller vouches for the rows.
         let entry = |row: usize| unsafe { s.pick(s.load(window.add(row * self.stride)), i) };
-        self.add(delta, entry, sum);
+        self.add(delta, entry, weight, sum);
     }
 
     /// Adds the contribution at `t` bins past a window of 2N entries, from which each lane picks its
@@ -57,11 +63,11 @@ impl<S: Lanes, const DEGREE: usize, const TERMS: usize> Evaluator<S, DEGREE, TER
             let at = window.add(row * self.stride);
             s.pick2([s.load(at), s.load(at.add(S::N))], i)
         };
-        self.add(delta, entry, sum);
+        self.add(delta, entry, None, sum);
     }
 
     /// Adds the contribution at `whole` + `t` bins past the start of a pulse's `row`, the index past
-    /// `whole` kept within the limits.
+    /// `whole` kept within the limits, times `weight` where there is one.
     ///
     /// # Safety
     /// Entries `whole` + the limits must be readable in every coefficient row of `row`.
@@ -72,6 +78,7 @@ impl<S: Lanes, const DEGREE: usize, const TERMS: usize> Evaluator<S, DEGREE, TER
         whole: i32,
         t: S::V,
         (lowest, highest): (S::V, S::V),
+        weight: Option<S::V>,
         sum: &mut [S::V; 2],
     ) {
         let s = self.s;
@@ -100,18 +107,24 @@ impl<S: Lanes, const DEGREE: usize, const TERMS: usize> Evaluator<S, DEGREE, TER
                     }
                 };
                 let entry = |k: usize| if k < 4 { first[k] } else { last[k - 4] };
-                self.add(delta, entry, sum);
+                self.add(delta, entry, weight, sum);
             }
         } else {
             // SAFETY: the caller vouches for the entries within the limits.
             let entry =
                 |k: usize| unsafe { s.gather(row.offset(whole as isize).add(k * self.stride), i) };
-            self.add(delta, entry, sum);
+            self.add(delta, entry, weight, sum);
         }
     }
 
     #[inline(always)]
-    fn add(&self, delta: S::V, entry: impl Fn(usize) -> S::V, sum: &mut [S::V; 2]) {
+    fn add(
+        &self,
+        delta: S::V,
+        entry: impl Fn(usize) -> S::V,
+        weight: Option<S::V>,
+        sum: &mut [S::V; 2],
+    ) {
         let s = self.s;
         let (mut re, mut im) = (entry(2 * DEGREE), entry(2 * DEGREE + 1));
         for p in (0..DEGREE).rev() {
@@ -128,6 +141,9 @@ impl<S: Lanes, const DEGREE: usize, const TERMS: usize> Evaluator<S, DEGREE, TER
             sine = s.mul_add(sine, square, self.sine[k]);
         }
         sine = s.mul(sine, delta);
+        if let Some(weight) = weight {
+            (cosine, sine) = (s.mul(cosine, weight), s.mul(sine, weight));
+        }
         sum[0] = s.neg_mul_add(im, sine, s.mul_add(re, cosine, sum[0]));
         sum[1] = s.mul_add(im, cosine, s.mul_add(re, sine, sum[1]));
     }

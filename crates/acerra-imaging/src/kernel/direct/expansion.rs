@@ -3,6 +3,7 @@
 use super::job::{Band, CHUNK, Job, block_width, vectors_a_group};
 use super::profile::Profile;
 use crate::kernel::lanes::{Lanes, MAX_LANES, ROUNDING};
+use crate::vector::dot;
 use std::ops::Range;
 
 /// Rows of parameters of a pulse: over level ground the first eight.
@@ -10,9 +11,13 @@ const MOST_ROWS: usize = 11;
 /// Start of the window of a group that has none: the bits of −1, which no start has.
 pub(super) const NO_WINDOW: f32 = f32::from_bits(u32::MAX);
 
-/// Rows of parameters that a pulse takes.
-pub(super) const fn parameter_rows(relief: bool) -> usize {
-    if relief { MOST_ROWS } else { 8 }
+/// Rows of parameters that a pulse takes, over level ground with antennas that look straight down or not.
+pub(super) const fn parameter_rows(relief: bool, tilt: bool) -> usize {
+    match (relief, tilt) {
+        (true, _) => MOST_ROWS,
+        (false, true) => 10,
+        (false, false) => 8,
+    }
 }
 
 /// Pulses of a chunk and the pixels of one block.
@@ -63,12 +68,17 @@ pub(super) struct Setup {
     /// middle in bins past `whole`, the first, second and third power's coefficients a pixel, and for
     /// either vector the whole bins from `whole` to its window and the bits of the integer at which
     /// that window starts in the chunk's table; over uneven ground also change of range with height
-    /// (bins a metre), that of the change along the row, and half the curvature with height.
+    /// (bins a metre), that of the change along the row, and half the curvature with height; with
+    /// tilted antennas instead the ratio of the cosines at the group's middle and its change a pixel.
     pub windowed: [f32; CHUNK * MOST_ROWS * MAX_LANES],
     /// Range, along-row offset and height of the block's centre from each antenna, m.
     pub range_m: [f32; CHUNK],
     pub along_m: [f32; CHUNK],
     pub up_m: [f32; CHUNK],
+    /// Ratio of the cosines from boresight and vertical at the block's centre, and its change along the
+    /// row, 1/m.
+    pub ratio: [f32; CHUNK],
+    pub ratio_slope: [f32; CHUNK],
     /// That range in bins: whole bins past the pulse's entry 0, and the rest.
     pub fraction: [f32; CHUNK],
     pub whole: [i32; CHUNK],
@@ -81,6 +91,8 @@ impl Setup {
             range_m: [0.0; CHUNK],
             along_m: [0.0; CHUNK],
             up_m: [0.0; CHUNK],
+            ratio: [0.0; CHUNK],
+            ratio_slope: [0.0; CHUNK],
             fraction: [0.0; CHUNK],
             whole: [0; CHUNK],
         }
@@ -88,7 +100,7 @@ impl Setup {
 
     /// Ranges from every antenna to the block's centre, in double precision.
     #[inline(always)]
-    pub fn measure<S: Lanes, const RELIEF: bool>(&mut self, block: &Block<S>) {
+    pub fn measure<S: Lanes, const RELIEF: bool, const TILT: bool>(&mut self, block: &Block<S>) {
         let ([x, y, z], unit, job) = (block.centre_m(), block.unit(), block.job);
         let inverse_bin = 1.0 / job.table.bin_m;
         let px = &job.antenna_m[0][block.pulses.clone()];
@@ -107,6 +119,11 @@ impl Setup {
             self.along_m[m] = along as f32;
             if RELIEF {
                 self.up_m[m] = dz as f32;
+            }
+            if TILT && let Some(tilt) = &job.tilt {
+                let b = tilt.per_metre[block.pulses.start + m];
+                self.ratio[m] = (dx * b[0] + dy * b[1] + dz * b[2]) as f32;
+                self.ratio_slope[m] = dot(unit, b) as f32;
             }
             self.whole[m] = whole;
             self.fraction[m] = (t - f64::from(whole)) as f32;
@@ -385,7 +402,7 @@ impl<S: Lanes> Expansion<S> {
     ) {
         let n = S::N;
         let rounding = s.splat(ROUNDING);
-        assert!(rows.len() == parameter_rows(RELIEF) * n);
+        assert!(rows.len() >= parameter_rows(RELIEF, false) * n);
         // SAFETY: `rows` holds that many rows of N numbers.
         unsafe {
             let at = rows.as_mut_ptr();
@@ -412,7 +429,7 @@ impl<S: Lanes> Expansion<S> {
 
 /// Expands the ranges of all pulses of a chunk and decides how each is read.
 #[inline(always)]
-pub(super) fn expand<S: Lanes, const CUBIC: bool, const RELIEF: bool>(
+pub(super) fn expand<S: Lanes, const CUBIC: bool, const RELIEF: bool, const TILT: bool>(
     block: &Block<S>,
     setup: &mut Setup,
 ) -> Paths {
@@ -472,10 +489,20 @@ pub(super) fn expand<S: Lanes, const CUBIC: bool, const RELIEF: bool>(
                 continue;
             }
         }
-        let length = parameter_rows(RELIEF) * n;
+        let length = parameter_rows(RELIEF, TILT) * n;
         let rows = &mut setup.windowed[paths.windowed * length..][..length];
         let start = (m * table.pulse_stride) as i32 + setup.whole[m];
         expansion.store::<CUBIC, RELIEF>(s, windows, start, rows);
+        if TILT && !RELIEF {
+            let slope = s.splat(setup.ratio_slope[m]);
+            let ratio = s.mul_add(groups.along_m, slope, s.splat(setup.ratio[m]));
+            // SAFETY: `rows` holds ten rows of N numbers.
+            unsafe {
+                let at = rows.as_mut_ptr();
+                s.store(at.add(8 * n), ratio);
+                s.store(at.add(9 * n), s.mul(slope, s.splat(groups.pixel)));
+            }
+        }
         if RELIEF {
             for k in 0..block.groups {
                 if gathers >> k & 1 == 1 {

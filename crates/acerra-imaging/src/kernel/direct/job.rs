@@ -1,6 +1,7 @@
 //! Inputs and sizes of the direct kernel.
 
 use crate::control::Control;
+use crate::kernel::cosine_power::CosinePower;
 use num_complex::Complex64;
 use std::ops::Range;
 
@@ -30,8 +31,21 @@ pub(crate) struct Job<'a> {
     pub windows: bool,
     /// Ranges below this are summed in double precision, m; zero where no spreading is folded in.
     pub reference_below_m: f64,
+    /// Antennas that do not look straight down; none where all do, or no pattern is asked for.
+    pub tilt: Option<TiltView<'a>>,
     pub reference: &'a dyn ReferenceContribution,
     pub control: Control<'a>,
+}
+
+/// The antenna's pattern as the kernel reads it. Tables hold cosⁿ of the angle from the vertical; over a level
+/// plane the cosine from the boresight is that one times a ratio that is linear in the pixel's place.
+#[derive(Clone, Copy)]
+pub(crate) struct TiltView<'a> {
+    /// The boresight of each antenna divided by its height above the plane, 1/m: the ratio is its inner
+    /// product with the way from the antenna to the pixel.
+    pub per_metre: &'a [[f64; 3]],
+    /// The power of the ratio.
+    pub power: CosinePower,
 }
 
 /// Range tables as the kernel reads them.

@@ -29,7 +29,7 @@ pub(crate) fn square_band<
     out: &mut [Complex32],
 ) -> Tally {
     assert!(band.rows <= square_rows(S::N) && out.len() == band.rows * band.columns);
-    assert!(job.table.degree == DEGREE && !job.table.interleaved);
+    assert!(job.table.degree == DEGREE && !job.table.interleaved && job.tilt.is_none());
     let width = SIDE * S::N;
     let strip = width * SIDE;
     let strips = band.rows.div_ceil(SIDE);
@@ -221,7 +221,7 @@ impl<S: Lanes, const DEGREE: usize, const TERMS: usize, const CUBIC: bool, const
                     if WIDE {
                         self.evaluator.windowed2(window, t, sums);
                     } else {
-                        self.evaluator.windowed(window, t, sums);
+                        self.evaluator.windowed(window, t, None, sums);
                     }
                 }
                 at = at.add(row_length);
@@ -263,7 +263,7 @@ impl<S: Lanes, const DEGREE: usize, const TERMS: usize, const CUBIC: bool, const
                 unsafe {
                     let row = self.chunk_table.as_ptr().add(m * table.pulse_stride);
                     self.evaluator
-                        .gathered(row, origin.whole, t, (lowest, highest), sums);
+                        .gathered(row, origin.whole, t, (lowest, highest), None, sums);
                 }
             }
         }
