@@ -28,10 +28,14 @@ SCENE = {
 
 @pytest.fixture(scope="session")
 def demo(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The logs of the demo's Track 1."""
+    """The logs of the demo's Track 1, from one end of the track to the other, the offset told."""
     folder = tmp_path_factory.mktemp("track-1")
-    acerra.simulate_demo(folder, track=1)
-    return folder
+    acerra.simulate_demo(folder / "from-take-off", track=1)
+    scene = (folder / "from-take-off" / "scene.toml").read_text()
+    scene = scene.replace('record = "flight"', 'record = "track"')
+    (folder / "scene.toml").write_text(scene.replace('offset = "auto"', 'offset = "exact"'))
+    acerra.simulate(folder / "scene.toml", folder / "on-track")
+    return folder / "on-track"
 
 
 @pytest.fixture(scope="session")

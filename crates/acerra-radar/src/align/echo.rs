@@ -8,6 +8,7 @@
 use rayon::prelude::*;
 
 use super::AlignError;
+use super::profile::REACH;
 use crate::clean::{Background, crest, envelope, remove_background};
 use crate::control::Control;
 use crate::radargram::Radargram;
@@ -277,7 +278,7 @@ impl Climb {
     fn new(cells: f64) -> Self {
         let usual = cells.max(1.0);
         Self {
-            reach: ((2.0 * usual).ceil() as usize + 1).min(100),
+            reach: ((REACH * usual).ceil() as usize + 1).min(100),
             cost_per_cell: (0.5 / usual) as f32,
         }
     }

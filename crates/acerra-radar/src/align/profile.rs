@@ -5,6 +5,8 @@ use crate::constants::two_way_delay_s;
 
 /// Most samples of a profile.
 const LONGEST: f64 = 4e6;
+/// How much faster than its rate an echo is followed.
+pub(super) const REACH: f64 = 2.0;
 /// Share of the platform's fast speed below which it stands.
 pub(super) const AT_REST: f64 = 0.1;
 /// Time for which a start or halt must last, s.
@@ -211,8 +213,9 @@ impl FlightProfile {
         (low <= high).then_some([low, high])
     }
 
-    /// Rate of change of 2h/c that is exceeded in one twentieth of the climbing and sinking, s/s: of the
-    /// height flown up and down, not of the time, for which a platform may stand on the ground.
+    /// Rate of change of 2h/c at which echoes are followed, s/s: what is exceeded in one twentieth of the
+    /// time. Of a platform that stands so long that its climbs are [beyond reach](REACH) of that, what is
+    /// exceeded in one twentieth of the height flown up and down.
     pub(super) fn fast_echo_rate(&self) -> f64 {
         let mut rates: Vec<f64> = self
             .echo_delay_s
@@ -221,13 +224,19 @@ impl FlightProfile {
             .filter(|r| r.is_finite())
             .collect();
         rates.sort_by(f64::total_cmp);
+        let usual = rates.get(rates.len() * 19 / 20).copied().unwrap_or(0.0);
         let most = 0.95 * rates.iter().sum::<f64>();
         let mut slower = 0.0;
-        let reached = rates.iter().find(|rate| {
+        let climbing = rates.iter().find(|rate| {
             slower += **rate;
             slower >= most
         });
-        reached.copied().unwrap_or(0.0)
+        let climbing = climbing.copied().unwrap_or(0.0);
+        if climbing > REACH * usual {
+            climbing
+        } else {
+            usual
+        }
     }
 }
 
@@ -292,9 +301,15 @@ mod tests {
     #[test]
     fn the_rate_is_that_of_the_climb_however_long_the_platform_stands() {
         // Half a second at 1 m/s in twenty.
-        let climb = |t: f64| Some(0.2 + (t - 9.0).clamp(0.0, 0.5));
-        let rate = profile(climb).fast_echo_rate();
-        assert!((rate / two_way_delay_s(1.0) - 1.0).abs() < 0.01, "{rate}");
+        let climb = |seconds: f64| move |t: f64| Some(0.2 + (t - 9.0).clamp(0.0, seconds));
+        for seconds in [0.5, 5.0] {
+            let rate = profile(climb(seconds)).fast_echo_rate();
+            assert!((rate / two_way_delay_s(1.0) - 1.0).abs() < 0.01, "{rate}");
+        }
+        // A wander whose fastest tenth is within reach of the rest.
+        let wander = |t: f64| Some(4.0 + if t < 19.5 { 0.6 * t } else { 11.7 + (t - 19.5) });
+        let rate = profile(wander).fast_echo_rate();
+        assert!((rate / two_way_delay_s(0.6) - 1.0).abs() < 0.01, "{rate}");
         assert!(profile(|_| Some(4.0)).fast_echo_rate().abs() < 1e-20);
     }
 
