@@ -1,7 +1,7 @@
 // The viewer in Chromium: started once for all tests, stopped at their end.
 
 import { spawn, spawnSync } from "node:child_process";
-import { existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { copyFileSync, existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { chromium } from "playwright-core";
@@ -42,6 +42,7 @@ export function demo() {
       run("simulate", scene, "-o", join(at, track));
       run("focus", join(at, track, "campaign.toml"), "-o", join(at, track, "products"));
     }
+    copyFileSync(join(whole, "index.html"), join(at, "index.html"));
   }
   return tracks.map((track) => join(at, track, "products"));
 }
