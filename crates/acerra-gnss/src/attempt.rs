@@ -64,8 +64,11 @@ impl Findings {
                 .collect();
             let codes: Vec<_> = results.iter().filter_map(EpochResult::fix_codes).collect();
             let lasting = LastingBiases::of(&codes, prepared.constellation, &prepared.noise);
-            let calibration = Calibration::of(&misfits, rise_per_s(&fixes), lasting.ratio);
+            let ratio = lasting.ratio;
             let noise = prepared.noise.clone().with_lasting(lasting.variances);
+            // An epoch in the middle has half of the log before it.
+            let expected_share = noise.expected_share(prepared.rover.len() / 2);
+            let calibration = Calibration::of(&misfits, rise_per_s(&fixes), ratio, expected_share);
             noise.calibrated(calibration)
         } else {
             prepared.noise.clone()

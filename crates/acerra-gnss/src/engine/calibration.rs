@@ -80,25 +80,32 @@ impl Calibration {
     ///
     /// `rise_per_s` is that of the residuals' semivariance, in units of the model's variance;
     /// `lasting_ratio` how much larger the variance of averaged codes was measured than the pass
-    /// assumed.
-    pub(crate) fn of(pass: &[Misfit], rise_per_s: Option<f64>, lasting_ratio: f64) -> Self {
+    /// assumed, and `expected_share` that expected over that which guards the integers.
+    pub(crate) fn of(
+        pass: &[Misfit],
+        rise_per_s: Option<f64>,
+        lasting_ratio: f64,
+        expected_share: f64,
+    ) -> Self {
         let misfits: Vec<FloatMisfit> = pass.iter().filter_map(|m| m.float).collect();
         let count = misfits.len() as f64;
         let length_s = median_interval_s(pass) * count;
         let spans = (length_s / CORRELATION_S).max(1.0);
-        let factor = |of: fn(&FloatMisfit) -> f64, spans: f64| {
+        let factor = |of: fn(&FloatMisfit) -> f64, prior: f64, spans: f64| {
             if misfits.is_empty() {
-                return 1.0;
+                return prior;
             }
             let mean = misfits.iter().map(of).sum::<f64>() / count / lasting_ratio;
-            (mean * spans + PRIOR_SPANS) / (spans + PRIOR_SPANS)
+            (mean * spans + PRIOR_SPANS * prior) / (spans + PRIOR_SPANS)
         };
-        let code_factor = factor(|m| m.whole, spans).clamp(1.0, LARGEST_FACTOR);
+        let code_factor = factor(|m| m.whole, 1.0, spans).clamp(1.0, LARGEST_FACTOR);
         // What lasts is drawn once a span: that it is large is seen, that it happens to be small
         // says little of other satellites.
         let draws = (length_s / SPAN_S).max(1.0);
-        let float_factor =
-            |of: fn(&FloatMisfit) -> f64| factor(of, spans).max(factor(of, draws)) / code_factor;
+        let float_factor = |of: fn(&FloatMisfit) -> f64| {
+            let within = |spans| factor(of, expected_share, spans);
+            within(spans).max(within(draws)) / code_factor
+        };
         let float_factors = [float_factor(|m| m.horizontal), float_factor(|m| m.vertical)]
             .map(|own: f64| own.clamp(FLOAT_FACTORS[0], FLOAT_FACTORS[1]));
         let fixed = pass.iter().filter_map(|m| m.phase);
@@ -148,7 +155,7 @@ mod tests {
 
     #[test]
     fn heights_that_err_more_than_stated_are_stated_worse_and_the_plane_is_not() {
-        let found = Calibration::of(&pass(1.0, 16.0, 3_600), None, 1.0);
+        let found = Calibration::of(&pass(1.0, 16.0, 3_600), None, 1.0, 1.0);
         let [horizontal, vertical] = found.float_factors.map(|f| f * found.code_factor);
         assert!((0.9..1.5).contains(&horizontal), "{horizontal}");
         assert!((14.0..16.0).contains(&vertical), "{vertical}");
@@ -156,7 +163,7 @@ mod tests {
 
     #[test]
     fn small_errors_of_a_short_log_say_little() {
-        let found = Calibration::of(&pass(0.01, 0.01, 300), None, 1.0);
+        let found = Calibration::of(&pass(0.01, 0.01, 300), None, 1.0, 1.0);
         assert!((found.code_factor - 1.0).abs() < 1e-12);
         assert!(
             found.float_factors.iter().all(|f| (0.6..1.0).contains(f)),
@@ -166,7 +173,7 @@ mod tests {
 
     #[test]
     fn without_fixes_nothing_changes() {
-        let found = Calibration::of(&[], None, 1.0);
+        let found = Calibration::of(&[], None, 1.0, 1.0);
         assert_eq!((found.code_factor, found.float_factors), (1.0, [1.0; 2]));
     }
 }

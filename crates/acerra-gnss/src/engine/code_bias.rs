@@ -11,7 +11,7 @@
 use std::collections::BTreeMap;
 
 use super::calibration::SPAN_S;
-use super::code_noise::MeasuredNoise;
+use super::code_noise::{Lasting, MeasuredNoise};
 use super::constellation::Constellation;
 use super::phase_walk::FixResiduals;
 use crate::satellite::System;
@@ -26,7 +26,7 @@ type Group = (System, usize);
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct LastingBiases {
     /// Of each system and slot with fixes.
-    pub variances: BTreeMap<Group, f64>,
+    pub variances: BTreeMap<Group, Lasting>,
     /// Variance of codes averaged over a span as measured over that assumed, over all groups; 1
     /// where nothing is measured.
     pub ratio: f64,
@@ -71,9 +71,10 @@ impl LastingBiases {
         let of_group = |(group, m): (Group, Moments)| {
             let assumed = noise.of(group.0, group.1).lasting();
             let measured = (m.squares - m.varying).max(0.0);
-            let lasting = (PRIOR_FREEDOM * assumed + measured) / (PRIOR_FREEDOM + m.freedom);
-            sums[0] += m.freedom * lasting + m.varying;
-            sums[1] += m.freedom * assumed + m.varying;
+            let lasting =
+                assumed.map(|own| (PRIOR_FREEDOM * own + measured) / (PRIOR_FREEDOM + m.freedom));
+            sums[0] += m.freedom * lasting.guarded + m.varying;
+            sums[1] += m.freedom * assumed.guarded + m.varying;
             (group, lasting)
         };
         let variances = moments.into_iter().map(of_group).collect();

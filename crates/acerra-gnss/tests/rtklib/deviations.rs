@@ -136,14 +136,13 @@ fn float_table(text: &mut String) {
         writeln!(text, "| {} | {} |", set.name, own.row()).unwrap();
     }
     writeln!(text, "| all | {} |", all.row()).unwrap();
-    // Parts of one log are few independent draws: what must not happen is that errors exceed what
-    // is stated.
     let [level, level_2, height, height_2] = all.shares();
-    assert!(level > 63.0 && height > 63.0, "{level} % and {height} %");
-    assert!(
-        level_2 > 92.0 && height_2 > 92.0,
-        "{level_2} % and {height_2} %"
-    );
+    assert!((level - 68.3).abs() < 5.0, "{level} %");
+    assert!((level_2 - 95.4).abs() < 3.0, "{level_2} %");
+    // Errors found large are believed sooner than errors found small: heights are stated on the safe
+    // side.
+    assert!((63.3..80.0).contains(&height), "{height} %");
+    assert!((92.4..99.0).contains(&height_2), "{height_2} %");
 }
 
 /// Options of float solutions of many parts of a log.

@@ -21,7 +21,35 @@ pub(crate) struct CodeNoise {
     /// Variance of the mean of n samples of what varies.
     mean_factors: Vec<f64>,
     /// Variance of what lasts longer than any lag.
-    pub(super) lasting: f64,
+    pub(super) lasting: Lasting,
+}
+
+/// Variance of what lasts, in units of the model's.
+///
+/// A variance assumed too small makes wrong integers look certain, one assumed too large makes
+/// float positions look worse than they are: the first is guarded against, the second is stated.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Lasting {
+    /// An upper bound for the weights of codes and the trust in integers.
+    pub guarded: f64,
+    /// What is expected, for the errors that float positions state.
+    pub expected: f64,
+}
+
+impl Lasting {
+    /// Of the codes' model: nothing lasts.
+    const NONE: Self = Self {
+        guarded: 0.0,
+        expected: 0.0,
+    };
+
+    /// Either variance changed in the same way.
+    pub(crate) fn map(self, change: impl Fn(f64) -> f64) -> Self {
+        Self {
+            guarded: change(self.guarded),
+            expected: change(self.expected),
+        }
+    }
 }
 
 impl CodeNoise {
@@ -31,13 +59,13 @@ impl CodeNoise {
             variance_factor: 1.0,
             sample_factors: vec![1.0],
             mean_factors: vec![1.0],
-            lasting: 0.0,
+            lasting: Lasting::NONE,
         }
     }
 
     /// Noise of this variance and autocorrelation at lags of 1, 2, … epochs, besides what lasts
-    /// longer than any lag; `lasting` is the variance of receivers' delays.
-    pub(super) fn new(varying: f64, lasting: f64, correlation: impl Fn(usize) -> f64) -> Self {
+    /// longer than any lag; `delays` are the variances of receivers' delays.
+    pub(super) fn new(varying: f64, delays: Lasting, correlation: impl Fn(usize) -> f64) -> Self {
         let (mut sum, mut moment) = (0.0, 0.0);
         let mut mean_factors = Vec::with_capacity(LARGEST_COUNT);
         for n in 1..=LARGEST_COUNT {
@@ -47,14 +75,17 @@ impl CodeNoise {
             sum += rho;
             moment += rho * count;
         }
-        Self::with_means(mean_factors, LASTING_SHARE * varying + lasting)
+        Self::with_means(
+            mean_factors,
+            delays.map(|own| LASTING_SHARE * varying + own),
+        )
     }
 
-    fn with_means(mean_factors: Vec<f64>, lasting: f64) -> Self {
-        let variance_factor = mean_factors[0] + lasting;
+    fn with_means(mean_factors: Vec<f64>, lasting: Lasting) -> Self {
+        let variance_factor = mean_factors[0] + lasting.guarded;
         let mut information = 0.0;
         let of_sample = |mean_factor: &f64| {
-            let own = variance_factor / (mean_factor + lasting);
+            let own = variance_factor / (mean_factor + lasting.guarded);
             let gained = (own - information).max(LEAST_INFORMATION);
             information = own;
             1.0 / gained
@@ -68,12 +99,12 @@ impl CodeNoise {
     }
 
     /// This noise with another variance of what lasts.
-    pub(crate) fn with_lasting(&self, lasting: f64) -> Self {
+    pub(crate) fn with_lasting(&self, lasting: Lasting) -> Self {
         Self::with_means(self.mean_factors.clone(), lasting)
     }
 
     /// Variance of what lasts longer than any lag.
-    pub(crate) fn lasting(&self) -> f64 {
+    pub(crate) fn lasting(&self) -> Lasting {
         self.lasting
     }
 
@@ -92,7 +123,10 @@ impl CodeNoise {
 }
 
 /// Variance and correlation from semivariances at growing lags (epochs).
-pub(super) fn noise_from_semivariogram(curve: &[(usize, f64)], lasting: f64) -> Option<CodeNoise> {
+pub(super) fn noise_from_semivariogram(
+    curve: &[(usize, f64)],
+    delays: Lasting,
+) -> Option<CodeNoise> {
     let &(_, first) = curve.first()?;
     let &(last_lag, last) = curve.last()?;
     // The sill is the mean of the longer lags; a curve that still rises at its end has not
@@ -123,14 +157,17 @@ pub(super) fn noise_from_semivariogram(curve: &[(usize, f64)], lasting: f64) -> 
         1.0 - value / sill
     };
     let factor = sill.clamp(VARIANCE_FACTORS[0], VARIANCE_FACTORS[1]);
-    Some(CodeNoise::new(factor, lasting, correlation))
+    Some(CodeNoise::new(factor, delays, correlation))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    const LASTING: f64 = 0.025;
+    const DELAYS: Lasting = Lasting {
+        guarded: 0.025,
+        expected: 0.003,
+    };
 
     /// Semivariances of a first-order Gauss–Markov process.
     fn gauss_markov(variance: f64, correlation_epochs: f64, largest: usize) -> Vec<(usize, f64)> {
@@ -152,25 +189,25 @@ mod tests {
     }
 
     fn lasting(varying: f64) -> f64 {
-        LASTING_SHARE * varying + LASTING
+        LASTING_SHARE * varying + DELAYS.guarded
     }
 
     #[test]
     fn white_noise_averages_out_down_to_what_lasts() {
         let curve: Vec<_> = (1..10).map(|lag| (lag, 2.0)).collect();
-        let noise = noise_from_semivariogram(&curve, LASTING).unwrap();
+        let noise = noise_from_semivariogram(&curve, DELAYS).unwrap();
         for n in [1, 2, 10, 900] {
             let exact = 2.0 / f64::from(n) + lasting(2.0);
             let ratio = mean_variance(&noise, n) / exact;
             assert!((0.95..1.05).contains(&ratio), "{n}: {ratio}");
         }
-        assert!(noise_from_semivariogram(&[], LASTING).is_none());
+        assert!(noise_from_semivariogram(&[], DELAYS).is_none());
     }
 
     #[test]
     fn a_gauss_markov_process_is_recognised() {
         for tau in [5.0, 20.0, 60.0] {
-            let noise = noise_from_semivariogram(&gauss_markov(4.0, tau, 300), LASTING).unwrap();
+            let noise = noise_from_semivariogram(&gauss_markov(4.0, tau, 300), DELAYS).unwrap();
             for n in [1u32, 10, 100, 500] {
                 let exact = (1..n)
                     .map(|k| (1.0 - f64::from(k) / f64::from(n)) * (-f64::from(k) / tau).exp());
@@ -183,7 +220,7 @@ mod tests {
 
     #[test]
     fn a_curve_without_a_sill_is_extrapolated() {
-        let noise = noise_from_semivariogram(&gauss_markov(4.0, 60.0, 20), LASTING).unwrap();
+        let noise = noise_from_semivariogram(&gauss_markov(4.0, 60.0, 20), DELAYS).unwrap();
         assert!(
             mean_variance(&noise, 20) > 0.7 * noise.factor(0.0),
             "not correlated"

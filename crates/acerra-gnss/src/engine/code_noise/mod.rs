@@ -21,6 +21,7 @@ use crate::options::PpkOptions;
 use crate::satellite::System;
 use crate::signal::FREQUENCY_SLOTS;
 use correlated::CodeNoise;
+pub(crate) use correlated::Lasting;
 use series::{Series, place};
 
 /// Measured noise of every system and frequency slot.
@@ -61,16 +62,32 @@ impl MeasuredNoise {
 
     /// Share of what lasts in the variance of the mean of `count` codes.
     pub(crate) fn lasting_share(&self, count: usize) -> f64 {
-        let variances = |noise: &CodeNoise| [noise.lasting, noise.mean_factor(count)];
-        let all = self.groups.iter().flatten().map(variances);
-        let [lasting, varying] = all.fold([0.0; 2], |sum, one| [sum[0] + one[0], sum[1] + one[1]]);
+        let [lasting, varying] = self.sums(count, |lasting| lasting.expected);
         lasting / (lasting + varying)
+    }
+
+    /// Expected variance of the mean of `count` codes over that which guards the integers.
+    pub(crate) fn expected_share(&self, count: usize) -> f64 {
+        let expected = self.sums(count, |lasting| lasting.expected);
+        let guarded = self.sums(count, |lasting| lasting.guarded);
+        expected.iter().sum::<f64>() / guarded.iter().sum::<f64>()
+    }
+
+    /// Sums over all groups of what lasts, and of the variances of means of `count` codes without.
+    fn sums(&self, count: usize, of: impl Fn(Lasting) -> f64) -> [f64; 2] {
+        let all = self.groups.iter().flatten();
+        all.fold([0.0; 2], |[lasting, varying], noise| {
+            [
+                lasting + of(noise.lasting),
+                varying + noise.mean_factor(count),
+            ]
+        })
     }
 
     /// This noise with what lasts as `lasting` has it for each system and slot.
     pub(crate) fn with_lasting(
         mut self,
-        lasting: impl IntoIterator<Item = ((System, usize), f64)>,
+        lasting: impl IntoIterator<Item = ((System, usize), Lasting)>,
     ) -> Self {
         for ((system, slot), variance) in lasting {
             let noise = &mut self.groups[place(system)][slot];

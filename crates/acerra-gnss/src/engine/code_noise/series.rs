@@ -1,6 +1,6 @@
 //! Code minus phase over a log, and its semivariogram.
 
-use super::correlated::{CodeNoise, noise_from_semivariogram};
+use super::correlated::{CodeNoise, Lasting, noise_from_semivariogram};
 use crate::engine::constellation::Constellation;
 use crate::engine::epoch_input::RoverEpoch;
 use crate::engine::matching::matching_base;
@@ -23,12 +23,17 @@ const LARGEST_STARTS: usize = 600;
 const LEAST_DIFFERENCES: usize = 40;
 /// Differences beyond this many robust standard deviations count as that many.
 const LARGEST_SIGMA: f64 = 4.0;
-/// Standard deviation at the zenith of biases that last longer than any lag: receivers' delays
-/// that differ between satellites' signals (m).
-const LASTING_SIGMA_M: f64 = 0.28;
+/// Standard deviations at the zenith of biases that last longer than any lag: receivers' delays
+/// that differ between satellites' signals (m). Correlators that see a chip's edge a nanosecond
+/// apart, as those of unlike receivers do, are the guard where integers are to be trusted; a third
+/// of that is expected.
+const DELAY_SIGMAS_M: Lasting = Lasting {
+    guarded: 0.28,
+    expected: 0.10,
+};
 
-/// Variance of lasting biases over the model's at the zenith.
-fn lasting_factor(options: &PpkOptions) -> f64 {
+/// Variances of receivers' delays over the model's at the zenith.
+fn delay_factors(options: &PpkOptions) -> Lasting {
     let zenith = SignalView {
         system: System::Gps,
         slot: 0,
@@ -37,7 +42,8 @@ fn lasting_factor(options: &PpkOptions) -> f64 {
         cn0_db_hz: [0.0; 2],
         noise_power: [0.0; 2],
     };
-    LASTING_SIGMA_M.powi(2) / single_difference_variance_m2(options, &zenith, Separation::NONE)
+    let model_m2 = single_difference_variance_m2(options, &zenith, Separation::NONE);
+    DELAY_SIGMAS_M.map(|sigma_m| sigma_m.powi(2) / model_m2)
 }
 
 /// Where a system stands among all.
@@ -62,8 +68,8 @@ struct Sample {
 pub(super) struct Series {
     times_s: Vec<f64>,
     epochs: Vec<Vec<Sample>>,
-    /// Variance of lasting biases over the model's at the zenith.
-    lasting: f64,
+    /// Variances of receivers' delays over the model's at the zenith.
+    delays: Lasting,
 }
 
 impl Series {
@@ -76,7 +82,7 @@ impl Series {
         let mut series = Self {
             times_s: Vec::with_capacity(rover.len()),
             epochs: Vec::with_capacity(rover.len()),
-            lasting: lasting_factor(options),
+            delays: delay_factors(options),
         };
         let place = rover.iter().find_map(|e| e.single.as_ref().ok());
         let (Some(first), Some(place)) = (rover.first(), place) else {
@@ -138,7 +144,7 @@ impl Series {
             }
             lag = (lag + 1).max(lag * 3 / 2);
         }
-        noise_from_semivariogram(&curve, self.lasting)
+        noise_from_semivariogram(&curve, self.delays)
     }
 
     /// Mean over all pairs of epochs this far apart of half the squared change, in units of the
