@@ -88,6 +88,7 @@ mod uncovered;
 pub mod volume;
 mod warnings;
 pub mod weigh;
+mod window;
 
 pub use control::{Cancelled, Control, Progress};
 pub use error::ChainError;

@@ -54,12 +54,16 @@ fn flight(length_m: f64, clean: CleanOptions) -> Recording {
 }
 
 fn prepared(length_m: f64) -> Result<Prepared, ChainError> {
+    let grid = PlaneGrid::from_ranges([0.0, 6.0], [-3.0, 3.0], 0.0, 0.05).unwrap();
+    prepared_on(grid, length_m)
+}
+
+fn prepared_on(grid: PlaneGrid, length_m: f64) -> Result<Prepared, ChainError> {
     let clean = CleanOptions {
         delay_ns: Some(Delay::Auto),
         background: Background::None,
         ..CleanOptions::default()
     };
-    let grid = PlaneGrid::from_ranges([0.0, 6.0], [-3.0, 3.0], 0.0, 0.05).unwrap();
     prepare(
         vec![flight(length_m, clean)],
         Scene::plane(grid),
@@ -83,6 +87,18 @@ fn a_pass_over_targets_tells_the_delay() {
     let shift_s = track.cleaned.as_ref().unwrap().shift_s;
     assert!((shift_s + found.delay_s).abs() < 1e-15);
     assert_eq!(track.gate_ns, Gate::About(Gate::BELOW_NS));
+}
+
+#[test]
+fn a_scene_ten_times_as_wide_tells_the_same_delay() {
+    let grid = PlaneGrid::from_ranges([-27.0, 33.0], [-30.0, 30.0], 0.0, 0.1).unwrap();
+    let prepared = prepared_on(grid, 6.0).unwrap();
+    let found = prepared.first().delay.as_ref().unwrap();
+    let error_s = found.delay_s - DELAY_S;
+    println!("{:+.3} ± {:.3} ns", 1e9 * error_s, 1e9 * found.sigma_s);
+    assert!(error_s.abs() < 0.1e-9, "{found:?}");
+    // Errors of the positions would bend the phases as much: a deviation below a centimetre claims too much.
+    assert!(found.sigma_s > 0.07e-9 && found.sigma_s < 0.5e-9, "{found:?}");
 }
 
 #[test]

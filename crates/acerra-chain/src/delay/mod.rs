@@ -11,12 +11,19 @@
 //! direct coupling, antennas side by side ─────────► its delay ────────────────────┘
 //! ```
 
+mod check;
 mod cues;
+mod curve;
+mod echo_power;
 mod error;
 mod scan;
 mod search;
+mod targets;
+mod view;
 
+pub use check::{DelayCheck, check_delay};
 pub use cues::{DelayCue, coupling_delay, surface_delay};
+pub use curve::DelayCurve;
 pub use error::DelayError;
 pub use scan::{DelayScan, ScanPoint, delayed};
-pub use search::{DelayCheck, DelayCurve, DelayFound, DelayTrial, check_delay, find_delay};
+pub use search::{DelayFound, DelayTrial, find_delay};
