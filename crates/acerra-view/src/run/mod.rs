@@ -2,6 +2,7 @@
 
 mod display;
 mod image;
+mod inputs;
 mod record;
 mod track;
 mod volume;
@@ -15,7 +16,8 @@ use crate::error::ViewError;
 use crate::raster::Pyramid;
 pub use display::Display;
 pub use image::{RunImage, Terrain};
-pub use record::{Input, Record};
+pub use inputs::Input;
+pub use record::Record;
 pub use track::{Seen, TrackTable, range_and_incidence};
 pub use volume::{Plane, Volume};
 

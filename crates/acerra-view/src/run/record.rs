@@ -6,6 +6,7 @@ use acerra_chain::campaign::{Campaign, TimeOffset};
 use anyhow::{Context, ensure};
 use serde_json::Value;
 
+use super::inputs::{Input, relocate};
 use crate::error::{EngineError, ViewError};
 
 /// Bytes of a record or list of targets, at most.
@@ -23,22 +24,13 @@ pub struct Record {
     pub inputs: Vec<Input>,
 }
 
-/// A file that the run read.
-#[derive(Clone, Debug)]
-pub struct Input {
-    /// Where it was.
-    pub path: PathBuf,
-    /// SHA-256 in lower-case hexadecimal digits.
-    pub sha256: String,
-}
-
 impl Record {
     /// Reads `run.json`.
     ///
     /// # Errors
     /// A file that is absent, or no record of a run.
     pub fn read(path: &Path) -> Result<Self, ViewError> {
-        let json = json(path)?;
+        let mut json = json(path)?;
         if !json["version"].is_string() || !json["configuration"].is_object() {
             return Err(ViewError::Product {
                 path: path.to_owned(),
@@ -55,8 +47,11 @@ impl Record {
                 sha256: input["sha256"].as_str()?.to_owned(),
             })
         });
+        let mut inputs: Vec<Input> = inputs.collect();
+        let products = path.parent().unwrap_or(path);
+        relocate(&mut inputs, &mut json["configuration"], products);
         Ok(Self {
-            inputs: inputs.collect(),
+            inputs,
             origin_deg_m,
             json,
         })
