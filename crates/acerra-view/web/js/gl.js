@@ -1,80 +1,14 @@
-// Drawing fields of complex values by WebGL2: level, phase or sign through a table of colours.
+// Drawing fields of complex values by WebGL2.
 
-const VERTEX = `#version 300 es
-uniform vec4 u_clip;   // left, bottom, right, top in clip coordinates
-uniform vec4 u_part;   // the part of the texture: u0, v0, u1, v1
-uniform vec4 u_place;  // the same within the gain's samples
-out vec2 v_texture;
-out vec2 v_gain;
-void main() {
-  vec2 corner = vec2(gl_VertexID & 1, gl_VertexID >> 1);
-  v_texture = mix(u_part.xy, u_part.zw, corner);
-  v_gain = mix(u_place.xy, u_place.zw, corner);
-  gl_Position = vec4(mix(u_clip.xy, u_clip.zw, corner), 0.0, 1.0);
-}`;
-
-// One program for each way to look at a field: where a processor renders, every branch costs.
-/** @param {number} mode 0 level, 1 phase, 2 signed, 3 difference of levels, 4 modulus @param {boolean} gain */
-const fragment = (mode, gain) => `#version 300 es
-precision highp float;
-uniform highp sampler2D u_field;
-uniform highp sampler2D u_other;
-uniform highp sampler2D u_nodes;
-uniform sampler2D u_colours;
-uniform vec2 u_window;     // lowest and highest level shown, dB
-uniform vec2 u_scale;      // amplitudes at 0 dB, inverse: of the field and of the other
-uniform float u_opacity;
-in vec2 v_texture;
-in vec2 v_gain;
-out vec4 colour;
-const float DB = 3.01029996;
-float gain_db() {
-  vec2 last = vec2(textureSize(u_nodes, 0) - 1);
-  vec2 place = clamp(v_gain, 0.0, 1.0) * last;
-  ivec2 cell = ivec2(min(floor(place), last - 1.0));
-  vec2 part = place - vec2(cell);
-  float a = texelFetch(u_nodes, cell, 0).r, b = texelFetch(u_nodes, cell + ivec2(1, 0), 0).r;
-  float c = texelFetch(u_nodes, cell + ivec2(0, 1), 0).r, d = texelFetch(u_nodes, cell + ivec2(1, 1), 0).r;
-  return mix(mix(a, b, part.x), mix(c, d, part.x), part.y);
-}
-float level(vec2 z) {
-  return DB * log2(max(dot(z, z), 1e-37));
-}
-float share(vec2 z) {
-${SHARES[mode]}
-}
-void main() {
-  vec2 z = texture(u_field, v_texture).rg;
-  float at = clamp(share(z), 0.0, 1.0);
-  vec3 rgb = texelFetch(u_colours, ivec2(int(at * 255.0 + 0.5), 0), 0).rgb;
-  // Not a number: grey.
-  colour = vec4(z.x + z.y == z.x + z.y ? rgb : vec3(0.60, 0.62, 0.65), 1.0) * u_opacity;
-}`.replace("GAIN", gain ? "+ gain_db()" : "");
-
-/** The drawing over the field, its colours multiplied by their opacity. */
-const OVERLAY = `#version 300 es
-precision mediump float;
-uniform sampler2D u_field;
-in vec2 v_texture;
-out vec4 colour;
-void main() {
-  colour = texture(u_field, v_texture);
-}`;
+import { COPY, check, fragment, link } from "./shaders.js";
 
 /** Names of renderers that are a processor. */
 const SOFTWARE = /swiftshader|llvmpipe|softpipe|software|basic render/i;
 
-/** Places along the table of colours, by mode. */
-const SHARES = [
-  "  return (level(z * u_scale.x) GAIN - u_window.x) / (u_window.y - u_window.x);",
-  "  return atan(z.y, z.x) / 6.28318531 + 0.5;",
-  "  return 0.5 + 0.5 * z.x / u_window.y;",
-  "  return 0.5 + 0.5 * (level(z * u_scale.x) - level(texture(u_other, v_texture).rg * u_scale.y)) / u_window.y;",
-  "  return length(z);",
-];
-
 /** @typedef {{mode: number, window: [number, number], zero_db: number, other_zero_db: number, gain: WebGLTexture | null, colours: WebGLTexture, opacity: number}} Look */
+/** @typedef {import("./shaders.js").Program} Program */
 /** @typedef {[number, number, number, number]} Rectangle */
+/** @typedef {{clip: Rectangle, part: Rectangle, place: Rectangle}} At where on the canvas, which part of the texture, and where within the gain */
 
 export class Painter {
   /** @param {HTMLCanvasElement} canvas @param {boolean} clear whether what lies under the canvas is seen where nothing is drawn */
@@ -88,6 +22,20 @@ export class Painter {
     this.programs = new Map();
     /** @type {Program | null} */
     this.program = null;
+    /** How fields look at present. @type {Look | null} */
+    this.shown = null;
+    /** The same as a text: looks of one text give one picture. */
+    this.key = "";
+    /** Whether program and uniforms are those of the present look. */
+    this.isBrought = false;
+    this.isClipped = false;
+    /** Tiles coloured since the picture was begun. */
+    this.colouredNow = 0;
+    /** Numbers of the textures that looks name. @type {WeakMap<WebGLTexture, number>} */
+    this.numbers = new WeakMap();
+    this.counted = 0;
+    /** @type {WebGLFramebuffer | null} */
+    this.frame = null;
     const told = gl.getExtension("WEBGL_debug_renderer_info");
     /** Whether a processor draws: layers laid over one another are dear then. */
     this.isSoftware = SOFTWARE.test(String(gl.getParameter(told ? told.UNMASKED_RENDERER_WEBGL : gl.RENDERER)));
@@ -196,6 +144,8 @@ export class Painter {
     if (canvas.width !== w || canvas.height !== h) [canvas.width, canvas.height] = [w, h];
     gl.viewport(0, 0, w, h);
     gl.disable(gl.SCISSOR_TEST);
+    this.isClipped = false;
+    this.colouredNow = 0;
     gl.clearColor(0, 0, 0, 0);
     gl.clear(gl.COLOR_BUFFER_BIT);
     gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
@@ -205,35 +155,88 @@ export class Painter {
   within(from, to) {
     const { gl, canvas } = this;
     gl.enable(gl.SCISSOR_TEST);
+    this.isClipped = true;
     gl.scissor(Math.round(from * canvas.width), 0, Math.round((to - from) * canvas.width), canvas.height);
   }
 
   /** How fields look until the next call. @param {Look} look */
   look(look) {
-    const { gl } = this;
-    this.take(this.use(look.mode, look.gain !== null && look.mode === 0));
-    gl.uniform2f(this.place("u_window"), look.window[0], look.window[1]);
-    gl.uniform2f(this.place("u_scale"), 10 ** (-look.zero_db / 20), 10 ** (-look.other_zero_db / 20));
-    gl.uniform1f(this.place("u_opacity"), look.opacity);
-    if (look.opacity < 1) gl.enable(gl.BLEND);
-    else gl.disable(gl.BLEND);
+    const number = (/** @type {WebGLTexture | null} */ texture) => {
+      if (!texture) return 0;
+      if (!this.numbers.has(texture)) this.numbers.set(texture, (this.counted += 1));
+      return this.numbers.get(texture);
+    };
+    this.shown = look;
+    this.key = [look.mode, ...look.window, look.zero_db, look.other_zero_db, number(look.gain), number(look.colours)].join();
+    this.isBrought = false;
+  }
+
+  /** Sets the present look's program and uniforms. @param {number} opacity */
+  bring(opacity) {
+    const { gl, shown } = this;
+    if (!shown) return;
+    this.take(this.use(shown.mode, shown.gain !== null && shown.mode === 0));
+    gl.uniform2f(this.place("u_window"), shown.window[0], shown.window[1]);
+    gl.uniform2f(this.place("u_scale"), 10 ** (-shown.zero_db / 20), 10 ** (-shown.other_zero_db / 20));
+    this.blend(opacity);
     gl.activeTexture(gl.TEXTURE1);
-    gl.bindTexture(gl.TEXTURE_2D, look.colours);
+    gl.bindTexture(gl.TEXTURE_2D, shown.colours);
     gl.activeTexture(gl.TEXTURE2);
-    gl.bindTexture(gl.TEXTURE_2D, look.gain ?? this.blank);
+    gl.bindTexture(gl.TEXTURE_2D, shown.gain ?? this.blank);
+  }
+
+  /** @param {number} opacity */
+  blend(opacity) {
+    const { gl } = this;
+    gl.uniform1f(this.place("u_opacity"), opacity);
+    if (opacity < 1) gl.enable(gl.BLEND);
+    else gl.disable(gl.BLEND);
   }
 
   /**
    * Draws a part of a field.
-   * @param {WebGLTexture} field @param {WebGLTexture | null} other
-   * @param {{clip: Rectangle, part: Rectangle, place: Rectangle}} at
+   * @param {WebGLTexture} field @param {WebGLTexture | null} other @param {At} at
    */
   draw(field, other, at) {
     const { gl } = this;
+    if (!this.isBrought) this.bring(this.shown?.opacity ?? 1);
+    this.isBrought = true;
     gl.activeTexture(gl.TEXTURE3);
     gl.bindTexture(gl.TEXTURE_2D, other ?? this.blank);
+    this.rectangle(field, at);
+  }
+
+  /** The colours of a whole field by the present look, as a texture. @param {WebGLTexture} field @param {[number, number]} size @param {Rectangle} place */
+  coloured(field, size, place) {
+    const { gl, canvas } = this;
+    const colours = this.texture(gl.RGBA8, gl.RGBA, gl.UNSIGNED_BYTE, size, null, gl.NEAREST);
+    this.frame ??= gl.createFramebuffer();
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.frame);
+    gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, colours, 0);
+    gl.viewport(0, 0, size[0], size[1]);
+    gl.disable(gl.SCISSOR_TEST);
+    this.bring(1);
+    this.rectangle(field, { clip: [-1, -1, 1, 1], part: [0, 0, 1, 1], place });
+    this.isBrought = false;
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    gl.viewport(0, 0, canvas.width, canvas.height);
+    if (this.isClipped) gl.enable(gl.SCISSOR_TEST);
+    return colours;
+  }
+
+  /** Draws a part of a picture as it is. @param {WebGLTexture} picture @param {At} at @param {number} opacity */
+  copy(picture, at, opacity) {
+    this.take(this.programOf("copy", () => COPY));
+    this.isBrought = false;
+    this.blend(opacity);
+    this.rectangle(picture, at);
+  }
+
+  /** @param {WebGLTexture} texture @param {At} at */
+  rectangle(texture, at) {
+    const { gl } = this;
     gl.activeTexture(gl.TEXTURE0);
-    gl.bindTexture(gl.TEXTURE_2D, field);
+    gl.bindTexture(gl.TEXTURE_2D, texture);
     gl.uniform4f(this.place("u_clip"), ...at.clip);
     gl.uniform4f(this.place("u_part"), ...at.part);
     gl.uniform4f(this.place("u_place"), ...at.place);
@@ -244,7 +247,6 @@ export class Painter {
   over(drawing) {
     const { gl } = this;
     const { width, height } = drawing;
-    this.take(this.programOf("overlay", () => OVERLAY));
     gl.activeTexture(gl.TEXTURE0);
     if (this.sheet?.width !== width || this.sheet.height !== height) {
       if (this.sheet) gl.deleteTexture(this.sheet.texture);
@@ -256,34 +258,11 @@ export class Painter {
     gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, drawing);
     gl.pixelStorei(gl.UNPACK_PREMULTIPLY_ALPHA_WEBGL, false);
     gl.disable(gl.SCISSOR_TEST);
+    this.isClipped = false;
+    this.take(this.programOf("copy", () => COPY));
+    this.isBrought = false;
+    gl.uniform1f(this.place("u_opacity"), 1);
     gl.enable(gl.BLEND);
-    gl.uniform4f(this.place("u_clip"), -1, 1, 1, -1);
-    gl.uniform4f(this.place("u_part"), 0, 0, 1, 1);
-    gl.drawArrays(gl.TRIANGLE_STRIP, 0, 4);
+    this.rectangle(this.sheet.texture, { clip: [-1, 1, 1, -1], part: [0, 0, 1, 1], place: [0, 0, 1, 1] });
   }
-}
-
-/** @typedef {{program: WebGLProgram, shaders: WebGLShader[], places: Map<string, WebGLUniformLocation | null>, isChecked: boolean}} Program */
-
-/** Sets a program off; whether it has come about is asked when it is used. @param {WebGL2RenderingContext} gl @param {string} fragmentText */
-function link(gl, fragmentText) {
-  const program = gl.createProgram();
-  if (!program) throw new Error("WebGL2 is out of order");
-  const shaders = /** @type {[number, string][]} */ ([[gl.VERTEX_SHADER, VERTEX], [gl.FRAGMENT_SHADER, fragmentText]]).map(([kind, text]) => {
-    const shader = gl.createShader(kind);
-    if (!shader) throw new Error("WebGL2 is out of order");
-    gl.shaderSource(shader, text);
-    gl.compileShader(shader);
-    gl.attachShader(program, shader);
-    return shader;
-  });
-  gl.linkProgram(program);
-  return { program, shaders };
-}
-
-/** @param {WebGL2RenderingContext} gl @param {Program} made */
-function check(gl, { program, shaders }) {
-  if (gl.getProgramParameter(program, gl.LINK_STATUS)) return;
-  const told = [...shaders.map((shader) => gl.getShaderInfoLog(shader)), gl.getProgramInfoLog(program)];
-  throw new Error(told.find((text) => text) ?? "a program for drawing cannot be made");
 }

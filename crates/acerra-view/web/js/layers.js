@@ -116,11 +116,18 @@ export class TiledLayer {
     // The last values of a level may stand for fewer than their share.
     const i1 = Math.min(i0 + tile.columns * cell, axes.nx);
     const j1 = Math.min(j0 + tile.rows * cell, axes.ny);
-    this.painter.draw(tile.texture, pair?.texture ?? null, {
-      clip: clip(camera, axes, [i0, j0, i1, j1]),
-      part: [0, 0, (i1 - i0) / (tile.columns * cell), (j1 - j0) / (tile.rows * cell)],
-      place: [i0 / axes.nx, j0 / axes.ny, i1 / axes.nx, j1 / axes.ny],
-    });
+    const [u, v] = [(i1 - i0) / (tile.columns * cell), (j1 - j0) / (tile.rows * cell)];
+    /** @type {Rectangle} */
+    const place = [i0 / axes.nx, j0 / axes.ny, i1 / axes.nx, j1 / axes.ny];
+    /** @type {import("./gl.js").At} */
+    const at = { clip: clip(camera, axes, [i0, j0, i1, j1]), part: [0, 0, u, v], place };
+    if (pair) {
+      this.painter.draw(tile.texture, pair.texture, at);
+      return;
+    }
+    // The tile's whole texture lies further out than the values that count, where these end early.
+    const whole = /** @type {Rectangle} */ ([place[0], place[1], place[0] + (place[2] - place[0]) / u, place[1] + (place[3] - place[1]) / v]);
+    tile.coloured.draw(tile.texture, [tile.columns, tile.rows], whole, at);
   }
 
   close() {

@@ -1,11 +1,12 @@
 // Tiles of a field: fetched as they come into view, kept while there is room.
 
 import { getBytes } from "./api.js";
+import { Coloured } from "./coloured.js";
 
-/** Tiles kept in graphics memory; each takes at most half a mebibyte. */
+/** Tiles kept in graphics memory; each takes at most half a mebibyte, and half of that once coloured. */
 const MOST_KEPT = 240;
 
-/** @typedef {{texture: WebGLTexture | null, values: Float32Array | null, columns: number, rows: number, used: number, abort: AbortController | null}} Tile */
+/** @typedef {{texture: WebGLTexture | null, values: Float32Array | null, columns: number, rows: number, used: number, abort: AbortController | null, coloured: import("./coloured.js").Coloured}} Tile */
 
 export class Tiles {
   /**
@@ -48,6 +49,7 @@ export class Tiles {
       rows: Math.min(size, ny - row * size),
       used: this.clock,
       abort: new AbortController(),
+      coloured: new Coloured(this.painter),
     };
     this.kept.set(key, tile);
     this.pending += 1;
@@ -99,7 +101,7 @@ export class Tiles {
     if (this.kept.size > MOST_KEPT) {
       const old = [...this.kept].filter(([, tile]) => tile.used < this.clock).sort((a, b) => a[1].used - b[1].used);
       for (const [key, tile] of old.slice(0, this.kept.size - MOST_KEPT)) {
-        if (tile.texture) this.painter.forget(tile.texture);
+        this.forget(tile);
         this.kept.delete(key);
       }
     }
@@ -110,8 +112,14 @@ export class Tiles {
   close() {
     for (const tile of this.kept.values()) {
       tile.abort?.abort();
-      if (tile.texture) this.painter.forget(tile.texture);
+      this.forget(tile);
     }
     this.kept.clear();
+  }
+
+  /** @param {Tile} tile */
+  forget(tile) {
+    if (tile.texture) this.painter.forget(tile.texture);
+    tile.coloured.forget();
   }
 }
