@@ -24,8 +24,8 @@ use std::sync::{Mutex, PoisonError};
 /// which they slip, takes 23 dB-Hz in 15 Hz. Which mask helps, if any, hangs on receiver and place,
 /// and is left to the agreement of the passes.
 const MASKS_DB_HZ: [f64; 2] = [35.0, 40.0];
-/// Alternatives at most: two without a mask, and the masks.
-const ALTERNATIVES: usize = 2 + MASKS_DB_HZ.len();
+/// Alternatives at most: one without a mask, and the masks.
+const ALTERNATIVES: usize = 1 + MASKS_DB_HZ.len();
 
 /// The attempt itself, with whatever alternatives to its options fixed besides.
 pub(crate) fn better_of(
@@ -125,14 +125,7 @@ fn alternatives(options: &PpkOptions) -> Vec<PpkOptions> {
         revisable_hold: false,
         ..options.clone()
     };
-    let rtklib = PpkOptions::rtklib();
-    let by_model = PpkOptions {
-        measure_code_noise: false,
-        initial_bias_cycles: rtklib.initial_bias_cycles,
-        single_point_sigma_m: rtklib.single_point_sigma_m,
-        ..held.clone()
-    };
-    let mut alternatives = vec![held.clone(), by_model];
+    let mut alternatives = vec![held.clone()];
     if options.cn0_mask.is_none() {
         for db_hz in MASKS_DB_HZ {
             let mask = Some(Cn0Mask::uniform(db_hz));

@@ -225,10 +225,7 @@ fn has_witness(options: &PpkOptions) -> bool {
         options.ambiguity,
         AmbiguityMode::Continuous | AmbiguityMode::FixAndHold
     );
-    options.min_success_rate.is_some()
-        && options.mode.uses_phases()
-        && with_memory
-        && options.direction != FilterDirection::CombinedWithoutReset
+    options.min_success_rate.is_some() && options.mode.uses_phases() && with_memory
 }
 
 fn run_passes(

@@ -13,7 +13,7 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 
 /// Difference of costs (−2 ln of the likelihood ratio) from which one set of integers rules out
 /// another: odds of 400 to 1.
-const RULED_OUT_DIFFERENCE: f64 = 12.0;
+pub(super) const RULED_OUT_DIFFERENCE: f64 = 12.0;
 /// Ratio of costs needed besides.
 const RULED_OUT_RATIO: f64 = 2.0;
 /// Ratio of second-best to best costs from which the best is confirmed.

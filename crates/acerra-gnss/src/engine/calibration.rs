@@ -17,7 +17,7 @@ const CORRELATION_S: f64 = 100.0;
 /// The same of phases (s), where too few are fixed to measure it. A reflection from the ground a
 /// height h below the antenna comes 2h·sin ε later, which changes by 2h·cos ε·dε/dt: at 45°, for
 /// h = 1 m and satellites that move by 0.12 mrad/s, a radian of phase in 180 s, for 0.5 m in 360 s.
-const PHASE_CORRELATION_S: f64 = 300.0;
+pub(super) const PHASE_CORRELATION_S: f64 = 300.0;
 /// Weight of the measured noise as it stands, in such spans.
 const PRIOR_SPANS: f64 = 2.0;
 /// Largest factor on the codes' variance.

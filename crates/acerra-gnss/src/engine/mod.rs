@@ -17,6 +17,7 @@ mod double;
 mod double_row;
 mod epoch_input;
 mod epoch_result;
+mod evidence;
 mod filter;
 mod fixed_integers;
 mod float_errors;

@@ -6,7 +6,7 @@ use super::dense::{dot, factorise, solve_lower, solve_lower_rows};
 use super::double_row::DoubleRow;
 use super::sparse_row::SparseRow;
 use super::update_room::{Room, transpose, zeros_in};
-use crate::options::{GlonassAmbiguity, PpkOptions};
+use crate::options::{GlonassAmbiguity, PositioningMode, PpkOptions};
 use crate::signal::{FREQUENCY_SLOTS, SignalCode};
 use acerra_geo::time::GpsTime;
 
@@ -43,10 +43,13 @@ pub(crate) struct Track {
     pub in_fix: bool,
     /// Integer found with certainty, relative to those of its group.
     pub held: Option<f64>,
-    /// Codes used since the bias was last initialised, those noisier than usual counting less.
+    /// Codes used since the bias was last initialised, or since the position was where that lasts;
+    /// those noisier than usual count less.
     pub codes_used: f64,
     /// Number of the present bias: another after every slip.
     pub arc: u32,
+    /// When the present bias began.
+    pub began: Option<GpsTime>,
     /// Innovations rejected since the last reset.
     pub rejections: u32,
     /// Inter-channel bias learnt during the hold (cycles).
@@ -77,6 +80,8 @@ pub(crate) struct FilterState {
     pub exists: Vec<bool>,
     pub tracks: Vec<Track>,
     initial_bias_variance: f64,
+    /// Codes tell a place that lasts longer than the biases do: its errors are the same after a slip.
+    codes_outlast_biases: bool,
     room: Room,
 }
 
@@ -91,6 +96,7 @@ impl Clone for FilterState {
             exists: self.exists.clone(),
             tracks: self.tracks.clone(),
             initial_bias_variance: self.initial_bias_variance,
+            codes_outlast_biases: self.codes_outlast_biases,
             room: Default::default(),
         }
     }
@@ -106,6 +112,7 @@ impl Clone for FilterState {
             exists,
             tracks,
             initial_bias_variance,
+            codes_outlast_biases,
             room: _,
         } = source;
         self.position_states = *position_states;
@@ -116,6 +123,7 @@ impl Clone for FilterState {
         self.exists.clone_from(exists);
         self.tracks.clone_from(tracks);
         self.initial_bias_variance = *initial_bias_variance;
+        self.codes_outlast_biases = *codes_outlast_biases;
     }
 }
 
@@ -136,6 +144,7 @@ impl FilterState {
             exists: vec![false; n],
             tracks: vec![Track::default(); slots * satellites],
             initial_bias_variance: options.initial_bias_cycles * options.initial_bias_cycles,
+            codes_outlast_biases: options.mode == PositioningMode::Static,
             room: Default::default(),
         };
         if let Some(index) = state.channel_slope_index() {
@@ -209,8 +218,11 @@ impl FilterState {
     pub(crate) fn initialise_bias(&mut self, satellite: usize, slot: usize, cycles: f64) {
         let index = self.bias_index(satellite, slot);
         self.initialise(index, cycles, self.initial_bias_variance);
+        let codes_outlast_biases = self.codes_outlast_biases;
         let track = self.track_mut(satellite, slot);
-        track.codes_used = 0.0;
+        if !codes_outlast_biases {
+            track.codes_used = 0.0;
+        }
         track.arc += 1;
         track.held = None;
     }

@@ -46,6 +46,10 @@ pub enum FilterDirection {
     /// Both, each from a fresh start, then merged.
     Combined,
     /// Both, the backward pass starting from the state the forward pass ended with, then merged.
+    ///
+    /// Where fixes must be confirmed ([`min_success_rate`](crate::PpkOptions::min_success_rate)) and
+    /// ambiguities are kept between epochs, as [`Combined`](Self::Combined): a pass that starts from
+    /// another's integers confirms none of them.
     CombinedWithoutReset,
 }
 

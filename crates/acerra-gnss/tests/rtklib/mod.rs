@@ -1,6 +1,7 @@
 //! Real data sets and RTKLIB's solutions of them, for tests that compare.
 #![allow(dead_code, clippy::unwrap_used, clippy::print_stdout)]
 
+pub mod derived;
 pub mod deviations;
 pub mod motion;
 pub mod sets;

@@ -41,6 +41,16 @@ impl Filter<'_> {
             && self.options.ambiguity == AmbiguityMode::FixAndHold
     }
 
+    /// Whether what is known of the integers suffices to hold them: what is fed back into the filter
+    /// looks certain ever after.
+    pub(super) fn may_hold(&self) -> bool {
+        if self.holds_beside() {
+            self.settled
+        } else {
+            self.certain || self.options.min_success_rate.is_none()
+        }
+    }
+
     /// Pairs of satellites whose integers are held and whose phases are used at this epoch.
     pub(super) fn held_pairs(&self, common: &[Common]) -> (Vec<Pair>, Vec<f64>) {
         let (mut pairs, mut integers) = (Vec::new(), Vec::new());
@@ -191,6 +201,7 @@ impl Filter<'_> {
         self.held_since = None;
         self.held_state = None;
         self.doubts = 0;
+        self.settled = false;
         self.certain = false;
         self.consecutive_fixes = 0;
         self.held = false;

@@ -83,7 +83,9 @@ pub(crate) struct Filter<'a> {
     pub(crate) state: FilterState,
     pub(crate) last_time: Option<GpsTime>,
     consecutive_fixes: u32,
-    /// Some fix of the present run of fixes was certain.
+    /// Some fix of the present run of fixes was settled.
+    settled: bool,
+    /// Some fix of the present run of fixes, or with the integers held, was certain.
     certain: bool,
     /// Squared code residuals in units of their variance, and their degrees of freedom, both
     /// fading.
@@ -112,6 +114,8 @@ pub(crate) struct Filter<'a> {
     glonass_float: bool,
     /// The present fix rests on integers held before.
     rests_on_held: bool,
+    /// The pairs of this epoch whose ambiguities may be resolved, before any is left out.
+    all_pairs: Vec<Pair>,
     /// Groups of signals whose phases contradict the others'.
     pub(crate) suspects: SuspectGroups,
     /// Phase differences of the last epoch.
@@ -134,6 +138,7 @@ impl<'a> Filter<'a> {
             state: FilterState::new(constellation, options),
             last_time: None,
             consecutive_fixes: 0,
+            settled: false,
             certain: false,
             misfit: [0.0; 2],
             previous_first_ratio: 0.0,
@@ -152,6 +157,7 @@ impl<'a> Filter<'a> {
             doubts: 0,
             glonass_float: false,
             rests_on_held: false,
+            all_pairs: Vec::new(),
             suspects: SuspectGroups::default(),
             withdrawn: Vec::new(),
         }
@@ -341,9 +347,12 @@ impl<'a> Filter<'a> {
         result: &mut EpochResult,
     ) {
         if self.consecutive_fixes == 0 {
-            self.certain = false;
+            self.settled = false;
+            self.certain &= self.rests_on_held;
         }
-        let certain = self.is_certain(&epoch.common, zero, attempt);
+        let settled = self.is_settled(&epoch.common, zero, attempt);
+        self.settled |= settled;
+        let certain = settled && self.is_certain(epoch, zero, attempt);
         self.certain |= certain;
         if self.options.min_success_rate.is_some() {
             let float = FloatSolution {
@@ -366,7 +375,7 @@ impl<'a> Filter<'a> {
         self.consecutive_fixes += 1;
         if self.options.ambiguity == AmbiguityMode::FixAndHold
             && self.consecutive_fixes >= self.options.min_fixes_to_hold
-            && (self.certain || !self.options.revisable_hold)
+            && self.may_hold()
         {
             if self.holds_beside() {
                 self.hold_beside(attempt);

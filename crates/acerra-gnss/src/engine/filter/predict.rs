@@ -170,6 +170,7 @@ impl Filter<'_> {
                 let index = self.state.bias_index(c.satellite, slot);
                 if let (Some(beta), false) = (beta, self.state.exists[index]) {
                     self.state.initialise_bias(c.satellite, slot, *beta);
+                    self.state.track_mut(c.satellite, slot).began = self.last_time;
                     if options.rules == RuleSet::Demo5 {
                         self.state.track_mut(c.satellite, slot).lock = -options.min_lock_epochs;
                     }

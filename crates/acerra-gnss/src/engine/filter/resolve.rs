@@ -5,6 +5,7 @@ use crate::engine::ambiguity::{Attempt, Pair, Resolution, members};
 use crate::engine::double::Common;
 use crate::engine::double_row::DoubleRow;
 use crate::engine::epoch_result::EpochResult;
+use crate::engine::evidence::{Evidence, independent_phases};
 use crate::engine::noise::{
     Separation, SignalView, single_difference_variance_m2, weak_signal_factor,
 };
@@ -42,10 +43,10 @@ impl<'a> Filter<'a> {
         }
     }
 
-    /// Whether the integers of a fix are right beyond reasonable doubt: likely enough by their
-    /// covariance, more than a position needs, and in a run of fixes found once whichever
+    /// Whether the integers of a fix may be held until something contradicts them: likely enough by
+    /// their covariance, more than a position needs, and in a run of fixes found once whichever
     /// satellites are left out (or the run is long).
-    pub(super) fn is_certain(
+    pub(super) fn is_settled(
         &self,
         common: &[Common],
         zero: &[ZeroDifference],
@@ -60,8 +61,74 @@ impl<'a> Filter<'a> {
         let resolution = self.resolution(common, zero, true);
         attempt.success_rate >= least
             && attempt.pairs.len() >= LEAST_CHECKED_PAIRS
-            && (self.certain
+            && ((self.settled && !self.resolves_alone())
                 || resolution.is_stable_under_exclusion(&self.state, attempt, self.is_short_log))
+    }
+
+    /// Whether settled integers are right beyond reasonable doubt: at this epoch, or at an earlier one
+    /// of a run of fixes or of the time for which they are held, the phases spoke for them against
+    /// all others.
+    pub(super) fn is_certain(
+        &self,
+        epoch: &EpochView<'_>,
+        zero: &[ZeroDifference],
+        attempt: &Attempt,
+    ) -> bool {
+        let Some(least) = self.options.min_success_rate else {
+            return true;
+        };
+        if self.certain && !self.resolves_alone() {
+            return true;
+        }
+        let variance = |satellite: usize, slot: usize| {
+            self.phase_variance_cycles2(epoch, zero, satellite, slot)
+        };
+        let evidence = Evidence {
+            state: &self.state,
+            phase_variance_cycles2: &variance,
+            all: &self.all_pairs,
+            least_probability: least,
+        };
+        evidence.supports(attempt)
+    }
+
+    /// Epochs that are resolved one by one say nothing of each other's integers.
+    fn resolves_alone(&self) -> bool {
+        self.options.ambiguity == AmbiguityMode::Instantaneous
+    }
+
+    /// Variance of the mean of a satellite's phase difference between the receivers, by the model, since
+    /// its ambiguity began (cycle²).
+    fn phase_variance_cycles2(
+        &self,
+        epoch: &EpochView<'_>,
+        zero: &[ZeroDifference],
+        satellite: usize,
+        slot: usize,
+    ) -> f64 {
+        let found = epoch.common.iter().position(|c| c.satellite == satellite);
+        found.map_or(0.0, |k| {
+            let z = &zero[epoch.common[k].rover];
+            let lasted_s = (self.last_time.zip(self.state.track(satellite, slot).began))
+                .map_or(0.0, |(now, began)| now.seconds_since(began).abs());
+            self.phase_variance_m2(satellite, slot, z)
+                / epoch.wavelengths_m[k][slot].powi(2)
+                / independent_phases(lasted_s)
+        })
+    }
+
+    /// Variance of one of them (m²).
+    fn phase_variance_m2(&self, satellite: usize, slot: usize, zero: &ZeroDifference) -> f64 {
+        let signal = SignalView {
+            system: self.constellation.id(satellite).system(),
+            slot,
+            is_code: false,
+            sin_elevation: zero.sin_elevation,
+            cn0_db_hz: [zero.cn0_db_hz[slot], 0.0],
+            noise_power: [zero.noise_power[slot], 0.0],
+        };
+        let model = single_difference_variance_m2(self.options, &signal, Separation::NONE);
+        model * weak_signal_factor(self.options, zero.cn0_drop_db[slot])
     }
 
     /// The satellites of `pairs` that partial resolution may leave out, the noisiest first; at
@@ -75,17 +142,7 @@ impl<'a> Filter<'a> {
         let noise = |satellite: usize, slot: usize| {
             let found = common.iter().find(|c| c.satellite == satellite);
             found.map_or(0.0, |c| {
-                let z = &zero[c.rover];
-                let signal = SignalView {
-                    system: self.constellation.id(satellite).system(),
-                    slot,
-                    is_code: false,
-                    sin_elevation: z.sin_elevation,
-                    cn0_db_hz: [z.cn0_db_hz[slot], 0.0],
-                    noise_power: [z.noise_power[slot], 0.0],
-                };
-                let model = single_difference_variance_m2(self.options, &signal, Separation::NONE);
-                model * weak_signal_factor(self.options, z.cn0_drop_db[slot])
+                self.phase_variance_m2(satellite, slot, &zero[c.rover])
             })
         };
         let mut members: Vec<_> = members(pairs)
@@ -107,6 +164,11 @@ impl<'a> Filter<'a> {
         result: &mut EpochResult,
     ) -> Result<Attempt, NotFixedReason> {
         let mut left_out = 0;
+        self.all_pairs.clear();
+        if self.options.min_success_rate.is_some() {
+            let resolution = self.resolution(&epoch.common, zero, !self.glonass_float);
+            self.all_pairs = resolution.pairs(&self.state);
+        }
         loop {
             let conditioned = self.conditioned(&epoch.common);
             let attempt = self.resolve(&epoch.common, zero, conditioned.as_ref(), result);
