@@ -4,8 +4,10 @@ use acerra_imaging::Pulses;
 use nalgebra::{Matrix3, Vector3};
 
 use crate::fit::{Fitted, Problem};
+use crate::globals::Global;
 use crate::model::Model;
-use crate::outcome::{Autofocused, Decision, PointFound};
+use crate::outcome::{Autofocused, Decision, GlobalFound, PointFound};
+use crate::prior::PositionPrior;
 use crate::significance::{Gains, LEAST_TO_FOLD};
 
 /// Gain below which a correction is not worth a change of the positions (dB).
@@ -22,6 +24,7 @@ pub(crate) struct Limits {
 /// Positions as stated.
 pub(crate) fn unchanged(
     pulses: &Pulses,
+    prior: &PositionPrior,
     factor: &[Matrix3<f64>],
     decision: Decision,
 ) -> Autofocused {
@@ -32,7 +35,7 @@ pub(crate) fn unchanged(
         correction_m: vec![[0.0; 3]; pulses.len()],
         sigma_m: covariance.iter().map(deviations).collect(),
         covariance_m2: covariance.iter().map(rows_of).collect(),
-        delay_m: 0.0,
+        globals: found_of(&prior.globals, |_, g| (0.0, g.sigma)),
         points: Vec::new(),
         gain_db: 0.0,
         gain_sigma_db: 0.0,
@@ -51,19 +54,26 @@ pub(crate) fn outcome(
     limits: Limits,
 ) -> Autofocused {
     let model = &fitted.model;
-    let prior: Vec<Matrix3<f64>> = problem
+    let own_prior: Vec<Matrix3<f64>> = problem
         .path
         .factor
         .iter()
         .map(|l| l * l.transpose())
         .collect();
-    let sigmas = in_sigmas(model, &prior);
+    let sigmas = in_sigmas(model, &own_prior);
+    let globals = found_of(problem.globals, |j, _| {
+        (model.globals[j], fitted.posterior.global_sigma[j])
+    });
+    let farthest = globals
+        .iter()
+        .map(|g| (g.value / g.prior_sigma).abs())
+        .fold(0.0, f64::max);
     let significant =
         gains.mean_db > limits.significance * gains.sigma_db && gains.mean_db > LEAST_GAIN_DB;
     // A single point cannot be left out: it must move as the prior expects all the more.
     let lone = model.places.len() < LEAST_TO_FOLD;
     let most_sigmas = limits.most_sigmas * if lone { 0.5 } else { 1.0 };
-    let decision = if sigmas > most_sigmas {
+    let decision = if sigmas.max(farthest) > most_sigmas {
         Decision::AgainstPrior
     } else if significant {
         Decision::Applied
@@ -71,17 +81,22 @@ pub(crate) fn outcome(
         Decision::NotSignificant
     };
     let points = model.points_m(&problem.ground);
+    let corrected_m = problem.positions_m(model);
     Autofocused {
         decision,
         position_m: if decision == Decision::Applied {
-            model.positions_m(pulses.position_m())
+            corrected_m.clone()
         } else {
             pulses.position_m().to_vec()
         },
-        correction_m: model.error_m.iter().map(|e| [e[0], e[1], e[2]]).collect(),
+        correction_m: corrected_m
+            .iter()
+            .zip(pulses.position_m())
+            .map(|(c, p)| [0, 1, 2].map(|i| c[i] - p[i]))
+            .collect(),
         sigma_m: fitted.posterior.error_m2.iter().map(deviations).collect(),
         covariance_m2: fitted.posterior.error_m2.iter().map(rows_of).collect(),
-        delay_m: model.delay_m,
+        globals,
         points: points
             .iter()
             .enumerate()
@@ -94,10 +109,23 @@ pub(crate) fn outcome(
             .collect(),
         gain_db: gains.mean_db,
         gain_sigma_db: gains.sigma_db,
-        predicted_loss_db: predicted_loss_db(problem, &points, &prior),
+        predicted_loss_db: predicted_loss_db(problem, &points, &own_prior),
         correction_in_sigmas: sigmas,
-        unobserved: unobserved(&fitted.posterior.error_m2, &prior),
+        unobserved: unobserved(&fitted.posterior.error_m2, &problem.prior_m2()),
     }
+}
+
+fn found_of(globals: &[Global], of: impl Fn(usize, &Global) -> (f64, f64)) -> Vec<GlobalFound> {
+    let found = |(j, global): (usize, &Global)| {
+        let (value, sigma) = of(j, global);
+        GlobalFound {
+            name: global.name.clone(),
+            value,
+            sigma,
+            prior_sigma: global.sigma,
+        }
+    };
+    globals.iter().enumerate().map(found).collect()
 }
 
 /// Loss of the points' peaks by errors of this covariance, Eq. (5): e^{−φ²}, φ = κσ along the line of

@@ -60,12 +60,12 @@ pub fn autofocus<'a>(
     }
     let ground = Ground::new(grid.into());
     let factor = prior.factors()?;
-    let nothing = |decision| unchanged(&pulses, &factor, decision);
+    let nothing = |decision| unchanged(&pulses, prior, &factor, decision);
     let has_echo = pulses.spectrum().iter().any(|v| v.norm_sqr() > 0.0);
     if !has_echo {
         return Ok(nothing(Decision::NoPoints));
     }
-    if factor.iter().all(|l| l.norm() == 0.0) {
+    if factor.iter().all(|l| l.norm() == 0.0) && prior.globals.is_empty() {
         return Ok(nothing(Decision::NothingToCorrect));
     }
     let path = Path::new(factor.clone(), &prior.abscissa, prior.correlation);
@@ -89,7 +89,7 @@ pub fn autofocus<'a>(
         ground,
         nominal_m: pulses.position_m(),
         path: &path,
-        delay_sigma_m: prior.delay_sigma_m,
+        globals: &prior.globals,
         control,
     };
     let search = Search {
@@ -137,6 +137,7 @@ fn ranges_m(pulses: &Pulses, ground: &Ground, prior: &PositionPrior) -> [f64; 2]
         .map(|c| (c[0][0] + c[1][1] + c[2][2]).sqrt())
         .fold(0.0, f64::max);
     let spacing = (corners[0] - corners[18]).norm();
-    let margin = 1.0 + 6.0 * sigma + 6.0 * prior.delay_sigma_m + spacing;
+    let shared: f64 = prior.globals.iter().map(|g| g.reach_m(most)).sum();
+    let margin = 1.0 + 6.0 * sigma + 6.0 * shared + spacing;
     [(least - margin).max(0.0), most + margin]
 }

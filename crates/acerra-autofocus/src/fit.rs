@@ -8,7 +8,8 @@
 use acerra_imaging::{Control, ImagingError};
 use nalgebra::Vector3;
 
-use crate::ground::Ground;
+use crate::globals::{Global, Ranging};
+use crate::ground::{Ground, PixelPlace};
 use crate::histories::Histories;
 use crate::model::{Model, Posterior};
 use crate::observe::{Observing, Rows, Standpoint};
@@ -18,10 +19,17 @@ use crate::template::Template;
 
 /// Solutions with new weights within one step.
 const WEIGHINGS: usize = 3;
-/// Most steps of one stage.
+/// Most steps of one stage, and where globals make its valley long and bent.
 const STEPS: usize = 12;
+const STEPS_WITH_GLOBALS: usize = 25;
 /// Shares of a step that are tried.
 const SHARES: [f64; 3] = [1.0, 0.5, 0.2];
+/// Deviation of a change of place: about what a point may be off where it was found (m).
+const NEAR_M: f64 = 0.5;
+/// The same of a point that may stand anywhere in an image (m).
+const ANYWHERE_M: f64 = 30.0;
+/// Share of a step that is as good as linear.
+const LITTLE: f64 = 1e-6;
 /// Gain of the objective below which a stage is over.
 const LEAST_GAIN: f64 = 0.5;
 
@@ -42,7 +50,7 @@ pub(crate) struct Problem<'a> {
     pub ground: Ground<'a>,
     pub nominal_m: &'a [[f64; 3]],
     pub path: &'a Path,
-    pub delay_sigma_m: f64,
+    pub globals: &'a [Global],
     pub control: Control<'a>,
 }
 
@@ -65,20 +73,30 @@ pub(crate) struct Fitted {
 }
 
 impl<'a> Problem<'a> {
+    /// The flight as stated, with these points.
+    pub fn nominal(&self, places: Vec<PixelPlace>) -> Model {
+        Model::nominal(self.nominal_m.len(), self.globals.len(), places)
+    }
+
+    /// A model's positions, m.
+    pub fn positions_m(&self, model: &Model) -> Vec<[f64; 3]> {
+        model.positions_m(self.nominal_m, self.globals)
+    }
+
+    /// How a model's places make ranges.
+    pub fn ranging(&self, model: &Model) -> Ranging {
+        Ranging::new(self.globals, &model.globals)
+    }
+
     /// Ranges of all points from all pulses, `[M][K]`, m.
     pub fn ranges_m(&self, model: &Model) -> Vec<Vec<f64>> {
+        let ranging = self.ranging(model);
         let points = model.points_m(&self.ground);
-        model
-            .positions_m(self.nominal_m)
-            .iter()
-            .map(|p| {
-                let from = Vector3::from(*p);
-                points
-                    .iter()
-                    .map(|q| (q - from).norm() + model.delay_m)
-                    .collect()
-            })
-            .collect()
+        let of = |p: &[f64; 3]| {
+            let from = Vector3::from(*p);
+            points.iter().map(|q| ranging.range_m(&from, q)).collect()
+        };
+        self.positions_m(model).iter().map(of).collect()
     }
 
     /// The echoes of a model's points, separated.
@@ -100,7 +118,7 @@ impl<'a> Problem<'a> {
                 amplitudes.misfit(self.profiles, self.template, &seen.ranges_m)
             }
         };
-        2.0 * misfit / noise + model.prior_square(self.delay_sigma_m)
+        2.0 * misfit / noise + model.prior_square(self.globals)
     }
 
     /// Steps to the maximum of the posterior from `start`; `guides` are the points that tell of the
@@ -114,20 +132,16 @@ impl<'a> Problem<'a> {
     ) -> Result<Fitted, ImagingError> {
         let mut model = start;
         let mut seen = self.seen(&model);
-        for _ in 0..steps.unwrap_or(STEPS) {
+        let most = match self.globals {
+            [] => STEPS,
+            _ => STEPS_WITH_GLOBALS,
+        };
+        for _ in 0..steps.unwrap_or(most) {
             self.control.check()?;
-            let Some((rows, found)) = self.linearised(&model, &seen, stage, guides) else {
-                break;
-            };
-            let noise = seen.histories.noise * typical(&rows, stage);
-            let target = rows.apply(&model, &found);
-            let before = self.objective(&model, &seen, stage, noise);
-            let better = SHARES.iter().find_map(|share| {
-                let tried = model.towards(&target, *share);
-                let seen = self.seen(&tried);
-                let gain = before - self.objective(&tried, &seen, stage, noise);
-                (gain > 0.0).then_some((tried, seen, gain))
-            });
+            let better = self
+                .place_sigmas_m()
+                .iter()
+                .find_map(|sigma_m| self.step(&model, &seen, (stage, guides), *sigma_m));
             let Some((next, next_seen, gain)) = better else {
                 break;
             };
@@ -138,6 +152,61 @@ impl<'a> Problem<'a> {
         }
         self.control.check()?;
         Ok(self.surroundings(model, &seen, stage, guides))
+    }
+
+    /// Deviations of changes of place that steps are tried with, m. Nothing is known of the places beforehand,
+    /// and globals are only as free as the places are; near ones keep points from running away along
+    /// directions that their echoes do not tell.
+    pub fn place_sigmas_m(&self) -> &'static [f64] {
+        match self.globals {
+            [] => &[NEAR_M],
+            _ => &[ANYWHERE_M, NEAR_M],
+        }
+    }
+
+    /// A better model with its points' echoes and its gain of the objective; none where no share of the step
+    /// gains.
+    fn step(
+        &self,
+        model: &Model,
+        seen: &Seen,
+        (stage, guides): (Stage, &[bool]),
+        place_sigma_m: f64,
+    ) -> Option<(Model, Seen, f64)> {
+        let (rows, found) = self.linearised(model, seen, (stage, guides), place_sigma_m)?;
+        let noise = seen.histories.noise * typical(&rows, stage);
+        let target = rows.apply(model, &found);
+        let before = self.objective(model, seen, stage, noise);
+        SHARES.iter().find_map(|share| {
+            let tried = self.part_of_step(model, &target, guides, *share);
+            let seen = self.seen(&tried);
+            let gain = before - self.objective(&tried, &seen, stage, noise);
+            (gain > 0.0).then_some((tried, seen, gain))
+        })
+    }
+
+    /// The model a share of a linear step away, on the curve along which its points' ranges change as the linear
+    /// step has them: a plane that rises moves all points on it sideways, the more the nearer they are below.
+    /// Points that are no guides keep the ranges that their own steps give them.
+    fn part_of_step(&self, model: &Model, target: &Model, guides: &[bool], share: f64) -> Model {
+        let straight = model.towards(target, share);
+        if self.globals.is_empty() {
+            return straight;
+        }
+        let little = model.towards(target, LITTLE);
+        let alone_m = self.ranges_m(&model.with_places(little.places.clone()));
+        let (before_m, little_m) = (self.ranges_m(model), self.ranges_m(&little));
+        let wanted_m: Vec<Vec<f64>> = before_m
+            .iter()
+            .zip(little_m.iter().zip(&alone_m))
+            .map(|(before, (little, alone))| {
+                let changed = |k: usize| if guides[k] { little[k] } else { alone[k] };
+                let wanted = |(k, b): (usize, &f64)| b + share / LITTLE * (changed(k) - b);
+                before.iter().enumerate().map(wanted).collect()
+            })
+            .collect();
+        let places = self.places_with(&straight, &wanted_m);
+        straight.with_places(places)
     }
 
     /// The maximum reached through several stages.
@@ -155,14 +224,14 @@ impl<'a> Problem<'a> {
         self.fit(model, *last, guides, None)
     }
 
-    fn linearised(
+    pub fn linearised(
         &self,
         model: &Model,
         seen: &Seen,
-        stage: Stage,
-        guides: &[bool],
+        (stage, guides): (Stage, &[bool]),
+        place_sigma_m: f64,
     ) -> Option<(Rows, Smoothed)> {
-        let positions = model.positions_m(self.nominal_m);
+        let positions = self.seen_from_m(model);
         let stand = Standpoint {
             model,
             histories: &seen.histories,
@@ -174,7 +243,8 @@ impl<'a> Problem<'a> {
         let observing = Observing {
             phases: stage == Stage::Phase,
             guides,
-            delay_sigma_m: self.delay_sigma_m,
+            globals: self.globals,
+            place_sigma_m,
         };
         let mut rows = Rows::about(&stand, observing);
         let mut found = self.path.smooth(&rows.observations())?;
@@ -185,36 +255,18 @@ impl<'a> Problem<'a> {
         Some((rows, found))
     }
 
-    /// Covariances about a maximum.
-    fn surroundings(&self, model: Model, seen: &Seen, stage: Stage, guides: &[bool]) -> Fitted {
-        let solved = self
-            .linearised(&model, seen, stage, guides)
-            .and_then(|(mut rows, found)| {
-                rows.widen_by_correlation(&found);
-                let widened = self.path.smooth(&rows.observations())?;
-                Some((rows, found, widened))
-            });
-        let points = model.places.len();
-        match solved {
-            Some((rows, found, widened)) => Fitted {
-                place_sigma_m: (0..points)
-                    .map(|k| rows.place_sigma_m(&widened.parameter_covariance, k))
-                    .collect(),
-                residual_m: (0..points).map(|k| rows.phase_rms_m(&found, k)).collect(),
-                posterior: Posterior {
-                    error_m2: widened.covariance_m2,
-                },
-                model,
-            },
-            None => Fitted {
-                place_sigma_m: vec![[f64::INFINITY; 2]; points],
-                residual_m: vec![None; points],
-                posterior: Posterior {
-                    error_m2: self.path.factor.iter().map(|l| l * l.transpose()).collect(),
-                },
-                model,
-            },
+    /// Where lines of sight start from, m. With globals it is the path as stated, moved by these: a straight
+    /// flight would otherwise tell, by millimetres that its own estimate adds to the path, what no straight
+    /// flight can tell, such as its height above the scene.
+    fn seen_from_m(&self, model: &Model) -> Vec<[f64; 3]> {
+        if self.globals.is_empty() {
+            return self.positions_m(model);
         }
+        let stated = Model {
+            globals: model.globals.clone(),
+            ..self.nominal(Vec::new())
+        };
+        self.positions_m(&stated)
     }
 }
 

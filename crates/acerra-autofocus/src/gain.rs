@@ -5,6 +5,7 @@ use num_complex::Complex64;
 use rayon::prelude::*;
 
 use crate::fit::Problem;
+use crate::globals::Ranging;
 use crate::ground::PixelPlace;
 use crate::model::Model;
 
@@ -16,21 +17,22 @@ const LAST_STEP_M: f64 = 0.002;
 
 /// Power of each point's peak near these places, with the path of `model`.
 pub(crate) fn peak_powers(problem: &Problem, model: &Model, places: &[PixelPlace]) -> Vec<f64> {
-    let positions: Vec<Vector3<f64>> = model
-        .positions_m(problem.nominal_m)
+    let positions: Vec<Vector3<f64>> = problem
+        .positions_m(model)
         .into_iter()
         .map(Vector3::from)
         .collect();
+    let ranging = problem.ranging(model);
     places
         .par_iter()
-        .map(|place| peak_power(problem, &positions, model.delay_m, *place))
+        .map(|place| peak_power(problem, &positions, ranging, *place))
         .collect()
 }
 
 fn peak_power(
     problem: &Problem,
     positions: &[Vector3<f64>],
-    delay_m: f64,
+    ranging: Ranging,
     place: PixelPlace,
 ) -> f64 {
     let side_m = problem.ground.tangents_m(place).map(|t| t.norm().max(1e-9));
@@ -38,7 +40,7 @@ fn peak_power(
         let point = problem.ground.point_m(at);
         let mut sum = Complex64::ZERO;
         for (m, p) in positions.iter().enumerate() {
-            let range = (point - p).norm() + delay_m;
+            let range = ranging.range_m(p, &point);
             let turn = Complex64::cis(problem.template.carrier * range);
             sum += problem.profiles.value(m, range) * turn;
         }

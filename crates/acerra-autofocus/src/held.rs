@@ -21,6 +21,7 @@ pub(crate) struct Conditioned<'a> {
     pub covariance_m2: &'a mut [Matrix3<f64>],
     pub parameter: &'a mut DVector<f64>,
     pub parameter_covariance: &'a mut DMatrix<f64>,
+    pub with_shared: &'a mut [Axes],
 }
 
 impl Held {
@@ -81,11 +82,14 @@ impl Held {
         let factor = Cholesky::new(symmetric + DMatrix::identity(HELD, HELD) * jitter)?;
         let force = factor.solve(&sums);
         let inverse = factor.inverse();
+        let shared = estimate.with_shared.first().map_or(0, Axes::ncols);
+        let pulled_shared = pulled.rows(pulled.nrows() - shared, shared).transpose();
         for (m, own) in response.iter().enumerate() {
             let moved = own * &force;
             estimate.error_m[m] -= Vector3::new(moved[0], moved[1], moved[2]);
             let known = own * &inverse * own.transpose();
             estimate.covariance_m2[m] -= Matrix3::from_fn(|i, j| known[(i, j)]);
+            estimate.with_shared[m] -= own * &inverse * &pulled_shared;
         }
         *estimate.parameter -= pulled * &force;
         *estimate.parameter_covariance -= pulled * inverse * pulled.transpose();

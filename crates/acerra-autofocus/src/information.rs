@@ -41,4 +41,6 @@ pub(crate) struct Observations {
     pub cross: DMatrix<f64>,
     /// Prior variance of each parameter.
     pub variance: Vec<f64>,
+    /// The last so many parameters are those whose covariances with the path are wanted.
+    pub shared: usize,
 }

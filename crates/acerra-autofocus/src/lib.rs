@@ -8,9 +8,10 @@
 //!
 //! The estimate is the maximum of the posterior of the positions' errors, with a Gaussian prior that is
 //! correlated along the flight ([`PositionPrior`]), and of the points' places. Amplitudes and phases
-//! of the points are nuisances. It starts from delays, which have no ambiguity of half a wavelength,
-//! and goes on to phases. A correction is applied only if points that took no part in it become
-//! sharper; otherwise the positions are returned as they were.
+//! of the points are nuisances. Quantities of the whole flight ([`Global`]: delay, clock, lever arm, height
+//! above the scene, propagation speed) enter the same objective with priors of their own. It starts from
+//! delays, which have no ambiguity of half a wavelength, and goes on to phases. A correction is applied only
+//! if points that took no part in it become sharper; otherwise the positions are returned as they were.
 
 mod decide;
 mod echoes;
@@ -18,6 +19,7 @@ pub mod error;
 mod estimate;
 mod fit;
 mod gain;
+mod globals;
 mod ground;
 mod held;
 mod histories;
@@ -26,6 +28,7 @@ mod model;
 mod observe;
 pub mod outcome;
 mod passes;
+mod places;
 pub mod prior;
 mod process;
 mod profiles;
@@ -33,10 +36,12 @@ mod reach;
 mod search;
 mod significance;
 mod smoother;
+mod surroundings;
 mod template;
 mod weighing;
 
 pub use error::AutofocusError;
 pub use estimate::{AutofocusOptions, autofocus};
-pub use outcome::{Autofocused, Decision, PointFound};
+pub use globals::{Effect, Global};
+pub use outcome::{Autofocused, Decision, GlobalFound, PointFound};
 pub use prior::{Correlation, PositionPrior};

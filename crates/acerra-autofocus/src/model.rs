@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use crate::globals::Global;
 use crate::ground::{Ground, PixelPlace};
 
 /// What an estimate takes the scene and the flight to be.
@@ -13,25 +14,27 @@ pub(crate) struct Model {
     pub error_m: Vec<Vector3<f64>>,
     /// C⁻¹ times these errors, with C their prior covariance.
     pub force: Vec<Vector3<f64>>,
-    /// Range added to all, m.
-    pub delay_m: f64,
+    /// Values of the globals.
+    pub globals: Vec<f64>,
 }
 
 /// Posterior covariances about a model.
 #[derive(Clone, Debug)]
 pub(crate) struct Posterior {
-    /// Of each position's error, m².
+    /// Of each position's error, what globals move included, m².
     pub error_m2: Vec<Matrix3<f64>>,
+    /// Standard deviations of the globals.
+    pub global_sigma: Vec<f64>,
 }
 
 impl Model {
     /// The flight as stated.
-    pub fn nominal(pulses: usize, places: Vec<PixelPlace>) -> Self {
+    pub fn nominal(pulses: usize, globals: usize, places: Vec<PixelPlace>) -> Self {
         Self {
             places,
             error_m: vec![Vector3::zeros(); pulses],
             force: vec![Vector3::zeros(); pulses],
-            delay_m: 0.0,
+            globals: vec![0.0; globals],
         }
     }
 
@@ -44,11 +47,19 @@ impl Model {
     }
 
     /// Positions in force, m.
-    pub fn positions_m(&self, nominal_m: &[[f64; 3]]) -> Vec<[f64; 3]> {
+    pub fn positions_m(&self, nominal_m: &[[f64; 3]], globals: &[Global]) -> Vec<[f64; 3]> {
+        let moved = |(m, (p, e)): (usize, (&[f64; 3], &Vector3<f64>))| {
+            let mut at = Vector3::from(*p) + e;
+            for (global, value) in globals.iter().zip(&self.globals) {
+                at += global.moved_m(m, *value);
+            }
+            at.into()
+        };
         nominal_m
             .iter()
             .zip(&self.error_m)
-            .map(|(p, e)| [p[0] + e[0], p[1] + e[1], p[2] + e[2]])
+            .enumerate()
+            .map(moved)
             .collect()
     }
 
@@ -57,20 +68,16 @@ impl Model {
         self.places.iter().map(|p| ground.point_m(*p)).collect()
     }
 
-    /// Square of the errors in units of the prior: δᵀC⁻¹δ and the delay's.
-    pub fn prior_square(&self, delay_sigma_m: f64) -> f64 {
+    /// Square of the errors in units of the prior: δᵀC⁻¹δ and the globals'.
+    pub fn prior_square(&self, globals: &[Global]) -> f64 {
         let path: f64 = self
             .error_m
             .iter()
             .zip(&self.force)
             .map(|(e, f)| e.dot(f))
             .sum();
-        let delay = if delay_sigma_m > 0.0 {
-            (self.delay_m / delay_sigma_m).powi(2)
-        } else {
-            0.0
-        };
-        path.max(0.0) + delay
+        let own = globals.iter().zip(&self.globals);
+        path.max(0.0) + own.map(|(g, v)| (v / g.sigma).powi(2)).sum::<f64>()
     }
 
     /// The model this share of the way from `self` to `other`, which has as many points.
@@ -88,7 +95,12 @@ impl Model {
                 .collect(),
             error_m: mix_all(&self.error_m, &other.error_m),
             force: mix_all(&self.force, &other.force),
-            delay_m: self.delay_m + (other.delay_m - self.delay_m) * share,
+            globals: self
+                .globals
+                .iter()
+                .zip(&other.globals)
+                .map(|(a, b)| a + (b - a) * share)
+                .collect(),
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use nalgebra::{DMatrix, Vector3};
 
+use crate::globals::{Effect, Global, Ranging};
 use crate::ground::Ground;
 use crate::histories::Histories;
 use crate::information::{Observations, PulseInformation};
@@ -10,8 +11,6 @@ use crate::smoother::Smoothed;
 
 /// Power of an echo over its variance from which its phase and delay are taken.
 const LEAST_SIGNAL: f64 = 3.0;
-/// Prior deviation of a change of place: about what a point may be off where it was found (m).
-const PLACE_SIGMA_M: f64 = 0.5;
 /// What is observed of an echo.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
@@ -28,8 +27,10 @@ pub(crate) struct Observing<'a> {
     pub phases: bool,
     /// Points whose echoes tell of the path; the others only find their own places.
     pub guides: &'a [bool],
-    /// Prior deviation of the delay that all share, m.
-    pub delay_sigma_m: f64,
+    /// The globals.
+    pub globals: &'a [Global],
+    /// Deviation of a change of a point's place and of the range that its phase stands for, m.
+    pub place_sigma_m: f64,
 }
 
 /// One observation: a range, linear in the error of its pulse's position.
@@ -53,8 +54,11 @@ pub(crate) struct Rows {
     pub pulses: usize,
     pub points: usize,
     phases: bool,
-    delay_sigma_m: f64,
+    /// Prior variances of the globals, and the factors that they have in each row, one after another.
+    global_variance: Vec<f64>,
+    by_global: Vec<f64>,
     pixel_m: Vec<[f64; 2]>,
+    place_sigma_m: f64,
     /// Factor of each point's variances: `[phase, delay]`.
     pub scale: Vec<[f64; 2]>,
 }
@@ -73,7 +77,9 @@ pub(crate) struct Standpoint<'a> {
 impl Rows {
     /// Phases and delays about a model.
     pub fn about(stand: &Standpoint, observing: Observing) -> Self {
+        let globals = observing.globals;
         let points = stand.model.points_m(stand.ground);
+        let ranging = Ranging::new(globals, &stand.model.globals);
         let tangents: Vec<_> = stand
             .model
             .places
@@ -82,6 +88,7 @@ impl Rows {
             .collect();
         let amplitudes = observing.phases.then(|| stand.histories.coherent());
         let mut rows = Vec::new();
+        let mut by_global = Vec::new();
         for (m, pulse) in stand.histories.pulses.iter().enumerate() {
             let from = Vector3::from(stand.position_m[m]);
             for (k, echo) in pulse.echoes.iter().enumerate() {
@@ -90,27 +97,44 @@ impl Rows {
                 if power <= LEAST_SIGNAL * variance {
                     continue;
                 }
-                let sight = (points[k] - from).normalize();
-                let by_error = if observing.guides[k] {
-                    -sight
-                } else {
-                    Vector3::zeros()
+                let apart = points[k] - from;
+                let sight = apart.normalize();
+                let tells = f64::from(u8::from(observing.guides[k]));
+                let by_error = -sight * (ranging.slowness * tells);
+                let own = globals.iter().zip(&stand.model.globals);
+                let factors: Vec<f64> = own
+                    .map(|(global, value)| {
+                        let of = (global, *value);
+                        tells * ranging.derivative(of, m, (&sight, apart.norm()))
+                    })
+                    .collect();
+                // The point's own phase takes up what delays all pulses alike.
+                let each = factors.iter().zip(globals);
+                let of_phase: Vec<f64> = each
+                    .map(|(f, g)| match g.effect {
+                        Effect::Delay => 0.0,
+                        _ => *f,
+                    })
+                    .collect();
+                let by_error_m = by_error.dot(&stand.model.error_m[m]);
+                let reached_m = |factors: &[f64]| {
+                    let each = factors.iter().zip(&stand.model.globals);
+                    by_error_m + each.map(|(f, v)| f * v).sum::<f64>()
                 };
-                let reached_m = by_error.dot(&stand.model.error_m[m]);
                 let mut row = Row {
                     pulse: m,
                     point: k,
                     kind: Kind::Delay,
                     value_m: echo.delay_m.clamp(-0.5 * stand.cell_m, 0.5 * stand.cell_m)
-                        + reached_m
-                        + stand.model.delay_m,
+                        + reached_m(&factors),
                     by_error,
-                    by_place: [0, 1].map(|a| sight.dot(&tangents[k][a])),
+                    by_place: [0, 1].map(|a| ranging.slowness * sight.dot(&tangents[k][a])),
                     variance_m2: stand.histories.noise * echo.delay_variance_m2,
                     weight: 1.0,
                 };
                 if row.variance_m2.is_finite() {
                     rows.push(row.clone());
+                    by_global.extend_from_slice(&factors);
                 }
                 let Some(coherent) = &amplitudes else {
                     continue;
@@ -119,9 +143,10 @@ impl Rows {
                 if modulus * modulus > LEAST_SIGNAL * variance {
                     let turn = (echo.amplitude * coherent.phase[k].conj()).arg();
                     row.kind = Kind::Phase;
-                    row.value_m = -turn / stand.carrier + reached_m;
+                    row.value_m = -turn / stand.carrier + reached_m(&of_phase);
                     row.variance_m2 = 0.5 * variance / (modulus * stand.carrier).powi(2);
                     rows.push(row);
+                    by_global.extend_from_slice(&of_phase);
                 }
             }
         }
@@ -131,39 +156,39 @@ impl Rows {
             pulses: stand.histories.pulses.len(),
             points: points.len(),
             phases: observing.phases,
-            delay_sigma_m: observing.delay_sigma_m,
+            global_variance: globals.iter().map(|g| g.sigma * g.sigma).collect(),
+            by_global,
+            place_sigma_m: observing.place_sigma_m,
             pixel_m: tangents.iter().map(lengths).collect(),
             scale: vec![[1.0; 2]; points.len()],
         }
     }
 
     /// Parameters: two of place and, where phases are observed, one of phase for each point; then
-    /// the delay, where it is unknown.
+    /// the globals.
     fn per_point(&self) -> usize {
         2 + usize::from(self.phases)
     }
 
     fn parameters(&self) -> usize {
-        self.points * self.per_point() + usize::from(self.delay_sigma_m > 0.0)
+        self.points * self.per_point() + self.global_variance.len()
     }
 
-    /// Coefficients of a row: indices of parameters with factors.
-    fn coefficients(&self, row: &Row) -> [(usize, f64); 4] {
+    /// Factors of a row's parameters: those of its point, and those of the globals.
+    fn coefficients(&self, index: usize) -> impl Iterator<Item = (usize, f64)> {
+        let row = &self.rows[index];
         let first = row.point * self.per_point();
-        let last = self.parameters() - 1;
-        let of_phase = f64::from(u8::from(row.kind == Kind::Phase));
-        let of_delay = f64::from(u8::from(
-            row.kind == Kind::Delay && self.delay_sigma_m > 0.0,
-        ));
-        [
-            (first, row.by_place[0]),
-            (first + 1, row.by_place[1]),
-            (
-                first + self.per_point() - 1,
-                if self.phases { of_phase } else { 0.0 },
-            ),
-            (last, of_delay),
-        ]
+        let of_phase = match row.kind {
+            Kind::Phase => Some((first + 2, 1.0)),
+            Kind::Delay => None,
+        };
+        let count = self.global_variance.len();
+        let shared = self.parameters() - count;
+        let of_globals = &self.by_global[index * count..(index + 1) * count];
+        [(first, row.by_place[0]), (first + 1, row.by_place[1])]
+            .into_iter()
+            .chain(of_phase)
+            .chain((shared..).zip(of_globals.iter().copied()))
     }
 
     fn variance(&self, row: &Row) -> f64 {
@@ -176,14 +201,14 @@ impl Rows {
         let parameters = self.parameters();
         let mut pulses = vec![PulseInformation::none(parameters); self.pulses];
         let mut cross = DMatrix::zeros(1 + parameters, 1 + parameters);
-        for row in &self.rows {
+        let mut terms = Vec::new();
+        for (index, row) in self.rows.iter().enumerate() {
             let inverse = 1.0 / self.variance(row);
             let pulse = &mut pulses[row.pulse];
             pulse.information += row.by_error * row.by_error.transpose() * inverse;
-            let mut terms = [(0, row.value_m); 5];
-            for (term, (j, v)) in terms[1..].iter_mut().zip(self.coefficients(row)) {
-                *term = (1 + j, v);
-            }
+            terms.clear();
+            terms.push((0, row.value_m));
+            terms.extend(self.coefficients(index).map(|(j, v)| (1 + j, v)));
             for (a, (i, v)) in terms.iter().enumerate() {
                 if *v == 0.0 {
                     continue;
@@ -206,35 +231,28 @@ impl Rows {
             pulses,
             cross,
             variance: self.prior_variances(),
+            shared: self.global_variance.len(),
         }
     }
 
     fn prior_variances(&self) -> Vec<f64> {
         let mut variance = Vec::with_capacity(self.parameters());
         for pixel_m in &self.pixel_m {
-            variance.extend(pixel_m.map(|side| (PLACE_SIGMA_M / side).powi(2)));
+            variance.extend(pixel_m.map(|side| (self.place_sigma_m / side).powi(2)));
             if self.phases {
-                variance.push(PLACE_SIGMA_M.powi(2));
+                variance.push(self.place_sigma_m.powi(2));
             }
         }
-        if self.delay_sigma_m > 0.0 {
-            variance.push(self.delay_sigma_m.powi(2));
-        }
+        variance.extend_from_slice(&self.global_variance);
         variance
     }
 
     /// What a solution leaves of a row, m.
-    pub fn residual_m(&self, row: &Row, found: &Smoothed) -> f64 {
+    pub fn residual_m(&self, index: usize, found: &Smoothed) -> f64 {
+        let row = &self.rows[index];
         let by_parameters: f64 = self
-            .coefficients(row)
-            .iter()
-            .map(|(j, v)| {
-                if *v == 0.0 {
-                    0.0
-                } else {
-                    v * found.parameter[*j]
-                }
-            })
+            .coefficients(index)
+            .map(|(j, v)| v * found.parameter[j])
             .sum();
         row.value_m - row.by_error.dot(&found.error_m[row.pulse]) - by_parameters
     }
@@ -250,20 +268,19 @@ impl Rows {
         }
         next.error_m.clone_from(&found.error_m);
         next.force.clone_from(&found.force);
-        if self.delay_sigma_m > 0.0 {
-            next.delay_m = found.parameter[self.parameters() - 1];
+        let shared = self.parameters() - next.globals.len();
+        for (j, value) in next.globals.iter_mut().enumerate() {
+            *value = found.parameter[shared + j];
         }
         next
     }
 
     /// Weighted rms of a point's residual ranges by phase, m; none where it has too few.
     pub fn phase_rms_m(&self, found: &Smoothed, point: usize) -> Option<f64> {
-        let own = self
-            .rows
-            .iter()
-            .filter(|r| r.point == point && r.kind == Kind::Phase);
-        let (sum, count) = own.fold((0.0, 0_usize), |(sum, count), row| {
-            (sum + self.residual_m(row, found).powi(2), count + 1)
+        let rows = self.rows.iter().enumerate();
+        let own = rows.filter(|(_, r)| r.point == point && r.kind == Kind::Phase);
+        let (sum, count) = own.fold((0.0, 0_usize), |(sum, count), (index, _)| {
+            (sum + self.residual_m(index, found).powi(2), count + 1)
         });
         (count > 8).then(|| (sum / count as f64).sqrt())
     }

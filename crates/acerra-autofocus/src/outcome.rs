@@ -33,6 +33,19 @@ pub struct PointFound {
     pub gain_db: f64,
 }
 
+/// A quantity of the whole flight.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct GlobalFound {
+    /// What it is called.
+    pub name: String,
+    /// True less stated, in the unit of its effect.
+    pub value: f64,
+    /// Its posterior standard deviation.
+    pub sigma: f64,
+    /// Its prior standard deviation.
+    pub prior_sigma: f64,
+}
+
 /// What an autofocus found.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Autofocused {
@@ -40,14 +53,14 @@ pub struct Autofocused {
     pub decision: Decision,
     /// Positions to image with, `[M]`, m: corrected, or as stated where no correction is applied.
     pub position_m: Vec<[f64; 3]>,
-    /// The estimated errors, true minus stated, `[M]`, m, applied or not.
+    /// The estimated errors, true minus stated, `[M]`, m, applied or not; what globals move included.
     pub correction_m: Vec<[f64; 3]>,
     /// Their posterior standard deviations, `[M]`, m.
     pub sigma_m: Vec<[f64; 3]>,
     /// Their posterior covariances, `[M]`, m².
     pub covariance_m2: Vec<[[f64; 3]; 3]>,
-    /// Range added to all echoes, m; 0 where the delay was taken as known.
-    pub delay_m: f64,
+    /// The globals that were left free, in the order of the prior, applied or not.
+    pub globals: Vec<GlobalFound>,
     /// The points used.
     pub points: Vec<PointFound>,
     /// Mean gain of the points' peaks, weighted by their amplitudes, dB, as [`PointFound::gain_db`] has them.

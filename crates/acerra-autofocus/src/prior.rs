@@ -3,6 +3,7 @@
 use nalgebra::Matrix3;
 
 use crate::error::AutofocusError;
+use crate::globals::Global;
 
 /// How the error of a position resembles that of the next ones.
 ///
@@ -89,16 +90,15 @@ pub struct PositionPrior {
     pub abscissa: Vec<f64>,
     /// Correlation between pulses.
     pub correlation: Correlation,
-    /// Standard deviation of an error of range that all pulses and points share, m: the fast time
-    /// at which range is zero. 0 where it is known.
-    pub delay_sigma_m: f64,
+    /// Quantities of the whole flight that are not known; none by default.
+    pub globals: Vec<Global>,
     /// Whether the errors are known to have neither mean nor trend over the abscissa. Otherwise those
     /// that the echoes do not see follow from the others by the correlation.
     pub without_trend: bool,
 }
 
 impl PositionPrior {
-    /// Independent axes of standard deviations `sigma_m`, `[M]` of `[x, y, z]`, and a known delay.
+    /// Independent axes of standard deviations `sigma_m`, `[M]` of `[x, y, z]`, and known globals.
     #[must_use]
     pub fn of_deviations(sigma_m: &[[f64; 3]], abscissa: &[f64], correlation: Correlation) -> Self {
         let diagonal = |s: &[f64; 3]| {
@@ -110,12 +110,12 @@ impl PositionPrior {
             covariance_m2: sigma_m.iter().map(diagonal).collect(),
             abscissa: abscissa.to_vec(),
             correlation,
-            delay_sigma_m: 0.0,
+            globals: Vec::new(),
             without_trend: false,
         }
     }
 
-    /// Full covariances, `[M]`, m², and a known delay.
+    /// Full covariances, `[M]`, m², and known globals.
     ///
     /// Covariances that were written with few digits may be none any more. Correlations between axes are
     /// shortened, all of a pulse by one factor and no further than it takes to keep a part in a thousand
@@ -140,7 +140,7 @@ impl PositionPrior {
             covariance_m2: covariance_m2.iter().map(shortened).collect(),
             abscissa: abscissa.to_vec(),
             correlation,
-            delay_sigma_m: 0.0,
+            globals: Vec::new(),
             without_trend: false,
         }
     }
@@ -159,15 +159,9 @@ impl PositionPrior {
                 found: self.abscissa[index + 1],
             });
         }
-        let delay = self.delay_sigma_m;
-        if !(delay.is_finite() && delay >= 0.0) {
-            return Err(AutofocusError::OutOfRange {
-                what: "delay_sigma_m",
-                index: 0,
-                expected: "0 m or more",
-                found: delay,
-            });
-        }
+        self.globals
+            .iter()
+            .try_for_each(|global| global.check(pulses))?;
         self.factors().map(|_| ())
     }
 

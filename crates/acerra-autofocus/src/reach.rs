@@ -36,7 +36,7 @@ pub(crate) fn best_fit(search: &Search) -> Result<Option<Reached>, AutofocusErro
     if points >= FEW_POINTS {
         return Ok(by_delays);
     }
-    let nominal = Model::nominal(search.pulses.len(), Vec::new());
+    let nominal = search.problem.nominal(Vec::new());
     let by_image = reach(search, search.by_phases(nominal)?, &[Stage::Phase])?;
     Ok(match (by_delays, by_image) {
         (Some(a), Some(b)) => {

@@ -42,10 +42,7 @@ struct PowerMap {
 impl Search<'_> {
     /// Points and the path's first estimate, by delays alone.
     pub fn by_envelopes(&self) -> Result<Model, ImagingError> {
-        self.rounds(
-            Stage::Envelope,
-            Model::nominal(self.pulses.len(), Vec::new()),
-        )
+        self.rounds(Stage::Envelope, self.problem.nominal(Vec::new()))
     }
 
     /// Points on top of those of `model`, with the path it has, by the coherent image.
@@ -102,7 +99,8 @@ impl Search<'_> {
             })
             .collect();
         let powers = problem.profiles.powers_without(&echoes, problem.template);
-        let positions = model.positions_m(problem.nominal_m);
+        let positions = problem.positions_m(model);
+        let ranging = problem.ranging(model);
         let every = positions.len().div_ceil(MOST_PULSES);
         let grid = problem.ground.grid();
         let pixel_m = problem.ground.tangents_m([0.0; 2]).map(|t| t.norm());
@@ -117,6 +115,7 @@ impl Search<'_> {
             .step_by(every)
             .map(|m| (m, single(Vector3::from(positions[m]) - origin)))
             .collect();
+        let slowness = ranging.slowness as f32;
         let mut power = vec![0.0; rows * columns];
         power
             .par_chunks_mut(columns)
@@ -133,9 +132,9 @@ impl Search<'_> {
                     let places = x.iter().zip(&y).zip(&z);
                     for (range, ((x, y), z)) in range_m.iter_mut().zip(places) {
                         let (dx, dy, dz) = (x - at[0], y - at[1], z - at[2]);
-                        *range = (dx * dx + dy * dy + dz * dz).sqrt();
+                        *range = (dx * dx + dy * dy + dz * dz).sqrt() * slowness;
                     }
-                    powers.add(*m, model.delay_m, &range_m, &mut sum);
+                    powers.add(*m, ranging.delay_m, &range_m, &mut sum);
                 }
                 row.iter_mut()
                     .zip(&sum)
@@ -151,14 +150,15 @@ impl Search<'_> {
     /// Power of the coherent image of what the points leave.
     fn with_phases(&self, model: &Model) -> Result<PowerMap, ImagingError> {
         let problem = &self.problem;
-        let positions = model.positions_m(problem.nominal_m);
+        let ranging = problem.ranging(model);
+        let positions = problem.positions_m(model);
         let spectrum = self.residual_spectra(model);
         let left = Pulses::new(PulseArrays {
             position_m: &positions,
             frequency_hz: self.pulses.frequency_hz(),
             spectrum: &spectrum,
             weight: self.pulses.weight(),
-            light_speed_m_s: self.pulses.light_speed_m_s(),
+            light_speed_m_s: self.pulses.light_speed_m_s() / ranging.slowness,
         })?;
         let options = PlanOptions::default()
             .with_accuracy(1e-2)
@@ -185,6 +185,7 @@ impl Search<'_> {
         let amplitudes = histories.coherent();
         let template = problem.template;
         let n = template.wavenumber.len();
+        let delay_m = problem.ranging(model).delay_m;
         let mut spectrum = self.pulses.spectrum().to_vec();
         spectrum.par_chunks_mut(n).enumerate().for_each(|(m, row)| {
             for (k, range) in ranges[m].iter().enumerate() {
@@ -198,7 +199,7 @@ impl Search<'_> {
                 }
             }
             for (e, kappa) in row.iter_mut().zip(&template.wavenumber) {
-                *e *= Complex64::cis((template.carrier + kappa) * model.delay_m);
+                *e *= Complex64::cis((template.carrier + kappa) * delay_m);
             }
         });
         spectrum

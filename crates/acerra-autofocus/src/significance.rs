@@ -54,8 +54,12 @@ pub(crate) fn held_out_gains(
     fitted: &Fitted,
 ) -> Result<Gains, ImagingError> {
     let places = &fitted.model.places;
-    let nominal = Model::nominal(problem.nominal_m.len(), places.clone());
-    let before = peak_powers(problem, &nominal, places);
+    let nominal = problem.nominal(places.clone());
+    let before = peak_powers(
+        problem,
+        &nominal,
+        &problem.places_in(&nominal, &fitted.model),
+    );
     let power = peak_powers(problem, &fitted.model, places);
     if places.len() < LEAST_TO_FOLD {
         return Ok(Gains::of(gains_db(&before, &power), &power));
@@ -65,7 +69,8 @@ pub(crate) fn held_out_gains(
         let guides: Vec<bool> = (0..places.len()).map(|k| k % FOLDS != fold).collect();
         let begin = start.with_places(places.clone());
         let alone = problem.fit_through(begin, stages, &guides)?;
-        let after = peak_powers(problem, &alone.model, places);
+        let there = problem.places_in(&alone.model, &fitted.model);
+        let after = peak_powers(problem, &alone.model, &there);
         let gains = gains_db(&before, &after);
         for k in (0..places.len()).filter(|k| !guides[*k]) {
             point_db[k] = gains[k];

@@ -33,6 +33,8 @@ pub(crate) struct Smoothed {
     pub parameter: DVector<f64>,
     /// Their posterior covariance.
     pub parameter_covariance: DMatrix<f64>,
+    /// Covariance of each pulse's error with the shared parameters, m times their unit.
+    pub with_shared: Vec<Axes>,
 }
 
 impl Path {
@@ -70,18 +72,23 @@ impl Path {
             force: Vec::with_capacity(scaled.len()),
             parameter,
             parameter_covariance,
+            with_shared: Vec::with_capacity(scaled.len()),
         };
+        let shared = observations.shared;
         let mut response = Vec::with_capacity(scaled.len());
         for (l, passed) in self.factor.iter().zip(self.passes.backward(&filtered)) {
             let value = passed.value;
             let of_parameters = value.columns(1, parameters);
-            let from_parameters =
-                of_parameters * &smoothed.parameter_covariance * of_parameters.transpose();
+            let spread = of_parameters * &smoothed.parameter_covariance;
+            let from_parameters = &spread * of_parameters.transpose();
             let total = passed.covariance + Matrix3::from_fn(|i, j| from_parameters[(i, j)]);
             smoothed
                 .error_m
                 .push(l * combine(&value, &smoothed.parameter));
             smoothed.covariance_m2.push(l * total * l.transpose());
+            smoothed
+                .with_shared
+                .push(l * -spread.columns(parameters - shared, shared));
             response.push(l * (value.columns(1 + parameters, rest) - of_parameters * &pulled));
         }
         let estimate = Conditioned {
@@ -89,6 +96,7 @@ impl Path {
             covariance_m2: &mut smoothed.covariance_m2,
             parameter: &mut smoothed.parameter,
             parameter_covariance: &mut smoothed.parameter_covariance,
+            with_shared: &mut smoothed.with_shared,
         };
         self.held.condition(&response, &pulled, estimate)?;
         for (m, pulse) in observations.pulses.iter().enumerate() {
@@ -173,6 +181,7 @@ mod tests {
             pulses: vec![PulseInformation::none(parameters); pulses],
             cross: DMatrix::zeros(3, 3),
             variance: variance.clone(),
+            shared: 1,
         };
         let size = 3 * pulses + parameters;
         let mut prior = DMatrix::<f64>::zeros(3 * pulses, 3 * pulses);
@@ -220,6 +229,11 @@ mod tests {
                 }
             }
             square += found.force[m].dot(&found.error_m[m]);
+            assert_eq!(found.with_shared[m].ncols(), 1);
+            for i in 0..3 {
+                let c = dense[(3 * m + i, size - 1)];
+                assert!((found.with_shared[m][(i, 0)] - c).abs() < 1e-9);
+            }
         }
         for j in 0..parameters {
             assert!((found.parameter[j] - expected[3 * pulses + j]).abs() < 1e-9);
@@ -245,6 +259,8 @@ mod tests {
                 assert!((found.error_m[m][i] - conditioned[3 * m + i]).abs() < 1e-8);
                 let c = left[(3 * m + i, 3 * m + i)];
                 assert!((found.covariance_m2[m][(i, i)] - c).abs() < 1e-8);
+                let c = left[(3 * m + i, size - 1)];
+                assert!((found.with_shared[m][(i, 0)] - c).abs() < 1e-8);
             }
         }
         for j in 0..parameters {

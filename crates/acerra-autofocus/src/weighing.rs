@@ -18,7 +18,8 @@ impl Rows {
         let squares: Vec<f64> = self
             .rows
             .iter()
-            .map(|row| self.residual_m(row, found).powi(2) / row.variance_m2)
+            .enumerate()
+            .map(|(index, row)| self.residual_m(index, found).powi(2) / row.variance_m2)
             .collect();
         let mut of_point = vec![[Vec::new(), Vec::new()]; self.points];
         for (row, square) in self.rows.iter().zip(&squares) {
@@ -45,9 +46,9 @@ impl Rows {
         for kind in [Kind::Phase, Kind::Delay] {
             for point in 0..self.points {
                 let mut residual = vec![0.0; self.pulses];
-                for row in &self.rows {
+                for (index, row) in self.rows.iter().enumerate() {
                     if row.point == point && row.kind == kind {
-                        let scaled = self.residual_m(row, found) / row.variance_m2.sqrt();
+                        let scaled = self.residual_m(index, found) / row.variance_m2.sqrt();
                         residual[row.pulse] = scaled * row.weight.sqrt();
                     }
                 }

@@ -3,6 +3,8 @@
 use acerra_autofocus::{Autofocused, Decision};
 use acerra_geo::interpolate::Interpolated;
 
+use crate::autofocus::{GlobalCorrection, Quantity};
+
 /// What the autofocus of a survey found.
 #[derive(Clone, Debug)]
 pub struct PathCorrection {
@@ -16,9 +18,20 @@ pub struct PathCorrection {
     pub prior_sigma_m: Vec<[f64; 3]>,
     /// How long errors were taken to last (s).
     pub correlation_s: f64,
+    /// Quantities of the whole flight that were left free, applied or not.
+    pub globals: Vec<GlobalCorrection>,
+    /// Propagation speed as stated (m/s).
+    pub stated_light_speed_m_s: f64,
 }
 
 impl PathCorrection {
+    /// Sum of what was found of a quantity that all tracks share, in its unit.
+    #[must_use]
+    pub fn total(&self, quantity: Quantity) -> f64 {
+        let own = self.globals.iter().filter(|g| g.quantity == quantity);
+        own.map(|g| g.value).sum()
+    }
+
     /// Whether the image is made with corrected places.
     #[must_use]
     pub fn is_applied(&self) -> bool {

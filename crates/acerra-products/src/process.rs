@@ -137,7 +137,7 @@ impl Ready {
         let geoid = campaign.image.geoid.as_ref();
         let geoid = geoid.map(GeoidGrid::read).transpose()?;
         let mut prepared = campaign.survey().prepare(journal, control)?;
-        let campaign = campaign.with_found(&prepared);
+        let mut campaign = campaign.with_found(&prepared);
         let request = campaign.image_request(prepared.scene.pixels.clone());
         journal
             .stage("clean", |_| weigh_prepared(&prepared, &request, control))?
@@ -146,6 +146,7 @@ impl Ready {
         refuse_contradictions(&campaign, &journal.evidence)?;
         if campaign.autofocus.enabled {
             autofocus(&campaign, &mut prepared, journal, control)?;
+            campaign.image.light_speed_m_s = prepared.scene.light_speed_m_s;
         }
         Ok(Self {
             name,

@@ -259,6 +259,11 @@ impl From<&AutofocusSection> for AutofocusOptions {
             sigma_m: section.sigma_m,
             correlation_s: section.correlation_s,
             delay_sigma_ns: section.delay_sigma_ns,
+            clock_offset_sigma_s: section.clock_offset_sigma_s,
+            clock_drift_sigma_ppm: section.clock_drift_sigma_ppm,
+            lever_arm_sigma_m: section.lever_arm_sigma_m,
+            height_sigma_m: section.height_sigma_m,
+            light_speed_sigma_m_s: section.light_speed_sigma_m_s,
             most_points: section.max_points,
         }
     }

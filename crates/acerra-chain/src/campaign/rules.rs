@@ -171,8 +171,9 @@ fn is_volume(image: &ImageSection) -> bool {
     matches!(image.z_m, Some(Heights::Range(_)))
 }
 
-fn autofocus_rules(autofocus: &AutofocusSection) -> [Rule; 4] {
+fn autofocus_rules(autofocus: &AutofocusSection) -> [Rule; 9] {
     let positive = |v: f64| v.is_finite() && v > 0.0;
+    let within = |v: f64, most: f64| (0.0..=most).contains(&v);
     let sigma_m = autofocus.sigma_m;
     let delay = autofocus.delay_sigma_ns;
     [
@@ -193,6 +194,36 @@ fn autofocus_rules(autofocus: &AutofocusSection) -> [Rule; 4] {
             delay.is_finite() && (0.0..=100.0).contains(&delay),
             "0 ns to 100 ns",
             delay,
+        ),
+        rule(
+            "clock_offset_sigma_s",
+            within(autofocus.clock_offset_sigma_s, 1.0),
+            "0 s to 1 s",
+            autofocus.clock_offset_sigma_s,
+        ),
+        rule(
+            "clock_drift_sigma_ppm",
+            within(autofocus.clock_drift_sigma_ppm, 1e4),
+            "0 ppm to 10000 ppm",
+            autofocus.clock_drift_sigma_ppm,
+        ),
+        rule(
+            "lever_arm_sigma_m",
+            autofocus.lever_arm_sigma_m.iter().all(|s| within(*s, 10.0)),
+            "three standard deviations of 0 m to 10 m",
+            autofocus.lever_arm_sigma_m,
+        ),
+        rule(
+            "height_sigma_m",
+            within(autofocus.height_sigma_m, 100.0),
+            "0 m to 100 m",
+            autofocus.height_sigma_m,
+        ),
+        rule(
+            "light_speed_sigma_m_s",
+            within(autofocus.light_speed_sigma_m_s, 1e8),
+            "0 m/s to 1e8 m/s",
+            autofocus.light_speed_sigma_m_s,
         ),
         rule(
             "max_points",

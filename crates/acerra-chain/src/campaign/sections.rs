@@ -97,6 +97,18 @@ pub struct AutofocusSection {
     /// Standard deviation of the fast time at which range is zero, in nanoseconds: where it is above
     /// 0, the estimate leaves it free.
     pub delay_sigma_ns: f64,
+    /// Standard deviation of each track's clock offset, in seconds: where it is above 0, the estimate
+    /// leaves it free, as the quantities that follow.
+    pub clock_offset_sigma_s: f64,
+    /// Standard deviation of the drift of that offset, in parts per million.
+    pub clock_drift_sigma_ppm: f64,
+    /// Standard deviations of each track's lever arm, forward, left, up (metres).
+    pub lever_arm_sigma_m: [f64; 3],
+    /// Standard deviation of the height of all traces above the scene, in metres: of an error that the
+    /// positions' heights or the scene's have in common.
+    pub height_sigma_m: f64,
+    /// Standard deviation of the propagation speed, in metres per second.
+    pub light_speed_sigma_m_s: f64,
     /// Most points used; 24 by default.
     pub max_points: Option<usize>,
 }

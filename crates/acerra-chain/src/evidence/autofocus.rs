@@ -1,6 +1,6 @@
 //! What an autofocus says of the positions.
 
-use super::finding::{Finding, Verdict};
+use super::finding::{DOUBTFUL_SIGMAS, Finding, Verdict};
 
 /// Rms correction, in deviations that the positions state, from which those are doubtful.
 const DOUBTFUL_CORRECTION: f64 = 2.0;
@@ -69,6 +69,44 @@ pub fn autofocus_correction(in_sigmas: f64) -> Finding {
         )
 }
 
+/// Posterior over prior deviation from which a quantity counts as one that the echoes do not tell.
+const UNTOLD_SHARE: f64 = 0.95;
+
+/// Judges what an autofocus found of a quantity of the whole flight by the deviation that was stated for it:
+/// `value` and its posterior `sigma` beside the prior's.
+#[must_use]
+pub fn autofocus_global(
+    name: &str,
+    unit: &'static str,
+    [value, sigma, prior_sigma]: [f64; 3],
+    is_applied: bool,
+) -> Finding {
+    let verdict = if value.abs() <= DOUBTFUL_SIGMAS * prior_sigma {
+        Verdict::Agrees
+    } else {
+        Verdict::Doubtful
+    };
+    let told = if sigma > UNTOLD_SHARE * prior_sigma {
+        "the echoes do not tell it: it stays where the prior has it"
+    } else if is_applied {
+        "it is applied with the corrections of the places"
+    } else {
+        "it is not applied, as the corrections of the places are not"
+    };
+    let prior = two_digits(prior_sigma);
+    let mut finding = Finding::judged(format!("autofocus_{name}"), value, unit, verdict).because(
+        format!("true less stated, where ± {prior} {unit} was stated beforehand; {told}"),
+    );
+    finding.sigma = Some(sigma);
+    finding
+}
+
+/// A deviation with two digits that count.
+fn two_digits(sigma: f64) -> String {
+    let places = (1.0 - sigma.max(1e-12).log10().floor()).max(0.0) as usize;
+    format!("{sigma:.places$}")
+}
+
 /// States the deviation of the places after an autofocus, and the axes that the echoes do not see.
 #[must_use]
 pub fn autofocus_sigma(sigma_m: f64, unobserved: [f64; 3]) -> Finding {
@@ -78,4 +116,22 @@ pub fn autofocus_sigma(sigma_m: f64, unobserved: [f64; 3]) -> Finding {
          and up before, {} % are left, the most where the echoes do not see an axis",
         shares.join(", ")
     ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_quantity_says_whether_the_echoes_tell_it() {
+        let of = |values| autofocus_global("clock_offset", "s", values, true);
+        let told = of([0.002, 0.0004, 0.0015]);
+        assert_eq!(told.verdict, Verdict::Agrees);
+        assert_eq!(told.sigma, Some(0.0004));
+        assert!(told.explanation.contains("± 0.0015 s"), "{told:?}");
+        assert!(told.explanation.contains("is applied"), "{told:?}");
+        let untold = of([0.0, 0.00149, 0.0015]);
+        assert!(untold.explanation.contains("do not tell"), "{untold:?}");
+        assert_eq!(of([0.005, 0.0004, 0.0015]).verdict, Verdict::Doubtful);
+    }
 }

@@ -27,7 +27,9 @@ mod unchecked;
 use serde::Serialize;
 
 pub use antenna::{AntennaSeen, antenna_tilt};
-pub use autofocus::{AutofocusSeen, autofocus_correction, autofocus_gain, autofocus_sigma};
+pub use autofocus::{
+    AutofocusSeen, autofocus_correction, autofocus_gain, autofocus_global, autofocus_sigma,
+};
 pub use clock::{ClockSeen, clock_offset, clock_offset_sigma, recorded_clock_sigma};
 pub use delay::{delay_before_zero, delay_sharpness};
 pub use finding::{Finding, Verdict};

@@ -4,7 +4,7 @@ use acerra_autofocus::Decision;
 
 use crate::correction::PathCorrection;
 use crate::evidence::{
-    AutofocusSeen, Finding, autofocus_correction, autofocus_gain, autofocus_sigma,
+    AutofocusSeen, Finding, autofocus_correction, autofocus_gain, autofocus_global, autofocus_sigma,
 };
 
 /// Weighs what an autofocus found.
@@ -26,6 +26,15 @@ pub fn weigh_autofocus(correction: &PathCorrection) -> Vec<Finding> {
     )];
     if points > 0 {
         findings.push(autofocus_correction(found.correction_in_sigmas));
+        findings.extend(correction.globals.iter().map(|global| {
+            let name = match global.track {
+                None => global.quantity.name().to_owned(),
+                Some(track) => format!("{}_{}", global.quantity.name(), track + 1),
+            };
+            let values = [global.value, global.sigma, global.prior_sigma];
+            let unit = global.quantity.unit();
+            autofocus_global(&name, unit, values, correction.is_applied())
+        }));
     }
     if correction.is_applied() {
         let square = |s: &[f64; 3]| s.iter().map(|v| v * v).sum::<f64>();

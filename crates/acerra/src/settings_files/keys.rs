@@ -48,7 +48,7 @@ impl Key {
     /// The unit of its value, which its name ends with.
     #[must_use]
     pub fn unit(&self) -> Option<&'static str> {
-        const UNITS: [(&str, &str); 22] = [
+        const UNITS: [(&str, &str); 23] = [
             ("_per_m2", "1/m²"),
             ("_per_hour", "1/h"),
             ("_deg_m", "°, °, m"),
@@ -60,6 +60,7 @@ impl Key {
             ("_ns", "ns"),
             ("_ps", "ps"),
             ("_min", "min"),
+            ("_ppm", "ppm"),
             ("_deg", "°"),
             ("_dbsm", "dB over 1 m²"),
             ("_dbm", "dBm"),

@@ -3,9 +3,12 @@
 //! The prior is what the positions say of themselves: their covariances, trace by trace, and how long
 //! errors last.
 
-use std::f64::consts::PI;
+mod globals;
+
+use std::f64::consts::TAU;
 
 use acerra_autofocus::{AutofocusError, Autofocused, Correlation, PositionPrior};
+use acerra_geo::lever_arm::LeverArmError;
 use acerra_geo::matrix::Matrix3;
 use acerra_imaging::{ImagingError, PlaneGrid};
 use acerra_radar::Spectrum;
@@ -16,6 +19,7 @@ pub use crate::correction::PathCorrection;
 use crate::position::Positions;
 use crate::prepare::{Prepared, Track};
 use crate::sharpen::coarse;
+pub use globals::{GlobalCorrection, Quantity};
 
 /// Pixels in which points are looked for, at most.
 const MOST_PIXELS: f64 = 400_000.0;
@@ -38,6 +42,17 @@ pub struct AutofocusOptions {
     pub correlation_s: Option<f64>,
     /// Standard deviation of the fast time at which range is zero (ns); known by default.
     pub delay_sigma_ns: f64,
+    /// Standard deviation of each track's clock offset (s); known by default.
+    pub clock_offset_sigma_s: f64,
+    /// Standard deviation of the drift of that offset (ppm); none by default.
+    pub clock_drift_sigma_ppm: f64,
+    /// Standard deviations of each track's lever arm, forward, left, up (m); known by default.
+    pub lever_arm_sigma_m: [f64; 3],
+    /// Standard deviation of the height of all traces above the scene (m), beyond that of the places; known
+    /// by default.
+    pub height_sigma_m: f64,
+    /// Standard deviation of the propagation speed (m/s); known by default.
+    pub light_speed_sigma_m_s: f64,
     /// Most points used.
     pub most_points: Option<usize>,
 }
@@ -55,6 +70,15 @@ pub enum AutofocusFailure {
          found none"
     )]
     NoDeviations,
+    /// A clock or a lever arm is left free, but positions came trace by trace.
+    #[error(
+        "[autofocus] clock_offset_sigma_s, clock_drift_sigma_ppm, lever_arm_sigma_m: expected a trajectory, \
+         found positions that came with the traces, which have neither clock nor lever arm"
+    )]
+    PlacedByTrace,
+    /// Nothing tells where a lever arm points.
+    #[error("[autofocus] lever_arm_sigma_m: {0}")]
+    LeverArm(LeverArmError),
     /// Data that it refuses.
     #[error("[autofocus]: {0}")]
     Refused(AutofocusError),
@@ -80,7 +104,10 @@ impl Prepared {
         options: &AutofocusOptions,
         control: &Control<'_>,
     ) -> Result<&PathCorrection, AutofocusFailure> {
-        let (prior, correlation_s) = self.position_prior(options)?;
+        let (mut prior, correlation_s) = self.position_prior(options)?;
+        let free = self.free(options)?;
+        prior.globals = free.iter().map(|f| f.global.clone()).collect();
+        let light_speed_m_s = self.scene.light_speed_m_s;
         let prior_sigma_m = prior
             .covariance_m2
             .iter()
@@ -92,10 +119,16 @@ impl Prepared {
             stated: self.aligned.all.clone(),
             prior_sigma_m,
             correlation_s,
+            globals: free
+                .iter()
+                .zip(&found.globals)
+                .map(|(free, found)| free.corrected(found, light_speed_m_s))
+                .collect(),
+            stated_light_speed_m_s: light_speed_m_s,
             found,
         };
         if correction.is_applied() {
-            self.apply(&correction.found);
+            self.apply(&correction);
         }
         Ok(self.correction.insert(correction))
     }
@@ -114,11 +147,10 @@ impl Prepared {
                 *height += old[2] - new[2];
             }
             if correction.is_applied() {
-                shorten(
-                    &mut stated.spectrum,
-                    -correction.found.delay_m,
-                    stated.scene.light_speed_m_s,
-                );
+                let light_speed_m_s = correction.stated_light_speed_m_s;
+                stated.scene.light_speed_m_s = light_speed_m_s;
+                let delay_ns = correction.total(Quantity::Delay);
+                advance(&mut stated.spectrum, -delay_ns);
             }
             stated.aligned.position_m = correction.stated_m;
             stated.aligned.all = correction.stated;
@@ -181,8 +213,7 @@ impl Prepared {
         let correlation = Correlation::Matern32 {
             length: correlation_s,
         };
-        let mut prior = PositionPrior::of_covariances(&covariance_m2, &abscissa, correlation);
-        prior.delay_sigma_m = 0.5 * self.scene.light_speed_m_s * 1e-9 * options.delay_sigma_ns;
+        let prior = PositionPrior::of_covariances(&covariance_m2, &abscissa, correlation);
         Ok((prior, correlation_s))
     }
 
@@ -204,12 +235,10 @@ impl Prepared {
         Some(found)
     }
 
-    fn apply(&mut self, found: &Autofocused) {
-        shorten(
-            &mut self.spectrum,
-            found.delay_m,
-            self.scene.light_speed_m_s,
-        );
+    fn apply(&mut self, correction: &PathCorrection) {
+        let found = &correction.found;
+        advance(&mut self.spectrum, correction.total(Quantity::Delay));
+        self.scene.light_speed_m_s += correction.total(Quantity::LightSpeed);
         let aligned = &mut self.aligned;
         let rises = found.position_m.iter().zip(&aligned.position_m);
         for (height, (new, old)) in aligned.height_m.iter_mut().zip(rises) {
@@ -231,15 +260,15 @@ impl Prepared {
     }
 }
 
-/// Takes a range that all echoes have in common off them.
-fn shorten(spectrum: &mut Spectrum, range_m: f64, light_speed_m_s: f64) {
-    if range_m == 0.0 {
+/// Takes a fast time that all echoes have in common off them.
+fn advance(spectrum: &mut Spectrum, delay_ns: f64) {
+    if delay_ns == 0.0 {
         return;
     }
     let turn: Vec<Complex64> = spectrum
         .frequency_hz
         .iter()
-        .map(|f| Complex64::cis(4.0 * PI * f * range_m / light_speed_m_s))
+        .map(|f| Complex64::cis(TAU * f * 1e-9 * delay_ns))
         .collect();
     for pulse in spectrum.values.chunks_exact_mut(turn.len()) {
         for (value, turn) in pulse.iter_mut().zip(&turn) {

@@ -1,0 +1,277 @@
+//! Quantities of the whole flight that an autofocus leaves free beside the places: delay, clock, lever arm,
+//! height above the scene, propagation speed.
+
+use acerra_autofocus::{Effect, Global, GlobalFound};
+use acerra_geo::interpolate::Interpolator;
+use acerra_geo::lever_arm::{HeadingOptions, apply_lever_arm};
+use acerra_geo::trajectory::Trajectory;
+use serde::Serialize;
+
+use super::{AutofocusFailure, AutofocusOptions};
+use crate::align::interpolator;
+use crate::position::Positions;
+use crate::prepare::{Prepared, Track};
+
+/// Half the time over which velocity and acceleration are taken (s): noise of the positions must not pass for
+/// motion.
+const HALF_WINDOW_S: f64 = 0.5;
+
+/// What a quantity of the whole flight is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Quantity {
+    /// Fast time at which range is zero, ns.
+    Delay,
+    /// Trajectory time minus radar time, s.
+    ClockOffset,
+    /// Its drift about the middle of the track, ppm.
+    ClockDrift,
+    /// Lever arm forward, m.
+    LeverForward,
+    /// Lever arm to the left, m.
+    LeverLeft,
+    /// Lever arm up, m.
+    LeverUp,
+    /// Height of all traces above the scene, m.
+    Height,
+    /// Propagation speed, m/s.
+    LightSpeed,
+}
+
+impl Quantity {
+    /// Its name in findings.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Delay => "delay",
+            Self::ClockOffset => "clock_offset",
+            Self::ClockDrift => "clock_drift",
+            Self::LeverForward => "lever_forward",
+            Self::LeverLeft => "lever_left",
+            Self::LeverUp => "lever_up",
+            Self::Height => "height",
+            Self::LightSpeed => "light_speed",
+        }
+    }
+
+    /// The unit of its value.
+    #[must_use]
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::Delay => "ns",
+            Self::ClockOffset => "s",
+            Self::ClockDrift => "ppm",
+            Self::LightSpeed => "m/s",
+            Self::LeverForward | Self::LeverLeft | Self::LeverUp | Self::Height => "m",
+        }
+    }
+
+    /// Its unit over that of the estimate: ranges for delays, shares for speeds.
+    fn per_estimated(self, light_speed_m_s: f64) -> f64 {
+        match self {
+            Self::Delay => 2e9 / light_speed_m_s,
+            Self::LightSpeed => light_speed_m_s,
+            _ => 1.0,
+        }
+    }
+}
+
+/// A quantity of the whole flight that was left free: true less stated.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct GlobalCorrection {
+    /// Which.
+    pub quantity: Quantity,
+    /// The track whose it is, where there are several and each has its own.
+    pub track: Option<usize>,
+    /// Its value, in the quantity's unit.
+    pub value: f64,
+    /// Its posterior standard deviation.
+    pub sigma: f64,
+    /// Its prior standard deviation.
+    pub prior_sigma: f64,
+}
+
+/// A quantity with what it does to the estimate.
+pub(super) struct Free {
+    quantity: Quantity,
+    track: Option<usize>,
+    pub global: Global,
+}
+
+impl Free {
+    /// What was found of it.
+    pub fn corrected(&self, found: &GlobalFound, light_speed_m_s: f64) -> GlobalCorrection {
+        let factor = self.quantity.per_estimated(light_speed_m_s);
+        GlobalCorrection {
+            quantity: self.quantity,
+            track: self.track,
+            value: factor * found.value,
+            sigma: factor * found.sigma,
+            prior_sigma: factor * found.prior_sigma,
+        }
+    }
+}
+
+impl Prepared {
+    /// The quantities that the options leave free.
+    pub(super) fn free(&self, options: &AutofocusOptions) -> Result<Vec<Free>, AutofocusFailure> {
+        let light_speed_m_s = self.scene.light_speed_m_s;
+        let traces = self.aligned.position_m.len();
+        let up = Effect::Position {
+            first: vec![[0.0, 0.0, 1.0]; traces],
+            second: vec![[0.0; 3]; traces],
+        };
+        let mut free = Vec::new();
+        let mut add = |quantity: Quantity, track, sigma: f64, effect| {
+            let sigma = sigma / quantity.per_estimated(light_speed_m_s);
+            if sigma > 0.0 {
+                let name = quantity.name().to_owned();
+                let global = Global {
+                    name,
+                    sigma,
+                    effect,
+                };
+                free.push(Free {
+                    quantity,
+                    track,
+                    global,
+                });
+            }
+        };
+        add(Quantity::Delay, None, options.delay_sigma_ns, Effect::Delay);
+        for (number, track) in self.tracks.iter().enumerate() {
+            let which = (self.tracks.len() > 1).then_some(number);
+            for (quantity, sigma, effect) in self.free_of(track, options)? {
+                add(quantity, which, sigma, effect);
+            }
+        }
+        add(Quantity::Height, None, options.height_sigma_m, up);
+        let speed_sigma_m_s = options.light_speed_sigma_m_s;
+        add(Quantity::LightSpeed, None, speed_sigma_m_s, Effect::Speed);
+        Ok(free)
+    }
+
+    /// Those of one track: its clock and its lever arm.
+    fn free_of(
+        &self,
+        track: &Track,
+        options: &AutofocusOptions,
+    ) -> Result<Vec<(Quantity, f64, Effect)>, AutofocusFailure> {
+        let offset_sigma_s = options.clock_offset_sigma_s;
+        let drift_sigma_ppm = options.clock_drift_sigma_ppm;
+        let arm_sigma_m = options.lever_arm_sigma_m;
+        let mut free = Vec::new();
+        if offset_sigma_s + drift_sigma_ppm + arm_sigma_m.iter().sum::<f64>() == 0.0 {
+            return Ok(free);
+        }
+        let Positions::Trajectory(trajectory) = &track.positions else {
+            return Err(AutofocusFailure::PlacedByTrace);
+        };
+        let flown = Flown {
+            prepared: self,
+            track,
+            trajectory,
+        };
+        if offset_sigma_s > 0.0 {
+            let effect = flown.later(|_| 1.0);
+            free.push((Quantity::ClockOffset, offset_sigma_s, effect));
+        }
+        if drift_sigma_ppm > 0.0 {
+            let own_s = &self.aligned.time_s[track.range.clone()];
+            let ends = [own_s.first(), own_s.last()].map(|t| t.copied().unwrap_or(0.0));
+            let middle_s = 0.5 * (ends[0] + ends[1]);
+            let effect = flown.later(|time_s| 1e-6 * (time_s - middle_s));
+            free.push((Quantity::ClockDrift, drift_sigma_ppm, effect));
+        }
+        let arms = [
+            Quantity::LeverForward,
+            Quantity::LeverLeft,
+            Quantity::LeverUp,
+        ];
+        for (axis, (quantity, sigma_m)) in arms.into_iter().zip(arm_sigma_m).enumerate() {
+            if sigma_m > 0.0 {
+                free.push((quantity, sigma_m, flown.longer_arm(axis)?));
+            }
+        }
+        Ok(free)
+    }
+}
+
+/// A track on its trajectory.
+struct Flown<'a> {
+    prepared: &'a Prepared,
+    track: &'a Track,
+    trajectory: &'a Trajectory,
+}
+
+impl Flown<'_> {
+    /// What a later trajectory time does: places move along the path, by `scale` of the radar time a unit.
+    fn later(&self, scale: impl Fn(f64) -> f64) -> Effect {
+        let aligned = &self.prepared.aligned;
+        let at = interpolator(None, self.trajectory);
+        let mut first = vec![[0.0; 3]; aligned.time_s.len()];
+        let mut second = first.clone();
+        for m in self.track.range.clone() {
+            let scale = scale(aligned.time_s[m]);
+            let (mut rate, mut bend) = motion(&at, aligned.time_s[m] + self.track.time_offset_s);
+            if aligned.radar_height.is_some() {
+                // Heights by the radar are those of the trace, whatever the clock.
+                (rate[2], bend[2]) = (0.0, 0.0);
+            }
+            first[m] = rate.map(|v| v * scale);
+            second[m] = bend.map(|a| a * scale * scale);
+        }
+        Effect::Position { first, second }
+    }
+
+    /// What a lever arm does that is longer along an axis: forward, left, up.
+    fn longer_arm(&self, axis: usize) -> Result<Effect, AutofocusFailure> {
+        let aligned = &self.prepared.aligned;
+        let mut arm_m = [0.0; 3];
+        arm_m[axis] = 1.0;
+        let (end, _) = apply_lever_arm(self.trajectory, arm_m, &HeadingOptions::default())
+            .map_err(AutofocusFailure::LeverArm)?;
+        let (from, to) = (
+            interpolator(None, self.trajectory),
+            interpolator(None, &end),
+        );
+        let mut first = vec![[0.0; 3]; aligned.time_s.len()];
+        for m in self.track.range.clone() {
+            let time_s = aligned.time_s[m] + self.track.time_offset_s;
+            first[m] = difference(to.at(time_s).position_m, from.at(time_s).position_m);
+            if aligned.radar_height.is_some() {
+                first[m][2] = 0.0;
+            }
+        }
+        let second = vec![[0.0; 3]; first.len()];
+        Ok(Effect::Position { first, second })
+    }
+}
+
+/// Velocity and acceleration (m/s, m/s²) by the parabola through the places half a window before and after;
+/// by what is covered of it at the ends of a trajectory and beside its gaps.
+fn motion(at: &Interpolator<'_>, time_s: f64) -> ([f64; 3], [f64; 3]) {
+    let own = at.at(time_s).position_m;
+    let [before, after] = [-1.0, 1.0].map(|side| {
+        let place = at.at(time_s + side * HALF_WINDOW_S);
+        place.flag.is_covered().then_some(place.position_m)
+    });
+    let rate = |to, from, over_s: f64| difference(to, from).map(|d| d / over_s);
+    match (before, after) {
+        (Some(before), Some(after)) => {
+            let bend = difference(
+                rate(after, own, HALF_WINDOW_S),
+                rate(own, before, HALF_WINDOW_S),
+            );
+            let velocity = rate(after, before, 2.0 * HALF_WINDOW_S);
+            (velocity, bend.map(|d| d / HALF_WINDOW_S))
+        }
+        (Some(before), None) => (rate(own, before, HALF_WINDOW_S), [0.0; 3]),
+        (None, Some(after)) => (rate(after, own, HALF_WINDOW_S), [0.0; 3]),
+        (None, None) => ([0.0; 3], [0.0; 3]),
+    }
+}
+
+fn difference(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [0, 1, 2].map(|i| a[i] - b[i])
+}
