@@ -6,6 +6,7 @@
 //! `unsafe` is allowed.
 #![allow(unsafe_code)]
 
+pub(crate) mod aligned;
 #[cfg(target_arch = "x86_64")]
 mod avx2;
 #[cfg(target_arch = "x86_64")]

@@ -5,6 +5,7 @@ use super::expansion::{Block, Ground, NO_WINDOW, Paths, Setup, expand, parameter
 use super::job::{Band, CHUNK, Job, TILE, Tally, block_width, tile_rows, vectors_a_group};
 use super::profile::Profile;
 use crate::grid::relief::Relief;
+use crate::kernel::aligned::Aligned;
 use crate::kernel::lanes::{Lanes, MAX_LANES};
 use num_complex::Complex32;
 
@@ -90,8 +91,8 @@ pub(crate) fn band<
     assert!(tile_rows(S::N) <= MOST_ROWS && job.table.degree == DEGREE);
     assert!(!(RELIEF && TILT) && TILT == job.tilt.is_some());
     let width = block_width(S::N);
-    let mut real = [0f32; TILE];
-    let mut imag = [0f32; TILE];
+    let (mut real, mut imag) = (Aligned([0f32; TILE]), Aligned([0f32; TILE]));
+    let (real, imag) = (&mut real.0, &mut imag.0);
     let mut heights = Heights::LEVEL;
     let mut setup = Setup::new();
     let mut tally = Tally::default();
@@ -256,7 +257,7 @@ impl<
         // SAFETY: the first `windowed` parameter sets were written, k < N; windows were checked to lie
         // within their pulse's rows.
         unsafe {
-            let mut at = self.setup.windowed.as_ptr().add(k);
+            let mut at = self.setup.windowed.0.as_ptr().add(k);
             let end = at.add(self.paths.windowed * row_length);
             while at < end {
                 let term = |row: usize| s.splat(*at.add(row * n));

@@ -2,6 +2,7 @@
 
 use super::job::{Band, CHUNK, Job, block_width, vectors_a_group};
 use super::profile::Profile;
+use crate::kernel::aligned::Aligned;
 use crate::kernel::lanes::{Lanes, MAX_LANES, ROUNDING};
 use crate::vector::dot;
 use std::ops::Range;
@@ -70,7 +71,7 @@ pub(super) struct Setup {
     /// that window starts in the chunk's table; over uneven ground also change of range with height
     /// (bins a metre), that of the change along the row, and half the curvature with height; with
     /// tilted antennas instead the ratio of the cosines at the group's middle and its change a pixel.
-    pub windowed: [f32; CHUNK * MOST_ROWS * MAX_LANES],
+    pub windowed: Aligned<{ CHUNK * MOST_ROWS * MAX_LANES }>,
     /// Range, along-row offset and height of the block's centre from each antenna, m.
     pub range_m: [f32; CHUNK],
     pub along_m: [f32; CHUNK],
@@ -87,7 +88,7 @@ pub(super) struct Setup {
 impl Setup {
     pub fn new() -> Self {
         Self {
-            windowed: [0.0; CHUNK * MOST_ROWS * MAX_LANES],
+            windowed: Aligned([0.0; CHUNK * MOST_ROWS * MAX_LANES]),
             range_m: [0.0; CHUNK],
             along_m: [0.0; CHUNK],
             up_m: [0.0; CHUNK],
@@ -490,7 +491,7 @@ pub(super) fn expand<S: Lanes, const CUBIC: bool, const RELIEF: bool, const TILT
             }
         }
         let length = parameter_rows(RELIEF, TILT) * n;
-        let rows = &mut setup.windowed[paths.windowed * length..][..length];
+        let rows = &mut setup.windowed.0[paths.windowed * length..][..length];
         let start = (m * table.pulse_stride) as i32 + setup.whole[m];
         expansion.store::<CUBIC, RELIEF>(s, windows, start, rows);
         if TILT && !RELIEF {

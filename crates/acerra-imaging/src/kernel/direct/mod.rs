@@ -19,8 +19,8 @@
 //! sum.
 //!
 //! Over planes the groups may also be squares of 4 × 4 pixels ([`square`]), with a polynomial in both
-//! directions and windows of one or two registers: those of coarse pixels see fewer range bins than
-//! pieces of rows do.
+//! directions and windows of one or two registers, as each pulse needs: those of coarse pixels see fewer
+//! range bins than pieces of rows do.
 
 pub(crate) mod band;
 mod evaluator;

@@ -7,14 +7,16 @@
 use super::evaluator::Evaluator;
 use super::job::{Band, CHUNK, Job, SIDE, TILE, Tally, square_rows};
 use super::square_expansion::{GROUP, Origin, SquareBlock, SquarePaths, SquareSetup, expand};
+use crate::kernel::aligned::Aligned;
 use crate::kernel::lanes::{Lanes, MAX_LANES};
 use num_complex::Complex32;
+use std::ops::Range;
 
 /// Images a band into `out` `[rows, columns]`; the caller keeps `rows` within [`square_rows`].
 ///
 /// `DEGREE` is that of the table, `TERMS` counts the cosine's coefficients (the sine has one less),
 /// `CUBIC` adds the third order of the range within a square, and `WIDE` takes windows of two
-/// registers instead of one.
+/// registers where one is not enough.
 #[inline(always)]
 pub(crate) fn square_band<
     S: Lanes,
@@ -33,8 +35,8 @@ pub(crate) fn square_band<
     let width = SIDE * S::N;
     let strip = width * SIDE;
     let strips = band.rows.div_ceil(SIDE);
-    let mut real = [0f32; TILE];
-    let mut imag = [0f32; TILE];
+    let (mut real, mut imag) = (Aligned([0f32; TILE]), Aligned([0f32; TILE]));
+    let (real, imag) = (&mut real.0, &mut imag.0);
     let mut setup = SquareSetup::new(band);
     let lanes = Offsets::of(s);
     let mut tally = Tally::default();
@@ -120,7 +122,7 @@ fn sum_block<
         }
     }
     let count = |pulses: usize| (pulses * vectors * block.groups) as u64;
-    tally.window += count(paths.windowed);
+    tally.window += count(paths.narrow + paths.wide);
     tally.gather += count(paths.gathered().len());
     tally.reference += count(paths.reference().len());
     if !paths.reference().is_empty() {
@@ -186,48 +188,70 @@ impl<S: Lanes, const DEGREE: usize, const TERMS: usize, const CUBIC: bool, const
     /// Sums from windows of group `k`, real and imaginary parts of each vector.
     #[inline(always)]
     fn windows(&self, k: usize) -> [[S::V; 2]; 2] {
-        let (s, n, lanes) = (self.block.s, S::N, self.lanes);
+        let s = self.block.s;
         let mut sums = [[s.splat(0.0); 2]; 2];
-        let row_length = SquareSetup::ROWS * n;
-        // SAFETY: the first `windowed` parameter sets were written, k < N; windows were checked to lie
-        // within their pulse's rows.
+        let (narrow, wide) = (self.paths.narrow, self.paths.wide);
+        // SAFETY: parameter sets of the first `narrow` slots and the last `wide` ones were written.
         unsafe {
-            let mut at = self.setup.windowed.as_ptr().add(k);
-            let end = at.add(self.paths.windowed * row_length);
-            while at < end {
+            self.windows_of::<false>(k, 0..narrow, &mut sums);
+            if WIDE {
+                self.windows_of::<true>(k, CHUNK - wide..CHUNK, &mut sums);
+            }
+        }
+        sums
+    }
+
+    /// Adds the pulses whose parameters stand in `slots` to the sums of group `k`; windows are of two
+    /// registers where `TWO`.
+    ///
+    /// # Safety
+    /// `k` < N, and the slots were written by [`expand`], for windows of no more registers.
+    #[inline(always)]
+    unsafe fn windows_of<const TWO: bool>(
+        &self,
+        k: usize,
+        slots: Range<usize>,
+        sums: &mut [[S::V; 2]; 2],
+    ) {
+        let (s, n, lanes) = (self.block.s, S::N, self.lanes);
+        let row_length = SquareSetup::ROWS * n;
+        let rows = self.setup.windowed.0.as_ptr();
+        // SAFETY: the caller vouches for the slots; windows were checked to lie within their pulse's rows.
+        unsafe {
+            let mut at = rows.add(slots.start * row_length + k);
+            for _ in slots {
                 let term = |row: usize| s.splat(*at.add(row * n));
                 for (side, sums) in sums.iter_mut().enumerate().take(GROUP / n) {
                     let (i, j) = (lanes.along[side], lanes.across[side]);
-                    let linear = s.mul_add(i, term(1), s.mul(j, term(2)));
-                    let mut t = s.sub(term(0), term(7 + 2 * side));
+                    let linear = s.mul_add(i, term(0), s.mul(j, term(1)));
                     let square = s.mul_add(
                         lanes.along_square[side],
-                        term(3),
+                        term(2),
                         s.mul_add(
                             lanes.product[side],
-                            term(4),
-                            s.mul(lanes.across_square[side], term(5)),
+                            term(3),
+                            s.mul(lanes.across_square[side], term(4)),
                         ),
                     );
+                    let mut t = s.add(term(6 + 2 * side), linear);
                     if CUBIC {
                         // G + Q − GQ/R
-                        let damped = s.neg_mul_add(linear, term(6), s.splat(1.0));
-                        t = s.mul_add(square, damped, s.add(t, linear));
+                        let damped = s.neg_mul_add(linear, term(5), s.splat(1.0));
+                        t = s.mul_add(square, damped, t);
                     } else {
-                        t = s.add(s.add(t, linear), square);
+                        t = s.add(t, square);
                     }
-                    let start = (*at.add((8 + 2 * side) * n)).to_bits() as i32;
+                    let start = (*at.add((7 + 2 * side) * n)).to_bits() as i32;
                     let window = self.chunk_table.as_ptr().offset(start as isize);
-                    if WIDE {
+                    if TWO {
                         self.evaluator.windowed2(window, t, sums);
                     } else {
                         self.evaluator.windowed(window, t, None, sums);
                     }
                 }
-                at = at.add(row_length);
+                at = at.wrapping_add(row_length);
             }
         }
-        sums
     }
 
     /// Adds the pulses that gather to the sums of group `k`.

@@ -1,6 +1,7 @@
 //! Expansion of the range over squares of pixels, and the choice of how each pulse is read.
 
 use super::job::{Band, CHUNK, Job, SIDE};
+use crate::kernel::aligned::Aligned;
 use crate::kernel::lanes::{Lanes, MAX_LANES, ROUNDING};
 use crate::vector::{dot, norm};
 use std::ops::Range;
@@ -102,12 +103,12 @@ fn whole_and_rest(bins: f64) -> (i32, f32) {
 
 /// Parameters of the pulses of a chunk for one block.
 pub(super) struct SquareSetup {
-    /// Of each pulse that has windows, [`Self::ROWS`] rows of N, one lane a group: range at its middle
-    /// in bins past the whole bins of the block's middle; its slopes along the row and across (bins a
-    /// pixel); half its second derivatives along, mixed (whole) and across; one over the range in
-    /// bins; and for either vector the whole bins from there to its window and the bits of the integer
-    /// at which that window starts in the chunk's table.
-    pub windowed: [f32; CHUNK * Self::ROWS * MAX_LANES],
+    /// Of each pulse that has windows, [`Self::ROWS`] rows of N, one lane a group: slopes of the range
+    /// along the row and across (bins a pixel); half its second derivatives along, mixed (whole) and
+    /// across; one over the range in bins; and for either vector the range at the group's middle in bins
+    /// past that vector's window, and the bits of the integer at which the window starts in the chunk's
+    /// table. Pulses of narrow windows stand from the front on, those of wide ones from the back.
+    pub windowed: Aligned<{ CHUNK * Self::ROWS * MAX_LANES }>,
     pub frame: Frame,
     /// Middle of the block from each antenna.
     range_m: [f32; CHUNK],
@@ -119,11 +120,11 @@ pub(super) struct SquareSetup {
 
 impl SquareSetup {
     /// Rows of parameters of a pulse.
-    pub const ROWS: usize = 11;
+    pub const ROWS: usize = 10;
 
     pub fn new(band: &Band) -> Self {
         Self {
-            windowed: [0.0; CHUNK * Self::ROWS * MAX_LANES],
+            windowed: Aligned([0.0; CHUNK * Self::ROWS * MAX_LANES]),
             frame: Frame::of(band),
             range_m: [0.0; CHUNK],
             along_m: [0.0; CHUNK],
@@ -158,8 +159,9 @@ impl SquareSetup {
 
 /// How the pulses of a chunk are read for one block.
 pub(super) struct SquarePaths {
-    /// Pulses with parameters in [`SquareSetup::windowed`].
-    pub windowed: usize,
+    /// Pulses with parameters in [`SquareSetup::windowed`], whose windows are one register or two.
+    pub narrow: usize,
+    pub wide: usize,
     gathered: [u8; CHUNK],
     gathers: usize,
     reference: [u8; CHUNK],
@@ -311,16 +313,15 @@ impl<S: Lanes> Expansion<S> {
         // SAFETY: `rows` holds that many rows of N numbers.
         unsafe {
             let at = rows.as_mut_ptr();
-            s.store(at, self.t);
-            s.store(at.add(n), self.slope[0]);
-            s.store(at.add(2 * n), self.slope[1]);
-            s.store(at.add(3 * n), self.along_square);
-            s.store(at.add(4 * n), self.product);
-            s.store(at.add(5 * n), self.across_square);
-            s.store(at.add(6 * n), self.inverse_bins);
-            for (side, window) in windows.into_iter().enumerate() {
-                s.store(at.add((7 + 2 * side) * n), window);
-                let bits = at.add((8 + 2 * side) * n).cast();
+            s.store(at, self.slope[0]);
+            s.store(at.add(n), self.slope[1]);
+            s.store(at.add(2 * n), self.along_square);
+            s.store(at.add(3 * n), self.product);
+            s.store(at.add(4 * n), self.across_square);
+            s.store(at.add(5 * n), self.inverse_bins);
+            for (side, window) in windows.into_iter().enumerate().take(GROUP / n) {
+                s.store(at.add((6 + 2 * side) * n), s.sub(self.t, window));
+                let bits = at.add((7 + 2 * side) * n).cast();
                 s.store_rounded(bits, s.add(window, rounding), start);
             }
         }
@@ -349,10 +350,11 @@ pub(super) fn expand<S: Lanes, const CUBIC: bool, const WIDE: bool>(
     let tolerance = s.splat(job.tolerance_bins as f32);
     let window = if WIDE { 2 * n } else { n };
     let last_window = s.splat(table.stride as f32 - 2.0 - window as f32);
-    let widest = s.splat((window - 1) as f32 - 0.05);
+    let [narrowest, widest] = [n, window].map(|entries| s.splat((entries - 1) as f32 - 0.05));
     let zero = s.splat(0.0);
     let mut paths = SquarePaths {
-        windowed: 0,
+        narrow: 0,
+        wide: 0,
         gathered: [0; CHUNK],
         gathers: 0,
         reference: [0; CHUNK],
@@ -380,10 +382,16 @@ pub(super) fn expand<S: Lanes, const CUBIC: bool, const WIDE: bool>(
             continue;
         }
         let length = SquareSetup::ROWS * n;
-        let rows = &mut setup.windowed[paths.windowed * length..][..length];
+        let slot = if !WIDE || s.all_le(span, narrowest) {
+            paths.narrow += 1;
+            paths.narrow - 1
+        } else {
+            paths.wide += 1;
+            CHUNK - paths.wide
+        };
+        let rows = &mut setup.windowed.0[slot * length..][..length];
         let start = (m * table.pulse_stride) as i32 + setup.whole[m];
         expansion.store(s, windows, start, rows);
-        paths.windowed += 1;
     }
     paths
 }
