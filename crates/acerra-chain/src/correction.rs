@@ -3,7 +3,7 @@
 use acerra_autofocus::{Autofocused, Decision};
 use acerra_geo::interpolate::Interpolated;
 
-use crate::autofocus::{GlobalCorrection, Quantity};
+use crate::quantity::{GlobalCorrection, Quantity};
 
 /// What the autofocus of a survey found.
 #[derive(Clone, Debug)]

@@ -72,6 +72,7 @@ pub mod plane;
 pub mod position;
 pub mod positioning;
 mod prepare;
+mod quantity;
 pub mod radar_height;
 pub mod read;
 pub mod recording;

@@ -98,7 +98,10 @@ fn a_scene_ten_times_as_wide_tells_the_same_delay() {
     println!("{:+.3} ± {:.3} ns", 1e9 * error_s, 1e9 * found.sigma_s);
     assert!(error_s.abs() < 0.1e-9, "{found:?}");
     // Errors of the positions would bend the phases as much: a deviation below a centimetre claims too much.
-    assert!(found.sigma_s > 0.07e-9 && found.sigma_s < 0.5e-9, "{found:?}");
+    assert!(
+        found.sigma_s > 0.07e-9 && found.sigma_s < 0.5e-9,
+        "{found:?}"
+    );
 }
 
 #[test]
