@@ -26,8 +26,8 @@ fn still(start_s: f64, length_s: f64, change: impl Fn(PpkOptions) -> PpkOptions)
     Some(known.judge(&solution))
 }
 
-/// A backward pass that starts from the forward pass's integers repeats them, right or wrong: at
-/// 883d5a5 all 39 fixes of this window were 0.6 m off.
+/// A backward pass that starts from the forward pass's integers repeats them, right or wrong: counted as a
+/// confirmation, they put all 39 fixes of this window 0.6 m off.
 #[test]
 fn a_pass_that_starts_from_anothers_integers_confirms_none() {
     let low = f64::to_radians(35.0);
