@@ -11,10 +11,12 @@ use std::process::{Child, Command, Output, Stdio};
 use acerra_npz::NpzReader;
 use serde_json::Value;
 
-/// A short flight with receivers, recorded from take-off to landing.
+/// A short flight with receivers, recorded from take-off to landing. Antennas on ground planes let half a minute
+/// of log fix its ambiguities.
 const SCENE: &str = "seed = 3\nrecord = \"flight\"\n\
     [flight]\ntrack_start_m = [0, 0]\ntrack_end_m = [8, 0]\nheight_m = 4\ntrack_duration_s = 6\n\
     [radar]\nsamples = 960\n[ground]\nfacets_per_m2 = 1\nextent_m = 5\n[gnss]\n\
+    [gnss.rover]\ncode_multipath_m = 0.3\n[gnss.base]\ncode_multipath_m = 0.3\n\
     [[corner]]\nposition_m = [3, 1.5, 0]\n\
     [image]\nx_m = [2, 4]\ny_m = [0.5, 2.5]\npixel_m = 0.02\n";
 
