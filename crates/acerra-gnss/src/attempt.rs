@@ -220,7 +220,7 @@ fn trial_options(options: &PpkOptions) -> PpkOptions {
 
 /// Whether the other direction's pass bears witness to the fixes of the one asked for: not where
 /// epochs are resolved one by one, alike in both.
-fn has_witness(options: &PpkOptions) -> bool {
+pub(crate) fn has_witness(options: &PpkOptions) -> bool {
     let with_memory = matches!(
         options.ambiguity,
         AmbiguityMode::Continuous | AmbiguityMode::FixAndHold

@@ -1,14 +1,14 @@
 //! The positioning of a rover's log against a base's.
 
 use crate::alternatives::better_of;
-use crate::attempt::{Attempt, passes};
+use crate::attempt::{Attempt, has_witness, passes};
 use crate::baseline::Baseline;
 use crate::control::{Control, Watch};
 use crate::engine::{EpochResult, MovedBase};
 use crate::events::interpolate_events;
 use crate::navigation::Navigation;
 use crate::observation::ObservationData;
-use crate::options::{PositioningMode, PpkOptions};
+use crate::options::{FilterDirection, PositioningMode, PpkOptions};
 use crate::ppk_error::{PpkError, TimeSpan};
 use crate::preparation::{Inputs, Preparation, is_wanted};
 use crate::signal::FREQUENCY_SLOTS;
@@ -129,6 +129,9 @@ pub fn process_with(
     let base_position_ecef_m = attempt.base_position_ecef_m;
     if dynamics_dropped {
         attempt.warnings.push(PpkWarning::DynamicsNotUsed);
+    }
+    if options.direction == FilterDirection::CombinedWithoutReset && has_witness(options) {
+        attempt.warnings.push(PpkWarning::PassesStartAnew);
     }
     let mut solution = assemble(attempt, options);
     solution.summary.base_from_single_m = base_from_single_m;

@@ -115,6 +115,24 @@ fn every_mode_finds_the_integers() {
     assert_fixed_and_right(&run(&demo5), 80, "demo5");
 }
 
+/// A guarded run says that the backward pass does not go on from the forward pass's integers, as it was told to.
+#[test]
+fn passes_that_start_anew_against_the_settings_say_so() {
+    let navigation = navigation();
+    let (rover, base) = (rover(&navigation, 30, &L1), base(&navigation, 30, &L1));
+    let says = |o: &PpkOptions| {
+        let solution = process(&rover, &base, &navigation, o).unwrap();
+        let told = &solution.summary.warnings;
+        told.contains(&PpkWarning::PassesStartAnew)
+    };
+    let told = options().with_direction(FilterDirection::CombinedWithoutReset);
+    assert!(says(&told));
+    assert!(!says(
+        &told.clone().with_ambiguity(AmbiguityMode::Instantaneous)
+    ));
+    assert!(!says(&told.with_direction(FilterDirection::Combined)));
+}
+
 #[test]
 fn more_frequencies_fix_at_once() {
     let navigation = navigation();

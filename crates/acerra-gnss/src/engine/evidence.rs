@@ -7,10 +7,9 @@
 //!
 //! Where all satellites fail the ratio test, a search without one or the other may pass it: because
 //! that one was off, or because one of so many searches passes by chance. Leaving a satellite out
-//! explains whatever its phase says away, and must be paid for: a phase that is off is rare, and
-//! a rare one explains any fraction of a cycle alike. Twice the negative logarithm of the share of
-//! phases that are off (1 %) times the width of their noise over that of a cycle (1 to 10) is 12 to
-//! 14 for each.
+//! explains whatever its phase says away, and must be paid for: a phase that is off is rare (1 %), and
+//! where it is, any fraction of a cycle is as likely as any other, while noise is a quarter to a tenth of a
+//! cycle wide. −2 ln of the product of both is 12 to 14 for each satellite.
 
 use super::ambiguity::{Attempt, Pair, RULED_OUT_DIFFERENCE, differences, members};
 use super::calibration::PHASE_CORRELATION_S;

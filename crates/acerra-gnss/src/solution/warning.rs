@@ -75,6 +75,8 @@ pub enum PpkWarning {
     },
     /// The motion model is not used: with a moving base it would predict the base's errors.
     DynamicsNotUsed,
+    /// The backward pass starts afresh, although it was to go on from the forward pass's state.
+    PassesStartAnew,
     /// The base position given is far from the base's own single-point position.
     BasePositionDoubtful {
         /// Distance between the two (m).
@@ -160,6 +162,10 @@ impl fmt::Display for PpkWarning {
             Self::DynamicsNotUsed => f.write_str(
                 "the motion model is not used with a moving base: it would predict the errors of \
                  the base's own positions",
+            ),
+            Self::PassesStartAnew => f.write_str(
+                "combined-nophasereset: the backward pass starts afresh all the same, since one that starts \
+                 from the forward pass's integers confirms none of them (--unguarded follows RTKLIB)",
             ),
             Self::BasePositionDoubtful { distance_m } => write!(
                 f,
