@@ -58,6 +58,7 @@ pub mod focus;
 pub mod gate;
 pub mod ground;
 mod height_noise;
+mod history;
 pub mod inputs;
 pub mod inversion;
 mod journal;

@@ -25,7 +25,7 @@ pub struct RadarSection {
     #[serde(default)]
     pub channel: Option<String>,
     /// Fast time at which range is zero, in nanoseconds, when calibrated; `"auto"` finds the one at
-    /// which the image is sharpest.
+    /// which the echoes of points add up best.
     #[serde(default)]
     pub delay_ns: Option<Delay>,
     /// The traces that enter background and image. By default those during which the platform moves,

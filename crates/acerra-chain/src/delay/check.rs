@@ -2,9 +2,9 @@
 
 use acerra_imaging::PlaneGrid;
 
-use super::curve::{DelayCurve, MARGIN, Score, best_of, likelihood_of};
+use super::curve::{DelayCurve, MARGIN, best_of};
 use super::error::DelayError;
-use super::scan::{DelayScan, delayed};
+use super::scan::{DelayScan, ScanPoint, delayed};
 use super::view::{View, middle_hz};
 use crate::control::Control;
 use crate::sharpen::{coarse, patches};
@@ -54,15 +54,10 @@ pub fn check_delay(
     let points = (-steps..=steps)
         .map(|k| {
             control.check()?;
-            let point = scan.at(f64::from(k) * STEP_S)?;
-            Ok(Score {
-                delay_s: point.later_s,
-                log: point.log_contrast,
-                sigma: point.sigma,
-            })
+            Ok(scan.at(f64::from(k) * STEP_S)?)
         })
         .collect::<Result<Vec<_>, DelayError>>()?;
-    let Some(check) = checked(&likelihood_of(&points, MODEL_SIGMA)) else {
+    let Some(check) = checked(&likelihood_of(&points)) else {
         return Ok(None);
     };
     // Contrast also changes as echoes move over the image: single targets must be sharp there, and
@@ -80,6 +75,25 @@ pub fn check_delay(
         }
     }
     Ok(Some(check))
+}
+
+/// Log-likelihood of sharpness: each delay against the sharpest, in standard deviations.
+fn likelihood_of(points: &[ScanPoint]) -> DelayCurve {
+    let sharpest = points
+        .iter()
+        .max_by(|a, b| a.log_contrast.total_cmp(&b.log_contrast));
+    let below = |point: &ScanPoint| {
+        let Some(best) = sharpest else {
+            return 0.0;
+        };
+        let sigma = point.sigma.hypot(best.sigma).hypot(MODEL_SIGMA);
+        let deviations = (best.log_contrast - point.log_contrast) / sigma;
+        -0.5 * deviations * deviations
+    };
+    DelayCurve {
+        delay_s: points.iter().map(|p| p.later_s).collect(),
+        log_likelihood: points.iter().map(below).collect(),
+    }
 }
 
 /// The point in the middle of a curve beside its best.

@@ -11,15 +11,30 @@ use acerra_imaging::{Complex32, ImagingError, PlaneGrid};
 const COMPARED: usize = 6;
 const FLOOR_DB: f64 = -3.0;
 
-/// Logarithm of the power of an image's strongest echo.
-///
-/// # Errors
-/// An image of another size than its grid.
-pub(super) fn log_power(image: &[Complex32], grid: PlaneGrid) -> Result<f64, ImagingError> {
-    let view = ImageView::new(image, grid)?;
-    let maxima = strongest_maxima(&view, FLOOR_DB, COMPARED);
-    let powers = maxima.iter().map(|place| top_power(image, grid, *place));
-    Ok(powers.fold(f64::MIN_POSITIVE, f64::max).ln())
+/// The strongest echo of an image.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct StrongestEcho {
+    /// Logarithm of its power.
+    pub log_power: f64,
+    /// The pixel next to its top (x, y), m; none in an empty image.
+    pub place_m: Option<[f64; 2]>,
+}
+
+impl StrongestEcho {
+    /// That of an image.
+    ///
+    /// # Errors
+    /// An image of another size than its grid.
+    pub fn of(image: &[Complex32], grid: PlaneGrid) -> Result<Self, ImagingError> {
+        let view = ImageView::new(image, grid)?;
+        let maxima = strongest_maxima(&view, FLOOR_DB, COMPARED);
+        let powers = maxima.iter().map(|p| (top_power(image, grid, *p), *p));
+        let top = powers.max_by(|a, b| a.0.total_cmp(&b.0));
+        Ok(Self {
+            log_power: top.map_or(f64::MIN_POSITIVE, |(power, _)| power).ln(),
+            place_m: top.map(|(_, place_m)| place_m),
+        })
+    }
 }
 
 /// The power of a maximum between its pixels: the top of parabolas through the logarithms of its
@@ -76,7 +91,7 @@ mod tests {
             ([1.0, 1.0], 0.3),
         ] {
             let (image, grid) = image_of(&[place_m, [4.0, 3.0]], width_m);
-            let log = log_power(&image, grid).unwrap();
+            let log = StrongestEcho::of(&image, grid).unwrap().log_power;
             assert!(log.abs() < 0.01, "{log} at {place_m:?}");
         }
     }
@@ -84,6 +99,7 @@ mod tests {
     #[test]
     fn an_empty_image_has_an_echo_of_no_power() {
         let (image, grid) = image_of(&[], 0.04);
-        assert!(log_power(&image, grid).unwrap() < -500.0);
+        let none = StrongestEcho::of(&image, grid).unwrap();
+        assert!(none.log_power < -500.0 && none.place_m.is_none());
     }
 }

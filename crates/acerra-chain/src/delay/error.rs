@@ -38,9 +38,9 @@ pub enum DelayError {
         /// Largest (ns).
         to_ns: f64,
     },
-    /// The image gets sharper up to the end of the delays tried.
+    /// The strongest echo gets stronger up to the end of the delays tried.
     #[error(
-        "[radar] delay_ns = \"auto\": the image is sharpest at {at_ns:.2} ns, the end of the delays \
+        "[radar] delay_ns = \"auto\": the strongest echo is strongest at {at_ns:.2} ns, the end of the delays \
          tried ({from_ns} to {to_ns} ns); state the delay"
     )]
     AtEnd {

@@ -2,12 +2,12 @@
 //!
 //! A wrong delay lengthens every range alike. A point's echoes bend over the aperture as its true
 //! range wants, so that ranges ΔR too long leave a phase of 4πΔR(1 − cos θ)/λ at the angle θ from
-//! closest approach: the image is sharpest at the true delay, if the aperture subtends an angle.
+//! closest approach: its coherent sum is largest at the true delay, if the aperture subtends an angle.
 //! Surface echo and direct coupling say roughly where to look.
 //!
 //! ```text
-//! traces at their places ─► images at every delay ─► log-likelihood of sharpness ─┐
-//! echo that follows the height, 2h/c ─────────────► its delay ────────────────────┼─► DelayFound
+//! traces at their places ─► images at every delay ─► power of the strongest echo ─┐
+//! echo that follows the height, 2h/c ─────────────► its delay ────────────────────┼─► log-likelihood ─► DelayFound
 //! direct coupling, antennas side by side ─────────► its delay ────────────────────┘
 //! ```
 
@@ -18,6 +18,7 @@ mod echo_power;
 mod error;
 mod scan;
 mod search;
+mod sensitivity;
 mod targets;
 mod view;
 

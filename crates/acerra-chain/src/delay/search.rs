@@ -1,14 +1,17 @@
 //! The delay at which the strongest echoes are strongest, weighed with what the echoes themselves say.
 
+use std::f64::consts::TAU;
+
 use acerra_geo::interpolate::path_length_per_trace_m;
 use acerra_imaging::PlaneGrid;
 use acerra_radar::Spectrum;
 
 use super::cues::DelayCue;
 use super::curve::{DelayCurve, decide, max_of, second_best};
-use super::echo_power::log_power;
+use super::echo_power::StrongestEcho;
 use super::error::DelayError;
 use super::scan::DelayScan;
+use super::sensitivity::{Seen, Sensitivity};
 use super::targets::REACH_S;
 use super::view::{View, middle_hz};
 use crate::align::Aligned;
@@ -16,6 +19,7 @@ use crate::choices::{Delay, Gate, ZeroTiming};
 use crate::clean::{CleanOptions, clean};
 use crate::control::Control;
 use crate::ground::Scene;
+use crate::history::Measured;
 use crate::read::RadarContent;
 use crate::warnings::Warnings;
 use crate::window::{Budget, strongest_m};
@@ -65,10 +69,10 @@ const BLOCK_S: f64 = 3e-9;
 /// Contributions of traces to pixels in one image, and its pixels at most and at least.
 const CONTRIBUTIONS: f64 = 1e8;
 const PIXELS: [f64; 2] = [20_000.0, 250_000.0];
-/// Variance of the echoes' phases by errors of positions, antenna and ground: a decibel of the coherent sum, what
-/// positions to a centimetre cost; and how many independent errors an aperture has, as those of positions last for
-/// seconds. Phases that a wrong delay bends by a variance v take v from the logarithm of the sum's power, and
-/// are explained by such errors with a log-likelihood of -v INDEPENDENT / (2 PHASE_VARIANCE).
+/// Variance of the echoes' phases by errors of positions, antenna and ground: a decibel of the coherent sum; and how
+/// many independent errors an aperture has, as those of positions last for seconds. Phases that a wrong delay bends by
+/// a variance v take v from the logarithm of the sum's power, and are explained by such errors with a log-likelihood
+/// of -v INDEPENDENT / (2 PHASE_VARIANCE).
 const PHASE_VARIANCE: f64 = 0.23;
 const INDEPENDENT: f64 = 5.0;
 
@@ -86,16 +90,19 @@ pub fn find_delay(trial: DelayTrial<'_>, control: &Control<'_>) -> Result<DelayF
             to_ns: 1e9 * TRIED_S[1],
         });
     }
-    let curve = trial.weighed(trial.scan(control)?);
+    let tried = trial.scan(control)?;
+    let curve = trial.weighed(&tried);
     let best = decide(&curve)?;
     let second = second_best(&curve, best.index);
     // Single targets tell it more finely, but not by more than what errors of positions allow.
     let fine_s = trial.on_single_targets(best.delay_s, control)?;
     let is_within = |fine_s: &f64| (fine_s - best.delay_s).abs() <= 2.0 * best.sigma_s;
     let delay_s = fine_s.filter(is_within).unwrap_or(best.delay_s);
+    let (at_s, echo) = tried[best.index];
+    let by_positions_s = trial.by_positions_s(at_s, echo)?;
     Ok(DelayFound {
         delay_s,
-        sigma_s: best.sigma_s.hypot(trial.by_heights_s()),
+        sigma_s: best.sigma_s.hypot(by_positions_s),
         second,
         surface: trial.surface,
         coupling: trial.coupling,
@@ -138,20 +145,44 @@ impl DelayTrial<'_> {
         }
     }
 
-    /// Deviation of the delay by heights that are all off by what the positions state (s): seen from above, such an
-    /// error lengthens every range as a delay does.
-    fn by_heights_s(&self) -> f64 {
-        let mut sigma_m: Vec<f64> = self.aligned.sigma_m.iter().map(|s| s[2]).collect();
-        if sigma_m.is_empty() {
-            return 0.0;
-        }
-        let middle = sigma_m.len() / 2;
-        let (_, median_m, _) = sigma_m.select_nth_unstable_by(middle, f64::total_cmp);
-        2.0 * *median_m / self.scene.light_speed_m_s
+    /// How the echo that is strongest at a delay tells it.
+    fn sensitivity(
+        &self,
+        delay_s: f64,
+        place_m: [f64; 3],
+    ) -> Result<Option<Sensitivity>, DelayError> {
+        let spectrum = self.cleaned_at(delay_s, REACH_S)?;
+        let (position_m, speed_m_s) = (&self.aligned.position_m, self.scene.light_speed_m_s);
+        let traces = 0..position_m.len();
+        let Some(measured) = Measured::part(position_m, &spectrum, traces, speed_m_s) else {
+            return Ok(None);
+        };
+        let history = measured.history(place_m);
+        let amplitude: Vec<f64> = history.iter().map(|h| h.norm()).collect();
+        Ok(Sensitivity::of(Seen {
+            time_s: &self.aligned.time_s,
+            position_m,
+            amplitude: &amplitude,
+            place_m,
+            wavenumber_rad_m: wavenumbers_rad_m(&spectrum.frequency_hz, speed_m_s),
+        }))
     }
 
-    /// Log-likelihood of every delay tried by the strongest echo alone, but for a constant.
-    fn scan(&self, control: &Control<'_>) -> Result<DelayCurve, DelayError> {
+    /// Deviation (s) of the delay at which an echo is strongest by the errors that the positions state: those that all
+    /// traces have in common, and those that vary.
+    fn by_positions_s(&self, delay_s: f64, echo: StrongestEcho) -> Result<f64, DelayError> {
+        let stated_m = &self.aligned.sigma_m;
+        let Some([x_m, y_m]) = echo.place_m.filter(|_| !stated_m.is_empty()) else {
+            return Ok(0.0);
+        };
+        let place_m = [x_m, y_m, self.scene.pixels.middle_m()];
+        let sensitivity = self.sensitivity(delay_s, place_m)?;
+        let deviation_m = sensitivity.map_or(0.0, |s| s.deviation_m(stated_m));
+        Ok(2.0 * deviation_m / self.scene.light_speed_m_s)
+    }
+
+    /// The strongest echo at every delay tried (s).
+    fn scan(&self, control: &Control<'_>) -> Result<Vec<(f64, StrongestEcho)>, DelayError> {
         let block_s = match self.clean.gate_ns.about_ns() {
             Some(_) => BLOCK_S,
             None => TRIED_S[1] - TRIED_S[0],
@@ -170,7 +201,7 @@ impl DelayTrial<'_> {
             Ok::<_, DelayError>(maxima_m)
         })?;
         control.start("delay", (blocks * each) as u64);
-        let mut curve = DelayCurve::default();
+        let mut tried: Vec<(f64, StrongestEcho)> = Vec::new();
         for from_s in starts_s {
             let middle_s = from_s + 0.5 * block_s;
             let spectrum = self.cleaned_at(middle_s, 0.5 * block_s)?;
@@ -179,15 +210,12 @@ impl DelayTrial<'_> {
                 control.check()?;
                 let delay_s = from_s + (k as f64 + 0.5) * STEP_S;
                 let image = scan.image(delay_s - middle_s, grid)?;
-                curve.delay_s.push(delay_s);
-                curve
-                    .log_likelihood
-                    .push(INDEPENDENT / (2.0 * PHASE_VARIANCE) * log_power(&image, grid)?);
-                control.at(curve.delay_s.len() as u64);
+                tried.push((delay_s, StrongestEcho::of(&image, grid)?));
+                control.at(tried.len() as u64);
             }
         }
         control.finish();
-        Ok(curve)
+        Ok(tried)
     }
 
     /// The horizontal path that each trace covers, in means of them: on a climb the ground straight below sums up
@@ -222,13 +250,20 @@ impl DelayTrial<'_> {
         Ok(spectrum)
     }
 
-    /// The same with what surface echo and coupling say, 0 at best.
-    fn weighed(&self, mut curve: DelayCurve) -> DelayCurve {
-        for (delay_s, value) in curve.delay_s.iter().zip(&mut curve.log_likelihood) {
-            for cue in [self.surface, self.coupling].into_iter().flatten() {
-                *value += cue.log_likelihood(*delay_s);
-            }
-        }
+    /// What the strongest echo, surface echo and coupling say of every delay tried, 0 at best.
+    fn weighed(&self, tried: &[(f64, StrongestEcho)]) -> DelayCurve {
+        let cues = [self.surface, self.coupling];
+        let log_likelihood = |(delay_s, echo): &(f64, StrongestEcho)| {
+            let by_cues = cues
+                .iter()
+                .flatten()
+                .map(|cue| cue.log_likelihood(*delay_s));
+            INDEPENDENT / (2.0 * PHASE_VARIANCE) * echo.log_power + by_cues.sum::<f64>()
+        };
+        let mut curve = DelayCurve {
+            delay_s: tried.iter().map(|(delay_s, _)| *delay_s).collect(),
+            log_likelihood: tried.iter().map(log_likelihood).collect(),
+        };
         let best = max_of(&curve.log_likelihood);
         curve.log_likelihood.iter_mut().for_each(|v| *v -= best);
         curve
@@ -246,6 +281,14 @@ impl DelayTrial<'_> {
         let found = self.on(&spectrum, grid).sharpest_targets(control)?;
         Ok(found.map(|f| about_s + f.value))
     }
+}
+
+/// Middle and standard deviation of a band's wavenumbers (rad/m).
+fn wavenumbers_rad_m(frequency_hz: &[f64], light_speed_m_s: f64) -> [f64; 2] {
+    let count = frequency_hz.len().max(1) as f64;
+    let mean_hz = frequency_hz.iter().sum::<f64>() / count;
+    let squares: f64 = frequency_hz.iter().map(|f| (f - mean_hz).powi(2)).sum();
+    [mean_hz, (squares / count).sqrt()].map(|hz| TAU * hz / light_speed_m_s)
 }
 
 impl DelayScan<'_> {

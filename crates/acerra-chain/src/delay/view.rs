@@ -2,7 +2,8 @@
 
 use acerra_imaging::PlaneGrid;
 
-use super::curve::WIDEST_S;
+/// Error of the delay that some pixel must show (s).
+const ERROR_S: f64 = 1e-9;
 
 /// An image as its traces see it.
 #[derive(Clone, Copy, Debug)]
@@ -14,12 +15,12 @@ pub(super) struct View<'a> {
 }
 
 impl View<'_> {
-    /// Whether some pixel is seen under angles so different that a delay off by half of
-    /// [`WIDEST_S`] costs it focus: ranges ΔR too long bend its echoes by ΔR(1 − R₀/R₁) from the
+    /// Whether some pixel is seen under angles so different that a delay off by [`ERROR_S`]
+    /// costs it focus: ranges ΔR too long bend its echoes by ΔR(1 − R₀/R₁) from the
     /// nearest range R₀ to the farthest R₁, and λ/8 of that is a quarter of a turn.
     pub fn tells_delay(&self) -> bool {
         let wavelength_m = self.light_speed_m_s / self.middle_hz;
-        let error_m = 0.25 * self.light_speed_m_s * WIDEST_S;
+        let error_m = 0.5 * self.light_speed_m_s * ERROR_S;
         let along = |count: usize| (0..=8).map(move |k| count.saturating_sub(1) * k / 8);
         along(self.grid.ny)
             .flat_map(|iy| along(self.grid.nx).map(move |ix| [ix, iy]))

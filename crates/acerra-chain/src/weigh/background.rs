@@ -7,7 +7,6 @@ use acerra_radar::Spectrum;
 use acerra_radar::clean::{BackgroundGain, spectrum_at};
 use num_complex::Complex64;
 
-use super::history::distance_m;
 use super::median::median;
 use super::strongest::strongest;
 use crate::choices::Background;
@@ -16,6 +15,7 @@ use crate::control::{Cancelled, Control};
 use crate::echoes::quick_look;
 use crate::evidence::{Finding, background_loss, still_echoes};
 use crate::focus::Focused;
+use crate::history::distance_m;
 use crate::prepare::{Prepared, Track};
 use crate::sharpen::{coarse, patches};
 

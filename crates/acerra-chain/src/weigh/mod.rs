@@ -11,7 +11,6 @@ mod antenna;
 mod autofocus;
 mod background;
 mod delay;
-mod history;
 mod image;
 mod inversion;
 mod median;

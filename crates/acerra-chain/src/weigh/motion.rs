@@ -5,13 +5,13 @@ use acerra_geo::interpolate::Interpolator;
 use acerra_geo::lever_arm::{HeadingOptions, apply_lever_arm};
 use acerra_geo::trajectory::Trajectory;
 
-use super::history::Measured;
 use super::strongest::strongest;
 use super::wander::{Preferred, Trial};
 use crate::align::interpolator;
 use crate::control::{Cancelled, Control};
 use crate::evidence::{Finding, PreferredSetting, Setting, preferred_setting};
 use crate::focus::Focused;
+use crate::history::Measured;
 use crate::position::Positions;
 use crate::prepare::{Prepared, Track};
 

@@ -10,7 +10,7 @@ use std::f64::consts::TAU;
 
 use num_complex::Complex64;
 
-use super::history::{Measured, distance_m};
+use crate::history::{Measured, distance_m};
 use crate::offset::lasting_motion_m;
 
 /// Time over which residuals count as correlated (s).

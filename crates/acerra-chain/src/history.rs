@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 
 /// Spectra of a track, and where they were measured.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Measured<'a> {
+pub(crate) struct Measured<'a> {
     /// Place of each trace (m).
     pub position_m: &'a [[f64; 3]],
     /// Evenly spaced frequencies (Hz).
@@ -81,7 +81,7 @@ impl<'a> Measured<'a> {
 }
 
 /// Distance of two places (m).
-pub(super) fn distance_m(a: [f64; 3], b: [f64; 3]) -> f64 {
+pub(crate) fn distance_m(a: [f64; 3], b: [f64; 3]) -> f64 {
     (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt()
 }
 
