@@ -1,10 +1,9 @@
 //! The delay in force beside those at which the image is sharp.
 
-use acerra_imaging::PlaneGrid;
-
 use super::curve::{DelayCurve, MARGIN, best_of};
+use super::echo_power::StrongestEcho;
 use super::error::DelayError;
-use super::scan::{DelayScan, ScanPoint, delayed};
+use super::scan::{DelayScan, ScanPoint, delayed, log_contrast};
 use super::view::{View, middle_hz};
 use crate::control::Control;
 use crate::sharpen::{coarse, patches};
@@ -60,17 +59,19 @@ pub fn check_delay(
     let Some(check) = checked(&likelihood_of(&points)) else {
         return Ok(None);
     };
-    // Contrast also changes as echoes move over the image: single targets must be sharp there, and
-    // sharper than those of the image at the delay in force.
+    // Contrast also changes as echoes move over the image and run into their ghosts: single targets must be sharp
+    // there, and sharper and stronger than those of the image at the delay in force, as their echoes add up there.
     if check.outside_s > STEP_S {
         let spectrum = delayed(scan.spectrum, -check.later_s);
         let there = DelayScan {
             spectrum: &spectrum,
             ..scan
         };
-        if there.sharpest_targets(control)?.is_none()
-            || there.target_contrast()? <= scan.target_contrast()?
-        {
+        if there.sharpest_targets(control)?.is_none() {
+            return Ok(None);
+        }
+        let ([contrast, power], [before, power_before]) = (there.targets()?, scan.targets()?);
+        if contrast <= before || power <= power_before {
             return Ok(None);
         }
     }
@@ -122,17 +123,18 @@ fn checked(curve: &DelayCurve) -> Option<DelayCheck> {
 }
 
 impl<'a> DelayScan<'a> {
-    /// Mean log contrast of the strongest targets, each on a patch of its own.
-    fn target_contrast(&self) -> Result<f64, DelayError> {
+    /// The strongest targets, each on a patch of its own: their mean log contrast, and the logarithm of the power of
+    /// the strongest.
+    fn targets(&self) -> Result<[f64; 2], DelayError> {
         let (position_m, speed_m_s) = (self.position_m, self.light_speed_m_s);
         let patches = patches(position_m, self.spectrum, self.grid, speed_m_s)?;
-        let each = patches.iter().map(|patch| self.at_patch(*patch));
-        let scores = each.collect::<Result<Vec<f64>, DelayError>>()?;
-        Ok(scores.iter().sum::<f64>() / scores.len().max(1) as f64)
-    }
-
-    fn at_patch(&self, grid: PlaneGrid) -> Result<f64, DelayError> {
-        Ok(Self { grid, ..*self }.at(0.0)?.log_contrast)
+        let (mut contrast, mut log_power) = (0.0, f64::NEG_INFINITY);
+        for patch in &patches {
+            let image = self.image(0.0, *patch)?;
+            contrast += log_contrast(&image);
+            log_power = log_power.max(StrongestEcho::of(&image, *patch)?.log_power);
+        }
+        Ok([contrast / patches.len().max(1) as f64, log_power])
     }
 
     fn view(&self) -> View<'a> {

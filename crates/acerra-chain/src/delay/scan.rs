@@ -76,7 +76,7 @@ pub fn delayed(spectrum: &Spectrum, later_s: f64) -> Spectrum {
 
 /// Contrast of an image: unlike the fourth moment alone it does not grow with the energy, which
 /// changes where targets run into their own ghosts.
-fn log_contrast(image: &[Complex32]) -> f64 {
+pub(super) fn log_contrast(image: &[Complex32]) -> f64 {
     let energy: f64 = image.iter().map(|v| f64::from(v.norm_sqr())).sum();
     if energy <= 0.0 {
         return 0.0;

@@ -39,6 +39,8 @@ pub(super) struct Ridge {
     pub time_s: Vec<f64>,
     /// Fast time of each pick, s.
     pub fast_time_s: Vec<f64>,
+    /// Envelope of the echo at each pick, in units of the samples.
+    pub envelope: Vec<f64>,
 }
 
 /// Where echoes are looked for.
@@ -165,6 +167,7 @@ impl Envelope {
         let mut ridge = Ridge {
             time_s: Vec::new(),
             fast_time_s: Vec::new(),
+            envelope: Vec::new(),
         };
         for (m, &at) in path.iter().enumerate() {
             let row = &self.rows[m];
@@ -184,6 +187,7 @@ impl Envelope {
             let (fraction, _) = crest(row, top);
             let sample = (self.first_sample + top) as f64 + fraction;
             ridge.time_s.push(radargram.time_s[m]);
+            ridge.envelope.push(row[top]);
             ridge
                 .fast_time_s
                 .push(radargram.fast_time_start_s + sample * radargram.fast_time_step_s);
@@ -200,6 +204,7 @@ impl Ridge {
         let mut kept = Self {
             time_s: Vec::new(),
             fast_time_s: Vec::new(),
+            envelope: Vec::new(),
         };
         for i in 0..n {
             let t = self.time_s[i];
@@ -215,6 +220,7 @@ impl Ridge {
             if power.sqrt() > STILL_S {
                 kept.time_s.push(t);
                 kept.fast_time_s.push(self.fast_time_s[i]);
+                kept.envelope.push(self.envelope[i]);
             }
         }
         kept

@@ -6,6 +6,7 @@ use super::height::{Grid, HeightCue, any_of, height_cues};
 use super::motion::{MotionCue, motion_cue};
 use super::profile::STEP_S;
 use super::sharpness::{Scored, SharpnessCue, offsets_about};
+use super::surface::surface_at;
 use super::{AlignError, FlightProfile, activity};
 use crate::control::Control;
 use crate::radargram::Radargram;
@@ -258,12 +259,7 @@ fn combined(
         }
     }
     let (offset_s, best) = total.best();
-    // The echo that is the surface, by all cues together.
-    let worth = |cue: &HeightCue| cue.evidence - cue.curve.best().1 + cue.curve.at(offset_s);
-    let height = heights
-        .into_iter()
-        .max_by(|a, b| worth(a).total_cmp(&worth(b)))
-        .filter(|cue| worth(cue) > 0.0);
+    let height = surface_at(heights, offset_s);
     let candidate = |mode: &Mode| Candidate {
         offset_s: total.vertex_s(mode.peak),
         sigma_s: total.sigma_s(*mode),

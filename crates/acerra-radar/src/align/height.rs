@@ -67,7 +67,9 @@ pub struct HeightCue {
     /// logarithm of the number of independent offsets that were tried and a general doubt of 4.
     pub evidence: f64,
     /// The same without regard to errors that last: for choosing among echoes.
-    preference: f64,
+    pub(super) preference: f64,
+    /// Median envelope of the picks that are the surface, in units of the samples.
+    pub(super) envelope: f64,
 }
 
 /// Offsets tried and delays allowed.
@@ -297,11 +299,12 @@ impl Fit<'_> {
         let (offset_s, _) = curve.best();
         let residuals = self.residuals_s(offset_s);
         let (top, delay_s) = self.log_likelihood(&residuals, self.grid.delay_s, mixture);
-        let mut surface = Vec::new();
-        let mut rate = Vec::new();
-        for (t, r) in self.ridge.time_s.iter().zip(&residuals) {
+        let (mut surface, mut envelope, mut rate) = (Vec::new(), Vec::new(), Vec::new());
+        let picks = self.ridge.time_s.iter().zip(&self.ridge.envelope);
+        for ((t, level), r) in picks.zip(&residuals) {
             if r.is_finite() && self.surface_weight(r - delay_s, mixture) > 0.5 {
                 surface.push(*r);
+                envelope.push(*level);
                 let [before, after] = [-0.5, 0.5]
                     .map(|k| k * RATE_STEP_S)
                     .map(|dt| self.profile.echo_delay_s(t + offset_s + dt));
@@ -339,6 +342,7 @@ impl Fit<'_> {
             stated_sigma_s: self.profile.stated_error_s() * per_error(&rate, few),
             evidence: (top - ignorant) / own,
             preference: (top - ignorant) / lasting,
+            envelope: median(&mut envelope),
             curve,
         }
     }
@@ -360,6 +364,13 @@ impl Fit<'_> {
         }
         top
     }
+}
+
+/// Middle value; 0 of none.
+fn median(values: &mut [f64]) -> f64 {
+    let middle = values.len() / 2;
+    values.sort_by(f64::total_cmp);
+    values.get(middle).copied().unwrap_or(0.0)
 }
 
 /// exp(−x²/2), and zero beyond ten standard deviations, where it is 2·10⁻²² of its maximum and the

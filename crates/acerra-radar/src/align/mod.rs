@@ -56,6 +56,7 @@ mod noise;
 mod offset;
 mod profile;
 mod sharpness;
+mod surface;
 
 pub use activity::activity;
 pub use curve::LikelihoodCurve;

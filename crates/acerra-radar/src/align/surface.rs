@@ -1,0 +1,76 @@
+//! Which of the echoes that follow the height is the surface.
+
+use super::height::HeightCue;
+
+/// An echo this close to a stronger one that moves with it is its side lobe, s: a band of 1.7 GHz has five lobes of
+/// 0.6 ns there.
+const LOBES_S: f64 = 3e-9;
+/// Offsets of echoes that move together, s.
+const SAME_OFFSET_S: f64 = 0.1;
+
+/// The echo that is the surface at an offset, by all cues together: the one that fits best, or a stronger one within
+/// [`LOBES_S`] of it, as side lobes follow the height as well as the echo itself.
+pub(super) fn surface_at(cues: Vec<HeightCue>, offset_s: f64) -> Option<HeightCue> {
+    let worth = |cue: &HeightCue| cue.evidence - cue.curve.best().1 + cue.curve.at(offset_s);
+    let speaking = || cues.iter().filter(|cue| worth(cue) > 0.0);
+    let best = speaking().max_by(|a, b| worth(a).total_cmp(&worth(b)))?;
+    let moves_along = |cue: &&HeightCue| {
+        (cue.delay_s - best.delay_s).abs() < LOBES_S
+            && (cue.offset_s - best.offset_s).abs() <= SAME_OFFSET_S
+    };
+    speaking()
+        .filter(moves_along)
+        .max_by(|a, b| a.envelope.total_cmp(&b.envelope))
+        .cloned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::curve::LikelihoodCurve;
+    use super::*;
+
+    /// An echo that follows the height at offset 0: delay (ns), evidence, envelope.
+    fn cue(delay_ns: f64, evidence: f64, envelope: f64) -> HeightCue {
+        let log_likelihood = (-50..=50).map(|k| -0.1 * f64::from(k * k)).collect();
+        HeightCue {
+            curve: LikelihoodCurve {
+                start_s: -0.5,
+                step_s: 0.01,
+                log_likelihood,
+            },
+            offset_s: 0.0,
+            delay_s: 1e-9 * delay_ns,
+            delay_sigma_s: 1e-11,
+            residual_s: 5e-11,
+            stray_share: 0.1,
+            picks: 400,
+            correlation_length: 10.0,
+            stated_sigma_s: 0.0,
+            evidence,
+            preference: evidence,
+            envelope,
+        }
+    }
+
+    #[test]
+    fn the_main_lobe_is_the_surface_where_a_side_lobe_is_followed_longer() {
+        let lobes = vec![cue(5.3, 129.0, 188.0), cue(6.8, 54.0, 1390.0)];
+        let surface = surface_at(lobes, 0.0).unwrap();
+        assert!((surface.delay_s - 6.8e-9).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_stronger_echo_elsewhere_does_not_replace_the_surface() {
+        let far = vec![cue(5.3, 129.0, 188.0), cue(12.0, 54.0, 1390.0)];
+        assert!((surface_at(far, 0.0).unwrap().delay_s - 5.3e-9).abs() < 1e-15);
+        // It follows the height at another time.
+        let mut other = cue(6.8, 54.0, 1390.0);
+        other.offset_s = 3.0;
+        let surface = surface_at(vec![cue(5.3, 129.0, 188.0), other], 0.0).unwrap();
+        assert!((surface.delay_s - 5.3e-9).abs() < 1e-15);
+        // It does not follow the height at all.
+        let silent = vec![cue(5.3, 129.0, 188.0), cue(6.8, -1.0, 1390.0)];
+        assert!((surface_at(silent, 0.0).unwrap().delay_s - 5.3e-9).abs() < 1e-15);
+        assert!(surface_at(vec![cue(6.8, -1.0, 1390.0)], 0.0).is_none());
+    }
+}
