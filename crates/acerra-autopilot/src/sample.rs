@@ -5,6 +5,7 @@ use acerra_geo::time::GpsTime;
 use acerra_geo::trajectory::{Attitude, SolutionStatus};
 
 use crate::format::LogFormat;
+use crate::gimbal::GimbalSource;
 
 /// When a sample was taken.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -178,6 +179,8 @@ pub struct Recording {
     pub positions: Vec<PositionSource>,
     /// Attitudes by source, in the order of their first sample.
     pub attitudes: Vec<AttitudeSource>,
+    /// Attitudes of gimbals by source, in the order of their first record.
+    pub gimbals: Vec<GimbalSource>,
     /// Readings of the autopilot's clock beside GPS time.
     pub pairs: Vec<ClockPair>,
     /// How they came about.

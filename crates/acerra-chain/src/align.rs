@@ -439,6 +439,7 @@ fn per_trace(
         velocity_m_s: [0.0; 3],
         covariance_m2: None,
         attitude: None,
+        gimbal: None,
         status: SolutionStatus::External,
         flag: Flag::Ok,
     };

@@ -1,5 +1,5 @@
-//! What the records `GPS`, `GPA`, `POS` and `ATT` say (ArduPilot, `AP_GPS/LogStructure.h` and
-//! `AP_AHRS/LogStructure.h`).
+//! What the records `GPS`, `GPA`, `POS`, `ATT` and `MNT` say (ArduPilot, `AP_GPS/LogStructure.h`,
+//! `AP_AHRS/LogStructure.h` and `AP_Mount/LogStructure.h`).
 
 use acerra_geo::geodesy::Geodetic;
 use acerra_geo::time::GpsTime;
@@ -7,6 +7,7 @@ use acerra_geo::trajectory::SolutionStatus;
 
 use super::layout::Layout;
 use crate::body::attitude_from_euler;
+use crate::gimbal::{GimbalSample, YawFrom};
 use crate::sample::{AttitudeSample, ClockPair, HeightDatum, Place, PositionSample, Stamp};
 
 /// A record with the layout of its type.
@@ -143,5 +144,26 @@ impl Record<'_> {
             stamp: Stamp::Boot(self.boot_s()?),
             attitude: attitude_from_euler(angles)?,
         })
+    }
+
+    /// Name of the gimbal of a record `MNT`.
+    pub fn gimbal(&self) -> String {
+        format!("MNT[{}]", self.integer("I").unwrap_or(0))
+    }
+
+    /// The attitude of a record `MNT`, degrees: roll and pitch from the horizon, yaw from north, or where only
+    /// that is known from the nose. None of a gimbal that does not tell its angles.
+    pub fn gimbal_attitude(&self) -> Option<GimbalSample> {
+        let angle = |name| self.number(&[name]).map(f64::to_radians);
+        let (yaw_rad, yaw) = match angle("YawE") {
+            Some(yaw_rad) => (yaw_rad, YawFrom::North),
+            None => (angle("YawB")?, YawFrom::Nose),
+        };
+        let attitude = attitude_from_euler([angle("Roll")?, angle("Pitch")?, yaw_rad])?;
+        Some(GimbalSample::new(
+            Stamp::Boot(self.boot_s()?),
+            attitude,
+            yaw,
+        ))
     }
 }

@@ -146,6 +146,10 @@ impl Reader {
                 Some(attitude) => self.found.attitude("ATT", attitude, offset),
                 None => Ok(()),
             },
+            "MNT" => {
+                let sample = record.gimbal_attitude();
+                self.found.gimbal(&record.gimbal(), 0, sample, offset)
+            }
             _ => Ok(()),
         }
     }
