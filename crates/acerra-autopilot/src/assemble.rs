@@ -8,7 +8,7 @@ use acerra_geo::trajectory::{Attitude, Fix, Frame, TimeOrigin, Trajectory};
 use crate::choose;
 use crate::clock::{self, ClockFit};
 use crate::error::LogError;
-use crate::gimbal::{GimbalSource, GimbalTrack};
+use crate::gimbal::{GimbalSample, GimbalSource, GimbalTrack, Teller};
 use crate::height::{Heights, of_one_datum};
 use crate::options::LogOptions;
 use crate::remarks::{clock_remarks, gimbal_remarks, remarks};
@@ -209,14 +209,20 @@ struct Turns {
     gimbal: Option<Attitude>,
 }
 
-/// Refuses a gimbal whose attitude no position has: a pattern would follow nothing.
+/// Refuses a gimbal whose angles count from nobody knows what, or whose attitude no position has: a pattern would
+/// follow nothing.
 fn refuse_useless(
     source: &GimbalSource,
     track: &GimbalTrack,
     attitudes: usize,
 ) -> Result<(), LogError> {
     let samples = source.samples.len();
+    let of_servos = |s: &GimbalSample| s.teller == Teller::ServosOfUnknownFrame;
     let why = match attitudes {
+        _ if source.samples.iter().any(of_servos) => {
+            "servos that measure nothing move it (parameter MNT1_TYPE = 1), and by its version ArduPilot logs \
+             their angles from the horizon or from the vehicle; antenna_axis = \"vertical\" where it keeps level"
+        }
         0 if track.without_heading == samples => {
             "they count from the vehicle's nose, and no attitude of the vehicle tells where it pointed"
         }

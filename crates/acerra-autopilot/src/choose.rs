@@ -154,7 +154,7 @@ pub fn gimbal<'a>(
         }),
         [one] => Ok(Some(Cow::Borrowed(*one))),
         [first, ..] => {
-            let names = gimbals.iter().map(|s| s.name.clone()).collect();
+            let names = gimbal_names(recording);
             several("gimbals", "gimbal_source", names, options.takes_first).map(|warning| {
                 warnings.push(warning);
                 Some(Cow::Borrowed(*first))

@@ -33,6 +33,19 @@ pub enum YawFrom {
     Nose,
 }
 
+/// Who tells a gimbal's attitude.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Teller {
+    /// The gimbal, which measures it.
+    Gimbal,
+    /// The autopilot: what the gimbal measures, or what it asks of servos.
+    Autopilot,
+    /// The autopilot, of servos that measure nothing: what it asks of them.
+    Servos,
+    /// The same, by its version from the horizon or from the vehicle's own axes.
+    ServosOfUnknownFrame,
+}
+
 /// One attitude of a gimbal.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GimbalSample {
@@ -45,19 +58,19 @@ pub struct GimbalSample {
     pub yaw: YawFrom,
     /// The gimbal reports a failure that puts its attitude in doubt.
     pub is_doubted: bool,
-    /// The angles are those that the autopilot asked of servos, which measure nothing.
-    pub is_commanded: bool,
+    /// Who tells it.
+    pub teller: Teller,
 }
 
 impl GimbalSample {
-    /// An attitude that nothing puts in doubt.
+    /// An attitude that the gimbal measured and nothing puts in doubt.
     pub const fn new(stamp: Stamp, attitude: Attitude, yaw: YawFrom) -> Self {
         Self {
             stamp,
             attitude,
             yaw,
             is_doubted: false,
-            is_commanded: false,
+            teller: Teller::Gimbal,
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use acerra_geo::trajectory::Trajectory;
 
-use crate::gimbal::{GimbalSample, GimbalSource, GimbalTrack};
+use crate::gimbal::{GimbalSample, GimbalSource, GimbalTrack, Teller};
 use crate::report::{ClockSummary, LogWarning};
 use crate::sample::{PairKind, PositionSource, Recording, SourceKind, Stamp};
 
@@ -60,8 +60,11 @@ pub fn gimbal_remarks(
             total,
         });
     }
-    if count_of(|sample| sample.is_commanded) > 0 {
+    if count_of(|sample| sample.teller == Teller::Servos) > 0 {
         remarks.push(LogWarning::GimbalCommanded { source: source() });
+    }
+    if count_of(|sample| sample.teller == Teller::Autopilot) > 0 {
+        remarks.push(LogWarning::GimbalByAutopilot { source: source() });
     }
     let fixes = trajectory.fixes();
     let without = fixes.iter().filter(|fix| fix.gimbal.is_none()).count();

@@ -205,6 +205,11 @@ pub enum LogWarning {
         /// Of how many.
         total: usize,
     },
+    /// Attitudes of a gimbal that the autopilot tells, measured or not.
+    GimbalByAutopilot {
+        /// The source.
+        source: String,
+    },
     /// Attitudes of a gimbal that are what the autopilot asked for, not what was measured.
     GimbalCommanded {
         /// The source.
@@ -311,6 +316,12 @@ impl std::fmt::Display for LogWarning {
                 f,
                 "at {count} of {total} attitudes {source} reports a failure of its encoders, software or \
                  communication, or that it calibrates: they were taken all the same"
+            ),
+            Self::GimbalByAutopilot { source } => write!(
+                f,
+                "attitudes of {source} are what the autopilot tells of the gimbal: where mere servos move it nothing \
+                 is measured, and ArduPilot may count the angles from the vehicle instead of the horizon (parameter \
+                 MNT1_TYPE = 1; antenna_axis = \"vertical\" where it keeps level)"
             ),
             Self::GimbalCommanded { source } => write!(
                 f,

@@ -167,6 +167,47 @@ fn a_gimbal_that_says_nothing_or_is_not_there_is_refused() {
     assert!(track.fixes()[10].gimbal.is_none() && track.fixes()[90].gimbal.is_some());
 }
 
+#[test]
+fn servos_without_feedback_are_told_from_gimbals_by_the_parameters() {
+    let with_kind = |name, kind| {
+        let mut bytes = bin(mount_rad, 1);
+        bytes.extend(ardupilot::parm(boot_s(FLIGHT_S), "ATC_RAT_RLL_P", 0.135));
+        bytes.extend(ardupilot::parm(boot_s(FLIGHT_S), name, kind));
+        bytes
+    };
+    let only = wanting(GimbalChoice::Only);
+    // A gimbal on a serial line, one behind servo signals that stabilises itself, and nobody knows.
+    for (name, kind, asked, unknown) in [
+        ("MNT1_TYPE", 8.0, false, false),
+        ("MNT1_TYPE", 7.0, true, false),
+        ("MNT2_TYPE", 1.0, false, true),
+        ("MNT1_TYPE", 0.0, false, true),
+    ] {
+        let (track, report) = read(&with_kind(name, kind), &only);
+        check(&track, 0.06);
+        assert_eq!(
+            warned(&report, "servos: nothing measured"),
+            asked,
+            "{name} {kind}"
+        );
+        assert_eq!(
+            warned(&report, "what the autopilot tells"),
+            unknown,
+            "{name} {kind}"
+        );
+    }
+    let servos = with_kind("MNT1_TYPE", 1.0);
+    let error = refused(&servos, &only).to_string();
+    assert!(
+        error.contains("MNT1_TYPE = 1") && error.contains("\"vertical\""),
+        "{error}"
+    );
+    assert_eq!(
+        read(&servos, &wanting(GimbalChoice::None)).1.gimbal_source,
+        None
+    );
+}
+
 /// UTC (µs since 1970): 18 s behind GPS time.
 fn utc_us(time_s: f64) -> u64 {
     let start_s: i64 = 2390 * 604_800 + 302_400 + 315_964_800 - 18;
@@ -276,6 +317,7 @@ fn the_flags_of_mavlink_say_what_the_yaw_counts_from() {
         let (track, report) = read(&tlog_of(way), &wanting(GimbalChoice::Only));
         let source = report.gimbal_source.as_deref();
         assert_eq!(source, Some("GIMBAL_DEVICE_ATTITUDE_STATUS[1]"), "{k}");
+        assert!(warned(&report, "what the autopilot tells"));
         check(&track, 0.06);
     }
     let contradicting = |t| GimbalStatus {
@@ -349,6 +391,7 @@ fn the_own_clock_of_a_gimbal_is_put_on_that_of_the_autopilot() {
     assert!(!warned(&report, "at their arrival"));
     // It turns by 4.5° a second at most: 20 ms are 0.09°.
     check(&track, 0.09);
+    assert!(!warned(&report, "what the autopilot tells"));
 
     // Without a clock its messages are taken as they arrive, 20 ms early or late of the mean delay.
     let none = |t| GimbalStatus {

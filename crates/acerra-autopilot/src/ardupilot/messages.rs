@@ -1,4 +1,4 @@
-//! What the records `GPS`, `GPA`, `POS`, `ATT` and `MNT` say (ArduPilot, `AP_GPS/LogStructure.h`,
+//! What the records `GPS`, `GPA`, `POS`, `ATT`, `MNT` and `PARM` say (ArduPilot, `AP_GPS/LogStructure.h`,
 //! `AP_AHRS/LogStructure.h` and `AP_Mount/LogStructure.h`).
 
 use acerra_geo::geodesy::Geodetic;
@@ -7,7 +7,7 @@ use acerra_geo::trajectory::SolutionStatus;
 
 use super::layout::Layout;
 use crate::body::attitude_from_euler;
-use crate::gimbal::{GimbalSample, YawFrom};
+use crate::gimbal::{GimbalSample, Teller, YawFrom};
 use crate::sample::{AttitudeSample, ClockPair, HeightDatum, Place, PositionSample, Stamp};
 
 /// A record with the layout of its type.
@@ -146,6 +146,25 @@ impl Record<'_> {
         })
     }
 
+    /// The gimbal that a record `PARM` tells the kind of, and what that says of its angles: `MNT1_TYPE` of the first.
+    ///
+    /// Servos (1) have no feedback: versions of ArduPilot log the angles from the horizon that are wanted or, later,
+    /// those in the vehicle's axes that are asked of them (`AP_Mount_Servo::get_attitude_quaternion`). A gimbal that
+    /// stabilises itself behind servo signals (7) is asked for angles from the horizon. None for no gimbal (0).
+    pub fn gimbal_kind(&self) -> Option<(String, Teller)> {
+        let name = self.layout.text(self.bytes, "Name")?;
+        let number = name.strip_prefix("MNT")?.strip_suffix("_TYPE")?;
+        let instance = number.parse::<u8>().ok()?.checked_sub(1)?;
+        let kind = self.number(&["Value"])?.round();
+        let teller = match kind as i64 {
+            ..=0 => return None,
+            1 => Teller::ServosOfUnknownFrame,
+            7 => Teller::Servos,
+            _ => Teller::Gimbal,
+        };
+        Some((format!("MNT[{instance}]"), teller))
+    }
+
     /// Name of the gimbal of a record `MNT`.
     pub fn gimbal(&self) -> String {
         format!("MNT[{}]", self.integer("I").unwrap_or(0))
@@ -160,10 +179,9 @@ impl Record<'_> {
             None => (angle("YawB")?, YawFrom::Nose),
         };
         let attitude = attitude_from_euler([angle("Roll")?, angle("Pitch")?, yaw_rad])?;
-        Some(GimbalSample::new(
-            Stamp::Boot(self.boot_s()?),
-            attitude,
-            yaw,
-        ))
+        Some(GimbalSample {
+            teller: Teller::Autopilot,
+            ..GimbalSample::new(Stamp::Boot(self.boot_s()?), attitude, yaw)
+        })
     }
 }

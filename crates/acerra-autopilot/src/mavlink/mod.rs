@@ -11,6 +11,7 @@ use crate::bytes::LogBytes;
 use crate::collect::{ClockSource, Collector, Origin};
 use crate::error::LogError;
 use crate::format::LogFormat;
+use crate::gimbal::{GimbalSample, Teller};
 use crate::sample::{PairKind, Recording, SourceKind, Stamp};
 
 use component::ComponentClocks;
@@ -178,9 +179,17 @@ impl Reader {
             device => device,
         };
         let name = format!("{}[{number}]", kind.name());
-        if let Some(sample) = sample.filter(|_| packet.component != AUTOPILOT) {
-            self.clocks.gimbal(&name, sample.stamp, packet.arrival);
-        }
+        let sample = if packet.component == AUTOPILOT {
+            sample.map(|sample| GimbalSample {
+                teller: Teller::Autopilot,
+                ..sample
+            })
+        } else {
+            if let Some(sample) = sample {
+                self.clocks.gimbal(&name, sample.stamp, packet.arrival);
+            }
+            sample
+        };
         self.found.gimbal(&name, rank, sample, offset)
     }
 }

@@ -6,7 +6,7 @@ use acerra_geo::trajectory::SolutionStatus;
 
 use super::definitions::Fields;
 use crate::body::attitude_from_frd_to_ned;
-use crate::gimbal::{DeviceStatus, GimbalSample};
+use crate::gimbal::{DeviceStatus, GimbalSample, Teller};
 use crate::sample::{
     AttitudeSample, ClockPair, HeightDatum, Place, PositionSample, Stamp, gps_time_of_unix_us,
 };
@@ -155,10 +155,11 @@ impl Message<'_> {
             delta_yaw_rad: self.number("delta_yaw").unwrap_or(f64::NAN),
         };
         let sample = status.sample(Stamp::Boot(self.boot_s()?))?;
-        Some(GimbalSample {
-            is_commanded: self.integer("received_from_mavlink") == Some(0),
-            ..sample
-        })
+        let teller = match self.integer("received_from_mavlink") {
+            Some(0) => Teller::Servos,
+            _ => Teller::Gimbal,
+        };
+        Some(GimbalSample { teller, ..sample })
     }
 }
 
