@@ -8,12 +8,15 @@ use acerra_geo::trajectory::{Attitude, Fix, Frame, TimeOrigin, Trajectory};
 use crate::choose;
 use crate::clock::{self, ClockFit};
 use crate::error::LogError;
-use crate::gimbal::{GimbalSample, GimbalSource, GimbalTrack, Teller};
+use crate::gimbal::GimbalTrack;
 use crate::height::{Heights, of_one_datum};
 use crate::options::LogOptions;
 use crate::remarks::{clock_remarks, gimbal_remarks, remarks};
 use crate::report::{AttitudeSummary, ClockSummary, LogReport, LogWarning, SourceSummary};
-use crate::sample::{AttitudeSource, Place, PositionSample, PositionSource, Recording, Stamp};
+use crate::sample::{
+    AttitudeSource, GimbalSample, GimbalSource, Place, PositionSample, PositionSource, Recording,
+    Stamp, Teller,
+};
 use crate::timeline::{AttitudeTrack, StatusTrack, gps_time, longest_rising};
 
 /// A position with its instant.

@@ -4,10 +4,9 @@ use std::borrow::Cow;
 
 use crate::error::LogError;
 use crate::format::LogFormat;
-use crate::gimbal::GimbalSource;
 use crate::options::{GimbalChoice, LogOptions};
 use crate::report::LogWarning;
-use crate::sample::{AttitudeSource, PositionSource, Recording, SourceKind};
+use crate::sample::{AttitudeSource, GimbalSource, PositionSource, Recording, SourceKind};
 
 /// What the positions come from: the source named, else the only receiver, else the only filter.
 ///

@@ -4,10 +4,9 @@ use std::collections::HashMap;
 
 use crate::error::LogError;
 use crate::format::LogFormat;
-use crate::gimbal::{GimbalSample, GimbalSource};
 use crate::sample::{
-    AttitudeSample, AttitudeSource, ClockPair, Damage, PairKind, PositionSample, PositionSource,
-    Recording, SourceKind,
+    AttitudeSample, AttitudeSource, ClockPair, Damage, GimbalSample, GimbalSource, PairKind,
+    PositionSample, PositionSource, Recording, SourceKind,
 };
 
 /// Collects what a reader finds.

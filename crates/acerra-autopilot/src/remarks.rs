@@ -2,9 +2,11 @@
 
 use acerra_geo::trajectory::Trajectory;
 
-use crate::gimbal::{GimbalSample, GimbalSource, GimbalTrack, Teller};
+use crate::gimbal::GimbalTrack;
 use crate::report::{ClockSummary, LogWarning};
-use crate::sample::{PairKind, PositionSource, Recording, SourceKind, Stamp};
+use crate::sample::{
+    GimbalSample, GimbalSource, PairKind, PositionSource, Recording, SourceKind, Stamp, Teller,
+};
 
 /// Remarks on times by the autopilot's clock: those of the positions, or of the attitudes alone.
 pub fn clock_remarks(clock: &ClockSummary, positions_need: bool) -> Vec<LogWarning> {

@@ -7,8 +7,10 @@ use acerra_geo::trajectory::SolutionStatus;
 
 use super::layout::Layout;
 use crate::body::attitude_from_euler;
-use crate::gimbal::{GimbalSample, Teller, YawFrom};
-use crate::sample::{AttitudeSample, ClockPair, HeightDatum, Place, PositionSample, Stamp};
+use crate::sample::{
+    AttitudeSample, ClockPair, GimbalSample, HeightDatum, Place, PositionSample, Stamp, Teller,
+    YawFrom,
+};
 
 /// A record with the layout of its type.
 #[derive(Debug, Clone, Copy)]

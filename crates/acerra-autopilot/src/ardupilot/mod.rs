@@ -13,8 +13,7 @@ use crate::bytes::LogBytes;
 use crate::collect::{ClockSource, Collector, Origin};
 use crate::error::LogError;
 use crate::format::LogFormat;
-use crate::gimbal::Teller;
-use crate::sample::{PairKind, Recording, SourceKind};
+use crate::sample::{PairKind, Recording, SourceKind, Teller};
 
 use layout::{FMT_LENGTH, FMT_TYPE, HEADER, Layout, MARK};
 use messages::Record;

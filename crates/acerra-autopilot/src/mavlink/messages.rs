@@ -5,9 +5,10 @@ use acerra_geo::trajectory::SolutionStatus;
 
 use crate::body::attitude_from_euler;
 use crate::bytes::array;
-use crate::gimbal::{DeviceStatus, GimbalSample, YawFrom};
+use crate::gimbal::DeviceStatus;
 use crate::sample::{
-    AttitudeSample, ClockPair, HeightDatum, Place, PositionSample, Stamp, gps_time_of_unix_us,
+    AttitudeSample, ClockPair, GimbalSample, HeightDatum, Place, PositionSample, Stamp, YawFrom,
+    gps_time_of_unix_us,
 };
 
 /// A message that matters here.

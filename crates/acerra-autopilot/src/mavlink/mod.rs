@@ -11,8 +11,7 @@ use crate::bytes::LogBytes;
 use crate::collect::{ClockSource, Collector, Origin};
 use crate::error::LogError;
 use crate::format::LogFormat;
-use crate::gimbal::{GimbalSample, Teller};
-use crate::sample::{PairKind, Recording, SourceKind, Stamp};
+use crate::sample::{GimbalSample, PairKind, Recording, SourceKind, Stamp, Teller};
 
 use component::ComponentClocks;
 use frame::{HEADER, LONGEST, Packet, length};

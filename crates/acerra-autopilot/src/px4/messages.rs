@@ -6,9 +6,10 @@ use acerra_geo::trajectory::SolutionStatus;
 
 use super::definitions::Fields;
 use crate::body::attitude_from_frd_to_ned;
-use crate::gimbal::{DeviceStatus, GimbalSample, Teller};
+use crate::gimbal::DeviceStatus;
 use crate::sample::{
-    AttitudeSample, ClockPair, HeightDatum, Place, PositionSample, Stamp, gps_time_of_unix_us,
+    AttitudeSample, ClockPair, GimbalSample, HeightDatum, Place, PositionSample, Stamp, Teller,
+    gps_time_of_unix_us,
 };
 
 /// A message with the places of its fields.

@@ -11,8 +11,7 @@ use crate::bytes::LogBytes;
 use crate::collect::{ClockSource, Collector, Origin};
 use crate::error::LogError;
 use crate::format::LogFormat;
-use crate::gimbal::{GimbalSample, YawFrom};
-use crate::sample::{PairKind, Recording, SourceKind};
+use crate::sample::{GimbalSample, PairKind, Recording, SourceKind, YawFrom};
 
 use mcap::{Fields, LARGEST_CHUNK, MAGIC, RECORD_HEADER, kind, unpacked};
 use messages::{Kind, fix, imu, odometry, quaternion};
