@@ -8,11 +8,15 @@ use acerra_geo::trajectory::{Attitude, Fix, Frame, TimeOrigin, Trajectory};
 use crate::choose;
 use crate::clock::{self, ClockFit};
 use crate::error::LogError;
+use crate::gimbal::GimbalTrack;
 use crate::height::{Heights, of_one_datum};
 use crate::options::LogOptions;
-use crate::remarks::{clock_remarks, remarks};
+use crate::remarks::{clock_remarks, gimbal_remarks, remarks};
 use crate::report::{AttitudeSummary, ClockSummary, LogReport, LogWarning, SourceSummary};
-use crate::sample::{AttitudeSource, Place, PositionSample, PositionSource, Recording, Stamp};
+use crate::sample::{
+    AttitudeSource, GimbalSample, GimbalSource, Place, PositionSample, PositionSource, Recording,
+    Stamp, Teller,
+};
 use crate::timeline::{AttitudeTrack, StatusTrack, gps_time, longest_rising};
 
 /// A position with its instant.
@@ -30,6 +34,7 @@ pub fn assemble(
     let mut warnings: Vec<LogWarning> = Vec::new();
     let source = choose::positions(recording, options, &mut warnings)?;
     let attitude_source = choose::attitudes(recording, options, &source.name, &mut warnings)?;
+    let gimbal_source = choose::gimbal(recording, options, &mut warnings)?;
     let clock = clock_of(recording, source)?;
 
     let (samples, left_out) = of_one_datum(&source.samples);
@@ -46,6 +51,9 @@ pub fn assemble(
 
     let statuses = StatusTrack::of(recording, source, clock.as_ref());
     let attitudes = attitude_source.map(|a| AttitudeTrack::new(&a.samples, clock.as_ref()));
+    let gimbal = gimbal_source
+        .as_ref()
+        .map(|g| GimbalTrack::new(&g.samples, clock.as_ref(), attitudes.as_ref()));
     let frame = frame_of(places.first(), options.origin);
     let is_own_clock = clock.is_some_and(|clock| clock.is_own);
     let (time_origin, start) = time_origin(&timed, is_own_clock);
@@ -53,12 +61,11 @@ pub fn assemble(
         .iter()
         .zip(&places)
         .map(|((time, sample), place)| {
-            let mut fix = fix_at(
-                *place,
-                sample,
-                attitudes.as_ref().and_then(|a| a.at(*time)),
-                &frame,
-            );
+            let turns = Turns {
+                vehicle: attitudes.as_ref().and_then(|a| a.at(*time)),
+                gimbal: gimbal.as_ref().and_then(|g| g.track.at(*time)),
+            };
+            let mut fix = fix_at(*place, sample, turns, &frame);
             fix.time_s = *time - start;
             fix.status = statuses.at(*time, sample);
             fix
@@ -71,8 +78,18 @@ pub fn assemble(
         .iter()
         .filter(|fix| fix.attitude.is_some());
     let with_attitude = with_attitude.count();
+    let gimbal_attitudes = trajectory.fixes().iter().filter(|f| f.gimbal.is_some());
+    let gimbal_attitudes = gimbal_attitudes.count();
+    if let (Some(source), Some(track)) = (&gimbal_source, &gimbal) {
+        refuse_useless(source, track, gimbal_attitudes)?;
+        warnings.extend(gimbal_remarks(source, track, &trajectory));
+    }
     let positions_need = uses_boot_clock(&source.samples);
-    let attitudes_need = with_attitude > 0 && attitude_source.is_some_and(has_boot_times);
+    let attitudes_need = with_attitude > 0 && attitude_source.is_some_and(has_boot_times)
+        || gimbal_source.as_ref().is_some_and(|g| {
+            let mut stamps = g.samples.iter().map(|s| s.stamp);
+            stamps.any(|stamp| matches!(stamp, Stamp::Boot(_)))
+        });
     if is_own_clock {
         warnings.push(LogWarning::OwnClock);
     }
@@ -90,9 +107,12 @@ pub fn assemble(
         format: recording.format,
         sources: recording.positions.iter().map(summary).collect(),
         attitude_sources: recording.attitudes.iter().map(attitude_summary).collect(),
+        gimbal_sources: recording.gimbals.iter().map(gimbal_summary).collect(),
         source: summary(source),
         attitude_source: attitude_source.map(|a| a.name.clone()),
         attitudes: with_attitude,
+        gimbal_source: gimbal_source.map(|g| g.name.clone()),
+        gimbal_attitudes,
         height_datum: heights.datum(),
         clock,
         statuses: trajectory.status_counts(),
@@ -185,15 +205,50 @@ fn frame_of(first: Option<&Place>, origin: Option<Geodetic>) -> Frame {
     }
 }
 
+/// Attitudes at one time.
+#[derive(Clone, Copy)]
+struct Turns {
+    vehicle: Option<Attitude>,
+    gimbal: Option<Attitude>,
+}
+
+/// Refuses a gimbal whose angles count from nobody knows what, or whose attitude no position has: a pattern would
+/// follow nothing.
+fn refuse_useless(
+    source: &GimbalSource,
+    track: &GimbalTrack,
+    attitudes: usize,
+) -> Result<(), LogError> {
+    let samples = source.samples.len();
+    let of_servos = |s: &GimbalSample| s.teller == Teller::ServosOfUnknownFrame;
+    let why = match attitudes {
+        _ if source.samples.iter().any(of_servos) => {
+            "servos that measure nothing move it (parameter MNT1_TYPE = 1), and by its version ArduPilot logs \
+             their angles from the horizon or from the vehicle; antenna_axis = \"vertical\" where it keeps level"
+        }
+        0 if track.without_heading == samples => {
+            "they count from the vehicle's nose, and no attitude of the vehicle tells where it pointed"
+        }
+        0 => "the log has them at other times, or nothing ties their times to GPS time",
+        _ => return Ok(()),
+    };
+    Err(LogError::GimbalUnusable {
+        source_name: source.name.clone(),
+        samples,
+        why,
+    })
+}
+
 /// A position in `frame`. Deviations, velocity and attitude come in the axes of the place itself.
-fn fix_at(place: Place, sample: &PositionSample, attitude: Option<Attitude>, frame: &Frame) -> Fix {
+fn fix_at(place: Place, sample: &PositionSample, turns: Turns, frame: &Frame) -> Fix {
     let covariance_m2 = sample
         .sigma_m
         .map(|[e, n, u]| [[e * e, 0.0, 0.0], [0.0, n * n, 0.0], [0.0, 0.0, u * u]]);
     let mut fix = Fix::new(0.0, [0.0; 3]);
     fix.covariance_m2 = covariance_m2;
     fix.velocity_m_s = sample.velocity_m_s;
-    fix.attitude = attitude;
+    fix.attitude = turns.vehicle;
+    fix.gimbal = turns.gimbal;
     fix.satellites = sample.satellites;
     match (place, frame) {
         (Place::Geodetic(place, _), Frame::Enu(frame)) => {
@@ -207,7 +262,8 @@ fn fix_at(place: Place, sample: &PositionSample, attitude: Option<Attitude>, fra
             fix.velocity_m_s = sample
                 .velocity_m_s
                 .map(|v| multiply_vector(&frame_from_here, v));
-            fix.attitude = attitude.map(|a| a.turned_by(&frame_from_here));
+            fix.attitude = turns.vehicle.map(|a| a.turned_by(&frame_from_here));
+            fix.gimbal = turns.gimbal.map(|a| a.turned_by(&frame_from_here));
         }
         (Place::Geodetic(..), _) => {}
         (Place::Local(position_m), _) => fix.position_m = position_m,
@@ -224,6 +280,13 @@ fn summary(source: &PositionSource) -> SourceSummary {
 }
 
 fn attitude_summary(source: &AttitudeSource) -> AttitudeSummary {
+    AttitudeSummary {
+        name: source.name.clone(),
+        attitudes: source.samples.len(),
+    }
+}
+
+fn gimbal_summary(source: &GimbalSource) -> AttitudeSummary {
     AttitudeSummary {
         name: source.name.clone(),
         attitudes: source.samples.len(),

@@ -1,9 +1,12 @@
 //! Which of a log's sources make the trajectory.
 
+use std::borrow::Cow;
+
 use crate::error::LogError;
-use crate::options::LogOptions;
+use crate::format::LogFormat;
+use crate::options::{GimbalChoice, LogOptions};
 use crate::report::LogWarning;
-use crate::sample::{AttitudeSource, PositionSource, Recording, SourceKind};
+use crate::sample::{AttitudeSource, GimbalSource, PositionSource, Recording, SourceKind};
 
 /// What the positions come from: the source named, else the only receiver, else the only filter.
 ///
@@ -85,8 +88,8 @@ fn described(sources: &[PositionSource]) -> Vec<String> {
     sources.iter().map(one).collect()
 }
 
-/// What the attitudes come from: the source named, else that of the positions, else the only one; none
-/// where there is none.
+/// What the attitudes come from: the source named, else that of the positions, else the only one beside the
+/// gimbal named; none where there is none.
 pub fn attitudes<'a>(
     recording: &'a Recording,
     options: &LogOptions,
@@ -95,9 +98,11 @@ pub fn attitudes<'a>(
 ) -> Result<Option<&'a AttitudeSource>, LogError> {
     let sources = &recording.attitudes;
     let own: Vec<&AttitudeSource> = sources.iter().filter(|s| s.name == positions).collect();
-    let lowest = sources.iter().map(|s| s.rank).min();
+    let is_vehicle = |s: &&AttitudeSource| options.gimbal.name() != Some(s.name.as_str());
+    let others = || sources.iter().filter(is_vehicle);
+    let lowest = others().map(|s| s.rank).min();
     let candidates: Vec<&AttitudeSource> = match own.as_slice() {
-        [] => sources.iter().filter(|s| Some(s.rank) == lowest).collect(),
+        [] => others().filter(|s| Some(s.rank) == lowest).collect(),
         _ => own,
     };
     let names = || sources.iter().map(|s| s.name.clone()).collect();
@@ -118,6 +123,86 @@ pub fn attitudes<'a>(
                 warnings.push(warning);
                 Some(*first)
             })
+        }
+    }
+}
+
+/// Whose attitude the antenna has: the gimbal's named, else the only one's; none where none is asked for. Of an
+/// MCAP file it must be named: no message of ROS 2 says that its attitude is a gimbal's.
+pub fn gimbal<'a>(
+    recording: &'a Recording,
+    options: &LogOptions,
+    warnings: &mut Vec<LogWarning>,
+) -> Result<Option<Cow<'a, GimbalSource>>, LogError> {
+    let gimbals = &recording.gimbals;
+    let usable = |s: &&GimbalSource| !s.samples.is_empty();
+    let lowest = gimbals.iter().filter(usable).map(|s| s.rank).min();
+    let candidates: Vec<&GimbalSource> = match &options.gimbal {
+        GimbalChoice::None => return Ok(None),
+        GimbalChoice::Named(name) => return named_gimbal(recording, name).map(Some),
+        GimbalChoice::Only if recording.format == LogFormat::Mcap => Vec::new(),
+        GimbalChoice::Only => gimbals
+            .iter()
+            .filter(|s| usable(s) && Some(s.rank) == lowest)
+            .collect(),
+    };
+    match candidates.as_slice() {
+        [] => Err(LogError::NoGimbal {
+            format: recording.format,
+            expected: what_tells_a_gimbal(recording),
+        }),
+        [one] => Ok(Some(Cow::Borrowed(*one))),
+        [first, ..] => {
+            let names = gimbal_names(recording);
+            several("gimbals", "gimbal_source", names, options.takes_first).map(|warning| {
+                warnings.push(warning);
+                Some(Cow::Borrowed(*first))
+            })
+        }
+    }
+}
+
+/// The gimbal of that name; of an MCAP file any topic of attitudes.
+fn named_gimbal<'a>(
+    recording: &'a Recording,
+    wanted: &str,
+) -> Result<Cow<'a, GimbalSource>, LogError> {
+    let mut gimbals = recording.gimbals.iter().filter(|s| !s.samples.is_empty());
+    if let Some(one) = gimbals.find(|s| s.name == wanted) {
+        return Ok(Cow::Borrowed(one));
+    }
+    let mut topics = recording.attitudes.iter();
+    let is_topic = recording.format == LogFormat::Mcap;
+    match topics.find(|s| is_topic && s.name == wanted) {
+        Some(topic) => Ok(Cow::Owned(topic.into())),
+        None => Err(LogError::NoSuchSource {
+            what: "gimbals",
+            key: "gimbal_source",
+            wanted: wanted.to_owned(),
+            names: gimbal_names(recording),
+        }),
+    }
+}
+
+/// What a gimbal of this log may be called: of an MCAP file every topic of attitudes.
+fn gimbal_names(recording: &Recording) -> Vec<String> {
+    let usable = recording.gimbals.iter().filter(|s| !s.samples.is_empty());
+    let gimbals = usable.map(|s| s.name.clone());
+    let topics = recording.attitudes.iter().map(|s| s.name.clone());
+    let is_topic = recording.format == LogFormat::Mcap;
+    gimbals.chain(topics.filter(|_| is_topic)).collect()
+}
+
+fn what_tells_a_gimbal(recording: &Recording) -> String {
+    match recording.format {
+        LogFormat::ArduPilot => "records MNT with the actual roll, pitch and yaw".to_owned(),
+        LogFormat::Px4 => "messages gimbal_device_attitude_status".to_owned(),
+        LogFormat::Mavlink => {
+            "messages GIMBAL_DEVICE_ATTITUDE_STATUS or MOUNT_ORIENTATION".to_owned()
+        }
+        LogFormat::Mcap => {
+            let topics = gimbal_names(recording).join(", ");
+            format!("[trajectory] gimbal_source to name a topic of attitudes; it has {topics}")
         }
     }
 }

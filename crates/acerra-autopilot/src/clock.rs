@@ -63,6 +63,12 @@ impl ClockFit {
         (gps - self.gps_at(boot_s)).abs() <= AGREEMENT_S
     }
 
+    /// Reading of the autopilot's clock (s) at an instant of GPS time.
+    #[must_use]
+    pub fn boot_at(&self, gps: GpsTime) -> f64 {
+        self.boot_s + (gps - self.gps) / (1.0 + self.rate)
+    }
+
     /// GPS time at a reading of the autopilot's clock.
     #[must_use]
     pub fn gps_at(&self, boot_s: f64) -> GpsTime {

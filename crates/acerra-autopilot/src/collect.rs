@@ -5,8 +5,8 @@ use std::collections::HashMap;
 use crate::error::LogError;
 use crate::format::LogFormat;
 use crate::sample::{
-    AttitudeSample, AttitudeSource, ClockPair, Damage, PairKind, PositionSample, PositionSource,
-    Recording, SourceKind,
+    AttitudeSample, AttitudeSource, ClockPair, Damage, GimbalSample, GimbalSource, PairKind,
+    PositionSample, PositionSource, Recording, SourceKind,
 };
 
 /// Collects what a reader finds.
@@ -16,8 +16,10 @@ pub struct Collector {
     limit: usize,
     positions: Vec<PositionSource>,
     attitudes: Vec<AttitudeSource>,
+    gimbals: Vec<GimbalSource>,
     index: HashMap<String, usize>,
     attitude_index: HashMap<String, usize>,
+    gimbal_index: HashMap<String, usize>,
     pairs: Vec<ClockPair>,
     /// Bytes that belong to no record.
     pub damage: Damage,
@@ -75,8 +77,10 @@ impl Collector {
             limit,
             positions: Vec::new(),
             attitudes: Vec::new(),
+            gimbals: Vec::new(),
             index: HashMap::new(),
             attitude_index: HashMap::new(),
+            gimbal_index: HashMap::new(),
             pairs: Vec::new(),
             damage: Damage::default(),
             remarks: Vec::new(),
@@ -180,6 +184,57 @@ impl Collector {
         self.limit(count, "attitudes", offset)
     }
 
+    /// Takes an attitude of the gimbal `name`, of a kind of message of that rank, or counts a record without one.
+    ///
+    /// # Errors
+    /// More attitudes than the limit.
+    pub fn gimbal(
+        &mut self,
+        name: &str,
+        rank: u8,
+        sample: Option<GimbalSample>,
+        offset: u64,
+    ) -> Result<(), LogError> {
+        let at = match self.gimbal_index.get(name) {
+            Some(at) => *at,
+            None => {
+                self.gimbals.push(GimbalSource {
+                    name: name.to_owned(),
+                    rank,
+                    samples: Vec::new(),
+                    without_attitude: 0,
+                });
+                self.gimbal_index
+                    .insert(name.to_owned(), self.gimbals.len() - 1);
+                self.gimbals.len() - 1
+            }
+        };
+        let Some(sample) = sample else {
+            self.gimbals[at].without_attitude += 1;
+            return Ok(());
+        };
+        let count = self.gimbals[at].samples.len();
+        self.gimbals[at].samples.push(sample);
+        self.limit(count, "attitudes of a gimbal", offset)
+    }
+
+    /// The attitudes of the gimbal `name` so far.
+    pub fn gimbal_samples(&mut self, name: &str) -> &mut [GimbalSample] {
+        match self.gimbal_index.get(name) {
+            Some(at) => &mut self.gimbals[*at].samples,
+            None => &mut [],
+        }
+    }
+
+    /// Counts the attitudes of the gimbal `name` as none.
+    pub fn drop_gimbal(&mut self, name: &str) {
+        if let Some(at) = self.gimbal_index.get(name) {
+            let gimbal = &mut self.gimbals[*at];
+            gimbal.without_attitude += gimbal.samples.len();
+            gimbal.samples.clear();
+        }
+    }
+
     /// Takes a reading of the clocks.
     ///
     /// # Errors
@@ -206,6 +261,7 @@ impl Collector {
             format: self.format,
             positions: self.positions,
             attitudes: self.attitudes,
+            gimbals: self.gimbals,
             pairs: self.pairs,
             pair_kind: clock.kind,
             pair_source: clock.name,

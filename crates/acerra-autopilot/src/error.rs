@@ -84,7 +84,7 @@ pub enum LogError {
     /// More than one source, and none chosen.
     #[error("several sources of {what}, choose one by {key}: {}", names.join(", "))]
     SeveralSources {
-        /// Of positions or attitudes.
+        /// Of positions, attitudes or gimbals.
         what: &'static str,
         /// The key that names one.
         key: &'static str,
@@ -97,7 +97,7 @@ pub enum LogError {
         if names.is_empty() { "it has none".to_owned() } else { format!("it has {}", names.join(", ")) }
     )]
     NoSuchSource {
-        /// Of positions or attitudes.
+        /// Of positions, attitudes or gimbals.
         what: &'static str,
         /// The key that names it.
         key: &'static str,
@@ -105,6 +105,26 @@ pub enum LogError {
         wanted: String,
         /// What the log holds.
         names: Vec<String>,
+    },
+    /// A gimbal is asked for of a log without one.
+    #[error("no attitude of a gimbal in this {format}: expected {expected}")]
+    NoGimbal {
+        /// The kind of file.
+        format: LogFormat,
+        /// What would tell it.
+        expected: String,
+    },
+    /// Attitudes of a gimbal, none of which says where it pointed at the positions.
+    #[error(
+        "{source_name}: none of its {samples} attitudes tells where the gimbal pointed at a position: {why}"
+    )]
+    GimbalUnusable {
+        /// The gimbal's source.
+        source_name: String,
+        /// Its attitudes.
+        samples: usize,
+        /// What is missing.
+        why: &'static str,
     },
     /// Times that nothing ties to GPS time.
     #[error(

@@ -6,16 +6,19 @@
 //!                      clock readings ──fit──► GPS time of both ──assemble──► Trajectory, LogReport
 //! ```
 //!
-//! | format | positions | attitude | time |
-//! | --- | --- | --- | --- |
-//! | ArduPilot `.bin` | `GPS` with `GPA`; `POS` | `ATT` | GPS week and milliseconds in `GPS` |
-//! | PX4 `.ulg` | `vehicle_gps_position`, `sensor_gps`; `vehicle_global_position` | `vehicle_attitude` | UTC in the receiver's messages |
-//! | MAVLink `.tlog` | `GPS_RAW_INT`, `GPS2_RAW`; `GLOBAL_POSITION_INT` | `ATTITUDE` | UTC in `SYSTEM_TIME` |
-//! | MCAP of ROS 2 | `sensor_msgs/NavSatFix`; `nav_msgs/Odometry` | `sensor_msgs/Imu`, `nav_msgs/Odometry` | stamps of the headers, taken as UTC |
+//! | format | positions | attitude | gimbal | time |
+//! | --- | --- | --- | --- | --- |
+//! | ArduPilot `.bin` | `GPS` with `GPA`; `POS` | `ATT` | `MNT` | GPS week and milliseconds in `GPS` |
+//! | PX4 `.ulg` | `vehicle_gps_position`, `sensor_gps`; `vehicle_global_position` | `vehicle_attitude` | `gimbal_device_attitude_status` | UTC in the receiver's messages |
+//! | MAVLink `.tlog` | `GPS_RAW_INT`, `GPS2_RAW`; `GLOBAL_POSITION_INT` | `ATTITUDE` | `GIMBAL_DEVICE_ATTITUDE_STATUS`, `MOUNT_ORIENTATION` | UTC in `SYSTEM_TIME` |
+//! | MCAP of ROS 2 | `sensor_msgs/NavSatFix`; `nav_msgs/Odometry` | `sensor_msgs/Imu`, `nav_msgs/Odometry` | the topic named of these or `geometry_msgs/QuaternionStamped` | stamps of the headers, taken as UTC |
 //!
 //! Which positions: those of the GNSS receiver, as they carry GPS time and the kind and accuracy of
 //! their solution; the filter's (`source = "ekf"`) where there is no receiver or where they are asked
 //! for. Where there are several of a kind, [`LogOptions::source`] names one.
+//!
+//! The attitude of a gimbal is read where [`LogOptions::gimbal`] asks for it; positions and lever arm stay the
+//! vehicle's.
 //!
 //! Heights: a source's heights count from the ellipsoid or from the sea, never both; those from the sea
 //! are raised by a grid of the geoid where there is one and are warned of where there is none.
@@ -35,6 +38,7 @@ mod clock;
 mod collect;
 mod error;
 mod format;
+mod gimbal;
 mod height;
 mod mavlink;
 mod options;
@@ -51,7 +55,7 @@ use acerra_geo::trajectory::Trajectory;
 
 pub use error::LogError;
 pub use format::LogFormat;
-pub use options::LogOptions;
+pub use options::{GimbalChoice, LogOptions};
 pub use report::{AttitudeSummary, ClockSummary, LogReport, LogWarning, SourceSummary};
 pub use sample::{Damage, HeightDatum, PairKind, SourceKind};
 

@@ -5,6 +5,29 @@ use std::sync::Arc;
 use acerra_geo::geodesy::Geodetic;
 use acerra_geo::geoid::GeoidGrid;
 
+/// Whether the attitude of a gimbal is wanted, and of which.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub enum GimbalChoice {
+    /// Of none.
+    #[default]
+    None,
+    /// Of the only one in the log.
+    Only,
+    /// Of the one with that name.
+    Named(String),
+}
+
+impl GimbalChoice {
+    /// The name of the one wanted, if it is named.
+    #[must_use]
+    pub fn name(&self) -> Option<&str> {
+        match self {
+            Self::Named(name) => Some(name),
+            Self::None | Self::Only => None,
+        }
+    }
+}
+
 /// How to read a log.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
@@ -16,6 +39,8 @@ pub struct LogOptions {
     pub source: Option<String>,
     /// Source of the attitudes by its name; none: the only one.
     pub attitude_source: Option<String>,
+    /// Whose attitude each position has beside the vehicle's.
+    pub gimbal: GimbalChoice,
     /// Of several sources that are as good, the first is taken and the others are named, instead of
     /// refusing to choose.
     pub takes_first: bool,
@@ -31,6 +56,7 @@ impl Default for LogOptions {
             origin: None,
             source: None,
             attitude_source: None,
+            gimbal: GimbalChoice::None,
             takes_first: false,
             geoid: None,
             max_samples: 10_000_000,
@@ -57,6 +83,13 @@ impl LogOptions {
     #[must_use]
     pub fn with_attitude_source(mut self, name: impl Into<String>) -> Self {
         self.attitude_source = Some(name.into());
+        self
+    }
+
+    /// The same with the attitude of a gimbal.
+    #[must_use]
+    pub fn with_gimbal(mut self, gimbal: GimbalChoice) -> Self {
+        self.gimbal = gimbal;
         self
     }
 

@@ -2,8 +2,11 @@
 
 use acerra_geo::trajectory::Trajectory;
 
+use crate::gimbal::GimbalTrack;
 use crate::report::{ClockSummary, LogWarning};
-use crate::sample::{PairKind, PositionSource, Recording, SourceKind, Stamp};
+use crate::sample::{
+    GimbalSample, GimbalSource, PairKind, PositionSource, Recording, SourceKind, Stamp, Teller,
+};
 
 /// Remarks on times by the autopilot's clock: those of the positions, or of the attitudes alone.
 pub fn clock_remarks(clock: &ClockSummary, positions_need: bool) -> Vec<LogWarning> {
@@ -22,6 +25,55 @@ pub fn clock_remarks(clock: &ClockSummary, positions_need: bool) -> Vec<LogWarni
         remarks.push(LogWarning::ClockReadingsLeftOut {
             count: clock.left_out,
             total: clock.left_out + clock.readings,
+        });
+    }
+    remarks
+}
+
+/// Remarks on the attitudes of the gimbal.
+pub fn gimbal_remarks(
+    gimbal: &GimbalSource,
+    track: &GimbalTrack,
+    trajectory: &Trajectory,
+) -> Vec<LogWarning> {
+    let mut remarks = Vec::new();
+    let source = || gimbal.name.clone();
+    let total = gimbal.samples.len();
+    let count_of =
+        |is: fn(&GimbalSample) -> bool| gimbal.samples.iter().filter(|sample| is(sample)).count();
+    if gimbal.without_attitude > 0 {
+        remarks.push(LogWarning::GimbalWithoutAttitude {
+            source: source(),
+            count: gimbal.without_attitude,
+        });
+    }
+    if track.without_heading > 0 {
+        remarks.push(LogWarning::GimbalWithoutHeading {
+            source: source(),
+            count: track.without_heading,
+            total,
+        });
+    }
+    let count = count_of(|sample| sample.is_doubted);
+    if count > 0 {
+        remarks.push(LogWarning::GimbalFailing {
+            source: source(),
+            count,
+            total,
+        });
+    }
+    if count_of(|sample| sample.teller == Teller::Servos) > 0 {
+        remarks.push(LogWarning::GimbalCommanded { source: source() });
+    }
+    if count_of(|sample| sample.teller == Teller::Autopilot) > 0 {
+        remarks.push(LogWarning::GimbalByAutopilot { source: source() });
+    }
+    let fixes = trajectory.fixes();
+    let without = fixes.iter().filter(|fix| fix.gimbal.is_none()).count();
+    if without > 0 {
+        remarks.push(LogWarning::GimbalGaps {
+            count: without,
+            total: fixes.len(),
         });
     }
     remarks

@@ -49,12 +49,18 @@ pub struct LogReport {
     pub sources: Vec<SourceSummary>,
     /// All sources of attitudes.
     pub attitude_sources: Vec<AttitudeSummary>,
+    /// All sources of a gimbal's attitudes; of MCAP only those that can be nothing else.
+    pub gimbal_sources: Vec<AttitudeSummary>,
     /// The source whose positions the trajectory has.
     pub source: SourceSummary,
     /// The source of its attitudes, if any.
     pub attitude_source: Option<String>,
     /// Positions with an attitude.
     pub attitudes: usize,
+    /// The source of the gimbal's attitudes, where they were asked for.
+    pub gimbal_source: Option<String>,
+    /// Positions with an attitude of the gimbal.
+    pub gimbal_attitudes: usize,
     /// What the heights of the log count from; none for positions in axes of the robot's own.
     pub height_datum: Option<HeightDatum>,
     /// The autopilot's clock on GPS time, where it was needed.
@@ -75,10 +81,13 @@ impl LogReport {
     /// The sources in one line: `positions of GPS[0], attitude of ATT`.
     #[must_use]
     pub fn sources_used(&self) -> String {
-        match &self.attitude_source {
-            Some(attitude) => format!("positions of {}, attitude of {attitude}", self.source.name),
-            None => format!("positions of {}, no attitude", self.source.name),
-        }
+        let attitude = match &self.attitude_source {
+            Some(attitude) => format!("attitude of {attitude}"),
+            None => "no attitude".to_owned(),
+        };
+        let gimbal = self.gimbal_source.as_ref();
+        let gimbal = gimbal.map_or_else(String::new, |gimbal| format!(", gimbal of {gimbal}"));
+        format!("positions of {}, {attitude}{gimbal}", self.source.name)
     }
 }
 
@@ -164,6 +173,48 @@ pub enum LogWarning {
         /// Of how many.
         total: usize,
     },
+    /// Positions without an attitude of the gimbal near enough in time.
+    GimbalGaps {
+        /// How many.
+        count: usize,
+        /// Of how many.
+        total: usize,
+    },
+    /// Records of a gimbal without an attitude.
+    GimbalWithoutAttitude {
+        /// The source.
+        source: String,
+        /// How many.
+        count: usize,
+    },
+    /// Attitudes of a gimbal that count from the vehicle's nose, which nothing tells at their time.
+    GimbalWithoutHeading {
+        /// The source.
+        source: String,
+        /// How many.
+        count: usize,
+        /// Of how many.
+        total: usize,
+    },
+    /// Attitudes at which the gimbal reports a failure of its sensing.
+    GimbalFailing {
+        /// The source.
+        source: String,
+        /// How many.
+        count: usize,
+        /// Of how many.
+        total: usize,
+    },
+    /// Attitudes of a gimbal that the autopilot tells, measured or not.
+    GimbalByAutopilot {
+        /// The source.
+        source: String,
+    },
+    /// Attitudes of a gimbal that are what the autopilot asked for, not what was measured.
+    GimbalCommanded {
+        /// The source.
+        source: String,
+    },
     /// Bytes that belong to no record.
     Damaged(Damage),
     /// What the format's reader remarks.
@@ -238,6 +289,44 @@ impl std::fmt::Display for LogWarning {
             Self::AttitudeGaps { count, total } => write!(
                 f,
                 "{count} of {total} positions have no attitude within half a second: there the last one is held"
+            ),
+            Self::GimbalGaps { count, total } => write!(
+                f,
+                "{count} of {total} positions have no attitude of the gimbal within half a second: there its last \
+                 one is held"
+            ),
+            Self::GimbalWithoutAttitude { source, count } => write!(
+                f,
+                "{count} records of {source} without a usable attitude were left out"
+            ),
+            Self::GimbalWithoutHeading {
+                source,
+                count,
+                total,
+            } => write!(
+                f,
+                "{count} of {total} attitudes of {source} count from the vehicle's nose, and no attitude of the \
+                 vehicle tells where it pointed then: they were left out"
+            ),
+            Self::GimbalFailing {
+                source,
+                count,
+                total,
+            } => write!(
+                f,
+                "at {count} of {total} attitudes {source} reports a failure of its encoders, software or \
+                 communication, or that it calibrates: they were taken all the same"
+            ),
+            Self::GimbalByAutopilot { source } => write!(
+                f,
+                "attitudes of {source} are what the autopilot tells of the gimbal: where mere servos move it nothing \
+                 is measured, and ArduPilot may count the angles from the vehicle instead of the horizon (parameter \
+                 MNT1_TYPE = 1; antenna_axis = \"vertical\" where it keeps level)"
+            ),
+            Self::GimbalCommanded { source } => write!(
+                f,
+                "attitudes of {source} are those that the autopilot asked of the gimbal's servos: nothing \
+                 measured where it pointed"
             ),
             Self::Damaged(damage) => write!(
                 f,

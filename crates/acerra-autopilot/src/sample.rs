@@ -129,6 +129,70 @@ pub struct AttitudeSource {
     pub samples: Vec<AttitudeSample>,
 }
 
+/// What the yaw of an attitude counts from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum YawFrom {
+    /// North.
+    North,
+    /// The direction of the vehicle's nose over the ground.
+    Nose,
+}
+
+/// Who tells a gimbal's attitude.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Teller {
+    /// The gimbal, which measures it.
+    Gimbal,
+    /// The autopilot: what the gimbal measures, or what it asks of servos.
+    Autopilot,
+    /// The autopilot, of servos that measure nothing: what it asks of them.
+    Servos,
+    /// The same, by its version from the horizon or from the vehicle's own axes.
+    ServosOfUnknownFrame,
+}
+
+/// One attitude of a gimbal.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GimbalSample {
+    /// When.
+    pub stamp: Stamp,
+    /// From the gimbal's forward, left, up to east, north, up, as if the vehicle's nose pointed north where yaw
+    /// counts from the nose.
+    pub attitude: Attitude,
+    /// What yaw counts from.
+    pub yaw: YawFrom,
+    /// The gimbal reports a failure that puts its attitude in doubt.
+    pub is_doubted: bool,
+    /// Who tells it.
+    pub teller: Teller,
+}
+
+impl GimbalSample {
+    /// An attitude that the gimbal measured and nothing puts in doubt.
+    pub const fn new(stamp: Stamp, attitude: Attitude, yaw: YawFrom) -> Self {
+        Self {
+            stamp,
+            attitude,
+            yaw,
+            is_doubted: false,
+            teller: Teller::Gimbal,
+        }
+    }
+}
+
+/// Attitudes of one gimbal, in the order of the file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GimbalSource {
+    /// Its name, unique in the log.
+    pub name: String,
+    /// Of several kinds of message the one of lowest rank is taken.
+    pub rank: u8,
+    /// The attitudes.
+    pub samples: Vec<GimbalSample>,
+    /// Records without an attitude that can be used.
+    pub without_attitude: usize,
+}
+
 /// A reading of the autopilot's clock beside GPS time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ClockPair {
@@ -178,6 +242,8 @@ pub struct Recording {
     pub positions: Vec<PositionSource>,
     /// Attitudes by source, in the order of their first sample.
     pub attitudes: Vec<AttitudeSource>,
+    /// Attitudes of gimbals by source, in the order of their first record.
+    pub gimbals: Vec<GimbalSource>,
     /// Readings of the autopilot's clock beside GPS time.
     pub pairs: Vec<ClockPair>,
     /// How they came about.

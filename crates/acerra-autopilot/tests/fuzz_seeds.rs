@@ -16,8 +16,10 @@ mod ros;
 use std::fs;
 use std::path::PathBuf;
 
-use acerra_autopilot::{LogOptions, read_log};
-use flight::{euler_rad, geodetic, velocity_m_s};
+use acerra_autopilot::{GimbalChoice, LogOptions, read_log};
+use flight::{
+    euler_rad, geodetic, gimbal_from_nose_rad, gimbal_rad, quaternion_frd_ned, velocity_m_s,
+};
 
 fn folder(target: &str) -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
@@ -34,9 +36,15 @@ fn every_seed_is_read_and_its_cuts_and_flips_are_read_or_refused() {
         for entry in fs::read_dir(folder(target)).unwrap() {
             let bytes = fs::read(entry.unwrap().path()).unwrap();
             let options = LogOptions::default().taking_first();
-            let (track, _) = read_log(&bytes[..], &options).unwrap();
+            let (track, report) = read_log(&bytes[..], &options).unwrap();
             assert!(!track.fixes().is_empty());
             seeds += 1;
+            let options = match report.gimbal_sources.first() {
+                Some(gimbal) => options.with_gimbal(GimbalChoice::Named(gimbal.name.clone())),
+                None => options,
+            };
+            let (_, named) = read_log(&bytes[..], &options).unwrap();
+            assert_eq!(named.gimbal_attitudes > 0, named.gimbal_source.is_some());
             for end in 0..bytes.len() {
                 let _ = read_log(&bytes[..end], &options);
             }
@@ -134,6 +142,80 @@ fn mavlink_seed(version: u8) -> Vec<u8> {
     out
 }
 
+/// Gimbals that speak through the autopilot, and one with a clock of its own.
+fn mavlink_gimbals_seed() -> Vec<u8> {
+    let gimbal = mavlink::Sender {
+        component: 154,
+        ..mavlink::AUTOPILOT
+    };
+    let mut out = mavlink_seed(2);
+    for k in 0..4_u32 {
+        let time_s = 0.2 * f64::from(k);
+        let mut status = mavlink::GimbalStatus {
+            boot_ms: 40_000 + 200 * k,
+            flags: 32,
+            failures: 8 * (k % 2),
+            quaternion: quaternion_frd_ned(gimbal_from_nose_rad(time_s)),
+            extension: Some((euler_rad(time_s)[2], 1)),
+        };
+        let mut send = |sender, (kind, payload): ((u32, u8), Vec<u8>)| {
+            let stamp_us = START_US + u64::from(200_000 * k);
+            out.extend(mavlink::packet(stamp_us, sender, kind, &payload));
+        };
+        send(mavlink::AUTOPILOT, mavlink::gimbal_status(&status));
+        status.boot_ms = 7_000 + 200 * k;
+        status.extension = None;
+        send(gimbal, mavlink::gimbal_status(&status));
+        let angles = mavlink::mount_orientation(status.boot_ms, &gimbal_from_nose_rad(time_s));
+        send(gimbal, angles);
+    }
+    out
+}
+
+fn ardupilot_gimbal_seed() -> Vec<u8> {
+    let mut out = ardupilot_seed();
+    for k in 0..4_u32 {
+        let time_s = 0.2 * f64::from(k);
+        let ([roll, pitch, yaw], [_, _, from_nose]) =
+            (gimbal_rad(time_s), gimbal_from_nose_rad(time_s));
+        let yaw = if k == 2 { f64::NAN } else { yaw };
+        out.extend(ardupilot::mnt(
+            40.0 + time_s,
+            0,
+            [roll, pitch, from_nose, yaw],
+        ));
+    }
+    out
+}
+
+fn px4_gimbal_seed() -> Vec<u8> {
+    let mut out = px4_seed();
+    out.extend(px4::format(px4::GIMBAL));
+    out.extend(px4::subscribe(5, 0, "gimbal_device_attitude_status"));
+    for k in 0..4_u32 {
+        let time_s = 0.2 * f64::from(k);
+        let us = 40_000_000 + u64::from(200_000 * k);
+        let quaternion = quaternion_frd_ned(gimbal_rad(time_s));
+        out.extend(px4::gimbal(5, us, quaternion, 16 << (k % 3), 0.0));
+    }
+    out
+}
+
+fn ros_gimbal_seed() -> Vec<u8> {
+    let mut records = ros::topic(1, "/fix", "sensor_msgs/msg/NavSatFix", "cdr");
+    let schema = "geometry_msgs/msg/QuaternionStamped";
+    records.extend(ros::topic(2, "/gimbal", schema, "cdr"));
+    for k in 0..3_u32 {
+        let time_s = 0.2 * f64::from(k);
+        let stamp = ((START_US / 1_000_000) as i32, 200_000_000 * k);
+        let place = geodetic(time_s);
+        records.extend(ros::message(1, &ros::fix(stamp, 0, place, [1.0; 3])));
+        let quaternion = [0.0, 0.1, 0.0, 1.0];
+        records.extend(ros::message(2, &ros::quaternion(stamp, quaternion)));
+    }
+    [ros::head(), records, ros::end()].concat()
+}
+
 fn ros_seed(compression: Option<&str>) -> Vec<u8> {
     let mut records = ros::topic(1, "/fix", "sensor_msgs/msg/NavSatFix", "cdr");
     records.extend(ros::topic(2, "/imu", "sensor_msgs/msg/Imu", "cdr"));
@@ -167,9 +249,13 @@ fn write_seeds() {
         fs::write(folder(target).join(name), bytes).unwrap();
     };
     save("log_ardupilot", "flight.bin", &ardupilot_seed());
+    save("log_ardupilot", "gimbal.bin", &ardupilot_gimbal_seed());
     save("log_px4", "flight.ulg", &px4_seed());
+    save("log_px4", "gimbal.ulg", &px4_gimbal_seed());
     save("log_mavlink", "version-1.tlog", &mavlink_seed(1));
     save("log_mavlink", "version-2.tlog", &mavlink_seed(2));
+    save("log_mavlink", "gimbals.tlog", &mavlink_gimbals_seed());
+    save("log_ros", "gimbal.mcap", &ros_gimbal_seed());
     save("log_ros", "records.mcap", &ros_seed(None));
     save("log_ros", "lz4.mcap", &ros_seed(Some("lz4")));
     save("log_ros", "zstd.mcap", &ros_seed(Some("zstd")));

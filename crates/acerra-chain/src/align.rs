@@ -7,7 +7,8 @@ use acerra_geo::lever_arm::HeadingOptions;
 use acerra_geo::trajectory::{Attitude, SolutionStatus, Trajectory};
 use acerra_radar::RadargramError;
 
-use crate::choices::{HeightSource, Select, TimeOffset, Unfixed};
+use crate::boresight::{Boresights, DOWN, FORWARD};
+use crate::choices::{AntennaAxis, HeightSource, Select, TimeOffset, Unfixed};
 use crate::ground::Scene;
 use crate::position::Positions;
 use crate::radar_height::{PoorHeights, RadarHeightError, radar_heights};
@@ -74,12 +75,12 @@ pub struct Aligned {
     pub status: Vec<SolutionStatus>,
     /// Height of the phase centre above the ground below it (m).
     pub height_m: Vec<f64>,
-    /// Where the antenna looks: straight down in the recorded attitude's axes, as a unit vector. Empty where no
-    /// attitude is recorded.
-    pub boresight: Vec<[f64; 3]>,
-    /// Whether that is the trace's own attitude; else it is that of the trace before, or straight down. As long as
-    /// `boresight`.
-    pub has_attitude: Vec<bool>,
+    /// Where an antenna that is fixed to the platform looks: straight down in the recorded attitude's axes.
+    pub boresight: Boresights,
+    /// Down in the axes of the gimbal; empty unless every track has its attitude.
+    pub gimbal_down: Boresights,
+    /// Forward in the axes of the gimbal; empty unless every track has its attitude.
+    pub gimbal_forward: Boresights,
     /// Path that each trace stands for (m).
     pub path_m: Vec<f64>,
     /// The places of all traces of the log, with what stands behind each.
@@ -110,6 +111,17 @@ impl Aligned {
     pub fn moving(&self) -> Option<[usize; 2]> {
         let [first, last] = [self.traces.first()?, self.traces.last()?];
         self.stands.then_some([*first, *last])
+    }
+
+    /// Where the antenna looks; none where it is taken to look straight down.
+    #[must_use]
+    pub const fn boresights(&self, axis: AntennaAxis) -> Option<&Boresights> {
+        match axis {
+            AntennaAxis::Attitude => Some(&self.boresight),
+            AntennaAxis::Vertical => None,
+            AntennaAxis::Gimbal => Some(&self.gimbal_down),
+            AntennaAxis::GimbalForward => Some(&self.gimbal_forward),
+        }
     }
 
     /// The same with heights by the radar instead of the positions'.
@@ -156,15 +168,12 @@ impl Aligned {
         } else {
             self.sigma_m.clear();
         }
-        if !(self.boresight.is_empty() && other.boresight.is_empty()) {
-            // Tracks without attitude count as level.
-            for one in [&mut *self, &mut other] {
-                one.boresight.resize(one.traces.len(), DOWN);
-                one.has_attitude.resize(one.traces.len(), false);
-            }
-            self.boresight.append(&mut other.boresight);
-            self.has_attitude.append(&mut other.has_attitude);
-        }
+        let (before, more) = (self.traces.len(), other.traces.len());
+        self.boresight
+            .append_or_level(before, other.boresight, more);
+        self.gimbal_down.append_or_none(before, other.gimbal_down);
+        self.gimbal_forward
+            .append_or_none(before, other.gimbal_forward);
         self.traces.append(&mut other.traces);
         self.time_s.append(&mut other.time_s);
         self.position_m.append(&mut other.position_m);
@@ -271,7 +280,7 @@ pub fn align(
         })
         .collect();
     let attitudes: Vec<Option<Attitude>> = kept.iter().map(|p| p.place.attitude).collect();
-    let (boresight, has_attitude) = boresights(&attitudes);
+    let gimbals: Vec<Option<Attitude>> = kept.iter().map(|p| p.place.gimbal).collect();
     let aligned = Aligned {
         traces: kept.iter().map(|p| p.trace).collect(),
         time_s: kept.iter().map(|p| radar_time_s[p.trace]).collect(),
@@ -280,8 +289,9 @@ pub fn align(
             .map(|p| p[2] - flight.scene.ground.below_m(p[0], p[1]))
             .collect(),
         path_m: path_length_per_trace_m(&position_m),
-        boresight,
-        has_attitude,
+        boresight: Boresights::of(&attitudes, DOWN),
+        gimbal_down: Boresights::of(&gimbals, DOWN),
+        gimbal_forward: Boresights::of(&gimbals, FORWARD),
         position_m,
         sigma_m: sigma_m.unwrap_or_default(),
         status: kept.iter().map(|p| p.place.status).collect(),
@@ -293,24 +303,6 @@ pub fn align(
         HeightSource::Positions => Ok(aligned),
         HeightSource::Radar => aligned.with_heights_by(flight, options),
     }
-}
-
-/// Straight down.
-const DOWN: [f64; 3] = [0.0, 0.0, -1.0];
-
-/// Where the antenna looks at each trace, straight down in the axes of the attitude, and whether that is the trace's
-/// own or the one before's. Empty where no trace has an attitude.
-fn boresights(attitudes: &[Option<Attitude>]) -> (Vec<[f64; 3]>, Vec<bool>) {
-    if attitudes.iter().all(Option::is_none) {
-        return Default::default();
-    }
-    let mut held = DOWN;
-    let all = attitudes.iter().map(|attitude| {
-        held = attitude.map_or(held, |attitude| attitude.rotate(DOWN));
-        held
-    });
-    let all = all.collect();
-    (all, attitudes.iter().map(Option::is_some).collect())
 }
 
 /// Whether the lever arm of a trace rests on a heading from before.
@@ -439,6 +431,7 @@ fn per_trace(
         velocity_m_s: [0.0; 3],
         covariance_m2: None,
         attitude: None,
+        gimbal: None,
         status: SolutionStatus::External,
         flag: Flag::Ok,
     };
@@ -457,41 +450,4 @@ fn per_trace(
         })
         .collect();
     Ok((all, placed))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn boresights_tilt_with_the_attitude_and_are_held_where_there_is_none() {
-        assert!(boresights(&[None, None]).0.is_empty());
-        // Rolled by 30° about forward = east: up turns to the south, down to the north.
-        let (s, c) = 15_f64.to_radians().sin_cos();
-        let rolled = Attitude::from_quaternion(c, s, 0.0, 0.0);
-        let (found, own) = boresights(&[None, rolled, None, Some(Attitude::IDENTITY)]);
-        assert_eq!(own, [false, true, false, true]);
-        assert_eq!((found[0], found[3]), (DOWN, DOWN));
-        assert_eq!(found[1], found[2]);
-        let [x, y, z] = found[1];
-        assert!(x.abs() < 1e-12 && (y - 0.5).abs() < 1e-12 && (z + 0.75_f64.sqrt()).abs() < 1e-12);
-    }
-
-    #[test]
-    fn tracks_without_attitude_count_as_level_beside_others() {
-        let track = |count: usize, boresight: Vec<[f64; 3]>| Aligned {
-            traces: (0..count).collect(),
-            has_attitude: vec![true; boresight.len()],
-            boresight,
-            ..Aligned::default()
-        };
-        let looks = [0.6, 0.0, -0.8];
-        let mut all = Aligned::default();
-        all.append(track(2, Vec::new()));
-        assert!(all.boresight.is_empty());
-        all.append(track(1, vec![looks]));
-        all.append(track(1, Vec::new()));
-        assert_eq!(all.boresight, [DOWN, DOWN, looks, DOWN]);
-        assert_eq!(all.has_attitude, [false, false, true, false]);
-    }
 }

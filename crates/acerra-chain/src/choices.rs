@@ -385,13 +385,38 @@ pub enum Weight {
 
 /// `[image] antenna_axis`: where the antenna looks, from which its pattern counts.
 #[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
+#[serde(rename_all = "kebab-case")]
 pub enum AntennaAxis {
     /// Down in the axes of the platform, by the recorded attitude; straight down where none is recorded.
     #[default]
     Attitude,
     /// Straight down whatever the attitude: on a gimbal that keeps it level.
     Vertical,
+    /// Down in the axes of a gimbal, by its attitude in the log of the autopilot: an antenna that looks down where
+    /// the gimbal's angles are zero.
+    Gimbal,
+    /// Forward in the axes of a gimbal, by the same: an antenna in the place of a camera, which looks down where the
+    /// gimbal's pitch is −90°.
+    GimbalForward,
+}
+
+impl AntennaAxis {
+    /// Whether the antenna looks where a gimbal points.
+    #[must_use]
+    pub const fn is_gimbal(self) -> bool {
+        matches!(self, Self::Gimbal | Self::GimbalForward)
+    }
+
+    /// Its name in the campaign.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Attitude => "attitude",
+            Self::Vertical => "vertical",
+            Self::Gimbal => "gimbal",
+            Self::GimbalForward => "gimbal-forward",
+        }
+    }
 }
 
 /// The value of a table's only key.

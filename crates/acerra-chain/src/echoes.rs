@@ -45,6 +45,15 @@ pub enum ImageError {
     /// The aperture cannot be partitioned into these looks.
     #[error("[image] looks: {0}")]
     Looks(ImagingError),
+    /// The antenna hangs on a gimbal whose attitude is not known.
+    #[error(
+        "[image] antenna_axis = \"{axis}\": expected the attitude of a gimbal with the positions of every \
+         track, found none ([trajectory] file with the log of an autopilot or a robot that records it)"
+    )]
+    NoGimbal {
+        /// The axis asked for.
+        axis: &'static str,
+    },
     /// Looks are wanted of several tracks.
     #[error("[image] looks: expected a single track, found {tracks}")]
     LooksOfTracks {
@@ -83,7 +92,8 @@ impl<'a> Echoes<'a> {
         }
     }
 
-    /// The traces with their weights as pulses, looking where the recorded attitude points the antenna.
+    /// The traces with their weights as pulses of an antenna that is fixed to the platform: they look where the
+    /// recorded attitude points it.
     ///
     /// # Errors
     /// Spectra, positions and weights of different numbers, or values that are not finite.
@@ -95,7 +105,7 @@ impl<'a> Echoes<'a> {
             weight,
             light_speed_m_s: self.light_speed_m_s,
         })?;
-        match self.aligned.boresight.as_slice() {
+        match self.aligned.boresight.looks.as_slice() {
             [] => Ok(pulses),
             boresight => pulses.with_boresight(boresight),
         }

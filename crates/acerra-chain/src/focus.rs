@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use acerra_imaging::{Complex32, ImagingPlan, IncidenceWeight, PlanOptions, Pulses};
 
+use crate::align::Aligned;
 use crate::choices::{AntennaAxis, Sum, Weight};
 use crate::control::Control;
 use crate::echoes::{Echoes, ImageError, contributions, plan_on, run_plan};
@@ -135,7 +136,7 @@ pub fn focus(
 ) -> Result<Focused, ImageError> {
     let weight = echoes.weights(request.options.weight);
     let pulses = echoes.pulses(&weight).map_err(ImageError::Spectra)?;
-    let pulses = looking(pulses, &request.options);
+    let pulses = looking(pulses, echoes.aligned, request.options.antenna_axis)?;
     let (pulses, parts) = match &request.pulses {
         None => (pulses, parts.to_vec()),
         Some(wanted) => {
@@ -195,10 +196,21 @@ pub fn focus(
 }
 
 /// The pulses of an antenna that looks where the options say.
-pub(crate) fn looking<'a>(pulses: Pulses<'a>, options: &FocusOptions) -> Pulses<'a> {
-    match options.antenna_axis {
-        AntennaAxis::Attitude => pulses,
-        AntennaAxis::Vertical => pulses.without_boresight(),
+///
+/// # Errors
+/// An antenna on a gimbal whose attitude is not known, or a boresight that is no direction.
+pub(crate) fn looking<'a>(
+    pulses: Pulses<'a>,
+    aligned: &'a Aligned,
+    axis: AntennaAxis,
+) -> Result<Pulses<'a>, ImageError> {
+    match aligned.boresights(axis) {
+        None => Ok(pulses.without_boresight()),
+        Some(boresights) if !boresights.is_empty() => pulses
+            .with_boresight(&boresights.looks)
+            .map_err(ImageError::Spectra),
+        Some(_) if axis.is_gimbal() => Err(ImageError::NoGimbal { axis: axis.name() }),
+        Some(_) => Ok(pulses.without_boresight()),
     }
 }
 

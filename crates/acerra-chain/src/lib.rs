@@ -41,6 +41,7 @@
 
 pub mod align;
 pub mod autofocus;
+pub mod boresight;
 pub mod calibrate;
 pub mod calibration;
 pub mod campaign;

@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{self, BufReader};
 use std::path::{Path, PathBuf};
 
-use acerra_autopilot::LogReport;
+use acerra_autopilot::{GimbalChoice, LogReport};
 use acerra_geo::geodesy::{EnuFrame, Geodetic, ecef_from_geodetic};
 use acerra_geo::lever_arm::{HeadingOptions, LeverArmError, apply_lever_arm};
 use acerra_geo::trajectory::{Frame, TimeOrigin, Trajectory, TrajectoryError};
@@ -106,6 +106,8 @@ pub struct PositionOptions {
     pub log_source: Option<String>,
     /// Source of the attitudes in such a log.
     pub attitude_source: Option<String>,
+    /// The gimbal that carries the antenna, whose attitude is read of such a log.
+    pub gimbal: GimbalChoice,
     /// Grid of the geoid, which raises heights above the sea in such a log to the ellipsoid.
     pub geoid: Option<PathBuf>,
     /// Radar phase centre from the positioned point: forward, left, up (m).
@@ -329,6 +331,7 @@ fn from_file(
         rigid_body: options.rigid_body.clone(),
         source: options.log_source.clone(),
         attitude_source: options.attitude_source.clone(),
+        gimbal: options.gimbal.clone(),
         takes_first_source: false,
         geoid: options.geoid.clone(),
     };

@@ -4,7 +4,7 @@ use std::io::{BufRead, Cursor, Read};
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use acerra_autopilot::{LogError, LogOptions, LogReport, read_log};
+use acerra_autopilot::{GimbalChoice, LogError, LogOptions, LogReport, read_log};
 use acerra_geo::geodesy::Geodetic;
 use acerra_geo::geoid::{GeoidError, GeoidGrid};
 use acerra_geo::read::{ReadError, ReadOptions, ReadReport, read_trajectory};
@@ -21,6 +21,8 @@ pub struct TrajectoryFileOptions {
     pub source: Option<String>,
     /// Source of the attitudes in an autopilot's log.
     pub attitude_source: Option<String>,
+    /// Whose attitude each position has beside the vehicle's, of an autopilot's log.
+    pub gimbal: GimbalChoice,
     /// Of several sources the first is taken, and a remark names the others.
     pub takes_first_source: bool,
     /// Grid of the geoid, which raises an autopilot's heights above the sea to the ellipsoid.
@@ -69,6 +71,12 @@ pub enum TrajectoryFileError {
         /// The key.
         key: &'static str,
     },
+    /// The attitude of a gimbal is wanted of a file that cannot have it.
+    #[error(
+        "[image] antenna_axis: expected the log of an autopilot or a robot, which may hold the attitude of a \
+         gimbal, found another kind"
+    )]
+    NoGimbal,
     /// A file of no kind that is known.
     #[error(
         "not a trajectory in a known format (RTKLIB .pos, CSV with a header, NMEA GGA, OptiTrack Motive \
@@ -107,6 +115,7 @@ fn from_log(
     reading.origin = options.origin;
     reading.source.clone_from(&options.source);
     reading.attitude_source.clone_from(&options.attitude_source);
+    reading.gimbal.clone_from(&options.gimbal);
     reading.takes_first = options.takes_first_source;
     if let Some(path) = &options.geoid {
         reading.geoid = Some(Arc::new(GeoidGrid::read(path)?));
@@ -129,6 +138,9 @@ fn from_text(
         if name.is_some() {
             return Err(TrajectoryFileError::NoSources { key });
         }
+    }
+    if options.gimbal != GimbalChoice::None {
+        return Err(TrajectoryFileError::NoGimbal);
     }
     let mut reading = ReadOptions::default();
     reading.origin = options.origin;

@@ -4,6 +4,7 @@
 use acerra_chain::choices::AntennaAxis;
 use acerra_chain::clean::CleanOptions;
 use acerra_chain::evidence::{Evidence, Finding, Verdict};
+use acerra_chain::inversion::options::Method;
 use acerra_chain::weigh::{weigh_prepared, weigh_unchecked};
 use acerra_chain::{
     Control, ImageRequest, Journal, MemorySink, Prepared, Recording, Scene, prepare,
@@ -20,7 +21,7 @@ fn roll_rad(t_s: f64) -> f64 {
     0.3 * (1.7 * t_s).sin() + 0.05
 }
 
-/// The attitude of a roll about east, from its definition: w = cos ½φ, x = sin ½φ.
+/// The attitude of a platform or a gimbal that is rolled about east, from its definition: w = cos ½φ, x = sin ½φ.
 fn rolled(angle_rad: f64) -> Option<Attitude> {
     let (s, c) = (0.5 * angle_rad).sin_cos();
     Attitude::from_quaternion(c, s, 0.0, 0.0)
@@ -28,6 +29,29 @@ fn rolled(angle_rad: f64) -> Option<Attitude> {
 
 /// A line of flight along x, 4 m up, past one reflector.
 fn prepared(attitude: impl Fn(f64) -> Option<Attitude>) -> Prepared {
+    prepared_with_gimbal(attitude, |_| None)
+}
+
+/// The same with a gimbal.
+fn prepared_with_gimbal(
+    attitude: impl Fn(f64) -> Option<Attitude>,
+    gimbal: impl Fn(f64) -> Option<Attitude>,
+) -> Prepared {
+    prepare(
+        vec![flight("one", attitude, gimbal)],
+        Scene::plane(grid()),
+        &Default::default(),
+        &mut Journal::default(),
+        &Control::default(),
+    )
+    .unwrap()
+}
+
+fn flight(
+    name: &str,
+    attitude: impl Fn(f64) -> Option<Attitude>,
+    gimbal: impl Fn(f64) -> Option<Attitude>,
+) -> Recording {
     let t_s: Vec<f64> = (0..81).map(|k| 0.05 * f64::from(k)).collect();
     let mut samples = Vec::new();
     for t in &t_s {
@@ -40,20 +64,13 @@ fn prepared(attitude: impl Fn(f64) -> Option<Attitude>) -> Prepared {
     }
     let fix = |t: &f64| Fix {
         attitude: attitude(*t),
+        gimbal: gimbal(*t),
         ..Fix::new(*t, [t - 2.0, 0.0, 4.0])
     };
     let fixes = t_s.iter().map(fix).collect();
     let trajectory = Trajectory::new(Frame::Local, TimeOrigin::Relative, fixes).unwrap();
     let radargram = Radargram::new(t_s, 0.0, 61e-12, Samples::Real(samples)).unwrap();
-    let flight = Recording::new("one", radargram, trajectory).clean_by(CleanOptions::none());
-    prepare(
-        vec![flight],
-        Scene::plane(grid()),
-        &Default::default(),
-        &mut Journal::default(),
-        &Control::default(),
-    )
-    .unwrap()
+    Recording::new(name, radargram, trajectory).clean_by(CleanOptions::none())
 }
 
 fn grid() -> PlaneGrid {
@@ -163,4 +180,120 @@ fn evidence_says_what_the_tilt_does_and_what_nothing_tells() {
     let unweighted = ImageRequest::on(grid());
     assert_eq!(find(&tilted, &unweighted), None);
     assert!(!is_unchecked(&tilted, &unweighted));
+}
+
+/// Tilt of a gimbal's antenna towards the reflector (rad).
+const TILT_RAD: f64 = 0.4;
+
+/// A gimbal in the place of a camera: its forward axis points down, turned by `tilt_rad` about east as a roll is;
+/// its up axis points east.
+fn pitched_down(tilt_rad: f64) -> Option<Attitude> {
+    let (s, c) = tilt_rad.sin_cos();
+    let (forward, up) = ([0.0, s, -c], [1.0, 0.0, 0.0]);
+    // left = up × forward.
+    let left = [
+        up[1] * forward[2] - up[2] * forward[1],
+        up[2] * forward[0] - up[0] * forward[2],
+        up[0] * forward[1] - up[1] * forward[0],
+    ];
+    let rows = [0, 1, 2].map(|k: usize| [forward[k], left[k], up[k]]);
+    Some(Attitude::from_rotation(&rows))
+}
+
+#[test]
+fn an_antenna_on_a_gimbal_looks_where_the_gimbal_points() {
+    let attitude = |t_s| rolled(roll_rad(t_s));
+    let off = |found: &[Complex64], expected: &[Complex64]| {
+        reference::relative_l2(found, expected).unwrap()
+    };
+    // Kept level, the rolling flight's image is that of an antenna that looks straight down.
+    let level = prepared_with_gimbal(attitude, |_| rolled(0.0));
+    let by_gimbal = image(&level, &request(AntennaAxis::Gimbal));
+    let vertical = image(&level, &request(AntennaAxis::Vertical));
+    assert!(off(&by_gimbal, &vertical) < 2e-3);
+    assert!(off(&by_gimbal, &image(&level, &request(AntennaAxis::Attitude))) > 0.05);
+    // Tilted by a known angle, it is the sum of the pulses weighted from there, whatever the platform does.
+    let tilted = prepared_with_gimbal(attitude, |_| rolled(TILT_RAD));
+    let summed = expected(&tilted, |_| TILT_RAD);
+    assert!(off(&image(&tilted, &request(AntennaAxis::Gimbal)), &summed) < 2e-3);
+    assert!(off(&vertical, &summed) > 0.05);
+    // A gimbal that moves, an antenna in the place of a camera.
+    let swing_rad = |t_s: f64| TILT_RAD + 0.2 * (2.3 * t_s).cos();
+    let camera = prepared_with_gimbal(attitude, |t_s| pitched_down(swing_rad(t_s)));
+    let summed = expected(&camera, swing_rad);
+    let by_forward = image(&camera, &request(AntennaAxis::GimbalForward));
+    assert!(off(&by_forward, &summed) < 2e-3);
+    assert!(off(&image(&camera, &request(AntennaAxis::Gimbal)), &summed) > 0.05);
+}
+
+#[test]
+fn a_scene_is_solved_for_with_the_gimbal_s_pattern() {
+    let tilted = prepared_with_gimbal(|t_s| rolled(roll_rad(t_s)), |_| rolled(TILT_RAD));
+    let platform = prepared(|_| rolled(TILT_RAD));
+    let solved = |prepared: &Prepared, axis| {
+        let mut request = request(axis);
+        request.options.inversion.method = Method::Cgls;
+        request.pulses = Some(32..48);
+        image(prepared, &request)
+    };
+    let by_gimbal = solved(&tilted, AntennaAxis::Gimbal);
+    let by_platform = solved(&platform, AntennaAxis::Attitude);
+    assert!(reference::relative_l2(&by_gimbal, &by_platform).unwrap() < 1e-6);
+}
+
+#[test]
+fn a_gimbal_of_unknown_attitude_is_refused() {
+    let unknown = prepared(|t_s| rolled(roll_rad(t_s)));
+    let message = |prepared: &Prepared, axis| {
+        let mut sink = MemorySink::default();
+        let made = prepared.image(&request(axis), &mut sink, &Control::default());
+        made.unwrap_err().to_string()
+    };
+    let found = message(&unknown, AntennaAxis::GimbalForward);
+    assert!(found.contains("antenna_axis = \"gimbal-forward\": expected the attitude of a gimbal"));
+    // Of two tracks one without it.
+    let flights = vec![
+        flight("one", |_| None, |_| rolled(0.0)),
+        flight("two", |_| None, |_| None),
+    ];
+    let two = prepare(
+        flights,
+        Scene::plane(grid()),
+        &Default::default(),
+        &mut Journal::default(),
+        &Control::default(),
+    );
+    let found = message(&two.unwrap(), AntennaAxis::Gimbal);
+    assert!(found.contains("every track"), "{found}");
+}
+
+#[test]
+fn evidence_speaks_of_the_gimbal_where_it_carries_the_antenna() {
+    let find = |gimbal: Option<Attitude>, axis| {
+        let prepared = prepared_with_gimbal(|t_s| rolled(roll_rad(t_s)), |_| gimbal);
+        assert!(!is_unchecked(&prepared, &request(axis)));
+        let mut all = findings(&prepared, &request(axis)).into_iter();
+        all.find(|finding| finding.name == "antenna_tilt").unwrap()
+    };
+    let level = find(rolled(0.0), AntennaAxis::Gimbal);
+    assert_eq!(level.verdict, Verdict::Agrees);
+    assert!(level.value.is_some_and(|deg| deg < 1e-6));
+    // Far to the side: more than a platform would.
+    let side = find(rolled(0.9), AntennaAxis::Gimbal);
+    assert_eq!(side.verdict, Verdict::Agrees, "{}", side.explanation);
+    assert!(
+        side.value
+            .is_some_and(|deg| (deg - 0.9_f64.to_degrees()).abs() < 1e-3)
+    );
+    assert!(side.explanation.contains("of the gimbal"));
+    // The wrong one of its axes.
+    let wrong = find(pitched_down(0.2), AntennaAxis::Gimbal);
+    assert_eq!(wrong.verdict, Verdict::Doubtful);
+    assert!(
+        wrong.explanation.contains("its forward axis lies 11.5°"),
+        "{}",
+        wrong.explanation
+    );
+    let right = find(pitched_down(0.2), AntennaAxis::GimbalForward);
+    assert_eq!(right.verdict, Verdict::Agrees);
 }

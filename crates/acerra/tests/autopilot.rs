@@ -17,11 +17,12 @@ use std::path::Path;
 use acerra_geo::geodesy::{EnuFrame, Geodetic};
 use acerra_imaging::reference::{self, Scatterer};
 use acerra_imaging::{Complex64, SPEED_OF_LIGHT_M_S, Spreading};
+use acerra_npz::NpzReader;
 use acerra_radar::{NeutralContent, Spectrum};
 use assert_cmd::Command;
 use serde_json::Value;
 
-use ardupilot::{Gps, att, gpa, gps, head};
+use ardupilot::{Gps, att, gpa, gps, head, mnt};
 
 /// The drone flies north with its nose far off the course.
 const LEVER_ARM_M: [f64; 3] = [0.4, 0.1, -0.2];
@@ -184,15 +185,57 @@ fn tlog() -> Vec<u8> {
     log
 }
 
-/// Runs `focus` on a log; targets and record of the run, or the message.
+/// A run of `focus`.
+#[derive(Clone, Copy)]
+struct Run<'a> {
+    log: &'a str,
+    lever_arm_m: [f64; 3],
+    /// Further keys of `[trajectory]`.
+    trajectory: &'a str,
+    /// Further keys of `[image]`.
+    image: &'a str,
+}
+
+impl<'a> Run<'a> {
+    fn of(log: &'a str) -> Self {
+        Self {
+            log,
+            lever_arm_m: LEVER_ARM_M,
+            trajectory: "",
+            image: "",
+        }
+    }
+
+    /// Targets and record of the run, or the message.
+    fn focus(self, folder: &Path) -> Result<(Value, Value), String> {
+        let Self {
+            log,
+            lever_arm_m,
+            trajectory,
+            image,
+        } = self;
+        let text = format!(
+            "[radar]\nfile = 'radar.npz'\n[trajectory]\nfile = '{log}'\n\
+             time_offset_s = {}\nlever_arm_m = {lever_arm_m:?}\norigin_deg_m = [41.1, 14.25, 80.0]\n\
+             {trajectory}\n[image]\nx_m = [2, 6]\ny_m = [-2, 3]\nfrequencies = 86\n{image}\n\
+             [checks]\ncontradictions = 'warn'\n",
+            TOW_S + FIRST_TRACE_S
+        );
+        run_campaign(folder, &text)
+    }
+}
+
+/// Runs `focus` on a log with further keys of `[trajectory]`; targets and record of the run, or the message.
 fn focus(folder: &Path, log: &str, keys: &str) -> Result<(Value, Value), String> {
+    let run = Run {
+        trajectory: keys,
+        ..Run::of(log)
+    };
+    run.focus(folder)
+}
+
+fn run_campaign(folder: &Path, text: &str) -> Result<(Value, Value), String> {
     let campaign = folder.join("campaign.toml");
-    let text = format!(
-        "[radar]\nfile = 'radar.npz'\n[trajectory]\nfile = '{log}'\n\
-         time_offset_s = {}\nlever_arm_m = {LEVER_ARM_M:?}\norigin_deg_m = [41.1, 14.25, 80.0]\n{keys}\n\
-         [image]\nx_m = [2, 6]\ny_m = [-2, 3]\nfrequencies = 86\n[checks]\ncontradictions = 'warn'\n",
-        TOW_S + FIRST_TRACE_S
-    );
     fs::write(&campaign, text).unwrap();
     let products = folder.join("run");
     let output = Command::cargo_bin("acerra")
@@ -272,6 +315,106 @@ fn px4_and_mavlink_logs_put_it_there_too() {
         assert!(off_m(&targets) < 0.05, "{name}: {targets:#}");
         assert!(run["inputs"].to_string().contains(sources), "{name}");
     }
+}
+
+/// The flight of [`bin`], its drone turned as `euler_rad` says, with a gimbal in `MNT` (rad).
+fn bin_with_gimbal(euler_rad: impl Fn(f64) -> [f64; 3], [roll, pitch, yaw]: [f64; 3]) -> Vec<u8> {
+    let mut log = bin(6, false);
+    for k in 0..600_u32 {
+        let time_s = 0.02 * f64::from(k);
+        log.extend(att(40.0 + time_s, euler_rad(time_s)));
+        log.extend(mnt(40.0 + time_s, 0, [roll, pitch, f64::NAN, yaw]));
+    }
+    log
+}
+
+/// The image of an antenna of a steep pattern on the phase centre that was logged.
+fn image_by(folder: &Path, log: &str, axis: &str) -> Vec<f64> {
+    let run = Run {
+        lever_arm_m: [0.0; 3],
+        image: &format!("pixel_m = 0.05\nantenna_cosine_power = 8\nantenna_axis = '{axis}'"),
+        ..Run::of(log)
+    };
+    run.focus(folder).unwrap();
+    let file = File::open(folder.join("run/image.npz")).unwrap();
+    let values = NpzReader::new(file).unwrap().values("image", 1 << 20);
+    let (_, image) = values.unwrap();
+    image.into_iter().flat_map(|(re, im)| [re, im]).collect()
+}
+
+/// Relative difference of two images.
+fn difference(one: &[f64], other: &[f64]) -> f64 {
+    assert_eq!(one.len(), other.len());
+    let power = |values: &mut dyn Iterator<Item = f64>| values.map(|v| v * v).sum::<f64>();
+    let off = power(&mut one.iter().zip(other).map(|(a, b)| a - b));
+    (off / power(&mut other.iter().copied())).sqrt()
+}
+
+#[test]
+fn an_antenna_on_a_gimbal_is_weighed_where_the_log_says_it_points() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write_radar(folder);
+    // The drone rolls, the gimbal keeps level: as if the antenna always looked straight down.
+    let rolling = |t: f64| [0.3 * (1.9 * t).sin(), 0.03, 1.2];
+    fs::write(
+        folder.join("level.bin"),
+        bin_with_gimbal(rolling, [0.0, 0.0, 1.2]),
+    )
+    .unwrap();
+    let vertical = image_by(folder, "level.bin", "vertical");
+    assert!(difference(&image_by(folder, "level.bin", "gimbal"), &vertical) < 2e-3);
+    assert!(difference(&image_by(folder, "level.bin", "attitude"), &vertical) > 0.02);
+    // A gimbal tilted to the side weighs as a drone that is so tilted.
+    let tilted = [0.5, -0.1, 3.0];
+    fs::write(folder.join("tilted.bin"), bin_with_gimbal(rolling, tilted)).unwrap();
+    fs::write(
+        folder.join("drone.bin"),
+        bin_with_gimbal(|_| tilted, [0.0; 3]),
+    )
+    .unwrap();
+    let by_gimbal = image_by(folder, "tilted.bin", "gimbal");
+    assert!(difference(&by_gimbal, &image_by(folder, "drone.bin", "attitude")) < 1e-5);
+    assert!(difference(&by_gimbal, &vertical) > 0.05);
+
+    // The lever arm stays the drone's.
+    fs::write(folder.join("arm.bin"), bin_with_gimbal(euler_rad, tilted)).unwrap();
+    let run = Run {
+        image: "antenna_cosine_power = 1\nantenna_axis = 'gimbal'",
+        trajectory: "gimbal_source = 'MNT[0]'",
+        ..Run::of("arm.bin")
+    };
+    let (targets, run) = run.focus(folder).unwrap();
+    assert!(off_m(&targets) < 0.05, "{targets:#}");
+    let sources = "positions of GPS[0], attitude of ATT, gimbal of MNT[0]";
+    assert!(run["inputs"].to_string().contains(sources));
+    let tilt = finding(&run, "antenna_tilt");
+    let expected_deg = (0.5_f64.cos() * 0.1_f64.cos()).acos().to_degrees();
+    assert!(
+        (tilt["value"].as_f64().unwrap() - expected_deg).abs() < 0.01,
+        "{tilt:#}"
+    );
+}
+
+#[test]
+fn a_gimbal_that_no_log_holds_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write_radar(folder);
+    let on_gimbal = |log| Run {
+        image: "antenna_axis = 'gimbal'",
+        ..Run::of(log)
+    };
+    fs::write(folder.join("flight.bin"), bin(6, true)).unwrap();
+    let message = on_gimbal("flight.bin").focus(folder).unwrap_err();
+    assert!(
+        message.contains("flight.bin: no attitude of a gimbal"),
+        "{message}"
+    );
+    let table = "time_s,x_m,y_m,z_m\n0,0,0,4\n1,1,0,4\n";
+    fs::write(folder.join("table.csv"), table).unwrap();
+    let message = on_gimbal("table.csv").focus(folder).unwrap_err();
+    assert!(message.contains("[image] antenna_axis"), "{message}");
 }
 
 #[test]

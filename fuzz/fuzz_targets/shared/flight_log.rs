@@ -1,6 +1,6 @@
 //! Any bytes as the log of an autopilot: an answer or an error, and what is read can be used.
 
-use acerra_autopilot::{LogOptions, read_log};
+use acerra_autopilot::{GimbalChoice, LogOptions, read_log};
 use acerra_geo::interpolate::{InterpolationOptions, Interpolator};
 use acerra_geo::lever_arm::{HeadingOptions, apply_lever_arm};
 
@@ -10,15 +10,26 @@ pub fn check(bytes: &[u8]) {
     let Ok((_, report)) = read_log(bytes, &options) else {
         return;
     };
+    let gimbals = report.gimbal_sources.iter().map(|g| g.name.clone());
+    let choices: Vec<GimbalChoice> = [GimbalChoice::None, GimbalChoice::Only]
+        .into_iter()
+        .chain(gimbals.take(2).map(GimbalChoice::Named))
+        .collect();
     for source in report.sources {
-        let Ok((track, report)) = read_log(bytes, &options.clone().with_source(source.name)) else {
-            continue;
-        };
+        for gimbal in &choices {
+            let options = options.clone().with_source(source.name.clone());
+            check_choice(bytes, &options.with_gimbal(gimbal.clone()));
+        }
+    }
+}
+
+fn check_choice(bytes: &[u8], options: &LogOptions) {
+    if let Ok((track, report)) = read_log(bytes, options) {
         let _ = report.warnings.iter().map(ToString::to_string).count();
         assert!(track.fixes().windows(2).all(|w| w[0].time_s < w[1].time_s));
         for fix in track.fixes() {
             assert!(fix.position_m.iter().all(|v| v.is_finite()));
-            if let Some(attitude) = fix.attitude {
+            for attitude in fix.attitude.into_iter().chain(fix.gimbal) {
                 let length: f64 = attitude.quaternion().iter().map(|v| v * v).sum();
                 assert!((length - 1.0).abs() < 1e-9);
             }

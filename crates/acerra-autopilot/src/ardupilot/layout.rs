@@ -78,6 +78,18 @@ impl Layout {
         value(record, names.iter().find_map(of)?)
     }
 
+    /// The text of a field.
+    pub fn text(&self, record: &[u8], name: &str) -> Option<String> {
+        let field = self.fields.iter().find(|f| f.name == name)?;
+        let length = match field.code {
+            b'n' => 4,
+            b'N' => 16,
+            b'Z' => 64,
+            _ => return None,
+        };
+        Some(text(record, field.at, length))
+    }
+
     /// A whole number, exactly.
     pub fn integer(&self, record: &[u8], name: &str) -> Option<i64> {
         let field = self.fields.iter().find(|f| f.name == name)?;

@@ -1,5 +1,5 @@
-//! What the records `GPS`, `GPA`, `POS` and `ATT` say (ArduPilot, `AP_GPS/LogStructure.h` and
-//! `AP_AHRS/LogStructure.h`).
+//! What the records `GPS`, `GPA`, `POS`, `ATT`, `MNT` and `PARM` say (ArduPilot, `AP_GPS/LogStructure.h`,
+//! `AP_AHRS/LogStructure.h` and `AP_Mount/LogStructure.h`).
 
 use acerra_geo::geodesy::Geodetic;
 use acerra_geo::time::GpsTime;
@@ -7,7 +7,10 @@ use acerra_geo::trajectory::SolutionStatus;
 
 use super::layout::Layout;
 use crate::body::attitude_from_euler;
-use crate::sample::{AttitudeSample, ClockPair, HeightDatum, Place, PositionSample, Stamp};
+use crate::sample::{
+    AttitudeSample, ClockPair, GimbalSample, HeightDatum, Place, PositionSample, Stamp, Teller,
+    YawFrom,
+};
 
 /// A record with the layout of its type.
 #[derive(Debug, Clone, Copy)]
@@ -142,6 +145,45 @@ impl Record<'_> {
         Some(AttitudeSample {
             stamp: Stamp::Boot(self.boot_s()?),
             attitude: attitude_from_euler(angles)?,
+        })
+    }
+
+    /// The gimbal that a record `PARM` tells the kind of, and what that says of its angles: `MNT1_TYPE` of the first.
+    ///
+    /// Servos (1) have no feedback: versions of ArduPilot log the angles from the horizon that are wanted or, later,
+    /// those in the vehicle's axes that are asked of them (`AP_Mount_Servo::get_attitude_quaternion`). A gimbal that
+    /// stabilises itself behind servo signals (7) is asked for angles from the horizon. None for no gimbal (0).
+    pub fn gimbal_kind(&self) -> Option<(String, Teller)> {
+        let name = self.layout.text(self.bytes, "Name")?;
+        let number = name.strip_prefix("MNT")?.strip_suffix("_TYPE")?;
+        let instance = number.parse::<u8>().ok()?.checked_sub(1)?;
+        let kind = self.number(&["Value"])?.round();
+        let teller = match kind as i64 {
+            ..=0 => return None,
+            1 => Teller::ServosOfUnknownFrame,
+            7 => Teller::Servos,
+            _ => Teller::Gimbal,
+        };
+        Some((format!("MNT[{instance}]"), teller))
+    }
+
+    /// Name of the gimbal of a record `MNT`.
+    pub fn gimbal(&self) -> String {
+        format!("MNT[{}]", self.integer("I").unwrap_or(0))
+    }
+
+    /// The attitude of a record `MNT`, degrees: roll and pitch from the horizon, yaw from north, or where only
+    /// that is known from the nose. None of a gimbal that does not tell its angles.
+    pub fn gimbal_attitude(&self) -> Option<GimbalSample> {
+        let angle = |name| self.number(&[name]).map(f64::to_radians);
+        let (yaw_rad, yaw) = match angle("YawE") {
+            Some(yaw_rad) => (yaw_rad, YawFrom::North),
+            None => (angle("YawB")?, YawFrom::Nose),
+        };
+        let attitude = attitude_from_euler([angle("Roll")?, angle("Pitch")?, yaw_rad])?;
+        Some(GimbalSample {
+            teller: Teller::Autopilot,
+            ..GimbalSample::new(Stamp::Boot(self.boot_s()?), attitude, yaw)
         })
     }
 }

@@ -13,7 +13,7 @@ use crate::bytes::LogBytes;
 use crate::collect::{ClockSource, Collector, Origin};
 use crate::error::LogError;
 use crate::format::LogFormat;
-use crate::sample::{PairKind, Recording, SourceKind};
+use crate::sample::{PairKind, Recording, SourceKind, Teller};
 
 use layout::{FMT_LENGTH, FMT_TYPE, HEADER, Layout, MARK};
 use messages::Record;
@@ -33,6 +33,7 @@ pub fn read<R: Read>(bytes: &mut LogBytes<R>, limit: usize) -> Result<Recording,
         found: Collector::new(LogFormat::ArduPilot, limit),
         clock_receiver: None,
         last_fix: HashMap::new(),
+        gimbal_kinds: HashMap::new(),
     };
     while !bytes.is_at_end()? {
         let offset = bytes.offset();
@@ -54,6 +55,11 @@ pub fn read<R: Read>(bytes: &mut LogBytes<R>, limit: usize) -> Result<Recording,
         }
         bytes.advance(length);
     }
+    // Parameters may come after the first angles.
+    for (name, teller) in &log.gimbal_kinds {
+        let samples = log.found.gimbal_samples(name);
+        samples.iter_mut().for_each(|s| s.teller = *teller);
+    }
     let clock = ClockSource {
         kind: PairKind::Arrival,
         name: "a record GPS with week and milliseconds",
@@ -69,6 +75,8 @@ struct Reader {
     clock_receiver: Option<String>,
     /// Clock reading (s) of each receiver's latest record, where that had a position.
     last_fix: HashMap<String, f64>,
+    /// What the parameters say of each gimbal's angles.
+    gimbal_kinds: HashMap<String, Teller>,
 }
 
 impl Reader {
@@ -146,6 +154,14 @@ impl Reader {
                 Some(attitude) => self.found.attitude("ATT", attitude, offset),
                 None => Ok(()),
             },
+            "PARM" => {
+                self.gimbal_kinds.extend(record.gimbal_kind());
+                Ok(())
+            }
+            "MNT" => {
+                let sample = record.gimbal_attitude();
+                self.found.gimbal(&record.gimbal(), 0, sample, offset)
+            }
             _ => Ok(()),
         }
     }

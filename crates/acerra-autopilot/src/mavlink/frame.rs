@@ -4,6 +4,8 @@
 //! own clock. The checksum of a packet covers a byte that is made from the definition of its message
 //! (`CRC_EXTRA`): packets of messages that are not known here cannot be checked.
 
+use acerra_geo::time::GpsTime;
+
 use crate::bytes::array;
 use crate::sample::gps_time_of_unix_us;
 
@@ -18,8 +20,10 @@ const VERSION_2: u8 = 0xfd;
 pub const LONGEST: usize = STAMP + 10 + 255 + 2 + 13;
 
 /// A packet.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Packet<'a> {
+    /// When it arrived, by the ground station's clock.
+    pub arrival: GpsTime,
     /// The vehicle.
     pub system: u8,
     /// Its part; 1 is the autopilot.
@@ -54,6 +58,8 @@ pub fn length(start: &[u8]) -> Option<usize> {
 impl<'a> Packet<'a> {
     /// The packet of which these are all bytes, with its stamp.
     pub fn of(bytes: &'a [u8]) -> Option<Self> {
+        let arrival = array(bytes, 0).map(i64::from_be_bytes);
+        let arrival = gps_time_of_unix_us(arrival?)?;
         let packet = bytes.get(STAMP..)?;
         let payload_length = usize::from(*packet.get(1)?);
         let (system, component, message, header) = match *packet.first()? {
@@ -71,6 +77,7 @@ impl<'a> Packet<'a> {
         };
         let end = header + payload_length;
         Some(Self {
+            arrival,
             system,
             component,
             message,

@@ -5,8 +5,10 @@ use acerra_geo::trajectory::SolutionStatus;
 
 use crate::body::attitude_from_euler;
 use crate::bytes::array;
+use crate::gimbal::DeviceStatus;
 use crate::sample::{
-    AttitudeSample, ClockPair, HeightDatum, Place, PositionSample, Stamp, gps_time_of_unix_us,
+    AttitudeSample, ClockPair, GimbalSample, HeightDatum, Place, PositionSample, Stamp, YawFrom,
+    gps_time_of_unix_us,
 };
 
 /// A message that matters here.
@@ -22,6 +24,10 @@ pub enum Kind {
     Attitude,
     /// `GLOBAL_POSITION_INT`: the filter's position.
     GlobalPosition,
+    /// `MOUNT_ORIENTATION`: angles of a gimbal.
+    MountOrientation,
+    /// `GIMBAL_DEVICE_ATTITUDE_STATUS`: attitude of a gimbal, and how it is.
+    GimbalDeviceStatus,
 }
 
 impl Kind {
@@ -33,6 +39,8 @@ impl Kind {
             30 => (Self::Attitude, 39),
             33 => (Self::GlobalPosition, 104),
             124 => (Self::Gps2Raw, 87),
+            265 => (Self::MountOrientation, 26),
+            285 => (Self::GimbalDeviceStatus, 137),
             _ => return None,
         })
     }
@@ -45,6 +53,8 @@ impl Kind {
             Self::Gps2Raw => "GPS2_RAW",
             Self::Attitude => "ATTITUDE",
             Self::GlobalPosition => "GLOBAL_POSITION_INT",
+            Self::MountOrientation => "MOUNT_ORIENTATION",
+            Self::GimbalDeviceStatus => "GIMBAL_DEVICE_ATTITUDE_STATUS",
         }
     }
 }
@@ -105,6 +115,42 @@ impl Payload {
             stamp: Stamp::Boot(self.boot_s(0)),
             attitude: attitude_from_euler([self.f32(4), self.f32(8), self.f32(12)])?,
         })
+    }
+
+    /// The angles of `MOUNT_ORIENTATION` (degrees): roll and pitch from the horizon, yaw from the nose, and in
+    /// later definitions also from north, where a zero is as good as not told. The stamp is the sender's clock.
+    pub fn mount_orientation(&self) -> Option<GimbalSample> {
+        let [roll, pitch, from_nose, from_north] =
+            [4, 8, 12, 16].map(|at| self.f32(at).to_radians());
+        let (yaw_rad, yaw) = if from_north.is_finite() && from_north != 0.0 {
+            (from_north, YawFrom::North)
+        } else {
+            (from_nose, YawFrom::Nose)
+        };
+        let attitude = attitude_from_euler([roll, pitch, yaw_rad])?;
+        Some(GimbalSample::new(
+            Stamp::Boot(self.boot_s(0)),
+            attitude,
+            yaw,
+        ))
+    }
+
+    /// The attitude of `GIMBAL_DEVICE_ATTITUDE_STATUS`. The stamp is the sender's clock.
+    pub fn gimbal_status(&self) -> Option<GimbalSample> {
+        let flags = array(&self.bytes, 36).map_or(0, u16::from_le_bytes);
+        DeviceStatus {
+            flags: flags.into(),
+            failures: self.u32(32).into(),
+            quaternion: [4, 8, 12, 16].map(|at| self.f32(at)),
+            delta_yaw_rad: self.f32(40),
+        }
+        .sample(Stamp::Boot(self.boot_s(0)))
+    }
+
+    /// Number of the gimbal of `GIMBAL_DEVICE_ATTITUDE_STATUS` among those of its sender, from 1; 0 where it is
+    /// the sender itself.
+    pub const fn gimbal_device(&self) -> u8 {
+        self.bytes[48]
     }
 
     /// The position of `GLOBAL_POSITION_INT`, its height above the sea.
@@ -197,11 +243,15 @@ mod tests {
     type Declared = Vec<(&'static str, &'static str)>;
 
     /// The byte that a definition adds to the checksum: name, and type and name of each field in the order of
-    /// the packet (MAVLink Developer Guide, "CRC_EXTRA Calculation").
+    /// the packet without extensions (MAVLink Developer Guide, "CRC_EXTRA Calculation").
     fn crc_extra(name: &str, fields: &[(&str, &str)]) -> u8 {
         let mut text = format!("{name} ");
         for (kind, field) in fields {
             text += &format!("{kind} {field} ");
+            if *field == "q" {
+                // An array's length follows its name.
+                text.push('\u{4}');
+            }
         }
         let crc = text.bytes().fold(0xffff, accumulate);
         (crc & 0xff) as u8 ^ (crc >> 8) as u8
@@ -239,6 +289,17 @@ mod tests {
         global.extend(["vx", "vy", "vz"].map(|name| ("int16_t", name)));
         global.push(("uint16_t", "hdg"));
         let time = [("uint64_t", "time_unix_usec"), ("uint32_t", "time_boot_ms")];
+        let mut mount = vec![("uint32_t", "time_boot_ms")];
+        mount.extend(["roll", "pitch", "yaw"].map(|name| ("float", name)));
+        let mut gimbal = vec![("uint32_t", "time_boot_ms"), ("float", "q")];
+        let rates = [
+            "angular_velocity_x",
+            "angular_velocity_y",
+            "angular_velocity_z",
+        ];
+        gimbal.extend(rates.map(|name| ("float", name)));
+        gimbal.extend([("uint32_t", "failure_flags"), ("uint16_t", "flags")]);
+        gimbal.extend(["target_system", "target_component"].map(|name| ("uint8_t", name)));
         let second = receiver(&[("uint32_t", "dgps_age"), ("uint8_t", "dgps_numch")]);
         for (message, fields) in [
             (2, time.to_vec()),
@@ -246,6 +307,8 @@ mod tests {
             (30, attitude),
             (33, global),
             (124, second),
+            (265, mount),
+            (285, gimbal),
         ] {
             let (kind, byte) = Kind::of(message).unwrap();
             assert_eq!(crc_extra(kind.name(), &fields), byte, "{}", kind.name());

@@ -1,5 +1,6 @@
 //! MAVLink telemetry as ground stations record it, `.tlog`.
 
+mod component;
 mod frame;
 mod messages;
 
@@ -10,8 +11,9 @@ use crate::bytes::LogBytes;
 use crate::collect::{ClockSource, Collector, Origin};
 use crate::error::LogError;
 use crate::format::LogFormat;
-use crate::sample::{PairKind, Recording, SourceKind};
+use crate::sample::{GimbalSample, PairKind, Recording, SourceKind, Stamp, Teller};
 
+use component::ComponentClocks;
 use frame::{HEADER, LONGEST, Packet, length};
 use messages::{Kind, Payload};
 
@@ -42,6 +44,7 @@ pub fn read<R: Read>(bytes: &mut LogBytes<R>, limit: usize) -> Result<Recording,
         found: Collector::new(LogFormat::Mavlink, limit),
         system: None,
         others: BTreeSet::new(),
+        clocks: ComponentClocks::default(),
     };
     while !bytes.is_at_end()? {
         let offset = bytes.offset();
@@ -62,6 +65,7 @@ pub fn read<R: Read>(bytes: &mut LogBytes<R>, limit: usize) -> Result<Recording,
         }
         bytes.advance(length);
     }
+    std::mem::take(&mut log.clocks).settle(&mut log.found);
     if !log.others.is_empty() {
         let others: Vec<String> = log.others.iter().map(u8::to_string).collect();
         log.found.remarks.push(format!(
@@ -101,6 +105,8 @@ struct Reader {
     system: Option<u8>,
     /// Other vehicles in the log.
     others: BTreeSet<u8>,
+    /// Clocks of the vehicle's parts.
+    clocks: ComponentClocks,
 }
 
 impl Reader {
@@ -108,6 +114,10 @@ impl Reader {
         let Some((kind, _)) = Kind::of(packet.message) else {
             return Ok(());
         };
+        let payload = Payload::new(packet.payload);
+        if matches!(kind, Kind::MountOrientation | Kind::GimbalDeviceStatus) {
+            return self.take_gimbal(kind, packet, &payload, offset);
+        }
         // Gimbals, cameras and the ground station have clocks and attitudes of their own.
         if packet.component != AUTOPILOT {
             return Ok(());
@@ -116,14 +126,21 @@ impl Reader {
             self.others.insert(packet.system);
             return Ok(());
         }
-        let payload = Payload::new(packet.payload);
         match kind {
             Kind::SystemTime => match payload.clock_pair() {
-                Some(pair) => self.found.pair(pair, offset),
+                Some(pair) => {
+                    self.clocks.autopilot(pair.boot_s, packet.arrival);
+                    self.found.pair(pair, offset)
+                }
                 None => Ok(()),
             },
             Kind::Attitude => match payload.attitude() {
-                Some(attitude) => self.found.attitude(kind.name(), attitude, offset),
+                Some(attitude) => {
+                    if let Stamp::Boot(boot_s) = attitude.stamp {
+                        self.clocks.autopilot(boot_s, packet.arrival);
+                    }
+                    self.found.attitude(kind.name(), attitude, offset)
+                }
                 None => Ok(()),
             },
             Kind::GlobalPosition => {
@@ -136,6 +153,42 @@ impl Reader {
                 self.found
                     .position(origin, payload.gnss_position(kind), offset)
             }
+            Kind::MountOrientation | Kind::GimbalDeviceStatus => Ok(()),
         }
+    }
+
+    /// Takes the attitude of a gimbal of the vehicle: of the autopilot, which speaks for it, or of a component of
+    /// its own.
+    fn take_gimbal(
+        &mut self,
+        kind: Kind,
+        packet: &Packet<'_>,
+        payload: &Payload,
+        offset: u64,
+    ) -> Result<(), LogError> {
+        if self.system != Some(packet.system) {
+            return Ok(());
+        }
+        let (sample, device, rank) = match kind {
+            Kind::GimbalDeviceStatus => (payload.gimbal_status(), payload.gimbal_device(), 0),
+            _ => (payload.mount_orientation(), 0, 1),
+        };
+        let number = match device {
+            0 => packet.component,
+            device => device,
+        };
+        let name = format!("{}[{number}]", kind.name());
+        let sample = if packet.component == AUTOPILOT {
+            sample.map(|sample| GimbalSample {
+                teller: Teller::Autopilot,
+                ..sample
+            })
+        } else {
+            if let Some(sample) = sample {
+                self.clocks.gimbal(&name, sample.stamp, packet.arrival);
+            }
+            sample
+        };
+        self.found.gimbal(&name, rank, sample, offset)
     }
 }

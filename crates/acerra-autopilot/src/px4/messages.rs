@@ -1,13 +1,15 @@
 //! What the messages say (PX4, `msg/SensorGps.msg`, `msg/VehicleGlobalPosition.msg`,
-//! `msg/VehicleAttitude.msg`; before version 1.14 latitudes are whole 1e-7 degrees, heights whole mm).
+//! `msg/VehicleAttitude.msg`, `msg/GimbalDeviceAttitudeStatus.msg`; before version 1.14 latitudes are whole 1e-7 degrees, heights whole mm).
 
 use acerra_geo::time::GpsTime;
 use acerra_geo::trajectory::SolutionStatus;
 
 use super::definitions::Fields;
 use crate::body::attitude_from_frd_to_ned;
+use crate::gimbal::DeviceStatus;
 use crate::sample::{
-    AttitudeSample, ClockPair, HeightDatum, Place, PositionSample, Stamp, gps_time_of_unix_us,
+    AttitudeSample, ClockPair, GimbalSample, HeightDatum, Place, PositionSample, Stamp, Teller,
+    gps_time_of_unix_us,
 };
 
 /// A message with the places of its fields.
@@ -127,13 +129,38 @@ impl Message<'_> {
         })
     }
 
+    fn quaternion(&self) -> Option<[f64; 4]> {
+        let [w, x, y, z] = ["q[0]", "q[1]", "q[2]", "q[3]"].map(|name| self.number(name));
+        Some([w?, x?, y?, z?])
+    }
+
     /// The attitude: the quaternion takes forward, right, down to north, east, down.
     pub fn attitude(&self) -> Option<AttitudeSample> {
-        let [w, x, y, z] = ["q[0]", "q[1]", "q[2]", "q[3]"].map(|name| self.number(name));
         Some(AttitudeSample {
             stamp: Stamp::Boot(self.sample_s()?),
-            attitude: attitude_from_frd_to_ned([w?, x?, y?, z?])?,
+            attitude: attitude_from_frd_to_ned(self.quaternion()?)?,
         })
+    }
+
+    /// Number of the gimbal among those of one sender, from 1; 0 where it is the sender itself.
+    pub fn gimbal_device(&self) -> i64 {
+        self.integer("gimbal_device_id").unwrap_or(0)
+    }
+
+    /// The attitude of a gimbal. What did not come from one over MAVLink is what the autopilot asked of servos.
+    pub fn gimbal_attitude(&self) -> Option<GimbalSample> {
+        let status = DeviceStatus {
+            flags: self.integer("device_flags")?,
+            failures: self.integer("failure_flags").unwrap_or(0),
+            quaternion: self.quaternion()?,
+            delta_yaw_rad: self.number("delta_yaw").unwrap_or(f64::NAN),
+        };
+        let sample = status.sample(Stamp::Boot(self.boot_s()?))?;
+        let teller = match self.integer("received_from_mavlink") {
+            Some(0) => Teller::Servos,
+            _ => Teller::Gimbal,
+        };
+        Some(GimbalSample { teller, ..sample })
     }
 }
 

@@ -24,6 +24,9 @@ const MESSAGE_HEADER: usize = 3;
 /// A message that marks where reading may begin anew.
 const SYNC: [u8; 11] = [8, 0, b'S', 0x2f, 0x73, 0x13, 0x20, 0x25, 0x0c, 0xbb, 0x12];
 
+/// The topic of gimbals.
+const GIMBAL: &str = "gimbal_device_attitude_status";
+
 /// Whether a log begins like this.
 pub fn begins(start: &[u8]) -> bool {
     start.starts_with(MAGIC)
@@ -170,7 +173,11 @@ impl Reader {
         let topic = String::from_utf8_lossy(message.get(3..).unwrap_or_default()).into_owned();
         let matters = matches!(
             topic.as_str(),
-            "vehicle_gps_position" | "sensor_gps" | "vehicle_global_position" | "vehicle_attitude"
+            "vehicle_gps_position"
+                | "sensor_gps"
+                | "vehicle_global_position"
+                | "vehicle_attitude"
+                | GIMBAL
         );
         if matters {
             let fields = self.definitions.fields_of(&topic)?;
@@ -201,6 +208,14 @@ impl Reader {
                 Some(attitude) => self.found.attitude(source, attitude, offset),
                 None => Ok(()),
             },
+            GIMBAL => {
+                let name = match message.gimbal_device() {
+                    0 => source.to_owned(),
+                    device => format!("{source}.{device}"),
+                };
+                let sample = message.gimbal_attitude();
+                self.found.gimbal(&name, 0, sample, offset)
+            }
             "vehicle_global_position" => {
                 let position = message.filter_position();
                 self.found

@@ -1,5 +1,5 @@
-//! What the messages say: `sensor_msgs/NavSatFix`, `sensor_msgs/Imu` and `nav_msgs/Odometry` of ROS 2
-//! (common_interfaces), in the frames of REP 103 and REP 145.
+//! What the messages say: `sensor_msgs/NavSatFix`, `sensor_msgs/Imu`, `nav_msgs/Odometry` and
+//! `geometry_msgs/QuaternionStamped` of ROS 2 (common_interfaces), in the frames of REP 103 and REP 145.
 
 use acerra_geo::trajectory::{Attitude, SolutionStatus};
 
@@ -17,6 +17,8 @@ pub enum Kind {
     Odometry,
     /// `sensor_msgs/msg/Imu`.
     Imu,
+    /// `geometry_msgs/msg/QuaternionStamped`.
+    Quaternion,
 }
 
 impl Kind {
@@ -26,6 +28,7 @@ impl Kind {
             "sensor_msgs/msg/NavSatFix" => Self::NavSatFix,
             "nav_msgs/msg/Odometry" => Self::Odometry,
             "sensor_msgs/msg/Imu" => Self::Imu,
+            "geometry_msgs/msg/QuaternionStamped" => Self::Quaternion,
             _ => return None,
         })
     }
@@ -113,6 +116,14 @@ pub fn imu(message: &[u8]) -> Read<AttitudeSample> {
     let first_covariance = cdr.f64()?;
     let has_orientation = first_covariance >= 0.0;
     Some(attitude(stamp, quaternion).filter(|_| has_orientation))
+}
+
+/// The attitude of a `QuaternionStamped`.
+pub fn quaternion(message: &[u8]) -> Read<AttitudeSample> {
+    let mut cdr = Cdr::new(message)?;
+    let stamp = stamp(&mut cdr)?;
+    let quaternion = cdr.f64s()?;
+    Some(attitude(stamp, quaternion))
 }
 
 /// From x, y, z, w: it takes forward, left, up to east, north, up, as ours does.

@@ -11,10 +11,10 @@ use crate::bytes::LogBytes;
 use crate::collect::{ClockSource, Collector, Origin};
 use crate::error::LogError;
 use crate::format::LogFormat;
-use crate::sample::{PairKind, Recording, SourceKind};
+use crate::sample::{GimbalSample, PairKind, Recording, SourceKind, YawFrom};
 
 use mcap::{Fields, LARGEST_CHUNK, MAGIC, RECORD_HEADER, kind, unpacked};
-use messages::{Kind, fix, imu, odometry};
+use messages::{Kind, fix, imu, odometry, quaternion};
 
 /// Whether a file begins like this.
 pub fn begins(start: &[u8]) -> bool {
@@ -204,6 +204,12 @@ impl Reader {
                     Some(attitude) => self.found.ranked_attitude(name, 1, attitude, offset),
                     None => Ok(()),
                 }
+            }
+            // Whose attitude it is the message does not say: it is taken where its topic is named.
+            Kind::Quaternion => {
+                let sample = quaternion(message).ok_or_else(broken)?;
+                let sample = sample.map(|s| GimbalSample::new(s.stamp, s.attitude, YawFrom::North));
+                self.found.gimbal(name, 0, sample, offset)
             }
             Kind::Imu => match imu(message).ok_or_else(broken)? {
                 Some(attitude) => self.found.attitude(name, attitude, offset),

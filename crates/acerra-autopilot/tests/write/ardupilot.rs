@@ -26,6 +26,8 @@ pub const GPA: u8 = 131;
 pub const ATT: u8 = 132;
 pub const POS: u8 = 133;
 pub const MSG: u8 = 134;
+pub const MNT: u8 = 135;
+pub const PARM: u8 = 136;
 
 /// The definitions at a log's head.
 pub fn head() -> Vec<u8> {
@@ -55,6 +57,13 @@ pub fn head() -> Vec<u8> {
         "TimeUS,Lat,Lng,Alt,RelHomeAlt,RelOriginAlt",
     ));
     out.extend(fmt(MSG, "MSG", "QZ", "TimeUS,Message"));
+    out.extend(fmt(
+        MNT,
+        "MNT",
+        "QBfffffffff",
+        "TimeUS,I,DRoll,Roll,DPitch,Pitch,DYawB,YawB,DYawE,YawE,Dist",
+    ));
+    out.extend(fmt(PARM, "PARM", "QNff", "TimeUS,Name,Value,Default"));
     out
 }
 
@@ -145,5 +154,30 @@ pub fn msg(boot_s: f64, text: &str) -> Vec<u8> {
     let mut field = text.as_bytes().to_vec();
     field.resize(64, 0);
     out.extend(field);
+    out
+}
+
+/// A record `MNT` of actual roll and pitch, and yaw from the nose and from north (rad); what was asked for is
+/// something else.
+pub fn mnt(boot_s: f64, instance: u8, angles_rad: [f64; 4]) -> Vec<u8> {
+    let mut out = begin(MNT, boot_s);
+    out.push(instance);
+    for angle in angles_rad {
+        out.extend(77_f32.to_le_bytes());
+        out.extend((angle.to_degrees() as f32).to_le_bytes());
+    }
+    out.extend(f32::NAN.to_le_bytes());
+    out
+}
+
+/// A record `PARM`.
+pub fn parm(boot_s: f64, name: &str, value: f64) -> Vec<u8> {
+    let mut out = begin(PARM, boot_s);
+    let mut field = name.as_bytes().to_vec();
+    field.resize(16, 0);
+    out.extend(field);
+    for value in [value, 0.0] {
+        out.extend((value as f32).to_le_bytes());
+    }
     out
 }

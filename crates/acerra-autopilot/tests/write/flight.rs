@@ -51,9 +51,47 @@ pub fn euler_rad(time_s: f64) -> [f64; 3] {
     ]
 }
 
-/// The attitude flown, from the rotation's definition: columns are forward, left and up.
+/// The attitude flown.
 pub fn attitude_at(time_s: f64) -> Attitude {
-    let [roll, pitch, yaw] = euler_rad(time_s);
+    attitude_of(euler_rad(time_s))
+}
+
+/// Roll and pitch from the horizon and yaw from north (rad) of the gimbal at `time_s`.
+pub fn gimbal_rad(time_s: f64) -> [f64; 3] {
+    [
+        0.05 * (0.9 * time_s).cos(),
+        -0.4 + 0.1 * (0.4 * time_s).sin(),
+        2.0 + 0.2 * (0.3 * time_s).cos(),
+    ]
+}
+
+/// The same with the yaw from the vehicle's nose, whose heading is the yaw of [`euler_rad`].
+pub fn gimbal_from_nose_rad(time_s: f64) -> [f64; 3] {
+    let [roll, pitch, yaw] = gimbal_rad(time_s);
+    [roll, pitch, yaw - euler_rad(time_s)[2]]
+}
+
+/// The quaternion (w, x, y, z) from forward, right, down to north, east, down: turns about down by yaw, right by
+/// pitch, forward by roll, multiplied one by one.
+pub fn quaternion_frd_ned([roll, pitch, yaw]: [f64; 3]) -> [f64; 4] {
+    let about = |axis: usize, angle: f64| {
+        let mut q = [(0.5 * angle).cos(), 0.0, 0.0, 0.0];
+        q[axis] = (0.5 * angle).sin();
+        q
+    };
+    let times = |a: [f64; 4], b: [f64; 4]| {
+        [
+            a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
+            a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
+            a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1],
+            a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0],
+        ]
+    };
+    times(times(about(3, yaw), about(2, pitch)), about(1, roll))
+}
+
+/// The attitude of those angles, from the rotation's definition: columns are forward, left and up.
+pub fn attitude_of([roll, pitch, yaw]: [f64; 3]) -> Attitude {
     let (sr, cr) = roll.sin_cos();
     let (sp, cp) = pitch.sin_cos();
     let (sy, cy) = yaw.sin_cos();

@@ -169,3 +169,42 @@ pub fn gps2_raw(gps: &Gps) -> ((u32, u8), Vec<u8>) {
     }
     ((124, 87), out)
 }
+
+/// What a gimbal device says of itself.
+#[derive(Clone, Copy)]
+pub struct GimbalStatus {
+    pub boot_ms: u32,
+    pub flags: u16,
+    pub failures: u32,
+    /// w, x, y, z.
+    pub quaternion: [f64; 4],
+    /// Heading of the vehicle (rad), and number of the device; none as senders of older definitions leave them out.
+    pub extension: Option<(f64, u8)>,
+}
+
+/// GIMBAL_DEVICE_ATTITUDE_STATUS.
+pub fn gimbal_status(status: &GimbalStatus) -> ((u32, u8), Vec<u8>) {
+    let mut out = status.boot_ms.to_le_bytes().to_vec();
+    let rates = [f64::NAN; 3];
+    for value in status.quaternion.into_iter().chain(rates) {
+        out.extend((value as f32).to_le_bytes());
+    }
+    out.extend(status.failures.to_le_bytes());
+    out.extend(status.flags.to_le_bytes());
+    out.extend([255, 190]);
+    if let Some((delta_yaw_rad, device)) = status.extension {
+        out.extend((delta_yaw_rad as f32).to_le_bytes());
+        out.extend(f32::NAN.to_le_bytes());
+        out.push(device);
+    }
+    ((285, 137), out)
+}
+
+/// MOUNT_ORIENTATION of roll, pitch, yaw from the nose and, where it is told, from north (rad).
+pub fn mount_orientation(boot_ms: u32, angles_rad: &[f64]) -> ((u32, u8), Vec<u8>) {
+    let mut out = boot_ms.to_le_bytes().to_vec();
+    for angle in angles_rad {
+        out.extend((angle.to_degrees() as f32).to_le_bytes());
+    }
+    ((265, 26), out)
+}

@@ -138,3 +138,24 @@ pub fn global(id: u16, sample_us: u64, place: [f64; 3], geoid_m: f64) -> Vec<u8>
     out.push(0);
     message(b'D', &out)
 }
+
+/// Definition of a gimbal's attitude since version 1.14.
+pub const GIMBAL: &str = "gimbal_device_attitude_status:uint64_t timestamp;float[4] q;float angular_velocity_x;\
+    float angular_velocity_y;float angular_velocity_z;uint32_t failure_flags;float delta_yaw;\
+    float delta_yaw_velocity;uint16_t device_flags;uint8_t target_system;uint8_t target_component;\
+    uint8_t gimbal_device_id;bool received_from_mavlink;uint8_t[6] _padding0;";
+
+/// An attitude of a gimbal (w, x, y, z) with its flags, and the vehicle's heading (rad).
+pub fn gimbal(id: u16, us: u64, quaternion: [f64; 4], flags: u16, heading_rad: f64) -> Vec<u8> {
+    let mut out = id.to_le_bytes().to_vec();
+    out.extend(us.to_le_bytes());
+    for value in quaternion.into_iter().chain([0.0; 3]) {
+        out.extend((value as f32).to_le_bytes());
+    }
+    out.extend(0_u32.to_le_bytes());
+    out.extend((heading_rad as f32).to_le_bytes());
+    out.extend(0_f32.to_le_bytes());
+    out.extend(flags.to_le_bytes());
+    out.extend([0, 0, 0, 1]);
+    message(b'D', &out)
+}

@@ -153,3 +153,10 @@ pub fn odometry((seconds, nanos): Stamp, position_m: [f64; 3], quaternion: [f64;
     cdr.f64s(&[0.0; 42]);
     cdr.0
 }
+
+/// QuaternionStamped (x, y, z, w).
+pub fn quaternion((seconds, nanos): Stamp, quaternion: [f64; 4]) -> Vec<u8> {
+    let mut cdr = Cdr::new(seconds, nanos, "gimbal_link");
+    cdr.f64s(&quaternion);
+    cdr.0
+}

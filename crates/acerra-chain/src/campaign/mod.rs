@@ -312,6 +312,16 @@ mod tests {
             ),
             (
                 "'a.pos'\n",
+                "'a.pos'\ngimbal_source = 'MNT[0]'\n",
+                "[trajectory] gimbal_source",
+            ),
+            (
+                "[trajectory]\nfile = 'a.pos'\n[image]\n",
+                "[image]\nantenna_axis = 'gimbal'\n",
+                "[trajectory] file",
+            ),
+            (
+                "'a.pos'\n",
                 "'a.pos'\nmax_gap_s = -1\n",
                 "[trajectory] max_gap_s",
             ),

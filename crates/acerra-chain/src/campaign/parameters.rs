@@ -1,5 +1,6 @@
 //! From the tables of a campaign file to the parameters of the stages.
 
+use acerra_autopilot::GimbalChoice;
 use acerra_geo::geodesy::Geodetic;
 
 use super::sections::{
@@ -88,6 +89,7 @@ impl Campaign {
             positions: PositionOptions {
                 source: self.position_source(),
                 geoid: self.image.geoid.clone(),
+                gimbal: self.gimbal(),
                 ..PositionOptions::from(&self.trajectory)
             },
             options: TrackOptions {
@@ -108,6 +110,15 @@ impl Campaign {
             (Some(gnss), _) => PositionSource::Gnss(Box::new(gnss.into())),
             (None, Some(file)) => PositionSource::Trajectory(file.clone()),
             (None, None) => PositionSource::RadarFile,
+        }
+    }
+
+    /// The gimbal whose attitude the antenna's axis needs.
+    fn gimbal(&self) -> GimbalChoice {
+        match &self.trajectory.gimbal_source {
+            _ if !self.image.antenna_axis.is_gimbal() => GimbalChoice::None,
+            None => GimbalChoice::Only,
+            Some(name) => GimbalChoice::Named(name.clone()),
         }
     }
 
@@ -149,6 +160,7 @@ impl From<&TrajectorySection> for PositionOptions {
             rigid_body: section.rigid_body.clone(),
             log_source: section.source.clone(),
             attitude_source: section.attitude_source.clone(),
+            gimbal: GimbalChoice::None,
             geoid: None,
             lever_arm_m: section.lever_arm_m,
         }

@@ -114,6 +114,32 @@ impl Campaign {
         Ok(())
     }
 
+    /// An antenna on a gimbal has its attitude from a log; a gimbal that nothing is turned by is a mistake.
+    fn check_gimbal(&self) -> Result<(), CampaignError> {
+        let is_gimbal = self.image.antenna_axis.is_gimbal();
+        if is_gimbal && self.trajectory.file.is_none() {
+            return Ok(check(
+                "trajectory",
+                &[Rule::new(
+                    "file",
+                    false,
+                    "the log of an autopilot or a robot with the attitude of the gimbal, as [image] antenna_axis \
+                     asks for it",
+                    "none",
+                )],
+            )?);
+        }
+        let is_told = self.trajectory.gimbal_source.is_some();
+        let rule = Rule::new(
+            "gimbal_source",
+            is_gimbal || !is_told,
+            "[image] antenna_axis = \"gimbal\" or \"gimbal-forward\" beside it",
+            self.image.antenna_axis.name(),
+        );
+        check("trajectory", &[rule])?;
+        Ok(())
+    }
+
     /// The tables of a campaign of one track.
     fn check_one(&self) -> Result<(), CampaignError> {
         if self.radar.delay_ns == Some(Delay::Auto) && self.preprocess.zero_timing.is_some() {
@@ -124,6 +150,7 @@ impl Campaign {
             );
         }
         check("trajectory", &trajectory_rules(&self.trajectory))?;
+        self.check_gimbal()?;
         if let Some(gnss) = &self.gnss {
             if self.trajectory.file.is_some() {
                 return exclude("[gnss]", "[trajectory] file", "both give the positions");

@@ -196,6 +196,9 @@ pub struct TrajectorySection {
     pub source: Option<String>,
     /// Source of the attitudes in such a log, by its name; by default the only one.
     pub attitude_source: Option<String>,
+    /// Source of the attitudes of the gimbal that carries the antenna, by its name in such a log, for `[image]
+    /// antenna_axis = "gimbal"`; by default the only one. Of an MCAP file a topic, which must be named.
+    pub gimbal_source: Option<String>,
     /// Longest gap between positions that is interpolated over, in seconds; by default a few
     /// sampling intervals.
     pub max_gap_s: Option<f64>,
@@ -372,8 +375,8 @@ pub struct ImageSection {
     /// for none; level planes alone.
     #[serde(default)]
     pub antenna_cosine_power: f64,
-    /// Where the antenna looks: down in the axes of the platform, tilted with its recorded attitude, or straight
-    /// down, on a gimbal.
+    /// Where the antenna looks: down in the axes of the platform, tilted with its recorded attitude, straight down, or
+    /// where a gimbal of recorded attitude points it. The lever arm turns with the platform all the same.
     #[serde(default)]
     pub antenna_axis: AntennaAxis,
     /// Propagation speed, in metres a second.

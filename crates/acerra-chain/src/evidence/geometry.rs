@@ -221,18 +221,41 @@ pub fn aperture_coverage(geometry: &ImageGeometry<'_>) -> Option<Finding> {
     )
 }
 
-/// Share of the pixels that a limit of the incidence angle (rad), stated or by the antenna's pattern, lets
-/// any trace see.
+/// Directions from which a pixel counts.
+#[derive(Clone, Copy, Debug)]
+pub struct SeenWithin<'a> {
+    /// Greatest angle of incidence, from the vertical (rad).
+    pub incidence_rad: f64,
+    /// Greatest angle from where the antenna looks (rad).
+    pub off_boresight_rad: f64,
+    /// Where the antenna looks at each trace, as unit vectors; `None` where it looks straight down.
+    pub boresight: Option<&'a [[f64; 3]]>,
+}
+
+impl SeenWithin<'_> {
+    /// Whether trace `k` at `position_m` sees a pixel.
+    fn sees(&self, k: usize, position_m: [f64; 3], pixel_m: [f64; 3]) -> bool {
+        let way: [f64; 3] = std::array::from_fn(|a| pixel_m[a] - position_m[a]);
+        let looks = self.boresight.and_then(|all| all.get(k));
+        let looks = *looks.unwrap_or(&[0.0, 0.0, -1.0]);
+        let range_m = way.iter().map(|v| v * v).sum::<f64>().sqrt();
+        let along_m = (0..3).map(|a| way[a] * looks[a]).sum::<f64>();
+        let off_boresight_rad = (along_m / range_m).clamp(-1.0, 1.0).acos();
+        way[0].hypot(way[1]).atan2(-way[2]) < self.incidence_rad
+            && off_boresight_rad < self.off_boresight_rad
+    }
+}
+
+/// Share of the pixels that a limit of the incidence angle, stated or by the antenna's pattern about where it
+/// looks, lets any trace see.
 #[must_use]
-pub fn incidence_coverage(geometry: &ImageGeometry<'_>, max_rad: f64) -> Option<Finding> {
+pub fn incidence_coverage(geometry: &ImageGeometry<'_>, within: SeenWithin<'_>) -> Option<Finding> {
     if geometry.position_m.is_empty() {
         return None;
     }
     let is_seen = |pixel: &&[f64; 3]| {
-        geometry.position_m.iter().any(|position| {
-            let away_m = (position[0] - pixel[0]).hypot(position[1] - pixel[1]);
-            away_m.atan2(position[2] - pixel[2]) < max_rad
-        })
+        let mut traces = geometry.position_m.iter().enumerate();
+        traces.any(|(k, position)| within.sees(k, *position, **pixel))
     };
     let pixels = geometry.pixel_m.len().max(1) as f64;
     let seen = geometry.pixel_m.iter().filter(is_seen).count() as f64 / pixels;
@@ -241,14 +264,20 @@ pub fn incidence_coverage(geometry: &ImageGeometry<'_>, max_rad: f64) -> Option<
         s if s < 0.5 => Verdict::Doubtful,
         _ => Verdict::Agrees,
     };
+    let about_axis = if within.off_boresight_rad < std::f64::consts::PI {
+        let pattern_deg = within.off_boresight_rad.to_degrees();
+        format!(" and within {pattern_deg:.0}° of where the antenna looks")
+    } else {
+        String::new()
+    };
     Some(
         Finding::judged("incidence_coverage", seen, "share of the image", verdict)
             .expecting(1.0)
             .because(format!(
-                "{:.0} % of the image is seen at incidences below {:.0}°, beyond which its weight \
-                 takes it away ([image] max_incidence_deg, antenna_cosine_power, x_m, y_m)",
+                "{:.0} % of the image is seen at incidences below {:.0}°{about_axis}, beyond which its weight \
+                 takes it away ([image] max_incidence_deg, antenna_cosine_power, antenna_axis, x_m, y_m)",
                 100.0 * seen,
-                max_rad.to_degrees()
+                within.incidence_rad.to_degrees(),
             )),
     )
 }
@@ -334,12 +363,35 @@ mod tests {
     fn a_narrow_limit_of_incidence_leaves_little_of_the_image() {
         let track = track(0.1, 10.0);
         let pixels: Vec<[f64; 3]> = (0..19).map(|k| [9.0, f64::from(k) - 11.0, 0.0]).collect();
-        let judge = |degrees: f64| {
-            incidence_coverage(&geometry(&track, &pixels), degrees.to_radians()).unwrap()
+        let steep = |degrees: f64| SeenWithin {
+            incidence_rad: degrees.to_radians(),
+            off_boresight_rad: std::f64::consts::PI,
+            boresight: None,
         };
-        assert_eq!(judge(60.0).verdict, Verdict::Agrees);
-        assert_eq!(judge(5.0).verdict, Verdict::Doubtful);
-        assert_eq!(judge(0.0).verdict, Verdict::Contradicts);
+        let judge = |within: SeenWithin<'_>| {
+            incidence_coverage(&geometry(&track, &pixels), within).unwrap()
+        };
+        assert_eq!(judge(steep(60.0)).verdict, Verdict::Agrees);
+        assert_eq!(judge(steep(5.0)).verdict, Verdict::Doubtful);
+        assert_eq!(judge(steep(0.0)).verdict, Verdict::Contradicts);
+        // A pattern about the vertical is a limit of incidence; about an axis that looks away, another one.
+        let pattern = |degrees: f64, boresight| SeenWithin {
+            incidence_rad: std::f64::consts::FRAC_PI_2,
+            off_boresight_rad: degrees.to_radians(),
+            boresight,
+        };
+        for degrees in [60.0, 30.0, 5.0] {
+            let about_vertical = judge(pattern(degrees, None));
+            assert_eq!(about_vertical.value, judge(steep(degrees)).value);
+        }
+        // Pixels 9 m to either side of a track 10 m up lie 42° off the vertical.
+        let to_side = vec![[0.0, 0.8, -0.6]; track.len()];
+        for (y_m, seen) in [(7.0, 1.0), (-11.0, 0.0)] {
+            let pixel = [[9.0, y_m, 0.0]];
+            let judge = |within| incidence_coverage(&geometry(&track, &pixel), within).unwrap();
+            assert_eq!(judge(pattern(30.0, None)).value, Some(0.0));
+            assert_eq!(judge(pattern(30.0, Some(&to_side))).value, Some(seen));
+        }
     }
 
     #[test]

@@ -26,7 +26,7 @@ mod unchecked;
 
 use serde::Serialize;
 
-pub use antenna::{AntennaSeen, antenna_tilt};
+pub use antenna::{AntennaSeen, AxisCarrier, antenna_tilt};
 pub use autofocus::{
     AutofocusSeen, autofocus_correction, autofocus_gain, autofocus_global, autofocus_sigma,
 };
@@ -35,8 +35,8 @@ pub use delay::{delay_before_zero, delay_sharpness};
 pub use finding::{Finding, Verdict};
 pub use focus::{PreferredSetting, preferred_setting};
 pub use geometry::{
-    Coverage, ImageGeometry, aperture_coverage, coverage, incidence_coverage, pixel_size,
-    scan_spacing, wavenumber_span,
+    Coverage, ImageGeometry, SeenWithin, aperture_coverage, coverage, incidence_coverage,
+    pixel_size, scan_spacing, wavenumber_span,
 };
 pub use image::{ImageContrast, contrast};
 pub use inversion::{InversionSeen, inversion_ambiguity, inversion_converged, inversion_residual};

@@ -52,7 +52,8 @@ pub fn invert(
     let wanted = request.pulses.clone().unwrap_or(whole);
     let weight = input.echoes.weights(request.options.weight);
     let pulses = input.echoes.pulses(&weight).map_err(ImageError::Spectra)?;
-    let pulses = looking(pulses, &request.options);
+    let axis = request.options.antenna_axis;
+    let pulses = looking(pulses, input.echoes.aligned, axis)?;
     let pulses = pulses.slice(wanted.clone()).map_err(ImageError::Spectra)?;
     let survey = Survey {
         pulses,

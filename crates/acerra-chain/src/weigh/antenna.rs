@@ -2,8 +2,9 @@
 
 use acerra_imaging::IncidenceWeight;
 
+use crate::boresight::Boresights;
 use crate::choices::AntennaAxis;
-use crate::evidence::{AntennaSeen, Finding, ImageGeometry, antenna_tilt};
+use crate::evidence::{AntennaSeen, AxisCarrier, Finding, ImageGeometry, antenna_tilt};
 use crate::focus::ImageRequest;
 use crate::prepare::{Prepared, Track};
 use crate::weigh::median::median;
@@ -23,22 +24,47 @@ pub(super) fn weigh(
     request: &ImageRequest,
 ) -> Option<Finding> {
     let weight = request.options.incidence?;
-    let is_stated = request.options.antenna_axis == AntennaAxis::Vertical;
-    if weight.cosine_power == 0.0 || is_stated {
+    if weight.cosine_power == 0.0 {
         return None;
     }
-    let boresight = prepared.aligned.boresight.get(track.range.clone())?;
-    let tilts = || boresight.iter().map(|b| (-b[2]).clamp(-1.0, 1.0).acos());
-    let own = prepared.aligned.has_attitude.get(track.range.clone())?;
+    let axis = request.options.antenna_axis;
+    let boresights = prepared.aligned.boresights(axis)?;
+    let boresight = boresights.looks.get(track.range.clone())?;
+    let own = boresights.is_own.get(track.range.clone())?;
     if !own.contains(&true) {
         return None;
     }
     let without = own.iter().filter(|is_own| !**is_own).count() as f64 / own.len() as f64;
     Some(antenna_tilt(&AntennaSeen {
-        tilt_rad: [median(tilts())?, tilts().fold(0.0, f64::max)],
+        carrier: carrier(prepared, track, axis)?,
+        tilt_rad: [
+            median(tilts_rad(boresight))?,
+            tilts_rad(boresight).fold(0.0, f64::max),
+        ],
         change_db: weight_change_db(&weight, geometry, boresight),
         without,
     }))
+}
+
+/// Angles between the vertical and where an axis points (rad).
+fn tilts_rad(boresight: &[[f64; 3]]) -> impl Iterator<Item = f64> {
+    boresight.iter().map(|b| (-b[2]).clamp(-1.0, 1.0).acos())
+}
+
+/// What turns the axis; of a gimbal with how its other axis lies.
+fn carrier(prepared: &Prepared, track: &Track, axis: AntennaAxis) -> Option<AxisCarrier> {
+    let tilt_rad = |other: &Boresights| median(tilts_rad(other.looks.get(track.range.clone())?));
+    Some(match axis {
+        AntennaAxis::Attitude | AntennaAxis::Vertical => AxisCarrier::Platform,
+        AntennaAxis::Gimbal => AxisCarrier::Gimbal {
+            is_forward: false,
+            other_tilt_rad: tilt_rad(&prepared.aligned.gimbal_forward)?,
+        },
+        AntennaAxis::GimbalForward => AxisCarrier::Gimbal {
+            is_forward: true,
+            other_tilt_rad: tilt_rad(&prepared.aligned.gimbal_down)?,
+        },
+    })
 }
 
 /// Root mean square and largest change of the weights of pixels by the tilt (dB), where they count.

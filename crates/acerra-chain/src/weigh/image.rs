@@ -4,9 +4,9 @@ use acerra_imaging::IncidenceWeight;
 
 use crate::choices::Background;
 use crate::evidence::{
-    BackgroundWindow, Coverage, Finding, FrequencyGrid, ImageContrast, ImageGeometry, Verdict,
-    aperture_coverage, background_window, contrast, coverage, frequency_step, incidence_coverage,
-    light_speed, pixel_size, scan_spacing, wavenumber_span,
+    BackgroundWindow, Coverage, Finding, FrequencyGrid, ImageContrast, ImageGeometry, SeenWithin,
+    Verdict, aperture_coverage, background_window, contrast, coverage, frequency_step,
+    incidence_coverage, light_speed, pixel_size, scan_spacing, wavenumber_span,
 };
 use crate::focus::{Focused, ImageRequest};
 use crate::prepare::{Prepared, Track};
@@ -26,10 +26,11 @@ pub(super) fn weigh_geometry(
         scan_spacing(geometry),
         coverage(geometry, held),
         aperture_coverage(geometry),
-        request
-            .options
-            .incidence
-            .and_then(|weight| covered_by(&weight, geometry)),
+        request.options.incidence.and_then(|weight| {
+            let boresights = prepared.aligned.boresights(request.options.antenna_axis);
+            let looks = boresights.and_then(|b| b.looks.get(track.range.clone()));
+            covered_by(&weight, geometry, looks)
+        }),
         step_of_frequencies(prepared, &range_m),
         window_of_background(prepared, track, geometry),
         // Spectra bring their own: what stands between them and the ranges is not Acerra's.
@@ -44,25 +45,32 @@ pub(super) fn weigh_geometry(
 }
 
 /// The share of the image that a weight lets through; one that a pattern merely weakens is doubted at most.
-fn covered_by(weight: &IncidenceWeight, geometry: &ImageGeometry<'_>) -> Option<Finding> {
-    let within_rad = seen_within_rad(weight);
-    let most = if within_rad < weight.max_rad {
+fn covered_by(
+    weight: &IncidenceWeight,
+    geometry: &ImageGeometry<'_>,
+    boresight: Option<&[[f64; 3]]>,
+) -> Option<Finding> {
+    let within = SeenWithin {
+        incidence_rad: weight.max_rad,
+        off_boresight_rad: pattern_rad(weight),
+        boresight,
+    };
+    let most = if within.off_boresight_rad < weight.max_rad {
         Verdict::Doubtful
     } else {
         Verdict::Contradicts
     };
-    incidence_coverage(geometry, within_rad).map(|finding| finding.at_most(most))
+    incidence_coverage(geometry, within).map(|finding| finding.at_most(most))
 }
 
-/// Incidence within which a weight lets pixels through: its limit, or where its pattern has fallen by 10 dB.
-fn seen_within_rad(weight: &IncidenceWeight) -> f64 {
+/// Angle from where the antenna looks at which its pattern has fallen by 10 dB; all round without a pattern.
+fn pattern_rad(weight: &IncidenceWeight) -> f64 {
     const FALLEN: f64 = 0.316;
-    let pattern_rad = if weight.cosine_power > 0.0 {
+    if weight.cosine_power > 0.0 {
         FALLEN.powf(weight.cosine_power.recip()).acos()
     } else {
-        std::f64::consts::FRAC_PI_2
-    };
-    weight.max_rad.min(pattern_rad)
+        std::f64::consts::PI
+    }
 }
 
 /// The spacing of the frequencies beside the ranges that the data hold.
@@ -158,9 +166,9 @@ mod tests {
                 cosine_power,
                 ..IncidenceWeight::default()
             };
-            seen_within_rad(&weight).to_degrees()
+            pattern_rad(&weight).to_degrees()
         };
-        assert!((within_deg(0.0) - 90.0).abs() < 1e-9);
+        assert!((within_deg(0.0) - 180.0).abs() < 1e-9);
         // cos² falls to 10 dB at 56°, cos²⁰ at 19°.
         assert!((within_deg(2.0) - 55.8).abs() < 0.2);
         assert!((within_deg(20.0) - 19.2).abs() < 0.2);

@@ -157,6 +157,8 @@ pub struct Interpolated {
     pub covariance_m2: Option<Matrix3>,
     /// Attitude between those of the fixes on both sides.
     pub attitude: Option<Attitude>,
+    /// The same of the gimbal that carries the antenna.
+    pub gimbal: Option<Attitude>,
     /// The worse status of the fixes on both sides.
     pub status: SolutionStatus,
     /// What stands behind it.
@@ -302,6 +304,7 @@ impl<'a> Interpolator<'a> {
             velocity_m_s: [0.0; 3],
             covariance_m2: fix.covariance_m2,
             attitude: fix.attitude,
+            gimbal: fix.gimbal,
             status: fix.status,
             flag,
         };
@@ -346,10 +349,8 @@ impl<'a> Interpolator<'a> {
             position_m,
             velocity_m_s,
             covariance_m2: blend(a.covariance_m2, b.covariance_m2, share),
-            attitude: match (a.attitude, b.attitude) {
-                (Some(a), Some(b)) => Some(a.towards(&b, share)),
-                _ => None,
-            },
+            attitude: between(a.attitude, b.attitude, share),
+            gimbal: between(a.gimbal, b.gimbal, share),
             status: a.status.worse(b.status),
             flag,
         }
@@ -400,6 +401,10 @@ impl<'a> Interpolator<'a> {
             [0, 1, 2].map(|k| a.position_m[k] + share * (b.position_m[k] - a.position_m[k]));
         (position, velocity)
     }
+}
+
+fn between(a: Option<Attitude>, b: Option<Attitude>, share: f64) -> Option<Attitude> {
+    Some(a?.towards(&b?, share))
 }
 
 fn blend(a: Option<Matrix3>, b: Option<Matrix3>, share: f64) -> Option<Matrix3> {

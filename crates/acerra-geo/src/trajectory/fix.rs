@@ -18,6 +18,8 @@ pub struct Fix {
     pub velocity_m_s: Option<Vector3>,
     /// The rotation from the body's forward, left, up to the same axes, when known.
     pub attitude: Option<Attitude>,
+    /// The same rotation of the gimbal that carries the antenna, when it has one and that is known.
+    pub gimbal: Option<Attitude>,
     /// Kind of solution.
     pub status: SolutionStatus,
     /// Satellites used, when the source says.
@@ -38,6 +40,7 @@ impl Fix {
             covariance_m2: None,
             velocity_m_s: None,
             attitude: None,
+            gimbal: None,
             status: SolutionStatus::External,
             satellites: None,
             age_s: None,

@@ -269,6 +269,7 @@ impl Trajectory {
                     .covariance_m2
                     .map(|c| rotate_covariance(&target_from_source, &c)),
                 attitude: fix.attitude.map(|a| a.turned_by(&target_from_source)),
+                gimbal: fix.gimbal.map(|a| a.turned_by(&target_from_source)),
                 ..*fix
             })
             .collect();
@@ -320,6 +321,7 @@ mod tests {
         let there = EnuFrame::new(Geodetic::from_degrees(40.01, 14.02, 80.0));
         let mut fixes = line();
         fixes[0].attitude = Some(Attitude::IDENTITY);
+        fixes[0].gimbal = Some(Attitude::from_heading(0.0));
         fixes[0].velocity_m_s = Some([1.0, 0.0, 0.0]);
         let track = Trajectory::new(Frame::Enu(here), TimeOrigin::Relative, fixes).expect("track");
         let moved = track.in_frame(there).expect("on the Earth");
@@ -335,6 +337,12 @@ mod tests {
         let fix = moved.fixes()[0];
         let forward = fix.attitude.expect("attitude").rotate([1.0, 0.0, 0.0]);
         assert!(distance(forward, fix.velocity_m_s.expect("velocity")) < 1e-12);
+        // A gimbal that pointed a quarter turn to the left of it still does.
+        let gimbal = fix.gimbal.expect("gimbal");
+        assert!(
+            (gimbal.angle_to(&fix.attitude.expect("attitude")) - 0.5 * std::f64::consts::PI).abs()
+                < 1e-7
+        );
         assert_eq!(
             track.in_frame(here).expect("same").status_counts().fixed(),
             4

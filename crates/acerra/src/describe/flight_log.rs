@@ -2,7 +2,7 @@
 
 use std::io::Read;
 
-use acerra_autopilot::{HeightDatum, LogOptions, LogReport, read_log};
+use acerra_autopilot::{HeightDatum, LogFormat, LogOptions, LogReport, read_log};
 
 use super::description::Description;
 use super::trajectory::add_trajectory;
@@ -43,5 +43,13 @@ fn sources(report: &LogReport) -> Vec<String> {
         .attitude_sources
         .iter()
         .map(|s| format!("{} ({} attitudes)", s.name, s.attitudes));
-    positions.chain(attitudes).collect()
+    let what = match report.format {
+        LogFormat::Mcap => "for gimbal_source alone",
+        _ => "gimbal",
+    };
+    let gimbals = report
+        .gimbal_sources
+        .iter()
+        .map(|s| format!("{} ({}, {} attitudes)", s.name, what, s.attitudes));
+    positions.chain(attitudes).chain(gimbals).collect()
 }

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use acerra_autopilot::{LogFormat, LogReport};
 use acerra_chain::trajectory_file::TrajectoryFile;
 use acerra_radar::LoggedClock;
 use anyhow::{bail, ensure};
@@ -107,6 +108,7 @@ impl Campaign<'_> {
                 source = source.because(remark);
             }
             self.filled.push(source);
+            self.filled.extend(gimbal_remark(log));
         }
         match radar.time_s {
             Some([first, last]) if first < end_s && last > start_s => {
@@ -235,4 +237,20 @@ impl Campaign<'_> {
         let head = "Campaign written by acerra init: acerra focus THIS-FILE";
         write(head, &SettingsFile::Campaign.tables(), &self.filled)
     }
+}
+
+/// What there is to say where a log holds gimbals. A topic of an MCAP file says of none that it is one.
+fn gimbal_remark(log: &LogReport) -> Option<Filled> {
+    let gimbals = log.gimbal_sources.iter().filter(|g| g.attitudes > 0);
+    let gimbals: Vec<String> = gimbals
+        .map(|g| format!("{} ({} attitudes)", g.name, g.attitudes))
+        .collect();
+    let is_said = log.format != LogFormat::Mcap && !gimbals.is_empty();
+    is_said.then(|| {
+        let found = format!(
+            "the log holds attitudes of a gimbal, {}: an antenna on it looks along \"gimbal\" or \"gimbal-forward\"",
+            gimbals.join(", ")
+        );
+        Filled::remark("image.antenna_axis", found)
+    })
 }

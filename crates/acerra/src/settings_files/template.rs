@@ -57,6 +57,7 @@ const SAMPLES: &[(&str, &str)] = &[
     ("epsg", "25833"),
     ("formats", "[\"geotiff\", \"geojson\"]"),
     ("ghost", "0.5"),
+    ("gimbal_source", "\"MNT[0]\""),
     ("ground_z_m", "0.0"),
     ("heading_deg", "90.0"),
     ("home_deg", "[40.9596, 14.3696]"),
