@@ -47,7 +47,7 @@ impl<'a> Request<'a> {
         };
         let weights = Weights::new(&pulses, &grid, options.spreading, options.incidence)?;
         Ok(Self {
-            echoes: WeightedPulses { pulses, weights },
+            echoes: WeightedPulses::new(pulses, weights),
             grid,
             slices: Vec::new(),
             options: *options,
