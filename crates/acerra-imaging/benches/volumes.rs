@@ -1,22 +1,21 @@
-//! What a volume takes beside the runs of its slices: planning, tables and self-checks.
+//! What a volume takes, planning, tables and self-checks of all slices included.
 //!
 //! `cargo bench -p acerra-imaging --bench volumes` images volumes about the track of the common scene (331 pulses,
-//! 213 frequencies, antennas at 5 m) and prints, in processor time, the whole, the runs of the slices, the share
-//! of everything else, and the errors of the slices against the double-precision sum: `slices`, 51 of 400 × 400
-//! pixels of 2 cm; `cube`, 256³ voxels of 1 cm; `tall`, 230 slices of 256 × 256 pixels of 2 cm up to 40 cm below
-//! the antennas; `small`, 64³ voxels of 2 cm; `patterned`, `slices` with weights by incidence. Naming some takes
-//! those alone. `accuracy=1e-4` asks for another accuracy, `level=avx2` for an instruction set, `runs=9` repeats
-//! more often, `plan` prints the plans, `quick` leaves the errors out (for counts of instructions).
+//! 213 frequencies, antennas at 5 m) and prints the processor time of the whole, and the errors of the slices
+//! against the double-precision sum: `slices`, 51 of 400 × 400 pixels of 2 cm; `cube`, 256³ voxels of 1 cm;
+//! `tall`, 230 slices of 256 × 256 pixels of 2 cm up to 40 cm below the antennas; `small`, 64³ voxels of 2 cm;
+//! `patterned`, `slices` with weights by incidence. Naming some takes those alone. `accuracy=1e-4` asks for
+//! another accuracy, `level=avx2` for an instruction set, `runs=9` repeats more often, `plan` prints the plans,
+//! `quick` leaves the errors out (for samples by `perf`).
 #![allow(clippy::print_stdout, clippy::unwrap_used, missing_docs)]
 
 mod scene;
 
 use acerra_imaging::{
     Complex32, Complex64, Control, Engine, ImagingError, IncidenceWeight, PlanOptions, PlaneGrid,
-    Progress, Pulses, SimdLevel, VolumeGrid, VolumeRun, image_volume_planned_once, reference,
+    Pulses, SimdLevel, VolumeGrid, VolumeRun, image_volume_planned_once, reference,
 };
 use scene::{Scene, processor_time_s};
-use std::sync::Mutex;
 
 /// Pixels of a slice that are compared, per axis.
 const COMPARED: usize = 16;
@@ -80,10 +79,8 @@ fn main() {
     }
     let scene = Scene::of_pixels(0.01, 331);
     println!("accuracy {accuracy:.1e}, {level}");
-    println!(
-        "| volume | plans | whole (s) | runs of slices (s) | beside them | memory (MB) | errors of slices |"
-    );
-    println!("| --- | --- | --- | --- | --- | --- | --- |");
+    println!("| volume | plans | whole (s) | memory (MB) | errors of slices |");
+    println!("| --- | --- | --- | --- | --- |");
     for case in chosen {
         let options = PlanOptions::default()
             .with_accuracy(accuracy)
@@ -102,16 +99,13 @@ fn time(scene: &Scene, case: &Case, options: &PlanOptions, runs: usize) {
     if !has("quick") {
         run = Some(timed(scene, case, options, &mut take_errors).0);
     }
-    let mut best = [f64::INFINITY; 2];
+    let mut best_s = f64::INFINITY;
     for _ in 0..runs {
-        let (found, whole_s, slices_s) = timed(scene, case, options, &mut |_, _, _| ());
-        if whole_s < best[0] {
-            best = [whole_s, slices_s];
-        }
+        let (found, whole_s) = timed(scene, case, options, &mut |_, _, _| ());
+        best_s = best_s.min(whole_s);
         run = Some(found);
     }
     let run = run.unwrap();
-    let [whole_s, slices_s] = best;
     errors.sort_by(f64::total_cmp);
     let said = match errors[..] {
         [] => String::from("–"),
@@ -119,10 +113,9 @@ fn time(scene: &Scene, case: &Case, options: &PlanOptions, runs: usize) {
         [one] => format!("{one:.1e}"),
     };
     println!(
-        "| {} | {} | {whole_s:.3} | {slices_s:.3} | {:.0} % | {:.1} | {said} |",
+        "| {} | {} | {best_s:.3} | {:.1} | {said} |",
         case.name,
         run.plans.len(),
-        100.0 * (whole_s / slices_s - 1.0),
         run.memory_bytes as f64 * 1e-6,
     );
     if has("plan") {
@@ -130,43 +123,24 @@ fn time(scene: &Scene, case: &Case, options: &PlanOptions, runs: usize) {
     }
 }
 
-/// A volume with the processor time that it takes, and that of the runs of its slices, s: each from the moment
-/// when the slice before was handed out to that when its last pixel is done. What comes before the first slice
-/// of a plan counts as planning; its run counts as much as the next one.
+/// A volume with the processor time that it takes, s.
 fn timed(
     scene: &Scene,
     case: &Case,
     options: &PlanOptions,
     see: &mut dyn FnMut(usize, &PlaneGrid, &[Complex32]),
-) -> (VolumeRun, f64, f64) {
-    let per_slice = (case.volume.base.len() * scene.position_m.len()) as u64;
-    let imaged_s = Mutex::new(0.0);
-    let follow = |p: Progress| {
-        if p.done.is_multiple_of(per_slice) {
-            *imaged_s.lock().unwrap() = processor_time_s();
-        }
-    };
-    let control = Control::default().reporting_to(&follow);
-    let mut slices_s = Vec::new();
+) -> (VolumeRun, f64) {
     let mut seeing_s = 0.0;
     let start_s = processor_time_s();
-    let mut last_s = start_s;
     let take = |k: usize, grid: &PlaneGrid, image: &[Complex32]| {
-        slices_s.push(*imaged_s.lock().unwrap() - last_s);
         let now_s = processor_time_s();
         see(k, grid, image);
-        last_s = processor_time_s();
-        seeing_s += last_s - now_s;
+        seeing_s += processor_time_s() - now_s;
         Ok::<(), ImagingError>(())
     };
-    let run =
-        image_volume_planned_once(&case.volume, scene.pulses(), options, control, take).unwrap();
-    let whole_s = processor_time_s() - start_s - seeing_s;
-    for slices in &run.plans {
-        let next = slices_s.get(slices.start + 1).copied();
-        slices_s[slices.start] = next.unwrap_or(slices_s[slices.start]);
-    }
-    (run, whole_s, slices_s.iter().sum())
+    let (pulses, control) = (scene.pulses(), Control::default());
+    let run = image_volume_planned_once(&case.volume, pulses, options, control, take).unwrap();
+    (run, processor_time_s() - start_s - seeing_s)
 }
 
 /// Relative L2 error of a slice at some of its pixels.

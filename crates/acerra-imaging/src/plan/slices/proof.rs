@@ -36,10 +36,10 @@ const SQUARE: usize = 16;
 /// Last slices that are judged together.
 const SLICES: usize = 4;
 /// Factor by which a slice's draws grow while they leave the verdict open.
-const MORE: usize = 4;
-/// Shares of the error allowed up to which draws of a slice are believed: fewer than are judged together, and up
-/// to [`MORE`] times as many.
-const BELIEVED: [f64; 2] = [0.5, 0.75];
+const MORE: usize = 2;
+/// Shares of the error allowed up to which draws of a slice are believed: fewer than are judged together, as many,
+/// twice as many; four times as many for all of it.
+const BELIEVED: [f64; 3] = [0.6, 0.75, 0.9];
 
 /// A random pixel, and the brightest near it.
 type Pair = [Deviation; 2];
@@ -123,9 +123,10 @@ impl Proof {
 
     /// The largest error that so many draws of a slice vouch for.
     fn believed(&self, own: usize) -> f64 {
-        let share = match own {
-            _ if own < self.together => BELIEVED[0],
-            _ if own < MORE * self.together => BELIEVED[1],
+        let share = match own / self.together {
+            0 => BELIEVED[0],
+            1 => BELIEVED[1],
+            2 | 3 => BELIEVED[2],
             _ => 1.0,
         };
         share * self.allowed
