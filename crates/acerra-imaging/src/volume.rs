@@ -5,10 +5,14 @@ use crate::error::ImagingError;
 use crate::grid::plane::PlaneGrid;
 use crate::grid::volume::VolumeGrid;
 use crate::plan::imaging::ImagingPlan;
-use crate::plan::options::PlanOptions;
+use crate::plan::options::{PlanOptions, SelfCheck};
 use crate::plan::report::PlanReport;
+use crate::plan::slices::groups::groups;
+use crate::plan::slices::plan::SlicesPlan;
 use crate::pulses::Pulses;
 use num_complex::Complex32;
+use std::ops::Range;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// What imaging a volume took.
 #[derive(Debug, Clone, PartialEq)]
@@ -20,6 +24,8 @@ pub struct VolumeRun {
     pub memory_bytes: u128,
     /// Largest relative error that a slice's self-check found.
     pub checked_error: Option<f64>,
+    /// The slices that each plan imaged, in their order.
+    pub plans: Vec<Range<usize>>,
 }
 
 /// Least pixels of a slice's self-check where each is planned by itself.
@@ -27,7 +33,7 @@ const LEAST_CHECK: usize = 8;
 
 /// Images slice after slice and hands each to `take` (index, grid, `[ny, nx]` image); the same memory
 /// serves all. Every slice is planned by itself, and so is what imaging it alone gives; the pixels of the
-/// self-check are shared out among the slices. [`image_volume_planned_once`] is faster.
+/// self-check are shared out among the slices. [`image_volume_planned_once`] is faster, and looks closer.
 ///
 /// ```
 /// use acerra_imaging::{
@@ -63,29 +69,18 @@ pub fn image_volume<E: From<ImagingError>>(
     control: Control,
     mut take: impl FnMut(usize, &PlaneGrid, &[Complex32]) -> Result<(), E>,
 ) -> Result<VolumeRun, E> {
-    let following = Following::new(volume, &pulses, control);
-    let mut image = vec![Complex32::ZERO; volume.base.len()];
-    let mut run: Option<VolumeRun> = None;
     let options = options.with_check_pixels((options.check_pixels / volume.nz).max(LEAST_CHECK));
+    let mut imaging = Imaging::new(volume, pulses, &options, control);
     for k in 0..volume.nz {
-        let slice = volume.slice(k);
-        let plan = ImagingPlan::with_control(pulses, slice, &options, control)?;
-        let report = |p: Progress| following.report(k, p);
-        plan.run(&mut image, control.reporting_to(&report))?;
-        let run = run.get_or_insert_with(|| VolumeRun {
-            report: plan.report().clone(),
-            memory_bytes: plan.memory_bytes(),
-            checked_error: None,
-        });
-        run.add(&plan);
-        take(k, &slice, &image)?;
+        imaging.alone(k, &mut take)?;
     }
-    run.ok_or_else(|| ImagingError::Empty { what: "volume" }.into())
+    Ok(imaging.run()?)
 }
 
-/// As [`image_volume`], with one plan and its tables for all slices, proved on three of them (on all,
-/// where they are small); where that does not hold the accuracy, and with a weight by incidence, each
-/// slice is planned by itself. A slice differs within the accuracy from itself imaged alone.
+/// As [`image_volume`], with one plan and its tables for all slices, or for groups of them where far slices of
+/// a tall volume can be imaged in less time. Every slice is compared with the double-precision sum at some of
+/// its pixels before it is handed out: where it keeps less than the accuracy, it and those after it are planned
+/// finer, in the end each by itself. A slice differs within the accuracy from itself imaged alone.
 ///
 /// # Errors
 /// As [`image_volume`].
@@ -96,21 +91,138 @@ pub fn image_volume_planned_once<E: From<ImagingError>>(
     control: Control,
     mut take: impl FnMut(usize, &PlaneGrid, &[Complex32]) -> Result<(), E>,
 ) -> Result<VolumeRun, E> {
-    let Some(plan) = ImagingPlan::of_volume(volume, pulses, options, control)? else {
-        return image_volume(volume, pulses, options, control, take);
-    };
-    let following = Following::new(volume, &pulses, control);
-    let mut image = vec![Complex32::ZERO; volume.base.len()];
-    for k in 0..volume.nz {
-        let report = |p: Progress| following.report(k, p);
-        plan.run_slice(k, &mut image, control.reporting_to(&report))?;
-        take(k, &volume.slice(k), &image)?;
+    let mut imaging = Imaging::new(volume, pulses, options, control);
+    for group in groups(volume, pulses, options, control)? {
+        imaging.together(group, &mut take)?;
     }
-    Ok(VolumeRun {
-        report: plan.report().clone(),
-        memory_bytes: plan.memory_bytes(),
-        checked_error: plan.self_check().map(|check| check.error),
-    })
+    Ok(imaging.run()?)
+}
+
+/// Plans that fail on the same slice before it is planned by itself.
+const MOST_FAILURES: usize = 3;
+
+/// A volume in the making.
+struct Imaging<'a> {
+    volume: &'a VolumeGrid,
+    pulses: Pulses<'a>,
+    options: &'a PlanOptions,
+    control: Control<'a>,
+    following: Following<'a>,
+    image: Vec<Complex32>,
+    run: Option<VolumeRun>,
+}
+
+impl<'a> Imaging<'a> {
+    fn new(
+        volume: &'a VolumeGrid,
+        pulses: Pulses<'a>,
+        options: &'a PlanOptions,
+        control: Control<'a>,
+    ) -> Self {
+        Self {
+            volume,
+            pulses,
+            options,
+            control,
+            following: Following::new(volume, &pulses, control),
+            image: vec![Complex32::ZERO; volume.base.len()],
+            run: None,
+        }
+    }
+
+    /// Slice `k` with a plan of its own.
+    fn alone<E: From<ImagingError>>(
+        &mut self,
+        k: usize,
+        take: &mut impl FnMut(usize, &PlaneGrid, &[Complex32]) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let slice = self.volume.slice(k);
+        let plan = ImagingPlan::with_control(self.pulses, slice, self.options, self.control)?;
+        let report = |p: Progress| self.following.report(k, p);
+        plan.run(&mut self.image, self.control.reporting_to(&report))?;
+        self.add(k..k + 1, plan.memory_bytes(), plan.self_check(), || {
+            plan.report().clone()
+        });
+        take(k, &slice, &self.image)
+    }
+
+    /// Neighbouring slices with one plan as far as it holds, then with finer ones.
+    fn together<E: From<ImagingError>>(
+        &mut self,
+        slices: Range<usize>,
+        take: &mut impl FnMut(usize, &PlaneGrid, &[Complex32]) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let (mut next, mut aim, mut failures) = (slices.start, 1.0, 0);
+        while next < slices.end && failures < MOST_FAILURES {
+            let left = next..slices.end;
+            let (volume, options) = (self.volume, self.options);
+            let plan = SlicesPlan::new(volume, left, aim, self.pulses, options, self.control)?;
+            let Some(mut plan) = plan else { break };
+            let first = next;
+            let broken = self.until_broken(&mut plan, &mut next, slices.end, take)?;
+            if next > first {
+                self.add(first..next, plan.memory_bytes(), plan.worst(), || {
+                    plan.report()
+                });
+                failures = 0;
+            }
+            if let Some(check) = broken {
+                failures += 1;
+                aim = plan.next_aim(check);
+            }
+        }
+        (next..slices.end).try_for_each(|k| self.alone(k, take))
+    }
+
+    /// Images slices from `next` on, which counts those that are handed out; the check of the first that does
+    /// not keep the accuracy.
+    fn until_broken<E: From<ImagingError>>(
+        &mut self,
+        plan: &mut SlicesPlan,
+        next: &mut usize,
+        end: usize,
+        take: &mut impl FnMut(usize, &PlaneGrid, &[Complex32]) -> Result<(), E>,
+    ) -> Result<Option<SelfCheck>, E> {
+        while *next < end {
+            let k = *next;
+            let report = |p: Progress| self.following.report(k, p);
+            let control = self.control.reporting_to(&report);
+            let check = plan.run(k, &mut self.image, control)?;
+            if let Some(broken) = check.filter(|check| !plan.keeps(*check)) {
+                return Ok(Some(broken));
+            }
+            *next += 1;
+            take(k, &self.volume.slice(k), &self.image)?;
+        }
+        Ok(None)
+    }
+
+    /// Takes the larger error and the larger memory.
+    fn add(
+        &mut self,
+        slices: Range<usize>,
+        memory_bytes: u128,
+        checked: Option<SelfCheck>,
+        report: impl Fn() -> PlanReport,
+    ) {
+        let run = self.run.get_or_insert_with(|| VolumeRun {
+            report: report(),
+            memory_bytes,
+            checked_error: None,
+            plans: Vec::new(),
+        });
+        let errors = [run.checked_error, checked.map(|check| check.error)];
+        run.checked_error = errors.into_iter().flatten().reduce(f64::max);
+        if memory_bytes > run.memory_bytes {
+            run.memory_bytes = memory_bytes;
+            run.report = report();
+        }
+        run.plans.push(slices);
+    }
+
+    fn run(self) -> Result<VolumeRun, ImagingError> {
+        self.run.ok_or(ImagingError::Empty { what: "volume" })
+    }
 }
 
 /// Progress of slices as progress of their volume.
@@ -118,6 +230,8 @@ struct Following<'a> {
     control: Control<'a>,
     per_slice: u64,
     total: u64,
+    /// The most reported so far: what is imaged once more counts once.
+    most: AtomicU64,
 }
 
 impl<'a> Following<'a> {
@@ -127,28 +241,15 @@ impl<'a> Following<'a> {
             control,
             per_slice,
             total: per_slice.saturating_mul(volume.nz as u64),
+            most: AtomicU64::new(0),
         }
     }
 
     fn report(&self, k: usize, slice: Progress) {
-        self.control.report(Progress {
-            done: self.per_slice * k as u64 + slice.done,
-            total: self.total,
-        });
-    }
-}
-
-impl VolumeRun {
-    /// Takes the larger error and the larger memory.
-    fn add(&mut self, plan: &ImagingPlan) {
-        let checked = plan.self_check().map(|check| check.error);
-        self.checked_error = match (self.checked_error, checked) {
-            (Some(a), Some(b)) => Some(a.max(b)),
-            (a, b) => a.or(b),
-        };
-        if plan.memory_bytes() > self.memory_bytes {
-            self.memory_bytes = plan.memory_bytes();
-            self.report = plan.report().clone();
+        let done = self.per_slice * k as u64 + slice.done;
+        if self.most.fetch_max(done, Ordering::Relaxed) < done {
+            let total = self.total;
+            self.control.report(Progress { done, total });
         }
     }
 }

@@ -220,6 +220,11 @@ impl<E: TableEngine> Imager<E> {
         }
     }
 
+    /// Drops the engines, which every run then builds anew.
+    pub fn forget_tables(&mut self) {
+        self.engines = Vec::new();
+    }
+
     /// Images `grid` into `out` `[rows, columns]`. After cancellation `out` is incomplete.
     ///
     /// # Errors
@@ -231,9 +236,10 @@ impl<E: TableEngine> Imager<E> {
         out: &mut [Complex32],
         meter: &Meter,
     ) -> Result<(), ImagingError> {
-        if let [engine] = &self.engines[..] {
-            engine.image(echoes, &grid.whole(), out, meter);
-            return Ok(());
+        if let [_] = &self.jobs[..] {
+            return self.each(echoes, meter.control(), |engine, echoes| {
+                engine.image(echoes, &grid.whole(), out, meter);
+            });
         }
         out.fill(Complex32::ZERO);
         let mut image = vec![Complex32::ZERO; out.len()];

@@ -19,6 +19,8 @@ use std::ops::Range;
 pub(crate) struct Weights {
     pub spreading: Spreading,
     incidence: Option<(IncidenceWeight, Vec<f64>)>,
+    /// Cosine of the angle from the vertical at which the edge of the limit begins.
+    edge_below_cosine: f64,
     tilt: Option<Tilt>,
 }
 
@@ -65,8 +67,10 @@ impl Weights {
             }
             _ => None,
         };
+        let edge_begins = |(w, _): &(IncidenceWeight, _)| (w.max_rad - w.taper_rad).max(0.0).cos();
         Ok(Self {
             spreading,
+            edge_below_cosine: incidence.as_ref().map_or(1.0, edge_begins),
             incidence,
             tilt,
         })
@@ -80,6 +84,7 @@ impl Weights {
         Self {
             spreading: self.spreading,
             incidence: self.incidence.as_ref().map(of_range),
+            edge_below_cosine: self.edge_below_cosine,
             tilt: self.tilt.as_ref().map(|tilt| Tilt {
                 boresight: tilt.boresight[range.clone()].to_vec(),
                 per_metre: tilt.per_metre[range.clone()].to_vec(),
@@ -93,6 +98,7 @@ impl Weights {
         Self {
             spreading,
             incidence: None,
+            edge_below_cosine: 1.0,
             tilt: None,
         }
     }
@@ -127,10 +133,15 @@ impl Weights {
         };
         let cosine = height_m[pulse] / range_m.max(1e-12);
         if cosine >= 1.0 {
+            return 1.0;
+        }
+        // Angles are of use at the edge alone.
+        let edge = if cosine >= self.edge_below_cosine {
             1.0
         } else {
-            weight.at(cosine.acos())
-        }
+            weight.edge(cosine.acos())
+        };
+        weight.pattern(cosine) * edge
     }
 
     /// The [`Weights::expansion`] that all pulses share; `None` where each has its own, or the weight is 1.
@@ -174,6 +185,8 @@ impl Weights {
 pub(crate) struct WeightedPulses<'a> {
     pub pulses: Pulses<'a>,
     pub weights: Weights,
+    /// The step of even frequencies, Hz.
+    step_hz: Option<f64>,
 }
 
 /// Frequencies after which a recurrent phasor is computed afresh, so that it stays exact.
@@ -188,6 +201,14 @@ pub(crate) fn profile_at(pulses: &Pulses, pulse: usize, range_m: f64, step_hz: f
 }
 
 impl<'a> WeightedPulses<'a> {
+    pub fn new(pulses: Pulses<'a>, weights: Weights) -> Self {
+        Self {
+            step_hz: pulses.frequency_step_hz(),
+            pulses,
+            weights,
+        }
+    }
+
     /// The pulses `range`, borrowed from the same arrays, with their weights.
     ///
     /// # Errors
@@ -196,6 +217,7 @@ impl<'a> WeightedPulses<'a> {
         Ok(WeightedPulses {
             pulses: self.pulses.slice(range.clone())?,
             weights: self.weights.slice(range),
+            step_hz: self.step_hz,
         })
     }
 }
@@ -213,23 +235,20 @@ impl WeightedPulses<'_> {
         self.pulses.weight()[pulse] * self.weights.at(pulse, range_m, from_antenna_m)
     }
 
-    /// Weighted contribution of one pulse at a point, in double precision.
+    /// Weighted contribution of one pulse at a point, in double precision; for even frequencies with
+    /// recurrent phasors.
     pub fn contribution(&self, pulse: usize, point_m: [f64; 3]) -> Complex64 {
         let range = range_m(self.pulses.position_m()[pulse], point_m);
-        pulse_at_range(&self.pulses, pulse, range) * self.factor(pulse, range, point_m)
+        let profile = match self.step_hz {
+            Some(step_hz) => profile_at(&self.pulses, pulse, range, step_hz),
+            None => pulse_at_range(&self.pulses, pulse, range),
+        };
+        profile * self.factor(pulse, range, point_m)
     }
 
-    /// Eq. (3) at a point in double precision; for even frequencies with recurrent phasors.
+    /// Eq. (3) at a point in double precision.
     pub fn adjoint_at(&self, point_m: [f64; 3]) -> Complex64 {
-        let Some(step_hz) = self.pulses.frequency_step_hz() else {
-            return (0..self.len()).map(|m| self.contribution(m, point_m)).sum();
-        };
-        let mut sum = Complex64::ZERO;
-        for (m, p) in self.pulses.position_m().iter().enumerate() {
-            let range = range_m(*p, point_m);
-            sum += profile_at(&self.pulses, m, range, step_hz) * self.factor(m, range, point_m);
-        }
-        sum
+        (0..self.len()).map(|m| self.contribution(m, point_m)).sum()
     }
 
     /// Adds to `spectrum` `[N]` what a scatterer at `point_m` returns to `pulse`: Eq. (1) in double
@@ -245,7 +264,7 @@ impl WeightedPulses<'_> {
         let amplitude = reflectivity * self.factor(pulse, range, point_m);
         let delay = 4.0 * PI * range / self.pulses.light_speed_m_s();
         let f = self.pulses.frequency_hz();
-        let Some(step_hz) = self.pulses.frequency_step_hz() else {
+        let Some(step_hz) = self.step_hz else {
             for (e, f) in spectrum.iter_mut().zip(f) {
                 *e += amplitude * Complex64::cis(-f * delay);
             }

@@ -2,7 +2,7 @@
 
 use super::band::mean_power;
 use super::check::imaging::{compare_patches, compare_pixels, first_pixels, most_pixels};
-use super::operator::{Operator, Segment, decided};
+use super::operator::{Operator, Segment};
 use super::options::{Engine, PlanOptions, SelfCheck};
 use super::planner::{Method, Planner};
 use super::report::{OperatorKind, PathShares, PlanReport};
@@ -12,10 +12,9 @@ use crate::control::{Control, Meter};
 use crate::engine::batches::{Division, Imager, Piece, TableEngine};
 use crate::engine::direct::{Direct, DirectSpec};
 use crate::engine::factorized::merged::{Factorized, Setting};
+use crate::engine::weights::WeightedPulses;
 use crate::error::ImagingError;
 use crate::grid::image::ImageGrid;
-use crate::grid::tilted::TiltedGrid;
-use crate::grid::volume::VolumeGrid;
 use crate::pulses::Pulses;
 use num_complex::Complex32;
 use rayon::prelude::*;
@@ -62,7 +61,7 @@ use std::fmt;
 pub struct ImagingPlan<'a> {
     pub(super) request: Request<'a>,
     pub(super) method: Method<Imager<Direct>, Imager<Factorized>>,
-    report: PlanReport,
+    pub(super) report: PlanReport,
 }
 
 impl<'a> ImagingPlan<'a> {
@@ -89,89 +88,20 @@ impl<'a> ImagingPlan<'a> {
         options: &PlanOptions,
         control: Control,
     ) -> Result<Self, ImagingError> {
-        let mut request = Request::new(pulses, grid.into(), options)?;
+        Self::of_request(Request::new(pulses, grid.into(), options)?, control)
+    }
+
+    /// The plan that a request asks for.
+    pub(super) fn of_request(
+        mut request: Request<'a>,
+        control: Control,
+    ) -> Result<Self, ImagingError> {
         let (method, report) = Planner::plan::<Imaging>(&mut request, control)?;
         Ok(Self {
             request,
             method,
             report,
         })
-    }
-
-    /// A plan that images all slices of a volume. It is made on the slice nearest to the antennas in
-    /// height, where directions change fastest from pixel to pixel, and proved there and on the lowest
-    /// and the highest slice, or on all slices where they are small; `None` where a slice keeps less than the accuracy, or weights by incidence
-    /// differ from slice to slice.
-    ///
-    /// # Errors
-    /// As [`ImagingPlan::new`], and cancellation.
-    pub(crate) fn of_volume(
-        volume: &VolumeGrid,
-        pulses: Pulses<'a>,
-        options: &PlanOptions,
-        control: Control,
-    ) -> Result<Option<Self>, ImagingError> {
-        if options.incidence.is_some() {
-            return Ok(None);
-        }
-        let slices: Vec<TiltedGrid> = (0..volume.nz).map(|k| volume.slice(k).into()).collect();
-        let planned = volume.slice(nearest_slice(volume, &pulses));
-        let mut request = Request::new(pulses, planned.into(), options)?.with_slices(slices)?;
-        let (method, report) = Planner::plan::<Imaging>(&mut request, control)?;
-        let mut plan = Self {
-            request,
-            method,
-            report,
-        };
-        // A slice of few pixels may be dark beside the one planned on: each is looked at.
-        let step = if volume.base.len() < FEW_PIXELS {
-            1
-        } else {
-            (volume.nz - 1).max(1)
-        };
-        for k in (0..volume.nz).step_by(step) {
-            let Some(check) = plan.check_on(volume.slice(k).into(), control)? else {
-                continue;
-            };
-            if check.error_bound > options.accuracy {
-                return Ok(None);
-            }
-            let worst = plan.report.self_check.filter(|c| c.error > check.error);
-            plan.report.self_check = worst.or(Some(check));
-        }
-        Ok(Some(plan))
-    }
-
-    /// The self-check on another slice; `None` where the reference itself is run.
-    fn check_on(
-        &self,
-        slice: TiltedGrid,
-        control: Control,
-    ) -> Result<Option<SelfCheck>, ImagingError> {
-        let request = self.request.of_slice(slice);
-        let control = control.silent();
-        Ok(match &self.method {
-            Method::Direct(direct) => Some(decided::<Imaging>(&request, |pixels| {
-                Ok(compare_pixels(&request, direct, pixels, control)?.0)
-            })?),
-            Method::Factorized(engine) => Some(decided::<Imaging>(&request, |pixels| {
-                compare_patches(&request, engine, pixels, control)
-            })?),
-            Method::Reference => None,
-        })
-    }
-
-    /// Images slice `k` of the volume that the plan was made for.
-    ///
-    /// # Errors
-    /// As [`ImagingPlan::run`].
-    pub(crate) fn run_slice(
-        &self,
-        k: usize,
-        image: &mut [Complex32],
-        control: Control,
-    ) -> Result<(), ImagingError> {
-        self.run_on(&self.request.slices[k].into(), image, control)
     }
 
     /// Decisions, cost, accuracy and memory of the plan.
@@ -217,42 +147,56 @@ impl<'a> ImagingPlan<'a> {
     /// An output of another length than the grid's; cancellation, after which the output is
     /// incomplete.
     pub fn run(&self, image: &mut [Complex32], control: Control) -> Result<(), ImagingError> {
-        self.run_on(&self.request.grid, image, control)
+        self.run_on(&self.request.echoes, &self.request.grid, image, control)
     }
 
-    fn run_on(
+    /// Images a grid that the engine was made for, from the plan's pulses with the weights of that grid.
+    pub(super) fn run_on(
         &self,
+        echoes: &WeightedPulses,
         grid: &ImageGrid,
         image: &mut [Complex32],
         control: Control,
     ) -> Result<(), ImagingError> {
         check_length("image", self.pixels(), image.len())?;
         let meter = Meter::new(control, self.contributions());
-        let echoes = &self.request.echoes;
         match &self.method {
             Method::Direct(direct) => direct.run(echoes, grid, image, &meter)?,
             Method::Factorized(factorized) => factorized.run(echoes, grid, image, &meter)?,
-            Method::Reference => self.run_reference(grid, image, &meter),
+            Method::Reference => run_reference(echoes, grid, image, &meter),
         }
         control.check()
     }
 
-    fn run_reference(&self, grid: &ImageGrid, image: &mut [Complex32], meter: &Meter) {
-        let echoes = &self.request.echoes;
-        image
-            .par_chunks_mut(grid.columns())
-            .enumerate()
-            .for_each(|(j, row)| {
-                row.par_iter_mut().enumerate().for_each(|(i, out)| {
-                    if meter.is_cancelled() {
-                        return;
-                    }
-                    let v = echoes.adjoint_at(grid.point_m(i, j));
-                    *out = Complex32::new(v.re as f32, v.im as f32);
-                });
-                meter.add((row.len() * echoes.len()) as u64);
-            });
+    /// Drops the tables: every run builds them anew, with the weights that it is given.
+    pub(super) fn forget_tables(&mut self) {
+        match &mut self.method {
+            Method::Direct(direct) => direct.forget_tables(),
+            Method::Factorized(factorized) => factorized.forget_tables(),
+            Method::Reference => {}
+        }
     }
+}
+
+fn run_reference(
+    echoes: &WeightedPulses,
+    grid: &ImageGrid,
+    image: &mut [Complex32],
+    meter: &Meter,
+) {
+    image
+        .par_chunks_mut(grid.columns())
+        .enumerate()
+        .for_each(|(j, row)| {
+            row.par_iter_mut().enumerate().for_each(|(i, out)| {
+                if meter.is_cancelled() {
+                    return;
+                }
+                let v = echoes.adjoint_at(grid.point_m(i, j));
+                *out = Complex32::new(v.re as f32, v.im as f32);
+            });
+            meter.add((row.len() * echoes.len()) as u64);
+        });
 }
 
 impl fmt::Display for ImagingPlan<'_> {
@@ -275,17 +219,6 @@ pub fn image<'a>(
     let mut image = vec![Complex32::ZERO; plan.pixels()];
     plan.run(&mut image, control)?;
     Ok(image)
-}
-
-/// Pixels of a slice below which every slice of a volume is checked.
-const FEW_PIXELS: usize = 4096;
-
-/// The slice nearest to the mean height of the antennas.
-fn nearest_slice(volume: &VolumeGrid, pulses: &Pulses) -> usize {
-    let heights = pulses.position_m().iter().map(|p| p[2]);
-    let mean_m = heights.sum::<f64>() / pulses.len().max(1) as f64;
-    let k = ((mean_m - volume.base.z_m) / volume.step_m).round();
-    k.clamp(0.0, (volume.nz - 1) as f64) as usize
 }
 
 /// The division of pieces that the memory allowed asks for.
@@ -312,7 +245,7 @@ fn imager<E: TableEngine>(
 }
 
 /// Imaging, Eq. (3).
-struct Imaging;
+pub(super) struct Imaging;
 
 impl Operator for Imaging {
     type Direct = Imager<Direct>;

@@ -23,6 +23,7 @@ mod planner;
 pub(crate) mod report;
 mod request;
 mod sample;
+pub(crate) mod slices;
 
 pub use forward::Forward;
 pub use imaging::{ImagingPlan, image};

@@ -13,7 +13,7 @@ use crate::error::ImagingError;
 use crate::kernel::level::SimdLevel;
 
 /// Below this relative error single precision does not suffice and the reference itself is run.
-const SINGLE_PRECISION_FLOOR: f64 = 4e-6;
+pub(super) const SINGLE_PRECISION_FLOOR: f64 = 4e-6;
 /// Plans of the direct engine that are tried.
 const DIRECT_ATTEMPTS: usize = 6;
 
@@ -134,7 +134,7 @@ impl<'r, 'a> Planner<'r, 'a> {
                 return Ok(None);
             }
         }
-        let mut accuracy = options.accuracy;
+        let mut accuracy = self.request.aim * options.accuracy;
         for _ in 0..O::FACTORIZED_ATTEMPTS {
             let found = partitions::<O>(self.request, accuracy, &power, self.control)?;
             let Some(partitions) = found else {
@@ -194,7 +194,7 @@ impl<'r, 'a> Planner<'r, 'a> {
         let ranges_m = self.request.ranges_m(pulses.clone(), |plane| *plane);
         let power = O::power(self.request);
         let mut reached = f64::INFINITY;
-        let mut accuracy = margin(self.request) * options.accuracy;
+        let mut accuracy = margin(self.request) * self.request.aim * options.accuracy;
         for _ in 0..DIRECT_ATTEMPTS {
             let (echoes, plane) = (&self.request.echoes.pulses, self.request.grid.plane());
             let budget = Budget::new(echoes, plane, options.level, power.clone());
@@ -268,8 +268,7 @@ impl<'r, 'a> Planner<'r, 'a> {
     /// too large, with a little room, and within limits, since few pixels tell it and not every error falls
     /// with the accuracy aimed at.
     fn next_share<O: Operator>(&self, check: SelfCheck) -> f64 {
-        let share = NEXT_ROOM * allowed_error::<O>(self.request) / check.error_bound;
-        share.clamp(FINEST_NEXT, COARSEST_NEXT)
+        next_share(allowed_error::<O>(self.request), check)
     }
 
     fn check_memory<O: Operator>(&self) -> Result<(), ImagingError> {
@@ -284,6 +283,11 @@ impl<'r, 'a> Planner<'r, 'a> {
         }
         Ok(())
     }
+}
+
+/// That share where a check may find errors up to `allowed`.
+pub(super) fn next_share(allowed: f64, check: SelfCheck) -> f64 {
+    (NEXT_ROOM * allowed / check.error_bound).clamp(FINEST_NEXT, COARSEST_NEXT)
 }
 
 fn saturated(bytes: u128) -> u64 {

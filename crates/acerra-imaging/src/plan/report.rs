@@ -93,6 +93,15 @@ pub enum Decision {
         /// Number of batches.
         batches: usize,
     },
+    /// The plan serves some slices of a volume; others have plans of their own.
+    Slices {
+        /// The first slice, from 0.
+        from: usize,
+        /// The one after the last.
+        to: usize,
+        /// Slices of the volume.
+        of: usize,
+    },
     /// The self-check of the engine before found too large an error.
     Rejected {
         /// Relative error found.
@@ -204,6 +213,9 @@ impl fmt::Display for Decision {
                 "tables of all pulses exceed the memory allowed: built anew in {batches} batches of \
                  pulses by every run"
             ),
+            Self::Slices { from, to, of } => {
+                write!(f, "for slices {} to {to} of {of}", from + 1)
+            }
             Self::Rejected { error } => {
                 write!(f, "its self-check found {error:.2e}: a finer plan is tried")
             }

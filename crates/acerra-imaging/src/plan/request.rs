@@ -17,6 +17,8 @@ pub(crate) struct Request<'a> {
     /// Other planes that the same engine images: slices of a volume; none for a single image.
     pub slices: Vec<TiltedGrid>,
     pub options: PlanOptions,
+    /// Share of the accuracy that the first plan aims at.
+    pub aim: f64,
 }
 
 impl<'a> Request<'a> {
@@ -47,10 +49,11 @@ impl<'a> Request<'a> {
         };
         let weights = Weights::new(&pulses, &grid, options.spreading, options.incidence)?;
         Ok(Self {
-            echoes: WeightedPulses { pulses, weights },
+            echoes: WeightedPulses::new(pulses, weights),
             grid,
             slices: Vec::new(),
             options: *options,
+            aim: 1.0,
         })
     }
 
@@ -63,16 +66,6 @@ impl<'a> Request<'a> {
             check_apart(&self.echoes.pulses, &(*slice).into(), &self.options)?;
         }
         Ok(Self { slices, ..self })
-    }
-
-    /// The same data and requirements for one of the slices.
-    pub fn of_slice(&self, slice: TiltedGrid) -> Self {
-        Self {
-            echoes: self.echoes.clone(),
-            grid: slice.into(),
-            slices: Vec::new(),
-            options: self.options,
-        }
     }
 
     /// Bounds of the ranges from some pulses that imaging looks up: on the grids that `of` makes of the

@@ -5,6 +5,7 @@ use crate::control::Control;
 use crate::engine::batches::Imager;
 use crate::engine::direct::Direct;
 use crate::engine::factorized::merged::Factorized;
+use crate::engine::weights::WeightedPulses;
 use crate::error::ImagingError;
 use crate::grid::image::Patch;
 use crate::kernel::direct::job::{SIDE, Shape, Tally};
@@ -22,7 +23,7 @@ const CONTRIBUTIONS: usize = 40_000_000;
 const SHARE: f64 = 0.05;
 /// Accuracies below which rounding in single precision decides: its errors gather in few pixels, and
 /// checks take as many as they may.
-const ROUNDING_BELOW: f64 = 1e-4;
+pub(in crate::plan) const ROUNDING_BELOW: f64 = 1e-4;
 /// Least pixels of a check, where the options ask for as many.
 const LEAST_PIXELS: usize = 40;
 
@@ -37,13 +38,18 @@ pub(in crate::plan) fn first_pixels(request: &Request) -> usize {
     let of_image = SHARE * request.pixels() as f64 / frequencies as f64;
     (of_image as usize)
         .min(affordable(request))
-        .clamp(most.min(LEAST_PIXELS), most)
+        .clamp(least_pixels(request), most)
+}
+
+/// Least pixels that tell an error.
+pub(in crate::plan) fn least_pixels(request: &Request) -> usize {
+    request.options.check_pixels.clamp(1, LEAST_PIXELS)
 }
 
 /// Most pixels of a check that the first one left undecided.
 pub(in crate::plan) fn most_pixels(request: &Request) -> usize {
     let most = request.options.check_pixels.max(1);
-    affordable(request).clamp(most.min(LEAST_PIXELS), most)
+    affordable(request).clamp(least_pixels(request), most)
 }
 
 fn affordable(request: &Request) -> usize {
@@ -78,7 +84,12 @@ pub(in crate::plan) fn compare_patches(
                 .map(|n| {
                     let at = |k: usize| {
                         let (i, j) = (k % patch.columns, k / patch.columns);
-                        deviation(request, patch.point_m(i as f64, j as f64), out[k], control)
+                        deviation(
+                            &request.echoes,
+                            patch.point_m(i as f64, j as f64),
+                            out[k],
+                            control,
+                        )
                     };
                     let first = (n * share).min(out.len() - 1);
                     let piece = &out[first..(first + share).min(out.len())];
@@ -126,7 +137,7 @@ pub(in crate::plan) fn compare_pixels(
             let (start, [columns, _]) = (place[0], size(place));
             [out.len() - 1, brightest(out)].map(|k| {
                 let point_m = grid.point_m(start[0] + k % columns, start[1] + k / columns);
-                deviation(request, point_m, out[k], control)
+                deviation(&request.echoes, point_m, out[k], control)
             })
         })
         .collect();
@@ -140,8 +151,8 @@ pub(in crate::plan) fn compare_pixels(
 }
 
 /// Deviation of a pixel from the double-precision sum; nothing once cancelled.
-fn deviation(
-    request: &Request,
+pub(in crate::plan) fn deviation(
+    echoes: &WeightedPulses,
     point_m: [f64; 3],
     value: Complex32,
     control: Control,
@@ -149,7 +160,7 @@ fn deviation(
     if control.is_cancelled() {
         return Deviation::default();
     }
-    let expected = request.echoes.adjoint_at(point_m);
+    let expected = echoes.adjoint_at(point_m);
     let value = Complex64::new(f64::from(value.re), f64::from(value.im));
     Deviation {
         difference: (value - expected).norm_sqr(),

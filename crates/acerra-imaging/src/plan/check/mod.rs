@@ -2,4 +2,4 @@
 
 pub(super) mod forward;
 pub(super) mod imaging;
-mod places;
+pub(super) mod places;

@@ -71,13 +71,13 @@ fn patch_at(
 
 /// Power of a difference and of the value expected.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Deviation {
+pub(in crate::plan) struct Deviation {
     pub difference: f64,
     pub power: f64,
 }
 
 /// Index of the value that is largest in magnitude.
-pub(super) fn brightest(values: &[Complex32]) -> usize {
+pub(in crate::plan) fn brightest(values: &[Complex32]) -> usize {
     (0..values.len())
         .max_by(|a, b| values[*a].norm_sqr().total_cmp(&values[*b].norm_sqr()))
         .unwrap_or(0)
@@ -99,7 +99,7 @@ pub(super) fn judged_apart(random: &[Deviation], bright: &[Deviation]) -> SelfCh
 ///
 /// The error's square is a ratio of means, r = Σd/Σp. One bright pixel among those drawn lowers it, so
 /// its variance Σ(d − rp)²/(Σp)² (linearised, over draws) is added twice over.
-pub(super) fn judged(found: &[Deviation], pixels: usize) -> SelfCheck {
+pub(in crate::plan) fn judged(found: &[Deviation], pixels: usize) -> SelfCheck {
     let difference: f64 = found.iter().map(|d| d.difference).sum();
     let power: f64 = found.iter().map(|d| d.power).sum();
     let scale = if power > 0.0 { power } else { 1.0 };
