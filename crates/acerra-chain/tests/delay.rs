@@ -32,6 +32,8 @@ struct Pass {
     /// Errors of the positions: rms (m) along each axis, and what draws them.
     errors_m: [f64; 3],
     seed: u64,
+    /// What the positions state of their errors (m); nothing where they have none.
+    stated_m: [f64; 3],
 }
 
 impl Pass {
@@ -44,6 +46,7 @@ impl Pass {
             targets_m: TARGETS.to_vec(),
             errors_m: [0.0; 3],
             seed: 11,
+            stated_m: [0.0; 3],
         }
     }
 
@@ -63,13 +66,12 @@ impl Pass {
         })
     }
 
-    /// What the positions state of their errors; nothing where they have none.
     fn covariance_m2(&self) -> Option<[[f64; 3]; 3]> {
         let mut covariance_m2 = [[0.0; 3]; 3];
-        for (i, rms_m) in self.errors_m.iter().enumerate() {
+        for (i, rms_m) in self.stated_m.iter().enumerate() {
             covariance_m2[i][i] = rms_m * rms_m;
         }
-        (self.errors_m != [0.0; 3]).then_some(covariance_m2)
+        (self.stated_m != [0.0; 3]).then_some(covariance_m2)
     }
 
     fn recorded(&self, clean: CleanOptions) -> Recording {
@@ -171,6 +173,30 @@ fn a_short_aperture_is_refused() {
     assert!(message.ends_with("; state the delay"), "{message}");
 }
 
+/// The same pass tells the delay or not by what its positions state of their errors.
+#[test]
+fn positions_uncertain_by_decimetres_do_not_tell_the_delay() {
+    let grid = PlaneGrid::from_ranges([0.0, 6.0], [-3.0, 3.0], 0.0, 0.05).unwrap();
+    let stating = |stated_m: [f64; 3]| Pass {
+        stated_m,
+        ..Pass::of_length(6.0)
+    };
+    let fixed = prepared_on(grid, &stating([0.002, 0.002, 0.004])).unwrap();
+    let found = fixed.first().delay.as_ref().unwrap();
+    assert!(
+        (found.delay_s - DELAY_S).abs() < 2.0 * found.sigma_s,
+        "{found:?}"
+    );
+    let Err(error) = prepared_on(grid, &stating([0.2, 0.2, 0.4])) else {
+        panic!("a delay was found");
+    };
+    let message = error.to_string();
+    assert!(
+        message.contains("the positions' stated errors"),
+        "{message}"
+    );
+}
+
 /// Passes at random: what is found is off by what is stated, and the others are refused.
 #[test]
 #[ignore = "a dozen searches; cargo xtask validate, as CI does"]
@@ -190,6 +216,7 @@ fn validation_deviations_of_found_delays_are_true() {
                 .collect(),
             errors_m: [0.003, 0.003, 0.006],
             seed,
+            stated_m: [0.003, 0.003, 0.006],
         };
         let Ok(prepared) = prepared_on(grid, &pass) else {
             println!("{seed}: refused");

@@ -13,9 +13,11 @@ pub struct DelayCurve {
 
 /// Log-likelihood by which the best delay must surpass every other (odds of 400 to 1).
 pub(super) const MARGIN: f64 = 6.0;
-/// Widest stretch of delays within the margin that counts as one (s). A normal log-likelihood falls by the margin
-/// within √(2 MARGIN) deviations: a deviation of 0.58 ns is 8.7 cm of range, the resolution of a band of 1.7 GHz.
-const WIDEST_S: f64 = 4e-9;
+/// Largest deviation of a delay that is found (s): 8.7 cm of range, the resolution of a band of 1.7 GHz.
+pub(super) const MOST_SIGMA_S: f64 = 0.58e-9;
+/// Widest stretch of delays within the margin that counts as one (s): a normal log-likelihood of that deviation falls
+/// by the margin within √(2 MARGIN) deviations to each side.
+const WIDEST_S: f64 = 6.93 * MOST_SIGMA_S;
 
 pub(super) fn max_of(values: &[f64]) -> f64 {
     values.iter().copied().fold(f64::NEG_INFINITY, f64::max)

@@ -38,6 +38,17 @@ pub enum DelayError {
         /// Largest (ns).
         to_ns: f64,
     },
+    /// Errors of the positions bend the echoes like a wrong delay does.
+    #[error(
+        "[radar] delay_ns = \"auto\": the positions' stated errors leave the delay uncertain by {sigma_ns:.2} ns (one \
+         standard deviation), at most {most_ns:.2} ns may be; state the delay"
+    )]
+    Uncertain {
+        /// Standard deviation of the delay (ns).
+        sigma_ns: f64,
+        /// The largest of a delay that is found (ns).
+        most_ns: f64,
+    },
     /// The strongest echo gets stronger up to the end of the delays tried.
     #[error(
         "[radar] delay_ns = \"auto\": the strongest echo is strongest at {at_ns:.2} ns, the end of the delays \

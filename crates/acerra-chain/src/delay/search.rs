@@ -7,7 +7,7 @@ use acerra_imaging::PlaneGrid;
 use acerra_radar::Spectrum;
 
 use super::cues::DelayCue;
-use super::curve::{DelayCurve, decide, max_of, second_best};
+use super::curve::{DelayCurve, MOST_SIGMA_S, decide, max_of, second_best};
 use super::echo_power::StrongestEcho;
 use super::error::DelayError;
 use super::scan::DelayScan;
@@ -79,7 +79,7 @@ const INDEPENDENT: f64 = 5.0;
 /// Finds the delay of traces at their places.
 ///
 /// # Errors
-/// Two delays that agree with the data, or all; traces that cannot be cleaned; cancellation.
+/// Two delays that agree with the data, or all; positions too uncertain; traces that cannot be cleaned; cancellation.
 pub fn find_delay(trial: DelayTrial<'_>, control: &Control<'_>) -> Result<DelayFound, DelayError> {
     let RadarContent::Radargram(_) = trial.radar else {
         return Err(DelayError::Spectra);
@@ -99,10 +99,16 @@ pub fn find_delay(trial: DelayTrial<'_>, control: &Control<'_>) -> Result<DelayF
     let is_within = |fine_s: &f64| (fine_s - best.delay_s).abs() <= 2.0 * best.sigma_s;
     let delay_s = fine_s.filter(is_within).unwrap_or(best.delay_s);
     let (at_s, echo) = tried[best.index];
-    let by_positions_s = trial.by_positions_s(at_s, echo)?;
+    let sigma_s = best.sigma_s.hypot(trial.by_positions_s(at_s, echo)?);
+    if sigma_s > MOST_SIGMA_S {
+        return Err(DelayError::Uncertain {
+            sigma_ns: 1e9 * sigma_s,
+            most_ns: 1e9 * MOST_SIGMA_S,
+        });
+    }
     Ok(DelayFound {
         delay_s,
-        sigma_s: best.sigma_s.hypot(by_positions_s),
+        sigma_s,
         second,
         surface: trial.surface,
         coupling: trial.coupling,

@@ -15,8 +15,8 @@ const MOST_NODES: usize = 256;
 const LONGER: f64 = 1.5;
 /// The shortest correlation time tried (s): an interval of receivers.
 const SHORTEST_S: f64 = 0.2;
-/// Deviation of shifts that the echo itself hardly bounds (m), beyond which it is another.
-const FAR_M: f64 = 10.0;
+/// Prior deviation of the echo's shift along each axis (m), which counts where the data hardly bound the shift.
+const SHIFT_SIGMA_M: f64 = 10.0;
 
 /// An echo as traces see it.
 #[derive(Clone, Copy, Debug)]
@@ -64,7 +64,8 @@ impl Sensitivity {
             .sum();
         let [phase, envelope] = seen.wavenumber_rad_m.map(|k| (2.0 * k).powi(2));
         let weighed = |w: f64, u: &Vector3<f64>| w * (phase * (row(u) - mean) + envelope * row(u));
-        let mut normal = Matrix3::from_diagonal(&Vector3::new(0.0, 1.0, 1.0)) / FAR_M.powi(2);
+        let mut normal =
+            Matrix3::from_diagonal(&Vector3::new(0.0, 1.0, 1.0)) / SHIFT_SIGMA_M.powi(2);
         for (w, u) in weight.iter().zip(&direction) {
             normal += weighed(*w, u) * row(u).transpose();
         }
@@ -106,7 +107,7 @@ impl Sensitivity {
         let times = std::iter::successors(Some(SHORTEST_S), |t| Some(t * LONGER));
         times
             .take_while(|t| *t <= (last - first).abs().max(SHORTEST_S))
-            .map(|length| deviation_m(&nodes, Correlation::Matern32 { length }))
+            .map(|length| correlated_m(&nodes, Correlation::Matern32 { length }))
             .fold(0.0, f64::max)
     }
 
@@ -135,8 +136,8 @@ impl Sensitivity {
     }
 }
 
-/// √(Σ ρ(tᵢ − tⱼ)·bᵢ·bⱼ).
-fn deviation_m(nodes: &[(f64, [f64; 3])], correlation: Correlation) -> f64 {
+/// Deviation of a sum of correlated errors, √(Σᵢⱼ ρ(tᵢ − tⱼ)·bᵢ·bⱼ) (m).
+fn correlated_m(nodes: &[(f64, [f64; 3])], correlation: Correlation) -> f64 {
     let mut variance_m2 = 0.0;
     for (time_s, response) in nodes {
         for (other_s, other) in nodes {
@@ -256,10 +257,10 @@ mod tests {
     fn deviations_are_those_of_errors_drawn() {
         // White errors: the sum of squares.
         let nodes: Vec<(f64, [f64; 3])> = (0..9).map(|k| (f64::from(k), [0.0, 0.5, 0.1])).collect();
-        let white_m = deviation_m(&nodes, Correlation::White);
+        let white_m = correlated_m(&nodes, Correlation::White);
         assert!((white_m - (9.0_f64 * 0.26).sqrt()).abs() < 1e-12);
         // Errors that last: the sum.
-        let lasting_m = deviation_m(&nodes, Correlation::Matern32 { length: 1e6 });
+        let lasting_m = correlated_m(&nodes, Correlation::Matern32 { length: 1e6 });
         assert!((lasting_m - 9.0 * 0.26_f64.sqrt()).abs() < 1e-6);
         let (time_s, position_m) = track();
         let varying_m =

@@ -14,6 +14,7 @@ use super::echo::Ridge;
 use super::noise::{correlation_length, variance_inflation};
 use super::{AlignError, FlightProfile};
 use crate::control::Control;
+use crate::quality::median;
 
 /// What residuals are taken for at first: an error of 3 cm, every fifth a stray.
 const TYPICAL: Mixture = Mixture {
@@ -342,7 +343,7 @@ impl Fit<'_> {
             stated_sigma_s: self.profile.stated_error_s() * per_error(&rate, few),
             evidence: (top - ignorant) / own,
             preference: (top - ignorant) / lasting,
-            envelope: median(&mut envelope),
+            envelope: median(&envelope).max(0.0),
             curve,
         }
     }
@@ -364,13 +365,6 @@ impl Fit<'_> {
         }
         top
     }
-}
-
-/// Middle value; 0 of none.
-fn median(values: &mut [f64]) -> f64 {
-    let middle = values.len() / 2;
-    values.sort_by(f64::total_cmp);
-    values.get(middle).copied().unwrap_or(0.0)
 }
 
 /// exp(−x²/2), and zero beyond ten standard deviations, where it is 2·10⁻²² of its maximum and the

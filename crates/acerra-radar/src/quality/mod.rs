@@ -26,7 +26,7 @@ pub use spacing::{ScanSpacing, scan_spacing};
 pub use surface::{SurfaceStatistics, surface_statistics};
 
 /// Median of numbers without NaN; NaN of none.
-fn median(values: &[f64]) -> f64 {
+pub(crate) fn median(values: &[f64]) -> f64 {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
     match sorted.len() {
