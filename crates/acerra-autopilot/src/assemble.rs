@@ -5,6 +5,7 @@ use acerra_geo::matrix::{multiply, multiply_vector, rotate_covariance, transpose
 use acerra_geo::time::GpsTime;
 use acerra_geo::trajectory::{Attitude, Fix, Frame, TimeOrigin, Trajectory};
 
+use crate::attitudes::LogAttitudes;
 use crate::choose;
 use crate::clock::{self, ClockFit};
 use crate::error::LogError;
@@ -22,15 +23,22 @@ use crate::timeline::{AttitudeTrack, StatusTrack, gps_time, longest_rising};
 /// A position with its instant.
 type Timed = (GpsTime, PositionSample);
 
-/// The trajectory of a recording, and what there is to say about it.
+/// What a recording makes.
+pub struct Assembled {
+    /// Positions with the attitudes at their times.
+    pub trajectory: Trajectory,
+    /// The attitudes at their own times.
+    pub attitudes: LogAttitudes,
+    /// What there is to say about them.
+    pub report: LogReport,
+}
+
+/// The trajectory and the attitudes of a recording, and what there is to say about them.
 ///
 /// # Errors
 /// Sources that are ambiguous or absent, times without a scale, positions outside the grid of the
 /// geoid.
-pub fn assemble(
-    recording: &Recording,
-    options: &LogOptions,
-) -> Result<(Trajectory, LogReport), LogError> {
+pub fn assemble(recording: &Recording, options: &LogOptions) -> Result<Assembled, LogError> {
     let mut warnings: Vec<LogWarning> = Vec::new();
     let source = choose::positions(recording, options, &mut warnings)?;
     let attitude_source = choose::attitudes(recording, options, &source.name, &mut warnings)?;
@@ -118,7 +126,14 @@ pub fn assemble(
         statuses: trajectory.status_counts(),
         warnings,
     };
-    Ok((trajectory, report))
+    Ok(Assembled {
+        trajectory,
+        attitudes: LogAttitudes {
+            vehicle: attitudes,
+            gimbal: gimbal.map(|g| g.track),
+        },
+        report,
+    })
 }
 
 fn uses_boot_clock(samples: &[PositionSample]) -> bool {

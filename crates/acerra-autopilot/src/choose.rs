@@ -39,6 +39,7 @@ pub fn positions<'a>(
     };
     match (candidates.as_slice(), options.source.as_deref()) {
         ([one], _) => Ok(one),
+        ([first, ..], None) if options.takes_first_positions => Ok(first),
         ([], Some(wanted)) => Err(LogError::NoSuchSource {
             what: "positions",
             key: "source",

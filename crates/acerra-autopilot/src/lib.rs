@@ -31,6 +31,7 @@
 
 mod ardupilot;
 mod assemble;
+mod attitudes;
 mod body;
 mod bytes;
 mod choose;
@@ -53,12 +54,14 @@ use std::io::Read;
 
 use acerra_geo::trajectory::Trajectory;
 
+pub use attitudes::LogAttitudes;
 pub use error::LogError;
 pub use format::LogFormat;
 pub use options::{GimbalChoice, LogOptions};
 pub use report::{AttitudeSummary, ClockSummary, LogReport, LogWarning, SourceSummary};
 pub use sample::{Damage, HeightDatum, PairKind, SourceKind};
 
+use assemble::Assembled;
 use bytes::LogBytes;
 
 /// How many bytes of a file [`sniff`] is shown.
@@ -94,6 +97,25 @@ pub fn read_log(
     reader: impl Read,
     options: &LogOptions,
 ) -> Result<(Trajectory, LogReport), LogError> {
+    let log = read(reader, options)?;
+    Ok((log.trajectory, log.report))
+}
+
+/// Reads a log for its attitudes, which are those of positions that something else measured; its own positions come
+/// along to compare with.
+///
+/// # Errors
+/// As [`read_log`]. A log without positions is refused: they carry its GPS time.
+pub fn read_attitudes(
+    reader: impl Read,
+    options: &LogOptions,
+) -> Result<(LogAttitudes, Trajectory, LogReport), LogError> {
+    let options = options.clone().for_attitudes();
+    let log = read(reader, &options)?;
+    Ok((log.attitudes, log.trajectory, log.report))
+}
+
+fn read(reader: impl Read, options: &LogOptions) -> Result<Assembled, LogError> {
     let mut bytes = LogBytes::new(reader);
     let start = bytes.peek(SNIFF_BYTES)?;
     if start.is_empty() {

@@ -44,6 +44,8 @@ pub struct LogOptions {
     /// Of several sources that are as good, the first is taken and the others are named, instead of
     /// refusing to choose.
     pub takes_first: bool,
+    /// The same of several sources of positions alone, unnamed: for a log that is read for its attitudes.
+    pub takes_first_positions: bool,
     /// Grid of the geoid, by which heights above the sea become heights above the ellipsoid.
     pub geoid: Option<Arc<GeoidGrid>>,
     /// Most positions, attitudes and clock readings accepted, each.
@@ -58,6 +60,7 @@ impl Default for LogOptions {
             attitude_source: None,
             gimbal: GimbalChoice::None,
             takes_first: false,
+            takes_first_positions: false,
             geoid: None,
             max_samples: 10_000_000,
         }
@@ -97,6 +100,13 @@ impl LogOptions {
     #[must_use]
     pub const fn taking_first(mut self) -> Self {
         self.takes_first = true;
+        self
+    }
+
+    /// The same for the attitudes, whatever the positions.
+    #[must_use]
+    pub const fn for_attitudes(mut self) -> Self {
+        self.takes_first_positions = true;
         self
     }
 

@@ -81,13 +81,37 @@ impl LogReport {
     /// The sources in one line: `positions of GPS[0], attitude of ATT`.
     #[must_use]
     pub fn sources_used(&self) -> String {
+        format!(
+            "positions of {}, {}",
+            self.source.name,
+            self.attitudes_used()
+        )
+    }
+
+    /// What a user should know before trusting the attitudes at times of other positions.
+    #[must_use]
+    pub fn attitude_warnings(&self) -> Vec<LogWarning> {
+        let own = self.warnings.iter().filter(|w| w.concerns_attitudes());
+        let of_attitudes = |warning: &LogWarning| match warning {
+            LogWarning::UnknownLatency { spread_s, .. } => LogWarning::UnknownLatency {
+                what: "attitudes",
+                spread_s: *spread_s,
+            },
+            other => other.clone(),
+        };
+        own.map(of_attitudes).collect()
+    }
+
+    /// Those of the attitudes alone: `attitude of ATT, gimbal of MNT[0]`.
+    #[must_use]
+    pub fn attitudes_used(&self) -> String {
         let attitude = match &self.attitude_source {
             Some(attitude) => format!("attitude of {attitude}"),
             None => "no attitude".to_owned(),
         };
         let gimbal = self.gimbal_source.as_ref();
         let gimbal = gimbal.map_or_else(String::new, |gimbal| format!(", gimbal of {gimbal}"));
-        format!("positions of {}, {attitude}{gimbal}", self.source.name)
+        format!("{attitude}{gimbal}")
     }
 }
 
@@ -219,6 +243,36 @@ pub enum LogWarning {
     Damaged(Damage),
     /// What the format's reader remarks.
     Remark(String),
+}
+
+impl LogWarning {
+    /// Whether it concerns the attitudes at their own times, and not the positions alone.
+    const fn concerns_attitudes(&self) -> bool {
+        match self {
+            Self::UnknownLatency { .. }
+            | Self::ClockReadingsLeftOut { .. }
+            | Self::GimbalWithoutAttitude { .. }
+            | Self::GimbalWithoutHeading { .. }
+            | Self::GimbalFailing { .. }
+            | Self::GimbalByAutopilot { .. }
+            | Self::GimbalCommanded { .. }
+            | Self::Damaged(_)
+            | Self::Remark(_) => true,
+            Self::FirstOfSeveral { .. } => true,
+            Self::SeaLevelHeights { .. }
+            | Self::RaisedByGeoid { .. }
+            | Self::OtherDatumLeftOut { .. }
+            | Self::WithoutPosition { .. }
+            | Self::OtherTimeLeftOut { .. }
+            | Self::TimesRepeated { .. }
+            | Self::NotFixed { .. }
+            | Self::StampedOnArrival { .. }
+            | Self::OwnClock
+            | Self::NoAttitude
+            | Self::AttitudeGaps { .. }
+            | Self::GimbalGaps { .. } => false,
+        }
+    }
 }
 
 impl std::fmt::Display for LogWarning {

@@ -40,6 +40,7 @@
 //! ```
 
 pub mod align;
+pub mod attitude_file;
 pub mod autofocus;
 pub mod boresight;
 pub mod calibrate;
@@ -48,6 +49,7 @@ pub mod campaign;
 pub mod choices;
 pub mod clean;
 pub mod clock;
+pub mod clock_shift;
 pub mod control;
 mod correction;
 pub mod delay;

@@ -4,12 +4,13 @@ use std::fs::File;
 use std::io::{self, BufReader};
 use std::path::{Path, PathBuf};
 
-use acerra_autopilot::{GimbalChoice, LogReport};
+use acerra_autopilot::{GimbalChoice, LogOptions, LogReport};
 use acerra_geo::geodesy::{EnuFrame, Geodetic, ecef_from_geodetic};
 use acerra_geo::lever_arm::{HeadingOptions, LeverArmError, apply_lever_arm};
 use acerra_geo::trajectory::{Frame, TimeOrigin, Trajectory, TrajectoryError};
 use acerra_gnss::{BasePosition, PositioningMode, PpkOptions};
 
+use crate::attitude_file::{AttitudeFileError, turned_by_log};
 use crate::evidence::{Finding, autopilot_fixed, base_position};
 use crate::positioning::{
     self, GnssConfiguration, GnssConfigurationError, PositioningError, PositioningInput,
@@ -35,8 +36,17 @@ pub struct Positioned {
     pub positions: Positions,
     /// A trajectory file gives them in a frame of its own, with an origin on the Earth or without.
     pub has_local_axes: bool,
-    /// Which sources of an autopilot's log they are.
-    pub log_sources: Option<String>,
+    /// Which sources of autopilots' logs they are.
+    pub log_sources: LogSources,
+}
+
+/// Which sources of autopilots' logs positions come from, in words.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct LogSources {
+    /// Of the log that gives the positions.
+    pub positions: Option<String>,
+    /// Of the log that gives the attitudes alone.
+    pub attitudes: Option<String>,
 }
 
 impl<T: Into<Positions>> From<T> for Positioned {
@@ -44,7 +54,7 @@ impl<T: Into<Positions>> From<T> for Positioned {
         Self {
             positions: positions.into(),
             has_local_axes: false,
-            log_sources: None,
+            log_sources: LogSources::default(),
         }
     }
 }
@@ -104,9 +114,11 @@ pub struct PositionOptions {
     pub rigid_body: Option<String>,
     /// Source of the positions in the log of an autopilot or a robot.
     pub log_source: Option<String>,
-    /// Source of the attitudes in such a log.
+    /// Log of an autopilot or a robot whose attitudes the positions take.
+    pub attitude_file: Option<PathBuf>,
+    /// Source of the attitudes in it, or else in the log of the positions.
     pub attitude_source: Option<String>,
-    /// The gimbal that carries the antenna, whose attitude is read of such a log.
+    /// The gimbal that carries the antenna, whose attitude is read of the same log.
     pub gimbal: GimbalChoice,
     /// Grid of the geoid, which raises heights above the sea in such a log to the ellipsoid.
     pub geoid: Option<PathBuf>,
@@ -165,6 +177,14 @@ pub enum PositionError {
         path: PathBuf,
         /// The place in it, what was expected and what was found.
         cause: Box<TrajectoryFileError>,
+    },
+    /// The attitudes cannot be put on the positions.
+    #[error("{}: {cause}", path.display())]
+    Attitudes {
+        /// The log of the attitudes.
+        path: PathBuf,
+        /// What was expected and what was found.
+        cause: Box<AttitudeFileError>,
     },
     /// The RTKLIB configuration cannot be read.
     #[error(transparent)]
@@ -237,9 +257,7 @@ pub fn position(
 ) -> Result<Positioned, PositionError> {
     let radar_file = || radar_file.to_owned();
     match (&options.source, inside) {
-        (PositionSource::Gnss(logs), _) => {
-            from_gnss(logs, options, warnings, findings).map(Positioned::from)
-        }
+        (PositionSource::Gnss(logs), _) => from_gnss(logs, options, warnings, findings),
         (PositionSource::Trajectory(file), inside) => {
             if inside.is_some() {
                 warnings.add(format!(
@@ -307,7 +325,7 @@ pub fn placed(
     Ok(Positioned {
         positions: at_phase_centre(trajectory, options.lever_arm_m)?.into(),
         has_local_axes,
-        log_sources: None,
+        log_sources: LogSources::default(),
     })
 }
 
@@ -326,12 +344,17 @@ fn from_file(
     warnings: &mut Warnings,
     findings: &mut Vec<Finding>,
 ) -> Result<Positioned, PositionError> {
+    let holds_attitudes = options.attitude_file.is_none();
     let reading = TrajectoryFileOptions {
         origin: options.origin,
         rigid_body: options.rigid_body.clone(),
         source: options.log_source.clone(),
-        attitude_source: options.attitude_source.clone(),
-        gimbal: options.gimbal.clone(),
+        attitude_source: options.attitude_source.clone().filter(|_| holds_attitudes),
+        gimbal: if holds_attitudes {
+            options.gimbal.clone()
+        } else {
+            GimbalChoice::None
+        },
         takes_first_source: false,
         geoid: options.geoid.clone(),
     };
@@ -345,11 +368,43 @@ fn from_file(
     }
     let log = file.log();
     findings.extend(log.map(|log| autopilot_fixed(&log.source.name, &log.statuses)));
+    let sources = log.map(LogReport::sources_used);
+    let has_local_axes = file.has_local_axes();
+    let (trajectory, attitudes) = with_attitudes(file.trajectory, options, warnings, findings)?;
     Ok(Positioned {
-        has_local_axes: file.has_local_axes(),
-        log_sources: log.map(LogReport::sources_used),
-        positions: at_phase_centre(file.trajectory, options.lever_arm_m)?.into(),
+        has_local_axes,
+        log_sources: LogSources {
+            positions: sources,
+            attitudes,
+        },
+        positions: at_phase_centre(trajectory, options.lever_arm_m)?.into(),
     })
+}
+
+/// The positions with the attitudes of the log that is named for them, and its sources in words.
+fn with_attitudes(
+    trajectory: Trajectory,
+    options: &PositionOptions,
+    warnings: &mut Warnings,
+    findings: &mut Vec<Finding>,
+) -> Result<(Trajectory, Option<String>), PositionError> {
+    let Some(path) = &options.attitude_file else {
+        return Ok((trajectory, None));
+    };
+    let mut reading = LogOptions::default();
+    reading.attitude_source.clone_from(&options.attitude_source);
+    reading.gimbal.clone_from(&options.gimbal);
+    let turned = turned_by_log(&trajectory, open(path)?, &reading).map_err(|cause| {
+        PositionError::Attitudes {
+            path: path.to_owned(),
+            cause: Box::new(cause),
+        }
+    })?;
+    for remark in turned.remarks() {
+        warnings.add(format!("{}: {remark}", name_of(path)));
+    }
+    findings.extend(turned.findings());
+    Ok((turned.trajectory, Some(turned.report.attitudes_used())))
 }
 
 fn from_gnss(
@@ -357,7 +412,7 @@ fn from_gnss(
     options: &PositionOptions,
     warnings: &mut Warnings,
     findings: &mut Vec<Finding>,
-) -> Result<Trajectory, PositionError> {
+) -> Result<Positioned, PositionError> {
     let (files, ppk) = positioning_of(logs, warnings)?;
     let positioned = positioning::run(&files, &ppk).map_err(PositionError::Positioning)?;
     for warning in &positioned.warnings {
@@ -374,7 +429,15 @@ fn from_gnss(
             .in_frame(EnuFrame::new(origin))
             .map_err(PositionError::Origin)?;
     }
-    at_phase_centre(trajectory, options.lever_arm_m)
+    let (trajectory, attitudes) = with_attitudes(trajectory, options, warnings, findings)?;
+    let trajectory = at_phase_centre(trajectory, options.lever_arm_m)?;
+    Ok(Positioned {
+        log_sources: LogSources {
+            positions: None,
+            attitudes,
+        },
+        ..Positioned::from(trajectory)
+    })
 }
 
 /// The files and the options of the positioning: what the configuration file says, and the base's

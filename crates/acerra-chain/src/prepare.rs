@@ -25,7 +25,7 @@ use crate::journal::Journal;
 use crate::measure::{MeasureError, MeasureOptions, measure};
 use crate::offset::OffsetSearch;
 use crate::plane::{GroundFound, find_ground};
-use crate::position::{Positions, in_one_frame};
+use crate::position::{LogSources, Positions, in_one_frame};
 use crate::read::RadarLabel;
 use crate::recording::Recording;
 use crate::sink::ImageSink;
@@ -65,7 +65,7 @@ pub struct Track {
     /// Whether a file gives the positions in a frame of its own, whose axes are its word alone.
     pub has_local_axes: bool,
     /// Which sources of an autopilot's log the positions are.
-    pub log_sources: Option<String>,
+    pub log_sources: LogSources,
     /// Trajectory time minus radar time (s).
     pub time_offset_s: f64,
     /// How the offset was found, when it was not given.

@@ -5,7 +5,7 @@ use acerra_radar::LoggedClock;
 
 use crate::align::AlignOptions;
 use crate::clean::CleanOptions;
-use crate::position::Positions;
+use crate::position::{LogSources, Positions};
 use crate::read::{RadarContent, RadarData};
 
 /// One flight, in memory.
@@ -20,7 +20,7 @@ pub struct Recording {
     /// Whether a file gives the positions in a frame of its own, whose axes are its word alone.
     pub has_local_axes: bool,
     /// Which sources of an autopilot's log the positions are.
-    pub log_sources: Option<String>,
+    pub log_sources: LogSources,
     /// How the two are brought together.
     pub options: TrackOptions,
 }
@@ -38,7 +38,7 @@ impl Recording {
             name: name.into(),
             radar: RadarData::in_memory(radar.into()),
             has_local_axes: *positions.frame() == Frame::Local,
-            log_sources: None,
+            log_sources: LogSources::default(),
             positions,
             options: TrackOptions::default(),
         }

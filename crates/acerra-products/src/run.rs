@@ -134,15 +134,15 @@ pub(crate) fn record_inputs(file: &Path, campaign: &Campaign) -> anyhow::Result<
 fn name_sources(outcome: &mut Outcome) {
     let each = outcome.campaign.each_track();
     for (one, track) in each.iter().zip(&outcome.prepared.tracks) {
-        let Some(file) = &one.trajectory.file else {
-            continue;
-        };
-        for input in outcome
-            .inputs
-            .iter_mut()
-            .filter(|input| input.path == *file)
-        {
-            input.sources.clone_from(&track.log_sources);
+        let sources = &track.log_sources;
+        for (file, sources) in [
+            (&one.trajectory.file, &sources.positions),
+            (&one.trajectory.attitude_file, &sources.attitudes),
+        ] {
+            let inputs = outcome.inputs.iter_mut();
+            for input in inputs.filter(|input| Some(&input.path) == file.as_ref()) {
+                input.sources.clone_from(sources);
+            }
         }
     }
 }

@@ -193,6 +193,10 @@ fn refuse_files(campaign: &acerra_chain::campaign::Campaign) -> Result<(), Failu
         ("gnss", campaign.gnss.is_some()),
         ("track", !campaign.track.is_empty()),
         ("trajectory file", campaign.trajectory.file.is_some()),
+        (
+            "trajectory attitude_file",
+            campaign.trajectory.attitude_file.is_some(),
+        ),
         ("radar channel", campaign.radar.channel.is_some()),
     ];
     match named.iter().find(|(_, is_there)| *is_there) {

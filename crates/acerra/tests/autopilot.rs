@@ -441,6 +441,139 @@ fn logs_that_cannot_be_used_are_refused_with_file_and_place() {
     assert!(message.contains("[trajectory] source"), "{message}");
 }
 
+/// The flight's positions at 5 Hz as a carrier-phase solution of RTKLIB's format, from `late_s` after its start.
+fn pos(late_s: f64) -> String {
+    let mut text = "% (lat/lon/height=WGS84/ellipsoidal,Q=1:fix)\n%  GPST  latitude(deg) longitude(deg)  height(m)   \
+                    Q  ns   sdn(m)   sde(m)   sdu(m)  sdne(m)  sdeu(m)  sdun(m) age(s)  ratio\n"
+        .to_owned();
+    for k in 0..60_u32 {
+        let time_s = 0.2 * f64::from(k);
+        let [latitude, longitude, height_m] = antenna_deg_m(time_s);
+        let tow_s = TOW_S + late_s + time_s;
+        text += &format!(
+            "2390 {tow_s:.3} {latitude:.10} {longitude:.10} {height_m:.4} 1 12 0.003 0.003 0.006 0 0 0 0.2 30.0\n"
+        );
+    }
+    text
+}
+
+#[test]
+fn attitudes_of_a_log_turn_the_lever_arm_at_positions_of_another_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write_radar(folder);
+    fs::write(folder.join("ppk.pos"), pos(0.0)).unwrap();
+    // The log's own positions are good to metres, and do not count.
+    fs::write(folder.join("flight.bin"), bin(3, true)).unwrap();
+    let (targets, _) = focus(folder, "ppk.pos", "").unwrap();
+    assert!(off_m(&targets) > 0.2, "{targets:#}");
+    let (targets, run) = focus(folder, "ppk.pos", "attitude_file = 'flight.bin'").unwrap();
+    assert!(off_m(&targets) < 0.05, "{targets:#}");
+    let inputs = run["inputs"].as_array().unwrap();
+    let log = inputs
+        .iter()
+        .find(|i| i["path"].to_string().contains("flight.bin"));
+    assert_eq!(log.unwrap()["sources"], "attitude of ATT");
+    for name in ["attitude_clock", "attitude_place"] {
+        assert_eq!(finding(&run, name)["verdict"], "agrees", "{name}");
+    }
+    assert!(!run["evidence"].to_string().contains("autopilot_fixed"));
+
+    // Positions that are another second's.
+    fs::write(folder.join("late.pos"), pos(2.0)).unwrap();
+    let (_, run) = focus(folder, "late.pos", "attitude_file = 'flight.bin'").unwrap();
+    let clock = finding(&run, "attitude_clock");
+    assert_eq!(clock["verdict"], "contradicts", "{clock:#}");
+    assert!(
+        (clock["value"].as_f64().unwrap() + 2.0).abs() < 0.1,
+        "{clock:#}"
+    );
+}
+
+#[test]
+fn a_gimbal_of_the_log_of_the_attitudes_weighs_as_one_of_the_log_of_the_positions() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write_radar(folder);
+    fs::write(
+        folder.join("flight.bin"),
+        bin_with_gimbal(euler_rad, [0.5, -0.1, 3.0]),
+    )
+    .unwrap();
+    fs::write(folder.join("ppk.pos"), pos(0.0)).unwrap();
+    let image = "antenna_cosine_power = 1\nantenna_axis = 'gimbal'";
+    let run = Run {
+        image,
+        trajectory: "attitude_file = 'flight.bin'\ngimbal_source = 'MNT[0]'",
+        ..Run::of("ppk.pos")
+    };
+    let (targets, run) = run.focus(folder).unwrap();
+    assert!(off_m(&targets) < 0.05, "{targets:#}");
+    assert!(
+        run["inputs"]
+            .to_string()
+            .contains("attitude of ATT, gimbal of MNT[0]")
+    );
+    let expected_deg = (0.5_f64.cos() * 0.1_f64.cos()).acos().to_degrees();
+    let tilt_deg = finding(&run, "antenna_tilt")["value"].as_f64().unwrap();
+    assert!((tilt_deg - expected_deg).abs() < 0.01, "{tilt_deg}");
+    // A log without a gimbal is refused by its name, not by that of the positions.
+    fs::write(folder.join("none.bin"), bin(6, true)).unwrap();
+    let run = Run {
+        image,
+        trajectory: "attitude_file = 'none.bin'",
+        ..Run::of("ppk.pos")
+    };
+    let message = run.focus(folder).unwrap_err();
+    assert!(
+        message.contains("none.bin: no attitude of a gimbal"),
+        "{message}"
+    );
+}
+
+#[test]
+fn attitudes_that_cannot_be_put_on_the_positions_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write_radar(folder);
+    fs::write(folder.join("flight.bin"), bin(6, true)).unwrap();
+    fs::write(folder.join("level.bin"), bin(6, false)).unwrap();
+    fs::write(folder.join("ppk.pos"), pos(0.0)).unwrap();
+    fs::write(folder.join("day.pos"), pos(86_400.0)).unwrap();
+    fs::write(
+        folder.join("table.csv"),
+        "time_s,x_m,y_m,z_m\n0,0,0,4\n1,1,0,4\n",
+    )
+    .unwrap();
+    for (positions, log, expected) in [
+        (
+            "day.pos",
+            "flight.bin",
+            "flight.bin: [trajectory] attitude_file: expected attitudes at the times of",
+        ),
+        (
+            "ppk.pos",
+            "level.bin",
+            "level.bin: [trajectory] attitude_file: expected attitudes, found none",
+        ),
+        (
+            "ppk.pos",
+            "radar.npz",
+            "radar.npz: not the log of an autopilot",
+        ),
+        ("ppk.pos", "gone.bin", "gone.bin: "),
+        ("table.csv", "flight.bin", "expected positions on GPS time"),
+        (
+            "flight.bin",
+            "flight.bin",
+            "expected another file than that of the positions",
+        ),
+    ] {
+        let message = focus(folder, positions, &format!("attitude_file = '{log}'")).unwrap_err();
+        assert!(message.contains(expected), "{positions}, {log}: {message}");
+    }
+}
+
 #[test]
 fn init_and_info_know_the_log() {
     let folder = tempfile::tempdir().unwrap();

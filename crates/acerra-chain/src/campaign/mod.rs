@@ -137,14 +137,14 @@ impl Campaign {
         if !self.radar.is_absent() {
             resolve(&mut self.radar.file);
         }
-        self.trajectory.file.as_mut().map(resolve);
+        self.trajectory.files_mut().for_each(resolve);
         self.image.terrain.as_mut().map(resolve);
         self.image.geoid.as_mut().map(resolve);
         self.measure.survey.as_mut().map(resolve);
         self.gnss.as_mut().map(resolve_gnss);
         for track in &mut self.track {
             resolve(&mut track.radar.file);
-            track.trajectory.file.as_mut().map(resolve);
+            track.trajectory.files_mut().for_each(resolve);
             track.gnss.as_mut().map(resolve_gnss);
         }
         self
@@ -178,7 +178,11 @@ impl Campaign {
                 .flat_map(|files| files.0.iter().map(PathBuf::as_path))
                 .chain(gnss.config.as_deref())
         });
-        self.trajectory.file.as_deref().into_iter().chain(gnss)
+        let trajectory = [&self.trajectory.file, &self.trajectory.attitude_file];
+        trajectory
+            .into_iter()
+            .flat_map(|file| file.as_deref())
+            .chain(gnss)
     }
 
     /// The zero-timing in force: the stated one, else the calibrated delay, else the paper's.
@@ -319,6 +323,21 @@ mod tests {
                 "[trajectory]\nfile = 'a.pos'\n[image]\n",
                 "[image]\nantenna_axis = 'gimbal'\n",
                 "[trajectory] file",
+            ),
+            (
+                "[trajectory]\nfile = 'a.pos'\n",
+                "[trajectory]\nattitude_file = 'a.bin'\n",
+                "[trajectory] attitude_file",
+            ),
+            (
+                "[trajectory]\nfile = 'a.pos'\n",
+                "[gnss]\nrover = 'a.obs'\nbase = 'b.obs'\n[trajectory]\nsource = 'ekf'\n",
+                "[trajectory] source",
+            ),
+            (
+                "[trajectory]\nfile = 'a.pos'\n",
+                "[gnss]\nrover = 'a.obs'\nbase = 'b.obs'\n[trajectory]\nattitude_source = 'ATT'\n",
+                "[trajectory] attitude_source",
             ),
             (
                 "'a.pos'\n",

@@ -1,5 +1,7 @@
 //! From the tables of a campaign file to the parameters of the stages.
 
+use std::path::PathBuf;
+
 use acerra_autopilot::GimbalChoice;
 use acerra_geo::geodesy::Geodetic;
 
@@ -138,6 +140,13 @@ fn geodetic([latitude_deg, longitude_deg, height_m]: [f64; 3]) -> Geodetic {
 }
 
 impl TrajectorySection {
+    /// The paths in it.
+    pub(super) fn files_mut(&mut self) -> impl Iterator<Item = &mut PathBuf> {
+        [&mut self.file, &mut self.attitude_file]
+            .into_iter()
+            .flatten()
+    }
+
     /// States the offset that was taken where none was stated.
     pub(super) fn settle(&mut self, track: &Track) {
         let taken = match track.recorded_clock {
@@ -159,6 +168,7 @@ impl From<&TrajectorySection> for PositionOptions {
             origin: section.origin(),
             rigid_body: section.rigid_body.clone(),
             log_source: section.source.clone(),
+            attitude_file: section.attitude_file.clone(),
             attitude_source: section.attitude_source.clone(),
             gimbal: GimbalChoice::None,
             geoid: None,

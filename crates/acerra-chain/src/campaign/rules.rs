@@ -114,30 +114,58 @@ impl Campaign {
         Ok(())
     }
 
-    /// An antenna on a gimbal has its attitude from a log; a gimbal that nothing is turned by is a mistake.
-    fn check_gimbal(&self) -> Result<(), CampaignError> {
+    /// Attitudes come from a log; an antenna on a gimbal needs one, and a gimbal that nothing is turned by is a
+    /// mistake.
+    fn check_attitudes(&self) -> Result<(), CampaignError> {
+        let trajectory = &self.trajectory;
         let is_gimbal = self.image.antenna_axis.is_gimbal();
-        if is_gimbal && self.trajectory.file.is_none() {
-            return Ok(check(
-                "trajectory",
-                &[Rule::new(
-                    "file",
-                    false,
-                    "the log of an autopilot or a robot with the attitude of the gimbal, as [image] antenna_axis \
-                     asks for it",
-                    "none",
-                )],
-            )?);
-        }
-        let is_told = self.trajectory.gimbal_source.is_some();
-        let rule = Rule::new(
-            "gimbal_source",
-            is_gimbal || !is_told,
-            "[image] antenna_axis = \"gimbal\" or \"gimbal-forward\" beside it",
-            self.image.antenna_axis.name(),
-        );
-        check("trajectory", &[rule])?;
-        Ok(())
+        let has_file = trajectory.file.is_some();
+        let has_attitude_file = trajectory.attitude_file.is_some();
+        let has_log = has_file || has_attitude_file;
+        let rules = [
+            Rule::new(
+                "attitude_file",
+                !has_attitude_file || has_file || self.gnss.is_some(),
+                "positions of [gnss] or of a file beside it, which it turns",
+                "none",
+            ),
+            rule(
+                "attitude_file",
+                !has_attitude_file || trajectory.attitude_file != trajectory.file,
+                "another file than that of the positions, whose own attitudes count without it",
+                &trajectory.attitude_file,
+            ),
+            Rule::new(
+                if has_file || self.gnss.is_none() {
+                    "file"
+                } else {
+                    "attitude_file"
+                },
+                has_log || !is_gimbal,
+                "the log of an autopilot or a robot with the attitude of the gimbal, as [image] antenna_axis asks \
+                 for it",
+                "none",
+            ),
+            Rule::new(
+                "attitude_source",
+                has_log || trajectory.attitude_source.is_none(),
+                "the log that it is a source of, [trajectory] file or attitude_file",
+                "none",
+            ),
+            Rule::new(
+                "source",
+                has_file || trajectory.source.is_none(),
+                "the log that it is a source of, [trajectory] file",
+                "none",
+            ),
+            Rule::new(
+                "gimbal_source",
+                is_gimbal || trajectory.gimbal_source.is_none(),
+                "[image] antenna_axis = \"gimbal\" or \"gimbal-forward\" beside it",
+                self.image.antenna_axis.name(),
+            ),
+        ];
+        Ok(check("trajectory", &rules)?)
     }
 
     /// The tables of a campaign of one track.
@@ -150,7 +178,7 @@ impl Campaign {
             );
         }
         check("trajectory", &trajectory_rules(&self.trajectory))?;
-        self.check_gimbal()?;
+        self.check_attitudes()?;
         if let Some(gnss) = &self.gnss {
             if self.trajectory.file.is_some() {
                 return exclude("[gnss]", "[trajectory] file", "both give the positions");

@@ -194,6 +194,10 @@ pub struct TrajectorySection {
     /// default), `"ekf"` (the autopilot's own estimate), or one by its name as `acerra info` lists it, such as
     /// `"GPS[1]"` or a topic.
     pub source: Option<String>,
+    /// Log of an autopilot or a robot whose attitudes turn the lever arm and the antenna at the positions of `[gnss]`
+    /// or of another `file`, by GPS time; by default those that come with the positions.
+    #[serde(serialize_with = "path_text::optional")]
+    pub attitude_file: Option<PathBuf>,
     /// Source of the attitudes in such a log, by its name; by default the only one.
     pub attitude_source: Option<String>,
     /// Source of the attitudes of the gimbal that carries the antenna, by its name in such a log, for `[image]

@@ -9,6 +9,7 @@
 //! (`[checks] contradictions = "warn"`).
 
 mod antenna;
+mod attitude;
 mod autofocus;
 mod clock;
 mod delay;
@@ -27,6 +28,7 @@ mod unchecked;
 use serde::Serialize;
 
 pub use antenna::{AntennaSeen, AxisCarrier, antenna_tilt};
+pub use attitude::{attitude_clock, attitude_place};
 pub use autofocus::{
     AutofocusSeen, autofocus_correction, autofocus_gain, autofocus_global, autofocus_sigma,
 };

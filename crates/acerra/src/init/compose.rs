@@ -1,6 +1,6 @@
 //! The campaign's text.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use acerra_autopilot::{LogFormat, LogReport};
 use acerra_chain::trajectory_file::TrajectoryFile;
@@ -41,7 +41,8 @@ pub fn compose(logs: &Logs, folder: &Path) -> anyhow::Result<String> {
         ],
     };
     let pair = pair(logs)?;
-    match (logs.trajectory.as_slice(), pair) {
+    let (attitudes, trajectories) = attitudes_apart(logs, pair.is_some());
+    match (trajectories.as_slice(), pair) {
         ([(path, trajectory)], pair) => {
             campaign.with_trajectory(radar, path, trajectory)?;
             if let Some(pair) = pair {
@@ -69,7 +70,36 @@ pub fn compose(logs: &Logs, folder: &Path) -> anyhow::Result<String> {
             "no positions among the files: expected a trajectory, or the logs of two GNSS receivers"
         ),
     }
+    if let Some((path, log)) = attitudes {
+        campaign.with_attitudes(path, log)?;
+    }
     Ok(campaign.text())
+}
+
+/// A trajectory by its path.
+type Given = (PathBuf, TrajectoryFile);
+
+/// The only flight log with attitudes, where positions come from elsewhere: receivers' logs, or a trajectory on GPS
+/// time. And the trajectories beside it.
+fn attitudes_apart(logs: &Logs, has_receivers: bool) -> (Option<(&Path, &LogReport)>, Vec<&Given>) {
+    let all = || logs.trajectory.iter();
+    let attitudes = |given: &&Given| given.1.log().is_some_and(|l| l.attitude_source.is_some());
+    let is_on_gps_time = |given: &Given| {
+        let trajectory = &given.1.trajectory;
+        trajectory.time_origin().gps_time().is_some() && trajectory.frame().enu().is_some()
+    };
+    let with: Vec<&Given> = all().filter(attitudes).collect();
+    let others: Vec<&Given> = all().filter(|given| !attitudes(given)).collect();
+    match (with.as_slice(), others.as_slice()) {
+        ([(path, file)], others)
+            if is_on_gps_time(with[0])
+                && (has_receivers && others.is_empty()
+                    || matches!(others, [one] if is_on_gps_time(one))) =>
+        {
+            (file.log().map(|log| (path.as_path(), log)), others.to_vec())
+        }
+        _ => (None, all().collect()),
+    }
 }
 
 /// The keys found so far.
@@ -133,6 +163,25 @@ impl Campaign<'_> {
         }
         let (low, high) = trajectory.bounds_m();
         self.extent([low, high]);
+        Ok(())
+    }
+
+    fn with_attitudes(&mut self, path: &Path, log: &LogReport) -> anyhow::Result<()> {
+        let name = quoted(&named_in(self.folder, path)?);
+        self.filled.push(
+            Filled::new("trajectory.attitude_file", name).because(format!(
+                "{}; the log's own positions, of {}, are not used",
+                log.attitudes_used(),
+                log.source.name
+            )),
+        );
+        if log.attitude_sources.len() > 1
+            && let Some(source) = &log.attitude_source
+        {
+            self.filled
+                .push(Filled::new("trajectory.attitude_source", quoted(source)));
+        }
+        self.filled.extend(gimbal_remark(log));
         Ok(())
     }
 

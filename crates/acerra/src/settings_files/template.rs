@@ -48,6 +48,7 @@ impl Filled {
 
 /// What keys without a default may look like.
 const SAMPLES: &[(&str, &str)] = &[
+    ("attitude_file", "\"flight.bin\""),
     ("attitude_source", "\"ATT\""),
     ("base_deg_m", "[40.9596, 14.3696, 75.0]"),
     ("base_ecef_m", "[4672340.0, 1196830.0, 4159200.0]"),
