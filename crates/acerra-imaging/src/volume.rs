@@ -29,7 +29,7 @@ pub struct VolumeRun {
 }
 
 /// Least pixels of a slice's self-check where each is planned by itself.
-const LEAST_CHECK: usize = 8;
+const LEAST_CHECK: usize = 32;
 
 /// Images slice after slice and hands each to `take` (index, grid, `[ny, nx]` image); the same memory
 /// serves all. Every slice is planned by itself, and so is what imaging it alone gives; the pixels of the
