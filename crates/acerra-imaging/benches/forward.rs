@@ -4,7 +4,7 @@
 //! that the forward operator sums, Gbp/s of both operators in turn (10⁹ pixel × pulse contributions a second
 //! of processor time, times the threads), and the forward operator's relative L2 error at some pulses.
 //! `pixel=4` takes one size (cm), `accuracy=1e-3` another accuracy, `level=avx2` an instruction set,
-//! `threads=1` a number of threads, `plan` prints the plans.
+//! `threads=1` a number of threads, `runs=9` more runs of which the best counts, `plan` prints the plans.
 #![allow(clippy::print_stdout, clippy::unwrap_used, missing_docs)]
 
 mod scene;
@@ -62,7 +62,8 @@ fn time(size_cm: f64, accuracy: f64, level: SimdLevel, threads: usize) {
     let mut echo = vec![Complex64::ZERO; scene.spectrum.len()];
     let mut image = vec![Complex32::ZERO; scene.grid.len()];
     let mut best_s = [f64::INFINITY; 2];
-    for _ in 0..3 {
+    let runs = argument("runs=").map_or(3, |v| v.parse().unwrap());
+    for _ in 0..runs {
         let start_s = processor_time_s();
         forward.run(&sigma, &mut echo, Control::default()).unwrap();
         let middle_s = processor_time_s();

@@ -147,8 +147,8 @@ fn group(forward: &Forward) -> Option<[usize; 2]> {
     })
 }
 
-/// Small pixels are summed in groups, coarse ones one by one; blocks under low antennas go pixel by pixel
-/// or in double precision.
+/// Small pixels are summed in groups, coarse ones go to bins of their own; blocks under low antennas go by
+/// rows or in double precision.
 fn every_pixel_size(level: SimdLevel) {
     for height_m in [0.25, 5.0] {
         let position = (0..6)
@@ -164,7 +164,8 @@ fn every_pixel_size(level: SimdLevel) {
         for (pixel_m, expected) in [
             (0.005, Some([4, 4])),
             (0.01, Some([4, 4])),
-            (0.02, Some([2, 2])),
+            (0.02, Some([4, 4])),
+            (0.04, Some([4, 4])),
             (0.1, None),
         ] {
             let u_m = [pixel_m, 0.1 * pixel_m, 0.05 * pixel_m];

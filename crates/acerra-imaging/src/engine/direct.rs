@@ -1,6 +1,7 @@
 //! The direct engine: every pulse summed at every pixel.
 
 use crate::control::{Control, Meter};
+use crate::engine::forward::grouped::GroupSpec;
 use crate::engine::polynomials::carrier_polynomials;
 use crate::engine::tables::build::RangeTable;
 use crate::engine::tables::spec::TableSpec;
@@ -13,7 +14,6 @@ use crate::kernel::direct::job::{Band, Job, ReferenceContribution, SIDE, Shape, 
 use crate::kernel::direct::square::square_band;
 use crate::kernel::dispatch::dispatch;
 use crate::kernel::level::SimdLevel;
-use crate::kernel::spread_groups::GroupSpec;
 use crate::pulses::Spreading;
 use crate::vector::norm;
 use num_complex::{Complex32, Complex64};
@@ -41,7 +41,7 @@ pub(crate) struct DirectSpec {
     pub windows: bool,
     /// Arrangement of pixels over level planes; uneven ground is always taken by rows.
     pub shape: Shape,
-    /// Groups of pixels that the forward operator sums before it adds to bins.
+    /// Groups of pixels that share an expansion of the range in the forward operator.
     pub groups: Option<GroupSpec>,
 }
 

@@ -27,6 +27,29 @@ fn whole(i: V) -> __m256i {
     }
 }
 
+/// Bytes to the places of `step` numbers that lanes name: two lanes leave their register at a time.
+#[inline(always)]
+fn bytes_from(i: __m256i, step: usize) -> [isize; 8] {
+    // SAFETY: only called from methods of the token.
+    let pairs = unsafe {
+        let bytes = _mm256_mullo_epi32(i, _mm256_set1_epi32(4 * step as i32));
+        let (low, high) = (
+            _mm256_castsi256_si128(bytes),
+            _mm256_extracti128_si256::<1>(bytes),
+        );
+        [
+            _mm_cvtsi128_si64(low),
+            _mm_extract_epi64::<1>(low),
+            _mm_cvtsi128_si64(high),
+            _mm_extract_epi64::<1>(high),
+        ]
+    };
+    std::array::from_fn(|l| match l % 2 {
+        0 => pairs[l / 2] as i32 as isize,
+        _ => (pairs[l / 2] >> 32) as isize,
+    })
+}
+
 /// Four vectors transposed by quarters: vector l holds the four numbers of lanes l and l + 4.
 #[inline(always)]
 fn quads(v: [V; 4]) -> [V; 4] {
@@ -186,14 +209,13 @@ impl Lanes for Avx2 {
     }
     #[inline(always)]
     unsafe fn scatter_add4(self, p: *mut f32, i: V, step: usize, v: [V; 4]) {
-        let mut at = [0i32; 8];
         // SAFETY: `self` proves the instructions; the caller vouches for four numbers at every
         // index. After the transposition each quarter holds the four numbers of a lane.
         unsafe {
-            _mm256_storeu_si256(at.as_mut_ptr().cast(), whole(i));
+            let at = bytes_from(whole(i), step);
             let quads = quads(v);
             let add = |l: usize, quad: __m128| {
-                let to = p.offset(at[l] as isize * step as isize);
+                let to = p.byte_offset(at[l]);
                 _mm_storeu_ps(to, _mm_add_ps(_mm_loadu_ps(to), quad));
             };
             for (l, quad) in quads.into_iter().enumerate() {
@@ -206,21 +228,20 @@ impl Lanes for Avx2 {
     }
     #[inline(always)]
     unsafe fn scatter_add8(self, p: *mut f32, i: V, v: [V; 8]) {
-        let mut at = [0i32; 8];
         let (low, high) = (
             quads([v[0], v[1], v[2], v[3]]),
             quads([v[4], v[5], v[6], v[7]]),
         );
         // SAFETY: `self` proves the instructions; the caller vouches for eight numbers at every index.
         unsafe {
-            _mm256_storeu_si256(at.as_mut_ptr().cast(), whole(i));
+            let at = bytes_from(whole(i), 8);
             for l in 0..4 {
-                let to = p.offset(at[l] as isize * 8);
+                let to = p.byte_offset(at[l]);
                 let eight = _mm256_permute2f128_ps::<0x20>(low[l], high[l]);
                 _mm256_storeu_ps(to, _mm256_add_ps(_mm256_loadu_ps(to), eight));
             }
             for l in 0..4 {
-                let to = p.offset(at[l + 4] as isize * 8);
+                let to = p.byte_offset(at[l + 4]);
                 let eight = _mm256_permute2f128_ps::<0x31>(low[l], high[l]);
                 _mm256_storeu_ps(to, _mm256_add_ps(_mm256_loadu_ps(to), eight));
             }

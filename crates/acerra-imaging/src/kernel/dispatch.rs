@@ -40,7 +40,14 @@ macro_rules! dispatch {
 pub(crate) use dispatch;
 
 pub(crate) fn portable_token() -> impl Lanes {
-    portable::Portable
+    portable::Portable::<8>
+}
+
+/// Portable arrays as wide as the vectors of the widest level, to test what depends on the width where the
+/// processor has no such vectors.
+#[cfg(test)]
+pub(crate) fn wide_token() -> impl Lanes {
+    portable::Portable::<{ super::lanes::MAX_LANES }>
 }
 
 /// The AVX2 token.
@@ -162,5 +169,6 @@ mod tests {
         for &level in SimdLevel::available() {
             dispatch!(level, s => exercise(s));
         }
+        exercise(super::wide_token());
     }
 }

@@ -23,4 +23,6 @@ mod portable;
 pub(crate) mod profile;
 pub(crate) mod split;
 pub(crate) mod spread;
+pub(crate) mod spread_expansion;
 pub(crate) mod spread_groups;
+pub(crate) mod spread_squares;

@@ -1,16 +1,15 @@
-//! Eight-lane arrays for any processor; the compiler turns the loops into its own vectors.
+//! Arrays for any processor; the compiler turns the loops into its own vectors.
 
 use super::lanes::{Lanes, ROUNDING};
 
+/// Arrays of `L` numbers, a power of two: eight, or in tests as many as the widest level has.
 #[derive(Clone, Copy)]
-pub(super) struct Portable;
-
-type V = [f32; 8];
+pub(super) struct Portable<const L: usize>;
 
 #[inline(always)]
-fn map(a: V, b: V, f: impl Fn(f32, f32) -> f32) -> V {
-    let mut out = [0.0; 8];
-    for k in 0..8 {
+fn map<const L: usize>(a: [f32; L], b: [f32; L], f: impl Fn(f32, f32) -> f32) -> [f32; L] {
+    let mut out = [0.0; L];
+    for k in 0..L {
         out[k] = f(a[k], b[k]);
     }
     out
@@ -32,54 +31,54 @@ fn whole(i: f32) -> i32 {
     i.to_bits() as i32 - ROUNDING.to_bits() as i32
 }
 
-impl Lanes for Portable {
-    type V = V;
-    const N: usize = 8;
+impl<const L: usize> Lanes for Portable<L> {
+    type V = [f32; L];
+    const N: usize = L;
 
     #[inline(always)]
-    fn splat(self, x: f32) -> V {
-        [x; 8]
+    fn splat(self, x: f32) -> [f32; L] {
+        [x; L]
     }
     #[inline(always)]
-    unsafe fn load(self, p: *const f32) -> V {
-        // SAFETY: the caller has 8 numbers there; arrays of f32 need no more than its alignment.
-        unsafe { p.cast::<V>().read() }
+    unsafe fn load(self, p: *const f32) -> [f32; L] {
+        // SAFETY: the caller has L numbers there; arrays of f32 need no more than its alignment.
+        unsafe { p.cast::<[f32; L]>().read() }
     }
     #[inline(always)]
-    unsafe fn store(self, p: *mut f32, v: V) {
+    unsafe fn store(self, p: *mut f32, v: [f32; L]) {
         // SAFETY: as for `load`.
-        unsafe { p.cast::<V>().write(v) }
+        unsafe { p.cast::<[f32; L]>().write(v) }
     }
     #[inline(always)]
-    fn add(self, a: V, b: V) -> V {
+    fn add(self, a: [f32; L], b: [f32; L]) -> [f32; L] {
         map(a, b, |a, b| a + b)
     }
     #[inline(always)]
-    fn sub(self, a: V, b: V) -> V {
+    fn sub(self, a: [f32; L], b: [f32; L]) -> [f32; L] {
         map(a, b, |a, b| a - b)
     }
     #[inline(always)]
-    fn mul(self, a: V, b: V) -> V {
+    fn mul(self, a: [f32; L], b: [f32; L]) -> [f32; L] {
         map(a, b, |a, b| a * b)
     }
     #[inline(always)]
-    fn div(self, a: V, b: V) -> V {
+    fn div(self, a: [f32; L], b: [f32; L]) -> [f32; L] {
         map(a, b, |a, b| a / b)
     }
     #[inline(always)]
-    fn sqrt(self, a: V) -> V {
+    fn sqrt(self, a: [f32; L]) -> [f32; L] {
         map(a, a, |a, _| a.sqrt())
     }
     #[inline(always)]
-    fn max(self, a: V, b: V) -> V {
+    fn max(self, a: [f32; L], b: [f32; L]) -> [f32; L] {
         map(a, b, |a, b| if a > b { a } else { b })
     }
     #[inline(always)]
-    fn abs(self, a: V) -> V {
+    fn abs(self, a: [f32; L]) -> [f32; L] {
         map(a, a, |a, _| a.abs())
     }
     #[inline(always)]
-    fn floor(self, a: V) -> V {
+    fn floor(self, a: [f32; L]) -> [f32; L] {
         // `f32::floor` is a call where SSE4.1 is not assumed; arguments here stay below 2²².
         map(a, a, |a, _| {
             let r = (a + ROUNDING) - ROUNDING;
@@ -87,52 +86,52 @@ impl Lanes for Portable {
         })
     }
     #[inline(always)]
-    fn mul_add(self, a: V, b: V, c: V) -> V {
+    fn mul_add(self, a: [f32; L], b: [f32; L], c: [f32; L]) -> [f32; L] {
         let mut out = c;
-        for k in 0..8 {
+        for k in 0..L {
             out[k] = fused(a[k], b[k], c[k]);
         }
         out
     }
     #[inline(always)]
-    fn neg_mul_add(self, a: V, b: V, c: V) -> V {
+    fn neg_mul_add(self, a: [f32; L], b: [f32; L], c: [f32; L]) -> [f32; L] {
         let mut out = c;
-        for k in 0..8 {
+        for k in 0..L {
             out[k] = fused(-a[k], b[k], c[k]);
         }
         out
     }
     #[inline(always)]
-    fn all_le(self, a: V, b: V) -> bool {
-        (0..8).all(|k| a[k] <= b[k])
+    fn all_le(self, a: [f32; L], b: [f32; L]) -> bool {
+        (0..L).all(|k| a[k] <= b[k])
     }
     #[inline(always)]
-    fn pick(self, window: V, i: V) -> V {
-        map(i, i, |i, _| window[(i.to_bits() & 7) as usize])
+    fn pick(self, window: [f32; L], i: [f32; L]) -> [f32; L] {
+        map(i, i, |i, _| window[i.to_bits() as usize & (L - 1)])
     }
     #[inline(always)]
-    fn pick2(self, windows: [V; 2], i: V) -> V {
+    fn pick2(self, windows: [[f32; L]; 2], i: [f32; L]) -> [f32; L] {
         map(i, i, |i, _| {
-            let at = (i.to_bits() & 15) as usize;
-            windows[at >> 3][at & 7]
+            let at = i.to_bits() as usize & (2 * L - 1);
+            windows[at / L][at & (L - 1)]
         })
     }
     #[inline(always)]
-    unsafe fn store_rounded(self, p: *mut i32, i: V, plus: i32) {
+    unsafe fn store_rounded(self, p: *mut i32, i: [f32; L], plus: i32) {
         for (k, v) in i.iter().enumerate() {
-            // SAFETY: the caller has room for 8 integers.
+            // SAFETY: the caller has room for L integers.
             unsafe { p.add(k).write(whole(*v).wrapping_add(plus)) }
         }
     }
     #[inline(always)]
-    unsafe fn gather(self, p: *const f32, i: V) -> V {
+    unsafe fn gather(self, p: *const f32, i: [f32; L]) -> [f32; L] {
         // SAFETY: the caller vouches for every index.
         map(i, i, |i, _| unsafe { *p.offset(whole(i) as isize) })
     }
     #[inline(always)]
-    unsafe fn gather4(self, p: *const f32, i: V, step: usize) -> [V; 4] {
-        let mut out = [[0.0; 8]; 4];
-        for l in 0..8 {
+    unsafe fn gather4(self, p: *const f32, i: [f32; L], step: usize) -> [[f32; L]; 4] {
+        let mut out = [[0.0; L]; 4];
+        for l in 0..L {
             for (k, row) in out.iter_mut().enumerate() {
                 // SAFETY: the caller vouches for every index.
                 row[l] = unsafe { *p.offset(whole(i[l]) as isize * step as isize + k as isize) };
@@ -141,8 +140,8 @@ impl Lanes for Portable {
         out
     }
     #[inline(always)]
-    unsafe fn scatter_add4(self, p: *mut f32, i: V, step: usize, v: [V; 4]) {
-        for l in 0..8 {
+    unsafe fn scatter_add4(self, p: *mut f32, i: [f32; L], step: usize, v: [[f32; L]; 4]) {
+        for l in 0..L {
             let at = whole(i[l]) as isize * step as isize;
             for (k, row) in v.iter().enumerate() {
                 // SAFETY: the caller vouches for every index.
@@ -151,8 +150,8 @@ impl Lanes for Portable {
         }
     }
     #[inline(always)]
-    unsafe fn scatter_add8(self, p: *mut f32, i: V, v: [V; 8]) {
-        for l in 0..8 {
+    unsafe fn scatter_add8(self, p: *mut f32, i: [f32; L], v: [[f32; L]; 8]) {
+        for l in 0..L {
             let at = whole(i[l]) as isize * 8;
             for (k, row) in v.iter().enumerate() {
                 // SAFETY: the caller vouches for every index.
@@ -161,7 +160,7 @@ impl Lanes for Portable {
         }
     }
     #[inline(always)]
-    fn negate_odd(self, v: V, i: V) -> V {
+    fn negate_odd(self, v: [f32; L], i: [f32; L]) -> [f32; L] {
         map(v, i, |v, i| f32::from_bits(v.to_bits() ^ i.to_bits() << 31))
     }
     #[inline(always)]

@@ -69,7 +69,7 @@ impl<'a> Budget<'a> {
 
     /// Tables that keep `accuracy`: narrower bins may need fewer terms of the carrier, and higher
     /// degrees take wider ones.
-    fn tables(&self, accuracy: f64) -> Vec<TableSpec> {
+    pub fn tables(&self, accuracy: f64) -> Vec<TableSpec> {
         (1..=3)
             .flat_map(|degree| [0.7, 0.5, 0.35].map(|share| (degree, share)))
             .filter_map(|(degree, share)| {

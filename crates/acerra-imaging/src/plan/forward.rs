@@ -6,7 +6,7 @@
 //! rest.
 
 use super::check::forward::{check_pixels, compare_spectra};
-use super::groups::choose_groups;
+use super::groups::{choose_groups, choose_spread};
 use super::operator::{Operator, Segment};
 use super::options::{Engine, PlanOptions, SelfCheck};
 use super::planner::{Method, Planner};
@@ -230,7 +230,13 @@ impl Operator for Modelling {
             shape: Shape::Row,
             ..spec
         };
-        choose_groups(request, &power, accuracy, &spec).unwrap_or((by_rows, cost))
+        let summed = choose_groups(request, &power, accuracy, &spec);
+        let spread = choose_spread(request, &power, accuracy);
+        summed
+            .into_iter()
+            .chain(spread)
+            .min_by(|a, b| a.1.total_cmp(&b.1))
+            .unwrap_or((by_rows, cost))
     }
 
     fn check_pixels(request: &Request) -> [usize; 2] {

@@ -1,12 +1,17 @@
 //! Groups of pixels that the forward operator sums in registers: their shape, and the range bins to which
 //! they go.
 
+use super::arrangement::Arrangements;
 use super::bins::{carrier_error, choose_table};
+use super::budget::Budget;
 use super::request::Request;
+use super::sample::Sample;
 use crate::engine::direct::DirectSpec;
-use crate::engine::forward::grouped::grouped_pixels;
+use crate::engine::forward::grouped::{GroupSpec, GroupWay, grouped_pixels};
+use crate::engine::tables::spec::TableSpec;
 use crate::grid::tilted::TiltedGrid;
-use crate::kernel::spread_groups::{DEGREE, GroupSpec, MAX_TERMS};
+use crate::kernel::direct::job::Shape;
+use crate::kernel::spread_groups::{DEGREE, MAX_TERMS};
 use crate::vector::norm;
 use std::f64::consts::PI;
 
@@ -23,6 +28,13 @@ const LEAST_FILLED: f64 = 0.5;
 /// Vector operations for a pixel of a group, and for a group: expansion, move to the bin, and addition.
 const PIXEL_COST: f64 = 36.0;
 const GROUP_COST: f64 = 180.0;
+/// The same for pixels that go to bins of their own, beside the additions.
+const SPREAD_PIXEL_COST: f64 = 30.0;
+const SPREAD_GROUP_COST: f64 = 90.0;
+/// The addition of a pixel to a bin of four numbers and of eight, and a pixel taken by rows with exact ranges,
+/// in the time of vector operations.
+const ADDITION_COST: [f64; 2] = [2.6, 4.0];
+const ROW_COST: f64 = 16.0;
 
 /// The groups that cost least among those that keep `accuracy`, with tables of their own in place of
 /// those of `imaging`, and their cost in vector operations a pixel. `None` where pixels are taken one by
@@ -39,10 +51,6 @@ pub(super) fn choose_groups(
     }
     let (pulses, grid) = (&request.echoes.pulses, request.grid.plane());
     let lanes = request.options.level.lanes() as f64;
-    let filled = |shape: [usize; 2]| {
-        let pixels = grid.columns as f64 * grid.rows as f64;
-        pixels / grouped_pixels(grid, shape) as f64
-    };
     let choice = |shape: [usize; 2]| {
         let reach_m = half_diagonal_m(grid, shape);
         let table = choose_table(pulses, power, DEGREE, (FIT_SHARE * accuracy, 2.0 * reach_m))?;
@@ -51,7 +59,7 @@ pub(super) fn choose_groups(
         let rounding_rad = wavenumber * block_m * f64::from(f32::EPSILON);
         let terms = (MAX_TERMS - 1..=MAX_TERMS)
             .find(|terms| turn_error(*terms as i32) <= TURN_SHARE * accuracy)?;
-        if rounding_rad >= 0.2 * imaging.phase_tolerance_rad || filled(shape) < LEAST_FILLED {
+        if rounding_rad >= 0.2 * imaging.phase_tolerance_rad || filled(grid, shape) < LEAST_FILLED {
             return None;
         }
         let spec = DirectSpec {
@@ -60,22 +68,81 @@ pub(super) fn choose_groups(
             reference_below_m: table.folding_range_m(0.1 * accuracy),
             groups: Some(GroupSpec {
                 shape,
-                terms,
-                // Curvature takes a little beside the slope.
-                reach_m: 1.01 * reach_m,
+                way: GroupWay::Summed {
+                    terms,
+                    // Curvature takes a little beside the slope.
+                    reach_m: 1.01 * reach_m,
+                },
             }),
             ..*imaging
         };
         let pixels = (shape[0] * shape[1]) as f64;
         Some((
             spec,
-            (PIXEL_COST + GROUP_COST / pixels) / (lanes * filled(shape)),
+            (PIXEL_COST + GROUP_COST / pixels) / (lanes * filled(grid, shape)),
         ))
     };
     SHAPES
         .into_iter()
         .filter_map(choice)
         .min_by(|a, b| a.1.total_cmp(&b.1))
+}
+
+/// The table and shape of groups whose pixels each go to their own bin that cost least among those that keep
+/// `accuracy`, and their cost in vector operations a pixel. `None` for antennas that do not look straight
+/// down, whose pattern changes from pixel to pixel, and where single precision does not carry ranges.
+pub(super) fn choose_spread(
+    request: &Request,
+    power: &[f64],
+    accuracy: f64,
+) -> Option<(DirectSpec, f64)> {
+    let (pulses, grid) = (&request.echoes.pulses, request.grid.plane());
+    let level = request.options.level;
+    if request.echoes.weights.tilt().is_some() {
+        return None;
+    }
+    let tables = Budget::new(pulses, grid, level, power.to_vec()).tables(accuracy);
+    let arrange = Arrangements { pulses, level };
+    let sample = Sample::draw(pulses, grid);
+    let lanes = level.lanes() as f64;
+    let choice = |(table, shape): (TableSpec, [usize; 2])| {
+        let spec = DirectSpec {
+            groups: Some(GroupSpec {
+                shape,
+                way: GroupWay::Spread,
+            }),
+            ..arrange.spec(table, accuracy, Shape::Row)
+        };
+        let wavenumber = table.carrier_rad(pulses) / table.bin_m;
+        let block_m = 0.5 * norm(grid.u_m) * shape[0] as f64 * lanes;
+        let rounding_rad = wavenumber * block_m * f64::from(f32::EPSILON);
+        let filled = filled(grid, shape);
+        if rounding_rad >= 0.2 * spec.phase_tolerance_rad || filled < LEAST_FILLED {
+            return None;
+        }
+        // What the third order leaves is largest where the group is seen from the side and from above.
+        let half_m = half_diagonal_m(grid, shape);
+        let held = sample.share(|sight| {
+            let bend = half_m / sight.range_m;
+            wavenumber * half_m * 0.25 * bend.powi(3) < spec.phase_tolerance_rad
+        });
+        let pixels = (shape[0] * shape[1]) as f64;
+        let terms = if spec.fine_carrier { 2.0 } else { 0.0 };
+        let operations = SPREAD_PIXEL_COST + terms + SPREAD_GROUP_COST / pixels;
+        let addition = ADDITION_COST[usize::from(table.degree > 1)];
+        let cost = (operations / lanes + addition) / filled;
+        Some((spec, held * cost + (1.0 - held) * ROW_COST))
+    };
+    tables
+        .into_iter()
+        .flat_map(|table| [[4, 4], [2, 2]].map(|shape| (table, shape)))
+        .filter_map(choice)
+        .min_by(|a, b| a.1.total_cmp(&b.1))
+}
+
+/// Share of pixels among those of whole blocks of groups.
+fn filled(grid: &TiltedGrid, shape: [usize; 2]) -> f64 {
+    grid.columns as f64 * grid.rows as f64 / grouped_pixels(grid, shape) as f64
 }
 
 /// Farthest pixel from the middle of a group, m.

@@ -1,7 +1,7 @@
 //! The transposed direct engine: every pixel added to the range bins of every pulse.
 
 use super::bins::{BinsToSpectrum, FilledBins};
-use super::grouped::Grouped;
+use super::grouped::{GroupWay, Grouped};
 use crate::control::Meter;
 use crate::engine::direct::DirectSpec;
 use crate::engine::planar::{Planar, padded, split_parts};
@@ -13,7 +13,7 @@ use crate::kernel::dispatch::dispatch;
 use crate::kernel::lanes::MAX_LANES;
 use crate::kernel::level::SimdLevel;
 use crate::kernel::spread::{RowTilt, SpreadRow, spread_row, step};
-use crate::kernel::spread_groups::{MAX_TERMS, SpreadStrip, spread_strip};
+use crate::kernel::spread_groups::MAX_TERMS;
 use crate::pulses::Spreading;
 use crate::vector::{dot, norm};
 use num_complex::{Complex32, Complex64};
@@ -25,19 +25,17 @@ use std::ops::Range;
 const CHUNK: usize = 4;
 /// Pixels after which single-precision sums are added to those in double precision.
 const FLUSH_AFTER: usize = 1 << 16;
-/// Columns of the widest block of groups.
-const MOST_COLUMNS: usize = 4 * MAX_LANES;
 
 /// Bins and polynomials, ready for any number of images.
 pub(crate) struct DirectForward {
-    spec: DirectSpec,
-    level: SimdLevel,
-    first_bin: Vec<i64>,
-    entries: usize,
-    cosine: [f32; 4],
-    sine: [f32; 4],
-    /// Cosine and sine over half a turn, for groups.
-    turn: [[f32; MAX_TERMS]; 2],
+    pub(super) spec: DirectSpec,
+    pub(super) level: SimdLevel,
+    pub(super) first_bin: Vec<i64>,
+    pub(super) entries: usize,
+    pub(super) cosine: [f32; 4],
+    pub(super) sine: [f32; 4],
+    /// Cosine and sine over half a turn, for sums of groups.
+    pub(super) turn: [[f32; MAX_TERMS]; 2],
     finish: BinsToSpectrum,
 }
 
@@ -53,7 +51,10 @@ impl DirectForward {
         let first_bin = RangeTable::first_bins(&spec.table, ranges_m);
         let entries = RangeTable::stride_for(&spec.table, ranges_m);
         let (cosine, sine) = carrier_polynomials(spec.table.carrier_rad(pulses), spec.fine_carrier);
-        let terms = spec.groups.map_or(2, |groups| groups.terms);
+        let terms = match spec.groups.map(|groups| groups.way) {
+            Some(GroupWay::Summed { terms, .. }) => terms,
+            _ => 2,
+        };
         let first = first_bin.iter().copied().min().unwrap_or(0);
         let last = first_bin.iter().copied().max().unwrap_or(0) + entries as i64;
         Self {
@@ -89,15 +90,7 @@ impl DirectForward {
     ) {
         if let Some(groups) = self.spec.groups {
             let grouped = Grouped::new(grid, groups.shape, image);
-            let steps = Steps {
-                count: grouped.strips(),
-                pixels: grid.columns * groups.shape[1],
-                all_pixels: grid.columns * grid.rows,
-            };
-            let add = |(strip, pulse): (usize, usize), bins: &mut [f32], out: &mut [Complex64]| {
-                self.add_strip(echoes, pulse, (&grouped, strip), bins, out);
-            };
-            self.add_steps(echoes, 0..echoes.len(), &steps, &add, spectrum, meter);
+            self.add_groups(echoes, &grouped, groups.way, spectrum, meter);
             return;
         }
         let (real, imag) = split_parts(image, grid.columns);
@@ -141,7 +134,7 @@ impl DirectForward {
 
     /// Runs `add`, which takes a step of an image and a pulse, its bins and its spectrum, for all steps
     /// and the pulses `which`, and turns the bins into spectra.
-    fn add_steps(
+    pub(super) fn add_steps(
         &self,
         echoes: &WeightedPulses,
         which: Range<usize>,
@@ -196,73 +189,8 @@ impl DirectForward {
         );
     }
 
-    /// Adds a row of groups to the bins of one pulse; blocks for which expansions do not hold go pixel by
-    /// pixel.
-    fn add_strip(
-        &self,
-        echoes: &WeightedPulses,
-        pulse: usize,
-        (image, strip): (&Grouped, usize),
-        bins: &mut [f32],
-        out: &mut [Complex64],
-    ) {
-        let Some(groups) = self.spec.groups else {
-            return;
-        };
-        let grid = &image.grid;
-        let antenna = echoes.pulses.position_m()[pulse];
-        let start = grid.point_m(0.0, (strip * image.shape[1]) as f64);
-        let pixel_m = [grid.u_m, grid.v_m].map(|v| norm(v).max(1e-12));
-        let (real, imag) = image.strip(strip);
-        let job = SpreadStrip {
-            from_antenna_m: std::array::from_fn(|a| start[a] - antenna[a]),
-            unit: [
-                grid.u_m.map(|x| x / pixel_m[0]),
-                grid.v_m.map(|x| x / pixel_m[1]),
-            ],
-            pixel_m,
-            real,
-            imag,
-            groups: image.groups(),
-            bin_m: self.spec.table.bin_m,
-            first_bin: self.first_bin[pulse],
-            carrier_rad: self.spec.table.carrier_rad(&echoes.pulses),
-            reference_below_m: self.reference_below_m(echoes),
-            phase_tolerance_rad: self.spec.phase_tolerance_rad,
-            reach_m: groups.reach_m,
-            cosine: self.cosine,
-            sine: self.sine,
-            turn_cosine: self.turn[0],
-            turn_sine: self.turn[1],
-        };
-        let mut rows = |block: Range<usize>, bins: &mut [f32]| {
-            let columns = block.start * image.shape[0]..block.end * image.shape[0];
-            let width = columns.len().next_multiple_of(MAX_LANES);
-            let (mut real, mut imag) = ([0f32; MOST_COLUMNS], [0f32; MOST_COLUMNS]);
-            for row in strip * image.shape[1]..((strip + 1) * image.shape[1]).min(grid.rows) {
-                image.copy_row(row, columns.start, &mut real[..width], &mut imag[..width]);
-                let piece = Piece {
-                    grid,
-                    column: columns.start,
-                    row,
-                    real: &real[..width],
-                    imag: &imag[..width],
-                };
-                self.add_piece(echoes, pulse, &piece, bins, out);
-            }
-        };
-        dispatch!(self.level, s => match (groups.shape, groups.terms) {
-            ([4, 4], 4) => spread_strip::<_, 4, 4, 4>(s, &job, bins, &mut rows),
-            ([4, 4], _) => spread_strip::<_, 4, 4, 5>(s, &job, bins, &mut rows),
-            ([4, _], 4) => spread_strip::<_, 4, 2, 4>(s, &job, bins, &mut rows),
-            ([4, _], _) => spread_strip::<_, 4, 2, 5>(s, &job, bins, &mut rows),
-            (_, 4) => spread_strip::<_, 2, 2, 4>(s, &job, bins, &mut rows),
-            (_, _) => spread_strip::<_, 2, 2, 5>(s, &job, bins, &mut rows),
-        });
-    }
-
     /// Pixels nearer than this are modelled in double precision, m.
-    fn reference_below_m(&self, echoes: &WeightedPulses) -> f64 {
+    pub(super) fn reference_below_m(&self, echoes: &WeightedPulses) -> f64 {
         match echoes.weights.spreading {
             Spreading::InverseSquare => self.spec.reference_below_m,
             Spreading::None => 0.0,
@@ -271,7 +199,7 @@ impl DirectForward {
 
     /// Adds a piece of a row to the bins of one pulse; pixels next to the antenna go to its spectrum
     /// `out` directly.
-    fn add_piece(
+    pub(super) fn add_piece(
         &self,
         echoes: &WeightedPulses,
         pulse: usize,
@@ -330,23 +258,23 @@ impl DirectForward {
 }
 
 /// Adds a step of an image to a pulse's bins, and what lies next to the antenna to its spectrum.
-type AddStep<'a> = dyn Fn((usize, usize), &mut [f32], &mut [Complex64]) + Sync + 'a;
+pub(super) type AddStep<'a> = dyn Fn((usize, usize), &mut [f32], &mut [Complex64]) + Sync + 'a;
 
 /// Pieces of an image that are added one after another.
-struct Steps {
-    count: usize,
+pub(super) struct Steps {
+    pub count: usize,
     /// Pixels of a step, and of all.
-    pixels: usize,
-    all_pixels: usize,
+    pub pixels: usize,
+    pub all_pixels: usize,
 }
 
 /// Pixels of a row from `column` on, zeros beyond the row.
-struct Piece<'a> {
-    grid: &'a TiltedGrid,
-    column: usize,
-    row: usize,
-    real: &'a [f32],
-    imag: &'a [f32],
+pub(super) struct Piece<'a> {
+    pub grid: &'a TiltedGrid,
+    pub column: usize,
+    pub row: usize,
+    pub real: &'a [f32],
+    pub imag: &'a [f32],
 }
 
 /// Adds single-precision sums to those in double precision and clears them.

@@ -1,9 +1,31 @@
-//! Images as the kernel of groups reads them.
+//! Images as the kernels of groups read them.
 
 use crate::grid::tilted::TiltedGrid;
 use crate::kernel::lanes::MAX_LANES;
 use num_complex::Complex32;
 use rayon::prelude::*;
+
+/// Groups of neighbouring pixels that share an expansion of the range, and how they get to the bins.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct GroupSpec {
+    /// Pixels along the row and across: 4 × 4, 4 × 2 or 2 × 2.
+    pub shape: [usize; 2],
+    pub way: GroupWay,
+}
+
+/// How the pixels of a group get to the bins.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum GroupWay {
+    /// Summed in registers, to the bin of the group's middle: fine pixels.
+    Summed {
+        /// Coefficients of the cosine over half a turn; the sine has one less.
+        terms: usize,
+        /// Distance from a group's middle up to which polynomials hold, m.
+        reach_m: f64,
+    },
+    /// Each to its own bin: coarse pixels.
+    Spread,
+}
 
 /// An image in groups of `shape` pixels, `[strips, blocks, shape[1], shape[0], MAX_LANES]`: pixels of the
 /// same place in their groups side by side, zeros beyond the image.
@@ -67,16 +89,20 @@ impl Grouped {
         self.grid.columns.div_ceil(self.shape[0])
     }
 
-    /// Real and imaginary parts of a row of groups.
-    pub fn strip(&self, strip: usize) -> (&[f32], &[f32]) {
-        let length = strip_length(self.grid.columns, self.shape);
-        let at = strip * length..(strip + 1) * length;
-        (&self.real[at.clone()], &self.imag[at])
+    /// Numbers from one row of groups to the next.
+    pub fn stride(&self) -> usize {
+        strip_length(self.grid.columns, self.shape)
+    }
+
+    /// Real and imaginary parts of the rows of groups from `strip` on.
+    pub fn strips_from(&self, strip: usize) -> (&[f32], &[f32]) {
+        let at = strip * self.stride();
+        (&self.real[at..], &self.imag[at..])
     }
 
     /// Copies the pixels of a row from column `first` on, zeros beyond the row.
     pub fn copy_row(&self, row: usize, first: usize, real: &mut [f32], imag: &mut [f32]) {
-        let (strip_re, strip_im) = self.strip(row / self.shape[1]);
+        let (strip_re, strip_im) = self.strips_from(row / self.shape[1]);
         for (k, (re, im)) in real.iter_mut().zip(imag).enumerate() {
             let at = place(first + k, row % self.shape[1], self.shape);
             (*re, *im) = if first + k < self.grid.columns {

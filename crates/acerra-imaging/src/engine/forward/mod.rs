@@ -4,3 +4,4 @@ mod bins;
 pub(crate) mod direct;
 pub(crate) mod factorized;
 pub(crate) mod grouped;
+mod tiles;
