@@ -613,9 +613,19 @@ fn init_and_info_know_the_log() {
     );
     // Beside better positions the log is there for its attitudes.
     fs::write(folder.join("ppk.pos"), pos(0.0)).unwrap();
-    run(&["init", "radar.npz", "flight.bin", "ppk.pos", "-o", "ppk.toml"]);
+    run(&[
+        "init",
+        "radar.npz",
+        "flight.bin",
+        "ppk.pos",
+        "-o",
+        "ppk.toml",
+    ]);
     let campaign = fs::read_to_string(folder.join("ppk.toml")).unwrap();
-    for line in ["\nfile = \"ppk.pos\"\n", "\nattitude_file = \"flight.bin\"\n"] {
+    for line in [
+        "\nfile = \"ppk.pos\"\n",
+        "\nattitude_file = \"flight.bin\"\n",
+    ] {
         assert!(campaign.contains(line), "{campaign}");
     }
 }
