@@ -76,15 +76,15 @@ fn minimum_rust(runner: &Runner) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Checks the code for 64-bit Arm, where that target is installed.
+/// Checks the command for 64-bit Arm, the small computers that record, where that target is installed.
 fn other_processor(runner: &Runner) -> anyhow::Result<()> {
-    const TARGET: &str = "aarch64-unknown-linux-gnu";
+    const TARGET: &str = "aarch64-unknown-linux-musl";
     let installed = std::process::Command::new("rustup")
         .args(["target", "list", "--installed"])
         .output()
         .is_ok_and(|o| String::from_utf8_lossy(&o.stdout).contains(TARGET));
     if installed {
-        let check = format!("cargo check --workspace --locked --target {TARGET}");
+        let check = format!("cargo check --package acerra --locked --target {TARGET}");
         return runner.run(&Step::new("64-bit Arm", &words(&check)));
     }
     println!(
