@@ -40,7 +40,7 @@ const strongest = (page, at) =>
     return found;
   }, at);
 
-test("the image grows while it is recorded, targets stand where they are, and the final image is that of focus", { skip, timeout: 480_000 }, async () => {
+test("the image grows while it is recorded, targets stand where they are, and the final image is that of focus", { skip, timeout: 240_000 }, async () => {
   const live = await flyLive("live-test", { speed: 3.3 });
   try {
     const page = await browser.newPage({ viewport: { width: 1440, height: 900 } });

@@ -33,7 +33,7 @@ const LEAST_CHECK: usize = 32;
 
 /// Images slice after slice and hands each to `take` (index, grid, `[ny, nx]` image); the same memory
 /// serves all. Every slice is planned by itself, and so is what imaging it alone gives; the pixels of the
-/// self-check are shared out among the slices. [`image_volume_planned_once`] is faster, and looks closer.
+/// self-check are shared out among the slices, at least 32 to each. [`image_volume_planned_once`] is faster, and looks closer.
 ///
 /// ```
 /// use acerra_imaging::{
