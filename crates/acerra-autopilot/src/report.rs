@@ -249,7 +249,8 @@ impl LogWarning {
     /// Whether it concerns the attitudes at their own times, and not the positions alone.
     const fn concerns_attitudes(&self) -> bool {
         match self {
-            Self::UnknownLatency { .. }
+            Self::FirstOfSeveral { .. }
+            | Self::UnknownLatency { .. }
             | Self::ClockReadingsLeftOut { .. }
             | Self::GimbalWithoutAttitude { .. }
             | Self::GimbalWithoutHeading { .. }
@@ -258,7 +259,6 @@ impl LogWarning {
             | Self::GimbalCommanded { .. }
             | Self::Damaged(_)
             | Self::Remark(_) => true,
-            Self::FirstOfSeveral { .. } => true,
             Self::SeaLevelHeights { .. }
             | Self::RaisedByGeoid { .. }
             | Self::OtherDatumLeftOut { .. }

@@ -47,13 +47,22 @@ pub enum AttitudeFileError {
          from north and down, found axes of the file's own"
     )]
     LocalAxes,
+    /// The log's attitudes count from axes that nothing ties to north.
+    #[error(
+        "[trajectory] attitude_file: expected attitudes from north and down, found a robot's own axes (positions of \
+         {source_name})"
+    )]
+    RobotAxes {
+        /// The source of the log's positions.
+        source_name: String,
+    },
     /// No position has an attitude near enough in time.
     #[error(
         "[trajectory] attitude_file: expected attitudes at the times of the positions, {} to {}, found them from {} \
          to {}",
         positions[0], positions[1], log[0], log[1]
     )]
-    Elsewhen {
+    NoOverlap {
         /// First and last time of the positions.
         positions: [GpsTime; 2],
         /// Those of the log's own positions.
@@ -66,7 +75,7 @@ pub enum AttitudeFileError {
 
 /// Positions with the attitudes of a log.
 #[derive(Clone, Debug)]
-pub struct Turned {
+pub struct WithAttitudes {
     /// The positions.
     pub trajectory: Trajectory,
     /// What there is to say about the log.
@@ -85,11 +94,11 @@ pub struct Turned {
 /// # Errors
 /// A log that cannot be used or holds no attitude, positions without GPS time or place, and logs of other times than
 /// the positions; the caller adds the path.
-pub fn turned_by_log(
+pub fn with_log_attitudes(
     trajectory: &Trajectory,
     reader: impl Read,
     options: &LogOptions,
-) -> Result<Turned, AttitudeFileError> {
+) -> Result<WithAttitudes, AttitudeFileError> {
     let origin = trajectory.time_origin().gps_time();
     let origin = origin.ok_or(AttitudeFileError::NotOnGpsTime)?;
     let frame = *trajectory
@@ -105,6 +114,11 @@ pub fn turned_by_log(
             format: report.format,
         });
     }
+    if report.is_local() {
+        return Err(AttitudeFileError::RobotAxes {
+            source_name: report.source.name,
+        });
+    }
     let turn = |fix: &Fix| turned(fix, origin + fix.time_s, &attitudes, &frame);
     let fixes: Vec<Fix> = trajectory.fixes().iter().map(turn).collect();
     let without = |is_there: fn(&Fix) -> bool| fixes.iter().filter(|fix| !is_there(fix)).count();
@@ -112,12 +126,12 @@ pub fn turned_by_log(
     let without_gimbal = without(|fix| fix.gimbal.is_some());
     let asks_for_gimbal = options.gimbal != GimbalChoice::None;
     if without_attitude == fixes.len() || asks_for_gimbal && without_gimbal == fixes.len() {
-        return Err(AttitudeFileError::Elsewhen {
+        return Err(AttitudeFileError::NoOverlap {
             positions: [trajectory.start_s(), trajectory.end_s()].map(|s| origin + s),
             log: [log.start_s(), log.end_s()].map(|s| log_origin + s),
         });
     }
-    Ok(Turned {
+    Ok(WithAttitudes {
         shift: clock_shift(&log, trajectory),
         trajectory: Trajectory::new(*trajectory.frame(), trajectory.time_origin(), fixes)?,
         report,
@@ -126,7 +140,7 @@ pub fn turned_by_log(
     })
 }
 
-impl Turned {
+impl WithAttitudes {
     /// What a user should know before trusting the attitudes, as sentences.
     #[must_use]
     pub fn remarks(&self) -> Vec<String> {
@@ -155,7 +169,7 @@ impl Turned {
     /// What the log's own positions say of its clock and place.
     #[must_use]
     pub fn findings(&self) -> Vec<Finding> {
-        let place = self.shift.map(|shift| attitude_place(shift.apart_m));
+        let place = self.shift.map(|shift| attitude_place(shift.distance_m));
         self.finding_of_clock().into_iter().chain(place).collect()
     }
 

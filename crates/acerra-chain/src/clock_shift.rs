@@ -24,7 +24,7 @@ pub struct ClockShift {
     /// Its standard deviation (s), by what is left between the positions and how long that lasts.
     pub sigma_s: f64,
     /// Mean horizontal distance of the record's positions from the reference's (m), at that shift.
-    pub apart_m: f64,
+    pub distance_m: f64,
 }
 
 /// Compares the horizontal positions of `record` with those of `reference`, in one frame and on one scale of time; a
@@ -54,13 +54,13 @@ pub fn clock_shift(record: &Trajectory, reference: &Trajectory) -> Option<ClockS
     let most = tried
         .iter()
         .flat_map(|(_, c)| c)
-        .map(|c| c.rest_m.len())
+        .map(|c| c.residual_m.len())
         .max()?;
     // What a wide shift leaves in common is little, and fits by chance.
     let enough = FEWEST_COMPARED.max(most / 2);
     let square = |k: usize| {
         let comparison = tried.get(k)?.1.as_ref()?;
-        (comparison.rest_m.len() >= enough).then(|| comparison.mean_square_m2())
+        (comparison.residual_m.len() >= enough).then(|| comparison.mean_square_m2())
     };
     let least_of = |is_tried: &dyn Fn(f64) -> bool| {
         (0..tried.len())
@@ -83,13 +83,13 @@ pub fn clock_shift(record: &Trajectory, reference: &Trajectory) -> Option<ClockS
     if curvature_m2 <= 0.0 {
         return None;
     }
-    // The parabola through three means of squares; the likelihood of n normal rests is their mean square to the power −n/2.
+    // The parabola through three means of squares; the likelihood of n normal residuals is their mean square to the power −n/2.
     let vertex = 0.25 * (before_m2 - after_m2) / curvature_m2;
     let variance = least_m2 / (comparison.independent() * curvature_m2);
     Some(ClockShift {
         shift_s: shift_s + STEP_S * vertex,
         sigma_s: STEP_S * variance.sqrt(),
-        apart_m: comparison.mean_m[0].hypot(comparison.mean_m[1]),
+        distance_m: comparison.mean_m[0].hypot(comparison.mean_m[1]),
     })
 }
 
@@ -98,12 +98,12 @@ struct Comparison {
     /// Mean difference east and north (m).
     mean_m: [f64; 2],
     /// What is left of each difference (m), in order of time.
-    rest_m: Vec<[f64; 2]>,
+    residual_m: Vec<[f64; 2]>,
 }
 
 impl Comparison {
     fn at(path: &Interpolator<'_>, compared: &[Fix], shift_s: f64) -> Option<Self> {
-        let mut rest_m: Vec<[f64; 2]> = compared
+        let mut residual_m: Vec<[f64; 2]> = compared
             .iter()
             .filter_map(|fix| {
                 let there = path.at(fix.time_s - shift_s);
@@ -114,30 +114,30 @@ impl Comparison {
                     .then(|| [difference(0), difference(1)])
             })
             .collect();
-        if rest_m.is_empty() {
+        if residual_m.is_empty() {
             return None;
         }
-        let count = rest_m.len() as f64;
-        let mean_m = [0, 1].map(|axis| rest_m.iter().map(|r| r[axis]).sum::<f64>() / count);
-        for rest in &mut rest_m {
-            *rest = [rest[0] - mean_m[0], rest[1] - mean_m[1]];
+        let count = residual_m.len() as f64;
+        let mean_m = [0, 1].map(|axis| residual_m.iter().map(|r| r[axis]).sum::<f64>() / count);
+        for residual in &mut residual_m {
+            *residual = [residual[0] - mean_m[0], residual[1] - mean_m[1]];
         }
-        Some(Self { mean_m, rest_m })
+        Some(Self { mean_m, residual_m })
     }
 
     /// Mean square of one axis (m²).
     fn mean_square_m2(&self) -> f64 {
-        let sum: f64 = self.rest_m.iter().flatten().map(|r| r * r).sum();
+        let sum: f64 = self.residual_m.iter().flatten().map(|r| r * r).sum();
         // Records that agree to the last digit have the rounding of their files.
-        (sum / (2 * self.rest_m.len()) as f64).max(1e-8)
+        (sum / (2 * self.residual_m.len()) as f64).max(1e-8)
     }
 
-    /// How many independent rests there are: all over the sum of their autocorrelation, up to where it ends. Two axes
+    /// How many independent residuals there are: all over the sum of their autocorrelation, up to where it ends. Two axes
     /// count twice.
     fn independent(&self) -> f64 {
-        let count = self.rest_m.len();
+        let count = self.residual_m.len();
         let product = |lag: usize| -> f64 {
-            let pairs = self.rest_m.iter().zip(&self.rest_m[lag..]);
+            let pairs = self.residual_m.iter().zip(&self.residual_m[lag..]);
             pairs.map(|(a, b)| a[0] * b[0] + a[1] * b[1]).sum()
         };
         let power = product(0);
@@ -197,7 +197,7 @@ mod tests {
             let off_s = (found.shift_s - late_s).abs();
             assert!(off_s < 3.0 * found.sigma_s, "{late_s}: {found:?}");
             assert!(found.sigma_s < 0.3, "{late_s}: {found:?}");
-            assert!((found.apart_m - 5.0).abs() < 1.0, "{late_s}: {found:?}");
+            assert!((found.distance_m - 5.0).abs() < 1.0, "{late_s}: {found:?}");
         }
     }
 

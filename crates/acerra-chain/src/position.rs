@@ -10,7 +10,7 @@ use acerra_geo::lever_arm::{HeadingOptions, LeverArmError, apply_lever_arm};
 use acerra_geo::trajectory::{Frame, TimeOrigin, Trajectory, TrajectoryError};
 use acerra_gnss::{BasePosition, PositioningMode, PpkOptions};
 
-use crate::attitude_file::{AttitudeFileError, turned_by_log};
+use crate::attitude_file::{AttitudeFileError, with_log_attitudes};
 use crate::evidence::{Finding, autopilot_fixed, base_position};
 use crate::positioning::{
     self, GnssConfiguration, GnssConfigurationError, PositioningError, PositioningInput,
@@ -394,7 +394,7 @@ fn with_attitudes(
     let mut reading = LogOptions::default();
     reading.attitude_source.clone_from(&options.attitude_source);
     reading.gimbal.clone_from(&options.gimbal);
-    let turned = turned_by_log(&trajectory, open(path)?, &reading).map_err(|cause| {
+    let turned = with_log_attitudes(&trajectory, open(path)?, &reading).map_err(|cause| {
         PositionError::Attitudes {
             path: path.to_owned(),
             cause: Box::new(cause),

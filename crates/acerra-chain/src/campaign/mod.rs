@@ -387,6 +387,10 @@ mod tests {
                 "exclude",
             ),
             (
+                format!("{tracks}[trajectory]\nlever_arm_m = [0.1, 0, -0.2]\n{image}"),
+                "each track has its own",
+            ),
+            (
                 format!("{tracks}{image}looks = 3\n"),
                 "looks cut a single track",
             ),

@@ -39,7 +39,7 @@ impl Campaign {
         if !self.radar.is_absent() {
             return exclude("[radar]", "[[track]]", "both give radar logs");
         }
-        if self.gnss.is_some() || self.trajectory.file.is_some() {
+        if self.gnss.is_some() || self.trajectory != TrajectorySection::default() {
             return exclude(
                 "[trajectory] or [gnss]",
                 "[[track]]",

@@ -174,7 +174,7 @@ impl Default for TracksSection {
 }
 
 /// `[trajectory]`: where the radar was, and how its clock relates to that of the positions.
-#[derive(Clone, Debug, Default, Deserialize, JsonSchema, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct TrajectorySection {
     /// The trajectory; absent when `[gnss]` or the radar file gives the positions.
