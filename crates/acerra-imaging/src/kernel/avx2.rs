@@ -72,6 +72,19 @@ fn quads(v: [V; 4]) -> [V; 4] {
     }
 }
 
+/// The four numbers at `low` and the four at `high`.
+///
+/// # Safety
+/// All must be readable.
+#[inline(always)]
+unsafe fn pair(low: *const f32, high: *const f32) -> V {
+    // SAFETY: only called from methods of the token; the caller vouches for the memory.
+    unsafe {
+        let (low, high) = (_mm_loadu_ps(low), _mm_loadu_ps(high));
+        _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(low), high)
+    }
+}
+
 #[inline]
 #[target_feature(enable = "avx2,fma")]
 fn enabled<R>(s: Avx2, f: impl FnOnce(Avx2) -> R) -> R {
@@ -193,10 +206,9 @@ impl Lanes for Avx2 {
         // index. Four-number loads and a transposition beat gathers of single numbers.
         unsafe {
             _mm256_storeu_si256(at.as_mut_ptr().cast(), whole(i));
-            let quad = |l: usize| _mm_loadu_ps(p.offset(at[l] as isize * step as isize));
-            let pair =
-                |l: usize| _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(quad(l)), quad(l + 4));
-            let (a, b, c, d) = (pair(0), pair(1), pair(2), pair(3));
+            let at = at.map(|i| p.offset(i as isize * step as isize));
+            let (a, b) = (pair(at[0], at[4]), pair(at[1], at[5]));
+            let (c, d) = (pair(at[2], at[6]), pair(at[3], at[7]));
             let (ab, ab2) = (_mm256_unpacklo_ps(a, b), _mm256_unpackhi_ps(a, b));
             let (cd, cd2) = (_mm256_unpacklo_ps(c, d), _mm256_unpackhi_ps(c, d));
             [

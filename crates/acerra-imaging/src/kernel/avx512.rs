@@ -53,6 +53,21 @@ fn quads(v: [V; 4]) -> [V; 4] {
     }
 }
 
+/// The four numbers at each of four places.
+///
+/// # Safety
+/// All must be readable.
+#[inline(always)]
+unsafe fn four(at: [*const f32; 4]) -> V {
+    // SAFETY: only called from methods of the token; the caller vouches for the memory.
+    unsafe {
+        let v = _mm512_castps128_ps512(_mm_loadu_ps(at[0]));
+        let v = _mm512_insertf32x4::<1>(v, _mm_loadu_ps(at[1]));
+        let v = _mm512_insertf32x4::<2>(v, _mm_loadu_ps(at[2]));
+        _mm512_insertf32x4::<3>(v, _mm_loadu_ps(at[3]))
+    }
+}
+
 #[inline]
 #[target_feature(enable = "avx512f,avx2,fma")]
 fn enabled<R>(s: Avx512, f: impl FnOnce(Avx512) -> R) -> R {
@@ -165,14 +180,11 @@ impl Lanes for Avx512 {
         // index. Four-number loads and a transposition beat gathers of single numbers.
         unsafe {
             _mm512_storeu_si512(at.as_mut_ptr().cast(), whole(i));
-            let quad = |l: usize| _mm_loadu_ps(p.offset(at[l] as isize * step as isize));
-            let quads = |l: usize| {
-                let v = _mm512_castps128_ps512(quad(l));
-                let v = _mm512_insertf32x4::<1>(v, quad(l + 4));
-                let v = _mm512_insertf32x4::<2>(v, quad(l + 8));
-                _mm512_insertf32x4::<3>(v, quad(l + 12))
-            };
-            let (a, b, c, d) = (quads(0), quads(1), quads(2), quads(3));
+            let at = at.map(|i| p.offset(i as isize * step as isize));
+            let a = four([at[0], at[4], at[8], at[12]]);
+            let b = four([at[1], at[5], at[9], at[13]]);
+            let c = four([at[2], at[6], at[10], at[14]]);
+            let d = four([at[3], at[7], at[11], at[15]]);
             let (ab, ab2) = (_mm512_unpacklo_ps(a, b), _mm512_unpackhi_ps(a, b));
             let (cd, cd2) = (_mm512_unpacklo_ps(c, d), _mm512_unpackhi_ps(c, d));
             [

@@ -43,9 +43,14 @@ impl<S: Lanes, const DEGREE: usize, const TERMS: usize> Evaluator<S, DEGREE, TER
         let s = self.s;
         let i = s.add(t, self.rounding);
         let delta = s.sub(t, s.sub(i, self.rounding));
-        // SAFETY: the caller vouches for the rows.
-        let entry = |row: usize| unsafe { s.pick(s.load(window.add(row * self.stride)), i) };
-        self.add(delta, entry, weight, sum);
+        self.add(
+            delta,
+            // SAFETY: the caller vouches for the rows.
+            #[inline(always)]
+            |row| unsafe { s.pick(s.load(window.add(row * self.stride)), i) },
+            weight,
+            sum,
+        );
     }
 
     /// Adds the contribution at `t` bins past a window of 2N entries, from which each lane picks its
@@ -58,12 +63,17 @@ impl<S: Lanes, const DEGREE: usize, const TERMS: usize> Evaluator<S, DEGREE, TER
         let s = self.s;
         let i = s.add(t, self.rounding);
         let delta = s.sub(t, s.sub(i, self.rounding));
-        // SAFETY: the caller vouches for the rows.
-        let entry = |row: usize| unsafe {
-            let at = window.add(row * self.stride);
-            s.pick2([s.load(at), s.load(at.add(S::N))], i)
-        };
-        self.add(delta, entry, None, sum);
+        self.add(
+            delta,
+            // SAFETY: the caller vouches for the rows.
+            #[inline(always)]
+            |row| unsafe {
+                let at = window.add(row * self.stride);
+                s.pick2([s.load(at), s.load(at.add(S::N))], i)
+            },
+            None,
+            sum,
+        );
     }
 
     /// Adds the contribution at `whole` + `t` bins past the start of a pulse's `row`, the index past
@@ -106,17 +116,28 @@ impl<S: Lanes, const DEGREE: usize, const TERMS: usize> Evaluator<S, DEGREE, TER
                         [re, im, re, im]
                     }
                 };
-                let entry = |k: usize| if k < 4 { first[k] } else { last[k - 4] };
-                self.add(delta, entry, weight, sum);
+                self.add(
+                    delta,
+                    #[inline(always)]
+                    |k| if k < 4 { first[k] } else { last[k - 4] },
+                    weight,
+                    sum,
+                );
             }
         } else {
-            // SAFETY: the caller vouches for the entries within the limits.
-            let entry =
-                |k: usize| unsafe { s.gather(row.offset(whole as isize).add(k * self.stride), i) };
-            self.add(delta, entry, weight, sum);
+            self.add(
+                delta,
+                // SAFETY: the caller vouches for the entries within the limits.
+                #[inline(always)]
+                |k| unsafe { s.gather(row.offset(whole as isize).add(k * self.stride), i) },
+                weight,
+                sum,
+            );
         }
     }
 
+    /// Adds what the polynomial of `entry`'s coefficients makes at `delta`. `entry` must be inlined always: a
+    /// closure of its own is compiled without the level's instructions.
     #[inline(always)]
     fn add(
         &self,
