@@ -99,9 +99,15 @@ fn node(
     let program = target(runner).join(folder).join("acerra");
     let program = program.display().to_string();
     let shots = target(runner).join("browser-shots").display().to_string();
+    // The first script makes the demonstration's runs, all others look at the same.
+    let demo = target(runner).join("browser-demo");
+    if demo.exists() {
+        fs::remove_dir_all(&demo).with_context(|| demo.display().to_string())?;
+    }
     runner.run(
         &Step::new("browser", &command)
             .with("ACERRA", program)
+            .with("ACERRA_DEMO", demo.display().to_string())
             .with("ACERRA_SHOTS", shots),
     )
 }

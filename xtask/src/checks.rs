@@ -14,7 +14,7 @@ use crate::validation;
 pub const TEST: [&str; 4] = ["cargo", "test", "--workspace", "--locked"];
 
 /// Seconds that CI gives each fuzz target.
-const FUZZ_SECONDS: &str = "8";
+const FUZZ_SECONDS: &str = "6";
 
 /// All tests: the Rust suite, then the Python package, then the viewer in a browser.
 pub fn test(runner: &Runner) -> anyhow::Result<()> {

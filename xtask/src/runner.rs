@@ -63,6 +63,30 @@ impl Runner {
         Ok(())
     }
 
+    /// Runs a step whose output is shown whole at its end, since others run beside it; its failure is an
+    /// error.
+    pub fn run_quietly(&self, step: &Step<'_>) -> anyhow::Result<()> {
+        let (program, arguments) = step.command.split_first().context("an empty command")?;
+        let start = Instant::now();
+        let output = Command::new(program)
+            .args(arguments)
+            .envs(step.environment.iter().map(|(k, v)| (k, v)))
+            .current_dir(&self.root)
+            .output()
+            .with_context(|| format!("{program}: cannot be run"))?;
+        println!(
+            "\n== {}: {}\n{}{}== {} done in {:.0} s",
+            step.name,
+            step.command.join(" "),
+            String::from_utf8_lossy(&output.stdout),
+            String::from_utf8_lossy(&output.stderr),
+            step.name,
+            start.elapsed().as_secs_f64()
+        );
+        ensure!(output.status.success(), "{}: {}", step.name, output.status);
+        Ok(())
+    }
+
     /// Whether a command runs and succeeds; its output is thrown away.
     pub fn succeeds(&self, command: &[&str]) -> bool {
         let Some((program, arguments)) = command.split_first() else {

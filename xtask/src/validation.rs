@@ -2,28 +2,52 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::Mutex;
 
 use anyhow::{Context, ensure};
 
+use crate::checks::TEST;
 use crate::runner::{Runner, Step};
 
 /// How the name of a slow check begins.
 const MARK: &str = "fn validation_";
+
+/// The programs that take longest: started first, so that none of them runs alone at the end.
+const LONGEST: [&str; 3] = ["validation_book", "demo", "hostile"];
+
+/// Programs that run at once: each leaves a good part of two processors idle.
+const AT_ONCE: usize = 2;
 
 /// Runs every test whose name begins with `validation_`, as the suite builds them: its profile optimises
 /// whatever takes time, so that nothing is built twice. Only the programs that hold one are run.
 pub fn run(runner: &Runner) -> anyhow::Result<()> {
     let programs = programs(&runner.root)?;
     ensure!(!programs.is_empty(), "no test begins with `{MARK}`");
-    let mut command = vec!["cargo", "test", "--workspace", "--locked"];
-    for program in &programs {
-        command.extend(["--test", program]);
-    }
-    command.extend(["--", "--ignored", "validation_"]);
-    runner.run(&Step::new("validation", &command))
+    let mut build = TEST.to_vec();
+    build.push("--no-run");
+    runner.run(&Step::new("programs of the validation", &build))?;
+    println!("\n== validation: {}", programs.join(", "));
+    let waiting = Mutex::new(programs.iter());
+    let next = || waiting.lock().ok()?.next();
+    let work = || -> anyhow::Result<()> {
+        while let Some(program) = next() {
+            let mut command = TEST.to_vec();
+            command.extend(["--test", program, "--", "--ignored", "validation_"]);
+            runner.run_quietly(&Step::new(program, &command))?;
+        }
+        Ok(())
+    };
+    std::thread::scope(|scope| {
+        let workers: Vec<_> = (0..AT_ONCE).map(|_| scope.spawn(work)).collect();
+        workers.into_iter().try_for_each(|worker| {
+            worker
+                .join()
+                .unwrap_or_else(|_| anyhow::bail!("a worker ended early"))
+        })
+    })
 }
 
-/// The integration tests that hold slow checks, by name.
+/// The integration tests that hold slow checks, by name, the longest first.
 fn programs(root: &Path) -> anyhow::Result<Vec<String>> {
     let mut names = Vec::new();
     for package in entries(&root.join("crates"))? {
@@ -40,7 +64,8 @@ fn programs(root: &Path) -> anyhow::Result<Vec<String>> {
             }
         }
     }
-    names.sort();
+    let rank = |name: &String| LONGEST.iter().position(|long| long == name);
+    names.sort_by_key(|name| (rank(name).unwrap_or(LONGEST.len()), name.clone()));
     names.dedup();
     Ok(names)
 }

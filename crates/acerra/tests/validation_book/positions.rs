@@ -51,15 +51,23 @@ fn validation_book_positions() {
     );
     for flight in flights() {
         let track = flight.track.name.replace("track-", "Track ");
+        let float = unfixed(here.path());
+        let truth = true_image(flight);
+        let case = |how: &str, outcome: &Outcome| {
+            Case::of(format!("{track}, {how}"), flight, outcome, &truth)
+        };
+        let fixed = case("fixed", &flight.processed(|_| ()));
+        let float_case = case("float", &flight.processed(&float));
+        drop(truth);
         let short = short_start(flight, here.path());
-        let fixed = Case::of(format!("{track}, fixed"), flight, |_| ());
-        let float = Case::of(format!("{track}, float"), flight, unfixed(here.path()));
+        let hurried_outcome = short.processed(&float);
         let hurried = Case::of(
             format!("{track}, float, {SHORT_START_S} s on the ground"),
             &short,
-            unfixed(here.path()),
+            &hurried_outcome,
+            &true_image(&short),
         );
-        for case in [&fixed, &float, &hurried] {
+        for case in [&fixed, &float_case, &hurried] {
             case.write(&mut errors, &mut images);
         }
         println!("{errors}\n{images}");
@@ -68,15 +76,15 @@ fn validation_book_positions() {
         let expected = mean(fixed.expected.iter().map(|loss| loss.unwrap()).collect());
         assert!((lost - expected).abs() < 1.0, "{lost} and {expected} dB");
         fixed.check(0.3, 0.01);
-        float.check(0.6, 0.02);
+        float_case.check(0.6, 0.02);
         // Fixed positions move nothing that matters, unfixed ones do.
         let along = |case: &Case| {
             let shifts = case.measured.iter().map(|(_, shift)| shift[0].abs());
             shifts.fold(0.0, f64::max)
         };
-        assert!(along(&fixed) < 0.02 && along(&float) > 0.05);
+        assert!(along(&fixed) < 0.02 && along(&float_case) > 0.05);
         assert!(hurried.difference > 0.9 && hurried.difference > fixed.difference);
-        let image = pictures::image(&short.processed(unfixed(here.path()))).unwrap();
+        let image = pictures::image(&hurried_outcome).unwrap();
         page.speckled_picture(&format!("{}-float", flight.track.name), &image, 3);
     }
     page.block("errors", &errors);
@@ -101,7 +109,7 @@ fn short_start(flight: &Flight, here: &Path) -> Flight {
 }
 
 /// Has the ambiguities stay real numbers, as a user does: by RTKLIB's configuration file.
-fn unfixed(here: &Path) -> impl FnOnce(&mut Campaign) {
+fn unfixed(here: &Path) -> impl Fn(&mut Campaign) + use<> {
     let conf = here.join("float.conf");
     std::fs::write(
         &conf,
@@ -109,16 +117,19 @@ fn unfixed(here: &Path) -> impl FnOnce(&mut Campaign) {
          stats-eratio1=300\n",
     )
     .unwrap();
-    move |campaign| campaign.gnss.as_mut().unwrap().config = Some(conf)
+    move |campaign| campaign.gnss.as_mut().unwrap().config = Some(conf.clone())
+}
+
+/// The image of the true trajectory.
+fn true_image(flight: &Flight) -> Outcome {
+    flight.processed(|campaign| {
+        campaign.gnss = None;
+        campaign.trajectory.file = Some(flight.folder.join("truth-trajectory.csv"));
+    })
 }
 
 impl Case {
-    fn of(name: String, flight: &Flight, change: impl FnOnce(&mut Campaign)) -> Self {
-        let truth = flight.processed(|campaign| {
-            campaign.gnss = None;
-            campaign.trajectory.file = Some(flight.folder.join("truth-trajectory.csv"));
-        });
-        let outcome = flight.processed(change);
+    fn of(name: String, flight: &Flight, outcome: &Outcome, truth: &Outcome) -> Self {
         let truth_m = &flight.flown.truth_m;
         let error_m: Vec<[f64; 3]> = outcome
             .prepared
@@ -144,9 +155,9 @@ impl Case {
         let (mut measured, mut predicted, mut expected) = (vec![], vec![], vec![]);
         for (k, corner) in flight.flown.scene.corner.iter().enumerate() {
             let at_m = corner.position_m;
-            measured.push(against(peak_of(&outcome, at_m), peak_of(&truth, at_m)));
+            measured.push(against(peak_of(outcome, at_m), peak_of(truth, at_m)));
             let image = |outcome: &Outcome| Predicted::of(flight, outcome, k).peak();
-            predicted.push(against(image(&outcome), image(&truth)));
+            predicted.push(against(image(outcome), image(truth)));
             expected.push(expected_loss_db(flight, spread_m, correlation_s, k));
         }
         Self {
@@ -157,7 +168,7 @@ impl Case {
             measured,
             predicted,
             expected,
-            difference: difference(&outcome, &truth),
+            difference: difference(outcome, truth),
         }
     }
 
