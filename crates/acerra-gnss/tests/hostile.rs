@@ -399,15 +399,25 @@ fn wrong_logs(
         TestRng::from_seed(RngAlgorithm::ChaCha, &[seed; 32]),
     );
     let damages = prop::collection::vec(damage(), faults);
-    let drawn = (0..cases).map(|_| damages.new_tree(&mut runner).unwrap().current());
-    let is_wrong = |damages: &Vec<(bool, Damage)>| {
+    let drawn: Vec<Vec<(bool, Damage)>> = (0..cases)
+        .map(|_| damages.new_tree(&mut runner).unwrap().current())
+        .collect();
+    let is_wrong = |damages: &&Vec<(bool, Damage)>| {
         let (mut rover, mut base) = (ROVER.clone(), BASE.clone());
-        for (of_base, damage) in damages {
+        for (of_base, damage) in *damages {
             apply(if *of_base { &mut base } else { &mut rover }, damage);
         }
         check(&rover, &base).is_err()
     };
-    drawn.filter(is_wrong).collect()
+    let workers = std::thread::available_parallelism().map_or(1, usize::from);
+    std::thread::scope(|scope| {
+        let started: Vec<_> = drawn
+            .chunks(cases.div_ceil(workers))
+            .map(|share| scope.spawn(move || share.iter().filter(is_wrong).cloned().collect()))
+            .collect();
+        let found = started.into_iter().map(|worker| worker.join().unwrap());
+        found.collect::<Vec<Vec<_>>>().concat()
+    })
 }
 
 #[test]
