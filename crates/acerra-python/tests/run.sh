@@ -7,4 +7,4 @@ python=$1
 "$python" -m mypy
 # The stubs against the module that is installed, away from the sources.
 (cd tests && "$python" -m mypy.stubtest acerra._native)
-"$python" -m pytest --doctest-modules --pyargs acerra tests
+"$python" -m pytest --durations=12 --doctest-modules --pyargs acerra tests
