@@ -37,6 +37,10 @@ use std::fmt;
 /// spectra: E(m, n) = w_m Σ_i σ_i e^{−j4πf_n R/c} / R² is the adjoint of
 /// [`ImagingPlan`](crate::ImagingPlan) on the same pulses and grid.
 ///
+/// Its accuracy is relative to the echoes of pixels that are independent of one another, as the
+/// self-check draws them. The echoes of even or periodic images cancel over most of the aperture; the
+/// error does not, and is a larger part of what is left.
+///
 /// ```
 /// use acerra_imaging::{
 ///     Complex32, Complex64, Control, Forward, PlanOptions, PlaneGrid, PulseArrays, Pulses,
