@@ -7,11 +7,8 @@ use xtask::house::House;
 
 use crate::browser;
 use crate::python;
-use crate::runner::{Runner, Step};
+use crate::runner::{Runner, Step, TEST};
 use crate::validation;
-
-/// The Rust suite.
-pub const TEST: [&str; 4] = ["cargo", "test", "--workspace", "--locked"];
 
 /// Seconds that CI gives each fuzz target.
 const FUZZ_SECONDS: &str = "6";

@@ -6,6 +6,9 @@ use std::time::Instant;
 
 use anyhow::{Context, ensure};
 
+/// The Rust suite.
+pub const TEST: [&str; 4] = ["cargo", "test", "--workspace", "--locked"];
+
 /// A command with a heading.
 pub struct Step<'a> {
     name: &'a str,

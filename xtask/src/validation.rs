@@ -6,8 +6,7 @@ use std::sync::Mutex;
 
 use anyhow::{Context, ensure};
 
-use crate::checks::TEST;
-use crate::runner::{Runner, Step};
+use crate::runner::{Runner, Step, TEST};
 
 /// How the name of a slow check begins.
 const MARK: &str = "fn validation_";
