@@ -48,15 +48,10 @@ impl Runner {
 
     /// Runs a step; its failure is an error.
     pub fn run(&self, step: &Step<'_>) -> anyhow::Result<()> {
-        let (program, arguments) = step.command.split_first().context("an empty command")?;
         println!("\n== {}: {}", step.name, step.command.join(" "));
         let start = Instant::now();
-        let status = Command::new(program)
-            .args(arguments)
-            .envs(step.environment.iter().map(|(k, v)| (k, v)))
-            .current_dir(&self.root)
-            .status()
-            .with_context(|| format!("{program}: cannot be run"))?;
+        let status = self.command(step)?.status();
+        let status = status.with_context(|| format!("{}: cannot be run", step.name))?;
         ensure!(status.success(), "{}: {status}", step.name);
         println!(
             "== {} done in {:.0} s",
@@ -69,14 +64,9 @@ impl Runner {
     /// Runs a step whose output is shown whole at its end, since others run beside it; its failure is an
     /// error.
     pub fn run_quietly(&self, step: &Step<'_>) -> anyhow::Result<()> {
-        let (program, arguments) = step.command.split_first().context("an empty command")?;
         let start = Instant::now();
-        let output = Command::new(program)
-            .args(arguments)
-            .envs(step.environment.iter().map(|(k, v)| (k, v)))
-            .current_dir(&self.root)
-            .output()
-            .with_context(|| format!("{program}: cannot be run"))?;
+        let output = self.command(step)?.output();
+        let output = output.with_context(|| format!("{}: cannot be run", step.name))?;
         println!(
             "\n== {}: {}\n{}{}== {} done in {:.0} s",
             step.name,
@@ -88,6 +78,17 @@ impl Runner {
         );
         ensure!(output.status.success(), "{}: {}", step.name, output.status);
         Ok(())
+    }
+
+    /// A step's command with its environment, in the workspace's root.
+    fn command(&self, step: &Step<'_>) -> anyhow::Result<Command> {
+        let (program, arguments) = step.command.split_first().context("an empty command")?;
+        let mut command = Command::new(program);
+        command
+            .args(arguments)
+            .envs(step.environment.iter().map(|(k, v)| (k, v)))
+            .current_dir(&self.root);
+        Ok(command)
     }
 
     /// Whether a command runs and succeeds; its output is thrown away.

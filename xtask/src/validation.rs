@@ -14,7 +14,7 @@ const MARK: &str = "fn validation_";
 /// The programs that take longest: started first, so that none of them runs alone at the end.
 const LONGEST: [&str; 3] = ["validation_book", "demo", "hostile"];
 
-/// Programs that run at once: each leaves a good part of two processors idle.
+/// Programs that run at once: most leave a part of two processors idle.
 const AT_ONCE: usize = 2;
 
 /// Runs every test whose name begins with `validation_`, as the suite builds them: its profile optimises
@@ -23,7 +23,7 @@ pub fn run(runner: &Runner) -> anyhow::Result<()> {
     let programs = programs(&runner.root)?;
     ensure!(!programs.is_empty(), "no test begins with `{MARK}`");
     let mut build = TEST.to_vec();
-    build.push("--no-run");
+    build.extend(["--quiet", "--no-run"]);
     runner.run(&Step::new("programs of the validation", &build))?;
     println!("\n== validation: {}", programs.join(", "));
     let waiting = Mutex::new(programs.iter());
