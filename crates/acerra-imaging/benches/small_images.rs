@@ -3,8 +3,9 @@
 //! `cargo bench -p acerra-imaging --bench small_images` images squares of 50 to 400 pixels of 1 and of
 //! 4 cm from the pulses of the common scene, once with all targets within the image and once with
 //! most of the echoes' power outside it, where planning needs more than one attempt. Medians of nine
-//! runs by the clock, and of processor time in brackets; `engine=direct` or `engine=factorized` asks for
-//! an engine, `plan` prints the plans.
+//! runs by the clock, and of processor time in brackets; `engine=direct`, `engine=factorized` or
+//! `engine=reference` asks for an engine, `size=200` for one size, `about=targets` or `about=dark` for one place, `runs=99` for more runs;
+//! `plan` prints the plans.
 #![allow(clippy::print_stdout, clippy::unwrap_used, missing_docs)]
 
 mod scene;
@@ -15,6 +16,11 @@ use std::time::Instant;
 
 const RUNS: usize = 9;
 
+/// The value of an argument that begins with `key`.
+fn asked(key: &str) -> Option<String> {
+    std::env::args().find_map(|a| a.strip_prefix(key).map(str::to_owned))
+}
+
 fn main() {
     if std::env::args().any(|a| a == "--test") {
         return;
@@ -24,7 +30,13 @@ fn main() {
     println!("| --- | --- | --- | --- | --- | --- | --- |");
     for pixel_m in [0.01, 0.04] {
         for size in [50, 100, 200, 400] {
+            if asked("size=").is_some_and(|only| only != size.to_string()) {
+                continue;
+            }
             for (about, corner_m) in [("targets", -0.5 * pixel_m * size as f64), ("dark", 6.0)] {
+                if asked("about=").is_some_and(|only| only != about) {
+                    continue;
+                }
                 let corner_m = [corner_m, corner_m, 0.0];
                 let grid = PlaneGrid::new(corner_m, pixel_m, [size, size]).unwrap();
                 time(&scene, grid, about);
@@ -34,16 +46,18 @@ fn main() {
 }
 
 fn time(scene: &Scene, grid: PlaneGrid, about: &str) {
-    let engine = match std::env::args().find(|a| a.starts_with("engine=")) {
-        Some(a) if a.ends_with("direct") => Engine::Direct,
-        Some(a) if a.ends_with("factorized") => Engine::Factorized,
+    let engine = match asked("engine=").as_deref() {
+        Some("direct") => Engine::Direct,
+        Some("factorized") => Engine::Factorized,
+        Some("reference") => Engine::Reference,
         _ => Engine::Auto,
     };
+    let runs = asked("runs=").map_or(RUNS, |n| n.parse().unwrap());
     let options = PlanOptions::default().with_engine(engine);
     let mut image = vec![Complex32::ZERO; grid.len()];
     let mut times = [(); 4].map(|()| Vec::new());
     let mut last = None;
-    for _ in 0..RUNS {
+    for _ in 0..runs {
         let now = || (Instant::now(), processor_time_s());
         let start = now();
         let plan = ImagingPlan::new(scene.pulses(), grid, &options).unwrap();
@@ -63,7 +77,7 @@ fn time(scene: &Scene, grid: PlaneGrid, about: &str) {
     }
     let [plan_ms, plan_cpu_ms, run_ms, run_cpu_ms] = times.map(|mut list| {
         list.sort_by(f64::total_cmp);
-        list[RUNS / 2]
+        list[runs / 2]
     });
     let plan = last.unwrap();
     let report = plan.report().to_string();

@@ -14,6 +14,7 @@ use crate::kernel::direct::job::{Band, Job, ReferenceContribution, SIDE, Shape, 
 use crate::kernel::direct::square::square_band;
 use crate::kernel::dispatch::dispatch;
 use crate::kernel::level::SimdLevel;
+use crate::kernel::profile::DELAYS;
 use crate::pulses::Spreading;
 use crate::vector::norm;
 use num_complex::{Complex32, Complex64};
@@ -239,7 +240,7 @@ impl Direct {
 }
 
 impl ReferenceContribution for WeightedPulses<'_> {
-    fn contribution(&self, pulse: usize, point_m: [f64; 3]) -> Complex64 {
-        WeightedPulses::contribution(self, pulse, point_m)
+    fn contributions(&self, pulse: usize, points_m: &[[f64; 3]]) -> [Complex64; DELAYS] {
+        WeightedPulses::contributions(self, pulse, points_m)
     }
 }

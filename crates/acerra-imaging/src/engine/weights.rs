@@ -7,10 +7,11 @@ use crate::incidence::IncidenceWeight;
 use crate::kernel::cosine_power::CosinePower;
 use crate::kernel::direct::job::TiltView;
 use crate::kernel::level::SimdLevel;
-use crate::kernel::profile::even_sum;
+use crate::kernel::profile::{DELAYS, even_sums};
 use crate::pulses::{Pulses, Spreading};
 use crate::vector::{dot, range_m};
 use num_complex::Complex64;
+use rayon::prelude::*;
 use std::f64::consts::PI;
 use std::ops::Range;
 
@@ -192,12 +193,30 @@ pub(crate) struct WeightedPulses<'a> {
 /// Frequencies after which a recurrent phasor is computed afresh, so that it stays exact.
 const RENEW: usize = 32;
 
+/// Pulses of a segment: sums of segments are added, so that several threads share a point.
+const SEGMENT: usize = 64;
+
 /// Σ_n E(m, n) e^{+j4πf_n R/c} for frequencies `step_hz` apart.
 pub(crate) fn profile_at(pulses: &Pulses, pulse: usize, range_m: f64, step_hz: f64) -> Complex64 {
-    let delay = 4.0 * PI * range_m / pulses.light_speed_m_s();
-    let start_hz = pulses.frequency_hz()[0];
-    let level = SimdLevel::detect();
-    even_sum(level, pulses.spectrum_of(pulse), step_hz * delay) * Complex64::cis(start_hz * delay)
+    profiles_at(pulses, pulse, &[range_m; DELAYS], step_hz)[0]
+}
+
+/// The same at several ranges.
+fn profiles_at(
+    pulses: &Pulses,
+    pulse: usize,
+    ranges_m: &[f64; DELAYS],
+    step_hz: f64,
+) -> [Complex64; DELAYS] {
+    let slowness_s_m = 2.0 / pulses.light_speed_m_s();
+    let even_hz = [pulses.frequency_hz()[0], step_hz];
+    let delays_s = ranges_m.map(|range| slowness_s_m * range);
+    even_sums(
+        SimdLevel::detect(),
+        pulses.spectrum_of(pulse),
+        even_hz,
+        &delays_s,
+    )
 }
 
 impl<'a> WeightedPulses<'a> {
@@ -235,20 +254,59 @@ impl WeightedPulses<'_> {
         self.pulses.weight()[pulse] * self.weights.at(pulse, range_m, from_antenna_m)
     }
 
-    /// Weighted contribution of one pulse at a point, in double precision; for even frequencies with
-    /// recurrent phasors.
-    pub fn contribution(&self, pulse: usize, point_m: [f64; 3]) -> Complex64 {
-        let range = range_m(self.pulses.position_m()[pulse], point_m);
-        let profile = match self.step_hz {
-            Some(step_hz) => profile_at(&self.pulses, pulse, range, step_hz),
-            None => pulse_at_range(&self.pulses, pulse, range),
+    /// Weighted contributions of one pulse at [`DELAYS`] points at most, in double precision; the rest of the
+    /// values has no meaning.
+    pub fn contributions(&self, pulse: usize, points_m: &[[f64; 3]]) -> [Complex64; DELAYS] {
+        let antenna_m = self.pulses.position_m()[pulse];
+        let mut ranges_m = [0.0; DELAYS];
+        for (range, point) in ranges_m.iter_mut().zip(points_m) {
+            *range = range_m(antenna_m, *point);
+        }
+        let mut values = match self.step_hz {
+            Some(step_hz) => profiles_at(&self.pulses, pulse, &ranges_m, step_hz),
+            None => {
+                let mut profiles = [Complex64::ZERO; DELAYS];
+                for (profile, range) in profiles.iter_mut().zip(ranges_m).take(points_m.len()) {
+                    *profile = pulse_at_range(&self.pulses, pulse, range);
+                }
+                profiles
+            }
         };
-        profile * self.factor(pulse, range, point_m)
+        for (value, (range, point)) in values.iter_mut().zip(ranges_m.iter().zip(points_m)) {
+            *value *= self.factor(pulse, *range, *point);
+        }
+        values
     }
 
-    /// Eq. (3) at a point in double precision.
-    pub fn adjoint_at(&self, point_m: [f64; 3]) -> Complex64 {
-        (0..self.len()).map(|m| self.contribution(m, point_m)).sum()
+    /// Eq. (3) at points in double precision; once cancelled, values have no meaning.
+    pub fn adjoint_at(
+        &self,
+        points_m: &[[f64; 3]],
+        is_cancelled: impl Fn() -> bool + Sync,
+    ) -> Vec<Complex64> {
+        let segments = self.len().div_ceil(SEGMENT);
+        let of_segment = |some: &[[f64; 3]], k: usize| {
+            if is_cancelled() {
+                return [Complex64::ZERO; DELAYS];
+            }
+            let mut sums = [Complex64::ZERO; DELAYS];
+            for pulse in k * SEGMENT..((k + 1) * SEGMENT).min(self.len()) {
+                for (sum, value) in sums.iter_mut().zip(self.contributions(pulse, some)) {
+                    *sum += value;
+                }
+            }
+            sums
+        };
+        points_m
+            .par_chunks(DELAYS)
+            .flat_map_iter(|some| {
+                let of_segments: Vec<_> = (0..segments)
+                    .into_par_iter()
+                    .map(|k| of_segment(some, k))
+                    .collect();
+                (0..some.len()).map(move |at| of_segments.iter().map(|sums| sums[at]).sum())
+            })
+            .collect()
     }
 
     /// Adds to `spectrum` `[N]` what a scatterer at `point_m` returns to `pulse`: Eq. (1) in double

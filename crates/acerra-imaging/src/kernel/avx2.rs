@@ -1,12 +1,13 @@
 //! Eight lanes of AVX2 with FMA.
 
-use super::lanes::{Lanes, ROUNDING};
+use super::lanes::{DOUBLES, Lanes, ROUNDING};
 use std::arch::x86_64::*;
 
 #[derive(Clone, Copy)]
 pub(super) struct Avx2(());
 
 type V = __m256;
+type Doubles = [__m256d; 2];
 
 impl Avx2 {
     /// The token, where the processor has the instructions.
@@ -93,6 +94,7 @@ fn enabled<R>(s: Avx2, f: impl FnOnce(Avx2) -> R) -> R {
 
 impl Lanes for Avx2 {
     type V = V;
+    type Doubles = Doubles;
     const N: usize = 8;
 
     #[inline(always)]
@@ -265,6 +267,51 @@ impl Lanes for Avx2 {
         unsafe {
             let sign = _mm256_slli_epi32::<31>(_mm256_castps_si256(i));
             _mm256_xor_ps(v, _mm256_castsi256_ps(sign))
+        }
+    }
+    #[inline(always)]
+    fn splat_f64(self, x: f64) -> Doubles {
+        // SAFETY: `self` proves the instructions.
+        unsafe { [_mm256_set1_pd(x); 2] }
+    }
+    #[inline(always)]
+    fn load_f64(self, x: [f64; DOUBLES]) -> Doubles {
+        // SAFETY: `self` proves the instructions; twice four of the eight numbers are read.
+        unsafe {
+            [
+                _mm256_loadu_pd(x.as_ptr()),
+                _mm256_loadu_pd(x.as_ptr().add(4)),
+            ]
+        }
+    }
+    #[inline(always)]
+    fn store_f64(self, v: Doubles) -> [f64; DOUBLES] {
+        let mut out = [0.0; DOUBLES];
+        // SAFETY: `self` proves the instructions; twice four of the eight numbers are written.
+        unsafe {
+            _mm256_storeu_pd(out.as_mut_ptr(), v[0]);
+            _mm256_storeu_pd(out.as_mut_ptr().add(4), v[1]);
+        }
+        out
+    }
+    #[inline(always)]
+    fn mul_add_f64(self, a: Doubles, b: Doubles, c: Doubles) -> Doubles {
+        // SAFETY: `self` proves the instructions.
+        unsafe {
+            [
+                _mm256_fmadd_pd(a[0], b[0], c[0]),
+                _mm256_fmadd_pd(a[1], b[1], c[1]),
+            ]
+        }
+    }
+    #[inline(always)]
+    fn neg_mul_add_f64(self, a: Doubles, b: Doubles, c: Doubles) -> Doubles {
+        // SAFETY: `self` proves the instructions.
+        unsafe {
+            [
+                _mm256_fnmadd_pd(a[0], b[0], c[0]),
+                _mm256_fnmadd_pd(a[1], b[1], c[1]),
+            ]
         }
     }
     #[inline(always)]

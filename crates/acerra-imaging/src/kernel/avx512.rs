@@ -1,6 +1,6 @@
 //! Sixteen lanes of AVX-512 F.
 
-use super::lanes::{Lanes, ROUNDING};
+use super::lanes::{DOUBLES, Lanes, ROUNDING};
 use std::arch::x86_64::*;
 
 #[derive(Clone, Copy)]
@@ -76,6 +76,7 @@ fn enabled<R>(s: Avx512, f: impl FnOnce(Avx512) -> R) -> R {
 
 impl Lanes for Avx512 {
     type V = V;
+    type Doubles = __m512d;
     const N: usize = 16;
 
     #[inline(always)]
@@ -254,6 +255,33 @@ impl Lanes for Avx512 {
             let sign = _mm512_slli_epi32::<31>(_mm512_castps_si512(i));
             _mm512_castsi512_ps(_mm512_xor_si512(_mm512_castps_si512(v), sign))
         }
+    }
+    #[inline(always)]
+    fn splat_f64(self, x: f64) -> __m512d {
+        // SAFETY: `self` proves the instructions.
+        unsafe { _mm512_set1_pd(x) }
+    }
+    #[inline(always)]
+    fn load_f64(self, x: [f64; DOUBLES]) -> __m512d {
+        // SAFETY: `self` proves the instructions; eight numbers are read.
+        unsafe { _mm512_loadu_pd(x.as_ptr()) }
+    }
+    #[inline(always)]
+    fn store_f64(self, v: __m512d) -> [f64; DOUBLES] {
+        let mut out = [0.0; DOUBLES];
+        // SAFETY: `self` proves the instructions; eight numbers are written.
+        unsafe { _mm512_storeu_pd(out.as_mut_ptr(), v) };
+        out
+    }
+    #[inline(always)]
+    fn mul_add_f64(self, a: __m512d, b: __m512d, c: __m512d) -> __m512d {
+        // SAFETY: `self` proves the instructions.
+        unsafe { _mm512_fmadd_pd(a, b, c) }
+    }
+    #[inline(always)]
+    fn neg_mul_add_f64(self, a: __m512d, b: __m512d, c: __m512d) -> __m512d {
+        // SAFETY: `self` proves the instructions.
+        unsafe { _mm512_fnmadd_pd(a, b, c) }
     }
     #[inline(always)]
     fn vectorize<R>(self, f: impl FnOnce(Self) -> R) -> R {

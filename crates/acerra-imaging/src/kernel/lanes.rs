@@ -1,7 +1,10 @@
-//! Vectors of single-precision numbers.
+//! Vectors of single-precision numbers, and of a few in double precision.
 
 /// Most lanes that a level has.
 pub(crate) const MAX_LANES: usize = 16;
+
+/// Numbers of a vector in double precision, at every level.
+pub(crate) const DOUBLES: usize = 8;
 
 /// Adding this to |t| < 2²² rounds t to a whole number, which then stands in the low mantissa bits.
 pub(crate) const ROUNDING: f32 = 12_582_912.0; // 1.5 · 2²³
@@ -11,6 +14,8 @@ pub(crate) const ROUNDING: f32 = 12_582_912.0; // 1.5 · 2²³
 pub(crate) trait Lanes: Copy {
     /// The vector.
     type V: Copy;
+    /// A vector of [`DOUBLES`] numbers in double precision.
+    type Doubles: Copy;
     /// Numbers in it, at most [`MAX_LANES`].
     const N: usize;
 
@@ -70,6 +75,15 @@ pub(crate) trait Lanes: Copy {
     unsafe fn scatter_add8(self, p: *mut f32, i: Self::V, v: [Self::V; 8]);
     /// −v in the lanes where i, made by adding [`ROUNDING`], holds an odd whole number, and v elsewhere.
     fn negate_odd(self, v: Self::V, i: Self::V) -> Self::V;
+    /// The same number in every place of a vector in double precision.
+    fn splat_f64(self, x: f64) -> Self::Doubles;
+    fn load_f64(self, x: [f64; DOUBLES]) -> Self::Doubles;
+    fn store_f64(self, v: Self::Doubles) -> [f64; DOUBLES];
+    /// a·b + c
+    fn mul_add_f64(self, a: Self::Doubles, b: Self::Doubles, c: Self::Doubles) -> Self::Doubles;
+    /// c − a·b
+    fn neg_mul_add_f64(self, a: Self::Doubles, b: Self::Doubles, c: Self::Doubles)
+    -> Self::Doubles;
     /// Runs `f` where the compiler may use this level's instructions.
     fn vectorize<R>(self, f: impl FnOnce(Self) -> R) -> R;
 }

@@ -19,6 +19,7 @@ pub(crate) mod level;
 pub(crate) mod merge;
 mod peak;
 pub(crate) mod phase;
+pub(crate) mod phasor;
 mod portable;
 pub(crate) mod profile;
 pub(crate) mod split;

@@ -1,6 +1,6 @@
 //! Arrays for any processor; the compiler turns the loops into its own vectors.
 
-use super::lanes::{Lanes, ROUNDING};
+use super::lanes::{DOUBLES, Lanes, ROUNDING};
 
 /// Arrays of `L` numbers, a power of two: eight, or in tests as many as the widest level has.
 #[derive(Clone, Copy)]
@@ -25,6 +25,16 @@ fn fused(a: f32, b: f32, c: f32) -> f32 {
     }
 }
 
+/// The same in double precision.
+#[inline(always)]
+fn fused_f64(a: f64, b: f64, c: f64) -> f64 {
+    if cfg!(any(target_arch = "aarch64", target_feature = "fma")) {
+        a.mul_add(b, c)
+    } else {
+        a * b + c
+    }
+}
+
 /// The whole number in the low bits after adding `ROUNDING`.
 #[inline(always)]
 fn whole(i: f32) -> i32 {
@@ -33,6 +43,7 @@ fn whole(i: f32) -> i32 {
 
 impl<const L: usize> Lanes for Portable<L> {
     type V = [f32; L];
+    type Doubles = [f64; DOUBLES];
     const N: usize = L;
 
     #[inline(always)]
@@ -162,6 +173,40 @@ impl<const L: usize> Lanes for Portable<L> {
     #[inline(always)]
     fn negate_odd(self, v: [f32; L], i: [f32; L]) -> [f32; L] {
         map(v, i, |v, i| f32::from_bits(v.to_bits() ^ i.to_bits() << 31))
+    }
+    #[inline(always)]
+    fn splat_f64(self, x: f64) -> [f64; DOUBLES] {
+        [x; DOUBLES]
+    }
+    #[inline(always)]
+    fn load_f64(self, x: [f64; DOUBLES]) -> [f64; DOUBLES] {
+        x
+    }
+    #[inline(always)]
+    fn store_f64(self, v: [f64; DOUBLES]) -> [f64; DOUBLES] {
+        v
+    }
+    #[inline(always)]
+    fn mul_add_f64(
+        self,
+        a: [f64; DOUBLES],
+        b: [f64; DOUBLES],
+        c: [f64; DOUBLES],
+    ) -> [f64; DOUBLES] {
+        let mut out = c;
+        for (k, out) in out.iter_mut().enumerate() {
+            *out = fused_f64(a[k], b[k], *out);
+        }
+        out
+    }
+    #[inline(always)]
+    fn neg_mul_add_f64(
+        self,
+        a: [f64; DOUBLES],
+        b: [f64; DOUBLES],
+        c: [f64; DOUBLES],
+    ) -> [f64; DOUBLES] {
+        self.mul_add_f64(a.map(|a| -a), b, c)
     }
     #[inline(always)]
     fn vectorize<R>(self, f: impl FnOnce(Self) -> R) -> R {

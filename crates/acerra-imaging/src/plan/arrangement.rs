@@ -40,8 +40,32 @@ impl Arrangements<'_> {
         }
     }
 
+    /// What an arrangement costs at least: all vectors read from windows, without the third order of the range.
+    pub fn least_cost(&self, table: TableSpec, accuracy: f64, shape: Shape) -> f64 {
+        let operations = self.operations(&self.spec(table, accuracy, shape));
+        let windowed = match shape {
+            Shape::Row => operations.common + operations.lookups + ROW_RANGE,
+            _ => operations.common + self.loads(shape) * operations.lookups + SQUARE_RANGE,
+        };
+        windowed.min(operations.gathered) / self.level.lanes() as f64
+    }
+
+    /// An arrangement's parameters and cost.
+    pub fn by(
+        &self,
+        on: &Target,
+        table: TableSpec,
+        accuracy: f64,
+        shape: Shape,
+    ) -> (DirectSpec, f64) {
+        match shape {
+            Shape::Row => self.by_rows(on, table, accuracy),
+            _ => self.by_squares(on, table, accuracy, shape),
+        }
+    }
+
     /// Groups of sixteen pixels of a row.
-    pub fn by_rows(&self, on: &Target, table: TableSpec, accuracy: f64) -> (DirectSpec, f64) {
+    fn by_rows(&self, on: &Target, table: TableSpec, accuracy: f64) -> (DirectSpec, f64) {
         let lanes = self.level.lanes() as f64;
         let mut spec = self.spec(table, accuracy, Shape::Row);
         let pixel = norm(on.grid.u_m).max(1e-12);
@@ -67,7 +91,8 @@ impl Arrangements<'_> {
             span < lanes - 1.05 && truncation_error(r) < tolerance
         });
         let operations = self.operations(&spec);
-        let windowed = operations.common + operations.lookups + if spec.cubic { 3.0 } else { 2.0 };
+        let third_order = if spec.cubic { 1.0 } else { 0.0 };
+        let windowed = operations.common + operations.lookups + ROW_RANGE + third_order;
         let block = Shape::Row.block_width(self.level.lanes()) as f64;
         let costs = Costs {
             window,
@@ -79,7 +104,7 @@ impl Arrangements<'_> {
     }
 
     /// Groups of 4 × 4 pixels.
-    pub fn by_squares(
+    fn by_squares(
         &self,
         on: &Target,
         table: TableSpec,
@@ -109,13 +134,9 @@ impl Arrangements<'_> {
             span < entries - 1.05 && truncation_error < tolerance
         });
         let operations = self.operations(&spec);
-        let loads = match (shape, self.level) {
-            (Shape::WideSquare, SimdLevel::Avx512) => 1.6,
-            (Shape::WideSquare, _) => 3.0,
-            _ => 1.0,
-        };
+        let third_order = if spec.cubic { 1.0 } else { 0.0 };
         let windowed =
-            operations.common + loads * operations.lookups + if spec.cubic { 8.0 } else { 7.0 };
+            operations.common + self.loads(shape) * operations.lookups + SQUARE_RANGE + third_order;
         let block = shape.block_width(self.level.lanes()) as f64 / 3.0 * along;
         let sines = [on.sample.rms_sine(0), on.sample.rms_sine(1)];
         let costs = Costs {
@@ -128,6 +149,15 @@ impl Arrangements<'_> {
             ],
         };
         self.judged(spec, accuracy, &costs)
+    }
+
+    /// Operations for a read of a window of squares.
+    fn loads(&self, shape: Shape) -> f64 {
+        match (shape, self.level) {
+            (Shape::WideSquare, SimdLevel::Avx512) => 1.6,
+            (Shape::WideSquare, _) => 3.0,
+            _ => 1.0,
+        }
     }
 
     /// Vector operations for one vector of pixels whatever the arrangement, as counted in the kernel.
@@ -164,6 +194,10 @@ impl Arrangements<'_> {
         (spec, operations / self.level.lanes() as f64 + hopeless)
     }
 }
+
+/// Vector operations for the second order of the range, of a vector of a row and of a square.
+const ROW_RANGE: f64 = 2.0;
+const SQUARE_RANGE: f64 = 7.0;
 
 /// Shares of the accuracy up to which roundings of the range are worth a try: with windows, which
 /// narrower bins do not help, and with gathers, beside errors of the table.

@@ -1,5 +1,6 @@
 //! Width and number of the bins of range tables.
 
+use crate::engine::tables::fit_error::FitErrors;
 use crate::engine::tables::spec::TableSpec;
 use crate::engine::travel_time::TravelTime;
 use crate::pulses::Pulses;
@@ -31,33 +32,26 @@ const MOST_REACH: f64 = 12.0;
 /// go to it.
 pub(super) fn choose_table(
     pulses: &Pulses,
-    power: &[f64],
+    errors: &FitErrors,
     degree: usize,
     (accuracy, extent_m): (f64, f64),
 ) -> Option<TableSpec> {
-    let f = pulses.frequency_hz();
-    let centre = 0.5
-        * (f.iter().copied().fold(f64::INFINITY, f64::min) + f.iter().copied().fold(0.0, f64::max));
-    let carrier =
-        (0..f.len()).min_by(|a, b| (f[*a] - centre).abs().total_cmp(&(f[*b] - centre).abs()))?;
     let accurate = |spec: &TableSpec| {
         let alpha = spec.carrier_rad(pulses);
-        alpha < 2.6
-            && carrier_error(alpha, 4) <= 0.3 * accuracy
-            && spec.fit_error(pulses, power) <= accuracy
+        alpha < 2.6 && carrier_error(alpha, 4) <= 0.3 * accuracy && errors.of(spec) <= accuracy
     };
     let near = |spec: &TableSpec| spec.reach <= MOST_REACH;
     let spec = |bin_m, period| TableSpec {
         bin_m,
         degree,
         period,
-        carrier,
+        carrier: errors.carrier,
         interleaved: false,
         reach: 1.0 + extent_m / bin_m,
     };
     if let Some(step) = pulses.frequency_step_hz() {
         let period_m = TravelTime::of(pulses).period_m(step);
-        let shortest = (f.len() + 1).max(16);
+        let shortest = (pulses.frequency_hz().len() + 1).max(16);
         // Longer periods have narrower bins and less error.
         let lengths = smooth_lengths(shortest, shortest * 4096);
         let of = |length: usize| spec(period_m / length as f64, Some(length));

@@ -8,6 +8,7 @@ use crate::control::Control;
 use crate::engine::direct::DirectSpec;
 use crate::engine::factorized::coarse::coarse_grid;
 use crate::engine::factorized::spec::{Demand, FactorizedSpec};
+use crate::engine::tables::fit_error::FitErrors;
 use crate::engine::tables::spec::TableSpec;
 use crate::error::ImagingError;
 use crate::grid::tilted::TiltedGrid;
@@ -70,10 +71,13 @@ impl<'a> Budget<'a> {
     /// Tables that keep `accuracy`: narrower bins may need fewer terms of the carrier, and higher
     /// degrees take wider ones.
     pub fn tables(&self, accuracy: f64) -> Vec<TableSpec> {
+        let Some(errors) = FitErrors::new(self.pulses, &self.power) else {
+            return Vec::new();
+        };
         (1..=3)
             .flat_map(|degree| [0.7, 0.5, 0.35].map(|share| (degree, share)))
             .filter_map(|(degree, share)| {
-                choose_table(self.pulses, &self.power, degree, (share * accuracy, 0.0))
+                choose_table(self.pulses, &errors, degree, (share * accuracy, 0.0))
             })
             .collect()
     }
@@ -82,17 +86,24 @@ impl<'a> Budget<'a> {
     fn cheapest(&self, on: &Target, tables: &[TableSpec], accuracy: f64) -> (DirectSpec, f64) {
         let arrange = self.arrangements();
         // Tilted antennas are taken by rows.
-        let by_squares = self.pulses.boresight().is_none();
-        let found = tables.iter().flat_map(|table| {
-            let squares = [Shape::Square, Shape::WideSquare]
-                .into_iter()
-                .filter(|_| by_squares)
-                .map(|shape| arrange.by_squares(on, *table, accuracy, shape));
-            std::iter::once(arrange.by_rows(on, *table, accuracy)).chain(squares)
-        });
-        found
-            .reduce(|best, found| if found.1 < best.1 { found } else { best })
-            .unwrap_or_else(|| self.fallback(accuracy))
+        let shapes: &[Shape] = match self.pulses.boresight() {
+            None => &[Shape::Row, Shape::Square, Shape::WideSquare],
+            Some(_) => &[Shape::Row],
+        };
+        let mut best: Option<(DirectSpec, f64)> = None;
+        for table in tables {
+            for &shape in shapes {
+                let least = arrange.least_cost(*table, accuracy, shape);
+                if best.is_some_and(|(_, cost)| least >= cost) {
+                    continue;
+                }
+                let found = arrange.by(on, *table, accuracy, shape);
+                if best.is_none_or(|(_, cost)| found.1 < cost) {
+                    best = Some(found);
+                }
+            }
+        }
+        best.unwrap_or_else(|| self.fallback(accuracy))
     }
 
     /// Not reached for accuracies a plan accepts: a very fine cubic table is safe.

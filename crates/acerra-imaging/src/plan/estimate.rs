@@ -3,9 +3,9 @@
 use super::imaging::ImagingPlan;
 use super::planner::Method;
 use crate::control::Control;
+use crate::kernel::profile::DELAYS;
 use crate::sampling::{Random, best_of_two};
 use num_complex::Complex32;
-use rayon::prelude::*;
 
 /// Contributions below which the whole image is computed to time it.
 const SMALL: u64 = 60_000_000;
@@ -29,21 +29,16 @@ impl ImagingPlan<'_> {
         }
     }
 
-    /// From two pixels a thread.
+    /// From as many pixels a thread as are summed side by side.
     fn time_reference(&self, control: Control) -> f64 {
         let grid = &self.request.grid;
-        let pixels = (2 * rayon::current_num_threads()).min(self.pixels());
+        let pixels = (DELAYS * rayon::current_num_threads()).min(self.pixels());
         let mut random = Random(0x7e57);
-        let places: Vec<_> = (0..pixels)
-            .map(|_| (random.below(grid.columns()), random.below(grid.rows())))
+        let points_m: Vec<_> = (0..pixels)
+            .map(|_| grid.point_m(random.below(grid.columns()), random.below(grid.rows())))
             .collect();
-        let work = || {
-            places
-                .par_iter()
-                .filter(|_| !control.is_cancelled())
-                .map(|&(i, j)| self.request.echoes.adjoint_at(grid.point_m(i, j)).re)
-                .sum::<f64>()
-        };
+        let echoes = &self.request.echoes;
+        let work = || echoes.adjoint_at(&points_m, || control.is_cancelled());
         best_of_two(work) * self.pixels() as f64 / pixels as f64
     }
 }

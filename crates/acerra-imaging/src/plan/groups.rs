@@ -8,6 +8,7 @@ use super::request::Request;
 use super::sample::Sample;
 use crate::engine::direct::DirectSpec;
 use crate::engine::forward::grouped::{GroupSpec, GroupWay, grouped_pixels};
+use crate::engine::tables::fit_error::FitErrors;
 use crate::engine::tables::spec::TableSpec;
 use crate::grid::tilted::TiltedGrid;
 use crate::kernel::direct::job::Shape;
@@ -51,9 +52,15 @@ pub(super) fn choose_groups(
     }
     let (pulses, grid) = (&request.echoes.pulses, request.grid.plane());
     let lanes = request.options.level.lanes() as f64;
+    let errors = FitErrors::new(pulses, power)?;
     let choice = |shape: [usize; 2]| {
         let reach_m = half_diagonal_m(grid, shape);
-        let table = choose_table(pulses, power, DEGREE, (FIT_SHARE * accuracy, 2.0 * reach_m))?;
+        let table = choose_table(
+            pulses,
+            &errors,
+            DEGREE,
+            (FIT_SHARE * accuracy, 2.0 * reach_m),
+        )?;
         let wavenumber = table.carrier_rad(pulses) / table.bin_m;
         let block_m = 0.5 * norm(grid.u_m) * shape[0] as f64 * lanes;
         let rounding_rad = wavenumber * block_m * f64::from(f32::EPSILON);

@@ -188,13 +188,14 @@ fn run_reference(
         .par_chunks_mut(grid.columns())
         .enumerate()
         .for_each(|(j, row)| {
-            row.par_iter_mut().enumerate().for_each(|(i, out)| {
-                if meter.is_cancelled() {
-                    return;
-                }
-                let v = echoes.adjoint_at(grid.point_m(i, j));
+            if meter.is_cancelled() {
+                return;
+            }
+            let points_m: Vec<_> = (0..row.len()).map(|i| grid.point_m(i, j)).collect();
+            let values = echoes.adjoint_at(&points_m, || meter.is_cancelled());
+            for (out, v) in row.iter_mut().zip(values) {
                 *out = Complex32::new(v.re as f32, v.im as f32);
-            });
+            }
             meter.add((row.len() * echoes.len()) as u64);
         });
 }

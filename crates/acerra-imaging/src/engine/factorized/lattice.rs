@@ -1,6 +1,6 @@
 //! Interpolation weights and carrier phases between the coarse grids and the fine one.
 
-use super::interpolation::{BEFORE, interpolation_weights};
+use super::interpolation::{BEFORE, Interpolator};
 use super::spec::FactorizedSpec;
 use crate::engine::polynomials::even_polynomial;
 use crate::grid::tilted::TiltedGrid;
@@ -28,10 +28,11 @@ impl Lattice {
         let weights = [0, 1].map(|axis| {
             let d = spec.coarse[axis];
             let nu = spec.bandwidth_per_m[axis] * steps[axis] * d as f64;
+            let interpolator = Interpolator::new(nu);
             (0..d)
                 .map(|p| {
                     let x = BEFORE as f64 + p as f64 / d as f64;
-                    interpolation_weights(x, nu).0.map(|w| w as f32)
+                    interpolator.weights(x).map(|w| w as f32)
                 })
                 .collect()
         });

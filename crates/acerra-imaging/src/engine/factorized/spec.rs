@@ -12,6 +12,11 @@ use crate::vector::{dot, norm};
 use rayon::prelude::*;
 use std::ops::Range;
 
+/// Pulses of sub-apertures that are considered.
+const COUNTS: [usize; 16] = [
+    6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256, 384, 512, 768, 1024,
+];
+
 /// Greatest number of fine pixels in a coarse interval.
 const COARSEST: usize = 64;
 
@@ -45,29 +50,32 @@ impl FactorizedSpec {
         if grid.columns < 4 * TAPS || grid.rows < 4 * TAPS {
             return Ok(None);
         }
-        for count in [
-            6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256, 384, 512, 768, 1024,
-        ] {
+        // Vector operations as measured beside those of the direct engine; the second part is of loads that
+        // cross cache lines.
+        let merge = 75.0 / demand.lanes as f64 + 4.6;
+        let pixels = |g: &TiltedGrid| (g.columns * g.rows) as f64;
+        let mut last = Vec::new();
+        // From the longest on: merging alone makes most of the short ones too dear.
+        for count in COUNTS.into_iter().rev() {
             control.check()?;
             if count > 2 * pulses.len() {
-                break;
+                continue;
             }
             let parts = partition_aperture(pulses, count);
+            let merging = merge * parts.len() as f64 / pulses.len() as f64;
+            if best.is_some_and(|b| merging > b.cost) || parts == last {
+                continue;
+            }
             let bandwidth = bandwidth_per_m(pulses, grid, demand.band_hz, &parts);
+            last = parts;
             let Some((coarse, error)) = coarsest_intervals(grid, bandwidth, demand.accuracy) else {
-                // Sub-apertures of this length contain directions that not even the fine grid
-                // samples, and longer ones contain more.
-                break;
+                // Sub-apertures of this length contain directions that not even the fine grid samples.
+                continue;
             };
-            let pixels = |g: &TiltedGrid| (g.columns * g.rows) as f64;
             let coarse_pixels = coarse_grid(grid, coarse);
             let share = pixels(&coarse_pixels) / pixels(grid);
-            // Vector operations as measured beside those of the direct engine; the second part is of
-            // loads that cross cache lines.
-            let merge = 75.0 / demand.lanes as f64 + 4.6;
-            let mean = pulses.len() as f64 / parts.len() as f64;
-            let cost = (demand.direct_cost)(&coarse_pixels) * share + merge / mean;
-            if best.as_ref().is_none_or(|b| cost < b.cost) {
+            let cost = (demand.direct_cost)(&coarse_pixels) * share + merging;
+            if best.is_none_or(|b| cost <= b.cost) {
                 best = Some(Self {
                     pulses: count,
                     coarse,
@@ -161,18 +169,20 @@ fn bandwidth_per_m(
             }
             let stride = (part.len() / 6).max(1);
             let members: Vec<usize> = part.clone().step_by(stride).chain([part.end - 1]).collect();
-            let direction = |from: [f64; 3], to: [f64; 3]| {
+            // Sines of the direction's angles from the normal planes of the axes.
+            let sines = |from: [f64; 3], to: [f64; 3]| {
                 let d: [f64; 3] = std::array::from_fn(|a| to[a] - from[a]);
-                d.map(|x| x / norm(d).max(1e-12))
+                let inverse = 1.0 / norm(d).max(1e-12);
+                axes.map(|axis| dot(d, axis) * inverse)
             };
             let mut most = [0f64; 2];
             for point in points {
-                let u_s = direction(centre, point);
+                let of_centre = sines(centre, point).map(|sine| carrier * sine);
                 for &m in &members {
-                    let u_m = direction(pulses.position_m()[m], point);
-                    for (axis, most) in axes.iter().zip(&mut most) {
-                        let (a, b) = (dot(u_m, *axis), carrier * dot(u_s, *axis));
-                        *most = most.max((low * a - b).abs()).max((high * a - b).abs());
+                    let sines = sines(pulses.position_m()[m], point);
+                    for axis in 0..2 {
+                        let [low, high] = [low, high].map(|f| f * sines[axis] - of_centre[axis]);
+                        most[axis] = most[axis].max(low.abs()).max(high.abs());
                     }
                 }
             }

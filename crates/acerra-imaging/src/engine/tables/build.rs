@@ -96,21 +96,25 @@ impl RangeTable {
             .for_each_init(
                 || {
                     let length = spec.period.unwrap_or(stride);
-                    let scratch = fft.as_ref().map_or(0, |f| f.get_inplace_scratch_len());
+                    let scratch = fft.as_ref().map_or(0, |f| f.get_immutable_scratch_len());
+                    let profile = vec![Complex64::ZERO; length * (spec.degree + 1)];
+                    // Only the frequencies' slots are ever written.
+                    let padded = fft.as_ref().map(|_| profile.clone());
                     (
-                        vec![Complex64::ZERO; length * (spec.degree + 1)],
+                        padded.unwrap_or_default(),
+                        profile,
                         vec![Complex64::ZERO; scratch],
                     )
                 },
-                |(profile, scratch), (m, out)| {
+                |(padded, profile, scratch), (m, out)| {
                     if control.is_cancelled() {
                         return;
                     }
                     let start = first_bin[m];
                     match &fft {
                         Some(fft) => {
-                            shared.even(pulses, m, &spec, profile);
-                            fft.process_with_scratch(profile, scratch);
+                            shared.even(pulses, m, &spec, padded);
+                            fft.process_immutable_with_scratch(padded, profile, scratch);
                         }
                         None => shared.uneven(pulses, m, &spec, start, profile),
                     }

@@ -70,14 +70,14 @@ impl BinPhases {
         self.carrier[(bin - self.first) as usize]
     }
 
-    /// Spectra of the coefficients, `[degree + 1, period]`, ready for the inverse FFT.
+    /// Spectra of the coefficients, `[degree + 1, period]`, ready for the inverse FFT: sets the slots of the
+    /// frequencies, the same for every pulse, and leaves the others as they are.
     pub fn even(&self, pulses: &Pulses, m: usize, spec: &TableSpec, out: &mut [Complex64]) {
         let length = out.len() / (spec.degree + 1);
-        out.fill(Complex64::ZERO);
         for (n, (e, fit)) in pulses.spectrum_of(m).iter().zip(&self.ramp_fit).enumerate() {
             let slot = (n + length - spec.carrier) % length;
             for p in 0..=spec.degree {
-                out[p * length + slot] += e * fit[p];
+                out[p * length + slot] = e * fit[p];
             }
         }
     }

@@ -7,6 +7,7 @@ use super::profile::Profile;
 use crate::grid::relief::Relief;
 use crate::kernel::aligned::Aligned;
 use crate::kernel::lanes::{Lanes, MAX_LANES};
+use crate::kernel::profile::DELAYS;
 use num_complex::Complex32;
 
 /// Most rows of a tile: those of the shortest vectors.
@@ -415,21 +416,28 @@ fn sum_reference<S: Lanes, const RELIEF: bool>(
     imag: &mut [f32],
 ) {
     let (job, band) = (block.job, block.band);
-    let pixels = block.groups * vectors_a_group(S::N) * S::N;
+    let pixels = (block.groups * vectors_a_group(S::N) * S::N).min(band.columns - block.column);
+    let point_m = |i: usize| {
+        let along = (block.column + i) as f64;
+        let mut point: [f64; 3] = std::array::from_fn(|axis| {
+            band.origin_m[axis] + along * band.u_m[axis] + block.row as f64 * band.v_m[axis]
+        });
+        if RELIEF && i < pixels {
+            let ground = &block.ground;
+            point[2] += ground.profile.centre_m + f64::from(ground.above_m[i]);
+        }
+        point
+    };
     for &m in paths.reference() {
-        for i in 0..pixels.min(band.columns - block.column) {
-            let along = (block.column + i) as f64;
-            let mut point: [f64; 3] = std::array::from_fn(|axis| {
-                band.origin_m[axis] + along * band.u_m[axis] + block.row as f64 * band.v_m[axis]
-            });
-            if RELIEF {
-                let ground = &block.ground;
-                point[2] += ground.profile.centre_m + f64::from(ground.above_m[i]);
+        let pulse = block.pulses.start + m as usize;
+        for first in (0..pixels).step_by(DELAYS) {
+            let count = DELAYS.min(pixels - first);
+            let points_m: [[f64; 3]; DELAYS] = std::array::from_fn(|k| point_m(first + k));
+            let values = job.reference.contributions(pulse, &points_m[..count]);
+            for (i, value) in (first..).zip(&values[..count]) {
+                real[i] += (value.re * job.table.scale) as f32;
+                imag[i] += (value.im * job.table.scale) as f32;
             }
-            let pulse = block.pulses.start + m as usize;
-            let value = job.reference.contribution(pulse, point) * job.table.scale;
-            real[i] += value.re as f32;
-            imag[i] += value.im as f32;
         }
     }
 }

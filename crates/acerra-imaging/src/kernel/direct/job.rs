@@ -2,6 +2,7 @@
 
 use crate::control::Control;
 use crate::kernel::cosine_power::CosinePower;
+use crate::kernel::profile::DELAYS;
 use num_complex::Complex64;
 use std::ops::Range;
 
@@ -69,9 +70,10 @@ pub(crate) struct TableView<'a> {
     pub interleaved: bool,
 }
 
-/// The weighted contribution of a pulse at a point, in double precision.
+/// The weighted contributions of a pulse at points, in double precision.
 pub(crate) trait ReferenceContribution: Sync {
-    fn contribution(&self, pulse: usize, point_m: [f64; 3]) -> Complex64;
+    /// At [`DELAYS`] points at most; the rest of the values has no meaning.
+    fn contributions(&self, pulse: usize, points_m: &[[f64; 3]]) -> [Complex64; DELAYS];
 }
 
 /// Some rows of an image: pixel (i, j) stands at `origin_m + i·u_m + j·v_m`.

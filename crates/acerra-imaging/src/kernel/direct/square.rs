@@ -9,6 +9,7 @@ use super::job::{Band, CHUNK, Job, SIDE, TILE, Tally, square_rows};
 use super::square_expansion::{GROUP, Origin, SquareBlock, SquarePaths, SquareSetup, expand};
 use crate::kernel::aligned::Aligned;
 use crate::kernel::lanes::{Lanes, MAX_LANES};
+use crate::kernel::profile::DELAYS;
 use num_complex::Complex32;
 use std::ops::Range;
 
@@ -304,18 +305,23 @@ fn sum_reference<S: Lanes>(
     let (job, band) = (block.job, block.band);
     let columns = (SIDE * block.groups).min(band.columns - block.column);
     let rows = SIDE.min(band.rows - block.row);
+    let point_m = |i: usize, j: usize| -> [f64; 3] {
+        let (along, across) = ((block.column + i) as f64, (block.row + j) as f64);
+        std::array::from_fn(|axis| {
+            band.origin_m[axis] + along * band.u_m[axis] + across * band.v_m[axis]
+        })
+    };
     for &m in paths.reference() {
-        for j in 0..rows {
-            for i in 0..columns {
-                let (along, across) = ((block.column + i) as f64, (block.row + j) as f64);
-                let point: [f64; 3] = std::array::from_fn(|axis| {
-                    band.origin_m[axis] + along * band.u_m[axis] + across * band.v_m[axis]
-                });
-                let pulse = block.pulses.start + usize::from(m);
-                let value = job.reference.contribution(pulse, point) * job.table.scale;
+        let pulse = block.pulses.start + usize::from(m);
+        for (j, first) in (0..rows).flat_map(|j| (0..columns).step_by(DELAYS).map(move |i| (j, i)))
+        {
+            let count = DELAYS.min(columns - first);
+            let points_m: [[f64; 3]; DELAYS] = std::array::from_fn(|k| point_m(first + k, j));
+            let values = job.reference.contributions(pulse, &points_m[..count]);
+            for (i, value) in (first..).zip(&values[..count]) {
                 let at = i / SIDE * GROUP + j * SIDE + i % SIDE;
-                real[at] += value.re as f32;
-                imag[at] += value.im as f32;
+                real[at] += (value.re * job.table.scale) as f32;
+                imag[at] += (value.im * job.table.scale) as f32;
             }
         }
     }

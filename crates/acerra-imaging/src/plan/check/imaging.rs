@@ -1,6 +1,6 @@
 //! Self-checks of imaging: pixels at random places.
 
-use super::places::{Deviation, brightest, judged_apart, patches};
+use super::places::{Deviation, Place, brightest, judged_apart, patches};
 use crate::control::Control;
 use crate::engine::batches::Imager;
 use crate::engine::direct::Direct;
@@ -14,7 +14,6 @@ use crate::plan::report::PathShares;
 use crate::plan::request::Request;
 use crate::sampling::Random;
 use num_complex::{Complex32, Complex64};
-use rayon::prelude::*;
 
 /// Double-precision contributions (frequency × pulse) that a check may spend.
 const CONTRIBUTIONS: usize = 40_000_000;
@@ -75,32 +74,28 @@ pub(in crate::plan) fn compare_patches(
         .map(|place| request.grid.patch(place.start, [4 * dx, 2 * dy]))
         .collect();
     let images = factorized.patches(echoes, &patches, control)?;
-    let found: Vec<[Deviation; 2]> = (places.par_iter().zip(&patches).zip(&images))
-        .flat_map_iter(|((place, patch), (out, _))| {
-            let patch = &patch.grid;
-            let mut random = Random(place.seed);
-            let share = out.len().div_ceil(place.pixels.max(1));
-            (0..place.pixels)
-                .map(|n| {
-                    let at = |k: usize| {
-                        let (i, j) = (k % patch.columns, k / patch.columns);
-                        deviation(
-                            &request.echoes,
-                            patch.point_m(i as f64, j as f64),
-                            out[k],
-                            control,
-                        )
-                    };
-                    let first = (n * share).min(out.len() - 1);
-                    let piece = &out[first..(first + share).min(out.len())];
-                    [at(random.below(out.len())), at(first + brightest(piece))]
-                })
-                .collect::<Vec<_>>()
-        })
+    let chosen = |((place, patch), (out, _)): ((&Place, &Patch), &(Vec<Complex32>, Tally))| {
+        let patch = patch.grid;
+        let mut random = Random(place.seed);
+        let share = out.len().div_ceil(place.pixels.max(1));
+        let pixel = |k: usize| {
+            let (i, j) = (k % patch.columns, k / patch.columns);
+            (patch.point_m(i as f64, j as f64), out[k])
+        };
+        (0..place.pixels)
+            .flat_map(|n| {
+                let first = (n * share).min(out.len() - 1);
+                let piece = &out[first..(first + share).min(out.len())];
+                [random.below(out.len()), first + brightest(piece)].map(pixel)
+            })
+            .collect::<Vec<_>>()
+    };
+    let pixels: Vec<Pixel> = (places.iter().zip(&patches).zip(&images))
+        .flat_map(chosen)
         .collect();
+    let found = deviations(echoes, &pixels, control);
     control.check()?;
-    let [random, bright] = [0, 1].map(|k| found.iter().map(|d| d[k]).collect::<Vec<_>>());
-    Ok(judged_apart(&random, &bright))
+    Ok(judged_in_pairs(&found))
 }
 
 /// Images small pieces of blocks at random places and compares the last and the brightest pixel of each.
@@ -132,40 +127,48 @@ pub(in crate::plan) fn compare_pixels(
         .map(|place| grid.patch(place[0], size(place)))
         .collect();
     let images = direct.patches(echoes, &patches, control)?;
-    let found: Vec<[Deviation; 2]> = (places.par_iter().zip(&images))
-        .map(|(place, (out, _))| {
+    let pixels: Vec<Pixel> = (places.iter().zip(&images))
+        .flat_map(|(place, (out, _))| {
             let (start, [columns, _]) = (place[0], size(place));
             [out.len() - 1, brightest(out)].map(|k| {
                 let point_m = grid.point_m(start[0] + k % columns, start[1] + k / columns);
-                deviation(&request.echoes, point_m, out[k], control)
+                (point_m, out[k])
             })
         })
         .collect();
+    let found = deviations(echoes, &pixels, control);
     control.check()?;
     let mut tally = Tally::default();
     for (_, counted) in &images {
         tally.add(*counted);
     }
-    let [random, bright] = [0, 1].map(|k| found.iter().map(|d| d[k]).collect::<Vec<_>>());
-    Ok((judged_apart(&random, &bright), shares(tally)))
+    Ok((judged_in_pairs(&found), shares(tally)))
 }
 
-/// Deviation of a pixel from the double-precision sum; nothing once cancelled.
-pub(in crate::plan) fn deviation(
+/// Place of a pixel, m, and its value.
+pub(in crate::plan) type Pixel = ([f64; 3], Complex32);
+
+/// Deviations of pixels from the double-precision sum; once cancelled they have no meaning.
+pub(in crate::plan) fn deviations(
     echoes: &WeightedPulses,
-    point_m: [f64; 3],
-    value: Complex32,
+    pixels: &[Pixel],
     control: Control,
-) -> Deviation {
-    if control.is_cancelled() {
-        return Deviation::default();
-    }
-    let expected = echoes.adjoint_at(point_m);
-    let value = Complex64::new(f64::from(value.re), f64::from(value.im));
-    Deviation {
-        difference: (value - expected).norm_sqr(),
+) -> Vec<Deviation> {
+    let points_m: Vec<[f64; 3]> = pixels.iter().map(|(point_m, _)| *point_m).collect();
+    let expected = echoes.adjoint_at(&points_m, || control.is_cancelled());
+    let deviation = |((_, value), expected): (&Pixel, Complex64)| Deviation {
+        difference: (Complex64::new(f64::from(value.re), f64::from(value.im)) - expected)
+            .norm_sqr(),
         power: expected.norm_sqr(),
-    }
+    };
+    pixels.iter().zip(expected).map(deviation).collect()
+}
+
+/// The check of pixels that stand in pairs: a random one, and the brightest near it.
+fn judged_in_pairs(found: &[Deviation]) -> SelfCheck {
+    let every_second = |first: usize| found.iter().copied().skip(first).step_by(2);
+    let [random, bright] = [0, 1].map(|first| every_second(first).collect::<Vec<_>>());
+    judged_apart(&random, &bright)
 }
 
 /// Shares of all vectors counted.

@@ -12,7 +12,7 @@
 //! Sampling Techniques, 1977, section 7: difference estimates). b is taken from the pixels drawn, and not so
 //! large that the mean of d − b·p could be negative.
 
-use super::super::check::imaging::{ROUNDING_BELOW, deviation, least_pixels, most_pixels};
+use super::super::check::imaging::{Pixel, ROUNDING_BELOW, deviations, least_pixels, most_pixels};
 use super::super::check::places::{Deviation, brightest, judged};
 use super::super::options::SelfCheck;
 use super::super::request::Request;
@@ -22,7 +22,6 @@ use crate::error::ImagingError;
 use crate::grid::image::ImageGrid;
 use crate::sampling::Random;
 use num_complex::Complex32;
-use rayon::prelude::*;
 use std::collections::VecDeque;
 
 /// Double-precision contributions (frequency × pulse) for each contribution (pixel × pulse) of a slice.
@@ -99,13 +98,14 @@ impl Proof {
             .max(self.together - self.pairs.len().min(self.together));
         loop {
             let places: Vec<[usize; 2]> = (own..wanted).map(|_| self.place(grid, image)).collect();
-            let compare = |k: usize| {
+            let pixel = |k: &usize| {
                 let point_m = grid.point_m(k % grid.columns(), k / grid.columns());
-                deviation(echoes, point_m, image[k], control)
+                (point_m, image[*k])
             };
-            let found: Vec<Pair> = places.par_iter().map(|pair| pair.map(compare)).collect();
+            let pixels: Vec<Pixel> = places.as_flattened().iter().map(pixel).collect();
+            let found = deviations(echoes, &pixels, control);
             control.check()?;
-            self.pairs.extend(found);
+            self.pairs.extend(found.as_chunks().0);
             own = wanted;
             let kept = own.max(self.together).min(self.pairs.len());
             self.pairs.drain(..self.pairs.len() - kept);
