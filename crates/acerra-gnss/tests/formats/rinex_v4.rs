@@ -1,5 +1,4 @@
 //! RINEX 4 observation and navigation data, made here after the tables of RINEX 4.00 to 4.02.
-#![allow(clippy::unwrap_used, reason = "tests may fail loudly")]
 
 use acerra_geo::time::GpsTime;
 use acerra_gnss::input::{DropReason, Limits};

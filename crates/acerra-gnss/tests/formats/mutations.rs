@@ -1,6 +1,5 @@
 //! Thousands of damaged files: every reader answers or refuses, and what it passes on keeps its
 //! promises. The fuzz targets (`fuzz/`) go on where this stops.
-#![allow(clippy::unwrap_used, reason = "tests may fail loudly")]
 
 use acerra_geo::geoid::GeoidGrid;
 use acerra_gnss::antex::read_antex;
@@ -11,24 +10,24 @@ use acerra_gnss::ubx::frame::{Piece, encode, pieces};
 use acerra_gnss::{EPOCH_TOLERANCE_S, Ephemeris, GnssFile, RuleSet, read_gnss, rtcm};
 
 const SEEDS: [&[u8]; 18] = [
-    include_bytes!("../../../fuzz/seeds/rinex_obs/v2.rnx"),
-    include_bytes!("../../../fuzz/seeds/rinex_obs/v3.rnx"),
-    include_bytes!("../../../fuzz/seeds/rinex_nav/v2.nav"),
-    include_bytes!("../../../fuzz/seeds/rinex_nav/v3.nav"),
-    include_bytes!("../../../fuzz/seeds/rinex_nav/v4.nav"),
-    include_bytes!("../../../fuzz/seeds/crinex/2.11.crx"),
-    include_bytes!("../../../fuzz/seeds/crinex/3.04.crx"),
-    include_bytes!("../../../fuzz/seeds/ubx/all.ubx"),
-    include_bytes!("../../../fuzz/seeds/ubx/cut.ubx"),
-    include_bytes!("../../../fuzz/seeds/conf/all.conf"),
-    include_bytes!("../../../fuzz/seeds/rtcm/observations.rtcm3"),
-    include_bytes!("../../../fuzz/seeds/products/orbits.sp3"),
-    include_bytes!("../../../fuzz/seeds/products/clocks.clk"),
-    include_bytes!("../../../fuzz/seeds/products/antennas.atx"),
-    include_bytes!("../../../fuzz/seeds/unix_compress/aaa.Z"),
-    include_bytes!("../../../fuzz/seeds/geoid/part.gtx"),
-    include_bytes!("../../../fuzz/seeds/geoid/part.grd"),
-    include_bytes!("../../../fuzz/seeds/geoid/world.pgm"),
+    include_bytes!("../../../../fuzz/seeds/rinex_obs/v2.rnx"),
+    include_bytes!("../../../../fuzz/seeds/rinex_obs/v3.rnx"),
+    include_bytes!("../../../../fuzz/seeds/rinex_nav/v2.nav"),
+    include_bytes!("../../../../fuzz/seeds/rinex_nav/v3.nav"),
+    include_bytes!("../../../../fuzz/seeds/rinex_nav/v4.nav"),
+    include_bytes!("../../../../fuzz/seeds/crinex/2.11.crx"),
+    include_bytes!("../../../../fuzz/seeds/crinex/3.04.crx"),
+    include_bytes!("../../../../fuzz/seeds/ubx/all.ubx"),
+    include_bytes!("../../../../fuzz/seeds/ubx/cut.ubx"),
+    include_bytes!("../../../../fuzz/seeds/conf/all.conf"),
+    include_bytes!("../../../../fuzz/seeds/rtcm/observations.rtcm3"),
+    include_bytes!("../../../../fuzz/seeds/products/orbits.sp3"),
+    include_bytes!("../../../../fuzz/seeds/products/clocks.clk"),
+    include_bytes!("../../../../fuzz/seeds/products/antennas.atx"),
+    include_bytes!("../../../../fuzz/seeds/unix_compress/aaa.Z"),
+    include_bytes!("../../../../fuzz/seeds/geoid/part.gtx"),
+    include_bytes!("../../../../fuzz/seeds/geoid/part.grd"),
+    include_bytes!("../../../../fuzz/seeds/geoid/world.pgm"),
 ];
 
 /// A small generator (SplitMix64), so that every run damages alike.

@@ -1,7 +1,6 @@
 //! Real UBX logs against what RTKLIB's convbin made of them, field by field.
-#![allow(clippy::unwrap_used, reason = "tests may fail loudly")]
 
-mod common;
+use crate::common;
 
 use acerra_geo::time::GpsTime;
 use acerra_gnss::input::{DropReason, FileKind, Limits};

@@ -1,5 +1,4 @@
 //! Antenna calibrations from ANTEX text made here.
-#![allow(clippy::unwrap_used, reason = "tests may fail loudly")]
 
 use std::f64::consts::FRAC_PI_2;
 

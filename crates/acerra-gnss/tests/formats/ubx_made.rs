@@ -1,5 +1,4 @@
 //! UBX messages made here, byte by byte.
-#![allow(clippy::unwrap_used, reason = "tests may fail loudly")]
 
 use acerra_geo::time::GpsTime;
 use acerra_gnss::input::{DropReason, Limits, ReadReport};

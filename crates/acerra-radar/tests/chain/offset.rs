@@ -1,9 +1,5 @@
 //! The clock offset by height, motion and sharpness, and its refusals.
 
-#![allow(clippy::unwrap_used, clippy::print_stdout)] // helpers of tests are like tests
-
-mod common;
-
 use std::f64::consts::TAU;
 use std::sync::atomic::AtomicBool;
 

@@ -1,11 +1,8 @@
 //! Evidence: outliers, coupling, spectrum, spacing, the surface echo.
 
-#![allow(clippy::unwrap_used)] // helpers of tests panic like tests
-
-mod common;
-
 use std::f64::consts::TAU;
 
+use crate::common::shared;
 use acerra_radar::clean::{SurfaceOptions, track_surface};
 use acerra_radar::mrm::read_mrm;
 use acerra_radar::quality::{
@@ -13,7 +10,6 @@ use acerra_radar::quality::{
     surface_statistics,
 };
 use acerra_radar::{Limits, Radargram, RadargramOptions, Samples, two_way_delay_s};
-use common::shared;
 
 /// A surface that sways about 4 m under coupling at 9.5 ns, in noise; delay 9 ns.
 fn flight(drift: f64) -> (Radargram, Vec<f64>) {

@@ -1,7 +1,6 @@
 //! Real RINEX files: the counts were made by an independent scan of the text.
-#![allow(clippy::unwrap_used, reason = "tests may fail loudly")]
 
-mod common;
+use crate::common;
 
 use acerra_geo::time::GpsTime;
 use acerra_gnss::input::{DropReason, Limits};

@@ -1,18 +1,14 @@
 //! MRM-RET text logs.
 
-#![allow(clippy::unwrap_used)] // helpers of tests panic like tests
-
-mod common;
-
 use std::io::Cursor;
 
+use crate::common::{scan, scans};
 use acerra_radar::mrm::RadarConfig;
 use acerra_radar::ret::{RetWriter, read_ret};
 use acerra_radar::{
     BlemishKind, Filtering, Limits, OpenError, Place, RadarFile, RadarLog, RadargramOptions,
     ReadError, Scan, read,
 };
-use common::{scan, scans};
 use proptest::prelude::*;
 
 fn text(scans: &[Scan]) -> String {

@@ -1,15 +1,11 @@
 //! Selecting moving traces and aligning clocks from the data alone.
 
-#![allow(clippy::unwrap_used)] // helpers of tests panic like tests
-
-mod common;
-
+use crate::common::shared;
 use acerra_radar::align::{AlignError, OffsetSearch, activity, coarse_offset};
 use acerra_radar::mrm::read_mrm;
 use acerra_radar::{
     Limits, MovingOptions, Radargram, RadargramOptions, Samples, moving_traces, two_way_delay_s,
 };
-use common::shared;
 
 /// Speed of the platform from the motion capture: central differences over 0.2 s.
 fn mocap_speed(text: &str) -> (Vec<f64>, Vec<f64>) {

@@ -1,12 +1,7 @@
 //! RTCM 3 logs of real receivers against the RINEX that another program (RTKLIB-EX convbin) made
 //! of them.
-#![allow(
-    clippy::unwrap_used,
-    clippy::print_stdout,
-    reason = "tests may fail loudly"
-)]
 
-mod common;
+use crate::common;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{BufReader, Read};

@@ -1,5 +1,4 @@
 //! RINEX text made here, column by column: what belongs where, and what a blemish costs.
-#![allow(clippy::unwrap_used, reason = "tests may fail loudly")]
 
 use acerra_gnss::input::{DropReason, Limits, ReadError, ReadReport};
 use acerra_gnss::{Ephemeris, ObservationData, SignalCode, read_navigation, read_observations};

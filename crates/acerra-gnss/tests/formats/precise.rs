@@ -1,5 +1,4 @@
 //! Precise orbits and clocks from files made here: the format's columns, gaps, damage.
-#![allow(clippy::unwrap_used, reason = "tests may fail loudly")]
 
 use acerra_geo::time::GpsTime;
 use acerra_gnss::input::{DropReason, FileKind, Limits, ReadError};

@@ -1,14 +1,10 @@
 //! Single-point positions say where differences are formed, not where the rover is.
 
-#![allow(clippy::unwrap_used)]
-
-mod synthetic;
-
+use crate::synthetic::{BASE_ECEF_M, L1, Receiver, flight, navigation, observe};
 use acerra_geo::geodesy::EnuFrame;
 use acerra_gnss::{
     AmbiguityMode, BasePosition, ObservationData, PpkOptions, System, SystemSet, process,
 };
-use synthetic::{BASE_ECEF_M, L1, Receiver, flight, navigation, observe};
 
 const EPOCHS: usize = 200;
 

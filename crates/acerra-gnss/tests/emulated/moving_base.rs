@@ -1,15 +1,12 @@
 //! Two antennas on one vehicle: the vector between them, on observations whose truth is known.
-#![allow(clippy::unwrap_used, reason = "tests may fail loudly")]
 
-mod synthetic;
-
+use crate::synthetic::{BASE_ECEF_M, L1, Receiver, flight, navigation, observe, start};
 use acerra_geo::geodesy::EnuFrame;
 use acerra_gnss::pos::{PosFormat, PosFrame, write_pos};
 use acerra_gnss::{
     BaselineLength, Navigation, ObservationData, PositioningMode, PpkOptions, PpkSolution, Quality,
     Solution, System, SystemSet, process,
 };
-use synthetic::{BASE_ECEF_M, L1, Receiver, flight, navigation, observe, start};
 
 const EPOCHS: usize = 90;
 const LENGTH_M: f64 = 1.2;

@@ -1,11 +1,6 @@
 //! Solution files: as RTKLIB's, and read by others.
-#![allow(
-    clippy::unwrap_used,
-    clippy::print_stdout,
-    reason = "tests may fail loudly"
-)]
 
-mod common;
+use crate::common;
 
 use std::process::Command;
 

@@ -1,17 +1,13 @@
 //! MRM captures: real ones to the sample, and streams with every blemish.
 
-#![allow(clippy::unwrap_used)] // helpers of tests panic like tests
-
-mod common;
-
 use std::io::{Cursor, Read};
 
+use crate::common::{scan, scans, shared};
 use acerra_radar::mrm::{Framing, HeaderFault, MrmReader, RadarConfig, read_mrm, write_mrm};
 use acerra_radar::{
     BlemishKind, ClockBasis, Filtering, Limits, OpenError, Place, RadarFile, RadarLog,
     RadargramOptions, ReadError, RunChoice, Samples, Scan, read,
 };
-use common::{scan, scans, shared};
 use proptest::prelude::*;
 
 const MESSAGE: usize = 1452;

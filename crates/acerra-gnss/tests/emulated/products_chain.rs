@@ -1,13 +1,11 @@
 //! Positions with precise orbits and with antenna calibrations, on observations whose truth is
 //! known exactly.
-#![allow(clippy::unwrap_used, reason = "tests may fail loudly")]
-
-mod synthetic;
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::sync::Arc;
 
+use crate::synthetic::{BASE_ECEF_M, L1, base, flight, navigation, rover, start};
 use acerra_geo::geodesy::EnuFrame;
 use acerra_gnss::antex::{AntennaCalibration, FrequencyCalibration};
 use acerra_gnss::input::Limits;
@@ -16,7 +14,6 @@ use acerra_gnss::{
     SPEED_OF_LIGHT_M_S, System, SystemSet, azimuth_elevation_rad, line_of_sight, process,
     read_navigation,
 };
-use synthetic::{BASE_ECEF_M, L1, base, flight, navigation, rover, start};
 
 fn options() -> PpkOptions {
     PpkOptions::default()

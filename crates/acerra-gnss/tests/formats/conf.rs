@@ -1,7 +1,6 @@
 //! RTKLIB configurations.
-#![allow(clippy::unwrap_used, reason = "tests may fail loudly")]
 
-mod common;
+use crate::common;
 
 use acerra_gnss::conf::{ConfError, NotFollowedReason, RtklibConf, read_conf, rtklib_defaults};
 use acerra_gnss::pos::{PosFrame, PosTime, PosTimeScale};

@@ -1,9 +1,4 @@
 //! RTCM 3 messages made here, field by field in the order of the standard's tables.
-#![allow(
-    clippy::unwrap_used,
-    clippy::cast_possible_truncation,
-    reason = "tests may fail loudly"
-)]
 
 use acerra_geo::time::{Calendar, GpsTime};
 use acerra_gnss::input::{DropReason, FileKind, Limits, ReadError, sniff};

@@ -1,17 +1,13 @@
 //! The fuzzers' seeds, replayed without a fuzzer; `-- --ignored` writes them anew.
 
-#![allow(clippy::unwrap_used)] // helpers of tests panic like tests
-
-mod common;
-
 use std::fs;
 use std::io::Cursor;
 use std::path::PathBuf;
 
+use crate::common::{scan, scans};
 use acerra_radar::mrm::{Framing, MrmReader, MrmWriter, RadarConfig, write_mrm};
 use acerra_radar::ret::RetWriter;
 use acerra_radar::{Limits, RadarFile, RadargramOptions, file_info, read};
-use common::{scan, scans};
 
 fn folder(target: &str) -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))

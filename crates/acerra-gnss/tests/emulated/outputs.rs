@@ -1,8 +1,6 @@
 //! What a solution is written as, read back by the readers of trajectories.
-#![allow(clippy::unwrap_used, reason = "tests may fail loudly")]
 
-mod synthetic;
-
+use crate::synthetic::{BASE_ECEF_M, L1, base, flight, navigation, rover, start};
 use acerra_geo::geodesy::EnuFrame;
 use acerra_geo::geoid::GeoidGrid;
 use acerra_geo::read::{ReadOptions, read_trajectory};
@@ -15,7 +13,6 @@ use acerra_gnss::{
     BasePosition, Dynamics, EventKind, EventRecord, PpkOptions, PpkSolution, Quality, System,
     SystemSet, process,
 };
-use synthetic::{BASE_ECEF_M, L1, base, flight, navigation, rover, start};
 
 fn options() -> PpkOptions {
     PpkOptions::default()

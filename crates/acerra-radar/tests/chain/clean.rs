@@ -1,9 +1,5 @@
 //! Cleaning: every stage against what it must do to known signals.
 
-#![allow(clippy::unwrap_used)] // helpers of tests panic like tests
-
-mod common;
-
 use std::f64::consts::{PI, TAU};
 
 use acerra_radar::clean::{

@@ -1,7 +1,5 @@
 //! The neutral NPZ file: round trips, files written by NumPy, and hostile archives.
 
-#![allow(clippy::unwrap_used)] // helpers of tests panic like tests
-
 use std::io::Cursor;
 
 use acerra_npz::{NpyError, NpzWriter};

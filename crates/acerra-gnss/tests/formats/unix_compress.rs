@@ -1,9 +1,4 @@
 //! `.Z` streams of realistic size, written here and checked by gzip where it is installed.
-#![allow(
-    clippy::unwrap_used,
-    clippy::print_stdout,
-    reason = "tests may fail loudly"
-)]
 
 use std::collections::HashMap;
 use std::io::{Read, Write};

@@ -1,5 +1,4 @@
 //! Hatanaka compression: the original tool's output, expanded, and damaged.
-#![allow(clippy::unwrap_used, reason = "tests may fail loudly")]
 
 use std::io::Write;
 

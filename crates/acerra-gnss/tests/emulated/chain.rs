@@ -1,16 +1,13 @@
 //! The whole chain on observations whose truth is known exactly.
 
-#![allow(clippy::unwrap_used)]
-
-mod synthetic;
-
+use crate::synthetic;
+use crate::synthetic::{BASE_ECEF_M, L1, L1_L2_L5, base, flight, navigation, rover, start};
 use acerra_geo::geodesy::EnuFrame;
 use acerra_gnss::{
     AmbiguityMode, BasePosition, Dynamics, EventKind, EventRecord, FilterDirection, LossOfLock,
     Navigation, ObservationData, PositioningMode, PpkError, PpkOptions, PpkSolution, PpkWarning,
     Quality, System, SystemSet, process,
 };
-use synthetic::{BASE_ECEF_M, L1, L1_L2_L5, base, flight, navigation, rover, start};
 
 fn options() -> PpkOptions {
     PpkOptions::default()
