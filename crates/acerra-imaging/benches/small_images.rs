@@ -4,8 +4,8 @@
 //! 4 cm from the pulses of the common scene, once with all targets within the image and once with
 //! most of the echoes' power outside it, where planning needs more than one attempt. Medians of nine
 //! runs by the clock, and of processor time in brackets; `engine=direct`, `engine=factorized` or
-//! `engine=reference` asks for an engine, `size=200` for one size, `about=targets` or `about=dark` for one place, `runs=99` for more runs;
-//! `plan` prints the plans.
+//! `engine=reference` asks for an engine, `accuracy=1e-6` for another accuracy than the default, `size=200` for
+//! one size, `about=targets` or `about=dark` for one place, `runs=99` for more runs; `plan` prints the plans.
 #![allow(clippy::print_stdout, clippy::unwrap_used, missing_docs)]
 
 mod scene;
@@ -53,7 +53,10 @@ fn time(scene: &Scene, grid: PlaneGrid, about: &str) {
         _ => Engine::Auto,
     };
     let runs = asked("runs=").map_or(RUNS, |n| n.parse().unwrap());
-    let options = PlanOptions::default().with_engine(engine);
+    let mut options = PlanOptions::default().with_engine(engine);
+    if let Some(accuracy) = asked("accuracy=") {
+        options = options.with_accuracy(accuracy.parse().unwrap());
+    }
     let mut image = vec![Complex32::ZERO; grid.len()];
     let mut times = [(); 4].map(|()| Vec::new());
     let mut last = None;
