@@ -2,7 +2,7 @@
 //! side by side.
 //!
 //! The sum is divided into polynomials of every so-manieth term in a power of z = e^{j2πΔfτ}, whose steps of
-//! Horner's scheme do not wait for each other; halves of them are then joined until one is left.
+//! Horner's scheme do not wait for each other; they are then joined as a polynomial in z.
 
 use super::dispatch::dispatch;
 use super::lanes::{DOUBLES, Lanes};
@@ -73,7 +73,6 @@ fn polynomials<S: Lanes, const COUNT: usize>(
             sums[k] = sums[k].times_add(s, advance, Phasors::splat(s, piece[k]));
         }
     }
-    // Horner's scheme once more, over what is left.
     let mut sum = sums[COUNT - 1];
     for k in (0..COUNT - 1).rev() {
         sum = sum.times_add(s, z, sums[k]);

@@ -69,7 +69,9 @@ impl FactorizedSpec {
             let bandwidth = bandwidth_per_m(pulses, grid, demand.band_hz, &parts);
             last = parts;
             let Some((coarse, error)) = coarsest_intervals(grid, bandwidth, demand.accuracy) else {
-                // Sub-apertures of this length contain directions that not even the fine grid samples.
+                // Sub-apertures of this length contain directions that not even the fine grid samples, and
+                // longer ones contain more, though fewer of their pulses are looked at.
+                best = None;
                 continue;
             };
             let coarse_pixels = coarse_grid(grid, coarse);
