@@ -196,3 +196,37 @@ fn turned(fix: &Fix, time: GpsTime, attitudes: &LogAttitudes, frame: &EnuFrame) 
         ..*fix
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use acerra_geo::geodesy::Geodetic;
+    use acerra_geo::trajectory::{Frame, TimeOrigin};
+
+    /// A robot's log: a receiver's positions as `/fix`, odometry as `/odom`.
+    const LOG: &[u8] = include_bytes!("../../../fuzz/seeds/log_ros/records.mcap");
+
+    fn refused(source: &str) -> AttitudeFileError {
+        let frame = Frame::Enu(EnuFrame::new(Geodetic::from_degrees(41.0, 14.0, 80.0)));
+        let origin = TimeOrigin::Gps(GpsTime::from_week_tow(2390, 0.0));
+        let fixes = [0.0, 1.0].map(|time_s| Fix::new(time_s, [time_s, 0.0, 8.0]));
+        let positions = Trajectory::new(frame, origin, fixes.to_vec()).unwrap();
+        let options = LogOptions::default().with_source(source);
+        with_log_attitudes(&positions, LOG, &options).unwrap_err()
+    }
+
+    #[test]
+    fn attitudes_that_count_from_a_robots_own_axes_are_refused() {
+        let error = refused("/odom");
+        assert!(
+            matches!(&error, AttitudeFileError::RobotAxes { source_name } if source_name == "/odom"),
+            "{error}"
+        );
+        // Those beside the receiver's positions count from north: only their times are others.
+        let error = refused("/fix");
+        assert!(
+            matches!(error, AttitudeFileError::NoOverlap { .. }),
+            "{error}"
+        );
+    }
+}

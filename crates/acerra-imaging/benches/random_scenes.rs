@@ -184,6 +184,7 @@ fn try_scene(number: u64) -> Vec<Found> {
                     (Engine::Direct, true) => "direct in batches",
                     (Engine::Factorized, false) => "factorized",
                     (Engine::Factorized, true) => "factorized in batches",
+                    (Engine::Double, _) => "double precision",
                     _ => "reference",
                 },
                 accuracy,

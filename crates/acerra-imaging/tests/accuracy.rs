@@ -10,7 +10,7 @@ use common::{C, Campaign, band};
 use acerra_imaging::plan::Decision;
 use acerra_imaging::{
     Complex32, Complex64, Control, Engine, ImagingError, ImagingPlan, PlanOptions, PlaneGrid,
-    Progress, PulseArrays, Pulses, SimdLevel, Spreading, TiltedGrid, reference,
+    Progress, PulseArrays, Pulses, SimdLevel, Spreading, SurfaceGrid, TiltedGrid, reference,
 };
 
 fn error(plan: &ImagingPlan, pulses: &Pulses, grid: &TiltedGrid, spreading: Spreading) -> f64 {
@@ -38,6 +38,7 @@ at_every_level!(
     repeated_positions,
     no_spreading,
     the_factorized_engine_keeps_the_accuracy,
+    below_single_precision_tables_are_double,
 );
 
 fn check(campaign: &Campaign, grid: impl Into<TiltedGrid>, options: &PlanOptions) {
@@ -331,14 +332,76 @@ fn a_point_target_stands_where_it_is() {
     assert!((value.re - 8000.0).abs() < 8.0 && value.im.abs() < 8.0);
 }
 
+fn below_single_precision_tables_are_double(level: SimdLevel) {
+    let keeps = |campaign: &Campaign, grid: TiltedGrid, accuracy: f64, spreading: Spreading| {
+        let options = PlanOptions::default()
+            .with_accuracy(accuracy)
+            .with_spreading(spreading)
+            .with_level(level);
+        let plan = ImagingPlan::new(campaign.pulses(), grid, &options).unwrap();
+        assert_eq!(plan.engine(), Engine::Double, "{plan}");
+        assert!(plan.self_check().is_some_and(|c| c.error_bound <= accuracy));
+        check(campaign, grid, &options);
+    };
+    let fine = PlaneGrid::new([-0.1, -0.1, 0.0], 0.01, [21, 20]).unwrap();
+    let coarse = PlaneGrid::new([-3.0, -3.0, 0.3], 0.15, [40, 30]).unwrap();
+    let (along, across) = ([0.007, 0.007, 0.003], [-0.01, 0.01, 0.0]);
+    let tilted = TiltedGrid::new([0.0, -0.3, 0.1], along, across, 21, 17).unwrap();
+    for (range_m, seed) in [(3.0, 1), (100.0, 3), (3000.0, 4)] {
+        let campaign = Campaign::random(range_m, 40, band(120), seed);
+        for accuracy in [1e-6, 2e-7] {
+            for grid in [fine.into(), coarse.into(), tilted] {
+                keeps(&campaign, grid, accuracy, Spreading::InverseSquare);
+            }
+        }
+    }
+    let campaign = Campaign::random(5.0, 40, band(120), 8);
+    keeps(&campaign, fine.into(), 1e-6, Spreading::None);
+    // Next to an antenna, where 1/R² changes by orders of magnitude within a bin.
+    let place = vec![[0.055, 0.031, 0.004], [0.3, 0.2, 1.0]];
+    let near = Campaign::new(place, band(120), &[[1.0, 0.0, 0.0], [0.05, 0.03, 0.0]], 15);
+    keeps(&near, fine.into(), 1e-6, Spreading::InverseSquare);
+}
+
 #[test]
-fn below_single_precision_the_reference_is_run() {
+fn uneven_ground_is_imaged_in_double_precision() {
+    let campaign = Campaign::random(5.0, 40, band(120), 9);
+    let base = PlaneGrid::new([-1.0, -1.0, 0.0], 0.05, [41, 37]).unwrap();
+    let height = |x_m: f64, y_m: f64| Ok::<_, ImagingError>(0.3 * (2.0 * x_m).sin() * y_m);
+    let ground = SurfaceGrid::from_fn(base, height).unwrap();
+    let options = PlanOptions::default().with_accuracy(1e-6);
+    let plan = ImagingPlan::new(campaign.pulses(), &ground, &options).unwrap();
+    assert_eq!(plan.engine(), Engine::Double, "{plan}");
+    let run = |plan: &ImagingPlan| {
+        let mut image = vec![Complex32::ZERO; plan.pixels()];
+        plan.run(&mut image, Control::default()).unwrap();
+        let wide = |v: &Complex32| Complex64::new(f64::from(v.re), f64::from(v.im));
+        image.iter().map(wide).collect::<Vec<_>>()
+    };
+    let exact = options.with_engine(Engine::Reference);
+    let exact = ImagingPlan::new(campaign.pulses(), &ground, &exact).unwrap();
+    let error = reference::relative_l2(&run(&plan), &run(&exact)).unwrap();
+    assert!(error < 1e-6, "{error:e}");
+}
+
+#[test]
+fn the_sum_itself_is_run_where_no_double_tables_keep_the_accuracy() {
     let campaign = Campaign::random(5.0, 10, band(30), 13);
     let grid = PlaneGrid::new([0.0, 0.0, 0.0], 0.01, [20, 20]).unwrap();
+    let reference_for = |campaign: &Campaign, options: &PlanOptions| {
+        let plan = ImagingPlan::new(campaign.pulses(), grid, options).unwrap();
+        assert_eq!(plan.engine(), Engine::Reference, "{plan}");
+        assert!(plan.report().decisions.contains(&Decision::NoDoubleTables));
+        check(campaign, grid, &options.with_accuracy(1e-6));
+    };
+    // An image in single precision rounds to 3e-8.
+    reference_for(&campaign, &PlanOptions::default().with_accuracy(1e-9));
+    // Room for the image alone.
     let options = PlanOptions::default().with_accuracy(1e-6);
-    let plan = ImagingPlan::new(campaign.pulses(), grid, &options).unwrap();
-    assert_eq!(plan.engine(), Engine::Reference);
-    check(&campaign, grid, &options);
+    reference_for(&campaign, &options.with_memory_limit_bytes(20_000));
+    let mut uneven = band(30);
+    uneven[7] += 3e6;
+    reference_for(&Campaign::random(5.0, 10, uneven, 13), &options);
 }
 
 #[test]

@@ -147,6 +147,10 @@ fn weights_by_incidence_are_those_of_each_slice(level: SimdLevel) {
     let limit = options.with_memory_limit_bytes(run.memory_bytes * 2 / 3);
     let in_batches = check(&campaign, &slices, &limit);
     assert!(in_batches.memory_bytes <= run.memory_bytes * 2 / 3);
+    // Tables in double precision hold no weights.
+    let double = check(&campaign, &slices, &options.with_accuracy(1e-6));
+    assert_eq!(double.report.engine, Engine::Double, "{}", double.report);
+    assert_eq!(double.plans.len(), 1, "{:?}", double.plans);
 }
 
 #[test]

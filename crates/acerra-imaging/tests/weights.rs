@@ -145,6 +145,7 @@ fn tilted_patterns_match_the_weighted_sum(level: SimdLevel) {
         (coarse, limit(90.0, 5.0, 3.0), Engine::Direct, 1e-4),
         (fine, limit(90.0, 5.0, 4.0), Engine::Factorized, 2e-3),
         (fine, limit(90.0, 5.0, 0.3), Engine::Auto, 1e-3),
+        (coarse, limit(60.0, 5.0, 2.0), Engine::Auto, 1e-6),
         (coarse, limit(60.0, 5.0, 2.0), Engine::Reference, 1e-9),
     ] {
         let options = PlanOptions::default()

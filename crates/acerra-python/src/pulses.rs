@@ -91,11 +91,12 @@ impl Settings {
             "auto" => Engine::Auto,
             "direct" => Engine::Direct,
             "factorized" => Engine::Factorized,
+            "double" => Engine::Double,
             "reference" => Engine::Reference,
             found => {
                 return Err(PyValueError::new_err(format!(
-                    "engine: expected \"auto\", \"direct\", \"factorized\" or \"reference\", found \
-                     \"{found}\""
+                    "engine: expected \"auto\", \"direct\", \"factorized\", \"double\" or \
+                     \"reference\", found \"{found}\""
                 )));
             }
         };

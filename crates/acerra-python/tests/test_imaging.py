@@ -77,6 +77,9 @@ def test_engines_and_spreading_are_those_asked_for(echoes: Any) -> None:
     arguments = (echoes.position_m, echoes.frequency_hz, echoes.spectrum, GRIDS["plane"])
     reference = acerra.adjoint(*arguments, engine="reference")
     assert "reference" in reference.attrs["plan"]
+    double = acerra.adjoint(*arguments, accuracy=1e-6)
+    assert "double precision" in double.attrs["plan"] and double.attrs["checked_error"] < 1e-6
+    assert relative_l2(double.values, reference.values) <= 1e-6
     direct = acerra.adjoint(*arguments, engine="direct")
     assert relative_l2(direct.values, reference.values) <= 1e-3
     assert "direct" in direct.attrs["plan"]

@@ -1,8 +1,10 @@
-//! Engines: range tables, the direct and the factorized sum, their transposes, and the reference.
+//! Engines: range tables, the direct and the factorized sum, their transposes, the direct sum in double
+//! precision, and the reference.
 
 pub(crate) mod batches;
 pub(crate) mod direct;
 mod direct_estimate;
+pub(crate) mod double;
 pub(crate) mod factorized;
 pub(crate) mod forward;
 pub(crate) mod planar;

@@ -94,13 +94,21 @@ impl Weights {
         }
     }
 
+    /// 1 everywhere.
+    pub fn unit() -> Self {
+        Self {
+            spreading: Spreading::None,
+            incidence: None,
+            edge_below_cosine: 1.0,
+            tilt: None,
+        }
+    }
+
     #[cfg(test)]
     pub fn spreading_alone(spreading: Spreading) -> Self {
         Self {
             spreading,
-            incidence: None,
-            edge_below_cosine: 1.0,
-            tilt: None,
+            ..Self::unit()
         }
     }
 
@@ -242,13 +250,18 @@ impl<'a> WeightedPulses<'a> {
 }
 
 impl WeightedPulses<'_> {
+    /// Whether frequencies are evenly spaced.
+    pub fn is_even(&self) -> bool {
+        self.step_hz.is_some()
+    }
+
     /// Number of pulses.
     pub fn len(&self) -> usize {
         self.pulses.len()
     }
 
     /// Weight of a pulse times that of its contribution at a point.
-    fn factor(&self, pulse: usize, range_m: f64, point_m: [f64; 3]) -> f64 {
+    pub fn factor(&self, pulse: usize, range_m: f64, point_m: [f64; 3]) -> f64 {
         let p = self.pulses.position_m()[pulse];
         let from_antenna_m = std::array::from_fn(|axis| point_m[axis] - p[axis]);
         self.pulses.weight()[pulse] * self.weights.at(pulse, range_m, from_antenna_m)

@@ -27,3 +27,4 @@ pub(crate) mod spread;
 pub(crate) mod spread_expansion;
 pub(crate) mod spread_groups;
 pub(crate) mod spread_squares;
+pub(crate) mod tabulated;

@@ -2,7 +2,8 @@
 
 use super::imaging::ImagingPlan;
 use super::planner::Method;
-use crate::control::Control;
+use crate::control::{Control, Meter};
+use crate::engine::double::DoubleTables;
 use crate::kernel::profile::DELAYS;
 use crate::sampling::{Random, best_of_two};
 use num_complex::Complex32;
@@ -20,6 +21,7 @@ impl ImagingPlan<'_> {
         let (echoes, grid) = (&self.request.echoes, &self.request.grid);
         match &self.method {
             Method::Reference => self.time_reference(control),
+            Method::Double(tables) => self.time_double(tables, control),
             _ if self.contributions() < SMALL => {
                 let mut image = vec![Complex32::ZERO; self.pixels()];
                 best_of_two(|| self.run(&mut image, control))
@@ -27,6 +29,16 @@ impl ImagingPlan<'_> {
             Method::Direct(direct) => direct.estimate_s(echoes, grid, control),
             Method::Factorized(factorized) => factorized.estimate_s(echoes, grid, control),
         }
+    }
+
+    /// From some rows.
+    fn time_double(&self, tables: &DoubleTables, control: Control) -> f64 {
+        let (echoes, grid) = (&self.request.echoes, &self.request.grid);
+        let rows = rayon::current_num_threads().min(grid.rows());
+        let mut image = vec![Complex32::ZERO; rows * grid.columns()];
+        let meter = Meter::silent(control);
+        let work = || tables.run(echoes, grid, &mut image, &meter);
+        best_of_two(work) * grid.rows() as f64 / rows as f64
     }
 
     /// From as many pixels a thread as are summed side by side.

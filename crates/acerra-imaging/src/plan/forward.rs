@@ -6,6 +6,7 @@
 //! rest.
 
 use super::check::forward::{check_pixels, compare_spectra};
+use super::double::Doubled;
 use super::groups::{choose_groups, choose_spread};
 use super::operator::{Operator, Segment};
 use super::options::{Engine, PlanOptions, SelfCheck};
@@ -29,6 +30,7 @@ use crate::kernel::direct::job::Shape;
 use crate::pulses::Pulses;
 use num_complex::{Complex32, Complex64};
 use rayon::prelude::*;
+use std::convert::Infallible;
 use std::fmt;
 
 /// A forward operator that is ready to be applied, any number of times.
@@ -67,7 +69,7 @@ use std::fmt;
 /// ```
 pub struct Forward<'a> {
     request: Request<'a>,
-    method: Method<DirectForward, FactorizedForward>,
+    method: Method<DirectForward, FactorizedForward, Infallible>,
     report: PlanReport,
 }
 
@@ -149,6 +151,7 @@ impl<'a> Forward<'a> {
         match &self.method {
             Method::Direct(direct) => direct.run(echoes, grid, image, spectrum, &meter),
             Method::Factorized(factorized) => factorized.run(echoes, grid, image, spectrum, &meter),
+            Method::Double(none) => match **none {},
             Method::Reference => {
                 spectrum.par_chunks_mut(n).enumerate().for_each(|(m, out)| {
                     for (k, v) in image.iter().enumerate() {
@@ -202,6 +205,7 @@ fn image_and_bins_bytes(request: &Request, spec: &DirectSpec, ranges_m: &[[f64; 
 impl Operator for Modelling {
     type Direct = DirectForward;
     type Factorized = FactorizedForward;
+    type Double = Infallible;
     const KIND: OperatorKind = OperatorKind::Forward;
     const FACTORIZED_ATTEMPTS: usize = 6;
     // The check sees a few places only: errors that gather elsewhere need room.
@@ -302,6 +306,10 @@ impl Operator for Modelling {
             piece.spec,
             level,
         ))
+    }
+
+    fn double(_: &Request, _: Control) -> Result<Option<Doubled<Infallible>>, ImagingError> {
+        Ok(None)
     }
 
     fn check_direct(

@@ -2,6 +2,7 @@
 
 use super::band::mean_power;
 use super::check::imaging::{compare_patches, compare_pixels, first_pixels, most_pixels};
+use super::double::{Doubled, double_tables};
 use super::operator::{Operator, Segment};
 use super::options::{Engine, PlanOptions, SelfCheck};
 use super::planner::{Method, Planner};
@@ -11,6 +12,7 @@ use crate::checks::check_length;
 use crate::control::{Control, Meter};
 use crate::engine::batches::{Division, Imager, Piece, TableEngine};
 use crate::engine::direct::{Direct, DirectSpec};
+use crate::engine::double::DoubleTables;
 use crate::engine::factorized::merged::{Factorized, Setting};
 use crate::engine::weights::WeightedPulses;
 use crate::error::ImagingError;
@@ -60,7 +62,7 @@ use std::fmt;
 #[derive(Debug)]
 pub struct ImagingPlan<'a> {
     pub(super) request: Request<'a>,
-    pub(super) method: Method<Imager<Direct>, Imager<Factorized>>,
+    pub(super) method: Method<Imager<Direct>, Imager<Factorized>, DoubleTables>,
     pub(super) report: PlanReport,
 }
 
@@ -135,6 +137,11 @@ impl<'a> ImagingPlan<'a> {
         self.report.self_check
     }
 
+    /// Whether the plan computes in double precision.
+    pub(super) fn is_double_precision(&self) -> bool {
+        matches!(self.method, Method::Double(_) | Method::Reference)
+    }
+
     /// The engine chosen.
     #[must_use]
     pub fn engine(&self) -> Engine {
@@ -163,6 +170,7 @@ impl<'a> ImagingPlan<'a> {
         match &self.method {
             Method::Direct(direct) => direct.run(echoes, grid, image, &meter)?,
             Method::Factorized(factorized) => factorized.run(echoes, grid, image, &meter)?,
+            Method::Double(tables) => tables.run(echoes, grid, image, &meter),
             Method::Reference => run_reference(echoes, grid, image, &meter),
         }
         control.check()
@@ -173,7 +181,8 @@ impl<'a> ImagingPlan<'a> {
         match &mut self.method {
             Method::Direct(direct) => direct.forget_tables(),
             Method::Factorized(factorized) => factorized.forget_tables(),
-            Method::Reference => {}
+            // Those in double precision hold no weights.
+            Method::Double(_) | Method::Reference => {}
         }
     }
 }
@@ -251,6 +260,7 @@ pub(super) struct Imaging;
 impl Operator for Imaging {
     type Direct = Imager<Direct>;
     type Factorized = Imager<Factorized>;
+    type Double = DoubleTables;
     const KIND: OperatorKind = OperatorKind::Imaging;
     const FACTORIZED_ATTEMPTS: usize = 4;
     const ACCEPTED_SHARE: f64 = 1.0;
@@ -305,6 +315,14 @@ impl Operator for Imaging {
 
     fn factorized_batches(factorized: &Imager<Factorized>) -> usize {
         factorized.batches()
+    }
+
+    fn double(
+        request: &Request,
+        control: Control,
+    ) -> Result<Option<Doubled<DoubleTables>>, ImagingError> {
+        let power = Self::power(request);
+        double_tables(request, &power, Self::output_bytes(request), control)
     }
 
     fn check_direct(

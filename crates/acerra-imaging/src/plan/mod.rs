@@ -12,6 +12,7 @@ mod band;
 mod bins;
 mod budget;
 mod check;
+mod double;
 mod estimate;
 pub(crate) mod forward;
 mod groups;
@@ -28,4 +29,6 @@ pub(crate) mod slices;
 pub use forward::Forward;
 pub use imaging::{ImagingPlan, image};
 pub use options::{Engine, PlanOptions, SelfCheck};
-pub use report::{Decision, DirectChoice, FactorizedChoice, OperatorKind, PathShares, PlanReport};
+pub use report::{
+    Decision, DirectChoice, DoubleChoice, FactorizedChoice, OperatorKind, PathShares, PlanReport,
+};

@@ -1,5 +1,6 @@
 //! What differs between imaging and the forward operator in planning.
 
+use super::double::Doubled;
 use super::options::SelfCheck;
 use super::report::{OperatorKind, PathShares};
 use super::request::Request;
@@ -18,6 +19,8 @@ pub(crate) trait Operator {
     type Direct;
     /// The factorized engine.
     type Factorized;
+    /// The engine in double precision.
+    type Double;
     const KIND: OperatorKind;
     /// Factorized plans that are tried.
     const FACTORIZED_ATTEMPTS: usize;
@@ -69,6 +72,11 @@ pub(crate) trait Operator {
         pieces: &[Segment],
         control: Control,
     ) -> Result<Self::Factorized, ImagingError>;
+    /// An engine in double precision that keeps the accuracy, where there is one.
+    fn double(
+        request: &Request,
+        control: Control,
+    ) -> Result<Option<Doubled<Self::Double>>, ImagingError>;
     /// Compares a direct engine with the double-precision sum.
     fn check_direct(
         request: &Request,

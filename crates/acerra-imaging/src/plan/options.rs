@@ -18,6 +18,9 @@ pub enum Engine {
     Direct,
     /// Sub-apertures on coarse grids, merged: cost grows slowly with pulses and pixels.
     Factorized,
+    /// Every pulse at every pixel, through range tables in double precision: what [`Engine::Auto`] takes for
+    /// images of accuracies that single precision cannot keep.
+    Double,
     /// The double-precision sum over frequencies itself.
     Reference,
 }

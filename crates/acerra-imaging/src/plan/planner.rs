@@ -28,17 +28,19 @@ const FEW_OPERATIONS: f64 = 5e7;
 
 /// The engine of a plan.
 #[derive(Debug)]
-pub(crate) enum Method<D, F> {
+pub(crate) enum Method<D, F, T> {
     Direct(Box<D>),
     Factorized(Box<F>),
+    Double(Box<T>),
     Reference,
 }
 
 /// The engine chosen and the report of its choice.
-pub(crate) type Planned<O> = (
-    Method<<O as Operator>::Direct, <O as Operator>::Factorized>,
-    PlanReport,
-);
+pub(crate) type Planned<O> = (MethodOf<O>, PlanReport);
+
+/// The engine of an operator's plan.
+type MethodOf<O> =
+    Method<<O as Operator>::Direct, <O as Operator>::Factorized, <O as Operator>::Double>;
 
 /// Makes a plan in progress.
 pub(crate) struct Planner<'r, 'a> {
@@ -82,20 +84,24 @@ impl<'r, 'a> Planner<'r, 'a> {
         planner.report.engine = match method {
             Method::Direct(_) => Engine::Direct,
             Method::Factorized(_) => Engine::Factorized,
+            Method::Double(_) => Engine::Double,
             Method::Reference => Engine::Reference,
         };
         Ok((method, planner.report))
     }
 
-    fn choose<O: Operator>(&mut self) -> Result<Method<O::Direct, O::Factorized>, ImagingError> {
+    fn choose<O: Operator>(&mut self) -> Result<MethodOf<O>, ImagingError> {
         let accuracy = self.request.options.accuracy;
         if self.request.options.engine == Engine::Reference {
             self.decide(Decision::ReferenceRequested);
             return Ok(Method::Reference);
         }
+        if self.request.options.engine == Engine::Double {
+            return self.choose_double::<O>();
+        }
         if accuracy < SINGLE_PRECISION_FLOOR {
             self.decide(Decision::BelowSinglePrecision { accuracy });
-            return Ok(Method::Reference);
+            return self.choose_double::<O>();
         }
         if let Some(factorized) = self.choose_factorized::<O>()? {
             return Ok(Method::Factorized(Box::new(factorized)));
@@ -110,9 +116,21 @@ impl<'r, 'a> Planner<'r, 'a> {
                 self.request.options.level = SimdLevel::Avx2;
             } else {
                 self.decide(Decision::SinglePrecisionExhausted { reached });
-                return Ok(Method::Reference);
+                return self.choose_double::<O>();
             }
         }
+    }
+
+    /// The engine in double precision, or the sum itself where there is none.
+    fn choose_double<O: Operator>(&mut self) -> Result<MethodOf<O>, ImagingError> {
+        let Some(found) = O::double(self.request, self.control)? else {
+            self.decide(Decision::NoDoubleTables);
+            return Ok(Method::Reference);
+        };
+        self.working_bytes = found.bytes;
+        self.decide(Decision::Double(found.choice));
+        self.report.self_check = Some(found.check);
+        Ok(Method::Double(Box::new(found.engine)))
     }
 
     /// The factorized engine where it was asked for or is sufficiently cheaper, and keeps the

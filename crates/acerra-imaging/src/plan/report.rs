@@ -88,6 +88,11 @@ pub enum Decision {
     Direct(DirectChoice),
     /// A factorized engine was built and checked.
     Factorized(FactorizedChoice),
+    /// An engine in double precision was built and checked.
+    Double(DoubleChoice),
+    /// The double-precision sum over frequencies itself: a forward operator, uneven frequencies, tables that the
+    /// memory allowed does not hold, or an accuracy that an image in single precision rounds away.
+    NoDoubleTables,
     /// Memory does not hold the tables of all pulses: every run builds and drops them batch by batch.
     Batches {
         /// Number of batches.
@@ -138,6 +143,20 @@ pub struct DirectChoice {
     pub paths: Option<PathShares>,
 }
 
+/// Parameters of an engine in double precision.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct DoubleChoice {
+    /// Instruction set.
+    pub level: SimdLevel,
+    /// Width of a range bin, m.
+    pub bin_m: f64,
+    /// Range bins in a period c/(2Δf).
+    pub bins_per_period: Option<usize>,
+    /// Degree of the polynomials.
+    pub degree: usize,
+}
+
 /// Shares of vectors by the way in which their range bins are read.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct PathShares {
@@ -181,7 +200,7 @@ impl fmt::Display for Decision {
             Self::ReferenceRequested => write!(f, "the reference was asked for"),
             Self::BelowSinglePrecision { accuracy } => write!(
                 f,
-                "single precision cannot promise {accuracy:.1e}: the double-precision sum is run"
+                "single precision cannot promise {accuracy:.1e}: double precision is taken"
             ),
             Self::UnevenGround => write!(
                 f,
@@ -208,6 +227,8 @@ impl fmt::Display for Decision {
             ),
             Self::Direct(choice) => choice.fmt(f),
             Self::Factorized(choice) => choice.fmt(f),
+            Self::Double(choice) => choice.fmt(f),
+            Self::NoDoubleTables => write!(f, "the sum over frequencies itself is run"),
             Self::Batches { batches } => write!(
                 f,
                 "tables of all pulses exceed the memory allowed: built anew in {batches} batches of \
@@ -221,7 +242,7 @@ impl fmt::Display for Decision {
             }
             Self::SinglePrecisionExhausted { reached } => write!(
                 f,
-                "single precision reached {reached:.2e} here: the double-precision sum is run"
+                "single precision reached {reached:.2e} here: double precision is taken"
             ),
         }
     }
@@ -260,6 +281,18 @@ impl fmt::Display for DirectChoice {
             100.0 * paths.windowed,
             100.0 * paths.gathered,
             100.0 * paths.reference,
+        )
+    }
+}
+
+impl fmt::Display for DoubleChoice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "double precision, {}: range bins of {:.2} mm, polynomials of degree {}",
+            self.level,
+            self.bin_m * 1e3,
+            self.degree,
         )
     }
 }

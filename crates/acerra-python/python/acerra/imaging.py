@@ -15,7 +15,7 @@ from ._labelled import Grid, image_of
 from ._native import SPEED_OF_LIGHT_M_S, Plane
 from ._progress import Progress, listener
 
-Engine = Literal["auto", "direct", "factorized", "reference"]
+Engine = Literal["auto", "direct", "factorized", "double", "reference"]
 Spreading = Literal["inverse-square", "none"]
 
 
@@ -68,7 +68,7 @@ def adjoint(
         random pixels.
     spreading : {"inverse-square", "none"}
         Weight by range: 1/R², or none.
-    engine : {"auto", "direct", "factorized", "reference"}
+    engine : {"auto", "direct", "factorized", "double", "reference"}
         Algorithm; chosen by cost by default.
     memory_limit_bytes : int, optional
         Most bytes that tables and image may take; the memory available by default.

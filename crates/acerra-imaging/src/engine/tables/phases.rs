@@ -65,6 +65,11 @@ impl BinPhases {
         }
     }
 
+    /// The same without weights.
+    pub fn unweighted(pulses: &Pulses, spec: &TableSpec, bins: [i64; 2]) -> Self {
+        Self::new(pulses, &Weights::unit(), spec, bins)
+    }
+
     /// e^{jαi} at an absolute bin (even frequencies).
     pub fn carrier_at(&self, bin: i64) -> Complex64 {
         self.carrier[(bin - self.first) as usize]

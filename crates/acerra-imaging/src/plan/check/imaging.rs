@@ -1,9 +1,10 @@
 //! Self-checks of imaging: pixels at random places.
 
-use super::places::{Deviation, Place, brightest, judged_apart, patches};
+use super::places::{Deviation, Place, brightest, judged, judged_apart, patches};
 use crate::control::Control;
 use crate::engine::batches::Imager;
 use crate::engine::direct::Direct;
+use crate::engine::double::DoubleTables;
 use crate::engine::factorized::merged::Factorized;
 use crate::engine::weights::WeightedPulses;
 use crate::error::ImagingError;
@@ -143,6 +144,25 @@ pub(in crate::plan) fn compare_pixels(
         tally.add(*counted);
     }
     Ok((judged_in_pairs(&found), shares(tally)))
+}
+
+/// Compares values in double precision at random pixels.
+pub(in crate::plan) fn compare_values(
+    request: &Request,
+    tables: &DoubleTables,
+    pixels: usize,
+    control: Control,
+) -> Result<SelfCheck, ImagingError> {
+    let (grid, echoes) = (&request.grid, &request.echoes);
+    let mut random = Random(0x0d0b_1e00);
+    let points_m: Vec<[f64; 3]> = (0..pixels)
+        .map(|_| grid.point_m(random.below(grid.columns()), random.below(grid.rows())))
+        .collect();
+    let values = tables.values_at(echoes, &points_m, control);
+    let pixels: Vec<Pixel> = points_m.into_iter().zip(values).collect();
+    let found = deviations(echoes, &pixels, control);
+    control.check()?;
+    Ok(judged(&found, found.len()))
 }
 
 /// Place of a pixel, m, and its value.

@@ -44,7 +44,7 @@ pub(crate) fn groups(
         control,
     };
     let mut groups = Vec::new();
-    if options.engine == Engine::Reference {
+    if matches!(options.engine, Engine::Double | Engine::Reference) {
         groups.push(0..volume.nz);
     } else {
         halving.divide(0..volume.nz, None, &mut groups)?;

@@ -50,8 +50,8 @@ impl<'a> SlicesPlan<'a> {
         let request = Request::new(pulses, planned.into(), options)?.with_slices(grids)?;
         let mut plan = ImagingPlan::of_request(Request { aim, ..request }, control)?;
         let is_reference = plan.engine() == Engine::Reference;
-        if is_reference
-            && options.engine != Engine::Reference
+        if plan.is_double_precision()
+            && !matches!(options.engine, Engine::Double | Engine::Reference)
             && options.accuracy >= SINGLE_PRECISION_FLOOR
         {
             return Ok(None);

@@ -1,0 +1,171 @@
+//! The double-precision engine: every pulse at every pixel from range tables in double precision, for
+//! accuracies that single precision cannot keep.
+//!
+//! A bin holds the least-squares polynomial of third degree of the pulse's profile without the carrier's phase
+//! from the bin's centre on ([`super::tables`] has the equations); ranges, carrier and weights are evaluated at
+//! every pixel.
+
+use super::tables::build::RangeTable;
+use super::tables::phases::BinPhases;
+use super::tables::spec::TableSpec;
+use super::weights::WeightedPulses;
+use crate::control::{Control, Meter};
+use crate::error::ImagingError;
+use crate::grid::image::ImageGrid;
+use crate::kernel::level::SimdLevel;
+use crate::kernel::profile::DELAYS;
+use crate::kernel::tabulated::{Bin, Row, TERMS, profiles};
+use crate::pulses::Pulses;
+use crate::vector::range_m;
+use num_complex::{Complex32, Complex64};
+use rayon::prelude::*;
+use rustfft::FftPlanner;
+use std::f64::consts::TAU;
+
+/// Pulses between looks at the flag that cancels.
+const PULSES_A_LOOK: usize = 64;
+
+/// Range profiles of all pulses in double precision.
+#[derive(Debug)]
+pub(crate) struct DoubleTables {
+    level: SimdLevel,
+    spec: TableSpec,
+    carrier_turns: f64,
+    first_bin: Vec<i64>,
+    /// Bins of a pulse.
+    stride: usize,
+    /// `[pulse, bin]`.
+    bins: Vec<Bin>,
+}
+
+impl DoubleTables {
+    /// Bytes of tables over `ranges_m` (least and greatest a pulse).
+    pub fn bytes_for(spec: &TableSpec, ranges_m: &[[f64; 2]]) -> u128 {
+        (ranges_m.len() * size_of::<Bin>()) as u128 * RangeTable::stride_for(spec, ranges_m) as u128
+    }
+
+    /// Tables of polynomials of third degree over `ranges_m`, for even frequencies.
+    ///
+    /// # Errors
+    /// Cancellation.
+    pub fn build(
+        pulses: &Pulses,
+        level: SimdLevel,
+        spec: TableSpec,
+        ranges_m: &[[f64; 2]],
+        control: Control,
+    ) -> Result<Self, ImagingError> {
+        let stride = RangeTable::stride_for(&spec, ranges_m);
+        let first_bin = RangeTable::first_bins(&spec, ranges_m);
+        let first = first_bin.iter().copied().min().unwrap_or(0);
+        let last = first_bin.iter().copied().max().unwrap_or(0) + stride as i64;
+        let phases = BinPhases::unweighted(pulses, &spec, [first, last]);
+        let length = spec.period.unwrap_or(stride);
+        let fft = FftPlanner::new().plan_fft_inverse(length);
+        let mut bins = vec![[[0.0; 2]; TERMS]; ranges_m.len() * stride];
+        bins.par_chunks_mut(stride).enumerate().for_each_init(
+            || {
+                let profile = vec![Complex64::ZERO; length * TERMS];
+                let scratch = vec![Complex64::ZERO; fft.get_immutable_scratch_len()];
+                (profile.clone(), profile, scratch)
+            },
+            |(padded, profile, scratch), (m, row)| {
+                if control.is_cancelled() {
+                    return;
+                }
+                phases.even(pulses, m, &spec, padded);
+                fft.process_immutable_with_scratch(padded, profile, scratch);
+                for (i, bin) in (first_bin[m]..).zip(row) {
+                    let slot = i.rem_euclid(length as i64) as usize;
+                    let carrier = phases.carrier_at(i);
+                    for (p, c) in bin.iter_mut().enumerate() {
+                        let value = profile[p * length + slot] * carrier;
+                        *c = [value.re, value.im];
+                    }
+                }
+            },
+        );
+        control.check()?;
+        Ok(Self {
+            level,
+            spec,
+            carrier_turns: spec.carrier_rad(pulses) / TAU,
+            first_bin,
+            stride,
+            bins,
+        })
+    }
+
+    /// Computes the image of `grid`, whose ranges the tables hold.
+    pub fn run(
+        &self,
+        echoes: &WeightedPulses,
+        grid: &ImageGrid,
+        image: &mut [Complex32],
+        meter: &Meter,
+    ) {
+        image
+            .par_chunks_mut(grid.columns())
+            .enumerate()
+            .for_each(|(j, row)| {
+                let points_m: Vec<_> = (0..row.len()).map(|i| grid.point_m(i, j)).collect();
+                let values = self.sums(echoes, &points_m, || meter.is_cancelled());
+                for (out, v) in row.iter_mut().zip(values) {
+                    *out = Complex32::new(v.re as f32, v.im as f32);
+                }
+                meter.add((row.len() * echoes.len()) as u64);
+            });
+    }
+
+    /// Values at points whose ranges the tables hold, in single precision as an image has them; once cancelled
+    /// they have no meaning.
+    pub fn values_at(
+        &self,
+        echoes: &WeightedPulses,
+        points_m: &[[f64; 3]],
+        control: Control,
+    ) -> Vec<Complex32> {
+        points_m
+            .par_chunks(DELAYS)
+            .flat_map_iter(|some| self.sums(echoes, some, || control.is_cancelled()))
+            .map(|v| Complex32::new(v.re as f32, v.im as f32))
+            .collect()
+    }
+
+    /// Sums over all pulses, pulse by pulse, so that the bins which neighbouring points read stay in the caches.
+    fn sums(
+        &self,
+        echoes: &WeightedPulses,
+        points_m: &[[f64; 3]],
+        is_cancelled: impl Fn() -> bool,
+    ) -> Vec<Complex64> {
+        let mut sums = vec![Complex64::ZERO; points_m.len()];
+        for pulse in 0..echoes.len() {
+            if pulse % PULSES_A_LOOK == 0 && is_cancelled() {
+                break;
+            }
+            let antenna_m = echoes.pulses.position_m()[pulse];
+            let row = self.row(pulse);
+            for (some, sums) in points_m.chunks(DELAYS).zip(sums.chunks_mut(DELAYS)) {
+                let mut ranges_m = [0.0; DELAYS];
+                for (range, point) in ranges_m.iter_mut().zip(some) {
+                    *range = range_m(antenna_m, *point);
+                }
+                let profiles = profiles(self.level, &row, &ranges_m);
+                for (k, (sum, point)) in sums.iter_mut().zip(some).enumerate() {
+                    *sum += profiles[k] * echoes.factor(pulse, ranges_m[k], *point);
+                }
+            }
+        }
+        sums
+    }
+
+    fn row(&self, pulse: usize) -> Row<'_> {
+        Row {
+            bins: &self.bins[pulse * self.stride..(pulse + 1) * self.stride],
+            first_bin: self.first_bin[pulse] as f64,
+            bins_per_m: 1.0 / self.spec.bin_m,
+            carrier_turns: self.carrier_turns,
+        }
+    }
+}

@@ -1,0 +1,76 @@
+//! Plans of the double-precision engine.
+
+use super::bins::choose_table;
+use super::check::imaging::{compare_values, most_pixels};
+use super::operator::margin;
+use super::options::SelfCheck;
+use super::planner::next_share;
+use super::report::DoubleChoice;
+use super::request::Request;
+use crate::control::Control;
+use crate::engine::double::DoubleTables;
+use crate::engine::tables::fit_error::FitErrors;
+use crate::error::ImagingError;
+
+/// Plans that are tried.
+const ATTEMPTS: usize = 3;
+/// Degree of the polynomials.
+const DEGREE: usize = 3;
+/// Share of the accuracy that the first tables may take.
+const FIRST_SHARE: f64 = 0.5;
+
+/// An engine in double precision that keeps the accuracy.
+pub(super) struct Doubled<T> {
+    pub engine: T,
+    pub choice: DoubleChoice,
+    pub check: SelfCheck,
+    pub bytes: u128,
+}
+
+/// Tables of `request` that keep its accuracy beside `output_bytes` of the result; `None` for uneven
+/// frequencies, where memory does not hold them, and for accuracies that a single-precision image rounds away.
+///
+/// # Errors
+/// Cancellation.
+pub(super) fn double_tables(
+    request: &Request,
+    power: &[f64],
+    output_bytes: u128,
+    control: Control,
+) -> Result<Option<Doubled<DoubleTables>>, ImagingError> {
+    let pulses = &request.echoes.pulses;
+    let Some(errors) = FitErrors::new(pulses, power).filter(|_| request.echoes.is_even()) else {
+        return Ok(None);
+    };
+    let allowed = margin(request) * request.options.accuracy;
+    let ranges_m = request.ranges_m(0..pulses.len(), |plane| *plane);
+    let mut accuracy = FIRST_SHARE * request.aim * allowed;
+    for _ in 0..ATTEMPTS {
+        let Some(spec) = choose_table(pulses, &errors, DEGREE, (accuracy, 0.0)) else {
+            return Ok(None);
+        };
+        let bytes = DoubleTables::bytes_for(&spec, &ranges_m);
+        if bytes + output_bytes > request.options.memory_limit_bytes {
+            return Ok(None);
+        }
+        let level = request.options.level;
+        let engine = DoubleTables::build(pulses, level, spec, &ranges_m, control)?;
+        let check = compare_values(request, &engine, most_pixels(request), control)?;
+        if check.error_bound <= allowed {
+            let choice = DoubleChoice {
+                level,
+                bin_m: spec.bin_m,
+                bins_per_period: spec.period,
+                degree: DEGREE,
+            };
+            return Ok(Some(Doubled {
+                engine,
+                choice,
+                check,
+                bytes,
+            }));
+        }
+        accuracy *= next_share(allowed, check);
+    }
+    Ok(None)
+}
