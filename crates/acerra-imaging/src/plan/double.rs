@@ -2,8 +2,7 @@
 
 use super::bins::choose_table;
 use super::check::imaging::{compare_values, most_pixels};
-use super::operator::margin;
-use super::options::SelfCheck;
+use super::operator::{Doubled, margin};
 use super::planner::next_share;
 use super::report::DoubleChoice;
 use super::request::Request;
@@ -18,14 +17,6 @@ const ATTEMPTS: usize = 3;
 const DEGREE: usize = 3;
 /// Share of the accuracy that the first tables may take.
 const FIRST_SHARE: f64 = 0.5;
-
-/// An engine in double precision that keeps the accuracy.
-pub(super) struct Doubled<T> {
-    pub engine: T,
-    pub choice: DoubleChoice,
-    pub check: SelfCheck,
-    pub bytes: u128,
-}
 
 /// Tables of `request` that keep its accuracy beside `output_bytes` of the result; `None` for uneven
 /// frequencies, where memory does not hold them, and for accuracies that a single-precision image rounds away.

@@ -6,9 +6,8 @@
 //! rest.
 
 use super::check::forward::{check_pixels, compare_spectra};
-use super::double::Doubled;
 use super::groups::{choose_groups, choose_spread};
-use super::operator::{Operator, Segment};
+use super::operator::{Doubled, Operator, Segment};
 use super::options::{Engine, PlanOptions, SelfCheck};
 use super::planner::{Method, Planner};
 use super::report::{OperatorKind, PathShares, PlanReport};

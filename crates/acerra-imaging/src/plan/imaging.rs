@@ -2,8 +2,8 @@
 
 use super::band::mean_power;
 use super::check::imaging::{compare_patches, compare_pixels, first_pixels, most_pixels};
-use super::double::{Doubled, double_tables};
-use super::operator::{Operator, Segment};
+use super::double::double_tables;
+use super::operator::{Doubled, Operator, Segment};
 use super::options::{Engine, PlanOptions, SelfCheck};
 use super::planner::{Method, Planner};
 use super::report::{OperatorKind, PathShares, PlanReport};

@@ -1,8 +1,7 @@
 //! What differs between imaging and the forward operator in planning.
 
-use super::double::Doubled;
 use super::options::SelfCheck;
-use super::report::{OperatorKind, PathShares};
+use super::report::{DoubleChoice, OperatorKind, PathShares};
 use super::request::Request;
 use crate::control::Control;
 use crate::engine::batches::Piece;
@@ -12,6 +11,14 @@ use crate::error::ImagingError;
 
 /// A segment of the aperture: its partition, and the tables of its sub-apertures.
 pub(crate) type Segment = Piece<(FactorizedSpec, DirectSpec)>;
+
+/// An engine in double precision that keeps the accuracy.
+pub(super) struct Doubled<T> {
+    pub engine: T,
+    pub choice: DoubleChoice,
+    pub check: SelfCheck,
+    pub bytes: u128,
+}
 
 /// What differs between imaging and the forward operator.
 pub(crate) trait Operator {
