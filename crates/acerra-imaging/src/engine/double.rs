@@ -38,6 +38,29 @@ pub(crate) struct DoubleTables {
     bins: Vec<Bin>,
 }
 
+/// Fills an image row after row with what `values` gives at the points of one, `pulses` contributions each.
+pub(crate) fn image_by_rows(
+    grid: &ImageGrid,
+    image: &mut [Complex32],
+    pulses: usize,
+    meter: &Meter,
+    values: impl Fn(&[[f64; 3]]) -> Vec<Complex64> + Sync,
+) {
+    image
+        .par_chunks_mut(grid.columns())
+        .enumerate()
+        .for_each(|(j, row)| {
+            if meter.is_cancelled() {
+                return;
+            }
+            let points_m: Vec<_> = (0..row.len()).map(|i| grid.point_m(i, j)).collect();
+            for (out, v) in row.iter_mut().zip(values(&points_m)) {
+                *out = Complex32::new(v.re as f32, v.im as f32);
+            }
+            meter.add((row.len() * pulses) as u64);
+        });
+}
+
 impl DoubleTables {
     /// Bytes of tables over `ranges_m` (least and greatest a pulse).
     pub fn bytes_for(spec: &TableSpec, ranges_m: &[[f64; 2]]) -> u128 {
@@ -104,17 +127,9 @@ impl DoubleTables {
         image: &mut [Complex32],
         meter: &Meter,
     ) {
-        image
-            .par_chunks_mut(grid.columns())
-            .enumerate()
-            .for_each(|(j, row)| {
-                let points_m: Vec<_> = (0..row.len()).map(|i| grid.point_m(i, j)).collect();
-                let values = self.sums(echoes, &points_m, || meter.is_cancelled());
-                for (out, v) in row.iter_mut().zip(values) {
-                    *out = Complex32::new(v.re as f32, v.im as f32);
-                }
-                meter.add((row.len() * echoes.len()) as u64);
-            });
+        image_by_rows(grid, image, echoes.len(), meter, |points_m| {
+            self.sums(echoes, points_m, || meter.is_cancelled())
+        });
     }
 
     /// Values at points whose ranges the tables hold, in single precision as an image has them; once cancelled

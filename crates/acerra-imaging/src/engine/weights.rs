@@ -217,12 +217,12 @@ fn profiles_at(
     step_hz: f64,
 ) -> [Complex64; DELAYS] {
     let slowness_s_m = 2.0 / pulses.light_speed_m_s();
-    let even_hz = [pulses.frequency_hz()[0], step_hz];
+    let start_hz = pulses.frequency_hz()[0];
     let delays_s = ranges_m.map(|range| slowness_s_m * range);
     even_sums(
         SimdLevel::detect(),
         pulses.spectrum_of(pulse),
-        even_hz,
+        [start_hz, step_hz],
         &delays_s,
     )
 }

@@ -1,7 +1,7 @@
 //! Range profiles in double precision: Σ_n E_n e^{j2πf_nτ} of evenly spaced frequencies, at several delays τ
 //! side by side.
 //!
-//! The sum is divided into polynomials of every so-manieth term in a power of z = e^{j2πΔfτ}, whose steps of
+//! The sum is divided into polynomials of every COUNT-th term in a power of z = e^{j2πΔfτ}, whose steps of
 //! Horner's scheme do not wait for each other; they are then joined as a polynomial in z.
 
 use super::dispatch::dispatch;
@@ -14,14 +14,14 @@ use num_complex::Complex64;
 pub(crate) const DELAYS: usize = DOUBLES;
 
 /// Σ_n `spectrum[n]` e^{j2π(`start_hz` + n·`step_hz`)τ} for every delay τ (s), to about a rounding error a
-/// term; `even_hz` are start and step.
+/// term.
 pub(crate) fn even_sums(
     level: SimdLevel,
     spectrum: &[Complex64],
-    even_hz: [f64; 2],
+    [start_hz, step_hz]: [f64; 2],
     delays_s: &[f64; DELAYS],
 ) -> [Complex64; DELAYS] {
-    dispatch!(level, s => sums(s, spectrum, even_hz, delays_s))
+    dispatch!(level, s => sums(s, spectrum, [start_hz, step_hz], delays_s))
 }
 
 /// The same in vectors that the compiler makes for the level of `s`: as many polynomials as its registers
@@ -33,18 +33,18 @@ fn sums<S: Lanes>(
     [start_hz, step_hz]: [f64; 2],
     delays_s: &[f64; DELAYS],
 ) -> [Complex64; DELAYS] {
-    let z = turned(s, step_hz, delays_s);
+    let z = phasors_of(s, step_hz, delays_s);
     let sum = if S::N > 8 {
         polynomials::<S, 4>(s, spectrum, z)
     } else {
         polynomials::<S, 2>(s, spectrum, z)
     };
-    sum.times(s, turned(s, start_hz, delays_s)).numbers(s)
+    sum.times(s, phasors_of(s, start_hz, delays_s)).numbers(s)
 }
 
 /// e^{j2πfτ} of one frequency.
 #[inline(always)]
-fn turned<S: Lanes>(s: S, frequency_hz: f64, delays_s: &[f64; DELAYS]) -> Phasors<S> {
+fn phasors_of<S: Lanes>(s: S, frequency_hz: f64, delays_s: &[f64; DELAYS]) -> Phasors<S> {
     let mut turns = *delays_s;
     for turns in &mut turns {
         *turns *= frequency_hz;
@@ -52,7 +52,7 @@ fn turned<S: Lanes>(s: S, frequency_hz: f64, delays_s: &[f64; DELAYS]) -> Phasor
     phasors(s, turns)
 }
 
-/// Σ_n `spectrum[n]` zⁿ by so many polynomials, a power of two.
+/// Σ_n `spectrum[n]` zⁿ by COUNT polynomials, a power of two.
 #[inline(always)]
 fn polynomials<S: Lanes, const COUNT: usize>(
     s: S,

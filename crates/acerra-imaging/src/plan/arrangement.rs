@@ -42,12 +42,12 @@ impl Arrangements<'_> {
 
     /// What an arrangement costs at least: all vectors read from windows, without the third order of the range.
     pub fn least_cost(&self, table: TableSpec, accuracy: f64, shape: Shape) -> f64 {
-        let operations = self.operations(&self.spec(table, accuracy, shape));
-        let windowed = match shape {
-            Shape::Row => operations.common + operations.lookups + ROW_RANGE,
-            _ => operations.common + self.loads(shape) * operations.lookups + SQUARE_RANGE,
+        let spec = DirectSpec {
+            cubic: false,
+            ..self.spec(table, accuracy, shape)
         };
-        windowed.min(operations.gathered) / self.level.lanes() as f64
+        let operations = self.operations(&spec);
+        self.windowed(&spec, &operations).min(operations.gathered) / self.level.lanes() as f64
     }
 
     /// An arrangement's parameters and cost.
@@ -91,8 +91,7 @@ impl Arrangements<'_> {
             span < lanes - 1.05 && truncation_error(r) < tolerance
         });
         let operations = self.operations(&spec);
-        let third_order = if spec.cubic { 1.0 } else { 0.0 };
-        let windowed = operations.common + operations.lookups + ROW_RANGE + third_order;
+        let windowed = self.windowed(&spec, &operations);
         let block = Shape::Row.block_width(self.level.lanes()) as f64;
         let costs = Costs {
             window,
@@ -134,9 +133,7 @@ impl Arrangements<'_> {
             span < entries - 1.05 && truncation_error < tolerance
         });
         let operations = self.operations(&spec);
-        let third_order = if spec.cubic { 1.0 } else { 0.0 };
-        let windowed =
-            operations.common + self.loads(shape) * operations.lookups + SQUARE_RANGE + third_order;
+        let windowed = self.windowed(&spec, &operations);
         let block = shape.block_width(self.level.lanes()) as f64 / 3.0 * along;
         let sines = [on.sample.rms_sine(0), on.sample.rms_sine(1)];
         let costs = Costs {
@@ -151,13 +148,16 @@ impl Arrangements<'_> {
         self.judged(spec, accuracy, &costs)
     }
 
-    /// Operations for a read of a window of squares.
-    fn loads(&self, shape: Shape) -> f64 {
-        match (shape, self.level) {
-            (Shape::WideSquare, SimdLevel::Avx512) => 1.6,
-            (Shape::WideSquare, _) => 3.0,
-            _ => 1.0,
-        }
+    /// Vector operations for one vector of pixels that reads windows.
+    fn windowed(&self, spec: &DirectSpec, operations: &Operations) -> f64 {
+        let (loads, range) = match (spec.shape, self.level) {
+            (Shape::Row, _) => (1.0, 2.0),
+            (Shape::WideSquare, SimdLevel::Avx512) => (1.6, 7.0),
+            (Shape::WideSquare, _) => (3.0, 7.0),
+            _ => (1.0, 7.0),
+        };
+        let third_order = if spec.cubic { 1.0 } else { 0.0 };
+        operations.common + loads * operations.lookups + range + third_order
     }
 
     /// Vector operations for one vector of pixels whatever the arrangement, as counted in the kernel.
@@ -194,10 +194,6 @@ impl Arrangements<'_> {
         (spec, operations / self.level.lanes() as f64 + hopeless)
     }
 }
-
-/// Vector operations for the second order of the range, of a vector of a row and of a square.
-const ROW_RANGE: f64 = 2.0;
-const SQUARE_RANGE: f64 = 7.0;
 
 /// Shares of the accuracy up to which roundings of the range are worth a try: with windows, which
 /// narrower bins do not help, and with gathers, beside errors of the table.

@@ -2,7 +2,7 @@
 
 use super::bins::choose_table;
 use super::check::imaging::{compare_values, most_pixels};
-use super::operator::{Doubled, margin};
+use super::operator::{DoublePlan, margin};
 use super::planner::next_share;
 use super::report::DoubleChoice;
 use super::request::Request;
@@ -28,7 +28,7 @@ pub(super) fn double_tables(
     power: &[f64],
     output_bytes: u128,
     control: Control,
-) -> Result<Option<Doubled<DoubleTables>>, ImagingError> {
+) -> Result<Option<DoublePlan<DoubleTables>>, ImagingError> {
     let pulses = &request.echoes.pulses;
     let Some(errors) = FitErrors::new(pulses, power).filter(|_| request.echoes.is_even()) else {
         return Ok(None);
@@ -54,7 +54,7 @@ pub(super) fn double_tables(
                 bins_per_period: spec.period,
                 degree: DEGREE,
             };
-            return Ok(Some(Doubled {
+            return Ok(Some(DoublePlan {
                 engine,
                 choice,
                 check,

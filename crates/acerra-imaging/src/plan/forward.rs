@@ -7,7 +7,7 @@
 
 use super::check::forward::{check_pixels, compare_spectra};
 use super::groups::{choose_groups, choose_spread};
-use super::operator::{Doubled, Operator, Segment};
+use super::operator::{DoublePlan, Operator, Segment};
 use super::options::{Engine, PlanOptions, SelfCheck};
 use super::planner::{Method, Planner};
 use super::report::{OperatorKind, PathShares, PlanReport};
@@ -307,7 +307,7 @@ impl Operator for Modelling {
         ))
     }
 
-    fn double(_: &Request, _: Control) -> Result<Option<Doubled<Infallible>>, ImagingError> {
+    fn double(_: &Request, _: Control) -> Result<Option<DoublePlan<Infallible>>, ImagingError> {
         Ok(None)
     }
 

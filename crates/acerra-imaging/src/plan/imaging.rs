@@ -3,7 +3,7 @@
 use super::band::mean_power;
 use super::check::imaging::{compare_patches, compare_pixels, first_pixels, most_pixels};
 use super::double::double_tables;
-use super::operator::{Doubled, Operator, Segment};
+use super::operator::{DoublePlan, Operator, Segment};
 use super::options::{Engine, PlanOptions, SelfCheck};
 use super::planner::{Method, Planner};
 use super::report::{OperatorKind, PathShares, PlanReport};
@@ -12,14 +12,13 @@ use crate::checks::check_length;
 use crate::control::{Control, Meter};
 use crate::engine::batches::{Division, Imager, Piece, TableEngine};
 use crate::engine::direct::{Direct, DirectSpec};
-use crate::engine::double::DoubleTables;
+use crate::engine::double::{DoubleTables, image_by_rows};
 use crate::engine::factorized::merged::{Factorized, Setting};
 use crate::engine::weights::WeightedPulses;
 use crate::error::ImagingError;
 use crate::grid::image::ImageGrid;
 use crate::pulses::Pulses;
 use num_complex::Complex32;
-use rayon::prelude::*;
 use std::fmt;
 
 /// An image that is ready to be computed, any number of times.
@@ -171,7 +170,9 @@ impl<'a> ImagingPlan<'a> {
             Method::Direct(direct) => direct.run(echoes, grid, image, &meter)?,
             Method::Factorized(factorized) => factorized.run(echoes, grid, image, &meter)?,
             Method::Double(tables) => tables.run(echoes, grid, image, &meter),
-            Method::Reference => run_reference(echoes, grid, image, &meter),
+            Method::Reference => image_by_rows(grid, image, echoes.len(), &meter, |points_m| {
+                echoes.adjoint_at(points_m, || meter.is_cancelled())
+            }),
         }
         control.check()
     }
@@ -185,28 +186,6 @@ impl<'a> ImagingPlan<'a> {
             Method::Double(_) | Method::Reference => {}
         }
     }
-}
-
-fn run_reference(
-    echoes: &WeightedPulses,
-    grid: &ImageGrid,
-    image: &mut [Complex32],
-    meter: &Meter,
-) {
-    image
-        .par_chunks_mut(grid.columns())
-        .enumerate()
-        .for_each(|(j, row)| {
-            if meter.is_cancelled() {
-                return;
-            }
-            let points_m: Vec<_> = (0..row.len()).map(|i| grid.point_m(i, j)).collect();
-            let values = echoes.adjoint_at(&points_m, || meter.is_cancelled());
-            for (out, v) in row.iter_mut().zip(values) {
-                *out = Complex32::new(v.re as f32, v.im as f32);
-            }
-            meter.add((row.len() * echoes.len()) as u64);
-        });
 }
 
 impl fmt::Display for ImagingPlan<'_> {
@@ -320,7 +299,7 @@ impl Operator for Imaging {
     fn double(
         request: &Request,
         control: Control,
-    ) -> Result<Option<Doubled<DoubleTables>>, ImagingError> {
+    ) -> Result<Option<DoublePlan<DoubleTables>>, ImagingError> {
         let power = Self::power(request);
         double_tables(request, &power, Self::output_bytes(request), control)
     }

@@ -13,7 +13,7 @@ use crate::error::ImagingError;
 pub(crate) type Segment = Piece<(FactorizedSpec, DirectSpec)>;
 
 /// An engine in double precision that keeps the accuracy.
-pub(super) struct Doubled<T> {
+pub(super) struct DoublePlan<T> {
     pub engine: T,
     pub choice: DoubleChoice,
     pub check: SelfCheck,
@@ -83,7 +83,7 @@ pub(crate) trait Operator {
     fn double(
         request: &Request,
         control: Control,
-    ) -> Result<Option<Doubled<Self::Double>>, ImagingError>;
+    ) -> Result<Option<DoublePlan<Self::Double>>, ImagingError>;
     /// Compares a direct engine with the double-precision sum.
     fn check_direct(
         request: &Request,

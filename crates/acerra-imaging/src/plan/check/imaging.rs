@@ -1,6 +1,6 @@
 //! Self-checks of imaging: pixels at random places.
 
-use super::places::{Deviation, Place, brightest, judged, judged_apart, patches};
+use super::places::{Deviation, Place, brightest, judged_apart, patches};
 use crate::control::Control;
 use crate::engine::batches::Imager;
 use crate::engine::direct::Direct;
@@ -146,7 +146,10 @@ pub(in crate::plan) fn compare_pixels(
     Ok((judged_in_pairs(&found), shares(tally)))
 }
 
-/// Compares values in double precision at random pixels.
+/// Pixels of a row in which the brightest is compared beside a random one.
+const PIECE: usize = 16;
+
+/// Compares values in double precision at random pixels, and at the brightest of a piece of the row from each.
 pub(in crate::plan) fn compare_values(
     request: &Request,
     tables: &DoubleTables,
@@ -155,14 +158,24 @@ pub(in crate::plan) fn compare_values(
 ) -> Result<SelfCheck, ImagingError> {
     let (grid, echoes) = (&request.grid, &request.echoes);
     let mut random = Random(0x0d0b_1e00);
-    let points_m: Vec<[f64; 3]> = (0..pixels)
-        .map(|_| grid.point_m(random.below(grid.columns()), random.below(grid.rows())))
+    let pieces: Vec<Vec<[f64; 3]>> = (0..pixels.div_ceil(2))
+        .map(|_| {
+            let (first, row) = (random.below(grid.columns()), random.below(grid.rows()));
+            let columns = first..(first + PIECE).min(grid.columns());
+            columns.map(|i| grid.point_m(i, row)).collect()
+        })
         .collect();
-    let values = tables.values_at(echoes, &points_m, control);
-    let pixels: Vec<Pixel> = points_m.into_iter().zip(values).collect();
-    let found = deviations(echoes, &pixels, control);
+    let values = tables.values_at(echoes, &pieces.concat(), control);
+    let mut rest = &values[..];
+    let mut compared: Vec<Pixel> = Vec::with_capacity(2 * pieces.len());
+    for points_m in &pieces {
+        let (piece, others) = rest.split_at(points_m.len());
+        compared.extend([0, brightest(piece)].map(|k| (points_m[k], piece[k])));
+        rest = others;
+    }
+    let found = deviations(echoes, &compared, control);
     control.check()?;
-    Ok(judged(&found, found.len()))
+    Ok(judged_in_pairs(&found))
 }
 
 /// Place of a pixel, m, and its value.
