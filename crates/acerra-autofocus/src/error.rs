@@ -29,6 +29,26 @@ pub enum AutofocusError {
         /// Value found.
         found: f64,
     },
+    /// Pulses that are none of the flight's.
+    #[error("pulses {start}..{end}: expected a part of the flight's {pulses} pulses")]
+    Pulses {
+        /// First pulse.
+        start: usize,
+        /// First pulse after them.
+        end: usize,
+        /// Number of pulses of the flight.
+        pulses: usize,
+    },
+    /// Parts of the flight that leave pulses out, or have some twice.
+    #[error("coherent parts: expected part {part} to begin at pulse {expected}, found {found}")]
+    Parts {
+        /// Which part; their number where the last ends too early.
+        part: usize,
+        /// Where it has to begin, or the last to end.
+        expected: usize,
+        /// Where it does.
+        found: usize,
+    },
     /// Frequencies that are not evenly spaced.
     #[error("frequency_hz: expected evenly spaced, rising frequencies")]
     UnevenFrequencies,

@@ -1,5 +1,7 @@
 //! The way from data to corrected positions.
 
+use std::ops::Range;
+
 use acerra_imaging::{Control, ImageGrid, Pulses};
 use nalgebra::Vector3;
 
@@ -8,6 +10,7 @@ use crate::error::AutofocusError;
 use crate::fit::Problem;
 use crate::ground::Ground;
 use crate::outcome::{Autofocused, Decision};
+use crate::parts::Parts;
 use crate::prior::PositionPrior;
 use crate::profiles::Profiles;
 use crate::reach::{Reached, best_fit};
@@ -17,7 +20,7 @@ use crate::smoother::Path;
 use crate::template::{Template, mean_amplitudes};
 
 /// Requirements on an autofocus.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct AutofocusOptions {
     /// Most points that are used; 24 by default.
@@ -27,6 +30,9 @@ pub struct AutofocusOptions {
     /// Rms correction, in prior deviations, beyond which the echoes are not believed to be those of
     /// fixed points; 4 by default.
     pub most_sigmas: f64,
+    /// Parts of the flight, in order, whose images are summed by power: a point has a phase of its own in
+    /// each, and gains are those of the sum. None for one image of all pulses, the default.
+    pub coherent_parts: Vec<Range<usize>>,
 }
 
 impl Default for AutofocusOptions {
@@ -35,6 +41,7 @@ impl Default for AutofocusOptions {
             most_points: 24,
             significance: 2.0,
             most_sigmas: 4.0,
+            coherent_parts: Vec::new(),
         }
     }
 }
@@ -55,6 +62,7 @@ pub fn autofocus<'a>(
     control: Control,
 ) -> Result<Autofocused, AutofocusError> {
     prior.check(pulses.len())?;
+    let parts = Parts::new(&options.coherent_parts, pulses.len())?;
     if pulses.frequency_step_hz().is_none() || pulses.frequency_hz().len() < 8 {
         return Err(AutofocusError::UnevenFrequencies);
     }
@@ -90,6 +98,7 @@ pub fn autofocus<'a>(
         nominal_m: pulses.position_m(),
         path: &path,
         globals: &prior.globals,
+        parts: &parts,
         control,
     };
     let search = Search {

@@ -8,12 +8,14 @@
 use acerra_imaging::{Control, ImagingError};
 use nalgebra::Vector3;
 
-use crate::globals::{Global, Ranging};
+use crate::globals::Global;
 use crate::ground::{Ground, PixelPlace};
 use crate::histories::Histories;
 use crate::model::{Model, Posterior};
 use crate::observe::{Observing, Rows, Standpoint};
+use crate::parts::Parts;
 use crate::profiles::Profiles;
+use crate::ranging::Ranging;
 use crate::smoother::{Path, Smoothed};
 use crate::template::Template;
 
@@ -51,6 +53,7 @@ pub(crate) struct Problem<'a> {
     pub nominal_m: &'a [[f64; 3]],
     pub path: &'a Path,
     pub globals: &'a [Global],
+    pub parts: &'a Parts,
     pub control: Control<'a>,
 }
 
@@ -85,24 +88,29 @@ impl<'a> Problem<'a> {
 
     /// How a model's places make ranges.
     pub fn ranging(&self, model: &Model) -> Ranging {
-        Ranging::new(self.globals, &model.globals)
+        Ranging::new(self.globals, &model.globals, self.nominal_m.len())
     }
 
     /// Ranges of all points from all pulses, `[M][K]`, m.
     pub fn ranges_m(&self, model: &Model) -> Vec<Vec<f64>> {
         let ranging = self.ranging(model);
         let points = model.points_m(&self.ground);
-        let of = |p: &[f64; 3]| {
+        let of = |(m, p): (usize, &[f64; 3])| {
             let from = Vector3::from(*p);
-            points.iter().map(|q| ranging.range_m(&from, q)).collect()
+            points
+                .iter()
+                .map(|q| ranging.range_m(m, &from, q))
+                .collect()
         };
-        self.positions_m(model).iter().map(of).collect()
+        self.positions_m(model).iter().enumerate().map(of).collect()
     }
 
     /// The echoes of a model's points, separated.
     pub fn seen(&self, model: &Model) -> Seen {
         let ranges_m = self.ranges_m(model);
-        let histories = Histories::new(self.profiles, self.template, &ranges_m);
+        let turn = self.ranging(model).turn;
+        let data = (self.profiles, self.template);
+        let histories = Histories::new(data, &ranges_m, turn, self.parts);
         Seen {
             ranges_m,
             histories,
@@ -130,8 +138,7 @@ impl<'a> Problem<'a> {
         guides: &[bool],
         steps: Option<usize>,
     ) -> Result<Fitted, ImagingError> {
-        let mut model = start;
-        let mut seen = self.seen(&model);
+        let (mut model, mut seen) = self.begin(start, stage, guides);
         let most = match self.globals {
             [] => STEPS,
             _ => STEPS_WITH_GLOBALS,
@@ -235,6 +242,7 @@ impl<'a> Problem<'a> {
         let stand = Standpoint {
             model,
             histories: &seen.histories,
+            parts: self.parts,
             position_m: &positions,
             ground: &self.ground,
             carrier: self.template.carrier,

@@ -5,9 +5,9 @@ use num_complex::Complex64;
 use rayon::prelude::*;
 
 use crate::fit::Problem;
-use crate::globals::Ranging;
 use crate::ground::PixelPlace;
 use crate::model::Model;
+use crate::ranging::Ranging;
 
 /// How far about a point its peak is looked for (m).
 const NEARBY_M: f64 = 0.24;
@@ -15,7 +15,7 @@ const NEARBY_M: f64 = 0.24;
 const STEP_M: f64 = 0.015;
 const LAST_STEP_M: f64 = 0.002;
 
-/// Power of each point's peak near these places, with the path of `model`.
+/// Power of each point's peak near these places, with the path of `model`: the parts' powers summed.
 pub(crate) fn peak_powers(problem: &Problem, model: &Model, places: &[PixelPlace]) -> Vec<f64> {
     let positions: Vec<Vector3<f64>> = problem
         .positions_m(model)
@@ -25,26 +25,26 @@ pub(crate) fn peak_powers(problem: &Problem, model: &Model, places: &[PixelPlace
     let ranging = problem.ranging(model);
     places
         .par_iter()
-        .map(|place| peak_power(problem, &positions, ranging, *place))
+        .map(|place| peak_power(problem, &positions, &ranging, *place))
         .collect()
 }
 
 fn peak_power(
     problem: &Problem,
     positions: &[Vector3<f64>],
-    ranging: Ranging,
+    ranging: &Ranging,
     place: PixelPlace,
 ) -> f64 {
     let side_m = problem.ground.tangents_m(place).map(|t| t.norm().max(1e-9));
     let power = |at: PixelPlace| {
         let point = problem.ground.point_m(at);
-        let mut sum = Complex64::ZERO;
+        let mut sums = vec![Complex64::ZERO; problem.parts.len()];
         for (m, p) in positions.iter().enumerate() {
-            let range = ranging.range_m(p, &point);
-            let turn = Complex64::cis(problem.template.carrier * range);
-            sum += problem.profiles.value(m, range) * turn;
+            let range = ranging.range_m(m, p, &point);
+            let turn = Complex64::cis(problem.template.carrier * range) * ranging.turn[m].conj();
+            sums[problem.parts.of(m)] += problem.profiles.value(m, range) * turn;
         }
-        sum.norm_sqr()
+        sums.iter().map(Complex64::norm_sqr).sum::<f64>()
     };
     let shifted = |from: PixelPlace, i: i32, j: i32, step: f64| {
         [

@@ -1,4 +1,7 @@
-//! Quantities that are the same for the whole flight and change the ranges of all echoes.
+//! Quantities that are the same for the whole flight, or for a track of it, and change the ranges or the
+//! phases of its echoes.
+
+use std::ops::Range;
 
 use nalgebra::Vector3;
 
@@ -8,8 +11,10 @@ use crate::error::AutofocusError;
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Effect {
-    /// It is added to every range, m: the fast time at which range is zero.
-    Delay,
+    /// It is added to the ranges of these pulses, m: the fast time at which range is zero.
+    Delay(Range<usize>),
+    /// It is added to the phases of the echoes of these pulses, rad, and leaves their ranges.
+    Phase(Range<usize>),
     /// It moves the antenna: p(θ) = p + θ·first + ½θ²·second, as an offset of the clock, a lever arm or an
     /// error of the height above the scene does.
     Position {
@@ -45,8 +50,10 @@ impl Global {
                 found: self.sigma,
             });
         }
-        let Effect::Position { first, second } = &self.effect else {
-            return Ok(());
+        let (first, second) = match &self.effect {
+            Effect::Position { first, second } => (first, second),
+            Effect::Delay(own) | Effect::Phase(own) => return check_pulses(own, pulses),
+            Effect::Speed => return Ok(()),
         };
         for derivative in [first, second] {
             if derivative.len() != pulses {
@@ -93,7 +100,8 @@ impl Global {
     /// Greatest change of a range up to `longest_m` at one prior deviation, m.
     pub(crate) fn reach_m(&self, longest_m: f64) -> f64 {
         match &self.effect {
-            Effect::Delay => self.sigma,
+            Effect::Delay(_) => self.sigma,
+            Effect::Phase(_) => 0.0,
             Effect::Speed => self.sigma * longest_m,
             Effect::Position { first, .. } => (0..first.len())
                 .map(|m| self.moved_m(m, self.sigma).norm())
@@ -102,64 +110,33 @@ impl Global {
     }
 }
 
-/// How places of antenna and point make a range, with the globals in force.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Ranging {
-    /// Stated over true propagation speed.
-    pub slowness: f64,
-    /// Added to all ranges, m.
-    pub delay_m: f64,
-}
-
-impl Ranging {
-    pub fn new(globals: &[Global], values: &[f64]) -> Self {
-        let mut found = Self {
-            slowness: 1.0,
-            delay_m: 0.0,
-        };
-        for (global, value) in globals.iter().zip(values) {
-            match global.effect {
-                Effect::Delay => found.delay_m += value,
-                Effect::Speed => found.slowness /= 1.0 + value,
-                Effect::Position { .. } => {}
-            }
-        }
-        found
+/// Refuses a part of the flight that is none of `pulses` pulses.
+pub(crate) fn check_pulses(own: &Range<usize>, pulses: usize) -> Result<(), AutofocusError> {
+    if own.start < own.end && own.end <= pulses {
+        return Ok(());
     }
-
-    /// Range by the stated speed between an antenna and a point of the scene, m.
-    pub fn range_m(&self, antenna_m: &Vector3<f64>, point_m: &Vector3<f64>) -> f64 {
-        (point_m - antenna_m).norm() * self.slowness + self.delay_m
-    }
-
-    /// Change of that range per unit of a global of this value; `sight` points from the antenna of the
-    /// pulse to the point, `distance_m` away.
-    pub fn derivative(
-        &self,
-        (global, value): (&Global, f64),
-        pulse: usize,
-        (sight, distance_m): (&Vector3<f64>, f64),
-    ) -> f64 {
-        match global.effect {
-            Effect::Delay => 1.0,
-            Effect::Speed => -distance_m * self.slowness / (1.0 + value),
-            Effect::Position { .. } => -sight.dot(&global.velocity(pulse, value)) * self.slowness,
-        }
-    }
+    Err(AutofocusError::Pulses {
+        start: own.start,
+        end: own.end,
+        pulses,
+    })
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
 
-    fn each() -> Vec<Global> {
+    /// One quantity of each kind, for two pulses.
+    pub(crate) fn each() -> Vec<Global> {
         let of = |name, sigma, effect| Global {
             name: String::from(name),
             sigma,
             effect,
         };
         vec![
-            of("delay", 0.1, Effect::Delay),
+            of("delay", 0.1, Effect::Delay(0..2)),
+            of("delay of a track", 0.1, Effect::Delay(1..2)),
+            of("phase of a track", 1.8, Effect::Phase(1..2)),
             of(
                 "height",
                 0.3,
@@ -181,46 +158,6 @@ mod tests {
     }
 
     #[test]
-    fn derivatives_are_those_of_finite_differences() {
-        let globals = each();
-        let values = [0.07, -0.2, 0.004, 0.015];
-        let (antenna, pixel) = (Vector3::new(0.3, -2.0, 9.5), Vector3::new(4.0, 1.0, 0.0));
-        let range_m = |values: &[f64], pulse| {
-            let ranging = Ranging::new(&globals, values);
-            let moved: Vector3<f64> = globals
-                .iter()
-                .zip(values)
-                .map(|(g, v)| g.moved_m(pulse, *v))
-                .sum();
-            ranging.range_m(&(antenna + moved), &pixel)
-        };
-        for pulse in 0..2 {
-            let ranging = Ranging::new(&globals, &values);
-            let moved: Vector3<f64> = globals
-                .iter()
-                .zip(&values)
-                .map(|(g, v)| g.moved_m(pulse, *v))
-                .sum();
-            let apart = pixel - antenna - moved;
-            for (j, global) in globals.iter().enumerate() {
-                let sight = (&apart.normalize(), apart.norm());
-                let found = ranging.derivative((global, values[j]), pulse, sight);
-                let step = 1e-5 * global.sigma;
-                let [mut low, mut high] = [values; 2];
-                low[j] -= step;
-                high[j] += step;
-                let expected = (range_m(&high, pulse) - range_m(&low, pulse)) / (2.0 * step);
-                let scale = expected.abs().max(1.0);
-                assert!(
-                    (found - expected).abs() < 1e-6 * scale,
-                    "{}: {found} and {expected}",
-                    global.name
-                );
-            }
-        }
-    }
-
-    #[test]
     fn quantities_that_do_not_fit_are_refused() {
         for global in each() {
             assert!(global.check(2).is_ok());
@@ -231,8 +168,10 @@ mod tests {
                 };
                 assert!(broken.check(2).is_err(), "{}: {sigma}", global.name);
             }
-            let has_pulses = matches!(global.effect, Effect::Position { .. });
-            assert_eq!(global.check(3).is_err(), has_pulses);
+            let needs_each = matches!(global.effect, Effect::Position { .. });
+            assert_eq!(global.check(3).is_err(), needs_each);
+            let is_speed = matches!(global.effect, Effect::Speed);
+            assert_eq!(global.check(1).is_ok(), is_speed);
         }
         let hostile = Global {
             name: "clock".into(),
@@ -243,5 +182,10 @@ mod tests {
             },
         };
         assert!(hostile.check(1).is_err());
+        let of_none = Global {
+            effect: Effect::Phase(1..1),
+            ..hostile
+        };
+        assert!(of_none.check(2).is_err());
     }
 }

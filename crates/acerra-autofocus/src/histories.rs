@@ -4,6 +4,7 @@ use num_complex::Complex64;
 use rayon::prelude::*;
 
 use crate::echoes::{Separated, misfit, separate};
+use crate::parts::Parts;
 use crate::profiles::Profiles;
 use crate::template::Template;
 
@@ -19,11 +20,19 @@ pub(crate) struct Histories {
     pub pulses: Vec<Separated>,
     /// Variance of the noise per frequency: the pulses' median.
     pub noise: f64,
+    /// By which the echoes of each pulse are turned.
+    turn: Vec<Complex64>,
+    parts: Parts,
 }
 
 impl Histories {
-    /// Separates the echoes of points at `range_m`, `[M][K]`.
-    pub fn new(profiles: &Profiles, template: &Template, range_m: &[Vec<f64>]) -> Self {
+    /// Separates the echoes of points at `range_m`, `[M][K]`, that the flight turns by `turn`, `[M]`.
+    pub fn new(
+        (profiles, template): (&Profiles, &Template),
+        range_m: &[Vec<f64>],
+        turn: Vec<Complex64>,
+        parts: &Parts,
+    ) -> Self {
         let pulses: Vec<Separated> = range_m
             .par_iter()
             .enumerate()
@@ -40,7 +49,12 @@ impl Histories {
         let greatest = profiles.energy.iter().copied().fold(0.0, f64::max);
         // Not below what tables in single precision resolve.
         let noise = power[power.len() / 2].max(1e-9 * greatest / free);
-        Self { pulses, noise }
+        Self {
+            pulses,
+            noise,
+            turn,
+            parts: parts.clone(),
+        }
     }
 
     /// Energy that free amplitudes of every pulse explain.
@@ -48,32 +62,28 @@ impl Histories {
         self.pulses.iter().map(|p| p.captured).sum()
     }
 
-    /// The amplitudes of points that keep their phase along the flight.
+    /// The amplitudes of points that keep their phase along each part of the flight.
     pub fn coherent(&self) -> CoherentAmplitudes {
         let points = self.pulses.first().map_or(0, |p| p.echoes.len());
-        let histories: Vec<(Vec<f64>, Complex64)> =
-            (0..points).map(|k| self.coherent_of(k)).collect();
-        let modulus = (0..self.pulses.len())
-            .map(|m| histories.iter().map(|(rho, _)| rho[m]).collect())
+        let histories: Vec<Vec<Complex64>> = (0..points).map(|k| self.coherent_of(k)).collect();
+        let amplitude = (0..self.pulses.len())
+            .map(|m| histories.iter().map(|own| own[m]).collect())
             .collect();
-        CoherentAmplitudes {
-            modulus,
-            phase: histories.iter().map(|(_, phase)| *phase).collect(),
-        }
+        CoherentAmplitudes { amplitude }
     }
 
     /// Coherent amplitude of each point, and its coherence: the share of its echoes' amplitude that
-    /// has one phase along the flight.
+    /// has one phase along each part of the flight.
     pub fn coherence(&self) -> Vec<[f64; 2]> {
         let points = self.pulses.first().map_or(0, |p| p.echoes.len());
         (0..points)
             .map(|k| {
-                let (modulus, phase) = self.coherent_of(k);
+                let coherent = self.coherent_of(k);
                 let (mut sum, mut own, mut power) = (0.0, 0.0, 0.0);
-                for (pulse, rho) in self.pulses.iter().zip(&modulus) {
+                for (pulse, coherent) in self.pulses.iter().zip(&coherent) {
                     let amplitude = pulse.echoes[k].amplitude;
-                    sum += rho * (amplitude * phase.conj()).re;
-                    own += rho * rho;
+                    sum += (amplitude * coherent.conj()).re;
+                    own += coherent.norm_sqr();
                     power += amplitude.norm_sqr();
                 }
                 let scale = (own * power).sqrt();
@@ -85,7 +95,25 @@ impl Histories {
             .collect()
     }
 
-    fn coherent_of(&self, k: usize) -> (Vec<f64>, Complex64) {
+    /// A point's amplitudes with one phase along each part.
+    fn coherent_of(&self, k: usize) -> Vec<Complex64> {
+        let modulus = self.modulus_of(k);
+        let phase: Vec<Complex64> = self.sums_of(k, &modulus).into_iter().map(unit).collect();
+        let of = |(m, rho): (usize, &f64)| phase[self.parts.of(m)] * self.turn[m] * *rho;
+        modulus.iter().enumerate().map(of).collect()
+    }
+
+    /// Sum of a point's amplitudes over each part, weighed by their moduli, with the flight's turns taken off.
+    fn sums_of(&self, k: usize, modulus: &[f64]) -> Vec<Complex64> {
+        let mut sums = vec![Complex64::ZERO; self.parts.len()];
+        for (m, (pulse, rho)) in self.pulses.iter().zip(modulus).enumerate() {
+            sums[self.parts.of(m)] += pulse.echoes[k].amplitude * self.turn[m].conj() * *rho;
+        }
+        sums
+    }
+
+    /// Moduli of a point's echoes, means over neighbouring pulses of a part.
+    fn modulus_of(&self, k: usize) -> Vec<f64> {
         let count = self.pulses.len();
         let half = ((SMOOTHED_SHARE * count as f64) as usize).max(LEAST_SMOOTHED) / 2;
         let mut before = Vec::with_capacity(count + 1);
@@ -95,35 +123,48 @@ impl Histories {
             let power = echo.amplitude.norm_sqr() - self.noise * echo.amplitude_variance;
             before.push(before[before.len() - 1] + power);
         }
-        let modulus: Vec<f64> = (0..count)
+        (0..count)
             .map(|m| {
-                let (from, to) = (m.saturating_sub(half), (m + half + 1).min(count));
+                let part = self.parts.about(m);
+                let from = m.saturating_sub(half).max(part.start);
+                let to = (m + half + 1).min(part.end);
                 ((before[to] - before[from]) / (to - from) as f64)
                     .max(0.0)
                     .sqrt()
             })
-            .collect();
-        let sum: Complex64 = self
-            .pulses
-            .iter()
-            .zip(&modulus)
-            .map(|(p, rho)| p.echoes[k].amplitude * *rho)
-            .sum();
-        let phase = if sum == Complex64::ZERO {
-            Complex64::ONE
-        } else {
-            sum / sum.norm()
-        };
-        (modulus, phase)
+            .collect()
+    }
+
+    /// Turn of the echoes of `own` pulses against those of `others`, by all points of `guides`, in rad; none
+    /// where either have no echo.
+    pub fn turn_between(&self, own: &[bool], others: &[bool], guides: &[bool]) -> Option<f64> {
+        let mut cross = Complex64::ZERO;
+        for k in (0..guides.len()).filter(|k| guides[*k]) {
+            let modulus = self.modulus_of(k);
+            let sum_of = |which: &[bool]| -> Complex64 {
+                let pulses = (0..which.len()).filter(|m| which[*m]);
+                let of = |m: usize| self.pulses[m].echoes[k].amplitude * self.turn[m].conj();
+                pulses.map(|m| of(m) * modulus[m]).sum()
+            };
+            cross += sum_of(own) * sum_of(others).conj();
+        }
+        (cross != Complex64::ZERO).then(|| cross.arg())
     }
 }
 
-/// Amplitudes of points that keep their phase along the flight.
+/// The phase factor of a sum.
+fn unit(sum: Complex64) -> Complex64 {
+    if sum == Complex64::ZERO {
+        Complex64::ONE
+    } else {
+        sum / sum.norm()
+    }
+}
+
+/// Amplitudes of points that keep their phase along each part of the flight.
 pub(crate) struct CoherentAmplitudes {
-    /// Modulus, `[M][K]`.
-    pub modulus: Vec<Vec<f64>>,
-    /// Phase factor of each point.
-    pub phase: Vec<Complex64>,
+    /// `[M][K]`.
+    pub amplitude: Vec<Vec<Complex64>>,
 }
 
 impl CoherentAmplitudes {
@@ -136,7 +177,7 @@ impl CoherentAmplitudes {
                 let model: Vec<(f64, Complex64)> = ranges
                     .iter()
                     .enumerate()
-                    .map(|(k, r)| (*r, self.phase[k] * self.modulus[m][k]))
+                    .map(|(k, r)| (*r, self.amplitude[m][k]))
                     .collect();
                 misfit(profiles, template, m, &model)
             })

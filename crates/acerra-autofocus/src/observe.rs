@@ -1,12 +1,16 @@
 //! Linear observations of the path and the points from phases and delays of echoes.
 
+use std::ops::Range;
+
 use nalgebra::{DMatrix, Vector3};
 
-use crate::globals::{Effect, Global, Ranging};
+use crate::globals::{Effect, Global};
 use crate::ground::Ground;
 use crate::histories::Histories;
 use crate::information::{Observations, PulseInformation};
 use crate::model::Model;
+use crate::parts::Parts;
+use crate::ranging::Ranging;
 use crate::smoother::Smoothed;
 
 /// Power of an echo over its variance from which its phase and delay are taken.
@@ -38,6 +42,8 @@ pub(crate) struct Observing<'a> {
 pub(crate) struct Row {
     pub pulse: usize,
     pub point: usize,
+    /// The part of the flight that the pulse belongs to.
+    part: usize,
     pub kind: Kind,
     value_m: f64,
     by_error: Vector3<f64>,
@@ -53,7 +59,8 @@ pub(crate) struct Rows {
     pub rows: Vec<Row>,
     pub pulses: usize,
     pub points: usize,
-    phases: bool,
+    /// Phases of each point: one a part of the flight; none where delays alone are observed.
+    phases: usize,
     /// Prior variances of the globals, and the factors that they have in each row, one after another.
     global_variance: Vec<f64>,
     by_global: Vec<f64>,
@@ -67,6 +74,7 @@ pub(crate) struct Rows {
 pub(crate) struct Standpoint<'a> {
     pub model: &'a Model,
     pub histories: &'a Histories,
+    pub parts: &'a Parts,
     pub position_m: &'a [[f64; 3]],
     pub ground: &'a Ground<'a>,
     /// Wavenumber that turns phases into ranges, rad/m, and the range resolution, m.
@@ -79,7 +87,7 @@ impl Rows {
     pub fn about(stand: &Standpoint, observing: Observing) -> Self {
         let globals = observing.globals;
         let points = stand.model.points_m(stand.ground);
-        let ranging = Ranging::new(globals, &stand.model.globals);
+        let ranging = Ranging::new(globals, &stand.model.globals, stand.position_m.len());
         let tangents: Vec<_> = stand
             .model
             .places
@@ -108,11 +116,16 @@ impl Rows {
                         tells * ranging.derivative(of, m, (&sight, apart.norm()))
                     })
                     .collect();
-                // The point's own phase takes up what delays all pulses alike.
+                // The point's own phase takes up what delays all pulses of a part alike.
+                let takes_up = |own: &Range<usize>| {
+                    let part = stand.parts.about(m);
+                    own.start <= part.start && part.end <= own.end
+                };
                 let each = factors.iter().zip(globals);
                 let of_phase: Vec<f64> = each
-                    .map(|(f, g)| match g.effect {
-                        Effect::Delay => 0.0,
+                    .map(|(f, g)| match &g.effect {
+                        Effect::Delay(own) if takes_up(own) => 0.0,
+                        Effect::Phase(own) if own.contains(&m) => -tells / stand.carrier,
                         _ => *f,
                     })
                     .collect();
@@ -124,6 +137,7 @@ impl Rows {
                 let mut row = Row {
                     pulse: m,
                     point: k,
+                    part: stand.parts.of(m),
                     kind: Kind::Delay,
                     value_m: echo.delay_m.clamp(-0.5 * stand.cell_m, 0.5 * stand.cell_m)
                         + reached_m(&factors),
@@ -139,9 +153,10 @@ impl Rows {
                 let Some(coherent) = &amplitudes else {
                     continue;
                 };
-                let modulus = coherent.modulus[m][k];
+                let own = coherent.amplitude[m][k];
+                let modulus = own.norm();
                 if modulus * modulus > LEAST_SIGNAL * variance {
-                    let turn = (echo.amplitude * coherent.phase[k].conj()).arg();
+                    let turn = (echo.amplitude * own.conj()).arg();
                     row.kind = Kind::Phase;
                     row.value_m = -turn / stand.carrier + reached_m(&of_phase);
                     row.variance_m2 = 0.5 * variance / (modulus * stand.carrier).powi(2);
@@ -155,7 +170,10 @@ impl Rows {
             rows,
             pulses: stand.histories.pulses.len(),
             points: points.len(),
-            phases: observing.phases,
+            phases: match observing.phases {
+                true => stand.parts.len(),
+                false => 0,
+            },
             global_variance: globals.iter().map(|g| g.sigma * g.sigma).collect(),
             by_global,
             place_sigma_m: observing.place_sigma_m,
@@ -164,10 +182,9 @@ impl Rows {
         }
     }
 
-    /// Parameters: two of place and, where phases are observed, one of phase for each point; then
-    /// the globals.
+    /// Parameters: two of place and the phases for each point; then the globals.
     fn per_point(&self) -> usize {
-        2 + usize::from(self.phases)
+        2 + self.phases
     }
 
     fn parameters(&self) -> usize {
@@ -179,7 +196,7 @@ impl Rows {
         let row = &self.rows[index];
         let first = row.point * self.per_point();
         let of_phase = match row.kind {
-            Kind::Phase => Some((first + 2, 1.0)),
+            Kind::Phase => Some((first + 2 + row.part, 1.0)),
             Kind::Delay => None,
         };
         let count = self.global_variance.len();
@@ -239,9 +256,7 @@ impl Rows {
         let mut variance = Vec::with_capacity(self.parameters());
         for pixel_m in &self.pixel_m {
             variance.extend(pixel_m.map(|side| (self.place_sigma_m / side).powi(2)));
-            if self.phases {
-                variance.push(self.place_sigma_m.powi(2));
-            }
+            variance.extend(vec![self.place_sigma_m.powi(2); self.phases]);
         }
         variance.extend_from_slice(&self.global_variance);
         variance

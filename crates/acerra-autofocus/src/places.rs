@@ -47,12 +47,12 @@ impl Problem<'_> {
             let point = self.ground.point_m(place);
             let tangents = self.ground.tangents_m(place);
             let (mut normal, mut right) = (Matrix2::zeros(), Vector2::zeros());
-            for (p, wanted) in antenna_m.iter().zip(wanted_m) {
+            for (m, (p, wanted)) in antenna_m.iter().zip(wanted_m).enumerate() {
                 let from = Vector3::from(*p);
                 let sight = (point - from).normalize();
                 let slope = Vector2::new(sight.dot(&tangents[0]), sight.dot(&tangents[1]));
                 normal += slope * slope.transpose();
-                right += slope * (wanted - ranging.range_m(&from, &point));
+                right += slope * (wanted - ranging.range_m(m, &from, &point));
             }
             for (i, tangent) in tangents.iter().enumerate() {
                 normal[(i, i)] += RIDGE * antenna_m.len() as f64 * tangent.norm_squared();

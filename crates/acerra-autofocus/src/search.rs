@@ -115,7 +115,7 @@ impl Search<'_> {
             .step_by(every)
             .map(|m| (m, single(Vector3::from(positions[m]) - origin)))
             .collect();
-        let slowness = ranging.slowness as f32;
+        let (slowness, delay_m) = (ranging.slowness as f32, &ranging.delay_m);
         let mut power = vec![0.0; rows * columns];
         power
             .par_chunks_mut(columns)
@@ -134,7 +134,7 @@ impl Search<'_> {
                         let (dx, dy, dz) = (x - at[0], y - at[1], z - at[2]);
                         *range = (dx * dx + dy * dy + dz * dz).sqrt() * slowness;
                     }
-                    powers.add(*m, ranging.delay_m, &range_m, &mut sum);
+                    powers.add(*m, delay_m[*m], &range_m, &mut sum);
                 }
                 row.iter_mut()
                     .zip(&sum)
@@ -175,7 +175,7 @@ impl Search<'_> {
         })
     }
 
-    /// The spectra less the echoes of points of one phase, moved to zero delay.
+    /// The spectra less the echoes of points of one phase, moved to zero delay and phase.
     fn residual_spectra(&self, model: &Model) -> Vec<Complex64> {
         let problem = &self.problem;
         let Seen {
@@ -185,11 +185,11 @@ impl Search<'_> {
         let amplitudes = histories.coherent();
         let template = problem.template;
         let n = template.wavenumber.len();
-        let delay_m = problem.ranging(model).delay_m;
+        let ranging = problem.ranging(model);
         let mut spectrum = self.pulses.spectrum().to_vec();
         spectrum.par_chunks_mut(n).enumerate().for_each(|(m, row)| {
             for (k, range) in ranges[m].iter().enumerate() {
-                let amplitude = amplitudes.phase[k] * amplitudes.modulus[m][k];
+                let amplitude = amplitudes.amplitude[m][k];
                 for ((e, kappa), s) in row
                     .iter_mut()
                     .zip(&template.wavenumber)
@@ -198,8 +198,9 @@ impl Search<'_> {
                     *e -= amplitude * s * Complex64::cis(-(template.carrier + kappa) * range);
                 }
             }
+            let (delay_m, turn) = (ranging.delay_m[m], ranging.turn[m].conj());
             for (e, kappa) in row.iter_mut().zip(&template.wavenumber) {
-                *e *= Complex64::cis((template.carrier + kappa) * delay_m);
+                *e *= turn * Complex64::cis((template.carrier + kappa) * delay_m);
             }
         });
         spectrum

@@ -4,6 +4,7 @@ use acerra_autofocus::{Autofocused, Decision};
 use acerra_geo::interpolate::Interpolated;
 
 use crate::quantity::{GlobalCorrection, Quantity};
+use crate::recording::InstrumentError;
 
 /// What the autofocus of a survey found.
 #[derive(Clone, Debug)]
@@ -25,11 +26,32 @@ pub struct PathCorrection {
 }
 
 impl PathCorrection {
-    /// Sum of what was found of a quantity that all tracks share, in its unit.
+    /// What was found of a quantity that all tracks share, in its unit; 0 where it was not left free.
     #[must_use]
-    pub fn total(&self, quantity: Quantity) -> f64 {
-        let own = self.globals.iter().filter(|g| g.quantity == quantity);
-        own.map(|g| g.value).sum()
+    pub fn of_all(&self, quantity: Quantity) -> f64 {
+        self.found_of(quantity, |track| track.is_none())
+    }
+
+    /// What was found of a quantity of this track's own, in its unit; 0 where it was not left free.
+    #[must_use]
+    pub fn of_track(&self, quantity: Quantity, track: usize) -> f64 {
+        self.found_of(quantity, |own| own.unwrap_or(0) == track)
+    }
+
+    fn found_of(&self, quantity: Quantity, is_wanted: impl Fn(Option<usize>) -> bool) -> f64 {
+        let mut found = self.globals.iter();
+        let found = found.find(|g| g.quantity == quantity && is_wanted(g.track));
+        found.map_or(0.0, |g| g.value)
+    }
+
+    /// Delay and phase that were found of a track's instrument, taken off its spectra.
+    #[must_use]
+    pub fn instrument(&self, track: usize) -> InstrumentError {
+        let own_ns = self.of_track(Quantity::TrackDelay, track);
+        InstrumentError {
+            delay_ns: self.of_all(Quantity::Delay) + own_ns,
+            phase_deg: self.of_track(Quantity::TrackPhase, track),
+        }
     }
 
     /// Whether the image is made with corrected places.

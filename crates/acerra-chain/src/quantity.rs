@@ -1,4 +1,4 @@
-//! Quantities of the whole flight, and what an autofocus says of them.
+//! Quantities of the whole flight or of a track, and what an autofocus says of them.
 
 use serde::Serialize;
 
@@ -22,6 +22,16 @@ pub enum Quantity {
     Height,
     /// Propagation speed, m/s.
     LightSpeed,
+    /// Delay of a track's instrument beside the others', ns.
+    TrackDelay,
+    /// Phase of a track's instrument against the first track's, degrees.
+    TrackPhase,
+    /// Error that a track's positions have in common, east, m.
+    TrackEast,
+    /// The same, north, m.
+    TrackNorth,
+    /// The same, up, m.
+    TrackUp,
 }
 
 impl Quantity {
@@ -37,6 +47,11 @@ impl Quantity {
             Self::LeverUp => "lever_up",
             Self::Height => "height",
             Self::LightSpeed => "light_speed",
+            Self::TrackDelay => "track_delay",
+            Self::TrackPhase => "track_phase",
+            Self::TrackEast => "track_east",
+            Self::TrackNorth => "track_north",
+            Self::TrackUp => "track_up",
         }
     }
 
@@ -44,18 +59,21 @@ impl Quantity {
     #[must_use]
     pub fn unit(self) -> &'static str {
         match self {
-            Self::Delay => "ns",
+            Self::Delay | Self::TrackDelay => "ns",
+            Self::TrackPhase => "°",
             Self::ClockOffset => "s",
             Self::ClockDrift => "ppm",
             Self::LightSpeed => "m/s",
             Self::LeverForward | Self::LeverLeft | Self::LeverUp | Self::Height => "m",
+            Self::TrackEast | Self::TrackNorth | Self::TrackUp => "m",
         }
     }
 
-    /// Its unit over that of the estimate: ranges for delays, shares for speeds.
+    /// Its unit over that of the estimate: ranges for delays, radians for phases, shares for speeds.
     pub(crate) fn per_estimated(self, light_speed_m_s: f64) -> f64 {
         match self {
-            Self::Delay => 2e9 / light_speed_m_s,
+            Self::Delay | Self::TrackDelay => 2e9 / light_speed_m_s,
+            Self::TrackPhase => 1_f64.to_degrees(),
             Self::LightSpeed => light_speed_m_s,
             _ => 1.0,
         }

@@ -6,8 +6,9 @@ use std::f64::consts::TAU;
 use std::fs::File;
 use std::path::Path;
 
-use acerra_chain::autofocus::{AutofocusFailure, AutofocusOptions, Quantity};
+use acerra_chain::autofocus::{AutofocusFailure, Quantity};
 use acerra_chain::campaign::Campaign;
+use acerra_chain::choices::{Delay, TimeOffset};
 use acerra_chain::position::Positions;
 use acerra_chain::weigh::weigh_autofocus;
 use acerra_chain::{Control, ImageRequest, Journal, MemorySink, Prepared};
@@ -80,6 +81,7 @@ fn write_flight(folder: &Path) {
 const CAMPAIGN: &str = "
 [radar]
 file = 'flight.npz'
+delay_ns = 0.0
 [trajectory]
 file = 'flight.csv'
 time_offset_s = 0.0
@@ -95,18 +97,17 @@ pixel_m = 0.02
 ";
 
 /// The campaign prepared, with what it says of an autofocus.
-fn prepared(autofocus: &str) -> (Prepared, AutofocusOptions) {
+fn prepared(autofocus: &str) -> (Prepared, Campaign) {
     let folder = tempfile::tempdir().unwrap();
     write_flight(folder.path());
     let campaign = Campaign::parse(&format!(
         "{CAMPAIGN}[autofocus]\nenabled = true\n{autofocus}"
     ));
     let campaign = campaign.unwrap().resolved_in(folder.path());
-    let options = (&campaign.autofocus).into();
     let prepared = campaign
         .survey()
         .prepare(&mut Journal::default(), &Control::default());
-    (prepared.unwrap(), options)
+    (prepared.unwrap(), campaign)
 }
 
 fn peak(prepared: &Prepared) -> f32 {
@@ -120,12 +121,13 @@ fn peak(prepared: &Prepared) -> f32 {
 
 #[test]
 fn wrong_settings_with_priors_are_found_and_carried_through() {
-    let (mut flight, options) = prepared(
+    let (mut flight, campaign) = prepared(
         "clock_offset_sigma_s = 0.02\ndelay_sigma_ns = 0.3\nheight_sigma_m = 0.2\n\
          light_speed_sigma_m_s = 1e6\nlever_arm_sigma_m = [0.0, 0.02, 0.0]\n",
     );
     let before = peak(&flight);
     let stated_m = flight.aligned.position_m.clone();
+    let options = campaign.autofocus_options();
     let correction = flight.autofocus(&options, &Control::default()).unwrap();
     assert!(correction.is_applied(), "{:?}", correction.found.decision);
     for (quantity, truth) in [
@@ -158,6 +160,17 @@ fn wrong_settings_with_priors_are_found_and_carried_through() {
     let after = peak(&flight);
     assert!(20.0 * (after / before).log10() > 1.0, "{before} to {after}");
 
+    // The settled campaign states what was found.
+    let found = |quantity| flight.correction.as_ref().unwrap().of_all(quantity);
+    let settled = campaign.with_corrected(&flight);
+    let delay_ns = settled.radar.delay_ns.and_then(Delay::given_ns).unwrap();
+    assert!((delay_ns - found(Quantity::Delay)).abs() < 1e-12);
+    let offset = settled.trajectory.time_offset_s;
+    let Some(TimeOffset::Seconds(offset_s)) = offset else {
+        panic!("{offset:?}");
+    };
+    assert!((offset_s - found(Quantity::ClockOffset)).abs() < 1e-12);
+
     let restored = flight.as_stated();
     assert_eq!(restored.aligned.position_m, stated_m);
     assert!((restored.scene.light_speed_m_s - SPEED_OF_LIGHT_M_S).abs() < 1e-6);
@@ -171,7 +184,8 @@ fn clocks_and_lever_arms_of_placed_traces_are_refused() {
         "clock_drift_sigma_ppm = 10.0",
         "lever_arm_sigma_m = [0.0, 0.0, 0.01]",
     ] {
-        let (mut flight, mut options) = prepared(key);
+        let (mut flight, campaign) = prepared(key);
+        let mut options = campaign.autofocus_options();
         options.sigma_m = Some([0.01; 3]);
         let placed: Vec<[f64; 3]> = flight.aligned.all.iter().map(|p| p.position_m).collect();
         flight.tracks[0].positions = Positions::PerTrace(placed.into());

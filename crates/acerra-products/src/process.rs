@@ -146,7 +146,7 @@ impl Ready {
         refuse_contradictions(&campaign, &journal.evidence)?;
         if campaign.autofocus.enabled {
             autofocus(&campaign, &mut prepared, journal, control)?;
-            campaign.image.light_speed_m_s = prepared.scene.light_speed_m_s;
+            campaign = campaign.with_corrected(&prepared);
         }
         Ok(Self {
             name,
@@ -246,7 +246,7 @@ fn autofocus(
     journal: &mut Journal,
     control: &Control<'_>,
 ) -> Result<(), RunError> {
-    let options = (&campaign.autofocus).into();
+    let options = campaign.autofocus_options();
     let findings = journal.stage("focus", |_| {
         let found = prepared.autofocus(&options, control)?;
         Ok::<_, RunError>(weigh_autofocus(found))

@@ -220,7 +220,7 @@ fn weighed(
     let found = weigh_prepared(&prepared, &request, control).map_err(|_| Failure::Cancelled)?;
     findings.extend(found);
     if campaign.autofocus.enabled {
-        let options = (&campaign.autofocus).into();
+        let options = campaign.autofocus_options();
         let correction = prepared.autofocus(&options, control);
         findings.extend(weigh_autofocus(correction.map_err(RunError::from)?));
     }

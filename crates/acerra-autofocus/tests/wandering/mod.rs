@@ -254,7 +254,7 @@ impl Flight {
             }
         };
         let effect = match j {
-            DELAY => Effect::Delay,
+            DELAY => Effect::Delay(0..PULSES),
             CLOCK => shifted(&|_| 1.0),
             DRIFT => shifted(&|t| 1e-6 * (t - middle_s())),
             // The flight is lower above the scene where the scene is higher.

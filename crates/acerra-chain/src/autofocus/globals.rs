@@ -1,5 +1,7 @@
 //! Quantities of the whole flight that an autofocus leaves free beside the places: delay, clock, lever arm,
-//! height above the scene, propagation speed.
+//! height above the scene, propagation speed; of each track, what its instrument and its positions have in common.
+
+use std::ops::Range;
 
 use acerra_autofocus::{Effect, Global, GlobalFound};
 use acerra_geo::interpolate::Interpolator;
@@ -8,6 +10,7 @@ use acerra_geo::trajectory::Trajectory;
 
 use super::options::{AutofocusFailure, AutofocusOptions};
 use crate::align::interpolator;
+use crate::choices::Sum;
 use crate::position::Positions;
 use crate::prepare::{Prepared, Track};
 use crate::quantity::{GlobalCorrection, Quantity};
@@ -42,10 +45,6 @@ impl Prepared {
     pub(super) fn free(&self, options: &AutofocusOptions) -> Result<Vec<Free>, AutofocusFailure> {
         let light_speed_m_s = self.scene.light_speed_m_s;
         let traces = self.aligned.position_m.len();
-        let up = Effect::Position {
-            first: vec![[0.0, 0.0, 1.0]; traces],
-            second: vec![[0.0; 3]; traces],
-        };
         let mut free = Vec::new();
         let mut add = |quantity: Quantity, track, sigma: f64, effect| {
             let sigma = sigma / quantity.per_estimated(light_speed_m_s);
@@ -63,17 +62,57 @@ impl Prepared {
                 });
             }
         };
-        add(Quantity::Delay, None, options.delay_sigma_ns, Effect::Delay);
+        let delay = Effect::Delay(0..traces);
+        add(Quantity::Delay, None, self.delay_sigma_ns(options), delay);
         for (number, track) in self.tracks.iter().enumerate() {
             let which = (self.tracks.len() > 1).then_some(number);
             for (quantity, sigma, effect) in self.free_of(track, options)? {
                 add(quantity, which, sigma, effect);
             }
+            for (quantity, sigma, effect) in self.in_common(number, options) {
+                add(quantity, which, sigma, effect);
+            }
         }
+        let up = shifted(traces, 0..traces, 2);
         add(Quantity::Height, None, options.height_sigma_m, up);
         let speed_sigma_m_s = options.light_speed_sigma_m_s;
         add(Quantity::LightSpeed, None, speed_sigma_m_s, Effect::Speed);
         Ok(free)
+    }
+
+    /// Deviation of the fast time at which range is zero: as stated, else that of one found from the data.
+    fn delay_sigma_ns(&self, options: &AutofocusOptions) -> f64 {
+        let found_ns = || match self.tracks.as_slice() {
+            [only] => found_delay_sigma_ns(only),
+            _ => 0.0,
+        };
+        options.delay_sigma_ns.unwrap_or_else(found_ns)
+    }
+
+    /// What a track's instrument adds beside the others', and what its positions have in common.
+    fn in_common(&self, number: usize, options: &AutofocusOptions) -> Vec<(Quantity, f64, Effect)> {
+        let own = self.tracks[number].range.clone();
+        if own.is_empty() {
+            return Vec::new();
+        }
+        let traces = self.aligned.position_m.len();
+        let axes = [Quantity::TrackEast, Quantity::TrackNorth, Quantity::TrackUp];
+        let places = axes.into_iter().enumerate().map(|(axis, quantity)| {
+            let sigma_m = options.track_shift_sigma_m[axis];
+            (quantity, sigma_m, shifted(traces, own.clone(), axis))
+        });
+        let mut free: Vec<_> = places.collect();
+        if self.tracks.len() > 1 {
+            let found_ns = || found_delay_sigma_ns(&self.tracks[number]);
+            let sigma_ns = options.track_delay_sigma_ns.unwrap_or_else(found_ns);
+            free.push((Quantity::TrackDelay, sigma_ns, Effect::Delay(own.clone())));
+        }
+        // The first track's phase is that of the points.
+        if number > 0 && options.sum == Sum::Coherent {
+            let sigma_deg = options.track_phase_sigma_deg;
+            free.push((Quantity::TrackPhase, sigma_deg, Effect::Phase(own)));
+        }
+        free
     }
 
     /// Those of one track: its clock and its lever arm.
@@ -82,7 +121,7 @@ impl Prepared {
         track: &Track,
         options: &AutofocusOptions,
     ) -> Result<Vec<(Quantity, f64, Effect)>, AutofocusFailure> {
-        let offset_sigma_s = options.clock_offset_sigma_s;
+        let offset_sigma_s = clock_sigma_s(track, options);
         let drift_sigma_ppm = options.clock_drift_sigma_ppm;
         let arm_sigma_m = options.lever_arm_sigma_m;
         let mut free = Vec::new();
@@ -120,6 +159,28 @@ impl Prepared {
         }
         Ok(free)
     }
+}
+
+/// Deviation of a track's delay, where it was found from the data.
+fn found_delay_sigma_ns(track: &Track) -> f64 {
+    let found = track.delay.as_ref();
+    found.map_or(0.0, |delay| 1e9 * delay.sigma_s)
+}
+
+/// Deviation of a track's clock offset: as stated, else that of one found from the data or recorded.
+fn clock_sigma_s(track: &Track, options: &AutofocusOptions) -> f64 {
+    let searched = track.search.as_ref().map(|search| search.estimate.sigma_s);
+    let recorded = track.recorded_clock.as_ref().map(|clock| clock.sigma_s);
+    let stated = options.clock_offset_sigma_s;
+    stated.or(searched).or(recorded).unwrap_or(0.0)
+}
+
+/// A shift of these traces by a unit along an axis.
+fn shifted(traces: usize, own: Range<usize>, axis: usize) -> Effect {
+    let mut first = vec![[0.0; 3]; traces];
+    first[own].iter_mut().for_each(|d| d[axis] = 1.0);
+    let second = vec![[0.0; 3]; traces];
+    Effect::Position { first, second }
 }
 
 /// A track on its trajectory.

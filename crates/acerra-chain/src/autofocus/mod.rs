@@ -14,6 +14,7 @@ use acerra_imaging::{ImagingError, PlaneGrid};
 use acerra_radar::Spectrum;
 use num_complex::Complex64;
 
+use crate::choices::Sum;
 use crate::control::Control;
 pub use crate::correction::PathCorrection;
 use crate::position::Positions;
@@ -88,8 +89,7 @@ impl Prepared {
             if correction.is_applied() {
                 let light_speed_m_s = correction.stated_light_speed_m_s;
                 stated.scene.light_speed_m_s = light_speed_m_s;
-                let delay_ns = correction.total(Quantity::Delay);
-                advance(&mut stated.spectrum, -delay_ns);
+                stated.take_off(&correction, -1.0);
             }
             stated.aligned.position_m = correction.stated_m;
             stated.aligned.all = correction.stated;
@@ -109,6 +109,10 @@ impl Prepared {
         let mut limits = acerra_autofocus::AutofocusOptions::default();
         if let Some(most) = options.most_points {
             limits.most_points = most;
+        }
+        if options.sum == Sum::Incoherent {
+            let parts = self.tracks.iter().map(|track| track.range.clone());
+            limits.coherent_parts = parts.filter(|part| !part.is_empty()).collect();
         }
         let refused = |error: ImagingError| AutofocusFailure::from(AutofocusError::from(error));
         let weight = vec![1.0; self.aligned.position_m.len()];
@@ -174,10 +178,32 @@ impl Prepared {
         Some(found)
     }
 
+    /// Takes off the spectra what was found of the instruments' delays and phases, so many times.
+    fn take_off(&mut self, correction: &PathCorrection, times: f64) {
+        let Spectrum {
+            frequency_hz,
+            values,
+            ..
+        } = &mut self.spectrum;
+        let pulses: Vec<_> = values.chunks_exact_mut(frequency_hz.len()).collect();
+        let mut pulses = pulses.into_iter();
+        for (number, track) in self.tracks.iter().enumerate() {
+            let found = correction.instrument(number);
+            let turn: Vec<Complex64> = frequency_hz
+                .iter()
+                .map(|f| TAU * f * 1e-9 * found.delay_ns - found.phase_deg.to_radians())
+                .map(|turn_rad| Complex64::cis(times * turn_rad))
+                .collect();
+            for pulse in pulses.by_ref().take(track.range.len()) {
+                pulse.iter_mut().zip(&turn).for_each(|(v, turn)| *v *= turn);
+            }
+        }
+    }
+
     fn apply(&mut self, correction: &PathCorrection) {
         let found = &correction.found;
-        advance(&mut self.spectrum, correction.total(Quantity::Delay));
-        self.scene.light_speed_m_s += correction.total(Quantity::LightSpeed);
+        self.take_off(correction, 1.0);
+        self.scene.light_speed_m_s += correction.of_all(Quantity::LightSpeed);
         let aligned = &mut self.aligned;
         let rises = found.position_m.iter().zip(&aligned.position_m);
         for (height, (new, old)) in aligned.height_m.iter_mut().zip(rises) {
@@ -195,23 +221,6 @@ impl Prepared {
                 place.covariance_m2 = Some(found.covariance_m2[m]);
             }
             before += track.traces_in_log;
-        }
-    }
-}
-
-/// Takes a fast time that all echoes have in common off them.
-fn advance(spectrum: &mut Spectrum, delay_ns: f64) {
-    if delay_ns == 0.0 {
-        return;
-    }
-    let turn: Vec<Complex64> = spectrum
-        .frequency_hz
-        .iter()
-        .map(|f| Complex64::cis(TAU * f * 1e-9 * delay_ns))
-        .collect();
-    for pulse in spectrum.values.chunks_exact_mut(turn.len()) {
-        for (value, turn) in pulse.iter_mut().zip(&turn) {
-            *value *= turn;
         }
     }
 }

@@ -4,6 +4,7 @@ use acerra_autofocus::AutofocusError;
 use acerra_geo::lever_arm::LeverArmError;
 use acerra_imaging::ImagingError;
 
+use crate::choices::Sum;
 use crate::control::Cancelled;
 
 /// Parameters of the autofocus.
@@ -15,10 +16,12 @@ pub struct AutofocusOptions {
     /// How long errors last (s): the length of a Matérn process of order 3/2; by default two sampling
     /// intervals of the positions, at least 0.25 s.
     pub correlation_s: Option<f64>,
-    /// Standard deviation of the fast time at which range is zero (ns); known by default.
-    pub delay_sigma_ns: f64,
-    /// Standard deviation of each track's clock offset (s); known by default.
-    pub clock_offset_sigma_s: f64,
+    /// Standard deviation of the fast time at which range is zero (ns); by default that of one found from
+    /// the data of a single track, and none where it was stated.
+    pub delay_sigma_ns: Option<f64>,
+    /// Standard deviation of each track's clock offset (s); by default that of one found from the data or
+    /// recorded, and none where it was stated.
+    pub clock_offset_sigma_s: Option<f64>,
     /// Standard deviation of the drift of that offset (ppm); none by default.
     pub clock_drift_sigma_ppm: f64,
     /// Standard deviations of each track's lever arm, forward, left, up (m); known by default.
@@ -28,6 +31,15 @@ pub struct AutofocusOptions {
     pub height_sigma_m: f64,
     /// Standard deviation of the propagation speed (m/s); known by default.
     pub light_speed_sigma_m_s: f64,
+    /// Standard deviation of what each track's instrument delays beside the others' (ns); by default that of
+    /// delays found from the data; of one track, none.
+    pub track_delay_sigma_ns: Option<f64>,
+    /// Standard deviation of each track's phase against the first's (degrees), of tracks summed coherently.
+    pub track_phase_sigma_deg: f64,
+    /// Standard deviations of an error that each track's positions have in common, east, north, up (m).
+    pub track_shift_sigma_m: [f64; 3],
+    /// How the tracks are summed: by powers, a point has a phase of its own in each.
+    pub sum: Sum,
     /// Most points used.
     pub most_points: Option<usize>,
 }

@@ -1,5 +1,6 @@
 //! The campaign file: which logs, how they fit together, which image is wanted.
 
+mod corrected;
 mod error;
 mod parameters;
 mod rules;

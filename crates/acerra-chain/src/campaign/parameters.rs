@@ -5,9 +5,7 @@ use std::path::PathBuf;
 use acerra_autopilot::GimbalChoice;
 use acerra_geo::geodesy::Geodetic;
 
-use super::sections::{
-    AutofocusSection, GnssSection, ImageSection, MeasureSection, TrajectorySection,
-};
+use super::sections::{GnssSection, ImageSection, MeasureSection, TrajectorySection};
 use super::{Campaign, TrackSection};
 use crate::align::AlignOptions;
 use crate::autofocus::AutofocusOptions;
@@ -275,9 +273,12 @@ impl ImageSection {
     }
 }
 
-impl From<&AutofocusSection> for AutofocusOptions {
-    fn from(section: &AutofocusSection) -> Self {
-        Self {
+impl Campaign {
+    /// Parameters of the autofocus, whether it is enabled or not.
+    #[must_use]
+    pub fn autofocus_options(&self) -> AutofocusOptions {
+        let section = &self.autofocus;
+        AutofocusOptions {
             sigma_m: section.sigma_m,
             correlation_s: section.correlation_s,
             delay_sigma_ns: section.delay_sigma_ns,
@@ -286,6 +287,10 @@ impl From<&AutofocusSection> for AutofocusOptions {
             lever_arm_sigma_m: section.lever_arm_sigma_m,
             height_sigma_m: section.height_sigma_m,
             light_speed_sigma_m_s: section.light_speed_sigma_m_s,
+            track_delay_sigma_ns: section.track_delay_sigma_ns,
+            track_phase_sigma_deg: section.track_phase_sigma_deg,
+            track_shift_sigma_m: section.track_shift_sigma_m,
+            sum: self.tracks.sum,
             most_points: section.max_points,
         }
     }

@@ -226,7 +226,7 @@ fn is_volume(image: &ImageSection) -> bool {
     matches!(image.z_m, Some(Heights::Range(_)))
 }
 
-fn autofocus_rules(autofocus: &AutofocusSection) -> [Rule; 9] {
+fn autofocus_rules(autofocus: &AutofocusSection) -> [Rule; 12] {
     let positive = |v: f64| v.is_finite() && v > 0.0;
     let within = |v: f64, most: f64| (0.0..=most).contains(&v);
     let sigma_m = autofocus.sigma_m;
@@ -246,13 +246,15 @@ fn autofocus_rules(autofocus: &AutofocusSection) -> [Rule; 9] {
         ),
         rule(
             "delay_sigma_ns",
-            delay.is_finite() && (0.0..=100.0).contains(&delay),
+            delay.is_none_or(|ns| within(ns, 100.0)),
             "0 ns to 100 ns",
             delay,
         ),
         rule(
             "clock_offset_sigma_s",
-            within(autofocus.clock_offset_sigma_s, 1.0),
+            autofocus
+                .clock_offset_sigma_s
+                .is_none_or(|s| within(s, 1.0)),
             "0 s to 1 s",
             autofocus.clock_offset_sigma_s,
         ),
@@ -279,6 +281,29 @@ fn autofocus_rules(autofocus: &AutofocusSection) -> [Rule; 9] {
             within(autofocus.light_speed_sigma_m_s, 1e8),
             "0 m/s to 1e8 m/s",
             autofocus.light_speed_sigma_m_s,
+        ),
+        rule(
+            "track_delay_sigma_ns",
+            autofocus
+                .track_delay_sigma_ns
+                .is_none_or(|ns| within(ns, 100.0)),
+            "0 ns to 100 ns",
+            autofocus.track_delay_sigma_ns,
+        ),
+        rule(
+            "track_phase_sigma_deg",
+            within(autofocus.track_phase_sigma_deg, 180.0),
+            "0° to 180°",
+            autofocus.track_phase_sigma_deg,
+        ),
+        rule(
+            "track_shift_sigma_m",
+            autofocus
+                .track_shift_sigma_m
+                .iter()
+                .all(|s| within(*s, 100.0)),
+            "three standard deviations of 0 m to 100 m",
+            autofocus.track_shift_sigma_m,
         ),
         rule(
             "max_points",

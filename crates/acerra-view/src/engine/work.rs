@@ -237,7 +237,7 @@ fn corrected(
     control: &Control<'_>,
 ) -> Result<Prepared, RequestError> {
     if campaign.autofocus.enabled {
-        prepared.autofocus(&(&campaign.autofocus).into(), control)?;
+        prepared.autofocus(&campaign.autofocus_options(), control)?;
     }
     Ok(prepared)
 }

@@ -1,0 +1,61 @@
+//! First values of the phases by which tracks are turned against each other.
+//!
+//! Phases have no first guess: any is as likely as any other, and steps of an estimate lead to the next
+//! maximum. The turn between the sums of two tracks' echoes is one that all points agree on.
+
+use crate::fit::{Problem, Seen, Stage};
+use crate::globals::Effect;
+use crate::model::Model;
+
+impl Problem<'_> {
+    /// Where a stage begins: with the phases of tracks as the points have them, if that explains more.
+    pub fn begin(&self, model: Model, stage: Stage, guides: &[bool]) -> (Model, Seen) {
+        let seen = self.seen(&model);
+        if stage == Stage::Envelope || model.places.is_empty() {
+            return (model, seen);
+        }
+        let aligned = self.with_turns(&model, &seen, guides);
+        if aligned.globals == model.globals {
+            return (model, seen);
+        }
+        let aligned_seen = self.seen(&aligned);
+        let noise = seen.histories.noise;
+        let score = |model: &Model, seen: &Seen| self.objective(model, seen, stage, noise);
+        if score(&aligned, &aligned_seen) < score(&model, &seen) {
+            (aligned, aligned_seen)
+        } else {
+            (model, seen)
+        }
+    }
+
+    /// The model with the phase of each track that has one turned to the pulses that have none, or to those of
+    /// the first where all have.
+    fn with_turns(&self, model: &Model, seen: &Seen, guides: &[bool]) -> Model {
+        let pulses = self.nominal_m.len();
+        let mut settled = vec![true; pulses];
+        let phases = || {
+            let own = self.globals.iter().enumerate();
+            own.filter_map(|(j, global)| match &global.effect {
+                Effect::Phase(range) => Some((j, range)),
+                _ => None,
+            })
+        };
+        for (_, range) in phases() {
+            settled[range.clone()].fill(false);
+        }
+        let without_first = usize::from(!settled.contains(&true));
+        if let (1, Some((_, range))) = (without_first, phases().next()) {
+            settled[range.clone()].fill(true);
+        }
+        let mut turned = model.clone();
+        for (j, range) in phases().skip(without_first) {
+            let own: Vec<bool> = (0..pulses).map(|m| range.contains(&m)).collect();
+            let others = &settled;
+            if let Some(turn) = seen.histories.turn_between(&own, others, guides) {
+                let value = turned.globals[j] + turn;
+                turned.globals[j] = value.sin().atan2(value.cos());
+            }
+        }
+        turned
+    }
+}
