@@ -123,14 +123,20 @@ impl Profiles {
         (wide(row[0]), wide(row[1]))
     }
 
-    /// Powers of all pulses at the table's ranges after removing echoes of known range and
+    /// Powers of one pulse in `every` at the table's ranges after removing echoes of known range and
     /// amplitude, given per pulse.
-    pub fn powers_without(&self, echoes: &[Vec<(f64, Complex64)>], template: &Template) -> Powers {
+    pub fn powers_without(
+        &self,
+        echoes: &[Vec<(f64, Complex64)>],
+        every: usize,
+        template: &Template,
+    ) -> Powers {
         let mut power = vec![0_f32; self.values.len()];
         power
             .par_chunks_mut(self.bins)
             .zip(self.values.par_chunks(self.bins))
             .zip(echoes)
+            .step_by(every)
             .for_each(|((power, row), echoes)| {
                 for (i, (p, v)) in power.iter_mut().zip(row).enumerate() {
                     let range = self.origin_m + i as f64 * self.step_m;

@@ -98,10 +98,11 @@ impl Search<'_> {
                 pulse.echoes.iter().zip(ranges).map(of).collect()
             })
             .collect();
-        let powers = problem.profiles.powers_without(&echoes, problem.template);
         let positions = problem.positions_m(model);
         let ranging = problem.ranging(model);
         let every = positions.len().div_ceil(MOST_PULSES);
+        let profiles = problem.profiles;
+        let powers = profiles.powers_without(&echoes, every, problem.template);
         let grid = problem.ground.grid();
         let pixel_m = problem.ground.tangents_m([0.0; 2]).map(|t| t.norm());
         let coarsest_m = pixel_m[0].max(pixel_m[1]).max(1e-9);

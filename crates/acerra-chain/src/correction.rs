@@ -15,7 +15,7 @@ pub struct PathCorrection {
     pub stated_m: Vec<[f64; 3]>,
     /// The places of all traces as the positions have them.
     pub stated: Vec<Interpolated>,
-    /// Standard deviations before, one a trace (m).
+    /// Standard deviations as the positions have them, one a trace (m); empty where they state none.
     pub prior_sigma_m: Vec<[f64; 3]>,
     /// How long errors were taken to last (s).
     pub correlation_s: f64,

@@ -32,6 +32,12 @@ pub enum Quantity {
     TrackNorth,
     /// The same, up, m.
     TrackUp,
+    /// Its change about the middle of the track, east, m/s.
+    TrackEastRate,
+    /// The same, north, m/s.
+    TrackNorthRate,
+    /// The same, up, m/s.
+    TrackUpRate,
 }
 
 impl Quantity {
@@ -52,6 +58,9 @@ impl Quantity {
             Self::TrackEast => "track_east",
             Self::TrackNorth => "track_north",
             Self::TrackUp => "track_up",
+            Self::TrackEastRate => "track_east_rate",
+            Self::TrackNorthRate => "track_north_rate",
+            Self::TrackUpRate => "track_up_rate",
         }
     }
 
@@ -64,6 +73,7 @@ impl Quantity {
             Self::ClockOffset => "s",
             Self::ClockDrift => "ppm",
             Self::LightSpeed => "m/s",
+            Self::TrackEastRate | Self::TrackNorthRate | Self::TrackUpRate => "m/s",
             Self::LeverForward | Self::LeverLeft | Self::LeverUp | Self::Height => "m",
             Self::TrackEast | Self::TrackNorth | Self::TrackUp => "m",
         }

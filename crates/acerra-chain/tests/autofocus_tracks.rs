@@ -94,7 +94,7 @@ fn options(sum: Sum) -> AutofocusOptions {
         correlation_s: Some(0.7),
         track_delay_sigma_ns: Some(0.2),
         track_phase_sigma_deg: 104.0,
-        track_shift_sigma_m: [0.0, 0.03, 0.03],
+        track_shift_sigma_m: Some([0.0, 0.03, 0.03]),
         sum,
         ..AutofocusOptions::default()
     }

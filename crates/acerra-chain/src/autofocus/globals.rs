@@ -1,7 +1,6 @@
 //! Quantities of the whole flight that an autofocus leaves free beside the places: delay, clock, lever arm,
-//! height above the scene, propagation speed; of each track, what its instrument and its positions have in common.
-
-use std::ops::Range;
+//! height above the scene, propagation speed; of each track, what its instrument and its positions have in common
+//! ([`tracks`](super::tracks)).
 
 use acerra_autofocus::{Effect, Global, GlobalFound};
 use acerra_geo::interpolate::Interpolator;
@@ -9,8 +8,8 @@ use acerra_geo::lever_arm::{HeadingOptions, apply_lever_arm};
 use acerra_geo::trajectory::Trajectory;
 
 use super::options::{AutofocusFailure, AutofocusOptions};
+use super::tracks::moved;
 use crate::align::interpolator;
-use crate::choices::Sum;
 use crate::position::Positions;
 use crate::prepare::{Prepared, Track};
 use crate::quantity::{GlobalCorrection, Quantity};
@@ -73,46 +72,11 @@ impl Prepared {
                 add(quantity, which, sigma, effect);
             }
         }
-        let up = shifted(traces, 0..traces, 2);
+        let up = moved(traces, 0..traces, 2, |_| 1.0);
         add(Quantity::Height, None, options.height_sigma_m, up);
         let speed_sigma_m_s = options.light_speed_sigma_m_s;
         add(Quantity::LightSpeed, None, speed_sigma_m_s, Effect::Speed);
         Ok(free)
-    }
-
-    /// Deviation of the fast time at which range is zero: as stated, else that of one found from the data.
-    fn delay_sigma_ns(&self, options: &AutofocusOptions) -> f64 {
-        let found_ns = || match self.tracks.as_slice() {
-            [only] => found_delay_sigma_ns(only),
-            _ => 0.0,
-        };
-        options.delay_sigma_ns.unwrap_or_else(found_ns)
-    }
-
-    /// What a track's instrument adds beside the others', and what its positions have in common.
-    fn in_common(&self, number: usize, options: &AutofocusOptions) -> Vec<(Quantity, f64, Effect)> {
-        let own = self.tracks[number].range.clone();
-        if own.is_empty() {
-            return Vec::new();
-        }
-        let traces = self.aligned.position_m.len();
-        let axes = [Quantity::TrackEast, Quantity::TrackNorth, Quantity::TrackUp];
-        let places = axes.into_iter().enumerate().map(|(axis, quantity)| {
-            let sigma_m = options.track_shift_sigma_m[axis];
-            (quantity, sigma_m, shifted(traces, own.clone(), axis))
-        });
-        let mut free: Vec<_> = places.collect();
-        if self.tracks.len() > 1 {
-            let found_ns = || found_delay_sigma_ns(&self.tracks[number]);
-            let sigma_ns = options.track_delay_sigma_ns.unwrap_or_else(found_ns);
-            free.push((Quantity::TrackDelay, sigma_ns, Effect::Delay(own.clone())));
-        }
-        // The first track's phase is that of the points.
-        if number > 0 && options.sum == Sum::Coherent {
-            let sigma_deg = options.track_phase_sigma_deg;
-            free.push((Quantity::TrackPhase, sigma_deg, Effect::Phase(own)));
-        }
-        free
     }
 
     /// Those of one track: its clock and its lever arm.
@@ -161,26 +125,12 @@ impl Prepared {
     }
 }
 
-/// Deviation of a track's delay, where it was found from the data.
-fn found_delay_sigma_ns(track: &Track) -> f64 {
-    let found = track.delay.as_ref();
-    found.map_or(0.0, |delay| 1e9 * delay.sigma_s)
-}
-
 /// Deviation of a track's clock offset: as stated, else that of one found from the data or recorded.
 fn clock_sigma_s(track: &Track, options: &AutofocusOptions) -> f64 {
     let searched = track.search.as_ref().map(|search| search.estimate.sigma_s);
     let recorded = track.recorded_clock.as_ref().map(|clock| clock.sigma_s);
     let stated = options.clock_offset_sigma_s;
     stated.or(searched).or(recorded).unwrap_or(0.0)
-}
-
-/// A shift of these traces by a unit along an axis.
-fn shifted(traces: usize, own: Range<usize>, axis: usize) -> Effect {
-    let mut first = vec![[0.0; 3]; traces];
-    first[own].iter_mut().for_each(|d| d[axis] = 1.0);
-    let second = vec![[0.0; 3]; traces];
-    Effect::Position { first, second }
 }
 
 /// A track on its trajectory.

@@ -4,7 +4,9 @@
 //! errors last.
 
 mod globals;
+mod lasting;
 mod options;
+mod tracks;
 
 use std::f64::consts::TAU;
 
@@ -48,11 +50,11 @@ impl Prepared {
         let free = self.free(options)?;
         prior.globals = free.iter().map(|f| f.global.clone()).collect();
         let light_speed_m_s = self.scene.light_speed_m_s;
-        let prior_sigma_m = prior
-            .covariance_m2
-            .iter()
-            .map(|c| [0, 1, 2].map(|i| c[i][i].sqrt()))
-            .collect();
+        if options.sigma_m.is_none() {
+            let each = prior.covariance_m2.iter_mut().zip(&self.aligned.status);
+            each.for_each(|(c, status)| *c = lasting::changing(*c, *status));
+        }
+        let prior_sigma_m = self.aligned.sigma_m.clone();
         let found = self.estimate(&prior, options, control)?;
         let correction = PathCorrection {
             stated_m: self.aligned.position_m.clone(),
@@ -93,9 +95,7 @@ impl Prepared {
             }
             stated.aligned.position_m = correction.stated_m;
             stated.aligned.all = correction.stated;
-            if !stated.aligned.sigma_m.is_empty() {
-                stated.aligned.sigma_m = correction.prior_sigma_m;
-            }
+            stated.aligned.sigma_m = correction.prior_sigma_m;
         }
         stated
     }

@@ -36,8 +36,9 @@ pub struct AutofocusOptions {
     pub track_delay_sigma_ns: Option<f64>,
     /// Standard deviation of each track's phase against the first's (degrees), of tracks summed coherently.
     pub track_phase_sigma_deg: f64,
-    /// Standard deviations of an error that each track's positions have in common, east, north, up (m).
-    pub track_shift_sigma_m: [f64; 3],
+    /// Standard deviations of an error that each track's positions have in common, east, north, up (m); by
+    /// default those that float positions state, and none of others.
+    pub track_shift_sigma_m: Option<[f64; 3]>,
     /// How the tracks are summed: by powers, a point has a phase of its own in each.
     pub sum: Sum,
     /// Most points used.

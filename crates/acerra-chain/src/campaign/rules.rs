@@ -300,8 +300,7 @@ fn autofocus_rules(autofocus: &AutofocusSection) -> [Rule; 12] {
             "track_shift_sigma_m",
             autofocus
                 .track_shift_sigma_m
-                .iter()
-                .all(|s| within(*s, 100.0)),
+                .is_none_or(|s| s.iter().all(|v| within(*v, 100.0))),
             "three standard deviations of 0 m to 100 m",
             autofocus.track_shift_sigma_m,
         ),

@@ -118,8 +118,8 @@ pub struct AutofocusSection {
     /// is known; of several tracks summed coherently alone.
     pub track_phase_sigma_deg: f64,
     /// Standard deviations of an error that each track's positions have in common, east, north, up
-    /// (metres): float positions err alike for minutes.
-    pub track_shift_sigma_m: [f64; 3],
+    /// (metres). By default those that float positions state, which err alike for minutes, and 0 for others.
+    pub track_shift_sigma_m: Option<[f64; 3]>,
     /// Most points used; 24 by default.
     pub max_points: Option<usize>,
 }

@@ -5,6 +5,7 @@
 
 #![allow(clippy::unwrap_used, clippy::print_stdout)] // tests, and helpers of tests
 
+mod autofocus;
 mod campaign;
 mod flights;
 mod page;

@@ -1,0 +1,102 @@
+//! Quantities of each track that an autofocus leaves free: what its instrument adds beside the others', and what
+//! the errors of its positions have in common.
+
+use std::ops::Range;
+
+use acerra_autofocus::Effect;
+
+use super::options::AutofocusOptions;
+use crate::choices::Sum;
+use crate::prepare::{Prepared, Track};
+use crate::quantity::Quantity;
+
+impl Prepared {
+    /// What a track's instrument adds beside the others', and what its positions have in common.
+    pub(super) fn in_common(
+        &self,
+        number: usize,
+        options: &AutofocusOptions,
+    ) -> Vec<(Quantity, f64, Effect)> {
+        let own = self.tracks[number].range.clone();
+        if own.is_empty() {
+            return Vec::new();
+        }
+        let mut free = self.lasting_errors(number, options);
+        if self.tracks.len() > 1 {
+            let known_ns = || self.known_delay_sigma_ns(&self.tracks[number], options);
+            let sigma_ns = options.track_delay_sigma_ns.unwrap_or_else(known_ns);
+            free.push((Quantity::TrackDelay, sigma_ns, Effect::Delay(own.clone())));
+        }
+        // The first track's phase is that of the points.
+        if number > 0 && options.sum == Sum::Coherent {
+            let sigma_deg = options.track_phase_sigma_deg;
+            free.push((Quantity::TrackPhase, sigma_deg, Effect::Phase(own)));
+        }
+        free
+    }
+
+    /// Shift of a track and its change along it, on each axis.
+    fn lasting_errors(
+        &self,
+        number: usize,
+        options: &AutofocusOptions,
+    ) -> Vec<(Quantity, f64, Effect)> {
+        let track = &self.tracks[number];
+        let own = track.range.clone();
+        let lasting = self.lasting(track, options);
+        let time_s = &self.aligned.time_s;
+        let (traces, middle_s) = (
+            time_s.len(),
+            0.5 * (time_s[own.start] + time_s[own.end - 1]),
+        );
+        let axes = [
+            [Quantity::TrackEast, Quantity::TrackEastRate],
+            [Quantity::TrackNorth, Quantity::TrackNorthRate],
+            [Quantity::TrackUp, Quantity::TrackUpRate],
+        ];
+        let mut free = Vec::new();
+        for (axis, [shift, rate]) in axes.into_iter().enumerate() {
+            let shifted = moved(traces, own.clone(), axis, |_| 1.0);
+            free.push((shift, lasting.shift_sigma_m[axis], shifted));
+            let drifting = moved(traces, own.clone(), axis, |m| time_s[m] - middle_s);
+            free.push((rate, lasting.rate_sigma_m_s[axis], drifting));
+        }
+        free
+    }
+
+    /// Deviation of the fast time at which range is zero of a single track: as stated, else as known.
+    pub(super) fn delay_sigma_ns(&self, options: &AutofocusOptions) -> f64 {
+        let known_ns = || match self.tracks.as_slice() {
+            [only] => self.known_delay_sigma_ns(only, options),
+            _ => 0.0,
+        };
+        options.delay_sigma_ns.unwrap_or_else(known_ns)
+    }
+
+    /// Deviation of a track's delay that was found from the data, or by the surface at the height of positions
+    /// whose errors last.
+    fn known_delay_sigma_ns(&self, track: &Track, options: &AutofocusOptions) -> f64 {
+        let found_ns = track.delay.as_ref().map(|delay| 1e9 * delay.sigma_s);
+        let by_height_ns = || match track.is_calibrated {
+            true => 0.0,
+            false => {
+                let [_, _, up_m] = self.lasting(track, options).shift_sigma_m;
+                up_m * Quantity::Delay.per_estimated(self.scene.light_speed_m_s)
+            }
+        };
+        found_ns.unwrap_or_else(by_height_ns)
+    }
+}
+
+/// A shift of these traces along an axis, of each by so much a unit.
+pub(super) fn moved(
+    traces: usize,
+    own: Range<usize>,
+    axis: usize,
+    by: impl Fn(usize) -> f64,
+) -> Effect {
+    let mut first = vec![[0.0; 3]; traces];
+    own.for_each(|m| first[m][axis] = by(m));
+    let second = vec![[0.0; 3]; traces];
+    Effect::Position { first, second }
+}
