@@ -23,6 +23,9 @@ pub enum Effect {
         /// Second derivative at each pulse, `[M]`, m per unit squared.
         second: Vec<[f64; 3]>,
     },
+    /// These pulses rise, m, and their ranges shorten by as much: the surface below them, at the height that
+    /// the positions have, set the fast time at which range is zero.
+    RiseOverSurface(Range<usize>),
     /// Relative error of the propagation speed, true over stated less 1: ranges by the stated speed are
     /// R/(1 + θ).
     Speed,
@@ -52,7 +55,9 @@ impl Global {
         }
         let (first, second) = match &self.effect {
             Effect::Position { first, second } => (first, second),
-            Effect::Delay(own) | Effect::Phase(own) => return check_pulses(own, pulses),
+            Effect::Delay(own) | Effect::Phase(own) | Effect::RiseOverSurface(own) => {
+                return check_pulses(own, pulses);
+            }
             Effect::Speed => return Ok(()),
         };
         for derivative in [first, second] {
@@ -83,6 +88,7 @@ impl Global {
                 Vector3::from(first[pulse]) * value
                     + Vector3::from(second[pulse]) * (0.5 * value * value)
             }
+            Effect::RiseOverSurface(own) if own.contains(&pulse) => Vector3::z() * value,
             _ => Vector3::zeros(),
         }
     }
@@ -93,6 +99,7 @@ impl Global {
             Effect::Position { first, second } => {
                 Vector3::from(first[pulse]) + Vector3::from(second[pulse]) * value
             }
+            Effect::RiseOverSurface(own) if own.contains(&pulse) => Vector3::z(),
             _ => Vector3::zeros(),
         }
     }
@@ -100,7 +107,7 @@ impl Global {
     /// Greatest change of a range up to `longest_m` at one prior deviation, m.
     pub(crate) fn reach_m(&self, longest_m: f64) -> f64 {
         match &self.effect {
-            Effect::Delay(_) => self.sigma,
+            Effect::Delay(_) | Effect::RiseOverSurface(_) => self.sigma,
             Effect::Phase(_) => 0.0,
             Effect::Speed => self.sigma * longest_m,
             Effect::Position { first, .. } => (0..first.len())
@@ -145,6 +152,7 @@ pub(crate) mod tests {
                     second: vec![[0.0; 3]; 2],
                 },
             ),
+            of("rise", 0.3, Effect::RiseOverSurface(1..2)),
             of("speed", 0.01, Effect::Speed),
             of(
                 "clock",

@@ -125,6 +125,7 @@ impl Rows {
                 let of_phase: Vec<f64> = each
                     .map(|(f, g)| match &g.effect {
                         Effect::Delay(own) if takes_up(own) => 0.0,
+                        Effect::RiseOverSurface(own) if takes_up(own) => *f + tells,
                         Effect::Phase(own) if own.contains(&m) => -tells / stand.carrier,
                         _ => *f,
                     })

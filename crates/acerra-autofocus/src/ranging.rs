@@ -28,6 +28,7 @@ impl Ranging {
         for (global, value) in globals.iter().zip(values) {
             match &global.effect {
                 Effect::Delay(own) => add(&mut delay_m, own, *value),
+                Effect::RiseOverSurface(own) => add(&mut delay_m, own, -value),
                 Effect::Phase(own) => add(&mut phase_rad, own, *value),
                 Effect::Speed => slowness /= 1.0 + value,
                 Effect::Position { .. } => {}
@@ -45,6 +46,10 @@ impl Ranging {
         (point_m - antenna_m).norm() * self.slowness + self.delay_m[pulse]
     }
 
+    fn by_velocity(&self, global: &Global, value: f64, pulse: usize, sight: &Vector3<f64>) -> f64 {
+        -sight.dot(&global.velocity(pulse, value)) * self.slowness
+    }
+
     /// Change of that range per unit of a global of this value; `sight` points from the antenna of the
     /// pulse to the point, `distance_m` away.
     pub fn derivative(
@@ -57,7 +62,11 @@ impl Ranging {
             Effect::Delay(own) => f64::from(u8::from(own.contains(&pulse))),
             Effect::Phase(_) => 0.0,
             Effect::Speed => -distance_m * self.slowness / (1.0 + value),
-            Effect::Position { .. } => -sight.dot(&global.velocity(pulse, value)) * self.slowness,
+            Effect::Position { .. } => self.by_velocity(global, value, pulse, sight),
+            Effect::RiseOverSurface(own) => {
+                let shorter = f64::from(u8::from(own.contains(&pulse)));
+                self.by_velocity(global, value, pulse, sight) - shorter
+            }
         }
     }
 }
@@ -70,7 +79,7 @@ mod tests {
     #[test]
     fn derivatives_are_those_of_finite_differences() {
         let globals = each();
-        let values = [0.07, -0.02, 0.9, -0.2, 0.004, 0.015];
+        let values = [0.07, -0.02, 0.9, -0.2, 0.25, 0.004, 0.015];
         let (antenna, pixel) = (Vector3::new(0.3, -2.0, 9.5), Vector3::new(4.0, 1.0, 0.0));
         let range_m = |values: &[f64], pulse| {
             let ranging = Ranging::new(&globals, values, 2);
@@ -109,10 +118,10 @@ mod tests {
 
     #[test]
     fn delays_and_phases_are_those_of_their_own_pulses() {
-        let values = [0.07, -0.02, 0.9, -0.2, 0.004, 0.015];
+        let values = [0.07, -0.02, 0.9, -0.2, 0.25, 0.004, 0.015];
         let ranging = Ranging::new(&each(), &values, 2);
         assert!((ranging.delay_m[0] - 0.07).abs() < 1e-15);
-        assert!((ranging.delay_m[1] - 0.05).abs() < 1e-15);
+        assert!((ranging.delay_m[1] + 0.20).abs() < 1e-15);
         assert_eq!(ranging.turn, [Complex64::ONE, Complex64::cis(0.9)]);
     }
 }

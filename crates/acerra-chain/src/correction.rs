@@ -44,7 +44,15 @@ impl PathCorrection {
         found.map_or(0.0, |g| g.value)
     }
 
-    /// Delay and phase that were found of a track's instrument, taken off its spectra.
+    /// Delay by which range zero moves with the heights that were found for a track (ns).
+    #[must_use]
+    pub fn moved_zero_ns(&self, track: usize) -> f64 {
+        let moves = |g: &&GlobalCorrection| g.moves_zero && g.track.unwrap_or(track) == track;
+        let rise_m: f64 = self.globals.iter().filter(moves).map(|g| g.value).sum();
+        -rise_m * Quantity::Delay.per_estimated(self.stated_light_speed_m_s)
+    }
+
+    /// Delay and phase that were found of a track's instrument.
     #[must_use]
     pub fn instrument(&self, track: usize) -> InstrumentError {
         let own_ns = self.of_track(Quantity::TrackDelay, track);

@@ -93,6 +93,13 @@ pub struct Track {
 }
 
 impl Track {
+    /// Whether the surface echo at the height of the positions set the fast time at which range is zero: an error
+    /// of that height is one of it.
+    #[must_use]
+    pub fn has_zero_by_surface(&self) -> bool {
+        !self.is_calibrated && self.delay.is_none()
+    }
+
     /// What was selected of its log.
     #[must_use]
     pub fn selected(&self) -> Select {

@@ -97,6 +97,8 @@ pub struct GlobalCorrection {
     pub quantity: Quantity,
     /// The track whose it is, where there are several and each has its own.
     pub track: Option<usize>,
+    /// Whether range zero moves with it: the surface set it, at the height that the positions have.
+    pub moves_zero: bool,
     /// Its value, in the quantity's unit.
     pub value: f64,
     /// Its posterior standard deviation.

@@ -32,6 +32,7 @@ impl Free {
         GlobalCorrection {
             quantity: self.quantity,
             track: self.track,
+            moves_zero: matches!(self.global.effect, Effect::RiseOverSurface(_)),
             value: factor * found.value,
             sigma: factor * found.sigma,
             prior_sigma: factor * found.prior_sigma,
@@ -72,7 +73,11 @@ impl Prepared {
                 add(quantity, which, sigma, effect);
             }
         }
-        let up = moved(traces, 0..traces, 2, |_| 1.0);
+        // Tracks share the height above the scene; the surface sets range zero of all or of none.
+        let up = match self.tracks.iter().all(Track::has_zero_by_surface) {
+            true => Effect::RiseOverSurface(0..traces),
+            false => moved(traces, 0..traces, 2, |_| 1.0),
+        };
         add(Quantity::Height, None, options.height_sigma_m, up);
         let speed_sigma_m_s = options.light_speed_sigma_m_s;
         add(Quantity::LightSpeed, None, speed_sigma_m_s, Effect::Speed);

@@ -23,6 +23,7 @@ use crate::position::Positions;
 use crate::prepare::{Prepared, Track};
 pub use crate::quantity::{GlobalCorrection, Quantity};
 use crate::sharpen::coarse;
+pub use acerra_autofocus::Decision;
 pub use options::{AutofocusFailure, AutofocusOptions};
 
 /// Pixels in which points are looked for, at most.
@@ -189,9 +190,10 @@ impl Prepared {
         let mut pulses = pulses.into_iter();
         for (number, track) in self.tracks.iter().enumerate() {
             let found = correction.instrument(number);
+            let delay_ns = found.delay_ns + correction.moved_zero_ns(number);
             let turn: Vec<Complex64> = frequency_hz
                 .iter()
-                .map(|f| TAU * f * 1e-9 * found.delay_ns - found.phase_deg.to_radians())
+                .map(|f| TAU * f * 1e-9 * delay_ns - found.phase_deg.to_radians())
                 .map(|turn_rad| Complex64::cis(times * turn_rad))
                 .collect();
             for pulse in pulses.by_ref().take(track.range.len()) {

@@ -23,8 +23,8 @@ impl Prepared {
         }
         let mut free = self.lasting_errors(number, options);
         if self.tracks.len() > 1 {
-            let known_ns = || self.known_delay_sigma_ns(&self.tracks[number], options);
-            let sigma_ns = options.track_delay_sigma_ns.unwrap_or_else(known_ns);
+            let found_ns = || found_delay_sigma_ns(&self.tracks[number]);
+            let sigma_ns = options.track_delay_sigma_ns.unwrap_or_else(found_ns);
             free.push((Quantity::TrackDelay, sigma_ns, Effect::Delay(own.clone())));
         }
         // The first track's phase is that of the points.
@@ -56,7 +56,10 @@ impl Prepared {
         ];
         let mut free = Vec::new();
         for (axis, [shift, rate]) in axes.into_iter().enumerate() {
-            let shifted = moved(traces, own.clone(), axis, |_| 1.0);
+            let shifted = match (shift, track.has_zero_by_surface()) {
+                (Quantity::TrackUp, true) => Effect::RiseOverSurface(own.clone()),
+                _ => moved(traces, own.clone(), axis, |_| 1.0),
+            };
             free.push((shift, lasting.shift_sigma_m[axis], shifted));
             let drifting = moved(traces, own.clone(), axis, |m| time_s[m] - middle_s);
             free.push((rate, lasting.rate_sigma_m_s[axis], drifting));
@@ -64,28 +67,21 @@ impl Prepared {
         free
     }
 
-    /// Deviation of the fast time at which range is zero of a single track: as stated, else as known.
+    /// Deviation of the fast time at which range is zero of a single track: as stated, else that of one found
+    /// from the data.
     pub(super) fn delay_sigma_ns(&self, options: &AutofocusOptions) -> f64 {
-        let known_ns = || match self.tracks.as_slice() {
-            [only] => self.known_delay_sigma_ns(only, options),
+        let found_ns = || match self.tracks.as_slice() {
+            [only] => found_delay_sigma_ns(only),
             _ => 0.0,
         };
-        options.delay_sigma_ns.unwrap_or_else(known_ns)
+        options.delay_sigma_ns.unwrap_or_else(found_ns)
     }
+}
 
-    /// Deviation of a track's delay that was found from the data, or by the surface at the height of positions
-    /// whose errors last.
-    fn known_delay_sigma_ns(&self, track: &Track, options: &AutofocusOptions) -> f64 {
-        let found_ns = track.delay.as_ref().map(|delay| 1e9 * delay.sigma_s);
-        let by_height_ns = || match track.is_calibrated {
-            true => 0.0,
-            false => {
-                let [_, _, up_m] = self.lasting(track, options).shift_sigma_m;
-                up_m * Quantity::Delay.per_estimated(self.scene.light_speed_m_s)
-            }
-        };
-        found_ns.unwrap_or_else(by_height_ns)
-    }
+/// Deviation of a track's delay, where it was found from the data.
+fn found_delay_sigma_ns(track: &Track) -> f64 {
+    let found = track.delay.as_ref();
+    found.map_or(0.0, |delay| 1e9 * delay.sigma_s)
 }
 
 /// A shift of these traces along an axis, of each by so much a unit.

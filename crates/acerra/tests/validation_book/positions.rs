@@ -109,7 +109,7 @@ fn short_start(flight: &Flight, here: &Path) -> Flight {
 }
 
 /// Has the ambiguities stay real numbers, as a user does: by RTKLIB's configuration file.
-fn unfixed(here: &Path) -> impl Fn(&mut Campaign) + use<> {
+pub fn unfixed(here: &Path) -> impl Fn(&mut Campaign) + use<> {
     let conf = here.join("float.conf");
     std::fs::write(
         &conf,
