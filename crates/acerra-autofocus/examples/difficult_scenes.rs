@@ -7,6 +7,9 @@ mod common;
 use common::{Errors, Scene, Target, clutter, twelve};
 use rand_chacha::ChaCha8Rng;
 
+/// The scene whose pixels are on both sides of the track.
+const GHOSTS: &str = "full of ghosts";
+
 type Targets = fn(&mut ChaCha8Rng) -> Vec<Target>;
 
 fn one(_: &mut ChaCha8Rng) -> Vec<Target> {
@@ -45,10 +48,19 @@ fn three_one_swaying(_: &mut ChaCha8Rng) -> Vec<Target> {
     vec![mover, Target::at(6.0, -3.0), Target::at(5.0, 3.0)]
 }
 
+/// Targets on both sides of a straight track: each has a ghost as strong as itself.
+fn both_sides(rng: &mut ChaCha8Rng) -> Vec<Target> {
+    let mut all = twelve(rng);
+    for target in all.iter_mut().step_by(2) {
+        target.position_m[0] = -target.position_m[0];
+    }
+    all
+}
+
 fn main() {
     let draws = std::env::args().nth(1).map_or(3, |a| a.parse().unwrap());
     let only = std::env::args().nth(2);
-    let scenes: [(&str, Targets, f64); 9] = [
+    let scenes: [(&str, Targets, f64); 10] = [
         ("twelve, prior x3", twelve, 3.0),
         ("twelve, prior /3", twelve, 1.0 / 3.0),
         ("clutter only", speckle, 1.0),
@@ -58,6 +70,7 @@ fn main() {
         ("one target, moving", one_swaying, 1.0),
         ("three, one moving", three_one_swaying, 1.0),
         ("one target, prior x3", one, 3.0),
+        (GHOSTS, both_sides, 1.0),
     ];
     for (name, targets, factor) in scenes {
         if only.as_ref().is_some_and(|o| !name.starts_with(o)) {
@@ -73,7 +86,12 @@ fn main() {
                     },
                     targets,
                 );
-                let found = scene.focus(&Scene::prior(factor * sigma_m.max(0.003), 0.58));
+                let prior = Scene::prior(factor * sigma_m.max(0.003), 0.58);
+                let grid = match name {
+                    GHOSTS => Scene::both_sides(),
+                    _ => Scene::grid(),
+                };
+                let found = scene.focus_on(grid, &prior);
                 let mut strong: Vec<&Target> = scene.targets.iter().collect();
                 strong.sort_by(|a, b| b.amplitude.norm().total_cmp(&a.amplitude.norm()));
                 let still = strong

@@ -16,7 +16,10 @@ pub(crate) struct Parts {
 impl Parts {
     /// These parts, in order; none for the whole flight.
     pub fn new(ranges: &[Range<usize>], pulses: usize) -> Result<Self, AutofocusError> {
-        let whole = [0..pulses];
+        let whole = [Range {
+            start: 0,
+            end: pulses,
+        }];
         let ranges = if ranges.is_empty() { &whole } else { ranges };
         let mut of_pulse = Vec::with_capacity(pulses);
         for (part, range) in ranges.iter().enumerate() {
@@ -74,7 +77,7 @@ mod tests {
         for wrong in [
             vec![0..2, 3..5],
             vec![0..3, 2..5],
-            vec![0..2],
+            vec![0..1, 1..2],
             vec![0..2, 2..6],
             vec![0..0, 0..5],
         ] {

@@ -249,6 +249,11 @@ impl Scene {
         PlaneGrid::from_ranges([1.5, 8.5], [-5.5, 5.5], 0.0, 0.02).unwrap()
     }
 
+    /// The ground on both sides of the track, where every target has a ghost.
+    pub fn both_sides() -> PlaneGrid {
+        PlaneGrid::from_ranges([-8.5, 8.5], [-5.5, 5.5], 0.0, 0.02).unwrap()
+    }
+
     pub fn prior(sigma_m: f64, smoothed_m: f64) -> PositionPrior {
         let correlation = if smoothed_m == 0.0 {
             Correlation::White
@@ -288,9 +293,13 @@ impl Scene {
     }
 
     pub fn focus(&self, prior: &PositionPrior) -> Autofocused {
+        self.focus_on(Self::grid(), prior)
+    }
+
+    pub fn focus_on(&self, grid: PlaneGrid, prior: &PositionPrior) -> Autofocused {
         let options = AutofocusOptions::default();
         let pulses = self.pulses(&self.nominal_m);
-        autofocus(pulses, Self::grid(), prior, &options, Control::default()).unwrap()
+        autofocus(pulses, grid, prior, &options, Control::default()).unwrap()
     }
 
     /// Peak power within ±0.24 m of a target and where it stands.

@@ -260,7 +260,10 @@ impl Passes {
                 .map(|v| f64::from(v.norm_sqr()))
                 .collect::<Vec<f64>>()
         };
-        let whole = [0..PULSES];
+        let whole = [Range {
+            start: 0,
+            end: PULSES,
+        }];
         let passes = [0..SECOND.start, SECOND];
         let parts: &[Range<usize>] = if together { &whole } else { &passes };
         let peak = |target: &[f64; 3]| {
