@@ -1,8 +1,9 @@
 //! The figures and costs of `docs/validation/inversion.md` that take too long for a test: Figures 7 and 12 of
 //! Catapano et al. (2020) by every method, and a volume of five tracks.
 //!
-//! `ACERRA_DOCS=$PWD/docs/validation cargo bench -p acerra --bench inversion -- figure-7 figure-12 costs memory volume`
-//! writes tables and pictures into the page; without `ACERRA_DOCS` the tables are printed only.
+//! `ACERRA_DOCS=$PWD/docs/validation cargo bench -p acerra --bench inversion -- figure-7 figure-12 costs memory`
+//! writes tables and pictures into the page; without `ACERRA_DOCS` the tables are printed only. `volume`
+//! prints its table alone.
 
 #![allow(clippy::print_stdout, clippy::unwrap_used)] // a program for the page alone
 
