@@ -174,10 +174,12 @@ pub(super) enum Item {
 }
 
 impl Item {
-    /// The item moved downwards by `by` pixels.
-    pub fn lowered(self, by: f32) -> Self {
-        let lower = |rect: Rect| Rect {
-            y: rect.y + by,
+    /// The item moved to the right and downwards by `by` pixels.
+    pub fn moved(self, by: [f32; 2]) -> Self {
+        let [right, down] = by;
+        let move_rect = |rect: Rect| Rect {
+            x: rect.x + right,
+            y: rect.y + down,
             ..rect
         };
         match self {
@@ -187,7 +189,9 @@ impl Item {
                 fill,
                 stroke,
             } => {
-                points.iter_mut().for_each(|point| point.1 += by);
+                for point in &mut points {
+                    *point = (point.0 + right, point.1 + down);
+                }
                 Self::Path {
                     points,
                     closed,
@@ -202,14 +206,15 @@ impl Item {
                 fill,
                 stroke,
             } => Self::Circle {
-                x,
-                y: y + by,
+                x: x + right,
+                y: y + down,
                 radius,
                 fill,
                 stroke,
             },
             Self::Text(text) => Self::Text(Text {
-                y: text.y + by,
+                x: text.x + right,
+                y: text.y + down,
                 ..text
             }),
             Self::Raster {
@@ -218,14 +223,14 @@ impl Item {
                 rows,
                 rgb,
             } => Self::Raster {
-                rect: lower(rect),
+                rect: move_rect(rect),
                 columns,
                 rows,
                 rgb,
             },
             Self::Clip { rect, items } => Self::Clip {
-                rect: lower(rect),
-                items: items.into_iter().map(|item| item.lowered(by)).collect(),
+                rect: move_rect(rect),
+                items: items.into_iter().map(|item| item.moved(by)).collect(),
             },
         }
     }

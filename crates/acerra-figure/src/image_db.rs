@@ -58,6 +58,10 @@ pub struct ImageDb<'a> {
     pub ghosts: Vec<GhostMark>,
     /// Surveyed points, marked by crosses.
     pub survey: Vec<SurveyMark>,
+    /// Whether a colour bar stands beside the image.
+    pub colour_bar: bool,
+    /// Whether a legend of the marks stands above it.
+    pub legend: bool,
     /// The x axis' name.
     pub x_label: String,
     /// The y axis' name.
@@ -88,6 +92,8 @@ impl<'a> ImageDb<'a> {
             targets: Vec::new(),
             ghosts: Vec::new(),
             survey: Vec::new(),
+            colour_bar: true,
+            legend: true,
             x_label: "x".to_owned(),
             y_label: "y".to_owned(),
             width_px: 860.0,
@@ -140,15 +146,21 @@ impl<'a> ImageDb<'a> {
             width: self.width_px,
             plot_height: self.plot_height_px,
         };
+        let legend = if self.legend {
+            marks.legend()
+        } else {
+            Vec::new()
+        };
+        let colour_bar = self.colour_bar.then(|| ColourBar {
+            title: self.colour_title(),
+            palette: self.palette,
+            range: [shown.floor_db, 0.0],
+            log: false,
+        });
         let frame = Frame::new(&FrameSpec {
             title: &self.title,
-            legend: &marks.legend(),
-            colour_bar: Some(ColourBar {
-                title: self.colour_title(),
-                palette: self.palette,
-                range: [shown.floor_db, 0.0],
-                log: false,
-            }),
+            legend: &legend,
+            colour_bar,
             ..FrameSpec::new([&x_axis, &y_axis], x_range, y_range, size)
         });
         let raster = self.raster(&frame, shown);

@@ -11,7 +11,7 @@
 //!  Map ────────┼─ draw() ─► frame ─► Drawing (shapes) ─┤
 //!  LinePlot ─┬─┤  series, spans                        └─ to_svg() ─► SVG text, themed by CSS
 //!  Timeline ─┤ │  states                                              variables
-//!  Stack ◄───┘─┘  panels over one x axis
+//!  Stack ◄───┘─┘  panels over one x axis                 sheet(): drawings beside each other
 //! ```
 //!
 //! A figure is a plain struct whose public fields say what it shows; `draw` lays it out into a
@@ -68,6 +68,7 @@ mod raster;
 mod resample;
 mod scale;
 mod series;
+mod sheet;
 mod stack;
 mod svg;
 mod ticks;
@@ -88,6 +89,7 @@ pub use pixel_values::PixelValues;
 pub use radargram::{FastTimeCurve, Radargram};
 pub use radargram_colours::RadargramColours;
 pub use series::{ReferenceLine, Series, Span};
+pub use sheet::sheet;
 pub use stack::{Panel, Stack};
 pub use timeline::{Timeline, TimelineRow};
 

@@ -1,10 +1,11 @@
 //! Plots above each other that share one x axis.
 
 use super::axis::Axis;
-use super::drawing::{DEFAULT_SCALE, Drawing};
+use super::drawing::Drawing;
 use super::error::FigureError;
 use super::frame::{Frame, Stacking};
 use super::line_plot::LinePlot;
+use super::sheet::sheet;
 use super::timeline::Timeline;
 
 /// One plot of a [`Stack`].
@@ -90,7 +91,8 @@ impl<'a> Stack<'a> {
             };
             panel.fill(panel.frame(x_range, stacking), x_range)
         });
-        Ok(joined(drawings))
+        let rows: Vec<Vec<Drawing>> = drawings.map(|drawing| vec![drawing]).collect();
+        Ok(sheet(rows))
     }
 
     /// A panel with the stack's axis and width.
@@ -145,26 +147,4 @@ impl Panel<'_> {
             Self::Timeline(timeline) => timeline.fill(frame),
         }
     }
-}
-
-/// Drawings of one width below each other.
-fn joined(drawings: impl Iterator<Item = Drawing>) -> Drawing {
-    let mut whole = Drawing {
-        width_px: 0,
-        height_px: 0,
-        scale: DEFAULT_SCALE,
-        description: String::new(),
-        items: Vec::new(),
-    };
-    for drawing in drawings {
-        let lower = |item: super::drawing::Item| item.lowered(whole.height_px as f32);
-        whole.items.extend(drawing.items.into_iter().map(lower));
-        whole.width_px = whole.width_px.max(drawing.width_px);
-        whole.height_px += drawing.height_px;
-        if !whole.description.is_empty() {
-            whole.description.push_str("; ");
-        }
-        whole.description.push_str(&drawing.description);
-    }
-    whole
 }

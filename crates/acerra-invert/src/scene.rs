@@ -6,8 +6,8 @@ use crate::flight::Flight;
 use crate::operator::LinearOperator;
 use crate::relief;
 use acerra_imaging::{
-    Complex32, Complex64, Control, Engine, Forward, ImageGrid, ImagingPlan, PlanOptions,
-    SurfaceGrid, TiltedGrid, VolumeGrid,
+    Complex32, Complex64, Control, Engine, Forward, ImageGrid, ImagingError, ImagingPlan,
+    PlanOptions, PlaneGrid, SurfaceGrid, TiltedGrid, VolumeGrid, image_volume_planned_once,
 };
 use std::sync::OnceLock;
 
@@ -50,6 +50,8 @@ pub struct SceneOperator<'a> {
     flight: &'a Flight,
     grids: Vec<ImageGrid<'a>>,
     forwards: Vec<Modelled<'a>>,
+    /// The slices, where the grids are those of a volume.
+    volume: Option<VolumeGrid>,
     options: PlanOptions,
     pixels: usize,
     /// The engine of the first adjoint, taken by all others.
@@ -96,8 +98,13 @@ impl<'a> SceneOperator<'a> {
                 .collect::<Result<_, _>>()?,
         };
         let grids = ground.grids();
+        let volume = match ground {
+            Ground::Volume(volume) => Some(volume),
+            Ground::Plane(_) | Ground::Surface(_) => None,
+        };
         Ok(Self {
             flight,
+            volume,
             pixels: grids.iter().map(ImageGrid::len).sum(),
             grids,
             forwards,
@@ -152,29 +159,69 @@ impl<'a> SceneOperator<'a> {
         let pulses = self.flight.pulses(data)?;
         let mut image = vec![Complex32::ZERO; grid.len()];
         for factor in RELAXED {
-            let accuracy = (self.options.accuracy * factor).min(WORST_ACCURACY);
             let engine = self.engine.get().copied();
-            let options = self
-                .options
-                .with_accuracy(accuracy)
-                .with_check_pixels(CHECK_PIXELS)
-                .with_engine(engine.unwrap_or(self.options.engine));
+            let options = self.relaxed(factor);
+            let options = options.with_engine(engine.unwrap_or(self.options.engine));
             let plan = ImagingPlan::with_control(pulses, grid, &options, control)?;
-            // What solves for the scene applies the operator again and again: single precision alone will do.
-            let is_double = matches!(plan.engine(), Engine::Double | Engine::Reference);
-            if is_double && self.options.engine != Engine::Reference {
+            if self.is_too_slow(plan.engine()) {
                 continue;
             }
             plan.run(&mut image, control)?;
             let _ = self.engine.set(plan.engine());
-            for (wide, narrow) in out.iter_mut().zip(&image) {
-                *wide = Complex64::new(f64::from(narrow.re), f64::from(narrow.im));
-            }
+            widen(&image, out);
             return Ok(());
         }
         Err(InvertError::Inaccurate {
             accuracy: WORST_ACCURACY,
         })
+    }
+
+    /// The same on the slices of a volume, with one plan for as many of them as it holds for.
+    fn image_slices(
+        &self,
+        volume: &VolumeGrid,
+        data: &[Complex64],
+        out: &mut [Complex64],
+        control: Control,
+    ) -> Result<(), InvertError> {
+        let pulses = self.flight.pulses(data)?;
+        let pixels = volume.base.len();
+        for factor in RELAXED {
+            let options = self.relaxed(factor);
+            let take = |k: usize, _: &PlaneGrid, image: &[Complex32]| {
+                widen(image, &mut out[k * pixels..(k + 1) * pixels]);
+                Ok::<_, ImagingError>(())
+            };
+            let run = image_volume_planned_once(volume, pulses, &options, control, take)?;
+            if !self.is_too_slow(run.report.engine) {
+                return Ok(());
+            }
+        }
+        Err(InvertError::Inaccurate {
+            accuracy: WORST_ACCURACY,
+        })
+    }
+
+    /// The options of an adjoint whose accuracy is relaxed by `factor`.
+    fn relaxed(&self, factor: f64) -> PlanOptions {
+        let accuracy = (self.options.accuracy * factor).min(WORST_ACCURACY);
+        self.options
+            .with_accuracy(accuracy)
+            .with_check_pixels(CHECK_PIXELS)
+    }
+
+    /// Whether an engine computes in double precision unasked: what solves for the scene applies the operator
+    /// again and again, so that single precision alone will do.
+    fn is_too_slow(&self, engine: Engine) -> bool {
+        matches!(engine, Engine::Double | Engine::Reference)
+            && self.options.engine != Engine::Reference
+    }
+}
+
+/// An image in double precision.
+fn widen(image: &[Complex32], out: &mut [Complex64]) {
+    for (wide, narrow) in out.iter_mut().zip(image) {
+        *wide = Complex64::new(f64::from(narrow.re), f64::from(narrow.im));
     }
 }
 
@@ -227,6 +274,9 @@ impl LinearOperator for SceneOperator<'_> {
     ) -> Result<(), InvertError> {
         check_length("scene", self.pixels, scene.len())?;
         check_length("data", self.samples(), data.len())?;
+        if let Some(volume) = &self.volume {
+            return self.image_slices(volume, data, scene, control);
+        }
         let mut at = 0;
         for grid in &self.grids {
             let out = &mut scene[at..at + grid.len()];

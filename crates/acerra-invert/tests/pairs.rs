@@ -93,7 +93,12 @@ fn the_fast_operators_are_the_double_precision_ones() {
     let relief = |x: f64, y: f64| Ok::<_, acerra_imaging::ImagingError>(0.2 * (2.0 * x - y).cos());
     let surface = SurfaceGrid::from_fn(plane, relief).unwrap();
     let mut random = Random::new(7);
-    for ground in [Ground::Plane(plane.into()), Ground::Surface(&surface)] {
+    let volume = VolumeGrid::new(plane, 0.2, 4).unwrap();
+    for ground in [
+        Ground::Plane(plane.into()),
+        Ground::Surface(&surface),
+        Ground::Volume(volume),
+    ] {
         let options = PlanOptions::default().with_accuracy(1e-4);
         let fast =
             SceneOperator::new(&flight, &zeros, ground, options, Control::default()).unwrap();

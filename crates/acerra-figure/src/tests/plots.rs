@@ -190,3 +190,41 @@ fn texts_are_escaped_in_svg() {
     let svg = plot.draw().unwrap().to_svg();
     assert!(!svg.contains("<b>") && svg.contains("&lt;b&gt;&amp;"));
 }
+
+#[test]
+fn drawings_of_a_sheet_stand_in_rows_and_columns() {
+    let values = [0.0_f32, -10.0, -20.0, -30.0];
+    let panel = |is_last: bool| {
+        let mut image = ImageDb::new("panel", PixelValues::Decibel(&values), 2, 2);
+        image.colour_bar = is_last;
+        image.plot_height_px = 250.0;
+        image.draw().unwrap()
+    };
+    let (plain, barred) = (panel(false), panel(true));
+    let row = || vec![panel(false), panel(true)];
+    let drawing = sheet(vec![row(), row(), vec![panel(false)]]);
+    Picture::of("sheet", &drawing);
+    assert_eq!(drawing.width_px, plain.width_px + barred.width_px);
+    let row_px = plain.height_px.max(barred.height_px);
+    assert_eq!(drawing.height_px, 2 * row_px + plain.height_px);
+    let places: Vec<(f32, f32)> = drawing
+        .items
+        .iter()
+        .filter_map(|item| match item {
+            // Colour bars are narrow rasters.
+            drawing::Item::Raster { rect, .. } if rect.width > 100.0 => Some((rect.x, rect.y)),
+            _ => None,
+        })
+        .collect();
+    let first = plot_of(&plain);
+    let second = plot_of(&barred);
+    let (right, down) = (plain.width_px as f32, row_px as f32);
+    let pair = |row: f32| {
+        let y = row * down;
+        [(first.x, first.y + y), (right + second.x, second.y + y)]
+    };
+    let mut expected = [pair(0.0), pair(1.0)].concat();
+    expected.push((first.x, first.y + 2.0 * down));
+    assert_eq!(places, expected);
+    assert_eq!(sheet(Vec::new()).width_px, 0);
+}
