@@ -9,9 +9,10 @@
 //! The estimate is the maximum of the posterior of the positions' errors, with a Gaussian prior that is
 //! correlated along the flight ([`PositionPrior`]), and of the points' places. Amplitudes and phases
 //! of the points are nuisances. Quantities of the whole flight ([`Global`]: delay, clock, lever arm, height
-//! above the scene, propagation speed; of each track, delay, phase and place) enter the same objective with priors
-//! of their own. It starts from delays, which have no ambiguity of half a wavelength, and goes on to phases. A correction is applied only
-//! if points that took no part in it become sharper; otherwise the positions are returned as they were.
+//! above the scene, propagation speed; of each track, delay, phase and place) enter the same objective with
+//! priors of their own. It starts from delays, which have no ambiguity of half a wavelength, and goes on to
+//! phases. A correction is applied only if points that took no part in it become sharper; otherwise the
+//! positions are returned as they were.
 
 mod decide;
 mod echoes;
