@@ -13,6 +13,9 @@ use std::sync::OnceLock;
 
 /// Random pixels on which the adjoint of every application checks itself.
 const CHECK_PIXELS: usize = 48;
+/// Places, corners first, at which the forward operator of a volume's slice checks itself at least: the slices share
+/// out the places of a plane, and all together look at far more.
+const LEAST_CHECK_OF_SLICE: usize = 6;
 /// Relative errors tried where single precision keeps none tighter, as factors of the one asked for.
 const RELAXED: [f64; 3] = [1.0, 10.0, 100.0];
 /// No relative error above this is of use to a solver.
@@ -81,21 +84,25 @@ impl<'a> SceneOperator<'a> {
             .with_spreading(flight.spreading())
             .with_incidence(flight.incidence());
         let pulses = flight.pulses(data)?;
-        let forward = |grid: TiltedGrid| -> Result<Modelled<'a>, InvertError> {
-            let planned = Forward::with_control(pulses, grid, &options, control)?;
+        let forward = |grid: TiltedGrid, options: &PlanOptions| {
+            let planned = Forward::with_control(pulses, grid, options, control)?;
             if planned.engine() == Engine::Reference && options.engine != Engine::Reference {
                 return Err(InvertError::Inaccurate {
                     accuracy: options.accuracy,
                 });
             }
-            Ok(Modelled::Planar(Box::new(planned)))
+            Ok::<_, InvertError>(Modelled::Planar(Box::new(planned)))
         };
         let forwards = match ground {
-            Ground::Plane(grid) => vec![forward(grid)?],
+            Ground::Plane(grid) => vec![forward(grid, &options)?],
             Ground::Surface(surface) => vec![Modelled::Uneven(surface)],
-            Ground::Volume(volume) => (0..volume.nz)
-                .map(|k| forward(volume.slice(k).into()))
-                .collect::<Result<_, _>>()?,
+            Ground::Volume(volume) => {
+                let shared = (options.check_pixels / volume.nz).max(LEAST_CHECK_OF_SLICE);
+                let options = options.with_check_pixels(shared);
+                (0..volume.nz)
+                    .map(|k| forward(volume.slice(k).into(), &options))
+                    .collect::<Result<_, _>>()?
+            }
         };
         let grids = ground.grids();
         let volume = match ground {
