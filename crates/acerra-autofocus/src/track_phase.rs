@@ -31,29 +31,32 @@ impl Problem<'_> {
     /// The model with the phase of each track that has one turned to the pulses that have none, or to those of
     /// the first where all have.
     fn with_turns(&self, model: &Model, seen: &Seen, guides: &[bool]) -> Model {
-        let pulses = self.nominal_m.len();
-        let mut settled = vec![true; pulses];
-        let phases = || {
-            let own = self.globals.iter().enumerate();
-            own.filter_map(|(j, global)| match &global.effect {
+        let own = self.globals.iter().enumerate();
+        let phases: Vec<_> = own
+            .filter_map(|(j, global)| match &global.effect {
                 Effect::Phase(range) => Some((j, range)),
                 _ => None,
             })
-        };
-        for (_, range) in phases() {
-            settled[range.clone()].fill(false);
+            .collect();
+        let pulses = self.nominal_m.len();
+        let mut is_reference = vec![true; pulses];
+        for (_, range) in &phases {
+            is_reference[(*range).clone()].fill(false);
         }
-        let without_first = usize::from(!settled.contains(&true));
-        if let (1, Some((_, range))) = (without_first, phases().next()) {
-            settled[range.clone()].fill(true);
+        let mut turning = phases.as_slice();
+        if let (false, Some(((_, first), others))) =
+            (is_reference.contains(&true), phases.split_first())
+        {
+            is_reference[(*first).clone()].fill(true);
+            turning = others;
         }
         let mut turned = model.clone();
-        for (j, range) in phases().skip(without_first) {
-            let own: Vec<bool> = (0..pulses).map(|m| range.contains(&m)).collect();
-            let others = &settled;
-            if let Some(turn) = seen.histories.turn_between(&own, others, guides) {
-                let value = turned.globals[j] + turn;
-                turned.globals[j] = value.sin().atan2(value.cos());
+        for (j, range) in turning {
+            let is_own: Vec<bool> = (0..pulses).map(|m| range.contains(&m)).collect();
+            let histories = &seen.histories;
+            if let Some(turn) = histories.turn_between(&is_own, &is_reference, guides) {
+                let value = turned.globals[*j] + turn;
+                turned.globals[*j] = value.sin().atan2(value.cos());
             }
         }
         turned

@@ -97,7 +97,8 @@ impl Track {
     /// of that height is one of it.
     #[must_use]
     pub fn has_zero_by_surface(&self) -> bool {
-        !self.is_calibrated && self.delay.is_none()
+        // Logs of spectra have no fast time to shift.
+        self.cleaned.is_some() && !self.is_calibrated && self.delay.is_none()
     }
 
     /// What was selected of its log.

@@ -1,13 +1,13 @@
 //! A flight whose trajectory sways unseen: what an autofocus in the chain corrects, and keeps.
 #![allow(clippy::unwrap_used)] // a test that cannot go on has failed
 
-use acerra_chain::autofocus::{AutofocusFailure, AutofocusOptions};
+use acerra_chain::autofocus::{AutofocusFailure, AutofocusOptions, Quantity};
 use acerra_chain::clean::CleanOptions;
 use acerra_chain::{
     Control, ImageRequest, Journal, MemorySink, Prepared, Recording, Scene, prepare,
 };
 use acerra_geo::matrix::Matrix3;
-use acerra_geo::trajectory::{Fix, Frame, TimeOrigin, Trajectory};
+use acerra_geo::trajectory::{Fix, Frame, SolutionStatus, TimeOrigin, Trajectory};
 use acerra_imaging::{PlaneGrid, SPEED_OF_LIGHT_M_S};
 use acerra_radar::{Radargram, Samples};
 
@@ -15,6 +15,7 @@ const SWAYING: Flown = Flown {
     targets_m: &[[-1.0, 2.5], [0.4, 3.6], [1.2, 2.0], [-0.2, 1.6]],
     sway_m: [0.0, 0.015],
     covariance_m2: None,
+    float_fixes: 0,
 };
 
 /// A flight of 6 s at 1 m/s along x, 4 m up, that sways north and up by so much (m).
@@ -23,6 +24,8 @@ struct Flown<'a> {
     targets_m: &'a [[f64; 2]],
     sway_m: [f64; 2],
     covariance_m2: Option<Matrix3>,
+    /// So many fixes, from the first on, are float.
+    float_fixes: usize,
 }
 
 impl Flown<'_> {
@@ -50,8 +53,12 @@ fn prepared(flown: Flown) -> Prepared {
     };
     let samples = t_s.iter().flat_map(|t| (0..800).map(move |n| echo(*t, n)));
     let samples = Samples::Real(samples.collect());
-    let fixes = t_s.iter().map(|t| Fix {
+    let fixes = t_s.iter().enumerate().map(|(k, t)| Fix {
         covariance_m2: flown.covariance_m2,
+        status: match k < flown.float_fixes {
+            true => SolutionStatus::Float,
+            false => SolutionStatus::Fixed,
+        },
         ..Fix::new(*t, [t - 3.0, 0.0, 4.0])
     });
     let trajectory = Trajectory::new(Frame::Local, TimeOrigin::Relative, fixes.collect()).unwrap();
@@ -106,6 +113,45 @@ fn positions_without_deviations_are_refused() {
     assert!(matches!(refused, Err(AutofocusFailure::NoDeviations)));
 }
 
+/// Float positions err alike: a shift and its change are free, and the rest is as small as phases make it. Of a
+/// track that is float in part all errors are taken from trace to trace.
+#[test]
+fn float_positions_have_their_errors_in_common() {
+    let flown = |float_fixes| Flown {
+        covariance_m2: Some([[0.04, 0.0, 0.0], [0.0, 0.04, 0.0], [0.0, 0.0, 0.09]]),
+        float_fixes,
+        ..SWAYING
+    };
+    let options = AutofocusOptions {
+        correlation_s: Some(0.7),
+        ..AutofocusOptions::default()
+    };
+    let mut float = prepared(flown(121));
+    let before = peak(&float);
+    let correction = float.autofocus(&options, &Control::default()).unwrap();
+    assert!(correction.is_applied(), "{:?}", correction.found.decision);
+    let up = correction
+        .globals
+        .iter()
+        .find(|g| g.quantity == Quantity::TrackUp);
+    assert!((up.unwrap().prior_sigma - 0.3).abs() < 1e-9, "{up:?}");
+    let rate = correction
+        .globals
+        .iter()
+        .find(|g| g.quantity == Quantity::TrackUpRate);
+    let expected = 0.3 * 3_f64.sqrt() / 300.0;
+    assert!(
+        (rate.unwrap().prior_sigma - expected).abs() < 1e-9,
+        "{rate:?}"
+    );
+    let after = peak(&float);
+    assert!(20.0 * (after / before).log10() > 0.5, "{before} to {after}");
+
+    let mut mixed = prepared(flown(100));
+    let correction = mixed.autofocus(&options, &Control::default()).unwrap();
+    assert!(correction.globals.is_empty(), "{:?}", correction.globals);
+}
+
 /// Points in a line along the flight tell one combination of north and up: the covariance between them, which the
 /// trajectory states, tells the other.
 #[test]
@@ -118,6 +164,7 @@ fn covariances_between_axes_tell_what_the_echoes_do_not() {
             [0.0, 1e-4, 1.41e-4],
             [0.0, 1.41e-4, 2.25e-4],
         ]),
+        float_fixes: 0,
     };
     let error_m = |sigma_m: Option<[f64; 3]>| {
         let mut found = prepared(flown);

@@ -1,5 +1,8 @@
 //! Two passes over the same targets, each with a delay, a phase and a place of its own.
 
+#[path = "../draws/mod.rs"]
+mod draws;
+
 use std::f64::consts::{PI, TAU};
 use std::ops::Range;
 
@@ -10,6 +13,7 @@ use acerra_imaging::{
     Complex64, Control, PlanOptions, PlaneGrid, PulseArrays, Pulses, SPEED_OF_LIGHT_M_S, Spreading,
     image,
 };
+use draws::{correlated, gaussian};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -59,11 +63,6 @@ pub struct Passes {
     spectrum: Vec<Complex64>,
 }
 
-fn gaussian(rng: &mut ChaCha8Rng) -> f64 {
-    let (u, v): (f64, f64) = (rng.random::<f64>().max(1e-300), rng.random());
-    (-2.0 * u.ln()).sqrt() * (TAU * v).cos()
-}
-
 /// The first pass flies north, the second back, lower and beside it; both sway.
 fn flown_m(m: usize) -> [f64; 3] {
     let along = 0.1 * (m % OF_PASS) as f64;
@@ -74,26 +73,12 @@ fn flown_m(m: usize) -> [f64; 3] {
     }
 }
 
-/// Matérn 3/2 errors of unit variance of one pass: a second-order process driven by white noise.
-fn correlated(rng: &mut ChaCha8Rng) -> Vec<f64> {
+/// Errors of unit variance that last for [`CORRELATION_S`].
+fn lasting(rng: &mut ChaCha8Rng) -> Vec<f64> {
     let correlation = Correlation::Matern32 {
         length: CORRELATION_S,
     };
-    let mut factor = vec![vec![0.0; OF_PASS]; OF_PASS];
-    let white: Vec<f64> = (0..OF_PASS).map(|_| gaussian(rng)).collect();
-    let mut values = Vec::with_capacity(OF_PASS);
-    for i in 0..OF_PASS {
-        for j in 0..=i {
-            let done: f64 = (0..j).map(|k| factor[i][k] * factor[j][k]).sum();
-            let left = correlation.at((i - j) as f64 * INTERVAL_S) - done;
-            factor[i][j] = match i == j {
-                true => left.max(1e-12).sqrt(),
-                false => left / factor[j][j],
-            };
-        }
-        values.push((0..=i).map(|j| factor[i][j] * white[j]).sum());
-    }
-    values
+    correlated(rng, correlation, (OF_PASS, INTERVAL_S))
 }
 
 impl Passes {
@@ -107,7 +92,7 @@ impl Passes {
         let nominal_m: Vec<[f64; 3]> = (0..PULSES).map(flown_m).collect();
         let error: Vec<[f64; 3]> = (0..2)
             .flat_map(|_| {
-                let axes = [(); 3].map(|()| correlated(&mut rng));
+                let axes = [(); 3].map(|()| lasting(&mut rng));
                 (0..OF_PASS).map(move |m| [0, 1, 2].map(|a| PATH_SIGMA_M * axes[a][m]))
             })
             .collect();

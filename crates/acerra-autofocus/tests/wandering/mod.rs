@@ -2,6 +2,9 @@
 //! whole flight: clock, lever arm, height of the scene, propagation speed, delay.
 #![allow(dead_code)] // each test uses a part
 
+#[path = "../draws/mod.rs"]
+mod draws;
+
 use std::f64::consts::{PI, TAU};
 
 use acerra_autofocus::{
@@ -11,6 +14,7 @@ use acerra_imaging::{
     Complex64, Control, PlanOptions, PlaneGrid, PulseArrays, Pulses, SPEED_OF_LIGHT_M_S, Spreading,
     image,
 };
+use draws::{correlated, gaussian};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -90,11 +94,6 @@ pub struct Flight {
     spectrum: Vec<Complex64>,
 }
 
-pub fn gaussian(rng: &mut ChaCha8Rng) -> f64 {
-    let (u, v): (f64, f64) = (rng.random::<f64>().max(1e-300), rng.random());
-    (-2.0 * u.ln()).sqrt() * (2.0 * PI * v).cos()
-}
-
 fn time_s(m: usize) -> f64 {
     m as f64 * INTERVAL_S
 }
@@ -103,26 +102,12 @@ fn middle_s() -> f64 {
     0.5 * time_s(PULSES - 1)
 }
 
-/// Matérn 3/2 errors of unit variance, drawn by the Cholesky factor of their covariance.
-fn correlated(rng: &mut ChaCha8Rng) -> Vec<f64> {
+/// Errors of unit variance that last for [`CORRELATION_S`].
+fn lasting(rng: &mut ChaCha8Rng) -> Vec<f64> {
     let correlation = Correlation::Matern32 {
         length: CORRELATION_S,
     };
-    let mut factor = vec![vec![0.0; PULSES]; PULSES];
-    let white: Vec<f64> = (0..PULSES).map(|_| gaussian(rng)).collect();
-    let mut values = Vec::with_capacity(PULSES);
-    for i in 0..PULSES {
-        for j in 0..=i {
-            let done: f64 = (0..j).map(|k| factor[i][k] * factor[j][k]).sum();
-            let left = correlation.at(time_s(i) - time_s(j)) - done;
-            factor[i][j] = match i == j {
-                true => left.max(1e-12).sqrt(),
-                false => left / factor[j][j],
-            };
-        }
-        values.push((0..=i).map(|j| factor[i][j] * white[j]).sum());
-    }
-    values
+    correlated(rng, correlation, (PULSES, INTERVAL_S))
 }
 
 /// Deviations of the globals that the tests draw from.
@@ -155,7 +140,7 @@ impl Flight {
         path_sigma_m: f64,
         targets: &[[f64; 2]],
     ) -> Self {
-        let error = [(); 3].map(|()| correlated(rng));
+        let error = [(); 3].map(|()| lasting(rng));
         let nominal_m: Vec<[f64; 3]> = (0..PULSES).map(|m| motion.at(time_s(m))).collect();
         let true_m: Vec<[f64; 3]> = (0..PULSES)
             .map(|m| {

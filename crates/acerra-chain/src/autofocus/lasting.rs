@@ -2,18 +2,15 @@
 //!
 //! The error of a float position is that of its ambiguities, which lasts for minutes, and that of its phases, which
 //! is as small as a fixed position's. The first is a shift of the track and its change along it; the second alone
-//! changes from trace to trace.
+//! changes from trace to trace. Heights by the radar have neither. A track whose positions are float in part has no
+//! shift in common: its errors are taken as the positions state them, from trace to trace.
 
 use acerra_geo::matrix::Matrix3;
 use acerra_geo::trajectory::SolutionStatus;
+use acerra_gnss::ErrorCorrelation;
 
 use super::options::AutofocusOptions;
 use crate::prepare::{Prepared, Track};
-
-/// Time for which errors of float ambiguities last (s).
-const AMBIGUITIES_LAST_S: f64 = 300.0;
-/// Sum of the variances east, north and up that phases alone give a position (m²).
-const OF_PHASES_M2: f64 = 1e-4;
 
 /// Deviations of an error that the positions of a track have in common.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -32,35 +29,60 @@ impl Prepared {
             .filter(|_| options.sigma_m.is_none());
         let shift_sigma_m = options.track_shift_sigma_m.or(of_float_m);
         // A Matérn process of order 3/2 of this length changes by √3 of its deviation in it.
-        let rate_1_s = 3_f64.sqrt() / AMBIGUITIES_LAST_S;
+        let usual = ErrorCorrelation::default();
+        let slowest = usual.ambiguities.iter().map(|part| part.time_constant_s);
+        let rate_1_s = 3_f64.sqrt() / slowest.fold(f64::MIN_POSITIVE, f64::max);
         Lasting {
             shift_sigma_m: shift_sigma_m.unwrap_or_default(),
             rate_sigma_m_s: of_float_m.unwrap_or_default().map(|s| s * rate_1_s),
         }
     }
 
-    /// Rms deviations that a track's float positions state; none where most of them are no such.
-    fn float_sigma_m(&self, track: &Track) -> Option<[f64; 3]> {
-        let stated = self.aligned.sigma_m.get(track.range.clone())?;
-        let status = self.aligned.status.get(track.range.clone())?;
-        let (mut sum_m2, mut count) = ([0.0; 3], 0_usize);
-        for (sigma_m, status) in stated.iter().zip(status) {
-            if *status == SolutionStatus::Float {
-                (0..3).for_each(|i| sum_m2[i] += sigma_m[i] * sigma_m[i]);
-                count += 1;
+    /// What changes from trace to trace of errors of these covariances, one a trace (m²).
+    pub(super) fn keep_what_changes(&self, covariance_m2: &mut [Matrix3]) {
+        let of_phases_m2 = ErrorCorrelation::default().fixed_variance_m2;
+        let axes = self.axes_of_positions();
+        for track in &self.tracks {
+            if self.is_float(track) {
+                for covariance in &mut covariance_m2[track.range.clone()] {
+                    *covariance = of_phases(covariance, axes, of_phases_m2);
+                }
             }
         }
-        (2 * count > status.len()).then(|| sum_m2.map(|s| (s / count as f64).sqrt()))
+    }
+
+    /// Rms deviations that a track's float positions state, 0 of heights by the radar; none where they are not
+    /// float throughout.
+    fn float_sigma_m(&self, track: &Track) -> Option<[f64; 3]> {
+        let stated = self.aligned.sigma_m.get(track.range.clone())?;
+        let axes = self.axes_of_positions();
+        let rms = |axis: usize| {
+            let sum: f64 = stated.iter().map(|sigma_m| sigma_m[axis].powi(2)).sum();
+            (sum / stated.len() as f64).sqrt()
+        };
+        let of = |axis| if axis < axes { rms(axis) } else { 0.0 };
+        self.is_float(track).then(|| [0, 1, 2].map(of))
+    }
+
+    /// Whether all imaged traces of a track stand at float positions.
+    fn is_float(&self, track: &Track) -> bool {
+        let status = self.aligned.status.get(track.range.clone());
+        let is_float = |status: &SolutionStatus| *status == SolutionStatus::Float;
+        status.is_some_and(|status| !status.is_empty() && status.iter().all(is_float))
+    }
+
+    /// Axes, of east, north and up, that are the positions': not the height where the radar measured it.
+    fn axes_of_positions(&self) -> usize {
+        3 - usize::from(self.aligned.radar_height.is_some())
     }
 }
 
-/// What of a covariance changes from trace to trace: of a float position what its phases leave, of others all.
-pub(super) fn changing(covariance_m2: Matrix3, status: SolutionStatus) -> Matrix3 {
-    let total = covariance_m2[0][0] + covariance_m2[1][1] + covariance_m2[2][2];
-    if status != SolutionStatus::Float || total <= OF_PHASES_M2 {
-        return covariance_m2;
-    }
-    covariance_m2.map(|row| row.map(|v| v * OF_PHASES_M2 / total))
+/// What of a float position's covariance its phases leave, of the first `axes` axes; the others have their own.
+fn of_phases(covariance_m2: &Matrix3, axes: usize, of_phases_m2: f64) -> Matrix3 {
+    let total_m2: f64 = (0..axes).map(|i| covariance_m2[i][i]).sum();
+    let share = (of_phases_m2 / total_m2).min(1.0).sqrt();
+    let factor = |i: usize| if i < axes { share } else { 1.0 };
+    [0, 1, 2].map(|i| [0, 1, 2].map(|j| covariance_m2[i][j] * factor(i) * factor(j)))
 }
 
 #[cfg(test)]
@@ -70,14 +92,17 @@ mod tests {
     #[test]
     fn phases_alone_change_from_trace_to_trace() {
         let wide = [[0.04, 0.01, 0.0], [0.01, 0.04, 0.0], [0.0, 0.0, 0.12]];
-        assert_eq!(changing(wide, SolutionStatus::Fixed), wide);
-        assert_eq!(changing(wide, SolutionStatus::Single), wide);
-        let float = changing(wide, SolutionStatus::Float);
+        let all = of_phases(&wide, 3, 1e-4);
         for (i, expected) in [2e-5, 2e-5, 6e-5].into_iter().enumerate() {
-            assert!((float[i][i] - expected).abs() < 1e-12);
+            assert!((all[i][i] - expected).abs() < 1e-12);
         }
-        assert!((float[0][1] - 5e-6).abs() < 1e-12);
+        assert!((all[0][1] - 5e-6).abs() < 1e-12);
+        // Heights by the radar keep what they have.
+        let level = of_phases(&wide, 2, 1e-4);
+        assert!((level[0][0] - 5e-5).abs() < 1e-12 && level[2][2] == 0.12);
         let good = [[1e-6, 0.0, 0.0], [0.0, 1e-6, 0.0], [0.0, 0.0, 4e-6]];
-        assert_eq!(changing(good, SolutionStatus::Float), good);
+        assert_eq!(of_phases(&good, 3, 1e-4), good);
+        let known = [[0.0; 3]; 3];
+        assert_eq!(of_phases(&known, 3, 1e-4), known);
     }
 }

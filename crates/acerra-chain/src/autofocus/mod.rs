@@ -52,8 +52,7 @@ impl Prepared {
         prior.globals = free.iter().map(|f| f.global.clone()).collect();
         let light_speed_m_s = self.scene.light_speed_m_s;
         if options.sigma_m.is_none() {
-            let each = prior.covariance_m2.iter_mut().zip(&self.aligned.status);
-            each.for_each(|(c, status)| *c = lasting::changing(*c, *status));
+            self.keep_what_changes(&mut prior.covariance_m2);
         }
         let prior_sigma_m = self.aligned.sigma_m.clone();
         let found = self.estimate(&prior, options, control)?;
