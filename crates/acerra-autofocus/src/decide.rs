@@ -12,6 +12,9 @@ use crate::significance::{Gains, LEAST_TO_FOLD};
 
 /// Gain below which a correction is not worth a change of the positions (dB).
 const LEAST_GAIN_DB: f64 = 0.02;
+/// Share of the range resolution by which ranges of a point and its ghost differ at most.
+const GHOST_CELLS: f64 = 0.5;
+
 /// When a correction is believed.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Limits {
@@ -37,6 +40,7 @@ pub(crate) fn unchanged(
         covariance_m2: covariance.iter().map(rows_of).collect(),
         globals: found_of(&prior.globals, |_, g| (0.0, g.sigma)),
         points: Vec::new(),
+        ghosts: 0,
         gain_db: 0.0,
         gain_sigma_db: 0.0,
         predicted_loss_db: 0.0,
@@ -107,12 +111,27 @@ pub(crate) fn outcome(
                 gain_db: gains.point_db[k],
             })
             .collect(),
+        ghosts: ghosts(
+            &problem.ranges_m(model),
+            GHOST_CELLS * problem.template.cell_m,
+        ),
         gain_db: gains.mean_db,
         gain_sigma_db: gains.sigma_db,
         predicted_loss_db: predicted_loss_db(problem, &points, &own_prior),
         correction_in_sigmas: sigmas,
         unobserved: unobserved(&fitted.posterior.error_m2, &problem.prior_m2()),
     }
+}
+
+/// Points whose ranges, `[M][K]`, m, differ from those of one before by less than this rms.
+fn ghosts(ranges_m: &[Vec<f64>], within_m: f64) -> usize {
+    let apart_m = |a: usize, b: usize| {
+        let square = |ranges: &Vec<f64>| (ranges[a] - ranges[b]).powi(2);
+        (ranges_m.iter().map(square).sum::<f64>() / ranges_m.len() as f64).sqrt()
+    };
+    let points = ranges_m.first().map_or(0, Vec::len);
+    let is_ghost = |k: &usize| (0..*k).any(|other| apart_m(*k, other) < within_m);
+    (0..points).filter(is_ghost).count()
 }
 
 fn found_of(globals: &[Global], of: impl Fn(usize, &Global) -> (f64, f64)) -> Vec<GlobalFound> {

@@ -169,3 +169,23 @@ fn a_full_covariance_tells_what_the_echoes_do_not() {
     assert!(ratio < 0.6, "error {ratio} of that by independent axes");
     assert!((0.4..2.0).contains(&chi_square), "χ² {chi_square}");
 }
+
+/// Over a straight track every target has a ghost as strong as itself: points with the ranges of another are
+/// counted where the pixels hold both sides, and there are none where they hold one.
+#[test]
+fn ghosts_among_the_points_are_told() {
+    let errors = Errors {
+        sigma_m: 0.003,
+        smoothed_m: 0.58,
+    };
+    let scene = Scene::new(0, errors, twelve);
+    let prior = Scene::prior(0.003, 0.58);
+    let found = scene.focus_on(Scene::both_sides(), &prior);
+    assert!(
+        found.ghosts >= 4,
+        "{} of {}",
+        found.ghosts,
+        found.points.len()
+    );
+    assert_eq!(scene.focus(&prior).ghosts, 0);
+}

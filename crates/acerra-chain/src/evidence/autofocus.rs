@@ -21,11 +21,22 @@ pub enum AutofocusSeen {
 /// Judges the gain of the points' peaks by an autofocus, beside the loss that the positions'
 /// deviations predict.
 #[must_use]
-pub fn autofocus_gain(seen: AutofocusSeen, gain_db: f64, sigma_db: f64, points: usize) -> Finding {
+pub fn autofocus_gain(
+    seen: AutofocusSeen,
+    [gain_db, sigma_db]: [f64; 2],
+    points: usize,
+    ghosts: usize,
+) -> Finding {
     let (verdict, what) = match seen {
         AutofocusSeen::Applied if points < 2 => (
             Verdict::Doubtful,
             "the places are corrected by a single point, whose own motion would look the same",
+        ),
+        AutofocusSeen::Applied if ghosts > 0 => (
+            Verdict::Doubtful,
+            "points gain by corrections that they took no part in, and the places are corrected; but some have \
+             the ranges of another and are its ghost, or it theirs: the image is sharper, and places and \
+             heights may be drawn to the wrong side of the track by more than their deviations say",
         ),
         AutofocusSeen::Applied => (
             Verdict::Agrees,
@@ -46,8 +57,12 @@ pub fn autofocus_gain(seen: AutofocusSeen, gain_db: f64, sigma_db: f64, points: 
              [autofocus] sigma_m): the places are as stated",
         ),
     };
-    let mut finding = Finding::judged("autofocus_gain", gain_db, "dB", verdict)
-        .because(format!("{points} points; {what}"));
+    let number = match ghosts {
+        0 => format!("{points} points"),
+        _ => format!("{points} points, {ghosts} of them with the ranges of another"),
+    };
+    let finding = Finding::judged("autofocus_gain", gain_db, "dB", verdict);
+    let mut finding = finding.because(format!("{number}; {what}"));
     finding.sigma = Some(sigma_db);
     finding
 }
@@ -121,6 +136,15 @@ pub fn autofocus_sigma(sigma_m: f64, unobserved: [f64; 3]) -> Finding {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn corrections_by_ghosts_are_doubtful() {
+        let of = |ghosts| autofocus_gain(AutofocusSeen::Applied, [2.0, 0.5], 4, ghosts);
+        assert_eq!(of(0).verdict, Verdict::Agrees);
+        let drawn = of(2);
+        assert_eq!(drawn.verdict, Verdict::Doubtful);
+        assert!(drawn.explanation.contains("2 of them"), "{drawn:?}");
+    }
 
     #[test]
     fn a_quantity_says_whether_the_echoes_tell_it() {

@@ -20,9 +20,9 @@ pub fn weigh_autofocus(correction: &PathCorrection) -> Vec<Finding> {
     let points = found.points.len();
     let mut findings = vec![autofocus_gain(
         seen,
-        found.gain_db,
-        found.gain_sigma_db,
+        [found.gain_db, found.gain_sigma_db],
         points,
+        found.ghosts,
     )];
     if points > 0 {
         findings.push(autofocus_correction(found.correction_in_sigmas));

@@ -65,7 +65,7 @@ fn row(table: &mut String, flight: &Flight, kind: &str, outcome: &Outcome) {
         found.points.len(),
         found.gain_db,
         found.gain_sigma_db,
-        became(found.decision),
+        became(found.decision, found.ghosts),
         gains.join(", "),
         slant.join(", "),
         off.join(", "),
@@ -78,8 +78,9 @@ struct Peak {
     off_m: f64,
 }
 
-fn became(decision: Decision) -> &'static str {
+fn became(decision: Decision, ghosts: usize) -> &'static str {
     match decision {
+        Decision::Applied if ghosts > 0 => "applied, doubtful: ghosts",
         Decision::Applied => "applied",
         Decision::NotSignificant => "as stated: not significant",
         Decision::AgainstPrior => "as stated: against the prior",
