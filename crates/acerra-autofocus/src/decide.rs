@@ -12,9 +12,6 @@ use crate::significance::{Gains, LEAST_TO_FOLD};
 
 /// Gain below which a correction is not worth a change of the positions (dB).
 const LEAST_GAIN_DB: f64 = 0.02;
-/// Share of the range resolution by which ranges of a point and its ghost differ at most.
-const GHOST_CELLS: f64 = 0.5;
-
 /// When a correction is believed.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Limits {
@@ -111,10 +108,7 @@ pub(crate) fn outcome(
                 gain_db: gains.point_db[k],
             })
             .collect(),
-        ghosts: ghosts(
-            &problem.ranges_m(model),
-            GHOST_CELLS * problem.template.cell_m,
-        ),
+        ghosts: ghosts(&problem.ranges_m(model), problem.template.cell_m),
         gain_db: gains.mean_db,
         gain_sigma_db: gains.sigma_db,
         predicted_loss_db: predicted_loss_db(problem, &points, &own_prior),

@@ -63,8 +63,8 @@ pub struct Autofocused {
     pub globals: Vec<GlobalFound>,
     /// The points used.
     pub points: Vec<PointFound>,
-    /// Points whose ranges are those of another, half a range resolution rms apart at most: one of them is the
-    /// other's ghost, and draws the path to the wrong side of the track.
+    /// Points whose ranges are those of another, not a range resolution rms apart: one of them is the other's
+    /// ghost, and draws the path to the wrong side of the track.
     pub ghosts: usize,
     /// Mean gain of the points' peaks, weighted by their amplitudes, dB, as [`PointFound::gain_db`] has them.
     pub gain_db: f64,
