@@ -6,15 +6,19 @@
 //! `tall`, 230 slices of 256 × 256 pixels of 2 cm up to 40 cm below the antennas; `small`, 64³ voxels of 2 cm;
 //! `patterned`, `slices` with weights by incidence. Naming some takes those alone. `accuracy=1e-4` asks for
 //! another accuracy, `level=avx2` for an instruction set, `runs=9` repeats more often, `plan` prints the plans,
-//! `quick` leaves the errors out (for samples by `perf`).
+//! `quick` leaves the errors out (for samples by `perf`). `forward` times the forward operator of the volume instead,
+//! planning and run, beside the operators of its slices one by one, and prints how far their spectra are apart;
+//! with `quick` by itself.
 #![allow(clippy::print_stdout, clippy::unwrap_used, missing_docs)]
 
 mod scene;
 
 use acerra_imaging::{
-    Complex32, Complex64, Control, Engine, ImagingError, IncidenceWeight, PlanOptions, PlaneGrid,
-    Pulses, SimdLevel, VolumeGrid, VolumeRun, image_volume_planned_once, reference,
+    Complex32, Complex64, Control, Engine, Forward, ForwardVolume, ImagingError, IncidenceWeight,
+    PlanOptions, PlaneGrid, Pulses, SimdLevel, VolumeGrid, VolumeRun, image_volume_planned_once,
+    reference,
 };
+use rand_chacha::rand_core::{RngCore, SeedableRng};
 use scene::{Scene, processor_time_s};
 
 /// Pixels of a slice that are compared, per axis.
@@ -79,6 +83,20 @@ fn main() {
     }
     let scene = Scene::of_pixels(0.01, 331);
     println!("accuracy {accuracy:.1e}, {level}");
+    if has("forward") {
+        println!(
+            "| volume | plans | planning (s) | run (s) | one by one: planning | run | apart |"
+        );
+        println!("| --- | --- | --- | --- | --- | --- | --- |");
+        for case in chosen {
+            let options = PlanOptions::default()
+                .with_accuracy(accuracy)
+                .with_level(level)
+                .with_incidence(case.incidence);
+            time_forward(&scene, &case, &options);
+        }
+        return;
+    }
     println!("| volume | plans | whole (s) | memory (MB) | errors of slices |");
     println!("| --- | --- | --- | --- | --- |");
     for case in chosen {
@@ -121,6 +139,54 @@ fn time(scene: &Scene, case: &Case, options: &PlanOptions, runs: usize) {
     if has("plan") {
         println!("{}\n", run.report);
     }
+}
+
+/// The value that some work makes, and the processor time that it takes, s.
+fn timed_work<R>(work: impl FnOnce() -> R) -> (R, f64) {
+    let start_s = processor_time_s();
+    let made = work();
+    (made, processor_time_s() - start_s)
+}
+
+/// Prints the times of the forward operator of a volume and of those of its slices.
+fn time_forward(scene: &Scene, case: &Case, options: &PlanOptions) {
+    let (pulses, control) = (scene.pulses(), Control::default());
+    let random_slice = |k: usize, image: &mut [Complex32]| {
+        let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(k as u64);
+        let mut part = || random.next_u32() as f32 / u32::MAX as f32 - 0.5;
+        image.fill_with(|| Complex32::new(part(), part()));
+    };
+    let (planned, planning_s) =
+        timed_work(|| ForwardVolume::new(&case.volume, pulses, options, control).unwrap());
+    let mut echo = vec![Complex64::ZERO; scene.spectrum.len()];
+    let ((), run_s) = timed_work(|| planned.run(random_slice, &mut echo, control).unwrap());
+    let plans = planned.plans().count();
+    let times = format!("| {} | {plans} | {planning_s:.2} | {run_s:.2} |", case.name);
+    if has("plan") {
+        planned.reports().for_each(|report| println!("{report}\n"));
+    }
+    if has("quick") {
+        println!("{times} – | – | – |");
+        return;
+    }
+    let of_slice = options.with_check_pixels((options.check_pixels / case.volume.nz).max(6));
+    let (alone, alone_planning_s) = timed_work(|| {
+        let plan =
+            |k| Forward::with_control(pulses, case.volume.slice(k), &of_slice, control).unwrap();
+        (0..case.volume.nz).map(plan).collect::<Vec<_>>()
+    });
+    let mut expected = vec![Complex64::ZERO; echo.len()];
+    let ((), alone_s) = timed_work(|| {
+        let mut image = vec![Complex32::ZERO; case.volume.base.len()];
+        let mut part = vec![Complex64::ZERO; echo.len()];
+        for (k, plan) in alone.iter().enumerate() {
+            random_slice(k, &mut image);
+            plan.run(&image, &mut part, control).unwrap();
+            expected.iter_mut().zip(&part).for_each(|(e, p)| *e += p);
+        }
+    });
+    let apart = reference::relative_l2(&echo, &expected).unwrap();
+    println!("{times} {alone_planning_s:.2} | {alone_s:.2} | {apart:.1e} |");
 }
 
 /// A volume with the processor time that it takes, s.

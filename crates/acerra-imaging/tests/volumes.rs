@@ -9,8 +9,9 @@ mod common;
 use common::{Campaign, band};
 
 use acerra_imaging::{
-    Complex32, Complex64, Control, Engine, ImagingError, IncidenceWeight, PlanOptions, PlaneGrid,
-    Progress, SimdLevel, VolumeGrid, VolumeRun, image_volume_planned_once, reference,
+    Complex32, Complex64, Control, Engine, ForwardVolume, ImagingError, IncidenceWeight,
+    PlanOptions, PlaneGrid, Progress, SimdLevel, VolumeGrid, VolumeRun, image_volume_planned_once,
+    reference,
 };
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
@@ -18,6 +19,8 @@ at_every_level!(
     tall_volumes_keep_the_accuracy_in_groups_of_slices,
     dark_slices_keep_the_accuracy,
     weights_by_incidence_are_those_of_each_slice,
+    echoes_of_every_slice_keep_the_accuracy,
+    weights_by_incidence_are_those_of_each_slice_in_echoes,
 );
 
 /// Pixels of a slice from which every second along rows and columns is compared.
@@ -180,4 +183,89 @@ fn a_volume_planned_once_can_be_cancelled_and_followed() {
     let (outcome, taken) = run(4);
     assert_eq!((outcome.unwrap_err(), taken), (ImagingError::Cancelled, 5));
     assert!(most.into_inner() < total / 2);
+}
+
+/// The spectra of some random voxels in the slices that `is_bright` names.
+fn echoes(
+    forward: &ForwardVolume,
+    campaign: &Campaign,
+    is_bright: &dyn Fn(usize) -> bool,
+) -> Vec<Complex64> {
+    let give = |k: usize, image: &mut [Complex32]| {
+        let mut random = common::Random(k as u64 + 1);
+        image.fill_with(|| {
+            let value = random.complex();
+            // The double-precision sum leaves dark voxels out.
+            match is_bright(k) && random.next() > 0.8 {
+                true => Complex32::new(value.re as f32, value.im as f32),
+                false => Complex32::ZERO,
+            }
+        });
+    };
+    let mut echo = vec![Complex64::ZERO; campaign.pulses().spectrum().len()];
+    forward.run(give, &mut echo, Control::default()).unwrap();
+    echo
+}
+
+/// Compares the echoes of single slices, and of all, with the double-precision sum.
+fn check_echoes(campaign: &Campaign, volume: &VolumeGrid, options: &PlanOptions) -> Vec<Engine> {
+    let plan = |options: &PlanOptions| {
+        ForwardVolume::new(volume, campaign.pulses(), options, Control::default()).unwrap()
+    };
+    let (fast, exact) = (plan(options), plan(&options.with_engine(Engine::Reference)));
+    let last = volume.nz - 1;
+    for slices in [0..1, last / 2..last / 2 + 1, last..last + 1, 0..volume.nz] {
+        let is_bright = |k: usize| slices.contains(&k);
+        let found = echoes(&fast, campaign, &is_bright);
+        let expected = echoes(&exact, campaign, &is_bright);
+        let error = reference::relative_l2(&found, &expected).unwrap();
+        assert!(
+            error <= options.accuracy,
+            "{slices:?} of {fast:?}: {error:e}"
+        );
+    }
+    let ends: Vec<_> = fast.plans().collect();
+    assert_eq!((ends[0].start, ends[ends.len() - 1].end), (0, volume.nz));
+    assert!(ends.windows(2).all(|w| w[0].end == w[1].start));
+    assert!(fast.memory_bytes() <= options.memory_limit_bytes);
+    fast.reports().map(|report| report.engine).collect()
+}
+
+/// Slices from the ground up to 30 cm below the antennas, by both engines, with all bins at once and in batches.
+fn echoes_of_every_slice_keep_the_accuracy(level: SimdLevel) {
+    let campaign = track(90, &[]);
+    let options = PlanOptions::default().with_level(level);
+    let tall = volume([-0.4, -0.5, -0.3], [0.02, 0.25], [41, 51], 17);
+    let low = volume([-0.4, -0.5, -0.3], [0.01, 0.05], [61, 71], 5);
+    for (engine, accuracy, volume) in [
+        (Engine::Direct, 1e-3, &tall),
+        (Engine::Direct, 2e-5, &tall),
+        (Engine::Factorized, 1e-3, &low),
+    ] {
+        let options = options.with_engine(engine).with_accuracy(accuracy);
+        let engines = check_echoes(&campaign, volume, &options);
+        assert!(engines.contains(&engine), "{engines:?}");
+    }
+    let direct = options.with_engine(Engine::Direct);
+    let forward = |options: &PlanOptions| {
+        ForwardVolume::new(&tall, campaign.pulses(), options, Control::default()).unwrap()
+    };
+    let whole_bytes = forward(&direct).memory_bytes();
+    let scarce = direct.with_memory_limit_bytes(whole_bytes * 2 / 3);
+    assert!(forward(&scarce).memory_bytes() <= whole_bytes * 2 / 3);
+    check_echoes(&campaign, &tall, &scarce);
+}
+
+fn weights_by_incidence_are_those_of_each_slice_in_echoes(level: SimdLevel) {
+    let campaign = track(60, &[]);
+    let weight = IncidenceWeight {
+        max_rad: 0.5,
+        taper_rad: 0.2,
+        cosine_power: 1.5,
+    };
+    let options = PlanOptions::default()
+        .with_level(level)
+        .with_incidence(Some(weight));
+    let slices = volume([-1.5, -1.5, 0.0], [0.05; 2], [31, 34], 5);
+    check_echoes(&campaign, &slices, &options);
 }

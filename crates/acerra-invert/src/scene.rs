@@ -6,16 +6,14 @@ use crate::flight::Flight;
 use crate::operator::LinearOperator;
 use crate::relief;
 use acerra_imaging::{
-    Complex32, Complex64, Control, Engine, Forward, ImageGrid, ImagingError, ImagingPlan,
-    PlanOptions, PlaneGrid, SurfaceGrid, TiltedGrid, VolumeGrid, image_volume_planned_once,
+    Complex32, Complex64, Control, Engine, Forward, ForwardVolume, ImageGrid, ImagingError,
+    ImagingPlan, PlanOptions, PlaneGrid, SurfaceGrid, TiltedGrid, VolumeGrid,
+    image_volume_planned_once,
 };
 use std::sync::OnceLock;
 
 /// Random pixels on which the adjoint of every application checks itself.
 const CHECK_PIXELS: usize = 48;
-/// Places, corners first, at which the forward operator of a volume's slice checks itself at least: the slices share
-/// out the places of a plane, and all together look at far more.
-const LEAST_CHECK_OF_SLICE: usize = 6;
 /// Relative errors tried where single precision keeps none tighter, as factors of the one asked for.
 const RELAXED: [f64; 3] = [1.0, 10.0, 100.0];
 /// No relative error above this is of use to a solver.
@@ -52,19 +50,18 @@ impl<'a> Ground<'a> {
 pub struct SceneOperator<'a> {
     flight: &'a Flight,
     grids: Vec<ImageGrid<'a>>,
-    forwards: Vec<Modelled<'a>>,
-    /// The slices, where the grids are those of a volume.
-    volume: Option<VolumeGrid>,
+    forward: Modelled<'a>,
     options: PlanOptions,
     pixels: usize,
     /// The engine of the first adjoint, taken by all others.
     engine: OnceLock<Engine>,
 }
 
-/// The forward operator of one grid.
+/// The forward operator of a ground.
 enum Modelled<'a> {
     Planar(Box<Forward<'a>>),
     Uneven(&'a SurfaceGrid),
+    Volume(VolumeGrid, Box<ForwardVolume<'a>>),
 }
 
 impl<'a> SceneOperator<'a> {
@@ -84,37 +81,33 @@ impl<'a> SceneOperator<'a> {
             .with_spreading(flight.spreading())
             .with_incidence(flight.incidence());
         let pulses = flight.pulses(data)?;
-        let forward = |grid: TiltedGrid, options: &PlanOptions| {
-            let planned = Forward::with_control(pulses, grid, options, control)?;
-            if planned.engine() == Engine::Reference && options.engine != Engine::Reference {
-                return Err(InvertError::Inaccurate {
+        let kept = |engine: Engine| match engine {
+            Engine::Reference if options.engine != Engine::Reference => {
+                Err(InvertError::Inaccurate {
                     accuracy: options.accuracy,
-                });
+                })
             }
-            Ok::<_, InvertError>(Modelled::Planar(Box::new(planned)))
+            _ => Ok(()),
         };
-        let forwards = match ground {
-            Ground::Plane(grid) => vec![forward(grid, &options)?],
-            Ground::Surface(surface) => vec![Modelled::Uneven(surface)],
+        let forward = match ground {
+            Ground::Plane(grid) => {
+                let planned = Forward::with_control(pulses, grid, &options, control)?;
+                kept(planned.engine())?;
+                Modelled::Planar(Box::new(planned))
+            }
+            Ground::Surface(surface) => Modelled::Uneven(surface),
             Ground::Volume(volume) => {
-                let shared = (options.check_pixels / volume.nz).max(LEAST_CHECK_OF_SLICE);
-                let options = options.with_check_pixels(shared);
-                (0..volume.nz)
-                    .map(|k| forward(volume.slice(k).into(), &options))
-                    .collect::<Result<_, _>>()?
+                let planned = ForwardVolume::new(&volume, pulses, &options, control)?;
+                planned.reports().try_for_each(|plan| kept(plan.engine))?;
+                Modelled::Volume(volume, Box::new(planned))
             }
         };
         let grids = ground.grids();
-        let volume = match ground {
-            Ground::Volume(volume) => Some(volume),
-            Ground::Plane(_) | Ground::Surface(_) => None,
-        };
         Ok(Self {
             flight,
-            volume,
             pixels: grids.iter().map(ImageGrid::len).sum(),
             grids,
-            forwards,
+            forward,
             options,
             engine: OnceLock::new(),
         })
@@ -148,10 +141,14 @@ impl<'a> SceneOperator<'a> {
     /// What the plans of the forward operator say.
     #[must_use]
     pub fn explained(&self) -> String {
-        match self.forwards.first() {
-            Some(Modelled::Planar(forward)) => forward.report().to_string(),
-            Some(Modelled::Uneven(_)) => "forward: range bins in double precision".to_owned(),
-            None => String::new(),
+        match &self.forward {
+            Modelled::Planar(forward) => forward.report().to_string(),
+            Modelled::Uneven(_) => "forward: range bins in double precision".to_owned(),
+            Modelled::Volume(_, forward) => forward
+                .reports()
+                .next()
+                .map(ToString::to_string)
+                .unwrap_or_default(),
         }
     }
 
@@ -225,6 +222,13 @@ impl<'a> SceneOperator<'a> {
     }
 }
 
+/// A scene in single precision.
+fn narrow(scene: &[Complex64], out: &mut [Complex32]) {
+    for (narrow, wide) in out.iter_mut().zip(scene) {
+        *narrow = Complex32::new(wide.re as f32, wide.im as f32);
+    }
+}
+
 /// An image in double precision.
 fn widen(image: &[Complex32], out: &mut [Complex64]) {
     for (wide, narrow) in out.iter_mut().zip(image) {
@@ -249,25 +253,22 @@ impl LinearOperator for SceneOperator<'_> {
     ) -> Result<(), InvertError> {
         check_length("scene", self.pixels, scene.len())?;
         check_length("data", self.samples(), data.len())?;
-        data.fill(Complex64::ZERO);
-        let mut part = Vec::new();
-        let mut at = 0;
-        for (grid, forward) in self.grids.iter().zip(&self.forwards) {
-            let scene = &scene[at..at + grid.len()];
-            at += grid.len();
-            match forward {
-                Modelled::Uneven(surface) => {
-                    relief::add_echoes(self.flight, surface, scene, data, control);
-                }
-                Modelled::Planar(forward) => {
-                    let image: Vec<Complex32> = scene
-                        .iter()
-                        .map(|v| Complex32::new(v.re as f32, v.im as f32))
-                        .collect();
-                    part.resize(data.len(), Complex64::ZERO);
-                    forward.run(&image, &mut part, control)?;
-                    data.iter_mut().zip(&part).for_each(|(d, p)| *d += p);
-                }
+        match &self.forward {
+            Modelled::Uneven(surface) => {
+                data.fill(Complex64::ZERO);
+                relief::add_echoes(self.flight, surface, scene, data, control);
+            }
+            Modelled::Planar(forward) => {
+                let mut image = vec![Complex32::ZERO; scene.len()];
+                narrow(scene, &mut image);
+                forward.run(&image, data, control)?;
+            }
+            Modelled::Volume(volume, forward) => {
+                let pixels = volume.base.len();
+                let give = |k: usize, image: &mut [Complex32]| {
+                    narrow(&scene[k * pixels..(k + 1) * pixels], image);
+                };
+                forward.run(give, data, control)?;
             }
         }
         Ok(control.check()?)
@@ -281,7 +282,7 @@ impl LinearOperator for SceneOperator<'_> {
     ) -> Result<(), InvertError> {
         check_length("scene", self.pixels, scene.len())?;
         check_length("data", self.samples(), data.len())?;
-        if let Some(volume) = &self.volume {
+        if let Modelled::Volume(volume, _) = &self.forward {
             return self.image_slices(volume, data, scene, control);
         }
         let mut at = 0;
@@ -294,11 +295,11 @@ impl LinearOperator for SceneOperator<'_> {
     }
 
     fn working_bytes(&self) -> u128 {
-        let planned = self.forwards.iter().map(|forward| match forward {
-            Modelled::Planar(forward) => forward.memory_bytes(),
-            Modelled::Uneven(surface) => surface.len() as u128 * 40,
-        });
         let image = self.grids.iter().map(|grid| grid.len() as u128 * 8).max();
-        planned.max().unwrap_or(0) + image.unwrap_or(0)
+        match &self.forward {
+            Modelled::Planar(forward) => forward.memory_bytes() + image.unwrap_or(0),
+            Modelled::Uneven(surface) => surface.len() as u128 * 40 + image.unwrap_or(0),
+            Modelled::Volume(_, forward) => forward.memory_bytes(),
+        }
     }
 }

@@ -5,9 +5,9 @@
 //! ⟨Lσ, d⟩ = ⟨σ, L⁺d⟩ holds far within the accuracy: the property on which iterative inversions
 //! rest.
 
-use super::check::forward::{check_pixels, compare_spectra};
+use super::check::forward::{Places, check_pixels, compare_places, compare_spectra};
 use super::groups::{choose_groups, choose_spread};
-use super::operator::{DoublePlan, Operator, Segment};
+use super::operator::{DoublePlan, Operator, Segment, allowed_error};
 use super::options::{Engine, PlanOptions, SelfCheck};
 use super::planner::{Method, Planner};
 use super::report::{OperatorKind, PathShares, PlanReport};
@@ -20,8 +20,10 @@ use crate::engine::factorized::aperture::partition_aperture;
 use crate::engine::factorized::coarse::coarse_bytes;
 use crate::engine::forward::direct::DirectForward;
 use crate::engine::forward::factorized::FactorizedForward;
+use crate::engine::forward::filling::Echo;
 use crate::engine::forward::grouped::grouped_pixels;
 use crate::engine::planar::padded;
+use crate::engine::weights::WeightedPulses;
 use crate::error::ImagingError;
 use crate::grid::image::ImageGrid;
 use crate::grid::tilted::TiltedGrid;
@@ -31,6 +33,7 @@ use num_complex::{Complex32, Complex64};
 use rayon::prelude::*;
 use std::convert::Infallible;
 use std::fmt;
+use std::ops::Range;
 
 /// A forward operator that is ready to be applied, any number of times.
 ///
@@ -67,9 +70,9 @@ use std::fmt;
 /// # Ok::<(), acerra_imaging::ImagingError>(())
 /// ```
 pub struct Forward<'a> {
-    request: Request<'a>,
-    method: Method<DirectForward, FactorizedForward, Infallible>,
-    report: PlanReport,
+    pub(super) request: Request<'a>,
+    pub(super) method: Method<DirectForward, FactorizedForward, Infallible>,
+    pub(super) report: PlanReport,
 }
 
 impl<'a> Forward<'a> {
@@ -96,7 +99,17 @@ impl<'a> Forward<'a> {
         control: Control,
     ) -> Result<Self, ImagingError> {
         let grid: ImageGrid = grid.into().into();
-        let mut request = Request::new(pulses, grid, options)?;
+        Self::of_request(Request::new(pulses, grid, options)?, control)
+    }
+
+    /// The operator of a request, which may aim finer or ask for slices beside its grid.
+    ///
+    /// # Errors
+    /// As [`Forward::with_control`].
+    pub(super) fn of_request(
+        mut request: Request<'a>,
+        control: Control,
+    ) -> Result<Self, ImagingError> {
         let (method, report) = Planner::plan::<Modelling>(&mut request, control)?;
         Ok(Self {
             request,
@@ -141,35 +154,119 @@ impl<'a> Forward<'a> {
         spectrum: &mut [Complex64],
         control: Control,
     ) -> Result<(), ImagingError> {
-        let (echoes, grid) = (&self.request.echoes, self.request.grid.plane());
+        let echoes = &self.request.echoes;
         let n = echoes.pulses.frequency_hz().len();
         check_length("image", self.request.pixels(), image.len())?;
         check_length("spectrum", echoes.len() * n, spectrum.len())?;
         let meter = Meter::new(control, self.request.contributions());
         spectrum.fill(Complex64::ZERO);
-        match &self.method {
-            Method::Direct(direct) => direct.run(echoes, grid, image, spectrum, &meter),
-            Method::Factorized(factorized) => factorized.run(echoes, grid, image, spectrum, &meter),
-            Method::Double(none) => match **none {},
-            Method::Reference => {
-                spectrum.par_chunks_mut(n).enumerate().for_each(|(m, out)| {
-                    for (k, v) in image.iter().enumerate() {
-                        if meter.is_cancelled() {
-                            return;
-                        }
-                        if *v != Complex32::ZERO {
-                            let (i, j) = (k % grid.columns, k / grid.columns);
-                            let value = Complex64::new(f64::from(v.re), f64::from(v.im));
-                            let point_m = grid.point_m(i as f64, j as f64);
-                            echoes.add_echo(m, point_m, value, out);
-                        }
-                    }
-                    meter.add(image.len() as u64);
-                });
-            }
-        }
+        let image = (self.request.grid.plane(), image);
+        self.add(&self.all(), image, Echo::Spectra(spectrum), &meter);
         control.check()
     }
+
+    /// Compares a slice at some places, seen by one of `pulses` each, which are made of whole [`Forward::units`].
+    ///
+    /// # Errors
+    /// Cancellation.
+    pub(super) fn check_slice(
+        &self,
+        grid: ImageGrid,
+        (pixels, seed): (usize, u64),
+        pulses: Vec<Range<usize>>,
+        control: Control,
+    ) -> Result<SelfCheck, ImagingError> {
+        let coarse = match &self.method {
+            Method::Factorized(factorized) => factorized.lattice.spec.coarse,
+            _ => [1, 1],
+        };
+        let places = Places {
+            grid,
+            coarse,
+            pixels,
+            seed,
+            pulses,
+        };
+        let run = |which: Range<usize>,
+                   image: (&TiltedGrid, &[Complex32]),
+                   out: &mut [Complex64],
+                   meter: &Meter| {
+            self.add(&which, image, Echo::Spectra(out), meter);
+        };
+        compare_places(&self.request.echoes, &places, &run, control)
+    }
+
+    /// Pulses that the engine cannot take apart.
+    pub(super) fn units(&self) -> Vec<Range<usize>> {
+        match &self.method {
+            Method::Factorized(factorized) => factorized.parts(&self.request.echoes),
+            _ => (0..self.request.echoes.len()).map(|m| m..m + 1).collect(),
+        }
+    }
+
+    /// The engine whose range bins images can be added to before they are turned into spectra.
+    pub(super) fn bins(&self) -> Option<&DirectForward> {
+        match &self.method {
+            Method::Direct(direct) => Some(direct),
+            Method::Factorized(factorized) => Some(factorized.direct()),
+            Method::Double(none) => match **none {},
+            Method::Reference => None,
+        }
+    }
+
+    /// The largest error, with all that few places cannot say, by which a check accepts.
+    pub(super) fn allowed_error(&self) -> f64 {
+        allowed_error::<Modelling>(&self.request)
+    }
+
+    /// Adds to `echo` what the pulses `which`, whole [`Forward::units`], see of an image on the plan's grid, a slice
+    /// beside it or a part of either. After cancellation it is incomplete; the double-precision sum adds to spectra
+    /// alone.
+    pub(crate) fn add(
+        &self,
+        which: &Range<usize>,
+        image: (&TiltedGrid, &[Complex32]),
+        echo: Echo,
+        meter: &Meter,
+    ) {
+        let echoes = &self.request.echoes;
+        match &self.method {
+            Method::Direct(direct) => direct.run_on(echoes, which.clone(), image, echo, meter),
+            Method::Factorized(factorized) => factorized.run_on(echoes, which, image, echo, meter),
+            Method::Double(none) => match **none {},
+            Method::Reference => add_sum(echoes, which, image, echo.spectra(), meter),
+        }
+    }
+
+    /// All pulses.
+    pub(crate) fn all(&self) -> Range<usize> {
+        0..self.request.echoes.len()
+    }
+}
+
+/// Adds to `out` `[which.len(), N]` what the pulses `which` see of an image, in double precision.
+fn add_sum(
+    echoes: &WeightedPulses,
+    which: &Range<usize>,
+    (grid, image): (&TiltedGrid, &[Complex32]),
+    out: &mut [Complex64],
+    meter: &Meter,
+) {
+    let n = echoes.pulses.frequency_hz().len();
+    out.par_chunks_mut(n).enumerate().for_each(|(m, out)| {
+        for (k, v) in image.iter().enumerate() {
+            if meter.is_cancelled() {
+                return;
+            }
+            if *v != Complex32::ZERO {
+                let (i, j) = (k % grid.columns, k / grid.columns);
+                let value = Complex64::new(f64::from(v.re), f64::from(v.im));
+                let point_m = grid.point_m(i as f64, j as f64);
+                echoes.add_echo(which.start + m, point_m, value, out);
+            }
+        }
+        meter.add(image.len() as u64);
+    });
 }
 
 impl fmt::Debug for Forward<'_> {
@@ -317,8 +414,11 @@ impl Operator for Modelling {
         pixels: usize,
         control: Control,
     ) -> Result<(SelfCheck, Option<PathShares>), ImagingError> {
-        let run = |grid: &TiltedGrid, image: &[Complex32], out: &mut [Complex64], meter: &Meter| {
-            direct.run(&request.echoes, grid, image, out, meter);
+        let run = |which: Range<usize>,
+                   image: (&TiltedGrid, &[Complex32]),
+                   out: &mut [Complex64],
+                   meter: &Meter| {
+            direct.run_on(&request.echoes, which, image, Echo::Spectra(out), meter);
         };
         let check = compare_spectra(request, [1, 1], pixels, &run, control)?;
         Ok((check, None))
@@ -330,8 +430,11 @@ impl Operator for Modelling {
         pixels: usize,
         control: Control,
     ) -> Result<SelfCheck, ImagingError> {
-        let run = |grid: &TiltedGrid, image: &[Complex32], out: &mut [Complex64], meter: &Meter| {
-            factorized.run(&request.echoes, grid, image, out, meter);
+        let run = |which: Range<usize>,
+                   image: (&TiltedGrid, &[Complex32]),
+                   out: &mut [Complex64],
+                   meter: &Meter| {
+            factorized.run_on(&request.echoes, &which, image, Echo::Spectra(out), meter);
         };
         let coarse = factorized.lattice.spec.coarse;
         compare_spectra(request, coarse, pixels, &run, control)

@@ -11,6 +11,21 @@ use std::f64::consts::PI;
 use std::ops::Range;
 use std::sync::Arc;
 
+/// Time that a bin and a frequency take one by one, in that of a transform a bin and halving of its length.
+const ONE_BY_ONE_COST: usize = 16;
+
+/// Whether a bin holds anything.
+fn is_filled(entry: &[f64]) -> bool {
+    entry.iter().any(|v| *v != 0.0)
+}
+
+/// Room in which a thread converts bins.
+#[derive(Default)]
+pub(crate) struct Workspace {
+    profile: Vec<Complex64>,
+    transform: Vec<Complex64>,
+}
+
 /// Converts the filled bins of a pulse into its spectrum.
 pub(crate) struct BinsToSpectrum {
     spec: TableSpec,
@@ -46,65 +61,136 @@ impl BinsToSpectrum {
     }
 
     /// Adds the spectrum of filled bins to `out` `[N]`.
-    pub fn add(&self, echoes: &WeightedPulses, filled: &FilledBins, out: &mut [Complex64]) {
-        let degree = self.spec.degree;
-        let mut profile = match degree {
-            1 => self.profile::<2>(echoes, filled),
-            2 => self.profile::<3>(echoes, filled),
-            _ => self.profile::<4>(echoes, filled),
-        };
-        let length = profile.len() / (degree + 1);
-        match &self.fft {
-            Some(fft) => {
-                fft.process(&mut profile);
-                for (n, (e, fit)) in out.iter_mut().zip(&self.phases.ramp_fit).enumerate() {
-                    let slot = (n + length - self.spec.carrier) % length;
-                    for p in 0..=degree {
-                        *e += profile[p * length + slot] * fit[p].conj();
-                    }
-                }
-            }
-            None => self.uneven(echoes, filled.first_bin, &profile, out),
-        }
-    }
-
-    /// Coefficients of the bins, weights and carrier included, `[TERMS, period or entries]`.
-    fn profile<const TERMS: usize>(
+    pub fn add(
         &self,
         echoes: &WeightedPulses,
         filled: &FilledBins,
-    ) -> Vec<Complex64> {
-        let (m, start, bins, step) = (filled.pulse, filled.first_bin, filled.values, filled.step);
+        room: &mut Workspace,
+        out: &mut [Complex64],
+    ) {
+        match self.spec.degree {
+            1 => self.add_terms::<2>(echoes, filled, room, out),
+            2 => self.add_terms::<3>(echoes, filled, room, out),
+            _ => self.add_terms::<4>(echoes, filled, room, out),
+        }
+    }
+
+    fn add_terms<const TERMS: usize>(
+        &self,
+        echoes: &WeightedPulses,
+        filled: &FilledBins,
+        room: &mut Workspace,
+        out: &mut [Complex64],
+    ) {
+        let profile = &mut room.profile;
+        let (Some(fft), Some(length)) = (&self.fft, self.spec.period) else {
+            self.fill_profile::<TERMS>(echoes, filled, profile);
+            return self.uneven(echoes, filled.first_bin, profile, out);
+        };
+        if self.is_sparse(filled, length, out.len()) {
+            return self.add_one_by_one::<TERMS>(echoes, filled, length, out);
+        }
+        self.fill_profile::<TERMS>(echoes, filled, profile);
+        room.transform
+            .resize(fft.get_inplace_scratch_len(), Complex64::ZERO);
+        fft.process_with_scratch(profile, &mut room.transform);
+        for (n, (e, fit)) in out.iter_mut().zip(&self.phases.ramp_fit).enumerate() {
+            let slot = (n + length - self.spec.carrier) % length;
+            for p in 0..TERMS {
+                *e += profile[p * length + slot] * fit[p].conj();
+            }
+        }
+    }
+
+    /// Whether so few bins hold anything, as in self-checks, that their spectra take less time one by one than by
+    /// a transform.
+    fn is_sparse(&self, filled: &FilledBins, length: usize, frequencies: usize) -> bool {
+        let transform = (self.spec.degree + 1) * length * length.ilog2() as usize;
+        let most = transform / (ONE_BY_ONE_COST * frequencies.max(1));
+        let bins = filled.values.chunks_exact(filled.step);
+        bins.filter(|entry| is_filled(entry)).nth(most).is_none()
+    }
+
+    /// Adds the spectra of the bins that hold anything.
+    fn add_one_by_one<const TERMS: usize>(
+        &self,
+        echoes: &WeightedPulses,
+        filled: &FilledBins,
+        length: usize,
+        out: &mut [Complex64],
+    ) {
+        let turn = -2.0 * PI / length as f64;
+        for (i, entry) in filled.values.chunks_exact(filled.step).enumerate() {
+            if !is_filled(entry) {
+                continue;
+            }
+            let bin = filled.first_bin + i as i64;
+            let c = self.coefficients::<TERMS>(echoes, filled.pulse, bin, entry);
+            let slot = bin.rem_euclid(length as i64);
+            let step = Complex64::cis(turn * slot as f64);
+            let mut phasor = Complex64::ZERO;
+            for (n, (e, fit)) in out.iter_mut().zip(&self.phases.ramp_fit).enumerate() {
+                if n % RENEW == 0 {
+                    let turns = (n as i64 - self.spec.carrier as i64) * slot;
+                    phasor = Complex64::cis(turn * turns.rem_euclid(length as i64) as f64);
+                }
+                let ramp: Complex64 = c.iter().zip(fit).map(|(c, fit)| c * fit.conj()).sum();
+                *e += ramp * phasor;
+                phasor *= step;
+            }
+        }
+    }
+
+    /// Coefficients of a bin, weights and carrier included.
+    fn coefficients<const TERMS: usize>(
+        &self,
+        echoes: &WeightedPulses,
+        pulse: usize,
+        bin: i64,
+        entry: &[f64],
+    ) -> [Complex64; TERMS] {
         let weights = &echoes.weights;
+        if bin < 2 && weights.spreading == Spreading::InverseSquare {
+            return [Complex64::ZERO; TERMS];
+        }
+        let mut c: [Complex64; TERMS] =
+            std::array::from_fn(|p| Complex64::new(entry[2 * p], entry[2 * p + 1]));
+        if let Some(weight) = self.phases.weight_at(&self.spec, weights, pulse, bin) {
+            c = weight.transposed_times(c);
+        }
+        let weight = echoes.pulses.weight()[pulse];
+        let factor = match self.spec.period {
+            Some(_) => self.phases.carrier_at(bin).conj() * weight,
+            None => Complex64::new(weight, 0.0),
+        };
+        c.map(|c| c * factor)
+    }
+
+    /// Fills `profile` `[TERMS, period or entries]` with the coefficients of the bins, weights and carrier included.
+    fn fill_profile<const TERMS: usize>(
+        &self,
+        echoes: &WeightedPulses,
+        filled: &FilledBins,
+        profile: &mut Vec<Complex64>,
+    ) {
+        let (start, bins, step) = (filled.first_bin, filled.values, filled.step);
         let length = self.spec.period.unwrap_or(bins.len() / step);
-        let mut profile = vec![Complex64::ZERO; length * TERMS];
-        let weight = echoes.pulses.weight()[m];
+        profile.clear();
+        profile.resize(length * TERMS, Complex64::ZERO);
         let mut slot = match self.spec.period {
             Some(period) => start.rem_euclid(period as i64) as usize,
             None => 0,
         };
         for (i, entry) in bins.chunks_exact(step).enumerate() {
-            let bin = start + i as i64;
-            let mut c: [Complex64; TERMS] =
-                std::array::from_fn(|p| Complex64::new(entry[2 * p], entry[2 * p + 1]));
-            if bin < 2 && weights.spreading == Spreading::InverseSquare {
-                c = [Complex64::ZERO; TERMS];
-            } else if let Some(weight) = self.phases.weight_at(&self.spec, weights, m, bin) {
-                c = weight.transposed_times(c);
-            }
-            let factor = match self.spec.period {
-                Some(_) => self.phases.carrier_at(bin).conj() * weight,
-                None => Complex64::new(weight, 0.0),
-            };
+            let c = self.coefficients::<TERMS>(echoes, filled.pulse, start + i as i64, entry);
             for p in 0..TERMS {
-                profile[p * length + slot] += c[p] * factor;
+                profile[p * length + slot] += c[p];
             }
             slot += 1;
             if slot == length {
                 slot = 0;
             }
         }
-        profile
     }
 
     fn uneven(

@@ -1,6 +1,7 @@
 //! The transposed direct engine: every pixel added to the range bins of every pulse.
 
-use super::bins::{BinsToSpectrum, FilledBins};
+use super::bins::{BinsToSpectrum, FilledBins, Workspace};
+use super::filling::{AddStep, Echo, Filling, Steps};
 use super::grouped::{GroupWay, Grouped};
 use crate::control::Meter;
 use crate::engine::direct::DirectSpec;
@@ -23,9 +24,6 @@ use std::ops::Range;
 
 /// Pulses to which a row of pixels is added while it stays in the first-level cache.
 const CHUNK: usize = 4;
-/// Pixels after which single-precision sums are added to those in double precision.
-const FLUSH_AFTER: usize = 1 << 16;
-
 /// Bins and polynomials, ready for any number of images.
 pub(crate) struct DirectForward {
     pub(super) spec: DirectSpec,
@@ -78,19 +76,18 @@ impl DirectForward {
         entries * step(spec.table.degree) as u128 * (4 + 8) * CHUNK as u128
     }
 
-    /// Adds to `spectrum` `[M, N]` what all pulses see of `image` on `grid`. After cancellation
-    /// `spectrum` is incomplete.
-    pub fn run(
+    /// Adds to `echo` what the pulses `which` see of an image on a grid. After cancellation it is incomplete.
+    pub fn run_on(
         &self,
         echoes: &WeightedPulses,
-        grid: &TiltedGrid,
-        image: &[Complex32],
-        spectrum: &mut [Complex64],
+        which: Range<usize>,
+        (grid, image): (&TiltedGrid, &[Complex32]),
+        echo: Echo,
         meter: &Meter,
     ) {
         if let Some(groups) = self.spec.groups {
             let grouped = Grouped::new(grid, groups.shape, image);
-            self.add_groups(echoes, &grouped, groups.way, spectrum, meter);
+            self.add_groups(echoes, which, (&grouped, groups.way), echo, meter);
             return;
         }
         let (real, imag) = split_parts(image, grid.columns);
@@ -100,16 +97,55 @@ impl DirectForward {
             real: &real,
             imag: &imag,
         };
-        self.add(echoes, 0..echoes.len(), &planar, spectrum, meter);
+        self.add(echoes, which, &planar, echo, meter);
     }
 
-    /// Adds to `out` `[which.len(), N]` what the pulses `which` see of an image, row by row.
+    /// Numbers of the bins of a pulse.
+    pub fn bins_of_pulse(&self) -> usize {
+        self.entries * step(self.spec.table.degree)
+    }
+
+    /// Adds the spectra of the bins `sums` `[which.len(), bins]` of the pulses `which` to `out`
+    /// `[which.len(), N]`.
+    pub fn finish(
+        &self,
+        echoes: &WeightedPulses,
+        which: Range<usize>,
+        sums: &[f64],
+        out: &mut [Complex64],
+    ) {
+        let n = echoes.pulses.frequency_hz().len();
+        sums.par_chunks_exact(self.bins_of_pulse())
+            .zip(out.par_chunks_exact_mut(n))
+            .enumerate()
+            .for_each_init(Workspace::default, |room, (m, (sums, out))| {
+                self.finish_pulse(echoes, which.start + m, sums, (room, out));
+            });
+    }
+
+    fn finish_pulse(
+        &self,
+        echoes: &WeightedPulses,
+        pulse: usize,
+        sums: &[f64],
+        (room, out): (&mut Workspace, &mut [Complex64]),
+    ) {
+        let filled = FilledBins {
+            pulse,
+            first_bin: self.first_bin[pulse],
+            values: sums,
+            step: step(self.spec.table.degree),
+        };
+        self.finish.add(echoes, &filled, room, out);
+    }
+
+    /// Adds to `echo` what the pulses `which` see of an image, row by row.
     pub fn add(
         &self,
         echoes: &WeightedPulses,
         which: Range<usize>,
         image: &Planar,
-        out: &mut [Complex64],
+        echo: Echo,
         meter: &Meter,
     ) {
         let (columns, rows) = (image.grid.columns, image.grid.rows);
@@ -129,64 +165,58 @@ impl DirectForward {
             };
             self.add_piece(echoes, pulse, &piece, bins, out);
         };
-        self.add_steps(echoes, which, &steps, &add, out, meter);
+        self.add_steps(echoes, which, &steps, &add, echo, meter);
     }
 
     /// Runs `add`, which takes a step of an image and a pulse, its bins and its spectrum, for all steps
-    /// and the pulses `which`, and turns the bins into spectra.
+    /// and the pulses `which`.
     pub(super) fn add_steps(
         &self,
         echoes: &WeightedPulses,
         which: Range<usize>,
         steps: &Steps,
         add: &AddStep,
-        out: &mut [Complex64],
+        echo: Echo,
         meter: &Meter,
     ) {
         let n = echoes.pulses.frequency_hz().len();
-        let length = self.entries * step(self.spec.table.degree);
-        out.par_chunks_mut(CHUNK * n).enumerate().for_each_init(
-            || (vec![0f32; CHUNK * length], vec![0f64; CHUNK * length]),
-            |(bins, sums), (chunk, out)| {
-                bins.fill(0.0);
-                sums.fill(0.0);
-                let first = which.start + chunk * CHUNK;
-                let mut pixels = 0;
-                for step in 0..steps.count {
-                    if meter.is_cancelled() {
-                        return;
-                    }
-                    for (m, (bins, out)) in bins
-                        .chunks_exact_mut(length)
-                        .zip(out.chunks_exact_mut(n))
-                        .enumerate()
-                    {
-                        add((step, first + m), bins, out);
-                    }
-                    pixels += steps.pixels;
-                    if pixels >= FLUSH_AFTER {
-                        flush(bins, sums);
-                        pixels = 0;
-                    }
-                }
-                flush(bins, sums);
-                let count = out.len() / n;
-                meter.add((steps.all_pixels * count) as u64);
-                for (m, (sums, out)) in sums
-                    .chunks_exact(length)
-                    .zip(out.chunks_exact_mut(n))
+        let length = self.bins_of_pulse();
+        let filling = Filling { steps, add, meter };
+        let first = |chunk: usize| which.start + chunk * CHUNK;
+        match echo {
+            Echo::Spectra(out) => {
+                out.par_chunks_mut(CHUNK * n).enumerate().for_each_init(
+                    || {
+                        let bins = (vec![0f32; CHUNK * length], vec![0f64; CHUNK * length]);
+                        (bins, Workspace::default())
+                    },
+                    |((bins, sums), room), (chunk, out)| {
+                        sums.fill(0.0);
+                        if !filling.fill(first(chunk), (length, n), bins, (sums, out)) {
+                            return;
+                        }
+                        for (m, (sums, out)) in sums
+                            .chunks_exact(length)
+                            .zip(out.chunks_exact_mut(n))
+                            .enumerate()
+                        {
+                            self.finish_pulse(echoes, first(chunk) + m, sums, (room, out));
+                        }
+                    },
+                );
+            }
+            Echo::Bins { sums, beside } => {
+                sums.par_chunks_mut(CHUNK * length)
+                    .zip(beside.par_chunks_mut(CHUNK * n))
                     .enumerate()
-                {
-                    let filled = FilledBins {
-                        pulse: first + m,
-                        first_bin: self.first_bin[first + m],
-                        values: sums,
-                        step: step(self.spec.table.degree),
-                    };
-                    self.finish.add(echoes, &filled, out);
-                }
-            },
-        );
+                    .for_each_init(
+                        || vec![0f32; CHUNK * length],
+                        |bins, (chunk, (sums, out))| {
+                            filling.fill(first(chunk), (length, n), bins, (sums, out));
+                        },
+                    );
+            }
+        }
     }
 
     /// Pixels nearer than this are modelled in double precision, m.
@@ -257,17 +287,6 @@ impl DirectForward {
     }
 }
 
-/// Adds a step of an image to a pulse's bins, and what lies next to the antenna to its spectrum.
-pub(super) type AddStep<'a> = dyn Fn((usize, usize), &mut [f32], &mut [Complex64]) + Sync + 'a;
-
-/// Pieces of an image that are added one after another.
-pub(super) struct Steps {
-    pub count: usize,
-    /// Pixels of a step, and of all.
-    pub pixels: usize,
-    pub all_pixels: usize,
-}
-
 /// Pixels of a row from `column` on, zeros beyond the row.
 pub(super) struct Piece<'a> {
     pub grid: &'a TiltedGrid,
@@ -275,11 +294,4 @@ pub(super) struct Piece<'a> {
     pub row: usize,
     pub real: &'a [f32],
     pub imag: &'a [f32],
-}
-
-/// Adds single-precision sums to those in double precision and clears them.
-fn flush(bins: &mut [f32], sums: &mut [f64]) {
-    for (sum, v) in sums.iter_mut().zip(bins) {
-        *sum += f64::from(std::mem::take(v));
-    }
 }

@@ -2,6 +2,7 @@
 //! whose pixels the transposed direct engine adds to range bins.
 
 use super::direct::DirectForward;
+use super::filling::Echo;
 use crate::control::Meter;
 use crate::engine::direct::DirectSpec;
 use crate::engine::factorized::aperture::{centre_m, partition_aperture};
@@ -16,8 +17,9 @@ use crate::kernel::level::SimdLevel;
 use crate::kernel::merge::TAPS;
 use crate::kernel::phase::apply_phase;
 use crate::kernel::split::{SplitRow, split_row};
-use num_complex::{Complex32, Complex64};
+use num_complex::Complex32;
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Coarse rows that are filled as one piece of work.
 const STRIPE: usize = 96;
@@ -54,14 +56,24 @@ impl FactorizedForward {
         }
     }
 
-    /// Adds to `out` `[M, N]` what all pulses see of `image` on `grid`. After cancellation `out` is
-    /// incomplete.
-    pub fn run(
+    /// The sub-apertures.
+    pub fn parts(&self, echoes: &WeightedPulses) -> Vec<Range<usize>> {
+        partition_aperture(&echoes.pulses, self.lattice.spec.pulses)
+    }
+
+    /// The engine that takes the coarse images, and its bins.
+    pub fn direct(&self) -> &DirectForward {
+        &self.direct
+    }
+
+    /// Adds to `echo` what the pulses `which`, whole sub-apertures, see of an image on a grid. After cancellation it
+    /// is incomplete.
+    pub fn run_on(
         &self,
         echoes: &WeightedPulses,
-        grid: &TiltedGrid,
-        image: &[Complex32],
-        out: &mut [Complex64],
+        which: &Range<usize>,
+        (grid, image): (&TiltedGrid, &[Complex32]),
+        echo: Echo,
         meter: &Meter,
     ) {
         let spec = &self.lattice.spec;
@@ -74,15 +86,20 @@ impl FactorizedForward {
             real,
             imag,
         };
-        let n = echoes.pulses.frequency_hz().len();
-        let mut rest = out;
+        let lengths = [
+            self.direct.bins_of_pulse(),
+            echoes.pulses.frequency_hz().len(),
+        ];
+        let mut rest = echo;
         let mut work = Vec::new();
-        for part in partition_aperture(&echoes.pulses, spec.pulses) {
-            let (own, after) = rest.split_at_mut(part.len() * n);
-            work.push((own, part));
-            rest = after;
+        for part in self.parts(echoes) {
+            if which.start <= part.start && part.end <= which.end {
+                let (own, after) = rest.split(part.len(), lengths);
+                work.push((own, part));
+                rest = after;
+            }
         }
-        work.into_par_iter().for_each(|(out, part)| {
+        work.into_par_iter().for_each(|(echo, part)| {
             let centre = centre_m(&echoes.pulses, part.clone());
             let stride = padded(coarse.columns);
             let mut coarse_re = vec![0f32; stride * coarse.rows];
@@ -103,7 +120,8 @@ impl FactorizedForward {
                 imag: &coarse_im,
             };
             let silent = Meter::silent(meter.control());
-            self.direct.add(echoes, part.clone(), &planar, out, &silent);
+            self.direct
+                .add(echoes, part.clone(), &planar, echo, &silent);
             meter.add((grid.columns * grid.rows * part.len()) as u64);
         });
     }

@@ -3,5 +3,6 @@
 mod bins;
 pub(crate) mod direct;
 pub(crate) mod factorized;
+pub(crate) mod filling;
 pub(crate) mod grouped;
 mod tiles;

@@ -1,6 +1,7 @@
 //! Images in groups, tile by tile: the bins that a tile reaches stay in the first-level cache.
 
-use super::direct::{DirectForward, Piece, Steps};
+use super::direct::{DirectForward, Piece};
+use super::filling::{Echo, Steps};
 use super::grouped::{GroupWay, Grouped};
 use crate::control::Meter;
 use crate::engine::weights::WeightedPulses;
@@ -30,13 +31,13 @@ struct Tile<'a> {
 }
 
 impl DirectForward {
-    /// Adds to `spectrum` `[M, N]` what all pulses see of an image in groups.
+    /// Adds to `echo` what the pulses `which` see of an image in groups.
     pub(super) fn add_groups(
         &self,
         echoes: &WeightedPulses,
-        image: &Grouped,
-        way: GroupWay,
-        spectrum: &mut [Complex64],
+        which: Range<usize>,
+        (image, way): (&Grouped, GroupWay),
+        echo: Echo,
         meter: &Meter,
     ) {
         let (grid, shape) = (&image.grid, image.shape);
@@ -60,7 +61,7 @@ impl DirectForward {
             };
             self.add_tile(echoes, pulse, &tile, bins, out);
         };
-        self.add_steps(echoes, 0..echoes.len(), &steps, &add, spectrum, meter);
+        self.add_steps(echoes, which, &steps, &add, echo, meter);
     }
 
     /// Adds a tile to the bins of one pulse; blocks for which expansions do not hold go pixel by pixel.

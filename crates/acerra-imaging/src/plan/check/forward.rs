@@ -2,17 +2,35 @@
 
 use super::places::{Deviation, MOST_PATCHES, judged, patches};
 use crate::control::{Control, Meter};
+use crate::engine::weights::WeightedPulses;
 use crate::error::ImagingError;
+use crate::grid::image::ImageGrid;
 use crate::grid::tilted::TiltedGrid;
 use crate::plan::options::SelfCheck;
 use crate::plan::request::Request;
 use crate::sampling::Random;
 use num_complex::{Complex32, Complex64};
 use rayon::prelude::*;
+use std::ops::Range;
 
-/// Adds the spectra of an image on a grid to the third argument.
+/// Adds the spectra of some pulses of an image on a grid to the third argument.
 pub(in crate::plan) type Run<'a> =
-    dyn Fn(&TiltedGrid, &[Complex32], &mut [Complex64], &Meter) + Sync + 'a;
+    dyn Fn(Range<usize>, (&TiltedGrid, &[Complex32]), &mut [Complex64], &Meter) + Sync + 'a;
+
+/// What a check looks at.
+pub(in crate::plan) struct Places<'a> {
+    pub grid: ImageGrid<'a>,
+    /// Pixels of the coarse lattice on which patches start.
+    pub coarse: [usize; 2],
+    /// Random pixels of all patches.
+    pub pixels: usize,
+    pub seed: u64,
+    /// Pulses, of which one range drawn at random looks at a patch.
+    pub pulses: Vec<Range<usize>>,
+}
+
+/// Seed of the check of a plan.
+const SEED: u64 = 0x5eed_0002;
 
 /// Double-precision contributions (frequency × pulse) that a check may spend.
 const CONTRIBUTIONS: usize = 20_000_000;
@@ -24,7 +42,7 @@ pub(in crate::plan) fn check_pixels(request: &Request) -> usize {
     (CONTRIBUTIONS / spectra.max(1)).clamp(most.min(MOST_PATCHES), most)
 }
 
-/// Models small patches that start on the coarse lattice with a few random pixels each.
+/// Compares the spectra of all pulses, as a plan's own check does.
 pub(in crate::plan) fn compare_spectra(
     request: &Request,
     coarse: [usize; 2],
@@ -32,21 +50,42 @@ pub(in crate::plan) fn compare_spectra(
     run: &Run,
     control: Control,
 ) -> Result<SelfCheck, ImagingError> {
-    let (grid, echoes) = (request.grid.plane(), &request.echoes);
+    let places = Places {
+        grid: request.grid,
+        coarse,
+        pixels,
+        seed: SEED,
+        pulses: vec![Range {
+            start: 0,
+            end: request.echoes.len(),
+        }],
+    };
+    compare_places(&request.echoes, &places, run, control)
+}
+
+/// Models small patches that start on the coarse lattice with a few random pixels each.
+pub(in crate::plan) fn compare_places(
+    echoes: &WeightedPulses,
+    places: &Places,
+    run: &Run,
+    control: Control,
+) -> Result<SelfCheck, ImagingError> {
+    let coarse = places.coarse;
     let n = echoes.pulses.frequency_hz().len();
-    let spectra = echoes.len() * n;
     let meter = Meter::silent(control);
-    let found: Vec<Deviation> = patches(grid, coarse, pixels, 0x5eed_0002)
+    let found: Vec<Deviation> = patches(places.grid.plane(), coarse, places.pixels, places.seed)
         .par_iter()
         .map(|place| {
             let size = [(4 * coarse[0]).max(40), 2 * coarse[1]];
-            let patch = request.grid.patch(place.start, size).grid;
+            let patch = places.grid.patch(place.start, size).grid;
             let image = random_image(&patch, place.pixels, place.seed);
-            let mut modelled = vec![Complex64::ZERO; spectra];
-            run(&patch, &image, &mut modelled, &meter);
+            let drawn = Random(place.seed ^ SEED).below(places.pulses.len());
+            let which = places.pulses[drawn].clone();
+            let mut modelled = vec![Complex64::ZERO; which.len() * n];
+            run(which.clone(), (&patch, &image), &mut modelled, &meter);
             let mut sum = Deviation::default();
             let mut expected = vec![Complex64::ZERO; n];
-            for (m, row) in modelled.chunks_exact(n).enumerate() {
+            for (m, row) in which.zip(modelled.chunks_exact(n)) {
                 if control.is_cancelled() {
                     break;
                 }
@@ -70,7 +109,7 @@ pub(in crate::plan) fn compare_spectra(
         })
         .collect();
     control.check()?;
-    Ok(judged(&found, pixels))
+    Ok(judged(&found, places.pixels))
 }
 
 /// An image of zeros but for `pixels` random values at random places.

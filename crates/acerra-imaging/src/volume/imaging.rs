@@ -1,4 +1,4 @@
-//! Volumes: horizontal slices imaged one after another, so that memory stays that of one slice.
+//! Images of volumes.
 
 use crate::control::{Control, Progress};
 use crate::error::ImagingError;
