@@ -269,7 +269,17 @@ fn time(
         ZeroTiming::FirstTrace => {
             let mut options = SurfaceOptions::default();
             options.approximate_delay_s = delay_s;
-            Timing::FirstTrace(options)
+            match height_m.first() {
+                Some(first_m) if *first_m <= 0.0 => {
+                    warnings.add(format!(
+                        "zero-timing by the median of all traces: the first stands {:.2} m below the ground of the \
+                         image ([trajectory] origin_deg_m, [image] z_m)",
+                        -first_m
+                    ));
+                    Timing::AllTraces(options)
+                }
+                _ => Timing::FirstTrace(options),
+            }
         }
         ZeroTiming::None => delay_s.map_or(Timing::None, Timing::Delay),
         ZeroTiming::Shift { shift_ns } => Timing::Shift(shift_ns * 1e-9 - delay_s.unwrap_or(0.0)),

@@ -20,14 +20,23 @@ pub fn focusing_loss(sigma_m: f64, wavelength_m: f64) -> Finding {
     } else {
         Verdict::Doubtful
     };
+    let cost = if loss_db <= WHOLE_FOCUS_DB {
+        format!("cost up to {loss_db:.1} dB of focus")
+    } else {
+        let turns = phase_rad / TAU;
+        format!("are {turns:.1} turns of phase there and back: they may cost the whole focus")
+    };
     Finding::judged("position_sigma", 1e3 * sigma_m, "mm", verdict)
         .expecting(0.0)
         .because(format!(
-            "positions of σ = {:.0} mm along the line of sight cost up to {loss_db:.1} dB of focus, \
-             as much of them as changes from trace to trace",
+            "positions of σ = {:.0} mm along the line of sight {cost}, as much of them as changes from trace to \
+             trace",
             1e3 * sigma_m
         ))
 }
+
+/// Loss of focus, dB, above which what is left of a target is no more than traces add up to by chance.
+const WHOLE_FOCUS_DB: f64 = 20.0;
 
 /// Judges the share of the log's traces that have a position.
 #[must_use]

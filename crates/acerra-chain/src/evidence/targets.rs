@@ -59,11 +59,15 @@ pub fn target_side(seen: &[SideSeen]) -> Option<Finding> {
         (Verdict::Doubtful, what)
     };
     let [x_m, y_m] = worst.place_m;
+    let risk = match worst.risk {
+        risk if risk < SideSeen::DOUBTFUL_RISK => "less than 0.01".to_owned(),
+        risk => format!("{risk:.2}"),
+    };
     let finding = Finding::judged("target_side", worst.risk, "probability", verdict)
         .expecting(0.0)
         .because(format!(
-            "the target at ({x_m:.2}, {y_m:.2}) m is on the other side of the track with this probability: \
-             {what}"
+            "the target at ({x_m:.2}, {y_m:.2}) m is on the other side of the track with a probability of \
+             {risk}: {what}"
         ));
     Some(finding)
 }
