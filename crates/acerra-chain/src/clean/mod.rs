@@ -1,0 +1,173 @@
+//! Stage `clean`: from raw traces to spectra that hold the scene alone.
+
+mod error;
+mod options;
+mod timing;
+
+use acerra_radar::clean::{
+    Background as Removal, Gate as FastTimeGate, apply_gate, remove_background, spectrum_at,
+};
+use acerra_radar::{Radargram, Spectrum};
+
+use crate::align::Aligned;
+use crate::choices::{Background, Gate};
+use crate::read::RadarContent;
+use crate::warnings::Warnings;
+use timing::time;
+
+pub use error::CleanError;
+pub use options::{CleanOptions, frequencies_hz};
+
+/// Clean spectra, and the radargrams on the way to them.
+#[derive(Clone, Debug)]
+pub struct Cleaned {
+    /// Spectra of the selected traces, fast time zero-timed.
+    pub spectrum: Spectrum,
+    /// What happened to the traces; absent where the file brought spectra.
+    pub traces: Option<CleanedTraces>,
+}
+
+/// The selected traces before and after cleaning.
+#[derive(Clone, Debug)]
+pub struct CleanedTraces {
+    /// Zero-timed, otherwise raw.
+    pub raw: Radargram,
+    /// Without background, gated.
+    pub clean: Radargram,
+    /// Added to fast time (s), by delay and zero-timing together.
+    pub shift_s: f64,
+    /// Picks of the surface echo, where they were wanted.
+    pub surface: Option<Surface>,
+    /// The gate in force about 2h/c (s).
+    pub gate_s: Option<[f64; 2]>,
+}
+
+/// The surface echo against the height.
+#[derive(Clone, Debug)]
+pub struct Surface {
+    /// Fast time of the echo after the shift (s); none where it was not found.
+    pub fast_time_s: Vec<Option<f64>>,
+    /// Median of the echo less 2h/c (s).
+    pub median_residual_s: Option<f64>,
+    /// Median distance from that median (s).
+    pub spread_s: Option<f64>,
+    /// Level of the echo above everything else that was tried (dB).
+    pub contrast_db: f64,
+}
+
+/// Cleans the selected traces; spectra that the file brought pass as they are.
+///
+/// # Errors
+/// A step that refuses its input, with the reason.
+pub fn clean(
+    content: &RadarContent,
+    aligned: &Aligned,
+    options: &CleanOptions,
+    warnings: &mut Warnings,
+) -> Result<Cleaned, CleanError> {
+    match content {
+        RadarContent::Spectrum(spectrum) => Ok(Cleaned {
+            spectrum: spectrum.select(&aligned.traces)?,
+            traces: None,
+        }),
+        RadarContent::Radargram(radargram) => {
+            let raw = radargram.select(&aligned.traces)?;
+            clean_traces(raw, aligned, options, warnings)
+        }
+    }
+}
+
+fn clean_traces(
+    raw: Radargram,
+    aligned: &Aligned,
+    options: &CleanOptions,
+    warnings: &mut Warnings,
+) -> Result<Cleaned, CleanError> {
+    let timed = time(raw, &aligned.height_m, options, warnings)?;
+    let raw = timed.radargram;
+    let clean = remove_background(raw.clone(), removal(options.background))
+        .map_err(CleanError::Background)?;
+    // Before the gate is settled, a view below the flight is assumed.
+    let is_above = aligned.height_m.iter().all(|h| *h > 0.0);
+    let gate = match options.gate_ns {
+        Gate::Auto if !is_above => None,
+        choice => gate(choice),
+    };
+    let clean = match &gate {
+        None => clean,
+        Some(gate) => gated(clean, aligned, gate)?,
+    };
+    let spectrum = spectrum_at(&clean, &options.frequency_hz).map_err(CleanError::Band)?;
+    let surface = timed.surface.map(|track| Surface {
+        fast_time_s: track
+            .picks
+            .iter()
+            .map(|pick| pick.as_ref().map(|p| p.fast_time_s + timed.shift_s))
+            .collect(),
+        median_residual_s: timed.median_residual_s,
+        spread_s: timed.spread_s,
+        contrast_db: track.contrast_db,
+    });
+    let traces = CleanedTraces {
+        raw,
+        clean,
+        shift_s: timed.shift_s,
+        surface,
+        gate_s: gate.map(|gate| [gate.start_s, gate.end_s]),
+    };
+    Ok(Cleaned {
+        spectrum,
+        traces: Some(traces),
+    })
+}
+
+/// The same traces with another background removed, otherwise cleaned alike; `height_m` as they were.
+pub(crate) fn cleaned_with(
+    background: Background,
+    traces: &CleanedTraces,
+    height_m: &[f64],
+) -> Result<Radargram, CleanError> {
+    let clean = remove_background(traces.raw.clone(), removal(background))
+        .map_err(CleanError::Background)?;
+    match traces.gate_s {
+        None => Ok(clean),
+        Some(about_s) => apply_gate(clean, height_m, &gate_of(about_s)).map_err(CleanError::Gate),
+    }
+}
+
+pub(crate) fn removal(background: Background) -> Removal {
+    match background {
+        Background::Mean => Removal::Mean,
+        Background::Median => Removal::Median,
+        Background::Window { window } => Removal::Sliding { window },
+        Background::Components { components } => Removal::Components { components },
+        Background::None => Removal::None,
+    }
+}
+
+fn gate(choice: Gate) -> Option<FastTimeGate> {
+    Some(gate_of(choice.about_ns()?.map(|ns| ns * 1e-9)))
+}
+
+fn gate_of([start_s, end_s]: [f64; 2]) -> FastTimeGate {
+    FastTimeGate {
+        start_s,
+        end_s,
+        edge_s: FastTimeGate::default().edge_s.min(0.5 * (end_s - start_s)),
+    }
+}
+
+fn gated(
+    clean: Radargram,
+    aligned: &Aligned,
+    gate: &FastTimeGate,
+) -> Result<Radargram, CleanError> {
+    let height_m = &aligned.height_m;
+    if let Some(trace) = height_m.iter().position(|h| *h <= 0.0) {
+        return Err(CleanError::BelowGround {
+            trace: aligned.traces[trace],
+            depth_m: -height_m[trace],
+        });
+    }
+    apply_gate(clean, height_m, gate).map_err(CleanError::Gate)
+}

@@ -1,0 +1,72 @@
+//! Parameters of the stage `clean`.
+
+use crate::choices::{Background, Delay, Gate, ZeroTiming};
+
+/// Parameters of the stage `clean`.
+#[derive(Clone, Debug)]
+pub struct CleanOptions {
+    /// Fast time at which range is zero, when calibrated (ns).
+    pub delay_ns: Option<Delay>,
+    /// How the fast time at which range is zero is found.
+    pub zero_timing: ZeroTiming,
+    /// What is subtracted from every trace.
+    pub background: Background,
+    /// The part of each trace that is kept.
+    pub gate_ns: Gate,
+    /// Evenly spaced frequencies of the spectra (Hz).
+    pub frequency_hz: Vec<f64>,
+}
+
+impl Default for CleanOptions {
+    /// The paper's: zero-timing by the first trace, the mean as background, a gate about 2h/c, 341
+    /// frequencies over 3.1 to 4.8 GHz.
+    fn default() -> Self {
+        Self {
+            delay_ns: None,
+            zero_timing: ZeroTiming::default(),
+            background: Background::default(),
+            gate_ns: Gate::default(),
+            frequency_hz: frequencies_hz([3.1, 4.8], 341),
+        }
+    }
+}
+
+impl CleanOptions {
+    /// For traces that are clean already and whose fast time is 2R/c: spectra alone.
+    #[must_use]
+    pub fn none() -> Self {
+        Self {
+            zero_timing: ZeroTiming::None,
+            background: Background::None,
+            gate_ns: Gate::None,
+            ..Self::default()
+        }
+    }
+
+    /// Whether the fast time at which range is zero is stated, rather than found from the surface
+    /// echo.
+    #[must_use]
+    pub fn is_calibrated(&self) -> bool {
+        if self.delay_ns == Some(Delay::Auto) {
+            return false;
+        }
+        match self.zero_timing {
+            ZeroTiming::FirstTrace => false,
+            ZeroTiming::None | ZeroTiming::Shift { .. } => true,
+        }
+    }
+}
+
+/// `count` evenly spaced frequencies over a band, both ends included (Hz).
+#[must_use]
+pub fn frequencies_hz(band_ghz: [f64; 2], count: usize) -> Vec<f64> {
+    let [low, high] = band_ghz.map(|f| f * 1e9);
+    #[expect(clippy::cast_precision_loss, reason = "a count of frequencies")]
+    let step = if count > 1 {
+        (high - low) / (count - 1) as f64
+    } else {
+        0.0
+    };
+    #[expect(clippy::cast_precision_loss, reason = "a count of frequencies")]
+    (0..count).map(|n| low + n as f64 * step).collect()
+}
