@@ -7,7 +7,6 @@
 mod rtklib;
 
 use acerra_geo::geodesy::EnuFrame;
-use acerra_geo::time::GpsTime;
 use acerra_gnss::{
     AmbiguityMode, BasePosition, FilterDirection, PpkOptions, PpkSolution, Quality, Solution,
     process,
