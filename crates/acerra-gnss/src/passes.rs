@@ -1,7 +1,8 @@
 //! The passes of an attempt, and what they confirm of each other.
 
 use crate::engine::{
-    EpochResult, FloatErrors, Witness, combine, confirm_by, overlay, scale_covariances,
+    EpochResult, FloatErrors, Witness, combine, confirm_by, contradictions, overlay,
+    scale_covariances,
 };
 use crate::options::{FilterDirection, PpkOptions};
 
@@ -52,9 +53,29 @@ impl Passes {
         } else {
             [&with_trial[..], of_backward]
         };
-        let agreeing = confirm_by(&mut forward, needed, of_pass[1]);
-        confirm_by(&mut backward, needed, of_pass[0]);
-        let trial = self.trial_confirmed(options, needed, [of_forward, of_backward]);
+        let against_trial = if is_backward { of_forward } else { of_backward };
+        let all: Vec<(&Witness, &[&Witness])> = of_forward
+            .iter()
+            .map(|w| (*w, of_backward))
+            .chain(of_backward.iter().map(|w| (*w, of_forward)))
+            .chain([(&of_trial, against_trial)])
+            .collect();
+        let contradicted = contradictions(&all);
+        // These passes are the first of each direction.
+        let agreeing = confirm_by(&mut forward, needed, of_pass[1], &contradicted[0]);
+        let of_backward_pass = &contradicted[of_forward.len()];
+        confirm_by(&mut backward, needed, of_pass[0], of_backward_pass);
+        let mut trial = self.trial.clone();
+        confirm_by(
+            &mut trial,
+            needed,
+            against_trial,
+            &contradicted[all.len() - 1],
+        );
+        scale_covariances(&mut trial);
+        if is_backward {
+            trial.reverse();
+        }
         for pass in [&mut forward, &mut backward] {
             scale_covariances(pass);
             self.float_errors.scale(pass);
@@ -69,26 +90,5 @@ impl Passes {
         };
         overlay(&mut results, trial);
         (results, agreeing)
-    }
-
-    /// The trial pass in ascending order, its fixes confirmed by those of the other direction.
-    fn trial_confirmed(
-        &self,
-        options: &PpkOptions,
-        needed: f64,
-        [of_forward, of_backward]: [&[&Witness]; 2],
-    ) -> Vec<EpochResult> {
-        let mut trial = self.trial.clone();
-        let is_backward = options.direction == FilterDirection::Backward;
-        confirm_by(
-            &mut trial,
-            needed,
-            if is_backward { of_forward } else { of_backward },
-        );
-        scale_covariances(&mut trial);
-        if is_backward {
-            trial.reverse();
-        }
-        trial
     }
 }

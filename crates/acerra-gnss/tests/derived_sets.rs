@@ -41,6 +41,21 @@ fn a_pass_that_starts_from_anothers_integers_confirms_none() {
     assert_eq!(judged.wrong, 0, "{judged:?}");
 }
 
+/// Both passes agree on places 1.1 m off, and at other epochs of the same unbroken phases on the right one;
+/// or on four satellites, whose integers agree with some place whatever they are.
+#[test]
+fn what_passes_agree_on_is_wrong_where_unbroken_phases_contradict_it() {
+    for (exchanged, seed) in [(false, 27), (false, 28), (false, 45), (true, 54)] {
+        let Some(known) = Known::read(&STATIC_M8P) else {
+            return;
+        };
+        let known = if exchanged { known.exchanged() } else { known };
+        let (logs, options, words) = variation(&known, seed);
+        let solution = process(&logs.rover, &logs.base, &logs.navigation, &options).unwrap();
+        assert_eq!(known.judge(&solution).wrong, 0, "{words}");
+    }
+}
+
 /// A code's multipath does not average out the sooner for its ambiguity beginning anew at every epoch.
 #[test]
 fn static_positions_of_ambiguities_resolved_one_by_one_state_their_errors() {
@@ -117,7 +132,7 @@ fn validation_few_fixes_of_derived_logs_are_wrong_and_certain() {
         fixed += all.fixed;
         certain += all.wrong_and_certain;
     }
-    // None is what is wanted; that is not reached yet.
-    assert!(fixed > 20_000, "{fixed}");
-    assert!(200 * certain < fixed, "{certain} of {fixed}");
+    assert!(fixed > 26_000, "{fixed}");
+    // None as this is written; other draws have some.
+    assert!(5_000 * certain < fixed, "{certain} of {fixed}");
 }

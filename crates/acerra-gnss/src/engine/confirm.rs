@@ -4,6 +4,7 @@
 //! errors. Where both come to the same place by integers, the integers are right; what else has
 //! those integers, before or after, is right as well.
 
+use super::contradiction::{Claim, contradicted};
 use super::epoch_result::EpochResult;
 use super::fixed_integers::FixedIntegers;
 use crate::observation::EPOCH_TOLERANCE_S;
@@ -47,19 +48,48 @@ impl Witness {
         Self { fixes }
     }
 
+    /// The fixes of this pass that agree with those of one of `others`, as claims of pass number `pass`.
+    fn claims<'a>(
+        &'a self,
+        pass: usize,
+        others: &'a [&Witness],
+    ) -> impl Iterator<Item = Claim<'a>> + 'a {
+        let agreed = move |f: &&Fix| {
+            let agrees = |w: &&Witness| w.agrees(f.tag, f.position_ecef_m, &f.integers).is_some();
+            others.iter().any(agrees)
+        };
+        let claim = move |f: &'a Fix| Claim {
+            tag: f.tag,
+            integers: &f.integers,
+            pass,
+        };
+        self.fixes.iter().filter(agreed).map(claim)
+    }
+
+    /// The place of the first fix at or after an epoch.
+    fn from(&self, tag: GpsTime) -> usize {
+        let late = |f: &Fix| f.tag.seconds_since(tag) < -EPOCH_TOLERANCE_S;
+        self.fixes.partition_point(late)
+    }
+
+    /// The fix of an epoch.
+    fn at(&self, tag: GpsTime) -> Option<&Fix> {
+        let fix = self.fixes.get(self.from(tag))?;
+        (fix.tag.seconds_since(tag) <= EPOCH_TOLERANCE_S).then_some(fix)
+    }
+
     /// A fix of this pass that agrees with one of another: at the same epoch by its place, at the
     /// nearest epochs before and after by its integers.
-    fn agrees(&self, result: &EpochResult, integers: &FixedIntegers) -> Option<&Fix> {
-        let late = |f: &Fix| f.tag.seconds_since(result.tag) < -EPOCH_TOLERANCE_S;
-        let after = self.fixes.partition_point(late);
-        if let Some(fix) = self.fixes.get(after)
-            && fix.tag.seconds_since(result.tag) <= EPOCH_TOLERANCE_S
-        {
-            let squares =
-                (0..3).map(|k| (fix.position_ecef_m[k] - result.position_ecef_m[k]).powi(2));
-            let near = squares.sum::<f64>().sqrt() < SAME_PLACE_M;
-            return near.then_some(fix);
+    fn agrees(
+        &self,
+        tag: GpsTime,
+        position_ecef_m: [f64; 3],
+        integers: &FixedIntegers,
+    ) -> Option<&Fix> {
+        if let Some(fix) = self.at(tag) {
+            return is_near(fix.position_ecef_m, position_ecef_m).then_some(fix);
         }
+        let after = self.from(tag);
         let neighbours = [after.checked_sub(1), Some(after)];
         neighbours
             .into_iter()
@@ -68,18 +98,43 @@ impl Witness {
     }
 }
 
-/// Confirms the fixes of a pass by those of passes in the other direction; returns how many epochs
-/// they agree at.
+fn is_near(a: [f64; 3], b: [f64; 3]) -> bool {
+    let squares = (0..3).map(|k| (a[k] - b[k]).powi(2));
+    squares.sum::<f64>().sqrt() < SAME_PLACE_M
+}
+
+/// The epochs of each pass, in order of time, whose fixes others [contradict](contradicted); the passes
+/// of the other direction stand beside each.
+pub(crate) fn contradictions(passes: &[(&Witness, &[&Witness])]) -> Vec<Vec<GpsTime>> {
+    let mut claims = Vec::new();
+    for (number, (pass, others)) in passes.iter().enumerate() {
+        claims.extend(pass.claims(number, others));
+    }
+    let mut tags = vec![Vec::new(); passes.len()];
+    for (claim, contradicted) in claims.iter().zip(contradicted(&claims)) {
+        if contradicted {
+            tags[claim.pass].push(claim.tag);
+        }
+    }
+    tags
+}
+
+/// Confirms the fixes of a pass by those of passes in the other direction, but for those at the epochs
+/// `contradicted`; returns how many epochs they agree at.
 pub(crate) fn confirm_by(
     results: &mut [EpochResult],
     needed: f64,
     witnesses: &[&Witness],
+    contradicted: &[GpsTime],
 ) -> usize {
     let agreements: Vec<Option<bool>> = results
         .iter()
         .map(|r| {
             let own = r.integers.as_ref()?;
-            let mut found = witnesses.iter().filter_map(|w| w.agrees(r, own)).peekable();
+            let mut found = witnesses
+                .iter()
+                .filter_map(|w| w.agrees(r.tag, r.position_ecef_m, own))
+                .peekable();
             found.peek()?;
             Some(own.certain && found.any(|f| f.integers.certain))
         })
@@ -92,14 +147,20 @@ pub(crate) fn confirm_by(
             results[z].time.seconds_since(results[a].time).abs()
         });
     let count = agreeing().count();
+    let alone = |r: &EpochResult| {
+        let own = r.integers.as_ref();
+        span_s >= AGREEMENT_S && own.is_some_and(FixedIntegers::is_checked)
+    };
     let anchors: Vec<bool> = agreements
         .iter()
-        .map(|a| a.is_some_and(|certain| certain || span_s >= AGREEMENT_S))
+        .zip(&*results)
+        .map(|(a, r)| a.is_some_and(|certain| certain || alone(r)))
         .collect();
     if span_s < AGREEMENT_S {
-        keep_confirmed(results, &corroborated(results, &anchors), needed, true);
+        let corroborated = corroborated(results, &anchors);
+        keep_confirmed(results, &corroborated, needed, true, contradicted);
     } else {
-        keep_confirmed(results, &anchors, needed, false);
+        keep_confirmed(results, &anchors, needed, false, contradicted);
     }
     count
 }
@@ -113,7 +174,7 @@ pub(crate) fn confirm_alone(results: &mut [EpochResult], needed: f64, withdrawn:
         own.is_some_and(|i| i.certain && !withdrawn.contains(&i.generation))
     };
     let anchors: Vec<bool> = results.iter().map(certain).collect();
-    keep_confirmed(results, &anchors, needed, false);
+    keep_confirmed(results, &anchors, needed, false, &[]);
 }
 
 /// The anchors whose integers are all among those of the anchor before or after: in a short log a
@@ -133,28 +194,43 @@ fn corroborated(results: &[EpochResult], anchors: &[bool]) -> Vec<bool> {
 
 /// Whether phases beyond those that a position takes check a fix, or its place is at least known
 /// to within half a wavelength.
-fn is_checked(fix: &EpochResult) -> bool {
+fn is_checked(fix: &EpochResult, integers: &FixedIntegers) -> bool {
     let variance_m2: f64 = (0..3).map(|k| fix.covariance_ecef_m2[k][k]).sum();
-    fix.phase_misfit[1] > 0.0 || variance_m2 < LARGEST_UNCHECKED_SIGMA_M.powi(2)
+    integers.is_checked() || variance_m2 < LARGEST_UNCHECKED_SIGMA_M.powi(2)
 }
 
 /// Calls fixes float that neither are anchors nor have the integers of the nearest anchor before
 /// or after them, or that [nothing checks](is_checked); `wholly` asks that no
 /// other satellite take part in them.
-fn keep_confirmed(results: &mut [EpochResult], anchors: &[bool], needed: f64, wholly: bool) {
+fn keep_confirmed(
+    results: &mut [EpochResult],
+    anchors: &[bool],
+    needed: f64,
+    wholly: bool,
+    contradicted: &[GpsTime],
+) {
     let linked = |own: &FixedIntegers, anchor: &FixedIntegers| {
         own.same_as(anchor) && (!wholly || own.is_part_of(anchor))
     };
-    for (result, anchored) in results.iter_mut().zip(anchors) {
+    let contradicted: Vec<bool> = (results.iter())
+        .map(|r| contradicted.binary_search(&r.tag).is_ok())
+        .collect();
+    let anchors: Vec<bool> = (anchors.iter().zip(&contradicted))
+        .map(|(anchor, contradicted)| *anchor && !contradicted)
+        .collect();
+    for (result, anchored) in results.iter_mut().zip(&anchors) {
         result.anchored = *anchored;
     }
-    let mut confirmed = anchors.to_vec();
+    let mut confirmed = anchors.clone();
     let mut confirm_along = |order: &mut dyn Iterator<Item = usize>| {
         let mut nearest: Option<&FixedIntegers> = None;
         for k in order {
             let Some(own) = &results[k].integers else {
                 continue;
             };
+            if contradicted[k] {
+                continue;
+            }
             if anchors[k] || nearest.is_some_and(|certain| linked(own, certain)) {
                 confirmed[k] = true;
                 nearest = Some(own);
@@ -167,7 +243,7 @@ fn keep_confirmed(results: &mut [EpochResult], anchors: &[bool], needed: f64, wh
         let Some(own) = result.integers.take() else {
             continue;
         };
-        let checked = is_checked(result);
+        let checked = is_checked(result, &own);
         if !(confirmed && checked) {
             result.anchored = false;
             result.quality = Some(Quality::Float);

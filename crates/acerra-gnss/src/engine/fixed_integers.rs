@@ -14,6 +14,18 @@ const LEAST_SHARED_OF_HELD: usize = 3;
 /// The same between passes, which have nothing else in common.
 const LEAST_SHARED_BETWEEN_PASSES: usize = 4;
 
+/// Differences of satellites that a position takes.
+const POSITION_DIRECTIONS: usize = 3;
+
+/// How many differences of integers two fixes share, of phases that did not slip in between.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(crate) struct Continuity {
+    /// Those that are the same.
+    pub kept: usize,
+    /// Satellites whose integers changed against the others'.
+    pub changed: usize,
+}
+
 /// The float solution of an epoch, before integers are imposed.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct FloatSolution {
@@ -30,6 +42,11 @@ pub(crate) struct FixedIntegers {
     integers: Vec<f64>,
     /// Numbers of the biases of each pair's reference and other satellite.
     arcs: Vec<[u32; 2]>,
+    /// Slips of their phases that the pass noticed up to here.
+    slips: Vec<[u32; 2]>,
+    /// Differences of satellites that the fix rests on, GLONASS included, each counted once whatever
+    /// the number of its frequencies.
+    pub directions: usize,
     /// Probability that they are right, from the float ambiguities' covariance.
     pub success_rate: f64,
     pub certain: bool,
@@ -52,6 +69,10 @@ impl FixedIntegers {
         float: FloatSolution,
     ) -> Self {
         let arc = |satellite, slot| state.track(satellite, slot).arc;
+        let slips = |satellite, slot| state.track(satellite, slot).slips;
+        let mut directions: Vec<_> = attempt.pairs.iter().map(|p| p.other).collect();
+        directions.sort_unstable();
+        directions.dedup();
         let of_attempt = attempt.pairs.iter().zip(&attempt.integers);
         let kept = || {
             of_attempt
@@ -64,12 +85,22 @@ impl FixedIntegers {
             arcs: kept()
                 .map(|(p, _)| [arc(p.reference, p.slot), arc(p.other, p.slot)])
                 .collect(),
+            slips: kept()
+                .map(|(p, _)| [slips(p.reference, p.slot), slips(p.other, p.slot)])
+                .collect(),
+            directions: directions.len(),
             success_rate: attempt.success_rate,
             certain,
             generation,
             held: None,
             float,
         }
+    }
+
+    /// Whether the phases of more satellites than a position takes check it. A second frequency of the
+    /// same satellites does not: any integers of four agree with some place.
+    pub(crate) fn is_checked(&self) -> bool {
+        self.directions > POSITION_DIRECTIONS
     }
 
     /// Integer of a satellite relative to its group's reference, and the number of its bias.
@@ -109,6 +140,51 @@ impl FixedIntegers {
         shared.is_some_and(|n| n >= LEAST_SHARED_BETWEEN_PASSES)
     }
 
+    /// What the integers of phases that did not slip between two fixes say of both: fixes of one pass,
+    /// or of passes `at_one_epoch`.
+    pub(crate) fn continuity(&self, other: &Self, at_one_epoch: bool) -> Continuity {
+        let mut found = Continuity::default();
+        let of_signals = |a: &Pair, b: &Pair| (a.slot, a.group) == (b.slot, b.group);
+        let mut start = 0;
+        for block in self.pairs.chunk_by(of_signals) {
+            let first = (block[0].reference, 0.0, self.slips[start][0]);
+            let others = block.iter().enumerate().map(|(k, pair)| {
+                let own = start + k;
+                (pair.other, self.integers[own], self.slips[own][1])
+            });
+            // Changes of the integers of these signals' satellites, the reference first.
+            let changes = std::iter::once(first).chain(others);
+            let mut changes: Vec<i64> = changes
+                .filter_map(|(satellite, integer, slips)| {
+                    let (of_other, theirs) = other.in_block(satellite, &block[0])?;
+                    let unbroken = at_one_epoch || theirs == slips;
+                    unbroken.then(|| (integer - of_other).round() as i64)
+                })
+                .collect();
+            changes.sort_unstable();
+            let alike = changes.chunk_by(|a, b| a == b).map(<[i64]>::len).max();
+            let alike = alike.unwrap_or(0);
+            found.kept += alike.saturating_sub(1);
+            found.changed += changes.len() - alike;
+            start += block.len();
+        }
+        found
+    }
+
+    /// Integer of a satellite relative to the reference of its block, which has the slot and group of
+    /// `like`, and the slips of its phase.
+    fn in_block(&self, satellite: usize, like: &Pair) -> Option<(f64, u32)> {
+        let mut block = (0..self.pairs.len())
+            .filter(|&k| (self.pairs[k].slot, self.pairs[k].group) == (like.slot, like.group))
+            .peekable();
+        let first = *block.peek()?;
+        if self.pairs[first].reference == satellite {
+            return Some((0.0, self.slips[first][0]));
+        }
+        let own = block.find(|&k| self.pairs[k].other == satellite)?;
+        Some((self.integers[own], self.slips[own][1]))
+    }
+
     /// How many integers both have in common; `None` where one differs. `of_same_arcs` leaves out
     /// satellites that slipped in between.
     fn shared_with(&self, other: &Self, of_same_arcs: bool) -> Option<usize> {
@@ -126,5 +202,32 @@ impl FixedIntegers {
             }
         }
         Some(shared)
+    }
+
+    /// Integers of one system's satellites against a common reference that never slips.
+    #[cfg(test)]
+    pub(crate) fn of_one_block(integers: &[f64], slips: &[u32], certain: bool) -> Self {
+        let pair = |k: usize| Pair {
+            slot: 0,
+            group: 0,
+            reference: 0,
+            other: k + 1,
+        };
+        Self {
+            pairs: (0..integers.len()).map(pair).collect(),
+            integers: integers.to_vec(),
+            arcs: vec![[0; 2]; integers.len()],
+            slips: slips.iter().map(|slips| [0, *slips]).collect(),
+            directions: integers.len(),
+            success_rate: 1.0,
+            certain,
+            generation: 0,
+            held: None,
+            float: FloatSolution {
+                position_ecef_m: [0.0; 3],
+                covariance_ecef_m2: [[0.0; 3]; 3],
+                velocity: None,
+            },
+        }
     }
 }

@@ -48,6 +48,8 @@ pub(crate) struct Track {
     pub codes_used: f64,
     /// Number of the present bias: another after every slip.
     pub arc: u32,
+    /// Slips noticed so far, flagged or not, whatever became of the bias.
+    pub slips: u32,
     /// When the present bias began.
     pub began: Option<GpsTime>,
     /// Innovations rejected since the last reset.

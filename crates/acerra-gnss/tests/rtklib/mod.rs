@@ -115,3 +115,17 @@ pub fn position_file(folder: &str, file: &str) -> [f64; 3] {
         .collect();
     ecef_from_geodetic(&Geodetic::from_degrees(v[0], v[1], v[2]))
 }
+
+/// The walk's receiver's own fixed solution: GPS time and east, north, up from the base (m).
+pub fn onboard_fixes() -> Vec<(GpsTime, [f64; 3])> {
+    let path = data(sets::WALK.folder)
+        .unwrap()
+        .join("reference/onboard_rtk.csv");
+    let text = std::fs::read_to_string(path).unwrap();
+    let rows = text.lines().skip(1).filter_map(|line| {
+        let f: Vec<f64> = line.split(',').map(|v| v.parse().unwrap()).collect();
+        let gps_s = f[0] as i64 - 315_964_800;
+        (f[4] == 4.0).then(|| (GpsTime::new(gps_s, f[0].fract()), [f[1], f[2], f[3]]))
+    });
+    rows.collect()
+}

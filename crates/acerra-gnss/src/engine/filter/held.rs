@@ -188,6 +188,7 @@ impl Filter<'_> {
             return false;
         };
         self.state.remove(self.state.bias_index(satellite, slot));
+        self.state.track_mut(satellite, slot).slips += 1;
         true
     }
 

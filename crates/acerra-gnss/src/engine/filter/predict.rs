@@ -128,7 +128,9 @@ impl Filter<'_> {
                 let least_rejections = options.rules == RuleSet::Demo5
                     && self.state.track(c.satellite, slot).rejections >= 2;
                 let track = self.state.track_mut(c.satellite, slot);
-                if !instantaneous && (track.slipped() || least_rejections) {
+                let slipped = track.slipped() || least_rejections;
+                track.slips += u32::from(slipped);
+                if !instantaneous && slipped {
                     track.lock = -options.min_lock_epochs;
                     track.rejections = 0;
                     self.state.remove(index);
@@ -187,6 +189,7 @@ impl Filter<'_> {
             let track = self.state.track_mut(satellite, slot);
             track.outage = track.outage.saturating_add(1);
             let gone = track.outage > self.options.max_outage_epochs;
+            track.slips += u32::from(gone);
             if gone && !instantaneous {
                 track.lock = -self.options.min_lock_epochs;
             }
