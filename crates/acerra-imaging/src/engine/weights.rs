@@ -341,12 +341,18 @@ impl WeightedPulses<'_> {
             }
             return;
         };
+        // Phasors of successive frequencies side by side, each ahead by as many frequencies at a time.
         let advance = Complex64::cis(-step_hz * delay);
+        let [two, three] = [advance * advance, advance * advance * advance];
+        let ahead = two * two;
         for (spectrum, f) in spectrum.chunks_mut(RENEW).zip(f.chunks(RENEW)) {
-            let mut phasor = amplitude * Complex64::cis(-f[0] * delay);
-            for e in spectrum {
-                *e += phasor;
-                phasor *= advance;
+            let first = amplitude * Complex64::cis(-f[0] * delay);
+            let mut phasors = [first, first * advance, first * two, first * three];
+            for spectrum in spectrum.chunks_mut(phasors.len()) {
+                for (e, phasor) in spectrum.iter_mut().zip(&mut phasors) {
+                    *e += *phasor;
+                    *phasor *= ahead;
+                }
             }
         }
     }
