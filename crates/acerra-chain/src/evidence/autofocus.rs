@@ -57,8 +57,9 @@ pub fn autofocus_gain(
              [autofocus] sigma_m): the places are as stated",
         ),
     };
-    let number = match ghosts {
-        0 => format!("{points} points"),
+    let number = match (points, ghosts) {
+        (1, _) => "1 point".to_owned(),
+        (_, 0) => format!("{points} points"),
         _ => format!("{points} points, {ghosts} of them with the ranges of another"),
     };
     let finding = Finding::judged("autofocus_gain", gain_db, "dB", verdict);

@@ -63,7 +63,11 @@ impl<'a> SlicesForward<'a> {
         let grids: Vec<TiltedGrid> = slices.clone().map(|k| volume.slice(k).into()).collect();
         let planned = volume.slice(nearest_slice(volume, &slices, &pulses));
         let request = Request::new(pulses, planned.into(), options)?.with_slices(grids)?;
-        let plan = Forward::of_request(Request { aim, ..request }, control)?;
+        let plan = match Forward::of_request(Request { aim, ..request }, control) {
+            // The bins of one slice reach less far than those of all.
+            Err(ImagingError::TooLarge { .. }) => return Ok(Shared::Alone),
+            plan => plan?,
+        };
         if plan.engine() == Engine::Reference && !is_reference {
             return Ok(Shared::Alone);
         }
@@ -161,6 +165,9 @@ impl<'a> SlicesForward<'a> {
             sums.clear();
             sums.resize(which.len() * direct.bins_of_pulse(), 0.0);
             for (k, grid) in grids.iter().enumerate() {
+                if meter.is_cancelled() {
+                    return;
+                }
                 give(self.first + k, image);
                 let bins = Echo::Bins {
                     sums: &mut sums,
