@@ -23,6 +23,13 @@ at_every_level!(
     weights_by_incidence_are_those_of_each_slice_in_echoes,
 );
 
+/// A limit of incidence whose edge passes through the slices at other places in each.
+const NARROW: IncidenceWeight = IncidenceWeight {
+    max_rad: 0.5,
+    taper_rad: 0.2,
+    cosine_power: 1.5,
+};
+
 /// Pixels of a slice from which every second along rows and columns is compared.
 const MOST_COMPARED: usize = 5000;
 
@@ -132,17 +139,11 @@ fn dark_slices_keep_the_accuracy(level: SimdLevel) {
     }
 }
 
-/// A limit of incidence whose edge passes through the slices at other places in each.
 fn weights_by_incidence_are_those_of_each_slice(level: SimdLevel) {
     let campaign = track(120, &[[0.4, 0.2, 0.1], [-0.3, 0.5, 0.4]]);
-    let weight = IncidenceWeight {
-        max_rad: 0.5,
-        taper_rad: 0.2,
-        cosine_power: 1.5,
-    };
     let options = PlanOptions::default()
         .with_level(level)
-        .with_incidence(Some(weight));
+        .with_incidence(Some(NARROW));
     let slices = volume([-1.5, -1.5, 0.0], [0.05; 2], [61, 64], 9);
     let run = check(&campaign, &slices, &options);
     assert_eq!(run.plans.len(), 1);
@@ -258,14 +259,9 @@ fn echoes_of_every_slice_keep_the_accuracy(level: SimdLevel) {
 
 fn weights_by_incidence_are_those_of_each_slice_in_echoes(level: SimdLevel) {
     let campaign = track(60, &[]);
-    let weight = IncidenceWeight {
-        max_rad: 0.5,
-        taper_rad: 0.2,
-        cosine_power: 1.5,
-    };
     let options = PlanOptions::default()
         .with_level(level)
-        .with_incidence(Some(weight));
+        .with_incidence(Some(NARROW));
     let slices = volume([-1.5, -1.5, 0.0], [0.05; 2], [31, 34], 5);
     check_echoes(&campaign, &slices, &options);
 }

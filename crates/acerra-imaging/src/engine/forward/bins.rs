@@ -11,14 +11,6 @@ use std::f64::consts::PI;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Time that a bin and a frequency take one by one, in that of a transform a bin and halving of its length.
-const ONE_BY_ONE_COST: usize = 16;
-
-/// Whether a bin holds anything.
-fn is_filled(entry: &[f64]) -> bool {
-    entry.iter().any(|v| *v != 0.0)
-}
-
 /// Room in which a thread converts bins.
 #[derive(Default)]
 pub(crate) struct Workspace {
@@ -87,9 +79,6 @@ impl BinsToSpectrum {
             self.fill_profile::<TERMS>(echoes, filled, profile);
             return self.uneven(echoes, filled.first_bin, profile, out);
         };
-        if self.is_sparse(filled, length, out.len()) {
-            return self.add_one_by_one::<TERMS>(echoes, filled, length, out);
-        }
         self.fill_profile::<TERMS>(echoes, filled, profile);
         room.transform
             .resize(fft.get_inplace_scratch_len(), Complex64::ZERO);
@@ -98,45 +87,6 @@ impl BinsToSpectrum {
             let slot = (n + length - self.spec.carrier) % length;
             for p in 0..TERMS {
                 *e += profile[p * length + slot] * fit[p].conj();
-            }
-        }
-    }
-
-    /// Whether so few bins hold anything, as in self-checks, that their spectra take less time one by one than by
-    /// a transform.
-    fn is_sparse(&self, filled: &FilledBins, length: usize, frequencies: usize) -> bool {
-        let transform = (self.spec.degree + 1) * length * length.ilog2() as usize;
-        let most = transform / (ONE_BY_ONE_COST * frequencies.max(1));
-        let bins = filled.values.chunks_exact(filled.step);
-        bins.filter(|entry| is_filled(entry)).nth(most).is_none()
-    }
-
-    /// Adds the spectra of the bins that hold anything.
-    fn add_one_by_one<const TERMS: usize>(
-        &self,
-        echoes: &WeightedPulses,
-        filled: &FilledBins,
-        length: usize,
-        out: &mut [Complex64],
-    ) {
-        let turn = -2.0 * PI / length as f64;
-        for (i, entry) in filled.values.chunks_exact(filled.step).enumerate() {
-            if !is_filled(entry) {
-                continue;
-            }
-            let bin = filled.first_bin + i as i64;
-            let c = self.coefficients::<TERMS>(echoes, filled.pulse, bin, entry);
-            let slot = bin.rem_euclid(length as i64);
-            let step = Complex64::cis(turn * slot as f64);
-            let mut phasor = Complex64::ZERO;
-            for (n, (e, fit)) in out.iter_mut().zip(&self.phases.ramp_fit).enumerate() {
-                if n % RENEW == 0 {
-                    let turns = (n as i64 - self.spec.carrier as i64) * slot;
-                    phasor = Complex64::cis(turn * turns.rem_euclid(length as i64) as f64);
-                }
-                let ramp: Complex64 = c.iter().zip(fit).map(|(c, fit)| c * fit.conj()).sum();
-                *e += ramp * phasor;
-                phasor *= step;
             }
         }
     }
