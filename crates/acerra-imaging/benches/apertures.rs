@@ -66,7 +66,7 @@ fn line(scene: &Scene, accuracy: f64, limit_bytes: u128, name: &str) {
         Decision::Batches { batches } => Some(*batches),
         _ => None,
     });
-    let sparse = 125;
+    let sparse = 127;
     println!(
         "| {name} | {:?} | {} | {planned_s:.3} | {took_s:.3} | {:.2} | {:.0} | {:.1e} | {:.0} |",
         plan.engine(),

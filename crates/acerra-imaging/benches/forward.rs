@@ -1,9 +1,9 @@
-//! The direct forward operator beside the direct engine of imaging: 1000 × 1000 pixels, 331 pulses.
+//! The forward operator beside imaging, by the direct engines: 1000 × 1000 pixels, 331 pulses.
 //!
 //! `cargo bench -p acerra-imaging --bench forward` prints, for pixels of 0.5 to 10 cm, the size of the groups
 //! that the forward operator sums, Gbp/s of both operators in turn (10⁹ pixel × pulse contributions a second
 //! of processor time, times the threads), and the forward operator's relative L2 error at some pulses.
-//! `pixel=4` takes one size (cm), `accuracy=1e-3` another accuracy, `level=avx2` an instruction set,
+//! `engine=auto` takes the engines that plans choose, which need not be the same, `pixel=4` one size (cm), `accuracy=1e-3` another accuracy, `level=avx2` an instruction set,
 //! `threads=1` a number of threads, `runs=9` more runs of which the best counts, `plan` prints the plans.
 #![allow(clippy::print_stdout, clippy::unwrap_used, missing_docs)]
 
@@ -37,8 +37,10 @@ fn main() {
     });
     let sizes_cm = number("pixel=").map_or(vec![0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 10.0], |p| vec![p]);
     println!("accuracy {accuracy:.1e}, {level}, {threads} thread(s)");
-    println!("| pixel (cm) | group | forward (Gbp/s) | imaging (Gbp/s) | forward's error |");
-    println!("| --- | --- | --- | --- | --- |");
+    println!(
+        "| pixel (cm) | group | engines | forward (Gbp/s) | imaging (Gbp/s) | forward's error |"
+    );
+    println!("| --- | --- | --- | --- | --- | --- |");
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
         .build()
@@ -54,7 +56,11 @@ fn time(size_cm: f64, accuracy: f64, level: SimdLevel, threads: usize) {
         .with_accuracy(accuracy)
         .with_spreading(Spreading::None)
         .with_level(level)
-        .with_engine(Engine::Direct);
+        .with_engine(match argument("engine=").as_deref() {
+            Some("auto") => Engine::Auto,
+            Some("factorized") => Engine::Factorized,
+            _ => Engine::Direct,
+        });
     // Independent pixels: the echoes of a periodic image cancel, and no error is relative to them.
     let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(1);
     let mut part = || random.next_u32() as f32 / u32::MAX as f32 - 0.5;
@@ -86,7 +92,9 @@ fn time(size_cm: f64, accuracy: f64, level: SimdLevel, threads: usize) {
             _ => None,
         });
     println!(
-        "| {size_cm} | {group:?} | {:.2} | {:.2} | {:.1e} |",
+        "| {size_cm} | {group:?} | {:?}, {:?} | {:.2} | {:.2} | {:.1e} |",
+        forward.engine(),
+        imaging.engine(),
         rate(best_s[0]),
         rate(best_s[1]),
         error(&scene, &sigma, &echo),

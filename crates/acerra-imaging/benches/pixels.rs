@@ -42,7 +42,7 @@ fn main() {
     println!("| --- | --- | --- | --- | --- | --- |");
     for size_cm in sizes_cm {
         let scene = Scene::of_pixels(0.01 * size_cm, pulses);
-        let expected = scene.expected(if pulses > 1000 { 100 } else { 20 });
+        let expected = scene.expected(if pulses > 1000 { 101 } else { 19 });
         for engine in [Engine::Direct, Engine::Auto] {
             time(&scene, engine, (accuracy, level), size_cm, &expected);
         }
@@ -84,9 +84,9 @@ fn time(
         scene.error(
             &image,
             if scene.position_m.len() > 1000 {
-                100
+                101
             } else {
-                20
+                19
             },
             expected
         ),

@@ -38,6 +38,7 @@ at_every_level!(
     repeated_positions,
     no_spreading,
     the_factorized_engine_keeps_the_accuracy,
+    coarse_grids_of_fractions_of_pixels_keep_the_accuracy,
     below_single_precision_tables_are_double,
 );
 
@@ -208,6 +209,60 @@ fn no_spreading(level: SimdLevel) {
         .with_spreading(Spreading::None)
         .with_level(level);
     check(&campaign, grid, &options);
+}
+
+/// Pixels so coarse that no whole number of them makes an interval of a coarse grid.
+fn coarse_grids_of_fractions_of_pixels_keep_the_accuracy(level: SimdLevel) {
+    let position: Vec<_> = (0..96)
+        .map(|m| {
+            let s = 0.024 * f64::from(m) - 1.15;
+            [0.05 * (4.0 * s).sin(), s, 5.0 + 0.03 * (6.0 * s).cos()]
+        })
+        .collect();
+    let scene = [[2.0, 0.3, 0.0], [-3.1, 2.2, 0.0], [12.0, -8.0, 0.0]];
+    let campaign = Campaign::new(position, band(64), &scene, 23);
+    let pulses = campaign.pulses();
+    let (mut fractions, mut many_taps) = (0, 0);
+    for pixel_m in [0.024, 0.031, 0.04, 0.05] {
+        // Neither whole cells nor whole vectors.
+        let plane = PlaneGrid::new([-2.3, -1.7, 0.0], pixel_m, [131, 97]).unwrap();
+        let tilted = TiltedGrid::new(
+            [-2.0, -1.5, 0.1],
+            [pixel_m, 0.2 * pixel_m, 0.05 * pixel_m],
+            [-0.1 * pixel_m, pixel_m, 0.0],
+            77,
+            101,
+        );
+        for grid in [plane.into(), tilted.unwrap()] {
+            // Few pixels, at every place of a cell in both directions.
+            let sparse: Vec<usize> = (0..grid.columns * grid.rows).step_by(11).collect();
+            let points: Vec<_> = (sparse.iter())
+                .map(|k| grid.point_m((k % grid.columns) as f64, (k / grid.columns) as f64))
+                .collect();
+            let expected = reference::adjoint(&pulses, &points, Spreading::InverseSquare).unwrap();
+            for accuracy in [5e-3, 5e-4] {
+                let options = PlanOptions::default()
+                    .with_accuracy(accuracy)
+                    .with_level(level)
+                    .with_engine(Engine::Factorized);
+                let plan = ImagingPlan::new(pulses, grid, &options).unwrap();
+                for decision in &plan.report().decisions {
+                    if let Decision::Factorized(choice) = decision {
+                        fractions += usize::from(choice.coarse.iter().any(|d| d.fract() > 0.0));
+                        many_taps += usize::from(choice.taps > 12);
+                    }
+                }
+                let mut image = vec![Complex32::ZERO; plan.pixels()];
+                plan.run(&mut image, Control::default()).unwrap();
+                let found: Vec<_> = (sparse.iter())
+                    .map(|k| Complex64::new(image[*k].re.into(), image[*k].im.into()))
+                    .collect();
+                let found = reference::relative_l2(&found, &expected).unwrap();
+                assert!(found <= accuracy, "{found:e} for {accuracy:e}\n{plan}");
+            }
+        }
+    }
+    assert!(fractions >= 6 && many_taps >= 2, "{fractions} {many_taps}");
 }
 
 fn the_factorized_engine_keeps_the_accuracy(level: SimdLevel) {

@@ -16,6 +16,7 @@ at_every_level!(
     echoes_match_the_double_precision_sum,
     hard_geometry,
     every_pixel_size,
+    coarse_grids_of_fractions_of_pixels,
     forward_and_adjoint_are_adjoint,
 );
 
@@ -149,6 +150,33 @@ fn group(forward: &Forward) -> Option<[usize; 2]> {
 
 /// Small pixels are summed in groups, coarse ones go to bins of their own; blocks under low antennas go by
 /// rows or in double precision.
+/// Pixels so coarse that no whole number of them makes an interval of a coarse grid.
+fn coarse_grids_of_fractions_of_pixels(level: SimdLevel) {
+    let position = (0..48)
+        .map(|m| [0.1, 0.024 * f64::from(m) - 0.6, 5.0 + 0.001 * f64::from(m)])
+        .collect();
+    let campaign = Campaign::new(position, band(40), &[[0.1, 0.1, 0.0]], 4);
+    let mut fractions = 0;
+    for pixel_m in [0.031, 0.04] {
+        let grid = PlaneGrid::new([-1.9, -2.1, 0.0], pixel_m, [101, 117]).unwrap();
+        for accuracy in [5e-3, 1e-3] {
+            let options = PlanOptions::default()
+                .with_accuracy(accuracy)
+                .with_level(level)
+                .with_engine(Engine::Factorized);
+            check(&campaign, grid, &options);
+            let forward = Forward::new(campaign.pulses(), grid, &options).unwrap();
+            fractions += (forward.report().decisions.iter())
+                .filter(|d| match d {
+                    Decision::Factorized(c) => c.coarse.iter().any(|d| d.fract() > 0.0),
+                    _ => false,
+                })
+                .count();
+        }
+    }
+    assert!(fractions >= 2, "{fractions}");
+}
+
 fn every_pixel_size(level: SimdLevel) {
     for height_m in [0.25, 5.0] {
         let position = (0..6)

@@ -179,7 +179,8 @@ impl Scene {
         self.grid.len() as f64 * self.position_m.len() as f64 * 1e-9
     }
 
-    /// Every `step`th pixel in x and y in double precision.
+    /// Every `step`th pixel in x and y in double precision; a prime number of them meets every phase of coarse
+    /// grids.
     pub fn expected(&self, step: usize) -> Vec<Complex64> {
         let g = self.grid;
         let n = g.nx / step;

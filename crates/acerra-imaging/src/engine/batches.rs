@@ -7,7 +7,6 @@
 
 use super::direct::{Direct, DirectSpec};
 use super::factorized::aperture::partition_aperture;
-use super::factorized::coarse::coarse_bytes;
 use super::factorized::merged::{Factorized, Setting};
 use super::factorized::spec::FactorizedSpec;
 use super::tables::build::RangeTable;
@@ -393,7 +392,7 @@ impl TableEngine for Factorized {
         let (spec, inner) = &piece.spec;
         let table = table_bytes(inner, &piece.ranges_m);
         // One coarse image more is in the making.
-        let [one, two] = [1, 2].map(|parts| coarse_bytes(grid, spec.coarse, parts - 1));
+        let [one, two] = [1, 2].map(|parts| spec.coarse.bytes(grid, parts - 1));
         let bytes = |(k, part): (usize, Range<usize>)| {
             let making = if k == 0 { one } else { 0 };
             let bytes = part.len() as u128 * table + (two - one) + making;

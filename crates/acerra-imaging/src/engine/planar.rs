@@ -19,9 +19,12 @@ pub(crate) fn padded(columns: usize) -> usize {
     columns.next_multiple_of(MAX_LANES)
 }
 
-/// An image `[rows, columns]` as [`Planar`] parts of [`padded`] rows.
-pub(crate) fn split_parts(image: &[Complex32], columns: usize) -> (Vec<f32>, Vec<f32>) {
-    let stride = padded(columns);
+/// An image `[rows, columns]` as [`Planar`] parts of rows of `stride` numbers.
+pub(crate) fn split_parts(
+    image: &[Complex32],
+    columns: usize,
+    stride: usize,
+) -> (Vec<f32>, Vec<f32>) {
     let length = image.len() / columns.max(1) * stride;
     let (mut real, mut imag) = (vec![0f32; length], vec![0f32; length]);
     real.par_chunks_mut(stride)

@@ -7,26 +7,32 @@
 use super::lanes::{Lanes, MAX_LANES};
 use super::phase::{PhaseRow, RowCarrier};
 
-/// Coarse samples from which a value is interpolated, in either direction.
+/// Coarse samples from which a value is interpolated, in either direction: few, or more where they spare samples.
 pub(crate) const TAPS: usize = 12;
+pub(crate) const MOST_TAPS: usize = 16;
 
 /// A sub-aperture and the fine row it is added to.
 pub(crate) struct MergeRow<'a> {
     /// The fine row, seen from the sub-aperture's centre.
     pub phase: PhaseRow,
-    /// Coarse rows about this fine row, real and imaginary, and their weights.
-    pub rows: [(&'a [f32], &'a [f32], f32); TAPS],
-    /// Interpolation weights of each of the D phases.
-    pub weights: &'a [[f32; TAPS]],
-    /// Coarse intervals in the row.
+    /// Coarse rows about this fine row, real and imaginary, and their weights; those beyond the taps do not count.
+    pub rows: [(&'a [f32], &'a [f32], f32); MOST_TAPS],
+    /// Interpolation weights of each of the D pixels of a cell.
+    pub weights: &'a [[f32; MOST_TAPS]],
+    /// Where the samples that each of them takes in the first cell stand in a coarse row; those of the cells that
+    /// follow come next to them.
+    pub offsets: &'a [[usize; MOST_TAPS]],
+    /// Coarse samples of a cell.
+    pub samples: usize,
+    /// Cells in the row.
     pub intervals: usize,
     /// Those that a padded row holds.
     pub padded: usize,
 }
 
-/// Adds to `real`, `imag` `[D, padded]`; `line` `[2, coarse columns + MAX_LANES]` is scratch.
+/// Adds what `T` taps make to `real`, `imag` `[D, padded]`; `line` `[2, coarse columns + MAX_LANES]` is scratch.
 #[inline(always)]
-pub(crate) fn merge_row<S: Lanes>(
+pub(crate) fn merge_row<S: Lanes, const T: usize>(
     s: S,
     job: &MergeRow,
     line: &mut [f32],
@@ -35,8 +41,18 @@ pub(crate) fn merge_row<S: Lanes>(
 ) {
     let n = S::N;
     let padded = job.padded;
-    let coarse = padded + TAPS;
+    let coarse = job.rows[0].0.len();
     let phases = job.weights.len();
+    // Taps of whole cells stand side by side.
+    let side_by_side = job.samples == 1;
+    assert!(coarse >= n && job.offsets.len() == phases);
+    assert!(T <= MOST_TAPS);
+    if side_by_side {
+        assert!(padded + T - 1 <= coarse);
+    } else {
+        let mut offsets = job.offsets.iter().flat_map(|offsets| &offsets[..T]);
+        assert!(offsets.all(|at| at + padded <= coarse));
+    }
     assert!(padded.is_multiple_of(MAX_LANES) && job.intervals <= padded);
     assert!(line.len() >= 2 * coarse && real.len() >= phases * padded);
     assert!(imag.len() >= phases * padded);
@@ -54,7 +70,7 @@ pub(crate) fn merge_row<S: Lanes>(
         // SAFETY: `coarse` ≥ N numbers stand in every row and line, and `at` ≤ coarse − N.
         unsafe {
             let (mut re, mut im) = (s.splat(0.0), s.splat(0.0));
-            for row in &job.rows {
+            for row in &job.rows[..T] {
                 let w = s.splat(row.2);
                 re = s.mul_add(w, s.load(row.0.as_ptr().add(at)), re);
                 im = s.mul_add(w, s.load(row.1.as_ptr().add(at)), im);
@@ -70,15 +86,24 @@ pub(crate) fn merge_row<S: Lanes>(
     let mut q = 0;
     while q < job.intervals {
         let at_middle = carrier.intervals(q);
-        for (p, weights) in job.weights.iter().enumerate() {
+        for (p, (weights, offsets)) in job.weights.iter().zip(job.offsets).enumerate() {
             let (cosine, sine) = carrier.phase(&at_middle, p);
-            // SAFETY: q + N ≤ padded and q + TAPS + N ≤ padded + TAPS.
+            // SAFETY: q + N ≤ padded, and a tap's samples of `padded` cells lie within the line.
             unsafe {
                 let (mut re, mut im) = (s.splat(0.0), s.splat(0.0));
-                for (k, w) in weights.iter().enumerate() {
-                    let w = s.splat(*w);
-                    re = s.mul_add(w, s.load(line_re.as_ptr().add(q + k)), re);
-                    im = s.mul_add(w, s.load(line_im.as_ptr().add(q + k)), im);
+                let mut take = |w: f32, at: usize| {
+                    let w = s.splat(w);
+                    re = s.mul_add(w, s.load(line_re.as_ptr().add(at)), re);
+                    im = s.mul_add(w, s.load(line_im.as_ptr().add(at)), im);
+                };
+                if side_by_side {
+                    for (k, w) in weights[..T].iter().enumerate() {
+                        take(*w, q + k);
+                    }
+                } else {
+                    for (w, at) in weights[..T].iter().zip(&offsets[..T]) {
+                        take(*w, q + at);
+                    }
                 }
                 let at = p * padded + q;
                 let (to_re, to_im) = (real.as_mut_ptr().add(at), imag.as_mut_ptr().add(at));

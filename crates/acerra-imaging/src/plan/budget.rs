@@ -6,7 +6,7 @@ use super::bins::{choose_table, fine_bin_m};
 use super::sample::Sample;
 use crate::control::Control;
 use crate::engine::direct::DirectSpec;
-use crate::engine::factorized::coarse::coarse_grid;
+use crate::engine::factorized::cell::Cell;
 use crate::engine::factorized::spec::{Demand, FactorizedSpec};
 use crate::engine::tables::fit_error::FitErrors;
 use crate::engine::tables::spec::TableSpec;
@@ -14,6 +14,7 @@ use crate::error::ImagingError;
 use crate::grid::tilted::TiltedGrid;
 use crate::kernel::direct::job::Shape;
 use crate::kernel::level::SimdLevel;
+use crate::kernel::merge::{MOST_TAPS, TAPS};
 use crate::pulses::Pulses;
 
 /// Chooses parameters of the engines for given data, pixels and instruction set.
@@ -24,6 +25,9 @@ pub(crate) struct Budget<'a> {
     /// Power at each frequency, by which errors are weighted.
     power: Vec<f64>,
 }
+
+/// Most samples of a cell of coarse grids whose intervals are fractions of pixels.
+const MOST_SAMPLES: usize = 3;
 
 /// A partition of the aperture, the tables of its sub-apertures, and the cost of the direct engine.
 pub(crate) struct FactorizedBudget {
@@ -144,10 +148,12 @@ impl<'a> Budget<'a> {
             accuracy: 0.85 * accuracy,
             direct_cost: &|coarse| inner_on(coarse).1,
             lanes: self.level.lanes(),
+            cells: &Cell::all(MOST_SAMPLES),
+            taps: &[TAPS, MOST_TAPS],
         };
         let spec = FactorizedSpec::choose(self.pulses, self.grid, &demand, control)?;
         Ok(spec.map(|spec| FactorizedBudget {
-            inner: inner_on(&coarse_grid(self.grid, spec.coarse)).0,
+            inner: inner_on(&spec.coarse.grid(self.grid)).0,
             spec,
             direct_cost,
         }))

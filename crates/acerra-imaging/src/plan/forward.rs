@@ -17,7 +17,6 @@ use crate::control::{Control, Meter};
 use crate::engine::batches::Piece;
 use crate::engine::direct::DirectSpec;
 use crate::engine::factorized::aperture::partition_aperture;
-use crate::engine::factorized::coarse::coarse_bytes;
 use crate::engine::forward::direct::DirectForward;
 use crate::engine::forward::factorized::FactorizedForward;
 use crate::engine::forward::filling::Echo;
@@ -177,7 +176,7 @@ impl<'a> Forward<'a> {
         control: Control,
     ) -> Result<SelfCheck, ImagingError> {
         let coarse = match &self.method {
-            Method::Factorized(factorized) => factorized.lattice.spec.coarse,
+            Method::Factorized(factorized) => factorized.lattice.spec.coarse.cell_pixels(),
             _ => [1, 1],
         };
         let places = Places {
@@ -320,7 +319,7 @@ impl Operator for Modelling {
 
     /// Adding to bins lane by lane costs more than reading them through windows.
     fn factorized_pays(cost: f64, direct_cost: f64) -> bool {
-        cost <= 0.6 * direct_cost.max(SPREAD_COST)
+        cost <= 0.8 * direct_cost.max(SPREAD_COST)
     }
 
     fn direct_spec(
@@ -360,7 +359,7 @@ impl Operator for Modelling {
         let bytes = |piece: &Segment| {
             let (spec, inner) = &piece.spec;
             let parts = partition_aperture(&request.echoes.pulses, spec.pulses).len();
-            coarse_bytes(request.grid.plane(), spec.coarse, parts)
+            spec.coarse.bytes(request.grid.plane(), parts)
                 + image_and_bins_bytes(request, inner, &piece.ranges_m)
         };
         Ok(pieces.iter().map(bytes).sum())
@@ -436,7 +435,7 @@ impl Operator for Modelling {
                    meter: &Meter| {
             factorized.run_on(&request.echoes, &which, image, Echo::Spectra(out), meter);
         };
-        let coarse = factorized.lattice.spec.coarse;
+        let coarse = factorized.lattice.spec.coarse.cell_pixels();
         compare_spectra(request, coarse, pixels, &run, control)
     }
 }

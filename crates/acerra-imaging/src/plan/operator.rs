@@ -121,19 +121,26 @@ pub(super) fn allowed_error<O: Operator>(request: &Request) -> f64 {
     O::ACCEPTED_SHARE * margin(request) * request.options.accuracy
 }
 
+/// Factors of the error allowed above which few pixels reject a plan. They may miss the bright pixels that decide how
+/// large an image's errors are beside it: what replaces a factorized plan is so much slower that more are looked at
+/// first.
+pub(super) const FAR: f64 = 2.0;
+pub(super) const AT_ONCE: f64 = 1.0;
+
 /// A self-check of few pixels, and of more where those leave the verdict open: good with all that they
-/// cannot say, or too large by what they found.
+/// cannot say, or too large by a factor `too_far` by what they found.
 ///
 /// # Errors
 /// Those of `check`.
 pub(super) fn decided<O: Operator>(
     request: &Request,
+    too_far: f64,
     mut check: impl FnMut(usize) -> Result<SelfCheck, ImagingError>,
 ) -> Result<SelfCheck, ImagingError> {
     let allowed = allowed_error::<O>(request);
     let [few, most] = O::check_pixels(request);
     let found = check(few)?;
-    if found.error_bound <= allowed || found.error > allowed || few == most {
+    if found.error_bound <= allowed || found.error > too_far * allowed || few == most {
         return Ok(found);
     }
     check(most)

@@ -6,7 +6,7 @@ use super::report::FactorizedChoice;
 use super::request::Request;
 use crate::control::Control;
 use crate::engine::batches::Piece;
-use crate::engine::factorized::coarse::coarse_grid;
+use crate::engine::factorized::cell::Cell;
 use crate::engine::factorized::segments::segments;
 use crate::error::ImagingError;
 use crate::grid::tilted::TiltedGrid;
@@ -83,7 +83,7 @@ pub(super) fn mean_costs(partitions: &[Partition]) -> [f64; 2] {
 impl Partition {
     /// What an engine needs for it.
     pub fn segment(&self, request: &Request) -> Segment {
-        let coarse = |plane: &TiltedGrid| coarse_grid(plane, self.budget.spec.coarse);
+        let coarse = |plane: &TiltedGrid| self.budget.spec.coarse.grid(plane);
         Piece {
             pulses: self.pulses.clone(),
             spec: (self.budget.spec, self.budget.inner),
@@ -102,7 +102,8 @@ impl Partition {
             level,
             pulses: self.pulses.len(),
             sub_aperture_pulses: spec.pulses,
-            coarse: spec.coarse,
+            coarse: spec.coarse.cells.map(Cell::interval),
+            taps: spec.coarse.taps,
             bandwidth_per_m: spec.bandwidth_per_m,
             interpolation_error: spec.interpolation_error,
             bin_m: inner.table.bin_m,

@@ -2,7 +2,7 @@
 
 use super::arrangement::HOPELESS;
 use super::budget::Budget;
-use super::operator::{Operator, Segment, allowed_error, decided, margin};
+use super::operator::{AT_ONCE, FAR, Operator, Segment, allowed_error, decided, margin};
 use super::options::{Engine, SelfCheck};
 use super::partitions::{Partition, mean_costs, partitions};
 use super::report::{Decision, DirectChoice, PlanReport};
@@ -153,13 +153,19 @@ impl<'r, 'a> Planner<'r, 'a> {
             }
         }
         let mut accuracy = self.request.aim * options.accuracy;
-        for _ in 0..O::FACTORIZED_ATTEMPTS {
+        for attempt in 0..O::FACTORIZED_ATTEMPTS {
             let found = partitions::<O>(self.request, accuracy, &power, self.control)?;
             let Some(partitions) = found else {
                 return Ok(None);
             };
             let [cost, direct_cost] = mean_costs(&partitions);
-            if options.engine == Engine::Auto && !O::factorized_pays(cost, direct_cost) {
+            // After a rejection the next plan takes its time as well, and may be rejected too.
+            let saved = (direct_cost - cost) * self.contributions_of_all();
+            let is_worth_planning =
+                O::REPEATED || saved >= (1 + attempt) as f64 * FEW_OPERATIONS || attempt == 0;
+            if options.engine == Engine::Auto
+                && !(is_worth_planning && O::factorized_pays(cost, direct_cost))
+            {
                 self.decide(Decision::DirectIsCheaper {
                     factorized_cost: cost,
                     direct_cost,
@@ -180,7 +186,7 @@ impl<'r, 'a> Planner<'r, 'a> {
                 return Ok(None);
             }
             let engine = O::factorized(self.request, &pieces, self.control)?;
-            let check = decided::<O>(self.request, |pixels| {
+            let check = decided::<O>(self.request, FAR, |pixels| {
                 O::check_factorized(self.request, &engine, pixels, self.control)
             })?;
             for partition in &partitions {
@@ -201,8 +207,13 @@ impl<'r, 'a> Planner<'r, 'a> {
         let pulses = &self.request.echoes.pulses;
         let budget = Budget::new(pulses, plane, options.level, power.to_vec());
         let (_, cost) = budget.direct(options.accuracy);
+        cost * self.contributions_of_all()
+    }
+
+    /// Contributions to the image, or to all slices of a volume.
+    fn contributions_of_all(&self) -> f64 {
         let images = self.request.slices.len().max(1);
-        cost * self.request.contributions() as f64 * images as f64
+        self.request.contributions() as f64 * images as f64
     }
 
     /// The direct engine, or the least error that it reached.
@@ -231,7 +242,7 @@ impl<'r, 'a> Planner<'r, 'a> {
             self.check_memory::<O>()?;
             let engine = O::direct(self.request, piece, self.control)?;
             let mut paths = None;
-            let check = decided::<O>(self.request, |pixels| {
+            let check = decided::<O>(self.request, AT_ONCE, |pixels| {
                 let (check, found) = O::check_direct(self.request, &engine, pixels, self.control)?;
                 paths = found;
                 Ok(check)

@@ -179,7 +179,9 @@ pub struct FactorizedChoice {
     /// Pulses in a sub-aperture.
     pub sub_aperture_pulses: usize,
     /// Fine pixels per coarse interval, along the row and across.
-    pub coarse: [usize; 2],
+    pub coarse: [f64; 2],
+    /// Samples from which a pixel is interpolated, in either direction.
+    pub taps: usize,
     /// Bound of the spatial frequencies along the row and across, cycles/m.
     pub bandwidth_per_m: [f64; 2],
     /// Interpolation error expected.
@@ -297,6 +299,11 @@ impl fmt::Display for DoubleChoice {
     }
 }
 
+/// To hundredths, so that whole numbers are written without a fraction.
+fn rounded(x: f64) -> f64 {
+    (100.0 * x).round() / 100.0
+}
+
 impl fmt::Display for FactorizedChoice {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
@@ -308,8 +315,8 @@ impl fmt::Display for FactorizedChoice {
             self.level,
             self.pulses,
             self.sub_aperture_pulses,
-            self.coarse[0],
-            self.coarse[1],
+            rounded(self.coarse[0]),
+            rounded(self.coarse[1]),
             self.bandwidth_per_m[0],
             self.bandwidth_per_m[1],
             self.interpolation_error,

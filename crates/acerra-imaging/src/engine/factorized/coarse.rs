@@ -1,27 +1,56 @@
 //! Coarse grids of sub-apertures.
 
-use super::interpolation::BEFORE;
+use super::cell::Cell;
+use super::interpolation::before;
 use crate::grid::tilted::TiltedGrid;
 use crate::kernel::lanes::MAX_LANES;
-use crate::kernel::merge::TAPS;
 
-/// The coarse grid that covers `grid`.
-pub(crate) fn coarse_grid(grid: &TiltedGrid, coarse: [usize; 2]) -> TiltedGrid {
-    let before = |d: usize| -((BEFORE * d) as f64);
-    let intervals = grid.columns.div_ceil(coarse[0]).next_multiple_of(MAX_LANES);
-    TiltedGrid {
-        origin_m: grid.point_m(before(coarse[0]), before(coarse[1])),
-        u_m: grid.u_m.map(|x| x * coarse[0] as f64),
-        v_m: grid.v_m.map(|x| x * coarse[1] as f64),
-        columns: intervals + TAPS,
-        rows: grid.rows.div_ceil(coarse[1]) + TAPS,
-    }
+/// How coarse grids stand to the fine one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Coarse {
+    /// Fine pixels and coarse samples of a cell, along the row and across.
+    pub cells: [Cell; 2],
+    /// Samples from which a value is interpolated, in either direction.
+    pub taps: usize,
 }
 
-/// Bytes of the coarse images of `parts` sub-apertures.
-pub(crate) fn coarse_bytes(grid: &TiltedGrid, coarse: [usize; 2], parts: usize) -> u128 {
-    let coarse = coarse_grid(grid, coarse);
-    let pixels = coarse.columns.next_multiple_of(MAX_LANES) as u128 * coarse.rows as u128;
-    // One more, complex, is in the making.
-    pixels * 8 * (parts as u128 + 1)
+impl Coarse {
+    /// The coarse grid that covers `grid`.
+    pub fn grid(&self, grid: &TiltedGrid) -> TiltedGrid {
+        let [u, v] = self.cells;
+        let before = |cell: Cell| -(before(self.taps) as f64 * cell.interval());
+        TiltedGrid {
+            origin_m: grid.point_m(before(u), before(v)),
+            u_m: grid.u_m.map(|x| x * u.interval()),
+            v_m: grid.v_m.map(|x| x * v.interval()),
+            columns: grid.columns.div_ceil(u.pixels) * u.samples + self.taps,
+            rows: grid.rows.div_ceil(v.pixels) * v.samples + self.taps,
+        }
+    }
+
+    /// Samples of a row as it is merged: as many cells of the fine grid as vectors ask for, and those around them.
+    pub fn row_samples(&self, grid: &TiltedGrid) -> usize {
+        let samples = self.cells[0].samples;
+        let around = (self.taps + samples - 1).div_ceil(samples);
+        samples * (self.padded_cells(grid) + around)
+    }
+
+    /// Cells of a padded row of the fine grid.
+    pub fn padded_cells(&self, grid: &TiltedGrid) -> usize {
+        (grid.columns.div_ceil(self.cells[0].pixels)).next_multiple_of(MAX_LANES)
+    }
+
+    /// Fine pixels of a cell, along the row and across.
+    pub fn cell_pixels(&self) -> [usize; 2] {
+        self.cells.map(|cell| cell.pixels)
+    }
+
+    /// Bytes of the coarse images of `parts` sub-apertures.
+    pub fn bytes(&self, grid: &TiltedGrid, parts: usize) -> u128 {
+        let coarse = self.grid(grid);
+        let stride = self.row_samples(grid).next_multiple_of(MAX_LANES);
+        let pixels = stride as u128 * coarse.rows as u128;
+        // One more, complex, is in the making.
+        pixels * 8 * (parts as u128 + 1)
+    }
 }

@@ -1,13 +1,11 @@
 //! Estimated run time of a factorized image.
 
 use super::aperture::centre_m;
-use super::coarse::coarse_grid;
-use super::merged::{Coarse, Factorized};
+use super::merged::{CoarseImage, Factorized};
 use crate::control::{Control, Meter};
 use crate::engine::planar::padded;
 use crate::engine::weights::WeightedPulses;
 use crate::grid::tilted::TiltedGrid;
-use crate::kernel::merge::TAPS;
 use crate::sampling::{Random, best_of_two};
 use num_complex::Complex32;
 use rayon::prelude::*;
@@ -23,9 +21,11 @@ impl Factorized {
     ) -> f64 {
         let pulses = &echoes.pulses;
         let spec = &self.lattice.spec;
-        let dy = spec.coarse[1];
+        let across = spec.coarse.cells[1];
+        let dy = across.pixels;
         let threads = rayon::current_num_threads();
-        let coarse = coarse_grid(grid, spec.coarse);
+        let coarse = spec.coarse.grid(grid);
+        let row_samples = spec.coarse.row_samples(grid);
         let parts = &self.parts;
         let mut random = Random(0x7e57);
 
@@ -58,17 +58,22 @@ impl Factorized {
                     rows,
                     ..coarse
                 };
-                std::hint::black_box(self.coarse_image(echoes, &piece, &parts[part], control));
+                std::hint::black_box(self.coarse_image(
+                    echoes,
+                    (&piece, row_samples),
+                    &parts[part],
+                    control,
+                ));
             });
         }) * (pulses.len() * coarse.rows) as f64
             / sampled as f64;
 
         let cells = threads.min(grid.rows.div_ceil(dy));
-        let stride = padded(coarse.columns);
-        let length = stride * (cells + TAPS);
-        let images: Vec<Coarse> = parts
+        let stride = padded(row_samples);
+        let length = stride * (cells * across.samples + spec.coarse.taps);
+        let images: Vec<CoarseImage> = parts
             .iter()
-            .map(|part| Coarse {
+            .map(|part| CoarseImage {
                 centre_m: centre_m(pulses, part.clone()),
                 real: vec![1e-3; length],
                 imag: vec![1e-3; length],
@@ -80,7 +85,7 @@ impl Factorized {
         };
         let mut out = vec![Complex32::ZERO; few.columns * few.rows];
         let meter = Meter::silent(control);
-        let merging = best_of_two(|| self.merge(&images, &coarse, &few, &mut out, &meter))
+        let merging = best_of_two(|| self.merge(&images, &few, &mut out, &meter))
             * grid.rows as f64
             / few.rows as f64;
         imaging + merging

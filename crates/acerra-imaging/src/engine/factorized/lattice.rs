@@ -1,10 +1,11 @@
 //! Interpolation weights and carrier phases between the coarse grids and the fine one.
 
-use super::interpolation::{BEFORE, Interpolator};
+use super::coarse::Coarse;
+use super::interpolation::{Interpolator, before};
 use super::spec::FactorizedSpec;
 use crate::engine::polynomials::even_polynomial;
 use crate::grid::tilted::TiltedGrid;
-use crate::kernel::merge::TAPS;
+use crate::kernel::merge::MOST_TAPS;
 use crate::kernel::phase::PhaseRow;
 use crate::pulses::Pulses;
 use crate::vector::norm;
@@ -15,8 +16,8 @@ use std::f64::consts::PI;
 pub(crate) struct Lattice {
     pub spec: FactorizedSpec,
     cycles_per_m: f64,
-    /// Weights of every phase of an interval, along the row and across.
-    pub weights: [Vec<[f32; TAPS]>; 2],
+    /// Weights of every pixel of a cell, along the row and across.
+    pub weights: [Vec<[f32; MOST_TAPS]>; 2],
     cosine: [f32; 6],
     sine: [f32; 6],
 }
@@ -26,12 +27,13 @@ impl Lattice {
     pub fn new(pulses: &Pulses, grid: &TiltedGrid, spec: FactorizedSpec, carrier_hz: f64) -> Self {
         let steps = [norm(grid.u_m), norm(grid.v_m)];
         let weights = [0, 1].map(|axis| {
-            let d = spec.coarse[axis];
-            let nu = spec.bandwidth_per_m[axis] * steps[axis] * d as f64;
-            let interpolator = Interpolator::new(nu);
-            (0..d)
+            let Coarse { cells, taps } = spec.coarse;
+            let cell = cells[axis];
+            let nu = spec.bandwidth_per_m[axis] * steps[axis] * cell.interval();
+            let interpolator = Interpolator::new(taps, nu);
+            (0..cell.pixels)
                 .map(|p| {
-                    let x = BEFORE as f64 + p as f64 / d as f64;
+                    let x = before(taps) as f64 + cell.fraction(p);
                     interpolator.weights(x).map(|w| w as f32)
                 })
                 .collect()

@@ -8,18 +8,18 @@
 //! is admissible: a scattered track has a wide bound, and is left to the direct engine.
 
 use super::aperture::centre_m;
-use super::coarse::coarse_grid;
+use super::cell::Cell;
 use super::lattice::Lattice;
 use super::spec::FactorizedSpec;
 use crate::control::{Control, Meter};
 use crate::engine::direct::{Direct, DirectSpec};
-use crate::engine::planar::{padded, split_parts};
+use crate::engine::planar::padded;
 use crate::engine::weights::WeightedPulses;
 use crate::error::ImagingError;
 use crate::grid::tilted::TiltedGrid;
 use crate::kernel::dispatch::dispatch;
 use crate::kernel::level::SimdLevel;
-use crate::kernel::merge::{MergeRow, TAPS, merge_row};
+use crate::kernel::merge::{MOST_TAPS, MergeRow, TAPS, merge_row};
 use crate::kernel::phase::apply_phase;
 use num_complex::Complex32;
 use rayon::prelude::*;
@@ -43,7 +43,7 @@ pub(crate) struct Setting<'a> {
 }
 
 /// A sub-aperture's coarse image, real and imaginary, and its phase centre.
-pub(super) struct Coarse {
+pub(super) struct CoarseImage {
     pub centre_m: [f64; 3],
     pub real: Vec<f32>,
     pub imag: Vec<f32>,
@@ -83,39 +83,54 @@ impl Factorized {
         meter: &Meter,
     ) {
         let spec = &self.lattice.spec;
-        let coarse = coarse_grid(grid, spec.coarse);
-        let images: Vec<Coarse> = self
+        let coarse = spec.coarse.grid(grid);
+        let row_samples = spec.coarse.row_samples(grid);
+        let images: Vec<CoarseImage> = self
             .parts
             .par_iter()
-            .map(|part| self.coarse_image(echoes, &coarse, part, meter.control()))
+            .map(|part| self.coarse_image(echoes, (&coarse, row_samples), part, meter.control()))
             .collect();
-        self.merge(&images, &coarse, grid, out, meter);
+        self.merge(&images, grid, out, meter);
     }
 
     /// The image of the pulses `part` on the coarse grid or some of its rows, without the carrier's
-    /// phase of the range to their centre.
+    /// phase of the range to their centre; rows of at least `row_samples`, zeros at their end.
     pub(super) fn coarse_image(
         &self,
         echoes: &WeightedPulses,
-        coarse: &TiltedGrid,
+        (coarse, row_samples): (&TiltedGrid, usize),
         part: &Range<usize>,
         control: Control,
-    ) -> Coarse {
+    ) -> CoarseImage {
         let centre = centre_m(&echoes.pulses, part.clone());
-        let stride = padded(coarse.columns);
+        let stride = padded(row_samples);
         let mut image = vec![Complex32::ZERO; coarse.columns * coarse.rows];
         let (patch, meter) = ((*coarse).into(), Meter::silent(control));
         self.direct
             .run(echoes, part.clone(), &patch, &mut image, &meter);
-        let (mut real, mut imag) = split_parts(&image, coarse.columns);
+        let (mut real, mut imag) = (
+            vec![0f32; stride * coarse.rows],
+            vec![0f32; stride * coarse.rows],
+        );
+        let samples = self.lattice.spec.coarse.cells[0].samples;
         real.par_chunks_mut(stride)
             .zip(imag.par_chunks_mut(stride))
+            .zip(image.par_chunks(coarse.columns))
             .enumerate()
-            .for_each(|(j, (real, imag))| {
-                let job = self.lattice.phase_row(coarse, j, centre);
-                dispatch!(self.level, s => apply_phase(s, &job, true, real, imag));
-            });
-        Coarse {
+            .for_each_init(
+                || vec![0f32; 2 * stride],
+                |scratch, (j, ((real, imag), row))| {
+                    let (re, im) = scratch.split_at_mut(stride);
+                    for ((re, im), v) in re.iter_mut().zip(im.iter_mut()).zip(row) {
+                        (*re, *im) = (v.re, v.im);
+                    }
+                    let job = self.lattice.phase_row(coarse, j, centre);
+                    dispatch!(self.level, s => apply_phase(s, &job, true, re, im));
+                    sorted(&re[..row_samples], samples, real);
+                    sorted(&im[..row_samples], samples, imag);
+                },
+            );
+        CoarseImage {
             centre_m: centre,
             real,
             imag,
@@ -125,17 +140,20 @@ impl Factorized {
     /// Adds up all coarse images on `grid`.
     pub(super) fn merge(
         &self,
-        images: &[Coarse],
-        coarse: &TiltedGrid,
+        images: &[CoarseImage],
         grid: &TiltedGrid,
         out: &mut [Complex32],
         meter: &Meter,
     ) {
-        let stride = padded(coarse.columns);
+        let row_samples = self.lattice.spec.coarse.row_samples(grid);
+        let stride = padded(row_samples);
         let pulses: usize = self.parts.iter().map(Range::len).sum();
-        let [dx, dy] = self.lattice.spec.coarse;
-        let intervals = coarse.columns - TAPS;
-        let line_length = 2 * coarse.columns;
+        let [along, across] = self.lattice.spec.coarse.cells;
+        let [dx, dy] = [along.pixels, across.pixels];
+        let taps = self.lattice.spec.coarse.taps;
+        let intervals = self.lattice.spec.coarse.padded_cells(grid);
+        let offsets = tap_offsets(along, row_samples);
+        let line_length = 2 * row_samples;
         let row_length = dx * intervals;
         // A cell of rows at a time: they share their coarse rows, which then stay in the cache.
         out.par_chunks_mut(grid.columns * dy)
@@ -162,8 +180,10 @@ impl Factorized {
                                     image.centre_m,
                                 ),
                                 rows: std::array::from_fn(|k| {
-                                    let at = (cell + k) * stride;
-                                    let end = at + coarse.columns;
+                                    let row = cell * across.samples + across.sample_before(phase);
+                                    // Those beyond the taps do not count.
+                                    let at = (row + k.min(taps - 1)) * stride;
+                                    let end = at + row_samples;
                                     (
                                         &image.real[at..end],
                                         &image.imag[at..end],
@@ -171,11 +191,14 @@ impl Factorized {
                                     )
                                 }),
                                 weights: &self.lattice.weights[0],
+                                offsets: &offsets,
+                                samples: along.samples,
                                 intervals: grid.columns.div_ceil(dx),
                                 padded: intervals,
                             };
-                            dispatch!(self.level, s => {
-                                merge_row(s, &job, line, real, imag)
+                            dispatch!(self.level, s => match taps {
+                                TAPS => merge_row::<_, TAPS>(s, &job, line, real, imag),
+                                _ => merge_row::<_, MOST_TAPS>(s, &job, line, real, imag),
                             });
                         }
                     }
@@ -194,5 +217,52 @@ impl Factorized {
                     meter.add((out.len() * pulses) as u64);
                 },
             );
+    }
+}
+
+/// Copies a row so that of the samples of all cells the first stand side by side, then the second, and so on.
+fn sorted(row: &[f32], samples: usize, out: &mut [f32]) {
+    for (first, out) in out[..row.len()]
+        .chunks_exact_mut(row.len() / samples)
+        .enumerate()
+    {
+        for (to, from) in out.iter_mut().zip(row[first..].iter().step_by(samples)) {
+            *to = *from;
+        }
+    }
+}
+
+/// Where the samples that each pixel of the first cell takes stand in such a row of `columns`.
+fn tap_offsets(cell: Cell, columns: usize) -> Vec<[usize; MOST_TAPS]> {
+    let cells = columns / cell.samples;
+    let of = |pixel: usize| {
+        std::array::from_fn(|k| {
+            let sample = cell.sample_before(pixel) + k;
+            sample % cell.samples * cells + sample / cell.samples
+        })
+    };
+    (0..cell.pixels).map(of).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn taps_find_their_samples_in_sorted_rows() {
+        for (pixels, samples) in [(3, 1), (3, 2), (4, 3), (5, 3)] {
+            let cell = Cell { pixels, samples };
+            let natural: Vec<f32> = (0..20 * samples).map(|k| k as f32).collect();
+            let mut row = vec![0f32; natural.len()];
+            sorted(&natural, samples, &mut row);
+            for (pixel, offsets) in tap_offsets(cell, row.len()).iter().enumerate() {
+                for (k, at) in offsets.iter().enumerate() {
+                    for n in 0..4 {
+                        let sample = n * samples + cell.sample_before(pixel) + k;
+                        assert_eq!(row[n + at], sample as f32);
+                    }
+                }
+            }
+        }
     }
 }

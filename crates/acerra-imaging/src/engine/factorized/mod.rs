@@ -1,6 +1,7 @@
 //! The factorized engine.
 
 pub(crate) mod aperture;
+pub(crate) mod cell;
 pub(crate) mod coarse;
 mod estimate;
 mod interpolation;

@@ -1,8 +1,9 @@
 //! Length of sub-apertures and spacing of coarse grids.
 
 use super::aperture::{centre_m, partition_aperture};
-use super::coarse::coarse_grid;
-use super::interpolation::worst_error;
+use super::cell::Cell;
+use super::coarse::Coarse;
+use super::interpolation::{TOO_FAST, widest_band, worst_error};
 use crate::control::Control;
 use crate::error::ImagingError;
 use crate::grid::tilted::TiltedGrid;
@@ -17,16 +18,12 @@ const COUNTS: [usize; 16] = [
     6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256, 384, 512, 768, 1024,
 ];
 
-/// Greatest number of fine pixels in a coarse interval.
-const COARSEST: usize = 64;
-
 /// Partition of the aperture and spacing of the coarse grids.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct FactorizedSpec {
     /// Pulses in a sub-aperture.
     pub pulses: usize,
-    /// Fine pixels per coarse interval, along the row and across.
-    pub coarse: [usize; 2],
+    pub coarse: Coarse,
     /// Bound of the spatial frequencies along the row and across, cycles/m.
     pub bandwidth_per_m: [f64; 2],
     /// Interpolation error expected for a spectrum that fills the bound.
@@ -50,9 +47,11 @@ impl FactorizedSpec {
         if grid.columns < 4 * TAPS || grid.rows < 4 * TAPS {
             return Ok(None);
         }
-        // Vector operations as measured beside those of the direct engine; the second part is of loads that
-        // cross cache lines.
-        let merge = 75.0 / demand.lanes as f64 + 4.6;
+        let ways: Vec<Way> = demand
+            .taps
+            .iter()
+            .map(|taps| Way::new(*taps, demand))
+            .collect();
         let pixels = |g: &TiltedGrid| (g.columns * g.rows) as f64;
         let mut last = Vec::new();
         // From the longest on: merging alone makes most of the short ones too dear.
@@ -62,32 +61,63 @@ impl FactorizedSpec {
                 continue;
             }
             let parts = partition_aperture(pulses, count);
-            let merging = merge * parts.len() as f64 / pulses.len() as f64;
-            if best.is_some_and(|b| merging > b.cost) || parts == last {
+            let merges = parts.len() as f64 / pulses.len() as f64;
+            let least = ways
+                .iter()
+                .map(|way| way.merge)
+                .fold(f64::INFINITY, f64::min)
+                * merges;
+            if best.is_some_and(|b| least > b.cost) || parts == last {
                 continue;
             }
             let bandwidth = bandwidth_per_m(pulses, grid, demand.band_hz, &parts);
             last = parts;
-            let Some((coarse, error)) = coarsest_intervals(grid, bandwidth, demand.accuracy) else {
+            let mut possible = false;
+            for way in &ways {
+                let Some(cells) = way.longest(grid, bandwidth) else {
+                    continue;
+                };
+                possible = true;
+                let coarse = Coarse {
+                    cells,
+                    taps: way.taps,
+                };
+                let coarse_pixels = coarse.grid(grid);
+                let share = pixels(&coarse_pixels) / pixels(grid);
+                let cost = (demand.direct_cost)(&coarse_pixels) * share + way.merge * merges;
+                if best.is_none_or(|b| cost <= b.cost) {
+                    best = Some(Self {
+                        pulses: count,
+                        coarse,
+                        bandwidth_per_m: bandwidth,
+                        interpolation_error: 0.0,
+                        cost,
+                    });
+                }
+            }
+            if !possible {
                 // Sub-apertures of this length contain directions that not even the fine grid samples, and
                 // longer ones contain more, though fewer of their pulses are looked at.
                 best = None;
-                continue;
-            };
-            let coarse_pixels = coarse_grid(grid, coarse);
-            let share = pixels(&coarse_pixels) / pixels(grid);
-            let cost = (demand.direct_cost)(&coarse_pixels) * share + merging;
-            if best.is_none_or(|b| cost <= b.cost) {
-                best = Some(Self {
-                    pulses: count,
-                    coarse,
-                    bandwidth_per_m: bandwidth,
-                    interpolation_error: error,
-                    cost,
-                });
             }
         }
+        if let Some(best) = &mut best {
+            best.interpolation_error = best.error_on(grid);
+        }
         Ok(best)
+    }
+}
+
+impl FactorizedSpec {
+    /// Relative RMS error of interpolation along rows and across them together.
+    fn error_on(&self, grid: &TiltedGrid) -> f64 {
+        let steps = [norm(grid.u_m), norm(grid.v_m)];
+        let squares = [0, 1].map(|axis| {
+            let cell = self.coarse.cells[axis];
+            let nu = self.bandwidth_per_m[axis] * steps[axis] * cell.interval();
+            worst_error(self.coarse.taps, nu, cell.pixels).powi(2)
+        });
+        f64::sqrt(squares[0] + squares[1])
     }
 }
 
@@ -102,37 +132,50 @@ pub(crate) struct Demand<'a> {
     pub direct_cost: &'a dyn Fn(&TiltedGrid) -> f64,
     /// Numbers in a vector.
     pub lanes: usize,
+    /// Cells of coarse grids that are open, the shortest intervals first.
+    pub cells: &'a [Cell],
+    /// Numbers of taps that are open.
+    pub taps: &'a [usize],
 }
 
-/// The longest intervals along and across rows, in fine pixels, that interpolate signals of the given
-/// bandwidth, and their relative RMS error together; `None` where not even single pixels do.
-fn coarsest_intervals(
-    grid: &TiltedGrid,
-    bandwidth: [f64; 2],
-    accuracy: f64,
-) -> Option<([usize; 2], f64)> {
-    let steps = [norm(grid.u_m), norm(grid.v_m)];
-    let mut coarse = [1; 2];
-    let mut error = 0.0;
-    for axis in 0..2 {
-        let error_of = |d: usize| worst_error(bandwidth[axis] * steps[axis] * d as f64, d);
-        // Longer intervals err more.
-        let (mut longest, mut too_long) = (0, COARSEST + 1);
-        while too_long - longest > 1 {
-            let d = usize::midpoint(longest, too_long);
-            if error_of(d) < 0.5 * accuracy {
-                longest = d;
-            } else {
-                too_long = d;
-            }
+/// A number of taps, and what it takes and allows.
+struct Way<'d> {
+    taps: usize,
+    /// Vector operations to merge a pixel, as measured beside those of the direct engine.
+    merge: f64,
+    /// Widest band that they interpolate, cycles a sample.
+    nu: f64,
+    cells: &'d [Cell],
+}
+
+impl<'d> Way<'d> {
+    fn new(taps: usize, demand: &Demand<'d>) -> Self {
+        // The second part is of loads that cross cache lines.
+        let loads = 2 * taps;
+        Self {
+            taps,
+            merge: (2 * loads + 27) as f64 / demand.lanes as f64 + 0.19 * loads as f64,
+            nu: widest_band(taps, 0.5 * demand.accuracy),
+            cells: demand.cells,
         }
-        if longest == 0 {
-            return None;
-        }
-        coarse[axis] = longest;
-        error += error_of(longest).powi(2);
     }
-    Some((coarse, f64::sqrt(error)))
+
+    /// The cells of the longest intervals along and across rows that interpolate signals of the given bandwidth;
+    /// `None` where not even single pixels do.
+    fn longest(&self, grid: &TiltedGrid, bandwidth: [f64; 2]) -> Option<[Cell; 2]> {
+        let steps = [norm(grid.u_m), norm(grid.v_m)];
+        let longest = |axis: usize| {
+            let nu_of_pixels = bandwidth[axis] * steps[axis];
+            let is_met = |cell: &Cell| {
+                let nu = nu_of_pixels * cell.interval();
+                // On the pixels themselves nothing is interpolated.
+                nu <= self.nu || (cell.interval() <= 1.0 && nu < TOO_FAST)
+            };
+            let met = self.cells.partition_point(is_met);
+            met.checked_sub(1).map(|last| self.cells[last])
+        };
+        Some([longest(0)?, longest(1)?])
+    }
 }
 
 /// Bound of the spatial frequencies of all sub-apertures along the grid's axes, from a lattice of

@@ -90,7 +90,7 @@ impl DirectForward {
             self.add_groups(echoes, which, (&grouped, groups.way), echo, meter);
             return;
         }
-        let (real, imag) = split_parts(image, grid.columns);
+        let (real, imag) = split_parts(image, grid.columns, padded(grid.columns));
         let planar = Planar {
             grid: *grid,
             stride: padded(grid.columns),

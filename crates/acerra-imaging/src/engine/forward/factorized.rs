@@ -6,7 +6,8 @@ use super::filling::Echo;
 use crate::control::Meter;
 use crate::engine::direct::DirectSpec;
 use crate::engine::factorized::aperture::{centre_m, partition_aperture};
-use crate::engine::factorized::coarse::coarse_grid;
+use crate::engine::factorized::cell::Cell;
+use crate::engine::factorized::coarse::Coarse;
 use crate::engine::factorized::lattice::Lattice;
 use crate::engine::factorized::spec::FactorizedSpec;
 use crate::engine::planar::{Planar, padded};
@@ -14,9 +15,9 @@ use crate::engine::weights::WeightedPulses;
 use crate::grid::tilted::TiltedGrid;
 use crate::kernel::dispatch::dispatch;
 use crate::kernel::level::SimdLevel;
-use crate::kernel::merge::TAPS;
+use crate::kernel::merge::MOST_TAPS;
 use crate::kernel::phase::apply_phase;
-use crate::kernel::split::{SplitRow, split_row};
+use crate::kernel::split::{Share, SplitRow, split_row, split_scratch};
 use num_complex::Complex32;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -27,6 +28,8 @@ const STRIPE: usize = 96;
 /// Weights and bins, ready for any number of images.
 pub(crate) struct FactorizedForward {
     pub lattice: Lattice,
+    /// What each sample of a cell takes of the pixels along the row.
+    shares: Vec<Vec<Share>>,
     direct: DirectForward,
     level: SimdLevel,
 }
@@ -49,8 +52,11 @@ impl FactorizedForward {
         level: SimdLevel,
     ) -> Self {
         let carrier_hz = echoes.pulses.frequency_hz()[direct.table.carrier];
+        let lattice = Lattice::new(&echoes.pulses, grid, spec, carrier_hz);
+        let Coarse { cells, taps } = spec.coarse;
         Self {
-            lattice: Lattice::new(&echoes.pulses, grid, spec, carrier_hz),
+            shares: shares(cells[0], taps, &lattice.weights[0]),
+            lattice,
             direct: DirectForward::new(echoes, ranges_m, direct, level),
             level,
         }
@@ -77,9 +83,12 @@ impl FactorizedForward {
         meter: &Meter,
     ) {
         let spec = &self.lattice.spec;
-        let coarse = coarse_grid(grid, spec.coarse);
-        let intervals = coarse.columns - TAPS;
-        let (real, imag) = by_phase(image, grid.columns, spec.coarse[0], intervals);
+        let coarse = TiltedGrid {
+            columns: spec.coarse.row_samples(grid),
+            ..spec.coarse.grid(grid)
+        };
+        let intervals = spec.coarse.padded_cells(grid);
+        let (real, imag) = by_phase(image, grid.columns, spec.coarse.cells[0].pixels, intervals);
         let fine = Fine {
             grid,
             intervals,
@@ -135,28 +144,39 @@ impl FactorizedForward {
         (stripe_re, stripe_im): (&mut [f32], &mut [f32]),
     ) {
         let (grid, intervals) = (fine.grid, fine.intervals);
-        let [dx, dy] = self.lattice.spec.coarse;
+        let Coarse {
+            cells: [along, across],
+            taps,
+        } = self.lattice.spec.coarse;
+        let dx = along.pixels;
         let stride = padded(coarse.columns);
         let rows = stripe_re.len() / stride;
         // Rows before the stripe and after it are filled in part, and dropped.
-        let length = (rows + 2 * TAPS) * coarse.columns;
+        let length = (rows + 2 * taps) * coarse.columns;
         let (mut re, mut im) = (vec![0f32; length], vec![0f32; length]);
-        let mut scratch = vec![0f32; 2 * dx * (intervals + 2 * TAPS)];
-        let from = (first + 1).saturating_sub(TAPS) * dy;
-        let to = ((first + rows) * dy).min(grid.rows);
+        let mut scratch = vec![0f32; split_scratch(dx, intervals)];
+        let cell_of = |sample: usize| sample / across.samples;
+        let from = cell_of((first + 1).saturating_sub(taps)) * across.pixels;
+        let to = ((cell_of(first + rows) + 1) * across.pixels).min(grid.rows);
         for j in from..to {
-            let (cell, phase) = (j / dy, j % dy);
+            let (cell, phase) = (j / across.pixels, j % across.pixels);
+            // Of the coarse rows that this one takes part in, the first.
+            let sample = cell * across.samples + across.sample_before(phase);
+            if sample + taps <= first || sample >= first + rows {
+                continue;
+            }
             let job = SplitRow {
                 phase: self.lattice.phase_row(grid, j, centre),
-                weights: &self.lattice.weights[0],
-                across: self.lattice.weights[1][phase],
+                pixels: dx,
+                shares: &self.shares,
+                across: &self.lattice.weights[1][phase][..taps],
                 intervals: grid.columns.div_ceil(dx),
                 padded: intervals,
             };
             let row = j * dx * intervals..(j + 1) * dx * intervals;
             let fine = (&fine.real[row.clone()], &fine.imag[row]);
-            let at = (cell + TAPS - first) * coarse.columns;
-            let rows = at..at + TAPS * coarse.columns;
+            let at = (sample + taps - first) * coarse.columns;
+            let rows = at..at + taps * coarse.columns;
             let to = (&mut re[rows.clone()], &mut im[rows]);
             dispatch!(self.level, s => split_row(s, &job, fine, &mut scratch, to));
         }
@@ -165,14 +185,39 @@ impl FactorizedForward {
             .zip(stripe_im.chunks_exact_mut(stride))
             .enumerate()
         {
-            let at = (row + TAPS) * coarse.columns;
+            let at = (row + taps) * coarse.columns;
             let columns = at..at + coarse.columns;
-            to_re[..coarse.columns].copy_from_slice(&re[columns.clone()]);
-            to_im[..coarse.columns].copy_from_slice(&im[columns]);
+            in_place(&re[columns.clone()], along.samples, to_re);
+            in_place(&im[columns], along.samples, to_im);
             let job = self.lattice.phase_row(coarse, first + row, centre);
             dispatch!(self.level, s => apply_phase(s, &job, false, to_re, to_im));
         }
     }
+}
+
+/// Copies a row that holds of the samples of all cells the first, then the second, and so on, in their order in space.
+fn in_place(sorted: &[f32], samples: usize, out: &mut [f32]) {
+    for (first, line) in sorted.chunks_exact(sorted.len() / samples).enumerate() {
+        for (to, from) in out[first..].iter_mut().step_by(samples).zip(line) {
+            *to = *from;
+        }
+    }
+}
+
+/// What each sample of a cell takes of the pixels, the transpose of what pixels take of samples.
+fn shares(cell: Cell, taps: usize, weights: &[[f32; MOST_TAPS]]) -> Vec<Vec<Share>> {
+    let mut shares = vec![Vec::new(); cell.samples];
+    for (pixel, weights) in weights.iter().enumerate() {
+        for (k, weight) in weights.iter().enumerate().take(taps) {
+            let sample = cell.sample_before(pixel) + k;
+            shares[sample % cell.samples].push(Share {
+                pixel,
+                cells: sample / cell.samples,
+                weight: *weight,
+            });
+        }
+    }
+    shares
 }
 
 /// Rows of an image with pixels `interval` apart side by side, `[rows, interval, intervals]`, real and

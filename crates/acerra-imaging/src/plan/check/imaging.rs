@@ -5,6 +5,7 @@ use crate::control::Control;
 use crate::engine::batches::Imager;
 use crate::engine::direct::Direct;
 use crate::engine::double::DoubleTables;
+use crate::engine::factorized::cell::Cell;
 use crate::engine::factorized::merged::Factorized;
 use crate::engine::weights::WeightedPulses;
 use crate::error::ImagingError;
@@ -57,6 +58,9 @@ fn affordable(request: &Request) -> usize {
     CONTRIBUTIONS / (pulses.len() * pulses.frequency_hz().len()).max(1)
 }
 
+/// Samples of the coarse grid that a patch is long and wide, beside those around it.
+const PATCH_SAMPLES: [usize; 2] = [4, 2];
+
 /// Images small patches at random places and compares pixels of each.
 pub(in crate::plan) fn compare_patches(
     request: &Request,
@@ -66,13 +70,17 @@ pub(in crate::plan) fn compare_patches(
 ) -> Result<SelfCheck, ImagingError> {
     let (grid, echoes) = (request.grid.plane(), &request.echoes);
     // Of the coarsest grids: a patch then holds all phases of every interpolation.
-    let [dx, dy] = (factorized.specs()).fold([1, 1], |most, (spec, _)| {
-        [0, 1].map(|axis| most[axis].max(spec.coarse[axis]))
-    });
-    let places = patches(grid, [dx, dy], pixels.div_ceil(2), 0x5eed_0001);
+    let most = |of: &dyn Fn(Cell, usize) -> usize| {
+        (factorized.specs()).fold([1, 1], |most, (spec, _)| {
+            [0, 1].map(|axis| most[axis].max(of(spec.coarse.cells[axis], PATCH_SAMPLES[axis])))
+        })
+    };
+    let cell = most(&|cell, _| cell.pixels);
+    let size = most(&|cell, samples| samples.div_ceil(cell.samples) * cell.pixels);
+    let places = patches(grid, cell, pixels.div_ceil(2), 0x5eed_0001);
     let patches: Vec<Patch> = places
         .iter()
-        .map(|place| request.grid.patch(place.start, [4 * dx, 2 * dy]))
+        .map(|place| request.grid.patch(place.start, size))
         .collect();
     let images = factorized.patches(echoes, &patches, control)?;
     let chosen = |((place, patch), (out, _)): ((&Place, &Patch), &(Vec<Complex32>, Tally))| {

@@ -114,7 +114,7 @@ impl<'a> SlicesPlan<'a> {
 
     /// Whether a slice keeps the accuracy.
     pub fn keeps(&self, check: SelfCheck) -> bool {
-        check.error_bound <= self.plan.request.options.accuracy
+        (self.proof.as_ref()).is_none_or(|proof| proof.accepts(check))
     }
 
     /// Share of the accuracy that the next plan aims at after a slice that did not keep it.

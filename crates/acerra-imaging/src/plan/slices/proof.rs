@@ -40,6 +40,10 @@ const MORE: usize = 2;
 /// twice as many; four times as many for all of it.
 const BELIEVED: [f64; 3] = [0.6, 0.75, 0.9];
 
+/// Share of the accuracy that the draws of a slice may find, with all that they cannot say. Of many slices near the
+/// limit some would lie above what two standard errors allow.
+const ALLOWED: f64 = 0.92;
+
 /// A random pixel, and the brightest near it.
 type Pair = [Deviation; 2];
 
@@ -51,7 +55,7 @@ pub(super) struct Proof {
     each: usize,
     together: usize,
     most: usize,
-    /// The accuracy.
+    /// The error allowed.
     allowed: f64,
     /// Draws so far: the next cell.
     drawn: usize,
@@ -74,7 +78,7 @@ impl Proof {
             each: (affordable as usize).clamp(together.div_ceil(SLICES), together),
             together,
             most,
-            allowed: request.options.accuracy,
+            allowed: ALLOWED * request.options.accuracy,
             drawn: 0,
             random: Random(0x51ce),
         }
@@ -119,6 +123,11 @@ impl Proof {
             }
             wanted = (MORE * own).min(self.most);
         }
+    }
+
+    /// Whether a slice keeps the accuracy.
+    pub fn accepts(&self, check: SelfCheck) -> bool {
+        check.error_bound <= self.allowed
     }
 
     /// The largest error that so many draws of a slice vouch for.
