@@ -2,6 +2,7 @@
 
 use super::context::{SingleContext, SinglePoint};
 use super::equations::{Equations, Row, STATES};
+use crate::engine::chi_square::chi_square_999;
 use crate::engine::constellation::{SatelliteState, Unusable};
 use crate::engine::measurement::Epoch;
 use crate::options::RuleSet;
@@ -21,21 +22,6 @@ const LARGEST_STEP_M: f64 = 50e3;
 const PASSING_MARGIN: f64 = 1.01;
 /// Share of a satellite's variance that the others must check.
 const LEAST_REDUNDANCY: f64 = 1e-6;
-/// 0.999 quantiles of χ² for 1, 2, … degrees of freedom.
-const CHI_SQUARE_999: [f64; 30] = [
-    10.8, 13.8, 16.3, 18.5, 20.5, 22.5, 24.3, 26.1, 27.9, 29.6, 31.3, 32.9, 34.5, 36.1, 37.7, 39.3,
-    40.8, 42.3, 43.8, 45.3, 46.8, 48.3, 49.7, 51.2, 52.6, 54.1, 55.5, 56.9, 58.3, 59.7,
-];
-
-fn chi_square_999(freedom: usize) -> f64 {
-    CHI_SQUARE_999.get(freedom - 1).copied().unwrap_or_else(|| {
-        // Wilson and Hilferty's approximation, better than 0.2 % there.
-        let n = freedom as f64;
-        let spread = 2.0 / (9.0 * n);
-        n * (1.0 - spread + 3.090_232 * spread.sqrt()).powi(3)
-    })
-}
-
 /// Where an iteration begins.
 #[derive(Clone, Copy)]
 struct Start {
