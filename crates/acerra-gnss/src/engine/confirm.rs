@@ -160,7 +160,7 @@ pub(crate) fn confirm_by(
     let count = agreeing().count();
     let alone = |r: &EpochResult| {
         let own = r.integers.as_ref();
-        span_s >= AGREEMENT_S && own.is_some_and(FixedIntegers::is_checked)
+        span_s >= AGREEMENT_S && own.is_some_and(FixedIntegers::is_checked_twice)
     };
     let disputes = |r: &EpochResult| other.is_some_and(|w| is_disputed(r, w, witnesses));
     let refuted: Vec<bool> = (results.iter())
