@@ -88,23 +88,18 @@ impl SingleContext<'_> {
             position_ecef_m: start_ecef_m,
             is_near: false,
         };
-        let (found, start) = match self.converge(epoch, states, far, &all) {
-            Ok(solved) => {
-                let near = far.moved_to(solved.position());
-                (self.validated(solved), near)
-            }
-            Err((reason, end)) => (Err((reason, end, None)), far),
+        let found = self.converge(epoch, states, far, &all);
+        let (start, checked) = match &found {
+            Ok(solved) => (far.moved_to(solved.position()), self.check(solved)),
+            Err(failure) => (far, Err(*failure)),
         };
-        let solved = match found {
-            Ok(solved) => solved,
-            Err((reason, end, of_all)) => {
-                if !self.options.raim {
-                    return Err((reason, end));
-                }
-                self.leave_one_out(epoch, states, start, of_all.as_ref())
-                    .or_else(|| self.best_effort(epoch, states, start))
-                    .ok_or((reason, end))?
-            }
+        let solved = match (found, checked) {
+            (Ok(solved), Ok(())) => solved,
+            (found, Err(failure)) if self.options.raim => self
+                .leave_one_out(epoch, states, start, found.as_ref().ok())
+                .or_else(|| self.best_effort(epoch, states, start))
+                .ok_or(failure)?,
+            (_, Err(failure)) | (Err(failure), _) => return Err(failure),
         };
         let position_ecef_m = solved.position();
         Ok(SinglePoint {
@@ -164,25 +159,18 @@ impl SingleContext<'_> {
         Err((NotFixedReason::SinglePointFailed, position(&x)))
     }
 
-    /// The position, if its residuals and its geometry allow it; else why not, where it is, and, where
-    /// the residuals are why, itself.
-    #[allow(clippy::type_complexity)]
-    fn validated(
-        &self,
-        solved: Converged,
-    ) -> Result<Converged, (NotFixedReason, [f64; 3], Option<Converged>)> {
+    /// Whether the residuals of a position and its geometry allow it; if not, why, and where it is.
+    fn check(&self, solved: &Converged) -> Result<(), (NotFixedReason, [f64; 3])> {
         let end = solved.position();
-        let rows = &solved.equations.rows;
-        if self.checks_residuals(rows.len())
-            && solved.chi_square() > chi_square_999(rows.len() - STATES)
-        {
-            return Err((NotFixedReason::SinglePointFailed, end, Some(solved)));
+        let rows = solved.equations.rows.len();
+        if self.checks_residuals(rows) && solved.chi_square() > chi_square_999(rows - STATES) {
+            return Err((NotFixedReason::SinglePointFailed, end));
         }
         let gdop = gdop(&solved.equations.directions);
         if gdop.is_nan() || gdop <= 0.0 || gdop > self.options.max_gdop {
-            return Err((NotFixedReason::PoorGeometry { gdop }, end, None));
+            return Err((NotFixedReason::PoorGeometry { gdop }, end));
         }
-        Ok(solved)
+        Ok(())
     }
 
     /// Whether the residuals of so many equations are to be within what their variances allow.
@@ -227,7 +215,7 @@ impl SingleContext<'_> {
             }
             keep[left_out] = false;
             let converged = self.converge(epoch, states, start, &keep).ok();
-            if let Some(solved) = converged.and_then(|solved| self.validated(solved).ok()) {
+            if let Some(solved) = converged.filter(|solved| self.check(solved).is_ok()) {
                 let n = solved.equations.satellites;
                 if n >= 5 {
                     let sum: f64 = solved.equations.rows[..n]
