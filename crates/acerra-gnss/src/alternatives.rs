@@ -38,15 +38,18 @@ pub(crate) fn better_of(
     let others = attempts(inputs, preparation, control);
     control.check()?;
     let before = [attempt.agreeing, attempt.fixed()[0]];
-    let witnesses: Vec<[Witness; 2]> = std::iter::once(&attempt)
+    let witnesses: Vec<Option<[Witness; 2]>> = std::iter::once(&attempt)
         .chain(others.iter().map(|(other, _)| other))
-        .filter_map(|a| Some(a.passes.as_ref()?.witnesses.clone()))
+        .map(|a| Some(a.passes.as_ref()?.witnesses.clone()))
         .collect();
-    let all: Vec<&[Witness; 2]> = witnesses.iter().collect();
-    let mut attempt = attempt.confirmed_by(options, &all);
-    let mut others: Vec<(Attempt, PpkOptions)> = others
-        .into_iter()
-        .map(|(other, own)| (other.confirmed_by(&own, &all), own))
+    // An attempt's own passes stand before those of the others.
+    let without = |place: usize| -> Vec<&[Witness; 2]> {
+        let others = witnesses.iter().enumerate().filter(|(k, _)| *k != place);
+        others.filter_map(|(_, w)| w.as_ref()).collect()
+    };
+    let mut attempt = attempt.confirmed_by(options, &without(0));
+    let mut others: Vec<(Attempt, PpkOptions)> = (others.into_iter().enumerate())
+        .map(|(k, (other, own))| (other.confirmed_by(&own, &without(k + 1)), own))
         .collect();
     others.sort_by_key(|(other, _)| std::cmp::Reverse(other.agreeing));
     let Some((best, chosen)) = others.first() else {
@@ -79,10 +82,10 @@ fn attempts(
     let watch = Watch::new(control.silent(), 1);
     let one = |own: PpkOptions| {
         let attempt = if own.cn0_mask == options.cn0_mask {
-            Attempt::new(preparation, &own, &watch)
+            Attempt::unconfirmed(preparation, &own, &watch)
         } else {
             let masked = preparation.masked(inputs, &own, &watch);
-            masked.and_then(|masked| Attempt::new(&masked, &own, &watch))
+            masked.and_then(|masked| Attempt::unconfirmed(&masked, &own, &watch))
         };
         attempt.ok().map(|attempt| (attempt, own))
     };

@@ -143,6 +143,15 @@ impl Attempt {
         options: &PpkOptions,
         watch: &Watch<'_>,
     ) -> Result<Self, PpkError> {
+        Ok(Self::unconfirmed(preparation, options, watch)?.concluded(options))
+    }
+
+    /// The passes that lead to them, for others to [confirm](Self::confirmed_by).
+    pub(crate) fn unconfirmed(
+        preparation: &Preparation,
+        options: &PpkOptions,
+        watch: &Watch<'_>,
+    ) -> Result<Self, PpkError> {
         let mut warnings = preparation.warnings.clone();
         let trial_options = trial_options(options);
         let mut prepared = Prepared {
@@ -186,7 +195,7 @@ impl Attempt {
                 reason: *reason,
             }),
         });
-        let attempt = Self {
+        Ok(Self {
             lost: lost.collect(),
             rover_epochs: prepared.rover.len(),
             results,
@@ -198,8 +207,7 @@ impl Attempt {
             agreeing: 0,
             error_correlation: None,
             resolves: options.ambiguity != AmbiguityMode::Off,
-        };
-        Ok(attempt.concluded(options))
+        })
     }
 }
 

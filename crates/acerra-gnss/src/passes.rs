@@ -62,15 +62,24 @@ impl Passes {
             .collect();
         let contradicted = contradictions(&all);
         // These passes are the first of each direction.
-        let agreeing = confirm_by(&mut forward, needed, of_pass[1], &contradicted[0]);
+        let [forward_witness, backward_witness] = &self.witnesses;
+        let single = !options.direction.is_combined();
+        let other = single.then_some(backward_witness);
+        let agreeing = confirm_by(&mut forward, needed, of_pass[1], &contradicted[0], other);
         let of_backward_pass = &contradicted[of_forward.len()];
-        confirm_by(&mut backward, needed, of_pass[0], of_backward_pass);
+        let other = single.then_some(forward_witness);
+        confirm_by(&mut backward, needed, of_pass[0], of_backward_pass, other);
         let mut trial = self.trial.clone();
         confirm_by(
             &mut trial,
             needed,
             against_trial,
             &contradicted[all.len() - 1],
+            Some(if is_backward {
+                forward_witness
+            } else {
+                backward_witness
+            }),
         );
         scale_covariances(&mut trial);
         if is_backward {

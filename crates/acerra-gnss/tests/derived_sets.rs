@@ -8,7 +8,7 @@ mod rtklib;
 use acerra_gnss::{
     AmbiguityMode, FilterDirection, PositioningMode, PpkOptions, Quality, SystemSet, process,
 };
-use rtklib::derived::{Judged, Known, cut, variation};
+use rtklib::derived::{Judged, Known, cut, slipping, variation};
 use rtklib::sets::{GEONET, STATIC_1HZ, STATIC_M8P, Set, WALK, WETTZELL};
 use rtklib::trust::default_options;
 
@@ -42,10 +42,16 @@ fn a_pass_that_starts_from_anothers_integers_confirms_none() {
 }
 
 /// Both passes agree on places 1.1 m off, and at other epochs of the same unbroken phases on the right one;
-/// or on four satellites, whose integers agree with some place whatever they are.
+/// or on four satellites, whose integers agree with some place whatever they are, or five, which hardly check them.
 #[test]
 fn what_passes_agree_on_is_wrong_where_unbroken_phases_contradict_it() {
-    for (exchanged, seed) in [(false, 27), (false, 28), (false, 45), (true, 54)] {
+    for (exchanged, seed) in [
+        (false, 27),
+        (false, 28),
+        (false, 45),
+        (true, 54),
+        (true, 130),
+    ] {
         let Some(known) = Known::read(&STATIC_M8P) else {
             return;
         };
@@ -53,6 +59,41 @@ fn what_passes_agree_on_is_wrong_where_unbroken_phases_contradict_it() {
         let (logs, options, words) = variation(&known, seed);
         let solution = process(&logs.rover, &logs.base, &logs.navigation, &options).unwrap();
         assert_eq!(known.judge(&solution).wrong, 0, "{words}");
+    }
+}
+
+/// Fixes of logs in which most satellites slip at once, and some of the rest unnoticed.
+fn judge_slipping(
+    known: &Known,
+    seeds: std::ops::Range<u64>,
+    unflagged: usize,
+    change: impl Fn(PpkOptions) -> PpkOptions,
+) -> Judged {
+    let mut all = Judged::default();
+    for seed in seeds {
+        let logs = slipping(known, seed, unflagged);
+        let options = change(known.options());
+        let solution = process(&logs.rover, &logs.base, &logs.navigation, &options).unwrap();
+        let own = known.judge(&solution);
+        all.fixed += own.fixed;
+        all.wrong += own.wrong;
+        all.wrong_and_certain += own.wrong_and_certain;
+    }
+    all
+}
+
+/// The satellites that carry the integers over are few, and one of them has slipped: what it changes passes
+/// for a motion, which the ambiguities that begin anew and the pass in the other direction contradict.
+#[test]
+fn a_slip_that_nobody_flagged_is_not_a_motion_where_most_satellites_slip() {
+    let Some(known) = Known::read(&STATIC_M8P) else {
+        return;
+    };
+    for unflagged in [1, 2] {
+        let forward = |o: PpkOptions| o.with_direction(FilterDirection::Forward);
+        let judged = judge_slipping(&known, 0..16, unflagged, forward);
+        assert_eq!(judged.wrong, 0, "{unflagged}: {judged:?}");
+        assert!(judged.fixed > 1_500, "{unflagged}: {judged:?}");
     }
 }
 
@@ -135,4 +176,34 @@ fn validation_few_fixes_of_derived_logs_are_wrong_and_certain() {
     assert!(fixed > 26_000, "{fixed}");
     // None as this is written; other draws have some.
     assert!(5_000 * certain < fixed, "{certain} of {fixed}");
+}
+
+#[test]
+#[ignore = "hundreds of solutions; cargo xtask validate, as CI does"]
+fn validation_slips_that_nobody_flagged_where_most_satellites_slip() {
+    let (mut fixed, mut wrong) = (0, 0);
+    for set in [&STATIC_M8P, &STATIC_1HZ] {
+        let Some(known) = Known::read(set) else {
+            return;
+        };
+        for direction in [FilterDirection::Forward, FilterDirection::Combined] {
+            for unflagged in [1, 2] {
+                let change = |o: PpkOptions| {
+                    // Five systems leave little to mistake.
+                    let systems = SystemSet::GPS.with(acerra_gnss::System::Glonass);
+                    o.with_direction(direction).with_systems(systems)
+                };
+                let judged = judge_slipping(&known, 0..DRAWS, unflagged, change);
+                println!(
+                    "{}, {direction:?}, {unflagged} unflagged: {judged:?}",
+                    set.name
+                );
+                fixed += judged.fixed;
+                wrong += judged.wrong;
+            }
+        }
+    }
+    // One in a hundred: few satellites of which two have slipped agree with a motion.
+    assert!(fixed > 50_000, "{fixed}");
+    assert!(100 * wrong < fixed, "{wrong} of {fixed}");
 }

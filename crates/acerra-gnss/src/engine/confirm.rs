@@ -103,6 +103,15 @@ fn is_near(a: [f64; 3], b: [f64; 3]) -> bool {
     squares.sum::<f64>().sqrt() < SAME_PLACE_M
 }
 
+/// Whether `other` has a certain fix at the epoch of a fix, elsewhere, and none of the passes in the other
+/// direction has one near.
+fn is_disputed(fix: &EpochResult, other: &Witness, witnesses: &[&Witness]) -> bool {
+    let near = |f: &Fix| is_near(f.position_ecef_m, fix.position_ecef_m);
+    let certain_elsewhere = |f: &Fix| f.integers.certain && !near(f);
+    other.at(fix.tag).is_some_and(certain_elsewhere)
+        && !witnesses.iter().any(|w| w.at(fix.tag).is_some_and(near))
+}
+
 /// The epochs of each pass, in order of time, whose fixes others [contradict](contradicted); the passes
 /// of the other direction stand beside each.
 pub(crate) fn contradictions(passes: &[(&Witness, &[&Witness])]) -> Vec<Vec<GpsTime>> {
@@ -120,12 +129,14 @@ pub(crate) fn contradictions(passes: &[(&Witness, &[&Witness])]) -> Vec<Vec<GpsT
 }
 
 /// Confirms the fixes of a pass by those of passes in the other direction, but for those at the epochs
-/// `contradicted`; returns how many epochs they agree at.
+/// `contradicted` and, where the results will not be combined with those of the `other` pass, those that it
+/// [disputes](is_disputed); returns how many epochs they agree at.
 pub(crate) fn confirm_by(
     results: &mut [EpochResult],
     needed: f64,
     witnesses: &[&Witness],
     contradicted: &[GpsTime],
+    other: Option<&Witness>,
 ) -> usize {
     let agreements: Vec<Option<bool>> = results
         .iter()
@@ -149,8 +160,12 @@ pub(crate) fn confirm_by(
     let count = agreeing().count();
     let alone = |r: &EpochResult| {
         let own = r.integers.as_ref();
-        span_s >= AGREEMENT_S && own.is_some_and(FixedIntegers::is_checked)
+        span_s >= AGREEMENT_S && own.is_some_and(FixedIntegers::is_checked_twice)
     };
+    let disputes = |r: &EpochResult| other.is_some_and(|w| is_disputed(r, w, witnesses));
+    let refuted: Vec<bool> = (results.iter())
+        .map(|r| contradicted.binary_search(&r.tag).is_ok() || disputes(r))
+        .collect();
     let anchors: Vec<bool> = agreements
         .iter()
         .zip(&*results)
@@ -158,9 +173,9 @@ pub(crate) fn confirm_by(
         .collect();
     if span_s < AGREEMENT_S {
         let corroborated = corroborated(results, &anchors);
-        keep_confirmed(results, &corroborated, needed, true, contradicted);
+        keep_confirmed(results, &corroborated, needed, true, &refuted);
     } else {
-        keep_confirmed(results, &anchors, needed, false, contradicted);
+        keep_confirmed(results, &anchors, needed, false, &refuted);
     }
     count
 }
@@ -174,7 +189,13 @@ pub(crate) fn confirm_alone(results: &mut [EpochResult], needed: f64, withdrawn:
         own.is_some_and(|i| i.certain && !withdrawn.contains(&i.generation))
     };
     let anchors: Vec<bool> = results.iter().map(certain).collect();
-    keep_confirmed(results, &anchors, needed, false, &[]);
+    keep_confirmed(
+        results,
+        &anchors,
+        needed,
+        false,
+        &vec![false; anchors.len()],
+    );
 }
 
 /// The anchors whose integers are all among those of the anchor before or after: in a short log a
@@ -201,22 +222,19 @@ fn is_checked(fix: &EpochResult, integers: &FixedIntegers) -> bool {
 
 /// Calls fixes float that neither are anchors nor have the integers of the nearest anchor before
 /// or after them, or that [nothing checks](is_checked); `wholly` asks that no
-/// other satellite take part in them.
+/// other satellite take part in them. Those that are `refuted` are neither confirmed nor confirm any.
 fn keep_confirmed(
     results: &mut [EpochResult],
     anchors: &[bool],
     needed: f64,
     wholly: bool,
-    contradicted: &[GpsTime],
+    refuted: &[bool],
 ) {
     let linked = |own: &FixedIntegers, anchor: &FixedIntegers| {
         own.same_as(anchor) && (!wholly || own.is_part_of(anchor))
     };
-    let contradicted: Vec<bool> = (results.iter())
-        .map(|r| contradicted.binary_search(&r.tag).is_ok())
-        .collect();
-    let anchors: Vec<bool> = (anchors.iter().zip(&contradicted))
-        .map(|(anchor, contradicted)| *anchor && !contradicted)
+    let anchors: Vec<bool> = (anchors.iter().zip(refuted))
+        .map(|(anchor, refuted)| *anchor && !refuted)
         .collect();
     for (result, anchored) in results.iter_mut().zip(&anchors) {
         result.anchored = *anchored;
@@ -228,7 +246,7 @@ fn keep_confirmed(
             let Some(own) = &results[k].integers else {
                 continue;
             };
-            if contradicted[k] {
+            if refuted[k] {
                 continue;
             }
             if anchors[k] || nearest.is_some_and(|certain| linked(own, certain)) {

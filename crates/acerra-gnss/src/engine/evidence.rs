@@ -50,6 +50,13 @@ impl Evidence<'_> {
             && self.outweighs_left_out(attempt, found.costs[0])
     }
 
+    /// Cost of the best integers of `pairs`, with what of the phases lasts; `None` where there are none.
+    pub(crate) fn cost(&self, pairs: &[Pair]) -> Option<f64> {
+        let (float, covariance) = self.differences(pairs);
+        let found = integer_least_squares(&float, covariance.as_slice(), 1).ok()?;
+        found.costs.first().copied()
+    }
+
     /// Whether the integers, of this cost, are those that fit all pairs best, or fit so much better
     /// that this outweighs what was left out.
     fn outweighs_left_out(&self, attempt: &Attempt, cost: f64) -> bool {

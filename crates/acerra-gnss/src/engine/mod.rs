@@ -5,6 +5,7 @@ mod base;
 mod base_views;
 mod base_zeros;
 mod calibration;
+mod chi_square;
 mod code_bias;
 mod code_noise;
 mod combine;

@@ -7,8 +7,8 @@ use super::trust::{default_options, truth_of};
 use acerra_geo::geodesy::EnuFrame;
 use acerra_geo::time::GpsTime;
 use acerra_gnss::{
-    AmbiguityMode, BasePosition, FilterDirection, ObservationData, PositioningMode, PpkOptions,
-    PpkSolution, Quality, SatelliteId, System, SystemSet,
+    AmbiguityMode, BasePosition, FilterDirection, LossOfLock, ObservationData, PositioningMode,
+    PpkOptions, PpkSolution, Quality, SatelliteId, System, SystemSet,
 };
 
 /// Fixes further than this from the truth are wrong (m).
@@ -267,4 +267,56 @@ fn vary_options(draw: &mut Draw, known: &Known, logs: &Logs, words: &mut String)
         options.systems, options.frequencies, options.mode, options.direction, options.ambiguity
     );
     options
+}
+
+/// Four minutes in which about six tenths of the satellites slip at one epoch, with flags, and so many of
+/// the others by one cycle without.
+pub fn slipping(known: &Known, seed: u64, unflagged: usize) -> Logs {
+    let mut draw = Draw(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ !seed);
+    let mut rover = known.logs.rover.clone();
+    let first = rover.epochs[0].time;
+    let length_s = rover.epochs[rover.epochs.len() - 1]
+        .time
+        .seconds_since(first);
+    let window_s = length_s.min(240.0);
+    let start = first + draw.share() * (length_s - window_s);
+    cut(&mut rover, start, window_s);
+    let at = start + window_s * (0.3 + 0.4 * draw.share());
+    let (mut flagged, mut others) = (Vec::new(), Vec::new());
+    for satellite in satellites(&rover) {
+        if draw.share() < 0.6 {
+            flagged.push((satellite, draw.below(2_000) as f64));
+        } else {
+            others.push(satellite);
+        }
+    }
+    let mut silent = Vec::new();
+    for _ in 0..unflagged.min(others.len()) {
+        let one = others.swap_remove(draw.below(others.len()));
+        silent.push((one, draw.of(&[1.0, -1.0])));
+    }
+    let of = |list: &[(SatelliteId, f64)], satellite| {
+        let found = list.iter().find(|(one, _)| *one == satellite);
+        found.map(|(_, cycles)| *cycles)
+    };
+    let mut is_first = true;
+    let after = |e: &&mut acerra_gnss::ObservationEpoch| e.time.seconds_since(at) >= 0.0;
+    for epoch in rover.epochs.iter_mut().filter(after) {
+        for s in &mut epoch.satellites {
+            let slip = of(&flagged, s.satellite);
+            let cycles = slip.or(of(&silent, s.satellite)).unwrap_or(0.0);
+            for signal in s.signals.iter_mut().flatten() {
+                signal.phase_cycles = signal.phase_cycles.map(|p| p + cycles);
+                if is_first && slip.is_some() {
+                    signal.loss_of_lock.0 |= LossOfLock::SLIP;
+                }
+            }
+        }
+        is_first = false;
+    }
+    Logs {
+        rover,
+        base: known.logs.base.clone(),
+        navigation: known.logs.navigation.clone(),
+    }
 }

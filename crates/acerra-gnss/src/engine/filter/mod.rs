@@ -5,6 +5,7 @@ mod baseline_length;
 mod continuity;
 mod held;
 mod last_phases;
+mod new_ambiguities;
 mod observe;
 mod predict;
 mod report;

@@ -99,7 +99,7 @@ impl<'a> Filter<'a> {
 
     /// Variance of the mean of a satellite's phase difference between the receivers, by the model, since
     /// its ambiguity began (cycle²).
-    fn phase_variance_cycles2(
+    pub(super) fn phase_variance_cycles2(
         &self,
         epoch: &EpochView<'_>,
         zero: &[ZeroDifference],
@@ -171,7 +171,7 @@ impl<'a> Filter<'a> {
         }
         loop {
             let conditioned = self.conditioned(&epoch.common);
-            let attempt = self.resolve(&epoch.common, zero, conditioned.as_ref(), result);
+            let attempt = self.resolve(epoch, zero, conditioned.as_ref(), result);
             self.held_state.clone_from(&conditioned);
             let attempt = attempt?;
             let Some(limit) = self.options.max_phase_residual_sigma else {
@@ -299,12 +299,12 @@ impl<'a> Filter<'a> {
     /// Ambiguity resolution of this epoch: the accepted attempt, or why there is none.
     pub(super) fn resolve(
         &mut self,
-        common: &[Common],
+        epoch: &EpochView<'_>,
         zero: &[ZeroDifference],
         conditioned: Option<&FilterState>,
         result: &mut EpochResult,
     ) -> Result<Attempt, NotFixedReason> {
-        let options = self.options;
+        let (options, common) = (self.options, &epoch.common[..]);
         if options.ambiguity == AmbiguityMode::Off || options.ratio_threshold < 1.0 {
             return Err(NotFixedReason::AmbiguityResolutionOff);
         }
@@ -355,6 +355,11 @@ impl<'a> Filter<'a> {
                 }
                 let outcome = outcome.unwrap_or(Err(NotFixedReason::SearchFailed));
                 let accepted = outcome.as_ref().is_ok_and(|a| a.accepted);
+                if let Some(normalised) = conditioned
+                    .and_then(|state| self.new_ambiguities_contradict(epoch, zero, state))
+                {
+                    return Err(NotFixedReason::PhasesInconsistent { normalised });
+                }
                 match conditioned {
                     // What is new may not be resolved yet; what is held still says where.
                     Some(state) if !accepted => self.attempt_held(common, zero, state)?,

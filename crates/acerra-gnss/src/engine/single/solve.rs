@@ -2,6 +2,7 @@
 
 use super::context::{SingleContext, SinglePoint};
 use super::equations::{Equations, Row, STATES};
+use crate::engine::chi_square::chi_square_999;
 use crate::engine::constellation::{SatelliteState, Unusable};
 use crate::engine::measurement::Epoch;
 use crate::options::RuleSet;
@@ -16,21 +17,11 @@ const LEAST_FOR_BEST_EFFORT: usize = 6;
 const LARGEST_RMS_M: f64 = 30.0;
 /// Distance (m) over which no satellite's elevation changes by more than 0.2°.
 const LARGEST_STEP_M: f64 = 50e3;
-/// 0.999 quantiles of χ² for 1, 2, … degrees of freedom.
-const CHI_SQUARE_999: [f64; 30] = [
-    10.8, 13.8, 16.3, 18.5, 20.5, 22.5, 24.3, 26.1, 27.9, 29.6, 31.3, 32.9, 34.5, 36.1, 37.7, 39.3,
-    40.8, 42.3, 43.8, 45.3, 46.8, 48.3, 49.7, 51.2, 52.6, 54.1, 55.5, 56.9, 58.3, 59.7,
-];
-
-fn chi_square_999(freedom: usize) -> f64 {
-    CHI_SQUARE_999.get(freedom - 1).copied().unwrap_or_else(|| {
-        // Wilson and Hilferty's approximation, better than 0.2 % there.
-        let n = freedom as f64;
-        let spread = 2.0 / (9.0 * n);
-        n * (1.0 - spread + 3.090_232 * spread.sqrt()).powi(3)
-    })
-}
-
+/// Margin for what is not linear in the equations, and for a last step of up to 0.1 mm: residuals of metres
+/// are known to a millimetre.
+const PASSING_MARGIN: f64 = 1.01;
+/// Share of a satellite's variance that the others must check.
+const LEAST_REDUNDANCY: f64 = 1e-6;
 /// Where an iteration begins.
 #[derive(Clone, Copy)]
 struct Start {
@@ -62,6 +53,24 @@ impl Converged {
     fn position(&self) -> [f64; 3] {
         [self.x[0], self.x[1], self.x[2]]
     }
+
+    /// Squared residuals in units of their variances.
+    fn chi_square(&self) -> f64 {
+        let rows = self.equations.rows.iter();
+        rows.map(|r| r.residual_m * r.residual_m / r.variance_m2)
+            .sum()
+    }
+
+    /// The same without the equation of one satellite: less by its residual against the position that
+    /// the others give, v²/(σ² − hᵀQh), v being its residual against the position of all and Q the
+    /// covariance of that (Cook 1977). `None` where the others give none.
+    fn chi_square_without(&self, row: usize) -> Option<f64> {
+        let row = &self.equations.rows[row];
+        let design = SVector::from(row.design);
+        let redundancy = row.variance_m2 - design.dot(&(self.covariance * design));
+        (redundancy > LEAST_REDUNDANCY * row.variance_m2)
+            .then(|| self.chi_square() - row.residual_m.powi(2) / redundancy)
+    }
 }
 
 impl SingleContext<'_> {
@@ -79,20 +88,19 @@ impl SingleContext<'_> {
             position_ecef_m: start_ecef_m,
             is_near: false,
         };
-        let (found, start) = match self.converge(epoch, states, far, &all) {
-            Ok(solved) => {
-                let near = far.moved_to(solved.position());
-                (self.validated(solved), near)
-            }
-            Err(failure) => (Err(failure), far),
+        let found = self.converge(epoch, states, far, &all);
+        let (start, checked) = match &found {
+            Ok(solved) => (far.moved_to(solved.position()), self.check(solved)),
+            Err(failure) => (far, Err(*failure)),
         };
-        let solved = match found {
-            Err(failure) if self.options.raim => self
-                .leave_one_out(epoch, states, start)
+        let solved = match (found, checked) {
+            (Ok(solved), Ok(())) => solved,
+            (found, Err(failure)) if self.options.raim => self
+                .leave_one_out(epoch, states, start, found.as_ref().ok())
                 .or_else(|| self.best_effort(epoch, states, start))
-                .ok_or(failure),
-            other => other,
-        }?;
+                .ok_or(failure)?,
+            (_, Err(failure)) | (Err(failure), _) => return Err(failure),
+        };
         let position_ecef_m = solved.position();
         Ok(SinglePoint {
             position_ecef_m,
@@ -151,24 +159,39 @@ impl SingleContext<'_> {
         Err((NotFixedReason::SinglePointFailed, position(&x)))
     }
 
-    /// The position, if its residuals and its geometry allow it.
-    fn validated(&self, solved: Converged) -> Result<Converged, (NotFixedReason, [f64; 3])> {
+    /// Whether the residuals of a position and its geometry allow it; if not, why, and where it is.
+    fn check(&self, solved: &Converged) -> Result<(), (NotFixedReason, [f64; 3])> {
         let end = solved.position();
-        let rows = &solved.equations.rows;
-        if rows.len() > STATES && self.options.rules == RuleSet::Rtklib {
-            let sum: f64 = rows
-                .iter()
-                .map(|r| r.residual_m * r.residual_m / r.variance_m2)
-                .sum();
-            if sum > chi_square_999(rows.len() - STATES) {
-                return Err((NotFixedReason::SinglePointFailed, end));
-            }
+        let rows = solved.equations.rows.len();
+        if self.checks_residuals(rows) && solved.chi_square() > chi_square_999(rows - STATES) {
+            return Err((NotFixedReason::SinglePointFailed, end));
         }
         let gdop = gdop(&solved.equations.directions);
         if gdop.is_nan() || gdop <= 0.0 || gdop > self.options.max_gdop {
             return Err((NotFixedReason::PoorGeometry { gdop }, end));
         }
-        Ok(solved)
+        Ok(())
+    }
+
+    /// Whether the residuals of so many equations are to be within what their variances allow.
+    fn checks_residuals(&self, rows: usize) -> bool {
+        rows > STATES && self.options.rules == RuleSet::Rtklib
+    }
+
+    /// Whether the residuals without satellite `k` would surely be beyond what their variances allow,
+    /// by those of all satellites: what leaving one out takes from their χ² needs no new position.
+    fn cannot_pass_without(&self, of_all: &Converged, k: usize) -> bool {
+        let equations = &of_all.equations;
+        let Some(row) = equations.used.iter().position(|&used| used == k) else {
+            // Without it the position is that of all.
+            return true;
+        };
+        let left = equations.rows.len() - 1;
+        let limit = || PASSING_MARGIN * chi_square_999(left - STATES);
+        self.checks_residuals(left)
+            && of_all
+                .chi_square_without(row)
+                .is_some_and(|sum| sum > limit())
     }
 
     /// Among the solutions that leave out one satellite, the one with the least residuals.
@@ -177,6 +200,7 @@ impl SingleContext<'_> {
         epoch: &Epoch,
         states: &[Result<SatelliteState, Unusable>],
         start: Start,
+        of_all: Option<&Converged>,
     ) -> Option<Converged> {
         let mut keep = vec![true; epoch.measurements.len()];
         if states.iter().filter(|s| s.is_ok()).count() < 6 {
@@ -184,12 +208,14 @@ impl SingleContext<'_> {
         }
         let mut best: Option<(f64, Converged)> = None;
         for left_out in 0..keep.len() {
-            if states[left_out].is_err() {
+            if states[left_out].is_err()
+                || of_all.is_some_and(|all| self.cannot_pass_without(all, left_out))
+            {
                 continue;
             }
             keep[left_out] = false;
-            let converged = self.converge(epoch, states, start, &keep);
-            if let Ok(solved) = converged.and_then(|solved| self.validated(solved)) {
+            let converged = self.converge(epoch, states, start, &keep).ok();
+            if let Some(solved) = converged.filter(|solved| self.check(solved).is_ok()) {
                 let n = solved.equations.satellites;
                 if n >= 5 {
                     let sum: f64 = solved.equations.rows[..n]
@@ -258,4 +284,63 @@ fn gdop(directions: &[(f64, f64)]) -> f64 {
     normal
         .try_inverse()
         .map_or(f64::INFINITY, |q| q.trace().sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The least-squares solution of linear equations.
+    fn solved(rows: Vec<Row>) -> Converged {
+        let mut normal = SMatrix::<f64, STATES, STATES>::zeros();
+        let mut right = SVector::<f64, STATES>::zeros();
+        for row in &rows {
+            let h = SVector::from(row.design);
+            normal += h * h.transpose() / row.variance_m2;
+            right += h * (row.residual_m / row.variance_m2);
+        }
+        let covariance = normal.try_inverse().unwrap();
+        let x = covariance * right;
+        let left = rows.into_iter().map(|row| Row {
+            residual_m: row.residual_m - SVector::from(row.design).dot(&x),
+            ..row
+        });
+        Converged {
+            x,
+            covariance,
+            equations: Equations {
+                rows: left.collect(),
+                satellites: 0,
+                directions: Vec::new(),
+                used: Vec::new(),
+            },
+        }
+    }
+
+    /// Twelve equations, of which the last alone sees the last clock.
+    fn rows() -> Vec<Row> {
+        let of = |k: usize| Row {
+            residual_m: ((7 * k) % 5) as f64 - 1.7,
+            variance_m2: 1.0 + (k % 3) as f64,
+            design: std::array::from_fn(|a| match a {
+                7 => f64::from(u8::from(k == 11)),
+                _ => (((3 * k + 5 * a * a + k * a) % 13) as f64 - 6.0) / 6.0,
+            }),
+        };
+        (0..12).map(of).collect()
+    }
+
+    #[test]
+    fn chi_square_without_a_satellite_is_that_of_the_position_by_the_others() {
+        let all = solved(rows());
+        for k in 0..11 {
+            let mut rest = rows();
+            rest.remove(k);
+            let expected = solved(rest).chi_square();
+            let found = all.chi_square_without(k).unwrap();
+            assert!((found - expected).abs() < 1e-9, "{k}: {found} {expected}");
+            assert!(found < all.chi_square());
+        }
+        assert_eq!(all.chi_square_without(11), None);
+    }
 }
