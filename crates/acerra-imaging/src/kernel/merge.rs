@@ -30,9 +30,9 @@ pub(crate) struct MergeRow<'a> {
     pub padded: usize,
 }
 
-/// Adds what `T` taps make to `real`, `imag` `[D, padded]`; `line` `[2, coarse columns + MAX_LANES]` is scratch.
+/// Adds what `T` taps, of cells of one sample where `WHOLE`, make to `real`, `imag` `[D, padded]`; `line` `[2, coarse columns + MAX_LANES]` is scratch.
 #[inline(always)]
-pub(crate) fn merge_row<S: Lanes, const T: usize>(
+pub(crate) fn merge_row<S: Lanes, const T: usize, const WHOLE: bool>(
     s: S,
     job: &MergeRow,
     line: &mut [f32],
@@ -43,11 +43,10 @@ pub(crate) fn merge_row<S: Lanes, const T: usize>(
     let padded = job.padded;
     let coarse = job.rows[0].0.len();
     let phases = job.weights.len();
-    // Taps of whole cells stand side by side.
-    let side_by_side = job.samples == 1;
     assert!(coarse >= n && job.offsets.len() == phases);
     assert!(T <= MOST_TAPS);
-    if side_by_side {
+    assert!(WHOLE == (job.samples == 1));
+    if WHOLE {
         assert!(padded + T - 1 <= coarse);
     } else {
         let mut offsets = job.offsets.iter().flat_map(|offsets| &offsets[..T]);
@@ -91,19 +90,12 @@ pub(crate) fn merge_row<S: Lanes, const T: usize>(
             // SAFETY: q + N ≤ padded, and a tap's samples of `padded` cells lie within the line.
             unsafe {
                 let (mut re, mut im) = (s.splat(0.0), s.splat(0.0));
-                let mut take = |w: f32, at: usize| {
-                    let w = s.splat(w);
+                for k in 0..T {
+                    // Taps of whole cells stand side by side.
+                    let at = q + if WHOLE { k } else { offsets[k] };
+                    let w = s.splat(weights[k]);
                     re = s.mul_add(w, s.load(line_re.as_ptr().add(at)), re);
                     im = s.mul_add(w, s.load(line_im.as_ptr().add(at)), im);
-                };
-                if side_by_side {
-                    for (k, w) in weights[..T].iter().enumerate() {
-                        take(*w, q + k);
-                    }
-                } else {
-                    for (w, at) in weights[..T].iter().zip(&offsets[..T]) {
-                        take(*w, q + at);
-                    }
                 }
                 let at = p * padded + q;
                 let (to_re, to_im) = (real.as_mut_ptr().add(at), imag.as_mut_ptr().add(at));

@@ -196,9 +196,13 @@ impl Factorized {
                                 intervals: grid.columns.div_ceil(dx),
                                 padded: intervals,
                             };
-                            dispatch!(self.level, s => match taps {
-                                TAPS => merge_row::<_, TAPS>(s, &job, line, real, imag),
-                                _ => merge_row::<_, MOST_TAPS>(s, &job, line, real, imag),
+                            dispatch!(self.level, s => match (taps, along.samples) {
+                                (TAPS, 1) => merge_row::<_, TAPS, true>(s, &job, line, real, imag),
+                                (TAPS, _) => merge_row::<_, TAPS, false>(s, &job, line, real, imag),
+                                (_, 1) => {
+                                    merge_row::<_, MOST_TAPS, true>(s, &job, line, real, imag)
+                                }
+                                _ => merge_row::<_, MOST_TAPS, false>(s, &job, line, real, imag),
                             });
                         }
                     }
@@ -222,6 +226,9 @@ impl Factorized {
 
 /// Copies a row so that of the samples of all cells the first stand side by side, then the second, and so on.
 fn sorted(row: &[f32], samples: usize, out: &mut [f32]) {
+    if samples == 1 {
+        return out[..row.len()].copy_from_slice(row);
+    }
     for (first, out) in out[..row.len()]
         .chunks_exact_mut(row.len() / samples)
         .enumerate()

@@ -197,6 +197,9 @@ impl FactorizedForward {
 
 /// Copies a row that holds of the samples of all cells the first, then the second, and so on, in their order in space.
 fn in_place(sorted: &[f32], samples: usize, out: &mut [f32]) {
+    if samples == 1 {
+        return out[..sorted.len()].copy_from_slice(sorted);
+    }
     for (first, line) in sorted.chunks_exact(sorted.len() / samples).enumerate() {
         for (to, from) in out[first..].iter_mut().step_by(samples).zip(line) {
             *to = *from;
