@@ -36,7 +36,7 @@ pub(crate) fn split_scratch(pixels: usize, padded: usize) -> usize {
 }
 
 /// Adds the fine row `real`, `imag` `[pixels, padded]` to the coarse rows about it, as many as there are weights
-/// across, which stand one after another: of the samples of all cells the first, then the second, and so on. The
+/// across, which stand one after another: the first samples of all cells, then the second ones, and so on. The
 /// scratch, see [`split_scratch`], holds the row without its phase.
 #[inline(always)]
 pub(crate) fn split_row<S: Lanes>(

@@ -159,17 +159,22 @@ impl<'r, 'a> Planner<'r, 'a> {
                 return Ok(None);
             };
             let [cost, direct_cost] = mean_costs(&partitions);
-            // After a rejection the next plan takes its time as well, and may be rejected too.
-            let saved = (direct_cost - cost) * self.contributions_of_all();
-            let is_worth_planning =
-                O::REPEATED || saved >= (1 + attempt) as f64 * FEW_OPERATIONS || attempt == 0;
-            if options.engine == Engine::Auto
-                && !(is_worth_planning && O::factorized_pays(cost, direct_cost))
-            {
+            if options.engine == Engine::Auto && !O::factorized_pays(cost, direct_cost) {
                 self.decide(Decision::DirectIsCheaper {
                     factorized_cost: cost,
                     direct_cost,
                 });
+                return Ok(None);
+            }
+            // After a rejection the next plan takes its time as well, and may be rejected too.
+            let saved_operations = (direct_cost - cost) * self.contributions_of_all();
+            let plans = (1 + attempt) as f64;
+            if options.engine == Engine::Auto
+                && !O::REPEATED
+                && attempt > 0
+                && saved_operations < plans * FEW_OPERATIONS
+            {
+                self.decide(Decision::LittleSaved { saved_operations });
                 return Ok(None);
             }
             let segment = |partition: &Partition| partition.segment(self.request);

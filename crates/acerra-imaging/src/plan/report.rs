@@ -79,6 +79,11 @@ pub enum Decision {
         /// Vector operations that the direct engine takes.
         direct_operations: f64,
     },
+    /// What a finer plan of the factorized engine saves beside the direct one is less than it takes to make.
+    LittleSaved {
+        /// Vector operations that it saves.
+        saved_operations: f64,
+    },
     /// Not even a sub-aperture of the factorized engine fits in the memory allowed.
     FactorizedTooLarge {
         /// Bytes of its tables and coarse images.
@@ -213,6 +218,12 @@ impl fmt::Display for Decision {
                 "factorized: planning it takes longer than the direct engine's {:.1} million vector \
                  operations",
                 direct_operations * 1e-6
+            ),
+            Self::LittleSaved { saved_operations } => write!(
+                f,
+                "factorized: a finer plan takes longer to make than the {:.1} million vector operations \
+                 that it saves",
+                saved_operations * 1e-6
             ),
             Self::DirectIsCheaper {
                 factorized_cost,

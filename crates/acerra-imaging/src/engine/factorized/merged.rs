@@ -224,7 +224,7 @@ impl Factorized {
     }
 }
 
-/// Copies a row so that of the samples of all cells the first stand side by side, then the second, and so on.
+/// Copies a row so that the first samples of all cells stand side by side, then the second ones, and so on.
 fn sorted(row: &[f32], samples: usize, out: &mut [f32]) {
     if samples == 1 {
         return out[..row.len()].copy_from_slice(row);

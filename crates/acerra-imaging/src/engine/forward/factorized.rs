@@ -187,16 +187,17 @@ impl FactorizedForward {
         {
             let at = (row + taps) * coarse.columns;
             let columns = at..at + coarse.columns;
-            in_place(&re[columns.clone()], along.samples, to_re);
-            in_place(&im[columns], along.samples, to_im);
+            in_order(&re[columns.clone()], along.samples, to_re);
+            in_order(&im[columns], along.samples, to_im);
             let job = self.lattice.phase_row(coarse, first + row, centre);
             dispatch!(self.level, s => apply_phase(s, &job, false, to_re, to_im));
         }
     }
 }
 
-/// Copies a row that holds of the samples of all cells the first, then the second, and so on, in their order in space.
-fn in_place(sorted: &[f32], samples: usize, out: &mut [f32]) {
+/// Copies a row that holds the first sample of every cell, then the second of every cell, and so on, in the order of
+/// the samples in space.
+fn in_order(sorted: &[f32], samples: usize, out: &mut [f32]) {
     if samples == 1 {
         return out[..sorted.len()].copy_from_slice(sorted);
     }
