@@ -17,6 +17,10 @@ use acerra_simulate::radar::{Echo, RadarScene, Scattering};
 use crate::flights::{Flight, flights};
 use crate::page::Page;
 
+/// Difference of measured and predicted shifts across the track, m. A reflector under the track has a flat lobe, 0.87 m from
+/// peak to first minimum: its tops, about 9 cm to either side, differ by less than the accuracy of an image.
+const ACROSS_M: f64 = 0.15;
+
 /// One way to have positions.
 struct Case {
     name: String,
@@ -216,7 +220,7 @@ impl Case {
             );
             let off = [0, 1].map(|i| (measured.1[i] - predicted.1[i]).abs());
             assert!(
-                off[0] < along_m && off[1] < 0.1,
+                off[0] < along_m && off[1] < ACROSS_M,
                 "{name}: {measured:?} {predicted:?}"
             );
         }
