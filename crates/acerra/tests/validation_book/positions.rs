@@ -61,10 +61,10 @@ fn validation_book_positions() {
             Case::of(format!("{track}, {how}"), flight, outcome, &truth)
         };
         let fixed = case("fixed", &flight.processed(finely));
-        let float_case = case("float", &flight.processed(&float));
+        let float_case = case("float", &flight.processed(float));
         drop(truth);
         let short = short_start(flight, here.path());
-        let hurried_outcome = short.processed(&float);
+        let hurried_outcome = short.processed(float);
         let hurried = Case::of(
             format!("{track}, float, {SHORT_START_S} s on the ground"),
             &short,
