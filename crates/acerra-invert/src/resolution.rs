@@ -4,7 +4,7 @@
 //! point shows how wide it images the point, how strong, and what it invents beside it.
 
 use acerra_imaging::metrics::{
-    ImageView, InterpolatedImage, LocalTrack, climb_to_peak, measure_shape,
+    ImageView, InterpolatedImage, LocalTrack, climb_crest, measure_shape,
 };
 use acerra_imaging::psf::{Cell, PointSpread};
 use serde::Serialize;
@@ -71,7 +71,7 @@ pub fn point_response(
     }
     let start_m = view.centre_m(peak.1[0], peak.1[1]);
     let field = InterpolatedImage::about(*view, start_m);
-    let (peak_m, amplitude) = climb_to_peak(&field, start_m, grid.pixel_m)?;
+    let (peak_m, amplitude) = climb_crest(&field, start_m, grid.pixel_m, &track, cell)?;
     let shape = measure_shape(&field, &track, peak_m, cell);
     Some(PointResponse {
         point_m,

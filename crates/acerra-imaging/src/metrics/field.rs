@@ -24,10 +24,8 @@ pub fn climb_to_peak(field: &dyn Field, start_m: [f64; 2], step_m: f64) -> Optio
     // Each round either moves uphill or halves the pattern, so the bound is generous.
     for _ in 0..400 {
         let before = here;
-        for axis in 0..2 {
-            let (place, value) = best_on_line(field, here, best, axis, step);
-            here = place;
-            best = value;
+        for axis in [[1.0, 0.0], [0.0, 1.0]] {
+            (here, best) = best_on_line(field, (here, best), axis, step);
         }
         let leap = [2.0 * here[0] - before[0], 2.0 * here[1] - before[1]];
         if leap != here
@@ -47,20 +45,21 @@ pub fn climb_to_peak(field: &dyn Field, start_m: [f64; 2], step_m: f64) -> Optio
     Some((here, best))
 }
 
-fn best_on_line(
+/// The highest of three points on a line about `here`, a `step` apart, and of the vertex of the
+/// parabola through them. `axis` is the line's unit vector.
+pub(super) fn best_on_line(
     field: &dyn Field,
-    here: [f64; 2],
-    value: f64,
-    axis: usize,
+    here: ([f64; 2], f64),
+    axis: [f64; 2],
     step: f64,
 ) -> ([f64; 2], f64) {
+    let (place, value) = here;
     let at = |t: f64| {
-        let mut p = here;
-        p[axis] += t;
+        let p = [place[0] + t * axis[0], place[1] + t * axis[1]];
         (p, field.amplitude(p[0], p[1]).unwrap_or(f64::NEG_INFINITY))
     };
     let (minus, plus) = (at(-step), at(step));
-    let mut best = (here, value);
+    let mut best = here;
     for trial in [minus, plus] {
         if trial.1 > best.1 {
             best = trial;

@@ -1,6 +1,7 @@
 //! Left–right ambiguity: place and level of a target's ghost.
 
-use super::field::{Field, climb_to_peak};
+use super::crest::climb_crest;
+use super::field::Field;
 use super::target::Ghost;
 use super::track::LocalTrack;
 use crate::psf::cell::Cell;
@@ -51,7 +52,12 @@ impl GhostWindow {
     /// Finds the maximum of `field` in the window: sampled at a quarter of the cell, then climbed.
     ///
     /// `None` when the whole window is outside the field.
-    pub fn strongest(&self, field: &dyn Field, cell: Cell) -> Option<([f64; 2], f64)> {
+    pub fn strongest(
+        &self,
+        field: &dyn Field,
+        track: &LocalTrack,
+        cell: Cell,
+    ) -> Option<([f64; 2], f64)> {
         let step = [0.25 * cell.along_m, 0.25 * cell.across_m];
         let count = [0, 1].map(|i| (self.half_m[i] / step[i]).ceil() as i64);
         let mut best: Option<([f64; 2], f64)> = None;
@@ -73,7 +79,7 @@ impl GhostWindow {
         }
         let (start, level) = best?;
         // A climb that leaves the window has found something else.
-        match climb_to_peak(field, start, step[0]) {
+        match climb_crest(field, start, step[0], track, cell) {
             Some(found) if self.contains(found.0) => Some(found),
             _ => Some((start, level)),
         }
@@ -88,7 +94,7 @@ pub fn find_ghost(
     peak: f64,
     cell: Cell,
 ) -> Option<Ghost> {
-    let (place, level) = GhostWindow::of(track, peak_m, cell)?.strongest(field, cell)?;
+    let (place, level) = GhostWindow::of(track, peak_m, cell)?.strongest(field, track, cell)?;
     Some(Ghost {
         level: level / peak,
         x_m: place[0],

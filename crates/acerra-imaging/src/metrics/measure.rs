@@ -1,8 +1,9 @@
 //! From an image to the list of its targets.
 
 use super::candidates::{Candidate, local_maxima};
+use super::crest::climb_crest;
 use super::explain::{Explanation, Verdict};
-use super::field::{Field, climb_to_peak};
+use super::field::Field;
 use super::ghost::{GhostWindow, find_ghost};
 use super::image::{ImageView, InterpolatedImage};
 use super::options::MeasureOptions;
@@ -285,7 +286,9 @@ impl Search<'_> {
         self.done[k] = true;
         let start = self.place_m(k);
         let field = InterpolatedImage::about(*self.image, start);
-        let (peak_m, amplitude) = climb_to_peak(&field, start, self.image.grid().pixel_m)?;
+        let (track, cell) = self.surroundings(start)?;
+        let step_m = self.image.grid().pixel_m;
+        let (peak_m, amplitude) = climb_crest(&field, start, step_m, &track, cell)?;
         let (track, cell) = self.surroundings(peak_m)?;
         let shape = measure_shape(&field, &track, peak_m, cell)?;
         let window = GhostWindow::of(&track, peak_m, cell);

@@ -14,6 +14,7 @@
 //! also on an exact point spread function.
 
 pub(crate) mod candidates;
+pub(crate) mod crest;
 pub(crate) mod explain;
 pub(crate) mod field;
 pub(crate) mod ghost;
@@ -29,6 +30,7 @@ pub(crate) mod target;
 pub(crate) mod track;
 
 pub use candidates::strongest_maxima;
+pub use crest::climb_crest;
 pub use field::{Field, climb_to_peak};
 pub use ghost::{GhostWindow, find_ghost};
 pub use image::{ImageView, InterpolatedImage};

@@ -6,7 +6,8 @@ use super::cell::Cell;
 use super::field::PsfField;
 use super::spread::PointSpread;
 use crate::error::ImagingError;
-use crate::metrics::field::{Field, climb_to_peak};
+use crate::metrics::crest::climb_crest;
+use crate::metrics::field::Field;
 use crate::metrics::ghost::find_ghost;
 use crate::metrics::shape::measure_shape;
 use crate::metrics::target::{AcrossTrack, AlongTrack, Ghost};
@@ -88,9 +89,9 @@ impl Analysis {
             let track = track_at(spread, point)?;
             Ok::<_, ImagingError>((track, Cell::expected(spread, &track, point)))
         };
-        let (_, cell) = about(start)?;
+        let (track, cell) = about(start)?;
         let (peak_m, amplitude) =
-            climb_to_peak(&field, start, 0.25 * cell.along_m).unwrap_or((start, 0.0));
+            climb_crest(&field, start, 0.25 * cell.along_m, &track, cell).unwrap_or((start, 0.0));
         let (track, cell) = about(peak_m)?;
         let shape = measure_shape(&field as &dyn Field, &track, peak_m, cell).ok_or(
             ImagingError::Empty {

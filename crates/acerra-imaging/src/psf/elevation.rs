@@ -9,7 +9,7 @@ use super::field::PsfField;
 use super::spread::PointSpread;
 use crate::error::ImagingError;
 use crate::grid::plane::PlaneGrid;
-use crate::metrics::field::climb_to_peak;
+use crate::metrics::crest::climb_crest;
 use crate::metrics::image::ImageView;
 
 /// Below this level relative to the strongest, a target counts as absent from the image, dB.
@@ -84,7 +84,8 @@ pub fn retrieve(
         })?;
         let cell = Cell::expected(spread, &track, *target);
         let step_m = grid.pixel_m.min(0.25 * cell.along_m);
-        let (found_m, amplitude) = climb_to_peak(&field, start, step_m).unwrap_or((start, 0.0));
+        let (found_m, amplitude) =
+            climb_crest(&field, start, step_m, &track, cell).unwrap_or((start, 0.0));
         found.push(Retrieved {
             target_m: *target,
             expected_m,
