@@ -14,9 +14,12 @@ pub(crate) struct Planar<'a> {
     pub imag: &'a [f32],
 }
 
-/// Numbers a padded row takes.
+/// Numbers a padded row takes: an odd number of vectors of [`MAX_LANES`], each as long as a cache line.
+///
+/// Rows that are read together would compete for few sets of the cache where the distance between
+/// them contains a large power of two.
 pub(crate) fn padded(columns: usize) -> usize {
-    columns.next_multiple_of(MAX_LANES)
+    MAX_LANES * (columns.div_ceil(MAX_LANES) | 1)
 }
 
 /// An image `[rows, columns]` as [`Planar`] parts of rows of `stride` numbers.
@@ -36,4 +39,20 @@ pub(crate) fn split_parts(
             }
         });
     (real, imag)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn padded_rows_spread_over_the_sets_of_a_cache() {
+        for columns in [1, 16, 17, 1023, 1024, 1280, 4096] {
+            let vectors = padded(columns) / MAX_LANES;
+            assert!(padded(columns) >= columns && padded(columns) < columns + 2 * MAX_LANES);
+            let sets: std::collections::BTreeSet<_> =
+                (0..64).map(|row| row * vectors % 64).collect();
+            assert_eq!(sets.len(), 64);
+        }
+    }
 }

@@ -2,6 +2,7 @@
 
 use super::cell::Cell;
 use super::interpolation::before;
+use crate::engine::planar::padded;
 use crate::grid::tilted::TiltedGrid;
 use crate::kernel::lanes::MAX_LANES;
 
@@ -48,7 +49,7 @@ impl Coarse {
     /// Bytes of the coarse images of `parts` sub-apertures.
     pub fn bytes(&self, grid: &TiltedGrid, parts: usize) -> u128 {
         let coarse = self.grid(grid);
-        let stride = self.row_samples(grid).next_multiple_of(MAX_LANES);
+        let stride = padded(self.row_samples(grid));
         let pixels = stride as u128 * coarse.rows as u128;
         // One more, complex, is in the making.
         pixels * 8 * (parts as u128 + 1)

@@ -211,10 +211,13 @@ impl Factorized {
                         .zip(sums.chunks_exact(2 * row_length))
                     {
                         let (real, imag) = sums.split_at(row_length);
-                        for (q, cell) in row.chunks_mut(dx).enumerate() {
-                            for (p, v) in cell.iter_mut().enumerate() {
-                                let at = p * intervals + q;
-                                *v = Complex32::new(real[at], imag[at]);
+                        let phases = real
+                            .chunks_exact(intervals)
+                            .zip(imag.chunks_exact(intervals));
+                        for (p, (real, imag)) in phases.enumerate() {
+                            let pixels = row.iter_mut().skip(p).step_by(dx);
+                            for ((v, re), im) in pixels.zip(real).zip(imag) {
+                                *v = Complex32::new(*re, *im);
                             }
                         }
                     }

@@ -12,6 +12,7 @@
 use super::phases::{BinPhases, Row};
 use super::spec::TableSpec;
 use crate::control::Control;
+use crate::engine::planar::padded;
 use crate::engine::weights::Weights;
 use crate::error::ImagingError;
 use crate::kernel::direct::job::TableView;
@@ -46,7 +47,7 @@ impl RangeTable {
             .iter()
             .map(|[a, b]| (b / spec.bin_m).ceil() - (a / spec.bin_m).floor())
             .fold(0.0, f64::max);
-        (widest as usize + 2 + 2 * PADDING).next_multiple_of(16)
+        padded(widest as usize + 2 + 2 * PADDING)
     }
 
     /// Bytes of such a table.
