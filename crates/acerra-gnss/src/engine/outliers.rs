@@ -119,7 +119,7 @@ pub(crate) fn misfit(
 }
 
 pub(super) fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
+    values.sort_unstable_by(f64::total_cmp);
     let n = values.len();
     if n == 0 {
         return 0.0;
