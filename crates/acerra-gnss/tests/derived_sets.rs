@@ -97,6 +97,25 @@ fn a_slip_that_nobody_flagged_is_not_a_motion_where_most_satellites_slip() {
     }
 }
 
+/// A draw in which two satellites slip unnoticed beside most others: 18 fixes of both passes together are wrong
+/// where ambiguities that begin anew need not be whole at the held place, and 26 of the forward pass where
+/// besides nothing that the backward pass is certain of withdraws them.
+#[test]
+fn two_slips_that_nobody_flagged_are_not_a_motion_by_two_systems() {
+    let Some(known) = Known::read(&STATIC_M8P) else {
+        return;
+    };
+    for direction in [FilterDirection::Forward, FilterDirection::Combined] {
+        let change = |o: PpkOptions| {
+            let systems = SystemSet::GPS.with(acerra_gnss::System::Glonass);
+            o.with_direction(direction).with_systems(systems)
+        };
+        let judged = judge_slipping(&known, 23..24, 2, change);
+        assert_eq!(judged.wrong, 0, "{direction:?}: {judged:?}");
+        assert!(judged.fixed > 100, "{direction:?}: {judged:?}");
+    }
+}
+
 /// A code's multipath does not average out the sooner for its ambiguity beginning anew at every epoch.
 #[test]
 fn static_positions_of_ambiguities_resolved_one_by_one_state_their_errors() {
@@ -203,7 +222,7 @@ fn validation_slips_that_nobody_flagged_where_most_satellites_slip() {
             }
         }
     }
-    // One in a hundred: few satellites of which two have slipped agree with a motion.
+    // One in 1,150 as this is written: few satellites of which two have slipped agree with a motion.
     assert!(fixed > 50_000, "{fixed}");
-    assert!(100 * wrong < fixed, "{wrong} of {fixed}");
+    assert!(500 * wrong < fixed, "{wrong} of {fixed}");
 }
