@@ -11,9 +11,7 @@ use crate::options::{Cn0Mask, PpkOptions};
 use crate::ppk_error::PpkError;
 use crate::preparation::{Inputs, Preparation};
 use crate::solution::PpkWarning;
-use crate::workers::{join, threads};
-use std::collections::VecDeque;
-use std::sync::{Mutex, PoisonError};
+use crate::workers::{each, threads};
 
 /// Masks tried (dB-Hz): 5 and 10 dB below 45, the middle of what signals above the elevation mask have
 /// under open sky (40 to 50).
@@ -24,8 +22,6 @@ use std::sync::{Mutex, PoisonError};
 /// which they slip, takes 23 dB-Hz in 15 Hz. Which mask helps, if any, hangs on receiver and place,
 /// and is left to the agreement of the passes.
 const MASKS_DB_HZ: [f64; 2] = [35.0, 40.0];
-/// Alternatives at most: one without a mask, and the masks.
-const ALTERNATIVES: usize = 1 + MASKS_DB_HZ.len();
 
 /// The attempt itself, with whatever alternatives to its options fixed besides.
 pub(crate) fn better_of(
@@ -47,10 +43,13 @@ pub(crate) fn better_of(
         let others = witnesses.iter().enumerate().filter(|(k, _)| *k != place);
         others.filter_map(|(_, w)| w.as_ref()).collect()
     };
-    let mut attempt = attempt.confirmed_by(options, &without(0));
-    let mut others: Vec<(Attempt, PpkOptions)> = (others.into_iter().enumerate())
-        .map(|(k, (other, own))| (other.confirmed_by(&own, &without(k + 1)), own))
-        .collect();
+    let mut all = vec![(0, attempt, options.clone())];
+    all.extend((others.into_iter().enumerate()).map(|(k, (other, own))| (k + 1, other, own)));
+    let confirmed = |(place, attempt, own): (usize, Attempt, PpkOptions)| {
+        (attempt.confirmed_by(&own, &without(place)), own)
+    };
+    let mut others = each(threads(options), all, confirmed);
+    let (mut attempt, _) = others.remove(0);
     others.sort_by_key(|(other, _)| std::cmp::Reverse(other.agreeing));
     let Some((best, chosen)) = others.first() else {
         return Ok(attempt);
@@ -79,48 +78,27 @@ fn attempts(
     control: Control<'_>,
 ) -> Vec<(Attempt, PpkOptions)> {
     let options = &preparation.options;
-    let watch = Watch::new(control.silent(), 1);
+    let threads = threads(options);
+    let watch = Watch::new(control.silent(), 1).with_permits(threads);
     let one = |own: PpkOptions| {
         let attempt = if own.cn0_mask == options.cn0_mask {
             Attempt::unconfirmed(preparation, &own, &watch)
         } else {
-            let masked = preparation.masked(inputs, &own, &watch);
+            let masked = {
+                let _permit = watch.permit();
+                preparation.masked(inputs, &own.clone().with_threads(1), &watch)
+            };
             masked.and_then(|masked| Attempt::unconfirmed(&masked, &own, &watch))
         };
         attempt.ok().map(|attempt| (attempt, own))
     };
-    let threads = threads(options);
-    if threads == 1 {
-        return alternatives(options).into_iter().filter_map(one).collect();
-    }
-    // Each takes one thread: whole attempts share their work more evenly than their passes do.
-    let waiting: Mutex<VecDeque<(usize, PpkOptions)>> = Mutex::new(
-        alternatives(options)
-            .into_iter()
-            .map(|own| own.with_threads(1))
-            .enumerate()
-            .collect(),
-    );
-    let next = || {
-        let mut waiting = waiting.lock().unwrap_or_else(PoisonError::into_inner);
-        waiting.pop_front()
-    };
-    let work = || {
-        let taken = std::iter::from_fn(next);
-        taken
-            .map(|(place, own)| (place, one(own)))
-            .collect::<Vec<_>>()
-    };
-    let mut found: Vec<_> = std::thread::scope(|scope| {
-        let workers: Vec<_> = (1..threads.min(ALTERNATIVES))
-            .map(|_| scope.spawn(work))
-            .collect();
-        let own = work();
-        let theirs = workers.into_iter().flat_map(join);
-        own.into_iter().chain(theirs).collect()
-    });
-    found.sort_by_key(|(place, _)| *place);
-    found.into_iter().filter_map(|(_, found)| found).collect()
+    let alternatives = alternatives(options);
+    // All of them at once, pass by pass as permits come free: whole attempts share threads unevenly.
+    let at_once = if threads == 1 { 1 } else { alternatives.len() };
+    each(at_once, alternatives, one)
+        .into_iter()
+        .flatten()
+        .collect()
 }
 
 fn alternatives(options: &PpkOptions) -> Vec<PpkOptions> {

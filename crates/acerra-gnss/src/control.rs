@@ -1,6 +1,7 @@
 //! Following a run from outside: cancellation and progress.
 
 use crate::ppk_error::PpkError;
+use crate::workers::{Permit, Permits};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 /// How a caller follows a run and stops it; the default does neither.
@@ -72,6 +73,8 @@ pub(crate) struct Watch<'a> {
     control: Control<'a>,
     done: AtomicUsize,
     total: usize,
+    /// Permits to work that passes side by side share, where there are fewer threads than passes.
+    permits: Option<Permits>,
 }
 
 impl<'a> Watch<'a> {
@@ -81,7 +84,26 @@ impl<'a> Watch<'a> {
             control,
             done: AtomicUsize::new(0),
             total: total.max(1),
+            permits: None,
         }
+    }
+
+    /// This one, for passes of which so many run at once.
+    pub(crate) fn with_permits(self, threads: usize) -> Self {
+        Self {
+            permits: Some(Permits::new(threads)),
+            ..self
+        }
+    }
+
+    /// Waits until the caller may work, where threads are shared.
+    pub(crate) fn permit(&self) -> Option<Permit<'_>> {
+        self.permits.as_ref().map(Permits::take)
+    }
+
+    /// Whether other passes run beside.
+    pub(crate) fn shares_threads(&self) -> bool {
+        self.permits.is_some()
     }
 
     /// One more epoch is about to be processed.

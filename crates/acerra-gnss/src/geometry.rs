@@ -39,16 +39,25 @@ pub fn line_of_sight(satellite_ecef_m: [f64; 3], receiver_ecef_m: [f64; 3]) -> O
 /// Azimuth from north in \[0, 2π) and elevation (rad) of a unit vector, in the local frame.
 #[must_use]
 pub fn azimuth_elevation_rad(frame: &EnuFrame, unit_ecef: [f64; 3]) -> (f64, f64) {
-    let [e, n, u] = frame.enu_vector_from_ecef(unit_ecef);
-    let azimuth = if e * e + n * n < 1e-12 {
+    let [east, north, up] = frame.enu_vector_from_ecef(unit_ecef);
+    (azimuth_rad(east, north), elevation_rad(up))
+}
+
+/// Azimuth from north in \[0, 2π) of a direction (rad); 0 in the zenith.
+pub(crate) fn azimuth_rad(east: f64, north: f64) -> f64 {
+    let azimuth = if east * east + north * north < 1e-12 {
         0.0
     } else {
-        e.atan2(n)
+        east.atan2(north)
     };
-    let azimuth = if azimuth < 0.0 {
+    if azimuth < 0.0 {
         azimuth + std::f64::consts::TAU
     } else {
         azimuth
-    };
-    (azimuth, u.clamp(-1.0, 1.0).asin())
+    }
+}
+
+/// Elevation (rad) of a unit vector, by its component upwards.
+pub(crate) fn elevation_rad(up: f64) -> f64 {
+    up.clamp(-1.0, 1.0).asin()
 }

@@ -16,6 +16,7 @@ use crate::solution::{
     LostEpoch, NotFixedReason, PpkSolution, PpkSummary, PpkWarning, Quality, Solution,
 };
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// Positions of `rover` (against `base`, except in single-point mode) for every epoch.
 ///
@@ -252,7 +253,7 @@ fn assemble(attempt: Attempt, options: &PpkOptions) -> PpkSolution {
             age_s: r.age_s,
             ratio: r.ratio,
             not_fixed: r.reason.filter(|_| quality != Quality::Fixed),
-            residuals: r.residuals,
+            residuals: Arc::unwrap_or_clone(r.residuals),
         });
     }
     lost.sort_by_key(|l| l.time);

@@ -32,7 +32,7 @@ pub(crate) struct Preparation {
     pub klobuchar: Klobuchar,
     pub options: PpkOptions,
     pub rover: Vec<RoverEpoch>,
-    pub base: Vec<Epoch>,
+    pub base: Arc<[Epoch]>,
     pub base_zeros: BaseZeros,
     pub base_states: Arc<BaseStates>,
     pub base_place: BasePlace,
@@ -124,8 +124,10 @@ impl Preparation {
         let mut base_track = None;
         let (base_epochs, base_place) = if relative {
             phases_and_copies(rover, base, options, &mut warnings);
-            let base_epochs =
-                known.map_or_else(|| epochs(base, &constellation), |known| known.base.clone());
+            let base_epochs = match known {
+                Some(known) => Arc::clone(&known.base),
+                None => epochs(base, &constellation).into(),
+            };
             base_gaps(&base_epochs, &rover_epochs, options, &mut warnings);
             let context = context(true);
             let place = if options.mode == PositioningMode::MovingBase {
@@ -147,7 +149,7 @@ impl Preparation {
             };
             (base_epochs, place)
         } else {
-            (Vec::new(), BasePlace::default())
+            (Arc::default(), BasePlace::default())
         };
         let noise = if options.measure_code_noise && relative {
             MeasuredNoise::measure(&constellation, options, &rover_epochs, &base_epochs)
@@ -187,14 +189,14 @@ type States = Vec<Result<SatelliteState, Unusable>>;
 
 /// An epoch, and the states of its satellites where they are known.
 struct Received {
-    epoch: Epoch,
+    epoch: Arc<Epoch>,
     states: Option<States>,
 }
 
 impl From<Epoch> for Received {
     fn from(epoch: Epoch) -> Self {
         Self {
-            epoch,
+            epoch: epoch.into(),
             states: None,
         }
     }
@@ -204,7 +206,7 @@ impl From<&RoverEpoch> for Received {
     fn from(of: &RoverEpoch) -> Self {
         let states = of.all_states.as_ref().unwrap_or(&of.states);
         Self {
-            epoch: of.epoch.clone(),
+            epoch: Arc::clone(&of.epoch),
             states: Some(states.clone()),
         }
     }
@@ -246,6 +248,7 @@ fn rover_epochs(
             all_states,
             single,
             zero: OnceLock::new(),
+            unflagged_slips: Default::default(),
         })
     };
     let threads = threads(options).max(1);

@@ -97,6 +97,30 @@ fn a_slip_that_nobody_flagged_is_not_a_motion_where_most_satellites_slip() {
     }
 }
 
+/// Draws that two rules decide. Where ambiguities that begin anew need not be whole at the held place, 18 fixes
+/// of both passes together are wrong in the first; where a fix that is only linked to confirmed ones stands
+/// against a pass that is certain of another place, 17 of a forward pass are in the second and 8 in the third.
+#[test]
+fn slips_that_nobody_flagged_are_no_motion_by_two_systems() {
+    let [Some(still), Some(mosaic)] = [&STATIC_M8P, &STATIC_1HZ].map(Known::read) else {
+        return;
+    };
+    let (forward, combined) = (FilterDirection::Forward, FilterDirection::Combined);
+    for (known, direction, unflagged, seed) in [
+        (&still, combined, 2, 23),
+        (&still, forward, 1, 63),
+        (&mosaic, forward, 2, 44),
+    ] {
+        let change = |o: PpkOptions| {
+            let systems = SystemSet::GPS.with(acerra_gnss::System::Glonass);
+            o.with_direction(direction).with_systems(systems)
+        };
+        let judged = judge_slipping(known, seed..seed + 1, unflagged, change);
+        assert_eq!(judged.wrong, 0, "{seed}: {judged:?}");
+        assert!(judged.fixed > 100, "{seed}: {judged:?}");
+    }
+}
+
 /// A code's multipath does not average out the sooner for its ambiguity beginning anew at every epoch.
 #[test]
 fn static_positions_of_ambiguities_resolved_one_by_one_state_their_errors() {
@@ -203,7 +227,7 @@ fn validation_slips_that_nobody_flagged_where_most_satellites_slip() {
             }
         }
     }
-    // One in a hundred: few satellites of which two have slipped agree with a motion.
+    // One in 1,150 as this is written: few satellites of which two have slipped agree with a motion.
     assert!(fixed > 50_000, "{fixed}");
-    assert!(100 * wrong < fixed, "{wrong} of {fixed}");
+    assert!(500 * wrong < fixed, "{wrong} of {fixed}");
 }

@@ -200,12 +200,12 @@ impl Resolution<'_> {
             own.find(|(p, _)| p.other == satellite && p.slot == slot)
                 .map_or(0.0, |(_, integer)| *integer)
         };
-        let verdict = |rest: Vec<Pair>| {
+        let with_ours = |rest: Vec<Pair>| {
             let ours: Vec<f64> = rest
                 .iter()
                 .map(|p| integer(p.other, p.slot) - integer(p.reference, p.slot))
                 .collect();
-            judge(state, &rest, &ours)
+            (rest, ours)
         };
         let groups = attempt
             .pairs
@@ -214,19 +214,24 @@ impl Resolution<'_> {
             let other = |p: &&Pair| (p.slot, p.group) != (group[0].slot, group[0].group);
             attempt.pairs.iter().filter(other).copied().collect()
         };
-        let stays = |verdict: Verdict| {
+        let is_possible = |rest: Vec<Pair>| {
+            let (rest, ours) = with_ours(rest);
+            !is_ruled_out(state, &rest, &ours)
+        };
+        let stays = |rest: Vec<Pair>| {
             if as_best {
-                verdict == Verdict::Confirmed
+                let (rest, ours) = with_ours(rest);
+                judge(state, &rest, &ours) == Verdict::Confirmed
             } else {
-                verdict != Verdict::RuledOut
+                is_possible(rest)
             }
         };
         groups
             .into_iter()
-            .all(|group| verdict(without_group(group)) != Verdict::RuledOut)
+            .all(|group| is_possible(without_group(group)))
             && members
                 .iter()
-                .all(|&(satellite, slot)| stays(verdict(without(&attempt.pairs, satellite, slot))))
+                .all(|&(satellite, slot)| stays(without(&attempt.pairs, satellite, slot)))
     }
 
     /// The ratio needed with this many pairs.
@@ -408,18 +413,34 @@ pub(super) fn judge(state: &FilterState, pairs: &[Pair], integers: &[f64]) -> Ve
             Verdict::Possible
         };
     }
-    let Some(cholesky) = Cholesky::new(covariance) else {
+    let Some(cost) = cost(&float, covariance, integers) else {
         return Verdict::Possible;
     };
-    let n = integers.len();
-    let departure = DVector::from_iterator(n, float.iter().zip(integers).map(|(a, z)| a - z));
-    let cost = departure.dot(&cholesky.solve(&departure));
     let best = found.costs[0];
     if cost - best > RULED_OUT_DIFFERENCE && cost > RULED_OUT_RATIO * best {
         Verdict::RuledOut
     } else {
         Verdict::Possible
     }
+}
+
+/// Whether [`judge`] rules integers out. Those whose own cost is no more than the difference that this
+/// takes it cannot, whatever the best cost: no search is needed.
+pub(super) fn is_ruled_out(state: &FilterState, pairs: &[Pair], integers: &[f64]) -> bool {
+    if pairs.len() < 2 {
+        return false;
+    }
+    let (float, covariance) = differences(state, pairs);
+    cost(&float, covariance, integers).is_some_and(|cost| cost > RULED_OUT_DIFFERENCE)
+        && judge(state, pairs, integers) == Verdict::RuledOut
+}
+
+/// (a − z)ᵀQ⁻¹(a − z); `None` where Q is not positive definite.
+fn cost(float: &[f64], covariance: DMatrix<f64>, integers: &[f64]) -> Option<f64> {
+    let cholesky = Cholesky::new(covariance)?;
+    let n = integers.len();
+    let departure = DVector::from_iterator(n, float.iter().zip(integers).map(|(a, z)| a - z));
+    Some(departure.dot(&cholesky.solve(&departure)))
 }
 
 /// The satellites and slots that `pairs` are made of, each once.

@@ -10,6 +10,7 @@ use super::fixed_integers::FixedIntegers;
 use crate::observation::EPOCH_TOLERANCE_S;
 use crate::solution::{NotFixedReason, Quality};
 use acerra_geo::time::GpsTime;
+use std::sync::Arc;
 
 /// Fixes of two passes nearer to each other than this are the same (m): a quarter of a wavelength;
 /// those of neighbouring integers are further apart.
@@ -30,7 +31,7 @@ pub(crate) struct Witness {
 struct Fix {
     tag: GpsTime,
     position_ecef_m: [f64; 3],
-    integers: FixedIntegers,
+    integers: Arc<FixedIntegers>,
 }
 
 impl Witness {
@@ -160,7 +161,7 @@ pub(crate) fn confirm_by(
     let count = agreeing().count();
     let alone = |r: &EpochResult| {
         let own = r.integers.as_ref();
-        span_s >= AGREEMENT_S && own.is_some_and(FixedIntegers::is_checked_twice)
+        span_s >= AGREEMENT_S && own.is_some_and(|own| own.is_checked_twice())
     };
     let disputes = |r: &EpochResult| other.is_some_and(|w| is_disputed(r, w, witnesses));
     let refuted: Vec<bool> = (results.iter())
@@ -241,7 +242,7 @@ fn keep_confirmed(
     }
     let mut confirmed = anchors.clone();
     let mut confirm_along = |order: &mut dyn Iterator<Item = usize>| {
-        let mut nearest: Option<&FixedIntegers> = None;
+        let mut nearest: Option<&Arc<FixedIntegers>> = None;
         for k in order {
             let Some(own) = &results[k].integers else {
                 continue;
@@ -276,8 +277,10 @@ fn keep_confirmed(
             result.position_ecef_m = own.float.position_ecef_m;
             result.covariance_ecef_m2 = own.float.covariance_ecef_m2;
             result.velocity = own.float.velocity;
-            for residual in &mut result.residuals {
-                residual.fixed = false;
+            if result.residuals.iter().any(|residual| residual.fixed) {
+                for residual in Arc::make_mut(&mut result.residuals) {
+                    residual.fixed = false;
+                }
             }
         }
     }

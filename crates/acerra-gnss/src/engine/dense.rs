@@ -53,6 +53,23 @@ fn subtract(from: &mut [f64], factor: f64, column: &[f64]) {
     }
 }
 
+/// The [scalar products](dot) of one vector with two others.
+pub(crate) fn dot_pair(a: &[f64], b: &[f64], c: &[f64]) -> [f64; 2] {
+    let (mut of_b, mut of_c) = ([0.0; 8], [0.0; 8]);
+    let [a, b, c] = [a, b, c].map(|of| of.chunks_exact(8));
+    let rest = a.remainder().iter().zip(b.remainder()).zip(c.remainder());
+    for ((a, b), c) in a.zip(b).zip(c) {
+        for k in 0..8 {
+            of_b[k] += a[k] * b[k];
+            of_c[k] += a[k] * c[k];
+        }
+    }
+    let whole = |p: [f64; 8]| (p[0] + p[4]) + (p[1] + p[5]) + (p[2] + p[6]) + (p[3] + p[7]);
+    rest.fold([whole(of_b), whole(of_c)], |[of_b, of_c], ((a, b), c)| {
+        [of_b + a * b, of_c + a * c]
+    })
+}
+
 /// The scalar product, summed in eight parts, which processors take several at a time.
 pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut parts = [0.0; 8];
@@ -103,6 +120,9 @@ mod tests {
             let expected = right.dot(&DVector::from_column_slice(&solved));
             let found = dot(right.as_slice(), &solved);
             assert!((found - expected).abs() <= 1e-14 * expected.abs());
+            let itself = dot(right.as_slice(), right.as_slice());
+            let pair = dot_pair(right.as_slice(), &solved, right.as_slice());
+            assert_eq!(pair, [found, itself]);
         }
     }
 

@@ -11,14 +11,20 @@ use std::sync::{Arc, OnceLock};
 
 /// The rover's epoch with everything that does not depend on the filter.
 pub(crate) struct RoverEpoch {
-    pub epoch: Epoch,
+    /// Shared between preparations by other masks.
+    pub epoch: Arc<Epoch>,
     pub states: Vec<Result<SatelliteState, Unusable>>,
     /// The states before implausible pseudoranges were taken out, where any were.
     pub all_states: Option<Vec<Result<SatelliteState, Unusable>>>,
     pub single: Result<SinglePoint, (NotFixedReason, [f64; 3])>,
     /// Its zero differences at the single-point position, computed once for all passes.
     pub zero: OnceLock<Arc<[ZeroDifference]>>,
+    /// Unflagged slips found by passes forward and backward, which hang on no filter.
+    pub unflagged_slips: [OnceLock<UnflaggedSlips>; 2],
 }
+
+/// (common index, slot) of phases that slipped without a flag.
+pub(crate) type UnflaggedSlips = Arc<[(usize, usize)]>;
 
 impl RoverEpoch {
     /// Zero differences at a place: those of the single-point position are computed once.

@@ -6,6 +6,7 @@ use super::moving_base::MovedBase;
 use super::phase_walk::{FixResiduals, NormalisedResidual};
 use crate::solution::{NotFixedReason, Quality, SatelliteResidual};
 use acerra_geo::time::GpsTime;
+use std::sync::Arc;
 
 /// What the filter says about an epoch.
 #[derive(Debug, Clone)]
@@ -21,7 +22,7 @@ pub(crate) struct EpochResult {
     pub age_s: f64,
     pub ratio: f64,
     pub reason: Option<NotFixedReason>,
-    pub residuals: Vec<SatelliteResidual>,
+    pub residuals: Arc<Vec<SatelliteResidual>>,
     /// Squared phase residuals of a fix in units of their variance, and their degrees of freedom.
     pub phase_misfit: [f64; 2],
     /// The residuals themselves.
@@ -36,7 +37,7 @@ pub(crate) struct EpochResult {
     /// A pass in the other direction fixed at the same place, or with the same integers.
     pub anchored: bool,
     /// The integers of a fix.
-    pub integers: Option<FixedIntegers>,
+    pub integers: Option<Arc<FixedIntegers>>,
     /// Where a moving base was at this time.
     pub base: Option<MovedBase>,
 }

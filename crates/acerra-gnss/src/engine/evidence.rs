@@ -84,16 +84,21 @@ impl Evidence<'_> {
     /// The float differences (cycles) and their covariance (cycle²) with what of the phases lasts.
     fn differences(&self, pairs: &[Pair]) -> (Vec<f64>, DMatrix<f64>) {
         let (float, mut covariance) = differences(self.state, pairs);
+        let variance = |satellite, slot| (self.phase_variance_cycles2)(satellite, slot);
+        let variances: Vec<[f64; 2]> = (pairs.iter())
+            .map(|p| [variance(p.reference, p.slot), variance(p.other, p.slot)])
+            .collect();
         for (a, p) in pairs.iter().enumerate() {
+            let [of_reference, of_other] = variances[a];
             for (b, q) in pairs.iter().enumerate() {
                 if p.slot != q.slot {
                     continue;
                 }
                 let mut shared = 0.0;
-                for (of_p, sign_p) in [(p.reference, 1.0), (p.other, -1.0)] {
+                for (of_p, own) in [(p.reference, of_reference), (p.other, -of_other)] {
                     for (of_q, sign_q) in [(q.reference, 1.0), (q.other, -1.0)] {
                         if of_p == of_q {
-                            shared += sign_p * sign_q * (self.phase_variance_cycles2)(of_p, p.slot);
+                            shared += sign_q * own;
                         }
                     }
                 }

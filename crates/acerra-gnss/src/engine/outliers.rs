@@ -119,12 +119,16 @@ pub(crate) fn misfit(
 }
 
 pub(super) fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
     let n = values.len();
     if n == 0 {
         return 0.0;
     }
-    (values[(n - 1) / 2] + values[n / 2]) / 2.0
+    let (below, &mut upper, _) = values.select_nth_unstable_by(n / 2, f64::total_cmp);
+    if n % 2 == 1 {
+        return upper;
+    }
+    let lower = below.iter().copied().max_by(f64::total_cmp);
+    (lower.unwrap_or(upper) + upper) / 2.0
 }
 
 #[cfg(test)]
@@ -147,6 +151,15 @@ mod tests {
             channels_apart: 0.0,
             block: 1,
         }
+    }
+
+    #[test]
+    fn medians_of_odd_and_even_numbers() {
+        assert_eq!(median(vec![]), 0.0);
+        assert_eq!(median(vec![3.0]), 3.0);
+        assert_eq!(median(vec![4.0, 1.0]), 2.5);
+        assert_eq!(median(vec![9.0, -1.0, 2.0]), 2.0);
+        assert_eq!(median(vec![7.0, 1.0, 3.0, 2.0]), 2.5);
     }
 
     #[test]

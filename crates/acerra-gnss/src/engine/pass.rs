@@ -79,7 +79,7 @@ impl<'a> Prepared<'a> {
         let backward = self.options.direction == FilterDirection::Backward;
         let mut filter = self.filter_with(self.trial_options);
         let unconfirmed =
-            self.beside_look_ahead(backward, || self.run(&mut filter, backward, watch))?;
+            self.beside_look_ahead(backward, watch, || self.run(&mut filter, backward, watch))?;
         let mut results = unconfirmed.clone();
         self.confirm_alone(&filter, &mut results);
         Ok(Trial {
@@ -92,8 +92,13 @@ impl<'a> Prepared<'a> {
     /// The result of `pass`, the first over the epochs. Where there is a second thread, it computes
     /// beside it what hangs on no filter and serves every pass: zero differences of the base, and
     /// those of the rover at its single-point positions.
-    fn beside_look_ahead<T>(&self, backward: bool, pass: impl FnOnce() -> T) -> T {
-        if threads(self.options) <= 1 {
+    fn beside_look_ahead<T>(
+        &self,
+        backward: bool,
+        watch: &Watch<'_>,
+        pass: impl FnOnce() -> T,
+    ) -> T {
+        if threads(self.options) <= 1 || watch.shares_threads() {
             return pass();
         }
         let done = AtomicBool::new(false);
@@ -140,6 +145,8 @@ impl<'a> Prepared<'a> {
         backward: bool,
         watch: &Watch<'_>,
     ) -> Result<Vec<EpochResult>, PpkError> {
+        let _permit = watch.permit();
+        filter.backward = backward;
         let n = self.rover.len();
         let mut results = Vec::with_capacity(n);
         for k in 0..n {

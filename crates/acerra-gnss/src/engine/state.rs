@@ -2,7 +2,7 @@
 //! biases, and what is remembered about each satellite's phase.
 
 use super::constellation::Constellation;
-use super::dense::{dot, factorise, solve_lower, solve_lower_rows};
+use super::dense::{dot, dot_pair, factorise, solve_lower, solve_lower_rows};
 use super::double_row::DoubleRow;
 use super::sparse_row::SparseRow;
 use super::update_room::{Room, transpose, zeros_in};
@@ -293,23 +293,23 @@ impl FilterState {
         let (n, m) = (self.x.len(), rows.len());
         let mut room = std::mem::take(&mut self.room);
         room.note_active(&self.exists);
+        room.gather(&self.p, n, rows);
         let count = room.active.len();
         room.pht = zeros_in(room.pht, count * m);
-        for (out, row) in room.pht.chunks_exact_mut(count.max(1)).zip(rows) {
-            for &(index, coefficient) in row.coefficients() {
-                let source = &self.p[index * n..(index + 1) * n];
-                for (o, &a) in out.iter_mut().zip(&room.active) {
-                    *o += coefficient * source[a];
+        for (out, row) in (room.pht.chunks_exact_mut(count.max(1))).zip(&room.placed) {
+            for &(place, coefficient) in row.coefficients() {
+                let source = &room.covariance[place * count..(place + 1) * count];
+                for (o, value) in out.iter_mut().zip(source) {
+                    *o += coefficient * value;
                 }
             }
         }
         let mut factor = noise;
         for (j, column) in room.pht.chunks_exact(count.max(1)).enumerate() {
-            for (i, row) in rows.iter().enumerate().skip(j) {
+            let below = factor[j * m + j..(j + 1) * m].iter_mut();
+            for (element, row) in below.zip(&room.placed[j..]) {
                 let products = row.coefficients().iter();
-                let known =
-                    products.filter_map(|&(index, c)| Some(c * column.get(room.place[index])?));
-                factor[j * m + i] += known.sum::<f64>();
+                *element += products.map(|&(place, c)| c * column[place]).sum::<f64>();
             }
         }
         let regular = factorise(&mut factor, m);
@@ -329,15 +329,25 @@ impl FilterState {
     /// Moves the state by the whitened residuals, and takes from its covariance what they tell.
     fn apply(&mut self, room: &Room, m: usize) {
         let n = self.x.len();
-        let columns = || room.active.iter().zip(room.whitened.chunks_exact(m.max(1)));
-        for (i, (&a, own)) in columns().enumerate() {
+        let whitened = |i: usize| &room.whitened[i * m..(i + 1) * m];
+        for (i, &a) in room.active.iter().enumerate() {
+            let own = whitened(i);
             self.x[a] += dot(own, &room.residuals);
-            for (&b, other) in columns().take(i + 1) {
-                let reduction = dot(own, other);
+            let mut reduce = |b: usize, reduction: f64| {
                 self.p[a * n + b] -= reduction;
                 if a != b {
                     self.p[b * n + a] -= reduction;
                 }
+            };
+            let mut k = 0;
+            while k < i {
+                let both = dot_pair(own, whitened(k), whitened(k + 1));
+                reduce(room.active[k], both[0]);
+                reduce(room.active[k + 1], both[1]);
+                k += 2;
+            }
+            if k == i {
+                reduce(a, dot(own, own));
             }
         }
     }

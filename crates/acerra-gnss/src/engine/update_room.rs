@@ -1,10 +1,16 @@
 //! Memory that the updates of a filter's state work in.
 
+use super::sparse_row::SparseRow;
+
 /// Memory of past updates.
 #[derive(Debug, Default)]
 pub(super) struct Room {
     /// Noise, then the innovations' covariance, then its factor.
     pub noise: Vec<f64>,
+    /// Covariance of the active states, row by row.
+    pub covariance: Vec<f64>,
+    /// The equations, with places among the active states for states.
+    pub placed: Vec<SparseRow>,
     /// One column per equation: (P Hᵀ) restricted to the active states; then PHᵀL⁻ᵀ.
     pub pht: Vec<f64>,
     /// One column per active state: L⁻¹HP.
@@ -31,6 +37,27 @@ impl Room {
                 self.active.push(index);
             }
         }
+    }
+
+    /// Takes the active states' part of the covariance `p` of `n` states, and of the equations.
+    pub(super) fn gather(&mut self, p: &[f64], n: usize, rows: &[SparseRow]) {
+        self.covariance.clear();
+        for &a in &self.active {
+            let own = &p[a * n..(a + 1) * n];
+            self.covariance.extend(self.active.iter().map(|&b| own[b]));
+        }
+        self.placed.clear();
+        let place = &self.place;
+        self.placed.extend(rows.iter().map(|row| {
+            // A state that does not exist has neither variance nor covariance.
+            let mut placed = SparseRow::new(&[], row.residual);
+            for &(index, coefficient) in row.coefficients() {
+                if place[index] != usize::MAX {
+                    placed.push(place[index], coefficient);
+                }
+            }
+            placed
+        }));
     }
 }
 

@@ -5,7 +5,7 @@ use super::constellation::{SatelliteState, Unusable};
 use super::measurement::Epoch;
 use super::noise::below_cn0_mask;
 use crate::atmosphere::{Niell, not_below_zero_height, saastamoinen_m};
-use crate::geometry::{azimuth_elevation_rad, line_of_sight};
+use crate::geometry::{azimuth_rad, elevation_rad, line_of_sight};
 use crate::options::PpkOptions;
 use crate::signal::{FREQUENCY_SLOTS, SPEED_OF_LIGHT_M_S};
 use acerra_geo::geodesy::{EnuFrame, Geodetic};
@@ -30,11 +30,20 @@ pub(crate) struct ZeroDifference {
     /// Derivative of the residuals with respect to the receiver's position: that direction and, where the
     /// troposphere follows the height, what its delay loses upwards.
     pub by_position_ecef: [f64; 3],
-    pub azimuth_rad: f64,
+    /// East and north of the direction to the satellite.
+    pub horizontal: [f64; 2],
     /// Zero when the satellite is not used.
     pub elevation_rad: f64,
     /// Its sine.
     pub sin_elevation: f64,
+}
+
+impl ZeroDifference {
+    /// Azimuth from north (rad).
+    pub(crate) fn azimuth_rad(&self) -> f64 {
+        let [east, north] = self.horizontal;
+        azimuth_rad(east, north)
+    }
 }
 
 /// Height over which the change of the tropospheric delay is taken (m).
@@ -103,7 +112,8 @@ pub(crate) fn zero_differences(
             let Some(sight) = line_of_sight(state.position_ecef_m, position_ecef_m) else {
                 return result;
             };
-            let (azimuth, elevation) = azimuth_elevation_rad(&frame, sight.unit_ecef);
+            let [east, north, up] = frame.enu_vector_from_ecef(sight.unit_ecef);
+            let elevation = elevation_rad(up);
             if elevation.is_nan() || elevation < options.elevation_mask_rad {
                 return result;
             }
@@ -114,16 +124,18 @@ pub(crate) fn zero_differences(
             result.unit_ecef = sight.unit_ecef;
             result.by_position_ecef =
                 std::array::from_fn(|k| sight.unit_ecef[k] - gradient * up_ecef[k]);
-            result.azimuth_rad = azimuth;
+            result.horizontal = [east, north];
             result.elevation_rad = elevation;
             result.cn0_db_hz = m.cn0_db_hz;
             result.cn0_drop_db = m.cn0_drop_db;
             result.noise_power = m.noise_power;
             let (sin_el, cos_el) = elevation.sin_cos();
             result.sin_elevation = sin_el;
-            let (sin_az, cos_az) = azimuth.sin_cos();
-            let antenna_m =
-                antenna[0] * cos_el * sin_az + antenna[1] * cos_el * cos_az + antenna[2] * sin_el;
+            let mut antenna_m = antenna[2] * sin_el;
+            if antenna[0] != 0.0 || antenna[1] != 0.0 {
+                let (sin_az, cos_az) = result.azimuth_rad().sin_cos();
+                antenna_m += antenna[0] * cos_el * sin_az + antenna[1] * cos_el * cos_az;
+            }
             let predicted =
                 sight.range_m - SPEED_OF_LIGHT_M_S * state.clock_s + delay_m - antenna_m;
             for slot in 0..options.frequencies.min(FREQUENCY_SLOTS) {
@@ -143,7 +155,7 @@ pub(crate) fn zero_differences(
                     .as_ref()
                     .zip(m.signal[slot])
                     .and_then(|(calibration, code)| calibration.of_signal(m.system, code))
-                    .map_or(0.0, |at| at.range_m(azimuth, elevation));
+                    .map_or(0.0, |at| at.range_m(result.azimuth_rad(), elevation));
                 let predicted = predicted + phase_centre_m;
                 if m.phase_cycles[slot] != 0.0 {
                     result.phase_m[slot] =

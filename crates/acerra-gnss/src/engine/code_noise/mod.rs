@@ -112,9 +112,10 @@ impl MeasuredNoise {
         let pooled = series.noise(|_, _| true).unwrap_or_else(CodeNoise::model);
         let mut measured = Self::model();
         for (system, slot) in all {
-            measured.groups[system][slot] = series
-                .noise(|s, f| (s, f) == (system, slot))
-                .unwrap_or_else(|| pooled.clone());
+            let own = series
+                .holds(system, slot)
+                .then(|| series.noise(|s, f| (s, f) == (system, slot)));
+            measured.groups[system][slot] = own.flatten().unwrap_or_else(|| pooled.clone());
         }
         measured
     }

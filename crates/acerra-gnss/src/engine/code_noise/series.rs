@@ -128,6 +128,12 @@ impl Series {
         series
     }
 
+    /// Whether there are samples of a system (by its place) and slot.
+    pub(super) fn holds(&self, system: usize, slot: usize) -> bool {
+        let mut samples = self.epochs.iter().flatten();
+        samples.any(|s| (s.system, s.slot) == (system, slot))
+    }
+
     /// The noise of the samples that `counts` (by system and slot) lets in; `None` where they are
     /// too few.
     pub(super) fn noise(&self, counts: impl Fn(usize, usize) -> bool) -> Option<CodeNoise> {

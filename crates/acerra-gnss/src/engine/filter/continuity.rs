@@ -2,9 +2,12 @@
 
 use super::last_phases::{LastPhases, PhaseDifference};
 use super::{EpochView, Filter};
+use crate::engine::epoch_input::UnflaggedSlips;
 use crate::engine::noise::{Separation, SignalView, single_difference_variance_m2};
 use crate::engine::single::SinglePoint;
 use crate::engine::time_difference::{PhaseChange, robust_fit};
+use crate::options::FilterDirection;
+use std::sync::Arc;
 
 /// Longest time (s) over which phases are compared: the atmosphere and the model of the orbits
 /// change by less than a centimetre.
@@ -15,9 +18,23 @@ const SLIP_SIGMA: f64 = 5.0;
 const SLIP_CYCLES: f64 = 0.4;
 
 impl Filter<'_> {
+    /// The [unflagged slips](Self::unflagged_slips) of this epoch, computed by the first pass of a direction
+    /// for all; a pass that goes on where another one ended has its own.
+    pub(super) fn known_unflagged_slips(
+        &mut self,
+        epoch: &EpochView<'_>,
+        single: &SinglePoint,
+    ) -> UnflaggedSlips {
+        if self.options.direction == FilterDirection::CombinedWithoutReset {
+            return self.unflagged_slips(epoch, single).into();
+        }
+        let known = &epoch.rover.unflagged_slips[usize::from(self.backward)];
+        Arc::clone(known.get_or_init(|| self.unflagged_slips(epoch, single).into()))
+    }
+
     /// The phases (common index, slot) of this epoch that contradict the others' change since the
     /// last one.
-    pub(super) fn unflagged_slips(
+    fn unflagged_slips(
         &mut self,
         epoch: &EpochView<'_>,
         single: &SinglePoint,

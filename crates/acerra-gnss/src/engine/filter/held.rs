@@ -7,7 +7,7 @@
 //! that rested on them.
 
 use super::{EpochView, Filter};
-use crate::engine::ambiguity::{Attempt, Pair, Verdict, judge, members, without};
+use crate::engine::ambiguity::{Attempt, Pair, Verdict, is_ruled_out, judge, members, without};
 use crate::engine::double::{Common, GROUPS};
 use crate::engine::single::SinglePoint;
 use crate::engine::sparse_row::SparseRow;
@@ -95,7 +95,15 @@ impl Filter<'_> {
             return self.held_state.clone().filter(knows_its_place);
         }
         self.rests_on_held = true;
-        match judge(&self.state, &pairs, &integers) {
+        // A confirmation counts only once it is due.
+        let verdict = if self.confirmation_is_due() {
+            judge(&self.state, &pairs, &integers)
+        } else if is_ruled_out(&self.state, &pairs, &integers) {
+            Verdict::RuledOut
+        } else {
+            Verdict::Possible
+        };
+        match verdict {
             Verdict::Confirmed => {
                 self.doubts = 0;
                 self.note_confirmation();
@@ -154,14 +162,19 @@ impl Filter<'_> {
         self.held_state = updated.is_ok().then_some(held);
     }
 
-    /// Once the float state has found the same integers by itself for long enough, the fixes up to
-    /// here stand whatever becomes of the integers later.
-    fn note_confirmation(&mut self) {
+    /// Whether the present set of integers is held for long enough to be confirmed.
+    fn confirmation_is_due(&self) -> bool {
         let age_s = self
             .last_time
             .zip(self.held_since)
             .map_or(0.0, |(now, since)| now.seconds_since(since).abs());
-        if age_s > CONFIRMATION_S {
+        age_s > CONFIRMATION_S
+    }
+
+    /// Once the float state has found the same integers by itself for long enough, the fixes up to
+    /// here stand whatever becomes of the integers later.
+    fn note_confirmation(&mut self) {
+        if self.confirmation_is_due() {
             self.generation += 1;
             self.held_since = self.last_time;
         }
@@ -182,7 +195,7 @@ impl Filter<'_> {
                 .iter()
                 .map(|p| integer(p.other, p.slot) - integer(p.reference, p.slot))
                 .collect();
-            rest.len() >= LEAST_HELD_PAIRS && judge(&self.state, &rest, &ours) != Verdict::RuledOut
+            rest.len() >= LEAST_HELD_PAIRS && !is_ruled_out(&self.state, &rest, &ours)
         };
         let Some((satellite, slot)) = members(pairs).into_iter().find(explains) else {
             return false;

@@ -18,7 +18,7 @@ use crate::engine::calibration::FloatMisfit;
 use crate::engine::code_noise::MeasuredNoise;
 use crate::engine::constellation::Constellation;
 use crate::engine::double::Common;
-use crate::engine::epoch_input::{BaseView, RoverEpoch};
+use crate::engine::epoch_input::{BaseView, RoverEpoch, UnflaggedSlips};
 use crate::engine::epoch_result::EpochResult;
 use crate::engine::fixed_integers::{FixedIntegers, FloatSolution};
 use crate::engine::glonass::GlonassPlan;
@@ -37,6 +37,7 @@ use acerra_geo::time::GpsTime;
 use last_phases::LastPhases;
 use nalgebra::{Matrix3, Vector3};
 use residuals::Update;
+use std::sync::Arc;
 
 /// What rover and base see together at an epoch.
 struct EpochView<'e> {
@@ -47,8 +48,7 @@ struct EpochView<'e> {
     wavelengths_m: Vec<[f64; 3]>,
     /// How much noisier than usual each common satellite's codes are.
     inflation: Inflation,
-    /// (common index, slot) of phases that slipped without a flag.
-    unflagged_slips: Vec<(usize, usize)>,
+    unflagged_slips: UnflaggedSlips,
 }
 
 impl<'e> EpochView<'e> {
@@ -66,7 +66,7 @@ impl<'e> EpochView<'e> {
             common,
             wavelengths_m,
             inflation: Inflation::new(),
-            unflagged_slips: Vec::new(),
+            unflagged_slips: UnflaggedSlips::default(),
         };
         if filter.options.measure_code_noise {
             view.inflation = filter.code_inflation(&view, single);
@@ -121,6 +121,8 @@ pub(crate) struct Filter<'a> {
     pub(crate) suspects: SuspectGroups,
     /// Phase differences of the last epoch.
     last_phases: LastPhases,
+    /// Epochs come in descending order of time.
+    pub(crate) backward: bool,
     /// Number of the present set of held integers, and the numbers of those withdrawn.
     generation: u32,
     pub(crate) withdrawn: Vec<u32>,
@@ -150,6 +152,7 @@ impl<'a> Filter<'a> {
             held: false,
             generation: 0,
             last_phases: LastPhases::default(),
+            backward: false,
             held_since: None,
             held_state: None,
             room: None,
@@ -218,7 +221,7 @@ impl<'a> Filter<'a> {
             return result.not_fixed(NotFixedReason::TooFewCommonSatellites { common: 0 });
         }
         if self.uses_phase() && self.options.max_phase_residual_sigma.is_some() {
-            epoch.unflagged_slips = self.unflagged_slips(&epoch, single);
+            epoch.unflagged_slips = self.known_unflagged_slips(&epoch, single);
         }
         self.predict(single, &epoch, elapsed_s);
         let mut excluded = Vec::new();
@@ -286,7 +289,7 @@ impl<'a> Filter<'a> {
                 backward: elapsed_s < 0.0,
             };
             slips::detect(&mut self.state, &view);
-            for &(k, slot) in &epoch.unflagged_slips {
+            for &(k, slot) in epoch.unflagged_slips.iter() {
                 let track = self.state.track_mut(epoch.common[k].satellite, slot);
                 track.flags |= LossOfLock::SLIP;
             }
@@ -367,7 +370,7 @@ impl<'a> Filter<'a> {
             let mut integers =
                 FixedIntegers::new(attempt, &self.state, certain, self.generation, float);
             integers.held = self.rests_on_held.then_some(self.generation);
-            result.integers = Some(integers);
+            result.integers = Some(Arc::new(integers));
         }
         self.report_fix(result, attempt);
         let mut used: Vec<SignalGroup> = attempt.pairs.iter().map(Pair::signal_group).collect();

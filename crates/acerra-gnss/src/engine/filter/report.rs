@@ -8,6 +8,7 @@ use crate::engine::epoch_result::EpochResult;
 use crate::engine::single::SinglePoint;
 use crate::satellite::System;
 use crate::solution::{NotFixedReason, Quality, SatelliteResidual};
+use std::sync::Arc;
 
 impl EpochResult {
     /// The result of an epoch that has nothing better than its single-point position.
@@ -27,7 +28,7 @@ impl EpochResult {
             age_s: base.map_or(0.0, |b| b.age_s),
             ratio: 0.0,
             reason: None,
-            residuals: Vec::new(),
+            residuals: Arc::default(),
             phase_misfit: [0.0; 2],
             phase_residuals: Vec::new(),
             code_residuals: Vec::new(),
@@ -68,29 +69,30 @@ impl Filter<'_> {
                 }),
             ));
         }
-        result
-            .residuals
-            .reserve(self.options.frequencies * epoch.common.len());
+        let satellites = epoch.common.len();
+        // Residuals of phase and code by slot and common satellite; the reference's are zero.
+        let mut found = vec![[None; 2]; self.options.frequencies * satellites];
+        for r in rows {
+            let own = &mut found[r.slot * satellites + r.other][usize::from(r.is_code)];
+            own.get_or_insert(r.residual_m);
+        }
+        for r in rows {
+            let own = &mut found[r.slot * satellites + r.reference][usize::from(r.is_code)];
+            own.get_or_insert(0.0);
+        }
+        let mut residuals = std::mem::take(Arc::make_mut(&mut result.residuals));
+        residuals.reserve(found.len());
         for slot in 0..self.options.frequencies {
             for (k, c) in epoch.common.iter().enumerate() {
-                let of = |is_code: bool| {
-                    let mut own = rows
-                        .iter()
-                        .filter(|r| r.slot == slot && r.is_code == is_code);
-                    own.clone()
-                        .find(|r| r.other == k)
-                        .map(|r| r.residual_m)
-                        .or_else(|| own.any(|r| r.reference == k).then_some(0.0))
-                };
-                let (phase_m, code_m) = (of(false), of(true));
+                let [phase_m, code_m] = found[slot * satellites + k];
                 if phase_m.is_none() && code_m.is_none() {
                     continue;
                 }
                 let z = &update.zero[c.rover];
-                result.residuals.push(SatelliteResidual {
+                residuals.push(SatelliteResidual {
                     satellite: self.constellation.id(c.satellite),
                     slot,
-                    azimuth_rad: z.azimuth_rad,
+                    azimuth_rad: z.azimuth_rad(),
                     elevation_rad: z.elevation_rad,
                     phase_m,
                     code_m,
@@ -99,6 +101,7 @@ impl Filter<'_> {
                 });
             }
         }
+        result.residuals = Arc::new(residuals);
     }
 
     /// Position and velocity with the integers of `attempt` imposed.
@@ -122,7 +125,7 @@ impl Filter<'_> {
         {
             result.channel_slope_m = Some([attempt.x[k], attempt.p[k * np + k].max(0.0).sqrt()]);
         }
-        for r in &mut result.residuals {
+        for r in Arc::make_mut(&mut result.residuals) {
             r.fixed = self
                 .constellation
                 .index(r.satellite)
