@@ -6,7 +6,6 @@ use crate::engine::epoch_input::UnflaggedSlips;
 use crate::engine::noise::{Separation, SignalView, single_difference_variance_m2};
 use crate::engine::single::SinglePoint;
 use crate::engine::time_difference::{PhaseChange, robust_fit};
-use crate::options::FilterDirection;
 use std::sync::Arc;
 
 /// Longest time (s) over which phases are compared: the atmosphere and the model of the orbits
@@ -18,27 +17,13 @@ const SLIP_SIGMA: f64 = 5.0;
 const SLIP_CYCLES: f64 = 0.4;
 
 impl Filter<'_> {
-    /// The [unflagged slips](Self::unflagged_slips) of this epoch, computed by the first pass of a direction
-    /// for all; a pass that goes on where another one ended has its own.
-    pub(super) fn known_unflagged_slips(
+    /// The phases (common index, slot) of this epoch that contradict the others' change since the
+    /// last one. They hang on the epochs alone, so that the first pass of a direction finds them for all.
+    pub(super) fn unflagged_slips(
         &mut self,
         epoch: &EpochView<'_>,
         single: &SinglePoint,
     ) -> UnflaggedSlips {
-        if self.options.direction == FilterDirection::CombinedWithoutReset {
-            return self.unflagged_slips(epoch, single).into();
-        }
-        let known = &epoch.rover.unflagged_slips[usize::from(self.backward)];
-        Arc::clone(known.get_or_init(|| self.unflagged_slips(epoch, single).into()))
-    }
-
-    /// The phases (common index, slot) of this epoch that contradict the others' change since the
-    /// last one.
-    fn unflagged_slips(
-        &mut self,
-        epoch: &EpochView<'_>,
-        single: &SinglePoint,
-    ) -> Vec<(usize, usize)> {
         let place_ecef_m = single.position_ecef_m;
         let zero = self.zero_at(epoch.rover, place_ecef_m);
         let tag = epoch.rover.epoch.tag;
@@ -97,17 +82,22 @@ impl Filter<'_> {
             place_ecef_m,
             differences: now,
         };
-        let Some(fit) = robust_fit(&changes) else {
-            return Vec::new();
-        };
-        let slipped = |k: usize| {
-            let limit_m =
-                (SLIP_SIGMA * fit.scale * changes[k].sigma_m).min(SLIP_CYCLES * places[k].2);
-            changes[k].trusted && fit.residuals_m[k].abs() > limit_m
-        };
-        (0..changes.len())
-            .filter(|&k| slipped(k))
-            .map(|k| (places[k].0, places[k].1))
-            .collect()
+        let known = &epoch.rover.unflagged_slips[usize::from(self.backward)];
+        Arc::clone(known.get_or_init(|| contradicting(&changes, &places).into()))
     }
+}
+
+/// The phases (common index, slot, wavelength in `places`) whose change contradicts that of the others.
+fn contradicting(changes: &[PhaseChange], places: &[(usize, usize, f64)]) -> Vec<(usize, usize)> {
+    let Some(fit) = robust_fit(changes) else {
+        return Vec::new();
+    };
+    let slipped = |k: usize| {
+        let limit_m = (SLIP_SIGMA * fit.scale * changes[k].sigma_m).min(SLIP_CYCLES * places[k].2);
+        changes[k].trusted && fit.residuals_m[k].abs() > limit_m
+    };
+    (0..changes.len())
+        .filter(|&k| slipped(k))
+        .map(|k| (places[k].0, places[k].1))
+        .collect()
 }

@@ -221,7 +221,7 @@ impl<'a> Filter<'a> {
             return result.not_fixed(NotFixedReason::TooFewCommonSatellites { common: 0 });
         }
         if self.uses_phase() && self.options.max_phase_residual_sigma.is_some() {
-            epoch.unflagged_slips = self.known_unflagged_slips(&epoch, single);
+            epoch.unflagged_slips = self.unflagged_slips(&epoch, single);
         }
         self.predict(single, &epoch, elapsed_s);
         let mut excluded = Vec::new();
