@@ -71,7 +71,7 @@ pub fn point_response(
     }
     let start_m = view.centre_m(peak.1[0], peak.1[1]);
     let field = InterpolatedImage::about(*view, start_m);
-    let (peak_m, amplitude) = climb_crest(&field, start_m, grid.pixel_m, &track, cell)?;
+    let (peak_m, amplitude) = climb_crest(&field, start_m, grid.pixel_m, track.tangent, cell)?;
     let shape = measure_shape(&field, &track, peak_m, cell);
     Some(PointResponse {
         point_m,

@@ -1,7 +1,6 @@
 //! The highest point of a lobe whose crest is long and nearly flat.
 
 use super::field::{Field, best_on_line, climb_to_peak};
-use super::track::LocalTrack;
 use crate::psf::cell::Cell;
 
 /// Points at which the crest is looked at on either side, within half a Rayleigh distance across.
@@ -21,12 +20,12 @@ const FLAT: f64 = 0.98;
 /// The lobe of a target under the track is several decimetres long across the track and flat to
 /// fractions of a per cent, so that an image's own errors (10⁻³ of the peak by default) make
 /// maxima of their own on it, and the pixel nearest to the crest decides which of them a climb
-/// alone finds. Arguments and result as [`climb_to_peak`]; `track` and `cell` are those of the
-/// lobe.
+/// alone finds. Arguments and result as [`climb_to_peak`]; `tangent` is the horizontal unit vector of
+/// the flight direction at the lobe ([`LocalTrack::tangent`](super::LocalTrack::tangent)), `cell` its Rayleigh distances.
 ///
 /// # Example
 /// ```
-/// use acerra_imaging::metrics::{Field, LocalTrack, climb_crest, climb_to_peak};
+/// use acerra_imaging::metrics::{Field, climb_crest, climb_to_peak};
 /// use acerra_imaging::psf::Cell;
 ///
 /// /// A crest along y whose top is at −0.1 m, with ripples of 0.2 %.
@@ -38,22 +37,21 @@ const FLAT: f64 = 0.98;
 ///         Some((1.0 - (x_m / 0.02).powi(2)) * along_crest)
 ///     }
 /// }
-/// let track = LocalTrack::at(&[[-1.0, 0.0, 5.0], [1.0, 0.0, 5.0]], [0.0; 3]).unwrap();
 /// let cell = Cell { along_m: 0.05, across_m: 0.6 };
 /// let (alone, _) = climb_to_peak(&Crest, [0.0, 0.12], 0.01).unwrap();
-/// let (top, _) = climb_crest(&Crest, [0.0, 0.12], 0.01, &track, cell).unwrap();
+/// let (top, _) = climb_crest(&Crest, [0.0, 0.12], 0.01, [1.0, 0.0], cell).unwrap();
 /// assert!(alone[1] > 0.0 && (top[1] + 0.1).abs() < 0.001);
 /// ```
 pub fn climb_crest(
     field: &dyn Field,
     start_m: [f64; 2],
     step_m: f64,
-    track: &LocalTrack,
+    tangent: [f64; 2],
     cell: Cell,
 ) -> Option<([f64; 2], f64)> {
     let mut top = climb_to_peak(field, start_m, step_m)?;
     for _ in 0..SEARCHES {
-        let highest = highest_on_crest(field, top, track, cell);
+        let highest = highest_on_crest(field, top, tangent, cell);
         if highest.1 <= top.1 {
             break;
         }
@@ -66,10 +64,10 @@ pub fn climb_crest(
 fn highest_on_crest(
     field: &dyn Field,
     top: ([f64; 2], f64),
-    track: &LocalTrack,
+    tangent: [f64; 2],
     cell: Cell,
 ) -> ([f64; 2], f64) {
-    let left = track.left();
+    let left = [-tangent[1], tangent[0]];
     let look_m = 0.5 * cell.across_m / f64::from(LOOKS);
     let mut highest = top;
     for side in [-look_m, look_m] {
@@ -81,7 +79,7 @@ fn highest_on_crest(
             };
             let mut crest = (next, level);
             for share in [ALONG_SHARE, 0.25 * ALONG_SHARE] {
-                crest = best_on_line(field, crest, track.tangent, share * cell.along_m);
+                crest = best_on_line(field, crest, tangent, share * cell.along_m);
             }
             if crest.1 < FLAT * highest.1 {
                 break;

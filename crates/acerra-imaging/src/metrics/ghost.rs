@@ -52,12 +52,7 @@ impl GhostWindow {
     /// Finds the maximum of `field` in the window: sampled at a quarter of the cell, then climbed.
     ///
     /// `None` when the whole window is outside the field.
-    pub fn strongest(
-        &self,
-        field: &dyn Field,
-        track: &LocalTrack,
-        cell: Cell,
-    ) -> Option<([f64; 2], f64)> {
+    pub fn strongest(&self, field: &dyn Field, cell: Cell) -> Option<([f64; 2], f64)> {
         let step = [0.25 * cell.along_m, 0.25 * cell.across_m];
         let count = [0, 1].map(|i| (self.half_m[i] / step[i]).ceil() as i64);
         let mut best: Option<([f64; 2], f64)> = None;
@@ -79,7 +74,7 @@ impl GhostWindow {
         }
         let (start, level) = best?;
         // A climb that leaves the window has found something else.
-        match climb_crest(field, start, step[0], track, cell) {
+        match climb_crest(field, start, step[0], self.tangent, cell) {
             Some(found) if self.contains(found.0) => Some(found),
             _ => Some((start, level)),
         }
@@ -94,7 +89,7 @@ pub fn find_ghost(
     peak: f64,
     cell: Cell,
 ) -> Option<Ghost> {
-    let (place, level) = GhostWindow::of(track, peak_m, cell)?.strongest(field, track, cell)?;
+    let (place, level) = GhostWindow::of(track, peak_m, cell)?.strongest(field, cell)?;
     Some(Ghost {
         level: level / peak,
         x_m: place[0],

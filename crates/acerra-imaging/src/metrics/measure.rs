@@ -288,7 +288,7 @@ impl Search<'_> {
         let field = InterpolatedImage::about(*self.image, start);
         let (track, cell) = self.surroundings(start)?;
         let step_m = self.image.grid().pixel_m;
-        let (peak_m, amplitude) = climb_crest(&field, start, step_m, &track, cell)?;
+        let (peak_m, amplitude) = climb_crest(&field, start, step_m, track.tangent, cell)?;
         let (track, cell) = self.surroundings(peak_m)?;
         let shape = measure_shape(&field, &track, peak_m, cell)?;
         let window = GhostWindow::of(&track, peak_m, cell);

@@ -91,7 +91,8 @@ impl Analysis {
         };
         let (track, cell) = about(start)?;
         let (peak_m, amplitude) =
-            climb_crest(&field, start, 0.25 * cell.along_m, &track, cell).unwrap_or((start, 0.0));
+            climb_crest(&field, start, 0.25 * cell.along_m, track.tangent, cell)
+                .unwrap_or((start, 0.0));
         let (track, cell) = about(peak_m)?;
         let shape = measure_shape(&field as &dyn Field, &track, peak_m, cell).ok_or(
             ImagingError::Empty {

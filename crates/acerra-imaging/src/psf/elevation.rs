@@ -85,7 +85,7 @@ pub fn retrieve(
         let cell = Cell::expected(spread, &track, *target);
         let step_m = grid.pixel_m.min(0.25 * cell.along_m);
         let (found_m, amplitude) =
-            climb_crest(&field, start, step_m, &track, cell).unwrap_or((start, 0.0));
+            climb_crest(&field, start, step_m, track.tangent, cell).unwrap_or((start, 0.0));
         found.push(Retrieved {
             target_m: *target,
             expected_m,
