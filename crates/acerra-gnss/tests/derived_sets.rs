@@ -227,7 +227,7 @@ fn validation_slips_that_nobody_flagged_where_most_satellites_slip() {
             }
         }
     }
-    // One in 1,150 as this is written: few satellites of which two have slipped agree with a motion.
+    // Few satellites of which two have slipped agree with a motion (docs/validation/ppk-derived.md).
     assert!(fixed > 50_000, "{fixed}");
     assert!(500 * wrong < fixed, "{wrong} of {fixed}");
 }
