@@ -391,18 +391,14 @@ impl TableEngine for Factorized {
     ) -> Vec<(Range<usize>, u128)> {
         let (spec, inner) = &piece.spec;
         let table = table_bytes(inner, &piece.ranges_m);
-        // One coarse image more is in the making.
-        let [one, two] = [1, 2].map(|parts| spec.coarse.bytes(grid, parts - 1));
+        let parts = partition_aperture(&echoes.pulses, spec.outer.pulses);
+        let [making, each] = spec.coarse_bytes(grid, &parts);
         let bytes = |(k, part): (usize, Range<usize>)| {
-            let making = if k == 0 { one } else { 0 };
-            let bytes = part.len() as u128 * table + (two - one) + making;
+            let making = if k == 0 { making } else { 0 };
+            let bytes = part.len() as u128 * table + each + making;
             (part, bytes)
         };
-        partition_aperture(&echoes.pulses, spec.pulses)
-            .into_iter()
-            .enumerate()
-            .map(bytes)
-            .collect()
+        parts.into_iter().enumerate().map(bytes).collect()
     }
 
     fn build(

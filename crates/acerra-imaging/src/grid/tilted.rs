@@ -63,6 +63,15 @@ impl TiltedGrid {
         std::array::from_fn(|axis| self.origin_m[axis] + i * self.u_m[axis] + j * self.v_m[axis])
     }
 
+    /// `rows` of its rows from row `first` on.
+    pub(crate) fn rows_from(&self, first: usize, rows: usize) -> Self {
+        Self {
+            origin_m: self.point_m(0.0, first as f64),
+            rows,
+            ..*self
+        }
+    }
+
     /// Least and greatest range from `antenna_m` to the grid widened by `margin` columns either way.
     pub(crate) fn ranges_m(&self, antenna_m: [f64; 3], margin: f64) -> [f64; 2] {
         let (i0, i1) = (-margin, (self.columns - 1) as f64 + margin);

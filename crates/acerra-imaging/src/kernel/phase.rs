@@ -45,6 +45,45 @@ pub(crate) fn apply_phase<S: Lanes>(
     }
 }
 
+/// Writes a row times e^{−jφ}. Both rows hold first the first pixels of all cells of `pixels`, then the second ones,
+/// and so on.
+#[inline(always)]
+pub(crate) fn remove_phase<S: Lanes>(
+    s: S,
+    job: &PhaseRow,
+    pixels: usize,
+    from: (&[f32], &[f32]),
+    to: (&mut [f32], &mut [f32]),
+) {
+    let length = from.0.len();
+    let cells = length / pixels;
+    assert!(cells >= S::N && from.1.len() == length);
+    assert!(to.0.len() >= length && to.1.len() >= length);
+    let carrier = RowCarrier::new(s, job, pixels);
+    let mut q = 0;
+    while q < cells {
+        // Whole vectors: the last one begins where it ends with the row.
+        let first = q.min(cells - S::N);
+        let at_middle = carrier.intervals(first);
+        for p in 0..pixels {
+            let (cosine, sine) = carrier.phase(&at_middle, p);
+            let at = p * cells + first;
+            // SAFETY: first + N ≤ cells, and every part has `cells` numbers of each of the cell's pixels.
+            unsafe {
+                let (re, im) = (
+                    s.load(from.0.as_ptr().add(at)),
+                    s.load(from.1.as_ptr().add(at)),
+                );
+                let rotated = s.mul_add(im, sine, s.mul(re, cosine));
+                s.store(to.0.as_mut_ptr().add(at), rotated);
+                let rotated = s.neg_mul_add(re, sine, s.mul(im, cosine));
+                s.store(to.1.as_mut_ptr().add(at), rotated);
+            }
+        }
+        q += S::N;
+    }
+}
+
 /// The carrier's phase along a row whose pixels are taken in intervals of some pixels, N intervals at
 /// a time.
 pub(crate) struct RowCarrier<'a, S: Lanes> {
@@ -93,7 +132,8 @@ impl<'a, S: Lanes> RowCarrier<'a, S> {
             cycles: s.splat(job.cycles_per_m as f32),
             interval_m,
             half_m,
-            cubic: truncation_error_m * job.cycles_per_m < CUBIC_CYCLES,
+            // Of single pixels there is nothing to expand.
+            cubic: interval > 1 && truncation_error_m * job.cycles_per_m < CUBIC_CYCLES,
         }
     }
 

@@ -8,13 +8,14 @@ use crate::control::Control;
 use crate::engine::direct::DirectSpec;
 use crate::engine::factorized::cell::Cell;
 use crate::engine::factorized::spec::{Demand, FactorizedSpec};
+use crate::engine::factorized::two_stages::with_second_stage;
 use crate::engine::tables::fit_error::FitErrors;
 use crate::engine::tables::spec::TableSpec;
 use crate::error::ImagingError;
 use crate::grid::tilted::TiltedGrid;
 use crate::kernel::direct::job::Shape;
 use crate::kernel::level::SimdLevel;
-use crate::kernel::merge::{MOST_TAPS, TAPS};
+use crate::kernel::merge::{MOST_SAMPLES, MOST_TAPS, TAPS};
 use crate::pulses::Pulses;
 
 /// Chooses parameters of the engines for given data, pixels and instruction set.
@@ -25,9 +26,6 @@ pub(crate) struct Budget<'a> {
     /// Power at each frequency, by which errors are weighted.
     power: Vec<f64>,
 }
-
-/// Most samples of a cell of coarse grids whose intervals are fractions of pixels.
-const MOST_SAMPLES: usize = 3;
 
 /// A partition of the aperture, the tables of its sub-apertures, and the cost of the direct engine.
 pub(crate) struct FactorizedBudget {
@@ -124,14 +122,15 @@ impl<'a> Budget<'a> {
     }
 
     /// The cheapest partition that keeps `accuracy`; `None` where coarse grids do not pay. With
-    /// `windows` the direct engine may image coarse grids through windows of bins.
+    /// `windows` the direct engine may image coarse grids through windows of bins, with `two_stages`
+    /// sub-apertures may be merged from shorter ones.
     ///
     /// # Errors
     /// Cancellation.
     pub fn factorized(
         &self,
         accuracy: f64,
-        windows: bool,
+        [windows, two_stages]: [bool; 2],
         control: Control,
     ) -> Result<Option<FactorizedBudget>, ImagingError> {
         let (_, direct_cost) = self.direct(accuracy);
@@ -151,9 +150,15 @@ impl<'a> Budget<'a> {
             cells: &Cell::all(MOST_SAMPLES),
             taps: &[TAPS, MOST_TAPS],
         };
-        let spec = FactorizedSpec::choose(self.pulses, self.grid, &demand, control)?;
-        Ok(spec.map(|spec| FactorizedBudget {
-            inner: inner_on(&spec.coarse.grid(self.grid)).0,
+        let one_stage = FactorizedSpec::choose(self.pulses, self.grid, &demand, control)?;
+        let Some(mut spec) = one_stage else {
+            return Ok(None);
+        };
+        if two_stages {
+            spec = with_second_stage(self.pulses, self.grid, &demand, spec, control)?;
+        }
+        Ok(Some(FactorizedBudget {
+            inner: inner_on(&spec.table_grid(self.grid)).0,
             spec,
             direct_cost,
         }))

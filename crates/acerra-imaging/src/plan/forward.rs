@@ -176,7 +176,7 @@ impl<'a> Forward<'a> {
         control: Control,
     ) -> Result<SelfCheck, ImagingError> {
         let coarse = match &self.method {
-            Method::Factorized(factorized) => factorized.lattice.spec.coarse.cell_pixels(),
+            Method::Factorized(factorized) => factorized.lattice.stage.coarse.cell_pixels(),
             _ => [1, 1],
         };
         let places = Places {
@@ -306,6 +306,7 @@ impl Operator for Modelling {
     // The check sees a few places only: errors that gather elsewhere need room.
     const ACCEPTED_SHARE: f64 = 0.6;
     const WINDOWS: bool = false;
+    const TWO_STAGES: bool = false;
     const SEGMENTS: bool = false;
     // Solvers apply it again and again.
     const REPEATED: bool = true;
@@ -358,8 +359,8 @@ impl Operator for Modelling {
     fn factorized_bytes(request: &Request, pieces: &[Segment]) -> Result<u128, ImagingError> {
         let bytes = |piece: &Segment| {
             let (spec, inner) = &piece.spec;
-            let parts = partition_aperture(&request.echoes.pulses, spec.pulses).len();
-            spec.coarse.bytes(request.grid.plane(), parts)
+            let parts = partition_aperture(&request.echoes.pulses, spec.outer.pulses).len();
+            (spec.outer.coarse).bytes(request.grid.plane(), parts)
                 + image_and_bins_bytes(request, inner, &piece.ranges_m)
         };
         Ok(pieces.iter().map(bytes).sum())
@@ -435,7 +436,7 @@ impl Operator for Modelling {
                    meter: &Meter| {
             factorized.run_on(&request.echoes, &which, image, Echo::Spectra(out), meter);
         };
-        let coarse = factorized.lattice.spec.coarse.cell_pixels();
+        let coarse = factorized.lattice.stage.coarse.cell_pixels();
         compare_spectra(request, coarse, pixels, &run, control)
     }
 }

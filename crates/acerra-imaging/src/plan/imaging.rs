@@ -244,6 +244,7 @@ impl Operator for Imaging {
     const FACTORIZED_ATTEMPTS: usize = 4;
     const ACCEPTED_SHARE: f64 = 1.0;
     const WINDOWS: bool = true;
+    const TWO_STAGES: bool = true;
     const SEGMENTS: bool = true;
     const REPEATED: bool = false;
     const MEMORY: &'static str = "range tables and image";

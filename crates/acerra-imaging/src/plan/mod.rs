@@ -31,4 +31,5 @@ pub use imaging::{ImagingPlan, image};
 pub use options::{Engine, PlanOptions, SelfCheck};
 pub use report::{
     Decision, DirectChoice, DoubleChoice, FactorizedChoice, OperatorKind, PathShares, PlanReport,
+    ShorterChoice,
 };

@@ -2,7 +2,7 @@
 
 use super::budget::{Budget, FactorizedBudget};
 use super::operator::{Operator, Segment};
-use super::report::FactorizedChoice;
+use super::report::{FactorizedChoice, ShorterChoice};
 use super::request::Request;
 use crate::control::Control;
 use crate::engine::batches::Piece;
@@ -37,7 +37,7 @@ pub(super) fn partitions<O: Operator>(
     let partition = |which: Range<usize>| -> Result<Option<Partition>, ImagingError> {
         let of_segment = pulses.slice(which.clone())?;
         let budget = Budget::new(&of_segment, plane, request.options.level, power.to_vec());
-        let found = budget.factorized(accuracy, O::WINDOWS, control)?;
+        let found = budget.factorized(accuracy, [O::WINDOWS, O::TWO_STAGES], control)?;
         Ok(found.map(|budget| Partition {
             pulses: which,
             budget,
@@ -83,7 +83,7 @@ pub(super) fn mean_costs(partitions: &[Partition]) -> [f64; 2] {
 impl Partition {
     /// What an engine needs for it.
     pub fn segment(&self, request: &Request) -> Segment {
-        let coarse = |plane: &TiltedGrid| self.budget.spec.coarse.grid(plane);
+        let coarse = |plane: &TiltedGrid| self.budget.spec.table_grid(plane);
         Piece {
             pulses: self.pulses.clone(),
             spec: (self.budget.spec, self.budget.inner),
@@ -101,10 +101,19 @@ impl Partition {
         FactorizedChoice {
             level,
             pulses: self.pulses.len(),
-            sub_aperture_pulses: spec.pulses,
-            coarse: spec.coarse.cells.map(Cell::interval),
-            taps: spec.coarse.taps,
-            bandwidth_per_m: spec.bandwidth_per_m,
+            sub_aperture_pulses: spec.outer.pulses,
+            coarse: spec.outer.coarse.cells.map(Cell::interval),
+            taps: spec.outer.coarse.taps,
+            bandwidth_per_m: spec.outer.bandwidth_per_m,
+            merged_from: spec.inner.map(|inner| ShorterChoice {
+                sub_aperture_pulses: inner.pulses,
+                coarse: [0, 1].map(|axis| {
+                    let [outer, inner] = [spec.outer, inner].map(|stage| stage.coarse.cells[axis]);
+                    outer.interval() * inner.interval()
+                }),
+                taps: inner.coarse.taps,
+                bandwidth_per_m: inner.bandwidth_per_m,
+            }),
             interpolation_error: spec.interpolation_error,
             bin_m: inner.table.bin_m,
             degree: inner.table.degree,

@@ -189,6 +189,9 @@ pub struct FactorizedChoice {
     pub taps: usize,
     /// Bound of the spatial frequencies along the row and across, cycles/m.
     pub bandwidth_per_m: [f64; 2],
+    /// Shorter sub-apertures that those are merged from on their coarse grids; `None` where the range tables are
+    /// summed on these.
+    pub merged_from: Option<ShorterChoice>,
     /// Interpolation error expected.
     pub interpolation_error: f64,
     /// Width of a range bin, m.
@@ -199,6 +202,20 @@ pub struct FactorizedChoice {
     pub cost: f64,
     /// Those of the direct engine.
     pub direct_cost: f64,
+}
+
+/// Sub-apertures that longer ones are merged from.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct ShorterChoice {
+    /// Pulses in a sub-aperture.
+    pub sub_aperture_pulses: usize,
+    /// Fine pixels per coarse interval, along the row and across.
+    pub coarse: [f64; 2],
+    /// Samples from which one of the longer sub-aperture's grid is interpolated, in either direction.
+    pub taps: usize,
+    /// Bound of the spatial frequencies along the row and across, cycles/m.
+    pub bandwidth_per_m: [f64; 2],
 }
 
 impl fmt::Display for Decision {
@@ -320,9 +337,7 @@ impl fmt::Display for FactorizedChoice {
         write!(
             f,
             "factorized, {}: {} pulses in sub-apertures of {} on grids of {} × {} pixels (spatial \
-             frequencies up to {:.2} and {:.2} cycles a metre, interpolation error {:.1e}); range \
-             bins of {:.2} mm, degree {}; {:.2} vector operations a contribution estimated, {:.2} \
-             for the direct engine",
+             frequencies up to {:.2} and {:.2} cycles a metre)",
             self.level,
             self.pulses,
             self.sub_aperture_pulses,
@@ -330,6 +345,22 @@ impl fmt::Display for FactorizedChoice {
             rounded(self.coarse[1]),
             self.bandwidth_per_m[0],
             self.bandwidth_per_m[1],
+        )?;
+        if let Some(shorter) = self.merged_from {
+            write!(
+                f,
+                ", merged from sub-apertures of {} on grids of {} × {} pixels ({:.2} and {:.2} cycles a metre)",
+                shorter.sub_aperture_pulses,
+                rounded(shorter.coarse[0]),
+                rounded(shorter.coarse[1]),
+                shorter.bandwidth_per_m[0],
+                shorter.bandwidth_per_m[1],
+            )?;
+        }
+        write!(
+            f,
+            ", interpolation error {:.1e}; range bins of {:.2} mm, degree {}; {:.2} vector operations a \
+             contribution estimated, {:.2} for the direct engine",
             self.interpolation_error,
             self.bin_m * 1e3,
             self.degree,

@@ -21,14 +21,24 @@ pub(crate) fn partition_aperture(pulses: &Pulses, count: usize) -> Vec<Range<usi
     for end in 1..=position.len() {
         let broken = end == position.len() || (median > 0.0 && steps[end - 1] > BREAK * median);
         if broken {
-            let (length, pieces) = (end - start, (end - start).div_ceil(count.max(1)));
-            parts.extend(
-                (0..pieces).map(|k| start + k * length / pieces..start + (k + 1) * length / pieces),
-            );
+            parts.extend(evenly(start..end, count));
             start = end;
         }
     }
     parts
+}
+
+/// The sub-apertures `parts`, each divided into shorter ones of at most `count` pulses.
+pub(crate) fn divided(parts: &[Range<usize>], count: usize) -> Vec<Range<usize>> {
+    (parts.iter())
+        .flat_map(|part| evenly(part.clone(), count))
+        .collect()
+}
+
+/// Pieces of at most `count` pulses, as even as possible.
+fn evenly(Range { start, end }: Range<usize>, count: usize) -> impl Iterator<Item = Range<usize>> {
+    let (length, pieces) = (end - start, (end - start).div_ceil(count.max(1)));
+    (0..pieces).map(move |k| start + k * length / pieces..start + (k + 1) * length / pieces)
 }
 
 /// Mean position of some pulses, m.
@@ -73,6 +83,11 @@ mod tests {
         let mut tracks: Vec<_> = (0..20).map(|m| [0.0, 0.1 * f64::from(m), 5.0]).collect();
         tracks.extend((0..15).map(|m| [3.0, 0.1 * f64::from(m), 5.0]));
         assert_eq!(pulses_at(&tracks, 16), [0..10, 10..20, 20..35]);
+        let shorter = divided(&pulses_at(&tracks, 16), 6);
+        assert_eq!(
+            shorter,
+            [0..5, 5..10, 10..15, 15..20, 20..25, 25..30, 30..35]
+        );
         // A drone that hovers has no median step.
         assert_eq!(pulses_at(&[[0.0, 0.0, 5.0]; 9], 5), [0..4, 4..9]);
     }

@@ -51,7 +51,7 @@ impl Coarse {
         let coarse = self.grid(grid);
         let stride = padded(self.row_samples(grid));
         let pixels = stride as u128 * coarse.rows as u128;
-        // One more, complex, is in the making.
+        // And what is in the making, rows of it on every thread.
         pixels * 8 * (parts as u128 + 1)
     }
 }

@@ -1,8 +1,11 @@
 //! Estimated run time of a factorized image.
 
 use super::aperture::centre_m;
-use super::merged::{CoarseImage, Factorized};
+use super::coarse_rows::{CoarseRows, Counter};
+use super::merged::{Factorized, Source};
+use super::merging::CoarseImage;
 use crate::control::{Control, Meter};
+use crate::engine::direct::Direct;
 use crate::engine::planar::padded;
 use crate::engine::weights::WeightedPulses;
 use crate::grid::tilted::TiltedGrid;
@@ -19,23 +22,30 @@ impl Factorized {
         grid: &TiltedGrid,
         control: Control,
     ) -> f64 {
-        let pulses = &echoes.pulses;
-        let spec = &self.lattice.spec;
-        let across = spec.coarse.cells[1];
-        let dy = across.pixels;
+        let coarse = self.lattice.stage.coarse.grid(grid);
+        let imaging_s = match &self.source {
+            Source::Tables(direct) => self.estimate_imaging_s(direct, echoes, grid, control),
+            Source::SubApertures(shorter) => shorter.estimate_run_time_s(echoes, &coarse, control),
+        };
+        imaging_s + self.estimate_merging_s(echoes, grid, control)
+    }
+
+    /// Estimated time of the coarse images.
+    fn estimate_imaging_s(
+        &self,
+        direct: &Direct,
+        echoes: &WeightedPulses,
+        grid: &TiltedGrid,
+        control: Control,
+    ) -> f64 {
         let threads = rayon::current_num_threads();
-        let coarse = spec.coarse.grid(grid);
-        let row_samples = spec.coarse.row_samples(grid);
-        let parts = &self.parts;
+        let on = CoarseRows::new(&self.lattice, self.level, grid);
+        let (coarse, parts) = (&on.grid, &self.parts);
         let mut random = Random(0x7e57);
 
         // Full rows, two tiles of them, as in the run: neighbours share what the caches hold.
-        let rows = (2 * self
-            .direct
-            .spec
-            .shape_on(false)
-            .tile_rows(self.level.lanes()))
-        .min(coarse.rows);
+        let tile_rows = direct.spec.shape_on(false).tile_rows(self.level.lanes());
+        let rows = (2 * tile_rows).min(coarse.rows);
         let count = (coarse.rows * parts.len() / (100 * rows))
             .clamp(2, 64)
             .next_multiple_of(threads);
@@ -51,30 +61,39 @@ impl Factorized {
         for (part, _) in &places {
             sampled += parts[*part].len() * rows;
         }
-        let imaging = best_of_two(|| {
-            places.par_iter().for_each(|&(part, row)| {
-                let piece = TiltedGrid {
-                    origin_m: coarse.point_m(0.0, row as f64),
-                    rows,
-                    ..coarse
-                };
-                std::hint::black_box(self.coarse_image(
-                    echoes,
-                    (&piece, row_samples),
-                    &parts[part],
-                    control,
-                ));
+        let silent = Counter {
+            meter: &Meter::silent(control),
+            contributions: 0,
+        };
+        let mut images: Vec<_> = places.iter().map(|_| CoarseImage::default()).collect();
+        best_of_two(|| {
+            let work = places.par_iter().zip(&mut images);
+            work.for_each(|(&(part, row), image)| {
+                let some = on.some(row, rows);
+                some.sum_tables(direct, echoes, &parts[part], image, &silent);
             });
-        }) * (pulses.len() * coarse.rows) as f64
-            / sampled as f64;
+        }) * (echoes.len() * coarse.rows) as f64
+            / sampled as f64
+    }
 
+    /// Estimated time of merging them.
+    fn estimate_merging_s(
+        &self,
+        echoes: &WeightedPulses,
+        grid: &TiltedGrid,
+        control: Control,
+    ) -> f64 {
+        let coarse = &self.lattice.stage.coarse;
+        let across = coarse.cells[1];
+        let dy = across.pixels;
+        let threads = rayon::current_num_threads();
         let cells = threads.min(grid.rows.div_ceil(dy));
-        let stride = padded(row_samples);
-        let length = stride * (cells * across.samples + spec.coarse.taps);
-        let images: Vec<CoarseImage> = parts
+        let stride = padded(coarse.row_samples(grid));
+        let length = stride * (cells * across.samples + coarse.taps);
+        let images: Vec<CoarseImage> = (self.parts)
             .iter()
             .map(|part| CoarseImage {
-                centre_m: centre_m(pulses, part.clone()),
+                centre_m: centre_m(&echoes.pulses, part.clone()),
                 real: vec![1e-3; length],
                 imag: vec![1e-3; length],
             })
@@ -85,9 +104,7 @@ impl Factorized {
         };
         let mut out = vec![Complex32::ZERO; few.columns * few.rows];
         let meter = Meter::silent(control);
-        let merging = best_of_two(|| self.merge(&images, &few, &mut out, &meter))
-            * grid.rows as f64
-            / few.rows as f64;
-        imaging + merging
+        let merging = || self.merge(&images, echoes.len(), &few, &mut out, &meter);
+        best_of_two(merging) * grid.rows as f64 / few.rows as f64
     }
 }

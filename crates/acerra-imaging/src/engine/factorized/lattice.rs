@@ -2,10 +2,10 @@
 
 use super::coarse::Coarse;
 use super::interpolation::{Interpolator, before};
-use super::spec::FactorizedSpec;
+use super::spec::Stage;
 use crate::engine::polynomials::even_polynomial;
 use crate::grid::tilted::TiltedGrid;
-use crate::kernel::merge::MOST_TAPS;
+use crate::kernel::merge::{MOST_TAPS, Stencil};
 use crate::kernel::phase::PhaseRow;
 use crate::pulses::Pulses;
 use crate::vector::norm;
@@ -14,35 +14,44 @@ use std::f64::consts::PI;
 /// Interpolation weights and phases, the same for all sub-apertures.
 #[derive(Debug)]
 pub(crate) struct Lattice {
-    pub spec: FactorizedSpec,
+    pub stage: Stage,
     cycles_per_m: f64,
     /// Weights of every pixel of a cell, along the row and across.
     pub weights: [Vec<[f32; MOST_TAPS]>; 2],
+    /// The same as cells of pixels are merged.
+    pub stencils: [Stencil; 2],
     cosine: [f32; 6],
     sine: [f32; 6],
 }
 
 impl Lattice {
     /// For images on `grid`, with the phase of the carrier `carrier_hz` removed.
-    pub fn new(pulses: &Pulses, grid: &TiltedGrid, spec: FactorizedSpec, carrier_hz: f64) -> Self {
+    pub fn new(pulses: &Pulses, grid: &TiltedGrid, stage: Stage, carrier_hz: f64) -> Self {
         let steps = [norm(grid.u_m), norm(grid.v_m)];
-        let weights = [0, 1].map(|axis| {
-            let Coarse { cells, taps } = spec.coarse;
+        let weights: [Vec<[f32; MOST_TAPS]>; 2] = [0, 1].map(|axis: usize| {
+            let Coarse { cells, taps } = stage.coarse;
             let cell = cells[axis];
-            let nu = spec.bandwidth_per_m[axis] * steps[axis] * cell.interval();
+            let nu = stage.bandwidth_per_m[axis] * steps[axis] * cell.interval();
             let interpolator = Interpolator::new(taps, nu);
             (0..cell.pixels)
-                .map(|p| {
-                    let x = before(taps) as f64 + cell.fraction(p);
-                    interpolator.weights(x).map(|w| w as f32)
+                .map(|p| match cell.fraction(p) {
+                    0.0 => std::array::from_fn(|k| if k == before(taps) { 1.0 } else { 0.0 }),
+                    f => interpolator
+                        .weights(before(taps) as f64 + f)
+                        .map(|w| w as f32),
                 })
                 .collect()
         });
+        let stencils = [0, 1].map(|axis: usize| {
+            let cell = stage.coarse.cells[axis];
+            Stencil::new(&weights[axis], |pixel| cell.sample_before(pixel))
+        });
         let (cosine, sine) = phase_polynomials();
         Self {
-            spec,
+            stage,
             cycles_per_m: 2.0 * carrier_hz / pulses.light_speed_m_s(),
             weights,
+            stencils,
             cosine,
             sine,
         }

@@ -1,6 +1,7 @@
 //! Length of sub-apertures and spacing of coarse grids.
 
-use super::aperture::{centre_m, partition_aperture};
+use super::aperture::partition_aperture;
+use super::bandwidth::bandwidth_per_m;
 use super::cell::Cell;
 use super::coarse::Coarse;
 use super::interpolation::{TOO_FAST, widest_band, worst_error};
@@ -9,31 +10,40 @@ use crate::error::ImagingError;
 use crate::grid::tilted::TiltedGrid;
 use crate::kernel::merge::TAPS;
 use crate::pulses::Pulses;
-use crate::vector::{dot, norm};
-use rayon::prelude::*;
+use crate::vector::norm;
 use std::ops::Range;
 
 /// Pulses of sub-apertures that are considered.
-const COUNTS: [usize; 16] = [
+pub(super) const COUNTS: [usize; 16] = [
     6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256, 384, 512, 768, 1024,
 ];
 
-/// Partition of the aperture and spacing of the coarse grids.
+/// Sub-apertures of one length, and their coarse grids.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct FactorizedSpec {
+pub(crate) struct Stage {
     /// Pulses in a sub-aperture.
     pub pulses: usize,
     pub coarse: Coarse,
     /// Bound of the spatial frequencies along the row and across, cycles/m.
     pub bandwidth_per_m: [f64; 2],
-    /// Interpolation error expected for a spectrum that fills the bound.
+}
+
+/// Partition of the aperture and spacing of the coarse grids.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct FactorizedSpec {
+    /// The sub-apertures whose images are merged on the image's grid.
+    pub outer: Stage,
+    /// Shorter ones whose images are merged on the coarse grids of those; `None` where the range tables are summed
+    /// on them.
+    pub inner: Option<Stage>,
+    /// Interpolation error expected for a spectrum that fills the bounds.
     pub interpolation_error: f64,
     /// Estimated cost in vector operations a pixel and pulse.
     pub cost: f64,
 }
 
 impl FactorizedSpec {
-    /// The cheapest partition that meets `demand`; `None` where coarse grids do not pay.
+    /// The cheapest partition of one stage that meets `demand`; `None` where coarse grids do not pay.
     ///
     /// # Errors
     /// Cancellation.
@@ -47,12 +57,7 @@ impl FactorizedSpec {
         if grid.columns < 4 * TAPS || grid.rows < 4 * TAPS {
             return Ok(None);
         }
-        let ways: Vec<Way> = demand
-            .taps
-            .iter()
-            .map(|taps| Way::new(*taps, demand))
-            .collect();
-        let pixels = |g: &TiltedGrid| (g.columns * g.rows) as f64;
+        let ways = Way::all(demand, 1);
         let mut last = Vec::new();
         // From the longest on: merging alone makes most of the short ones too dear.
         for count in COUNTS.into_iter().rev() {
@@ -64,7 +69,7 @@ impl FactorizedSpec {
             let merges = parts.len() as f64 / pulses.len() as f64;
             let least = ways
                 .iter()
-                .map(|way| way.merge)
+                .map(Way::least_merge)
                 .fold(f64::INFINITY, f64::min)
                 * merges;
             if best.is_some_and(|b| least > b.cost) || parts == last {
@@ -74,22 +79,17 @@ impl FactorizedSpec {
             last = parts;
             let mut possible = false;
             for way in &ways {
-                let Some(cells) = way.longest(grid, bandwidth) else {
+                let Some(outer) = way.stage(count, grid, bandwidth) else {
                     continue;
                 };
                 possible = true;
-                let coarse = Coarse {
-                    cells,
-                    taps: way.taps,
-                };
-                let coarse_pixels = coarse.grid(grid);
-                let share = pixels(&coarse_pixels) / pixels(grid);
-                let cost = (demand.direct_cost)(&coarse_pixels) * share + way.merge * merges;
+                let coarse = outer.coarse.grid(grid);
+                let cost = (demand.direct_cost)(&coarse) * share(&coarse, grid)
+                    + way.merge(&outer) * merges;
                 if best.is_none_or(|b| cost <= b.cost) {
                     best = Some(Self {
-                        pulses: count,
-                        coarse,
-                        bandwidth_per_m: bandwidth,
+                        outer,
+                        inner: None,
                         interpolation_error: 0.0,
                         cost,
                     });
@@ -106,19 +106,62 @@ impl FactorizedSpec {
         }
         Ok(best)
     }
+
+    /// Relative RMS error of all interpolations together.
+    pub(super) fn error_on(&self, grid: &TiltedGrid) -> f64 {
+        let outer = self.outer.squared_error_on(grid);
+        let coarse = self.outer.coarse.grid(grid);
+        let inner = (self.inner).map_or(0.0, |inner| inner.squared_error_on(&coarse));
+        (outer + inner).sqrt()
+    }
+
+    /// The grid on which the range tables are summed for an image on `grid`.
+    pub fn table_grid(&self, grid: &TiltedGrid) -> TiltedGrid {
+        let coarse = self.outer.coarse.grid(grid);
+        (self.inner).map_or(coarse, |inner| inner.coarse.grid(&coarse))
+    }
+
+    /// Bytes of the images of the sub-apertures `parts`: of what is in the making, and of each that is kept.
+    pub fn coarse_bytes(&self, grid: &TiltedGrid, parts: &[Range<usize>]) -> [u128; 2] {
+        let of = |stage: &Stage, on: &TiltedGrid, images| stage.coarse.bytes(on, images);
+        let one = of(&self.outer, grid, 0);
+        let shorter = self.inner.map_or(0, |inner| {
+            let most = |part: &Range<usize>| part.len().div_ceil(inner.pulses);
+            let images = parts.iter().map(most).max().unwrap_or(0);
+            of(&inner, &self.outer.coarse.grid(grid), images)
+        });
+        [one + shorter, of(&self.outer, grid, 1) - one]
+    }
+
+    /// Pixels after which all grids repeat together, along the row and across.
+    pub fn period_pixels(&self) -> [usize; 2] {
+        [0, 1].map(|axis| {
+            let inner = (self.inner).map_or(1, |inner| inner.coarse.cells[axis].pixels);
+            self.outer.coarse.cells[axis].pixels * inner
+        })
+    }
 }
 
-impl FactorizedSpec {
-    /// Relative RMS error of interpolation along rows and across them together.
-    fn error_on(&self, grid: &TiltedGrid) -> f64 {
+impl Stage {
+    /// Square of the relative RMS error of interpolation along rows of `grid` and across them together.
+    fn squared_error_on(&self, grid: &TiltedGrid) -> f64 {
         let steps = [norm(grid.u_m), norm(grid.v_m)];
         let squares = [0, 1].map(|axis| {
             let cell = self.coarse.cells[axis];
             let nu = self.bandwidth_per_m[axis] * steps[axis] * cell.interval();
-            worst_error(self.coarse.taps, nu, cell.pixels).powi(2)
+            match cell.pixels == cell.samples {
+                true => 0.0,
+                false => worst_error(self.coarse.taps, nu, cell.pixels).powi(2),
+            }
         });
-        f64::sqrt(squares[0] + squares[1])
+        squares[0] + squares[1]
     }
+}
+
+/// Pixels of a grid for each pixel of another.
+pub(super) fn share(of: &TiltedGrid, grid: &TiltedGrid) -> f64 {
+    let pixels = |g: &TiltedGrid| (g.columns * g.rows) as f64;
+    pixels(of) / pixels(grid)
 }
 
 /// Requirements on a partition.
@@ -139,30 +182,46 @@ pub(crate) struct Demand<'a> {
 }
 
 /// A number of taps, and what it takes and allows.
-struct Way<'d> {
+pub(super) struct Way<'d> {
     taps: usize,
-    /// Vector operations to merge a pixel, as measured beside those of the direct engine.
-    merge: f64,
+    /// Vector operations to merge a pixel: along its row, and times the pixels of a coarse interval across rows.
+    merge: [f64; 2],
     /// Widest band that they interpolate, cycles a sample.
     nu: f64,
     cells: &'d [Cell],
 }
 
 impl<'d> Way<'d> {
-    fn new(taps: usize, demand: &Demand<'d>) -> Self {
-        // The second part is of loads that cross cache lines.
-        let loads = 2 * taps;
-        Self {
-            taps,
-            merge: (2 * loads + 27) as f64 / demand.lanes as f64 + 0.19 * loads as f64,
-            nu: widest_band(taps, 0.5 * demand.accuracy),
-            cells: demand.cells,
-        }
+    /// Every number of taps, for one of `stages` that share the error allowed.
+    pub fn all(demand: &Demand<'d>, stages: usize) -> Vec<Self> {
+        let error = 0.5 * demand.accuracy / (stages as f64).sqrt();
+        (demand.taps.iter())
+            .map(|taps| {
+                // As measured beside those of the direct engine; coarse rows come from slower caches.
+                let (samples, lanes) = (*taps as f64, demand.lanes as f64);
+                Self {
+                    taps: *taps,
+                    merge: [5.0 * samples / lanes, 140.0 * samples / lanes.powi(2)],
+                    nu: widest_band(*taps, error),
+                    cells: demand.cells,
+                }
+            })
+            .collect()
     }
 
-    /// The cells of the longest intervals along and across rows that interpolate signals of the given bandwidth;
-    /// `None` where not even single pixels do.
-    fn longest(&self, grid: &TiltedGrid, bandwidth: [f64; 2]) -> Option<[Cell; 2]> {
+    /// Vector operations to merge a pixel of the grid that the coarse one of `stage` belongs to.
+    pub fn merge(&self, stage: &Stage) -> f64 {
+        self.merge[0] + self.merge[1] / stage.coarse.cells[0].interval()
+    }
+
+    /// The least of them.
+    fn least_merge(&self) -> f64 {
+        self.merge[0]
+    }
+
+    /// Sub-apertures of `pulses` on the coarsest grids that interpolate signals of the given bandwidth on `grid`;
+    /// `None` where not even its own pixels do.
+    pub fn stage(&self, pulses: usize, grid: &TiltedGrid, bandwidth: [f64; 2]) -> Option<Stage> {
         let steps = [norm(grid.u_m), norm(grid.v_m)];
         let longest = |axis: usize| {
             let nu_of_pixels = bandwidth[axis] * steps[axis];
@@ -174,65 +233,13 @@ impl<'d> Way<'d> {
             let met = self.cells.partition_point(is_met);
             met.checked_sub(1).map(|last| self.cells[last])
         };
-        Some([longest(0)?, longest(1)?])
-    }
-}
-
-/// Bound of the spatial frequencies of all sub-apertures along the grid's axes, from a lattice of
-/// pixels that includes edges and those nearest to the sub-aperture; `band_hz` is lowest, carrier
-/// and highest frequency.
-fn bandwidth_per_m(
-    pulses: &Pulses,
-    grid: &TiltedGrid,
-    [low, carrier, high]: [f64; 3],
-    parts: &[Range<usize>],
-) -> [f64; 2] {
-    const LATTICE: usize = 12;
-    let axes = [grid.u_m, grid.v_m].map(|v| v.map(|x| x / norm(v).max(1e-300)));
-    let scale = 2.0 / pulses.light_speed_m_s();
-    let found: Vec<[f64; 2]> = parts
-        .par_iter()
-        .map(|part| {
-            let centre = centre_m(pulses, part.clone());
-            let mut points = Vec::with_capacity((LATTICE + 1).pow(2) + 25);
-            let (i1, j1) = ((grid.columns - 1) as f64, (grid.rows - 1) as f64);
-            for j in 0..=LATTICE {
-                for i in 0..=LATTICE {
-                    let at = |k: usize, last: f64| last * k as f64 / LATTICE as f64;
-                    points.push(grid.point_m(at(i, i1), at(j, j1)));
-                }
-            }
-            // Directions change fastest under the antenna.
-            let (i, j) = grid.nearest(centre, [0.0, i1], [0.0, j1]);
-            for dj in -2..=2 {
-                for di in -2..=2 {
-                    let at = |x: f64, d: i32, last: f64| {
-                        (x + f64::from(d) * 0.5 * last / LATTICE as f64).clamp(0.0, last)
-                    };
-                    points.push(grid.point_m(at(i, di, i1), at(j, dj, j1)));
-                }
-            }
-            let stride = (part.len() / 6).max(1);
-            let members: Vec<usize> = part.clone().step_by(stride).chain([part.end - 1]).collect();
-            // Sines of the direction's angles from the normal planes of the axes.
-            let sines = |from: [f64; 3], to: [f64; 3]| {
-                let d: [f64; 3] = std::array::from_fn(|a| to[a] - from[a]);
-                let inverse = 1.0 / norm(d).max(1e-12);
-                axes.map(|axis| dot(d, axis) * inverse)
-            };
-            let mut most = [0f64; 2];
-            for point in points {
-                let of_centre = sines(centre, point).map(|sine| carrier * sine);
-                for &m in &members {
-                    let sines = sines(pulses.position_m()[m], point);
-                    for axis in 0..2 {
-                        let [low, high] = [low, high].map(|f| f * sines[axis] - of_centre[axis]);
-                        most[axis] = most[axis].max(low.abs()).max(high.abs());
-                    }
-                }
-            }
-            most
+        Some(Stage {
+            pulses,
+            coarse: Coarse {
+                cells: [longest(0)?, longest(1)?],
+                taps: self.taps,
+            },
+            bandwidth_per_m: bandwidth,
         })
-        .collect();
-    [0, 1].map(|axis| 1.04 * scale * found.iter().map(|f| f[axis]).fold(0.0, f64::max))
+    }
 }

@@ -52,8 +52,8 @@ impl FactorizedForward {
         level: SimdLevel,
     ) -> Self {
         let carrier_hz = echoes.pulses.frequency_hz()[direct.table.carrier];
-        let lattice = Lattice::new(&echoes.pulses, grid, spec, carrier_hz);
-        let Coarse { cells, taps } = spec.coarse;
+        let lattice = Lattice::new(&echoes.pulses, grid, spec.outer, carrier_hz);
+        let Coarse { cells, taps } = spec.outer.coarse;
         Self {
             shares: shares(cells[0], taps, &lattice.weights[0]),
             lattice,
@@ -64,7 +64,7 @@ impl FactorizedForward {
 
     /// The sub-apertures.
     pub fn parts(&self, echoes: &WeightedPulses) -> Vec<Range<usize>> {
-        partition_aperture(&echoes.pulses, self.lattice.spec.pulses)
+        partition_aperture(&echoes.pulses, self.lattice.stage.pulses)
     }
 
     /// The engine that takes the coarse images, and its bins.
@@ -82,13 +82,13 @@ impl FactorizedForward {
         echo: Echo,
         meter: &Meter,
     ) {
-        let spec = &self.lattice.spec;
+        let stage = &self.lattice.stage;
         let coarse = TiltedGrid {
-            columns: spec.coarse.row_samples(grid),
-            ..spec.coarse.grid(grid)
+            columns: stage.coarse.row_samples(grid),
+            ..stage.coarse.grid(grid)
         };
-        let intervals = spec.coarse.padded_cells(grid);
-        let (real, imag) = by_phase(image, grid.columns, spec.coarse.cells[0].pixels, intervals);
+        let intervals = stage.coarse.padded_cells(grid);
+        let (real, imag) = by_phase(image, grid.columns, stage.coarse.cells[0].pixels, intervals);
         let fine = Fine {
             grid,
             intervals,
@@ -147,7 +147,7 @@ impl FactorizedForward {
         let Coarse {
             cells: [along, across],
             taps,
-        } = self.lattice.spec.coarse;
+        } = self.lattice.stage.coarse;
         let dx = along.pixels;
         let stride = padded(coarse.columns);
         let rows = stripe_re.len() / stride;

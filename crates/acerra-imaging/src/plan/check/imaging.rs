@@ -5,8 +5,8 @@ use crate::control::Control;
 use crate::engine::batches::Imager;
 use crate::engine::direct::Direct;
 use crate::engine::double::DoubleTables;
-use crate::engine::factorized::cell::Cell;
 use crate::engine::factorized::merged::Factorized;
+use crate::engine::factorized::spec::FactorizedSpec;
 use crate::engine::weights::WeightedPulses;
 use crate::error::ImagingError;
 use crate::grid::image::Patch;
@@ -70,14 +70,17 @@ pub(in crate::plan) fn compare_patches(
 ) -> Result<SelfCheck, ImagingError> {
     let (grid, echoes) = (request.grid.plane(), &request.echoes);
     // Of the coarsest grids: a patch then holds all phases of every interpolation.
-    let most = |of: &dyn Fn(Cell, usize) -> usize| {
+    let most = |of: &dyn Fn(&FactorizedSpec, usize) -> usize| {
         (factorized.specs()).fold([1, 1], |most, (spec, _)| {
-            [0, 1].map(|axis| most[axis].max(of(spec.coarse.cells[axis], PATCH_SAMPLES[axis])))
+            [0, 1].map(|axis| most[axis].max(of(spec, axis)))
         })
     };
-    let cell = most(&|cell, _| cell.pixels);
-    let size = most(&|cell, samples| samples.div_ceil(cell.samples) * cell.pixels);
-    let places = patches(grid, cell, pixels.div_ceil(2), 0x5eed_0001);
+    let period = most(&|spec, axis| spec.period_pixels()[axis]);
+    let size = most(&|spec, axis| {
+        let cell = spec.outer.coarse.cells[axis];
+        PATCH_SAMPLES[axis].div_ceil(cell.samples) * cell.pixels
+    });
+    let places = patches(grid, period, pixels.div_ceil(2), 0x5eed_0001);
     let patches: Vec<Patch> = places
         .iter()
         .map(|place| request.grid.patch(place.start, size))
