@@ -35,18 +35,21 @@ pub(crate) struct Piece<S> {
     pub ranges_m: Vec<[f64; 2]>,
 }
 
+/// Runs of pulses that stay together.
+pub(crate) struct Parts {
+    /// Each run, and the bytes that it takes.
+    runs: Vec<(Range<usize>, u128)>,
+    /// Bytes that a run of the engine takes besides, however many of them it has.
+    making: u128,
+}
+
 /// An engine that images from range tables.
 pub(crate) trait TableEngine: Sized + Sync {
     /// Its parameters.
     type Spec: Copy + Sync;
 
-    /// Runs of the pulses of a piece, counted from its first, that stay together, and the bytes that each
-    /// takes.
-    fn parts(
-        echoes: &WeightedPulses,
-        grid: &TiltedGrid,
-        piece: &Piece<Self::Spec>,
-    ) -> Vec<(Range<usize>, u128)>;
+    /// The pulses of a piece, counted from its first, as they may be divided.
+    fn parts(echoes: &WeightedPulses, grid: &TiltedGrid, piece: &Piece<Self::Spec>) -> Parts;
 
     /// The engine for some pulses, divided into `parts`.
     ///
@@ -110,10 +113,13 @@ impl<S: Copy + Sync> Division<S> {
             parts.push(E::parts(&of_piece, grid, piece));
         }
         let sum = if pieces.len() > 1 { output_bytes } else { 0 };
-        let bytes = parts.iter().flatten().map(|p| p.1).sum::<u128>() + sum;
+        // Pieces are imaged one after the other.
+        let making = parts.iter().map(|parts| parts.making).max().unwrap_or(0);
+        let runs = parts.iter().flat_map(|parts| &parts.runs);
+        let bytes = runs.map(|run| run.1).sum::<u128>() + making + sum;
         if bytes + output_bytes <= limit_bytes {
-            let all = |(piece, parts): (&Piece<S>, Vec<(Range<usize>, u128)>)| {
-                Job::of(piece, parts.into_iter().map(|p| p.0).collect())
+            let all = |(piece, parts): (&Piece<S>, Parts)| {
+                Job::of(piece, parts.runs.into_iter().map(|run| run.0).collect())
             };
             return Ok(Self {
                 jobs: pieces.iter().zip(parts).map(all).collect(),
@@ -125,9 +131,9 @@ impl<S: Copy + Sync> Division<S> {
         let mut jobs = Vec::new();
         let mut most = 0;
         for (piece, parts) in pieces.iter().zip(&parts) {
-            for (batch, bytes) in batches(parts, room) {
+            for (batch, bytes) in batches(&parts.runs, room.saturating_sub(parts.making)) {
                 jobs.push(Job::of(piece, batch));
-                most = most.max(bytes);
+                most = most.max(bytes + parts.making);
             }
         }
         Ok(Self {
@@ -346,13 +352,12 @@ fn table_bytes(spec: &DirectSpec, ranges_m: &[[f64; 2]]) -> u128 {
 impl TableEngine for Direct {
     type Spec = DirectSpec;
 
-    fn parts(
-        echoes: &WeightedPulses,
-        _: &TiltedGrid,
-        piece: &Piece<DirectSpec>,
-    ) -> Vec<(Range<usize>, u128)> {
+    fn parts(echoes: &WeightedPulses, _: &TiltedGrid, piece: &Piece<DirectSpec>) -> Parts {
         let bytes = table_bytes(&piece.spec, &piece.ranges_m);
-        (0..echoes.len()).map(|m| (m..m + 1, bytes)).collect()
+        Parts {
+            runs: (0..echoes.len()).map(|m| (m..m + 1, bytes)).collect(),
+            making: 0,
+        }
     }
 
     fn build(
@@ -384,21 +389,19 @@ impl TableEngine for Direct {
 impl TableEngine for Factorized {
     type Spec = (FactorizedSpec, DirectSpec);
 
-    fn parts(
-        echoes: &WeightedPulses,
-        grid: &TiltedGrid,
-        piece: &Piece<Self::Spec>,
-    ) -> Vec<(Range<usize>, u128)> {
+    fn parts(echoes: &WeightedPulses, grid: &TiltedGrid, piece: &Piece<Self::Spec>) -> Parts {
         let (spec, inner) = &piece.spec;
         let table = table_bytes(inner, &piece.ranges_m);
         let parts = partition_aperture(&echoes.pulses, spec.outer.pulses);
         let [making, each] = spec.coarse_bytes(grid, &parts);
-        let bytes = |(k, part): (usize, Range<usize>)| {
-            let making = if k == 0 { making } else { 0 };
-            let bytes = part.len() as u128 * table + each + making;
+        let with_bytes = |part: Range<usize>| {
+            let bytes = part.len() as u128 * table + each;
             (part, bytes)
         };
-        parts.into_iter().enumerate().map(bytes).collect()
+        Parts {
+            runs: parts.into_iter().map(with_bytes).collect(),
+            making,
+        }
     }
 
     fn build(
