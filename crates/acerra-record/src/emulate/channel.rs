@@ -46,6 +46,8 @@ pub struct ChannelCounts {
     pub messages: u64,
     /// Messages lost.
     pub lost: u64,
+    /// Of those, messages that were on their way when the sender restarted.
+    pub lost_on_restart: u64,
     /// Messages sent twice.
     pub repeated: u64,
     /// Messages held back.
@@ -147,7 +149,9 @@ impl<T: Clone> Channel<T> {
 
     /// Everything on its way is lost, as when the sender restarts.
     pub fn clear(&mut self) {
-        self.counts.lost += self.on_way.len() as u64;
+        let on_way = self.on_way.len() as u64;
+        self.counts.lost += on_way;
+        self.counts.lost_on_restart += on_way;
         self.on_way.clear();
     }
 

@@ -43,7 +43,7 @@ impl Default for EmulatorOptions {
 pub struct EmulatorCounts {
     /// Scans made.
     pub scans: u64,
-    /// Scans of which every message was sent.
+    /// Scans of which no message was lost as it was sent; a restart may still lose some that are on their way.
     pub scans_sent_whole: u64,
     /// Messages of every kind, and what the link did to them.
     pub channel: ChannelCounts,
