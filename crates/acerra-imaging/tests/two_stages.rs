@@ -19,7 +19,7 @@ at_every_level!(shorter_sub_apertures_keep_the_accuracy);
 const STEP: usize = 3989;
 
 fn shorter_sub_apertures_keep_the_accuracy(level: SimdLevel) {
-    // Two tracks across a grid's diagonal: both axes are interpolated on both levels.
+    // Two tracks across a grid's diagonal: both axes are interpolated in both stages.
     let position_m = (0..1400)
         .map(|m| {
             let (track, s) = (f64::from(m / 700), f64::from(m % 700) / 700.0 - 0.5);
@@ -71,7 +71,7 @@ fn shorter_sub_apertures_keep_the_accuracy(level: SimdLevel) {
             image
         };
         let image = run(1);
-        assert!(image == run(3), "as many bits for any number of threads");
+        assert!(image == run(3), "bits hang on the number of threads");
         let image: Vec<_> = (sparse.iter())
             .map(|k| Complex64::new(image[*k].re.into(), image[*k].im.into()))
             .collect();

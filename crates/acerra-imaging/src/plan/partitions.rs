@@ -105,14 +105,16 @@ impl Partition {
             coarse: spec.outer.coarse.cells.map(Cell::interval),
             taps: spec.outer.coarse.taps,
             bandwidth_per_m: spec.outer.bandwidth_per_m,
-            merged_from: spec.inner.map(|inner| ShorterChoice {
-                sub_aperture_pulses: inner.pulses,
+            merged_from: spec.shorter.map(|shorter| ShorterChoice {
+                sub_aperture_pulses: shorter.pulses,
                 coarse: [0, 1].map(|axis| {
-                    let [outer, inner] = [spec.outer, inner].map(|stage| stage.coarse.cells[axis]);
-                    outer.interval() * inner.interval()
+                    let stages = [spec.outer, shorter];
+                    (stages.iter())
+                        .map(|s| s.coarse.cells[axis].interval())
+                        .product()
                 }),
-                taps: inner.coarse.taps,
-                bandwidth_per_m: inner.bandwidth_per_m,
+                taps: shorter.coarse.taps,
+                bandwidth_per_m: shorter.bandwidth_per_m,
             }),
             interpolation_error: spec.interpolation_error,
             bin_m: inner.table.bin_m,

@@ -75,13 +75,12 @@ impl Factorized {
             level,
             parts,
         };
-        let source = match spec.inner {
+        let source = match spec.shorter {
             None => tables,
-            Some(inner) => {
+            Some(stage) => {
                 let coarse = spec.outer.coarse.grid(grid);
-                let shorter = divided(&parts, inner.pulses);
-                let shorter = merged(&coarse, inner, tables, shorter);
-                Source::SubApertures(Box::new(shorter))
+                let pieces = divided(&parts, stage.pulses);
+                Source::SubApertures(Box::new(merged(&coarse, stage, tables, pieces)))
             }
         };
         Ok(merged(grid, spec.outer, source, parts))

@@ -35,7 +35,7 @@ pub(crate) struct FactorizedSpec {
     pub outer: Stage,
     /// Shorter ones whose images are merged on the coarse grids of those; `None` where the range tables are summed
     /// on them.
-    pub inner: Option<Stage>,
+    pub shorter: Option<Stage>,
     /// Interpolation error expected for a spectrum that fills the bounds.
     pub interpolation_error: f64,
     /// Estimated cost in vector operations a pixel and pulse.
@@ -89,7 +89,7 @@ impl FactorizedSpec {
                 if best.is_none_or(|b| cost <= b.cost) {
                     best = Some(Self {
                         outer,
-                        inner: None,
+                        shorter: None,
                         interpolation_error: 0.0,
                         cost,
                     });
@@ -111,24 +111,24 @@ impl FactorizedSpec {
     pub(super) fn error_on(&self, grid: &TiltedGrid) -> f64 {
         let outer = self.outer.squared_error_on(grid);
         let coarse = self.outer.coarse.grid(grid);
-        let inner = (self.inner).map_or(0.0, |inner| inner.squared_error_on(&coarse));
-        (outer + inner).sqrt()
+        let shorter = (self.shorter).map_or(0.0, |stage| stage.squared_error_on(&coarse));
+        (outer + shorter).sqrt()
     }
 
     /// The grid on which the range tables are summed for an image on `grid`.
     pub fn table_grid(&self, grid: &TiltedGrid) -> TiltedGrid {
         let coarse = self.outer.coarse.grid(grid);
-        (self.inner).map_or(coarse, |inner| inner.coarse.grid(&coarse))
+        (self.shorter).map_or(coarse, |stage| stage.coarse.grid(&coarse))
     }
 
     /// Bytes of the images of the sub-apertures `parts`: of what is in the making, and of each that is kept.
     pub fn coarse_bytes(&self, grid: &TiltedGrid, parts: &[Range<usize>]) -> [u128; 2] {
         let of = |stage: &Stage, on: &TiltedGrid, images| stage.coarse.bytes(on, images);
         let one = of(&self.outer, grid, 0);
-        let shorter = self.inner.map_or(0, |inner| {
-            let most = |part: &Range<usize>| part.len().div_ceil(inner.pulses);
+        let shorter = self.shorter.map_or(0, |stage| {
+            let most = |part: &Range<usize>| part.len().div_ceil(stage.pulses);
             let images = parts.iter().map(most).max().unwrap_or(0);
-            of(&inner, &self.outer.coarse.grid(grid), images)
+            of(&stage, &self.outer.coarse.grid(grid), images)
         });
         [one + shorter, of(&self.outer, grid, 1) - one]
     }
@@ -136,8 +136,8 @@ impl FactorizedSpec {
     /// Pixels after which all grids repeat together, along the row and across.
     pub fn period_pixels(&self) -> [usize; 2] {
         [0, 1].map(|axis| {
-            let inner = (self.inner).map_or(1, |inner| inner.coarse.cells[axis].pixels);
-            self.outer.coarse.cells[axis].pixels * inner
+            let shorter = (self.shorter).map_or(1, |stage| stage.coarse.cells[axis].pixels);
+            self.outer.coarse.cells[axis].pixels * shorter
         })
     }
 }
@@ -197,7 +197,7 @@ impl<'d> Way<'d> {
         let error = 0.5 * demand.accuracy / (stages as f64).sqrt();
         (demand.taps.iter())
             .map(|taps| {
-                // As measured beside those of the direct engine; coarse rows come from slower caches.
+                // Fitted to run times beside the costs of the direct engine (docs/speed.md).
                 let (samples, lanes) = (*taps as f64, demand.lanes as f64);
                 Self {
                     taps: *taps,

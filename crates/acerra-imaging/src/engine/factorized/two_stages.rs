@@ -14,8 +14,8 @@ use crate::pulses::Pulses;
 
 /// Vector operations of an image below which a second stage is not searched for.
 const WORTH_SEARCHING: f64 = 1e8;
-/// Share of the cost with one stage that it must stay below: it takes longer to plan, and small images lose more at
-/// their edges than is estimated.
+/// Share of the cost with one stage that it must stay below: it takes longer to plan, and images of few million
+/// pixels were found to gain less than is estimated.
 const WORTH_A_STAGE: f64 = 0.85;
 /// Least pulses of the shorter sub-apertures, and how many of them a longer one has.
 const LEAST_PULSES: usize = 12;
@@ -146,7 +146,7 @@ impl Search<'_> {
         let merges = [outer.merges, parts.len() as f64 / self.pulses.len() as f64];
         let mut spec = FactorizedSpec {
             outer: first,
-            inner: Some(second),
+            shorter: Some(second),
             interpolation_error: 0.0,
             cost: self.of_stages(ways, [&first, &second], merges, direct_cost),
         };
