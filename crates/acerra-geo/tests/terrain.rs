@@ -129,7 +129,7 @@ fn frame() -> (Frame, EnuFrame) {
 
 const SIZE: [u32; 2] = [37, 29];
 
-/// Ground as a function of longitude and latitude that bilinear interpolation keeps.
+/// Ground as a function of longitude and latitude that interpolation keeps.
 fn plane(longitude_deg: f64, latitude_deg: f64) -> f64 {
     55.0 + 4000.0 * (longitude_deg - 14.2) - 2500.0 * (latitude_deg - 41.0)
 }
@@ -294,12 +294,12 @@ fn files_written_by_gdal() {
     };
     let utm = read("utm33-deflate-tiles.tif");
     let degrees = read("wgs84-lzw-strips.tif");
-    // East and north in the frame; heights there by PROJ 9.5 and NumPy.
+    // East and north in the frame; heights there by PROJ 9.5 and the kernel of Keys (1981).
     for ([x, y], in_utm, in_degrees) in [
         ([0.0, 0.0], -9.92719, 11.0),
-        ([15.0, -12.0], -8.82496, 21.0),
-        ([-10.3, 7.7], -10.71842, 3.5158),
-        ([3.3, 0.1], -9.51038, 12.84444),
+        ([15.0, -12.0], -8.82498, 20.96757),
+        ([-10.3, 7.7], -10.71842, 3.42311),
+        ([3.3, 0.1], -9.51038, 12.80649),
     ] {
         let found = utm.height_m(x, y).unwrap();
         assert!((found - in_utm).abs() < 1e-4, "{found} {in_utm}");
@@ -342,7 +342,8 @@ fn text_grids() {
     assert_eq!(t.height_m(0.5, 0.25).unwrap(), 2.5);
     // One row and one column.
     let t = local("0 7 1\n1 7 2\n2 7 4\n", [0.0, 2.0], [7.0, 7.0]);
-    assert_eq!(t.height_m(1.5, 7.0).unwrap(), 3.0);
+    // (−1 + 9·2 + 9·4 − 6)/16, 6 being where the slope from 2 to 4 leads.
+    assert_eq!(t.height_m(1.5, 7.0).unwrap(), 2.9375);
 
     // Thirds to three decimals are a grid; coordinates in UTM size too.
     let mut text = String::new();
