@@ -1,8 +1,9 @@
-//! The direct engine on terrain beside the plane: 1800 × 1800 pixels of 1 cm, 331 pulses.
+//! Terrain beside the plane: 1800 × 1800 pixels of 1 cm, 331 pulses.
 //!
-//! `cargo bench -p acerra-imaging --bench surface` prints, for every ground, accuracy and SIMD
-//! level, Gbp/s (10⁹ pixel × pulse contributions a second) on one thread and on all, the share of
-//! the plane's speed, and what the self-check found. Best of three runs.
+//! `cargo bench -p acerra-imaging --bench surface` prints, for every SIMD level, accuracy, engine and ground,
+//! Gbp/s (10⁹ pixel × pulse contributions a second) on one thread and on all, the share of the plane's speed, and
+//! what the self-check found. Best of three runs. The name of a level, of an engine (`auto`, `direct`) or of a
+//! ground as argument leaves the others out, `plan` prints the plans.
 #![allow(clippy::print_stdout, clippy::unwrap_used, missing_docs)]
 
 use acerra_imaging::{
@@ -42,39 +43,58 @@ fn main() {
     })
     .unwrap();
     let base = PlaneGrid::new([-9.0, -9.0, 0.0], 0.01, [1800, 1800]).unwrap();
+    // A field as a height raster of 1 m gives it, linear and cubic between the knots.
+    let field = SurfaceGrid::from_fn(base, |x, y| {
+        Ok::<_, ImagingError>(bilinear(1.0, [x, y], field_m))
+    });
+    let field = field.unwrap();
+    let smooth = SurfaceGrid::from_fn(base, |x, y| Ok::<_, ImagingError>(cubic([x, y], field_m)));
+    let smooth = smooth.unwrap();
     let knot = |i: f64, j: f64| 0.35 * (1.1 * i + 0.7 * j).sin() + 0.15 * (1.9 * j).cos();
     let facets = SurfaceGrid::from_fn(base, |x, y| {
-        let (i, j) = (x / 0.5, y / 0.5);
-        let (i0, j0) = (i.floor(), j.floor());
-        let (u, v) = (i - i0, j - j0);
-        let low = knot(i0, j0) * (1.0 - u) + knot(i0 + 1.0, j0) * u;
-        let high = knot(i0, j0 + 1.0) * (1.0 - u) + knot(i0 + 1.0, j0 + 1.0) * u;
-        Ok::<_, ImagingError>(low * (1.0 - v) + high * v)
+        Ok::<_, ImagingError>(bilinear(0.5, [x, y], knot))
     })
     .unwrap();
     let wave = |x: f64, y: f64| Ok::<_, ImagingError>(0.5 * (1.2 * x + 0.5 * y).sin());
     let wave = SurfaceGrid::from_fn(base, wave).unwrap();
     let contributions = 1e-9 * (base.len() * pulses.len()) as f64;
-    // A level's name as argument leaves the others out.
-    let wanted = std::env::args().nth(1).filter(|a| !a.starts_with("--"));
+    // A level's name as argument leaves the others out, and so does an engine's.
+    let arguments: Vec<String> = std::env::args().collect();
+    let named = |name: &str| arguments.iter().any(|a| a == name);
     let levels = SimdLevel::available().iter().copied();
-    for level in levels.filter(|l| wanted.as_deref().is_none_or(|w| l.name() == w)) {
-        for accuracy in [1.3e-3, 3.2e-4] {
+    let one_level = levels.clone().any(|level| named(level.name()));
+    let engines = [("auto", Engine::Auto), ("direct", Engine::Direct)];
+    let one_engine = engines.iter().any(|(name, _)| named(name));
+    let one_ground = ["field", "smooth", "facets", "wave"].into_iter().any(named);
+    for level in levels.filter(|l| !one_level || named(l.name())) {
+        for (accuracy, (_, engine)) in [1.3e-3, 3.2e-4]
+            .into_iter()
+            .flat_map(|accuracy| engines.map(|engine| (accuracy, engine)))
+            .filter(|(_, (name, _))| !one_engine || named(name))
+        {
             let mut of_plane = [0.0; 2];
             for (name, ground) in [
                 ("plane", None),
+                ("field", Some(&field)),
+                ("smooth", Some(&smooth)),
                 ("facets", Some(&facets)),
                 ("wave", Some(&wave)),
             ] {
+                if one_ground && !named(name) && ground.is_some() {
+                    continue;
+                }
                 let options = PlanOptions::default()
                     .with_accuracy(accuracy)
                     .with_level(level)
-                    .with_engine(Engine::Direct);
+                    .with_engine(engine);
+                let start = Instant::now();
                 let plan = match ground {
                     Some(surface) => ImagingPlan::new(pulses, surface, &options),
                     None => ImagingPlan::new(pulses, base, &options),
                 }
                 .unwrap();
+                let planned_s = start.elapsed().as_secs_f64();
+                let foretold = contributions / plan.estimate_run_time_s(Control::default());
                 let mut image = vec![Complex32::ZERO; base.len()];
                 let mut speed = [0.0; 2];
                 for (k, threads) in [(0, 1), (1, 0)] {
@@ -93,23 +113,55 @@ fn main() {
                     of_plane = speed;
                 }
                 println!(
-                    "{level:9} {accuracy:.1e} {name:6}: {:.2} Gbp/s on one thread ({:.0} %), {:.2} on all \
-                     ({:.0} %), self-check {:.1e}",
+                    "{level:9} {accuracy:.1e} {:10} {name:6}: {:.2} Gbp/s on one thread ({:.0} %), {:.2} on all \
+                     ({:.0} %, {foretold:.2} foretold), planned in {planned_s:.2} s, self-check {:.1e}",
+                    format!("{:?}", plan.engine()),
                     speed[0],
                     100.0 * speed[0] / of_plane[0],
                     speed[1],
                     100.0 * speed[1] / of_plane[1],
                     plan.self_check().map_or(f64::NAN, |c| c.error)
                 );
-                for line in plan
-                    .report()
-                    .to_string()
-                    .lines()
-                    .filter(|l| l.starts_with("direct"))
-                {
-                    println!("  {}", line.rsplit(';').next().unwrap_or(""));
+                if named("plan") {
+                    println!("{plan}");
                 }
             }
         }
     }
+}
+
+/// Heights between the knots of a raster with cells of `cell_m`.
+fn bilinear(cell_m: f64, at_m: [f64; 2], knot: impl Fn(f64, f64) -> f64) -> f64 {
+    let [i, j] = at_m.map(|x| x / cell_m);
+    let (i0, j0) = (i.floor(), j.floor());
+    let (u, v) = (i - i0, j - j0);
+    let low = knot(i0, j0) * (1.0 - u) + knot(i0 + 1.0, j0) * u;
+    let high = knot(i0, j0 + 1.0) * (1.0 - u) + knot(i0 + 1.0, j0 + 1.0) * u;
+    low * (1.0 - v) + high * v
+}
+
+/// Heights by cubic convolution between knots a metre apart.
+fn cubic([x, y]: [f64; 2], knot: impl Fn(f64, f64) -> f64) -> f64 {
+    let weights = |u: f64| {
+        [
+            u * (-0.5 + u * (1.0 - 0.5 * u)),
+            1.0 + u * u * (-2.5 + 1.5 * u),
+            u * (0.5 + u * (2.0 - 1.5 * u)),
+            u * u * (-0.5 + 0.5 * u),
+        ]
+    };
+    let (i0, j0) = (x.floor(), y.floor());
+    let mut sum = 0.0;
+    for (b, across) in (-1..3).zip(weights(y - j0)) {
+        for (a, along) in (-1..3).zip(weights(x - i0)) {
+            sum += along * across * knot(i0 + f64::from(a), j0 + f64::from(b));
+        }
+    }
+    sum
+}
+
+/// Heights of the knots of a field: a knoll of 1 m, and random heights of ±10 cm.
+fn field_m(i: f64, j: f64) -> f64 {
+    let noise = (12.9898 * i + 78.233 * j).sin() * 43_758.545_3;
+    (-0.02 * (i * i + j * j)).exp() + 0.2 * (noise - noise.floor() - 0.5)
 }

@@ -49,7 +49,7 @@ pub(crate) trait TableEngine: Sized + Sync {
     type Spec: Copy + Sync;
 
     /// The pulses of a piece, counted from its first, as they may be divided.
-    fn parts(echoes: &WeightedPulses, grid: &TiltedGrid, piece: &Piece<Self::Spec>) -> Parts;
+    fn parts(echoes: &WeightedPulses, grid: &ImageGrid, piece: &Piece<Self::Spec>) -> Parts;
 
     /// The engine for some pulses, divided into `parts`.
     ///
@@ -103,7 +103,7 @@ impl<S: Copy + Sync> Division<S> {
     /// its own.
     pub fn of<E: TableEngine<Spec = S>>(
         echoes: &WeightedPulses,
-        grid: &TiltedGrid,
+        grid: &ImageGrid,
         pieces: &[Piece<S>],
         [output_bytes, limit_bytes]: [u128; 2],
     ) -> Result<Self, ImagingError> {
@@ -352,7 +352,7 @@ fn table_bytes(spec: &DirectSpec, ranges_m: &[[f64; 2]]) -> u128 {
 impl TableEngine for Direct {
     type Spec = DirectSpec;
 
-    fn parts(echoes: &WeightedPulses, _: &TiltedGrid, piece: &Piece<DirectSpec>) -> Parts {
+    fn parts(echoes: &WeightedPulses, _: &ImageGrid, piece: &Piece<DirectSpec>) -> Parts {
         let bytes = table_bytes(&piece.spec, &piece.ranges_m);
         Parts {
             runs: (0..echoes.len()).map(|m| (m..m + 1, bytes)).collect(),
@@ -389,7 +389,7 @@ impl TableEngine for Direct {
 impl TableEngine for Factorized {
     type Spec = (FactorizedSpec, DirectSpec);
 
-    fn parts(echoes: &WeightedPulses, grid: &TiltedGrid, piece: &Piece<Self::Spec>) -> Parts {
+    fn parts(echoes: &WeightedPulses, grid: &ImageGrid, piece: &Piece<Self::Spec>) -> Parts {
         let (spec, inner) = &piece.spec;
         let table = table_bytes(inner, &piece.ranges_m);
         let parts = partition_aperture(&echoes.pulses, spec.outer.pulses);
@@ -422,12 +422,12 @@ impl TableEngine for Factorized {
         out: &mut [Complex32],
         meter: &Meter,
     ) -> Tally {
-        self.run(echoes, &patch.grid, out, meter);
+        self.run(echoes, patch, out, meter);
         Tally::default()
     }
 
     fn estimate_s(&self, echoes: &WeightedPulses, grid: &ImageGrid, control: Control) -> f64 {
-        self.estimate_run_time_s(echoes, grid.plane(), control)
+        self.estimate_run_time_s(echoes, &grid.whole(), control)
     }
 }
 

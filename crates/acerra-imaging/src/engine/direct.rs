@@ -9,6 +9,9 @@ use crate::engine::weights::WeightedPulses;
 use crate::error::ImagingError;
 use crate::grid::image::{ImageGrid, Patch};
 use crate::grid::relief::Relief;
+use crate::grid::surface::SurfaceGrid;
+use crate::grid::terrain::Terrain;
+use crate::grid::tilted::TiltedGrid;
 use crate::kernel::direct::band::band;
 use crate::kernel::direct::job::{Band, Job, ReferenceContribution, SIDE, Shape, Tally};
 use crate::kernel::direct::square::square_band;
@@ -40,16 +43,19 @@ pub(crate) struct DirectSpec {
     pub reference_below_m: f64,
     /// Whether bins may be read from windows; else they are gathered.
     pub windows: bool,
-    /// Arrangement of pixels over level planes; uneven ground is always taken by rows.
+    /// Arrangement of pixels; uneven ground is always taken by squares.
     pub shape: Shape,
     /// Groups of pixels that share an expansion of the range in the forward operator.
     pub groups: Option<GroupSpec>,
 }
 
 impl DirectSpec {
-    /// The arrangement of pixels on a plane, or on uneven ground, which is taken by rows.
+    /// The arrangement of pixels on a plane, or on uneven ground, which is taken by squares.
     pub fn shape_on(&self, is_uneven: bool) -> Shape {
-        if is_uneven { Shape::Row } else { self.shape }
+        match self.shape {
+            Shape::Row if is_uneven => Shape::Square,
+            shape => shape,
+        }
     }
 }
 
@@ -70,6 +76,19 @@ pub(crate) fn table_ranges_m(position_m: &[[f64; 3]], grid: &ImageGrid) -> Vec<[
         .par_iter()
         .map(|p| grid.ranges_m(*p, MARGIN_COLUMNS))
         .collect()
+}
+
+/// The same over uneven ground: of a grid over the base of a surface of the heights `span_m`, and of the pixels.
+pub(crate) fn uneven_ranges_m(
+    position_m: &[[f64; 3]],
+    (grid, [low, high]): (&TiltedGrid, [f64; 2]),
+    terrain: Terrain,
+) -> Vec<[f64; 2]> {
+    let z_m = grid.origin_m[2];
+    let [lowest, highest] = terrain.heights_on(grid).map_or([0.0; 2], |h| h.span_m());
+    let span_m = [low.min(z_m + lowest), high.max(z_m + highest)];
+    let ranges_m = |p: &[f64; 3]| SurfaceGrid::ranges_over(grid, span_m, *p, MARGIN_COLUMNS);
+    position_m.par_iter().map(ranges_m).collect()
 }
 
 impl Direct {
@@ -193,48 +212,52 @@ impl Direct {
             self.spec.fine_carrier,
             self.spec.cubic,
         );
-        if relief.is_some() {
-            return dispatch!(self.level, s => match quality {
-                (1, false, false) => band::<_, 1, 3, false, true, false>(s, job, one, relief, out),
-                (1, false, true) => band::<_, 1, 3, true, true, false>(s, job, one, relief, out),
-                (1, _, _) => band::<_, 1, 4, true, true, false>(s, job, one, relief, out),
-                (2, _, _) => band::<_, 2, 4, true, true, false>(s, job, one, relief, out),
-                _ => band::<_, 3, 4, true, true, false>(s, job, one, relief, out),
-            });
-        }
         if job.tilt.is_some() {
             return dispatch!(self.level, s => match quality {
-                (1, false, false) => band::<_, 1, 3, false, false, true>(s, job, one, None, out),
-                (1, false, true) => band::<_, 1, 3, true, false, true>(s, job, one, None, out),
-                (1, _, _) => band::<_, 1, 4, true, false, true>(s, job, one, None, out),
-                (2, _, _) => band::<_, 2, 4, true, false, true>(s, job, one, None, out),
-                _ => band::<_, 3, 4, true, false, true>(s, job, one, None, out),
+                (1, false, false) => band::<_, 1, 3, false, true>(s, job, one, out),
+                (1, false, true) => band::<_, 1, 3, true, true>(s, job, one, out),
+                (1, _, _) => band::<_, 1, 4, true, true>(s, job, one, out),
+                (2, _, _) => band::<_, 2, 4, true, true>(s, job, one, out),
+                _ => band::<_, 3, 4, true, true>(s, job, one, out),
             });
         }
-        if self.spec.shape == Shape::Square {
-            return dispatch!(self.level, s => match quality {
-                (1, false, false) => square_band::<_, 1, 3, false, false>(s, job, one, out),
-                (1, false, true) => square_band::<_, 1, 3, true, false>(s, job, one, out),
-                (1, _, _) => square_band::<_, 1, 4, true, false>(s, job, one, out),
-                (2, _, _) => square_band::<_, 2, 4, true, false>(s, job, one, out),
-                _ => square_band::<_, 3, 4, true, false>(s, job, one, out),
+        let shape = self.spec.shape_on(relief.is_some());
+        if let (Some(_), wide) = (relief, shape == Shape::WideSquare) {
+            return dispatch!(self.level, s => match (quality, wide) {
+                ((1, false, _), false) => square_band::<_, 1, 3, true, false, true>(s, job, one, relief, out),
+                ((1, true, _), false) => square_band::<_, 1, 4, true, false, true>(s, job, one, relief, out),
+                ((2, _, _), false) => square_band::<_, 2, 4, true, false, true>(s, job, one, relief, out),
+                (_, false) => square_band::<_, 3, 4, true, false, true>(s, job, one, relief, out),
+                ((1, false, _), true) => square_band::<_, 1, 3, true, true, true>(s, job, one, relief, out),
+                ((1, true, _), true) => square_band::<_, 1, 4, true, true, true>(s, job, one, relief, out),
+                ((2, _, _), true) => square_band::<_, 2, 4, true, true, true>(s, job, one, relief, out),
+                (_, true) => square_band::<_, 3, 4, true, true, true>(s, job, one, relief, out),
             });
         }
-        if self.spec.shape == Shape::WideSquare {
+        if shape == Shape::Square {
             return dispatch!(self.level, s => match quality {
-                (1, false, false) => square_band::<_, 1, 3, false, true>(s, job, one, out),
-                (1, false, true) => square_band::<_, 1, 3, true, true>(s, job, one, out),
-                (1, _, _) => square_band::<_, 1, 4, true, true>(s, job, one, out),
-                (2, _, _) => square_band::<_, 2, 4, true, true>(s, job, one, out),
-                _ => square_band::<_, 3, 4, true, true>(s, job, one, out),
+                (1, false, false) => square_band::<_, 1, 3, false, false, false>(s, job, one, None, out),
+                (1, false, true) => square_band::<_, 1, 3, true, false, false>(s, job, one, None, out),
+                (1, _, _) => square_band::<_, 1, 4, true, false, false>(s, job, one, None, out),
+                (2, _, _) => square_band::<_, 2, 4, true, false, false>(s, job, one, None, out),
+                _ => square_band::<_, 3, 4, true, false, false>(s, job, one, None, out),
+            });
+        }
+        if shape == Shape::WideSquare {
+            return dispatch!(self.level, s => match quality {
+                (1, false, false) => square_band::<_, 1, 3, false, true, false>(s, job, one, None, out),
+                (1, false, true) => square_band::<_, 1, 3, true, true, false>(s, job, one, None, out),
+                (1, _, _) => square_band::<_, 1, 4, true, true, false>(s, job, one, None, out),
+                (2, _, _) => square_band::<_, 2, 4, true, true, false>(s, job, one, None, out),
+                _ => square_band::<_, 3, 4, true, true, false>(s, job, one, None, out),
             });
         }
         dispatch!(self.level, s => match quality {
-            (1, false, false) => band::<_, 1, 3, false, false, false>(s, job, one, None, out),
-            (1, false, true) => band::<_, 1, 3, true, false, false>(s, job, one, None, out),
-            (1, _, _) => band::<_, 1, 4, true, false, false>(s, job, one, None, out),
-            (2, _, _) => band::<_, 2, 4, true, false, false>(s, job, one, None, out),
-            _ => band::<_, 3, 4, true, false, false>(s, job, one, None, out),
+            (1, false, false) => band::<_, 1, 3, false, false>(s, job, one, out),
+            (1, false, true) => band::<_, 1, 3, true, false>(s, job, one, out),
+            (1, _, _) => band::<_, 1, 4, true, false>(s, job, one, out),
+            (2, _, _) => band::<_, 2, 4, true, false>(s, job, one, out),
+            _ => band::<_, 3, 4, true, false>(s, job, one, out),
         })
     }
 }

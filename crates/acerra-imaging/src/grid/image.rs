@@ -3,6 +3,7 @@
 use super::plane::PlaneGrid;
 use super::relief::Relief;
 use super::surface::SurfaceGrid;
+use super::terrain::Terrain;
 use super::tilted::TiltedGrid;
 
 /// The pixels that a plan images: a plane of any tilt, or uneven ground. Made by `From` of a
@@ -58,6 +59,16 @@ impl<'a> ImageGrid<'a> {
         &self.plane
     }
 
+    /// Least and greatest height of uneven ground, m.
+    pub(crate) fn span_m(&self) -> Option<[f64; 2]> {
+        self.surface.map(SurfaceGrid::span_m)
+    }
+
+    /// The ground of grids over the plane.
+    pub(crate) fn terrain(&self) -> Terrain<'a> {
+        Terrain::new(self.surface)
+    }
+
     /// Bounds of the ranges from `antenna_m` to all pixels and to `margin` columns beside them.
     pub(crate) fn ranges_m(&self, antenna_m: [f64; 3], margin: f64) -> [f64; 2] {
         match self.surface {
@@ -96,6 +107,7 @@ impl<'a> ImageGrid<'a> {
                 };
                 heights.seen_from(i, j)
             }),
+            terrain: self.terrain(),
         }
     }
 }
@@ -128,11 +140,36 @@ impl<'a> From<&'a SurfaceGrid> for ImageGrid<'a> {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Patch<'a> {
     pub grid: TiltedGrid,
+    /// Heights of its pixels over uneven ground.
     pub relief: Option<Relief<'a>>,
+    /// The ground between and beside them.
+    pub terrain: Terrain<'a>,
+}
+
+impl Patch<'_> {
+    /// Centre of pixel (i, j), m.
+    pub fn point_m(&self, i: usize, j: usize) -> [f64; 3] {
+        let [x, y, z] = self.grid.point_m(i as f64, j as f64);
+        let above_m = (self.relief).map_or(0.0, |r| f64::from(r.heights_m[j * r.stride + i]));
+        [x, y, z + above_m]
+    }
+
+    /// Some of its rows.
+    pub fn rows_from(&self, first: usize, rows: usize) -> Self {
+        Self {
+            grid: self.grid.rows_from(first, rows),
+            relief: self.relief.map(|relief| relief.seen_from(0, first)),
+            ..*self
+        }
+    }
 }
 
 impl From<TiltedGrid> for Patch<'_> {
     fn from(grid: TiltedGrid) -> Self {
-        Self { grid, relief: None }
+        Self {
+            grid,
+            relief: None,
+            terrain: Terrain::LEVEL,
+        }
     }
 }

@@ -10,6 +10,7 @@ pub(crate) mod image;
 pub(crate) mod plane;
 pub(crate) mod relief;
 pub(crate) mod surface;
+pub(crate) mod terrain;
 pub(crate) mod tilted;
 pub(crate) mod volume;
 

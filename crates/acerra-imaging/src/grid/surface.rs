@@ -132,6 +132,70 @@ impl SurfaceGrid {
         low + v * (high - low)
     }
 
+    /// Height above [`SurfaceGrid::base`] at (x, y): cubic between pixels, with continuous slopes, and reflected at
+    /// the last pixels beyond them, so that slopes continue, m.
+    pub(crate) fn smooth_relief_m(&self, x_m: f64, y_m: f64) -> f64 {
+        let columns = self.column_weights(x_m);
+        let of_row = |j: usize| columns.of(&self.relief_m[j * self.base.nx..][..self.base.nx]);
+        let rows = self.row_weights(y_m);
+        rows.taken().map(|(j, w)| w * of_row(j)).sum()
+    }
+
+    /// Column and row of the pixel nearest to (x, y).
+    fn nearest(&self, x_m: f64, y_m: f64) -> [usize; 2] {
+        let g = &self.base;
+        let at = |t: f64, count: usize| (t.round().max(0.0) as usize).min(count - 1);
+        [
+            at((x_m - g.x0_m) / g.pixel_m, g.nx),
+            at((y_m - g.y0_m) / g.pixel_m, g.ny),
+        ]
+    }
+
+    /// Height of the pixel nearest to (x, y) above [`SurfaceGrid::base`], m.
+    pub(crate) fn nearest_relief_m(&self, x_m: f64, y_m: f64) -> f64 {
+        let [i, j] = self.nearest(x_m, y_m);
+        f64::from(self.relief_m[j * self.base.nx + i])
+    }
+
+    /// Slopes along x and y at the pixel nearest to (x, y), between its neighbours.
+    pub(crate) fn nearest_slopes(&self, x_m: f64, y_m: f64) -> [f64; 2] {
+        let ([i, j], g) = (self.nearest(x_m, y_m), &self.base);
+        let height = |i: usize, j: usize| f64::from(self.relief_m[j * g.nx + i]);
+        let slope = |k: usize, count: usize, height: &dyn Fn(usize) -> f64| {
+            let (before, after) = (k.saturating_sub(1), (k + 1).min(count - 1));
+            match after - before {
+                0 => 0.0,
+                steps => (height(after) - height(before)) / (steps as f64 * g.pixel_m),
+            }
+        };
+        [
+            slope(i, g.nx, &|i| height(i, j)),
+            slope(j, g.ny, &|j| height(i, j)),
+        ]
+    }
+
+    /// Weights of the columns for heights at x.
+    pub(crate) fn column_weights(&self, x_m: f64) -> Weights {
+        Weights::at((x_m - self.base.x0_m) / self.base.pixel_m, self.base.nx)
+    }
+
+    /// Weights of the rows for heights at y.
+    pub(crate) fn row_weights(&self, y_m: f64) -> Weights {
+        Weights::at((y_m - self.base.y0_m) / self.base.pixel_m, self.base.ny)
+    }
+
+    /// Makes `line` the heights of all columns above [`SurfaceGrid::base`] as rows are weighted, m.
+    pub(crate) fn weigh_rows(&self, rows: &Weights, line: &mut Vec<f64>) {
+        line.clear();
+        line.resize(self.base.nx, 0.0);
+        for (j, weight) in rows.taken() {
+            let row = &self.relief_m[j * self.base.nx..][..self.base.nx];
+            for (sum, height) in line.iter_mut().zip(row) {
+                *sum += weight * f64::from(*height);
+            }
+        }
+    }
+
     /// Heights above [`SurfaceGrid::base`], `[ny, nx]`, m.
     pub(crate) fn relief_m(&self) -> &[f32] {
         &self.relief_m
@@ -139,13 +203,20 @@ impl SurfaceGrid {
 
     /// Bounds of the ranges from `antenna_m` to the surface widened by `margin` columns.
     pub(crate) fn ranges_m(&self, antenna_m: [f64; 3], margin: f64) -> [f64; 2] {
-        let g = &self.base;
-        let widen = margin * g.pixel_m;
-        let sides = [
-            [g.x0_m - widen, g.x_m(g.nx - 1) + widen],
-            [g.y0_m, g.y_m(g.ny - 1)],
-            self.span_m,
-        ];
+        Self::ranges_over(&self.base.into(), self.span_m, antenna_m, margin)
+    }
+
+    /// Bounds of the ranges from `antenna_m` to heights `span_m` over a grid on the base, widened by `margin`
+    /// columns.
+    pub(crate) fn ranges_over(
+        grid: &TiltedGrid,
+        span_m: [f64; 2],
+        antenna_m: [f64; 3],
+        margin: f64,
+    ) -> [f64; 2] {
+        let [x0, y0, _] = grid.point_m(-margin, 0.0);
+        let [x1, y1, _] = grid.point_m((grid.columns - 1) as f64 + margin, (grid.rows - 1) as f64);
+        let sides = [[x0, x1], [y0, y1], span_m];
         let corner = |pick: fn(f64, [f64; 2]) -> f64| -> [f64; 3] {
             std::array::from_fn(|a| pick(antenna_m[a], sides[a]))
         };
@@ -165,6 +236,70 @@ impl SurfaceGrid {
         let grid = TiltedGrid::from(self.base);
         let at = grid.pixel_at([antenna_m[0], antenna_m[1], self.base.z_m])?;
         (self.point_m(at) == antenna_m).then_some(at)
+    }
+}
+
+/// Weights of pixels along an axis for a place between or beside them.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Weights {
+    pixels: [(usize, f64); Self::MOST],
+    count: usize,
+}
+
+impl Weights {
+    /// Four pixels, each with its reflection.
+    const MOST: usize = 8;
+    /// Places so close to a pixel are taken for its own, pixels.
+    const SAME: f64 = 1e-6;
+
+    /// At `t` pixels from the first of `count`: cubic convolution (Keys 1981, a = −½).
+    fn at(t: f64, count: usize) -> Self {
+        let mut weights = Self {
+            pixels: [(0, 0.0); Self::MOST],
+            count: 0,
+        };
+        let nearest = t.round();
+        if (t - nearest).abs() < Self::SAME {
+            weights.add(nearest as i64, 1.0, count);
+            return weights;
+        }
+        let (first, u) = (t.floor() as i64, t - t.floor());
+        let cubic = [
+            u * (-0.5 + u * (1.0 - 0.5 * u)),
+            1.0 + u * u * (-2.5 + 1.5 * u),
+            u * (0.5 + u * (2.0 - 1.5 * u)),
+            u * u * (-0.5 + 0.5 * u),
+        ];
+        for (pixel, weight) in (first - 1..).zip(cubic) {
+            weights.add(pixel, weight, count);
+        }
+        weights
+    }
+
+    /// Adds a pixel; one beyond the last stands as much above that one as its reflection stands below.
+    fn add(&mut self, pixel: i64, weight: f64, count: usize) {
+        let last = count as i64 - 1;
+        let edge = pixel.clamp(0, last);
+        if pixel == edge {
+            self.push(edge, weight);
+        } else {
+            self.push(edge, 2.0 * weight);
+            self.push((2 * edge - pixel).clamp(0, last), -weight);
+        }
+    }
+
+    fn push(&mut self, pixel: i64, weight: f64) {
+        self.pixels[self.count] = (pixel as usize, weight);
+        self.count += 1;
+    }
+
+    /// The weighted sum of heights along the axis.
+    pub(crate) fn of<T: Copy + Into<f64>>(&self, heights: &[T]) -> f64 {
+        self.taken().map(|(i, w)| w * heights[i].into()).sum()
+    }
+
+    fn taken(&self) -> impl Iterator<Item = (usize, f64)> {
+        self.pixels[..self.count].iter().copied()
     }
 }
 

@@ -2,8 +2,10 @@
 
 use super::lanes::{Lanes, MAX_LANES, ROUNDING};
 
-/// Truncation error allowed to a cubic range, cycles of the carrier.
+/// Truncation error allowed to a cubic range, cycles of the carrier, and to the series over uneven ground: it is
+/// reached at the ends of a cell alone, and falls with the fourth power.
 const CUBIC_CYCLES: f64 = 2e-7;
+const SERIES_CYCLES: f64 = 2e-6;
 
 /// A row of pixels as seen from a sub-aperture's centre.
 #[derive(Debug, Clone, Copy)]
@@ -20,6 +22,20 @@ pub(crate) struct PhaseRow {
     pub sine: [f32; 6],
 }
 
+/// Heights of a row of pixels that is taken in intervals, above the plane of the row, m: those of the first pixels of
+/// all intervals side by side, then of the second ones, and so on.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct RowHeights<'a> {
+    /// `[pixels of an interval, intervals]`.
+    pub above_m: &'a [f32],
+    /// Middle of the heights of each interval, m.
+    pub middle_m: &'a [f32],
+    /// Greatest departure from it, m.
+    pub departure_m: f32,
+    /// Least and greatest height of the row, m.
+    pub span_m: [f32; 2],
+}
+
 /// Multiplies a row, padded to a multiple of [`MAX_LANES`], by e^{jφ}, or by e^{−jφ} where `back`.
 #[inline(always)]
 pub(crate) fn apply_phase<S: Lanes>(
@@ -30,10 +46,10 @@ pub(crate) fn apply_phase<S: Lanes>(
     imag: &mut [f32],
 ) {
     assert!(real.len().is_multiple_of(MAX_LANES) && imag.len() == real.len());
-    let carrier = RowCarrier::new(s, job, 1);
+    let carrier = RowCarrier::new(s, job, 1, None);
     let sign = s.splat(if back { -1.0 } else { 1.0 });
     for q in (0..real.len()).step_by(S::N) {
-        let (cosine, sine) = carrier.phase(&carrier.intervals(q), 0);
+        let (cosine, sine) = carrier.phase::<false>(&carrier.intervals::<false>(q), 0);
         let sine = s.mul(sine, sign);
         // SAFETY: q + N does not exceed the length of either part, a multiple of N.
         unsafe {
@@ -46,11 +62,25 @@ pub(crate) fn apply_phase<S: Lanes>(
 }
 
 /// Writes a row times e^{−jφ}. Both rows hold first the first pixels of all cells of `pixels`, then the second ones,
-/// and so on.
+/// and so on; so do the heights of uneven ground.
 #[inline(always)]
 pub(crate) fn remove_phase<S: Lanes>(
     s: S,
-    job: &PhaseRow,
+    (job, heights): (&PhaseRow, Option<RowHeights>),
+    pixels: usize,
+    from: (&[f32], &[f32]),
+    to: (&mut [f32], &mut [f32]),
+) {
+    match heights {
+        None => remove_phase_on::<S, false>(s, (job, None), pixels, from, to),
+        Some(_) => remove_phase_on::<S, true>(s, (job, heights), pixels, from, to),
+    }
+}
+
+#[inline(always)]
+fn remove_phase_on<S: Lanes, const RELIEF: bool>(
+    s: S,
+    (job, heights): (&PhaseRow, Option<RowHeights>),
     pixels: usize,
     from: (&[f32], &[f32]),
     to: (&mut [f32], &mut [f32]),
@@ -59,14 +89,15 @@ pub(crate) fn remove_phase<S: Lanes>(
     let cells = length / pixels;
     assert!(cells >= S::N && from.1.len() == length);
     assert!(to.0.len() >= length && to.1.len() >= length);
-    let carrier = RowCarrier::new(s, job, pixels);
+    let carrier = RowCarrier::new(s, job, pixels, heights);
+    assert!(carrier.has_heights(RELIEF, pixels, cells));
     let mut q = 0;
     while q < cells {
         // Whole vectors: the last one begins where it ends with the row.
         let first = q.min(cells - S::N);
-        let at_middle = carrier.intervals(first);
+        let at_middle = carrier.intervals::<RELIEF>(first);
         for p in 0..pixels {
-            let (cosine, sine) = carrier.phase(&at_middle, p);
+            let (cosine, sine) = carrier.phase::<RELIEF>(&at_middle, p);
             let at = p * cells + first;
             // SAFETY: first + N ≤ cells, and every part has `cells` numbers of each of the cell's pixels.
             unsafe {
@@ -89,12 +120,13 @@ pub(crate) fn remove_phase<S: Lanes>(
 pub(crate) struct RowCarrier<'a, S: Lanes> {
     s: S,
     job: &'a PhaseRow,
+    heights: Option<RowHeights<'a>>,
     lanes: S::V,
     cycles: S::V,
     interval_m: f64,
     /// From an interval's first pixel to its middle, m.
     half_m: f64,
-    /// Whether the range within an interval may be a cubic.
+    /// Whether the range within an interval may be a cubic, or over uneven ground a series.
     cubic: bool,
 }
 
@@ -107,11 +139,16 @@ pub(crate) struct Intervals<S: Lanes> {
     fraction: S::V,
     range: S::V,
     along: S::V,
+    /// Over uneven ground: the first interval, the height from which heights are counted, and that of the point
+    /// above the centre, m.
+    first: usize,
+    from_height: S::V,
+    up: S::V,
 }
 
 impl<'a, S: Lanes> RowCarrier<'a, S> {
     #[inline(always)]
-    pub fn new(s: S, job: &'a PhaseRow, interval: usize) -> Self {
+    pub fn new(s: S, job: &'a PhaseRow, interval: usize, heights: Option<RowHeights<'a>>) -> Self {
         let mut lane = [0f32; MAX_LANES];
         let interval_m = job.pixel_m * interval as f64;
         let half_m = 0.5 * (interval - 1) as f64 * job.pixel_m;
@@ -123,27 +160,59 @@ impl<'a, S: Lanes> RowCarrier<'a, S> {
         let d = job.from_centre_m;
         let along = crate::vector::dot(d, job.unit);
         let beside_m = (crate::vector::dot(d, d) - along * along).max(0.0).sqrt();
-        let truncation_error_m = 0.5 * half_m.powi(4) / beside_m.max(1e-9).powi(3);
+        let cubic = match heights {
+            None => {
+                let truncation_error_m = 0.5 * half_m.powi(4) / beside_m.max(1e-9).powi(3);
+                truncation_error_m * job.cycles_per_m < CUBIC_CYCLES
+            }
+            // Of the series R(√(1 + x) − 1) the term in x⁴ is dropped, x being at most (2a + a²/R)/R at a metres
+            // from the middle.
+            Some(heights) => {
+                let [low, high] = heights.span_m.map(|h| d[2] + f64::from(h));
+                let level_m = (beside_m * beside_m - d[2] * d[2]).max(0.0).sqrt();
+                let least_m = level_m.hypot(low.max(-high).max(0.0)).max(1e-9);
+                let away_m = half_m + f64::from(heights.departure_m);
+                let x = (2.0 + away_m / least_m) * away_m / least_m;
+                0.04 * x.powi(4) * least_m * job.cycles_per_m < SERIES_CYCLES
+            }
+        };
         Self {
             s,
             job,
+            heights,
             // SAFETY: `lane` has MAX_LANES ≥ N numbers.
             lanes: unsafe { s.load(lane.as_ptr()) },
             cycles: s.splat(job.cycles_per_m as f32),
             interval_m,
             half_m,
             // Of single pixels there is nothing to expand.
-            cubic: interval > 1 && truncation_error_m * job.cycles_per_m < CUBIC_CYCLES,
+            cubic: interval > 1 && cubic,
         }
     }
 
-    /// The N intervals from `q` on.
+    /// Whether there are heights of `intervals` of `pixels`, or none where the ground is level.
+    pub fn has_heights(&self, relief: bool, pixels: usize, intervals: usize) -> bool {
+        match self.heights {
+            Some(of) => {
+                relief && of.above_m.len() >= pixels * intervals && of.middle_m.len() == intervals
+            }
+            None => !relief,
+        }
+    }
+
+    /// The N intervals from `q` on, N of which [`Self::has_heights`] was asked for.
     #[inline(always)]
-    pub fn intervals(&self, q: usize) -> Intervals<S> {
+    pub fn intervals<const RELIEF: bool>(&self, q: usize) -> Intervals<S> {
         let (s, job) = (self.s, self.job);
         // The middle of all in double precision, the rest from there.
         let along = (q as f64 + 0.5 * (S::N - 1) as f64) * self.interval_m + self.half_m;
-        let d: [f64; 3] = std::array::from_fn(|a| job.from_centre_m[a] + along * job.unit[a]);
+        let mut d: [f64; 3] = std::array::from_fn(|a| job.from_centre_m[a] + along * job.unit[a]);
+        let middle_m = self.heights.map_or(&[][..], |heights| heights.middle_m);
+        let mut from_height = 0.0;
+        if RELIEF {
+            from_height = middle_m[q + S::N / 2];
+            d[2] += f64::from(from_height);
+        }
         let range = crate::vector::norm(d);
         let cycles = range * job.cycles_per_m;
         let mut found = Intervals {
@@ -154,10 +223,30 @@ impl<'a, S: Lanes> RowCarrier<'a, S> {
             fraction: s.splat((cycles - cycles.round()) as f32),
             range: s.splat(range as f32),
             along: s.splat(crate::vector::dot(d, job.unit) as f32),
+            first: q,
+            from_height: s.splat(from_height),
+            up: s.splat(d[2] as f32),
         };
-        if self.cubic {
+        if RELIEF && self.cubic {
+            // SAFETY: N middles stand from the one that was read N/2 before on.
+            let height = unsafe { s.load(middle_m[q..q + S::N].as_ptr()) };
+            let rise = s.sub(height, found.from_height);
+            let difference = self.difference::<RELIEF>(&found, self.lanes, rise);
+            let range = s.add(difference, found.range);
+            let inverse = s.div(s.splat(1.0), range);
+            let square = s.mul(inverse, inverse);
+            let along = s.add(found.along, self.lanes);
+            found.cycles = s.mul_add(difference, self.cycles, found.fraction);
+            found.slope = s.mul(s.mul(inverse, s.splat(0.5)), self.cycles);
+            found.bend = s.mul(s.mul(found.slope, s.splat(-0.25)), square);
+            found.third = s.mul(s.mul(found.bend, s.splat(-0.5)), square);
+            found.along = s.add(along, along);
+            found.from_height = height;
+            found.up = s.add(found.up, rise);
+            found.up = s.add(found.up, found.up);
+        } else if self.cubic {
             let one = s.splat(1.0);
-            let difference = self.difference(&found, self.lanes);
+            let difference = self.difference::<false>(&found, self.lanes, self.lanes);
             let inverse = s.div(one, s.add(difference, found.range));
             let sine = s.mul(s.add(found.along, self.lanes), inverse);
             let curvature = s.mul(s.neg_mul_add(sine, sine, one), inverse);
@@ -169,12 +258,15 @@ impl<'a, S: Lanes> RowCarrier<'a, S> {
         found
     }
 
-    /// By how much ranges at `offset` exceed that of the middle.
+    /// By how much ranges at `offset`, and over uneven ground at heights `rise` above, exceed that of the middle.
     #[inline(always)]
-    fn difference(&self, at: &Intervals<S>, offset: S::V) -> S::V {
+    fn difference<const RELIEF: bool>(&self, at: &Intervals<S>, offset: S::V, rise: S::V) -> S::V {
         let s = self.s;
         let tiny = s.splat(1e-30);
-        let more = s.mul(offset, s.add(s.add(at.along, offset), at.along));
+        let mut more = s.mul(offset, s.add(s.add(at.along, offset), at.along));
+        if RELIEF {
+            more = s.mul_add(rise, s.add(s.add(at.up, rise), at.up), more);
+        }
         let square = s.max(s.mul_add(at.range, at.range, more), tiny);
         let sum = s.max(s.add(s.sqrt(square), at.range), tiny);
         s.div(more, sum)
@@ -182,15 +274,31 @@ impl<'a, S: Lanes> RowCarrier<'a, S> {
 
     /// Cosine and sine of the phase at pixel `p` of each of those intervals.
     #[inline(always)]
-    pub fn phase(&self, at: &Intervals<S>, p: usize) -> (S::V, S::V) {
+    pub fn phase<const RELIEF: bool>(&self, at: &Intervals<S>, p: usize) -> (S::V, S::V) {
         let (s, job) = (self.s, self.job);
         let rounding = s.splat(ROUNDING);
-        let within = s.splat((p as f64 * job.pixel_m - self.half_m) as f32);
-        let t = if self.cubic {
+        let within_m = (p as f64 * job.pixel_m - self.half_m) as f32;
+        let within = s.splat(within_m);
+        let rise = match self.heights {
+            Some(heights) if RELIEF => {
+                let first = p * heights.middle_m.len() + at.first;
+                // SAFETY: heights of N intervals stand there.
+                let height = unsafe { s.load(heights.above_m[first..first + S::N].as_ptr()) };
+                s.sub(height, at.from_height)
+            }
+            _ => within,
+        };
+        let t = if RELIEF && self.cubic {
+            // R(√(1 + x) − 1) in powers of R²x = w(2d + w) + h(2e + h).
+            let along = s.mul_add(within, at.along, s.splat(within_m * within_m));
+            let more = s.mul_add(rise, s.add(at.up, rise), along);
+            let slope = s.mul_add(s.mul_add(at.third, more, at.bend), more, at.slope);
+            s.mul_add(slope, more, at.cycles)
+        } else if self.cubic {
             let slope = s.mul_add(s.mul_add(at.third, within, at.bend), within, at.slope);
             s.mul_add(slope, within, at.cycles)
         } else {
-            let difference = self.difference(at, s.add(self.lanes, within));
+            let difference = self.difference::<RELIEF>(at, s.add(self.lanes, within), rise);
             s.mul_add(difference, self.cycles, at.fraction)
         };
         let x = s.sub(t, s.sub(s.add(t, rounding), rounding));

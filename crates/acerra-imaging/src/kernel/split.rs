@@ -63,12 +63,12 @@ pub(crate) fn split_row<S: Lanes>(
     assert!(shares.all(|share| share.pixel < phases && share.cells <= MOST_TAPS));
     let (rotated_re, rotated_im) = scratch.split_at_mut(phases * stride);
 
-    let carrier = RowCarrier::new(s, &job.phase, phases);
+    let carrier = RowCarrier::new(s, &job.phase, phases, None);
     let mut q = 0;
     while q < job.intervals {
-        let at_middle = carrier.intervals(q);
+        let at_middle = carrier.intervals::<false>(q);
         for p in 0..phases {
-            let (cosine, sine) = carrier.phase(&at_middle, p);
+            let (cosine, sine) = carrier.phase::<false>(&at_middle, p);
             // SAFETY: q + N ≤ padded, and every row has `padded` or `stride` numbers.
             unsafe {
                 let at = p * padded + q;

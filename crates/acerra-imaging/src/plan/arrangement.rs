@@ -15,6 +15,8 @@ use crate::vector::norm;
 pub(super) struct Target<'a> {
     pub grid: &'a TiltedGrid,
     pub sample: Sample,
+    /// Whether pixels have heights of their own.
+    pub is_uneven: bool,
 }
 
 /// Judges arrangements for given data and instruction set.
@@ -133,7 +135,8 @@ impl Arrangements<'_> {
             span < entries - 1.05 && truncation_error < tolerance
         });
         let operations = self.operations(&spec);
-        let windowed = self.windowed(&spec, &operations);
+        let uneven = if on.is_uneven { UNEVEN } else { 0.0 };
+        let windowed = self.windowed(&spec, &operations) + uneven;
         let block = shape.block_width(self.level.lanes()) as f64 / 3.0 * along;
         let sines = [on.sample.rms_sine(0), on.sample.rms_sine(1)];
         let costs = Costs {
@@ -200,6 +203,9 @@ impl Arrangements<'_> {
 const ROUNDING_SHARES: [f64; 2] = [0.9, 0.6];
 /// Added to the cost of what cannot keep the accuracy: it is chosen where nothing else is left.
 pub(super) const HOPELESS: f64 = 1e3;
+
+/// Vector operations for the heights of a vector of pixels beside the plane of their square.
+const UNEVEN: f64 = 6.0;
 
 /// What an arrangement of pixels costs.
 struct Costs {

@@ -6,22 +6,45 @@ use super::bins::{choose_table, fine_bin_m};
 use super::sample::Sample;
 use crate::control::Control;
 use crate::engine::direct::DirectSpec;
+use crate::engine::factorized::bandwidth::Bandwidths;
 use crate::engine::factorized::cell::Cell;
+use crate::engine::factorized::relief_error::relief_error;
 use crate::engine::factorized::spec::{Demand, FactorizedSpec};
 use crate::engine::factorized::two_stages::with_second_stage;
 use crate::engine::tables::fit_error::FitErrors;
 use crate::engine::tables::spec::TableSpec;
 use crate::error::ImagingError;
+use crate::grid::image::ImageGrid;
 use crate::grid::tilted::TiltedGrid;
 use crate::kernel::direct::job::Shape;
 use crate::kernel::level::SimdLevel;
 use crate::kernel::merge::{MOST_SAMPLES, MOST_TAPS, TAPS};
 use crate::pulses::Pulses;
 
+/// Share of the accuracy that interpolation over uneven ground may take: that of a plane's axes together.
+const ALLOWED_TO_RELIEF: f64 = 0.6;
+/// How much finer than the bandwidth asks for coarse grids over uneven ground are at first, and at most: the bandwidth
+/// is that of the steepest places, kinks have none.
+const COARSEST: f64 = 0.8;
+const FINEST: f64 = 3.0;
+
+/// The next fineness after one whose error exceeds what is allowed by a factor. At 1 the bandwidth's errors are within
+/// it; kinks are left, whose errors fall about with the square of the spacing.
+fn finer(fineness: f64, excess: f64) -> f64 {
+    if fineness < 1.0 {
+        return if excess > 6.0 {
+            1.0
+        } else {
+            (fineness + 0.1).min(1.0)
+        };
+    }
+    fineness * excess.sqrt().max(1.15)
+}
+
 /// Chooses parameters of the engines for given data, pixels and instruction set.
 pub(crate) struct Budget<'a> {
     pulses: &'a Pulses<'a>,
-    grid: &'a TiltedGrid,
+    grid: &'a ImageGrid<'a>,
     level: SimdLevel,
     /// Power at each frequency, by which errors are weighted.
     power: Vec<f64>,
@@ -38,7 +61,7 @@ impl<'a> Budget<'a> {
     /// For data whose power at each frequency is `power` `[N]`.
     pub fn new(
         pulses: &'a Pulses<'a>,
-        grid: &'a TiltedGrid,
+        grid: &'a ImageGrid<'a>,
         level: SimdLevel,
         power: Vec<f64>,
     ) -> Self {
@@ -53,7 +76,11 @@ impl<'a> Budget<'a> {
     /// The cheapest table and expansion that keep `accuracy`, and their cost in vector operations a
     /// pixel.
     pub fn direct(&self, accuracy: f64) -> (DirectSpec, f64) {
-        self.cheapest(&self.target(self.grid), &self.tables(accuracy), accuracy)
+        self.cheapest(
+            &self.target(self.grid.plane()),
+            &self.tables(accuracy),
+            accuracy,
+        )
     }
 
     fn arrangements(&self) -> Arrangements<'a> {
@@ -66,7 +93,8 @@ impl<'a> Budget<'a> {
     fn target<'g>(&self, grid: &'g TiltedGrid) -> Target<'g> {
         Target {
             grid,
-            sample: Sample::draw(self.pulses, grid),
+            sample: Sample::draw(self.pulses, grid, self.grid.terrain()),
+            is_uneven: self.grid.is_uneven(),
         }
     }
 
@@ -87,10 +115,11 @@ impl<'a> Budget<'a> {
     /// The cheapest of some tables and arrangements, and its cost.
     fn cheapest(&self, on: &Target, tables: &[TableSpec], accuracy: f64) -> (DirectSpec, f64) {
         let arrange = self.arrangements();
-        // Tilted antennas are taken by rows.
-        let shapes: &[Shape] = match self.pulses.boresight() {
-            None => &[Shape::Row, Shape::Square, Shape::WideSquare],
-            Some(_) => &[Shape::Row],
+        // Tilted antennas are taken by rows, heights by squares.
+        let shapes: &[Shape] = match (self.grid.is_uneven(), self.pulses.boresight()) {
+            (true, _) => &[Shape::Square, Shape::WideSquare],
+            (false, Some(_)) => &[Shape::Row],
+            (false, None) => &[Shape::Row, Shape::Square, Shape::WideSquare],
         };
         let mut best: Option<(DirectSpec, f64)> = None;
         for table in tables {
@@ -141,27 +170,48 @@ impl<'a> Budget<'a> {
             self.inner(on, &tables, inner_accuracy)
         };
         // The carrier is that of every table.
-        let (first, _) = inner_on(self.grid);
-        let demand = Demand {
-            band_hz: effective_band_hz(self.pulses, &self.power, accuracy, &first.table),
-            accuracy: 0.85 * accuracy,
-            direct_cost: &|coarse| inner_on(coarse).1,
-            lanes: self.level.lanes(),
-            cells: &Cell::all(MOST_SAMPLES),
-            taps: &[TAPS, MOST_TAPS],
-        };
-        let one_stage = FactorizedSpec::choose(self.pulses, self.grid, &demand, control)?;
-        let Some(mut spec) = one_stage else {
-            return Ok(None);
-        };
-        if two_stages {
-            spec = with_second_stage(self.pulses, self.grid, &demand, spec, control)?;
+        let (grid, terrain) = (self.grid.plane(), self.grid.terrain());
+        let (first, _) = inner_on(grid);
+        let band_hz = effective_band_hz(self.pulses, &self.power, accuracy, &first.table);
+        let bandwidths = Bandwidths::default();
+        let mut fineness = if terrain.is_uneven() { COARSEST } else { 1.0 };
+        loop {
+            let demand = Demand {
+                terrain,
+                band_hz,
+                fineness,
+                bandwidths: &bandwidths,
+                accuracy: 0.85 * accuracy,
+                direct_cost: &|coarse| inner_on(coarse).1,
+                lanes: self.level.lanes(),
+                cells: &Cell::all(MOST_SAMPLES),
+                taps: &[TAPS, MOST_TAPS],
+            };
+            let one_stage = FactorizedSpec::choose(self.pulses, grid, &demand, control)?;
+            let Some(mut spec) = one_stage else {
+                return Ok(None);
+            };
+            if two_stages {
+                spec = with_second_stage(self.pulses, grid, &demand, spec, control)?;
+            }
+            if terrain.is_uneven() {
+                let on = (grid, terrain);
+                spec.interpolation_error = relief_error(self.pulses, on, band_hz, &spec);
+                let excess = spec.interpolation_error / (ALLOWED_TO_RELIEF * accuracy);
+                if excess > 1.0 {
+                    fineness = finer(fineness, excess);
+                    if fineness > FINEST {
+                        return Ok(None);
+                    }
+                    continue;
+                }
+            }
+            return Ok(Some(FactorizedBudget {
+                inner: inner_on(&spec.table_grid(grid)).0,
+                spec,
+                direct_cost,
+            }));
         }
-        Ok(Some(FactorizedBudget {
-            inner: inner_on(&spec.table_grid(self.grid)).0,
-            spec,
-            direct_cost,
-        }))
     }
 
     /// What images coarse pixels, and its cost a value: windows where they are allowed and fit, or

@@ -306,6 +306,7 @@ impl Operator for Modelling {
     // The check sees a few places only: errors that gather elsewhere need room.
     const ACCEPTED_SHARE: f64 = 0.6;
     const WINDOWS: bool = false;
+    const UNEVEN: bool = false;
     const TWO_STAGES: bool = false;
     const SEGMENTS: bool = false;
     // Solvers apply it again and again.

@@ -108,9 +108,9 @@ pub(super) fn choose_spread(
     if request.echoes.weights.tilt().is_some() {
         return None;
     }
-    let tables = Budget::new(pulses, grid, level, power.to_vec()).tables(accuracy);
+    let tables = Budget::new(pulses, &request.grid, level, power.to_vec()).tables(accuracy);
     let arrange = Arrangements { pulses, level };
-    let sample = Sample::draw(pulses, grid);
+    let sample = Sample::draw(pulses, grid, request.grid.terrain());
     let lanes = level.lanes() as f64;
     let choice = |(table, shape): (TableSpec, [usize; 2])| {
         let spec = DirectSpec {

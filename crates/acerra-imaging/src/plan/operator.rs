@@ -35,6 +35,8 @@ pub(crate) trait Operator {
     const ACCEPTED_SHARE: f64;
     /// Whether the direct engine uses windows of bins on coarse grids, or must go lane by lane.
     const WINDOWS: bool;
+    /// Whether the factorized engine takes uneven ground.
+    const UNEVEN: bool;
     /// Whether sub-apertures may be merged from shorter ones.
     const TWO_STAGES: bool;
     /// Whether segments of the aperture may have factorized engines of their own.

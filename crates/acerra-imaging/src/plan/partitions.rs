@@ -36,7 +36,12 @@ pub(super) fn partitions<O: Operator>(
     let (pulses, plane) = (&request.echoes.pulses, request.grid.plane());
     let partition = |which: Range<usize>| -> Result<Option<Partition>, ImagingError> {
         let of_segment = pulses.slice(which.clone())?;
-        let budget = Budget::new(&of_segment, plane, request.options.level, power.to_vec());
+        let budget = Budget::new(
+            &of_segment,
+            &request.grid,
+            request.options.level,
+            power.to_vec(),
+        );
         let found = budget.factorized(accuracy, [O::WINDOWS, O::TWO_STAGES], control)?;
         Ok(found.map(|budget| Partition {
             pulses: which,

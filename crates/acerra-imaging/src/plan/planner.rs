@@ -140,7 +140,7 @@ impl<'r, 'a> Planner<'r, 'a> {
         if !matches!(options.engine, Engine::Auto | Engine::Factorized) {
             return Ok(None);
         }
-        if self.request.grid.is_uneven() {
+        if self.request.grid.is_uneven() && !O::UNEVEN {
             self.decide(Decision::UnevenGround);
             return Ok(None);
         }
@@ -156,6 +156,9 @@ impl<'r, 'a> Planner<'r, 'a> {
         for attempt in 0..O::FACTORIZED_ATTEMPTS {
             let found = partitions::<O>(self.request, accuracy, &power, self.control)?;
             let Some(partitions) = found else {
+                if self.request.grid.is_uneven() {
+                    self.decide(Decision::UnevenGround);
+                }
                 return Ok(None);
             };
             let [cost, direct_cost] = mean_costs(&partitions);
@@ -208,9 +211,9 @@ impl<'r, 'a> Planner<'r, 'a> {
 
     /// Vector operations that the direct engine takes for the image, or for all slices of a volume.
     fn direct_operations(&self, power: &[f64]) -> f64 {
-        let (options, plane) = (&self.request.options, self.request.grid.plane());
+        let (options, grid) = (&self.request.options, &self.request.grid);
         let pulses = &self.request.echoes.pulses;
-        let budget = Budget::new(pulses, plane, options.level, power.to_vec());
+        let budget = Budget::new(pulses, grid, options.level, power.to_vec());
         let (_, cost) = budget.direct(options.accuracy);
         cost * self.contributions_of_all()
     }
@@ -230,8 +233,8 @@ impl<'r, 'a> Planner<'r, 'a> {
         let mut reached = f64::INFINITY;
         let mut accuracy = margin(self.request) * self.request.aim * options.accuracy;
         for _ in 0..DIRECT_ATTEMPTS {
-            let (echoes, plane) = (&self.request.echoes.pulses, self.request.grid.plane());
-            let budget = Budget::new(echoes, plane, options.level, power.clone());
+            let (echoes, grid) = (&self.request.echoes.pulses, &self.request.grid);
+            let budget = Budget::new(echoes, grid, options.level, power.clone());
             let (spec, cost) = budget.direct(accuracy);
             if cost >= HOPELESS {
                 break;

@@ -65,7 +65,8 @@ pub enum Decision {
         /// Accuracy asked for.
         accuracy: f64,
     },
-    /// Uneven ground: the factorized engine interpolates between pixels of a plane.
+    /// Uneven ground that the factorized engine does not take: its kinks are too sharp for coarse grids, or the
+    /// operator is the forward one.
     UnevenGround,
     /// The factorized engine is not sufficiently cheaper.
     DirectIsCheaper {
@@ -228,7 +229,7 @@ impl fmt::Display for Decision {
             ),
             Self::UnevenGround => write!(
                 f,
-                "a surface: every pulse at every pixel, by the direct engine"
+                "uneven ground that coarse grids cannot follow: every pulse at every pixel, by the direct engine"
             ),
             Self::FewContributions { direct_operations } => write!(
                 f,

@@ -1,7 +1,7 @@
 //! Data, pixels and requirements of a plan.
 
 use super::options::PlanOptions;
-use crate::engine::direct::table_ranges_m;
+use crate::engine::direct::{table_ranges_m, uneven_ranges_m};
 use crate::engine::weights::{WeightedPulses, Weights};
 use crate::error::ImagingError;
 use crate::grid::image::ImageGrid;
@@ -76,8 +76,12 @@ impl<'a> Request<'a> {
         of: impl Fn(&TiltedGrid) -> TiltedGrid,
     ) -> Vec<[f64; 2]> {
         let position_m = &self.echoes.pulses.position_m()[which];
-        if self.grid.is_uneven() {
-            return table_ranges_m(position_m, &self.grid);
+        if let Some(span_m) = self.grid.span_m() {
+            let grid = of(self.grid.plane());
+            if grid == *self.grid.plane() {
+                return table_ranges_m(position_m, &self.grid);
+            }
+            return uneven_ranges_m(position_m, (&grid, span_m), self.grid.terrain());
         }
         let mut ranges_m = table_ranges_m(position_m, &of(self.grid.plane()).into());
         for slice in &self.slices {

@@ -1,5 +1,6 @@
 //! Random lines of sight from pulses to pixels, by which costs and errors are judged.
 
+use crate::grid::terrain::Terrain;
 use crate::grid::tilted::TiltedGrid;
 use crate::pulses::Pulses;
 use crate::sampling::Random;
@@ -8,7 +9,8 @@ use crate::vector::{dot, norm};
 /// A pulse seen from a pixel.
 pub(super) struct Sight {
     pub range_m: f64,
-    /// Sines of the angles to row and column from the line of sight's normal plane.
+    /// Changes of the range along the row and across: over a plane the sines of the angles from the line of sight's
+    /// normal plane.
     pub sine: [f64; 2],
 }
 
@@ -16,21 +18,23 @@ pub(super) struct Sight {
 pub(super) struct Sample(Vec<Sight>);
 
 impl Sample {
-    /// For pulses and pixels of a grid.
-    pub fn draw(pulses: &Pulses, grid: &TiltedGrid) -> Self {
+    /// For pulses and samples of a grid.
+    pub fn draw(pulses: &Pulses, grid: &TiltedGrid, terrain: Terrain) -> Self {
         let mut random = Random(0x9e37_79b9);
-        let axes = [grid.u_m, grid.v_m].map(|v| v.map(|x| x / norm(v).max(1e-12)));
         Self(
             (0..256)
                 .map(|_| {
                     let p = pulses.position_m()[random.below(pulses.len())];
                     let (i, j) = (random.below(grid.columns), random.below(grid.rows));
-                    let point = grid.point_m(i as f64, j as f64);
+                    let (i, j) = (i as f64, j as f64);
+                    let point = terrain.near_m(grid, i, j);
                     let d = std::array::from_fn(|a| point[a] - p[a]);
                     let range_m = norm(d).max(1e-12);
                     Sight {
                         range_m,
-                        sine: axes.map(|axis| (dot(d, axis) / range_m).abs()),
+                        sine: terrain
+                            .axes(grid, i, j)
+                            .map(|axis| (dot(d, axis) / range_m).abs()),
                     }
                 })
                 .collect(),

@@ -46,6 +46,15 @@ impl Coarse {
         self.cells.map(|cell| cell.pixels)
     }
 
+    /// Bytes of the heights of uneven ground under the coarse grid: as they stand, and in the order of the cells with
+    /// two numbers a cell.
+    pub fn ground_bytes(&self, grid: &TiltedGrid) -> u128 {
+        let samples = self.row_samples(grid);
+        let coarse = self.grid(grid);
+        let of_row = coarse.columns + samples + 2 * (samples / self.cells[0].samples);
+        of_row as u128 * coarse.rows as u128 * 4
+    }
+
     /// Bytes of the coarse images of `parts` sub-apertures.
     pub fn bytes(&self, grid: &TiltedGrid, parts: usize) -> u128 {
         let coarse = self.grid(grid);

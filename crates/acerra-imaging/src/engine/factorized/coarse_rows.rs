@@ -1,13 +1,17 @@
 //! Making of the coarse images of sub-apertures.
 
 use super::aperture::centre_m;
+use super::heights::CoarseGround;
 use super::lattice::Lattice;
 use super::merging::{CoarseImage, Merger};
 use crate::control::Meter;
 use crate::engine::direct::Direct;
 use crate::engine::planar::padded;
 use crate::engine::weights::WeightedPulses;
+use crate::grid::image::Patch;
+use crate::grid::terrain::Terrain;
 use crate::grid::tilted::TiltedGrid;
+use crate::kernel::direct::job::Shape;
 use crate::kernel::dispatch::dispatch;
 use crate::kernel::level::SimdLevel;
 use crate::kernel::phase::remove_phase;
@@ -37,17 +41,27 @@ pub(super) struct CoarseRows<'a> {
     /// The coarse grid, or some of its rows.
     pub grid: TiltedGrid,
     row_samples: usize,
+    /// The ground under the whole of it where that is uneven, and the row of it that is the grid's first.
+    ground: Option<&'a CoarseGround>,
+    first_row: usize,
 }
 
 impl<'a> CoarseRows<'a> {
-    /// For an image on `grid`.
-    pub fn new(lattice: &'a Lattice, level: SimdLevel, grid: &TiltedGrid) -> Self {
+    /// For an image on `grid`, over the ground under its coarse grid.
+    pub fn new(
+        lattice: &'a Lattice,
+        level: SimdLevel,
+        grid: &TiltedGrid,
+        ground: Option<&'a CoarseGround>,
+    ) -> Self {
         let coarse = &lattice.stage.coarse;
         Self {
             lattice,
             level,
             grid: coarse.grid(grid),
             row_samples: coarse.row_samples(grid),
+            ground,
+            first_row: 0,
         }
     }
 
@@ -55,8 +69,24 @@ impl<'a> CoarseRows<'a> {
     pub fn some(&self, first: usize, rows: usize) -> Self {
         Self {
             grid: self.grid.rows_from(first, rows),
+            first_row: self.first_row + first,
             ..*self
         }
+    }
+
+    /// The coarse grid, to be imaged.
+    pub fn patch<'s>(&'s self, terrain: Terrain<'s>) -> Patch<'s> {
+        let relief = self.ground.map(|ground| ground.heights.relief());
+        Patch {
+            grid: self.grid,
+            relief: relief.map(|relief| relief.seen_from(0, self.first_row)),
+            terrain,
+        }
+    }
+
+    /// The arrangement of samples in which range tables are summed.
+    pub fn shape(&self, direct: &Direct) -> Shape {
+        direct.spec.shape_on(self.ground.is_some())
     }
 
     /// The image of the pulses `part`, from range tables.
@@ -72,7 +102,8 @@ impl<'a> CoarseRows<'a> {
         image.centre_m = centre_m(&echoes.pulses, part.clone());
         let columns = self.grid.columns;
         // Few rows at a time, which the caches hold until they have lost their phase.
-        let height = 2 * direct.spec.shape_on(false).tile_rows(self.level.lanes());
+        let height = 2 * self.shape(direct).tile_rows(self.level.lanes());
+        let patch = self.patch(Terrain::LEVEL);
         self.fill(
             height,
             image,
@@ -80,7 +111,7 @@ impl<'a> CoarseRows<'a> {
             || vec![Complex32::ZERO; columns * height],
             |values, (first, rows), lines| {
                 let values = &mut values[..columns * rows];
-                let some = self.grid.rows_from(first, rows).into();
+                let some = patch.rows_from(first, rows);
                 let silent = Meter::silent(control);
                 direct.run(echoes, part.clone(), &some, values, &silent);
                 for (row, [re, im]) in values.chunks_exact(columns).zip(lines) {
@@ -161,7 +192,11 @@ impl<'a> CoarseRows<'a> {
                 for (j, (line, to)) in lines.chunks_exact(2 * samples).zip(to).enumerate() {
                     let job = self.lattice.phase_row(&self.grid, first + j, centre_m);
                     let from = line.split_at(samples);
-                    dispatch!(self.level, s => remove_phase(s, &job, pixels, from, to));
+                    let heights = self
+                        .ground
+                        .map(|g| g.rows[self.first_row + first + j].row());
+                    let job = (&job, heights);
+                    dispatch!(self.level, s => remove_phase(s, job, pixels, from, to));
                 }
                 counter.count(first, rows, self.grid.rows);
             });

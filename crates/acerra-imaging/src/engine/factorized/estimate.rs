@@ -2,13 +2,14 @@
 
 use super::aperture::centre_m;
 use super::coarse_rows::{CoarseRows, Counter};
+use super::heights::CoarseGround;
 use super::merged::{Factorized, Source};
 use super::merging::CoarseImage;
 use crate::control::{Control, Meter};
 use crate::engine::direct::Direct;
 use crate::engine::planar::padded;
 use crate::engine::weights::WeightedPulses;
-use crate::grid::tilted::TiltedGrid;
+use crate::grid::image::Patch;
 use crate::sampling::{Random, best_of_two};
 use num_complex::Complex32;
 use rayon::prelude::*;
@@ -19,15 +20,18 @@ impl Factorized {
     pub fn estimate_run_time_s(
         &self,
         echoes: &WeightedPulses,
-        grid: &TiltedGrid,
+        patch: &Patch,
         control: Control,
     ) -> f64 {
-        let coarse = self.lattice.stage.coarse.grid(grid);
+        let ground = CoarseGround::under(&self.lattice, patch);
+        let on = CoarseRows::new(&self.lattice, self.level, &patch.grid, ground.as_ref());
         let imaging_s = match &self.source {
-            Source::Tables(direct) => self.estimate_imaging_s(direct, echoes, grid, control),
-            Source::SubApertures(shorter) => shorter.estimate_run_time_s(echoes, &coarse, control),
+            Source::Tables(direct) => self.estimate_imaging_s(direct, echoes, &on, control),
+            Source::SubApertures(shorter) => {
+                shorter.estimate_run_time_s(echoes, &on.patch(patch.terrain), control)
+            }
         };
-        imaging_s + self.estimate_merging_s(echoes, grid, control)
+        imaging_s + self.estimate_merging_s(echoes, patch, control)
     }
 
     /// Estimated time of the coarse images.
@@ -35,16 +39,15 @@ impl Factorized {
         &self,
         direct: &Direct,
         echoes: &WeightedPulses,
-        grid: &TiltedGrid,
+        on: &CoarseRows,
         control: Control,
     ) -> f64 {
         let threads = rayon::current_num_threads();
-        let on = CoarseRows::new(&self.lattice, self.level, grid);
         let (coarse, parts) = (&on.grid, &self.parts);
         let mut random = Random(0x7e57);
 
         // Full rows, two tiles of them, as in the run: neighbours share what the caches hold.
-        let tile_rows = direct.spec.shape_on(false).tile_rows(self.level.lanes());
+        let tile_rows = on.shape(direct).tile_rows(self.level.lanes());
         let rows = (2 * tile_rows).min(coarse.rows);
         let count = (coarse.rows * parts.len() / (100 * rows))
             .clamp(2, 64)
@@ -77,13 +80,8 @@ impl Factorized {
     }
 
     /// Estimated time of merging them.
-    fn estimate_merging_s(
-        &self,
-        echoes: &WeightedPulses,
-        grid: &TiltedGrid,
-        control: Control,
-    ) -> f64 {
-        let coarse = &self.lattice.stage.coarse;
+    fn estimate_merging_s(&self, echoes: &WeightedPulses, patch: &Patch, control: Control) -> f64 {
+        let (grid, coarse) = (&patch.grid, &self.lattice.stage.coarse);
         let across = coarse.cells[1];
         let dy = across.pixels;
         let threads = rayon::current_num_threads();
@@ -98,13 +96,10 @@ impl Factorized {
                 imag: vec![1e-3; length],
             })
             .collect();
-        let few = TiltedGrid {
-            rows: (cells * dy).min(grid.rows),
-            ..*grid
-        };
-        let mut out = vec![Complex32::ZERO; few.columns * few.rows];
+        let few = patch.rows_from(0, (cells * dy).min(grid.rows));
+        let mut out = vec![Complex32::ZERO; few.grid.columns * few.grid.rows];
         let meter = Meter::silent(control);
         let merging = || self.merge(&images, echoes.len(), &few, &mut out, &meter);
-        best_of_two(merging) * grid.rows as f64 / few.rows as f64
+        best_of_two(merging) * grid.rows as f64 / few.grid.rows as f64
     }
 }

@@ -12,6 +12,7 @@
 
 use super::aperture::{centre_m, divided};
 use super::coarse_rows::{CoarseRows, Counter};
+use super::heights::CoarseGround;
 use super::lattice::Lattice;
 use super::merging::{CoarseImage, Merger};
 use super::spec::{FactorizedSpec, Stage};
@@ -19,6 +20,7 @@ use crate::control::{Control, Meter};
 use crate::engine::direct::{Direct, DirectSpec};
 use crate::engine::weights::WeightedPulses;
 use crate::error::ImagingError;
+use crate::grid::image::Patch;
 use crate::grid::tilted::TiltedGrid;
 use crate::kernel::level::SimdLevel;
 use num_complex::Complex32;
@@ -86,30 +88,39 @@ impl Factorized {
         Ok(merged(grid, spec.outer, source, parts))
     }
 
-    /// Images `grid` (or a piece of the grid that the plan was made for) into `out`. After
+    /// Images `patch` (a piece of the grid that the plan was made for, or all of it) into `out`. After
     /// cancellation `out` is incomplete.
     pub fn run(
         &self,
         echoes: &WeightedPulses,
-        grid: &TiltedGrid,
+        patch: &Patch,
         out: &mut [Complex32],
         meter: &Meter,
     ) {
+        let ground = CoarseGround::under(&self.lattice, patch);
+        let on = CoarseRows::new(&self.lattice, self.level, &patch.grid, ground.as_ref());
         let mut images = Vec::new();
-        self.image_parts(echoes, &self.parts, grid, &mut images, meter);
-        self.merge(&images, echoes.len(), grid, out, meter);
+        let pixels = before_merging(out.len());
+        self.image_parts(
+            echoes,
+            &self.parts,
+            (&on, patch),
+            &mut images,
+            (meter, pixels),
+        );
+        self.merge(&images, echoes.len(), patch, out, meter);
     }
 
-    /// Adds up coarse images, of `pulses` together, on `grid`.
+    /// Adds up coarse images, of `pulses` together, on the pixels of `patch`.
     pub(super) fn merge(
         &self,
         images: &[CoarseImage],
         pulses: usize,
-        grid: &TiltedGrid,
+        patch: &Patch,
         out: &mut [Complex32],
         meter: &Meter,
     ) {
-        let merger = Merger::new(&self.lattice, self.level, grid);
+        let (grid, merger) = (&patch.grid, Merger::new(&self.lattice, self.level, patch));
         let rows = merger.rows_of_cell();
         out.par_chunks_mut(grid.columns * rows)
             .enumerate()
@@ -128,36 +139,40 @@ impl Factorized {
             );
     }
 
-    /// Makes the first of `images` the coarse images of the sub-apertures `parts` for an image on `grid`, and adds
-    /// those that are missing.
+    /// Makes the first of `images` the coarse images of the sub-apertures `parts` for an image of `patch`, and adds
+    /// those that are missing. They count as contributions of so many pixels.
     fn image_parts(
         &self,
         echoes: &WeightedPulses,
         parts: &[Range<usize>],
-        grid: &TiltedGrid,
+        (on, patch): (&CoarseRows, &Patch),
         images: &mut Vec<CoarseImage>,
-        meter: &Meter,
+        (meter, pixels): (&Meter, usize),
     ) {
         if images.len() < parts.len() {
             images.resize_with(parts.len(), CoarseImage::default);
         }
-        let on = CoarseRows::new(&self.lattice, self.level, grid);
         let counter = |part: &Range<usize>| Counter {
             meter,
-            contributions: (before_merging(grid.columns * grid.rows) * part.len()) as u64,
+            contributions: (pixels * part.len()) as u64,
         };
         match &self.source {
             Source::Tables(direct) => images.par_iter_mut().zip(parts).for_each(|(image, part)| {
                 on.sum_tables(direct, echoes, part, image, &counter(part));
             }),
             Source::SubApertures(shorter) => {
-                let merger = Merger::new(&shorter.lattice, self.level, &on.grid);
+                let coarse = on.patch(patch.terrain);
+                let ground = CoarseGround::under(&shorter.lattice, &coarse);
+                let below =
+                    CoarseRows::new(&shorter.lattice, self.level, &coarse.grid, ground.as_ref());
+                let merger = Merger::new(&shorter.lattice, self.level, &coarse);
                 let silent = Meter::silent(meter.control());
                 // One after the other: of the shorter ones, memory holds those of one alone, again and again.
                 let mut of_part = Vec::new();
                 for (image, part) in images.iter_mut().zip(parts) {
                     let within = shorter.parts_of(part);
-                    shorter.image_parts(echoes, within, &on.grid, &mut of_part, &silent);
+                    let of = (&below, &coarse);
+                    shorter.image_parts(echoes, within, of, &mut of_part, (&silent, 0));
                     let centre_m = centre_m(&echoes.pulses, part.clone());
                     on.merge(
                         &merger,

@@ -1,9 +1,12 @@
 //! Merging of coarse images on the rows of a finer grid.
 
 use super::cell::Cell;
+use super::heights::SortedHeights;
 use super::lattice::Lattice;
 use crate::control::Control;
 use crate::engine::planar::padded;
+use crate::grid::image::Patch;
+use crate::grid::relief::Relief;
 use crate::grid::tilted::TiltedGrid;
 use crate::kernel::dispatch::dispatch;
 use crate::kernel::level::SimdLevel;
@@ -23,6 +26,7 @@ pub(super) struct Merger<'a> {
     lattice: &'a Lattice,
     level: SimdLevel,
     grid: &'a TiltedGrid,
+    relief: Option<Relief<'a>>,
     /// Samples of a coarse row that are merged, and numbers from one row to the next.
     row_samples: usize,
     stride: usize,
@@ -30,6 +34,13 @@ pub(super) struct Merger<'a> {
     offsets: [usize; MOST_REACH],
     /// Cells in a padded row of the grid.
     intervals: usize,
+}
+
+/// Memory of a thread that merges.
+pub(super) struct Scratch {
+    numbers: Vec<f32>,
+    /// Of the rows of a cell, over uneven ground.
+    heights: Vec<SortedHeights>,
 }
 
 /// Sums on a row of the grid: pixels of one place in their cells side by side, `[D, cells]`.
@@ -41,13 +52,16 @@ pub(super) struct MergedRow<'s> {
 }
 
 impl<'a> Merger<'a> {
-    pub fn new(lattice: &'a Lattice, level: SimdLevel, grid: &'a TiltedGrid) -> Self {
+    /// For an image of `patch`.
+    pub fn new(lattice: &'a Lattice, level: SimdLevel, patch: &'a Patch) -> Self {
+        let grid = &patch.grid;
         let coarse = &lattice.stage.coarse;
         let row_samples = coarse.row_samples(grid);
         Self {
             lattice,
             level,
             grid,
+            relief: patch.relief,
             row_samples,
             stride: padded(row_samples),
             offsets: offsets(coarse.cells[0], row_samples),
@@ -61,8 +75,15 @@ impl<'a> Merger<'a> {
     }
 
     /// Scratch for [`Self::cell`].
-    pub fn scratch(&self) -> Vec<f32> {
-        vec![0.0; self.rows_of_cell() * (2 * self.row_samples + self.row_length())]
+    pub fn scratch(&self) -> Scratch {
+        let numbers = self.rows_of_cell() * (2 * self.row_samples + self.row_length());
+        let pixels = self.lattice.stage.coarse.cells[0].pixels;
+        let heights = || SortedHeights::new(pixels, self.intervals);
+        let rows = (self.relief).map_or(0, |_| self.rows_of_cell());
+        Scratch {
+            numbers: vec![0.0; numbers],
+            heights: (0..rows).map(|_| heights()).collect(),
+        }
     }
 
     /// Numbers of a row's sums, real and imaginary.
@@ -75,12 +96,18 @@ impl<'a> Merger<'a> {
         &self,
         images: &[CoarseImage],
         (cell, rows): (usize, usize),
-        scratch: &'s mut [f32],
+        scratch: &'s mut Scratch,
         control: Control,
     ) -> impl Iterator<Item = MergedRow<'s>> + use<'s> {
         let [along, across] = self.lattice.stage.coarse.cells;
         let row_length = self.row_length();
-        let (lines, sums) = scratch.split_at_mut(2 * self.row_samples * self.rows_of_cell());
+        let Scratch { numbers, heights } = scratch;
+        if let Some(relief) = self.relief {
+            for (j, heights) in (cell * across.pixels..).zip(&mut heights[..rows]) {
+                heights.fill(&relief.heights_m[j * relief.stride..][..self.grid.columns]);
+            }
+        }
+        let (lines, sums) = numbers.split_at_mut(2 * self.row_samples * self.rows_of_cell());
         let lines = &mut lines[..2 * self.row_samples * rows];
         let sums = &mut sums[..row_length * rows];
         sums.fill(0.0);
@@ -106,6 +133,7 @@ impl<'a> Merger<'a> {
                 let j = cell * across.pixels + row;
                 let job = MergeRow {
                     phase: self.lattice.phase_row(self.grid, j, image.centre_m),
+                    heights: heights.get(row).map(SortedHeights::row),
                     line: line.split_at(self.row_samples),
                     stencil: &self.lattice.stencils[0],
                     offsets: &self.offsets,

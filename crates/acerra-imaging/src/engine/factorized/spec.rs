@@ -1,12 +1,14 @@
 //! Length of sub-apertures and spacing of coarse grids.
 
 use super::aperture::partition_aperture;
-use super::bandwidth::bandwidth_per_m;
+use super::bandwidth::{Bandwidths, bandwidth_per_m};
 use super::cell::Cell;
 use super::coarse::Coarse;
 use super::interpolation::{TOO_FAST, widest_band, worst_error};
 use crate::control::Control;
 use crate::error::ImagingError;
+use crate::grid::image::ImageGrid;
+use crate::grid::terrain::Terrain;
 use crate::grid::tilted::TiltedGrid;
 use crate::kernel::merge::TAPS;
 use crate::pulses::Pulses;
@@ -75,7 +77,7 @@ impl FactorizedSpec {
             if best.is_some_and(|b| least > b.cost) || parts == last {
                 continue;
             }
-            let bandwidth = bandwidth_per_m(pulses, grid, demand.band_hz, &parts);
+            let bandwidth = demand.bandwidth_per_m(pulses, grid, (count, &parts));
             last = parts;
             let mut possible = false;
             for way in &ways {
@@ -121,9 +123,17 @@ impl FactorizedSpec {
         (self.shorter).map_or(coarse, |stage| stage.coarse.grid(&coarse))
     }
 
-    /// Bytes of the images of the sub-apertures `parts`: of what is in the making, and of each that is kept.
-    pub fn coarse_bytes(&self, grid: &TiltedGrid, parts: &[Range<usize>]) -> [u128; 2] {
-        let of = |stage: &Stage, on: &TiltedGrid, images| stage.coarse.bytes(on, images);
+    /// Bytes of the images of the sub-apertures `parts`: of what is in the making, with the heights of uneven ground,
+    /// and of each that is kept.
+    pub fn coarse_bytes(&self, image: &ImageGrid, parts: &[Range<usize>]) -> [u128; 2] {
+        let grid = image.plane();
+        let ground = |stage: &Stage, on: &TiltedGrid| match image.is_uneven() {
+            true => stage.coarse.ground_bytes(on),
+            false => 0,
+        };
+        let of = |stage: &Stage, on: &TiltedGrid, images| {
+            stage.coarse.bytes(on, images) + ground(stage, on)
+        };
         let one = of(&self.outer, grid, 0);
         let shorter = self.shorter.map_or(0, |stage| {
             let most = |part: &Range<usize>| part.len().div_ceil(stage.pulses);
@@ -167,8 +177,13 @@ pub(super) fn share(of: &TiltedGrid, grid: &TiltedGrid) -> f64 {
 /// Requirements on a partition.
 #[derive(Clone, Copy)]
 pub(crate) struct Demand<'a> {
+    /// The ground of all grids.
+    pub terrain: Terrain<'a>,
     /// Lowest, carrier and highest frequency, Hz.
     pub band_hz: [f64; 3],
+    /// How much wider than it is the bandwidth is taken, and what is known of it.
+    pub fineness: f64,
+    pub bandwidths: &'a Bandwidths,
     /// Relative error allowed.
     pub accuracy: f64,
     /// Vector operations of the direct engine per value and pulse on a coarse grid.
@@ -179,6 +194,33 @@ pub(crate) struct Demand<'a> {
     pub cells: &'a [Cell],
     /// Numbers of taps that are open.
     pub taps: &'a [usize],
+}
+
+impl Demand<'_> {
+    /// Bandwidth that the grids of sub-apertures of `count` pulses are made for on the image's grid, along the row
+    /// and across.
+    pub fn bandwidth_per_m(
+        &self,
+        pulses: &Pulses,
+        grid: &TiltedGrid,
+        (count, parts): (usize, &[Range<usize>]),
+    ) -> [f64; 2] {
+        let found = (self.bandwidths).of(count, || {
+            bandwidth_per_m(pulses, (grid, self.terrain), self.band_hz, parts)
+        });
+        found.map(|b| b * self.fineness)
+    }
+
+    /// The same on another grid.
+    pub fn bandwidth_on(
+        &self,
+        pulses: &Pulses,
+        grid: &TiltedGrid,
+        parts: &[Range<usize>],
+    ) -> [f64; 2] {
+        bandwidth_per_m(pulses, (grid, self.terrain), self.band_hz, parts)
+            .map(|b| b * self.fineness)
+    }
 }
 
 /// A number of taps, and what it takes and allows.
@@ -199,9 +241,14 @@ impl<'d> Way<'d> {
             .map(|taps| {
                 // Fitted to run times beside the costs of the direct engine (docs/speed.md).
                 let (samples, lanes) = (*taps as f64, demand.lanes as f64);
+                // Ranges to pixels that have heights of their own take a few operations more.
+                let heights = if demand.terrain.is_uneven() { 7.0 } else { 0.0 };
                 Self {
                     taps: *taps,
-                    merge: [5.0 * samples / lanes, 140.0 * samples / lanes.powi(2)],
+                    merge: [
+                        (5.0 * samples + heights) / lanes,
+                        140.0 * samples / lanes.powi(2),
+                    ],
                     nu: widest_band(*taps, error),
                     cells: demand.cells,
                 }

@@ -5,7 +5,6 @@
 //! the fine one.
 
 use super::aperture::{divided, partition_aperture};
-use super::bandwidth::bandwidth_per_m;
 use super::spec::{COUNTS, Demand, FactorizedSpec, Stage, Way, share};
 use crate::control::Control;
 use crate::error::ImagingError;
@@ -53,7 +52,7 @@ pub(crate) fn with_second_stage(
             candidates.push(Candidate {
                 count,
                 merges,
-                bandwidth_per_m: bandwidth_per_m(pulses, grid, demand.band_hz, &parts),
+                bandwidth_per_m: demand.bandwidth_per_m(pulses, grid, (count, &parts)),
             });
         }
     }
@@ -140,7 +139,7 @@ impl Search<'_> {
         let first = ways[0].stage(outer.count, self.grid, outer.bandwidth_per_m)?;
         let coarse = first.coarse.grid(self.grid);
         let parts = divided(&partition_aperture(self.pulses, outer.count), inner.count);
-        let bandwidth = bandwidth_per_m(self.pulses, &coarse, self.demand.band_hz, &parts);
+        let bandwidth = (self.demand).bandwidth_on(self.pulses, &coarse, &parts);
         let second = ways[1].stage(inner.count, &coarse, bandwidth)?;
         let direct_cost = (self.demand.direct_cost)(&second.coarse.grid(&coarse));
         let merges = [outer.merges, parts.len() as f64 / self.pulses.len() as f64];

@@ -1,100 +1,36 @@
 //! Tiles of rows, block by block and chunk by chunk of pulses.
 
 use super::evaluator::Evaluator;
-use super::expansion::{Block, Ground, NO_WINDOW, Paths, Setup, expand, parameter_rows};
+use super::expansion::{Block, Paths, Setup, expand, parameter_rows};
 use super::job::{Band, CHUNK, Job, TILE, Tally, block_width, tile_rows, vectors_a_group};
-use super::profile::Profile;
-use crate::grid::relief::Relief;
 use crate::kernel::aligned::Aligned;
 use crate::kernel::lanes::{Lanes, MAX_LANES};
 use crate::kernel::profile::DELAYS;
 use num_complex::Complex32;
 
-/// Most rows of a tile: those of the shortest vectors.
-const MOST_ROWS: usize = 16;
-
-/// Heights of a tile: above its blocks' centres and beside the lines of its groups, m.
-struct Heights {
-    above_m: [f32; TILE],
-    beside_m: [f32; TILE],
-    profiles: [Profile; MOST_ROWS],
-}
-
-impl Heights {
-    const LEVEL: Self = Self {
-        above_m: [0.0; TILE],
-        beside_m: [0.0; TILE],
-        profiles: [Profile::LEVEL; MOST_ROWS],
-    };
-
-    /// Fits lines to the heights of `kept` columns from `column` on in `rows` rows.
-    fn fit<S: Lanes>(
-        &mut self,
-        relief: &Relief,
-        pixel_m: f64,
-        (column, kept): (usize, usize),
-        rows: usize,
-    ) {
-        let width = block_width(S::N);
-        for (row, profile) in self.profiles.iter_mut().enumerate().take(rows) {
-            let at = row * width..(row + 1) * width;
-            *profile = Profile::fit(
-                &relief.heights_m[row * relief.stride + column..][..kept],
-                pixel_m,
-                S::N * vectors_a_group(S::N),
-                &mut self.above_m[at.clone()],
-                &mut self.beside_m[at],
-            );
-        }
-    }
-
-    /// The heights of the block of a row.
-    #[inline(always)]
-    fn of<const RELIEF: bool>(&self, row: usize, width: usize) -> Ground<'_> {
-        if !RELIEF {
-            return Ground {
-                profile: &Profile::LEVEL,
-                above_m: &[],
-                beside_m: &[],
-            };
-        }
-        let at = row * width..(row + 1) * width;
-        Ground {
-            profile: &self.profiles[row],
-            above_m: &self.above_m[at.clone()],
-            beside_m: &self.beside_m[at],
-        }
-    }
-}
-
 /// Images a band into `out` `[rows, columns]`; the caller keeps `rows` within [`tile_rows`].
 ///
 /// `DEGREE` is that of the table, `TERMS` counts the cosine's coefficients (the sine has one less),
-/// `CUBIC` adds the third order of the range within a vector, and `RELIEF` heights of the pixels,
-/// which `relief` then has. `TILT` takes the antenna's pattern from the boresights of `job.tilt`, over level
-/// ground alone.
+/// `CUBIC` adds the third order of the range within a vector, and `TILT` takes the antenna's pattern from the
+/// boresights of `job.tilt`.
 #[inline(always)]
 pub(crate) fn band<
     S: Lanes,
     const DEGREE: usize,
     const TERMS: usize,
     const CUBIC: bool,
-    const RELIEF: bool,
     const TILT: bool,
 >(
     s: S,
     job: &Job,
     band: &Band,
-    relief: Option<Relief>,
     out: &mut [Complex32],
 ) -> Tally {
     assert!(band.rows <= tile_rows(S::N) && out.len() == band.rows * band.columns);
-    assert!(tile_rows(S::N) <= MOST_ROWS && job.table.degree == DEGREE);
-    assert!(!(RELIEF && TILT) && TILT == job.tilt.is_some());
+    assert!(job.table.degree == DEGREE && TILT == job.tilt.is_some());
     let width = block_width(S::N);
     let (mut real, mut imag) = (Aligned([0f32; TILE]), Aligned([0f32; TILE]));
     let (real, imag) = (&mut real.0, &mut imag.0);
-    let mut heights = Heights::LEVEL;
     let mut setup = Setup::new();
     let mut tally = Tally::default();
     let unscale = (1.0 / job.table.scale) as f32;
@@ -103,9 +39,6 @@ pub(crate) fn band<
         let kept = (band.columns - column).min(width);
         real.fill(0.0);
         imag.fill(0.0);
-        if RELIEF && let Some(relief) = relief {
-            heights.fit::<S>(&relief, job.pixel_m, (column, kept), band.rows);
-        }
         // Gathers touch a cache line a lane: fewer pulses keep theirs in the first level.
         let chunk = if job.table.interleaved { 2 } else { CHUNK };
         let mut first = job.pulses.start;
@@ -121,12 +54,9 @@ pub(crate) fn band<
                     row,
                     groups: kept.div_ceil(S::N * vectors_a_group(S::N)),
                     pulses: first..first + count,
-                    ground: heights.of::<RELIEF>(row, width),
                 };
                 let sums = (&mut real[at.clone()], &mut imag[at]);
-                sum_block::<S, DEGREE, TERMS, CUBIC, RELIEF, TILT>(
-                    &block, &mut setup, sums, &mut tally,
-                );
+                sum_block::<S, DEGREE, TERMS, CUBIC, TILT>(&block, &mut setup, sums, &mut tally);
             }
             first += count;
         }
@@ -149,7 +79,6 @@ fn sum_block<
     const DEGREE: usize,
     const TERMS: usize,
     const CUBIC: bool,
-    const RELIEF: bool,
     const TILT: bool,
 >(
     block: &Block<S>,
@@ -161,18 +90,14 @@ fn sum_block<
     let pair = vectors_a_group(n);
     let width = block_width(n);
     assert!(real.len() >= width && imag.len() >= width && block.groups <= n);
-    if RELIEF {
-        let ground = &block.ground;
-        assert!(ground.above_m.len() >= width && ground.beside_m.len() >= width);
-    }
-    setup.measure::<S, RELIEF, TILT>(block);
-    let paths = expand::<S, CUBIC, RELIEF, TILT>(block, setup);
+    setup.measure::<S, TILT>(block);
+    let paths = expand::<S, CUBIC, TILT>(block, setup);
 
     let mut lane = [0f32; MAX_LANES];
     for (l, v) in lane.iter_mut().enumerate() {
         *v = l as f32 - 0.5 * (n - 1) as f32;
     }
-    let sum = BlockSum::<S, DEGREE, TERMS, CUBIC, RELIEF, TILT> {
+    let sum = BlockSum::<S, DEGREE, TERMS, CUBIC, TILT> {
         block,
         setup,
         paths: &paths,
@@ -183,10 +108,10 @@ fn sum_block<
         evaluator: Evaluator::of(s, job),
     };
     for k in 0..block.groups {
-        let (mut sums, windows) = sum.windows(k);
+        let mut sums = sum.windows(k);
         for (side, sums) in sums.iter_mut().enumerate().take(pair) {
             let vector = pair * k + side;
-            sum.gathers(k, vector, sums);
+            sum.gathers(vector, sums);
             // SAFETY: `vector` < pair·N, and `real`, `imag` hold pair·N·N numbers.
             unsafe {
                 let at = vector * n;
@@ -195,13 +120,13 @@ fn sum_block<
                 s.store(im, s.add(s.load(im), sums[1]));
             }
         }
-        let references = paths.reference().len();
-        tally.window += (pair * windows) as u64;
-        tally.gather += (pair * (block.pulses.len() - references - windows)) as u64;
-        tally.reference += (pair * references) as u64;
     }
+    let count = |pulses: usize| (pulses * pair * block.groups) as u64;
+    tally.window += count(paths.windowed);
+    tally.gather += count(paths.gathered().len());
+    tally.reference += count(paths.reference().len());
     if !paths.reference().is_empty() {
-        sum_reference::<S, RELIEF>(block, &paths, real, imag);
+        sum_reference(block, &paths, real, imag);
     }
 }
 
@@ -212,7 +137,6 @@ struct BlockSum<
     const DEGREE: usize,
     const TERMS: usize,
     const CUBIC: bool,
-    const RELIEF: bool,
     const TILT: bool,
 > {
     block: &'a Block<'a, S>,
@@ -225,36 +149,18 @@ struct BlockSum<
     evaluator: Evaluator<S, DEGREE, TERMS>,
 }
 
-impl<
-    S: Lanes,
-    const DEGREE: usize,
-    const TERMS: usize,
-    const CUBIC: bool,
-    const RELIEF: bool,
-    const TILT: bool,
-> BlockSum<'_, S, DEGREE, TERMS, CUBIC, RELIEF, TILT>
+impl<S: Lanes, const DEGREE: usize, const TERMS: usize, const CUBIC: bool, const TILT: bool>
+    BlockSum<'_, S, DEGREE, TERMS, CUBIC, TILT>
 {
-    /// Sums from windows of group `k`, one pair of real and imaginary parts a vector, and the number
-    /// of pulses.
+    /// Sums from windows of group `k`, one pair of real and imaginary parts a vector.
     #[inline(always)]
-    fn windows(&self, k: usize) -> ([[S::V; 2]; 2], usize) {
+    fn windows(&self, k: usize) -> [[S::V; 2]; 2] {
         let (s, n) = (self.block.s, S::N);
         let pair = vectors_a_group(n);
         let shift = s.splat(0.5 * ((pair - 1) * n) as f32);
         let lanes_of = [s.sub(self.lanes, shift), s.add(self.lanes, shift)];
         let mut sums = [[s.splat(0.0); 2]; 2];
-        let mut beside = [s.splat(0.0); 2];
-        let mut uneven = false;
-        if RELIEF {
-            let (ground, job) = (&self.block.ground, self.block.job);
-            let bins = (1.0 / job.table.bin_m) as f32;
-            uneven = ground.profile.uneven_m[k] * bins > 0.05 * job.tolerance_bins as f32;
-            let at = ground.beside_m.as_ptr();
-            // SAFETY: vector pair·k + side lies within the block, k < N.
-            beside = [0, pair - 1].map(|side| unsafe { s.load(at.add((pair * k + side) * n)) });
-        }
-        let mut windows = if RELIEF { 0 } else { self.paths.windowed };
-        let row_length = parameter_rows(RELIEF, TILT) * n;
+        let row_length = parameter_rows(TILT) * n;
         // SAFETY: the first `windowed` parameter sets were written, k < N; windows were checked to lie
         // within their pulse's rows.
         unsafe {
@@ -263,13 +169,6 @@ impl<
             while at < end {
                 let term = |row: usize| s.splat(*at.add(row * n));
                 let next = at.add(row_length);
-                if RELIEF {
-                    if (*at.add(5 * n)).to_bits() == NO_WINDOW.to_bits() {
-                        at = next;
-                        continue;
-                    }
-                    windows += 1;
-                }
                 for side in 0..pair {
                     let lanes = lanes_of[side];
                     let t = s.sub(term(0), term(4 + 2 * side));
@@ -278,12 +177,7 @@ impl<
                     } else {
                         s.mul_add(lanes, term(2), term(1))
                     };
-                    let mut t = s.mul_add(lanes, slope, t);
-                    if RELIEF && uneven {
-                        let b = beside[side];
-                        let change = s.mul_add(b, term(10), s.mul_add(lanes, term(9), term(8)));
-                        t = s.mul_add(b, change, t);
-                    }
+                    let t = s.mul_add(lanes, slope, t);
                     let start = (*at.add((5 + 2 * side) * n)).to_bits() as i32;
                     let window = self.chunk_table.as_ptr().offset(start as isize);
                     let weight = self.weight(|| s.mul_add(lanes, term(9), term(8)));
@@ -292,7 +186,7 @@ impl<
                 at = next;
             }
         }
-        (sums, windows)
+        sums
     }
 
     /// The antenna's pattern beside that of one that looks straight down, where the cosines have a ratio.
@@ -304,26 +198,18 @@ impl<
         }
     }
 
-    /// Adds the pulses that gather for group `k` to the sums of one of its vectors.
+    /// Adds the pulses that gather to the sums of a vector.
     #[inline(always)]
-    fn gathers(&self, k: usize, vector: usize, sums: &mut [S::V; 2]) {
+    fn gathers(&self, vector: usize, sums: &mut [S::V; 2]) {
         let (s, table) = (self.block.s, &self.block.job.table);
         let tiny = s.splat(1e-30);
         let bins = s.splat((1.0 / table.bin_m) as f32);
-        for &(m, groups) in self.paths.gathered() {
-            if RELIEF && groups >> k & 1 == 0 {
-                continue;
-            }
-            let m = m as usize;
+        for &m in self.paths.gathered() {
+            let m = usize::from(m);
             let origin = self.origin(m, vector);
             let (along0, range0) = (s.splat(origin.along_m), s.splat(origin.range_m));
             let offset = origin.offset_m;
-            let mut square_difference = s.mul(offset, s.add(s.add(along0, offset), along0));
-            if RELIEF {
-                let (up0, height) = (s.splat(origin.up_m), origin.height_m);
-                let rise = s.add(s.add(up0, height), up0);
-                square_difference = s.mul_add(height, rise, square_difference);
-            }
+            let square_difference = s.mul(offset, s.add(s.add(along0, offset), along0));
             let square = s.max(s.mul_add(range0, range0, square_difference), tiny);
             let difference = s.div(square_difference, s.add(s.sqrt(square), range0));
             let t = s.mul_add(difference, bins, s.splat(origin.fraction));
@@ -351,22 +237,13 @@ impl<
         let pixel = s.splat(job.pixel_m as f32);
         // From the block's centre to the vector's middle: half pixels, and so exact.
         let middle = (vector * n) as f32 + 0.5 * (n - 1) as f32 - 0.5 * (block_width(n) - 1) as f32;
-        let mut height = s.splat(0.0);
-        let mut middle_m = 0.0;
-        if RELIEF {
-            // SAFETY: the vector lies within the block.
-            height = unsafe { s.load(block.ground.above_m.as_ptr().add(vector * n)) };
-            middle_m = block.ground.above_m[vector * n + n / 2];
-        }
         if job.near_centre {
             return Origin {
                 range_m: setup.range_m[m],
                 along_m: setup.along_m[m],
-                up_m: setup.up_m[m],
                 whole: setup.whole[m],
                 fraction: setup.fraction[m],
                 offset_m: s.mul(s.add(self.lanes, s.splat(middle)), pixel),
-                height_m: height,
                 ratio: setup.ratio[m],
             };
         }
@@ -375,7 +252,7 @@ impl<
         let (dx, dy, dz) = (
             x + along * unit[0] - job.antenna_m[0][pulse],
             y + along * unit[1] - job.antenna_m[1][pulse],
-            z + along * unit[2] + f64::from(middle_m) - job.antenna_m[2][pulse],
+            z + along * unit[2] - job.antenna_m[2][pulse],
         );
         let range = (dx * dx + dy * dy + dz * dz).sqrt();
         let t = range * (1.0 / job.table.bin_m) - job.table.first_bin[pulse] as f64;
@@ -383,11 +260,9 @@ impl<
         Origin {
             range_m: range as f32,
             along_m: (dx * unit[0] + dy * unit[1] + dz * unit[2]) as f32,
-            up_m: dz as f32,
             whole,
             fraction: (t - f64::from(whole)) as f32,
             offset_m: s.mul(self.lanes, pixel),
-            height_m: s.sub(height, s.splat(middle_m)),
             ratio: setup.ratio[m] + setup.ratio_slope[m] * along as f32,
         }
     }
@@ -397,36 +272,24 @@ impl<
 struct Origin<S: Lanes> {
     range_m: f32,
     along_m: f32,
-    up_m: f32,
     /// The range in bins: whole bins past the pulse's entry 0, and the rest.
     whole: i32,
     fraction: f32,
-    /// Offsets along the row and heights of the pixels, m.
+    /// Offsets of the pixels along the row, m.
     offset_m: S::V,
-    height_m: S::V,
     /// Ratio of the cosines from boresight and vertical there.
     ratio: f32,
 }
 
 /// Adds the pulses next to a block in double precision.
-fn sum_reference<S: Lanes, const RELIEF: bool>(
-    block: &Block<S>,
-    paths: &Paths,
-    real: &mut [f32],
-    imag: &mut [f32],
-) {
+fn sum_reference<S: Lanes>(block: &Block<S>, paths: &Paths, real: &mut [f32], imag: &mut [f32]) {
     let (job, band) = (block.job, block.band);
     let pixels = (block.groups * vectors_a_group(S::N) * S::N).min(band.columns - block.column);
-    let point_m = |i: usize| {
+    let point_m = |i: usize| -> [f64; 3] {
         let along = (block.column + i) as f64;
-        let mut point: [f64; 3] = std::array::from_fn(|axis| {
+        std::array::from_fn(|axis| {
             band.origin_m[axis] + along * band.u_m[axis] + block.row as f64 * band.v_m[axis]
-        });
-        if RELIEF && i < pixels {
-            let ground = &block.ground;
-            point[2] += ground.profile.centre_m + f64::from(ground.above_m[i]);
-        }
-        point
+        })
     };
     for &m in paths.reference() {
         let pulse = block.pulses.start + m as usize;

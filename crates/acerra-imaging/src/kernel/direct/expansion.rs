@@ -1,24 +1,17 @@
 //! Expansion of the range over the groups of a block, and the choice of how each is read.
 
 use super::job::{Band, CHUNK, Job, block_width, vectors_a_group};
-use super::profile::Profile;
 use crate::kernel::aligned::Aligned;
 use crate::kernel::lanes::{Lanes, MAX_LANES, ROUNDING};
 use crate::vector::dot;
 use std::ops::Range;
 
-/// Rows of parameters of a pulse: over level ground the first eight.
-const MOST_ROWS: usize = 11;
-/// Start of the window of a group that has none: the bits of −1, which no start has.
-pub(super) const NO_WINDOW: f32 = f32::from_bits(u32::MAX);
+/// Rows of parameters of a pulse: with antennas that look straight down the first eight.
+const MOST_ROWS: usize = 10;
 
-/// Rows of parameters that a pulse takes, over level ground with antennas that look straight down or not.
-pub(super) const fn parameter_rows(relief: bool, tilt: bool) -> usize {
-    match (relief, tilt) {
-        (true, _) => MOST_ROWS,
-        (false, true) => 10,
-        (false, false) => 8,
-    }
+/// Rows of parameters that a pulse takes, with antennas that look straight down or not.
+pub(super) const fn parameter_rows(tilt: bool) -> usize {
+    if tilt { MOST_ROWS } else { 8 }
 }
 
 /// Pulses of a chunk and the pixels of one block.
@@ -32,16 +25,6 @@ pub(super) struct Block<'a, S> {
     /// Groups that hold pixels of the band.
     pub groups: usize,
     pub pulses: Range<usize>,
-    pub ground: Ground<'a>,
-}
-
-/// Heights of the pixels of a block; the arrays are empty over level ground.
-pub(super) struct Ground<'a> {
-    pub profile: &'a Profile,
-    /// Every pixel's height above the block's centre, m.
-    pub above_m: &'a [f32],
-    /// Every pixel's height beside the line of its group, m.
-    pub beside_m: &'a [f32],
 }
 
 impl<S: Lanes> Block<'_, S> {
@@ -50,10 +33,9 @@ impl<S: Lanes> Block<'_, S> {
     pub fn centre_m(&self) -> [f64; 3] {
         let along = self.column as f64 + 0.5 * (block_width(S::N) - 1) as f64;
         let band = self.band;
-        let at = |axis: usize| {
+        std::array::from_fn(|axis| {
             band.origin_m[axis] + along * band.u_m[axis] + self.row as f64 * band.v_m[axis]
-        };
-        [at(0), at(1), at(2) + self.ground.profile.centre_m]
+        })
     }
 
     /// Unit vector along the row.
@@ -68,14 +50,12 @@ pub(super) struct Setup {
     /// Of each pulse that has windows, [`parameter_rows`] rows of N, one lane a group: range at its
     /// middle in bins past `whole`, the first, second and third power's coefficients a pixel, and for
     /// either vector the whole bins from `whole` to its window and the bits of the integer at which
-    /// that window starts in the chunk's table; over uneven ground also change of range with height
-    /// (bins a metre), that of the change along the row, and half the curvature with height; with
-    /// tilted antennas instead the ratio of the cosines at the group's middle and its change a pixel.
+    /// that window starts in the chunk's table; with tilted antennas also the ratio of the cosines at the
+    /// group's middle and its change a pixel.
     pub windowed: Aligned<{ CHUNK * MOST_ROWS * MAX_LANES }>,
-    /// Range, along-row offset and height of the block's centre from each antenna, m.
+    /// Range and along-row offset of the block's centre from each antenna, m.
     pub range_m: [f32; CHUNK],
     pub along_m: [f32; CHUNK],
-    pub up_m: [f32; CHUNK],
     /// Ratio of the cosines from boresight and vertical at the block's centre, and its change along the
     /// row, 1/m.
     pub ratio: [f32; CHUNK],
@@ -91,7 +71,6 @@ impl Setup {
             windowed: Aligned([0.0; CHUNK * MOST_ROWS * MAX_LANES]),
             range_m: [0.0; CHUNK],
             along_m: [0.0; CHUNK],
-            up_m: [0.0; CHUNK],
             ratio: [0.0; CHUNK],
             ratio_slope: [0.0; CHUNK],
             fraction: [0.0; CHUNK],
@@ -101,7 +80,7 @@ impl Setup {
 
     /// Ranges from every antenna to the block's centre, in double precision.
     #[inline(always)]
-    pub fn measure<S: Lanes, const RELIEF: bool, const TILT: bool>(&mut self, block: &Block<S>) {
+    pub fn measure<S: Lanes, const TILT: bool>(&mut self, block: &Block<S>) {
         let ([x, y, z], unit, job) = (block.centre_m(), block.unit(), block.job);
         let inverse_bin = 1.0 / job.table.bin_m;
         let px = &job.antenna_m[0][block.pulses.clone()];
@@ -118,9 +97,6 @@ impl Setup {
             let whole = unsafe { t.max(-1e9).min(1e9).to_int_unchecked::<i32>() };
             self.range_m[m] = range as f32;
             self.along_m[m] = along as f32;
-            if RELIEF {
-                self.up_m[m] = dz as f32;
-            }
             if TILT && let Some(tilt) = &job.tilt {
                 let b = tilt.per_metre[block.pulses.start + m];
                 self.ratio[m] = (dx * b[0] + dy * b[1] + dz * b[2]) as f32;
@@ -136,8 +112,8 @@ impl Setup {
 pub(super) struct Paths {
     /// Pulses with parameters in [`Setup::windowed`].
     pub windowed: usize,
-    /// Pulses that gather, with the groups that do, one bit each.
-    gathered: [(u8, u32); CHUNK],
+    /// Pulses that gather.
+    gathered: [u8; CHUNK],
     gathers: usize,
     /// Pulses summed in double precision.
     reference: [u8; CHUNK],
@@ -146,13 +122,13 @@ pub(super) struct Paths {
 
 impl Paths {
     #[inline(always)]
-    fn gather(&mut self, pulse: usize, groups: u32) {
-        self.gathered[self.gathers] = (pulse as u8, groups);
+    fn gather(&mut self, pulse: usize) {
+        self.gathered[self.gathers] = pulse as u8;
         self.gathers += 1;
     }
 
     #[inline(always)]
-    pub fn gathered(&self) -> &[(u8, u32)] {
+    pub fn gathered(&self) -> &[u8] {
         &self.gathered[..self.gathers]
     }
 
@@ -166,13 +142,6 @@ impl Paths {
 struct Groups<S: Lanes> {
     /// Offset of each group's middle from the block's centre, m.
     along_m: S::V,
-    /// Line through each group's heights: at its middle above the centre (m), slope, 1 + slope²,
-    /// departures (m), distance from the middle to the ends (m). Unused over level ground.
-    line_m: S::V,
-    slope: S::V,
-    steepness: S::V,
-    uneven_m: S::V,
-    reach_m: S::V,
     /// Least range at which tables are read, m.
     near_m: S::V,
     pixel: f32,
@@ -188,7 +157,7 @@ impl<S: Lanes> Groups<S> {
     const SHIFT: f32 = 0.5 * ((vectors_a_group(S::N) - 1) * S::N) as f32;
 
     #[inline(always)]
-    fn of<const RELIEF: bool>(block: &Block<S>) -> Self {
+    fn of(block: &Block<S>) -> Self {
         let (s, job) = (block.s, block.job);
         let pixel = job.pixel_m as f32;
         let mut offsets = [0f32; MAX_LANES];
@@ -196,35 +165,13 @@ impl<S: Lanes> Groups<S> {
             let k = k.min(block.groups - 1) as f32;
             *o = (k - Self::HALF_VECTOR) * (vectors_a_group(S::N) * S::N) as f32 * pixel;
         }
-        let zero = s.splat(0.0);
-        let mut groups = Self {
+        Self {
             // SAFETY: `offsets` has MAX_LANES ≥ N numbers.
             along_m: unsafe { s.load(offsets.as_ptr()) },
-            line_m: zero,
-            slope: zero,
-            steepness: s.splat(1.0),
-            uneven_m: zero,
-            reach_m: zero,
             near_m: s.splat(job.reference_below_m as f32 + (Self::HALF + 1.0) * pixel),
             pixel,
             bins: (1.0 / job.table.bin_m) as f32,
-        };
-        if RELIEF {
-            let profile = block.ground.profile;
-            // SAFETY: all three have MAX_LANES ≥ N numbers.
-            unsafe {
-                groups.line_m = s.load(profile.line_m.as_ptr());
-                groups.slope = s.load(profile.slope.as_ptr());
-                groups.uneven_m = s.load(profile.uneven_m.as_ptr());
-            }
-            groups.steepness = s.mul_add(groups.slope, groups.slope, s.splat(1.0));
-            // A group extends so far from its middle, and farther where it is steep.
-            let reach = s.splat((Self::HALF + 1.0) * pixel);
-            groups.reach_m = s.mul(reach, s.sqrt(groups.steepness));
-            let beyond = s.add(groups.reach_m, groups.uneven_m);
-            groups.near_m = s.add(s.splat(job.reference_below_m as f32), beyond);
         }
-        groups
     }
 }
 
@@ -241,45 +188,27 @@ struct Expansion<S: Lanes> {
     truncation_error: S::V,
     /// Largest departure from a vector's middle beside the second power, bins.
     reach: S::V,
-    /// Change with height: of the range (bins a metre), of its gradient along the row (bins a metre
-    /// and pixel), and half the curvature (bins a square metre).
-    rise: S::V,
-    gradient_change: S::V,
-    half_curvature: S::V,
 }
 
 impl<S: Lanes> Expansion<S> {
     #[inline(always)]
-    fn of<const CUBIC: bool, const RELIEF: bool>(
-        s: S,
-        groups: &Groups<S>,
-        setup: &Setup,
-        m: usize,
-    ) -> Self {
+    fn of<const CUBIC: bool>(s: S, groups: &Groups<S>, setup: &Setup, m: usize) -> Self {
         let (pixel, bins) = (groups.pixel, groups.bins);
-        let (one, zero, tiny) = (s.splat(1.0), s.splat(0.0), s.splat(1e-30));
+        let (one, tiny) = (s.splat(1.0), s.splat(1e-30));
         let (half, half_vector) = (Groups::<S>::HALF, Groups::<S>::HALF_VECTOR);
         let per_pixel = s.splat(pixel * bins);
         let range0 = s.splat(setup.range_m[m]);
-        let (along0, up0) = (s.splat(setup.along_m[m]), s.splat(setup.up_m[m]));
-        let (along, up) = (s.add(along0, groups.along_m), s.add(up0, groups.line_m));
-        let mut square_difference = s.mul(groups.along_m, s.add(along, along0));
-        if RELIEF {
-            square_difference = s.mul_add(groups.line_m, s.add(up, up0), square_difference);
-        }
+        let along0 = s.splat(setup.along_m[m]);
+        let along = s.add(along0, groups.along_m);
+        let square_difference = s.mul(groups.along_m, s.add(along, along0));
         let square = s.max(s.mul_add(range0, range0, square_difference), tiny);
         let range = s.sqrt(square);
         let sum = s.add(range, range0);
         let reciprocal = s.div(one, s.mul(sum, range));
         let inverse_range = s.mul(reciprocal, sum);
         let difference = s.mul(s.mul(square_difference, reciprocal), range);
-        let (mut gradient, mut rise) = (s.mul(along, inverse_range), zero);
-        let mut bend = s.neg_mul_add(gradient, gradient, one);
-        if RELIEF {
-            rise = s.mul(up, inverse_range);
-            gradient = s.mul_add(groups.slope, rise, gradient);
-            bend = s.max(s.neg_mul_add(gradient, gradient, groups.steepness), zero);
-        }
+        let gradient = s.mul(along, inverse_range);
+        let bend = s.neg_mul_add(gradient, gradient, one);
         let curvature = s.mul(bend, inverse_range);
         let t = s.mul_add(difference, s.splat(bins), s.splat(setup.fraction[m]));
         let first = s.mul(gradient, per_pixel);
@@ -289,12 +218,8 @@ impl<S: Lanes> Expansion<S> {
             s.splat(-0.5 * pixel * pixel * pixel * bins),
         );
         let (first, truncation_error) = if CUBIC {
-            // The fourth derivative is at most 12 (steepness − gradient²) steepness / R³.
-            let mut fourth = second;
-            if RELIEF {
-                fourth = s.mul(fourth, groups.steepness);
-            }
-            let fourth = s.mul(s.mul(fourth, inverse_range), inverse_range);
+            // The fourth derivative is at most 12 (1 − gradient²)/R³.
+            let fourth = s.mul(s.mul(second, inverse_range), inverse_range);
             (first, s.mul(fourth, s.splat(pixel * pixel * half.powi(4))))
         } else {
             // The line nearest to x³ over |x| ≤ h is 3h²x/5; the error is at most 2h³/5.
@@ -308,7 +233,7 @@ impl<S: Lanes> Expansion<S> {
         if CUBIC {
             steepest = s.mul_add(s.abs(third), s.splat(3.0 * half * half), steepest);
         }
-        let expansion = Self {
+        Self {
             range_m: range,
             t,
             first,
@@ -316,53 +241,6 @@ impl<S: Lanes> Expansion<S> {
             third,
             truncation_error,
             reach: s.mul(steepest, s.splat(half_vector)),
-            rise,
-            gradient_change: zero,
-            half_curvature: zero,
-        };
-        if RELIEF {
-            expansion.with_relief(s, groups, (gradient, inverse_range), steepest)
-        } else {
-            expansion
-        }
-    }
-
-    /// Adds the change with height beside the line. The second order is kept; the third is at most
-    /// 0.6 b(a + b)²/R² at b beside and a along the line.
-    #[inline(always)]
-    fn with_relief(
-        self,
-        s: S,
-        groups: &Groups<S>,
-        (gradient, inverse_range): (S::V, S::V),
-        steepest: S::V,
-    ) -> Self {
-        let (bins, rise) = (s.splat(groups.bins), self.rise);
-        let uneven_bins = s.mul(groups.uneven_m, bins);
-        let away = s.add(groups.reach_m, groups.uneven_m);
-        let third_order = s.mul(s.mul(away, away), s.mul(inverse_range, inverse_range));
-        let change = s.mul(s.neg_mul_add(gradient, rise, groups.slope), inverse_range);
-        let half_curvature = s.mul(
-            s.mul(s.neg_mul_add(rise, rise, s.splat(1.0)), inverse_range),
-            s.splat(0.5),
-        );
-        let half_m = s.splat(Groups::<S>::HALF * groups.pixel);
-        let along_line = s.mul_add(s.abs(change), half_m, s.abs(rise));
-        let relief_bound = s.mul(
-            uneven_bins,
-            s.mul_add(half_curvature, groups.uneven_m, along_line),
-        );
-        Self {
-            truncation_error: s.mul_add(
-                s.mul(uneven_bins, s.splat(0.6)),
-                third_order,
-                self.truncation_error,
-            ),
-            reach: s.mul_add(steepest, s.splat(Groups::<S>::HALF_VECTOR), relief_bound),
-            rise: s.mul(rise, bins),
-            gradient_change: s.mul(change, s.splat(groups.pixel * groups.bins)),
-            half_curvature: s.mul(half_curvature, bins),
-            ..self
         }
     }
 
@@ -394,16 +272,10 @@ impl<S: Lanes> Expansion<S> {
 
     /// Stores the parameters of a pulse in `rows`, windows counted from `start` in the chunk's table.
     #[inline(always)]
-    fn store<const CUBIC: bool, const RELIEF: bool>(
-        &self,
-        s: S,
-        windows: [S::V; 2],
-        start: i32,
-        rows: &mut [f32],
-    ) {
+    fn store<const CUBIC: bool>(&self, s: S, windows: [S::V; 2], start: i32, rows: &mut [f32]) {
         let n = S::N;
         let rounding = s.splat(ROUNDING);
-        assert!(rows.len() >= parameter_rows(RELIEF, false) * n);
+        assert!(rows.len() >= parameter_rows(false) * n);
         // SAFETY: `rows` holds that many rows of N numbers.
         unsafe {
             let at = rows.as_mut_ptr();
@@ -419,43 +291,37 @@ impl<S: Lanes> Expansion<S> {
                 s.store(at.add(6 * n), windows[1]);
                 s.store_rounded(at.add(7 * n).cast(), s.add(windows[1], rounding), start);
             }
-            if RELIEF {
-                s.store(at.add(8 * n), self.rise);
-                s.store(at.add(9 * n), self.gradient_change);
-                s.store(at.add(10 * n), self.half_curvature);
-            }
         }
     }
 }
 
 /// Expands the ranges of all pulses of a chunk and decides how each is read.
 #[inline(always)]
-pub(super) fn expand<S: Lanes, const CUBIC: bool, const RELIEF: bool, const TILT: bool>(
+pub(super) fn expand<S: Lanes, const CUBIC: bool, const TILT: bool>(
     block: &Block<S>,
     setup: &mut Setup,
 ) -> Paths {
     let (s, job, n) = (block.s, block.job, S::N);
     let table = &job.table;
-    let groups = Groups::of::<RELIEF>(block);
+    let groups = Groups::of(block);
     let tolerance = s.splat(job.tolerance_bins as f32);
     let last_window = s.splat(table.stride as f32 - 2.0 - n as f32);
     let widest = s.splat((n - 1) as f32 - 0.05);
     let zero = s.splat(0.0);
     let half_block = 0.5 * block_width(n) as f32 * groups.pixel;
-    let all = u32::MAX >> (32 - block.groups as u32);
     let mut paths = Paths {
         windowed: 0,
-        gathered: [(0, 0); CHUNK],
+        gathered: [0; CHUNK],
         gathers: 0,
         reference: [0; CHUNK],
         references: 0,
     };
     for m in 0..block.pulses.len() {
         if !job.windows && setup.range_m[m] - half_block > job.reference_below_m as f32 {
-            paths.gather(m, all);
+            paths.gather(m);
             continue;
         }
-        let expansion = Expansion::of::<CUBIC, RELIEF>(s, &groups, setup, m);
+        let expansion = Expansion::of::<CUBIC>(s, &groups, setup, m);
         if !s.all_le(groups.near_m, expansion.range_m) {
             paths.reference[paths.references] = m as u8;
             paths.references += 1;
@@ -473,28 +339,15 @@ pub(super) fn expand<S: Lanes, const CUBIC: bool, const RELIEF: bool, const TILT
             && s.all_le(expansion.truncation_error, tolerance)
             && s.all_le(zero, least)
             && s.all_le(most, last_window);
-        let mut gathers = 0;
         if !fits {
-            gathers = all;
-            if RELIEF {
-                let margins = [
-                    s.sub(widest, span),
-                    s.sub(tolerance, expansion.truncation_error),
-                    least,
-                    s.sub(last_window, most),
-                ];
-                gathers = negative_lanes(s, margins, block.groups);
-            }
-            paths.gather(m, gathers);
-            if gathers == all {
-                continue;
-            }
+            paths.gather(m);
+            continue;
         }
-        let length = parameter_rows(RELIEF, TILT) * n;
+        let length = parameter_rows(TILT) * n;
         let rows = &mut setup.windowed.0[paths.windowed * length..][..length];
         let start = (m * table.pulse_stride) as i32 + setup.whole[m];
-        expansion.store::<CUBIC, RELIEF>(s, windows, start, rows);
-        if TILT && !RELIEF {
+        expansion.store::<CUBIC>(s, windows, start, rows);
+        if TILT {
             let slope = s.splat(setup.ratio_slope[m]);
             let ratio = s.mul_add(groups.along_m, slope, s.splat(setup.ratio[m]));
             // SAFETY: `rows` holds ten rows of N numbers.
@@ -504,28 +357,7 @@ pub(super) fn expand<S: Lanes, const CUBIC: bool, const RELIEF: bool, const TILT
                 s.store(at.add(9 * n), s.mul(slope, s.splat(groups.pixel)));
             }
         }
-        if RELIEF {
-            for k in 0..block.groups {
-                if gathers >> k & 1 == 1 {
-                    rows[5 * n + k] = NO_WINDOW;
-                }
-            }
-        }
         paths.windowed += 1;
     }
     paths
-}
-
-/// The first `groups` lanes in which a margin is negative or NaN, one bit each.
-#[inline(always)]
-fn negative_lanes<S: Lanes>(s: S, margins: [S::V; 4], groups: usize) -> u32 {
-    let mut lanes = [[0f32; MAX_LANES]; 4];
-    for (lanes, margin) in lanes.iter_mut().zip(margins) {
-        // SAFETY: `lanes` has MAX_LANES ≥ N numbers.
-        unsafe { s.store(lanes.as_mut_ptr(), margin) };
-    }
-    (0..groups).fold(0, |found, k| {
-        let good = lanes.iter().all(|t| t[k] >= 0.0); // false for NaN
-        found | u32::from(!good) << k
-    })
 }

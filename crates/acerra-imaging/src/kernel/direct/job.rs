@@ -107,6 +107,9 @@ impl Tally {
 
 /// Pixels along a side of a square group.
 pub(crate) const SIDE: usize = 4;
+/// Pixels of a square group, and pixels from its middle to its edge.
+pub(super) const GROUP: usize = SIDE * SIDE;
+pub(super) const HALF: f32 = 0.5 * (SIDE - 1) as f32;
 
 /// Rows that a tile of square groups holds at most for vectors of `lanes`: a block is a strip of as many
 /// groups as a vector has lanes.

@@ -5,19 +5,24 @@
 //! square is a polynomial in both directions about its middle.
 
 use super::evaluator::Evaluator;
-use super::job::{Band, CHUNK, Job, SIDE, TILE, Tally, square_rows};
-use super::square_expansion::{GROUP, Origin, SquareBlock, SquarePaths, SquareSetup, expand};
+use super::job::{Band, CHUNK, GROUP, Job, SIDE, TILE, Tally, square_rows};
+use super::square_expansion::{Frame, Origin, SquareBlock, SquarePaths, SquareSetup, expand};
+use super::square_ground::SquareGround;
+use crate::grid::relief::Relief;
 use crate::kernel::aligned::Aligned;
 use crate::kernel::lanes::{Lanes, MAX_LANES};
 use crate::kernel::profile::DELAYS;
 use num_complex::Complex32;
 use std::ops::Range;
 
+/// Most strips of a tile: those of the shortest vectors.
+const MOST_STRIPS: usize = square_rows(8) / SIDE;
+
 /// Images a band into `out` `[rows, columns]`; the caller keeps `rows` within [`square_rows`].
 ///
 /// `DEGREE` is that of the table, `TERMS` counts the cosine's coefficients (the sine has one less),
-/// `CUBIC` adds the third order of the range within a square, and `WIDE` takes windows of two
-/// registers where one is not enough.
+/// `CUBIC` adds the third order of the range within a square, `WIDE` takes windows of two registers
+/// where one is not enough, and `RELIEF` heights of the pixels, which `relief` then has.
 #[inline(always)]
 pub(crate) fn square_band<
     S: Lanes,
@@ -25,17 +30,23 @@ pub(crate) fn square_band<
     const TERMS: usize,
     const CUBIC: bool,
     const WIDE: bool,
+    const RELIEF: bool,
 >(
     s: S,
     job: &Job,
     band: &Band,
+    relief: Option<Relief>,
     out: &mut [Complex32],
 ) -> Tally {
     assert!(band.rows <= square_rows(S::N) && out.len() == band.rows * band.columns);
-    assert!(job.table.degree == DEGREE && !job.table.interleaved && job.tilt.is_none());
+    assert!(job.table.degree == DEGREE && job.tilt.is_none() && relief.is_some() == RELIEF);
+    // Windows hold bins side by side.
+    assert!(!(job.windows && job.table.interleaved));
     let width = SIDE * S::N;
     let strip = width * SIDE;
     let strips = band.rows.div_ceil(SIDE);
+    let mut ground = [SquareGround::LEVEL; MOST_STRIPS];
+    assert!(strips <= MOST_STRIPS);
     let (mut real, mut imag) = (Aligned([0f32; TILE]), Aligned([0f32; TILE]));
     let (real, imag) = (&mut real.0, &mut imag.0);
     let mut setup = SquareSetup::new(band);
@@ -46,10 +57,18 @@ pub(crate) fn square_band<
         let kept = (band.columns - column).min(width);
         real.fill(0.0);
         imag.fill(0.0);
+        if RELIEF && let Some(relief) = relief {
+            for (k, ground) in ground.iter_mut().enumerate().take(strips) {
+                let rows = SIDE.min(band.rows - SIDE * k);
+                let from = relief.seen_from(column, SIDE * k);
+                let groups = kept.div_ceil(SIDE);
+                ground.fit(&from, setup.frame.pixel_m, [kept, rows], groups);
+            }
+        }
         let mut first = job.pulses.start;
         while first < job.pulses.end {
             let count = (job.pulses.end - first).min(CHUNK);
-            for k in 0..strips {
+            for (k, ground) in ground.iter().enumerate().take(strips) {
                 let block = SquareBlock {
                     s,
                     job,
@@ -58,10 +77,11 @@ pub(crate) fn square_band<
                     row: SIDE * k,
                     groups: kept.div_ceil(SIDE),
                     pulses: first..first + count,
+                    ground,
                 };
                 let at = k * strip..(k + 1) * strip;
                 let sums = (&mut real[at.clone()], &mut imag[at]);
-                sum_block::<S, DEGREE, TERMS, CUBIC, WIDE>(
+                sum_block::<S, DEGREE, TERMS, CUBIC, WIDE, RELIEF>(
                     &block, &lanes, &mut setup, sums, &mut tally,
                 );
             }
@@ -88,6 +108,7 @@ fn sum_block<
     const TERMS: usize,
     const CUBIC: bool,
     const WIDE: bool,
+    const RELIEF: bool,
 >(
     block: &SquareBlock<S>,
     lanes: &Offsets<S>,
@@ -99,8 +120,8 @@ fn sum_block<
     let vectors = GROUP / n;
     assert!(real.len() >= GROUP * n && imag.len() >= GROUP * n && block.groups <= n);
     setup.measure(block);
-    let paths = expand::<S, CUBIC, WIDE>(block, setup);
-    let sum = BlockSum::<S, DEGREE, TERMS, CUBIC, WIDE> {
+    let paths = expand::<S, CUBIC, WIDE, RELIEF>(block, setup);
+    let sum = BlockSum::<S, DEGREE, TERMS, CUBIC, WIDE, RELIEF> {
         block,
         setup,
         paths: &paths,
@@ -127,7 +148,7 @@ fn sum_block<
     tally.gather += count(paths.gathered().len());
     tally.reference += count(paths.reference().len());
     if !paths.reference().is_empty() {
-        sum_reference(block, &paths, real, imag);
+        sum_reference::<S, RELIEF>(block, &setup.frame, &paths, real, imag);
     }
 }
 
@@ -173,6 +194,7 @@ struct BlockSum<
     const TERMS: usize,
     const CUBIC: bool,
     const WIDE: bool,
+    const RELIEF: bool,
 > {
     block: &'a SquareBlock<'a, S>,
     setup: &'a SquareSetup,
@@ -183,8 +205,14 @@ struct BlockSum<
     evaluator: Evaluator<S, DEGREE, TERMS>,
 }
 
-impl<S: Lanes, const DEGREE: usize, const TERMS: usize, const CUBIC: bool, const WIDE: bool>
-    BlockSum<'_, S, DEGREE, TERMS, CUBIC, WIDE>
+impl<
+    S: Lanes,
+    const DEGREE: usize,
+    const TERMS: usize,
+    const CUBIC: bool,
+    const WIDE: bool,
+    const RELIEF: bool,
+> BlockSum<'_, S, DEGREE, TERMS, CUBIC, WIDE, RELIEF>
 {
     /// Sums from windows of group `k`, real and imaginary parts of each vector.
     #[inline(always)]
@@ -215,7 +243,8 @@ impl<S: Lanes, const DEGREE: usize, const TERMS: usize, const CUBIC: bool, const
         sums: &mut [[S::V; 2]; 2],
     ) {
         let (s, n, lanes) = (self.block.s, S::N, self.lanes);
-        let row_length = SquareSetup::ROWS * n;
+        let row_length = SquareSetup::rows(RELIEF) * n;
+        let beside = self.block.ground.beside_m[k].as_ptr();
         let rows = self.setup.windowed.0.as_ptr();
         // SAFETY: the caller vouches for the slots; windows were checked to lie within their pulse's rows.
         unsafe {
@@ -224,8 +253,8 @@ impl<S: Lanes, const DEGREE: usize, const TERMS: usize, const CUBIC: bool, const
                 let term = |row: usize| s.splat(*at.add(row * n));
                 for (side, sums) in sums.iter_mut().enumerate().take(GROUP / n) {
                     let (i, j) = (lanes.along[side], lanes.across[side]);
-                    let linear = s.mul_add(i, term(0), s.mul(j, term(1)));
-                    let square = s.mul_add(
+                    let mut linear = s.mul_add(i, term(0), s.mul(j, term(1)));
+                    let mut square = s.mul_add(
                         lanes.along_square[side],
                         term(2),
                         s.mul_add(
@@ -234,6 +263,13 @@ impl<S: Lanes, const DEGREE: usize, const TERMS: usize, const CUBIC: bool, const
                             s.mul(lanes.across_square[side], term(4)),
                         ),
                     );
+                    if RELIEF {
+                        let b = s.load(beside.add(side * n));
+                        linear = s.mul_add(b, term(10), linear);
+                        let change =
+                            s.mul_add(i, term(11), s.mul_add(j, term(12), s.mul(b, term(13))));
+                        square = s.mul_add(b, change, square);
+                    }
                     let mut t = s.add(term(6 + 2 * side), linear);
                     if CUBIC {
                         // G + Q − GQ/R
@@ -265,6 +301,8 @@ impl<S: Lanes, const DEGREE: usize, const TERMS: usize, const CUBIC: bool, const
         let frame = &self.setup.frame;
         let pixel = frame.pixel_m.map(|p| s.splat(p as f32));
         let skew = s.splat(2.0 * frame.skew as f32);
+        let ground = block.ground;
+        let [su, sv] = ground.slope.map(|slope| s.splat(slope[k]));
         for &m in self.paths.gathered() {
             let m = usize::from(m);
             // From the middle of the group, in double precision: squares of coarse pixels are large.
@@ -277,7 +315,14 @@ impl<S: Lanes, const DEGREE: usize, const TERMS: usize, const CUBIC: bool, const
                 );
                 let along = s.add(i, s.splat(2.0 * origin.along_m));
                 let across = s.mul_add(skew, i, s.add(j, s.splat(2.0 * origin.across_m)));
-                let square_difference = s.mul_add(i, along, s.mul(j, across));
+                let mut square_difference = s.mul_add(i, along, s.mul(j, across));
+                if RELIEF {
+                    // SAFETY: a group has as many numbers as its vectors together.
+                    let beside = unsafe { s.load(ground.beside_m[k].as_ptr().add(side * S::N)) };
+                    let height = s.mul_add(i, su, s.mul_add(j, sv, beside));
+                    let up = s.add(height, s.splat(2.0 * origin.up_m));
+                    square_difference = s.mul_add(height, up, square_difference);
+                }
                 let square = s.max(s.mul_add(range0, range0, square_difference), tiny);
                 let difference = s.div(square_difference, s.add(s.sqrt(square), range0));
                 let t = s.mul_add(difference, bins, s.splat(origin.fraction));
@@ -296,8 +341,9 @@ impl<S: Lanes, const DEGREE: usize, const TERMS: usize, const CUBIC: bool, const
 }
 
 /// Adds the pulses next to a block in double precision.
-fn sum_reference<S: Lanes>(
+fn sum_reference<S: Lanes, const RELIEF: bool>(
     block: &SquareBlock<S>,
+    frame: &Frame,
     paths: &SquarePaths,
     real: &mut [f32],
     imag: &mut [f32],
@@ -306,10 +352,12 @@ fn sum_reference<S: Lanes>(
     let columns = (SIDE * block.groups).min(band.columns - block.column);
     let rows = SIDE.min(band.rows - block.row);
     let point_m = |i: usize, j: usize| -> [f64; 3] {
-        let (along, across) = ((block.column + i) as f64, (block.row + j) as f64);
-        std::array::from_fn(|axis| {
-            band.origin_m[axis] + along * band.u_m[axis] + across * band.v_m[axis]
-        })
+        let (k, p) = (i / SIDE, j * SIDE + i % SIDE);
+        let up_m = match RELIEF && k < block.groups {
+            true => block.ground.height_m(frame.pixel_m, k, p),
+            false => 0.0,
+        };
+        block.point_m(i as f64, j as f64, up_m)
     };
     for &m in paths.reference() {
         let pulse = block.pulses.start + usize::from(m);

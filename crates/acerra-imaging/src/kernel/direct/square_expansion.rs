@@ -1,15 +1,11 @@
 //! Expansion of the range over squares of pixels, and the choice of how each pulse is read.
 
-use super::job::{Band, CHUNK, Job, SIDE};
+use super::job::{Band, CHUNK, GROUP, HALF, Job, SIDE};
+use super::square_ground::SquareGround;
 use crate::kernel::aligned::Aligned;
 use crate::kernel::lanes::{Lanes, MAX_LANES, ROUNDING};
 use crate::vector::{dot, norm};
 use std::ops::Range;
-
-/// Pixels of a group.
-pub(super) const GROUP: usize = SIDE * SIDE;
-/// Pixels from the middle of a group to its edge.
-const HALF: f32 = 0.5 * (SIDE - 1) as f32;
 
 /// Pulses of a chunk and the pixels of one block: groups side by side in a strip of [`SIDE`] rows.
 pub(super) struct SquareBlock<'a, S> {
@@ -22,6 +18,8 @@ pub(super) struct SquareBlock<'a, S> {
     /// Groups that hold pixels of the band.
     pub groups: usize,
     pub pulses: Range<usize>,
+    /// Heights of its pixels; level ground where the kernel takes none.
+    pub ground: &'a SquareGround,
 }
 
 /// Axes of a band.
@@ -51,12 +49,13 @@ impl Frame {
 }
 
 impl<S: Lanes> SquareBlock<'_, S> {
-    /// The point at some pixels from the block's first one, m.
+    /// The point of the band's plane at some pixels from the block's first one, raised by `up_m`, m.
     #[inline(always)]
-    fn point_m(&self, along: f64, across: f64) -> [f64; 3] {
+    pub fn point_m(&self, along: f64, across: f64, up_m: f64) -> [f64; 3] {
         let (i, j) = (self.column as f64 + along, self.row as f64 + across);
         let band = self.band;
-        std::array::from_fn(|axis| band.origin_m[axis] + i * band.u_m[axis] + j * band.v_m[axis])
+        let at = |axis: usize| band.origin_m[axis] + i * band.u_m[axis] + j * band.v_m[axis];
+        [at(0), at(1), at(2) + up_m]
     }
 }
 
@@ -66,6 +65,8 @@ pub(super) struct Origin {
     /// Along the row and across, m.
     pub along_m: f32,
     pub across_m: f32,
+    /// Above the antenna, m.
+    pub up_m: f32,
     /// The range in bins: whole bins past the pulse's entry 0, and the rest.
     pub whole: i32,
     pub fraction: f32,
@@ -76,7 +77,8 @@ impl Origin {
     #[inline(always)]
     pub fn of<S: Lanes>(block: &SquareBlock<S>, frame: &Frame, k: usize, m: usize) -> Self {
         let along = (SIDE * k) as f64 + f64::from(HALF);
-        let (point, job) = (block.point_m(along, f64::from(HALF)), block.job);
+        let up_m = block.ground.middle_m + f64::from(block.ground.plane_m[k]);
+        let (point, job) = (block.point_m(along, f64::from(HALF), up_m), block.job);
         let pulse = block.pulses.start + m;
         let d: [f64; 3] = std::array::from_fn(|axis| point[axis] - job.antenna_m[axis][pulse]);
         let range = norm(d);
@@ -86,6 +88,7 @@ impl Origin {
             range_m: range as f32,
             along_m: dot(d, frame.unit[0]) as f32,
             across_m: dot(d, frame.unit[1]) as f32,
+            up_m: d[2] as f32,
             whole,
             fraction,
         }
@@ -103,32 +106,40 @@ fn whole_and_rest(bins: f64) -> (i32, f32) {
 
 /// Parameters of the pulses of a chunk for one block.
 pub(super) struct SquareSetup {
-    /// Of each pulse that has windows, [`Self::ROWS`] rows of N, one lane a group: slopes of the range
+    /// Of each pulse that has windows, [`Self::rows`] rows of N, one lane a group: slopes of the range
     /// along the row and across (bins a pixel); half its second derivatives along, mixed (whole) and
     /// across; one over the range in bins; and for either vector the range at the group's middle in bins
     /// past that vector's window, and the bits of the integer at which the window starts in the chunk's
-    /// table. Pulses of narrow windows stand from the front on, those of wide ones from the back.
-    pub windowed: Aligned<{ CHUNK * Self::ROWS * MAX_LANES }>,
+    /// table; over uneven ground also the change of the range with height (bins a metre), that of its slopes
+    /// along the row and across, and half its second derivative with height. Pulses of narrow windows stand from
+    /// the front on, those of wide ones from the back.
+    pub windowed: Aligned<{ CHUNK * Self::MOST_ROWS * MAX_LANES }>,
     pub frame: Frame,
     /// Middle of the block from each antenna.
     range_m: [f32; CHUNK],
     along_m: [f32; CHUNK],
     across_m: [f32; CHUNK],
+    up_m: [f32; CHUNK],
     fraction: [f32; CHUNK],
     whole: [i32; CHUNK],
 }
 
 impl SquareSetup {
+    const MOST_ROWS: usize = 14;
+
     /// Rows of parameters of a pulse.
-    pub const ROWS: usize = 10;
+    pub const fn rows(relief: bool) -> usize {
+        if relief { Self::MOST_ROWS } else { 10 }
+    }
 
     pub fn new(band: &Band) -> Self {
         Self {
-            windowed: Aligned([0.0; CHUNK * Self::ROWS * MAX_LANES]),
+            windowed: Aligned([0.0; CHUNK * Self::MOST_ROWS * MAX_LANES]),
             frame: Frame::of(band),
             range_m: [0.0; CHUNK],
             along_m: [0.0; CHUNK],
             across_m: [0.0; CHUNK],
+            up_m: [0.0; CHUNK],
             fraction: [0.0; CHUNK],
             whole: [0; CHUNK],
         }
@@ -138,7 +149,8 @@ impl SquareSetup {
     #[inline(always)]
     pub fn measure<S: Lanes>(&mut self, block: &SquareBlock<S>) {
         let along = 0.5 * (SIDE * S::N - 1) as f64;
-        let ([x, y, z], job) = (block.point_m(along, f64::from(HALF)), block.job);
+        let middle = block.point_m(along, f64::from(HALF), block.ground.middle_m);
+        let ([x, y, z], job) = (middle, block.job);
         let ([u, v], inverse_bin) = (self.frame.unit, 1.0 / job.table.bin_m);
         let px = &job.antenna_m[0][block.pulses.clone()];
         let py = &job.antenna_m[1][block.pulses.clone()];
@@ -151,6 +163,7 @@ impl SquareSetup {
             self.range_m[m] = range as f32;
             self.along_m[m] = (dx * u[0] + dy * u[1] + dz * u[2]) as f32;
             self.across_m[m] = (dx * v[0] + dy * v[1] + dz * v[2]) as f32;
+            self.up_m[m] = dz as f32;
             self.whole[m] = whole;
             self.fraction[m] = fraction;
         }
@@ -198,13 +211,87 @@ struct Expansion<S: Lanes> {
     truncation_error: S::V,
     /// Bound of the third-order part over a group.
     third: S::V,
+    /// Most that heights beside the planes of the groups change the range.
+    uneven: S::V,
+    /// Change of the range with height (bins a metre), of its slopes, and half its second derivative with height.
+    rise: S::V,
+    slope_change: [S::V; 2],
+    half_curvature: S::V,
+}
+
+/// The groups of a block, one lane each.
+struct Groups<S: Lanes> {
+    /// Their middles from that of the block along the row, m, and above it; no height over level ground.
+    along_m: S::V,
+    plane_m: S::V,
+    /// Slopes of their planes, and the largest departures of pixels from those, m.
+    slope: [S::V; 2],
+    uneven_m: S::V,
+    /// Squares of the lengths of the axes of their planes, and the inner product; those of the band are unit vectors.
+    axes: [S::V; 2],
+    skew: S::V,
+    /// Square of the greatest distance of a pixel from the middle, m².
+    reach_square: S::V,
+    /// Least range at which tables are read, m.
+    near_m: S::V,
+}
+
+impl<S: Lanes> Groups<S> {
+    #[inline(always)]
+    fn of<const RELIEF: bool>(block: &SquareBlock<S>, frame: &Frame) -> Self {
+        let (s, n) = (block.s, S::N);
+        let [pu, pv] = frame.pixel_m.map(|p| p as f32);
+        let mut offsets = [0f32; MAX_LANES];
+        for (k, o) in offsets.iter_mut().enumerate() {
+            // Groups without pixels repeat the last one that has any.
+            let k = k.min(block.groups - 1) as f32;
+            *o = (k - 0.5 * (n - 1) as f32) * SIDE as f32 * pu;
+        }
+        let zero = s.splat(0.0);
+        let near_m = block.job.reference_below_m as f32 + (HALF + 1.0) * (pu + pv);
+        let (one, skew) = (s.splat(1.0), frame.skew as f32);
+        let mut groups = Self {
+            // SAFETY: `offsets` has MAX_LANES ≥ N numbers.
+            along_m: unsafe { s.load(offsets.as_ptr()) },
+            plane_m: zero,
+            slope: [zero; 2],
+            uneven_m: zero,
+            axes: [one; 2],
+            skew: s.splat(skew),
+            reach_square: s.splat(HALF * HALF * (pu * pu + pv * pv + 2.0 * pu * pv * skew.abs())),
+            near_m: s.splat(near_m),
+        };
+        if RELIEF {
+            let ground = block.ground;
+            // SAFETY: all arrays have MAX_LANES ≥ N numbers.
+            unsafe {
+                groups.plane_m = s.load(ground.plane_m.as_ptr());
+                groups.slope = [0, 1].map(|axis| s.load(ground.slope[axis].as_ptr()));
+                groups.uneven_m = s.load(ground.uneven_m.as_ptr());
+            }
+            // Steep squares extend farther from their middles.
+            let [su, sv] = groups.slope.map(|slope| s.abs(slope));
+            let rise = s.mul_add(su, s.splat(pu), s.mul(sv, s.splat(pv)));
+            let more = s.mul_add(rise, s.splat(HALF + 1.0), groups.uneven_m);
+            groups.near_m = s.add(groups.near_m, more);
+            let [su, sv] = groups.slope;
+            groups.axes = [s.mul_add(su, su, one), s.mul_add(sv, sv, one)];
+            groups.skew = s.mul_add(su, sv, groups.skew);
+            let [uu, vv] = groups.axes;
+            let square = s.mul_add(uu, s.splat(pu * pu), s.mul(vv, s.splat(pv * pv)));
+            let square = s.mul_add(s.abs(groups.skew), s.splat(2.0 * pu * pv), square);
+            let reach = s.mul_add(s.sqrt(square), s.splat(HALF), groups.uneven_m);
+            groups.reach_square = s.mul(reach, reach);
+        }
+        groups
+    }
 }
 
 impl<S: Lanes> Expansion<S> {
     #[inline(always)]
-    fn of<const CUBIC: bool>(
+    fn of<const CUBIC: bool, const RELIEF: bool>(
         s: S,
-        offsets_m: S::V,
+        groups: &Groups<S>,
         setup: &SquareSetup,
         m: usize,
         bin_m: f64,
@@ -212,59 +299,89 @@ impl<S: Lanes> Expansion<S> {
         let frame = &setup.frame;
         let [pu, pv] = frame.pixel_m.map(|p| p as f32);
         let (skew, bins) = (frame.skew as f32, (1.0 / bin_m) as f32);
-        let (one, tiny) = (s.splat(1.0), s.splat(1e-30));
+        let (one, zero, tiny) = (s.splat(1.0), s.splat(0.0), s.splat(1e-30));
         let range0 = s.splat(setup.range_m[m]);
-        let along0 = s.splat(setup.along_m[m]);
-        let along = s.add(along0, offsets_m);
-        let across = s.mul_add(offsets_m, s.splat(skew), s.splat(setup.across_m[m]));
-        let square_difference = s.mul(offsets_m, s.add(along, along0));
+        let (along0, up0) = (s.splat(setup.along_m[m]), s.splat(setup.up_m[m]));
+        let along = s.add(along0, groups.along_m);
+        let across = s.mul_add(groups.along_m, s.splat(skew), s.splat(setup.across_m[m]));
+        let up = s.add(up0, groups.plane_m);
+        let mut square_difference = s.mul(groups.along_m, s.add(along, along0));
+        if RELIEF {
+            square_difference = s.mul_add(groups.plane_m, s.add(up, up0), square_difference);
+        }
         let square = s.max(s.mul_add(range0, range0, square_difference), tiny);
         let range = s.sqrt(square);
         let difference = s.div(square_difference, s.add(range, range0));
         let inverse = s.div(one, range);
-        let (u, v) = (s.mul(along, inverse), s.mul(across, inverse));
+        // Slopes of the range along the axes of the group's plane, whose squares of length and inner product follow.
+        let (mut u, mut v) = (s.mul(along, inverse), s.mul(across, inverse));
+        let ([uu, vv], uv) = (groups.axes, groups.skew);
+        let mut rise = zero;
+        if RELIEF {
+            let [su, sv] = groups.slope;
+            rise = s.mul(up, inverse);
+            (u, v) = (s.mul_add(su, rise, u), s.mul_add(sv, rise, v));
+        }
         let curvature = s.mul(inverse, s.splat(0.5 * bins));
-        let along_square = s.mul(s.mul(curvature, s.splat(pu * pu)), s.neg_mul_add(u, u, one));
-        let across_square = s.mul(s.mul(curvature, s.splat(pv * pv)), s.neg_mul_add(v, v, one));
+        let along_square = s.mul(s.mul(curvature, s.splat(pu * pu)), s.neg_mul_add(u, u, uu));
+        let across_square = s.mul(s.mul(curvature, s.splat(pv * pv)), s.neg_mul_add(v, v, vv));
         let product = s.mul(
             s.mul(curvature, s.splat(2.0 * pu * pv)),
-            s.neg_mul_add(u, v, s.splat(skew)),
+            s.neg_mul_add(u, v, uv),
         );
         let slope = [s.mul(u, s.splat(pu * bins)), s.mul(v, s.splat(pv * bins))];
-        let inverse_bins = s.mul(inverse, s.splat(1.0 / bins));
         let half = s.splat(HALF);
-        let most_linear = s.mul(half, s.add(s.abs(slope[0]), s.abs(slope[1])));
-        let most_square = s.mul(
+        let mut most_linear = s.mul(half, s.add(s.abs(slope[0]), s.abs(slope[1])));
+        let mut most_square = s.mul(
             s.splat(HALF * HALF),
             s.add(s.add(along_square, s.abs(product)), across_square),
         );
-        let third = s.mul(s.mul(most_linear, most_square), inverse_bins);
-        let truncation_error = if CUBIC {
-            // The fourth derivative is at most 12 (1 − gradient²)/R³ along any direction.
-            let diagonal = HALF * HALF * (pu * pu + pv * pv + 2.0 * pu * pv * skew.abs());
-            s.mul(
-                s.mul(s.mul(inverse, inverse), s.splat(diagonal)),
-                most_square,
-            )
-        } else {
-            third
-        };
-        Self {
+        let mut expansion = Self {
             range_m: range,
             t: s.mul_add(difference, s.splat(bins), s.splat(setup.fraction[m])),
             slope,
             along_square,
             product,
             across_square,
-            inverse_bins,
-            truncation_error,
-            third,
+            inverse_bins: s.mul(inverse, s.splat(1.0 / bins)),
+            truncation_error: zero,
+            third: zero,
+            uneven: zero,
+            rise: zero,
+            slope_change: [zero; 2],
+            half_curvature: zero,
+        };
+        if RELIEF {
+            let change = |slope: S::V, of: S::V, pixel: f32| {
+                let along = s.neg_mul_add(of, rise, slope);
+                s.mul(s.mul(along, inverse), s.splat(pixel * bins))
+            };
+            let [su, sv] = groups.slope;
+            expansion.uneven = s.mul(groups.uneven_m, s.splat(bins));
+            expansion.rise = s.mul(rise, s.splat(bins));
+            expansion.slope_change = [change(su, u, pu), change(sv, v, pv)];
+            expansion.half_curvature = s.mul(curvature, s.neg_mul_add(rise, rise, one));
+            let [cu, cv] = expansion.slope_change.map(|c| s.abs(c));
+            let of_slopes = s.mul(half, s.add(cu, cv));
+            let of_height = s.mul_add(expansion.half_curvature, groups.uneven_m, of_slopes);
+            most_linear = s.mul_add(groups.uneven_m, s.abs(expansion.rise), most_linear);
+            most_square = s.mul_add(groups.uneven_m, of_height, most_square);
         }
+        let third = s.mul(s.mul(most_linear, most_square), expansion.inverse_bins);
+        expansion.third = third;
+        expansion.truncation_error = if CUBIC {
+            // The fourth derivative is at most 12 (1 − gradient²)/R³ along any direction.
+            let ratio = s.mul(s.mul(inverse, inverse), groups.reach_square);
+            s.mul(ratio, most_square)
+        } else {
+            third
+        };
+        expansion
     }
 
     /// Bins that either vector of a group spans, and the whole bins from which its window must reach.
     #[inline(always)]
-    fn windows<const CUBIC: bool>(&self, s: S) -> (S::V, [S::V; 2]) {
+    fn windows<const CUBIC: bool, const RELIEF: bool>(&self, s: S) -> (S::V, [S::V; 2]) {
         let vectors = GROUP / S::N;
         // Rows of a vector from its middle to its edge, and middles of vectors from that of the group.
         let rows = 0.5 * (SIDE / vectors - 1) as f32;
@@ -280,6 +397,10 @@ impl<S: Lanes> Expansion<S> {
         let mut reach = s.mul_add(across, s.splat(rows), s.mul(along, s.splat(HALF)));
         if CUBIC {
             reach = s.mul_add(self.third, s.splat(3.0), reach);
+        }
+        if RELIEF {
+            // A range changes by no more than a height does.
+            reach = s.add(reach, self.uneven);
         }
         let bend = s.mul_add(
             self.across_square,
@@ -306,10 +427,10 @@ impl<S: Lanes> Expansion<S> {
 
     /// Stores the parameters of a pulse in `rows`, windows counted from `start` in the chunk's table.
     #[inline(always)]
-    fn store(&self, s: S, windows: [S::V; 2], start: i32, rows: &mut [f32]) {
+    fn store<const RELIEF: bool>(&self, s: S, windows: [S::V; 2], start: i32, rows: &mut [f32]) {
         let n = S::N;
         let rounding = s.splat(ROUNDING);
-        assert!(rows.len() == SquareSetup::ROWS * n);
+        assert!(rows.len() == SquareSetup::rows(RELIEF) * n);
         // SAFETY: `rows` holds that many rows of N numbers.
         unsafe {
             let at = rows.as_mut_ptr();
@@ -324,29 +445,25 @@ impl<S: Lanes> Expansion<S> {
                 let bits = at.add((7 + 2 * side) * n).cast();
                 s.store_rounded(bits, s.add(window, rounding), start);
             }
+            if RELIEF {
+                s.store(at.add(10 * n), self.rise);
+                s.store(at.add(11 * n), self.slope_change[0]);
+                s.store(at.add(12 * n), self.slope_change[1]);
+                s.store(at.add(13 * n), self.half_curvature);
+            }
         }
     }
 }
 
 /// Expands the ranges of all pulses of a chunk and decides how each is read.
 #[inline(always)]
-pub(super) fn expand<S: Lanes, const CUBIC: bool, const WIDE: bool>(
+pub(super) fn expand<S: Lanes, const CUBIC: bool, const WIDE: bool, const RELIEF: bool>(
     block: &SquareBlock<S>,
     setup: &mut SquareSetup,
 ) -> SquarePaths {
     let (s, job, n) = (block.s, block.job, S::N);
     let table = &job.table;
-    let pixel = setup.frame.pixel_m[0] as f32;
-    let mut offsets = [0f32; MAX_LANES];
-    for (k, o) in offsets.iter_mut().enumerate() {
-        // Groups without pixels repeat the last one that has any.
-        let k = k.min(block.groups - 1) as f32;
-        *o = (k - 0.5 * (n - 1) as f32) * SIDE as f32 * pixel;
-    }
-    // SAFETY: `offsets` has MAX_LANES ≥ N numbers.
-    let offsets_m = unsafe { s.load(offsets.as_ptr()) };
-    let [pu, pv] = setup.frame.pixel_m.map(|p| p as f32);
-    let near_m = s.splat(job.reference_below_m as f32 + (HALF + 1.0) * (pu + pv));
+    let groups = Groups::of::<RELIEF>(block, &setup.frame);
     let tolerance = s.splat(job.tolerance_bins as f32);
     let window = if WIDE { 2 * n } else { n };
     let last_window = s.splat(table.stride as f32 - 2.0 - window as f32);
@@ -361,13 +478,13 @@ pub(super) fn expand<S: Lanes, const CUBIC: bool, const WIDE: bool>(
         references: 0,
     };
     for m in 0..block.pulses.len() {
-        let expansion = Expansion::of::<CUBIC>(s, offsets_m, setup, m, table.bin_m);
-        if !s.all_le(near_m, expansion.range_m) {
+        let expansion = Expansion::of::<CUBIC, RELIEF>(s, &groups, setup, m, table.bin_m);
+        if !s.all_le(groups.near_m, expansion.range_m) {
             paths.reference[paths.references] = m as u8;
             paths.references += 1;
             continue;
         }
-        let (span, windows) = expansion.windows::<CUBIC>(s);
+        let (span, windows) = expansion.windows::<CUBIC, RELIEF>(s);
         let whole = s.splat(setup.whole[m] as f32);
         let negative = s.max(s.sub(zero, windows[0]), s.sub(zero, windows[1]));
         let most = s.add(whole, s.max(windows[0], windows[1]));
@@ -381,7 +498,7 @@ pub(super) fn expand<S: Lanes, const CUBIC: bool, const WIDE: bool>(
             paths.gathers += 1;
             continue;
         }
-        let length = SquareSetup::ROWS * n;
+        let length = SquareSetup::rows(RELIEF) * n;
         let slot = if !WIDE || s.all_le(span, narrowest) {
             paths.narrow += 1;
             paths.narrow - 1
@@ -391,7 +508,7 @@ pub(super) fn expand<S: Lanes, const CUBIC: bool, const WIDE: bool>(
         };
         let rows = &mut setup.windowed.0[slot * length..][..length];
         let start = (m * table.pulse_stride) as i32 + setup.whole[m];
-        expansion.store(s, windows, start, rows);
+        expansion.store::<RELIEF>(s, windows, start, rows);
     }
     paths
 }

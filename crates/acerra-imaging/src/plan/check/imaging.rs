@@ -87,12 +87,11 @@ pub(in crate::plan) fn compare_patches(
         .collect();
     let images = factorized.patches(echoes, &patches, control)?;
     let chosen = |((place, patch), (out, _)): ((&Place, &Patch), &(Vec<Complex32>, Tally))| {
-        let patch = patch.grid;
         let mut random = Random(place.seed);
         let share = out.len().div_ceil(place.pixels.max(1));
         let pixel = |k: usize| {
-            let (i, j) = (k % patch.columns, k / patch.columns);
-            (patch.point_m(i as f64, j as f64), out[k])
+            let (i, j) = (k % patch.grid.columns, k / patch.grid.columns);
+            (patch.point_m(i, j), out[k])
         };
         (0..place.pixels)
             .flat_map(|n| {

@@ -12,6 +12,7 @@ use super::super::request::Request;
 use super::super::sample::Sample;
 use crate::control::Control;
 use crate::error::ImagingError;
+use crate::grid::terrain::Terrain;
 use crate::grid::tilted::TiltedGrid;
 use crate::grid::volume::VolumeGrid;
 use crate::pulses::{Pulses, Spreading};
@@ -127,13 +128,14 @@ impl Halving<'_> {
         let pulses = self.request.echoes.pulses;
         let request = Request::new(pulses, slice, options)?;
         let plane = request.grid.plane();
-        let budget = Budget::new(&pulses, plane, options.level, self.power.clone());
+        let budget = Budget::new(&pulses, &request.grid, options.level, self.power.clone());
         let (spec, direct_cost) = budget.direct(options.accuracy);
         // A term of the double-precision sum takes about as long as a vector operation.
         let near = match options.spreading {
             Spreading::None => 0.0,
             Spreading::InverseSquare => {
-                Sample::draw(&pulses, plane).share(|sight| sight.range_m < spec.reference_below_m)
+                let sample = Sample::draw(&pulses, plane, Terrain::LEVEL);
+                sample.share(|sight| sight.range_m < spec.reference_below_m)
             }
         };
         let beside = near * pulses.frequency_hz().len() as f64;
