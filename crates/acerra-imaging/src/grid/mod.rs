@@ -9,6 +9,7 @@
 pub(crate) mod image;
 pub(crate) mod plane;
 pub(crate) mod relief;
+pub(crate) mod roughness;
 pub(crate) mod surface;
 pub(crate) mod terrain;
 pub(crate) mod tilted;

@@ -15,6 +15,7 @@ use crate::engine::tables::fit_error::FitErrors;
 use crate::engine::tables::spec::TableSpec;
 use crate::error::ImagingError;
 use crate::grid::image::ImageGrid;
+use crate::grid::roughness::Roughness;
 use crate::grid::tilted::TiltedGrid;
 use crate::kernel::direct::job::Shape;
 use crate::kernel::level::SimdLevel;
@@ -152,7 +153,7 @@ impl<'a> Budget<'a> {
 
     /// The cheapest partition that keeps `accuracy`; `None` where coarse grids do not pay. With
     /// `windows` the direct engine may image coarse grids through windows of bins, with `two_stages`
-    /// sub-apertures may be merged from shorter ones.
+    /// sub-apertures may be merged from shorter ones. Of uneven ground `roughness` is asked for.
     ///
     /// # Errors
     /// Cancellation.
@@ -160,6 +161,7 @@ impl<'a> Budget<'a> {
         &self,
         accuracy: f64,
         [windows, two_stages]: [bool; 2],
+        roughness: Option<&Roughness>,
         control: Control,
     ) -> Result<Option<FactorizedBudget>, ImagingError> {
         let (_, direct_cost) = self.direct(accuracy);
@@ -174,7 +176,7 @@ impl<'a> Budget<'a> {
         let (first, _) = inner_on(grid);
         let band_hz = effective_band_hz(self.pulses, &self.power, accuracy, &first.table);
         let bandwidths = Bandwidths::default();
-        let mut fineness = if terrain.is_uneven() { COARSEST } else { 1.0 };
+        let mut fineness = roughness.map_or(1.0, |_| COARSEST);
         loop {
             let demand = Demand {
                 terrain,
@@ -194,8 +196,8 @@ impl<'a> Budget<'a> {
             if two_stages {
                 spec = with_second_stage(self.pulses, grid, &demand, spec, control)?;
             }
-            if terrain.is_uneven() {
-                let on = (grid, terrain);
+            if let Some(roughness) = roughness {
+                let on = (grid, terrain, roughness);
                 spec.interpolation_error = relief_error(self.pulses, on, band_hz, &spec);
                 let excess = spec.interpolation_error / (ALLOWED_TO_RELIEF * accuracy);
                 if excess > 1.0 {

@@ -9,6 +9,7 @@ use crate::engine::batches::Piece;
 use crate::engine::factorized::cell::Cell;
 use crate::engine::factorized::segments::segments;
 use crate::error::ImagingError;
+use crate::grid::roughness::Roughness;
 use crate::grid::tilted::TiltedGrid;
 use crate::kernel::level::SimdLevel;
 use std::ops::Range;
@@ -34,6 +35,7 @@ pub(super) fn partitions<O: Operator>(
     control: Control,
 ) -> Result<Option<Vec<Partition>>, ImagingError> {
     let (pulses, plane) = (&request.echoes.pulses, request.grid.plane());
+    let roughness = Roughness::of(&request.grid);
     let partition = |which: Range<usize>| -> Result<Option<Partition>, ImagingError> {
         let of_segment = pulses.slice(which.clone())?;
         let budget = Budget::new(
@@ -42,7 +44,12 @@ pub(super) fn partitions<O: Operator>(
             request.options.level,
             power.to_vec(),
         );
-        let found = budget.factorized(accuracy, [O::WINDOWS, O::TWO_STAGES], control)?;
+        let found = budget.factorized(
+            accuracy,
+            [O::WINDOWS, O::TWO_STAGES],
+            roughness.as_ref(),
+            control,
+        )?;
         Ok(found.map(|budget| Partition {
             pulses: which,
             budget,

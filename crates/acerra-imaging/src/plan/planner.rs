@@ -63,6 +63,7 @@ impl<'r, 'a> Planner<'r, 'a> {
             operator: O::KIND,
             columns: request.grid.columns(),
             rows: request.grid.rows(),
+            is_uneven: request.grid.is_uneven(),
             pulses: request.echoes.len(),
             frequencies: request.echoes.pulses.frequency_hz().len(),
             accuracy: request.options.accuracy,

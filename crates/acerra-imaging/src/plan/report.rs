@@ -25,6 +25,8 @@ pub struct PlanReport {
     pub columns: usize,
     /// Rows of pixels.
     pub rows: usize,
+    /// Whether each pixel has a height of its own.
+    pub is_uneven: bool,
     /// Pulses.
     pub pulses: usize,
     /// Frequencies of each pulse.
@@ -229,7 +231,7 @@ impl fmt::Display for Decision {
             ),
             Self::UnevenGround => write!(
                 f,
-                "uneven ground that coarse grids cannot follow: every pulse at every pixel, by the direct engine"
+                "a surface that coarse grids cannot follow: every pulse at every pixel, by the direct engine"
             ),
             Self::FewContributions { direct_operations } => write!(
                 f,
@@ -378,9 +380,10 @@ impl fmt::Display for PlanReport {
         }
         writeln!(
             f,
-            "{} × {} pixels, {} pulses of {} frequencies: {:.4} Gbp, relative error ≤ {:.1e} asked",
+            "{} × {} pixels{}, {} pulses of {} frequencies: {:.4} Gbp, relative error ≤ {:.1e} asked",
             self.columns,
             self.rows,
+            if self.is_uneven { " of a surface" } else { "" },
             self.pulses,
             self.frequencies,
             self.contributions() as f64 * 1e-9,

@@ -1,13 +1,15 @@
 //! Error of interpolation over uneven ground.
 //!
 //! Over a plane the bounds of spatial frequencies tell it. Ground with kinks, as heights interpolated linearly between
-//! the knots of a raster have them, has no such bounds: there the samples of single echoes are interpolated at random
-//! places and compared.
+//! the knots of a raster have them, has no such bounds: there the samples of single echoes are interpolated at pixels
+//! of all classes of roughness and compared.
 
 use super::aperture::{centre_m, divided, partition_aperture};
+use super::coarse::Coarse;
 use super::interpolation::before;
 use super::lattice::Lattice;
 use super::spec::{FactorizedSpec, Stage};
+use crate::grid::roughness::Roughness;
 use crate::grid::terrain::Terrain;
 use crate::grid::tilted::TiltedGrid;
 use crate::pulses::Pulses;
@@ -18,24 +20,28 @@ use rayon::prelude::*;
 use std::f64::consts::TAU;
 use std::ops::Range;
 
-/// Places where a stage is looked at: as in self-checks a tenth of them in the corners, where frequencies are highest,
-/// the others at random in the cells of a lattice; and frequencies and pulses that are taken there.
-const PLACES: usize = 160;
-const CORNERS: usize = 4;
-const LATTICE: usize = 6;
+/// Places of each class of roughness and of the corners where a stage is looked at, and frequencies and pulses that are
+/// taken there.
+const PLACES: usize = 32;
 const FREQUENCIES: usize = 4;
 const PULSES: usize = 3;
+
+/// Share that errors in the corners have in the mean: frequencies are highest there, and self-checks look at them as often.
+const CORNERS: f64 = 0.1;
+/// Pixels from a corner that count as in it.
+const NEAR_CORNER: usize = 8;
 
 /// Bound of the relative RMS error of all interpolations of `spec` over uneven ground, echoes having all frequencies of the band
 /// (lowest, carrier, highest) alike.
 pub(crate) fn relief_error(
     pulses: &Pulses,
-    (grid, terrain): (&TiltedGrid, Terrain),
+    (grid, terrain, roughness): (&TiltedGrid, Terrain, &Roughness),
     band_hz: [f64; 3],
     spec: &FactorizedSpec,
 ) -> f64 {
     let parts = partition_aperture(pulses, spec.outer.pulses);
-    let probe = |grid: &TiltedGrid, stage: Stage, parts: &[Range<usize>]| {
+    let places = Places::draw(grid, roughness);
+    let probe = |grid: &TiltedGrid, stage: Stage, parts: &[Range<usize>], places: &Places| {
         Probe {
             pulses,
             grid,
@@ -43,14 +49,58 @@ pub(crate) fn relief_error(
             band_hz,
             lattice: &Lattice::new(pulses, grid, stage, band_hz[1]),
         }
-        .mean_square(parts)
+        .mean_square(parts, places)
     };
-    let outer = probe(grid, spec.outer, &parts);
+    let outer = probe(grid, spec.outer, &parts, &places);
     let shorter = spec.shorter.map_or(0.0, |stage| {
         let coarse = spec.outer.coarse.grid(grid);
-        probe(&coarse, stage, &divided(&parts, stage.pulses))
+        let places = places.on(&spec.outer.coarse);
+        probe(&coarse, stage, &divided(&parts, stage.pulses), &places)
     });
     (outer + shorter).sqrt()
+}
+
+/// Pixels at which errors are looked at.
+struct Places {
+    /// Share of all pixels that [`PLACES`] of them stand for, class after class.
+    shares: Vec<f64>,
+    pixels: Vec<[usize; 2]>,
+}
+
+impl Places {
+    fn draw(grid: &TiltedGrid, roughness: &Roughness) -> Self {
+        let mut random = Random(0x0e1e_f000);
+        let mut shares: Vec<f64> = roughness.shares().map(|s| (1.0 - CORNERS) * s).collect();
+        let mut pixels: Vec<[usize; 2]> = (0..shares.len() * PLACES)
+            .map(|k| roughness.draw(k / PLACES, &mut random))
+            .collect();
+        shares.push(CORNERS);
+        let sizes = [grid.columns, grid.rows];
+        pixels.extend((0..PLACES).map(|k| {
+            [0, 1].map(|axis| {
+                let inward = random.below(NEAR_CORNER.min(sizes[axis]));
+                match (k >> axis) & 1 {
+                    0 => inward,
+                    _ => sizes[axis] - 1 - inward,
+                }
+            })
+        }));
+        Self { shares, pixels }
+    }
+
+    /// The samples of the coarse grid nearest to them.
+    fn on(&self, coarse: &Coarse) -> Self {
+        let sample = |pixel: &[usize; 2]| {
+            [0, 1].map(|axis| {
+                let at = pixel[axis] as f64 / coarse.cells[axis].interval();
+                at.round() as usize + before(coarse.taps)
+            })
+        };
+        Self {
+            shares: self.shares.clone(),
+            pixels: self.pixels.iter().map(sample).collect(),
+        }
+    }
 }
 
 /// A stage over uneven ground.
@@ -63,41 +113,24 @@ struct Probe<'a> {
 }
 
 impl Probe<'_> {
-    /// Bound of the mean square of the errors at random pixels, of random sub-apertures.
-    fn mean_square(&self, parts: &[Range<usize>]) -> f64 {
-        let mut random = Random(0x0e1e_f000);
-        let places: Vec<_> = (0..PLACES)
-            .map(|k| {
-                let pixel = self.place(k % (CORNERS + LATTICE * LATTICE), &mut random);
-                (pixel, parts[random.below(parts.len())].clone())
-            })
+    /// Bound of the mean square of the errors, of random sub-apertures.
+    fn mean_square(&self, parts: &[Range<usize>], places: &Places) -> f64 {
+        let mut random = Random(0x0e1e_f001);
+        let of_parts: Vec<_> = (places.pixels.iter())
+            .map(|pixel| (*pixel, parts[random.below(parts.len())].clone()))
             .collect();
-        let squares: Vec<f64> = (places.into_par_iter())
+        let squares: Vec<f64> = (of_parts.into_par_iter())
             .map(|(pixel, part)| self.square(pixel, part))
             .collect();
-        // Kinks are few: the mean with twice its standard deviation.
-        let mean = squares.iter().sum::<f64>() / PLACES as f64;
-        let variance = squares.iter().map(|s| (s - mean).powi(2)).sum::<f64>();
-        mean + 2.0 * variance.sqrt() / PLACES as f64
-    }
-
-    /// A pixel in the `k`-th of the corners and cells.
-    fn place(&self, k: usize, random: &mut Random) -> [usize; 2] {
-        let sizes = [self.grid.columns, self.grid.rows];
-        std::array::from_fn(|axis| {
-            let (size, cell) = (sizes[axis], self.lattice.stage.coarse.cells[axis].pixels);
-            let Some(of_lattice) = k.checked_sub(CORNERS) else {
-                let inward = random.below(cell.min(size));
-                return if (k >> axis) & 1 == 0 {
-                    inward
-                } else {
-                    size - 1 - inward
-                };
-            };
-            let at = [of_lattice % LATTICE, of_lattice / LATTICE][axis];
-            let (from, to) = (at * size / LATTICE, (at + 1) * size / LATTICE);
-            (from + random.below((to - from).max(1))).min(size - 1)
-        })
+        // The mean with twice its standard deviation.
+        let (mut mean, mut variance) = (0.0, 0.0);
+        for (squares, share) in squares.chunks_exact(PLACES).zip(&places.shares) {
+            let of_class = squares.iter().sum::<f64>() / PLACES as f64;
+            let deviations: f64 = squares.iter().map(|s| (s - of_class).powi(2)).sum();
+            mean += share * of_class;
+            variance += share * share * deviations / (PLACES * PLACES) as f64;
+        }
+        mean + 2.0 * variance.sqrt()
     }
 
     /// Mean square of the errors of a sub-aperture's echoes at a pixel.
@@ -159,7 +192,6 @@ impl Probe<'_> {
 #[cfg(test)]
 mod tests {
     use super::super::cell::Cell;
-    use super::super::coarse::Coarse;
     use super::*;
     use crate::error::ImagingError;
     use crate::grid::plane::PlaneGrid;
@@ -205,7 +237,13 @@ mod tests {
             let grid = TiltedGrid::from(*ground.base());
             let terrain = Terrain::new(Some(&ground));
             let band_hz = [3.1e9, 3.95e9, 4.8e9];
-            relief_error(&pulses, (&grid, terrain), band_hz, &spec(interval))
+            let roughness = Roughness::of(&(&ground).into()).unwrap();
+            relief_error(
+                &pulses,
+                (&grid, terrain, &roughness),
+                band_hz,
+                &spec(interval),
+            )
         };
         let level = error(|_, _| 0.0, 5);
         let wave = error(|x, y| 0.2 * (1.2 * x + 0.5 * y).sin(), 5);
@@ -221,5 +259,12 @@ mod tests {
             "{kinks:e} {finer:e}"
         );
         assert_eq!(error(ridges, 1), 0.0);
+        // A boulder, 15 cm × 10 cm and 30 cm high.
+        let boulder: fn(f64, f64) -> f64 = |x, y| {
+            let is_high = (0.7..0.85).contains(&x) && (2.0..2.1).contains(&y);
+            if is_high { 0.3 } else { 0.0 }
+        };
+        let seen = error(boulder, 5);
+        assert!(seen > 1e-2, "{seen:e}");
     }
 }
