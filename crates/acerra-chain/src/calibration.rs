@@ -261,7 +261,7 @@ fn candidates(
     )?;
     let surface = if ground.is_uneven() {
         let height = |x, y| Ok::<_, ImagingError>(ground.below_m(x, y));
-        Some(SurfaceGrid::from_fn(grid, height)?)
+        Some(SurfaceGrid::in_parallel(grid, height)?)
     } else {
         None
     };

@@ -465,7 +465,7 @@ impl TerrainSource {
         let terrain = file
             .in_frame(frame, near[0], near[1])
             .map_err(under_image)?;
-        let surface = SurfaceGrid::from_fn(grid, |x_m, y_m| {
+        let surface = SurfaceGrid::in_parallel(grid, |x_m, y_m| {
             terrain.height_m(x_m, y_m).map_err(under_image)
         })?;
         drop(terrain);

@@ -5,6 +5,7 @@ use super::tilted::TiltedGrid;
 use crate::checks::{check_finite, check_length};
 use crate::error::ImagingError;
 use crate::vector::range_m;
+use rayon::prelude::*;
 
 /// A surface over a horizontal rectangle: pixel (i, j) stands at (x_i, y_j, z_ij). Images on it are
 /// `[ny, nx]` row-major, row 0 at the smallest y.
@@ -67,6 +68,55 @@ impl SurfaceGrid {
                 relief_m.push((z - datum_m) as f32);
             }
         }
+        Ok(Self::about_middle(base, datum_m, relief_m))
+    }
+
+    /// The same from heights that several threads may ask for at a time. Of several errors the first one in the
+    /// order of the rows is returned.
+    ///
+    /// ```
+    /// use acerra_imaging::{ImagingError, PlaneGrid, SurfaceGrid};
+    /// let base = PlaneGrid::from_ranges([0.0, 4.0], [0.0, 2.0], 0.0, 0.5)?;
+    /// let slope = |x_m: f64, y_m: f64| Ok::<_, ImagingError>(0.1 * x_m + y_m);
+    /// assert_eq!(SurfaceGrid::in_parallel(base, slope)?, SurfaceGrid::from_fn(base, slope)?);
+    /// # Ok::<(), ImagingError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`SurfaceGrid::from_fn`].
+    pub fn in_parallel<E: From<ImagingError> + Send>(
+        base: PlaneGrid,
+        z_m: impl Fn(f64, f64) -> Result<f64, E> + Sync,
+    ) -> Result<Self, E> {
+        check_pixels(base.nx as u128, base.ny as u128, DEFAULT_IMAGE_LIMIT_BYTES)?;
+        let finite = |i: usize, j: usize| {
+            let z = z_m(base.x_m(i), base.y_m(j))?;
+            if z.is_finite() {
+                return Ok(z);
+            }
+            Err(E::from(ImagingError::NotFinite {
+                what: "z_m",
+                index: j * base.nx + i,
+            }))
+        };
+        let datum_m = finite(0, 0)?;
+        let mut relief_m = vec![0f32; base.nx * base.ny];
+        let rows: Vec<Result<(), E>> = relief_m
+            .par_chunks_mut(base.nx)
+            .enumerate()
+            .map(|(j, row)| {
+                for (i, height) in row.iter_mut().enumerate() {
+                    *height = (finite(i, j)? - datum_m) as f32;
+                }
+                Ok(())
+            })
+            .collect();
+        rows.into_iter().collect::<Result<(), E>>()?;
+        Ok(Self::about_middle(base, datum_m, relief_m))
+    }
+
+    /// The surface of heights above a datum, counted from their middle.
+    fn about_middle(base: PlaneGrid, datum_m: f64, mut relief_m: Vec<f32>) -> Self {
         let [low, high] = extremes(&relief_m);
         let middle = f64::from((0.5 * (low + high)) as f32);
         for r in &mut relief_m {
@@ -74,14 +124,14 @@ impl SurfaceGrid {
         }
         let [low, high] = extremes(&relief_m);
         let datum_m = datum_m + middle;
-        Ok(Self {
+        Self {
             base: PlaneGrid {
                 z_m: datum_m,
                 ..base
             },
             relief_m,
             span_m: [datum_m + low, datum_m + high],
-        })
+        }
     }
 
     /// Columns and rows; its height is the middle of the surface's.
@@ -357,6 +407,20 @@ mod tests {
                 index: 2
             }
         );
+        // The first one, whichever thread finds another one first.
+        let holes = |x: f64, y: f64| {
+            let is_hole = (x, y) == (1.0, 0.0) || (x, y) == (0.0, 1.0);
+            Ok::<_, ImagingError>(if is_hole { f64::NAN } else { 0.0 })
+        };
+        for _ in 0..20 {
+            assert_eq!(
+                SurfaceGrid::in_parallel(base, holes).unwrap_err(),
+                ImagingError::NotFinite {
+                    what: "z_m",
+                    index: 1
+                }
+            );
+        }
         let one = PlaneGrid::new([0.0, 0.0, 0.0], 1.0, [1, 1]).unwrap();
         let one = SurfaceGrid::new(one, &[3.0]).unwrap();
         assert_eq!(one.height_m(5.0, 5.0), 3.0);

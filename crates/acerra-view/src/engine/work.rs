@@ -286,7 +286,7 @@ impl Current {
             return Ok(Pixels::plane(grid));
         }
         let height = |x_m, y_m| Ok::<f64, ImagingError>(scene.ground.below_m(x_m, y_m));
-        Ok(Pixels::surface(SurfaceGrid::from_fn(grid, height)?))
+        Ok(Pixels::surface(SurfaceGrid::in_parallel(grid, height)?))
     }
 }
 
