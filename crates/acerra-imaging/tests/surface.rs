@@ -262,10 +262,10 @@ fn a_boulder_on_smooth_ground_is_not_overlooked() {
         .collect();
     let data = Campaign::new(position, band(40), &[[1.0, 0.5, 0.1], [-3.0, 2.0, 0.0]], 31);
     let base = PlaneGrid::new([-6.0, -6.0, 0.0], 0.01, [1200, 1200]).unwrap();
-    let ground = |boulder: Option<[f64; 2]>| {
+    let ground = |boulder: Option<[f64; 3]>| {
         SurfaceGrid::from_fn(base, |x, y| {
-            let on_it = boulder.is_some_and(|[a, b]| (x - a).abs() < 0.05 && (y - b).abs() < 0.05);
-            let boulder = if on_it { 0.3 } else { 0.0 };
+            let on_it = |[a, b, _]: &[f64; 3]| (x - a).abs() < 0.05 && (y - b).abs() < 0.05;
+            let boulder = boulder.filter(on_it).map_or(0.0, |b| b[2]);
             Ok::<_, ImagingError>(0.1 * (0.5 * x + 0.2 * y).sin() + boulder)
         })
         .unwrap()
@@ -280,11 +280,14 @@ fn a_boulder_on_smooth_ground_is_not_overlooked() {
     let options = PlanOptions::default().with_accuracy(accuracy);
     assert_eq!(image(&ground(None), &options).1, Engine::Factorized);
     for place in [
-        [2.33, -0.97],
-        [-1.2, 3.1],
-        [0.4, 0.6],
-        [1.9, 1.7],
-        [-2.8, -0.3],
+        [2.33, -0.97, 0.3],
+        [-1.2, 3.1, 0.3],
+        [1.9, 1.7, 0.3],
+        // Flat ones under the targets, where most of the image's power is.
+        [1.0, 0.5, 0.03],
+        [1.0, 0.5, 0.01],
+        [1.0, 0.5, 0.005],
+        [-3.0, 2.0, 0.005],
     ] {
         let rough = ground(Some(place));
         let (found, engine) = image(&rough, &options);
@@ -293,6 +296,7 @@ fn a_boulder_on_smooth_ground_is_not_overlooked() {
         let power: f32 = expected.iter().map(|v| v.norm_sqr()).sum();
         let pairs = found.iter().zip(&expected);
         let error = (pairs.map(|(a, b)| (a - b).norm_sqr()).sum::<f32>() / power).sqrt();
+        println!("{place:?}, {engine:?}: {error:e}");
         assert!(
             f64::from(error) < accuracy + 1e-4,
             "{place:?}, {engine:?}: {error:e}"

@@ -123,7 +123,8 @@ fn uneven_ground_keeps_the_accuracy_too(level: SimdLevel) {
         let plan = ImagingPlan::new(pulses, &ground, &options(level, accuracy)).unwrap();
         let choice = partition(&plan);
         assert_eq!(plan.engine(), Engine::Factorized, "{plan}");
-        assert!(choice.coarse.iter().all(|pixels| *pixels > 2.0), "{plan}");
+        // Both axes are interpolated.
+        assert!(choice.coarse.iter().all(|pixels| *pixels > 1.0), "{plan}");
         assert!(accuracy < 1e-3 || choice.merged_from.is_some(), "{plan}");
         let image = run(&plan, 1);
         assert!(image == run(&plan, 3), "bits hang on the number of threads");

@@ -222,7 +222,8 @@ impl Direct {
             });
         }
         let shape = self.spec.shape_on(relief.is_some());
-        if let (Some(_), wide) = (relief, shape == Shape::WideSquare) {
+        if relief.is_some() {
+            let wide = shape == Shape::WideSquare;
             return dispatch!(self.level, s => match (quality, wide) {
                 ((1, false, _), false) => square_band::<_, 1, 3, true, false, true>(s, job, one, relief, out),
                 ((1, true, _), false) => square_band::<_, 1, 4, true, false, true>(s, job, one, relief, out),

@@ -34,7 +34,7 @@ impl Counter<'_, '_> {
     }
 }
 
-/// The coarse grid that an image asks for, and what the rows on it counter.
+/// The coarse grid that an image asks for, and what its rows share.
 pub(super) struct CoarseRows<'a> {
     lattice: &'a Lattice,
     level: SimdLevel,

@@ -181,8 +181,9 @@ pub(crate) struct Demand<'a> {
     pub terrain: Terrain<'a>,
     /// Lowest, carrier and highest frequency, Hz.
     pub band_hz: [f64; 3],
-    /// How much wider than it is the bandwidth is taken, and what is known of it.
+    /// Factor by which the bandwidth is taken wider than it is: coarse grids are as much finer.
     pub fineness: f64,
+    /// Bandwidths found already.
     pub bandwidths: &'a Bandwidths,
     /// Relative error allowed.
     pub accuracy: f64,
