@@ -6,6 +6,7 @@
 //! VolumeGrid ──► slices, PlaneGrid each
 //! ```
 
+mod axis_weights;
 pub(crate) mod image;
 pub(crate) mod plane;
 pub(crate) mod relief;

@@ -1,5 +1,6 @@
 //! Uneven ground: columns and rows evenly spaced, a height for every pixel.
 
+use super::axis_weights::AxisWeights;
 use super::plane::{DEFAULT_IMAGE_LIMIT_BYTES, PlaneGrid, check_pixels};
 use super::tilted::TiltedGrid;
 use crate::checks::{check_finite, check_length};
@@ -225,17 +226,17 @@ impl SurfaceGrid {
     }
 
     /// Weights of the columns for heights at x.
-    pub(crate) fn column_weights(&self, x_m: f64) -> Weights {
-        Weights::at((x_m - self.base.x0_m) / self.base.pixel_m, self.base.nx)
+    pub(crate) fn column_weights(&self, x_m: f64) -> AxisWeights {
+        AxisWeights::at((x_m - self.base.x0_m) / self.base.pixel_m, self.base.nx)
     }
 
     /// Weights of the rows for heights at y.
-    pub(crate) fn row_weights(&self, y_m: f64) -> Weights {
-        Weights::at((y_m - self.base.y0_m) / self.base.pixel_m, self.base.ny)
+    pub(crate) fn row_weights(&self, y_m: f64) -> AxisWeights {
+        AxisWeights::at((y_m - self.base.y0_m) / self.base.pixel_m, self.base.ny)
     }
 
     /// Makes `line` the heights of all columns above [`SurfaceGrid::base`] as rows are weighted, m.
-    pub(crate) fn weigh_rows(&self, rows: &Weights, line: &mut Vec<f64>) {
+    pub(crate) fn weigh_rows(&self, rows: &AxisWeights, line: &mut Vec<f64>) {
         line.clear();
         line.resize(self.base.nx, 0.0);
         for (j, weight) in rows.taken() {
@@ -286,70 +287,6 @@ impl SurfaceGrid {
         let grid = TiltedGrid::from(self.base);
         let at = grid.pixel_at([antenna_m[0], antenna_m[1], self.base.z_m])?;
         (self.point_m(at) == antenna_m).then_some(at)
-    }
-}
-
-/// Weights of pixels along an axis for a place between or beside them.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Weights {
-    pixels: [(usize, f64); Self::MOST],
-    count: usize,
-}
-
-impl Weights {
-    /// Four pixels, each with its reflection.
-    const MOST: usize = 8;
-    /// Places so close to a pixel are taken for its own, pixels.
-    const SAME: f64 = 1e-6;
-
-    /// At `t` pixels from the first of `count`: cubic convolution (Keys 1981, a = −½).
-    fn at(t: f64, count: usize) -> Self {
-        let mut weights = Self {
-            pixels: [(0, 0.0); Self::MOST],
-            count: 0,
-        };
-        let nearest = t.round();
-        if (t - nearest).abs() < Self::SAME {
-            weights.add(nearest as i64, 1.0, count);
-            return weights;
-        }
-        let (first, u) = (t.floor() as i64, t - t.floor());
-        let cubic = [
-            u * (-0.5 + u * (1.0 - 0.5 * u)),
-            1.0 + u * u * (-2.5 + 1.5 * u),
-            u * (0.5 + u * (2.0 - 1.5 * u)),
-            u * u * (-0.5 + 0.5 * u),
-        ];
-        for (pixel, weight) in (first - 1..).zip(cubic) {
-            weights.add(pixel, weight, count);
-        }
-        weights
-    }
-
-    /// Adds a pixel; one beyond the last stands as much above that one as its reflection stands below.
-    fn add(&mut self, pixel: i64, weight: f64, count: usize) {
-        let last = count as i64 - 1;
-        let edge = pixel.clamp(0, last);
-        if pixel == edge {
-            self.push(edge, weight);
-        } else {
-            self.push(edge, 2.0 * weight);
-            self.push((2 * edge - pixel).clamp(0, last), -weight);
-        }
-    }
-
-    fn push(&mut self, pixel: i64, weight: f64) {
-        self.pixels[self.count] = (pixel as usize, weight);
-        self.count += 1;
-    }
-
-    /// The weighted sum of heights along the axis.
-    pub(crate) fn of<T: Copy + Into<f64>>(&self, heights: &[T]) -> f64 {
-        self.taken().map(|(i, w)| w * heights[i].into()).sum()
-    }
-
-    fn taken(&self) -> impl Iterator<Item = (usize, f64)> {
-        self.pixels[..self.count].iter().copied()
     }
 }
 
