@@ -1,18 +1,18 @@
 //! Why a run ends without an image.
 
 use crate::align::AlignError;
-use crate::calibration::CalibrationError;
+use crate::align::calibration::CalibrationError;
+use crate::align::clock::ClockError;
+use crate::align::delay::DelayError;
+use crate::align::offset::OffsetError;
+use crate::align::plane::GroundError;
 use crate::clean::CleanError;
-use crate::clock::ClockError;
 use crate::control::Cancelled;
-use crate::delay::DelayError;
 use crate::echoes::ImageError;
-use crate::ground::SceneError;
 use crate::measure::MeasureError;
-use crate::offset::OffsetError;
-use crate::plane::GroundError;
 use crate::position::PositionError;
 use crate::read::ReadError;
+use crate::scene::SceneError;
 
 /// The stage that failed, and why. The message names the file, the place in it, what was expected
 /// and what was found.

@@ -5,17 +5,17 @@ use std::path::PathBuf;
 use acerra_geo::time::GpsTime;
 use acerra_radar::LoggedClock;
 
-use crate::calibration::CalibrationOptions;
+use crate::align::calibration::CalibrationOptions;
+use crate::align::recording::{Recording, TrackOptions};
 use crate::choices::TimeOffset;
 use crate::control::Control;
 use crate::error::ChainError;
-use crate::evidence::Finding;
-use crate::ground::{Scene, SceneOptions};
+use crate::findings::evidence::Finding;
 use crate::journal::Journal;
 use crate::position::{PositionError, PositionOptions, Positions, in_one_frame, position};
 use crate::prepare::{Prepared, prepare};
 use crate::read::{RadarData, ReadError, read_channel};
-use crate::recording::{Recording, TrackOptions};
+use crate::scene::{Scene, SceneOptions};
 use crate::warnings::Warnings;
 
 /// One or more tracks in files, and the scene they are to be imaged on.

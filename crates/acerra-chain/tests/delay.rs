@@ -123,7 +123,7 @@ fn prepared_on(grid: PlaneGrid, pass: &Pass) -> Result<Prepared, ChainError> {
     prepare(
         vec![pass.recorded(clean)],
         Scene::plane(grid),
-        &acerra_chain::calibration::CalibrationOptions::default(),
+        &acerra_chain::align::calibration::CalibrationOptions::default(),
         &mut Journal::default(),
         &Control::default(),
     )

@@ -1,8 +1,8 @@
 //! Everything that a run found.
 
 use acerra_chain::campaign::Campaign;
-use acerra_chain::evidence::{Evidence, Unchecked};
-use acerra_chain::inputs::InputFile;
+use acerra_chain::findings::evidence::{Evidence, Unchecked};
+use acerra_chain::read::inputs::InputFile;
 use acerra_chain::{Focused, Prepared};
 use acerra_geo::geodesy::Geodetic;
 use acerra_geo::geoid::GeoidGrid;

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use acerra_chain::campaign::Campaign;
-use acerra_chain::inputs::InputFile;
-use acerra_chain::positioning::GnssConfiguration;
+use acerra_chain::position::positioning::GnssConfiguration;
+use acerra_chain::read::inputs::InputFile;
 use acerra_chain::{Control, Journal};
 use acerra_radar::LoggedClock;
 use anyhow::Context;

@@ -1,14 +1,14 @@
 //! `targets.json` and `run.json`, typed.
 
-use acerra_chain::calibration::TrackCalibration;
+use acerra_chain::align::calibration::TrackCalibration;
+use acerra_chain::align::delay::{DelayCue, DelayFound};
+use acerra_chain::align::offset::{Curve, OffsetSearch};
 use acerra_chain::campaign::Campaign;
 use acerra_chain::clean::{CleanedTraces, Surface};
-use acerra_chain::delay::{DelayCue, DelayFound};
-use acerra_chain::evidence::{Evidence, Unchecked};
-use acerra_chain::inputs::InputFile;
-use acerra_chain::inversion::InversionRecord;
-use acerra_chain::offset::{Curve, OffsetSearch};
+use acerra_chain::findings::evidence::{Evidence, Unchecked};
+use acerra_chain::focus::inversion::InversionRecord;
 use acerra_chain::position::Positions;
+use acerra_chain::read::inputs::InputFile;
 use acerra_chain::stages::Stage;
 use acerra_imaging::metrics::{ImageStatistics, Target};
 use acerra_radar::LoggedClock;

@@ -4,9 +4,9 @@ use std::path::Path;
 
 use acerra_chain::ChainError;
 use acerra_chain::campaign::{Campaign, ProductFormat};
-use acerra_chain::ground::{SceneError, SceneOptions};
-use acerra_chain::memory::available_memory_bytes;
-use acerra_chain::space::{NeededBytes, needed_bytes};
+use acerra_chain::focus::memory::available_memory_bytes;
+use acerra_chain::focus::space::{NeededBytes, needed_bytes};
+use acerra_chain::scene::{SceneError, SceneOptions};
 use anyhow::ensure;
 
 /// Bytes that tables, traces, pictures and threads take beside the pixels of an ordinary run.

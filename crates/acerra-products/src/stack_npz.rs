@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{self, BufWriter, Seek, Write};
 use std::path::{Path, PathBuf};
 
-use acerra_chain::sink::{ImageSink, SinkError, StackArray, StackHeader};
+use acerra_chain::focus::sink::{ImageSink, SinkError, StackArray, StackHeader};
 use acerra_imaging::PlaneGrid;
 use acerra_npz::{NpzWriter, OwnedArrayWriter};
 use num_complex::Complex32;
@@ -107,7 +107,7 @@ impl<W: Write + Seek> OpenStack<W> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use acerra_chain::sink::StackKind;
+    use acerra_chain::focus::sink::StackKind;
 
     fn stack(count: usize) -> OpenStack<io::Cursor<Vec<u8>>> {
         let header = StackHeader {

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use acerra_chain::positioning::{AntennaInput, PositioningInput, answer, run};
+use acerra_chain::position::positioning::{AntennaInput, PositioningInput, answer, run};
 use acerra_gnss::conf::{ConfInputs, read_conf};
 use acerra_gnss::{BasePosition, PpkOptions, RuleSet};
 use pyo3::prelude::*;

@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use acerra_chain::choices::{Sum, Weight};
-use acerra_chain::evidence::Finding;
+use acerra_chain::findings::evidence::Finding;
 use acerra_chain::focus::FocusOptions;
 use acerra_chain::measure::MeasureOptions;
 use acerra_chain::{Control, Focused, ImageRequest, MemorySink};
@@ -312,7 +312,8 @@ pub fn to_json(value: &impl serde::Serialize) -> PyResult<String> {
 /// The slices of a volume, where the sink holds one.
 pub fn voxels_of(sink: MemorySink) -> Option<Vec<Complex32>> {
     let mut stacks = sink.stacks.into_iter();
-    let stack = stacks.find(|stack| stack.header.kind == acerra_chain::sink::StackKind::Volume)?;
+    let stack =
+        stacks.find(|stack| stack.header.kind == acerra_chain::focus::sink::StackKind::Volume)?;
     Some(stack.images.concat())
 }
 

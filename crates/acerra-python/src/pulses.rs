@@ -105,7 +105,7 @@ impl Settings {
             .with_spreading(spreading)
             .with_engine(engine)
             .with_check_pixels(check_pixels);
-        let limit = memory_limit_bytes.or_else(acerra_chain::memory::available_memory_bytes);
+        let limit = memory_limit_bytes.or_else(acerra_chain::focus::memory::available_memory_bytes);
         if let Some(limit) = limit {
             plan = plan.with_memory_limit_bytes(limit.into());
         }

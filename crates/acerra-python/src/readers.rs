@@ -5,8 +5,8 @@ use std::io::BufReader;
 use std::path::PathBuf;
 
 use acerra_chain::Warnings;
+use acerra_chain::position::trajectory_file::{TrajectoryFileOptions, read_trajectory_file};
 use acerra_chain::read::{RadarContent, read_channel};
-use acerra_chain::trajectory_file::{TrajectoryFileOptions, read_trajectory_file};
 use acerra_geo::geodesy::Geodetic;
 use numpy::PyArray1;
 use pyo3::prelude::*;

@@ -10,9 +10,9 @@ use acerra_geo::trajectory::Trajectory;
 use super::options::{AutofocusFailure, AutofocusOptions};
 use super::tracks::moved;
 use crate::align::interpolator;
+use crate::align::quantity::{GlobalCorrection, Quantity};
 use crate::position::Positions;
 use crate::prepare::{Prepared, Track};
-use crate::quantity::{GlobalCorrection, Quantity};
 
 /// Half the time over which velocity and acceleration are taken (s): noise of the positions must not pass for
 /// motion.

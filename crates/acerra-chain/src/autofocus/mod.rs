@@ -16,13 +16,13 @@ use acerra_imaging::{ImagingError, PlaneGrid};
 use acerra_radar::Spectrum;
 use num_complex::Complex64;
 
+pub use crate::align::correction::PathCorrection;
+pub use crate::align::quantity::{GlobalCorrection, Quantity};
 use crate::choices::Sum;
 use crate::control::Control;
-pub use crate::correction::PathCorrection;
+use crate::echoes::sharpen::coarse;
 use crate::position::Positions;
 use crate::prepare::{Prepared, Track};
-pub use crate::quantity::{GlobalCorrection, Quantity};
-use crate::sharpen::coarse;
 pub use acerra_autofocus::Decision;
 pub use options::{AutofocusFailure, AutofocusOptions};
 

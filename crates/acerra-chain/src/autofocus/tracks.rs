@@ -6,9 +6,9 @@ use std::ops::Range;
 use acerra_autofocus::Effect;
 
 use super::options::AutofocusOptions;
+use crate::align::quantity::Quantity;
 use crate::choices::Sum;
 use crate::prepare::{Prepared, Track};
-use crate::quantity::Quantity;
 
 impl Prepared {
     /// What a track's instrument adds beside the others', and what its positions have in common.

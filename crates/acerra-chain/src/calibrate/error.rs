@@ -1,7 +1,7 @@
 //! Why a log cannot be calibrated.
 
+use crate::align::clock::ClockError;
 use crate::clean::CleanError;
-use crate::clock::ClockError;
 use crate::control::Cancelled;
 
 /// Why a log cannot be calibrated.

@@ -31,9 +31,9 @@ mod track;
 use rounds::{Survey, WINDOWS_S};
 use track::{Setting, TrackEchoes};
 
+use crate::align::recording::Recording;
 use crate::control::Control;
-use crate::ground::Scene;
-use crate::recording::Recording;
+use crate::scene::Scene;
 use crate::warnings::Warnings;
 
 pub use error::CalibrateError;

@@ -8,7 +8,7 @@ use super::parameter::Values;
 use super::result::Calibrated;
 use super::rounds::Survey;
 use super::track::TrackEchoes;
-use crate::ground::Scene;
+use crate::scene::Scene;
 use crate::warnings::Warnings;
 
 /// Distance of the surface echo from 2h/c beyond which it is told (s).

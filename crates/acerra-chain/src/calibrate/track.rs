@@ -8,15 +8,15 @@ use super::error::CalibrateError;
 use super::model::predict;
 use super::parameter::Values;
 use super::path::Path;
+use crate::align::clock::{ClockError, align_clocks};
+use crate::align::recording::{Recording, TrackOptions};
+use crate::align::select::SelectError;
 use crate::align::{AlignError, Flight, align};
 use crate::choices::{Delay, Select, TimeOffset};
 use crate::clean::{CleanError, removal};
-use crate::clock::{ClockError, align_clocks};
 use crate::control::Control;
-use crate::ground::Scene;
 use crate::read::RadarContent;
-use crate::recording::{Recording, TrackOptions};
-use crate::select::SelectError;
+use crate::scene::Scene;
 use crate::warnings::Warnings;
 
 /// What all tracks have in common.

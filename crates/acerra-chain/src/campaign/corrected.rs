@@ -2,10 +2,10 @@
 
 use super::Campaign;
 use super::sections::{RadarSection, TrajectorySection};
+use crate::align::correction::PathCorrection;
+use crate::align::quantity::Quantity;
 use crate::choices::{Delay, TimeOffset};
-use crate::correction::PathCorrection;
 use crate::prepare::Prepared;
-use crate::quantity::Quantity;
 
 impl Campaign {
     /// The campaign with what its autofocus found of the instruments, the clocks and the propagation speed,

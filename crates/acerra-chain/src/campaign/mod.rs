@@ -17,7 +17,7 @@ pub use crate::choices::{
     Background, CalibrationSource, Contradictions, Delay, Gate, HeightSource, Heights, LookTaper,
     ProductFormat, Select, Sum, TimeOffset, Unfixed, Weight, ZeroTiming,
 };
-pub use crate::inversion::options::{InversionSection, Method};
+pub use crate::focus::inversion::options::{InversionSection, Method};
 pub use error::CampaignError;
 pub use sections::{
     AutofocusSection, ChecksSection, Files, GnssSection, ImageSection, MeasureSection,

@@ -8,20 +8,20 @@ use acerra_geo::geodesy::Geodetic;
 use super::sections::{GnssSection, ImageSection, MeasureSection, TrajectorySection};
 use super::{Campaign, TrackSection};
 use crate::align::AlignOptions;
+use crate::align::calibration::CalibrationOptions;
+use crate::align::recording::{InstrumentError, TrackOptions};
 use crate::autofocus::AutofocusOptions;
-use crate::calibration::CalibrationOptions;
 use crate::choices::{Delay, HeightSource, Heights, TimeOffset};
 use crate::clean::{CleanOptions, frequencies_hz};
+use crate::focus::inversion::options::InversionOptions;
+use crate::focus::looks::LookOptions;
 use crate::focus::{FocusOptions, ImageRequest};
-use crate::ground::{SceneHeights, SceneOptions, TerrainSource};
-use crate::inversion::options::InversionOptions;
-use crate::looks::LookOptions;
 use crate::measure::MeasureOptions;
-use crate::pixels::Pixels;
+use crate::position::positioning::PositioningInput;
 use crate::position::{BasePlace, GnssLogs, PositionOptions, PositionSource};
-use crate::positioning::PositioningInput;
 use crate::prepare::Track;
-use crate::recording::{InstrumentError, TrackOptions};
+use crate::scene::pixels::Pixels;
+use crate::scene::{SceneHeights, SceneOptions, TerrainSource};
 use crate::survey::{Survey, TrackSource};
 
 impl Campaign {

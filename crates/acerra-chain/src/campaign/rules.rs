@@ -10,7 +10,7 @@ use super::sections::{
 };
 use super::{Campaign, CampaignError};
 use crate::choices::{Delay, Heights, Sum};
-use crate::inversion::options::{InversionSection, Method};
+use crate::focus::inversion::options::{InversionSection, Method};
 
 impl Campaign {
     /// Refuses values that are impossible, and keys that exclude each other.

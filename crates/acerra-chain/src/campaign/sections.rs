@@ -10,9 +10,9 @@ use crate::choices::{
     AntennaAxis, Background, CalibrationSource, Contradictions, Delay, Gate, HeightSource, Heights,
     LookTaper, ProductFormat, Select, Sum, TimeOffset, Unfixed, Weight, ZeroTiming,
 };
-use crate::inversion::options::{InversionSection, Method};
-use crate::path_text;
+use crate::focus::inversion::options::{InversionSection, Method};
 use crate::prepare::Track;
+use crate::read::path_text;
 
 /// `[radar]`: the log, and which of its traces are used.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema, Serialize)]

@@ -1,7 +1,7 @@
 //! What a report is made from.
 
-use acerra_chain::inputs::InputFile;
-use acerra_chain::inversion::InversionRecord;
+use acerra_chain::focus::inversion::InversionRecord;
+use acerra_chain::read::inputs::InputFile;
 use acerra_chain::stages::Stage;
 use acerra_geo::trajectory::SolutionStatus;
 use std::fmt;

@@ -2,8 +2,8 @@
 
 use super::html::{self, Fit, Table};
 use super::numbers::fixed;
-use acerra_chain::inversion::InversionRecord;
-use acerra_chain::inversion::record::{Chosen, ResolutionRecord};
+use acerra_chain::focus::inversion::InversionRecord;
+use acerra_chain::focus::inversion::record::{Chosen, ResolutionRecord};
 use acerra_figure::{Axis, FigureError, LinePlot, ReferenceLine, Series};
 use acerra_invert::{PointResponse, Stop};
 use maud::{Markup, html};

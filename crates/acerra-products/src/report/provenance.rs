@@ -3,7 +3,7 @@
 use super::data::{Fact, ReportData};
 use super::html::{self, Table};
 use super::numbers::{bytes, seconds};
-use acerra_chain::inputs::InputFile;
+use acerra_chain::read::inputs::InputFile;
 use acerra_chain::stages::Stage;
 use maud::{Markup, html};
 

@@ -16,7 +16,7 @@ mod store;
 
 use std::fs;
 
-use acerra_chain::tiles::{TilePlan, assemble, check_request};
+use acerra_chain::focus::tiles::{TilePlan, assemble, check_request};
 use acerra_chain::{Control, ImageRequest, Journal, MemorySink, Pixels, Prepared};
 use anyhow::Context;
 

@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 
 use acerra_chain::Pixels;
 use acerra_chain::campaign::Campaign;
-use acerra_chain::inputs::InputFile;
-use acerra_chain::sink::SinkError;
-use acerra_chain::tiles::{TilePlan, Tiling};
+use acerra_chain::focus::sink::SinkError;
+use acerra_chain::focus::tiles::{TilePlan, Tiling};
+use acerra_chain::read::inputs::InputFile;
 use acerra_cubes::{Attribute, Dataset, TiledArray, Variable, ZarrGroup};
 use anyhow::{Context, bail, ensure};
 use num_complex::Complex32;

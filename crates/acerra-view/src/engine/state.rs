@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use acerra_chain::Control;
 use acerra_chain::campaign::Campaign;
-use acerra_chain::inputs::InputFile;
+use acerra_chain::read::inputs::InputFile;
 use serde::Serialize;
 
 use crate::engine::edits::Edits;

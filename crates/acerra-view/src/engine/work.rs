@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
 use acerra_chain::campaign::Campaign;
-use acerra_chain::inversion::Method;
+use acerra_chain::focus::inversion::Method;
 use acerra_chain::{
     Control, Journal, MemorySink, Pixels, Prepared, Recording, Scene, prepare_as_stated,
 };

@@ -20,7 +20,7 @@ mod survey;
 mod table;
 mod volume;
 
-use acerra_chain::inversion::Method;
+use acerra_chain::focus::inversion::Method;
 use page::Page;
 use picture::{View, picture};
 use scene::Scene;

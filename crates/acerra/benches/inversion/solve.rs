@@ -4,7 +4,7 @@ use std::sync::Mutex;
 use std::time::Instant;
 
 use acerra_chain::echoes::ImageError;
-use acerra_chain::inversion::Method;
+use acerra_chain::focus::inversion::Method;
 use acerra_chain::{Control, Focused};
 
 use crate::cost::{Cost, measured};

@@ -1,7 +1,7 @@
 //! A volume seen from five tracks.
 
 use acerra_chain::Pixels;
-use acerra_chain::inversion::Method;
+use acerra_chain::focus::inversion::Method;
 use acerra_imaging::{PlaneGrid, SPEED_OF_LIGHT_M_S, VolumeGrid};
 
 use crate::scene::{Scene, Simulated};

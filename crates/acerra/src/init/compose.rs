@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use acerra_autopilot::{LogFormat, LogReport};
-use acerra_chain::trajectory_file::TrajectoryFile;
+use acerra_chain::position::trajectory_file::TrajectoryFile;
 use acerra_radar::LoggedClock;
 use anyhow::{bail, ensure};
 

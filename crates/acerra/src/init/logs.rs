@@ -4,7 +4,9 @@ use std::fs::File;
 use std::io::{BufRead, BufReader, Cursor, Read, Seek};
 use std::path::{Path, PathBuf};
 
-use acerra_chain::trajectory_file::{TrajectoryFile, TrajectoryFileOptions, read_trajectory_file};
+use acerra_chain::position::trajectory_file::{
+    TrajectoryFile, TrajectoryFileOptions, read_trajectory_file,
+};
 use acerra_cphd::read_cphd;
 use acerra_gnss::input::{FileKind, Limits, sniff};
 use acerra_gnss::{Navigation, ObservationData, read_gnss};

@@ -1,6 +1,6 @@
 //! What the page of a positioning run is made from.
 
-use acerra_chain::inputs::InputFile;
+use acerra_chain::read::inputs::InputFile;
 use acerra_gnss::PpkSolution;
 
 /// What the page of a positioning run is made from.

@@ -125,7 +125,7 @@ fn the_index_links_its_reports() {
 
 #[test]
 fn an_inversion_is_shown_with_its_residual_and_resolution() {
-    use acerra_chain::inversion::record::{
+    use acerra_chain::focus::inversion::record::{
         Chosen, InversionRecord, NoiseRecord, ParameterRecord, ResolutionRecord,
     };
     use acerra_invert::{Iteration, PointResponse, Stop};
@@ -139,7 +139,7 @@ fn an_inversion_is_shown_with_its_residual_and_resolution() {
         main_share: 0.91,
     };
     let record = InversionRecord {
-        method: acerra_chain::inversion::Method::Tsvd,
+        method: acerra_chain::focus::inversion::Method::Tsvd,
         meaning: "reflectivity",
         parameter: ParameterRecord {
             name: "threshold",

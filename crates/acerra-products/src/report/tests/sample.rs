@@ -1,6 +1,6 @@
 //! A report with everything in it.
 
-use acerra_chain::inputs::InputFile;
+use acerra_chain::read::inputs::InputFile;
 use acerra_chain::stages::Stage;
 use acerra_figure::{Drawing, ImageDb, PixelValues, Radargram, TargetMark};
 use acerra_geo::trajectory::SolutionStatus;

@@ -8,8 +8,8 @@ mod settings;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use acerra_chain::inputs::InputFile;
-use acerra_chain::positioning::{self, Positioning, PpkAnswer};
+use acerra_chain::position::positioning::{self, Positioning, PpkAnswer};
+use acerra_chain::read::inputs::InputFile;
 use acerra_geo::geoid::GeoidGrid;
 use acerra_gnss::output::write_nmea;
 use acerra_gnss::pos::write_pos;

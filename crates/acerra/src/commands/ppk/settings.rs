@@ -3,7 +3,7 @@
 use std::fs::File;
 use std::io::BufReader;
 
-use acerra_chain::positioning::{AntennaInput, AntennaName, PositioningInput};
+use acerra_chain::position::positioning::{AntennaInput, AntennaName, PositioningInput};
 use acerra_gnss::conf::{ConfInputs, ConfOutputs, read_conf};
 use acerra_gnss::pos::{PosFormat, PosFrame};
 use acerra_gnss::{

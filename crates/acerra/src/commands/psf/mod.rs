@@ -8,7 +8,7 @@ mod targets;
 
 use std::io::Write;
 
-use acerra_chain::memory::available_memory_bytes;
+use acerra_chain::focus::memory::available_memory_bytes;
 use acerra_imaging::Control;
 use acerra_imaging::psf::{Analysis, psf_image, retrieve};
 use anyhow::{bail, ensure};

@@ -5,7 +5,7 @@ use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
 
-use acerra_chain::trajectory_file::{TrajectoryFileOptions, read_trajectory_file};
+use acerra_chain::position::trajectory_file::{TrajectoryFileOptions, read_trajectory_file};
 use acerra_imaging::PlaneGrid;
 use acerra_imaging::psf::{PointSpread, TrackShape, synthetic_track};
 use acerra_imaging::resolution::{longest_step_m, unambiguous_range_m};

@@ -1,0 +1,289 @@
+//! A track's clock and delay: as given, or found from the data, and the choices that follow from
+//! where that puts its traces.
+
+use acerra_radar::align::OffsetLikelihood;
+
+use crate::align::delay::{
+    DelayCue, DelayError, DelayFound, DelayTrial, coupling_delay, find_delay, surface_delay,
+};
+use crate::align::gate::settle_gate;
+use crate::align::offset::{
+    OffsetError, OffsetSearch, SearchRange, Trial, by_height_and_motion, refine, with_heights_error,
+};
+use crate::align::recording::TrackOptions;
+use crate::align::{AlignError, Aligned, Flight, align};
+use crate::choices::{Delay, TimeOffset, ZeroTiming};
+use crate::clean::CleanOptions;
+use crate::control::Control;
+use crate::position::Positions;
+use crate::read::RadarContent;
+use crate::warnings::Warnings;
+
+/// A track's traces at their places, and the offset behind them.
+#[derive(Clone, Debug)]
+pub struct Clocked {
+    /// Trajectory time minus radar time (s).
+    pub time_offset_s: f64,
+    /// How the offset was found, when it was not given.
+    pub search: Option<OffsetSearch>,
+    /// What height and motion say of every offset, where they say anything.
+    pub likelihood: Option<OffsetLikelihood>,
+    /// How the delay was found, when it was not given.
+    pub delay: Option<DelayFound>,
+    /// How the traces are cleaned, every choice that was left to the data made.
+    pub clean: CleanOptions,
+    /// The traces.
+    pub aligned: Aligned,
+}
+
+/// Why a track's traces cannot be placed.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ClockError {
+    /// The offset is to be found from spectra.
+    #[error(
+        "[trajectory] time_offset_s = \"auto\": expected a radargram, found spectra; state the offset"
+    )]
+    Spectra,
+    /// The offset is that of a recorded clock, and the traces came without one.
+    #[error(
+        "[trajectory] time_offset_s = \"logged\": expected traces with the clock of their recording, found \
+         traces in memory; state the offset"
+    )]
+    NotRecorded,
+    /// An offset or a delay is left to the data where nothing is searched.
+    #[error("{key}: expected a number, as nothing is searched here, found \"auto\"")]
+    NotStated {
+        /// The key of the campaign file.
+        key: &'static str,
+    },
+    /// No trace can be placed.
+    #[error(transparent)]
+    Align(#[from] AlignError),
+    /// The offset cannot be found.
+    #[error(transparent)]
+    Offset(#[from] OffsetError),
+    /// The delay cannot be found.
+    #[error(transparent)]
+    Delay(#[from] DelayError),
+}
+
+/// How often offset and delay are found in turn, each at the other's last value, at most.
+const TURNS: usize = 3;
+
+/// Places the traces at the offset given, or at the one that the data tell, and makes the choices
+/// that depend on where they stand: delay and gate. Of a radargram on a trajectory, what height and
+/// motion say of a given offset is kept as well.
+///
+/// # Errors
+/// Data that tell no offset or no delay, no trace that can be placed, cancellation.
+pub fn align_clocks(
+    flight: Flight<'_>,
+    options: &TrackOptions,
+    warnings: &mut Warnings,
+    control: &Control<'_>,
+) -> Result<Clocked, ClockError> {
+    let likelihood = likelihood_of(flight, options, control)?;
+    let track = ClockedTrack {
+        flight,
+        options,
+        surface: likelihood.as_ref().and_then(surface_delay),
+        control,
+    };
+    let clocked = match (
+        options.align.time_offset.unwrap_or_default(),
+        flight.positions,
+    ) {
+        (TimeOffset::Seconds(offset_s), _) => track.at_offset(offset_s, warnings)?,
+        // Positions that came with the traces are on the traces' own clock.
+        (TimeOffset::Auto | TimeOffset::Logged, Positions::PerTrace(_)) => {
+            track.at_offset(0.0, warnings)?
+        }
+        (TimeOffset::Logged, Positions::Trajectory(_)) => return Err(ClockError::NotRecorded),
+        (TimeOffset::Auto, Positions::Trajectory(_)) => {
+            let likelihood = likelihood.clone().ok_or(ClockError::Spectra)?;
+            track.at_offset_found(likelihood, warnings)?
+        }
+    };
+    Ok(Clocked {
+        likelihood,
+        aligned: align(flight, &options.align, clocked.time_offset_s, warnings)?,
+        ..clocked
+    })
+}
+
+/// Places the traces at the offset stated; what the data say of it is not looked at.
+///
+/// # Errors
+/// An offset or a delay that is left to the data, no trace that can be placed.
+pub fn place_as_stated(
+    flight: Flight<'_>,
+    options: &TrackOptions,
+    warnings: &mut Warnings,
+    control: &Control<'_>,
+) -> Result<Clocked, ClockError> {
+    if options.clean.delay_ns == Some(Delay::Auto) {
+        let key = "[radar] delay_ns";
+        return Err(ClockError::NotStated { key });
+    }
+    let time_offset_s = match (
+        options.align.time_offset.unwrap_or_default(),
+        flight.positions,
+    ) {
+        (TimeOffset::Seconds(offset_s), _) => offset_s,
+        (TimeOffset::Auto | TimeOffset::Logged, Positions::PerTrace(_)) => 0.0,
+        (TimeOffset::Logged, Positions::Trajectory(_)) => return Err(ClockError::NotRecorded),
+        (TimeOffset::Auto, Positions::Trajectory(_)) => {
+            let key = "[trajectory] time_offset_s";
+            return Err(ClockError::NotStated { key });
+        }
+    };
+    let track = ClockedTrack {
+        flight,
+        options,
+        surface: None,
+        control,
+    };
+    track.at_offset(time_offset_s, warnings)
+}
+
+/// What height and motion say of every offset, where a radargram and a trajectory say anything.
+fn likelihood_of(
+    flight: Flight<'_>,
+    options: &TrackOptions,
+    control: &Control<'_>,
+) -> Result<Option<OffsetLikelihood>, OffsetError> {
+    let (RadarContent::Radargram(radargram), Positions::Trajectory(trajectory)) =
+        (flight.radar, flight.positions)
+    else {
+        return Ok(None);
+    };
+    let range = SearchRange {
+        max_gap_s: options.align.max_gap_s,
+        delay_s: None,
+    };
+    match by_height_and_motion(radargram, trajectory, flight.scene, range, control) {
+        Ok(likelihood) => Ok(Some(likelihood)),
+        // An offset that is given needs no other cue.
+        Err(OffsetError::Undecided(_) | OffsetError::TooLong { .. })
+            if options.align.time_offset != Some(TimeOffset::Auto) =>
+        {
+            Ok(None)
+        }
+        Err(error) => Err(error),
+    }
+}
+
+/// A track whose offset or delay may have to be found.
+struct ClockedTrack<'a> {
+    flight: Flight<'a>,
+    options: &'a TrackOptions,
+    /// The delay by the echo that follows the height.
+    surface: Option<DelayCue>,
+    control: &'a Control<'a>,
+}
+
+impl ClockedTrack<'_> {
+    /// Everything at an offset that is known.
+    fn at_offset(
+        &self,
+        time_offset_s: f64,
+        warnings: &mut Warnings,
+    ) -> Result<Clocked, ClockError> {
+        let aligned = self.aligned_at(time_offset_s)?;
+        let mut clean = self.cleaning(&aligned, warnings);
+        let delay = self.find_delay_in(&mut clean, &aligned)?;
+        Ok(Clocked {
+            time_offset_s,
+            search: None,
+            likelihood: None,
+            delay,
+            clean,
+            aligned,
+        })
+    }
+
+    /// Offset and delay in turn, each at the other's last value, until the offset stays.
+    fn at_offset_found(
+        &self,
+        likelihood: OffsetLikelihood,
+        warnings: &mut Warnings,
+    ) -> Result<Clocked, ClockError> {
+        let first_s = likelihood.candidates.first().map_or(0.0, |c| c.offset_s);
+        let mut clocked = self.at_offset(first_s, warnings)?;
+        for _ in 0..TURNS {
+            let trial = Trial {
+                flight: self.flight,
+                align: &self.options.align,
+                clean: &clocked.clean,
+            };
+            let search = refine(trial, likelihood.clone(), self.control)?;
+            let found = &search.estimate;
+            let moved_s = (found.offset_s - clocked.time_offset_s).abs();
+            let is_settled = clocked.delay.is_none() || moved_s <= found.sigma_s;
+            clocked.time_offset_s = found.offset_s;
+            clocked.search = Some(search);
+            if is_settled {
+                break;
+            }
+            clocked.clean.delay_ns = self.options.clean.delay_ns;
+            let aligned = self.aligned_at(clocked.time_offset_s)?;
+            clocked.delay = self.find_delay_in(&mut clocked.clean, &aligned)?;
+        }
+        clocked.search = clocked.search.map(|search| OffsetSearch {
+            estimate: with_heights_error(search.estimate, &likelihood),
+            ..search
+        });
+        Ok(clocked)
+    }
+
+    /// The traces at an offset; what there is to say of them is said at the one finally taken.
+    fn aligned_at(&self, time_offset_s: f64) -> Result<Aligned, AlignError> {
+        let unsaid = &mut Warnings::default();
+        align(self.flight, &self.options.align, time_offset_s, unsaid)
+    }
+
+    /// How the traces are cleaned, the gate settled.
+    fn cleaning(&self, aligned: &Aligned, warnings: &mut Warnings) -> CleanOptions {
+        let stated = &self.options.clean;
+        let gate_ns = match self.flight.radar {
+            RadarContent::Radargram(_) => {
+                let sees_surface = self.surface.is_some();
+                let scene = self.flight.scene;
+                settle_gate(stated.gate_ns, aligned, scene, sees_surface, warnings)
+            }
+            RadarContent::Spectrum(_) => stated.gate_ns,
+        };
+        CleanOptions {
+            gate_ns,
+            ..stated.clone()
+        }
+    }
+
+    /// Finds the delay, where that is asked for, and puts it in force.
+    fn find_delay_in(
+        &self,
+        clean: &mut CleanOptions,
+        aligned: &Aligned,
+    ) -> Result<Option<DelayFound>, ClockError> {
+        if clean.delay_ns != Some(Delay::Auto) {
+            return Ok(None);
+        }
+        let coupling = match self.flight.radar {
+            RadarContent::Radargram(radargram) => coupling_delay(radargram),
+            RadarContent::Spectrum(_) => None,
+        };
+        let trial = DelayTrial {
+            radar: self.flight.radar,
+            aligned,
+            scene: self.flight.scene,
+            clean,
+            surface: self.surface,
+            coupling,
+        };
+        let found = find_delay(trial, self.control)?;
+        clean.delay_ns = Some(Delay::Nanoseconds(1e9 * found.delay_s));
+        clean.zero_timing = ZeroTiming::None;
+        Ok(Some(found))
+    }
+}

@@ -1,0 +1,70 @@
+//! What an autofocus leaves beside the corrected places.
+
+use acerra_autofocus::{Autofocused, Decision};
+use acerra_geo::interpolate::Interpolated;
+
+use crate::align::quantity::{GlobalCorrection, Quantity};
+use crate::align::recording::InstrumentError;
+
+/// What the autofocus of a survey found.
+#[derive(Clone, Debug)]
+pub struct PathCorrection {
+    /// Corrections with their deviations, and whether they are applied.
+    pub found: Autofocused,
+    /// Places of the imaged traces as the positions have them (m).
+    pub stated_m: Vec<[f64; 3]>,
+    /// The places of all traces as the positions have them.
+    pub stated: Vec<Interpolated>,
+    /// Standard deviations as the positions have them, one a trace (m); empty where they state none.
+    pub prior_sigma_m: Vec<[f64; 3]>,
+    /// How long errors were taken to last (s).
+    pub correlation_s: f64,
+    /// Quantities of the whole flight that were left free, applied or not.
+    pub globals: Vec<GlobalCorrection>,
+    /// Propagation speed as stated (m/s).
+    pub stated_light_speed_m_s: f64,
+}
+
+impl PathCorrection {
+    /// What was found of a quantity that all tracks share, in its unit; 0 where it was not left free.
+    #[must_use]
+    pub fn of_all(&self, quantity: Quantity) -> f64 {
+        self.found_of(quantity, |track| track.is_none())
+    }
+
+    /// What was found of a quantity of this track's own, in its unit; 0 where it was not left free.
+    #[must_use]
+    pub fn of_track(&self, quantity: Quantity, track: usize) -> f64 {
+        self.found_of(quantity, |own| own.unwrap_or(0) == track)
+    }
+
+    fn found_of(&self, quantity: Quantity, is_wanted: impl Fn(Option<usize>) -> bool) -> f64 {
+        let mut found = self.globals.iter();
+        let found = found.find(|g| g.quantity == quantity && is_wanted(g.track));
+        found.map_or(0.0, |g| g.value)
+    }
+
+    /// Delay by which range zero moves with the heights that were found for a track (ns).
+    #[must_use]
+    pub fn moved_zero_ns(&self, track: usize) -> f64 {
+        let moves = |g: &&GlobalCorrection| g.moves_zero && g.track.unwrap_or(track) == track;
+        let rise_m: f64 = self.globals.iter().filter(moves).map(|g| g.value).sum();
+        -rise_m * Quantity::Delay.per_estimated(self.stated_light_speed_m_s)
+    }
+
+    /// Delay and phase that were found of a track's instrument.
+    #[must_use]
+    pub fn instrument(&self, track: usize) -> InstrumentError {
+        let own_ns = self.of_track(Quantity::TrackDelay, track);
+        InstrumentError {
+            delay_ns: self.of_all(Quantity::Delay) + own_ns,
+            phase_deg: self.of_track(Quantity::TrackPhase, track),
+        }
+    }
+
+    /// Whether the image is made with corrected places.
+    #[must_use]
+    pub fn is_applied(&self) -> bool {
+        self.found.decision == Decision::Applied
+    }
+}

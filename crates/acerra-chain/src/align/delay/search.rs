@@ -1,0 +1,311 @@
+//! The delay at which the strongest echoes are strongest, weighed with what the echoes themselves say.
+
+use std::f64::consts::TAU;
+
+use acerra_geo::interpolate::path_length_per_trace_m;
+use acerra_imaging::PlaneGrid;
+use acerra_radar::Spectrum;
+
+use super::cues::DelayCue;
+use super::curve::{DelayCurve, MOST_SIGMA_S, decide, max_of, second_best};
+use super::echo_power::StrongestEcho;
+use super::error::DelayError;
+use super::scan::DelayScan;
+use super::sensitivity::{Seen, Sensitivity};
+use super::targets::REACH_S;
+use super::view::{View, middle_hz};
+use crate::align::Aligned;
+use crate::choices::{Delay, Gate, ZeroTiming};
+use crate::clean::{CleanOptions, clean};
+use crate::control::Control;
+use crate::echoes::history::Measured;
+use crate::echoes::window::{Budget, strongest_m};
+use crate::read::RadarContent;
+use crate::scene::Scene;
+use crate::warnings::Warnings;
+
+/// How a delay was found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DelayFound {
+    /// Fast time at which range is zero (s).
+    pub delay_s: f64,
+    /// Its standard deviation (s).
+    pub sigma_s: f64,
+    /// The most likely delay that is not of the same maximum (s), and the log-likelihood by which it
+    /// is surpassed.
+    pub second: Option<(f64, f64)>,
+    /// The delay by the echo that follows the height, where one does.
+    pub surface: Option<DelayCue>,
+    /// The delay by the direct coupling, where it is seen.
+    pub coupling: Option<DelayCue>,
+    /// Sharpness and cues together.
+    pub curve: DelayCurve,
+}
+
+/// Traces at their places, whose delay is wanted.
+#[derive(Clone, Copy, Debug)]
+pub struct DelayTrial<'a> {
+    /// The radar log.
+    pub radar: &'a RadarContent,
+    /// Its traces at their places.
+    pub aligned: &'a Aligned,
+    /// What was flown over.
+    pub scene: &'a Scene,
+    /// How the traces are cleaned.
+    pub clean: &'a CleanOptions,
+    /// The delay by the echo that follows the height, where one does.
+    pub surface: Option<DelayCue>,
+    /// The delay by the direct coupling, where it is seen.
+    pub coupling: Option<DelayCue>,
+}
+
+/// Delays of an instrument without a calibration (s).
+const TRIED_S: [f64; 2] = [-1e-9, 20e-9];
+/// Spacing of the delays tried: ranges 2 cm apart, a quarter of a wavelength in two-way phase at 45°
+/// from closest approach.
+const STEP_S: f64 = 0.15e-9;
+/// Traces are cleaned anew so often, as the gate moves with the delay (s).
+const BLOCK_S: f64 = 3e-9;
+/// Contributions of traces to pixels in one image, and its pixels at most and at least.
+const CONTRIBUTIONS: f64 = 1e8;
+const PIXELS: [f64; 2] = [20_000.0, 250_000.0];
+/// Variance of the echoes' phases by errors of positions, antenna and ground: a decibel of the coherent sum; and how
+/// many independent errors an aperture has, as those of positions last for seconds. Phases that a wrong delay bends by
+/// a variance v take v from the logarithm of the sum's power, and are explained by such errors with a log-likelihood
+/// of -v INDEPENDENT / (2 PHASE_VARIANCE).
+const PHASE_VARIANCE: f64 = 0.23;
+const INDEPENDENT: f64 = 5.0;
+
+/// Finds the delay of traces at their places.
+///
+/// # Errors
+/// Two delays that agree with the data, or all; positions too uncertain; traces that cannot be cleaned; cancellation.
+pub fn find_delay(trial: DelayTrial<'_>, control: &Control<'_>) -> Result<DelayFound, DelayError> {
+    let RadarContent::Radargram(_) = trial.radar else {
+        return Err(DelayError::Spectra);
+    };
+    if !trial.view()?.tells_delay() {
+        return Err(DelayError::Vague {
+            from_ns: 1e9 * TRIED_S[0],
+            to_ns: 1e9 * TRIED_S[1],
+        });
+    }
+    let tried = trial.scan(control)?;
+    let curve = trial.weighed(&tried);
+    let best = decide(&curve)?;
+    let second = second_best(&curve, best.index);
+    // Single targets tell it more finely, but not by more than what errors of positions allow.
+    let fine_s = trial.on_single_targets(best.delay_s, control)?;
+    let is_within = |fine_s: &f64| (fine_s - best.delay_s).abs() <= 2.0 * best.sigma_s;
+    let delay_s = fine_s.filter(is_within).unwrap_or(best.delay_s);
+    let (at_s, echo) = tried[best.index];
+    let sigma_s = best.sigma_s.hypot(trial.by_positions_s(at_s, echo)?);
+    if sigma_s > MOST_SIGMA_S {
+        return Err(DelayError::Uncertain {
+            sigma_ns: 1e9 * sigma_s,
+            most_ns: 1e9 * MOST_SIGMA_S,
+        });
+    }
+    Ok(DelayFound {
+        delay_s,
+        sigma_s,
+        second,
+        surface: trial.surface,
+        coupling: trial.coupling,
+        curve,
+    })
+}
+
+impl DelayTrial<'_> {
+    /// The image as its traces see it.
+    fn view(&self) -> Result<View<'_>, DelayError> {
+        Ok(View {
+            position_m: &self.aligned.position_m,
+            grid: self.whole()?,
+            middle_hz: middle_hz(&self.clean.frequency_hz),
+            light_speed_m_s: self.scene.light_speed_m_s,
+        })
+    }
+
+    /// The image's rectangle at the middle of its heights.
+    fn whole(&self) -> Result<PlaneGrid, DelayError> {
+        let middle_m = self.scene.pixels.middle_m();
+        Ok(self.scene.around(&self.aligned.position_m, middle_m)?)
+    }
+
+    /// Pixels that a search over so many traces affords.
+    fn budget(&self) -> Budget {
+        let traces = self.aligned.position_m.len().max(1) as f64;
+        let pixels = (CONTRIBUTIONS / traces).clamp(PIXELS[0], PIXELS[1]);
+        let middle_hz = middle_hz(&self.clean.frequency_hz);
+        Budget::new(pixels, middle_hz, self.scene.light_speed_m_s)
+    }
+
+    /// Cleaned traces on pixels to image them on.
+    fn on<'s>(&'s self, spectrum: &'s Spectrum, grid: PlaneGrid) -> DelayScan<'s> {
+        DelayScan {
+            position_m: &self.aligned.position_m,
+            spectrum,
+            grid,
+            light_speed_m_s: self.scene.light_speed_m_s,
+        }
+    }
+
+    /// How the echo that is strongest at a delay tells it.
+    fn sensitivity(
+        &self,
+        delay_s: f64,
+        place_m: [f64; 3],
+    ) -> Result<Option<Sensitivity>, DelayError> {
+        let spectrum = self.cleaned_at(delay_s, REACH_S)?;
+        let (position_m, speed_m_s) = (&self.aligned.position_m, self.scene.light_speed_m_s);
+        let traces = 0..position_m.len();
+        let Some(measured) = Measured::part(position_m, &spectrum, traces, speed_m_s) else {
+            return Ok(None);
+        };
+        let history = measured.history(place_m);
+        let amplitude: Vec<f64> = history.iter().map(|h| h.norm()).collect();
+        Ok(Sensitivity::of(Seen {
+            time_s: &self.aligned.time_s,
+            position_m,
+            amplitude: &amplitude,
+            place_m,
+            wavenumber_rad_m: wavenumbers_rad_m(&spectrum.frequency_hz, speed_m_s),
+        }))
+    }
+
+    /// Deviation (s) of the delay at which an echo is strongest by the errors that the positions state: those that all
+    /// traces have in common, and those that vary.
+    fn by_positions_s(&self, delay_s: f64, echo: StrongestEcho) -> Result<f64, DelayError> {
+        let stated_m = &self.aligned.sigma_m;
+        let Some([x_m, y_m]) = echo.place_m.filter(|_| !stated_m.is_empty()) else {
+            return Ok(0.0);
+        };
+        let place_m = [x_m, y_m, self.scene.pixels.middle_m()];
+        let sensitivity = self.sensitivity(delay_s, place_m)?;
+        let deviation_m = sensitivity.map_or(0.0, |s| s.deviation_m(stated_m));
+        Ok(2.0 * deviation_m / self.scene.light_speed_m_s)
+    }
+
+    /// The strongest echo at every delay tried (s).
+    fn scan(&self, control: &Control<'_>) -> Result<Vec<(f64, StrongestEcho)>, DelayError> {
+        let block_s = match self.clean.gate_ns.about_ns() {
+            Some(_) => BLOCK_S,
+            None => TRIED_S[1] - TRIED_S[0],
+        };
+        let blocks = ((TRIED_S[1] - TRIED_S[0]) / block_s).round() as usize;
+        let each = (block_s / STEP_S).round() as usize;
+        let starts_s = (0..blocks).map(|block| TRIED_S[0] + block as f64 * block_s);
+        // Echoes move over the image with the delay: those of every block count.
+        let grid = self.budget().window(self.whole()?, |whole| {
+            let mut maxima_m = Vec::new();
+            for from_s in starts_s.clone() {
+                control.check()?;
+                let spectrum = self.cleaned_at(from_s + 0.5 * block_s, 0.5 * block_s)?;
+                maxima_m.extend(self.on(&spectrum, whole).strongest_m()?);
+            }
+            Ok::<_, DelayError>(maxima_m)
+        })?;
+        control.start("delay", (blocks * each) as u64);
+        let mut tried: Vec<(f64, StrongestEcho)> = Vec::new();
+        for from_s in starts_s {
+            let middle_s = from_s + 0.5 * block_s;
+            let spectrum = self.cleaned_at(middle_s, 0.5 * block_s)?;
+            let scan = self.on(&spectrum, grid);
+            for k in 0..each {
+                control.check()?;
+                let delay_s = from_s + (k as f64 + 0.5) * STEP_S;
+                let image = scan.image(delay_s - middle_s, grid)?;
+                tried.push((delay_s, StrongestEcho::of(&image, grid)?));
+                control.at(tried.len() as u64);
+            }
+        }
+        control.finish();
+        Ok(tried)
+    }
+
+    /// The horizontal path that each trace covers, in means of them: on a climb the ground straight below sums up
+    /// under a single angle, which tells no more of the delay than the surface echo does.
+    fn weights(&self) -> Vec<f64> {
+        let level = |p: &[f64; 3]| [p[0], p[1], 0.0];
+        let level_m: Vec<[f64; 3]> = self.aligned.position_m.iter().map(level).collect();
+        let path_m = path_length_per_trace_m(&level_m);
+        let mean_m = path_m.iter().sum::<f64>() / path_m.len().max(1) as f64;
+        let of_mean = |m: &f64| if mean_m > 0.0 { m / mean_m } else { 1.0 };
+        path_m.iter().map(of_mean).collect()
+    }
+
+    /// The clean spectra with range zero at a delay, weighed by the path, gated for delays as far from it as `reach_s`.
+    fn cleaned_at(&self, delay_s: f64, reach_s: f64) -> Result<Spectrum, DelayError> {
+        let gate_ns = match self.clean.gate_ns.about_ns() {
+            Some([from, to]) => Gate::About([from - 1e9 * reach_s, to + 1e9 * reach_s]),
+            None => Gate::None,
+        };
+        let options = CleanOptions {
+            delay_ns: Some(Delay::Nanoseconds(1e9 * delay_s)),
+            zero_timing: ZeroTiming::None,
+            gate_ns,
+            ..self.clean.clone()
+        };
+        let unsaid = &mut Warnings::default();
+        let mut spectrum = clean(self.radar, self.aligned, &options, unsaid)?.spectrum;
+        let width = spectrum.frequency_hz.len().max(1);
+        for (trace, weight) in spectrum.values.chunks_mut(width).zip(self.weights()) {
+            trace.iter_mut().for_each(|v| *v *= weight);
+        }
+        Ok(spectrum)
+    }
+
+    /// What the strongest echo, surface echo and coupling say of every delay tried, 0 at best.
+    fn weighed(&self, tried: &[(f64, StrongestEcho)]) -> DelayCurve {
+        let cues = [self.surface, self.coupling];
+        let log_likelihood = |(delay_s, echo): &(f64, StrongestEcho)| {
+            let by_cues = cues
+                .iter()
+                .flatten()
+                .map(|cue| cue.log_likelihood(*delay_s));
+            INDEPENDENT / (2.0 * PHASE_VARIANCE) * echo.log_power + by_cues.sum::<f64>()
+        };
+        let mut curve = DelayCurve {
+            delay_s: tried.iter().map(|(delay_s, _)| *delay_s).collect(),
+            log_likelihood: tried.iter().map(log_likelihood).collect(),
+        };
+        let best = max_of(&curve.log_likelihood);
+        curve.log_likelihood.iter_mut().for_each(|v| *v -= best);
+        curve
+    }
+
+    /// The delay at which the strongest echoes are sharpest, each by itself (s).
+    fn on_single_targets(
+        &self,
+        about_s: f64,
+        control: &Control<'_>,
+    ) -> Result<Option<f64>, DelayError> {
+        let spectrum = self.cleaned_at(about_s, REACH_S)?;
+        let look = |whole| self.on(&spectrum, whole).strongest_m();
+        let grid = self.budget().window(self.whole()?, look)?;
+        let found = self.on(&spectrum, grid).sharpest_targets(control)?;
+        Ok(found.map(|f| about_s + f.value))
+    }
+}
+
+/// Middle and standard deviation of a band's wavenumbers (rad/m).
+fn wavenumbers_rad_m(frequency_hz: &[f64], light_speed_m_s: f64) -> [f64; 2] {
+    let count = frequency_hz.len().max(1) as f64;
+    let mean_hz = frequency_hz.iter().sum::<f64>() / count;
+    let squares: f64 = frequency_hz.iter().map(|f| (f - mean_hz).powi(2)).sum();
+    [mean_hz, (squares / count).sqrt()].map(|hz| TAU * hz / light_speed_m_s)
+}
+
+impl DelayScan<'_> {
+    /// Places (x, y) of the strongest echoes (m).
+    fn strongest_m(&self) -> Result<Vec<[f64; 2]>, DelayError> {
+        let (position_m, speed_m_s) = (self.position_m, self.light_speed_m_s);
+        Ok(strongest_m(
+            position_m,
+            self.spectrum,
+            self.grid,
+            speed_m_s,
+        )?)
+    }
+}

@@ -1,0 +1,466 @@
+//! Stage `align`: a position for every trace, and which traces enter the image.
+
+pub mod calibration;
+pub mod clock;
+pub(crate) mod correction;
+pub mod delay;
+pub mod gate;
+pub mod offset;
+pub mod plane;
+pub(crate) mod quantity;
+pub mod radar_height;
+pub mod recording;
+pub mod select;
+pub(crate) mod uncovered;
+
+use acerra_geo::interpolate::{
+    Flag, Interpolated, InterpolationOptions, Interpolator, path_length_per_trace_m,
+};
+use acerra_geo::lever_arm::HeadingOptions;
+use acerra_geo::trajectory::{Attitude, SolutionStatus, Trajectory};
+use acerra_radar::RadargramError;
+
+use crate::align::radar_height::{PoorHeights, RadarHeightError, radar_heights};
+use crate::align::select::{SelectError, Selection};
+use crate::choices::{AntennaAxis, HeightSource, Select, TimeOffset, Unfixed};
+use crate::position::Positions;
+use crate::position::boresight::{Boresights, DOWN, FORWARD};
+use crate::read::RadarContent;
+use crate::scene::Scene;
+use crate::warnings::Warnings;
+
+/// Parameters of the stage `align`.
+#[derive(Clone, Debug, Default)]
+pub struct AlignOptions {
+    /// Trajectory time minus radar time. By default that of the clock recorded beside the radar log, where
+    /// there is one and the positions are on GPS time; otherwise 0.
+    pub time_offset: Option<TimeOffset>,
+    /// The traces that enter background and image.
+    pub select: Select,
+    /// Longest gap between positions that is interpolated over (s); by default a few sampling
+    /// intervals.
+    pub max_gap_s: Option<f64>,
+    /// What becomes of traces at unfixed positions.
+    pub unfixed: Unfixed,
+    /// Where the heights come from.
+    pub height: HeightSource,
+    /// Fast time at which range is zero, where it is stated (ns): for heights by the radar.
+    pub delay_ns: Option<f64>,
+    /// Length of the horizontal part of the lever arm (m): it turns with the heading, which hovering
+    /// does not show.
+    pub horizontal_lever_arm_m: f64,
+}
+
+impl AlignOptions {
+    /// The selection in force: spectra are taken as they come.
+    fn select_of(&self, radar: &RadarContent) -> Select {
+        match (self.select, radar) {
+            (Select::Auto, RadarContent::Spectrum(_)) => Select::All,
+            (select, _) => select,
+        }
+    }
+}
+
+/// What a track measured, where, and over what.
+#[derive(Clone, Copy, Debug)]
+pub struct Flight<'a> {
+    /// The radar log.
+    pub radar: &'a RadarContent,
+    /// Where the radar was.
+    pub positions: &'a Positions,
+    /// What it flew over.
+    pub scene: &'a Scene,
+}
+
+/// The traces that enter the image, with their positions. All lists but `all` have one entry a
+/// trace that enters; those of several tracks follow one another.
+#[derive(Clone, Debug, Default)]
+pub struct Aligned {
+    /// Numbers of the traces in their log.
+    pub traces: Vec<usize>,
+    /// Their radar time (s).
+    pub time_s: Vec<f64>,
+    /// Place of the phase centre: east, north, up (m).
+    pub position_m: Vec<[f64; 3]>,
+    /// Standard deviations of the places (m); empty where the trajectory does not tell.
+    pub sigma_m: Vec<[f64; 3]>,
+    /// Solution status.
+    pub status: Vec<SolutionStatus>,
+    /// Height of the phase centre above the ground below it (m).
+    pub height_m: Vec<f64>,
+    /// Where an antenna that is fixed to the platform looks: straight down in the recorded attitude's axes.
+    pub boresight: Boresights,
+    /// Down in the axes of the gimbal; empty unless every track has its attitude.
+    pub gimbal_down: Boresights,
+    /// Forward in the axes of the gimbal; empty unless every track has its attitude.
+    pub gimbal_forward: Boresights,
+    /// Path that each trace stands for (m).
+    pub path_m: Vec<f64>,
+    /// The places of all traces of the log, with what stands behind each.
+    pub all: Vec<Interpolated>,
+    /// Whether a platform stands much of the time, so that its traces count by the path they cover
+    /// unless told otherwise.
+    pub stands: bool,
+    /// Heights by the radar, where they replace those of the positions.
+    pub radar_height: Option<HeightsReplaced>,
+}
+
+/// Heights by the radar beside those of the positions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HeightsReplaced {
+    /// Standard deviation of the positions' heights about the radar's, their common level aside (m).
+    pub positions_off_m: f64,
+    /// Median deviation that the positions state (m), where they do.
+    pub stated_m: Option<f64>,
+    /// Standard deviation of a height by the radar (m).
+    pub sigma_m: f64,
+    /// Share of the traces whose echo was taken.
+    pub picked: f64,
+}
+
+impl Aligned {
+    /// First and last trace of a platform that stands much of the time.
+    #[must_use]
+    pub fn moving(&self) -> Option<[usize; 2]> {
+        let [first, last] = [self.traces.first()?, self.traces.last()?];
+        self.stands.then_some([*first, *last])
+    }
+
+    /// Where the antenna looks; none where it is taken to look straight down.
+    #[must_use]
+    pub const fn boresights(&self, axis: AntennaAxis) -> Option<&Boresights> {
+        match axis {
+            AntennaAxis::Attitude => Some(&self.boresight),
+            AntennaAxis::Vertical => None,
+            AntennaAxis::Gimbal => Some(&self.gimbal_down),
+            AntennaAxis::GimbalForward => Some(&self.gimbal_forward),
+        }
+    }
+
+    /// The same with heights by the radar instead of the positions'.
+    fn with_heights_by(
+        mut self,
+        flight: Flight<'_>,
+        options: &AlignOptions,
+    ) -> Result<Self, AlignError> {
+        let RadarContent::Radargram(radargram) = flight.radar else {
+            return Err(RadarHeightError::Spectra.into());
+        };
+        let poor = PoorHeights {
+            radargram: &radargram.select(&self.traces)?,
+            height_m: &self.height_m,
+            delay_s: options.delay_ns.map(|ns| 1e-9 * ns),
+        };
+        let found = radar_heights(poor, flight.scene)?;
+        let mut stated_m: Vec<f64> = self.sigma_m.iter().map(|sigma| sigma[2]).collect();
+        stated_m.sort_by(f64::total_cmp);
+        for (position, (old, new)) in self
+            .position_m
+            .iter_mut()
+            .zip(self.height_m.iter().zip(&found.height_m))
+        {
+            position[2] += new - old;
+        }
+        self.sigma_m.iter_mut().for_each(|s| s[2] = found.sigma_m);
+        self.path_m = path_length_per_trace_m(&self.position_m);
+        self.height_m = found.height_m;
+        self.radar_height = Some(HeightsReplaced {
+            positions_off_m: found.positions_off_m,
+            stated_m: stated_m.get(stated_m.len() / 2).copied(),
+            sigma_m: found.sigma_m,
+            picked: found.picked,
+        });
+        Ok(self)
+    }
+
+    /// Appends the traces of another track.
+    pub(crate) fn append(&mut self, mut other: Self) {
+        // Deviations are told for all traces or for none.
+        if self.traces.is_empty() || !(self.sigma_m.is_empty() || other.sigma_m.is_empty()) {
+            self.sigma_m.append(&mut other.sigma_m);
+        } else {
+            self.sigma_m.clear();
+        }
+        let (before, more) = (self.traces.len(), other.traces.len());
+        self.boresight
+            .append_or_level(before, other.boresight, more);
+        self.gimbal_down.append_or_none(before, other.gimbal_down);
+        self.gimbal_forward
+            .append_or_none(before, other.gimbal_forward);
+        self.traces.append(&mut other.traces);
+        self.time_s.append(&mut other.time_s);
+        self.position_m.append(&mut other.position_m);
+        self.status.append(&mut other.status);
+        self.height_m.append(&mut other.height_m);
+        self.path_m.append(&mut other.path_m);
+        self.all.append(&mut other.all);
+        self.stands |= other.stands;
+        self.radar_height = self.radar_height.or(other.radar_height);
+    }
+}
+
+/// Why no trace can enter the image.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum AlignError {
+    /// Radar log and trajectory do not overlap in time.
+    #[error(
+        "radar log and trajectory do not overlap: with time_offset_s = {time_offset_s} the traces \
+         fall on {:.3} to {:.3} s, the trajectory covers {:.3} to {:.3} s",
+        traces_s[0], traces_s[1], trajectory_s[0], trajectory_s[1]
+    )]
+    NoOverlap {
+        /// The offset in force (s).
+        time_offset_s: f64,
+        /// Trajectory time of the first and last trace (s).
+        traces_s: [f64; 2],
+        /// Start and end of the trajectory (s).
+        trajectory_s: [f64; 2],
+    },
+    /// Traces have positions, but none of them is selected.
+    #[error("no trace is left: {placed} have a position, none of them is selected")]
+    NoneLeft {
+        /// Traces that have a position.
+        placed: usize,
+    },
+    /// A selection that cannot be.
+    #[error(transparent)]
+    Select(#[from] SelectError),
+    /// The radar tells no heights.
+    #[error(transparent)]
+    Height(#[from] RadarHeightError),
+    /// Traces that cannot be had.
+    #[error(transparent)]
+    Traces(#[from] RadargramError),
+    /// Positions that are not one for each trace.
+    #[error("expected one position for each of the {traces} traces, found {positions}")]
+    Positions {
+        /// Traces in the log.
+        traces: usize,
+        /// Positions given.
+        positions: usize,
+    },
+}
+
+/// Gives every trace its position at a known offset, and selects.
+///
+/// # Errors
+/// No overlap of radar log and trajectory, or no trace left.
+pub fn align(
+    flight: Flight<'_>,
+    options: &AlignOptions,
+    time_offset_s: f64,
+    warnings: &mut Warnings,
+) -> Result<Aligned, AlignError> {
+    let radar_time_s = flight.radar.time_s();
+    let (all, covered) = match flight.positions {
+        Positions::PerTrace(places) => per_trace(radar_time_s, &places.position_m)?,
+        Positions::Trajectory(trajectory) => {
+            let times_s: Vec<f64> = radar_time_s.iter().map(|t| t + time_offset_s).collect();
+            let clock = OnTrajectory {
+                times_s: &times_s,
+                trajectory,
+                time_offset_s,
+            };
+            clock.placed(options, warnings)?
+        }
+    };
+    let mut speed_m_s = vec![None; radar_time_s.len()];
+    for placed in &covered {
+        speed_m_s[placed.trace] = Some(placed.speed_m_s);
+    }
+    let selection = Selection::of(options.select_of(flight.radar), &speed_m_s)?;
+    let kept: Vec<&Placed> = covered
+        .iter()
+        .filter(|p| selection.selected[p.trace])
+        .collect();
+    if kept.is_empty() {
+        return Err(AlignError::NoneLeft {
+            placed: covered.len(),
+        });
+    }
+    warnings.count(
+        kept.iter().filter(|p| is_held(options, p)).count(),
+        "traces hover and have no attitude: the lever arm keeps its last direction there",
+    );
+    let position_m: Vec<[f64; 3]> = kept.iter().map(|p| p.place.position_m).collect();
+    let sigma_m: Option<Vec<[f64; 3]>> = kept
+        .iter()
+        .map(|p| {
+            p.place
+                .covariance_m2
+                .map(|c| [0, 1, 2].map(|i| c[i][i].max(0.0).sqrt()))
+        })
+        .collect();
+    let attitudes: Vec<Option<Attitude>> = kept.iter().map(|p| p.place.attitude).collect();
+    let gimbals: Vec<Option<Attitude>> = kept.iter().map(|p| p.place.gimbal).collect();
+    let aligned = Aligned {
+        traces: kept.iter().map(|p| p.trace).collect(),
+        time_s: kept.iter().map(|p| radar_time_s[p.trace]).collect(),
+        height_m: position_m
+            .iter()
+            .map(|p| p[2] - flight.scene.ground.below_m(p[0], p[1]))
+            .collect(),
+        path_m: path_length_per_trace_m(&position_m),
+        boresight: Boresights::of(&attitudes, DOWN),
+        gimbal_down: Boresights::of(&gimbals, DOWN),
+        gimbal_forward: Boresights::of(&gimbals, FORWARD),
+        position_m,
+        sigma_m: sigma_m.unwrap_or_default(),
+        status: kept.iter().map(|p| p.place.status).collect(),
+        all,
+        stands: selection.stands,
+        radar_height: None,
+    };
+    match options.height {
+        HeightSource::Positions => Ok(aligned),
+        HeightSource::Radar => aligned.with_heights_by(flight, options),
+    }
+}
+
+/// Whether the lever arm of a trace rests on a heading from before.
+fn is_held(options: &AlignOptions, placed: &Placed) -> bool {
+    options.horizontal_lever_arm_m > 0.0
+        && placed.place.attitude.is_none()
+        && placed.speed_m_s < HeadingOptions::default().min_speed_m_s
+}
+
+/// The interpolation of a trajectory over gaps of at most `max_gap_s`.
+#[must_use]
+pub fn interpolator(max_gap_s: Option<f64>, trajectory: &Trajectory) -> Interpolator<'_> {
+    let mut options = InterpolationOptions::default();
+    options.max_gap_s = max_gap_s;
+    Interpolator::new(trajectory, &options)
+}
+
+/// Share of the traces that may lie before or after the trajectory without a warning.
+const MOMENT: f64 = 0.01;
+
+/// A trace with its place.
+struct Placed {
+    trace: usize,
+    place: Interpolated,
+    /// Horizontal speed (m/s), averaged over half a second.
+    speed_m_s: f64,
+}
+
+/// Traces at times of a trajectory.
+struct OnTrajectory<'a> {
+    times_s: &'a [f64],
+    trajectory: &'a Trajectory,
+    time_offset_s: f64,
+}
+
+impl OnTrajectory<'_> {
+    fn placed(
+        &self,
+        options: &AlignOptions,
+        warnings: &mut Warnings,
+    ) -> Result<(Vec<Interpolated>, Vec<Placed>), AlignError> {
+        let at = interpolator(options.max_gap_s, self.trajectory);
+        let (places, coverage) = at.at_all(self.times_s);
+        if !places.iter().any(|place| place.flag.is_covered()) {
+            let [first, last] = [self.times_s.first(), self.times_s.last()];
+            return Err(AlignError::NoOverlap {
+                time_offset_s: self.time_offset_s,
+                traces_s: [first, last].map(|t| t.copied().unwrap_or(f64::NAN)),
+                trajectory_s: [self.trajectory.start_s(), self.trajectory.end_s()],
+            });
+        }
+        let outside = coverage.count(Flag::BeforeStart) + coverage.count(Flag::AfterEnd);
+        // A log that runs a moment longer than the other is no fault of the flight; the finding
+        // `trajectory_coverage` counts these traces all the same.
+        if outside as f64 > MOMENT * self.times_s.len() as f64 {
+            warnings.count(
+                outside,
+                "traces lie before or after the trajectory and were left out",
+            );
+        }
+        warnings.count(
+            coverage.count(Flag::InGap),
+            format!(
+                "traces fall into gaps of the trajectory longer than {:.2} s and were left out",
+                coverage.max_gap_s
+            ),
+        );
+        let keep_unfixed = options.unfixed == Unfixed::Keep;
+        warnings.count(
+            coverage.count(Flag::Unfixed),
+            if keep_unfixed {
+                "traces stand at unfixed positions and entered all the same"
+            } else {
+                "traces stand at unfixed positions and were left out"
+            },
+        );
+        let placed = places
+            .iter()
+            .enumerate()
+            .filter(|(_, place)| {
+                place.flag == Flag::Ok || place.flag == Flag::Unfixed && keep_unfixed
+            })
+            .map(|(trace, place)| {
+                let [before, after] = [-0.25, 0.25].map(|d| at.at(place.time_s + d).position_m);
+                Placed {
+                    trace,
+                    place: *place,
+                    speed_m_s: (after[0] - before[0]).hypot(after[1] - before[1]) / 0.5,
+                }
+            })
+            .collect();
+        Ok((places, placed))
+    }
+}
+
+/// Positions that came with the traces.
+fn per_trace(
+    time_s: &[f64],
+    position_m: &[[f64; 3]],
+) -> Result<(Vec<Interpolated>, Vec<Placed>), AlignError> {
+    if time_s.len() != position_m.len() {
+        return Err(AlignError::Positions {
+            traces: time_s.len(),
+            positions: position_m.len(),
+        });
+    }
+    let near = |t: f64, sign: f64| {
+        // The trace about a quarter of a second away, or the last one on that side.
+        let wanted = t + sign * 0.25;
+        let k = time_s.partition_point(|s| *s < wanted);
+        k.min(time_s.len() - 1)
+    };
+    let speed_m_s = |t: f64| {
+        let (a, b) = (near(t, -1.0), near(t, 1.0));
+        let seconds = time_s[b] - time_s[a];
+        let [dx, dy] = [0, 1].map(|i| position_m[b][i] - position_m[a][i]);
+        if seconds > 0.0 {
+            dx.hypot(dy) / seconds
+        } else {
+            0.0
+        }
+    };
+    let place = |t: f64, p: [f64; 3]| Interpolated {
+        time_s: t,
+        position_m: p,
+        velocity_m_s: [0.0; 3],
+        covariance_m2: None,
+        attitude: None,
+        gimbal: None,
+        status: SolutionStatus::External,
+        flag: Flag::Ok,
+    };
+    let all: Vec<Interpolated> = time_s
+        .iter()
+        .zip(position_m)
+        .map(|(t, p)| place(*t, *p))
+        .collect();
+    let placed = all
+        .iter()
+        .enumerate()
+        .map(|(trace, place)| Placed {
+            trace,
+            place: *place,
+            speed_m_s: speed_m_s(place.time_s),
+        })
+        .collect();
+    Ok((all, placed))
+}

@@ -1,0 +1,565 @@
+//! The clock offset found from the data alone: by height and motion over all offsets at which the
+//! logs overlap, then by the sharpness of images about those that agree.
+
+use std::ops::Range;
+
+use acerra_geo::trajectory::Trajectory;
+use acerra_imaging::{Complex32, ImagingError, PlaneGrid};
+use acerra_radar::align::{
+    AlignError as Undecided, Candidate, ClockPrior, FlightProfile, FlightState, OffsetEstimate,
+    OffsetLikelihood, OffsetOptions, OffsetSearch as MotionSearch, activity, coarse_offset,
+    offset_likelihood,
+};
+use acerra_radar::{Radargram, Spectrum};
+
+use crate::align::{AlignError, AlignOptions, Aligned, Flight, align, interpolator};
+use crate::choices::Select;
+use crate::clean::{CleanError, CleanOptions, clean};
+use crate::control::{Cancelled, Control};
+use crate::echoes::quick_look;
+use crate::echoes::sharpen::coarse;
+use crate::position::height_noise::{height_noise_m, lasting_error_m, stated_error_m};
+use crate::scene::Scene;
+use crate::warnings::Warnings;
+
+/// A score over the offsets tried.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Curve {
+    /// Offsets (s), rising.
+    pub offset_s: Vec<f64>,
+    /// Scores.
+    pub score: Vec<f64>,
+}
+
+/// How an offset was found.
+#[derive(Clone, Debug)]
+pub struct OffsetSearch {
+    /// The offset with its standard deviation, its closest rival, and the delay that comes with it.
+    pub estimate: OffsetEstimate,
+    /// What height and motion say of every offset.
+    pub likelihood: OffsetLikelihood,
+    /// Sharpness of the images that were tried.
+    pub sharpness: Curve,
+}
+
+/// Longest trajectory that is searched (s).
+const LONGEST_S: f64 = 1e6;
+/// Spacing of the offsets at which images are tried (s): 2 cm at 2 m/s.
+const SHARPNESS_STEP_S: f64 = 0.01;
+/// Images that are tried at most.
+const SHARPNESS_IMAGES: usize = 100;
+/// Pixels of each.
+const SHARPNESS_PIXELS: f64 = 60_000.0;
+/// Sub-apertures whose images are scored one by one: their scatter gives the offset's own.
+const SUB_APERTURES: usize = 4;
+/// Traces below which an aperture is not divided.
+const LEAST_TRACES: usize = 40;
+/// Spacing of the offsets at which the whole aperture is imaged, and how far about the estimate (s).
+const WHOLE_STEP_S: f64 = 0.005;
+const WHOLE_REACH_S: f64 = 0.12;
+/// Noise of heights from fix to fix above which they are smoothed (m), and over what to each side (s): a
+/// platform's wander is slower.
+const QUIET_M: f64 = 1.5e-3;
+const SMOOTHED_S: f64 = 0.7;
+/// Correlation of change and speed, and its share elsewhere, from which motion alone narrows the
+/// offsets; and how far it does (s).
+const CLEAR_CORRELATION: f64 = 0.6;
+const CLEAR_SHARE: f64 = 0.5;
+const CLEAR_MOTION_SIGMA_S: f64 = 0.05;
+/// Swing of the phase centre by tilts that nobody recorded (m): 2°, 20 cm below the antenna; and the period
+/// of such tilts and of a platform's wander (s).
+const SWING_M: f64 = 7e-3;
+const SWING_PERIOD_S: f64 = 3.0;
+
+/// Unknown motion of the phase centre in step with another of the platform's (m): of two motions that have
+/// nothing to do with each other, one over the root of the periods is in common.
+pub(crate) fn lasting_motion_m(duration_s: f64) -> f64 {
+    SWING_M / (duration_s / SWING_PERIOD_S).max(1.0).sqrt()
+}
+/// Offsets further than this from where the traces were cleaned are cleaned anew (s).
+const CLEANED_ANEW_S: f64 = 0.25;
+
+/// Why the clock offset cannot be found.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum OffsetError {
+    /// The trajectory is too long to be searched.
+    #[error(
+        "[trajectory] time_offset_s = \"auto\": expected a trajectory of less than {LONGEST_S:.0} s, \
+         found {found_s:.0} s"
+    )]
+    TooLong {
+        /// Its length (s).
+        found_s: f64,
+    },
+    /// The data do not tell the offset, or tell several.
+    #[error("[trajectory] time_offset_s = \"auto\": {0}")]
+    Undecided(#[from] Undecided),
+    /// No trace can be placed at an offset that is tried.
+    #[error(transparent)]
+    Align(#[from] AlignError),
+    /// The traces of the search cannot be cleaned.
+    #[error(transparent)]
+    Clean(#[from] CleanError),
+    /// The images of the search cannot be made.
+    #[error(transparent)]
+    Imaging(#[from] ImagingError),
+    /// The caller asked to stop.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}
+
+/// What of trajectory and delays the search takes into account.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SearchRange {
+    /// Longest gap of the trajectory that is interpolated over (s).
+    pub max_gap_s: Option<f64>,
+    /// Fast times at which range may be zero (s); by default those of instruments.
+    pub delay_s: Option<[f64; 2]>,
+}
+
+/// What height and motion say of every offset at which radar log and trajectory overlap.
+///
+/// # Errors
+/// Logs that never overlap enough, a radargram in which nothing follows the flight, cancellation.
+pub fn by_height_and_motion(
+    radargram: &Radargram,
+    trajectory: &Trajectory,
+    scene: &Scene,
+    range: SearchRange,
+    control: &Control<'_>,
+) -> Result<OffsetLikelihood, OffsetError> {
+    let span_s = [trajectory.start_s(), trajectory.end_s()];
+    let length_s = span_s[1] - span_s[0];
+    if length_s.is_nan() || length_s >= LONGEST_S {
+        return Err(OffsetError::TooLong { found_s: length_s });
+    }
+    let at = interpolator(range.max_gap_s, trajectory);
+    let half_s = 0.05_f64.max(trajectory.sample_interval_s().unwrap_or(0.1));
+    let profile = FlightProfile::sample(span_s, |t| {
+        let [before, now, after] = [t - half_s, t, t + half_s].map(|t| at.at(t));
+        let covered = [before, now, after].iter().all(|p| p.flag.is_covered());
+        let [x, y, z] = now.position_m;
+        let moved: f64 = (0..3)
+            .map(|i| (after.position_m[i] - before.position_m[i]).powi(2))
+            .sum();
+        covered.then(|| FlightState {
+            height_m: z - scene.ground.below_m(x, y),
+            speed_m_s: moved.sqrt() / (2.0 * half_s),
+        })
+    })?;
+    let profile = if height_noise_m(trajectory).is_some_and(|noise_m| noise_m > QUIET_M) {
+        profile.smoothed(SMOOTHED_S)
+    } else {
+        profile
+    };
+    let profile = profile
+        .with_lasting_error_m(lasting_error_m(trajectory).unwrap_or(0.0))
+        .with_stated_error_m(stated_error_m(trajectory).unwrap_or(0.0));
+    let mut options = OffsetOptions::default();
+    if let Some(delay_s) = range.delay_s {
+        options = options.with_delay_range_s(delay_s);
+    }
+    let control = control.for_radar();
+    let found = offset_likelihood(radargram, &profile, &options, control);
+    // What came into view changes the radargram as starts and halts do: they speak alone only where no
+    // echo follows the height.
+    if matches!(&found, Ok(found) if found.height.is_some()) {
+        return Ok(found?);
+    }
+    match clear_motion(radargram, &profile) {
+        Some(prior) => {
+            let narrowed = options.with_prior(prior);
+            Ok(offset_likelihood(radargram, &profile, &narrowed, control)?)
+        }
+        None => Ok(found?),
+    }
+}
+
+/// The offset at which the radargram changes while the platform moves, where no other correlates
+/// nearly as well: starts and halts that are unmistakable.
+fn clear_motion(radargram: &Radargram, profile: &FlightProfile) -> Option<ClockPrior> {
+    // Change saturates when the platform moves a quarter of a wavelength between traces; its root
+    // is closer to a measure of motion than of what happens to be in view.
+    let change: Vec<f64> = activity(radargram).iter().map(|a| a.sqrt()).collect();
+    let found = coarse_offset(
+        &radargram.time_s,
+        &change,
+        &profile.times_s(),
+        profile.speed_m_s(),
+        &MotionSearch::default(),
+    )
+    .ok()?;
+    let is_clear = found.correlation >= CLEAR_CORRELATION
+        && found.runner_up <= CLEAR_SHARE * found.correlation;
+    is_clear.then_some(ClockPrior {
+        offset_s: found.offset_s,
+        sigma_s: CLEAR_MOTION_SIGMA_S,
+    })
+}
+
+/// How the traces of a track are placed and cleaned while offsets are tried.
+#[derive(Clone, Copy, Debug)]
+pub struct Trial<'a> {
+    /// The track.
+    pub flight: Flight<'a>,
+    /// How its traces are placed.
+    pub align: &'a AlignOptions,
+    /// How they are cleaned.
+    pub clean: &'a CleanOptions,
+}
+
+/// Among the offsets that height and motion leave, the one with the sharpest images.
+///
+/// # Errors
+/// Two offsets that remain, data that cannot be imaged, cancellation.
+pub fn refine(
+    trial: Trial<'_>,
+    likelihood: OffsetLikelihood,
+    control: &Control<'_>,
+) -> Result<OffsetSearch, OffsetError> {
+    let grid = coarse(trial.rectangle(&likelihood)?, SHARPNESS_PIXELS)?;
+    control.start("align", SHARPNESS_IMAGES as u64);
+    let mut sharpness = Vec::new();
+    let mut cleaned: Option<CleanedAt> = None;
+    let common_s = trial.common_sigma_s(&likelihood);
+    let score = |offset_s: f64| {
+        control.check()?;
+        if !cleaned
+            .as_ref()
+            .is_some_and(|c| (c.offset_s - offset_s).abs() < CLEANED_ANEW_S)
+        {
+            cleaned = trial.cleaned_at(offset_s)?;
+        }
+        let scores = match &cleaned {
+            Some(cleaned) => trial.contrasts_at(cleaned, offset_s, grid)?,
+            None => Vec::new(),
+        };
+        if !scores.is_empty() {
+            let mean = scores.iter().sum::<f64>() / scores.len() as f64;
+            sharpness.push((offset_s, mean));
+            control.at(sharpness.len() as u64);
+        }
+        Ok::<_, OffsetError>(scores)
+    };
+    let estimate = likelihood.decide_with(SHARPNESS_STEP_S, SHARPNESS_IMAGES, common_s, score)?;
+    let estimate = match cleaned {
+        Some(cleaned) => {
+            let whole = WholeAperture {
+                cleaned: &cleaned,
+                grid,
+                common_s,
+                least_sigma_s: least_sigma_s(&likelihood, &estimate, common_s),
+            };
+            trial.by_whole_aperture(&whole, estimate, control)?
+        }
+        None => estimate,
+    };
+    control.finish();
+    sharpness.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let (offset_s, score) = sharpness.into_iter().unzip();
+    Ok(OffsetSearch {
+        estimate,
+        likelihood,
+        sharpness: Curve { offset_s, score },
+    })
+}
+
+/// Traces cleaned where an offset puts them.
+struct CleanedAt {
+    offset_s: f64,
+    aligned: Aligned,
+    spectrum: Spectrum,
+}
+
+/// Echoes whose image over the whole aperture is scored.
+struct WholeAperture<'a> {
+    cleaned: &'a CleanedAt,
+    grid: PlaneGrid,
+    /// Deviation of the sharpest offset that every image has in common (s).
+    common_s: f64,
+    /// Deviation that no number of images brings the offset below (s).
+    least_sigma_s: f64,
+}
+
+impl Trial<'_> {
+    /// Deviation of the sharpest offset by what swings the phase centre with tilts that nobody recorded:
+    /// an offset moves traces by what the velocity differs from its mean, and the sharpest one takes such
+    /// motion for its own.
+    fn common_sigma_s(&self, likelihood: &OffsetLikelihood) -> f64 {
+        let unsaid = &mut Warnings::default();
+        let aligned = likelihood
+            .candidates
+            .first()
+            .and_then(|best| align(self.flight, self.align, best.offset_s, unsaid).ok());
+        aligned.map_or(0.0, |aligned| {
+            let wander_m_s = velocity_wander_m_s(&aligned);
+            let ends = (aligned.time_s.first(), aligned.time_s.last());
+            let duration_s = ends.1.zip(ends.0).map_or(0.0, |(last, first)| last - first);
+            lasting_motion_m(duration_s) / wander_m_s.max(1e-6)
+        })
+    }
+
+    /// The image's rectangle; where its sides are left to the flight, about the traces at the most
+    /// likely offset.
+    fn rectangle(&self, likelihood: &OffsetLikelihood) -> Result<PlaneGrid, OffsetError> {
+        let scene = self.flight.scene;
+        let grid = PlaneGrid {
+            z_m: scene.pixels.middle_m(),
+            ..scene.pixels.grid
+        };
+        let Some(best) = likelihood.candidates.first() else {
+            return Ok(grid);
+        };
+        if scene.open.sides == [false; 2] {
+            return Ok(grid);
+        }
+        let aligned = align(
+            self.flight,
+            self.align,
+            best.offset_s,
+            &mut Warnings::default(),
+        )?;
+        Ok(scene.around(&aligned.position_m, grid.z_m)?)
+    }
+
+    /// The traces cleaned at an offset; none where no trace has a place or no surface is seen.
+    fn cleaned_at(&self, offset_s: f64) -> Result<Option<CleanedAt>, OffsetError> {
+        // Warnings are given once, at the offset finally taken.
+        let unsaid = &mut Warnings::default();
+        let Ok(aligned) = align(self.flight, self.align, offset_s, unsaid) else {
+            return Ok(None);
+        };
+        let Ok(cleaned) = clean(self.flight.radar, &aligned, self.clean, unsaid) else {
+            return Ok(None);
+        };
+        Ok(Some(CleanedAt {
+            offset_s,
+            aligned,
+            spectrum: cleaned.spectrum,
+        }))
+    }
+
+    /// Contrast of the image of each sub-aperture at an offset; none where a trace of the echoes has
+    /// no place then.
+    fn contrasts_at(
+        &self,
+        cleaned: &CleanedAt,
+        offset_s: f64,
+        grid: PlaneGrid,
+    ) -> Result<Vec<f64>, OffsetError> {
+        let Some(places) = self.places_at(cleaned, offset_s)? else {
+            return Ok(Vec::new());
+        };
+        let light_speed_m_s = self.flight.scene.light_speed_m_s;
+        sub_apertures(places.len())
+            .map(|part| {
+                let spectrum = part_of(&cleaned.spectrum, part.clone());
+                let image = quick_look(&places[part], &spectrum, grid, light_speed_m_s)?;
+                Ok(contrast(&image))
+            })
+            .collect()
+    }
+}
+
+impl Trial<'_> {
+    /// The estimate, updated by the contrast of images of the whole aperture: a coherent peak against
+    /// its surroundings, whose amplitude ratio counts as a likelihood ratio does.
+    fn by_whole_aperture(
+        &self,
+        whole: &WholeAperture<'_>,
+        estimate: OffsetEstimate,
+        control: &Control<'_>,
+    ) -> Result<OffsetEstimate, OffsetError> {
+        let (cleaned, grid) = (whole.cleaned, whole.grid);
+        let light_speed_m_s = self.flight.scene.light_speed_m_s;
+        let reach_s = (3.0 * estimate.sigma_s).clamp(WHOLE_STEP_S, WHOLE_REACH_S);
+        let steps = (reach_s / WHOLE_STEP_S).ceil();
+        let mut tried: Vec<(f64, f64)> = Vec::new();
+        #[expect(clippy::cast_possible_truncation, reason = "at most fifty")]
+        for k in -(steps as i32)..=steps as i32 {
+            control.check()?;
+            let off_s = f64::from(k) * WHOLE_STEP_S;
+            let offset_s = estimate.offset_s + off_s;
+            let Some(places) = self.places_at(cleaned, offset_s)? else {
+                continue;
+            };
+            let image = quick_look(&places, &cleaned.spectrum, grid, light_speed_m_s)?;
+            tried.push((offset_s, 2.0 * contrast(&image).ln()));
+        }
+        let tried = weighed_by(&estimate, &widened(&tried, whole.common_s));
+        let highest = tried.iter().map(|t| t.1).fold(f64::NEG_INFINITY, f64::max);
+        if tried.len() < 3 || !highest.is_finite() {
+            return Ok(estimate);
+        }
+        let weighed = |value: fn(f64, f64) -> f64, centre: f64| -> f64 {
+            let weight = |log: f64| (log - highest).exp();
+            let sum: f64 = tried
+                .iter()
+                .map(|(t, l)| weight(*l) * value(*t, centre))
+                .sum();
+            sum / tried.iter().map(|(_, l)| weight(*l)).sum::<f64>()
+        };
+        let offset_s = weighed(|t, centre| t - centre, estimate.offset_s) + estimate.offset_s;
+        let variance_s2 = weighed(|t, centre| (t - centre).powi(2), offset_s);
+        Ok(OffsetEstimate {
+            offset_s,
+            sigma_s: variance_s2.sqrt().max(whole.least_sigma_s),
+            ..estimate
+        })
+    }
+
+    /// Where the traces of the echoes stand at an offset; none where one has no place.
+    fn places_at(
+        &self,
+        cleaned: &CleanedAt,
+        offset_s: f64,
+    ) -> Result<Option<Vec<[f64; 3]>>, OffsetError> {
+        // The same traces at every offset: what changes is where they stand.
+        let everywhere = AlignOptions {
+            select: Select::All,
+            ..self.align.clone()
+        };
+        let unsaid = &mut Warnings::default();
+        let all = align(self.flight, &everywhere, offset_s, unsaid)?;
+        let position_of = |trace: &usize| {
+            let at = all.traces.binary_search(trace).ok()?;
+            Some(all.position_m[at])
+        };
+        Ok(cleaned.aligned.traces.iter().map(position_of).collect())
+    }
+}
+
+/// An estimate with the deviation that the heights' own errors give it, by as much as it rests on height
+/// and motion. They are better than stated as a rule: were they weighed by it, the sharpness of images,
+/// which unrecorded tilts move, would draw the offset from a good height.
+pub(crate) fn with_heights_error(
+    estimate: OffsetEstimate,
+    likelihood: &OffsetLikelihood,
+) -> OffsetEstimate {
+    let Some(height) = &likelihood.height else {
+        return estimate;
+    };
+    let share = nearest(likelihood, estimate.offset_s)
+        .map_or(0.0, |c| (estimate.sigma_s / c.sigma_s).powi(2).min(1.0));
+    OffsetEstimate {
+        sigma_s: estimate.sigma_s.hypot(share * height.stated_sigma_s),
+        ..estimate
+    }
+}
+
+/// The candidate by height and motion nearest to an offset.
+fn nearest(likelihood: &OffsetLikelihood, offset_s: f64) -> Option<&Candidate> {
+    let away = |candidate: &Candidate| (candidate.offset_s - offset_s).abs();
+    let candidates = likelihood.candidates.iter();
+    candidates.min_by(|a, b| away(a).total_cmp(&away(b)))
+}
+
+/// Deviation of an offset by height and motion together with images that are never better than what they
+/// have in common (s).
+fn least_sigma_s(likelihood: &OffsetLikelihood, found: &OffsetEstimate, common_s: f64) -> f64 {
+    let nearest = nearest(likelihood, found.offset_s);
+    let known_s = nearest.map_or(f64::INFINITY, |candidate| candidate.sigma_s);
+    let together_s = (known_s.powi(-2) + common_s.max(1e-6).powi(-2))
+        .sqrt()
+        .recip();
+    together_s.max(0.5 * WHOLE_STEP_S)
+}
+
+/// Log-likelihoods over offsets whose own deviation is wider by a common one: likelihoods averaged over
+/// a normal distribution about each offset.
+fn widened(tried: &[(f64, f64)], common_s: f64) -> Vec<(f64, f64)> {
+    let highest = tried.iter().map(|t| t.1).fold(f64::NEG_INFINITY, f64::max);
+    let at = |offset_s: f64| {
+        let weight = |t: f64| (-0.5 * ((t - offset_s) / common_s.max(1e-6)).powi(2)).exp();
+        let likelihood: f64 = tried
+            .iter()
+            .map(|(t, l)| weight(*t) * (l - highest).exp())
+            .sum();
+        let total: f64 = tried.iter().map(|(t, _)| weight(*t)).sum();
+        highest + (likelihood / total).ln()
+    };
+    tried.iter().map(|(t, _)| (*t, at(*t))).collect()
+}
+
+/// Log-likelihoods with what was known before.
+fn weighed_by(before: &OffsetEstimate, tried: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    let known = |t: f64| -0.5 * ((t - before.offset_s) / before.sigma_s.max(1e-6)).powi(2);
+    tried.iter().map(|(t, l)| (*t, l + known(*t))).collect()
+}
+
+/// Root mean square of how far the velocity of the traces is from its mean, along one direction (m/s).
+fn velocity_wander_m_s(aligned: &Aligned) -> f64 {
+    let pairs = aligned.position_m.windows(2).zip(aligned.time_s.windows(2));
+    let velocity: Vec<[f64; 3]> = pairs
+        .filter(|(_, t)| t[1] > t[0])
+        .map(|(p, t)| [0, 1, 2].map(|i| (p[1][i] - p[0][i]) / (t[1] - t[0])))
+        .collect();
+    let count = velocity.len().max(1) as f64;
+    let mean = [0, 1, 2].map(|i| velocity.iter().map(|v| v[i]).sum::<f64>() / count);
+    let square: f64 = velocity
+        .iter()
+        .map(|v| (0..3).map(|i| (v[i] - mean[i]).powi(2)).sum::<f64>())
+        .sum();
+    (square / count / 3.0).sqrt()
+}
+
+/// Consecutive parts of an aperture.
+fn sub_apertures(traces: usize) -> impl Iterator<Item = Range<usize>> {
+    let parts = if traces >= SUB_APERTURES * LEAST_TRACES {
+        SUB_APERTURES
+    } else {
+        1
+    };
+    (0..parts).map(move |k| k * traces / parts..(k + 1) * traces / parts)
+}
+
+/// The spectra of some of the traces.
+fn part_of(spectrum: &Spectrum, part: Range<usize>) -> Spectrum {
+    let width = spectrum.frequency_hz.len();
+    Spectrum {
+        time_s: spectrum.time_s[part.clone()].to_vec(),
+        frequency_hz: spectrum.frequency_hz.clone(),
+        values: spectrum.values[part.start * width..part.end * width].to_vec(),
+    }
+}
+
+/// The brightest pixel's modulus over the median one's; 1 for an image of zeros.
+fn contrast(image: &[Complex32]) -> f64 {
+    let mut power: Vec<f32> = image.iter().map(|value| value.norm_sqr()).collect();
+    let middle = power.len() / 2;
+    if power.is_empty() {
+        return 1.0;
+    }
+    let (_, median, above) = power.select_nth_unstable_by(middle, f32::total_cmp);
+    let brightest = above.iter().copied().fold(*median, f32::max);
+    if *median > 0.0 {
+        f64::from(brightest / *median).sqrt()
+    } else {
+        1.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn contrast_is_the_peak_over_the_median() {
+        let mut image = vec![Complex32::new(0.0, 2.0); 101];
+        assert!((contrast(&image) - 1.0).abs() < 1e-6);
+        image[3] = Complex32::new(-6.0, 8.0);
+        assert!((contrast(&image) - 5.0).abs() < 1e-6);
+        assert!((contrast(&[]) - 1.0).abs() < f64::EPSILON);
+    }
+
+    #[test]
+    fn sub_apertures_cover_every_trace_once() {
+        for traces in [1, 39, 160, 331] {
+            let parts: Vec<_> = sub_apertures(traces).collect();
+            assert_eq!(parts[0].start, 0);
+            assert_eq!(parts[parts.len() - 1].end, traces);
+            assert!(parts.windows(2).all(|w| w[0].end == w[1].start));
+        }
+    }
+}

@@ -1,0 +1,206 @@
+//! Clean spectra with the places where they were measured, as the imaging operators take them.
+
+pub(crate) mod history;
+pub mod sharpen;
+pub(crate) mod window;
+
+use std::ops::Range;
+
+use acerra_imaging::{
+    Complex32, ImagingPlan, PlanOptions, PlaneGrid, PulseArrays, Pulses, Spreading,
+};
+use acerra_invert::InvertError;
+use acerra_radar::Spectrum;
+
+use crate::align::Aligned;
+use crate::choices::Weight;
+use crate::control::{Cancelled, Control};
+use crate::focus::sink::SinkError;
+use crate::scene::pixels::Pixels;
+use acerra_imaging::ImagingError;
+
+/// Clean spectra of one or more tracks, and where they were measured.
+#[derive(Clone, Copy, Debug)]
+pub struct Echoes<'a> {
+    /// Clean spectra, track after track.
+    pub spectrum: &'a Spectrum,
+    /// Where they were measured.
+    pub aligned: &'a Aligned,
+    /// Propagation speed (m/s).
+    pub light_speed_m_s: f64,
+}
+
+/// Why no image can be made.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ImageError {
+    /// The caller asked to stop.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+    /// Spectra or positions that the imaging operators refuse.
+    #[error("the spectra cannot be imaged: {0}")]
+    Spectra(ImagingError),
+    /// A grid or an accuracy that they refuse.
+    #[error("[image]: {0}")]
+    Plan(ImagingError),
+    /// Tracks that they refuse.
+    #[error("[[track]]: {0}")]
+    Tracks(ImagingError),
+    /// The aperture cannot be partitioned into these looks.
+    #[error("[image] looks: {0}")]
+    Looks(ImagingError),
+    /// The antenna hangs on a gimbal whose attitude is not known.
+    #[error(
+        "[image] antenna_axis = \"{axis}\": expected the attitude of a gimbal with the positions of every \
+         track, found none ([trajectory] file with the log of an autopilot or a robot that records it)"
+    )]
+    NoGimbal {
+        /// The axis asked for.
+        axis: &'static str,
+    },
+    /// Looks are wanted of several tracks.
+    #[error("[image] looks: expected a single track, found {tracks}")]
+    LooksOfTracks {
+        /// How many there are.
+        tracks: usize,
+    },
+    /// The scene cannot be solved for.
+    #[error("[image] method: {0}")]
+    Inversion(InvertError),
+    /// A method that does not make what else is asked for.
+    #[error("[image] method = \"{method}\": expected {expected}, found {found}")]
+    Method {
+        /// The method.
+        method: &'static str,
+        /// What it needs.
+        expected: &'static str,
+        /// What else is asked for.
+        found: &'static str,
+    },
+    /// Anything else that the imaging operators refuse.
+    #[error(transparent)]
+    Imaging(ImagingError),
+    /// The sink does not take an image.
+    #[error(transparent)]
+    Sink(#[from] SinkError),
+}
+
+impl<'a> Echoes<'a> {
+    /// The weight of each trace.
+    #[must_use]
+    pub fn weights(&self, weight: Weight) -> Vec<f64> {
+        match weight {
+            Weight::Path => self.aligned.path_m.clone(),
+            Weight::Auto if self.aligned.stands => self.aligned.path_m.clone(),
+            Weight::Auto | Weight::Trace => vec![1.0; self.aligned.position_m.len()],
+        }
+    }
+
+    /// The traces with their weights as pulses of an antenna that is fixed to the platform: they look where the
+    /// recorded attitude points it.
+    ///
+    /// # Errors
+    /// Spectra, positions and weights of different numbers, or values that are not finite.
+    pub fn pulses(&self, weight: &'a [f64]) -> Result<Pulses<'a>, ImagingError> {
+        let pulses = Pulses::new(PulseArrays {
+            position_m: &self.aligned.position_m,
+            frequency_hz: &self.spectrum.frequency_hz,
+            spectrum: &self.spectrum.values,
+            weight,
+            light_speed_m_s: self.light_speed_m_s,
+        })?;
+        match self.aligned.boresight.looks.as_slice() {
+            [] => Ok(pulses),
+            boresight => pulses.with_boresight(boresight),
+        }
+    }
+}
+
+/// A plan on plane or uneven ground.
+pub(crate) fn plan_on<'a>(
+    pixels: &'a Pixels,
+    pulses: Pulses<'a>,
+    options: &PlanOptions,
+    control: &Control<'_>,
+) -> Result<ImagingPlan<'a>, ImageError> {
+    let control = control.silent_imaging();
+    match &pixels.surface {
+        Some(surface) => ImagingPlan::with_control(pulses, &**surface, options, control),
+        None => ImagingPlan::with_control(pulses, pixels.grid, options, control),
+    }
+    .map_err(refused)
+}
+
+/// Runs a plan; `before` contributions of the step were computed by earlier ones.
+pub(crate) fn run_plan(
+    plan: &ImagingPlan<'_>,
+    image: &mut [Complex32],
+    before: u64,
+    control: &Control<'_>,
+) -> Result<(), ImageError> {
+    let progress = |step: acerra_imaging::Progress| control.at(before + step.done);
+    plan.run(image, control.for_imaging(&progress))
+        .map_err(refused)
+}
+
+/// A plan that cannot be made or run: cancelled, or refused.
+fn refused(error: ImagingError) -> ImageError {
+    match error {
+        ImagingError::Cancelled => ImageError::Cancelled(Cancelled),
+        error => ImageError::Plan(error),
+    }
+}
+
+impl From<ImagingError> for ImageError {
+    fn from(error: ImagingError) -> Self {
+        match error {
+            ImagingError::Cancelled => Self::Cancelled(Cancelled),
+            error => Self::Imaging(error),
+        }
+    }
+}
+
+impl From<InvertError> for ImageError {
+    fn from(error: InvertError) -> Self {
+        if error.is_cancelled() {
+            Self::Cancelled(Cancelled)
+        } else {
+            Self::Inversion(error)
+        }
+    }
+}
+
+/// A quick, unweighted image of modest accuracy, for its sharpness alone: `position_m` takes the
+/// place of the positions that the echoes are aligned to.
+///
+/// # Errors
+/// Data that the imaging operators refuse.
+pub(crate) fn quick_look(
+    position_m: &[[f64; 3]],
+    spectrum: &Spectrum,
+    grid: PlaneGrid,
+    light_speed_m_s: f64,
+) -> Result<Vec<Complex32>, ImagingError> {
+    let weight = vec![1.0; position_m.len()];
+    let pulses = Pulses::new(PulseArrays {
+        position_m,
+        frequency_hz: &spectrum.frequency_hz,
+        spectrum: &spectrum.values,
+        weight: &weight,
+        light_speed_m_s,
+    })?;
+    // Without 1/R², which would let what is nearest decide.
+    let options = PlanOptions::default()
+        .with_accuracy(1e-2)
+        .with_spreading(Spreading::None)
+        .with_check_pixels(4);
+    let plan = ImagingPlan::new(pulses, grid, &options)?;
+    let mut image = vec![Complex32::default(); grid.len()];
+    plan.run(&mut image, acerra_imaging::Control::default())?;
+    Ok(image)
+}
+
+/// Number of contributions of pulses to pixels.
+pub(crate) fn contributions(pixels: usize, pulses: &Range<usize>) -> u64 {
+    pixels as u64 * pulses.len() as u64
+}

@@ -1,0 +1,119 @@
+//! Settings that nothing in the data checks: wrong values of these leave every finding as it is.
+
+use serde::Serialize;
+
+use super::finding::Finding;
+use super::setting::Setting;
+
+/// A setting of a run that no finding checks.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Unchecked {
+    /// The setting, as the campaign file calls it.
+    pub setting: &'static str,
+    /// What an error of it does, and what would check it.
+    pub explanation: &'static str,
+}
+
+impl Setting {
+    /// What is to be said where nothing checks it.
+    const fn unchecked(self) -> Unchecked {
+        match self {
+            Self::ClockOffset => Unchecked {
+                setting: "time_offset_s",
+                explanation: "height, motion and sharpness do not tell the clock offset to a few \
+                              hundredths of a second (clock_offset and clock_offset_focus say how well, \
+                              where they stand): an error of it moves targets along the track by as \
+                              much as the platform flies meanwhile ([trajectory] time_offset_s). \
+                              Take-off, turns and reflectors tell it.",
+            },
+            Self::Delay => Unchecked {
+                setting: "delay_ns",
+                explanation: "no surface echo that follows the flight's height, no direct coupling in \
+                              the window and too few sharp targets tell the fast time of range zero: an \
+                              error of 1 ns moves targets by 0.15 m or more ([radar] delay_ns, \
+                              [preprocess] zero_timing, [image] light_speed_m_s). A reflector at a \
+                              surveyed place tells it (acerra calibrate, [measure] survey).",
+            },
+            Self::Heights => Unchecked {
+                setting: "heights",
+                explanation: "no surface echo that follows the flight's height and too few sharp targets \
+                              tell the height of the flight above the image plane: an error of it moves \
+                              and blurs targets ([image] z_m, [trajectory] origin_deg_m, lever_arm_m up, \
+                              height). A reflector at a surveyed place tells it (acerra calibrate, \
+                              [measure] survey).",
+            },
+            Self::LeverArmForward => Unchecked {
+                setting: "lever_arm_m forward",
+                explanation: "the platform turns too little, or too few targets are sharp, to tell the \
+                              lever arm along its nose: an error of it moves every target by as much \
+                              ([trajectory] lever_arm_m). Measure it on the platform.",
+            },
+            Self::LeverArmLeft => Unchecked {
+                setting: "lever_arm_m left",
+                explanation: "the platform turns too little, or too few targets are sharp, to tell the \
+                              lever arm to its left: an error of it moves every target by as much \
+                              ([trajectory] lever_arm_m). Measure it on the platform.",
+            },
+            Self::Base => Unchecked {
+                setting: "base_ecef_m below 10 m",
+                explanation: "the base's own single-point position tells errors of its stated position \
+                              from about 10 m: smaller ones move the whole image east and north by as \
+                              much ([gnss] base_ecef_m). A surveyed point tells them.",
+            },
+            Self::Axes => Unchecked {
+                setting: "axes of the positions",
+                explanation: "a file gives the positions in a frame of its own, and ranges are the same in \
+                              its mirror image: axes exchanged or of the wrong sign turn or mirror the image \
+                              with the trajectory ([trajectory] file). A surveyed point off the track tells them.",
+            },
+            Self::AntennaAxis => Unchecked {
+                setting: "antenna_axis",
+                explanation: "the antenna is taken to look straight down, and nothing tells how it tilts: 10° \
+                              change the weight by a cos² pattern by up to 1.5 dB at 45° of incidence ([image] \
+                              antenna_cosine_power, antenna_axis). Recorded attitudes tell it ([trajectory] file).",
+            },
+        }
+    }
+}
+
+/// Those of `settings` that no finding checks.
+#[must_use]
+pub fn unchecked(settings: &[Setting], findings: &[Finding]) -> Vec<Unchecked> {
+    let is_checked = |setting: &Setting| {
+        findings
+            .iter()
+            .filter_map(|finding| finding.checks)
+            .any(|checked| {
+                checked == *setting || (checked, *setting) == (Setting::Heights, Setting::Delay)
+            })
+    };
+    settings
+        .iter()
+        .filter(|setting| !is_checked(setting))
+        .map(|setting| setting.unchecked())
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::findings::evidence::zero_timing;
+
+    #[test]
+    fn the_surface_echo_checks_delay_and_heights_and_the_coupling_the_delay() {
+        let mut findings = vec![Finding::compared("image_contrast", 30.0, 30.0, 1.0, "dB")];
+        let named = |findings: &[Finding]| -> Vec<&str> {
+            let settings = [Setting::Delay, Setting::Heights, Setting::ClockOffset];
+            unchecked(&settings, findings)
+                .iter()
+                .map(|one| one.setting)
+                .collect()
+        };
+        assert_eq!(named(&findings), ["delay_ns", "heights", "time_offset_s"]);
+        let coupling = Finding::compared("coupling_delay", 1.0, 1.0, 0.5, "ns");
+        findings.push(coupling.checking(Setting::Delay));
+        assert_eq!(named(&findings), ["heights", "time_offset_s"]);
+        findings.push(zero_timing(10.0, 10.1, 0.1));
+        assert_eq!(named(&findings), ["time_offset_s"]);
+    }
+}

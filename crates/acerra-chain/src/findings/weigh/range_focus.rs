@@ -1,0 +1,164 @@
+//! The fast time of range zero, against the one at which the strongest targets are sharpest.
+//!
+//! An error of range bends the phases along a target's path as the wrong distance does, while its
+//! envelope stays where it is: the image blurs. So that targets keep their places meanwhile, the
+//! plane is moved along with the range: by Δz where ranges grow by Δz.
+
+use std::f64::consts::TAU;
+
+use acerra_imaging::{ImagingError, PlaneGrid};
+use acerra_radar::Spectrum;
+use num_complex::{Complex32, Complex64};
+
+use super::strongest::strongest;
+use crate::align::Aligned;
+use crate::control::{Cancelled, Control};
+use crate::echoes::quick_look;
+use crate::echoes::sharpen::{log_fourth_moment, sharpest};
+use crate::findings::evidence::{Finding, PreferredSetting, Setting, preferred_setting};
+use crate::focus::Focused;
+use crate::prepare::{Prepared, Track};
+
+/// Ranges tried, either way (m).
+const REACH_M: f64 = 0.6;
+const STEP_M: f64 = 0.05;
+/// Targets further than this below the strongest say little (dB).
+const FLOOR_DB: f64 = -6.0;
+/// Half of the side of the patch about a target (m), and its pixels (m).
+const HALF_SIDE_M: f64 = 0.6;
+const PIXEL_M: f64 = 0.025;
+/// Logarithm of the fourth moment by which the sharpest must surpass every range a step away: less
+/// says nothing.
+const LEAST_MARGIN: f64 = 0.3;
+/// Ranges nearer than this belong to the sharpest (m).
+const APART_M: f64 = 0.3;
+/// Deviation that no delay falls below (ns): errors of the positions bend phases as well, 2 cm of
+/// them over the flight.
+const LEAST_SIGMA_NS: f64 = 0.2;
+/// Deviation up to which the delay counts as told (ns).
+const TELLING_NS: f64 = 0.5;
+
+/// Judges the delay in force by the sharpness of the strongest targets.
+///
+/// # Errors
+/// The caller asked to stop.
+pub(super) fn weigh(
+    prepared: &Prepared,
+    focused: &Focused,
+    track: &Track,
+    control: &Control<'_>,
+) -> Result<Option<Finding>, Cancelled> {
+    let Some(traces) = &track.cleaned else {
+        return Ok(None);
+    };
+    if focused.pixels.surface.is_some() || prepared.tracks.len() > 1 {
+        return Ok(None);
+    }
+    let bench = Bench {
+        aligned: &prepared.aligned,
+        spectrum: &prepared.spectrum,
+        light_speed_m_s: prepared.scene.light_speed_m_s,
+    };
+    let about = |v: f64| [v - HALF_SIDE_M, v + HALF_SIDE_M];
+    let patches: Vec<PlaneGrid> = strongest(prepared, focused, FLOOR_DB)
+        .into_iter()
+        .filter_map(|[x_m, y_m, z_m]| {
+            PlaneGrid::from_ranges(about(x_m), about(y_m), z_m, PIXEL_M).ok()
+        })
+        .collect();
+    let longer_m = bench.sharpest_m(&patches, control)?;
+    let targets = patches.len();
+    Ok(longer_m.map(|[longer_m, sigma_m]| {
+        let ns = |range_m: f64| 2e9 * range_m / prepared.scene.light_speed_m_s;
+        let in_force = -1e9 * traces.shift_s;
+        preferred_setting(&PreferredSetting {
+            name: "delay_focus",
+            in_force,
+            preferred: in_force - ns(longer_m),
+            sigma: ns(sigma_m).hypot(LEAST_SIGMA_NS),
+            unit: "ns",
+            key: "[radar] delay_ns, [preprocess] zero_timing, [image] z_m, light_speed_m_s, \
+                  [trajectory] origin_deg_m, lever_arm_m: heights",
+            targets,
+            setting: Setting::Heights,
+            telling: TELLING_NS,
+        })
+    }))
+}
+
+struct Bench<'a> {
+    aligned: &'a Aligned,
+    spectrum: &'a Spectrum,
+    light_speed_m_s: f64,
+}
+
+impl Bench<'_> {
+    /// By how much longer ranges make the sharpest targets, with the deviation of that (m); none
+    /// where no range is clearly the sharpest.
+    fn sharpest_m(
+        &self,
+        patches: &[PlaneGrid],
+        control: &Control<'_>,
+    ) -> Result<Option<[f64; 2]>, Cancelled> {
+        let steps = (REACH_M / STEP_M).round() as i32;
+        let tried_m: Vec<f64> = (-steps..=steps).map(|k| f64::from(k) * STEP_M).collect();
+        let mut scores = Vec::new();
+        for longer_m in &tried_m {
+            control.check()?;
+            let spectrum = self.longer_by(*longer_m);
+            let score = |patch: &PlaneGrid| {
+                let image = self.image(*patch, &spectrum, *longer_m)?;
+                Ok::<_, ImagingError>(log_fourth_moment(&image))
+            };
+            match patches.iter().map(score).collect::<Result<Vec<_>, _>>() {
+                Ok(score) => scores.push(score),
+                Err(_) => return Ok(None),
+            }
+        }
+        let Some(best) = sharpest(&tried_m, &scores) else {
+            return Ok(None);
+        };
+        let mean = |score: &Vec<f64>| score.iter().sum::<f64>() / score.len().max(1) as f64;
+        let top = scores.iter().map(mean).fold(f64::NEG_INFINITY, f64::max);
+        let rival = tried_m
+            .iter()
+            .zip(&scores)
+            .filter(|(m, _)| (*m - best.value).abs() > APART_M)
+            .map(|(_, score)| mean(score))
+            .fold(f64::NEG_INFINITY, f64::max);
+        Ok((top - rival >= LEAST_MARGIN).then_some([best.value, best.sigma]))
+    }
+
+    fn image(
+        &self,
+        patch: PlaneGrid,
+        spectrum: &Spectrum,
+        longer_m: f64,
+    ) -> Result<Vec<Complex32>, ImagingError> {
+        let grid = PlaneGrid {
+            z_m: patch.z_m - longer_m,
+            ..patch
+        };
+        quick_look(
+            &self.aligned.position_m,
+            spectrum,
+            grid,
+            self.light_speed_m_s,
+        )
+    }
+
+    /// The spectra of ranges longer by so much.
+    fn longer_by(&self, range_m: f64) -> Spectrum {
+        let ramp: Vec<Complex64> = self
+            .spectrum
+            .frequency_hz
+            .iter()
+            .map(|f| Complex64::from_polar(1.0, -2.0 * TAU * f * range_m / self.light_speed_m_s))
+            .collect();
+        let mut spectrum = self.spectrum.clone();
+        for row in spectrum.values.chunks_mut(ramp.len().max(1)) {
+            row.iter_mut().zip(&ramp).for_each(|(v, r)| *v *= r);
+        }
+        spectrum
+    }
+}

@@ -1,0 +1,73 @@
+//! Findings on the measured targets.
+
+use acerra_imaging::metrics::Target;
+
+use super::side::sides;
+use crate::align::Aligned;
+use crate::findings::evidence::{Finding, surface_residue, target_side};
+use crate::prepare::Prepared;
+
+/// Weighs the targets of an image; nothing where no log holds traces, whose surface echo is known.
+#[must_use]
+pub fn weigh_targets(prepared: &Prepared, targets: &[Target]) -> Vec<Finding> {
+    let frequency_hz = &prepared.spectrum.frequency_hz;
+    let (Some(low), Some(high)) = (frequency_hz.first(), frequency_hz.last()) else {
+        return Vec::new();
+    };
+    if high <= low || prepared.tracks.iter().all(|track| track.cleaned.is_none()) {
+        return Vec::new();
+    }
+    let cell_m = 0.5 * prepared.scene.light_speed_m_s / (high - low);
+    let is_residue = |target: &&Target| {
+        target.along.rayleigh_m.is_none() && is_below(&prepared.aligned, target, cell_m)
+    };
+    let residues = targets.iter().filter(is_residue).count();
+    let mut findings = vec![surface_residue(residues, targets.len())];
+    findings.extend(target_side(&sides(prepared, targets)));
+    findings
+}
+
+/// Whether a target lies within a range cell of the ground straight below the trace nearest to it.
+fn is_below(aligned: &Aligned, target: &Target, cell_m: f64) -> bool {
+    let range_m = |p: &[f64; 3]| {
+        let away = [target.x_m - p[0], target.y_m - p[1], target.z_m - p[2]];
+        away.iter().map(|v| v * v).sum::<f64>().sqrt()
+    };
+    let traces = aligned.position_m.iter().zip(&aligned.height_m);
+    let nearest = traces
+        .map(|(p, height_m)| (range_m(p), *height_m))
+        .min_by(|a, b| a.0.total_cmp(&b.0));
+    nearest.is_some_and(|(range_m, height_m)| (range_m - height_m).abs() <= cell_m)
+}
+
+#[cfg(test)]
+mod tests {
+    use acerra_imaging::metrics::AlongTrack;
+
+    use super::*;
+
+    #[test]
+    fn below_is_within_a_range_cell_of_the_height() {
+        let aligned = Aligned {
+            position_m: (0..50).map(|k| [0.2 * f64::from(k), -20.0, 6.5]).collect(),
+            height_m: vec![8.0; 50],
+            ..Aligned::default()
+        };
+        let at = |y_m: f64| Target {
+            x_m: 4.1,
+            y_m,
+            z_m: -1.5,
+            level_db: 0.0,
+            along: AlongTrack::default(),
+            across: Default::default(),
+            pslr_db: None,
+            islr_db: None,
+            ghost: None,
+        };
+        // √(2 · 8 · 0.088) = 1.19 m.
+        assert!(is_below(&aligned, &at(-20.0), 0.088));
+        assert!(is_below(&aligned, &at(-18.9), 0.088));
+        assert!(!is_below(&aligned, &at(-18.7), 0.088));
+        assert!(!is_below(&aligned, &at(0.0), 0.088));
+    }
+}

@@ -1,0 +1,331 @@
+//! Stage `focus`: the adjoint of Eq. (3) on the pixels.
+
+pub mod inversion;
+pub mod looks;
+pub mod memory;
+pub mod sink;
+pub mod space;
+pub mod tiles;
+pub mod volume;
+
+use std::ops::Range;
+
+use acerra_imaging::{Complex32, ImagingPlan, IncidenceWeight, PlanOptions, Pulses};
+
+use crate::align::Aligned;
+use crate::choices::{AntennaAxis, Sum, Weight};
+use crate::control::Control;
+use crate::echoes::{Echoes, ImageError, contributions, plan_on, run_plan};
+use crate::focus::inversion::options::InversionOptions;
+use crate::focus::inversion::record::InversionRecord;
+use crate::focus::looks::{LookInput, LookOptions, Multilook, image_looks};
+use crate::focus::memory::available_memory_bytes;
+use crate::focus::sink::ImageSink;
+use crate::focus::volume::{Projections, image_volume};
+use crate::scene::pixels::Pixels;
+
+/// Parameters of the stage `focus`.
+#[derive(Clone, Copy, Debug)]
+pub struct FocusOptions {
+    /// Relative L2 error allowed against Eq. (3) in double precision.
+    pub accuracy: f64,
+    /// Weight of each trace.
+    pub weight: Weight,
+    /// Weight by incidence and antenna pattern; level planes alone.
+    pub incidence: Option<IncidenceWeight>,
+    /// Where the antenna looks, from which its pattern counts.
+    pub antenna_axis: AntennaAxis,
+    /// What of several tracks is summed.
+    pub sum: Sum,
+    /// Random pixels on which each plan checks itself against Eq. (3) in double precision.
+    pub check_pixels: usize,
+    /// Most bytes that tables and image may take; what the machine has left where `None`.
+    pub memory_limit_bytes: Option<u64>,
+    /// Whether the adjoint is the image, or the scene is solved for, and how.
+    pub inversion: InversionOptions,
+}
+
+impl Default for FocusOptions {
+    fn default() -> Self {
+        Self {
+            accuracy: 1e-3,
+            weight: Weight::Trace,
+            incidence: None,
+            antenna_axis: AntennaAxis::default(),
+            sum: Sum::Coherent,
+            check_pixels: PlanOptions::default().check_pixels,
+            memory_limit_bytes: None,
+            inversion: InversionOptions::default(),
+        }
+    }
+}
+
+/// An image asked for.
+#[derive(Clone, Debug)]
+pub struct ImageRequest {
+    /// Where its pixels are.
+    pub pixels: Pixels,
+    /// How it is made.
+    pub options: FocusOptions,
+    /// Looks beside it, each to the sink.
+    pub looks: Option<LookOptions>,
+    /// The pulses that make it, counted over all tracks; all of them by default.
+    pub pulses: Option<Range<usize>>,
+}
+
+impl ImageRequest {
+    /// An image on these pixels, with the default options and without looks.
+    #[must_use]
+    pub fn on(pixels: impl Into<Pixels>) -> Self {
+        Self {
+            pixels: pixels.into(),
+            options: FocusOptions::default(),
+            looks: None,
+            pulses: None,
+        }
+    }
+
+    /// The image of a part of the pulses alone, counted over all tracks.
+    #[must_use]
+    pub fn of_pulses(self, pulses: Range<usize>) -> Self {
+        Self {
+            pulses: Some(pulses),
+            ..self
+        }
+    }
+}
+
+/// The focused image and how it was made.
+#[derive(Clone, Debug)]
+pub struct Focused {
+    /// The sum of Eq. (3), row-major `[ny, nx]`, row 0 at the smallest y. Of tracks summed by power
+    /// its modulus; of a volume the value of greatest modulus along z. Of a scene that was solved for
+    /// its reflectivity, as [`InversionRecord::meaning`] says.
+    pub image: Vec<Complex32>,
+    /// Where its pixels are; of a volume with the heights of those values.
+    pub pixels: Pixels,
+    /// How it was made.
+    pub options: FocusOptions,
+    /// What the planner chose and why, as text.
+    pub plan: String,
+    /// Bytes that the plan promised to need beside the input.
+    pub promised_bytes: u64,
+    /// Relative L2 error that the plan's self-check found on random pixels.
+    pub checked_error: Option<f64>,
+    /// The mean power of the looks, where looks were asked for.
+    pub multilook: Option<Multilook>,
+    /// Maximum projections of a volume.
+    pub projections: Option<Projections>,
+    /// How the scene was solved for, where it was.
+    pub inversion: Option<InversionRecord>,
+}
+
+impl Focused {
+    /// East, north and height of the pixel of greatest modulus (m).
+    #[must_use]
+    pub fn maximum_m(&self) -> [f64; 3] {
+        let power = self.image.iter().map(Complex32::norm_sqr).enumerate();
+        let greatest = power.max_by(|a, b| a.1.total_cmp(&b.1));
+        self.pixels.place_m(greatest.map_or(0, |(k, _)| k))
+    }
+}
+
+/// Makes an image of echoes whose tracks are the ranges `parts`; looks and volume slices go to the
+/// sink.
+///
+/// # Errors
+/// Data that the imaging operators refuse, a sink that is full, cancellation.
+pub fn focus(
+    echoes: Echoes<'_>,
+    parts: &[Range<usize>],
+    request: &ImageRequest,
+    sink: &mut dyn ImageSink,
+    control: &Control<'_>,
+) -> Result<Focused, ImageError> {
+    let weight = echoes.weights(request.options.weight);
+    let pulses = echoes.pulses(&weight).map_err(ImageError::Spectra)?;
+    let pulses = looking(pulses, echoes.aligned, request.options.antenna_axis)?;
+    let (pulses, parts) = match &request.pulses {
+        None => (pulses, parts.to_vec()),
+        Some(wanted) => {
+            let selected = pulses.slice(wanted.clone()).map_err(ImageError::Spectra)?;
+            (selected, parts_within(parts, wanted))
+        }
+    };
+    let plan = plan_options(&request.options);
+    let pixels = &request.pixels;
+    if let Some(volume) = pixels.volume {
+        let made = image_volume(pulses, volume, &plan, sink, control)?;
+        return Ok(Focused {
+            image: made.image,
+            pixels: made.pixels,
+            options: request.options,
+            plan: made.run.report.to_string(),
+            promised_bytes: u64::try_from(made.bytes).unwrap_or(u64::MAX),
+            checked_error: made.run.checked_error,
+            multilook: None,
+            projections: Some(made.projections),
+            inversion: None,
+        });
+    }
+    if request.looks.is_some() && parts.len() > 1 {
+        return Err(ImageError::LooksOfTracks {
+            tracks: parts.len(),
+        });
+    }
+    let input = LookInput {
+        pulses,
+        pixels,
+        plan: &plan,
+    };
+    let incoherent = request.options.sum == Sum::Incoherent && parts.len() > 1;
+    let mut made = if incoherent {
+        sum_of_powers(input, &parts, control)?
+    } else {
+        coherent_sum(input, control)?
+    };
+    let multilook = match request.looks {
+        Some(looks) => Some(image_looks(input, looks, sink, control)?),
+        None => None,
+    };
+    made.summary.bytes += pixels.surface.as_ref().map_or(0, |s| s.len() as u128 * 4);
+    made.summary.bytes += multilook.as_ref().map_or(0, |m| m.bytes);
+    Ok(Focused {
+        image: made.image,
+        pixels: pixels.clone(),
+        options: request.options,
+        promised_bytes: u64::try_from(made.summary.bytes).unwrap_or(u64::MAX),
+        plan: made.summary.explained,
+        checked_error: made.summary.checked_error,
+        multilook,
+        projections: None,
+        inversion: None,
+    })
+}
+
+/// The pulses of an antenna that looks where the options say.
+///
+/// # Errors
+/// An antenna on a gimbal whose attitude is not known, or a boresight that is no direction.
+pub(crate) fn looking<'a>(
+    pulses: Pulses<'a>,
+    aligned: &'a Aligned,
+    axis: AntennaAxis,
+) -> Result<Pulses<'a>, ImageError> {
+    match aligned.boresights(axis) {
+        None => Ok(pulses.without_boresight()),
+        Some(boresights) if !boresights.is_empty() => pulses
+            .with_boresight(&boresights.looks)
+            .map_err(ImageError::Spectra),
+        Some(_) if axis.is_gimbal() => Err(ImageError::NoGimbal { axis: axis.name() }),
+        Some(_) => Ok(pulses.without_boresight()),
+    }
+}
+
+/// The tracks' parts of the pulses in `wanted`, counted from its first; tracks without any are left
+/// out.
+pub(crate) fn parts_within(parts: &[Range<usize>], wanted: &Range<usize>) -> Vec<Range<usize>> {
+    let within = |part: &Range<usize>| {
+        let from = part.start.max(wanted.start);
+        let to = part.end.min(wanted.end);
+        (from < to).then(|| from - wanted.start..to - wanted.start)
+    };
+    parts.iter().filter_map(within).collect()
+}
+
+pub(crate) fn plan_options(options: &FocusOptions) -> PlanOptions {
+    let default = PlanOptions::default();
+    let stated = options.memory_limit_bytes.map(u128::from);
+    let limit_bytes = stated.unwrap_or(default.memory_limit_bytes);
+    default
+        .with_accuracy(options.accuracy)
+        .with_incidence(options.incidence)
+        .with_check_pixels(options.check_pixels)
+        .with_memory_limit_bytes(
+            available_memory_bytes().map_or(limit_bytes, |b| limit_bytes.min(b.into())),
+        )
+}
+
+/// An image, and what its plans said.
+struct Made {
+    image: Vec<Complex32>,
+    summary: PlanSummary,
+}
+
+/// One image with the aperture of all traces.
+fn coherent_sum(input: LookInput<'_>, control: &Control<'_>) -> Result<Made, ImageError> {
+    let mut image = vec![Complex32::default(); input.pixels.grid.len()];
+    let mut summary = PlanSummary::default();
+    control.start(
+        "focus",
+        contributions(image.len(), &(0..input.pulses.len())),
+    );
+    let plan = plan_on(input.pixels, input.pulses, input.plan, control)?;
+    summary.add(&plan, control);
+    run_plan(&plan, &mut image, 0, control)?;
+    control.finish();
+    Ok(Made { image, summary })
+}
+
+/// The root of the sum of the powers of each track's own image.
+fn sum_of_powers(
+    input: LookInput<'_>,
+    parts: &[Range<usize>],
+    control: &Control<'_>,
+) -> Result<Made, ImageError> {
+    let mut image = vec![Complex32::default(); input.pixels.grid.len()];
+    let mut power = vec![0_f32; image.len()];
+    let mut summary = PlanSummary::default();
+    control.start(
+        "focus",
+        contributions(image.len(), &(0..input.pulses.len())),
+    );
+    let mut before = 0;
+    for part in parts {
+        let pulses = input
+            .pulses
+            .slice(part.clone())
+            .map_err(ImageError::Tracks)?;
+        let plan = plan_on(input.pixels, pulses, input.plan, control)?;
+        summary.add(&plan, control);
+        run_plan(&plan, &mut image, before, control)?;
+        before += contributions(image.len(), part);
+        acerra_imaging::looks::add_power(&mut power, &image)?;
+    }
+    control.finish();
+    for (v, p) in image.iter_mut().zip(&power) {
+        *v = Complex32::new(p.sqrt(), 0.0);
+    }
+    summary.bytes += 4 * power.len() as u128;
+    Ok(Made { image, summary })
+}
+
+/// Contributions from which estimating the run time by timed samples costs little beside the image.
+const MIN_CONTRIBUTIONS_TO_ESTIMATE: u64 = 2_000_000_000;
+
+/// What one plan, or the most demanding of several, said.
+#[derive(Default)]
+struct PlanSummary {
+    explained: String,
+    bytes: u128,
+    checked_error: Option<f64>,
+}
+
+impl PlanSummary {
+    fn add(&mut self, plan: &ImagingPlan<'_>, control: &Control<'_>) {
+        if !self.explained.is_empty() {
+            self.explained.push('\n');
+        }
+        self.explained.push_str(&plan.report().to_string());
+        if plan.contributions() > MIN_CONTRIBUTIONS_TO_ESTIMATE {
+            let threads = rayon::current_num_threads();
+            let seconds = plan.estimate_run_time_s(control.silent_imaging());
+            let line = format!("\nabout {seconds:.2} s on {threads} threads");
+            self.explained.push_str(&line);
+        }
+        self.bytes = self.bytes.max(plan.memory_bytes());
+        if let Some(check) = plan.self_check() {
+            self.checked_error = Some(self.checked_error.unwrap_or(0.0).max(check.error));
+        }
+    }
+}

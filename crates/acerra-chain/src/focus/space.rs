@@ -1,0 +1,52 @@
+//! What an image needs in memory and on disk.
+
+use acerra_imaging::VolumeGrid;
+
+use crate::scene::{SceneError, SceneHeights, SceneOptions};
+
+const VALUE: u128 = size_of::<acerra_imaging::Complex32>() as u128;
+
+/// The level of a pixel while an image is measured and drawn.
+const LEVEL: u128 = size_of::<f32>() as u128;
+
+/// Bytes that pixels ask for, beside tables and traces.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct NeededBytes {
+    /// In memory.
+    pub memory: u128,
+    /// On disk, where image, looks and volume are written whole.
+    pub disk: u128,
+}
+
+/// Bytes that the pixels of a scene and its looks ask for.
+///
+/// # Errors
+/// A grid or volume that is none.
+pub fn needed_bytes(scene: &SceneOptions, looks: Option<usize>) -> Result<NeededBytes, SceneError> {
+    let Some(grid) = scene.grid()? else {
+        // Left to the flight: nothing is known before it is read.
+        return Ok(NeededBytes { memory: 0, disk: 0 });
+    };
+    let plane = grid.len() as u128;
+    let (mut memory, mut disk) = (plane * (VALUE + LEVEL), plane * VALUE);
+    if matches!(scene.heights, SceneHeights::Terrain(_)) {
+        memory += plane * 4;
+        disk += plane * 8;
+    }
+    if let Some(looks) = looks {
+        memory += plane * (VALUE + 4);
+        disk += plane * (VALUE * looks as u128 + 4);
+    }
+    if let Some(volume) = scene.volume(grid)? {
+        memory += projections_bytes(&volume);
+        disk += plane * (VALUE * volume.nz as u128 + 8);
+    }
+    Ok(NeededBytes { memory, disk })
+}
+
+/// Bytes of a volume's maximum projections, beside one slice.
+pub(crate) fn projections_bytes(volume: &VolumeGrid) -> u128 {
+    let [nx, ny, nz] = [volume.base.nx, volume.base.ny, volume.nz].map(|n| n as u128);
+    // Seen from above a value, its modulus and a height; from the side and the front a power.
+    nx * ny * (2 * VALUE + 4) + nz * (nx + ny) * 4
+}

@@ -1,0 +1,346 @@
+//! Stage `read`: the radar log, whatever its format.
+
+pub mod inputs;
+pub(crate) mod path_text;
+pub(crate) mod phase_history;
+pub(crate) mod trace_positions;
+
+use std::fs::File;
+use std::io::{self, BufReader, Read as _, Seek as _};
+use std::path::{Path, PathBuf};
+
+use acerra_radar::quality::{OutlierOptions, scan_outliers};
+use acerra_radar::{
+    LogRadargram, LoggedClock, LoggedClockError, NeutralContent, NeutralFile, OpenError, RadarFile,
+    RadarLog, Radargram, RadargramOptions, RunError, Spectrum,
+};
+
+use crate::read::phase_history::{PhaseHistoryError, read_phase_history};
+use crate::read::trace_positions::TracePositions;
+use crate::warnings::Warnings;
+
+/// What the log holds for the chain.
+#[derive(Clone, Debug)]
+pub enum RadarContent {
+    /// Traces, still to be cleaned.
+    Radargram(Radargram),
+    /// Spectra, ready for the adjoint.
+    Spectrum(Spectrum),
+}
+
+impl RadarContent {
+    /// Slow time of each trace (s).
+    #[must_use]
+    pub fn time_s(&self) -> &[f64] {
+        match self {
+            Self::Radargram(radargram) => &radargram.time_s,
+            Self::Spectrum(spectrum) => &spectrum.time_s,
+        }
+    }
+}
+
+impl From<Radargram> for RadarContent {
+    fn from(radargram: Radargram) -> Self {
+        Self::Radargram(radargram)
+    }
+}
+
+impl From<Spectrum> for RadarContent {
+    fn from(spectrum: Spectrum) -> Self {
+        Self::Spectrum(spectrum)
+    }
+}
+
+/// A radar log as the chain takes it.
+#[derive(Clone, Debug)]
+pub struct RadarData {
+    /// The measurement.
+    pub content: RadarContent,
+    /// Antenna position of each trace, where the file brings it.
+    pub positions: Option<TracePositions>,
+    /// What the measurement is called in summaries and pictures.
+    pub label: RadarLabel,
+    /// The clock that was recorded beside the log. Where there is one, times count seconds of GPS time.
+    pub clock: Option<LoggedClock>,
+}
+
+/// What a radar measurement is called in summaries and pictures.
+#[derive(Clone, Debug)]
+pub struct RadarLabel {
+    /// Unit of the samples.
+    pub unit: &'static str,
+    /// One line on what was read.
+    pub summary: String,
+}
+
+impl RadarData {
+    /// A measurement in memory; positions are given beside it.
+    #[must_use]
+    pub fn in_memory(content: RadarContent) -> Self {
+        let summary = match &content {
+            RadarContent::Radargram(radargram) => format!(
+                "radargram, {} traces × {} samples",
+                radargram.traces, radargram.samples_per_trace
+            ),
+            RadarContent::Spectrum(spectrum) => format!(
+                "spectra, {} traces × {} frequencies",
+                spectrum.traces(),
+                spectrum.frequency_hz.len()
+            ),
+        };
+        Self {
+            content,
+            positions: None,
+            label: RadarLabel {
+                unit: "amplitude",
+                summary,
+            },
+            clock: None,
+        }
+    }
+}
+
+/// Why a radar log cannot be used.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ReadError {
+    /// The operating system does not open the file.
+    #[error("{}: {cause}", path.display())]
+    Open {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        cause: io::Error,
+    },
+    /// The content is no radar log, or a damaged one.
+    #[error("{}: {cause}", path.display())]
+    Content {
+        /// The file.
+        path: PathBuf,
+        /// The place in it, what was expected and what was found.
+        cause: OpenError,
+    },
+    /// The scans of the log make no radargram.
+    #[error("{}: {cause}", path.display())]
+    Scans {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        cause: RunError,
+    },
+    /// Phase history data that cannot be used.
+    #[error("{}: {cause}", path.display())]
+    PhaseHistory {
+        /// The file.
+        path: PathBuf,
+        /// The place in it, what was expected and what was found.
+        cause: Box<PhaseHistoryError>,
+    },
+    /// The clock beside the log.
+    #[error(transparent)]
+    Clock(#[from] LoggedClockError),
+    /// The campaign asks for a recorded clock, and there is none.
+    #[error(
+        "{}: [trajectory] time_offset_s = \"logged\": expected the clock of the recording beside the radar log, \
+         found none",
+        path.display()
+    )]
+    NoClock {
+        /// Where it would lie.
+        path: PathBuf,
+    },
+    /// A channel is named of a file that has none.
+    #[error(
+        "{}: [radar] channel: expected a CPHD file, which has channels, found another kind",
+        path.display()
+    )]
+    NoChannels {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A neutral file that says neither when nor where its traces were measured.
+    #[error("{}: expected time_s or position_m beside the data, found neither", path.display())]
+    NoTime {
+        /// The file.
+        path: PathBuf,
+    },
+}
+
+/// Reads a radar log, or the reference channel of phase history data.
+///
+/// # Errors
+/// As [`read_channel`].
+pub fn read_radar(path: &Path, warnings: &mut Warnings) -> Result<RadarData, ReadError> {
+    read_channel(path, None, warnings)
+}
+
+/// Reads a radar log, or the named channel of phase history data.
+///
+/// # Errors
+/// A file that is absent, of another kind, cut off before its first whole scan, or hostile; a channel
+/// that is not there. The message names the file and the place in it.
+pub fn read_channel(
+    path: &Path,
+    channel: Option<&str>,
+    warnings: &mut Warnings,
+) -> Result<RadarData, ReadError> {
+    let owned = || path.to_owned();
+    let failed = |cause| ReadError::Open {
+        path: owned(),
+        cause,
+    };
+    let mut file = File::open(path).map_err(failed)?;
+    let mut head = Vec::new();
+    let read = file.by_ref().take(16).read_to_end(&mut head);
+    read.and_then(|_| file.rewind()).map_err(failed)?;
+    if acerra_cphd::is_cphd(&head) {
+        return from_phase_history(path, file, channel, warnings);
+    }
+    if channel.is_some() {
+        return Err(ReadError::NoChannels { path: owned() });
+    }
+    let content = acerra_radar::read(BufReader::new(file), &acerra_radar::Limits::default())
+        .map_err(|cause| ReadError::Content {
+            path: owned(),
+            cause,
+        })?;
+    match content {
+        RadarFile::Log(log) => from_log(path, &log, warnings),
+        RadarFile::Neutral(neutral) => from_neutral(path, neutral, warnings),
+    }
+}
+
+fn from_log(path: &Path, log: &RadarLog, warnings: &mut Warnings) -> Result<RadarData, ReadError> {
+    let mut made = log
+        .radargram(&RadargramOptions::default())
+        .map_err(|cause| ReadError::Scans {
+            path: path.to_owned(),
+            cause,
+        })?;
+    let clock = recorded_clock(path, log, &mut made)?;
+    for blemish in log.report.blemishes.iter().take(LISTED_BLEMISHES) {
+        warnings.add(format!("{}: {blemish}", name_of(path)));
+    }
+    let more = log
+        .report
+        .blemish_count
+        .saturating_sub(LISTED_BLEMISHES as u64);
+    if more > 0 {
+        warnings.add(format!("{}: {more} more such places", name_of(path)));
+    }
+    warnings.count(
+        made.other_scans,
+        "scans of other filterings or windows are in the log and were left out",
+    );
+    let summary = summary(log, &made);
+    Ok(RadarData {
+        content: RadarContent::Radargram(without_outliers(made.radargram, warnings)),
+        positions: None,
+        label: RadarLabel {
+            unit: "counts",
+            summary,
+        },
+        clock,
+    })
+}
+
+/// The clock beside the log, by which the traces' times are put on GPS time.
+fn recorded_clock(
+    path: &Path,
+    log: &RadarLog,
+    made: &mut LogRadargram,
+) -> Result<Option<LoggedClock>, ReadError> {
+    let Some(clock) = LoggedClock::beside(path)? else {
+        return Ok(None);
+    };
+    if let Some(first) = made.run.scans.first().and_then(|&i| log.scans.get(i)) {
+        clock.check_traces(path, first.message_id, first.timestamp_ms)?;
+    }
+    clock.scale(made);
+    Ok(Some(clock))
+}
+
+fn from_phase_history(
+    path: &Path,
+    file: File,
+    channel: Option<&str>,
+    warnings: &mut Warnings,
+) -> Result<RadarData, ReadError> {
+    let read = read_phase_history(BufReader::new(file), channel).map_err(|cause| {
+        ReadError::PhaseHistory {
+            path: path.to_owned(),
+            cause: Box::new(cause),
+        }
+    })?;
+    for remark in read.remarks {
+        warnings.add(format!("{}: {remark}", name_of(path)));
+    }
+    let mut data = RadarData::in_memory(RadarContent::Spectrum(read.spectrum));
+    data.label.summary = read.summary;
+    data.positions = Some(read.positions);
+    Ok(data)
+}
+
+fn from_neutral(
+    path: &Path,
+    neutral: NeutralFile,
+    warnings: &mut Warnings,
+) -> Result<RadarData, ReadError> {
+    if neutral.time_missing && neutral.position_m.is_none() {
+        return Err(ReadError::NoTime {
+            path: path.to_owned(),
+        });
+    }
+    for name in &neutral.ignored {
+        warnings.add(format!("{}: array {name} is not used", name_of(path)));
+    }
+    let content = match neutral.content {
+        NeutralContent::Radargram(radargram) => RadarContent::Radargram(radargram),
+        NeutralContent::Spectrum(spectrum) => RadarContent::Spectrum(spectrum),
+    };
+    let mut data = RadarData::in_memory(content);
+    data.label.summary.insert_str(0, "NPZ ");
+    data.positions = neutral.position_m.map(TracePositions::from);
+    Ok(data)
+}
+
+/// The traces without those that stand out from their neighbours by orders of magnitude.
+fn without_outliers(radargram: Radargram, warnings: &mut Warnings) -> Radargram {
+    let outliers = scan_outliers(&radargram, &OutlierOptions::default());
+    let is_sound = |trace: &usize| outliers.iter().all(|outlier| outlier.trace != *trace);
+    let kept: Vec<usize> = (0..radargram.traces).filter(is_sound).collect();
+    if kept.len() == radargram.traces || kept.is_empty() {
+        return radargram;
+    }
+    warnings.count(
+        outliers.len(),
+        "scans stand out from their neighbours by orders of magnitude and were left out; trace \
+         numbers count those that remain",
+    );
+    radargram.select(&kept).unwrap_or(radargram)
+}
+
+/// Places in a log that are named one by one before they are only counted.
+const LISTED_BLEMISHES: usize = 5;
+
+fn summary(log: &RadarLog, made: &LogRadargram) -> String {
+    format!(
+        "{}, {} whole scans × {} samples, {:.3} ms apart{}",
+        log.format,
+        log.report.whole_scans,
+        made.radargram.samples_per_trace,
+        made.clock.interval_s * 1e3,
+        match made.clock.lost_scans {
+            0 => String::new(),
+            lost => format!(", {lost} lost between them"),
+        }
+    )
+}
+
+/// The file's own name, for messages in which the directory does not matter.
+pub(crate) fn name_of(path: &Path) -> String {
+    path.file_name()
+        .unwrap_or(path.as_os_str())
+        .to_string_lossy()
+        .into_owned()
+}
