@@ -57,7 +57,7 @@ pub fn test(runner: &Runner) -> anyhow::Result<()> {
         .iter()
         .any(|name| runner.succeeds(&[name, "--version"]))
     {
-        println!("\n== browser tests: no Chromium is installed here; skipped");
+        runner.skip("browser tests", "no Chromium is installed here");
         return Ok(());
     }
     // The Rust suite leaves the program behind: a build of its own would have other features.
@@ -115,7 +115,7 @@ fn node(
 /// The folder of `browser/`'s files and packages; none, with the reason said, where they cannot be had.
 fn packages(runner: &Runner) -> anyhow::Result<Option<PathBuf>> {
     if !runner.succeeds(&["node", "--version"]) || !runner.succeeds(&["npm", "--version"]) {
-        println!("\n== browser tests: node and npm are not installed here; skipped");
+        runner.skip("browser tests", "node and npm are not installed here");
         return Ok(None);
     }
     let place = target(runner).join("browser");
@@ -132,8 +132,11 @@ fn packages(runner: &Runner) -> anyhow::Result<Option<PathBuf>> {
     if install.status.success() {
         return Ok(Some(place));
     }
-    let said = String::from_utf8_lossy(&install.stderr).into_owned();
-    println!("\n== browser tests: the packages cannot be installed here; skipped\n{said}");
+    let reason = String::from_utf8_lossy(&install.stderr);
+    runner.skip(
+        "browser tests",
+        &format!("the packages cannot be installed here\n{reason}"),
+    );
     Ok(None)
 }
 

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use anyhow::ensure;
 use xtask::house::House;
+use xtask::lines::Lines;
 
 use crate::browser;
 use crate::python;
@@ -38,13 +39,15 @@ pub fn ci(runner: &Runner) -> anyhow::Result<()> {
     let seed = std::env::var("FUZZ_SEED").unwrap_or_else(|_| "1".to_owned());
     let seconds = std::env::var("FUZZ_SECONDS").unwrap_or_else(|_| FUZZ_SECONDS.to_owned());
     let fuzz = ["bash", "fuzz/run.sh", &seconds];
-    runner.run(&Step::new("fuzzing, bounded", &fuzz).with("FUZZ_SEED", seed))
+    runner.run(&Step::new("fuzzing, bounded", &fuzz).with("FUZZ_SEED", seed))?;
+    runner.print_skipped();
+    Ok(())
 }
 
 /// Licences and sources of every dependency, and advisories where the database can be had.
 fn licences(runner: &Runner) -> anyhow::Result<()> {
     if !runner.succeeds(&["cargo", "deny", "--version"]) {
-        println!("\n== licences: cargo-deny is not installed here; skipped");
+        runner.skip("licences", "cargo-deny is not installed here");
         return Ok(());
     }
     let check = "cargo deny --workspace check bans licenses sources";
@@ -53,7 +56,7 @@ fn licences(runner: &Runner) -> anyhow::Result<()> {
         let check = "cargo deny --workspace check advisories";
         runner.run(&Step::new("advisories", &words(check)))
     } else {
-        println!("\n== advisories: the database cannot be fetched here; skipped");
+        runner.skip("advisories", "the database cannot be fetched here");
         Ok(())
     }
 }
@@ -66,10 +69,11 @@ fn minimum_rust(runner: &Runner) -> anyhow::Result<()> {
         let build = ["cargo", &toolchain, "check", "--workspace", "--locked"];
         return runner.run(&Step::new("minimum Rust", &build));
     }
-    println!(
-        "\n== minimum Rust: toolchain {MINIMUM} is not installed here; skipped (clippy's \
-         incompatible_msrv has checked the standard library's items)"
+    let reason = format!(
+        "toolchain {MINIMUM} is not installed here, clippy's incompatible_msrv has checked the \
+         standard library's items"
     );
+    runner.skip("minimum Rust", &reason);
     Ok(())
 }
 
@@ -84,10 +88,11 @@ fn other_processor(runner: &Runner) -> anyhow::Result<()> {
         let check = format!("cargo check --package acerra --locked --target {TARGET}");
         return runner.run(&Step::new("64-bit Arm", &words(&check)));
     }
-    println!(
-        "\n== 64-bit Arm: target {TARGET} is not installed here; skipped (the tests run every \
-         kernel at the portable level, which is what Arm uses)"
+    let reason = format!(
+        "target {TARGET} is not installed here, the tests run every kernel at the portable level, \
+         which is what Arm uses"
     );
+    runner.skip("64-bit Arm", &reason);
     Ok(())
 }
 
@@ -107,7 +112,7 @@ pub fn wrong_settings(runner: &Runner) -> anyhow::Result<()> {
     runner.run(&Step::new("wrong settings", &words(write)).with("ACERRA_DOCS", pages))
 }
 
-/// Says what is wrong with the house, of this workspace or of another checkout.
+/// Prints the faults of the workspace, or of the checkout in `directory`, and the order of folders.
 pub fn house(runner: &Runner, directory: Option<&str>) -> anyhow::Result<()> {
     let root = directory.map_or(runner.root.as_path(), Path::new);
     let house = House::read(root)?;
@@ -121,6 +126,16 @@ pub fn house(runner: &Runner, directory: Option<&str>) -> anyhow::Result<()> {
         house.files(),
         house.imports()
     );
+    for (name, folders) in house.folders() {
+        println!("{name}: {}", folders.join(" > "));
+    }
+    Ok(())
+}
+
+/// Prints the lines of code, documentation and tests of each crate's `src`.
+pub fn lines(runner: &Runner, directory: Option<&str>) -> anyhow::Result<()> {
+    let root = directory.map_or(runner.root.as_path(), Path::new);
+    print!("{}", Lines::of_crates(root)?);
     Ok(())
 }
 

@@ -23,7 +23,8 @@ cargo xtask wrong-settings       the table of wrong settings and the twenty rand
 cargo xtask fuzz [SECONDS] [TARGET…]
                                  every fuzz target for so many seconds (20), from the seeds
 cargo xtask bench-peers          Acerra beside numba, NumPy and torchbp, in one run
-cargo xtask house [DIR]          circles among files and crates that point upwards
+cargo xtask house [DIR]          circles among files, imports between folders and crates that point upwards
+cargo xtask lines [DIR]          lines of code, documentation and tests in each crate's src
 ";
 
 fn main() -> ExitCode {
@@ -42,6 +43,7 @@ fn main() -> ExitCode {
         "fuzz" => runner.script("fuzz/run.sh", &rest),
         "bench-peers" => runner.script("crates/acerra-imaging/benches/peers/run.sh", &rest),
         "house" => checks::house(&runner, rest.first().map(String::as_str)),
+        "lines" => checks::lines(&runner, rest.first().map(String::as_str)),
         "" | "help" | "--help" => {
             print!("{HELP}");
             Ok(())

@@ -65,7 +65,10 @@ pub fn test(runner: &Runner) -> anyhow::Result<()> {
 fn environment(runner: &Runner) -> Option<PathBuf> {
     let is_new_enough = "import sys, venv; sys.exit(sys.version_info < (3, 10))";
     if !runner.succeeds(&["python3", "-c", is_new_enough]) {
-        println!("\n== Python: no python3 of 3.10 or later with venv is installed here; skipped");
+        runner.skip(
+            "Python package",
+            "no python3 of 3.10 or later with venv is installed here",
+        );
         return None;
     }
     let place = target(runner).join("python");
@@ -82,7 +85,7 @@ fn environment(runner: &Runner) -> Option<PathBuf> {
     if made && install() {
         return Some(python);
     }
-    println!("\n== Python: the packages cannot be installed here; skipped");
+    runner.skip("Python package", "the packages cannot be installed here");
     None
 }
 

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 use std::process::Command;
+use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 use anyhow::{Context, ensure};
@@ -34,6 +35,8 @@ impl<'a> Step<'a> {
 /// Runs steps in the workspace's root.
 pub struct Runner {
     pub root: PathBuf,
+    /// Checks that this machine cannot run, each with its reason.
+    skipped: Mutex<Vec<String>>,
 }
 
 impl Runner {
@@ -43,7 +46,8 @@ impl Runner {
             .parent()
             .context("the workspace's root")?
             .to_owned();
-        Ok(Self { root })
+        let skipped = Mutex::default();
+        Ok(Self { root, skipped })
     }
 
     /// Runs a step; its failure is an error.
@@ -101,6 +105,26 @@ impl Runner {
             .current_dir(&self.root)
             .output()
             .is_ok_and(|output| output.status.success())
+    }
+
+    /// Prints that a check is skipped, and keeps the check for [`Runner::print_skipped`].
+    pub fn skip(&self, check: &str, reason: &str) {
+        println!("\n== {check}: {reason}; skipped");
+        let mut skipped = self.skipped.lock().unwrap_or_else(PoisonError::into_inner);
+        skipped.push(format!(
+            "{check} ({})",
+            reason.lines().next().unwrap_or_default()
+        ));
+    }
+
+    /// Prints one line that lists every skipped check.
+    pub fn print_skipped(&self) {
+        let skipped = self.skipped.lock().unwrap_or_else(PoisonError::into_inner);
+        if skipped.is_empty() {
+            println!("\n== not checked: nothing, every check ran");
+        } else {
+            println!("\n== not checked: {}", skipped.join("; "));
+        }
     }
 
     /// Runs a script of the workspace.

@@ -68,6 +68,69 @@ fn a_parent_that_calls_its_child_which_uses_the_parents_type_is_a_circle() {
 }
 
 #[test]
+fn a_circle_is_seen_through_a_used_module_and_through_macros() {
+    let folder = workspace(
+        "acerra-geo",
+        "",
+        &[
+            ("lib.rs", "mod commands;\nmod cli;\nmod third;\n"),
+            (
+                "cli.rs",
+                "use crate::commands;\npub struct Cli;\npub fn run() { commands::man::run() }\n",
+            ),
+            ("commands/mod.rs", "pub mod man;\n"),
+            (
+                "commands/man.rs",
+                "use crate::cli::Cli;\npub fn run() { let _ = Cli; }\npub fn page() { println!(\"{}\", crate::third::name()) }\n",
+            ),
+            (
+                "third.rs",
+                "pub fn name() -> u8 { vec![crate::commands::man::run()]; 1 }\n",
+            ),
+        ],
+    );
+    let faults = House::read(folder.path()).unwrap().faults();
+    assert_eq!(faults.len(), 1);
+    let text = faults[0].to_string();
+    for file in ["src/cli.rs", "src/commands/man.rs", "src/third.rs"] {
+        assert!(text.contains(file), "{file} is missing: {text}");
+    }
+}
+
+#[test]
+fn rooms_of_the_chain_that_import_one_another_are_named_with_their_imports() {
+    let folder = workspace(
+        "acerra-chain",
+        "",
+        &[
+            ("lib.rs", "mod read;\nmod focus;\nmod prepare;\n"),
+            ("read/mod.rs", "pub mod log;\npub struct Log;\n"),
+            (
+                "read/log.rs",
+                "pub fn pixels() -> crate::focus::grid::Grid { crate::focus::grid::Grid }\n",
+            ),
+            (
+                "focus/mod.rs",
+                "pub mod grid;\npub fn run(_: crate::read::Log) {}\n",
+            ),
+            ("focus/grid.rs", "pub struct Grid;\n"),
+            (
+                "prepare.rs",
+                "pub fn run() { crate::focus::run(crate::read::Log) }\n",
+            ),
+        ],
+    );
+    let faults = House::read(folder.path()).unwrap().faults();
+    assert_eq!(faults.len(), 1);
+    let text = faults[0].to_string();
+    assert!(
+        text.contains("src/read/log.rs imports crates/acerra-chain/src/focus/grid.rs"),
+        "{text}"
+    );
+    assert!(!text.contains("prepare"), "{text}");
+}
+
+#[test]
 fn what_is_handed_on_or_tested_ties_no_files() {
     let folder = workspace(
         "acerra-geo",

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use acerra_products::failure_text;
 use anyhow::Context;
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 
 use crate::terminal::{Verbosity, set_verbosity};
 use crate::{commands, interrupt};
@@ -105,7 +105,7 @@ fn prepare_process() -> anyhow::Result<()> {
 fn run(command: Command) -> anyhow::Result<()> {
     let mut out = io::BufWriter::new(io::stdout().lock());
     match command {
-        Command::Completions(args) => commands::completions::run(&args, &mut out),
+        Command::Completions(args) => commands::completions::run(&args, Cli::command(), &mut out),
         Command::Convert(args) => commands::convert::run(&args, &mut out),
         Command::Calibrate(args) => commands::calibrate::run(&args, &mut out),
         Command::Demo(args) => commands::demo::run(&args, &mut out),
@@ -114,7 +114,7 @@ fn run(command: Command) -> anyhow::Result<()> {
         Command::Info(args) => commands::info::run(&args, &mut out),
         Command::Init(args) => commands::init::run(&args, &mut out),
         Command::Live(args) => commands::live::run(&args, &mut out),
-        Command::Man(args) => commands::man::run(&args, &mut out),
+        Command::Man(args) => commands::man::run(&args, Cli::command(), &mut out),
         Command::Merge(args) => commands::merge::run(&args, &mut out),
         Command::Ppk(args) => commands::ppk::run(&args, &mut out),
         Command::Plan(args) => commands::plan::run(&args, &mut out),
@@ -139,7 +139,6 @@ fn is_closed_pipe(error: &anyhow::Error) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use clap::CommandFactory;
 
     #[test]
     fn arguments_are_consistent() {

@@ -1,9 +1,21 @@
-//! Circles of a directed graph: its strongly connected components of two nodes or more.
+//! Circles and order of a directed graph.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Groups of nodes that reach one another (Tarjan's algorithm), each sorted.
+/// Groups of two nodes or more that reach one another, each sorted.
 pub fn circles<T: Ord + Clone>(edges: &BTreeMap<T, BTreeSet<T>>) -> Vec<Vec<T>> {
+    let mut groups = components(edges);
+    groups.retain(|group| group.len() > 1);
+    groups
+}
+
+/// All nodes, each before those that its edges lead to; nodes of a circle follow one another.
+pub fn order<T: Ord + Clone>(edges: &BTreeMap<T, BTreeSet<T>>) -> Vec<T> {
+    components(edges).into_iter().rev().flatten().collect()
+}
+
+/// Strongly connected components (Tarjan's algorithm), each sorted, those that edges lead to first.
+fn components<T: Ord + Clone>(edges: &BTreeMap<T, BTreeSet<T>>) -> Vec<Vec<T>> {
     let mut search = Search {
         edges,
         order: BTreeMap::new(),
@@ -51,10 +63,8 @@ impl<'a, T: Ord + Clone> Search<'a, T> {
                 .position(|n| *n == node)
                 .unwrap_or_default();
             let mut group: Vec<T> = self.stack.split_off(start).into_iter().cloned().collect();
-            if group.len() > 1 {
-                group.sort();
-                self.found.push(group);
-            }
+            group.sort();
+            self.found.push(group);
         }
         lowest
     }
@@ -85,5 +95,10 @@ mod tests {
             (6, 1),
         ]));
         assert_eq!(found, [vec![4, 5], vec![1, 2, 3]]);
+    }
+
+    #[test]
+    fn order_puts_nodes_before_those_that_edges_lead_to() {
+        assert_eq!(order(&graph(&[(1, 2), (3, 1), (2, 4)])), [3, 1, 2, 4]);
     }
 }

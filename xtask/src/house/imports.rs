@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 
+use proc_macro2::{TokenStream, TokenTree};
 use syn::visit::Visit;
 
 use super::modules::{Module, ModulePath, ModuleTree};
@@ -108,7 +109,11 @@ fn start<'a>(
             below.push(word.to_owned());
             let module = tree.modules.get(here)?;
             let known = tree.modules.contains_key(&below)
-                || (rest.is_empty() && module.defines.contains(word));
+                || module.defines.contains(word)
+                || module
+                    .uses
+                    .iter()
+                    .any(|used| used.name.as_deref() == Some(word));
             known.then(|| (here.clone(), named))
         }
     }
@@ -138,21 +143,45 @@ impl<'a> Visit<'a> for Paths {
 
     fn visit_macro(&mut self, call: &'a syn::Macro) {
         self.visit_path(&call.path);
-        collect_words(call.tokens.clone(), &mut self.words);
+        self.add_tokens(call.tokens.clone());
     }
 
     fn visit_item_use(&mut self, _: &'a syn::ItemUse) {}
 }
 
-/// Every identifier of a macro's arguments, which are not parsed further.
-fn collect_words(tokens: proc_macro2::TokenStream, words: &mut BTreeSet<String>) {
-    for token in tokens {
-        match token {
-            proc_macro2::TokenTree::Group(group) => collect_words(group.stream(), words),
-            proc_macro2::TokenTree::Ident(word) => {
-                words.insert(word.to_string());
+impl Paths {
+    /// Adds the words and paths of a macro's arguments, which `syn` leaves as tokens.
+    fn add_tokens(&mut self, tokens: TokenStream) {
+        let mut path: Vec<String> = Vec::new();
+        let mut colons = 0;
+        for token in tokens {
+            match token {
+                TokenTree::Ident(word) => {
+                    if colons != 2 {
+                        self.add_path(&mut path);
+                    }
+                    path.push(word.to_string());
+                    colons = 0;
+                }
+                TokenTree::Punct(mark) if mark.as_char() == ':' => colons += 1,
+                other => {
+                    self.add_path(&mut path);
+                    colons = 0;
+                    if let TokenTree::Group(group) = other {
+                        self.add_tokens(group.stream());
+                    }
+                }
             }
-            _ => {}
         }
+        self.add_path(&mut path);
+    }
+
+    /// Adds a path that ended, and empties it.
+    fn add_path(&mut self, path: &mut Vec<String>) {
+        self.words.extend(path.iter().cloned());
+        if path.len() > 1 {
+            self.found.insert(path.clone());
+        }
+        path.clear();
     }
 }

@@ -3,6 +3,9 @@
 //! A crate's level is one of [`LEVELS`]; its dependencies within the workspace must stand lower. A
 //! file imports another where it names something that the other defines, by a `use` or by a path;
 //! handing a name on (`pub use`) is no import. Tests are left out: a test may look at anything.
+//!
+//! The rooms of a crate are the folders and files directly under its `src`. Rooms of the crates of
+//! [`ORDERED`] import one another in one direction only, so that they have an order.
 
 mod circles;
 mod imports;
@@ -44,6 +47,9 @@ pub const LEVELS: [(&str, u32); 23] = [
     ("xtask", 7),
 ];
 
+/// Crates whose rooms have an order: no room imports from one above it.
+pub const ORDERED: [&str; 2] = ["acerra-chain", "acerra-gnss"];
+
 /// Something wrong with the house.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Fault {
@@ -58,6 +64,13 @@ pub enum Fault {
     },
     /// Files that import each other, directly or through others.
     Circle(Vec<PathBuf>),
+    /// Rooms of a crate of [`ORDERED`] that import one another, with the imports between them.
+    RoomCircle {
+        /// The rooms.
+        rooms: Vec<PathBuf>,
+        /// Pairs of files, importing and imported, of different rooms.
+        imports: Vec<(PathBuf, PathBuf)>,
+    },
 }
 
 impl fmt::Display for Fault {
@@ -72,6 +85,15 @@ impl fmt::Display for Fault {
                 files
                     .iter()
                     .try_for_each(|file| write!(f, "\n  {}", file.display()))
+            }
+            Self::RoomCircle { rooms, imports } => {
+                write!(f, "these rooms import one another:")?;
+                for room in rooms {
+                    write!(f, " {}", room.display())?;
+                }
+                imports.iter().try_for_each(|(from, to)| {
+                    write!(f, "\n  {} imports {}", from.display(), to.display())
+                })
             }
         }
     }
@@ -161,6 +183,53 @@ impl House {
         found.map(PathBuf::as_path).collect()
     }
 
+    /// Rooms of each crate of [`ORDERED`] that is at hand, those that import others first.
+    #[must_use]
+    pub fn folders(&self) -> Vec<(&'static str, Vec<String>)> {
+        let name_of = |room: PathBuf| {
+            let name = room.file_name().unwrap_or_default();
+            name.to_string_lossy().into_owned()
+        };
+        let rooms = |name: &str| {
+            let order = circles::order(&self.rooms_of(name));
+            order.into_iter().map(name_of).collect::<Vec<_>>()
+        };
+        let named = ORDERED.into_iter().map(|name| (name, rooms(name)));
+        named.filter(|(_, rooms)| !rooms.is_empty()).collect()
+    }
+
+    /// Which room of a crate imports which.
+    fn rooms_of(&self, name: &str) -> BTreeMap<PathBuf, BTreeSet<PathBuf>> {
+        let mut rooms: BTreeMap<PathBuf, BTreeSet<PathBuf>> = BTreeMap::new();
+        for (from, imported) in &self.imports {
+            let Some(own) = room_of(name, from) else {
+                continue;
+            };
+            let others = imported.iter().filter_map(|to| room_of(name, to));
+            let others: Vec<PathBuf> = others.filter(|other| *other != own).collect();
+            rooms.entry(own).or_default().extend(others);
+        }
+        rooms
+    }
+
+    /// Circles among the rooms of a crate.
+    fn room_circles(&self, name: &str) -> Vec<Fault> {
+        let found = circles::circles(&self.rooms_of(name));
+        let with_imports = |rooms: Vec<PathBuf>| {
+            let within = |file: &Path| room_of(name, file).filter(|room| rooms.contains(room));
+            let mut imports = Vec::new();
+            for (from, imported) in &self.imports {
+                let Some(own) = within(from) else { continue };
+                let other = imported
+                    .iter()
+                    .filter(|to| within(to).is_some_and(|r| r != own));
+                imports.extend(other.map(|to| (from.clone(), to.clone())));
+            }
+            Fault::RoomCircle { rooms, imports }
+        };
+        found.into_iter().map(with_imports).collect()
+    }
+
     /// Everything that is wrong.
     #[must_use]
     pub fn faults(&self) -> Vec<Fault> {
@@ -185,6 +254,16 @@ impl House {
                 .into_iter()
                 .map(Fault::Circle),
         );
+        faults.extend(ORDERED.iter().flat_map(|name| self.room_circles(name)));
         faults
     }
+}
+
+/// The room of a crate that holds `file`: a folder or a file directly under `src`. The crate's root
+/// file belongs to no room, as it hands on names of all of them.
+fn room_of(name: &str, file: &Path) -> Option<PathBuf> {
+    let source = Path::new("crates").join(name).join("src");
+    let first = file.strip_prefix(&source).ok()?.iter().next()?;
+    let room = Path::new(first).with_extension("");
+    (room != Path::new("lib")).then(|| source.join(room))
 }

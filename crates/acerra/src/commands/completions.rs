@@ -2,10 +2,7 @@
 
 use std::io::Write;
 
-use clap::CommandFactory;
 use clap_complete::Shell;
-
-use crate::cli::Cli;
 
 /// Print the completions of a shell.
 #[derive(Debug, clap::Args)]
@@ -19,13 +16,13 @@ pub struct Args {
     shell: Shell,
 }
 
-/// Runs the command.
+/// Writes the completions of `command`, the whole command line, to `out`.
 ///
 /// # Errors
 /// Standard output cannot be written.
-pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
+pub fn run(args: &Args, mut command: clap::Command, out: &mut dyn Write) -> anyhow::Result<()> {
     let mut script = Vec::new();
-    clap_complete::generate(args.shell, &mut Cli::command(), "acerra", &mut script);
+    clap_complete::generate(args.shell, &mut command, "acerra", &mut script);
     out.write_all(&script)?;
     Ok(())
 }

@@ -5,10 +5,7 @@ use std::path::PathBuf;
 
 use acerra_products::staging::Staging;
 use anyhow::Context;
-use clap::CommandFactory;
 use clap_mangen::Man;
-
-use crate::cli::Cli;
 
 /// Print a manual page, or write all of them.
 #[derive(Debug, clap::Args)]
@@ -24,12 +21,12 @@ pub struct Args {
     output: Option<PathBuf>,
 }
 
-/// Runs the command.
+/// Writes manual pages of `overview`, the whole command line: one to `out`, or all to a directory.
 ///
 /// # Errors
-/// A command that there is not, a directory that cannot be written.
-pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
-    let pages = pages()?;
+/// The name of a command that does not exist, a directory that cannot be written.
+pub fn run(args: &Args, overview: clap::Command, out: &mut dyn Write) -> anyhow::Result<()> {
+    let pages = pages(overview)?;
     if let Some(directory) = &args.output {
         let staging = Staging::new(directory)?;
         for (name, page) in &pages {
@@ -59,9 +56,8 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// All pages by name.
-fn pages() -> anyhow::Result<Vec<(String, Vec<u8>)>> {
-    let mut overview = Cli::command();
+/// The pages of the overview and of each of its commands, by name.
+fn pages(mut overview: clap::Command) -> anyhow::Result<Vec<(String, Vec<u8>)>> {
     // Gives each command its whole name.
     overview.build();
     let commands: Vec<clap::Command> = overview.get_subcommands().cloned().collect();
