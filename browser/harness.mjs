@@ -27,7 +27,7 @@ export const folder = mkdtempSync(join(tmpdir(), "acerra-browser-"));
 
 /**
  * Runs of the demonstration's tracks, recorded from one end of the track to the other with the clock offset told:
- * made anew, unless `ACERRA_DEMO` names a directory that holds them.
+ * made again, unless `ACERRA_DEMO` names a directory that holds them.
  */
 export function demo() {
   const at = process.env.ACERRA_DEMO ?? join(folder, "demo");

@@ -96,7 +96,7 @@ fn other_processor(runner: &Runner) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Writes the validation book anew: every table and picture of docs/validation.
+/// Writes the validation book again: every table and picture of docs/validation.
 pub fn book(runner: &Runner) -> anyhow::Result<()> {
     let pages = runner.root.join("docs/validation").display().to_string();
     let write = "cargo test --release --locked -p acerra -p acerra-gnss -p acerra-invert -- --ignored \

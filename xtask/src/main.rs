@@ -18,8 +18,8 @@ cargo xtask test-browser         the viewer in a browser alone
 cargo xtask bench-browser        the viewer's times in a browser
 cargo xtask ci                   everything a change must pass: what .ci/run calls
 cargo xtask validate             slow checks: RTKLIB parity, the engine at full size, the book
-cargo xtask book                 writes docs/validation anew
-cargo xtask wrong-settings       the table of wrong settings and the twenty random flights, anew
+cargo xtask book                 writes docs/validation again
+cargo xtask wrong-settings       the table of wrong settings and the twenty random flights, again
 cargo xtask fuzz [SECONDS] [TARGET…]
                                  every fuzz target for so many seconds (20), from the seeds
 cargo xtask bench-peers          Acerra beside numba, NumPy and torchbp, in one run

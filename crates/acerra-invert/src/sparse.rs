@@ -228,7 +228,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Takes the new iterates; the momentum starts anew where it leads uphill (O'Donoghue & Candès
+    /// Takes the new iterates; the momentum starts again where it leads uphill (O'Donoghue & Candès
     /// 2015).
     fn accept(&mut self, trial: Vec<Vec<Complex64>>, models: Vec<Vec<Complex64>>, next: f64) {
         let mut uphill = 0.0;

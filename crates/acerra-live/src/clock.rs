@@ -128,13 +128,13 @@ impl RunningClock {
         self.hardware.expected()
     }
 
-    /// The radio's clock begins anew; what GPS says of the host's clock holds.
+    /// The radio's clock starts again; what GPS says of the host's clock holds.
     pub fn radio_restarted(&mut self) {
         self.scans.clear();
         self.settled = None;
     }
 
-    /// The host's clock begins anew.
+    /// The host's clock starts again.
     pub fn restarted(&mut self) {
         *self = Self::new(self.latency, self.wiring);
     }
@@ -196,7 +196,7 @@ impl RunningClock {
 }
 
 fn push_epoch(epochs: &mut VecDeque<(GpsTime, f64)>, time: GpsTime, host_s: f64) {
-    // A receiver that sets its time begins anew.
+    // A receiver that sets its time starts again.
     if let Some((latest, _)) = epochs.back()
         && !(0.0..3600.0).contains(&time.seconds_since(*latest))
     {

@@ -10,7 +10,7 @@ pub const TILE: usize = 128;
 pub const STEP_DB: f32 = 0.5;
 /// Where the strongest pixel lies in a new scale.
 const TOP: f32 = 190.0;
-/// Steps that the strongest pixel may move before the scale is made anew.
+/// Steps that the strongest pixel may move before the scale is made again.
 const ROOM: f32 = 60.0;
 
 /// Levels of an image: 0 is nothing, `k` from 1 to 255 is `base_db + k / 2` dB of modulus.
@@ -169,7 +169,7 @@ mod tests {
         let mut client = vec![0; nx * ny];
         let mut seen = 0;
         for k in 0..40_usize {
-            // The scale is made anew on the way: 4 dB a state.
+            // The scale is made again on the way: 4 dB a state.
             image[(k * 7919) % (nx * ny)] = Complex32::new(1.6_f32.powi(k as i32), 0.0);
             picture.update(&image);
             if k % 3 == 0 {

@@ -100,7 +100,7 @@ impl Pipeline {
         self.host_s = host_s;
         match record.kind {
             RecordKind::Settings => {
-                // Another start of the recording: the host's clock begins anew, scans without a time are lost.
+                // Another start of the recording: the host's clock starts again, scans without a time are lost.
                 self.clock.restarted();
                 (self.clock_kind, self.has_imaged_by_it) = (None, false);
                 self.patience = Patience::Fresh;
@@ -237,7 +237,7 @@ impl Pipeline {
         }
     }
 
-    /// Begins the picture anew where a better clock has moved times so far that pulses imaged before would not focus
+    /// Restarts the picture where a better clock has moved times so far that pulses imaged before would not focus
     /// with those after.
     fn begin_anew_where_torn(&mut self, before: ClockKind, change_s: f64) {
         let limit_m = TEAR_SHARE * self.settings.quarter_wavelength_m();

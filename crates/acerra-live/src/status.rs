@@ -25,7 +25,7 @@ pub struct PulseCounts {
     pub not_cleaned: u64,
     /// Those that imaging was too slow for.
     pub too_many: u64,
-    /// Those of a picture that was begun anew, as a better clock moved their times.
+    /// Those of a picture that was started again, as a better clock moved their times.
     pub begun_anew: u64,
     /// Records of the recording that the imaging missed.
     pub missed_records: u64,
@@ -53,7 +53,7 @@ impl ByKind {
     }
 }
 
-/// Why the picture was begun anew.
+/// Why the picture was started again.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct BegunAnew {
     /// What times rested on before.
@@ -85,7 +85,7 @@ pub struct Status {
     pub clock: Option<&'static str>,
     /// Why they do not rest on what the session is wired for.
     pub clock_doubt: Option<String>,
-    /// Why the picture was begun anew, where it was.
+    /// Why the picture was started again, where it was.
     pub begun_anew: Option<BegunAnew>,
     /// Height above the image plane below which pulses are not imaged (m).
     pub least_height_m: f64,
@@ -142,14 +142,14 @@ pub fn doubts(status: &Status, is_height_stated: bool) -> Vec<String> {
             "times rest on times of arrival, which latencies that nobody measured shift along the track: {trouble}"
         ));
     }
-    if let Some(anew) = status.begun_anew {
+    if let Some(again) = status.begun_anew {
         doubts.push(format!(
-            "the picture was begun anew without its first {} pulses: the better clock moved their times, which rested on \
+            "the picture was started again without its first {} pulses: the better clock moved their times, which rested on \
              {}, by {:.1} ms, up to {:.0} mm of the way",
             status.pulses.begun_anew,
-            anew.before,
-            anew.change_ms,
-            1e3 * anew.moved_m
+            again.before,
+            again.change_ms,
+            1e3 * again.moved_m
         ));
     }
     if !is_height_stated && imaged > 0 {

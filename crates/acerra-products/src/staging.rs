@@ -55,7 +55,7 @@ impl Staging {
         })
     }
 
-    /// Lets publication remove `names` from the directory unless they are written anew: products
+    /// Lets publication remove `names` from the directory unless they are written again: products
     /// of an older run that this one does not make.
     pub fn supersede(&mut self, names: impl IntoIterator<Item = String>) {
         self.superseded.extend(names);

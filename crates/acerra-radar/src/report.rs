@@ -111,7 +111,7 @@ pub enum BlemishKind {
         /// Window from here on.
         to: ScanWindow,
     },
-    /// The radio is configured anew.
+    /// The radio is configured again.
     Reconfigured,
     /// The last line has no end; the scan on it is whole by its own count and kept.
     UnterminatedLine,
@@ -201,7 +201,7 @@ impl fmt::Display for BlemishKind {
             ),
             Self::BadHeader(fault) => write!(f, "SCAN_INFO header: {fault}"),
             Self::WindowChanged { from, to } => write!(f, "window changes from {from} to {to}"),
-            Self::Reconfigured => f.write_str("the radio is configured anew"),
+            Self::Reconfigured => f.write_str("the radio is configured again"),
             Self::UnterminatedLine => f.write_str("last line has no end; its scan is kept"),
             Self::CutOffLine => f.write_str("last line is cut off; not used"),
             Self::MalformedLine { field, expected } => {

@@ -125,7 +125,7 @@ impl RadarLog {
     }
 
     /// Runs of one filtering, in the log's order. A run ends where the window, the antenna, the
-    /// radio or its configuration changes, or where its clock starts anew.
+    /// radio or its configuration changes, or where its clock starts again.
     #[must_use]
     pub fn runs(&self, filtering: Filtering) -> Vec<Run> {
         let mut runs: Vec<Run> = Vec::new();
@@ -263,7 +263,7 @@ impl RadarLog {
     }
 }
 
-/// Whether the radio's clock started anew between two stamps, rather than wrapped, or ran back a
+/// Whether the radio's clock started again between two stamps, rather than wrapped, or ran back a
 /// little because packets overtook each other.
 fn restarted(before_ms: u32, after_ms: u32) -> bool {
     let forward = after_ms.wrapping_sub(before_ms);

@@ -243,7 +243,7 @@ fn a_key_of_an_open_table_is_set_by_taking_its_comment_sign_away() {
     }
 }
 
-/// `UPDATE_REFERENCE=1 cargo test -p acerra --test settings` writes the page anew.
+/// `UPDATE_REFERENCE=1 cargo test -p acerra --test settings` writes the page again.
 #[test]
 fn the_reference_is_up_to_date() {
     let file =
@@ -256,7 +256,7 @@ fn the_reference_is_up_to_date() {
     let written = std::fs::read_to_string(&file).unwrap();
     assert!(
         written == page,
-        "docs/guide/reference.md is not what the schemas say; write it anew with \
+        "docs/guide/reference.md is not what the schemas say; write it again with \
          UPDATE_REFERENCE=1 cargo test -p acerra --test settings"
     );
 }

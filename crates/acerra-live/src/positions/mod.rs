@@ -183,7 +183,7 @@ impl Positions {
         }
     }
 
-    /// The radar's own way, made anew where positions have come.
+    /// The radar's own way, made again where positions have come.
     fn way(&mut self) -> &Way {
         if self.radar.is_none() {
             self.radar = Some(self.make_way().unwrap_or(Way::None));

@@ -14,7 +14,7 @@ pub(super) fn section(data: &ReportData) -> Markup {
             p.muted {
                 code { "acerra view" }
                 " with the directory of this report shows the run in the browser: image, radargram and \
-                 flight, linked, and images anew as settings change."
+                 flight, linked, and images again as settings change."
             }
             (choices(&data.choices))
             (inputs(&data.inputs))

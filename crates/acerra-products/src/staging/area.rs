@@ -20,7 +20,7 @@ const FILES: &str = "files";
 const REPLACED: &str = "replaced";
 /// A process makes and locks an area well within this time.
 const TIME_TO_LOCK: Duration = Duration::from_secs(60);
-/// How often an area that another process has taken for a leftover is made anew.
+/// How often an area that another process has taken for a leftover is made again.
 const ATTEMPTS: usize = 8;
 
 /// The areas of this process that are not removed yet.

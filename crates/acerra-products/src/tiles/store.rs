@@ -186,7 +186,7 @@ impl TileStore {
                     made_of.agrees(probe),
                     "{}: tile {} was made of other positions or spectra than this process finds: what is \
                      searched for came out otherwise on another machine; state [trajectory] time_offset_s and \
-                     [radar] delay_ns, and make the tiles anew",
+                     [radar] delay_ns, and make the tiles again",
                     self.folder.display(),
                     k + 1
                 );

@@ -1,4 +1,4 @@
-//! The fuzzers' seeds, replayed without a fuzzer; `-- --ignored` writes them anew.
+//! The fuzzers' seeds, replayed without a fuzzer; `-- --ignored` writes them again.
 
 use std::fs;
 use std::io::Cursor;
@@ -54,7 +54,7 @@ fn every_seed_is_read_or_refused_and_cuts_of_it_too() {
 }
 
 #[test]
-#[ignore = "writes fuzz/seeds anew"]
+#[ignore = "writes fuzz/seeds again"]
 fn write_seeds() {
     let save = |target: &str, name: &str, bytes: &[u8]| {
         fs::create_dir_all(folder(target)).unwrap();

@@ -92,7 +92,7 @@ impl Intake {
         self.assembler.end(&mut self.report, &mut self.ready);
     }
 
-    /// The radio was started anew, though no message says so yet.
+    /// The radio was started again, though no message says so yet.
     pub fn restart(&mut self) {
         self.counts.restarts += 1;
         self.give_up_unfinished();

@@ -23,7 +23,7 @@ pub enum Standing {
     Repeated,
     /// Its scan was given up before it came, or belongs to the time before a restart.
     Late,
-    /// The first after the radio was started anew.
+    /// The first after the radio was started again.
     Restarted,
 }
 
@@ -114,7 +114,7 @@ impl Sequence {
         self.current.map(|boot| boot.newest_ms)
     }
 
-    /// The radio's clock began anew: what comes next is of another boot.
+    /// The radio's clock started again: what comes next is of another boot.
     pub fn restart(&mut self) {
         if let Some(boot) = self.current.take() {
             self.made_before += boot.made;
@@ -231,7 +231,7 @@ mod tests {
         assert_eq!(take(2, 60_010, 1), Standing::New);
         assert_eq!(take(20, 60_190, 0), Standing::New);
         assert_eq!(take(3, 60_020, 0), Standing::Late);
-        // The radio was started anew.
+        // The radio was started again.
         assert_eq!(take(0, 900, 0), Standing::Restarted);
         assert_eq!(take(20, 60_190, 1), Standing::Late);
         assert_eq!(take(0, 900, 1), Standing::New);

@@ -1,4 +1,4 @@
-//! Continuous scanning under watch: a radio that falls silent or starts anew is set up and started
+//! Continuous scanning under watch: a radio that falls silent or starts again is set up and started
 //! again, for as long as it takes.
 
 use std::time::{Duration, Instant};
@@ -14,7 +14,7 @@ use crate::link::{Arrival, Link};
 use crate::message::StatusInfo;
 
 /// Radio time that may pass less than host time over a silence, ms, before the radio counts as started
-/// anew: delays of messages and drift of either clock over hours.
+/// again: delays of messages and drift of either clock over hours.
 const CLOCK_TOLERANCE_MS: i64 = 2_000;
 
 /// When a radio counts as silent, and how often it is asked how it does.
@@ -53,7 +53,7 @@ pub enum Event {
     Resumed {
         /// Seconds from the last scan before.
         after_s: f64,
-        /// Whether its clock began anew.
+        /// Whether its clock started again.
         restarted: bool,
     },
 }
@@ -209,7 +209,7 @@ impl<L: Link> Watched<L> {
         }
     }
 
-    /// Everything that a radio fresh from power-on needs. Returns whether its clock began anew.
+    /// Everything that a radio fresh from power-on needs. Returns whether its clock started again.
     fn set_up_again(&mut self) -> Result<bool, DriverError> {
         self.driver.link().reopen()?;
         let newest_ms = self.driver.intake().sequence().newest_ms();

@@ -1,8 +1,8 @@
-//! Numbers and stamps of scans that are sent anew.
+//! Numbers and stamps of scans that are sent again.
 
 use acerra_radar::mrm::{HEADER_BYTES, ScanHeader};
 
-/// How scans are numbered and stamped when they begin anew.
+/// How scans are numbered and stamped when they start again.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Numbering {
     /// As the source has them; the first stamp sets the clock.

@@ -33,7 +33,7 @@ pub enum SourceFault {
     },
 }
 
-/// A stream of a receiver's bytes that can be written to and opened anew.
+/// A stream of a receiver's bytes that can be written to and opened again.
 pub trait ByteSource: Send {
     /// Reads what there is into `buffer`, waiting a tenth of a second at most; 0 where nothing came.
     ///
@@ -47,7 +47,7 @@ pub trait ByteSource: Send {
     /// If the connection ended.
     fn write(&mut self, bytes: &[u8]) -> Result<(), SourceFault>;
 
-    /// Opens the connection anew.
+    /// Opens the connection again.
     ///
     /// # Errors
     /// If that is not possible yet.

@@ -60,7 +60,7 @@ pub trait Link {
     /// What the system says of the link.
     fn receive(&mut self, wait: Duration) -> Result<Option<Arrival>, LinkError>;
 
-    /// Opens the link anew after it failed, as after a cable was pulled.
+    /// Opens the link again after it failed, as after a cable was pulled.
     ///
     /// # Errors
     /// If it cannot be opened yet.

@@ -19,7 +19,7 @@ const ATTEMPTS: usize = 8;
 const TOGETHER_NS: u64 = 5_000;
 /// Length of a pulse from which its edges count as exchanged: some receivers keep the wire high for half a second.
 const LONGEST_PULSE: Duration = Duration::from_millis(550);
-/// Pulses missed in a row beyond which the kernel is taken to count anew.
+/// Pulses missed in a row beyond which the kernel is taken to count again.
 const MOST_MISSED: u32 = 100_000;
 
 /// Why no pulses can be read.
@@ -238,7 +238,7 @@ mod tests {
             source.poll().unwrap(),
             Poll::Pulse { missed: 3, .. }
         ));
-        // A driver that was loaded anew counts anew.
+        // A driver that was loaded again counts again.
         put(&path, now(), 1);
         assert!(matches!(
             source.poll().unwrap(),

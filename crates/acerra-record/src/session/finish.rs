@@ -14,7 +14,7 @@ use super::outcome::{CAMPAIGN_NAME, CAPTURE_NAME, CLOCK_NAME, Finished};
 use super::session_clock::{SessionClock, TraceTime, session_clock};
 
 /// Writes `radar.mrm`, `rover.ubx`, `radar.clock.json` and `campaign.toml` out of the log in a session's
-/// directory, whether the recording ended in order or not. They are written anew each time.
+/// directory, whether the recording ended in order or not. They are written again each time.
 ///
 /// # Errors
 /// A log that cannot be read, files that cannot be written.

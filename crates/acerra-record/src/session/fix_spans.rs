@@ -72,7 +72,7 @@ mod tests {
             let host_s = 0.2 * f64::from(k);
             take(1, host_s, !(3.9..6.1).contains(&host_s));
         }
-        // The host's clock begins anew; then the receiver is silent.
+        // The host's clock starts again; then the receiver is silent.
         for host_s in [0.5, 1.0, 2.0, 3.0, 9.0, 9.5] {
             take(2, host_s, true);
         }

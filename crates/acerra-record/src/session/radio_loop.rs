@@ -131,7 +131,7 @@ impl RadioLoop {
             Event::Silent(why) => self.out.say(Progress::Warning(why)),
             Event::Resumed { after_s, restarted } => {
                 let how = if restarted {
-                    "; it was started anew"
+                    "; it was started again"
                 } else {
                     ""
                 };

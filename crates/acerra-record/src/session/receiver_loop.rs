@@ -25,7 +25,7 @@ pub(super) fn gnss_record(clock: HostClock, bytes: &[u8]) -> Record {
     }
 }
 
-/// The receiver's thread. A connection that ends is opened anew for as long as it takes.
+/// The receiver's thread. A connection that ends is opened again for as long as it takes.
 pub(super) struct ReceiverLoop {
     source: Box<dyn ByteSource>,
     clock: HostClock,

@@ -110,7 +110,7 @@ fn doubled_edges(pulses: &[Pulse], rate: f64) -> Vec<bool> {
     let is_doubled = |pair: &[Pulse]| {
         let edges = pair[1].sequence.wrapping_sub(pair[0].sequence);
         let seconds = ((pair[1].host_s - pair[0].host_s) / rate).round();
-        // A driver that was loaded anew counts anew.
+        // A driver that was loaded again counts again.
         edges < 1 << 31 && f64::from(edges) > seconds
     };
     let first = pulses.first().map(|_| false);
@@ -259,7 +259,7 @@ mod tests {
             pulse(5, 6.9),
             // The other edge of it.
             pulse(6, 7.1),
-            // A driver loaded anew.
+            // A driver loaded again.
             pulse(1, 8.0),
         ];
         let doubled = doubled_edges(&pulses, 1.0);

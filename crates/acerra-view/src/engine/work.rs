@@ -70,7 +70,7 @@ pub struct Made {
     pub maximum_db: Option<f64>,
     /// Pulses in it.
     pub pulses: usize,
-    /// What cleaning took (ms); 0 where nothing was to be cleaned anew.
+    /// What cleaning took (ms); 0 where nothing was to be cleaned again.
     pub cleaning_ms: f64,
     /// What imaging took (ms).
     pub imaging_ms: f64,
@@ -144,7 +144,7 @@ impl Workbench {
         edits.apply(&self.base.campaign, &self.base.prepared.tracks)
     }
 
-    /// The data with changes: cleaned anew unless they are those at hand.
+    /// The data with changes: cleaned again unless they are those at hand.
     fn with(&self, edits: &Edits, control: &Control<'_>) -> Result<Arc<Current>, RequestError> {
         let mut recordings = self
             .recordings
@@ -195,7 +195,7 @@ impl Workbench {
         if method != Method::Adjoint {
             return Err(RequestError::Invalid {
                 what: "[image] method",
-                expected: "adjoint: only its images are made anew here".to_owned(),
+                expected: "adjoint: only its images are made again here".to_owned(),
                 found: method.name().to_owned(),
             });
         }

@@ -36,7 +36,7 @@ function readTraces(buffer) {
 }
 
 /**
- * Follows a live image; a connection that ends is opened anew, and everything comes again.
+ * Follows a live image; a connection that ends is opened again, and everything comes again.
  * @param {{begin: () => void, round: (state: LiveState, tiles: LiveTiles | null, traces: LiveTraces | null) => void, lost: () => void}} page
  */
 export function follow(page) {

@@ -23,8 +23,8 @@ export class LivePicture {
     this.surface.setAttribute("role", "application");
     this.surface.setAttribute("aria-label", "Provisional image: drag or arrows move, plus and minus zoom");
     box.append(this.canvas, this.surface);
-    // Pixels come from the processor: a canvas of the graphics processor would fetch them anew each time.
-    // Levels are coloured by the processor: a canvas kept by the graphics processor fetches all of them anew each time.
+    // Pixels come from the processor: a canvas of the graphics processor would fetch them again each time.
+    // Levels are coloured by the processor: a canvas kept by the graphics processor fetches all of them again each time.
     this.context = /** @type {CanvasRenderingContext2D} */ (this.canvas.getContext("2d", { willReadFrequently: true }));
     this.camera = new Camera({ yUp: true, square: true });
     this.field = document.createElement("canvas");
@@ -102,7 +102,7 @@ export class LivePicture {
     for (const { x, y, columns, rows, levels } of news.tiles) {
       for (let row = 0; row < rows; row++) this.levels.set(levels.subarray(row * columns, (row + 1) * columns), (y + row) * nx + x);
     }
-    // The colours follow the maximum by whole steps: each change colours all pixels anew.
+    // The colours follow the maximum by whole steps: each change colours all pixels again.
     const isSame = news.baseDb === this.baseDb && Math.abs(news.maximumDb - this.maximumDb) < 2 * STEP_DB;
     if (isSame) {
       for (const tile of news.tiles) this.colour(tile.x, tile.y, tile.columns, tile.rows);

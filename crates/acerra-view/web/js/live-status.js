@@ -35,7 +35,7 @@ export function rows(status) {
     ["Scans lost", made ? `${lost} of ${made}` : "–"],
     ["Position", position],
     ["¼ wavelength", lengthText(status.quarter_wavelength_m)],
-    ["of a picture begun anew", pulses.begun_anew ? String(pulses.begun_anew) : null],
+    ["of a picture started again", pulses.begun_anew ? String(pulses.begun_anew) : null],
     ["Clock", status.clock_sigma_s === null ? "–" : `${status.clock}, ± ${(1000 * status.clock_sigma_s).toFixed(2)} ms`],
     ["Range zero", status.shift_ns === null ? "–" : `${(-status.shift_ns).toFixed(2)} ns`],
     ["Pulse to picture", figuresText(status.latency)],

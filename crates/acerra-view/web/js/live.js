@@ -35,7 +35,7 @@ function say(text, bad = false) {
 
 let told = "";
 
-/** Rebuilds what has changed: a table made anew with each picture costs as much as the picture. @param {import("./live-link.js").LiveStatus} status */
+/** Rebuilds what has changed: a table made again with each picture costs as much as the picture. @param {import("./live-link.js").LiveStatus} status */
 function tell(status) {
   const now = JSON.stringify(status);
   if (now === told) return;

@@ -102,7 +102,7 @@ export class Pane {
     this.onMove();
   }
 
-  /** Draws anew with the next frame. */
+  /** Draws again with the next frame. */
   invalidate() {
     this.frame ||= requestAnimationFrame(() => {
       this.frame = 0;

@@ -90,7 +90,7 @@ export class Store {
     return !!this.meta?.grid.uneven && !this.meta.volume;
   }
 
-  /** Whether the image shown is made anew. A slice is too, where the run has left no volume. */
+  /** Whether the image shown is made again. A slice is too, where the run has left no volume. */
   get isLive() {
     const isNewSlice = this.slice !== null && !this.meta?.volume;
     return this.selection !== null || isNewSlice || this.look.mode === "coherence" || Object.keys(this.edits).length > 0;

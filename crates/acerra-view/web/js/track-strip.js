@@ -37,7 +37,7 @@ export class TrackStrip {
     const { track, trackMeta, data } = this.store;
     if (!track) return [];
     if (!data || !trackMeta) return track.position_m.map((_, k) => k);
-    // The table lists the logs one after another; traces count anew in each.
+    // The table lists the logs one after another; traces count again in each.
     const starts = track.trace.flatMap((t, k) => (k === 0 || t < track.trace[k - 1] ? [k] : []));
     const start = starts[this.store.trackNumber] ?? 0;
     const own = data.trace.slice(trackMeta.first_pulse, trackMeta.first_pulse + trackMeta.pulses);

@@ -11,7 +11,7 @@ use crate::terminal::{Verbosity, verbosity};
 
 /// Write the image, trajectory, targets and volume of a run in other formats.
 ///
-/// Reads the directory that `acerra focus` wrote, and computes nothing anew. Radargrams and spectra are
+/// Reads the directory that `acerra focus` wrote, and computes nothing new. Radargrams and spectra are
 /// not in it: name the formats in `[products] formats` of the campaign to have them too, and for phase
 /// history data (CPHD).
 #[derive(Debug, clap::Args)]

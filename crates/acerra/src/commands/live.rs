@@ -28,7 +28,7 @@ use crate::terminal::note;
 /// Records exactly as `acerra record` does, and images each pulse with the receiver's own positions (NAV-PVT,
 /// NAV-HPPOSLLH or GGA) once the position after it has come. That image is provisional, and the page says
 /// with which positions it is made. The page's Stop button, Ctrl-C or the session's stop_after_s ends the
-/// recording. Then positions are computed anew (PPK) and the final image is made of the recording, as
+/// recording. Then positions are computed again (PPK) and the final image is made of the recording, as
 /// `acerra focus` would. A directory instead of a session file replays the session recorded in it.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:

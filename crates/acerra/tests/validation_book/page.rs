@@ -99,7 +99,7 @@ impl Page {
         }
         assert!(
             self.wrong.is_empty(),
-            "docs/validation/{} is not what the code gives (cargo xtask book writes it anew):\n{}",
+            "docs/validation/{} is not what the code gives (cargo xtask book writes it again):\n{}",
             self.name,
             self.wrong.join("\n")
         );

@@ -169,7 +169,7 @@ fn doppler_is_the_rate_of_the_phase() {
 
 #[test]
 fn issues_of_one_satellite_describe_one_orbit() {
-    // Over the end of a week, where the node is told anew.
+    // Over the end of a week, where the node is told again.
     let end_of_week = GpsTime::from_week_tow(2010, 604_800.0 - 3600.0);
     let navigation = constellation(end_of_week, 4.0 * 3600.0, 10);
     let mut by_satellite: BTreeMap<SatelliteId, Vec<Ephemeris>> = BTreeMap::new();
