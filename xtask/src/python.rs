@@ -11,7 +11,8 @@ const PACKAGE: &str = "crates/acerra-python";
 /// What its tests need beside itself.
 const PACKAGES: &str = "maturin numpy xarray pandas scipy matplotlib pylops pytest hypothesis mypy \
                         pandas-stubs scipy-stubs types-tqdm dask[distributed] zarr moto[server] obstore \
-                        nbclient nbformat ipykernel";
+                        nbclient nbformat ipykernel netCDF4 h5netcdf \
+                        h5py";
 
 /// Builds the wheel, installs it into an environment of its own, and runs types and tests; where that
 /// cannot be had, it is said and skipped.

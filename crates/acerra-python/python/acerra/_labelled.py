@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from typing import Any
 
 import numpy as np
@@ -15,13 +16,37 @@ Grid = Plane | Tilted | Surface | Volume
 """Pixels: a plane, a tilted plane, uneven ground or a volume."""
 
 
+GPS_EPOCH = np.datetime64("1980-01-06T00:00:00", "ns")
+"""Start of GPS week 0, GPS time."""
+
+
+def storable(attrs: dict[str, Any]) -> dict[str, Any]:
+    """Attributes that NetCDF and Zarr can hold.
+
+    An attribute without a value is left out, truth values become 0 or 1, mappings and lists of anything
+    but numbers become JSON text.
+    """
+    stored: dict[str, Any] = {}
+    for name, value in attrs.items():
+        if isinstance(value, bool):
+            stored[name] = int(value)
+        elif isinstance(value, dict) or (
+            isinstance(value, list | tuple)
+            and not all(isinstance(v, int | float) and not isinstance(v, bool) for v in value)
+        ):
+            stored[name] = json.dumps(value)
+        elif value is not None:
+            stored[name] = value
+    return stored
+
+
 def _metres(name: str) -> dict[str, str]:
     return {"units": "m", "long_name": name}
 
 
 def image_of(values: npt.NDArray[np.complex64], grid: Grid, attrs: dict[str, Any]) -> xr.DataArray:
     """An image with the coordinates of its grid."""
-    attrs = {"long_name": "reflectivity", **attrs}
+    attrs = storable({"long_name": "reflectivity", **attrs})
     if isinstance(grid, Tilted):
         rows, columns = np.indices(grid.shape)
         steps = [
@@ -172,7 +197,8 @@ def trajectory(
     Returns
     -------
     xarray.Dataset
-        Variables ``position`` and, where given, ``sigma`` and ``status``.
+        Variables ``position`` and, where given, ``sigma`` and ``status``; with `time_s` and `gps_start`
+        the coordinate ``gps_time``, GPS time as ``datetime64``.
 
     Examples
     --------
@@ -191,6 +217,13 @@ def trajectory(
                 f"found {times.shape}"
             )
         coords["time"] = ("epoch", times, {"units": "s"})
+        if gps_start is not None:
+            week, second = gps_start
+            after_epoch = np.round(1e9 * times).astype("timedelta64[ns]")
+            start = np.timedelta64(604_800 * int(week), "s") + np.timedelta64(
+                round(1e9 * float(second)), "ns"
+            )
+            coords["gps_time"] = ("epoch", GPS_EPOCH + start + after_epoch, {"long_name": "GPS time"})
     if sigma_m is not None:
         sigma = places("sigma_m", sigma_m)
         if sigma.shape != position.shape or not (sigma >= 0).all():
@@ -222,11 +255,14 @@ def trajectory_arrays(labelled: xr.Dataset) -> dict[str, Any]:
             "acerra.read_trajectory and acerra.ppk make it"
         )
     has_time = "time" in labelled.coords
+    # Attributes that were read from a file are arrays.
+    origin = labelled.attrs.get("origin_deg_m")
+    start = labelled.attrs.get("gps_start")
     return {
         "position_m": places("position", labelled["position"]),
         "time_s": real_vector("time", labelled["time"], "s") if has_time else None,
         "sigma_m": real_matrix("sigma", labelled["sigma"], "m") if "sigma" in labelled else None,
         "status": [str(s) for s in labelled["status"].values] if "status" in labelled else None,
-        "origin_deg_m": labelled.attrs.get("origin_deg_m"),
-        "gps_start": labelled.attrs.get("gps_start"),
+        "origin_deg_m": None if origin is None else tuple(map(float, origin)),
+        "gps_start": None if start is None else (int(start[0]), float(start[1])),
     }

@@ -15,7 +15,14 @@ import xarray as xr
 
 from . import _checks as checks
 from . import _native
-from ._labelled import Grid, image_of, radargram, radargram_arrays, trajectory_arrays
+from ._labelled import (
+    Grid,
+    image_of,
+    radargram,
+    radargram_arrays,
+    storable,
+    trajectory_arrays,
+)
 from ._native import Surface, Volume
 from ._progress import Progress, listener
 from .evidence import Evidence, warn_of
@@ -247,7 +254,7 @@ class Prepared:
             "light_speed_m_s": native.light_speed_m_s,
             "origin_deg_m": native.origin_deg_m,
         }
-        return xr.Dataset(data, coords, attrs)
+        return xr.Dataset(data, coords, storable(attrs))
 
     @property
     def defaults(self) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from typing import Any
 import xarray as xr
 
 from . import _native
-from ._labelled import radargram, trajectory_of
+from ._labelled import radargram, storable, trajectory_of
 from .evidence import Evidence, warn_of
 
 PathLike = str | os.PathLike[str]
@@ -40,7 +40,9 @@ def read_radar(file: PathLike, *, channel: str | None = None) -> xr.DataArray | 
     """
     arrays = _native.read_radar(Path(file), channel)
     warn_of(Evidence(()), arrays["warnings"])
-    attrs = {"summary": arrays["summary"], "origin_deg_m": arrays.get("origin_deg_m")}
+    attrs = storable(
+        {"summary": arrays["summary"], "origin_deg_m": arrays.get("origin_deg_m")}
+    )
     if "samples" in arrays:
         labelled = radargram(
             arrays["samples"],
@@ -112,7 +114,8 @@ def ppk(
     Returns
     -------
     xarray.Dataset
-        The trajectory, with the figures of ``acerra ppk --json`` as attribute ``summary``.
+        The trajectory, with the figures of ``acerra ppk --json`` as attributes, such as
+        ``fixed_percent``; lists and tables among them are JSON text.
 
     Raises
     ------
@@ -129,7 +132,7 @@ def ppk(
     arrays, said = _native.ppk(_paths(rover), _paths(base), _paths(navigation), text, base_ecef_m)
     summary = json.loads(said)
     warn_of(Evidence(()), summary["warnings"])
-    return trajectory_of(arrays).assign_attrs(summary=summary)
+    return trajectory_of(arrays).assign_attrs(storable(summary))
 
 
 def _paths(files: PathLike | Sequence[PathLike]) -> list[Path]:
