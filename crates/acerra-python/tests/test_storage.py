@@ -37,6 +37,8 @@ def arrays() -> dict[str, xr.DataArray | xr.Dataset]:
     }
 
 
+# netCDF4 warns of its own build when imported, h5netcdf of complex numbers beyond the standard.
+@pytest.mark.filterwarnings("ignore::RuntimeWarning", "ignore::UserWarning")
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("name", ["image", "level", "radargram", "trajectory"])
 def test_arrays_are_saved_and_read_again(tmp_path: Path, name: str, engine: str) -> None:
