@@ -1,7 +1,9 @@
 //! Gathering epochs into a log whose tags ascend and stand apart.
 
 use crate::input::{DropReason, Place, ReadReport};
-use crate::{EPOCH_TOLERANCE_S, EventRecord, ObservationData, ObservationEpoch};
+use crate::observations::observation::{
+    EPOCH_TOLERANCE_S, EventRecord, ObservationData, ObservationEpoch,
+};
 
 /// Takes epochs and events as they come and hands out [`ObservationData`] with its promises kept.
 #[derive(Debug, Default)]

@@ -12,13 +12,15 @@ use crate::input::{
     FileKind, Limits, LineSource, Lines, Place, ReadError, ReadReport, SNIFF_BYTES, UnixCompressed,
     sniff,
 };
+use crate::observations::observation::ObservationData;
+use crate::observations::recorded::RecordedEpoch;
+use crate::observations::select::{SignalChoice, select_signals};
+use crate::orbits::navigation::Navigation;
+use crate::orbits::products::PreciseProducts;
 use crate::precise::{read_clock_lines, read_sp3_lines};
 use crate::rinex::{ObservationRecord, RinexObservations, read_navigation_lines};
 use crate::rtcm::{RtcmHints, RtcmLog, read_rtcm};
 use crate::ubx::{UbxLog, read_ubx};
-use crate::{
-    Navigation, ObservationData, PreciseProducts, RecordedEpoch, SignalChoice, select_signals,
-};
 
 /// What a GNSS file held.
 #[derive(Debug, Clone, PartialEq)]

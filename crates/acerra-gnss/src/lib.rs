@@ -25,6 +25,23 @@
 //! | NMEA, residuals, positions of images, headings | [`output`] |
 //! | RTKLIB's `.conf` and `.pos` | [`conf`], [`pos`] |
 //!
+//! Folders from the ground up; each imports only from those above it in this list:
+//!
+//! | folder | holds |
+//! | --- | --- |
+//! | `observations` | satellites, signals, epochs of measurements |
+//! | `orbits` | broadcast and precise orbits, ranges, atmospheric delays |
+//! | `input`, `rinex`, `crinex`, `ubx`, `rtcm`, `precise`, `antex` | readers |
+//! | `options`, `solution` | what a run is given, and what it gives |
+//! | `pos`, `conf`, `output` | files of solutions and options |
+//! | `control`, `linear` | cancellation and threads; linear algebra |
+//! | `measurements` | one epoch as the filter takes it, with assumed noise |
+//! | `single`, `stations` | single-point positions; rover and base of an epoch |
+//! | `noise` | noise measured from the log |
+//! | `float`, `ambiguity`, `filter` | state and double differences; integers; one epoch's update |
+//! | `confirm`, `passes` | confirmation of fixes; a pass over all epochs, two passes merged |
+//! | `ppk` | [`process`]: preparation, passes, alternative settings, warnings |
+//!
 //! From two raw logs to a solution file (`examples/positions.rs` is the whole program):
 //! ```no_run
 //! use acerra_gnss::{Navigation, PpkOptions, input::Limits, pos, process, read_gnss};
@@ -48,79 +65,62 @@
 //! # }
 //! ```
 
-mod alternatives;
+mod ambiguity;
 pub mod antex;
-mod atmosphere;
-mod attempt;
-mod baseline;
-mod bits;
 mod collect;
 pub mod conf;
+mod confirm;
 mod control;
 pub mod crinex;
-mod engine;
-mod error_correlation;
-mod error_covariance;
-mod events;
 mod file;
-mod geometry;
-mod glonass_orbit;
+mod filter;
+mod float;
 pub mod input;
-mod join;
-mod lambda;
-mod names;
-mod navigation;
-mod observation;
+mod linear;
+mod measurements;
+mod noise;
+mod observations;
 mod options;
-mod orbit;
-mod orbit_state;
+mod orbits;
 pub mod output;
 mod passes;
 pub mod pos;
 mod ppk;
-mod ppk_error;
 pub mod precise;
-mod preparation;
-mod recorded;
 pub mod rinex;
 pub mod rtcm;
-mod satellite;
-mod select;
-mod signal;
+mod single;
 mod solution;
-mod track;
+mod stations;
 pub mod ubx;
-mod workers;
 
-pub use atmosphere::{Mapping, Niell, saastamoinen_m};
-pub use baseline::{Baseline, BaselineAttitude};
-pub use control::Control;
-pub use error_correlation::{ErrorCorrelation, Lasting};
+pub use ambiguity::lambda::{IntegerCandidates, LambdaError, integer_least_squares};
+pub use conf::names::UnknownNameError;
+pub use control::watch::Control;
 pub use file::{GnssFile, read_gnss, read_gnss_near, read_navigation, read_observations};
-pub use geometry::{LineOfSight, azimuth_elevation_rad, line_of_sight};
-pub use join::{JoinRemark, LogPart, join_logs};
-pub use lambda::{IntegerCandidates, LambdaError, integer_least_squares};
-pub use names::UnknownNameError;
-pub use navigation::{
-    Ephemeris, GlonassEphemeris, KeplerEphemeris, Klobuchar, Navigation, SbasEphemeris,
-};
-pub use observation::{
+pub use observations::join::{JoinRemark, LogPart, join_logs};
+pub use observations::observation::{
     AntennaOffset, EPOCH_TOLERANCE_S, EventKind, EventRecord, LossOfLock, ObservationData,
     ObservationEpoch, SatelliteObservation, SignalObservation, StationInfo,
 };
+pub use observations::recorded::{RecordedEpoch, RecordedSatellite};
+pub use observations::satellite::{SatelliteId, SatelliteIdError, System, SystemSet};
+pub use observations::select::{SignalChoice, rank, select_signals};
+pub use observations::signal::{FREQUENCY_L1_HZ, FREQUENCY_SLOTS, SPEED_OF_LIGHT_M_S, SignalCode};
 pub use options::{
     AmbiguityMode, BasePosition, BaselineLength, Cn0Mask, Dynamics, FilterDirection,
     GlonassAmbiguity, PartialAmbiguity, PositioningMode, PpkOptions, RuleSet,
 };
-pub use orbit_state::{OrbitRates, OrbitState};
-pub use ppk::{process, process_with};
-pub use ppk_error::{PpkError, TimeSpan};
-pub use precise::{PreciseGap, PreciseProducts};
-pub use recorded::{RecordedEpoch, RecordedSatellite};
-pub use satellite::{SatelliteId, SatelliteIdError, System, SystemSet};
-pub use select::{SignalChoice, rank, select_signals};
-pub use signal::{FREQUENCY_L1_HZ, FREQUENCY_SLOTS, SPEED_OF_LIGHT_M_S, SignalCode};
+pub use orbits::atmosphere::{Mapping, Niell, saastamoinen_m};
+pub use orbits::geometry::{LineOfSight, azimuth_elevation_rad, line_of_sight};
+pub use orbits::navigation::{
+    Ephemeris, GlonassEphemeris, KeplerEphemeris, Klobuchar, Navigation, SbasEphemeris,
+};
+pub use orbits::products::{PreciseGap, PreciseProducts};
+pub use orbits::state::{OrbitRates, OrbitState};
+pub use ppk::process::{process, process_with};
 pub use solution::{
-    BaseGap, EventPosition, GlonassDecision, LostEpoch, MissingNavigation, NotFixedReason,
-    PpkSolution, PpkSummary, PpkWarning, Quality, SatelliteResidual, Solution,
+    BaseGap, Baseline, BaselineAttitude, ErrorCorrelation, EventPosition, GlonassDecision, Lasting,
+    LostEpoch, MissingNavigation, NotFixedReason, PpkError, PpkSolution, PpkSummary, PpkWarning,
+    Quality, SatelliteResidual, Solution, TimeSpan,
 };

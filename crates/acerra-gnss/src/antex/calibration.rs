@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_2;
 use std::fmt;
 
-use crate::{FREQUENCY_L1_HZ, SignalCode, System};
+use crate::observations::satellite::System;
+use crate::observations::signal::{FREQUENCY_L1_HZ, SignalCode};
 
 /// Bands this near in frequency stand for one another where one is not calibrated (Hz).
 const NEAR_HZ: f64 = 60e6;

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use super::calibration::{AntennaCalibration, FrequencyCalibration};
-use crate::System;
 use crate::input::{DropReason, LineSource, Place, ReadError, ReadReport};
+use crate::observations::satellite::System;
 use crate::rinex::{column, real, text};
 
 /// Most values that a table may have in one direction: steps of a quarter of a degree.

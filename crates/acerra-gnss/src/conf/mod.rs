@@ -3,6 +3,7 @@
 mod antenna;
 mod apply;
 mod error;
+pub(crate) mod names;
 mod outcome;
 mod output;
 mod pending;
@@ -15,15 +16,17 @@ pub use error::ConfError;
 pub use requested::{ConfInputs, ConfOutputs, NotFollowed, NotFollowedReason, RtklibConf};
 
 use crate::input::{Limits, LineSource, Lines};
+use crate::options::{PpkOptions, RuleSet};
 use crate::pos::PosFormat;
-use crate::{PpkOptions, RuleSet};
 
 /// What a key without an entry means: RTKLIB's own defaults, as its manual lists them.
 ///
 /// They differ from [`PpkOptions::rtklib`], which are the settings usual for short baselines.
 #[must_use]
 pub fn rtklib_defaults(rules: RuleSet) -> PpkOptions {
-    use crate::{AmbiguityMode, BasePosition, Dynamics, GlonassAmbiguity, PositioningMode};
+    use crate::options::{
+        AmbiguityMode, BasePosition, Dynamics, GlonassAmbiguity, PositioningMode,
+    };
     let common = (match rules {
         RuleSet::Rtklib => PpkOptions::rtklib(),
         // Its own defaults, meant for walking pace.

@@ -3,9 +3,9 @@
 use acerra_geo::geodesy::{Geodetic, ecef_from_geodetic};
 
 use super::error::ConfError;
-use crate::{
-    BasePosition, BaselineLength, Cn0Mask, Dynamics, FREQUENCY_SLOTS, PartialAmbiguity,
-    PositioningMode, PpkOptions,
+use crate::observations::signal::FREQUENCY_SLOTS;
+use crate::options::{
+    BasePosition, BaselineLength, Cn0Mask, Dynamics, PartialAmbiguity, PositioningMode, PpkOptions,
 };
 
 /// Standard deviation (m) of a baseline's length that is stated without one: no tape is better.

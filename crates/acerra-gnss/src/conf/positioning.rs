@@ -4,10 +4,9 @@ use super::outcome::{FOLLOWED, Outcome, UNKNOWN, UNSUPPORTED, only};
 use super::pending::Pending;
 use super::requested::{NotFollowedReason, RtklibConf};
 use super::setting::Setting;
-use crate::{
-    AmbiguityMode, FREQUENCY_SLOTS, FilterDirection, GlonassAmbiguity, PositioningMode, RuleSet,
-    SatelliteId, System, SystemSet,
-};
+use crate::observations::satellite::{SatelliteId, System, SystemSet};
+use crate::observations::signal::FREQUENCY_SLOTS;
+use crate::options::{AmbiguityMode, FilterDirection, GlonassAmbiguity, PositioningMode, RuleSet};
 
 /// Keys that begin with `pos1-`.
 pub(super) fn first_page(s: &Setting, conf: &mut RtklibConf, pending: &mut Pending) -> Outcome {

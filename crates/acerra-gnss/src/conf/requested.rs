@@ -1,6 +1,6 @@
 //! What a configuration file asks for, and what of it is not followed.
 
-use crate::PpkOptions;
+use crate::options::PpkOptions;
 use crate::pos::PosFormat;
 
 /// What a configuration file asks for.

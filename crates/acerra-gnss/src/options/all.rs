@@ -5,8 +5,8 @@ use super::choices::{
     GlonassAmbiguity, PartialAmbiguity, PositioningMode, RuleSet,
 };
 use crate::antex::AntennaCalibration;
-use crate::satellite::{SatelliteId, SystemSet};
-use crate::signal::FREQUENCY_SLOTS;
+use crate::observations::satellite::{SatelliteId, SystemSet};
+use crate::observations::signal::FREQUENCY_SLOTS;
 use acerra_geo::time::GpsTime;
 use std::sync::Arc;
 

@@ -1,6 +1,6 @@
 //! What the settings choose among.
 
-use crate::signal::FREQUENCY_SLOTS;
+use crate::observations::signal::FREQUENCY_SLOTS;
 
 /// What is estimated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

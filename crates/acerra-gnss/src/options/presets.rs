@@ -5,8 +5,8 @@ use super::choices::{
     AmbiguityMode, BasePosition, Dynamics, FilterDirection, GlonassAmbiguity, PartialAmbiguity,
     PositioningMode, RuleSet,
 };
-use crate::satellite::{System, SystemSet};
-use crate::signal::FREQUENCY_SLOTS;
+use crate::observations::satellite::{System, SystemSet};
+use crate::observations::signal::FREQUENCY_SLOTS;
 
 /// Least initial standard deviation of a phase bias of guarded runs (cycles): a bias begins at the code's
 /// error, and codes further off than the limit of innovations, 30 m, are refused: that limit is three

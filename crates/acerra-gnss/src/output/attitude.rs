@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use crate::PpkSolution;
+use crate::solution::PpkSolution;
 
 /// Writes direction and length of the baseline of every epoch as CSV, of a solution with a moving
 /// base; epochs without a heading (an upright baseline) keep their length alone.

@@ -4,7 +4,7 @@ use std::io::{self, Write};
 
 use acerra_geo::geodesy::EnuFrame;
 
-use crate::{EventPosition, PpkSolution};
+use crate::solution::{EventPosition, PpkSolution};
 use acerra_geo::geoid::GeoidGrid;
 
 /// Why images cannot be told their positions.
@@ -93,7 +93,7 @@ fn position(event: &EventPosition, geoid: Option<&GeoidGrid>) -> Option<String> 
     };
     let c = frame.enu_covariance_from_ecef(&event.covariance_ecef_m2);
     let [east, north, up] = [0, 1, 2].map(|k| c[k][k].max(0.0).sqrt());
-    let quality = event.quality.map_or(0, crate::Quality::number);
+    let quality = event.quality.map_or(0, crate::solution::Quality::number);
     Some(format!(
         "{latitude:.10},{longitude:.10},{:.4},{north:.4},{east:.4},{up:.4},{quality}",
         place.height_m - separation_m

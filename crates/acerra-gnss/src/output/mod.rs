@@ -11,7 +11,7 @@ pub use images::{ImageError, ImagePosition, position_images, write_images};
 pub use nmea::write_nmea;
 pub use residuals::write_residuals;
 
-use crate::PpkSolution;
+use crate::solution::PpkSolution;
 
 /// A solution without the epochs whose standard deviation along any axis (ECEF), with a moving base
 /// that of the baseline, is larger than `max_m`, and how many those are (RTKLIB's `out-maxsolstd`).

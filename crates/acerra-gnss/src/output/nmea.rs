@@ -4,7 +4,7 @@ use std::io::{self, Write};
 
 use acerra_geo::geodesy::EnuFrame;
 
-use crate::{PpkSolution, Quality, Solution};
+use crate::solution::{PpkSolution, Quality, Solution};
 use acerra_geo::geoid::GeoidGrid;
 
 /// Metres per second in a knot.

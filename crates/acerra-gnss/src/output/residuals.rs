@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use crate::PpkSolution;
+use crate::solution::PpkSolution;
 
 /// Writes the residuals of every satellite and frequency of every epoch as CSV.
 ///

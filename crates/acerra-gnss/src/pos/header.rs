@@ -5,10 +5,11 @@ use std::io::{self, Write};
 use acerra_geo::geodesy::geodetic_from_ecef;
 
 use super::format::{PosFormat, PosFrame, PosTime, PosTimeScale};
-use crate::{
-    AmbiguityMode, FilterDirection, GlonassAmbiguity, PositioningMode, PpkOptions, PpkSolution,
-    System,
+use crate::observations::satellite::System;
+use crate::options::{
+    AmbiguityMode, FilterDirection, GlonassAmbiguity, PositioningMode, PpkOptions,
 };
+use crate::solution::PpkSolution;
 
 /// What the file was made from and how.
 pub(super) fn write_header(

@@ -7,7 +7,8 @@ use std::io::{self, Write};
 
 use acerra_geo::geodesy::EnuFrame;
 
-use crate::{Baseline, PositioningMode, PpkOptions, PpkSolution, Solution};
+use crate::options::{PositioningMode, PpkOptions};
+use crate::solution::{Baseline, PpkSolution, Solution};
 use format::time_text;
 use header::{write_columns, write_header};
 
@@ -124,7 +125,7 @@ fn write_epoch(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{PpkSummary, Quality};
+    use crate::solution::{PpkSummary, Quality};
     use acerra_geo::geodesy::{Geodetic, ecef_from_geodetic};
     use acerra_geo::time::GpsTime;
 

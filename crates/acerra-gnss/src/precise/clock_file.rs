@@ -2,9 +2,9 @@
 
 use acerra_geo::time::GpsTime;
 
-use super::products::PreciseProducts;
-use crate::SatelliteId;
 use crate::input::{DropReason, LineSource, Place, ReadError, ReadReport};
+use crate::observations::satellite::SatelliteId;
+use crate::orbits::products::PreciseProducts;
 use crate::rinex::{calendar, real};
 
 /// Reads a RINEX clock file: its satellite clocks (`AS`); those of stations are passed over.

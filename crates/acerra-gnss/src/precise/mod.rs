@@ -14,10 +14,8 @@
 //! ```
 
 mod clock_file;
-mod interpolate;
-mod products;
 mod sp3;
 
+pub use crate::orbits::products::{PreciseGap, PreciseProducts};
 pub(crate) use clock_file::read_clock_lines;
-pub use products::{PreciseGap, PreciseProducts};
 pub(crate) use sp3::read_sp3_lines;

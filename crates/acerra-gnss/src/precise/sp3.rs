@@ -2,9 +2,9 @@
 
 use acerra_geo::time::{Calendar, GpsTime};
 
-use super::products::PreciseProducts;
-use crate::SatelliteId;
 use crate::input::{DropReason, LineSource, Place, ReadError, ReadReport};
+use crate::observations::satellite::SatelliteId;
+use crate::orbits::products::PreciseProducts;
 use crate::rinex::{calendar, column, real};
 
 /// How a file says that a clock is not known (µs).

@@ -7,7 +7,9 @@ use acerra_geo::time::{Calendar, GpsTime};
 use super::fields::{column, integer, real, text};
 use super::types::{Column, column_v3, columns_v2};
 use crate::input::{DropReason, LineSource, Place, ReadError, ReadReport};
-use crate::{AntennaOffset, SatelliteId, SignalCode, StationInfo, System};
+use crate::observations::observation::{AntennaOffset, StationInfo};
+use crate::observations::satellite::{SatelliteId, System};
+use crate::observations::signal::SignalCode;
 
 /// The clock that an observation file's time tags are read from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

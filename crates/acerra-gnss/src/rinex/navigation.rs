@@ -3,7 +3,8 @@
 use super::fields::{calendar, column, integer, real};
 use super::navigation_record::NavigationRecord;
 use crate::input::{DropReason, LineSource, Place, ReadError, ReadReport};
-use crate::{Klobuchar, Navigation, SatelliteId, System};
+use crate::observations::satellite::{SatelliteId, System};
+use crate::orbits::navigation::{Klobuchar, Navigation};
 
 /// Where the fields of a navigation record stand.
 #[derive(Debug, Clone, Copy)]
@@ -236,7 +237,7 @@ impl Reader {
         }
     }
 
-    fn record(&self, record: &Record) -> Result<crate::Ephemeris, DropReason> {
+    fn record(&self, record: &Record) -> Result<crate::orbits::navigation::Ephemeris, DropReason> {
         let first = &record.lines[0];
         let satellite = self.satellite(first).ok_or_else(|| {
             let name = String::from_utf8_lossy(column(first, 0, self.layout.values.1 - 1));

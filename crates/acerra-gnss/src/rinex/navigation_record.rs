@@ -2,7 +2,8 @@
 
 use acerra_geo::time::{BDT_BEHIND_GPST_S, Calendar, GpsTime, SECONDS_PER_WEEK};
 
-use crate::{Ephemeris, GlonassEphemeris, KeplerEphemeris, SatelliteId, SbasEphemeris, System};
+use crate::observations::satellite::{SatelliteId, System};
+use crate::orbits::navigation::{Ephemeris, GlonassEphemeris, KeplerEphemeris, SbasEphemeris};
 
 /// One record as it stands in the file: satellite, time of clock and the values in order.
 #[derive(Debug, Clone)]

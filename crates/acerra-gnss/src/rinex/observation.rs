@@ -5,10 +5,10 @@ use super::fields::{column, real};
 use super::header::ObservationHeader;
 use super::types::{Column, Quantity};
 use crate::input::{DropReason, LineSource, Place, ReadError, ReadReport};
-use crate::{
-    EventKind, EventRecord, LossOfLock, RecordedEpoch, RecordedSatellite, SatelliteId,
-    SignalChoice, SignalObservation, System,
-};
+use crate::observations::observation::{EventKind, EventRecord, LossOfLock, SignalObservation};
+use crate::observations::recorded::{RecordedEpoch, RecordedSatellite};
+use crate::observations::satellite::{SatelliteId, System};
+use crate::observations::select::SignalChoice;
 
 /// One record of an observation file.
 #[derive(Debug, Clone, PartialEq)]

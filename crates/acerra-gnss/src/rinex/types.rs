@@ -1,6 +1,7 @@
 //! What the columns of an observation record hold.
 
-use crate::{SignalCode, System};
+use crate::observations::satellite::System;
+use crate::observations::signal::SignalCode;
 
 /// The physical quantity of a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -3,9 +3,10 @@
 
 use acerra_geo::time::{BDT_BEHIND_GPST_S, GpsTime};
 
-use crate::bits::{BitCursor, SEMICIRCLE_RAD};
+use crate::observations::satellite::{SatelliteId, System};
+use crate::orbits::bits::{BitCursor, SEMICIRCLE_RAD};
+use crate::orbits::navigation::{Ephemeris, GlonassEphemeris, KeplerEphemeris};
 use crate::rinex::{accuracy_of_index_m, galileo_accuracy_of_index_m, moscow_time, nearest_week};
-use crate::{Ephemeris, GlonassEphemeris, KeplerEphemeris, SatelliteId, System};
 
 /// RINEX's data source word for F/NAV: E5a pages, clock for E5a and E1.
 const GALILEO_FNAV: u32 = 1 << 1 | 1 << 8;

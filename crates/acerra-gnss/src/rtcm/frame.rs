@@ -1,6 +1,6 @@
 //! The transport layer: preamble, ten bits of length, payload, CRC-24Q (RTCM 10403.3, section 4).
 
-use crate::bits::{BitCursor, crc24q};
+use crate::orbits::bits::{BitCursor, crc24q};
 
 const PREAMBLE: u8 = 0xD3;
 const HEADER_BYTES: usize = 3;

@@ -3,8 +3,9 @@
 
 use super::lock::least_of_7_bits_ms;
 use super::measurement::{Measured, MeasuredSignal, PhaseRange, TimeTag};
-use crate::bits::BitCursor;
-use crate::{SPEED_OF_LIGHT_M_S, SatelliteId, SignalCode, System};
+use crate::observations::satellite::{SatelliteId, System};
+use crate::observations::signal::{SPEED_OF_LIGHT_M_S, SignalCode};
+use crate::orbits::bits::BitCursor;
 
 /// Step of a pseudorange (m).
 const RANGE_STEP_M: f64 = 0.02;

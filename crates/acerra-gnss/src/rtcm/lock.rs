@@ -5,7 +5,8 @@ use std::collections::HashMap;
 
 use acerra_geo::time::GpsTime;
 
-use crate::{SatelliteId, SignalCode};
+use crate::observations::satellite::SatelliteId;
+use crate::observations::signal::SignalCode;
 
 /// Least continuous tracking time (ms) that a 7-bit indicator (DF013, DF019 …) stands for.
 pub(super) const fn least_of_7_bits_ms(indicator: u32) -> u32 {

@@ -4,18 +4,19 @@ use std::collections::{BTreeMap, HashMap};
 
 use acerra_geo::time::GpsTime;
 
-use super::ephemeris::{self, Refused};
+use super::ephemeris::Refused;
 use super::frame::{Frame, Piece, pieces};
 use super::lock::LockTracker;
 use super::measurement::{Measured, MeasuredSignal, PhaseRange};
-use super::station::{self, StationMessage};
+use super::station::StationMessage;
 use super::time::{DateSource, date_of, resolve};
-use super::{legacy, msm};
+use super::{ephemeris, legacy, msm, station};
 use crate::input::{DropReason, Place, ReadReport};
-use crate::{
-    Ephemeris, LossOfLock, Navigation, RecordedEpoch, RecordedSatellite, SPEED_OF_LIGHT_M_S,
-    SatelliteId, SignalCode, SignalObservation, StationInfo,
-};
+use crate::observations::observation::{LossOfLock, SignalObservation, StationInfo};
+use crate::observations::recorded::{RecordedEpoch, RecordedSatellite};
+use crate::observations::satellite::SatelliteId;
+use crate::observations::signal::{SPEED_OF_LIGHT_M_S, SignalCode};
+use crate::orbits::navigation::{Ephemeris, Navigation};
 
 /// Messages whose times differ by less than this (s) belong to one epoch.
 const SAME_EPOCH_S: f64 = 1e-3;

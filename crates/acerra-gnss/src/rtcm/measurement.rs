@@ -1,6 +1,7 @@
 //! What an observation message says, whatever its kind.
 
-use crate::{SatelliteId, SignalCode, System};
+use crate::observations::satellite::{SatelliteId, System};
+use crate::observations::signal::SignalCode;
 
 /// The observations of one message.
 #[derive(Debug, Clone, PartialEq)]

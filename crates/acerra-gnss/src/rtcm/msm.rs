@@ -3,8 +3,9 @@
 use super::lock::{least_of_4_bits_ms, least_of_10_bits_ms};
 use super::measurement::{Measured, MeasuredSignal, PhaseRange, TimeTag, satellite};
 use super::signals::signal;
-use crate::bits::BitCursor;
-use crate::{SPEED_OF_LIGHT_M_S, SatelliteId, SignalCode, System};
+use crate::observations::satellite::{SatelliteId, System};
+use crate::observations::signal::{SPEED_OF_LIGHT_M_S, SignalCode};
+use crate::orbits::bits::BitCursor;
 
 /// Metres that light travels in a millisecond.
 const LIGHT_MILLISECOND_M: f64 = SPEED_OF_LIGHT_M_S * 1e-3;

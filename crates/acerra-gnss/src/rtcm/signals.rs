@@ -1,6 +1,7 @@
 //! Which signal each bit of an MSM signal mask stands for (RTCM 10403.3, tables 3.5-91 ff.).
 
-use crate::{SignalCode, System};
+use crate::observations::satellite::System;
+use crate::observations::signal::SignalCode;
 
 /// The signals of a system by mask bit (1 to 32).
 const fn table(system: System) -> &'static [(u8, u8, char)] {

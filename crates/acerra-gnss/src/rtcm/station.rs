@@ -3,7 +3,7 @@
 
 use acerra_geo::time::{Calendar, GpsTime};
 
-use crate::bits::BitCursor;
+use crate::orbits::bits::BitCursor;
 
 /// Modified Julian date of 1970-01-01.
 const MJD_1970: i64 = 40_587;

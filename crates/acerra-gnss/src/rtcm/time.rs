@@ -6,7 +6,7 @@ use acerra_geo::time::{Calendar, GpsTime, SECONDS_PER_WEEK};
 use super::frame::{Piece, pieces};
 use super::measurement::TimeTag;
 use super::station;
-use crate::bits::BitCursor;
+use crate::orbits::bits::BitCursor;
 use crate::rinex::{moscow_time, nearest_week};
 
 /// The first week that ten bits are taken to mean where nothing else tells: those since

@@ -1,10 +1,10 @@
 //! What a run says of single epochs and events.
 
+use super::baseline::Baseline;
 use super::not_fixed::NotFixedReason;
 use super::quality::Quality;
-use crate::baseline::Baseline;
-use crate::observation::EventRecord;
-use crate::satellite::SatelliteId;
+use crate::observations::observation::EventRecord;
+use crate::observations::satellite::SatelliteId;
 use acerra_geo::time::GpsTime;
 
 /// The solution of one epoch.

@@ -1,9 +1,9 @@
 //! The result of a run, and its summary.
 
 use super::epoch::{EventPosition, LostEpoch, Solution};
+use super::error_correlation::ErrorCorrelation;
 use super::glonass::GlonassDecision;
 use super::warning::PpkWarning;
-use crate::error_correlation::ErrorCorrelation;
 
 /// Counts and remarks about a whole run.
 #[derive(Debug, Clone, PartialEq, Default)]

@@ -1,7 +1,7 @@
 //! Remarks about a run.
 
-use crate::satellite::{SatelliteId, System};
-use crate::signal::SignalCode;
+use crate::observations::satellite::{SatelliteId, System};
+use crate::observations::signal::SignalCode;
 use acerra_geo::time::GpsTime;
 use std::fmt;
 

@@ -2,9 +2,10 @@
 
 use acerra_geo::time::GpsTime;
 
-use crate::bits::{Bits, SEMICIRCLE_RAD};
+use crate::observations::satellite::SatelliteId;
+use crate::orbits::bits::{Bits, SEMICIRCLE_RAD};
+use crate::orbits::navigation::KeplerEphemeris;
 use crate::rinex::accuracy_of_index_m;
-use crate::{KeplerEphemeris, SatelliteId};
 
 /// Words of a subframe, 30 bits each.
 pub(super) const WORDS: usize = 10;

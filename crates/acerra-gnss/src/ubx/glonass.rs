@@ -2,9 +2,10 @@
 
 use acerra_geo::time::GpsTime;
 
-use crate::bits::Bits;
+use crate::observations::satellite::SatelliteId;
+use crate::orbits::bits::Bits;
+use crate::orbits::navigation::GlonassEphemeris;
 use crate::rinex::moscow_time;
-use crate::{GlonassEphemeris, SatelliteId};
 
 /// Bits of a string, of which the last eight are check bits.
 const STRING_BITS: usize = 85;

@@ -2,9 +2,10 @@
 
 use acerra_geo::time::GpsTime;
 
-use crate::bits::{Bits, SEMICIRCLE_RAD, crc24q};
+use crate::observations::satellite::SatelliteId;
+use crate::orbits::bits::{Bits, SEMICIRCLE_RAD, crc24q};
+use crate::orbits::navigation::KeplerEphemeris;
 use crate::rinex::{galileo_accuracy_of_index_m, nearest_week};
-use crate::{KeplerEphemeris, SatelliteId};
 
 /// RINEX's data source word for I/NAV: E1-B and E5b pages, clock for E5b and E1.
 const DATA_SOURCE: u32 = 1 | 1 << 2 | 1 << 9;

@@ -2,9 +2,10 @@
 
 use acerra_geo::time::{GpsTime, SECONDS_PER_WEEK};
 
-use crate::bits::{Bits, SEMICIRCLE_RAD};
+use crate::observations::satellite::SatelliteId;
+use crate::orbits::bits::{Bits, SEMICIRCLE_RAD};
+use crate::orbits::navigation::{KeplerEphemeris, Klobuchar};
 use crate::rinex::{accuracy_of_index_m, nearest_week};
-use crate::{KeplerEphemeris, Klobuchar, SatelliteId};
 
 /// Words of a subframe.
 pub(super) const WORDS: usize = 10;

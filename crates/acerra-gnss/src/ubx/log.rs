@@ -4,14 +4,18 @@ use std::collections::{BTreeMap, HashMap};
 
 use acerra_geo::time::GpsTime;
 
-use super::d1::{self, D1, D1Collector};
+use super::d1::{D1, D1Collector};
 use super::frame::{Frame, Piece, pieces};
 use super::glonass::{GlonassCollector, GlonassFrame};
 use super::inav::{Inav, InavCollector};
-use super::lnav::{self, Lnav, LnavCollector};
+use super::lnav::{Lnav, LnavCollector};
 use super::measurement::{Measurements, bytes, satellite, time_mark};
+use super::{d1, lnav};
 use crate::input::{DropReason, Place, ReadReport};
-use crate::{Ephemeris, EventRecord, Klobuchar, Navigation, RecordedEpoch, SatelliteId, System};
+use crate::observations::observation::EventRecord;
+use crate::observations::recorded::RecordedEpoch;
+use crate::observations::satellite::{SatelliteId, System};
+use crate::orbits::navigation::{Ephemeris, Klobuchar, Navigation};
 
 /// What a UBX log holds, with all signals.
 #[derive(Debug, Clone, Default)]

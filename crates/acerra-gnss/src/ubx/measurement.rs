@@ -5,11 +5,11 @@ use std::collections::HashMap;
 use acerra_geo::time::GpsTime;
 
 use crate::input::{DropReason, Place, ReadReport};
+use crate::observations::observation::{EventKind, EventRecord, LossOfLock, SignalObservation};
+use crate::observations::recorded::{RecordedEpoch, RecordedSatellite};
+use crate::observations::satellite::{SatelliteId, System};
+use crate::observations::signal::SignalCode;
 use crate::rinex::utc_to_gps;
-use crate::{
-    EventKind, EventRecord, LossOfLock, RecordedEpoch, RecordedSatellite, SatelliteId, SignalCode,
-    SignalObservation, System,
-};
 
 /// Worst carrier-phase standard deviation (in steps of 0.004 cycle) of a usable phase.
 const WORST_PHASE_DEVIATION: u8 = 5;

@@ -12,7 +12,7 @@ mod log;
 mod measurement;
 mod position;
 
-use crate::{EventKind, EventRecord};
+use crate::observations::observation::{EventKind, EventRecord};
 
 pub use fix::{FixState, fix_state, is_solution};
 pub use log::{UbxLog, read_ubx};

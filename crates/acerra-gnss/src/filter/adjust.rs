@@ -1,0 +1,129 @@
+//! The measurement update of an epoch, repeated without whatever contradicts the rest.
+
+use super::residuals::Update;
+use super::{EpochView, Filter};
+use crate::float::state::FilterState;
+use crate::linear::double_row::DoubleRow;
+use crate::linear::outliers::{Worst, misfit, worst};
+use crate::options::RuleSet;
+use crate::solution::NotFixedReason;
+
+/// Share of the codes' past misfit that counts at the next epoch.
+const MISFIT_KEPT: f64 = 0.98;
+
+/// Why an epoch could not be updated.
+pub(super) struct UpdateFailure {
+    pub reason: NotFixedReason,
+    /// The update whose measurements contradict each other, where there is one.
+    pub contradicting: Option<Update>,
+}
+
+/// A measurement that contradicts the others.
+struct Outlier {
+    worst: Worst,
+    is_code: bool,
+}
+
+impl Filter<'_> {
+    /// Updates the state; measurements beyond the residual limits are added to `excluded` and the
+    /// update repeated without them, until a third of the satellites is left out.
+    pub(super) fn checked_update(
+        &mut self,
+        epoch: &EpochView<'_>,
+        excluded: &mut Vec<(usize, usize)>,
+    ) -> Result<Update, UpdateFailure> {
+        let options = self.options;
+        let checks_residuals =
+            options.max_phase_residual_sigma.is_some() || options.max_code_residual_sigma.is_some();
+        if !checks_residuals {
+            return self.update(epoch, excluded);
+        }
+        let mut prior = self.room.take().unwrap_or_else(|| self.state.clone());
+        prior.clone_from(&self.state);
+        loop {
+            let update = self.update(epoch, excluded)?;
+            let Some(outlier) = self.outlier(&update.differences.rows) else {
+                self.room = Some(prior);
+                return Ok(update);
+            };
+            if 3 * (excluded.len() + 1) > epoch.common.len() {
+                // More contradictions than agreement: the integers held must be wrong.
+                self.forget_biases();
+                return Err(UpdateFailure {
+                    reason: NotFixedReason::PhasesInconsistent {
+                        normalised: outlier.worst.normalised,
+                    },
+                    contradicting: Some(update),
+                });
+            }
+            let Worst { common, slot, .. } = outlier.worst;
+            excluded.push((common, slot));
+            if outlier.is_code {
+                forget_fresh_bias(&mut prior, epoch.common[common].satellite, slot);
+            }
+            self.state.clone_from(&prior);
+        }
+    }
+
+    pub(super) fn update(
+        &mut self,
+        epoch: &EpochView<'_>,
+        excluded: &[(usize, usize)],
+    ) -> Result<Update, UpdateFailure> {
+        let least = match self.options.rules {
+            RuleSet::Demo5 => 4,
+            RuleSet::Rtklib => 1,
+        };
+        let iterations = self.options.iterations.max(1);
+        let prior = (iterations > 1).then(|| self.state.clone());
+        for k in 0..iterations {
+            let zero = self.rover_zero(epoch.rover);
+            let rows = self.differences(epoch, &zero, &self.state, excluded).rows;
+            // Measurements count once: every iteration starts from the state before the epoch.
+            let again = prior.as_ref().filter(|_| k > 0);
+            let done = rows.len() >= least
+                && match again {
+                    Some(prior) => self.update_again(prior, &rows, &epoch.common),
+                    None => self.measurement_update(&rows, &epoch.common),
+                };
+            if !done {
+                let common = self.count_valid(&rows, &epoch.common);
+                return Err(UpdateFailure {
+                    reason: NotFixedReason::TooFewCommonSatellites { common },
+                    contradicting: None,
+                });
+            }
+        }
+        let zero = self.rover_zero(epoch.rover);
+        let differences = self.differences(epoch, &zero, &self.state, excluded);
+        Ok(Update { zero, differences })
+    }
+
+    /// The code, else the phase, that is furthest beyond its limit.
+    fn outlier(&self, rows: &[DoubleRow]) -> Option<Outlier> {
+        let beyond = |limit: Option<f64>, is_code: bool| {
+            let limit = limit?;
+            worst(rows, is_code, |_, _| true)
+                .filter(|w| w.normalised > limit)
+                .map(|worst| Outlier { worst, is_code })
+        };
+        beyond(self.options.max_code_residual_sigma, true)
+            .or_else(|| beyond(self.options.max_phase_residual_sigma, false))
+    }
+
+    /// Counts the codes' residuals into their fading sums.
+    pub(super) fn note_misfit(&mut self, rows: &[DoubleRow]) {
+        let (squares, freedom) = misfit(rows, true, |_, _| true);
+        self.misfit = [
+            MISFIT_KEPT * self.misfit[0] + squares,
+            MISFIT_KEPT * self.misfit[1] + freedom as f64,
+        ];
+    }
+}
+
+/// A bias that begins with an outlying code would begin far off: it waits for a better one.
+fn forget_fresh_bias(state: &mut FilterState, satellite: usize, slot: usize) {
+    if state.has_initial_variance(satellite, slot) {
+        state.remove(state.bias_index(satellite, slot));
+    }
+}

@@ -1,0 +1,67 @@
+//! Whether GLONASS ambiguities are resolved, and with which inter-channel bias: by evidence.
+//!
+//! Receivers of different makes delay GLONASS carriers differently, in proportion to the channel
+//! number (Wanninger 2012). A first pass estimates that slope along with everything else. A slope
+//! that may vary freely leaves wrong integers room, though, so the run proper is given what the
+//! first pass found.
+
+use super::epoch_result::EpochResult;
+use crate::linear::outliers::median;
+use crate::solution::{GlonassDecision, Quality};
+
+/// Fixes with GLONASS that a slope needs.
+const LEAST_FIXES: usize = 20;
+/// A slope that is not larger than this many of its standard deviations is none.
+const SIGNIFICANT_SIGMA: f64 = 3.0;
+/// Least standard deviation of a slope (m per channel): biases are not linear to better.
+const LEAST_SIGMA_M: f64 = 0.000_5;
+
+/// What the run proper is told of GLONASS.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum GlonassPlan {
+    /// Estimate the slope from scratch.
+    Estimate,
+    /// Start from this slope and standard deviation (m per channel).
+    Slope([f64; 2]),
+    /// Leave the ambiguities float.
+    Float,
+}
+
+impl From<GlonassDecision> for GlonassPlan {
+    fn from(decision: GlonassDecision) -> Self {
+        match decision {
+            GlonassDecision::WithoutBias { .. } => Self::Slope([0.0, LEAST_SIGMA_M]),
+            GlonassDecision::WithBias {
+                slope_m_per_channel,
+                sigma_m_per_channel,
+            } => Self::Slope([slope_m_per_channel, sigma_m_per_channel.max(LEAST_SIGMA_M)]),
+            GlonassDecision::Float { .. } => Self::Float,
+        }
+    }
+}
+
+/// Decides from the fixes of a pass that estimated the slope.
+pub(crate) fn decide(results: &[EpochResult]) -> GlonassDecision {
+    let fixed = results.iter().filter(|r| r.quality == Some(Quality::Fixed));
+    let slopes: Vec<[f64; 2]> = fixed.filter_map(|r| r.channel_slope_m).collect();
+    if slopes.len() < LEAST_FIXES {
+        return GlonassDecision::Float {
+            fixes: slopes.len(),
+        };
+    }
+    let slope = median(slopes.iter().map(|s| s[0]).collect());
+    let formal = median(slopes.iter().map(|s| s[1]).collect());
+    // 1.4826 median absolute deviations are a standard deviation.
+    let spread = 1.4826 * median(slopes.iter().map(|s| (s[0] - slope).abs()).collect());
+    let sigma = formal.max(spread);
+    if slope.abs() <= (SIGNIFICANT_SIGMA * sigma).max(2.0 * LEAST_SIGMA_M) {
+        GlonassDecision::WithoutBias {
+            sigma_m_per_channel: sigma,
+        }
+    } else {
+        GlonassDecision::WithBias {
+            slope_m_per_channel: slope,
+            sigma_m_per_channel: sigma,
+        }
+    }
+}

@@ -1,0 +1,262 @@
+//! Integers once found with certainty, kept beside the filter.
+//!
+//! RTKLIB's hold feeds integers back as measurements: the filter then believes them for good,
+//! right or wrong. Here the float state stays as it is. At every epoch a copy of it is conditioned
+//! on the integers that still hold, and the integers are tested against the float state, which
+//! knows nothing of them: where they no longer fit they are withdrawn, and with them every fix
+//! that rested on them.
+
+use super::{EpochView, Filter};
+use crate::ambiguity::attempt::{Attempt, Pair, Verdict, is_ruled_out, judge, members, without};
+use crate::float::state::FilterState;
+use crate::linear::sparse_row::SparseRow;
+use crate::measurements::common::Common;
+use crate::measurements::signal_group::GROUPS;
+use crate::options::{AmbiguityMode, RuleSet};
+use crate::single::SinglePoint;
+
+/// Fewest pairs whose integers say where the rover is, with one to spare.
+const LEAST_HELD_PAIRS: usize = 4;
+/// Time (s) that geometry and multipath need to tell wrong integers from right ones.
+const CONFIRMATION_S: f64 = 300.0;
+/// Standard deviation of a position (m) up to which it tells integers from their neighbours: a
+/// quarter of a wavelength.
+const LARGEST_HELD_SIGMA_M: f64 = 0.05;
+/// Epochs in a row at which the float state may contradict the integers held: multipath that
+/// pulls it off passes.
+const LARGEST_DOUBTS: u32 = 10;
+/// Variance (cycle²) with which integers are imposed on the copy.
+const IMPOSED_VARIANCE: f64 = 1e-6;
+
+/// Whether a state says where the rover is to within a fraction of a wavelength.
+fn knows_its_place(state: &FilterState) -> bool {
+    let variance_m2: f64 = (0..3).map(|k| state.covariance(k, k)).sum();
+    variance_m2 < LARGEST_HELD_SIGMA_M * LARGEST_HELD_SIGMA_M
+}
+
+impl Filter<'_> {
+    /// Whether integers are kept beside the filter rather than fed back into it.
+    pub(super) fn holds_beside(&self) -> bool {
+        self.options.revisable_hold
+            && self.options.rules == RuleSet::Rtklib
+            && self.options.ambiguity == AmbiguityMode::FixAndHold
+    }
+
+    /// Whether what is known of the integers suffices to hold them: what is fed back into the filter
+    /// looks certain ever after.
+    pub(super) fn may_hold(&self) -> bool {
+        if self.holds_beside() {
+            self.settled
+        } else {
+            self.certain || self.options.min_success_rate.is_none()
+        }
+    }
+
+    /// Pairs of satellites whose integers are held and whose phases are used at this epoch.
+    pub(super) fn held_pairs(&self, common: &[Common]) -> (Vec<Pair>, Vec<f64>) {
+        let (mut pairs, mut integers) = (Vec::new(), Vec::new());
+        for (group_index, group) in GROUPS.iter().enumerate() {
+            for slot in 0..self.options.frequencies {
+                let mut reference: Option<(usize, f64)> = None;
+                for c in common {
+                    let system = self.constellation.id(c.satellite).system();
+                    let track = self.state.track(c.satellite, slot);
+                    let Some(integer) = track.held.filter(|_| {
+                        group.contains(&system) && track.valid && !track.half_cycle_flag()
+                    }) else {
+                        continue;
+                    };
+                    match reference {
+                        None => reference = Some((c.satellite, integer)),
+                        Some((satellite, of_reference)) => {
+                            pairs.push(Pair {
+                                slot,
+                                group: group_index,
+                                reference: satellite,
+                                other: c.satellite,
+                            });
+                            integers.push(of_reference - integer);
+                        }
+                    }
+                }
+            }
+        }
+        (pairs, integers)
+    }
+
+    /// The state conditioned on the integers held; `None` where too few are. Integers that
+    /// contradict the float state are withdrawn.
+    pub(super) fn conditioned(&mut self, common: &[Common]) -> Option<FilterState> {
+        if !self.holds_beside() {
+            return None;
+        }
+        let (pairs, integers) = self.held_pairs(common);
+        if pairs.len() < LEAST_HELD_PAIRS {
+            self.rests_on_held = false;
+            return self.held_state.clone().filter(knows_its_place);
+        }
+        self.rests_on_held = true;
+        // A confirmation counts only once it is due.
+        let verdict = if self.confirmation_is_due() {
+            judge(&self.state, &pairs, &integers)
+        } else if is_ruled_out(&self.state, &pairs, &integers) {
+            Verdict::RuledOut
+        } else {
+            Verdict::Possible
+        };
+        match verdict {
+            Verdict::Confirmed => {
+                self.doubts = 0;
+                self.note_confirmation();
+            }
+            Verdict::Possible => self.doubts = 0,
+            Verdict::RuledOut => {
+                self.doubts += 1;
+                if self.doubts >= LARGEST_DOUBTS {
+                    if !self.drop_contradicting(&pairs, &integers) {
+                        self.withdraw();
+                    }
+                    return None;
+                }
+            }
+        }
+        let source = self.held_state.as_ref().unwrap_or(&self.state);
+        let mut state = source.copied_into(self.spare.take());
+        let rows: Vec<SparseRow> = pairs
+            .iter()
+            .zip(&integers)
+            .map(|(p, integer)| {
+                let (i, j) = (
+                    state.bias_index(p.reference, p.slot),
+                    state.bias_index(p.other, p.slot),
+                );
+                SparseRow::new(&[(i, 1.0), (j, -1.0)], integer - (state.x[i] - state.x[j]))
+            })
+            .collect();
+        let noise = state.white_noise(rows.len(), IMPOSED_VARIANCE);
+        state.update(&rows, noise).then_some(state)
+    }
+
+    /// Brings the state that has been told the integers held to this epoch, as the float state was.
+    pub(super) fn advance_held(
+        &mut self,
+        single: &SinglePoint,
+        epoch: &EpochView<'_>,
+        elapsed_s: f64,
+        excluded: &[(usize, usize)],
+    ) {
+        let Some(held) = self.held_state.take() else {
+            return;
+        };
+        let float = std::mem::replace(&mut self.state, held);
+        self.predict(single, epoch, elapsed_s);
+        let updated = self.update(epoch, excluded);
+        if let Ok(update) = &updated {
+            self.mark_valid(
+                &update.differences.rows,
+                epoch,
+                &update.differences.rejected,
+            );
+            self.remember(epoch.rover, epoch.base);
+        }
+        let held = std::mem::replace(&mut self.state, float);
+        self.held_state = updated.is_ok().then_some(held);
+    }
+
+    /// Whether the present set of integers is held for long enough to be confirmed.
+    fn confirmation_is_due(&self) -> bool {
+        let age_s = self
+            .last_time
+            .zip(self.held_since)
+            .map_or(0.0, |(now, since)| now.seconds_since(since).abs());
+        age_s > CONFIRMATION_S
+    }
+
+    /// Once the float state has found the same integers by itself for long enough, the fixes up to
+    /// here stand whatever becomes of the integers later.
+    fn note_confirmation(&mut self) {
+        if self.confirmation_is_due() {
+            self.generation += 1;
+            self.held_since = self.last_time;
+        }
+    }
+
+    /// Looks for one satellite without which the integers are not ruled out: its own is given up,
+    /// and its bias begins anew, as after a slip that nobody noticed.
+    fn drop_contradicting(&mut self, pairs: &[Pair], integers: &[f64]) -> bool {
+        let integer = |satellite: usize, slot: usize| {
+            let own = pairs
+                .iter()
+                .position(|p| (p.other, p.slot) == (satellite, slot));
+            own.map_or(0.0, |k| integers[k])
+        };
+        let explains = |&(satellite, slot): &(usize, usize)| {
+            let rest = without(pairs, satellite, slot);
+            let ours: Vec<f64> = rest
+                .iter()
+                .map(|p| integer(p.other, p.slot) - integer(p.reference, p.slot))
+                .collect();
+            rest.len() >= LEAST_HELD_PAIRS && !is_ruled_out(&self.state, &rest, &ours)
+        };
+        let Some((satellite, slot)) = members(pairs).into_iter().find(explains) else {
+            return false;
+        };
+        self.state.remove(self.state.bias_index(satellite, slot));
+        self.state.track_mut(satellite, slot).slips += 1;
+        true
+    }
+
+    /// Gives up every integer held, and the fixes that rest on them.
+    pub(super) fn withdraw(&mut self) {
+        for track in &mut self.state.tracks {
+            track.held = None;
+        }
+        self.withdrawn.push(self.generation);
+        self.generation += 1;
+        self.held_since = None;
+        self.held_state = None;
+        self.doubts = 0;
+        self.settled = false;
+        self.certain = false;
+        self.consecutive_fixes = 0;
+        self.held = false;
+    }
+
+    /// Takes the integers of a fix among those held.
+    pub(super) fn hold_beside(&mut self, attempt: &Attempt) {
+        let (pairs, integers) = (&attempt.pairs, &attempt.integers);
+        let mut start = 0;
+        for block in pairs.chunk_by(|a, b| (a.slot, a.group) == (b.slot, b.group)) {
+            let (slot, reference) = (block[0].slot, block[0].reference);
+            let integers = &integers[start..start + block.len()];
+            start += block.len();
+            let held = |satellite: usize| self.state.track(satellite, slot).held;
+            // Integers held before say where the new ones stand among them.
+            let known = held(reference).or_else(|| {
+                let mut others = block.iter().zip(integers);
+                others.find_map(|(p, integer)| Some(held(p.other)? + integer))
+            });
+            if known.is_none() {
+                self.forget_group(block[0].group, slot);
+            }
+            let of_reference = known.unwrap_or(0.0);
+            self.state.track_mut(reference, slot).held = Some(of_reference);
+            for (p, integer) in block.iter().zip(integers) {
+                self.state.track_mut(p.other, slot).held = Some(of_reference - integer);
+            }
+        }
+        if self.held_since.is_none() {
+            self.held_since = self.last_time;
+        }
+        self.held = true;
+    }
+
+    /// Gives up what is held of a group that shares no satellite with new integers.
+    fn forget_group(&mut self, group: usize, slot: usize) {
+        for satellite in 0..self.constellation.len() {
+            if GROUPS[group].contains(&self.constellation.id(satellite).system()) {
+                self.state.track_mut(satellite, slot).held = None;
+            }
+        }
+    }
+}

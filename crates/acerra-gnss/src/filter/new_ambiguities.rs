@@ -1,0 +1,59 @@
+//! Ambiguities that begin under integers held, against them.
+//!
+//! Where half of the satellites slip at once, the rest carry the integers over, and few of them check each
+//! other: a slip among these that nobody flagged passes for a motion. The phases that begin anew do check them.
+//! At the place that the integers held give, their ambiguities are whole numbers but for the errors of the
+//! phases; at a wrong one they are any. A single one that is off is as likely a reflection of its own, and
+//! says nothing.
+
+use super::{EpochView, Filter};
+use crate::ambiguity::attempt::{Pair, members, without};
+use crate::ambiguity::evidence::Evidence;
+use crate::float::state::FilterState;
+use crate::linear::chi_square::chi_square_999;
+use crate::measurements::signal_group::GROUPS;
+use crate::measurements::zero::ZeroDifference;
+use crate::observations::satellite::System;
+
+impl Filter<'_> {
+    /// How far the ambiguities that are not held are from whole numbers at the place of those that are, in
+    /// standard deviations (root mean square), where this is more than the errors of phases explain once in
+    /// a thousand cases, whichever satellite that is not held is left out. `conditioned` is the state that has
+    /// been told the integers held.
+    pub(super) fn new_ambiguities_contradict(
+        &self,
+        epoch: &EpochView<'_>,
+        zero: &[ZeroDifference],
+        conditioned: &FilterState,
+    ) -> Option<f64> {
+        // Those of GLONASS are whole only if the bias between channels is known.
+        let counts = |p: &&Pair| GROUPS[p.group] != [System::Glonass];
+        let all: Vec<Pair> = self.all_pairs.iter().filter(counts).copied().collect();
+        let held = self
+            .held_pairs(&epoch.common)
+            .0
+            .iter()
+            .filter(counts)
+            .count();
+        let variance = |satellite: usize, slot: usize| {
+            self.phase_variance_cycles2(epoch, zero, satellite, slot)
+        };
+        let evidence = Evidence {
+            state: conditioned,
+            phase_variance_cycles2: &variance,
+            all: &all,
+            least_probability: 0.0,
+        };
+        let excess = |pairs: &[Pair]| {
+            let freedom = pairs.len().checked_sub(held).filter(|&n| n > 0)?;
+            let cost = evidence.cost(pairs)?;
+            (cost > chi_square_999(freedom)).then(|| (cost / freedom as f64).sqrt())
+        };
+        let found = excess(&all)?;
+        let is_new =
+            |&(satellite, slot): &(usize, usize)| self.state.track(satellite, slot).held.is_none();
+        let mut new = members(&all).into_iter().filter(is_new);
+        new.all(|(satellite, slot)| excess(&without(&all, satellite, slot)).is_some())
+            .then_some(found)
+    }
+}

@@ -1,0 +1,179 @@
+//! What fixes say of the noise that the float solution rests on.
+//!
+//! Where integers are held and confirmed, the float position's error is known: it lies where the
+//! fixed one does not. Its square in units of the stated covariance is one on average, if codes
+//! err as stated. Reflected signals that last longer than the log, or that delay all satellites of
+//! a side alike, show here and nowhere else. The phases' residuals say how large their own
+//! multipath is, which lasts for minutes: an ambiguity takes it along as it changes.
+
+use crate::linear::outliers::median;
+use acerra_geo::time::GpsTime;
+
+/// Time (s) over which a satellite's codes are averaged to see what lasts: thrice the largest lag at
+/// which their varying is looked at.
+pub(crate) const SPAN_S: f64 = 900.0;
+/// Time (s) after which reflections are others: one float error in each such span counts.
+const CORRELATION_S: f64 = 100.0;
+/// The same of phases (s), where too few are fixed to measure it. A reflection from the ground a
+/// height h below the antenna comes 2h·sin ε later, which changes by 2h·cos ε·dε/dt: at 45°, for
+/// h = 1 m and satellites that move by 0.12 mrad/s, a radian of phase in 180 s, for 0.5 m in 360 s.
+pub(crate) const PHASE_CORRELATION_S: f64 = 300.0;
+/// Weight of the measured noise as it stands, in such spans.
+const PRIOR_SPANS: f64 = 2.0;
+/// Largest factor on the codes' variance.
+const LARGEST_FACTOR: f64 = 100.0;
+/// Bounds of the factors on float variances.
+const FLOAT_FACTORS: [f64; 2] = [0.1, 10.0];
+/// Degrees of freedom that `PRIOR_PHASE_FACTOR` weighs beside the residuals of fixes.
+const PRIOR_FREEDOM: f64 = 20.0;
+/// Variance of phases over that of the model, before any are seen.
+const PRIOR_PHASE_FACTOR: f64 = 0.3;
+/// Bounds of the same.
+const PHASE_FACTORS: [f64; 2] = [0.02, 2.0];
+/// Variance of a phase difference between receivers by the model at 45° (cycle² of L1):
+/// 2·(3² + 3²·2) mm².
+const MODEL_VARIANCE_CYCLES2: f64 = 54e-6 / (0.1903 * 0.1903);
+
+/// Squared distance of a float position from the fixed one, in units of its covariance and per
+/// dimension.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct FloatMisfit {
+    /// Of all three dimensions.
+    pub whole: f64,
+    pub horizontal: f64,
+    pub vertical: f64,
+}
+
+/// How an epoch's fix fits the measurements.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Misfit {
+    pub time: GpsTime,
+    /// The same of the float position, where the fix is by integers held.
+    pub float: Option<FloatMisfit>,
+    /// Squared phase residuals of a fix in units of their variance, and their degrees of freedom.
+    pub phase: Option<[f64; 2]>,
+}
+
+/// How the noise differs from what was measured beforehand.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Calibration {
+    /// Factor on the codes' variance.
+    pub code_factor: f64,
+    /// Growth of an ambiguity's variance by the multipath of its phase (cycle²/s).
+    pub phase_walk_cycles2_s: f64,
+    /// Factors on the variances that the filter then states for float positions, horizontally and
+    /// vertically.
+    pub float_factors: [f64; 2],
+}
+
+impl Calibration {
+    /// Before any fix is known.
+    pub(crate) fn prior() -> Self {
+        Self {
+            code_factor: 1.0,
+            phase_walk_cycles2_s: phase_walk(PRIOR_PHASE_FACTOR),
+            float_factors: [1.0; 2],
+        }
+    }
+
+    /// From the misfits of a pass, in its order.
+    ///
+    /// `rise_per_s` is that of the residuals' semivariance, in units of the model's variance;
+    /// `lasting_ratio` how much larger the variance of averaged codes was measured than the pass
+    /// assumed, and `expected_share` that expected over that which guards the integers.
+    pub(crate) fn of(
+        pass: &[Misfit],
+        rise_per_s: Option<f64>,
+        lasting_ratio: f64,
+        expected_share: f64,
+    ) -> Self {
+        let misfits: Vec<FloatMisfit> = pass.iter().filter_map(|m| m.float).collect();
+        let count = misfits.len() as f64;
+        let length_s = median_interval_s(pass) * count;
+        let spans = (length_s / CORRELATION_S).max(1.0);
+        let factor = |of: fn(&FloatMisfit) -> f64, prior: f64, spans: f64| {
+            if misfits.is_empty() {
+                return prior;
+            }
+            let mean = misfits.iter().map(of).sum::<f64>() / count / lasting_ratio;
+            (mean * spans + PRIOR_SPANS * prior) / (spans + PRIOR_SPANS)
+        };
+        let code_factor = factor(|m| m.whole, 1.0, spans).clamp(1.0, LARGEST_FACTOR);
+        // What lasts is drawn once a span: that it is large is seen, that it happens to be small
+        // says little of other satellites.
+        let draws = (length_s / SPAN_S).max(1.0);
+        let float_factor = |of: fn(&FloatMisfit) -> f64| {
+            let within = |spans| factor(of, expected_share, spans);
+            within(spans).max(within(draws)) / code_factor
+        };
+        let float_factors = [float_factor(|m| m.horizontal), float_factor(|m| m.vertical)]
+            .map(|own: f64| own.clamp(FLOAT_FACTORS[0], FLOAT_FACTORS[1]));
+        let fixed = pass.iter().filter_map(|m| m.phase);
+        let [squares, freedom] =
+            fixed.fold([0.0; 2], |sum, one| [sum[0] + one[0], sum[1] + one[1]]);
+        let phase_factor =
+            (squares + PRIOR_FREEDOM * PRIOR_PHASE_FACTOR) / (freedom + PRIOR_FREEDOM);
+        Self {
+            code_factor,
+            float_factors,
+            phase_walk_cycles2_s: rise_per_s.map_or_else(
+                || phase_walk(phase_factor.clamp(PHASE_FACTORS[0], PHASE_FACTORS[1])),
+                |rise| 2.0 * MODEL_VARIANCE_CYCLES2 * rise,
+            ),
+        }
+    }
+}
+
+/// A first-order Gauss–Markov process of variance σ² changes by 2σ²/τ per second at first.
+fn phase_walk(phase_factor: f64) -> f64 {
+    2.0 * phase_factor * MODEL_VARIANCE_CYCLES2 / PHASE_CORRELATION_S
+}
+
+fn median_interval_s(pass: &[Misfit]) -> f64 {
+    let intervals = pass
+        .windows(2)
+        .map(|w| w[1].time.seconds_since(w[0].time).abs());
+    median(intervals.collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn pass(horizontal: f64, vertical: f64, epochs: u32) -> Vec<Misfit> {
+        let one = |second: u32| Misfit {
+            time: GpsTime::new(0, 0.0) + f64::from(second),
+            float: Some(FloatMisfit {
+                whole: (2.0 * horizontal + vertical) / 3.0,
+                horizontal,
+                vertical,
+            }),
+            phase: None,
+        };
+        (0..epochs).map(one).collect()
+    }
+
+    #[test]
+    fn heights_that_err_more_than_stated_are_stated_worse_and_the_plane_is_not() {
+        let found = Calibration::of(&pass(1.0, 16.0, 3_600), None, 1.0, 1.0);
+        let [horizontal, vertical] = found.float_factors.map(|f| f * found.code_factor);
+        assert!((0.9..1.5).contains(&horizontal), "{horizontal}");
+        assert!((14.0..16.0).contains(&vertical), "{vertical}");
+    }
+
+    #[test]
+    fn small_errors_of_a_short_log_say_little() {
+        let found = Calibration::of(&pass(0.01, 0.01, 300), None, 1.0, 1.0);
+        assert!((found.code_factor - 1.0).abs() < 1e-12);
+        assert!(
+            found.float_factors.iter().all(|f| (0.6..1.0).contains(f)),
+            "{found:?}"
+        );
+    }
+
+    #[test]
+    fn without_fixes_nothing_changes() {
+        let found = Calibration::of(&[], None, 1.0, 1.0);
+        assert_eq!((found.code_factor, found.float_factors), (1.0, [1.0; 2]));
+    }
+}

@@ -1,0 +1,71 @@
+//! What the errors of float positions are, beyond what the filter states.
+//!
+//! The filter takes the codes' errors of different satellites for independent but for one common
+//! delay. What they do to the position shows where integers are known, horizontally and vertically
+//! apart: low satellites are weak and reflected alike, and the height is what they determine. And
+//! what lasts longer than the log is the same in a forward and a backward pass: the mean of the
+//! two is not as much better than either as the mean of independent estimates would be.
+
+use crate::filter::epoch_result::EpochResult;
+use crate::solution::Quality;
+use acerra_geo::geodesy::EnuFrame;
+
+/// How float errors differ from what a filter states.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct FloatErrors {
+    /// Factors on variances, horizontally and vertically.
+    pub factors: [f64; 2],
+    /// Correlation of the errors of passes in opposite directions.
+    pub correlation: f64,
+}
+
+impl FloatErrors {
+    /// Errors as filters state them, independent in both passes.
+    pub(crate) const AS_STATED: Self = Self {
+        factors: [1.0; 2],
+        correlation: 0.0,
+    };
+
+    /// Scales the covariances of the float positions of a pass.
+    pub(crate) fn scale(&self, results: &mut [EpochResult]) {
+        let [horizontal, vertical] = self.factors.map(f64::sqrt);
+        let factors = [horizontal, horizontal, vertical];
+        for result in results {
+            if result.quality == Some(Quality::Float) {
+                let frame = EnuFrame::from_ecef(result.position_ecef_m);
+                let mut enu = frame.enu_covariance_from_ecef(&result.covariance_ecef_m2);
+                for (i, row) in enu.iter_mut().enumerate() {
+                    for (j, value) in row.iter_mut().enumerate() {
+                        *value *= factors[i] * factors[j];
+                    }
+                }
+                result.covariance_ecef_m2 = frame.ecef_covariance_from_enu(&enu);
+            }
+        }
+    }
+
+    /// Factor on the covariance of the weighted mean of two passes, for what their errors have in
+    /// common; `variances_m2` are those of the passes.
+    pub(crate) fn of_mean(&self, [a, b]: [f64; 2]) -> f64 {
+        // Weights of inverse variances: the cross term over the variance of the mean.
+        1.0 + 2.0 * self.correlation * (a * b).sqrt() / (a + b)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_passes_share_does_not_average_out() {
+        let with = |correlation| FloatErrors {
+            correlation,
+            ..FloatErrors::AS_STATED
+        };
+        // The mean of two equal estimates has half the variance of one, or that of one.
+        assert!((with(0.0).of_mean([2.0, 2.0]) - 1.0).abs() < 1e-12);
+        assert!((with(1.0).of_mean([2.0, 2.0]) - 2.0).abs() < 1e-12);
+        // A far worse one adds nothing.
+        assert!(with(1.0).of_mean([2.0, 2e6]) < 1.01);
+    }
+}

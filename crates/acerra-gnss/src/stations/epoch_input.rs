@@ -1,0 +1,59 @@
+//! What the filter takes in at one epoch: the rover's measurements and the base's.
+
+use super::moving_base::MovedBase;
+use crate::measurements::constellation::{SatelliteState, Unusable};
+use crate::measurements::measurement::Epoch;
+use crate::measurements::zero::{ZeroDifference, zero_differences};
+use crate::options::PpkOptions;
+use crate::single::SinglePoint;
+use crate::solution::NotFixedReason;
+use std::sync::{Arc, OnceLock};
+
+/// The rover's epoch with everything that does not depend on the filter.
+pub(crate) struct RoverEpoch {
+    /// Shared between preparations by other masks.
+    pub epoch: Arc<Epoch>,
+    pub states: Vec<Result<SatelliteState, Unusable>>,
+    /// The states before implausible pseudoranges were taken out, where any were.
+    pub all_states: Option<Vec<Result<SatelliteState, Unusable>>>,
+    pub single: Result<SinglePoint, (NotFixedReason, [f64; 3])>,
+    /// Its zero differences at the single-point position, computed once for all passes.
+    pub zero: OnceLock<Arc<[ZeroDifference]>>,
+    /// Unflagged slips found by passes forward and backward, which hang on no filter.
+    pub unflagged_slips: [OnceLock<UnflaggedSlips>; 2],
+}
+
+/// (common index, slot) of phases that slipped without a flag.
+pub(crate) type UnflaggedSlips = Arc<[(usize, usize)]>;
+
+impl RoverEpoch {
+    /// Zero differences at a place: those of the single-point position are computed once.
+    pub(crate) fn zero_at(
+        &self,
+        options: &PpkOptions,
+        place_ecef_m: [f64; 3],
+    ) -> Arc<[ZeroDifference]> {
+        let compute =
+            || zero_differences(options, &self.epoch, &self.states, place_ecef_m, false).into();
+        match &self.single {
+            Ok(single) if single.position_ecef_m == place_ecef_m => {
+                Arc::clone(self.zero.get_or_init(compute))
+            }
+            _ => compute(),
+        }
+    }
+}
+
+/// The base's data that go with a rover epoch.
+pub(crate) struct BaseView<'a> {
+    pub epoch: &'a Epoch,
+    pub zero: Arc<[ZeroDifference]>,
+    /// The place that they are of.
+    pub place_ecef_m: [f64; 3],
+    /// Where a moving base is at the rover's time.
+    pub moved: Option<MovedBase>,
+    /// Rover tag minus base tag (s); of a moving base the time between the two receptions.
+    pub age_s: f64,
+    /// Time that enters the clock noise (s).
+    pub noise_age_s: f64,
+}
