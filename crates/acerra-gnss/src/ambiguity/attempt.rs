@@ -9,7 +9,7 @@ use crate::measurements::constellation::Constellation;
 use crate::measurements::signal_group::{GROUPS, SignalGroup, SuspectGroups};
 use crate::measurements::zero::ZeroDifference;
 use crate::observations::satellite::System;
-use crate::options::{GlonassAmbiguity, PpkOptions, RuleSet};
+use crate::options::{GlonassAmbiguity, PpkOptions};
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 /// Difference of costs (−2 ln of the likelihood ratio) from which one set of integers rules out
@@ -83,6 +83,7 @@ impl Resolution<'_> {
     /// The pairs that may be resolved now.
     pub(crate) fn pairs(&self, state: &FilterState) -> Vec<Pair> {
         let options = self.options;
+        let policy = options.policy();
         let mut pairs = Vec::new();
         for (group_index, group) in GROUPS.iter().enumerate() {
             for slot in 0..options.frequencies {
@@ -99,13 +100,9 @@ impl Resolution<'_> {
                         return false;
                     }
                     let track = state.track(c.satellite, slot);
-                    let locked = match options.rules {
-                        RuleSet::Rtklib => track.lock > 0,
-                        RuleSet::Demo5 => track.lock >= 0,
-                    };
                     state.bias(c.satellite, slot).is_some()
                         && track.valid
-                        && locked
+                        && policy.is_locked(track.lock)
                         && !track.half_cycle_flag()
                         && self.rover[c.rover].elevation_rad >= options.ambiguity_elevation_mask_rad
                 };
@@ -116,7 +113,7 @@ impl Resolution<'_> {
                 for c in self.common {
                     if c.satellite != reference.satellite
                         && eligible(c)
-                        && (options.reproduce_defects || known(c))
+                        && (policy.resolves_half_cycles() || known(c))
                     {
                         pairs.push(Pair {
                             slot,
@@ -136,7 +133,9 @@ impl Resolution<'_> {
             System::Glonass => {
                 self.options.glonass_ambiguity != GlonassAmbiguity::Off && self.with_glonass
             }
-            System::Sbas => self.with_glonass || self.options.rules == RuleSet::Rtklib,
+            System::Sbas => {
+                self.with_glonass || self.options.policy().resolves_sbas_without_glonass()
+            }
             System::Beidou => self.options.beidou_ambiguity,
             _ => true,
         }
@@ -339,11 +338,7 @@ impl Resolution<'_> {
             start = end;
         }
         let n = rows.len();
-        let least = match (options.rules, options.partial_ambiguity) {
-            (RuleSet::Demo5, Some(partial)) => partial.min_pairs_to_hold,
-            _ => 1,
-        };
-        if n < least.max(1) {
+        if n < options.least_pairs_to_hold() {
             return false;
         }
         let noise = state.white_noise(n, options.hold_variance_cycles2);

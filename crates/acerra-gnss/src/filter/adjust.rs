@@ -5,7 +5,6 @@ use super::{EpochView, Filter};
 use crate::float::state::FilterState;
 use crate::linear::double_row::DoubleRow;
 use crate::linear::outliers::{Worst, misfit, worst};
-use crate::options::RuleSet;
 use crate::solution::NotFixedReason;
 
 /// Share of the codes' past misfit that counts at the next epoch.
@@ -70,10 +69,7 @@ impl Filter<'_> {
         epoch: &EpochView<'_>,
         excluded: &[(usize, usize)],
     ) -> Result<Update, UpdateFailure> {
-        let least = match self.options.rules {
-            RuleSet::Demo5 => 4,
-            RuleSet::Rtklib => 1,
-        };
+        let least = self.options.policy().least_rows();
         let iterations = self.options.iterations.max(1);
         let prior = (iterations > 1).then(|| self.state.clone());
         for k in 0..iterations {

@@ -41,7 +41,7 @@ impl Filter<'_> {
             return None;
         }
         // Integers fed back into the state are not to be taken back with the length.
-        let before = self.holds_beside().then(|| Unconstrained {
+        let before = self.options.holds_beside().then(|| Unconstrained {
             x: self.state.x.clone(),
             p: self.state.p.clone(),
         });

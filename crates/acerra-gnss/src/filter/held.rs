@@ -12,7 +12,6 @@ use crate::float::state::FilterState;
 use crate::linear::sparse_row::SparseRow;
 use crate::measurements::common::Common;
 use crate::measurements::signal_group::GROUPS;
-use crate::options::{AmbiguityMode, RuleSet};
 use crate::single::SinglePoint;
 
 /// Fewest pairs whose integers say where the rover is, with one to spare.
@@ -35,17 +34,10 @@ fn knows_its_place(state: &FilterState) -> bool {
 }
 
 impl Filter<'_> {
-    /// Whether integers are kept beside the filter rather than fed back into it.
-    pub(super) fn holds_beside(&self) -> bool {
-        self.options.revisable_hold
-            && self.options.rules == RuleSet::Rtklib
-            && self.options.ambiguity == AmbiguityMode::FixAndHold
-    }
-
     /// Whether what is known of the integers suffices to hold them: what is fed back into the filter
     /// looks certain ever after.
     pub(super) fn may_hold(&self) -> bool {
-        if self.holds_beside() {
+        if self.options.holds_beside() {
             self.settled
         } else {
             self.certain || self.options.min_success_rate.is_none()
@@ -87,7 +79,7 @@ impl Filter<'_> {
     /// The state conditioned on the integers held; `None` where too few are. Integers that
     /// contradict the float state are withdrawn.
     pub(super) fn conditioned(&mut self, common: &[Common]) -> Option<FilterState> {
-        if !self.holds_beside() {
+        if !self.options.holds_beside() {
             return None;
         }
         let (pairs, integers) = self.held_pairs(common);

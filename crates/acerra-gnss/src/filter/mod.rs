@@ -28,7 +28,7 @@ use crate::noise::calibration::FloatMisfit;
 use crate::noise::code_noise::MeasuredNoise;
 use crate::noise::robust_codes::Inflation;
 use crate::observations::observation::LossOfLock;
-use crate::options::{AmbiguityMode, PositioningMode, PpkOptions, RuleSet};
+use crate::options::{AmbiguityMode, PositioningMode, PpkOptions};
 use crate::single::SinglePoint;
 use crate::solution::{NotFixedReason, Quality};
 use crate::stations::epoch_input::{BaseView, RoverEpoch, UnflaggedSlips};
@@ -323,7 +323,7 @@ impl<'a> Filter<'a> {
             self.consecutive_fixes = 0;
             result.reason = Some(NotFixedReason::TooFewCommonSatellites { common: satellites });
             // With code rows of satellites without phase there may still be a position.
-            if self.options.rules == RuleSet::Demo5 && rows.len() >= 4 {
+            if self.options.policy().gives_position_by_codes(rows.len()) {
                 result.quality = Some(Quality::Dgps);
             }
             return;
@@ -384,7 +384,7 @@ impl<'a> Filter<'a> {
             && self.consecutive_fixes >= self.options.min_fixes_to_hold
             && self.may_hold()
         {
-            if self.holds_beside() {
+            if self.options.holds_beside() {
                 self.hold_beside(attempt);
                 return;
             }

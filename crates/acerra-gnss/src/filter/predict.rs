@@ -2,7 +2,7 @@
 
 use super::{EpochView, Filter};
 use crate::observations::signal::SPEED_OF_LIGHT_M_S;
-use crate::options::{AmbiguityMode, PositioningMode, RuleSet};
+use crate::options::{AmbiguityMode, PositioningMode};
 use crate::single::SinglePoint;
 use acerra_geo::geodesy::EnuFrame;
 
@@ -82,7 +82,7 @@ impl Filter<'_> {
 
     /// p += v·t + a·t²/2, v += a·t, P ← FPFᵀ, for all states at once.
     pub(super) fn propagate(&mut self, t: f64, position_variance: f64) {
-        let use_acceleration = self.options.rules == RuleSet::Rtklib
+        let use_acceleration = self.options.policy().always_accelerates()
             || position_variance < self.options.position_variance_gate_m2;
         let half = if use_acceleration { t * t / 2.0 } else { 0.0 };
         let n = self.state.len();
@@ -116,6 +116,7 @@ impl Filter<'_> {
 
     pub(super) fn predict_biases(&mut self, epoch: &EpochView<'_>, elapsed_s: f64) {
         let options = self.options;
+        let policy = options.policy();
         let common = &epoch.common[..];
         let instantaneous = options.ambiguity == AmbiguityMode::Instantaneous;
         for slot in 0..options.frequencies {
@@ -125,10 +126,8 @@ impl Filter<'_> {
             for c in common {
                 let index = self.state.bias_index(c.satellite, slot);
                 *self.state.covariance_mut(index, index) += growth;
-                let least_rejections = options.rules == RuleSet::Demo5
-                    && self.state.track(c.satellite, slot).rejections >= 2;
                 let track = self.state.track_mut(c.satellite, slot);
-                let slipped = track.slipped() || least_rejections;
+                let slipped = track.slipped() || policy.is_slip(track.rejections);
                 track.slips += u32::from(slipped);
                 if !instantaneous && slipped {
                     track.lock = -options.min_lock_epochs;
@@ -173,7 +172,7 @@ impl Filter<'_> {
                 if let (Some(beta), false) = (beta, self.state.exists[index]) {
                     self.state.initialise_bias(c.satellite, slot, *beta);
                     self.state.track_mut(c.satellite, slot).began = self.last_time;
-                    if options.rules == RuleSet::Demo5 {
+                    if policy.new_ambiguities_wait() {
                         self.state.track_mut(c.satellite, slot).lock = -options.min_lock_epochs;
                     }
                 }

@@ -13,7 +13,7 @@ use crate::measurements::noise::{
 };
 use crate::measurements::zero::ZeroDifference;
 use crate::noise::phase_walk::{NormalisedResidual, of_satellites};
-use crate::options::{AmbiguityMode, GlonassAmbiguity, RuleSet};
+use crate::options::{AmbiguityMode, GlonassAmbiguity};
 use crate::solution::NotFixedReason;
 
 /// Satellites that may be left out of a fix because their phases contradict the others.
@@ -319,54 +319,10 @@ impl<'a> Filter<'a> {
                 track.half_cycle_flag() || !track.half_cycle_known
             })
             .count();
-        let attempt = match options.rules {
-            RuleSet::Rtklib => {
-                let learning = options.glonass_ambiguity == GlonassAmbiguity::FixAndHold;
-                let optional = options.glonass_ambiguity == GlonassAmbiguity::Auto;
-                let mut outcome = None;
-                let mut tried: Option<Vec<Pair>> = None;
-                // GLONASS joins once its biases are learnt; a fix that fails with it is tried
-                // without.
-                let tries: &[bool] = match (learning, self.held) {
-                    _ if self.glonass_float => &[false],
-                    (false, _) if !optional => &[true],
-                    (false, _) => &[true, false],
-                    (true, false) => &[false],
-                    (true, true) => &[true, false],
-                };
-                for &with_glonass in tries {
-                    let resolution = self.resolution(common, zero, with_glonass);
-                    let state = conditioned.unwrap_or(&self.state);
-                    let pairs = resolution.pairs(state);
-                    // Without GLONASS in sight the second try would be the first again.
-                    if tried.as_ref() == Some(&pairs) {
-                        continue;
-                    }
-                    tried = Some(pairs.clone());
-                    let attempt =
-                        self.attempt_by_rtklib(&resolution, state, pairs, [slipped, half_cycle]);
-                    let accepted = attempt.as_ref().is_ok_and(|a| a.accepted);
-                    if accepted || outcome.is_none() {
-                        outcome = Some(attempt);
-                    }
-                    if accepted {
-                        break;
-                    }
-                }
-                let outcome = outcome.unwrap_or(Err(NotFixedReason::SearchFailed));
-                let accepted = outcome.as_ref().is_ok_and(|a| a.accepted);
-                if let Some(normalised) = conditioned
-                    .and_then(|state| self.new_ambiguities_contradict(epoch, zero, state))
-                {
-                    return Err(NotFixedReason::PhasesInconsistent { normalised });
-                }
-                match conditioned {
-                    // What is new may not be resolved yet; what is held still says where.
-                    Some(state) if !accepted => self.attempt_held(common, zero, state)?,
-                    _ => outcome?,
-                }
-            }
-            RuleSet::Demo5 => self.resolve_demo5(common, zero, slipped, half_cycle)?,
+        let attempt = if options.policy().resolves_by_demo5() {
+            self.resolve_demo5(common, zero, slipped, half_cycle)?
+        } else {
+            self.resolve_own(epoch, zero, conditioned, [slipped, half_cycle])?
         };
         result.ratio = attempt.ratio;
         if !attempt.accepted {
@@ -381,5 +337,60 @@ impl<'a> Filter<'a> {
             self.state.track_mut(p.other, p.slot).in_fix = true;
         }
         Ok(attempt)
+    }
+
+    /// The attempt of this epoch with GLONASS, and without where that fails; where neither passes, the
+    /// integers held alone.
+    fn resolve_own(
+        &self,
+        epoch: &EpochView<'_>,
+        zero: &[ZeroDifference],
+        conditioned: Option<&FilterState>,
+        counts: [usize; 2],
+    ) -> Result<Attempt, NotFixedReason> {
+        let (options, common) = (self.options, &epoch.common[..]);
+        let learning = options.glonass_ambiguity == GlonassAmbiguity::FixAndHold;
+        let optional = options.glonass_ambiguity == GlonassAmbiguity::Auto;
+        let mut outcome = None;
+        let mut tried: Option<Vec<Pair>> = None;
+        // GLONASS joins once its biases are learnt; a fix that fails with it is tried
+        // without.
+        let tries: &[bool] = match (learning, self.held) {
+            _ if self.glonass_float => &[false],
+            (false, _) if !optional => &[true],
+            (false, _) => &[true, false],
+            (true, false) => &[false],
+            (true, true) => &[true, false],
+        };
+        for &with_glonass in tries {
+            let resolution = self.resolution(common, zero, with_glonass);
+            let state = conditioned.unwrap_or(&self.state);
+            let pairs = resolution.pairs(state);
+            // Without GLONASS in sight the second try would be the first again.
+            if tried.as_ref() == Some(&pairs) {
+                continue;
+            }
+            tried = Some(pairs.clone());
+            let attempt = self.attempt_by_rtklib(&resolution, state, pairs, counts);
+            let accepted = attempt.as_ref().is_ok_and(|a| a.accepted);
+            if accepted || outcome.is_none() {
+                outcome = Some(attempt);
+            }
+            if accepted {
+                break;
+            }
+        }
+        let outcome = outcome.unwrap_or(Err(NotFixedReason::SearchFailed));
+        let accepted = outcome.as_ref().is_ok_and(|a| a.accepted);
+        if let Some(normalised) =
+            conditioned.and_then(|state| self.new_ambiguities_contradict(epoch, zero, state))
+        {
+            return Err(NotFixedReason::PhasesInconsistent { normalised });
+        }
+        match conditioned {
+            // New ambiguities may not be resolved yet; those held still give the place.
+            Some(state) if !accepted => self.attempt_held(common, zero, state),
+            _ => outcome,
+        }
     }
 }

@@ -4,7 +4,6 @@ use super::{EpochView, Filter};
 use crate::float::state::FilterState;
 use crate::linear::double_row::DoubleRow;
 use crate::measurements::common::Common;
-use crate::options::RuleSet;
 
 /// Degrees of freedom that the model's own word weighs.
 const MISFIT_PRIOR: f64 = 30.0;
@@ -58,7 +57,7 @@ impl Filter<'_> {
 
     /// The update repeated with differences formed at the present state, from the state `prior`
     /// before the first (the iterated extended Kalman filter; Bell and Cathey 1993). RTKLIB keeps the
-    /// present position and takes its covariance from before, which `reproduce_defects` does too.
+    /// present position and takes its covariance from before, where the policy follows its defects.
     pub(super) fn update_again(
         &mut self,
         prior: &FilterState,
@@ -67,7 +66,7 @@ impl Filter<'_> {
     ) -> bool {
         let present = self.state.x.clone();
         self.state.clone_from(prior);
-        if self.options.reproduce_defects {
+        if self.options.policy().repeats_from_present() {
             self.state.x = present;
             return update_state(&mut self.state, rows, common);
         }
@@ -86,6 +85,7 @@ impl Filter<'_> {
         rejected: &[(usize, usize)],
     ) {
         let common = &epoch.common[..];
+        let policy = self.options.policy();
         for track in &mut self.state.tracks {
             track.valid = false;
             track.in_fix = false;
@@ -109,20 +109,13 @@ impl Filter<'_> {
         for &(k, slot) in rejected {
             let track = self.state.track_mut(common[k].satellite, slot);
             track.rejections += 1;
-            if self.options.rules == RuleSet::Demo5 {
+            if policy.rejected_phases_are_invalid() {
                 track.valid = false;
             }
         }
         for track in self.state.tracks.iter_mut().filter(|t| t.valid) {
             track.outage = 0;
-            match self.options.rules {
-                RuleSet::Rtklib => track.lock += 1,
-                RuleSet::Demo5 => {
-                    if track.lock < 0 {
-                        track.lock += 1;
-                    }
-                }
-            }
+            track.lock = policy.next_lock(track.lock);
         }
     }
 

@@ -11,7 +11,7 @@ use crate::measurements::signal_group::GROUPS;
 use crate::measurements::zero::ZeroDifference;
 use crate::noise::code_noise::MeasuredNoise;
 use crate::observations::satellite::System;
-use crate::options::{PpkOptions, RuleSet};
+use crate::options::PpkOptions;
 
 /// Share of a code's variance by which all codes err alike: reflected signals arrive late, never
 /// early, the more so the lower and weaker they are.
@@ -73,7 +73,7 @@ impl Differencing<'_> {
         let code = u.code_m[slot] != 0.0 && b.code_m[slot] != 0.0;
         if !is_code {
             phase
-        } else if self.codes_alone || self.options.rules == RuleSet::Demo5 {
+        } else if self.codes_alone || self.options.policy().takes_codes_without_phase() {
             code
         } else {
             code && phase
@@ -121,11 +121,8 @@ impl Differencing<'_> {
         if is_code {
             variance *= self.measured_code_factor(k, slot, state);
             variance *= self.inflation.get(k).map_or(1.0, |of| of[slot]);
-        } else if self.options.rules == RuleSet::Demo5 {
-            let track = state.track(self.common[k].satellite, slot);
-            if !track.half_cycle_known {
-                variance += 0.01;
-            }
+        } else if !state.track(self.common[k].satellite, slot).half_cycle_known {
+            variance += self.options.policy().half_cycle_variance_m2();
         }
         [variance, undisturbed]
     }
@@ -191,7 +188,7 @@ impl Differencing<'_> {
                     {
                         if !is_code {
                             rejected.push((other, slot));
-                            if options.rules == RuleSet::Rtklib {
+                            if options.policy().rejects_reference() {
                                 rejected.push((reference, slot));
                             }
                         }
@@ -241,16 +238,16 @@ impl Differencing<'_> {
         self.rover[self.common[k].rover].by_position_ecef
     }
 
-    /// The highest usable satellite (the later one on ties); with demo5 rules one that did not
-    /// slip, if there is any, and never an SBAS satellite.
+    /// The highest usable satellite (the later one on ties); where the policy
+    /// asks for it one that did not slip, if there is any, and none of SBAS.
     fn reference(&self, state: &FilterState, slot: usize, usable: &[usize]) -> Option<usize> {
-        let demo5 = self.options.rules == RuleSet::Demo5;
+        let calm_first = self.options.policy().prefers_calm_reference();
         let mut best: Option<(bool, f64, usize)> = None;
         for &k in usable {
-            if demo5 && self.system(k) == System::Sbas {
+            if calm_first && self.system(k) == System::Sbas {
                 continue;
             }
-            let calm = !demo5 || !state.track(self.common[k].satellite, slot).slipped();
+            let calm = !calm_first || !state.track(self.common[k].satellite, slot).slipped();
             let elevation = self.elevation(k);
             let better = best.is_none_or(|(was_calm, highest, _)| {
                 (calm && !was_calm) || (calm == was_calm && elevation >= highest)
@@ -282,8 +279,8 @@ impl Differencing<'_> {
                 .max(options.max_code_innovation_m)
         };
         let fresh = |k: usize| state.has_initial_variance(self.common[k].satellite, slot);
-        if options.rules == RuleSet::Demo5 && (fresh(reference) || fresh(other)) {
-            10.0 * limit
+        if fresh(reference) || fresh(other) {
+            options.policy().fresh_innovation_factor() * limit
         } else {
             limit
         }

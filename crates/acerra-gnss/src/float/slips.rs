@@ -5,7 +5,7 @@ use super::state::{FilterState, Track};
 use crate::measurements::common::Common;
 use crate::measurements::measurement::{Epoch, Measurement};
 use crate::observations::observation::{EPOCH_TOLERANCE_S, LossOfLock};
-use crate::options::{PpkOptions, RuleSet};
+use crate::options::PpkOptions;
 use acerra_geo::time::GpsTime;
 
 /// What slip detection at an epoch looks at.
@@ -30,7 +30,7 @@ pub(crate) fn detect(state: &mut FilterState, view: &SlipView<'_>) {
     } = view;
     for slot in 0..options.frequencies {
         let doppler = [(0, rover), (1, base)].map(|(receiver, epoch)| {
-            (options.rules == RuleSet::Demo5 && options.doppler_slip_threshold_cycles_s > 0.0)
+            (options.detects_slips_by_doppler())
                 .then(|| doppler_outliers(state, options, common, slot, receiver, epoch))
         });
         for (k, c) in common.iter().enumerate() {
@@ -91,8 +91,7 @@ fn loss_of_lock(
 ) {
     let current = m.loss_of_lock[slot];
     let stored = track.stored_lli[receiver];
-    if options.reproduce_defects {
-        // RTKLIB sees only the flags of the epochs it processes, and none without a phase.
+    if options.policy().sees_flags_of_processed_only() {
         if m.phase_cycles[slot] != 0.0 && !is_repeated(track, receiver, tag) {
             track.flags |= if backward { stored } else { current };
             if (stored ^ current) & LossOfLock::HALF_CYCLE != 0 {

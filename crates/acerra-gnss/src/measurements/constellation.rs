@@ -3,7 +3,7 @@
 use crate::observations::observation::ObservationData;
 use crate::observations::satellite::{SatelliteId, System};
 use crate::observations::signal::{SPEED_OF_LIGHT_M_S, SignalCode};
-use crate::options::{PpkOptions, RuleSet};
+use crate::options::PpkOptions;
 use crate::orbits::broadcast::Broadcast;
 use crate::orbits::navigation::{Ephemeris, Navigation};
 use crate::orbits::products::{PreciseGap, PreciseProducts};
@@ -90,13 +90,12 @@ impl Constellation {
                     .flatten()
             })
             .collect();
-        let any_galileo = options.rules == RuleSet::Demo5;
         Self {
             ids,
             ephemerides,
             channels,
             precise: navigation.precise.clone(),
-            any_galileo,
+            any_galileo: options.policy().takes_any_galileo(),
         }
     }
 

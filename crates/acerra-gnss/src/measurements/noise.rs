@@ -2,7 +2,7 @@
 
 use crate::observations::satellite::System;
 use crate::observations::signal::SPEED_OF_LIGHT_M_S;
-use crate::options::{Cn0Mask, PpkOptions, RuleSet};
+use crate::options::{Cn0Mask, PpkOptions};
 
 /// Phase variance of a signal of 0 dB-Hz (m²·Hz), from which it falls with the signal's power: the
 /// SIGMA-ε model (Hartinger and Brunner 1999, "Variances of GPS phase observations: the SIGMA-ε
@@ -77,10 +77,8 @@ pub(crate) fn single_difference_variances_m2(
     } = signal;
     let ratio = if is_code {
         options.code_phase_ratio[slot]
-    } else if options.rules == RuleSet::Demo5 {
-        options.code_phase_ratio[slot] / options.code_phase_ratio[0]
     } else {
-        1.0
+        options.phase_factor(slot)
     };
     let scale = system_factor(system) * ratio;
     let a = scale * options.phase_error_m;

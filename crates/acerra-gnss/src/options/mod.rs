@@ -2,6 +2,7 @@
 
 mod all;
 mod choices;
+mod policy;
 mod presets;
 
 pub use all::PpkOptions;

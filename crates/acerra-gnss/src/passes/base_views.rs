@@ -6,7 +6,7 @@ use crate::measurements::measurement::Measurement;
 use crate::measurements::plausible::reject_implausible;
 use crate::measurements::zero::{ZeroDifference, zero_differences};
 use crate::observations::observation::EPOCH_TOLERANCE_S;
-use crate::options::{PositioningMode, RuleSet};
+use crate::options::PositioningMode;
 use crate::stations::epoch_input::BaseView;
 use crate::stations::moving_base::{BaseTrack, moved};
 use std::sync::Arc;
@@ -29,7 +29,7 @@ impl Prepared<'_> {
             })
             .to_vec();
         let place_ecef_m = self.base_place_ecef_m(index);
-        if !self.options.reproduce_defects {
+        if self.options.policy().refuses_implausible() {
             reject_implausible(self.constellation, epoch, &mut states, place_ecef_m);
         }
         zero_differences(
@@ -162,11 +162,12 @@ impl Prepared<'_> {
                 z.code_m[slot] = blend(z.code_m[slot], code);
             }
         }
-        let noise_age_s = match self.options.rules {
+        let noise_age_s = if self.options.measure_code_noise {
             // What an interpolation leaves of a wandering clock: nothing at either end.
-            _ if self.options.measure_code_noise => from_previous_s * -from_next_s / span_s,
-            RuleSet::Rtklib => from_previous_s.max(-from_next_s),
-            RuleSet::Demo5 => from_previous_s.min(-from_next_s),
+            from_previous_s * -from_next_s / span_s
+        } else {
+            let policy = self.options.policy();
+            policy.interpolation_age_s(from_previous_s, -from_next_s)
         };
         Some(BaseView {
             epoch: &self.base[kept],

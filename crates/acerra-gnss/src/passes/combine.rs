@@ -3,7 +3,7 @@
 use super::float_errors::FloatErrors;
 use crate::filter::epoch_result::EpochResult;
 use crate::observations::observation::EPOCH_TOLERANCE_S;
-use crate::options::{PositioningMode, PpkOptions};
+use crate::options::PpkOptions;
 use crate::solution::{NotFixedReason, Quality};
 use nalgebra::{Matrix3, Vector3};
 
@@ -45,12 +45,7 @@ pub(crate) fn combine(
 }
 
 fn pair(f: EpochResult, b: EpochResult, options: &PpkOptions, float: &FloatErrors) -> EpochResult {
-    // RTKLIB numbers "no solution" 0, below "fixed".
-    let none = if options.reproduce_defects {
-        0
-    } else {
-        u8::MAX
-    };
+    let none = options.policy().rank_of_none();
     let rank = |r: &EpochResult| r.quality.map_or(none, Quality::number);
     let (rank_f, rank_b) = (rank(&f), rank(&b));
     if rank_f != rank_b {
@@ -116,7 +111,7 @@ fn disagreement_m(f: &EpochResult, b: &EpochResult, options: &PpkOptions) -> Opt
     let distance_m = distance2.sqrt();
     // A receiver that stands still averages its noise away, but not what multipath does to each
     // half of the log; only metres of ambiguity tell the passes apart.
-    let still = options.mode == PositioningMode::Static && !options.reproduce_defects;
+    let still = options.tolerates_static_difference();
     let agree = agree || (still && distance_m < LARGEST_STATIC_DISTANCE_M);
     (!agree).then_some(distance_m)
 }

@@ -245,7 +245,7 @@ fn rover_epochs(
         let mut states = states.unwrap_or_else(|| context.states(&epoch, epoch.tag, true));
         let single = context.solve(&epoch, &states, start);
         let mut all_states = None;
-        if let (Ok(single), false) = (&single, options.reproduce_defects) {
+        if let (Ok(single), true) = (&single, options.policy().refuses_implausible()) {
             let all = states.clone();
             let place_ecef_m = single.position_ecef_m;
             if reject_implausible(context.constellation, &epoch, &mut states, place_ecef_m) {

@@ -6,7 +6,6 @@ use crate::measurements::measurement::{Epoch, Measurement};
 use crate::measurements::noise::{below_cn0_mask, system_factor};
 use crate::observations::satellite::System;
 use crate::observations::signal::{FREQUENCY_L1_HZ, SPEED_OF_LIGHT_M_S};
-use crate::options::RuleSet;
 use crate::orbits::atmosphere::{RELATIVE_HUMIDITY, not_below_zero_height, saastamoinen_m};
 use crate::orbits::geometry::{azimuth_elevation_rad, line_of_sight};
 use acerra_geo::geodesy::EnuFrame;
@@ -202,12 +201,7 @@ impl SingleContext<'_> {
     fn code_variance_m2(&self, system: System, elevation: f64) -> f64 {
         let options = self.options;
         let sin_elevation = elevation.max(5f64.to_radians()).sin();
-        let factor = system_factor(system)
-            * if options.rules == RuleSet::Demo5 {
-                options.code_phase_ratio[0]
-            } else {
-                CODE_ERROR_FACTOR
-            };
+        let factor = system_factor(system) * options.single_point_code_factor(CODE_ERROR_FACTOR);
         factor
             * factor
             * (options.phase_error_m.powi(2)
@@ -215,11 +209,7 @@ impl SingleContext<'_> {
     }
 
     fn ionosphere_variance_m2(&self, delays: &Delays, scale: f64) -> f64 {
-        let scale = if self.options.rules == RuleSet::Demo5 {
-            scale * scale
-        } else {
-            scale
-        };
+        let scale = self.options.policy().ionosphere_scale(scale);
         (0.5 * delays.ionosphere_l1_m).powi(2) * scale
     }
 }

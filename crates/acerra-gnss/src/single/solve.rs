@@ -6,7 +6,6 @@ use crate::linear::chi_square::chi_square_999;
 use crate::measurements::constellation::{SatelliteState, Unusable};
 use crate::measurements::measurement::Epoch;
 use crate::observations::signal::SPEED_OF_LIGHT_M_S;
-use crate::options::RuleSet;
 use crate::solution::NotFixedReason;
 use nalgebra::{SMatrix, SVector};
 
@@ -175,7 +174,7 @@ impl SingleContext<'_> {
 
     /// Whether the residuals of so many equations are to be within what their variances allow.
     fn checks_residuals(&self, rows: usize) -> bool {
-        rows > STATES && self.options.rules == RuleSet::Rtklib
+        rows > STATES && self.options.policy().tests_single_point()
     }
 
     /// Whether the residuals without satellite `k` would surely be beyond what their variances allow,
