@@ -9,8 +9,7 @@ use flate2::read::MultiGzDecoder;
 use crate::collect::Collector;
 use crate::crinex::CrinexLines;
 use crate::input::{
-    FileKind, Limits, LineSource, Lines, Place, ReadError, ReadReport, SNIFF_BYTES, UnixCompressed,
-    sniff,
+    FileKind, Limits, LineSource, Lines, Place, ReadError, ReadReport, UnixCompressed,
 };
 use crate::observations::observation::ObservationData;
 use crate::observations::recorded::RecordedEpoch;
@@ -20,6 +19,7 @@ use crate::orbits::products::PreciseProducts;
 use crate::precise::{read_clock_lines, read_sp3_lines};
 use crate::rinex::{ObservationRecord, RinexObservations, read_navigation_lines};
 use crate::rtcm::{RtcmHints, RtcmLog, read_rtcm};
+use crate::sniff::{SNIFF_BYTES, sniff};
 use crate::ubx::{UbxLog, read_ubx};
 
 /// What a GNSS file held.

@@ -90,6 +90,7 @@ pub mod precise;
 pub mod rinex;
 pub mod rtcm;
 mod single;
+mod sniff;
 mod solution;
 mod stations;
 pub mod ubx;

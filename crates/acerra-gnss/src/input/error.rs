@@ -1,6 +1,6 @@
 //! Errors of the readers.
 
-use super::sniff::FileKind;
+use super::kind::FileKind;
 
 /// Why a file could not be read. The caller adds the path.
 #[derive(Debug, thiserror::Error)]
