@@ -1,7 +1,7 @@
 //! What a run leaves in writing beside its results. The caller owns it, so what a stage noticed is
 //! kept when a later stage fails.
 
-use crate::findings::evidence::Evidence;
+use crate::findings::Evidence;
 use crate::stages::Stages;
 use crate::warnings::Warnings;
 

@@ -10,7 +10,7 @@ use crate::align::recording::{Recording, TrackOptions};
 use crate::choices::TimeOffset;
 use crate::control::Control;
 use crate::error::ChainError;
-use crate::findings::evidence::Finding;
+use crate::findings::Finding;
 use crate::journal::Journal;
 use crate::position::{PositionError, PositionOptions, Positions, in_one_frame, position};
 use crate::prepare::{Prepared, prepare};

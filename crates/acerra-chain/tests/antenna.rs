@@ -3,8 +3,8 @@
 
 use acerra_chain::choices::AntennaAxis;
 use acerra_chain::clean::CleanOptions;
-use acerra_chain::findings::evidence::{Evidence, Finding, Verdict};
-use acerra_chain::findings::weigh::{weigh_prepared, weigh_unchecked};
+use acerra_chain::findings::{Evidence, Finding, Verdict};
+use acerra_chain::findings::{weigh_prepared, weigh_unchecked};
 use acerra_chain::focus::inversion::options::Method;
 use acerra_chain::{
     Control, ImageRequest, Journal, MemorySink, Prepared, Recording, Scene, prepare,

@@ -9,7 +9,7 @@ use std::path::Path;
 use acerra_chain::autofocus::{AutofocusFailure, Quantity};
 use acerra_chain::campaign::Campaign;
 use acerra_chain::choices::{Delay, TimeOffset};
-use acerra_chain::findings::weigh::weigh_autofocus;
+use acerra_chain::findings::weigh_autofocus;
 use acerra_chain::position::Positions;
 use acerra_chain::{Control, ImageRequest, Journal, MemorySink, Prepared};
 use acerra_geo::trajectory::{Fix, Frame, TimeOrigin, Trajectory};

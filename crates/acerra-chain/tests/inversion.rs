@@ -4,7 +4,7 @@
 use acerra_chain::choices::Sum;
 use acerra_chain::clean::CleanOptions;
 use acerra_chain::echoes::ImageError;
-use acerra_chain::findings::weigh::weigh_image;
+use acerra_chain::findings::weigh_image;
 use acerra_chain::focus::inversion::Method;
 use acerra_chain::focus::looks::LookOptions;
 use acerra_chain::{

@@ -1,7 +1,7 @@
 //! Everything that a run found.
 
 use acerra_chain::campaign::Campaign;
-use acerra_chain::findings::evidence::{Evidence, Unchecked};
+use acerra_chain::findings::{Evidence, Unchecked};
 use acerra_chain::read::inputs::InputFile;
 use acerra_chain::{Focused, Prepared};
 use acerra_geo::geodesy::Geodetic;

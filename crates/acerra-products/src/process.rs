@@ -4,8 +4,8 @@ use acerra_chain::autofocus::AutofocusFailure;
 use acerra_chain::calibrate::SurveyedPoint;
 use acerra_chain::campaign::{Campaign, Contradictions};
 use acerra_chain::echoes::ImageError;
-use acerra_chain::findings::evidence::{Evidence, Verdict};
-use acerra_chain::findings::weigh::{
+use acerra_chain::findings::{Evidence, Verdict};
+use acerra_chain::findings::{
     weigh_autofocus, weigh_image, weigh_prepared, weigh_targets, weigh_unchecked,
 };
 use acerra_chain::measure::MeasureError;

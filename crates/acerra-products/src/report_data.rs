@@ -13,7 +13,7 @@ use crate::report::{
 };
 use acerra_chain::Track;
 use acerra_chain::align::offset::OffsetSearch;
-use acerra_chain::findings::evidence::Finding;
+use acerra_chain::findings::Finding;
 use acerra_chain::stages::Stage;
 
 /// Gathers the report's data.
@@ -269,9 +269,9 @@ fn evidence_row(finding: &Finding) -> EvidenceRow {
         sigma: finding.sigma,
         unit: finding.unit.to_owned(),
         verdict: match finding.verdict {
-            acerra_chain::findings::evidence::Verdict::Agrees => Verdict::Agrees,
-            acerra_chain::findings::evidence::Verdict::Doubtful => Verdict::Doubtful,
-            acerra_chain::findings::evidence::Verdict::Contradicts => Verdict::Contradicts,
+            acerra_chain::findings::Verdict::Agrees => Verdict::Agrees,
+            acerra_chain::findings::Verdict::Doubtful => Verdict::Doubtful,
+            acerra_chain::findings::Verdict::Contradicts => Verdict::Contradicts,
         },
         explanation: finding.explanation.clone(),
     }

@@ -5,7 +5,7 @@ use acerra_chain::align::delay::{DelayCue, DelayFound};
 use acerra_chain::align::offset::{Curve, OffsetSearch};
 use acerra_chain::campaign::Campaign;
 use acerra_chain::clean::{CleanedTraces, Surface};
-use acerra_chain::findings::evidence::{Evidence, Unchecked};
+use acerra_chain::findings::{Evidence, Unchecked};
 use acerra_chain::focus::inversion::InversionRecord;
 use acerra_chain::position::Positions;
 use acerra_chain::read::inputs::InputFile;

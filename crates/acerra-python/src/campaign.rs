@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use acerra_chain::findings::weigh::{weigh_autofocus, weigh_prepared};
+use acerra_chain::findings::{weigh_autofocus, weigh_prepared};
 use acerra_chain::position::{Positions, placed};
 use acerra_chain::read::RadarContent;
 use acerra_chain::{Control, Journal, MemorySink, Recording, Scene, prepare};

@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use acerra_chain::choices::{Sum, Weight};
-use acerra_chain::findings::evidence::Finding;
+use acerra_chain::findings::Finding;
 use acerra_chain::focus::FocusOptions;
 use acerra_chain::measure::MeasureOptions;
 use acerra_chain::{Control, Focused, ImageRequest, MemorySink};

@@ -8,7 +8,7 @@ use std::sync::OnceLock;
 
 use acerra::demo::{Flown, TRACKS, demonstration_page, largest_envelope};
 use acerra::simulated::write_campaign;
-use acerra_chain::findings::evidence::Verdict;
+use acerra_chain::findings::Verdict;
 use acerra_chain::position::Positions;
 use acerra_chain::{Control, Journal};
 use acerra_geo::geodesy::Geodetic;

@@ -2,7 +2,8 @@
 
 use crate::align::Aligned;
 use crate::choices::Gate;
-use crate::findings::evidence::{Coverage, ImageGeometry, coverage};
+use crate::findings::coverage::{Coverage, coverage};
+use crate::findings::geometry::ImageGeometry;
 use crate::scene::Scene;
 use crate::warnings::Warnings;
 

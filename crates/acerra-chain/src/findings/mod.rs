@@ -1,4 +1,141 @@
-//! Findings of a run: what is gathered from the stages, and how it is judged.
+//! Findings of a run: each a value of the data beside what it should be, with a verdict.
+//!
+//! ```text
+//! positions ──judge_source───► findings on their source                              (position)
+//! Prepared  ──weigh_prepared──► findings on logs, clocks, delays, positions, grid     (before the image)
+//! Focused   ──weigh_image─────► findings on the image
+//! targets   ──weigh_targets───► findings on what was measured
+//! ```
+//!
+//! A topic's file first gathers numbers that the stages hold anyway and then judges them by a plain function. What
+//! contradicts makes a run fail unless the campaign says otherwise (`[checks] contradictions = "warn"`).
 
-pub mod evidence;
-pub mod weigh;
+mod altimeter;
+mod antenna;
+mod autofocus;
+mod background;
+mod clock;
+pub(crate) mod coverage;
+mod delay;
+mod evidence;
+mod finding;
+pub(crate) mod geometry;
+mod grid;
+mod image;
+mod inversion;
+mod median;
+mod motion;
+pub(crate) mod positions;
+mod preferred;
+mod radar;
+mod range_focus;
+mod side;
+mod strongest;
+mod surface;
+mod targets;
+mod track;
+mod unchecked;
+mod wander;
+
+pub use autofocus::weigh_autofocus;
+pub use evidence::Evidence;
+pub use finding::{Finding, Setting, Verdict};
+pub use targets::weigh_targets;
+pub use unchecked::{Unchecked, weigh_unchecked};
+
+use self::geometry::ImageGeometry;
+use crate::control::{Cancelled, Control};
+use crate::focus::{Focused, ImageRequest};
+use crate::prepare::{Prepared, Track};
+use crate::scene::Scene;
+use crate::scene::pixels::Pixels;
+
+/// Pixels along each side at which the geometry is judged.
+const PIXELS_A_SIDE: usize = 9;
+
+/// Weighs everything that is known before the image is made.
+///
+/// # Errors
+/// The caller asked to stop.
+pub fn weigh_prepared(
+    prepared: &Prepared,
+    request: &ImageRequest,
+    control: &Control<'_>,
+) -> Result<Vec<Finding>, Cancelled> {
+    let pixel_m = sample_pixels(&request.pixels, &prepared.scene);
+    let frequency_hz = &prepared.spectrum.frequency_hz;
+    let (Some(low), Some(high)) = (frequency_hz.first(), frequency_hz.last()) else {
+        return Ok(Vec::new());
+    };
+    let mut findings = Vec::new();
+    for track in &prepared.tracks {
+        control.check()?;
+        let geometry = ImageGeometry {
+            position_m: &prepared.aligned.position_m[track.range.clone()],
+            pixel_m: &pixel_m,
+            band_hz: [*low, *high],
+            light_speed_m_s: prepared.scene.light_speed_m_s,
+        };
+        let mut own = track::weigh(prepared, track, &geometry);
+        own.extend(radar::weigh(prepared, track, geometry.band_hz));
+        own.extend(delay::weigh(prepared, track, request, control)?);
+        own.extend(grid::weigh_geometry(prepared, track, &geometry, request));
+        own.extend(antenna::weigh(prepared, track, &geometry, request));
+        findings.extend(
+            own.into_iter()
+                .map(|finding| named(prepared, track, finding)),
+        );
+    }
+    Ok(findings)
+}
+
+/// Weighs the image, and the settings by what its strongest targets say of them.
+///
+/// # Errors
+/// The caller asked to stop.
+pub fn weigh_image(
+    prepared: &Prepared,
+    focused: &Focused,
+    control: &Control<'_>,
+) -> Result<Vec<Finding>, Cancelled> {
+    let mut findings = image::weigh_values(prepared, focused);
+    findings.extend(inversion::weigh(focused));
+    for track in &prepared.tracks {
+        let mut own = background::weigh(prepared, focused, track, control)?;
+        own.extend(motion::weigh(prepared, focused, track, control)?);
+        own.extend(range_focus::weigh(prepared, focused, track, control)?);
+        findings.extend(
+            own.into_iter()
+                .map(|finding| named(prepared, track, finding)),
+        );
+    }
+    Ok(findings)
+}
+
+/// The finding with the track's name behind its own, where there are several tracks.
+fn named(prepared: &Prepared, track: &Track, mut finding: Finding) -> Finding {
+    if prepared.tracks.len() > 1 {
+        finding.name = format!("{} of {}", finding.name, track.name);
+    }
+    finding
+}
+
+/// Pixels spread evenly over the image, edges included, at their heights (m).
+fn sample_pixels(pixels: &Pixels, scene: &Scene) -> Vec<[f64; 3]> {
+    let grid = &pixels.grid;
+    let along = |count: usize| {
+        let last = count.saturating_sub(1);
+        (0..PIXELS_A_SIDE).map(move |k| last * k / (PIXELS_A_SIDE - 1))
+    };
+    along(grid.ny)
+        .flat_map(|iy| along(grid.nx).map(move |ix| (ix, iy)))
+        .map(|(ix, iy)| {
+            let (x_m, y_m) = (grid.x_m(ix), grid.y_m(iy));
+            let z_m = match &pixels.surface {
+                Some(_) => scene.ground.below_m(x_m, y_m),
+                None => grid.z_m,
+            };
+            [x_m, y_m, z_m]
+        })
+        .collect()
+}

@@ -10,7 +10,8 @@ use acerra_geo::matrix::{multiply, transpose};
 use acerra_geo::time::GpsTime;
 use acerra_geo::trajectory::{Fix, Trajectory, TrajectoryError};
 
-use crate::findings::evidence::{Finding, attitude_clock, attitude_place};
+use crate::findings::Finding;
+use crate::findings::positions::{attitude_clock, attitude_place};
 use crate::position::clock_shift::{ClockShift, clock_shift};
 
 /// Deviation of a shift beyond which nothing is said of it (s).

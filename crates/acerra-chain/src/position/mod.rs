@@ -17,7 +17,8 @@ use acerra_geo::lever_arm::{HeadingOptions, LeverArmError, apply_lever_arm};
 use acerra_geo::trajectory::{Frame, TimeOrigin, Trajectory, TrajectoryError};
 use acerra_gnss::{BasePosition, PositioningMode, PpkOptions};
 
-use crate::findings::evidence::{Finding, autopilot_fixed, base_position};
+use crate::findings::Finding;
+use crate::findings::positions::{autopilot_fixed, base_position};
 use crate::position::attitude_file::{AttitudeFileError, with_log_attitudes};
 use crate::position::positioning::{
     GnssConfiguration, GnssConfigurationError, PositioningError, PositioningInput,

@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use acerra_chain::findings::evidence::Verdict;
+use acerra_chain::findings::Verdict;
 use acerra_chain::{Control, Journal, Track};
 use acerra_products::run_record::RunRecord;
 use acerra_products::{Outcome, RunRequest, Share, TilesMade, make_tiles, run_campaign_with};

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use acerra_chain::campaign::Campaign;
-use acerra_chain::findings::evidence::Verdict;
+use acerra_chain::findings::Verdict;
 use acerra_chain::{Control, Journal, MemorySink};
 use acerra_imaging::metrics::Target;
 use acerra_products::{NamedCampaign, process};

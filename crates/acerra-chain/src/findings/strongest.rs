@@ -8,6 +8,7 @@ use crate::prepare::Prepared;
 /// Points at most, and how far apart (m).
 const POINTS: usize = 6;
 const APART_M: f64 = 1.0;
+
 /// Local maxima looked through.
 const MAXIMA: usize = 200;
 

@@ -15,32 +15,43 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
+use super::finding::{Finding, Verdict};
 use crate::autofocus::AutofocusOptions;
 use crate::echoes::history::{Measured, distance_m};
-use crate::findings::evidence::SideSeen;
 use crate::prepare::Prepared;
 
 /// Targets that are looked at: the strongest, down to this level (dB).
 const STRONGEST: usize = 10;
 const LEAST_LEVEL_DB: f64 = -20.0;
+
 /// Draws of errors.
 const DRAWS: usize = 200;
+
 /// Pulses and frequencies that stand for all.
 const MOST_PULSES: usize = 256;
 const FREQUENCIES: usize = 8;
+
 /// Pulses whose echo is weaker than this share of the strongest see nothing of the target.
 const LEAST_ECHO: f64 = 0.05;
+
 /// Where about a place its maximum is looked for, in resolutions along and across the track.
 const ALONG: [f64; 5] = [-1.0, -0.5, 0.0, 0.5, 1.0];
 const ACROSS: [f64; 3] = [-0.5, 0.0, 0.5];
+
 /// Resolutions of a target whose image does not tell them (m).
 const USUAL_RESOLUTION_M: [f64; 2] = [0.05, 0.4];
+
 /// Standard deviation of a ghost's level about the one predicted, were the positions free of errors: what
 /// the point spread does not know of antennas and reflectors, a decibel.
 const MODEL_SIGMA: f64 = 0.115;
 
+/// Judges the sides of the strongest targets; none where no target has a ghost.
+pub(super) fn weigh(prepared: &Prepared, targets: &[Target]) -> Option<Finding> {
+    target_side(&sides(prepared, targets))
+}
+
 /// What there is to say of each of the strongest targets that has a ghost.
-pub(super) fn sides(prepared: &Prepared, targets: &[Target]) -> Vec<SideSeen> {
+fn sides(prepared: &Prepared, targets: &[Target]) -> Vec<SideSeen> {
     let prior = prepared
         .position_prior(&AutofocusOptions::default())
         .ok()
@@ -283,112 +294,65 @@ fn normal(random: &mut impl Rng) -> f64 {
     (-2.0 * u.ln()).sqrt() * (TAU * v).cos()
 }
 
-#[cfg(test)]
-#[allow(clippy::unwrap_used)] // a test that cannot go on has failed
-mod tests {
-    use acerra_autofocus::Correlation;
+/// How surely a target stands on its side of the track.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct SideSeen {
+    /// Place of the target (x, y), m.
+    pub place_m: [f64; 2],
+    /// Probability that it stands where its ghost is.
+    pub risk: f64,
+}
 
+impl SideSeen {
+    /// Risk from which a target's side is doubtful.
+    pub const DOUBTFUL_RISK: f64 = 0.01;
+}
+
+/// Judges the sides of the strongest targets; none where no target has a ghost.
+fn target_side(seen: &[SideSeen]) -> Option<Finding> {
+    let worst = seen.iter().max_by(|a, b| a.risk.total_cmp(&b.risk))?;
+    let is_doubtful = |target: &&SideSeen| target.risk > SideSeen::DOUBTFUL_RISK;
+    let doubtful = seen.iter().filter(is_doubtful).count();
+    let (verdict, what) = if doubtful == 0 {
+        let what = "how the track bends and wanders tells it from its ghost".to_owned();
+        (Verdict::Agrees, what)
+    } else {
+        let what = format!(
+            "the track is too straight, for positions with the deviations stated, to tell the side of \
+             {doubtful} of the {} strongest targets with a ghost: each may as well stand where its ghost is. A \
+             bent track, a second one beside it or a surveyed point tells",
+            seen.len()
+        );
+        (Verdict::Doubtful, what)
+    };
+    let [x_m, y_m] = worst.place_m;
+    let risk = match worst.risk {
+        risk if risk < SideSeen::DOUBTFUL_RISK => "less than 0.01".to_owned(),
+        risk => format!("{risk:.2}"),
+    };
+    let finding = Finding::judged("target_side", worst.risk, "probability", verdict)
+        .expecting(0.0)
+        .because(format!(
+            "the target at ({x_m:.2}, {y_m:.2}) m is on the other side of the track with a probability of \
+             {risk}: {what}"
+        ));
+    Some(finding)
+}
+
+#[cfg(test)]
+mod tests {
     use super::*;
 
-    const PULSES: usize = 200;
-    const TARGET_M: [f64; 3] = [0.0, 3.0, 0.0];
-    const GHOST_M: [f64; 3] = [0.0, -3.0, 0.0];
-    const RESOLUTION_M: [f64; 2] = [0.04, 0.2];
-
-    /// A flight 9 m up over ±4 m at 1.5 m/s whose line wanders sideways by so much, and whose positions
-    /// state `sigma_m`.
-    fn flight(wander_m: f64, sigma_m: Option<f64>) -> Aperture {
-        let x_m: Vec<f64> = (0..PULSES).map(|m| 0.04 * (m as f64 - 99.5)).collect();
-        let time_s: Vec<f64> = x_m.iter().map(|x| x / 1.5).collect();
-        let wandering = |x: &f64| [*x, wander_m * (1.1 * x + 0.4).sin(), 9.0];
-        let prior = sigma_m.map(|sigma_m| {
-            let correlation = Correlation::Matern32 { length: 0.4 };
-            PositionPrior::of_deviations(&[[sigma_m; 3]; PULSES], &time_s, correlation)
-        });
-        let all: Vec<usize> = (0..PULSES).collect();
-        Aperture {
-            position_m: x_m.iter().map(wandering).collect(),
-            weight: x_m.iter().map(|x| (-(x / 3.0).powi(2)).exp()).collect(),
-            phase_rad_m: (0..FREQUENCIES)
-                .map(|n| 2.0 * TAU * (3.2e9 + 0.2e9 * n as f64) / 299_792_458.0)
-                .collect(),
-            errors: prior.and_then(|prior| Errors::of(&prior, &all)),
-        }
-    }
-
-    fn target_and_ghost(at_m: [f64; 3], ghost_m: [f64; 3], level: f64) -> (Target, Ghost) {
-        let ghost = Ghost {
-            level,
-            x_m: ghost_m[0],
-            y_m: ghost_m[1],
-        };
-        let mut target = Target {
-            x_m: at_m[0],
-            y_m: at_m[1],
-            z_m: at_m[2],
-            level_db: 0.0,
-            along: Default::default(),
-            across: Default::default(),
-            pslr_db: None,
-            islr_db: None,
-            ghost: Some(ghost),
-        };
-        target.along.rayleigh_m = Some(RESOLUTION_M[0]);
-        target.across.rayleigh_m = Some(RESOLUTION_M[1]);
-        (target, ghost)
-    }
-
     #[test]
-    fn a_straight_track_tells_no_side_and_a_bent_one_does() {
-        let (target, equal) = target_and_ghost(TARGET_M, GHOST_M, 1.0);
-        let straight = flight(0.0, Some(1e-3)).risk(&target, &equal, 0.0);
-        assert!((straight - 0.5).abs() < 0.01, "{straight}");
-        let unstated = flight(0.0, None).risk(&target, &equal, 0.0);
-        assert!((unstated - 0.5).abs() < 0.01, "{unstated}");
-        for sigma_m in [None, Some(2e-3)] {
-            let bent = flight(0.15, sigma_m);
-            let ratio = bent.ghost_ratios(TARGET_M, GHOST_M, RESOLUTION_M)[0].exp();
-            assert!(ratio < 0.6, "{ratio}");
-            let (target, ghost) = target_and_ghost(TARGET_M, GHOST_M, ratio);
-            let risk = bent.risk(&target, &ghost, 0.0);
-            assert!(risk < 1e-3, "{sigma_m:?}: {risk}");
-        }
-    }
-
-    #[test]
-    fn the_stronger_is_rarely_the_ghost_where_the_risk_is_small() {
-        // Targets on one side, seen with errors that the positions state; the stronger of both places is
-        // taken for the target.
-        let (mut sure, mut sure_and_wrong, mut unsure, mut unsure_and_wrong) = (0, 0, 0, 0);
-        for (wander_m, sigma_m) in [(0.004, 8e-3), (0.01, 8e-3), (0.02, 8e-3), (0.1, 5e-3)] {
-            let flight = flight(wander_m, Some(sigma_m));
-            let ratios = flight.ghost_ratios(TARGET_M, GHOST_M, RESOLUTION_M);
-            for ratio in ratios.iter().step_by(10) {
-                let is_wrong = *ratio > 0.0;
-                let (at_m, ghost_m) = if is_wrong {
-                    (GHOST_M, TARGET_M)
-                } else {
-                    (TARGET_M, GHOST_M)
-                };
-                let (target, ghost) = target_and_ghost(at_m, ghost_m, (-ratio.abs()).exp());
-                let is_sure = flight.risk(&target, &ghost, 0.0) <= SideSeen::DOUBTFUL_RISK;
-                let counts = if is_sure {
-                    (&mut sure, &mut sure_and_wrong)
-                } else {
-                    (&mut unsure, &mut unsure_and_wrong)
-                };
-                *counts.0 += 1;
-                *counts.1 += usize::from(is_wrong);
-            }
-        }
-        println!("sure {sure}, wrong {sure_and_wrong}; unsure {unsure}, wrong {unsure_and_wrong}");
-        assert!(
-            sure >= 20 && sure_and_wrong == 0,
-            "{sure_and_wrong} of {sure}"
-        );
-        assert!(
-            unsure >= 20 && unsure_and_wrong >= 2,
-            "{unsure_and_wrong} of {unsure}"
-        );
+    fn a_side_is_doubtful_where_any_target_s_is() {
+        let seen = |risk: f64| SideSeen {
+            place_m: [4.0, -5.97],
+            risk,
+        };
+        assert_eq!(target_side(&[]), None);
+        let sure = target_side(&[seen(1e-6), seen(1e-3)]).map(|f| (f.verdict, f.value));
+        assert_eq!(sure, Some((Verdict::Agrees, Some(1e-3))));
+        let unsure = target_side(&[seen(1e-6), seen(0.07)]).map(|f| (f.verdict, f.value));
+        assert_eq!(unsure, Some((Verdict::Doubtful, Some(0.07))));
     }
 }

@@ -1,11 +1,10 @@
 //! Settings against what focusing prefers.
 
-use super::finding::{Finding, Verdict};
-use super::setting::Setting;
+use super::finding::{Finding, Setting, Verdict};
 
 /// A setting in force beside the value at which the strongest targets are sharpest.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PreferredSetting<'a> {
+pub(super) struct PreferredSetting<'a> {
     /// Name of the finding.
     pub name: &'a str,
     /// The value in force.
@@ -29,6 +28,7 @@ pub struct PreferredSetting<'a> {
 /// Targets from which a setting is checked: what bends the phases of one alone, another setting or an
 /// error of the positions may bend as well.
 const LEAST_TARGETS: usize = 2;
+
 /// What is said of one target.
 const ALONE: &str = "; one target does not tell it from delay_ns or from heights";
 
@@ -36,8 +36,7 @@ const ALONE: &str = "; one target does not tell it from delay_ns or from heights
 ///
 /// Errors of the positions bend the phases of targets as a wrong setting does, and not only as much
 /// as they state: it is never more than doubtful.
-#[must_use]
-pub fn preferred_setting(seen: &PreferredSetting<'_>) -> Finding {
+pub(super) fn preferred_setting(seen: &PreferredSetting<'_>) -> Finding {
     let PreferredSetting {
         in_force,
         preferred,

@@ -2,8 +2,51 @@
 
 use serde::Serialize;
 
-use super::finding::Finding;
-use super::setting::Setting;
+use super::evidence::Evidence;
+use super::finding::{Finding, Setting};
+use crate::focus::FocusOptions;
+use crate::position::Positions;
+use crate::prepare::Prepared;
+
+/// The settings that no finding of a run checks. Spectra are taken as they come, and so are positions
+/// that stand in the radar's own file.
+#[must_use]
+pub fn weigh_unchecked(
+    prepared: &Prepared,
+    options: &FocusOptions,
+    evidence: &Evidence,
+) -> Vec<Unchecked> {
+    let mut settings = Vec::new();
+    if prepared.tracks.iter().any(|track| track.cleaned.is_some()) {
+        settings.extend([Setting::Delay, Setting::Heights]);
+    }
+    let is_flown = |positions: &Positions| matches!(positions, Positions::Trajectory(_));
+    if prepared
+        .tracks
+        .iter()
+        .any(|track| track.cleaned.is_some() && is_flown(&track.positions))
+    {
+        settings.extend([
+            Setting::ClockOffset,
+            Setting::LeverArmForward,
+            Setting::LeverArmLeft,
+        ]);
+    }
+    if prepared.tracks.iter().any(|track| track.has_local_axes) {
+        settings.push(Setting::Axes);
+    }
+    if options
+        .incidence
+        .is_some_and(|weight| weight.cosine_power > 0.0)
+    {
+        settings.push(Setting::AntennaAxis);
+    }
+    let is_of_base = |finding: &Finding| finding.name.starts_with("base_position");
+    if evidence.findings().iter().any(is_of_base) {
+        settings.push(Setting::Base);
+    }
+    unchecked(&settings, evidence.findings())
+}
 
 /// A setting of a run that no finding checks.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -77,8 +120,7 @@ impl Setting {
 }
 
 /// Those of `settings` that no finding checks.
-#[must_use]
-pub fn unchecked(settings: &[Setting], findings: &[Finding]) -> Vec<Unchecked> {
+fn unchecked(settings: &[Setting], findings: &[Finding]) -> Vec<Unchecked> {
     let is_checked = |setting: &Setting| {
         findings
             .iter()
@@ -97,7 +139,7 @@ pub fn unchecked(settings: &[Setting], findings: &[Finding]) -> Vec<Unchecked> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::findings::evidence::zero_timing;
+    use crate::findings::delay::zero_timing;
 
     #[test]
     fn the_surface_echo_checks_delay_and_heights_and_the_coupling_the_delay() {

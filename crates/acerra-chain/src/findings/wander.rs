@@ -15,20 +15,27 @@ use crate::echoes::history::{Measured, distance_m};
 
 /// Time over which residuals count as correlated (s).
 const CORRELATED_S: f64 = 3.0;
+
 /// Least coherence of a target's echo at the best value: |Σ echo| over Σ |echo|.
 const LEAST_COHERENCE: f64 = 0.5;
+
 /// Residual phases beyond this are another target's (rad).
 const STRAY_RAD: f64 = 1.5;
+
 /// Least number of traces.
 const LEAST_TRACES: usize = 60;
+
 /// How far about the place expected a target is looked for, and in what steps (m).
 const NEARBY_M: f64 = 0.25;
 const PLACE_STEP_M: f64 = 0.01;
+
 /// Change of its mean range that a relocation may bring (m): the envelope's peak tells a third of the
 /// range resolution of ultra-wideband pulses.
 const RANGE_KNOWN_M: f64 = 0.03;
+
 /// Rounds of least squares: all but the first without strays.
 const ROUNDS: usize = 4;
+
 /// Steps about the most coherent value that are tried again from there.
 const NEAR_STEPS: f64 = 10.0;
 

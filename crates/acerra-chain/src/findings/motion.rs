@@ -5,25 +5,29 @@ use acerra_geo::interpolate::Interpolator;
 use acerra_geo::lever_arm::{HeadingOptions, apply_lever_arm};
 use acerra_geo::trajectory::Trajectory;
 
+use super::finding::{Finding, Setting};
+use super::preferred::{PreferredSetting, preferred_setting};
 use super::strongest::strongest;
 use super::wander::{Preferred, Trial};
 use crate::align::interpolator;
 use crate::control::{Cancelled, Control};
 use crate::echoes::history::Measured;
-use crate::findings::evidence::{Finding, PreferredSetting, Setting, preferred_setting};
 use crate::focus::Focused;
 use crate::position::Positions;
 use crate::prepare::{Prepared, Track};
 
 /// Targets further than this below the strongest say little (dB).
 const FLOOR_DB: f64 = -12.0;
+
 /// Changes of the clock offset that are tried (s): half a wander's period at most, beyond which the
 /// height and motion of the whole flight tell more.
 const OFFSET_REACH_S: f64 = 0.4;
 const OFFSET_STEP_S: f64 = 0.01;
+
 /// Lever arms that are tried, either way (m): the size of a small drone.
 const ARM_REACH_M: f64 = 1.0;
 const ARM_STEP_M: f64 = 0.02;
+
 /// Deviations up to which offset (s) and lever arm (m) count as told: three of them are a resolution cell
 /// and a few.
 const OFFSET_TOLD_S: f64 = 0.015;

@@ -1,11 +1,61 @@
-//! What height and motion say of the clock offset.
+//! Findings on the clock offset: by height and motion of the flight, and by its deviation.
 
-use super::finding::{Finding, Verdict};
-use super::setting::Setting;
+use super::finding::{Finding, Setting, Verdict};
+use super::median::median;
+use super::surface::height_speaks;
+use crate::prepare::{Prepared, Track};
+
+/// Judges the clock offset of a track by the likelihood of all offsets and by its deviation.
+pub(super) fn weigh(prepared: &Prepared, track: &Track) -> Vec<Finding> {
+    let likely = clock_seen(track).map(|seen| {
+        // Motion alone, or heights no better than the wander itself, may doubt an offset only.
+        let most = if height_speaks(prepared, track) {
+            Verdict::Contradicts
+        } else {
+            Verdict::Doubtful
+        };
+        clock_offset(&seen).at_most(most)
+    });
+    likely
+        .into_iter()
+        .chain(offset_sigma(prepared, track))
+        .collect()
+}
+
+/// What the deviation of an offset that was searched or recorded makes of places, at the median speed of
+/// the traces.
+fn offset_sigma(prepared: &Prepared, track: &Track) -> Option<Finding> {
+    let judged_at = |speed_m_s| match (&track.search, &track.recorded_clock) {
+        (Some(search), _) => Some(clock_offset_sigma(search.estimate.sigma_s, speed_m_s)),
+        (None, Some(clock)) => Some(recorded_clock_sigma(clock.sigma_s, speed_m_s)),
+        (None, None) => None,
+    };
+    let positions = prepared.aligned.position_m.get(track.range.clone())?;
+    let times = prepared.aligned.time_s.get(track.range.clone())?;
+    let pairs = positions.windows(2).zip(times.windows(2));
+    let speed = pairs.filter(|(_, t)| t[1] > t[0]).map(|(p, t)| {
+        let square: f64 = (0..3).map(|i| (p[1][i] - p[0][i]).powi(2)).sum();
+        square.sqrt() / (t[1] - t[0])
+    });
+    judged_at(median(speed)?)
+}
+
+/// The offset in force beside the likelihood of all offsets.
+fn clock_seen(track: &Track) -> Option<ClockSeen> {
+    let likelihood = track.likelihood.as_ref()?;
+    let best = likelihood.candidates.first()?;
+    let total = &likelihood.total;
+    Some(ClockSeen {
+        offset_s: track.time_offset_s,
+        best_s: best.offset_s,
+        sigma_s: best.sigma_s,
+        below_best: total.at(best.offset_s) - total.at(track.time_offset_s),
+    })
+}
 
 /// The offset in force beside what height and motion say of all offsets.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ClockSeen {
+struct ClockSeen {
     /// The offset in force: trajectory time minus radar time (s).
     pub offset_s: f64,
     /// The most likely offset, and its standard deviation (s).
@@ -19,6 +69,7 @@ pub struct ClockSeen {
 /// Log-likelihoods below the best that are doubtful (odds of 3000 to 1) and contradict.
 const DOUBTFUL_BELOW: f64 = 8.0;
 const CONTRADICTING_BELOW: f64 = 20.0;
+
 /// Offsets nearer than this to the best are the best: what sloping ground and the lever arm under
 /// tilt let it differ by (s).
 const SAME_S: f64 = 0.03;
@@ -27,8 +78,7 @@ const SAME_S: f64 = 0.03;
 const TELLING_S: f64 = 0.015;
 
 /// Judges the clock offset by its likelihood.
-#[must_use]
-pub fn clock_offset(seen: &ClockSeen) -> Finding {
+fn clock_offset(seen: &ClockSeen) -> Finding {
     let apart_s = (seen.offset_s - seen.best_s).abs();
     let verdict = if apart_s <= SAME_S.max(3.0 * seen.sigma_s) || seen.below_best < DOUBTFUL_BELOW {
         Verdict::Agrees
@@ -58,8 +108,7 @@ pub fn clock_offset(seen: &ClockSeen) -> Finding {
 const ALONG_TRACK_M: f64 = 0.05;
 
 /// Judges an offset that was found from the data by what its deviation makes of places along the track.
-#[must_use]
-pub fn clock_offset_sigma(sigma_s: f64, speed_m_s: f64) -> Finding {
+fn clock_offset_sigma(sigma_s: f64, speed_m_s: f64) -> Finding {
     let along_m = sigma_s * speed_m_s;
     along_track(along_m).because(format!(
         "the clock offset was found to ± {:.0} ms: at {speed_m_s:.1} m/s every target is uncertain by \
@@ -70,8 +119,7 @@ pub fn clock_offset_sigma(sigma_s: f64, speed_m_s: f64) -> Finding {
 }
 
 /// Judges the offset of a recorded clock by what its stated deviation makes of places along the track.
-#[must_use]
-pub fn recorded_clock_sigma(sigma_s: f64, speed_m_s: f64) -> Finding {
+fn recorded_clock_sigma(sigma_s: f64, speed_m_s: f64) -> Finding {
     let along_m = sigma_s * speed_m_s;
     along_track(along_m).because(format!(
         "the clock offset is that of the clock recorded beside the radar log, which states ± {:.2} ms: at \

@@ -1,10 +1,30 @@
-//! What an inversion says of itself.
+//! Findings on how the scene was solved for.
 
 use super::finding::{Finding, Verdict};
+use crate::focus::Focused;
+
+/// Convergence, the residual beside the noise, and what the flight cannot tell apart; nothing of an adjoint.
+pub(super) fn weigh(focused: &Focused) -> Vec<Finding> {
+    let Some(record) = &focused.inversion else {
+        return Vec::new();
+    };
+    let seen = InversionSeen {
+        iterations: record.iterations.last().map_or(0, |last| last.number),
+        is_converged: record.stop.is_converged(),
+        residual: record.residual,
+        noise: record.noise.map(|noise| noise.expected_residual),
+    };
+    let at_strongest = record.resolution.first().and_then(|point| point.adjoint);
+    let beside_db = at_strongest.and_then(|response| response.artefact_db);
+    std::iter::once(inversion_converged(&seen))
+        .chain(inversion_residual(&seen))
+        .chain(beside_db.map(inversion_ambiguity))
+        .collect()
+}
 
 /// The end of an inversion's iterations.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct InversionSeen {
+struct InversionSeen {
     /// Iterations done.
     pub iterations: usize,
     /// Whether they reached the solution that the method defines.
@@ -17,12 +37,12 @@ pub struct InversionSeen {
 
 /// A residual this far above the noise is not the noise's, dB: something in the data is not in the model.
 const MODEL_ERROR_DB: f64 = 6.0;
+
 /// A residual this far below it explains noise as a scene, dB.
 const OVER_FIT_DB: f64 = -3.0;
 
 /// Doubts an image that is only on the way to its method's solution.
-#[must_use]
-pub fn inversion_converged(seen: &InversionSeen) -> Finding {
+fn inversion_converged(seen: &InversionSeen) -> Finding {
     let verdict = if seen.is_converged {
         Verdict::Agrees
     } else {
@@ -42,8 +62,7 @@ pub fn inversion_converged(seen: &InversionSeen) -> Finding {
 }
 
 /// Judges the residual by the noise measured; none where no noise is known.
-#[must_use]
-pub fn inversion_residual(seen: &InversionSeen) -> Option<Finding> {
+fn inversion_residual(seen: &InversionSeen) -> Option<Finding> {
     let noise = seen.noise.filter(|noise| *noise > 0.0)?;
     let value_db = 20.0 * seen.residual.max(f64::MIN_POSITIVE).log10();
     let noise_db = 20.0 * noise.log10();
@@ -74,8 +93,7 @@ const AMBIGUOUS_DB: f64 = -1.0;
 
 /// Doubts a solution where the adjoint images a single point about as strongly elsewhere: `adjoint_db` is the
 /// greatest value beside the point, at the strongest target.
-#[must_use]
-pub fn inversion_ambiguity(adjoint_db: f64) -> Finding {
+fn inversion_ambiguity(adjoint_db: f64) -> Finding {
     let (verdict, meaning) = if adjoint_db > AMBIGUOUS_DB {
         (
             Verdict::Doubtful,

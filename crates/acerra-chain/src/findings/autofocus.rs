@@ -1,13 +1,54 @@
-//! What an autofocus says of the positions.
+//! Findings on the corrections of the positions by an autofocus.
+
+use acerra_autofocus::Decision;
 
 use super::finding::{DOUBTFUL_SIGMAS, Finding, Verdict};
+use crate::align::correction::PathCorrection;
+
+/// Weighs what an autofocus found.
+#[must_use]
+pub fn weigh_autofocus(correction: &PathCorrection) -> Vec<Finding> {
+    let found = &correction.found;
+    let seen = match found.decision {
+        Decision::Applied => AutofocusSeen::Applied,
+        Decision::NoPoints => AutofocusSeen::NoPoints,
+        Decision::AgainstPrior => AutofocusSeen::AgainstPrior,
+        _ => AutofocusSeen::NotSignificant,
+    };
+    let points = found.points.len();
+    let mut findings = vec![autofocus_gain(
+        seen,
+        [found.gain_db, found.gain_sigma_db],
+        points,
+        found.ghosts,
+    )];
+    if points > 0 {
+        findings.push(autofocus_correction(found.correction_in_sigmas));
+        findings.extend(correction.globals.iter().map(|global| {
+            let name = match global.track {
+                None => global.quantity.name().to_owned(),
+                Some(track) => format!("{}_{}", global.quantity.name(), track + 1),
+            };
+            let values = [global.value, global.sigma, global.prior_sigma];
+            let unit = global.quantity.unit();
+            autofocus_global(&name, unit, values, correction.is_applied())
+        }));
+    }
+    if correction.is_applied() {
+        let square = |s: &[f64; 3]| s.iter().map(|v| v * v).sum::<f64>();
+        let count = found.sigma_m.len().max(1) as f64;
+        let mean = found.sigma_m.iter().map(square).sum::<f64>() / count;
+        findings.push(autofocus_sigma(mean.sqrt(), found.unobserved));
+    }
+    findings
+}
 
 /// Rms correction, in deviations that the positions state, from which those are doubtful.
 const DOUBTFUL_CORRECTION: f64 = 2.0;
 
 /// What became of an autofocus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum AutofocusSeen {
+enum AutofocusSeen {
     /// Its correction is applied.
     Applied,
     /// Points that took no part in the correction did not gain significantly.
@@ -20,8 +61,7 @@ pub enum AutofocusSeen {
 
 /// Judges the gain of the points' peaks by an autofocus, beside the loss that the positions'
 /// deviations predict.
-#[must_use]
-pub fn autofocus_gain(
+fn autofocus_gain(
     seen: AutofocusSeen,
     [gain_db, sigma_db]: [f64; 2],
     points: usize,
@@ -70,8 +110,7 @@ pub fn autofocus_gain(
 
 /// Judges the corrections by the deviations that the positions state: rms in units of them, 1 if they
 /// are right and the echoes see everything.
-#[must_use]
-pub fn autofocus_correction(in_sigmas: f64) -> Finding {
+fn autofocus_correction(in_sigmas: f64) -> Finding {
     let verdict = if in_sigmas <= DOUBTFUL_CORRECTION {
         Verdict::Agrees
     } else {
@@ -90,8 +129,7 @@ const UNTOLD_SHARE: f64 = 0.95;
 
 /// Judges what an autofocus found of a quantity of the whole flight by the deviation that was stated for it:
 /// `value` and its posterior `sigma` beside the prior's.
-#[must_use]
-pub fn autofocus_global(
+fn autofocus_global(
     name: &str,
     unit: &'static str,
     [value, sigma, prior_sigma]: [f64; 3],
@@ -124,8 +162,7 @@ fn two_digits(sigma: f64) -> String {
 }
 
 /// States the deviation of the places after an autofocus, and the axes that the echoes do not see.
-#[must_use]
-pub fn autofocus_sigma(sigma_m: f64, unobserved: [f64; 3]) -> Finding {
+fn autofocus_sigma(sigma_m: f64, unobserved: [f64; 3]) -> Finding {
     let shares = unobserved.map(|share| format!("{:.0}", 100.0 * share));
     Finding::judged("autofocus_sigma", 1e3 * sigma_m, "mm", Verdict::Agrees).because(format!(
         "rms deviation of a place after the correction, common shifts included; of the variance east, north \

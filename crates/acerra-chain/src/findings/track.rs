@@ -1,18 +1,153 @@
-//! What the positions say of themselves.
+//! Findings on a track's positions.
 
 use std::f64::consts::TAU;
 
-use acerra_geo::trajectory::StatusCounts;
-
 use super::finding::{Finding, Verdict};
+use super::geometry::ImageGeometry;
+use super::median::median;
+use crate::position::Positions;
+use crate::prepare::{Prepared, Track};
+
+/// Share of the log that has positions, and the positions' own σ along the line of sight.
+pub(super) fn weigh(
+    prepared: &Prepared,
+    track: &Track,
+    geometry: &ImageGeometry<'_>,
+) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    let before: usize = prepared
+        .tracks
+        .iter()
+        .take_while(|other| other.range.start < track.range.start)
+        .map(|other| other.traces_in_log)
+        .sum();
+    let all = prepared.aligned.all.iter().skip(before);
+    let positioned = all
+        .take(track.traces_in_log)
+        .filter(|place| place.flag.is_covered())
+        .count();
+    findings.push(trajectory_coverage(positioned, track.traces_in_log));
+    let middle_hz = 0.5 * (geometry.band_hz[0] + geometry.band_hz[1]);
+    let wavelength_m = geometry.light_speed_m_s / middle_hz;
+    let heights_m = prepared.aligned.height_m.get(track.range.clone());
+    if track.cleaned.is_some() {
+        findings.extend(heights_m.and_then(height_reached_m).map(flight_height));
+    }
+    if track.horizontal_lever_arm_m > 0.0 {
+        findings.push(lever_arm_length(track.horizontal_lever_arm_m));
+    }
+    if track.horizontal_lever_arm_m > 0.0 && !has_attitude(track) {
+        let arm_m = track.horizontal_lever_arm_m;
+        findings.push(lever_arm_heading(arm_m, wavelength_m));
+    }
+    if let Some(seen) = prepared.aligned.radar_height {
+        findings.push(radar_height(
+            seen.positions_off_m,
+            seen.stated_m,
+            seen.sigma_m,
+        ));
+    }
+    findings.extend(position_sigma(prepared, track, geometry));
+    findings
+}
+
+/// The loss of focus by the positions' own σ and, where the clock offset is a recorded clock's, by its.
+fn position_sigma(
+    prepared: &Prepared,
+    track: &Track,
+    geometry: &ImageGeometry<'_>,
+) -> Option<Finding> {
+    let middle_hz = 0.5 * (geometry.band_hz[0] + geometry.band_hz[1]);
+    let wavelength_m = geometry.light_speed_m_s / middle_hz;
+    let positions_m = line_of_sight_sigma_m(prepared, track, geometry)?;
+    let clock_m = track
+        .recorded_clock
+        .as_ref()
+        .and_then(|clock| line_of_sight_wander_m_s(prepared, track, geometry).zip(Some(clock)))
+        .map(|(wander_m_s, clock)| wander_m_s * clock.sigma_s);
+    let mut finding = focusing_loss(positions_m.hypot(clock_m.unwrap_or(0.0)), wavelength_m);
+    if let Some(clock_m) = clock_m {
+        finding.explanation.push_str(&format!(
+            "; {:.1} mm of them are the recorded clock's, where the velocity differs from its mean",
+            1e3 * clock_m
+        ));
+    }
+    Some(finding)
+}
+
+/// The height that a tenth of the traces exceed: on the ground a drone may stand for long (m).
+fn height_reached_m(height_m: &[f64]) -> Option<f64> {
+    let mut sorted: Vec<f64> = height_m.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    sorted.get(sorted.len() * 9 / 10).copied()
+}
+
+/// Whether a track's positions come with attitudes.
+fn has_attitude(track: &Track) -> bool {
+    match &track.positions {
+        Positions::Trajectory(trajectory) => {
+            trajectory.fixes().iter().any(|fix| fix.attitude.is_some())
+        }
+        Positions::PerTrace(_) => true,
+    }
+}
+
+/// Root mean square of what the velocity differs from its mean, along the line of sight to the middle of
+/// the image (m/s): an error of the clock moves traces by that against one another, and the image as a
+/// whole by the mean.
+fn line_of_sight_wander_m_s(
+    prepared: &Prepared,
+    track: &Track,
+    geometry: &ImageGeometry<'_>,
+) -> Option<f64> {
+    let middle = geometry.pixel_m.get(geometry.pixel_m.len() / 2)?;
+    let times_s = prepared.aligned.time_s.get(track.range.clone())?;
+    let pairs = geometry.position_m.windows(2).zip(times_s.windows(2));
+    let velocities: Vec<([f64; 3], [f64; 3])> = pairs
+        .filter(|(_, t)| t[1] > t[0])
+        .map(|(p, t)| {
+            let velocity = std::array::from_fn(|i| (p[1][i] - p[0][i]) / (t[1] - t[0]));
+            (p[0], velocity)
+        })
+        .collect();
+    let count = velocities.len() as f64;
+    let mean: [f64; 3] =
+        std::array::from_fn(|i| velocities.iter().map(|(_, v)| v[i]).sum::<f64>() / count);
+    let square = |(position, velocity): &([f64; 3], [f64; 3])| {
+        let away: [f64; 3] = std::array::from_fn(|i| middle[i] - position[i]);
+        let range_m = away.iter().map(|v| v * v).sum::<f64>().sqrt();
+        let along: f64 = (0..3)
+            .map(|i| (velocity[i] - mean[i]) * away[i] / range_m)
+            .sum();
+        along * along
+    };
+    let wander_m_s = (velocities.iter().map(square).sum::<f64>() / count).sqrt();
+    wander_m_s.is_finite().then_some(wander_m_s)
+}
+
+/// Median over the traces of the positions' σ towards the middle of the image (m).
+fn line_of_sight_sigma_m(
+    prepared: &Prepared,
+    track: &Track,
+    geometry: &ImageGeometry<'_>,
+) -> Option<f64> {
+    let sigma_m = prepared.aligned.sigma_m.get(track.range.clone())?;
+    let middle = geometry.pixel_m.get(geometry.pixel_m.len() / 2)?;
+    let along = |(position, sigma): (&[f64; 3], &[f64; 3])| {
+        let away: [f64; 3] = std::array::from_fn(|i| middle[i] - position[i]);
+        let range_m = away.iter().map(|v| v * v).sum::<f64>().sqrt();
+        let weighed = (0..3).map(|i| (away[i] / range_m * sigma[i]).powi(2));
+        weighed.sum::<f64>().sqrt()
+    };
+    median(geometry.position_m.iter().zip(sigma_m).map(along))
+}
 
 /// Judges the loss of focus that the positions' own σ predict, after Eq. (5): a phase error of
 /// 4πσ/λ along the line of sight.
 ///
 /// Errors that all traces share move the image without blurring it, so that the loss is a bound;
 /// beyond half a wavelength (float and single-point positions) what is left of the focus is chance.
-#[must_use]
-pub fn focusing_loss(sigma_m: f64, wavelength_m: f64) -> Finding {
+fn focusing_loss(sigma_m: f64, wavelength_m: f64) -> Finding {
     let phase_rad = 2.0 * TAU * sigma_m / wavelength_m;
     let loss_db = 10.0 * std::f64::consts::LOG10_E * phase_rad * phase_rad;
     let verdict = if sigma_m <= 0.5 * wavelength_m {
@@ -39,8 +174,7 @@ pub fn focusing_loss(sigma_m: f64, wavelength_m: f64) -> Finding {
 const WHOLE_FOCUS_DB: f64 = 20.0;
 
 /// Judges the share of the log's traces that have a position.
-#[must_use]
-pub fn trajectory_coverage(positioned: usize, traces: usize) -> Finding {
+fn trajectory_coverage(positioned: usize, traces: usize) -> Finding {
     let share = positioned as f64 / traces.max(1) as f64;
     let verdict = match share {
         s if s >= 0.8 => Verdict::Agrees,
@@ -55,59 +189,12 @@ pub fn trajectory_coverage(positioned: usize, traces: usize) -> Finding {
         ))
 }
 
-/// Judges the positions of an autopilot's log by how many of them are carrier-phase solutions with fixed
-/// ambiguities: the others are good to decimetres or metres.
-#[must_use]
-pub fn autopilot_fixed(source: &str, statuses: &StatusCounts) -> Finding {
-    let share = statuses.fixed() as f64 / statuses.total().max(1) as f64;
-    let verdict = if share >= 0.8 {
-        Verdict::Agrees
-    } else {
-        Verdict::Doubtful
-    };
-    Finding::judged("autopilot_fixed", share, "share of the positions", verdict)
-        .expecting(1.0)
-        .because(format!(
-            "{} of {} positions of {source} in the autopilot's log are fixed by carrier phase ({statuses}); \
-             others are good to metres, where focusing needs millimetres to centimetres ([trajectory] file, \
-             source; [gnss] with the receiver's raw log; [autofocus])",
-            statuses.fixed(),
-            statuses.total()
-        ))
-}
-
-/// Deviation of the median of single-frequency single-point positions (m): what ionosphere,
-/// troposphere and broadcast orbits leave.
-const SINGLE_POINT_SIGMA_M: f64 = 10.0 / 3.0;
-
-/// Judges the base's position by its distance from the base's own single-point position.
-///
-/// A base that is off moves the whole image by as much; relative positions hardly suffer, so that
-/// it is never more than doubtful.
-#[must_use]
-pub fn base_position(from_single_m: f64) -> Finding {
-    Finding::compared(
-        "base_position",
-        from_single_m,
-        0.0,
-        SINGLE_POINT_SIGMA_M,
-        "m",
-    )
-    .at_most(Verdict::Doubtful)
-    .because(format!(
-        "the base's position lies {from_single_m:.1} m from its own single-point position, of \
-             which metres are expected: the whole image is off by as much ([gnss] base_ecef_m or \
-             base_deg_m)"
-    ))
-}
-
 /// Height above the ground below which a flight is doubtful (m): the antenna's far field begins
 /// there.
 const LEAST_HEIGHT_M: f64 = 0.3;
 
 /// Judges the height that the flight reaches above the ground or the image's plane.
-#[must_use]
-pub fn flight_height(height_m: f64) -> Finding {
+fn flight_height(height_m: f64) -> Finding {
     let verdict = match height_m {
         h if h >= LEAST_HEIGHT_M => Verdict::Agrees,
         h if h > 0.0 => Verdict::Doubtful,
@@ -123,8 +210,7 @@ pub fn flight_height(height_m: f64) -> Finding {
 const LONGEST_ARM_M: f64 = 1.5;
 
 /// Judges the length of the horizontal part of a lever arm by the size of a small drone.
-#[must_use]
-pub fn lever_arm_length(horizontal_arm_m: f64) -> Finding {
+fn lever_arm_length(horizontal_arm_m: f64) -> Finding {
     let verdict = if horizontal_arm_m <= LONGEST_ARM_M {
         Verdict::Agrees
     } else {
@@ -141,8 +227,7 @@ const HEADING_SIGMA_RAD: f64 = 0.05;
 
 /// Judges a horizontal lever arm that is turned by the course, for want of an attitude: what the
 /// nose's departure from the course makes of it must stay below λ/4 of range, or the phases are lost.
-#[must_use]
-pub fn lever_arm_heading(horizontal_arm_m: f64, wavelength_m: f64) -> Finding {
+fn lever_arm_heading(horizontal_arm_m: f64, wavelength_m: f64) -> Finding {
     let sigma_m = horizontal_arm_m * HEADING_SIGMA_RAD;
     let verdict = if sigma_m <= 0.25 * wavelength_m {
         Verdict::Agrees
@@ -162,8 +247,7 @@ pub fn lever_arm_heading(horizontal_arm_m: f64, wavelength_m: f64) -> Finding {
 
 /// Judges heights by the radar beside those of the positions that they replace: `off_m` is the standard
 /// deviation of the positions' about the radar's, `stated_m` what the positions state of themselves.
-#[must_use]
-pub fn radar_height(off_m: f64, stated_m: Option<f64>, sigma_m: f64) -> Finding {
+fn radar_height(off_m: f64, stated_m: Option<f64>, sigma_m: f64) -> Finding {
     let verdict = match stated_m {
         // Good heights were given away for worse ones.
         Some(stated_m) if stated_m < sigma_m => Verdict::Doubtful,
@@ -183,83 +267,9 @@ pub fn radar_height(off_m: f64, stated_m: Option<f64>, sigma_m: f64) -> Finding 
     ))
 }
 
-/// The height of the flight by the surface echo, where no echo follows the heights of the positions.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct AltimeterSeen {
-    /// Median of the heights by the echo less those of the positions (m).
-    pub level_m: f64,
-    /// Standard deviation of the positions' heights about the echo's, their level aside (m).
-    pub wander_m: f64,
-    /// Standard deviation of a height by the echo (m).
-    pub sigma_m: f64,
-    /// How far the echo stands out (dB), and the share of the traces in which it is followed.
-    pub contrast_db: f64,
-    /// Share of the traces in which it is followed.
-    pub picked: f64,
-}
-
-/// An echo that stands out so far (dB), in such a share of the traces, is taken for the ground's.
-const ALTIMETER_CONTRAST_DB: f64 = 10.0;
-const ALTIMETER_PICKED: f64 = 0.8;
-/// How far an echo may be from straight below and still come from what stands on the ground (m).
-const HEIGHT_OFF_M: f64 = 1.0;
-/// Heights that wander by so much (m), beside the echo's own deviation, blur every target.
-const HEIGHT_WANDER_M: f64 = 0.1;
-
-/// Judges heights that no echo follows, by the echo that stands out most near them; none where none
-/// does. What stands out may be a wall or a roof: it is never more than doubtful.
-#[must_use]
-pub fn surface_height(seen: &AltimeterSeen) -> Option<Finding> {
-    let is_ground = seen.contrast_db >= ALTIMETER_CONTRAST_DB && seen.picked >= ALTIMETER_PICKED;
-    let is_off = seen.level_m.abs() > HEIGHT_OFF_M
-        || seen.wander_m > HEIGHT_WANDER_M.hypot(3.0 * seen.sigma_m);
-    let verdict = if is_off {
-        Verdict::Doubtful
-    } else {
-        Verdict::Agrees
-    };
-    is_ground.then(|| {
-        Finding {
-            sigma: Some(seen.sigma_m),
-            ..Finding::judged("surface_height", seen.level_m, "m", verdict)
-        }
-        .expecting(0.0)
-        .because(format!(
-            "no echo follows the heights of the positions; the clearest one near them, seen in {:.0} % \
-             of the traces, is {:+.2} m from straight below, and their heights wander about it by \
-             {:.2} m (heights of the positions, [trajectory] origin_deg_m, height = \"radar\"; [image] \
-             z_m; [radar] delay_ns)",
-            100.0 * seen.picked,
-            seen.level_m,
-            seen.wander_m
-        ))
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_base_fourteen_metres_off_is_doubtful_and_one_of_three_cannot_be_told() {
-        assert_eq!(base_position(3.0).verdict, Verdict::Agrees);
-        assert_eq!(base_position(14.0).verdict, Verdict::Doubtful);
-        assert_eq!(base_position(1e4).verdict, Verdict::Doubtful);
-    }
-
-    #[test]
-    fn an_autopilots_positions_are_doubted_unless_most_are_fixed() {
-        use acerra_geo::trajectory::SolutionStatus::{Fixed, Single};
-        let counts = |fixed, single| -> StatusCounts {
-            let fixed = std::iter::repeat_n(Fixed, fixed);
-            fixed.chain(std::iter::repeat_n(Single, single)).collect()
-        };
-        let good = autopilot_fixed("GPS[0]", &counts(9, 1));
-        assert_eq!((good.verdict, good.value), (Verdict::Agrees, Some(0.9)));
-        let poor = autopilot_fixed("GPS[0]", &counts(1, 9));
-        assert_eq!(poor.verdict, Verdict::Doubtful);
-        assert!(poor.explanation.contains("1 fixed, 9 single"), "{poor:?}");
-    }
 
     #[test]
     fn a_long_lever_arm_without_attitude_is_doubtful() {
@@ -282,34 +292,6 @@ mod tests {
         assert_eq!(fixed.verdict, Verdict::Agrees);
         assert!(fixed.explanation.contains("4.3 dB"), "{fixed:?}");
         assert_eq!(focusing_loss(0.4, 0.0759).verdict, Verdict::Doubtful);
-    }
-
-    #[test]
-    fn heights_a_metre_off_or_wandering_are_doubted_where_an_echo_tells_the_ground() {
-        let seen = AltimeterSeen {
-            level_m: 0.05,
-            wander_m: 0.05,
-            sigma_m: 0.05,
-            contrast_db: 15.0,
-            picked: 0.95,
-        };
-        let verdict = |seen| surface_height(&seen).map(|finding| finding.verdict);
-        assert_eq!(verdict(seen), Some(Verdict::Agrees));
-        let high = AltimeterSeen {
-            level_m: -1.4,
-            ..seen
-        };
-        assert_eq!(verdict(high), Some(Verdict::Doubtful));
-        let wandering = AltimeterSeen {
-            wander_m: 0.3,
-            ..seen
-        };
-        assert_eq!(verdict(wandering), Some(Verdict::Doubtful));
-        let faint = AltimeterSeen {
-            contrast_db: 7.0,
-            ..high
-        };
-        assert_eq!(verdict(faint), None);
     }
 
     #[test]

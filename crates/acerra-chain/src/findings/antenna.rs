@@ -1,11 +1,105 @@
 //! The antenna's pattern and the attitude, of the platform or of a gimbal, that it is turned by.
 
-use super::finding::{Finding, Verdict};
-use super::setting::Setting;
+use acerra_imaging::IncidenceWeight;
+
+use super::finding::{Finding, Setting, Verdict};
+use super::geometry::ImageGeometry;
+use super::median::median;
+use crate::choices::AntennaAxis;
+use crate::focus::ImageRequest;
+use crate::position::boresight::Boresights;
+use crate::prepare::{Prepared, Track};
+
+/// Traces whose weights are compared at most.
+const MOST_TRACES: usize = 500;
+
+/// Weight from the vertical below which a pixel hardly enters the image, and its change does not count.
+const LEAST_WEIGHT: f64 = 0.1;
+
+/// What the recorded attitude does to the weights by the antenna's pattern; none where no pattern is asked for,
+/// no attitude is recorded or the antenna is said to look straight down.
+pub(super) fn weigh(
+    prepared: &Prepared,
+    track: &Track,
+    geometry: &ImageGeometry<'_>,
+    request: &ImageRequest,
+) -> Option<Finding> {
+    let weight = request.options.incidence?;
+    if weight.cosine_power == 0.0 {
+        return None;
+    }
+    let axis = request.options.antenna_axis;
+    let boresights = prepared.aligned.boresights(axis)?;
+    let boresight = boresights.looks.get(track.range.clone())?;
+    let own = boresights.is_own.get(track.range.clone())?;
+    if !own.contains(&true) {
+        return None;
+    }
+    let without = own.iter().filter(|is_own| !**is_own).count() as f64 / own.len() as f64;
+    Some(antenna_tilt(&AntennaSeen {
+        carrier: carrier(prepared, track, axis)?,
+        tilt_rad: [
+            median(tilts_rad(boresight))?,
+            tilts_rad(boresight).fold(0.0, f64::max),
+        ],
+        change_db: weight_change_db(&weight, geometry, boresight),
+        without,
+    }))
+}
+
+/// Angles between the vertical and where an axis points (rad).
+fn tilts_rad(boresight: &[[f64; 3]]) -> impl Iterator<Item = f64> {
+    boresight.iter().map(|b| (-b[2]).clamp(-1.0, 1.0).acos())
+}
+
+/// What turns the axis; of a gimbal with how its other axis lies.
+fn carrier(prepared: &Prepared, track: &Track, axis: AntennaAxis) -> Option<AxisCarrier> {
+    let tilt_rad = |other: &Boresights| median(tilts_rad(other.looks.get(track.range.clone())?));
+    Some(match axis {
+        AntennaAxis::Attitude | AntennaAxis::Vertical => AxisCarrier::Platform,
+        AntennaAxis::Gimbal => AxisCarrier::Gimbal {
+            is_forward: false,
+            other_tilt_rad: tilt_rad(&prepared.aligned.gimbal_forward)?,
+        },
+        AntennaAxis::GimbalForward => AxisCarrier::Gimbal {
+            is_forward: true,
+            other_tilt_rad: tilt_rad(&prepared.aligned.gimbal_down)?,
+        },
+    })
+}
+
+/// Root mean square and largest change of the weights of pixels by the tilt (dB), where they count.
+fn weight_change_db(
+    weight: &IncidenceWeight,
+    geometry: &ImageGeometry<'_>,
+    boresight: &[[f64; 3]],
+) -> [f64; 2] {
+    let step = boresight.len().div_ceil(MOST_TRACES).max(1);
+    let traces = geometry.position_m.iter().zip(boresight).step_by(step);
+    let (mut squares, mut most, mut count) = (0.0, 0.0_f64, 0_u64);
+    for (position_m, looks) in traces {
+        for pixel_m in geometry.pixel_m {
+            let way: [f64; 3] = std::array::from_fn(|a| pixel_m[a] - position_m[a]);
+            let range_m = way.iter().map(|v| v * v).sum::<f64>().sqrt();
+            let level = (-way[2] / range_m).clamp(-1.0, 1.0);
+            let tilted = (0..3).map(|a| way[a] * looks[a]).sum::<f64>() / range_m;
+            let level_weight = weight.at(level.acos());
+            // Beyond the pattern's edge the change has no measure in decibels: 40 dB stand for it.
+            if level_weight >= LEAST_WEIGHT {
+                let ratio = (tilted / level).max(0.0).powf(weight.cosine_power);
+                let change_db = (20.0 * ratio.log10()).clamp(-40.0, 40.0);
+                squares += change_db * change_db;
+                most = most.max(change_db.abs());
+                count += 1;
+            }
+        }
+    }
+    [(squares / count.max(1) as f64).sqrt(), most]
+}
 
 /// What the antenna's axis is fixed to.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum AxisCarrier {
+enum AxisCarrier {
     /// The platform.
     Platform,
     /// A gimbal.
@@ -19,7 +113,7 @@ pub enum AxisCarrier {
 
 /// Where the antenna looked during a flight, and what that does to the weights by its pattern.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct AntennaSeen {
+struct AntennaSeen {
     /// What turned it.
     pub carrier: AxisCarrier,
     /// Median and largest angle between the antenna's axis and the vertical (rad).
@@ -39,26 +133,7 @@ const MOST_WITHOUT: f64 = 0.1;
 
 /// Judges the recorded attitude that the antenna's pattern is turned by. A gimbal may look far to the side; it is
 /// doubted where its other axis lies nearer to the vertical than the one taken for the antenna's.
-///
-/// ```
-/// use acerra_chain::evidence::{AntennaSeen, AxisCarrier, Verdict, antenna_tilt};
-/// let seen = AntennaSeen {
-///     carrier: AxisCarrier::Platform,
-///     tilt_rad: [0.05, 0.12],
-///     change_db: [0.3, 1.1],
-///     without: 0.0,
-/// };
-/// assert_eq!(antenna_tilt(&seen).verdict, Verdict::Agrees);
-/// // Axes that are not forward, left, up.
-/// let turned = AntennaSeen { tilt_rad: [1.57, 1.6], ..seen };
-/// assert_eq!(antenna_tilt(&turned).verdict, Verdict::Doubtful);
-/// // The forward axis of a gimbal that looks down as a camera does.
-/// let carrier = AxisCarrier::Gimbal { is_forward: true, other_tilt_rad: 1.5 };
-/// assert_eq!(antenna_tilt(&AntennaSeen { carrier, ..seen }).verdict, Verdict::Agrees);
-/// assert_eq!(antenna_tilt(&AntennaSeen { carrier, ..turned }).verdict, Verdict::Doubtful);
-/// ```
-#[must_use]
-pub fn antenna_tilt(seen: &AntennaSeen) -> Finding {
+fn antenna_tilt(seen: &AntennaSeen) -> Finding {
     let [median_deg, largest_deg] = seen.tilt_rad.map(f64::to_degrees);
     let [rms_db, most_db] = seen.change_db;
     let is_level = match seen.carrier {
@@ -116,6 +191,33 @@ fn what_would_be_wrong(carrier: AxisCarrier) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_roll_of_ten_degrees_changes_a_squared_cosine_as_the_angles_do() {
+        let weight = IncidenceWeight {
+            cosine_power: 2.0,
+            ..IncidenceWeight::default()
+        };
+        // One pixel at 45° to the east, one trace that rolls towards it.
+        let geometry = ImageGeometry {
+            position_m: &[[0.0, 0.0, 5.0]],
+            pixel_m: &[[5.0, 0.0, 0.0]],
+            band_hz: [3.1e9, 4.8e9],
+            light_speed_m_s: 3e8,
+        };
+        let (s, c) = 10_f64.to_radians().sin_cos();
+        let found = weight_change_db(&weight, &geometry, &[[s, 0.0, -c]]);
+        let (tilted, level) = (35_f64.to_radians().cos(), 45_f64.to_radians().cos());
+        let expected_db = 40.0 * (tilted / level).log10();
+        assert!((expected_db - 2.56).abs() < 0.01);
+        for db in found {
+            assert!((db - expected_db).abs() < 1e-9, "{found:?}");
+        }
+        assert_eq!(
+            weight_change_db(&weight, &geometry, &[[0.0, 0.0, -1.0]]),
+            [0.0; 2]
+        );
+    }
 
     #[test]
     fn steep_and_missing_attitudes_are_doubted() {

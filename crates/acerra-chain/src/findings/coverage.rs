@@ -1,135 +1,42 @@
-//! Geometry of flight and grid: whether pixels, scans and ranges fit one another.
+//! Findings on the share of the image that ranges, aperture and incidence cover.
 
-use std::f64::consts::TAU;
+use acerra_imaging::IncidenceWeight;
 
 use super::finding::{Finding, Verdict};
+use super::geometry::{ImageGeometry, distance_m};
 
-/// Flight, grid and band of an image.
-#[derive(Clone, Copy, Debug)]
-pub struct ImageGeometry<'a> {
-    /// Phase centre of each trace: east, north, up (m).
-    pub position_m: &'a [[f64; 3]],
-    /// Some pixels of the image, corners and middle at least (m).
-    pub pixel_m: &'a [[f64; 3]],
-    /// Lowest and highest frequency (Hz).
-    pub band_hz: [f64; 2],
-    /// Propagation speed (m/s).
-    pub light_speed_m_s: f64,
-}
-
-/// Span of the two-way wavenumber along east and north (rad/m) at `pixel_m`: the support of its
-/// point spread function, over all traces and the band.
-#[must_use]
-pub fn wavenumber_span(geometry: &ImageGeometry<'_>, pixel_m: [f64; 3]) -> [f64; 2] {
-    let mut low = [f64::INFINITY; 2];
-    let mut high = [f64::NEG_INFINITY; 2];
-    for position in geometry.position_m {
-        let away: [f64; 3] = std::array::from_fn(|i| pixel_m[i] - position[i]);
-        let range_m = away.iter().map(|v| v * v).sum::<f64>().sqrt();
-        for frequency_hz in geometry.band_hz {
-            let wavenumber = 2.0 * TAU * frequency_hz / geometry.light_speed_m_s;
-            for axis in 0..2 {
-                let along = wavenumber * away[axis] / range_m.max(1e-9);
-                low[axis] = low[axis].min(along);
-                high[axis] = high[axis].max(along);
-            }
-        }
-    }
-    std::array::from_fn(|axis| (high[axis] - low[axis]).max(0.0))
-}
-
-/// Pixel size against the resolution cell 2π/ΔK, the finer of the two axes, at the image's best
-/// resolved pixel of those given. The edges of the aperture add little, so that the lobe is about
-/// twice as wide as the cell; larger pixels leave gaps in which a target can disappear.
-#[must_use]
-pub fn pixel_size(geometry: &ImageGeometry<'_>, pixel_size_m: f64) -> Option<Finding> {
-    let span = geometry
-        .pixel_m
-        .iter()
-        .flat_map(|pixel| wavenumber_span(geometry, *pixel))
-        .fold(0.0, f64::max);
-    if !(span > 0.0 && pixel_size_m.is_finite()) {
-        return None;
-    }
-    let cell_m = TAU / span;
-    let verdict = match pixel_size_m / cell_m {
-        r if r <= 2.0 => Verdict::Agrees,
-        r if r <= 6.0 => Verdict::Doubtful,
-        _ => Verdict::Contradicts,
+/// The share of the image that a weight lets through; one that a pattern merely weakens is doubted at most.
+pub(super) fn covered_by(
+    weight: &IncidenceWeight,
+    geometry: &ImageGeometry<'_>,
+    boresight: Option<&[[f64; 3]]>,
+) -> Option<Finding> {
+    let within = SeenWithin {
+        incidence_rad: weight.max_rad,
+        off_boresight_rad: pattern_rad(weight),
+        boresight,
     };
-    Some(
-        Finding::judged("pixel_size", pixel_size_m, "m", verdict)
-            .expecting(cell_m)
-            .because(format!(
-                "pixels of {pixel_size_m} m, a resolution cell of {cell_m:.3} m: above twice the \
-                 cell, targets fall between pixels ([image] pixel_m)"
-            )),
-    )
-}
-
-/// Level of the grating lobes that the spacing of the scans leaves, dB below the main lobe.
-///
-/// Where the two-way path changes by more than half a wavelength from trace to trace (spacing above
-/// λ/4 at the steepest angle), aliased lobes appear; a band of width B about f smears each over all
-/// but f/B traces, so that its amplitude is f/(B·N) of N traces.
-#[must_use]
-pub fn scan_spacing(geometry: &ImageGeometry<'_>) -> Option<Finding> {
-    let [low_hz, high_hz] = geometry.band_hz;
-    let wavelength_m = geometry.light_speed_m_s / high_hz;
-    let mut steps_m: Vec<f64> = geometry
-        .position_m
-        .windows(2)
-        .map(|pair| distance_m(pair[0], pair[1]))
-        .filter(|step| *step > 0.0)
-        .collect();
-    if steps_m.len() < 2 {
-        return None;
-    }
-    steps_m.sort_by(f64::total_cmp);
-    let spacing_m = steps_m[(steps_m.len() - 1) * 95 / 100];
-    let steepest = steepest_sine(geometry);
-    let allowed_m = 0.25 * wavelength_m / steepest.max(1e-6);
-    let traces = geometry.position_m.len() as f64;
-    let smeared = 0.5 * (low_hz + high_hz) / (high_hz - low_hz).max(1e-3 * high_hz);
-    let lobe_db = 20.0 * (smeared / traces).min(1.0).log10();
-    let verdict = if spacing_m <= allowed_m || lobe_db < -20.0 {
-        Verdict::Agrees
-    } else {
+    let most = if within.off_boresight_rad < weight.max_rad {
         Verdict::Doubtful
+    } else {
+        Verdict::Contradicts
     };
-    Some(
-        Finding::judged("scan_spacing", spacing_m, "m", verdict)
-            .expecting(allowed_m)
-            .because(format!(
-                "scans are {spacing_m:.3} m apart, λ/4 at the steepest angle imaged is \
-                 {allowed_m:.3} m; the band smears aliased lobes to {lobe_db:.0} dB (fly slower, or \
-                 scan faster)"
-            )),
-    )
+    incidence_coverage(geometry, within).map(|finding| finding.at_most(most))
 }
 
-/// Greatest sine of the angle between the line of sight and the plane across the track.
-fn steepest_sine(geometry: &ImageGeometry<'_>) -> f64 {
-    let stride = (geometry.position_m.len() / 64).max(1);
-    let mut steepest: f64 = 0.0;
-    for pair in geometry.position_m.windows(2).step_by(stride) {
-        let step_m = distance_m(pair[0], pair[1]);
-        if step_m <= 0.0 {
-            continue;
-        }
-        let direction: [f64; 3] = std::array::from_fn(|i| (pair[1][i] - pair[0][i]) / step_m);
-        for pixel in geometry.pixel_m {
-            let range_m = distance_m(pair[0], *pixel).max(1e-9);
-            let along: f64 = (0..3).map(|i| direction[i] * (pixel[i] - pair[0][i])).sum();
-            steepest = steepest.max((along / range_m).abs());
-        }
+/// Angle from where the antenna looks at which its pattern has fallen by 10 dB; all round without a pattern.
+fn pattern_rad(weight: &IncidenceWeight) -> f64 {
+    const FALLEN: f64 = 0.316;
+    if weight.cosine_power > 0.0 {
+        FALLEN.powf(weight.cosine_power.recip()).acos()
+    } else {
+        std::f64::consts::PI
     }
-    steepest
 }
 
 /// Ranges that the data hold about each trace.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Coverage<'a> {
+pub(crate) struct Coverage<'a> {
     /// Nearest and farthest range that the cleaned data of each trace hold (m).
     pub range_m: &'a [[f64; 2]],
 }
@@ -139,8 +46,7 @@ pub struct Coverage<'a> {
 /// An echo is focused from the traces about its closest approach; traces from afar alone leave
 /// smeared arcs. Where no trace at all holds a pixel the image is empty, which contradicts; an image
 /// of which less than half can be focused is doubtful.
-#[must_use]
-pub fn coverage(geometry: &ImageGeometry<'_>, held: Coverage<'_>) -> Option<Finding> {
+pub(crate) fn coverage(geometry: &ImageGeometry<'_>, held: Coverage<'_>) -> Option<Finding> {
     if geometry.position_m.is_empty() || held.range_m.len() != geometry.position_m.len() {
         return None;
     }
@@ -187,8 +93,7 @@ pub fn coverage(geometry: &ImageGeometry<'_>, held: Coverage<'_>) -> Option<Find
 ///
 /// Beyond the ends a target is seen from one side alone, at a slant: smeared along and displaced
 /// across. An image of which less than half lies abeam is doubtful.
-#[must_use]
-pub fn aperture_coverage(geometry: &ImageGeometry<'_>) -> Option<Finding> {
+pub(super) fn aperture_coverage(geometry: &ImageGeometry<'_>) -> Option<Finding> {
     let last = geometry
         .position_m
         .len()
@@ -223,7 +128,7 @@ pub fn aperture_coverage(geometry: &ImageGeometry<'_>) -> Option<Finding> {
 
 /// Directions from which a pixel counts.
 #[derive(Clone, Copy, Debug)]
-pub struct SeenWithin<'a> {
+struct SeenWithin<'a> {
     /// Greatest angle of incidence, from the vertical (rad).
     pub incidence_rad: f64,
     /// Greatest angle from where the antenna looks (rad).
@@ -248,8 +153,7 @@ impl SeenWithin<'_> {
 
 /// Share of the pixels that a limit of the incidence angle, stated or by the antenna's pattern about where it
 /// looks, lets any trace see.
-#[must_use]
-pub fn incidence_coverage(geometry: &ImageGeometry<'_>, within: SeenWithin<'_>) -> Option<Finding> {
+fn incidence_coverage(geometry: &ImageGeometry<'_>, within: SeenWithin<'_>) -> Option<Finding> {
     if geometry.position_m.is_empty() {
         return None;
     }
@@ -282,70 +186,24 @@ pub fn incidence_coverage(geometry: &ImageGeometry<'_>, within: SeenWithin<'_>) 
     )
 }
 
-fn distance_m(a: [f64; 3], b: [f64; 3]) -> f64 {
-    (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    const BAND_HZ: [f64; 2] = [3.1e9, 4.8e9];
-
-    fn track(step_m: f64, height_m: f64) -> Vec<[f64; 3]> {
-        let count = (18.0 / step_m) as i32;
-        (0..count)
-            .map(|k| [f64::from(k) * step_m, -2.0, height_m])
-            .collect()
-    }
-
-    fn geometry<'a>(position_m: &'a [[f64; 3]], pixel_m: &'a [[f64; 3]]) -> ImageGeometry<'a> {
-        ImageGeometry {
-            position_m,
-            pixel_m,
-            band_hz: BAND_HZ,
-            light_speed_m_s: 299_792_458.0,
-        }
-    }
+    use crate::findings::geometry::samples::{geometry, track};
 
     #[test]
-    fn the_resolution_cell_is_that_of_aperture_and_band() {
-        // Over the middle of a long track the along-track wavenumber spans ±2K sin θ.
-        let track = track(0.05, 10.0);
-        let pixels = [[9.0, -2.0, 0.0]];
-        let [along, _] = wavenumber_span(&geometry(&track, &pixels), pixels[0]);
-        let sine = 9.0 / 181.0_f64.sqrt();
-        let expected = 2.0 * 2.0 * TAU * 4.8e9 / 299_792_458.0 * sine;
-        assert!((along / expected - 1.0).abs() < 0.01, "{along} {expected}");
-    }
-
-    #[test]
-    fn pixels_of_ten_metres_contradict_and_of_a_centimetre_agree() {
-        let track = track(0.1, 10.0);
-        let pixels = [[4.0, 0.0, 0.0], [14.0, 0.0, 0.0]];
-        let judge = |size| {
-            pixel_size(&geometry(&track, &pixels), size)
-                .unwrap()
-                .verdict
+    fn a_steep_pattern_lets_less_through_than_its_limit() {
+        let within_deg = |cosine_power| {
+            let weight = IncidenceWeight {
+                cosine_power,
+                ..IncidenceWeight::default()
+            };
+            pattern_rad(&weight).to_degrees()
         };
-        assert_eq!(judge(0.01), Verdict::Agrees);
-        assert_eq!(judge(0.1), Verdict::Doubtful);
-        assert_eq!(judge(10.0), Verdict::Contradicts);
-    }
-
-    #[test]
-    fn sparse_scans_of_a_wide_band_are_no_fault_until_they_are_few() {
-        let pixels = [[0.0, 0.0, 0.0], [18.0, 0.0, 0.0]];
-        let dense = track(0.1, 10.0);
-        assert_eq!(
-            scan_spacing(&geometry(&dense, &pixels)).unwrap().verdict,
-            Verdict::Agrees
-        );
-        let sparse = track(1.5, 10.0);
-        assert_eq!(
-            scan_spacing(&geometry(&sparse, &pixels)).unwrap().verdict,
-            Verdict::Doubtful
-        );
+        assert!((within_deg(0.0) - 180.0).abs() < 1e-9);
+        // cos² falls to 10 dB at 56°, cos²⁰ at 19°.
+        assert!((within_deg(2.0) - 55.8).abs() < 0.2);
+        assert!((within_deg(20.0) - 19.2).abs() < 0.2);
     }
 
     #[test]

@@ -2,8 +2,6 @@
 
 use serde::Serialize;
 
-use super::setting::Setting;
-
 /// What a finding says of the run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
@@ -41,14 +39,15 @@ pub struct Finding {
 
 /// Deviations beyond so many σ are doubtful, or contradict.
 pub(super) const DOUBTFUL_SIGMAS: f64 = 3.0;
-pub(super) const CONTRADICTING_SIGMAS: f64 = 6.0;
+
+const CONTRADICTING_SIGMAS: f64 = 6.0;
 
 impl Finding {
     /// A finding whose verdict follows from the deviation in units of σ: doubtful from 3 σ, a
     /// contradiction from 6 σ.
     ///
     /// ```
-    /// use acerra_chain::evidence::{Finding, Verdict};
+    /// use acerra_chain::findings::{Finding, Verdict};
     /// let finding = Finding::compared("surface_delay", 1.9, 0.0, 0.2, "ns");
     /// assert_eq!(finding.verdict, Verdict::Contradicts);
     /// ```
@@ -126,4 +125,27 @@ impl Finding {
         self.verdict = self.verdict.min(most);
         self
     }
+}
+
+/// A setting whose value a finding may check.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Setting {
+    /// The clock offset between radar and trajectory.
+    ClockOffset,
+    /// The fast time of range zero.
+    Delay,
+    /// The heights, lever arm up included: what checks them checks the delay as well, but for the direct
+    /// coupling.
+    Heights,
+    /// The lever arm along the nose of the platform.
+    LeverArmForward,
+    /// The lever arm across it.
+    LeverArmLeft,
+    /// The position of the base, as far as its own single-point position does not tell it.
+    Base,
+    /// The axes of positions that a file gives in a frame of its own: ranges are the same in its mirror
+    /// image.
+    Axes,
+    /// Where the antenna looks, from which its pattern counts.
+    AntennaAxis,
 }

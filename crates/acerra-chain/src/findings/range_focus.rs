@@ -10,31 +10,38 @@ use acerra_imaging::{ImagingError, PlaneGrid};
 use acerra_radar::Spectrum;
 use num_complex::{Complex32, Complex64};
 
+use super::finding::{Finding, Setting};
+use super::preferred::{PreferredSetting, preferred_setting};
 use super::strongest::strongest;
 use crate::align::Aligned;
 use crate::control::{Cancelled, Control};
 use crate::echoes::quick_look;
 use crate::echoes::sharpen::{log_fourth_moment, sharpest};
-use crate::findings::evidence::{Finding, PreferredSetting, Setting, preferred_setting};
 use crate::focus::Focused;
 use crate::prepare::{Prepared, Track};
 
 /// Ranges tried, either way (m).
 const REACH_M: f64 = 0.6;
 const STEP_M: f64 = 0.05;
+
 /// Targets further than this below the strongest say little (dB).
 const FLOOR_DB: f64 = -6.0;
+
 /// Half of the side of the patch about a target (m), and its pixels (m).
 const HALF_SIDE_M: f64 = 0.6;
 const PIXEL_M: f64 = 0.025;
+
 /// Logarithm of the fourth moment by which the sharpest must surpass every range a step away: less
 /// says nothing.
 const LEAST_MARGIN: f64 = 0.3;
+
 /// Ranges nearer than this belong to the sharpest (m).
 const APART_M: f64 = 0.3;
+
 /// Deviation that no delay falls below (ns): errors of the positions bend phases as well, 2 cm of
 /// them over the flight.
 const LEAST_SIGMA_NS: f64 = 0.2;
+
 /// Deviation up to which the delay counts as told (ns).
 const TELLING_NS: f64 = 0.5;
 

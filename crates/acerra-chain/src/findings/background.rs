@@ -1,4 +1,5 @@
-//! Findings on the background: what its removal takes from targets, and what it leaves of still echoes.
+//! Findings on the background: what its removal takes from targets, what it leaves of still echoes, and the
+//! length of its window.
 
 use std::f64::consts::TAU;
 
@@ -7,6 +8,8 @@ use acerra_radar::Spectrum;
 use acerra_radar::clean::{BackgroundGain, spectrum_at};
 use num_complex::Complex64;
 
+use super::finding::{Finding, Verdict};
+use super::geometry::ImageGeometry;
 use super::median::median;
 use super::strongest::strongest;
 use crate::choices::Background;
@@ -15,14 +18,15 @@ use crate::control::{Cancelled, Control};
 use crate::echoes::history::distance_m;
 use crate::echoes::quick_look;
 use crate::echoes::sharpen::{coarse, patches};
-use crate::findings::evidence::{Finding, background_loss, still_echoes};
 use crate::focus::Focused;
 use crate::prepare::{Prepared, Track};
 
 /// Targets further than this below the strongest say little (dB).
 const FLOOR_DB: f64 = -6.0;
+
 /// Frequencies, evenly over the band, at which echoes are compared.
 const FREQUENCIES: usize = 16;
+
 /// Pixels of an image in which echoes are looked for.
 const PIXELS: f64 = 60_000.0;
 
@@ -119,4 +123,139 @@ fn still_share(prepared: &Prepared, track: &Track) -> Option<f64> {
     let still: f64 = sum.iter().map(Complex64::norm_sqr).sum();
     let traces = track.range.len();
     (power > 0.0 && traces > 1).then(|| still / (traces as f64 * power))
+}
+
+/// The background's window, where it has one, beside the Fresnel zone below the flight.
+pub(super) fn window_of_background(
+    prepared: &Prepared,
+    track: &Track,
+    geometry: &ImageGeometry<'_>,
+) -> Option<Finding> {
+    let Background::Window { window } = track.background else {
+        return None;
+    };
+    let path_m: f64 = prepared
+        .aligned
+        .path_m
+        .get(track.range.clone())?
+        .iter()
+        .sum();
+    let middle_hz = 0.5 * (geometry.band_hz[0] + geometry.band_hz[1]);
+    Some(background_window(&BackgroundWindow {
+        path_m: path_m * window as f64 / track.range.len().max(1) as f64,
+        wavelength_m: geometry.light_speed_m_s / middle_hz,
+        range_m: median(
+            prepared.aligned.height_m[track.range.clone()]
+                .iter()
+                .copied(),
+        )?
+        .abs(),
+    }))
+}
+
+/// A background that is the mean of a window of traces about each trace.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct BackgroundWindow {
+    /// Path flown over the window (m).
+    pub path_m: f64,
+    /// Wavelength (m).
+    pub wavelength_m: f64,
+    /// Range of the scene (m).
+    pub range_m: f64,
+}
+
+/// Judges the length of a background window by the first Fresnel zone, √(λR/2).
+///
+/// Within the zone the echo of a target at closest approach keeps its phase, so that the mean over
+/// the window is the echo itself and takes it away.
+fn background_window(window: &BackgroundWindow) -> Finding {
+    let zone_m = (0.5 * window.wavelength_m * window.range_m).sqrt();
+    let verdict = if window.path_m >= 2.0 * zone_m {
+        Verdict::Agrees
+    } else {
+        Verdict::Doubtful
+    };
+    Finding::judged("background_window", window.path_m, "m", verdict)
+        .expecting(2.0 * zone_m)
+        .because(format!(
+            "the background's window covers {:.2} m of path, the first Fresnel zone is {zone_m:.2} \
+             m: targets are taken for background ([preprocess] background)",
+            window.path_m
+        ))
+}
+
+/// Amplitude that a background may take from a target (dB).
+const MOST_TAKEN_DB: f64 = 3.0;
+
+/// Below this the echo is gone, whatever is left (dB).
+const GONE_DB: f64 = 60.0;
+
+/// Judges a background by the share of its amplitude that it leaves a point target.
+fn background_loss(kept: f64) -> Finding {
+    let loss_db = (-20.0 * kept.max(0.0).log10()).clamp(0.0, GONE_DB);
+    let verdict = if loss_db <= MOST_TAKEN_DB {
+        Verdict::Agrees
+    } else {
+        Verdict::Doubtful
+    };
+    Finding::judged("background_loss", loss_db, "dB", verdict)
+        .expecting(0.0)
+        .because(format!(
+            "removing the background takes {loss_db:.1} dB from the strongest echoes: targets are taken for \
+             background, weakened and split ([preprocess] background)"
+        ))
+}
+
+/// Judges what does not change from trace to trace in the spectra that are imaged, as a share of their
+/// power: more than half, and the background has not been removed.
+fn still_echoes(share: f64) -> Finding {
+    let verdict = if share <= 0.5 {
+        Verdict::Agrees
+    } else {
+        Verdict::Doubtful
+    };
+    Finding::judged("still_echoes", share, "share of the power", verdict)
+        .expecting(0.0)
+        .because(format!(
+            "{:.0} % of the power imaged does not change from trace to trace: coupling or an even surface, \
+             which no background removal has taken, lies over the targets ([preprocess] background, \
+             gate_ns)",
+            100.0 * share
+        ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_background_that_takes_half_of_an_echo_is_doubtful() {
+        assert_eq!(background_loss(0.9).verdict, Verdict::Agrees);
+        let half = background_loss(0.5);
+        assert_eq!(half.verdict, Verdict::Doubtful);
+        assert!((half.value.unwrap() - 6.02).abs() < 0.01);
+        // A window may turn an echo's sign.
+        assert_eq!(background_loss(-0.1).value, Some(GONE_DB));
+    }
+
+    #[test]
+    fn echoes_that_mostly_stand_still_are_doubtful() {
+        assert_eq!(still_echoes(0.3).verdict, Verdict::Agrees);
+        assert_eq!(still_echoes(0.7).verdict, Verdict::Doubtful);
+    }
+
+    #[test]
+    fn a_window_within_the_fresnel_zone_is_doubtful() {
+        // √(0.076 m · 10 m / 2) = 0.62 m.
+        let judge = |path_m| {
+            let seen = BackgroundWindow {
+                path_m,
+                wavelength_m: 0.076,
+                range_m: 10.0,
+            };
+            background_window(&seen).verdict
+        };
+        assert_eq!(judge(0.3), Verdict::Doubtful);
+        assert_eq!(judge(5.0), Verdict::Agrees);
+    }
 }

@@ -2,9 +2,9 @@
 
 use acerra_imaging::metrics::Target;
 
-use super::side::sides;
+use super::finding::{Finding, Verdict};
+use super::side;
 use crate::align::Aligned;
-use crate::findings::evidence::{Finding, surface_residue, target_side};
 use crate::prepare::Prepared;
 
 /// Weighs the targets of an image; nothing where no log holds traces, whose surface echo is known.
@@ -23,7 +23,7 @@ pub fn weigh_targets(prepared: &Prepared, targets: &[Target]) -> Vec<Finding> {
     };
     let residues = targets.iter().filter(is_residue).count();
     let mut findings = vec![surface_residue(residues, targets.len())];
-    findings.extend(target_side(&sides(prepared, targets)));
+    findings.extend(side::weigh(prepared, targets));
     findings
 }
 
@@ -38,6 +38,29 @@ fn is_below(aligned: &Aligned, target: &Target, cell_m: f64) -> bool {
         .map(|(p, height_m)| (range_m(p), *height_m))
         .min_by(|a, b| a.0.total_cmp(&b.0));
     nearest.is_some_and(|(range_m, height_m)| (range_m - height_m).abs() <= cell_m)
+}
+
+/// Residues of the surface echo from which their share is judged: fewer are chance.
+const LEAST_RESIDUES: usize = 3;
+
+/// Judges how many of the `targets` are what the background leaves of the surface echo: straight below the
+/// flight, and without a width along the track, as speckle is.
+///
+/// A scene to the side of the flight shows nothing else where the image's sides are left to the flight.
+fn surface_residue(residues: usize, targets: usize) -> Finding {
+    let share = residues as f64 / targets.max(1) as f64;
+    let verdict = if residues >= LEAST_RESIDUES && 2 * residues > targets {
+        Verdict::Doubtful
+    } else {
+        Verdict::Agrees
+    };
+    Finding::judged("surface_residue", share, "share of the targets", verdict)
+        .expecting(0.0)
+        .because(format!(
+            "{residues} of {targets} targets stand straight below the flight and have no width along the \
+             track: what the background leaves of the surface echo, not points. What lies to the side is \
+             imaged where [image] x_m, y_m name it, without a gate ([preprocess] gate_ns, background)"
+        ))
 }
 
 #[cfg(test)]
@@ -69,5 +92,13 @@ mod tests {
         assert!(is_below(&aligned, &at(-18.9), 0.088));
         assert!(!is_below(&aligned, &at(-18.7), 0.088));
         assert!(!is_below(&aligned, &at(0.0), 0.088));
+    }
+
+    #[test]
+    fn mostly_residues_are_doubtful() {
+        assert_eq!(surface_residue(0, 0).verdict, Verdict::Agrees);
+        assert_eq!(surface_residue(2, 2).verdict, Verdict::Agrees);
+        assert_eq!(surface_residue(3, 6).verdict, Verdict::Agrees);
+        assert_eq!(surface_residue(37, 47).verdict, Verdict::Doubtful);
     }
 }
