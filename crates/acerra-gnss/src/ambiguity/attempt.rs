@@ -17,8 +17,6 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 pub(crate) const RULED_OUT_DIFFERENCE: f64 = 12.0;
 /// Ratio of costs needed besides.
 const RULED_OUT_RATIO: f64 = 2.0;
-/// Ratio of second-best to best costs from which the best is confirmed.
-const CONFIRMED_RATIO: f64 = 3.0;
 
 /// Pairs that must remain where every satellite is tried as the one that is off: with fewer, one
 /// of so many tries passes the ratio test by chance.
@@ -185,55 +183,6 @@ impl Resolution<'_> {
         Ok(best.unwrap_or(full))
     }
 
-    /// Whether no part of the satellites rules the integers out: without any one satellite, and
-    /// without any one system or frequency, they remain as good as the best or nearly; `as_best`
-    /// asks that they remain the best without any one satellite, and by a margin.
-    pub(crate) fn is_stable_under_exclusion(
-        &self,
-        state: &FilterState,
-        attempt: &Attempt,
-        as_best: bool,
-    ) -> bool {
-        let members = members(&attempt.pairs);
-        let integer = |satellite: usize, slot: usize| {
-            let mut own = attempt.pairs.iter().zip(&attempt.integers);
-            own.find(|(p, _)| p.other == satellite && p.slot == slot)
-                .map_or(0.0, |(_, integer)| *integer)
-        };
-        let with_ours = |rest: Vec<Pair>| {
-            let ours: Vec<f64> = rest
-                .iter()
-                .map(|p| integer(p.other, p.slot) - integer(p.reference, p.slot))
-                .collect();
-            (rest, ours)
-        };
-        let groups = attempt
-            .pairs
-            .chunk_by(|a, b| (a.slot, a.group) == (b.slot, b.group));
-        let without_group = |group: &[Pair]| {
-            let other = |p: &&Pair| (p.slot, p.group) != (group[0].slot, group[0].group);
-            attempt.pairs.iter().filter(other).copied().collect()
-        };
-        let is_possible = |rest: Vec<Pair>| {
-            let (rest, ours) = with_ours(rest);
-            !is_ruled_out(state, &rest, &ours)
-        };
-        let stays = |rest: Vec<Pair>| {
-            if as_best {
-                let (rest, ours) = with_ours(rest);
-                judge(state, &rest, &ours) == Verdict::Confirmed
-            } else {
-                is_possible(rest)
-            }
-        };
-        groups
-            .into_iter()
-            .all(|group| is_possible(without_group(group)))
-            && members
-                .iter()
-                .all(|&(satellite, slot)| stays(without(&attempt.pairs, satellite, slot)))
-    }
-
     /// The ratio needed with this many pairs.
     fn threshold(&self, pairs: usize) -> f64 {
         let [least, most] = self.options.ratio_threshold_range;
@@ -379,56 +328,25 @@ pub(crate) fn differences(state: &FilterState, pairs: &[Pair]) -> (Vec<f64>, DMa
     (float, q)
 }
 
-/// What the float ambiguities say of integers that they have not been told of.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Verdict {
-    /// They are the best, by a clear margin.
-    Confirmed,
-    /// They are the best or nearly so.
-    Possible,
-    /// Another set fits so much better that these are out of the question.
-    RuledOut,
-}
-
-/// Judges integers by the costs of competing ones: by odds, and by the ratio of costs, which does
-/// not depend on how well the covariance is known.
-pub(crate) fn judge(state: &FilterState, pairs: &[Pair], integers: &[f64]) -> Verdict {
-    if pairs.len() < 2 {
-        return Verdict::Possible;
-    }
-    let (float, covariance) = differences(state, pairs);
-    let Ok(found) = integer_least_squares(&float, covariance.as_slice(), 2) else {
-        return Verdict::Possible;
-    };
-    let mut both = found.integers[0].iter().zip(integers);
-    if both.all(|(a, b)| (a - b).abs() < 0.5) {
-        let clear = found.costs[1] > CONFIRMED_RATIO * found.costs[0];
-        return if clear {
-            Verdict::Confirmed
-        } else {
-            Verdict::Possible
-        };
-    }
-    let Some(cost) = cost(&float, covariance, integers) else {
-        return Verdict::Possible;
-    };
-    let best = found.costs[0];
-    if cost - best > RULED_OUT_DIFFERENCE && cost > RULED_OUT_RATIO * best {
-        Verdict::RuledOut
-    } else {
-        Verdict::Possible
-    }
-}
-
-/// Whether [`judge`] rules integers out. Those whose own cost is no more than the difference that this
-/// takes it cannot, whatever the best cost: no search is needed.
+/// Whether another set of integers fits the float ambiguities so much better that `integers` are out of
+/// the question: by odds, and by the ratio of costs, which does not depend on how well the covariance is
+/// known.
 pub(crate) fn is_ruled_out(state: &FilterState, pairs: &[Pair], integers: &[f64]) -> bool {
     if pairs.len() < 2 {
         return false;
     }
     let (float, covariance) = differences(state, pairs);
-    cost(&float, covariance, integers).is_some_and(|cost| cost > RULED_OUT_DIFFERENCE)
-        && judge(state, pairs, integers) == Verdict::RuledOut
+    let Some(cost) = cost(&float, covariance.clone(), integers) else {
+        return false;
+    };
+    // No competing cost is below zero: up to here no search is needed.
+    if cost <= RULED_OUT_DIFFERENCE {
+        return false;
+    }
+    integer_least_squares(&float, covariance.as_slice(), 1).is_ok_and(|found| {
+        let best = found.costs[0];
+        cost - best > RULED_OUT_DIFFERENCE && cost > RULED_OUT_RATIO * best
+    })
 }
 
 /// (a − z)ᵀQ⁻¹(a − z); `None` where Q is not positive definite.

@@ -19,7 +19,7 @@ const SAME_PLACE_M: f64 = 0.05;
 const LARGEST_UNCHECKED_SIGMA_M: f64 = 0.1;
 /// Time (s) over which passes must agree before that alone counts: in a shorter log both rest on
 /// much the same codes.
-pub(crate) const AGREEMENT_S: f64 = 60.0;
+const AGREEMENT_S: f64 = 60.0;
 
 /// Where a pass fixed, in ascending order of time.
 #[derive(Debug, Clone)]
@@ -172,12 +172,9 @@ pub(crate) fn confirm_by(
         .zip(&*results)
         .map(|(a, r)| a.is_some_and(|certain| certain || alone(r)))
         .collect();
-    if span_s < AGREEMENT_S {
-        let corroborated = corroborated(results, &anchors);
-        keep_confirmed(results, &corroborated, needed, true, &refuted);
-    } else {
-        keep_confirmed(results, &anchors, needed, false, &refuted);
-    }
+    // In a short log a satellite that takes part in one fix alone may be the one that is off.
+    let wholly = span_s < AGREEMENT_S;
+    keep_confirmed(results, &anchors, needed, wholly, &refuted);
     count
 }
 
@@ -197,21 +194,6 @@ pub(crate) fn confirm_alone(results: &mut [EpochResult], needed: f64, withdrawn:
         false,
         &vec![false; anchors.len()],
     );
-}
-
-/// The anchors whose integers are all among those of the anchor before or after: in a short log a
-/// satellite that takes part in one fix alone may be the one that is off.
-fn corroborated(results: &[EpochResult], anchors: &[bool]) -> Vec<bool> {
-    let places: Vec<usize> = (0..anchors.len()).filter(|&k| anchors[k]).collect();
-    let mut kept = vec![false; anchors.len()];
-    for pair in places.windows(2) {
-        let both = [pair[0], pair[1]].map(|k| results[k].integers.as_ref());
-        if let [Some(a), Some(b)] = both {
-            kept[pair[0]] |= a.is_part_of(b);
-            kept[pair[1]] |= b.is_part_of(a);
-        }
-    }
-    kept
 }
 
 /// Whether phases beyond those that a position takes check a fix, or its place is at least known

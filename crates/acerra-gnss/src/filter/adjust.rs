@@ -2,7 +2,6 @@
 
 use super::residuals::Update;
 use super::{EpochView, Filter};
-use crate::float::state::FilterState;
 use crate::linear::double_row::DoubleRow;
 use crate::linear::outliers::{Worst, misfit, worst};
 use crate::solution::NotFixedReason;
@@ -15,12 +14,6 @@ pub(super) struct UpdateFailure {
     pub reason: NotFixedReason,
     /// The update whose measurements contradict each other, where there is one.
     pub contradicting: Option<Update>,
-}
-
-/// A measurement that contradicts the others.
-struct Outlier {
-    worst: Worst,
-    is_code: bool,
 }
 
 impl Filter<'_> {
@@ -50,16 +43,12 @@ impl Filter<'_> {
                 self.forget_biases();
                 return Err(UpdateFailure {
                     reason: NotFixedReason::PhasesInconsistent {
-                        normalised: outlier.worst.normalised,
+                        normalised: outlier.normalised,
                     },
                     contradicting: Some(update),
                 });
             }
-            let Worst { common, slot, .. } = outlier.worst;
-            excluded.push((common, slot));
-            if outlier.is_code {
-                forget_fresh_bias(&mut prior, epoch.common[common].satellite, slot);
-            }
+            excluded.push((outlier.common, outlier.slot));
             self.state.clone_from(&prior);
         }
     }
@@ -96,12 +85,10 @@ impl Filter<'_> {
     }
 
     /// The code, else the phase, that is furthest beyond its limit.
-    fn outlier(&self, rows: &[DoubleRow]) -> Option<Outlier> {
+    fn outlier(&self, rows: &[DoubleRow]) -> Option<Worst> {
         let beyond = |limit: Option<f64>, is_code: bool| {
             let limit = limit?;
-            worst(rows, is_code, |_, _| true)
-                .filter(|w| w.normalised > limit)
-                .map(|worst| Outlier { worst, is_code })
+            worst(rows, is_code, |_, _| true).filter(|w| w.normalised > limit)
         };
         beyond(self.options.max_code_residual_sigma, true)
             .or_else(|| beyond(self.options.max_phase_residual_sigma, false))
@@ -114,12 +101,5 @@ impl Filter<'_> {
             MISFIT_KEPT * self.misfit[0] + squares,
             MISFIT_KEPT * self.misfit[1] + freedom as f64,
         ];
-    }
-}
-
-/// A bias that begins with an outlying code would begin far off: it waits for a better one.
-fn forget_fresh_bias(state: &mut FilterState, satellite: usize, slot: usize) {
-    if state.has_initial_variance(satellite, slot) {
-        state.remove(state.bias_index(satellite, slot));
     }
 }

@@ -7,7 +7,7 @@
 //! that rested on them.
 
 use super::{EpochView, Filter};
-use crate::ambiguity::attempt::{Attempt, Pair, Verdict, is_ruled_out, judge, members, without};
+use crate::ambiguity::attempt::{Attempt, Pair, is_ruled_out};
 use crate::float::state::FilterState;
 use crate::linear::sparse_row::SparseRow;
 use crate::measurements::common::Common;
@@ -16,8 +16,6 @@ use crate::single::SinglePoint;
 
 /// Fewest pairs whose integers say where the rover is, with one to spare.
 const LEAST_HELD_PAIRS: usize = 4;
-/// Time (s) that geometry and multipath need to tell wrong integers from right ones.
-const CONFIRMATION_S: f64 = 300.0;
 /// Standard deviation of a position (m) up to which it tells integers from their neighbours: a
 /// quarter of a wavelength.
 const LARGEST_HELD_SIGMA_M: f64 = 0.05;
@@ -88,29 +86,14 @@ impl Filter<'_> {
             return self.held_state.clone().filter(knows_its_place);
         }
         self.rests_on_held = true;
-        // A confirmation counts only once it is due.
-        let verdict = if self.confirmation_is_due() {
-            judge(&self.state, &pairs, &integers)
-        } else if is_ruled_out(&self.state, &pairs, &integers) {
-            Verdict::RuledOut
+        if is_ruled_out(&self.state, &pairs, &integers) {
+            self.doubts += 1;
+            if self.doubts >= LARGEST_DOUBTS {
+                self.withdraw();
+                return None;
+            }
         } else {
-            Verdict::Possible
-        };
-        match verdict {
-            Verdict::Confirmed => {
-                self.doubts = 0;
-                self.note_confirmation();
-            }
-            Verdict::Possible => self.doubts = 0,
-            Verdict::RuledOut => {
-                self.doubts += 1;
-                if self.doubts >= LARGEST_DOUBTS {
-                    if !self.drop_contradicting(&pairs, &integers) {
-                        self.withdraw();
-                    }
-                    return None;
-                }
-            }
+            self.doubts = 0;
         }
         let source = self.held_state.as_ref().unwrap_or(&self.state);
         let mut state = source.copied_into(self.spare.take());
@@ -155,49 +138,6 @@ impl Filter<'_> {
         self.held_state = updated.is_ok().then_some(held);
     }
 
-    /// Whether the present set of integers is held for long enough to be confirmed.
-    fn confirmation_is_due(&self) -> bool {
-        let age_s = self
-            .last_time
-            .zip(self.held_since)
-            .map_or(0.0, |(now, since)| now.seconds_since(since).abs());
-        age_s > CONFIRMATION_S
-    }
-
-    /// Once the float state has found the same integers by itself for long enough, the fixes up to
-    /// here stand whatever becomes of the integers later.
-    fn note_confirmation(&mut self) {
-        if self.confirmation_is_due() {
-            self.generation += 1;
-            self.held_since = self.last_time;
-        }
-    }
-
-    /// Looks for one satellite without which the integers are not ruled out: its own is given up,
-    /// and its bias begins anew, as after a slip that nobody noticed.
-    fn drop_contradicting(&mut self, pairs: &[Pair], integers: &[f64]) -> bool {
-        let integer = |satellite: usize, slot: usize| {
-            let own = pairs
-                .iter()
-                .position(|p| (p.other, p.slot) == (satellite, slot));
-            own.map_or(0.0, |k| integers[k])
-        };
-        let explains = |&(satellite, slot): &(usize, usize)| {
-            let rest = without(pairs, satellite, slot);
-            let ours: Vec<f64> = rest
-                .iter()
-                .map(|p| integer(p.other, p.slot) - integer(p.reference, p.slot))
-                .collect();
-            rest.len() >= LEAST_HELD_PAIRS && !is_ruled_out(&self.state, &rest, &ours)
-        };
-        let Some((satellite, slot)) = members(pairs).into_iter().find(explains) else {
-            return false;
-        };
-        self.state.remove(self.state.bias_index(satellite, slot));
-        self.state.track_mut(satellite, slot).slips += 1;
-        true
-    }
-
     /// Gives up every integer held, and the fixes that rest on them.
     pub(super) fn withdraw(&mut self) {
         for track in &mut self.state.tracks {
@@ -205,7 +145,6 @@ impl Filter<'_> {
         }
         self.withdrawn.push(self.generation);
         self.generation += 1;
-        self.held_since = None;
         self.held_state = None;
         self.doubts = 0;
         self.settled = false;
@@ -236,9 +175,6 @@ impl Filter<'_> {
             for (p, integer) in block.iter().zip(integers) {
                 self.state.track_mut(p.other, slot).held = Some(of_reference - integer);
             }
-        }
-        if self.held_since.is_none() {
-            self.held_since = self.last_time;
         }
         self.held = true;
     }

@@ -102,8 +102,6 @@ pub(crate) struct Filter<'a> {
     /// Satellite that partial resolution takes out next.
     pub(crate) next_to_drop: usize,
     pub(crate) held: bool,
-    /// Since when the present set of integers is held.
-    held_since: Option<GpsTime>,
     /// The state that has been told the integers held.
     held_state: Option<FilterState>,
     /// Room for the state before an update.
@@ -112,8 +110,6 @@ pub(crate) struct Filter<'a> {
     spare: Option<FilterState>,
     /// Epochs in a row at which the float state contradicts the integers held.
     doubts: u32,
-    /// The log is too short for passes in opposite directions to be independent.
-    is_short_log: bool,
     /// GLONASS ambiguities stay float.
     glonass_float: bool,
     /// The present fix rests on integers held before.
@@ -156,25 +152,15 @@ impl<'a> Filter<'a> {
             generation: 0,
             last_phases: LastPhases::default(),
             backward: false,
-            held_since: None,
             held_state: None,
             room: None,
             spare: None,
-            is_short_log: false,
             doubts: 0,
             glonass_float: false,
             rests_on_held: false,
             all_pairs: Vec::new(),
             suspects: SuspectGroups::default(),
             withdrawn: Vec::new(),
-        }
-    }
-
-    /// This filter, told whether the log is too short for passes to confirm each other.
-    pub(crate) fn with_short_log(self, is_short_log: bool) -> Self {
-        Self {
-            is_short_log,
-            ..self
         }
     }
 
@@ -357,7 +343,7 @@ impl<'a> Filter<'a> {
             self.settled = false;
             self.certain &= self.rests_on_held;
         }
-        let settled = self.is_settled(&epoch.common, zero, attempt);
+        let settled = self.is_settled(attempt);
         self.settled |= settled;
         let certain = settled && self.is_certain(epoch, zero, attempt);
         self.certain |= certain;

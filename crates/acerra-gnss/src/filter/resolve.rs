@@ -18,8 +18,6 @@ use crate::solution::NotFixedReason;
 
 /// Satellites that may be left out of a fix because their phases contradict the others.
 const LARGEST_LEFT_OUT: usize = 3;
-/// A position takes three pairs; only a further one checks it.
-const LEAST_CHECKED_PAIRS: usize = 4;
 
 impl<'a> Filter<'a> {
     /// Ambiguity resolution at this epoch.
@@ -43,26 +41,11 @@ impl<'a> Filter<'a> {
         }
     }
 
-    /// Whether the integers of a fix may be held until something contradicts them: likely enough by
-    /// their covariance, more than a position needs, and in a run of fixes found once whichever
-    /// satellites are left out (or the run is long).
-    pub(super) fn is_settled(
-        &self,
-        common: &[Common],
-        zero: &[ZeroDifference],
-        attempt: &Attempt,
-    ) -> bool {
-        let Some(least) = self.options.min_success_rate else {
-            return true;
-        };
-        if self.rests_on_held {
-            return true;
-        }
-        let resolution = self.resolution(common, zero, true);
-        attempt.success_rate >= least
-            && attempt.pairs.len() >= LEAST_CHECKED_PAIRS
-            && ((self.settled && !self.resolves_alone())
-                || resolution.is_stable_under_exclusion(&self.state, attempt, self.is_short_log))
+    /// Whether the integers of a fix are likely enough by their covariance to be held until something
+    /// contradicts them.
+    pub(super) fn is_settled(&self, attempt: &Attempt) -> bool {
+        let least = self.options.min_success_rate;
+        least.is_none_or(|least| self.rests_on_held || attempt.success_rate >= least)
     }
 
     /// Whether settled integers are right beyond reasonable doubt: at this epoch, or at an earlier one
@@ -275,27 +258,6 @@ impl<'a> Filter<'a> {
         .map_err(|_| NotFixedReason::SearchFailed)
     }
 
-    /// The integers held and nothing else.
-    fn attempt_held(
-        &self,
-        common: &[Common],
-        zero: &[ZeroDifference],
-        state: &FilterState,
-    ) -> Result<Attempt, NotFixedReason> {
-        let (pairs, _) = self.held_pairs(common);
-        if pairs.len() < 2 {
-            let pairs = pairs.len();
-            return Err(NotFixedReason::TooFewAmbiguities {
-                pairs,
-                slipped: 0,
-                half_cycle: 0,
-            });
-        }
-        self.resolution(common, zero, true)
-            .attempt(state, pairs)
-            .map_err(|_| NotFixedReason::SearchFailed)
-    }
-
     /// Ambiguity resolution of this epoch: the accepted attempt, or why there is none.
     pub(super) fn resolve(
         &mut self,
@@ -339,8 +301,7 @@ impl<'a> Filter<'a> {
         Ok(attempt)
     }
 
-    /// The attempt of this epoch with GLONASS, and without where that fails; where neither passes, the
-    /// integers held alone.
+    /// The attempt of this epoch with GLONASS, and without where that fails.
     fn resolve_own(
         &self,
         epoch: &EpochView<'_>,
@@ -381,16 +342,11 @@ impl<'a> Filter<'a> {
             }
         }
         let outcome = outcome.unwrap_or(Err(NotFixedReason::SearchFailed));
-        let accepted = outcome.as_ref().is_ok_and(|a| a.accepted);
         if let Some(normalised) =
             conditioned.and_then(|state| self.new_ambiguities_contradict(epoch, zero, state))
         {
             return Err(NotFixedReason::PhasesInconsistent { normalised });
         }
-        match conditioned {
-            // New ambiguities may not be resolved yet; those held still give the place.
-            Some(state) if !accepted => self.attempt_held(common, zero, state),
-            _ => outcome,
-        }
+        outcome
     }
 }

@@ -2,7 +2,7 @@
 
 use super::float_errors::FloatErrors;
 use super::precision::scale_covariances;
-use crate::confirm::agreement::{AGREEMENT_S, confirm_alone};
+use crate::confirm::agreement::confirm_alone;
 use crate::control::watch::Watch;
 use crate::control::workers::threads;
 use crate::filter::Filter;
@@ -56,14 +56,7 @@ impl<'a> Prepared<'a> {
     }
 
     fn filter_with(&'a self, options: &'a PpkOptions) -> Filter<'a> {
-        Filter::new(self.constellation, options, &self.noise)
-            .with_short_log(self.is_short_log())
-            .without_groups(self.left_out.clone())
-    }
-
-    fn is_short_log(&self) -> bool {
-        let ends = self.rover.first().zip(self.rover.last());
-        ends.is_none_or(|(a, z)| z.epoch.tag.seconds_since(a.epoch.tag) < AGREEMENT_S)
+        Filter::new(self.constellation, options, &self.noise).without_groups(self.left_out.clone())
     }
 
     /// Whether a trial pass has anything to decide: GLONASS ambiguities where that is left to the
