@@ -1,4 +1,4 @@
-//! Gathering epochs into a log whose tags ascend and stand apart.
+//! Gathering epochs into a log with ascending, distinct tags.
 
 use crate::input::{DropReason, Place, ReadReport};
 use crate::observations::observation::{

@@ -1,4 +1,4 @@
-//! One door for every file that holds observations or navigation data.
+//! Reading any file that holds observations or navigation data.
 
 use std::io::{BufReader, Cursor, Read};
 use std::sync::Arc;
@@ -67,7 +67,7 @@ pub fn read_gnss(reader: impl Read, limits: Limits) -> Result<GnssFile, ReadErro
 ///
 /// # Errors
 /// As [`read_gnss`]; [`ReadError::NoDate`] for an RTCM 3 log whose week neither its messages nor
-/// the hints tell.
+/// the hints give.
 pub fn read_gnss_near(
     reader: impl Read,
     limits: Limits,

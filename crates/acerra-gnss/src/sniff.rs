@@ -74,7 +74,7 @@ pub fn sniff(head: &[u8]) -> FileKind {
     FileKind::Unknown
 }
 
-/// The kind that a RINEX or CRINEX first line tells; blank lines before it are forgiven.
+/// The kind named in the first line of a RINEX or CRINEX file; blank lines before it are skipped.
 fn rinex_kind(head: &[u8]) -> Option<FileKind> {
     let line = head
         .split(|&b| b == b'\n')

@@ -139,7 +139,7 @@ impl Resolution<'_> {
         }
     }
 
-    /// As [`attempt`](Self::attempt); while the ratio test fails, the satellite that stands first
+    /// As [`attempt`](Self::attempt); while the ratio test fails, the first satellite
     /// among those `dispensable` is left out and the search repeated, down to `least` pairs.
     pub(crate) fn partial_attempt(
         &self,

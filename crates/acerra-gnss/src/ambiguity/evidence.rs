@@ -36,8 +36,8 @@ pub(crate) struct Evidence<'a> {
 }
 
 impl Evidence<'_> {
-    /// Whether the integers of `attempt` are as likely as is asked for beside the second best, and
-    /// beside those that fit best what `attempt` leaves out.
+    /// Whether the integers of `attempt` are as likely as required against the second-best set, and
+    /// against the set that fits best what `attempt` leaves out.
     pub(crate) fn supports(&self, attempt: &Attempt) -> bool {
         let (float, covariance) = self.differences(&attempt.pairs);
         let Ok(found) = integer_least_squares(&float, covariance.as_slice(), 2) else {

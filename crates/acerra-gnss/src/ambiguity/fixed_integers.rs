@@ -147,7 +147,7 @@ impl FixedIntegers {
         shared.is_some_and(|n| n >= LEAST_SHARED_BETWEEN_PASSES)
     }
 
-    /// What the integers of phases that did not slip between two fixes say of both: fixes of one pass,
+    /// How the integers of phases that did not slip between two fixes compare: fixes of one pass,
     /// or of passes `at_one_epoch`.
     pub(crate) fn continuity(&self, other: &Self, at_one_epoch: bool) -> Continuity {
         let mut found = Continuity::default();

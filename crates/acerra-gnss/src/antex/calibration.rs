@@ -7,7 +7,7 @@ use std::fmt;
 use crate::observations::satellite::System;
 use crate::observations::signal::{FREQUENCY_L1_HZ, SignalCode};
 
-/// Bands this near in frequency stand for one another where one is not calibrated (Hz).
+/// Bands this near in frequency replace each other where one is not calibrated (Hz).
 const NEAR_HZ: f64 = 60e6;
 
 /// Phase centre of an antenna at one frequency.
@@ -20,7 +20,7 @@ pub struct FrequencyCalibration {
     /// Variations without regard to azimuth (m), by zenith angle.
     pub variation_m: Vec<f64>,
     /// Variations by azimuth (outer, from north by the step below) and zenith angle (m); empty
-    /// where the calibration does not tell azimuths apart.
+    /// where the calibration does not depend on azimuth.
     pub azimuth_variation_m: Vec<Vec<f64>>,
     /// Step of azimuth (rad), 0 where there is none.
     pub azimuth_step_rad: f64,
@@ -90,7 +90,7 @@ impl fmt::Debug for AntennaCalibration {
 
 impl AntennaCalibration {
     /// The calibration that applies to a signal: that of its band; else that of the nearest
-    /// carrier within 60 MHz (many calibrations tell L1 and L2 of GPS and GLONASS only).
+    /// carrier within 60 MHz (many calibrations hold L1 and L2 of GPS and GLONASS only).
     #[must_use]
     pub fn of_signal(&self, system: System, code: SignalCode) -> Option<&FrequencyCalibration> {
         if let Some(own) = self.frequencies.get(&(system, code.band)) {

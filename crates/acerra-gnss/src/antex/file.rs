@@ -20,7 +20,7 @@ pub struct AntexFile {
 impl AntexFile {
     /// The calibration of an antenna by its name in a RINEX header: type, then radome from column
     /// 17 on. Where the radome is not given, or not calibrated, that without a radome (`NONE`)
-    /// answers; the name found tells which.
+    /// answers; the name found is returned.
     #[must_use]
     pub fn find(&self, name: &str) -> Option<&AntennaCalibration> {
         let wanted: Vec<&str> = name.split_whitespace().collect();

@@ -1,4 +1,4 @@
-//! Values of a configuration file that stand together and are put together at the end.
+//! Values of a configuration file that depend on each other and are combined at the end.
 
 use acerra_geo::geodesy::{Geodetic, ecef_from_geodetic};
 
@@ -11,7 +11,7 @@ use crate::options::{
 /// Standard deviation (m) of a baseline's length that is stated without one: no tape is better.
 const LEAST_LENGTH_SIGMA_M: f64 = 1e-3;
 
-/// Values that stand together and are put together at the end.
+/// Values that depend on each other and are combined at the end.
 pub(super) struct Pending {
     pub dynamics: bool,
     pub noise: [f64; 2],
@@ -74,7 +74,7 @@ impl Pending {
         if options.partial_ambiguity.is_some() {
             options.partial_ambiguity = Some(self.partial);
         }
-        // RTKLIB has no length for a base that stands, and none that is not positive.
+        // RTKLIB has no length for a fixed base, and none that is not positive.
         let [length_m, sigma_m] = self.baseline_m;
         if options.mode == PositioningMode::MovingBase && length_m > 0.0 {
             options.baseline_length = Some(BaselineLength {

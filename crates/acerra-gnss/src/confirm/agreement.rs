@@ -114,7 +114,7 @@ fn is_disputed(fix: &EpochResult, other: &Witness, witnesses: &[&Witness]) -> bo
 }
 
 /// The epochs of each pass, in order of time, whose fixes others [contradict](contradicted); the passes
-/// of the other direction stand beside each.
+/// of the other direction are given with each.
 pub(crate) fn contradictions(passes: &[(&Witness, &[&Witness])]) -> Vec<Vec<GpsTime>> {
     let mut claims = Vec::new();
     for (number, (pass, others)) in passes.iter().enumerate() {

@@ -101,7 +101,7 @@ impl<'a> Watch<'a> {
         self.permits.as_ref().map(Permits::take)
     }
 
-    /// Whether other passes run beside.
+    /// Whether other passes run at the same time.
     pub(crate) fn shares_threads(&self) -> bool {
         self.permits.is_some()
     }

@@ -5,7 +5,7 @@ use std::collections::{HashMap, VecDeque};
 use super::difference::{Arc, fixed_point, patch_text};
 use crate::input::{DropReason, LineSource, Place, ReadError, ReadReport};
 
-/// Where things stand in the lines of one version.
+/// Columns in the lines of one version.
 #[derive(Debug, Clone, Copy)]
 struct Layout {
     version: u8,
@@ -199,7 +199,7 @@ impl<S: LineSource> CrinexLines<S> {
         self.observations(count)
     }
 
-    /// An event: its lines stand as they are, and the next epoch starts afresh.
+    /// An event: its lines are uncompressed, and the next epoch restarts every arc.
     fn event(&mut self, count: usize) -> Result<(), ReadError> {
         let mut lines = vec![(self.source.number(), self.epoch.trim_ascii_end().to_vec())];
         for _ in 0..count {

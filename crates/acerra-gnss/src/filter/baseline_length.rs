@@ -18,7 +18,7 @@ const LARGEST_DEPARTURE_SIGMA: f64 = 4.0;
 /// Standard deviation (m) of an antenna's phase centre over directions, which phases do not show.
 const PHASE_CENTRE_SIGMA_M: f64 = 0.005;
 
-/// State vector and covariance before the length was told.
+/// State vector and covariance before the length was imposed.
 pub(super) struct Unconstrained {
     x: Vec<f64>,
     p: Vec<f64>,

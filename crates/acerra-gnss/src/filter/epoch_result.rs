@@ -1,4 +1,4 @@
-//! What the filter says about one epoch.
+//! Result of the filter for one epoch.
 
 use crate::ambiguity::fixed_integers::FixedIntegers;
 use crate::noise::calibration::{FloatMisfit, Misfit};

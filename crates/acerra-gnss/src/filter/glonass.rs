@@ -16,7 +16,7 @@ const SIGNIFICANT_SIGMA: f64 = 3.0;
 /// Least standard deviation of a slope (m per channel): biases are not linear to better.
 const LEAST_SIGMA_M: f64 = 0.000_5;
 
-/// What the run proper is told of GLONASS.
+/// GLONASS ambiguities in the run proper.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum GlonassPlan {
     /// Estimate the slope from scratch.

@@ -1,4 +1,4 @@
-//! Integers once found with certainty, kept beside the filter.
+//! Integers once settled, kept outside the filter.
 //!
 //! RTKLIB's hold feeds integers back as measurements: the filter then believes them for good,
 //! right or wrong. Here the float state stays as it is. At every epoch a copy of it is conditioned
@@ -16,7 +16,7 @@ use crate::single::SinglePoint;
 
 /// Fewest pairs whose integers say where the rover is, with one to spare.
 const LEAST_HELD_PAIRS: usize = 4;
-/// Standard deviation of a position (m) up to which it tells integers from their neighbours: a
+/// Standard deviation of a position (m) up to which it distinguishes integers from their neighbours: a
 /// quarter of a wavelength.
 const LARGEST_HELD_SIGMA_M: f64 = 0.05;
 /// Epochs in a row at which the float state may contradict the integers held: multipath that
@@ -112,7 +112,7 @@ impl Filter<'_> {
         state.update(&rows, noise).then_some(state)
     }
 
-    /// Brings the state that has been told the integers held to this epoch, as the float state was.
+    /// Predicts and updates the state conditioned on the held integers, as the float state was.
     pub(super) fn advance_held(
         &mut self,
         single: &SinglePoint,
@@ -162,7 +162,7 @@ impl Filter<'_> {
             let integers = &integers[start..start + block.len()];
             start += block.len();
             let held = |satellite: usize| self.state.track(satellite, slot).held;
-            // Integers held before say where the new ones stand among them.
+            // Integers held before give the constant between them and the new ones.
             let known = held(reference).or_else(|| {
                 let mut others = block.iter().zip(integers);
                 others.find_map(|(p, integer)| Some(held(p.other)? + integer))

@@ -102,11 +102,11 @@ pub(crate) struct Filter<'a> {
     /// Satellite that partial resolution takes out next.
     pub(crate) next_to_drop: usize,
     pub(crate) held: bool,
-    /// The state that has been told the integers held.
+    /// The state conditioned on the held integers.
     held_state: Option<FilterState>,
     /// Room for the state before an update.
     room: Option<FilterState>,
-    /// Room for a copy of the state that is told integers.
+    /// Room for a copy of the state that is conditioned on integers.
     spare: Option<FilterState>,
     /// Epochs in a row at which the float state contradicts the integers held.
     doubts: u32,
@@ -164,7 +164,7 @@ impl<'a> Filter<'a> {
         }
     }
 
-    /// This filter, told which groups of signals contradict the others.
+    /// This filter without the groups of signals that contradict the others.
     pub(crate) fn without_groups(self, left_out: Vec<SignalGroup>) -> Self {
         Self {
             suspects: SuspectGroups::known(left_out),
@@ -172,7 +172,7 @@ impl<'a> Filter<'a> {
         }
     }
 
-    /// This filter, told of GLONASS what an earlier pass found.
+    /// This filter with the GLONASS decision of an earlier pass.
     pub(crate) fn with_glonass(mut self, plan: GlonassPlan) -> Self {
         match plan {
             GlonassPlan::Estimate => {}

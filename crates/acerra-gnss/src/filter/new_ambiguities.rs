@@ -1,7 +1,7 @@
 //! Ambiguities that begin under integers held, against them.
 //!
 //! Where half of the satellites slip at once, the rest carry the integers over, and few of them check each
-//! other: a slip among these that nobody flagged passes for a motion. The phases that begin anew do check them.
+//! other: a slip among these that nobody flagged passes for a motion. The ambiguities that begin do check them.
 //! At the place that the integers held give, their ambiguities are whole numbers but for the errors of the
 //! phases; at a wrong one they are any. A single one that is off is as likely a reflection of its own, and
 //! says nothing.

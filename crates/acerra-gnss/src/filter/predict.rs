@@ -1,4 +1,4 @@
-//! The way from one epoch to the next: position, motion, biases.
+//! Prediction from one epoch to the next: position, motion, biases.
 
 use super::{EpochView, Filter};
 use crate::observations::signal::SPEED_OF_LIGHT_M_S;

@@ -1,4 +1,4 @@
-//! From real to whole ambiguities, and whether to believe them.
+//! Resolution of ambiguities at one epoch, and the checks before integers are accepted.
 
 use super::epoch_result::EpochResult;
 use super::{EpochView, Filter};
@@ -100,7 +100,7 @@ impl<'a> Filter<'a> {
         })
     }
 
-    /// Variance of one of them (m²).
+    /// Variance of one phase difference between the receivers by the model (m²).
     fn phase_variance_m2(&self, satellite: usize, slot: usize, zero: &ZeroDifference) -> f64 {
         let signal = SignalView {
             system: self.constellation.id(satellite).system(),

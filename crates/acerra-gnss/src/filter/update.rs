@@ -1,4 +1,4 @@
-//! The measurement update and what it says of each phase.
+//! The measurement update, and which phases it used.
 
 use super::{EpochView, Filter};
 use crate::float::state::FilterState;

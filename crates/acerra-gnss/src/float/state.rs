@@ -82,7 +82,7 @@ pub(crate) struct FilterState {
     pub exists: Vec<bool>,
     pub tracks: Vec<Track>,
     initial_bias_variance: f64,
-    /// Codes tell a place that lasts longer than the biases do: its errors are the same after a slip.
+    /// The place that codes give lasts longer than the biases do: its errors are the same after a slip.
     codes_outlast_biases: bool,
     room: Room,
 }
@@ -216,7 +216,7 @@ impl FilterState {
         &mut self.p[i * n + j]
     }
 
-    /// Starts a phase bias (cycles) anew.
+    /// Restarts a phase bias (cycles).
     pub(crate) fn initialise_bias(&mut self, satellite: usize, slot: usize, cycles: f64) {
         let index = self.bias_index(satellite, slot);
         self.initialise(index, cycles, self.initial_bias_variance);
@@ -326,7 +326,7 @@ impl FilterState {
         regular
     }
 
-    /// Moves the state by the whitened residuals, and takes from its covariance what they tell.
+    /// Moves the state by the whitened residuals, and reduces its covariance accordingly.
     fn apply(&mut self, room: &Room, m: usize) {
         let n = self.x.len();
         let whitened = |i: usize| &room.whitened[i * m..(i + 1) * m];

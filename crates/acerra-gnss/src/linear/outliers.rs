@@ -16,7 +16,7 @@ pub(crate) struct Worst {
 /// in.
 ///
 /// A double difference blames no one: within each block the single differences are taken about
-/// their median, so that a reference satellite that is wrong stands out itself. The yardstick is
+/// their median, so that a wrong reference satellite is an outlier itself. The yardstick is
 /// the noise of an undisturbed signal: a weak one that is off is to be left out, not excused.
 pub(crate) fn worst(
     rows: &[DoubleRow],

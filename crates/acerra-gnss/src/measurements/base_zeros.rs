@@ -1,4 +1,4 @@
-//! What is computed of the base once for all passes: satellite states and zero differences.
+//! Satellite states and zero differences of the base, computed once for all passes.
 
 use std::sync::{Arc, OnceLock};
 

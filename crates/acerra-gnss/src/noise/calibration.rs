@@ -1,4 +1,4 @@
-//! What fixes say of the noise that the float solution rests on.
+//! Calibration of the float solution's noise by fixes.
 //!
 //! Where integers are held and confirmed, the float position's error is known: it lies where the
 //! fixed one does not. Its square in units of the stated covariance is one on average, if codes
@@ -18,13 +18,13 @@ const CORRELATION_S: f64 = 100.0;
 /// height h below the antenna comes 2h·sin ε later, which changes by 2h·cos ε·dε/dt: at 45°, for
 /// h = 1 m and satellites that move by 0.12 mrad/s, a radian of phase in 180 s, for 0.5 m in 360 s.
 pub(crate) const PHASE_CORRELATION_S: f64 = 300.0;
-/// Weight of the measured noise as it stands, in such spans.
+/// Weight of the noise as measured beforehand, in such spans.
 const PRIOR_SPANS: f64 = 2.0;
 /// Largest factor on the codes' variance.
 const LARGEST_FACTOR: f64 = 100.0;
 /// Bounds of the factors on float variances.
 const FLOAT_FACTORS: [f64; 2] = [0.1, 10.0];
-/// Degrees of freedom that `PRIOR_PHASE_FACTOR` weighs beside the residuals of fixes.
+/// Weight of `PRIOR_PHASE_FACTOR` against the residuals of fixes, in degrees of freedom.
 const PRIOR_FREEDOM: f64 = 20.0;
 /// Variance of phases over that of the model, before any are seen.
 const PRIOR_PHASE_FACTOR: f64 = 0.3;

@@ -1,7 +1,6 @@
-//! What of the codes' errors lasts, measured where integers are known.
+//! Lasting errors of codes, measured where integers are known.
 //!
-//! Code minus phase tells how codes vary, not where they stand: the ambiguity takes a constant
-//! along. At a fix the phases say where the receiver is, to centimetres, and the codes' residuals
+//! Code minus phase shows how codes vary, but not their constant error, which the ambiguity absorbs. At a fix the phases say where the receiver is, to centimetres, and the codes' residuals
 //! are their errors themselves. The mean of a satellite's residuals over a time in which what
 //! varies averages out is what lasts: receivers' delays that differ between signals, and
 //! reflections that turn more slowly than the log is long. Its mean square over the satellites of

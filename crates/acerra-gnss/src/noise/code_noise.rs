@@ -5,7 +5,7 @@
 //! and multipath. Half the mean square of its change over a lag τ is σ²·(1 − ρ(τ)), the
 //! semivariogram: its sill is the variance, and the way there is the autocorrelation ρ.
 //!
-//! Multipath lasts for minutes at a receiver that stands and for seconds at one that flies. Taken
+//! Multipath lasts for minutes at a receiver at rest and for seconds at one that flies. Taken
 //! for white noise it would average out ten times faster than it does, and float ambiguities would
 //! be called certain that are cycles off. The mean of n samples has the variance
 //! V(n) = σ²/n·(1 + 2Σ(1 − k/n)·ρ(k)); so the n-th sample is given the weight 1/V(n) − 1/V(n−1).

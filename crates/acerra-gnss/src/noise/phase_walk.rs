@@ -11,7 +11,7 @@ use crate::linear::outliers::{Standardised, median};
 use crate::measurements::common::Common;
 use acerra_geo::time::GpsTime;
 
-/// Lags (s) over which the rise is measured: up to when reflections are others.
+/// Longest lag (s) over which the rise is measured: beyond it reflections have changed.
 const LARGEST_LAG_S: f64 = 100.0;
 /// Changes that a lag needs.
 const LEAST_CHANGES: usize = 100;

@@ -1,9 +1,9 @@
-//! How much noisier an epoch's codes are than usual, and which of them stand out.
+//! Factors on the variances of an epoch's codes: noise above the usual, and outliers.
 //!
-//! The noise measured over a whole log says little of a minute under trees or beside a wall, where
+//! The noise measured over a whole log does not hold for a minute under trees or next to a wall, where
 //! reflected signals are metres late. The codes of one epoch among themselves do: their residuals
 //! about the epoch's own position by codes have a robust scale, by which all of them are weakened,
-//! and single ones that stand out are weakened further, as Huber's estimator does (Huber 1964,
+//! and single outliers are weakened further, as Huber's estimator does (Huber 1964,
 //! "Robust estimation of a location parameter"; Yang, He and Xu 2001, "Adaptively robust filtering
 //! for kinematic geodetic positioning", J. Geodesy 75).
 
@@ -15,7 +15,7 @@ use nalgebra::{Matrix3, Vector3};
 /// Standardised residual from which Huber's weights fall: 95 % efficient on normal errors.
 const HUBER: f64 = 1.345;
 const ITERATIONS: usize = 5;
-/// Degrees of freedom that the noise measured over the log weighs beside the epoch's own.
+/// Weight of the noise measured over the log, in degrees of freedom of the epoch.
 const PRIOR_FREEDOM: f64 = 6.0;
 /// Least degrees of freedom from which an epoch's residuals say anything.
 const LEAST_FREEDOM: usize = 3;

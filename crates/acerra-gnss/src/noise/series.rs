@@ -46,7 +46,7 @@ fn delay_factors(options: &PpkOptions) -> Lasting {
     DELAY_SIGMAS_M.map(|sigma_m| sigma_m.powi(2) / model_m2)
 }
 
-/// Where a system stands among all.
+/// Index of a system among all.
 pub(super) fn place(system: System) -> usize {
     System::ALL.iter().position(|s| *s == system).unwrap_or(0)
 }

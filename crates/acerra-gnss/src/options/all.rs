@@ -73,7 +73,7 @@ pub struct PpkOptions {
     pub hold_variance_cycles2: f64,
     /// Share of a GLONASS inter-channel fraction taken up at each hold.
     pub hold_gain: f64,
-    /// Keep integers beside the filter, so that they can be withdrawn, rather than feed them back
+    /// Keep integers outside the filter, so that they can be withdrawn, rather than feed them back
     /// into it ([`RuleSet::Rtklib`]).
     pub revisable_hold: bool,
     /// Where fixing is poor, try other settings and take what they agree on better: a hold within
@@ -101,7 +101,7 @@ pub struct PpkOptions {
     pub max_code_residual_sigma: Option<f64>,
     /// Least probability, from the covariance of the float ambiguities, that integers which pass
     /// the ratio test are the right ones; `None` asks the ratio alone, which a wrong set passes
-    /// easily while there is little to tell it by.
+    /// easily while few data contradict it.
     pub min_success_rate: Option<f64>,
     /// Weigh codes by their noise and its correlation in time as measured from code minus phase,
     /// instead of by [`code_phase_ratio`](Self::code_phase_ratio) alone.

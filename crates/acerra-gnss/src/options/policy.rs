@@ -23,7 +23,7 @@ impl PpkOptions {
         }
     }
 
-    /// Whether integers are kept beside the filter, where they can be withdrawn, and not fed back
+    /// Whether integers are kept outside the filter, where they can be withdrawn, and not fed back
     /// into it.
     pub(crate) fn holds_beside(&self) -> bool {
         self.revisable_hold && !self.policy().demo5 && self.ambiguity == AmbiguityMode::FixAndHold
@@ -185,7 +185,7 @@ impl Policy {
         !self.defects
     }
 
-    /// Rank of an epoch without a position beside the numbers of qualities: the lower wins.
+    /// Rank of an epoch without a position among the numbers of qualities: the lower wins.
     pub(crate) const fn rank_of_none(self) -> u8 {
         if self.defects { 0 } else { u8::MAX }
     }

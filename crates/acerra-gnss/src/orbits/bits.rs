@@ -53,12 +53,12 @@ impl Bits {
         }
     }
 
-    /// An unsigned number whose high and low parts stand apart.
+    /// An unsigned number with separate high and low parts.
     pub(crate) fn unsigned2(&self, high: (usize, usize), low: (usize, usize)) -> u32 {
         self.unsigned(high.0, high.1) << low.1 | self.unsigned(low.0, low.1)
     }
 
-    /// A two's-complement number whose high and low parts stand apart.
+    /// A two's-complement number with separate high and low parts.
     pub(crate) fn signed2(&self, high: (usize, usize), low: (usize, usize)) -> i32 {
         let shift = 32 - high.1 - low.1;
         (self.unsigned2(high, low) << shift).cast_signed() >> shift

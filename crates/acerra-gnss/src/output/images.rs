@@ -7,11 +7,11 @@ use acerra_geo::geodesy::EnuFrame;
 use crate::solution::{EventPosition, PpkSolution};
 use acerra_geo::geoid::GeoidGrid;
 
-/// Why images cannot be told their positions.
+/// Why images have no positions.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ImageError {
-    /// As many images as events are needed, as nothing else tells which belong together.
+    /// As many images as events are needed, as nothing else shows which belong together.
     #[error("expected as many images as events: {events} events, found {images} images")]
     Counts {
         /// Events in the rover's log.

@@ -1,4 +1,4 @@
-//! Which of the base's data go with a rover epoch.
+//! The base's measurements for a rover epoch: nearest, interpolated, or moved.
 
 use super::pass::Prepared;
 use crate::measurements::matching::{matching_base, nearest_base};

@@ -110,7 +110,7 @@ fn disagreement_m(f: &EpochResult, b: &EpochResult, options: &PpkOptions) -> Opt
     }
     let distance_m = distance2.sqrt();
     // A receiver that stands still averages its noise away, but not what multipath does to each
-    // half of the log; only metres of ambiguity tell the passes apart.
+    // half of the log; only metres of ambiguity distinguish the passes.
     let still = options.tolerates_static_difference();
     let agree = agree || (still && distance_m < LARGEST_STATIC_DISTANCE_M);
     (!agree).then_some(distance_m)

@@ -1,4 +1,4 @@
-//! What the errors of float positions are, beyond what the filter states.
+//! Errors of float positions beyond the covariance that the filter states.
 //!
 //! The filter takes the codes' errors of different satellites for independent but for one common
 //! delay. What they do to the position shows where integers are known, horizontally and vertically

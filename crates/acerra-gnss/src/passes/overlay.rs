@@ -1,4 +1,4 @@
-//! Fixes of one way through the logs put where another has none.
+//! Fixes of one attempt, used where another attempt has none.
 
 use crate::filter::epoch_result::EpochResult;
 use crate::observations::observation::EPOCH_TOLERANCE_S;

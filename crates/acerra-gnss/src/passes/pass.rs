@@ -119,7 +119,7 @@ impl<'a> Prepared<'a> {
         })
     }
 
-    /// What a trial pass says of GLONASS ambiguities, where that is left to the data.
+    /// Decision of a trial pass on GLONASS ambiguities, where that is left to the data.
     pub(crate) fn glonass_decision(&self, trial: &[EpochResult]) -> Option<GlonassDecision> {
         let options = self.options;
         let observed = (0..self.constellation.len())

@@ -1,4 +1,4 @@
-//! Covariances of fixes by what the phases' residuals say of the noise.
+//! Covariances of fixes, scaled by the residuals of the phases.
 //!
 //! The model states one phase noise for every receiver and place. The residuals of a fix, about a
 //! position that took three of their degrees of freedom, say how large it was: their mean square
@@ -10,7 +10,7 @@ use crate::solution::Quality;
 
 /// Time (s) before and after an epoch whose residuals count for it.
 const HALF_WINDOW_S: f64 = 30.0;
-/// Degrees of freedom that the whole run's residuals weigh beside the window's.
+/// Weight of the whole run's residuals, in degrees of freedom of the window.
 const RUN_FREEDOM: f64 = 30.0;
 /// Degrees of freedom from which a run's residuals say anything.
 const LEAST_FREEDOM: f64 = 20.0;

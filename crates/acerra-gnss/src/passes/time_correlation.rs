@@ -13,7 +13,7 @@ use crate::solution::{ErrorCorrelation, Lasting, Quality};
 /// Largest lag looked at (s), and the largest over the length of the log.
 const LARGEST_LAG_S: f64 = 300.0;
 const LARGEST_SHARE_OF_LOG: f64 = 1.0 / 3.0;
-/// Time constants (s) of the processes whose sum is fitted; beyond the last, no log tells.
+/// Time constants (s) of the processes whose sum is fitted; no log is long enough for longer ones.
 const TIME_CONSTANTS_S: [f64; 7] = [1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1_000.0];
 /// Lags that a fit needs.
 const LEAST_LAGS: usize = 4;

@@ -1,8 +1,9 @@
 //! Other settings where fixing is poor, chosen by what their passes agree on.
 //!
-//! Weak signals are mostly reflected ones, and a filter that is told integers bridges what one
-//! that doubts them does not: which helps depends on receiver and place. Passes in opposite
-//! directions that come to the same places tell which did; a longer list of fixes would not.
+//! Weak signals are mostly reflections, so that a carrier-to-noise mask can help. A filter into which
+//! integers are fed back bridges gaps that a filter without them does not. Which of the two helps
+//! depends on receiver and place, and is decided by the agreement of passes in opposite directions,
+//! not by the number of fixes.
 
 use super::attempt::Attempt;
 use super::preparation::{Inputs, Preparation};
@@ -38,7 +39,7 @@ pub(crate) fn better_of(
         .chain(others.iter().map(|(other, _)| other))
         .map(|a| Some(a.passes.as_ref()?.witnesses.clone()))
         .collect();
-    // An attempt's own passes stand before those of the others.
+    // An attempt's own passes come before those of the others.
     let without = |place: usize| -> Vec<&[Witness; 2]> {
         let others = witnesses.iter().enumerate().filter(|(k, _)| *k != place);
         others.filter_map(|(_, w)| w.as_ref()).collect()

@@ -1,4 +1,4 @@
-//! One way through the positioning of logs made ready: trial pass, both passes.
+//! One attempt at prepared logs with one set of options: trial pass, forward and backward pass.
 
 use super::both_passes::Passes;
 use super::diagnose::contradicting_groups;
@@ -41,7 +41,7 @@ pub(crate) struct Attempt {
     pub passes: Option<Passes>,
     /// Epochs at which fixes of passes in opposite directions agree.
     pub agreeing: usize,
-    /// How the errors of the positions hang together in time, where fixes tell.
+    /// Correlation in time of the positions' errors, where there are enough fixes to measure it.
     pub error_correlation: Option<ErrorCorrelation>,
     /// Whether ambiguities are resolved at all.
     resolves: bool,
@@ -227,7 +227,7 @@ pub(crate) fn passes(options: &PpkOptions) -> usize {
 }
 
 /// Options of a trial pass: ambiguities are resolved where that is not asked for as well, for only
-/// fixes tell the errors of codes.
+/// fixes show the errors of codes.
 fn trial_options(options: &PpkOptions) -> PpkOptions {
     match options.ambiguity {
         AmbiguityMode::Off => options.clone().with_ambiguity(AmbiguityMode::FixAndHold),

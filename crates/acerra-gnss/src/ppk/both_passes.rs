@@ -1,4 +1,4 @@
-//! The passes of an attempt, and what they confirm of each other.
+//! Forward, backward and trial pass of an attempt, and their confirmation of each other's fixes.
 
 use crate::confirm::agreement::{Witness, confirm_by, contradictions};
 use crate::filter::epoch_result::EpochResult;

@@ -1,4 +1,4 @@
-//! What the user should know about the input.
+//! Warnings about the input: missing navigation data, gaps, unusable signals.
 
 use crate::measurements::constellation::{Constellation, Unusable};
 use crate::measurements::measurement::Epoch;

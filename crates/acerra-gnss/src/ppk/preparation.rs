@@ -1,5 +1,4 @@
-//! What every way through the positioning of two logs shares: satellites, single-point positions,
-//! the base's place and data.
+//! Preparation that all attempts share: satellites, single-point positions, the base's place and data.
 
 use super::diagnose::{base_gaps, missing_navigation, phases_and_copies};
 use crate::control::watch::Watch;
@@ -43,7 +42,7 @@ pub(crate) struct Preparation {
     pub base_place: BasePlace,
     /// Where a moving base was at each of its epochs.
     pub base_track: Option<Arc<BaseTrack>>,
-    /// Noise as far as code minus phase tells it.
+    /// Noise measured from code minus phase.
     pub noise: MeasuredNoise,
     pub warnings: Vec<PpkWarning>,
 }

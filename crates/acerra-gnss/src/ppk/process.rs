@@ -219,7 +219,7 @@ fn check_options(options: &PpkOptions) -> Result<(), PpkError> {
 fn assemble(attempt: Attempt, options: &PpkOptions) -> PpkSolution {
     let mut lost = attempt.lost;
     let mut epochs = Vec::with_capacity(attempt.results.len());
-    // Without a vector there is nothing to say of a moving base.
+    // Without a vector a moving base has no attitude.
     let output_single = options.output_single && options.mode != PositioningMode::MovingBase;
     for r in attempt.results {
         let quality = match r.quality {

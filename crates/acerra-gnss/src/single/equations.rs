@@ -65,7 +65,7 @@ struct Delays {
 }
 
 impl SingleContext<'_> {
-    /// The equations at the state `x`; before directions are known every satellite stands in the
+    /// The equations at the state `x`; before directions are known every satellite is taken to be in the
     /// zenith, and no signal is delayed.
     pub(super) fn equations(
         &self,

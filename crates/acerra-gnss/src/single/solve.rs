@@ -232,7 +232,7 @@ impl SingleContext<'_> {
         best.map(|(_, solved)| solved)
     }
 
-    /// The solution without the satellites whose residuals stand out most; where those that remain
+    /// The solution without the satellites with the largest residuals; where those that remain
     /// still contradict each other, its covariance grows as their residuals say.
     fn best_effort(
         &self,

@@ -1,4 +1,4 @@
-//! What a run says of single epochs and events.
+//! Results of single epochs and events.
 
 use super::baseline::Baseline;
 use super::not_fixed::NotFixedReason;
@@ -17,7 +17,7 @@ pub struct Solution {
     /// Its covariance (ECEF, m²), the base's place taken for known; of a moving base with that of its
     /// place.
     pub covariance_ecef_m2: [[f64; 3]; 3],
-    /// The vector from a moving base ([`PositioningMode::MovingBase`]); `None` with one that stands.
+    /// The vector from a moving base ([`PositioningMode::MovingBase`]); `None` with a fixed base.
     ///
     /// [`PositioningMode::MovingBase`]: crate::PositioningMode::MovingBase
     pub baseline: Option<Baseline>,

@@ -1,4 +1,4 @@
-//! How the errors of a trajectory's positions hang together.
+//! Covariance between the errors of a trajectory's positions.
 //!
 //! A stated standard deviation says how far off one position may be. Whoever looks at a stretch of
 //! trajectory, as autofocus does, needs to know in what way: an error that all positions share

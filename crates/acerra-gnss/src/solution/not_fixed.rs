@@ -47,7 +47,7 @@ pub enum NotFixedReason {
         /// Satellites that slipped at this epoch.
         slipped: usize,
     },
-    /// The ratio test passed, with too little to tell the right integers from wrong ones.
+    /// The ratio test passed, with too few data to distinguish right integers from wrong ones.
     IntegersUncertain {
         /// Probability that they are right, from the float ambiguities' covariance.
         success_rate: f64,

@@ -26,7 +26,7 @@ pub struct PpkSummary {
     /// Distance of the base position given from the base's own single-point position (m), where the
     /// base has one.
     pub base_from_single_m: Option<f64>,
-    /// How the errors of the positions hang together in time, where fixes tell.
+    /// Correlation in time of the positions' errors, where there are enough fixes to measure it.
     pub error_correlation: Option<ErrorCorrelation>,
     /// Remarks.
     pub warnings: Vec<PpkWarning>,

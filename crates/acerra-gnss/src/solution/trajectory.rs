@@ -19,7 +19,7 @@ impl PpkSolution {
         let frame = EnuFrame::from_ecef(self.base_position_ecef_m.unwrap_or(first.position_ecef_m));
         let origin = GpsTime::from_week_tow(first.time.week(), 0.0);
         let mut fixes: Vec<Fix> = Vec::with_capacity(self.epochs.len());
-        // Positions from codes are metres off: they stand only where nothing better does.
+        // Positions from codes are metres off: they are used only where no others exist.
         let from_phases = |q: Quality| matches!(q, Quality::Fixed | Quality::Float);
         let any_from_phases = self.epochs.iter().any(|e| from_phases(e.quality));
         let usable = |e: &&Solution| !any_from_phases || from_phases(e.quality);

@@ -43,7 +43,7 @@ fn single_points<'e>(
         .collect()
 }
 
-/// Where the base's antenna stands.
+/// Place of the base's antenna.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct BasePlace {
     /// Its position (ECEF, m).

@@ -1,4 +1,4 @@
-//! What the filter takes in at one epoch: the rover's measurements and the base's.
+//! Input of the filter at one epoch: the rover's measurements and the base's.
 
 use super::moving_base::MovedBase;
 use crate::measurements::constellation::{SatelliteState, Unusable};

@@ -2,7 +2,7 @@
 //!
 //! A receiver's place enters a baseline only through the directions to the satellites: metres of it
 //! turn them by less than a microradian. What it takes to a millimetre is the base's motion between
-//! its epoch and the rover's, which its Doppler shifts tell.
+//! its epoch and the rover's, by its Doppler shifts.
 
 use crate::measurements::measurement::Epoch;
 use crate::single::{SingleContext, SinglePoint};
