@@ -65,6 +65,7 @@ pub mod metrics;
 pub mod plan;
 pub mod psf;
 pub mod pulses;
+pub mod refraction;
 pub mod resolution;
 mod sampling;
 pub mod sensitivity;

@@ -1,0 +1,362 @@
+//! Rays through an uneven surface.
+
+use super::crossing::Stack;
+use super::ground::{MAX_LAYERS, Ray};
+use crate::checks::{check_finite, check_length, check_positive};
+use crate::error::ImagingError;
+use crate::vector::{dot, norm};
+
+/// An uneven surface: heights at the nodes of an even lattice, interpolated by Keys' cubic convolution
+/// (1981, a = −½), level beyond the edges.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Relief {
+    origin_m: [f64; 2],
+    step_m: f64,
+    columns: usize,
+    height_m: Vec<f64>,
+    span_m: [f64; 2],
+}
+
+/// Height of a surface, its slopes and its curvatures.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Facet {
+    /// Height, m.
+    pub height_m: f64,
+    /// Derivatives along x and y.
+    pub slope: [f64; 2],
+    /// Second derivatives xx, xy, yy, 1/m.
+    pub curvature: [f64; 3],
+}
+
+/// Places along the horizontal line from antenna to point from which the crossing is searched.
+const STARTS: usize = 25;
+/// Of these, the earliest local minima are refined.
+const REFINED: usize = 3;
+/// Steps of a search, and halvings of a step that leads to a later crossing.
+const MOST_STEPS: usize = 40;
+const MOST_HALVINGS: usize = 30;
+
+impl Relief {
+    /// A surface of the heights `[rows, columns]` (rows along y), `step_m` apart from `origin_m` on.
+    ///
+    /// # Errors
+    /// No heights, another number than `columns` divides, one that is not finite, a step that is not positive.
+    pub fn new(
+        origin_m: [f64; 2],
+        step_m: f64,
+        columns: usize,
+        height_m: Vec<f64>,
+    ) -> Result<Self, ImagingError> {
+        if height_m.is_empty() || columns == 0 {
+            return Err(ImagingError::Empty { what: "height_m" });
+        }
+        let rows = height_m.len().div_ceil(columns);
+        check_length("height_m", rows * columns, height_m.len())?;
+        check_finite("height_m", height_m.iter().copied())?;
+        check_finite("origin_m", origin_m.into_iter())?;
+        check_positive("step_m", "above 0 m", step_m)?;
+        let extreme = |f: fn(f64, f64) -> f64, start| height_m.iter().copied().fold(start, f);
+        let span = [extreme(f64::min, f64::MAX), extreme(f64::max, f64::MIN)];
+        // Cubic convolution overshoots the heights by at most a quarter of their span in two dimensions:
+        // the magnitudes of its weights sum to 5/4 an axis, (25/16 − 1)/2 < 0.3.
+        let beyond = 0.3 * (span[1] - span[0]);
+        Ok(Self {
+            origin_m,
+            step_m,
+            columns,
+            height_m,
+            span_m: [span[0] - beyond, span[1] + beyond],
+        })
+    }
+
+    /// Bounds of its heights, m.
+    #[must_use]
+    pub fn span_m(&self) -> [f64; 2] {
+        self.span_m
+    }
+
+    /// The surface at `[x, y]`.
+    #[must_use]
+    pub fn at(&self, place_m: [f64; 2]) -> Facet {
+        let sizes = [self.columns, self.height_m.len() / self.columns];
+        let axes: [([usize; 4], [[f64; 4]; 3]); 2] = std::array::from_fn(|axis| {
+            let last = (sizes[axis] - 1) as f64;
+            let place = (place_m[axis] - self.origin_m[axis]) / self.step_m;
+            let t = place.clamp(0.0, last);
+            let cell = t.floor().min((last - 1.0).max(0.0));
+            let node = |k: usize| (cell as usize + k).saturating_sub(1).min(sizes[axis] - 1);
+            let mut weights = keys(t - cell, 1.0 / self.step_m);
+            if place != t {
+                weights[1] = [0.0; 4];
+                weights[2] = [0.0; 4];
+            }
+            (std::array::from_fn(node), weights)
+        });
+        let sum = |dx: usize, dy: usize| -> f64 {
+            let mut sum = 0.0;
+            for (j, wy) in axes[1].0.iter().zip(axes[1].1[dy]) {
+                for (i, wx) in axes[0].0.iter().zip(axes[0].1[dx]) {
+                    sum += wx * wy * self.height_m[j * self.columns + i];
+                }
+            }
+            sum
+        };
+        Facet {
+            height_m: sum(0, 0),
+            slope: [sum(1, 0), sum(0, 1)],
+            curvature: [sum(2, 0), sum(1, 1), sum(0, 2)],
+        }
+    }
+
+    /// The earliest ray from an antenna above the surface to a point below it, in soil of refractive index `n`.
+    ///
+    /// Local minima of the optical length along the vertical plane through both are refined by Newton's method
+    /// on the surface; the earliest is taken. Spreading and transmission are those of the tangent plane.
+    #[must_use]
+    pub fn ray(&self, n: f64, antenna_m: [f64; 3], point_m: [f64; 3]) -> Ray {
+        let search = Search {
+            relief: self,
+            n,
+            antenna_m,
+            point_m,
+        };
+        let place = |k: usize| {
+            let t = k as f64 / (STARTS - 1) as f64;
+            [0, 1].map(|axis| antenna_m[axis] + t * (point_m[axis] - antenna_m[axis]))
+        };
+        let along: Vec<f64> = (0..STARTS).map(|k| search.optical_m(place(k))).collect();
+        let is_minimum = |k: &usize| {
+            (*k == 0 || along[*k] <= along[*k - 1])
+                && (*k + 1 == STARTS || along[*k] <= along[*k + 1])
+        };
+        let mut minima: Vec<usize> = (0..STARTS).filter(is_minimum).collect();
+        minima.sort_by(|a, b| along[*a].total_cmp(&along[*b]));
+        let refined = minima.iter().take(REFINED).map(|k| search.refine(place(*k)));
+        let best = refined.reduce(|a, b| if b.1 < a.1 { b } else { a });
+        search.ray(best.map_or([point_m[0], point_m[1]], |(place, _)| place))
+    }
+}
+
+/// Keys' weights of four nodes at a fraction of a cell, and their first and second derivatives.
+fn keys(t: f64, per_m: f64) -> [[f64; 4]; 3] {
+    let (s, square) = (t * t, per_m * per_m);
+    let cube = s * t;
+    [
+        [
+            -0.5 * cube + s - 0.5 * t,
+            1.5 * cube - 2.5 * s + 1.0,
+            -1.5 * cube + 2.0 * s + 0.5 * t,
+            0.5 * cube - 0.5 * s,
+        ],
+        [
+            -1.5 * s + 2.0 * t - 0.5,
+            4.5 * s - 5.0 * t,
+            -4.5 * s + 4.0 * t + 0.5,
+            1.5 * s - t,
+        ]
+        .map(|w| w * per_m),
+        [-3.0 * t + 2.0, 9.0 * t - 5.0, -9.0 * t + 4.0, 3.0 * t - 1.0].map(|w| w * square),
+    ]
+}
+
+/// The search for a crossing point.
+struct Search<'a> {
+    relief: &'a Relief,
+    n: f64,
+    antenna_m: [f64; 3],
+    point_m: [f64; 3],
+}
+
+impl Search<'_> {
+    /// Optical length through a point of the surface, m.
+    fn optical_m(&self, place: [f64; 2]) -> f64 {
+        let (down, on) = self.legs([place[0], place[1], self.relief.at(place).height_m]);
+        norm(down) + self.n * norm(on)
+    }
+
+    /// From the antenna to a crossing point, and from there to the point.
+    fn legs(&self, crossing: [f64; 3]) -> ([f64; 3], [f64; 3]) {
+        (
+            std::array::from_fn(|axis| crossing[axis] - self.antenna_m[axis]),
+            std::array::from_fn(|axis| self.point_m[axis] - crossing[axis]),
+        )
+    }
+
+    /// The local minimum about a place, and the optical length there.
+    fn refine(&self, start: [f64; 2]) -> ([f64; 2], f64) {
+        let (mut place, mut length) = (start, self.optical_m(start));
+        for _ in 0..MOST_STEPS {
+            let step = self.newton_step(place);
+            let size = step[0].hypot(step[1]);
+            let (mut share, mut moved) = (1.0, false);
+            for _ in 0..MOST_HALVINGS {
+                let next = [place[0] + share * step[0], place[1] + share * step[1]];
+                let found = self.optical_m(next);
+                if found < length {
+                    (place, length, moved) = (next, found, true);
+                    break;
+                }
+                share *= 0.5;
+            }
+            if !moved || size < 1e-9 {
+                break;
+            }
+        }
+        (place, length)
+    }
+
+    /// Newton's step down the optical length, steepest descent where that is not convex.
+    fn newton_step(&self, place: [f64; 2]) -> [f64; 2] {
+        let facet = self.relief.at(place);
+        let (down, on) = self.legs([place[0], place[1], facet.height_m]);
+        let (a, b) = (norm(down).max(1e-12), norm(on).max(1e-12));
+        let tangents = [[1.0, 0.0, facet.slope[0]], [0.0, 1.0, facet.slope[1]]];
+        // Derivatives of the length by the crossing point.
+        let slope: [f64; 3] = std::array::from_fn(|k| down[k] / a - self.n * on[k] / b);
+        let gradient = tangents.map(|t| dot(slope, t));
+        let second = |s: [f64; 3], t: [f64; 3], bend: f64| {
+            (dot(s, t) - dot(s, down) * dot(t, down) / (a * a)) / a
+                + self.n * (dot(s, t) - dot(s, on) * dot(t, on) / (b * b)) / b
+                + slope[2] * bend
+        };
+        let [t, u] = tangents;
+        let [xx, xy, yy] = [
+            second(t, t, facet.curvature[0]),
+            second(t, u, facet.curvature[1]),
+            second(u, u, facet.curvature[2]),
+        ];
+        let determinant = xx * yy - xy * xy;
+        if xx > 0.0 && determinant > 1e-12 * xx * yy {
+            return [
+                -(yy * gradient[0] - xy * gradient[1]) / determinant,
+                -(xx * gradient[1] - xy * gradient[0]) / determinant,
+            ];
+        }
+        let scale = a.min(b);
+        gradient.map(|g| -g * scale)
+    }
+
+    /// The ray through a place of the surface.
+    fn ray(&self, place: [f64; 2]) -> Ray {
+        let facet = self.relief.at(place);
+        let (down, on) = self.legs([place[0], place[1], facet.height_m]);
+        let [a, b] = [norm(down), norm(on)];
+        let [slope_x, slope_y] = facet.slope;
+        let upright = (1.0 + slope_x * slope_x + slope_y * slope_y).sqrt();
+        let normal = [-slope_x / upright, -slope_y / upright, 1.0 / upright];
+        // Heights above and below the tangent plane, and the distance along it.
+        let [above, below] = [-dot(down, normal), -dot(on, normal)].map(|h| h.max(1e-9));
+        let distance_m = (a * a - above * above).max(0.0).sqrt()
+            + (b * b - below * below).max(0.0).sqrt();
+        let mut stack = Stack {
+            height_m: above,
+            depth_m: [0.0; MAX_LAYERS],
+            index: [1.0; MAX_LAYERS],
+            layers: 1,
+        };
+        (stack.depth_m[0], stack.index[0]) = (below, self.n);
+        let mut soil_m = [0.0; MAX_LAYERS];
+        soil_m[0] = b;
+        Ray {
+            optical_m: a + self.n * b,
+            soil_m,
+            departure: down.map(|v| v / a.max(1e-12)),
+            amplitude: stack.ray(distance_m).amplitude,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::refraction::{Ground, Layer, Soil, Surface};
+    use crate::sampling::Random;
+
+    fn uniform(random: &mut Random, low: f64, high: f64) -> f64 {
+        low + (high - low) * random.below(1_000_000) as f64 / 1e6
+    }
+
+    fn waves(amplitude_m: f64, length_m: f64) -> Relief {
+        let height = |k: usize| {
+            let (x, y) = ((k % 121) as f64 * 0.05, (k / 121) as f64 * 0.05);
+            amplitude_m * (6.283 * x / length_m).sin() * (6.283 * y / length_m + 1.0).cos()
+        };
+        Relief::new([-3.0; 2], 0.05, 121, (0..121 * 121).map(height).collect()).unwrap()
+    }
+
+    #[test]
+    fn a_tilted_plane_refracts_as_the_level_one_turned_with_it() {
+        // z = 0.3 x: heights on the nodes are exact under cubic convolution.
+        let height = |k: usize| 0.3 * ((k % 81) as f64 * 0.1 - 4.0);
+        let slope = Relief::new([-4.0; 2], 0.1, 81, (0..81 * 81).map(height).collect()).unwrap();
+        let scale = 1f64.hypot(0.3);
+        let turned = |[x, y, z]: [f64; 3]| {
+            [(x - 0.3 * z) / scale, y, (0.3 * x + z) / scale] // level axes to tilted ones
+        };
+        let soil = Soil {
+            relative_permittivity: 5.0,
+            conductivity_s_m: 0.0,
+        };
+        let layers = [Layer::below_all(soil)];
+        let level = Ground::new(Surface::Level { z_m: 0.0 }, &layers, 1e9).unwrap();
+        let mut random = Random(3);
+        for _ in 0..100 {
+            let antenna = [0.0, 0.2, uniform(&mut random, 0.3, 2.0)];
+            let point = [
+                uniform(&mut random, -1.5, 1.5),
+                uniform(&mut random, -1.5, 1.5),
+                uniform(&mut random, -0.8, -0.02),
+            ];
+            let expected = level.ray(antenna, point);
+            let found = slope.ray(5f64.sqrt(), turned(antenna), turned(point));
+            assert!((found.optical_m - expected.optical_m).abs() < 1e-10);
+            assert!((found.amplitude / expected.amplitude - 1.0).abs() < 1e-5);
+            assert!((found.soil_m[0] - expected.soil_m[0]).abs() < 1e-5);
+        }
+    }
+
+    /// Against a dense search over the surface: no crossing is earlier than the one found.
+    #[test]
+    fn no_crossing_of_uneven_ground_is_earlier() {
+        let relief = waves(0.03, 0.7);
+        let mut random = Random(9);
+        for _ in 0..12 {
+            let antenna = [0.1, -0.2, uniform(&mut random, 0.4, 3.0)];
+            let point = [
+                uniform(&mut random, -1.0, 1.0),
+                uniform(&mut random, -1.0, 1.0),
+                uniform(&mut random, -0.6, -0.05),
+            ];
+            let search = Search {
+                relief: &relief,
+                n: 2.0,
+                antenna_m: antenna,
+                point_m: point,
+            };
+            let mut least = f64::INFINITY;
+            for i in 0..=280 {
+                for j in 0..=280 {
+                    let place = [-1.4 + 0.01 * f64::from(i), -1.4 + 0.01 * f64::from(j)];
+                    least = least.min(search.optical_m(place));
+                }
+            }
+            let found = relief.ray(2.0, antenna, point).optical_m;
+            assert!(found <= least + 1e-9, "{found} {least}");
+            assert!(found > least - 5e-4, "{found} {least}");
+        }
+    }
+
+    #[test]
+    fn slopes_and_curvatures_are_derivatives() {
+        let relief = waves(0.05, 1.3);
+        let at = |x: f64, y: f64| relief.at([x, y]);
+        let (x, y, step) = (0.313, -0.477, 1e-5);
+        let facet = at(x, y);
+        let [a, b] = [at(x + step, y), at(x - step, y)];
+        assert!(((a.height_m - b.height_m) / (2.0 * step) - facet.slope[0]).abs() < 1e-7);
+        assert!(((a.slope[0] - b.slope[0]) / (2.0 * step) - facet.curvature[0]).abs() < 1e-5);
+        assert!(((a.slope[1] - b.slope[1]) / (2.0 * step) - facet.curvature[1]).abs() < 1e-5);
+        let [a, b] = [at(x, y + step), at(x, y - step)];
+        assert!(((a.slope[1] - b.slope[1]) / (2.0 * step) - facet.curvature[2]).abs() < 1e-5);
+    }
+}
