@@ -2,6 +2,7 @@
 
 use crate::checks::{check_finite, check_length, check_positive};
 use crate::error::ImagingError;
+use crate::refraction::{Ground, Ray};
 use crate::vector::norm;
 use num_complex::Complex64;
 
@@ -72,7 +73,20 @@ pub struct Pulses<'a> {
     weight: &'a [f64],
     light_speed_m_s: f64,
     boresight: Option<&'a [[f64; 3]]>,
+    antennas: Option<Antennas<'a>>,
+    ground: Option<&'a Ground>,
 }
+
+/// Transmitter and receiver of every pulse.
+#[derive(Debug, Clone, Copy)]
+struct Antennas<'a> {
+    transmitter_m: &'a [[f64; 3]],
+    receiver_m: &'a [[f64; 3]],
+}
+
+/// Distance of transmitter and receiver from [`Pulses::position_m`] beyond which they are not antennas of one
+/// craft, m.
+const FARTHEST_ANTENNA_M: f64 = 100.0;
 
 impl<'a> Pulses<'a> {
     /// Checks and borrows the data.
@@ -117,7 +131,116 @@ impl<'a> Pulses<'a> {
             weight,
             light_speed_m_s,
             boresight: None,
+            antennas: None,
+            ground: None,
         })
+    }
+
+    /// The same pulses with transmitter and receiver apart, `[M]` of `[x, y, z]` in metres each: the way of an echo
+    /// is the sum of both. The positions remain the places by which tracks and resolution count, in the middle of
+    /// both.
+    ///
+    /// # Errors
+    /// Other numbers of places than pulses, places that are not finite or more than 100 m from the position.
+    ///
+    /// ```
+    /// # use acerra_imaging::{Complex64, ImagingError, PulseArrays, Pulses, SPEED_OF_LIGHT_M_S};
+    /// # let spectrum = [Complex64::new(1.0, 0.0)];
+    /// # let pulses = Pulses::new(PulseArrays {
+    /// #     position_m: &[[0.0, 0.0, 5.0]],
+    /// #     frequency_hz: &[3.1e9],
+    /// #     spectrum: &spectrum,
+    /// #     weight: &[1.0],
+    /// #     light_speed_m_s: SPEED_OF_LIGHT_M_S,
+    /// # })?;
+    /// let (transmitter_m, receiver_m) = ([[-0.03, 0.0, 5.0]], [[0.03, 0.0, 5.0]]);
+    /// let apart = pulses.with_antennas(&transmitter_m, &receiver_m)?;
+    /// assert_eq!(apart.antennas_m(0), [transmitter_m[0], receiver_m[0]]);
+    /// # Ok::<(), ImagingError>(())
+    /// ```
+    pub fn with_antennas(
+        self,
+        transmitter_m: &'a [[f64; 3]],
+        receiver_m: &'a [[f64; 3]],
+    ) -> Result<Self, ImagingError> {
+        for (what, places) in [("transmitter_m", transmitter_m), ("receiver_m", receiver_m)] {
+            check_length(what, self.len(), places.len())?;
+            check_finite(what, places.iter().map(|p| p.iter().sum()))?;
+            for (place, position) in places.iter().zip(self.position_m) {
+                let found = crate::vector::range_m(*place, *position);
+                if found > FARTHEST_ANTENNA_M {
+                    return Err(ImagingError::OutOfRange {
+                        what: "distance of an antenna from the position (m)",
+                        expected: "at most 100",
+                        found,
+                    });
+                }
+            }
+        }
+        let antennas = Some(Antennas {
+            transmitter_m,
+            receiver_m,
+        });
+        Ok(Self { antennas, ..self })
+    }
+
+    /// The same pulses over ground: rays to points below its surface are refracted.
+    ///
+    /// # Errors
+    /// An antenna that does not hang at least a millimetre above the surface.
+    pub fn with_ground(self, ground: &'a Ground) -> Result<Self, ImagingError> {
+        for pulse in 0..self.len() {
+            for antenna_m in self.antennas_m(pulse) {
+                ground.check_antenna(antenna_m)?;
+            }
+        }
+        let ground = Some(ground);
+        Ok(Self { ground, ..self })
+    }
+
+    /// The ground below which rays are refracted.
+    #[must_use]
+    pub fn ground(&self) -> Option<&'a Ground> {
+        self.ground
+    }
+
+    /// Whether transmitter and receiver are apart.
+    #[must_use]
+    pub fn is_bistatic(&self) -> bool {
+        self.antennas.is_some()
+    }
+
+    /// Transmitter and receiver of a pulse, m: twice the position where they are one.
+    #[must_use]
+    pub fn antennas_m(&self, pulse: usize) -> [[f64; 3]; 2] {
+        match self.antennas {
+            Some(a) => [a.transmitter_m[pulse], a.receiver_m[pulse]],
+            None => [self.position_m[pulse]; 2],
+        }
+    }
+
+    /// Transmitters and receivers of all pulses, where they are apart.
+    #[must_use]
+    pub fn antennas(&self) -> Option<[&'a [[f64; 3]]; 2]> {
+        self.antennas.map(|a| [a.transmitter_m, a.receiver_m])
+    }
+
+    /// The rays from the transmitter and from the receiver to a point.
+    #[must_use]
+    pub fn rays(&self, pulse: usize, point_m: [f64; 3]) -> [Ray; 2] {
+        let ray = |antenna_m| match self.ground {
+            Some(ground) => ground.ray(antenna_m, point_m),
+            None => Ray::straight(antenna_m, point_m),
+        };
+        match self.antennas {
+            Some(_) => self.antennas_m(pulse).map(ray),
+            None => [ray(self.position_m[pulse]); 2],
+        }
+    }
+
+    /// Whether every echo's way is twice the distance from the position.
+    pub(crate) fn is_plain(&self) -> bool {
+        self.antennas.is_none() && self.ground.is_none()
     }
 
     /// The same pulses with the direction in which the antenna looks at each, `[M]` unit vectors in the axes
@@ -271,7 +394,11 @@ impl<'a> Pulses<'a> {
             position_m: &self.position_m[range.clone()],
             spectrum: &self.spectrum[range.start * n..range.end * n],
             weight: &self.weight[range.clone()],
-            boresight: self.boresight.map(|all| &all[range]),
+            boresight: self.boresight.map(|all| &all[range.clone()]),
+            antennas: self.antennas.map(|a| Antennas {
+                transmitter_m: &a.transmitter_m[range.clone()],
+                receiver_m: &a.receiver_m[range],
+            }),
             ..*self
         })
     }

@@ -3,6 +3,7 @@
 use crate::control::{Control, Meter};
 use crate::engine::forward::grouped::GroupSpec;
 use crate::engine::polynomials::carrier_polynomials;
+use crate::engine::refracted_table::refracted_table;
 use crate::engine::tables::build::RangeTable;
 use crate::engine::tables::spec::TableSpec;
 use crate::engine::weights::WeightedPulses;
@@ -104,7 +105,10 @@ impl Direct {
         control: Control,
     ) -> Result<Self, ImagingError> {
         let pulses = &echoes.pulses;
-        let table = RangeTable::build(pulses, spec.table, ranges_m, &echoes.weights, control)?;
+        let table = match &echoes.weights.law {
+            Some(law) => refracted_table(echoes, law, (spec.table, ranges_m), level, control)?,
+            None => RangeTable::build(pulses, spec.table, ranges_m, &echoes.weights, control)?,
+        };
         let (cosine, sine) = carrier_polynomials(table.carrier_rad, spec.fine_carrier);
         Ok(Self {
             spec,

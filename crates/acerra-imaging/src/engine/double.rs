@@ -161,8 +161,20 @@ impl DoubleTables {
             }
             let antenna_m = echoes.pulses.position_m()[pulse];
             let row = self.row(pulse);
+            let is_plain = echoes.pulses.is_plain();
             for (some, sums) in points_m.chunks(DELAYS).zip(sums.chunks_mut(DELAYS)) {
                 let mut ranges_m = [0.0; DELAYS];
+                if !is_plain {
+                    let mut factors = [0.0; DELAYS];
+                    for (k, point) in some.iter().enumerate() {
+                        [ranges_m[k], factors[k]] = echoes.half_way(pulse, *point);
+                    }
+                    let profiles = profiles(self.level, &row, &ranges_m);
+                    for (k, sum) in sums.iter_mut().enumerate() {
+                        *sum += profiles[k] * factors[k];
+                    }
+                    continue;
+                }
                 for (range, point) in ranges_m.iter_mut().zip(some) {
                     *range = range_m(antenna_m, *point);
                 }
@@ -173,6 +185,11 @@ impl DoubleTables {
             }
         }
         sums
+    }
+
+    /// The profiles of a pulse at several ranges, without weights.
+    pub fn profiles_of(&self, pulse: usize, ranges_m: &[f64; DELAYS]) -> [Complex64; DELAYS] {
+        profiles(self.level, &self.row(pulse), ranges_m)
     }
 
     fn row(&self, pulse: usize) -> Row<'_> {

@@ -4,6 +4,7 @@
 use crate::checks::{check_finite, check_length, check_positive};
 use crate::error::ImagingError;
 use crate::pulses::{Pulses, Spreading};
+use crate::refraction::Ray;
 pub use crate::vector::range_m;
 use num_complex::Complex64;
 use rayon::prelude::*;
@@ -19,7 +20,9 @@ pub struct Scatterer {
 }
 
 /// The image at `points_m`: Eq. (3) of Catapano et al. 2020,
-/// σ̃(r) = Σ_m w_m Σ_n E(m, n) e^{+j4πf_n R/c} / R², R = |r − r_m|, one value a point.
+/// σ̃(r) = Σ_m w_m Σ_n E(m, n) e^{+j4πf_n R/c} / R², R = |r − r_m|, one value a point. Where pulses have antennas
+/// apart or a ground, 2R is the optical length of both ways along their rays, and 1/R² the product of their
+/// amplitudes.
 ///
 /// ```
 /// use acerra_imaging::{Complex64, PulseArrays, Pulses, Spreading, reference};
@@ -61,6 +64,9 @@ fn adjoint_at(
     spreading: Spreading,
     index: usize,
 ) -> Result<Complex64, ImagingError> {
+    if !pulses.is_plain() {
+        return rays_at(pulses, point, spreading, index);
+    }
     let mut sum = Complex64::ZERO;
     for (m, &antenna) in pulses.position_m().iter().enumerate() {
         let range = range_m(point, antenna);
@@ -73,6 +79,113 @@ fn adjoint_at(
         sum += pulse_at_range(pulses, m, range) * (pulses.weight()[m] * spreading.weight(range));
     }
     Ok(sum)
+}
+
+/// The image at a point seen by rays, of transmitters and receivers apart or through the ground:
+/// Σ_m w_m a_t a_r Σ_n E(m, n) e^{+j2πf_n (P_t* + P_r*)/c}, P being the complex optical length Σ (n − jκ) ℓ of either
+/// way at every frequency (see [`Ground`](crate::refraction::Ground)), P* its conjugate, and a its amplitude, 1/R in
+/// air (1 without spreading).
+fn rays_at(
+    pulses: &Pulses,
+    point: [f64; 3],
+    spreading: Spreading,
+    index: usize,
+) -> Result<Complex64, ImagingError> {
+    let mut sum = Complex64::ZERO;
+    for m in 0..pulses.len() {
+        let echo = Echo::of(pulses, m, point, spreading).ok_or(ImagingError::ZeroRange {
+            pulse: m,
+            point: index,
+        })?;
+        let mut profile = Complex64::ZERO;
+        for (f, e) in pulses.frequency_hz().iter().zip(pulses.spectrum_of(m)) {
+            profile += e * echo.at(pulses, *f).conj();
+        }
+        sum += profile * (pulses.weight()[m] * echo.amplitude);
+    }
+    Ok(sum)
+}
+
+/// The echo of a unit scatterer along rays.
+struct Echo {
+    rays: [Ray; 2],
+    /// Product of the amplitudes of both ways, without absorption.
+    amplitude: f64,
+}
+
+impl Echo {
+    /// Of the point as `pulse` sees it; `None` where an antenna stands on it and its amplitude has no value.
+    fn of(pulses: &Pulses, pulse: usize, point: [f64; 3], spreading: Spreading) -> Option<Self> {
+        let rays = pulses.rays(pulse, point);
+        let amplitude = match spreading {
+            Spreading::InverseSquare => rays[0].amplitude * rays[1].amplitude,
+            Spreading::None => 1.0,
+        };
+        amplitude.is_finite().then_some(Self { rays, amplitude })
+    }
+
+    /// Phase and absorption at a frequency: e^{−j2πf (P_t + P_r)/c}.
+    fn at(&self, pulses: &Pulses, f: f64) -> Complex64 {
+        let length = |ray: &Ray| {
+            let dispersion = pulses.ground().map(|g| g.dispersion_m(f, &ray.soil_m));
+            dispersion.unwrap_or(Complex64::ZERO) + ray.optical_m
+        };
+        let both = length(&self.rays[0]) + length(&self.rays[1]);
+        (-Complex64::I * both * (2.0 * PI * f / pulses.light_speed_m_s())).exp()
+    }
+}
+
+/// The data that point scatterers give along the rays of `pulses`: their antennas, ground, frequencies and weights
+/// count, not their spectra; `[M, N]` row-major. The exact adjoint of [`adjoint`] on the same pulses.
+///
+/// ```
+/// use acerra_imaging::reference::{self, Scatterer};
+/// use acerra_imaging::refraction::{Ground, Layer, Soil, Surface};
+/// use acerra_imaging::{Complex64, PulseArrays, Pulses, Spreading};
+/// let sand = Soil { relative_permittivity: 4.0, conductivity_s_m: 0.0 };
+/// let ground = Ground::new(Surface::Level { z_m: 0.0 }, &[Layer::below_all(sand)], 1e9)?;
+/// let pulses = Pulses::new(PulseArrays {
+///     position_m: &[[0.0, 0.0, 1.0]],
+///     frequency_hz: &[1e9],
+///     spectrum: &[Complex64::ZERO],
+///     weight: &[1.0],
+///     light_speed_m_s: 3e8,
+/// })?
+/// .with_ground(&ground)?;
+/// let buried = Scatterer { position_m: [0.0, 0.0, -0.25], reflectivity: Complex64::ONE };
+/// let echo = reference::forward_along_rays(&pulses, &[buried], Spreading::None)?;
+/// // 1 m of air and 0.25 m of soil of index 2: 1.5 m, both ways 10 wavelengths of 0.3 m.
+/// assert!((echo[0] - Complex64::ONE).norm() < 1e-9);
+/// # Ok::<(), acerra_imaging::ImagingError>(())
+/// ```
+///
+/// # Errors
+/// As [`forward`].
+pub fn forward_along_rays(
+    pulses: &Pulses,
+    scatterers: &[Scatterer],
+    spreading: Spreading,
+) -> Result<Vec<Complex64>, ImagingError> {
+    check_finite(
+        "scatterers",
+        scatterers
+            .iter()
+            .map(|s| s.position_m.iter().sum::<f64>() + s.reflectivity.re + s.reflectivity.im),
+    )?;
+    let row = |m: usize| {
+        let mut row = vec![Complex64::ZERO; pulses.frequency_hz().len()];
+        for (i, s) in scatterers.iter().enumerate() {
+            let echo = Echo::of(pulses, m, s.position_m, spreading)
+                .ok_or(ImagingError::ZeroRange { pulse: m, point: i })?;
+            let amplitude = s.reflectivity * (pulses.weight()[m] * echo.amplitude);
+            for (e, f) in row.iter_mut().zip(pulses.frequency_hz()) {
+                *e += amplitude * echo.at(pulses, *f);
+            }
+        }
+        Ok(row)
+    };
+    let rows: Result<Vec<_>, ImagingError> = (0..pulses.len()).into_par_iter().map(row).collect();
+    Ok(rows?.concat())
 }
 
 /// Σ_n E(m, n) e^{+j4πf_n R/c} of one pulse, without weight or spreading.

@@ -1,5 +1,6 @@
 //! Weights of contributions by spreading and incidence, and the double-precision sums that use them.
 
+use crate::engine::level_law::{LawPoint, LevelLaw, transmitted};
 use crate::engine::reference::pulse_at_range;
 use crate::error::ImagingError;
 use crate::grid::image::ImageGrid;
@@ -9,11 +10,13 @@ use crate::kernel::direct::job::TiltView;
 use crate::kernel::level::SimdLevel;
 use crate::kernel::profile::{DELAYS, even_sums};
 use crate::pulses::{Pulses, Spreading};
+use crate::refraction::{MAX_LAYERS, Ray};
 use crate::vector::{dot, range_m};
 use num_complex::Complex64;
 use rayon::prelude::*;
 use std::f64::consts::PI;
 use std::ops::Range;
+use std::sync::Arc;
 
 /// Weights by range and incidence, the same for every frequency.
 #[derive(Debug, Clone)]
@@ -23,6 +26,8 @@ pub(crate) struct Weights {
     /// Cosine of the angle from the vertical at which the edge of the limit begins.
     edge_below_cosine: f64,
     tilt: Option<Tilt>,
+    /// Rays to a level plane below level ground: optical length and weight as functions of the distance.
+    pub law: Option<LevelLaw>,
 }
 
 /// Antennas that do not look straight down.
@@ -68,12 +73,16 @@ impl Weights {
             }
             _ => None,
         };
+        let law = (!pulses.is_bistatic() && tilt.is_none())
+            .then(|| LevelLaw::new(pulses, grid))
+            .flatten();
         let edge_begins = |(w, _): &(IncidenceWeight, _)| (w.max_rad - w.taper_rad).max(0.0).cos();
         Ok(Self {
             spreading,
             edge_below_cosine: incidence.as_ref().map_or(1.0, edge_begins),
             incidence,
             tilt,
+            law,
         })
     }
 
@@ -91,6 +100,7 @@ impl Weights {
                 per_metre: tilt.per_metre[range.clone()].to_vec(),
                 power: tilt.power,
             }),
+            law: self.law.as_ref().map(|law| law.slice(range)),
         }
     }
 
@@ -101,6 +111,7 @@ impl Weights {
             incidence: None,
             edge_below_cosine: 1.0,
             tilt: None,
+            law: None,
         }
     }
 
@@ -125,6 +136,40 @@ impl Weights {
                 spreading * weight.edge(vertical_rad) * weight.pattern(cosine)
             }
         }
+    }
+
+    /// Weight of what `pulse` sees along two rays, without absorption: incidence and pattern count where they leave
+    /// the antennas, as the geometric mean of both.
+    fn along(&self, pulse: usize, rays: &[Ray; 2]) -> f64 {
+        let spreading = match self.spreading {
+            Spreading::InverseSquare => rays[0].amplitude * rays[1].amplitude,
+            Spreading::None => 1.0,
+        };
+        let Some((weight, _)) = &self.incidence else {
+            return spreading;
+        };
+        let departing = |ray: &Ray| {
+            let vertical = -ray.departure[2];
+            let cosine = match &self.tilt {
+                Some(tilt) => dot(tilt.boresight[pulse], ray.departure),
+                None => vertical,
+            };
+            weight.edge(vertical.clamp(-1.0, 1.0).acos()) * weight.pattern(cosine)
+        };
+        spreading * (departing(&rays[0]) * departing(&rays[1])).sqrt()
+    }
+
+    /// Weight of what a ray of the level law brings.
+    pub fn of_law(&self, point: &LawPoint) -> f64 {
+        let spreading = match self.spreading {
+            Spreading::InverseSquare => point.amplitude * point.amplitude,
+            Spreading::None => 1.0,
+        };
+        let incidence = self.incidence.as_ref().map_or(1.0, |(weight, _)| {
+            let cosine = point.cosine.clamp(0.0, 1.0);
+            weight.edge(cosine.acos()) * weight.pattern(cosine)
+        });
+        spreading * incidence * point.transmitted
     }
 
     /// The pattern of antennas that do not look straight down, as the kernels read it: tables hold that of
@@ -196,6 +241,18 @@ pub(crate) struct WeightedPulses<'a> {
     pub weights: Weights,
     /// The step of even frequencies, Hz.
     step_hz: Option<f64>,
+    /// What a metre in each layer adds to the optical length at every frequency, `[N]`; empty without losses.
+    dispersion: Arc<[[Complex64; MAX_LAYERS]]>,
+}
+
+/// The way of an echo from transmitter to point to receiver.
+struct Way {
+    /// Half of its optical length, m: the range in air.
+    half_m: f64,
+    /// Half of its length in each layer of ground, m.
+    soil_m: [f64; MAX_LAYERS],
+    /// Weight of the pulse and of the contribution, without absorption.
+    factor: f64,
 }
 
 /// Frequencies after which a recurrent phasor is computed afresh, so that it stays exact.
@@ -227,10 +284,25 @@ fn profiles_at(
     )
 }
 
+/// What a metre in each layer adds to the optical length at every frequency, `[N]`; empty without losses.
+fn dispersion(pulses: &Pulses) -> Arc<[[Complex64; MAX_LAYERS]]> {
+    let Some(ground) = pulses.ground().filter(|ground| ground.is_lossy()) else {
+        return Arc::new([]);
+    };
+    let of_layer = |f: f64, k: usize| {
+        let mut metre = [0.0; MAX_LAYERS];
+        metre[k] = 1.0;
+        ground.dispersion_m(f, &metre)
+    };
+    let at = |f: &f64| std::array::from_fn(|k| of_layer(*f, k));
+    pulses.frequency_hz().iter().map(at).collect()
+}
+
 impl<'a> WeightedPulses<'a> {
     pub fn new(pulses: Pulses<'a>, weights: Weights) -> Self {
         Self {
             step_hz: pulses.frequency_step_hz(),
+            dispersion: dispersion(&pulses),
             pulses,
             weights,
         }
@@ -245,6 +317,7 @@ impl<'a> WeightedPulses<'a> {
             pulses: self.pulses.slice(range.clone())?,
             weights: self.weights.slice(range),
             step_hz: self.step_hz,
+            dispersion: Arc::clone(&self.dispersion),
         })
     }
 }
@@ -270,6 +343,9 @@ impl WeightedPulses<'_> {
     /// Weighted contributions of one pulse at [`DELAYS`] points at most, in double precision; the rest of the
     /// values has no meaning.
     pub fn contributions(&self, pulse: usize, points_m: &[[f64; 3]]) -> [Complex64; DELAYS] {
+        if !self.pulses.is_plain() {
+            return self.contributions_along_rays(pulse, points_m);
+        }
         let antenna_m = self.pulses.position_m()[pulse];
         let mut ranges_m = [0.0; DELAYS];
         for (range, point) in ranges_m.iter_mut().zip(points_m) {
@@ -289,6 +365,58 @@ impl WeightedPulses<'_> {
             *value *= self.factor(pulse, *range, *point);
         }
         values
+    }
+
+    fn contributions_along_rays(&self, pulse: usize, points_m: &[[f64; 3]]) -> [Complex64; DELAYS] {
+        let mut values = [Complex64::ZERO; DELAYS];
+        for (value, point) in values.iter_mut().zip(points_m) {
+            let way = self.way(pulse, *point);
+            let is_lossy = way.soil_m[0] > 0.0 && !self.dispersion.is_empty();
+            *value = if is_lossy {
+                (self.pulses.spectrum_of(pulse).iter().enumerate())
+                    .map(|(n, e)| e * self.echo_of(&way, n).conj())
+                    .sum()
+            } else {
+                match self.step_hz {
+                    Some(step_hz) => profile_at(&self.pulses, pulse, way.half_m, step_hz),
+                    None => pulse_at_range(&self.pulses, pulse, way.half_m),
+                }
+            };
+            *value *= way.factor;
+        }
+        values
+    }
+
+    fn way(&self, pulse: usize, point_m: [f64; 3]) -> Way {
+        let rays = self.pulses.rays(pulse, point_m);
+        let [down, back] = &rays;
+        Way {
+            half_m: 0.5 * (down.optical_m + back.optical_m),
+            soil_m: std::array::from_fn(|k| 0.5 * (down.soil_m[k] + back.soil_m[k])),
+            factor: self.pulses.weight()[pulse] * self.weights.along(pulse, &rays),
+        }
+    }
+
+    /// Phase and absorption of the echo of a way at frequency `n`.
+    fn echo_of(&self, way: &Way, n: usize) -> Complex64 {
+        let wavenumber = 4.0 * PI * self.pulses.frequency_hz()[n] / self.pulses.light_speed_m_s();
+        let mut length = Complex64::new(way.half_m, 0.0);
+        if let Some(of_metre) = self.dispersion.get(n) {
+            for (of_metre, soil) in of_metre.iter().zip(way.soil_m) {
+                length += of_metre * soil;
+            }
+        }
+        (-Complex64::I * length * wavenumber).exp()
+    }
+
+    /// Half the optical length of an echo's way, m, and its weight with the absorption at the frequency of the rays:
+    /// what tables over frequencies need, exact where losses do not depend on frequency.
+    pub fn half_way(&self, pulse: usize, point_m: [f64; 3]) -> [f64; 2] {
+        let way = self.way(pulse, point_m);
+        let transmitted = self.pulses.ground().map_or(1.0, |ground| {
+            transmitted(ground, &way.soil_m, self.pulses.light_speed_m_s())
+        });
+        [way.half_m, way.factor * transmitted]
     }
 
     /// Eq. (3) at points in double precision; once cancelled, values have no meaning.
@@ -331,6 +459,13 @@ impl WeightedPulses<'_> {
         reflectivity: Complex64,
         spectrum: &mut [Complex64],
     ) {
+        if !self.pulses.is_plain() {
+            let way = self.way(pulse, point_m);
+            for (n, e) in spectrum.iter_mut().enumerate() {
+                *e += reflectivity * way.factor * self.echo_of(&way, n);
+            }
+            return;
+        }
         let range = range_m(self.pulses.position_m()[pulse], point_m);
         let amplitude = reflectivity * self.factor(pulse, range, point_m);
         let delay = 4.0 * PI * range / self.pulses.light_speed_m_s();

@@ -34,7 +34,7 @@ pub(super) fn double_tables(
         return Ok(None);
     };
     let allowed = margin(request) * request.options.accuracy;
-    let ranges_m = request.ranges_m(0..pulses.len(), |plane| *plane);
+    let ranges_m = request.optical_ranges_m();
     let mut accuracy = FIRST_SHARE * request.aim * allowed;
     for _ in 0..ATTEMPTS {
         let Some(spec) = choose_table(pulses, &errors, DEGREE, (accuracy, 0.0)) else {

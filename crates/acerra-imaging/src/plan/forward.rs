@@ -307,6 +307,7 @@ impl Operator for Modelling {
     const ACCEPTED_SHARE: f64 = 0.6;
     const WINDOWS: bool = false;
     const UNEVEN: bool = false;
+    const LEVEL_GROUND: bool = false;
     const TWO_STAGES: bool = false;
     const SEGMENTS: bool = false;
     // Solvers apply it again and again.

@@ -246,6 +246,7 @@ impl Operator for Imaging {
     const ACCEPTED_SHARE: f64 = 1.0;
     const WINDOWS: bool = true;
     const UNEVEN: bool = true;
+    const LEVEL_GROUND: bool = true;
     const TWO_STAGES: bool = true;
     const SEGMENTS: bool = true;
     const REPEATED: bool = false;

@@ -37,6 +37,8 @@ pub(crate) trait Operator {
     const WINDOWS: bool;
     /// Whether the factorized engine takes uneven ground.
     const UNEVEN: bool;
+    /// Whether the direct engine takes planes below level ground.
+    const LEVEL_GROUND: bool;
     /// Whether sub-apertures may be merged from shorter ones.
     const TWO_STAGES: bool;
     /// Whether segments of the aperture may have factorized engines of their own.

@@ -6,7 +6,7 @@ use super::operator::{AT_ONCE, FAR, Operator, Segment, allowed_error, decided, m
 use super::options::{Engine, SelfCheck};
 use super::partitions::{Partition, mean_costs, partitions};
 use super::report::{Decision, DirectChoice, PlanReport};
-use super::request::Request;
+use super::request::{Propagation, Request};
 use crate::control::Control;
 use crate::engine::batches::Piece;
 use crate::error::ImagingError;
@@ -100,11 +100,20 @@ impl<'r, 'a> Planner<'r, 'a> {
         if self.request.options.engine == Engine::Double {
             return self.choose_double::<O>();
         }
+        let propagation = self.request.propagation();
+        if propagation == Propagation::Any
+            || (propagation == Propagation::LevelGround && !O::LEVEL_GROUND)
+        {
+            self.decide(Decision::RaysOfPixels);
+            return self.choose_double::<O>();
+        }
         if accuracy < SINGLE_PRECISION_FLOOR {
             self.decide(Decision::BelowSinglePrecision { accuracy });
             return self.choose_double::<O>();
         }
-        if let Some(factorized) = self.choose_factorized::<O>()? {
+        if propagation == Propagation::LevelGround {
+            self.decide(Decision::LevelGround);
+        } else if let Some(factorized) = self.choose_factorized::<O>()? {
             return Ok(Method::Factorized(Box::new(factorized)));
         }
         loop {

@@ -62,6 +62,12 @@ impl PlanReport {
 pub enum Decision {
     /// The options ask for the double-precision sum.
     ReferenceRequested,
+    /// Level planes below level ground: refracted delays are a function of distance for each pulse and plane, and so
+    /// part of the range tables.
+    LevelGround,
+    /// Transmitters and receivers apart, uneven ground or pixels at different depths: every pixel has rays of its own,
+    /// in double precision.
+    RaysOfPixels,
     /// The accuracy is below what single precision can keep.
     BelowSinglePrecision {
         /// Accuracy asked for.
@@ -225,6 +231,14 @@ impl fmt::Display for Decision {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::ReferenceRequested => write!(f, "the reference was asked for"),
+            Self::LevelGround => write!(
+                f,
+                "below level ground: refracted delays are part of the range tables of the direct engine"
+            ),
+            Self::RaysOfPixels => write!(
+                f,
+                "every pixel has rays of its own: double precision is taken"
+            ),
             Self::BelowSinglePrecision { accuracy } => write!(
                 f,
                 "single precision cannot promise {accuracy:.1e}: double precision is taken"

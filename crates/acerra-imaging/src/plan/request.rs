@@ -7,7 +7,19 @@ use crate::error::ImagingError;
 use crate::grid::image::ImageGrid;
 use crate::grid::tilted::TiltedGrid;
 use crate::pulses::{Pulses, Spreading};
+use crate::vector::range_m;
 use std::ops::Range;
+
+/// How echoes travel to pixels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Propagation {
+    /// There and back along a straight line.
+    Straight,
+    /// To level planes below level ground: for each pulse and plane a function of the distance.
+    LevelGround,
+    /// By rays of each pixel of its own.
+    Any,
+}
 
 /// Data, pixels and requirements of a plan.
 #[derive(Debug)]
@@ -91,6 +103,72 @@ impl<'a> Request<'a> {
             }
         }
         ranges_m
+    }
+
+    /// Bounds of half the optical lengths of echoes from each pulse to the pixels.
+    ///
+    /// By Fermat's principle a ray is no longer than the straight line, of which the share d/(h + d) lies in ground
+    /// over which an antenna hangs h high and pixels d deep, below all its relief.
+    pub fn optical_ranges_m(&self) -> Vec<[f64; 2]> {
+        let pulses = &self.echoes.pulses;
+        let mut ranges_m = self.ranges_m(0..pulses.len(), |plane| *plane);
+        if pulses.is_plain() {
+            return ranges_m;
+        }
+        for (m, range) in ranges_m.iter_mut().enumerate() {
+            let position_m = pulses.position_m()[m];
+            let antennas_m = pulses.antennas_m(m);
+            let apart_m = antennas_m
+                .map(|a| range_m(a, position_m))
+                .into_iter()
+                .fold(0.0, f64::max);
+            *range = [(range[0] - apart_m).max(0.0), range[1] + apart_m];
+            if let Some(ground) = pulses.ground() {
+                let [lowest, highest] = ground.surface().span_m();
+                let height_m = antennas_m
+                    .iter()
+                    .map(|a| a[2] - highest)
+                    .fold(f64::MAX, f64::min);
+                // Pixels are no deeper below the antenna than they are far.
+                let depth_m = (highest - lowest) + (range[1] - height_m).max(0.0);
+                let share = depth_m / (depth_m + height_m.max(0.0)).max(f64::MIN_POSITIVE);
+                range[1] *= 1.0 + (ground.largest_index() - 1.0) * share.min(1.0);
+            }
+        }
+        ranges_m
+    }
+
+    /// How echoes travel to the pixels of the grid and of all slices.
+    pub fn propagation(&self) -> Propagation {
+        let pulses = &self.echoes.pulses;
+        if pulses.is_plain() {
+            return Propagation::Straight;
+        }
+        if pulses.is_bistatic() {
+            return Propagation::Any;
+        }
+        let is_above = |grid: &ImageGrid| {
+            let Some(ground) = pulses.ground() else {
+                return true;
+            };
+            let [_, highest] = ground.surface().span_m();
+            grid.is_level() && grid.plane().origin_m[2] >= highest
+        };
+        let has_law = |grid: &ImageGrid| {
+            grid.is_level()
+                && self.echoes.is_even()
+                && self.echoes.weights.tilt().is_none()
+                && pulses.ground().is_some_and(|g| g.level_m().is_some())
+        };
+        let slices: Vec<ImageGrid> = self.slices.iter().map(|s| (*s).into()).collect();
+        let mut grids = std::iter::once(&self.grid).chain(&slices);
+        if grids.clone().all(is_above) {
+            Propagation::Straight
+        } else if grids.all(|grid| is_above(grid) || has_law(grid)) {
+            Propagation::LevelGround
+        } else {
+            Propagation::Any
+        }
     }
 
     /// Number of pixels.

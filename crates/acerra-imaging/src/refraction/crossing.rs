@@ -170,8 +170,14 @@ mod tests {
     fn layers_add_up() {
         let mut random = Random(5);
         for _ in 0..500 {
-            let (h, d) = (uniform(&mut random, 0.3, 25.0), uniform(&mut random, 0.01, 2.0));
-            let (n, m) = (uniform(&mut random, 1.0, 5.0), uniform(&mut random, 1.0, 5.0));
+            let (h, d) = (
+                uniform(&mut random, 0.3, 25.0),
+                uniform(&mut random, 0.01, 2.0),
+            );
+            let (n, m) = (
+                uniform(&mut random, 1.0, 5.0),
+                uniform(&mut random, 1.0, 5.0),
+            );
             let distance = uniform(&mut random, 0.0, 30.0);
             let whole = stack(h, &[(d, n), (0.4, m)]).ray(distance);
             let parts = stack(h, &[(0.3 * d, n), (0.7 * d, n), (0.1, m), (0.3, m)]).ray(distance);
@@ -208,6 +214,10 @@ mod tests {
         let change = (reached(t + step) - reached(t - step)) / (2.0 * step);
         let tube_m2 = distance / t.sin() * change * ray.cosine;
         let up = transmission_te(n * t.cos(), ray.cosine) * (ray.cosine / t.cos() / tube_m2).sqrt();
-        assert!((up / ray.amplitude - 1.0).abs() < 1e-7, "{up} {}", ray.amplitude);
+        assert!(
+            (up / ray.amplitude - 1.0).abs() < 1e-7,
+            "{up} {}",
+            ray.amplitude
+        );
     }
 }

@@ -305,7 +305,10 @@ mod tests {
             let (above, below) = (at(-1e-9), at(1e-9));
             assert!((above.optical_m - below.optical_m).abs() < 1e-7);
         }
-        assert_eq!(ground.ray(antenna, [1.0, 1.0, 1.0]).soil_m, [0.0; MAX_LAYERS]);
+        assert_eq!(
+            ground.ray(antenna, [1.0, 1.0, 1.0]).soil_m,
+            [0.0; MAX_LAYERS]
+        );
         let deep = ground.ray(antenna, [1.3, 0.5, 0.4]);
         assert!(deep.soil_m[0] > 0.3 && deep.soil_m[1] > 0.3 && deep.soil_m[2] == 0.0);
         assert!(ground.check_antenna([0.0, 0.0, 1.0]).is_err());

@@ -131,7 +131,10 @@ impl Relief {
         };
         let mut minima: Vec<usize> = (0..STARTS).filter(is_minimum).collect();
         minima.sort_by(|a, b| along[*a].total_cmp(&along[*b]));
-        let refined = minima.iter().take(REFINED).map(|k| search.refine(place(*k)));
+        let refined = minima
+            .iter()
+            .take(REFINED)
+            .map(|k| search.refine(place(*k)));
         let best = refined.reduce(|a, b| if b.1 < a.1 { b } else { a });
         search.ray(best.map_or([point_m[0], point_m[1]], |(place, _)| place))
     }
@@ -246,8 +249,8 @@ impl Search<'_> {
         let normal = [-slope_x / upright, -slope_y / upright, 1.0 / upright];
         // Heights above and below the tangent plane, and the distance along it.
         let [above, below] = [-dot(down, normal), -dot(on, normal)].map(|h| h.max(1e-9));
-        let distance_m = (a * a - above * above).max(0.0).sqrt()
-            + (b * b - below * below).max(0.0).sqrt();
+        let distance_m =
+            (a * a - above * above).max(0.0).sqrt() + (b * b - below * below).max(0.0).sqrt();
         let mut stack = Stack {
             height_m: above,
             depth_m: [0.0; MAX_LAYERS],

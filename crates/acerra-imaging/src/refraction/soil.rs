@@ -85,9 +85,12 @@ mod tests {
 
     #[test]
     fn impossible_soils_are_refused() {
-        for (relative_permittivity, conductivity_s_m) in
-            [(0.5, 0.0), (f64::NAN, 0.0), (4.0, -1.0), (4.0, f64::INFINITY)]
-        {
+        for (relative_permittivity, conductivity_s_m) in [
+            (0.5, 0.0),
+            (f64::NAN, 0.0),
+            (4.0, -1.0),
+            (4.0, f64::INFINITY),
+        ] {
             let soil = Soil {
                 relative_permittivity,
                 conductivity_s_m,

@@ -169,7 +169,11 @@ impl RangeTable {
 }
 
 /// A power of two that brings the largest contributions near 1.
-fn power_of_two_scale(pulses: &Pulses, ranges_m: &[[f64; 2]], spreading: Spreading) -> f64 {
+pub(crate) fn power_of_two_scale(
+    pulses: &Pulses,
+    ranges_m: &[[f64; 2]],
+    spreading: Spreading,
+) -> f64 {
     let peak = pulses
         .spectrum()
         .iter()

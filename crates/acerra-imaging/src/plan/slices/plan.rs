@@ -17,8 +17,8 @@ use crate::pulses::Pulses;
 use num_complex::Complex32;
 use std::ops::Range;
 
-/// One plan and its tables for neighbouring slices of a volume. Weights by incidence differ from slice to
-/// slice: the plan then serves all, and each has tables of its own.
+/// One plan and its tables for neighbouring slices of a volume. Weights by incidence and rays into the ground differ
+/// from slice to slice: the plan then serves all, and each has tables of its own.
 pub(crate) struct SlicesPlan<'a> {
     plan: ImagingPlan<'a>,
     first: usize,
@@ -63,7 +63,7 @@ impl<'a> SlicesPlan<'a> {
                 of: volume.nz,
             });
         }
-        let has_own_weights = options.incidence.is_some();
+        let has_own_weights = options.incidence.is_some() || pulses.ground().is_some();
         if has_own_weights {
             plan.forget_tables();
         }
