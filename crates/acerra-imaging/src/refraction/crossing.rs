@@ -1,7 +1,7 @@
 //! Snell's law through level layers.
 
 use super::fresnel::transmission_te;
-use super::ground::MAX_LAYERS;
+use super::ray::MAX_LAYERS;
 
 /// Media along a ray, from the antenna down: their heights crossed and refractive indices.
 #[derive(Debug, Clone, Copy)]

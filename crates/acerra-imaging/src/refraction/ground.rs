@@ -1,15 +1,12 @@
 //! The ground that rays enter: its surface and soils.
 
 use super::crossing::Stack;
+use super::ray::{MAX_LAYERS, Ray};
 use super::relief::Relief;
 use super::soil::Soil;
 use crate::checks::check_positive;
 use crate::error::ImagingError;
-use crate::vector::range_m;
 use num_complex::Complex64;
-
-/// Most layers of a ground.
-pub const MAX_LAYERS: usize = 8;
 
 /// Height above the surface below which an antenna is taken to touch it, m.
 const LEAST_HEIGHT_M: f64 = 1e-3;
@@ -64,19 +61,6 @@ impl Surface {
             Self::Relief(relief) => relief.span_m(),
         }
     }
-}
-
-/// A ray from an antenna to a point.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Ray {
-    /// Optical length Σ n ℓ, m: the delay times the speed of light in air.
-    pub optical_m: f64,
-    /// Length within each layer of ground, m; 0 where the ray stays in air.
-    pub soil_m: [f64; MAX_LAYERS],
-    /// Unit vector in which the ray leaves the antenna.
-    pub departure: [f64; 3],
-    /// One-way amplitude at the point by transmission and spreading, without absorption, 1/m: 1/R in air.
-    pub amplitude: f64,
 }
 
 /// A ground of one soil, or of level layers below a level surface.
@@ -261,20 +245,6 @@ impl Ground {
         (self.layers.iter().zip(&self.index).zip(soil_m))
             .map(|((layer, n), length)| (layer.soil.refractive_index(frequency_hz) - n) * *length)
             .sum()
-    }
-}
-
-impl Ray {
-    /// The ray of a homogeneous medium.
-    pub(crate) fn straight(antenna_m: [f64; 3], point_m: [f64; 3]) -> Self {
-        let range = range_m(antenna_m, point_m);
-        let per_m = 1.0 / range.max(f64::MIN_POSITIVE);
-        Self {
-            optical_m: range,
-            soil_m: [0.0; MAX_LAYERS],
-            departure: std::array::from_fn(|axis| (point_m[axis] - antenna_m[axis]) * per_m),
-            amplitude: 1.0 / range,
-        }
     }
 }
 

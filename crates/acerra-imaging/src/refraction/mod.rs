@@ -19,9 +19,11 @@
 pub mod crossing;
 pub mod fresnel;
 pub mod ground;
+pub mod ray;
 pub mod relief;
 pub mod soil;
 
-pub use ground::{Ground, Layer, MAX_LAYERS, Ray, Surface};
+pub use ground::{Ground, Layer, Surface};
+pub use ray::{MAX_LAYERS, Ray};
 pub use relief::Relief;
 pub use soil::Soil;

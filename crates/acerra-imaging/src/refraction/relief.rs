@@ -1,7 +1,7 @@
 //! Rays through an uneven surface.
 
 use super::crossing::Stack;
-use super::ground::{MAX_LAYERS, Ray};
+use super::ray::{MAX_LAYERS, Ray};
 use crate::checks::{check_finite, check_length, check_positive};
 use crate::error::ImagingError;
 use crate::vector::{dot, norm};
