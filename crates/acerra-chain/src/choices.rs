@@ -56,6 +56,15 @@ pub enum HeightSource {
     Radar,
 }
 
+/// `[ground] surface`: where the surface of the ground lies.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum GroundSurface {
+    /// Level, at `surface_z_m`.
+    #[default]
+    Level,
+}
+
 /// `[radar] delay_ns`: the fast time at which range is zero.
 #[derive(Clone, Copy, Debug, PartialEq, JsonSchema, Serialize)]
 #[serde(rename_all = "lowercase")]

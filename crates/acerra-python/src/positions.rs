@@ -45,6 +45,7 @@ impl PositionArrays<'_> {
         let Some(time_s) = &self.time_s else {
             return Ok(Positions::PerTrace(TracePositions {
                 position_m: position_m.to_vec(),
+                antennas_m: None,
                 frame,
                 time_origin,
             }));

@@ -26,6 +26,7 @@ use crate::choices::{AntennaAxis, HeightSource, Select, TimeOffset, Unfixed};
 use crate::position::Positions;
 use crate::position::boresight::{Boresights, DOWN, FORWARD};
 use crate::read::RadarContent;
+use crate::read::trace_positions::TracePositions;
 use crate::scene::Scene;
 use crate::warnings::Warnings;
 
@@ -82,6 +83,8 @@ pub struct Aligned {
     pub time_s: Vec<f64>,
     /// Place of the phase centre: east, north, up (m).
     pub position_m: Vec<[f64; 3]>,
+    /// Transmitter and receiver from that place (m); empty where they are one.
+    pub antennas_from_place_m: Vec<[[f64; 3]; 2]>,
     /// Standard deviations of the places (m); empty where the trajectory does not tell.
     pub sigma_m: Vec<[f64; 3]>,
     /// Solution status.
@@ -124,6 +127,22 @@ impl Aligned {
     pub fn moving(&self) -> Option<[usize; 2]> {
         let [first, last] = [self.traces.first()?, self.traces.last()?];
         self.stands.then_some([*first, *last])
+    }
+
+    /// Transmitters and receivers (m), where they are apart.
+    #[must_use]
+    pub fn antennas_m(&self) -> Option<[Vec<[f64; 3]>; 2]> {
+        if self.antennas_from_place_m.is_empty() {
+            return None;
+        }
+        let of = |antenna: usize| {
+            let places = self.position_m.iter().zip(&self.antennas_from_place_m);
+            let place = |(p, offsets): (&[f64; 3], &[[f64; 3]; 2])| {
+                std::array::from_fn(|axis| p[axis] + offsets[antenna][axis])
+            };
+            places.map(place).collect()
+        };
+        Some([of(0), of(1)])
     }
 
     /// Where the antenna looks; none where it is taken to look straight down.
@@ -182,6 +201,13 @@ impl Aligned {
             self.sigma_m.clear();
         }
         let (before, more) = (self.traces.len(), other.traces.len());
+        if !(self.antennas_from_place_m.is_empty() && other.antennas_from_place_m.is_empty()) {
+            // Antennas of the other track are one.
+            self.antennas_from_place_m.resize(before, [[0.0; 3]; 2]);
+            other.antennas_from_place_m.resize(more, [[0.0; 3]; 2]);
+            self.antennas_from_place_m
+                .append(&mut other.antennas_from_place_m);
+        }
         self.boresight
             .append_or_level(before, other.boresight, more);
         self.gimbal_down.append_or_none(before, other.gimbal_down);
@@ -294,7 +320,12 @@ pub fn align(
         .collect();
     let attitudes: Vec<Option<Attitude>> = kept.iter().map(|p| p.place.attitude).collect();
     let gimbals: Vec<Option<Attitude>> = kept.iter().map(|p| p.place.gimbal).collect();
+    let antennas_from_place_m = match flight.positions {
+        Positions::PerTrace(places) => antennas_of(places, kept.iter().map(|p| p.trace))?,
+        Positions::Trajectory(_) => Vec::new(),
+    };
     let aligned = Aligned {
+        antennas_from_place_m,
         traces: kept.iter().map(|p| p.trace).collect(),
         time_s: kept.iter().map(|p| radar_time_s[p.trace]).collect(),
         height_m: position_m
@@ -316,6 +347,27 @@ pub fn align(
         HeightSource::Positions => Ok(aligned),
         HeightSource::Radar => aligned.with_heights_by(flight, options),
     }
+}
+
+/// Transmitter and receiver of some traces from their places; empty where they are one.
+fn antennas_of(
+    places: &TracePositions,
+    traces: impl Iterator<Item = usize>,
+) -> Result<Vec<[[f64; 3]; 2]>, AlignError> {
+    let Some(antennas_m) = &places.antennas_m else {
+        return Ok(Vec::new());
+    };
+    let from_place = |trace: usize| {
+        let place = places.position_m.get(trace)?;
+        let [transmitter, receiver] = antennas_m.each_ref().map(|all| all.get(trace));
+        let offset = |antenna: &[f64; 3]| std::array::from_fn(|axis| antenna[axis] - place[axis]);
+        Some([offset(transmitter?), offset(receiver?)])
+    };
+    let all: Option<Vec<_>> = traces.map(from_place).collect();
+    all.ok_or(AlignError::Positions {
+        traces: places.position_m.len(),
+        positions: antennas_m[0].len().min(antennas_m[1].len()),
+    })
 }
 
 /// Whether the lever arm of a trace rests on a heading from before.

@@ -115,6 +115,13 @@ impl Prepared {
             limits.coherent_parts = parts.filter(|part| !part.is_empty()).collect();
         }
         let refused = |error: ImagingError| AutofocusFailure::from(AutofocusError::from(error));
+        if !self.aligned.antennas_from_place_m.is_empty() {
+            return Err(refused(ImagingError::OutOfRange {
+                what: "number of antennas",
+                expected: "one, which transmits and receives",
+                found: 2.0,
+            }));
+        }
         let weight = vec![1.0; self.aligned.position_m.len()];
         let pulses = self.echoes().pulses(&weight).map_err(refused)?;
         let imaging = control.silent_imaging();

@@ -14,15 +14,15 @@ use serde::{Deserialize, Serialize};
 use crate::prepare::Prepared;
 
 pub use crate::choices::{
-    Background, CalibrationSource, Contradictions, Delay, Gate, HeightSource, Heights, LookTaper,
-    ProductFormat, Select, Sum, TimeOffset, Unfixed, Weight, ZeroTiming,
+    Background, CalibrationSource, Contradictions, Delay, Gate, GroundSurface, HeightSource,
+    Heights, LookTaper, ProductFormat, Select, Sum, TimeOffset, Unfixed, Weight, ZeroTiming,
 };
 pub use crate::focus::inversion::options::{InversionSection, Method};
 pub use error::CampaignError;
 pub use sections::{
-    AutofocusSection, ChecksSection, Files, GnssSection, ImageSection, MeasureSection,
-    PreprocessSection, ProductsSection, RadarSection, TrackSection, TracksSection,
-    TrajectorySection,
+    AutofocusSection, ChecksSection, Files, GnssSection, GroundLayerSection, GroundSection,
+    ImageSection, MeasureSection, PreprocessSection, ProductsSection, RadarSection, TrackSection,
+    TracksSection, TrajectorySection,
 };
 
 /// A campaign, as its file states it and with every default filled in.
@@ -50,6 +50,9 @@ pub struct Campaign {
     /// The image.
     #[serde(default)]
     pub image: ImageSection,
+    /// What lies below the surface of the ground; without it all is air.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ground: Option<GroundSection>,
     /// Corrections of the positions from the echoes.
     #[serde(default)]
     pub autofocus: AutofocusSection,

@@ -4,8 +4,11 @@ use std::path::PathBuf;
 
 use acerra_autopilot::GimbalChoice;
 use acerra_geo::geodesy::Geodetic;
+use acerra_imaging::refraction::{Layer, Soil};
 
-use super::sections::{GnssSection, ImageSection, MeasureSection, TrajectorySection};
+use super::sections::{
+    GnssSection, GroundSection, ImageSection, MeasureSection, TrajectorySection,
+};
 use super::{Campaign, TrackSection};
 use crate::align::AlignOptions;
 use crate::align::calibration::CalibrationOptions;
@@ -15,6 +18,7 @@ use crate::choices::{Delay, HeightSource, Heights, TimeOffset};
 use crate::clean::{CleanOptions, frequencies_hz};
 use crate::focus::inversion::options::InversionOptions;
 use crate::focus::looks::LookOptions;
+use crate::focus::underground::Underground;
 use crate::focus::{FocusOptions, ImageRequest};
 use crate::measure::MeasureOptions;
 use crate::position::positioning::PositioningInput;
@@ -76,6 +80,7 @@ impl Campaign {
             },
             looks: self.image.look_options(),
             pulses: None,
+            underground: self.ground.as_ref().map(Underground::from),
         }
     }
 
@@ -292,6 +297,29 @@ impl Campaign {
             track_shift_sigma_m: section.track_shift_sigma_m,
             sum: self.tracks.sum,
             most_points: section.max_points,
+        }
+    }
+}
+
+impl From<&GroundSection> for Underground {
+    fn from(section: &GroundSection) -> Self {
+        let layer = |relative_permittivity, conductivity_s_m, thickness_m: Option<f64>| Layer {
+            soil: Soil {
+                relative_permittivity,
+                conductivity_s_m,
+            },
+            thickness_m: thickness_m.unwrap_or(f64::INFINITY),
+        };
+        let layers = section
+            .layer
+            .iter()
+            .map(|l| layer(l.relative_permittivity, l.conductivity_s_m, l.thickness_m));
+        let one = section
+            .relative_permittivity
+            .map(|permittivity| layer(permittivity, section.conductivity_s_m, None));
+        Self {
+            surface_z_m: section.surface_z_m,
+            layers: one.into_iter().chain(layers).collect(),
         }
     }
 }

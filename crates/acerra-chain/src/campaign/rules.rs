@@ -5,8 +5,8 @@ use std::fmt::Debug;
 use acerra_settings::{Rule, check};
 
 use super::sections::{
-    AutofocusSection, Files, GnssSection, ImageSection, MeasureSection, TrackSection,
-    TracksSection, TrajectorySection,
+    AutofocusSection, Files, GnssSection, GroundSection, ImageSection, MeasureSection,
+    TrackSection, TracksSection, TrajectorySection,
 };
 use super::{Campaign, CampaignError};
 use crate::choices::{Delay, Heights, Sum};
@@ -22,6 +22,7 @@ impl Campaign {
         check("tracks", &tracks_rules(&self.tracks))?;
         check("autofocus", &autofocus_rules(&self.autofocus))?;
         self.check_looks_and_volumes()?;
+        self.check_ground()?;
         for track in self.each_track() {
             track.check_one()?;
         }
@@ -48,6 +49,52 @@ impl Campaign {
         }
         if self.image.looks.is_some() {
             return exclude("[image] looks", "[[track]]", "looks cut a single track");
+        }
+        Ok(())
+    }
+
+    /// The ground is one soil or layers, below a plane or a volume that is focused as it is.
+    fn check_ground(&self) -> Result<(), CampaignError> {
+        let Some(ground) = &self.ground else {
+            return Ok(());
+        };
+        check("ground", &ground_rules(ground))?;
+        if let Some((last, above)) = ground.layer.split_last() {
+            let thick = above
+                .iter()
+                .all(|l| l.thickness_m.is_some_and(|t| t.is_finite() && t > 0.0));
+            let rules = [rule(
+                "thickness_m",
+                thick && last.thickness_m.is_none(),
+                "above 0 in every layer but the last, which has none",
+                ground
+                    .layer
+                    .iter()
+                    .map(|l| l.thickness_m)
+                    .collect::<Vec<_>>(),
+            )];
+            check("ground.layer", &rules)?;
+        }
+        if self.image.terrain.is_some() {
+            return exclude(
+                "[ground]",
+                "[image] terrain",
+                "the ground's surface is level; rays through a terrain are not traced by the command",
+            );
+        }
+        if self.image.method != Method::Adjoint {
+            return exclude(
+                "[ground]",
+                "[image] method",
+                "the scene below ground is not solved for",
+            );
+        }
+        if self.autofocus.enabled {
+            return exclude(
+                "[ground]",
+                "[autofocus] enabled",
+                "positions are corrected by echoes through air",
+            );
         }
         Ok(())
     }
@@ -309,6 +356,43 @@ fn autofocus_rules(autofocus: &AutofocusSection) -> [Rule; 12] {
             autofocus.max_points.is_none_or(|n| (1..=100).contains(&n)),
             "1 to 100 points",
             autofocus.max_points,
+        ),
+    ]
+}
+
+fn ground_rules(ground: &GroundSection) -> [Rule; 4] {
+    let is_permittivity = |v: f64| (1.0..=100.0).contains(&v);
+    let is_conductivity = |v: f64| (0.0..=10.0).contains(&v);
+    let layers = &ground.layer;
+    [
+        rule(
+            "relative_permittivity",
+            ground.relative_permittivity.is_some() == layers.is_empty()
+                && ground.relative_permittivity.is_none_or(is_permittivity),
+            "1 to 100, or [[ground.layer]] tables instead",
+            ground.relative_permittivity,
+        ),
+        rule(
+            "conductivity_s_m",
+            is_conductivity(ground.conductivity_s_m)
+                && (layers.is_empty() || ground.conductivity_s_m == 0.0),
+            "0 to 10, and none beside [[ground.layer]] tables",
+            ground.conductivity_s_m,
+        ),
+        rule(
+            "surface_z_m",
+            ground.surface_z_m.is_finite(),
+            "a finite height",
+            ground.surface_z_m,
+        ),
+        rule(
+            "layer",
+            layers.len() <= 8
+                && layers.iter().all(|l| {
+                    is_permittivity(l.relative_permittivity) && is_conductivity(l.conductivity_s_m)
+                }),
+            "at most 8 layers of permittivity 1 to 100 and conductivity 0 to 10",
+            layers,
         ),
     ]
 }

@@ -7,8 +7,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize, Serializer};
 
 use crate::choices::{
-    AntennaAxis, Background, CalibrationSource, Contradictions, Delay, Gate, HeightSource, Heights,
-    LookTaper, ProductFormat, Select, Sum, TimeOffset, Unfixed, Weight, ZeroTiming,
+    AntennaAxis, Background, CalibrationSource, Contradictions, Delay, Gate, GroundSurface,
+    HeightSource, Heights, LookTaper, ProductFormat, Select, Sum, TimeOffset, Unfixed, Weight,
+    ZeroTiming,
 };
 use crate::focus::inversion::options::{InversionSection, Method};
 use crate::prepare::Track;
@@ -463,6 +464,56 @@ impl ImageSection {
             Some(Heights::Plane(z_m) | Heights::Range([z_m, _])) => z_m,
         }
     }
+}
+
+/// `[ground]`: what lies below the surface, where rays are refracted.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct GroundSection {
+    /// Relative permittivity of the soil, where it is one.
+    #[serde(
+        skip_serializing_if = "Option::is_none",
+        deserialize_with = "stated_permittivity"
+    )]
+    pub relative_permittivity: Option<f64>,
+    /// Its conductivity, in siemens per metre.
+    pub conductivity_s_m: f64,
+    /// Where the surface lies.
+    pub surface: GroundSurface,
+    /// Height of a level surface, in metres.
+    pub surface_z_m: f64,
+    /// Layers from the top instead of one soil.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub layer: Vec<GroundLayerSection>,
+}
+
+/// A permittivity that is stated: it is not found from the data.
+fn stated_permittivity<'de, D: serde::Deserializer<'de>>(
+    deserializer: D,
+) -> Result<Option<f64>, D::Error> {
+    use serde::de::Error;
+    match toml::Value::deserialize(deserializer)? {
+        toml::Value::Float(stated) => Ok(Some(stated)),
+        toml::Value::Integer(stated) => Ok(Some(stated as f64)),
+        other => Err(D::Error::custom(format!(
+            "expected the relative permittivity of the soil as a number: it is not found from the data; \
+             found {other}"
+        ))),
+    }
+}
+
+/// `[[ground.layer]]`: a level layer of soil.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct GroundLayerSection {
+    /// Its thickness, in metres; the last has none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub thickness_m: Option<f64>,
+    /// Its relative permittivity.
+    pub relative_permittivity: f64,
+    /// Its conductivity, in siemens per metre.
+    #[serde(default)]
+    pub conductivity_s_m: f64,
 }
 
 /// `[measure]`: what counts as a target.

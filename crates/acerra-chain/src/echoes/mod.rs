@@ -40,6 +40,9 @@ pub enum ImageError {
     /// Spectra or positions that the imaging operators refuse.
     #[error("the spectra cannot be imaged: {0}")]
     Spectra(ImagingError),
+    /// A ground that they refuse, or one that antennas are in.
+    #[error("[ground]: {0}")]
+    Ground(ImagingError),
     /// A grid or an accuracy that they refuse.
     #[error("[image]: {0}")]
     Plan(ImagingError),

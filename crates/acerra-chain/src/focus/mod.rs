@@ -6,6 +6,7 @@ pub mod memory;
 pub mod sink;
 pub mod space;
 pub mod tiles;
+pub mod underground;
 pub mod volume;
 
 use std::ops::Range;
@@ -21,6 +22,7 @@ use crate::focus::inversion::record::InversionRecord;
 use crate::focus::looks::{LookInput, LookOptions, Multilook, image_looks};
 use crate::focus::memory::available_memory_bytes;
 use crate::focus::sink::ImageSink;
+use crate::focus::underground::Underground;
 use crate::focus::volume::{Projections, image_volume};
 use crate::scene::pixels::Pixels;
 
@@ -71,6 +73,8 @@ pub struct ImageRequest {
     pub looks: Option<LookOptions>,
     /// The pulses that make it, counted over all tracks; all of them by default.
     pub pulses: Option<Range<usize>>,
+    /// The ground below whose surface rays are refracted.
+    pub underground: Option<Underground>,
 }
 
 impl ImageRequest {
@@ -82,6 +86,7 @@ impl ImageRequest {
             options: FocusOptions::default(),
             looks: None,
             pulses: None,
+            underground: None,
         }
     }
 
@@ -145,6 +150,21 @@ pub fn focus(
     let weight = echoes.weights(request.options.weight);
     let pulses = echoes.pulses(&weight).map_err(ImageError::Spectra)?;
     let pulses = looking(pulses, echoes.aligned, request.options.antenna_axis)?;
+    let antennas_m = echoes.aligned.antennas_m();
+    let pulses = match &antennas_m {
+        Some([transmitter_m, receiver_m]) => pulses
+            .with_antennas(transmitter_m, receiver_m)
+            .map_err(ImageError::Spectra)?,
+        None => pulses,
+    };
+    let ground = (request.underground.as_ref())
+        .map(|underground| underground.seen_at(&echoes.spectrum.frequency_hz))
+        .transpose()
+        .map_err(ImageError::Ground)?;
+    let pulses = match &ground {
+        Some(ground) => pulses.with_ground(ground).map_err(ImageError::Ground)?,
+        None => pulses,
+    };
     let (pulses, parts) = match &request.pulses {
         None => (pulses, parts.to_vec()),
         Some(wanted) => {

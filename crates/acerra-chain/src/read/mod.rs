@@ -300,7 +300,10 @@ fn from_neutral(
     };
     let mut data = RadarData::in_memory(content);
     data.label.summary.insert_str(0, "NPZ ");
-    data.positions = neutral.position_m.map(TracePositions::from);
+    data.positions = neutral.position_m.map(|position_m| TracePositions {
+        antennas_m: neutral.antennas_m,
+        ..TracePositions::from(position_m)
+    });
     Ok(data)
 }
 

@@ -8,6 +8,8 @@ use acerra_geo::trajectory::{Frame, TimeOrigin};
 pub struct TracePositions {
     /// The positions, x east, y north, z up (m).
     pub position_m: Vec<[f64; 3]>,
+    /// Transmitters and receivers in the same axes (m), where they are apart.
+    pub antennas_m: Option<[Vec<[f64; 3]>; 2]>,
     /// Where these axes stand.
     pub frame: Frame,
     /// The instant at which the traces' times are zero.
@@ -19,6 +21,7 @@ impl From<Vec<[f64; 3]>> for TracePositions {
     fn from(position_m: Vec<[f64; 3]>) -> Self {
         Self {
             position_m,
+            antennas_m: None,
             frame: Frame::Local,
             time_origin: TimeOrigin::Relative,
         }
@@ -32,7 +35,8 @@ impl TracePositions {
         if let Frame::Enu(own) = self.frame
             && own != target
         {
-            for position in &mut self.position_m {
+            let antennas = self.antennas_m.iter_mut().flatten().flatten();
+            for position in self.position_m.iter_mut().chain(antennas) {
                 *position = target.enu_from_ecef(own.ecef_from_enu(*position));
             }
             self.frame = Frame::Enu(target);

@@ -282,7 +282,8 @@ mod tests {
     fn waves(amplitude_m: f64, length_m: f64) -> Relief {
         let height = |k: usize| {
             let (x, y) = ((k % 121) as f64 * 0.05, (k / 121) as f64 * 0.05);
-            amplitude_m * (6.283 * x / length_m).sin() * (6.283 * y / length_m + 1.0).cos()
+            let turns = std::f64::consts::TAU / length_m;
+            amplitude_m * (turns * x).sin() * (turns * y + 1.0).cos()
         };
         Relief::new([-3.0; 2], 0.05, 121, (0..121 * 121).map(height).collect()).unwrap()
     }

@@ -8,6 +8,7 @@
 //! | `frequency_hz` | `[N]` | its frequencies |
 //! | `time_s` | `[traces]` | slow time; may be left out where `position_m` is given |
 //! | `position_m` | `[traces, 3]` | optional antenna positions, x east, y north, z up |
+//! | `transmitter_m`, `receiver_m` | `[traces, 3]` | optional, both or neither: antennas apart; their middle is the position where none is given |
 
 mod read;
 mod write;
@@ -44,6 +45,8 @@ pub struct NeutralFile {
     pub content: NeutralContent,
     /// Antenna position of each trace (x east, y north, z up), m.
     pub position_m: Option<Vec<[f64; 3]>>,
+    /// Transmitter and receiver of each trace where they are apart, m.
+    pub antennas_m: Option<[Vec<[f64; 3]>; 2]>,
     /// Whether `time_s` was absent, so that traces are numbered 0, 1, … instead.
     pub time_missing: bool,
     /// Members of the archive that were not used.

@@ -109,7 +109,7 @@ pub fn read_npz(reader: impl Read + Seek, limits: &Limits) -> Result<NeutralFile
         present: present.clone(),
     };
 
-    let mut used = vec!["time_s", "position_m"];
+    let mut used = vec!["time_s", "position_m", "transmitter_m", "receiver_m"];
     let (content, traces) = match (has("data"), has("spectrum")) {
         (true, true) => return Err(NpzError::Ambiguous),
         (false, false) => return Err(missing("data", " (or `spectrum`)")),
@@ -133,8 +133,23 @@ pub fn read_npz(reader: impl Read + Seek, limits: &Limits) -> Result<NeutralFile
         }
     };
     let position_m = has("position_m")
-        .then(|| read_position(&mut archive, traces, limits))
+        .then(|| read_places(&mut archive, "position_m", traces, limits))
         .transpose()?;
+    let antennas_m = match (has("transmitter_m"), has("receiver_m")) {
+        (false, false) => None,
+        (true, false) => return Err(missing("receiver_m", " beside `transmitter_m`")),
+        (false, true) => return Err(missing("transmitter_m", " beside `receiver_m`")),
+        (true, true) => Some([
+            read_places(&mut archive, "transmitter_m", traces, limits)?,
+            read_places(&mut archive, "receiver_m", traces, limits)?,
+        ]),
+    };
+    let middles = |[transmitter_m, receiver_m]: &[Vec<[f64; 3]>; 2]| {
+        let places = transmitter_m.iter().zip(receiver_m);
+        let middle = |(t, r): (&[f64; 3], &[f64; 3])| std::array::from_fn(|k| 0.5 * (t[k] + r[k]));
+        places.map(middle).collect()
+    };
+    let position_m = position_m.or_else(|| antennas_m.as_ref().map(middles));
     let time_missing = !has("time_s");
     let time_s = if !time_missing {
         read_vector(&mut archive, "time_s", Some(traces), limits)?
@@ -156,6 +171,7 @@ pub fn read_npz(reader: impl Read + Seek, limits: &Limits) -> Result<NeutralFile
     Ok(NeutralFile {
         content,
         position_m,
+        antennas_m,
         time_missing,
         ignored: names,
     })
@@ -277,12 +293,12 @@ fn read_vector<R: Read + Seek>(
     }
 }
 
-fn read_position<R: Read + Seek>(
+fn read_places<R: Read + Seek>(
     archive: &mut NpzReader<R>,
+    array: &'static str,
     traces: usize,
     limits: &Limits,
 ) -> Result<Vec<[f64; 3]>, NpzError> {
-    let array = "position_m";
     let values = archive.with(array, |header, mut reader| {
         header.value_count(limits.max_samples)?;
         if header.is_complex() {

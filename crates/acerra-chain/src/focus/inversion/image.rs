@@ -48,6 +48,15 @@ pub fn invert(
 ) -> Result<Focused, ImageError> {
     let is_grouped = request.options.sum == Sum::Incoherent && input.parts.len() > 1;
     refuse_what_is_not_solved_for(request, is_grouped)?;
+    let is_straight =
+        request.underground.is_none() && input.echoes.aligned.antennas_from_place_m.is_empty();
+    if !is_straight {
+        return Err(ImageError::Method {
+            method: request.options.inversion.method.name(),
+            expected: "echoes that come back the way they went, through air",
+            found: "transmitters and receivers apart, or [ground]",
+        });
+    }
     let whole = 0..input.echoes.aligned.position_m.len();
     let wanted = request.pulses.clone().unwrap_or(whole);
     let weight = input.echoes.weights(request.options.weight);
