@@ -50,6 +50,38 @@ pub struct TargetRecord<'a> {
     /// Standard deviation along and across the track (m), by the positions' own and the clock offset's;
     /// what the delay may be off is not in it.
     pub sigma_along_across_m: Option<[f64; 2]>,
+    /// Depth below the surface of `[ground]` (m), of targets below it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub depth_m: Option<f64>,
+    /// Its standard deviation (m), by the distance of the volume's slices and the deviation that the heights of the
+    /// positions state; what permittivity and delay may be off is not in it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub depth_sigma_m: Option<f64>,
+}
+
+/// Depth of a target below the surface of `[ground]`, and its standard deviation (m).
+///
+/// An antenna that hangs higher than is stated by δ makes targets below it deeper by δ/n, n being the refractive index.
+fn depth_of(outcome: &Outcome, target: &Target) -> Option<[f64; 2]> {
+    let ground = outcome.campaign.ground.as_ref()?;
+    let depth_m = ground.surface_z_m - target.z_m;
+    if depth_m <= 0.0 {
+        return None;
+    }
+    let slices_m = (outcome.focused.projections.as_ref()).map_or(0.0, |p| p.volume.step_m);
+    let heights: Vec<f64> = (outcome.prepared.aligned.sigma_m.iter())
+        .map(|s| s[2])
+        .collect();
+    let height_sigma_m = heights.iter().sum::<f64>() / heights.len().max(1) as f64;
+    let top = ground
+        .layer
+        .first()
+        .map(|layer| layer.relative_permittivity);
+    let index = ground.relative_permittivity.or(top).unwrap_or(1.0).sqrt();
+    Some([
+        depth_m,
+        (slices_m / 12f64.sqrt()).hypot(height_sigma_m / index),
+    ])
 }
 
 impl<'a> TargetRecord<'a> {
@@ -57,7 +89,10 @@ impl<'a> TargetRecord<'a> {
         let frame = earth_frame(&outcome.prepared.first().positions);
         let place = frame.map(|f| f.geodetic_from_enu([target.x_m, target.y_m, target.z_m]));
         let sigma = place_sigma(outcome, target);
+        let depth = depth_of(outcome, target);
         Self {
+            depth_m: depth.map(|[depth_m, _]| depth_m),
+            depth_sigma_m: depth.map(|[_, sigma_m]| sigma_m),
             target,
             place_deg_m: place.map(|p| [p.latitude_deg(), p.longitude_deg(), p.height_m]),
             height_above_geoid_m: place.and_then(|p| outcome.above_sea_m(&p)),

@@ -48,12 +48,13 @@ impl Key {
     /// The unit of its value, which its name ends with.
     #[must_use]
     pub fn unit(&self) -> Option<&'static str> {
-        const UNITS: [(&str, &str); 23] = [
+        const UNITS: [(&str, &str); 24] = [
             ("_per_m2", "1/m²"),
             ("_per_hour", "1/h"),
             ("_deg_m", "°, °, m"),
             ("_m_s2", "m/s²"),
             ("_m_s", "m/s"),
+            ("_s_m", "S/m"),
             ("_m2", "m²"),
             ("_ghz", "GHz"),
             ("_hz", "Hz"),

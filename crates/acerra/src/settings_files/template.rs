@@ -70,6 +70,7 @@ const SAMPLES: &[(&str, &str)] = &[
     ("on_track_s", "[10.0, 30.0]"),
     ("origin_deg_m", "[40.9596, 14.3696, 75.0]"),
     ("pixel_z_m", "0.1"),
+    ("relative_permittivity", "4.0"),
     ("rigid_body", "\"drone\""),
     ("source", "\"GPS[1]\""),
     ("speed_m_s", "0.6"),
@@ -77,6 +78,7 @@ const SAMPLES: &[(&str, &str)] = &[
     ("target_m", "[4.0, 0.0, 0.0]"),
     ("terrain", "\"dem.tif\""),
     ("terrain_crs", "\"EPSG:32633\""),
+    ("thickness_m", "0.15"),
     ("z_m", "0.0"),
     ("zero_timing", "\"first-trace\""),
 ];
