@@ -9,6 +9,7 @@ use acerra_chain::{Control, Journal, MemorySink};
 const TABLES: &str = "
 [preprocess]
 zero_timing = 'none'
+background = { components = 4 }
 gate_ns = 'none'
 [image]
 band_ghz = [0.5, 2.5]
@@ -30,7 +31,8 @@ fn campaign(file: &Path, tables: &str) -> String {
     )
 }
 
-/// Three buried cylinders, whose places the program's own settings state.
+/// Three buried cylinders, whose places the program's own settings state. The antennas' height changes by 8 cm along the
+/// line, so that the surface echo is not the same in all traces: its first singular components are taken off.
 #[test]
 fn burials_of_a_full_wave_simulation_stand_where_they_are() {
     let file = Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -67,7 +69,7 @@ fn burials_of_a_full_wave_simulation_stand_where_they_are() {
     let (most, place_of_most) = strongest([1.2, -0.2], 2.0);
     println!("strongest {most:e} at {place_of_most:?}");
     for (x_m, z_m, least_db) in [(0.6, -0.15, -3.0), (1.2, -0.10, -20.0), (1.75, -0.25, -6.0)] {
-        let (level, [x, z]) = strongest([x_m, z_m], 0.05);
+        let (level, [x, z]) = strongest([x_m, z_m], 0.0401);
         let level_db = 20.0 * f64::from(level / most).log10();
         println!("({x_m}, {z_m}) found at ({x:.3}, {z:.3}), {level_db:.1} dB");
         assert!((x - x_m).abs() <= 0.0101, "{x} {x_m}");
