@@ -1,0 +1,310 @@
+//! Named arrays, whatever file they come from, as traces.
+//!
+//! The names are those of the neutral NPZ file: `data` with `fast_time_s` (or `sample_interval_s`, and
+//! `fast_time_start_s`), or `spectrum` with `frequency_hz`; beside them `time_s`, `position_m`, `transmitter_m` and
+//! `receiver_m`. A matrix of `[samples, traces]` is turned where its axis shows that it is one.
+
+use num_complex::{Complex32, Complex64};
+
+use crate::error::{FormatError, Place};
+use crate::limits::Limits;
+use crate::recording::{Axis, Channel, Format, Positions, Recording, Values};
+
+/// How far a fast time may be off an even axis, in steps.
+const EVEN_TOLERANCE: f64 = 1e-3;
+
+/// An array: row-major values with a shape.
+#[derive(Debug, Clone)]
+pub struct Array {
+    pub shape: Vec<usize>,
+    pub values: Numbers,
+    /// Whether its file stores columns first, so that equal sides say nothing of the order.
+    pub is_column_major: bool,
+}
+
+/// Numbers of an array.
+#[derive(Debug, Clone)]
+pub enum Numbers {
+    Real(Vec<f64>),
+    Complex(Vec<Complex64>),
+}
+
+impl Array {
+    fn vector(&self, name: &str) -> Result<&[f64], FormatError> {
+        let is_vector = self.shape.iter().filter(|n| **n != 1).count() <= 1;
+        match &self.values {
+            Numbers::Real(v) if is_vector && !v.is_empty() => Ok(v),
+            _ => Err(FormatError::content(
+                Place::field(name),
+                "a vector of real numbers",
+                format!("an array of shape {:?}", self.shape),
+            )),
+        }
+    }
+
+    fn places(&self, name: &str, traces: usize) -> Result<Vec<[f64; 3]>, FormatError> {
+        let wrong = || {
+            FormatError::content(
+                Place::field(name),
+                format!("real numbers of shape [{traces}, 3]"),
+                format!("shape {:?}", self.shape),
+            )
+        };
+        let Numbers::Real(v) = &self.values else {
+            return Err(wrong());
+        };
+        match self.shape[..] {
+            [rows, 3] if rows == traces && !(rows == 3 && self.is_column_major) => {
+                Ok(v.as_chunks::<3>().0.to_vec())
+            }
+            [3, columns] if columns == traces => Ok((0..traces)
+                .map(|i| [v[i], v[traces + i], v[2 * traces + i]])
+                .collect()),
+            _ => Err(wrong()),
+        }
+    }
+}
+
+/// A file of named arrays.
+pub trait Arrays {
+    /// Names of all numeric arrays.
+    fn names(&self) -> Vec<String>;
+    /// An array by its name.
+    ///
+    /// # Errors
+    /// An array that cannot be read.
+    fn array(&mut self, name: &str, limits: &Limits) -> Result<Array, FormatError>;
+}
+
+/// The names that are known.
+const KNOWN: [&str; 10] = [
+    "data",
+    "fast_time_s",
+    "sample_interval_s",
+    "fast_time_start_s",
+    "spectrum",
+    "frequency_hz",
+    "time_s",
+    "position_m",
+    "transmitter_m",
+    "receiver_m",
+];
+
+/// Traces from named arrays.
+///
+/// # Errors
+/// Arrays that are missing, of another shape, broken or not even.
+pub fn traces(
+    file: &mut impl Arrays,
+    format: Format,
+    limits: &Limits,
+) -> Result<Recording, FormatError> {
+    let names = file.names();
+    let has = |name: &str| names.iter().any(|n| n == name);
+    let mut recording = Recording::new(format);
+    let what = match (has("data"), has("spectrum")) {
+        (true, false) => "data",
+        (false, true) => "spectrum",
+        (true, true) => {
+            return Err(FormatError::content(
+                Place::Whole,
+                "an array data or an array spectrum",
+                "both",
+            ));
+        }
+        (false, false) => {
+            let found = if names.is_empty() {
+                "no array of numbers".to_owned()
+            } else {
+                names.join(", ")
+            };
+            return Err(FormatError::content(
+                Place::Whole,
+                "an array data (with fast_time_s) or spectrum (with frequency_hz)",
+                found,
+            ));
+        }
+    };
+    let matrix = file.array(what, limits)?;
+    let [rows, columns] = match matrix.shape[..] {
+        [rows, columns] if rows > 0 && columns > 0 => [rows, columns],
+        [n] if n > 0 => [1, n],
+        _ => {
+            return Err(FormatError::content(
+                Place::field(what),
+                "a matrix [traces, samples]",
+                format!("shape {:?}", matrix.shape),
+            ));
+        }
+    };
+    let mut vector = |name: &str| -> Result<Vec<f64>, FormatError> {
+        file.array(name, limits)?.vector(name).map(<[f64]>::to_vec)
+    };
+    // Columns of the matrix by its axis, or by the traces' times.
+    let axis_name = if what == "data" {
+        "fast_time_s"
+    } else {
+        "frequency_hz"
+    };
+    let values = if has(axis_name) {
+        Some(vector(axis_name)?)
+    } else {
+        None
+    };
+    let time_s = if has("time_s") {
+        Some(vector("time_s")?)
+    } else {
+        None
+    };
+    let length = values.as_ref().map(Vec::len);
+    let is_turned = match length {
+        Some(n) if n == columns && n == rows => matrix.is_column_major,
+        Some(n) if n == columns => false,
+        Some(n) if n == rows => true,
+        Some(n) => {
+            return Err(FormatError::content(
+                Place::field(axis_name),
+                format!("{rows} or {columns} values, as {what} has"),
+                n,
+            ));
+        }
+        None => {
+            time_s
+                .as_ref()
+                .is_some_and(|t| t.len() == columns && t.len() != rows)
+                || (matrix.is_column_major && time_s.as_ref().is_none_or(|t| t.len() != rows))
+        }
+    };
+    let [traces, samples] = if is_turned {
+        [columns, rows]
+    } else {
+        [rows, columns]
+    };
+    limits.check_trace(Place::field(what), samples as u64)?;
+    let axis = match (what, values) {
+        ("spectrum", Some(hz)) => Axis::Frequency(hz),
+        ("spectrum", None) => {
+            return Err(FormatError::content(
+                Place::Whole,
+                "frequency_hz beside spectrum",
+                names.join(", "),
+            ));
+        }
+        (_, Some(at)) => even(&at)?,
+        (_, None) if has("sample_interval_s") => Axis::FastTime {
+            start_s: if has("fast_time_start_s") {
+                vector("fast_time_start_s")?[0]
+            } else {
+                0.0
+            },
+            step_s: vector("sample_interval_s")?[0],
+            samples,
+        },
+        (_, None) => {
+            return Err(FormatError::content(
+                Place::Whole,
+                "fast_time_s or sample_interval_s beside data",
+                names.join(", "),
+            ));
+        }
+    };
+    let values = turned(matrix.values, [rows, columns], is_turned, what)?;
+    let mut channel = Channel::new("1", traces, axis, values);
+    channel.time_s = time_s;
+    if has("position_m") {
+        let places = file.array("position_m", limits)?;
+        channel.positions = Some(Positions::Local(places.places("position_m", traces)?));
+    }
+    if has("transmitter_m") && has("receiver_m") {
+        let mut of = |name| file.array(name, limits)?.places(name, traces);
+        let antennas: [Vec<[f64; 3]>; 2] = [of("transmitter_m")?, of("receiver_m")?];
+        if channel.positions.is_none() {
+            let middle = antennas[0].iter().zip(&antennas[1]);
+            channel.positions = Some(Positions::Local(
+                middle
+                    .map(|(t, r)| [0, 1, 2].map(|k| f64::midpoint(t[k], r[k])))
+                    .collect(),
+            ));
+        }
+        channel.antennas_m = Some(antennas);
+    }
+    let unused = names.iter().filter(|n| !KNOWN.contains(&n.as_str()));
+    for name in unused {
+        recording.remarks.push(format!("array {name} is not used"));
+    }
+    recording.channels.push(channel);
+    recording.checked()
+}
+
+fn turned(
+    values: Numbers,
+    [rows, columns]: [usize; 2],
+    is_turned: bool,
+    what: &str,
+) -> Result<Values, FormatError> {
+    fn order<T: Copy, U>(
+        v: &[T],
+        [rows, columns]: [usize; 2],
+        is_turned: bool,
+        narrow: impl Fn(T) -> U,
+    ) -> Vec<U> {
+        if is_turned {
+            (0..rows * columns)
+                .map(|i| narrow(v[i % rows * columns + i / rows]))
+                .collect()
+        } else {
+            v.iter().map(|x| narrow(*x)).collect()
+        }
+    }
+    let shape = [rows, columns];
+    let found = match &values {
+        Numbers::Real(v) => v.len(),
+        Numbers::Complex(v) => v.len(),
+    };
+    if found != rows * columns {
+        return Err(FormatError::content(
+            Place::field(what),
+            format!("{} values", rows * columns),
+            found,
+        ));
+    }
+    let single = |z: Complex64| Complex32::new(z.re as f32, z.im as f32);
+    Ok(match values {
+        Numbers::Real(v) if what == "spectrum" => {
+            Values::Complex(order(&v, shape, is_turned, |x| {
+                Complex32::new(x as f32, 0.0)
+            }))
+        }
+        Numbers::Real(v) => Values::Real(order(&v, shape, is_turned, |x| x as f32)),
+        Numbers::Complex(v) => Values::Complex(order(&v, shape, is_turned, single)),
+    })
+}
+
+/// An even axis through the values.
+fn even(at: &[f64]) -> Result<Axis, FormatError> {
+    let n = at.len();
+    let wrong = |found: String| {
+        FormatError::content(
+            Place::field("fast_time_s"),
+            "at least two growing values, evenly spaced",
+            found,
+        )
+    };
+    if n < 2 {
+        return Err(wrong(format!("{n}")));
+    }
+    let step_s = (at[n - 1] - at[0]) / (n as f64 - 1.0);
+    if !(step_s.is_finite() && step_s > 0.0) {
+        return Err(wrong(format!("a step of {step_s:e} s")));
+    }
+    let off = |i: usize| ((at[i] - at[0]) / step_s - i as f64).abs();
+    // Not a number is off, too.
+    if let Some(i) = (0..n).find(|&i| !(off(i) <= EVEN_TOLERANCE)) {
+        return Err(wrong(format!("value {i} off by {:.3} steps", off(i))));
+    }
+    Ok(Axis::FastTime {
+        start_s: at[0],
+        step_s,
+        samples: n,
+    })
+}

@@ -1,0 +1,368 @@
+//! Files that the test writes byte by byte, and real ones where they are at hand.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use acerra_formats::{
+    Axis, Channel, Format, Limits, Positions, Recording, Values, open, recognise,
+};
+
+fn folder() -> tempfile::TempDir {
+    tempfile::tempdir().unwrap()
+}
+
+fn read(path: &Path) -> Recording {
+    open(path, &Limits::default()).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
+}
+
+fn failure(path: &Path) -> String {
+    open(path, &Limits::default()).unwrap_err().to_string()
+}
+
+fn real(channel: &Channel) -> &[f32] {
+    let Values::Real(v) = &channel.values else {
+        panic!("complex")
+    };
+    v
+}
+
+fn step_s(channel: &Channel) -> f64 {
+    let Axis::FastTime { step_s, .. } = channel.axis else {
+        panic!("spectra")
+    };
+    step_s
+}
+
+/// A real file, or none where the data are not at hand.
+fn sample(name: &str) -> Option<PathBuf> {
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
+    let path = data.join(name);
+    if !path.is_file() {
+        println!("skipped: {} is not at hand", path.display());
+        return None;
+    }
+    Some(path)
+}
+
+fn dzt(bits: u16, channels: usize, traces: usize, samples: usize) -> Vec<u8> {
+    let mut head = vec![0u8; 1024 * channels];
+    let mut put = |at: usize, bytes: &[u8]| head[at..at + bytes.len()].copy_from_slice(bytes);
+    put(0, &[0xff, 0x00]);
+    put(2, &(channels as u16).to_le_bytes());
+    put(4, &(samples as u16).to_le_bytes());
+    put(6, &bits.to_le_bytes());
+    put(8, &3u16.to_le_bytes());
+    put(10, &20.0f32.to_le_bytes());
+    put(26, &8.0f32.to_le_bytes());
+    put(52, &(channels as u16).to_le_bytes());
+    put(98, b"400MHz");
+    for trace in 0..traces {
+        for channel in 0..channels {
+            for sample in 0..samples {
+                let value = (trace * 7 + channel * 3 + sample) as i32;
+                match bits {
+                    8 => head.push(128 + value as u8),
+                    16 => head.extend((32_768 + value as u16).to_le_bytes()),
+                    _ => head.extend((value * 70_000).to_le_bytes()),
+                }
+            }
+        }
+    }
+    head
+}
+
+#[test]
+fn dzt_of_all_widths_and_channels() {
+    let folder = folder();
+    for (bits, unit) in [(8, 1.0), (16, 1.0), (32, 70_000.0)] {
+        for channels in [1, 2, 4] {
+            let path = folder.path().join("line.bin");
+            let mut bytes = dzt(bits, channels, 5, 16);
+            bytes.push(1);
+            fs::write(&path, bytes).unwrap();
+            let read = read(&path);
+            assert_eq!(read.format, Format::Dzt);
+            assert_eq!((read.channels.len(), read.skipped_bytes), (channels, 1));
+            let last = &read.channels[channels - 1];
+            assert_eq!(last.traces, 5);
+            let row = &real(last)[4 * 16..];
+            for (k, value) in row.iter().enumerate().skip(2) {
+                assert_eq!(*value, unit * (28 + 3 * (channels - 1) + k) as f32);
+            }
+            assert!((step_s(last) - 0.5e-9).abs() < 1e-20);
+            assert!(
+                matches!(last.axis, Axis::FastTime { start_s, .. } if (start_s + 1.5e-9).abs() < 1e-18)
+            );
+            assert_eq!(last.time_s.as_ref().unwrap()[4], 0.2);
+        }
+    }
+}
+
+#[test]
+fn dzt_with_positions_and_marks() {
+    let folder = folder();
+    let path = folder.path().join("line.DZT");
+    fs::write(&path, dzt(16, 1, 11, 16)).unwrap();
+    let dzg = "$GSSIS,0,-1\n$GPGGA,120000.00,4130.0000,N,01415.0000,E,4,12,0.7,50.0,M,45.0,M,,\n\
+               $GSSIS,10,-1\n$GPGGA,120001.00,4130.0060,N,01415.0000,E,4,12,0.7,51.0,M,45.0,M,,\n";
+    fs::write(folder.path().join("line.DZG"), dzg).unwrap();
+    let dzx = "<DZX xmlns=\"www.geophysical.com/DZX/1.02\"><File><Profile><WayPt><scan>7</scan>\
+               <mark>User</mark></WayPt></Profile></File></DZX>";
+    fs::write(folder.path().join("line.DZX"), dzx).unwrap();
+    let read = read(&path);
+    assert_eq!(read.marks, [7]);
+    let Some(Positions::Geodetic(places)) = &read.channels[0].positions else {
+        panic!("no positions")
+    };
+    assert!((places[5][0] - (41.5 + 0.003 / 60.0)).abs() < 1e-10);
+    assert!((places[5][2] - 95.5).abs() < 1e-9);
+    assert!((read.channels[0].time_s.as_ref().unwrap()[5] - 0.5).abs() < 1e-9);
+}
+
+fn mala(folder: &Path, rad: &str, data: &[u8], extension: &str) -> PathBuf {
+    fs::write(folder.join("line.rad"), rad).unwrap();
+    let path = folder.join(format!("line.{extension}"));
+    fs::write(&path, data).unwrap();
+    path
+}
+
+const RAD: &str = "SAMPLES:4\nFREQUENCY:2000.0\nSIGNAL POSITION:0\nDISTANCE FLAG:1\nTIME FLAG:0\n\
+                   TIME INTERVAL:0.1\nDISTANCE INTERVAL:0.05\nANTENNA SEPARATION:0.18\nTIMEWINDOW:2.0\n\
+                   LAST TRACE:3\nSTOP POSITION:0.100\nSTART POSITION:0.0\n";
+
+#[test]
+fn mala_of_both_widths_from_either_file() {
+    let short: Vec<u8> = (-6i16..6).flat_map(i16::to_le_bytes).collect();
+    let long: Vec<u8> = (-6i32..6)
+        .flat_map(|v| (v * 100_000).to_le_bytes())
+        .collect();
+    for (data, extension, unit) in [(short, "rd3", 1.0), (long, "rd7", 100_000.0)] {
+        let folder = folder();
+        let path = mala(folder.path(), RAD, &data, extension);
+        let cor = "1\t2024-05-01\t10:00:00\t41.5\tN\t14.25\tE\t60.0\tM\t1.0\n\
+                   3\t2024-05-01\t10:00:02\t41.6\tN\t14.25\tE\t62.0\tM\t1.0\n";
+        fs::write(folder.path().join("line.cor"), cor).unwrap();
+        for named in [path, folder.path().join("line.rad")] {
+            let read = read(&named);
+            assert_eq!(read.format, Format::Mala);
+            let channel = &read.channels[0];
+            assert_eq!(channel.traces, 3);
+            assert_eq!(real(channel)[0], -6.0 * unit);
+            assert!((step_s(channel) - 0.5e-9).abs() < 1e-18);
+            assert_eq!(channel.antenna_separation_m, Some(0.18));
+            assert!((channel.along_m.as_ref().unwrap()[2] - 0.1).abs() < 1e-12);
+            let Some(Positions::Geodetic(places)) = &channel.positions else {
+                panic!()
+            };
+            assert!((places[1][0] - 41.55).abs() < 1e-12);
+            assert!(read.contradictions.is_empty(), "{:?}", read.contradictions);
+        }
+    }
+}
+
+#[test]
+fn headers_that_contradict_are_noted() {
+    let folder = folder();
+    let data: Vec<u8> = (0i16..12).flat_map(i16::to_le_bytes).collect();
+    let rad = RAD
+        .replace("TIMEWINDOW:2.0", "TIMEWINDOW:2000.0")
+        .replace("STOP POSITION:0.100", "STOP POSITION:0.04");
+    let path = mala(folder.path(), &rad, &data, "rd3");
+    let found = read(&path).contradictions;
+    let about: Vec<&str> = found.iter().map(|c| c.about.as_str()).collect();
+    assert_eq!(found.len(), 2, "{about:?}");
+    assert!(about[0].starts_with("time window") && about[1].starts_with("distance between"));
+    assert_eq!((found[0].used, found[0].other), (2.0, 2000.0));
+}
+
+fn dt1(folder: &Path, hd: &str, traces: usize) -> PathBuf {
+    fs::write(folder.join("LINE00.HD"), hd).unwrap();
+    let mut bytes = Vec::new();
+    for trace in 0..traces {
+        let mut head = [0.0f32; 32];
+        head[0] = trace as f32 + 1.0;
+        head[1] = trace as f32 * 2.0;
+        head[2] = 6.0;
+        head[5] = 2.0;
+        head[23] = 86_399.5 + trace as f32 * 0.5;
+        if head[23] >= 86_400.0 {
+            head[23] -= 86_400.0;
+        }
+        bytes.extend(head.iter().flat_map(|x| x.to_le_bytes()));
+        bytes.extend((0i16..6).flat_map(|k| (k - trace as i16).to_le_bytes()));
+    }
+    let path = folder.join("LINE00.DT1");
+    fs::write(&path, bytes).unwrap();
+    path
+}
+
+const HD: &str = "1234\nGPR\nNUMBER OF TRACES   = 4\nNUMBER OF PTS/TRC  = 6\nTIMEZERO AT POINT  = 2\n\
+                  TOTAL TIME WINDOW  = 4.8\nSTEP SIZE USED     = 2.0\nPOSITION UNITS     = ft\n\
+                  ANTENNA SEPARATION = 1.0\n";
+
+#[test]
+fn dt1_in_feet() {
+    let folder = folder();
+    let path = dt1(folder.path(), HD, 4);
+    for named in [path, folder.path().join("LINE00.HD")] {
+        let read = read(&named);
+        let channel = &read.channels[0];
+        assert_eq!((read.format, channel.traces), (Format::Dt1, 4));
+        assert_eq!(channel.antenna_separation_m, Some(0.3048));
+        assert!((channel.along_m.as_ref().unwrap()[3] - 6.0 * 0.3048).abs() < 1e-9);
+        assert!(
+            matches!(channel.axis, Axis::FastTime { start_s, step_s, samples: 6 }
+            if (step_s - 0.8e-9).abs() < 1e-18 && (start_s + 1.6e-9).abs() < 1e-18)
+        );
+        assert_eq!(real(channel)[6 + 5], 4.0);
+        assert!((channel.time_s.as_ref().unwrap()[3] - 1.5).abs() < 1e-2);
+        assert!(read.contradictions.is_empty());
+    }
+    let alone = folder.path().join("other.DT1");
+    fs::copy(folder.path().join("LINE00.DT1"), &alone).unwrap();
+    assert!(failure(&alone).contains("HD"), "{}", failure(&alone));
+}
+
+/// Header words of a trace and its samples.
+fn segy(
+    order_is_big: bool,
+    code: u16,
+    samples: usize,
+    traces: usize,
+    sample: impl Fn(usize) -> Vec<u8>,
+) -> Vec<u8> {
+    let two = |v: u16| {
+        if order_is_big {
+            v.to_be_bytes()
+        } else {
+            v.to_le_bytes()
+        }
+    };
+    let four = |v: i32| {
+        if order_is_big {
+            v.to_be_bytes()
+        } else {
+            v.to_le_bytes()
+        }
+    };
+    let mut head = vec![b' '; 3200];
+    head.extend([0; 400]);
+    let put =
+        |to: &mut [u8], at: usize, bytes: &[u8]| to[at..at + bytes.len()].copy_from_slice(bytes);
+    put(&mut head, 3216, &two(100));
+    put(&mut head, 3220, &two(samples as u16));
+    put(&mut head, 3224, &two(code));
+    for trace in 0..traces {
+        let mut h = [0; 240];
+        put(&mut h, 8, &four(trace as i32 / 2 + 1));
+        put(&mut h, 12, &four(trace as i32 % 2 + 1));
+        put(&mut h, 72, &four(51_300_000 + 10 * trace as i32));
+        put(&mut h, 76, &four(149_400_000));
+        put(&mut h, 70, &two((-1000i16) as u16));
+        put(&mut h, 88, &two(2));
+        put(&mut h, 114, &two(samples as u16));
+        head.extend(h);
+        for k in 0..samples {
+            let mut word = sample(trace * samples + k);
+            if !order_is_big {
+                word.reverse();
+            }
+            head.extend(word);
+        }
+    }
+    head
+}
+
+#[test]
+fn segy_in_both_orders_with_two_antennas_and_seconds_of_arc() {
+    let folder = folder();
+    let path = folder.path().join("x");
+    for big in [true, false] {
+        let bytes = segy(big, 3, 5, 6, |i| (i as i16 - 9).to_be_bytes().to_vec());
+        fs::write(&path, &bytes).unwrap();
+        assert_eq!(recognise(&path).unwrap(), Some(Format::SegY));
+        let read = read(&path);
+        assert_eq!(read.channels.len(), 2, "{:?}", read.remarks);
+        let second = read.channel(Some("2")).unwrap();
+        assert_eq!(second.traces, 3);
+        assert_eq!(real(second)[..5], [-4.0, -3.0, -2.0, -1.0, 0.0]);
+        assert!((step_s(second) - 100e-12).abs() < 1e-20);
+        let Some(Positions::Geodetic(places)) = &second.positions else {
+            panic!()
+        };
+        assert!((places[0][0] - 41.5).abs() < 1e-12);
+        assert!((places[0][1] - (51_300.01 / 3600.0)).abs() < 1e-12);
+    }
+    let mut cut = segy(true, 3, 5, 6, |_| vec![0, 0]);
+    cut.truncate(3600 + 100);
+    fs::write(&path, &cut).unwrap();
+    assert_eq!(
+        failure(&path),
+        "trace 1: expected 250 bytes, found the end of the file after 100"
+    );
+}
+
+#[test]
+fn broken_files_are_refused_with_a_place() {
+    let folder = folder();
+    let write = |name: &str, bytes: &[u8]| {
+        let path = folder.path().join(name);
+        fs::write(&path, bytes).unwrap();
+        path
+    };
+    assert!(failure(&write("empty", b"")).contains("it is empty"));
+    assert!(failure(&write("text", b"hello world\n")).contains("found another kind"));
+    let mut header = dzt(16, 1, 0, 16);
+    header.extend([0; 31]);
+    let message = failure(&write("cut.dzt", &header));
+    assert_eq!(
+        message,
+        "byte 1024: expected a scan of 32 bytes, found the end of the file after 31"
+    );
+    let nan = segy(true, 5, 2, 1, |_| f32::NAN.to_be_bytes().to_vec());
+    assert!(failure(&write("nan.sgy", &nan)).contains("trace 1, sample 1"));
+    // A header that claims much takes nothing.
+    let mut limits = Limits::default();
+    limits.max_samples = 10;
+    let large = write("large.sgy", &segy(true, 5, 6, 3, |_| vec![0; 4]));
+    let message = open(&large, &limits).unwrap_err().to_string();
+    assert_eq!(message, "trace 2: expected at most 10 samples, found 12");
+}
+
+#[test]
+fn real_files_are_read() {
+    if let Some(path) = sample("gpr-samples/grid-line-001.dzt") {
+        let read = read(&path);
+        let channel = &read.channels[0];
+        assert_eq!((channel.traces, channel.axis.samples()), (451, 512));
+        assert!((step_s(channel) * 512.0 - 50e-9).abs() < 1e-15);
+        assert!((channel.along_m.as_ref().unwrap()[450] - 9.0).abs() < 1e-9);
+    }
+    if let Some(path) = sample("gpr-samples/warr.dt1") {
+        let read = read(&path);
+        let channel = &read.channels[0];
+        assert_eq!((channel.traces, channel.axis.samples()), (164, 1900));
+        assert!((step_s(channel) - 0.4e-9).abs() < 1e-18);
+        assert_eq!(channel.antenna_separation_m, Some(0.75));
+    }
+    if let Some(path) = sample("gpr-iwagpr2017/buried_objects_xdir_bscan_19.rd3") {
+        let read = read(&path);
+        let channel = &read.channels[0];
+        assert_eq!((channel.traces, channel.axis.samples()), (91, 2078));
+        assert!((step_s(channel) - 3.8517e-12).abs() < 1e-15);
+        assert_eq!(channel.antenna_separation_m, Some(0.059));
+    }
+    if let Some(path) = sample("gpr-samples/gprmax-rectangle.h5") {
+        let read = read(&path);
+        assert_eq!(read.channels.len(), 6);
+        assert!(
+            read.channels[0].name.starts_with("rx1/E"),
+            "{}",
+            read.channels[0].name
+        );
+        assert_eq!(
+            (read.channels[0].traces, read.channels[0].axis.samples()),
+            (85, 1697)
+        );
+    }
+}
