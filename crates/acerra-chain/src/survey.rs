@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use acerra_formats::Contradiction;
 use acerra_geo::time::GpsTime;
 use acerra_radar::LoggedClock;
 
@@ -10,11 +11,11 @@ use crate::align::recording::{Recording, TrackOptions};
 use crate::choices::TimeOffset;
 use crate::control::Control;
 use crate::error::ChainError;
-use crate::findings::Finding;
+use crate::findings::{Finding, Verdict};
 use crate::journal::Journal;
 use crate::position::{PositionError, PositionOptions, Positions, in_one_frame, position};
 use crate::prepare::{Prepared, prepare};
-use crate::read::{RadarData, ReadError, read_channel};
+use crate::read::{Line, RadarData, ReadError, read_channel};
 use crate::scene::{Scene, SceneOptions};
 use crate::warnings::Warnings;
 
@@ -38,10 +39,23 @@ pub struct TrackSource {
     pub radar: PathBuf,
     /// The channel of a log that has several.
     pub channel: Option<String>,
+    /// The line along which its traces were recorded, where the file does not place them.
+    pub line: Option<Line>,
     /// Where its positions come from.
     pub positions: PositionOptions,
     /// Parameters of its later stages.
     pub options: TrackOptions,
+}
+
+/// Statements of a radar file that do not agree.
+fn header_finding(found: &Contradiction) -> Finding {
+    let name = format!("radar_header ({})", found.about);
+    Finding::judged(name, found.other, found.unit, Verdict::Doubtful)
+        .expecting(found.used)
+        .because(format!(
+            "{}: {:.6} and {:.6} {}; the first is used",
+            found.about, found.used, found.other, found.unit
+        ))
 }
 
 impl Survey {
@@ -89,6 +103,7 @@ impl Survey {
             Ok(read_channel(
                 &track.radar,
                 track.channel.as_deref(),
+                track.line,
                 warnings,
             )?)
         };
@@ -115,7 +130,7 @@ impl Survey {
         for (track, radar) in self.tracks.iter().zip(radars) {
             control.check()?;
             let inside = radar.positions.as_ref();
-            let mut own = Vec::new();
+            let mut own: Vec<Finding> = radar.contradictions.iter().map(header_finding).collect();
             let placed = position(&track.positions, &track.radar, inside, warnings, &mut own)?;
             findings.extend(own.into_iter().map(|finding| self.named(track, finding)));
             let mut options = track.options.clone();

@@ -33,7 +33,8 @@ fn read_radar<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let (data, warnings) = work::run(py, None, |_| {
         let mut warnings = Warnings::default();
-        let data = read_channel(&file, channel.as_deref(), &mut warnings).map_err(Failure::read)?;
+        let data =
+            read_channel(&file, channel.as_deref(), None, &mut warnings).map_err(Failure::read)?;
         Ok((data, warnings))
     })?;
     let arrays = match &data.content {

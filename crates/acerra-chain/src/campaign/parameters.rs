@@ -91,6 +91,7 @@ impl Campaign {
             name: name.unwrap_or_else(|| (k + 1).to_string()),
             radar: self.radar.file.clone(),
             channel: self.radar.channel.clone(),
+            line: self.radar.line(),
             positions: PositionOptions {
                 source: self.position_source(),
                 geoid: self.image.geoid.clone(),

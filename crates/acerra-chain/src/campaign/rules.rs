@@ -224,6 +224,12 @@ impl Campaign {
                 "both find the fast time at which range is zero",
             );
         }
+        let has_both = self.radar.line_start_m.is_some() == self.radar.line_end_m.is_some();
+        let expected = "both ends of the line, or neither";
+        check(
+            "radar",
+            &[Rule::new("line_end_m", has_both, expected, "one")],
+        )?;
         check("trajectory", &trajectory_rules(&self.trajectory))?;
         self.check_attitudes()?;
         if let Some(gnss) = &self.gnss {

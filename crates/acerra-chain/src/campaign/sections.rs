@@ -13,7 +13,7 @@ use crate::choices::{
 };
 use crate::focus::inversion::options::{InversionSection, Method};
 use crate::prepare::Track;
-use crate::read::path_text;
+use crate::read::{Line, path_text};
 
 /// `[radar]`: the log, and which of its traces are used.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema, Serialize)]
@@ -22,9 +22,18 @@ pub struct RadarSection {
     /// The radar log; its format is recognised from its content.
     #[serde(serialize_with = "path_text::path")]
     pub file: PathBuf,
-    /// The channel of phase history data (CPHD); by default the file's reference channel.
+    /// The channel of a file that has several: of phase history data (CPHD; by default its reference channel), an
+    /// antenna, a receiver and component of a model (`"rx1/Ez"`), a scattering parameter (`"S21"`); by default the
+    /// first.
     #[serde(default)]
     pub channel: Option<String>,
+    /// Place of the first trace (x, y, z in m), where traces were recorded along a line; with `line_end_m`. Between them
+    /// traces lie where the file's odometer says, else evenly spaced.
+    #[serde(default)]
+    pub line_start_m: Option<[f64; 3]>,
+    /// Place of the last trace (x, y, z in m).
+    #[serde(default)]
+    pub line_end_m: Option<[f64; 3]>,
     /// Fast time at which range is zero, in nanoseconds, when calibrated; `"auto"` finds the one at
     /// which the echoes of points add up best.
     #[serde(default)]
@@ -40,6 +49,15 @@ impl RadarSection {
     #[must_use]
     pub fn is_absent(&self) -> bool {
         self.file.as_os_str().is_empty()
+    }
+
+    /// The line along which traces were recorded, where both ends are stated.
+    #[must_use]
+    pub fn line(&self) -> Option<Line> {
+        Some(Line {
+            start_m: self.line_start_m?,
+            end_m: self.line_end_m?,
+        })
     }
 
     /// Puts in what was left to the data.

@@ -1,5 +1,6 @@
 //! Stage `read`: the radar log, whatever its format.
 
+mod foreign;
 pub mod inputs;
 pub(crate) mod path_text;
 pub(crate) mod phase_history;
@@ -9,6 +10,7 @@ use std::fs::File;
 use std::io::{self, BufReader, Read as _, Seek as _};
 use std::path::{Path, PathBuf};
 
+use acerra_formats::{Contradiction, FormatError};
 use acerra_radar::quality::{OutlierOptions, scan_outliers};
 use acerra_radar::{
     LogRadargram, LoggedClock, LoggedClockError, NeutralContent, NeutralFile, OpenError, RadarFile,
@@ -18,6 +20,8 @@ use acerra_radar::{
 use crate::read::phase_history::{PhaseHistoryError, read_phase_history};
 use crate::read::trace_positions::TracePositions;
 use crate::warnings::Warnings;
+
+pub use foreign::Line;
 
 /// What the log holds for the chain.
 #[derive(Clone, Debug)]
@@ -62,6 +66,8 @@ pub struct RadarData {
     pub label: RadarLabel,
     /// The clock that was recorded beside the log. Where there is one, times count seconds of GPS time.
     pub clock: Option<LoggedClock>,
+    /// Statements of the file that do not agree.
+    pub contradictions: Vec<Contradiction>,
 }
 
 /// What a radar measurement is called in summaries and pictures.
@@ -96,6 +102,7 @@ impl RadarData {
                 summary,
             },
             clock: None,
+            contradictions: Vec::new(),
         }
     }
 }
@@ -119,6 +126,33 @@ pub enum ReadError {
         path: PathBuf,
         /// The place in it, what was expected and what was found.
         cause: OpenError,
+    },
+    /// A file of another maker's radar, or a damaged one.
+    #[error("{}: {cause}", path.display())]
+    Foreign {
+        /// The file.
+        path: PathBuf,
+        /// The place in it, what was expected and what was found.
+        cause: Box<FormatError>,
+    },
+    /// Traces of which neither time nor place is known.
+    #[error(
+        "{}: expected times or positions of traces in the file, or the ends of the line ([radar] line_start_m and \
+         line_end_m), found none",
+        path.display()
+    )]
+    NoPlace {
+        /// The file.
+        path: PathBuf,
+    },
+    /// Ends of a line are stated for a file that has no need of them.
+    #[error(
+        "{}: [radar] line_start_m: expected a file of traces along a line (SEG-Y, DZT, DT1, rd3, …), found another kind",
+        path.display()
+    )]
+    NoLine {
+        /// The file.
+        path: PathBuf,
     },
     /// The scans of the log make no radargram.
     #[error("{}: {cause}", path.display())]
@@ -151,7 +185,7 @@ pub enum ReadError {
     },
     /// A channel is named of a file that has none.
     #[error(
-        "{}: [radar] channel: expected a CPHD file, which has channels, found another kind",
+        "{}: [radar] channel: expected a file that has channels (CPHD, SEG-Y, DZT, gprMax, …), found another kind",
         path.display()
     )]
     NoChannels {
@@ -171,10 +205,11 @@ pub enum ReadError {
 /// # Errors
 /// As [`read_channel`].
 pub fn read_radar(path: &Path, warnings: &mut Warnings) -> Result<RadarData, ReadError> {
-    read_channel(path, None, warnings)
+    read_channel(path, None, None, warnings)
 }
 
-/// Reads a radar log, or the named channel of phase history data.
+/// Reads a radar log, or the named channel of a file that has several; `line` places traces that were recorded along
+/// one.
 ///
 /// # Errors
 /// A file that is absent, of another kind, cut off before its first whole scan, or hostile; a channel
@@ -182,6 +217,7 @@ pub fn read_radar(path: &Path, warnings: &mut Warnings) -> Result<RadarData, Rea
 pub fn read_channel(
     path: &Path,
     channel: Option<&str>,
+    line: Option<Line>,
     warnings: &mut Warnings,
 ) -> Result<RadarData, ReadError> {
     let owned = || path.to_owned();
@@ -193,7 +229,14 @@ pub fn read_channel(
     let mut head = Vec::new();
     let read = file.by_ref().take(16).read_to_end(&mut head);
     read.and_then(|_| file.rewind()).map_err(failed)?;
-    if acerra_cphd::is_cphd(&head) {
+    let is_phase_history = acerra_cphd::is_cphd(&head);
+    if !is_phase_history && is_foreign(path, &mut file)? {
+        return foreign::read_foreign(path, channel, line, warnings);
+    }
+    if line.is_some() {
+        return Err(ReadError::NoLine { path: owned() });
+    }
+    if is_phase_history {
         return from_phase_history(path, file, channel, warnings);
     }
     if channel.is_some() {
@@ -208,6 +251,29 @@ pub fn read_channel(
         RadarFile::Log(log) => from_log(path, &log, warnings),
         RadarFile::Neutral(neutral) => from_neutral(path, neutral, warnings),
     }
+}
+
+/// Whether a file is one of another maker's radar, and no log of this program's own.
+fn is_foreign(path: &Path, file: &mut File) -> Result<bool, ReadError> {
+    let failed = |cause| ReadError::Open {
+        path: path.to_owned(),
+        cause,
+    };
+    let format = acerra_formats::recognise(path).map_err(|cause| ReadError::Foreign {
+        path: path.to_owned(),
+        cause: Box::new(cause),
+    })?;
+    let is_own = |head: &[u8]| {
+        let read = acerra_radar::read(io::Cursor::new(head), &acerra_radar::Limits::default());
+        matches!(read, Ok(RadarFile::Log(_)))
+    };
+    if format.is_none() {
+        return Ok(false);
+    }
+    let mut head = Vec::new();
+    let read = file.by_ref().take(1 << 16).read_to_end(&mut head);
+    read.and_then(|_| file.rewind()).map_err(failed)?;
+    Ok(!is_own(&head))
 }
 
 fn from_log(path: &Path, log: &RadarLog, warnings: &mut Warnings) -> Result<RadarData, ReadError> {
@@ -241,6 +307,7 @@ fn from_log(path: &Path, log: &RadarLog, warnings: &mut Warnings) -> Result<Rada
             summary,
         },
         clock,
+        contradictions: Vec::new(),
     })
 }
 

@@ -57,6 +57,14 @@ fn write_text(description: &Description, out: &mut dyn Write) -> anyhow::Result<
             }
             Value::String(text) => text.clone(),
             Value::Bool(yes) => if *yes { "yes" } else { "no" }.to_owned(),
+            Value::Object(named) => named
+                .iter()
+                .map(|(name, v)| {
+                    let text = v.as_str().map_or_else(|| v.to_string(), str::to_owned);
+                    format!("{name} {text}")
+                })
+                .collect::<Vec<_>>()
+                .join(", "),
             Value::Null => "–".to_owned(),
             other => other.to_string(),
         };

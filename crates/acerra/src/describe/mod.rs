@@ -2,6 +2,7 @@
 
 mod description;
 mod flight_log;
+mod foreign;
 mod gnss;
 mod image;
 mod phase_history;
@@ -50,6 +51,10 @@ pub fn describe(path: &Path) -> anyhow::Result<Description> {
     if acerra_cphd::is_cphd(&head) {
         return phase_history::describe(reader).with_context(at);
     }
+    let format = acerra_formats::recognise(path).with_context(at)?;
+    if format.is_some() && !radar::is_log(&head) {
+        return foreign::describe(path).with_context(at);
+    }
     if radar::is_radar(&head) {
         return radar::describe(reader).with_context(at);
     }
@@ -60,7 +65,8 @@ pub fn describe(path: &Path) -> anyhow::Result<Description> {
         return trajectory::describe(reader).with_context(at);
     }
     bail!(
-        "{}: not a kind that is known; expected a radar log (MRM capture, MRM-RET text, NPZ, CPHD), a \
+        "{}: not a kind that is known; expected a radar log (MRM capture, MRM-RET text, NPZ, CPHD, \
+         SEG-Y, DZT, DT1 with HD, rd3 or rd7 with rad, gprMax, HDF5, MATLAB, Touchstone, FMCW), a \
          trajectory (.pos, CSV, NMEA, Motive export), a flight log (.bin, .ulg, .tlog, MCAP), RINEX, \
          UBX, RTCM 3, SP3, ANTEX or an image.npz",
         path.display()

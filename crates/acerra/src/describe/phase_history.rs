@@ -21,6 +21,21 @@ pub fn describe(reader: impl Read + Seek) -> anyhow::Result<Description> {
     d.fact("origin_height_m", origin.height_m);
     for channel in &history.channels {
         d.fact("channel", channel.name.as_str());
+        d.fact("traces", channel.time_s.len());
+        d.fact("samples", channel.frequency.count);
+        let last_hz = channel.frequency.step_hz.mul_add(
+            channel.frequency.count.saturating_sub(1) as f64,
+            channel.frequency.first_hz,
+        );
+        d.fact(
+            "frequency_hz",
+            serde_json::json!({
+                "first": channel.frequency.first_hz,
+                "last": last_hz,
+                "count": channel.frequency.count,
+            }),
+        );
+        d.fact("positions", true);
         d.fact("pulses", channel.time_s.len());
         d.fact("frequencies", channel.frequency.count);
         d.fact("first_frequency_ghz", 1e-9 * channel.frequency.first_hz);

@@ -16,6 +16,12 @@ pub fn is_radar(head: &[u8]) -> bool {
     !matches!(read, Err(OpenError::Read(ReadError::Unrecognised { .. })))
 }
 
+/// Whether the first bytes are those of a log of scans.
+pub fn is_log(head: &[u8]) -> bool {
+    let read = acerra_radar::read(std::io::Cursor::new(head), &Limits::default());
+    matches!(read, Ok(RadarFile::Log(_)))
+}
+
 pub fn describe(reader: impl Read + Seek) -> anyhow::Result<Description> {
     match acerra_radar::read(reader, &Limits::default())? {
         RadarFile::Log(log) => describe_log(&log),
@@ -27,6 +33,10 @@ fn describe_log(log: &RadarLog) -> anyhow::Result<Description> {
     let mut d = Description::new(log.format.to_string());
     let made = log.radargram(&RadargramOptions::default())?;
     let window = made.run.window;
+    d.fact("traces", made.radargram.traces);
+    d.fact("samples", made.radargram.samples_per_trace);
+    d.fact("sample_interval_s", made.radargram.fast_time_step_s);
+    d.fact("positions", false);
     d.fact("whole_scans", log.report.whole_scans);
     d.fact("incomplete_scans", log.report.incomplete_scans);
     d.fact("filtering", made.run.filtering.to_string());
@@ -80,6 +90,8 @@ fn describe_neutral(neutral: &NeutralFile) -> Description {
         NeutralContent::Radargram(r) => {
             let mut d = Description::new("NPZ radargram");
             d.fact("traces", r.traces);
+            d.fact("samples", r.samples_per_trace);
+            d.fact("sample_interval_s", r.fast_time_step_s);
             d.fact("samples_per_trace", r.samples_per_trace);
             d.fact("complex", r.samples.is_complex());
             d.fact("fast_time_start_ns", r.fast_time_start_s * 1e9);
@@ -91,6 +103,15 @@ fn describe_neutral(neutral: &NeutralFile) -> Description {
         NeutralContent::Spectrum(s) => {
             let mut d = Description::new("NPZ spectra");
             d.fact("traces", s.traces());
+            d.fact("samples", s.frequency_hz.len());
+            d.fact(
+                "frequency_hz",
+                serde_json::json!({
+                    "first": s.frequency_hz.first(),
+                    "last": s.frequency_hz.last(),
+                    "count": s.frequency_hz.len(),
+                }),
+            );
             d.fact("frequencies", s.frequency_hz.len());
             d.fact(
                 "first_frequency_ghz",

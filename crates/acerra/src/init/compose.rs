@@ -66,6 +66,7 @@ pub fn compose(logs: &Logs, folder: &Path) -> anyhow::Result<String> {
             "trajectory.file",
             "none needed, the radar file brings the positions of its traces",
         )),
+        ([], None) if radar.way_m.is_some() => campaign.with_line(radar.way_m.unwrap_or_default()),
         ([], None) => bail!(
             "no positions among the files: expected a trajectory, or the logs of two GNSS receivers"
         ),
@@ -164,6 +165,20 @@ impl Campaign<'_> {
         let (low, high) = trajectory.bounds_m();
         self.extent([low, high]);
         Ok(())
+    }
+
+    /// A line of the length that the file counts, along x.
+    fn with_line(&mut self, way_m: f64) {
+        self.filled.push(
+            Filled::new("radar.line_start_m", "[0.0, 0.0, 0.0]").because(
+                "the file counts the way along its line, not where that lies: state both ends",
+            ),
+        );
+        self.filled.push(
+            Filled::new("radar.line_end_m", format!("[{way_m:.3}, 0.0, 0.0]"))
+                .because(format!("{way_m:.3} m from the first trace to the last")),
+        );
+        self.extent([[0.0; 3], [way_m, 0.0, 0.0]]);
     }
 
     fn with_attitudes(&mut self, path: &Path, log: &LogReport) -> anyhow::Result<()> {

@@ -40,6 +40,8 @@ pub(super) struct RadarInput {
     pub time_s: Option<[f64; 2]>,
     /// Whether the file brings the positions of its traces.
     pub has_positions: bool,
+    /// Way along the line (m), where the file counts it.
+    pub way_m: Option<f64>,
 }
 
 /// The log of a GNSS receiver.
@@ -75,6 +77,8 @@ impl Logs {
             self.take_trajectory(path, reader)?;
         } else if acerra_cphd::is_cphd(&head) {
             self.radar.push(phase_history(path, reader)?);
+        } else if acerra_formats::recognise(path)?.is_some() && !is_log(&head) {
+            self.radar.push(foreign(path)?);
         } else if is_radar(&head) {
             let found = radar(path, reader)?;
             self.radar.push(found);
@@ -124,6 +128,36 @@ impl Logs {
     }
 }
 
+fn is_log(head: &[u8]) -> bool {
+    let read = acerra_radar::read(Cursor::new(head), &RadarLimits::default());
+    matches!(read, Ok(RadarFile::Log(_)))
+}
+
+fn foreign(path: &Path) -> anyhow::Result<RadarInput> {
+    let recording = acerra_formats::open(path, &acerra_formats::Limits::default())?;
+    let channel = recording.channel(None)?;
+    let mut summary = format!(
+        "{}, {} traces of {} samples",
+        recording.format.name(),
+        channel.traces,
+        channel.axis.samples()
+    );
+    if recording.channels.len() > 1 {
+        let names: Vec<&str> = recording.channels.iter().map(|c| c.name.as_str()).collect();
+        summary.push_str(&format!(", channels {}", names.join(", ")));
+    }
+    Ok(RadarInput {
+        path: path.to_owned(),
+        summary,
+        time_s: None,
+        has_positions: channel.positions.is_some(),
+        way_m: channel
+            .along_m
+            .as_ref()
+            .and_then(|along| Some(along.last()? - along.first()?)),
+    })
+}
+
 fn is_radar(head: &[u8]) -> bool {
     let read = acerra_radar::read(Cursor::new(head), &RadarLimits::default());
     !matches!(read, Err(OpenError::Read(ReadError::Unrecognised { .. })))
@@ -157,6 +191,7 @@ fn phase_history(path: &Path, reader: impl Read + Seek) -> anyhow::Result<RadarI
         ),
         time_s: ends,
         has_positions: true,
+        way_m: None,
     })
 }
 
@@ -178,6 +213,7 @@ fn radar(path: &Path, reader: impl Read + Seek) -> anyhow::Result<RadarInput> {
                 ),
                 time_s: None,
                 has_positions: false,
+                way_m: None,
             })
         }
         RadarFile::Neutral(neutral) => {
@@ -200,6 +236,7 @@ fn radar(path: &Path, reader: impl Read + Seek) -> anyhow::Result<RadarInput> {
                 },
                 time_s: ends,
                 has_positions: neutral.position_m.is_some(),
+                way_m: None,
             })
         }
     }

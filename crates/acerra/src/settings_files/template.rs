@@ -62,6 +62,8 @@ const SAMPLES: &[(&str, &str)] = &[
     ("ground_z_m", "0.0"),
     ("heading_deg", "90.0"),
     ("home_deg", "[40.9596, 14.3696]"),
+    ("line_end_m", "[1.05, 0.15, 0.01]"),
+    ("line_start_m", "[0.15, 0.15, 0.01]"),
     ("looks", "4"),
     ("max_gap_s", "1.0"),
     ("max_incidence_deg", "45.0"),

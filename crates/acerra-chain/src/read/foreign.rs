@@ -1,0 +1,210 @@
+//! Files of other makers' radars: one channel as radargram or spectra, with the places of its traces.
+
+use std::path::Path;
+
+use acerra_formats::{Axis, Channel, Contradiction, Limits, Positions, Recording, Values, open};
+use acerra_geo::geodesy::{EnuFrame, Geodetic, ecef_from_geodetic};
+use acerra_geo::trajectory::{Frame, TimeOrigin};
+use acerra_radar::{Radargram, Samples, Spectrum};
+use num_complex::Complex64;
+
+use super::trace_positions::TracePositions;
+use super::{RadarContent, RadarData, ReadError, name_of};
+use crate::warnings::Warnings;
+
+/// Ends of the line along which traces were recorded, x east, y north, z up (m): the first and the last trace.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Line {
+    /// Place of the first trace.
+    pub start_m: [f64; 3],
+    /// Place of the last trace.
+    pub end_m: [f64; 3],
+}
+
+impl Line {
+    /// Length (m).
+    #[must_use]
+    pub fn length_m(&self) -> f64 {
+        let squares = (0..3).map(|k| (self.end_m[k] - self.start_m[k]).powi(2));
+        squares.sum::<f64>().sqrt()
+    }
+
+    /// Places of traces: by the odometer's share of the way where there is one, else evenly spaced.
+    fn places(&self, traces: usize, along_m: Option<&[f64]>) -> Vec<[f64; 3]> {
+        let last = traces.saturating_sub(1).max(1) as f64;
+        let way = along_m.and_then(|a| Some((*a.first()?, *a.last()?)));
+        let share = |i: usize| match (way, along_m) {
+            (Some((from, to)), Some(along)) if to != from => (along[i] - from) / (to - from),
+            _ => i as f64 / last,
+        };
+        (0..traces)
+            .map(|i| {
+                let s = share(i);
+                [0, 1, 2].map(|k| self.start_m[k] + s * (self.end_m[k] - self.start_m[k]))
+            })
+            .collect()
+    }
+}
+
+/// Reads a file of another maker's radar, if it is one.
+///
+/// # Errors
+/// Those of the reader; a channel that is not there; traces of which neither time nor place is known.
+pub(super) fn read_foreign(
+    path: &Path,
+    channel: Option<&str>,
+    line: Option<Line>,
+    warnings: &mut Warnings,
+) -> Result<RadarData, ReadError> {
+    let failed = |cause| ReadError::Foreign {
+        path: path.to_owned(),
+        cause: Box::new(cause),
+    };
+    let recording = open(path, &Limits::default()).map_err(failed)?;
+    let chosen = recording.channel(channel).map_err(failed)?;
+    remark(path, &recording, chosen, channel.is_some(), warnings);
+    let mut contradictions = recording.contradictions.clone();
+    let positions = match line {
+        Some(line) => {
+            contradictions.extend(off_length(chosen, &line));
+            let along = chosen.along_m.as_deref();
+            Some(TracePositions::from(line.places(chosen.traces, along)))
+        }
+        None => chosen.positions.clone().map(placed),
+    };
+    let time_s = match &chosen.time_s {
+        Some(time_s) => time_s.clone(),
+        None if positions.is_some() => (0..chosen.traces).map(|i| i as f64).collect(),
+        None => {
+            return Err(ReadError::NoPlace {
+                path: path.to_owned(),
+            });
+        }
+    };
+    let mut data = RadarData::in_memory(content(path, chosen, time_s)?);
+    data.label.summary = format!("{}, {}", recording.format.name(), data.label.summary);
+    data.positions = positions;
+    data.contradictions = contradictions;
+    Ok(data)
+}
+
+fn content(path: &Path, channel: &Channel, time_s: Vec<f64>) -> Result<RadarContent, ReadError> {
+    let failed = |cause| ReadError::Scans {
+        path: path.to_owned(),
+        cause: acerra_radar::RunError::from(cause),
+    };
+    match &channel.axis {
+        Axis::FastTime {
+            start_s, step_s, ..
+        } => {
+            let samples = match &channel.values {
+                Values::Real(v) => Samples::Real(v.clone()),
+                Values::Complex(v) => Samples::Complex(v.clone()),
+            };
+            let made = Radargram::new(time_s, *start_s, *step_s, samples).map_err(failed)?;
+            Ok(RadarContent::Radargram(made))
+        }
+        Axis::Frequency(hz) => {
+            let values = match &channel.values {
+                Values::Real(v) => v
+                    .iter()
+                    .map(|x| Complex64::new(f64::from(*x), 0.0))
+                    .collect(),
+                Values::Complex(v) => v
+                    .iter()
+                    .map(|z| Complex64::new(f64::from(z.re), f64::from(z.im)))
+                    .collect(),
+            };
+            let made = Spectrum::new(hz.clone(), values, time_s).map_err(failed)?;
+            Ok(RadarContent::Spectrum(made))
+        }
+    }
+}
+
+/// Places in a local frame; those on the Earth about the first of them.
+fn placed(positions: Positions) -> TracePositions {
+    let places = match positions {
+        Positions::Local(places) => return TracePositions::from(places),
+        Positions::Geodetic(places) => places,
+    };
+    let geodetic = |p: &[f64; 3]| Geodetic::from_degrees(p[0], p[1], p[2]);
+    let Some(first) = places.first() else {
+        return TracePositions::from(Vec::new());
+    };
+    let frame = EnuFrame::new(geodetic(first));
+    TracePositions {
+        position_m: places
+            .iter()
+            .map(|p| frame.enu_from_ecef(ecef_from_geodetic(&geodetic(p))))
+            .collect(),
+        frame: Frame::Enu(frame),
+        time_origin: TimeOrigin::Relative,
+    }
+}
+
+fn remark(
+    path: &Path,
+    recording: &Recording,
+    chosen: &Channel,
+    is_named: bool,
+    warnings: &mut Warnings,
+) {
+    let name = name_of(path);
+    for remark in &recording.remarks {
+        warnings.add(format!("{name}: {remark}"));
+    }
+    if recording.skipped_bytes > 0 {
+        warnings.add(format!(
+            "{name}: {} bytes belong to no whole trace and were skipped",
+            recording.skipped_bytes
+        ));
+    }
+    if recording.channels.len() > 1 && !is_named {
+        let names: Vec<&str> = recording.channels.iter().map(|c| c.name.as_str()).collect();
+        warnings.add(format!(
+            "{name}: channels {}; {} is used, [radar] channel names another",
+            names.join(", "),
+            chosen.name
+        ));
+    }
+    if let Some(apart_m) = chosen.antenna_separation_m.filter(|m| *m > 0.0) {
+        warnings.add(format!(
+            "{name}: transmitter and receiver are {apart_m} m apart"
+        ));
+    }
+}
+
+/// The odometer's way against the line that the campaign states.
+fn off_length(channel: &Channel, line: &Line) -> Option<Contradiction> {
+    /// Share of the length that an odometer may be off.
+    const TOLERANCE: f64 = 0.05;
+    let along = channel.along_m.as_ref()?;
+    let way_m = (along.last()? - along.first()?).abs();
+    let length_m = line.length_m();
+    ((way_m - length_m).abs() > TOLERANCE * length_m.max(way_m)).then(|| Contradiction {
+        about: "length of the line: [radar] line_start_m and line_end_m, distances in the file"
+            .to_owned(),
+        used: length_m,
+        other: way_m,
+        unit: "m",
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_odometer_places_traces_along_the_line() {
+        let line = Line {
+            start_m: [1.0, 2.0, 0.5],
+            end_m: [1.0, 6.0, 0.5],
+        };
+        let even = line.places(5, None);
+        assert_eq!(even[1], [1.0, 3.0, 0.5]);
+        let wheel = line.places(3, Some(&[10.0, 10.5, 12.0]));
+        assert_eq!(wheel[1], [1.0, 3.0, 0.5]);
+        assert_eq!(wheel[2], line.end_m);
+        assert_eq!(line.places(1, None), [line.start_m]);
+    }
+}
