@@ -24,7 +24,12 @@ pub struct Tracked {
 /// fixes at different traces.
 pub fn track(mut fixes: Vec<Fix>, traces: usize) -> Option<Tracked> {
     const DAY_S: f64 = 86_400.0;
-    fixes.retain(|f| f.trace.is_finite() && f.place.iter().all(|v| v.is_finite()));
+    // Numbers that no receiver and no file has would not be interpolated.
+    fixes.retain(|f| {
+        f.trace.abs() < 1e9
+            && f.place.iter().all(|v| v.abs() < 1e6)
+            && f.time_of_day_s.is_none_or(|t| (0.0..=DAY_S).contains(&t))
+    });
     fixes.sort_by(|a, b| a.trace.total_cmp(&b.trace));
     // Of several fixes at one trace the last holds.
     let mut kept: Vec<Fix> = Vec::with_capacity(fixes.len());

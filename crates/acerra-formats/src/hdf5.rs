@@ -213,6 +213,13 @@ fn gprmax(root: &Group, limits: &Limits) -> Result<Recording, FormatError> {
                     "complex ones",
                 ));
             };
+            if samples.checked_mul(traces) != Some(values.len()) {
+                return Err(FormatError::content(
+                    Place::field(at),
+                    format!("{samples} × {traces} values"),
+                    values.len(),
+                ));
+            }
             let turned: Vec<f32> = (0..samples * traces)
                 .map(|i| values[i % samples * traces + i / samples] as f32)
                 .collect();

@@ -330,6 +330,79 @@ fn broken_files_are_refused_with_a_place() {
     assert_eq!(message, "trace 2: expected at most 10 samples, found 12");
 }
 
+/// Bytes changed, cut and repeated at random: an answer or an error, and no panic.
+#[test]
+fn broken_bytes_never_panic() {
+    use acerra_formats::{
+        dt1, dzt as dzt_format, fmcw, hdf5, mala as mala_format, matlab5, segy as segy_format,
+    };
+    let mut limits = Limits::default();
+    limits.max_samples = 1 << 16;
+    limits.max_trace_samples = 1 << 12;
+    limits.max_file_bytes = 1 << 20;
+    let mut state = 1u64;
+    let mut random = move || {
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) as usize
+    };
+    let hd_and_data = {
+        let folder = folder();
+        let path = dt1(folder.path(), HD, 4);
+        [HD.as_bytes(), &fs::read(path).unwrap()].concat()
+    };
+    let gps = "Trace #1 at position 0\n$GPGGA,120000.00,4130.0000,N,01415.0000,E,4,12,0.7,50.0,M,45.0,M,,\n\
+               Trace #3 at position 2\n$GPGGA,120001.00,4130.0060,N,01415.0000,E,4,12,0.7,51.0,M,45.0,M,,\n";
+    let seeds: [Vec<u8>; 5] = [
+        dzt(16, 2, 3, 16),
+        segy(true, 3, 5, 6, |_| vec![0, 1]),
+        hd_and_data,
+        [RAD.as_bytes(), gps.as_bytes()].concat(),
+        b"[fmcw]\nfile = \"a\"\nstart_frequency_hz = 1e9\nslope_hz_per_s = 1e12\nsample_rate_hz = 1e6\n\
+          samples = 4\nreceivers = 2\nchirp_interval_s = 1e-4\n# GHz S RI R 50\nfreq,re,im\n1,2,3\n"
+            .to_vec(),
+    ];
+    for _ in 0..20_000 {
+        let mut bytes = seeds[random() % seeds.len()].clone();
+        for _ in 0..1 + random() % 8 {
+            let at = random() % bytes.len();
+            match random() % 4 {
+                0 => bytes[at] = random() as u8,
+                1 => bytes[at] ^= 1 << (random() % 8),
+                2 => bytes.truncate(at + 1),
+                _ => {
+                    let end = (at + random() % 64).min(bytes.len());
+                    let piece = bytes[at..end].to_vec();
+                    bytes.extend(piece);
+                }
+            }
+        }
+        let text = String::from_utf8_lossy(&bytes).into_owned();
+        let cut = HD.len().min(bytes.len());
+        let _ = segy_format::read_segy(bytes.as_slice(), &limits);
+        let _ = dzt_format::read_dzt(bytes.as_slice(), [Some(&text), Some(&text)], &limits);
+        let head = String::from_utf8_lossy(&bytes[..cut]).into_owned();
+        let _ = dt1::read_dt1(&bytes[cut..], &head, Some(gps), &limits);
+        let long = mala_format::NamedAs::Long;
+        let _ = mala_format::read_mala(
+            bytes.as_slice(),
+            bytes.len() as u64,
+            long,
+            &text,
+            Some(&text),
+            &limits,
+        );
+        let _ = matlab5::read_matlab5(&bytes, &limits);
+        let _ = hdf5::read_hdf5(bytes.clone(), &limits);
+        let _ = acerra_formats::touchstone::read_touchstone(&text, &limits);
+        let _ = acerra_formats::analyser_csv::read_analyser_csv(&text, &limits);
+        if let Ok(settings) = fmcw::FmcwSettings::parse(&text) {
+            let _ = fmcw::read_dca1000(bytes.as_slice(), &settings, &limits);
+        }
+    }
+}
+
 #[test]
 fn real_files_are_read() {
     if let Some(path) = sample("gpr-samples/grid-line-001.dzt") {

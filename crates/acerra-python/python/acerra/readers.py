@@ -23,7 +23,8 @@ def read_radar(file: PathLike, *, channel: str | None = None) -> xr.DataArray | 
     Parameters
     ----------
     file : path
-        MRM capture, MRM-RET ``.csv``, Acerra's ``.npz`` or CPHD.
+        MRM capture, MRM-RET ``.csv``, Acerra's ``.npz``, CPHD, SEG-Y, DZT, DT1, rd3, gprMax, HDF5, MATLAB,
+        Touchstone or FMCW.
     channel : str, optional
         The channel of a log that has several.
 
