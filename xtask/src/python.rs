@@ -10,7 +10,7 @@ const PACKAGE: &str = "crates/acerra-python";
 
 /// What its tests need beside itself.
 const PACKAGES: &str = "maturin numpy xarray pandas scipy matplotlib pylops pytest hypothesis mypy \
-                        pandas-stubs scipy-stubs types-tqdm dask[distributed] zarr moto[server] obstore \
+                        pandas-stubs scipy-stubs types-tqdm h5py segyio scikit-rf dask[distributed] zarr moto[server] obstore \
                         nbclient nbformat ipykernel netCDF4 h5netcdf \
                         h5py";
 

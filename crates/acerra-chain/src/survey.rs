@@ -100,12 +100,12 @@ impl Survey {
     ) -> Result<Vec<RadarData>, ChainError> {
         let read = |track: &TrackSource| {
             control.check()?;
-            Ok(read_channel(
-                &track.radar,
-                track.channel.as_deref(),
-                track.line,
-                warnings,
-            )?)
+            let radar = read_channel(&track.radar, track.channel.as_deref(), track.line, warnings)?;
+            if radar.is_untimed && radar.positions.is_none() {
+                let path = track.radar.clone();
+                return Err(ReadError::NoPlace { path }.into());
+            }
+            Ok(radar)
         };
         self.tracks.iter().map(read).collect()
     }

@@ -49,7 +49,7 @@ impl Line {
 /// Reads a file of another maker's radar, if it is one.
 ///
 /// # Errors
-/// Those of the reader; a channel that is not there; traces of which neither time nor place is known.
+/// Those of the reader; a channel that is not there.
 pub(super) fn read_foreign(
     path: &Path,
     channel: Option<&str>,
@@ -72,18 +72,12 @@ pub(super) fn read_foreign(
         }
         None => chosen.positions.clone().map(placed),
     };
-    let time_s = match &chosen.time_s {
-        Some(time_s) => time_s.clone(),
-        None if positions.is_some() => (0..chosen.traces).map(|i| i as f64).collect(),
-        None => {
-            return Err(ReadError::NoPlace {
-                path: path.to_owned(),
-            });
-        }
-    };
+    let numbers = || (0..chosen.traces).map(|i| i as f64).collect();
+    let time_s = chosen.time_s.clone().unwrap_or_else(numbers);
     let mut data = RadarData::in_memory(content(path, chosen, time_s)?);
     data.label.summary = format!("{}, {}", recording.format.name(), data.label.summary);
     data.positions = positions;
+    data.is_untimed = chosen.time_s.is_none();
     data.contradictions = contradictions;
     Ok(data)
 }

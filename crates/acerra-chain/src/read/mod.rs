@@ -66,6 +66,8 @@ pub struct RadarData {
     pub label: RadarLabel,
     /// The clock that was recorded beside the log. Where there is one, times count seconds of GPS time.
     pub clock: Option<LoggedClock>,
+    /// Whether the file tells no times: traces are numbered.
+    pub is_untimed: bool,
     /// Statements of the file that do not agree.
     pub contradictions: Vec<Contradiction>,
 }
@@ -102,6 +104,7 @@ impl RadarData {
                 summary,
             },
             clock: None,
+            is_untimed: false,
             contradictions: Vec::new(),
         }
     }
@@ -307,6 +310,7 @@ fn from_log(path: &Path, log: &RadarLog, warnings: &mut Warnings) -> Result<Rada
             summary,
         },
         clock,
+        is_untimed: false,
         contradictions: Vec::new(),
     })
 }

@@ -44,6 +44,7 @@ from .evidence import AcerraWarning, Evidence, Finding
 from .flights import FlightPlan, plan, simulate, simulate_demo
 from .imaging import adjoint, forward, measure
 from .readers import ppk, read_radar, read_trajectory
+from .readers import read_radar as read
 from .theory import PointSpread, resolution
 
 __all__ = [
@@ -80,6 +81,7 @@ __all__ = [
     "ppk",
     "prepare",
     "radargram",
+    "read",
     "read_radar",
     "read_trajectory",
     "resolution",
