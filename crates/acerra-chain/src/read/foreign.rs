@@ -2,15 +2,15 @@
 
 use std::path::Path;
 
-use acerra_formats::{Axis, Channel, Contradiction, Limits, Positions, Recording, Values, open};
+use acerra_formats::{
+    Axis, Channel, Contradiction, FormatError, Limits, Positions, Recording, Values, open,
+};
 use acerra_geo::geodesy::{EnuFrame, Geodetic, ecef_from_geodetic};
 use acerra_geo::trajectory::{Frame, TimeOrigin};
-use acerra_radar::{Radargram, Samples, Spectrum};
+use acerra_radar::{Radargram, RadargramError, Samples, Spectrum};
 use num_complex::Complex64;
 
 use super::trace_positions::TracePositions;
-use super::{RadarContent, RadarData, ReadError, name_of};
-use crate::warnings::Warnings;
 
 /// Ends of the line along which traces were recorded, x east, y north, z up (m): the first and the last trace.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,47 +46,98 @@ impl Line {
     }
 }
 
-/// Reads a file of another maker's radar, if it is one.
+/// The traces of a channel.
+pub enum Signal {
+    /// Over fast time.
+    Radargram(Radargram),
+    /// Over frequency.
+    Spectrum(Spectrum),
+}
+
+/// A channel of a file, and what is to be said of it.
+pub struct Foreign {
+    pub signal: Signal,
+    pub positions: Option<TracePositions>,
+    pub is_untimed: bool,
+    pub format: &'static str,
+    pub remarks: Vec<String>,
+    pub contradictions: Vec<Contradiction>,
+}
+
+/// Why such a file cannot be used.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ForeignError {
+    /// It cannot be read.
+    #[error(transparent)]
+    Format(#[from] FormatError),
+    /// Its traces make no radargram.
+    #[error(transparent)]
+    Radargram(#[from] RadargramError),
+}
+
+/// Reads a file of another maker's radar.
 ///
 /// # Errors
 /// Those of the reader; a channel that is not there.
-pub(super) fn read_foreign(
+pub fn read_foreign(
     path: &Path,
     channel: Option<&str>,
     line: Option<Line>,
-    warnings: &mut Warnings,
-) -> Result<RadarData, ReadError> {
-    let failed = |cause| ReadError::Foreign {
-        path: path.to_owned(),
-        cause: Box::new(cause),
-    };
-    let recording = open(path, &Limits::default()).map_err(failed)?;
-    let chosen = recording.channel(channel).map_err(failed)?;
-    remark(path, &recording, chosen, channel.is_some(), warnings);
+) -> Result<Foreign, ForeignError> {
+    let recording = open(path, &Limits::default())?;
+    let chosen = recording.channel(channel)?;
+    let mut remarks = remarks(&recording, chosen, channel.is_some());
     let mut contradictions = recording.contradictions.clone();
     let positions = match line {
         Some(line) => {
             contradictions.extend(off_length(chosen, &line));
-            let along = chosen.along_m.as_deref();
-            Some(TracePositions::from(line.places(chosen.traces, along)))
+            Some(along(chosen, &line, &mut remarks))
         }
-        None => chosen.positions.clone().map(placed),
+        None => chosen.positions.clone().map(placed).map(|mut placed| {
+            if placed.frame == Frame::Local {
+                placed.antennas_m.clone_from(&chosen.antennas_m);
+            }
+            placed
+        }),
     };
     let numbers = || (0..chosen.traces).map(|i| i as f64).collect();
     let time_s = chosen.time_s.clone().unwrap_or_else(numbers);
-    let mut data = RadarData::in_memory(content(path, chosen, time_s)?);
-    data.label.summary = format!("{}, {}", recording.format.name(), data.label.summary);
-    data.positions = positions;
-    data.is_untimed = chosen.time_s.is_none();
-    data.contradictions = contradictions;
-    Ok(data)
+    Ok(Foreign {
+        signal: signal(chosen, time_s)?,
+        positions,
+        is_untimed: chosen.time_s.is_none(),
+        format: recording.format.name(),
+        remarks,
+        contradictions,
+    })
 }
 
-fn content(path: &Path, channel: &Channel, time_s: Vec<f64>) -> Result<RadarContent, ReadError> {
-    let failed = |cause| ReadError::Scans {
-        path: path.to_owned(),
-        cause: acerra_radar::RunError::from(cause),
-    };
+/// Traces along a line. Antennas apart stand one behind the other: what the file says of their distance says nothing of
+/// their direction, which matters little below and beside the line.
+fn along(channel: &Channel, line: &Line, remarks: &mut Vec<String>) -> TracePositions {
+    let places = line.places(channel.traces, channel.along_m.as_deref());
+    let mut placed = TracePositions::from(places);
+    let length_m = line.length_m();
+    if let Some(apart_m) = channel.antenna_separation_m
+        && length_m > 0.0
+    {
+        let half = [0, 1, 2].map(|k| (line.end_m[k] - line.start_m[k]) / length_m * apart_m / 2.0);
+        let moved = |sign: f64| {
+            let places = placed.position_m.iter();
+            places
+                .map(|p| [0, 1, 2].map(|k| p[k] + sign * half[k]))
+                .collect()
+        };
+        placed.antennas_m = Some([moved(1.0), moved(-1.0)]);
+        remarks.push(format!(
+            "transmitter and receiver, {apart_m} m apart, are taken as one behind the other along the line"
+        ));
+    }
+    placed
+}
+
+fn signal(channel: &Channel, time_s: Vec<f64>) -> Result<Signal, RadargramError> {
     match &channel.axis {
         Axis::FastTime {
             start_s, step_s, ..
@@ -95,8 +146,7 @@ fn content(path: &Path, channel: &Channel, time_s: Vec<f64>) -> Result<RadarCont
                 Values::Real(v) => Samples::Real(v.clone()),
                 Values::Complex(v) => Samples::Complex(v.clone()),
             };
-            let made = Radargram::new(time_s, *start_s, *step_s, samples).map_err(failed)?;
-            Ok(RadarContent::Radargram(made))
+            Radargram::new(time_s, *start_s, *step_s, samples).map(Signal::Radargram)
         }
         Axis::Frequency(hz) => {
             let values = match &channel.values {
@@ -109,8 +159,7 @@ fn content(path: &Path, channel: &Channel, time_s: Vec<f64>) -> Result<RadarCont
                     .map(|z| Complex64::new(f64::from(z.re), f64::from(z.im)))
                     .collect(),
             };
-            let made = Spectrum::new(hz.clone(), values, time_s).map_err(failed)?;
-            Ok(RadarContent::Spectrum(made))
+            Spectrum::new(hz.clone(), values, time_s).map(Signal::Spectrum)
         }
     }
 }
@@ -131,41 +180,30 @@ fn placed(positions: Positions) -> TracePositions {
             .iter()
             .map(|p| frame.enu_from_ecef(ecef_from_geodetic(&geodetic(p))))
             .collect(),
+        antennas_m: None,
         frame: Frame::Enu(frame),
         time_origin: TimeOrigin::Relative,
     }
 }
 
-fn remark(
-    path: &Path,
-    recording: &Recording,
-    chosen: &Channel,
-    is_named: bool,
-    warnings: &mut Warnings,
-) {
-    let name = name_of(path);
-    for remark in &recording.remarks {
-        warnings.add(format!("{name}: {remark}"));
-    }
+/// What there is to say of a file and its channel.
+fn remarks(recording: &Recording, chosen: &Channel, is_named: bool) -> Vec<String> {
+    let mut remarks = recording.remarks.clone();
     if recording.skipped_bytes > 0 {
-        warnings.add(format!(
-            "{name}: {} bytes belong to no whole trace and were skipped",
+        remarks.push(format!(
+            "{} bytes belong to no whole trace and were skipped",
             recording.skipped_bytes
         ));
     }
     if recording.channels.len() > 1 && !is_named {
         let names: Vec<&str> = recording.channels.iter().map(|c| c.name.as_str()).collect();
-        warnings.add(format!(
-            "{name}: channels {}; {} is used, [radar] channel names another",
+        remarks.push(format!(
+            "channels {}; {} is used, [radar] channel names another",
             names.join(", "),
             chosen.name
         ));
     }
-    if let Some(apart_m) = chosen.antenna_separation_m.filter(|m| *m > 0.0) {
-        warnings.add(format!(
-            "{name}: transmitter and receiver are {apart_m} m apart"
-        ));
-    }
+    remarks
 }
 
 /// The odometer's way against the line that the campaign states.

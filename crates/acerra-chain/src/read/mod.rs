@@ -10,18 +10,19 @@ use std::fs::File;
 use std::io::{self, BufReader, Read as _, Seek as _};
 use std::path::{Path, PathBuf};
 
-use acerra_formats::{Contradiction, FormatError};
+use acerra_formats::Contradiction;
 use acerra_radar::quality::{OutlierOptions, scan_outliers};
 use acerra_radar::{
     LogRadargram, LoggedClock, LoggedClockError, NeutralContent, NeutralFile, OpenError, RadarFile,
     RadarLog, Radargram, RadargramOptions, RunError, Spectrum,
 };
 
+use crate::read::foreign::Signal;
 use crate::read::phase_history::{PhaseHistoryError, read_phase_history};
 use crate::read::trace_positions::TracePositions;
 use crate::warnings::Warnings;
 
-pub use foreign::Line;
+pub use foreign::{ForeignError, Line};
 
 /// What the log holds for the chain.
 #[derive(Clone, Debug)]
@@ -136,7 +137,7 @@ pub enum ReadError {
         /// The file.
         path: PathBuf,
         /// The place in it, what was expected and what was found.
-        cause: Box<FormatError>,
+        cause: Box<ForeignError>,
     },
     /// Traces of which neither time nor place is known.
     #[error(
@@ -234,7 +235,7 @@ pub fn read_channel(
     read.and_then(|_| file.rewind()).map_err(failed)?;
     let is_phase_history = acerra_cphd::is_cphd(&head);
     if !is_phase_history && is_foreign(path, &mut file)? {
-        return foreign::read_foreign(path, channel, line, warnings);
+        return from_foreign(path, channel, line, warnings);
     }
     if line.is_some() {
         return Err(ReadError::NoLine { path: owned() });
@@ -256,6 +257,30 @@ pub fn read_channel(
     }
 }
 
+fn from_foreign(
+    path: &Path,
+    channel: Option<&str>,
+    line: Option<Line>,
+    warnings: &mut Warnings,
+) -> Result<RadarData, ReadError> {
+    let read = foreign::read_foreign(path, channel, line).map_err(|cause| ReadError::Foreign {
+        path: path.to_owned(),
+        cause: Box::new(cause),
+    })?;
+    for remark in read.remarks {
+        warnings.add(format!("{}: {remark}", name_of(path)));
+    }
+    let mut data = RadarData::in_memory(match read.signal {
+        Signal::Radargram(radargram) => radargram.into(),
+        Signal::Spectrum(spectrum) => spectrum.into(),
+    });
+    data.label.summary = format!("{}, {}", read.format, data.label.summary);
+    data.positions = read.positions;
+    data.is_untimed = read.is_untimed;
+    data.contradictions = read.contradictions;
+    Ok(data)
+}
+
 /// Whether a file is one of another maker's radar, and no log of this program's own.
 fn is_foreign(path: &Path, file: &mut File) -> Result<bool, ReadError> {
     let failed = |cause| ReadError::Open {
@@ -264,7 +289,7 @@ fn is_foreign(path: &Path, file: &mut File) -> Result<bool, ReadError> {
     };
     let format = acerra_formats::recognise(path).map_err(|cause| ReadError::Foreign {
         path: path.to_owned(),
-        cause: Box::new(cause),
+        cause: Box::new(cause.into()),
     })?;
     let is_own = |head: &[u8]| {
         let read = acerra_radar::read(io::Cursor::new(head), &acerra_radar::Limits::default());
