@@ -20,6 +20,7 @@ pub(crate) mod merge;
 mod peak;
 pub(crate) mod phase;
 pub(crate) mod phasor;
+pub(crate) mod point_spread;
 mod portable;
 pub(crate) mod profile;
 pub(crate) mod split;

@@ -1,5 +1,6 @@
 //! Local maxima of an image.
 
+use num_complex::Complex32;
 use rayon::prelude::*;
 
 use super::image::ImageView;
@@ -8,7 +9,13 @@ use super::image::ImageView;
 /// first and at most so many, m.
 #[must_use]
 pub fn strongest_maxima(image: &ImageView<'_>, floor_db: f64, most: usize) -> Vec<[f64; 2]> {
-    let top = image.values().iter().map(|v| v.norm()).fold(0.0, f32::max);
+    let of_row = |row: &[Complex32]| {
+        let stronger =
+            |a: Complex32, b: &Complex32| if b.norm_sqr() > a.norm_sqr() { *b } else { a };
+        row.iter().fold(Complex32::ZERO, stronger)
+    };
+    let rows = image.values().par_chunks(image.grid().nx);
+    let top = rows.map(|row| of_row(row).norm()).reduce(|| 0.0, f32::max);
     local_maxima(image, f64::from(top) * 10f64.powf(floor_db / 20.0))
         .into_iter()
         .take(most)

@@ -7,6 +7,7 @@ use super::image::ImageView;
 use super::track::LocalTrack;
 use crate::control::Control;
 use crate::error::ImagingError;
+use crate::kernel::point_spread::Received;
 use crate::psf::cell::Cell;
 use crate::psf::spread::PointSpread;
 use crate::pulses::Pulses;
@@ -39,8 +40,10 @@ pub(super) enum Verdict {
 
 /// A target as other maxima see it.
 struct Source {
-    target_m: [f64; 3],
     amplitude: f64,
+    /// Range from each pulse (m), and the pulse's weight over its square.
+    range_m: Vec<f64>,
+    factor: Vec<f64>,
     /// Modulus of the point spread function at the target itself.
     own: f64,
     history: Option<History>,
@@ -99,14 +102,16 @@ impl<'a> Explanation<'a> {
         window: Option<GhostWindow>,
     ) {
         let target_m = [peak_m[0], peak_m[1], self.image.z_m(peak_m[0], peak_m[1])];
+        let (range_m, factor) = self.spread.received(target_m);
         self.sources.push(Source {
-            target_m,
             amplitude,
             own: self.spread.response(target_m, target_m).norm(),
             history: self
                 .pulses
-                .and_then(|pulses| History::of(pulses, target_m))
+                .and_then(|pulses| History::of(pulses, &range_m))
                 .filter(History::is_steady),
+            range_m,
+            factor,
             half_m: [
                 track.tangent.map(|v| 0.5 * cell.along_m * v),
                 track.left().map(|v| 0.5 * cell.across_m * v),
@@ -217,10 +222,17 @@ impl<'a> Explanation<'a> {
     /// target's own echoes where these are known and predict more. With the terms that it took.
     fn level(&self, source: &Source, at_m: [f64; 3]) -> (f64, u64) {
         let terms = self.spread.position_m().len() as u64;
-        let ideal = self.spread.response(source.target_m, at_m).norm() / source.own;
+        let phasor = source.history.as_ref().map_or(&[][..], History::phasor);
+        let echoes = Received {
+            range_m: &source.range_m,
+            factor: &source.factor,
+            phasor,
+        };
+        let [ideal, blurred] = self.spread.sums(echoes, at_m);
+        let ideal = ideal.norm() / source.own;
         match &source.history {
             Some(history) => {
-                let blurred = HISTORY_TRUST * history.level(self.spread, at_m);
+                let blurred = HISTORY_TRUST * history.level(blurred);
                 (ideal.max(blurred), 2 * terms)
             }
             None => (ideal, terms),

@@ -11,7 +11,6 @@ use num_complex::Complex64;
 
 use crate::engine::reference::pulse_at_range;
 use crate::engine::weights::profile_at;
-use crate::psf::spread::PointSpread;
 use crate::pulses::Pulses;
 use crate::vector::range_m;
 
@@ -26,7 +25,6 @@ const STEADY: f64 = 0.3;
 /// The echoes at one target's range: phase as received, strength smoothed.
 #[derive(Clone, Debug)]
 pub(super) struct History {
-    target_m: [f64; 3],
     /// Share of each pulse in the image of the target, before the pixel's own 1/R².
     phasor: Vec<Complex64>,
     /// Modulus of their sum at the target itself.
@@ -35,14 +33,9 @@ pub(super) struct History {
 }
 
 impl History {
-    /// Takes the echoes at the range of `target_m` out of every pulse. `None` where there are
-    /// none.
-    pub fn of(pulses: &Pulses<'_>, target_m: [f64; 3]) -> Option<Self> {
-        let ranges_m: Vec<f64> = pulses
-            .position_m()
-            .iter()
-            .map(|p| range_m(*p, target_m))
-            .collect();
+    /// Takes the echoes at a target's range from every pulse, `ranges_m`, out of each. `None` where there
+    /// are none.
+    pub fn of(pulses: &Pulses<'_>, ranges_m: &[f64]) -> Option<Self> {
         let step_hz = pulses.frequency_step_hz();
         let echo: Vec<Complex64> = ranges_m
             .iter()
@@ -82,14 +75,14 @@ impl History {
                 Complex64::default()
             });
         }
-        let mut history = Self {
-            target_m,
+        // At the target itself all frequencies of a pulse are in phase.
+        let in_phase = pulses.frequency_hz().len() as f64;
+        let own: Complex64 = phasor.iter().zip(ranges_m).map(|(p, r)| p / (r * r)).sum();
+        let history = Self {
             phasor,
-            own: 0.0,
+            own: in_phase * own.norm(),
             unsteadiness: (departure / whole).sqrt(),
         };
-        let ideal = PointSpread::of(pulses);
-        history.own = history.sum(&ideal, target_m).norm();
         (history.own > 0.0 && history.own.is_finite()).then_some(history)
     }
 
@@ -98,18 +91,14 @@ impl History {
         self.unsteadiness <= STEADY
     }
 
-    /// Predicted amplitude at `at_m` relative to that at the target.
-    pub fn level(&self, spread: &PointSpread, at_m: [f64; 3]) -> f64 {
-        self.sum(spread, at_m).norm() / self.own
+    /// Share of each pulse in the image of the target, before the pixel's own 1/R².
+    pub fn phasor(&self) -> &[Complex64] {
+        &self.phasor
     }
 
-    fn sum(&self, spread: &PointSpread, at_m: [f64; 3]) -> Complex64 {
-        let mut sum = Complex64::default();
-        for (p, phasor) in spread.position_m().iter().zip(&self.phasor) {
-            let (here, there) = (range_m(*p, at_m), range_m(*p, self.target_m));
-            sum += spread.kernel(here - there) * phasor / (here * here);
-        }
-        sum
+    /// Predicted amplitude relative to that at the target, of the image `sum` of the phasors.
+    pub fn level(&self, sum: Complex64) -> f64 {
+        sum.norm() / self.own
     }
 }
 

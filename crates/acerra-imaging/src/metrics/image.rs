@@ -1,6 +1,10 @@
 //! A focused image as the metrics see it, and its values between the pixels.
 
+use std::f64::consts::PI;
+
 use num_complex::{Complex32, Complex64};
+
+use rayon::prelude::*;
 
 use super::field::Field;
 use crate::checks::{check_finite, check_length};
@@ -25,10 +29,17 @@ impl<'a> ImageView<'a> {
     /// with the row-major index of a value that is no number.
     pub fn new(values: &'a [Complex32], grid: PlaneGrid) -> Result<Self, ImagingError> {
         check_length("image", grid.len(), values.len())?;
-        check_finite(
-            "image",
-            values.iter().map(|v| f64::from(v.re) + f64::from(v.im)),
-        )?;
+        // Which value it is is looked for where there is one.
+        let finite = |part: &[Complex32]| {
+            let of = |v: &Complex32| v.re.is_finite() & v.im.is_finite();
+            part.iter().fold(true, |all, v| all & of(v))
+        };
+        if !values.par_chunks(CHECKED_TOGETHER).all(finite) {
+            check_finite(
+                "image",
+                values.iter().map(|v| f64::from(v.re) + f64::from(v.im)),
+            )?;
+        }
         Ok(Self {
             values,
             grid,
@@ -76,10 +87,16 @@ impl<'a> ImageView<'a> {
     }
 }
 
+/// Pixels that are checked together.
+const CHECKED_TOGETHER: usize = 1 << 14;
+
 /// Taps on either side of the wanted point; content up to 0.6 of the pixels' Nyquist frequency
 /// about the local carrier is kept to about −60 dB.
-const HALF_TAPS: isize = 5;
+const HALF_TAPS: usize = 5;
+const TAPS: usize = 2 * HALF_TAPS;
 const KAISER_BETA: f64 = 6.0;
+/// Terms of the window's power series: the next one is below a rounding error of the sum.
+const KAISER_TERMS: usize = 20;
 
 /// Band-limited interpolation between the pixels about one place of an image.
 ///
@@ -90,8 +107,8 @@ const KAISER_BETA: f64 = 6.0;
 #[derive(Clone, Copy, Debug)]
 pub struct InterpolatedImage<'a> {
     image: ImageView<'a>,
-    /// Phase advance per pixel in x and y, rad.
-    carrier_rad: [f64; 2],
+    /// What takes the carrier out of the pixels from the first tap on, along x and y.
+    without_carrier: [[Complex64; TAPS]; 2],
 }
 
 impl<'a> InterpolatedImage<'a> {
@@ -99,7 +116,9 @@ impl<'a> InterpolatedImage<'a> {
     pub fn about(image: ImageView<'a>, about_m: [f64; 2]) -> Self {
         Self {
             image,
-            carrier_rad: local_carrier_rad(&image, about_m),
+            without_carrier: local_carrier_rad(&image, about_m).map(|advance_rad| {
+                std::array::from_fn(|k| Complex64::from_polar(1.0, -advance_rad * k as f64))
+            }),
         }
     }
 }
@@ -109,32 +128,29 @@ impl Field for InterpolatedImage<'_> {
         let grid = &self.image.grid;
         let x = taps((x_m - grid.x0_m) / grid.pixel_m, grid.nx)?;
         let y = taps((y_m - grid.y0_m) / grid.pixel_m, grid.ny)?;
-        let carrier = |axis: usize, i: isize, centre: isize| {
-            Complex64::from_polar(1.0, -self.carrier_rad[axis] * (i - centre) as f64)
-        };
-        let mut row_phasor = [Complex64::default(); 2 * HALF_TAPS as usize];
-        for (k, phasor) in row_phasor.iter_mut().enumerate().take(x.count) {
-            *phasor = carrier(0, x.first + k as isize, x.first) * x.weight[k];
-        }
-        let mut sum = Complex64::default();
+        let [column_phasor, row_phasor] = self.without_carrier;
+        // The columns of all rows first, and then along the row.
+        let mut column_sums = [Complex64::default(); TAPS];
         for j in 0..y.count {
-            let iy = y.first + j as isize;
-            let row = &self.image.values[iy as usize * grid.nx + x.first as usize..][..x.count];
-            let along: Complex64 = row
-                .iter()
-                .zip(&row_phasor)
-                .map(|(v, t)| Complex64::new(f64::from(v.re), f64::from(v.im)) * t)
-                .sum();
-            sum += along * carrier(1, iy, y.first) * y.weight[j];
+            let row = &self.image.values[(y.first + j) * grid.nx + x.first..][..x.count];
+            let factor = row_phasor[j] * y.weight[j];
+            for (sum, v) in column_sums.iter_mut().zip(row) {
+                let (re, im) = (f64::from(v.re), f64::from(v.im));
+                sum.re += re * factor.re - im * factor.im;
+                sum.im += re * factor.im + im * factor.re;
+            }
         }
+        let columns = column_sums.iter().zip(column_phasor).zip(x.weight);
+        let sum: Complex64 = columns.map(|((sum, phasor), w)| sum * phasor * w).sum();
         Some(sum.norm())
     }
 }
 
 struct Taps {
-    first: isize,
+    first: usize,
     count: usize,
-    weight: [f64; 2 * HALF_TAPS as usize],
+    /// Zero from `count` on.
+    weight: [f64; TAPS],
 }
 
 /// Weights for fractional index `at` among `n` samples; `None` outside the first and last.
@@ -145,50 +161,69 @@ fn taps(at: f64, n: usize) -> Option<Taps> {
         return None;
     }
     let at = at.clamp(0.0, last);
-    let below = at.floor() as isize;
-    let first = (below - HALF_TAPS + 1).max(0);
-    let end = (below + HALF_TAPS + 1).min(n as isize);
-    let mut weight = [0.0; 2 * HALF_TAPS as usize];
-    let mut total = 0.0;
-    for (k, w) in weight.iter_mut().enumerate().take((end - first) as usize) {
-        *w = windowed_sinc(at - (first + k as isize) as f64);
-        total += *w;
+    let below = at.floor() as usize;
+    let first = (below + 1).saturating_sub(HALF_TAPS);
+    let count = (below + HALF_TAPS + 1).min(n) - first;
+    // sin π(x − k) is sin πx but for its sign.
+    let sine = (PI * (at - below as f64)).sin() * [1.0, -1.0][(below - first) % 2];
+    let (mut inside, mut sinc) = ([0.0; TAPS], [0.0; TAPS]);
+    for k in 0..TAPS {
+        let t = at - (first + k) as f64;
+        inside[k] = (1.0 - (t / HALF_TAPS as f64).powi(2)).max(0.0);
+        let alternating = if k % 2 == 0 { sine } else { -sine };
+        sinc[k] = if t.abs() < 1e-12 {
+            1.0
+        } else {
+            alternating / (PI * t)
+        };
     }
+    let mut weight = kaiser(inside);
+    for k in 0..TAPS {
+        weight[k] *= if k < count && inside[k] > 0.0 {
+            sinc[k]
+        } else {
+            0.0
+        };
+    }
+    let total: f64 = weight.iter().sum();
     for w in &mut weight {
         *w /= total;
     }
     Some(Taps {
         first,
-        count: (end - first) as usize,
+        count,
         weight,
     })
 }
 
-fn windowed_sinc(t: f64) -> f64 {
-    let inside = 1.0 - (t / HALF_TAPS as f64).powi(2);
-    if inside < 0.0 {
-        return 0.0;
-    }
-    let sinc = if t.abs() < 1e-12 {
-        1.0
-    } else {
-        (std::f64::consts::PI * t).sin() / (std::f64::consts::PI * t)
-    };
-    sinc * bessel_i0(KAISER_BETA * inside.sqrt()) / bessel_i0(KAISER_BETA)
-}
-
-/// Modified Bessel function I₀ by its power series, which converges fast for the arguments here.
-fn bessel_i0(x: f64) -> f64 {
-    let quarter = 0.25 * x * x;
-    let (mut term, mut sum) = (1.0, 1.0);
-    for k in 1..40 {
-        term *= quarter / (k * k) as f64;
-        sum += term;
-        if term < f64::EPSILON * 1e-3 * sum {
-            break;
+/// The Kaiser window I₀(β√u)/I₀(β) at places of a squared distance 1 − `u` from its middle.
+fn kaiser(u: [f64; TAPS]) -> [f64; TAPS] {
+    const SERIES: [f64; KAISER_TERMS] = kaiser_series();
+    let mut value = [SERIES[KAISER_TERMS - 1]; TAPS];
+    for coefficient in SERIES[..KAISER_TERMS - 1].iter().rev() {
+        for (value, u) in value.iter_mut().zip(u) {
+            *value = *value * u + coefficient;
         }
     }
-    sum
+    value
+}
+
+/// I₀(β√u)/I₀(β) in powers of u: (β²/4)^k/(k!)² each, their sum taken out.
+const fn kaiser_series() -> [f64; KAISER_TERMS] {
+    let mut term = [1.0; KAISER_TERMS];
+    let mut sum = 1.0;
+    let mut k = 1;
+    while k < KAISER_TERMS {
+        term[k] = term[k - 1] * 0.25 * KAISER_BETA * KAISER_BETA / (k * k) as f64;
+        sum += term[k];
+        k += 1;
+    }
+    k = 0;
+    while k < KAISER_TERMS {
+        term[k] /= sum;
+        k += 1;
+    }
+    term
 }
 
 /// Mean phase advance per pixel (the argument of the lag-one autocorrelation) over a
@@ -220,6 +255,7 @@ fn local_carrier_rad(image: &ImageView<'_>, about_m: [f64; 2]) -> [f64; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::f64::consts::TAU;
 
     /// A Gaussian spot on a carrier of 0.35 cycles a pixel: interpolated amplitude must follow the
     /// envelope, which the magnitude's own interpolation could not at the pixel's edge.
@@ -228,7 +264,7 @@ mod tests {
         let (nx, ny, pixel) = (64, 48, 0.01);
         let spot = |x: f64, y: f64| {
             let envelope = (-((x - 0.313) / 0.05).powi(2) - ((y - 0.227) / 0.04).powi(2)).exp();
-            Complex64::from_polar(envelope, 2.0 * std::f64::consts::PI * (35.0 * x - 20.0 * y))
+            Complex64::from_polar(envelope, TAU * (35.0 * x - 20.0 * y))
         };
         let values: Vec<Complex32> = (0..nx * ny)
             .map(|k| {
@@ -250,6 +286,35 @@ mod tests {
             "{place:?}"
         );
         assert!((level - 1.0).abs() < 1e-3);
+    }
+
+    /// The window by the integral of I₀, whose trapezoidal rule converges to a rounding error.
+    #[test]
+    fn weights_are_those_of_a_kaiser_windowed_sinc() {
+        let bessel_i0 = |x: f64| {
+            let points = (0..64).map(|k| (x * (TAU * f64::from(k) / 64.0).cos()).exp());
+            points.sum::<f64>() / 64.0
+        };
+        for at in [0.0, 0.3, 4.0, 4.5, 7.25, 12.999_999, 13.0, 18.7, 19.0] {
+            let found = taps(at, 20).unwrap();
+            let expected: Vec<f64> = (0..found.count)
+                .map(|k| {
+                    let t = at - (found.first + k) as f64;
+                    let sinc = if t == 0.0 {
+                        1.0
+                    } else {
+                        (PI * t).sin() / (PI * t)
+                    };
+                    let inside = (1.0 - (t / HALF_TAPS as f64).powi(2)).max(0.0);
+                    sinc * bessel_i0(KAISER_BETA * inside.sqrt())
+                })
+                .collect();
+            let total: f64 = expected.iter().sum();
+            for (found, expected) in found.weight.iter().zip(&expected) {
+                assert!((found - expected / total).abs() < 1e-14, "{at}: {found}");
+            }
+            assert!(found.weight[found.count..].iter().all(|w| *w == 0.0));
+        }
     }
 
     #[test]

@@ -69,8 +69,9 @@ pub fn measure_arm(
     let Some(rayleigh_m) = arm.rayleigh_m else {
         return arm;
     };
-    let end_m = (SIDELOBE_REACH * rayleigh_m).min(sidelobe_limit_m);
-    while ((k + 1) as f64) * step_m <= end_m {
+    // A limit of whole steps is reached whatever its division is rounded to.
+    let end = (SIDELOBE_REACH * rayleigh_m).min(sidelobe_limit_m) / step_m + 1e-6;
+    while ((k + 1) as f64) <= end {
         let Some(next) = power(k + 1) else { break };
         arm.side_energy += 0.5 * (here + next) * step_m;
         arm.side_peak = Some(arm.side_peak.map_or(next, |p| p.max(next)));

@@ -1,11 +1,12 @@
 //! Eq. (5): the image of one point, evaluated exactly wherever it is wanted.
 
-use std::f64::consts::PI;
-
 use num_complex::Complex64;
 
 use crate::checks::{check_finite, check_length};
 use crate::error::ImagingError;
+use crate::kernel::dispatch::dispatch;
+use crate::kernel::level::SimdLevel;
+use crate::kernel::point_spread::{Band, Received, received, responses};
 use crate::pulses::Pulses;
 
 /// A flight, a band and weights: all that the response to a point depends on, besides the point.
@@ -154,42 +155,50 @@ impl PointSpread {
         target_m: [f64; 3],
         at_m: [f64; 3],
     ) -> Complex64 {
-        let mut sum = Complex64::default();
-        for ((believed, truth), weight) in self
-            .position_m
-            .iter()
-            .zip(true_position_m)
-            .zip(&self.weight)
-        {
-            let to_target2 = distance2(*truth, target_m);
-            let to_pixel2 = distance2(*believed, at_m);
-            let excess_m = to_pixel2.sqrt() - to_target2.sqrt();
-            sum += self.kernel(excess_m) * (weight / (to_target2 * to_pixel2));
-        }
-        sum
+        let level = SimdLevel::detect();
+        let (range_m, factor) = dispatch!(level, s => received(
+            s,
+            true_position_m,
+            &self.weight,
+            target_m,
+        ));
+        let echoes = Received {
+            range_m: &range_m,
+            factor: &factor,
+            phasor: &[],
+        };
+        self.sums(echoes, at_m)[0]
+    }
+
+    /// Range of a point from each pulse (m), and the pulse's weight over its square.
+    pub(crate) fn received(&self, target_m: [f64; 3]) -> (Vec<f64>, Vec<f64>) {
+        let level = SimdLevel::detect();
+        dispatch!(level, s => received(s, &self.position_m, &self.weight, target_m))
+    }
+
+    /// The image at `at_m` of what the pulses received: that of the real factors, and that of the complex ones.
+    pub(crate) fn sums(&self, echoes: Received<'_>, at_m: [f64; 3]) -> [Complex64; 2] {
+        let (level, band) = (SimdLevel::detect(), self.band());
+        dispatch!(level, s => responses(s, &band, &self.position_m, echoes, at_m))
     }
 
     /// Σ_n e^{j4πf_n δ/c}: what one pulse contributes at excess range δ = R − R_t (m).
     pub fn kernel(&self, excess_m: f64) -> Complex64 {
-        let per_hz = 4.0 * PI * excess_m / self.light_speed_m_s;
+        self.band().kernel_at(excess_m)
+    }
+
+    fn band(&self) -> Band<'_> {
+        let slowness_s_m = 2.0 / self.light_speed_m_s;
         match self.comb {
-            Some(comb) => {
-                let half = 0.5 * per_hz * comb.step_hz;
-                let below = half.sin();
-                let envelope = if below.abs() < 1e-9 {
-                    // The limit, with its sign, at every multiple of the unambiguous range.
-                    comb.count * (comb.count * half).cos() / half.cos()
-                } else {
-                    (comb.count * half).sin() / below
-                };
-                let (sin, cos) = (per_hz * comb.centre_hz).sin_cos();
-                Complex64::new(envelope * cos, envelope * sin)
-            }
-            None => self
-                .frequency_hz
-                .iter()
-                .map(|f| Complex64::from_polar(1.0, per_hz * f))
-                .sum(),
+            Some(comb) => Band::Even {
+                centre_per_m: slowness_s_m * comb.centre_hz,
+                step_per_m: slowness_s_m * comb.step_hz,
+                count: comb.count,
+            },
+            None => Band::Uneven {
+                frequency_hz: &self.frequency_hz,
+                slowness_s_m,
+            },
         }
     }
 }
@@ -213,13 +222,11 @@ fn comb_of(frequency_hz: &[f64]) -> Option<Comb> {
     })
 }
 
-fn distance2(a: [f64; 3], b: [f64; 3]) -> f64 {
-    (a[0] - b[0]).powi(2) + (a[1] - b[1]).powi(2) + (a[2] - b[2]).powi(2)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::vector::range_m;
+    use std::f64::consts::TAU;
 
     #[test]
     fn closed_form_is_the_sum() {
@@ -234,6 +241,52 @@ mod tests {
         for excess in [0.0, 1e-12, 0.013, -0.4, 1.5, 1.5 + 1e-11, 3.0, 2.9] {
             let difference = (comb.kernel(excess) - sum.kernel(excess)).norm();
             assert!(difference < 1e-4, "{excess}: {difference}");
+        }
+    }
+
+    /// The sum over pulses and frequencies, term by term.
+    fn summed(
+        spread: &PointSpread,
+        truth: &[[f64; 3]],
+        target: [f64; 3],
+        at: [f64; 3],
+    ) -> Complex64 {
+        let pulses = spread.position_m.iter().zip(truth).zip(&spread.weight);
+        pulses
+            .map(|((believed, truth), weight)| {
+                let (there, here) = (range_m(*truth, target), range_m(*believed, at));
+                let turns = 2.0 * (here - there) / spread.light_speed_m_s;
+                let band = spread.frequency_hz.iter();
+                let sum: Complex64 = band.map(|f| Complex64::cis(TAU * turns * f)).sum();
+                sum * weight / (there * here).powi(2)
+            })
+            .sum()
+    }
+
+    #[test]
+    fn responses_are_the_sums_at_every_number_of_pulses() {
+        let even: Vec<f64> = (0..41).map(|n| 3.1e9 + 4e7 * f64::from(n)).collect();
+        let mut uneven = even.clone();
+        uneven[3] += 1e6;
+        let (target, at) = ([0.3, 2.0, 0.1], [0.31, 2.05, 0.0]);
+        for frequency_hz in [even, uneven] {
+            for pulses in [1, 7, 8, 9, 61] {
+                let track: Vec<[f64; 3]> = (0..pulses)
+                    .map(|m| [0.02 * f64::from(m), 0.1, 5.0 + 0.01 * f64::from(m)])
+                    .collect();
+                let truth: Vec<[f64; 3]> =
+                    track.iter().map(|p| [p[0], p[1] + 0.01, p[2]]).collect();
+                let weight = (0..pulses).map(|m| 1.0 + 0.1 * f64::from(m)).collect();
+                let spread =
+                    PointSpread::new(track, Some(weight), frequency_hz.clone(), 3e8).unwrap();
+                let found = spread.response_displaced(&truth, target, at);
+                let expected = summed(&spread, &truth, target, at);
+                let scale = spread.response(target, target).norm();
+                assert!(
+                    (found - expected).norm() < 1e-11 * scale,
+                    "{pulses}: {found} {expected}"
+                );
+            }
         }
     }
 
