@@ -231,10 +231,12 @@ impl<'a> ImageDb<'a> {
         let step = step.max(1);
         let mut sample: Vec<f64> = match self.window {
             LevelWindow::Fixed { .. } => Vec::new(),
-            LevelWindow::Percentile { .. } => (0..self.ny)
-                .step_by(step)
-                .flat_map(|row| (0..self.nx).step_by(step).map(move |column| (column, row)))
-                .map(|(column, row)| level(column, row))
+            LevelWindow::Percentile { .. } => (0..self.ny.div_ceil(step))
+                .into_par_iter()
+                .flat_map_iter(|row| {
+                    let columns = (0..self.nx).step_by(step);
+                    columns.map(move |column| level(column, row * step))
+                })
                 .collect(),
         };
         Shown {

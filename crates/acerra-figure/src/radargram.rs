@@ -10,6 +10,7 @@ use super::polyline::{runs, thin};
 use super::radargram_colours::{Colouring, RadargramColours};
 use super::resample::peak_pool;
 use super::ticks;
+use rayon::prelude::*;
 
 /// A curve of fast time over the traces, drawn on a radargram.
 #[derive(Clone, Debug, PartialEq)]
@@ -159,10 +160,14 @@ impl<'a> Radargram<'a> {
             |cell: usize| f64::from(self.samples[(cell % traces) * per_trace + cell / traces]);
         let pooled = peak_pool(value, f64::abs, (traces, per_trace), (columns, rows));
         let table = colouring.bar.palette.table();
-        let rgb = pooled
-            .iter()
-            .flat_map(|v| look_up(&table, colouring.fraction(*v)))
-            .collect();
+        let mut rgb = vec![0; 3 * pooled.len()];
+        rgb.par_chunks_exact_mut(3 * columns)
+            .zip(pooled.par_chunks_exact(columns))
+            .for_each(|(line, values)| {
+                for (pixel, value) in line.chunks_exact_mut(3).zip(values) {
+                    pixel.copy_from_slice(&look_up(&table, colouring.fraction(*value)));
+                }
+            });
         let raster = Item::Raster {
             rect: frame.plot,
             columns,

@@ -29,19 +29,25 @@ impl Drawing {
             scale: self.scale as f32,
         };
         painter.items(&self.items, None);
-        let rgb = painter
-            .pixmap
-            .data()
-            .chunks_exact(4)
-            .flat_map(|p| [p[0], p[1], p[2]])
-            .collect();
+        let painted = painter.pixmap.data().chunks_exact(4);
+        let mut rgb = vec![0; 3 * painted.len()];
+        for (rgb, painted) in rgb.chunks_exact_mut(3).zip(painted) {
+            rgb.copy_from_slice(&painted[..3]);
+        }
         Ok((width, height, rgb))
     }
 }
 
 /// Encodes 8-bit RGB as PNG; the same bytes for the same picture.
 pub(super) fn encode_png(width: u32, height: u32, rgb: &[u8]) -> Result<Vec<u8>, FigureError> {
-    encode([width, height], png::ColorType::Rgb, rgb)
+    // An encoder made for PNG takes a tenth of zlib's time where neighbours differ, and falls behind where they
+    // do not, as in what is drawn enlarged.
+    let encoding = if is_in_runs(rgb, width as usize) {
+        Encoding::Runs(3)
+    } else {
+        Encoding::Gradual
+    };
+    encode([width, height], png::ColorType::Rgb, rgb, encoding)
 }
 
 /// Encodes 8-bit RGBA as PNG; the same bytes for the same picture.
@@ -50,22 +56,56 @@ pub(super) fn encode_png_rgba(
     height: u32,
     rgba: &[u8],
 ) -> Result<Vec<u8>, FigureError> {
-    encode([width, height], png::ColorType::Rgba, rgba)
+    encode(
+        [width, height],
+        png::ColorType::Rgba,
+        rgba,
+        Encoding::Runs(2),
+    )
+}
+
+/// How the samples of a picture are compressed: a tenth larger than by zlib's sixth level at most, in a fraction of
+/// its time.
+enum Encoding {
+    /// Differences of neighbours, filters chosen row by row.
+    Gradual,
+    /// The colours as they are, by zlib at this level: differences of colours that jump compress worse.
+    Runs(u8),
+}
+
+/// Whether three quarters of the pixels have the colour of their left neighbour; every eighth row is looked at.
+fn is_in_runs(rgb: &[u8], width: usize) -> bool {
+    let rows = rgb.chunks_exact(3 * width.max(1)).step_by(8);
+    let (mut equal, mut all) = (0, 0);
+    for row in rows {
+        let (before, after) = (row.chunks_exact(3), row.chunks_exact(3).skip(1));
+        equal += before.zip(after).filter(|(a, b)| a == b).count();
+        all += width;
+    }
+    4 * equal > 3 * all
 }
 
 fn encode(
     [width, height]: [u32; 2],
     colour: png::ColorType,
     samples: &[u8],
+    encoding: Encoding,
 ) -> Result<Vec<u8>, FigureError> {
     let encode = |error: png::EncodingError| FigureError::Encode(error.to_string());
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, width, height);
     encoder.set_color(colour);
     encoder.set_depth(png::BitDepth::Eight);
-    encoder.set_compression(png::Compression::Balanced);
-    // Colour maps jump where values change little: differences compress worse than colours.
-    encoder.set_filter(png::Filter::NoFilter);
+    match encoding {
+        Encoding::Gradual => {
+            encoder.set_compression(png::Compression::Fast);
+            encoder.set_filter(png::Filter::Adaptive);
+        }
+        Encoding::Runs(level) => {
+            encoder.set_deflate_compression(png::DeflateCompression::Level(level));
+            encoder.set_filter(png::Filter::NoFilter);
+        }
+    }
     let mut writer = encoder.write_header().map_err(encode)?;
     writer.write_image_data(samples).map_err(encode)?;
     writer.finish().map_err(encode)?;

@@ -11,8 +11,9 @@ use crate::error::MapError;
 use crate::overview::{Level, Samples, TILE};
 use crate::tags::{Directory, Value, Variant};
 
-/// Compression of real samples: 1 fast, 9 small.
-const DEFLATE_LEVEL: u32 = 4;
+/// Compression of real samples, from 1 (fast) to 9 (small): levels of noise take 2 % more than at level 4, in a
+/// quarter of its time.
+const DEFLATE_LEVEL: u32 = 1;
 /// Bytes from which offsets of 32 bits do not do, less a margin for directories.
 const CLASSIC_BYTES: u64 = 4_200_000_000;
 
@@ -160,12 +161,15 @@ fn cut<T: Copy>(values: &[T], [nx, ny]: [usize; 2], [x, y]: [usize; 2], outside:
 fn deflated(tile: &[f32]) -> Result<Vec<u8>, MapError> {
     let mut bytes = Vec::with_capacity(4 * tile.len());
     for line in tile.chunks(TILE) {
-        let start = bytes.len();
+        // The bytes of a line in their new order, and the one before each.
+        let mut before = 0;
         for significance in 0..4 {
-            bytes.extend(line.iter().map(|v| v.to_be_bytes()[significance]));
-        }
-        for k in (start + 1..bytes.len()).rev() {
-            bytes[k] = bytes[k].wrapping_sub(bytes[k - 1]);
+            bytes.extend(line.iter().map(|v| {
+                let byte = (v.to_bits() >> (24 - 8 * significance)) as u8;
+                let difference = byte.wrapping_sub(before);
+                before = byte;
+                difference
+            }));
         }
     }
     let mut encoder = ZlibEncoder::new(Vec::new(), Compression::new(DEFLATE_LEVEL));

@@ -1,6 +1,7 @@
 //! Overviews: the same image with ever coarser pixels, rows from north to south as files have them.
 
 use num_complex::Complex32;
+use rayon::prelude::*;
 
 use crate::raster::{Raster, Values};
 
@@ -36,15 +37,19 @@ pub(crate) fn pyramid(raster: &Raster<'_>) -> Vec<Level> {
     }
 }
 
-fn real(raster: &Raster<'_>, power: &[f32], shown: fn(f32) -> f32) -> Vec<Level> {
+fn real(raster: &Raster<'_>, power: &[f32], shown: impl Fn(f32) -> f32 + Sync) -> Vec<Level> {
     let known = |p: f32| if p.is_finite() { p } else { f32::NAN };
-    let power = from_north(power, raster.nx).into_iter().map(known);
-    levels(power.collect(), raster, mean_of_known)
+    let mut full = from_north(power, raster.nx);
+    full.par_iter_mut().for_each(|p| *p = known(*p));
+    levels(full, raster, mean_of_known)
         .into_iter()
-        .map(|(nx, ny, power)| Level {
-            nx,
-            ny,
-            samples: Samples::Real(power.into_iter().map(shown).collect()),
+        .map(|(nx, ny, mut power)| {
+            power.par_iter_mut().for_each(|p| *p = shown(*p));
+            Level {
+                nx,
+                ny,
+                samples: Samples::Real(power),
+            }
         })
         .collect()
 }
@@ -58,25 +63,30 @@ fn level_db(power: f32) -> f32 {
 }
 
 fn mean_of_known(few: &[f32]) -> f32 {
-    let known = few.iter().filter(|p| p.is_finite());
-    let (count, sum) = known.fold((0.0_f64, 0.0_f64), |(n, sum), p| {
-        (n + 1.0, sum + f64::from(*p))
-    });
-    if count > 0.0 {
-        (sum / count) as f32
-    } else {
-        f32::NAN
+    let (mut count, mut sum) = (0.0_f64, 0.0_f64);
+    for p in few {
+        if p.is_finite() {
+            count += 1.0;
+            sum += f64::from(*p);
+        }
     }
+    // Of none, 0/0 is not a number.
+    (sum / count) as f32
 }
 
-fn from_north<T: Copy>(values: &[T], nx: usize) -> Vec<T> {
-    values.chunks(nx).rev().flatten().copied().collect()
+fn from_north<T: Copy + Default + Send + Sync>(values: &[T], nx: usize) -> Vec<T> {
+    let mut turned = vec![T::default(); values.len()];
+    turned
+        .par_chunks_mut(nx)
+        .zip(values.par_chunks(nx).rev())
+        .for_each(|(to, from)| to.copy_from_slice(from));
+    turned
 }
 
-fn levels<T: Copy>(
+fn levels<T: Copy + Default + Send + Sync>(
     full: Vec<T>,
     raster: &Raster<'_>,
-    merge: fn(&[T]) -> T,
+    merge: impl Fn(&[T]) -> T + Copy + Sync,
 ) -> Vec<(usize, usize, Vec<T>)> {
     let mut all = vec![(raster.nx, raster.ny, full)];
     while let Some((nx, ny, values)) = all.last()
@@ -88,26 +98,35 @@ fn levels<T: Copy>(
     all
 }
 
-fn halved<T: Copy>(
+fn halved<T: Copy + Default + Send + Sync>(
     values: &[T],
     nx: usize,
     ny: usize,
-    merge: fn(&[T]) -> T,
+    merge: impl Fn(&[T]) -> T + Copy + Sync,
 ) -> (usize, usize, Vec<T>) {
     let (columns, rows) = (nx.div_ceil(2), ny.div_ceil(2));
-    let mut merged = Vec::with_capacity(columns * rows);
-    let mut few = Vec::with_capacity(4);
-    for j in 0..rows {
-        for i in 0..columns {
-            few.clear();
-            for row in (2 * j)..(2 * j + 2).min(ny) {
-                for column in (2 * i)..(2 * i + 2).min(nx) {
-                    few.push(values[row * nx + column]);
-                }
+    let mut merged = vec![T::default(); columns * rows];
+    merged
+        .par_chunks_mut(columns)
+        .zip(values.par_chunks(2 * nx))
+        .for_each(|(line, pair)| {
+            // Of an odd number of rows, the last one is alone.
+            let (upper, lower) = pair.split_at(nx);
+            for (i, out) in line.iter_mut().enumerate() {
+                let columns = 2 * i..(2 * i + 2).min(nx);
+                let below = if lower.is_empty() {
+                    &[]
+                } else {
+                    &lower[columns.clone()]
+                };
+                *out = match (&upper[columns], below) {
+                    ([a, b], [c, d]) => merge(&[*a, *b, *c, *d]),
+                    ([a, b], _) => merge(&[*a, *b]),
+                    ([a], [c, ..]) => merge(&[*a, *c]),
+                    (few, _) => merge(few),
+                };
             }
-            merged.push(merge(&few));
-        }
-    }
+        });
     (columns, rows, merged)
 }
 

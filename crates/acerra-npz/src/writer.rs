@@ -10,14 +10,17 @@ use zip::{CompressionMethod, ZipWriter};
 /// Arrays larger than this (bytes) are written as ZIP64 members.
 const LARGEST_PLAIN_MEMBER: u64 = 1 << 31;
 
+/// Bytes of an array that are written together.
+const BLOCK_BYTES: usize = 1 << 16;
+
 /// A number that arrays can be written of.
 pub trait NpyValue: Copy {
     /// NumPy's name of the type, little-endian.
     const DESCR: &'static str;
     /// Bytes of one value.
     const BYTES: u64;
-    /// Appends the value's bytes.
-    fn append(self, out: &mut Vec<u8>);
+    /// Writes the value's bytes to the start of `out`, which holds as many at least.
+    fn write(self, out: &mut [u8]);
 }
 
 macro_rules! npy_value {
@@ -25,15 +28,17 @@ macro_rules! npy_value {
         impl NpyValue for $type {
             const DESCR: &'static str = $descr;
             const BYTES: u64 = $bytes;
-            fn append(self, out: &mut Vec<u8>) {
-                npy_value!(@ self out $($part)+);
+            fn write(self, out: &mut [u8]) {
+                npy_value!(@ self out $bytes $($part)+);
             }
         }
     };
-    (@ $self:ident $out:ident itself) => { $out.extend($self.to_le_bytes()) };
-    (@ $self:ident $out:ident complex) => {{
-        $out.extend($self.re.to_le_bytes());
-        $out.extend($self.im.to_le_bytes());
+    (@ $self:ident $out:ident $bytes:literal itself) => {
+        $out[..$bytes].copy_from_slice(&$self.to_le_bytes())
+    };
+    (@ $self:ident $out:ident $bytes:literal complex) => {{
+        $out[..$bytes / 2].copy_from_slice(&$self.re.to_le_bytes());
+        $out[$bytes / 2..$bytes].copy_from_slice(&$self.im.to_le_bytes());
     }};
 }
 
@@ -218,18 +223,34 @@ impl<T: NpyValue> ArrayState<T> {
         zip: &mut impl Write,
         values: impl IntoIterator<Item = T>,
     ) -> io::Result<()> {
-        for value in values {
-            self.missing = self
-                .missing
-                .checked_sub(1)
-                .ok_or_else(|| wrong_count("more values than the shape asks for".to_owned()))?;
-            value.append(&mut self.bytes);
-            if self.bytes.len() >= 1 << 16 {
-                zip.write_all(&self.bytes)?;
-                self.bytes.clear();
+        let mut values = values.into_iter();
+        loop {
+            // As many as fill the block, and no more than are wanted.
+            let filled = self.bytes.len();
+            let room = (BLOCK_BYTES.saturating_sub(filled) as u64 / T::BYTES).min(self.missing);
+            self.bytes.resize(filled + (room * T::BYTES) as usize, 0);
+            let mut written = 0;
+            let places = self.bytes[filled..].chunks_exact_mut(T::BYTES as usize);
+            for (place, value) in places.zip(&mut values) {
+                value.write(place);
+                written += 1;
             }
+            self.missing -= written;
+            self.bytes.truncate(filled + (written * T::BYTES) as usize);
+            if written < room {
+                return Ok(());
+            }
+            if self.missing == 0 {
+                return match values.next() {
+                    None => Ok(()),
+                    Some(_) => Err(wrong_count(
+                        "more values than the shape asks for".to_owned(),
+                    )),
+                };
+            }
+            zip.write_all(&self.bytes)?;
+            self.bytes.clear();
         }
-        Ok(())
     }
 
     fn finish(self, zip: &mut impl Write) -> io::Result<()> {
