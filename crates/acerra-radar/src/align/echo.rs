@@ -89,8 +89,9 @@ pub(super) fn ridges(
     let apart = (APART_S / cell_s).ceil() as usize;
     let over_trace = changing.gain(cell);
     let over_column = over_trace.over_columns();
-    let mut found = Vec::new();
-    for mut gain in [over_trace.limited(STRONG.ln()), over_trace, over_column] {
+    let gains = [over_trace.limited(STRONG.ln()), over_trace, over_column];
+    let of_gain = |mut gain: Gain| {
+        let mut found = Vec::new();
         for _ in 0..RIDGES {
             let path = follow(&gain, climb, control)?;
             // A pick in what changes is free of the coupling; one in the raw trace is free of what
@@ -103,8 +104,13 @@ pub(super) fn ridges(
             }
             gain.clear_about(&path, apart);
         }
-    }
-    Ok(found)
+        Ok(found)
+    };
+    let found: Vec<Vec<Ridge>> = gains
+        .into_par_iter()
+        .map(of_gain)
+        .collect::<Result<_, AlignError>>()?;
+    Ok(found.into_iter().flatten().collect())
 }
 
 fn median_step_s(time_s: &[f64]) -> f64 {
@@ -276,7 +282,8 @@ impl Gain {
 /// How far a ridge may move from one trace to the next, in cells, and what it costs.
 #[derive(Clone, Copy)]
 struct Climb {
-    reach: usize,
+    /// At most a hundred.
+    reach: isize,
     cost_per_cell: f32,
 }
 
@@ -284,7 +291,7 @@ impl Climb {
     fn new(cells: f64) -> Self {
         let usual = cells.max(1.0);
         Self {
-            reach: ((REACH * usual).ceil() as usize + 1).min(100),
+            reach: ((REACH * usual).ceil() as isize + 1).min(100),
             cost_per_cell: (0.5 / usual) as f32,
         }
     }
@@ -301,20 +308,29 @@ fn follow(gain: &Gain, climb: Climb, control: Control<'_>) -> Result<Vec<usize>,
             control.check()?;
         }
         let mut back = vec![0i8; cells];
-        for c in 0..cells {
-            let (low, high) = (
-                c.saturating_sub(climb.reach),
-                (c + climb.reach + 1).min(cells),
-            );
-            let (mut best, mut at) = (f32::NEG_INFINITY, c);
-            for (p, value) in score.iter().enumerate().take(high).skip(low) {
-                let value = value - climb.cost_per_cell * p.abs_diff(c) as f32;
-                if value > best {
-                    (best, at) = (value, p);
-                }
+        next.fill(f32::NEG_INFINITY);
+        // One jump after another, all cells side by side; of equal ones the lowest cell is kept.
+        for jump in -climb.reach..=climb.reach {
+            let distance = jump.unsigned_abs();
+            if distance >= cells {
+                continue;
             }
-            back[c] = (at as isize - c as isize) as i8;
-            next[c] = best + row[c];
+            let cost = climb.cost_per_cell * distance as f32;
+            let (to, from) = if jump < 0 {
+                (distance..cells, 0..cells - distance)
+            } else {
+                (0..cells - distance, distance..cells)
+            };
+            let reached = next[to.clone()].iter_mut().zip(&mut back[to]);
+            for ((best, back), value) in reached.zip(&score[from]) {
+                let value = value - cost;
+                let is_better = value > *best;
+                *best = if is_better { value } else { *best };
+                *back = if is_better { jump as i8 } else { *back };
+            }
+        }
+        for (next, gain) in next.iter_mut().zip(row) {
+            *next += gain;
         }
         std::mem::swap(&mut score, &mut next);
         from.push(back);

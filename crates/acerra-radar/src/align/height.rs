@@ -243,9 +243,17 @@ impl Fit<'_> {
         let stray = mixture.stray_share * self.stray_density();
         let height = (1.0 - mixture.stray_share) / (mixture.sigma_s * std::f64::consts::TAU.sqrt());
         let density = |r: f64, d: f64| height * bell((r - d) / mixture.sigma_s);
+        // Beyond the reach of the bell a residual is a stray and nothing else. Each of two estimates of the delay is
+        // a mean of residuals within that reach of the one before.
+        let reach_s = 3.0 * BELL_REACH * mixture.sigma_s;
+        let near: Vec<f64> = residuals
+            .iter()
+            .copied()
+            .filter(|r| (r - delay_s).abs() <= reach_s)
+            .collect();
         for _ in 0..2 {
             let (mut sum, mut weight) = (0.0, 0.0);
-            for &r in residuals.iter().filter(|r| r.is_finite()) {
+            for &r in &near {
                 let surface = density(r, delay_s);
                 let w = surface / (surface + stray);
                 sum += w * r;
@@ -256,12 +264,11 @@ impl Fit<'_> {
             }
         }
         // Likelihoods over that of a stray, multiplied a few at a time before the logarithm.
-        let over: f64 = residuals
+        let over: f64 = near
             .chunks(8)
             .map(|few| {
-                let known = few.iter().filter(|r| r.is_finite());
                 let ratio = |r: &f64| density(*r, delay_s) / stray + 1.0;
-                known.map(ratio).product::<f64>().ln()
+                few.iter().map(ratio).product::<f64>().ln()
             })
             .sum();
         let total = over + residuals.len() as f64 * stray.ln();
@@ -367,11 +374,14 @@ impl Fit<'_> {
     }
 }
 
-/// exp(−x²/2), and zero beyond ten standard deviations, where it is 2·10⁻²² of its maximum and the
-/// exponential would take most of the search's time.
+/// Standard deviations beyond which the bell is zero: it is 2·10⁻²² of its maximum there, and the exponential
+/// would take most of the search's time.
+const BELL_REACH: f64 = 10.0;
+
+/// exp(−x²/2), and zero beyond [`BELL_REACH`].
 fn bell(x: f64) -> f64 {
     let square = x * x;
-    if square > 100.0 {
+    if square > BELL_REACH * BELL_REACH {
         0.0
     } else {
         (-0.5 * square).exp()
