@@ -385,6 +385,43 @@ pub fn interpolator(max_gap_s: Option<f64>, trajectory: &Trajectory) -> Interpol
     Interpolator::new(trajectory, &options)
 }
 
+/// Places of single traces of a log on a trajectory, at any clock offset.
+pub(crate) struct TracePlaces<'a> {
+    time_s: &'a [f64],
+    at: Interpolator<'a>,
+    keeps_unfixed: bool,
+}
+
+impl<'a> TracePlaces<'a> {
+    /// None where places depend on more than the trajectory: those that came with the traces, heights by the radar.
+    pub fn of(flight: Flight<'a>, options: &AlignOptions) -> Option<Self> {
+        let (Positions::Trajectory(trajectory), HeightSource::Positions) =
+            (flight.positions, options.height)
+        else {
+            return None;
+        };
+        Some(Self {
+            time_s: flight.radar.time_s(),
+            at: interpolator(options.max_gap_s, trajectory),
+            keeps_unfixed: options.unfixed == Unfixed::Keep,
+        })
+    }
+
+    /// Places (m) of some traces, as [`align`] finds them; none where one of the traces has no place.
+    pub fn at(&self, traces: &[usize], time_offset_s: f64) -> Option<Vec<[f64; 3]>> {
+        let place = |trace: &usize| {
+            let place = self.at.at(self.time_s[*trace] + time_offset_s);
+            is_taken(&place, self.keeps_unfixed).then_some(place.position_m)
+        };
+        traces.iter().map(place).collect()
+    }
+}
+
+/// Whether a trace at a place may enter an image.
+fn is_taken(place: &Interpolated, keeps_unfixed: bool) -> bool {
+    place.flag == Flag::Ok || place.flag == Flag::Unfixed && keeps_unfixed
+}
+
 /// Share of the traces that may lie before or after the trajectory without a warning.
 const MOMENT: f64 = 0.01;
 
@@ -447,9 +484,7 @@ impl OnTrajectory<'_> {
         let placed = places
             .iter()
             .enumerate()
-            .filter(|(_, place)| {
-                place.flag == Flag::Ok || place.flag == Flag::Unfixed && keep_unfixed
-            })
+            .filter(|(_, place)| is_taken(place, keep_unfixed))
             .map(|(trace, place)| {
                 let [before, after] = [-0.25, 0.25].map(|d| at.at(place.time_s + d).position_m);
                 Placed {

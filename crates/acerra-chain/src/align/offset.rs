@@ -11,8 +11,9 @@ use acerra_radar::align::{
     offset_likelihood,
 };
 use acerra_radar::{Radargram, Spectrum};
+use rayon::prelude::*;
 
-use crate::align::{AlignError, AlignOptions, Aligned, Flight, align, interpolator};
+use crate::align::{AlignError, AlignOptions, Aligned, Flight, TracePlaces, align, interpolator};
 use crate::choices::Select;
 use crate::clean::{CleanError, CleanOptions, clean};
 use crate::control::{Cancelled, Control};
@@ -223,6 +224,7 @@ pub fn refine(
     let mut sharpness = Vec::new();
     let mut cleaned: Option<CleanedAt> = None;
     let common_s = trial.common_sigma_s(&likelihood);
+    let places = TracePlaces::of(trial.flight, trial.align);
     let score = |offset_s: f64| {
         control.check()?;
         if !cleaned
@@ -232,7 +234,7 @@ pub fn refine(
             cleaned = trial.cleaned_at(offset_s)?;
         }
         let scores = match &cleaned {
-            Some(cleaned) => trial.contrasts_at(cleaned, offset_s, grid)?,
+            Some(cleaned) => trial.contrasts_at((cleaned, places.as_ref()), offset_s, grid)?,
             None => Vec::new(),
         };
         if !scores.is_empty() {
@@ -247,6 +249,7 @@ pub fn refine(
         Some(cleaned) => {
             let whole = WholeAperture {
                 cleaned: &cleaned,
+                places: places.as_ref(),
                 grid,
                 common_s,
                 least_sigma_s: least_sigma_s(&likelihood, &estimate, common_s),
@@ -275,6 +278,8 @@ struct CleanedAt {
 /// Echoes whose image over the whole aperture is scored.
 struct WholeAperture<'a> {
     cleaned: &'a CleanedAt,
+    /// Interpolates the places of its traces; none where places depend on more than the trajectory.
+    places: Option<&'a TracePlaces<'a>>,
     grid: PlaneGrid,
     /// Deviation of the sharpest offset that every image has in common (s).
     common_s: f64,
@@ -344,15 +349,16 @@ impl Trial<'_> {
     /// no place then.
     fn contrasts_at(
         &self,
-        cleaned: &CleanedAt,
+        (cleaned, places): (&CleanedAt, Option<&TracePlaces<'_>>),
         offset_s: f64,
         grid: PlaneGrid,
     ) -> Result<Vec<f64>, OffsetError> {
-        let Some(places) = self.places_at(cleaned, offset_s)? else {
+        let Some(places) = self.places_at(cleaned, places, offset_s)? else {
             return Ok(Vec::new());
         };
         let light_speed_m_s = self.flight.scene.light_speed_m_s;
         sub_apertures(places.len())
+            .into_par_iter()
             .map(|part| {
                 let spectrum = part_of(&cleaned.spectrum, part.clone());
                 let image = quick_look(&places[part], &spectrum, grid, light_speed_m_s)?;
@@ -375,18 +381,22 @@ impl Trial<'_> {
         let light_speed_m_s = self.flight.scene.light_speed_m_s;
         let reach_s = (3.0 * estimate.sigma_s).clamp(WHOLE_STEP_S, WHOLE_REACH_S);
         let steps = (reach_s / WHOLE_STEP_S).ceil();
-        let mut tried: Vec<(f64, f64)> = Vec::new();
         #[expect(clippy::cast_possible_truncation, reason = "at most fifty")]
-        for k in -(steps as i32)..=steps as i32 {
+        let steps = steps as i32;
+        let score = |k: i32| {
             control.check()?;
-            let off_s = f64::from(k) * WHOLE_STEP_S;
-            let offset_s = estimate.offset_s + off_s;
-            let Some(places) = self.places_at(cleaned, offset_s)? else {
-                continue;
+            let offset_s = estimate.offset_s + f64::from(k) * WHOLE_STEP_S;
+            let Some(places) = self.places_at(cleaned, whole.places, offset_s)? else {
+                return Ok(None);
             };
             let image = quick_look(&places, &cleaned.spectrum, grid, light_speed_m_s)?;
-            tried.push((offset_s, 2.0 * contrast(&image).ln()));
-        }
+            Ok::<_, OffsetError>(Some((offset_s, 2.0 * contrast(&image).ln())))
+        };
+        let tried: Vec<Option<(f64, f64)>> = (-steps..=steps)
+            .into_par_iter()
+            .map(score)
+            .collect::<Result<_, OffsetError>>()?;
+        let tried: Vec<(f64, f64)> = tried.into_iter().flatten().collect();
         let tried = weighed_by(&estimate, &widened(&tried, whole.common_s));
         let highest = tried.iter().map(|t| t.1).fold(f64::NEG_INFINITY, f64::max);
         if tried.len() < 3 || !highest.is_finite() {
@@ -413,8 +423,13 @@ impl Trial<'_> {
     fn places_at(
         &self,
         cleaned: &CleanedAt,
+        places: Option<&TracePlaces<'_>>,
         offset_s: f64,
     ) -> Result<Option<Vec<[f64; 3]>>, OffsetError> {
+        let found = places.and_then(|places| places.at(&cleaned.aligned.traces, offset_s));
+        if found.is_some() {
+            return Ok(found);
+        }
         // The same traces at every offset: what changes is where they stand.
         let everywhere = AlignOptions {
             select: Select::All,
@@ -505,13 +520,15 @@ fn velocity_wander_m_s(aligned: &Aligned) -> f64 {
 }
 
 /// Consecutive parts of an aperture.
-fn sub_apertures(traces: usize) -> impl Iterator<Item = Range<usize>> {
+fn sub_apertures(traces: usize) -> Vec<Range<usize>> {
     let parts = if traces >= SUB_APERTURES * LEAST_TRACES {
         SUB_APERTURES
     } else {
         1
     };
-    (0..parts).map(move |k| k * traces / parts..(k + 1) * traces / parts)
+    (0..parts)
+        .map(|k| k * traces / parts..(k + 1) * traces / parts)
+        .collect()
 }
 
 /// The spectra of some of the traces.
@@ -556,7 +573,7 @@ mod tests {
     #[test]
     fn sub_apertures_cover_every_trace_once() {
         for traces in [1, 39, 160, 331] {
-            let parts: Vec<_> = sub_apertures(traces).collect();
+            let parts = sub_apertures(traces);
             assert_eq!(parts[0].start, 0);
             assert_eq!(parts[parts.len() - 1].end, traces);
             assert!(parts.windows(2).all(|w| w[0].end == w[1].start));

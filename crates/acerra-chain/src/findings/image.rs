@@ -1,5 +1,7 @@
 //! The finding on the values of the image.
 
+use rayon::prelude::*;
+
 use super::finding::{Finding, Verdict};
 use super::geometry::{ImageGeometry, wavenumber_span};
 use super::median::median;
@@ -11,7 +13,9 @@ pub(super) fn weigh_values(prepared: &Prepared, focused: &Focused) -> Vec<Findin
     let grid = &focused.pixels.grid;
     let power = |v: &acerra_imaging::Complex32| f64::from(v.norm_sqr());
     let stride = (focused.image.len() / 1_000_000).max(1);
-    let most = focused.image.iter().map(power).fold(0.0, f64::max);
+    let rows = focused.image.par_chunks(grid.nx.max(1));
+    let of_row = |row: &[acerra_imaging::Complex32]| row.iter().map(power).fold(0.0, f64::max);
+    let most = rows.map(of_row).reduce(|| 0.0, f64::max);
     let Some(middle) = median(focused.image.iter().step_by(stride).map(power)) else {
         return Vec::new();
     };

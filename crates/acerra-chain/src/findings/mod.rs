@@ -101,9 +101,18 @@ pub fn weigh_image(
     let mut findings = image::weigh_values(prepared, focused);
     findings.extend(inversion::weigh(focused));
     for track in &prepared.tracks {
-        let mut own = background::weigh(prepared, focused, track, control)?;
-        own.extend(motion::weigh(prepared, focused, track, control)?);
-        own.extend(range_focus::weigh(prepared, focused, track, control)?);
+        let (background, (motion, range_focus)) = rayon::join(
+            || background::weigh(prepared, focused, track, control),
+            || {
+                rayon::join(
+                    || motion::weigh(prepared, focused, track, control),
+                    || range_focus::weigh(prepared, focused, track, control),
+                )
+            },
+        );
+        let mut own = background?;
+        own.extend(motion?);
+        own.extend(range_focus?);
         findings.extend(
             own.into_iter()
                 .map(|finding| named(prepared, track, finding)),

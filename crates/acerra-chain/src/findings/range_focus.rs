@@ -9,6 +9,7 @@ use std::f64::consts::TAU;
 use acerra_imaging::{ImagingError, PlaneGrid};
 use acerra_radar::Spectrum;
 use num_complex::{Complex32, Complex64};
+use rayon::prelude::*;
 
 use super::finding::{Finding, Setting};
 use super::preferred::{PreferredSetting, preferred_setting};
@@ -109,19 +110,27 @@ impl Bench<'_> {
     ) -> Result<Option<[f64; 2]>, Cancelled> {
         let steps = (REACH_M / STEP_M).round() as i32;
         let tried_m: Vec<f64> = (-steps..=steps).map(|k| f64::from(k) * STEP_M).collect();
-        let mut scores = Vec::new();
-        for longer_m in &tried_m {
+        let scores_at = |longer_m: &f64| {
             control.check()?;
             let spectrum = self.longer_by(*longer_m);
             let score = |patch: &PlaneGrid| {
                 let image = self.image(*patch, &spectrum, *longer_m)?;
                 Ok::<_, ImagingError>(log_fourth_moment(&image))
             };
-            match patches.iter().map(score).collect::<Result<Vec<_>, _>>() {
-                Ok(score) => scores.push(score),
-                Err(_) => return Ok(None),
-            }
-        }
+            // A range that cannot be imaged leaves nothing to compare.
+            Ok(patches
+                .iter()
+                .map(score)
+                .collect::<Result<Vec<f64>, _>>()
+                .ok())
+        };
+        let scores: Vec<Option<Vec<f64>>> = tried_m
+            .par_iter()
+            .map(scores_at)
+            .collect::<Result<_, Cancelled>>()?;
+        let Some(scores) = scores.into_iter().collect::<Option<Vec<Vec<f64>>>>() else {
+            return Ok(None);
+        };
         let Some(best) = sharpest(&tried_m, &scores) else {
             return Ok(None);
         };

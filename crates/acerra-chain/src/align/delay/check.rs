@@ -1,5 +1,7 @@
 //! The delay in force beside those at which the image is sharp.
 
+use rayon::prelude::*;
+
 use super::curve::{DelayCurve, MARGIN, best_of};
 use super::echo_power::StrongestEcho;
 use super::error::DelayError;
@@ -50,12 +52,13 @@ pub fn check_delay(
         ..scan
     };
     let steps = (CHECKED_S / STEP_S).round() as i32;
-    let points = (-steps..=steps)
+    let points: Vec<ScanPoint> = (-steps..=steps)
+        .into_par_iter()
         .map(|k| {
             control.check()?;
             Ok(scan.at(f64::from(k) * STEP_S)?)
         })
-        .collect::<Result<Vec<_>, DelayError>>()?;
+        .collect::<Result<_, DelayError>>()?;
     let Some(check) = checked(&likelihood_of(&points)) else {
         return Ok(None);
     };

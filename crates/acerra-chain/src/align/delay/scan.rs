@@ -54,8 +54,24 @@ impl DelayScan<'_> {
     /// # Errors
     /// Data that the imaging operators refuse.
     pub fn image(&self, later_s: f64, grid: PlaneGrid) -> Result<Vec<Complex32>, ImagingError> {
-        let spectrum = delayed(self.spectrum, -later_s);
-        quick_look(self.position_m, &spectrum, grid, self.light_speed_m_s)
+        self.image_of(&self.spectrum_at(later_s), grid)
+    }
+
+    /// The spectra with range zero `later_s` after the delay that they were cleaned at.
+    pub(super) fn spectrum_at(&self, later_s: f64) -> Spectrum {
+        delayed(self.spectrum, -later_s)
+    }
+
+    /// The image of such spectra, on any pixels.
+    ///
+    /// # Errors
+    /// Data that the imaging operators refuse.
+    pub(super) fn image_of(
+        &self,
+        spectrum: &Spectrum,
+        grid: PlaneGrid,
+    ) -> Result<Vec<Complex32>, ImagingError> {
+        quick_look(self.position_m, spectrum, grid, self.light_speed_m_s)
     }
 }
 

@@ -1,10 +1,12 @@
 //! The delay at which the strongest echoes are strongest, weighed with what the echoes themselves say.
 
 use std::f64::consts::TAU;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use acerra_geo::interpolate::path_length_per_trace_m;
 use acerra_imaging::PlaneGrid;
 use acerra_radar::Spectrum;
+use rayon::prelude::*;
 
 use super::cues::DelayCue;
 use super::curve::{DelayCurve, MOST_SIGMA_S, decide, max_of, second_best};
@@ -208,17 +210,24 @@ impl DelayTrial<'_> {
         })?;
         control.start("delay", (blocks * each) as u64);
         let mut tried: Vec<(f64, StrongestEcho)> = Vec::new();
+        let done = AtomicU64::new(0);
         for from_s in starts_s {
             let middle_s = from_s + 0.5 * block_s;
             let spectrum = self.cleaned_at(middle_s, 0.5 * block_s)?;
             let scan = self.on(&spectrum, grid);
-            for k in 0..each {
+            let echo_at = |k: usize| {
                 control.check()?;
                 let delay_s = from_s + (k as f64 + 0.5) * STEP_S;
                 let image = scan.image(delay_s - middle_s, grid)?;
-                tried.push((delay_s, StrongestEcho::of(&image, grid)?));
-                control.at(tried.len() as u64);
-            }
+                let echo = StrongestEcho::of(&image, grid)?;
+                control.at(done.fetch_add(1, Ordering::Relaxed) + 1);
+                Ok((delay_s, echo))
+            };
+            let own: Vec<(f64, StrongestEcho)> = (0..each)
+                .into_par_iter()
+                .map(echo_at)
+                .collect::<Result<_, DelayError>>()?;
+            tried.extend(own);
         }
         control.finish();
         Ok(tried)

@@ -1,6 +1,7 @@
 //! The delay at which the strongest echoes are sharpest, each by itself.
 
 use acerra_imaging::PlaneGrid;
+use rayon::prelude::*;
 
 use super::error::DelayError;
 use super::scan::DelayScan;
@@ -21,15 +22,22 @@ impl DelayScan<'_> {
         let patches = patches(position_m, self.spectrum, self.grid, speed_m_s)?;
         let steps = (REACH_S / STEP_S).round() as i32;
         let tried_s: Vec<f64> = (-steps..=steps).map(|k| f64::from(k) * STEP_S).collect();
-        let mut scores = Vec::new();
-        for later_s in &tried_s {
+        let scores_at = |later_s: &f64| {
             control.check()?;
+            let spectrum = self.spectrum_at(*later_s);
             let score = |patch: &PlaneGrid| {
-                self.image(*later_s, *patch)
-                    .map(|image| log_fourth_moment(&image))
+                let image = self.image_of(&spectrum, *patch)?;
+                Ok::<_, DelayError>(log_fourth_moment(&image))
             };
-            scores.push(patches.iter().map(score).collect::<Result<Vec<_>, _>>()?);
-        }
+            patches
+                .iter()
+                .map(score)
+                .collect::<Result<Vec<f64>, DelayError>>()
+        };
+        let scores: Vec<Vec<f64>> = tried_s
+            .par_iter()
+            .map(scores_at)
+            .collect::<Result<_, DelayError>>()?;
         Ok(sharpest(&tried_s, &scores))
     }
 }
