@@ -1,7 +1,8 @@
 //! Cuts through the targets of an image, with what Eq. (5) gives for the same flight.
 
-use acerra_imaging::metrics::{Field, InterpolatedImage, LocalTrack, Target};
+use acerra_imaging::metrics::{Field, ImageView, InterpolatedImage, LocalTrack, Target};
 use acerra_imaging::psf::{Cell, PointSpread};
+use rayon::prelude::*;
 
 use crate::outcome::Outcome;
 use crate::report::{Cut, CutLevels};
@@ -35,18 +36,17 @@ pub fn spread_of(outcome: &Outcome) -> Option<PointSpread> {
 
 /// Cuts along and across the local track, one entry a target.
 pub fn cuts(outcome: &Outcome, spread: &PointSpread) -> Vec<Option<CutLevels>> {
-    let targets = outcome.measured.targets.iter().enumerate();
+    let targets = outcome.measured.targets.par_iter().enumerate();
+    let view = view_of(&outcome.focused).ok();
     targets
         .map(|(k, target)| {
-            (k < MOST)
-                .then(|| through(outcome, spread, target))
-                .flatten()
+            let view = view.filter(|_| k < MOST)?;
+            through(view, spread, target)
         })
         .collect()
 }
 
-fn through(outcome: &Outcome, spread: &PointSpread, target: &Target) -> Option<CutLevels> {
-    let view = view_of(&outcome.focused).ok()?;
+fn through(view: ImageView<'_>, spread: &PointSpread, target: &Target) -> Option<CutLevels> {
     let peak_m = [target.x_m, target.y_m];
     let point = [target.x_m, target.y_m, target.z_m];
     let track = LocalTrack::at(spread.position_m(), point)?;

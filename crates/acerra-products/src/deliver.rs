@@ -8,7 +8,8 @@ use acerra_geo::interpolate::Interpolated;
 use anyhow::Context;
 
 use crate::outcome::Outcome;
-use crate::report::{Picture, report_page};
+use crate::report::{Picture, ReportData, report_page};
+use crate::report_data::Drawn;
 use crate::run_record::{RunRecord, TargetsRecord};
 use crate::staging::Staging;
 use crate::{correction, data, image_npz, maps, pictures, report_data};
@@ -21,48 +22,85 @@ use serde::Serialize;
 /// # Errors
 /// A directory that cannot be written; it is then left as it was.
 pub fn deliver(outcome: &Outcome, staging: Staging, stages: &mut Stages) -> anyhow::Result<()> {
-    let (image_png, raw_png, clean_png, more) = stages.run("deliver", || {
-        // Each file is the work of one thread: the pictures are drawn beside one another.
-        let (image, (radargrams, more)) = rayon::join(
-            || {
-                rayon::join(
-                    || write_image(outcome, &staging),
-                    || write_picture(outcome, &staging),
-                )
-            },
-            || {
-                rayon::join(
-                    || write_radargrams(outcome, &staging),
-                    || further_pictures(outcome),
-                )
-            },
-        );
-        image.0?;
-        let image_png = image.1?;
-        let (raw_png, clean_png) = radargrams?;
-        let more = more?;
-        for (name, picture) in &more {
-            staging.write(name, &picture.png)?;
-        }
-        write_trajectory(outcome, &staging)?;
-        maps::write(outcome, &staging)?;
-        data::write(outcome, &staging)?;
-        staging.write("targets.json", json(&TargetsRecord::of(outcome))?)?;
-        let more: Vec<_> = more.into_iter().map(|(_, picture)| picture).collect();
-        anyhow::Ok((image_png, raw_png, clean_png, more))
-    })?;
+    let mut report = stages.run("deliver", || written(outcome, &staging))?;
     staging.write("run.json", json(&RunRecord::of(outcome, stages.done()))?)?;
-    let mut data = report_data::collect(outcome, stages.done(), image_png, raw_png, clean_png);
-    data.pictures = more;
-    staging.write("report.html", report_page(&data).context("report.html")?)?;
+    report.stages = stages.done().to_vec();
+    staging.write("report.html", report_page(&report).context("report.html")?)?;
     staging.publish()
 }
 
-/// Pictures of the corrections and of stacks, with the names of their files.
-fn further_pictures(outcome: &Outcome) -> anyhow::Result<Vec<(String, Picture)>> {
+/// Writes `image.npz` and `run.json` alone beside what `staging` holds, and publishes them.
+///
+/// # Errors
+/// As [`deliver`].
+pub fn deliver_image(
+    outcome: &Outcome,
+    staging: Staging,
+    stages: &mut Stages,
+) -> anyhow::Result<()> {
+    stages.run("deliver", || write_image(outcome, &staging))?;
+    staging.write("run.json", json(&RunRecord::of(outcome, stages.done()))?)?;
+    staging.publish()
+}
+
+/// Writes all products but `run.json` and the report, on all threads, and gathers what the report shows.
+fn written(outcome: &Outcome, staging: &Staging) -> anyhow::Result<ReportData> {
+    let ((image, files), (pictures, report)) = rayon::join(
+        || {
+            rayon::join(
+                || write_picture(outcome, staging),
+                || write_files(outcome, staging),
+            )
+        },
+        || {
+            rayon::join(
+                || {
+                    let radargrams = write_radargrams(outcome, staging)?;
+                    anyhow::Ok((radargrams, further_pictures(outcome, staging)?))
+                },
+                || report_data::collect(outcome),
+            )
+        },
+    );
+    let image = image?;
+    let (radargrams, more) = pictures?;
+    files?;
+    let drawn = Drawn {
+        image,
+        radargrams,
+        more,
+    };
+    Ok(drawn.shown_in(report, outcome))
+}
+
+/// Writes what is no picture, and what lies over maps.
+fn write_files(outcome: &Outcome, staging: &Staging) -> anyhow::Result<()> {
+    let (image, (maps, data)) = rayon::join(
+        || write_image(outcome, staging),
+        || {
+            rayon::join(
+                || maps::write(outcome, staging),
+                || {
+                    write_trajectory(outcome, staging)?;
+                    data::write(outcome, staging)
+                },
+            )
+        },
+    );
+    image.and(data).and(maps)?;
+    staging.write("targets.json", json(&TargetsRecord::of(outcome))?)
+}
+
+/// Pictures of the corrections and of stacks.
+fn further_pictures(outcome: &Outcome, staging: &Staging) -> anyhow::Result<Vec<Picture>> {
     let mut more = correction::pictures(outcome)?;
     more.extend(pictures::of_stacks(outcome)?);
-    Ok(more)
+    more.into_iter()
+        .map(|(name, picture)| {
+            staging.write(&name, &picture.png)?;
+            Ok(picture)
+        })
+        .collect()
 }
 
 fn json(record: &impl Serialize) -> serde_json::Result<String> {
@@ -85,10 +123,10 @@ fn write_picture(outcome: &Outcome, staging: &Staging) -> anyhow::Result<Vec<u8>
     Ok(png)
 }
 
-/// Before and after cleaning; empty where there are no traces.
-fn write_radargrams(outcome: &Outcome, staging: &Staging) -> anyhow::Result<(Vec<u8>, Vec<u8>)> {
+/// Before and after cleaning; none where there are no traces.
+fn write_radargrams(outcome: &Outcome, staging: &Staging) -> anyhow::Result<Option<[Vec<u8>; 2]>> {
     let Some(traces) = outcome.prepared.cleaned() else {
-        return Ok((Vec::new(), Vec::new()));
+        return Ok(None);
     };
     let (raw, clean) = rayon::join(
         || pictures::radargram_raw(outcome, traces).context("radargram-raw.png"),
@@ -97,7 +135,7 @@ fn write_radargrams(outcome: &Outcome, staging: &Staging) -> anyhow::Result<(Vec
     let (raw, clean) = (raw?, clean?);
     staging.write("radargram-raw.png", &raw)?;
     staging.write("radargram.png", &clean)?;
-    Ok((raw, clean))
+    Ok(Some([raw, clean]))
 }
 
 fn write_trajectory(outcome: &Outcome, staging: &Staging) -> anyhow::Result<()> {

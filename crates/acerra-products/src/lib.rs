@@ -34,5 +34,5 @@ mod uncertainty;
 pub use failure::failure_text;
 pub use outcome::Outcome;
 pub use process::{NamedCampaign, RunError, process};
-pub use run::{RunRequest, run_campaign, run_campaign_with};
+pub use run::{RunRequest, Wanted, run_campaign, run_campaign_with};
 pub use tiles::{Share, TilesMade, make_tiles, merge_tiles};

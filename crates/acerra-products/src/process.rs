@@ -199,13 +199,16 @@ impl Ready {
             prepared,
             ..
         } = self;
-        let measured = journal.stage("measure", |_| {
-            prepared.measure(&focused, &(&campaign.measure).into(), control)
+        let (measured, findings) = journal.stage("measure", |_| {
+            let (measured, findings) = rayon::join(
+                || prepared.measure(&focused, &(&campaign.measure).into(), control),
+                || weigh_image(&prepared, &focused, control),
+            );
+            Ok::<_, RunError>((measured?, findings?))
         })?;
-        journal
-            .stage("measure", |_| weigh_image(&prepared, &focused, control))?
-            .into_iter()
-            .for_each(|finding| journal.evidence.add(finding));
+        for finding in findings {
+            journal.evidence.add(finding);
+        }
         weigh_targets(&prepared, &measured.targets)
             .into_iter()
             .for_each(|finding| journal.evidence.add(finding));

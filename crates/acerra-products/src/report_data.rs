@@ -14,31 +14,65 @@ use crate::report::{
 use acerra_chain::Track;
 use acerra_chain::align::offset::OffsetSearch;
 use acerra_chain::findings::Finding;
-use acerra_chain::stages::Stage;
 
-/// Gathers the report's data.
-pub fn collect(
-    outcome: &Outcome,
-    stages: &[Stage],
-    image_png: Vec<u8>,
-    raw_png: Vec<u8>,
-    clean_png: Vec<u8>,
-) -> ReportData {
-    let image = Picture {
-        png: image_png,
-        alt:
-            "The focused image in decibels below its maximum, with the radar's track, the targets \
-              and their left–right ghosts"
-                .to_owned(),
-        caption: image_caption(outcome),
-    };
-    let picture = |png: Vec<u8>, alt: &str, caption: &str| {
-        (!png.is_empty()).then(|| Picture {
+/// The pictures of a run.
+#[derive(Debug)]
+pub struct Drawn {
+    /// `image.png`.
+    pub image: Vec<u8>,
+    /// `radargram-raw.png` and `radargram.png`, where there are traces.
+    pub radargrams: Option<[Vec<u8>; 2]>,
+    /// Those of corrections and stacks.
+    pub more: Vec<Picture>,
+}
+
+impl Drawn {
+    /// The same report with these pictures.
+    pub fn shown_in(self, report: ReportData, outcome: &Outcome) -> ReportData {
+        let picture = |png: Vec<u8>, alt: &str, caption: &str| Picture {
             png,
             alt: alt.to_owned(),
             caption: caption.to_owned(),
-        })
-    };
+        };
+        let image = picture(
+            self.image,
+            "The focused image in decibels below its maximum, with the radar's track, the targets \
+             and their left–right ghosts",
+            &image_caption(outcome),
+        );
+        let raw = |png| {
+            picture(
+                png,
+                "Radargram as recorded: traces from left to right, fast time downwards, levels in \
+                 decibels, with 2h/c, the gate and the surface echo as picked",
+                "Selected traces as recorded, fast time shifted to 2R/c: the surface echo should \
+                 follow 2h/c.",
+            )
+        };
+        let clean = |png| {
+            picture(
+                png,
+                "Radargram that entered the image: traces from left to right, fast time downwards, \
+                 levels in decibels, with 2h/c and the gate",
+                "The same traces as they entered the image; the title says what was taken off.",
+            )
+        };
+        let (radargram_raw, radargram_clean) = match self.radargrams {
+            Some([before, after]) => (Some(raw(before)), Some(clean(after))),
+            None => (None, None),
+        };
+        ReportData {
+            image: Some(image),
+            radargram_raw,
+            radargram_clean,
+            pictures: self.more,
+            ..report
+        }
+    }
+}
+
+/// Gathers the report's data but for its pictures and what the stages cost.
+pub fn collect(outcome: &Outcome) -> ReportData {
     let spread = spread_of(outcome);
     ReportData {
         title: outcome.name.clone(),
@@ -57,29 +91,18 @@ pub fn collect(
             .map(|one| [one.setting, one.explanation].map(str::to_owned))
             .collect(),
         warnings: outcome.warnings.clone(),
-        image: Some(image),
+        image: None,
         inversion: outcome.focused.inversion.clone(),
         targets: rows(outcome, spread.as_ref()),
         surveyed: outcome.surveyed.clone(),
         remarks: at_nadir(outcome, spread.as_ref()),
-        radargram_raw: picture(
-            raw_png,
-            "Radargram as recorded: traces from left to right, fast time downwards, levels in \
-             decibels, with 2h/c, the gate and the surface echo as picked",
-            "Selected traces as recorded, fast time shifted to 2R/c: the surface echo should \
-             follow 2h/c.",
-        ),
-        radargram_clean: picture(
-            clean_png,
-            "Radargram that entered the image: traces from left to right, fast time downwards, \
-             levels in decibels, with 2h/c and the gate",
-            "The same traces as they entered the image; the title says what was taken off.",
-        ),
+        radargram_raw: None,
+        radargram_clean: None,
         pictures: Vec::new(),
         tracks: tracks(outcome),
         choices: choices(outcome),
         inputs: outcome.inputs.clone(),
-        stages: stages.to_vec(),
+        stages: Vec::new(),
         configuration: toml::to_string_pretty(&outcome.campaign).unwrap_or_default(),
     }
 }

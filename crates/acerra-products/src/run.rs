@@ -10,7 +10,7 @@ use acerra_radar::LoggedClock;
 use anyhow::Context;
 
 use crate::data;
-use crate::deliver::deliver;
+use crate::deliver::{deliver, deliver_image};
 use crate::maps;
 use crate::names::{PRODUCTS, of_older_run};
 use crate::outcome::Outcome;
@@ -36,6 +36,7 @@ pub fn run_campaign(
             file,
             directory,
             autofocus: false,
+            wanted: Wanted::All,
         },
         journal,
         control,
@@ -51,6 +52,18 @@ pub struct RunRequest<'a> {
     pub directory: &'a Path,
     /// Whether positions are corrected by autofocus, also where the campaign does not say so.
     pub autofocus: bool,
+    /// Which products are written.
+    pub wanted: Wanted,
+}
+
+/// Which products a run writes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Wanted {
+    /// All that the campaign asks for.
+    #[default]
+    All,
+    /// `image.npz` and `run.json` alone, with `looks.npz` and `volume.npz` of a campaign that asks for them.
+    Image,
 }
 
 /// The same as [`run_campaign`], with what the command line adds to the campaign.
@@ -70,11 +83,18 @@ pub fn run_campaign_with(
     staging.supersede(of_older_run(directory));
     // Pixels that cannot be held are refused before anything is read.
     check_space(&campaign.campaign, &staging.folder())?;
-    let inputs = journal.stage("read", |_| record_inputs(file, &campaign.campaign))?;
     let mut sink = NpzSink::new(&staging.folder());
-    let mut outcome = process(campaign, &mut sink, journal, control)?;
+    let read = campaign.campaign.clone();
+    // Nothing but the products needs the digests of the inputs: another thread makes them.
+    let (inputs, outcome) = std::thread::scope(|scope| {
+        let inputs = scope.spawn(|| record_inputs(file, &read));
+        let outcome = process(campaign, &mut sink, journal, control);
+        (inputs.join(), outcome)
+    });
+    let inputs = inputs.unwrap_or_else(|panic| std::panic::resume_unwind(panic))?;
+    let mut outcome = outcome?;
     outcome.inputs = inputs;
-    delivered(outcome, staging, journal)
+    delivered(outcome, staging, request.wanted, journal)
 }
 
 /// Writes the products of a run and puts them in place.
@@ -84,14 +104,19 @@ pub fn run_campaign_with(
 pub(crate) fn delivered(
     mut outcome: Outcome,
     staging: Staging,
+    wanted: Wanted,
     journal: &mut Journal,
 ) -> anyhow::Result<Outcome> {
     name_sources(&mut outcome);
-    if let Some(left_out) = data::left_out(&outcome) {
+    let left_out = data::left_out(&outcome).filter(|_| wanted == Wanted::All);
+    if let Some(left_out) = left_out {
         journal.warnings.add(&left_out);
         outcome.warnings.push(left_out);
     }
-    deliver(&outcome, staging, &mut journal.stages)?;
+    match wanted {
+        Wanted::All => deliver(&outcome, staging, &mut journal.stages)?,
+        Wanted::Image => deliver_image(&outcome, staging, &mut journal.stages)?,
+    }
     Ok(outcome)
 }
 

@@ -123,6 +123,7 @@ pub fn final_image(
         file: order.campaign,
         directory: &directory,
         autofocus: order.autofocus,
+        wanted: order.wanted,
     };
     let run = run_campaign_with(request, &mut journal, &control);
     bar.clear();

@@ -140,6 +140,35 @@ fn a_simulated_reflector_is_found_where_it_stands() {
 }
 
 #[test]
+fn the_image_alone_is_the_same_image() {
+    let folder = tempfile::tempdir().unwrap();
+    let campaign = simulated(folder.path(), SCENE).join("campaign.toml");
+    let [all, only] = ["all", "only"].map(|name| folder.path().join(name));
+    let text = |path: &Path| path.to_str().unwrap().to_owned();
+    let campaign = text(&campaign);
+    for arguments in [
+        vec!["focus", &campaign, "-o", &text(&all)],
+        vec!["focus", &campaign, "-o", &text(&only), "--only", "image"],
+    ] {
+        let output = acerra(&arguments);
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{message}");
+    }
+    let mut names: Vec<String> = fs::read_dir(&only)
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    assert_eq!(names, ["image.npz", "run.json"]);
+    let [image, alone] = [&all, &only].map(|at| fs::read(at.join("image.npz")).unwrap());
+    assert!(image == alone);
+    let [run, alone] = [&all, &only].map(|at| json(&at.join("run.json")));
+    for key in ["evidence", "warnings", "traces"] {
+        assert_eq!(run[key], alone[key], "{key}");
+    }
+}
+
+#[test]
 fn the_same_seed_gives_the_same_bytes() {
     let [a, b] = [0, 1].map(|_| tempfile::tempdir().unwrap());
     let scene = SCENE.replace("[radar]\n", "[radar]\nlost_packets = 0.05\n");

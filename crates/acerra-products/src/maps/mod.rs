@@ -37,35 +37,27 @@ pub(crate) fn check(campaign: &Campaign) -> anyhow::Result<()> {
 /// A file that cannot be written, an image that cannot be placed on the map asked for.
 pub(crate) fn write(outcome: &Outcome, staging: &Staging) -> anyhow::Result<()> {
     let frame = MapFrame::of(outcome)?;
-    let mut done: Vec<ProductFormat> = Vec::new();
-    for format in &outcome.campaign.products.formats {
-        if done.contains(format) {
-            continue;
-        }
-        done.push(*format);
-        match format {
-            ProductFormat::Geotiff => rasters::write(Content::Level, outcome, &frame, staging)?,
-            ProductFormat::GeotiffPower => {
-                rasters::write(Content::Power, outcome, &frame, staging)?
-            }
-            ProductFormat::GeotiffComplex => {
-                rasters::write(Content::Complex, outcome, &frame, staging)?
-            }
-            ProductFormat::Kmz => {
-                if let Some(earth) = frame.earth() {
-                    overlay::write(outcome, earth, staging)?;
-                }
-            }
-            ProductFormat::Geojson => {
-                if let Some(earth) = frame.earth() {
-                    targets::write(outcome, earth, staging)?;
-                }
-            }
-            ProductFormat::Zarr
-            | ProductFormat::Hdf5
-            | ProductFormat::Vtk
-            | ProductFormat::Cphd => {}
-        }
-    }
-    Ok(())
+    let wanted = |format| outcome.campaign.products.formats.contains(&format);
+    // One raster after another, as each holds a copy of the image; the other files at the same time.
+    let write_rasters = || {
+        [
+            (ProductFormat::Geotiff, Content::Level),
+            (ProductFormat::GeotiffPower, Content::Power),
+            (ProductFormat::GeotiffComplex, Content::Complex),
+        ]
+        .into_iter()
+        .filter(|(format, _)| wanted(*format))
+        .try_for_each(|(_, content)| rasters::write(content, outcome, &frame, staging))
+    };
+    let write_overlay = || match frame.earth() {
+        Some(earth) if wanted(ProductFormat::Kmz) => overlay::write(outcome, earth, staging),
+        _ => Ok(()),
+    };
+    let write_targets = || match frame.earth() {
+        Some(earth) if wanted(ProductFormat::Geojson) => targets::write(outcome, earth, staging),
+        _ => Ok(()),
+    };
+    let (rasters, others) =
+        rayon::join(write_rasters, || rayon::join(write_overlay, write_targets));
+    rasters.and(others.0).and(others.1)
 }

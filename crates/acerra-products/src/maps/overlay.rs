@@ -3,7 +3,7 @@
 use std::fs::File;
 use std::io::BufWriter;
 
-use acerra_figure::{ImageDb, PixelValues};
+use acerra_figure::{ImageDb, LevelWindow, PixelValues};
 use acerra_geo::geodesy::Geodetic;
 use acerra_maps::kmz::{Overlay, OverlayPoint, TrackHeights, write_kmz};
 use anyhow::Context;
@@ -28,13 +28,16 @@ pub(super) fn write(
     let values = PixelValues::Complex(&outcome.focused.image);
     let mut image = ImageDb::new("", values, grid.nx, grid.ny);
     image = image.at(grid.x0_m, grid.y0_m, grid.pixel_m);
-    image.window = WINDOW;
     image.gain = range_gain_of(outcome);
+    // The levels are looked for once.
+    image.window = WINDOW;
+    let floor_db = image.floor_db();
+    image.window = LevelWindow::Fixed { floor_db };
     let png = image.overlay_png(MOST_SIDE).context(NAME)?;
     let description = format!(
         "Radar image {}; levels from {:.0} dB to 0 dB below the maximum. Acerra {}.",
         outcome.focused.pixels.describe(),
-        image.floor_db(),
+        floor_db,
         env!("CARGO_PKG_VERSION")
     );
     let points = outcome.measured.targets.iter().enumerate();

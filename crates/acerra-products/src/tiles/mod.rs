@@ -144,7 +144,7 @@ pub fn merge_tiles(
     })?;
     let mut outcome = ready.measured(focused, journal, control)?;
     outcome.inputs = inputs;
-    let outcome = delivered(outcome, staging, journal)?;
+    let outcome = delivered(outcome, staging, request.wanted, journal)?;
     let place = store.folder();
     fs::remove_dir_all(place).with_context(|| format!("{}: cannot remove", place.display()))?;
     Ok(outcome)

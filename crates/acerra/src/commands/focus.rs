@@ -6,7 +6,9 @@ use std::path::{Path, PathBuf};
 use acerra_chain::findings::Verdict;
 use acerra_chain::{Control, Journal, Track};
 use acerra_products::run_record::RunRecord;
-use acerra_products::{Outcome, RunRequest, Share, TilesMade, make_tiles, run_campaign_with};
+use acerra_products::{
+    Outcome, RunRequest, Share, TilesMade, Wanted, make_tiles, run_campaign_with,
+};
 
 use crate::interrupt::cancel_flag;
 use crate::progress::Bar;
@@ -18,6 +20,7 @@ use crate::terminal::{Verbosity, verbosity, warn};
   acerra focus flight.toml
   acerra focus flight.toml -o products --explain
   acerra focus flight.toml --json | jq .warnings
+  acerra focus flight.toml --only image   (for thousands of them)
   acerra focus flight.toml --tiles 3/64   (then: acerra merge flight.toml)
   acerra init flight.mrm rover.ubx base.ubx -o flight.toml    (writes a campaign)")]
 pub struct Args {
@@ -34,12 +37,23 @@ pub struct Args {
     /// Nth tile from the Kth, into tiles.zarr of the directory. `acerra merge` puts them together.
     #[arg(long, value_name = "K/N", conflicts_with_all = ["json", "explain"])]
     tiles: Option<Share>,
+    /// Write image.npz and run.json alone (looks.npz and volume.npz where the campaign asks for
+    /// them): no pictures, maps or report.
+    #[arg(long, value_name = "PRODUCTS", conflicts_with = "tiles")]
+    only: Option<Only>,
     /// Print run.json on standard output instead of a summary.
     #[arg(long)]
     json: bool,
     /// Say which algorithm was planned, with which bound, and why.
     #[arg(long)]
     explain: bool,
+}
+
+/// Products that are wanted alone.
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+enum Only {
+    /// The image.
+    Image,
 }
 
 /// Runs the command.
@@ -51,6 +65,10 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
         campaign: &args.campaign,
         output: args.output.as_deref(),
         autofocus: args.autofocus,
+        wanted: match args.only {
+            Some(Only::Image) => Wanted::Image,
+            None => Wanted::All,
+        },
         json: args.json,
         explain: args.explain,
     };
@@ -68,6 +86,8 @@ pub struct Order<'a> {
     pub output: Option<&'a Path>,
     /// Positions are corrected whatever the campaign says.
     pub autofocus: bool,
+    /// Which products are written.
+    pub wanted: Wanted,
     /// What was found is told as JSON.
     pub json: bool,
     /// What was planned is told.
@@ -113,6 +133,7 @@ impl Order<'_> {
             file: self.campaign,
             directory: &directory,
             autofocus: self.autofocus,
+            wanted: self.wanted,
         };
         let done = work(request, journal, &control);
         bar.clear();

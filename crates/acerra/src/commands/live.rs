@@ -11,7 +11,7 @@ use std::time::Duration;
 use acerra_live::replay::{recorded_session, replay};
 use acerra_live::worker::QUEUE_RECORDS;
 use acerra_live::{Board, Final, LiveSettings, Pipeline, Worker};
-use acerra_products::failure_text;
+use acerra_products::{Wanted, failure_text};
 use acerra_record::driver::{RequestOptions, WatchOptions};
 use acerra_record::session::{CAMPAIGN_NAME, Recorder, Session, Tap, finish};
 use acerra_view::{FinalView, LiveServer};
@@ -212,6 +212,7 @@ fn finish_up(
         campaign: &campaign,
         output: None,
         autofocus: false,
+        wanted: Wanted::All,
         json: false,
         explain: false,
     };

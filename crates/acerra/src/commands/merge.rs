@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::path::PathBuf;
 
-use acerra_products::merge_tiles;
+use acerra_products::{Wanted, merge_tiles};
 
 use super::focus::Order;
 
@@ -45,6 +45,7 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
         campaign: &args.campaign,
         output: args.output.as_deref(),
         autofocus: args.autofocus,
+        wanted: Wanted::All,
         json: args.json,
         explain: args.explain,
     };
