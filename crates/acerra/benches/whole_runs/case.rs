@@ -1,0 +1,59 @@
+//! The campaigns that are run.
+
+use std::path::{Path, PathBuf};
+
+use acerra_simulate::demo::{TRACK_1, TRACK_2};
+use acerra_simulate::scene::Scene;
+use acerra_simulate::write::simulate_campaign;
+
+use crate::spectra::Spectra;
+
+/// A campaign to run.
+pub struct Case {
+    /// Its name in the table.
+    pub name: &'static str,
+    /// Whether it begins with logs, or with spectra at known places.
+    pub is_of_logs: bool,
+    content: Content,
+}
+
+enum Content {
+    Simulated(&'static str),
+    Spectra(fn() -> Spectra),
+}
+
+impl Case {
+    /// All of them, in the order of the table.
+    pub fn all() -> [Self; 4] {
+        let logs = |name, scene| Self {
+            name,
+            is_of_logs: true,
+            content: Content::Simulated(scene),
+        };
+        let spectra = |name, content| Self {
+            name,
+            is_of_logs: false,
+            content: Content::Spectra(content),
+        };
+        [
+            logs("track-1", TRACK_1),
+            logs("track-2", TRACK_2),
+            spectra("spectra-1000", || Spectra::new(1000, 10)),
+            spectra("spectra-1800", || Spectra::new(1800, 40)),
+        ]
+    }
+
+    /// Writes logs and campaign into a folder; the campaign's file.
+    pub fn write(&self, folder: &Path) -> PathBuf {
+        match self.content {
+            Content::Simulated(scene) => {
+                let scene = Scene::parse(scene).unwrap();
+                for file in simulate_campaign(&scene).unwrap().files {
+                    std::fs::write(folder.join(&file.name), &file.bytes).unwrap();
+                }
+                folder.join("campaign.toml")
+            }
+            Content::Spectra(make) => make().write(folder),
+        }
+    }
+}
