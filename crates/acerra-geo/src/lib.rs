@@ -15,6 +15,7 @@
 //! - [`interpolate`]: positions at any time, gaps and unfixed stretches flagged; path and speed.
 //! - [`lever_arm`]: from the positioned point to the radar's phase centre.
 //! - [`terrain`]: heights of the ground from GeoTIFF and text grids.
+//! - [`epsg`]: coordinate reference systems by EPSG code.
 //! - [`geoid`]: heights of the geoid from the grids of EGM96 and EGM2008.
 //! - [`utm`]: the UTM zones and their projection.
 //! - [`write`](mod@write): trajectories and positions as CSV.
@@ -43,6 +44,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub mod epsg;
 pub mod geodesy;
 pub mod geoid;
 pub mod interpolate;

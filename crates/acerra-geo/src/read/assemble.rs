@@ -1,8 +1,8 @@
 //! From records in file order to a trajectory: order of time, frame, origin of time.
 
-use super::{ReadError, ReadOptions, ReadReport, SkipReason};
+use super::{ReadError, ReadOptions, ReadReport, ReadWarning, SkipReason};
 use crate::geodesy::EnuFrame;
-use crate::matrix::Vector3;
+use crate::matrix::{Matrix3, Vector3};
 use crate::time::GpsTime;
 use crate::trajectory::{Fix, Frame, TimeOrigin, Trajectory};
 
@@ -39,6 +39,19 @@ pub(super) enum Axes {
     Ecef { reference_m: Option<Vector3> },
     /// East, north, up about a known or unknown place.
     Local(Frame),
+}
+
+/// Steps of the last digit above this (m) err more by rounding than carrier phase does.
+const COARSE_M: f64 = 0.02;
+
+/// A covariance with the variances of rounding in it; one of rounding alone where none is stated and rounding is coarse.
+fn rounded(covariance_m2: Option<Matrix3>, rounding_m2: Vector3) -> Option<Matrix3> {
+    let coarse = rounding_m2.iter().any(|v| *v > COARSE_M * COARSE_M / 12.0);
+    let mut m2 = covariance_m2.or(coarse.then_some([[0.0; 3]; 3]))?;
+    for (axis, v) in rounding_m2.into_iter().enumerate() {
+        m2[axis][axis] += v;
+    }
+    Some(m2)
 }
 
 /// Collects records and makes the trajectory.
@@ -102,6 +115,7 @@ impl<'a> Assembler<'a> {
             });
         }
         self.order_by_time()?;
+        let rounding_m2 = self.rounding_m2();
 
         let (origin, frame) = match (axes, self.options.origin) {
             (Axes::Ecef { .. }, Some(origin)) => (None, Frame::Enu(EnuFrame::new(origin))),
@@ -140,6 +154,7 @@ impl<'a> Assembler<'a> {
                     fix.velocity_m_s = fix.velocity_m_s.map(|v| enu.enu_vector_from_ecef(v));
                     fix.covariance_m2 = fix.covariance_m2.map(|c| enu.enu_covariance_from_ecef(&c));
                 }
+                fix.covariance_m2 = rounded(fix.covariance_m2, rounding_m2);
                 fix
             })
             .collect();
@@ -148,6 +163,15 @@ impl<'a> Assembler<'a> {
             trajectory = trajectory.in_frame(EnuFrame::new(origin))?;
         }
         Ok((trajectory, self.report))
+    }
+
+    /// Variances of rounding to the last digit (m²), told where it is coarse.
+    fn rounding_m2(&mut self) -> Vector3 {
+        let step_m = self.report.resolution_m.unwrap_or_default();
+        if step_m.iter().any(|s| *s > COARSE_M) {
+            self.report.warnings.push(ReadWarning::Coarse { step_m });
+        }
+        step_m.map(|s| s * s / 12.0)
     }
 
     /// Turns a backward file round, then drops the fewest records that leave time strictly

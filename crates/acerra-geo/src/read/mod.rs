@@ -18,6 +18,7 @@
 mod assemble;
 mod csv;
 mod csv_columns;
+mod digits;
 mod error;
 mod format;
 mod lines;

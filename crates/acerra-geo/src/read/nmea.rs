@@ -1,8 +1,9 @@
-//! NMEA 0183: GGA positions, dated by RMC or ZDA, with GST's standard deviations.
+//! NMEA 0183: positions of GGA, or of GNS where there is no GGA, dated by RMC or ZDA, with GST's standard deviations.
 
 use std::io::BufRead;
 
 use super::assemble::{Assembler, Axes, Record, Stamp};
+use super::digits::{Digits, degrees_in_m};
 use super::lines::{Line, Lines};
 use super::{ReadError, ReadOptions, ReadReport, ReadWarning, SkipReason, TrajectoryFormat};
 use crate::geodesy::{EnuFrame, Geodetic, ecef_from_geodetic};
@@ -29,7 +30,7 @@ pub(super) fn has_known_sentence(text: &str) -> bool {
     text.split('$').skip(1).any(|s| {
         matches!(
             s.get(2..6),
-            Some("GGA," | "RMC," | "ZDA," | "GSA," | "GSV," | "GLL," | "VTG," | "GST,")
+            Some("GGA," | "GNS," | "RMC," | "ZDA," | "GSA," | "GSV," | "GLL," | "VTG," | "GST,")
         )
     })
 }
@@ -72,8 +73,23 @@ fn sentence(text: &str) -> Sentence<'_> {
     }
 }
 
+/// The status of GNS's modes, a letter for each constellation: that of the best; none for "no fix".
+fn status_of_modes(modes: &str) -> Option<SolutionStatus> {
+    let has = |letters: &str| modes.contains(|c| letters.contains(c));
+    match () {
+        () if has("R") => Some(SolutionStatus::Fixed),
+        () if has("F") => Some(SolutionStatus::Float),
+        () if has("D") => Some(SolutionStatus::Dgps),
+        () if has("AP") => Some(SolutionStatus::Single),
+        () if has("EMS") => Some(SolutionStatus::Unknown),
+        () => None,
+    }
+}
+
 /// A position before its date and height are settled.
 struct Gga {
+    /// Whether it is of a GNS sentence.
+    is_gns: bool,
     line: u64,
     /// Seconds from midnight UTC of the day of the first position, or of 1970 once dated.
     time_s: f64,
@@ -87,6 +103,8 @@ struct Gga {
 #[derive(Default)]
 struct Log {
     positions: Vec<Gga>,
+    /// Digits of longitude, latitude (minutes) and height.
+    digits: [Digits; 3],
     /// The last instant a dated sentence gave: UTC seconds since 1970.
     dated_s: Option<f64>,
     /// Positions before this one have their date.
@@ -157,6 +175,7 @@ impl Log {
         let name = if kind.len() == 5 { &kind[2..] } else { "" };
         let understood = match name {
             "GGA" => self.gga(line, &fields, all),
+            "GNS" => self.gns(line, &fields, all),
             "RMC" => self.rmc(&fields),
             "ZDA" => self.zda(&fields),
             "GST" => self.gst(&fields),
@@ -183,10 +202,33 @@ impl Log {
         Ok(())
     }
 
-    /// A position; none when a field is not what it must be.
+    /// The position of GGA; none when a field is not what it must be.
     fn gga(&mut self, line: &Line<'_>, f: &[&str], all: &mut Assembler<'_>) -> Option<()> {
         let quality: u32 = f.get(5)?.parse().ok()?;
-        let Some(status) = status_of_quality(quality) else {
+        let status = status_of_quality(quality);
+        self.position(line, f, status, [f.get(10), f.get(12)], all)
+    }
+
+    /// The position of GNS, which has modes in place of the quality and no units.
+    fn gns(&mut self, line: &Line<'_>, f: &[&str], all: &mut Assembler<'_>) -> Option<()> {
+        let status = status_of_modes(f.get(5)?);
+        self.position(line, f, status, [f.get(9), f.get(10)], all)?;
+        if status.is_some() {
+            self.positions.last_mut()?.is_gns = true;
+        }
+        Some(())
+    }
+
+    /// What the two have alike, with the geoid's separation and the age of corrections.
+    fn position(
+        &mut self,
+        line: &Line<'_>,
+        f: &[&str],
+        status: Option<SolutionStatus>,
+        [separation, age]: [Option<&&str>; 2],
+        all: &mut Assembler<'_>,
+    ) -> Option<()> {
+        let Some(status) = status else {
             all.skip(SkipReason::NoFix, line.number);
             return Some(());
         };
@@ -194,14 +236,17 @@ impl Log {
         let latitude_deg = angle(f.get(1)?, f.get(2)?, 'N', 'S', 90.0)?;
         let longitude_deg = angle(f.get(3)?, f.get(4)?, 'E', 'W', 180.0)?;
         let height_above_sea_m = finite(f.get(8)?).filter(|h| h.abs() < 4e8)?;
-        let separation_m = match f.get(10) {
+        let separation_m = match separation {
             Some(text) if !text.is_empty() => Some(finite(text).filter(|s| s.abs() < 1e3)?),
             _ => None,
         };
+        for (digits, field) in self.digits.iter_mut().zip([3, 1, 8]) {
+            digits.take(f.get(field)?);
+        }
         let mut fix = Fix::new(0.0, [0.0; 3]);
         fix.status = status;
         fix.satellites = f.get(6).and_then(|n| n.parse().ok());
-        fix.age_s = f.get(12).and_then(|a| finite(a));
+        fix.age_s = age.and_then(|a| finite(a));
         if let Some((_, sd)) = self.deviations.filter(|(t, _)| *t == of_day) {
             fix.covariance_m2 = Some(diagonal(sd));
         }
@@ -212,6 +257,7 @@ impl Log {
         };
         let time_s = near.map_or(of_day, |near| nearest_day(of_day, near));
         self.positions.push(Gga {
+            is_gns: false,
             line: line.number,
             time_s,
             latitude_deg,
@@ -293,8 +339,22 @@ impl Log {
     }
 
     /// Hands the positions on, heights brought to the ellipsoid.
-    fn finish(self, all: &mut Assembler<'_>) -> Result<(), ReadError> {
+    fn finish(mut self, all: &mut Assembler<'_>) -> Result<(), ReadError> {
         let dated = self.settled > 0;
+        if self.positions.iter().any(|p| !p.is_gns) {
+            self.positions.retain(|p| !p.is_gns);
+        }
+        let [longitude, latitude, up] = self.digits.each_ref().map(Digits::step);
+        if let (Some(longitude), Some(latitude), Some(first)) =
+            (longitude, latitude, self.positions.first())
+        {
+            let minutes_m = degrees_in_m(first.latitude_deg).map(|m| m / 60.0);
+            all.report.resolution_m = Some([
+                longitude * minutes_m[0],
+                latitude * minutes_m[1],
+                up.unwrap_or(0.0),
+            ]);
+        }
         if !dated && !self.positions.is_empty() {
             all.report.warnings.push(ReadWarning::NoDate);
         }
@@ -496,10 +556,65 @@ mod tests {
             gga("120000.00", 4, "57.3") + &gst,
             gst.clone() + &gga("120000.00", 4, "57.3"),
         ] {
-            let (track, _) = read_text(&text)?;
+            let (track, report) = read_text(&text)?;
             let sd = track.fixes()[0].standard_deviation_m().expect("known");
-            assert!(crate::matrix::distance(sd, [0.01, 0.02, 0.03]) < 1e-9);
+            let step = report.resolution_m.expect("digits");
+            let with = |axis: usize, sd: f64| sd.hypot(step[axis] / 12f64.sqrt());
+            let expected = [with(0, 0.01), with(1, 0.02), with(2, 0.03)];
+            assert!(crate::matrix::distance(sd, expected) < 1e-9);
         }
+        Ok(())
+    }
+
+    /// GNS alone is read; beside GGA it is not, as it repeats the same positions.
+    #[test]
+    fn positions_of_gns_where_there_is_no_gga() -> Result<(), ReadError> {
+        let gns = |clock: &str, modes: &str| {
+            with_checksum(&format!(
+                "GNGNS,{clock},5316.96100,N,00858.93000,W,{modes},12,0.7,40.000,57.3,1.0,0000"
+            ))
+        };
+        let alone =
+            gns("120000.00", "RRNN") + &gns("120001.00", "FFNN") + &gns("120002.00", "NNNN");
+        let (track, report) = read_text(&alone)?;
+        assert_eq!(track.status_counts().to_string(), "1 fixed, 1 float");
+        assert_eq!(report.skipped_for(SkipReason::NoFix), 1);
+        let place = track.geodetic().expect("on the Earth")[0];
+        assert!((place.height_m - 97.3).abs() < 1e-6);
+        let both = gns("120000.00", "AANN") + &gga("120000.00", 4, "57.3");
+        let (track, _) = read_text(&both)?;
+        assert_eq!(track.status_counts().to_string(), "1 fixed");
+        Ok(())
+    }
+
+    /// Four decimals of a minute and one of the height: what the receiver measured is rounded away.
+    #[test]
+    fn coarse_digits_are_told_and_become_deviations() -> Result<(), ReadError> {
+        let text: String = (0..20)
+            .map(|k| {
+                with_checksum(&format!(
+                    "GNGGA,1200{k:02}.00,5316.{:04},N,00858.{:04},W,4,12,0.7,{:.1},M,57.300,M,1.0,0000",
+                    9610 + k,
+                    9301 + k,
+                    40.0 + 0.1 * f64::from(k)
+                ))
+            })
+            .collect();
+        let (track, report) = read_text(&text)?;
+        let step = report.resolution_m.expect("digits");
+        let expected = [0.1110, 0.1855, 0.1];
+        for (found, expected) in step.iter().zip(expected) {
+            assert!((found / expected - 1.0).abs() < 5e-3, "{step:?}");
+        }
+        assert!(
+            report
+                .warnings
+                .contains(&ReadWarning::Coarse { step_m: step })
+        );
+        let sd = track.fixes()[0]
+            .standard_deviation_m()
+            .expect("of rounding");
+        assert!((sd[1] - step[1] / 12f64.sqrt()).abs() < 1e-9);
         Ok(())
     }
 }

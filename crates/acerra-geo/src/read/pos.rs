@@ -5,24 +5,18 @@
 use std::io::BufRead;
 
 use super::assemble::{Assembler, Axes, Record, Stamp};
+use super::digits::{Digits, degrees_in_m};
 use super::error::quoted;
 use super::lines::{Line, Lines};
-use super::pos_header::{Header, Layout, Scale, column_line, degrees};
+use super::pos_header::{Header, Layout, Scale, column_line, degrees, words};
 use super::{ReadError, ReadOptions, ReadReport, ReadWarning, TrajectoryFormat};
 use crate::geodesy::{EnuFrame, Geodetic};
-use crate::matrix::{Matrix3, norm};
+use crate::matrix::{Matrix3, Vector3, norm};
 use crate::time::{Calendar, GpsTime};
 use crate::trajectory::{Fix, Frame, SolutionStatus, TimeOrigin, Trajectory};
 
 /// JST is ahead of UTC by nine hours.
 const JST_AHEAD_OF_UTC_S: f64 = 32_400.0;
-
-/// Splits a line at whatever separates its columns: blanks, tabs, commas, semicolons.
-fn words(text: &str) -> Vec<&str> {
-    text.split(|c: char| c.is_whitespace() || c == ',' || c == ';')
-        .filter(|w| !w.is_empty())
-        .collect()
-}
 
 /// Whether a comment line is RTKLIB's list of columns.
 pub(super) fn is_column_line(text: &str) -> bool {
@@ -52,6 +46,7 @@ pub(super) fn read<R: BufRead>(
     let mut all = Assembler::new(options, ReadReport::new(TrajectoryFormat::RtklibPos));
     let mut header = Header::default();
     let mut bad_deviations: Option<(u64, u64)> = None;
+    let mut digits = PositionDigits::default();
 
     while let Some(line) = lines.next()? {
         if line.text.trim().is_empty() {
@@ -71,6 +66,7 @@ pub(super) fn read<R: BufRead>(
                 layout
             }
         };
+        digits.take(&w, layout);
         let stamp = Stamp::Gps(time(&line, &w, header.scale.unwrap_or(Scale::Gpst))?);
         let (fix, deviations_good) = fix(&line, w.get(2..).unwrap_or_default(), layout)?;
         if !deviations_good {
@@ -89,6 +85,7 @@ pub(super) fn read<R: BufRead>(
             .warnings
             .push(ReadWarning::BadDeviations { count, first_line });
     }
+    all.report.resolution_m = header.layout.and_then(|layout| digits.steps_m(layout));
     let axes = match (header.layout, header.base_m) {
         (Some(Layout::Baseline), Some(base)) => Axes::Local(Frame::Enu(EnuFrame::from_ecef(base))),
         (Some(Layout::Baseline), None) => {
@@ -102,6 +99,47 @@ pub(super) fn read<R: BufRead>(
         },
     };
     all.finish(&axes, TimeOrigin::Relative, lines.count())
+}
+
+/// Digits of the three coordinates, and the latitude of the first position.
+#[derive(Default)]
+struct PositionDigits {
+    each: [Digits; 3],
+    latitude_deg: Option<f64>,
+}
+
+impl PositionDigits {
+    fn take(&mut self, w: &[&str], layout: Layout) {
+        let at = match layout {
+            Layout::DegreesMinutesSeconds => [4, 7, 8],
+            _ => [2, 3, 4],
+        };
+        for (digits, at) in self.each.iter_mut().zip(at) {
+            if let Some(text) = w.get(at) {
+                digits.take(text);
+            }
+        }
+        if self.latitude_deg.is_none() {
+            self.latitude_deg = w.get(2).and_then(|w| w.parse().ok());
+        }
+    }
+
+    /// Steps east, north and up (m).
+    fn steps_m(&self, layout: Layout) -> Option<Vector3> {
+        let [first, second, third] = self.each.each_ref().map(Digits::step);
+        let [first, second, third] = [first?, second?, third.unwrap_or(0.0)];
+        let [longitude_m, latitude_m] = degrees_in_m(self.latitude_deg?);
+        Some(match layout {
+            Layout::Degrees => [second * longitude_m, first * latitude_m, third],
+            Layout::DegreesMinutesSeconds => [
+                second * longitude_m / 3_600.0,
+                first * latitude_m / 3_600.0,
+                third,
+            ],
+            Layout::Ecef => [first.max(second).max(third); 3],
+            Layout::Baseline => [first, second, third],
+        })
+    }
 }
 
 /// The layout that numbers alone can give away: ECEF by its length, degrees by their nine
@@ -397,6 +435,88 @@ mod tests {
     }
 
     #[test]
+    fn separators_of_every_dialect_and_a_base_glued_to_its_sign() -> Result<(), ReadError> {
+        // RTKLIB's out-fieldsep; Emlid Studio's columns.
+        let row = |sep: &str| {
+            [
+                "2023/06/24 20:22:50.402",
+                "60.000000100",
+                "-139.000000200",
+                "1900.5000",
+                "1",
+                "10",
+            ]
+            .join(sep)
+        };
+        for (base, separator) in [
+            ("60.000000000, -139.000000000, 1900.0000", ","),
+            ("60.000000000; -139.000000000; 1900.0000", ";"),
+            ("60.000000000-139.000000000 1900.0000", "  "),
+        ] {
+            let names = [
+                "%  GPST",
+                "latitude(deg)",
+                "longitude(deg)",
+                "height(m)",
+                "Q",
+                "ns",
+            ];
+            let text = format!(
+                "% ref pos   : {base}\n{}\n{}\n",
+                names.join(separator),
+                row(separator)
+            );
+            let (track, report) = read_text(&text)?;
+            let [east, north, up] = track.fixes()[0].position_m;
+            assert!((east + 0.0112).abs() < 1e-3, "{text} {east}");
+            assert!((north - 0.0111).abs() < 1e-3, "{text} {north}");
+            assert!((up - 0.5).abs() < 1e-6);
+            assert!(report.warnings.is_empty());
+            let steps = report.resolution_m.expect("digits");
+            assert!(
+                (steps[1] - 1.113e-4).abs() < 1e-6 && steps[2] == 1e-4,
+                "{steps:?}"
+            );
+        }
+        Ok(())
+    }
+
+    #[test]
+    fn rounding_enters_the_deviations() -> Result<(), ReadError> {
+        let mut text = columns("GPST", "latitude(deg) longitude(deg) height(m)");
+        for k in 0..20 {
+            text += &format!(
+                "2005/04/02 00:00:{k:02}.0 35.{:06}000 139.{:06}000 {:.1}000 1 7 0.03 0.01 0.02 0 0 0\n",
+                132_057 + k,
+                624_306 + 2 * k,
+                73.9 + 0.1 * f64::from(k)
+            );
+        }
+        let (track, report) = read_text(&text)?;
+        // Six decimals of a degree: 0.111 m; zeros behind them carry nothing.
+        let step = report.resolution_m.expect("digits");
+        assert!(
+            (step[1] - 0.1113).abs() < 1e-3 && (step[2] - 0.1).abs() < 1e-9,
+            "{step:?}"
+        );
+        assert!(
+            report
+                .warnings
+                .contains(&ReadWarning::Coarse { step_m: step })
+        );
+        let sd = track.fixes()[3].standard_deviation_m().expect("known");
+        let with = |sd: f64, step: f64| sd.hypot(step / 12f64.sqrt());
+        for (found, expected) in sd.iter().zip([
+            with(0.01, step[0]),
+            with(0.03, step[1]),
+            with(0.02, step[2]),
+        ]) {
+            assert!((found - expected).abs() < 1e-5, "{found} {expected}");
+        }
+        Ok(())
+    }
+
+    #[test]
     fn signed_roots_become_covariances_in_the_right_axes() -> Result<(), ReadError> {
         // North 3 cm, east 1 cm, up 2 cm; the same in both layouts.
         let llh = columns("GPST", "latitude(deg) longitude(deg) height(m)")
@@ -412,7 +532,8 @@ mod tests {
                 [0.81e-4, 2.25e-4, 4e-4],
             ];
             for (c, want) in c.iter().flatten().zip(want.iter().flatten()) {
-                assert!((c - want).abs() < 1e-12, "{text} {c} {want}");
+                // Digits of 0.1 mm add 10⁻⁹ m².
+                assert!((c - want).abs() < 2e-9, "{text} {c} {want}");
             }
         }
         Ok(())

@@ -23,6 +23,28 @@ pub(super) enum Scale {
     Jst,
 }
 
+/// Splits a line at whatever separates its columns: blanks, tabs, commas, semicolons, and before a sign that follows
+/// a digit, as fixed columns leave no blank before a western longitude.
+pub(super) fn words(text: &str) -> Vec<&str> {
+    let mut words = Vec::new();
+    for mut word in text
+        .split(|c: char| c.is_whitespace() || c == ',' || c == ';')
+        .filter(|w| !w.is_empty())
+    {
+        let glued = |w: &str| {
+            w.as_bytes()
+                .windows(2)
+                .position(|pair| pair[0].is_ascii_digit() && pair[1] == b'-')
+        };
+        while let Some(at) = glued(word) {
+            words.push(&word[..=at]);
+            word = &word[at + 1..];
+        }
+        words.push(word);
+    }
+    words
+}
+
 /// What is known from the header so far.
 #[derive(Debug, Default)]
 pub(super) struct Header {
@@ -103,7 +125,7 @@ pub(super) fn column_line(text: &str) -> Option<(Scale, Layout)> {
 
 /// `ref pos`: latitude, longitude, height in degrees or in d-m-s, or ECEF. Zeros mean unknown.
 fn base_position(line: &Line<'_>, value: &str) -> Result<Option<Vector3>, ReadError> {
-    let words: Vec<&str> = value.split_whitespace().collect();
+    let words = words(value);
     let mut n = [0.0; 7];
     if words.len() != 3 && words.len() != 7 {
         return Err(line.malformed("a base position of 3 or 7 numbers", quoted(value)));

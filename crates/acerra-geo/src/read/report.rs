@@ -80,6 +80,11 @@ pub enum ReadWarning {
         /// Line of the first.
         first_line: u64,
     },
+    /// The last digit of the positions is coarser than those of carrier phase.
+    Coarse {
+        /// Its step east, north and up (m).
+        step_m: [f64; 3],
+    },
     /// Motion-capture coordinates relative to another body.
     LocalSpace,
     /// A motion-capture file that names no rigid body: one was told by its columns' axes.
@@ -114,6 +119,13 @@ impl std::fmt::Display for ReadWarning {
                 f,
                 "{count} records with unusable standard deviations, first on line {first_line}"
             ),
+            Self::Coarse {
+                step_m: [east, north, up],
+            } => write!(
+                f,
+                "positions are written in steps of {east:.3} m east, {north:.3} m north, {up:.3} m up \
+                 (more decimals in the receiver's or logger's output keep what it measured)"
+            ),
             Self::LocalSpace => f.write_str("coordinate space is local, not global"),
             Self::UnnamedBody {
                 columns: [first, last],
@@ -143,6 +155,9 @@ pub struct ReadReport {
     /// The file gives coordinates in a frame of its own: which axes they are is its word alone, also
     /// where an origin puts the frame on the Earth.
     pub is_local: bool,
+    /// Step of the last digit of the positions east, north and up (m), where the text shows it. Rounding adds
+    /// step/√12 to their deviations, as it has been added where the file states any.
+    pub resolution_m: Option<[f64; 3]>,
     /// What to know before trusting it.
     pub warnings: Vec<ReadWarning>,
     /// Header entries and choices worth showing: (name, value).
@@ -160,6 +175,7 @@ impl ReadReport {
             skipped: Vec::new(),
             reversed: false,
             is_local: false,
+            resolution_m: None,
             warnings: Vec::new(),
             about: Vec::new(),
             unused_columns: Vec::new(),

@@ -25,7 +25,7 @@ pub(super) fn read(reader: impl BufRead, limit: usize) -> Result<(Header, Window
                 expected: "a number after the key",
                 found: "the end of the file".to_owned(),
             })?;
-            keys.set(line, &word, number(value.0, &value.1)?)?;
+            keys.set(line, &word, number_or_nan(value.0, &value.1)?)?;
         } else {
             break (Some((line, word)), line);
         }
@@ -41,7 +41,7 @@ pub(super) fn read(reader: impl BufRead, limit: usize) -> Result<(Header, Window
                 found: format!("{k}, then the end of the file"),
             })?,
         };
-        let value = number(line, &word)?;
+        let value = number_or_nan(line, &word)?;
         if Some(value) != keys.nodata {
             window.height_m[k] = value as f32;
         }
@@ -54,6 +54,35 @@ pub(super) fn read(reader: impl BufRead, limit: usize) -> Result<(Header, Window
         });
     }
     Ok((header, window))
+}
+
+/// Keys that a grid may begin with, in any order.
+const FIRST_KEYS: [&str; 10] = [
+    "ncols",
+    "nrows",
+    "xllcorner",
+    "yllcorner",
+    "xllcenter",
+    "yllcenter",
+    "cellsize",
+    "dx",
+    "dy",
+    "nodata_value",
+];
+
+/// Whether a text begins with a key of such a grid.
+pub(super) fn begins(start: &[u8]) -> bool {
+    let word = start.split(u8::is_ascii_whitespace).find(|w| !w.is_empty());
+    let is = |key: &&str| word.is_some_and(|w| w.eq_ignore_ascii_case(key.as_bytes()));
+    FIRST_KEYS.iter().any(|key| is(&key))
+}
+
+/// A finite number, or NaN where the word says so.
+fn number_or_nan(line: u64, word: &str) -> Result<f64, TerrainError> {
+    if word.trim_start_matches('-').eq_ignore_ascii_case("nan") {
+        return Ok(f64::NAN);
+    }
+    number(line, word)
 }
 
 #[derive(Default)]

@@ -1,6 +1,7 @@
 //! Coordinates that terrain comes in.
 
 use super::TerrainError;
+use crate::epsg::EpsgCrs;
 use crate::geodesy::Geodetic;
 use crate::utm::utm_from_geodetic;
 
@@ -18,12 +19,13 @@ pub enum Crs {
         /// Whether south of the equator.
         south: bool,
     },
+    /// Another system of the EPSG registry whose datum is related to WGS84, by its code.
+    Epsg(u16),
     /// Metres east and north of the origin of the positions' own frame, heights in it.
     Local,
 }
 
-const KNOWN: &str = "\"local\", EPSG:4326 (also 4979, 4258) or a UTM zone on WGS84 or ETRS89 \
-                     (EPSG:32601–32660, 32701–32760, 25828–25838)";
+const KNOWN: &str = "\"local\" or EPSG: and a number, such as EPSG:4326 or EPSG:32633";
 
 impl Crs {
     /// From its EPSG code.
@@ -34,7 +36,8 @@ impl Crs {
     /// ```
     /// use acerra_geo::terrain::Crs;
     /// assert_eq!(Crs::from_epsg(32733)?, Crs::Utm { zone: 33, south: true });
-    /// assert!(Crs::from_epsg(3857).is_err());
+    /// assert_eq!(Crs::from_epsg(6708)?, Crs::Epsg(6708)); // RDN2008 / UTM zone 33N
+    /// assert!(Crs::from_epsg(1).is_err());
     /// # Ok::<(), acerra_geo::terrain::TerrainError>(())
     /// ```
     pub fn from_epsg(code: u32) -> Result<Self, TerrainError> {
@@ -47,10 +50,7 @@ impl Crs {
             32601..=32660 => Ok(zone(false, 32600)),
             32701..=32760 => Ok(zone(true, 32700)),
             25828..=25838 => Ok(zone(false, 25800)),
-            _ => Err(TerrainError::Crs {
-                expected: KNOWN,
-                found: format!("EPSG:{code}"),
-            }),
+            _ => Ok(Self::Epsg(EpsgCrs::from_epsg(code)?.epsg())),
         }
     }
 
@@ -72,13 +72,52 @@ impl Crs {
         }
     }
 
-    /// First and second coordinate of a place; none in [`Crs::Local`].
-    pub(super) fn coordinates(self, place: &Geodetic) -> Option<[f64; 2]> {
+    /// Whether the coordinates are longitude and latitude.
+    pub(super) fn is_geographic(self) -> bool {
         match self {
-            Self::Geographic => Some([place.longitude_deg(), place.latitude_deg()]),
-            Self::Utm { zone, south } => Some(utm_from_geodetic(place, zone, south)),
-            Self::Local => None,
+            Self::Geographic => true,
+            Self::Epsg(code) => {
+                EpsgCrs::from_epsg(code.into()).is_ok_and(|crs| crs.is_geographic())
+            }
+            Self::Utm { .. } | Self::Local => false,
         }
+    }
+}
+
+/// The way from places on the Earth to the coordinates of a system.
+pub(super) enum Projection {
+    Geographic,
+    Utm { zone: u8, south: bool },
+    Epsg(EpsgCrs),
+}
+
+impl Projection {
+    /// Of a system; none for [`Crs::Local`].
+    pub fn of(crs: Crs) -> Result<Option<Self>, TerrainError> {
+        Ok(Some(match crs {
+            Crs::Geographic => Self::Geographic,
+            Crs::Utm { zone, south } => Self::Utm { zone, south },
+            Crs::Epsg(code) => Self::Epsg(EpsgCrs::from_epsg(code.into())?),
+            Crs::Local => return Ok(None),
+        }))
+    }
+
+    /// First and second coordinate of a place; a longitude is the one within half a turn of another.
+    pub fn coordinates(
+        &self,
+        place: &Geodetic,
+        near_longitude_deg: f64,
+    ) -> Result<[f64; 2], TerrainError> {
+        let near = |[longitude, latitude]: [f64; 2]| {
+            let turns = ((near_longitude_deg - longitude) / 360.0).round();
+            [longitude + 360.0 * turns, latitude]
+        };
+        Ok(match self {
+            Self::Geographic => near([place.longitude_deg(), place.latitude_deg()]),
+            Self::Utm { zone, south } => utm_from_geodetic(place, *zone, *south),
+            Self::Epsg(crs) if crs.is_geographic() => near(crs.map_from_geodetic(place)?),
+            Self::Epsg(crs) => crs.map_from_geodetic(place)?,
+        })
     }
 }
 
@@ -93,6 +132,7 @@ impl std::fmt::Display for Crs {
                     if *south { "south" } else { "north" }
                 )
             }
+            Self::Epsg(code) => write!(f, "EPSG:{code}"),
             Self::Local => f.write_str("local east and north"),
         }
     }
@@ -113,16 +153,9 @@ mod tests {
                 south: false
             }
         );
-        for wrong in [
-            "",
-            "4326",
-            "EPSG:",
-            "EPSG:32600",
-            "EPSG:32661",
-            "EPSG:99999999999",
-        ] {
+        for wrong in ["", "4326", "EPSG:", "EPSG:32600", "EPSG:99999999999"] {
             let message = Crs::parse(wrong).unwrap_err().to_string();
-            assert!(message.contains("EPSG:4326"), "{message}");
+            assert!(message.contains("EPSG:"), "{message}");
         }
     }
 }

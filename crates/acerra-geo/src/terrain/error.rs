@@ -70,6 +70,17 @@ pub enum TerrainError {
         /// What the file or the caller says.
         found: String,
     },
+    /// The file beside a raster that names its coordinates.
+    #[error("{}: {cause}", path.display())]
+    Beside {
+        /// That file.
+        path: std::path::PathBuf,
+        /// What is wrong with it.
+        cause: Box<TerrainError>,
+    },
+    /// A system of the EPSG registry that is unknown or cannot be used.
+    #[error("coordinates: {0}")]
+    Epsg(#[from] crate::epsg::CrsError),
     /// Terrain on the Earth for positions in a frame of unknown place, or the other way round.
     #[error(
         "the terrain's coordinates are {terrain}, the positions' frame stands {frame}: \

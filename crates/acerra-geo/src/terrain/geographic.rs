@@ -2,10 +2,13 @@
 
 use std::io::{Read, Seek};
 
-use super::{Crs, TerrainError, geotiff};
+use super::{TerrainError, geotiff};
 
 /// Most cells that are held: EGM2008 at one minute has 233 million.
 const MAX_CELLS: usize = 1 << 28;
+
+/// What PROJ's grids of a geoid's heights above the ellipsoid say that they are.
+const GEOID_TYPE: &str = "VERTICAL_OFFSET_GEOGRAPHIC_TO_VERTICAL";
 
 /// Heights of a raster whose rows and columns follow latitude and longitude.
 pub(crate) struct GeographicRaster {
@@ -23,11 +26,18 @@ pub(crate) struct GeographicRaster {
 impl GeographicRaster {
     pub fn read(reader: impl Read + Seek) -> Result<Self, TerrainError> {
         let (header, mut tiff) = geotiff::Reader::open(reader)?;
-        if !matches!(header.crs, None | Some(Crs::Geographic)) {
+        if header.crs.is_some_and(|crs| !crs.is_geographic()) {
             return Err(TerrainError::Tag {
                 at: "GeoKeyDirectory",
                 expected: "longitude and latitude",
                 found: header.crs.map_or_else(String::new, |crs| crs.to_string()),
+            });
+        }
+        if let Some(found) = tiff.grid_type.as_deref().filter(|t| *t != GEOID_TYPE) {
+            return Err(TerrainError::Tag {
+                at: "TYPE of GDAL_METADATA",
+                expected: GEOID_TYPE,
+                found: format!("{found:?}"),
             });
         }
         let (rows, columns) = (header.rows, header.columns);

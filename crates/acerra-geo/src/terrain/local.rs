@@ -2,9 +2,10 @@
 
 use std::ops::Range;
 
+use super::crs::Projection;
 use super::raster::{Header, Window};
 use super::{Crs, TerrainError};
-use crate::geodesy::{EnuFrame, ecef_from_geodetic, geodetic_from_ecef};
+use crate::geodesy::{EnuFrame, Geodetic, ecef_from_geodetic, geodetic_from_ecef};
 use crate::trajectory::Frame;
 
 /// Distance of the lattice's nodes, m: between them the way from the frame to the raster departs
@@ -45,14 +46,22 @@ impl Lattice {
             count,
             node: Vec::with_capacity(count[0] * count[1]),
         };
+        let projection = Projection::of(crs)?;
+        let middle = header.placement.coordinates([
+            0.5 * (header.columns - 1) as f64,
+            0.5 * (header.rows - 1) as f64,
+        ]);
         for j in 0..count[1] {
             for i in 0..count[0] {
                 let x = x_m[0] + i as f64 * step_m[0];
                 let y = y_m[0] + j as f64 * step_m[1];
-                let (at, above) = match (crs, frame) {
-                    (Crs::Local, _) => ([x, y], offset_m),
-                    (_, Frame::Enu(frame)) => on_earth(crs, frame, offset_m, x, y),
-                    (_, Frame::Local) => {
+                let (at, above) = match (&projection, frame) {
+                    (None, _) => ([x, y], offset_m),
+                    (Some(projection), Frame::Enu(frame)) => {
+                        let (place, above) = on_earth(frame, offset_m, x, y);
+                        (projection.coordinates(&place, middle[0])?, above)
+                    }
+                    (Some(_), Frame::Local) => {
                         return Err(TerrainError::Frame {
                             terrain: crs.to_string(),
                             frame: "at no known place on the Earth",
@@ -137,17 +146,16 @@ fn check_inside(
     })
 }
 
-/// Raster coordinates below (x, y) of a frame on the Earth, and what the frame's height has more
-/// than the raster's there.
-fn on_earth(crs: Crs, frame: &EnuFrame, offset_m: f64, x: f64, y: f64) -> ([f64; 2], f64) {
+/// The place on the Earth below (x, y) of a frame, and what the frame's height has more than the
+/// raster's there.
+fn on_earth(frame: &EnuFrame, offset_m: f64, x: f64, y: f64) -> (Geodetic, f64) {
     // The frame's vertical is the ellipsoid's within 0.2 mrad a kilometre: the place is found at
     // the origin's height, and heights are carried over one to one.
     let place = geodetic_from_ecef(frame.ecef_from_enu([x, y, 0.0]));
     let mut level = place;
     level.height_m = frame.origin().height_m;
     let z = frame.enu_from_ecef(ecef_from_geodetic(&level))[2];
-    let at = crs.coordinates(&place).unwrap_or([x, y]);
-    (at, z - level.height_m + offset_m)
+    (place, z - level.height_m + offset_m)
 }
 
 /// Heights of the ground in a local frame.

@@ -9,10 +9,13 @@ mod error;
 mod geographic;
 mod geotiff;
 mod local;
+mod prj;
 mod raster;
 mod xyz;
 
+use std::fs::File;
 use std::io::{BufRead, BufReader, Read, Seek, SeekFrom};
+use std::path::Path;
 
 use crate::trajectory::Frame;
 pub use crs::Crs;
@@ -74,6 +77,35 @@ enum Content<R: Read + Seek> {
     Whole(Window),
 }
 
+impl TerrainFile<File> {
+    /// Opens a file by its path; beside a grid in text, well-known text of the same name that ends in `.prj` names the
+    /// coordinates.
+    ///
+    /// # Errors
+    /// Those of [`open`](Self::open), and a `.prj` that names no system known here.
+    pub fn open_path(path: &Path, options: &TerrainOptions) -> Result<Self, TerrainError> {
+        let mut terrain = Self::open(File::open(path)?, options)?;
+        if terrain.header.crs.is_none() && matches!(terrain.content, Content::Whole(_)) {
+            for beside in ["prj", "PRJ"].map(|e| path.with_extension(e)) {
+                if beside == path || !beside.is_file() {
+                    continue;
+                }
+                let mut text = Vec::new();
+                File::open(&beside)?
+                    .take(prj::MAX_BYTES)
+                    .read_to_end(&mut text)?;
+                let crs = Crs::from_wkt(&String::from_utf8_lossy(&text));
+                terrain.header.crs = Some(crs.map_err(|cause| TerrainError::Beside {
+                    path: beside.clone(),
+                    cause: Box::new(cause),
+                })?);
+                break;
+            }
+        }
+        Ok(terrain)
+    }
+}
+
 impl<R: Read + Seek> TerrainFile<R> {
     /// Recognises a file by its content and reads its header; text grids are read whole.
     ///
@@ -86,10 +118,7 @@ impl<R: Read + Seek> TerrainFile<R> {
             return Err(TerrainError::Empty);
         }
         let tiff = start.starts_with(b"II") || start.starts_with(b"MM");
-        let word = start.trim_ascii_start();
-        let ascii = word
-            .get(..5)
-            .is_some_and(|w| w.eq_ignore_ascii_case(b"ncols"));
+        let ascii = ascii::begins(start.strip_prefix(b"\xef\xbb\xbf").unwrap_or(start));
         reader.seek(SeekFrom::Start(0))?;
         let (format, header, content) = if tiff {
             let (header, tiff) = geotiff::Reader::open(reader)?;

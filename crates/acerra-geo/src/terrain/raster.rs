@@ -35,6 +35,15 @@ impl Placement {
         })
     }
 
+    /// Coordinates of a column and row.
+    pub fn coordinates(&self, [column, row]: [f64; 2]) -> [f64; 2] {
+        let [[a, b], [c, d]] = self.inverse;
+        let determinant = a * d - b * c;
+        let x = (d * column - b * row) / determinant;
+        let y = (a * row - c * column) / determinant;
+        [self.origin[0] + x, self.origin[1] + y]
+    }
+
     /// Column and row, counted from 0 at the centre of the first cell.
     pub fn place(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let d = [x - self.origin[0], y - self.origin[1]];
@@ -163,6 +172,8 @@ mod tests {
         let p = Placement::new([100.0, 50.0], [0.3, 0.4], [0.4, -0.3]).unwrap();
         let at = p.place([100.0 + 2.0 * 0.3 + 5.0 * 0.4, 50.0 + 2.0 * 0.4 - 5.0 * 0.3]);
         assert!((at[0] - 2.0).abs() < 1e-12 && (at[1] - 5.0).abs() < 1e-12);
+        let back = p.coordinates([2.0, 5.0]);
+        assert!((back[0] - 102.6).abs() < 1e-12 && (back[1] - 49.3).abs() < 1e-12);
         assert!(Placement::new([0.0; 2], [1.0, 1.0], [1.0, 1.0]).is_err());
         assert!(Placement::new([0.0; 2], [f64::NAN, 1.0], [1.0, 0.0]).is_err());
     }
