@@ -8,7 +8,6 @@
 
 use acerra_geo::trajectory::Attitude;
 
-use crate::body::attitude_from_frd_to_ned;
 use crate::clock::ClockFit;
 use crate::sample::{AttitudeSample, AttitudeSource, GimbalSample, GimbalSource, Stamp, YawFrom};
 use crate::timeline::{AttitudeTrack, gps_time};
@@ -67,7 +66,7 @@ impl DeviceStatus {
             (false, false) if has(flag::YAW_LOCK) => YawFrom::North,
             (false, false) => YawFrom::Nose,
         };
-        let attitude = attitude_from_frd_to_ned(self.quaternion)?;
+        let attitude = Attitude::from_frd_to_ned(self.quaternion)?;
         let is_told = self.delta_yaw_rad.is_finite() && self.delta_yaw_rad != 0.0;
         let (attitude, yaw) = if in_vehicle && is_told {
             (
@@ -142,7 +141,6 @@ fn heading_rad(attitude: &Attitude) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::attitude_from_euler;
 
     const STATUS: DeviceStatus = DeviceStatus {
         flags: 0,
@@ -220,16 +218,16 @@ mod tests {
     fn a_yaw_from_the_nose_is_turned_by_the_heading_and_keeps_its_tilt() {
         let body = AttitudeSample {
             stamp: Stamp::Boot(1.0),
-            attitude: attitude_from_euler([0.3, -0.2, 1.1]).unwrap(),
+            attitude: Attitude::from_euler([0.3, -0.2, 1.1]).unwrap(),
         };
         let clock = ClockFit::own();
         let body = AttitudeTrack::new(&[body], Some(&clock));
-        let level = attitude_from_euler([0.1, 0.2, 0.4]).unwrap();
+        let level = Attitude::from_euler([0.1, 0.2, 0.4]).unwrap();
         let samples = [1.0, 9.0].map(|s| GimbalSample::new(Stamp::Boot(s), level, YawFrom::Nose));
         let found = GimbalTrack::new(&samples, Some(&clock), Some(&body));
         assert_eq!(found.without_heading, 1);
         let time = clock.gps_at(1.0);
-        let expected = attitude_from_euler([0.1, 0.2, 1.5]).unwrap();
+        let expected = Attitude::from_euler([0.1, 0.2, 1.5]).unwrap();
         assert!(found.track.at(time).unwrap().angle_to(&expected) < 1e-7);
         assert_eq!(
             GimbalTrack::new(&samples, Some(&clock), None).without_heading,

@@ -32,7 +32,6 @@
 mod ardupilot;
 mod assemble;
 mod attitudes;
-mod body;
 mod bytes;
 mod choose;
 mod clock;

@@ -3,10 +3,9 @@
 
 use acerra_geo::geodesy::Geodetic;
 use acerra_geo::time::GpsTime;
-use acerra_geo::trajectory::SolutionStatus;
+use acerra_geo::trajectory::{Attitude, SolutionStatus};
 
 use super::layout::Layout;
-use crate::body::attitude_from_euler;
 use crate::sample::{
     AttitudeSample, ClockPair, GimbalSample, HeightDatum, Place, PositionSample, Stamp, Teller,
     YawFrom,
@@ -144,7 +143,7 @@ impl Record<'_> {
         let angles = [angle("Roll")?, angle("Pitch")?, angle("Yaw")?];
         Some(AttitudeSample {
             stamp: Stamp::Boot(self.boot_s()?),
-            attitude: attitude_from_euler(angles)?,
+            attitude: Attitude::from_euler(angles)?,
         })
     }
 
@@ -180,7 +179,7 @@ impl Record<'_> {
             Some(yaw_rad) => (yaw_rad, YawFrom::North),
             None => (angle("YawB")?, YawFrom::Nose),
         };
-        let attitude = attitude_from_euler([angle("Roll")?, angle("Pitch")?, yaw_rad])?;
+        let attitude = Attitude::from_euler([angle("Roll")?, angle("Pitch")?, yaw_rad])?;
         Some(GimbalSample {
             teller: Teller::Autopilot,
             ..GimbalSample::new(Stamp::Boot(self.boot_s()?), attitude, yaw)

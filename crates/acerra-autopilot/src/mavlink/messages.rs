@@ -1,9 +1,8 @@
 //! What the messages say (MAVLink, `common.xml`). Fields stand in the order of their length, longest
 //! first; those that came later ("extensions") stand behind.
 
-use acerra_geo::trajectory::SolutionStatus;
+use acerra_geo::trajectory::{Attitude, SolutionStatus};
 
-use crate::body::attitude_from_euler;
 use crate::bytes::array;
 use crate::gimbal::DeviceStatus;
 use crate::sample::{
@@ -113,7 +112,7 @@ impl Payload {
     pub fn attitude(&self) -> Option<AttitudeSample> {
         Some(AttitudeSample {
             stamp: Stamp::Boot(self.boot_s(0)),
-            attitude: attitude_from_euler([self.f32(4), self.f32(8), self.f32(12)])?,
+            attitude: Attitude::from_euler([self.f32(4), self.f32(8), self.f32(12)])?,
         })
     }
 
@@ -127,7 +126,7 @@ impl Payload {
         } else {
             (from_nose, YawFrom::Nose)
         };
-        let attitude = attitude_from_euler([roll, pitch, yaw_rad])?;
+        let attitude = Attitude::from_euler([roll, pitch, yaw_rad])?;
         Some(GimbalSample::new(
             Stamp::Boot(self.boot_s(0)),
             attitude,

@@ -2,10 +2,9 @@
 //! `msg/VehicleAttitude.msg`, `msg/GimbalDeviceAttitudeStatus.msg`; before version 1.14 latitudes are whole 1e-7 degrees, heights whole mm).
 
 use acerra_geo::time::GpsTime;
-use acerra_geo::trajectory::SolutionStatus;
+use acerra_geo::trajectory::{Attitude, SolutionStatus};
 
 use super::definitions::Fields;
-use crate::body::attitude_from_frd_to_ned;
 use crate::gimbal::DeviceStatus;
 use crate::sample::{
     AttitudeSample, ClockPair, GimbalSample, HeightDatum, Place, PositionSample, Stamp, Teller,
@@ -138,7 +137,7 @@ impl Message<'_> {
     pub fn attitude(&self) -> Option<AttitudeSample> {
         Some(AttitudeSample {
             stamp: Stamp::Boot(self.sample_s()?),
-            attitude: attitude_from_frd_to_ned(self.quaternion()?)?,
+            attitude: Attitude::from_frd_to_ned(self.quaternion()?)?,
         })
     }
 

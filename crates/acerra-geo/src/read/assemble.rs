@@ -84,6 +84,18 @@ impl<'a> Assembler<'a> {
         Ok(())
     }
 
+    /// Records with a position so far.
+    pub fn positions(&self) -> usize {
+        self.records.len()
+    }
+
+    /// Gives the records other instants, in their order.
+    pub fn restamp(&mut self, times: impl Iterator<Item = GpsTime>) {
+        for (record, time) in self.records.iter_mut().zip(times) {
+            record.stamp = Stamp::Gps(time);
+        }
+    }
+
     /// Counts a record without a usable position.
     pub fn skip(&mut self, reason: SkipReason, line: u64) {
         self.report.records += 1;

@@ -4,17 +4,18 @@ use std::io::BufRead;
 
 use super::assemble::{Assembler, Axes, Record, Stamp};
 use super::csv_columns::{Column, Columns, Role, Separator};
+use super::csv_time::{is_calendar, of_1970, of_a_clock, of_calendar, zero_of_finer};
+use super::digits::{Digits, degrees_in_m};
 use super::error::quoted;
 use super::lines::{Line, Lines};
 use super::nmea::status_of_quality;
-use super::{ReadError, ReadOptions, ReadReport, SkipReason, TrajectoryFormat};
+use super::{
+    HeightDatum, ReadError, ReadOptions, ReadReport, ReadWarning, SkipReason, TrajectoryFormat,
+};
 use crate::geodesy::{EnuFrame, Geodetic};
 use crate::matrix::Vector3;
-use crate::time::{Calendar, GpsTime};
+use crate::time::GpsTime;
 use crate::trajectory::{Attitude, Fix, Frame, SolutionStatus, TimeOrigin, Trajectory};
-
-/// 1980-01-06 counted from 1970-01-01 (s).
-const GPS_EPOCH_FROM_1970_S: i64 = 315_964_800;
 
 /// Comment entries of `trajectory.csv` that make it whole: see `crate::write`.
 #[derive(Default)]
@@ -31,6 +32,7 @@ pub(super) fn read<R: BufRead>(
     let mut stated = Stated::default();
     let mut columns: Option<Columns> = None;
     let mut clock: Option<Clock> = None;
+    let mut seen = Seen::default();
     while let Some(line) = lines.next()? {
         let text = line.text.trim();
         if text.is_empty() {
@@ -41,7 +43,9 @@ pub(super) fn read<R: BufRead>(
             continue;
         }
         let Some(columns) = &columns else {
-            let found = Columns::from_header(line.number, text)?;
+            let found = Columns::from_header(line.number, text, options.heights)?;
+            seen.header_line = line.number;
+            seen.time_column = found.clock_without_unit(text);
             all.report.unused_columns.clone_from(&found.unused);
             columns = Some(found);
             continue;
@@ -56,12 +60,13 @@ pub(super) fn read<R: BufRead>(
             line: &line,
             cells: &cells,
             columns,
+            options,
         };
-        let Some(mut fix) = row.position()? else {
+        let Some(mut fix) = row.position(&mut seen)? else {
             all.skip(SkipReason::EmptyPosition, line.number);
             continue;
         };
-        let stamp = row.stamp()?;
+        let stamp = row.stamp(&mut seen)?;
         let this = Clock::of(&stamp);
         if *clock.get_or_insert(this) != this {
             return Err(line.malformed("the same kind of time as before", quoted(text)));
@@ -73,6 +78,7 @@ pub(super) fn read<R: BufRead>(
             fix,
         })?;
     }
+    seen.tell(columns.as_ref(), &mut all)?;
     let ecef = columns.as_ref().is_some_and(|c| !c.has(Role::Local(0)));
     let axes = match (ecef, stated.origin) {
         (true, _) => Axes::Ecef { reference_m: None },
@@ -83,6 +89,109 @@ pub(super) fn read<R: BufRead>(
         .second_zero
         .map_or(TimeOrigin::Relative, TimeOrigin::Gps);
     all.finish(&axes, clock, lines.count())
+}
+
+/// What the rows show together.
+#[derive(Default)]
+struct Seen {
+    header_line: u64,
+    /// A column of times whose name has no unit.
+    time_column: Option<String>,
+    /// Times that such a column counts, as long as all are whole.
+    whole_times: Option<Vec<f64>>,
+    /// Dates and times of day with a finer clock in the same row.
+    pairs: Vec<(GpsTime, f64)>,
+    /// Dates that do not say how far they are from UTC.
+    without_zone: u64,
+    digits: [Digits; 3],
+    latitude_deg: Option<f64>,
+    /// Heights above the sea that were taken as above the ellipsoid.
+    not_raised: u64,
+}
+
+/// Median steps of whole numbers, from which on they are no seconds of a flight's positions.
+const STEP_OF_NO_SECONDS: f64 = 5.0;
+
+impl Seen {
+    /// Checks what needs all rows, and says what was assumed.
+    fn tell(
+        &mut self,
+        columns: Option<&Columns>,
+        all: &mut Assembler<'_>,
+    ) -> Result<(), ReadError> {
+        if let (Some(column), Some(times)) = (&self.time_column, &self.whole_times) {
+            let mut steps: Vec<f64> = times.windows(2).map(|w| (w[1] - w[0]).abs()).collect();
+            if let Some(middle) = steps.len().checked_sub(1).map(|n| n / 2) {
+                let step = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
+                if step >= STEP_OF_NO_SECONDS {
+                    return Err(ReadError::UnitOpen {
+                        line: self.header_line,
+                        column: column.clone(),
+                        step,
+                    });
+                }
+            }
+        }
+        if self.pairs.len() == all.positions()
+            && let Some((zero, within_s)) = zero_of_finer(&self.pairs)
+        {
+            all.restamp(self.pairs.iter().map(|(_, fine_s)| zero + *fine_s));
+            all.report
+                .warnings
+                .push(ReadWarning::WholeSeconds { within_s });
+        }
+        if self.without_zone > 0 {
+            all.report.warnings.push(ReadWarning::TakenAsUtc);
+        }
+        if self.not_raised > 0 {
+            all.report.warnings.push(ReadWarning::GeoidHeights);
+        }
+        let Some(columns) = columns else {
+            return Ok(());
+        };
+        if columns
+            .height
+            .is_some_and(|(_, d)| d == HeightDatum::TakeOff)
+        {
+            all.report.warnings.push(ReadWarning::HeightsAboveTakeOff);
+        }
+        all.report.resolution_m = self.steps_m(columns);
+        Ok(())
+    }
+
+    /// A time of a column without a unit, as long as all are whole.
+    fn note_whole(&mut self, time: f64) {
+        let times = self.whole_times.get_or_insert_default();
+        if time.fract() != 0.0 {
+            self.time_column = None;
+        } else if self.time_column.is_some() {
+            times.push(time);
+        }
+    }
+
+    /// Steps of the last digit (m); a frame of its own may hold a coordinate that is exactly the same throughout.
+    fn steps_m(&self, columns: &Columns) -> Option<Vector3> {
+        let scale = |role| {
+            let column = columns.columns.iter().find(|c| c.role == role);
+            column.map_or(1.0, |c| c.scale)
+        };
+        if let (Some(latitude_deg), Some((height, _))) = (self.latitude_deg, columns.height) {
+            let [latitude, longitude, up] = self.digits.each_ref().map(Digits::step);
+            let [longitude_m, latitude_m] = degrees_in_m(latitude_deg);
+            return Some([
+                longitude? * scale(Role::Longitude) * longitude_m,
+                latitude? * scale(Role::Latitude) * latitude_m,
+                up.unwrap_or(0.0) * scale(height),
+            ]);
+        }
+        let steps = self.digits.each_ref().map(Digits::step_of_many);
+        if columns.has(Role::Local(0)) {
+            let m = [0, 1, 2].map(|i| steps[i].unwrap_or(0.0) * scale(Role::Local(i)));
+            return steps.iter().any(Option::is_some).then_some(m);
+        }
+        let most = (0..3).filter_map(|i| Some(steps[i]? * scale(Role::Ecef(i))));
+        most.reduce(f64::max).map(|m| [m; 3])
+    }
 }
 
 /// Which kind of time a file uses.
@@ -131,6 +240,7 @@ struct Row<'a> {
     line: &'a Line<'a>,
     cells: &'a [&'a str],
     columns: &'a Columns,
+    options: &'a ReadOptions,
 }
 
 impl Row<'_> {
@@ -144,13 +254,7 @@ impl Row<'_> {
         match self.cell(role) {
             None | Some(("", _)) => Ok(None),
             Some((text, column)) => {
-                // A comma among semicolons is a decimal comma.
-                let value = if self.columns.separator == Separator::Char(';') && text.contains(',')
-                {
-                    self.line.number(name, &text.replace(',', "."))?
-                } else {
-                    self.line.number(name, text)?
-                };
+                let value = self.line.number(name, &self.with_point(text))?;
                 Ok(Some(value * column.scale))
             }
         }
@@ -191,20 +295,41 @@ impl Row<'_> {
         }
     }
 
+    /// A place by latitude, longitude and the height that was chosen, above the ellipsoid where that can be had.
+    fn place(
+        &self,
+        [latitude, longitude, height]: Vector3,
+        datum: HeightDatum,
+        seen: &mut Seen,
+    ) -> Result<Geodetic, ReadError> {
+        self.in_range("latitude", latitude, 90.0, "−90° to 90°")?;
+        self.in_range("longitude", longitude, 360.0, "−360° to 360°")?;
+        seen.latitude_deg.get_or_insert(latitude);
+        let place = Geodetic::from_degrees(latitude, longitude, height);
+        if datum != HeightDatum::Sea {
+            return Ok(place);
+        }
+        Ok(self.options.above_ellipsoid(place).unwrap_or_else(|| {
+            seen.not_raised += 1;
+            place
+        }))
+    }
+
     /// The position, and the covariance in the same axes.
-    fn position(&self) -> Result<Option<Fix>, ReadError> {
+    fn position(&self, seen: &mut Seen) -> Result<Option<Fix>, ReadError> {
         let axes3 = |f: fn(usize) -> Role| [f(0), f(1), f(2)];
         let has_local = self.columns.has(Role::Local(0));
+        let mut roles = axes3(if has_local { Role::Local } else { Role::Ecef });
         let (position, enu) = if has_local {
             (self.three(axes3(Role::Local), ["x", "y", "z"])?, None)
-        } else if self.columns.has(Role::Latitude) {
-            let roles = [Role::Latitude, Role::Longitude, Role::Height];
+        } else if let (true, Some((height, datum))) =
+            (self.columns.has(Role::Latitude), self.columns.height)
+        {
+            roles = [Role::Latitude, Role::Longitude, height];
             let names = ["latitude", "longitude", "height"];
             match self.three(roles, names)? {
-                Some([latitude, longitude, height]) => {
-                    self.in_range("latitude", latitude, 90.0, "−90° to 90°")?;
-                    self.in_range("longitude", longitude, 360.0, "−360° to 360°")?;
-                    let frame = EnuFrame::new(Geodetic::from_degrees(latitude, longitude, height));
+                Some(numbers) => {
+                    let frame = EnuFrame::new(self.place(numbers, datum, seen)?);
                     (Some(frame.origin_in_ecef_m()), Some(frame))
                 }
                 None => (None, None),
@@ -218,6 +343,11 @@ impl Row<'_> {
         };
         for (name, value) in ["x", "y", "z"].iter().zip(position) {
             self.in_range(name, value, 4e8, "within 4e8 m")?;
+        }
+        for (digits, role) in seen.digits.iter_mut().zip(roles) {
+            if let Some((text, _)) = self.cell(role) {
+                digits.take(text);
+            }
         }
         let mut fix = Fix::new(0.0, position);
         let deviations = self.three(axes3(Role::Deviation), ["sd_x", "sd_y", "sd_z"])?;
@@ -235,7 +365,7 @@ impl Row<'_> {
         Ok(Some(fix))
     }
 
-    fn stamp(&self) -> Result<Stamp, ReadError> {
+    fn stamp(&self, seen: &mut Seen) -> Result<Stamp, ReadError> {
         if let (Some(week), Some(tow)) = (
             self.number(Role::GpsWeek, "GPS week")?,
             self.number(Role::TimeOfWeek, "tow")?,
@@ -246,72 +376,59 @@ impl Row<'_> {
         }
         for role in [Role::GpstUnix, Role::Unix] {
             if let Some((text, column)) = self.cell(role) {
-                let (whole, part) = self.long_seconds(text, column.scale)?;
-                return Ok(Stamp::Gps(match role {
-                    Role::GpstUnix => GpsTime::new(whole - GPS_EPOCH_FROM_1970_S, part),
-                    _ => GpsTime::from_unix(whole, part),
-                }));
+                let scale = column.has_unit.then_some(column.scale);
+                return of_1970(self.line, text, scale, role == Role::GpstUnix);
             }
         }
-        let Some((text, column)) = self.cell(Role::Time) else {
-            return Err(self.line.malformed("a time", quoted(&self.line.text)));
-        };
-        if text.get(4..5) == Some("-") {
-            return self.iso_utc(text).map(Stamp::Gps);
-        }
-        let text = if self.columns.separator == Separator::Char(';') {
-            text.replace(',', ".")
-        } else {
-            text.to_owned()
-        };
-        let t = self
-            .line
-            .number_in("time", &text, -1e15..=1e15, "within 1e15")?;
-        Ok(Stamp::Seconds(t * column.scale))
-    }
-
-    /// Seconds since 1970, whole and rest apart: one f64 would keep a quarter of a microsecond.
-    fn long_seconds(&self, text: &str, scale: f64) -> Result<(i64, f64), ReadError> {
-        let value = self
-            .line
-            .number_in("time", text, -1e21..=1e21, "seconds since 1970")?
-            * scale;
-        self.in_range("time", value, 1e11, "seconds since 1970")?;
-        if scale == 1.0
-            && let Some((whole, part)) = text.split_once('.')
-            && let (Ok(whole), Ok(part)) = (whole.parse::<i64>(), format!("0.{part}").parse())
-            && whole >= 0
+        if let (Some((date, _)), Some((clock, _))) = (self.cell(Role::Date), self.cell(Role::Time))
+            && is_calendar(date)
         {
-            return Ok((whole, part));
+            let (time, has_zone) = of_calendar(self.line, date, clock)?;
+            seen.without_zone += u64::from(!has_zone);
+            return Ok(Stamp::Gps(time));
         }
-        Ok((value.floor() as i64, value - value.floor()))
+        for role in [Role::DateTime, Role::Time, Role::Elapsed] {
+            let Some((text, column)) = self.cell(role) else {
+                continue;
+            };
+            if is_calendar(text) {
+                let (date, clock) = text.split_once(['T', 't', ' ']).unwrap_or((text, ""));
+                let (time, has_zone) = of_calendar(self.line, date, clock)?;
+                let is_utc = role == Role::DateTime;
+                seen.without_zone += u64::from(!has_zone && !is_utc);
+                if let (true, Some(fine_s)) = (is_utc, self.finer_s()) {
+                    seen.pairs.push((time, fine_s));
+                }
+                return Ok(Stamp::Gps(time));
+            }
+            let text = self.with_point(text);
+            let scale = column.has_unit.then_some(column.scale);
+            let stamp = of_a_clock(self.line, &text, scale)?;
+            if let Stamp::Seconds(s) = stamp {
+                seen.note_whole(s);
+            }
+            return Ok(stamp);
+        }
+        Err(self.line.malformed("a time", quoted(&self.line.text)))
     }
 
-    /// `yyyy-mm-ddThh:mm:ss.sssZ`; the T may be a blank, the Z may lack.
-    fn iso_utc(&self, text: &str) -> Result<GpsTime, ReadError> {
-        let bad = || {
-            self.line.malformed(
-                "a number of seconds or yyyy-mm-ddThh:mm:ss[.sss][Z]",
-                quoted(text),
-            )
-        };
-        let body = text.strip_suffix(['Z', 'z']).unwrap_or(text);
-        let (date, clock) = body.split_once(['T', 't', ' ']).ok_or_else(bad)?;
-        let date: Vec<&str> = date.split('-').collect();
-        let clock: Vec<&str> = clock.split(':').collect();
-        let (&[y, mo, d], &[h, mi, s]) = (date.as_slice(), clock.as_slice()) else {
-            return Err(bad());
-        };
-        let calendar = Calendar::new(
-            y.parse().map_err(|_| bad())?,
-            mo.parse().map_err(|_| bad())?,
-            d.parse().map_err(|_| bad())?,
-            h.parse().map_err(|_| bad())?,
-            mi.parse().map_err(|_| bad())?,
-            s.parse().map_err(|_| bad())?,
-        )
-        .and_then(|c| GpsTime::from_utc(&c));
-        calendar.map_err(|e| self.line.malformed("a date and time of UTC", e.to_string()))
+    /// The reading of a clock in a column of its own, beside a date (s).
+    fn finer_s(&self) -> Option<f64> {
+        [Role::Time, Role::Elapsed].into_iter().find_map(|role| {
+            let (text, column) = self.cell(role)?;
+            let scale = column.has_unit.then_some(column.scale)?;
+            let value: f64 = self.with_point(text).parse().ok()?;
+            value.is_finite().then_some(value * scale)
+        })
+    }
+
+    /// A comma among semicolons is a decimal comma.
+    fn with_point<'t>(&self, text: &'t str) -> std::borrow::Cow<'t, str> {
+        if self.columns.separator == Separator::Char(';') && text.contains(',') {
+            text.replace(',', ".").into()
+        } else {
+            text.into()
+        }
     }
 
     fn details(&self, fix: &mut Fix) -> Result<(), ReadError> {
@@ -328,6 +445,8 @@ impl Row<'_> {
                     self.line
                         .malformed(format!("a status: {names}"), quoted(text))
                 })?;
+        } else if let Some((text, _)) = self.cell(Role::StatusWord) {
+            fix.status = SolutionStatus::from_name(text).unwrap_or(SolutionStatus::Unknown);
         }
         if let Some(n) = self.number(Role::Satellites, "satellites")? {
             fix.satellites = Some(n.clamp(0.0, f64::from(u16::MAX)) as u16);
@@ -343,6 +462,12 @@ impl Row<'_> {
                 self.line
                     .malformed("a quaternion of some length", format!("{w} {x} {y} {z}"))
             })?);
+        } else if let (Some(roll), Some(pitch), Some(heading)) = (
+            self.number(Role::Roll, "roll")?,
+            self.number(Role::Pitch, "pitch")?,
+            self.number(Role::Heading, "heading")?,
+        ) {
+            fix.attitude = Attitude::from_euler([roll, pitch, heading].map(f64::to_radians));
         }
         Ok(())
     }
@@ -405,6 +530,27 @@ mod tests {
             (
                 "utc,x,y,z\n2018-10-09 12:22:11.5,0,0,0\n",
                 "2018/10/09 12:22:29.500000000",
+            ),
+            (
+                "time,x,y,z\n2018-10-09T14:22:11.5+02:00,0,0,0\n",
+                "2018/10/09 12:22:29.500000000",
+            ),
+            (
+                "time,x,y,z\n2018-10-09T06:52:11.5-0530,0,0,0\n",
+                "2018/10/09 12:22:29.500000000",
+            ),
+            (
+                "Elapsed,Date,Time,x,y,z\n578298,2018/10/09,12:22:11.500,0,0,0\n",
+                "2018/10/09 12:22:29.500000000",
+            ),
+            // Counts since 1970 that can be nothing else than milli- or microseconds.
+            (
+                "timestamp,x,y,z\n1539087731500,0,0,0\n",
+                "2018/10/09 12:22:29.500000000",
+            ),
+            (
+                "unix,x,y,z\n1539087731500250,0,0,0\n",
+                "2018/10/09 12:22:29.500250000",
             ),
         ] {
             let (track, _) = read_text(text)?;
@@ -477,9 +623,126 @@ mod tests {
                 "line 2: expected a date and time of UTC",
             ),
             ("time_s,x,y,z\n1e300,0,0,0\n", "line 2: time is"),
+            (
+                "time_s,x,y,z\n1721469150000,0,0,0\n",
+                "line 2: time is 1721469150000, expected seconds within 1e11",
+            ),
         ] {
             let error = read_text(text).expect_err(text).to_string();
             assert!(error.starts_with(want), "{error}");
         }
+    }
+
+    /// AirData's columns: dates of whole seconds beside milliseconds, feet, two kinds of height.
+    #[test]
+    fn whole_seconds_are_refined_by_the_clock_in_the_same_row() -> Result<(), ReadError> {
+        let mut text = "time(millisecond),datetime(utc),latitude,longitude,\
+                        height_above_takeoff(feet),altitude_above_seaLevel(feet), pitch(degrees), \
+                        roll(degrees), compass_heading(degrees)\n"
+            .to_owned();
+        for k in 0..40 {
+            // Zero of the milliseconds is 12:22:11.35.
+            let second = 11 + (350 + 200 * k) / 1000;
+            text += &format!(
+                "{},2018-10-09 12:22:{second:02},40.9596{k:05},14.3696{k:05},32.8,{:.1},1.5,-2.5,90.0\n",
+                200 * k,
+                246.1 + 0.1 * f64::from(k)
+            );
+        }
+        let (track, report) = read_text(&text)?;
+        let start = track.gps_time_at(track.start_s()).expect("an instant");
+        let expected = GpsTime::from_utc(
+            &crate::time::Calendar::new(2018, 10, 9, 12, 22, 11.35).expect("date"),
+        );
+        let off_s = start - expected.expect("UTC");
+        assert!(off_s.abs() < 0.11, "{off_s}");
+        assert_eq!(
+            track.sample_interval_s().map(|s| (1e6 * s).round()),
+            Some(2e5)
+        );
+        let place = track.geodetic().expect("on the Earth")[0];
+        assert!((place.height_m - 246.1 * 0.3048).abs() < 1e-6);
+        assert!(report.warnings.contains(&ReadWarning::GeoidHeights));
+        assert!(
+            report
+                .warnings
+                .iter()
+                .any(|w| matches!(w, ReadWarning::WholeSeconds { within_s } if *within_s < 0.11))
+        );
+        assert!(
+            report
+                .unused_columns
+                .contains(&"height_above_takeoff(feet)".to_owned())
+        );
+        // Nose to the east, 1.5° up, left side 2.5° down.
+        let attitude = track.fixes()[0].attitude.expect("attitude");
+        let nose = attitude.rotate([1.0, 0.0, 0.0]);
+        assert!(nose[0] > 0.999 && (nose[2] - 1.5f64.to_radians().sin()).abs() < 1e-9);
+        let left = attitude.rotate([0.0, 1.0, 0.0]);
+        assert!(left[1] > 0.99 && left[2] < -0.04, "{left:?}");
+        Ok(())
+    }
+
+    #[test]
+    fn heights_are_what_the_header_or_the_caller_says() -> Result<(), ReadError> {
+        let read = |text: &str, heights| {
+            let mut options = ReadOptions::default();
+            options.heights = heights;
+            read_trajectory(text.as_bytes(), &options)
+        };
+        let height = |text: &str, heights| -> Result<f64, ReadError> {
+            Ok(read(text, heights)?.0.geodetic().expect("on the Earth")[0].height_m)
+        };
+        let open = "time_s,lat,lon,altitude\n0,40.9,14.2,60\n";
+        let error = read(open, None).expect_err("open").to_string();
+        assert!(
+            error.starts_with("line 1: column 'altitude' does not say"),
+            "{error}"
+        );
+        assert!((height(open, Some(HeightDatum::Ellipsoid))? - 60.0).abs() < 1e-9);
+        let (_, report) = read(open, Some(HeightDatum::Sea))?;
+        assert!(report.warnings.contains(&ReadWarning::GeoidHeights));
+        let (_, report) = read(open, Some(HeightDatum::TakeOff))?;
+        assert!(report.warnings.contains(&ReadWarning::HeightsAboveTakeOff));
+        // The ellipsoid's where there are several; the others are told as not used.
+        let several =
+            "time_s,lat,lon,Altitude,ALT:Altitude,Ellipsoidal Height\n0,40.9,14.2,27,2,75\n";
+        let (track, report) = read(several, None)?;
+        assert!((track.geodetic().expect("place")[0].height_m - 75.0).abs() < 1e-9);
+        assert_eq!(report.unused_columns, ["ALT:Altitude", "Altitude"]);
+        let stated = "time_s,lat,lon,hae\n0,40.9,14.2,60\n";
+        assert!(read(stated, Some(HeightDatum::Sea)).is_err());
+        // A grid of the geoid raises heights above the sea: 20 m everywhere here.
+        let mut grid = Vec::new();
+        for value in [30.0_f64, 0.0, 20.0, 30.0] {
+            grid.extend(value.to_be_bytes());
+        }
+        grid.extend(2_i32.to_be_bytes());
+        grid.extend(2_i32.to_be_bytes());
+        grid.extend([20.0_f32; 4].iter().flat_map(|v| v.to_be_bytes()));
+        let mut options = ReadOptions::default();
+        let geoid = crate::geoid::GeoidGrid::from_reader(&grid[..]).expect("a grid");
+        options.geoid = Some(std::sync::Arc::new(geoid));
+        let msl = "time_s,lat,lon,altitude_msl\n0,40.9,14.2,60\n";
+        let (track, report) = read_trajectory(msl.as_bytes(), &options)?;
+        assert!((track.geodetic().expect("place")[0].height_m - 80.0).abs() < 1e-5);
+        assert!(report.warnings.is_empty(), "{:?}", report.warnings);
+        Ok(())
+    }
+
+    #[test]
+    fn milliseconds_without_a_name_are_asked_for() {
+        let rows = |name: &str| {
+            let rows: String = (0..9).map(|k| format!("{},{k},0,0\n", 200 * k)).collect();
+            format!("{name},x,y,z\n{rows}")
+        };
+        let error = read_text(&rows("time")).expect_err("open").to_string();
+        assert!(
+            error.starts_with("line 1: column 'time' counts whole numbers in steps of 200"),
+            "{error}"
+        );
+        let (track, _) = read_text(&rows("time_ms")).expect("stated");
+        assert_eq!(track.sample_interval_s(), Some(0.2));
+        assert!(read_text(&rows("time_s")).is_ok());
     }
 }

@@ -1,11 +1,18 @@
 //! Which column of a table means what.
 
-use super::ReadError;
+use super::csv_heights::{self, Above};
+use super::{HeightDatum, ReadError};
 
 /// What a column can mean.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum Role {
     Time,
+    /// A date with its time of day, as text.
+    DateTime,
+    /// A date alone; [`Self::Time`] is the time of day then.
+    Date,
+    /// Time since some start, for want of another.
+    Elapsed,
     GpsWeek,
     TimeOfWeek,
     GpstUnix,
@@ -14,13 +21,18 @@ pub(super) enum Role {
     Ecef(usize),
     Latitude,
     Longitude,
-    Height,
+    Height(Above),
     Deviation(usize),
     Velocity(usize),
     Quaternion(usize),
+    Roll,
+    Pitch,
+    Heading,
     RtklibQ,
     NmeaQuality,
     Status,
+    /// A word of a logger for the kind of solution.
+    StatusWord,
     Satellites,
     Age,
     Ratio,
@@ -33,6 +45,8 @@ pub(super) struct Column {
     pub role: Role,
     /// What a number is multiplied with to be SI (degrees stay degrees).
     pub scale: f64,
+    /// Whether the header names the unit.
+    pub has_unit: bool,
 }
 
 /// The columns of a table.
@@ -40,6 +54,8 @@ pub(super) struct Column {
 pub(super) struct Columns {
     pub separator: Separator,
     pub columns: Vec<Column>,
+    /// The column of heights above the Earth, and what they are above.
+    pub height: Option<(Role, HeightDatum)>,
     pub unused: Vec<String>,
     /// How many columns the header names.
     pub width: usize,
@@ -97,8 +113,11 @@ fn role(name: &str) -> Option<Role> {
         _ => None,
     };
     Some(match name {
-        "time" | "t" | "timestamp" | "seconds" | "elapsed" | "utc" | "datetime"
-        | "datetime_utc" | "time_utc" => Role::Time,
+        "time" | "t" | "timestamp" | "seconds" => Role::Time,
+        "utc" | "datetime" | "datetime_utc" | "time_utc" | "utc_time" | "date_time"
+        | "date_time_utc" | "timestamp_utc" => Role::DateTime,
+        "date" | "date_utc" | "utc_date" => Role::Date,
+        "elapsed" | "elapsed_time" => Role::Elapsed,
         "gps_week" | "week" => Role::GpsWeek,
         "tow" | "gps_tow" | "sow" | "gps_sow" => Role::TimeOfWeek,
         "gpst_unix" => Role::GpstUnix,
@@ -111,13 +130,16 @@ fn role(name: &str) -> Option<Role> {
         "ecef_z" | "z_ecef" => Role::Ecef(2),
         "lat" | "latitude" => Role::Latitude,
         "lon" | "lng" | "long" | "longitude" => Role::Longitude,
-        "height" | "h" | "alt" | "altitude" | "ellipsoidal_height" => Role::Height,
+        "roll" => Role::Roll,
+        "pitch" => Role::Pitch,
+        "heading" | "yaw" | "compass_heading" => Role::Heading,
         "qw" | "q_w" => Role::Quaternion(0),
         "qx" | "q_x" => Role::Quaternion(1),
         "qy" | "q_y" => Role::Quaternion(2),
         "qz" | "q_z" => Role::Quaternion(3),
         "q" | "quality" | "fix_quality" => Role::RtklibQ,
         "nmea_quality" | "gga_quality" => Role::NmeaQuality,
+        "rtk_status" | "fix_status" | "fix_type" => Role::StatusWord,
         "status" | "solution" | "solution_status" => Role::Status,
         "ns" | "satellites" | "num_sats" | "sats" => Role::Satellites,
         "age" => Role::Age,
@@ -125,6 +147,7 @@ fn role(name: &str) -> Option<Role> {
         "vx" | "v_x" | "ve" | "v_east" | "vel_x" | "velocity_x" => Role::Velocity(0),
         "vy" | "v_y" | "vn" | "v_north" | "vel_y" | "velocity_y" => Role::Velocity(1),
         "vz" | "v_z" | "vu" | "v_up" | "vel_z" | "velocity_z" => Role::Velocity(2),
+        _ if csv_heights::above(name).is_some() => Role::Height(csv_heights::above(name)?),
         _ => {
             let of = ["sd", "std", "sigma", "stdev"]
                 .into_iter()
@@ -153,20 +176,23 @@ fn unit(name: &str, role: Role) -> Option<f64> {
         "mm" => Some(1e-3),
         "cm" => Some(1e-2),
         "km" => Some(1e3),
+        "ft" | "feet" | "foot" => Some(0.3048),
         _ => None,
     };
     match role {
-        Role::Time | Role::TimeOfWeek | Role::GpstUnix | Role::Unix | Role::Age => match name {
-            "s" | "sec" | "seconds" => Some(1.0),
-            "ms" => Some(1e-3),
-            "us" => Some(1e-6),
-            "ns" => Some(1e-9),
-            _ => None,
-        },
-        Role::Local(_) | Role::Ecef(_) | Role::Height | Role::Deviation(_) => length(name),
-        Role::Latitude | Role::Longitude => match name {
-            "deg" => Some(1.0),
-            "rad" => Some(180.0 / std::f64::consts::PI),
+        Role::Time | Role::Elapsed | Role::TimeOfWeek | Role::GpstUnix | Role::Unix | Role::Age => {
+            match name {
+                "s" | "sec" | "second" | "seconds" => Some(1.0),
+                "ms" | "msec" | "millisecond" | "milliseconds" => Some(1e-3),
+                "us" | "usec" | "microsecond" | "microseconds" => Some(1e-6),
+                "ns" | "nsec" | "nanosecond" | "nanoseconds" => Some(1e-9),
+                _ => None,
+            }
+        }
+        Role::Local(_) | Role::Ecef(_) | Role::Height(_) | Role::Deviation(_) => length(name),
+        Role::Latitude | Role::Longitude | Role::Roll | Role::Pitch | Role::Heading => match name {
+            "deg" | "degree" | "degrees" => Some(1.0),
+            "rad" | "radians" => Some(180.0 / std::f64::consts::PI),
             _ => None,
         },
         Role::Velocity(_) => match name {
@@ -179,36 +205,65 @@ fn unit(name: &str, role: Role) -> Option<f64> {
     }
 }
 
-fn understood(name: &str) -> Option<(Role, f64)> {
+/// Role, size of the unit, and whether the name has one.
+fn understood(name: &str) -> Option<(Role, f64, bool)> {
     let name = plain(name);
     if let Some(role) = role(&name) {
-        return Some((role, 1.0));
+        return Some((role, 1.0, false));
     }
     // The unit is what follows one of the underscores.
     name.match_indices('_').find_map(|(at, _)| {
         let role = role(&name[..at])?;
-        Some((role, unit(&name[at + 1..], role)?))
+        Some((role, unit(&name[at + 1..], role)?, true))
     })
 }
+
+/// Roles of which a later column is passed over: loggers write them more than once.
+const FIRST_COUNTS: [Role; 3] = [Role::Roll, Role::Pitch, Role::Heading];
 
 impl Columns {
     fn of(header: &str) -> Self {
         let separator = Separator::of(header);
         let names = separator.split(header);
-        let mut columns = Vec::new();
+        let mut columns: Vec<Column> = Vec::new();
         let mut unused = Vec::new();
         for (index, name) in names.iter().enumerate() {
             match understood(name) {
-                Some((role, scale)) => columns.push(Column { index, role, scale }),
+                Some((role, ..))
+                    if (FIRST_COUNTS.contains(&role) || matches!(role, Role::Height(_)))
+                        && columns.iter().any(|c| c.role == role) =>
+                {
+                    unused.push((*name).to_owned());
+                }
+                Some((role, scale, has_unit)) => columns.push(Column {
+                    index,
+                    role,
+                    scale,
+                    has_unit,
+                }),
                 None => unused.push((*name).to_owned()),
             }
         }
         Self {
             separator,
             columns,
+            height: None,
             unused,
             width: names.len(),
         }
+    }
+
+    /// The name of the column of times, where it counts from a zero of its own and has no unit.
+    pub fn clock_without_unit(&self, header: &str) -> Option<String> {
+        let precise = [Role::GpsWeek, Role::GpstUnix, Role::Unix, Role::DateTime];
+        if precise.into_iter().any(|role| self.has(role)) {
+            return None;
+        }
+        let column = [Role::Time, Role::Elapsed]
+            .into_iter()
+            .find_map(|role| self.columns.iter().find(|c| c.role == role))?;
+        let names = self.separator.split(header);
+        (!column.has_unit).then(|| names[column.index].to_owned())
     }
 
     pub fn has(&self, role: Role) -> bool {
@@ -216,17 +271,22 @@ impl Columns {
     }
 
     fn has_time(&self) -> bool {
-        [Role::Time, Role::TimeOfWeek, Role::GpstUnix, Role::Unix]
-            .iter()
-            .any(|&r| self.has(r))
+        [
+            Role::Time,
+            Role::DateTime,
+            Role::Elapsed,
+            Role::TimeOfWeek,
+            Role::GpstUnix,
+            Role::Unix,
+        ]
+        .iter()
+        .any(|&r| self.has(r))
     }
 
     fn has_position(&self) -> bool {
         (0..3).all(|i| self.has(Role::Local(i)))
             || (0..3).all(|i| self.has(Role::Ecef(i)))
-            || [Role::Latitude, Role::Longitude, Role::Height]
-                .iter()
-                .all(|&r| self.has(r))
+            || (self.has(Role::Latitude) && self.has(Role::Longitude) && self.height.is_some())
     }
 
     /// Whether a line could be the header of a trajectory: a time, and at least one coordinate.
@@ -240,18 +300,34 @@ impl Columns {
     }
 
     /// The columns of a header line.
-    pub fn from_header(line: u64, header: &str) -> Result<Self, ReadError> {
-        let columns = Self::of(header);
+    pub fn from_header(
+        line: u64,
+        header: &str,
+        heights: Option<HeightDatum>,
+    ) -> Result<Self, ReadError> {
+        let mut columns = Self::of(header);
+        let names = columns.separator.split(header);
         let problem = |problem: String| Err(ReadError::Header { line, problem });
         for (i, a) in columns.columns.iter().enumerate() {
             if let Some(b) = columns.columns[i + 1..].iter().find(|b| b.role == a.role) {
-                let names = columns.separator.split(header);
                 return problem(format!(
                     "columns '{}' and '{}' mean the same",
                     names[a.index], names[b.index]
                 ));
             }
         }
+        let is_height = |c: &&Column| matches!(c.role, Role::Height(_));
+        if !columns.has(Role::Local(0)) {
+            let found: Vec<(Role, &str)> = (columns.columns.iter().filter(is_height))
+                .map(|c| (c.role, names[c.index]))
+                .collect();
+            columns.height = csv_heights::choose(line, &found, heights)?;
+        }
+        let chosen = columns.height.map(|(role, _)| role);
+        let others = columns.columns.iter().filter(is_height);
+        let others = others.filter(|c| Some(c.role) != chosen);
+        let passed_over: Vec<String> = others.map(|c| names[c.index].to_owned()).collect();
+        columns.unused.extend(passed_over);
         if !columns.has_time() {
             return problem("no column of time (time_s, or gps_week and tow_s)".to_owned());
         }
@@ -277,6 +353,17 @@ mod tests {
     #[test]
     fn names_and_their_units() {
         for (name, want) in [
+            ("time(millisecond)", Some((Role::Time, 1e-3))),
+            (
+                "altitude_above_seaLevel(feet)",
+                Some((Role::Height(Above::Stated(HeightDatum::Sea)), 0.3048)),
+            ),
+            (
+                "Ellipsoid Height (m)",
+                Some((Role::Height(Above::Stated(HeightDatum::Ellipsoid)), 1.0)),
+            ),
+            ("Altitude", Some((Role::Height(Above::Open), 1.0))),
+            ("compass_heading(degrees)", Some((Role::Heading, 1.0))),
             ("time_s", Some((Role::Time, 1.0))),
             ("Time (ms)", Some((Role::Time, 1e-3))),
             ("X [mm]", Some((Role::Local(0), 1e-3))),
@@ -294,7 +381,8 @@ mod tests {
             ("sdne_m", None),
             ("", None),
         ] {
-            assert_eq!(understood(name), want, "{name}");
+            let found = understood(name).map(|(role, scale, _)| (role, scale));
+            assert_eq!(found, want, "{name}");
         }
     }
 }

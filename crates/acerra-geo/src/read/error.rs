@@ -75,6 +75,30 @@ pub enum ReadError {
         /// What is wrong with it.
         problem: String,
     },
+    /// A column of heights that does not say what they are above.
+    #[error(
+        "line {line}: column '{column}' does not say what its heights are above: state it, [trajectory] heights \
+         = \"ellipsoid\", \"sea\" or \"takeoff\""
+    )]
+    HeightsOpen {
+        /// The header's line.
+        line: u64,
+        /// The column's name.
+        column: String,
+    },
+    /// A column of times that does not say its unit, and counts in steps that no flight's seconds have.
+    #[error(
+        "line {line}: column '{column}' counts whole numbers in steps of {step} and names no unit: name it \
+         time_s or time_ms"
+    )]
+    UnitOpen {
+        /// The header's line.
+        line: u64,
+        /// The column's name.
+        column: String,
+        /// Its median step.
+        step: f64,
+    },
     /// A file of the right kind without a position.
     #[error("no position in this {format} file{why}")]
     NoPositions {

@@ -18,6 +18,8 @@
 mod assemble;
 mod csv;
 mod csv_columns;
+mod csv_heights;
+mod csv_time;
 mod digits;
 mod error;
 mod format;
@@ -31,6 +33,7 @@ mod pos_header;
 mod report;
 mod sniff;
 
+pub use csv_heights::HeightDatum;
 pub use error::ReadError;
 pub use format::TrajectoryFormat;
 pub use options::ReadOptions;

@@ -1,7 +1,11 @@
 //! Options of the trajectory readers.
 
+use std::sync::Arc;
+
+use super::csv_heights::HeightDatum;
 use super::format::TrajectoryFormat;
 use crate::geodesy::Geodetic;
+use crate::geoid::GeoidGrid;
 
 /// How to read a trajectory.
 #[derive(Debug, Clone, PartialEq)]
@@ -14,6 +18,11 @@ pub struct ReadOptions {
     pub rigid_body: Option<String>,
     /// The format, when it is known; none: recognised from content.
     pub format: Option<TrajectoryFormat>,
+    /// What the heights of a table are above, where its header does not say.
+    pub heights: Option<HeightDatum>,
+    /// Raises heights above the sea to the ellipsoid; without it they are taken as above the ellipsoid, and a warning
+    /// says so.
+    pub geoid: Option<Arc<GeoidGrid>>,
     /// Most positions accepted.
     pub max_fixes: usize,
     /// Longest line accepted (bytes).
@@ -26,6 +35,8 @@ impl Default for ReadOptions {
             origin: None,
             rigid_body: None,
             format: None,
+            heights: None,
+            geoid: None,
             max_fixes: 10_000_000,
             max_line_bytes: 1 << 20,
         }
@@ -38,6 +49,16 @@ impl ReadOptions {
     pub fn with_origin(mut self, origin: Geodetic) -> Self {
         self.origin = Some(origin);
         self
+    }
+
+    /// A place whose height is above the sea, its height above the ellipsoid; none without a grid there.
+    pub(super) fn above_ellipsoid(&self, place: Geodetic) -> Option<Geodetic> {
+        let geoid = self.geoid.as_ref()?;
+        let raised_m = geoid.height_m(place.latitude_deg(), place.longitude_deg())?;
+        Some(Geodetic {
+            height_m: place.height_m + raised_m,
+            ..place
+        })
     }
 
     /// The same with the rigid body of that name.

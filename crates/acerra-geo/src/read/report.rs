@@ -52,6 +52,15 @@ pub enum ReadWarning {
     NoHeader,
     /// Heights are above the geoid, not above the ellipsoid.
     GeoidHeights,
+    /// Heights are above the place of take-off, whose own height is not known.
+    HeightsAboveTakeOff,
+    /// Dates and times of day that do not say how far they are from UTC were taken as UTC.
+    TakenAsUtc,
+    /// Dates of whole seconds: a finer clock in the same rows was put to them.
+    WholeSeconds {
+        /// How well its zero is known (s).
+        within_s: f64,
+    },
     /// Baselines from a base whose position the header does not state.
     BaseUnknown,
     /// Times of day without a date.
@@ -101,6 +110,16 @@ impl std::fmt::Display for ReadWarning {
             Self::GeoidHeights => {
                 f.write_str("heights are above the geoid and were taken as above the ellipsoid")
             }
+            Self::HeightsAboveTakeOff => f.write_str(
+                "heights are above the place of take-off: the flight's level is off by that place's height",
+            ),
+            Self::TakenAsUtc => {
+                f.write_str("dates and times that name no time zone were taken as UTC")
+            }
+            Self::WholeSeconds { within_s } => write!(
+                f,
+                "dates are of whole seconds: instants by the finer clock beside them, ± {within_s:.2} s"
+            ),
             Self::BaseUnknown => f.write_str(
                 "baselines from a base of unknown position: the trajectory has no place on Earth",
             ),

@@ -1,0 +1,129 @@
+//! What the heights of a table are above.
+
+use super::ReadError;
+use super::csv_columns::Role;
+
+/// What heights are above.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum HeightDatum {
+    /// The WGS84 ellipsoid.
+    Ellipsoid,
+    /// The sea, or the geoid.
+    Sea,
+    /// The place of take-off, whose own height is not known.
+    TakeOff,
+}
+
+impl HeightDatum {
+    /// From its name in settings: `ellipsoid`, `sea` or `takeoff`.
+    #[must_use]
+    pub fn from_name(name: &str) -> Option<Self> {
+        Some(match name {
+            "ellipsoid" => Self::Ellipsoid,
+            "sea" => Self::Sea,
+            "takeoff" => Self::TakeOff,
+            _ => return None,
+        })
+    }
+}
+
+/// What the name of a column says of its heights.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) enum Above {
+    Stated(HeightDatum),
+    /// `height`, `h`: above the ellipsoid unless the caller says otherwise.
+    Plain,
+    /// `altitude`: loggers mean one thing or another by it.
+    Open,
+}
+
+/// The meaning of the name of a column of heights.
+pub(super) fn above(name: &str) -> Option<Above> {
+    Some(match name {
+        "height" | "h" => Above::Plain,
+        "alt" | "altitude" | "gps_altitude" | "gps_alt" | "elevation" => Above::Open,
+        "ellipsoidal_height"
+        | "ellipsoid_height"
+        | "height_ellipsoid"
+        | "height_ellipsoidal"
+        | "ellipsoidal_altitude"
+        | "altitude_ellipsoid"
+        | "altitude_ellipsoidal"
+        | "hae"
+        | "altitude_hae"
+        | "alt_hae"
+        | "height_wgs84"
+        | "altitude_wgs84"
+        | "h_ell" => Above::Stated(HeightDatum::Ellipsoid),
+        "altitude_above_sealevel"
+        | "altitude_above_sea_level"
+        | "height_above_sea_level"
+        | "altitude_msl"
+        | "alt_msl"
+        | "height_msl"
+        | "msl"
+        | "amsl"
+        | "msl_height"
+        | "altitude_amsl"
+        | "alt_amsl"
+        | "height_above_msl"
+        | "orthometric_height" => Above::Stated(HeightDatum::Sea),
+        "height_above_takeoff"
+        | "height_above_take_off"
+        | "altitude_above_takeoff"
+        | "altitude_above_take_off"
+        | "relative_altitude"
+        | "relative_height"
+        | "rel_alt"
+        | "relative_alt" => Above::Stated(HeightDatum::TakeOff),
+        _ => return None,
+    })
+}
+
+/// Of the columns of heights, by index, the one to use and what it is above.
+///
+/// # Errors
+/// Only columns that say nothing, or another datum than the caller.
+pub(super) fn choose(
+    line: u64,
+    columns: &[(Role, &str)],
+    stated: Option<HeightDatum>,
+) -> Result<Option<(Role, HeightDatum)>, ReadError> {
+    let of = |above: Above| {
+        let role = Role::Height(above);
+        columns.iter().find(|(r, _)| *r == role).map(|_| role)
+    };
+    if let Some(datum) = stated {
+        let found = [Above::Stated(datum), Above::Plain, Above::Open]
+            .into_iter()
+            .find_map(of);
+        if let (None, Some((_, name))) = (found, columns.first()) {
+            return Err(ReadError::Header {
+                line,
+                problem: format!(
+                    "column '{name}' says what its heights are above, which is not what the settings say"
+                ),
+            });
+        }
+        return Ok(found.map(|role| (role, datum)));
+    }
+    for datum in [HeightDatum::Ellipsoid, HeightDatum::Sea] {
+        if let Some(role) = of(Above::Stated(datum)) {
+            return Ok(Some((role, datum)));
+        }
+    }
+    if let Some(role) = of(Above::Plain) {
+        return Ok(Some((role, HeightDatum::Ellipsoid)));
+    }
+    if let Some((_, name)) = columns
+        .iter()
+        .find(|(r, _)| *r == Role::Height(Above::Open))
+    {
+        return Err(ReadError::HeightsOpen {
+            line,
+            column: (*name).to_owned(),
+        });
+    }
+    Ok(of(Above::Stated(HeightDatum::TakeOff)).map(|role| (role, HeightDatum::TakeOff)))
+}
