@@ -65,6 +65,28 @@ pub enum GroundSurface {
     Level,
 }
 
+/// `[trajectory] height_datum`: what the heights of a table are above.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum HeightDatum {
+    /// The ellipsoid.
+    Ellipsoid,
+    /// The sea; `[image] geoid` raises them to the ellipsoid.
+    Sea,
+    /// The place of take-off, whose height above the ellipsoid is not known.
+    TakeOff,
+}
+
+impl From<HeightDatum> for acerra_geo::read::HeightDatum {
+    fn from(datum: HeightDatum) -> Self {
+        match datum {
+            HeightDatum::Ellipsoid => Self::Ellipsoid,
+            HeightDatum::Sea => Self::Sea,
+            HeightDatum::TakeOff => Self::TakeOff,
+        }
+    }
+}
+
 /// `[radar] delay_ns`: the fast time at which range is zero.
 #[derive(Clone, Copy, Debug, PartialEq, JsonSchema, Serialize)]
 #[serde(rename_all = "lowercase")]

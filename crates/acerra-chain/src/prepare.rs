@@ -66,6 +66,8 @@ pub struct Track {
     pub has_local_axes: bool,
     /// Which sources of an autopilot's log the positions are.
     pub log_sources: LogSources,
+    /// Step of the last digit in which a file gives its positions, east, north and up (m).
+    pub resolution_m: Option<[f64; 3]>,
     /// Trajectory time minus radar time (s).
     pub time_offset_s: f64,
     /// How the offset was found, when it was not given.
@@ -231,6 +233,7 @@ fn parts(recording: &Recording, clocked: Clocked, cleaned: Cleaned) -> (Track, T
         positions: recording.positions.clone(),
         has_local_axes: recording.has_local_axes,
         log_sources: recording.log_sources.clone(),
+        resolution_m: recording.resolution_m,
         time_offset_s: clocked.time_offset_s,
         search: clocked.search,
         recorded_clock: recording.options.recorded_clock.clone(),

@@ -142,6 +142,7 @@ impl Survey {
                 positions: placed.positions,
                 has_local_axes: placed.has_local_axes,
                 log_sources: placed.log_sources,
+                resolution_m: placed.resolution_m,
                 radar,
                 options,
             });

@@ -170,6 +170,7 @@ fn prepare_in_memory(
     let placed = placed(positions, &track.positions).map_err(Failure::position)?;
     let mut recording = Recording::new(track.name, content, placed.positions);
     recording.has_local_axes = placed.has_local_axes;
+    recording.resolution_m = placed.resolution_m;
     recording.options = track.options;
     let scene = Scene::find(
         &survey.scene,

@@ -21,6 +21,8 @@ pub struct Recording {
     pub has_local_axes: bool,
     /// Which sources of an autopilot's log the positions are.
     pub log_sources: LogSources,
+    /// Step of the last digit in which a file gives the positions, east, north and up (m).
+    pub resolution_m: Option<[f64; 3]>,
     /// How the two are brought together.
     pub options: TrackOptions,
 }
@@ -39,6 +41,7 @@ impl Recording {
             radar: RadarData::in_memory(radar.into()),
             has_local_axes: *positions.frame() == Frame::Local,
             log_sources: LogSources::default(),
+            resolution_m: None,
             positions,
             options: TrackOptions::default(),
         }

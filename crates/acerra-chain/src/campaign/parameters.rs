@@ -175,6 +175,7 @@ impl From<&TrajectorySection> for PositionOptions {
             attitude_file: section.attitude_file.clone(),
             attitude_source: section.attitude_source.clone(),
             gimbal: GimbalChoice::None,
+            height_datum: section.height_datum,
             geoid: None,
             lever_arm_m: section.lever_arm_m,
         }

@@ -7,7 +7,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize, Serializer};
 
 use crate::choices::{
-    AntennaAxis, Background, CalibrationSource, Contradictions, Delay, Gate, GroundSurface,
+    AntennaAxis, Background, CalibrationSource, Contradictions, Delay, Gate, GroundSurface, HeightDatum,
     HeightSource, Heights, LookTaper, ProductFormat, Select, Sum, TimeOffset, Unfixed, Weight,
     ZeroTiming,
 };
@@ -239,6 +239,8 @@ pub struct TrajectorySection {
     /// Where the heights come from: the positions, or the radar's own surface echo over level ground
     /// (`"radar"`), where those of the positions are poor.
     pub height: HeightSource,
+    /// What the heights of a table (CSV) are above, where its header does not say.
+    pub height_datum: Option<HeightDatum>,
     /// Traces at unfixed positions: kept (with a warning) or dropped.
     pub unfixed: Unfixed,
 }

@@ -48,6 +48,16 @@ pub(super) fn weigh(
         ));
     }
     findings.extend(position_sigma(prepared, track, geometry));
+    // Heights by the radar replace those that were written.
+    let axes = if prepared.aligned.radar_height.is_some() {
+        2
+    } else {
+        3
+    };
+    let step_m = track
+        .resolution_m
+        .map(|m| m[..axes].iter().copied().fold(0.0, f64::max));
+    findings.extend(step_m.map(|m| position_resolution(m, wavelength_m)));
     findings
 }
 
@@ -167,6 +177,26 @@ fn focusing_loss(sigma_m: f64, wavelength_m: f64) -> Finding {
             "positions of σ = {:.0} mm along the line of sight {cost}, as much of them as changes from trace to \
              trace",
             1e3 * sigma_m
+        ))
+}
+
+/// Judges the step of the last digit in which positions are written: rounding errs evenly, by step/√12, and from trace to
+/// trace. λ/8 there and back is a quarter of a turn, at which half of the focus is gone.
+fn position_resolution(step_m: f64, wavelength_m: f64) -> Finding {
+    let sigma_m = step_m / 12f64.sqrt();
+    let verdict = if sigma_m <= 0.125 * wavelength_m {
+        Verdict::Agrees
+    } else {
+        Verdict::Contradicts
+    };
+    Finding::judged("position_resolution", 1e3 * sigma_m, "mm", verdict)
+        .expecting(0.0)
+        .because(format!(
+            "the positions are written in steps of {:.1} mm: rounding leaves σ = {:.1} mm, where λ/8 is {:.1} mm (more \
+             decimals in the output of the receiver or the logger; [autofocus] estimates what is left)",
+            1e3 * step_m,
+            1e3 * sigma_m,
+            125.0 * wavelength_m
         ))
 }
 
@@ -292,6 +322,22 @@ mod tests {
         assert_eq!(fixed.verdict, Verdict::Agrees);
         assert!(fixed.explanation.contains("4.3 dB"), "{fixed:?}");
         assert_eq!(focusing_loss(0.4, 0.0759).verdict, Verdict::Doubtful);
+    }
+
+    #[test]
+    fn digits_coarser_than_the_phase_contradict() {
+        // Four decimals of a minute, five, and heights of one decimal; λ = 75.9 mm.
+        assert_eq!(
+            position_resolution(0.1855, 0.0759).verdict,
+            Verdict::Contradicts
+        );
+        assert_eq!(
+            position_resolution(0.01855, 0.0759).verdict,
+            Verdict::Agrees
+        );
+        let heights = position_resolution(0.1, 0.0759);
+        assert_eq!(heights.verdict, Verdict::Contradicts);
+        assert!((heights.value.unwrap() - 28.87).abs() < 0.01);
     }
 
     #[test]

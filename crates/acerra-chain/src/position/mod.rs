@@ -17,6 +17,7 @@ use acerra_geo::lever_arm::{HeadingOptions, LeverArmError, apply_lever_arm};
 use acerra_geo::trajectory::{Frame, TimeOrigin, Trajectory, TrajectoryError};
 use acerra_gnss::{BasePosition, PositioningMode, PpkOptions};
 
+use crate::choices::HeightDatum;
 use crate::findings::Finding;
 use crate::findings::positions::{autopilot_fixed, base_position};
 use crate::position::attitude_file::{AttitudeFileError, with_log_attitudes};
@@ -48,6 +49,8 @@ pub struct Positioned {
     pub has_local_axes: bool,
     /// Which sources of autopilots' logs they are.
     pub log_sources: LogSources,
+    /// Step of the last digit in which a file gives them, east, north and up (m).
+    pub resolution_m: Option<[f64; 3]>,
 }
 
 /// Which sources of autopilots' logs positions come from, in words.
@@ -65,6 +68,7 @@ impl<T: Into<Positions>> From<T> for Positioned {
             positions: positions.into(),
             has_local_axes: false,
             log_sources: LogSources::default(),
+            resolution_m: None,
         }
     }
 }
@@ -130,7 +134,9 @@ pub struct PositionOptions {
     pub attitude_source: Option<String>,
     /// The gimbal that carries the antenna, whose attitude is read of the same log.
     pub gimbal: GimbalChoice,
-    /// Grid of the geoid, which raises heights above the sea in such a log to the ellipsoid.
+    /// What the heights of a table are above, where its header does not say.
+    pub height_datum: Option<HeightDatum>,
+    /// Grid of the geoid, which raises heights above the sea in such a log or table to the ellipsoid.
     pub geoid: Option<PathBuf>,
     /// Radar phase centre from the positioned point: forward, left, up (m).
     pub lever_arm_m: [f64; 3],
@@ -336,6 +342,7 @@ pub fn placed(
         positions: at_phase_centre(trajectory, options.lever_arm_m)?.into(),
         has_local_axes,
         log_sources: LogSources::default(),
+        resolution_m: None,
     })
 }
 
@@ -366,6 +373,7 @@ fn from_file(
             GimbalChoice::None
         },
         takes_first_source: false,
+        height_datum: options.height_datum,
         geoid: options.geoid.clone(),
     };
     let file =
@@ -380,9 +388,11 @@ fn from_file(
     findings.extend(log.map(|log| autopilot_fixed(&log.source.name, &log.statuses)));
     let sources = log.map(LogReport::sources_used);
     let has_local_axes = file.has_local_axes();
+    let resolution_m = file.resolution_m();
     let (trajectory, attitudes) = with_attitudes(file.trajectory, options, warnings, findings)?;
     Ok(Positioned {
         has_local_axes,
+        resolution_m,
         log_sources: LogSources {
             positions: sources,
             attitudes,

@@ -10,6 +10,8 @@ use acerra_geo::geoid::{GeoidError, GeoidGrid};
 use acerra_geo::read::{ReadError, ReadOptions, ReadReport, read_trajectory};
 use acerra_geo::trajectory::Trajectory;
 
+use crate::choices::HeightDatum;
+
 /// How to read a file of positions.
 #[derive(Clone, Debug, Default)]
 pub struct TrajectoryFileOptions {
@@ -25,7 +27,9 @@ pub struct TrajectoryFileOptions {
     pub gimbal: GimbalChoice,
     /// Of several sources the first is taken, and a remark names the others.
     pub takes_first_source: bool,
-    /// Grid of the geoid, which raises an autopilot's heights above the sea to the ellipsoid.
+    /// What the heights of a table are above, where its header does not say.
+    pub height_datum: Option<HeightDatum>,
+    /// Grid of the geoid, which raises heights above the sea to the ellipsoid.
     pub geoid: Option<PathBuf>,
 }
 
@@ -145,6 +149,10 @@ fn from_text(
     let mut reading = ReadOptions::default();
     reading.origin = options.origin;
     reading.rigid_body.clone_from(&options.rigid_body);
+    reading.heights = options.height_datum.map(Into::into);
+    if let Some(path) = &options.geoid {
+        reading.geoid = Some(Arc::new(GeoidGrid::read(path)?));
+    }
     let read = read_trajectory(reader, &reading).map_err(|error| match error {
         ReadError::UnknownFormat { found } => TrajectoryFileError::UnknownFormat { found },
         error => error.into(),
@@ -163,6 +171,15 @@ impl TrajectoryFile {
         match &self.report {
             TrajectoryReport::Text(report) => report.is_local,
             TrajectoryReport::Log(report) => report.is_local(),
+        }
+    }
+
+    /// Step of the last digit of the positions east, north and up (m), where a text shows it.
+    #[must_use]
+    pub const fn resolution_m(&self) -> Option<[f64; 3]> {
+        match &self.report {
+            TrajectoryReport::Text(report) => report.resolution_m,
+            TrajectoryReport::Log(_) => None,
         }
     }
 

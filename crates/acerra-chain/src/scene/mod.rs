@@ -514,8 +514,8 @@ impl TerrainSource {
                     cause,
                 })?);
         }
-        let file = open_file(&self.path)?;
-        TerrainFile::open(file, &options).map_err(|cause| SceneError::Terrain {
+        open_file(&self.path)?;
+        TerrainFile::open_path(&self.path, &options).map_err(|cause| SceneError::Terrain {
             path: path(),
             cause,
         })

@@ -176,6 +176,11 @@ impl Seen {
             column.map_or(1.0, |c| c.scale)
         };
         if let (Some(latitude_deg), Some((height, _))) = (self.latitude_deg, columns.height) {
+            // A few rows made by hand show nothing.
+            let moves = |axis: usize| self.digits[axis].step_of_many().is_some();
+            if !moves(0) && !moves(1) {
+                return None;
+            }
             let [latitude, longitude, up] = self.digits.each_ref().map(Digits::step);
             let [longitude_m, latitude_m] = degrees_in_m(latitude_deg);
             return Some([
@@ -742,7 +747,7 @@ mod tests {
             "{error}"
         );
         let (track, _) = read_text(&rows("time_ms")).expect("stated");
-        assert_eq!(track.sample_interval_s(), Some(0.2));
+        assert!((track.sample_interval_s().expect("rows") - 0.2).abs() < 1e-9);
         assert!(read_text(&rows("time_s")).is_ok());
     }
 }

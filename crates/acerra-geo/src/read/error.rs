@@ -77,7 +77,7 @@ pub enum ReadError {
     },
     /// A column of heights that does not say what they are above.
     #[error(
-        "line {line}: column '{column}' does not say what its heights are above: state it, [trajectory] heights \
+        "line {line}: column '{column}' does not say what its heights are above: state it, [trajectory] height_datum \
          = \"ellipsoid\", \"sea\" or \"takeoff\""
     )]
     HeightsOpen {
