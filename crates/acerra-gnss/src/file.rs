@@ -16,11 +16,12 @@ use crate::observations::recorded::RecordedEpoch;
 use crate::observations::select::{SignalChoice, select_signals};
 use crate::orbits::navigation::Navigation;
 use crate::orbits::products::PreciseProducts;
+use crate::packed::{Counted, Unpacked, each_member};
 use crate::precise::{read_clock_lines, read_sp3_lines};
 use crate::rinex::{ObservationRecord, RinexObservations, read_navigation_lines};
-use crate::rtcm::{RtcmHints, RtcmLog, read_rtcm};
+use crate::rtcm::{self, RtcmHints, RtcmLog, read_rtcm};
 use crate::sniff::{SNIFF_BYTES, sniff};
-use crate::ubx::{UbxLog, read_ubx};
+use crate::ubx::{self, UbxLog, read_ubx};
 
 /// What a GNSS file held.
 #[derive(Debug, Clone, PartialEq)]
@@ -37,7 +38,7 @@ pub struct GnssFile {
 
 /// Reads any supported file: RINEX 2–4 observation or navigation data, Hatanaka-compressed
 /// (CRINEX 1 and 3), UBX raw logs, RTCM 3 logs, SP3 orbits, RINEX
-/// clocks, each also inside gzip or UNIX `compress`.
+/// clocks, each also inside gzip, UNIX `compress` or a zip archive.
 /// Recognised by content.
 ///
 /// RTCM 3 logs that do not state their date need [`read_gnss_near`].
@@ -74,19 +75,17 @@ pub fn read_gnss_near(
     hints: &RtcmHints,
 ) -> Result<GnssFile, ReadError> {
     let (kind, head, rest) = peek(reader)?;
-    let whole = Cursor::new(head).chain(rest);
+    let packed = Counted::new(Cursor::new(head).chain(rest));
+    let count = packed.packed();
     let (name, inner): (_, Box<dyn Read + '_>) = match kind {
-        FileKind::Gzip => ("gzip", Box::new(MultiGzDecoder::new(whole))),
-        FileKind::UnixCompress => ("compress", Box::new(UnixCompressed::new(whole))),
-        _ => return read_kind(kind, whole, limits, hints),
+        FileKind::Gzip => ("gzip", Box::new(MultiGzDecoder::new(packed))),
+        FileKind::UnixCompress => ("compress", Box::new(UnixCompressed::new(packed))),
+        FileKind::Zip => return read_zip(&whole(packed, limits)?, limits, hints),
+        _ => return read_kind(kind, packed, limits, hints),
     };
     let cut = Arc::new(AtomicBool::new(false));
-    let decoder = LenientEnd {
-        inner,
-        cut: Arc::clone(&cut),
-    };
-    let (kind, head, rest) = peek(decoder)?;
-    let mut file = read_kind(kind, Cursor::new(head).chain(rest), limits, hints)?;
+    let decoder = Unpacked::new(inner, count, Arc::clone(&cut));
+    let mut file = read_member(decoder, limits, hints)?;
     file.report.format.push_str(&format!(", {name}"));
     if cut.load(Ordering::Relaxed) {
         file.report
@@ -94,6 +93,69 @@ pub fn read_gnss_near(
             .push(format!("the {name} stream is cut off"));
     }
     Ok(file)
+}
+
+/// Reads what was packed; packed once more it is refused.
+fn read_member(
+    reader: impl Read,
+    limits: Limits,
+    hints: &RtcmHints,
+) -> Result<GnssFile, ReadError> {
+    let (kind, head, rest) = peek(reader)?;
+    read_kind(kind, Cursor::new(head).chain(rest), limits, hints)
+}
+
+/// The logs in a zip archive: one file of observations at most, and all navigation data.
+fn read_zip(archive: &[u8], limits: Limits, hints: &RtcmHints) -> Result<GnssFile, ReadError> {
+    let problem = |problem: String| ReadError::Archive { problem };
+    let mut log: Option<(String, GnssFile)> = None;
+    let mut navigation: Option<Navigation> = None;
+    each_member(archive, |name, content| {
+        let mut file = match read_member(content, limits, hints) {
+            Ok(file) => file,
+            // Solutions, notes and pictures come along.
+            Err(ReadError::WrongKind { .. } | ReadError::Empty) => return Ok(()),
+            Err(cause) => return Err(problem(format!("{name:?}: {cause}"))),
+        };
+        if let Some(more) = file.navigation.take() {
+            navigation.get_or_insert_default().merge(more);
+        }
+        match (&log, file.observations.is_some()) {
+            (Some((first, _)), true) => Err(problem(format!(
+                "several files of observations ({first:?}, {name:?}): unpack it and name one"
+            ))),
+            (None, true) => {
+                log = Some((name, file));
+                Ok(())
+            }
+            (_, false) => Ok(()),
+        }
+    })?;
+    if let Some(navigation) = &mut navigation {
+        navigation.normalise();
+    }
+    let (kind, observations, report) = match log {
+        Some((name, mut file)) => {
+            file.report
+                .format
+                .push_str(&format!(", {name:?} in a zip archive"));
+            (file.kind, file.observations, file.report)
+        }
+        None if navigation.is_some() => {
+            let report = ReadReport {
+                format: "navigation data in a zip archive".to_owned(),
+                ..ReadReport::default()
+            };
+            (FileKind::RinexNavigation, None, report)
+        }
+        None => return Err(problem("no GNSS data in it".to_owned())),
+    };
+    Ok(GnssFile {
+        kind,
+        observations,
+        navigation,
+        report,
+    })
 }
 
 /// As [`read_gnss`], for a file that must hold observations.
@@ -191,8 +253,7 @@ fn read_kind(
             let mut lines = Lines::new(BufReader::new(reader), limits);
             Ok(precise_file(kind, read_clock_lines(&mut lines)?))
         }
-        FileKind::Ubx => Ok(ubx_file(&whole(reader, limits)?)),
-        FileKind::Rtcm3 => rtcm_file(&whole(reader, limits)?, hints),
+        FileKind::Ubx | FileKind::Rtcm3 => binary_file(kind, &whole(reader, limits)?, hints),
         found => Err(ReadError::WrongKind {
             expected: "RINEX, UBX or RTCM 3 observations or navigation data",
             found,
@@ -224,6 +285,50 @@ fn whole(reader: impl Read, limits: Limits) -> Result<Vec<u8>, ReadError> {
         });
     }
     Ok(log)
+}
+
+/// A log of UBX frames, RTCM 3 messages, or both from one port: the protocol counts that brings observations.
+fn binary_file(kind: FileKind, log: &[u8], hints: &RtcmHints) -> Result<GnssFile, ReadError> {
+    let observes = |file: &GnssFile| {
+        let observations = file.observations.as_ref();
+        observations.is_some_and(|o| !o.epochs.is_empty())
+    };
+    if kind == FileKind::Rtcm3 {
+        return rtcm_file(log, hints);
+    }
+    let ubx = ubx_file(log);
+    if observes(&ubx) {
+        return Ok(ubx);
+    }
+    let (messages, with_observations) = rtcm::counts(log);
+    if with_observations > 0 {
+        let mut file = rtcm_file(log, hints)?;
+        let frames = ubx::frame::pieces(log).filter(|p| matches!(p, ubx::frame::Piece::Frame(_)));
+        file.report.format = format!(
+            "RTCM 3 ({messages} messages) with UBX ({} frames) between",
+            frames.count()
+        );
+        if let Some(navigation) = ubx.navigation {
+            file.navigation.get_or_insert_default().merge(navigation);
+        }
+        return Ok(file);
+    }
+    let has_navigation = ubx
+        .navigation
+        .as_ref()
+        .is_some_and(|n| !n.ephemerides.is_empty());
+    let has_events = ubx
+        .observations
+        .as_ref()
+        .is_some_and(|o| !o.events.is_empty());
+    if has_navigation || has_events {
+        let mut ubx = ubx;
+        ubx.report
+            .remarks
+            .push(ReadError::NoMeasurements.to_string());
+        return Ok(ubx);
+    }
+    Err(ReadError::NoMeasurements)
 }
 
 fn rtcm_file(log: &[u8], hints: &RtcmHints) -> Result<GnssFile, ReadError> {
@@ -339,22 +444,4 @@ fn observations_of(
     };
     collector.finish(&mut data, &mut report);
     Ok((data, report))
-}
-
-/// Ends where a compressed stream is cut off, instead of failing, and notes it.
-struct LenientEnd<R> {
-    inner: R,
-    cut: Arc<AtomicBool>,
-}
-
-impl<R: Read> Read for LenientEnd<R> {
-    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
-        match self.inner.read(buffer) {
-            Err(error) if error.kind() == std::io::ErrorKind::UnexpectedEof => {
-                self.cut.store(true, Ordering::Relaxed);
-                Ok(0)
-            }
-            other => other,
-        }
-    }
 }

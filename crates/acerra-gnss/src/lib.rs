@@ -83,6 +83,7 @@ mod observations;
 mod options;
 mod orbits;
 pub mod output;
+mod packed;
 mod passes;
 pub mod pos;
 mod ppk;

@@ -1,6 +1,6 @@
 //! Recognising a file by its first bytes.
 
-use crate::input::FileKind;
+use crate::input::{BYTE_ORDER_MARK, FileKind, line_end};
 
 /// How many leading bytes [`sniff`] looks at; more are ignored.
 pub(crate) const SNIFF_BYTES: usize = 1 << 16;
@@ -76,8 +76,10 @@ pub fn sniff(head: &[u8]) -> FileKind {
 
 /// The kind named in the first line of a RINEX or CRINEX file; blank lines before it are skipped.
 fn rinex_kind(head: &[u8]) -> Option<FileKind> {
+    let head = head.strip_prefix(BYTE_ORDER_MARK).unwrap_or(head);
+    let end = line_end(head);
     let line = head
-        .split(|&b| b == b'\n')
+        .split(|&b| b == end)
         .take(5)
         .find(|line| line.iter().any(|b| !b.is_ascii_whitespace()))?;
     let label = line.get(60..)?;

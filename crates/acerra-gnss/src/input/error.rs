@@ -52,6 +52,18 @@ pub enum ReadError {
          state the date on which the log was recorded"
     )]
     NoDate,
+    /// A UBX log without raw measurements.
+    #[error(
+        "UBX without raw measurements: the receiver must be told to send UBX-RXM-RAWX (and UBX-RXM-SFRBX for the \
+         ephemerides), which some modules cannot"
+    )]
+    NoMeasurements,
+    /// A zip archive that cannot be used.
+    #[error("zip archive: {problem}")]
+    Archive {
+        /// What is wrong with it.
+        problem: String,
+    },
     /// A limit was reached; see [`super::Limits`].
     #[error("{what} exceeds the limit of {limit} bytes")]
     Limit {

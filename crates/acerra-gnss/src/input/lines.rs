@@ -27,7 +27,8 @@ pub trait LineSource {
 }
 
 /// [`LineSource`] over a buffered reader. Line feeds end lines; a carriage return before one, and
-/// a Ctrl-Z at the end of a file, are dropped.
+/// a Ctrl-Z at the end of a file, are dropped. Carriage returns end them where there is no line feed; a byte order
+/// mark before the first line is dropped.
 #[derive(Debug)]
 pub struct Lines<R> {
     reader: R,
@@ -36,7 +37,21 @@ pub struct Lines<R> {
     number: u64,
     terminated: bool,
     bytes: u64,
+    /// The byte that ends lines, once it is known.
+    end: Option<u8>,
 }
+
+/// The byte that ends lines of a text that begins like this: carriage returns, as old Macintosh programs wrote them, where
+/// there is no line feed.
+pub(crate) fn line_end(start: &[u8]) -> u8 {
+    match start.iter().find(|b| matches!(b, b'\n' | b'\r')) {
+        Some(b'\r') if !start.contains(&b'\n') => b'\r',
+        _ => b'\n',
+    }
+}
+
+/// The mark of UTF-8, which some editors put before a text.
+pub(crate) const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 
 impl<R: BufRead> Lines<R> {
     /// Lines of `reader` within `limits`.
@@ -48,6 +63,7 @@ impl<R: BufRead> Lines<R> {
             number: 0,
             terminated: true,
             bytes: 0,
+            end: None,
         }
     }
 }
@@ -56,16 +72,23 @@ impl<R: BufRead> LineSource for Lines<R> {
     fn advance(&mut self) -> Result<bool, ReadError> {
         self.buffer.clear();
         let most = self.limits.max_line_bytes as u64 + 1;
+        let end = match self.end {
+            Some(end) => end,
+            None => {
+                let end = line_end(self.reader.fill_buf()?);
+                *self.end.insert(end)
+            }
+        };
         let taken = self
             .reader
             .by_ref()
             .take(most)
-            .read_until(b'\n', &mut self.buffer)?;
+            .read_until(end, &mut self.buffer)?;
         if taken == 0 {
             return Ok(false);
         }
         self.bytes += taken as u64;
-        self.terminated = self.buffer.last() == Some(&b'\n');
+        self.terminated = self.buffer.last() == Some(&end);
         if !self.terminated && taken as u64 == most {
             return Err(ReadError::Limit {
                 what: "a line",
@@ -85,6 +108,9 @@ impl<R: BufRead> LineSource for Lines<R> {
             self.buffer.pop();
         }
         self.number += 1;
+        if self.number == 1 && self.buffer.starts_with(BYTE_ORDER_MARK) {
+            self.buffer.drain(..BYTE_ORDER_MARK.len());
+        }
         // A lone Ctrl-Z (CP/M's end of file) is no line.
         if !self.terminated && self.buffer.is_empty() {
             return Ok(false);
@@ -130,6 +156,9 @@ mod tests {
             ]
         );
         assert_eq!(all(b"a\n\x1a", Limits::default()).unwrap().len(), 1);
+        let old = all(b"\xef\xbb\xbfa\r\rbc\r", Limits::default()).unwrap();
+        let texts: Vec<&[u8]> = old.iter().map(|(_, text, _)| text.as_slice()).collect();
+        assert_eq!(texts, [&b"a"[..], b"", b"bc"]);
     }
 
     #[test]

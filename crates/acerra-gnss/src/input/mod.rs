@@ -12,6 +12,7 @@ pub use crate::sniff::sniff;
 pub use error::ReadError;
 pub use kind::FileKind;
 pub use limits::Limits;
+pub(crate) use lines::{BYTE_ORDER_MARK, line_end};
 pub use lines::{LineSource, Lines};
 pub use report::{DropReason, Dropped, Place, ReadReport};
 pub use unix_compress::UnixCompressed;

@@ -97,10 +97,13 @@ const CRC24Q: [u32; 256] = {
 
 /// CRC-24Q (polynomial 0x1864CFB) of whole bytes.
 pub(crate) fn crc24q(bytes: &[u8]) -> u32 {
-    bytes.iter().fold(0, |crc, &byte| {
-        let index = (crc >> 16) as u8 ^ byte;
-        crc << 8 & 0xFF_FFFF ^ CRC24Q[usize::from(index)]
-    })
+    bytes.iter().fold(0, |crc, &byte| crc24q_step(crc, byte))
+}
+
+/// One more byte.
+pub(crate) fn crc24q_step(crc: u32, byte: u8) -> u32 {
+    let index = (crc >> 16) as u8 ^ byte;
+    crc << 8 & 0xFF_FFFF ^ CRC24Q[usize::from(index)]
 }
 
 /// Reads bit fields one after another from whole bytes, most significant bit first; `None` past

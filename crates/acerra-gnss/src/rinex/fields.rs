@@ -17,15 +17,32 @@ pub(crate) fn text(line: &[u8], start: usize, width: usize) -> String {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct NotANumber;
 
-/// A real number with exponent letter E or D; `None` where the field is blank.
+/// A real number with exponent letter E or D, or without one before the sign of a three-digit exponent, as Fortran writes
+/// it; `None` where the field is blank.
 pub(crate) fn real(field: &[u8]) -> Result<Option<f64>, NotANumber> {
     let field = field.trim_ascii();
     if field.is_empty() {
         return Ok(None);
     }
     let mut copy = [0_u8; 40];
-    let copy = copy.get_mut(..field.len()).ok_or(NotANumber)?;
-    for (to, &from) in copy.iter_mut().zip(field) {
+    if field.len() >= copy.len() {
+        return Err(NotANumber);
+    }
+    let mut length = 0_usize;
+    let mut has_letter = false;
+    for &from in field {
+        has_letter |= from.is_ascii_alphabetic();
+        let before = length.checked_sub(1).map(|at| copy[at]);
+        if matches!(from, b'+' | b'-')
+            && !has_letter
+            && before.is_some_and(|b| b.is_ascii_digit() || b == b'.')
+        {
+            copy[length] = b'e';
+            length += 1;
+            has_letter = true;
+        }
+        let to = copy.get_mut(length).ok_or(NotANumber)?;
+        length += 1;
         *to = match from {
             b'D' | b'd' | b'E' | b'e' => b'e',
             b'0'..=b'9' | b'+' | b'-' | b'.' => from,
@@ -33,7 +50,7 @@ pub(crate) fn real(field: &[u8]) -> Result<Option<f64>, NotANumber> {
             _ => return Err(NotANumber),
         };
     }
-    let value: f64 = std::str::from_utf8(copy)
+    let value: f64 = std::str::from_utf8(&copy[..length])
         .ok()
         .and_then(|s| s.parse().ok())
         .ok_or(NotANumber)?;
@@ -76,6 +93,13 @@ mod tests {
     fn numbers_of_fortran_and_others() {
         assert_eq!(real(b" .146791804582D-03 "), Ok(Some(0.146_791_804_582e-3)));
         assert_eq!(real(b"-5.2E+01"), Ok(Some(-52.0)));
+        // Fortran drops the letter before three digits of an exponent.
+        assert_eq!(
+            real(b" 0.499063314480-269"),
+            Ok(Some(0.499_063_314_480e-269))
+        );
+        assert_eq!(real(b"-0.5+001"), Ok(Some(-5.0)));
+        assert_eq!(real(b"0.5-315-1"), Err(NotANumber));
         assert_eq!(real(b"   "), Ok(None));
         for bad in ["nan", "inf", "1 2", "--1", "1e999", "12:3"] {
             assert_eq!(real(bad.as_bytes()), Err(NotANumber), "{bad}");

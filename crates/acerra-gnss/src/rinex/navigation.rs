@@ -19,6 +19,9 @@ const VERSION_2: Layout = Layout {
     time: (3, 19),
     values: (22, 3),
 };
+/// Values of a record from here on are spare.
+const FIRST_SPARE: usize = 29;
+
 const VERSION_3: Layout = Layout {
     time: (4, 19),
     values: (23, 4),
@@ -247,14 +250,15 @@ impl Reader {
         if record.lines.len() < needed {
             return Err(DropReason::CutOff);
         }
-        let toc = calendar(column(first, self.layout.time.0, self.layout.time.1))
+        let layout = self.layout_of(first);
+        let toc = calendar(column(first, layout.time.0, layout.time.1))
             .ok_or(DropReason::UnreadableNavigationRecord)?;
         let mut values = Vec::with_capacity(4 * needed);
         for (i, line) in record.lines[..needed].iter().enumerate() {
             let (start, count) = if i == 0 {
-                (self.layout.values.0, 3)
+                (layout.values.0, 3)
             } else {
-                (self.layout.values.1, 4)
+                (layout.values.1, 4)
             };
             // A file that ends inside a number would yield a wrong one.
             let over = line.len().saturating_sub(start) % 19;
@@ -263,8 +267,13 @@ impl Reader {
             }
             for k in 0..count {
                 let field = column(line, start + 19 * k, 19);
-                let value = real(field).map_err(|_| DropReason::UnreadableNavigationRecord)?;
-                values.push(value.unwrap_or(f64::NAN));
+                let value = match real(field) {
+                    Ok(value) => value.unwrap_or(f64::NAN),
+                    // Nothing is read of the spare fields at the end.
+                    Err(_) if values.len() >= FIRST_SPARE => f64::NAN,
+                    Err(_) => return Err(DropReason::UnreadableNavigationRecord),
+                };
+                values.push(value);
             }
         }
         NavigationRecord {
@@ -276,8 +285,17 @@ impl Reader {
         .ok_or(DropReason::UnreadableNavigationRecord)
     }
 
+    /// Version 2.12 writes satellites of QZSS and Galileo with their letter, and columns as version 3 has them.
+    fn layout_of(&self, line: &[u8]) -> Layout {
+        if line.first().is_some_and(u8::is_ascii_alphabetic) {
+            VERSION_3
+        } else {
+            self.layout
+        }
+    }
+
     fn satellite(&self, line: &[u8]) -> Option<SatelliteId> {
-        if self.version < 300 {
+        if self.version < 300 && !line.first().is_some_and(u8::is_ascii_alphabetic) {
             let number = integer(column(line, 0, 2))?;
             return SatelliteId::new(self.system, u8::try_from(number).ok()?);
         }

@@ -1,5 +1,6 @@
 //! The transport layer: preamble, ten bits of length, payload, CRC-24Q (RTCM 10403.3, section 4).
 
+use super::window::CrcWindow;
 use crate::orbits::bits::{BitCursor, crc24q};
 
 const PREAMBLE: u8 = 0xD3;
@@ -57,7 +58,11 @@ pub enum Piece<'a> {
 /// assert!(matches!(found[1], Piece::Frame(f) if f.number == 1005 && f.offset == 5));
 /// ```
 pub fn pieces(log: &[u8]) -> Pieces<'_> {
-    Pieces { log, at: 0 }
+    Pieces {
+        log,
+        at: 0,
+        window: CrcWindow::default(),
+    }
 }
 
 /// Iterator over the pieces of a log; see [`pieces`].
@@ -65,6 +70,40 @@ pub fn pieces(log: &[u8]) -> Pieces<'_> {
 pub struct Pieces<'a> {
     log: &'a [u8],
     at: usize,
+    window: CrcWindow,
+}
+
+impl<'a> Pieces<'a> {
+    /// The whole message that begins there.
+    fn whole_frame(&mut self, offset: usize) -> Option<Frame<'a>> {
+        let length = payload_length(self.log.get(offset..)?)?;
+        let end = offset + HEADER_BYTES + length;
+        let check = self.log.get(end..end + 3)?;
+        if self.window.crc(self.log, offset, end)?
+            != u32::from_be_bytes([0, check[0], check[1], check[2]])
+        {
+            return None;
+        }
+        let payload = &self.log[offset + HEADER_BYTES..end];
+        let number = BitCursor::new(payload).unsigned(12).unwrap_or(0);
+        Some(Frame {
+            number: u16::try_from(number).unwrap_or(0),
+            payload,
+            offset,
+        })
+    }
+
+    /// Where the first whole message from `at` on begins.
+    fn first_valid_at(&mut self, mut at: usize) -> Option<usize> {
+        while let Some(found) = self.log.get(at..)?.iter().position(|&b| b == PREAMBLE) {
+            at += found;
+            if self.whole_frame(at).is_some() {
+                return Some(at);
+            }
+            at += 1;
+        }
+        None
+    }
 }
 
 impl<'a> Iterator for Pieces<'a> {
@@ -73,12 +112,12 @@ impl<'a> Iterator for Pieces<'a> {
     fn next(&mut self) -> Option<Piece<'a>> {
         let from = self.at;
         let rest = self.log.get(from..).filter(|rest| !rest.is_empty())?;
-        if let Some(frame) = whole_frame(rest, from) {
+        if let Some(frame) = self.whole_frame(from) {
             self.at = from + frame.payload.len() + OVERHEAD_BYTES;
             return Some(Piece::Frame(frame));
         }
-        let next = 1 + first_valid_at(&rest[1..]).unwrap_or(rest.len() - 1);
-        self.at = from + next;
+        self.at = self.first_valid_at(from + 1).unwrap_or(self.log.len());
+        let next = self.at - from;
         let ends_the_log = self.at == self.log.len();
         Some(match payload_length(rest) {
             Some(length) if ends_the_log && length + OVERHEAD_BYTES > rest.len() => {
@@ -104,36 +143,6 @@ fn payload_length(bytes: &[u8]) -> Option<usize> {
         }
         _ => None,
     }
-}
-
-fn whole_frame(bytes: &[u8], offset: usize) -> Option<Frame<'_>> {
-    let length = payload_length(bytes)?;
-    let whole = bytes.get(..length + OVERHEAD_BYTES)?;
-    let (covered, check) = whole.split_at(HEADER_BYTES + length);
-    let [a, b, c] = *check else { return None };
-    if crc24q(covered) != u32::from_be_bytes([0, a, b, c]) {
-        return None;
-    }
-    let payload = &covered[HEADER_BYTES..];
-    let number = BitCursor::new(payload).unsigned(12).unwrap_or(0);
-    Some(Frame {
-        number: u16::try_from(number).unwrap_or(0),
-        payload,
-        offset,
-    })
-}
-
-/// Where the first whole message in `bytes` begins.
-fn first_valid_at(bytes: &[u8]) -> Option<usize> {
-    let mut at = 0;
-    while let Some(found) = bytes.get(at..)?.iter().position(|&b| b == PREAMBLE) {
-        at += found;
-        if whole_frame(&bytes[at..], at).is_some() {
-            return Some(at);
-        }
-        at += 1;
-    }
-    None
 }
 
 /// Whether any whole message with a number that RTCM 3 uses is in `bytes`.

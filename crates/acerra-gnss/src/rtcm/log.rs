@@ -32,6 +32,9 @@ const PHASE_MODULUS_CYCLES: f64 = 1500.0;
 pub struct RtcmHints {
     /// Any time within half a week of the log's beginning.
     pub near: Option<GpsTime>,
+    /// A time before which the log was recorded, such as the date of its file: settles which of the weeks 1024 apart ten
+    /// bits of the week mean.
+    pub not_after: Option<GpsTime>,
     /// GLONASS frequency channels by satellite number. Those that the log states go before them.
     pub glonass_channels: BTreeMap<u8, i8>,
 }
@@ -57,7 +60,7 @@ pub struct RtcmLog {
 /// Reads an RTCM 3 log. The date is never taken from the computer's clock: a log without one, and
 /// without a hint, yields no epochs and [`RtcmLog::date`] `None`.
 pub fn read_rtcm(log: &[u8], hints: &RtcmHints) -> RtcmLog {
-    let date = date_of(log, hints.near);
+    let date = date_of(log, hints.near, hints.not_after);
     let mut out = RtcmLog {
         date: date.map(|(_, source)| source),
         glonass_channels: hints.glonass_channels.clone(),
@@ -92,6 +95,17 @@ pub fn read_rtcm(log: &[u8], hints: &RtcmHints) -> RtcmLog {
         reader.piece(piece);
     }
     reader.finish()
+}
+
+/// Whole messages of a log, and those of them that hold observations.
+pub(crate) fn counts(log: &[u8]) -> (usize, usize) {
+    let numbers = pieces(log).filter_map(|piece| match piece {
+        Piece::Frame(frame) => Some(frame.number),
+        _ => None,
+    });
+    numbers.fold((0, 0), |(all, observing), number| {
+        (all + 1, observing + usize::from(holds_observations(number)))
+    })
 }
 
 /// The observations of a message, if it holds any that are read.
@@ -360,13 +374,19 @@ impl Reader {
             ));
         }
         out.navigation.normalise();
-        if out.date == Some(DateSource::TenBits)
-            && let Some((_, first)) = out.epochs.first()
+        if matches!(
+            out.date,
+            Some(DateSource::TenBits | DateSource::TenBitsAndFile)
+        ) && let Some((_, first)) = out.epochs.first()
         {
             out.report.remarks.push(format!(
-                "the log gives ten bits of the week only: taken as week {} ({})",
+                "the log gives ten bits of the week only: taken as week {} ({}), {}",
                 first.time.week(),
-                first.time.format_calendar(0)
+                first.time.format_calendar(0),
+                match out.date {
+                    Some(DateSource::TenBitsAndFile) => "the last one before the file was written",
+                    _ => "one since April 2019",
+                }
             ));
         }
         out.report.remarks.extend(missing_epochs(&out.epochs));

@@ -21,6 +21,8 @@ mod msm;
 mod signals;
 mod station;
 mod time;
+mod window;
 
+pub(crate) use log::counts;
 pub use log::{RtcmHints, RtcmLog, read_rtcm};
 pub use time::DateSource;

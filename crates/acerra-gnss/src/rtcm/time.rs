@@ -23,6 +23,8 @@ pub enum DateSource {
     Ephemerides,
     /// The ten-bit week of GPS or QZSS ephemerides, completed by the time stated.
     TenBitsAndStated,
+    /// The ten-bit week of GPS or QZSS ephemerides, the latest one before the log's file was written.
+    TenBitsAndFile,
     /// The ten-bit week of GPS or QZSS ephemerides alone: one of 1024 weeks since April 2019.
     TenBits,
     /// The time stated by the caller.
@@ -31,7 +33,11 @@ pub enum DateSource {
 
 /// A time near a log's observations (within a few days), and where it comes from. `stated` is any
 /// time within half a week of the log; what the log says itself goes before it.
-pub(super) fn date_of(log: &[u8], stated: Option<GpsTime>) -> Option<(GpsTime, DateSource)> {
+pub(super) fn date_of(
+    log: &[u8],
+    stated: Option<GpsTime>,
+    not_after: Option<GpsTime>,
+) -> Option<(GpsTime, DateSource)> {
     let frames = || {
         pieces(log).filter_map(|piece| match piece {
             Piece::Frame(frame) => Some(frame),
@@ -48,13 +54,14 @@ pub(super) fn date_of(log: &[u8], stated: Option<GpsTime>) -> Option<(GpsTime, D
     if let Some(date) = median(weeks.collect()) {
         return Some((date, DateSource::Ephemerides));
     }
-    let since = stated.map_or(FIRST_WEEK_OF_TEN_BITS, |t| t.week() - 512);
+    // Of the weeks 1024 apart: the one about the time stated; else the last before the file was written.
+    let (since, source) = match (stated, not_after) {
+        (Some(t), _) => (t.week() - 512, DateSource::TenBitsAndStated),
+        (None, Some(t)) => (t.week() - 1023, DateSource::TenBitsAndFile),
+        (None, None) => (FIRST_WEEK_OF_TEN_BITS, DateSource::TenBits),
+    };
     let weeks = frames().filter_map(|f| ten_bit_date(f.number, f.payload, since));
     if let Some(date) = median(weeks.collect()) {
-        let source = match stated {
-            Some(_) => DateSource::TenBitsAndStated,
-            None => DateSource::TenBits,
-        };
         return Some((date, source));
     }
     stated.map(|t| (t, DateSource::Stated))

@@ -1,5 +1,7 @@
 //! UBX frames: `B5 62`, class, identifier, length, payload, two checksum bytes.
 
+use super::window::SumWindow;
+
 /// Longest payload taken for real; a larger length field is noise.
 pub const MAX_PAYLOAD_BYTES: usize = 16_376;
 
@@ -56,6 +58,7 @@ pub fn pieces(log: &[u8]) -> Pieces<'_> {
         log,
         at: 0,
         resumed: false,
+        window: SumWindow::default(),
     }
 }
 
@@ -66,6 +69,7 @@ pub struct Pieces<'a> {
     at: usize,
     /// The two bytes at `at` begin a frame already reported as bad: they are passed over.
     resumed: bool,
+    window: SumWindow,
 }
 
 /// The 8-bit Fletcher checksum over class, identifier, length and payload.
@@ -140,8 +144,14 @@ impl<'a> Iterator for Pieces<'a> {
             self.at = self.log.len();
             return Some(Piece::CutOff { offset: from });
         };
-        let (covered, check) = frame[2..].split_at(length + 4);
-        if checksum(covered) != check {
+        let end = from + 6 + length;
+        if self
+            .window
+            .checksum(self.log, from + 2, end)
+            .as_ref()
+            .map(<[u8; 2]>::as_slice)
+            != self.log.get(end..end + 2)
+        {
             self.resumed = true;
             return Some(Piece::BadChecksum { offset: from });
         }
@@ -157,10 +167,11 @@ impl<'a> Iterator for Pieces<'a> {
 
 /// Whether any whole frame with a right checksum is in `bytes`.
 pub(crate) fn first_valid(bytes: &[u8]) -> bool {
+    let mut window = SumWindow::default();
     let mut at = 0;
     while let Some(found) = bytes[at..].windows(2).position(|w| w == [0xB5, 0x62]) {
         at += found;
-        if begins_frame(&bytes[at..]) {
+        if begins_frame(bytes, at, &mut window) {
             return true;
         }
         at += 2;
@@ -168,16 +179,18 @@ pub(crate) fn first_valid(bytes: &[u8]) -> bool {
     false
 }
 
-/// Whether a whole frame with a right checksum is at the beginning of `bytes`.
-fn begins_frame(bytes: &[u8]) -> bool {
-    let [_, _, _, _, low, high, ..] = bytes else {
+/// Whether a whole frame with a right checksum begins there.
+fn begins_frame(bytes: &[u8], at: usize, window: &mut SumWindow) -> bool {
+    let [_, _, _, _, low, high, ..] = bytes[at..] else {
         return false;
     };
-    let length = usize::from(u16::from_le_bytes([*low, *high]));
+    let length = usize::from(u16::from_le_bytes([low, high]));
+    let end = at + 6 + length;
     length <= MAX_PAYLOAD_BYTES
-        && bytes.get(..length + OVERHEAD_BYTES).is_some_and(|frame| {
-            let (covered, check) = frame[2..].split_at(length + 4);
-            checksum(covered) == check
+        && bytes.get(end..end + 2).is_some_and(|check| {
+            window
+                .checksum(bytes, at + 2, end)
+                .is_some_and(|found| found == check)
         })
 }
 

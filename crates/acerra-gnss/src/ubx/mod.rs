@@ -11,6 +11,7 @@ mod lnav;
 mod log;
 mod measurement;
 mod position;
+mod window;
 
 use crate::observations::observation::{EventKind, EventRecord};
 

@@ -12,6 +12,7 @@ mod antex;
 mod conf;
 mod crinex;
 mod mutations;
+mod packed;
 mod pos_files;
 mod precise;
 mod rinex_columns;

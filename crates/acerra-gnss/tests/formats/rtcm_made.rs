@@ -645,6 +645,40 @@ fn ten_bits_of_the_week() {
     assert_eq!(found.date, Some(DateSource::TenBitsAndStated));
     assert_eq!(found.epochs[0].1.time.week(), 1238);
     assert_eq!(found.report.remarks, [""; 0]);
+    // A file written in 2018 holds no log of 2023: week 2262 less 1024.
+    let file = RtcmHints {
+        not_after: Some(GpsTime::from_week_tow(2022, 0.0)),
+        ..RtcmHints::default()
+    };
+    let found = read_rtcm(&log, &file);
+    assert_eq!(found.date, Some(DateSource::TenBitsAndFile));
+    assert_eq!(found.epochs[0].1.time.week(), 1238);
+    assert!(found.report.remarks[0].contains("before the file was written"));
+}
+
+/// Receivers send UBX and RTCM 3 on one port: the observations count, and both are told.
+#[test]
+fn rtcm_with_ubx_frames_between() {
+    let frame = acerra_gnss::ubx::frame::encode(0x01, 0x07, &[0; 92]).unwrap();
+    let mut log = message(&gps_1019());
+    for k in 0..5 {
+        log.extend(&frame);
+        log.extend(msm(1075, 388_000_000 + 1000 * k, 0, 12));
+    }
+    assert_eq!(sniff(&log), FileKind::Ubx);
+    let hints = RtcmHints {
+        near: Some(GpsTime::from_week_tow(2262, 388_000.0)),
+        ..hints()
+    };
+    let file = acerra_gnss::read_gnss_near(&log[..], Limits::default(), &hints).unwrap();
+    assert_eq!(file.kind, FileKind::Rtcm3);
+    assert_eq!(file.observations.unwrap().epochs.len(), 5);
+    assert_eq!(file.report.format, "RTCM 3 (6 messages) with UBX (5 frames) between");
+    assert_eq!(file.navigation.unwrap().ephemerides.len(), 1);
+    // Without any measurements the configuration that lacks is named.
+    let error = read_gnss(&frame[..], Limits::default()).unwrap_err();
+    assert!(matches!(error, ReadError::NoMeasurements));
+    assert!(error.to_string().contains("UBX-RXM-RAWX"), "{error}");
 }
 
 #[test]
