@@ -19,13 +19,48 @@ fn navigation(kind: &str, satellite: &str, blanks: &str, spare: &str) -> String 
         "     2.12", "RINEX VERSION / TYPE", ""
     );
     let rows = [
-        [" 0.160000000000D+02", "-0.343750000000D+02", " 0.477555606394D-08", "-0.712852183121D+00"],
-        ["-0.175461173058D-05", " 0.135910103563D-02", " 0.710599124432D-05", " 0.515370994186D+04"],
-        [" 0.259200000000D+06", " 0.204890966415D-07", " 0.229351786584D+01", " 0.149011611938D-07"],
-        [" 0.960012929923D+00", " 0.242218750000D+03", " 0.504015801138D+00", "-0.808212236712D-08"],
-        ["-0.432160858377D-09", " 0.000000000000D+00", " 0.171200000000D+04", " 0.000000000000D+00"],
-        [" 0.200000000000D+01", " 0.000000000000D+00", " 0.838190317154D-08", " 0.160000000000D+02"],
-        [" 0.252000000000D+06", " 0.400000000000D+01", spare, " 0.664593648549-315"],
+        [
+            " 0.160000000000D+02",
+            "-0.343750000000D+02",
+            " 0.477555606394D-08",
+            "-0.712852183121D+00",
+        ],
+        [
+            "-0.175461173058D-05",
+            " 0.135910103563D-02",
+            " 0.710599124432D-05",
+            " 0.515370994186D+04",
+        ],
+        [
+            " 0.259200000000D+06",
+            " 0.204890966415D-07",
+            " 0.229351786584D+01",
+            " 0.149011611938D-07",
+        ],
+        [
+            " 0.960012929923D+00",
+            " 0.242218750000D+03",
+            " 0.504015801138D+00",
+            "-0.808212236712D-08",
+        ],
+        [
+            "-0.432160858377D-09",
+            " 0.000000000000D+00",
+            " 0.171200000000D+04",
+            " 0.000000000000D+00",
+        ],
+        [
+            " 0.200000000000D+01",
+            " 0.000000000000D+00",
+            " 0.838190317154D-08",
+            " 0.160000000000D+02",
+        ],
+        [
+            " 0.252000000000D+06",
+            " 0.400000000000D+01",
+            spare,
+            " 0.664593648549-315",
+        ],
     ];
     text += &format!(
         "{satellite} 12 10 31  0  0  0.0 0.280183739960D-03 0.170530256582D-11 0.000000000000D+00\n"
@@ -61,9 +96,19 @@ fn archives_hold_one_log_and_its_navigation_data() {
     let file = read(&whole).unwrap();
     assert_eq!(file.observations.unwrap().epochs.len(), 1);
     assert_eq!(file.navigation.unwrap().ephemerides.len(), 1);
-    assert!(file.report.format.contains("rover.26o"), "{}", file.report.format);
+    assert!(
+        file.report.format.contains("rover.26o"),
+        "{}",
+        file.report.format
+    );
     for (members, part) in [
-        (vec![("a.26o", OBSERVATIONS.as_bytes()), ("b.26o", OBSERVATIONS.as_bytes())], "several"),
+        (
+            vec![
+                ("a.26o", OBSERVATIONS.as_bytes()),
+                ("b.26o", OBSERVATIONS.as_bytes()),
+            ],
+            "several",
+        ),
         (vec![("a.png", picture)], "no GNSS data"),
     ] {
         let error = read(&archive(&members)).unwrap_err().to_string();
@@ -75,7 +120,11 @@ fn archives_hold_one_log_and_its_navigation_data() {
 /// A small file that unpacks without end is given up by the number of its bytes.
 #[test]
 fn what_unpacks_without_end_is_refused() {
-    let endless: Vec<u8> = [0xD3, 0x03, 0xFF].into_iter().cycle().take(32 << 20).collect();
+    let endless: Vec<u8> = [0xD3, 0x03, 0xFF]
+        .into_iter()
+        .cycle()
+        .take(32 << 20)
+        .collect();
     let mut gzip = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::best());
     gzip.write_all(&endless).unwrap();
     for packed in [gzip.finish().unwrap(), archive(&[("a.rtcm3", &endless)])] {
@@ -104,7 +153,11 @@ fn exponents_of_three_digits_and_satellites_with_a_letter() {
         let gps = navigation("NAVIGATION DATA", " 1", "   ", spare);
         let found = read(gps.as_bytes()).unwrap();
         let ephemerides = found.navigation.unwrap().ephemerides;
-        assert_eq!((ephemerides.len(), found.report.dropped.len()), (1, 0), "{spare}");
+        assert_eq!(
+            (ephemerides.len(), found.report.dropped.len()),
+            (1, 0),
+            "{spare}"
+        );
     }
     // Version 2.12 of QZSS: the letter, and a column more.
     let qzss = navigation("J: GNSS NAV DATA", "J01", "    ", " 0.000000000000D+00");

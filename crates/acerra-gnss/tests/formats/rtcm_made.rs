@@ -673,7 +673,10 @@ fn rtcm_with_ubx_frames_between() {
     let file = acerra_gnss::read_gnss_near(&log[..], Limits::default(), &hints).unwrap();
     assert_eq!(file.kind, FileKind::Rtcm3);
     assert_eq!(file.observations.unwrap().epochs.len(), 5);
-    assert_eq!(file.report.format, "RTCM 3 (6 messages) with UBX (5 frames) between");
+    assert_eq!(
+        file.report.format,
+        "RTCM 3 (6 messages) with UBX (5 frames) between"
+    );
     assert_eq!(file.navigation.unwrap().ephemerides.len(), 1);
     // Without any measurements the configuration that lacks is named.
     let error = read_gnss(&frame[..], Limits::default()).unwrap_err();

@@ -26,6 +26,7 @@ pub fn is_gnss(head: &[u8]) -> bool {
             | FileKind::Antex
             | FileKind::Gzip
             | FileKind::UnixCompress
+            | FileKind::Zip
     )
 }
 

@@ -61,6 +61,7 @@ const SAMPLES: &[(&str, &str)] = &[
     ("gimbal_source", "\"MNT[0]\""),
     ("ground_z_m", "0.0"),
     ("heading_deg", "90.0"),
+    ("height_datum", "\"sea\""),
     ("home_deg", "[40.9596, 14.3696]"),
     ("line_end_m", "[1.05, 0.15, 0.01]"),
     ("line_start_m", "[0.15, 0.15, 0.01]"),

@@ -4,6 +4,7 @@
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
+use acerra_geo::time::GpsTime;
 use acerra_gnss::input::{DropReason, Limits, ReadError, ReadReport};
 use acerra_gnss::rtcm::RtcmHints;
 use acerra_gnss::{
@@ -12,6 +13,16 @@ use acerra_gnss::{
 
 use super::error::PositioningError;
 use super::input::PositioningInput;
+
+/// When a file was last written: what it holds was recorded before. None where the system does not say.
+fn written(file: &File) -> Option<GpsTime> {
+    let modified = file.metadata().ok()?.modified().ok()?;
+    let since_1970 = modified.duration_since(std::time::UNIX_EPOCH).ok()?;
+    Some(GpsTime::from_unix(
+        i64::try_from(since_1970.as_secs()).ok()?,
+        0.0,
+    ))
+}
 
 /// Takes files and gathers the navigation data in them.
 #[derive(Default)]
@@ -58,7 +69,9 @@ impl Reader {
             path: path(),
             cause,
         })?;
-        read_gnss_near(file, Limits::default(), &self.hints).map_err(|cause| match cause {
+        let mut hints = self.hints.clone();
+        hints.not_after = written(&file);
+        read_gnss_near(file, Limits::default(), &hints).map_err(|cause| match cause {
             ReadError::NoDate => PositioningError::Date {
                 path: path(),
                 cause,
