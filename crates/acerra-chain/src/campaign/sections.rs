@@ -7,9 +7,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize, Serializer};
 
 use crate::choices::{
-    AntennaAxis, Background, CalibrationSource, Contradictions, Delay, Gate, GroundSurface, HeightDatum,
-    HeightSource, Heights, LookTaper, ProductFormat, Select, Sum, TimeOffset, Unfixed, Weight,
-    ZeroTiming,
+    AntennaAxis, Background, CalibrationSource, Contradictions, Delay, Gate, GroundSurface,
+    HeightDatum, HeightSource, Heights, LookTaper, ProductFormat, Select, Sum, TimeOffset, Unfixed,
+    Weight, ZeroTiming,
 };
 use crate::focus::inversion::options::{InversionSection, Method};
 use crate::prepare::Track;
