@@ -1,7 +1,7 @@
 //! Range profiles of a track, matched to the band of the pulse, and the echoes read from them.
 
 use acerra_radar::Radargram;
-use num_complex::Complex64;
+use num_complex::{Complex32, Complex64};
 use rayon::prelude::*;
 use rustfft::FftPlanner;
 
@@ -16,6 +16,9 @@ pub(super) struct Profiles {
     step_s: f64,
     samples: usize,
     envelope: Vec<f32>,
+    /// The same with their phases, mixed down by the middle of the band.
+    mixed: Vec<Complex32>,
+    middle_hz: f64,
 }
 
 /// An echo: the crest of an envelope.
@@ -30,7 +33,9 @@ pub(super) struct Crest {
 impl Profiles {
     /// The envelopes of what lies within a band (Hz).
     pub fn new(radargram: &Radargram, band_hz: [f64; 2]) -> Self {
-        let envelope = envelope_in_band(radargram, band_hz);
+        let middle_hz = 0.5 * (band_hz[0] + band_hz[1]);
+        let mixed = mixed_down(radargram, band_hz);
+        let envelope: Vec<f32> = mixed.iter().map(|z| z.norm()).collect();
         let floor = envelope
             .par_chunks_exact(radargram.samples_per_trace)
             .map(|row| median(row.iter().map(|v| f64::from(*v))).max(f64::MIN_POSITIVE))
@@ -42,11 +47,30 @@ impl Profiles {
             step_s: radargram.fast_time_step_s,
             samples: radargram.samples_per_trace,
             envelope,
+            mixed,
+            middle_hz,
         }
     }
 
     fn row(&self, trace: usize) -> &[f32] {
         &self.envelope[trace * self.samples..(trace + 1) * self.samples]
+    }
+
+    /// The analytic signal of a trace, mixed down by [`Profiles::middle_hz`], between samples by a straight
+    /// line; zero beyond the record.
+    pub fn mixed_at(&self, trace: usize, fast_time_s: f64) -> Complex32 {
+        let place = (fast_time_s - self.start_s) / self.step_s;
+        if !(place >= 0.0 && place + 1.0 < self.samples as f64) {
+            return Complex32::default();
+        }
+        let before = trace * self.samples + place as usize;
+        let part = place.fract() as f32;
+        self.mixed[before] * (1.0 - part) + self.mixed[before + 1] * part
+    }
+
+    /// The frequency by which signals are mixed down (Hz).
+    pub fn middle_hz(&self) -> f64 {
+        self.middle_hz
     }
 
     /// The envelope at the sample nearest to a fast time, in units of the floor.
@@ -124,13 +148,19 @@ fn vertex(row: &[f32], top: usize) -> (f64, f64) {
     (fraction, constant + 0.5 * (y1 / s2) * fraction)
 }
 
-/// Modulus of the analytic signal of what lies within a band, row by row; complex samples are taken
-/// as they are.
-fn envelope_in_band(radargram: &Radargram, band_hz: [f64; 2]) -> Vec<f32> {
+/// The analytic signal of what lies within a band, mixed down by its middle, row by row; the band of
+/// complex samples is taken as it is.
+fn mixed_down(radargram: &Radargram, band_hz: [f64; 2]) -> Vec<Complex32> {
     let n = radargram.samples_per_trace;
+    let middle_hz = 0.5 * (band_hz[0] + band_hz[1]);
+    let mixer: Vec<Complex64> = (0..n)
+        .map(|k| radargram.fast_time_start_s + k as f64 * radargram.fast_time_step_s)
+        .map(|t| Complex64::cis(-std::f64::consts::TAU * middle_hz * t))
+        .collect();
+    let single = |z: Complex64| Complex32::new(z.re as f32, z.im as f32);
     if radargram.samples.is_complex() {
-        let norm = |i| radargram.samples.at(i).norm() as f32;
-        return (0..radargram.samples.len()).map(norm).collect();
+        let mix = |i: usize| single(radargram.samples.at(i) * mixer[i % n]);
+        return (0..radargram.samples.len()).map(mix).collect();
     }
     let size = (n + n / 4).next_power_of_two();
     let mut planner = FftPlanner::new();
@@ -144,7 +174,7 @@ fn envelope_in_band(radargram: &Radargram, band_hz: [f64; 2]) -> Vec<f32> {
             gain * pass(k as f64 * bin_hz, band_hz)
         })
         .collect();
-    let mut out = vec![0.0_f32; radargram.samples.len()];
+    let mut out = vec![Complex32::default(); radargram.samples.len()];
     out.par_chunks_exact_mut(n)
         .enumerate()
         .for_each(|(trace, row)| {
@@ -153,9 +183,9 @@ fn envelope_in_band(radargram: &Radargram, band_hz: [f64; 2]) -> Vec<f32> {
             forward.process(&mut work);
             work.iter_mut().zip(&weight).for_each(|(z, w)| *z *= w);
             inverse.process(&mut work);
-            row.iter_mut()
-                .zip(&work)
-                .for_each(|(e, z)| *e = z.norm() as f32);
+            for ((out, z), mixer) in row.iter_mut().zip(&work).zip(&mixer) {
+                *out = single(z * mixer);
+            }
         });
     out
 }

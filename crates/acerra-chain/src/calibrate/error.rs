@@ -49,36 +49,44 @@ pub enum CalibrateError {
         /// The band (GHz).
         found_ghz: [f64; 2],
     },
-    /// Nothing in the traces follows the reflectors.
+    /// Nothing is in focus at the reflectors.
     #[error(
-        "no echo follows the reflectors: the best of all delays from {delay_ns:?} ns and offsets \
-         within {offset_s} s stands {contrast:.1} deviations above the others, at least \
-         {needed:.1} are needed; check the places of the reflectors and [trajectory] time_offset_s"
+        "no echo follows the reflectors: of all delays from {delay_ns:?} ns and offsets within {offset_s} s \
+         the one that focuses them best is {contrast_db:.1} dB above the median, at least {needed_db:.1} dB \
+         are needed; check the places of the reflectors and [trajectory] time_offset_s"
     )]
     NoEcho {
         /// Delays tried (ns).
         delay_ns: [f64; 2],
         /// Offsets tried about the campaign's (s).
         offset_s: f64,
-        /// Height of the best above the median of all, in deviations.
-        contrast: f64,
-        /// Height needed.
-        needed: f64,
+        /// Level of the best above the median of all (dB).
+        contrast_db: f64,
+        /// Level needed (dB).
+        needed_db: f64,
     },
-    /// Two delays or offsets explain the traces equally well.
+    /// Several delays or offsets focus the reflectors equally well.
     #[error(
-        "two solutions remain: delay {:.2} ns with the offset {:+.3} s from the campaign's, and \
-         delay {:.2} ns with {:+.3} s, whose stack reaches {share:.0} % of the best; state \
-         [radar] delay_ns, or add a reflector",
-        best[0] * 1e9, best[1], second[0] * 1e9, second[1]
+        "{} solutions remain, each of which explains the echoes:{}\nstate [radar] delay_ns or [trajectory] \
+         time_offset_s, or add a reflector",
+        solutions.len(),
+        solutions.iter().map(ToString::to_string).collect::<String>()
     )]
     Ambiguous {
-        /// Delay and change of offset of the best (s).
-        best: [f64; 2],
-        /// The same of the second-best (s).
-        second: [f64; 2],
-        /// Stack of the second over that of the best (percent).
-        share: f64,
+        /// The solutions, best first.
+        solutions: Vec<Solution>,
+    },
+    /// The reflectors are in focus where range zero lies before anything is transmitted.
+    #[error(
+        "the reflectors are in focus at the delay {delay_ns:.2} ns and the offset {offset_s:+.3} s from the \
+         campaign's alone, which puts range zero before the radar's own time zero: another echo is taken for \
+         theirs; check the places of the reflectors and [trajectory] time_offset_s"
+    )]
+    BeforeZero {
+        /// The delay (ns).
+        delay_ns: f64,
+        /// Change of the offset from the campaign's (s).
+        offset_s: f64,
     },
     /// Too few echoes were found at the place predicted.
     #[error(
@@ -117,4 +125,25 @@ pub enum CalibrateError {
         /// Contrast needed (dB).
         needed_db: f64,
     },
+}
+
+/// One of several settings that explain the echoes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Solution {
+    /// Fast time at which range is zero (ns).
+    pub delay_ns: f64,
+    /// Change of the clock offset from the campaign's (s).
+    pub offset_s: f64,
+    /// Its level below that of the best (dB).
+    pub below_db: f64,
+}
+
+impl std::fmt::Display for Solution {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(
+            f,
+            "\n  delay {:.2} ns with the offset {:+.3} s from the campaign's, {:.1} dB below the best",
+            self.delay_ns, self.offset_s, self.below_db
+        )
+    }
 }

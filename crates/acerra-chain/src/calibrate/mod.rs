@@ -2,8 +2,9 @@
 //! range scale, estimated jointly from one or more flights or from a radar at rest.
 //!
 //! 1. Range profiles are matched to the band of the pulse (`echo`).
-//! 2. The stack of all reflectors' envelopes over delays and offsets says where to start (`search`).
-//! 3. In each trace the crest near the predicted range is an observation (`track`).
+//! 2. Delay and offset at which the reflectors are in focus (`focus`) are where to start (`search`).
+//! 3. In each trace the crest near the predicted range is an observation (`track`); where single traces do
+//!    not show the reflectors, in each coherent sum of some (`stretch_echoes`).
 //! 4. Gauss-Newton estimates the unknowns (`adjust`), beside the positions' slow errors (`drift`).
 //!    The noise comes from the residuals; outliers are left out.
 //! 5. What the geometry does not tell is held at the campaign's value and named (`observe`).
@@ -15,6 +16,7 @@ mod adjust;
 mod drift;
 mod echo;
 mod error;
+mod focus;
 mod knots;
 mod model;
 mod observe;
@@ -25,6 +27,7 @@ mod rest;
 mod result;
 mod rounds;
 mod search;
+mod stretch_echoes;
 mod surface;
 mod track;
 
@@ -36,7 +39,7 @@ use crate::control::Control;
 use crate::scene::Scene;
 use crate::warnings::Warnings;
 
-pub use error::CalibrateError;
+pub use error::{CalibrateError, Solution};
 pub use observe::SingularDirection;
 pub use parameter::{Parameter, Values};
 pub use points::{PointsError, SurveyedPoint, read_points};
@@ -104,11 +107,12 @@ pub fn calibrate(
         lever_arm_m: options.lever_arm_m,
         time_offset_s: tracks.iter().map(|track| track.time_offset_s).collect(),
     };
-    let survey = Survey {
+    let mut survey = Survey {
         setting,
         tracks: &tracks,
         campaign: &campaign,
         correlation_s: options.position_correlation_s,
+        summed: Vec::new(),
     };
     let mut round = survey.start(control)?;
     for half_width_s in WINDOWS_S {

@@ -4,7 +4,9 @@ use super::adjust::{Adjusted, Adjustment};
 use super::error::CalibrateError;
 use super::observe;
 use super::parameter::{Parameter, Values};
+use super::model::predict;
 use super::search;
+use super::stretch_echoes::stretch_echoes;
 use super::track::{Echo, Setting, TrackEchoes};
 use crate::control::Control;
 
@@ -18,6 +20,8 @@ pub(super) struct Survey<'a> {
     pub tracks: &'a [TrackEchoes],
     pub campaign: &'a Values,
     pub correlation_s: f64,
+    /// Echoes of each track by coherent sums, where its single traces do not show them.
+    pub summed: Vec<Option<Vec<Echo>>>,
 }
 
 /// Echoes and what was made of them.
@@ -28,19 +32,41 @@ pub(super) struct Round {
 }
 
 impl Survey<'_> {
-    /// A first adjustment of delay and offsets, from the highest stacks.
-    pub fn start(&self, control: &Control<'_>) -> Result<Round, CalibrateError> {
+    /// A first adjustment of delay and offsets, from where each track's reflectors are in focus.
+    pub fn start(&mut self, control: &Control<'_>) -> Result<Round, CalibrateError> {
         let mut values = self.campaign.clone();
-        let mut best_contrast = 0.0;
+        let mut best_db = 0.0;
+        self.summed.clear();
         for (number, track) in self.tracks.iter().enumerate() {
             let found = search::search(&self.setting, track, number, self.campaign, control)?;
             values.time_offset_s[number] = found.offset_s;
-            if found.contrast > best_contrast {
-                best_contrast = found.contrast;
+            if found.contrast_db > best_db {
+                best_db = found.contrast_db;
                 values.delay_s = found.delay_s;
             }
+            let summed = stretch_echoes(&self.setting, track, number, self.campaign, &found);
+            self.summed.push(summed);
         }
         self.round(&values, WINDOWS_S[0], true)
+    }
+
+    /// The echoes of a track within `half_width_s` of where the model puts them.
+    fn echoes(&self, number: usize, values: &Values, half_width_s: f64) -> Vec<Echo> {
+        let track = &self.tracks[number];
+        let Some(Some(summed)) = self.summed.get(number) else {
+            return track.echoes(&self.setting, number, values, half_width_s);
+        };
+        let sampler = track.path.sampler();
+        let c = self.setting.light_speed_m_s;
+        let is_near = |echo: &&Echo| {
+            let pose = sampler.at(echo.time_s, values.time_offset_s[number]);
+            let place_m = self.setting.reflector_m[echo.reflector];
+            pose.is_some_and(|pose| {
+                let expected_m = predict(values, &pose, place_m, c).range_m;
+                (echo.range_m - expected_m).abs() < 0.5 * c * half_width_s
+            })
+        };
+        summed.iter().filter(is_near).copied().collect()
     }
 
     /// Takes the echoes near where `values` put them, and adjusts. At first only delay and offsets.
@@ -50,11 +76,8 @@ impl Survey<'_> {
         half_width_s: f64,
         first: bool,
     ) -> Result<Round, CalibrateError> {
-        let echoes: Vec<Echo> = self
-            .tracks
-            .iter()
-            .enumerate()
-            .flat_map(|(number, track)| track.echoes(&self.setting, number, values, half_width_s))
+        let echoes: Vec<Echo> = (0..self.tracks.len())
+            .flat_map(|number| self.echoes(number, values, half_width_s))
             .collect();
         let samplers: Vec<_> = self.tracks.iter().map(|t| t.path.sampler()).collect();
         let adjustment =

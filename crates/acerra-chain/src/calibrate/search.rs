@@ -1,38 +1,47 @@
-//! Where the adjustment starts: delay and clock offset at which the stack of all reflectors' echoes
-//! is highest.
+//! Where the adjustment starts: delay and clock offset at which the surveyed reflectors are in focus.
 
-use super::echo::{Profiles, median};
-use super::error::CalibrateError;
-use super::model::predict;
+use rayon::prelude::*;
+
+use super::echo::median;
+use super::error::{CalibrateError, Solution};
+use super::focus::{Focus, Placed, Stretch, stretches};
 use super::parameter::Values;
 use super::track::{Setting, TrackEchoes};
 use crate::control::Control;
 
-/// Delays tried (s): antenna cables and the radio's own, of either sign.
+/// Delays tried (s), of either sign.
 const DELAY_S: [f64; 2] = [-20e-9, 20e-9];
+/// Range zero lies after the radio's own time zero, but for how its marks are set (s).
+const ZERO_S: f64 = -1e-9;
 /// Offsets tried about the campaign's (s).
 const OFFSET_S: f64 = 1.0;
-/// Step of the delays (s): a fifth of a pulse's envelope.
-const DELAY_STEP_S: f64 = 0.12e-9;
+/// Spacing of the delays (s), as the patch about a reflector covers 2.4 ns to either side; of a platform at
+/// rest, which resolves no place, a fifth of a pulse's envelope.
+const DELAY_STEP_S: f64 = 0.45e-9;
+const DELAY_STEP_AT_REST_S: f64 = 0.12e-9;
 /// Change of range that a step of the offset may make at the highest speed (m).
-const OFFSET_STEP_M: f64 = 0.03;
-/// Traces that are stacked.
-const MOST_TRACES: usize = 100;
-/// Contrast needed, in deviations of the stacks of the whole grid. The highest of 10⁵ stacks of
-/// noise stands below 5.
-const NEEDED: f64 = 6.0;
-/// Second-best stack, as a part of the best, from which on the two cannot be told apart.
-const SECOND: f64 = 0.9;
+const OFFSET_STEP_M: f64 = 0.05;
+/// Level of the best over the median of all settings that it needs (dB): of 10⁵ patches of noise the greatest
+/// is 5 dB above their median.
+const NEEDED_DB: f64 = 7.0;
+/// How far below the best another solution must lie (dB).
+const APART_DB: f64 = 3.0;
+/// What hangs together with the best down to here is one solution with it (dB).
+const HILL_DB: f64 = 6.0;
+/// Solutions named at most.
+const MOST_SOLUTIONS: usize = 4;
 
-/// The highest stack of one track.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Coarse {
+/// The setting of one track at which its reflectors are in focus.
+#[derive(Clone, Debug)]
+pub(super) struct Start {
     /// Fast time at which range is zero (s).
     pub delay_s: f64,
     /// Clock offset (s).
     pub offset_s: f64,
-    /// Height above the median of all stacks, in deviations.
-    pub contrast: f64,
+    /// Height above the median of all settings (dB).
+    pub contrast_db: f64,
+    /// Stretches of the track, and where each is in focus.
+    pub stretches: Vec<(Stretch, Focus)>,
 }
 
 /// Finds delay and offset of a track from scratch.
@@ -42,19 +51,35 @@ pub(super) fn search(
     number: usize,
     start: &Values,
     control: &Control<'_>,
-) -> Result<Coarse, CalibrateError> {
-    let grid = Grid::new(track, start.time_offset_s[number]);
-    let mut stack = Vec::with_capacity(grid.offset_s.len() * grid.delay_s.len());
-    for &offset_s in &grid.offset_s {
-        control.check()?;
-        let delays = EchoDelays::of(setting, track, start, offset_s);
-        stack.extend(
-            grid.delay_s
-                .iter()
-                .map(|d| delays.stack(&track.profiles, *d)),
-        );
-    }
-    grid.best(&stack, start.time_offset_s[number])
+) -> Result<Start, CalibrateError> {
+    let campaign_s = start.time_offset_s[number];
+    let stretches = stretches(setting, track, start, campaign_s);
+    let grid = Grid::new(track, campaign_s);
+    let rows = grid
+        .offset_s
+        .par_iter()
+        .map(|offset_s| {
+            control.check()?;
+            let of_stretch = |stretch: &Stretch| {
+                let placed = Placed::at(stretch, setting, track, start, *offset_s, false);
+                placed.focus(setting, &track.profiles, &grid.delay_s, track.at_rest)
+            };
+            Ok(stretches.iter().map(of_stretch).collect::<Vec<_>>())
+        })
+        .collect::<Result<Vec<_>, CalibrateError>>()?;
+    let level_db = grid.levels_db(&rows, &stretches);
+    let top = grid.best(&level_db, campaign_s)?;
+    let (row, column) = (top / grid.delay_s.len(), top % grid.delay_s.len());
+    let in_focus = stretches
+        .into_iter()
+        .zip(&rows[row])
+        .map(|(stretch, focus)| (stretch, focus[column]));
+    Ok(Start {
+        delay_s: grid.delay_s[column],
+        offset_s: grid.offset_s[row],
+        contrast_db: level_db[top],
+        stretches: in_focus.collect(),
+    })
 }
 
 /// Delays and offsets tried.
@@ -66,50 +91,93 @@ struct Grid {
 impl Grid {
     fn new(track: &TrackEchoes, offset_s: f64) -> Self {
         let speed_m_s = track.top_speed_m_s(offset_s);
-        let step_s = (OFFSET_STEP_M / speed_m_s.max(1e-9)).clamp(0.005, 0.05);
-        // At rest every offset says the same.
-        let around = if track.at_rest {
-            vec![0.0]
+        let step_s = (OFFSET_STEP_M / speed_m_s.max(1e-9)).clamp(0.01, 0.1);
+        // At rest every offset is as good as another.
+        let (around, delay_step_s) = if track.at_rest {
+            (vec![0.0], DELAY_STEP_AT_REST_S)
         } else {
-            steps([-OFFSET_S, OFFSET_S], step_s)
+            (steps([-OFFSET_S, OFFSET_S], step_s), DELAY_STEP_S)
         };
         Self {
-            delay_s: steps(DELAY_S, DELAY_STEP_S),
+            delay_s: steps(DELAY_S, delay_step_s),
             offset_s: around.into_iter().map(|d| offset_s + d).collect(),
         }
     }
 
-    /// The highest stack, where it stands out and nothing apart from it comes near.
-    fn best(&self, stack: &[f64], campaign_s: f64) -> Result<Coarse, CalibrateError> {
-        let middle = median(stack.iter().copied());
-        let spread = 1.4826 * median(stack.iter().map(|v| (v - middle).abs()));
-        let top = highest(stack, |_| true).unwrap_or(0);
-        let contrast = (stack[top] - middle) / spread.max(f64::MIN_POSITIVE);
-        if contrast.is_nan() || contrast < NEEDED || spread <= 0.0 {
+    /// Level of each setting above the median of all (dB), the mean over the stretches by their paths. Each
+    /// counts by how far it stands above its own median, so that one bright echo does not outweigh a
+    /// reflector seen from all sides.
+    fn levels_db(&self, rows: &[Vec<Vec<Focus>>], stretches: &[Stretch]) -> Vec<f64> {
+        let cells = self.offset_s.len() * self.delay_s.len();
+        let mut level = vec![0.0; cells];
+        let mut total = 0.0;
+        for (k, stretch) in stretches.iter().enumerate() {
+            let own = |cell: usize| {
+                rows[cell / self.delay_s.len()][k][cell % self.delay_s.len()].level
+            };
+            let heard = (0..cells).map(own).filter(|l| *l > SILENT);
+            let middle = median(heard);
+            let weight = stretch.weight.iter().sum::<f64>();
+            total += weight;
+            for (cell, level) in level.iter_mut().enumerate() {
+                // Echoes outside the record are no better than the median.
+                let above = if own(cell) > SILENT {
+                    own(cell) - middle
+                } else {
+                    0.0
+                };
+                *level += weight * above;
+            }
+        }
+        let per_db = 10.0 / std::f64::consts::LN_10;
+        level.iter_mut().for_each(|l| *l *= per_db / f64::max(total, 1e-12));
+        let middle = median(level.iter().copied());
+        level.iter().map(|l| l - middle).collect()
+    }
+
+    /// The best setting, where it stands out and no other comes near.
+    fn best(&self, level_db: &[f64], campaign_s: f64) -> Result<usize, CalibrateError> {
+        let mut solutions = Vec::new();
+        let mut taken = vec![false; level_db.len()];
+        while solutions.len() < MOST_SOLUTIONS {
+            let Some(top) = highest(level_db, |k| !taken[k]) else {
+                break;
+            };
+            let first_db = solutions.first().map_or(level_db[top], |k: &usize| level_db[*k]);
+            if level_db[top] < first_db - APART_DB || level_db[top].is_nan() {
+                break;
+            }
+            for (cell, inside) in self.connected(level_db, top).into_iter().enumerate() {
+                taken[cell] |= inside;
+            }
+            solutions.push(top);
+        }
+        let contrast_db = solutions.first().map_or(0.0, |k| level_db[*k]);
+        if contrast_db < NEEDED_DB {
             return Err(CalibrateError::NoEcho {
                 delay_ns: DELAY_S.map(|d| d * 1e9),
                 offset_s: OFFSET_S,
-                contrast: if spread > 0.0 { contrast } else { 0.0 },
-                needed: NEEDED,
+                contrast_db,
+                needed_db: NEEDED_DB,
             });
         }
-        let ridge = self.connected(stack, top, middle + 0.5 * (stack[top] - middle));
-        let at = |k: usize| [self.delay(k), self.offset(k) - campaign_s];
-        if let Some(second) = highest(stack, |k| !ridge[k]) {
-            let share = (stack[second] - middle) / (stack[top] - middle);
-            if share > SECOND {
-                return Err(CalibrateError::Ambiguous {
-                    best: at(top),
-                    second: at(second),
-                    share: 100.0 * share,
-                });
-            }
+        let before_zero = |k: &usize| self.delay(*k) < ZERO_S;
+        let solution = |k: &usize| Solution {
+            delay_ns: self.delay(*k) * 1e9,
+            offset_s: self.offset(*k) - campaign_s,
+            below_db: contrast_db - level_db[*k],
+        };
+        let possible: Vec<usize> = solutions.iter().filter(|k| !before_zero(k)).copied().collect();
+        match possible.as_slice() {
+            [only] => Ok(*only),
+            [] => Err(CalibrateError::BeforeZero {
+                delay_ns: self.delay(solutions[0]) * 1e9,
+                offset_s: self.offset(solutions[0]) - campaign_s,
+            }),
+            several => Err(CalibrateError::Ambiguous {
+                solutions: several.iter().map(solution).collect(),
+            }),
         }
-        Ok(Coarse {
-            delay_s: self.delay(top),
-            offset_s: self.offset(top),
-            contrast,
-        })
     }
 
     fn delay(&self, cell: usize) -> f64 {
@@ -120,12 +188,13 @@ impl Grid {
         self.offset_s[cell / self.delay_s.len()]
     }
 
-    /// The cells above `level` that hang together with `top`: its hill and the ridge along which
-    /// delay and offset stand in for each other.
-    fn connected(&self, stack: &[f64], top: usize, level: f64) -> Vec<bool> {
+    /// The cells that hang together with `top`: its hill, and the ridge along which delay and offset stand in
+    /// for each other.
+    fn connected(&self, level_db: &[f64], top: usize) -> Vec<bool> {
+        let least_db = level_db[top] - HILL_DB.min(0.5 * level_db[top].max(0.0));
         let columns = self.delay_s.len();
         let rows = self.offset_s.len();
-        let mut inside = vec![false; stack.len()];
+        let mut inside = vec![false; level_db.len()];
         inside[top] = true;
         let mut edge = vec![top];
         while let Some(cell) = edge.pop() {
@@ -133,7 +202,7 @@ impl Grid {
             for r in row.saturating_sub(2)..(row + 3).min(rows) {
                 for c in column.saturating_sub(2)..(column + 3).min(columns) {
                     let next = r * columns + c;
-                    if !inside[next] && stack[next] > level {
+                    if !inside[next] && level_db[next] > least_db {
                         inside[next] = true;
                         edge.push(next);
                     }
@@ -144,60 +213,16 @@ impl Grid {
     }
 }
 
-/// Two-way delays of the reflectors at one offset, without the delay at range zero.
-struct EchoDelays {
-    /// Trace and fast time (s).
-    echo: Vec<(usize, f64)>,
-}
-
-impl EchoDelays {
-    fn of(setting: &Setting<'_>, track: &TrackEchoes, start: &Values, offset_s: f64) -> Self {
-        let sampler = track.path.sampler();
-        let values = Values {
-            delay_s: 0.0,
-            ..start.clone()
-        };
-        let time_s = &track.profiles.time_s;
-        let stride = time_s.len().div_ceil(MOST_TRACES).max(1);
-        let mut echo = Vec::new();
-        for trace in (0..time_s.len()).step_by(stride) {
-            let Some(pose) = sampler.at(time_s[trace], offset_s) else {
-                continue;
-            };
-            for reflector in setting.reflector_m {
-                let c = setting.light_speed_m_s;
-                let range_m = predict(&values, &pose, *reflector, c).range_m;
-                echo.push((trace, 2.0 * range_m / c + track.known_delay_s));
-            }
-        }
-        Self { echo }
-    }
-
-    /// Mean of ln(1 + (envelope/floor)²): strong clutter in some traces does not outweigh an echo in
-    /// all of them. Echoes outside the record count as floor.
-    fn stack(&self, profiles: &Profiles, delay_s: f64) -> f64 {
-        if self.echo.is_empty() {
-            return 0.0;
-        }
-        let sum: f64 = self
-            .echo
-            .iter()
-            .map(|(trace, time_s)| {
-                let contrast = profiles.contrast_at(*trace, time_s + delay_s);
-                contrast.unwrap_or(1.0).powi(2).ln_1p()
-            })
-            .sum();
-        sum / self.echo.len() as f64
-    }
-}
+/// Levels below this are of echoes outside the record.
+const SILENT: f64 = -500.0;
 
 fn steps([from, to]: [f64; 2], step: f64) -> Vec<f64> {
     let count = ((to - from) / step).round() as usize;
     (0..=count).map(|k| from + k as f64 * step).collect()
 }
 
-fn highest(stack: &[f64], admitted: impl Fn(usize) -> bool) -> Option<usize> {
-    (0..stack.len())
+fn highest(level_db: &[f64], admitted: impl Fn(usize) -> bool) -> Option<usize> {
+    (0..level_db.len())
         .filter(|k| admitted(*k))
-        .max_by(|a, b| stack[*a].total_cmp(&stack[*b]))
+        .max_by(|a, b| level_db[*a].total_cmp(&level_db[*b]))
 }

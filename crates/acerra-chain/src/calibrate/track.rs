@@ -319,7 +319,8 @@ fn for_calibration(stated: &TrackOptions) -> TrackOptions {
         options.clean.delay_ns = None;
     }
     if options.align.select == Select::Auto {
-        options.align.select = Select::All;
+        // Standing traces would fill the background with the reflectors.
+        options.align.select = Select::Moving;
     }
     options
 }

@@ -1,0 +1,244 @@
+//! Focus of the surveyed reflectors: their echoes summed coherently over stretches of the track that see
+//! them from one side, on a patch about each surveyed place.
+//!
+//! Survey, lever arm and positions may be off by decimetres. The echo still comes into focus, but beside the
+//! surveyed place: what counts is the level of the patch, less what the distance costs. A stretch turns its
+//! line of sight by [`TURN_RAD`] at most, so that errors which differ along the track move the focus of each
+//! stretch by itself.
+
+use num_complex::Complex32;
+
+use super::echo::Profiles;
+use super::parameter::Values;
+use super::track::{Setting, TrackEchoes};
+
+/// Turn of the line of sight within a stretch (rad): the focus is then λ / (4 sin(turn / 2)) wide, 9 cm.
+const TURN_RAD: f64 = 0.44;
+/// Traces of a stretch that are summed where a grid of settings is tried.
+const TRACES_A_STRETCH: usize = 48;
+/// Fewest traces of a stretch.
+const FEWEST_TRACES: usize = 4;
+/// Radius of the patch, and the spacing of its points (m).
+const PATCH_M: f64 = 0.36;
+const PATCH_STEP_M: f64 = 0.04;
+/// What survey, lever arm and positions may be off (m), and what such a distance costs (a power ratio's
+/// logarithm).
+const PLACE_SIGMA_M: f64 = 0.15;
+const PLACE_COST: f64 = 0.25;
+
+/// Traces that see a reflector from one side.
+#[derive(Clone, Debug)]
+pub(super) struct Stretch {
+    /// Which reflector.
+    pub reflector: usize,
+    /// Its traces.
+    pub traces: Vec<usize>,
+    /// Weight of each: the path that it covers (m).
+    pub weight: Vec<f64>,
+}
+
+/// Where a stretch is in focus.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Focus {
+    /// Logarithm of the power of the mean echo, less what its distance from the surveyed place costs.
+    pub level: f64,
+    /// East and north from the surveyed place (m).
+    pub off_m: [f64; 2],
+}
+
+/// The stretches in which a track sees each reflector, at the offset of the campaign.
+pub(super) fn stretches(
+    setting: &Setting<'_>,
+    track: &TrackEchoes,
+    values: &Values,
+    offset_s: f64,
+) -> Vec<Stretch> {
+    let sampler = track.path.sampler();
+    let time_s = &track.profiles.time_s;
+    let centre = |t: &f64| Some(sampler.at(*t, offset_s)?.phase_centre_m(values.lever_arm_m));
+    let centre_m: Vec<Option<[f64; 3]>> = time_s.iter().map(centre).collect();
+    let mut all = Vec::new();
+    for (reflector, place_m) in setting.reflector_m.iter().enumerate() {
+        let mut first: Option<[f64; 3]> = None;
+        let mut own: Vec<usize> = Vec::new();
+        let mut finish = |own: &mut Vec<usize>| {
+            let traces = std::mem::take(own);
+            if traces.len() >= FEWEST_TRACES {
+                let weight = path_m(&centre_m, &traces, track.at_rest);
+                all.push(Stretch {
+                    reflector,
+                    traces,
+                    weight,
+                });
+            }
+        };
+        for (trace, centre_m) in centre_m.iter().enumerate() {
+            let Some(centre_m) = centre_m else { continue };
+            let sight = direction(centre_m, place_m);
+            let turned = first.is_some_and(|first| angle_rad(first, sight) > TURN_RAD);
+            if first.is_none() || turned {
+                finish(&mut own);
+                first = Some(sight);
+            }
+            own.push(trace);
+        }
+        finish(&mut own);
+    }
+    all
+}
+
+/// The path that each trace covers, half of that to both neighbours (m); the same for all of a platform at
+/// rest.
+fn path_m(centre_m: &[Option<[f64; 3]>], traces: &[usize], at_rest: bool) -> Vec<f64> {
+    if at_rest {
+        return vec![1.0; traces.len()];
+    }
+    let step = |a: usize, b: usize| match (centre_m[traces[a]], centre_m[traces[b]]) {
+        (Some(a), Some(b)) => distance(&a, &b),
+        _ => 0.0,
+    };
+    let last = traces.len() - 1;
+    (0..traces.len())
+        .map(|k| 0.5 * step(k.saturating_sub(1), (k + 1).min(last)) + 1e-9)
+        .collect()
+}
+
+/// A stretch as it is summed at one clock offset: where each of its traces was taken from.
+#[derive(Debug)]
+pub(super) struct Placed<'a> {
+    stretch: &'a Stretch,
+    /// Trace, its weight, and the phase centre (m).
+    traces: Vec<(usize, f64, [f64; 3])>,
+    known_delay_s: f64,
+    /// Propagation speed over the apparent one.
+    light_speed_m_s: f64,
+    range_scale: f64,
+}
+
+impl<'a> Placed<'a> {
+    /// Places a stretch; of many traces evenly spread ones, unless `all` are wanted.
+    pub fn at(
+        stretch: &'a Stretch,
+        setting: &Setting<'_>,
+        track: &TrackEchoes,
+        values: &Values,
+        offset_s: f64,
+        all: bool,
+    ) -> Self {
+        let sampler = track.path.sampler();
+        let stride = if all {
+            1
+        } else {
+            stretch.traces.len().div_ceil(TRACES_A_STRETCH)
+        };
+        let place = |k: usize| {
+            let trace = stretch.traces[k];
+            let pose = sampler.at(track.profiles.time_s[trace], offset_s)?;
+            let centre_m = pose.phase_centre_m(values.lever_arm_m);
+            Some((trace, stretch.weight[k], centre_m))
+        };
+        let picked = (0..stretch.traces.len()).step_by(stride);
+        Self {
+            stretch,
+            traces: picked.filter_map(place).collect(),
+            known_delay_s: track.known_delay_s,
+            light_speed_m_s: setting.light_speed_m_s,
+            range_scale: values.range_scale,
+        }
+    }
+
+    /// Fast times of an echo from a place, without the delay (s).
+    fn times_s(&self, place_m: [f64; 3]) -> Vec<f64> {
+        let scale = 2.0 * (1.0 + self.range_scale) / self.light_speed_m_s;
+        let time = |(_, _, centre_m): &(usize, f64, [f64; 3])| {
+            scale * distance(centre_m, &place_m) + self.known_delay_s
+        };
+        self.traces.iter().map(time).collect()
+    }
+
+    /// Where the stretch is in focus at each of these delays. A platform at rest resolves no place.
+    pub fn focus(
+        &self,
+        setting: &Setting<'_>,
+        profiles: &Profiles,
+        delay_s: &[f64],
+        at_rest: bool,
+    ) -> Vec<Focus> {
+        let place_m = setting.reflector_m[self.stretch.reflector];
+        let lowest = Focus {
+            level: f64::NEG_INFINITY,
+            off_m: [0.0; 2],
+        };
+        let mut best = vec![lowest; delay_s.len()];
+        let total: f64 = self.traces.iter().map(|(_, weight, _)| weight).sum();
+        let turn = std::f64::consts::TAU * profiles.middle_hz();
+        let steps = if at_rest {
+            0
+        } else {
+            (PATCH_M / PATCH_STEP_M).round() as i32
+        };
+        for (ix, iy) in (-steps..=steps).flat_map(|y| (-steps..=steps).map(move |x| (x, y))) {
+            let off_m = [ix, iy].map(|i| f64::from(i) * PATCH_STEP_M);
+            let away_m = off_m[0].hypot(off_m[1]);
+            if away_m > PATCH_M {
+                continue;
+            }
+            let cost = PLACE_COST * (away_m / PLACE_SIGMA_M).powi(2);
+            let at_m = [place_m[0] + off_m[0], place_m[1] + off_m[1], place_m[2]];
+            let time_s = self.times_s(at_m);
+            let turned: Vec<Complex32> = time_s
+                .iter()
+                .zip(&self.traces)
+                .map(|(t, (_, weight, _))| {
+                    let (sin, cos) = (turn * t).sin_cos();
+                    Complex32::new(cos as f32, sin as f32) * (*weight as f32)
+                })
+                .collect();
+            for (best, delay_s) in best.iter_mut().zip(delay_s) {
+                let sum: Complex32 = (0..turned.len())
+                    .map(|k| turned[k] * profiles.mixed_at(self.traces[k].0, time_s[k] + delay_s))
+                    .sum();
+                let power = f64::from(sum.norm_sqr()) / (total * total).max(f64::MIN_POSITIVE);
+                let level = power.max(f64::MIN_POSITIVE).ln() - cost;
+                if level > best.level {
+                    *best = Focus { level, off_m };
+                }
+            }
+        }
+        best
+    }
+}
+
+/// Fast times of the echo of a point in a stretch (s), by which its traces add up.
+pub(super) fn curve_s(
+    placed: &Placed<'_>,
+    setting: &Setting<'_>,
+    focus: Focus,
+    delay_s: f64,
+) -> Vec<(usize, f64, f64)> {
+    let place_m = setting.reflector_m[placed.stretch.reflector];
+    let at_m = [
+        place_m[0] + focus.off_m[0],
+        place_m[1] + focus.off_m[1],
+        place_m[2],
+    ];
+    let times_s = placed.times_s(at_m);
+    let with_time = |((trace, weight, _), t): (&(usize, f64, [f64; 3]), f64)| {
+        (*trace, *weight, t + delay_s)
+    };
+    placed.traces.iter().zip(times_s).map(with_time).collect()
+}
+
+fn direction(from_m: &[f64; 3], to_m: &[f64; 3]) -> [f64; 3] {
+    let length = distance(from_m, to_m).max(1e-9);
+    [0, 1, 2].map(|i| (to_m[i] - from_m[i]) / length)
+}
+
+fn angle_rad(a: [f64; 3], b: [f64; 3]) -> f64 {
+    let cosine: f64 = (0..3).map(|i| a[i] * b[i]).sum();
+    cosine.clamp(-1.0, 1.0).acos()
+}
+
+fn distance(a: &[f64; 3], b: &[f64; 3]) -> f64 {
+    (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt()
+}
