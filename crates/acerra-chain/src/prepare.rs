@@ -58,8 +58,8 @@ pub struct Track {
     pub radar: RadarLabel,
     /// Traces in its log.
     pub traces_in_log: usize,
-    /// Length of the horizontal part of its lever arm, which turns with the heading (m).
-    pub horizontal_lever_arm_m: f64,
+    /// Its lever arm: forward, left, up (m).
+    pub lever_arm_m: [f64; 3],
     /// Its positions, in the first track's frame.
     pub positions: Positions,
     /// Whether a file gives the positions in a frame of its own, whose axes are its word alone.
@@ -101,6 +101,23 @@ impl Track {
     pub fn has_zero_by_surface(&self) -> bool {
         // Logs of spectra have no fast time to shift.
         self.cleaned.is_some() && !self.is_calibrated && self.delay.is_none()
+    }
+
+    /// Length of the horizontal part of its lever arm, which turns with the heading (m).
+    #[must_use]
+    pub fn horizontal_lever_arm_m(&self) -> f64 {
+        self.lever_arm_m[0].hypot(self.lever_arm_m[1])
+    }
+
+    /// Whether the log of its positions holds attitudes; positions in the radar's own file need none.
+    #[must_use]
+    pub fn has_attitude(&self) -> bool {
+        match &self.positions {
+            Positions::Trajectory(trajectory) => {
+                trajectory.fixes().iter().any(|fix| fix.attitude.is_some())
+            }
+            Positions::PerTrace(_) => true,
+        }
     }
 
     /// What was selected of its log.
@@ -229,7 +246,7 @@ fn parts(recording: &Recording, clocked: Clocked, cleaned: Cleaned) -> (Track, T
         name: recording.name.clone(),
         traces_in_log: recording.radar.content.time_s().len(),
         radar: recording.radar.label.clone(),
-        horizontal_lever_arm_m: recording.options.align.horizontal_lever_arm_m,
+        lever_arm_m: recording.options.align.lever_arm_m,
         positions: recording.positions.clone(),
         has_local_axes: recording.has_local_axes,
         log_sources: recording.log_sources.clone(),

@@ -303,3 +303,113 @@ fn a_radar_at_rest_tells_its_delay() {
         Err(CalibrateError::NothingAtRange { .. })
     ));
 }
+
+/// A rail that looks sideways at its reflectors over static coupling and a floor of weaker scatterers: no
+/// surface echo, no climb, and echoes that single traces do not show.
+fn rail(seed: u64) -> (Recording, Vec<[f64; 3]>) {
+    let mut rng = ChaCha8Rng::seed_from_u64(1000 + seed);
+    let path = |t: f64| [-4.0 + 0.2 * t, 0.01 * (0.9 * t).sin(), 1.2];
+    let truth = track(path, 0.05);
+    let at = Interpolator::new(&truth, &InterpolationOptions::default());
+    let mut within = |from: f64, to: f64| from + (to - from) * rng.random::<f64>();
+    let reflectors = vec![
+        [within(-1.0, 0.0), within(3.0, 4.5), 0.4],
+        [within(0.5, 1.5), within(3.5, 5.5), 0.7],
+    ];
+    let scatterers: Vec<([f64; 3], f64)> = (0..250)
+        .map(|_| {
+            let place = [within(-6.0, 6.0), within(1.5, 8.0), within(0.0, 1.5)];
+            (place, within(0.0, 0.35))
+        })
+        .collect();
+    let time_s: Vec<f64> = (0..400).map(|k| 0.1 * f64::from(k)).collect();
+    let mut values = Vec::new();
+    for t in &time_s {
+        let mut row: Vec<f64> = (0..1100).map(|_| 0.02 * normal(&mut rng)).collect();
+        let p = at.at(t + OFFSET_S).position_m;
+        let mut add = |delay_s: f64, strength: f64| {
+            let first = ((delay_s - 1.5e-9) / STEP_S).max(0.0) as usize;
+            let near = row.iter_mut().enumerate().skip(first).take(50);
+            near.for_each(|(k, v)| *v += strength * pulse(k as f64 * STEP_S - delay_s));
+        };
+        let echo_s = |place: &[f64; 3]| {
+            let range_m = (0..3)
+                .map(|i| (p[i] - place[i]).powi(2))
+                .sum::<f64>()
+                .sqrt();
+            (2.0 * range_m / C + DELAY_S, 16.0 / range_m.powi(2))
+        };
+        add(DELAY_S + 1e-9, 30.0);
+        let points = reflectors.iter().map(|r| (r, 1.0));
+        for (place, strength) in points.chain(scatterers.iter().map(|(p, s)| (p, *s))) {
+            let (delay_s, spreading) = echo_s(place);
+            add(delay_s, strength * spreading);
+        }
+        values.extend(row.iter().map(|v| *v as f32));
+    }
+    let radar = Radargram::new(time_s, 0.0, STEP_S, Samples::Real(values)).unwrap();
+    let recording = Recording::new("1", radar, measured(&truth, &mut rng)).align_by(AlignOptions {
+        time_offset: Some(TimeOffset::Seconds(OFFSET_S + 0.15)),
+        select: Select::All,
+        ..AlignOptions::default()
+    });
+    (recording, reflectors)
+}
+
+#[test]
+fn a_rail_that_looks_sideways_is_calibrated_or_refused_but_never_wrong() {
+    let mut found = 0;
+    for seed in 0..4 {
+        let (recording, reflectors) = rail(seed);
+        let mut warnings = Warnings::default();
+        let options = CalibrateOptions::on(reflectors);
+        let scene = &scene();
+        let control = &Control::default();
+        let outcome = calibrate(&[recording], scene, &options, &mut warnings, control);
+        let Ok(calibrated) = outcome else {
+            println!("seed {seed}: {}", outcome.unwrap_err());
+            continue;
+        };
+        let delay = calibrated.estimate(Parameter::Delay).unwrap();
+        println!("seed {seed}: {delay:?} {:?}", warnings.said());
+        if let Some(sigma_s) = delay.sigma {
+            found += 1;
+            let off_s = (delay.value - DELAY_S).abs();
+            assert!(off_s < 3.0 * sigma_s + 0.02e-9, "seed {seed}: {delay:?}");
+        }
+    }
+    assert!(found >= 3, "{found} of 4 calibrated");
+}
+
+/// The reflector of a real flight in a motion-capture hall.
+#[test]
+fn the_reflector_of_a_real_flight_tells_the_delay() {
+    let folder = std::path::Path::new(concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../../shared/data/uav-flight-2019"
+    ));
+    if !folder.exists() {
+        eprintln!("skipped: {} is absent", folder.display());
+        return;
+    }
+    let text = "[radar]\nfile = 'flight.mrm'\n[trajectory]\nfile = 'platform-mocap.csv'\n\
+                time_offset_s = 6.52\n[preprocess]\ngate_ns = 'none'\n\
+                [image]\nx_m = [0, 4]\ny_m = [0, 4]\nz_m = 0.0\npixel_m = 0.02\n";
+    let campaign = acerra_chain::campaign::Campaign::parse(text).unwrap();
+    let survey = campaign.resolved_in(folder).survey();
+    let mut journal = acerra_chain::Journal::default();
+    let control = Control::default();
+    let (recordings, scene) = survey.recordings(&mut journal, &control).unwrap();
+    let options = CalibrateOptions::on(vec![[1.793, 1.810, -0.017]]);
+    let mut warnings = Warnings::default();
+    let found = calibrate(&recordings, &scene, &options, &mut warnings, &control).unwrap();
+    println!(
+        "{:?}\n{:?}\n{:?}",
+        found.estimates,
+        found.reflectors,
+        warnings.said()
+    );
+    // The image of the flight focuses the reflector nearest to its surveyed place at 12.0 to 12.4 ns.
+    let delay = found.estimate(Parameter::Delay).unwrap();
+    assert!((delay.value - 12.2e-9).abs() < 0.5e-9, "{delay:?}");
+}

@@ -27,6 +27,7 @@ pub mod run_record;
 mod space;
 pub mod stack_npz;
 pub mod staging;
+mod survey_check;
 pub mod surveyed;
 pub mod tiles;
 mod uncertainty;

@@ -16,6 +16,7 @@ use acerra_geo::geoid::{GeoidError, GeoidGrid};
 
 use crate::maps::earth_frame;
 use crate::outcome::Outcome;
+use crate::survey_check::{checked_by_survey, survey_finding};
 use crate::surveyed::{SurveyError, compared, read_survey};
 
 /// Why a run leaves no products.
@@ -212,13 +213,14 @@ impl Ready {
         weigh_targets(&prepared, &measured.targets)
             .into_iter()
             .for_each(|finding| journal.evidence.add(finding));
+        let surveyed = compared(&surveyed, &measured.targets);
+        let grid = &focused.pixels.grid;
+        if let Some(finding) = survey_finding(&prepared, grid, &surveyed, &measured.targets) {
+            journal.evidence.add(finding);
+        }
         refuse_contradictions(&campaign, &journal.evidence)?;
-        // A surveyed point beside its target checks what else nothing does.
-        let unchecked = if surveyed.is_empty() {
-            weigh_unchecked(&prepared, &focused.options, &journal.evidence)
-        } else {
-            Vec::new()
-        };
+        let checked = checked_by_survey(&prepared, grid, &surveyed, &measured.targets);
+        let unchecked = weigh_unchecked(&prepared, &focused.options, &journal.evidence, &checked);
         let without = geoid
             .as_ref()
             .and_then(|geoid| without_sea_level(geoid, &prepared));
@@ -233,7 +235,7 @@ impl Ready {
             prepared,
             focused,
             uncorrected: None,
-            surveyed: compared(&surveyed, &measured.targets),
+            surveyed,
             measured,
             evidence: journal.evidence.clone(),
             unchecked,

@@ -88,7 +88,7 @@ impl<'a> TargetRecord<'a> {
     fn of(outcome: &Outcome, target: &'a Target) -> Self {
         let frame = earth_frame(&outcome.prepared.first().positions);
         let place = frame.map(|f| f.geodetic_from_enu([target.x_m, target.y_m, target.z_m]));
-        let sigma = place_sigma(outcome, target);
+        let sigma = place_sigma(&outcome.prepared, target);
         let depth = depth_of(outcome, target);
         Self {
             depth_m: depth.map(|[depth_m, _]| depth_m),

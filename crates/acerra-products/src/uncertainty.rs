@@ -2,11 +2,9 @@
 
 use std::ops::Range;
 
-use acerra_chain::Track;
 use acerra_chain::align::Aligned;
+use acerra_chain::{Prepared, Track};
 use acerra_imaging::metrics::Target;
-
-use crate::outcome::Outcome;
 
 /// Standard deviations of a target's place.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,9 +21,11 @@ pub(crate) struct PlaceSigma {
 /// Positions shift the image as a whole. A height that is off by σ displaces a target at horizontal
 /// distance y from a track of height h from y to √(y² + 2hσ) (Eq. (14) of Catapano et al. 2020): by
 /// hσ/y beside the track, by √(2hσ) under it. A clock offset that was searched or recorded moves targets
-/// along the track by its own deviation times the speed. What the delay may be off is not in it.
-pub(crate) fn place_sigma(outcome: &Outcome, target: &Target) -> Option<PlaceSigma> {
-    let aligned = &outcome.prepared.aligned;
+/// along the track by its own deviation times the speed. A delay that was searched counts as the range that
+/// its deviation makes. Without recorded attitudes the platform tilts about the course: the lever arm then
+/// moves the radar sideways by its vertical part and in height by its horizontal part.
+pub(crate) fn place_sigma(prepared: &Prepared, target: &Target) -> Option<PlaceSigma> {
+    let aligned = &prepared.aligned;
     let away_m = |p: &[f64; 3]| (p[0] - target.x_m).hypot(p[1] - target.y_m);
     let nearest = (0..aligned.position_m.len()).min_by(|a, b| {
         let distance = |k: usize| away_m(&aligned.position_m[k]);
@@ -33,12 +33,22 @@ pub(crate) fn place_sigma(outcome: &Outcome, target: &Target) -> Option<PlaceSig
     })?;
     let sigma_m = aligned.sigma_m.get(nearest)?;
     let place = &aligned.position_m[nearest];
-    let ground_m = outcome.prepared.ground.map_or(0.0, |found| found.sigma_m);
-    let horizontal_m = sigma_m[0].hypot(sigma_m[1]) * std::f64::consts::FRAC_1_SQRT_2;
-    let y_m = away_m(place);
-    let by_height_m = displacement_m(y_m, place[2] - target.z_m, sigma_m[2].hypot(ground_m));
-    let mut tracks = outcome.prepared.tracks.iter();
+    let ground_m = prepared.ground.map_or(0.0, |found| found.sigma_m);
+    let mut tracks = prepared.tracks.iter();
     let track = tracks.find(|track| track.range.contains(&nearest));
+    let [arm_level_m, arm_height_m] = track.map_or([0.0; 2], lever_arm_sigma_m);
+    let level_m = sigma_m[0].hypot(sigma_m[1]) * std::f64::consts::FRAC_1_SQRT_2;
+    let horizontal_m = level_m.hypot(arm_level_m);
+    let y_m = away_m(place);
+    let height_m = place[2] - target.z_m;
+    let height_sigma_m = sigma_m[2].hypot(ground_m).hypot(arm_height_m);
+    let range_m = y_m.hypot(height_m);
+    let range_sigma_m = 0.5 * prepared.scene.light_speed_m_s * track.map_or(0.0, delay_sigma_s);
+    let by_height_m = displacement_m(y_m, height_m, height_sigma_m).hypot(displacement_m(
+        y_m,
+        range_m,
+        range_sigma_m,
+    ));
     let by_clock_m = track.map_or(0.0, |track| {
         clock_sigma_s(track) * speed_m_s(aligned, &track.range, nearest)
     });
@@ -53,6 +63,30 @@ fn clock_sigma_s(track: &Track) -> f64 {
     let searched_s = track.search.as_ref().map(|s| s.estimate.sigma_s);
     let recorded_s = track.recorded_clock.as_ref().map(|clock| clock.sigma_s);
     searched_s.or(recorded_s).unwrap_or(0.0)
+}
+
+/// Deviation of a track's delay, where it was searched (s).
+fn delay_sigma_s(track: &Track) -> f64 {
+    track.delay.as_ref().map_or(0.0, |found| found.sigma_s)
+}
+
+/// Tilt of a multirotor that no attitude tells, and its nose beside the course (rad): 5° in a wind, and 3°.
+const TILT_SIGMA_RAD: f64 = 0.087;
+const HEADING_SIGMA_RAD: f64 = 0.052;
+
+/// What tilts and headings that are not recorded make of a track's lever arm: horizontally and in height (m).
+fn lever_arm_sigma_m(track: &Track) -> [f64; 2] {
+    if track.has_attitude() {
+        return [0.0; 2];
+    }
+    of_arm_m(track.horizontal_lever_arm_m(), track.lever_arm_m[2])
+}
+
+fn of_arm_m(horizontal_m: f64, up_m: f64) -> [f64; 2] {
+    [
+        (TILT_SIGMA_RAD * up_m).hypot(HEADING_SIGMA_RAD * horizontal_m),
+        TILT_SIGMA_RAD * horizontal_m,
+    ]
 }
 
 /// Traces to each side over which the speed is averaged.
@@ -93,6 +127,13 @@ mod tests {
         assert!((speed_m_s(&aligned, &(0..10), 9) - 1.0).abs() < 1e-12);
         assert!((speed_m_s(&aligned, &(10..20), 10) - 3.0).abs() < 1e-12);
         assert!(speed_m_s(&aligned, &(4..5), 4).abs() < f64::EPSILON);
+    }
+
+    #[test]
+    fn an_arm_without_attitude_errs_by_its_length_times_the_tilt() {
+        let [level_m, height_m] = of_arm_m(0.3, -0.4);
+        assert!((level_m - 0.0381).abs() < 1e-3 && (height_m - 0.0261).abs() < 1e-4);
+        assert!(of_arm_m(0.0, 0.0) == [0.0; 2]);
     }
 
     #[test]

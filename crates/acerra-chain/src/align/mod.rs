@@ -47,9 +47,9 @@ pub struct AlignOptions {
     pub height: HeightSource,
     /// Fast time at which range is zero, where it is stated (ns): for heights by the radar.
     pub delay_ns: Option<f64>,
-    /// Length of the horizontal part of the lever arm (m): it turns with the heading, which hovering
-    /// does not show.
-    pub horizontal_lever_arm_m: f64,
+    /// Lever arm that the positions contain: forward, left, up (m). Its horizontal part turns with the
+    /// heading, which hovering does not show.
+    pub lever_arm_m: [f64; 3],
 }
 
 impl AlignOptions {
@@ -372,7 +372,7 @@ fn antennas_of(
 
 /// Whether the lever arm of a trace rests on a heading from before.
 fn is_held(options: &AlignOptions, placed: &Placed) -> bool {
-    options.horizontal_lever_arm_m > 0.0
+    options.lever_arm_m[..2] != [0.0; 2]
         && placed.place.attitude.is_none()
         && placed.speed_m_s < HeadingOptions::default().min_speed_m_s
 }

@@ -223,9 +223,8 @@ pub(super) fn curve_s(
         place_m[2],
     ];
     let times_s = placed.times_s(at_m);
-    let with_time = |((trace, weight, _), t): (&(usize, f64, [f64; 3]), f64)| {
-        (*trace, *weight, t + delay_s)
-    };
+    let with_time =
+        |((trace, weight, _), t): (&(usize, f64, [f64; 3]), f64)| (*trace, *weight, t + delay_s);
     placed.traces.iter().zip(times_s).map(with_time).collect()
 }
 

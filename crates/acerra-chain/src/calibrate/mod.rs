@@ -13,6 +13,7 @@
 //! no echo tells them apart. Its deviation, as the trajectory states it, is part of theirs.
 
 mod adjust;
+mod coupling;
 mod drift;
 mod echo;
 mod error;
@@ -128,5 +129,6 @@ pub fn calibrate(
     let calibrated = Calibrated::of(&survey, round);
     calibrated.doubts(warnings);
     surface::compare(&survey, &calibrated, scene, warnings);
+    coupling::compare(&survey, &calibrated, warnings);
     Ok(calibrated)
 }

@@ -2,9 +2,9 @@
 
 use super::adjust::{Adjusted, Adjustment};
 use super::error::CalibrateError;
+use super::model::predict;
 use super::observe;
 use super::parameter::{Parameter, Values};
-use super::model::predict;
 use super::search;
 use super::stretch_echoes::stretch_echoes;
 use super::track::{Echo, Setting, TrackEchoes};

@@ -112,9 +112,8 @@ impl Grid {
         let mut level = vec![0.0; cells];
         let mut total = 0.0;
         for (k, stretch) in stretches.iter().enumerate() {
-            let own = |cell: usize| {
-                rows[cell / self.delay_s.len()][k][cell % self.delay_s.len()].level
-            };
+            let own =
+                |cell: usize| rows[cell / self.delay_s.len()][k][cell % self.delay_s.len()].level;
             let heard = (0..cells).map(own).filter(|l| *l > SILENT);
             let middle = median(heard);
             let weight = stretch.weight.iter().sum::<f64>();
@@ -130,7 +129,9 @@ impl Grid {
             }
         }
         let per_db = 10.0 / std::f64::consts::LN_10;
-        level.iter_mut().for_each(|l| *l *= per_db / f64::max(total, 1e-12));
+        level
+            .iter_mut()
+            .for_each(|l| *l *= per_db / f64::max(total, 1e-12));
         let middle = median(level.iter().copied());
         level.iter().map(|l| l - middle).collect()
     }
@@ -143,7 +144,9 @@ impl Grid {
             let Some(top) = highest(level_db, |k| !taken[k]) else {
                 break;
             };
-            let first_db = solutions.first().map_or(level_db[top], |k: &usize| level_db[*k]);
+            let first_db = solutions
+                .first()
+                .map_or(level_db[top], |k: &usize| level_db[*k]);
             if level_db[top] < first_db - APART_DB || level_db[top].is_nan() {
                 break;
             }
@@ -167,7 +170,11 @@ impl Grid {
             offset_s: self.offset(*k) - campaign_s,
             below_db: contrast_db - level_db[*k],
         };
-        let possible: Vec<usize> = solutions.iter().filter(|k| !before_zero(k)).copied().collect();
+        let possible: Vec<usize> = solutions
+            .iter()
+            .filter(|k| !before_zero(k))
+            .copied()
+            .collect();
         match possible.as_slice() {
             [only] => Ok(*only),
             [] => Err(CalibrateError::BeforeZero {

@@ -184,13 +184,12 @@ impl From<&TrajectorySection> for PositionOptions {
 
 impl From<&TrajectorySection> for AlignOptions {
     fn from(section: &TrajectorySection) -> Self {
-        let [forward_m, left_m, _] = section.lever_arm_m;
         Self {
             time_offset: section.time_offset_s,
             max_gap_s: section.max_gap_s,
             height: section.height,
             unfixed: section.unfixed,
-            horizontal_lever_arm_m: forward_m.hypot(left_m),
+            lever_arm_m: section.lever_arm_m,
             ..Self::default()
         }
     }

@@ -82,15 +82,23 @@ fn surface_height(seen: &AltimeterSeen) -> Option<Finding> {
             ..Finding::judged("surface_height", seen.level_m, "m", verdict)
         }
         .expecting(0.0)
-        .because(format!(
-            "no echo follows the heights of the positions; the clearest one near them, seen in {:.0} % \
-             of the traces, is {:+.2} m from straight below, and their heights wander about it by \
-             {:.2} m (heights of the positions, [trajectory] origin_deg_m, height = \"radar\"; [image] \
-             z_m; [radar] delay_ns)",
-            100.0 * seen.picked,
-            seen.level_m,
-            seen.wander_m
-        ))
+        .because({
+            let clearest = format!(
+                "the clearest echo near the heights of the positions, seen in {:.0} % of the traces, is \
+                 {:+.2} m from straight below, and those heights wander about it by {:.2} m",
+                100.0 * seen.picked,
+                seen.level_m,
+                seen.wander_m
+            );
+            if is_off {
+                format!(
+                    "no echo follows the heights of the positions: {clearest} (heights of the positions, \
+                     [trajectory] origin_deg_m, height = \"radar\"; [image] z_m; [radar] delay_ns)"
+                )
+            } else {
+                format!("{clearest}: within what the ground explains")
+            }
+        })
     })
 }
 

@@ -200,10 +200,15 @@ fn background_loss(kept: f64) -> Finding {
     };
     Finding::judged("background_loss", loss_db, "dB", verdict)
         .expecting(0.0)
-        .because(format!(
-            "removing the background takes {loss_db:.1} dB from the strongest echoes: targets are taken for \
-             background, weakened and split ([preprocess] background)"
-        ))
+        .because(match verdict {
+            Verdict::Agrees => format!(
+                "removing the background takes {loss_db:.1} dB from the strongest echoes: targets are kept"
+            ),
+            Verdict::Doubtful | Verdict::Contradicts => format!(
+                "removing the background takes {loss_db:.1} dB from the strongest echoes: targets are taken for \
+                 background, weakened and split ([preprocess] background)"
+            ),
+        })
 }
 
 /// Judges what does not change from trace to trace in the spectra that are imaged, as a share of their
@@ -216,12 +221,18 @@ fn still_echoes(share: f64) -> Finding {
     };
     Finding::judged("still_echoes", share, "share of the power", verdict)
         .expecting(0.0)
-        .because(format!(
-            "{:.0} % of the power imaged does not change from trace to trace: coupling or an even surface, \
-             which no background removal has taken, lies over the targets ([preprocess] background, \
-             gate_ns)",
-            100.0 * share
-        ))
+        .because(match verdict {
+            Verdict::Agrees => format!(
+                "{:.0} % of the power imaged does not change from trace to trace: the background is removed",
+                100.0 * share
+            ),
+            Verdict::Doubtful | Verdict::Contradicts => format!(
+                "{:.0} % of the power imaged does not change from trace to trace: coupling or an even surface, \
+                 which no background removal has taken, lies over the targets ([preprocess] background, \
+                 gate_ns)",
+                100.0 * share
+            ),
+        })
 }
 
 #[cfg(test)]

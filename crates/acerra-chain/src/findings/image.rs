@@ -70,12 +70,20 @@ fn contrast(image: &ImageContrast) -> Finding {
     };
     Finding::judged("image_contrast", image.peak_over_median_db, "dB", verdict)
         .expecting(noise_db)
-        .because(format!(
-            "the image's maximum stands {:.1} dB over its median, that of noise alone would stand \
-             {noise_db:.1} dB: too few traces ([radar] select), places or a gate of something else \
-             ([trajectory] time_offset_s, [preprocess] gate_ns), or nothing there ([image] x_m, y_m)",
-            image.peak_over_median_db
-        ))
+        .because(match verdict {
+            Verdict::Agrees => format!(
+                "the image's maximum is {:.1} dB over its median, that of noise alone would be \
+                 {noise_db:.1} dB over it: something is focused",
+                image.peak_over_median_db
+            ),
+            Verdict::Doubtful | Verdict::Contradicts => format!(
+                "the image's maximum is {:.1} dB over its median, that of noise alone would be \
+                 {noise_db:.1} dB over it: too few traces ([radar] select), places or a gate of something \
+                 else ([trajectory] time_offset_s, [preprocess] gate_ns), or nothing there ([image] x_m, \
+                 y_m)",
+                image.peak_over_median_db
+            ),
+        })
 }
 
 #[cfg(test)]

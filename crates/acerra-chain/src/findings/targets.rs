@@ -56,11 +56,17 @@ fn surface_residue(residues: usize, targets: usize) -> Finding {
     };
     Finding::judged("surface_residue", share, "share of the targets", verdict)
         .expecting(0.0)
-        .because(format!(
-            "{residues} of {targets} targets stand straight below the flight and have no width along the \
-             track: what the background leaves of the surface echo, not points. What lies to the side is \
-             imaged where [image] x_m, y_m name it, without a gate ([preprocess] gate_ns, background)"
-        ))
+        .because(match verdict {
+            Verdict::Agrees => format!(
+                "{residues} of {targets} targets lie straight below the flight without a width along the \
+                 track, as what the background leaves of the surface echo does"
+            ),
+            Verdict::Doubtful | Verdict::Contradicts => format!(
+                "{residues} of {targets} targets lie straight below the flight and have no width along the \
+                 track: what the background leaves of the surface echo, not points. What lies to the side \
+                 is imaged where [image] x_m, y_m name it, without a gate ([preprocess] gate_ns, background)"
+            ),
+        })
 }
 
 #[cfg(test)]

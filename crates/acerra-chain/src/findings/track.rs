@@ -5,7 +5,6 @@ use std::f64::consts::TAU;
 use super::finding::{Finding, Verdict};
 use super::geometry::ImageGeometry;
 use super::median::median;
-use crate::position::Positions;
 use crate::prepare::{Prepared, Track};
 
 /// Share of the log that has positions, and the positions' own σ along the line of sight.
@@ -33,11 +32,11 @@ pub(super) fn weigh(
     if track.cleaned.is_some() {
         findings.extend(heights_m.and_then(height_reached_m).map(flight_height));
     }
-    if track.horizontal_lever_arm_m > 0.0 {
-        findings.push(lever_arm_length(track.horizontal_lever_arm_m));
+    let arm_m = track.horizontal_lever_arm_m();
+    if arm_m > 0.0 {
+        findings.push(lever_arm_length(arm_m));
     }
-    if track.horizontal_lever_arm_m > 0.0 && !has_attitude(track) {
-        let arm_m = track.horizontal_lever_arm_m;
+    if arm_m > 0.0 && !track.has_attitude() {
         findings.push(lever_arm_heading(arm_m, wavelength_m));
     }
     if let Some(seen) = prepared.aligned.radar_height {
@@ -90,16 +89,6 @@ fn height_reached_m(height_m: &[f64]) -> Option<f64> {
     let mut sorted: Vec<f64> = height_m.to_vec();
     sorted.sort_by(f64::total_cmp);
     sorted.get(sorted.len() * 9 / 10).copied()
-}
-
-/// Whether a track's positions come with attitudes.
-fn has_attitude(track: &Track) -> bool {
-    match &track.positions {
-        Positions::Trajectory(trajectory) => {
-            trajectory.fixes().iter().any(|fix| fix.attitude.is_some())
-        }
-        Positions::PerTrace(_) => true,
-    }
 }
 
 /// Root mean square of what the velocity differs from its mean, along the line of sight to the middle of

@@ -8,13 +8,14 @@ use crate::focus::FocusOptions;
 use crate::position::Positions;
 use crate::prepare::Prepared;
 
-/// The settings that no finding of a run checks. Spectra are taken as they come, and so are positions
+/// The settings that neither a finding of a run nor a surveyed point (`surveyed`) checks. Spectra are taken as they come, and so are positions
 /// that stand in the radar's own file.
 #[must_use]
 pub fn weigh_unchecked(
     prepared: &Prepared,
     options: &FocusOptions,
     evidence: &Evidence,
+    surveyed: &[Setting],
 ) -> Vec<Unchecked> {
     let mut settings = Vec::new();
     if prepared.tracks.iter().any(|track| track.cleaned.is_some()) {
@@ -45,6 +46,7 @@ pub fn weigh_unchecked(
     if evidence.findings().iter().any(is_of_base) {
         settings.push(Setting::Base);
     }
+    settings.retain(|setting| !surveyed.contains(setting));
     unchecked(&settings, evidence.findings())
 }
 

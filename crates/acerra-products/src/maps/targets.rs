@@ -25,7 +25,7 @@ pub(super) fn write(
     for (k, target) in outcome.measured.targets.iter().enumerate() {
         let place_m = [target.x_m, target.y_m, target.z_m];
         let place: Geodetic = earth.frame.geodetic_from_enu(place_m);
-        let sigma = place_sigma(outcome, target);
+        let sigma = place_sigma(&outcome.prepared, target);
         let properties = json!({
             "name": format!("target {}", k + 1),
             "level_db": target.level_db,

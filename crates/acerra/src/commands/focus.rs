@@ -247,6 +247,8 @@ fn summarise(outcome: &Outcome, explain: bool, out: &mut dyn Write) -> anyhow::R
     }
     for finding in outcome.evidence.findings() {
         let word = match finding.verdict {
+            // Where a surveyed point is seen is worth a line of its own.
+            Verdict::Agrees if finding.name == "survey" => "agrees",
             Verdict::Agrees => continue,
             Verdict::Doubtful => "doubtful",
             Verdict::Contradicts => "contradicts",
