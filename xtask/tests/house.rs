@@ -98,9 +98,9 @@ fn a_circle_is_seen_through_a_used_module_and_through_macros() {
 }
 
 #[test]
-fn rooms_of_the_chain_that_import_one_another_are_named_with_their_imports() {
+fn rooms_of_a_crate_that_import_one_another_are_named_with_their_imports() {
     let folder = workspace(
-        "acerra-chain",
+        "acerra-gnss",
         "",
         &[
             ("lib.rs", "mod read;\nmod focus;\nmod prepare;\n"),
@@ -124,7 +124,7 @@ fn rooms_of_the_chain_that_import_one_another_are_named_with_their_imports() {
     assert_eq!(faults.len(), 1);
     let text = faults[0].to_string();
     assert!(
-        text.contains("src/read/log.rs imports crates/acerra-chain/src/focus/grid.rs"),
+        text.contains("src/read/log.rs imports crates/acerra-gnss/src/focus/grid.rs"),
         "{text}"
     );
     assert!(!text.contains("prepare"), "{text}");

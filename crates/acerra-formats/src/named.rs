@@ -299,7 +299,7 @@ fn even(at: &[f64]) -> Result<Axis, FormatError> {
     }
     let off = |i: usize| ((at[i] - at[0]) / step_s - i as f64).abs();
     // Not a number is off, too.
-    if let Some(i) = (0..n).find(|&i| !(off(i) <= EVEN_TOLERANCE)) {
+    if let Some(i) = (0..n).find(|&i| off(i).is_nan() || off(i) > EVEN_TOLERANCE) {
         return Err(wrong(format!("value {i} off by {:.3} steps", off(i))));
     }
     Ok(Axis::FastTime {

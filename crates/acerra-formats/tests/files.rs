@@ -1,5 +1,7 @@
 //! Files that the test writes byte by byte, and real ones where they are at hand.
 
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "tests")]
+
 use std::fs;
 use std::path::{Path, PathBuf};
 

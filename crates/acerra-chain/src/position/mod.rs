@@ -33,6 +33,10 @@ use crate::warnings::Warnings;
 
 /// Positions of the radar's phase centre.
 #[derive(Clone, Debug)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "a survey holds one value for each track"
+)]
 pub enum Positions {
     /// A trajectory on a clock of its own.
     Trajectory(Box<Trajectory>),

@@ -6,16 +6,6 @@ use crate::recording::Positions;
 /// A foot in metres.
 pub const FOOT_M: f64 = 0.3048;
 
-/// A number under SEG-Y's scalar: negative divides, positive multiplies, 0 leaves.
-pub fn scaled(value: i32, scalar: i16) -> f64 {
-    let value = f64::from(value);
-    match scalar {
-        0 => value,
-        s if s < 0 => value / -f64::from(s),
-        s => value * f64::from(s),
-    }
-}
-
 /// What headers say of places.
 pub struct Places {
     pub positions: Option<Positions>,

@@ -1,6 +1,5 @@
 //! The header of a trace.
 
-use super::place::scaled;
 use crate::bytes::Fields;
 
 /// Bytes of a trace header.
@@ -53,5 +52,15 @@ impl TraceHeader {
             interval: f.u16(116),
             stamp: [156, 158, 160, 162, 164].map(|at| f.u16(at)),
         }
+    }
+}
+
+/// A number under SEG-Y's scalar: negative divides, positive multiplies, 0 leaves.
+fn scaled(value: i32, scalar: i16) -> f64 {
+    let value = f64::from(value);
+    match scalar {
+        0 => value,
+        s if s < 0 => value / -f64::from(s),
+        s => value * f64::from(s),
     }
 }

@@ -691,8 +691,10 @@ mod tests {
     #[test]
     fn heights_are_what_the_header_or_the_caller_says() -> Result<(), ReadError> {
         let read = |text: &str, heights| {
-            let mut options = ReadOptions::default();
-            options.heights = heights;
+            let options = ReadOptions {
+                heights,
+                ..ReadOptions::default()
+            };
             read_trajectory(text.as_bytes(), &options)
         };
         let height = |text: &str, heights| -> Result<f64, ReadError> {

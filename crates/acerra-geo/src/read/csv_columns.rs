@@ -318,10 +318,14 @@ impl Columns {
         }
         let is_height = |c: &&Column| matches!(c.role, Role::Height(_));
         if !columns.has(Role::Local(0)) {
-            let found: Vec<(Role, &str)> = (columns.columns.iter().filter(is_height))
-                .map(|c| (c.role, names[c.index]))
+            let found: Vec<(Above, &str)> = (columns.columns.iter())
+                .filter_map(|c| match c.role {
+                    Role::Height(above) => Some((above, names[c.index])),
+                    _ => None,
+                })
                 .collect();
-            columns.height = csv_heights::choose(line, &found, heights)?;
+            let chosen = csv_heights::choose(line, &found, heights)?;
+            columns.height = chosen.map(|(above, datum)| (Role::Height(above), datum));
         }
         let chosen = columns.height.map(|(role, _)| role);
         let others = columns.columns.iter().filter(is_height);

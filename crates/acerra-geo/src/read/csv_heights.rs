@@ -1,7 +1,6 @@
 //! What the heights of a table are above.
 
 use super::ReadError;
-use super::csv_columns::Role;
 
 /// What heights are above.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -87,12 +86,12 @@ pub(super) fn above(name: &str) -> Option<Above> {
 /// Only columns that say nothing, or another datum than the caller.
 pub(super) fn choose(
     line: u64,
-    columns: &[(Role, &str)],
+    columns: &[(Above, &str)],
     stated: Option<HeightDatum>,
-) -> Result<Option<(Role, HeightDatum)>, ReadError> {
+) -> Result<Option<(Above, HeightDatum)>, ReadError> {
     let of = |above: Above| {
-        let role = Role::Height(above);
-        columns.iter().find(|(r, _)| *r == role).map(|_| role)
+        let found = columns.iter().find(|(a, _)| *a == above);
+        found.map(|_| above)
     };
     if let Some(datum) = stated {
         let found = [Above::Stated(datum), Above::Plain, Above::Open]
@@ -106,24 +105,21 @@ pub(super) fn choose(
                 ),
             });
         }
-        return Ok(found.map(|role| (role, datum)));
+        return Ok(found.map(|above| (above, datum)));
     }
     for datum in [HeightDatum::Ellipsoid, HeightDatum::Sea] {
-        if let Some(role) = of(Above::Stated(datum)) {
-            return Ok(Some((role, datum)));
+        if let Some(above) = of(Above::Stated(datum)) {
+            return Ok(Some((above, datum)));
         }
     }
-    if let Some(role) = of(Above::Plain) {
-        return Ok(Some((role, HeightDatum::Ellipsoid)));
+    if let Some(above) = of(Above::Plain) {
+        return Ok(Some((above, HeightDatum::Ellipsoid)));
     }
-    if let Some((_, name)) = columns
-        .iter()
-        .find(|(r, _)| *r == Role::Height(Above::Open))
-    {
+    if let Some((_, name)) = columns.iter().find(|(above, _)| *above == Above::Open) {
         return Err(ReadError::HeightsOpen {
             line,
             column: (*name).to_owned(),
         });
     }
-    Ok(of(Above::Stated(HeightDatum::TakeOff)).map(|role| (role, HeightDatum::TakeOff)))
+    Ok(of(Above::Stated(HeightDatum::TakeOff)).map(|above| (above, HeightDatum::TakeOff)))
 }

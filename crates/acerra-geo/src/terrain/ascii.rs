@@ -73,8 +73,8 @@ const FIRST_KEYS: [&str; 10] = [
 /// Whether a text begins with a key of such a grid.
 pub(super) fn begins(start: &[u8]) -> bool {
     let word = start.split(u8::is_ascii_whitespace).find(|w| !w.is_empty());
-    let is = |key: &&str| word.is_some_and(|w| w.eq_ignore_ascii_case(key.as_bytes()));
-    FIRST_KEYS.iter().any(|key| is(&key))
+    let is = |key: &str| word.is_some_and(|w| w.eq_ignore_ascii_case(key.as_bytes()));
+    FIRST_KEYS.iter().any(|key| is(key))
 }
 
 /// A finite number, or NaN where the word says so.

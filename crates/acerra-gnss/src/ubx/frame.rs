@@ -2,8 +2,7 @@
 
 use super::window::SumWindow;
 
-/// Longest payload taken for real; a larger length field is noise.
-pub const MAX_PAYLOAD_BYTES: usize = 16_376;
+pub use super::window::MAX_PAYLOAD_BYTES;
 
 const OVERHEAD_BYTES: usize = 8;
 

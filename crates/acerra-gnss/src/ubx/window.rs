@@ -3,7 +3,8 @@
 //! A log may be made so that a frame of 16 kB seems to begin at every sixth byte. The sums of the bytes of a block, and of
 //! the bytes times their place, are kept for all its beginnings; a checksum is made of the differences of two.
 
-use super::frame::MAX_PAYLOAD_BYTES;
+/// Longest payload taken for real; a larger length field is noise.
+pub const MAX_PAYLOAD_BYTES: usize = 16_376;
 
 /// Bytes of a block whose sums are kept.
 const BLOCK_BYTES: usize = 1 << 17;

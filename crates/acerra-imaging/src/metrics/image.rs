@@ -131,9 +131,10 @@ impl Field for InterpolatedImage<'_> {
         let [column_phasor, row_phasor] = self.without_carrier;
         // The columns of all rows first, and then along the row.
         let mut column_sums = [Complex64::default(); TAPS];
-        for j in 0..y.count {
+        let factors = row_phasor.iter().zip(&y.weight).take(y.count);
+        for (j, (phasor, weight)) in factors.enumerate() {
             let row = &self.image.values[(y.first + j) * grid.nx + x.first..][..x.count];
-            let factor = row_phasor[j] * y.weight[j];
+            let factor = phasor * *weight;
             for (sum, v) in column_sums.iter_mut().zip(row) {
                 let (re, im) = (f64::from(v.re), f64::from(v.im));
                 sum.re += re * factor.re - im * factor.im;

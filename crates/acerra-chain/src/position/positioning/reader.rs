@@ -242,7 +242,7 @@ fn is_worth_a_warning(reason: &DropReason) -> bool {
 }
 
 /// Any time in a file.
-fn time_of(file: &GnssFile) -> Option<acerra_geo::time::GpsTime> {
+fn time_of(file: &GnssFile) -> Option<GpsTime> {
     let observed = file.observations.as_ref().and_then(|o| o.epochs.first());
     let broadcast = file.navigation.as_ref().and_then(|n| n.ephemerides.first());
     observed

@@ -12,7 +12,6 @@ use tiff::decoder::{Decoder, DecodingResult, Limits};
 use tiff::tags::{ByteOrder, Tag};
 
 use super::super::TerrainError;
-use super::stored;
 
 /// Most bytes of a strip or tile, unpacked.
 const MAX_BYTES: u64 = 128 << 20;
@@ -344,5 +343,33 @@ fn unzstd(packed: &[u8], bytes: u64) -> Result<Vec<u8>, String> {
         Ok(out)
     } else {
         Err(format!("{} of {bytes} bytes", out.len()))
+    }
+}
+
+/// A number of a decoded strip or tile, by its row, column and the columns of a row.
+fn stored(
+    values: &DecodingResult,
+    bits: u16,
+    [column, row]: [usize; 2],
+    columns: usize,
+) -> Option<f64> {
+    let at = row * columns + column;
+    match values {
+        // Less than a byte each: rows begin with a byte, its highest bits first.
+        DecodingResult::U8(v) if [1, 2, 4].contains(&bits) => {
+            let a_byte = usize::from(8 / bits);
+            let byte = *v.get(row * columns.div_ceil(a_byte) + column / a_byte)?;
+            let shift = 8 - usize::from(bits) * (column % a_byte + 1);
+            Some(f64::from((byte >> shift) & ((1u8 << bits) - 1)))
+        }
+        DecodingResult::F32(v) => v.get(at).map(|v| f64::from(*v)),
+        DecodingResult::F64(v) => v.get(at).copied(),
+        DecodingResult::I16(v) => v.get(at).map(|v| f64::from(*v)),
+        DecodingResult::U16(v) => v.get(at).map(|v| f64::from(*v)),
+        DecodingResult::I32(v) => v.get(at).map(|v| f64::from(*v)),
+        DecodingResult::U32(v) => v.get(at).map(|v| f64::from(*v)),
+        DecodingResult::U8(v) if bits == 8 => v.get(at).map(|v| f64::from(*v)),
+        DecodingResult::I8(v) => v.get(at).map(|v| f64::from(*v)),
+        _ => None,
     }
 }

@@ -9,7 +9,7 @@ mod values;
 use std::io::{Read, Seek};
 use std::ops::Range;
 
-use tiff::decoder::{Decoder, DecodingResult, Limits};
+use tiff::decoder::{Decoder, Limits};
 use tiff::tags::Tag;
 
 use super::TerrainError;
@@ -79,7 +79,7 @@ impl<R: Read + Seek> Reader<R> {
             chunks,
             mask,
             nodata,
-            values: Values::read(metadata.as_deref(), &keys)?,
+            values: Values::read(metadata.as_deref(), keys.vertical_unit_m()?)?,
             grid_type: values::grid_type(metadata.as_deref())?,
         };
         Ok((header, reader))
@@ -144,32 +144,4 @@ fn images<R: Read + Seek>(
         next = directory.next();
     }
     Ok((image, None))
-}
-
-/// A number of a decoded strip or tile, by its row, column and the columns of a row.
-fn stored(
-    values: &DecodingResult,
-    bits: u16,
-    [column, row]: [usize; 2],
-    columns: usize,
-) -> Option<f64> {
-    let at = row * columns + column;
-    match values {
-        // Less than a byte each: rows begin with a byte, its highest bits first.
-        DecodingResult::U8(v) if [1, 2, 4].contains(&bits) => {
-            let a_byte = usize::from(8 / bits);
-            let byte = *v.get(row * columns.div_ceil(a_byte) + column / a_byte)?;
-            let shift = 8 - usize::from(bits) * (column % a_byte + 1);
-            Some(f64::from((byte >> shift) & ((1u8 << bits) - 1)))
-        }
-        DecodingResult::F32(v) => v.get(at).map(|v| f64::from(*v)),
-        DecodingResult::F64(v) => v.get(at).copied(),
-        DecodingResult::I16(v) => v.get(at).map(|v| f64::from(*v)),
-        DecodingResult::U16(v) => v.get(at).map(|v| f64::from(*v)),
-        DecodingResult::I32(v) => v.get(at).map(|v| f64::from(*v)),
-        DecodingResult::U32(v) => v.get(at).map(|v| f64::from(*v)),
-        DecodingResult::U8(v) if bits == 8 => v.get(at).map(|v| f64::from(*v)),
-        DecodingResult::I8(v) => v.get(at).map(|v| f64::from(*v)),
-        _ => None,
-    }
 }

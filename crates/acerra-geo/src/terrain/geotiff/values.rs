@@ -1,7 +1,6 @@
 //! What a raster's numbers are: scale, offset and unit, by GDAL's metadata and by GeoKeys.
 
 use super::super::TerrainError;
-use super::keys::GeoKeys;
 
 /// The international foot (m).
 pub(super) const FOOT_M: f64 = 0.3048;
@@ -22,11 +21,11 @@ impl Values {
         stored.mul_add(self.scale, self.offset) * self.unit_m
     }
 
-    /// From the XML text of GDAL's tag 42112 and the GeoKeys.
+    /// From the XML text of GDAL's tag 42112 and the unit of heights by the GeoKeys (m).
     ///
     /// # Errors
     /// XML that is broken, a scale that is no number or 0, a unit that is not known, two units that differ.
-    pub fn read(metadata: Option<&str>, keys: &GeoKeys) -> Result<Self, TerrainError> {
+    pub fn read(metadata: Option<&str>, by_keys: Option<f64>) -> Result<Self, TerrainError> {
         let mut values = Self {
             scale: 1.0,
             offset: 0.0,
@@ -48,7 +47,6 @@ impl Values {
                 found: "0".to_owned(),
             });
         }
-        let by_keys = keys.vertical_unit_m()?;
         if let (Some(tag), Some(key)) = (unit, by_keys)
             && (tag / key - 1.0).abs() > 1e-9
         {
