@@ -117,7 +117,7 @@ pub(crate) fn outcome(
     }
 }
 
-/// Points whose ranges, `[M][K]`, m, differ from those of one before by less than this rms.
+/// Number of points whose ranges, `[M][K]`, m, differ from an earlier point's by less than `within_m` rms.
 fn ghosts(ranges_m: &[Vec<f64>], within_m: f64) -> usize {
     let apart_m = |a: usize, b: usize| {
         let square = |ranges: &Vec<f64>| (ranges[a] - ranges[b]).powi(2);

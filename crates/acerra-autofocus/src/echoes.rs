@@ -7,7 +7,7 @@ use crate::profiles::Profiles;
 use crate::template::Template;
 
 /// Share of a point's energy that is added to the diagonal of the normal matrix: points closer in
-/// range than about a tenth of the resolution are not told apart.
+/// range than about a tenth of the resolution are not separated.
 const RIDGE: f64 = 1e-3;
 
 /// One point's echo in one pulse.
@@ -19,7 +19,7 @@ pub(crate) struct Echo {
     pub delay_m: f64,
     /// Variance of the amplitude for noise of unit variance per frequency.
     pub amplitude_variance: f64,
-    /// Variance of `delay_m` (m²) for the same noise; infinite where the echo tells no delay.
+    /// Variance of `delay_m` (m²) for the same noise; infinite where the echo does not determine the delay.
     pub delay_variance_m2: f64,
 }
 

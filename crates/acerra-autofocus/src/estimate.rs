@@ -27,11 +27,11 @@ pub struct AutofocusOptions {
     pub most_points: usize,
     /// Standard errors by which the mean gain of points left out must exceed zero; 2 by default.
     pub significance: f64,
-    /// Rms correction, in prior deviations, beyond which the echoes are not believed to be those of
-    /// fixed points; 4 by default.
+    /// Rms correction, in prior deviations, beyond which the echoes are not attributed to fixed points; 4 by
+    /// default.
     pub most_sigmas: f64,
     /// Parts of the flight, in order, whose images are summed by power: a point has a phase of its own in
-    /// each, and gains are those of the sum. None for one image of all pulses, the default.
+    /// each, and gains are measured on the sum. Empty for one image of all pulses, the default.
     pub coherent_parts: Vec<Range<usize>>,
 }
 

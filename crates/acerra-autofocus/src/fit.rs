@@ -28,7 +28,7 @@ const STEPS_WITH_GLOBALS: usize = 25;
 const SHARES: [f64; 3] = [1.0, 0.5, 0.2];
 /// Deviation of a change of place: about what a point may be off where it was found (m).
 const NEAR_M: f64 = 0.5;
-/// The same of a point that may stand anywhere in an image (m).
+/// Deviation of a change of place for a point that may lie anywhere in an image (m).
 const ANYWHERE_M: f64 = 30.0;
 /// Share of a step that is as good as linear.
 const LITTLE: f64 = 1e-6;
@@ -129,8 +129,7 @@ impl<'a> Problem<'a> {
         2.0 * misfit / noise + model.prior_square(self.globals)
     }
 
-    /// Steps to the maximum of the posterior from `start`; `guides` are the points that tell of the
-    /// path.
+    /// Steps to the maximum of the posterior from `start`; `guides` are the points that determine the path.
     pub fn fit(
         &self,
         start: Model,
@@ -162,8 +161,8 @@ impl<'a> Problem<'a> {
     }
 
     /// Deviations of changes of place that steps are tried with, m. Nothing is known of the places beforehand,
-    /// and globals are only as free as the places are; near ones keep points from running away along
-    /// directions that their echoes do not tell.
+    /// and globals are only as free as the places are; small deviations keep points from diverging along
+    /// directions that their echoes do not constrain.
     pub fn place_sigmas_m(&self) -> &'static [f64] {
         match self.globals {
             [] => &[NEAR_M],
@@ -263,9 +262,9 @@ impl<'a> Problem<'a> {
         Some((rows, found))
     }
 
-    /// Where lines of sight start from, m. With globals it is the path as stated, moved by these: a straight
-    /// flight would otherwise tell, by millimetres that its own estimate adds to the path, what no straight
-    /// flight can tell, such as its height above the scene.
+    /// Antenna positions from which lines of sight start, m. With globals, the positions are the nominal path
+    /// moved by the globals: corrections of millimetres to a straight path would otherwise seem to determine
+    /// quantities that a straight flight cannot observe, such as its height above the scene.
     fn seen_from_m(&self, model: &Model) -> Vec<[f64; 3]> {
         if self.globals.is_empty() {
             return self.positions_m(model);

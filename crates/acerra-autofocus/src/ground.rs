@@ -3,7 +3,7 @@
 use acerra_imaging::ImageGrid;
 use nalgebra::Vector3;
 
-/// The surface that points stand on: the image's pixels, bilinear between them.
+/// Surface on which points lie: the image's pixels, with bilinear interpolation between pixels.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ground<'a> {
     grid: ImageGrid<'a>,

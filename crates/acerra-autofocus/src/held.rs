@@ -39,7 +39,7 @@ impl Held {
         }
     }
 
-    /// The columns `right` of pulse `m` with those of the sums' forces after them.
+    /// Appends the weights of pulse `m` in the held sums to the columns `right`: one column per sum and axis.
     pub fn with_forces(&self, m: usize, right: Axes) -> Axes {
         let Some(weights) = self.weights.get(m) else {
             return right;

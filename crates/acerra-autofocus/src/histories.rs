@@ -135,8 +135,8 @@ impl Histories {
             .collect()
     }
 
-    /// Turn of the echoes of `own` pulses against those of `others`, by all points of `guides`, in rad; none
-    /// where either have no echo.
+    /// Phase of the echoes of the `own` pulses relative to the echoes of the `others`, rad, averaged over the
+    /// points of `guides`; `None` where either set has no echo.
     pub fn turn_between(&self, own: &[bool], others: &[bool], guides: &[bool]) -> Option<f64> {
         let mut cross = Complex64::ZERO;
         for k in (0..guides.len()).filter(|k| guides[*k]) {

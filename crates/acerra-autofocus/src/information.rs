@@ -1,4 +1,4 @@
-//! What linear observations say of the pulses' positions and of parameters beside them.
+//! Information of linear observations on the pulses' positions and on further parameters.
 
 use nalgebra::{DMatrix, Dyn, Matrix3, OMatrix, U3};
 

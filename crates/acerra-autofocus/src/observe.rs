@@ -27,13 +27,13 @@ pub(crate) enum Kind {
 /// How observations are made.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Observing<'a> {
-    /// Whether phases are observed beside delays.
+    /// Whether phases are observed in addition to delays.
     pub phases: bool,
-    /// Points whose echoes tell of the path; the others only find their own places.
+    /// Points whose echoes constrain the path; the echoes of other points only determine the points' own places.
     pub guides: &'a [bool],
     /// The globals.
     pub globals: &'a [Global],
-    /// Deviation of a change of a point's place and of the range that its phase stands for, m.
+    /// Deviation of a change of a point's place and of the range equivalent to the point's phase, m.
     pub place_sigma_m: f64,
 }
 
@@ -192,7 +192,7 @@ impl Rows {
         self.points * self.per_point() + self.global_variance.len()
     }
 
-    /// Factors of a row's parameters: those of its point, and those of the globals.
+    /// Factors of a row's parameters: the parameters of the row's point, then the globals.
     fn coefficients(&self, index: usize) -> impl Iterator<Item = (usize, f64)> {
         let row = &self.rows[index];
         let first = row.point * self.per_point();

@@ -9,7 +9,7 @@ use serde::Serialize;
 pub enum Decision {
     /// The correction is significant: points that took no part in it gained.
     Applied,
-    /// No point stands out of the image.
+    /// The image has no prominent point.
     NoPoints,
     /// The positions' prior leaves nothing to correct.
     NothingToCorrect,
@@ -63,8 +63,8 @@ pub struct Autofocused {
     pub globals: Vec<GlobalFound>,
     /// The points used.
     pub points: Vec<PointFound>,
-    /// Points whose ranges are those of another, not a range resolution rms apart: one of them is the other's
-    /// ghost, and draws the path to the wrong side of the track.
+    /// Points whose ranges differ from another point's by less than one range resolution rms: one of the two
+    /// points is the other's ghost, and a ghost draws the path to the wrong side of the track.
     pub ghosts: usize,
     /// Mean gain of the points' peaks, weighted by their amplitudes, dB, as [`PointFound::gain_db`] has them.
     pub gain_db: f64,

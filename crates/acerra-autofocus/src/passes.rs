@@ -1,5 +1,5 @@
 //! Kalman filter and modified Bryson–Fraser smoother (Bierman 1973) over the pulses, which invert no
-//! covariance, with the columns of parameters carried beside the observations' (de Jong 1991).
+//! covariance; the columns of the parameters are carried along with the observations (de Jong 1991).
 
 use nalgebra::{DMatrix, Dyn, Matrix3, OMatrix, U9};
 
@@ -19,7 +19,7 @@ pub(crate) struct Filtered {
     innovation: Axes,
 }
 
-/// What all observations say of one pulse.
+/// Smoothed quantities of one pulse, given all observations.
 pub(crate) struct Passed {
     /// Value of z for the observations and each parameter's column.
     pub value: Axes,

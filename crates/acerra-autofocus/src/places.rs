@@ -1,4 +1,4 @@
-//! Where points stand in other models of the flight.
+//! Places of points under other models of the flight.
 
 use nalgebra::{Matrix2, Vector2, Vector3};
 

@@ -85,8 +85,7 @@ impl Correlation {
 pub struct PositionPrior {
     /// Covariance of each pulse's error, `[M]`, m², axes as the positions'.
     pub covariance_m2: Vec<[[f64; 3]; 3]>,
-    /// Where each pulse stands on the axis of the correlation, `[M]`, not falling: seconds, or
-    /// metres of path.
+    /// Abscissa of each pulse for the correlation, `[M]`, non-decreasing: seconds, or metres of path.
     pub abscissa: Vec<f64>,
     /// Correlation between pulses.
     pub correlation: Correlation,

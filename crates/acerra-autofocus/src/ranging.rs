@@ -1,4 +1,4 @@
-//! How places of antenna and point make a range, and what phase an echo has beside that of its range.
+//! Range model between antenna and point, and phase of an echo beyond the phase of its range.
 
 use std::ops::Range;
 

@@ -14,7 +14,7 @@ const PRUNINGS: usize = 3;
 const LEAST_COHERENCE: f64 = 0.4;
 /// Amplitude of a prominent point over the strongest's.
 const LEAST_AMPLITUDE: f64 = 0.1;
-/// Prominent points stand so many range resolutions apart.
+/// Least spacing of prominent points, in range resolutions.
 const APART_CELLS: f64 = 1.5;
 
 /// A maximum of the posterior, and how it was reached.
@@ -26,7 +26,7 @@ pub(crate) struct Reached {
 }
 
 /// The maximum reached from delays, or from the coherent image where delays give few points and it
-/// explains more; none where no point stands out.
+/// explains more; `None` without a prominent point.
 pub(crate) fn best_fit(search: &Search) -> Result<Option<Reached>, AutofocusError> {
     let start = search.by_envelopes()?;
     let by_delays = reach(search, start, &[Stage::Envelope, Stage::Phase])?;
@@ -87,8 +87,8 @@ fn reach(
     }))
 }
 
-/// Points that keep their phase along the flight, are not far weaker than the strongest, and do not
-/// stand beside a stronger one; indices, rising.
+/// Points that keep their phase along the flight, are not far weaker than the strongest, and are not adjacent
+/// to a stronger point; indices, ascending.
 fn prominent(problem: &Problem, model: &Model) -> Vec<usize> {
     let coherence = problem.seen(model).histories.coherence();
     let points = model.points_m(&problem.ground);

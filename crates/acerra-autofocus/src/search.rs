@@ -18,7 +18,7 @@ const SHARE_OF_ROUND: f64 = 0.5;
 const SHARE_OF_ALL: f64 = 0.02;
 /// Maxima rise above the image's median by at least so many median deviations.
 const LEAST_RISE: f64 = 8.0;
-/// Points stand at least so many range resolutions apart.
+/// Least spacing of points, in range resolutions.
 const APART_CELLS: f64 = 3.0;
 /// Most pulses that an image without phases sums.
 const MOST_PULSES: usize = 400;
@@ -45,7 +45,7 @@ impl Search<'_> {
         self.rounds(Stage::Envelope, self.problem.nominal(Vec::new()))
     }
 
-    /// Points on top of those of `model`, with the path it has, by the coherent image.
+    /// Adds points to the points of `model`, found in the coherent image along the path of `model`.
     pub fn by_phases(&self, model: Model) -> Result<Model, ImagingError> {
         self.rounds(Stage::Phase, model)
     }
@@ -207,7 +207,7 @@ impl Search<'_> {
         spectrum
     }
 
-    /// Maxima of a map that stand out, strongest first.
+    /// Prominent maxima of a map, strongest first.
     fn maxima(&self, map: &PowerMap, floor: &mut Option<f64>) -> Vec<PixelPlace> {
         let rows = map.power.len() / map.columns;
         let mut sorted = map.power.clone();
@@ -257,7 +257,7 @@ impl Search<'_> {
         }
     }
 
-    /// Drops points that left the pixels or came to stand on a stronger one.
+    /// Drops points that left the pixels or merged with a stronger point.
     pub fn tidy(&self, model: &mut Model) {
         let ground = &self.problem.ground;
         let apart_m = self.problem.template.cell_m;

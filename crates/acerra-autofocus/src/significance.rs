@@ -22,7 +22,8 @@ pub(crate) struct Gains {
 }
 
 impl Gains {
-    /// Weighted by the points' amplitudes: clutter beside weak ones makes their peaks fluctuate.
+    /// Mean gain weighted by the points' amplitudes: clutter near weak points makes the peaks of weak points
+    /// fluctuate.
     fn of(point_db: Vec<f64>, power: &[f64]) -> Self {
         let weight: Vec<f64> = power.iter().map(|p| p.sqrt()).collect();
         let total = weight.iter().sum::<f64>().max(f64::MIN_POSITIVE);

@@ -1,4 +1,4 @@
-//! Estimate of a path and of parameters beside it from linear observations.
+//! Joint estimate of a path and of further parameters from linear observations.
 //!
 //! Observations of pulse m are y = h·δ_m + aᵀθ + v with the error δ_m = L_m z_m of its position, z a
 //! [`process`](crate::process) and θ parameters with Gaussian priors: [`passes`](crate::passes) over the

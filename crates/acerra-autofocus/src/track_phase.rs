@@ -28,8 +28,8 @@ impl Problem<'_> {
         }
     }
 
-    /// The model with the phase of each track that has one turned to the pulses that have none, or to those of
-    /// the first where all have.
+    /// Aligns the phase parameter of each track to the pulses without a phase parameter, or to the first track
+    /// where every track has a phase parameter.
     fn with_turns(&self, model: &Model, seen: &Seen, guides: &[bool]) -> Model {
         let own = self.globals.iter().enumerate();
         let phases: Vec<_> = own

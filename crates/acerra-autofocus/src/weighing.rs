@@ -39,7 +39,7 @@ impl Rows {
         }
     }
 
-    /// Widens each point's variances by how far its residuals resemble those of the next pulses:
+    /// Widens each point's variances by how strongly its residuals correlate with the residuals of the next pulses:
     /// correlated errors average out more slowly.
     pub fn widen_by_correlation(&mut self, found: &Smoothed) {
         let lags = ((CORRELATED_SHARE * self.pulses as f64) as usize).max(1);
