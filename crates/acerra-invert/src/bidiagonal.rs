@@ -2,7 +2,7 @@
 //!
 //! From u₁ = d/‖d‖ on, L V_k = U_{k+1} B_k and L⁺ U_{k+1} = V_k B_kᵀ + α_{k+1} v_{k+1} e_{k+1}ᵀ with
 //! orthonormal U and V and a lower bidiagonal B_k (Golub & Kahan 1965; Paige & Saunders 1982, LSQR).
-//! The singular values of B_k approach those of L that the data hold.
+//! The singular values of B_k converge to the singular values of L that contribute to the data.
 //!
 //! Every new left vector is orthogonalised against all before it, so that B Bᵀ = U⁺ L L⁺ U holds to
 //! rounding (one-sided reorthogonalisation: Simon & Zha 2000, Barlow 2013). Solutions are formed of the
@@ -14,7 +14,7 @@ use crate::operator::LinearOperator;
 use crate::vector::{add_scaled, inner, norm, scale};
 use acerra_imaging::{Complex64, Control};
 
-/// A new basis vector this small beside the matrix ends the Krylov space.
+/// Norm of a new basis vector, relative to the matrix, below which the Krylov space is exhausted.
 const BREAKDOWN: f64 = 1e-13;
 
 /// A pass that leaves more than this share of a vector needs no second.
@@ -70,7 +70,7 @@ impl<'o, L: LinearOperator + ?Sized> Bidiagonalization<'o, L> {
     /// One step: another left and right vector. False once the Krylov space is exhausted.
     ///
     /// # Errors
-    /// Those of the operator, cancellation.
+    /// Errors of the operator, cancellation.
     pub fn step(&mut self, control: Control) -> Result<bool, InvertError> {
         if self.is_exhausted {
             return Ok(false);
@@ -160,7 +160,7 @@ impl<'o, L: LinearOperator + ?Sized> Bidiagonalization<'o, L> {
     /// L⁺ U_{k+1} z less its part along v_{k+1}, which the Krylov space does not hold yet.
     ///
     /// # Errors
-    /// Those of the operator, cancellation.
+    /// Errors of the operator, cancellation.
     pub fn scene_of(
         mut self,
         coefficients: &[f64],
@@ -189,7 +189,7 @@ impl<'o, L: LinearOperator + ?Sized> Bidiagonalization<'o, L> {
     }
 }
 
-/// Bytes that `steps` steps on `operator` take, beside data and result.
+/// Bytes that `steps` steps on `operator` take, excluding data and result.
 #[must_use]
 pub fn bidiagonalization_bytes(operator: &(impl LinearOperator + ?Sized), steps: usize) -> u128 {
     const VALUE: u128 = size_of::<Complex64>() as u128;

@@ -43,7 +43,7 @@ pub struct CglsSolution {
 /// Solves min ‖Lσ − d‖² + μ²‖σ‖² from σ = 0.
 ///
 /// # Errors
-/// Parameters without a meaning, data that hold nothing, those of the operator, cancellation.
+/// Parameters without a meaning, data that hold nothing, errors of the operator, cancellation.
 pub fn cgls<L: LinearOperator + ?Sized>(
     operator: &L,
     data: &[Complex64],

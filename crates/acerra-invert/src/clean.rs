@@ -32,7 +32,7 @@ pub struct CleanOptions {
 pub struct Component {
     /// Index of its pixel.
     pub pixel: usize,
-    /// Where it stands, m.
+    /// Position of the component, m.
     pub point_m: [f64; 3],
     /// Its reflectivity.
     pub reflectivity: Complex64,
@@ -72,10 +72,10 @@ pub struct CleanInput<'a> {
     pub data: &'a [Complex64],
 }
 
-/// Takes points off the data until nothing stands above the threshold.
+/// Subtracts points from the data until no maximum exceeds the threshold.
 ///
 /// # Errors
-/// Parameters without a meaning, arrays of other lengths, those of the operator, cancellation.
+/// Parameters without a meaning, arrays of other lengths, errors of the operator, cancellation.
 pub fn clean(
     input: &CleanInput<'_>,
     options: &CleanOptions,

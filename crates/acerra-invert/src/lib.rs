@@ -14,7 +14,7 @@
 //! - [`cgls`](cgls()): conjugate gradients for least squares, in the memory of two scenes.
 //! - [`solve_sparse`]: FISTA, complex ℓ1, or group-sparse over tracks.
 //! - [`clean`](clean()): CLEAN with the true, place-dependent point spread.
-//! - [`point_response`]: what a method makes of a single point, its resolution operator there.
+//! - [`point_response`]: a method's response to a single point: its resolution operator there.
 //!
 //! Every solver knows the operator by its action alone. The weights of the pulses enter as their square
 //! roots on both sides ([`Flight`]), so that L⁺ of the weighted data is the image of Eq. (3) of Catapano

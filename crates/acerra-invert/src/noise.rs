@@ -11,13 +11,13 @@ pub struct NoiseLevel {
     /// Standard deviation σ of a datum d(m, n) (complex, unweighted), were the noise white over all
     /// fast time as it is in the quiet ranges.
     pub sigma: f64,
-    /// Range cells that told it.
+    /// Range cells used in the estimate.
     pub cells: usize,
-    /// Pulses that told it.
+    /// Pulses used in the estimate.
     pub pulses: usize,
 }
 
-/// Fewest range cells that tell a level.
+/// Fewest range cells from which a level is estimated.
 const LEAST_CELLS: usize = 64;
 
 /// Measures the noise in the quiet ranges `[near, far]` (m) of each pulse, empty where near ≥ far.

@@ -36,7 +36,7 @@ pub trait LinearOperator: Sync {
         control: Control,
     ) -> Result<(), InvertError>;
 
-    /// Bytes that the operator takes while it is applied, beside its argument and result.
+    /// Working memory while the operator is applied, excluding its argument and result, bytes.
     fn working_bytes(&self) -> u128 {
         0
     }

@@ -67,8 +67,8 @@ fn on_l_curve(projected: &Projected, mu: f64) -> [f64; 2] {
     [solution.residual_power, solution.power].map(|p| 0.5 * p.max(f64::MIN_POSITIVE).ln())
 }
 
-/// Curvature at the middle of three points `step` apart in ln μ, positive at a corner; `None` where the
-/// curve stands still.
+/// Curvature at the middle of three points `step` apart in ln μ, positive at a corner; `None` where the curve
+/// is stationary.
 fn curvature(around: &[[f64; 2]], step: f64) -> Option<f64> {
     let [before, here, after] = around else {
         return None;

@@ -1,7 +1,7 @@
 //! The resolution operator at chosen points: a method's image of a unit point's echoes.
 //!
-//! A sharper picture may only be a prettier one. What a method makes of the noise-free echoes of a single
-//! point shows how wide it images the point, how strong, and what it invents beside it.
+//! A sharper image need not be better resolved. A method's image of the noise-free echoes of a single point
+//! shows the width and level of the point's response, and the artefacts that the method adds around it.
 
 use acerra_imaging::metrics::{
     ImageView, InterpolatedImage, LocalTrack, climb_crest, measure_shape,
@@ -12,7 +12,7 @@ use serde::Serialize;
 /// A method's image of a unit point.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct PointResponse {
-    /// Where the point stands, `[x, y, z]` m.
+    /// Position of the point, `[x, y, z]` m.
     pub point_m: [f64; 3],
     /// Horizontal distance of the image's peak from it, m.
     pub displacement_m: f64,

@@ -16,7 +16,7 @@ const REACH: f64 = 3.5;
 /// Puts every component back as a Gaussian of the widths that theory expects at its place (Eqs. (6) and
 /// (9)), with the phase of its range, onto the residual image.
 ///
-/// Widths of a restored target are therefore those of the theory, not a measurement.
+/// The width of a restored target is therefore the theoretical width, not a measurement.
 #[must_use]
 pub fn restore(solution: &CleanSolution, flight: &Flight, grid: &ImageGrid) -> Vec<Complex64> {
     let mut image = solution.residual.clone();

@@ -66,7 +66,7 @@ enum Modelled<'a> {
 
 impl<'a> SceneOperator<'a> {
     /// Plans the operator; `data` are weighted data of the flight ([`Flight::weighted`]), of which only the
-    /// length counts. Spreading and incidence are those of the flight.
+    /// length counts. Spreading and incidence follow the flight's settings.
     ///
     /// # Errors
     /// Pixels that the engines refuse, single precision that does not keep the accuracy, cancellation.

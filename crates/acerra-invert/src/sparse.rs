@@ -44,7 +44,7 @@ pub struct TrackData<'a> {
 /// The greatest λ with a scene that is not zero: max_i (Σ_t |L_t⁺ d_t|²)^½.
 ///
 /// # Errors
-/// Those of the operators, cancellation.
+/// Errors of the operators, cancellation.
 pub fn greatest_lambda(tracks: &[TrackData], control: Control) -> Result<f64, InvertError> {
     let mut images = Vec::new();
     for track in tracks {
@@ -55,7 +55,7 @@ pub fn greatest_lambda(tracks: &[TrackData], control: Control) -> Result<f64, In
     Ok(greatest_group(&images))
 }
 
-/// Bytes that a sparse solution takes beside the data.
+/// Bytes that a sparse solution takes, excluding the data.
 #[must_use]
 pub fn sparse_bytes(tracks: &[TrackData]) -> u128 {
     const VALUE: u128 = size_of::<Complex64>() as u128;
@@ -69,7 +69,7 @@ pub fn sparse_bytes(tracks: &[TrackData]) -> u128 {
 /// Looks for the sparse scenes of one or more tracks over the same pixels.
 ///
 /// # Errors
-/// No track, tracks of different pixels, parameters without a meaning, those of the operators,
+/// No track, tracks of different pixels, parameters without a meaning, errors of the operators,
 /// cancellation.
 pub fn solve_sparse(
     tracks: &[TrackData],
@@ -118,7 +118,7 @@ pub fn solve_sparse(
 struct State {
     y: Vec<Complex64>,
     before: Vec<Complex64>,
-    /// L y, and the same of the iterate before.
+    /// L y, and L applied to the previous iterate.
     model: Vec<Complex64>,
     model_before: Vec<Complex64>,
     /// The point that the gradient step starts from, then the new iterate.

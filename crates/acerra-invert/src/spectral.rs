@@ -73,7 +73,7 @@ pub struct SpectralSolution {
     pub parameters: f64,
     /// The iterations.
     pub history: History,
-    /// Bytes taken beside the data.
+    /// Bytes taken, excluding the data.
     pub memory_bytes: u128,
 }
 
@@ -85,7 +85,7 @@ const AGREEING_LOOKS: usize = 2;
 /// Solves min ‖Lσ − d‖ with filtered singular values.
 ///
 /// # Errors
-/// Parameters without a meaning, more memory than allowed, those of the operator, cancellation.
+/// Parameters without a meaning, more memory than allowed, errors of the operator, cancellation.
 ///
 /// ```
 /// use acerra_imaging::{Complex64, Control, PulseArrays, Pulses};

@@ -57,7 +57,7 @@ pub(crate) fn multiply(y: &mut [Complex64], weight: &[f32]) {
         .for_each(|(y, w)| y.iter_mut().zip(w).for_each(|(y, w)| *y *= f64::from(*w)));
 }
 
-/// The greatest modulus and where it stands; the first of equals.
+/// Greatest modulus and its index; the first of equals.
 pub(crate) fn greatest(a: &[Complex64]) -> (usize, f64) {
     let parts: Vec<(usize, f64)> = a
         .par_chunks(CHUNK)

@@ -8,7 +8,7 @@ use acerra_imaging::{Complex64, Control};
 /// L·D, with a positive diagonal D: the scene is σ = D y.
 ///
 /// With D = 1/‖Lᵢ‖ ([`even_weights`](crate::columns::even_weights)) every column has the norm 1: a unit point
-/// has the same peak wherever it stands, and a regularisation of ‖y‖ weighs near and far pixels alike,
+/// has the same peak at every pixel, and a regularisation of ‖y‖ weighs near and far pixels alike,
 /// which under 1/R² it does not.
 pub struct Weighted<'a, L: ?Sized> {
     operator: &'a L,
