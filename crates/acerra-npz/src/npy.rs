@@ -21,7 +21,7 @@ pub enum NpyError {
     /// The bytes are not an NPY array.
     #[error("not an NPY array: {expected} expected at byte {offset}")]
     Format {
-        /// What should have stood there.
+        /// Expected content.
         expected: &'static str,
         /// Byte offset in the array's own stream.
         offset: usize,

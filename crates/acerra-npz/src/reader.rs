@@ -25,7 +25,7 @@ impl<R: Read + Seek> NpzReader<R> {
         Ok(Self { zip })
     }
 
-    /// Names of the members as they stand in the archive, sorted.
+    /// Names of the members as stored in the archive, sorted.
     #[must_use]
     pub fn members(&self) -> Vec<String> {
         let readable = |name: Result<Cow<'_, str>, _>| {

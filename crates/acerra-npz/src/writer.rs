@@ -88,7 +88,7 @@ impl<W: Write + Seek> NpzWriter<W> {
     /// Writes an array, row-major.
     ///
     /// # Errors
-    /// If `values` are not as many as `shape` says, or those of the writer.
+    /// If `values` are not as many as `shape` says, or errors of the writer.
     pub fn array<T: NpyValue>(
         &mut self,
         name: &str,
@@ -103,7 +103,7 @@ impl<W: Write + Seek> NpzWriter<W> {
     /// Begins an array that is written piece by piece, row-major.
     ///
     /// # Errors
-    /// Those of the writer.
+    /// Errors of the writer.
     pub fn begin<T: NpyValue>(
         &mut self,
         name: &str,
@@ -120,7 +120,7 @@ impl<W: Write + Seek> NpzWriter<W> {
     /// between the pieces.
     ///
     /// # Errors
-    /// Those of the writer.
+    /// Errors of the writer.
     pub fn into_array<T: NpyValue>(
         mut self,
         name: &str,
@@ -145,7 +145,7 @@ impl<W: Write + Seek> NpzWriter<W> {
     /// Writes the archive's directory.
     ///
     /// # Errors
-    /// Those of the writer.
+    /// Errors of the writer.
     pub fn finish(self) -> io::Result<W> {
         Ok(self.zip.finish()?)
     }
@@ -161,7 +161,7 @@ impl<W: Write + Seek, T: NpyValue> ArrayWriter<'_, W, T> {
     /// Writes the next values.
     ///
     /// # Errors
-    /// If they are more than the shape asks for, or those of the writer.
+    /// If they are more than the shape asks for, or errors of the writer.
     pub fn extend(&mut self, values: impl IntoIterator<Item = T>) -> io::Result<()> {
         self.state.extend(self.zip, values)
     }
@@ -169,7 +169,7 @@ impl<W: Write + Seek, T: NpyValue> ArrayWriter<'_, W, T> {
     /// Ends the array.
     ///
     /// # Errors
-    /// If values are missing, or those of the writer.
+    /// If values are missing, or errors of the writer.
     pub fn finish(self) -> io::Result<()> {
         self.state.finish(self.zip)
     }
@@ -195,7 +195,7 @@ impl<W: Write + Seek, T: NpyValue> OwnedArrayWriter<W, T> {
     /// Writes the next values.
     ///
     /// # Errors
-    /// If they are more than the shape asks for, or those of the writer.
+    /// If they are more than the shape asks for, or errors of the writer.
     pub fn extend(&mut self, values: impl IntoIterator<Item = T>) -> io::Result<()> {
         self.state.extend(&mut self.npz.zip, values)
     }
@@ -203,7 +203,7 @@ impl<W: Write + Seek, T: NpyValue> OwnedArrayWriter<W, T> {
     /// Ends the array and gives the archive back.
     ///
     /// # Errors
-    /// If values are missing, or those of the writer.
+    /// If values are missing, or errors of the writer.
     pub fn finish(mut self) -> io::Result<NpzWriter<W>> {
         self.state.finish(&mut self.npz.zip)?;
         Ok(self.npz)
