@@ -83,12 +83,12 @@ pub enum EditError {
     NotATable {
         /// Where.
         path: String,
-        /// What stands there.
+        /// Kind of value found there.
         found: &'static str,
     },
 }
 
-/// Puts values into the text of a settings file; what else stands in it stays as it is.
+/// Puts values into the text of a settings file; the remaining text is unchanged.
 ///
 /// # Errors
 /// Text that is not TOML, or has something else where a table should be.
