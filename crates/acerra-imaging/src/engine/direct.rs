@@ -79,7 +79,8 @@ pub(crate) fn table_ranges_m(position_m: &[[f64; 3]], grid: &ImageGrid) -> Vec<[
         .collect()
 }
 
-/// The same over uneven ground: of a grid over the base of a surface of the heights `span_m`, and of the pixels.
+/// Bounds, m, of the ranges from every antenna position to `grid` over uneven ground: the heights span the
+/// surface's `[low, high]` and the terrain below the grid.
 pub(crate) fn uneven_ranges_m(
     position_m: &[[f64; 3]],
     (grid, [low, high]): (&TiltedGrid, [f64; 2]),
