@@ -37,7 +37,7 @@ pub struct ShownTrace {
     pub levels: Vec<u8>,
 }
 
-/// Where the final image stands.
+/// Progress of the final image.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case", tag = "state")]
 pub enum Final {
@@ -80,7 +80,7 @@ pub struct Shown {
     pub origin_deg_m: Option<[f64; 3]>,
     /// The state.
     pub status: Status,
-    /// Where the final image stands.
+    /// Progress of the final image.
     pub last: Final,
     /// Whether the recording can be ended from a page now.
     pub can_stop: bool,
@@ -114,7 +114,7 @@ pub struct Board {
     version: AtomicU64,
     listeners: Mutex<Vec<Box<dyn Fn() + Send>>>,
     stop: Mutex<Option<Box<dyn Fn() + Send>>>,
-    /// Pages that look, and those of them that draw what they were sent.
+    /// Number of connected pages, and number of pages still drawing a picture.
     pages: AtomicUsize,
     busy_pages: AtomicUsize,
 }
@@ -165,7 +165,7 @@ impl Board {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Calls `told` whenever something changes; it must not take its time.
+    /// Calls `told` after every change; `told` must return quickly.
     pub fn listen(&self, told: impl Fn() + Send + 'static) {
         let mut listeners = self
             .listeners
@@ -312,7 +312,7 @@ impl Board {
         state.shown.origin_deg_m = origin_deg_m;
     }
 
-    /// Where the final image stands.
+    /// Publishes the progress of the final image.
     pub fn show_final(&self, last: Final) {
         let mut state = self.state();
         state.shown.can_stop &= last == Final::Recording;

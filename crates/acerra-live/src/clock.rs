@@ -128,7 +128,7 @@ impl RunningClock {
         self.hardware.expected()
     }
 
-    /// The radio's clock starts again; what GPS says of the host's clock holds.
+    /// Restart of the radio's clock: the fit of the host's clock to GPS time remains valid.
     pub fn radio_restarted(&mut self) {
         self.scans.clear();
         self.settled = None;
@@ -139,8 +139,9 @@ impl RunningClock {
         *self = Self::new(self.latency, self.wiring);
     }
 
-    /// Fits the stamps: marks and pulses where they tell, else times of arrival. Where better stamps have ended, times of
-    /// arrival are later by as much as they were against those, so that nothing jumps.
+    /// Fits the clock to time marks and pulses where these determine the clock, else to times of arrival. Once
+    /// marks or pulses have ended, times of arrival are shifted by their last difference from the marks or
+    /// pulses, so that the clock does not jump.
     ///
     /// # Errors
     /// Too few stamps, or clocks that differ by more than clocks do, as they seem to while the stamps span

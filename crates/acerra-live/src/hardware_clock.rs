@@ -13,8 +13,8 @@ use acerra_record::timing::{Latency, MarkedScans, Pulse, Stamps, marked_clock, p
 const MOST_PULSES: usize = 120;
 /// Marks that a fit rests on.
 const MOST_MARKS: usize = 1024;
-/// Time that a receiver's pulses take to settle once it has a fix, and longest time between two messages that tell
-/// of a fix for which it counts as held (s), as the session's own clock has them.
+/// Time that a receiver's pulses take to settle once it has a fix, and longest gap between two messages
+/// reporting a fix across which the fix counts as held (s); both as in the session's own clock.
 const SETTLES_S: f64 = 1.0;
 const LONGEST_GAP_S: f64 = 3.0;
 
@@ -46,7 +46,7 @@ impl ClockKind {
 pub struct Wiring {
     /// Whether the kernel stamps pulses per second.
     pub has_pulses: bool,
-    /// Whether the radio's pulse is on the receiver's EXTINT, as far as a stated delay tells.
+    /// Whether the radio's pulse is on the receiver's EXTINT, inferred from a stated mark delay.
     pub has_marks: bool,
     /// From a mark to the middle of its scan.
     pub mark_delay: Latency,
@@ -110,7 +110,7 @@ impl HardwareClock {
                 (true, _) => Some([host_s, host_s]),
             };
             if !state.has_fix {
-                // The fix was lost some time since it was last told.
+                // The fix was lost at some time after the last message that reported it.
                 let until_s = host_s - LONGEST_GAP_S;
                 let late = self.pulses.iter_mut().rev();
                 late.take_while(|pulse| pulse.host_s > until_s)

@@ -6,7 +6,7 @@
 //!                                   └─ Queue of waiting pulses ──┘
 //! ```
 //!
-//! - [`settings`]: what a session says of its live image.
+//! - [`settings`]: settings of the live image in a session file.
 //! - [`clock`]: the radio's scans on GPS time, by the stamps so far.
 //! - [`hardware_clock`]: the better one by pulses per second and time marks.
 //! - [`positions`]: the receiver's own solutions, and the radar's place between them.

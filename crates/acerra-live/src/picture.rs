@@ -1,4 +1,4 @@
-//! The image as it is shown: levels of half a decibel, in tiles that tell when they changed.
+//! The displayed image: levels of half a decibel, in tiles that carry the version of their last change.
 
 use acerra_imaging::PlaneGrid;
 use num_complex::Complex32;

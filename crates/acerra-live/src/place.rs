@@ -10,7 +10,8 @@ pub enum Placed {
     Waiting,
     /// Between two positions.
     At(RadarPlace),
-    /// Between two positions, but no motion has told yet which way the horizontal lever arm points.
+    /// Between two positions, but the heading that orients the horizontal lever arm is not known before the
+    /// platform has moved.
     WithoutHeading {
         /// Height of the radar above the origin (m), which needs no heading.
         up_m: f64,

@@ -34,7 +34,8 @@ pub(crate) struct PlacedScan {
     pub came: Instant,
     /// Where the radar was.
     pub place: RadarPlace,
-    /// Whether it waited for the heading or a better clock: its delay tells nothing of how fast the imaging is.
+    /// Whether it waited for the heading or a better clock: the pulse's delay is then no measure of the imaging
+    /// speed.
     pub was_held: bool,
 }
 

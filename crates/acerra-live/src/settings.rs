@@ -1,4 +1,4 @@
-//! What a session says of its live image: `[live]`, and what `[campaign]` and `[flight]` state besides.
+//! Settings of the live image in a session file: `[live]`, completed from `[campaign]` and `[flight]`.
 
 use acerra_chain::campaign::{
     Gate, Heights, ImageSection, PreprocessSection, TrajectorySection, ZeroTiming,
@@ -21,8 +21,8 @@ const DEFAULT_PIXEL_M: f64 = 0.02;
 const FINEST_PIXEL_M: f64 = 0.01;
 /// Height above the image plane from which pulses are imaged, where neither it nor a planned height is stated (m).
 const LEAST_HEIGHT_M: f64 = 0.5;
-/// Share of the planned height from which pulses are imaged: those of the climb have the surface and the targets at
-/// other angles and ranges over one place, and draw rings about it.
+/// Share of the planned height from which pulses are imaged: pulses of the climb see surface and targets at
+/// other angles and ranges from one place, and draw rings about that place.
 const PLANNED_SHARE: f64 = 0.75;
 
 /// How the fast time at which range is zero is known.
@@ -34,7 +34,7 @@ pub enum Zero {
     Surface(Option<f64>),
 }
 
-/// What a session says of its live image.
+/// Settings of the live image in a session file.
 #[derive(Clone, Debug)]
 pub struct LiveSettings {
     /// Origin of the local frame; the first position without one.

@@ -1,4 +1,4 @@
-//! What is said of the live image beside the picture.
+//! Status of the live image, shown next to the picture.
 
 use acerra_geo::trajectory::SolutionStatus;
 use acerra_record::driver::LinkCounts;
@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use crate::latency::LatencyFigures;
 
-/// What became of the pulses.
+/// Counts of the pulses by outcome.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct PulseCounts {
     /// Whole scans that came.
@@ -23,15 +23,15 @@ pub struct PulseCounts {
     pub too_low: u64,
     /// Those that cleaning gave up.
     pub not_cleaned: u64,
-    /// Those that imaging was too slow for.
+    /// Pulses dropped because imaging was too slow.
     pub too_many: u64,
-    /// Those of a picture that was started again, as a better clock moved their times.
+    /// Pulses of a discarded picture, which was started again after a better clock had moved the pulses' times.
     pub begun_anew: u64,
     /// Records of the recording that the imaging missed.
     pub missed_records: u64,
 }
 
-/// Imaged pulses by the kind of the positions that they stand at.
+/// Imaged pulses by the solution status of their positions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct ByKind {
     /// Carrier phase with integer ambiguities.
@@ -67,9 +67,9 @@ pub struct BegunAnew {
 /// The state of a live image.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Status {
-    /// What became of the pulses.
+    /// Counts of the pulses by outcome.
     pub pulses: PulseCounts,
-    /// What they stand at.
+    /// Counts of the imaged pulses by solution status.
     pub by_kind: ByKind,
     /// Kind of the latest position; none without any.
     pub position: Option<&'static str>,
@@ -118,13 +118,13 @@ pub fn doubts(status: &Status, is_height_stated: bool) -> Vec<String> {
     let imaged = fixed + float + other;
     if other > 0 {
         doubts.push(format!(
-            "{other} of {imaged} pulses stand at positions without carrier phase: these cannot focus, and where \
+            "{other} of {imaged} pulses have positions without carrier phase: these pulses cannot focus, and where \
              the image shows an echo is not where it is"
         ));
     }
     if float > 0 {
         doubts.push(format!(
-            "{float} of {imaged} pulses stand at float positions: echoes may be displaced and blurred"
+            "{float} of {imaged} pulses have float positions: echoes may be displaced and blurred"
         ));
     }
     match status.sigma_m {
@@ -181,8 +181,8 @@ mod tests {
         status.by_kind.count(SolutionStatus::Float);
         status.sigma_m = Some(1.4);
         let told = doubts(&status, true);
-        assert!(told[0].starts_with("1 of 102 pulses stand at positions without carrier phase"));
-        assert!(told[1].starts_with("1 of 102 pulses stand at float"));
+        assert!(told[0].starts_with("1 of 102 pulses have positions without carrier phase"));
+        assert!(told[1].starts_with("1 of 102 pulses have float"));
         assert!(told[2].contains("1400 mm") && told[2].contains("19 mm"));
         status.sigma_m = None;
         assert!(doubts(&status, true)[2].contains("does not say"));

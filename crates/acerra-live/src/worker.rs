@@ -19,7 +19,7 @@ use crate::status::{Status, doubts};
 pub const QUEUE_RECORDS: usize = 8_192;
 /// How soon a picture that no page was ready for is offered again.
 const LOOK_AGAIN: Duration = Duration::from_millis(3);
-/// How often the state is told.
+/// Interval between status updates.
 const TELL_EVERY: Duration = Duration::from_millis(250);
 /// Pulses whose positions are there and that may wait to be imaged: beyond that imaging is too slow, and older
 /// ones are given up.
@@ -145,7 +145,7 @@ impl Work {
         Ok(())
     }
 
-    /// Tells the state by itself, where no picture comes that it would go with.
+    /// Publishes the status on its own, where no picture is due to carry the status.
     fn tell_if_due(&mut self) {
         if self.told.elapsed() >= TELL_EVERY && self.shown.elapsed() >= TELL_EVERY {
             self.tell(None);

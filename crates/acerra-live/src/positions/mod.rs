@@ -47,9 +47,9 @@ pub struct Positions {
 /// Where the radar was.
 #[derive(Debug)]
 enum Way {
-    /// Its own way.
+    /// Path of the radar.
     OfRadar(Trajectory),
-    /// No motion has told the heading: the way with the vertical part of the lever arm alone.
+    /// Path with the vertical part of the lever arm alone: the heading is unknown before the platform has moved.
     WithoutHeading(Trajectory),
     /// None.
     None,
@@ -191,8 +191,8 @@ impl Positions {
         self.radar.as_ref().unwrap_or(&Way::None)
     }
 
-    /// The antenna's way with the lever arm. Where the platform stands, the heading before holds; before it
-    /// has moved, the first one.
+    /// Path of the radar: the antenna's path with the lever arm applied. While the platform is stationary, the
+    /// last heading holds; before the first motion, the first heading.
     fn make_way(&mut self) -> Option<Way> {
         let origin = self.start.map_or(TimeOrigin::Relative, TimeOrigin::Gps);
         let frame = self.frame.map_or(Frame::Local, Frame::Enu);
