@@ -27,7 +27,7 @@ impl ColourBar {
 /// Width of the bar in CSS pixels.
 pub(super) const BAR: f32 = 14.0;
 
-/// Lays `bar` out beside `plot`, within a figure of `width` CSS pixels.
+/// Lays out `bar` to the right of `plot`, within a figure of `width` CSS pixels.
 pub(super) fn colour_bar(bar: &ColourBar, plot: &Rect, ticks: Vec<Tick>, width: f32) -> Vec<Item> {
     let rect = Rect {
         x: plot.right() + 14.0,

@@ -13,7 +13,7 @@ pub struct DisplayGain {
 const NODES: usize = 129;
 
 impl DisplayGain {
-    /// Samples `gain_db(x, y)` over an image whose edges stand at `x` and `y`. Values that are not
+    /// Samples `gain_db(x, y)` over an image whose edges are at `x` and `y`. Values that are not
     /// finite count as 0 dB.
     pub fn sample(
         name: impl Into<String>,

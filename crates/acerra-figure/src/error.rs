@@ -4,7 +4,7 @@
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum FigureError {
-    /// An array's length does not fit the shape stated beside it.
+    /// An array's length does not match the array's stated shape.
     #[error("{what}: expected {expected} values, found {found}")]
     ShapeMismatch {
         /// The array.

@@ -8,7 +8,7 @@ use skrifa::raw::tables::kern::SubtableKind;
 use skrifa::{FontRef, GlyphId, MetadataProvider};
 use std::sync::LazyLock;
 
-/// A subset of DejaVu Sans; its licence lies beside it.
+/// A subset of DejaVu Sans; the font's licence is in the same folder.
 static BYTES: &[u8] = include_bytes!("fonts/DejaVuSans-subset.ttf");
 
 static FACE: LazyLock<FontRef<'static>> = LazyLock::new(|| {

@@ -117,10 +117,10 @@ impl<'a> FrameSpec<'a> {
     }
 }
 
-/// How a frame stands above others that share its x axis.
+/// Layout of a frame stacked above other frames with the same x axis.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Stacking {
-    /// Least room at the left of the plot, so that the plots stand exactly above each other.
+    /// Least room at the left of the plot, so that stacked plots align.
     pub least_left: f32,
     /// Whether ticks and name of the x axis are left to the frame below.
     pub without_x_labels: bool,

@@ -58,9 +58,9 @@ pub struct ImageDb<'a> {
     pub ghosts: Vec<GhostMark>,
     /// Surveyed points, marked by crosses.
     pub survey: Vec<SurveyMark>,
-    /// Whether a colour bar stands beside the image.
+    /// Whether a colour bar is drawn next to the image.
     pub colour_bar: bool,
-    /// Whether a legend of the marks stands above it.
+    /// Whether a legend of the marks is drawn above the image.
     pub legend: bool,
     /// The x axis' name.
     pub x_label: String,
@@ -291,11 +291,11 @@ impl<'a> ImageDb<'a> {
 /// Pixels from which a percentile is taken, at most.
 const MOST_SAMPLED: f64 = 1e6;
 
-/// The levels that colours stand for.
+/// Range of levels that the colours represent.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Shown {
     /// The level at 0 dB, in dB against amplitude 1.
     pub reference_db: f64,
-    /// The lowest level told apart, relative to it.
+    /// The lowest distinguishable level, relative to `reference_db`, in dB.
     pub floor_db: f64,
 }

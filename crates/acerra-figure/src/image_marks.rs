@@ -14,7 +14,7 @@ pub struct TargetMark {
     pub x_m: f64,
     /// North or across-track coordinate in metres.
     pub y_m: f64,
-    /// What stands beside it, usually its number in the table of targets.
+    /// Label next to the mark, usually the target's number in the table of targets.
     pub label: String,
 }
 
@@ -25,7 +25,7 @@ pub struct GhostMark {
     pub x_m: f64,
     /// North or across-track coordinate in metres.
     pub y_m: f64,
-    /// What stands beside it; may be empty.
+    /// Label next to the mark; may be empty.
     pub label: String,
 }
 

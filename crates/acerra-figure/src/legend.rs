@@ -91,7 +91,7 @@ pub(super) enum Sample {
 pub(super) struct Entry {
     pub label: String,
     pub sample: Sample,
-    /// The ground the sample stands on in the plot, where it is not the paper.
+    /// Background colour behind the sample in the plot; `None` for the paper colour.
     pub ground: Option<Colour>,
 }
 

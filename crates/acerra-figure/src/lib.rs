@@ -11,7 +11,7 @@
 //!  Map ────────┼─ draw() ─► frame ─► Drawing (shapes) ─┤
 //!  LinePlot ─┬─┤  series, spans                        └─ to_svg() ─► SVG text, themed by CSS
 //!  Timeline ─┤ │  states                                              variables
-//!  Stack ◄───┘─┘  panels over one x axis                 sheet(): drawings beside each other
+//!  Stack ◄───┘─┘  panels over one x axis                 sheet(): drawings in rows and columns
 //! ```
 //!
 //! A figure is a plain struct whose public fields say what it shows; `draw` lays it out into a

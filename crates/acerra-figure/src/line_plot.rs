@@ -135,8 +135,8 @@ impl<'a> LinePlot<'a> {
             .map(|r| r.value)
     }
 
-    /// The ordinates to show: as stated, else those of the points within `x_range`, with their
-    /// bands.
+    /// Range of ordinates to show: the stated range, else the range of the points within `x_range`, including
+    /// their bands.
     fn y_range(&self, x_range: [f64; 2]) -> [f64; 2] {
         let ys = self.series.iter().flat_map(|s| {
             let seen = move |i: &usize| s.x[*i] >= x_range[0] && s.x[*i] <= x_range[1];

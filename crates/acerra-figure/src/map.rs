@@ -44,7 +44,7 @@ pub struct Map<'a> {
     pub value_title: String,
     /// Whether colours follow the logarithm of the values.
     pub log_colours: bool,
-    /// Values at the ends of the colour bar; those of the data where not given.
+    /// Values at the ends of the colour bar; the range of the data where not given.
     pub range: Option<[f64; 2]>,
     /// Values at which contours are drawn.
     pub levels: Vec<f64>,

@@ -39,7 +39,7 @@ impl PixelValues<'_> {
         }
     }
 
-    /// The level in dB against amplitude 1 that a [`strength`](Self::strength) stands for; −∞ for
+    /// Level, in dB against amplitude 1, of a [`strength`](Self::strength); −∞ for
     /// zero, NaN where there is no value.
     pub(super) fn level_db(&self, strength: f64) -> f64 {
         match self {

@@ -1,4 +1,4 @@
-//! Placing labels beside marks so that nothing overlaps.
+//! Placement of labels next to marks without overlap.
 
 use super::drawing::Rect;
 use super::font;
@@ -16,7 +16,7 @@ pub(super) struct LabelPlace {
     pub x: f32,
     /// The baseline.
     pub y: f32,
-    /// From the mark's edge to the label, where it does not stand beside the mark.
+    /// From the mark's edge to the label, where the label is not adjacent to the mark.
     pub leader: Option<[(f32, f32); 2]>,
 }
 
@@ -50,7 +50,7 @@ impl Placement {
         self.taken.push(around(x, y, radius));
     }
 
-    /// Takes the first free place for `text` beside a mark of `radius` about (x, y); none where
+    /// Takes the first free place for `text` next to a mark of `radius` about (x, y); none where
     /// there is no room inside the plot.
     pub fn label(
         &mut self,

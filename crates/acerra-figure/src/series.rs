@@ -103,10 +103,10 @@ pub struct Span {
 /// A straight line across the plot at one value.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReferenceLine {
-    /// Whether it stands at an x value (upright) or a y value (level).
+    /// Whether the line is at an x value (vertical) or a y value (horizontal).
     pub at_x: bool,
     /// The value.
     pub value: f64,
-    /// What stands beside it; may be empty.
+    /// Label next to the line; may be empty.
     pub label: String,
 }

@@ -1,8 +1,8 @@
-//! Drawings beside and below each other.
+//! Drawings in rows and columns.
 
 use super::drawing::{DEFAULT_SCALE, Drawing, Item};
 
-/// Rows of drawings as one drawing: the drawings of a row stand beside each other, rows below each other,
+/// Rows of drawings as one drawing: the drawings of a row are side by side, rows are below each other,
 /// and every column begins right of the widest drawing of the column before.
 ///
 /// ```

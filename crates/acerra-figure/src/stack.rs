@@ -18,7 +18,7 @@ pub enum Panel<'a> {
 }
 
 /// Plots above each other over one x axis: the same range, the same width, ticks named once at the
-/// bottom, so that what happened at one moment stands on one vertical line.
+/// bottom, so that simultaneous events are on one vertical line.
 ///
 /// ```
 /// use acerra_figure::{Axis, LinePlot, Panel, Series, Stack};

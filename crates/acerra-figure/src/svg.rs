@@ -8,7 +8,7 @@ use base64::engine::general_purpose::STANDARD as BASE64;
 use std::fmt::Write as _;
 
 impl Drawing {
-    /// The figure as an SVG element that can stand inside an HTML page or alone in a file.
+    /// The figure as an SVG element for embedding in an HTML page or for a file of its own.
     ///
     /// It refers to nothing outside itself and carries no identifiers, so that any number of
     /// figures can share a page. Colours by role follow the CSS variables named at

@@ -12,8 +12,8 @@ pub(super) struct Tick {
 /// Even ticks over `[low, high]` drawn along `length` pixels: the finest of the steps
 /// {1, 2, 5} × 10ᵏ whose labels stay apart.
 ///
-/// `across` says that labels stand beside each other (x axis) and must not touch by width;
-/// otherwise they stand above each other.
+/// `across` states that labels are side by side (x axis) and must not touch by width; otherwise labels are
+/// above each other (y axis).
 pub(super) fn linear(low: f64, high: f64, length: f32, size: f32, across: bool) -> Vec<Tick> {
     let span = high - low;
     if !(span.is_finite() && span > 0.0) {
