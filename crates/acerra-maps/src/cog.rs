@@ -1,5 +1,5 @@
-//! Layout of a cloud-optimised TIFF: directories first, the image's before its overviews'; then the
-//! tiles, those of the smallest overview first, so that a reader that asks for a part gets few pieces.
+//! Layout of a cloud-optimised TIFF: directories first, the image's before its overviews'; then the tiles,
+//! starting with the smallest overview, so that a partial read needs few requests.
 
 use std::io::Write;
 
@@ -17,10 +17,10 @@ const DEFLATE_LEVEL: u32 = 1;
 /// Bytes from which offsets of 32 bits do not do, less a margin for directories.
 const CLASSIC_BYTES: u64 = 4_200_000_000;
 
-/// Writes a pyramid; `directory` holds the tags of the image itself beside those of the layout.
+/// Writes a pyramid; `directory` holds the tags of the image itself; the tags of the layout are added.
 ///
 /// # Errors
-/// Those of the writer.
+/// Errors of the writer.
 pub(crate) fn write(
     mut out: impl Write,
     levels: &[Level],

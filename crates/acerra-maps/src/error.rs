@@ -13,7 +13,7 @@ pub enum MapError {
     Crs(#[from] CrsError),
     /// Pixels that a straight grid cannot place well enough.
     #[error(
-        "EPSG:{code}: pixels of {pixel_m} m would stand up to {residual_m:.3} m off their places; \
+        "EPSG:{code}: pixels of {pixel_m} m would be up to {residual_m:.3} m off their places; \
          expected a smaller image, coarser pixels, or a system with less distortion (UTM)"
     )]
     NotStraight {

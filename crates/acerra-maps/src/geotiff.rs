@@ -12,7 +12,7 @@ use crate::placement::Placement;
 use crate::raster::{Raster, Values};
 use crate::tags::{Directory, Value};
 
-/// What a file says of itself beside its pixels.
+/// Metadata of a file, in addition to its pixels.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Description {
     /// What the pixels are, in words.
@@ -29,7 +29,7 @@ pub struct Description {
 /// local frame, and claims none on the Earth.
 ///
 /// # Errors
-/// Values that do not fill the pixels, and those of the writer.
+/// Values that do not fill the pixels, and errors of the writer.
 pub fn write_geotiff(
     out: impl Write,
     raster: &Raster<'_>,

@@ -22,13 +22,13 @@ pub struct Overlay<'a> {
     pub corners: [Geodetic; 4],
     /// Lines flown, heights above the ellipsoid.
     pub tracks: Vec<Vec<Geodetic>>,
-    /// How high they stand.
+    /// Height reference of the tracks.
     pub heights: TrackHeights,
     /// Points with their names and what is known of them.
     pub points: Vec<OverlayPoint>,
 }
 
-/// How high lines stand. KML counts heights from the sea (EGM96).
+/// Height reference of lines. KML heights are above mean sea level (EGM96).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum TrackHeights {
     /// By their height over the picture, as the ellipsoid's height above the sea is not known.
@@ -54,7 +54,7 @@ pub struct OverlayPoint {
 /// The picture and the points lie on the ground.
 ///
 /// # Errors
-/// Those of the writer.
+/// Errors of the writer.
 pub fn write_kmz(out: impl Write + Seek, overlay: &Overlay<'_>) -> Result<(), MapError> {
     let mut zip = ZipWriter::new(out);
     let options = SimpleFileOptions::default().last_modified_time(zip::DateTime::default());

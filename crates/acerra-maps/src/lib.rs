@@ -10,7 +10,7 @@
 //!
 //! - [`crs`]: coordinate reference systems by EPSG code; a datum whose relation to WGS84 is not known
 //!   is refused.
-//! - [`placement`]: where the pixels of a local east-north grid stand on a map.
+//! - [`placement`]: map coordinates of the pixels of a local east-north grid.
 //! - [`geotiff`]: GeoTIFF with tiles and overviews laid out for reading in parts.
 //! - [`world_file`]: the place of a picture in a frame without a place on the Earth.
 //! - [`kmz`], [`geojson`]: overlays and points.

@@ -1,4 +1,4 @@
-//! Where the pixels of a local east-north grid stand on a map.
+//! Map coordinates of the pixels of a local east-north grid.
 
 use acerra_geo::geodesy::EnuFrame;
 

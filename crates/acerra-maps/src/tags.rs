@@ -120,7 +120,7 @@ impl Directory {
         self.encode(variant, 0, 0).len() as u64
     }
 
-    /// The directory as it stands at `at` in the file, followed by one at `next` (0: none).
+    /// Encodes the directory for the file offset `at`, followed by a directory at offset `next` (0: none).
     pub fn encode(&self, variant: Variant, at: u64, next: u64) -> Vec<u8> {
         let (count, entry) = match variant {
             Variant::Classic => ((self.tags.len() as u16).to_le_bytes().to_vec(), 12),

@@ -1,5 +1,5 @@
-//! World files: six lines beside a picture that say where its pixels stand, without a system of
-//! coordinates.
+//! World files: six lines in a file next to a picture that give the coordinates of the picture's pixels,
+//! without naming a coordinate reference system.
 
 use crate::placement::Placement;
 
