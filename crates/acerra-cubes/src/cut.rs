@@ -2,7 +2,7 @@
 
 use num_complex::Complex32;
 
-/// A value as it stands in a chunk.
+/// A value as stored in a chunk.
 pub(crate) trait Stored: Copy + Sync {
     /// What fills a chunk beyond the edge of its array.
     const FILL: Self;

@@ -65,14 +65,14 @@ pub struct VtiWriter<W> {
     slices: usize,
 }
 
-/// Bytes of the number that tells an array's length.
+/// Bytes of the field that holds an array's length.
 const LENGTH_BYTES: u64 = 8;
 
 impl<W: Write + Seek> VtiWriter<W> {
     /// Begins a file with `items`, names and values, as its field data.
     ///
     /// # Errors
-    /// Those of the writer.
+    /// Errors of the writer.
     pub fn new(mut out: W, grid: VtiGrid, items: &[(String, String)]) -> Result<Self, CubeError> {
         let head = head(&grid, items);
         out.write_all(head.as_bytes())?;
@@ -94,7 +94,7 @@ impl<W: Write + Seek> VtiWriter<W> {
     /// Writes the next slice, row by row.
     ///
     /// # Errors
-    /// Another number of values than a slice has, a slice too many, those of the writer.
+    /// Another number of values than a slice has, a slice too many, errors of the writer.
     pub fn slice(&mut self, image: &[Complex32]) -> Result<(), CubeError> {
         self.check_length(image.len())?;
         if self.slices == self.grid.points[2] {
@@ -114,7 +114,7 @@ impl<W: Write + Seek> VtiWriter<W> {
     /// Writes the heights of the slice that is next.
     ///
     /// # Errors
-    /// Another number of values than a slice has, a grid without heights, those of the writer.
+    /// Another number of values than a slice has, a grid without heights, errors of the writer.
     pub fn heights_m(&mut self, heights_m: &[f64]) -> Result<(), CubeError> {
         self.check_length(heights_m.len())?;
         if !self.grid.has_heights {
@@ -129,7 +129,7 @@ impl<W: Write + Seek> VtiWriter<W> {
     /// Ends the file.
     ///
     /// # Errors
-    /// Slices that are missing, those of the writer.
+    /// Slices that are missing, errors of the writer.
     pub fn finish(mut self) -> Result<(), CubeError> {
         if self.slices != self.grid.points[2] {
             return Err(self.wrong_count(self.slices));
@@ -200,7 +200,7 @@ fn head(grid: &VtiGrid, items: &[(String, String)]) -> String {
         three(grid.spacing_m)
     );
     for (name, value) in items {
-        // Texts stand as the numbers of their bytes, a zero at the end.
+        // Texts are written as byte values with a terminating zero.
         let bytes = value.bytes().filter(|b| *b != 0).chain([0]);
         let codes: Vec<String> = bytes.map(|b| b.to_string()).collect();
         let _ = writeln!(

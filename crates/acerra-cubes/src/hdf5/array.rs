@@ -24,7 +24,7 @@ const BATCH: usize = 32;
 /// Entries of a node of the tree at most: twice the library's default.
 const NODE_ENTRIES: usize = 64;
 
-/// Where the values of an array stand.
+/// Storage of the values of an array.
 #[derive(Clone, Debug)]
 pub(super) enum Place {
     Contiguous {
@@ -111,8 +111,8 @@ impl Chunks {
         Self::new(vec![1, side(rows), side(columns)], value_bytes)
     }
 
-    /// Writes `values` of this shape, which stand at the indices `before` in the array's slower dimensions,
-    /// where chunks hold one value each.
+    /// Writes `values` of this shape at the indices `before` of the array's slower dimensions, along which
+    /// chunks hold one value each.
     pub(super) fn write<T: Stored>(
         &mut self,
         out: &mut Out<impl Write>,

@@ -5,7 +5,8 @@ const LEAST_BYTES: usize = 4096;
 /// Objects of a collection at most: they are numbered with 16 bits.
 const MOST_OBJECTS: usize = 60_000;
 
-/// Where something stands in the heap: the number of its collection, its own in there, its length.
+/// Reference to an object in the heap: number of the collection, index of the object in the collection, length
+/// of the object.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Held {
     collection: usize,
@@ -53,14 +54,14 @@ impl Heap {
             .collect()
     }
 
-    /// The collections as they stand in the file.
+    /// The collections as encoded in the file.
     pub(super) fn encoded(&self) -> Vec<Vec<u8>> {
         self.collections.iter().map(|c| encoded(c)).collect()
     }
 }
 
 impl Held {
-    /// What an attribute holds in place of the object, given where the collections stand.
+    /// Pointer that an attribute stores instead of the object, given the addresses of the `collections`.
     pub(super) fn pointer(self, collections: &[u64]) -> Vec<u8> {
         let mut out = self.length.to_le_bytes().to_vec();
         out.extend(collections[self.collection].to_le_bytes());

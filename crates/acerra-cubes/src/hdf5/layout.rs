@@ -1,4 +1,4 @@
-//! Where headers, root group and heap come to stand.
+//! Addresses of headers, root group and heap.
 
 use super::heap::Heap;
 use super::object::Messages;

@@ -15,7 +15,7 @@ pub(super) struct Messages {
 impl Messages {
     fn add(&mut self, kind: u8, body: &[u8]) {
         self.bytes.push(kind);
-        // Texts stand in the heap and lists are short: bodies hold some hundred bytes.
+        // Texts are stored in the heap and lists are short: bodies hold some hundred bytes.
         self.bytes
             .extend(u16::try_from(body.len()).unwrap_or(u16::MAX).to_le_bytes());
         self.bytes.push(0);
@@ -102,7 +102,7 @@ impl Messages {
 
     /// What makes a group, whose links keep their order.
     pub(super) fn group(&mut self, links: usize) {
-        // The order of creation is tracked; all links stand in the header.
+        // The order of creation is tracked; all links are stored in the header.
         let mut body = vec![0, 1];
         body.extend((links as u64).to_le_bytes());
         body.extend(NOWHERE.to_le_bytes());

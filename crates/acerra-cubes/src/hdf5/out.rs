@@ -14,7 +14,7 @@ impl<W: Write> Out<W> {
         Self { inner, position }
     }
 
-    /// Where the next byte comes to stand.
+    /// File offset of the next byte.
     pub(super) const fn position(&self) -> u64 {
         self.position
     }

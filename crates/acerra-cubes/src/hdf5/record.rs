@@ -1,4 +1,4 @@
-//! Arrays of the file and their attributes, as their headers tell them.
+//! Arrays of the file and their attributes, as described by the arrays' headers.
 
 use super::array::Place;
 use super::datatype::{self, real32, real64, whole32};
@@ -20,7 +20,7 @@ pub(super) struct Object {
     pub dimensions: Vec<usize>,
     /// The number of the dimension whose scale it is.
     pub scale_of: Option<usize>,
-    /// Whether it stands for a dimension alone, without values.
+    /// Whether the object represents a dimension only, without values.
     pub is_bare: bool,
 }
 
@@ -34,7 +34,7 @@ pub(super) enum Property {
 }
 
 impl Object {
-    /// What stands for a dimension without coordinates.
+    /// Placeholder of a dimension without coordinates.
     pub(super) fn bare_dimension(name: &str, number: usize, length: usize) -> Self {
         Self {
             link: name.to_owned(),

@@ -1,12 +1,12 @@
-//! What a dimension scale says of itself.
+//! Attributes of a dimension scale.
 
 use super::datatype;
 use super::object::Messages;
 
-/// What a scale says of itself.
+/// Attributes of a dimension scale.
 #[derive(Debug)]
 pub(super) struct Scale {
-    /// Its name as scales tell it.
+    /// Value of the scale's NAME attribute.
     pub name: String,
     /// Number of its dimension.
     pub number: usize,

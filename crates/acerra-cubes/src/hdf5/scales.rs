@@ -9,7 +9,7 @@ use super::scale::Scale;
 pub(super) struct Scales {
     /// For each object: the dimension whose scale it is.
     dimension: Vec<Option<usize>>,
-    /// For each dimension: its name as scales tell it, and the object that is its scale.
+    /// For each dimension: the NAME attribute of its scale, and the index of the object that is its scale.
     scale: Vec<(String, usize)>,
     /// For each object that is no scale: its dimensions and where the heap holds the references.
     attached: Vec<Vec<(usize, Held)>>,
@@ -59,7 +59,7 @@ impl Scales {
         }
     }
 
-    /// What object `k` says of itself, where it is a scale.
+    /// Attributes of object `k` as a dimension scale; `None` where the object is no scale.
     pub(super) fn scale(&self, k: usize, objects_at: &[u64]) -> Option<Scale> {
         let number = self.dimension[k]?;
         let mut attached = Vec::new();

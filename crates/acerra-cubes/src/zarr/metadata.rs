@@ -8,7 +8,7 @@ use crate::dataset::{Attribute, Values, Variable};
 const CHUNK_SIDE: usize = 512;
 /// Values of a chunk of an array of one dimension at most.
 const CHUNK_LINE: usize = 1 << 16;
-/// Level of compression: most of what there is to gain, at a third of the highest level's cost.
+/// Level of compression: most of the attainable reduction at a third of the highest level's cost.
 pub(super) const GZIP_LEVEL: u32 = 4;
 
 /// An array's document, and the shape of its chunks.
@@ -24,7 +24,7 @@ impl ArrayMetadata {
         Self::with_chunks(variable, shape, chunk_shape(shape), Some(gzip))
     }
 
-    /// An array with these chunks, compressed or as its values stand.
+    /// An array with these chunks, compressed or uncompressed.
     pub fn with_chunks(
         variable: &Variable<'_>,
         shape: &[usize],
