@@ -5,7 +5,7 @@ use crate::layout::ChannelLayout;
 use crate::model::EvenFrequencies;
 use crate::pulse::Pulse;
 
-/// Phase that a pulse's own frequencies may differ by from those of the first pulse (cycles).
+/// Largest phase difference between a pulse's frequencies and the first pulse's frequencies (cycles).
 const MAX_PHASE_CYCLES: f64 = 1e-3;
 
 /// The frequencies that all pulses hold.

@@ -59,10 +59,10 @@ pub enum WriteError {
         /// Its time (s).
         time_s: f64,
     },
-    /// No pulse from which the geometry of the collection can be told.
+    /// No pulse has a reference geometry.
     #[error(
-        "channel {name:?}: expected a platform that moves beside the middle of the scene, found none: \
-         CPHD has no reference geometry for a platform at rest"
+        "channel {name:?}: expected a platform that moves and is not straight above the middle of \
+         the scene, found none: CPHD has no reference geometry for a platform at rest"
     )]
     AtRest {
         /// The channel.

@@ -2,9 +2,9 @@
 
 use acerra_geo::geodesy::{EnuFrame, geodetic_from_ecef};
 
-/// Places within so many seconds either way tell the velocity of a pulse.
+/// Half width, in seconds, of the window of positions from which a pulse's velocity is computed.
 const VELOCITY_WINDOW_S: f64 = 0.25;
-/// Least number of places on either side of a pulse that tell its velocity, where there are so many.
+/// Least number of positions on either side of a pulse used for the pulse's velocity, where available.
 const LEAST_NEIGHBOURS: usize = 1;
 /// Grazing and slope angles are below 90° by the schema.
 const MAX_ANGLE_DEG: f64 = 90.0 - 1e-9;
@@ -59,7 +59,7 @@ pub(crate) struct ReferenceGeometry {
 impl ReferenceGeometry {
     /// The geometry of a phase centre at `arp_m` with velocity `velocity_m_s` about the reference
     /// point `srp_m`, all Earth-centred, Earth-fixed; none of a platform at rest, or straight above
-    /// the reference point. Numbers in comments are those of section 6.5.2.
+    /// the reference point. Numbers in comments refer to section 6.5.2.
     pub fn of(arp_m: [f64; 3], velocity_m_s: [f64; 3], srp_m: [f64; 3]) -> Option<Self> {
         let frame = EnuFrame::new(geodetic_from_ecef(srp_m));
         let axis = |enu| frame.ecef_vector_from_enu(enu);

@@ -1,4 +1,4 @@
-//! What the XML block tells of a file: kind of data, where each parameter and signal lies.
+//! Layout of a file from its XML block: kind of data, location of each parameter and signal.
 
 use std::fmt::Display;
 use std::str::FromStr;
@@ -52,7 +52,7 @@ impl ReadOptions {
     }
 }
 
-/// Whether a file's first bytes are those of a CPHD file of version 1.
+/// Whether a file begins with the signature of CPHD version 1.
 #[must_use]
 pub fn is_cphd(head: &[u8]) -> bool {
     head.starts_with(SIGNATURE)
@@ -79,7 +79,7 @@ impl SampleFormat {
     }
 }
 
-/// Where the parameters of a vector stand in it, in bytes.
+/// Byte offsets of the parameters within a vector.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Parameters {
     pub bytes: usize,
@@ -105,7 +105,7 @@ pub(crate) struct ChannelLayout {
     pub vector_offset: u64,
 }
 
-/// What the XML block tells.
+/// Content of the XML block.
 #[derive(Clone, Debug)]
 pub(crate) struct Layout {
     /// Whether the phase of a later echo rises with frequency.
@@ -267,8 +267,8 @@ fn description(root: &Element<'_, '_>) -> Result<Description, ReadError> {
     })
 }
 
-/// About the origin of Acerra's frame where the file tells it, else about the reference point of the
-/// image area.
+/// Local frame about the origin of Acerra's frame where the file states the origin, else about the reference
+/// point of the image area.
 fn frame(scene: &Element<'_, '_>, description: &Description) -> Result<EnuFrame, ReadError> {
     let stated = description.items.iter().find(|(name, _)| name == ORIGIN);
     let numbers = stated.and_then(|(_, value)| {
@@ -291,7 +291,7 @@ fn frame(scene: &Element<'_, '_>, description: &Description) -> Result<EnuFrame,
     Ok(EnuFrame::new(geodetic_from_ecef(axes)))
 }
 
-/// Whether Earth-centred, Earth-fixed coordinates are those of a place near the ground.
+/// Whether Earth-centred, Earth-fixed coordinates are near the Earth's surface.
 pub(crate) fn is_on_earth(pos_in_ecef_m: [f64; 3]) -> bool {
     let squares: f64 = pos_in_ecef_m.iter().map(|v| v * v).sum();
     ON_EARTH_M.contains(&squares.sqrt())

@@ -6,9 +6,9 @@
 //! CPHD 1.x, monostatic, FX domain ──read_cphd──► PhaseHistory of one channel
 //! ```
 //!
-//! A CPHD file tells the phase of every echo relative to that of a point on the ground, the
+//! A CPHD file gives the phase of every echo relative to the echo of a point on the ground, the
 //! stabilization reference point (SRP): of a target whose echo comes ΔTOA later than the SRP's, the
-//! signal is e^{jSGN·2πf·ΔTOA}. Acerra's spectra tell it relative to the antenna, e^{−j4πfR/c}. Written
+//! signal is e^{jSGN·2πf·ΔTOA}. Acerra's spectra give the phase relative to the antenna, e^{−j4πfR/c}. Written
 //! files have SGN = −1, and with τ = 2R/c of the SRP the two are related by
 //! `signal = spectrum · e^{+j2πfτ}`, pulse by pulse.
 //!

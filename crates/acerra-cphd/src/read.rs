@@ -27,13 +27,13 @@ pub struct CphdFile {
 /// Reads a channel of a CPHD file: monostatic data in the frequency domain, whose frequencies are the
 /// same for all pulses.
 ///
-/// Positions stand in a local frame about the origin that Acerra writes into its files, or else about
+/// Positions are given in a local frame about the origin that Acerra writes into its files, or else about
 /// the reference point of the image area. Amplitude factors are applied, samples outside of the band
 /// stated and vectors without a signal are left out. Memory is taken only for what the file holds.
 ///
 /// # Errors
-/// Another kind of file, blocks that do not lie in the file, XML that is broken or tells of data that
-/// cannot be used, numbers that are not finite, more samples than [`ReadOptions`] allow.
+/// Another kind of file, blocks that do not lie in the file, XML that is malformed or describes unusable data,
+/// numbers that are not finite, more samples than [`ReadOptions`] allow.
 pub fn read_cphd(
     mut reader: impl Read + Seek,
     options: &ReadOptions,

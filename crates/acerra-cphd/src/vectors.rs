@@ -1,4 +1,4 @@
-//! Per-vector parameters (PVP) of a channel, as they stand in the file.
+//! Per-vector parameters (PVP) of a channel, as stored in the file.
 
 use acerra_geo::geodesy::EnuFrame;
 
@@ -6,7 +6,7 @@ use crate::error::WriteError;
 use crate::geometry::{ReferenceGeometry, dot, minus, norm, velocities};
 use crate::model::{Channel, SPEED_OF_LIGHT_M_S};
 
-/// Parameters of the PVP array in the order in which they stand there: name, 8-byte words, format.
+/// Parameters of the PVP array in file order: name, 8-byte words, format.
 pub(crate) const PARAMETERS: [(&str, usize, &str); 18] = [
     ("TxTime", 1, "F8"),
     ("TxPos", 3, XYZ),
@@ -36,7 +36,7 @@ pub(crate) const WORDS: usize = 28;
 /// file states is below the unambiguous one by this factor.
 const OVERSAMPLING: f64 = 1.2;
 
-/// A pulse as the file tells it; positions and velocities are Earth-centred, Earth-fixed.
+/// A pulse as stored in the file; positions and velocities are Earth-centred, Earth-fixed.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Vector {
     /// Transmit and receive time (s).
@@ -59,17 +59,17 @@ pub(crate) struct Vectors {
     pub all: Vec<Vector>,
     /// The reference point, Earth-centred, Earth-fixed (m).
     pub srp_m: [f64; 3],
-    /// Number of the vector that the geometry of the collection is told from.
+    /// Index of the vector that defines the reference geometry of the collection.
     pub reference: usize,
     /// The geometry there.
     pub geometry: ReferenceGeometry,
 }
 
 impl Vectors {
-    /// The vectors of a channel whose positions stand in `frame`, about the reference point `srp_m`.
+    /// The vectors of a channel with positions in `frame`, for the reference point `srp_m`.
     ///
     /// # Errors
-    /// A platform that never moves beside the reference point.
+    /// A platform that never moves, or moves only straight above the reference point.
     pub fn of(
         channel: &Channel<'_>,
         frame: &EnuFrame,
@@ -126,7 +126,7 @@ impl Vectors {
         })
     }
 
-    /// Least and greatest of what `values` tells of the vectors.
+    /// Least and greatest of `values` over all vectors.
     pub fn extent(&self, values: impl Fn(&Vector) -> [f64; 2]) -> [f64; 2] {
         let start = [f64::INFINITY, f64::NEG_INFINITY];
         self.all.iter().map(values).fold(start, |[low, high], v| {
