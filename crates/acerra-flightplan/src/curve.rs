@@ -231,7 +231,7 @@ fn worst_ghost(
             PointSpread::new(track, None, frequency_hz.clone(), LIGHT_SPEED_M_S).map_err(failed)?;
         for side in [1.0, -1.0] {
             let found = Analysis::of(&spread, [0.0, side * offset_m, 0.0], 0.0).map_err(failed)?;
-            // Where the ghost is one with the target, it cannot be told from it.
+            // A ghost that coincides with the target cannot be distinguished from the target.
             worst = worst.max(found.ghost.map_or(1.0, |g| g.level));
         }
     }

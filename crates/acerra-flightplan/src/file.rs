@@ -1,4 +1,4 @@
-//! The plan file: what is wanted and what there is.
+//! The plan file: wanted resolution and area, available radar and drone.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -119,7 +119,7 @@ pub struct Drone {
     pub climb_m_s: f64,
     /// Sideways acceleration that keeps it steady (m/s²).
     pub lateral_acceleration_m_s2: f64,
-    /// Time a turn takes beside its way (s).
+    /// Time for a turn, in addition to the time for its path (s).
     pub turn_s: f64,
     /// How far it may stray sideways from a line (m).
     pub stray_m: f64,

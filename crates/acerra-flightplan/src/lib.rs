@@ -1,7 +1,7 @@
 //! Planning a flight: from an area and a wanted resolution to lines that can be flown.
 //!
-//! 1. [`PlanFile`] says what is wanted and what there is: area, resolution, radar, drone.
-//! 2. `swath` finds, for each height, the strip beside a line that is resolved finely enough
+//! 1. [`PlanFile`] states the requirements (area, resolution) and the equipment (radar, drone).
+//! 2. `swath` finds, for each height, the strip next to a line that is resolved finely enough
 //!    (Eq. (9)), lies in the antenna's beam and has the signal-to-noise ratio asked for (radar
 //!    equation, `link`).
 //! 3. `lines` covers the area with the fewest lines; the height with the shortest flight wins.

@@ -89,7 +89,7 @@ pub(super) fn cover(low: f64, high: f64, near: f64, far: f64) -> Result<Vec<f64>
         } else if n == 1 {
             vec![low - near]
         } else {
-            // The outer ones stand as far outside as their blind strip asks for.
+            // The outer lines lie outside the area by the width of their blind strip.
             let step = (width + 2.0 * near) / (n - 1) as f64;
             (0..n).map(|k| low - near + step * k as f64).collect()
         };
@@ -99,7 +99,7 @@ pub(super) fn cover(low: f64, high: f64, near: f64, far: f64) -> Result<Vec<f64>
     }
     Err(PlanError::Impossible(format!(
         "an area {width:.0} m wide needs more than {MOST_LINES} lines, each showing from {near:.1} \
-         to {far:.1} m beside it: divide the area or ask for less"
+         to {far:.1} m from the line: divide the area or ask for less"
     )))
 }
 

@@ -1,4 +1,4 @@
-//! Radar range equation: how strong an echo stands over the noise.
+//! Radar range equation: signal-to-noise ratio of an echo.
 
 use std::f64::consts::PI;
 

@@ -303,7 +303,7 @@ mod tests {
                 "{radius_m}"
             );
         }
-        // Each line is flown at its own speed: the change stands after its first corner.
+        // Each line is flown at its own speed: the speed change follows the line's first corner.
         let first = commands.iter().position(|c| *c == 16).expect("a waypoint");
         assert_eq!(commands[first + 1], 178);
         let speed = items[first + 1]["params"][1].as_f64().expect("a speed");

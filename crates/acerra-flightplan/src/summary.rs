@@ -356,7 +356,7 @@ fn warnings(swath: &Swath, curve: Option<&Curve>) -> Vec<String> {
     let mut warnings = Vec::new();
     if swath.near_m > 0.0 {
         warnings.push(format!(
-            "less than {:.1} m beside a line the ground is resolved more coarsely than wanted; \
+            "less than {:.1} m from a line the ground is resolved more coarsely than wanted; \
              neighbouring lines show it",
             swath.near_m
         ));

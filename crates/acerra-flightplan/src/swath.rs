@@ -1,4 +1,4 @@
-//! The strip beside a line that one height shows well enough.
+//! The strip next to a line that meets the requirements at one height.
 
 use acerra_imaging::resolution::{across_track_m, longest_step_m, range_m};
 
@@ -109,7 +109,7 @@ impl Swath {
         if finest_m > want.across_m {
             return Err(PlanError::Impossible(format!(
                 "{:.2} m across the track cannot be had from {height_m:.1} m: {} at {far_m:.1} m \
-                 beside it, where it is {finest_m:.2} m",
+                 from the line, where it is {finest_m:.2} m",
                 want.across_m,
                 far_limit.says(),
             )));
@@ -129,7 +129,7 @@ impl Swath {
         let stray_m = file.drone.stray_m;
         if far_m - near_m <= 2.0 * stray_m + 0.05 {
             return Err(PlanError::Impossible(format!(
-                "from {height_m:.1} m only the strip from {near_m:.1} to {far_m:.1} m beside a \
+                "from {height_m:.1} m only the strip from {near_m:.1} to {far_m:.1} m from a \
                  line is good enough, too narrow for a drone that strays {stray_m} m"
             )));
         }
