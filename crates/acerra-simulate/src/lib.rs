@@ -2,15 +2,15 @@
 //!
 //! `acerra simulate SCENE.toml -o DIR` reads a scene file ([`scene::Scene`]) and writes the radar's
 //! capture, the GNSS logs of rover and base as RINEX 2.11 and as UBX (RXM-RAW, RXM-SFRB) and a
-//! navigation file, the campaign file that processes them, the scene itself, and the truth beside
-//! them. Without `[gnss]` the true trajectory takes the place of the GNSS logs. Equal scenes and
-//! seeds give equal bytes. A scene with all that there is to say, most of it the defaults:
+//! navigation file, the campaign file that processes them, the scene itself, and the truth. Without `[gnss]`
+//! the true trajectory takes the place of the GNSS logs. Equal scenes and seeds give equal bytes. A scene with
+//! every section, most keys at their defaults:
 //!
 //! ```
 //! let scene = acerra_simulate::scene::Scene::parse(r#"
 //! seed = 7
 //! origin_deg_m = [40.9596, 14.3696, 75.0]
-//! base_m = [-12.0, -8.0, 1.5]            # where the base's antenna stands: east, north, up
+//! base_m = [-12.0, -8.0, 1.5]            # position of the base's antenna: east, north, up
 //! start_gpst = [2019, 10, 15, 9, 30, 0]
 //! record = "track"                       # what the radar logs; or "flight", with take-off
 //!

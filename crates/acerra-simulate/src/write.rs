@@ -44,7 +44,7 @@ pub struct LogFile {
 #[derive(Clone, Debug)]
 pub struct SimulatedCampaign {
     /// `radar.mrm`, the GNSS logs (or `trajectory.csv` where the scene has none), `campaign.toml`,
-    /// `scene.toml`, and the truth beside them in `truth-trajectory.csv` and `truth.json`.
+    /// `scene.toml`, and the truth in `truth-trajectory.csv` and `truth.json`.
     pub files: Vec<LogFile>,
     /// Counts and the true clock offset.
     pub summary: Simulated,

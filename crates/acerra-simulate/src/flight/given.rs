@@ -16,7 +16,7 @@ use super::path::{Flight, Pose, STEP_S};
 /// `[trajectory]` of a scene file: the flight as a file has it (CSV, RTKLIB's `.pos`, NMEA, an
 /// OptiTrack export), instead of `[flight]`.
 ///
-/// Its positions are those of the positioned point, and the truth. Local ones (CSV with x, y, z) are
+/// The file gives the true positions of the positioned point. Local ones (CSV with x, y, z) are
 /// taken as they are, geographic ones about the scene's origin. Where the file has no attitude the
 /// craft stays level and looks where it flies.
 #[derive(Clone, Debug, Deserialize, JsonSchema, Serialize)]

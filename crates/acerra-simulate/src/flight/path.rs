@@ -10,7 +10,7 @@ use super::wander::Wander;
 /// Spacing of the stored poses (s).
 pub(super) const STEP_S: f64 = 0.01;
 
-/// Where the positioned point is and how the body stands, at one time.
+/// Position of the positioned point and attitude of the body at one time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
     /// Seconds from the start of the flight.

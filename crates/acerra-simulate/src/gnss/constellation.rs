@@ -20,7 +20,7 @@ const PLANES: [usize; 6] = [5, 5, 5, 5, 5, 6];
 /// A healthy constellation of 31 GPS satellites in six planes, as it would broadcast itself about
 /// `start` and for `duration_s` after it: every number is one that the navigation message can hold.
 ///
-/// Orbits are those of GPS in kind: inclination 55°, semi-major axis 26 560 km, eccentricity up to
+/// Orbits resemble GPS orbits: inclination 55°, semi-major axis 26 560 km, eccentricity up to
 /// 0.015, perturbation terms of the usual size; successive issues describe one and the same orbit.
 #[must_use]
 pub fn constellation(start: GpsTime, duration_s: f64, seed: u64) -> Navigation {
@@ -121,7 +121,7 @@ fn at_issue(orbit: &KeplerEphemeris, issue: i64) -> KeplerEphemeris {
     let dt = toe.seconds_since(orbit.toe);
     let motion =
         (MU / orbit.sqrt_semi_major_axis.powi(6)).sqrt() + orbit.mean_motion_correction_rad_s;
-    // The node is told from the start of the week: a new week begins with the Earth turned on.
+    // The longitude of the node refers to the start of the week: between weeks the Earth rotates.
     let weeks = (toe.week() - orbit.toe.week()) as f64;
     let earth = 7.292_115_146_7e-5 * 604_800.0 * weeks;
     let number = issue.div_euclid(ISSUE_S);

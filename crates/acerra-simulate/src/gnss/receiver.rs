@@ -236,7 +236,7 @@ impl<'a> Channel<'a> {
             && !outage
     }
 
-    /// The cycles added to the phase, and what the receiver says of them.
+    /// The cycles added to the phase, and the loss-of-lock indicator that the receiver reports.
     fn cycles(&mut self, time_s: f64, first: bool, draws: [f64; 4]) -> (f64, LossOfLock) {
         let mut bits = 0;
         let lock = match &mut self.lock {

@@ -6,7 +6,7 @@ use acerra_gnss::SPEED_OF_LIGHT_M_S;
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
-/// The place of a satellite in axes that do not turn (those of the Earth at the week's start), and
+/// The place of a satellite in inertial axes (aligned with the Earth at the week's start), and
 /// its clock: Kepler's equation by bisection, the orbit by its basis vectors.
 fn inertial(e: &KeplerEphemeris, t: GpsTime) -> ([f64; 3], f64) {
     const MU: f64 = 3.986_005e14;
@@ -29,7 +29,7 @@ fn inertial(e: &KeplerEphemeris, t: GpsTime) -> ([f64; 3], f64) {
     let u = latitude + wave(e.latitude_correction_rad);
     let r = a * (1.0 - e.eccentricity * anomaly.cos()) + wave(e.radius_correction_m);
     let i = e.inclination_rad + e.inclination_rate_rad_s * tk + wave(e.inclination_correction_rad);
-    // In these axes the node moves by its own rate only; told at toe in turned axes.
+    // In inertial axes the node moves by its own rate only; the message gives the node at toe in rotated axes.
     let node = e.ascending_node_rad + e.ascending_node_rate_rad_s * tk;
     let to_node = [node.cos(), node.sin(), 0.0];
     let across = [-node.sin() * i.cos(), node.cos() * i.cos(), i.sin()];
@@ -169,7 +169,7 @@ fn doppler_is_the_rate_of_the_phase() {
 
 #[test]
 fn issues_of_one_satellite_describe_one_orbit() {
-    // Over the end of a week, where the node is told again.
+    // Across the end of a week, where the reference of the node changes.
     let end_of_week = GpsTime::from_week_tow(2010, 604_800.0 - 3600.0);
     let navigation = constellation(end_of_week, 4.0 * 3600.0, 10);
     let mut by_satellite: BTreeMap<SatelliteId, Vec<Ephemeris>> = BTreeMap::new();
