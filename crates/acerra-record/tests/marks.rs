@@ -159,7 +159,7 @@ fn marks_that_cannot_be_told_apart_are_not_used() {
     assert!(matches!(error, MarkError::Ambiguous { .. }));
     let text = error.to_string();
     assert!(
-        text.starts_with("time marks each 20.0 ms cannot be told apart by times of arrival, which are sure to 20.0 ms"),
+        text.starts_with("time marks each 20.0 ms cannot be assigned to scans by times of arrival, which are sure to 20.0 ms"),
         "{text}"
     );
 }

@@ -1,5 +1,5 @@
-//! Which scans and messages a radio must have sent, told by their numbers: what came late, twice,
-//! out of order, or never.
+//! Scans and messages that a radio must have sent, inferred from their numbers: late, repeated, reordered or
+//! lost.
 
 use std::collections::VecDeque;
 
@@ -27,7 +27,7 @@ pub enum Standing {
     Restarted,
 }
 
-/// Follows the numbers of a radio's scans. Raw scans only: then each number stands for one scan.
+/// Tracks the numbers of a radio's scans. Raw scans only, where each number identifies one scan.
 #[derive(Debug, Default)]
 pub struct Sequence {
     current: Option<Boot>,
@@ -66,7 +66,7 @@ impl Boot {
         i64::from(header.timestamp_ms.wrapping_sub(self.newest_ms) as i32)
     }
 
-    /// Scans from the newest to another. Numbers wrap at 2¹⁶; stamps tell whole turns.
+    /// Scans from the newest to another. Numbers wrap at 2¹⁶; stamps resolve the number of wraps.
     fn scans_since(&self, header: &ScanHeader) -> i64 {
         let by_number = i64::from(header.message_id.wrapping_sub(self.newest_id) as i16);
         if self.interval_ms <= 0.0 {

@@ -112,9 +112,9 @@ impl<L: Link> Watched<L> {
         self.driver.intake().sequence().interval_s()
     }
 
-    /// What happens next; `None` where nothing did within `wait`. A silence is no failure: it is said
-    /// once, and the radio is looked for until it is back; one that came back and refuses its settings
-    /// is told each time.
+    /// What happens next; `None` where nothing did within `wait`. Silence is not a failure: the silence is
+    /// reported once, and the radio is polled until the radio answers again. Every refusal of the settings by a
+    /// radio that came back is reported.
     pub fn next_event(&mut self, wait: Duration) -> Option<Event> {
         if let Some(scan) = self.driver.intake().next_scan() {
             return Some(Event::Scan(scan));

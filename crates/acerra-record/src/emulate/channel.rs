@@ -63,7 +63,7 @@ pub struct Channel<T> {
     counts: ChannelCounts,
 }
 
-/// A message that is due; earlier ones first, those of the same time in the order they were sent.
+/// A message with its due time; ordered by due time, then by order of sending.
 struct Due<T> {
     at_us: u64,
     number: u64,

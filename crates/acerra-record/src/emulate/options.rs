@@ -9,8 +9,8 @@ use super::world::World;
 pub struct EmulatorOptions {
     /// Radio seconds in a second: 1 is real time. In a world, its own.
     pub speed: f64,
-    /// The radio's clock is fast by so many parts in a million. In a world stamps tell it; without one
-    /// the pace does, and a recording's bytes stay as they are.
+    /// Drift of the radio's clock, parts in a million, positive when fast. In a world the stamps drift; without
+    /// a world the pace drifts, and a recording's bytes are unchanged.
     pub drift_ppm: f64,
     /// The world that the recording is of, and the world time of its first scan (s).
     pub world: Option<(World, f64)>,

@@ -58,7 +58,7 @@ pub struct EmulatedPps {
 }
 
 impl EmulatedPps {
-    /// Emulates a device whose pulses stand in `file`, which is made or replaced.
+    /// Emulates a device whose pulses are written to `file`, which is created or replaced.
     ///
     /// # Errors
     /// If the file cannot be written, or the system gives no thread.

@@ -24,7 +24,7 @@ struct State {
     random: ChaCha8Rng,
 }
 
-/// The latest edge of several, as a receiver tells it.
+/// The latest of several edges, as a receiver reports it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LatestEdge {
     /// World time (s).

@@ -19,7 +19,7 @@ pub struct RadioState {
     temperature_quarter_c: i32,
 }
 
-/// What a request asks of the emulator beside its answer.
+/// Side effect of a request on the emulator, in addition to the answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Effect {
     /// Nothing.

@@ -163,7 +163,7 @@ struct Server {
     log: Vec<u8>,
     bursts: Vec<Burst>,
     options: ReceiverOptions,
-    /// GPS time at the world's beginning, where the log tells any.
+    /// GPS time at the world's beginning, where the log contains a GPS time.
     starts_at: Option<GpsTime>,
     stop: Arc<AtomicBool>,
     finished: Arc<AtomicBool>,

@@ -18,7 +18,7 @@ use crate::message::{MAX_MESSAGE_BYTES, Packet};
 /// How much later than asked a system may wake a sleeper on a socket.
 const TICK: Duration = Duration::from_millis(8);
 
-/// What whoever holds an emulated radio orders and is told.
+/// Commands to an emulated radio from its owner, and counts reported to the owner.
 #[derive(Default)]
 pub(super) struct Orders {
     /// The radio is to end.
@@ -29,7 +29,7 @@ pub(super) struct Orders {
     pub counts: Arc<Mutex<EmulatorCounts>>,
 }
 
-/// A message on its way; the last of a whole scan tells so.
+/// An outgoing message with its destination.
 type Outgoing = (SocketAddr, Vec<u8>);
 
 pub(super) struct Server {
@@ -38,7 +38,7 @@ pub(super) struct Server {
     options: EmulatorOptions,
     state: RadioState,
     channel: Channel<Outgoing>,
-    /// What whoever holds the radio orders and is told.
+    /// Commands from the radio's owner, and counts reported to the owner.
     pub orders: Orders,
     began: Instant,
     /// Who asked for scans.
@@ -200,7 +200,7 @@ impl Server {
         }
     }
 
-    /// Where the scans to come stand in time: the next one now, or in a world each at its own time.
+    /// Time anchor of the coming scans: the next scan is due now, or in a world each scan at its own time.
     fn anchor_at(&mut self, now_us: u64, next_us: u64) -> Anchor {
         let first_us = *self.first_us.get_or_insert(next_us);
         let Some((world, first_s)) = &self.options.world else {
@@ -282,7 +282,7 @@ impl Server {
 
     fn send_due(&mut self, now_us: u64) {
         while let Some((client, message)) = self.channel.take_due(now_us) {
-            // A client that is gone hears nothing; a full buffer loses a message, as a link does.
+            // A client that is gone receives nothing; a full buffer loses a message, as a link does.
             if self.socket.send_to(&message, client).is_ok() {
                 self.own.datagrams += 1;
             }

@@ -1,4 +1,4 @@
-//! The solutions that an emulated receiver computes itself: NAV-PVT and NAV-HPPOSLLH beside its measurements.
+//! Solutions computed by an emulated receiver: NAV-PVT and NAV-HPPOSLLH in addition to the measurements.
 
 use std::str::FromStr;
 

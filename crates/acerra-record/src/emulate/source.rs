@@ -77,7 +77,7 @@ impl Recorded {
     }
 
     /// The bytes of a capture without prefixes: its messages as they are, incomplete scans included.
-    /// `None` where something else stands between them.
+    /// `None` where other bytes lie between the messages.
     ///
     /// # Errors
     /// A capture without scans.
@@ -133,7 +133,7 @@ impl Recorded {
         })
     }
 
-    /// The configuration that the recording was made with, as far as it tells.
+    /// The configuration that the recording was made with, as far as the recording contains the configuration.
     #[must_use]
     pub fn config(&self) -> RadarConfig {
         RadarConfig {
@@ -163,7 +163,7 @@ impl Recorded {
     }
 }
 
-/// What tells a message's scan, its stamp and window.
+/// Identity of a message's scan, the scan's stamp and window.
 fn scan_of(bytes: &[u8]) -> Option<((u16, u32, u8), u32, ScanWindow)> {
     let Ok(Packet {
         id,
@@ -190,7 +190,7 @@ impl ScanSource for Recorded {
     }
 }
 
-/// Scans of any window whose samples tell scan and place, so that a test knows each one.
+/// Scans of any window whose samples encode scan and position, so that a test can identify each sample.
 #[derive(Debug, Clone)]
 pub struct Pattern {
     scans: u64,

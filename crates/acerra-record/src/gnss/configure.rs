@@ -94,8 +94,8 @@ pub enum Solutions {
 }
 
 /// Frames that make a receiver send raw measurements, navigation subframes and time marks, and its own
-/// solution, where it has one that tells the fix (NAV-PVT; NAV-HPPOSLLH of an F9P with each measurement);
-/// in the order in which they are sent. They last until the receiver loses its power.
+/// solution, where the receiver has a solution message with fix type (NAV-PVT; NAV-HPPOSLLH of an F9P with each
+/// measurement); in the order in which they are sent. They last until the receiver loses its power.
 #[must_use]
 pub fn configuration(receiver: Receiver, rate_hz: f64, solutions: Solutions) -> Vec<Setting> {
     let period_ms = (1000.0 / rate_hz.clamp(0.1, 50.0)).round() as u16;
@@ -142,7 +142,7 @@ pub fn configuration(receiver: Receiver, rate_hz: f64, solutions: Solutions) -> 
     settings.into_iter().flatten().collect()
 }
 
-/// Keys of a message's rate on I2C, UART 1, UART 2, USB and SPI follow each other; those of UART 1,
+/// Keys of a message's rate on I2C, UART 1, UART 2, USB and SPI follow each other; returns the keys of UART 1,
 /// UART 2 and USB, each with the number of epochs from one message to the next.
 fn on_every_port(i2c_key: u32, epochs: &[u8; 1]) -> [(u32, &[u8]); 3] {
     [1, 2, 3].map(|port| (i2c_key + port, epochs as &[u8]))

@@ -35,7 +35,7 @@ pub enum SourceFault {
 
 /// A stream of a receiver's bytes that can be written to and opened again.
 pub trait ByteSource: Send {
-    /// Reads what there is into `buffer`, waiting a tenth of a second at most; 0 where nothing came.
+    /// Reads the available bytes into `buffer`, waiting a tenth of a second at most; 0 where nothing came.
     ///
     /// # Errors
     /// If the connection ended.

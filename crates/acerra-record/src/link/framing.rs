@@ -26,8 +26,8 @@ pub fn frame_body(body: &[u8]) -> Option<Vec<u8>> {
     Some(framed)
 }
 
-/// Cuts message bodies out of a stream of bytes and finds the next one after damage. Holds one
-/// message's bytes at most beside what one push brings.
+/// Cuts message bodies out of a stream of bytes and finds the next one after damage. Buffers at most one
+/// message in addition to the bytes of one push.
 #[derive(Debug, Default)]
 pub struct Deframer {
     buffer: Vec<u8>,
@@ -47,7 +47,7 @@ impl Deframer {
     }
 
     /// The next whole body, if there is one. A prefix counts only before a known message type of
-    /// that length: 0xA5A5 stands among samples by chance.
+    /// that length: 0xA5A5 occurs among samples by chance.
     pub fn next_body(&mut self) -> Option<Vec<u8>> {
         loop {
             let Some(start) = self.next_prefix() else {

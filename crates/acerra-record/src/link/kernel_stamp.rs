@@ -85,7 +85,7 @@ pub(crate) struct StampPairing {
 }
 
 impl StampPairing {
-    /// The host clock at a stamp, ns; `None` where the clocks do not tell it.
+    /// The host clock at a stamp, ns; `None` where the clocks do not determine it.
     pub fn host_ns(&mut self, clock: HostClock, stamp: Duration) -> Option<u64> {
         let calendar = SystemTime::now().duration_since(UNIX_EPOCH).ok()?;
         self.host_ns_at(clock.now_ns(), calendar, stamp)

@@ -51,13 +51,13 @@ pub trait Link {
     /// Sends one message body.
     ///
     /// # Errors
-    /// What the system says of the link.
+    /// The system's error on the link.
     fn send(&mut self, body: &[u8]) -> Result<(), LinkError>;
 
     /// The next message body; `None` where none came within `wait`.
     ///
     /// # Errors
-    /// What the system says of the link.
+    /// The system's error on the link.
     fn receive(&mut self, wait: Duration) -> Result<Option<Arrival>, LinkError>;
 
     /// Opens the link again after it failed, as after a cable was pulled.

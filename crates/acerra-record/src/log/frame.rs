@@ -1,4 +1,4 @@
-//! Records of a session log: each stands alone, so that a torn end costs only itself.
+//! Records of a session log: each record is self-contained, so that a truncated end loses only the last record.
 //!
 //! | bytes | field |
 //! | --- | --- |
@@ -104,8 +104,8 @@ impl Record {
         Some(out)
     }
 
-    /// The record at the beginning of `bytes`, with its length there; `None` where none stands whole
-    /// and sound.
+    /// The record at the beginning of `bytes`, with its length there; `None` where no complete record with a
+    /// valid checksum begins there.
     #[must_use]
     pub fn decode(bytes: &[u8]) -> Option<(Self, usize)> {
         let head = bytes.first_chunk::<HEAD_BYTES>()?;

@@ -10,7 +10,7 @@ use thiserror::Error;
 use super::frame::{LOG_SIGNATURE, Record};
 use super::reader::{LogDamage, LogReadError, LogReader};
 
-/// Longest time that records wait before the system is told to put them on the disk.
+/// Longest time between writing a record and syncing the record to disk.
 pub const SYNC_EVERY: Duration = Duration::from_secs(1);
 
 /// Why a log cannot be written.

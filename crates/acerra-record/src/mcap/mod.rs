@@ -1,7 +1,7 @@
 //! A session as one MCAP file: what the log holds, on topics that other tools read.
 //!
 //! The file is made of `session.log`, which stays the recording. Messages are ROS 2 messages (CDR) whose
-//! definitions stand in the file; each begins with the host's clock as the log has it.
+//! definitions are included in the file; each message begins with the host's clock as recorded in the log.
 //!
 //! | topic | type | holds |
 //! | --- | --- | --- |

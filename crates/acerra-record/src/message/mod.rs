@@ -2,7 +2,7 @@
 //!
 //! All fields are big-endian; each message begins with its type and an id that a confirm repeats of
 //! its request. Each type has one length, and every byte is kept, reserved fields and unused places
-//! included: what is decoded encodes to the same bytes. Types and lengths are those of
+//! included: what is decoded encodes to the same bytes. Types and lengths follow
 //! [`acerra_radar::mrm::MessageType`]; SCAN_INFO headers are decoded by the reader of captures.
 
 mod configuration;

@@ -48,9 +48,9 @@ pub enum StampError {
     Form {
         /// Offset of the first byte that does not fit.
         at: usize,
-        /// What should stand there.
+        /// Expected text.
         expected: &'static str,
-        /// What stands from there on.
+        /// Text found from that offset on.
         found: String,
     },
 }

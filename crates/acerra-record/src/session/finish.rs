@@ -34,7 +34,7 @@ pub fn finish(directory: &Path) -> Result<Finished, FinishError> {
     Ok(finished)
 }
 
-/// Removes the clock of an earlier call: a log that tells none is not to be read with another's.
+/// Removes the clock of an earlier call: a log without a clock must not be read with an earlier log's clock.
 fn remove_clock(directory: &Path) -> Result<(), FinishError> {
     let path = directory.join(CLOCK_NAME);
     match std::fs::remove_file(&path) {
@@ -112,7 +112,7 @@ fn write_clock(
     Ok(())
 }
 
-/// Writes a file beside its place and renames it, so that it is whole or absent.
+/// Writes to a temporary file in the same directory and renames it, so that the file is complete or absent.
 fn write_file(directory: &Path, name: &str, bytes: &[u8]) -> Result<(), FinishError> {
     let (path, aside) = (
         directory.join(name),

@@ -1,4 +1,4 @@
-//! Which of a receiver's messages tell whether it has a fix.
+//! Selection of the receiver messages that report the fix.
 
 use acerra_gnss::ubx::frame::Frame;
 use acerra_gnss::ubx::{FixState, fix_state, is_solution};
@@ -22,7 +22,7 @@ impl Default for FixSource {
 }
 
 impl FixSource {
-    /// What a message that came at `host_s` tells; `None` of others, and of what does not count.
+    /// Fix state in a message that came at `host_s`; `None` for other messages and for messages that do not count.
     pub fn take(&mut self, frame: &Frame<'_>, host_s: f64) -> Option<FixState> {
         let state = fix_state(frame)?;
         if is_solution(frame) {

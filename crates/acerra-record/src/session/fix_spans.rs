@@ -2,7 +2,7 @@
 
 use acerra_gnss::ubx::FixState;
 
-/// Longest time between two messages that tell of a fix for which it counts as held in between (s).
+/// Longest gap between two messages reporting a fix across which the fix counts as held (s).
 const LONGEST_GAP_S: f64 = 3.0;
 /// Time that a receiver's pulses take to settle once it has a fix (s).
 const SETTLES_S: f64 = 1.0;
@@ -22,7 +22,7 @@ struct Span {
 }
 
 impl FixSpans {
-    /// Takes what was told at `host_s` in a start of the recording; times rise within one.
+    /// Adds the fix state reported at `host_s` in one `start` of the recording; times increase within a start.
     pub fn take(&mut self, state: &FixState, start: usize, host_s: f64) {
         if !state.has_fix {
             self.is_lost = true;

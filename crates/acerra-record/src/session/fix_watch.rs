@@ -1,4 +1,4 @@
-//! What a receiver's messages tell of its fix and of the height, and warnings of them.
+//! Monitoring of a receiver's fix and height, with warnings.
 
 use acerra_gnss::ubx::FixState;
 
@@ -7,7 +7,7 @@ use super::progress::{Fix, Progress};
 use super::window_watch::WindowWatch;
 use crate::gnss::FrameFinder;
 
-/// Time without a fix after which that is told, and told again (s).
+/// Time without a fix after which a warning is given, and repeated (s).
 const TOLD_AFTER_S: f64 = 2.0;
 const TOLD_AGAIN_S: f64 = 30.0;
 
@@ -17,7 +17,7 @@ pub(super) struct FixWatch {
     window: WindowWatch,
     latest: Option<Fix>,
     source: FixSource,
-    /// Host time since when there is no fix, and when that was told (s).
+    /// Host times of the loss of the fix and of the last warning (s).
     lost_s: Option<f64>,
     told_s: Option<f64>,
     was_fixed: bool,
@@ -42,7 +42,7 @@ impl FixWatch {
         self.latest
     }
 
-    /// Takes bytes that came at `host_s`; returns what there is to tell.
+    /// Takes bytes that came at `host_s`; returns the notes and warnings.
     pub fn take(&mut self, bytes: &[u8], host_s: f64) -> Vec<Progress> {
         let mut states: Vec<FixState> = Vec::new();
         let source = &mut self.source;
@@ -131,7 +131,7 @@ mod tests {
         encode(1, 7, &payload).unwrap()
     }
 
-    /// What is told of messages that come each 0.2 s.
+    /// Notes and warnings for messages that come each 0.2 s.
     fn told(watch: &mut FixWatch, from_s: f64, to_s: f64, message: &[u8]) -> Vec<String> {
         let steps = ((to_s - from_s) / 0.2).round() as i32;
         let mut told = Vec::new();
@@ -140,7 +140,7 @@ mod tests {
                 told.push(match progress {
                     Progress::Note(text) => text,
                     Progress::Warning(text) => format!("! {text}"),
-                    Progress::Health(_) => unreachable!("a watch tells no health"),
+                    Progress::Health(_) => unreachable!("a watch reports no health"),
                 });
             }
         }
@@ -152,7 +152,7 @@ mod tests {
         let mut watch = watch();
         let first = told(&mut watch, 0.0, 5.0, &measurements(9));
         assert_eq!(first, ["the GNSS receiver has a fix: 9 satellites"]);
-        // Shorter than is told.
+        // Shorter than the time to a warning.
         assert!(told(&mut watch, 5.0, 6.0, &measurements(3)).is_empty());
         assert!(told(&mut watch, 6.0, 7.0, &measurements(8)).is_empty());
         let lost = told(&mut watch, 7.0, 40.0, &measurements(2));

@@ -1,4 +1,4 @@
-//! A session's log read: the capture and the receiver's bytes written, what tells the clock kept.
+//! A session's log read: the capture and the receiver's bytes written, clock data kept.
 
 use std::fs::File;
 use std::io::{self, BufReader, BufWriter, Write};
@@ -19,7 +19,7 @@ use crate::log::{LogReader, Record, RecordKind};
 use crate::pps::PulseStamp;
 use crate::timing::Pulse;
 
-/// What the log holds beside the capture and the receiver's bytes, which are written as it is read.
+/// Content of the log other than the capture and the receiver's bytes, which are written while the log is read.
 pub(super) struct LogContent {
     /// The settings that were recorded with last.
     pub session: Session,

@@ -24,7 +24,7 @@ pub(super) struct Shared {
 }
 
 impl Shared {
-    /// Tells the instruments' threads to end.
+    /// Signals the instruments' threads to end.
     pub fn end(&self) {
         self.ended.store(true, Ordering::SeqCst);
     }
@@ -55,12 +55,12 @@ impl Outlet {
         self.send.send(Item::Record(record)).is_ok()
     }
 
-    /// Tells something; `false` when the recording is over.
+    /// Reports progress; `false` when the recording is over.
     pub fn say(&self, progress: Progress) -> bool {
         self.send.send(Item::Progress(progress)).is_ok()
     }
 
-    /// Changes the state that the one who follows is told.
+    /// Updates the state reported to the follower.
     pub fn update(&self, change: impl FnOnce(&mut Health)) {
         let health = &self.shared.health;
         change(&mut health.lock().unwrap_or_else(PoisonError::into_inner));

@@ -62,7 +62,7 @@ pub fn doubts(radio: &RadioSection, flight: &FlightSection) -> Vec<Doubt> {
                 false,
                 format!(
                     "[radio] window_ps: the ground {height_m} m below may answer outside the window, at {first:.1} \
-                     to {last:.1} ns ([flight] delay_ns would tell)"
+                     to {last:.1} ns (state [flight] delay_ns to decide)"
                 ),
             );
         }

@@ -1,10 +1,10 @@
-//! What a recording tells while it goes on.
+//! Progress of a running recording.
 
 use serde::Serialize;
 
 use crate::driver::LinkCounts;
 
-/// What a recording tells while it goes on.
+/// Progress of a running recording.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Progress {
     /// What happened, in words.
@@ -24,13 +24,13 @@ pub struct Health {
     pub radio: LinkCounts,
     /// Interval between scans by the radio's clock (s).
     pub scan_interval_s: f64,
-    /// Temperature of the radio (°C), where it told it.
+    /// Temperature of the radio (°C), where the radio reported a temperature.
     pub temperature_c: Option<f64>,
     /// Messages of the radio whose time of arrival is the kernel's.
     pub kernel_stamped: u64,
     /// Bytes of the receiver.
     pub gnss_bytes: u64,
-    /// Whether the receiver has a fix, and its satellites, where its messages tell.
+    /// Whether the receiver has a fix, and its satellites, where the receiver's messages contain them.
     pub fix: Option<Fix>,
     /// Pulses per second that were read.
     pub pulses: u64,
@@ -42,7 +42,7 @@ pub struct Health {
     pub log_bytes: u64,
 }
 
-/// What a receiver says of its fix.
+/// Fix reported by a receiver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Fix {
     /// Whether it knows where it is.

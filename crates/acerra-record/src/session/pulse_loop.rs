@@ -7,7 +7,7 @@ use super::progress::Progress;
 use crate::log::{Record, RecordKind};
 use crate::pps::{POLL_EVERY, Poll, PpsSource, PulseStamp};
 
-/// Time without a pulse after which that is told.
+/// Time without a pulse after which a warning is given.
 const SILENCE: Duration = Duration::from_secs(3);
 
 /// The thread of the pulses.
@@ -15,11 +15,11 @@ pub(super) struct PulseLoop {
     source: PpsSource,
     out: Outlet,
     latest: Instant,
-    /// What is wrong, where that was told.
+    /// The fault last reported, while the fault lasts.
     trouble: Option<Trouble>,
-    /// Whether it was told that a pulse could not be put on the host clock.
+    /// Whether a pulse without host time was reported.
     is_step_told: bool,
-    /// Whether it was told that the wire is inverted.
+    /// Whether an inverted wire was reported.
     is_inverted_told: bool,
 }
 
@@ -115,7 +115,7 @@ impl PulseLoop {
         self.tell(Trouble::Silent, text)
     }
 
-    /// Tells what is wrong, once.
+    /// Reports a fault once.
     fn tell(&mut self, trouble: Trouble, text: String) -> bool {
         let is_new = self.trouble.replace(trouble) != Some(trouble);
         !is_new || self.out.say(Progress::Warning(text))

@@ -21,7 +21,7 @@ pub(super) struct RadioLoop {
     clock: HostClock,
     out: Outlet,
     interval_s: f64,
-    /// Whether saturation was told.
+    /// Whether saturation was reported.
     is_saturated: bool,
     /// Scans made and scans not whole, when loss was last judged, and when that was.
     judged: ([u64; 2], Instant),

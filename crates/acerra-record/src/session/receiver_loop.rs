@@ -84,7 +84,7 @@ impl ReceiverLoop {
         (!was_silent || self.out.say(note())) && self.keep(gnss_record(self.clock, bytes))
     }
 
-    /// Sends a record, and what its bytes tell of the fix.
+    /// Sends a record, and the fix reported in the record's bytes.
     fn keep(&mut self, record: Record) -> bool {
         let told = self.fix.take(&record.payload, 1e-9 * record.at_ns as f64);
         let (bytes, fix) = (record.payload.len() as u64, self.fix.latest());

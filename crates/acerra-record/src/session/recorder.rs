@@ -48,7 +48,7 @@ pub struct Recorder<'a> {
 }
 
 impl Recorder<'_> {
-    /// Records until stopped, told to `follow`. A session that was interrupted is gone on with.
+    /// Records until stopped, reporting progress to `follow`. An interrupted session is continued.
     ///
     /// # Errors
     /// Instruments that cannot be set up; a log that cannot be written. What was written before is

@@ -20,7 +20,7 @@ pub(super) struct TraceTime {
     pub radar_s: f64,
 }
 
-/// The clock of a run, and what there is to say of it.
+/// The clock of a run, and remarks on the clock.
 pub(super) struct SessionClock {
     /// The clock, or why there is none.
     pub clock: Result<LoggedClock, TimingError>,
@@ -77,7 +77,7 @@ pub(super) fn session_clock(log: &LogContent, traces: &[TraceTime]) -> Option<Se
     })
 }
 
-/// What the pulses tell, and where that is not what the session states.
+/// Remarks on the pulses, including a latency that differs from the stated latency.
 fn told_of_pulses(pulsed: &PulsedClock, stated: Latency) -> Vec<String> {
     let [shortest_ms, median_ms] =
         [pulsed.shortest_latency_s, pulsed.median_latency_s].map(|s| 1e3 * s);

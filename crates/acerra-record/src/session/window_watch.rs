@@ -6,7 +6,7 @@ use super::settings::{FlightSection, RadioSection};
 
 /// Heights that are less certain are not judged (m).
 const MOST_SIGMA_M: f64 = 5.0;
-/// Time for which the ground must be behind the window before that is told, and told again (s).
+/// Time for which the ground must be behind the window before a warning is given, and repeated (s).
 const TOLD_AFTER_S: f64 = 2.0;
 const TOLD_AGAIN_S: f64 = 30.0;
 
@@ -16,7 +16,7 @@ pub(super) struct WindowWatch {
     least_delay_ns: f64,
     /// Height where the recording began (m).
     ground_m: Option<f64>,
-    /// Host time since when the ground is behind the window, and when that was told (s).
+    /// Host times since when the ground is behind the window, and of the last warning (s).
     behind_s: Option<f64>,
     told_s: Option<f64>,
 }

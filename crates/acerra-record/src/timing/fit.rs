@@ -3,7 +3,7 @@
 //! Delays have a density that does not vanish at the shortest: then the shortest of a block of pairs
 //! exceeds it by an exponentially distributed amount, whose mean equals its deviation. A line through
 //! the blocks' shortest delays, less that deviation, is the clock; the deviation over the root of the
-//! number of blocks is its error. What all delays have in common cannot be told from stamps.
+//! number of blocks is its error. A delay common to all messages is not observable from stamps.
 
 use thiserror::Error;
 

@@ -10,7 +10,7 @@ use super::fit::{ClockLine, FitError, Pair, clock_line};
 /// slewed, and instruments that are emulated faster than the world make it slow.
 const CLOCKS_PPM: f64 = 500.0;
 
-/// A delay that all messages have in common: stamps do not tell it.
+/// A delay common to all messages, not observable from stamps.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Latency {
     /// Its length (s).

@@ -1,9 +1,9 @@
 //! The radio's clock on GPS time by hardware time marks: pulses of the radio that the receiver stamps.
 //!
-//! A mark does not say of which scan it is. By the clock from times of arrival each mark lies some error
-//! away from its scan, the same for all but for jitter. Of the differences between every mark and every scan
-//! near it those of the right scans lie together, whatever marks or scans are lost and whatever else is
-//! stamped. Where scans are evenly spaced, differences lie together at every multiple of their interval:
+//! A mark does not identify its scan. By the clock from times of arrival each mark lies some error
+//! away from its scan, the same for all but for jitter. Among the differences between every mark and every scan
+//! near the mark, the differences of matching pairs cluster, whatever marks or scans are lost and whatever else
+//! is stamped. Where scans are evenly spaced, differences lie together at every multiple of their interval:
 //! marks are used where only one such place is as near as the arrival clock is sure.
 
 use acerra_geo::time::GpsTime;
@@ -21,7 +21,7 @@ const WIDTH_SHARE: f64 = 0.125;
 const LEAST_WIDTH_S: f64 = 2e-4;
 /// Share of the marks that must follow the scans, and of the best place's that a rival has.
 const LEAST_SHARE: f64 = 0.5;
-/// Scans within reach of a mark from which it is hopeless to tell them apart.
+/// Number of scans within reach of a mark beyond which the mark's scan cannot be identified.
 const MOST_INTERVALS: f64 = 25.0;
 /// Marks that differences are taken of, evenly spread over longer recordings.
 const MOST_COMPARED: usize = 20_000;
@@ -47,9 +47,9 @@ pub enum MarkError {
         /// All marks while the radio scans.
         marks: usize,
     },
-    /// The arrival clock does not tell of which scan a mark is.
+    /// The arrival clock does not identify the scan of a mark.
     #[error(
-        "time marks each {:.1} ms cannot be told apart by times of arrival, which are sure to {:.1} ms: measure \
+        "time marks each {:.1} ms cannot be assigned to scans by times of arrival, which are sure to {:.1} ms: measure \
          [radio] latency_ms {} with latency_sigma_ms, or scan less often",
         1e3 * interval_s, 1e3 * sigma_s,
         if *has_pulses { "and mark_delay_ms" } else { "and [gnss] latency_ms" }
@@ -78,7 +78,7 @@ pub struct MarkedScans<'a> {
 /// The clock by the marks, `arrivals` being the one by times of arrival.
 ///
 /// # Errors
-/// Marks that are too few, do not follow the scans, or cannot be told apart.
+/// Marks that are too few, do not follow the scans, or cannot be assigned to scans.
 pub fn marked_clock(
     scans: &MarkedScans<'_>,
     arrivals: &LoggedClock,

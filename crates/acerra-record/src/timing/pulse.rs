@@ -19,7 +19,7 @@ pub struct Pulse {
     pub sequence: u32,
     /// Host clock at its edge (s).
     pub host_s: f64,
-    /// Whether the receiver had a fix: before, its pulses are those of its own clock.
+    /// Whether the receiver had a fix: without a fix, pulses follow the receiver's own clock.
     pub has_fix: bool,
 }
 
@@ -40,9 +40,9 @@ pub enum PulseError {
         /// Pulses before which the kernel counted more edges than seconds.
         doubled: usize,
     },
-    /// The arrival clock does not tell of which second a pulse is.
+    /// The arrival clock does not identify the second of a pulse.
     #[error(
-        "the second of a pulse cannot be told by times of arrival, which are sure to {:.0} ms; expected less than \
+        "the second of a pulse cannot be identified by times of arrival, which are sure to {:.0} ms; expected less than \
          {:.0} ms",
         1e3 * sigma_s, 1e3 * limit_s
     )]
@@ -95,7 +95,7 @@ pub enum PulseError {
     /// The receiver would need longer than receivers do.
     #[error(
         "the receiver's first byte would come {:.1} ms behind the pulse of its second; expected less than {:.0} ms, \
-         its interval between measurements: the kernel stamps another edge, or the pulses are not those of GPS time",
+         its interval between measurements: the kernel stamps another edge, or the pulses do not follow GPS time",
         1e3 * latency_s, 1e3 * limit_s
     )]
     Late {
@@ -104,7 +104,7 @@ pub enum PulseError {
         /// The longest believed (s).
         limit_s: f64,
     },
-    /// The pulses tell too little of the recording: clocks wander.
+    /// The pulses cover too little of the recording: clocks wander.
     #[error(
         "the pulses with a fix span {found_s:.0} s of {recorded_s:.0} s; expected half of it at least"
     )]
@@ -117,7 +117,7 @@ pub enum PulseError {
     /// The pulses run at another rate than the receiver's epochs.
     #[error(
         "pulses and epochs run apart by {found_ppm:.1} parts in a million; expected less than {limit_ppm:.1}: the \
-         pulses are not those of GPS time"
+         pulses do not follow GPS time"
     )]
     Rate {
         /// Difference (10⁻⁶).

@@ -38,7 +38,7 @@ pub enum PulsedClockError {
     Pulses(#[from] PulseError),
 }
 
-/// The clock by pulses, and what they tell.
+/// The clock by pulses, and the pulses' statistics.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PulsedClock {
     /// The clock.
@@ -63,7 +63,7 @@ pub struct PulsedClock {
 /// receiver's times of arrival.
 ///
 /// # Errors
-/// Stamps that tell no clock; pulses that are too few or contradict the receiver's epochs.
+/// Stamps that determine no clock; pulses that are too few or contradict the receiver's epochs.
 pub fn pulsed_clock(stamps: &Stamps, pulses: &[Pulse]) -> Result<PulsedClock, PulsedClockError> {
     let lines = Lines::of(stamps)?;
     let [_, stated] = stamps.latency;
@@ -112,7 +112,7 @@ pub fn pulsed_clock(stamps: &Stamps, pulses: &[Pulse]) -> Result<PulsedClock, Pu
     })
 }
 
-/// Whether the pulses tell of the recording as a whole.
+/// Checks that the pulses cover enough of the recording.
 fn check_span(found_s: f64, stamps: &Stamps) -> Result<(), PulseError> {
     let ends = stamps.gps.first().zip(stamps.gps.last());
     let recorded_s = ends.map_or(0.0, |((first, _), (last, _))| last.seconds_since(*first));

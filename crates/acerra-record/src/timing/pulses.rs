@@ -1,9 +1,9 @@
 //! The host's clock over GPS time by pulses per second.
 //!
-//! A pulse does not say of which second it is; the clock by times of arrival must. Pulses of a locked receiver
-//! lie at one phase of that clock's second: the phase at which most lie tells the receiver's latency, and what
-//! lies elsewhere is no pulse. The kernel numbers edges: where it counted more edges than seconds went by,
-//! one was doubled, and its stamp may be of the later edge.
+//! A pulse does not identify its second; the clock by times of arrival must identify the second. Pulses of a
+//! locked receiver lie at one phase of that clock's second: the phase of most edges gives the receiver's
+//! latency, and an edge at another phase is no pulse. The kernel numbers edges: where it counted more edges
+//! than seconds went by, one was doubled, and its stamp may be of the later edge.
 
 use acerra_geo::time::GpsTime;
 
@@ -127,7 +127,7 @@ struct Seconds<'a> {
 }
 
 impl Seconds<'_> {
-    /// Whether the arrival clock tells whole seconds between two host times.
+    /// Checks that the arrival clock resolves whole seconds between two host times.
     fn check(&self, first_s: f64, last_s: f64) -> Result<(), PulseError> {
         let sigma_s = [first_s, last_s]
             .map(|host_s| self.arrivals.sigma_at_s(self.after_origin_s(host_s)))

@@ -53,8 +53,8 @@ impl RobustLine {
         pair.reads_s - self.value_s - self.slope * (pair.at_s - self.middle_s)
     }
 
-    /// The line through all pairs but outlying ones. Where those are more than a few, no line tells the
-    /// pairs: they count for the deviation.
+    /// The line through all pairs but outlying ones. Where outlying pairs are more than a few, no line
+    /// describes the pairs, and outlying pairs count for the deviation.
     pub fn through(all: &[LinePair]) -> Option<Self> {
         let mut pairs = all.to_vec();
         loop {
