@@ -113,7 +113,7 @@ impl<L: Link> Watched<L> {
     }
 
     /// What happens next; `None` where nothing did within `wait`. Silence is not a failure: the silence is
-    /// reported once, and the radio is polled until the radio answers again. Every refusal of the settings by a
+    /// reported once, and the radio is retried until the radio answers again. Every refusal of the settings by a
     /// radio that came back is reported.
     pub fn next_event(&mut self, wait: Duration) -> Option<Event> {
         if let Some(scan) = self.driver.intake().next_scan() {
