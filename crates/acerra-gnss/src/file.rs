@@ -313,19 +313,15 @@ fn binary_file(kind: FileKind, log: &[u8], hints: &RtcmHints) -> Result<GnssFile
         }
         return Ok(file);
     }
-    let has_navigation = ubx
-        .navigation
-        .as_ref()
-        .is_some_and(|n| !n.ephemerides.is_empty());
-    let has_events = ubx
-        .observations
-        .as_ref()
-        .is_some_and(|o| !o.events.is_empty());
-    if has_navigation || has_events {
-        let mut ubx = ubx;
-        ubx.report
-            .remarks
-            .push(ReadError::NoMeasurements.to_string());
+    // Messages of raw data that hold none, of a receiver without a fix, are another matter.
+    let is_raw = |piece: ubx::frame::Piece<'_>| match piece {
+        ubx::frame::Piece::Frame(frame) => matches!(
+            (frame.class, frame.id),
+            (0x02, 0x10 | 0x11 | 0x13 | 0x15) | (0x0D, 0x03)
+        ),
+        _ => false,
+    };
+    if ubx::frame::pieces(log).any(is_raw) {
         return Ok(ubx);
     }
     Err(ReadError::NoMeasurements)
