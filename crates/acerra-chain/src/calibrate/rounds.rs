@@ -95,8 +95,7 @@ impl Survey<'_> {
         let information = adjustment.information(values);
         let held = observe::unobserved(&information, &values.parameters(), fixed);
         let mut start = values.clone();
-        // The delay stays where the reflectors are in focus: at another one their echoes are not looked for.
-        for parameter in held.iter().filter(|held| **held != Parameter::Delay) {
+        for parameter in &held {
             start.add(
                 *parameter,
                 self.campaign.get(*parameter) - start.get(*parameter),
