@@ -404,6 +404,22 @@ impl Prepared {
             let position_m = &self.aligned.position_m;
             check_elevation(volume, position_m, wavelength_m, &mut warnings);
         }
+        let causes = [
+            (
+                request.underground.is_some(),
+                "rays are refracted below ground",
+            ),
+            (
+                !self.aligned.antennas_from_place_m.is_empty(),
+                "transmitter and receiver are apart",
+            ),
+        ];
+        for (_, cause) in causes.iter().filter(|(applies, _)| *applies) {
+            warnings.add(format!(
+                "{cause}: expected widths, sidelobes, ghosts and deviations of targets are those of one \
+                 antenna in air"
+            ));
+        }
         warnings
     }
 

@@ -358,7 +358,7 @@ fn rail(seed: u64) -> (Recording, Vec<[f64; 3]>) {
 
 #[test]
 fn a_rail_that_looks_sideways_is_never_certain_and_wrong() {
-    for seed in 0..3 {
+    for seed in 0..4 {
         let (recording, reflectors) = rail(seed);
         let mut warnings = Warnings::default();
         let options = CalibrateOptions::on(reflectors);
