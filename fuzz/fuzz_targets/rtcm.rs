@@ -33,6 +33,7 @@ fuzz_target!(|bytes: &[u8]| {
 fn read(bytes: &[u8]) {
     let stated = RtcmHints {
         near: Some(GpsTime::from_week_tow(2262, 200_000.0)),
+        not_after: Some(GpsTime::from_week_tow(2400, 0.0)),
         glonass_channels: (1..=24).map(|number| (number, 3)).collect(),
     };
     for hints in [RtcmHints::default(), stated] {
