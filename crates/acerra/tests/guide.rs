@@ -225,6 +225,10 @@ fn completed(excerpt: &str) -> String {
         ("[radar]", "file = ", "file = \"flight.mrm\"\n"),
         ("[image]", "x_m = ", "x_m = [0, 1]\ny_m = [0, 1]\n"),
     ] {
+        // Tracks bring radar logs of their own.
+        if table == "[radar]" && has("[[track]]") {
+            continue;
+        }
         if !has(table) {
             text.push_str(&format!("\n{table}\n{lines}"));
         } else if !has(key) {
