@@ -22,7 +22,7 @@ const LEAST_ROWS: usize = 16;
 /// How an image is cut: a plane or terrain into bands of whole rows, a volume into groups of slices.
 ///
 /// ```
-/// use acerra_chain::{Pixels, tiles::Tiling};
+/// use acerra_chain::{Pixels, focus::tiles::Tiling};
 /// use acerra_imaging::PlaneGrid;
 ///
 /// let pixels = Pixels::plane(PlaneGrid::new([0.0; 3], 0.05, [4000, 3000])?);
