@@ -13,7 +13,7 @@ pub struct Fix {
     pub place: [f64; 3],
 }
 
-/// What fixes say of every trace.
+/// Position, time and status of every trace, interpolated from fixes.
 pub struct Tracked {
     pub positions: Positions,
     pub time_s: Option<Vec<f64>>,

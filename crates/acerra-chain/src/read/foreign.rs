@@ -113,7 +113,7 @@ pub fn read_foreign(
     })
 }
 
-/// Traces along a line. Antennas apart stand one behind the other: what the file says of their distance says nothing of
+/// Traces along a line. Antennas apart are taken as one behind the other: the distance in the file does not give
 /// their direction, which matters little below and beside the line.
 fn along(channel: &Channel, line: &Line, remarks: &mut Vec<String>) -> TracePositions {
     let places = line.places(channel.traces, channel.along_m.as_deref());
@@ -186,7 +186,7 @@ fn placed(positions: Positions) -> TracePositions {
     }
 }
 
-/// What there is to say of a file and its channel.
+/// Remarks on a file and the channel that was read from the file.
 fn remarks(recording: &Recording, chosen: &Channel, is_named: bool) -> Vec<String> {
     let mut remarks = recording.remarks.clone();
     if recording.skipped_bytes > 0 {
