@@ -13,7 +13,7 @@ pub struct Fix {
     pub place: [f64; 3],
 }
 
-/// Position, time and status of every trace, interpolated from fixes.
+/// Position and time of every trace, interpolated from fixes, with remarks.
 pub struct Tracked {
     pub positions: Positions,
     pub time_s: Option<Vec<f64>>,
