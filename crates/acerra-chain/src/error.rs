@@ -8,7 +8,7 @@ use crate::align::offset::OffsetError;
 use crate::align::plane::GroundError;
 use crate::clean::CleanError;
 use crate::control::Cancelled;
-use crate::echoes::ImageError;
+use crate::focus::plan::ImageError;
 use crate::measure::MeasureError;
 use crate::position::PositionError;
 use crate::read::ReadError;

@@ -6,6 +6,7 @@ use acerra_imaging::metrics::Measurement;
 use acerra_radar::align::OffsetLikelihood;
 use acerra_radar::{LoggedClock, Spectrum};
 
+use crate::align::Flight;
 use crate::align::calibration::{CalibrationOptions, TrackCalibration, TrackEchoes, calibrate};
 use crate::align::clock::{ClockError, Clocked, align_clocks, place_as_stated};
 use crate::align::correction::PathCorrection;
@@ -14,23 +15,24 @@ use crate::align::offset::OffsetSearch;
 use crate::align::plane::{GroundFound, find_ground};
 use crate::align::recording::Recording;
 use crate::align::uncovered::tell_uncovered;
-use crate::align::{Aligned, Flight};
 use crate::choices::{Background, Gate, Select};
 use crate::clean::{Cleaned, CleanedTraces, clean};
 use crate::control::Control;
-use crate::echoes::{Echoes, ImageError};
+use crate::echoes::Echoes;
 use crate::error::ChainError;
 use crate::focus::inversion::image::{InversionInput, invert};
 use crate::focus::inversion::options::Method;
+use crate::focus::plan::ImageError;
 use crate::focus::sink::ImageSink;
 use crate::focus::{Focused, ImageRequest, focus};
 use crate::journal::Journal;
+use crate::journal::warnings::Warnings;
 use crate::measure::{MeasureError, MeasureOptions, measure};
+use crate::position::aligned::Aligned;
 use crate::position::{LogSources, Positions, in_one_frame};
 use crate::read::RadarLabel;
 use crate::scene::elevation::check_elevation;
 use crate::scene::{Scene, SceneError};
-use crate::warnings::Warnings;
 
 /// A survey ready to be imaged: clean spectra of one or more tracks, in one frame.
 #[derive(Clone, Debug)]

@@ -11,13 +11,14 @@ use crate::align::recording::{Recording, TrackOptions};
 use crate::choices::TimeOffset;
 use crate::control::Control;
 use crate::error::ChainError;
-use crate::findings::{Finding, Verdict};
+use crate::findings::positions::weigh_source;
 use crate::journal::Journal;
+use crate::journal::finding::{Finding, Verdict};
+use crate::journal::warnings::Warnings;
 use crate::position::{PositionError, PositionOptions, Positions, in_one_frame, position};
 use crate::prepare::{Prepared, prepare};
 use crate::read::{Line, RadarData, ReadError, read_channel};
 use crate::scene::{Scene, SceneOptions};
-use crate::warnings::Warnings;
 
 /// One or more tracks in files, and the scene they are to be imaged on.
 #[derive(Clone, Debug)]
@@ -130,9 +131,10 @@ impl Survey {
         for (track, radar) in self.tracks.iter().zip(radars) {
             control.check()?;
             let inside = radar.positions.as_ref();
-            let mut own: Vec<Finding> = radar.contradictions.iter().map(header_finding).collect();
-            let placed = position(&track.positions, &track.radar, inside, warnings, &mut own)?;
-            findings.extend(own.into_iter().map(|finding| self.named(track, finding)));
+            let placed = position(&track.positions, &track.radar, inside, warnings)?;
+            let headers = radar.contradictions.iter().map(header_finding);
+            let own = headers.chain(weigh_source(&placed.seen));
+            findings.extend(own.map(|finding| self.named(track, finding)));
             let mut options = track.options.clone();
             let settled = settle_offset(track, &radar, &placed.positions, warnings)?;
             options.align.time_offset = settled.offset;

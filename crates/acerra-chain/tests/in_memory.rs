@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used)] // a test that cannot go on has failed
 
 use acerra_chain::Cancelled;
-use acerra_chain::echoes::ImageError;
+use acerra_chain::focus::plan::ImageError;
 
 #[path = "../examples/image_in_memory.rs"]
 #[allow(dead_code)] // its `main`

@@ -3,10 +3,10 @@
 
 use acerra_chain::choices::Sum;
 use acerra_chain::clean::CleanOptions;
-use acerra_chain::echoes::ImageError;
 use acerra_chain::findings::weigh_image;
 use acerra_chain::focus::inversion::Method;
 use acerra_chain::focus::looks::LookOptions;
+use acerra_chain::focus::plan::ImageError;
 use acerra_chain::{
     Control, ImageRequest, Journal, MemorySink, Pixels, Prepared, Recording, Scene, prepare,
 };

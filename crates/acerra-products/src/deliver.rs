@@ -13,7 +13,7 @@ use crate::report_data::Drawn;
 use crate::run_record::{RunRecord, TargetsRecord};
 use crate::staging::Staging;
 use crate::{correction, data, image_npz, maps, pictures, report_data};
-use acerra_chain::stages::Stages;
+use acerra_chain::journal::stages::Stages;
 use serde::Serialize;
 
 /// Writes the products of `outcome` beside what `staging` holds, and publishes them. The stage `deliver` ends before `run.json`

@@ -3,11 +3,11 @@
 use acerra_chain::autofocus::AutofocusFailure;
 use acerra_chain::calibrate::SurveyedPoint;
 use acerra_chain::campaign::{Campaign, Contradictions};
-use acerra_chain::echoes::ImageError;
 use acerra_chain::findings::{Evidence, Verdict};
 use acerra_chain::findings::{
     weigh_autofocus, weigh_image, weigh_prepared, weigh_targets, weigh_unchecked,
 };
+use acerra_chain::focus::plan::ImageError;
 use acerra_chain::measure::MeasureError;
 use acerra_chain::{
     Cancelled, ChainError, Control, Focused, ImageRequest, ImageSink, Journal, MemorySink, Prepared,

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use acerra_chain::align::Aligned;
+use acerra_chain::position::aligned::Aligned;
 use acerra_chain::{Prepared, Track};
 use acerra_imaging::metrics::Target;
 

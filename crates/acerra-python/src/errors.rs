@@ -2,7 +2,7 @@
 
 use acerra_chain::ChainError;
 use acerra_chain::campaign::CampaignError;
-use acerra_chain::echoes::ImageError;
+use acerra_chain::focus::plan::ImageError;
 use acerra_chain::measure::MeasureError;
 use acerra_imaging::ImagingError as Refused;
 use acerra_products::RunError;

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use acerra_chain::stages::Stage;
+use acerra_chain::journal::stages::Stage;
 use acerra_chain::{Journal, MemorySink};
 use acerra_imaging::Complex32;
 use acerra_products::run_record::{RunRecord, TargetsRecord};

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use acerra_chain::ChainError;
 use acerra_chain::autofocus::AutofocusFailure;
 use acerra_chain::campaign::CampaignError;
-use acerra_chain::echoes::ImageError;
+use acerra_chain::focus::plan::ImageError;
 use acerra_imaging::ImagingError;
 
 /// Why runs are not shown.

@@ -4,7 +4,7 @@ use std::io::Write;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use acerra_chain::stages::StageEvent;
+use acerra_chain::journal::stages::StageEvent;
 use acerra_chain::{Control, Journal, Progress};
 use acerra_live::{Board, Final};
 use acerra_products::{RunRequest, run_campaign_with};

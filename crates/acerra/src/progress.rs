@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use acerra_chain::Progress;
-use acerra_chain::stages::{Stage, StageEvent, Stages};
+use acerra_chain::journal::stages::{Stage, StageEvent, Stages};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 
 use crate::terminal;

@@ -49,7 +49,7 @@ pub const LEVELS: [(&str, u32); 24] = [
 ];
 
 /// Crates whose rooms have an order: no room imports from one above it.
-pub const ORDERED: [&str; 1] = ["acerra-gnss"];
+pub const ORDERED: [&str; 2] = ["acerra-chain", "acerra-gnss"];
 
 /// Something wrong with the house.
 #[derive(Clone, Debug, PartialEq, Eq)]

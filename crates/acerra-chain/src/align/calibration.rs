@@ -12,13 +12,13 @@ use acerra_imaging::{
 use acerra_radar::Spectrum;
 use serde::Serialize;
 
-use crate::align::Aligned;
 use crate::align::recording::InstrumentError;
 use crate::choices::{CalibrationSource, Weight};
 use crate::control::{Cancelled, Control};
 use crate::echoes::Echoes;
+use crate::journal::warnings::Warnings;
+use crate::position::aligned::Aligned;
 use crate::scene::Scene;
-use crate::warnings::Warnings;
 
 /// How the tracks are calibrated against one another.
 #[derive(Clone, Copy, Debug)]

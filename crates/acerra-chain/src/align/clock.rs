@@ -11,13 +11,14 @@ use crate::align::offset::{
     OffsetError, OffsetSearch, SearchRange, Trial, by_height_and_motion, refine, with_heights_error,
 };
 use crate::align::recording::TrackOptions;
-use crate::align::{AlignError, Aligned, Flight, align};
+use crate::align::{AlignError, Flight, align};
 use crate::choices::{Delay, TimeOffset, ZeroTiming};
 use crate::clean::CleanOptions;
 use crate::control::Control;
+use crate::journal::warnings::Warnings;
 use crate::position::Positions;
+use crate::position::aligned::Aligned;
 use crate::read::RadarContent;
-use crate::warnings::Warnings;
 
 /// A track's traces at their places, and the offset behind them.
 #[derive(Clone, Debug)]

@@ -1,11 +1,10 @@
 //! The gate of a track whose campaign leaves it to the data.
 
-use crate::align::Aligned;
+use crate::align::geometry::{ImageGeometry, ranges_held};
 use crate::choices::Gate;
-use crate::findings::coverage::{Coverage, coverage};
-use crate::findings::geometry::ImageGeometry;
+use crate::journal::warnings::Warnings;
+use crate::position::aligned::Aligned;
 use crate::scene::Scene;
-use crate::warnings::Warnings;
 
 /// Share of the image that the gate must hold at closest approach where the surface echo is seen at
 /// 2h/c, and where it is not.
@@ -77,7 +76,7 @@ fn share_below(aligned: &Aligned, scene: &Scene) -> Option<f64> {
         band_hz: [0.0, 0.0],
         light_speed_m_s: scene.light_speed_m_s,
     };
-    coverage(&geometry, Coverage { range_m: &range_m })?.value
+    Some(ranges_held(&geometry, &range_m)?.focused)
 }
 
 /// Pixels spread evenly over the image, on the ground (m).

@@ -13,15 +13,16 @@ use acerra_radar::align::{
 use acerra_radar::{Radargram, Spectrum};
 use rayon::prelude::*;
 
-use crate::align::{AlignError, AlignOptions, Aligned, Flight, TracePlaces, align, interpolator};
+use crate::align::{AlignError, AlignOptions, Flight, TracePlaces, align, interpolator};
 use crate::choices::Select;
 use crate::clean::{CleanError, CleanOptions, clean};
 use crate::control::{Cancelled, Control};
 use crate::echoes::quick_look;
 use crate::echoes::sharpen::coarse;
+use crate::journal::warnings::Warnings;
+use crate::position::aligned::Aligned;
 use crate::position::height_noise::{height_noise_m, lasting_error_m, stated_error_m};
 use crate::scene::Scene;
-use crate::warnings::Warnings;
 
 /// A score over the offsets tried.
 #[derive(Clone, Debug, Default, PartialEq)]

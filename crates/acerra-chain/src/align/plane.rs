@@ -13,7 +13,7 @@ use acerra_radar::{Radargram, Spectrum};
 use crate::align::delay::delayed;
 use crate::align::offset::{OffsetError, SearchRange, by_height_and_motion};
 use crate::align::recording::Recording;
-use crate::align::{AlignError, AlignOptions, Aligned, Flight, align};
+use crate::align::{AlignError, AlignOptions, Flight, align};
 use crate::choices::{Delay, TimeOffset};
 use crate::clean::{CleanError, CleanOptions, clean};
 use crate::control::{Cancelled, Control};
@@ -21,10 +21,11 @@ use crate::echoes::quick_look;
 use crate::echoes::sharpen::{
     Sharpest, coarse, fourth_moment, log_fourth_moment, patches, sharpest,
 };
+use crate::journal::warnings::Warnings;
 use crate::position::Positions;
+use crate::position::aligned::Aligned;
 use crate::read::RadarContent;
 use crate::scene::Scene;
-use crate::warnings::Warnings;
 
 /// Height of the ground as the radar sees it.
 #[derive(Clone, Copy, Debug, PartialEq)]

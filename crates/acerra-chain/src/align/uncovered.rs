@@ -2,8 +2,8 @@
 
 use crate::align::interpolator;
 use crate::align::recording::Recording;
+use crate::journal::warnings::Warnings;
 use crate::position::Positions;
-use crate::warnings::Warnings;
 
 /// Share of the radar log's time that positions last at least, as the finding `trajectory_coverage` asks.
 const LEAST_SHARE: f64 = 0.8;

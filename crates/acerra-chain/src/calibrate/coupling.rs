@@ -3,7 +3,7 @@
 use super::result::Calibrated;
 use super::rounds::Survey;
 use crate::align::delay::coupling_delay;
-use crate::warnings::Warnings;
+use crate::journal::warnings::Warnings;
 
 /// Deviations between the delay found and that of the coupling from which they contradict.
 const CONTRADICTS: f64 = 4.0;

@@ -37,8 +37,8 @@ use track::{Setting, TrackEchoes};
 
 use crate::align::recording::Recording;
 use crate::control::Control;
+use crate::journal::warnings::Warnings;
 use crate::scene::Scene;
-use crate::warnings::Warnings;
 
 pub use error::{CalibrateError, Solution};
 pub use observe::SingularDirection;

@@ -6,7 +6,7 @@ use super::adjust::{Adjusted, invert, select};
 use super::observe::{SingularDirection, singular_directions};
 use super::parameter::{Parameter, Values};
 use super::rounds::{Round, Survey};
-use crate::warnings::Warnings;
+use crate::journal::warnings::Warnings;
 
 /// What a calibration found.
 #[derive(Clone, Debug)]

@@ -8,8 +8,8 @@ use super::parameter::Values;
 use super::result::Calibrated;
 use super::rounds::Survey;
 use super::track::TrackEchoes;
+use crate::journal::warnings::Warnings;
 use crate::scene::Scene;
-use crate::warnings::Warnings;
 
 /// Distance of the surface echo from 2h/c beyond which it is told (s).
 const TOLD_S: f64 = 0.3e-9;

@@ -15,9 +15,9 @@ use crate::align::{AlignError, Flight, align};
 use crate::choices::{Delay, Select, TimeOffset};
 use crate::clean::{CleanError, removal};
 use crate::control::Control;
+use crate::journal::warnings::Warnings;
 use crate::read::RadarContent;
 use crate::scene::Scene;
-use crate::warnings::Warnings;
 
 /// What all tracks have in common.
 #[derive(Clone, Copy, Debug)]

@@ -9,10 +9,10 @@ use acerra_radar::clean::{
 };
 use acerra_radar::{Radargram, Spectrum};
 
-use crate::align::Aligned;
 use crate::choices::{Background, Gate};
+use crate::journal::warnings::Warnings;
+use crate::position::aligned::Aligned;
 use crate::read::RadarContent;
-use crate::warnings::Warnings;
 use timing::time;
 
 pub use error::CleanError;

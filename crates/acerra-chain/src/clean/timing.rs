@@ -6,7 +6,7 @@ use acerra_radar::clean::{SurfaceOptions, ZeroTiming as Timing, ZeroTimingResult
 use super::error::CleanError;
 use super::options::CleanOptions;
 use crate::choices::{Delay, ZeroTiming};
-use crate::warnings::Warnings;
+use crate::journal::warnings::Warnings;
 
 /// Puts fast time to 2R/c.
 pub(super) fn time(

@@ -5,10 +5,10 @@
 
 use acerra_radar::clean::{Background, remove_background};
 
-use super::finding::{Finding, Verdict};
 use super::median::median;
 use crate::align::radar_height::{PoorHeights, radar_heights};
 use crate::clean::CleanedTraces;
+use crate::journal::finding::{Finding, Verdict};
 use crate::prepare::{Prepared, Track};
 use crate::scene::Scene;
 

@@ -2,11 +2,11 @@
 
 use acerra_imaging::IncidenceWeight;
 
-use super::finding::{Finding, Setting, Verdict};
-use super::geometry::ImageGeometry;
 use super::median::median;
+use crate::align::geometry::ImageGeometry;
 use crate::choices::AntennaAxis;
 use crate::focus::ImageRequest;
+use crate::journal::finding::{Finding, Setting, Verdict};
 use crate::position::boresight::Boresights;
 use crate::prepare::{Prepared, Track};
 

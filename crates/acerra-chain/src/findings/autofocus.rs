@@ -2,8 +2,8 @@
 
 use acerra_autofocus::Decision;
 
-use super::finding::{DOUBTFUL_SIGMAS, Finding, Verdict};
 use crate::align::correction::PathCorrection;
+use crate::journal::finding::{DOUBTFUL_SIGMAS, Finding, Verdict};
 
 /// Weighs what an autofocus found.
 #[must_use]

@@ -8,10 +8,9 @@ use acerra_radar::Spectrum;
 use acerra_radar::clean::{BackgroundGain, spectrum_at};
 use num_complex::Complex64;
 
-use super::finding::{Finding, Verdict};
-use super::geometry::ImageGeometry;
 use super::median::median;
 use super::strongest::strongest;
+use crate::align::geometry::ImageGeometry;
 use crate::choices::Background;
 use crate::clean::{CleanedTraces, cleaned_with, removal};
 use crate::control::{Cancelled, Control};
@@ -19,6 +18,7 @@ use crate::echoes::history::distance_m;
 use crate::echoes::quick_look;
 use crate::echoes::sharpen::{coarse, patches};
 use crate::focus::Focused;
+use crate::journal::finding::{Finding, Verdict};
 use crate::prepare::{Prepared, Track};
 
 /// Targets further than this below the strongest say little (dB).

@@ -1,8 +1,8 @@
 //! Findings on the clock offset: by height and motion of the flight, and by its deviation.
 
-use super::finding::{Finding, Setting, Verdict};
 use super::median::median;
 use super::surface::height_speaks;
+use crate::journal::finding::{Finding, Setting, Verdict};
 use crate::prepare::{Prepared, Track};
 
 /// Judges the clock offset of a track by the likelihood of all offsets and by its deviation.

@@ -2,8 +2,8 @@
 
 use acerra_imaging::IncidenceWeight;
 
-use super::finding::{Finding, Verdict};
-use super::geometry::{ImageGeometry, distance_m};
+use crate::align::geometry::{ImageGeometry, distance_m, ranges_held};
+use crate::journal::finding::{Finding, Verdict};
 
 /// The share of the image that a weight lets through; one that a pattern merely weakens is doubted at most.
 pub(super) fn covered_by(
@@ -34,47 +34,21 @@ fn pattern_rad(weight: &IncidenceWeight) -> f64 {
     }
 }
 
-/// Ranges that the data hold about each trace.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Coverage<'a> {
-    /// Nearest and farthest range that the cleaned data of each trace hold (m).
-    pub range_m: &'a [[f64; 2]],
-}
-
-/// Share of the pixels whose range of closest approach the recorded window and the gate hold.
+/// Judges the share of the pixels whose range of closest approach is within `held_m`, the ranges that recorded window
+/// and gate leave of each trace (m).
 ///
-/// An echo is focused from the traces about its closest approach; traces from afar alone leave
-/// smeared arcs. Where no trace at all holds a pixel the image is empty, which contradicts; an image
-/// of which less than half can be focused is doubtful.
-pub(crate) fn coverage(geometry: &ImageGeometry<'_>, held: Coverage<'_>) -> Option<Finding> {
-    if geometry.position_m.is_empty() || held.range_m.len() != geometry.position_m.len() {
-        return None;
-    }
-    let stride = (geometry.position_m.len() / 256).max(1);
-    let traces = || geometry.position_m.iter().zip(held.range_m).step_by(stride);
-    let is_held = |range_m: f64, [near, far]: &[f64; 2]| (*near..=*far).contains(&range_m);
-    let is_seen = |pixel: &[f64; 3]| {
-        traces().any(|(position, held)| is_held(distance_m(*position, *pixel), held))
-    };
-    let is_focused = |pixel: &[f64; 3]| {
-        traces()
-            .map(|(position, held)| (distance_m(*position, *pixel), held))
-            .min_by(|a, b| a.0.total_cmp(&b.0))
-            .is_some_and(|(range_m, held)| is_held(range_m, held))
-    };
-    let pixels = geometry.pixel_m.len().max(1) as f64;
-    let focused = geometry.pixel_m.iter().filter(|p| is_focused(p)).count() as f64 / pixels;
-    let verdict = if !geometry.pixel_m.iter().any(is_seen) {
+/// An image of which no trace holds any pixel is empty, which contradicts; an image of which less than half can be
+/// focused is doubtful.
+pub(super) fn range_coverage(geometry: &ImageGeometry<'_>, held_m: &[[f64; 2]]) -> Option<Finding> {
+    let held = ranges_held(geometry, held_m)?;
+    let (focused, ranges_m) = (held.focused, held.range_m);
+    let verdict = if !held.any {
         Verdict::Contradicts
     } else if focused < 0.5 {
         Verdict::Doubtful
     } else {
         Verdict::Agrees
     };
-    let ranges_m = held.range_m.iter().fold(
-        [f64::INFINITY, f64::NEG_INFINITY],
-        |[low, high], [near, far]| [low.min(*near), high.max(*far)],
-    );
     Some(
         Finding::judged("range_coverage", focused, "share of the image", verdict)
             .expecting(1.0)
@@ -189,7 +163,7 @@ fn incidence_coverage(geometry: &ImageGeometry<'_>, within: SeenWithin<'_>) -> O
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::findings::geometry::samples::{geometry, track};
+    use crate::align::geometry::samples::{geometry, track};
 
     #[test]
     fn a_steep_pattern_lets_less_through_than_its_limit() {
@@ -257,7 +231,7 @@ mod tests {
         let track = track(0.1, 10.0);
         let held = vec![[9.0, 14.0]; track.len()];
         let judge = |pixels: &[[f64; 3]]| {
-            coverage(&geometry(&track, pixels), Coverage { range_m: &held })
+            range_coverage(&geometry(&track, pixels), &held)
                 .unwrap()
                 .verdict
         };
@@ -268,10 +242,7 @@ mod tests {
         assert_eq!(judge(&mostly_far), Verdict::Doubtful);
         // Seen from afar alone: 13 m at most off the closest approach of 10.2 m.
         let late = vec![[11.0, 14.0]; track.len()];
-        let seen_late = coverage(
-            &geometry(&track, &[[9.0, 0.0, 0.0]]),
-            Coverage { range_m: &late },
-        );
+        let seen_late = range_coverage(&geometry(&track, &[[9.0, 0.0, 0.0]]), &late);
         assert_eq!(seen_late.unwrap().verdict, Verdict::Doubtful);
     }
 }

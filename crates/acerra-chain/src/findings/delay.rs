@@ -4,12 +4,12 @@ use std::ops::Range;
 
 use acerra_radar::Spectrum;
 
-use super::finding::{Finding, Setting, Verdict};
 use super::grid::LIGHT_SPEED_M_S;
 use super::surface::{LEAST_EVIDENCE, MEAN_LEVEL_NS, height_sigma_m};
 use crate::align::delay::{DelayCheck, DelayError, DelayScan, check_delay};
 use crate::control::{Cancelled, Control};
 use crate::focus::ImageRequest;
+use crate::journal::finding::{Finding, Setting, Verdict};
 use crate::prepare::{Prepared, Track};
 
 /// Judges the delay of a track's radargram; spectra are taken as they come.

@@ -3,10 +3,10 @@
 use std::f64::consts::TAU;
 
 use super::background::window_of_background;
-use super::coverage::{Coverage, aperture_coverage, coverage, covered_by};
-use super::finding::{Finding, Verdict};
-use super::geometry::{ImageGeometry, distance_m, wavenumber_span};
+use super::coverage::{aperture_coverage, covered_by, range_coverage};
+use crate::align::geometry::{ImageGeometry, distance_m, wavenumber_span};
 use crate::focus::ImageRequest;
+use crate::journal::finding::{Finding, Verdict};
 use crate::prepare::{Prepared, Track};
 
 /// Pixel size, scan spacing, and ranges imaged against ranges held.
@@ -17,11 +17,10 @@ pub(super) fn weigh_geometry(
     request: &ImageRequest,
 ) -> Vec<Finding> {
     let range_m = prepared.ranges_held_by_m(track);
-    let held = Coverage { range_m: &range_m };
     [
         pixel_size(geometry, request.pixels.grid.pixel_m),
         scan_spacing(geometry),
-        coverage(geometry, held),
+        range_coverage(geometry, &range_m),
         aperture_coverage(geometry),
         request.options.incidence.and_then(|weight| {
             let boresights = prepared.aligned.boresights(request.options.antenna_axis);
@@ -200,7 +199,7 @@ fn light_speed(light_speed_m_s: f64) -> Finding {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::findings::geometry::samples::{geometry, track};
+    use crate::align::geometry::samples::{geometry, track};
 
     #[test]
     fn pixels_of_ten_metres_contradict_and_of_a_centimetre_agree() {

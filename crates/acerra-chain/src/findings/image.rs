@@ -2,10 +2,10 @@
 
 use rayon::prelude::*;
 
-use super::finding::{Finding, Verdict};
-use super::geometry::{ImageGeometry, wavenumber_span};
 use super::median::median;
+use crate::align::geometry::{ImageGeometry, wavenumber_span};
 use crate::focus::Focused;
+use crate::journal::finding::{Finding, Verdict};
 use crate::prepare::Prepared;
 
 /// Contrast of the image.

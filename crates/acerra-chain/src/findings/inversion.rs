@@ -1,7 +1,7 @@
 //! Findings on how the scene was solved for.
 
-use super::finding::{Finding, Verdict};
 use crate::focus::Focused;
+use crate::journal::finding::{Finding, Verdict};
 
 /// Convergence, the residual beside the noise, and what the flight cannot tell apart; nothing of an adjoint.
 pub(super) fn weigh(focused: &Focused) -> Vec<Finding> {

@@ -17,9 +17,6 @@ mod background;
 mod clock;
 pub(crate) mod coverage;
 mod delay;
-mod evidence;
-mod finding;
-pub(crate) mod geometry;
 mod grid;
 mod image;
 mod inversion;
@@ -38,12 +35,13 @@ mod unchecked;
 mod wander;
 
 pub use autofocus::weigh_autofocus;
-pub use evidence::Evidence;
-pub use finding::{Finding, Setting, Verdict};
 pub use targets::weigh_targets;
 pub use unchecked::{Unchecked, weigh_unchecked};
 
-use self::geometry::ImageGeometry;
+pub use crate::journal::evidence::Evidence;
+pub use crate::journal::finding::{Finding, Setting, Verdict};
+
+use crate::align::geometry::ImageGeometry;
 use crate::control::{Cancelled, Control};
 use crate::focus::{Focused, ImageRequest};
 use crate::prepare::{Prepared, Track};

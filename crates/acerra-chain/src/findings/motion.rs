@@ -5,7 +5,6 @@ use acerra_geo::interpolate::Interpolator;
 use acerra_geo::lever_arm::{HeadingOptions, apply_lever_arm};
 use acerra_geo::trajectory::Trajectory;
 
-use super::finding::{Finding, Setting};
 use super::preferred::{PreferredSetting, preferred_setting};
 use super::strongest::strongest;
 use super::wander::{Preferred, Trial};
@@ -13,6 +12,7 @@ use crate::align::interpolator;
 use crate::control::{Cancelled, Control};
 use crate::echoes::history::Measured;
 use crate::focus::Focused;
+use crate::journal::finding::{Finding, Setting};
 use crate::position::Positions;
 use crate::prepare::{Prepared, Track};
 

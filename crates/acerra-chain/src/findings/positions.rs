@@ -2,11 +2,28 @@
 
 use acerra_geo::trajectory::StatusCounts;
 
-use super::finding::{Finding, Verdict};
+use crate::journal::finding::{Finding, Verdict};
+use crate::position::SourceSeen;
+
+/// Judges what the source of the positions shows of its own quality.
+pub(crate) fn weigh_source(seen: &SourceSeen) -> Vec<Finding> {
+    let autopilot = seen.autopilot.as_ref();
+    let mut findings: Vec<Finding> = autopilot
+        .map(|(source, statuses)| autopilot_fixed(source, statuses))
+        .into_iter()
+        .chain(seen.base_from_single_m.map(base_position))
+        .collect();
+    if let Some(attitudes) = &seen.attitudes {
+        let clock = attitudes.clock;
+        findings.extend(clock.map(|[shift_s, sigma_s]| attitude_clock(shift_s, sigma_s)));
+        findings.push(attitude_place(attitudes.apart_m));
+    }
+    findings
+}
 
 /// Judges the positions of an autopilot's log by how many of them are carrier-phase solutions with fixed
 /// ambiguities: the others are good to decimetres or metres.
-pub(crate) fn autopilot_fixed(source: &str, statuses: &StatusCounts) -> Finding {
+fn autopilot_fixed(source: &str, statuses: &StatusCounts) -> Finding {
     let share = statuses.fixed() as f64 / statuses.total().max(1) as f64;
     let verdict = if share >= 0.8 {
         Verdict::Agrees
@@ -32,7 +49,7 @@ const SINGLE_POINT_SIGMA_M: f64 = 10.0 / 3.0;
 ///
 /// A base that is off moves the whole image by as much; relative positions hardly suffer, so that
 /// it is never more than doubtful.
-pub(crate) fn base_position(from_single_m: f64) -> Finding {
+fn base_position(from_single_m: f64) -> Finding {
     Finding::compared(
         "base_position",
         from_single_m,
@@ -55,7 +72,7 @@ const LATENCY_SIGMA_S: f64 = 0.15;
 const APART_SIGMA_M: f64 = 5.0;
 
 /// Judges the clock of attitudes by the time at which the log's own positions fit those that take them.
-pub(crate) fn attitude_clock(shift_s: f64, sigma_s: f64) -> Finding {
+fn attitude_clock(shift_s: f64, sigma_s: f64) -> Finding {
     Finding::compared(
         "attitude_clock",
         shift_s,
@@ -71,7 +88,7 @@ pub(crate) fn attitude_clock(shift_s: f64, sigma_s: f64) -> Finding {
 }
 
 /// Judges whether a log of attitudes belongs to the positions, by the distance between its own and them.
-pub(crate) fn attitude_place(apart_m: f64) -> Finding {
+fn attitude_place(apart_m: f64) -> Finding {
     Finding::compared("attitude_place", apart_m, 0.0, APART_SIGMA_M, "m")
         .at_most(Verdict::Doubtful)
         .because(format!(

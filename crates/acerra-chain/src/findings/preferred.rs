@@ -1,6 +1,6 @@
 //! Settings against what focusing prefers.
 
-use super::finding::{Finding, Setting, Verdict};
+use crate::journal::finding::{Finding, Setting, Verdict};
 
 /// A setting in force beside the value at which the strongest targets are sharpest.
 #[derive(Clone, Copy, Debug, PartialEq)]

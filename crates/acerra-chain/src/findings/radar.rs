@@ -4,10 +4,10 @@ use acerra_radar::Radargram;
 use acerra_radar::quality::{self, spectrum_occupancy};
 
 use super::delay::{delay_before_zero, delay_seen};
-use super::finding::{Finding, Setting, Verdict};
 use super::grid::LIGHT_SPEED_M_S;
 use super::surface::{self, follows_height};
 use super::{altimeter, clock};
+use crate::journal::finding::{Finding, Setting, Verdict};
 use crate::prepare::{Prepared, Track};
 
 /// Coupling stands so far above the rest of the mean trace (dB), this still (s), and no further

@@ -11,14 +11,14 @@ use acerra_radar::Spectrum;
 use num_complex::{Complex32, Complex64};
 use rayon::prelude::*;
 
-use super::finding::{Finding, Setting};
 use super::preferred::{PreferredSetting, preferred_setting};
 use super::strongest::strongest;
-use crate::align::Aligned;
 use crate::control::{Cancelled, Control};
 use crate::echoes::quick_look;
 use crate::echoes::sharpen::{log_fourth_moment, sharpest};
 use crate::focus::Focused;
+use crate::journal::finding::{Finding, Setting};
+use crate::position::aligned::Aligned;
 use crate::prepare::{Prepared, Track};
 
 /// Ranges tried, either way (m).

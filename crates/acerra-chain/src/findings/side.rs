@@ -15,9 +15,9 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
-use super::finding::{Finding, Verdict};
 use crate::autofocus::AutofocusOptions;
 use crate::echoes::history::{Measured, distance_m};
+use crate::journal::finding::{Finding, Verdict};
 use crate::prepare::Prepared;
 
 /// Targets that are looked at: the strongest, down to this level (dB).

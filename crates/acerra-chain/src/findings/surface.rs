@@ -2,9 +2,9 @@
 
 use acerra_radar::clean::{SurfaceOptions, track_surface};
 
-use super::finding::{Finding, Setting, Verdict};
 use super::grid::LIGHT_SPEED_M_S;
 use super::median::median;
+use crate::journal::finding::{Finding, Setting, Verdict};
 use crate::prepare::{Prepared, Track};
 
 /// Picks below which an echo says nothing.

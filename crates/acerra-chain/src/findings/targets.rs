@@ -2,9 +2,9 @@
 
 use acerra_imaging::metrics::Target;
 
-use super::finding::{Finding, Verdict};
 use super::side;
-use crate::align::Aligned;
+use crate::journal::finding::{Finding, Verdict};
+use crate::position::aligned::Aligned;
 use crate::prepare::Prepared;
 
 /// Weighs the targets of an image; nothing where no log holds traces, whose surface echo is known.

@@ -2,9 +2,9 @@
 
 use std::f64::consts::TAU;
 
-use super::finding::{Finding, Verdict};
-use super::geometry::ImageGeometry;
 use super::median::median;
+use crate::align::geometry::ImageGeometry;
+use crate::journal::finding::{Finding, Verdict};
 use crate::prepare::{Prepared, Track};
 
 /// Share of the log that has positions, and the positions' own σ along the line of sight.

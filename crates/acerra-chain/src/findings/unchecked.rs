@@ -2,9 +2,9 @@
 
 use serde::Serialize;
 
-use super::evidence::Evidence;
-use super::finding::{Finding, Setting};
 use crate::focus::FocusOptions;
+use crate::journal::evidence::Evidence;
+use crate::journal::finding::{Finding, Setting};
 use crate::position::Positions;
 use crate::prepare::Prepared;
 

@@ -5,7 +5,7 @@ use acerra_imaging::{Complex32, PlanOptions, Pulses};
 
 use crate::choices::LookTaper;
 use crate::control::Control;
-use crate::echoes::{ImageError, contributions, plan_on, run_plan};
+use crate::focus::plan::{ImageError, contributions, plan_on, run_plan};
 use crate::focus::sink::{ImageSink, StackArray, StackHeader, StackKind};
 use crate::scene::pixels::Pixels;
 

@@ -3,6 +3,7 @@
 pub mod inversion;
 pub mod looks;
 pub mod memory;
+pub mod plan;
 pub mod sink;
 pub mod space;
 pub mod tiles;
@@ -13,17 +14,18 @@ use std::ops::Range;
 
 use acerra_imaging::{Complex32, ImagingPlan, IncidenceWeight, PlanOptions, Pulses};
 
-use crate::align::Aligned;
 use crate::choices::{AntennaAxis, Sum, Weight};
 use crate::control::Control;
-use crate::echoes::{Echoes, ImageError, contributions, plan_on, run_plan};
+use crate::echoes::Echoes;
 use crate::focus::inversion::options::InversionOptions;
 use crate::focus::inversion::record::InversionRecord;
 use crate::focus::looks::{LookInput, LookOptions, Multilook, image_looks};
 use crate::focus::memory::available_memory_bytes;
+use crate::focus::plan::{ImageError, contributions, plan_on, run_plan};
 use crate::focus::sink::ImageSink;
 use crate::focus::underground::Underground;
 use crate::focus::volume::{Projections, image_volume};
+use crate::position::aligned::Aligned;
 use crate::scene::pixels::Pixels;
 
 /// Parameters of the stage `focus`.

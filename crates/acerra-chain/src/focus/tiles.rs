@@ -5,8 +5,8 @@ use std::ops::Range;
 use acerra_imaging::{Complex32, ImagingError, PlaneGrid, SurfaceGrid, VolumeGrid};
 
 use crate::choices::Sum;
-use crate::echoes::ImageError;
 use crate::focus::inversion::Method;
+use crate::focus::plan::ImageError;
 use crate::focus::sink::{ImageSink, SinkError};
 use crate::focus::volume::assemble_volume;
 use crate::focus::{Focused, ImageRequest};

@@ -6,7 +6,7 @@ use acerra_imaging::{
 };
 
 use crate::control::Control;
-use crate::echoes::{ImageError, contributions};
+use crate::focus::plan::{ImageError, contributions};
 use crate::focus::sink::{ImageSink, SinkError, StackArray, StackHeader, StackKind};
 use crate::focus::space::projections_bytes;
 use crate::scene::pixels::Pixels;

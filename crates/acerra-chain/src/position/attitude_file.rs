@@ -10,8 +10,6 @@ use acerra_geo::matrix::{multiply, transpose};
 use acerra_geo::time::GpsTime;
 use acerra_geo::trajectory::{Fix, Trajectory, TrajectoryError};
 
-use crate::findings::Finding;
-use crate::findings::positions::{attitude_clock, attitude_place};
 use crate::position::clock_shift::{ClockShift, clock_shift};
 
 /// Deviation of a shift beyond which nothing is said of it (s).
@@ -154,7 +152,7 @@ impl WithAttitudes {
                 )
             })
         };
-        let unchecked = self.finding_of_clock().is_none().then(|| {
+        let unchecked = self.well_known_shift().is_none().then(|| {
             "the log's own positions do not tell whether its clock goes with the positions': they move too little, \
              or have too few times in common"
                 .to_owned()
@@ -167,17 +165,28 @@ impl WithAttitudes {
             .collect()
     }
 
-    /// What the log's own positions say of its clock and place.
+    /// Clock and place of the log, compared with the positions; none where its own positions move too little.
     #[must_use]
-    pub fn findings(&self) -> Vec<Finding> {
-        let place = self.shift.map(|shift| attitude_place(shift.distance_m));
-        self.finding_of_clock().into_iter().chain(place).collect()
+    pub fn seen(&self) -> Option<AttitudesSeen> {
+        self.shift.map(|shift| AttitudesSeen {
+            clock: self.well_known_shift().map(|s| [s.shift_s, s.sigma_s]),
+            apart_m: shift.distance_m,
+        })
     }
 
-    fn finding_of_clock(&self) -> Option<Finding> {
-        let shift = self.shift.filter(|s| s.sigma_s <= MOST_SIGMA_S)?;
-        Some(attitude_clock(shift.shift_s, shift.sigma_s))
+    fn well_known_shift(&self) -> Option<ClockShift> {
+        self.shift.filter(|shift| shift.sigma_s <= MOST_SIGMA_S)
     }
+}
+
+/// Clock and place of a log of attitudes, compared with the positions that take its attitudes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AttitudesSeen {
+    /// The log's stamp of an event minus that of the positions, and its standard deviation (s), where the motion
+    /// determines it.
+    pub clock: Option<[f64; 2]>,
+    /// Mean horizontal distance of the log's own positions from the positions (m).
+    pub apart_m: f64,
 }
 
 /// A position with the attitudes at `time`, which come in the axes of the place itself.

@@ -1,5 +1,6 @@
 //! Stage `position`: where the positioned point was, as a trajectory in the image's frame.
 
+pub mod aligned;
 pub mod attitude_file;
 pub mod boresight;
 pub mod clock_shift;
@@ -14,13 +15,12 @@ use std::path::{Path, PathBuf};
 use acerra_autopilot::{GimbalChoice, LogOptions, LogReport};
 use acerra_geo::geodesy::{EnuFrame, Geodetic, ecef_from_geodetic};
 use acerra_geo::lever_arm::{HeadingOptions, LeverArmError, apply_lever_arm};
-use acerra_geo::trajectory::{Frame, TimeOrigin, Trajectory, TrajectoryError};
+use acerra_geo::trajectory::{Frame, StatusCounts, TimeOrigin, Trajectory, TrajectoryError};
 use acerra_gnss::{BasePosition, PositioningMode, PpkOptions};
 
 use crate::choices::HeightDatum;
-use crate::findings::Finding;
-use crate::findings::positions::{autopilot_fixed, base_position};
-use crate::position::attitude_file::{AttitudeFileError, with_log_attitudes};
+use crate::journal::warnings::Warnings;
+use crate::position::attitude_file::{AttitudeFileError, AttitudesSeen, with_log_attitudes};
 use crate::position::positioning::{
     GnssConfiguration, GnssConfigurationError, PositioningError, PositioningInput,
 };
@@ -29,7 +29,6 @@ use crate::position::trajectory_file::{
 };
 use crate::read::name_of;
 use crate::read::trace_positions::TracePositions;
-use crate::warnings::Warnings;
 
 /// Positions of the radar's phase centre.
 #[derive(Clone, Debug)]
@@ -55,6 +54,19 @@ pub struct Positioned {
     pub log_sources: LogSources,
     /// Step of the last digit in which a file gives them, east, north and up (m).
     pub resolution_m: Option<[f64; 3]>,
+    /// What their source shows of its own quality.
+    pub seen: SourceSeen,
+}
+
+/// What a source of positions shows of its own quality, for the findings.
+#[derive(Clone, Debug, Default)]
+pub struct SourceSeen {
+    /// Name of the source in an autopilot's log, and how many of its positions have which status.
+    pub autopilot: Option<(String, StatusCounts)>,
+    /// Distance of the base's position from the base's own single-point position (m).
+    pub base_from_single_m: Option<f64>,
+    /// Clock and place of a separate log of attitudes, compared with the positions.
+    pub attitudes: Option<AttitudesSeen>,
 }
 
 /// Which sources of autopilots' logs positions come from, in words.
@@ -73,6 +85,7 @@ impl<T: Into<Positions>> From<T> for Positioned {
             has_local_axes: false,
             log_sources: LogSources::default(),
             resolution_m: None,
+            seen: SourceSeen::default(),
         }
     }
 }
@@ -264,7 +277,7 @@ pub enum PositionError {
 }
 
 /// Finds the positions of a track whose radar log is `radar_file`, with `inside` the positions that
-/// the log itself brings; what is found out about them by the way goes to `findings`.
+/// the log itself brings.
 ///
 /// # Errors
 /// No source of positions, or one that cannot be read; the message names the file and the place.
@@ -273,11 +286,10 @@ pub fn position(
     radar_file: &Path,
     inside: Option<&TracePositions>,
     warnings: &mut Warnings,
-    findings: &mut Vec<Finding>,
 ) -> Result<Positioned, PositionError> {
     let radar_file = || radar_file.to_owned();
     match (&options.source, inside) {
-        (PositionSource::Gnss(logs), _) => from_gnss(logs, options, warnings, findings),
+        (PositionSource::Gnss(logs), _) => from_gnss(logs, options, warnings),
         (PositionSource::Trajectory(file), inside) => {
             if inside.is_some() {
                 warnings.add(format!(
@@ -286,7 +298,7 @@ pub fn position(
                     name_of(file)
                 ));
             }
-            from_file(file, options, warnings, findings)
+            from_file(file, options, warnings)
         }
         (PositionSource::RadarFile, Some(_)) if options.lever_arm_m != [0.0; 3] => {
             Err(PositionError::LeverArmOfPhaseCentre {
@@ -347,6 +359,7 @@ pub fn placed(
         has_local_axes,
         log_sources: LogSources::default(),
         resolution_m: None,
+        seen: SourceSeen::default(),
     })
 }
 
@@ -363,7 +376,6 @@ fn from_file(
     path: &Path,
     options: &PositionOptions,
     warnings: &mut Warnings,
-    findings: &mut Vec<Finding>,
 ) -> Result<Positioned, PositionError> {
     let holds_attitudes = options.attitude_file.is_none();
     let reading = TrajectoryFileOptions {
@@ -389,11 +401,12 @@ fn from_file(
         warnings.add(format!("{}: {remark}", name_of(path)));
     }
     let log = file.log();
-    findings.extend(log.map(|log| autopilot_fixed(&log.source.name, &log.statuses)));
+    let autopilot = log.map(|log| (log.source.name.clone(), log.statuses));
     let sources = log.map(LogReport::sources_used);
     let has_local_axes = file.has_local_axes();
     let resolution_m = file.resolution_m();
-    let (trajectory, attitudes) = with_attitudes(file.trajectory, options, warnings, findings)?;
+    let (trajectory, attitudes, attitudes_seen) =
+        with_attitudes(file.trajectory, options, warnings)?;
     Ok(Positioned {
         has_local_axes,
         resolution_m,
@@ -401,19 +414,24 @@ fn from_file(
             positions: sources,
             attitudes,
         },
+        seen: SourceSeen {
+            autopilot,
+            base_from_single_m: None,
+            attitudes: attitudes_seen,
+        },
         positions: at_phase_centre(trajectory, options.lever_arm_m)?.into(),
     })
 }
 
-/// The positions with the attitudes of the log that is named for them, and its sources in words.
+/// The positions with the attitudes of the log that is named for them, the sources of that log in words, and what
+/// the log shows of its clock and place.
 fn with_attitudes(
     trajectory: Trajectory,
     options: &PositionOptions,
     warnings: &mut Warnings,
-    findings: &mut Vec<Finding>,
-) -> Result<(Trajectory, Option<String>), PositionError> {
+) -> Result<(Trajectory, Option<String>, Option<AttitudesSeen>), PositionError> {
     let Some(path) = &options.attitude_file else {
-        return Ok((trajectory, None));
+        return Ok((trajectory, None, None));
     };
     let mut reading = LogOptions::default();
     reading.attitude_source.clone_from(&options.attitude_source);
@@ -427,15 +445,14 @@ fn with_attitudes(
     for remark in turned.remarks() {
         warnings.add(format!("{}: {remark}", name_of(path)));
     }
-    findings.extend(turned.findings());
-    Ok((turned.trajectory, Some(turned.report.attitudes_used())))
+    let (seen, used) = (turned.seen(), turned.report.attitudes_used());
+    Ok((turned.trajectory, Some(used), seen))
 }
 
 fn from_gnss(
     logs: &GnssLogs,
     options: &PositionOptions,
     warnings: &mut Warnings,
-    findings: &mut Vec<Finding>,
 ) -> Result<Positioned, PositionError> {
     let (files, ppk) = positioning_of(logs, warnings)?;
     let positioned = positioning::run(&files, &ppk).map_err(PositionError::Positioning)?;
@@ -443,7 +460,6 @@ fn from_gnss(
         warnings.add(format!("[gnss] {warning}"));
     }
     let from_single_m = positioned.solution.summary.base_from_single_m;
-    findings.extend(from_single_m.map(base_position));
     let mut trajectory = positioned
         .solution
         .trajectory()
@@ -453,12 +469,17 @@ fn from_gnss(
             .in_frame(EnuFrame::new(origin))
             .map_err(PositionError::Origin)?;
     }
-    let (trajectory, attitudes) = with_attitudes(trajectory, options, warnings, findings)?;
+    let (trajectory, attitudes, attitudes_seen) = with_attitudes(trajectory, options, warnings)?;
     let trajectory = at_phase_centre(trajectory, options.lever_arm_m)?;
     Ok(Positioned {
         log_sources: LogSources {
             positions: None,
             attitudes,
+        },
+        seen: SourceSeen {
+            autopilot: None,
+            base_from_single_m: from_single_m,
+            attitudes: attitudes_seen,
         },
         ..Positioned::from(trajectory)
     })

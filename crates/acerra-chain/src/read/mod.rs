@@ -17,10 +17,10 @@ use acerra_radar::{
     RadarLog, Radargram, RadargramOptions, RunError, Spectrum,
 };
 
+use crate::journal::warnings::Warnings;
 use crate::read::foreign::Signal;
 use crate::read::phase_history::{PhaseHistoryError, read_phase_history};
 use crate::read::trace_positions::TracePositions;
-use crate::warnings::Warnings;
 
 pub use foreign::{ForeignError, Line};
 

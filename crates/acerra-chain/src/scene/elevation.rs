@@ -3,7 +3,7 @@
 use acerra_imaging::VolumeGrid;
 use acerra_imaging::resolution::elevation_m;
 
-use crate::warnings::Warnings;
+use crate::journal::warnings::Warnings;
 
 /// Warns where a volume is asked for of a flight that cannot tell its slices apart.
 pub(crate) fn check_elevation(

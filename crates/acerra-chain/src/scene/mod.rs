@@ -14,10 +14,10 @@ use acerra_geo::terrain::{Crs, LocalTerrain, TerrainError, TerrainFile, TerrainO
 use acerra_geo::trajectory::Frame;
 use acerra_imaging::{ImagingError, PlaneGrid, SPEED_OF_LIGHT_M_S, SurfaceGrid, VolumeGrid};
 
+use crate::journal::warnings::Warnings;
 use crate::position::Positions;
 use crate::read::name_of;
 use crate::scene::pixels::Pixels;
-use crate::warnings::Warnings;
 
 /// The image's rectangle and heights, as asked for.
 #[derive(Clone, Debug)]

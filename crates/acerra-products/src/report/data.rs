@@ -1,8 +1,8 @@
 //! What a report is made from.
 
 use acerra_chain::focus::inversion::InversionRecord;
+use acerra_chain::journal::stages::Stage;
 use acerra_chain::read::inputs::InputFile;
-use acerra_chain::stages::Stage;
 use acerra_geo::trajectory::SolutionStatus;
 use std::fmt;
 

@@ -3,8 +3,8 @@
 use super::data::{Fact, ReportData};
 use super::html::{self, Table};
 use super::numbers::{bytes, seconds};
+use acerra_chain::journal::stages::Stage;
 use acerra_chain::read::inputs::InputFile;
-use acerra_chain::stages::Stage;
 use maud::{Markup, html};
 
 pub(super) fn section(data: &ReportData) -> Markup {

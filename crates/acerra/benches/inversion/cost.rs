@@ -2,7 +2,7 @@
 
 use std::fs::read_to_string;
 
-use acerra_chain::stages::Stages;
+use acerra_chain::journal::stages::Stages;
 
 /// What a piece of work took.
 #[derive(Clone, Copy)]

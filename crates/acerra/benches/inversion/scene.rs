@@ -2,11 +2,12 @@
 
 use std::ops::Range;
 
-use acerra_chain::align::Aligned;
-use acerra_chain::echoes::{Echoes, ImageError};
+use acerra_chain::echoes::Echoes;
 use acerra_chain::focus::focus;
 use acerra_chain::focus::inversion::Method;
 use acerra_chain::focus::inversion::image::{InversionInput, invert};
+use acerra_chain::focus::plan::ImageError;
+use acerra_chain::position::aligned::Aligned;
 use acerra_chain::{Control, FocusOptions, Focused, ImageRequest, MemorySink, Pixels};
 use acerra_imaging::{Complex64, PulseArrays, Pulses};
 use acerra_invert::Flight;

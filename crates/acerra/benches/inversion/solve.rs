@@ -3,8 +3,8 @@
 use std::sync::Mutex;
 use std::time::Instant;
 
-use acerra_chain::echoes::ImageError;
 use acerra_chain::focus::inversion::Method;
+use acerra_chain::focus::plan::ImageError;
 use acerra_chain::{Control, Focused};
 
 use crate::cost::{Cost, measured};

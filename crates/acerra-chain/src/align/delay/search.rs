@@ -16,15 +16,15 @@ use super::scan::DelayScan;
 use super::sensitivity::{Seen, Sensitivity};
 use super::targets::REACH_S;
 use super::view::{View, middle_hz};
-use crate::align::Aligned;
 use crate::choices::{Delay, Gate, ZeroTiming};
 use crate::clean::{CleanOptions, clean};
 use crate::control::Control;
 use crate::echoes::history::Measured;
 use crate::echoes::window::{Budget, strongest_m};
+use crate::journal::warnings::Warnings;
+use crate::position::aligned::Aligned;
 use crate::read::RadarContent;
 use crate::scene::Scene;
-use crate::warnings::Warnings;
 
 /// How a delay was found.
 #[derive(Clone, Debug, PartialEq)]

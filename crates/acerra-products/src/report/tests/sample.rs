@@ -1,7 +1,7 @@
 //! A report with everything in it.
 
+use acerra_chain::journal::stages::Stage;
 use acerra_chain::read::inputs::InputFile;
-use acerra_chain::stages::Stage;
 use acerra_figure::{Drawing, ImageDb, PixelValues, Radargram, TargetMark};
 use acerra_geo::trajectory::SolutionStatus;
 

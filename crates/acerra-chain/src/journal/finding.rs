@@ -38,7 +38,7 @@ pub struct Finding {
 }
 
 /// Deviations beyond so many σ are doubtful, or contradict.
-pub(super) const DOUBTFUL_SIGMAS: f64 = 3.0;
+pub(crate) const DOUBTFUL_SIGMAS: f64 = 3.0;
 
 const CONTRADICTING_SIGMAS: f64 = 6.0;
 

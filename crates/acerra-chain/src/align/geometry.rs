@@ -1,4 +1,4 @@
-//! Geometry of flight and image that the findings share.
+//! Geometry of flight and image: resolution cell, and ranges that the data hold.
 
 use std::f64::consts::TAU;
 
@@ -17,7 +17,7 @@ pub(crate) struct ImageGeometry<'a> {
 
 /// Span of the two-way wavenumber along east and north (rad/m) at `pixel_m`: the support of its
 /// point spread function, over all traces and the band.
-pub(super) fn wavenumber_span(geometry: &ImageGeometry<'_>, pixel_m: [f64; 3]) -> [f64; 2] {
+pub(crate) fn wavenumber_span(geometry: &ImageGeometry<'_>, pixel_m: [f64; 3]) -> [f64; 2] {
     let mut low = [f64::INFINITY; 2];
     let mut high = [f64::NEG_INFINITY; 2];
     for position in geometry.position_m {
@@ -35,13 +35,54 @@ pub(super) fn wavenumber_span(geometry: &ImageGeometry<'_>, pixel_m: [f64; 3]) -
     std::array::from_fn(|axis| (high[axis] - low[axis]).max(0.0))
 }
 
+/// Pixels whose ranges the data hold.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct RangesHeld {
+    /// Share of the pixels whose range of closest approach is held: an echo is focused from the traces about its
+    /// closest approach, and traces from afar alone leave smeared arcs.
+    pub focused: f64,
+    /// Whether any trace holds any pixel.
+    pub any: bool,
+    /// Nearest and farthest range of all traces (m).
+    pub range_m: [f64; 2],
+}
+
+/// The pixels whose ranges are within `held_m`, nearest and farthest range of each trace (m); none where the lists
+/// have different lengths.
+pub(crate) fn ranges_held(geometry: &ImageGeometry<'_>, held_m: &[[f64; 2]]) -> Option<RangesHeld> {
+    if geometry.position_m.is_empty() || held_m.len() != geometry.position_m.len() {
+        return None;
+    }
+    let stride = (geometry.position_m.len() / 256).max(1);
+    let traces = || geometry.position_m.iter().zip(held_m).step_by(stride);
+    let is_held = |range_m: f64, [near, far]: &[f64; 2]| (*near..=*far).contains(&range_m);
+    let is_seen = |pixel: &[f64; 3]| {
+        traces().any(|(position, held)| is_held(distance_m(*position, *pixel), held))
+    };
+    let is_focused = |pixel: &&[f64; 3]| {
+        traces()
+            .map(|(position, held)| (distance_m(*position, **pixel), held))
+            .min_by(|a, b| a.0.total_cmp(&b.0))
+            .is_some_and(|(range_m, held)| is_held(range_m, held))
+    };
+    let pixels = geometry.pixel_m.len().max(1) as f64;
+    let widest = |[low, high]: [f64; 2], [near, far]: &[f64; 2]| [low.min(*near), high.max(*far)];
+    Some(RangesHeld {
+        focused: geometry.pixel_m.iter().filter(is_focused).count() as f64 / pixels,
+        any: geometry.pixel_m.iter().any(is_seen),
+        range_m: held_m
+            .iter()
+            .fold([f64::INFINITY, f64::NEG_INFINITY], widest),
+    })
+}
+
 /// Distance between two points (m).
-pub(super) fn distance_m(a: [f64; 3], b: [f64; 3]) -> f64 {
+pub(crate) fn distance_m(a: [f64; 3], b: [f64; 3]) -> f64 {
     (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt()
 }
 
 #[cfg(test)]
-pub(super) mod samples {
+pub(crate) mod samples {
     use super::ImageGeometry;
 
     pub const BAND_HZ: [f64; 2] = [3.1e9, 4.8e9];

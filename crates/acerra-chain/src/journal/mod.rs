@@ -1,9 +1,14 @@
 //! What a run leaves in writing beside its results. The caller owns it, so what a stage noticed is
 //! kept when a later stage fails.
 
-use crate::findings::Evidence;
-use crate::stages::Stages;
-use crate::warnings::Warnings;
+pub mod evidence;
+pub mod finding;
+pub mod stages;
+pub mod warnings;
+
+use self::evidence::Evidence;
+use self::stages::Stages;
+use self::warnings::Warnings;
 
 /// Cost of the stages, warnings and evidence of a run.
 #[derive(Debug, Default)]

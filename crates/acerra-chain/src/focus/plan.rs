@@ -1,0 +1,127 @@
+//! Plans of the imaging operators, and why they fail.
+
+use std::ops::Range;
+
+use acerra_imaging::{Complex32, ImagingError, ImagingPlan, PlanOptions, Pulses};
+use acerra_invert::InvertError;
+
+use crate::control::{Cancelled, Control};
+use crate::focus::sink::SinkError;
+use crate::scene::pixels::Pixels;
+
+/// Why no image can be made.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ImageError {
+    /// The caller asked to stop.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+    /// Spectra or positions that the imaging operators refuse.
+    #[error("the spectra cannot be imaged: {0}")]
+    Spectra(ImagingError),
+    /// A ground that they refuse, or one that antennas are in.
+    #[error("[ground]: {0}")]
+    Ground(ImagingError),
+    /// A grid or an accuracy that they refuse.
+    #[error("[image]: {0}")]
+    Plan(ImagingError),
+    /// Tracks that they refuse.
+    #[error("[[track]]: {0}")]
+    Tracks(ImagingError),
+    /// The aperture cannot be partitioned into these looks.
+    #[error("[image] looks: {0}")]
+    Looks(ImagingError),
+    /// The antenna hangs on a gimbal whose attitude is not known.
+    #[error(
+        "[image] antenna_axis = \"{axis}\": expected the attitude of a gimbal with the positions of every \
+         track, found none ([trajectory] file with the log of an autopilot or a robot that records it)"
+    )]
+    NoGimbal {
+        /// The axis asked for.
+        axis: &'static str,
+    },
+    /// Looks are wanted of several tracks.
+    #[error("[image] looks: expected a single track, found {tracks}")]
+    LooksOfTracks {
+        /// How many there are.
+        tracks: usize,
+    },
+    /// The scene cannot be solved for.
+    #[error("[image] method: {0}")]
+    Inversion(InvertError),
+    /// A method that does not make what else is asked for.
+    #[error("[image] method = \"{method}\": expected {expected}, found {found}")]
+    Method {
+        /// The method.
+        method: &'static str,
+        /// What it needs.
+        expected: &'static str,
+        /// What else is asked for.
+        found: &'static str,
+    },
+    /// Anything else that the imaging operators refuse.
+    #[error(transparent)]
+    Imaging(ImagingError),
+    /// The sink does not take an image.
+    #[error(transparent)]
+    Sink(#[from] SinkError),
+}
+
+/// A plan on plane or uneven ground.
+pub(crate) fn plan_on<'a>(
+    pixels: &'a Pixels,
+    pulses: Pulses<'a>,
+    options: &PlanOptions,
+    control: &Control<'_>,
+) -> Result<ImagingPlan<'a>, ImageError> {
+    let control = control.silent_imaging();
+    match &pixels.surface {
+        Some(surface) => ImagingPlan::with_control(pulses, &**surface, options, control),
+        None => ImagingPlan::with_control(pulses, pixels.grid, options, control),
+    }
+    .map_err(refused)
+}
+
+/// Runs a plan; `before` contributions of the step were computed by earlier ones.
+pub(crate) fn run_plan(
+    plan: &ImagingPlan<'_>,
+    image: &mut [Complex32],
+    before: u64,
+    control: &Control<'_>,
+) -> Result<(), ImageError> {
+    let progress = |step: acerra_imaging::Progress| control.at(before + step.done);
+    plan.run(image, control.for_imaging(&progress))
+        .map_err(refused)
+}
+
+/// A plan that cannot be made or run: cancelled, or refused.
+fn refused(error: ImagingError) -> ImageError {
+    match error {
+        ImagingError::Cancelled => ImageError::Cancelled(Cancelled),
+        error => ImageError::Plan(error),
+    }
+}
+
+impl From<ImagingError> for ImageError {
+    fn from(error: ImagingError) -> Self {
+        match error {
+            ImagingError::Cancelled => Self::Cancelled(Cancelled),
+            error => Self::Imaging(error),
+        }
+    }
+}
+
+impl From<InvertError> for ImageError {
+    fn from(error: InvertError) -> Self {
+        if error.is_cancelled() {
+            Self::Cancelled(Cancelled)
+        } else {
+            Self::Inversion(error)
+        }
+    }
+}
+
+/// Number of contributions of pulses to pixels.
+pub(crate) fn contributions(pixels: usize, pulses: &Range<usize>) -> u64 {
+    pixels as u64 * pulses.len() as u64
+}

@@ -1,0 +1,123 @@
+//! A position for every trace that enters the image.
+
+use acerra_geo::interpolate::Interpolated;
+use acerra_geo::trajectory::SolutionStatus;
+
+use crate::choices::AntennaAxis;
+use crate::position::boresight::Boresights;
+
+/// The traces that enter the image, with their positions. All lists but `all` have one entry a
+/// trace that enters; those of several tracks follow one another.
+#[derive(Clone, Debug, Default)]
+pub struct Aligned {
+    /// Numbers of the traces in their log.
+    pub traces: Vec<usize>,
+    /// Their radar time (s).
+    pub time_s: Vec<f64>,
+    /// Place of the phase centre: east, north, up (m).
+    pub position_m: Vec<[f64; 3]>,
+    /// Transmitter and receiver from that place (m); empty where they are one.
+    pub antennas_from_place_m: Vec<[[f64; 3]; 2]>,
+    /// Standard deviations of the places (m); empty where the trajectory does not tell.
+    pub sigma_m: Vec<[f64; 3]>,
+    /// Solution status.
+    pub status: Vec<SolutionStatus>,
+    /// Height of the phase centre above the ground below it (m).
+    pub height_m: Vec<f64>,
+    /// Where an antenna that is fixed to the platform looks: straight down in the recorded attitude's axes.
+    pub boresight: Boresights,
+    /// Down in the axes of the gimbal; empty unless every track has its attitude.
+    pub gimbal_down: Boresights,
+    /// Forward in the axes of the gimbal; empty unless every track has its attitude.
+    pub gimbal_forward: Boresights,
+    /// Path that each trace stands for (m).
+    pub path_m: Vec<f64>,
+    /// The places of all traces of the log, with what stands behind each.
+    pub all: Vec<Interpolated>,
+    /// Whether a platform stands much of the time, so that its traces count by the path they cover
+    /// unless told otherwise.
+    pub stands: bool,
+    /// Heights by the radar, where they replace those of the positions.
+    pub radar_height: Option<HeightsReplaced>,
+}
+
+/// Heights by the radar beside those of the positions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HeightsReplaced {
+    /// Standard deviation of the positions' heights about the radar's, their common level aside (m).
+    pub positions_off_m: f64,
+    /// Median deviation that the positions state (m), where they do.
+    pub stated_m: Option<f64>,
+    /// Standard deviation of a height by the radar (m).
+    pub sigma_m: f64,
+    /// Share of the traces whose echo was taken.
+    pub picked: f64,
+}
+
+impl Aligned {
+    /// First and last trace of a platform that stands much of the time.
+    #[must_use]
+    pub fn moving(&self) -> Option<[usize; 2]> {
+        let [first, last] = [self.traces.first()?, self.traces.last()?];
+        self.stands.then_some([*first, *last])
+    }
+
+    /// Transmitters and receivers (m), where they are apart.
+    #[must_use]
+    pub fn antennas_m(&self) -> Option<[Vec<[f64; 3]>; 2]> {
+        if self.antennas_from_place_m.is_empty() {
+            return None;
+        }
+        let of = |antenna: usize| {
+            let places = self.position_m.iter().zip(&self.antennas_from_place_m);
+            let place = |(p, offsets): (&[f64; 3], &[[f64; 3]; 2])| {
+                std::array::from_fn(|axis| p[axis] + offsets[antenna][axis])
+            };
+            places.map(place).collect()
+        };
+        Some([of(0), of(1)])
+    }
+
+    /// Where the antenna looks; none where it is taken to look straight down.
+    #[must_use]
+    pub const fn boresights(&self, axis: AntennaAxis) -> Option<&Boresights> {
+        match axis {
+            AntennaAxis::Attitude => Some(&self.boresight),
+            AntennaAxis::Vertical => None,
+            AntennaAxis::Gimbal => Some(&self.gimbal_down),
+            AntennaAxis::GimbalForward => Some(&self.gimbal_forward),
+        }
+    }
+
+    /// Appends the traces of another track.
+    pub(crate) fn append(&mut self, mut other: Self) {
+        // Deviations are told for all traces or for none.
+        if self.traces.is_empty() || !(self.sigma_m.is_empty() || other.sigma_m.is_empty()) {
+            self.sigma_m.append(&mut other.sigma_m);
+        } else {
+            self.sigma_m.clear();
+        }
+        let (before, more) = (self.traces.len(), other.traces.len());
+        if !(self.antennas_from_place_m.is_empty() && other.antennas_from_place_m.is_empty()) {
+            // Antennas of the other track are one.
+            self.antennas_from_place_m.resize(before, [[0.0; 3]; 2]);
+            other.antennas_from_place_m.resize(more, [[0.0; 3]; 2]);
+            self.antennas_from_place_m
+                .append(&mut other.antennas_from_place_m);
+        }
+        self.boresight
+            .append_or_level(before, other.boresight, more);
+        self.gimbal_down.append_or_none(before, other.gimbal_down);
+        self.gimbal_forward
+            .append_or_none(before, other.gimbal_forward);
+        self.traces.append(&mut other.traces);
+        self.time_s.append(&mut other.time_s);
+        self.position_m.append(&mut other.position_m);
+        self.status.append(&mut other.status);
+        self.height_m.append(&mut other.height_m);
+        self.path_m.append(&mut other.path_m);
+        self.all.append(&mut other.all);
+        self.stands |= other.stands;
+        self.radar_height = self.radar_height.or(other.radar_height);
+    }
+}
