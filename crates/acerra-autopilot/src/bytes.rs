@@ -103,15 +103,19 @@ impl<R: Read> LogBytes<R> {
         Ok(self.peek(1)?.is_empty())
     }
 
-    /// Goes to the next place, past the current byte, at which `begins` holds of what follows; to the
-    /// end where there is none. Answers how many bytes were passed, and whether all of them were the
+    /// Goes to the next place, past the current byte, at which `begins` holds of the `shown` bytes that follow, or
+    /// of all that are left where there are fewer; to the end where there is none. Answers how many bytes were passed, and whether all of them were the
     /// same byte 0 or 255, as of flash memory that was never written.
-    pub fn seek(&mut self, begins: impl Fn(&[u8]) -> bool) -> io::Result<(u64, bool)> {
+    pub fn seek(
+        &mut self,
+        shown: usize,
+        begins: impl Fn(&[u8]) -> bool,
+    ) -> io::Result<(u64, bool)> {
         let from = self.offset;
         let mut is_blank = true;
         let first = self.peek(1)?.first().copied().unwrap_or_default();
-        while let Some(&byte) = self.peek(SEEN)?.first() {
-            if self.offset > from && begins(self.peek(SEEN)?) {
+        while let Some(&byte) = self.peek(1)?.first() {
+            if self.offset > from && begins(self.peek(shown)?) {
                 break;
             }
             is_blank &= byte == first && matches!(byte, 0 | 255);
@@ -120,9 +124,6 @@ impl<R: Read> LogBytes<R> {
         Ok((self.offset - from, is_blank))
     }
 }
-
-/// Bytes that [`LogBytes::seek`] shows.
-const SEEN: usize = 512;
 
 /// The `N` bytes at `at`.
 pub fn array<const N: usize>(bytes: &[u8], at: usize) -> Option<[u8; N]> {
@@ -158,11 +159,11 @@ mod tests {
     fn the_next_mark_is_found_and_blank_memory_is_told_from_damage() {
         let mut bytes = LogBytes::new(&b"x\xa3\x95abc\xa3\x95"[..]);
         let mark = |b: &[u8]| b.starts_with(b"\xa3\x95");
-        assert_eq!(bytes.seek(mark).unwrap(), (1, false));
-        assert_eq!(bytes.seek(mark).unwrap(), (5, false));
+        assert_eq!(bytes.seek(2, mark).unwrap(), (1, false));
+        assert_eq!(bytes.seek(2, mark).unwrap(), (5, false));
         assert_eq!(bytes.offset(), 6);
         let blank = [255; 100];
         let mut bytes = LogBytes::new(&blank[..]);
-        assert_eq!(bytes.seek(mark).unwrap(), (100, true));
+        assert_eq!(bytes.seek(2, mark).unwrap(), (100, true));
     }
 }

@@ -214,3 +214,27 @@ fn cut_off_damaged_and_mixed_logs_are_told() {
     let error = read_log(&mixed[..], &at_origin()).unwrap_err();
     assert!(matches!(error, LogError::Damaged { .. }), "{error}");
 }
+
+#[test]
+fn stray_bytes_do_not_hide_what_the_log_is_and_are_counted() {
+    let whole = log(2);
+    let mut stray = b"boot\r\n".to_vec();
+    stray.extend(&whole);
+    let places = [0, 400, 1500, 30_000, 61_000];
+    for at in places.into_iter().rev() {
+        stray.splice(6 + at..6 + at, *b"\xfe\xfd~");
+    }
+    assert_eq!(sniff(&stray), Some(LogFormat::Mavlink));
+    let (track, report) = read(&stray, &at_origin());
+    assert!(track.fixes().len() >= 300 - places.len());
+    assert!(
+        report
+            .warnings
+            .iter()
+            .any(|w| w.to_string().contains("belong to no record"))
+    );
+    // Text that holds one packet is no log of them.
+    let mut text = b"a line of text\n".repeat(40);
+    text.extend(&whole[..300]);
+    assert_eq!(sniff(&text), None);
+}

@@ -95,7 +95,8 @@ impl Reader {
     /// Goes to the next record of a known type.
     fn pass_over<R: Read>(&mut self, bytes: &mut LogBytes<R>) -> Result<(), LogError> {
         let offset = bytes.offset();
-        let (passed, is_blank) = bytes.seek(|start| self.next_length(start).is_some())?;
+        let (passed, is_blank) =
+            bytes.seek(MARK.len() + 1, |start| self.next_length(start).is_some())?;
         // Flash memory that was never written ends many a log.
         if !(is_blank && bytes.is_at_end()?) {
             self.found.damage.add(offset, passed);

@@ -20,19 +20,25 @@ use messages::{Kind, Payload};
 /// The part of a vehicle that is its autopilot.
 const AUTOPILOT: u8 = 1;
 
-/// Whether a log begins like this: with stamped packets one behind the other.
+/// Whether a log begins like this: with stamped packets one behind the other, or with packets of right checksums that
+/// fill more than half of it.
 pub fn begins(start: &[u8]) -> bool {
     let mut at = 0;
-    let mut packets = 0;
-    while let Some(length) = start.get(at..).and_then(length) {
-        at += length;
-        packets += 1;
-        if at >= start.len() {
-            return true;
-        }
+    let (mut whole, mut stray, mut checked) = (0, 0, 0);
+    while start.len() - at >= HEADER {
+        let rest = &start[at..];
+        let Some(length) = length(rest).filter(|length| is_packet(rest, *length)) else {
+            stray += 1;
+            at += 1;
+            continue;
+        };
+        let packet = rest.get(..length).and_then(Packet::of);
+        checked += usize::from(packet.is_some_and(|p| Kind::of(p.message).is_some()));
+        whole += length;
+        at = start.len().min(at + length);
     }
     // A log of which less than a packet's header is left was cut off, and is one all the same.
-    packets > 0 && start.len() - at < HEADER
+    whole > 0 && (stray == 0 || (checked > 1 && whole > stray))
 }
 
 /// Reads a log.
@@ -53,7 +59,7 @@ pub fn read<R: Read>(bytes: &mut LogBytes<R>, limit: usize) -> Result<Recording,
         }
         let start = bytes.peek(LONGEST + HEADER)?;
         let Some(length) = length(start).filter(|length| is_packet(start, *length)) else {
-            let (passed, is_blank) = bytes.seek(|start| length(start).is_some())?;
+            let (passed, is_blank) = bytes.seek(HEADER, |start| length(start).is_some())?;
             if !(is_blank && bytes.is_at_end()?) {
                 log.found.damage.add(offset, passed);
             }

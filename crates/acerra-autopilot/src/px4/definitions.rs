@@ -114,6 +114,28 @@ impl Definitions {
         Ok(fields)
     }
 
+    /// Fewest and most bytes of the message `name`: padding at its end need not be written. All lengths where its
+    /// definition is not known.
+    pub fn lengths_of(&self, name: &str) -> [usize; 2] {
+        let declared = self.formats.get(name).map_or(&[][..], Vec::as_slice);
+        let mut lengths = [0; 2];
+        for field in declared {
+            let size = self.size_of(&field.kind, 1);
+            let Ok(most) = size.and_then(|size| room(lengths[1], size, field.count)) else {
+                return [0, LONGEST];
+            };
+            lengths[1] = most;
+            if !field.name.starts_with("_padding") {
+                lengths[0] = most;
+            }
+        }
+        if lengths[1] == 0 {
+            [0, LONGEST]
+        } else {
+            lengths
+        }
+    }
+
     fn size_of(&self, kind: &str, depth: usize) -> Result<usize, String> {
         if let Some(number) = Number::named(kind) {
             return Ok(number.size());
@@ -202,6 +224,9 @@ mod tests {
         assert_eq!(fields.number(&message, "lat"), Some(-7.25));
         assert_eq!(fields.number(&message[..50], "lat"), None);
         assert_eq!(fields.integer(&message, "timestamp"), Some(0));
+        assert_eq!(definitions.lengths_of("inner"), [13, 16]);
+        assert_eq!(definitions.lengths_of("outer"), [64, 64]);
+        assert_eq!(definitions.lengths_of("unknown"), [0, LONGEST]);
     }
 
     #[test]

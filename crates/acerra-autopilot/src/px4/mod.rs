@@ -1,6 +1,7 @@
 //! PX4's ULog files, `.ulg` (PX4 User Guide, "ULog File Format").
 
 mod definitions;
+mod framing;
 mod messages;
 
 use std::collections::HashMap;
@@ -13,16 +14,15 @@ use crate::format::LogFormat;
 use crate::sample::{PairKind, Recording, SourceKind};
 
 use definitions::{Definitions, Fields};
+use framing::{Framing, MESSAGE_HEADER, SHOWN};
 use messages::Message;
 
 /// The mark of a log, without its version.
 const MAGIC: &[u8; 7] = b"ULog\x01\x12\x35";
 /// Mark, version and time of the start (bytes).
 const FILE_HEADER: usize = 16;
-/// Length and type of a message (bytes).
-const MESSAGE_HEADER: usize = 3;
-/// A message that marks where reading may begin anew.
-const SYNC: [u8; 11] = [8, 0, b'S', 0x2f, 0x73, 0x13, 0x20, 0x25, 0x0c, 0xbb, 0x12];
+/// Bytes of one value that may be memory never written, and not damage: those that follow decide.
+const BLANK: usize = 64;
 
 /// The topic of gimbals.
 const GIMBAL: &str = "gimbal_device_attitude_status";
@@ -49,6 +49,7 @@ pub fn read<R: Read>(bytes: &mut LogBytes<R>, limit: usize) -> Result<Recording,
     bytes.advance(FILE_HEADER);
     let mut log = Reader {
         definitions: Definitions::default(),
+        framing: Framing::default(),
         subscriptions: HashMap::new(),
         found: Collector::new(LogFormat::Px4, limit),
         clock_topic: None,
@@ -81,6 +82,8 @@ struct Subscription {
 
 struct Reader {
     definitions: Definitions,
+    /// What tells messages from damage.
+    framing: Framing,
     subscriptions: HashMap<u16, Subscription>,
     found: Collector,
     /// The topic that tells the time: the first with a fix.
@@ -95,6 +98,9 @@ struct Reader {
 impl Reader {
     fn next<R: Read>(&mut self, bytes: &mut LogBytes<R>) -> Result<(), LogError> {
         let offset = bytes.offset();
+        if self.found.damage.places > 0 && bytes.peek(MESSAGE_HEADER)?.len() < MESSAGE_HEADER {
+            return self.resynchronise(bytes, offset);
+        }
         let header = bytes.whole(MESSAGE_HEADER, "message header")?;
         let length = MESSAGE_HEADER + usize::from(u16::from_le_bytes([header[0], header[1]]));
         let kind = header[2];
@@ -104,17 +110,69 @@ impl Reader {
             self.appended_at = None;
             return bytes.skip(appended - offset, "message before the appended part");
         }
-        if length == MESSAGE_HEADER || !kind.is_ascii_alphabetic() {
-            let (passed, is_blank) = bytes.seek(|start| start.starts_with(&SYNC))?;
-            if !(is_blank && bytes.is_at_end()?) {
-                self.found.damage.add(offset, passed);
-            }
-            return Ok(());
+        let start = bytes.peek(MESSAGE_HEADER + 2)?;
+        if !self.framing.may_begin(start) {
+            return self.resynchronise(bytes, offset);
         }
         let what = format!("message of type '{}'", char::from(kind));
-        let message = bytes.whole(length, &what)?[MESSAGE_HEADER..].to_vec();
+        if self.found.damage.places == 0 {
+            bytes.whole(length, &what)?;
+        }
+        let start = bytes.peek(length + BLANK)?;
+        let Some(message) = start.get(MESSAGE_HEADER..length).map(<[u8]>::to_vec) else {
+            // Behind damage, a length beyond the end may itself be damage.
+            return self.resynchronise(bytes, offset);
+        };
+        let is_sound = match self.framing.checks(&start[..length], offset) {
+            Some(is_sound) => is_sound,
+            None => {
+                let following = &bytes.peek(length + SHOWN)?[length..];
+                following.is_empty() || self.framing.is_sound(following)
+            }
+        };
+        if !is_sound {
+            return self.resynchronise(bytes, offset);
+        }
+        let start = bytes.peek(length + BLANK)?;
+        let following = start.get(length..).unwrap_or_default();
+        let is_announced = kind == b'A' && following.get(3..5) == message.get(1..3);
+        let is_cut = following.len() < MESSAGE_HEADER;
+        let is_appended = self
+            .appended_at
+            .is_some_and(|at| (end..end + MESSAGE_HEADER as u64).contains(&at));
+        if is_cut || is_appended || is_announced || self.framing.may_begin(following) {
+            bytes.advance(length);
+            return self.take(kind, &message, offset);
+        }
+        let first = following[0];
+        if !(matches!(first, 0 | 255) && following.iter().all(|b| *b == first)) {
+            // The damage begins in this message, or its length is damage and hides sound messages.
+            return self.resynchronise(bytes, offset);
+        }
         bytes.advance(length);
-        self.take(kind, &message, offset)
+        let (passed, is_blank) = self.seek(bytes)?;
+        if is_blank && bytes.is_at_end()? {
+            return self.take(kind, &message, offset);
+        }
+        self.found.damage.add(offset, length as u64 + passed);
+        Ok(())
+    }
+
+    /// Passes over damage, from the byte `offset` on which the reader is, to the next sound message.
+    fn resynchronise<R: Read>(
+        &mut self,
+        bytes: &mut LogBytes<R>,
+        offset: u64,
+    ) -> Result<(), LogError> {
+        let (passed, is_blank) = self.seek(bytes)?;
+        if !(is_blank && bytes.is_at_end()?) {
+            self.found.damage.add(offset, passed);
+        }
+        Ok(())
+    }
+
+    fn seek<R: Read>(&self, bytes: &mut LogBytes<R>) -> Result<(u64, bool), LogError> {
+        Ok(bytes.seek(SHOWN, |start| self.framing.is_sound(start))?)
     }
 
     fn take(&mut self, kind: u8, message: &[u8], offset: u64) -> Result<(), LogError> {
@@ -171,6 +229,9 @@ impl Reader {
             return Err("a subscription of less than three bytes".to_owned());
         };
         let topic = String::from_utf8_lossy(message.get(3..).unwrap_or_default()).into_owned();
+        let id = u16::from_le_bytes(id);
+        self.framing
+            .subscribe(id, self.definitions.lengths_of(&topic));
         let matters = matches!(
             topic.as_str(),
             "vehicle_gps_position"
@@ -187,8 +248,7 @@ impl Reader {
                 source,
                 fields,
             };
-            self.subscriptions
-                .insert(u16::from_le_bytes(id), subscription);
+            self.subscriptions.insert(id, subscription);
         }
         Ok(())
     }
