@@ -1,7 +1,10 @@
 //! The message of a failure with its causes.
 
+use crate::plain::plain_text;
+
 /// The message of `error` and of its causes, outer first, parted by colons; a cause whose message already
-/// ends what stands before is not said twice.
+/// ends what stands before is not said twice. Names from files and campaigns are text in it, as [`plain_text`] makes
+/// them.
 ///
 /// ```
 /// use anyhow::Context;
@@ -20,7 +23,7 @@ pub fn failure_text(error: &anyhow::Error) -> String {
         }
         text.push_str(&cause);
     }
-    text
+    plain_text(&text).into_owned()
 }
 
 #[cfg(test)]
@@ -46,5 +49,7 @@ mod tests {
         );
         let named = anyhow::Error::from(Named(std::fmt::Error));
         assert_eq!(failure_text(&named), format!("flight.mrm: {cause}"));
+        let hostile = anyhow::anyhow!("no such file").context("a\u{1b}[31m.mrm");
+        assert_eq!(failure_text(&hostile), "a\\u{1b}[31m.mrm: no such file");
     }
 }

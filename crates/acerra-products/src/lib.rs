@@ -18,6 +18,7 @@ mod maps;
 pub mod names;
 pub mod outcome;
 pub mod pictures;
+mod plain;
 mod process;
 mod provenance;
 pub mod report;
@@ -34,6 +35,7 @@ mod uncertainty;
 
 pub use failure::failure_text;
 pub use outcome::Outcome;
+pub use plain::{PlainWriter, plain_text};
 pub use process::{NamedCampaign, RunError, process};
 pub use run::{RunRequest, Wanted, run_campaign, run_campaign_with};
 pub use tiles::{Share, TilesMade, make_tiles, merge_tiles};

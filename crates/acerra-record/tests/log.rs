@@ -95,6 +95,25 @@ fn an_existing_log_is_not_overwritten_and_a_torn_end_is_cut() {
     assert_eq!(damage.torn_bytes, 0);
 }
 
+#[test]
+fn a_log_has_one_writer_at_a_time() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("session.log");
+    let mut first = LogWriter::create(&path).unwrap();
+    first.write(&record(0)).unwrap();
+    let second = LogWriter::resume(&path).err().unwrap();
+    assert!(matches!(second, LogWriteError::InUse { .. }), "{second}");
+    first.write(&record(1)).unwrap();
+    drop(first);
+    let (mut third, damage) = LogWriter::resume(&path).unwrap();
+    assert_eq!(damage.torn_bytes, 0);
+    third.write(&record(2)).unwrap();
+    drop(third);
+    let (found, damage) = read(&fs::read(&path).unwrap());
+    assert_eq!(found, [0, 1, 2].map(record));
+    assert_eq!(damage.damaged_places, 0);
+}
+
 /// A file system without space: `/dev/full` refuses every byte.
 #[cfg(target_os = "linux")]
 #[test]

@@ -3,12 +3,12 @@
 use std::io::{self, Write};
 use std::process::ExitCode;
 
-use acerra_products::failure_text;
+use acerra_products::PlainWriter;
 use anyhow::Context;
 use clap::{CommandFactory, Parser, Subcommand};
 
 use crate::terminal::{Verbosity, set_verbosity};
-use crate::{commands, interrupt};
+use crate::{commands, interrupt, terminal};
 
 /// From raw drone radar and GNSS logs to a focused, measured, georeferenced image of the ground.
 #[derive(Debug, Parser)]
@@ -87,8 +87,7 @@ pub fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) if is_closed_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
-            // Nothing is left to tell if stderr is closed too.
-            let _ = writeln!(io::stderr(), "acerra: {}", failure_text(&error));
+            terminal::fail(&error);
             ExitCode::FAILURE
         }
     }
@@ -103,7 +102,7 @@ fn prepare_process() -> anyhow::Result<()> {
 }
 
 fn run(command: Command) -> anyhow::Result<()> {
-    let mut out = io::BufWriter::new(io::stdout().lock());
+    let mut out = PlainWriter::new(io::BufWriter::new(io::stdout().lock()));
     match command {
         Command::Completions(args) => commands::completions::run(&args, Cli::command(), &mut out),
         Command::Convert(args) => commands::convert::run(&args, &mut out),

@@ -6,6 +6,8 @@
 //! to ignore, as under `nohup`, stay ignored.
 
 use std::io;
+#[cfg(unix)]
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 static REQUESTED: AtomicBool = AtomicBool::new(false);
@@ -41,11 +43,13 @@ pub fn wait_again() -> &'static AtomicBool {
 pub fn end_on_signals() -> io::Result<()> {
     #[cfg(unix)]
     {
-        use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+        use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGXFSZ};
         let ignored = ignored_signals();
         let heard = [SIGINT, SIGTERM, SIGHUP]
             .into_iter()
             .filter(|signal| ignored & (1 << (signal - 1)) == 0);
+        // A write beyond the limit of a file's size fails, and says so, where nothing waits for the signal of it.
+        signal_hook::flag::register(SIGXFSZ, Arc::default())?;
         let mut signals = signal_hook::iterator::Signals::new(heard)?;
         std::thread::Builder::new()
             .name("signals".to_owned())

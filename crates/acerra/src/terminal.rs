@@ -3,6 +3,8 @@
 use std::io::{IsTerminal, Write};
 use std::sync::OnceLock;
 
+use acerra_products::{failure_text, plain_text};
+
 /// How much is said.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Verbosity {
@@ -47,6 +49,11 @@ pub fn warn(text: &str) {
     say(&format!("warning: {text}"));
 }
 
+/// Says why something failed, however quiet all else is.
+pub fn fail(error: &anyhow::Error) {
+    say(&failure_text(error));
+}
+
 /// Tells what only those who ask for more want to know.
 pub fn detail(text: &str) {
     if verbosity() == Verbosity::Verbose {
@@ -56,5 +63,5 @@ pub fn detail(text: &str) {
 
 fn say(text: &str) {
     // Nothing is left to tell if stderr is closed.
-    let _ = writeln!(std::io::stderr(), "acerra: {text}");
+    let _ = writeln!(std::io::stderr(), "acerra: {}", plain_text(text));
 }

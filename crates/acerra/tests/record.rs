@@ -361,3 +361,78 @@ fn a_window_that_cannot_hold_the_ground_is_refused_before_the_radio_is_asked() {
     );
     assert!(!folder.join("flight").exists());
 }
+
+/// A session of an emulator that records until it is ended, in a file.
+fn session_file(folder: &Path) -> (Running, String) {
+    let scene = path(folder, "scene.toml");
+    fs::write(&scene, SCENE).unwrap();
+    let (emulator, session) = emulated(folder, &scene);
+    let file = path(folder, "session.toml");
+    fs::write(&file, session).unwrap();
+    (emulator, file)
+}
+
+/// Waits until the file is longer than `bytes`.
+fn wait_for(file: &str, bytes: u64) {
+    for _ in 0..600 {
+        if fs::metadata(file).is_ok_and(|found| found.len() > bytes) {
+            return;
+        }
+        std::thread::sleep(std::time::Duration::from_millis(50));
+    }
+    panic!("{file} has not grown beyond {bytes} bytes within 30 s");
+}
+
+#[test]
+fn two_recordings_into_one_directory_are_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let (_emulator, session) = session_file(folder.path());
+    let flight = path(folder.path(), "flight");
+    let log = path(folder.path(), "flight/session.log");
+    let record = || {
+        let mut command = acerra();
+        command.args(["record", &session, "-o", &flight]);
+        command.stderr(Stdio::null()).stdout(Stdio::null());
+        command
+    };
+    let mut first = Running(record().spawn().unwrap());
+    wait_for(&log, 100_000);
+    let second = run(&["record", &session, "-o", &flight]);
+    let told = String::from_utf8_lossy(&second.stderr).into_owned();
+    assert_eq!(second.status.code(), Some(1), "{told}");
+    assert!(told.contains("another recording writes this log"), "{told}");
+    // A kill lets go of the lock, and what was recorded is gone on with.
+    first.0.kill().unwrap();
+    first.0.wait().unwrap();
+    let length = fs::metadata(&log).unwrap().len();
+    let third = Running(record().spawn().unwrap());
+    wait_for(&log, length + 100_000);
+    drop(third);
+    let told = succeeds(&["record", "--finish", &flight]);
+    assert!(
+        told.contains("0 damaged bytes") || !told.contains("damaged"),
+        "{told}"
+    );
+    assert!(!Path::new(&path(folder.path(), "flight/.radar.mrm.part")).exists());
+}
+
+/// The system stops the writing of a file beyond a limit of its size by a signal, which would end the program
+/// without a word.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_limit_of_file_sizes_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let (_emulator, session) = session_file(folder.path());
+    let flight = path(folder.path(), "flight");
+    let limited = format!(
+        "ulimit -f 200; exec {} record {session} -o {flight}",
+        env!("CARGO_BIN_EXE_acerra")
+    );
+    let ended = Command::new("sh").args(["-c", &limited]).output().unwrap();
+    let told = String::from_utf8_lossy(&ended.stderr).into_owned();
+    assert_eq!(ended.status.code(), Some(1), "{told}");
+    assert!(
+        told.contains("session.log: no longer file is taken here"),
+        "{told}"
+    );
+}

@@ -21,43 +21,44 @@ pub(super) fn dac(bytes: &[u8]) -> Result<GeoidGrid, GeoidError> {
     GeoidGrid::new(&layout, northwards(&heights, 1440), "EGM96 .DAC")
 }
 
-pub(super) fn gtx(bytes: &[u8]) -> Result<GeoidGrid, GeoidError> {
-    const HEADER_BYTES: usize = 40;
-    let unknown = || GeoidError::Unknown { bytes: bytes.len() };
+const GTX_HEADER_BYTES: usize = 40;
+
+/// The layout that a `.gtx` header states, if its `file_bytes` bytes hold such a grid.
+fn gtx_layout(head: &[u8], file_bytes: u64) -> Option<Layout> {
     let real = |at: usize| {
-        let field: Option<[u8; 8]> = bytes.get(at..at + 8)?.try_into().ok();
-        field.map(f64::from_be_bytes).filter(|v| v.is_finite())
+        let field: [u8; 8] = head.get(at..at + 8)?.try_into().ok()?;
+        Some(f64::from_be_bytes(field)).filter(|v| v.is_finite())
     };
     let count = |at: usize| {
-        let field: [u8; 4] = bytes.get(at..at + 4)?.try_into().ok()?;
+        let field: [u8; 4] = head.get(at..at + 4)?.try_into().ok()?;
         usize::try_from(i32::from_be_bytes(field)).ok()
     };
-    let header = || {
-        Some((
-            real(0)?,
-            real(8)?,
-            [real(16)?, real(24)?],
-            count(32)?,
-            count(36)?,
-        ))
-    };
-    let (south, west, steps, rows, columns) = header().ok_or_else(unknown)?;
-    let expected = rows
-        .checked_mul(columns)
-        .and_then(|n| n.checked_mul(4)?.checked_add(HEADER_BYTES));
-    if expected != Some(bytes.len()) || rows < 2 || columns < 2 {
-        return Err(unknown());
+    let (rows, columns) = (count(32)?, count(36)?);
+    let cells_bytes = rows.checked_mul(columns)?.checked_mul(4)?;
+    let expected = cells_bytes.checked_add(GTX_HEADER_BYTES)?;
+    if expected as u64 != file_bytes || rows < 2 || columns < 2 {
+        return None;
     }
-    let heights = bytes[HEADER_BYTES..]
+    Some(Layout {
+        south: real(0)?,
+        west: real(8)?,
+        steps: [real(16)?, real(24)?],
+        rows,
+        columns,
+    })
+}
+
+/// Whether a file of this beginning and length is a `.gtx` grid.
+pub(super) fn is_gtx(head: &[u8], file_bytes: u64) -> bool {
+    gtx_layout(head, file_bytes).is_some()
+}
+
+pub(super) fn gtx(bytes: &[u8]) -> Result<GeoidGrid, GeoidError> {
+    let layout =
+        gtx_layout(bytes, bytes.len() as u64).ok_or(GeoidError::Unknown { bytes: bytes.len() })?;
+    let heights = bytes[GTX_HEADER_BYTES..]
         .chunks_exact(4)
         .map(|b| f32::from_be_bytes([b[0], b[1], b[2], b[3]]))
         .collect();
-    let layout = Layout {
-        south,
-        west,
-        steps,
-        rows,
-        columns,
-    };
     GeoidGrid::new(&layout, heights, ".gtx")
 }

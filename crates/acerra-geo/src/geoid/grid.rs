@@ -89,8 +89,37 @@ impl GeoidGrid {
         })
     }
 
-    fn rows(&self) -> usize {
+    /// Rows of the grid, from south to north.
+    #[must_use]
+    pub fn rows(&self) -> usize {
         self.heights_m.len() / self.columns
+    }
+
+    /// Columns of the grid, from west to east.
+    #[must_use]
+    pub fn columns(&self) -> usize {
+        self.columns
+    }
+
+    /// South-western corner: latitude and longitude (degrees).
+    #[must_use]
+    pub fn south_west_deg(&self) -> [f64; 2] {
+        [self.south_deg, self.west_deg]
+    }
+
+    /// Steps of latitude and longitude (degrees).
+    #[must_use]
+    pub fn steps_deg(&self) -> [f64; 2] {
+        [self.latitude_step_deg, self.longitude_step_deg]
+    }
+
+    /// Lowest and highest height (m).
+    #[must_use]
+    pub fn range_m(&self) -> [f64; 2] {
+        let ends = [f64::INFINITY, f64::NEG_INFINITY];
+        self.heights_m.iter().fold(ends, |[low, high], h| {
+            [low.min(f64::from(*h)), high.max(f64::from(*h))]
+        })
     }
 
     /// Height of the geoid above the ellipsoid (m), bilinear between the grid's points; `None`

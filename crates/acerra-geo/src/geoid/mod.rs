@@ -80,6 +80,23 @@ impl GeoidGrid {
     }
 }
 
+/// Whether a file that begins with `head` and has `file_bytes` bytes is a geoid grid in one of the formats of
+/// [`GeoidGrid::from_reader`] other than GeoTIFF, whose heights may be anything's.
+///
+/// ```
+/// use acerra_geo::geoid::is_grid;
+/// assert!(is_grid(b"P5\n# Offset -108\n", 300));
+/// assert!(is_grid(b"  -90.0 90.0 0.0 360.0 15.0 15.0\n 13.6 13.6\n", 300));
+/// assert!(!is_grid(b"time_s,x_m,y_m,z_m\n", 300));
+/// ```
+#[must_use]
+pub fn is_grid(head: &[u8], file_bytes: u64) -> bool {
+    head.starts_with(b"P5")
+        || file_bytes == DAC_BYTES as u64
+        || text::begins(head)
+        || binary::is_gtx(head, file_bytes)
+}
+
 /// Whether a file starts with numbers in text.
 fn is_text(bytes: &[u8]) -> bool {
     let start = &bytes[..bytes.len().min(64)];

@@ -51,6 +51,18 @@ pub(super) fn grd(bytes: &[u8]) -> Result<GeoidGrid, GeoidError> {
     GeoidGrid::new(&layout, northwards(&heights, columns), FORMAT)
 }
 
+/// Whether a text begins with the edges and steps of such a grid, alone on their line.
+pub(super) fn begins(head: &[u8]) -> bool {
+    let end = head.iter().position(|b| matches!(b, b'\n' | b'\r'));
+    let Ok(line) = std::str::from_utf8(&head[..end.unwrap_or(head.len()).min(200)]) else {
+        return false;
+    };
+    let values: Option<Vec<f64>> = line.split_ascii_whitespace().map(number).collect();
+    matches!(values.as_deref(), Some([south, north, west, east, latitude_step, longitude_step])
+        if (-90.001..*north).contains(south) && *north < 90.001 && west < east && east - west < 360.001
+            && *latitude_step > 0.0 && *longitude_step > 0.0)
+}
+
 fn number(word: &str) -> Option<f64> {
     word.parse().ok().filter(|v: &f64| v.is_finite())
 }

@@ -11,6 +11,7 @@ mod geotiff;
 mod local;
 mod prj;
 mod raster;
+mod summary;
 mod xyz;
 
 use std::fs::File;
@@ -23,6 +24,7 @@ pub use error::TerrainError;
 pub(crate) use geographic::GeographicRaster;
 pub use local::LocalTerrain;
 use raster::{Header, Window};
+pub use summary::HeightSummary;
 
 /// How terrain is read.
 #[derive(Debug, Clone)]
@@ -75,6 +77,24 @@ pub struct TerrainFile<R: Read + Seek> {
 enum Content<R: Read + Seek> {
     GeoTiff(Box<geotiff::Reader<BufReader<R>>>),
     Whole(Window),
+}
+
+/// Whether a file that begins like this is a raster of heights: a TIFF, an ESRI ASCII grid, or lines of three numbers.
+///
+/// ```
+/// use acerra_geo::terrain::is_raster;
+/// assert!(is_raster(b"ncols 4\nnrows 3\n"));
+/// assert!(is_raster(b"412000.5 5712000.5 31.25\n412001.5 5712000.5 31.31\n"));
+/// assert!(!is_raster(b"a letter of three words"));
+/// ```
+#[must_use]
+pub fn is_raster(head: &[u8]) -> bool {
+    let is_tiff = matches!(
+        head,
+        [b'I', b'I', 42 | 43, 0, ..] | [b'M', b'M', 0, 42 | 43, ..]
+    );
+    let text = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head);
+    is_tiff || ascii::begins(text) || xyz::begins(text)
 }
 
 impl TerrainFile<File> {

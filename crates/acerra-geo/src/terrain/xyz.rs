@@ -4,7 +4,7 @@ use std::io::BufRead;
 
 use super::TerrainError;
 use super::raster::{Header, Placement, Window};
-use crate::line_end::LineEnd;
+use crate::line_end::{LineEnd, lines_of};
 
 /// Longest line that is taken.
 const MAX_LINE_BYTES: usize = 1 << 20;
@@ -96,6 +96,28 @@ pub(super) fn number(line: u64, word: &str) -> Result<f64, TerrainError> {
             expected: "a finite number",
             found: format!("{:?}", word.chars().take(40).collect::<String>()),
         })
+}
+
+/// Whether a text begins with lines of three numbers, a line of names before them or not.
+pub(super) fn begins(start: &[u8]) -> bool {
+    let text = String::from_utf8_lossy(&start[..start.len().min(1 << 12)]);
+    let is_point = |line: &str| {
+        let mut fields = line
+            .split(|c: char| c.is_whitespace() || c == ',' || c == ';')
+            .filter(|f| !f.is_empty());
+        let is_number = |field: &str| number(0, field).is_ok();
+        (&mut fields).take(3).filter(|f| is_number(f)).count() == 3 && fields.next().is_none()
+    };
+    // The last line may be cut off.
+    let ended = text
+        .rsplit_once(['\n', '\r'])
+        .map_or("", |(ended, _)| ended);
+    let mut lines = lines_of(ended)
+        .map(str::trim)
+        .filter(|line| !line.is_empty() && !line.starts_with('#'))
+        .peekable();
+    lines.next_if(|line| !is_point(line));
+    lines.peek().is_some() && lines.all(is_point)
 }
 
 /// Reads a whole grid. Columns apart by spaces, tabs, commas or semicolons; lines that begin with

@@ -1,5 +1,7 @@
 //! Why a configuration file cannot be used.
 
+use std::path::PathBuf;
+
 use crate::input::ReadError;
 
 /// Why a configuration cannot be used.
@@ -28,6 +30,18 @@ pub enum ConfError {
         expected: String,
         /// The value given.
         found: String,
+    },
+    /// A file that the configuration names and needs is not there.
+    #[error("line {line}: {key} = {name}: no such file: neither {} nor {name} in the current folder", tried.display())]
+    MissingFile {
+        /// Line number, from 1.
+        line: u64,
+        /// The key.
+        key: String,
+        /// The name given.
+        name: String,
+        /// Where it was looked for first.
+        tried: PathBuf,
     },
     /// The file asks for a kind of processing that is not offered.
     #[error("line {line}: {key} = {value} is not supported")]

@@ -13,7 +13,9 @@ mod setting;
 mod values;
 
 pub use error::ConfError;
-pub use requested::{ConfInputs, ConfOutputs, NotFollowed, NotFollowedReason, RtklibConf};
+pub use requested::{
+    ConfInputs, ConfOutputs, NamedFile, NotFollowed, NotFollowedReason, RtklibConf,
+};
 
 use crate::input::{Limits, LineSource, Lines};
 use crate::options::{PpkOptions, RuleSet};

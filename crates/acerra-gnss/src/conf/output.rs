@@ -1,7 +1,7 @@
 //! Settings of outputs, files and what else there is.
 
 use super::outcome::{FOLLOWED, Outcome, UNKNOWN, UNSUPPORTED, only};
-use super::requested::{NotFollowedReason, RtklibConf};
+use super::requested::{NamedFile, NotFollowedReason, RtklibConf};
 use super::setting::Setting;
 use crate::pos::{PosFrame, PosTime, PosTimeScale};
 
@@ -63,7 +63,11 @@ pub(super) fn output(s: &Setting, conf: &mut RtklibConf) -> Outcome {
 
 /// Files that post-processing reads; empty values name none.
 pub(super) fn file(s: &Setting, conf: &mut RtklibConf) -> Outcome {
-    let name = Some(s.value.clone()).filter(|name| !name.is_empty());
+    let name = (!s.value.is_empty()).then(|| NamedFile {
+        line: s.line,
+        key: s.key.clone(),
+        name: s.value.clone(),
+    });
     match s.key.as_str() {
         "file-rcvantfile" => conf.inputs.antenna_file = name,
         "file-geoidfile" => conf.outputs.geoid_file = name,

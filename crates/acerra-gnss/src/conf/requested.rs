@@ -1,5 +1,8 @@
 //! What a configuration file asks for, and what of it is not followed.
 
+use std::path::Path;
+
+use super::error::ConfError;
 use crate::options::PpkOptions;
 use crate::pos::PosFormat;
 
@@ -31,7 +34,7 @@ pub struct ConfOutputs {
     /// Heights above the geoid in the solution file (`out-height = geodetic`).
     pub geodetic_heights: bool,
     /// A geoid grid (`file-geoidfile`).
-    pub geoid_file: Option<String>,
+    pub geoid_file: Option<NamedFile>,
 }
 
 /// Inputs that a configuration names.
@@ -41,11 +44,65 @@ pub struct ConfInputs {
     /// Precise orbits are to be used (`pos1-sateph = precise`).
     pub precise_orbits: bool,
     /// Antenna calibrations of receivers (`file-rcvantfile`).
-    pub antenna_file: Option<String>,
+    pub antenna_file: Option<NamedFile>,
     /// The rover's antenna (`ant1-anttype`): empty for none, `*` for that of the log's header.
     pub rover_antenna: String,
     /// The base's antenna (`ant2-anttype`).
     pub base_antenna: String,
+}
+
+/// A file that a configuration names.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct NamedFile {
+    /// Line number, from 1.
+    pub line: u64,
+    /// The key.
+    pub key: String,
+    /// The name as given, or the path where [`RtklibConf::find_files`] found the file.
+    pub name: String,
+}
+
+impl NamedFile {
+    /// Finds the file in the folder, else in the current one.
+    fn find(&mut self, folder: &Path) -> Result<(), ConfError> {
+        let beside = folder.join(&self.name);
+        if beside.is_file() {
+            self.name = beside.to_string_lossy().into_owned();
+            return Ok(());
+        }
+        if Path::new(&self.name).is_file() {
+            return Ok(());
+        }
+        Err(ConfError::MissingFile {
+            line: self.line,
+            key: self.key.clone(),
+            name: self.name.clone(),
+            tried: beside,
+        })
+    }
+}
+
+impl RtklibConf {
+    /// Finds the files that the configuration names: in its own folder, else in the current one. One that is missing
+    /// and that nothing in the configuration makes use of stays as it is named.
+    ///
+    /// # Errors
+    /// [`ConfError::MissingFile`] with line and key.
+    pub fn find_files(&mut self, folder: &Path) -> Result<(), ConfError> {
+        let antennas = [&self.inputs.rover_antenna, &self.inputs.base_antenna];
+        let needs_antennas = antennas.iter().any(|name| !name.is_empty());
+        let needs_geoid = self.outputs.nmea || self.outputs.geodetic_heights;
+        for (file, is_needed) in [
+            (&mut self.inputs.antenna_file, needs_antennas),
+            (&mut self.outputs.geoid_file, needs_geoid),
+        ] {
+            let found = file.as_mut().map_or(Ok(()), |file| file.find(folder));
+            if is_needed {
+                found?;
+            }
+        }
+        Ok(())
+    }
 }
 
 /// A setting that has no effect here.

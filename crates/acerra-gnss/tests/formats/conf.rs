@@ -207,10 +207,16 @@ fn products_antennas_and_outputs_are_read() {
          out-outstat =residual\nout-solformat =nmea\nfile-satantfile =igs20.atx\n",
     );
     assert!(conf.inputs.precise_orbits);
-    assert_eq!(conf.inputs.antenna_file.as_deref(), Some("igs20.atx"));
+    assert_eq!(
+        conf.inputs.antenna_file.as_ref().map(|f| f.name.as_str()),
+        Some("igs20.atx")
+    );
     assert_eq!(conf.inputs.rover_antenna, "TRM57971.00 NONE");
     assert_eq!(conf.inputs.base_antenna, "*");
-    assert_eq!(conf.outputs.geoid_file.as_deref(), Some("WW15MGH.DAC"));
+    assert_eq!(
+        conf.outputs.geoid_file.as_ref().map(|f| f.name.as_str()),
+        Some("WW15MGH.DAC")
+    );
     assert!(!conf.outputs.geodetic_heights);
     assert!(read("out-height =geodetic\n").outputs.geodetic_heights);
     assert_eq!(conf.outputs.max_sigma_m, Some(0.5));

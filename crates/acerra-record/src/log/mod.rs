@@ -7,4 +7,5 @@ mod writer;
 
 pub use frame::{LOG_SIGNATURE, MAX_PAYLOAD_BYTES, Record, RecordKind};
 pub use reader::{LogDamage, LogReadError, LogReader};
+pub(crate) use writer::sync_folder;
 pub use writer::{LogWriteError, LogWriter, SYNC_EVERY};

@@ -1,6 +1,6 @@
 //! Writing a session log: append only, on the disk every second.
 
-use std::fs::{File, OpenOptions};
+use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -48,6 +48,14 @@ pub enum LogWriteError {
         /// Why.
         cause: LogReadError,
     },
+    /// Another recording writes the log.
+    #[error(
+        "{}: another recording writes this log; record into another directory, or end that one first", path.display()
+    )]
+    InUse {
+        /// The log.
+        path: PathBuf,
+    },
     /// A payload longer than a record's.
     #[error("{}: expected a payload of a megabyte at most, found {found} bytes", path.display())]
     TooLong {
@@ -58,7 +66,8 @@ pub enum LogWriteError {
     },
 }
 
-/// Appends records to a log.
+/// Appends records to a log. While it lives it holds the file's advisory lock, which the system lets go of when the
+/// process ends, however it ends: no two recordings write one log.
 pub struct LogWriter {
     path: PathBuf,
     file: BufWriter<File>,
@@ -70,7 +79,7 @@ impl LogWriter {
     /// Begins a log; an existing file is never overwritten.
     ///
     /// # Errors
-    /// If the file exists or cannot be made.
+    /// If the file exists, cannot be made, or another recording has begun to write it.
     pub fn create(path: &Path) -> Result<Self, LogWriteError> {
         let failed = |cause| io_error(path, cause);
         let file = OpenOptions::new()
@@ -78,6 +87,7 @@ impl LogWriter {
             .create_new(true)
             .open(path)
             .map_err(failed)?;
+        lock(path, &file)?;
         let writer = Self::over_empty(path, file)?;
         sync_folder(path).map_err(failed)?;
         Ok(writer)
@@ -97,7 +107,7 @@ impl LogWriter {
     /// Goes on with a log behind its last sound record; a torn end is cut off.
     ///
     /// # Errors
-    /// If the file cannot be read, is no session log, or cannot be written.
+    /// If the file cannot be read, is no session log, cannot be written, or is being written by another recording.
     pub fn resume(path: &Path) -> Result<(Self, LogDamage), LogWriteError> {
         let failed = |cause| io_error(path, cause);
         let mut file = OpenOptions::new()
@@ -105,6 +115,7 @@ impl LogWriter {
             .write(true)
             .open(path)
             .map_err(failed)?;
+        lock(path, &file)?;
         let existing = |cause| LogWriteError::Existing {
             path: path.to_owned(),
             cause,
@@ -186,6 +197,16 @@ impl LogWriter {
     }
 }
 
+/// Takes the file's lock, on file systems that have locks.
+fn lock(path: &Path, file: &File) -> Result<(), LogWriteError> {
+    match file.try_lock() {
+        Err(TryLockError::WouldBlock) => Err(LogWriteError::InUse {
+            path: path.to_owned(),
+        }),
+        Ok(()) | Err(TryLockError::Error(_)) => Ok(()),
+    }
+}
+
 fn io_error(path: &Path, cause: io::Error) -> LogWriteError {
     let path = path.to_owned();
     match cause.kind() {
@@ -198,7 +219,7 @@ fn io_error(path: &Path, cause: io::Error) -> LogWriteError {
 }
 
 /// A new file's name outlives a power cut only once its folder is on the disk.
-fn sync_folder(path: &Path) -> io::Result<()> {
+pub(crate) fn sync_folder(path: &Path) -> io::Result<()> {
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty());
     #[cfg(unix)]
     File::open(folder.unwrap_or_else(|| Path::new(".")))?.sync_all()?;

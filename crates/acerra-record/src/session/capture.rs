@@ -144,13 +144,13 @@ impl<W: Write> CaptureWriter<W> {
         std::mem::take(&mut self.arrivals)
     }
 
-    /// Writes what is left. Returns how many messages came too late to be put in their place.
+    /// Writes what is left. Returns the output, and how many messages came too late to be put in their place.
     ///
     /// # Errors
     /// If the output fails.
-    pub fn finish(mut self) -> io::Result<u64> {
+    pub fn finish(mut self) -> io::Result<(W, u64)> {
         self.write_below(i64::MAX)?;
         self.out.flush()?;
-        Ok(self.left_out)
+        Ok((self.out, self.left_out))
     }
 }

@@ -7,6 +7,7 @@ use std::path::Path;
 use acerra_radar::mrm::read_mrm;
 use acerra_radar::{Limits, RadargramOptions};
 
+use super::aside::AsideFile;
 use super::campaign::campaign_text;
 use super::finish_error::FinishError;
 use super::log_content::{LogContent, read_log};
@@ -30,7 +31,7 @@ pub fn finish(directory: &Path) -> Result<Finished, FinishError> {
         finished.remarks.push(remark.to_owned());
     }
     let text = campaign_text(&log.session, &finished);
-    write_file(directory, CAMPAIGN_NAME, text.as_bytes())?;
+    AsideFile::put(directory, CAMPAIGN_NAME, text.as_bytes())?;
     Ok(finished)
 }
 
@@ -101,7 +102,7 @@ fn write_clock(
     };
     match clock {
         Ok(clock) => {
-            write_file(directory, CLOCK_NAME, clock.to_json().as_bytes())?;
+            AsideFile::put(directory, CLOCK_NAME, clock.to_json().as_bytes())?;
             finished.clock = Some(clock);
         }
         Err(error) => finished
@@ -110,14 +111,4 @@ fn write_clock(
     }
     finished.remarks.extend(remarks);
     Ok(())
-}
-
-/// Writes to a temporary file in the same directory and renames it, so that the file is complete or absent.
-fn write_file(directory: &Path, name: &str, bytes: &[u8]) -> Result<(), FinishError> {
-    let (path, aside) = (
-        directory.join(name),
-        directory.join(format!(".{name}.part")),
-    );
-    let done = std::fs::write(&aside, bytes).and_then(|()| std::fs::rename(&aside, &path));
-    done.map_err(|cause| FinishError::Io { path, cause })
 }

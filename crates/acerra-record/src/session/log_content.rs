@@ -1,13 +1,14 @@
 //! A session's log read: the capture and the receiver's bytes written, clock data kept.
 
 use std::fs::File;
-use std::io::{self, BufReader, BufWriter, Write};
+use std::io::{self, BufReader, Write};
 use std::path::Path;
 
 use acerra_geo::time::GpsTime;
 use acerra_gnss::ubx::{epoch_time, rising_edge};
 use acerra_radar::mrm::{CONFIG_BYTES, RadarConfig};
 
+use super::aside::AsideFile;
 use super::capture::{ArrivalTimes, CaptureWriter};
 use super::finish_error::FinishError;
 use super::fix_source::FixSource;
@@ -81,8 +82,8 @@ struct Reading<'a> {
     settings: String,
     /// Starts of the recording before the present one.
     starts: usize,
-    capture: CaptureWriter<BufWriter<File>>,
-    rover: BufWriter<File>,
+    capture: CaptureWriter<AsideFile>,
+    rover: AsideFile,
     frames: FrameFinder,
     gps: Vec<Epoch>,
     marks: Vec<GpsTime>,
@@ -95,19 +96,12 @@ struct Reading<'a> {
 
 impl<'a> Reading<'a> {
     fn new(directory: &'a Path) -> Result<Self, FinishError> {
-        let create = |name: &str| {
-            let path = directory.join(name);
-            match File::create(&path) {
-                Ok(file) => Ok(BufWriter::new(file)),
-                Err(cause) => Err(FinishError::Io { path, cause }),
-            }
-        };
         Ok(Self {
             directory,
             settings: String::new(),
             starts: 0,
-            capture: CaptureWriter::new(create(CAPTURE_NAME)?),
-            rover: create(ROVER_NAME)?,
+            capture: CaptureWriter::new(AsideFile::create(directory, CAPTURE_NAME)?),
+            rover: AsideFile::create(directory, ROVER_NAME)?,
             frames: FrameFinder::default(),
             gps: Vec::new(),
             marks: Vec::new(),
@@ -178,15 +172,16 @@ impl<'a> Reading<'a> {
     }
 
     fn end(mut self, session: Session, finished: &mut Finished) -> Result<LogContent, FinishError> {
-        let (radar, rover) = (self.failed(CAPTURE_NAME), self.failed(ROVER_NAME));
+        let radar = self.failed(CAPTURE_NAME);
         self.arrivals.push(self.capture.take_arrivals());
-        let left_out = self.capture.finish().map_err(radar)?;
+        let (capture, left_out) = self.capture.finish().map_err(radar)?;
+        capture.publish()?;
         if left_out > 0 {
             finished.remarks.push(format!(
                 "{left_out} messages came too late to be put in their place in {CAPTURE_NAME}"
             ));
         }
-        self.rover.flush().map_err(rover)?;
+        self.rover.publish()?;
         if self.unread_pulses > 0 {
             finished.remarks.push(format!(
                 "{} records of pulses in {LOG_NAME} hold no pulse",

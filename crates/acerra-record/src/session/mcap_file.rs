@@ -1,11 +1,12 @@
 //! A session's log as one MCAP file.
 
 use std::fs::File;
-use std::io::{self, BufReader, BufWriter};
+use std::io::{self, BufReader};
 use std::path::Path;
 
 use acerra_gnss::ubx::epoch_time;
 
+use super::aside::AsideFile;
 use super::finish_error::FinishError;
 use super::outcome::{CLOCK_NAME, LOG_NAME, MCAP_NAME};
 use crate::driver::Intake;
@@ -26,7 +27,6 @@ use crate::pps::PulseStamp;
 /// A log that cannot be read, a file that cannot be written.
 pub fn write_mcap(directory: &Path) -> Result<u64, FinishError> {
     let (log, path) = (directory.join(LOG_NAME), directory.join(MCAP_NAME));
-    let aside = directory.join(format!(".{MCAP_NAME}.part"));
     let log_io = |cause| FinishError::Io {
         path: log.clone(),
         cause,
@@ -40,7 +40,7 @@ pub fn write_mcap(directory: &Path) -> Result<u64, FinishError> {
         path: log.clone(),
         cause,
     })?;
-    let out = BufWriter::new(File::create(&aside).map_err(out_io)?);
+    let out = AsideFile::create(directory, MCAP_NAME)?;
     let mut copying = Copying::new(out).map_err(out_io)?;
     while let Some(record) = reader.next_record().map_err(log_io)? {
         copying.take(&record).map_err(out_io)?;
@@ -53,13 +53,7 @@ pub fn write_mcap(directory: &Path) -> Result<u64, FinishError> {
             .map_err(out_io)?;
     }
     let messages = copying.messages;
-    copying
-        .out
-        .finish()
-        .and_then(|out| out.into_inner().map_err(io::IntoInnerError::into_error))
-        .and_then(|file| file.sync_all())
-        .and_then(|()| std::fs::rename(&aside, &path))
-        .map_err(out_io)?;
+    copying.out.finish().map_err(out_io)?.publish()?;
     Ok(messages)
 }
 

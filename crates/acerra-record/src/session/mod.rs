@@ -1,5 +1,6 @@
 //! A session: settings, checks before the flight, recording, and the campaign made of it.
 
+mod aside;
 mod campaign;
 mod capture;
 mod finish;

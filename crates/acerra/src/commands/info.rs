@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use serde_json::Value;
 
 use crate::describe::{Description, describe};
+use crate::terminal;
 
 /// Say what any supported file holds.
 #[derive(Debug, clap::Args)]
@@ -13,7 +14,7 @@ use crate::describe::{Description, describe};
   acerra info flight.mrm rover.ubx base.obs
   acerra info --json flight.mrm | jq .facts")]
 pub struct Args {
-    /// Radar logs, trajectories, GNSS observations or navigation, images.
+    /// Radar logs, trajectories, GNSS logs and configurations, terrain, geoid grids, images.
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
     /// Answer as JSON: one object for each file.
@@ -24,10 +25,20 @@ pub struct Args {
 /// Runs the command.
 ///
 /// # Errors
-/// A file that cannot be read or is of no supported kind.
+/// Files that cannot be read or are of no supported kind: the last of them, after the others have been said and all
+/// files described that can be.
 pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
+    let mut failure = None;
     for (k, file) in args.files.iter().enumerate() {
-        let description = describe(file)?;
+        let description = match describe(file) {
+            Ok(description) => description,
+            Err(error) => {
+                if let Some(earlier) = failure.replace(error) {
+                    terminal::fail(&earlier);
+                }
+                continue;
+            }
+        };
         if args.json {
             let mut object = serde_json::to_value(&description)?;
             object["file"] = Value::from(file.display().to_string());
@@ -40,7 +51,7 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
             write_text(&description, out)?;
         }
     }
-    Ok(())
+    failure.map_or(Ok(()), Err)
 }
 
 fn write_text(description: &Description, out: &mut dyn Write) -> anyhow::Result<()> {
@@ -89,6 +100,7 @@ fn label_and_unit(name: &str) -> (String, &str) {
         ("_ns", "ns"),
         ("_ps", "ps"),
         ("_ms", "ms"),
+        ("_deg", "°"),
         ("_s", "s"),
         ("_m", "m"),
         ("_gpst", "GPST"),

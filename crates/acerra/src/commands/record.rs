@@ -3,6 +3,7 @@
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
+use acerra_products::plain_text;
 use acerra_record::driver::{RequestOptions, WatchOptions};
 use acerra_record::session::{
     CAMPAIGN_NAME, Finished, Health, MCAP_NAME, Progress, Recorder, Session, doubts, finish,
@@ -127,10 +128,10 @@ pub(super) fn say(progress: &Progress) {
     let _ = match progress {
         Progress::Warning(text) => {
             let beep = if is_terminal { "\x07" } else { "" };
-            writeln!(stderr, "{begin}{beep}warning: {text}")
+            writeln!(stderr, "{begin}{beep}warning: {}", plain_text(text))
         }
         _ if verbosity() == Verbosity::Quiet => Ok(()),
-        Progress::Note(text) => writeln!(stderr, "{begin}{text}"),
+        Progress::Note(text) => writeln!(stderr, "{begin}{}", plain_text(text)),
         Progress::Health(health) => write!(stderr, "{begin}{}{end}", line(health)),
     };
 }

@@ -1,15 +1,26 @@
 //! GNSS observations and navigation.
 
 use std::collections::BTreeMap;
-use std::io::{BufRead, Seek};
+use std::fs::File;
+use std::io::{BufRead, BufReader, Seek};
 
+use acerra_chain::position::positioning::written;
 use acerra_geo::time::GpsTime;
 use acerra_gnss::antex::read_antex;
 use acerra_gnss::input::{FileKind, Limits, Lines, ReadError, ReadReport, sniff};
 use acerra_gnss::rtcm::RtcmHints;
-use acerra_gnss::{GnssFile, Navigation, ObservationData, read_gnss, read_gnss_near};
+use acerra_gnss::{GnssFile, Navigation, ObservationData, read_gnss_near};
 
 use super::description::Description;
+
+/// Whether the first bytes are those of a zip archive that is no array file: its first member is no array.
+pub fn is_archive(head: &[u8]) -> bool {
+    let length = head
+        .get(26..28)
+        .map(|b| usize::from(u16::from_le_bytes([b[0], b[1]])));
+    let name = length.and_then(|length| head.get(30..30 + length));
+    head.starts_with(b"PK\x03\x04") && name.is_some_and(|name| !name.ends_with(b".npy"))
+}
 
 /// Whether the first bytes are those of a GNSS file.
 pub fn is_gnss(head: &[u8]) -> bool {
@@ -30,11 +41,15 @@ pub fn is_gnss(head: &[u8]) -> bool {
     )
 }
 
-pub fn describe(mut reader: impl BufRead + Seek) -> anyhow::Result<Description> {
+pub fn describe(mut reader: BufReader<File>) -> anyhow::Result<Description> {
     if sniff(reader.fill_buf()?) == FileKind::Antex {
         return describe_antennas(reader);
     }
-    match read_gnss(&mut reader, Limits::default()) {
+    let hints = RtcmHints {
+        not_after: written(reader.get_ref()),
+        ..RtcmHints::default()
+    };
+    match read_gnss_near(&mut reader, Limits::default(), &hints) {
         Ok(file) => Ok(describe_file(&file)),
         // All but the times can be told.
         Err(error @ ReadError::NoDate) => {

@@ -1,13 +1,16 @@
 //! What a file holds, whatever its kind.
 
+mod configuration;
 mod description;
 mod flight_log;
 mod foreign;
+mod geoid;
 mod gnss;
 mod image;
 mod phase_history;
 mod radar;
 mod session;
+mod terrain;
 mod trajectory;
 
 use std::fs::File;
@@ -55,8 +58,11 @@ pub fn describe(path: &Path) -> anyhow::Result<Description> {
     if format.is_some() && !radar::is_log(&head) {
         return foreign::describe(path).with_context(at);
     }
-    if radar::is_radar(&head) {
+    if radar::is_radar(&head) && !gnss::is_archive(&head) {
         return radar::describe(reader).with_context(at);
+    }
+    if configuration::is_configuration(&head) {
+        return configuration::describe(reader, path).with_context(at);
     }
     if gnss::is_gnss(&head) {
         return gnss::describe(reader).with_context(at);
@@ -64,11 +70,18 @@ pub fn describe(path: &Path) -> anyhow::Result<Description> {
     if acerra_geo::read::sniff(&head).is_some() {
         return trajectory::describe(reader).with_context(at);
     }
+    if acerra_geo::geoid::is_grid(&head, metadata.len()) {
+        return geoid::describe(reader).with_context(at);
+    }
+    if acerra_geo::terrain::is_raster(&head) {
+        return terrain::describe(path).with_context(at);
+    }
     bail!(
         "{}: not a kind that is known; expected a radar log (MRM capture, MRM-RET text, NPZ, CPHD, \
          SEG-Y, DZT, DT1 with HD, rd3 or rd7 with rad, gprMax, HDF5, MATLAB, Touchstone, FMCW), a \
          trajectory (.pos, CSV, NMEA, Motive export), a flight log (.bin, .ulg, .tlog, MCAP), RINEX, \
-         UBX, RTCM 3, SP3, ANTEX or an image.npz",
+         UBX, RTCM 3, SP3, ANTEX, an RTKLIB configuration, a raster of heights (GeoTIFF, ESRI ASCII, XYZ), a geoid \
+         grid (.gtx, .pgm, DAC, GRD) or an image.npz",
         path.display()
     )
 }

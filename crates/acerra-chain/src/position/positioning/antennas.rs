@@ -44,7 +44,7 @@ impl From<&ConfInputs> for AntennaInput {
             name => AntennaName::Given(name.to_owned()),
         };
         Self {
-            file: conf.antenna_file.as_ref().map(PathBuf::from),
+            file: conf.antenna_file.as_ref().map(|f| PathBuf::from(&f.name)),
             rover: named(&conf.rover_antenna),
             base: named(&conf.base_antenna),
         }

@@ -54,16 +54,14 @@ impl GnssConfiguration {
             path: path.to_owned(),
             cause,
         })?;
-        let conf = read_conf(BufReader::new(file), RuleSet::Rtklib).map_err(|cause| {
-            GnssConfigurationError::Content {
-                path: path.to_owned(),
-                cause,
-            }
-        })?;
-        let mut antennas = AntennaInput::from(&conf.inputs).if_any();
-        if let (Some(file), Some(folder)) = (&mut antennas.file, path.parent()) {
-            *file = folder.join(&*file);
-        }
+        let content = |cause| GnssConfigurationError::Content {
+            path: path.to_owned(),
+            cause,
+        };
+        let mut conf = read_conf(BufReader::new(file), RuleSet::Rtklib).map_err(content)?;
+        conf.find_files(path.parent().unwrap_or(Path::new("")))
+            .map_err(content)?;
+        let antennas = AntennaInput::from(&conf.inputs).if_any();
         Ok(Self {
             options: conf.options.guarded(),
             needs_precise_orbits: conf.inputs.precise_orbits,
@@ -85,6 +83,12 @@ mod tests {
         let text = "pos1-posmode=kinematic\npos1-sateph=precise\nant1-anttype=*\nant2-anttype=LEIAX1202\n\
                     file-rcvantfile=igs14.atx\nmisc-colour=red\n";
         std::fs::write(&path, text).unwrap();
+        let missing = GnssConfiguration::read(&path).unwrap_err().to_string();
+        assert!(
+            missing.contains("rtklib.conf: line 5: file-rcvantfile = igs14.atx: no such file"),
+            "{missing}"
+        );
+        std::fs::write(folder.path().join("igs14.atx"), "").unwrap();
         let found = GnssConfiguration::read(&path).unwrap();
         assert_eq!(found.options, found.options.clone().with_safeguards());
         assert!(found.needs_precise_orbits);

@@ -20,6 +20,7 @@ pub use antennas::{AntennaInput, AntennaName};
 pub use configuration::{GnssConfiguration, GnssConfigurationError};
 pub use error::PositioningError;
 pub use input::PositioningInput;
+pub use reader::written;
 pub use summary::{
     BaseAnswer, BaselineAnswer, DropAnswer, EventAnswer, FileAnswer, PpkAnswer, ReasonAnswer,
     answer,

@@ -15,7 +15,14 @@ use super::error::PositioningError;
 use super::input::PositioningInput;
 
 /// When a file was last written: what it holds was recorded before. None where the system does not say.
-fn written(file: &File) -> Option<GpsTime> {
+///
+/// ```
+/// use acerra_chain::position::positioning::written;
+/// let time = written(&std::fs::File::open("Cargo.toml")?).unwrap();
+/// assert!(time.week() > 2200);
+/// # Ok::<(), std::io::Error>(())
+/// ```
+pub fn written(file: &File) -> Option<GpsTime> {
     let modified = file.metadata().ok()?.modified().ok()?;
     let since_1970 = modified.duration_since(std::time::UNIX_EPOCH).ok()?;
     Some(GpsTime::from_unix(

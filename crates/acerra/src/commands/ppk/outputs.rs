@@ -31,7 +31,7 @@ impl Extras {
             || outputs.geodetic_heights
             || args.nmea.is_some()
             || args.image_positions.is_some();
-        let conf = outputs.geoid_file.as_deref().map(Path::new);
+        let conf = outputs.geoid_file.as_ref().map(|f| Path::new(&f.name));
         let geoid = match args.geoid.as_deref().or(conf.filter(|_| heights)) {
             Some(path) => Some(Arc::new(GeoidGrid::read(path)?)),
             None => None,

@@ -2,6 +2,7 @@
 
 use std::fs::File;
 use std::io::BufReader;
+use std::path::Path;
 
 use acerra_chain::position::positioning::{AntennaInput, AntennaName, PositioningInput};
 use acerra_gnss::conf::{ConfInputs, ConfOutputs, read_conf};
@@ -62,7 +63,9 @@ impl Args {
             Some(path) => {
                 let place = || path.display().to_string();
                 let file = File::open(path).with_context(place)?;
-                let conf = read_conf(BufReader::new(file), self.rules.unwrap_or(RuleSet::Rtklib))
+                let rules = self.rules.unwrap_or(RuleSet::Rtklib);
+                let mut conf = read_conf(BufReader::new(file), rules).with_context(place)?;
+                conf.find_files(path.parent().unwrap_or(Path::new("")))
                     .with_context(place)?;
                 remarks.extend(
                     conf.not_followed
