@@ -113,9 +113,13 @@ impl<'de> Deserialize<'de> for Delay {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         match Value::deserialize(deserializer)? {
             Value::String(word) if word == "auto" => Ok(Self::Auto),
-            other => number(&other).map(Self::Nanoseconds).ok_or_else(|| {
-                Error::custom(format!("expected nanoseconds or \"auto\"; found {other}"))
-            }),
+            other => within(&other, LONGEST_NS)
+                .map(Self::Nanoseconds)
+                .ok_or_else(|| {
+                    Error::custom(format!(
+                        "expected nanoseconds, within a million, or \"auto\"; found {other}"
+                    ))
+                }),
         }
     }
 }
@@ -144,9 +148,9 @@ impl<'de> Deserialize<'de> for TimeOffset {
         match Value::deserialize(deserializer)? {
             Value::String(word) if word == "auto" => Ok(Self::Auto),
             Value::String(word) if word == "logged" => Ok(Self::Logged),
-            other => number(&other).map(Self::Seconds).ok_or_else(|| {
+            other => within(&other, LONGEST_S).map(Self::Seconds).ok_or_else(|| {
                 Error::custom(format!(
-                    "expected seconds, \"auto\" or \"logged\"; found {other}"
+                    "expected seconds, within 1e10, \"auto\" or \"logged\"; found {other}"
                 ))
             }),
         }
@@ -166,17 +170,18 @@ pub enum Heights {
 impl<'de> Deserialize<'de> for Heights {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let value = Value::deserialize(deserializer)?;
-        if let Some(height) = number(&value) {
+        let height_m = |value: &Value| within(value, FARTHEST_M);
+        if let Some(height) = height_m(&value) {
             return Ok(Self::Plane(height));
         }
         if let Some([from, to]) = value.as_array().map(Vec::as_slice)
-            && let (Some(from), Some(to)) = (number(from), number(to))
+            && let (Some(from), Some(to)) = (height_m(from), height_m(to))
             && from <= to
         {
             return Ok(Self::Range([from, to]));
         }
         Err(Error::custom(format!(
-            "expected a finite height, or [from, to] with from <= to; found {value}"
+            "expected a height within 1e7 m, or [from, to] with from <= to; found {value}"
         )))
     }
 }
@@ -204,7 +209,7 @@ impl<'de> Deserialize<'de> for ZeroTiming {
             Value::String(word) if word == "first-trace" => Ok(Self::FirstTrace),
             Value::String(word) if word == "none" => Ok(Self::None),
             other => single(&other, "shift_ns")
-                .and_then(number)
+                .and_then(|value| within(value, LONGEST_NS))
                 .map(|shift_ns| Self::Shift { shift_ns })
                 .ok_or_else(|| {
                     Error::custom(format!(
@@ -309,13 +314,13 @@ impl<'de> Deserialize<'de> for Gate {
             _ => {}
         }
         if let Some([from, to]) = value.as_array().map(Vec::as_slice)
-            && let (Some(from), Some(to)) = (number(from), number(to))
+            && let [Some(from), Some(to)] = [from, to].map(|end| within(end, LONGEST_NS))
             && from < to
         {
             return Ok(Self::About([from, to]));
         }
         Err(Error::custom(format!(
-            "expected [from, to] with from < to, \"auto\" or \"none\"; found {value}"
+            "expected [from, to] with from < to, within a million ns, \"auto\" or \"none\"; found {value}"
         )))
     }
 }
@@ -460,8 +465,15 @@ fn single<'a>(value: &'a Value, key: &str) -> Option<&'a Value> {
     }
 }
 
-/// A finite number, whole or not.
-fn number(value: &Value) -> Option<f64> {
+/// Farthest place (m) from the origin of the frame, more than the Earth's radius.
+pub(crate) const FARTHEST_M: f64 = 1e7;
+/// Longest time (s) between radar and trajectory clock: GPS time is a tenth of it.
+pub(crate) const LONGEST_S: f64 = 1e10;
+/// Longest delay (ns): light goes 300 km.
+pub(crate) const LONGEST_NS: f64 = 1e6;
+
+/// A number, whole or not, whose magnitude is `most` or less.
+fn within(value: &Value, most: f64) -> Option<f64> {
     let number = match value {
         Value::Float(x) => *x,
         #[expect(
@@ -471,7 +483,7 @@ fn number(value: &Value) -> Option<f64> {
         Value::Integer(x) => *x as f64,
         _ => return None,
     };
-    number.is_finite().then_some(number)
+    (number.abs() <= most).then_some(number)
 }
 
 #[cfg(test)]

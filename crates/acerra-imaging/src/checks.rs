@@ -30,6 +30,46 @@ pub(crate) fn check_finite(
     }
 }
 
+/// Farthest place (m) from the origin of the frame: fifteen times the Earth's radius. Double precision resolves 15 nm
+/// there, and ranges counted in bins of a table are whole numbers that a computer has.
+const FARTHEST_M: f64 = 1e8;
+
+/// Smallest pixel (m): below a thousandth of any radar's wavelength.
+const SMALLEST_PIXEL_M: f64 = 1e-6;
+
+/// Refuses places of which one has a coordinate that is no number or is farther than any flight.
+pub(crate) fn check_places<'a>(
+    what: &'static str,
+    places: impl IntoIterator<Item = &'a [f64; 3]>,
+) -> Result<(), ImagingError> {
+    for (index, place) in places.into_iter().enumerate() {
+        if !place.iter().all(|v| v.is_finite()) {
+            return Err(ImagingError::NotFinite { what, index });
+        }
+        if let Some(&found) = place.iter().find(|v| v.abs() > FARTHEST_M) {
+            return Err(ImagingError::OutOfRange {
+                what,
+                expected: "within 1e8 m of the frame's origin",
+                found,
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Refuses the side of a pixel, or the step of slices, that is not positive, too small or farther than any flight.
+pub(crate) fn check_pixel(what: &'static str, found: f64) -> Result<(), ImagingError> {
+    check_positive(what, "above 0 m", found)?;
+    if (SMALLEST_PIXEL_M..=FARTHEST_M).contains(&found) {
+        return Ok(());
+    }
+    Err(ImagingError::OutOfRange {
+        what,
+        expected: "1e-6 m to 1e8 m",
+        found,
+    })
+}
+
 /// Refuses a value that is not a finite number above zero; `expected` says so with its unit.
 pub(crate) fn check_positive(
     what: &'static str,

@@ -1,6 +1,6 @@
 //! Measured data as the imaging operators take them.
 
-use crate::checks::{check_finite, check_length, check_positive};
+use crate::checks::{check_finite, check_length, check_places, check_positive};
 use crate::error::ImagingError;
 use crate::refraction::{Ground, Ray};
 use crate::vector::norm;
@@ -116,7 +116,7 @@ impl<'a> Pulses<'a> {
             position_m.len().saturating_mul(frequency_hz.len()),
             spectrum.len(),
         )?;
-        check_finite("position_m", position_m.iter().map(|p| p.iter().sum()))?;
+        check_places("position_m", position_m)?;
         check_finite("frequency_hz", frequency_hz.iter().copied())?;
         check_finite("spectrum", spectrum.iter().map(|v| v.re + v.im))?;
         check_finite("weight", weight.iter().copied())?;
@@ -165,7 +165,7 @@ impl<'a> Pulses<'a> {
     ) -> Result<Self, ImagingError> {
         for (what, places) in [("transmitter_m", transmitter_m), ("receiver_m", receiver_m)] {
             check_length(what, self.len(), places.len())?;
-            check_finite(what, places.iter().map(|p| p.iter().sum()))?;
+            check_places(what, places)?;
             for (place, position) in places.iter().zip(self.position_m) {
                 let found = crate::vector::range_m(*place, *position);
                 if found > FARTHEST_ANTENNA_M {

@@ -4,6 +4,9 @@
 mod support;
 
 use std::fs;
+use std::io::{ErrorKind, Read, Write};
+use std::net::TcpStream;
+use std::time::Duration;
 
 use acerra_chain::campaign::{Campaign, Gate};
 use acerra_chain::{Control, ImageRequest, Journal, MemorySink, Pixels};
@@ -492,6 +495,98 @@ fn impossible_orders_are_refused_with_what_is_possible() {
     assert_eq!(server.get("/api/run/0/radargram/0/burnt/0/0/0").status, 400);
     // It still answers.
     assert_eq!(server.engine()["state"], "ready");
+}
+
+/// Numbers that no flight has: whatever a page sends, the answer comes at once.
+#[test]
+fn extreme_numbers_are_refused_before_any_work() {
+    let server = Serving::start(vec![shared().join("products")]);
+    server.engine();
+    for number in ["NaN", "inf", "-inf", "1e18", "-1e300", "1e308"] {
+        for path in [
+            format!("/api/run/0/spread?x_m={number}&y_m=4"),
+            format!("/api/run/0/spread?x_m=5&y_m={number}"),
+            format!("/api/run/0/hyperbola?x_m={number}&y_m=4"),
+            format!("/api/run/0/hyperbola?x_m=5&y_m=4&z_m={number}"),
+            format!("/api/run/0/cursor?x_m=5&y_m={number}"),
+            format!("/api/run/0/ring?pulse=5&fast_time_ns={number}"),
+        ] {
+            let answer = server.get(&path);
+            let text = String::from_utf8_lossy(&answer.body).into_owned();
+            assert_eq!(answer.status, 400, "{path}: {text}");
+        }
+    }
+    for number in ["1e18", "-1e300", "1e308", "1e-307", "0", "1e7"] {
+        for view in [
+            format!(r#"{{"x0_m":{number},"y0_m":3,"pixel_m":0.1,"nx":8,"ny":8}}"#),
+            format!(r#"{{"x0_m":4,"y0_m":3,"pixel_m":{number},"nx":8,"ny":8}}"#),
+            format!(r#"{{"x0_m":4,"y0_m":3,"z_m":{number},"pixel_m":0.1,"nx":8,"ny":8}}"#),
+        ] {
+            let answer = server.post("/api/run/0/image", &format!(r#"{{"view":{view}}}"#));
+            let text = String::from_utf8_lossy(&answer.body).into_owned();
+            assert!([200, 400].contains(&answer.status), "{view}: {text}");
+            let is_no_flight = number.len() > 4 && !view.contains(r#""pixel_m":0.1"#);
+            assert!(!is_no_flight || answer.status == 400, "{view}: {text}");
+        }
+        for key in [
+            "delay_change_ns",
+            "time_offset_change_s",
+            "z_m",
+            "light_speed_m_s",
+        ] {
+            let body = format!(r#"{{"view":{VIEW},"edits":{{"{key}":{number}}}}}"#);
+            let answer = server.post("/api/run/0/image", &body);
+            assert!(
+                [200, 400, 422].contains(&answer.status),
+                "{body}: {}",
+                answer.status
+            );
+        }
+    }
+    assert_eq!(server.engine()["state"], "ready");
+}
+
+/// Idle connections of a program that does not know the token: the oldest are closed, the page goes on.
+#[test]
+fn connections_without_the_token_are_few() {
+    let server = Serving::start(vec![shared().join("products")]);
+    let (host, base) = (&server.host, &server.base);
+    // A page keeps its connection.
+    let mut page = TcpStream::connect(host).unwrap();
+    page.set_read_timeout(Some(Duration::from_secs(20)))
+        .unwrap();
+    let mut ask = || {
+        let request = format!("GET {base}/api/runs HTTP/1.1\r\nHost: {host}\r\n\r\n");
+        page.write_all(request.as_bytes()).unwrap();
+        let mut start = [0; 15];
+        page.read_exact(&mut start).unwrap();
+        // The rest of the answer.
+        page.set_read_timeout(Some(Duration::from_millis(300)))
+            .unwrap();
+        let mut rest = [0; 1 << 16];
+        while page.read(&mut rest).is_ok_and(|n| n > 0) {}
+        page.set_read_timeout(Some(Duration::from_secs(20)))
+            .unwrap();
+        start
+    };
+    assert_eq!(&ask(), b"HTTP/1.1 200 OK");
+    let strangers: Vec<TcpStream> = (0..200)
+        .map(|_| TcpStream::connect(host).unwrap())
+        .collect();
+    assert_eq!(server.get("/api/runs").status, 200);
+    assert_eq!(&ask(), b"HTTP/1.1 200 OK");
+    let mut closed = 0;
+    for mut stranger in &strangers {
+        stranger
+            .set_read_timeout(Some(Duration::from_millis(20)))
+            .unwrap();
+        let ended = match stranger.read(&mut [0; 16]) {
+            Ok(bytes) => bytes == 0,
+            Err(error) => error.kind() == ErrorKind::ConnectionReset,
+        };
+        closed += usize::from(ended);
+    }
+    assert!((180..=190).contains(&closed), "{closed} of 200 are closed");
 }
 
 #[test]

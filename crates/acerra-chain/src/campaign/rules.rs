@@ -9,7 +9,7 @@ use super::sections::{
     TrackSection, TracksSection, TrajectorySection,
 };
 use super::{Campaign, CampaignError};
-use crate::choices::{Delay, Heights, Sum};
+use crate::choices::{Delay, FARTHEST_M, Heights, LONGEST_NS, LONGEST_S, Sum};
 use crate::focus::inversion::options::{InversionSection, Method};
 
 impl Campaign {
@@ -271,6 +271,13 @@ fn rule(key: &'static str, holds: bool, expected: &'static str, found: impl Debu
     Rule::new(key, holds, expected, format!("{found:?}"))
 }
 
+/// Smallest pixel (m).
+const SMALLEST_PIXEL_M: f64 = 1e-6;
+/// Whether each is a coordinate (m) of a flight's surroundings.
+fn near(values: &[f64]) -> bool {
+    values.iter().all(|v| v.abs() <= FARTHEST_M)
+}
+
 fn finite(values: &[f64]) -> bool {
     values.iter().all(|v| v.is_finite())
 }
@@ -387,8 +394,8 @@ fn ground_rules(ground: &GroundSection) -> [Rule; 4] {
         ),
         rule(
             "surface_z_m",
-            ground.surface_z_m.is_finite(),
-            "a finite height",
+            near(&[ground.surface_z_m]),
+            "a height within 1e7 m",
             ground.surface_z_m,
         ),
         rule(
@@ -407,8 +414,8 @@ fn track_rules(track: &TrackSection) -> [Rule; 1] {
     let (delay_ns, phase_deg) = (track.delay_ns, track.phase_deg);
     [Rule::new(
         "delay_ns, phase_deg",
-        finite(&[delay_ns, phase_deg]),
-        "finite numbers",
+        delay_ns.abs() <= LONGEST_NS && phase_deg.abs() <= 1e6,
+        "within 1e6 ns and 1e6°",
         format!("{delay_ns} and {phase_deg}"),
     )]
 }
@@ -425,8 +432,8 @@ fn tracks_rules(tracks: &TracksSection) -> [Rule; 2] {
         ),
         rule(
             "target_m",
-            target_m.is_none_or(|p| finite(&p)),
-            "finite coordinates",
+            target_m.is_none_or(|p| near(&p)),
+            "coordinates within 1e7 m",
             target_m,
         ),
     ]
@@ -459,8 +466,8 @@ fn trajectory_rules(trajectory: &TrajectorySection) -> [Rule; 3] {
         ),
         rule(
             "max_gap_s",
-            gap_s.is_none_or(|gap| gap.is_finite() && gap > 0.0),
-            "a time above 0",
+            gap_s.is_none_or(|gap| gap > 0.0 && gap <= LONGEST_S),
+            "a time above 0 s, to 1e10 s",
             gap_s,
         ),
         rule(
@@ -480,8 +487,8 @@ fn gnss_rules(gnss: &GnssSection) -> [Rule; 3] {
         named("base", &gnss.base),
         rule(
             "base_ecef_m",
-            places.iter().flatten().all(|place| finite(place)),
-            "finite coordinates",
+            places.iter().flatten().all(|place| near(place)),
+            "coordinates within 1e7 m",
             places,
         ),
     ]
@@ -489,7 +496,7 @@ fn gnss_rules(gnss: &GnssSection) -> [Rule; 3] {
 
 fn extent_rules(image: &ImageSection) -> [Rule; 4] {
     let [low, high] = image.band_ghz;
-    let is_range = |range: [f64; 2]| finite(&range) && range[0] <= range[1];
+    let is_range = |range: [f64; 2]| near(&range) && range[0] <= range[1];
     let count = image.frequencies;
     [
         rule(
@@ -507,13 +514,13 @@ fn extent_rules(image: &ImageSection) -> [Rule; 4] {
         rule(
             "x_m",
             image.x_m.is_none_or(is_range),
-            "[from, to] with from <= to",
+            "[from, to] with from <= to, within 1e7 m",
             image.x_m.unwrap_or_default(),
         ),
         rule(
             "y_m",
             image.y_m.is_none_or(is_range),
-            "[from, to] with from <= to",
+            "[from, to] with from <= to, within 1e7 m",
             image.y_m.unwrap_or_default(),
         ),
     ]
@@ -548,31 +555,31 @@ fn check_terrain(image: &ImageSection) -> Result<(), CampaignError> {
 }
 
 fn pixel_rules(image: &ImageSection) -> [Rule; 4] {
-    let is_length = |v: f64| v.is_finite() && v > 0.0;
+    let is_length = |v: f64| (SMALLEST_PIXEL_M..=FARTHEST_M).contains(&v);
     let volume = is_volume(image);
     [
         rule(
             "geoid_height_m",
-            image.geoid_height_m.is_finite(),
-            "a finite number",
+            image.geoid_height_m.abs() <= 1e3,
+            "a height within 1000 m",
             image.geoid_height_m,
         ),
         rule(
             "pixel_z_m",
             image.pixel_z_m.is_none_or(|step| is_length(step) && volume),
-            "a length above 0, with z_m = [from, to]",
+            "1e-6 m to 1e7 m, with z_m = [from, to]",
             image.pixel_z_m,
         ),
         rule(
             "ground_z_m",
-            image.ground_z_m.is_none_or(|z| z.is_finite() && volume),
-            "a finite height, with z_m = [from, to]",
+            image.ground_z_m.is_none_or(|z| near(&[z]) && volume),
+            "a height within 1e7 m, with z_m = [from, to]",
             image.ground_z_m,
         ),
         rule(
             "pixel_m",
             is_length(image.pixel_m),
-            "a length above 0",
+            "1e-6 m to 1e7 m",
             image.pixel_m,
         ),
     ]

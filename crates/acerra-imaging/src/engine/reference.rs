@@ -1,7 +1,7 @@
 //! Reference implementation: the paper's sums in double precision, against which every faster path
 //! is tested.
 
-use crate::checks::{check_finite, check_length, check_positive};
+use crate::checks::{check_finite, check_length, check_places, check_positive};
 use crate::error::ImagingError;
 use crate::pulses::{Pulses, Spreading};
 use crate::refraction::Ray;
@@ -50,7 +50,7 @@ pub fn adjoint(
     points_m: &[[f64; 3]],
     spreading: Spreading,
 ) -> Result<Vec<Complex64>, ImagingError> {
-    check_finite("points_m", points_m.iter().map(|p| p.iter().sum()))?;
+    check_places("points_m", points_m)?;
     points_m
         .par_iter()
         .enumerate()
@@ -215,7 +215,7 @@ pub fn forward(
     light_speed_m_s: f64,
     spreading: Spreading,
 ) -> Result<Vec<Complex64>, ImagingError> {
-    check_finite("position_m", position_m.iter().map(|p| p.iter().sum()))?;
+    check_places("position_m", position_m)?;
     check_finite("frequency_hz", frequency_hz.iter().copied())?;
     check_finite(
         "scatterers",

@@ -1,6 +1,6 @@
 //! Horizontal rectangles of square pixels.
 
-use crate::checks::{check_finite, check_positive};
+use crate::checks::{check_finite, check_pixel, check_places};
 use crate::error::ImagingError;
 
 /// Largest image that a grid accepts unless told otherwise: 64 GiB of complex single precision.
@@ -39,12 +39,11 @@ impl PlaneGrid {
     /// `origin_m` = `[x, y, z]`.
     ///
     /// # Errors
-    /// A side of no pixels, a pixel that is not positive, values that are not finite, or an image
-    /// above [`DEFAULT_IMAGE_LIMIT_BYTES`].
+    /// A side of no pixels, a pixel that is not positive, a corner that is not finite or farther than 1e8 m, or an
+    /// image above [`DEFAULT_IMAGE_LIMIT_BYTES`].
     pub fn new(origin_m: [f64; 3], pixel_m: f64, size: [usize; 2]) -> Result<Self, ImagingError> {
         let ([x0_m, y0_m, z_m], [nx, ny]) = (origin_m, size);
-        check_finite("grid", origin_m.into_iter().chain([pixel_m]))?;
-        check_positive("pixel_m", "above 0 m", pixel_m)?;
+        check_pixel("pixel_m", pixel_m)?;
         if nx == 0 || ny == 0 {
             return Err(ImagingError::Empty { what: "grid" });
         }
@@ -57,6 +56,10 @@ impl PlaneGrid {
             ny,
         };
         grid.check_limit(DEFAULT_IMAGE_LIMIT_BYTES)?;
+        check_places(
+            "grid",
+            [&origin_m, &[grid.x_m(nx - 1), grid.y_m(ny - 1), z_m]],
+        )?;
         Ok(grid)
     }
 
@@ -72,7 +75,7 @@ impl PlaneGrid {
         pixel_m: f64,
     ) -> Result<Self, ImagingError> {
         check_finite("grid", [x_m[0], x_m[1], y_m[0], y_m[1]].into_iter())?;
-        check_positive("pixel_m", "above 0 m", pixel_m)?;
+        check_pixel("pixel_m", pixel_m)?;
         let count = |what, [start, end]: [f64; 2]| {
             if end < start {
                 return Err(ImagingError::OutOfRange {
@@ -152,6 +155,25 @@ pub(crate) fn check_pixels(nx: u128, ny: u128, limit_bytes: u128) -> Result<(), 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn numbers_beyond_any_flight_are_refused() {
+        let size = [2, 2];
+        for x_m in [1e18, -1e300, f64::MAX, f64::NAN, f64::INFINITY] {
+            assert!(PlaneGrid::new([x_m, 0.0, 0.0], 0.1, size).is_err(), "{x_m}");
+            assert!(PlaneGrid::new([0.0, 0.0, x_m], 0.1, size).is_err(), "{x_m}");
+            let side = [x_m, x_m + 1.0];
+            assert!(PlaneGrid::from_ranges(side, [0.0, 1.0], 0.0, 0.1).is_err());
+        }
+        for pixel_m in [0.0, -0.1, 1e-307, f64::MIN_POSITIVE, 1e300, f64::NAN] {
+            assert!(
+                PlaneGrid::new([0.0; 3], pixel_m, size).is_err(),
+                "{pixel_m}"
+            );
+        }
+        assert!(PlaneGrid::new([9.9e7, 0.0, 0.0], 1e6, size).is_ok());
+        assert!(PlaneGrid::new([9.9e7, 0.0, 0.0], 1e6, [3, 1]).is_err());
+    }
 
     #[test]
     fn ends_are_kept_where_they_fall_on_a_pixel() {

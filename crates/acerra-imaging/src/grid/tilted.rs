@@ -1,7 +1,7 @@
 //! Parallelograms of evenly spaced pixels: planes at any height and tilt.
 
 use super::plane::{DEFAULT_IMAGE_LIMIT_BYTES, PlaneGrid, check_pixels};
-use crate::checks::check_finite;
+use crate::checks::{check_finite, check_places};
 use crate::error::ImagingError;
 use crate::vector::{dot, norm, range_m};
 
@@ -48,13 +48,17 @@ impl TiltedGrid {
             }
         }
         check_pixels(columns as u128, rows as u128, DEFAULT_IMAGE_LIMIT_BYTES)?;
-        Ok(Self {
+        let grid = Self {
             origin_m,
             u_m,
             v_m,
             columns,
             rows,
-        })
+        };
+        let [i, j] = [columns, rows].map(|count| (count - 1) as f64);
+        let corners = [[0.0, 0.0], [i, 0.0], [0.0, j], [i, j]].map(|[i, j]| grid.point_m(i, j));
+        check_places("grid", &corners)?;
+        Ok(grid)
     }
 
     /// Centre of pixel (i, j), m.

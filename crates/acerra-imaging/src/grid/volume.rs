@@ -1,7 +1,7 @@
 //! Boxes of pixels: horizontal slices at even distances.
 
 use super::plane::PlaneGrid;
-use crate::checks::check_positive;
+use crate::checks::{check_pixel, check_places};
 use crate::error::ImagingError;
 
 /// A plane grid repeated at the heights z₀ + k·step.
@@ -24,8 +24,10 @@ impl VolumeGrid {
         if nz == 0 {
             return Err(ImagingError::Empty { what: "volume" });
         }
-        check_positive("step_m", "above 0 m", step_m)?;
-        Ok(Self { base, step_m, nz })
+        check_pixel("step_m", step_m)?;
+        let volume = Self { base, step_m, nz };
+        check_places("volume", [&volume.slice(nz - 1).point_m(0)])?;
+        Ok(volume)
     }
 
     /// Slice `k`.

@@ -5,6 +5,7 @@ use serde::Serialize;
 use super::cell::Cell;
 use super::field::PsfField;
 use super::spread::PointSpread;
+use crate::checks::check_places;
 use crate::error::ImagingError;
 use crate::metrics::crest::climb_crest;
 use crate::metrics::field::Field;
@@ -62,7 +63,7 @@ impl Analysis {
     /// [`Analysis::expected_m`] is `None`.
     ///
     /// # Errors
-    /// A target or plane that is not below the flight, a band of no width.
+    /// A target or plane that is not below the flight, not finite or farther than 1e8 m, a band of no width.
     ///
     /// ```
     /// use acerra_imaging::psf::{Analysis, PointSpread};
@@ -78,6 +79,10 @@ impl Analysis {
         target_m: [f64; 3],
         plane_z_m: f64,
     ) -> Result<Self, ImagingError> {
+        check_places(
+            "target",
+            [&target_m, &[target_m[0], target_m[1], plane_z_m]],
+        )?;
         let (low, high) = spread.band_hz();
         let theory_range_m = crate::resolution::range_m(high - low, spread.light_speed_m_s())?;
         let expected_m = expected_place_m(spread, target_m, plane_z_m)?;

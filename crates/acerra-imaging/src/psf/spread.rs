@@ -2,7 +2,7 @@
 
 use num_complex::Complex64;
 
-use crate::checks::{check_finite, check_length};
+use crate::checks::{check_finite, check_length, check_places};
 use crate::error::ImagingError;
 use crate::kernel::dispatch::dispatch;
 use crate::kernel::level::SimdLevel;
@@ -62,7 +62,7 @@ impl PointSpread {
         }
         let weight = weight.unwrap_or_else(|| vec![1.0; position_m.len()]);
         check_length("weight", position_m.len(), weight.len())?;
-        check_finite("position_m", position_m.iter().map(|p| p.iter().sum()))?;
+        check_places("position_m", &position_m)?;
         check_finite("weight", weight.iter().copied())?;
         let positive = |what, expected, found: f64| {
             if found.is_finite() && found > 0.0 {

@@ -3,6 +3,7 @@
 mod coherence;
 mod edits;
 mod links;
+mod place;
 mod radargram;
 mod spread;
 mod state;
@@ -10,6 +11,7 @@ mod work;
 
 pub use edits::Edits;
 pub use links::{Hyperbola, Ring, hyperbola, ring, seen_from};
+pub use place::{checked_echo, checked_place};
 pub use radargram::{Stage, TrackRadargram};
 pub use spread::{ExpectedSpread, expected_spread};
 pub use state::{Engine, EngineStatus};

@@ -16,6 +16,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::engine::coherence::coherence;
 use crate::engine::edits::Edits;
+use crate::engine::place::checked_place;
 use crate::engine::radargram::TrackRadargram;
 use crate::error::RequestError;
 
@@ -278,9 +279,10 @@ impl Current {
                 found: format!("{} × {}", view.nx, view.ny),
             });
         }
+        let [x0_m, y0_m, _] = checked_place([view.x0_m, view.y0_m, view.z_m.unwrap_or(0.0)])?;
         let scene = &self.prepared.scene;
-        let ground_m = scene.ground.below_m(view.x0_m, view.y0_m);
-        let origin_m = [view.x0_m, view.y0_m, view.z_m.unwrap_or(ground_m)];
+        let ground_m = scene.ground.below_m(x0_m, y0_m);
+        let origin_m = [x0_m, y0_m, view.z_m.unwrap_or(ground_m)];
         let grid = PlaneGrid::new(origin_m, view.pixel_m, [view.nx, view.ny])?;
         if view.z_m.is_some() || !scene.ground.is_uneven() {
             return Ok(Pixels::plane(grid));

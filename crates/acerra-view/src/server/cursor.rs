@@ -8,7 +8,7 @@ use axum::{Json, Router};
 use num_complex::Complex32;
 use serde::{Deserialize, Serialize};
 
-use crate::engine::seen_from;
+use crate::engine::{checked_place, seen_from};
 use crate::error::RequestError;
 use crate::raster::Field;
 use crate::run::{Run, Seen};
@@ -57,14 +57,7 @@ async fn cursor(
     Path(number): Path<usize>,
     Query(at): Query<CursorQuery>,
 ) -> Result<Json<Cursor>, RequestError> {
-    let given = [at.x_m, at.y_m, at.z_m.unwrap_or(0.0)];
-    if given.iter().any(|v| !v.is_finite()) {
-        return Err(RequestError::Invalid {
-            what: "x_m, y_m, z_m",
-            expected: "finite numbers".to_owned(),
-            found: format!("{}, {}, {}", given[0], given[1], given[2]),
-        });
-    }
+    checked_place([at.x_m, at.y_m, at.z_m.unwrap_or(0.0)])?;
     let answer = shared.beside(number, move |shown| answer(shown, &at));
     answer.await.map(Json)
 }

@@ -4,10 +4,14 @@ use std::net::{Ipv4Addr, TcpListener};
 use std::time::Duration;
 
 use axum::Router;
+use axum::extract::{ConnectInfo, Request, State};
+use axum::middleware::{Next, from_fn_with_state};
+use axum::response::Response;
 use rand::TryRngCore;
 use rand::rngs::OsRng;
 
 use crate::error::ViewError;
+use crate::server::connections::{Caller, Connections};
 
 /// How often a server looks whether it is to stop.
 const LOOK: Duration = Duration::from_millis(100);
@@ -45,7 +49,7 @@ impl Doorway {
         format!("http://127.0.0.1:{}/{}/", self.port, self.token)
     }
 
-    /// Answers requests until `stop` says so.
+    /// Answers requests until `stop` says so. Of connections that have not shown the token a few are open at a time.
     ///
     /// # Errors
     /// A failure of the system.
@@ -59,9 +63,12 @@ impl Doorway {
             .build()
             .map_err(ViewError::Serve)?;
         let listener = self.listener;
+        let inside = format!("/{}/", self.token);
+        let router = router.layer(from_fn_with_state(inside, note_token));
+        let router = router.into_make_service_with_connect_info::<Caller>();
         let served = runtime.block_on(async move {
             let listener = tokio::net::TcpListener::from_std(listener)?;
-            axum::serve(listener, router)
+            axum::serve(Connections::new(listener), router)
                 .with_graceful_shutdown(async move {
                     while !stop() {
                         tokio::time::sleep(LOOK).await;
@@ -73,6 +80,16 @@ impl Doorway {
         runtime.shutdown_background();
         served.map_err(ViewError::Serve)
     }
+}
+
+/// Notes which connections have shown the token.
+async fn note_token(State(inside): State<String>, request: Request, next: Next) -> Response {
+    if request.uri().path().starts_with(&inside)
+        && let Some(ConnectInfo(caller)) = request.extensions().get::<ConnectInfo<Caller>>()
+    {
+        caller.is_known();
+    }
+    next.run(request).await
 }
 
 /// 128 random bits in hexadecimal digits.

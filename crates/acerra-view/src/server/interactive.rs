@@ -14,7 +14,8 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 
 use crate::engine::{
-    Current, Edits, EngineStatus, ImageOrder, Made, Stage, expected_spread, hyperbola, ring,
+    Current, Edits, EngineStatus, ImageOrder, Made, Stage, checked_echo, checked_place,
+    expected_spread, hyperbola, ring,
 };
 use crate::error::RequestError;
 use crate::raster::TileIndex;
@@ -149,8 +150,9 @@ async fn echoes_of_place(
     Path(number): Path<usize>,
     Query(place): Query<PlaceQuery>,
 ) -> Result<Response, RequestError> {
+    let PlaceQuery { x_m, y_m, z_m } = place;
+    checked_place([x_m, y_m, z_m.unwrap_or(0.0)])?;
     let echoes = shared.with_data(number, move |current| {
-        let PlaceQuery { x_m, y_m, z_m } = place;
         let ground_m = current.prepared.scene.ground.below_m(x_m, y_m);
         let place_m = [x_m, y_m, z_m.unwrap_or(ground_m)];
         Ok(hyperbola(&current.prepared, place_m))
@@ -163,7 +165,8 @@ async fn spread_at_place(
     Path(number): Path<usize>,
     Query(place): Query<PlaceQuery>,
 ) -> Result<Response, RequestError> {
-    let spread = move |current: &Current| expected_spread(current, place.x_m, place.y_m);
+    let [x_m, y_m] = checked_place([place.x_m, place.y_m])?;
+    let spread = move |current: &Current| expected_spread(current, x_m, y_m);
     shared.with_data(number, spread).await
 }
 
@@ -178,6 +181,7 @@ async fn places_of_echo(
     Path(number): Path<usize>,
     Query(echo): Query<EchoQuery>,
 ) -> Result<Response, RequestError> {
+    checked_echo(echo.fast_time_ns)?;
     let places = move |current: &Current| ring(&current.prepared, echo.pulse, echo.fast_time_ns);
     shared.with_data(number, places).await
 }

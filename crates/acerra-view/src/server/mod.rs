@@ -3,6 +3,7 @@
 mod answer;
 mod assets;
 mod basemap;
+mod connections;
 mod cursor;
 mod doorway;
 mod guard;

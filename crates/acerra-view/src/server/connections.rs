@@ -1,0 +1,164 @@
+//! Connections that have not shown the token yet: a few at a time, so that no program without it takes the descriptors
+//! that a recording in the same process needs.
+
+use std::collections::VecDeque;
+use std::future::Future;
+use std::io;
+use std::net::SocketAddr;
+use std::pin::Pin;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::task::{Context, Poll};
+
+use axum::extract::connect_info::Connected;
+use axum::serve::{IncomingStream, Listener};
+use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
+use tokio::net::{TcpListener, TcpStream};
+use tokio::sync::oneshot::{Receiver, Sender, channel};
+
+/// Most connections at a time that have not shown the token; a browser opens six.
+pub const MOST_STRANGERS: usize = 16;
+
+/// What closes each stranger, the oldest first, with its number.
+type Strangers = Arc<Mutex<VecDeque<(u64, Sender<()>)>>>;
+
+/// A listener that closes the oldest connection without the token where there are too many.
+pub struct Connections {
+    listener: TcpListener,
+    strangers: Strangers,
+    accepted: u64,
+}
+
+impl Connections {
+    /// Those that `listener` accepts.
+    pub fn new(listener: TcpListener) -> Self {
+        Self {
+            listener,
+            strangers: Strangers::default(),
+            accepted: 0,
+        }
+    }
+}
+
+/// A connection of one caller.
+#[derive(Clone)]
+pub struct Caller {
+    number: u64,
+    strangers: Strangers,
+}
+
+impl Caller {
+    /// Notes that the caller has shown the token: its connection stays as long as it likes.
+    pub fn is_known(&self) {
+        forget(&self.strangers, self.number);
+    }
+}
+
+/// Drops what would close a connection.
+fn forget(strangers: &Strangers, number: u64) {
+    let mut strangers = strangers.lock().unwrap_or_else(PoisonError::into_inner);
+    strangers.retain(|(other, _)| *other != number);
+}
+
+impl Connected<IncomingStream<'_, Connections>> for Caller {
+    fn connect_info(stream: IncomingStream<'_, Connections>) -> Self {
+        stream.io().caller.clone()
+    }
+}
+
+impl Listener for Connections {
+    type Io = Connection;
+    type Addr = SocketAddr;
+
+    async fn accept(&mut self) -> (Connection, SocketAddr) {
+        let (stream, address) = Listener::accept(&mut self.listener).await;
+        self.accepted += 1;
+        let (close, closed) = channel();
+        let caller = Caller {
+            number: self.accepted,
+            strangers: Arc::clone(&self.strangers),
+        };
+        let mut strangers = self
+            .strangers
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        if strangers.len() >= MOST_STRANGERS
+            && let Some((_, close)) = strangers.pop_front()
+        {
+            // A connection that has ended has nothing to be closed.
+            let _ = close.send(());
+        }
+        strangers.push_back((caller.number, close));
+        drop(strangers);
+        let connection = Connection {
+            stream,
+            closed: Some(closed),
+            caller,
+        };
+        (connection, address)
+    }
+
+    fn local_addr(&self) -> io::Result<SocketAddr> {
+        TcpListener::local_addr(&self.listener)
+    }
+}
+
+/// An accepted connection.
+pub struct Connection {
+    stream: TcpStream,
+    /// Told when the connection is to be closed; none once it cannot be told any more.
+    closed: Option<Receiver<()>>,
+    caller: Caller,
+}
+
+impl Drop for Connection {
+    fn drop(&mut self) {
+        forget(&self.caller.strangers, self.caller.number);
+    }
+}
+
+impl Connection {
+    /// Fails where the connection is to be closed.
+    fn check(&mut self, context: &mut Context<'_>) -> io::Result<()> {
+        let Some(closed) = &mut self.closed else {
+            return Ok(());
+        };
+        match Pin::new(closed).poll(context) {
+            Poll::Ready(Ok(())) => Err(io::ErrorKind::ConnectionAborted.into()),
+            Poll::Ready(Err(_)) => {
+                self.closed = None;
+                Ok(())
+            }
+            Poll::Pending => Ok(()),
+        }
+    }
+}
+
+impl AsyncRead for Connection {
+    fn poll_read(
+        mut self: Pin<&mut Self>,
+        context: &mut Context<'_>,
+        buffer: &mut ReadBuf<'_>,
+    ) -> Poll<io::Result<()>> {
+        self.check(context)?;
+        Pin::new(&mut self.stream).poll_read(context, buffer)
+    }
+}
+
+impl AsyncWrite for Connection {
+    fn poll_write(
+        mut self: Pin<&mut Self>,
+        context: &mut Context<'_>,
+        bytes: &[u8],
+    ) -> Poll<io::Result<usize>> {
+        self.check(context)?;
+        Pin::new(&mut self.stream).poll_write(context, bytes)
+    }
+
+    fn poll_flush(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<io::Result<()>> {
+        Pin::new(&mut self.stream).poll_flush(context)
+    }
+
+    fn poll_shutdown(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<io::Result<()>> {
+        Pin::new(&mut self.stream).poll_shutdown(context)
+    }
+}
