@@ -5,7 +5,7 @@
     clippy::type_complexity
 )]
 use acerra_chain::{Control, ImageRequest, Journal, MemorySink, Recording, Scene, prepare};
-use acerra_chain::{clean::CleanOptions, echoes::ImageError};
+use acerra_chain::{clean::CleanOptions, focus::plan::ImageError};
 use acerra_geo::trajectory::{Fix, Frame, TimeOrigin, Trajectory};
 use acerra_imaging::{PlaneGrid, SPEED_OF_LIGHT_M_S};
 use acerra_radar::{Radargram, Samples};
