@@ -1,7 +1,10 @@
 //! Cancellation and progress of a run.
 
 use std::fmt;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
+
+pub use acerra_control::Cancelled;
+use acerra_control::Control as OperationControl;
 
 /// Receives how far a long step has come. Calls come from several threads.
 pub trait Progress: Sync {
@@ -12,11 +15,6 @@ pub trait Progress: Sync {
     /// The step is over.
     fn finish(&self);
 }
-
-/// The caller asked to stop.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("cancelled")]
-pub struct Cancelled;
 
 /// How a caller follows and stops a run. The default does neither.
 ///
@@ -30,21 +28,22 @@ pub struct Cancelled;
 /// ```
 #[derive(Clone, Copy, Default)]
 pub struct Control<'a> {
-    cancel: Option<&'a AtomicBool>,
+    /// Cancels the operations of every step; their progress is reported by the step.
+    operation: OperationControl<'a>,
     progress: Option<&'a dyn Progress>,
 }
 
 impl<'a> Control<'a> {
-    /// The same, cancelled once `flag` is true.
+    /// This control, cancelled once `flag` is true.
     #[must_use]
     pub fn cancelled_by(self, flag: &'a AtomicBool) -> Self {
         Self {
-            cancel: Some(flag),
+            operation: self.operation.cancelled_by(flag),
             ..self
         }
     }
 
-    /// The same, with `progress` told about long steps.
+    /// This control, with long steps reported to `progress`.
     #[must_use]
     pub fn reporting_to(self, progress: &'a dyn Progress) -> Self {
         Self {
@@ -53,55 +52,31 @@ impl<'a> Control<'a> {
         }
     }
 
-    /// The flag that cancels, where there is one.
-    #[must_use]
-    pub fn cancel_flag(&self) -> Option<&'a AtomicBool> {
-        self.cancel
-    }
-
     /// Fails once cancellation was requested.
     ///
     /// # Errors
     /// [`Cancelled`].
     pub fn check(&self) -> Result<(), Cancelled> {
-        match self.cancel {
-            Some(flag) if flag.load(Ordering::Relaxed) => Err(Cancelled),
-            _ => Ok(()),
-        }
+        self.operation.check()
     }
 
-    /// The same cancellation for an operation on a radargram.
-    pub(crate) fn for_radar(&self) -> acerra_radar::Control<'a> {
-        let control = acerra_radar::Control::new();
-        match self.cancel {
-            Some(flag) => control.cancelled_by(flag),
-            None => control,
-        }
-    }
-
-    /// The same cancellation for an imaging operator, with `progress` called as it advances.
+    /// The cancellation of this run for one operation, which reports nothing.
     #[must_use]
-    pub fn for_imaging<'b>(
+    pub fn operation(&self) -> OperationControl<'a> {
+        self.operation
+    }
+
+    /// The cancellation of this run for one operation, with `progress` called as the operation advances.
+    #[must_use]
+    pub fn operation_reporting<'b>(
         &self,
-        progress: &'b (dyn Fn(acerra_imaging::Progress) + Sync),
-    ) -> acerra_imaging::Control<'b>
+        progress: &'b (dyn Fn(acerra_control::Progress) + Sync),
+    ) -> OperationControl<'b>
     where
         'a: 'b,
     {
-        self.silent_imaging().reporting_to(progress)
-    }
-
-    /// The same cancellation for an imaging operator that reports nothing.
-    #[must_use]
-    pub fn silent_imaging<'b>(&self) -> acerra_imaging::Control<'b>
-    where
-        'a: 'b,
-    {
-        let control = acerra_imaging::Control::default();
-        match self.cancel {
-            Some(flag) => control.cancelled_by(flag),
-            None => control,
-        }
+        let operation: OperationControl<'b> = self.operation;
+        operation.reporting_to(progress)
     }
 
     /// A step of `total` units begins.
@@ -129,7 +104,7 @@ impl<'a> Control<'a> {
 impl fmt::Debug for Control<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Control")
-            .field("cancel", &self.cancel)
+            .field("operation", &self.operation)
             .field("progress", &self.progress.map(|_| ..))
             .finish()
     }

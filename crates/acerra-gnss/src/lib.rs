@@ -96,9 +96,9 @@ mod solution;
 mod stations;
 pub mod ubx;
 
+pub use acerra_control::{Control, Progress};
 pub use ambiguity::lambda::{IntegerCandidates, LambdaError, integer_least_squares};
 pub use conf::names::UnknownNameError;
-pub use control::watch::Control;
 pub use file::{GnssFile, read_gnss, read_gnss_near, read_navigation, read_observations};
 pub use observations::join::{JoinRemark, LogPart, join_logs};
 pub use observations::observation::{

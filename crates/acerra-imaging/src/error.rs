@@ -71,3 +71,9 @@ pub enum ImagingError {
         level: &'static str,
     },
 }
+
+impl From<acerra_control::Cancelled> for ImagingError {
+    fn from(_: acerra_control::Cancelled) -> Self {
+        Self::Cancelled
+    }
+}

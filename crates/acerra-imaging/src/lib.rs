@@ -73,7 +73,7 @@ pub mod tracks;
 mod vector;
 pub mod volume;
 
-pub use control::{Control, Progress};
+pub use acerra_control::{Control, Progress};
 pub use engine::reference;
 pub use error::ImagingError;
 pub use grid::{ImageGrid, PlaneGrid, SurfaceGrid, TiltedGrid, VolumeGrid};

@@ -1,11 +1,11 @@
 //! Incremental imaging: an image to which pulses are added as they arrive.
 
-use crate::control::Control;
 use crate::error::ImagingError;
 use crate::grid::tilted::TiltedGrid;
 use crate::plan::imaging::ImagingPlan;
 use crate::plan::options::PlanOptions;
 use crate::pulses::Pulses;
+use acerra_control::Control;
 use num_complex::Complex32;
 use rayon::prelude::*;
 

@@ -11,10 +11,10 @@
 //! track beside it.
 
 use crate::checks::{check_finite, check_length, check_positive};
-use crate::control::Control;
 use crate::error::ImagingError;
 use crate::pulses::{Pulses, Spreading};
 use crate::vector::range_m;
+use acerra_control::Control;
 use num_complex::Complex64;
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};

@@ -63,6 +63,12 @@ pub enum InvertError {
     },
 }
 
+impl From<acerra_control::Cancelled> for InvertError {
+    fn from(cancelled: acerra_control::Cancelled) -> Self {
+        Self::Imaging(cancelled.into())
+    }
+}
+
 impl InvertError {
     /// Whether the caller cancelled.
     #[must_use]

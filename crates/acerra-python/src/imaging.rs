@@ -33,7 +33,12 @@ fn adjoint<'py>(
         let pulses = Pulses::new(arrays)?;
         control.start("image", grid.points() * pulses.len() as u64);
         let tell = |progress: Progress| control.at(progress.done);
-        let outcome = image_on(&grid, pulses, &settings.plan, control.for_imaging(&tell));
+        let outcome = image_on(
+            &grid,
+            pulses,
+            &settings.plan,
+            control.operation_reporting(&tell),
+        );
         control.finish();
         outcome
     })?;
@@ -93,7 +98,7 @@ fn promise<'py>(
     let arrays = antennas.with_spectrum(&spectrum, settings.light_speed_m_s)?;
     work::run(py, None, |control| {
         let pulses = Pulses::new(arrays)?;
-        let control = control.silent_imaging();
+        let control = control.operation();
         let (pixels, slices, voxel_bytes) = match &grid {
             Grid::Plane(Plane(g)) => (ImageGrid::from(*g), 1, 0),
             Grid::Tilted(Tilted(g)) => (ImageGrid::from(*g), 1, 0),

@@ -34,7 +34,7 @@ fn measure<'py>(
     work::run(py, None, |control| {
         let view = ImageView::new(image, grid.0)?;
         let pulses = Pulses::new(arrays)?;
-        let control = control.silent_imaging();
+        let control = control.operation();
         Ok(measured_json(&measure_targets_in(&view, &pulses, &options, control)?).to_string())
     })
 }

@@ -64,7 +64,7 @@ impl Modelled<'_> {
             weight: self.weight,
             light_speed_m_s: self.settings.light_speed_m_s,
         })?;
-        let control = control.silent_imaging();
+        let control = control.operation();
         let plan = &self.settings.plan;
         let of_plane = |plane: TiltedGrid, image: &[Complex32]| {
             let operator = Forward::with_control(pulses, plane, plan, control)?;

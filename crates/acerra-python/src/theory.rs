@@ -70,12 +70,7 @@ impl Spread {
     ) -> PyResult<Bound<'py, PyArray2<Complex32>>> {
         let target_m = rows3(&target_m)?;
         let image = work::run(py, None, |control| {
-            Ok(psf_image(
-                &self.0,
-                target_m,
-                grid.0,
-                control.silent_imaging(),
-            )?)
+            Ok(psf_image(&self.0, target_m, grid.0, control.operation())?)
         })?;
         matrix(py, image, grid.0.nx)
     }

@@ -42,7 +42,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     })?;
 
     let options = OffsetOptions::default();
-    let likelihood = offset_likelihood(&radargram, &profile, &options, Control::new())?;
+    let likelihood = offset_likelihood(&radargram, &profile, &options, Control::default())?;
     if let Some(cue) = &likelihood.height {
         println!(
             "height: {:.3} s, delay {:.2} ± {:.2} ns, residual {:.3} ns, {:.0} % strays, {} picks \

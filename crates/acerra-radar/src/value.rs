@@ -2,8 +2,8 @@
 
 use num_complex::{Complex32, Complex64};
 
-use crate::control::Cancelled;
 use crate::radargram::{Radargram, Samples};
+use acerra_control::Cancelled;
 
 /// A stored sample that stages widen to double precision, work on, and narrow again.
 pub(crate) trait Value: Copy + Send + Sync {

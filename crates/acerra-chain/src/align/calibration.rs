@@ -226,7 +226,7 @@ fn common_target(
         window_s: options.window_ns * 1e-9,
         spreading: Spreading::InverseSquare,
     };
-    let cancel = control.silent_imaging();
+    let cancel = control.operation();
     calibrate_on_target(&pulses, &candidates, search, &height, cancel).map_err(
         |error| match error {
             ImagingError::Cancelled => Cancelled.into(),
@@ -268,7 +268,7 @@ fn candidates(
     let options = PlanOptions::default()
         .with_accuracy(1e-2)
         .with_check_pixels(16);
-    let cancel = control.silent_imaging();
+    let cancel = control.operation();
     let plan = match &surface {
         Some(surface) => ImagingPlan::with_control(*pulses, surface, &options, cancel),
         None => ImagingPlan::with_control(*pulses, grid, &options, cancel),

@@ -162,7 +162,7 @@ pub fn by_height_and_motion(
     if let Some(delay_s) = range.delay_s {
         options = options.with_delay_range_s(delay_s);
     }
-    let control = control.for_radar();
+    let control = control.operation();
     let found = offset_likelihood(radargram, &profile, &options, control);
     // What came into view changes the radargram as starts and halts do: they speak alone only where no
     // echo follows the height.

@@ -124,7 +124,7 @@ impl Prepared {
         }
         let weight = vec![1.0; self.aligned.position_m.len()];
         let pulses = self.echoes().pulses(&weight).map_err(refused)?;
-        let imaging = control.silent_imaging();
+        let imaging = control.operation();
         let pixels = &self.scene.pixels;
         let found = match &pixels.surface {
             Some(surface) => {

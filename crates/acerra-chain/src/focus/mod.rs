@@ -341,7 +341,7 @@ impl PlanSummary {
         self.explained.push_str(&plan.report().to_string());
         if plan.contributions() > MIN_CONTRIBUTIONS_TO_ESTIMATE {
             let threads = rayon::current_num_threads();
-            let seconds = plan.estimate_run_time_s(control.silent_imaging());
+            let seconds = plan.estimate_run_time_s(control.operation());
             let line = format!("\nabout {seconds:.2} s on {threads} threads");
             self.explained.push_str(&line);
         }

@@ -74,7 +74,7 @@ pub(crate) fn plan_on<'a>(
     options: &PlanOptions,
     control: &Control<'_>,
 ) -> Result<ImagingPlan<'a>, ImageError> {
-    let control = control.silent_imaging();
+    let control = control.operation();
     match &pixels.surface {
         Some(surface) => ImagingPlan::with_control(pulses, &**surface, options, control),
         None => ImagingPlan::with_control(pulses, pixels.grid, options, control),
@@ -90,7 +90,7 @@ pub(crate) fn run_plan(
     control: &Control<'_>,
 ) -> Result<(), ImageError> {
     let progress = |step: acerra_imaging::Progress| control.at(before + step.done);
-    plan.run(image, control.for_imaging(&progress))
+    plan.run(image, control.operation_reporting(&progress))
         .map_err(refused)
 }
 

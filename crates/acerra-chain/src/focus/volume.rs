@@ -64,7 +64,7 @@ pub(crate) fn image_volume(
         count: volume.nz,
     })?;
     let mut maxima = Maxima::new(volume);
-    let cancel = control.silent_imaging();
+    let cancel = control.operation();
     let run = image_slices(&volume, pulses, options, cancel, |k, _, slice| {
         maxima.add(k, slice);
         control.at(per_slice * (k as u64 + 1));

@@ -69,10 +69,8 @@ pub fn measure(
     let metrics = Metrics::default()
         .with_threshold_db(options.threshold_db)
         .with_max_targets(options.max_targets);
-    measure_targets_in(&view, &pulses, &metrics, control.silent_imaging()).map_err(|error| {
-        match error {
-            ImagingError::Cancelled => MeasureError::Cancelled(Cancelled),
-            error => MeasureError::Targets(error),
-        }
+    measure_targets_in(&view, &pulses, &metrics, control.operation()).map_err(|error| match error {
+        ImagingError::Cancelled => MeasureError::Cancelled(Cancelled),
+        error => MeasureError::Targets(error),
     })
 }

@@ -1,72 +1,11 @@
-//! Following a run from outside: cancellation and progress.
+//! Progress of a run, and whether it is to go on.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use acerra_control::{Control, Progress};
 
 use super::workers::{Permit, Permits};
 use crate::solution::PpkError;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-
-/// How a caller follows a run and stops it; the default does neither.
-///
-/// ```
-/// use acerra_gnss::{Control, Navigation, ObservationData, PpkOptions, process_with};
-/// use std::sync::atomic::AtomicBool;
-/// let stop = AtomicBool::new(false);
-/// let control = Control::default().cancelled_by(&stop);
-/// let empty = ObservationData::default();
-/// let navigation = Navigation::default();
-/// assert!(process_with(&empty, &empty, &navigation, &PpkOptions::default(), control).is_err());
-/// ```
-#[derive(Clone, Copy, Default)]
-pub struct Control<'a> {
-    cancel: Option<&'a AtomicBool>,
-    progress: Option<&'a (dyn Fn(f64) + Sync)>,
-}
-
-impl<'a> Control<'a> {
-    /// The run ends with [`PpkError::Cancelled`] soon after `flag` is set.
-    #[must_use]
-    pub fn cancelled_by(self, flag: &'a AtomicBool) -> Self {
-        Self {
-            cancel: Some(flag),
-            ..self
-        }
-    }
-
-    /// `report` is called with the share of the work done, 0 to 1, from whichever thread does it.
-    #[must_use]
-    pub fn reporting_to(self, report: &'a (dyn Fn(f64) + Sync)) -> Self {
-        Self {
-            progress: Some(report),
-            ..self
-        }
-    }
-}
-
-impl Control<'_> {
-    /// As this one, without reports of progress.
-    pub(crate) fn silent(self) -> Self {
-        Self {
-            progress: None,
-            ..self
-        }
-    }
-
-    /// An error where the run is to end.
-    pub(crate) fn check(self) -> Result<(), PpkError> {
-        match self.cancel {
-            Some(flag) if flag.load(Ordering::Relaxed) => Err(PpkError::Cancelled),
-            _ => Ok(()),
-        }
-    }
-}
-
-impl std::fmt::Debug for Control<'_> {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Control")
-            .field("cancel", &self.cancel)
-            .field("progress", &self.progress.map(|_| ..))
-            .finish()
-    }
-}
 
 /// Counts the epochs of a run and asks whether it is to go on.
 pub(crate) struct Watch<'a> {
@@ -108,17 +47,13 @@ impl<'a> Watch<'a> {
 
     /// One more epoch is about to be processed.
     pub(crate) fn one_more(&self) -> Result<(), PpkError> {
-        let cancelled = |flag: &AtomicBool| flag.load(Ordering::Relaxed);
-        if self.control.cancel.is_some_and(cancelled) {
-            return Err(PpkError::Cancelled);
-        }
+        self.control.check()?;
         let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
         // A hundred reports are enough for any display.
         let percent = |n: usize| 100 * n / self.total;
-        if let Some(report) = self.control.progress
-            && percent(done) != percent(done - 1)
-        {
-            report((done as f64 / self.total as f64).min(1.0));
+        if percent(done) != percent(done - 1) {
+            let (done, total) = (done.min(self.total) as u64, self.total as u64);
+            self.control.report(Progress { done, total });
         }
         Ok(())
     }

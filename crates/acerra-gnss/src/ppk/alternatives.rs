@@ -8,11 +8,12 @@
 use super::attempt::Attempt;
 use super::preparation::{Inputs, Preparation};
 use crate::confirm::agreement::Witness;
-use crate::control::watch::{Control, Watch};
+use crate::control::watch::Watch;
 use crate::control::workers::{each, threads};
 use crate::options::{Cn0Mask, PpkOptions};
 use crate::passes::overlay::overlay;
 use crate::solution::{PpkError, PpkWarning};
+use acerra_control::Control;
 
 /// Masks tried (dB-Hz): 5 and 10 dB below 45, the middle of what signals above the elevation mask have
 /// under open sky (40 to 50).

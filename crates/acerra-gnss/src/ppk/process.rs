@@ -3,7 +3,7 @@
 use super::alternatives::better_of;
 use super::attempt::{Attempt, has_witness, passes};
 use super::preparation::{Inputs, Preparation, is_wanted};
-use crate::control::watch::{Control, Watch};
+use crate::control::watch::Watch;
 use crate::filter::epoch_result::EpochResult;
 use crate::observations::observation::ObservationData;
 use crate::observations::signal::FREQUENCY_SLOTS;
@@ -14,6 +14,7 @@ use crate::solution::{
     Solution, TimeSpan, interpolate_events,
 };
 use crate::stations::moving_base::MovedBase;
+use acerra_control::Control;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 

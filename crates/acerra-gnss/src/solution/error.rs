@@ -99,3 +99,9 @@ fn suggestion(own: Option<[f64; 3]>) -> String {
         format!("; its own single-point position is {x:.3} {y:.3} {z:.3} (ECEF, m)")
     })
 }
+
+impl From<acerra_control::Cancelled> for PpkError {
+    fn from(_: acerra_control::Cancelled) -> Self {
+        Self::Cancelled
+    }
+}

@@ -1,6 +1,6 @@
 //! The direct engine: every pulse summed at every pixel.
 
-use crate::control::{Control, Meter};
+use crate::control::Meter;
 use crate::engine::forward::grouped::GroupSpec;
 use crate::engine::polynomials::carrier_polynomials;
 use crate::engine::refracted_table::refracted_table;
@@ -21,6 +21,7 @@ use crate::kernel::level::SimdLevel;
 use crate::kernel::profile::DELAYS;
 use crate::pulses::Spreading;
 use crate::vector::norm;
+use acerra_control::Control;
 use num_complex::{Complex32, Complex64};
 use rayon::prelude::*;
 use std::ops::Range;

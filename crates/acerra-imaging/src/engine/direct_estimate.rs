@@ -2,9 +2,10 @@
 
 use super::direct::Direct;
 use super::weights::WeightedPulses;
-use crate::control::{Control, Meter};
+use crate::control::Meter;
 use crate::grid::image::ImageGrid;
 use crate::sampling::best_of_two;
+use acerra_control::Control;
 use num_complex::Complex32;
 
 /// Contributions of a band that is long enough to be timed.

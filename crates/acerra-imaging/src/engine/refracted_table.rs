@@ -10,11 +10,11 @@ use super::level_law::{Knots, LevelLaw};
 use super::tables::build::{RangeTable, power_of_two_scale};
 use super::tables::spec::TableSpec;
 use super::weights::WeightedPulses;
-use crate::control::Control;
 use crate::error::ImagingError;
 use crate::kernel::level::SimdLevel;
 use crate::kernel::profile::DELAYS;
 use crate::pulses::{Pulses, Spreading};
+use acerra_control::Control;
 use num_complex::Complex64;
 use rayon::prelude::*;
 

@@ -5,12 +5,12 @@ use super::ghost::GhostWindow;
 use super::history::History;
 use super::image::ImageView;
 use super::track::LocalTrack;
-use crate::control::Control;
 use crate::error::ImagingError;
 use crate::kernel::point_spread::Received;
 use crate::psf::cell::Cell;
 use crate::psf::spread::PointSpread;
 use crate::pulses::Pulses;
+use acerra_control::Control;
 use rayon::prelude::*;
 use std::collections::HashMap;
 

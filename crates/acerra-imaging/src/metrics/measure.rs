@@ -12,11 +12,11 @@ use super::statistics::ImageStatistics;
 use super::surroundings::Surroundings;
 use super::target::Target;
 use super::track::LocalTrack;
-use crate::control::Control;
 use crate::error::ImagingError;
 use crate::psf::cell::Cell;
 use crate::psf::spread::PointSpread;
 use crate::pulses::Pulses;
+use acerra_control::Control;
 
 /// Targets and levels of an image.
 #[derive(Clone, Debug, PartialEq)]

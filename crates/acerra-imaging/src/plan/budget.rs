@@ -4,7 +4,6 @@ use super::arrangement::{Arrangements, Target};
 use super::band::effective_band_hz;
 use super::bins::{choose_table, fine_bin_m};
 use super::sample::Sample;
-use crate::control::Control;
 use crate::engine::direct::DirectSpec;
 use crate::engine::factorized::bandwidth::Bandwidths;
 use crate::engine::factorized::cell::Cell;
@@ -21,6 +20,7 @@ use crate::kernel::direct::job::Shape;
 use crate::kernel::level::SimdLevel;
 use crate::kernel::merge::{MOST_SAMPLES, MOST_TAPS, TAPS};
 use crate::pulses::Pulses;
+use acerra_control::Control;
 
 /// Share of the accuracy that interpolation over uneven ground may take: that of a plane's axes together.
 const ALLOWED_TO_RELIEF: f64 = 0.6;

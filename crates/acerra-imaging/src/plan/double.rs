@@ -6,10 +6,10 @@ use super::operator::{DoublePlan, margin};
 use super::planner::next_share;
 use super::report::DoubleChoice;
 use super::request::Request;
-use crate::control::Control;
 use crate::engine::double::DoubleTables;
 use crate::engine::tables::fit_error::FitErrors;
 use crate::error::ImagingError;
+use acerra_control::Control;
 
 /// Plans that are tried.
 const ATTEMPTS: usize = 3;

@@ -2,10 +2,11 @@
 
 use super::imaging::ImagingPlan;
 use super::planner::Method;
-use crate::control::{Control, Meter};
+use crate::control::Meter;
 use crate::engine::double::DoubleTables;
 use crate::kernel::profile::DELAYS;
 use crate::sampling::{Random, best_of_two};
+use acerra_control::Control;
 use num_complex::Complex32;
 
 /// Contributions below which the whole image is computed to time it.

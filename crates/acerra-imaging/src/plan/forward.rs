@@ -13,7 +13,7 @@ use super::planner::{Method, Planner};
 use super::report::{OperatorKind, PathShares, PlanReport};
 use super::request::Request;
 use crate::checks::check_length;
-use crate::control::{Control, Meter};
+use crate::control::Meter;
 use crate::engine::batches::Piece;
 use crate::engine::direct::DirectSpec;
 use crate::engine::factorized::aperture::partition_aperture;
@@ -28,6 +28,7 @@ use crate::grid::image::ImageGrid;
 use crate::grid::tilted::TiltedGrid;
 use crate::kernel::direct::job::Shape;
 use crate::pulses::Pulses;
+use acerra_control::Control;
 use num_complex::{Complex32, Complex64};
 use rayon::prelude::*;
 use std::convert::Infallible;
@@ -161,7 +162,7 @@ impl<'a> Forward<'a> {
         spectrum.fill(Complex64::ZERO);
         let image = (self.request.grid.plane(), image);
         self.add(&self.all(), image, Echo::Spectra(spectrum), &meter);
-        control.check()
+        Ok(control.check()?)
     }
 
     /// Compares a slice at some places, seen by one of `pulses` each, which are made of whole [`Forward::units`].

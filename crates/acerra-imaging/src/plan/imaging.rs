@@ -9,7 +9,7 @@ use super::planner::{Method, Planner};
 use super::report::{OperatorKind, PathShares, PlanReport};
 use super::request::Request;
 use crate::checks::check_length;
-use crate::control::{Control, Meter};
+use crate::control::Meter;
 use crate::engine::batches::{Division, Imager, Piece, TableEngine};
 use crate::engine::direct::{Direct, DirectSpec};
 use crate::engine::double::{DoubleTables, image_by_rows};
@@ -18,6 +18,7 @@ use crate::engine::weights::WeightedPulses;
 use crate::error::ImagingError;
 use crate::grid::image::ImageGrid;
 use crate::pulses::Pulses;
+use acerra_control::Control;
 use num_complex::Complex32;
 use std::fmt;
 
@@ -175,7 +176,7 @@ impl<'a> ImagingPlan<'a> {
                 echoes.adjoint_at(points_m, || meter.is_cancelled())
             }),
         }
-        control.check()
+        Ok(control.check()?)
     }
 
     /// Drops the tables: every run builds them anew, with the weights that it is given.

@@ -3,11 +3,11 @@
 use super::options::SelfCheck;
 use super::report::{DoubleChoice, OperatorKind, PathShares};
 use super::request::Request;
-use crate::control::Control;
 use crate::engine::batches::Piece;
 use crate::engine::direct::DirectSpec;
 use crate::engine::factorized::spec::FactorizedSpec;
 use crate::error::ImagingError;
+use acerra_control::Control;
 
 /// A segment of the aperture: its partition, and the tables of its sub-apertures.
 pub(crate) type Segment = Piece<(FactorizedSpec, DirectSpec)>;

@@ -4,7 +4,6 @@ use super::budget::{Budget, FactorizedBudget};
 use super::operator::{Operator, Segment};
 use super::report::{FactorizedChoice, ShorterChoice};
 use super::request::Request;
-use crate::control::Control;
 use crate::engine::batches::Piece;
 use crate::engine::factorized::cell::Cell;
 use crate::engine::factorized::segments::segments;
@@ -12,6 +11,7 @@ use crate::error::ImagingError;
 use crate::grid::roughness::Roughness;
 use crate::grid::tilted::TiltedGrid;
 use crate::kernel::level::SimdLevel;
+use acerra_control::Control;
 use std::ops::Range;
 
 /// Segments must cost less than this share of the dearest of them for all pulses.

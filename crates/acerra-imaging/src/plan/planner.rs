@@ -7,10 +7,10 @@ use super::options::{Engine, SelfCheck};
 use super::partitions::{Partition, mean_costs, partitions};
 use super::report::{Decision, DirectChoice, PlanReport};
 use super::request::{Propagation, Request};
-use crate::control::Control;
 use crate::engine::batches::Piece;
 use crate::error::ImagingError;
 use crate::kernel::level::SimdLevel;
+use acerra_control::Control;
 
 /// Below this relative error single precision does not suffice and the reference itself is run.
 pub(super) const SINGLE_PRECISION_FLOOR: f64 = 4e-6;

@@ -3,13 +3,13 @@
 use num_complex::Complex32;
 
 use super::spread::PointSpread;
-use crate::control::Control;
 use crate::engine::reference::{Scatterer, forward};
 use crate::error::ImagingError;
 use crate::grid::plane::PlaneGrid;
 use crate::plan::imaging::image;
 use crate::plan::options::PlanOptions;
 use crate::pulses::{PulseArrays, Pulses, Spreading};
+use acerra_control::Control;
 use num_complex::Complex64;
 
 /// The image of unit points at `target_m` on `grid`, row-major `[ny, nx]`: the data of Eq. (4),

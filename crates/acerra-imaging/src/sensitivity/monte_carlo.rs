@@ -9,10 +9,10 @@ use super::criteria::{CUT_CELLS, CUT_POINTS, half_power_width};
 use super::geometry::{View, dot};
 use super::model::ErrorModel;
 use super::normal::Normal;
-use crate::control::Control;
 use crate::error::ImagingError;
 use crate::metrics::field::{Field, climb_to_peak};
 use crate::psf::spread::PointSpread;
+use acerra_control::Control;
 
 /// A value with the bounds of its 95 % confidence interval.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]

@@ -1,7 +1,7 @@
 //! The forward operator of volumes.
 
 use crate::checks::check_length;
-use crate::control::{Control, Meter};
+use crate::control::Meter;
 use crate::engine::forward::filling::Echo;
 use crate::error::ImagingError;
 use crate::grid::volume::VolumeGrid;
@@ -11,6 +11,7 @@ use crate::plan::report::PlanReport;
 use crate::plan::slices::forward::{Shared, SlicesForward};
 use crate::plan::slices::groups::groups;
 use crate::pulses::Pulses;
+use acerra_control::Control;
 use num_complex::{Complex32, Complex64};
 use std::fmt;
 use std::ops::Range;

@@ -1,6 +1,5 @@
 //! Images of volumes.
 
-use crate::control::{Control, Progress};
 use crate::error::ImagingError;
 use crate::grid::plane::PlaneGrid;
 use crate::grid::volume::VolumeGrid;
@@ -10,6 +9,7 @@ use crate::plan::report::PlanReport;
 use crate::plan::slices::groups::groups;
 use crate::plan::slices::plan::SlicesPlan;
 use crate::pulses::Pulses;
+use acerra_control::{Control, Progress};
 use num_complex::Complex32;
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};

@@ -10,8 +10,8 @@ use rayon::prelude::*;
 use super::AlignError;
 use super::profile::REACH;
 use crate::clean::{Background, crest, envelope, remove_background};
-use crate::control::Control;
 use crate::radargram::Radargram;
+use acerra_control::Control;
 
 /// Ridges followed.
 const RIDGES: usize = 4;

@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use crate::control::Cancelled;
+use acerra_control::Cancelled;
 
 /// Why no offset could be found.
 #[derive(Debug, Clone, PartialEq, Error)]

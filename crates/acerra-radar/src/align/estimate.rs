@@ -8,8 +8,8 @@ use super::profile::STEP_S;
 use super::sharpness::{Scored, SharpnessCue, offsets_about};
 use super::surface::surface_at;
 use super::{AlignError, FlightProfile, activity};
-use crate::control::Control;
 use crate::radargram::Radargram;
+use acerra_control::Control;
 
 /// Products of picks and offsets that are evaluated at most in one pass.
 const LARGEST_PASS: usize = 40_000_000;
@@ -155,15 +155,12 @@ pub fn offset_likelihood(
                 traces,
             };
             let found = ridges(radargram, search, control)?;
-            control.report(0.3);
             height_cues(&found, profile, grid, control)?
         }
         None => Vec::new(),
     };
-    control.report(0.8);
     let (time_s, change) = thinned_change(radargram, traces);
     let motion = motion_cue((&time_s, &change), profile, grid, control)?;
-    control.report(1.0);
     combined(heights, motion, grid, options)
 }
 

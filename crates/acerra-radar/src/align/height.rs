@@ -13,8 +13,8 @@ use super::curve::LikelihoodCurve;
 use super::echo::Ridge;
 use super::noise::{correlation_length, variance_inflation};
 use super::{AlignError, FlightProfile};
-use crate::control::Control;
 use crate::quality::median;
+use acerra_control::Control;
 
 /// What residuals are taken for at first: an error of 3 cm, every fifth a stray.
 const TYPICAL: Mixture = Mixture {

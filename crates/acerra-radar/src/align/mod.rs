@@ -38,7 +38,7 @@
 //! let radargram = Radargram::new(time_s.clone(), 20e-9, 61e-12, Samples::Real(samples.collect()))?;
 //!
 //! let likelihood =
-//!     offset_likelihood(&radargram, &profile, &OffsetOptions::default(), Control::new())?;
+//!     offset_likelihood(&radargram, &profile, &OffsetOptions::default(), Control::default())?;
 //! let (offset_s, _) = likelihood.total.best();
 //! assert!((offset_s - 7.3).abs() < 0.02);
 //! // `likelihood.decide()` states the offset with its deviation and the delay, or says why not.

@@ -14,7 +14,7 @@ use super::height::Grid;
 use super::noise::correlation_length;
 use super::profile::AT_REST;
 use super::{AlignError, FlightProfile};
-use crate::control::Control;
+use acerra_control::Control;
 
 /// Upper ends of the classes of speed, as shares of the speed that is exceeded in one twentieth of
 /// the time; the first class is at rest.

@@ -8,9 +8,9 @@ use rayon::prelude::*;
 
 use super::CleanError;
 use super::components::remove_components;
-use crate::control::{Cancelled, Control};
 use crate::radargram::Radargram;
 use crate::value::{InPlace, Shape, Value, in_place};
+use acerra_control::{Cancelled, Control};
 
 /// Ways of estimating the background. It is estimated over the traces of the radargram given:
 /// select traces first.
@@ -100,7 +100,7 @@ pub fn remove_background(
     radargram: Radargram,
     background: Background,
 ) -> Result<Radargram, CleanError> {
-    remove_background_with(radargram, background, Control::new())
+    remove_background_with(radargram, background, Control::default())
 }
 
 /// The same, stopped on request; medians and principal components report their progress.
@@ -245,7 +245,6 @@ impl InPlace for Sliding<'_> {
         for (i, out) in samples.chunks_exact_mut(n).enumerate() {
             if i % 64 == 0 {
                 self.control.check()?;
-                self.control.report(i as f64 / traces as f64);
             }
             let wanted = i.saturating_sub(self.half)..(i + self.half + 1).min(traces);
             for enters in held.end..wanted.end {

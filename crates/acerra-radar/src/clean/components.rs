@@ -8,8 +8,8 @@ use nalgebra::{Complex, DMatrix};
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-use crate::control::{Cancelled, Control};
 use crate::value::Value;
+use acerra_control::{Cancelled, Control};
 
 /// Columns beyond those wanted, for speed of convergence.
 const EXTRA: usize = 6;
@@ -27,9 +27,8 @@ pub(super) fn remove_components<V: Value>(
     let columns = (components + EXTRA).min(traces).min(n);
     let mut basis = start(traces, columns);
     let mut before = 0.0;
-    for iteration in 0..ITERATIONS {
+    for _ in 0..ITERATIONS {
         control.check()?;
-        control.report(iteration as f64 / ITERATIONS as f64);
         let strength: f64 = orthonormalise(&mut basis).iter().take(components).sum();
         if (strength - before).abs() <= CONVERGED * strength {
             break;

@@ -6,9 +6,9 @@ use rayon::prelude::*;
 
 use super::{CleanError, check_heights};
 use crate::constants::two_way_delay_s;
-use crate::control::Cancelled;
 use crate::radargram::Radargram;
 use crate::value::{InPlace, Shape, Value, in_place};
+use acerra_control::Cancelled;
 
 /// An interval of fast time relative to 2h/c, with raised-cosine edges.
 ///

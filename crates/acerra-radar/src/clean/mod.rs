@@ -15,7 +15,7 @@ mod zero_timing;
 
 use thiserror::Error;
 
-use crate::control::Cancelled;
+use acerra_control::Cancelled;
 
 pub use background::{Background, UnknownBackground, remove_background, remove_background_with};
 pub use background_gain::BackgroundGain;

@@ -10,9 +10,9 @@ use rayon::prelude::*;
 use rustfft::FftPlanner;
 
 use super::CleanError;
-use crate::control::{Cancelled, Control};
 use crate::radargram::Radargram;
 use crate::spectrum::Spectrum;
+use acerra_control::{Cancelled, Control};
 
 /// Departure from even spacing, in steps, up to which frequencies count as evenly spaced. Over
 /// 100 ns a departure of 1e−9 of a 5 MHz step is 3e−9 rad.
@@ -36,7 +36,7 @@ const EVEN: f64 = 1e-9;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn spectrum_at(radargram: &Radargram, frequency_hz: &[f64]) -> Result<Spectrum, CleanError> {
-    spectrum_at_with(radargram, frequency_hz, Control::new())
+    spectrum_at_with(radargram, frequency_hz, Control::default())
 }
 
 /// The same, stopped on request.
@@ -65,7 +65,7 @@ pub fn spectrum_by_direct_sum(
     frequency_hz: &[f64],
 ) -> Result<Spectrum, CleanError> {
     check(radargram, frequency_hz)?;
-    let values = direct(radargram, frequency_hz, Control::new())?;
+    let values = direct(radargram, frequency_hz, Control::default())?;
     Ok(finish(radargram, frequency_hz, values))
 }
 

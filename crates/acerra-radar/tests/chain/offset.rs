@@ -128,7 +128,7 @@ fn likelihood(radargram: &Radargram, profile: &FlightProfile) -> OffsetLikelihoo
         radargram,
         profile,
         &OffsetOptions::default(),
-        Control::new(),
+        Control::default(),
     )
     .unwrap()
 }
@@ -254,7 +254,7 @@ fn a_flight_without_information_is_refused() {
     })
     .unwrap();
     let options = OffsetOptions::default();
-    let refused = offset_likelihood(&record, &level, &options, Control::new())
+    let refused = offset_likelihood(&record, &level, &options, Control::default())
         .and_then(|l| l.decide())
         .unwrap_err();
     assert!(
@@ -265,9 +265,14 @@ fn a_flight_without_information_is_refused() {
         "{refused}"
     );
     // The trajectory climbs and lands, but not while the radar runs.
-    let refused = offset_likelihood(&record, &flight.profile(|_| 0.0), &options, Control::new())
-        .and_then(|l| l.decide())
-        .unwrap_err();
+    let refused = offset_likelihood(
+        &record,
+        &flight.profile(|_| 0.0),
+        &options,
+        Control::default(),
+    )
+    .and_then(|l| l.decide())
+    .unwrap_err();
     assert!(
         matches!(
             refused,
@@ -288,7 +293,7 @@ fn a_flight_that_repeats_itself_is_refused_and_stamps_or_images_decide() {
     })
     .unwrap();
     let options = OffsetOptions::default();
-    let both = offset_likelihood(&record, &twice, &options, Control::new()).unwrap();
+    let both = offset_likelihood(&record, &twice, &options, Control::default()).unwrap();
     assert!(both.candidates.len() >= 2, "{:?}", both.candidates);
     match both.decide() {
         Err(AlignError::Ambiguous {
@@ -306,7 +311,7 @@ fn a_flight_that_repeats_itself_is_refused_and_stamps_or_images_decide() {
         sigma_s: 3.0,
     };
     let stamped = options.with_prior(prior);
-    let found = offset_likelihood(&record, &twice, &stamped, Control::new())
+    let found = offset_likelihood(&record, &twice, &stamped, Control::default())
         .and_then(|l| l.decide())
         .unwrap();
     assert!((found.offset_s - 60.0).abs() < 0.15, "{}", found.offset_s);
@@ -327,7 +332,7 @@ fn it_can_be_stopped() {
     let flight = Flight::new(&mut noise, 0.06);
     let record = flight.record(60.0, 10.0, &mut noise);
     let stop = AtomicBool::new(true);
-    let control = Control::new().cancelled_by(&stop);
+    let control = Control::default().cancelled_by(&stop);
     let options = OffsetOptions::default();
     assert!(matches!(
         offset_likelihood(&record, &flight.profile(|_| 0.0), &options, control),

@@ -182,7 +182,7 @@ impl Survey<'_> {
         let setting = self.setting(&operator, &weight, noise, request);
         control.start("invert", options.max_iterations() as u64);
         let progress = steps(control);
-        let imaging = control.for_imaging(&progress);
+        let imaging = control.operation_reporting(&progress);
         let solved = solve(&setting, &data, None, imaging)?;
         let image = narrow(&solved.scene);
         let resolution = if request.pixels.volume.is_some() {
@@ -247,7 +247,12 @@ impl Survey<'_> {
         let iterations = request.options.inversion.max_iterations();
         control.start("invert", iterations as u64);
         let progress = steps(control);
-        let (solved, mut scenes) = sparse(&setting, &tracks, None, control.for_imaging(&progress))?;
+        let (solved, mut scenes) = sparse(
+            &setting,
+            &tracks,
+            None,
+            control.operation_reporting(&progress),
+        )?;
         control.finish();
         let mut power = vec![0.0_f64; request.pixels.grid.len()];
         for (scene, even) in scenes.iter_mut().zip(&even) {
@@ -362,6 +367,6 @@ fn operator_on<'a>(
         data,
         ground,
         options,
-        control.silent_imaging(),
+        control.operation(),
     )?)
 }

@@ -5,12 +5,13 @@ use super::coarse_rows::{CoarseRows, Counter};
 use super::heights::CoarseGround;
 use super::merged::{Factorized, Source};
 use super::merging::CoarseImage;
-use crate::control::{Control, Meter};
+use crate::control::Meter;
 use crate::engine::direct::Direct;
 use crate::engine::planar::padded;
 use crate::engine::weights::WeightedPulses;
 use crate::grid::image::Patch;
 use crate::sampling::{Random, best_of_two};
+use acerra_control::Control;
 use num_complex::Complex32;
 use rayon::prelude::*;
 

@@ -3,7 +3,6 @@
 use super::cell::Cell;
 use super::heights::SortedHeights;
 use super::lattice::Lattice;
-use crate::control::Control;
 use crate::engine::planar::padded;
 use crate::grid::image::Patch;
 use crate::grid::relief::Relief;
@@ -11,6 +10,7 @@ use crate::grid::tilted::TiltedGrid;
 use crate::kernel::dispatch::dispatch;
 use crate::kernel::level::SimdLevel;
 use crate::kernel::merge::{MOST_REACH, MergeAcross, MergeRow, merge_across, merge_row};
+use acerra_control::Control;
 
 /// A sub-aperture's coarse image without the carrier's phase of the range to its centre, real and imaginary: rows of
 /// [`padded`] numbers, of which the first samples of all cells stand side by side, then the second ones, and so on.

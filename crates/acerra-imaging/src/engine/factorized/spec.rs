@@ -5,7 +5,6 @@ use super::bandwidth::{Bandwidths, bandwidth_per_m};
 use super::cell::Cell;
 use super::coarse::Coarse;
 use super::interpolation::{TOO_FAST, widest_band, worst_error};
-use crate::control::Control;
 use crate::error::ImagingError;
 use crate::grid::image::ImageGrid;
 use crate::grid::terrain::Terrain;
@@ -13,6 +12,7 @@ use crate::grid::tilted::TiltedGrid;
 use crate::kernel::merge::TAPS;
 use crate::pulses::Pulses;
 use crate::vector::norm;
+use acerra_control::Control;
 use std::ops::Range;
 
 /// Pulses of sub-apertures that are considered.

@@ -6,10 +6,10 @@
 
 use super::aperture::{divided, partition_aperture};
 use super::spec::{COUNTS, Demand, FactorizedSpec, Stage, Way, share};
-use crate::control::Control;
 use crate::error::ImagingError;
 use crate::grid::tilted::TiltedGrid;
 use crate::pulses::Pulses;
+use acerra_control::Control;
 
 /// Vector operations of an image below which a second stage is not searched for.
 const WORTH_SEARCHING: f64 = 1e8;

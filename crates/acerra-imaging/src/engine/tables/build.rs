@@ -11,12 +11,12 @@
 
 use super::phases::{BinPhases, Row};
 use super::spec::TableSpec;
-use crate::control::Control;
 use crate::engine::planar::padded;
 use crate::engine::weights::Weights;
 use crate::error::ImagingError;
 use crate::kernel::direct::job::TableView;
 use crate::pulses::{Pulses, Spreading};
+use acerra_control::Control;
 use num_complex::Complex64;
 use rayon::prelude::*;
 use rustfft::FftPlanner;

@@ -1,8 +1,8 @@
 //! Inputs and sizes of the direct kernel.
 
-use crate::control::Control;
 use crate::kernel::cosine_power::CosinePower;
 use crate::kernel::profile::DELAYS;
+use acerra_control::Control;
 use num_complex::Complex64;
 use std::ops::Range;
 

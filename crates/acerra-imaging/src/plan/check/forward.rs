@@ -1,7 +1,7 @@
 //! Self-check of the forward operator: spectra of random pixels at random places.
 
 use super::places::{Deviation, MOST_PATCHES, judged, patches};
-use crate::control::{Control, Meter};
+use crate::control::Meter;
 use crate::engine::weights::WeightedPulses;
 use crate::error::ImagingError;
 use crate::grid::image::ImageGrid;
@@ -9,6 +9,7 @@ use crate::grid::tilted::TiltedGrid;
 use crate::plan::options::SelfCheck;
 use crate::plan::request::Request;
 use crate::sampling::Random;
+use acerra_control::Control;
 use num_complex::{Complex32, Complex64};
 use rayon::prelude::*;
 use std::ops::Range;

@@ -1,7 +1,6 @@
 //! Self-checks of imaging: pixels at random places.
 
 use super::places::{Deviation, Place, brightest, judged_apart, patches};
-use crate::control::Control;
 use crate::engine::batches::Imager;
 use crate::engine::direct::Direct;
 use crate::engine::double::DoubleTables;
@@ -15,6 +14,7 @@ use crate::plan::options::SelfCheck;
 use crate::plan::report::PathShares;
 use crate::plan::request::Request;
 use crate::sampling::Random;
+use acerra_control::Control;
 use num_complex::{Complex32, Complex64};
 
 /// Double-precision contributions (frequency × pulse) that a check may spend.

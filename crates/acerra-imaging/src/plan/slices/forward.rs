@@ -5,13 +5,14 @@ use super::super::options::{Engine, PlanOptions, SelfCheck};
 use super::super::planner::{SINGLE_PRECISION_FLOOR, next_share};
 use super::super::request::Request;
 use super::groups::nearest_slice;
-use crate::control::{Control, Meter};
+use crate::control::Meter;
 use crate::engine::forward::direct::DirectForward;
 use crate::engine::forward::filling::Echo;
 use crate::error::ImagingError;
 use crate::grid::tilted::TiltedGrid;
 use crate::grid::volume::VolumeGrid;
 use crate::pulses::Pulses;
+use acerra_control::Control;
 use num_complex::{Complex32, Complex64};
 use std::ops::Range;
 

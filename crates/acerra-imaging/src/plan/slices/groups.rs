@@ -10,12 +10,12 @@ use super::super::options::{Engine, PlanOptions};
 use super::super::partitions::{mean_costs, partitions};
 use super::super::request::Request;
 use super::super::sample::Sample;
-use crate::control::Control;
 use crate::error::ImagingError;
 use crate::grid::terrain::Terrain;
 use crate::grid::tilted::TiltedGrid;
 use crate::grid::volume::VolumeGrid;
 use crate::pulses::{Pulses, Spreading};
+use acerra_control::Control;
 use std::ops::Range;
 
 /// Vector operations that take as long as making a plan and its tables.

@@ -7,13 +7,13 @@ use super::super::report::{Decision, PlanReport};
 use super::super::request::Request;
 use super::groups::nearest_slice;
 use super::proof::Proof;
-use crate::control::Control;
 use crate::engine::weights::{WeightedPulses, Weights};
 use crate::error::ImagingError;
 use crate::grid::image::ImageGrid;
 use crate::grid::tilted::TiltedGrid;
 use crate::grid::volume::VolumeGrid;
 use crate::pulses::Pulses;
+use acerra_control::Control;
 use num_complex::Complex32;
 use std::ops::Range;
 

@@ -16,11 +16,11 @@ use super::super::check::imaging::{Pixel, ROUNDING_BELOW, deviations, least_pixe
 use super::super::check::places::{Deviation, brightest, judged};
 use super::super::options::SelfCheck;
 use super::super::request::Request;
-use crate::control::Control;
 use crate::engine::weights::WeightedPulses;
 use crate::error::ImagingError;
 use crate::grid::image::ImageGrid;
 use crate::sampling::Random;
+use acerra_control::Control;
 use num_complex::Complex32;
 use std::collections::VecDeque;
 
