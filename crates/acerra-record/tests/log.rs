@@ -95,6 +95,35 @@ fn an_existing_log_is_not_overwritten_and_a_torn_end_is_cut() {
     assert_eq!(damage.torn_bytes, 0);
 }
 
+/// A file of nothing but marks, each of which claims a megabyte, is given up before the work grows with its square.
+#[test]
+fn marks_without_records_are_given_up() {
+    let mut mark = b"AcRf\x02\0\0\0".to_vec();
+    mark.extend(1_000_000_u32.to_le_bytes());
+    mark.extend([0; 8]);
+    let mut bytes = log(&[record(0)]);
+    bytes.extend(mark.repeat(10_000_000 / mark.len()));
+    let mut reader = LogReader::new(&bytes[..]).unwrap();
+    assert_eq!(reader.next_record().unwrap(), Some(record(0)));
+    let error = reader.next_record().unwrap_err().to_string();
+    assert!(error.contains("checksums do not fit"), "{error}");
+    assert!(reader.vain_bytes() < (4 << 30) + (2 << 20));
+    // Damage in every record costs their lengths, and what damaged lengths claim.
+    let records: Vec<Record> = (0..1000).map(record).collect();
+    let mut bytes = log(&records);
+    let length = bytes.len() as u64;
+    for at in (100..bytes.len()).step_by(90) {
+        bytes[at] ^= 1;
+    }
+    let mut reader = LogReader::new(&bytes[..]).unwrap();
+    while reader.next_record().unwrap().is_some() {}
+    assert!(
+        reader.vain_bytes() < 200 * length,
+        "{}",
+        reader.vain_bytes()
+    );
+}
+
 #[test]
 fn a_log_has_one_writer_at_a_time() {
     let folder = tempfile::tempdir().unwrap();

@@ -129,6 +129,17 @@ impl Record {
     }
 }
 
+/// Bytes whose checksum [`Record::decode`] computes of what begins here: none where no record can begin.
+pub(super) fn checked_bytes(bytes: &[u8]) -> usize {
+    let Some(head) = bytes.first_chunk::<HEAD_BYTES>() else {
+        return 0;
+    };
+    let length = u32::from_le_bytes([head[8], head[9], head[10], head[11]]) as usize;
+    let whole = HEAD_BYTES + length + CRC_BYTES;
+    let is_checked = head.starts_with(&MARK) && length <= MAX_PAYLOAD_BYTES && whole <= bytes.len();
+    if is_checked { whole } else { 0 }
+}
+
 /// Reads up to `wanted` bytes more into `buffer`; fewer at the end.
 pub(super) fn read_more(
     reader: &mut impl Read,

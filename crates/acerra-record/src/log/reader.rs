@@ -4,10 +4,16 @@ use std::io::{self, Read};
 
 use thiserror::Error;
 
-use super::frame::{HEAD_BYTES, LOG_SIGNATURE, MARK, MAX_PAYLOAD_BYTES, Record, read_more};
+use super::frame::{
+    HEAD_BYTES, LOG_SIGNATURE, MARK, MAX_PAYLOAD_BYTES, Record, checked_bytes, read_more,
+};
 
 /// Bytes read at once; a whole record fits.
 const CHUNK_BYTES: usize = 2 * MAX_PAYLOAD_BYTES;
+
+/// Bytes that are checked in vain before a log is given up: thousands of damaged records claim no more together, while
+/// a file made of marks would be checked a megabyte a mark.
+const MOST_VAIN_BYTES: u64 = 4 << 30;
 
 /// Why a log cannot be read at all.
 #[derive(Debug, Error)]
@@ -45,6 +51,8 @@ pub struct LogReader<R> {
     sound_until: u64,
     offset: u64,
     damage: LogDamage,
+    /// Bytes of checksums that did not fit.
+    vain_bytes: u64,
 }
 
 impl<R: Read> LogReader<R> {
@@ -66,7 +74,14 @@ impl<R: Read> LogReader<R> {
             sound_until: found.len() as u64,
             offset: found.len() as u64,
             damage: LogDamage::default(),
+            vain_bytes: 0,
         })
+    }
+
+    /// Bytes of checksums that did not fit: what damage costs, at most 4 GiB.
+    #[must_use]
+    pub fn vain_bytes(&self) -> u64 {
+        self.vain_bytes
     }
 
     /// What was met that is no record; complete once the records are through.
@@ -84,7 +99,7 @@ impl<R: Read> LogReader<R> {
     /// The next sound record; `None` at the end.
     ///
     /// # Errors
-    /// If the input fails.
+    /// If the input fails, or is made of marks of records that are none.
     pub fn next_record(&mut self) -> io::Result<Option<Record>> {
         let mut skipped = 0_u64;
         loop {
@@ -102,6 +117,16 @@ impl<R: Read> LogReader<R> {
             if rest.is_empty() {
                 self.damage.torn_bytes = skipped;
                 return Ok(None);
+            }
+            self.vain_bytes += checked_bytes(rest) as u64;
+            if self.vain_bytes > MOST_VAIN_BYTES {
+                return Err(io::Error::new(
+                    io::ErrorKind::InvalidData,
+                    format!(
+                        "byte {}: expected records, found marks of records whose checksums do not fit",
+                        self.offset
+                    ),
+                ));
             }
             // Damage: on to the next mark.
             let next = rest[1..].windows(MARK.len()).position(|w| w == MARK);
