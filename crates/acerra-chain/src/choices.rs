@@ -230,6 +230,8 @@ pub enum Background {
     Mean,
     /// Their median, sample by sample.
     Median,
+    /// The mean, and the echo of the surface wherever the height puts it: both at once, with `[ground]` the default.
+    Surface,
     /// Nothing.
     None,
     /// The mean of a window of so many traces about each trace.
@@ -258,6 +260,7 @@ impl<'de> Deserialize<'de> for Background {
         match &value {
             Value::String(word) if word == "mean" => return Ok(Self::Mean),
             Value::String(word) if word == "median" => return Ok(Self::Median),
+            Value::String(word) if word == "surface" => return Ok(Self::Surface),
             Value::String(word) if word == "none" => return Ok(Self::None),
             _ => {}
         }
@@ -268,7 +271,7 @@ impl<'de> Deserialize<'de> for Background {
             return Ok(Self::Components { components });
         }
         Err(Error::custom(format!(
-            "expected \"mean\", \"median\", \"none\", {{ window = TRACES }} or \
+            "expected \"mean\", \"median\", \"surface\", \"none\", {{ window = TRACES }} or \
              {{ components = COUNT }} with a count above 0; found {value}"
         )))
     }

@@ -169,7 +169,7 @@ pub fn prepare(
         let mut echoes = Vec::new();
         for (recording, clocked) in recordings.into_iter().zip(clocked) {
             control.check()?;
-            let (track, own) = clean_track(&recording, clocked, warnings)?;
+            let (track, own) = clean_track(&recording, &scene, clocked, warnings)?;
             tracks.push(track);
             echoes.push(own);
         }
@@ -196,7 +196,7 @@ pub fn prepare_as_stated(
         control.check()?;
         let flight = flight_of(recording, &scene);
         let clocked = place_as_stated(flight, &recording.options, warnings, control)?;
-        let (track, own) = clean_track(recording, clocked, warnings)?;
+        let (track, own) = clean_track(recording, &scene, clocked, warnings)?;
         tracks.push(track);
         echoes.push(own);
     }
@@ -216,12 +216,14 @@ fn flight_of<'a>(recording: &'a Recording, scene: &'a Scene) -> Flight<'a> {
 /// Cleans a recording whose traces have their places.
 fn clean_track(
     recording: &Recording,
+    scene: &Scene,
     clocked: Clocked,
     warnings: &mut Warnings,
 ) -> Result<(Track, TrackEchoes), ChainError> {
     let cleaned = clean(
         &recording.radar.content,
         &clocked.aligned,
+        scene,
         &clocked.clean,
         warnings,
     )?;

@@ -9,7 +9,7 @@ use acerra_chain::{Control, Journal, MemorySink};
 const TABLES: &str = "
 [preprocess]
 zero_timing = 'none'
-background = 'mean'
+BACKGROUND
 gate_ns = 'none'
 [image]
 band_ghz = [0.5, 2.5]
@@ -33,7 +33,7 @@ fn campaign(file: &Path, tables: &str) -> String {
 
 /// Places (x, z, m) and levels (dB below the strongest pixel) of the strongest pixel within 4 cm of each of `about`.
 fn strongest_near(file: &Path, background: &str, about: &[[f64; 2]]) -> Vec<([f64; 2], f64)> {
-    let tables = TABLES.replace("'mean'", background);
+    let tables = TABLES.replace("BACKGROUND", background);
     let campaign = Campaign::parse(&campaign(file, &tables)).unwrap();
     let prepared = (campaign.survey())
         .prepare(&mut Journal::default(), &Control::default())
@@ -61,9 +61,9 @@ fn strongest_near(file: &Path, background: &str, about: &[[f64; 2]]) -> Vec<([f6
     about.iter().copied().map(near).collect()
 }
 
-/// Two buried metal cylinders, whose places the program's own settings state, are found where they are whichever way
-/// the echo of the surface is removed. The third, of plastic and 15 dB weaker, lies in what a removal leaves of the
-/// surface, as the height of the antennas changes by 8 cm along the line: its depth is printed, not asserted.
+/// Buried cylinders, whose places the program's own settings state: two of metal, and one of plastic, 15 dB weaker. By
+/// default the echo of the surface leaves with the coupling, and the plastic one is found too: its top, as the wave enters
+/// it. With the mean alone, what is left of the surface is stronger than it, as the height changes by 8 cm.
 #[test]
 fn burials_of_a_full_wave_simulation_are_found_where_they_are() {
     let file = Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -72,14 +72,14 @@ fn burials_of_a_full_wave_simulation_are_found_where_they_are() {
         println!("skipped: ../shared/data/burial-2d is absent");
         return;
     }
-    for background in ["'mean'", "{ components = 2 }"] {
-        let about = [[0.6, -0.15], [1.75, -0.25], [1.2, -0.10]];
+    let about = [[0.6, -0.15], [1.75, -0.25], [1.2, -0.10]];
+    for (background, found_there) in [("", 3), ("background = 'mean'", 2)] {
         let found = strongest_near(&file, background, &about);
         println!("{background}: {found:?}");
-        for ([x_m, z_m], ([x, z], level_db)) in about.into_iter().zip(found).take(2) {
+        for ([x_m, z_m], ([x, z], level_db)) in about.into_iter().zip(found).take(found_there) {
             assert!((x - x_m).abs() <= 0.0101, "{background}: {x} {x_m}");
             assert!((z - z_m).abs() <= 0.0151, "{background}: {z} {z_m}");
-            assert!(level_db >= -12.0, "{background}: {level_db}");
+            assert!(level_db >= -16.0, "{background}: {level_db}");
         }
     }
 }
@@ -87,7 +87,10 @@ fn burials_of_a_full_wave_simulation_are_found_where_they_are() {
 #[test]
 fn ground_that_the_command_does_not_know_is_refused() {
     let refused = |from: &str, to: &str| {
-        let text = campaign(Path::new("flight.npz"), &TABLES.replace(from, to));
+        let text = campaign(
+            Path::new("flight.npz"),
+            &TABLES.replace("BACKGROUND", "").replace(from, to),
+        );
         Campaign::parse(&text).unwrap_err().to_string()
     };
     let permittivity = "relative_permittivity = 4.0";

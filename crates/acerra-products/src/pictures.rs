@@ -212,7 +212,7 @@ pub fn radargram_clean(outcome: &Outcome, traces: &CleanedTraces) -> Result<Vec<
 
 /// What was done to the traces that enter the image, in few words.
 fn clean_title(outcome: &Outcome, traces: &CleanedTraces) -> String {
-    let background = !matches!(outcome.campaign.preprocess.background, Background::None);
+    let background = outcome.campaign.background() != Background::None;
     let title = match (background, traces.gate_s.is_some()) {
         (true, true) => "Radargram without background, gated",
         (true, false) => "Radargram without background",

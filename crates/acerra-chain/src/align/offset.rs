@@ -336,7 +336,13 @@ impl Trial<'_> {
         let Ok(aligned) = align(self.flight, self.align, offset_s, unsaid) else {
             return Ok(None);
         };
-        let Ok(cleaned) = clean(self.flight.radar, &aligned, self.clean, unsaid) else {
+        let Ok(cleaned) = clean(
+            self.flight.radar,
+            &aligned,
+            self.flight.scene,
+            self.clean,
+            unsaid,
+        ) else {
             return Ok(None);
         };
         Ok(Some(CleanedAt {

@@ -199,7 +199,13 @@ impl Search {
             ..recording.options.align.clone()
         };
         let aligned = align(flight, &options, offset_s, unsaid)?;
-        let cleaned = clean(flight.radar, &aligned, &recording.options.clean, unsaid)?;
+        let cleaned = clean(
+            flight.radar,
+            &aligned,
+            &middle,
+            &recording.options.clean,
+            unsaid,
+        )?;
         let fine = scene.around(&aligned.position_m, middle.pixels.grid.z_m)?;
         let grid = coarse(fine, PIXELS)?;
         Ok(Self {

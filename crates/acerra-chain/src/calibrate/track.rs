@@ -117,7 +117,7 @@ impl TrackEchoes {
         let background = if selected.at_rest {
             Background::None
         } else {
-            removal(recording.options.clean.background)
+            removal(recording.options.clean.background).unwrap_or_default()
         };
         let clean = remove_background(raw.clone(), background)
             .map_err(|cause| clean_error(CleanError::Background(cause)))?;

@@ -116,13 +116,13 @@ impl Campaign {
         if let [first] = prepared.tracks.as_slice() {
             self.radar.settle(first);
             self.trajectory.settle(first);
-            self.preprocess.gate_ns = first.gate_ns;
+            self.preprocess.settle(first);
         }
         for (section, track) in self.track.iter_mut().zip(&prepared.tracks) {
             section.radar.settle(track);
             section.trajectory.settle(track);
             if let Some(preprocess) = &mut section.preprocess {
-                preprocess.gate_ns = track.gate_ns;
+                preprocess.settle(track);
             }
         }
         self
@@ -187,6 +187,17 @@ impl Campaign {
             .into_iter()
             .flat_map(|file| file.as_deref())
             .chain(gnss)
+    }
+
+    /// The background in force: the stated one, else the mean, with the echo of the surface where the image lies below
+    /// it.
+    #[must_use]
+    pub fn background(&self) -> Background {
+        let default = match self.ground {
+            Some(_) => Background::Surface,
+            None => Background::default(),
+        };
+        self.preprocess.background.unwrap_or(default)
     }
 
     /// The zero-timing in force: the stated one, else the calibrated delay, else the paper's.

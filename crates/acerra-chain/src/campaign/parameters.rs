@@ -7,7 +7,7 @@ use acerra_geo::geodesy::Geodetic;
 use acerra_imaging::refraction::{Layer, Soil};
 
 use super::sections::{
-    GnssSection, GroundSection, ImageSection, MeasureSection, TrajectorySection,
+    GnssSection, GroundSection, ImageSection, MeasureSection, PreprocessSection, TrajectorySection,
 };
 use super::{Campaign, TrackSection};
 use crate::align::AlignOptions;
@@ -43,6 +43,9 @@ impl Campaign {
         let mut scene = SceneOptions::from(image);
         if is_open {
             scene.heights = SceneHeights::Ground;
+        }
+        if image.ground_z_m.is_none() {
+            scene.surface_z_m = self.ground.as_ref().map(|ground| ground.surface_z_m);
         }
         // Of several tracks the longest gate lets in most.
         let kept = |one: &Campaign| {
@@ -132,7 +135,7 @@ impl Campaign {
         CleanOptions {
             delay_ns: self.radar.delay_ns,
             zero_timing: self.zero_timing(),
-            background: self.preprocess.background,
+            background: self.background(),
             gate_ns: self.preprocess.gate_ns,
             frequency_hz: frequencies_hz(self.image.band_ghz, self.image.frequencies),
         }
@@ -141,6 +144,14 @@ impl Campaign {
 
 fn geodetic([latitude_deg, longitude_deg, height_m]: [f64; 3]) -> Geodetic {
     Geodetic::from_degrees(latitude_deg, longitude_deg, height_m)
+}
+
+impl PreprocessSection {
+    /// What was left to the data, as it was found.
+    pub(super) fn settle(&mut self, track: &Track) {
+        self.gate_ns = track.gate_ns;
+        self.background = Some(track.background);
+    }
 }
 
 impl TrajectorySection {
@@ -247,6 +258,7 @@ impl From<&ImageSection> for SceneOptions {
             pixel_m: section.pixel_m,
             heights,
             origin: None,
+            surface_z_m: None,
             light_speed_m_s: section.light_speed_m_s,
         }
     }

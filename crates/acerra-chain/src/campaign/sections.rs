@@ -320,8 +320,9 @@ pub struct PreprocessSection {
     /// How the fast time at which range is zero is found. By default the paper's
     /// `"first-trace"`, or `"none"` where `[radar] delay_ns` is given.
     pub zero_timing: Option<ZeroTiming>,
-    /// What is subtracted from every trace.
-    pub background: Background,
+    /// What is subtracted from every trace. By default the mean of the traces, or with `[ground]` the mean and the echo
+    /// of the surface, `"surface"`.
+    pub background: Option<Background>,
     /// The part of each trace that is kept. By default 6 ns before 2h/c to 24 ns after it, or all of
     /// it where the image lies to the side of the flight.
     pub gate_ns: Gate,

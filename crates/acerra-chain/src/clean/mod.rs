@@ -2,17 +2,21 @@
 
 mod error;
 mod options;
+mod surface_path;
 mod timing;
 
 use acerra_radar::clean::{
-    Background as Removal, Gate as FastTimeGate, apply_gate, remove_background, spectrum_at,
+    Background as Removal, Gate as FastTimeGate, SurfaceRemoval, apply_gate, remove_background,
+    spectrum_at,
 };
-use acerra_radar::{Radargram, Spectrum};
+use acerra_radar::{Control, Radargram, Spectrum};
 
 use crate::choices::{Background, Gate};
 use crate::journal::warnings::Warnings;
 use crate::position::aligned::Aligned;
 use crate::read::RadarContent;
+use crate::scene::Scene;
+use surface_path::surface_path_m;
 use timing::time;
 
 pub use error::CleanError;
@@ -38,6 +42,8 @@ pub struct CleanedTraces {
     pub shift_s: f64,
     /// Picks of the surface echo, where they were wanted.
     pub surface: Option<Surface>,
+    /// How the echo of the surface was removed, where it was.
+    pub removal: Option<SurfaceRemoval>,
     /// The gate in force about 2h/c (s).
     pub gate_s: Option<[f64; 2]>,
 }
@@ -62,6 +68,7 @@ pub struct Surface {
 pub fn clean(
     content: &RadarContent,
     aligned: &Aligned,
+    scene: &Scene,
     options: &CleanOptions,
     warnings: &mut Warnings,
 ) -> Result<Cleaned, CleanError> {
@@ -72,7 +79,7 @@ pub fn clean(
         }),
         RadarContent::Radargram(radargram) => {
             let raw = radargram.select(&aligned.traces)?;
-            clean_traces(raw, aligned, options, warnings)
+            clean_traces(raw, aligned, scene, options, warnings)
         }
     }
 }
@@ -80,13 +87,17 @@ pub fn clean(
 fn clean_traces(
     raw: Radargram,
     aligned: &Aligned,
+    scene: &Scene,
     options: &CleanOptions,
     warnings: &mut Warnings,
 ) -> Result<Cleaned, CleanError> {
     let timed = time(raw, &aligned.height_m, options, warnings)?;
     let raw = timed.radargram;
-    let clean = remove_background(raw.clone(), removal(options.background))
-        .map_err(CleanError::Background)?;
+    let removal = match options.background {
+        Background::Surface => Some(surface_removal(aligned, scene)?),
+        _ => None,
+    };
+    let clean = without(raw.clone(), options.background, removal.as_ref())?;
     // Before the gate is settled, a view below the flight is assumed.
     let is_above = aligned.height_m.iter().all(|h| *h > 0.0);
     let gate = match options.gate_ns {
@@ -113,6 +124,7 @@ fn clean_traces(
         clean,
         shift_s: timed.shift_s,
         surface,
+        removal,
         gate_s: gate.map(|gate| [gate.start_s, gate.end_s]),
     };
     Ok(Cleaned {
@@ -127,22 +139,42 @@ pub(crate) fn cleaned_with(
     traces: &CleanedTraces,
     height_m: &[f64],
 ) -> Result<Radargram, CleanError> {
-    let clean = remove_background(traces.raw.clone(), removal(background))
-        .map_err(CleanError::Background)?;
+    let clean = without(traces.raw.clone(), background, traces.removal.as_ref())?;
     match traces.gate_s {
         None => Ok(clean),
         Some(about_s) => apply_gate(clean, height_m, &gate_of(about_s)).map_err(CleanError::Gate),
     }
 }
 
-pub(crate) fn removal(background: Background) -> Removal {
-    match background {
+/// The removal of a background that needs the traces alone; none of the surface's echo, which the heights place.
+pub(crate) const fn removal(background: Background) -> Option<Removal> {
+    Some(match background {
         Background::Mean => Removal::Mean,
         Background::Median => Removal::Median,
         Background::Window { window } => Removal::Sliding { window },
         Background::Components { components } => Removal::Components { components },
         Background::None => Removal::None,
+        Background::Surface => return None,
+    })
+}
+
+fn surface_removal(aligned: &Aligned, scene: &Scene) -> Result<SurfaceRemoval, CleanError> {
+    let path_m = surface_path_m(aligned, &scene.ground);
+    let surface_s: Vec<f64> = path_m.iter().map(|p| p / scene.light_speed_m_s).collect();
+    SurfaceRemoval::new(&surface_s).map_err(CleanError::Background)
+}
+
+/// Traces without their background; the mean where the echo of the surface has no removal.
+fn without(
+    raw: Radargram,
+    background: Background,
+    surface: Option<&SurfaceRemoval>,
+) -> Result<Radargram, CleanError> {
+    match (removal(background), surface) {
+        (None, Some(surface)) => surface.remove(raw, Control::new()),
+        (own, _) => remove_background(raw, own.unwrap_or_default()),
     }
+    .map_err(CleanError::Background)
 }
 
 fn gate(choice: Gate) -> Option<FastTimeGate> {

@@ -9,12 +9,12 @@ use acerra_radar::clean::{BackgroundGain, spectrum_at};
 use num_complex::Complex64;
 
 use super::median::median;
+use super::paths::Paths;
 use super::strongest::strongest;
 use crate::align::geometry::ImageGeometry;
 use crate::choices::Background;
 use crate::clean::{CleanedTraces, cleaned_with, removal};
 use crate::control::{Cancelled, Control};
-use crate::echoes::history::distance_m;
 use crate::echoes::quick_look;
 use crate::echoes::sharpen::{coarse, patches};
 use crate::focus::Focused;
@@ -44,9 +44,13 @@ pub(super) fn weigh(
         return Ok(Vec::new());
     };
     control.check()?;
-    let kept = match BackgroundGain::of(removal(track.background)) {
-        Some(gain) => kept_of_a_point(prepared, focused, track, gain),
-        None => kept_of_the_mean(prepared, focused, track, traces),
+    let gain = removal(track.background).and_then(BackgroundGain::of);
+    let kept = match (gain, &traces.removal) {
+        (Some(gain), _) => kept_of_a_point(prepared, focused, track, |_, echo| gain.kept(echo)),
+        (None, Some(surface)) => {
+            kept_of_a_point(prepared, focused, track, |f, echo| surface.kept(f, echo))
+        }
+        (None, None) => kept_of_the_mean(prepared, focused, track, traces),
     };
     let mut findings = Vec::new();
     findings.extend(kept.map(background_loss));
@@ -60,20 +64,19 @@ fn kept_of_a_point(
     prepared: &Prepared,
     focused: &Focused,
     track: &Track,
-    gain: BackgroundGain,
+    kept: impl Fn(f64, &[Complex64]) -> Option<f64>,
 ) -> Option<f64> {
-    let point_m = *strongest(prepared, focused, FLOOR_DB).first()?;
-    let position_m = prepared.aligned.position_m.get(track.range.clone())?;
-    let range_m: Vec<f64> = position_m.iter().map(|p| distance_m(*p, point_m)).collect();
+    let point_m = *strongest(focused, FLOOR_DB).first()?;
+    let path_m = Paths::of(prepared, focused).to_m(point_m, track.range.clone());
     let frequency_hz = &prepared.spectrum.frequency_hz;
     let stride = frequency_hz.len().div_ceil(FREQUENCIES).max(1);
     let shares = frequency_hz.iter().step_by(stride).map(|f| {
-        let turns = -2.0 * TAU * f / prepared.scene.light_speed_m_s;
-        let echo: Vec<Complex64> = range_m
+        let turns = -TAU * f / prepared.scene.light_speed_m_s;
+        let echo: Vec<Complex64> = path_m
             .iter()
-            .map(|r| Complex64::from_polar(1.0, turns * r))
+            .map(|path| Complex64::from_polar(1.0, turns * path))
             .collect();
-        gain.kept(&echo)
+        kept(*f, &echo)
     });
     let shares: Vec<f64> = shares.collect::<Option<_>>()?;
     (!shares.is_empty()).then(|| shares.iter().sum::<f64>() / shares.len() as f64)

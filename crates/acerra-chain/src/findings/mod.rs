@@ -22,6 +22,7 @@ mod image;
 mod inversion;
 mod median;
 mod motion;
+mod paths;
 pub(crate) mod positions;
 mod preferred;
 mod radar;

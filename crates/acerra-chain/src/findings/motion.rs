@@ -61,7 +61,7 @@ pub(super) fn weigh(
         time_s,
         trajectory,
         offset_s: track.time_offset_s,
-        point_m: strongest(prepared, focused, FLOOR_DB),
+        point_m: strongest(focused, FLOOR_DB),
     };
     control.check()?;
     let mut findings = Vec::new();

@@ -68,7 +68,7 @@ pub(super) fn weigh(
         light_speed_m_s: prepared.scene.light_speed_m_s,
     };
     let about = |v: f64| [v - HALF_SIDE_M, v + HALF_SIDE_M];
-    let patches: Vec<PlaneGrid> = strongest(prepared, focused, FLOOR_DB)
+    let patches: Vec<PlaneGrid> = strongest(focused, FLOOR_DB)
         .into_iter()
         .filter_map(|[x_m, y_m, z_m]| {
             PlaneGrid::from_ranges(about(x_m), about(y_m), z_m, PIXEL_M).ok()

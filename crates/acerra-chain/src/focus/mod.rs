@@ -125,6 +125,8 @@ pub struct Focused {
     pub projections: Option<Projections>,
     /// How the scene was solved for, where it was.
     pub inversion: Option<InversionRecord>,
+    /// The ground below whose surface rays were refracted.
+    pub underground: Option<Underground>,
 }
 
 impl Focused {
@@ -188,6 +190,7 @@ pub fn focus(
             multilook: None,
             projections: Some(made.projections),
             inversion: None,
+            underground: request.underground.clone(),
         });
     }
     if request.looks.is_some() && parts.len() > 1 {
@@ -222,6 +225,7 @@ pub fn focus(
         multilook,
         projections: None,
         inversion: None,
+        underground: request.underground.clone(),
     })
 }
 

@@ -169,6 +169,7 @@ pub fn assemble(
         multilook: None,
         projections,
         inversion: None,
+        underground: request.underground.clone(),
     })
 }
 

@@ -78,6 +78,21 @@ impl Aligned {
         Some([of(0), of(1)])
     }
 
+    /// Transmitter and receiver of trace `k` (m).
+    ///
+    /// # Panics
+    /// No such trace.
+    #[must_use]
+    pub fn antennas_at_m(&self, k: usize) -> [[f64; 3]; 2] {
+        let place_m = self.position_m[k];
+        match self.antennas_from_place_m.get(k) {
+            None => [place_m; 2],
+            Some(offsets) => {
+                offsets.map(|from| std::array::from_fn(|axis| place_m[axis] + from[axis]))
+            }
+        }
+    }
+
     /// Where the antenna looks; none where it is taken to look straight down.
     #[must_use]
     pub const fn boresights(&self, axis: AntennaAxis) -> Option<&Boresights> {

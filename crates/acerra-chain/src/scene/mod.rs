@@ -33,6 +33,8 @@ pub struct SceneOptions {
     pub pixel_m: f64,
     /// Heights of the pixels.
     pub heights: SceneHeights,
+    /// Height of the ground's level surface, where it is not the pixels' (m).
+    pub surface_z_m: Option<f64>,
     /// Origin of the frame of positions that state none of their own.
     pub origin: Option<Geodetic>,
     /// Propagation speed (m/s).
@@ -313,7 +315,7 @@ impl Scene {
     ) -> Result<Self, SceneError> {
         let open = options.open(positions)?;
         let grid = options.grid_over(positions)?;
-        let scene = match &options.heights {
+        let mut scene = match &options.heights {
             SceneHeights::Plane(_) | SceneHeights::Ground => Self::plane(grid),
             SceneHeights::Volume { ground_z_m, .. } => {
                 let mut scene = Self::plane(grid);
@@ -326,6 +328,9 @@ impl Scene {
                 source.scene(grid, &frame, positions, warnings)?
             }
         };
+        if let (Some(z_m), false) = (options.surface_z_m, scene.ground.is_uneven()) {
+            scene.ground = Ground::level(z_m);
+        }
         Ok(Self {
             light_speed_m_s: options.light_speed_m_s,
             open,

@@ -10,6 +10,7 @@ mod components;
 mod envelope;
 mod gate;
 mod surface;
+mod surface_removal;
 mod transform;
 mod zero_timing;
 
@@ -23,6 +24,7 @@ pub use envelope::envelope;
 pub use gate::{Gate, apply_gate};
 pub(crate) use surface::crest;
 pub use surface::{SurfaceOptions, SurfacePick, SurfaceTrack, track_surface};
+pub use surface_removal::SurfaceRemoval;
 pub use transform::{spectrum_at, spectrum_at_with, spectrum_by_direct_sum};
 pub use zero_timing::{ZeroTiming, ZeroTimingResult, zero_timing};
 
@@ -119,6 +121,12 @@ pub enum CleanError {
         contrast_db: f64,
         /// Contrast needed, dB.
         needed_db: f64,
+    },
+    /// A time to the surface that is no number.
+    #[error("the time to the surface must be finite in every trace, found none in trace {trace}")]
+    SurfaceTime {
+        /// The trace.
+        trace: usize,
     },
     /// The caller asked to stop.
     #[error(transparent)]

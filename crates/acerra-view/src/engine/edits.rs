@@ -65,7 +65,7 @@ impl Edits {
     }
 
     fn clean_by(&self, section: &mut PreprocessSection) {
-        section.background = self.background.unwrap_or(section.background);
+        section.background = self.background.or(section.background);
         section.gate_ns = self.gate_ns.unwrap_or(section.gate_ns);
     }
 

@@ -257,7 +257,7 @@ impl DelayTrial<'_> {
             ..self.clean.clone()
         };
         let unsaid = &mut Warnings::default();
-        let mut spectrum = clean(self.radar, self.aligned, &options, unsaid)?.spectrum;
+        let mut spectrum = clean(self.radar, self.aligned, self.scene, &options, unsaid)?.spectrum;
         let width = spectrum.frequency_hz.len().max(1);
         for (trace, weight) in spectrum.values.chunks_mut(width).zip(self.weights()) {
             trace.iter_mut().for_each(|v| *v *= weight);

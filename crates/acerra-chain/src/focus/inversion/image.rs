@@ -98,6 +98,7 @@ pub fn invert(
         multilook: None,
         projections,
         inversion: Some(made.record),
+        underground: None,
     })
 }
 
