@@ -15,9 +15,9 @@ use rustfft::{Fft, FftPlanner};
 use std::sync::Arc;
 
 use super::CleanError;
-use crate::control::{Cancelled, Control};
 use crate::radargram::Radargram;
 use crate::value::{InPlace, Shape, Value, in_place};
+use acerra_control::{Cancelled, Control};
 
 /// Smallest share of its length by which the surface's vector differs from the constant one: where the heights
 /// hardly change for a frequency, both are one.
