@@ -190,8 +190,6 @@ impl InPlace for Removal<'_> {
         let mut sums = vec![Sums::default(); length];
         for (block, rows) in samples.chunks(BLOCK * n).enumerate() {
             self.control.check()?;
-            self.control
-                .report(0.5 * (block * BLOCK) as f64 / traces as f64);
             let spectra: Vec<Vec<Complex64>> = rows
                 .par_chunks(n)
                 .map(|row| transformed(row, length, &forward))
