@@ -82,13 +82,13 @@ type Change = fn(&mut Campaign);
 const VARIANTS: [(&str, &str, Change); 5] = [
     ("all steps", "", |_| ()),
     ("without background removal", "background", |c| {
-        c.preprocess.background = Background::None;
+        c.preprocess.background = Some(Background::None);
     }),
     ("without gating", "gating", |c| {
         c.preprocess.gate_ns = Gate::None
     }),
     ("without either", "either", |c| {
-        c.preprocess.background = Background::None;
+        c.preprocess.background = Some(Background::None);
         c.preprocess.gate_ns = Gate::None;
     }),
     ("without zero-timing", "zero-timing", |c| {
