@@ -12,6 +12,8 @@ use crate::significance::{Gains, LEAST_TO_FOLD};
 
 /// Gain below which a correction is not worth a change of the positions (dB).
 const LEAST_GAIN_DB: f64 = 0.02;
+/// Loss of a point by a correction from which it counts as worse (dB): below it the clutter about the point decides.
+const WORSE_DB: f64 = 0.1;
 /// When a correction is believed.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Limits {
@@ -71,15 +73,17 @@ pub(crate) fn outcome(
         .fold(0.0, f64::max);
     let significant =
         gains.mean_db > limits.significance * gains.sigma_db && gains.mean_db > LEAST_GAIN_DB;
-    // A single point cannot be left out: it must move as the prior expects all the more.
-    let lone = model.places.len() < LEAST_TO_FOLD;
-    let most_sigmas = limits.most_sigmas * if lone { 0.5 } else { 1.0 };
-    let decision = if sigmas.max(farthest) > most_sigmas {
+    let decision = if sigmas.max(farthest) > limits.most_sigmas {
         Decision::AgainstPrior
-    } else if significant {
-        Decision::Applied
-    } else {
+    } else if model.places.len() < LEAST_TO_FOLD {
+        // It cannot be left out, and nothing else shows whether the correction is the track's.
+        Decision::LonePoint
+    } else if !significant {
         Decision::NotSignificant
+    } else if gains.worst_db < -WORSE_DB {
+        Decision::Worsens
+    } else {
+        Decision::Applied
     };
     let points = model.points_m(&problem.ground);
     let corrected_m = problem.positions_m(model);

@@ -15,6 +15,10 @@ pub enum Decision {
     NothingToCorrect,
     /// Points that took no part in the correction did not gain significantly.
     NotSignificant,
+    /// The image has one prominent point, whose own motion would look like the track's.
+    LonePoint,
+    /// A point that the correction rests on is weaker with it than without.
+    Worsens,
     /// The correction is larger than the prior allows: the echoes do not move as fixed points would.
     AgainstPrior,
 }

@@ -19,12 +19,14 @@ pub(crate) struct Gains {
     /// Mean, weighted by the points' amplitudes, and its standard error, dB.
     pub mean_db: f64,
     pub sigma_db: f64,
+    /// Least gain of a point by the whole estimate, dB.
+    pub worst_db: f64,
 }
 
 impl Gains {
     /// Mean gain weighted by the points' amplitudes: clutter near weak points makes the peaks of weak points
     /// fluctuate.
-    fn of(point_db: Vec<f64>, power: &[f64]) -> Self {
+    fn of(point_db: Vec<f64>, before: &[f64], power: &[f64]) -> Self {
         let weight: Vec<f64> = power.iter().map(|p| p.sqrt()).collect();
         let total = weight.iter().sum::<f64>().max(f64::MIN_POSITIVE);
         let each = || point_db.iter().zip(&weight);
@@ -40,6 +42,9 @@ impl Gains {
             point_db,
             mean_db,
             sigma_db,
+            worst_db: gains_db(before, power)
+                .into_iter()
+                .fold(f64::INFINITY, f64::min),
         }
     }
 }
@@ -63,7 +68,7 @@ pub(crate) fn held_out_gains(
     );
     let power = peak_powers(problem, &fitted.model, places);
     if places.len() < LEAST_TO_FOLD {
-        return Ok(Gains::of(gains_db(&before, &power), &power));
+        return Ok(Gains::of(gains_db(&before, &power), &before, &power));
     }
     let mut point_db = vec![0.0; places.len()];
     for fold in 0..FOLDS {
@@ -77,5 +82,5 @@ pub(crate) fn held_out_gains(
             point_db[k] = gains[k];
         }
     }
-    Ok(Gains::of(point_db, &power))
+    Ok(Gains::of(point_db, &before, &power))
 }

@@ -13,6 +13,8 @@ pub fn weigh_autofocus(correction: &PathCorrection) -> Vec<Finding> {
         Decision::Applied => AutofocusSeen::Applied,
         Decision::NoPoints => AutofocusSeen::NoPoints,
         Decision::AgainstPrior => AutofocusSeen::AgainstPrior,
+        Decision::LonePoint => AutofocusSeen::LonePoint,
+        Decision::Worsens => AutofocusSeen::Worsens,
         _ => AutofocusSeen::NotSignificant,
     };
     let points = found.points.len();
@@ -57,6 +59,10 @@ enum AutofocusSeen {
     NoPoints,
     /// The correction is larger than the positions' deviations allow.
     AgainstPrior,
+    /// The correction rests on one point.
+    LonePoint,
+    /// The correction makes a point weaker.
+    Worsens,
 }
 
 /// Judges the gain of the points' peaks by an autofocus, beside the loss that the positions'
@@ -68,10 +74,6 @@ fn autofocus_gain(
     ghosts: usize,
 ) -> Finding {
     let (verdict, what) = match seen {
-        AutofocusSeen::Applied if points < 2 => (
-            Verdict::Doubtful,
-            "the places are corrected by a single point, whose own motion would look the same",
-        ),
         AutofocusSeen::Applied if ghosts > 0 => (
             Verdict::Doubtful,
             "points gain by corrections that they took no part in, and the places are corrected; but some have \
@@ -90,6 +92,14 @@ fn autofocus_gain(
         AutofocusSeen::NoPoints => (
             Verdict::Agrees,
             "no point stands out of the image: the places are as stated",
+        ),
+        AutofocusSeen::LonePoint => (
+            Verdict::Agrees,
+            "its own motion would look the same as the track's: the places are as stated",
+        ),
+        AutofocusSeen::Worsens => (
+            Verdict::Agrees,
+            "a point that the correction rests on is weaker with it than without: the places are as stated",
         ),
         AutofocusSeen::AgainstPrior => (
             Verdict::Doubtful,

@@ -83,6 +83,8 @@ fn became(decision: Decision, ghosts: usize) -> &'static str {
         Decision::Applied if ghosts > 0 => "applied, doubtful: ghosts",
         Decision::Applied => "applied",
         Decision::NotSignificant => "as stated: not significant",
+        Decision::LonePoint => "as stated: a single point",
+        Decision::Worsens => "as stated: a point is weaker",
         Decision::AgainstPrior => "as stated: against the prior",
         _ => "as stated: no points",
     }
