@@ -422,6 +422,18 @@ pub enum Weight {
     Path,
 }
 
+/// `[image] values`: what the pixels hold.
+#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Values {
+    /// The sum of Eq. (3), which grows as 1/R⁴ towards the flight.
+    #[default]
+    Sum,
+    /// The sum divided by that of a point of unit reflectivity: reflectors near and far are equally bright, and noise
+    /// is brighter far away.
+    Reflectivity,
+}
+
 /// `[image] antenna_axis`: where the antenna looks, from which its pattern counts.
 #[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]

@@ -51,6 +51,7 @@ mod error;
 pub mod findings;
 pub mod focus;
 pub mod journal;
+pub mod look;
 pub mod measure;
 pub mod position;
 mod prepare;

@@ -14,7 +14,8 @@ const LEAST_SHARE_UNSEEN: f64 = 0.75;
 const PIXELS_A_SIDE: usize = 9;
 
 /// The gate in force for traces at their places: [`Gate::Auto`] becomes the gate about 2h/c where
-/// the image lies below the flight, and none where it lies to the side.
+/// the image lies below the flight, and none where it lies to the side. An image whose sides follow
+/// the flight says nothing of where the radar looks: only the surface echo does.
 #[must_use]
 pub fn settle_gate(
     choice: Gate,
@@ -39,6 +40,12 @@ pub fn settle_gate(
         LEAST_SHARE_UNSEEN
     };
     match share_below(aligned, scene) {
+        None if !sees_surface => {
+            warnings.add(
+                "no gate: the image follows the flight, and no surface echo is seen at 2h/c ([preprocess] gate_ns)",
+            );
+            Gate::None
+        }
         Some(share) if share < needed => {
             warnings.add(format!(
                 "no gate: only {:.0} % of the image lies at ranges within [{}, {}] ns of 2h/c{} \
@@ -97,6 +104,15 @@ mod tests {
     use acerra_imaging::PlaneGrid;
 
     fn settled(height_m: f64, y_m: [f64; 2], sees_surface: bool) -> (Gate, usize) {
+        settled_in([false; 2], height_m, y_m, sees_surface)
+    }
+
+    fn settled_in(
+        open: [bool; 2],
+        height_m: f64,
+        y_m: [f64; 2],
+        sees_surface: bool,
+    ) -> (Gate, usize) {
         let position_m: Vec<[f64; 3]> = (0..100)
             .map(|k| [0.1 * f64::from(k), 0.0, height_m])
             .collect();
@@ -106,7 +122,8 @@ mod tests {
             ..Aligned::default()
         };
         let grid = PlaneGrid::from_ranges([0.0, 10.0], y_m, 0.0, 0.1).unwrap();
-        let scene = Scene::plane(grid);
+        let mut scene = Scene::plane(grid);
+        scene.open.sides = open;
         let warnings = &mut Warnings::default();
         let gate = settle_gate(Gate::Auto, &aligned, &scene, sees_surface, warnings);
         (gate, warnings.said().len())
@@ -118,6 +135,10 @@ mod tests {
         assert_eq!(settled(10.0, [-9.0, 9.0], true), (below, 0));
         assert_eq!(settled(10.0, [-9.0, 9.0], false), (below, 0));
         assert_eq!(settled(1.2, [4.0, 30.0], false), (Gate::None, 1));
+        // Sides that follow the flight do not say where the radar looks.
+        let follows = |sees_surface| settled_in([true; 2], 2.0, [-9.0, 9.0], sees_surface);
+        assert_eq!(follows(true), (below, 0));
+        assert_eq!(follows(false), (Gate::None, 1));
         // At the level of the platform there is nothing below.
         assert_eq!(settled(0.0, [2.0, 12.0], false), (Gate::None, 1));
     }

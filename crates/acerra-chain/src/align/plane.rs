@@ -139,11 +139,12 @@ pub fn find_ground(
 }
 
 /// The height that the positions rarely fall below (m).
-fn lowest_m(trajectory: &Trajectory) -> f64 {
+pub(crate) fn lowest_m(trajectory: &Trajectory) -> f64 {
     quantile_m(trajectory, 0.02)
 }
 
-fn highest_m(trajectory: &Trajectory) -> f64 {
+/// The height that they rarely exceed (m).
+pub(crate) fn highest_m(trajectory: &Trajectory) -> f64 {
     quantile_m(trajectory, 0.98)
 }
 

@@ -15,7 +15,8 @@ use crate::prepare::Prepared;
 
 pub use crate::choices::{
     Background, CalibrationSource, Contradictions, Delay, Gate, GroundSurface, HeightSource,
-    Heights, LookTaper, ProductFormat, Select, Sum, TimeOffset, Unfixed, Weight, ZeroTiming,
+    Heights, LookTaper, ProductFormat, Select, Sum, TimeOffset, Unfixed, Values, Weight,
+    ZeroTiming,
 };
 pub use crate::focus::inversion::options::{InversionSection, Method};
 pub use error::CampaignError;

@@ -269,6 +269,7 @@ impl From<&ImageSection> for FocusOptions {
         Self {
             accuracy: section.accuracy,
             weight: section.weight,
+            values: section.values,
             incidence: section.incidence(),
             antenna_axis: section.antenna_axis,
             memory_limit_bytes: section.memory_gb.map(|gb| (gb * 1e9) as u64),

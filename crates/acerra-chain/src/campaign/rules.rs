@@ -9,7 +9,7 @@ use super::sections::{
     TrackSection, TracksSection, TrajectorySection,
 };
 use super::{Campaign, CampaignError};
-use crate::choices::{Delay, FARTHEST_M, Heights, LONGEST_NS, LONGEST_S, Sum};
+use crate::choices::{Delay, FARTHEST_M, Heights, LONGEST_NS, LONGEST_S, Sum, Values};
 use crate::focus::inversion::options::{InversionSection, Method};
 
 impl Campaign {
@@ -134,6 +134,7 @@ impl Campaign {
     fn check_method(&self) -> Result<(), CampaignError> {
         let image = &self.image;
         check("image.inversion", &inversion_rules(&image.inversion))?;
+        self.check_values()?;
         if image.method == Method::Adjoint {
             return Ok(());
         }
@@ -159,6 +160,32 @@ impl Campaign {
             );
         }
         Ok(())
+    }
+
+    /// Reflectivities are those of an adjoint on a plane or terrain in air.
+    fn check_values(&self) -> Result<(), CampaignError> {
+        let image = &self.image;
+        if image.values == Values::Sum {
+            return Ok(());
+        }
+        let others = [
+            (is_volume(image), "[image] z_m = [from, to]"),
+            (image.looks.is_some(), "[image] looks"),
+            (image.method != Method::Adjoint, "[image] method"),
+            (self.ground.is_some(), "[ground]"),
+            (
+                self.tracks.sum == Sum::Incoherent,
+                "[tracks] sum = \"incoherent\"",
+            ),
+        ];
+        match others.iter().find(|(is_asked, _)| *is_asked) {
+            Some((_, other)) => exclude(
+                "[image] values = \"reflectivity\"",
+                other,
+                "only an adjoint on a plane or terrain in air is divided by what a point gives",
+            ),
+            None => Ok(()),
+        }
     }
 
     /// Attitudes come from a log; an antenna on a gimbal needs one, and a gimbal that nothing is turned by is a

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize, Serializer};
 use crate::choices::{
     AntennaAxis, Background, CalibrationSource, Contradictions, Delay, Gate, GroundSurface,
     HeightDatum, HeightSource, Heights, LookTaper, ProductFormat, Select, Sum, TimeOffset, Unfixed,
-    Weight, ZeroTiming,
+    Values, Weight, ZeroTiming,
 };
 use crate::focus::inversion::options::{InversionSection, Method};
 use crate::prepare::Track;
@@ -402,6 +402,9 @@ pub struct ImageSection {
     /// same for all.
     #[serde(default)]
     pub weight: Weight,
+    /// What the pixels hold; reflectivities are of an image of the adjoint on a plane or terrain in air.
+    #[serde(default)]
+    pub values: Values,
     /// Greatest angle of incidence that counts, in degrees from the vertical; level planes alone.
     #[serde(default)]
     pub max_incidence_deg: Option<f64>,
@@ -444,6 +447,7 @@ impl Default for ImageSection {
             method: Method::default(),
             inversion: InversionSection::default(),
             weight: Weight::default(),
+            values: Values::default(),
             max_incidence_deg: None,
             incidence_taper_deg: default_incidence_taper_deg(),
             antenna_cosine_power: 0.0,

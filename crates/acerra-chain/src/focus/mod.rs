@@ -4,6 +4,7 @@ pub mod inversion;
 pub mod looks;
 pub mod memory;
 pub mod plan;
+mod reflectivity;
 pub mod sink;
 pub mod space;
 pub mod tiles;
@@ -14,7 +15,7 @@ use std::ops::Range;
 
 use acerra_imaging::{Complex32, ImagingPlan, IncidenceWeight, PlanOptions, Pulses};
 
-use crate::choices::{AntennaAxis, Sum, Weight};
+use crate::choices::{AntennaAxis, Sum, Values, Weight};
 use crate::control::Control;
 use crate::echoes::Echoes;
 use crate::focus::inversion::options::InversionOptions;
@@ -35,6 +36,8 @@ pub struct FocusOptions {
     pub accuracy: f64,
     /// Weight of each trace.
     pub weight: Weight,
+    /// What the pixels of an image hold; a volume, looks and solutions take no notice.
+    pub values: Values,
     /// Weight by incidence and antenna pattern; level planes alone.
     pub incidence: Option<IncidenceWeight>,
     /// Where the antenna looks, from which its pattern counts.
@@ -54,6 +57,7 @@ impl Default for FocusOptions {
         Self {
             accuracy: 1e-3,
             weight: Weight::Trace,
+            values: Values::Sum,
             incidence: None,
             antenna_axis: AntennaAxis::default(),
             sum: Sum::Coherent,
@@ -209,6 +213,11 @@ pub fn focus(
     } else {
         coherent_sum(input, control)?
     };
+    if request.options.values == Values::Reflectivity {
+        let seen = (pulses.position_m(), pulses.weight());
+        let frequencies = pulses.frequency_hz().len();
+        reflectivity::to_reflectivity(&mut made.image, pixels, seen, frequencies);
+    }
     let multilook = match request.looks {
         Some(looks) => Some(image_looks(input, looks, sink, control)?),
         None => None,

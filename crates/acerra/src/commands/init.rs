@@ -26,6 +26,10 @@ pub struct Args {
     /// Write the campaign there instead of to standard output; an existing file is kept.
     #[arg(short, long, value_name = "CAMPAIGN.toml")]
     output: Option<PathBuf>,
+    /// Rigid body of a motion capture that holds several; by default the one that moves with the
+    /// echoes.
+    #[arg(long, value_name = "NAME")]
+    rigid_body: Option<String>,
 }
 
 /// Runs the command.
@@ -45,7 +49,7 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
             file.display()
         );
     }
-    let logs = Logs::look(&args.files)?;
+    let logs = Logs::look(&args.files, args.rigid_body.as_deref())?;
     let text = compose(&logs, &folder)?;
     Campaign::parse(&text).context("the campaign from these logs cannot be used")?;
     let Some(file) = &args.output else {

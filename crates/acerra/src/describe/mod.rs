@@ -68,7 +68,7 @@ pub fn describe(path: &Path) -> anyhow::Result<Description> {
         return gnss::describe(reader).with_context(at);
     }
     if acerra_geo::read::sniff(&head).is_some() {
-        return trajectory::describe(reader).with_context(at);
+        return trajectory::describe(path, reader).with_context(at);
     }
     if acerra_geo::geoid::is_grid(&head, metadata.len()) {
         return geoid::describe(reader).with_context(at);

@@ -1,16 +1,22 @@
 //! Trajectories.
 
-use std::io::BufRead;
+use std::fs::File;
+use std::io::{BufRead, BufReader};
+use std::path::Path;
 
 use acerra_geo::interpolate::default_max_gap_s;
-use acerra_geo::read::{ReadOptions, read_trajectory};
+use acerra_geo::read::{ReadError, ReadOptions, TrajectoryFormat, read_trajectory};
 use acerra_geo::trajectory::{SolutionStatus, Trajectory};
 use serde_json::json;
 
 use super::description::Description;
 
-pub fn describe(reader: impl BufRead) -> anyhow::Result<Description> {
-    let (trajectory, report) = read_trajectory(reader, &ReadOptions::default())?;
+pub fn describe(path: &Path, reader: impl BufRead) -> anyhow::Result<Description> {
+    let (trajectory, report) = match read_trajectory(reader, &ReadOptions::default()) {
+        Ok(read) => read,
+        Err(ReadError::SeveralBodies { names }) => return describe_bodies(path, &names),
+        Err(error) => return Err(error.into()),
+    };
     let mut d = Description::new(report.format.to_string());
     add_trajectory(&mut d, &trajectory);
     for (name, value) in &report.about {
@@ -27,6 +33,38 @@ pub fn describe(reader: impl BufRead) -> anyhow::Result<Description> {
             report.unused_columns.join(", ")
         ));
     }
+    Ok(d)
+}
+
+/// The rigid bodies of a motion capture that holds several, each by itself.
+fn describe_bodies(path: &Path, names: &[String]) -> anyhow::Result<Description> {
+    let mut d = Description::new(TrajectoryFormat::Motive.to_string());
+    d.fact("rigid_bodies", json!(names));
+    for name in names {
+        let reader = BufReader::new(File::open(path)?);
+        let options = ReadOptions::default().with_rigid_body(name);
+        let (trajectory, _) = read_trajectory(reader, &options)?;
+        let (low, high) = trajectory.bounds_m();
+        d.notes.push(format!(
+            "{name}: {} positions from {:.3} to {:.3} s, {:.2} m of path, x {:.2} to {:.2} m, y {:.2} to {:.2} m, z \
+             {:.2} to {:.2} m",
+            trajectory.fixes().len(),
+            trajectory.start_s(),
+            trajectory.end_s(),
+            trajectory.path_length_m(),
+            low[0],
+            high[0],
+            low[1],
+            high[1],
+            low[2],
+            high[2]
+        ));
+    }
+    d.notes.push(
+        "acerra init takes the one that moves with the echoes, or that of --rigid-body; a campaign names it \
+         ([trajectory] rigid_body)"
+            .to_owned(),
+    );
     Ok(d)
 }
 

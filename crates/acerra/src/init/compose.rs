@@ -3,13 +3,18 @@
 use std::path::{Path, PathBuf};
 
 use acerra_autopilot::{LogFormat, LogReport};
+use acerra_chain::Control;
+use acerra_chain::look::{LookError, look};
 use acerra_chain::position::trajectory_file::TrajectoryFile;
-use acerra_radar::LoggedClock;
+use acerra_radar::{LoggedClock, Radargram};
 use anyhow::{bail, ensure};
 
+use super::answers::Answers;
 use super::gnss::{Pair, pair};
 use super::logs::{Logs, RadarInput};
 use super::named_in;
+use crate::interrupt::cancel_flag;
+use crate::progress::Bar;
 use crate::settings_files::SettingsFile;
 use crate::settings_files::template::{Filled, quoted, write};
 
@@ -35,6 +40,7 @@ pub fn compose(logs: &Logs, folder: &Path) -> anyhow::Result<String> {
     let mut campaign = Campaign {
         folder,
         has_clock: LoggedClock::path_beside(&radar.path).is_file(),
+        questions: Vec::new(),
         filled: vec![
             Filled::new("radar.file", quoted(&named_in(folder, &radar.path)?))
                 .because(&radar.summary),
@@ -45,6 +51,13 @@ pub fn compose(logs: &Logs, folder: &Path) -> anyhow::Result<String> {
     match (trajectories.as_slice(), pair) {
         ([(path, trajectory)], pair) => {
             campaign.with_trajectory(radar, path, trajectory)?;
+            if let Some(body) = &logs.body {
+                let name = Filled::new("trajectory.rigid_body", quoted(&body.name));
+                campaign.filled.push(name.because(&body.reason));
+            }
+            if let Some(radargram) = &radar.radargram {
+                campaign.with_look(radargram, trajectory, radar.time_s)?;
+            }
             if let Some(pair) = pair {
                 campaign.filled.push(Filled::remark(
                     "gnss.rover",
@@ -109,6 +122,8 @@ struct Campaign<'a> {
     /// Whether a recorded clock lies beside the radar log.
     has_clock: bool,
     filled: Vec<Filled>,
+    /// What the logs do not tell and the image rests on.
+    questions: Vec<String>,
 }
 
 impl Campaign<'_> {
@@ -164,6 +179,35 @@ impl Campaign<'_> {
         }
         let (low, high) = trajectory.bounds_m();
         self.extent([low, high]);
+        Ok(())
+    }
+
+    /// Where the echoes of a radar that looks to the side focus, and what they leave open.
+    fn with_look(
+        &mut self,
+        radargram: &Radargram,
+        file: &TrajectoryFile,
+        time_s: Option<[f64; 2]>,
+    ) -> anyhow::Result<()> {
+        let trajectory = &file.trajectory;
+        let is_same_clock = time_s
+            .is_some_and(|[first, last]| first < trajectory.end_s() && last > trajectory.start_s());
+        let bar = Bar::default();
+        let control = Control::default()
+            .reporting_to(&bar)
+            .cancelled_by(cancel_flag());
+        let stated_s = is_same_clock.then_some(0.0);
+        let seen = look(radargram, trajectory, stated_s, &control);
+        bar.clear();
+        let seen = match seen {
+            Err(LookError::Cancelled(cancelled)) => return Err(cancelled.into()),
+            // The campaign is written all the same: focus names what is wrong.
+            Err(_) => return Ok(()),
+            Ok(seen) => seen,
+        };
+        let answers = Answers::of(&seen);
+        self.filled.extend(answers.filled);
+        self.questions.extend(answers.questions);
         Ok(())
     }
 
@@ -298,8 +342,10 @@ impl Campaign<'_> {
     }
 
     fn text(self) -> String {
-        let head = "Campaign written by acerra init: acerra focus THIS-FILE";
-        write(head, &SettingsFile::Campaign.tables(), &self.filled)
+        let questions = self.questions.iter().map(|q| format!("QUESTION: {q}\n"));
+        let head = questions.collect::<String>()
+            + "Campaign written by acerra init: acerra focus THIS-FILE";
+        write(&head, &SettingsFile::Campaign.tables(), &self.filled)
     }
 }
 

@@ -4,14 +4,18 @@ use std::fs::File;
 use std::io::{BufRead, BufReader, Cursor, Read, Seek};
 use std::path::{Path, PathBuf};
 
+use acerra_chain::look::match_motion;
 use acerra_chain::position::trajectory_file::{
-    TrajectoryFile, TrajectoryFileOptions, read_trajectory_file,
+    TrajectoryFile, TrajectoryFileError, TrajectoryFileOptions, TrajectoryReport,
+    read_trajectory_file,
 };
 use acerra_cphd::read_cphd;
+use acerra_geo::read::{ReadError as TextError, TrajectoryFormat};
 use acerra_gnss::input::{FileKind, Limits, sniff};
 use acerra_gnss::{Navigation, ObservationData, read_gnss};
 use acerra_radar::{
-    Limits as RadarLimits, NeutralContent, OpenError, RadarFile, RadargramOptions, ReadError,
+    Limits as RadarLimits, NeutralContent, OpenError, RadarFile, Radargram, RadargramOptions,
+    ReadError,
 };
 use anyhow::{Context, bail, ensure};
 
@@ -22,6 +26,10 @@ pub struct Logs {
     pub(super) radar: Vec<RadarInput>,
     /// Trajectories.
     pub(super) trajectory: Vec<(PathBuf, TrajectoryFile)>,
+    /// The rigid body taken of a motion capture that holds several, and why.
+    pub(super) body: Option<Body>,
+    /// Motion captures with several rigid bodies, until one is chosen.
+    captures: Vec<Capture>,
     /// Logs of GNSS receivers.
     pub(super) receiver: Vec<Receiver>,
     /// Navigation files.
@@ -29,6 +37,25 @@ pub struct Logs {
     /// The navigation data of all files.
     pub(super) navigation: Navigation,
 }
+
+/// A rigid body that was chosen.
+#[derive(Debug)]
+pub(super) struct Body {
+    pub name: String,
+    pub reason: String,
+}
+
+/// A motion capture with several rigid bodies, each read by itself.
+#[derive(Debug)]
+struct Capture {
+    path: PathBuf,
+    bodies: Vec<(String, TrajectoryFile)>,
+}
+
+/// Correlation with the change of the echoes that the radar's own motion has at least, and by how much it surpasses
+/// every other's.
+const LEAST_CORRELATION: f64 = 0.4;
+const LEAST_LEAD: f64 = 0.1;
 
 /// A radar log.
 #[derive(Debug)]
@@ -42,6 +69,8 @@ pub(super) struct RadarInput {
     pub has_positions: bool,
     /// Way along the line (m), where the file counts it.
     pub way_m: Option<f64>,
+    /// Its traces over fast time, where it holds some without positions.
+    pub radargram: Option<Radargram>,
 }
 
 /// The log of a GNSS receiver.
@@ -52,20 +81,67 @@ pub(super) struct Receiver {
 }
 
 impl Logs {
-    /// Reads the files.
+    /// Reads the files; of a motion capture with several rigid bodies the one of that name, or the one that moves
+    /// with the echoes.
     ///
     /// # Errors
-    /// A file that cannot be read, is of no known kind, or is of no use for a campaign.
-    pub fn look(files: &[PathBuf]) -> anyhow::Result<Self> {
+    /// A file that cannot be read, is of no known kind, or is of no use for a campaign; several rigid bodies of which
+    /// none alone moves with the echoes.
+    pub fn look(files: &[PathBuf], rigid_body: Option<&str>) -> anyhow::Result<Self> {
         let mut logs = Self::default();
         for path in files {
-            logs.take(path)
+            logs.take(path, rigid_body)
+                .with_context(|| path.display().to_string())?;
+        }
+        for capture in std::mem::take(&mut logs.captures) {
+            let path = capture.path.clone();
+            logs.choose_body(capture)
                 .with_context(|| path.display().to_string())?;
         }
         Ok(logs)
     }
 
-    fn take(&mut self, path: &Path) -> anyhow::Result<()> {
+    /// Takes the rigid body whose speed goes with the change of the echoes.
+    fn choose_body(&mut self, capture: Capture) -> anyhow::Result<()> {
+        let radargram = self.radar.iter().find_map(|r| r.radargram.as_ref());
+        let correlation = |file: &TrajectoryFile| {
+            let matched = match_motion(radargram?, &file.trajectory);
+            Some(matched.map_or(0.0, |m| m.correlation))
+        };
+        let mut ranked: Vec<(f64, String, TrajectoryFile)> = capture
+            .bodies
+            .into_iter()
+            .map(|(name, file)| (correlation(&file).unwrap_or(0.0), name, file))
+            .collect();
+        ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let listed: Vec<String> = ranked
+            .iter()
+            .map(|(r, name, _)| format!("{name} ({r:.2})"))
+            .collect();
+        let listed = listed.join(", ");
+        let lead = match ranked.as_slice() {
+            [first, second, ..] => first.0 - second.0,
+            _ => 1.0,
+        };
+        let is_clear =
+            lead >= LEAST_LEAD && ranked.first().is_some_and(|b| b.0 >= LEAST_CORRELATION);
+        ensure!(
+            is_clear,
+            "several rigid bodies, none of which alone moves with the echoes (correlation of speed and change): \
+             {listed}; choose with --rigid-body NAME"
+        );
+        let (_, name, file) = ranked.swap_remove(0);
+        self.body = Some(Body {
+            name,
+            reason: format!(
+                "the rigid body whose speed goes with the change of the echoes (correlation): {listed}"
+            ),
+        });
+        self.trajectory.push((capture.path, file));
+        Ok(())
+    }
+
+    fn take(&mut self, path: &Path, rigid_body: Option<&str>) -> anyhow::Result<()> {
         ensure!(!path.is_dir(), "expected a file, found a directory");
         let mut file = File::open(path)?;
         let mut head = Vec::new();
@@ -74,7 +150,7 @@ impl Logs {
         ensure!(!head.is_empty(), "the file is empty");
         let reader = BufReader::new(file);
         if acerra_autopilot::sniff(&head).is_some() {
-            self.take_trajectory(path, reader)?;
+            self.take_trajectory(path, reader, rigid_body)?;
         } else if acerra_cphd::is_cphd(&head) {
             self.radar.push(phase_history(path, reader)?);
         } else if acerra_formats::recognise(path)?.is_some() && !is_log(&head) {
@@ -85,7 +161,7 @@ impl Logs {
         } else if is_gnss(&head) {
             self.take_gnss(path, reader)?;
         } else if acerra_geo::read::sniff(&head).is_some() {
-            self.take_trajectory(path, reader)?;
+            self.take_trajectory(path, reader, rigid_body)?;
         } else {
             bail!(
                 "not a log that is known; expected a radar log (MRM capture, MRM-RET text, NPZ, CPHD), a \
@@ -96,15 +172,43 @@ impl Logs {
         Ok(())
     }
 
-    fn take_trajectory(&mut self, path: &Path, reader: impl BufRead) -> anyhow::Result<()> {
-        let file = read_trajectory_file(
-            reader,
-            &TrajectoryFileOptions {
-                takes_first_source: true,
-                ..TrajectoryFileOptions::default()
-            },
-        )?;
-        self.trajectory.push((path.to_owned(), file));
+    fn take_trajectory(
+        &mut self,
+        path: &Path,
+        reader: impl BufRead,
+        rigid_body: Option<&str>,
+    ) -> anyhow::Result<()> {
+        let options = |rigid_body: Option<&str>| TrajectoryFileOptions {
+            rigid_body: rigid_body.map(str::to_owned),
+            takes_first_source: true,
+            ..TrajectoryFileOptions::default()
+        };
+        match read_trajectory_file(reader, &options(rigid_body)) {
+            Ok(file) => {
+                if let (TrajectoryReport::Text(report), Some(name)) = (&file.report, rigid_body)
+                    && report.format == TrajectoryFormat::Motive
+                {
+                    self.body = Some(Body {
+                        name: name.to_owned(),
+                        reason: "as --rigid-body says".to_owned(),
+                    });
+                }
+                self.trajectory.push((path.to_owned(), file));
+            }
+            Err(TrajectoryFileError::Text(TextError::SeveralBodies { names })) => {
+                let read = |name: String| {
+                    let reader = BufReader::new(File::open(path)?);
+                    let file = read_trajectory_file(reader, &options(Some(&name)))?;
+                    Ok((name, file))
+                };
+                let bodies = names.into_iter().map(read).collect::<anyhow::Result<_>>()?;
+                self.captures.push(Capture {
+                    path: path.to_owned(),
+                    bodies,
+                });
+            }
+            Err(error) => return Err(error.into()),
+        }
         Ok(())
     }
 
@@ -155,6 +259,7 @@ fn foreign(path: &Path) -> anyhow::Result<RadarInput> {
             .along_m
             .as_ref()
             .and_then(|along| Some(along.last()? - along.first()?)),
+        radargram: None,
     })
 }
 
@@ -192,6 +297,7 @@ fn phase_history(path: &Path, reader: impl Read + Seek) -> anyhow::Result<RadarI
         time_s: ends,
         has_positions: true,
         way_m: None,
+        radargram: None,
     })
 }
 
@@ -214,6 +320,7 @@ fn radar(path: &Path, reader: impl Read + Seek) -> anyhow::Result<RadarInput> {
                 time_s: None,
                 has_positions: false,
                 way_m: None,
+                radargram: Some(made.radargram),
             })
         }
         RadarFile::Neutral(neutral) => {
@@ -237,6 +344,12 @@ fn radar(path: &Path, reader: impl Read + Seek) -> anyhow::Result<RadarInput> {
                 time_s: ends,
                 has_positions: neutral.position_m.is_some(),
                 way_m: None,
+                radargram: match neutral.content {
+                    NeutralContent::Radargram(radargram) if neutral.position_m.is_none() => {
+                        Some(radargram)
+                    }
+                    _ => None,
+                },
             })
         }
     }

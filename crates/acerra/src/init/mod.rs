@@ -5,6 +5,7 @@
 //!                        rover/base by motion, places, times
 //! ```
 
+mod answers;
 mod compose;
 mod gnss;
 mod logs;

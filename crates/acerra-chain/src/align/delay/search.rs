@@ -75,8 +75,8 @@ const PIXELS: [f64; 2] = [20_000.0, 250_000.0];
 /// many independent errors an aperture has, as those of positions last for seconds. Phases that a wrong delay bends by
 /// a variance v take v from the logarithm of the sum's power, and are explained by such errors with a log-likelihood
 /// of -v INDEPENDENT / (2 PHASE_VARIANCE).
-const PHASE_VARIANCE: f64 = 0.23;
-const INDEPENDENT: f64 = 5.0;
+pub(super) const PHASE_VARIANCE: f64 = 0.23;
+pub(super) const INDEPENDENT: f64 = 5.0;
 
 /// Finds the delay of traces at their places.
 ///
@@ -130,7 +130,7 @@ impl DelayTrial<'_> {
     }
 
     /// The image's rectangle at the middle of its heights.
-    fn whole(&self) -> Result<PlaneGrid, DelayError> {
+    pub(crate) fn whole(&self) -> Result<PlaneGrid, DelayError> {
         let middle_m = self.scene.pixels.middle_m();
         Ok(self.scene.around(&self.aligned.position_m, middle_m)?)
     }
@@ -144,7 +144,7 @@ impl DelayTrial<'_> {
     }
 
     /// Cleaned traces on pixels to image them on.
-    fn on<'s>(&'s self, spectrum: &'s Spectrum, grid: PlaneGrid) -> DelayScan<'s> {
+    pub(super) fn on<'s>(&'s self, spectrum: &'s Spectrum, grid: PlaneGrid) -> DelayScan<'s> {
         DelayScan {
             position_m: &self.aligned.position_m,
             spectrum,
@@ -235,7 +235,7 @@ impl DelayTrial<'_> {
 
     /// The horizontal path that each trace covers, in means of them: on a climb the ground straight below sums up
     /// under a single angle, which tells no more of the delay than the surface echo does.
-    fn weights(&self) -> Vec<f64> {
+    pub(super) fn weights(&self) -> Vec<f64> {
         let level = |p: &[f64; 3]| [p[0], p[1], 0.0];
         let level_m: Vec<[f64; 3]> = self.aligned.position_m.iter().map(level).collect();
         let path_m = path_length_per_trace_m(&level_m);
@@ -245,7 +245,7 @@ impl DelayTrial<'_> {
     }
 
     /// The clean spectra with range zero at a delay, weighed by the path, gated for delays as far from it as `reach_s`.
-    fn cleaned_at(&self, delay_s: f64, reach_s: f64) -> Result<Spectrum, DelayError> {
+    pub(super) fn cleaned_at(&self, delay_s: f64, reach_s: f64) -> Result<Spectrum, DelayError> {
         let gate_ns = match self.clean.gate_ns.about_ns() {
             Some([from, to]) => Gate::About([from - 1e9 * reach_s, to + 1e9 * reach_s]),
             None => Gate::None,
@@ -308,7 +308,7 @@ fn wavenumbers_rad_m(frequency_hz: &[f64], light_speed_m_s: f64) -> [f64; 2] {
 
 impl DelayScan<'_> {
     /// Places (x, y) of the strongest echoes (m).
-    fn strongest_m(&self) -> Result<Vec<[f64; 2]>, DelayError> {
+    pub(super) fn strongest_m(&self) -> Result<Vec<[f64; 2]>, DelayError> {
         let (position_m, speed_m_s) = (self.position_m, self.light_speed_m_s);
         Ok(strongest_m(
             position_m,
