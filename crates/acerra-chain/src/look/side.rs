@@ -14,10 +14,10 @@ use crate::align::{AlignOptions, Flight, align, plane};
 use crate::choices::{Gate, TimeOffset};
 use crate::clean::CleanOptions;
 use crate::control::Control;
+use crate::journal::warnings::Warnings;
 use crate::position::Positions;
 use crate::read::RadarContent;
 use crate::scene::{Scene, SceneHeights, SceneOptions};
-use crate::warnings::Warnings;
 
 /// Delays of an instrument without a calibration (s), their spacing, and those tried beside the best at each height.
 const DELAY_S: [f64; 2] = [0.0, 20e-9];

@@ -95,8 +95,9 @@ impl Answers {
         let Some(([x_m, y_m], above_db)) = side.beyond else {
             for (key, [from, to]) in ["image.x_m", "image.y_m"].iter().zip(side.around_m) {
                 let extent = Filled::new(key, format!("[{from:.1}, {to:.1}]"));
-                self.filled
-                    .push(extent.because("the surroundings of the track: choose what you want to see"));
+                self.filled.push(
+                    extent.because("the surroundings of the track: choose what you want to see"),
+                );
             }
             return;
         };
