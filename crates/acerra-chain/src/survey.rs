@@ -17,6 +17,7 @@ use crate::journal::finding::{Finding, Verdict};
 use crate::journal::warnings::Warnings;
 use crate::position::{PositionError, PositionOptions, Positions, in_one_frame, position};
 use crate::prepare::{Prepared, prepare};
+use crate::read::grid::{GridSource, read_grid};
 use crate::read::{Line, RadarData, ReadError, read_channel};
 use crate::scene::{Scene, SceneOptions};
 
@@ -38,6 +39,8 @@ pub struct TrackSource {
     pub name: String,
     /// The radar log.
     pub radar: PathBuf,
+    /// Several files that make one log, instead of `radar`.
+    pub grid: Option<GridSource>,
     /// The channel of a log that has several.
     pub channel: Option<String>,
     /// The line along which its traces were recorded, where the file does not place them.
@@ -101,7 +104,11 @@ impl Survey {
     ) -> Result<Vec<RadarData>, ChainError> {
         let read = |track: &TrackSource| {
             control.check()?;
-            let radar = read_channel(&track.radar, track.channel.as_deref(), track.line, warnings)?;
+            let channel = track.channel.as_deref();
+            let radar = match &track.grid {
+                Some(grid) => read_grid(grid, channel, warnings)?,
+                None => read_channel(&track.radar, channel, track.line, warnings)?,
+            };
             if radar.is_untimed && radar.positions.is_none() {
                 let path = track.radar.clone();
                 return Err(ReadError::NoPlace { path }.into());

@@ -176,9 +176,14 @@ fn name_sources(outcome: &mut Outcome) {
 /// configurations name, and the clocks beside radar logs.
 fn input_paths(file: &Path, campaign: &Campaign) -> anyhow::Result<Vec<PathBuf>> {
     let each = campaign.each_track();
-    let logs = each
-        .iter()
-        .flat_map(|one| std::iter::once(one.radar.file.as_path()).chain(one.position_files()));
+    let logs = each.iter().flat_map(|one| one.position_files());
+    let mut radars = Vec::new();
+    for one in &each {
+        match one.radar.grid() {
+            Some(grid) => radars.extend(grid.files()?),
+            None => radars.push(one.radar.file.clone()),
+        }
+    }
     let clocks: Vec<PathBuf> = each
         .iter()
         .map(|one| LoggedClock::path_beside(&one.radar.file))
@@ -192,6 +197,7 @@ fn input_paths(file: &Path, campaign: &Campaign) -> anyhow::Result<Vec<PathBuf>>
         antennas.extend(GnssConfiguration::read(path)?.antennas.file);
     }
     let paths = std::iter::once(file)
+        .chain(radars.iter().map(PathBuf::as_path))
         .chain(logs)
         .chain(campaign.image.terrain.as_deref())
         .chain(campaign.image.geoid.as_deref())

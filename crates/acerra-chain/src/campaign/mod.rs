@@ -22,8 +22,8 @@ pub use crate::focus::inversion::options::{InversionSection, Method};
 pub use error::CampaignError;
 pub use sections::{
     AutofocusSection, ChecksSection, Files, GnssSection, GroundLayerSection, GroundSection,
-    ImageSection, MeasureSection, PreprocessSection, ProductsSection, RadarSection, TrackSection,
-    TracksSection, TrajectorySection,
+    ImageSection, LineSection, MeasureSection, PreprocessSection, ProductsSection, RadarSection,
+    TrackSection, TracksSection, TrajectorySection,
 };
 
 /// A campaign, as its file states it and with every default filled in.
@@ -139,16 +139,14 @@ impl Campaign {
             }
             gnss.config.as_mut().map(resolve);
         };
-        if !self.radar.is_absent() {
-            resolve(&mut self.radar.file);
-        }
+        self.radar.files_mut().for_each(resolve);
         self.trajectory.files_mut().for_each(resolve);
         self.image.terrain.as_mut().map(resolve);
         self.image.geoid.as_mut().map(resolve);
         self.measure.survey.as_mut().map(resolve);
         self.gnss.as_mut().map(resolve_gnss);
         for track in &mut self.track {
-            resolve(&mut track.radar.file);
+            track.radar.files_mut().for_each(resolve);
             track.trajectory.files_mut().for_each(resolve);
             track.gnss.as_mut().map(resolve_gnss);
         }

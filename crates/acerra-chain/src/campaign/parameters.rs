@@ -92,7 +92,8 @@ impl Campaign {
         let name = section.and_then(|track| track.name.clone());
         TrackSource {
             name: name.unwrap_or_else(|| (k + 1).to_string()),
-            radar: self.radar.file.clone(),
+            radar: self.radar.first_file().to_owned(),
+            grid: self.radar.grid(),
             channel: self.radar.channel.clone(),
             line: self.radar.line(),
             positions: PositionOptions {

@@ -1,6 +1,7 @@
 //! Which values of a campaign are possible.
 
 use std::fmt::Debug;
+use std::path::Path;
 
 use acerra_settings::{Rule, check};
 
@@ -242,6 +243,64 @@ impl Campaign {
         Ok(check("trajectory", &rules)?)
     }
 
+    /// The lines of one file or several.
+    fn check_lines(&self) -> Result<(), CampaignError> {
+        let radar = &self.radar;
+        let is_grid = !radar.files.is_empty();
+        if is_grid && !radar.file.as_os_str().is_empty() {
+            return exclude("[radar] file", "[radar] files", "both give the radar log");
+        }
+        if is_grid && (self.gnss.is_some() || self.trajectory.file.is_some()) {
+            return exclude(
+                "[radar] files",
+                "[trajectory] file or [gnss]",
+                "each file of a grid places its traces by itself or along its line",
+            );
+        }
+        if radar.line_start_m.is_some() && !radar.lines.is_empty() {
+            return exclude(
+                "[radar] line_start_m",
+                "[radar] lines",
+                "both place the lines",
+            );
+        }
+        let has_both = radar.line_start_m.is_some() == radar.line_end_m.is_some();
+        let step_m = radar.line_step_m;
+        let is_regular = is_grid && radar.line_start_m.is_some();
+        let is_one = !radar.files.0.iter().any(|file| is_pattern(file)) && radar.files.0.len() < 2;
+        let ends = [radar.line_start_m, radar.line_end_m, step_m];
+        let rows = radar.lines.iter().flat_map(|row| [row.start_m, row.end_m]);
+        let are_finite = ends.into_iter().flatten().chain(rows).all(|p| near(&p));
+        let rules = [
+            Rule::new(
+                "line_end_m",
+                has_both,
+                "both ends of the line, or neither",
+                "one",
+            ),
+            rule("line_start_m", are_finite, "finite coordinates", ends),
+            rule(
+                "line_step_m",
+                step_m.is_some() == (is_regular && !is_one) || is_regular && is_one,
+                "the way from each line of several files to the next, beside line_start_m and line_end_m",
+                step_m,
+            ),
+            rule(
+                "line_step_m",
+                step_m.is_none_or(|step| step != [0.0; 3]),
+                "the way from each line to the next, which is not 0",
+                step_m,
+            ),
+            Rule::new(
+                "lines",
+                is_grid || radar.lines.is_empty(),
+                "[radar] files beside it",
+                "none",
+            ),
+        ];
+        Ok(check("radar", &rules)?)
+    }
+
     /// The tables of a campaign of one track.
     fn check_one(&self) -> Result<(), CampaignError> {
         if self.radar.delay_ns == Some(Delay::Auto) && self.preprocess.zero_timing.is_some() {
@@ -251,12 +310,7 @@ impl Campaign {
                 "both find the fast time at which range is zero",
             );
         }
-        let has_both = self.radar.line_start_m.is_some() == self.radar.line_end_m.is_some();
-        let expected = "both ends of the line, or neither";
-        check(
-            "radar",
-            &[Rule::new("line_end_m", has_both, expected, "one")],
-        )?;
+        self.check_lines()?;
         check("trajectory", &trajectory_rules(&self.trajectory))?;
         self.check_attitudes()?;
         if let Some(gnss) = &self.gnss {
@@ -303,6 +357,12 @@ const SMALLEST_PIXEL_M: f64 = 1e-6;
 /// Whether each is a coordinate (m) of a flight's surroundings.
 fn near(values: &[f64]) -> bool {
     values.iter().all(|v| v.abs() <= FARTHEST_M)
+}
+
+/// Whether a file's name stands for several.
+fn is_pattern(file: &Path) -> bool {
+    let name = file.file_name().unwrap_or_default().to_string_lossy();
+    name.contains(['*', '?'])
 }
 
 fn finite(values: &[f64]) -> bool {

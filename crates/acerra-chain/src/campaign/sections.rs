@@ -1,6 +1,6 @@
 //! The tables of a campaign file.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use acerra_imaging::IncidenceWeight;
 use schemars::JsonSchema;
@@ -13,6 +13,7 @@ use crate::choices::{
 };
 use crate::focus::inversion::options::{InversionSection, Method};
 use crate::prepare::Track;
+use crate::read::grid::{GridLayout, GridSource};
 use crate::read::{Line, path_text};
 
 /// `[radar]`: the log, and which of its traces are used.
@@ -20,8 +21,21 @@ use crate::read::{Line, path_text};
 #[serde(deny_unknown_fields)]
 pub struct RadarSection {
     /// The radar log; its format is recognised from its content.
-    #[serde(serialize_with = "path_text::path")]
+    #[serde(
+        default,
+        serialize_with = "path_text::path",
+        skip_serializing_if = "is_empty"
+    )]
     pub file: PathBuf,
+    /// Several files over one area instead, imaged together: a list, or names with `*` and `?` for any characters. They
+    /// follow one another by the numbers in their names. Where the files do not place their traces, `line_start_m`,
+    /// `line_end_m` and `line_step_m` or `lines` do.
+    #[serde(
+        default,
+        serialize_with = "Files::serialize_one_or_list",
+        skip_serializing_if = "Files::is_empty"
+    )]
+    pub files: Files,
     /// The channel of a file that has several: of phase history data (CPHD; by default its reference channel), an
     /// antenna, a receiver and component of a model (`"rx1/Ez"`), a scattering parameter (`"S21"`); by default the
     /// first.
@@ -34,6 +48,13 @@ pub struct RadarSection {
     /// Place of the last trace (x, y, z in m).
     #[serde(default)]
     pub line_end_m: Option<[f64; 3]>,
+    /// From each of several parallel lines to the next (x, y, z in m); `line_start_m` and `line_end_m` are those of the
+    /// first.
+    #[serde(default)]
+    pub line_step_m: Option<[f64; 3]>,
+    /// The line of each file, where they are not evenly spaced: `{ file, start_m, end_m }`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub lines: Vec<LineSection>,
     /// Fast time at which range is zero, in nanoseconds, when calibrated; `"auto"` finds the one at
     /// which the echoes of points add up best.
     #[serde(default)]
@@ -48,7 +69,40 @@ impl RadarSection {
     /// Whether the campaign states no such table.
     #[must_use]
     pub fn is_absent(&self) -> bool {
-        self.file.as_os_str().is_empty()
+        is_empty(&self.file) && self.files.is_empty()
+    }
+
+    /// The log, or the first name of several, for messages.
+    #[must_use]
+    pub fn first_file(&self) -> &Path {
+        self.files.0.first().unwrap_or(&self.file)
+    }
+
+    /// The files of a grid, where there are several.
+    #[must_use]
+    pub fn grid(&self) -> Option<GridSource> {
+        if self.files.is_empty() {
+            return None;
+        }
+        let layout = match (self.line(), self.lines.as_slice()) {
+            (Some(first), _) => GridLayout::Regular {
+                first,
+                step_m: self.line_step_m.unwrap_or_default(),
+            },
+            (None, []) => GridLayout::InFiles,
+            (None, rows) => GridLayout::Table(rows.iter().map(LineSection::placed).collect()),
+        };
+        Some(GridSource {
+            patterns: self.files.0.clone(),
+            layout,
+        })
+    }
+
+    /// The paths in it.
+    pub(super) fn files_mut(&mut self) -> impl Iterator<Item = &mut PathBuf> {
+        let one = Some(&mut self.file).filter(|file| !is_empty(file));
+        let rows = self.lines.iter_mut().map(|row| &mut row.file);
+        one.into_iter().chain(self.files.0.iter_mut()).chain(rows)
     }
 
     /// The line along which traces were recorded, where both ends are stated.
@@ -71,6 +125,33 @@ impl RadarSection {
         if self.select == Select::Auto {
             self.select = track.selected();
         }
+    }
+}
+
+fn is_empty(path: &Path) -> bool {
+    path.as_os_str().is_empty()
+}
+
+/// A row of `[radar] lines`.
+#[derive(Clone, Debug, Deserialize, JsonSchema, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct LineSection {
+    /// One of the files.
+    #[serde(serialize_with = "path_text::path")]
+    pub file: PathBuf,
+    /// Place of its first trace (x, y, z in m).
+    pub start_m: [f64; 3],
+    /// Place of its last trace (x, y, z in m).
+    pub end_m: [f64; 3],
+}
+
+impl LineSection {
+    fn placed(&self) -> (PathBuf, Line) {
+        let line = Line {
+            start_m: self.start_m,
+            end_m: self.end_m,
+        };
+        (self.file.clone(), line)
     }
 }
 
@@ -289,6 +370,12 @@ enum OneOrSeveral {
 }
 
 impl Files {
+    /// Whether there is none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
     /// A single file is written as such.
     fn serialize_one_or_list<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self.0.as_slice() {

@@ -1,6 +1,7 @@
 //! Stage `read`: the radar log, whatever its format.
 
 mod foreign;
+pub mod grid;
 pub mod inputs;
 pub(crate) mod path_text;
 pub(crate) mod phase_history;
@@ -71,6 +72,8 @@ pub struct RadarData {
     pub is_untimed: bool,
     /// Statements of the file that do not agree.
     pub contradictions: Vec<Contradiction>,
+    /// Traces at which lines begin, where the measurement was made in several.
+    pub line_starts: Vec<usize>,
 }
 
 /// What a radar measurement is called in summaries and pictures.
@@ -107,6 +110,7 @@ impl RadarData {
             clock: None,
             is_untimed: false,
             contradictions: Vec::new(),
+            line_starts: Vec::new(),
         }
     }
 }
@@ -155,6 +159,44 @@ pub enum ReadError {
         path.display()
     )]
     NoLine {
+        /// The file.
+        path: PathBuf,
+    },
+    /// No file has a name that was asked for.
+    #[error("[radar] files: expected at least one file named {}, found none", pattern.display())]
+    NoMatch {
+        /// The name, with `*` and `?` for any characters.
+        pattern: PathBuf,
+    },
+    /// A file of a grid that the table of lines does not hold.
+    #[error("[radar] lines: expected a row for each file, found none for {}", path.display())]
+    NoRow {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A row of the table of lines whose file is not among the files.
+    #[error("[radar] lines: expected files among those of [radar] files, found {}", path.display())]
+    RowWithoutFile {
+        /// The row's file.
+        path: PathBuf,
+    },
+    /// Files of a grid that were not measured alike.
+    #[error("{}: {what}: expected {expected} as in {first}, found {found}", path.display())]
+    GridDiffers {
+        /// The file.
+        path: PathBuf,
+        /// What differs.
+        what: &'static str,
+        /// What the first file has.
+        expected: String,
+        /// The first file's name.
+        first: String,
+        /// What this file has.
+        found: String,
+    },
+    /// Spectra in a grid.
+    #[error("{}: expected traces over fast time, as [radar] files joins them; found spectra", path.display())]
+    GridOfSpectra {
         /// The file.
         path: PathBuf,
     },
@@ -337,6 +379,7 @@ fn from_log(path: &Path, log: &RadarLog, warnings: &mut Warnings) -> Result<Rada
         clock,
         is_untimed: false,
         contradictions: Vec::new(),
+        line_starts: Vec::new(),
     })
 }
 
