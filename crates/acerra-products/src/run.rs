@@ -176,14 +176,14 @@ fn name_sources(outcome: &mut Outcome) {
 /// configurations name, and the clocks beside radar logs.
 fn input_paths(file: &Path, campaign: &Campaign) -> anyhow::Result<Vec<PathBuf>> {
     let each = campaign.each_track();
-    let logs = each.iter().flat_map(|one| one.position_files());
-    let mut radars = Vec::new();
+    let mut radars: Vec<PathBuf> = Vec::new();
     for one in &each {
         match one.radar.grid() {
             Some(grid) => radars.extend(grid.files()?),
             None => radars.push(one.radar.file.clone()),
         }
     }
+    let logs = each.iter().flat_map(|one| one.position_files());
     let clocks: Vec<PathBuf> = each
         .iter()
         .map(|one| LoggedClock::path_beside(&one.radar.file))
