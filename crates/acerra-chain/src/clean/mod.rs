@@ -171,7 +171,7 @@ fn without(
     surface: Option<&SurfaceRemoval>,
 ) -> Result<Radargram, CleanError> {
     match (removal(background), surface) {
-        (None, Some(surface)) => surface.remove(raw, Control::new()),
+        (None, Some(surface)) => surface.remove(raw, Control::default()),
         (own, _) => remove_background(raw, own.unwrap_or_default()),
     }
     .map_err(CleanError::Background)

@@ -78,6 +78,7 @@ pub(super) fn scene(trajectory: &Trajectory, z_m: f64) -> Result<Scene, LookErro
         kept_s: Some(KEPT_S),
         pixel_m: 0.01,
         heights: SceneHeights::Plane(z_m),
+        surface_z_m: None,
         origin: None,
         light_speed_m_s: SPEED_OF_LIGHT_M_S,
     };

@@ -270,7 +270,7 @@ mod tests {
         let s = surface_s();
         let clutter = |m: usize, t: f64| 1000.0 * ricker(t - 1.5e-9) + 100.0 * ricker(t - s[m]);
         let removal = SurfaceRemoval::new(&s).unwrap();
-        let remove = |r: Radargram| removal.remove(r, Control::new()).unwrap();
+        let remove = |r: Radargram| removal.remove(r, Control::default()).unwrap();
         let alone = remove(traces(clutter));
         let before = power(&traces(clutter));
         // Single precision of the samples is what is left: 120 dB below.
@@ -306,7 +306,7 @@ mod tests {
             let values = (0..TRACES).flat_map(row).collect();
             let time_s = (0..TRACES).map(|m| m as f64).collect();
             let raw = Radargram::new(time_s, 0.0, STEP_S, Samples::Complex(values)).unwrap();
-            let left = removal.remove(raw.clone(), Control::new()).unwrap();
+            let left = removal.remove(raw.clone(), Control::default()).unwrap();
             let middle = SAMPLES / 2;
             let product: f64 = (0..TRACES)
                 .map(|m| {
@@ -324,7 +324,7 @@ mod tests {
     fn a_constant_height_takes_the_mean_alone() {
         let removal = SurfaceRemoval::new(&[3e-9; TRACES]).unwrap();
         let raw = traces(|m, t| ricker(t - target_s(m)) + ricker(t - 3e-9));
-        let aligned = removal.remove(raw.clone(), Control::new()).unwrap();
+        let aligned = removal.remove(raw.clone(), Control::default()).unwrap();
         let mean = crate::clean::remove_background(raw, crate::clean::Background::Mean).unwrap();
         for k in 0..mean.samples.len() {
             assert!((aligned.samples.at(k) - mean.samples.at(k)).norm() < 1e-5);
