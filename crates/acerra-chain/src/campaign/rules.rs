@@ -19,6 +19,11 @@ impl Campaign {
         self.check_sources()?;
         for track in &self.track {
             check("track", &track_rules(track))?;
+            let present = !track.radar.is_absent();
+            check(
+                "track.radar",
+                &[Rule::new("file", present, "a radar log", "none")],
+            )?;
         }
         check("tracks", &tracks_rules(&self.tracks))?;
         check("autofocus", &autofocus_rules(&self.autofocus))?;
