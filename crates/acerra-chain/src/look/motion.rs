@@ -45,7 +45,7 @@ pub struct MotionMatch {
 #[must_use]
 pub fn match_motion(radargram: &Radargram, trajectory: &Trajectory) -> Option<MotionMatch> {
     let (start_s, end_s) = (trajectory.start_s(), trajectory.end_s());
-    if !(end_s - start_s < LONGEST_S) {
+    if end_s - start_s >= LONGEST_S || !(end_s - start_s).is_finite() {
         return None;
     }
     let at = interpolator(None, trajectory);
