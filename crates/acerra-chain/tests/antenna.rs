@@ -143,7 +143,7 @@ fn is_unchecked(prepared: &Prepared, request: &ImageRequest) -> bool {
     for finding in findings(prepared, request) {
         evidence.add(finding);
     }
-    weigh_unchecked(prepared, &request.options, &evidence, &[])
+    weigh_unchecked(prepared, &request.options, None, &evidence, &[])
         .iter()
         .any(|one| one.setting == "antenna_axis")
 }

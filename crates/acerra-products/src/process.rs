@@ -220,7 +220,13 @@ impl Ready {
         }
         refuse_contradictions(&campaign, &journal.evidence)?;
         let checked = checked_by_survey(&prepared, grid, &surveyed, &measured.targets);
-        let unchecked = weigh_unchecked(&prepared, &focused.options, &journal.evidence, &checked);
+        let unchecked = weigh_unchecked(
+            &prepared,
+            &focused.options,
+            focused.underground.as_ref(),
+            &journal.evidence,
+            &checked,
+        );
         let without = geoid
             .as_ref()
             .and_then(|geoid| without_sea_level(geoid, &prepared));

@@ -62,7 +62,8 @@ pub struct TargetRecord<'a> {
 /// Depth of a target below the surface of `[ground]`, and its standard deviation (m).
 ///
 /// An antenna that hangs higher than is stated by δ makes targets below it deeper by δ/n, n being the refractive index.
-fn depth_of(outcome: &Outcome, target: &Target) -> Option<[f64; 2]> {
+#[must_use]
+pub fn depth_of(outcome: &Outcome, target: &Target) -> Option<[f64; 2]> {
     let ground = outcome.campaign.ground.as_ref()?;
     let depth_m = ground.surface_z_m - target.z_m;
     if depth_m <= 0.0 {

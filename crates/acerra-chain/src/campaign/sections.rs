@@ -163,6 +163,7 @@ pub struct TrackSection {
     #[serde(default)]
     pub name: Option<String>,
     /// Its radar log.
+    #[serde(default)]
     pub radar: RadarSection,
     /// Raw GNSS logs to compute its trajectory from.
     #[serde(default)]

@@ -3,17 +3,19 @@
 use serde::Serialize;
 
 use crate::focus::FocusOptions;
+use crate::focus::underground::Underground;
 use crate::journal::evidence::Evidence;
 use crate::journal::finding::{Finding, Setting};
 use crate::position::Positions;
 use crate::prepare::Prepared;
 
-/// The settings that neither a finding of a run nor a surveyed point (`surveyed`) checks. Spectra are taken as they come, and so are positions
-/// that stand in the radar's own file.
+/// The settings that neither a finding of a run nor a surveyed point (`surveyed`) checks, of an image made with `options`
+/// above or below the surface of the ground. Spectra are taken as they come, and so are positions in the radar's own file.
 #[must_use]
 pub fn weigh_unchecked(
     prepared: &Prepared,
     options: &FocusOptions,
+    underground: Option<&Underground>,
     evidence: &Evidence,
     surveyed: &[Setting],
 ) -> Vec<Unchecked> {
@@ -41,6 +43,9 @@ pub fn weigh_unchecked(
         .is_some_and(|weight| weight.cosine_power > 0.0)
     {
         settings.push(Setting::AntennaAxis);
+    }
+    if underground.is_some() {
+        settings.push(Setting::Permittivity);
     }
     let is_of_base = |finding: &Finding| finding.name.starts_with("base_position");
     if evidence.findings().iter().any(is_of_base) {
@@ -110,6 +115,13 @@ impl Setting {
                 explanation: "a file gives the positions in a frame of its own, and ranges are the same in \
                               its mirror image: axes exchanged or of the wrong sign turn or mirror the image \
                               with the trajectory ([trajectory] file). A surveyed point off the track tells them.",
+            },
+            Self::Permittivity => Unchecked {
+                setting: "relative_permittivity",
+                explanation: "the stated permittivity of the ground sets every depth: an error of 10 % of it moves depths by \
+                              5 %, and the deviations of depths do not contain that; from above, echoes of buried points \
+                              hardly change their sharpness with it ([ground] relative_permittivity, surface_z_m). A \
+                              target at a known depth, or a sample of the soil, determines it.",
             },
             Self::AntennaAxis => Unchecked {
                 setting: "antenna_axis",

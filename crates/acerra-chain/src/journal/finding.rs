@@ -148,4 +148,6 @@ pub enum Setting {
     Axes,
     /// Where the antenna looks, from which its pattern counts.
     AntennaAxis,
+    /// The permittivity of the ground below the surface.
+    Permittivity,
 }

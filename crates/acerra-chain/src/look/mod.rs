@@ -9,20 +9,20 @@
 //!
 //! Nothing that is found here rests on a gate, and no gate on the extent of an image.
 
+mod error;
 mod motion;
 mod side;
 
 use acerra_geo::trajectory::Trajectory;
-use acerra_imaging::ImagingError;
 use acerra_radar::Radargram;
 
-use crate::align::delay::{DelayError, surface_delay};
+use crate::align::delay::surface_delay;
 use crate::align::offset::{OffsetError, SearchRange, by_height_and_motion};
-use crate::align::{AlignError, plane};
-use crate::clean::CleanError;
-use crate::control::{Cancelled, Control};
-use crate::scene::{Scene, SceneError};
+use crate::align::plane;
+use crate::control::Control;
+use crate::scene::Scene;
 
+pub use error::LookError;
 pub use motion::{MotionMatch, match_motion};
 pub use side::{Determined, SideLook};
 
@@ -36,30 +36,6 @@ pub struct FirstLook {
     pub time_offset_s: Option<f64>,
     /// Where the echoes focus; none where the surface is seen, or no offset is left.
     pub side: Option<SideLook>,
-}
-
-/// Why nothing can be seen.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum LookError {
-    /// No trace can be placed.
-    #[error(transparent)]
-    Align(#[from] AlignError),
-    /// The traces cannot be cleaned.
-    #[error(transparent)]
-    Clean(#[from] CleanError),
-    /// They cannot be imaged.
-    #[error(transparent)]
-    Imaging(#[from] ImagingError),
-    /// There is no rectangle about the flight.
-    #[error(transparent)]
-    Scene(#[from] SceneError),
-    /// The traces of a search over delays cannot be had.
-    #[error(transparent)]
-    Delay(#[from] DelayError),
-    /// The caller asked to stop.
-    #[error(transparent)]
-    Cancelled(#[from] Cancelled),
 }
 
 /// Looks at a flight whose offset is stated (s), or found by height and motion. The settings are the defaults.

@@ -8,7 +8,7 @@ use acerra_imaging::{ImagingError, PlaneGrid, SPEED_OF_LIGHT_M_S};
 use acerra_radar::Radargram;
 use rayon::prelude::*;
 
-use super::LookError;
+use super::error::LookError;
 use crate::align::delay::{DelayTrial, Focus};
 use crate::align::{AlignOptions, Flight, align, plane};
 use crate::choices::{Gate, TimeOffset};

@@ -169,9 +169,9 @@ impl Joined {
             Err(ReadError::GridDiffers {
                 path: path.to_owned(),
                 what,
-                expected: expected.to_owned(),
-                first: name_of(&self.first_path),
-                found: found.to_owned(),
+                expected: expected.into(),
+                first: name_of(&self.first_path).into(),
+                found: found.into(),
             })
         };
         if (places.frame == Frame::Local) != (self.places.frame == Frame::Local) {
@@ -213,9 +213,9 @@ impl Joined {
             Err(ReadError::GridDiffers {
                 path: path.to_owned(),
                 what,
-                expected,
-                first: name_of(&self.first_path),
-                found,
+                expected: expected.into(),
+                first: name_of(&self.first_path).into(),
+                found: found.into(),
             })
         };
         if own.samples_per_trace != first.samples_per_trace {

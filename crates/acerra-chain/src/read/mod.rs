@@ -188,11 +188,11 @@ pub enum ReadError {
         /// What differs.
         what: &'static str,
         /// What the first file has.
-        expected: String,
+        expected: Box<str>,
         /// The first file's name.
-        first: String,
+        first: Box<str>,
         /// What this file has.
-        found: String,
+        found: Box<str>,
     },
     /// Spectra in a grid.
     #[error("{}: expected traces over fast time, as [radar] files joins them; found spectra", path.display())]

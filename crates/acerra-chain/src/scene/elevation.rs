@@ -18,9 +18,15 @@ pub(crate) fn check_elevation(
     let tall_m = volume.nz.saturating_sub(1) as f64 * volume.step_m;
     let centre = [x, y, base.z_m + 0.5 * tall_m];
     let resolution_m = elevation_m(position_m, centre, wavelength_m);
-    if resolution_m > tall_m {
+    // In a single row the distance across the track is stated, and the height with it.
+    if resolution_m > tall_m && base.nx.min(base.ny) > 1 {
+        let resolved = if resolution_m.is_finite() {
+            format!("resolve {resolution_m:.1} m in elevation")
+        } else {
+            "resolve no elevation".to_owned()
+        };
         warnings.add(format!(
-            "the positions of the flight resolve {resolution_m:.1} m in elevation, the volume is \
+            "the positions of the flight {resolved}, the volume is \
              {tall_m:.1} m tall: height and distance across the track cannot be told apart; \
              several parallel tracks can"
         ));

@@ -103,7 +103,7 @@ pub fn remove_background(
     remove_background_with(radargram, background, Control::default())
 }
 
-/// The same, stopped on request; medians and principal components report their progress.
+/// Removes the background as [`remove_background`] does, stopped on request.
 ///
 /// # Errors
 /// As [`remove_background`], and [`CleanError::Cancelled`].

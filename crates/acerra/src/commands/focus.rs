@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use acerra_chain::findings::Verdict;
 use acerra_chain::{Control, Journal, Track};
-use acerra_products::run_record::RunRecord;
+use acerra_products::run_record::{RunRecord, depth_of};
 use acerra_products::{
     Outcome, RunRequest, Share, TilesMade, Wanted, make_tiles, run_campaign_with,
 };
@@ -365,9 +365,11 @@ fn write_targets(outcome: &Outcome, out: &mut dyn Write) -> anyhow::Result<()> {
         writeln!(out, "targets    none")?;
         return Ok(());
     }
+    let below = targets.iter().any(|t| depth_of(outcome, t).is_some());
     writeln!(
         out,
-        "targets      x (m)    y (m)  level (dB)  along (m)  across (m)  ghost"
+        "targets      x (m)    y (m)  level (dB)  along (m)  across (m)  ghost{}",
+        if below { "  depth (m)" } else { "" }
     )?;
     let metres = |v: Option<f64>| v.map_or("–".to_owned(), |v| format!("{v:.3}"));
     for (k, t) in targets.iter().enumerate() {
@@ -376,14 +378,15 @@ fn write_targets(outcome: &Outcome, out: &mut dyn Write) -> anyhow::Result<()> {
             .map_or("–".to_owned(), |g| format!("{:.2}", g.level));
         writeln!(
             out,
-            "{:>4}      {:>8.3} {:>8.3}  {:>10.1} {:>10} {:>11}  {:>5}",
+            "{:>4}      {:>8.3} {:>8.3}  {:>10.1} {:>10} {:>11}  {:>5}{}",
             k + 1,
             t.x_m,
             t.y_m,
             t.level_db,
             metres(t.along.rayleigh_m),
             metres(t.across.rayleigh_m),
-            ghost
+            ghost,
+            depth_of(outcome, t).map_or(String::new(), |[depth_m, _]| format!("  {depth_m:>9.3}"))
         )?;
     }
     Ok(())

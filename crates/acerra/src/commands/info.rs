@@ -56,8 +56,15 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
 
 fn write_text(description: &Description, out: &mut dyn Write) -> anyhow::Result<()> {
     for (name, value) in &description.facts {
-        let (label, unit) = label_and_unit(name);
+        let (label, mut unit) = label_and_unit(name);
         let text = match value {
+            // Sampling intervals of radars are picoseconds.
+            Value::Number(n)
+                if unit == "s" && n.as_f64().is_some_and(|s| s != 0.0 && s.abs() < 1e-6) =>
+            {
+                unit = "ns";
+                round(1e9 * n.as_f64().unwrap_or(f64::NAN))
+            }
             Value::Number(n) if n.is_f64() => round(n.as_f64().unwrap_or(f64::NAN)),
             Value::Array(ends) => {
                 let ends: Vec<String> = ends

@@ -46,6 +46,11 @@ pub fn compose(logs: &Logs, folder: &Path) -> anyhow::Result<String> {
                 .because(&radar.summary),
         ],
     };
+    if let Some([low, high]) = radar.band_ghz {
+        let band = Filled::new("image.band_ghz", format!("[{low:.2}, {high:.2}]"));
+        let reason = "within 10 dB of the top of the echoes' spectrum, mean of the traces removed";
+        campaign.filled.push(band.because(reason));
+    }
     let pair = pair(logs)?;
     let (attitudes, trajectories) = attitudes_apart(logs, pair.is_some());
     match (trajectories.as_slice(), pair) {

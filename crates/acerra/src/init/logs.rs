@@ -4,15 +4,19 @@ use std::fs::File;
 use std::io::{BufRead, BufReader, Cursor, Read, Seek};
 use std::path::{Path, PathBuf};
 
+use acerra_chain::Warnings;
 use acerra_chain::look::match_motion;
 use acerra_chain::position::trajectory_file::{
     TrajectoryFile, TrajectoryFileError, TrajectoryFileOptions, TrajectoryReport,
     read_trajectory_file,
 };
+use acerra_chain::read::{RadarContent, read_radar};
 use acerra_cphd::read_cphd;
 use acerra_geo::read::{ReadError as TextError, TrajectoryFormat};
 use acerra_gnss::input::{FileKind, Limits, sniff};
 use acerra_gnss::{Navigation, ObservationData, read_gnss};
+use acerra_radar::clean::{Background, remove_background};
+use acerra_radar::quality::spectrum_occupancy;
 use acerra_radar::{
     Limits as RadarLimits, NeutralContent, OpenError, RadarFile, Radargram, RadargramOptions,
     ReadError,
@@ -69,6 +73,8 @@ pub(super) struct RadarInput {
     pub has_positions: bool,
     /// Way along the line (m), where the file counts it.
     pub way_m: Option<f64>,
+    /// Band that its echoes occupy (GHz), where that is not the default radar's.
+    pub band_ghz: Option<[f64; 2]>,
     /// Its traces over fast time, where it holds some without positions.
     pub radargram: Option<Radargram>,
 }
@@ -259,8 +265,23 @@ fn foreign(path: &Path) -> anyhow::Result<RadarInput> {
             .along_m
             .as_ref()
             .and_then(|along| Some(along.last()? - along.first()?)),
+        band_ghz: occupied_ghz(path),
         radargram: None,
     })
+}
+
+/// Band that the echoes of a radargram occupy once the mean of its traces is removed (GHz, to 10 MHz). Frequencies of
+/// which the record holds no whole period are left out.
+fn occupied_ghz(path: &Path) -> Option<[f64; 2]> {
+    let data = read_radar(path, &mut Warnings::default()).ok()?;
+    let RadarContent::Radargram(radargram) = data.content else {
+        return None;
+    };
+    let window_s = radargram.samples_per_trace as f64 * radargram.fast_time_step_s;
+    let echoes = remove_background(radargram, Background::Mean).ok()?;
+    let [low_hz, high_hz] = spectrum_occupancy(&echoes)?.band_hz;
+    let band_ghz = [low_hz.max(window_s.recip()), high_hz].map(|hz| (hz * 1e-7).round() * 1e-2);
+    (band_ghz[0] > 0.0 && band_ghz[0] < band_ghz[1]).then_some(band_ghz)
 }
 
 fn is_radar(head: &[u8]) -> bool {
@@ -297,6 +318,7 @@ fn phase_history(path: &Path, reader: impl Read + Seek) -> anyhow::Result<RadarI
         time_s: ends,
         has_positions: true,
         way_m: None,
+        band_ghz: None,
         radargram: None,
     })
 }
@@ -320,6 +342,7 @@ fn radar(path: &Path, reader: impl Read + Seek) -> anyhow::Result<RadarInput> {
                 time_s: None,
                 has_positions: false,
                 way_m: None,
+                band_ghz: None,
                 radargram: Some(made.radargram),
             })
         }
@@ -344,6 +367,7 @@ fn radar(path: &Path, reader: impl Read + Seek) -> anyhow::Result<RadarInput> {
                 time_s: ends,
                 has_positions: neutral.position_m.is_some(),
                 way_m: None,
+                band_ghz: None,
                 radargram: match neutral.content {
                     NeutralContent::Radargram(radargram) if neutral.position_m.is_none() => {
                         Some(radargram)
