@@ -225,8 +225,8 @@ fn completed(excerpt: &str) -> String {
         ("[radar]", "file = ", "file = \"flight.mrm\"\n"),
         ("[image]", "x_m = ", "x_m = [0, 1]\ny_m = [0, 1]\n"),
     ] {
-        // Tracks bring radar logs of their own.
-        if table == "[radar]" && has("[[track]]") {
+        // Tracks bring radar logs of their own, and `files` names several.
+        if table == "[radar]" && (has("[[track]]") || has("files = ")) {
             continue;
         }
         if !has(table) {
