@@ -63,6 +63,8 @@ pub enum GroundSurface {
     /// Level, at `surface_z_m`.
     #[default]
     Level,
+    /// That of `[image] terrain`, with one soil below; `[image] z_m` gives the heights of the image.
+    Terrain,
 }
 
 /// `[trajectory] height_datum`: what the heights of a table are above.

@@ -446,6 +446,20 @@ impl Prepared {
             .iter()
             .map(|track| track.range.clone())
             .collect();
+        let underground = (request.underground.as_ref())
+            .map(|ground| {
+                ground.over(
+                    &self.scene.ground,
+                    &request.pixels,
+                    &self.aligned.position_m,
+                )
+            })
+            .transpose()
+            .map_err(ImageError::Ground)?;
+        let request = &ImageRequest {
+            underground,
+            ..request.clone()
+        };
         if request.options.inversion.method == Method::Adjoint {
             return focus(self.echoes(), &parts, request, sink, control);
         }

@@ -4,6 +4,7 @@ use acerra_chain::align::calibration::TrackCalibration;
 use acerra_chain::align::delay::{DelayCue, DelayFound};
 use acerra_chain::align::offset::{Curve, OffsetSearch};
 use acerra_chain::campaign::Campaign;
+use acerra_chain::choices::GroundSurface;
 use acerra_chain::clean::{CleanedTraces, Surface};
 use acerra_chain::findings::{Evidence, Unchecked};
 use acerra_chain::focus::inversion::InversionRecord;
@@ -65,7 +66,15 @@ pub struct TargetRecord<'a> {
 #[must_use]
 pub fn depth_of(outcome: &Outcome, target: &Target) -> Option<[f64; 2]> {
     let ground = outcome.campaign.ground.as_ref()?;
-    let depth_m = ground.surface_z_m - target.z_m;
+    let surface_z_m = match ground.surface {
+        GroundSurface::Level => ground.surface_z_m,
+        GroundSurface::Terrain => outcome
+            .prepared
+            .scene
+            .ground
+            .below_m(target.x_m, target.y_m),
+    };
+    let depth_m = surface_z_m - target.z_m;
     if depth_m <= 0.0 {
         return None;
     }

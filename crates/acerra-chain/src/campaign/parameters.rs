@@ -14,7 +14,7 @@ use crate::align::AlignOptions;
 use crate::align::calibration::CalibrationOptions;
 use crate::align::recording::{InstrumentError, TrackOptions};
 use crate::autofocus::AutofocusOptions;
-use crate::choices::{Delay, HeightSource, Heights, TimeOffset};
+use crate::choices::{Delay, GroundSurface, HeightSource, Heights, TimeOffset};
 use crate::clean::{CleanOptions, frequencies_hz};
 use crate::focus::inversion::options::InversionOptions;
 use crate::focus::looks::LookOptions;
@@ -238,19 +238,15 @@ impl From<&TrackSection> for InstrumentError {
 
 impl From<&ImageSection> for SceneOptions {
     fn from(section: &ImageSection) -> Self {
-        let heights = match (&section.terrain, section.z_m) {
-            (Some(path), _) => SceneHeights::Terrain(TerrainSource {
-                path: path.clone(),
-                crs: section.terrain_crs.clone(),
-                geoid_height_m: section.geoid_height_m,
-                geoid: section.geoid.clone(),
-            }),
-            (None, Some(Heights::Range(z_m))) => SceneHeights::Volume {
-                z_m,
-                step_m: section.pixel_z_m.unwrap_or(section.pixel_m),
-                ground_z_m: section.ground_z_m(),
-            },
-            (None, _) => SceneHeights::Plane(section.base_z_m()),
+        let terrain = section.terrain.as_ref().map(|path| TerrainSource {
+            path: path.clone(),
+            crs: section.terrain_crs.clone(),
+            geoid_height_m: section.geoid_height_m,
+            geoid: section.geoid.clone(),
+        });
+        let (heights, terrain) = match (terrain, section.z_m) {
+            (Some(terrain), None) => (SceneHeights::Terrain(terrain), None),
+            (terrain, z_m) => (section.level_heights(z_m), terrain),
         };
         Self {
             x_m: section.x_m,
@@ -260,7 +256,22 @@ impl From<&ImageSection> for SceneOptions {
             heights,
             origin: None,
             surface_z_m: None,
+            terrain,
             light_speed_m_s: section.light_speed_m_s,
+        }
+    }
+}
+
+impl ImageSection {
+    /// Heights of pixels that are not on a terrain.
+    fn level_heights(&self, z_m: Option<Heights>) -> SceneHeights {
+        match z_m {
+            Some(Heights::Range(z_m)) => SceneHeights::Volume {
+                z_m,
+                step_m: self.pixel_z_m.unwrap_or(self.pixel_m),
+                ground_z_m: self.ground_z_m(),
+            },
+            _ => SceneHeights::Plane(self.base_z_m()),
         }
     }
 }
@@ -334,6 +345,8 @@ impl From<&GroundSection> for Underground {
             .map(|permittivity| layer(permittivity, section.conductivity_s_m, None));
         Self {
             surface_z_m: section.surface_z_m,
+            follows_terrain: section.surface == GroundSurface::Terrain,
+            relief: None,
             layers: one.into_iter().chain(layers).collect(),
         }
     }

@@ -10,7 +10,9 @@ use super::sections::{
     TrackSection, TracksSection, TrajectorySection,
 };
 use super::{Campaign, CampaignError};
-use crate::choices::{Delay, FARTHEST_M, Heights, LONGEST_NS, LONGEST_S, Sum, Values};
+use crate::choices::{
+    Delay, FARTHEST_M, GroundSurface, Heights, LONGEST_NS, LONGEST_S, Sum, Values,
+};
 use crate::focus::inversion::options::{InversionSection, Method};
 
 impl Campaign {
@@ -81,11 +83,26 @@ impl Campaign {
             )];
             check("ground.layer", &rules)?;
         }
-        if self.image.terrain.is_some() {
+        let follows_terrain = ground.surface == GroundSurface::Terrain;
+        if self.image.terrain.is_some() != follows_terrain {
             return exclude(
-                "[ground]",
+                "[ground] surface",
                 "[image] terrain",
-                "the ground's surface is level; rays through a terrain are not traced by the command",
+                "surface = \"terrain\" needs the terrain, and a level surface has none",
+            );
+        }
+        if follows_terrain && self.image.z_m.is_none() {
+            return exclude(
+                "[ground] surface",
+                "[image] z_m",
+                "below a terrain the image has heights of its own: state z_m",
+            );
+        }
+        if follows_terrain && !ground.layer.is_empty() {
+            return exclude(
+                "[ground] surface",
+                "[[ground.layer]]",
+                "layers are level, below a level surface",
             );
         }
         if self.image.method != Method::Adjoint {
@@ -332,7 +349,7 @@ impl Campaign {
             check("gnss", &gnss_rules(gnss))?;
         }
         check("image", &extent_rules(&self.image))?;
-        check_terrain(&self.image)?;
+        check_terrain(&self.image, self.ground.as_ref())?;
         check("image", &pixel_rules(&self.image))?;
         check("image", &focus_rules(&self.image))?;
         check("measure", &measure_rules(&self.measure))?;
@@ -618,8 +635,12 @@ fn extent_rules(image: &ImageSection) -> [Rule; 4] {
     ]
 }
 
-fn check_terrain(image: &ImageSection) -> Result<(), CampaignError> {
-    if image.terrain.is_some() && image.z_m.is_some() {
+fn check_terrain(
+    image: &ImageSection,
+    ground: Option<&GroundSection>,
+) -> Result<(), CampaignError> {
+    let is_below = ground.is_some_and(|ground| ground.surface == GroundSurface::Terrain);
+    if image.terrain.is_some() && image.z_m.is_some() && !is_below {
         return exclude(
             "[image] terrain",
             "[image] z_m",

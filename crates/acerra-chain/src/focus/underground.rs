@@ -1,13 +1,26 @@
 //! Imaging below the surface of the ground.
 
 use acerra_imaging::ImagingError;
-use acerra_imaging::refraction::{Ground, Layer, Surface};
+use acerra_imaging::refraction::{Ground, Layer, Relief, Surface};
 
-/// A ground with a level surface, of one soil or of level layers.
+use crate::scene::Ground as SceneGround;
+use crate::scene::pixels::Pixels;
+
+/// Nodes of the lattice that holds a relief at most.
+const MOST_NODES: f64 = 4e5;
+
+/// Intervals of the lattice beyond the pixels and the antennas, for the cubic interpolation.
+const MARGIN: f64 = 3.0;
+
+/// A ground of one soil or of level layers, below a level surface or below the terrain.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Underground {
-    /// Height of the surface (m).
+    /// Height of a level surface (m).
     pub surface_z_m: f64,
+    /// Whether the surface is that of the scene's terrain.
+    pub follows_terrain: bool,
+    /// The terrain under antennas and pixels, once [`Underground::over`] has sampled it.
+    pub relief: Option<Relief>,
     /// Layers from the top; the last has no end.
     pub layers: Vec<Layer>,
 }
@@ -19,9 +32,57 @@ impl Underground {
     /// Soils or layers that are none.
     pub fn seen_at(&self, frequency_hz: &[f64]) -> Result<Ground, ImagingError> {
         let middle_hz = frequency_hz.iter().sum::<f64>() / frequency_hz.len().max(1) as f64;
-        let surface = Surface::Level {
+        let level = Surface::Level {
             z_m: self.surface_z_m,
         };
+        let surface = self.relief.clone().map_or(level, Surface::Relief);
         Ground::new(surface, &self.layers, middle_hz)
+    }
+
+    /// This ground with the terrain sampled under the pixels and the antennas, where it follows one. The lattice has
+    /// the pixels' distance, or a coarser one where that would be too many nodes.
+    ///
+    /// # Errors
+    /// Heights that are not finite.
+    pub fn over(
+        &self,
+        terrain: &SceneGround,
+        pixels: &Pixels,
+        position_m: &[[f64; 3]],
+    ) -> Result<Self, ImagingError> {
+        if !self.follows_terrain {
+            return Ok(self.clone());
+        }
+        let grid = &pixels.grid;
+        let mut low = [grid.x0_m, grid.y0_m];
+        let mut high = [
+            grid.x_m(grid.nx.saturating_sub(1)),
+            grid.y_m(grid.ny.saturating_sub(1)),
+        ];
+        for place in position_m {
+            for axis in 0..2 {
+                low[axis] = low[axis].min(place[axis]);
+                high[axis] = high[axis].max(place[axis]);
+            }
+        }
+        let sides_m = [0, 1].map(|axis| high[axis] - low[axis]);
+        let fewest_m = (sides_m[0] * sides_m[1] / MOST_NODES).sqrt();
+        let step_m = (grid.pixel_m)
+            .max(fewest_m)
+            .max(sides_m[0].max(sides_m[1]) / MOST_NODES);
+        let counts =
+            sides_m.map(|side_m| (side_m / step_m).ceil() as usize + 1 + 2 * MARGIN as usize);
+        let origin_m = low.map(|from_m| from_m - MARGIN * step_m);
+        let heights_m = (0..counts[1]).flat_map(|row| {
+            (0..counts[0]).map(move |column| {
+                let at = |from_m: f64, k: usize| from_m + step_m * k as f64;
+                terrain.below_m(at(origin_m[0], column), at(origin_m[1], row))
+            })
+        });
+        let relief = Relief::new(origin_m, step_m, counts[0], heights_m.collect())?;
+        Ok(Self {
+            relief: Some(relief),
+            ..self.clone()
+        })
     }
 }

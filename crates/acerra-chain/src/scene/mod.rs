@@ -35,6 +35,8 @@ pub struct SceneOptions {
     pub heights: SceneHeights,
     /// Height of the ground's level surface, where it is not the pixels' (m).
     pub surface_z_m: Option<f64>,
+    /// Terrain of the ground, where the pixels are not on it.
+    pub terrain: Option<TerrainSource>,
     /// Origin of the frame of positions that state none of their own.
     pub origin: Option<Geodetic>,
     /// Propagation speed (m/s).
@@ -328,6 +330,13 @@ impl Scene {
                 source.scene(grid, &frame, positions, warnings)?
             }
         };
+        if let Some(terrain) = &options.terrain {
+            if open.sides != [false; 2] {
+                return Err(SceneError::OpenSides);
+            }
+            let frame = frame_of(options.origin, positions);
+            scene.ground = terrain.scene(grid, &frame, positions, warnings)?.ground;
+        }
         if let (Some(z_m), false) = (options.surface_z_m, scene.ground.is_uneven()) {
             scene.ground = Ground::level(z_m);
         }
