@@ -86,3 +86,54 @@ impl Underground {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use acerra_imaging::refraction::Soil;
+    use acerra_imaging::{PlaneGrid, SurfaceGrid};
+
+    use super::*;
+
+    #[test]
+    fn a_relief_has_the_heights_of_the_terrain_under_pixels_and_antennas() {
+        let grid = PlaneGrid::from_ranges([0.0, 2.0], [-0.5, 0.5], 0.0, 0.05).unwrap();
+        let height_m = |x_m: f64| 0.03 * (3.0 * x_m).sin();
+        let surface =
+            SurfaceGrid::in_parallel(grid, |x_m, _| Ok::<_, ImagingError>(height_m(x_m))).unwrap();
+        let terrain = SceneGround::surface(Arc::new(surface));
+        let soil = Soil {
+            relative_permittivity: 4.0,
+            conductivity_s_m: 0.0,
+        };
+        let stated = Underground {
+            surface_z_m: 9.0,
+            follows_terrain: true,
+            relief: None,
+            layers: vec![Layer {
+                soil,
+                thickness_m: f64::INFINITY,
+            }],
+        };
+        let antennas = [[-0.4, 0.0, 1.0], [2.3, 0.0, 1.0]];
+        let found = stated.over(&terrain, &grid.into(), &antennas).unwrap();
+        let relief = found.relief.as_ref().unwrap();
+        for x_m in [-0.4, 0.0, 0.33, 1.01, 2.0, 2.3] {
+            let expected_m = terrain.below_m(x_m, 0.1);
+            assert!(
+                (relief.at([x_m, 0.1]).height_m - expected_m).abs() < 1e-4,
+                "{x_m}"
+            );
+        }
+        assert!(found.seen_at(&[1e9]).is_ok());
+        let level = Underground {
+            follows_terrain: false,
+            ..stated
+        };
+        assert_eq!(
+            level.over(&terrain, &grid.into(), &antennas).unwrap(),
+            level
+        );
+    }
+}
