@@ -401,7 +401,7 @@ fn per_trace(
         .collect();
     Ok((all, placed))
 }
-/// The traces with heights by the radar instead of those of the positions.
+/// Replaces the heights of the traces, those of the positions, by heights that the radar measures.
 fn with_heights_by_radar(
     mut aligned: Aligned,
     flight: Flight<'_>,

@@ -68,7 +68,8 @@ pub fn look(
     })
 }
 
-/// What height and motion say of the offset, at any delay and height of the ground; none where they say nothing.
+/// Likelihood of the clock offset from height and motion, for any delay and height of the ground; none where neither
+/// determines the offset.
 fn by_height(
     radargram: &Radargram,
     trajectory: &Trajectory,

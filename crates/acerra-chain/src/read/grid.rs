@@ -141,8 +141,6 @@ fn say_once(mut remarks: Vec<String>, files: usize, warnings: &mut Warnings) {
 struct Joined {
     radargram: Radargram,
     places: TracePositions,
-    /// Traces at which a file begins.
-    line_starts: Vec<usize>,
     first: RadarData,
     first_path: PathBuf,
 }
@@ -153,7 +151,6 @@ impl Joined {
         Ok(Self {
             radargram,
             places,
-            line_starts: vec![0],
             first: data,
             first_path: path.to_owned(),
         })
@@ -193,7 +190,6 @@ impl Joined {
             (Some(_), None) => return differs("antennas", "apart", "one place for both"),
             (None, Some(_)) => return differs("antennas", "one place for both", "apart"),
         }
-        self.line_starts.push(self.radargram.traces);
         self.radargram.traces += own.traces;
         self.places.position_m.append(&mut places.position_m);
         for found in data.contradictions {
@@ -248,7 +244,7 @@ impl Joined {
 
     fn into_data(self, files: usize) -> RadarData {
         let mut radargram = self.radargram;
-        // Clocks of the files begin anew with each of them.
+        // The clock of every file starts at zero again.
         radargram.time_s = (0..radargram.traces).map(|i| i as f64).collect();
         let mut data = self.first;
         data.label.summary = format!(
@@ -258,7 +254,6 @@ impl Joined {
         data.content = radargram.into();
         data.positions = Some(self.places);
         data.is_untimed = true;
-        data.line_starts = self.line_starts;
         data
     }
 }
@@ -289,7 +284,7 @@ fn parts(path: &Path, data: &mut RadarData) -> Result<(Radargram, TracePositions
     }
 }
 
-/// Files that a pattern stands for; a name without `*` and `?` stands for itself.
+/// Files whose names match a pattern; a pattern without `*` and `?` is the name of one file.
 fn matching(pattern: &Path) -> Result<Vec<PathBuf>, ReadError> {
     let name = pattern.file_name().unwrap_or_default().to_string_lossy();
     if !name.contains(['*', '?']) {

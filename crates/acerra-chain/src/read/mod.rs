@@ -72,8 +72,6 @@ pub struct RadarData {
     pub is_untimed: bool,
     /// Statements of the file that do not agree.
     pub contradictions: Vec<Contradiction>,
-    /// Traces at which lines begin, where the measurement was made in several.
-    pub line_starts: Vec<usize>,
 }
 
 /// What a radar measurement is called in summaries and pictures.
@@ -110,7 +108,6 @@ impl RadarData {
             clock: None,
             is_untimed: false,
             contradictions: Vec::new(),
-            line_starts: Vec::new(),
         }
     }
 }
@@ -379,7 +376,6 @@ fn from_log(path: &Path, log: &RadarLog, warnings: &mut Warnings) -> Result<Rada
         clock,
         is_untimed: false,
         contradictions: Vec::new(),
-        line_starts: Vec::new(),
     })
 }
 

@@ -206,8 +206,13 @@ impl Campaign<'_> {
         bar.clear();
         let seen = match seen {
             Err(LookError::Cancelled(cancelled)) => return Err(cancelled.into()),
-            // The campaign is written all the same: focus names what is wrong.
-            Err(_) => return Ok(()),
+            Err(error) => {
+                self.questions.push(format!(
+                    "[image]: does the radar look down or to the side, and how high is what it sees? The echoes could not \
+                     be looked at ({error}); the defaults suit a radar that looks down"
+                ));
+                return Ok(());
+            }
             Ok(seen) => seen,
         };
         let answers = Answers::of(&seen);
