@@ -8,6 +8,7 @@
 use super::tables::build::RangeTable;
 use super::tables::phases::BinPhases;
 use super::tables::spec::TableSpec;
+use super::ways::{BLOCK, WayTolerance, Ways};
 use super::weights::WeightedPulses;
 use crate::control::Meter;
 use crate::error::ImagingError;
@@ -32,6 +33,8 @@ pub(crate) struct DoubleTables {
     level: SimdLevel,
     spec: TableSpec,
     carrier_turns: f64,
+    /// Of ways along rays, where these are interpolated.
+    tolerance: WayTolerance,
     first_bin: Vec<i64>,
     /// Bins of a pulse.
     stride: usize,
@@ -68,14 +71,14 @@ impl DoubleTables {
         (ranges_m.len() * size_of::<Bin>()) as u128 * RangeTable::stride_for(spec, ranges_m) as u128
     }
 
-    /// Tables of polynomials of third degree over `ranges_m`, for even frequencies.
+    /// Tables of polynomials of third degree over `ranges_m`, for even frequencies, read at ways within `tolerance`.
     ///
     /// # Errors
     /// Cancellation.
     pub fn build(
         pulses: &Pulses,
         level: SimdLevel,
-        spec: TableSpec,
+        (spec, tolerance): (TableSpec, WayTolerance),
         ranges_m: &[[f64; 2]],
         control: Control,
     ) -> Result<Self, ImagingError> {
@@ -114,6 +117,7 @@ impl DoubleTables {
             level,
             spec,
             carrier_turns: spec.carrier_rad(pulses) / TAU,
+            tolerance,
             first_bin,
             stride,
             bins,
@@ -133,22 +137,24 @@ impl DoubleTables {
         });
     }
 
-    /// Values at points whose ranges the tables hold, in single precision as an image has them; once cancelled
+    /// Values at pieces of rows whose ranges the tables hold, in single precision as an image has them; once cancelled
     /// they have no meaning.
     pub fn values_at(
         &self,
         echoes: &WeightedPulses,
-        points_m: &[[f64; 3]],
+        pieces_m: &[Vec<[f64; 3]>],
         control: Control,
-    ) -> Vec<Complex32> {
-        points_m
-            .par_chunks(DELAYS)
-            .flat_map_iter(|some| self.sums(echoes, some, || control.is_cancelled()))
-            .map(|v| Complex32::new(v.re as f32, v.im as f32))
+    ) -> Vec<Vec<Complex32>> {
+        let rounded = |v: Complex64| Complex32::new(v.re as f32, v.im as f32);
+        pieces_m
+            .par_iter()
+            .map(|piece_m| self.sums(echoes, piece_m, || control.is_cancelled()))
+            .map(|sums| sums.into_iter().map(rounded).collect())
             .collect()
     }
 
-    /// Sums over all pulses, pulse by pulse, so that the bins which neighbouring points read stay in the caches.
+    /// Sums over all pulses at points of a row, pulse by pulse, so that the bins which neighbouring points read stay in
+    /// the caches.
     fn sums(
         &self,
         echoes: &WeightedPulses,
@@ -162,20 +168,15 @@ impl DoubleTables {
             }
             let antenna_m = echoes.pulses.position_m()[pulse];
             let row = self.row(pulse);
-            let is_plain = echoes.pulses.is_plain();
+            if !echoes.pulses.is_plain() {
+                for (some, sums) in points_m.chunks(BLOCK).zip(sums.chunks_mut(BLOCK)) {
+                    let ways = Ways::along(echoes, pulse, some, self.tolerance);
+                    self.add_along(&row, &ways, sums);
+                }
+                continue;
+            }
             for (some, sums) in points_m.chunks(DELAYS).zip(sums.chunks_mut(DELAYS)) {
                 let mut ranges_m = [0.0; DELAYS];
-                if !is_plain {
-                    let mut factors = [0.0; DELAYS];
-                    for (k, point) in some.iter().enumerate() {
-                        [ranges_m[k], factors[k]] = echoes.half_way(pulse, *point);
-                    }
-                    let profiles = profiles(self.level, &row, &ranges_m);
-                    for (k, sum) in sums.iter_mut().enumerate() {
-                        *sum += profiles[k] * factors[k];
-                    }
-                    continue;
-                }
                 for (range, point) in ranges_m.iter_mut().zip(some) {
                     *range = range_m(antenna_m, *point);
                 }
@@ -186,6 +187,20 @@ impl DoubleTables {
             }
         }
         sums
+    }
+
+    /// Adds what a pulse contributes along ways.
+    fn add_along(&self, row: &Row<'_>, ways: &Ways, sums: &mut [Complex64]) {
+        let halves = ways.half_m.chunks_exact(DELAYS);
+        let weights = ways.weight.chunks_exact(DELAYS);
+        for ((half_m, weight), sums) in halves.zip(weights).zip(sums.chunks_mut(DELAYS)) {
+            let mut ranges_m = [0.0; DELAYS];
+            ranges_m.copy_from_slice(half_m);
+            let profiles = profiles(self.level, row, &ranges_m);
+            for ((sum, profile), weight) in sums.iter_mut().zip(profiles).zip(weight) {
+                *sum += profile * weight;
+            }
+        }
     }
 
     /// The profiles of a pulse at several ranges, without weights.

@@ -14,4 +14,5 @@ pub mod reference;
 pub(crate) mod refracted_table;
 pub(crate) mod tables;
 pub(crate) mod travel_time;
+pub(crate) mod ways;
 pub(crate) mod weights;

@@ -9,6 +9,7 @@ use super::double::DoubleTables;
 use super::level_law::{Knots, LevelLaw};
 use super::tables::build::{RangeTable, power_of_two_scale};
 use super::tables::spec::TableSpec;
+use super::ways::WayTolerance;
 use super::weights::WeightedPulses;
 use crate::error::ImagingError;
 use crate::kernel::level::SimdLevel;
@@ -84,7 +85,8 @@ pub(crate) fn refracted_table(
             .map(|[a, b]| [a.min(b).max(0.0), a.max(b).max(0.0)])
             .collect();
         let of_chunk = pulses.slice(which.clone())?;
-        let source = DoubleTables::build(&of_chunk, level, source_spec, &optical_m, control)?;
+        let source = (source_spec, WayTolerance::EXACT);
+        let source = DoubleTables::build(&of_chunk, level, source, &optical_m, control)?;
         out.par_chunks_mut(length).enumerate().for_each(|(k, out)| {
             let pulse = Pulse {
                 echoes,

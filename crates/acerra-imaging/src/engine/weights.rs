@@ -388,12 +388,15 @@ impl WeightedPulses<'_> {
     }
 
     fn way(&self, pulse: usize, point_m: [f64; 3]) -> Way {
-        let rays = self.pulses.rays(pulse, point_m);
-        let [down, back] = &rays;
+        self.way_of(pulse, &self.pulses.rays(pulse, point_m))
+    }
+
+    fn way_of(&self, pulse: usize, rays: &[Ray; 2]) -> Way {
+        let [down, back] = rays;
         Way {
             half_m: 0.5 * (down.optical_m + back.optical_m),
             soil_m: std::array::from_fn(|k| 0.5 * (down.soil_m[k] + back.soil_m[k])),
-            factor: self.pulses.weight()[pulse] * self.weights.along(pulse, &rays),
+            factor: self.pulses.weight()[pulse] * self.weights.along(pulse, rays),
         }
     }
 
@@ -409,14 +412,17 @@ impl WeightedPulses<'_> {
         (-Complex64::I * length * wavenumber).exp()
     }
 
-    /// Half the optical length of an echo's way, m, and its weight with the absorption at the frequency of the rays:
-    /// what tables over frequencies need, exact where losses do not depend on frequency.
-    pub fn half_way(&self, pulse: usize, point_m: [f64; 3]) -> [f64; 2] {
-        let way = self.way(pulse, point_m);
+    /// Half the optical length of an echo's way, m, its weight with the absorption at the frequency of the rays, and the
+    /// change of the half length where the point moves by `step_m`: what tables over frequencies need, exact where
+    /// losses do not depend on frequency.
+    pub fn half_way(&self, pulse: usize, point_m: [f64; 3], step_m: [f64; 3]) -> [f64; 3] {
+        let rays = self.pulses.rays(pulse, point_m);
+        let way = self.way_of(pulse, &rays);
+        let moved_m = 0.5 * (dot(rays[0].gradient, step_m) + dot(rays[1].gradient, step_m));
         let transmitted = self.pulses.ground().map_or(1.0, |ground| {
             transmitted(ground, &way.soil_m, self.pulses.light_speed_m_s())
         });
-        [way.half_m, way.factor * transmitted]
+        [way.half_m, way.factor * transmitted, moved_m]
     }
 
     /// Eq. (3) at points in double precision; once cancelled, values have no meaning.

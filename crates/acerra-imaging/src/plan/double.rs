@@ -8,6 +8,7 @@ use super::report::DoubleChoice;
 use super::request::Request;
 use crate::engine::double::DoubleTables;
 use crate::engine::tables::fit_error::FitErrors;
+use crate::engine::ways::WayTolerance;
 use crate::error::ImagingError;
 use acerra_control::Control;
 
@@ -35,6 +36,8 @@ pub(super) fn double_tables(
     };
     let allowed = margin(request) * request.options.accuracy;
     let ranges_m = request.optical_ranges_m();
+    let highest_hz = pulses.frequency_hz().iter().copied().fold(0.0, f64::max);
+    let shortest_wave_m = pulses.light_speed_m_s() / highest_hz;
     let mut accuracy = FIRST_SHARE * request.aim * allowed;
     for _ in 0..ATTEMPTS {
         let Some(spec) = choose_table(pulses, &errors, DEGREE, (accuracy, 0.0)) else {
@@ -45,7 +48,8 @@ pub(super) fn double_tables(
             return Ok(None);
         }
         let level = request.options.level;
-        let engine = DoubleTables::build(pulses, level, spec, &ranges_m, control)?;
+        let tables = (spec, WayTolerance::new(accuracy, shortest_wave_m));
+        let engine = DoubleTables::build(pulses, level, tables, &ranges_m, control)?;
         let check = compare_values(request, &engine, most_pixels(request), control)?;
         if check.error_bound <= allowed {
             let choice = DoubleChoice {

@@ -24,6 +24,8 @@ pub(crate) struct StackRay {
     /// Sine and cosine of the angle from the vertical in air.
     pub sine: f64,
     pub cosine: f64,
+    /// Refractive index of the last layer times the cosine of the angle from the vertical there.
+    pub last_cosine_index: f64,
     /// Length in each layer, m.
     pub soil_m: [f64; MAX_LAYERS],
     /// Amplitude at the end for 1/m at a distance of 1 m in air: transmission and spreading, 1/m.
@@ -109,6 +111,7 @@ impl Stack {
             optical_m,
             sine: p,
             cosine,
+            last_cosine_index: last.1,
             soil_m,
             amplitude: transmitted * (last_cosine / (cosine * tube_m2)).sqrt(),
         }

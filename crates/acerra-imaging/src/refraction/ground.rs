@@ -49,7 +49,7 @@ impl Surface {
     pub fn height_m(&self, [x_m, y_m]: [f64; 2]) -> f64 {
         match self {
             Self::Level { z_m } => *z_m,
-            Self::Relief(relief) => relief.at([x_m, y_m]).height_m,
+            Self::Relief(relief) => relief.height_m([x_m, y_m]),
         }
     }
 
@@ -234,6 +234,12 @@ impl Ground {
             optical_m: ray.optical_m,
             soil_m: ray.soil_m,
             departure: [along[0] * sine_per_m, along[1] * sine_per_m, -ray.cosine],
+            // The horizontal part is that in air, by Snell's law.
+            gradient: [
+                along[0] * sine_per_m,
+                along[1] * sine_per_m,
+                -ray.last_cosine_index,
+            ],
             amplitude: ray.amplitude,
         }
     }

@@ -14,6 +14,9 @@ pub struct Ray {
     pub soil_m: [f64; MAX_LAYERS],
     /// Unit vector in which the ray leaves the antenna.
     pub departure: [f64; 3],
+    /// Gradient of the optical length by the place of the point: the refractive index there times the unit vector in
+    /// which the ray arrives (Fermat's principle).
+    pub gradient: [f64; 3],
     /// One-way amplitude at the point by transmission and spreading, without absorption, 1/m: 1/R in air.
     pub amplitude: f64,
 }
@@ -23,10 +26,12 @@ impl Ray {
     pub(crate) fn straight(antenna_m: [f64; 3], point_m: [f64; 3]) -> Self {
         let range = range_m(antenna_m, point_m);
         let per_m = 1.0 / range.max(f64::MIN_POSITIVE);
+        let direction = std::array::from_fn(|axis| (point_m[axis] - antenna_m[axis]) * per_m);
         Self {
             optical_m: range,
             soil_m: [0.0; MAX_LAYERS],
-            departure: std::array::from_fn(|axis| (point_m[axis] - antenna_m[axis]) * per_m),
+            departure: direction,
+            gradient: direction,
             amplitude: 1.0 / range,
         }
     }

@@ -34,6 +34,9 @@ const STARTS: usize = 25;
 const REFINED: usize = 3;
 /// Steps of a search, and halvings of a step that leads to a later crossing.
 const MOST_STEPS: usize = 40;
+/// Share of the optical length that a step must promise to be taken: a crossing is then found to some 10⁻⁷ of it, and
+/// the length, which is stationary there, to rounding.
+const LEAST_GAIN: f64 = 1e-13;
 const MOST_HALVINGS: usize = 30;
 
 impl Relief {
@@ -108,6 +111,27 @@ impl Relief {
         }
     }
 
+    /// Height at `[x, y]`, m: that of [`Relief::at`].
+    #[must_use]
+    pub fn height_m(&self, place_m: [f64; 2]) -> f64 {
+        let rows = self.height_m.len() / self.columns;
+        let [(columns, across), (rows, along)] =
+            [(0, self.columns), (1, rows)].map(|(axis, size)| {
+                let last = (size - 1) as f64;
+                let place = ((place_m[axis] - self.origin_m[axis]) / self.step_m).clamp(0.0, last);
+                let cell = place.floor().min((last - 1.0).max(0.0));
+                let node = |k: usize| (cell as usize + k).saturating_sub(1).min(size - 1);
+                (std::array::from_fn::<_, 4, _>(node), weights(place - cell))
+            });
+        (rows.iter().zip(along))
+            .map(|(row, weight)| {
+                let row = &self.height_m[row * self.columns..(row + 1) * self.columns];
+                let sum: f64 = (columns.iter().zip(across)).map(|(k, w)| w * row[*k]).sum();
+                weight * sum
+            })
+            .sum()
+    }
+
     /// The earliest ray from an antenna above the surface to a point below it, in soil of refractive index `n`.
     ///
     /// Local minima of the optical length along the vertical plane through both are refined by Newton's method
@@ -140,17 +164,23 @@ impl Relief {
     }
 }
 
+/// Keys' weights of four nodes at a fraction of a cell.
+fn weights(t: f64) -> [f64; 4] {
+    let s = t * t;
+    let cube = s * t;
+    [
+        -0.5 * cube + s - 0.5 * t,
+        1.5 * cube - 2.5 * s + 1.0,
+        -1.5 * cube + 2.0 * s + 0.5 * t,
+        0.5 * cube - 0.5 * s,
+    ]
+}
+
 /// Keys' weights of four nodes at a fraction of a cell, and their first and second derivatives.
 fn keys(t: f64, per_m: f64) -> [[f64; 4]; 3] {
     let (s, square) = (t * t, per_m * per_m);
-    let cube = s * t;
     [
-        [
-            -0.5 * cube + s - 0.5 * t,
-            1.5 * cube - 2.5 * s + 1.0,
-            -1.5 * cube + 2.0 * s + 0.5 * t,
-            0.5 * cube - 0.5 * s,
-        ],
+        weights(t),
         [
             -1.5 * s + 2.0 * t - 0.5,
             4.5 * s - 5.0 * t,
@@ -173,7 +203,7 @@ struct Search<'a> {
 impl Search<'_> {
     /// Optical length through a point of the surface, m.
     fn optical_m(&self, place: [f64; 2]) -> f64 {
-        let (down, on) = self.legs([place[0], place[1], self.relief.at(place).height_m]);
+        let (down, on) = self.legs([place[0], place[1], self.relief.height_m(place)]);
         norm(down) + self.n * norm(on)
     }
 
@@ -189,8 +219,10 @@ impl Search<'_> {
     fn refine(&self, start: [f64; 2]) -> ([f64; 2], f64) {
         let (mut place, mut length) = (start, self.optical_m(start));
         for _ in 0..MOST_STEPS {
-            let step = self.newton_step(place);
-            let size = step[0].hypot(step[1]);
+            let (step, gain) = self.newton_step(place);
+            if gain < LEAST_GAIN * length {
+                break;
+            }
             let (mut share, mut moved) = (1.0, false);
             for _ in 0..MOST_HALVINGS {
                 let next = [place[0] + share * step[0], place[1] + share * step[1]];
@@ -201,15 +233,16 @@ impl Search<'_> {
                 }
                 share *= 0.5;
             }
-            if !moved || size < 1e-9 {
+            if !moved {
                 break;
             }
         }
         (place, length)
     }
 
-    /// Newton's step down the optical length, steepest descent where that is not convex.
-    fn newton_step(&self, place: [f64; 2]) -> [f64; 2] {
+    /// Newton's step down the optical length, steepest descent where that is not convex, and the gain that it
+    /// promises (m).
+    fn newton_step(&self, place: [f64; 2]) -> ([f64; 2], f64) {
         let facet = self.relief.at(place);
         let (down, on) = self.legs([place[0], place[1], facet.height_m]);
         let (a, b) = (norm(down).max(1e-12), norm(on).max(1e-12));
@@ -229,14 +262,16 @@ impl Search<'_> {
             second(u, u, facet.curvature[2]),
         ];
         let determinant = xx * yy - xy * xy;
-        if xx > 0.0 && determinant > 1e-12 * xx * yy {
-            return [
+        let step = if xx > 0.0 && determinant > 1e-12 * xx * yy {
+            [
                 -(yy * gradient[0] - xy * gradient[1]) / determinant,
                 -(xx * gradient[1] - xy * gradient[0]) / determinant,
-            ];
-        }
-        let scale = a.min(b);
-        gradient.map(|g| -g * scale)
+            ]
+        } else {
+            gradient.map(|g| -g * a.min(b))
+        };
+        let gain = -0.5 * (gradient[0] * step[0] + gradient[1] * step[1]);
+        (step, gain)
     }
 
     /// The ray through a place of the surface.
@@ -264,6 +299,7 @@ impl Search<'_> {
             optical_m: a + self.n * b,
             soil_m,
             departure: down.map(|v| v / a.max(1e-12)),
+            gradient: on.map(|v| self.n * v / b.max(1e-12)),
             amplitude: stack.ray(distance_m).amplitude,
         }
     }

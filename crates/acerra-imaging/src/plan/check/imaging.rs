@@ -6,6 +6,7 @@ use crate::engine::direct::Direct;
 use crate::engine::double::DoubleTables;
 use crate::engine::factorized::merged::Factorized;
 use crate::engine::factorized::spec::FactorizedSpec;
+use crate::engine::ways::BLOCK;
 use crate::engine::weights::WeightedPulses;
 use crate::error::ImagingError;
 use crate::grid::image::Patch;
@@ -156,10 +157,7 @@ pub(in crate::plan) fn compare_pixels(
     Ok((judged_in_pairs(&found), shares(tally)))
 }
 
-/// Pixels of a row in which the brightest is compared beside a random one.
-const PIECE: usize = 16;
-
-/// Compares values in double precision at random pixels, and at the brightest of a piece of the row from each.
+/// Compares values in double precision at random pixels, and at the brightest of the block of a row about each.
 pub(in crate::plan) fn compare_values(
     request: &Request,
     tables: &DoubleTables,
@@ -168,21 +166,21 @@ pub(in crate::plan) fn compare_values(
 ) -> Result<SelfCheck, ImagingError> {
     let (grid, echoes) = (&request.grid, &request.echoes);
     let mut random = Random(0x0d0b_1e00);
-    let pieces: Vec<Vec<[f64; 3]>> = (0..pixels.div_ceil(2))
-        .map(|_| {
-            let (first, row) = (random.below(grid.columns()), random.below(grid.rows()));
-            let columns = first..(first + PIECE).min(grid.columns());
-            columns.map(|i| grid.point_m(i, row)).collect()
+    let places: Vec<[usize; 2]> = (0..pixels.div_ceil(2))
+        .map(|_| [random.below(grid.columns()), random.below(grid.rows())])
+        .collect();
+    let piece_m = |[column, row]: &[usize; 2]| -> Vec<[f64; 3]> {
+        let first = column / BLOCK * BLOCK;
+        let columns = first..(first + BLOCK).min(grid.columns());
+        columns.map(|i| grid.point_m(i, *row)).collect()
+    };
+    let pieces_m: Vec<Vec<[f64; 3]>> = places.iter().map(piece_m).collect();
+    let values = tables.values_at(echoes, &pieces_m, control);
+    let compared: Vec<Pixel> = (places.iter().zip(&pieces_m).zip(&values))
+        .flat_map(|(([column, _], points_m), values)| {
+            [column % BLOCK, brightest(values)].map(|k| (points_m[k], values[k]))
         })
         .collect();
-    let values = tables.values_at(echoes, &pieces.concat(), control);
-    let mut rest = &values[..];
-    let mut compared: Vec<Pixel> = Vec::with_capacity(2 * pieces.len());
-    for points_m in &pieces {
-        let (piece, others) = rest.split_at(points_m.len());
-        compared.extend([0, brightest(piece)].map(|k| (points_m[k], piece[k])));
-        rest = others;
-    }
     let found = deviations(echoes, &compared, control);
     control.check()?;
     Ok(judged_in_pairs(&found))

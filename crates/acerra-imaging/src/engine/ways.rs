@@ -1,0 +1,149 @@
+//! Ways of echoes to the points of a row, interpolated between exact rays.
+//!
+//! Along a row the half way and the weight of an echo are smooth but where the earliest ray changes its crossing. The
+//! row is bisected until cubics through lengths and slopes at both ends (Hermite) meet the exact length in the middle;
+//! slopes come without further rays, by Fermat's principle. Where they never do, every point has its exact ray.
+
+use super::weights::WeightedPulses;
+
+/// Points of a row that share an interpolation.
+pub(crate) const BLOCK: usize = 32;
+
+/// Allowed deviation of interpolated ways.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct WayTolerance {
+    /// Of half the optical length, m.
+    half_m: f64,
+    /// Of the weight in the middle from the mean of both ends, in shares of it.
+    weight: f64,
+}
+
+impl WayTolerance {
+    /// Every way is that of its rays.
+    pub const EXACT: Self = Self {
+        half_m: 0.0,
+        weight: 0.0,
+    };
+
+    /// Such that a contribution whose shortest wave has the length `wave_m` deviates by `accuracy` of it.
+    ///
+    /// A parabola through three weights follows a smooth function to the power 3/2 of its deviation from the chord, or
+    /// better.
+    pub fn new(accuracy: f64, wave_m: f64) -> Self {
+        Self {
+            half_m: accuracy * wave_m / (4.0 * std::f64::consts::PI),
+            weight: accuracy.powf(2.0 / 3.0),
+        }
+    }
+}
+
+/// Half ways (m) and weights from a pulse to a block of points.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Ways {
+    pub half_m: [f64; BLOCK],
+    pub weight: [f64; BLOCK],
+}
+
+/// An exact way: half its length, its weight, and the change of the half length from a point to the next.
+#[derive(Debug, Clone, Copy)]
+struct Knot {
+    at: usize,
+    half_m: f64,
+    weight: f64,
+    slope_m: f64,
+}
+
+impl Ways {
+    /// To `points_m`, at most [`BLOCK`], evenly along a line.
+    pub fn along(
+        echoes: &WeightedPulses,
+        pulse: usize,
+        points_m: &[[f64; 3]],
+        tolerance: WayTolerance,
+    ) -> Self {
+        let mut ways = Self {
+            half_m: [0.0; BLOCK],
+            weight: [0.0; BLOCK],
+        };
+        let last = points_m.len().min(BLOCK) - 1;
+        let steps = last.max(1) as f64;
+        let step_m = std::array::from_fn(|k| (points_m[last][k] - points_m[0][k]) / steps);
+        let knot = |at: usize| {
+            let [half_m, weight, slope_m] = echoes.half_way(pulse, points_m[at], step_m);
+            Knot {
+                at,
+                half_m,
+                weight,
+                slope_m,
+            }
+        };
+        let first = knot(0);
+        ways.set(&first);
+        if last > 0 {
+            let end = knot(last);
+            ways.set(&end);
+            ways.between(&knot, [&first, &end], tolerance);
+        }
+        ways
+    }
+
+    fn set(&mut self, knot: &Knot) {
+        self.half_m[knot.at] = knot.half_m;
+        self.weight[knot.at] = knot.weight;
+    }
+
+    /// Fills what lies between two exact ways.
+    fn between(
+        &mut self,
+        exact: &impl Fn(usize) -> Knot,
+        [from, to]: [&Knot; 2],
+        tolerance: WayTolerance,
+    ) {
+        let points = to.at - from.at;
+        if points < 2 {
+            return;
+        }
+        let middle = exact(from.at + points / 2);
+        self.set(&middle);
+        let is_met = |found: f64, expected: f64, within: f64| (found - expected).abs() <= within;
+        let share = (middle.at - from.at) as f64 / points as f64;
+        let chord = from.weight + share * (to.weight - from.weight);
+        let largest = from.weight.abs().max(to.weight.abs());
+        let is_smooth = is_met(
+            cubic_m(from, to, middle.at),
+            middle.half_m,
+            tolerance.half_m,
+        ) && is_met(chord, middle.weight, tolerance.weight * largest);
+        if !is_smooth {
+            self.between(exact, [from, &middle], tolerance);
+            self.between(exact, [&middle, to], tolerance);
+            return;
+        }
+        let [a, b, c] = [from, &middle, to].map(|knot| knot.at as f64);
+        for at in from.at + 1..to.at {
+            if at == middle.at {
+                continue;
+            }
+            let (left, right) = if at < middle.at {
+                (from, &middle)
+            } else {
+                (&middle, to)
+            };
+            self.half_m[at] = cubic_m(left, right, at);
+            let x = at as f64;
+            self.weight[at] = from.weight * (x - b) * (x - c) / ((a - b) * (a - c))
+                + middle.weight * (x - a) * (x - c) / ((b - a) * (b - c))
+                + to.weight * (x - a) * (x - b) / ((c - a) * (c - b));
+        }
+    }
+}
+
+/// The cubic through two half ways with their slopes.
+fn cubic_m(from: &Knot, to: &Knot, at: usize) -> f64 {
+    let span = (to.at - from.at) as f64;
+    let t = (at - from.at) as f64 / span;
+    let s = 1.0 - t;
+    from.half_m * s * s * (1.0 + 2.0 * t)
+        + to.half_m * t * t * (1.0 + 2.0 * s)
+        + span * t * s * (s * from.slope_m - t * to.slope_m)
+}
