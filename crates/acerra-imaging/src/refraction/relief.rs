@@ -32,6 +32,8 @@ pub struct Facet {
 const STARTS: usize = 25;
 /// Of these, the earliest local minima are refined.
 const REFINED: usize = 3;
+/// The gain that a first step promises, times this, is what refining a minimum is taken to gain at most.
+const GAIN_ROOM: f64 = 4.0;
 /// Steps of a search, and halvings of a step that leads to a later crossing.
 const MOST_STEPS: usize = 40;
 /// Share of the optical length that a step must promise to be taken: a crossing is then found to some 10⁻⁷ of it, and
@@ -95,14 +97,15 @@ impl Relief {
             }
             (std::array::from_fn(node), weights)
         });
+        let [(columns, across), (rows, along)] = axes;
+        // Of every row the height and its derivatives along x.
+        let of_rows = rows.map(|row| {
+            let heights_m = &self.height_m[row * self.columns..(row + 1) * self.columns];
+            let nodes_m = columns.map(|column| heights_m[column]);
+            across.map(|weights| (0..4).map(|k| weights[k] * nodes_m[k]).sum::<f64>())
+        });
         let sum = |dx: usize, dy: usize| -> f64 {
-            let mut sum = 0.0;
-            for (j, wy) in axes[1].0.iter().zip(axes[1].1[dy]) {
-                for (i, wx) in axes[0].0.iter().zip(axes[0].1[dx]) {
-                    sum += wx * wy * self.height_m[j * self.columns + i];
-                }
-            }
-            sum
+            (0..4).map(|row| along[dy][row] * of_rows[row][dx]).sum()
         };
         Facet {
             height_m: sum(0, 0),
@@ -148,19 +151,22 @@ impl Relief {
             let t = k as f64 / (STARTS - 1) as f64;
             [0, 1].map(|axis| antenna_m[axis] + t * (point_m[axis] - antenna_m[axis]))
         };
-        let along: Vec<f64> = (0..STARTS).map(|k| search.optical_m(place(k))).collect();
+        let along: [f64; STARTS] = std::array::from_fn(|k| search.optical_m(place(k)));
         let is_minimum = |k: &usize| {
             (*k == 0 || along[*k] <= along[*k - 1])
                 && (*k + 1 == STARTS || along[*k] <= along[*k + 1])
         };
         let mut minima: Vec<usize> = (0..STARTS).filter(is_minimum).collect();
         minima.sort_by(|a, b| along[*a].total_cmp(&along[*b]));
-        let refined = minima
-            .iter()
-            .take(REFINED)
-            .map(|k| search.refine(place(*k)));
-        let best = refined.reduce(|a, b| if b.1 < a.1 { b } else { a });
-        search.ray(best.map_or([point_m[0], point_m[1]], |(place, _)| place))
+        let mut best = ([point_m[0], point_m[1]], f64::INFINITY);
+        for k in minima.iter().take(REFINED) {
+            let (_, gain) = search.newton_step(place(*k));
+            if along[*k] - GAIN_ROOM * gain < best.1 {
+                let found = search.refine(place(*k));
+                best = if found.1 < best.1 { found } else { best };
+            }
+        }
+        search.ray(best.0)
     }
 }
 

@@ -4,7 +4,7 @@ use super::super::imaging::ImagingPlan;
 use super::super::options::{Engine, PlanOptions, SelfCheck};
 use super::super::planner::{SINGLE_PRECISION_FLOOR, next_share};
 use super::super::report::{Decision, PlanReport};
-use super::super::request::Request;
+use super::super::request::{Propagation, Request};
 use super::groups::nearest_slice;
 use super::proof::Proof;
 use crate::engine::weights::{WeightedPulses, Weights};
@@ -50,7 +50,9 @@ impl<'a> SlicesPlan<'a> {
         let request = Request::new(pulses, planned.into(), options)?.with_slices(grids)?;
         let mut plan = ImagingPlan::of_request(Request { aim, ..request }, control)?;
         let is_reference = plan.engine() == Engine::Reference;
+        // Rays that every pixel has of its own are summed in double precision, whatever the accuracy.
         if plan.is_double_precision()
+            && plan.request.propagation() != Propagation::Any
             && !matches!(options.engine, Engine::Double | Engine::Reference)
             && options.accuracy >= SINGLE_PRECISION_FLOOR
         {
