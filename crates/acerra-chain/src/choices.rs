@@ -65,6 +65,9 @@ pub enum GroundSurface {
     Level,
     /// That of `[image] terrain`, with one soil below; `[image] z_m` gives the heights of the image.
     Terrain,
+    /// As the first echo of the ground places it below the tracks, with one soil below. Where `[radar] delay_ns` is not
+    /// stated, its median is at `surface_z_m`.
+    Radar,
 }
 
 /// `[trajectory] height_datum`: what the heights of a table are above.

@@ -6,6 +6,7 @@ use crate::align::clock::ClockError;
 use crate::align::delay::DelayError;
 use crate::align::offset::OffsetError;
 use crate::align::plane::GroundError;
+use crate::align::radar_surface::RadarSurfaceError;
 use crate::clean::CleanError;
 use crate::control::Cancelled;
 use crate::focus::plan::ImageError;
@@ -37,6 +38,9 @@ pub enum ChainError {
     /// Stage `align`: the height of the ground.
     #[error(transparent)]
     Ground(#[from] GroundError),
+    /// Stage `align`: the surface of the ground by the radar.
+    #[error(transparent)]
+    RadarSurface(#[from] RadarSurfaceError),
     /// Stage `clean`.
     #[error(transparent)]
     Clean(#[from] CleanError),

@@ -13,9 +13,10 @@ use crate::align::correction::PathCorrection;
 use crate::align::delay::DelayFound;
 use crate::align::offset::OffsetSearch;
 use crate::align::plane::{GroundFound, find_ground};
+use crate::align::radar_surface::{RadarSurfaceError, SeenTrack, radar_surface};
 use crate::align::recording::Recording;
 use crate::align::uncovered::tell_uncovered;
-use crate::choices::{Background, Gate, Select};
+use crate::choices::{Background, Delay, Gate, Select};
 use crate::clean::{Cleaned, CleanedTraces, clean};
 use crate::control::Control;
 use crate::echoes::Echoes;
@@ -30,7 +31,7 @@ use crate::journal::warnings::Warnings;
 use crate::measure::{MeasureError, MeasureOptions, measure};
 use crate::position::aligned::Aligned;
 use crate::position::{LogSources, Positions, in_one_frame};
-use crate::read::RadarLabel;
+use crate::read::{RadarContent, RadarLabel};
 use crate::scene::elevation::check_elevation;
 use crate::scene::{Scene, SceneError};
 
@@ -150,8 +151,8 @@ pub fn prepare(
         }
         settled
     })?;
-    let clocked = journal.stage("align", |warnings| {
-        recordings
+    let (scene, clocked) = journal.stage("align", |warnings| {
+        let clocked = recordings
             .iter()
             .map(|recording| {
                 control.check()?;
@@ -162,7 +163,8 @@ pub fn prepare(
                 }
                 Ok(clocked?)
             })
-            .collect::<Result<Vec<_>, ChainError>>()
+            .collect::<Result<Vec<_>, ChainError>>()?;
+        over_surface(&recordings, scene, clocked, warnings)
     })?;
     journal.stage("clean", |warnings| {
         let mut tracks = Vec::new();
@@ -190,12 +192,21 @@ pub fn prepare_as_stated(
     warnings: &mut Warnings,
     control: &Control<'_>,
 ) -> Result<Prepared, ChainError> {
-    let mut tracks = Vec::new();
-    let mut echoes = Vec::new();
-    for recording in recordings {
+    let placed = |recording: &Recording| {
         control.check()?;
         let flight = flight_of(recording, &scene);
-        let clocked = place_as_stated(flight, &recording.options, warnings, control)?;
+        Ok(place_as_stated(
+            flight,
+            &recording.options,
+            warnings,
+            control,
+        )?)
+    };
+    let clocked: Result<Vec<_>, ChainError> = recordings.iter().map(placed).collect();
+    let (scene, clocked) = over_surface(recordings, scene, clocked?, warnings)?;
+    let mut tracks = Vec::new();
+    let mut echoes = Vec::new();
+    for (recording, clocked) in recordings.iter().zip(clocked) {
         let (track, own) = clean_track(recording, &scene, clocked, warnings)?;
         tracks.push(track);
         echoes.push(own);
@@ -241,6 +252,49 @@ fn settle_ground(
     };
     let found = find_ground(first, &scene, control)?;
     Ok((scene.on_ground(found.z_m), Some(found)))
+}
+
+/// Share of the image without a trace near it from which an extrapolated surface is named.
+const TOLD_BEYOND: f64 = 0.05;
+
+/// The scene over the surface that the radar shows, and the heights of the traces above it, where that is asked for.
+fn over_surface(
+    recordings: &[Recording],
+    scene: Scene,
+    mut clocked: Vec<Clocked>,
+    warnings: &mut Warnings,
+) -> Result<(Scene, Vec<Clocked>), ChainError> {
+    if !scene.open.surface {
+        return Ok((scene, clocked));
+    }
+    let seen: Result<Vec<_>, RadarSurfaceError> = (recordings.iter().zip(&clocked))
+        .map(|(recording, clocked)| match &recording.radar.content {
+            RadarContent::Spectrum(_) => Err(RadarSurfaceError::Spectra),
+            RadarContent::Radargram(radargram) => Ok(SeenTrack {
+                radargram,
+                aligned: &clocked.aligned,
+                delay_s: (clocked.clean.delay_ns)
+                    .and_then(Delay::given_ns)
+                    .map(|ns| 1e-9 * ns),
+            }),
+        })
+        .collect();
+    let found = radar_surface(&seen?, &scene)?;
+    if found.beyond > TOLD_BEYOND {
+        warnings.add(format!(
+            "[ground] surface = \"radar\": {:.0} % of the image are farther from every trace than half the height of the \
+             flight; the surface there is that under the nearest traces",
+            100.0 * found.beyond
+        ));
+    }
+    let scene = scene.over(found.heights);
+    for one in &mut clocked {
+        let places = (one.aligned.position_m).iter();
+        for ([x_m, y_m, z_m], height_m) in places.zip(&mut one.aligned.height_m) {
+            *height_m = z_m - scene.ground.below_m(*x_m, *y_m);
+        }
+    }
+    Ok((scene, clocked))
 }
 
 /// What is kept of a recording for good, and what the calibration corrects.

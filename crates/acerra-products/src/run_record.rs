@@ -68,7 +68,7 @@ pub fn depth_of(outcome: &Outcome, target: &Target) -> Option<[f64; 2]> {
     let ground = outcome.campaign.ground.as_ref()?;
     let surface_z_m = match ground.surface {
         GroundSurface::Level => ground.surface_z_m,
-        GroundSurface::Terrain => outcome
+        GroundSurface::Terrain | GroundSurface::Radar => outcome
             .prepared
             .scene
             .ground

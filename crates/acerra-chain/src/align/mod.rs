@@ -10,6 +10,7 @@ pub mod offset;
 pub mod plane;
 pub(crate) mod quantity;
 pub mod radar_height;
+pub mod radar_surface;
 pub mod recording;
 pub mod select;
 pub(crate) mod uncovered;

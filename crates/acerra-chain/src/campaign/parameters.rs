@@ -47,6 +47,8 @@ impl Campaign {
         if image.ground_z_m.is_none() {
             scene.surface_z_m = self.ground.as_ref().map(|ground| ground.surface_z_m);
         }
+        scene.has_radar_surface =
+            (self.ground.as_ref()).is_some_and(|ground| ground.surface == GroundSurface::Radar);
         // Of several tracks the longest gate lets in most.
         let kept = |one: &Campaign| {
             let [_, end_ns] = one.preprocess.gate_ns.about_ns()?;
@@ -256,6 +258,7 @@ impl From<&ImageSection> for SceneOptions {
             heights,
             origin: None,
             surface_z_m: None,
+            has_radar_surface: false,
             terrain,
             light_speed_m_s: section.light_speed_m_s,
         }
@@ -345,7 +348,7 @@ impl From<&GroundSection> for Underground {
             .map(|permittivity| layer(permittivity, section.conductivity_s_m, None));
         Self {
             surface_z_m: section.surface_z_m,
-            follows_terrain: section.surface == GroundSurface::Terrain,
+            is_uneven: section.surface != GroundSurface::Level,
             relief: None,
             layers: one.into_iter().chain(layers).collect(),
         }

@@ -91,14 +91,15 @@ impl Campaign {
                 "surface = \"terrain\" needs the terrain, and a level surface has none",
             );
         }
-        if follows_terrain && self.image.z_m.is_none() {
+        let is_uneven = ground.surface != GroundSurface::Level;
+        if is_uneven && self.image.z_m.is_none() {
             return exclude(
                 "[ground] surface",
                 "[image] z_m",
-                "below a terrain the image has heights of its own: state z_m",
+                "below uneven ground the image has heights of its own: state z_m",
             );
         }
-        if follows_terrain && !ground.layer.is_empty() {
+        if is_uneven && !ground.layer.is_empty() {
             return exclude(
                 "[ground] surface",
                 "[[ground.layer]]",

@@ -17,9 +17,9 @@ const MARGIN: f64 = 3.0;
 pub struct Underground {
     /// Height of a level surface (m).
     pub surface_z_m: f64,
-    /// Whether the surface is that of the scene's terrain.
-    pub follows_terrain: bool,
-    /// The terrain under antennas and pixels, once [`Underground::over`] has sampled it.
+    /// Whether the surface is the uneven one of the scene: its terrain, or what the radar shows.
+    pub is_uneven: bool,
+    /// That surface under antennas and pixels, once [`Underground::over`] has sampled it.
     pub relief: Option<Relief>,
     /// Layers from the top; the last has no end.
     pub layers: Vec<Layer>,
@@ -50,7 +50,7 @@ impl Underground {
         pixels: &Pixels,
         position_m: &[[f64; 3]],
     ) -> Result<Self, ImagingError> {
-        if !self.follows_terrain {
+        if !self.is_uneven {
             return Ok(self.clone());
         }
         let grid = &pixels.grid;
@@ -109,7 +109,7 @@ mod tests {
         };
         let stated = Underground {
             surface_z_m: 9.0,
-            follows_terrain: true,
+            is_uneven: true,
             relief: None,
             layers: vec![Layer {
                 soil,
@@ -128,7 +128,7 @@ mod tests {
         }
         assert!(found.seen_at(&[1e9]).is_ok());
         let level = Underground {
-            follows_terrain: false,
+            is_uneven: false,
             ..stated
         };
         assert_eq!(

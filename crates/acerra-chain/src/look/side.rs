@@ -79,6 +79,7 @@ pub(super) fn scene(trajectory: &Trajectory, z_m: f64) -> Result<Scene, LookErro
         pixel_m: 0.01,
         heights: SceneHeights::Plane(z_m),
         surface_z_m: None,
+        has_radar_surface: false,
         terrain: None,
         origin: None,
         light_speed_m_s: SPEED_OF_LIGHT_M_S,

@@ -35,6 +35,8 @@ pub struct SceneOptions {
     pub heights: SceneHeights,
     /// Height of the ground's level surface, where it is not the pixels' (m).
     pub surface_z_m: Option<f64>,
+    /// Whether the radar's own first echo places the surface of the ground.
+    pub has_radar_surface: bool,
     /// Terrain of the ground, where the pixels are not on it.
     pub terrain: Option<TerrainSource>,
     /// Origin of the frame of positions that state none of their own.
@@ -219,6 +221,8 @@ pub struct Scene {
 pub struct OpenChoices {
     /// The height of the ground.
     pub ground: bool,
+    /// The uneven surface of the ground, about the level that is stated.
+    pub surface: bool,
     /// The image's sides along east and north.
     pub sides: [bool; 2],
     /// Two-way time after the surface echo up to which the data are kept (s).
@@ -239,6 +243,24 @@ impl Scene {
         scene.pixels.grid.z_m = z_m;
         scene.ground = Ground::level(z_m);
         scene
+    }
+
+    /// The same pixels over the level ground at `z_m`.
+    #[must_use]
+    pub fn on_level(self, z_m: f64) -> Self {
+        Self {
+            ground: Ground::level(z_m),
+            ..self
+        }
+    }
+
+    /// The same pixels over uneven ground.
+    #[must_use]
+    pub fn over(self, surface: SurfaceGrid) -> Self {
+        Self {
+            ground: Ground::surface(Arc::new(surface)),
+            ..self
+        }
     }
 
     /// The image's rectangle on the plane at `z_m`, the sides that are open fitted to the traces at
@@ -381,6 +403,7 @@ impl SceneOptions {
         let is_on_earth = matches!(frame_of(self.origin, positions), Frame::Enu(_));
         Ok(OpenChoices {
             ground: matches!(self.heights, SceneHeights::Ground) && is_on_earth,
+            surface: self.has_radar_surface,
             sides,
             kept_s: self.kept_s,
             pixel_m: self.pixel_m,

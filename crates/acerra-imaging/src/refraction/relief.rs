@@ -28,8 +28,14 @@ pub struct Facet {
     pub curvature: [f64; 3],
 }
 
-/// Places along the horizontal line from antenna to point from which the crossing is searched.
+/// Places along the horizontal line through antenna and point from which the crossing is searched.
 const STARTS: usize = 25;
+/// They reach so many depths of the point from it towards the antenna, or to where a ray at the critical angle of level
+/// ground would cross, with the room for slopes.
+const REACH_DEPTHS: f64 = 4.0;
+const CRITICAL_ROOM: f64 = 2.0;
+/// Share of that reach which they cover beyond the point, and beyond the antenna.
+const BEYOND: f64 = 0.25;
 /// Of these, the earliest local minima are refined.
 const REFINED: usize = 3;
 /// The gain that a first step promises, times this, is what refining a minimum is taken to gain at most.
@@ -147,9 +153,20 @@ impl Relief {
             antenna_m,
             point_m,
         };
+        let towards_m = [0, 1].map(|axis| antenna_m[axis] - point_m[axis]);
+        let distance_m = towards_m[0].hypot(towards_m[1]);
+        let towards = match distance_m {
+            0.0 => [1.0, 0.0],
+            _ => towards_m.map(|v| v / distance_m),
+        };
+        let depth_m = (self.height_m([point_m[0], point_m[1]]) - point_m[2]).max(0.0);
+        let critical = CRITICAL_ROOM / (n * n - 1.0).max(1e-6).sqrt();
+        let reach_m = distance_m.min(depth_m * REACH_DEPTHS.max(critical));
+        let margin_m = BEYOND * reach_m.max(depth_m);
         let place = |k: usize| {
-            let t = k as f64 / (STARTS - 1) as f64;
-            [0, 1].map(|axis| antenna_m[axis] + t * (point_m[axis] - antenna_m[axis]))
+            let share = k as f64 / (STARTS - 1) as f64;
+            let offset_m = share * (reach_m + 2.0 * margin_m) - margin_m;
+            [0, 1].map(|axis| point_m[axis] + offset_m * towards[axis])
         };
         let along: [f64; STARTS] = std::array::from_fn(|k| search.optical_m(place(k)));
         let is_minimum = |k: &usize| {

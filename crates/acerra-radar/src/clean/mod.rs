@@ -23,7 +23,7 @@ pub use background_gain::BackgroundGain;
 pub use envelope::envelope;
 pub use gate::{Gate, apply_gate};
 pub(crate) use surface::crest;
-pub use surface::{SurfaceOptions, SurfacePick, SurfaceTrack, track_surface};
+pub use surface::{SurfaceOptions, SurfacePick, SurfaceTrack, crests_near, track_surface};
 pub use surface_removal::SurfaceRemoval;
 pub use transform::{spectrum_at, spectrum_at_with, spectrum_by_direct_sum};
 pub use zero_timing::{ZeroTiming, ZeroTimingResult, zero_timing};

@@ -161,6 +161,28 @@ pub fn track_surface(
     })
 }
 
+/// Crests of the envelopes of whole traces at the picks of an echo, which may come from the changing part of the traces
+/// alone and are then shifted by what was subtracted; none where the crest is farther than `within_s` from the pick.
+#[must_use]
+pub fn crests_near(
+    radargram: &Radargram,
+    track: &SurfaceTrack,
+    within_s: f64,
+) -> Vec<Option<SurfacePick>> {
+    let envelope = envelope_in_band(radargram, None);
+    let section = Section {
+        radargram,
+        envelope: &envelope,
+        surface_s: &[],
+    };
+    let crest = |(trace, pick): (usize, &Option<SurfacePick>)| {
+        let near_s = pick.as_ref()?.fast_time_s;
+        let crest = section.refine(trace, near_s);
+        ((crest.fast_time_s - near_s).abs() <= within_s).then_some(crest)
+    };
+    track.picks.iter().enumerate().map(crest).collect()
+}
+
 /// What changes from trace to trace, where the height changes enough to leave the surface in it.
 fn changing(radargram: &Radargram, surface_s: &[f64]) -> Option<Radargram> {
     let known: Vec<f64> = surface_s

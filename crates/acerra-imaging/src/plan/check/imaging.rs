@@ -157,6 +157,9 @@ pub(in crate::plan) fn compare_pixels(
     Ok((judged_in_pairs(&found), shares(tally)))
 }
 
+/// Random pixels that are compared in a block of a row: rays to all of it are traced for the first.
+const OF_BLOCK: usize = 4;
+
 /// Compares values in double precision at random pixels, and at the brightest of the block of a row about each.
 pub(in crate::plan) fn compare_values(
     request: &Request,
@@ -166,7 +169,7 @@ pub(in crate::plan) fn compare_values(
 ) -> Result<SelfCheck, ImagingError> {
     let (grid, echoes) = (&request.grid, &request.echoes);
     let mut random = Random(0x0d0b_1e00);
-    let places: Vec<[usize; 2]> = (0..pixels.div_ceil(2))
+    let places: Vec<[usize; 2]> = (0..pixels.div_ceil(2 * OF_BLOCK))
         .map(|_| [random.below(grid.columns()), random.below(grid.rows())])
         .collect();
     let piece_m = |[column, row]: &[usize; 2]| -> Vec<[f64; 3]> {
@@ -176,9 +179,13 @@ pub(in crate::plan) fn compare_values(
     };
     let pieces_m: Vec<Vec<[f64; 3]>> = places.iter().map(piece_m).collect();
     let values = tables.values_at(echoes, &pieces_m, control);
-    let compared: Vec<Pixel> = (places.iter().zip(&pieces_m).zip(&values))
-        .flat_map(|(([column, _], points_m), values)| {
-            [column % BLOCK, brightest(values)].map(|k| (points_m[k], values[k]))
+    let compared: Vec<Pixel> = (pieces_m.iter().zip(&values))
+        .flat_map(|(points_m, values)| {
+            let bright = brightest(values);
+            let drawn: Vec<usize> = (0..OF_BLOCK)
+                .flat_map(|_| [random.below(values.len()), bright])
+                .collect();
+            drawn.into_iter().map(|k| (points_m[k], values[k]))
         })
         .collect();
     let found = deviations(echoes, &compared, control);
