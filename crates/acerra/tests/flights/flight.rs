@@ -130,7 +130,7 @@ impl RandomFlight {
         std::fs::write(&file, self.truth_csv()).unwrap();
         self.scene.trajectory = Some(GivenFlight {
             file,
-            on_track_s: Some(self.path.on_track_s()),
+            on_track_s: Some(self.path.recorded_s()),
         });
         let simulated = simulate_campaign(&self.scene).unwrap();
         for file in &simulated.files {

@@ -49,7 +49,7 @@ const GROUND_M: f64 = 0.4;
 /// Acceleration on the track (m/s²).
 const ACCELERATION_M_S2: f64 = 1.0;
 /// Hover before and after the track, and where the craft turns on the spot (s).
-const HOVER_S: f64 = 1.0;
+const HOVER_S: f64 = 4.0;
 const YAW_S: f64 = 6.0;
 
 /// A flight from the ground to the ground.
@@ -103,8 +103,14 @@ impl Path {
         }
     }
 
+    /// Start and end of a log that is switched on and off by hand, about the track (s).
+    pub fn recorded_s(&self) -> [f64; 2] {
+        let [start_s, end_s] = self.on_track_s();
+        [start_s - 0.7 * HOVER_S, end_s + 0.7 * HOVER_S]
+    }
+
     /// Start and end of the track (s).
-    pub fn on_track_s(&self) -> [f64; 2] {
+    fn on_track_s(&self) -> [f64; 2] {
         let start_s = self.ground_s + self.climb_s + HOVER_S;
         [start_s, start_s + self.track_s()]
     }
