@@ -104,8 +104,16 @@ pub fn book(runner: &Runner) -> anyhow::Result<()> {
     runner.run(&Step::new("validation book", &words(write)).with("ACERRA_DOCS", pages))
 }
 
-/// Tries every wrong setting and twenty random right flights, and writes their pages of the book: half
-/// an hour, so that it is no part of [`ci`].
+/// Simulates and processes random flights with right settings, and writes their page of the book: minutes, so
+/// that only a quick draw is part of the suite.
+pub fn flights(runner: &Runner) -> anyhow::Result<()> {
+    let pages = runner.root.join("docs/validation").display().to_string();
+    let mut write = TEST.to_vec();
+    write.extend(["--test", "flights", "--", "--ignored", "--nocapture"]);
+    runner.run(&Step::new("random flights", &write).with("ACERRA_DOCS", pages))
+}
+
+/// Tries every wrong setting, and writes its page of the book: half an hour, so that it is no part of [`ci`].
 pub fn wrong_settings(runner: &Runner) -> anyhow::Result<()> {
     let pages = runner.root.join("docs/validation").display().to_string();
     let write = "cargo test --release --locked -p acerra --test wrong_settings -- --ignored";

@@ -19,7 +19,8 @@ cargo xtask bench-browser        the viewer's times in a browser
 cargo xtask ci                   everything a change must pass: what .ci/run calls
 cargo xtask validate             slow checks: RTKLIB parity, the engine at full size, the book
 cargo xtask book                 writes docs/validation again
-cargo xtask wrong-settings       the table of wrong settings and the twenty random flights, again
+cargo xtask validate flights     random flights with right settings, and their page of the book
+cargo xtask wrong-settings       the table of wrong settings, again
 cargo xtask fuzz [SECONDS] [TARGET…]
                                  every fuzz target for so many seconds (20), from the seeds
 cargo xtask bench-peers          Acerra beside numba, NumPy and torchbp, in one run
@@ -37,6 +38,7 @@ fn main() -> ExitCode {
         "test-browser" => browser::test(&runner),
         "bench-browser" => browser::bench(&runner),
         "ci" => checks::ci(&runner),
+        "validate" if rest == ["flights"] => checks::flights(&runner),
         "validate" => validation::run(&runner),
         "book" => checks::book(&runner),
         "wrong-settings" => checks::wrong_settings(&runner),

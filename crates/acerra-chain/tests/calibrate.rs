@@ -356,9 +356,11 @@ fn rail(seed: u64) -> (Recording, Vec<[f64; 3]>) {
     (recording, reflectors)
 }
 
+/// Of ten rails: how many tell a delay within 3 σ or hold the one found, and that none is certain and wrong.
 #[test]
 fn a_rail_that_looks_sideways_is_never_certain_and_wrong() {
-    for seed in 0..4 {
+    let mut right = 0;
+    for seed in 0..10 {
         let (recording, reflectors) = rail(seed);
         let mut warnings = Warnings::default();
         let options = CalibrateOptions::on(reflectors);
@@ -371,11 +373,17 @@ fn a_rail_that_looks_sideways_is_never_certain_and_wrong() {
         };
         let delay = calibrated.estimate(Parameter::Delay).unwrap();
         println!("seed {seed}: {delay:?} {:?}", warnings.said());
-        if let Some(sigma_s) = delay.sigma {
-            let off_s = (delay.value - DELAY_S).abs();
-            assert!(off_s < 3.0 * sigma_s + 0.02e-9, "seed {seed}: {delay:?}");
+        let off_s = (delay.value - DELAY_S).abs();
+        match delay.sigma {
+            Some(sigma_s) => {
+                assert!(off_s < 3.0 * sigma_s + 0.02e-9, "seed {seed}: {delay:?}");
+                right += 1;
+            }
+            // Held at what focuses the reflectors, on a grid of 0.45 ns.
+            None => right += i32::from(off_s < 0.5e-9),
         }
     }
+    assert!(right >= 5, "{right} of 10");
 }
 
 /// The reflector of a real flight in a motion-capture hall.

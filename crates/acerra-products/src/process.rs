@@ -210,7 +210,7 @@ impl Ready {
         for finding in findings {
             journal.evidence.add(finding);
         }
-        weigh_targets(&prepared, &measured.targets)
+        weigh_targets(&prepared, &focused, &measured.targets)
             .into_iter()
             .for_each(|finding| journal.evidence.add(finding));
         let surveyed = compared(&surveyed, &measured.targets);

@@ -29,6 +29,7 @@ use crate::journal::warnings::Warnings;
 use crate::position::Positions;
 use crate::position::aligned::{Aligned, HeightsReplaced};
 use crate::position::boresight::{Boresights, DOWN, FORWARD};
+use crate::position::told::{is_told, largest_told_m};
 use crate::read::RadarContent;
 use crate::read::trace_positions::TracePositions;
 use crate::scene::Scene;
@@ -144,7 +145,7 @@ pub fn align(
     };
     let mut speed_m_s = vec![None; radar_time_s.len()];
     for placed in &covered {
-        speed_m_s[placed.trace] = Some(placed.speed_m_s);
+        speed_m_s[placed.trace] = placed.speed_m_s;
     }
     let selection = Selection::of(options.select_of(flight.radar), &speed_m_s)?;
     let kept: Vec<&Placed> = covered
@@ -225,7 +226,7 @@ fn antennas_of(
 fn is_held(options: &AlignOptions, placed: &Placed) -> bool {
     options.lever_arm_m[..2] != [0.0; 2]
         && placed.place.attitude.is_none()
-        && placed.speed_m_s < HeadingOptions::default().min_speed_m_s
+        && placed.speed_m_s.unwrap_or(0.0) < HeadingOptions::default().min_speed_m_s
 }
 
 /// The interpolation of a trajectory over gaps of at most `max_gap_s`.
@@ -280,8 +281,8 @@ const MOMENT: f64 = 0.01;
 struct Placed {
     trace: usize,
     place: Interpolated,
-    /// Horizontal speed (m/s), averaged over half a second.
-    speed_m_s: f64,
+    /// Horizontal speed (m/s), averaged over half a second; none where the position is much worse than others.
+    speed_m_s: Option<f64>,
 }
 
 /// Traces at times of a trajectory.
@@ -324,6 +325,7 @@ impl OnTrajectory<'_> {
             ),
         );
         let keep_unfixed = options.unfixed == Unfixed::Keep;
+        let largest_m = largest_told_m(self.trajectory);
         warnings.count(
             coverage.count(Flag::Unfixed),
             if keep_unfixed {
@@ -337,11 +339,14 @@ impl OnTrajectory<'_> {
             .enumerate()
             .filter(|(_, place)| is_taken(place, keep_unfixed))
             .map(|(trace, place)| {
-                let [before, after] = [-0.25, 0.25].map(|d| at.at(place.time_s + d).position_m);
+                let ends = [-0.25, 0.25].map(|d| at.at(place.time_s + d));
+                let tells = |p: &Interpolated| is_told(p.covariance_m2, largest_m);
+                let [before, after] = ends.map(|p| p.position_m);
+                let speed_m_s = (after[0] - before[0]).hypot(after[1] - before[1]) / 0.5;
                 Placed {
                     trace,
                     place: *place,
-                    speed_m_s: (after[0] - before[0]).hypot(after[1] - before[1]) / 0.5,
+                    speed_m_s: ends.iter().all(tells).then_some(speed_m_s),
                 }
             })
             .collect();
@@ -397,7 +402,7 @@ fn per_trace(
         .map(|(trace, place)| Placed {
             trace,
             place: *place,
-            speed_m_s: speed_m_s(place.time_s),
+            speed_m_s: Some(speed_m_s(place.time_s)),
         })
         .collect();
     Ok((all, placed))

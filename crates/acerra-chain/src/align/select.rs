@@ -39,8 +39,8 @@ pub struct Selection {
 }
 
 impl Selection {
-    /// The traces that `choice` takes of a log, given the horizontal speed of each that has a place
-    /// (m/s).
+    /// The traces that `choice` takes of a log, given the horizontal speed (m/s) of each whose position tells
+    /// one.
     ///
     /// # Errors
     /// Trace numbers beyond the log, a platform that never moves.

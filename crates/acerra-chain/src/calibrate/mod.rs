@@ -7,7 +7,8 @@
 //!    not show the reflectors, in each coherent sum of some (`stretch_echoes`).
 //! 4. Gauss-Newton estimates the unknowns (`adjust`), beside the positions' slow errors (`drift`).
 //!    The noise comes from the residuals; outliers are left out.
-//! 5. What the geometry does not tell is held at the campaign's value and named (`observe`).
+//! 5. What the geometry does not tell is held at the campaign's value and named (`observe`); a delay at the one at
+//!    which the reflectors are in focus.
 //!
 //! An error of height common to a whole track acts as a lever arm up, and below the track as a delay:
 //! no echo tells them apart. Its deviation, as the trajectory states it, is part of theirs.
@@ -55,7 +56,7 @@ pub struct CalibrateOptions {
     /// Lever arm of the campaign: forward, left, up (m). The recordings' positions are those of the
     /// positioned point, without it.
     pub lever_arm_m: [f64; 3],
-    /// Delay of the campaign, kept where the data tell none (s).
+    /// Delay of the campaign, beside the one found (s).
     pub delay_s: f64,
     /// Band of the pulse (Hz).
     pub band_hz: [f64; 2],

@@ -38,7 +38,8 @@ pub struct Estimate {
     pub parameter: Parameter,
     /// The campaign's value (SI units).
     pub campaign: f64,
-    /// The value found, or the campaign's where it is not observable (SI units).
+    /// The value found, or the campaign's where it is not observable (SI units). Of a delay that the ranges do not
+    /// tell, with its clock offsets: that at which the reflectors are in focus.
     pub value: f64,
     /// Its standard deviation, given the values held (SI units); none where it is not observable.
     pub sigma: Option<f64>,
@@ -139,7 +140,7 @@ impl Calibrated {
                 && shift.abs() > CONTRADICTS * sigma
             {
                 warnings.add(format!(
-                    "{} is kept at the campaign's {:.4} {unit}, but the echoes prefer {:.4} ± {:.4}",
+                    "{} is kept at {:.4} {unit}, but the echoes prefer {:.4} ± {:.4}",
                     estimate.parameter.name(),
                     estimate.value * per_si,
                     (estimate.value + shift) * per_si,

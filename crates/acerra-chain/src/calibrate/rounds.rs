@@ -95,7 +95,10 @@ impl Survey<'_> {
         let information = adjustment.information(values);
         let held = observe::unobserved(&information, &values.parameters(), fixed);
         let mut start = values.clone();
-        for parameter in &held {
+        // A delay that the echoes' ranges leave open is that at which the reflectors are in focus, with its offsets.
+        let is_found = |p: &Parameter| matches!(p, Parameter::Delay | Parameter::ClockOffset(_));
+        let keeps_found = held.contains(&Parameter::Delay);
+        for parameter in held.iter().filter(|p| !(keeps_found && is_found(p))) {
             start.add(
                 *parameter,
                 self.campaign.get(*parameter) - start.get(*parameter),

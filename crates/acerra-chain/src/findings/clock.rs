@@ -8,8 +8,9 @@ use crate::prepare::{Prepared, Track};
 /// Judges the clock offset of a track by the likelihood of all offsets and by its deviation.
 pub(super) fn weigh(prepared: &Prepared, track: &Track) -> Vec<Finding> {
     let likely = clock_seen(track).map(|seen| {
-        // Motion alone, or heights no better than the wander itself, may doubt an offset only.
-        let most = if height_speaks(prepared, track) {
+        // Motion that is not clear, or heights no better than the wander itself, may doubt an offset only.
+        let is_gross = || moves_far(prepared, track, &seen);
+        let most = if height_speaks(prepared, track) || is_clear_motion(track) && is_gross() {
             Verdict::Contradicts
         } else {
             Verdict::Doubtful
@@ -22,6 +23,23 @@ pub(super) fn weigh(prepared: &Prepared, track: &Track) -> Vec<Finding> {
         .collect()
 }
 
+/// Whether starts and halts, unmistakable in echoes and positions, narrowed the likelihood.
+fn is_clear_motion(track: &Track) -> bool {
+    track
+        .likelihood
+        .as_ref()
+        .is_some_and(|l| l.prior().is_some())
+}
+
+/// Whether the offset in force puts targets more than five resolution cells from where the best one does.
+fn moves_far(prepared: &Prepared, track: &Track, seen: &ClockSeen) -> bool {
+    let apart_s = (seen.offset_s - seen.best_s).abs();
+    median_speed_m_s(prepared, track).is_some_and(|v| v * apart_s > FAR_M)
+}
+
+/// Five resolution cells of ultra-wideband images (m).
+const FAR_M: f64 = 5.0 * ALONG_TRACK_M;
+
 /// What the deviation of an offset that was searched or recorded makes of places, at the median speed of
 /// the traces.
 fn offset_sigma(prepared: &Prepared, track: &Track) -> Option<Finding> {
@@ -30,6 +48,11 @@ fn offset_sigma(prepared: &Prepared, track: &Track) -> Option<Finding> {
         (None, Some(clock)) => Some(recorded_clock_sigma(clock.sigma_s, speed_m_s)),
         (None, None) => None,
     };
+    judged_at(median_speed_m_s(prepared, track)?)
+}
+
+/// Median speed of the traces of a track (m/s).
+fn median_speed_m_s(prepared: &Prepared, track: &Track) -> Option<f64> {
     let positions = prepared.aligned.position_m.get(track.range.clone())?;
     let times = prepared.aligned.time_s.get(track.range.clone())?;
     let pairs = positions.windows(2).zip(times.windows(2));
@@ -37,7 +60,7 @@ fn offset_sigma(prepared: &Prepared, track: &Track) -> Option<Finding> {
         let square: f64 = (0..3).map(|i| (p[1][i] - p[0][i]).powi(2)).sum();
         square.sqrt() / (t[1] - t[0])
     });
-    judged_at(median(speed)?)
+    median(speed)
 }
 
 /// The offset in force beside the likelihood of all offsets.

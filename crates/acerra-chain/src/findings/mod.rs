@@ -30,6 +30,7 @@ mod range_focus;
 mod side;
 mod strongest;
 mod surface;
+mod target_focus;
 mod targets;
 mod track;
 mod unchecked;

@@ -2,14 +2,15 @@
 
 use acerra_imaging::metrics::Target;
 
-use super::side;
+use super::{side, target_focus};
+use crate::focus::Focused;
 use crate::journal::finding::{Finding, Verdict};
 use crate::position::aligned::Aligned;
 use crate::prepare::Prepared;
 
 /// Weighs the targets of an image; nothing where no log holds traces, whose surface echo is known.
 #[must_use]
-pub fn weigh_targets(prepared: &Prepared, targets: &[Target]) -> Vec<Finding> {
+pub fn weigh_targets(prepared: &Prepared, focused: &Focused, targets: &[Target]) -> Vec<Finding> {
     let frequency_hz = &prepared.spectrum.frequency_hz;
     let (Some(low), Some(high)) = (frequency_hz.first(), frequency_hz.last()) else {
         return Vec::new();
@@ -24,6 +25,7 @@ pub fn weigh_targets(prepared: &Prepared, targets: &[Target]) -> Vec<Finding> {
     let residues = targets.iter().filter(is_residue).count();
     let mut findings = vec![surface_residue(residues, targets.len())];
     findings.extend(side::weigh(prepared, targets));
+    findings.extend(target_focus::weigh(prepared, focused, targets));
     findings
 }
 

@@ -6,6 +6,7 @@ pub mod boresight;
 pub mod clock_shift;
 pub(crate) mod height_noise;
 pub mod positioning;
+pub(crate) mod told;
 pub mod trajectory_file;
 
 use std::fs::File;

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use super::image::ImageView;
 
-/// Blocks along each side from which an image has surroundings to compare with.
+/// Blocks about a block from which it has surroundings to compare with: those of an image of two by two.
 const LEAST_BLOCKS: usize = 3;
 /// Side of a block in resolution cells.
 const CELLS_A_BLOCK: f64 = 4.0;
@@ -67,9 +67,6 @@ impl<'a> Surroundings<'a> {
 
     /// Whether the maximum at a pixel is higher than clutter as about it may be.
     pub fn is_exceeded(&self, [ix, iy]: [usize; 2]) -> bool {
-        if self.blocks.iter().any(|count| *count < LEAST_BLOCKS) {
-            return true;
-        }
         let own = [ix / self.side, iy / self.side];
         let about = |k: usize, most: usize| k.saturating_sub(1)..(k + 2).min(most);
         let mut medians = Vec::new();
@@ -82,6 +79,9 @@ impl<'a> Surroundings<'a> {
                     quartiles.push(quartile);
                 }
             }
+        }
+        if medians.len() < LEAST_BLOCKS {
+            return true;
         }
         let (median, quartile) = (middle(&mut medians), middle(&mut quartiles));
         self.power(ix, iy) > self.highest(median, quartile)
@@ -183,7 +183,7 @@ mod tests {
     fn an_image_without_surroundings_keeps_every_maximum() {
         let (values, grid) = image(0.2);
         let view = ImageView::new(&values, grid).unwrap();
-        let about = Surroundings::of(&view, [2.0, 0.1], &[]);
+        let about = Surroundings::of(&view, [3.2, 0.1], &[]);
         assert!(about.is_exceeded([0, 0]));
     }
 }

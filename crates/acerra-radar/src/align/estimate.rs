@@ -5,7 +5,7 @@ use super::echo::{Search, ridges};
 use super::height::{Grid, HeightCue, any_of, height_cues};
 use super::motion::{MotionCue, motion_cue};
 use super::profile::STEP_S;
-use super::sharpness::{Scored, SharpnessCue, offsets_about};
+use super::sharpness::{Scored, SharpnessCue, least_images, offsets_about};
 use super::surface::surface_at;
 use super::{AlignError, FlightProfile, activity};
 use crate::radargram::Radargram;
@@ -19,6 +19,8 @@ const TRACES: usize = 2000;
 const MOST_OFFSETS: f64 = 2e6;
 /// Standard deviation that images are allowed to narrow down, in those that are stated.
 const VAGUE_BEFORE: f64 = 5.0;
+/// Images that likely offsets may need, in those that the caller allows by default.
+const MOST_TIMES: usize = 3;
 /// Likely offsets nearer to each other than this are one, s.
 const APART_S: f64 = 0.1;
 
@@ -296,6 +298,12 @@ fn perhaps_unrelated(curve: &LikelihoodCurve, evidence: f64) -> LikelihoodCurve 
 }
 
 impl OffsetLikelihood {
+    /// What was known before, where the likelihood was narrowed by it.
+    #[must_use]
+    pub const fn prior(&self) -> Option<ClockPrior> {
+        self.options.prior
+    }
+
     /// The offset by height and motion alone.
     ///
     /// # Errors
@@ -312,9 +320,9 @@ impl OffsetLikelihood {
     /// `score` is called with offsets about every candidate and answers one positive score for each
     /// independent part of the data (a sub-aperture, a target): the larger, the sharper; the
     /// brightest pixel over the median one is good. An empty answer leaves that offset out. Images are
-    /// scored `step_s` apart (a third of the width of the peak in sharpness, or less), at most
-    /// `most` of them: enough for two standard deviations to each side of every candidate, or the
-    /// offset is [vague](AlignError::Vague).
+    /// scored `step_s` apart (a third of the width of the peak in sharpness, or less): four standard deviations
+    /// to each side of every candidate as far as `most` of them allow, two at least, for which there may be
+    /// three times as many; where that is not enough, the offset is [vague](AlignError::Vague).
     ///
     /// `common_sigma_s` is the deviation of sharpness that all parts have in common, so that their scatter
     /// does not show it: what attitudes that nobody recorded make of the phase centre.
@@ -330,14 +338,18 @@ impl OffsetLikelihood {
         mut score: impl FnMut(f64) -> Result<Vec<f64>, E>,
     ) -> Result<OffsetEstimate, E> {
         self.check_sigma(&self.candidates[0], VAGUE_BEFORE)?;
-        let tried = self.candidates.len().min(5);
-        let each = most / tried;
+        let tried = &self.candidates[..self.candidates.len().min(5)];
+        let each = most / tried.len();
+        // Candidates whose stretches need more images than their share get them, as long as all need no more
+        // than a few times `most`.
+        let needed: usize = tried.iter().map(|c| least_images(c.sigma_s, step_s)).sum();
+        if needed > MOST_TIMES * most {
+            return Err(self.vague().into());
+        }
         let mut judged: Vec<(Candidate, Option<SharpnessCue>)> = Vec::new();
-        for candidate in &self.candidates[..tried] {
+        for candidate in tried {
             let mut scored = Scored { scores: Vec::new() };
-            let offsets = offsets_about(candidate.offset_s, candidate.sigma_s, step_s, each)
-                .ok_or_else(|| Self::vague(candidate))?;
-            for t in offsets {
+            for t in offsets_about(candidate.offset_s, candidate.sigma_s, step_s, each) {
                 let scores = score(t)?;
                 if !scores.is_empty() {
                     scored.scores.push((t, scores));
@@ -395,14 +407,22 @@ impl OffsetLikelihood {
         if best.sigma_s <= times * self.options.max_sigma_s {
             return Ok(());
         }
-        Err(Self::vague(best))
+        Err(self.vague())
     }
 
-    fn vague(best: &Candidate) -> AlignError {
+    /// Every offset that agrees with the data, of all candidates, within those tried.
+    fn vague(&self) -> AlignError {
+        let last = self.total.log_likelihood.len().saturating_sub(1);
+        let (first_s, last_s) = (self.total.offset_s(0), self.total.offset_s(last));
+        let ends = |sign: f64| {
+            self.candidates
+                .iter()
+                .map(move |c| c.offset_s + sign * 3.0 * c.sigma_s)
+        };
         AlignError::Vague {
-            best_s: best.offset_s,
-            from_s: best.offset_s - 3.0 * best.sigma_s,
-            to_s: best.offset_s + 3.0 * best.sigma_s,
+            best_s: self.candidates[0].offset_s,
+            from_s: ends(-1.0).fold(f64::INFINITY, f64::min).max(first_s),
+            to_s: ends(1.0).fold(f64::NEG_INFINITY, f64::max).min(last_s),
         }
     }
 

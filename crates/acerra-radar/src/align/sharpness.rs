@@ -93,19 +93,22 @@ fn peak(curve: &[(f64, f64)]) -> Option<(f64, f64)> {
     Some((offset_s, width_s))
 }
 
-/// Offsets at which one stretch is scored: `step_s` apart, up to four standard deviations to each
-/// side, as far as `most` allow; none if that is less than two.
-pub(super) fn offsets_about(
-    centre_s: f64,
-    sigma_s: f64,
-    step_s: f64,
-    most: usize,
-) -> Option<Vec<f64>> {
-    let needed = |sigmas: f64| (sigmas * sigma_s / step_s).ceil().max(4.0);
-    let half = needed(4.0).min((most / 2) as f64);
-    (half >= needed(2.0)).then(|| {
-        (0..=2 * half as usize)
-            .map(|k| centre_s + (k as f64 - half) * step_s)
-            .collect()
-    })
+/// Images to each side of a stretch that so many of its standard deviations take.
+fn images_aside(sigmas: f64, sigma_s: f64, step_s: f64) -> f64 {
+    (sigmas * sigma_s / step_s).ceil().max(4.0)
+}
+
+/// Images that a stretch needs at least: two standard deviations to each side.
+pub(super) fn least_images(sigma_s: f64, step_s: f64) -> usize {
+    2 * images_aside(2.0, sigma_s, step_s) as usize + 1
+}
+
+/// Offsets at which one stretch is scored: `step_s` apart, four standard deviations to each side as far as
+/// `most` allow, and two at least.
+pub(super) fn offsets_about(centre_s: f64, sigma_s: f64, step_s: f64, most: usize) -> Vec<f64> {
+    let aside = |sigmas: f64| images_aside(sigmas, sigma_s, step_s);
+    let half = aside(4.0).min((most as f64 / 2.0).floor().max(aside(2.0)));
+    (0..=2 * half as usize)
+        .map(|k| centre_s + (k as f64 - half) * step_s)
+        .collect()
 }

@@ -1,5 +1,5 @@
 //! Wrong settings, one at a time: how many are refused, doubted with their cause named, harmless, or
-//! silent and wrong; and right campaigns, which must raise no alarm.
+//! silent and wrong.
 //!
 //! `cargo xtask wrong-settings` runs the whole table and writes
 //! `docs/validation/wrong-settings.md`.
@@ -10,7 +10,6 @@ mod edit;
 #[path = "../validation_book/page.rs"]
 #[expect(dead_code, reason = "these pages have no pictures")]
 mod page;
-mod right;
 mod subjects;
 mod table;
 mod trajectories;
@@ -20,7 +19,6 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use page::Page;
-use right::RandomFlight;
 use subjects::{Subject, Subjects};
 use table::{Row, Size};
 use verdict::{Outcome, Run};
@@ -172,49 +170,4 @@ fn the_whole_table_of_wrong_settings() {
     page.block("open", &open);
     page.close();
     assert!(unnoticed.is_empty(), "{open}");
-}
-
-/// Seeds of the random flights with right settings: those of the page, or, while something is looked
-/// into, others such as `36` or `21-50`.
-fn seeds(asked: Option<&str>) -> std::ops::RangeInclusive<u64> {
-    let Some(asked) = asked else {
-        return 1..=20;
-    };
-    let (first, last) = asked.split_once('-').unwrap_or((asked, asked));
-    first.parse().unwrap()..=last.parse().unwrap()
-}
-
-#[test]
-fn seeds_are_one_or_from_to() {
-    assert_eq!(seeds(None), 1..=20);
-    assert_eq!(seeds(Some("36")), 36..=36);
-    assert_eq!(seeds(Some("21-50")), 21..=50);
-}
-
-/// `ACERRA_SWEEP_ONLY=21-50` tries other flights than those of the page, and writes none.
-#[test]
-#[ignore = "twenty flights: cargo xtask wrong-settings"]
-fn twenty_random_right_flights() {
-    let only = std::env::var("ACERRA_SWEEP_ONLY").ok();
-    let home = tempfile::tempdir().unwrap();
-    let mut text =
-        String::from("| seed | flight | offset | outcome |\n| --- | --- | --- | --- |\n");
-    let mut wrong = Vec::new();
-    for seed in seeds(only.as_deref()) {
-        let folder = home.path().join(seed.to_string());
-        let flight = RandomFlight::of(seed, &folder);
-        let (word, offset, details) = flight.judged(&folder, PIXEL_M);
-        println!("{seed} ({}): {word} {details}", flight.what);
-        let _ = writeln!(text, "| {seed} | {} | {offset} | {word} |", flight.what);
-        if matches!(word, "WRONG" | "ALARM") {
-            wrong.push(format!("{seed} ({}): {word} {details}", flight.what));
-        }
-    }
-    println!("{text}");
-    if only.is_none() {
-        let mut page = Page::open("right-settings.md");
-        page.block("flights", &text);
-        page.close();
-    }
-    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }

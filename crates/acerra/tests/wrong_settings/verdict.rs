@@ -21,12 +21,8 @@ pub struct Run {
     pub findings: Vec<String>,
     /// Whether a finding contradicts.
     pub contradicts: bool,
-    /// Whether a finding does not agree.
-    pub is_doubted: bool,
     /// What the run says of settings that nothing checks.
     pub unchecked: Vec<String>,
-    /// The clock offset in force, and the deviation stated where it was found from the data (s).
-    pub time_offset_s: Option<[f64; 2]>,
 }
 
 /// What became of a wrong setting.
@@ -88,11 +84,6 @@ pub fn run(campaign: &Table, folder: &Path) -> Run {
     let findings = findings
         .map(|f| format!("{} {:?} {:?} {:?}", f.name, f.value, f.expected, f.sigma))
         .collect();
-    let time_offset_s = outcome.as_ref().ok().map(|outcome| {
-        let track = outcome.prepared.first();
-        let sigma_s = track.search.as_ref().map_or(0.0, |s| s.estimate.sigma_s);
-        [track.time_offset_s, sigma_s]
-    });
     let unchecked = outcome.as_ref().map(|outcome| {
         let each = outcome.unchecked.iter();
         each.map(|one| format!("{}: {}", one.setting, one.explanation))
@@ -104,11 +95,6 @@ pub fn run(campaign: &Table, folder: &Path) -> Run {
         doubts,
         findings,
         contradicts: journal.evidence.worst() == Some(Verdict::Contradicts),
-        is_doubted: journal
-            .evidence
-            .worst()
-            .is_some_and(|w| w != Verdict::Agrees),
-        time_offset_s,
     }
 }
 
