@@ -18,9 +18,11 @@ use crate::terminal::{Verbosity, verbosity};
 #[command(after_help = "Examples:
   acerra init flight.mrm rover.ubx base.ubx -o flight.toml && acerra focus flight.toml
   acerra init flight.mrm rover.obs base.obs brdc.nav
-  acerra init flight.npz flight.pos > flight.toml")]
+  acerra init flight.npz flight.pos > flight.toml
+  acerra init 'line-*.rd3' -o area.toml")]
 pub struct Args {
-    /// The logs of one flight.
+    /// The logs of one flight, or the files of several lines over one area; `*` and `?` in a name stand for any
+    /// characters.
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
     /// Write the campaign there instead of to standard output; an existing file is kept.
