@@ -4,22 +4,19 @@ use std::ops::Range;
 
 use acerra_geo::trajectory::Attitude;
 
-use super::AlignError;
 use crate::read::trace_positions::TracePositions;
 
 /// Transmitter and receiver from each place (m).
 pub(super) type FromPlace = Vec<[[f64; 3]; 2]>;
 
-/// Transmitter and receiver of some traces as a file places them; empty where they are one.
-///
-/// # Errors
-/// Fewer antennas than traces.
+/// Transmitter and receiver of some traces as a file places them; empty where they are one, none where there are fewer
+/// antennas than traces.
 pub(super) fn in_file(
     places: &TracePositions,
     traces: impl Iterator<Item = usize>,
-) -> Result<FromPlace, AlignError> {
+) -> Option<FromPlace> {
     let Some(antennas_m) = &places.antennas_m else {
-        return Ok(Vec::new());
+        return Some(Vec::new());
     };
     let from_place = |trace: usize| {
         let place = places.position_m.get(trace)?;
@@ -27,11 +24,7 @@ pub(super) fn in_file(
         let offset = |antenna: &[f64; 3]| std::array::from_fn(|axis| antenna[axis] - place[axis]);
         Some([offset(transmitter?), offset(receiver?)])
     };
-    let all: Option<Vec<_>> = traces.map(from_place).collect();
-    all.ok_or(AlignError::Positions {
-        traces: places.position_m.len(),
-        positions: antennas_m[0].len().min(antennas_m[1].len()),
-    })
+    traces.map(from_place).collect()
 }
 
 /// Transmitter and receiver half of `offset_m` (forward, left, up; from the receiver to the transmitter) either way from

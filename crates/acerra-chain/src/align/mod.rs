@@ -178,7 +178,19 @@ pub fn align(
     let attitudes: Vec<Option<Attitude>> = kept.iter().map(|p| p.place.attitude).collect();
     let gimbals: Vec<Option<Attitude>> = kept.iter().map(|p| p.place.gimbal).collect();
     let antennas_from_place_m = match flight.positions {
-        Positions::PerTrace(places) => antennas::in_file(places, kept.iter().map(|p| p.trace))?,
+        Positions::PerTrace(places) => {
+            let all = antennas::in_file(places, kept.iter().map(|p| p.trace));
+            all.ok_or_else(|| AlignError::Positions {
+                traces: places.position_m.len(),
+                positions: places
+                    .antennas_m
+                    .iter()
+                    .flatten()
+                    .map(Vec::len)
+                    .min()
+                    .unwrap_or(0),
+            })?
+        }
         Positions::Trajectory(_) => Vec::new(),
     };
     let mut aligned = Aligned {
