@@ -1,5 +1,5 @@
 //! `acerra convert` of radar logs: every sample comes back.
-#![allow(clippy::unwrap_used, reason = "tests")]
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "tests")]
 
 use std::fs;
 use std::path::Path;

@@ -62,7 +62,6 @@ fn assert_found(folder: &Path, radar: &str) {
             .map(off)
             .min_by(|a, b| (a[0] + a[1]).total_cmp(&(b[0] + b[1])))
             .unwrap();
-        println!("{radar:.20}: off {nearest:?} m of {along_m:.3} and {across_m:.3} m");
         assert!(
             nearest[0] < 0.1 * along_m && nearest[1] < 0.1 * across_m,
             "{nearest:?} of {along_m} and {across_m}: {:?}",

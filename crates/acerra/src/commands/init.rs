@@ -7,7 +7,7 @@ use acerra_chain::campaign::Campaign;
 use acerra_products::staging::StagedFile;
 use anyhow::{Context, ensure};
 
-use crate::init::{Logs, compose};
+use crate::init::{Logs, compose, expanded};
 use crate::terminal::{Verbosity, verbosity};
 
 /// Write a campaign for a flight's logs: every key with its default, set where the files tell.
@@ -51,7 +51,7 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
             file.display()
         );
     }
-    let logs = Logs::look(&args.files, args.rigid_body.as_deref())?;
+    let logs = Logs::look(&expanded(&args.files)?, args.rigid_body.as_deref())?;
     let text = compose(&logs, &folder)?;
     Campaign::parse(&text).context("the campaign from these logs cannot be used")?;
     let Some(file) = &args.output else {

@@ -20,7 +20,7 @@ pub(super) fn distinct(radar: &[RadarInput]) -> Vec<&RadarInput> {
 ///
 /// # Errors
 /// A name that no file has.
-pub(super) fn expanded(arguments: &[PathBuf]) -> anyhow::Result<Vec<PathBuf>> {
+pub fn expanded(arguments: &[PathBuf]) -> anyhow::Result<Vec<PathBuf>> {
     let mut files = Vec::new();
     for argument in arguments {
         let name = argument.file_name().unwrap_or_default().to_string_lossy();

@@ -23,8 +23,6 @@ use acerra_radar::{
 };
 use anyhow::{Context, bail, ensure};
 
-use super::lines::expanded;
-
 /// What was given.
 #[derive(Debug, Default)]
 pub struct Logs {
@@ -106,7 +104,7 @@ impl Logs {
     /// none alone moves with the echoes.
     pub fn look(files: &[PathBuf], rigid_body: Option<&str>) -> anyhow::Result<Self> {
         let mut logs = Self::default();
-        for path in &expanded(files)? {
+        for path in files {
             logs.take(path, rigid_body)
                 .with_context(|| path.display().to_string())?;
         }
