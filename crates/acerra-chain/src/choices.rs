@@ -198,6 +198,9 @@ pub enum ZeroTiming {
     /// The paper's: the surface echo of the first trace is put at 2h/c.
     #[default]
     FirstTrace,
+    /// The direct wave between transmitter and receiver, the first arrival of the mean trace, is put at the time of
+    /// light from one to the other: for antennas whose places apart are known.
+    DirectWave,
     /// Fast time is left as it is (less `[radar] delay_ns`).
     None,
     /// Fast time is shifted by so much.
@@ -212,13 +215,14 @@ impl<'de> Deserialize<'de> for ZeroTiming {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         match Value::deserialize(deserializer)? {
             Value::String(word) if word == "first-trace" => Ok(Self::FirstTrace),
+            Value::String(word) if word == "direct-wave" => Ok(Self::DirectWave),
             Value::String(word) if word == "none" => Ok(Self::None),
             other => single(&other, "shift_ns")
                 .and_then(|value| within(value, LONGEST_NS))
                 .map(|shift_ns| Self::Shift { shift_ns })
                 .ok_or_else(|| {
                     Error::custom(format!(
-                        "expected \"first-trace\", \"none\" or {{ shift_ns = NUMBER }}; \
+                        "expected \"first-trace\", \"direct-wave\", \"none\" or {{ shift_ns = NUMBER }}; \
                          found {other}"
                     ))
                 }),
@@ -531,6 +535,10 @@ mod tests {
         assert_eq!(
             parse::<ZeroTiming>("\"first-trace\"").unwrap(),
             ZeroTiming::FirstTrace
+        );
+        assert_eq!(
+            parse::<ZeroTiming>("\"direct-wave\"").unwrap(),
+            ZeroTiming::DirectWave
         );
         assert_eq!(
             parse::<ZeroTiming>("{ shift_ns = 1.5 }").unwrap(),

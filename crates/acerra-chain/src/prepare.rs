@@ -31,6 +31,8 @@ use crate::journal::warnings::Warnings;
 use crate::measure::{MeasureError, MeasureOptions, measure};
 use crate::position::aligned::Aligned;
 use crate::position::{LogSources, Positions, in_one_frame};
+use crate::read::raw::{channel_of, place};
+use crate::read::trace_positions::TracePositions;
 use crate::read::{RadarContent, RadarLabel};
 use crate::scene::elevation::check_elevation;
 use crate::scene::{Scene, SceneError};
@@ -395,6 +397,26 @@ impl Prepared {
             [only] => only.cleaned.as_ref(),
             _ => None,
         }
+    }
+
+    /// The cleaned traces of a track with their places, for a file of another kind; none where its log holds spectra.
+    #[must_use]
+    pub fn cleaned_channel(&self, track: &Track) -> Option<acerra_formats::Channel> {
+        let own = track.range.clone();
+        let mut channel = channel_of(track.cleaned.as_ref()?.clean.clone());
+        let mut places = TracePositions::from(self.aligned.position_m.get(own.clone())?.to_vec());
+        places.frame = *self.first().positions.frame();
+        if !self.aligned.antennas_from_place_m.is_empty() {
+            let (mut transmitters, mut receivers) = (Vec::new(), Vec::new());
+            for k in own {
+                let [transmitter, receiver] = self.aligned.antennas_at_m(k);
+                transmitters.push(transmitter);
+                receivers.push(receiver);
+            }
+            places.antennas_m = Some([transmitters, receivers]);
+        }
+        place(&mut channel, places);
+        Some(channel)
     }
 
     /// Traces in the logs of all tracks.

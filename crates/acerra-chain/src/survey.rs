@@ -8,7 +8,7 @@ use acerra_radar::LoggedClock;
 
 use crate::align::calibration::CalibrationOptions;
 use crate::align::recording::{Recording, TrackOptions};
-use crate::choices::TimeOffset;
+use crate::choices::{Select, TimeOffset};
 use crate::control::Control;
 use crate::error::ChainError;
 use crate::findings::positions::weigh_source;
@@ -143,6 +143,10 @@ impl Survey {
             let own = headers.chain(weigh_source(&placed.seen));
             findings.extend(own.map(|finding| self.named(track, finding)));
             let mut options = track.options.clone();
+            // Numbers of traces are no times: they give no speed.
+            if radar.is_untimed && options.align.select == Select::Auto {
+                options.align.select = Select::All;
+            }
             let settled = settle_offset(track, &radar, &placed.positions, warnings)?;
             options.align.time_offset = settled.offset;
             options.recorded_clock = settled.clock;

@@ -1,8 +1,9 @@
 //! Named arrays, whatever file they come from, as traces.
 //!
 //! The names are those of the neutral NPZ file: `data` with `fast_time_s` (or `sample_interval_s`, and
-//! `fast_time_start_s`), or `spectrum` with `frequency_hz`; beside them `time_s`, `position_m`, `transmitter_m` and
-//! `receiver_m`. A matrix of `[samples, traces]` is turned where its axis shows that it is one.
+//! `fast_time_start_s`), or `spectrum` with `frequency_hz`; beside them `time_s`, `position_m` (or `latitude_deg`,
+//! `longitude_deg` and `height_m`), `transmitter_m` and `receiver_m`, `along_m`, `antenna_separation_m`. Complex numbers
+//! may be two arrays, `spectrum_real` and `spectrum_imag`. A matrix of `[samples, traces]` is turned where its axis shows that it is one.
 
 use num_complex::{Complex32, Complex64};
 
@@ -76,8 +77,60 @@ pub trait Arrays {
     fn array(&mut self, name: &str, limits: &Limits) -> Result<Array, FormatError>;
 }
 
+/// Arrays of which two, `NAME_real` and `NAME_imag`, are one of complex numbers.
+struct Paired<'a, A>(&'a mut A);
+
+impl<A: Arrays> Arrays for Paired<'_, A> {
+    fn names(&self) -> Vec<String> {
+        let own = self.0.names();
+        let has = |name: String| own.contains(&name);
+        let is_part = |name: &str, part: &str, other: &str| {
+            name.strip_suffix(part)
+                .is_some_and(|of| has(format!("{of}{other}")))
+        };
+        let whole = own.iter().filter_map(|name| {
+            let of = name.strip_suffix("_real");
+            if let Some(of) = of.filter(|of| has(format!("{of}_imag"))) {
+                return Some(of.to_owned());
+            }
+            (!is_part(name, "_imag", "_real")).then(|| name.clone())
+        });
+        whole.collect()
+    }
+
+    fn array(&mut self, name: &str, limits: &Limits) -> Result<Array, FormatError> {
+        if self.0.names().iter().any(|own| own == name) {
+            return self.0.array(name, limits);
+        }
+        let [real, imaginary] = [format!("{name}_real"), format!("{name}_imag")];
+        let (a, b) = (
+            self.0.array(&real, limits)?,
+            self.0.array(&imaginary, limits)?,
+        );
+        let (Numbers::Real(re), Numbers::Real(im)) = (&a.values, &b.values) else {
+            return Err(FormatError::content(
+                Place::field(name),
+                "two arrays of real numbers",
+                "complex ones",
+            ));
+        };
+        if a.shape != b.shape {
+            return Err(FormatError::content(
+                Place::Field(imaginary),
+                format!("shape {:?}, as {real} has", a.shape),
+                format!("shape {:?}", b.shape),
+            ));
+        }
+        let pairs = re.iter().zip(im).map(|(re, im)| Complex64::new(*re, *im));
+        Ok(Array {
+            values: Numbers::Complex(pairs.collect()),
+            ..a
+        })
+    }
+}
+
 /// The names that are known.
-const KNOWN: [&str; 10] = [
+const KNOWN: [&str; 15] = [
     "data",
     "fast_time_s",
     "sample_interval_s",
@@ -88,6 +141,11 @@ const KNOWN: [&str; 10] = [
     "position_m",
     "transmitter_m",
     "receiver_m",
+    "latitude_deg",
+    "longitude_deg",
+    "height_m",
+    "along_m",
+    "antenna_separation_m",
 ];
 
 /// Traces from named arrays.
@@ -99,6 +157,7 @@ pub fn traces(
     format: Format,
     limits: &Limits,
 ) -> Result<Recording, FormatError> {
+    let file = &mut Paired(file);
     let names = file.names();
     let has = |name: &str| names.iter().any(|n| n == name);
     let mut recording = Recording::new(format);
@@ -211,6 +270,34 @@ pub fn traces(
     let values = turned(matrix.values, [rows, columns], is_turned, what)?;
     let mut channel = Channel::new("1", traces, axis, values);
     channel.time_s = time_s;
+    if has("along_m") {
+        channel.along_m = Some(vector("along_m")?);
+    }
+    if has("antenna_separation_m") {
+        channel.antenna_separation_m = Some(vector("antenna_separation_m")?[0]);
+    }
+    if has("latitude_deg") && has("longitude_deg") {
+        let [latitude, longitude] = [vector("latitude_deg")?, vector("longitude_deg")?];
+        let height = if has("height_m") {
+            vector("height_m")?
+        } else {
+            vec![0.0; latitude.len()]
+        };
+        if [&longitude, &height]
+            .iter()
+            .any(|v| v.len() != latitude.len())
+        {
+            return Err(FormatError::content(
+                Place::field("longitude_deg, height_m"),
+                format!("{} values, as latitude_deg has", latitude.len()),
+                format!("{}, {}", longitude.len(), height.len()),
+            ));
+        }
+        let places = latitude.iter().zip(longitude).zip(height);
+        channel.positions = Some(Positions::Geodetic(
+            places.map(|((a, o), h)| [*a, o, h]).collect(),
+        ));
+    }
     if has("position_m") {
         let places = file.array("position_m", limits)?;
         channel.positions = Some(Positions::Local(places.places("position_m", traces)?));

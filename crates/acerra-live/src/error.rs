@@ -28,6 +28,12 @@ pub enum LiveError {
         /// Number of frequencies.
         frequencies: usize,
     },
+    /// A zero of range that needs antennas apart.
+    #[error(
+        "[campaign.preprocess] zero_timing: expected \"first-trace\", \"none\" or {{ shift_ns = NUMBER }} for one antenna, \
+         found \"direct-wave\""
+    )]
+    DirectWave,
     /// Pixels that no image has.
     #[error("[live]: {0}")]
     Grid(ImagingError),

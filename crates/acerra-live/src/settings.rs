@@ -221,6 +221,7 @@ fn zero(session: &Session, stated: Option<ZeroTiming>) -> Result<Zero, LiveError
         .or(session.flight.delay_ns);
     let delay_s = delay_ns.map(|ns| 1e-9 * ns);
     Ok(match (stated, delay_s) {
+        (Some(ZeroTiming::DirectWave), _) => return Err(LiveError::DirectWave),
         (Some(ZeroTiming::Shift { shift_ns }), _) => {
             Zero::Shift(1e-9 * shift_ns - delay_s.unwrap_or(0.0))
         }

@@ -31,6 +31,7 @@ pub mod staging;
 mod survey_check;
 pub mod surveyed;
 pub mod tiles;
+pub mod traces;
 mod uncertainty;
 
 pub use failure::failure_text;

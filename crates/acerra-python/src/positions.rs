@@ -46,6 +46,7 @@ impl PositionArrays<'_> {
             return Ok(Positions::PerTrace(TracePositions {
                 position_m: position_m.to_vec(),
                 antennas_m: None,
+                line_starts: Vec::new(),
                 frame,
                 time_origin,
             }));

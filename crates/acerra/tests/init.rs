@@ -189,3 +189,68 @@ fn a_campaign_is_written_beside_its_logs_and_never_over_another() {
     assert!(stderr(&second).contains("flight.toml: is there already"));
     assert_eq!(fs::read_to_string(&file).unwrap(), "mine");
 }
+
+/// A line of `traces` traces, 0.02 m apart by its header, with antennas 6 cm apart.
+fn write_rd3(folder: &Path, name: &str, traces: usize) -> PathBuf {
+    let wave =
+        |k: usize| 3e3 * (k as f64 * 0.4).sin() * (-((k as f64 - 60.0) / 12.0).powi(2)).exp();
+    let samples =
+        (0..traces).flat_map(|t| (0..200).map(move |k| wave(k) as i16 + (t * k % 7) as i16));
+    let bytes: Vec<u8> = samples.flat_map(i16::to_le_bytes).collect();
+    let path = folder.join(format!("{name}.rd3"));
+    fs::write(&path, bytes).unwrap();
+    let header = format!(
+        "SAMPLES:200\r\nFREQUENCY:20000.0\r\nLAST TRACE:{traces}\r\nDISTANCE FLAG:1\r\nDISTANCE INTERVAL:0.02\r\n\
+         TIMEWINDOW:10.0\r\nANTENNA SEPARATION:0.06\r\nCHANNELS:1\r\n"
+    );
+    fs::write(folder.join(format!("{name}.rad")), header).unwrap();
+    path
+}
+
+#[test]
+fn lines_of_another_makers_radar_become_one_campaign_that_asks_where_they_lie() {
+    let folder = tempfile::tempdir().unwrap();
+    for (k, traces) in [11, 11, 21].into_iter().enumerate() {
+        write_rd3(folder.path(), &format!("line-{}", k + 1), traces);
+    }
+    let text = init(&[folder.path().join("line-*.rd3")]).unwrap();
+    assert!(
+        text.starts_with("# QUESTION: [radar] line_start_m"),
+        "{text}"
+    );
+    assert!(
+        text.contains("0.200 to 0.400 m from the first trace"),
+        "{text}"
+    );
+    let campaign = Campaign::parse(&text).unwrap();
+    assert!(campaign.radar.grid().is_some() && campaign.radar.line().is_none());
+    assert!(text.contains("line-*.rd3"), "{text}");
+    assert_eq!(
+        campaign.preprocess.zero_timing,
+        Some(acerra_chain::campaign::ZeroTiming::DirectWave)
+    );
+    // Headers beside the samples are no lines of their own.
+    let all =
+        ["line-1.rd3", "line-1.rad", "line-2.rad", "line-2.rd3"].map(|n| folder.path().join(n));
+    let text = init(&all).unwrap();
+    let campaign = Campaign::parse(&text).unwrap();
+    assert_eq!(campaign.radar.grid().unwrap().files().unwrap().len(), 2);
+    // Nothing is imaged before the question is answered.
+    let file = folder.path().join("area.toml");
+    fs::write(&file, &text).unwrap();
+    let output = acerra(&[Path::new("focus"), &file]);
+    assert!(
+        stderr(&output).contains("line_start_m"),
+        "{}",
+        stderr(&output)
+    );
+    // One line lies along x until its ends are stated.
+    let text = init(&[folder.path().join("line-3.rd3")]).unwrap();
+    assert!(
+        text.starts_with("# QUESTION: [radar] line_start_m"),
+        "{text}"
+    );
+    let line = Campaign::parse(&text).unwrap().radar.line().unwrap();
+    assert_eq!(line.end_m, [0.4, 0.0, 0.0]);
+    assert!(init(&[folder.path().join("none-*.rd3")]).is_err());
+}

@@ -1,5 +1,6 @@
 //! Stage `align`: a position for every trace, and which traces enter the image.
 
+mod antennas;
 pub mod calibration;
 pub mod clock;
 pub(crate) mod correction;
@@ -15,9 +16,7 @@ pub mod recording;
 pub mod select;
 pub(crate) mod uncovered;
 
-use acerra_geo::interpolate::{
-    Flag, Interpolated, InterpolationOptions, Interpolator, path_length_per_trace_m,
-};
+use acerra_geo::interpolate::{Flag, Interpolated, InterpolationOptions, Interpolator};
 use acerra_geo::lever_arm::HeadingOptions;
 use acerra_geo::trajectory::{Attitude, SolutionStatus, Trajectory};
 use acerra_radar::RadargramError;
@@ -54,6 +53,8 @@ pub struct AlignOptions {
     /// Lever arm that the positions contain: forward, left, up (m). Its horizontal part turns with the
     /// heading, which hovering does not show.
     pub lever_arm_m: [f64; 3],
+    /// Transmitter from the receiver, where they are apart: forward, left, up (m).
+    pub antenna_offset_m: Option<[f64; 3]>,
 }
 
 impl AlignOptions {
@@ -110,6 +111,12 @@ pub enum AlignError {
     /// Traces that cannot be had.
     #[error(transparent)]
     Traces(#[from] RadargramError),
+    /// The direction of antennas that are apart is not known.
+    #[error(
+        "[radar] antenna_offset_m: expected attitudes, or traces that move along their line, found neither; state \
+         transmitter_m and receiver_m in the file"
+    )]
+    NoHeading,
     /// Positions that are not one for each trace.
     #[error("expected one position for each of the {traces} traces, found {positions}")]
     Positions {
@@ -132,7 +139,7 @@ pub fn align(
 ) -> Result<Aligned, AlignError> {
     let radar_time_s = flight.radar.time_s();
     let (all, covered) = match flight.positions {
-        Positions::PerTrace(places) => per_trace(radar_time_s, &places.position_m)?,
+        Positions::PerTrace(places) => per_trace(radar_time_s, places)?,
         Positions::Trajectory(trajectory) => {
             let times_s: Vec<f64> = radar_time_s.iter().map(|t| t + time_offset_s).collect();
             let clock = OnTrajectory {
@@ -173,18 +180,31 @@ pub fn align(
     let attitudes: Vec<Option<Attitude>> = kept.iter().map(|p| p.place.attitude).collect();
     let gimbals: Vec<Option<Attitude>> = kept.iter().map(|p| p.place.gimbal).collect();
     let antennas_from_place_m = match flight.positions {
-        Positions::PerTrace(places) => antennas_of(places, kept.iter().map(|p| p.trace))?,
+        Positions::PerTrace(places) => {
+            let all = antennas::in_file(places, kept.iter().map(|p| p.trace));
+            all.ok_or_else(|| AlignError::Positions {
+                traces: places.position_m.len(),
+                positions: places
+                    .antennas_m
+                    .iter()
+                    .flatten()
+                    .map(Vec::len)
+                    .min()
+                    .unwrap_or(0),
+            })?
+        }
         Positions::Trajectory(_) => Vec::new(),
     };
-    let aligned = Aligned {
+    let mut aligned = Aligned {
         antennas_from_place_m,
+        line_starts: line_starts(flight.positions, &kept),
         traces: kept.iter().map(|p| p.trace).collect(),
         time_s: kept.iter().map(|p| radar_time_s[p.trace]).collect(),
         height_m: position_m
             .iter()
             .map(|p| p[2] - flight.scene.ground.below_m(p[0], p[1]))
             .collect(),
-        path_m: path_length_per_trace_m(&position_m),
+        path_m: Vec::new(),
         boresight: Boresights::of(&attitudes, DOWN),
         gimbal_down: Boresights::of(&gimbals, DOWN),
         gimbal_forward: Boresights::of(&gimbals, FORWARD),
@@ -195,31 +215,33 @@ pub fn align(
         stands: selection.stands,
         radar_height: None,
     };
+    aligned.path_m = aligned.path_along_lines_m(&aligned.position_m);
+    if let Some(offset_m) = options.antenna_offset_m {
+        let (position_m, lines) = (&aligned.position_m, aligned.lines(0..kept.len()));
+        aligned.antennas_from_place_m =
+            antennas::by_offset(offset_m, position_m, &attitudes, &lines)
+                .ok_or(AlignError::NoHeading)?;
+    }
     match options.height {
         HeightSource::Positions => Ok(aligned),
         HeightSource::Radar => with_heights_by_radar(aligned, flight, options),
     }
 }
 
-/// Transmitter and receiver of some traces from their places; empty where they are one.
-fn antennas_of(
-    places: &TracePositions,
-    traces: impl Iterator<Item = usize>,
-) -> Result<Vec<[[f64; 3]; 2]>, AlignError> {
-    let Some(antennas_m) = &places.antennas_m else {
-        return Ok(Vec::new());
+/// Entries of `kept` with which another line begins than that of the entry before.
+fn line_starts(positions: &Positions, kept: &[&Placed]) -> Vec<usize> {
+    let Positions::PerTrace(places) = positions else {
+        return Vec::new();
     };
-    let from_place = |trace: usize| {
-        let place = places.position_m.get(trace)?;
-        let [transmitter, receiver] = antennas_m.each_ref().map(|all| all.get(trace));
-        let offset = |antenna: &[f64; 3]| std::array::from_fn(|axis| antenna[axis] - place[axis]);
-        Some([offset(transmitter?), offset(receiver?)])
-    };
-    let all: Option<Vec<_>> = traces.map(from_place).collect();
-    all.ok_or(AlignError::Positions {
-        traces: places.position_m.len(),
-        positions: antennas_m[0].len().min(antennas_m[1].len()),
-    })
+    let line_of = |k: usize| line_of(&places.line_starts, kept[k].trace);
+    (1..kept.len())
+        .filter(|k| line_of(*k) != line_of(k - 1))
+        .collect()
+}
+
+/// Number of the line that a trace is on.
+fn line_of(line_starts: &[usize], trace: usize) -> usize {
+    line_starts.partition_point(|start| *start <= trace)
 }
 
 /// Whether the lever arm of a trace rests on a heading from before.
@@ -357,22 +379,27 @@ impl OnTrajectory<'_> {
 /// Positions that came with the traces.
 fn per_trace(
     time_s: &[f64],
-    position_m: &[[f64; 3]],
+    places: &TracePositions,
 ) -> Result<(Vec<Interpolated>, Vec<Placed>), AlignError> {
+    let position_m = &places.position_m;
     if time_s.len() != position_m.len() {
         return Err(AlignError::Positions {
             traces: time_s.len(),
             positions: position_m.len(),
         });
     }
-    let near = |t: f64, sign: f64| {
-        // The trace about a quarter of a second away, or the last one on that side.
-        let wanted = t + sign * 0.25;
+    let starts = &places.line_starts;
+    let near = |trace: usize, sign: f64| {
+        // The trace about a quarter of a second away, or the last one of the line on that side.
+        let wanted = time_s[trace] + sign * 0.25;
+        let line = line_of(starts, trace);
+        let first = line.checked_sub(1).map_or(0, |k| starts[k]);
+        let end = starts.get(line).copied().unwrap_or(time_s.len());
         let k = time_s.partition_point(|s| *s < wanted);
-        k.min(time_s.len() - 1)
+        k.max(first).min(end.min(time_s.len()) - 1)
     };
-    let speed_m_s = |t: f64| {
-        let (a, b) = (near(t, -1.0), near(t, 1.0));
+    let speed_m_s = |trace: usize| {
+        let (a, b) = (near(trace, -1.0), near(trace, 1.0));
         let seconds = time_s[b] - time_s[a];
         let [dx, dy] = [0, 1].map(|i| position_m[b][i] - position_m[a][i]);
         if seconds > 0.0 {
@@ -402,7 +429,7 @@ fn per_trace(
         .map(|(trace, place)| Placed {
             trace,
             place: *place,
-            speed_m_s: Some(speed_m_s(place.time_s)),
+            speed_m_s: Some(speed_m_s(trace)),
         })
         .collect();
     Ok((all, placed))
@@ -435,7 +462,7 @@ fn with_heights_by_radar(
         .sigma_m
         .iter_mut()
         .for_each(|s| s[2] = found.sigma_m);
-    aligned.path_m = path_length_per_trace_m(&aligned.position_m);
+    aligned.path_m = aligned.path_along_lines_m(&aligned.position_m);
     aligned.height_m = found.height_m;
     aligned.radar_height = Some(HeightsReplaced {
         positions_off_m: found.positions_off_m,

@@ -107,6 +107,7 @@ impl Campaign {
             options: TrackOptions {
                 align: AlignOptions {
                     select: self.radar.select,
+                    antenna_offset_m: self.radar.antenna_offset_m,
                     delay_ns: self.radar.delay_ns.and_then(Delay::given_ns),
                     ..AlignOptions::from(&self.trajectory)
                 },
@@ -136,6 +137,8 @@ impl Campaign {
 
     fn clean_options(&self) -> CleanOptions {
         CleanOptions {
+            dewow_ns: self.preprocess.dewow_ns,
+            band_pass_ghz: self.preprocess.band_pass_ghz,
             delay_ns: self.radar.delay_ns,
             zero_timing: self.zero_timing(),
             background: self.background(),

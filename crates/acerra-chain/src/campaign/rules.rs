@@ -7,11 +7,11 @@ use acerra_settings::{Rule, check};
 
 use super::sections::{
     AutofocusSection, Files, GnssSection, GroundSection, ImageSection, MeasureSection,
-    TrackSection, TracksSection, TrajectorySection,
+    PreprocessSection, TrackSection, TracksSection, TrajectorySection,
 };
 use super::{Campaign, CampaignError};
 use crate::choices::{
-    Delay, FARTHEST_M, GroundSurface, Heights, LONGEST_NS, LONGEST_S, Sum, Values,
+    Delay, FARTHEST_M, GroundSurface, Heights, LONGEST_NS, LONGEST_S, Sum, Values, ZeroTiming,
 };
 use crate::focus::inversion::options::{InversionSection, Method};
 
@@ -333,6 +333,25 @@ impl Campaign {
                 "both find the fast time at which range is zero",
             );
         }
+        if self.radar.delay_ns.is_some()
+            && self.preprocess.zero_timing == Some(ZeroTiming::DirectWave)
+        {
+            return exclude(
+                "[radar] delay_ns",
+                "[preprocess] zero_timing = \"direct-wave\"",
+                "both say at which fast time range is zero",
+            );
+        }
+        let offset_m = self.radar.antenna_offset_m;
+        let is_near = |m: &[f64; 3]| m.iter().all(|m| m.abs() <= 100.0) && *m != [0.0; 3];
+        let near = rule(
+            "antenna_offset_m",
+            offset_m.as_ref().is_none_or(is_near),
+            "a way from the receiver of up to 100 m, not 0",
+            offset_m,
+        );
+        check("radar", &[near])?;
+        check("preprocess", &preprocess_rules(&self.preprocess))?;
         self.check_lines()?;
         check("trajectory", &trajectory_rules(&self.trajectory))?;
         self.check_attitudes()?;
@@ -371,6 +390,24 @@ fn exclude(
 }
 
 /// A rule whose value is shown as the file's reader holds it.
+fn preprocess_rules(preprocess: &PreprocessSection) -> [Rule; 2] {
+    let (window_ns, band_ghz) = (preprocess.dewow_ns, preprocess.band_pass_ghz);
+    [
+        rule(
+            "dewow_ns",
+            window_ns.is_none_or(|ns| ns > 0.0 && ns <= LONGEST_NS),
+            "a time above 0 ns, to a million",
+            window_ns,
+        ),
+        rule(
+            "band_pass_ghz",
+            band_ghz.is_none_or(|[low, high]| (0.0..high).contains(&low) && high <= 1e6),
+            "two frequencies from 0 GHz on, the lower first",
+            band_ghz,
+        ),
+    ]
+}
+
 fn rule(key: &'static str, holds: bool, expected: &'static str, found: impl Debug) -> Rule {
     Rule::new(key, holds, expected, format!("{found:?}"))
 }

@@ -55,6 +55,10 @@ pub struct RadarSection {
     /// The line of each file, where they are not evenly spaced: `{ file, start_m, end_m }`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub lines: Vec<LineSection>,
+    /// Transmitter from the receiver, where they are apart: forward, left, up, in metres; positions are those of the
+    /// middle. Forward is the nose by the recorded attitude, or the way along the line. By default what the file says.
+    #[serde(default)]
+    pub antenna_offset_m: Option<[f64; 3]>,
     /// Fast time at which range is zero, in nanoseconds, when calibrated; `"auto"` finds the one at
     /// which the echoes of points add up best.
     #[serde(default)]
@@ -405,6 +409,12 @@ impl<'de> Deserialize<'de> for Files {
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct PreprocessSection {
+    /// The running mean over a window of fast time, in nanoseconds, is taken off every trace ("dewow"): one or two periods
+    /// of the antenna's frequency. First of all steps; off by default.
+    pub dewow_ns: Option<f64>,
+    /// Lowest and highest frequency, in gigahertz, that are kept of every trace: whole within the band, falling to nothing
+    /// over a fifth of its width outside, without delay. Before zero-timing; off by default.
+    pub band_pass_ghz: Option<[f64; 2]>,
     /// How the fast time at which range is zero is found. By default the paper's
     /// `"first-trace"`, or `"none"` where `[radar] delay_ns` is given.
     pub zero_timing: Option<ZeroTiming>,

@@ -16,6 +16,27 @@ pub enum CleanError {
          surface echo cannot be seen): {0}"
     )]
     ZeroTiming(Refused),
+    /// The direct wave is wanted of antennas that are not known to be apart.
+    #[error(
+        "[preprocess] zero_timing = \"direct-wave\": expected transmitter and receiver apart ([radar] \
+         antenna_offset_m, ANTENNA SEPARATION in the file's header of a line), found one place for both; state [radar] delay_ns"
+    )]
+    OneAntenna,
+    /// The record shows no direct wave.
+    #[error(
+        "[preprocess] zero_timing = \"direct-wave\": expected the direct wave within the record, found none from \
+         {:.2} ns on; state [radar] delay_ns", 1e9 * start_s
+    )]
+    NoDirectWave {
+        /// Where the record begins (s).
+        start_s: f64,
+    },
+    /// The running mean cannot be had.
+    #[error("[preprocess] dewow_ns: {0}")]
+    Dewow(Refused),
+    /// The band cannot be had.
+    #[error("[preprocess] band_pass_ghz: {0}")]
+    BandPass(Refused),
     /// The background cannot be removed.
     #[error("[preprocess] background: {0}")]
     Background(Refused),

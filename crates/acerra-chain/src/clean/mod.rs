@@ -5,9 +5,11 @@ mod options;
 mod surface_path;
 mod timing;
 
+use std::ops::Range;
+
 use acerra_radar::clean::{
-    Background as Removal, Gate as FastTimeGate, SurfaceRemoval, apply_gate, remove_background,
-    spectrum_at,
+    Background as Removal, Gate as FastTimeGate, SurfaceRemoval, apply_gate, band_pass, dewow,
+    remove_background_with, spectrum_at,
 };
 use acerra_radar::{Control, Radargram, Spectrum};
 
@@ -34,10 +36,12 @@ pub struct Cleaned {
 /// The selected traces before and after cleaning.
 #[derive(Clone, Debug)]
 pub struct CleanedTraces {
-    /// Zero-timed, otherwise raw.
+    /// Filtered along fast time and zero-timed, otherwise raw.
     pub raw: Radargram,
     /// Without background, gated.
     pub clean: Radargram,
+    /// The lines that the traces are on, one after another.
+    pub lines: Vec<Range<usize>>,
     /// Added to fast time (s), by delay and zero-timing together.
     pub shift_s: f64,
     /// Picks of the surface echo, where they were wanted.
@@ -91,13 +95,14 @@ fn clean_traces(
     options: &CleanOptions,
     warnings: &mut Warnings,
 ) -> Result<Cleaned, CleanError> {
-    let timed = time(raw, &aligned.height_m, options, warnings)?;
+    let timed = time(filtered(raw, options)?, aligned, options, warnings)?;
     let raw = timed.radargram;
     let removal = match options.background {
         Background::Surface => Some(surface_removal(aligned, scene)?),
         _ => None,
     };
-    let clean = without(raw.clone(), options.background, removal.as_ref())?;
+    let lines = aligned.lines(0..raw.traces);
+    let clean = without(raw.clone(), options.background, removal.as_ref(), &lines)?;
     // Before the gate is settled, a view below the flight is assumed.
     let is_above = aligned.height_m.iter().all(|h| *h > 0.0);
     let gate = match options.gate_ns {
@@ -122,6 +127,7 @@ fn clean_traces(
     let traces = CleanedTraces {
         raw,
         clean,
+        lines,
         shift_s: timed.shift_s,
         surface,
         removal,
@@ -133,13 +139,25 @@ fn clean_traces(
     })
 }
 
+/// Traces without their running mean and what lies outside the band, where that is asked for.
+fn filtered(mut raw: Radargram, options: &CleanOptions) -> Result<Radargram, CleanError> {
+    if let Some(ns) = options.dewow_ns {
+        raw = dewow(raw, 1e-9 * ns).map_err(CleanError::Dewow)?;
+    }
+    if let Some(ghz) = options.band_pass_ghz {
+        raw = band_pass(raw, ghz.map(|f| 1e9 * f)).map_err(CleanError::BandPass)?;
+    }
+    Ok(raw)
+}
+
 /// The same traces with another background removed, otherwise cleaned alike; `height_m` as they were.
 pub(crate) fn cleaned_with(
     background: Background,
     traces: &CleanedTraces,
     height_m: &[f64],
 ) -> Result<Radargram, CleanError> {
-    let clean = without(traces.raw.clone(), background, traces.removal.as_ref())?;
+    let surface = traces.removal.as_ref();
+    let clean = without(traces.raw.clone(), background, surface, &traces.lines)?;
     match traces.gate_s {
         None => Ok(clean),
         Some(about_s) => apply_gate(clean, height_m, &gate_of(about_s)).map_err(CleanError::Gate),
@@ -169,10 +187,11 @@ fn without(
     raw: Radargram,
     background: Background,
     surface: Option<&SurfaceRemoval>,
+    lines: &[Range<usize>],
 ) -> Result<Radargram, CleanError> {
     match (removal(background), surface) {
         (None, Some(surface)) => surface.remove(raw, Control::default()),
-        (own, _) => remove_background(raw, own.unwrap_or_default()),
+        (own, _) => remove_background_with(raw, own.unwrap_or_default(), lines, Control::default()),
     }
     .map_err(CleanError::Background)
 }

@@ -5,6 +5,10 @@ use crate::choices::{Background, Delay, Gate, ZeroTiming};
 /// Parameters of the stage `clean`.
 #[derive(Clone, Debug)]
 pub struct CleanOptions {
+    /// Window of fast time whose running mean is taken off every trace (ns).
+    pub dewow_ns: Option<f64>,
+    /// Band of frequencies that is kept of every trace (GHz).
+    pub band_pass_ghz: Option<[f64; 2]>,
     /// Fast time at which range is zero, when calibrated (ns).
     pub delay_ns: Option<Delay>,
     /// How the fast time at which range is zero is found.
@@ -22,6 +26,8 @@ impl Default for CleanOptions {
     /// frequencies over 3.1 to 4.8 GHz.
     fn default() -> Self {
         Self {
+            dewow_ns: None,
+            band_pass_ghz: None,
             delay_ns: None,
             zero_timing: ZeroTiming::default(),
             background: Background::default(),
@@ -43,8 +49,8 @@ impl CleanOptions {
         }
     }
 
-    /// Whether the fast time at which range is zero is stated, rather than found from the surface
-    /// echo.
+    /// Whether the fast time at which range is zero is stated, or measured between the antennas, rather than found
+    /// from the surface echo.
     #[must_use]
     pub fn is_calibrated(&self) -> bool {
         if self.delay_ns == Some(Delay::Auto) {
@@ -52,7 +58,7 @@ impl CleanOptions {
         }
         match self.zero_timing {
             ZeroTiming::FirstTrace => false,
-            ZeroTiming::None | ZeroTiming::Shift { .. } => true,
+            ZeroTiming::None | ZeroTiming::Shift { .. } | ZeroTiming::DirectWave => true,
         }
     }
 }

@@ -1,20 +1,25 @@
 //! Zero-timing: fast time becomes the two-way delay 2R/c.
 
-use acerra_radar::Radargram;
-use acerra_radar::clean::{SurfaceOptions, ZeroTiming as Timing, ZeroTimingResult, zero_timing};
+use acerra_radar::clean::{
+    SurfaceOptions, ZeroTiming as Timing, ZeroTimingResult, band_pass, zero_timing,
+};
+use acerra_radar::quality::direct_wave;
+use acerra_radar::{Radargram, SPEED_OF_LIGHT_M_S};
 
 use super::error::CleanError;
 use super::options::CleanOptions;
 use crate::choices::{Delay, ZeroTiming};
 use crate::journal::warnings::Warnings;
+use crate::position::aligned::Aligned;
 
 /// Puts fast time to 2R/c.
 pub(super) fn time(
     raw: Radargram,
-    height_m: &[f64],
+    aligned: &Aligned,
     options: &CleanOptions,
     warnings: &mut Warnings,
 ) -> Result<ZeroTimingResult, CleanError> {
+    let height_m = &aligned.height_m;
     let given_ns = options.delay_ns.and_then(Delay::given_ns);
     let delay_s = given_ns.map(|ns| ns * 1e-9);
     let method = match options.zero_timing {
@@ -33,6 +38,9 @@ pub(super) fn time(
                 _ => Timing::FirstTrace(options),
             }
         }
+        ZeroTiming::DirectWave => {
+            Timing::Delay(by_direct_wave_s(&raw, aligned, options, warnings)?)
+        }
         ZeroTiming::None => delay_s.map_or(Timing::None, Timing::Delay),
         ZeroTiming::Shift { shift_ns } => Timing::Shift(shift_ns * 1e-9 - delay_s.unwrap_or(0.0)),
     };
@@ -48,6 +56,42 @@ pub(super) fn time(
         ));
     }
     Ok(timed)
+}
+
+/// Fast time at which range is zero by the direct wave between the antennas, within the band of the image (s).
+fn by_direct_wave_s(
+    raw: &Radargram,
+    aligned: &Aligned,
+    options: &CleanOptions,
+    warnings: &mut Warnings,
+) -> Result<f64, CleanError> {
+    let mut apart_m: Vec<f64> = (aligned.antennas_from_place_m.iter())
+        .map(|[t, r]| (0..3).map(|k| (t[k] - r[k]).powi(2)).sum::<f64>().sqrt())
+        .collect();
+    apart_m.sort_by(f64::total_cmp);
+    let apart_m = (apart_m.get(apart_m.len() / 2).copied())
+        .filter(|m| *m > 0.0)
+        .ok_or(CleanError::OneAntenna)?;
+    let ends = (options.frequency_hz.first()).zip(options.frequency_hz.last());
+    let (low_hz, high_hz) = ends.map_or((0.0, 0.0), |(low, high)| (*low, *high));
+    let in_band = if low_hz < high_hz {
+        band_pass(raw.clone(), [low_hz, high_hz]).map_err(CleanError::Band)?
+    } else {
+        raw.clone()
+    };
+    let seen = direct_wave(&in_band).ok_or(CleanError::NoDirectWave {
+        start_s: raw.fast_time_start_s,
+    })?;
+    // A quarter of a period turns the echoes of a trace against those of the others by as much.
+    let most_s = 0.5 / (low_hz + high_hz);
+    if seen.spread_s > most_s {
+        warnings.add(format!(
+            "the direct wave wanders by {:.2} ns from trace to trace: fast time is not the same in all of them, and one \
+             zero for all blurs the image",
+            1e9 * seen.spread_s
+        ));
+    }
+    Ok(seen.fast_time_s - apart_m / SPEED_OF_LIGHT_M_S)
 }
 
 /// Whether the ground of the image may be right: most traces stand above it.
@@ -77,6 +121,41 @@ mod tests {
         Radargram::new(time_s, 0.0, STEP_S, Samples::Real(samples)).unwrap()
     }
 
+    fn at_heights(height_m: &[f64]) -> Aligned {
+        Aligned {
+            height_m: height_m.to_vec(),
+            ..Aligned::default()
+        }
+    }
+
+    #[test]
+    fn the_direct_wave_is_put_at_the_way_between_the_antennas() {
+        // What `radargram` takes for the ground 0.3 m below one antenna is the way between two, 0.6 m apart.
+        let raw = radargram(&[0.3; 20]);
+        let mut aligned = at_heights(&[1.0; 20]);
+        let options = CleanOptions {
+            zero_timing: ZeroTiming::DirectWave,
+            ..CleanOptions::default()
+        };
+        let warnings = &mut Warnings::default();
+        let refused = time(raw.clone(), &aligned, &options, warnings);
+        assert!(
+            matches!(refused, Err(CleanError::OneAntenna)),
+            "{refused:?}"
+        );
+        aligned.antennas_from_place_m = vec![[[0.3, 0.0, 0.0], [-0.3, 0.0, 0.0]]; 20];
+        let timed = time(raw.clone(), &aligned, &options, warnings).unwrap();
+        assert!(
+            (timed.shift_s + DELAY_S).abs() < 0.02e-9,
+            "{:e}",
+            timed.shift_s
+        );
+        assert!(warnings.said().is_empty(), "{:?}", warnings.said());
+        let late = radargram(&[0.3; 20]).shifted(1e-9);
+        let timed = time(late, &aligned, &options, warnings).unwrap();
+        assert!((timed.shift_s + DELAY_S + 1e-9).abs() < 0.02e-9);
+    }
+
     #[test]
     fn a_first_trace_below_the_ground_is_zero_timed_by_the_others() {
         // A log from take-off whose first heights are 0.3 m too low.
@@ -88,7 +167,13 @@ mod tests {
         assert!(height_m[0] < 0.0);
         let mut warnings = Warnings::default();
         let options = CleanOptions::default();
-        let timed = time(radargram(&truth_m), &height_m, &options, &mut warnings).unwrap();
+        let timed = time(
+            radargram(&truth_m),
+            &at_heights(&height_m),
+            &options,
+            &mut warnings,
+        )
+        .unwrap();
         assert!(
             (timed.shift_s + DELAY_S).abs() < 0.03e-9,
             "{:e}",
@@ -100,7 +185,7 @@ mod tests {
         let below: Vec<f64> = truth_m.iter().map(|h| h - 5.0).collect();
         let refused = time(
             radargram(&truth_m),
-            &below,
+            &at_heights(&below),
             &options,
             &mut Warnings::default(),
         );

@@ -2,6 +2,7 @@
 //! length of its window.
 
 use std::f64::consts::TAU;
+use std::ops::Range;
 
 use acerra_imaging::{Complex32, PlaneGrid};
 use acerra_radar::Spectrum;
@@ -46,7 +47,9 @@ pub(super) fn weigh(
     control.check()?;
     let gain = removal(track.background).and_then(BackgroundGain::of);
     let kept = match (gain, &traces.removal) {
-        (Some(gain), _) => kept_of_a_point(prepared, focused, track, |_, echo| gain.kept(echo)),
+        (Some(gain), _) => kept_of_a_point(prepared, focused, track, |_, echo| {
+            gain.kept(echo, &traces.lines)
+        }),
         (None, Some(surface)) => {
             kept_of_a_point(prepared, focused, track, |f, echo| surface.kept(f, echo))
         }
@@ -144,8 +147,10 @@ pub(super) fn window_of_background(
         .iter()
         .sum();
     let middle_hz = 0.5 * (geometry.band_hz[0] + geometry.band_hz[1]);
+    let lines = prepared.aligned.lines(track.range.clone());
+    let longest = lines.iter().map(Range::len).max()?;
     Some(background_window(&BackgroundWindow {
-        path_m: path_m * window as f64 / track.range.len().max(1) as f64,
+        path_m: path_m * window.min(longest) as f64 / track.range.len().max(1) as f64,
         wavelength_m: geometry.light_speed_m_s / middle_hz,
         range_m: median(
             prepared.aligned.height_m[track.range.clone()]

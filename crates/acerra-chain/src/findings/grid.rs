@@ -1,6 +1,7 @@
 //! Findings on flight and grid: pixels, scans and frequencies against one another.
 
 use std::f64::consts::TAU;
+use std::ops::Range;
 
 use super::background::window_of_background;
 use super::coverage::{aperture_coverage, covered_by, range_coverage};
@@ -19,7 +20,7 @@ pub(super) fn weigh_geometry(
     let range_m = prepared.ranges_held_by_m(track);
     [
         pixel_size(geometry, request.pixels.grid.pixel_m),
-        scan_spacing(geometry),
+        scan_spacing(geometry, &prepared.aligned.lines(track.range.clone())),
         range_coverage(geometry, &range_m),
         aperture_coverage(geometry),
         request.options.incidence.and_then(|weight| {
@@ -89,12 +90,12 @@ fn pixel_size(geometry: &ImageGeometry<'_>, pixel_size_m: f64) -> Option<Finding
 /// Where the two-way path changes by more than half a wavelength from trace to trace (spacing above
 /// λ/4 at the steepest angle), aliased lobes appear; a band of width B about f smears each over all
 /// but f/B traces, so that its amplitude is f/(B·N) of N traces.
-fn scan_spacing(geometry: &ImageGeometry<'_>) -> Option<Finding> {
+fn scan_spacing(geometry: &ImageGeometry<'_>, lines: &[Range<usize>]) -> Option<Finding> {
     let [low_hz, high_hz] = geometry.band_hz;
     let wavelength_m = geometry.light_speed_m_s / high_hz;
-    let mut steps_m: Vec<f64> = geometry
-        .position_m
-        .windows(2)
+    let pairs = pairs_on_lines(geometry.position_m, lines);
+    let mut steps_m: Vec<f64> = pairs
+        .iter()
         .map(|pair| distance_m(pair[0], pair[1]))
         .filter(|step| *step > 0.0)
         .collect();
@@ -103,7 +104,7 @@ fn scan_spacing(geometry: &ImageGeometry<'_>) -> Option<Finding> {
     }
     steps_m.sort_by(f64::total_cmp);
     let spacing_m = steps_m[(steps_m.len() - 1) * 95 / 100];
-    let steepest = steepest_sine(geometry);
+    let steepest = steepest_sine(geometry, &pairs);
     let allowed_m = 0.25 * wavelength_m / steepest.max(1e-6);
     let traces = geometry.position_m.len() as f64;
     let smeared = 0.5 * (low_hz + high_hz) / (high_hz - low_hz).max(1e-3 * high_hz);
@@ -124,11 +125,20 @@ fn scan_spacing(geometry: &ImageGeometry<'_>) -> Option<Finding> {
     )
 }
 
+/// Places of traces that follow one another on a line.
+fn pairs_on_lines<'a>(position_m: &'a [[f64; 3]], lines: &[Range<usize>]) -> Vec<&'a [[f64; 3]]> {
+    let of_line = |line: &Range<usize>| position_m.get(line.clone()).unwrap_or_default();
+    lines
+        .iter()
+        .flat_map(|line| of_line(line).windows(2))
+        .collect()
+}
+
 /// Greatest sine of the angle between the line of sight and the plane across the track.
-fn steepest_sine(geometry: &ImageGeometry<'_>) -> f64 {
+fn steepest_sine(geometry: &ImageGeometry<'_>, pairs: &[&[[f64; 3]]]) -> f64 {
     let stride = (geometry.position_m.len() / 64).max(1);
     let mut steepest: f64 = 0.0;
-    for pair in geometry.position_m.windows(2).step_by(stride) {
+    for pair in pairs.iter().step_by(stride) {
         let step_m = distance_m(pair[0], pair[1]);
         if step_m <= 0.0 {
             continue;
@@ -218,16 +228,25 @@ mod tests {
     #[test]
     fn sparse_scans_of_a_wide_band_are_no_fault_until_they_are_few() {
         let pixels = [[0.0, 0.0, 0.0], [18.0, 0.0, 0.0]];
+        let judge = |track: &[[f64; 3]], lines: &[Range<usize>]| {
+            scan_spacing(&geometry(track, &pixels), lines).unwrap()
+        };
         let dense = track(0.1, 10.0);
         assert_eq!(
-            scan_spacing(&geometry(&dense, &pixels)).unwrap().verdict,
+            judge(&dense, std::slice::from_ref(&(0..dense.len()))).verdict,
             Verdict::Agrees
         );
         let sparse = track(1.5, 10.0);
         assert_eq!(
-            scan_spacing(&geometry(&sparse, &pixels)).unwrap().verdict,
+            judge(&sparse, std::slice::from_ref(&(0..sparse.len()))).verdict,
             Verdict::Doubtful
         );
+        // The ways between short lines are no spacing of scans.
+        let lines: Vec<Range<usize>> = (0..10).map(|k| 5 * k..5 * k + 5).collect();
+        let grid: Vec<[f64; 3]> = (0..50)
+            .map(|k| [0.1 * f64::from(k % 5), 2.0 * f64::from(k / 5), 10.0])
+            .collect();
+        assert!((judge(&grid, &lines).value.unwrap() - 0.1).abs() < 1e-9);
     }
 
     #[test]

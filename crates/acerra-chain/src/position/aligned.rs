@@ -1,6 +1,8 @@
 //! A position for every trace that enters the image.
 
-use acerra_geo::interpolate::Interpolated;
+use std::ops::Range;
+
+use acerra_geo::interpolate::{Interpolated, path_length_per_trace_m};
 use acerra_geo::trajectory::SolutionStatus;
 
 use crate::choices::AntennaAxis;
@@ -30,7 +32,9 @@ pub struct Aligned {
     pub gimbal_down: Boresights,
     /// Forward in the axes of the gimbal; empty unless every track has its attitude.
     pub gimbal_forward: Boresights,
-    /// Path that each trace stands for (m).
+    /// Entries with which a line or a track begins, other than the first.
+    pub line_starts: Vec<usize>,
+    /// Path that each trace stands for on its line (m).
     pub path_m: Vec<f64>,
     /// The places of all traces of the log, with what stands behind each.
     pub all: Vec<Interpolated>,
@@ -60,6 +64,27 @@ impl Aligned {
     pub fn moving(&self) -> Option<[usize; 2]> {
         let [first, last] = [self.traces.first()?, self.traces.last()?];
         self.stands.then_some([*first, *last])
+    }
+
+    /// The lines of a part of the traces, one after another, each as the entries it holds counted from the part's
+    /// first.
+    #[must_use]
+    pub fn lines(&self, part: Range<usize>) -> Vec<Range<usize>> {
+        let starts = self.line_starts.iter().copied();
+        let within: Vec<usize> = starts
+            .filter(|start| part.start < *start && *start < part.end)
+            .map(|start| start - part.start)
+            .collect();
+        let from = std::iter::once(0).chain(within.iter().copied());
+        let to = within.iter().copied().chain([part.len()]);
+        from.zip(to).map(|(from, to)| from..to).collect()
+    }
+
+    /// Path (m) that each trace stands for, along the lines alone.
+    pub(crate) fn path_along_lines_m(&self, position_m: &[[f64; 3]]) -> Vec<f64> {
+        let lines = self.lines(0..position_m.len());
+        let path_m = |line: Range<usize>| path_length_per_trace_m(&position_m[line]);
+        lines.into_iter().flat_map(path_m).collect()
     }
 
     /// Transmitters and receivers (m), where they are apart.
@@ -125,6 +150,10 @@ impl Aligned {
         self.gimbal_down.append_or_none(before, other.gimbal_down);
         self.gimbal_forward
             .append_or_none(before, other.gimbal_forward);
+        self.line_starts
+            .extend((before > 0 && more > 0).then_some(before));
+        self.line_starts
+            .extend(other.line_starts.iter().map(|start| before + start));
         self.traces.append(&mut other.traces);
         self.time_s.append(&mut other.time_s);
         self.position_m.append(&mut other.position_m);
@@ -134,5 +163,40 @@ impl Aligned {
         self.all.append(&mut other.all);
         self.stands |= other.stands;
         self.radar_height = self.radar_height.or(other.radar_height);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two lines of three traces 1 m apart, walked to and fro 5 m from one another.
+    fn two_lines() -> Aligned {
+        let position_m = [0.0, 1.0, 2.0, 2.0, 1.0, 0.0]
+            .iter()
+            .enumerate()
+            .map(|(k, x_m)| [*x_m, if k < 3 { 0.0 } else { 5.0 }, 1.0])
+            .collect();
+        let mut aligned = Aligned {
+            traces: (0..6).collect(),
+            line_starts: vec![3],
+            position_m,
+            ..Aligned::default()
+        };
+        aligned.path_m = aligned.path_along_lines_m(&aligned.position_m);
+        aligned
+    }
+
+    #[test]
+    fn the_way_between_lines_is_no_path() {
+        let mut aligned = two_lines();
+        assert_eq!(aligned.path_m, [0.5, 1.0, 0.5, 0.5, 1.0, 0.5]);
+        aligned.append(two_lines());
+        assert_eq!(aligned.line_starts, [3, 6, 9]);
+        assert_eq!(aligned.lines(0..12), [0..3, 3..6, 6..9, 9..12]);
+        assert_eq!(aligned.lines(6..12), [0..3, 3..6]);
+        assert_eq!(aligned.lines(4..8), [0..2, 2..4]);
+        let along_m = aligned.path_along_lines_m(&aligned.position_m);
+        assert_eq!(along_m, aligned.path_m);
     }
 }

@@ -131,7 +131,8 @@ fn along(channel: &Channel, line: &Line, remarks: &mut Vec<String>) -> TracePosi
         };
         placed.antennas_m = Some([moved(1.0), moved(-1.0)]);
         remarks.push(format!(
-            "transmitter and receiver, {apart_m} m apart, are taken as one behind the other along the line"
+            "transmitter and receiver, {apart_m} m apart, are taken as one behind the other along the line, \
+             unless [radar] antenna_offset_m says otherwise"
         ));
     }
     placed
@@ -181,6 +182,7 @@ fn placed(positions: Positions) -> TracePositions {
             .map(|p| frame.enu_from_ecef(ecef_from_geodetic(&geodetic(p))))
             .collect(),
         antennas_m: None,
+        line_starts: Vec::new(),
         frame: Frame::Enu(frame),
         time_origin: TimeOrigin::Relative,
     }

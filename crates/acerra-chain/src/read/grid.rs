@@ -190,6 +190,7 @@ impl Joined {
             (Some(_), None) => return differs("antennas", "apart", "one place for both"),
             (None, Some(_)) => return differs("antennas", "one place for both", "apart"),
         }
+        self.places.line_starts.push(self.radargram.traces);
         self.radargram.traces += own.traces;
         self.places.position_m.append(&mut places.position_m);
         for found in data.contradictions {

@@ -5,6 +5,7 @@ pub mod grid;
 pub mod inputs;
 pub(crate) mod path_text;
 pub(crate) mod phase_history;
+pub(crate) mod raw;
 pub(crate) mod trace_positions;
 
 use std::fs::File;
@@ -24,6 +25,7 @@ use crate::read::phase_history::{PhaseHistoryError, read_phase_history};
 use crate::read::trace_positions::TracePositions;
 
 pub use foreign::{ForeignError, Line};
+pub use raw::read_raw;
 
 /// What the log holds for the chain.
 #[derive(Clone, Debug)]
@@ -263,37 +265,57 @@ pub fn read_channel(
     line: Option<Line>,
     warnings: &mut Warnings,
 ) -> Result<RadarData, ReadError> {
-    let owned = || path.to_owned();
-    let failed = |cause| ReadError::Open {
-        path: owned(),
-        cause,
-    };
-    let mut file = File::open(path).map_err(failed)?;
-    let mut head = Vec::new();
-    let read = file.by_ref().take(16).read_to_end(&mut head);
-    read.and_then(|_| file.rewind()).map_err(failed)?;
-    let is_phase_history = acerra_cphd::is_cphd(&head);
-    if !is_phase_history && is_foreign(path, &mut file)? {
-        return from_foreign(path, channel, line, warnings);
-    }
-    if line.is_some() {
-        return Err(ReadError::NoLine { path: owned() });
-    }
-    if is_phase_history {
-        return from_phase_history(path, file, channel, warnings);
-    }
-    if channel.is_some() {
-        return Err(ReadError::NoChannels { path: owned() });
+    let (kind, file) = kind_of(path)?;
+    let path_owned = || path.to_owned();
+    match kind {
+        Kind::Foreign => return from_foreign(path, channel, line, warnings),
+        _ if line.is_some() => return Err(ReadError::NoLine { path: path_owned() }),
+        Kind::PhaseHistory => return from_phase_history(path, file, channel, warnings),
+        Kind::Own if channel.is_some() => {
+            return Err(ReadError::NoChannels { path: path_owned() });
+        }
+        Kind::Own => {}
     }
     let content = acerra_radar::read(BufReader::new(file), &acerra_radar::Limits::default())
         .map_err(|cause| ReadError::Content {
-            path: owned(),
+            path: path_owned(),
             cause,
         })?;
     match content {
         RadarFile::Log(log) => from_log(path, &log, warnings),
         RadarFile::Neutral(neutral) => from_neutral(path, neutral, warnings),
     }
+}
+
+/// Whose reader takes a file.
+#[derive(Clone, Copy)]
+enum Kind {
+    /// That of other makers' radars.
+    Foreign,
+    /// That of phase history data.
+    PhaseHistory,
+    /// That of this program's radar and of neutral files.
+    Own,
+}
+
+/// The kind of a file by its content, and the file at its beginning.
+fn kind_of(path: &Path) -> Result<(Kind, File), ReadError> {
+    let failed = |cause| ReadError::Open {
+        path: path.to_owned(),
+        cause,
+    };
+    let mut file = File::open(path).map_err(failed)?;
+    let mut head = Vec::new();
+    let read = file.by_ref().take(16).read_to_end(&mut head);
+    read.and_then(|_| file.rewind()).map_err(failed)?;
+    let kind = if acerra_cphd::is_cphd(&head) {
+        Kind::PhaseHistory
+    } else if is_foreign(path, &mut file)? {
+        Kind::Foreign
+    } else {
+        Kind::Own
+    };
+    Ok((kind, file))
 }
 
 fn from_foreign(
@@ -361,10 +383,7 @@ fn from_log(path: &Path, log: &RadarLog, warnings: &mut Warnings) -> Result<Rada
     if more > 0 {
         warnings.add(format!("{}: {more} more such places", name_of(path)));
     }
-    warnings.count(
-        made.other_scans,
-        "scans of other filterings or windows are in the log and were left out",
-    );
+    say_left_out(made.other_scans, warnings);
     let summary = summary(log, &made);
     Ok(RadarData {
         content: RadarContent::Radargram(without_outliers(made.radargram, warnings)),
@@ -377,6 +396,13 @@ fn from_log(path: &Path, log: &RadarLog, warnings: &mut Warnings) -> Result<Rada
         is_untimed: false,
         contradictions: Vec::new(),
     })
+}
+
+fn say_left_out(other_scans: usize, warnings: &mut Warnings) {
+    warnings.count(
+        other_scans,
+        "scans of other filterings or windows are in the log and were left out",
+    );
 }
 
 /// The clock beside the log, by which the traces' times are put on GPS time.
@@ -435,6 +461,7 @@ fn from_neutral(
     };
     let mut data = RadarData::in_memory(content);
     data.label.summary.insert_str(0, "NPZ ");
+    data.is_untimed = neutral.time_missing;
     data.positions = neutral.position_m.map(|position_m| TracePositions {
         antennas_m: neutral.antennas_m,
         ..TracePositions::from(position_m)

@@ -79,6 +79,7 @@ pub(crate) fn read_phase_history(
         positions: TracePositions {
             position_m: read.position_m,
             antennas_m: None,
+            line_starts: Vec::new(),
             frame: Frame::Enu(frame),
             time_origin: start.map_or(TimeOrigin::Relative, TimeOrigin::Gps),
         },

@@ -10,6 +10,8 @@ pub struct TracePositions {
     pub position_m: Vec<[f64; 3]>,
     /// Transmitters and receivers in the same axes (m), where they are apart.
     pub antennas_m: Option<[Vec<[f64; 3]>; 2]>,
+    /// Numbers of the traces with which a line begins, other than the first: on the way there nothing was measured.
+    pub line_starts: Vec<usize>,
     /// Where these axes stand.
     pub frame: Frame,
     /// The instant at which the traces' times are zero.
@@ -22,6 +24,7 @@ impl From<Vec<[f64; 3]>> for TracePositions {
         Self {
             position_m,
             antennas_m: None,
+            line_starts: Vec::new(),
             frame: Frame::Local,
             time_origin: TimeOrigin::Relative,
         }

@@ -1,6 +1,8 @@
 //! Removing what does not change from trace to trace: antenna coupling above all (paper §2).
 
 use std::fmt;
+use std::ops::Range;
+use std::slice::from_ref;
 use std::str::FromStr;
 
 use num_complex::Complex64;
@@ -21,7 +23,7 @@ pub enum Background {
     Mean,
     /// The median of all traces, sample by sample: strong targets leave no shadow.
     Median,
-    /// The mean of the traces about each trace: follows a background that drifts.
+    /// The mean of the traces about each trace, of its own line: follows a background that drifts.
     Sliding {
         /// Traces in the window (an even number counts as the next odd one).
         window: usize,
@@ -100,16 +102,33 @@ pub fn remove_background(
     radargram: Radargram,
     background: Background,
 ) -> Result<Radargram, CleanError> {
-    remove_background_with(radargram, background, Control::default())
+    let line = 0..radargram.traces;
+    remove_background_with(radargram, background, from_ref(&line), Control::default())
 }
 
-/// Removes the background as [`remove_background`] does, stopped on request.
+/// Removes the background as [`remove_background`] does from traces of several lines, stopped on request.
+///
+/// `lines` are ranges of the traces, one after another. A sliding window ends where its line does; the other ways take
+/// what all traces have in common, on whatever line.
 ///
 /// # Errors
 /// As [`remove_background`], and [`CleanError::Cancelled`].
+///
+/// ```
+/// use acerra_radar::{Control, Radargram, Samples};
+/// use acerra_radar::clean::{Background, remove_background_with};
+/// let (one, other) = ([5.0, 1.0].repeat(3), [9.0, 3.0].repeat(3));
+/// let time_s = (0..6).map(f64::from).collect();
+/// let raw = Radargram::new(time_s, 0.0, 1e-9, Samples::Real([one, other].concat()))?;
+/// let window = Background::Sliding { window: 101 };
+/// let clean = remove_background_with(raw, window, &[0..3, 3..6], Control::default())?;
+/// assert_eq!(clean.samples, Samples::Real(vec![0.0; 12]));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn remove_background_with(
     mut radargram: Radargram,
     background: Background,
+    lines: &[Range<usize>],
     control: Control<'_>,
 ) -> Result<Radargram, CleanError> {
     control.check()?;
@@ -144,6 +163,7 @@ pub fn remove_background_with(
                 &mut radargram,
                 &Sliding {
                     half: window / 2,
+                    lines,
                     control,
                 },
             )?;
@@ -232,12 +252,25 @@ pub(super) fn median_of(values: &mut [f64]) -> f64 {
 
 struct Sliding<'a> {
     half: usize,
+    lines: &'a [Range<usize>],
     control: Control<'a>,
 }
 
 impl InPlace for Sliding<'_> {
     fn run<V: Value>(&self, samples: &mut [V], shape: Shape) -> Result<(), Cancelled> {
-        let (traces, n) = (shape.traces, shape.samples_per_trace);
+        let n = shape.samples_per_trace;
+        for line in self.lines {
+            let held = line.start.min(shape.traces)..line.end.min(shape.traces);
+            self.line(&mut samples[held.start * n..held.end * n], n)?;
+        }
+        Ok(())
+    }
+}
+
+impl Sliding<'_> {
+    /// Removes the means from the traces of a line, of `n` samples each.
+    fn line<V: Value>(&self, samples: &mut [V], n: usize) -> Result<(), Cancelled> {
+        let traces = samples.len() / n;
         let original = samples.to_vec();
         let row = |i: usize| &original[i * n..(i + 1) * n];
         let mut sum = vec![Complex64::default(); n];
@@ -246,7 +279,7 @@ impl InPlace for Sliding<'_> {
             if i % 64 == 0 {
                 self.control.check()?;
             }
-            let wanted = i.saturating_sub(self.half)..(i + self.half + 1).min(traces);
+            let wanted = i.saturating_sub(self.half)..i.saturating_add(self.half + 1).min(traces);
             for enters in held.end..wanted.end {
                 sum.iter_mut()
                     .zip(row(enters))

@@ -4,6 +4,8 @@
 //! is left of an echo h (one complex number a trace) is (I − P)h. An image that sums the echoes of a point
 //! in phase keeps the share hᴴ(I − P)h / hᴴh of its amplitude.
 
+use std::ops::Range;
+
 use num_complex::Complex64;
 
 use super::background::Background;
@@ -36,23 +38,26 @@ impl BackgroundGain {
     }
 
     /// Share of its amplitude that an echo, one value a trace, keeps in an image which sums it in phase; none
-    /// where it has no power.
+    /// where it has no power. `lines` are the ranges of traces at whose ends a sliding window ends.
     ///
     /// ```
     /// use acerra_radar::clean::{Background, BackgroundGain};
     /// use num_complex::Complex64;
     /// let gain = BackgroundGain::of(Background::Mean).unwrap();
     /// let [one, minus] = [1.0, -1.0].map(|re| Complex64::new(re, 0.0));
-    /// assert_eq!(gain.kept(&[one, one]), Some(0.0));
-    /// assert_eq!(gain.kept(&[one, minus]), Some(1.0));
+    /// assert_eq!(gain.kept(&[one, one], &[0..2]), Some(0.0));
+    /// assert_eq!(gain.kept(&[one, minus], &[0..2]), Some(1.0));
     /// ```
     #[must_use]
-    pub fn kept(self, echo: &[Complex64]) -> Option<f64> {
+    pub fn kept(self, echo: &[Complex64], lines: &[Range<usize>]) -> Option<f64> {
         let power: f64 = echo.iter().map(Complex64::norm_sqr).sum();
         let taken = match self {
             Self::None => 0.0,
             Self::Mean => echo.iter().sum::<Complex64>().norm_sqr() / echo.len() as f64,
-            Self::Sliding { half } => sliding_product(echo, half),
+            Self::Sliding { half } => {
+                let own = |line: &Range<usize>| echo.get(line.clone()).unwrap_or_default();
+                lines.iter().map(|l| sliding_product(own(l), half)).sum()
+            }
         };
         (power > 0.0).then(|| 1.0 - taken / power)
     }
@@ -68,7 +73,10 @@ fn sliding_product(echo: &[Complex64], half: usize) -> f64 {
         before.push(sum);
     }
     let mean_about = |i: usize| {
-        let (from, to) = (i.saturating_sub(half), (i + half + 1).min(echo.len()));
+        let (from, to) = (
+            i.saturating_sub(half),
+            i.saturating_add(half + 1).min(echo.len()),
+        );
         (before[to] - before[from]) / (to - from) as f64
     };
     echo.iter()
@@ -119,19 +127,39 @@ mod tests {
             Background::Sliding { window: 5 },
             Background::Sliding { window: 21 },
         ] {
-            let kept = BackgroundGain::of(background).unwrap().kept(&echo());
+            let kept = BackgroundGain::of(background)
+                .unwrap()
+                .kept(&echo(), std::slice::from_ref(&(0..TRACES)));
             let (kept, expected) = (kept.unwrap(), kept_by_removal(background));
             assert!((kept - expected).abs() < 1e-5, "{kept} for {expected}");
         }
+        // A window longer than the lines takes the mean of each.
+        let lines = [0..20, 20..TRACES];
+        let long = BackgroundGain::Sliding { half: 1000 };
+        let of_lines = long.kept(&echo(), &lines).unwrap();
+        let by_hand = lines.iter().map(|line| {
+            let sum: Complex64 = echo()[line.clone()].iter().sum();
+            sum.norm_sqr() / line.len() as f64
+        });
+        let by_hand = 1.0 - by_hand.sum::<f64>() / TRACES as f64;
+        assert!((of_lines - by_hand).abs() < 1e-9, "{of_lines} {by_hand}");
         // A window of a few traces takes the echo where it changes slowly.
         let short = BackgroundGain::of(Background::Sliding { window: 5 }).unwrap();
-        assert!(short.kept(&echo()).unwrap() < 0.9);
+        assert!(
+            short
+                .kept(&echo(), std::slice::from_ref(&(0..TRACES)))
+                .unwrap()
+                < 0.9
+        );
     }
 
     #[test]
     fn an_echo_without_power_says_nothing() {
         let gain = BackgroundGain::of(Background::Mean).unwrap();
-        assert_eq!(gain.kept(&[Complex64::default(); 4]), None);
-        assert_eq!(gain.kept(&[]), None);
+        assert_eq!(
+            gain.kept(&[Complex64::default(); 4], std::slice::from_ref(&(0..4))),
+            None
+        );
+        assert_eq!(gain.kept(&[], &[]), None);
     }
 }

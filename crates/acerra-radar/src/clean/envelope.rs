@@ -61,7 +61,8 @@ pub(super) fn envelope_in_band(radargram: &Radargram, band_hz: Option<[f64; 2]>)
     out
 }
 
-fn in_band(frequency_hz: f64, [from, to]: [f64; 2]) -> f64 {
+/// Weight of a frequency under a band: 1 within it, 0 further than a fifth of its width outside.
+pub(super) fn in_band(frequency_hz: f64, [from, to]: [f64; 2]) -> f64 {
     let edge = 0.2 * (to - from);
     let outside = (from - frequency_hz).max(frequency_hz - to);
     match outside / edge {

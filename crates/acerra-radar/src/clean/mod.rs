@@ -1,4 +1,4 @@
-//! From the raw radargram to spectra: zero-timing, background removal, gating, transform.
+//! From the raw radargram to spectra: filters along fast time, zero-timing, background removal, gating, transform.
 //!
 //! Each stage is a pure function from one [`Radargram`](crate::Radargram) to the next. Heights are
 //! one number a trace, m; sums are formed in double precision. Stages that can take long on
@@ -8,6 +8,7 @@ mod background;
 mod background_gain;
 mod components;
 mod envelope;
+mod filter;
 mod gate;
 mod surface;
 mod surface_removal;
@@ -21,6 +22,7 @@ use acerra_control::Cancelled;
 pub use background::{Background, UnknownBackground, remove_background, remove_background_with};
 pub use background_gain::BackgroundGain;
 pub use envelope::envelope;
+pub use filter::{band_pass, dewow};
 pub use gate::{Gate, apply_gate};
 pub(crate) use surface::crest;
 pub use surface::{SurfaceOptions, SurfacePick, SurfaceTrack, crests_near, track_surface};
@@ -83,6 +85,26 @@ pub enum CleanError {
         end_s: f64,
         /// Length of an edge, s.
         edge_s: f64,
+    },
+    /// A window of fast time that is shorter than three samples.
+    #[error(
+        "a window of fast time must hold at least 3 samples, {step_s:e} s apart, found {window_s:e} s"
+    )]
+    DewowWindow {
+        /// Window, s.
+        window_s: f64,
+        /// Sample spacing, s.
+        step_s: f64,
+    },
+    /// A band that is none, or beyond what the samples can hold.
+    #[error(
+        "a band must rise within 0 to {limit_hz:e} Hz, as the samples hold, found {} to {} Hz", band_hz[0], band_hz[1]
+    )]
+    PassBand {
+        /// Band found, Hz.
+        band_hz: [f64; 2],
+        /// Limit, Hz.
+        limit_hz: f64,
     },
     /// A frequency outside what the samples can hold.
     #[error(

@@ -3,6 +3,7 @@
 //! ```text
 //! Radargram ──► scan_outliers      scans to drop, and why
 //!           ──► coupling           direct coupling: delay, level, stability
+//!           ──► direct_wave        first arrival between antennas that are apart
 //!           ──► clipping           samples at the receiver's limit
 //!           ──► spectrum_occupancy where in frequency the energy is
 //! times     ──► scan_spacing       regularity of the scans
@@ -19,7 +20,7 @@ mod spacing;
 mod surface;
 
 pub use clipping::{Clipping, clipping};
-pub use coupling::{Coupling, coupling};
+pub use coupling::{Coupling, coupling, direct_wave};
 pub use occupancy::{SpectrumOccupancy, spectrum_occupancy};
 pub use outliers::{OutlierKind, OutlierOptions, ScanOutlier, scan_outliers};
 pub use spacing::{ScanSpacing, scan_spacing};

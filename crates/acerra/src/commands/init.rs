@@ -7,7 +7,7 @@ use acerra_chain::campaign::Campaign;
 use acerra_products::staging::StagedFile;
 use anyhow::{Context, ensure};
 
-use crate::init::{Logs, compose};
+use crate::init::{Logs, compose, expanded};
 use crate::terminal::{Verbosity, verbosity};
 
 /// Write a campaign for a flight's logs: every key with its default, set where the files tell.
@@ -18,9 +18,11 @@ use crate::terminal::{Verbosity, verbosity};
 #[command(after_help = "Examples:
   acerra init flight.mrm rover.ubx base.ubx -o flight.toml && acerra focus flight.toml
   acerra init flight.mrm rover.obs base.obs brdc.nav
-  acerra init flight.npz flight.pos > flight.toml")]
+  acerra init flight.npz flight.pos > flight.toml
+  acerra init 'line-*.rd3' -o area.toml")]
 pub struct Args {
-    /// The logs of one flight.
+    /// The logs of one flight, or the files of several lines over one area; `*` and `?` in a name stand for any
+    /// characters.
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
     /// Write the campaign there instead of to standard output; an existing file is kept.
@@ -49,7 +51,7 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
             file.display()
         );
     }
-    let logs = Logs::look(&args.files, args.rigid_body.as_deref())?;
+    let logs = Logs::look(&expanded(&args.files)?, args.rigid_body.as_deref())?;
     let text = compose(&logs, &folder)?;
     Campaign::parse(&text).context("the campaign from these logs cannot be used")?;
     let Some(file) = &args.output else {

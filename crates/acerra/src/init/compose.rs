@@ -11,6 +11,7 @@ use anyhow::{bail, ensure};
 
 use super::answers::Answers;
 use super::gnss::{Pair, pair};
+use super::lines::{antennas_apart, distinct, files_key, way_said};
 use super::logs::{Logs, RadarInput};
 use super::named_in;
 use crate::interrupt::cancel_flag;
@@ -27,12 +28,18 @@ const GATED_M: f64 = 3.6;
 /// # Errors
 /// No radar log or several, no positions or several trajectories, a receiver without a base.
 pub fn compose(logs: &Logs, folder: &Path) -> anyhow::Result<String> {
-    let radar = match logs.radar.as_slice() {
-        [radar] => radar,
-        [] => bail!("no radar log among the files (MRM capture, MRM-RET text or NPZ)"),
+    let all = distinct(&logs.radar);
+    let radar = match all.as_slice() {
+        [radar] => *radar,
+        [_, _, ..] if logs.is_radar_alone() && all.iter().all(|log| log.is_foreign) => {
+            return of_lines(&all, folder);
+        }
+        [] => bail!(
+            "no radar log among the files (MRM capture, MRM-RET text, NPZ, or a file of another maker's)"
+        ),
         [first, second, ..] => bail!(
             "{} and {} are both radar logs: begin a campaign for each; several tracks become one \
-             image by [[track]] tables",
+             image by [[track]] tables, several files of another maker's radar by [radar] files",
             first.path.display(),
             second.path.display()
         ),
@@ -46,11 +53,8 @@ pub fn compose(logs: &Logs, folder: &Path) -> anyhow::Result<String> {
                 .because(&radar.summary),
         ],
     };
-    if let Some([low, high]) = radar.band_ghz {
-        let band = Filled::new("image.band_ghz", format!("[{low:.2}, {high:.2}]"));
-        let reason = "within 10 dB of the top of the echoes' spectrum, mean of the traces removed";
-        campaign.filled.push(band.because(reason));
-    }
+    campaign.filled.extend(radar.band_ghz.map(band_key));
+    campaign.filled.extend(antennas_apart(&[radar]));
     let pair = pair(logs)?;
     let (attitudes, trajectories) = attitudes_apart(logs, pair.is_some());
     match (trajectories.as_slice(), pair) {
@@ -84,7 +88,7 @@ pub fn compose(logs: &Logs, folder: &Path) -> anyhow::Result<String> {
             "trajectory.file",
             "none needed, the radar file brings the positions of its traces",
         )),
-        ([], None) if radar.way_m.is_some() => campaign.with_line(radar.way_m.unwrap_or_default()),
+        ([], None) if radar.is_foreign => campaign.with_line(radar),
         ([], None) => bail!(
             "no positions among the files: expected a trajectory, or the logs of two GNSS receivers"
         ),
@@ -93,6 +97,40 @@ pub fn compose(logs: &Logs, folder: &Path) -> anyhow::Result<String> {
         campaign.with_attitudes(path, log)?;
     }
     Ok(campaign.text())
+}
+
+/// The campaign of several files that count their traces along lines, or place them.
+fn of_lines(radar: &[&RadarInput], folder: &Path) -> anyhow::Result<String> {
+    let mut campaign = Campaign {
+        folder,
+        has_clock: false,
+        questions: Vec::new(),
+        filled: vec![files_key(folder, radar)?],
+    };
+    let bands = || radar.iter().filter_map(|log| log.band_ghz);
+    if bands().count() > 0 {
+        let low = bands().map(|b| b[0]).fold(f64::INFINITY, f64::min);
+        let high = bands().map(|b| b[1]).fold(0.0, f64::max);
+        campaign.filled.push(band_key([low, high]));
+    }
+    campaign.filled.extend(antennas_apart(radar));
+    if radar.iter().any(|log| !log.has_positions) {
+        let said = way_said(radar);
+        campaign.questions.push(format!(
+            "[radar] line_start_m, line_end_m, line_step_m: where do the first and the last trace of the first line lie, \
+             and how far is it from each line to the next (x, y, and the height of the antennas z, in m)? {said}. \
+             Lines that are not evenly spaced have a table, lines = [{{ file, start_m, end_m }}, …]"
+        ));
+        campaign
+            .filled
+            .push(Filled::remark("radar.line_start_m", said));
+    }
+    Ok(campaign.text())
+}
+
+fn band_key([low, high]: [f64; 2]) -> Filled {
+    Filled::new("image.band_ghz", format!("[{low:.2}, {high:.2}]"))
+        .because("within 10 dB of the top of the echoes' spectrum, mean of the traces removed")
 }
 
 /// A trajectory by its path.
@@ -222,7 +260,15 @@ impl Campaign<'_> {
     }
 
     /// A line of the length that the file counts, along x.
-    fn with_line(&mut self, way_m: f64) {
+    fn with_line(&mut self, radar: &RadarInput) {
+        self.questions.push(format!(
+            "[radar] line_start_m, line_end_m: where do the first and the last trace lie (x, y, and the height of the \
+             antennas z, in m)? {}",
+            way_said(&[radar])
+        ));
+        let Some(way_m) = radar.way_m else {
+            return;
+        };
         self.filled.push(
             Filled::new("radar.line_start_m", "[0.0, 0.0, 0.0]").because(
                 "the file counts the way along its line, not where that lies: state both ends",

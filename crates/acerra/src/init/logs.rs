@@ -73,6 +73,10 @@ pub(super) struct RadarInput {
     pub has_positions: bool,
     /// Way along the line (m), where the file counts it.
     pub way_m: Option<f64>,
+    /// Whether another maker's radar wrote it.
+    pub is_foreign: bool,
+    /// Distance between transmitter and receiver (m), where the file says it.
+    pub antenna_separation_m: Option<f64>,
     /// Band that its echoes occupy (GHz), where that is not the default radar's.
     pub band_ghz: Option<[f64; 2]>,
     /// Its traces over fast time, where it holds some without positions.
@@ -87,6 +91,11 @@ pub(super) struct Receiver {
 }
 
 impl Logs {
+    /// Whether nothing but radar logs was given.
+    pub(super) fn is_radar_alone(&self) -> bool {
+        self.trajectory.is_empty() && self.receiver.is_empty()
+    }
+
     /// Reads the files; of a motion capture with several rigid bodies the one of that name, or the one that moves
     /// with the echoes.
     ///
@@ -265,6 +274,8 @@ fn foreign(path: &Path) -> anyhow::Result<RadarInput> {
             .along_m
             .as_ref()
             .and_then(|along| Some(along.last()? - along.first()?)),
+        is_foreign: true,
+        antenna_separation_m: channel.antenna_separation_m,
         band_ghz: occupied_ghz(path),
         radargram: None,
     })
@@ -318,6 +329,8 @@ fn phase_history(path: &Path, reader: impl Read + Seek) -> anyhow::Result<RadarI
         time_s: ends,
         has_positions: true,
         way_m: None,
+        is_foreign: false,
+        antenna_separation_m: None,
         band_ghz: None,
         radargram: None,
     })
@@ -342,6 +355,8 @@ fn radar(path: &Path, reader: impl Read + Seek) -> anyhow::Result<RadarInput> {
                 time_s: None,
                 has_positions: false,
                 way_m: None,
+                is_foreign: false,
+                antenna_separation_m: None,
                 band_ghz: None,
                 radargram: Some(made.radargram),
             })
@@ -367,6 +382,8 @@ fn radar(path: &Path, reader: impl Read + Seek) -> anyhow::Result<RadarInput> {
                 time_s: ends,
                 has_positions: neutral.position_m.is_some(),
                 way_m: None,
+                is_foreign: false,
+                antenna_separation_m: None,
                 band_ghz: None,
                 radargram: match neutral.content {
                     NeutralContent::Radargram(radargram) if neutral.position_m.is_none() => {

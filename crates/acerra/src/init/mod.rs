@@ -8,6 +8,7 @@
 mod answers;
 mod compose;
 mod gnss;
+mod lines;
 mod logs;
 mod receivers;
 
@@ -16,6 +17,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 
 pub use compose::compose;
+pub use lines::expanded;
 pub use logs::Logs;
 
 /// How a campaign in `folder` names `file`: relative to it where the file lies below.

@@ -48,13 +48,16 @@ impl Filled {
 
 /// What keys without a default may look like.
 const SAMPLES: &[(&str, &str)] = &[
+    ("antenna_offset_m", "[0.3, 0.0, 0.0]"),
     ("attitude_file", "\"flight.bin\""),
     ("attitude_source", "\"ATT\""),
+    ("band_pass_ghz", "[0.5, 2.5]"),
     ("base_deg_m", "[40.9596, 14.3696, 75.0]"),
     ("base_ecef_m", "[4672340.0, 1196830.0, 4159200.0]"),
     ("channel", "\"first\""),
     ("config", "\"rtklib.conf\""),
     ("delay_ns", "10.0"),
+    ("dewow_ns", "2.0"),
     ("epsg", "25833"),
     ("formats", "[\"geotiff\", \"geojson\"]"),
     ("ghost", "0.5"),

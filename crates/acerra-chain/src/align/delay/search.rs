@@ -3,7 +3,6 @@
 use std::f64::consts::TAU;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use acerra_geo::interpolate::path_length_per_trace_m;
 use acerra_imaging::PlaneGrid;
 use acerra_radar::Spectrum;
 use rayon::prelude::*;
@@ -238,7 +237,7 @@ impl DelayTrial<'_> {
     pub(super) fn weights(&self) -> Vec<f64> {
         let level = |p: &[f64; 3]| [p[0], p[1], 0.0];
         let level_m: Vec<[f64; 3]> = self.aligned.position_m.iter().map(level).collect();
-        let path_m = path_length_per_trace_m(&level_m);
+        let path_m = self.aligned.path_along_lines_m(&level_m);
         let mean_m = path_m.iter().sum::<f64>() / path_m.len().max(1) as f64;
         let of_mean = |m: &f64| if mean_m > 0.0 { m / mean_m } else { 1.0 };
         path_m.iter().map(of_mean).collect()

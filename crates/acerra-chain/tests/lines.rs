@@ -1,0 +1,78 @@
+//! Lines of a grid: several files as one recording, with breaks between the lines.
+#![allow(clippy::unwrap_used)] // a test that cannot go on has failed
+
+use std::fs::File;
+use std::path::Path;
+
+use acerra_chain::campaign::Campaign;
+use acerra_chain::{Control, Journal, Prepared};
+use acerra_formats::segy::{SegyTraces, write_segy};
+use acerra_radar::Samples;
+
+const SAMPLES: usize = 64;
+
+/// Writes a line of traces that all hold `level` as coupling in sample 20, and trace `echo` 1 more in sample 40.
+fn write_line(path: &Path, traces: usize, level: f32, echo: usize) {
+    let mut values = vec![0.0; traces * SAMPLES];
+    for row in values.chunks_exact_mut(SAMPLES) {
+        row[20] = level;
+    }
+    values[echo * SAMPLES + 40] = 1.0;
+    let line = SegyTraces {
+        values: &values,
+        samples: SAMPLES,
+        step_s: 100e-12,
+        start_s: 0.0,
+        positions: None,
+        antennas_m: None,
+        text: &[],
+    };
+    write_segy(&mut File::create(path).unwrap(), &line).unwrap();
+}
+
+fn prepared(folder: &Path, tables: &str) -> Prepared {
+    let campaign = Campaign::parse(&format!(
+        "[radar]\nfiles = '{}/line-*.sgy'\ndelay_ns = 0\nline_start_m = [0, 0, 1]\nline_end_m = [4, 0, 1]\n\
+         line_step_m = [0, 0.5, 0]\n[image]\nx_m = [0, 4]\ny_m = [-1, 2]\nz_m = 0\npixel_m = 0.5\n\
+         band_ghz = [1.0, 2.0]\nfrequencies = 11\n[preprocess]\ngate_ns = 'none'\n{tables}",
+        folder.display()
+    ));
+    let survey = campaign.unwrap().survey();
+    survey
+        .prepare(&mut Journal::default(), &Control::default())
+        .unwrap()
+}
+
+#[test]
+fn lines_are_breaks_for_path_and_background() {
+    let folder = tempfile::tempdir().unwrap();
+    // Coupling differs from line to line, as on another day.
+    for (k, traces) in [9, 5, 17].into_iter().enumerate() {
+        let path = folder.path().join(format!("line-{}.sgy", k + 1));
+        write_line(&path, traces, 5.0 + k as f32, 2);
+    }
+    let of_window = prepared(folder.path(), "background = { window = 1001 }\n");
+    let aligned = &of_window.aligned;
+    assert_eq!(aligned.line_starts, [9, 14]);
+    // Three lines of 4 m; the ways of 4.03 m between the lines do not count.
+    let path_m: f64 = aligned.path_m.iter().sum();
+    assert!((path_m - 12.0).abs() < 1e-9, "{path_m}");
+    assert!((aligned.path_m[8] - 0.25).abs() < 1e-9);
+    assert!((aligned.path_m[9] - 0.5).abs() < 1e-9);
+    // A window ends with its line: nothing is left of the coupling, and an echo keeps all but its own share.
+    let clean = &of_window.cleaned().unwrap().clean;
+    let Samples::Real(values) = &clean.samples else {
+        panic!("complex samples")
+    };
+    let at = |trace: usize, sample: usize| values[trace * SAMPLES + sample];
+    assert!((0..31).all(|trace| at(trace, 20).abs() < 1e-5));
+    for (first, traces) in [(0, 9.0), (9, 5.0), (14, 17.0)] {
+        assert!((at(first + 2, 40) - (1.0 - 1.0 / traces)).abs() < 1e-5);
+        assert!((at(first + 3, 40) + 1.0 / traces).abs() < 1e-5);
+    }
+    // The mean is what all lines have in common.
+    let of_all = prepared(folder.path(), "background = 'mean'\n");
+    let clean = &of_all.cleaned().unwrap().clean;
+    let expected = 5.0 - (9.0 * 5.0 + 5.0 * 6.0 + 17.0 * 7.0) / 31.0;
+    assert!((clean.samples.at(20).re - expected).abs() < 1e-5);
+}

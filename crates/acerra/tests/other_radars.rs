@@ -1,0 +1,135 @@
+//! Simulated flights of an FMCW radar and of a network analyser, from their files to measured reflectors.
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+use std::f64::consts::TAU;
+use std::fmt::Write as _;
+use std::fs::File;
+use std::path::Path;
+
+use acerra_chain::campaign::Campaign;
+use acerra_chain::measure::MeasureOptions;
+use acerra_chain::{Control, Journal, MemorySink};
+use acerra_imaging::Complex64;
+use acerra_npz::NpzWriter;
+
+const LIGHT_M_S: f64 = 299_792_458.0;
+/// 6 GHz, 500 MHz.
+const BAND_HZ: [f64; 2] = [5.75e9, 6.25e9];
+/// Reflectors on the ground: east, north (m).
+const REFLECTORS_M: [[f64; 2]; 2] = [[0.3, 6.0], [-1.213, 8.107]];
+const HEIGHT_M: f64 = 5.0;
+const HALF_PATH_M: f64 = 4.0;
+const TRACES: usize = 321;
+
+fn place_m(trace: usize) -> [f64; 3] {
+    let share = trace as f64 / (TRACES - 1) as f64;
+    [HALF_PATH_M * (2.0 * share - 1.0), 0.0, HEIGHT_M]
+}
+
+/// Two-way delays of the reflectors at a trace (s).
+fn delays_s(trace: usize) -> [f64; 2] {
+    let [x, y, z] = place_m(trace);
+    REFLECTORS_M.map(|[e, n]| 2.0 * (x - e).hypot(y - n).hypot(z) / LIGHT_M_S)
+}
+
+/// Whether the reflectors are measured within a tenth of the resolution of where they are.
+fn assert_found(folder: &Path, radar: &str) {
+    let text = format!(
+        "[radar]\n{radar}\n[image]\nx_m = [-2.0, 1.0]\ny_m = [5.0, 9.0]\nz_m = 0\npixel_m = 0.01\n"
+    );
+    let campaign = Campaign::parse(&text).unwrap().resolved_in(folder);
+    let control = Control::default();
+    let prepared = (campaign.survey())
+        .prepare(&mut Journal::default(), &control)
+        .unwrap();
+    assert_eq!(prepared.aligned.traces.len(), TRACES);
+    let request = campaign.image_request(prepared.scene.pixels.clone());
+    let focused = prepared
+        .image(&request, &mut MemorySink::default(), &control)
+        .unwrap();
+    let found = prepared
+        .measure(&focused, &MeasureOptions::from(&campaign.measure), &control)
+        .unwrap();
+    for [e, n] in REFLECTORS_M {
+        let ground_range_m = n;
+        let range_m = ground_range_m.hypot(HEIGHT_M);
+        let wavelength_m = LIGHT_M_S / (0.5 * (BAND_HZ[0] + BAND_HZ[1]));
+        // Along the track by the aperture's angle, across it by the band, on the ground.
+        let along_m = 0.5 * wavelength_m * range_m / (2.0 * HALF_PATH_M);
+        let across_m = 0.5 * LIGHT_M_S / (BAND_HZ[1] - BAND_HZ[0]) * range_m / ground_range_m;
+        let off = |t: &acerra_imaging::metrics::Target| [(t.x_m - e).abs(), (t.y_m - n).abs()];
+        let nearest = (found.targets.iter())
+            .map(off)
+            .min_by(|a, b| (a[0] + a[1]).total_cmp(&(b[0] + b[1])))
+            .unwrap();
+        assert!(
+            nearest[0] < 0.1 * along_m && nearest[1] < 0.1 * across_m,
+            "{nearest:?} of {along_m} and {across_m}: {:?}",
+            found.targets
+        );
+    }
+}
+
+#[test]
+fn an_fmcw_flight_puts_reflectors_where_they_are() {
+    let folder = tempfile::tempdir().unwrap();
+    let (slope, rate_hz, samples) = (5e11, 1e6, 1000_usize);
+    let mut beat = Vec::new();
+    for trace in 0..TRACES {
+        let delays = delays_s(trace);
+        beat.extend((0..samples).map(|k| {
+            // What is sent, times the conjugate of what comes back: e^{j2π(f₀τ + S t τ − S τ²/2)}.
+            let t = k as f64 / rate_hz;
+            let of = |tau: &f64| {
+                let turns = BAND_HZ[0] * tau + slope * t * tau - 0.5 * slope * tau * tau;
+                if t >= *tau {
+                    Complex64::from_polar(1.0, TAU * turns.fract())
+                } else {
+                    Complex64::default()
+                }
+            };
+            delays.iter().map(of).sum::<Complex64>()
+        }));
+    }
+    let mut npz = NpzWriter::stored(File::create(folder.path().join("fmcw.npz")).unwrap());
+    npz.array("beat", &[TRACES as u64, samples as u64], beat)
+        .unwrap();
+    for (name, value) in [
+        ("start_frequency_hz", BAND_HZ[0]),
+        ("slope_hz_per_s", slope),
+        ("sample_rate_hz", rate_hz),
+    ] {
+        npz.array(name, &[1], [value]).unwrap();
+    }
+    let places = (0..TRACES).flat_map(place_m).collect::<Vec<f64>>();
+    npz.array("position_m", &[TRACES as u64, 3], places)
+        .unwrap();
+    npz.finish().unwrap();
+    assert_found(folder.path(), "file = 'fmcw.npz'");
+}
+
+#[test]
+fn a_stepped_frequency_flight_puts_reflectors_where_they_are() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut table = "Frequency (Hz)".to_owned();
+    for trace in 0..TRACES {
+        let _ = write!(table, ",S11 {0} re,S11 {0} im", trace + 1);
+    }
+    let frequencies = 101;
+    for n in 0..frequencies {
+        let hz = BAND_HZ[0] + (BAND_HZ[1] - BAND_HZ[0]) * n as f64 / (frequencies - 1) as f64;
+        let _ = write!(table, "\n{hz}");
+        for trace in 0..TRACES {
+            let echo = |tau: &f64| Complex64::from_polar(1.0, -TAU * (hz * tau).fract());
+            let z: Complex64 = delays_s(trace).iter().map(echo).sum();
+            let _ = write!(table, ",{:.8},{:.8}", z.re, z.im);
+        }
+    }
+    std::fs::write(folder.path().join("sweeps.csv"), table + "\n").unwrap();
+    let line = format!(
+        "file = 'sweeps.csv'\nline_start_m = {:?}\nline_end_m = {:?}",
+        place_m(0),
+        place_m(TRACES - 1)
+    );
+    assert_found(folder.path(), &line);
+}
