@@ -12,6 +12,7 @@ use crate::align::clock::{ClockError, Clocked, align_clocks, place_as_stated};
 use crate::align::correction::PathCorrection;
 use crate::align::delay::DelayFound;
 use crate::align::offset::OffsetSearch;
+use crate::align::overlap::check_clocks;
 use crate::align::plane::{GroundFound, find_ground};
 use crate::align::radar_surface::{RadarSurfaceError, SeenTrack, radar_surface};
 use crate::align::recording::Recording;
@@ -147,6 +148,9 @@ pub fn prepare(
 ) -> Result<Prepared, ChainError> {
     in_one_frame(recordings.iter_mut().map(|r| &mut r.positions))?;
     let (scene, ground) = journal.stage("align", |warnings| {
+        for recording in &recordings {
+            check_clocks(recording).map_err(ClockError::from)?;
+        }
         let settled = settle_ground(&recordings, scene, control);
         if let (Err(ChainError::Ground(_)), Some(first)) = (&settled, recordings.first()) {
             tell_uncovered(first, warnings);

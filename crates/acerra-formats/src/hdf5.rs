@@ -29,6 +29,7 @@ fn broken(place: &str, error: impl std::fmt::Display) -> FormatError {
 /// # Errors
 /// A file that is broken, of neither kind, or larger than `limits` admit.
 pub fn read_hdf5(bytes: Vec<u8>, limits: &Limits) -> Result<Recording, FormatError> {
+    let limits = &limits.justified_by(bytes.len() as u64);
     let file = File::from_bytes(bytes).map_err(|e| broken("the file", e))?;
     let root = file.root();
     let groups = root.groups().map_err(|e| broken("/", e))?;
@@ -68,6 +69,10 @@ fn read(dataset: &Dataset, name: &str, limits: &Limits) -> Result<Array, FormatE
     let shape = dataset.shape().map_err(|e| broken(name, e))?;
     let count = shape.iter().try_fold(1u64, |n, side| n.checked_mul(*side));
     limits.check_samples(Place::field(name), count.unwrap_or(u64::MAX))?;
+    if let Some(chunk) = dataset.chunk_shape().map_err(|e| broken(name, e))? {
+        let count = chunk.iter().try_fold(1u64, |n, side| n.checked_mul(*side));
+        limits.check_samples(Place::field(name), count.unwrap_or(u64::MAX))?;
+    }
     let dtype = dataset.dtype().map_err(|e| broken(name, e))?;
     let values = match &dtype {
         DType::Compound(fields) => {

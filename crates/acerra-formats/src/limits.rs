@@ -29,7 +29,21 @@ impl Default for Limits {
     }
 }
 
+/// Samples that any packed file may hold (64 MiB of them), and how many a byte of it beyond that: bytes become
+/// numbers of eight, and measured values hardly pack.
+const FREE_SAMPLES: u64 = 1 << 23;
+const SAMPLES_PER_TWO_BYTES: u64 = 3;
+
 impl Limits {
+    /// These limits for a file of this length whose values may be packed.
+    pub(crate) fn justified_by(self, file_bytes: u64) -> Self {
+        let justified = FREE_SAMPLES.max(file_bytes.saturating_mul(SAMPLES_PER_TWO_BYTES) / 2);
+        Self {
+            max_samples: self.max_samples.min(justified),
+            ..self
+        }
+    }
+
     pub(crate) fn check_samples(&self, place: Place, found: u64) -> Result<(), FormatError> {
         let limit = self.max_samples;
         if found <= limit {

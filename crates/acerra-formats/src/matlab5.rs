@@ -30,6 +30,8 @@ pub fn is_matlab5(head: &[u8]) -> bool {
 /// # Errors
 /// A file that is broken, without the arrays, or larger than `limits` admit.
 pub fn read_matlab5(bytes: &[u8], limits: &Limits) -> Result<Recording, FormatError> {
+    let of_file = limits.justified_by(bytes.len() as u64);
+    let mut limits = of_file;
     let order = match bytes.get(126..128) {
         Some(b"IM") => Order::Little,
         Some(b"MI") => Order::Big,
@@ -51,20 +53,25 @@ pub fn read_matlab5(bytes: &[u8], limits: &Limits) -> Result<Recording, FormatEr
         let element = Element::take(&mut left, order, at)?;
         let unpacked;
         let (kind, data) = if element.kind == COMPRESSED {
-            unpacked = unpack(element.data, limits, at)?;
+            unpacked = unpack(element.data, &limits, at)?;
             let inner = Element::take(&mut unpacked.as_slice(), order, at)?;
-            (inner.kind, inner.data.to_vec())
+            (inner.kind, inner.data)
         } else {
-            (element.kind, element.data.to_vec())
+            (element.kind, element.data)
         };
         if kind == MATRIX {
-            match matrix(&data, order, limits, at)? {
-                (name, Some(array)) => arrays.push((name, array)),
+            match matrix(data, order, &limits, at)? {
+                (name, Some(array)) => {
+                    // All arrays together are held.
+                    let held = array.shape.iter().product::<usize>();
+                    limits.max_samples = limits.max_samples.saturating_sub(held as u64);
+                    arrays.push((name, array));
+                }
                 (name, None) => others.push(name),
             }
         }
     }
-    let mut recording = traces(&mut Held(arrays), Format::Matlab5, limits)?;
+    let mut recording = traces(&mut Held(arrays), Format::Matlab5, &of_file)?;
     for name in others.iter().filter(|name| !name.is_empty()) {
         recording.remarks.push(format!(
             "variable {name} is no full array of numbers and is not read"
@@ -124,9 +131,10 @@ impl<'a> Element<'a> {
 }
 
 fn unpack(data: &[u8], limits: &Limits, at: u64) -> Result<Vec<u8>, FormatError> {
+    // Names and axes are little beside the samples, of eight bytes at most.
     let limit = limits
         .max_samples
-        .saturating_mul(16)
+        .saturating_mul(8)
         .min(limits.max_file_bytes);
     let mut out = Vec::new();
     ZlibDecoder::new(data)

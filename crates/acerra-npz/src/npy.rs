@@ -11,6 +11,11 @@ use thiserror::Error;
 const MAX_HEADER_BYTES: usize = 1 << 16;
 const CHUNK_BYTES: usize = 1 << 16;
 
+/// Memory that the values of any archive may take, as numbers of double precision, and how many times the archive's
+/// length beyond that: bytes become numbers of eight, and measured values hardly pack.
+const FREE_BYTES: u64 = 128 << 20;
+const MOST_TIMES: u64 = 12;
+
 /// Why an array could not be read.
 #[derive(Debug, Error)]
 #[non_exhaustive]
@@ -45,6 +50,19 @@ pub enum NpyError {
     Limit {
         /// Values the shape asks for.
         claimed: u128,
+        /// The limit.
+        limit: usize,
+    },
+    /// The header claims more than an archive of this length holds unless hardly anything is in it.
+    #[error(
+        "header claims {claimed} values, as an archive of {archive_bytes} bytes holds only where it packs to \
+         next to nothing; at most {limit} are read of it: store the arrays uncompressed (numpy.savez)"
+    )]
+    Unjustified {
+        /// Values the shape asks for.
+        claimed: usize,
+        /// Length of the archive.
+        archive_bytes: u64,
         /// The limit.
         limit: usize,
     },
@@ -104,6 +122,22 @@ impl NpyHeader {
     /// Bytes of a value.
     pub(crate) fn item_bytes(&self) -> usize {
         self.item_bytes
+    }
+
+    /// Checks that an archive of this length justifies memory for the values.
+    pub(crate) fn check_archive(&self, archive_bytes: u64) -> Result<(), NpyError> {
+        let claimed = self.value_count(usize::MAX)?;
+        let value_bytes = if self.is_complex() { 16 } else { 8 };
+        let held = FREE_BYTES.max(MOST_TIMES.saturating_mul(archive_bytes));
+        let limit = usize::try_from(held / value_bytes).unwrap_or(usize::MAX);
+        if claimed > limit {
+            return Err(NpyError::Unjustified {
+                claimed,
+                archive_bytes,
+                limit,
+            });
+        }
+        Ok(())
     }
 
     /// Checks that so many bytes are the header's values.

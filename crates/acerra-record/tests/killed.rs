@@ -3,13 +3,13 @@
 
 use std::path::Path;
 use std::process::{Command, Stdio};
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use acerra_record::driver::{RequestOptions, WatchOptions};
 use acerra_record::emulate::{EmulatedRadio, EmulatorOptions, Pattern};
 use acerra_record::log::{LogReader, RecordKind};
-use acerra_record::session::{LOG_NAME, Recorder, Session, finish};
+use acerra_record::session::{CAMPAIGN_NAME, CAPTURE_NAME, LOG_NAME, Recorder, Session, finish};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -118,4 +118,83 @@ fn a_recorder_killed_at_random_loses_a_second_at_most() {
 #[ignore = "200 runs"]
 fn validation_two_hundred_kills() {
     kill_many(200, 8);
+}
+
+/// What is killed while it finishes: this test run by itself in a process of its own.
+#[test]
+#[ignore = "run by the other tests of this file"]
+fn finisher_to_be_killed() {
+    let Ok(directory) = std::env::var(DIRECTORY) else {
+        return;
+    };
+    finish(Path::new(&directory)).unwrap();
+}
+
+/// Kills the making of a recording's files at moments all over it, and looks at what is there.
+fn kill_finishing(times: u32) {
+    let source = Box::new(Pattern::new(1_000_000));
+    let radio = EmulatedRadio::start(LOOPBACK.into(), source, EmulatorOptions::default()).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let text = format!(
+        "[radio]\naddress = \"{}\"\nwindow_ps = [0, 17000]\nscan_interval_ms = 5.0\n",
+        radio.address()
+    );
+    let stop = AtomicBool::new(false);
+    let began = Instant::now();
+    let recorder = Recorder {
+        session: &Session::parse(&text).unwrap(),
+        text: &text,
+        directory: folder.path(),
+        stop: &stop,
+        requests: RequestOptions::default(),
+        watch: WatchOptions::default(),
+        tap: None,
+    };
+    let stopping = &mut |_| {
+        stop.store(began.elapsed() > Duration::from_secs(2), Ordering::SeqCst);
+    };
+    recorder.run(stopping).unwrap();
+    let finishing = || {
+        Command::new(std::env::current_exe().unwrap())
+            .args(["--exact", "finisher_to_be_killed", "--ignored"])
+            .env(DIRECTORY, folder.path())
+            .stdout(Stdio::null())
+            .spawn()
+            .unwrap()
+    };
+    let began = Instant::now();
+    assert!(finishing().wait().unwrap().success());
+    let whole_run = began.elapsed();
+    let read = |name: &str| std::fs::read(folder.path().join(name)).ok();
+    let whole = [CAPTURE_NAME, CAMPAIGN_NAME].map(|name| read(name).unwrap());
+    assert!(whole[0].len() > 100_000, "{}", whole[0].len());
+    for k in 0..times {
+        for name in [CAPTURE_NAME, CAMPAIGN_NAME] {
+            let _ = std::fs::remove_file(folder.path().join(name));
+        }
+        let mut child = finishing();
+        std::thread::sleep(whole_run * k / times);
+        child.kill().unwrap();
+        child.wait().unwrap();
+        for (name, whole) in [CAPTURE_NAME, CAMPAIGN_NAME].iter().zip(&whole) {
+            // Nothing cut stands under the name.
+            assert!(
+                read(name).is_none_or(|found| found == *whole),
+                "{k}: {name}"
+            );
+        }
+    }
+    finish(folder.path()).unwrap();
+    assert!([CAPTURE_NAME, CAMPAIGN_NAME].map(read) == whole.map(Some));
+}
+
+#[test]
+fn files_of_a_recording_are_whole_or_absent_whenever_their_making_is_killed() {
+    kill_finishing(24);
+}
+
+#[test]
+#[ignore = "200 runs"]
+fn validation_two_hundred_kills_of_finishing() {
+    kill_finishing(200);
 }

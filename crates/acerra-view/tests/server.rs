@@ -589,6 +589,42 @@ fn connections_without_the_token_are_few() {
     assert!((180..=190).contains(&closed), "{closed} of 200 are closed");
 }
 
+/// Connections that are left open by a program that knows the token.
+#[test]
+fn connections_with_the_token_are_bounded() {
+    let server = Serving::start(vec![shared().join("products")]);
+    let (host, base) = (&server.host, &server.base);
+    let pages: Vec<TcpStream> = (0..120)
+        .map(|_| {
+            let mut page = TcpStream::connect(host).unwrap();
+            let wait = Duration::from_secs(20);
+            page.set_read_timeout(Some(wait)).unwrap();
+            let request = format!("GET {base}/api/runs HTTP/1.1\r\nHost: {host}\r\n\r\n");
+            page.write_all(request.as_bytes()).unwrap();
+            let mut start = [0; 15];
+            page.read_exact(&mut start).unwrap();
+            assert_eq!(&start, b"HTTP/1.1 200 OK");
+            page
+        })
+        .collect();
+    let is_closed = |mut page: &TcpStream| {
+        let wait = Duration::from_millis(20);
+        page.set_read_timeout(Some(wait)).unwrap();
+        loop {
+            // The rest of the answer comes first.
+            match page.read(&mut [0; 1 << 12]) {
+                Ok(0) => return true,
+                Ok(_) => {}
+                Err(error) => return error.kind() == ErrorKind::ConnectionReset,
+            }
+        }
+    };
+    let closed = pages.iter().filter(|page| is_closed(page)).count();
+    // 64 that have shown the token and 16 more stay.
+    assert!((38..=42).contains(&closed), "{closed} of 120 are closed");
+    assert_eq!(server.get("/api/runs").status, 200);
+}
+
 #[test]
 fn logs_that_are_not_those_of_the_run_are_refused() {
     let folder = tempfile::tempdir().unwrap();

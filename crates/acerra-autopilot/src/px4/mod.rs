@@ -35,7 +35,7 @@ pub fn begins(start: &[u8]) -> bool {
 /// Reads a log.
 ///
 /// # Errors
-/// A log that is cut off within a message, damaged beyond use, of a version that is not known, or
+/// A log that is cut off within its header, damaged beyond use, of a version that is not known, or
 /// beyond the limit.
 pub fn read<R: Read>(bytes: &mut LogBytes<R>, limit: usize) -> Result<Recording, LogError> {
     let header = bytes.whole(FILE_HEADER, "file header")?;
@@ -98,7 +98,7 @@ struct Reader {
 impl Reader {
     fn next<R: Read>(&mut self, bytes: &mut LogBytes<R>) -> Result<(), LogError> {
         let offset = bytes.offset();
-        if self.found.damage.places > 0 && bytes.peek(MESSAGE_HEADER)?.len() < MESSAGE_HEADER {
+        if bytes.peek(MESSAGE_HEADER)?.len() < MESSAGE_HEADER {
             return self.resynchronise(bytes, offset);
         }
         let header = bytes.whole(MESSAGE_HEADER, "message header")?;
@@ -114,13 +114,9 @@ impl Reader {
         if !self.framing.may_begin(start) {
             return self.resynchronise(bytes, offset);
         }
-        let what = format!("message of type '{}'", char::from(kind));
-        if self.found.damage.places == 0 {
-            bytes.whole(length, &what)?;
-        }
         let start = bytes.peek(length + BLANK)?;
         let Some(message) = start.get(MESSAGE_HEADER..length).map(<[u8]>::to_vec) else {
-            // Behind damage, a length beyond the end may itself be damage.
+            // The log is cut off within a message, or its length is damage.
             return self.resynchronise(bytes, offset);
         };
         let is_sound = match self.framing.checks(&start[..length], offset) {

@@ -1,6 +1,8 @@
 //! A track's clock and delay: as given, or found from the data, and the choices that follow from
 //! where that puts its traces.
 
+use acerra_geo::trajectory::Trajectory;
+use acerra_radar::Radargram;
 use acerra_radar::align::OffsetLikelihood;
 
 use crate::align::delay::{
@@ -10,6 +12,7 @@ use crate::align::gate::settle_gate;
 use crate::align::offset::{
     OffsetError, OffsetSearch, SearchRange, Trial, by_height_and_motion, refine, with_heights_error,
 };
+use crate::align::overlap::ClocksError;
 use crate::align::recording::TrackOptions;
 use crate::align::{AlignError, Flight, align};
 use crate::choices::{Delay, TimeOffset, ZeroTiming};
@@ -58,6 +61,9 @@ pub enum ClockError {
         /// The key of the campaign file.
         key: &'static str,
     },
+    /// The clocks of radar log and positions cannot belong together.
+    #[error(transparent)]
+    Clocks(#[from] ClocksError),
     /// No trace can be placed.
     #[error(transparent)]
     Align(#[from] AlignError),
@@ -163,6 +169,11 @@ fn likelihood_of(
         max_gap_s: options.align.max_gap_s,
         delay_s: None,
     };
+    let near = match options.align.time_offset.unwrap_or_default() {
+        TimeOffset::Seconds(offset_s) => about_offset(radargram, trajectory, offset_s),
+        TimeOffset::Auto | TimeOffset::Logged => None,
+    };
+    let trajectory = near.as_ref().unwrap_or(trajectory);
     match by_height_and_motion(radargram, trajectory, flight.scene, range, control) {
         Ok(likelihood) => Ok(Some(likelihood)),
         // An offset that is given needs no other cue.
@@ -173,6 +184,29 @@ fn likelihood_of(
         }
         Err(error) => Err(error),
     }
+}
+
+/// Offsets that a stated one is compared with, at most, to each side of it (s): those of another time zone are
+/// among them.
+const COMPARED_S: f64 = 3600.0;
+
+/// The positions within [`COMPARED_S`] of the traces at a stated offset; none where that is all of them.
+fn about_offset(
+    radargram: &Radargram,
+    trajectory: &Trajectory,
+    offset_s: f64,
+) -> Option<Trajectory> {
+    let ends_s = [radargram.time_s.first()?, radargram.time_s.last()?];
+    let from_s = ends_s[0] + offset_s - COMPARED_S;
+    let to_s = ends_s[1] + offset_s + COMPARED_S;
+    if from_s <= trajectory.start_s() && trajectory.end_s() <= to_s {
+        return None;
+    }
+    let fixes = trajectory.fixes();
+    let first = fixes.partition_point(|fix| fix.time_s < from_s);
+    let end = fixes.partition_point(|fix| fix.time_s <= to_s);
+    let kept = fixes.get(first..end)?.to_vec();
+    Trajectory::new(*trajectory.frame(), trajectory.time_origin(), kept).ok()
 }
 
 /// A track whose offset or delay may have to be found.

@@ -8,6 +8,7 @@ pub mod delay;
 pub mod gate;
 pub(crate) mod geometry;
 pub mod offset;
+pub mod overlap;
 pub mod plane;
 pub(crate) mod quantity;
 pub mod radar_height;
@@ -299,6 +300,15 @@ fn is_taken(place: &Interpolated, keeps_unfixed: bool) -> bool {
 /// Share of the traces that may lie before or after the trajectory without a warning.
 const MOMENT: f64 = 0.01;
 
+/// Refusal of traces that fall on other times than the positions.
+fn no_overlap(time_offset_s: f64, traces_s: [f64; 2], trajectory: &Trajectory) -> AlignError {
+    AlignError::NoOverlap {
+        time_offset_s,
+        traces_s,
+        trajectory_s: [trajectory.start_s(), trajectory.end_s()],
+    }
+}
+
 /// A trace with its place.
 struct Placed {
     trace: usize,
@@ -323,12 +333,9 @@ impl OnTrajectory<'_> {
         let at = interpolator(options.max_gap_s, self.trajectory);
         let (places, coverage) = at.at_all(self.times_s);
         if !places.iter().any(|place| place.flag.is_covered()) {
-            let [first, last] = [self.times_s.first(), self.times_s.last()];
-            return Err(AlignError::NoOverlap {
-                time_offset_s: self.time_offset_s,
-                traces_s: [first, last].map(|t| t.copied().unwrap_or(f64::NAN)),
-                trajectory_s: [self.trajectory.start_s(), self.trajectory.end_s()],
-            });
+            let ends = [self.times_s.first(), self.times_s.last()];
+            let traces_s = ends.map(|t| t.copied().unwrap_or(f64::NAN));
+            return Err(no_overlap(self.time_offset_s, traces_s, self.trajectory));
         }
         let outside = coverage.count(Flag::BeforeStart) + coverage.count(Flag::AfterEnd);
         // A log that runs a moment longer than the other is no fault of the flight; the finding

@@ -46,8 +46,8 @@ pub struct OffsetSearch {
     pub sharpness: Curve,
 }
 
-/// Longest trajectory that is searched (s).
-const LONGEST_S: f64 = 1e6;
+/// Longest trajectory that is searched (s): the work grows with it.
+const LONGEST_S: f64 = 4.0 * 3600.0;
 /// Spacing of the offsets at which images are tried (s): 2 cm at 2 m/s.
 const SHARPNESS_STEP_S: f64 = 0.01;
 /// Images that are tried at most.
@@ -90,7 +90,8 @@ pub enum OffsetError {
     /// The trajectory is too long to be searched.
     #[error(
         "[trajectory] time_offset_s = \"auto\": expected a trajectory of less than {LONGEST_S:.0} s, \
-         found {found_s:.0} s"
+         found {found_s:.0} s (are its times in seconds?); state the offset, or give the positions of the \
+         flight alone"
     )]
     TooLong {
         /// Its length (s).

@@ -17,6 +17,7 @@ mod background;
 mod clock;
 pub(crate) mod coverage;
 mod delay;
+mod extent;
 mod grid;
 mod image;
 mod inversion;
@@ -100,6 +101,7 @@ pub fn weigh_image(
 ) -> Result<Vec<Finding>, Cancelled> {
     let mut findings = image::weigh_values(prepared, focused);
     findings.extend(inversion::weigh(focused));
+    findings.extend(extent::weigh(prepared, focused, control)?);
     for track in &prepared.tracks {
         let (background, (motion, range_focus)) = rayon::join(
             || background::weigh(prepared, focused, track, control),

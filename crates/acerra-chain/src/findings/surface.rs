@@ -93,7 +93,9 @@ fn surface_seen(prepared: &Prepared, track: &Track) -> Option<SurfaceSeen> {
     let sigma_z_m = height_sigma_m(prepared, track);
     let expected_spread_ns = TIMING_NS.hypot(1e9 * two_way_s(sigma_z_m.unwrap_or(0.02)));
     let (drift_ns, drift_sigma_ns) = drift(&position, &residual_ns, spread_ns);
+    let is_uneven = prepared.scene.ground.is_uneven();
     Some(SurfaceSeen {
+        shape_ns: is_uneven.then(|| shape(&residual_ns, level_ns)).flatten(),
         level_ns,
         spread_ns,
         expected_spread_ns,
@@ -101,6 +103,20 @@ fn surface_seen(prepared: &Prepared, track: &Track) -> Option<SurfaceSeen> {
         drift_sigma_ns,
         is_calibrated: track.is_calibrated,
     })
+}
+
+/// Stretches of a flight over which the shape of a terrain is compared, of so many picks at least.
+const STRETCHES: usize = 12;
+const STRETCH_PICKS: usize = 8;
+
+/// The median of the stretch that is farthest from the level, less the level (ns).
+fn shape(residual_ns: &[f64], level_ns: f64) -> Option<f64> {
+    let picks = residual_ns.len().div_ceil(STRETCHES).max(STRETCH_PICKS);
+    residual_ns
+        .chunks(picks)
+        .filter(|stretch| 2 * stretch.len() > picks)
+        .filter_map(|stretch| Some(median(stretch.iter().copied())? - level_ns))
+        .max_by(|a, b| a.abs().total_cmp(&b.abs()))
 }
 
 /// Change over the flight of a straight line through the residuals, and its standard deviation
@@ -135,6 +151,8 @@ struct SurfaceSeen {
     pub drift_ns: f64,
     /// Standard deviation of that change (ns).
     pub drift_sigma_ns: f64,
+    /// Of uneven ground: the median of the stretch whose echo is farthest from the level, less the level (ns).
+    pub shape_ns: Option<f64>,
     /// Whether fast time was calibrated (stated) rather than set by this very echo.
     pub is_calibrated: bool,
 }
@@ -154,16 +172,34 @@ pub(super) const MEAN_LEVEL_NS: f64 = 0.22;
 fn surface(seen: &SurfaceSeen) -> Vec<Finding> {
     let mut findings = Vec::new();
     let spread_sigma_ns = seen.expected_spread_ns.hypot(GROUND_ROUGHNESS_NS);
+    // Heights that a terrain gives are held to the ground's mean level, those of a plane to its roughness.
+    let level_sigma_ns = seen.expected_spread_ns.hypot(MEAN_LEVEL_NS);
     if seen.is_calibrated {
-        let sigma_ns = spread_sigma_ns.hypot(0.3);
+        let sigma_ns = match seen.shape_ns {
+            Some(_) => level_sigma_ns,
+            None => spread_sigma_ns.hypot(0.3),
+        };
         findings.push(
             Finding::compared("surface_delay", seen.level_ns, 0.0, sigma_ns, "ns")
                 .checking(Setting::Heights)
                 .because(format!(
                     "the surface echo comes {:+.2} ns after 2h/c: {:+.2} m of range ([radar] \
-                     delay_ns, [image] z_m, [trajectory] origin_deg_m and lever_arm_m)",
+                     delay_ns, [image] z_m, terrain and geoid_height_m; [trajectory] origin_deg_m and \
+                     lever_arm_m)",
                     seen.level_ns,
                     0.5e-9 * seen.level_ns * LIGHT_SPEED_M_S
+                )),
+        );
+    }
+    if let Some(shape_ns) = seen.shape_ns {
+        findings.push(
+            Finding::compared("surface_shape", shape_ns, 0.0, level_sigma_ns, "ns")
+                .at_most(Verdict::Doubtful)
+                .because(format!(
+                    "over one stretch of the flight the surface echo comes {shape_ns:+.2} ns after 2h/c over the \
+                     terrain, less what it does on average: {:+.2} m of height (a raster displaced, or of bushes \
+                     and roofs rather than the ground; [image] terrain, terrain_crs)",
+                    -0.5e-9 * shape_ns * LIGHT_SPEED_M_S
                 )),
         );
     }
@@ -206,6 +242,7 @@ mod tests {
             expected_spread_ns: 0.1,
             drift_ns: 0.05,
             drift_sigma_ns: 0.1,
+            shape_ns: None,
             is_calibrated: true,
         }
     }
@@ -247,5 +284,35 @@ mod tests {
         assert_eq!(spread(0.05), Verdict::Agrees);
         assert_eq!(spread(0.72), Verdict::Doubtful);
         assert_eq!(spread(3.0), Verdict::Contradicts);
+    }
+
+    #[test]
+    fn a_terrain_is_held_to_its_level_and_its_shape() {
+        let over = |level_ns, shape_ns| {
+            let found = surface(&SurfaceSeen {
+                level_ns,
+                shape_ns: Some(shape_ns),
+                ..seen()
+            });
+            let names: Vec<&str> = found.iter().map(|f| f.name.as_str()).collect();
+            assert_eq!(names[..2], ["surface_delay", "surface_shape"]);
+            [found[0].verdict, found[1].verdict]
+        };
+        assert_eq!(over(0.3, 0.4), [Verdict::Agrees; 2]);
+        // A datum 0.15 m off; 0.15 m of shape along the track.
+        assert_eq!(over(1.0, 0.4), [Verdict::Doubtful, Verdict::Agrees]);
+        assert_eq!(over(0.3, -1.0), [Verdict::Agrees, Verdict::Doubtful]);
+    }
+
+    #[test]
+    fn the_shape_is_that_of_a_stretch_and_not_of_strays() {
+        let even: Vec<f64> = (0..240).map(|k| 0.2 + 0.1 * f64::from(k % 3 - 1)).collect();
+        assert!(shape(&even, 0.2).unwrap().abs() < 0.11);
+        let mut strays = even.clone();
+        strays.iter_mut().step_by(5).for_each(|r| *r = 9.0);
+        assert!(shape(&strays, 0.2).unwrap().abs() < 0.11);
+        let mut bump = even;
+        bump[100..125].fill(-1.3);
+        assert!((shape(&bump, 0.2).unwrap() + 1.5).abs() < 1e-9);
     }
 }

@@ -81,8 +81,8 @@ impl From<ArchiveError> for NpzError {
 
 /// Reads a neutral NPZ file (see the [module](super)).
 ///
-/// Nothing is allocated for what a header merely claims; each array is read up to
-/// [`Limits::max_samples`] values and checked against the archive's checksum.
+/// Memory is taken for what the archive's length justifies, not for what a header merely claims; each array is
+/// read up to [`Limits::max_samples`] values and checked against the archive's checksum.
 ///
 /// # Errors
 /// If the archive or an array is broken, an array is missing or of the wrong shape, fast time is
@@ -217,16 +217,16 @@ fn read_data<R: Read + Seek>(
 ) -> Result<(Samples, [usize; 2]), NpzError> {
     let (samples, shape) = archive.with("data", |header, mut reader| {
         let limit = limits.max_samples;
-        header.value_count(limit)?;
+        let count = header.value_count(limit)?;
         let shape = matrix_shape(header, "samples")?;
         let samples = if header.is_complex() {
-            let mut v = Vec::new();
+            let mut v = Vec::with_capacity(count);
             header.read_values(&mut reader, limit, |re, im| {
                 v.push(Complex32::new(re as f32, im as f32));
             })?;
             Samples::Complex(row_major(v, shape, header.fortran_order))
         } else {
-            let mut v = Vec::new();
+            let mut v = Vec::with_capacity(count);
             header.read_values(&mut reader, limit, |re, _| v.push(re as f32))?;
             Samples::Real(row_major(v, shape, header.fortran_order))
         };
@@ -243,9 +243,9 @@ fn read_spectrum<R: Read + Seek>(
     limits: &Limits,
 ) -> Result<(Vec<Complex64>, [usize; 2]), NpzError> {
     let (values, shape) = archive.with("spectrum", |header, mut reader| {
-        header.value_count(limits.max_samples)?;
+        let count = header.value_count(limits.max_samples)?;
         let shape = matrix_shape(header, "N")?;
-        let mut v = Vec::new();
+        let mut v = Vec::with_capacity(count);
         header.read_values(&mut reader, limits.max_samples, |re, im| {
             v.push(Complex64::new(re, im));
         })?;

@@ -45,6 +45,32 @@ pub struct View {
     pub z_m: Option<f64>,
 }
 
+impl View {
+    /// The pixels, on the ground of the run or on the slice asked for.
+    ///
+    /// # Errors
+    /// A view without pixels, of too many, or at an impossible place.
+    pub fn pixels(&self, scene: &Scene) -> Result<Pixels, RequestError> {
+        let count = self.nx.checked_mul(self.ny);
+        if !count.is_some_and(|n| (1..=MOST_PIXELS).contains(&n)) {
+            return Err(RequestError::Invalid {
+                what: "view",
+                expected: format!("1 to {MOST_PIXELS} pixels"),
+                found: format!("{} × {}", self.nx, self.ny),
+            });
+        }
+        let [x0_m, y0_m, _] = checked_place([self.x0_m, self.y0_m, self.z_m.unwrap_or(0.0)])?;
+        let ground_m = scene.ground.below_m(x0_m, y0_m);
+        let origin_m = [x0_m, y0_m, self.z_m.unwrap_or(ground_m)];
+        let grid = PlaneGrid::new(origin_m, self.pixel_m, [self.nx, self.ny])?;
+        if self.z_m.is_some() || !scene.ground.is_uneven() {
+            return Ok(Pixels::plane(grid));
+        }
+        let height = |x_m, y_m| Ok::<f64, ImagingError>(scene.ground.below_m(x_m, y_m));
+        Ok(Pixels::surface(SurfaceGrid::in_parallel(grid, height)?))
+    }
+}
+
 /// An image asked for.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -204,7 +230,7 @@ impl Workbench {
         let current = self.with(&order.edits, control)?;
         let cleaning_ms = milliseconds(start);
         let start = Instant::now();
-        let pixels = current.pixels(&order.view)?;
+        let pixels = order.view.pixels(&current.prepared.scene)?;
         let count = current.prepared.aligned.traces.len();
         let wanted = order
             .pulses
@@ -267,28 +293,6 @@ impl Current {
         request.options.check_pixels = CHECK_PIXELS;
         let sink = &mut MemorySink::default();
         Ok(self.prepared.image(&request, sink, control)?.image)
-    }
-
-    /// The pixels in view, on the ground of the run or on the slice asked for.
-    fn pixels(&self, view: &View) -> Result<Pixels, RequestError> {
-        let count = view.nx.checked_mul(view.ny);
-        if !count.is_some_and(|n| (1..=MOST_PIXELS).contains(&n)) {
-            return Err(RequestError::Invalid {
-                what: "view",
-                expected: format!("1 to {MOST_PIXELS} pixels"),
-                found: format!("{} × {}", view.nx, view.ny),
-            });
-        }
-        let [x0_m, y0_m, _] = checked_place([view.x0_m, view.y0_m, view.z_m.unwrap_or(0.0)])?;
-        let scene = &self.prepared.scene;
-        let ground_m = scene.ground.below_m(x0_m, y0_m);
-        let origin_m = [x0_m, y0_m, view.z_m.unwrap_or(ground_m)];
-        let grid = PlaneGrid::new(origin_m, view.pixel_m, [view.nx, view.ny])?;
-        if view.z_m.is_some() || !scene.ground.is_uneven() {
-            return Ok(Pixels::plane(grid));
-        }
-        let height = |x_m, y_m| Ok::<f64, ImagingError>(scene.ground.below_m(x_m, y_m));
-        Ok(Pixels::surface(SurfaceGrid::in_parallel(grid, height)?))
     }
 }
 

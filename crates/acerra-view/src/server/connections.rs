@@ -1,7 +1,7 @@
-//! Connections that have not shown the token yet: a few at a time, so that no program without it takes the descriptors
-//! that a recording in the same process needs.
+//! Connections: a few at a time that have not shown the token, and a bounded number that have, so that no program takes
+//! the descriptors that a recording in the same process needs.
 
-use std::collections::VecDeque;
+use std::collections::{HashSet, VecDeque};
 use std::future::Future;
 use std::io;
 use std::net::SocketAddr;
@@ -18,6 +18,13 @@ use tokio::sync::oneshot::{Receiver, Sender, channel};
 /// Most connections at a time that have not shown the token; a browser opens six.
 pub const MOST_STRANGERS: usize = 16;
 
+/// Most connections at a time that have shown the token and stay as long as they like; more of them count as those
+/// that have not.
+pub const MOST_KNOWN: usize = 64;
+
+/// Numbers of the connections that have shown the token.
+type Known = Arc<Mutex<HashSet<u64>>>;
+
 /// What closes each stranger, the oldest first, with its number.
 type Strangers = Arc<Mutex<VecDeque<(u64, Sender<()>)>>>;
 
@@ -25,6 +32,7 @@ type Strangers = Arc<Mutex<VecDeque<(u64, Sender<()>)>>>;
 pub struct Connections {
     listener: TcpListener,
     strangers: Strangers,
+    known: Known,
     accepted: u64,
 }
 
@@ -34,6 +42,7 @@ impl Connections {
         Self {
             listener,
             strangers: Strangers::default(),
+            known: Known::default(),
             accepted: 0,
         }
     }
@@ -44,12 +53,16 @@ impl Connections {
 pub struct Caller {
     number: u64,
     strangers: Strangers,
+    known: Known,
 }
 
 impl Caller {
-    /// Notes that the caller has shown the token: its connection stays as long as it likes.
+    /// Notes that the caller has shown the token: its connection stays as long as it likes, where not too many do.
     pub fn is_known(&self) {
-        forget(&self.strangers, self.number);
+        let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        if known.len() < MOST_KNOWN && known.insert(self.number) {
+            forget(&self.strangers, self.number);
+        }
     }
 }
 
@@ -76,6 +89,7 @@ impl Listener for Connections {
         let caller = Caller {
             number: self.accepted,
             strangers: Arc::clone(&self.strangers),
+            known: Arc::clone(&self.known),
         };
         let mut strangers = self
             .strangers
@@ -112,7 +126,14 @@ pub struct Connection {
 
 impl Drop for Connection {
     fn drop(&mut self) {
-        forget(&self.caller.strangers, self.caller.number);
+        let Caller {
+            number,
+            strangers,
+            known,
+        } = &self.caller;
+        forget(strangers, *number);
+        let mut known = known.lock().unwrap_or_else(PoisonError::into_inner);
+        known.remove(number);
     }
 }
 

@@ -1,0 +1,219 @@
+//! The finding on echoes that focus outside the image.
+
+use acerra_imaging::metrics::{ImageView, strongest_maxima};
+use acerra_imaging::{ImagingError, PlaneGrid};
+
+use crate::align::geometry::distance_m;
+use crate::control::{Cancelled, Control};
+use crate::echoes::quick_look;
+use crate::focus::Focused;
+use crate::journal::finding::{Finding, Verdict};
+use crate::prepare::Prepared;
+
+/// Contributions of the image of the surroundings, and the bounds of its pixels: 5 cm apart on 1000 m².
+const CONTRIBUTIONS: f64 = 4e9;
+const PIXELS: [f64; 2] = [20_000.0, 400_000.0];
+/// Surroundings reach to the farthest range held, and no farther beside the track than this many heights.
+const MOST_HEIGHTS: f64 = 3.0;
+/// Maxima that are looked at, down to this level (dB), and how many of them on either side of the edge.
+const MAXIMA: usize = 400;
+const FLOOR_DB: f64 = -30.0;
+const POINTS: usize = 4;
+/// Half of the side of the fine image about a maximum (m), and its pixels (m).
+const HALF_SIDE_M: f64 = 0.25;
+const FINE_PIXEL_M: f64 = 0.025;
+/// Range cells behind the ground straight below within which an echo may be a residue of the surface's.
+const SURFACE_CELLS: f64 = 4.0;
+/// Level above the strongest echo inside from which one outside is said (dB): less may be its own mirror image.
+const STRONGER_DB: f64 = 3.0;
+
+/// Judges the strongest echo outside the image by the strongest one inside it.
+///
+/// # Errors
+/// The caller asked to stop.
+pub(super) fn weigh(
+    prepared: &Prepared,
+    focused: &Focused,
+    control: &Control<'_>,
+) -> Result<Option<Finding>, Cancelled> {
+    let pixels = &focused.pixels;
+    let is_plain = pixels.surface.is_none()
+        && pixels.volume.is_none()
+        && prepared.aligned.antennas_from_place_m.is_empty()
+        && prepared.scene.open.sides == [false; 2];
+    if !is_plain {
+        return Ok(None);
+    }
+    control.check()?;
+    let seen = Surroundings::of(prepared, pixels.grid).and_then(|around| around.strongest());
+    control.check()?;
+    // Surroundings that cannot be imaged say nothing.
+    Ok(seen.ok().flatten().map(|seen| image_extent(&seen)))
+}
+
+/// The strongest echo outside the image.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Outside {
+    /// Its place (m).
+    place_m: [f64; 2],
+    /// Its level above that of the strongest echo inside (dB).
+    above_db: f64,
+}
+
+fn image_extent(seen: &Outside) -> Finding {
+    let verdict = if seen.above_db >= STRONGER_DB {
+        Verdict::Doubtful
+    } else {
+        Verdict::Agrees
+    };
+    let [x_m, y_m] = seen.place_m;
+    let consequence = match verdict {
+        Verdict::Agrees => "",
+        Verdict::Doubtful | Verdict::Contradicts => {
+            ": targets of the image may be its sidelobes or its mirror image ([image] x_m, y_m; axes exchanged or \
+             of the wrong sign in the file of the positions)"
+        }
+    };
+    Finding::judged("image_extent", seen.above_db, "dB", verdict).because(format!(
+        "the strongest echo outside the image focuses at ({x_m:.2}, {y_m:.2}) m, {:+.1} dB from the strongest \
+         inside{consequence}",
+        seen.above_db
+    ))
+}
+
+/// The flight with what lies around it.
+struct Surroundings<'a> {
+    prepared: &'a Prepared,
+    image: PlaneGrid,
+    wide: PlaneGrid,
+    cell_m: f64,
+}
+
+impl<'a> Surroundings<'a> {
+    fn of(prepared: &'a Prepared, image: PlaneGrid) -> Result<Self, ImagingError> {
+        let position_m = &prepared.aligned.position_m;
+        let mut heights_m: Vec<f64> = position_m.iter().map(|p| p[2] - image.z_m).collect();
+        heights_m.sort_by(f64::total_cmp);
+        let height_m = heights_m.get(heights_m.len() / 2).copied().unwrap_or(1.0);
+        let height_m = height_m.max(0.1);
+        let held_m = prepared.ranges_held_m();
+        let farthest_m = held_m.iter().map(|held| held[1]).fold(0.0, f64::max);
+        let swath_m = (farthest_m.powi(2) - height_m.powi(2)).max(0.0).sqrt();
+        let swath_m = swath_m.min(MOST_HEIGHTS * height_m);
+        let side = |axis: usize, stated: [f64; 2]| {
+            let along = position_m.iter().map(|p| p[axis]);
+            let low = along.clone().fold(stated[0] + swath_m, f64::min) - swath_m;
+            let high = along.fold(stated[1] - swath_m, f64::max) + swath_m;
+            [low, high]
+        };
+        let x_m = side(0, [image.x0_m, image.x_m(image.nx - 1)]);
+        let y_m = side(1, [image.y0_m, image.y_m(image.ny - 1)]);
+        let pixels = CONTRIBUTIONS / position_m.len().max(1) as f64;
+        let area_m2 = (x_m[1] - x_m[0]) * (y_m[1] - y_m[0]);
+        let coarse_m = (area_m2 / pixels.clamp(PIXELS[0], PIXELS[1])).sqrt();
+        let frequency_hz = &prepared.spectrum.frequency_hz;
+        let span_hz = match frequency_hz.as_slice() {
+            [low, .., high] => high - low,
+            _ => 0.0,
+        };
+        Ok(Self {
+            prepared,
+            image,
+            wide: PlaneGrid::from_ranges(x_m, y_m, image.z_m, image.pixel_m.max(coarse_m))?,
+            cell_m: 0.5 * prepared.scene.light_speed_m_s / span_hz.max(1.0),
+        })
+    }
+
+    /// The strongest echo outside; none where nothing focuses inside or outside.
+    fn strongest(&self) -> Result<Option<Outside>, ImagingError> {
+        let image = self.look(self.wide)?;
+        let view = ImageView::new(&image, self.wide)?;
+        let (mut inside, mut outside) = (Vec::new(), Vec::new());
+        for place_m in strongest_maxima(&view, FLOOR_DB, MAXIMA) {
+            if self.is_inside(place_m, 0.0) {
+                inside.push(place_m);
+            } else if !self.is_inside(place_m, 2.0 * HALF_SIDE_M)
+                && self.is_abeam_off_nadir(place_m)
+            {
+                outside.push(place_m);
+            }
+        }
+        let Some((_, inside)) = self.finest(&inside)? else {
+            return Ok(None);
+        };
+        let outside = self.finest(&outside)?;
+        Ok(outside.map(|(place_m, level)| Outside {
+            place_m,
+            above_db: 20.0 * (level / inside).log10(),
+        }))
+    }
+
+    fn is_inside(&self, [x_m, y_m]: [f64; 2], margin_m: f64) -> bool {
+        let grid = &self.image;
+        let within = |v: f64, from: f64, to: f64| (from - margin_m..=to + margin_m).contains(&v);
+        within(x_m, grid.x0_m, grid.x_m(grid.nx - 1))
+            && within(y_m, grid.y0_m, grid.y_m(grid.ny - 1))
+    }
+
+    /// Whether a place is passed, and lies farther than residues of the surface echo straight below.
+    fn is_abeam_off_nadir(&self, [x_m, y_m]: [f64; 2]) -> bool {
+        let aligned = &self.prepared.aligned;
+        let last = aligned.position_m.len().saturating_sub(1);
+        let range_m = |p: &[f64; 3]| distance_m(*p, [x_m, y_m, self.image.z_m]);
+        let ranges = aligned.position_m.iter().map(range_m).enumerate();
+        let nearest = ranges.min_by(|a, b| a.1.total_cmp(&b.1));
+        nearest.is_some_and(|(trace, range_m)| {
+            let height_m = aligned.height_m.get(trace).copied().unwrap_or(0.0);
+            trace != 0 && trace != last && range_m > height_m + SURFACE_CELLS * self.cell_m
+        })
+    }
+
+    /// The strongest of the first few places, imaged finely, and its amplitude.
+    fn finest(&self, places_m: &[[f64; 2]]) -> Result<Option<([f64; 2], f64)>, ImagingError> {
+        let mut best: Option<([f64; 2], f64)> = None;
+        for [x_m, y_m] in places_m.iter().take(POINTS).copied() {
+            let about = |v: f64| [v - HALF_SIDE_M, v + HALF_SIDE_M];
+            let grid =
+                PlaneGrid::from_ranges(about(x_m), about(y_m), self.image.z_m, FINE_PIXEL_M)?;
+            let image = self.look(grid)?;
+            let level = image
+                .iter()
+                .map(|v| f64::from(v.norm()))
+                .fold(0.0, f64::max);
+            if level > best.map_or(0.0, |(_, level)| level) {
+                best = Some(([x_m, y_m], level));
+            }
+        }
+        Ok(best)
+    }
+
+    fn look(&self, grid: PlaneGrid) -> Result<Vec<acerra_imaging::Complex32>, ImagingError> {
+        let Prepared {
+            aligned,
+            spectrum,
+            scene,
+            ..
+        } = self.prepared;
+        quick_look(&aligned.position_m, spectrum, grid, scene.light_speed_m_s)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_echo_outside_is_doubtful_where_it_is_stronger_than_a_mirror_image() {
+        let judged = |above_db| {
+            image_extent(&Outside {
+                place_m: [4.0, -1.5],
+                above_db,
+            })
+        };
+        assert_eq!(judged(-8.0).verdict, Verdict::Agrees);
+        assert_eq!(judged(1.5).verdict, Verdict::Agrees);
+        let doubted = judged(14.0);
+        assert_eq!(doubted.verdict, Verdict::Doubtful);
+        assert!(doubted.explanation.contains("(4.00, -1.50) m, +14.0 dB"));
+    }
+}
