@@ -17,8 +17,8 @@ use crate::align::plane::{GroundFound, find_ground};
 use crate::align::radar_surface::{RadarSurfaceError, SeenTrack, radar_surface};
 use crate::align::recording::Recording;
 use crate::align::uncovered::tell_uncovered;
-use crate::choices::{Background, Delay, Gate, Select};
-use crate::clean::{Cleaned, CleanedTraces, clean};
+use crate::choices::{Background, Gate, Select};
+use crate::clean::{Cleaned, CleanedTraces, clean, zero_s};
 use crate::control::Control;
 use crate::echoes::Echoes;
 use crate::error::ChainError;
@@ -273,19 +273,25 @@ fn over_surface(
     if !scene.open.surface {
         return Ok((scene, clocked));
     }
-    let seen: Result<Vec<_>, RadarSurfaceError> = (recordings.iter().zip(&clocked))
-        .map(|(recording, clocked)| match &recording.radar.content {
-            RadarContent::Spectrum(_) => Err(RadarSurfaceError::Spectra),
-            RadarContent::Radargram(radargram) => Ok(SeenTrack {
-                radargram,
-                aligned: &clocked.aligned,
-                delay_s: (clocked.clean.delay_ns)
-                    .and_then(Delay::given_ns)
-                    .map(|ns| 1e-9 * ns),
-            }),
-        })
-        .collect();
-    let found = radar_surface(&seen?, &scene)?;
+    let mut raw = Vec::new();
+    for (recording, clocked) in recordings.iter().zip(&clocked) {
+        let RadarContent::Radargram(radargram) = &recording.radar.content else {
+            return Err(RadarSurfaceError::Spectra.into());
+        };
+        let traces = radargram.select(&clocked.aligned.traces);
+        raw.push(traces.map_err(RadarSurfaceError::Traces)?);
+    }
+    let mut seen = Vec::new();
+    for (radargram, clocked) in raw.iter().zip(&clocked) {
+        let aligned = &clocked.aligned;
+        let delay_s = zero_s(radargram, aligned, &clocked.clean)?;
+        seen.push(SeenTrack {
+            radargram,
+            aligned,
+            delay_s,
+        });
+    }
+    let found = radar_surface(&seen, &scene)?;
     if found.beyond > TOLD_BEYOND {
         warnings.add(format!(
             "[ground] surface = \"radar\": {:.0} % of the image are farther from every trace than half the height of the \

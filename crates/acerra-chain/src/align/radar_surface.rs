@@ -74,9 +74,9 @@ const MOST_NODES: f64 = 1e5;
 /// A track whose traces have their places.
 #[derive(Clone, Copy, Debug)]
 pub struct SeenTrack<'a> {
-    /// All traces of its log.
+    /// Its traces that are imaged, raw.
     pub radargram: &'a Radargram,
-    /// Where those that are imaged were measured; heights above the level from which relief is looked for.
+    /// Where these were measured; heights above the level from which relief is looked for.
     pub aligned: &'a Aligned,
     /// Fast time at which range is zero, where it is stated (s). Otherwise the median of the surface is at that level.
     pub delay_s: Option<f64>,
@@ -140,7 +140,7 @@ impl SeenTrack<'_> {
         &self,
         light_speed_m_s: f64,
     ) -> Result<Vec<Option<[f64; 2]>>, RadarSurfaceError> {
-        let raw = self.radargram.select(&self.aligned.traces)?;
+        let raw = self.radargram;
         let height_m = &self.aligned.height_m;
         let typical_m = median(height_m.clone()).max(0.0);
         let relief_s = 2.0 * RELIEF_HEIGHTS * typical_m / light_speed_m_s;
@@ -151,9 +151,9 @@ impl SeenTrack<'_> {
             // Coupling comes before half of the way.
             options.search_s = options.search_s.min(typical_m / light_speed_m_s);
         }
-        let track = track_surface(&raw, height_m, &options)?;
+        let track = track_surface(raw, height_m, &options)?;
         let delay_s = self.delay_s.unwrap_or(track.delay_s);
-        let crests = crests_near(&raw, &track, SAME_ECHO_S);
+        let crests = crests_near(raw, &track, SAME_ECHO_S);
         let paths = crests.iter().zip(height_m).enumerate();
         Ok(paths
             .map(|(k, (crest, height_m))| {

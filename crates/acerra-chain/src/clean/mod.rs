@@ -20,6 +20,7 @@ use crate::read::RadarContent;
 use crate::scene::Scene;
 use surface_path::surface_path_m;
 use timing::time;
+pub(crate) use timing::zero_s;
 
 pub use error::CleanError;
 pub use options::{CleanOptions, frequencies_hz};

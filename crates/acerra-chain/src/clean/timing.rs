@@ -58,6 +58,28 @@ pub(super) fn time(
     Ok(timed)
 }
 
+/// Fast time at which range is zero as far as `options` give it without the echo of the surface (s): stated, or by the
+/// direct wave.
+///
+/// # Errors
+/// A direct wave that is not seen.
+pub(crate) fn zero_s(
+    raw: &Radargram,
+    aligned: &Aligned,
+    options: &CleanOptions,
+) -> Result<Option<f64>, CleanError> {
+    let given_s = (options.delay_ns.and_then(Delay::given_ns)).map(|ns| ns * 1e-9);
+    Ok(match options.zero_timing {
+        ZeroTiming::FirstTrace => given_s,
+        ZeroTiming::None => Some(given_s.unwrap_or(0.0)),
+        ZeroTiming::Shift { shift_ns } => Some(given_s.unwrap_or(0.0) - shift_ns * 1e-9),
+        ZeroTiming::DirectWave => {
+            let unheard = &mut Warnings::default();
+            Some(by_direct_wave_s(raw, aligned, options, unheard)?)
+        }
+    })
+}
+
 /// Fast time at which range is zero by the direct wave between the antennas, within the band of the image (s).
 fn by_direct_wave_s(
     raw: &Radargram,
