@@ -1,7 +1,8 @@
 //! The finding on focus: the strongest targets beside the response that the flight gives a point.
 //!
 //! Phases that err by σ leave a point exp(−σ²) of the power of its main lobe and put the rest into sidelobes.
-//! Where nothing is focused every maximum is one of a comb of nearly equal lobes.
+//! Where nothing is focused every maximum is one of a comb of nearly equal lobes; so are the maxima of a rough surface
+//! without points, so that such an image is doubted and never contradicted.
 
 use acerra_imaging::metrics::Target;
 use acerra_imaging::psf::{Analysis, PointSpread};
@@ -14,14 +15,8 @@ use crate::prepare::Prepared;
 /// Targets further than this below the strongest say little (dB), and how many are compared at most.
 const FLOOR_DB: f64 = -6.0;
 const MOST: usize = 6;
-/// Targets from which unfocused ones contradict: one or two may be extended, or lie in each other's sidelobes.
-const CONTRADICTING: usize = 3;
 /// A target whose sidelobes hold more than its main lobe (dB) has lost half of its power to them.
 const HALF_DB: f64 = 0.0;
-/// Highest sidelobe and energy of all of them (dB) of a maximum that is one of a comb: two equal points in each
-/// other's cuts have no more than 0 dB of such energy.
-const COMB_PEAK_DB: f64 = -1.0;
-const COMB_ENERGY_DB: f64 = 3.0;
 /// The energy of sidelobes that the flight itself gives a point (dB) up to which a target may be judged.
 const JUDGED_DB: f64 = -3.0;
 
@@ -68,10 +63,7 @@ fn target_focus(seen: &[Seen]) -> Option<Finding> {
     let best = seen
         .iter()
         .min_by(|a, b| a.energy_db.total_cmp(&b.energy_db))?;
-    let is_comb = |s: &Seen| s.peak_db > COMB_PEAK_DB && s.energy_db > COMB_ENERGY_DB;
-    let verdict = if seen.len() >= CONTRADICTING && seen.iter().all(is_comb) {
-        Verdict::Contradicts
-    } else if best.energy_db > HALF_DB {
+    let verdict = if best.energy_db > HALF_DB {
         Verdict::Doubtful
     } else {
         Verdict::Agrees
@@ -87,15 +79,12 @@ fn target_focus(seen: &[Seen]) -> Option<Finding> {
          flight gives a point {predicted_db:+.1} dB, and its highest sidelobe is {peak_db:+.1} dB"
     );
     let keys = "[image] z_m, [radar] delay_ns, [trajectory] time_offset_s, lever_arm_m; positions that are not fixed";
-    let explanation = match verdict {
-        Verdict::Agrees => format!("{comparison}: it is in focus"),
-        Verdict::Doubtful => {
-            format!("{comparison}: half of its power and more is out of focus ({keys})")
-        }
-        Verdict::Contradicts => format!(
-            "{comparison}: every one of them is one of a comb of nearly equal lobes, and nothing in the image is in \
-             focus ({keys}), or no point is there"
-        ),
+    let explanation = if verdict == Verdict::Agrees {
+        format!("{comparison}: it is in focus")
+    } else {
+        format!(
+            "{comparison}: half of its power and more is out of focus ({keys}), or it is no point"
+        )
     };
     let finding = Finding::judged("target_focus", energy_db, "dB", verdict);
     Some(finding.expecting(predicted_db).because(explanation))
@@ -131,19 +120,8 @@ mod tests {
     }
 
     #[test]
-    fn combs_of_equal_lobes_contradict() {
-        assert_eq!(
-            verdict(&[[-0.1, 7.0], [-0.3, 5.0], [-0.2, 6.0]]),
-            Some(Verdict::Contradicts)
-        );
-        // Two points in each other's cuts.
-        assert_eq!(
-            verdict(&[[-0.1, 0.4], [-0.1, 0.6]]),
-            Some(Verdict::Doubtful)
-        );
-        assert_eq!(
-            verdict(&[[-0.1, 7.0], [-0.3, 5.0]]),
-            Some(Verdict::Doubtful)
-        );
+    fn combs_of_equal_lobes_are_doubted() {
+        let comb = [[-0.1, 7.0], [-0.3, 5.0], [-0.2, 6.0]];
+        assert_eq!(verdict(&comb), Some(Verdict::Doubtful));
     }
 }
