@@ -18,7 +18,7 @@ use crate::journal::warnings::Warnings;
 use crate::position::aligned::Aligned;
 use crate::read::RadarContent;
 use crate::scene::Scene;
-use surface_path::surface_path_m;
+pub(crate) use surface_path::surface_path_m;
 use timing::time;
 pub(crate) use timing::zero_s;
 

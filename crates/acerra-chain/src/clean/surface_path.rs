@@ -11,7 +11,7 @@ const HALF: i32 = 12;
 const FINEST_M: f64 = 1e-4;
 
 /// Shortest path from transmitter to receiver by way of the ground, for each trace (m).
-pub(super) fn surface_path_m(aligned: &Aligned, ground: &Ground) -> Vec<f64> {
+pub(crate) fn surface_path_m(aligned: &Aligned, ground: &Ground) -> Vec<f64> {
     let antennas = (0..aligned.position_m.len()).map(|k| aligned.antennas_at_m(k));
     antennas.map(|pair| path_m(pair, ground)).collect()
 }

@@ -4,6 +4,7 @@ use acerra_radar::clean::{SurfaceOptions, track_surface};
 
 use super::grid::LIGHT_SPEED_M_S;
 use super::median::median;
+use crate::clean::surface_path_m;
 use crate::journal::finding::{Finding, Setting, Verdict};
 use crate::prepare::{Prepared, Track};
 
@@ -69,15 +70,23 @@ pub(super) fn height_sigma_m(prepared: &Prepared, track: &Track) -> Option<f64> 
 fn surface_seen(prepared: &Prepared, track: &Track) -> Option<SurfaceSeen> {
     let traces = track.cleaned.as_ref()?;
     let aligned = &prepared.aligned;
-    let height_m = aligned.height_m.get(track.range.clone())?;
+    let ground = &prepared.scene.ground;
+    // Over uneven ground the first echo comes from the nearest place, not from straight below.
+    let height_m: Vec<f64> = if ground.is_uneven() {
+        let path_m = surface_path_m(aligned, ground);
+        let own = path_m.get(track.range.clone())?;
+        own.iter().map(|path_m| 0.5 * path_m).collect()
+    } else {
+        aligned.height_m.get(track.range.clone())?.to_vec()
+    };
     let mut options = SurfaceOptions::default().with_approximate_delay_s(0.0);
     options.search_s = SEARCH_S;
-    let echo = track_surface(&traces.raw, height_m, &options).ok()?;
+    let echo = track_surface(&traces.raw, &height_m, &options).ok()?;
     let two_way_s = |height_m: f64| 2.0 * height_m / prepared.scene.light_speed_m_s;
     let (position, residual_ns): (Vec<f64>, Vec<f64>) = echo
         .picks
         .iter()
-        .zip(height_m)
+        .zip(&height_m)
         .enumerate()
         .filter_map(|(k, (pick, height_m))| {
             let pick = pick.as_ref()?;
@@ -93,9 +102,10 @@ fn surface_seen(prepared: &Prepared, track: &Track) -> Option<SurfaceSeen> {
     let sigma_z_m = height_sigma_m(prepared, track);
     let expected_spread_ns = TIMING_NS.hypot(1e9 * two_way_s(sigma_z_m.unwrap_or(0.02)));
     let (drift_ns, drift_sigma_ns) = drift(&position, &residual_ns, spread_ns);
-    let is_uneven = prepared.scene.ground.is_uneven();
     Some(SurfaceSeen {
-        shape_ns: is_uneven.then(|| shape(&residual_ns, level_ns)).flatten(),
+        shape_ns: (ground.is_uneven())
+            .then(|| shape(&residual_ns, level_ns))
+            .flatten(),
         level_ns,
         spread_ns,
         expected_spread_ns,
