@@ -11,8 +11,8 @@ use rayon::prelude::*;
 
 use super::image::ImageView;
 
-/// Blocks about a block from which it has surroundings to compare with: those of an image of two by two.
-const LEAST_BLOCKS: usize = 3;
+/// Blocks along each side from which an image has surroundings to compare with: a corner then has three beside it.
+const LEAST_BLOCKS: usize = 2;
 /// Side of a block in resolution cells.
 const CELLS_A_BLOCK: f64 = 4.0;
 /// Pixels along a block's side that are looked at, at most.
@@ -67,6 +67,10 @@ impl<'a> Surroundings<'a> {
 
     /// Whether the maximum at a pixel is higher than clutter as about it may be.
     pub fn is_exceeded(&self, [ix, iy]: [usize; 2]) -> bool {
+        // A single row of blocks, as of a vertical section, shows a target and its sidelobes alone.
+        if self.blocks.iter().any(|count| *count < LEAST_BLOCKS) {
+            return true;
+        }
         let own = [ix / self.side, iy / self.side];
         let about = |k: usize, most: usize| k.saturating_sub(1)..(k + 2).min(most);
         let mut medians = Vec::new();
@@ -79,9 +83,6 @@ impl<'a> Surroundings<'a> {
                     quartiles.push(quartile);
                 }
             }
-        }
-        if medians.len() < LEAST_BLOCKS {
-            return true;
         }
         let (median, quartile) = (middle(&mut medians), middle(&mut quartiles));
         self.power(ix, iy) > self.highest(median, quartile)

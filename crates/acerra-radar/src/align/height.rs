@@ -330,11 +330,10 @@ impl Fit<'_> {
         let few = (independent / (independent - 3.0).max(0.5)).max(1.0);
         let slow = |error_s: f64| (error_s / mixture.sigma_s).powi(2) * correlation_length(&rate);
         let scatter = lasting.max(variance_inflation(&surface, &rate));
-        let length_with = |error_s: f64| scatter + slow(error_s);
-        // Heights that err for long, and a spread that few residuals tell, leave the echo the surface's, but not
-        // the offset sharp.
+        let length_with = |error_s: f64| (scatter + slow(error_s)) * few;
+        // Heights that err for long leave the echo the surface's, but not the offset sharp.
         let own = length_with(LASTING_ERROR_S);
-        let length = few * length_with(LASTING_ERROR_S.hypot(self.profile.lasting_error_s()));
+        let length = length_with(LASTING_ERROR_S.hypot(self.profile.lasting_error_s()));
         // An echo that ignores the height: the same picks against a constant.
         let ignorant = self.without_height();
         for l in &mut curve.log_likelihood {
