@@ -14,7 +14,9 @@ use acerra_geo::trajectory::{Fix, Frame, TimeOrigin, Trajectory};
 use acerra_imaging::{PlaneGrid, SPEED_OF_LIGHT_M_S};
 use acerra_radar::{Radargram, Samples};
 
+/// A target beside the track, and one below it.
 const TARGET_M: [f64; 2] = [0.3, 2.5];
+const BELOW_M: [f64; 2] = [0.3, 0.1];
 
 /// Place of the radar: 4 m up, past the target at 1 m/s, on a path that winds.
 fn place_m(time_s: f64) -> [f64; 3] {
@@ -22,11 +24,11 @@ fn place_m(time_s: f64) -> [f64; 3] {
     [time_s - 4.0, sideways, 4.0 + 0.1 * (0.9 * time_s).cos()]
 }
 
-fn flight(trajectory_s: impl Iterator<Item = f64>) -> Recording {
+fn flight(target_m: [f64; 2], trajectory_s: impl Iterator<Item = f64>) -> Recording {
     let time_s: Vec<f64> = (0..200).map(|k| 0.04 * f64::from(k)).collect();
     let echo = |t: f64, n: i32| {
         let [x, y, z] = place_m(t);
-        let range_m = (x - TARGET_M[0]).hypot(y - TARGET_M[1]).hypot(z);
+        let range_m = (x - target_m[0]).hypot(y - target_m[1]).hypot(z);
         let s = 61e-12 * f64::from(n) - 2.0 * range_m / SPEED_OF_LIGHT_M_S;
         ((-(s / 0.3e-9).powi(2)).exp() * (TAU * 4e9 * s).cos()) as f32
     };
@@ -46,10 +48,10 @@ fn flight(trajectory_s: impl Iterator<Item = f64>) -> Recording {
 }
 
 /// The finding on an image of this rectangle.
-fn extent(x_m: [f64; 2], y_m: [f64; 2]) -> Finding {
+fn extent(target_m: [f64; 2], x_m: [f64; 2], y_m: [f64; 2]) -> Finding {
     let grid = PlaneGrid::from_ranges(x_m, y_m, 0.0, 0.02).unwrap();
     let control = Control::default();
-    let recording = flight((0..90).map(|k| 0.1 * f64::from(k)));
+    let recording = flight(target_m, (0..90).map(|k| 0.1 * f64::from(k)));
     let (journal, calibration) = (&mut Journal::default(), Default::default());
     let scene = Scene::plane(grid);
     let prepared = prepare(vec![recording], scene, &calibration, journal, &control).unwrap();
@@ -64,16 +66,17 @@ fn extent(x_m: [f64; 2], y_m: [f64; 2]) -> Finding {
 
 #[test]
 fn an_image_without_the_scene_is_doubtful_with_the_place_of_it() {
-    let held = extent([-1.0, 1.5], [1.0, 4.0]);
+    let held = extent(TARGET_M, [-1.0, 1.5], [1.0, 4.0]);
     assert_eq!(held.verdict, Verdict::Agrees, "{held:?}");
     // Beside the reflector, on the mirrored side, and with the axis negated.
     let elsewhere = [
-        ([-3.0, -1.5], [1.0, 4.0]),
-        ([-1.0, 1.5], [-4.0, -1.0]),
-        ([-1.5, 1.0], [-4.0, -1.0]),
+        (TARGET_M, [-3.0, -1.5], [1.0, 4.0]),
+        (TARGET_M, [-1.0, 1.5], [-4.0, -1.0]),
+        (TARGET_M, [-1.5, 1.0], [-4.0, -1.0]),
+        (BELOW_M, [-3.0, -1.5], [1.0, 4.0]),
     ];
-    for (x_m, y_m) in elsewhere {
-        let found = extent(x_m, y_m);
+    for (target_m, x_m, y_m) in elsewhere {
+        let found = extent(target_m, x_m, y_m);
         assert_eq!(
             found.verdict,
             Verdict::Doubtful,
@@ -83,8 +86,8 @@ fn an_image_without_the_scene_is_doubtful_with_the_place_of_it() {
         let (_, place) = said.split_once("focuses at (").unwrap();
         let (place, _) = place.split_once(") m").unwrap();
         let (x, y) = place.split_once(", ").unwrap();
-        let off_m = (x.parse::<f64>().unwrap() - TARGET_M[0])
-            .hypot(y.parse::<f64>().unwrap() - TARGET_M[1]);
+        let off_m = (x.parse::<f64>().unwrap() - target_m[0])
+            .hypot(y.parse::<f64>().unwrap() - target_m[1]);
         assert!(off_m < 0.3, "{said}");
     }
 }
@@ -122,16 +125,16 @@ fn clocks_that_cannot_belong_together_are_refused_before_anything_is_searched() 
         );
         error.unwrap_err().to_string()
     };
-    let apart = refused(flight(hour()), TimeOffset::Seconds(0.0));
+    let apart = refused(flight(TARGET_M, hour()), TimeOffset::Seconds(0.0));
     assert!(apart.contains("0.000 to 7.960 s"), "{apart}");
     assert!(apart.contains("1000.000 to 4599.800 s"), "{apart}");
     for offset in [TimeOffset::Auto, TimeOffset::Seconds(500.0)] {
-        let rare = refused(flight(milliseconds()), offset);
+        let rare = refused(flight(TARGET_M, milliseconds()), offset);
         assert!(
             rare.contains("one every 100.000 s over 29900.0 s"),
             "{rare}"
         );
     }
-    let long = refused(flight(day()), TimeOffset::Auto);
+    let long = refused(flight(TARGET_M, day()), TimeOffset::Auto);
     assert!(long.contains("less than 14400 s, found 44995 s"), "{long}");
 }

@@ -2,9 +2,10 @@
 
 use acerra_imaging::metrics::{ImageView, strongest_maxima};
 use acerra_imaging::{ImagingError, PlaneGrid};
+use num_complex::Complex64;
 
-use crate::align::geometry::distance_m;
 use crate::control::{Cancelled, Control};
+use crate::echoes::history::{Measured, distance_m};
 use crate::echoes::quick_look;
 use crate::focus::Focused;
 use crate::journal::finding::{Finding, Verdict};
@@ -22,8 +23,15 @@ const POINTS: usize = 4;
 /// Half of the side of the fine image about a maximum (m), and its pixels (m).
 const HALF_SIDE_M: f64 = 0.25;
 const FINE_PIXEL_M: f64 = 0.025;
-/// Range cells behind the ground straight below within which an echo may be a residue of the surface's.
+/// Range cells behind the ground straight below within which an echo may be a residue of the surface's, and the
+/// coherence over the traces that see it from which it is a point all the same: of a point it is near 1, of a residue
+/// the share of these traces within a Fresnel zone, a tenth.
 const SURFACE_CELLS: f64 = 4.0;
+const LEAST_COHERENCE: f64 = 0.25;
+/// Traces that see a place, by their ranges over that of closest approach: 48° to either side.
+const SEEN_FROM: f64 = 1.5;
+/// Places outside that are looked at finely.
+const LOOKED_AT: usize = 16;
 /// Level above the strongest echo inside from which one outside is said (dB): less may be its own mirror image.
 const STRONGER_DB: f64 = 3.0;
 
@@ -132,17 +140,16 @@ impl<'a> Surroundings<'a> {
         for place_m in strongest_maxima(&view, FLOOR_DB, MAXIMA) {
             if self.is_inside(place_m, 0.0) {
                 inside.push(place_m);
-            } else if !self.is_inside(place_m, 2.0 * HALF_SIDE_M)
-                && self.is_abeam_off_nadir(place_m)
-            {
+            } else if !self.is_inside(place_m, 2.0 * HALF_SIDE_M) {
                 outside.push(place_m);
             }
         }
-        let Some((_, inside)) = self.finest(&inside)? else {
+        let Some((_, inside)) = stronger(self.finely(&inside, POINTS)?) else {
             return Ok(None);
         };
-        let outside = self.finest(&outside)?;
-        Ok(outside.map(|(place_m, level)| Outside {
+        let mut points = self.finely(&outside, LOOKED_AT)?;
+        points.retain(|(place_m, _)| self.is_point(*place_m));
+        Ok(stronger(points).map(|(place_m, level)| Outside {
             place_m,
             above_db: 20.0 * (level / inside).log10(),
         }))
@@ -155,36 +162,58 @@ impl<'a> Surroundings<'a> {
             && within(y_m, grid.y0_m, grid.y_m(grid.ny - 1))
     }
 
-    /// Whether a place is passed, and lies farther than residues of the surface echo straight below.
-    fn is_abeam_off_nadir(&self, [x_m, y_m]: [f64; 2]) -> bool {
-        let aligned = &self.prepared.aligned;
-        let last = aligned.position_m.len().saturating_sub(1);
-        let range_m = |p: &[f64; 3]| distance_m(*p, [x_m, y_m, self.image.z_m]);
-        let ranges = aligned.position_m.iter().map(range_m).enumerate();
-        let nearest = ranges.min_by(|a, b| a.1.total_cmp(&b.1));
-        nearest.is_some_and(|(trace, range_m)| {
-            let height_m = aligned.height_m.get(trace).copied().unwrap_or(0.0);
-            trace != 0 && trace != last && range_m > height_m + SURFACE_CELLS * self.cell_m
+    /// Whether a place is passed, and its echo no residue of the surface's straight below.
+    fn is_point(&self, [x_m, y_m]: [f64; 2]) -> bool {
+        let Prepared {
+            aligned,
+            spectrum,
+            scene,
+            ..
+        } = self.prepared;
+        let place_m = [x_m, y_m, self.image.z_m];
+        let range_m: Vec<f64> = (aligned.position_m.iter())
+            .map(|p| distance_m(*p, place_m))
+            .collect();
+        let ranges = range_m.iter().copied().enumerate();
+        let Some((nearest, closest_m)) = ranges.min_by(|a, b| a.1.total_cmp(&b.1)) else {
+            return false;
+        };
+        if nearest == 0 || nearest + 1 == range_m.len() {
+            return false;
+        }
+        let height_m = aligned.height_m.get(nearest).copied().unwrap_or(0.0);
+        if closest_m > height_m + SURFACE_CELLS * self.cell_m {
+            return true;
+        }
+        let all = 0..range_m.len();
+        let part = Measured::part(&aligned.position_m, spectrum, all, scene.light_speed_m_s);
+        part.is_some_and(|measured| {
+            let history = measured.history(place_m);
+            let seen = history.iter().zip(&range_m);
+            let seen = seen.filter(|(_, range_m)| **range_m <= SEEN_FROM * closest_m);
+            coherence(seen.map(|(echo, _)| *echo)) >= LEAST_COHERENCE
         })
     }
 
-    /// The strongest of the first few places, imaged finely, and its amplitude.
-    fn finest(&self, places_m: &[[f64; 2]]) -> Result<Option<([f64; 2], f64)>, ImagingError> {
-        let mut best: Option<([f64; 2], f64)> = None;
-        for [x_m, y_m] in places_m.iter().take(POINTS).copied() {
+    /// The strongest pixels about the first places, imaged finely, with their amplitudes.
+    fn finely(
+        &self,
+        places_m: &[[f64; 2]],
+        most: usize,
+    ) -> Result<Vec<([f64; 2], f64)>, ImagingError> {
+        let finely = |[x_m, y_m]: &[f64; 2]| {
             let about = |v: f64| [v - HALF_SIDE_M, v + HALF_SIDE_M];
-            let grid =
-                PlaneGrid::from_ranges(about(x_m), about(y_m), self.image.z_m, FINE_PIXEL_M)?;
+            let (x_m, y_m) = (about(*x_m), about(*y_m));
+            let grid = PlaneGrid::from_ranges(x_m, y_m, self.image.z_m, FINE_PIXEL_M)?;
             let image = self.look(grid)?;
-            let level = image
-                .iter()
-                .map(|v| f64::from(v.norm()))
-                .fold(0.0, f64::max);
-            if level > best.map_or(0.0, |(_, level)| level) {
-                best = Some(([x_m, y_m], level));
-            }
-        }
-        Ok(best)
+            let levels = image.iter().map(|v| f64::from(v.norm())).enumerate();
+            let best = levels.max_by(|a, b| a.1.total_cmp(&b.1));
+            Ok(best.map(|(k, level)| ([grid.x_m(k % grid.nx), grid.y_m(k / grid.nx)], level)))
+        };
+        let places = places_m.iter().take(most);
+        places
+            .filter_map(|place_m| finely(place_m).transpose())
+            .collect()
     }
 
     fn look(&self, grid: PlaneGrid) -> Result<Vec<acerra_imaging::Complex32>, ImagingError> {
@@ -195,6 +224,26 @@ impl<'a> Surroundings<'a> {
             ..
         } = self.prepared;
         quick_look(&aligned.position_m, spectrum, grid, scene.light_speed_m_s)
+    }
+}
+
+/// The place of the greatest amplitude.
+fn stronger(points: Vec<([f64; 2], f64)>) -> Option<([f64; 2], f64)> {
+    points.into_iter().max_by(|a, b| a.1.total_cmp(&b.1))
+}
+
+/// Power of the sum of some echoes over that of as many in phase: 1 where all are alike.
+fn coherence(echoes: impl Iterator<Item = Complex64>) -> f64 {
+    let (mut sum, mut power, mut count) = (Complex64::default(), 0.0, 0.0);
+    for echo in echoes {
+        sum += echo;
+        power += echo.norm_sqr();
+        count += 1.0;
+    }
+    if power > 0.0 {
+        sum.norm_sqr() / (count * power)
+    } else {
+        0.0
     }
 }
 
@@ -215,5 +264,18 @@ mod tests {
         let doubted = judged(14.0);
         assert_eq!(doubted.verdict, Verdict::Doubtful);
         assert!(doubted.explanation.contains("(4.00, -1.50) m, +14.0 dB"));
+    }
+
+    #[test]
+    fn coherence_tells_a_point_from_a_fresnel_zone() {
+        let alike = vec![Complex64::new(0.3, -0.4); 50];
+        assert!((coherence(alike.into_iter()) - 1.0).abs() < 1e-12);
+        // A surface 4 m below, seen about a place on it: 4 GHz, 9 m of path.
+        let flat = (-225..=225).map(|k| {
+            let away_m = 0.02 * f64::from(k);
+            let range_m = away_m.hypot(4.0);
+            Complex64::from_polar(1.0, 4.0 * std::f64::consts::PI * (range_m - 4.0) / 0.075)
+        });
+        assert!(coherence(flat) < 0.5 * LEAST_COHERENCE);
     }
 }
