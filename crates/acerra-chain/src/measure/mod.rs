@@ -2,8 +2,9 @@
 
 use acerra_imaging::ImagingError;
 use acerra_imaging::metrics::{
-    ImageView, MeasureOptions as Metrics, Measurement, measure_targets_in,
+    ImageView, MeasureOptions as Metrics, Measurement, measure_targets, measure_targets_in,
 };
+use acerra_imaging::psf::PointSpread;
 
 use crate::control::{Cancelled, Control};
 use crate::echoes::Echoes;
@@ -69,7 +70,16 @@ pub fn measure(
     let metrics = Metrics::default()
         .with_threshold_db(options.threshold_db)
         .with_max_targets(options.max_targets);
-    measure_targets_in(&view, &pulses, &metrics, control.operation()).map_err(|error| match error {
+    let is_straight =
+        focused.underground.is_none() && echoes.aligned.antennas_from_place_m.is_empty();
+    let found = if is_straight {
+        measure_targets_in(&view, &pulses, &metrics, control.operation())
+    } else {
+        // Phases along straight rays from one antenna are not those of these echoes, and would explain targets away.
+        let spread = PointSpread::of(&pulses);
+        measure_targets(&view, &spread, &metrics, control.operation())
+    };
+    found.map_err(|error| match error {
         ImagingError::Cancelled => MeasureError::Cancelled(Cancelled),
         error => MeasureError::Targets(error),
     })
