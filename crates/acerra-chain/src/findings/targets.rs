@@ -25,6 +25,7 @@ pub fn weigh_targets(prepared: &Prepared, focused: &Focused, targets: &[Target])
     let residues = targets.iter().filter(is_residue).count();
     let mut findings = vec![surface_residue(residues, targets.len())];
     findings.extend(side::weigh(prepared, targets));
+    findings.extend(shallow(prepared, focused, targets, cell_m));
     findings.extend(target_focus::weigh(prepared, focused, targets));
     findings
 }
@@ -71,6 +72,48 @@ fn surface_residue(residues: usize, targets: usize) -> Finding {
         })
 }
 
+/// Cells of depth below the surface of the ground within which residues of its echo lie: its main lobe and the first
+/// sidelobe.
+const SHALLOW_CELLS: f64 = 2.0;
+
+/// Counts the targets just below the surface of the ground; none of an image above it.
+fn shallow(
+    prepared: &Prepared,
+    focused: &Focused,
+    targets: &[Target],
+    cell_m: f64,
+) -> Option<Finding> {
+    let underground = focused.underground.as_ref()?;
+    let top = underground.layers.first()?.soil.relative_permittivity;
+    let least_m = SHALLOW_CELLS * cell_m / top.max(1.0).sqrt();
+    let surface_m = |target: &Target| match underground.is_uneven {
+        true => prepared.scene.ground.below_m(target.x_m, target.y_m),
+        false => underground.surface_z_m,
+    };
+    let is_shallow = |target: &&Target| (0.0..least_m).contains(&(surface_m(target) - target.z_m));
+    let count = targets.iter().filter(is_shallow).count();
+    Some(shallow_targets(count, targets.len(), least_m))
+}
+
+fn shallow_targets(count: usize, targets: usize, least_m: f64) -> Finding {
+    let verdict = if count > 0 {
+        Verdict::Doubtful
+    } else {
+        Verdict::Agrees
+    };
+    let place = format!(
+        "{count} of {targets} targets are shallower than {least_m:.3} m, two cells of depth"
+    );
+    Finding::judged("shallow_targets", count as f64, "targets", verdict)
+        .expecting(0.0)
+        .because(match verdict {
+            Verdict::Agrees => format!("{place}, where residues of the surface echo lie"),
+            Verdict::Doubtful | Verdict::Contradicts => format!(
+                "{place}: what the background leaves of the surface echo lies there too. Compare backgrounds                  ([preprocess] background), or begin [image] z_m below that depth"
+            ),
+        })
+}
+
 #[cfg(test)]
 mod tests {
     use acerra_imaging::metrics::AlongTrack;
@@ -100,6 +143,18 @@ mod tests {
         assert!(is_below(&aligned, &at(-18.9), 0.088));
         assert!(!is_below(&aligned, &at(-18.7), 0.088));
         assert!(!is_below(&aligned, &at(0.0), 0.088));
+    }
+
+    #[test]
+    fn targets_just_below_the_surface_are_doubtful() {
+        assert_eq!(shallow_targets(0, 3, 0.06).verdict, Verdict::Agrees);
+        let found = shallow_targets(2, 7, 0.057);
+        assert_eq!(found.verdict, Verdict::Doubtful);
+        assert!(
+            found
+                .explanation
+                .starts_with("2 of 7 targets are shallower than 0.057 m")
+        );
     }
 
     #[test]
