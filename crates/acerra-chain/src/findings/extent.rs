@@ -132,7 +132,7 @@ impl<'a> Surroundings<'a> {
         })
     }
 
-    /// The strongest echo outside; none where nothing focuses inside or outside.
+    /// The strongest echo outside; none where nothing focuses there.
     fn strongest(&self) -> Result<Option<Outside>, ImagingError> {
         let image = self.look(self.wide)?;
         let view = ImageView::new(&image, self.wide)?;
@@ -144,15 +144,27 @@ impl<'a> Surroundings<'a> {
                 outside.push(place_m);
             }
         }
-        let Some((_, inside)) = stronger(self.finely(&inside, POINTS)?) else {
-            return Ok(None);
+        // Of an image without a maximum above the floor its brightest pixel.
+        let inside = match stronger(self.finely(&inside, POINTS)?) {
+            Some((_, level)) => level,
+            None => self.brightest_inside(&image),
         };
         let mut points = self.finely(&outside, LOOKED_AT)?;
         points.retain(|(place_m, _)| self.is_point(*place_m));
         Ok(stronger(points).map(|(place_m, level)| Outside {
             place_m,
-            above_db: 20.0 * (level / inside).log10(),
+            above_db: 20.0 * (level / inside.max(f64::MIN_POSITIVE)).log10(),
         }))
+    }
+
+    /// Greatest amplitude of the wide image within the rectangle.
+    fn brightest_inside(&self, image: &[acerra_imaging::Complex32]) -> f64 {
+        let wide = &self.wide;
+        let place_m = |k: usize| [wide.x_m(k % wide.nx), wide.y_m(k / wide.nx)];
+        let amplitudes = image.iter().map(|v| f64::from(v.norm())).enumerate();
+        amplitudes
+            .filter(|(k, _)| self.is_inside(place_m(*k), 0.0))
+            .fold(0.0, |most, (_, amplitude)| f64::max(most, amplitude))
     }
 
     fn is_inside(&self, [x_m, y_m]: [f64; 2], margin_m: f64) -> bool {
