@@ -18,7 +18,7 @@ use crate::align::radar_surface::{RadarSurfaceError, SeenTrack, radar_surface};
 use crate::align::recording::Recording;
 use crate::align::uncovered::tell_uncovered;
 use crate::choices::{Background, Gate, Select};
-use crate::clean::{Cleaned, CleanedTraces, clean, zero_s};
+use crate::clean::{Cleaned, CleanedTraces, clean, filtered, zero_s};
 use crate::control::Control;
 use crate::echoes::Echoes;
 use crate::error::ChainError;
@@ -261,7 +261,7 @@ fn settle_ground(
 }
 
 /// Share of the image without a trace near it from which an extrapolated surface is named.
-const TOLD_BEYOND: f64 = 0.05;
+const NAMED_BEYOND: f64 = 0.05;
 
 /// The scene over the surface that the radar shows, and the heights of the traces above it, where that is asked for.
 fn over_surface(
@@ -279,7 +279,8 @@ fn over_surface(
             return Err(RadarSurfaceError::Spectra.into());
         };
         let traces = radargram.select(&clocked.aligned.traces);
-        raw.push(traces.map_err(RadarSurfaceError::Traces)?);
+        let traces = traces.map_err(RadarSurfaceError::Traces)?;
+        raw.push(filtered(traces, &clocked.clean)?);
     }
     let mut seen = Vec::new();
     for (radargram, clocked) in raw.iter().zip(&clocked) {
@@ -292,7 +293,7 @@ fn over_surface(
         });
     }
     let found = radar_surface(&seen, &scene)?;
-    if found.beyond > TOLD_BEYOND {
+    if found.beyond > NAMED_BEYOND {
         warnings.add(format!(
             "[ground] surface = \"radar\": {:.0} % of the image are farther from every trace than half the height of the \
              flight; the surface there is that under the nearest traces",

@@ -277,26 +277,13 @@ pub fn traces(
         channel.antenna_separation_m = Some(vector("antenna_separation_m")?[0]);
     }
     if has("latitude_deg") && has("longitude_deg") {
-        let [latitude, longitude] = [vector("latitude_deg")?, vector("longitude_deg")?];
-        let height = if has("height_m") {
-            vector("height_m")?
+        let height_m = if has("height_m") {
+            Some(vector("height_m")?)
         } else {
-            vec![0.0; latitude.len()]
+            None
         };
-        if [&longitude, &height]
-            .iter()
-            .any(|v| v.len() != latitude.len())
-        {
-            return Err(FormatError::content(
-                Place::field("longitude_deg, height_m"),
-                format!("{} values, as latitude_deg has", latitude.len()),
-                format!("{}, {}", longitude.len(), height.len()),
-            ));
-        }
-        let places = latitude.iter().zip(longitude).zip(height);
-        channel.positions = Some(Positions::Geodetic(
-            places.map(|((a, o), h)| [*a, o, h]).collect(),
-        ));
+        let places_deg = [vector("latitude_deg")?, vector("longitude_deg")?];
+        channel.positions = Some(geodetic(places_deg, height_m)?);
     }
     if has("position_m") {
         let places = file.array("position_m", limits)?;
@@ -321,6 +308,25 @@ pub fn traces(
     }
     recording.channels.push(channel);
     recording.checked()
+}
+
+/// Places by latitude and longitude, at height 0 where none is stated.
+fn geodetic(
+    [latitude_deg, longitude_deg]: [Vec<f64>; 2],
+    height_m: Option<Vec<f64>>,
+) -> Result<Positions, FormatError> {
+    let count = latitude_deg.len();
+    let height_m = height_m.unwrap_or_else(|| vec![0.0; count]);
+    if longitude_deg.len() != count || height_m.len() != count {
+        return Err(FormatError::content(
+            Place::field("longitude_deg, height_m"),
+            format!("{count} values, as latitude_deg has"),
+            format!("{}, {}", longitude_deg.len(), height_m.len()),
+        ));
+    }
+    let places = latitude_deg.iter().zip(longitude_deg).zip(height_m);
+    let places = places.map(|((latitude, longitude), height)| [*latitude, longitude, height]);
+    Ok(Positions::Geodetic(places.collect()))
 }
 
 fn turned(

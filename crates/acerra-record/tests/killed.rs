@@ -40,15 +40,21 @@ fn recorder_to_be_killed() {
     recorder.run(&mut |_| {}).unwrap();
 }
 
-/// Kills a recorder after `after`, and checks what it left.
-fn kill_after(after: Duration) {
+/// An emulated radio, and the settings of a session with it.
+fn emulated() -> (EmulatedRadio, String) {
     let source = Box::new(Pattern::new(1_000_000));
     let radio = EmulatedRadio::start(LOOPBACK.into(), source, EmulatorOptions::default()).unwrap();
-    let folder = tempfile::tempdir().unwrap();
     let text = format!(
         "[radio]\naddress = \"{}\"\nwindow_ps = [0, 17000]\nscan_interval_ms = 5.0\n",
         radio.address()
     );
+    (radio, text)
+}
+
+/// Kills a recorder after `after`, and checks what it left.
+fn kill_after(after: Duration) {
+    let (radio, text) = emulated();
+    let folder = tempfile::tempdir().unwrap();
     let mut child = Command::new(std::env::current_exe().unwrap())
         .args(["--exact", "recorder_to_be_killed", "--ignored"])
         .env(SETTINGS, &text)
@@ -132,13 +138,8 @@ fn finisher_to_be_killed() {
 
 /// Kills the making of a recording's files at moments all over it, and looks at what is there.
 fn kill_finishing(times: u32) {
-    let source = Box::new(Pattern::new(1_000_000));
-    let radio = EmulatedRadio::start(LOOPBACK.into(), source, EmulatorOptions::default()).unwrap();
+    let (_radio, text) = emulated();
     let folder = tempfile::tempdir().unwrap();
-    let text = format!(
-        "[radio]\naddress = \"{}\"\nwindow_ps = [0, 17000]\nscan_interval_ms = 5.0\n",
-        radio.address()
-    );
     let stop = AtomicBool::new(false);
     let began = Instant::now();
     let recorder = Recorder {

@@ -29,7 +29,7 @@ use crate::journal::warnings::Warnings;
 use crate::position::Positions;
 use crate::position::aligned::{Aligned, HeightsReplaced};
 use crate::position::boresight::{Boresights, DOWN, FORWARD};
-use crate::position::told::{is_told, largest_told_m};
+use crate::position::informative::{is_informative, largest_informative_m};
 use crate::read::RadarContent;
 use crate::read::trace_positions::TracePositions;
 use crate::scene::Scene;
@@ -354,7 +354,7 @@ impl OnTrajectory<'_> {
             ),
         );
         let keep_unfixed = options.unfixed == Unfixed::Keep;
-        let largest_m = largest_told_m(self.trajectory);
+        let largest_m = largest_informative_m(self.trajectory);
         warnings.count(
             coverage.count(Flag::Unfixed),
             if keep_unfixed {
@@ -369,13 +369,13 @@ impl OnTrajectory<'_> {
             .filter(|(_, place)| is_taken(place, keep_unfixed))
             .map(|(trace, place)| {
                 let ends = [-0.25, 0.25].map(|d| at.at(place.time_s + d));
-                let tells = |p: &Interpolated| is_told(p.covariance_m2, largest_m);
+                let is_used = |p: &Interpolated| is_informative(p.covariance_m2, largest_m);
                 let [before, after] = ends.map(|p| p.position_m);
                 let speed_m_s = (after[0] - before[0]).hypot(after[1] - before[1]) / 0.5;
                 Placed {
                     trace,
                     place: *place,
-                    speed_m_s: ends.iter().all(tells).then_some(speed_m_s),
+                    speed_m_s: ends.iter().all(is_used).then_some(speed_m_s),
                 }
             })
             .collect();

@@ -23,7 +23,7 @@ use crate::echoes::sharpen::coarse;
 use crate::journal::warnings::Warnings;
 use crate::position::aligned::Aligned;
 use crate::position::height_noise::{height_noise_m, lasting_error_m, stated_error_m};
-use crate::position::told::{is_told, largest_told_m};
+use crate::position::informative::{is_informative, largest_informative_m};
 use crate::scene::Scene;
 
 /// A score over the offsets tried.
@@ -141,11 +141,12 @@ pub fn by_height_and_motion(
     }
     let at = interpolator(range.max_gap_s, trajectory);
     let half_s = 0.05_f64.max(trajectory.sample_interval_s().unwrap_or(0.1));
-    let largest_m = largest_told_m(trajectory);
+    let largest_m = largest_informative_m(trajectory);
     let profile = FlightProfile::sample(span_s, |t| {
         let [before, now, after] = [t - half_s, t, t + half_s].map(|t| at.at(t));
-        let tells = |p: &Interpolated| p.flag.is_covered() && is_told(p.covariance_m2, largest_m);
-        let is_known = [before, now, after].iter().all(tells);
+        let is_used =
+            |p: &Interpolated| p.flag.is_covered() && is_informative(p.covariance_m2, largest_m);
+        let is_known = [before, now, after].iter().all(is_used);
         let [x, y, z] = now.position_m;
         let moved: f64 = (0..3)
             .map(|i| (after.position_m[i] - before.position_m[i]).powi(2))

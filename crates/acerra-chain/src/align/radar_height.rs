@@ -218,7 +218,8 @@ fn between(points: &[(f64, f64)], t: f64) -> f64 {
     }
 }
 
-fn median(values: &[f64]) -> f64 {
+/// The median of the finite values; 0 of none.
+pub(super) fn median(values: &[f64]) -> f64 {
     let mut sorted: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
     sorted.sort_by(f64::total_cmp);
     sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)

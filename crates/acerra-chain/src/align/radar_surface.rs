@@ -9,6 +9,7 @@ use acerra_imaging::{ImagingError, PlaneGrid, SurfaceGrid};
 use acerra_radar::clean::{CleanError, SurfaceOptions, crests_near, track_surface};
 use acerra_radar::{Radargram, RadargramError};
 
+use crate::align::radar_height::median;
 use crate::position::aligned::Aligned;
 use crate::scene::Scene;
 
@@ -74,7 +75,7 @@ const MOST_NODES: f64 = 1e5;
 /// A track whose traces have their places.
 #[derive(Clone, Copy, Debug)]
 pub struct SeenTrack<'a> {
-    /// Its traces that are imaged, raw.
+    /// Its traces that are imaged, filtered along fast time, otherwise raw.
     pub radargram: &'a Radargram,
     /// Where these were measured; heights above the level from which relief is looked for.
     pub aligned: &'a Aligned,
@@ -118,7 +119,7 @@ pub fn radar_surface(
             [x_m, y_m, bottoms.fold(f64::INFINITY, f64::min)]
         })
         .collect();
-    let height_m = median(shells.iter().map(|s| s.across_m).collect());
+    let height_m = median(&shells.iter().map(|s| s.across_m).collect::<Vec<_>>());
     let image = &scene.pixels.grid;
     let spacing_m = spacing_m(&under);
     let lattice = lattice(image, &under, spacing_m)?;
@@ -142,7 +143,7 @@ impl SeenTrack<'_> {
     ) -> Result<Vec<Option<[f64; 2]>>, RadarSurfaceError> {
         let raw = self.radargram;
         let height_m = &self.aligned.height_m;
-        let typical_m = median(height_m.clone()).max(0.0);
+        let typical_m = median(height_m).max(0.0);
         let relief_s = 2.0 * RELIEF_HEIGHTS * typical_m / light_speed_m_s;
         let mut options = SurfaceOptions::default();
         options.follow_s = options.follow_s.max(relief_s);
@@ -180,7 +181,7 @@ fn kept_paths(first: &[Option<[f64; 2]>]) -> Vec<Kept> {
     let all: Vec<Kept> = (0..first.len())
         .filter_map(|trace| {
             let near = trace.saturating_sub(NEIGHBOURS)..(trace + NEIGHBOURS + 1).min(first.len());
-            let typical_m = median(near.filter_map(residual).collect());
+            let typical_m = median(&near.filter_map(residual).collect::<Vec<_>>());
             Some(Kept {
                 trace,
                 path_m: first[trace]?[0],
@@ -188,8 +189,8 @@ fn kept_paths(first: &[Option<[f64; 2]>]) -> Vec<Kept> {
             })
         })
         .collect();
-    let sizes = all.iter().map(|kept| kept.deviation_m.abs()).collect();
-    let most_m = (OUTLIER_SIGMAS * 1.4826 * median(sizes)).max(LEAST_OUTLIER_M);
+    let sizes: Vec<f64> = all.iter().map(|kept| kept.deviation_m.abs()).collect();
+    let most_m = (OUTLIER_SIGMAS * 1.4826 * median(&sizes)).max(LEAST_OUTLIER_M);
     all.into_iter()
         .filter(|kept| kept.deviation_m.abs() <= most_m)
         .collect()
@@ -240,7 +241,7 @@ fn spacing_m(under: &[[f64; 3]]) -> f64 {
         let [a, b] = [pair[0], pair[1]];
         (a[0] - b[0]).hypot(a[1] - b[1])
     });
-    median(steps.collect()).max(1e-3)
+    median(&steps.collect::<Vec<_>>()).max(1e-3)
 }
 
 /// Height beside the tracks: that under the nearest traces, with weights that fall with the fourth power of the
@@ -294,12 +295,6 @@ fn beyond(image: &PlaneGrid, under: &[[f64; 3]], reach_m: f64) -> f64 {
         .filter(|(i, j)| far(image.x_m(*i), image.y_m(*j)))
         .count();
     count as f64 / (A_SIDE * A_SIDE) as f64
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    values.retain(|v| v.is_finite());
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(0.0)
 }
 
 #[cfg(test)]

@@ -39,7 +39,7 @@ pub struct Selection {
 }
 
 impl Selection {
-    /// The traces that `choice` takes of a log, given the horizontal speed (m/s) of each whose position tells
+    /// The traces that `choice` takes of a log, given the horizontal speed (m/s) of each whose position shows
     /// one.
     ///
     /// # Errors

@@ -389,7 +389,7 @@ fn exclude(
     })
 }
 
-/// A rule whose value is shown as the file's reader holds it.
+/// What the filters along fast time may be.
 fn preprocess_rules(preprocess: &PreprocessSection) -> [Rule; 2] {
     let (window_ns, band_ghz) = (preprocess.dewow_ns, preprocess.band_pass_ghz);
     [
@@ -408,6 +408,7 @@ fn preprocess_rules(preprocess: &PreprocessSection) -> [Rule; 2] {
     ]
 }
 
+/// A rule whose value is shown as the file's reader holds it.
 fn rule(key: &'static str, holds: bool, expected: &'static str, found: impl Debug) -> Rule {
     Rule::new(key, holds, expected, format!("{found:?}"))
 }

@@ -141,7 +141,13 @@ fn clean_traces(
 }
 
 /// Traces without their running mean and what lies outside the band, where that is asked for.
-fn filtered(mut raw: Radargram, options: &CleanOptions) -> Result<Radargram, CleanError> {
+///
+/// # Errors
+/// A window or a band that the traces do not hold.
+pub(crate) fn filtered(
+    mut raw: Radargram,
+    options: &CleanOptions,
+) -> Result<Radargram, CleanError> {
     if let Some(ns) = options.dewow_ns {
         raw = dewow(raw, 1e-9 * ns).map_err(CleanError::Dewow)?;
     }

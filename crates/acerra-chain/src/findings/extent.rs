@@ -45,7 +45,8 @@ pub(super) fn weigh(
     control: &Control<'_>,
 ) -> Result<Option<Finding>, Cancelled> {
     let pixels = &focused.pixels;
-    let is_plain = pixels.surface.is_none()
+    let is_plain = focused.underground.is_none()
+        && pixels.surface.is_none()
         && pixels.volume.is_none()
         && prepared.aligned.antennas_from_place_m.is_empty()
         && prepared.scene.open.sides == [false; 2];

@@ -68,6 +68,10 @@ pub(super) fn height_sigma_m(prepared: &Prepared, track: &Track) -> Option<f64> 
 
 /// The surface echo of the zero-timed traces, where one follows the height.
 fn surface_seen(prepared: &Prepared, track: &Track) -> Option<SurfaceSeen> {
+    // A surface that the first echoes placed agrees with them whatever the zero of fast time.
+    if prepared.scene.open.surface {
+        return None;
+    }
     let traces = track.cleaned.as_ref()?;
     let aligned = &prepared.aligned;
     let ground = &prepared.scene.ground;

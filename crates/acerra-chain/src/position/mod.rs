@@ -5,8 +5,8 @@ pub mod attitude_file;
 pub mod boresight;
 pub mod clock_shift;
 pub(crate) mod height_noise;
+pub(crate) mod informative;
 pub mod positioning;
-pub(crate) mod told;
 pub mod trajectory_file;
 
 use std::fs::File;

@@ -86,24 +86,30 @@ impl Relief {
         self.span_m
     }
 
+    /// The four nodes about a coordinate along an axis, its fraction of the cell between the middle two, and whether it
+    /// is beyond the edges, where the height is that of the edge.
+    fn nodes(&self, axis: usize, coordinate_m: f64) -> ([usize; 4], f64, bool) {
+        let size = [self.columns, self.height_m.len() / self.columns][axis];
+        let last = (size - 1) as f64;
+        let place = (coordinate_m - self.origin_m[axis]) / self.step_m;
+        let held = place.clamp(0.0, last);
+        let cell = held.floor().min((last - 1.0).max(0.0));
+        let node = |k: usize| (cell as usize + k).saturating_sub(1).min(size - 1);
+        (std::array::from_fn(node), held - cell, place != held)
+    }
+
     /// The surface at `[x, y]`.
     #[must_use]
     pub fn at(&self, place_m: [f64; 2]) -> Facet {
-        let sizes = [self.columns, self.height_m.len() / self.columns];
-        let axes: [([usize; 4], [[f64; 4]; 3]); 2] = std::array::from_fn(|axis| {
-            let last = (sizes[axis] - 1) as f64;
-            let place = (place_m[axis] - self.origin_m[axis]) / self.step_m;
-            let t = place.clamp(0.0, last);
-            let cell = t.floor().min((last - 1.0).max(0.0));
-            let node = |k: usize| (cell as usize + k).saturating_sub(1).min(sizes[axis] - 1);
-            let mut weights = keys(t - cell, 1.0 / self.step_m);
-            if place != t {
+        let [(columns, across), (rows, along)] = [0, 1].map(|axis| {
+            let (nodes, fraction, is_beyond) = self.nodes(axis, place_m[axis]);
+            let mut weights = keys(fraction, 1.0 / self.step_m);
+            if is_beyond {
                 weights[1] = [0.0; 4];
                 weights[2] = [0.0; 4];
             }
-            (std::array::from_fn(node), weights)
+            (nodes, weights)
         });
-        let [(columns, across), (rows, along)] = axes;
         // Of every row the height and its derivatives along x.
         let of_rows = rows.map(|row| {
             let heights_m = &self.height_m[row * self.columns..(row + 1) * self.columns];
@@ -123,15 +129,10 @@ impl Relief {
     /// Height at `[x, y]`, m: that of [`Relief::at`].
     #[must_use]
     pub fn height_m(&self, place_m: [f64; 2]) -> f64 {
-        let rows = self.height_m.len() / self.columns;
-        let [(columns, across), (rows, along)] =
-            [(0, self.columns), (1, rows)].map(|(axis, size)| {
-                let last = (size - 1) as f64;
-                let place = ((place_m[axis] - self.origin_m[axis]) / self.step_m).clamp(0.0, last);
-                let cell = place.floor().min((last - 1.0).max(0.0));
-                let node = |k: usize| (cell as usize + k).saturating_sub(1).min(size - 1);
-                (std::array::from_fn::<_, 4, _>(node), weights(place - cell))
-            });
+        let [(columns, across), (rows, along)] = [0, 1].map(|axis| {
+            let (nodes, fraction, _) = self.nodes(axis, place_m[axis]);
+            (nodes, weights(fraction))
+        });
         (rows.iter().zip(along))
             .map(|(row, weight)| {
                 let row = &self.height_m[row * self.columns..(row + 1) * self.columns];

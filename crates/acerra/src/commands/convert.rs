@@ -18,7 +18,8 @@ use crate::terminal::{Verbosity, verbosity};
 
 /// Write the products of a run, or the traces of a radar log, in other formats.
 ///
-/// Of the directory that `acerra focus` wrote: image, trajectory, targets and volume; nothing is computed anew.
+/// From the directory that `acerra focus` wrote, the image, the trajectory, the targets and the volume are converted as
+/// they are.
 /// Radargrams and spectra are not in it: name the formats in `[products] formats` of the campaign to have them too, and
 /// for phase history data (CPHD).
 ///

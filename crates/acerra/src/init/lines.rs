@@ -113,7 +113,7 @@ fn common_pattern(paths: &[&Path]) -> Option<PathBuf> {
     (found == given).then_some(pattern)
 }
 
-/// What the files say of the way along their lines.
+/// A sentence on the lengths of the lines, as far as the files state them.
 pub(super) fn way_said(radar: &[&RadarInput]) -> String {
     let ways: Vec<f64> = radar.iter().filter_map(|log| log.way_m).collect();
     let (low, high) = ways

@@ -28,8 +28,8 @@ pub struct RandomFlight {
     receiver: Random,
 }
 
-/// Share of the flights without a target, without take-off, with an attitude log, and with clutter; of those
-/// with take-off, the share that starts with float positions.
+/// Shares of the flights that have no target, no take-off in the log, an attitude log, and clutter, in this order. The
+/// last is the share of float starts among the flights with take-off.
 const EMPTY: f64 = 0.1;
 const WITHOUT_TAKEOFF: f64 = 0.25;
 const WITH_ATTITUDE: f64 = 0.5;

@@ -109,8 +109,8 @@ fn a_quick_draw_is_never_silently_wrong() {
     println!("{}; {}", in_words(&counts), coverage(&flights));
     assert_eq!(counts.get(&Class::Silent), None);
     let right = counts.get(&Class::Right).copied().unwrap_or(0);
-    // A draw that is refused or doubted altogether says nothing of silent errors.
-    assert!(right >= 1, "{}", in_words(&counts));
+    // What is right today: a floor, not the aim.
+    assert!(right >= 2, "{}", in_words(&counts));
 }
 
 /// `ACERRA_FLIGHTS=41-60` tries other seeds than those of the page, and writes none.

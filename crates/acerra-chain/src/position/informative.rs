@@ -1,18 +1,18 @@
-//! Which positions of a log tell motion and height, beside better ones of the same log.
+//! Positions of a log that show motion and height, compared with the better ones of the same log.
 
 use acerra_geo::trajectory::Trajectory;
 
-/// Deviation of a position beyond which it tells nothing, over that of the better ones of its log; and the least
-/// such deviation (m).
+/// Standard deviation of a position beyond which the position shows nothing, over that of the better ones of its log;
+/// and the least such deviation (m).
 const WORSE: f64 = 10.0;
 const LEAST_M: f64 = 0.05;
 /// Share of the positions that are the better ones.
 const BETTER_SHARE: f64 = 0.25;
 
-/// The deviation (m) beyond which positions of a log tell neither motion nor height: ten times that of its
-/// better quarter. Float positions of a craft that stands wander and jump by what a slow flight moves. Infinite
-/// where the positions do not tell their deviations, or a log has no better ones.
-pub(crate) fn largest_told_m(trajectory: &Trajectory) -> f64 {
+/// The standard deviation (m) beyond which positions of a log show neither motion nor height: ten times that of its
+/// better quarter. Float positions of a craft on the ground wander and jump by as much as a slow flight moves. Infinite
+/// where no position states its deviation.
+pub(crate) fn largest_informative_m(trajectory: &Trajectory) -> f64 {
     let fixes = trajectory.fixes().iter();
     let mut sigma_m: Vec<f64> = fixes
         .filter_map(|fix| fix.covariance_m2.map(sigma_of_m))
@@ -25,8 +25,8 @@ pub(crate) fn largest_told_m(trajectory: &Trajectory) -> f64 {
     (WORSE * better_m).max(LEAST_M)
 }
 
-/// Whether a position with this covariance (m²) tells motion and height; those without one do.
-pub(crate) fn is_told(covariance_m2: Option<[[f64; 3]; 3]>, largest_m: f64) -> bool {
+/// Whether a position with this covariance (m²) shows motion and height; positions without a covariance do.
+pub(crate) fn is_informative(covariance_m2: Option<[[f64; 3]; 3]>, largest_m: f64) -> bool {
     covariance_m2.is_none_or(|covariance| sigma_of_m(covariance) <= largest_m)
 }
 
@@ -61,23 +61,29 @@ mod tests {
     }
 
     #[test]
-    fn float_positions_tell_nothing_beside_fixed_ones() {
+    fn float_positions_show_nothing_where_there_are_fixed_ones() {
         let log = stated(|k| if k < 60 { 0.5 } else { 0.01 });
-        let largest_m = largest_told_m(&log);
+        let largest_m = largest_informative_m(&log);
         assert!((largest_m - 0.1).abs() < 1e-12);
-        assert!(!is_told(log.fixes()[0].covariance_m2, largest_m));
-        assert!(is_told(log.fixes()[99].covariance_m2, largest_m) && is_told(None, largest_m));
+        assert!(!is_informative(log.fixes()[0].covariance_m2, largest_m));
+        assert!(
+            is_informative(log.fixes()[99].covariance_m2, largest_m)
+                && is_informative(None, largest_m)
+        );
     }
 
     #[test]
     fn a_log_of_float_positions_is_all_there_is() {
         let log = stated(|k| if k < 60 { 0.5 } else { 0.4 });
-        assert!(is_told(log.fixes()[0].covariance_m2, largest_told_m(&log)));
+        assert!(is_informative(
+            log.fixes()[0].covariance_m2,
+            largest_informative_m(&log)
+        ));
         let silent = Trajectory::new(
             Frame::Local,
             TimeOrigin::Relative,
             vec![Fix::new(0.0, [0.0; 3]), Fix::new(1.0, [0.0; 3])],
         );
-        assert!(largest_told_m(&silent.unwrap()).is_infinite());
+        assert!(largest_informative_m(&silent.unwrap()).is_infinite());
     }
 }
