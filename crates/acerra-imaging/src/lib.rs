@@ -81,6 +81,9 @@ pub use incidence::IncidenceWeight;
 pub use kernel::level::SimdLevel;
 pub use live::LiveImage;
 pub use num_complex::{Complex32, Complex64};
-pub use plan::{Engine, Forward, ImagingPlan, PlanOptions, PlanReport, SelfCheck, image};
+pub use plan::{
+    Engine, Forward, ImagingPlan, PlanOptions, PlanReport, SelfCheck, TrialImage, TrialImages,
+    image,
+};
 pub use pulses::{PulseArrays, Pulses, SPEED_OF_LIGHT_M_S, Spreading};
 pub use volume::{ForwardVolume, VolumeRun, image_volume, image_volume_planned_once};

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use acerra_geo::interpolate::Interpolated;
 use acerra_geo::trajectory::Trajectory;
-use acerra_imaging::{Complex32, ImagingError, PlaneGrid};
+use acerra_imaging::{Complex32, ImagingError, PlaneGrid, TrialImage};
 use acerra_radar::align::{
     AlignError as Undecided, Candidate, ClockPrior, FlightProfile, FlightState, OffsetEstimate,
     OffsetLikelihood, OffsetOptions, OffsetSearch as MotionSearch, activity, coarse_offset,
@@ -18,8 +18,9 @@ use crate::align::{AlignError, AlignOptions, Flight, TracePlaces, align, interpo
 use crate::choices::Select;
 use crate::clean::{CleanError, CleanOptions, clean};
 use crate::control::{Cancelled, Control};
-use crate::echoes::quick_look;
+use crate::echoes::history::distance_m;
 use crate::echoes::sharpen::coarse;
+use crate::echoes::{Searched, quick_look};
 use crate::journal::warnings::Warnings;
 use crate::position::aligned::Aligned;
 use crate::position::height_noise::{height_noise_m, lasting_error_m, stated_error_m};
@@ -396,20 +397,36 @@ impl Trial<'_> {
         let steps = (reach_s / WHOLE_STEP_S).ceil();
         #[expect(clippy::cast_possible_truncation, reason = "at most fifty")]
         let steps = steps as i32;
-        let score = |k: i32| {
+        let Some(middle_m) = self.places_at(cleaned, whole.places, estimate.offset_s)? else {
+            return Ok(estimate);
+        };
+        let mut trials: Vec<(f64, Vec<[f64; 3]>)> = Vec::new();
+        for k in -steps..=steps {
             control.check()?;
             let offset_s = estimate.offset_s + f64::from(k) * WHOLE_STEP_S;
-            let Some(places) = self.places_at(cleaned, whole.places, offset_s)? else {
-                return Ok(None);
-            };
-            let image = quick_look(&places, &cleaned.spectrum, grid, light_speed_m_s)?;
-            Ok::<_, OffsetError>(Some((offset_s, 2.0 * contrast(&image).ln())))
+            let places_m = self.places_at(cleaned, whole.places, offset_s)?;
+            trials.extend(places_m.map(|places_m| (offset_s, places_m)));
+        }
+        let moved_m = (trials
+            .iter()
+            .flat_map(|(_, places_m)| places_m.iter().zip(&middle_m)))
+        .map(|(place, middle)| distance_m(*place, *middle))
+        .fold(0.0, f64::max);
+        let searched = Searched::new(&middle_m, &cleaned.spectrum, light_speed_m_s);
+        let looks = searched.looks(grid, moved_m)?;
+        let score = |(offset_s, places_m): &(f64, Vec<[f64; 3]>)| {
+            control.check()?;
+            let image = looks.image(&TrialImage {
+                position_m: places_m,
+                beyond_m: 0.0,
+                grid,
+            })?;
+            Ok::<_, OffsetError>((*offset_s, 2.0 * contrast(&image).ln()))
         };
-        let tried: Vec<Option<(f64, f64)>> = (-steps..=steps)
-            .into_par_iter()
+        let tried: Vec<(f64, f64)> = trials
+            .par_iter()
             .map(score)
             .collect::<Result<_, OffsetError>>()?;
-        let tried: Vec<(f64, f64)> = tried.into_iter().flatten().collect();
         let tried = weighed_by(&estimate, &widened(&tried, whole.common_s));
         let highest = tried.iter().map(|t| t.1).fold(f64::NEG_INFINITY, f64::max);
         if tried.len() < 3 || !highest.is_finite() {

@@ -6,7 +6,7 @@
 //! where it is seen, says within a few decimetres where to look.
 
 use acerra_geo::trajectory::Trajectory;
-use acerra_imaging::{Complex32, ImagingError, PlaneGrid};
+use acerra_imaging::{ImagingError, PlaneGrid, TrialImage, TrialImages};
 use acerra_radar::quality;
 use acerra_radar::{Radargram, Spectrum};
 
@@ -17,10 +17,10 @@ use crate::align::{AlignError, AlignOptions, Flight, align};
 use crate::choices::{Delay, TimeOffset};
 use crate::clean::{CleanError, CleanOptions, clean};
 use crate::control::{Cancelled, Control};
-use crate::echoes::quick_look;
 use crate::echoes::sharpen::{
     Sharpest, coarse, fourth_moment, log_fourth_moment, patches, sharpest,
 };
+use crate::echoes::{Searched, quick_look};
 use crate::journal::warnings::Warnings;
 use crate::position::Positions;
 use crate::position::aligned::Aligned;
@@ -297,33 +297,34 @@ impl Search {
         let tried_m: Vec<f64> = (-steps..=steps)
             .map(|k| about_m + f64::from(k) * FINE_STEP_M)
             .collect();
+        let searched = Searched::new(places, &spectrum, self.light_speed_m_s);
+        // Zero-timing would move the ranges as far as the plane moves.
+        let looks: Vec<TrialImages> = (patches.iter())
+            .map(|patch| searched.looks(*patch, 2.0 * FINE_REACH_M))
+            .collect::<Result<_, _>>()?;
         let mut scores = Vec::new();
         for z_m in &tried_m {
             control.check()?;
-            let of_patch = |patch: &PlaneGrid| {
-                self.image(*patch, *z_m)
-                    .map(|image| log_fourth_moment(&image))
+            let of_patch = |(patch, looks): (&PlaneGrid, &TrialImages)| {
+                let image = looks.image(&TrialImage {
+                    position_m: places,
+                    beyond_m: z_m - about_m,
+                    grid: PlaneGrid {
+                        z_m: *z_m,
+                        ..*patch
+                    },
+                })?;
+                Ok::<_, ImagingError>(log_fourth_moment(&image))
             };
             scores.push(
                 patches
                     .iter()
+                    .zip(&looks)
                     .map(of_patch)
                     .collect::<Result<Vec<_>, _>>()?,
             );
         }
         Ok(sharpest(&tried_m, &scores))
-    }
-
-    /// The image on the plane at `z_m`, were the ground there.
-    fn image(&self, grid: PlaneGrid, z_m: f64) -> Result<Vec<Complex32>, ImagingError> {
-        let grid = PlaneGrid { z_m, ..grid };
-        let spectrum = self.spectrum_on(z_m);
-        quick_look(
-            &self.aligned.position_m,
-            &spectrum,
-            grid,
-            self.light_speed_m_s,
-        )
     }
 
     /// The spectra as zero-timing would leave them with the ground at `z_m`.

@@ -5,7 +5,7 @@ pub mod sharpen;
 pub(crate) mod window;
 
 use acerra_imaging::{
-    Complex32, ImagingPlan, PlanOptions, PlaneGrid, PulseArrays, Pulses, Spreading,
+    Complex32, ImagingPlan, PlanOptions, PlaneGrid, PulseArrays, Pulses, Spreading, TrialImages,
 };
 use acerra_radar::Spectrum;
 
@@ -55,6 +55,9 @@ impl<'a> Echoes<'a> {
     }
 }
 
+/// Relative error of images that are made for their sharpness alone.
+const QUICK_ACCURACY: f64 = 1e-2;
+
 /// A quick, unweighted image of modest accuracy, for its sharpness alone: `position_m` takes the
 /// place of the positions that the echoes are aligned to.
 ///
@@ -76,11 +79,59 @@ pub(crate) fn quick_look(
     })?;
     // Without 1/R², which would let what is nearest decide.
     let options = PlanOptions::default()
-        .with_accuracy(1e-2)
+        .with_accuracy(QUICK_ACCURACY)
         .with_spreading(Spreading::None)
         .with_check_pixels(4);
     let plan = ImagingPlan::new(pulses, grid, &options)?;
     let mut image = vec![Complex32::default(); grid.len()];
     plan.run(&mut image, acerra_imaging::Control::default())?;
     Ok(image)
+}
+
+/// Spectra that a search images again and again, from other positions or at other delays, with equal weights.
+#[derive(Clone, Debug)]
+pub(crate) struct Searched<'a> {
+    position_m: &'a [[f64; 3]],
+    spectrum: &'a Spectrum,
+    light_speed_m_s: f64,
+    weight: Vec<f64>,
+}
+
+impl<'a> Searched<'a> {
+    /// The spectra of traces at these positions.
+    pub fn new(position_m: &'a [[f64; 3]], spectrum: &'a Spectrum, light_speed_m_s: f64) -> Self {
+        Self {
+            position_m,
+            spectrum,
+            light_speed_m_s,
+            weight: vec![1.0; position_m.len()],
+        }
+    }
+
+    /// [Quick looks](quick_look) from other positions at pixels near `grid`, whose ranges differ by `reach_m` at most
+    /// from those between the positions and the grid.
+    ///
+    /// # Errors
+    /// Data that the imaging operators refuse.
+    pub fn looks(&self, grid: PlaneGrid, reach_m: f64) -> Result<TrialImages<'_>, ImagingError> {
+        TrialImages::new(self.echoes(), grid, reach_m, QUICK_ACCURACY)
+    }
+
+    /// Quick looks at the pixels of `grid` with ranges that are longer or shorter by `reach_m` at most.
+    ///
+    /// # Errors
+    /// Data that the imaging operators refuse.
+    pub fn delays(&self, grid: PlaneGrid, reach_m: f64) -> Result<TrialImages<'_>, ImagingError> {
+        TrialImages::of_delays(self.echoes(), grid, reach_m, QUICK_ACCURACY)
+    }
+
+    fn echoes(&self) -> PulseArrays<'_> {
+        PulseArrays {
+            position_m: self.position_m,
+            frequency_hz: &self.spectrum.frequency_hz,
+            spectrum: &self.spectrum.values,
+            weight: &self.weight,
+            light_speed_m_s: self.light_speed_m_s,
+        }
+    }
 }

@@ -4,17 +4,14 @@
 //! envelope stays where it is: the image blurs. So that targets keep their places meanwhile, the
 //! plane is moved along with the range: by Δz where ranges grow by Δz.
 
-use std::f64::consts::TAU;
-
-use acerra_imaging::{ImagingError, PlaneGrid};
+use acerra_imaging::{ImagingError, PlaneGrid, TrialImage, TrialImages};
 use acerra_radar::Spectrum;
-use num_complex::{Complex32, Complex64};
 use rayon::prelude::*;
 
 use super::preferred::{PreferredSetting, preferred_setting};
 use super::strongest::strongest;
 use crate::control::{Cancelled, Control};
-use crate::echoes::quick_look;
+use crate::echoes::Searched;
 use crate::echoes::sharpen::{log_fourth_moment, sharpest};
 use crate::focus::Focused;
 use crate::journal::finding::{Finding, Setting};
@@ -110,16 +107,34 @@ impl Bench<'_> {
     ) -> Result<Option<[f64; 2]>, Cancelled> {
         let steps = (REACH_M / STEP_M).round() as i32;
         let tried_m: Vec<f64> = (-steps..=steps).map(|k| f64::from(k) * STEP_M).collect();
+        let searched = Searched::new(
+            &self.aligned.position_m,
+            self.spectrum,
+            self.light_speed_m_s,
+        );
+        // The plane moves as far as the range grows.
+        let looks = |patch: &PlaneGrid| searched.looks(*patch, 2.0 * REACH_M);
+        // Ranges that cannot be imaged leave nothing to compare.
+        let Ok(looks) = (patches.iter().map(looks)).collect::<Result<Vec<_>, ImagingError>>()
+        else {
+            return Ok(None);
+        };
         let scores_at = |longer_m: &f64| {
             control.check()?;
-            let spectrum = self.longer_by(*longer_m);
-            let score = |patch: &PlaneGrid| {
-                let image = self.image(*patch, &spectrum, *longer_m)?;
+            let score = |(patch, looks): (&PlaneGrid, &TrialImages)| {
+                let image = looks.image(&TrialImage {
+                    position_m: &self.aligned.position_m,
+                    beyond_m: -longer_m,
+                    grid: PlaneGrid {
+                        z_m: patch.z_m - longer_m,
+                        ..*patch
+                    },
+                })?;
                 Ok::<_, ImagingError>(log_fourth_moment(&image))
             };
-            // A range that cannot be imaged leaves nothing to compare.
             Ok(patches
                 .iter()
+                .zip(&looks)
                 .map(score)
                 .collect::<Result<Vec<f64>, _>>()
                 .ok())
@@ -143,38 +158,5 @@ impl Bench<'_> {
             .map(|(_, score)| mean(score))
             .fold(f64::NEG_INFINITY, f64::max);
         Ok((top - rival >= LEAST_MARGIN).then_some([best.value, best.sigma]))
-    }
-
-    fn image(
-        &self,
-        patch: PlaneGrid,
-        spectrum: &Spectrum,
-        longer_m: f64,
-    ) -> Result<Vec<Complex32>, ImagingError> {
-        let grid = PlaneGrid {
-            z_m: patch.z_m - longer_m,
-            ..patch
-        };
-        quick_look(
-            &self.aligned.position_m,
-            spectrum,
-            grid,
-            self.light_speed_m_s,
-        )
-    }
-
-    /// The spectra of ranges longer by so much.
-    fn longer_by(&self, range_m: f64) -> Spectrum {
-        let ramp: Vec<Complex64> = self
-            .spectrum
-            .frequency_hz
-            .iter()
-            .map(|f| Complex64::from_polar(1.0, -2.0 * TAU * f * range_m / self.light_speed_m_s))
-            .collect();
-        let mut spectrum = self.spectrum.clone();
-        for row in spectrum.values.chunks_mut(ramp.len().max(1)) {
-            row.iter_mut().zip(&ramp).for_each(|(v, r)| *v *= r);
-        }
-        spectrum
     }
 }

@@ -226,6 +226,14 @@ impl<E: TableEngine> Imager<E> {
         }
     }
 
+    /// The engine that images all pulses, where there is a single one and it is kept.
+    pub fn only(&self) -> Option<&E> {
+        match &self.engines[..] {
+            [engine] => Some(engine),
+            _ => None,
+        }
+    }
+
     /// Drops the engines, which every run then builds anew.
     pub fn forget_tables(&mut self) {
         self.engines = Vec::new();

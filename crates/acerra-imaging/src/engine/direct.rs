@@ -25,7 +25,7 @@ use acerra_control::Control;
 use num_complex::{Complex32, Complex64};
 use rayon::prelude::*;
 use std::ops::Range;
-use std::sync::Mutex;
+use std::sync::{Arc, Mutex};
 
 /// Columns by which ranges are widened so that the last vector of a row stays inside the table.
 const MARGIN_COLUMNS: f64 = 16.0; // a vector, or two of eight
@@ -67,7 +67,9 @@ pub(crate) struct Direct {
     pub spec: DirectSpec,
     pub(super) level: SimdLevel,
     antenna_m: [Vec<f64>; 3],
-    table: RangeTable,
+    table: Arc<RangeTable>,
+    /// Where each pulse's entry 0 is, in bins from range zero.
+    first_bin: Vec<f64>,
     cosine: [f32; 4],
     sine: [f32; 4],
 }
@@ -94,6 +96,11 @@ pub(crate) fn uneven_ranges_m(
     position_m.par_iter().map(ranges_m).collect()
 }
 
+/// Positions by axis.
+fn axes_m(position_m: &[[f64; 3]]) -> [Vec<f64>; 3] {
+    std::array::from_fn(|axis| position_m.iter().map(|p| p[axis]).collect())
+}
+
 impl Direct {
     /// Builds the range tables.
     ///
@@ -115,11 +122,25 @@ impl Direct {
         Ok(Self {
             spec,
             level,
-            antenna_m: std::array::from_fn(|a| pulses.position_m().iter().map(|p| p[a]).collect()),
-            table,
+            antenna_m: axes_m(pulses.position_m()),
+            first_bin: table.first_bins_beyond(0.0),
+            table: Arc::new(table),
             cosine,
             sine,
         })
+    }
+
+    /// The same tables for antennas at other places, whose echoes come from `beyond_m` further away than the pixels.
+    ///
+    /// The tables must hold the ranges of the pixels from the new places and `beyond_m` more, with the margin of
+    /// [`table_ranges_m`].
+    pub fn moved(&self, position_m: &[[f64; 3]], beyond_m: f64) -> Self {
+        Self {
+            antenna_m: axes_m(position_m),
+            first_bin: self.table.first_bins_beyond(beyond_m),
+            table: Arc::clone(&self.table),
+            ..*self
+        }
     }
 
     /// Images `patch` from the pulses `which` into `out` `[rows, columns]`. After cancellation `out`
@@ -196,7 +217,7 @@ impl Direct {
             near_centre: half_block_m / self.table.spec.bin_m * f64::from(f32::EPSILON)
                 < 0.2 * tolerance_bins,
             antenna_m: [&self.antenna_m[0], &self.antenna_m[1], &self.antenna_m[2]],
-            table: self.table.view(),
+            table: self.table.view(&self.first_bin),
             cosine: self.cosine,
             sine: self.sine,
             pixel_m,

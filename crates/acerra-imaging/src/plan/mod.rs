@@ -25,6 +25,7 @@ pub(crate) mod report;
 mod request;
 mod sample;
 pub(crate) mod slices;
+mod trials;
 
 pub use forward::Forward;
 pub use imaging::{ImagingPlan, image};
@@ -33,3 +34,4 @@ pub use report::{
     Decision, DirectChoice, DoubleChoice, FactorizedChoice, OperatorKind, PathShares, PlanReport,
     ShorterChoice,
 };
+pub use trials::{TrialImage, TrialImages};

@@ -31,6 +31,8 @@ pub(crate) struct Request<'a> {
     pub options: PlanOptions,
     /// Share of the accuracy that the first plan aims at.
     pub aim: f64,
+    /// By how much the tables extend beyond the ranges of the pixels on either side, m.
+    pub reach_m: f64,
 }
 
 impl<'a> Request<'a> {
@@ -66,6 +68,7 @@ impl<'a> Request<'a> {
             slices: Vec::new(),
             options: *options,
             aim: 1.0,
+            reach_m: 0.0,
         })
     }
 
@@ -100,6 +103,11 @@ impl<'a> Request<'a> {
             let others = table_ranges_m(position_m, &of(slice).into());
             for (range, other) in ranges_m.iter_mut().zip(others) {
                 *range = [range[0].min(other[0]), range[1].max(other[1])];
+            }
+        }
+        if self.reach_m > 0.0 {
+            for range in &mut ranges_m {
+                *range = [range[0] - self.reach_m, range[1] + self.reach_m];
             }
         }
         ranges_m

@@ -52,11 +52,15 @@ pub fn check_delay(
         ..scan
     };
     let steps = (CHECKED_S / STEP_S).round() as i32;
+    let searched = scan.searched();
+    let looks = searched.delays(scan.grid, scan.reach_m(CHECKED_S))?;
     let points: Vec<ScanPoint> = (-steps..=steps)
         .into_par_iter()
         .map(|k| {
             control.check()?;
-            Ok(scan.at(f64::from(k) * STEP_S)?)
+            let later_s = f64::from(k) * STEP_S;
+            let image = scan.looked_at(&looks, later_s, scan.grid)?;
+            Ok(ScanPoint::of(later_s, &image))
         })
         .collect::<Result<_, DelayError>>()?;
     let Some(check) = checked(&likelihood_of(&points)) else {

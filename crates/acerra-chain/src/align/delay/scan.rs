@@ -2,12 +2,12 @@
 
 use std::f64::consts::TAU;
 
-use acerra_imaging::{Complex32, ImagingError, PlaneGrid};
+use acerra_imaging::{Complex32, ImagingError, PlaneGrid, TrialImage, TrialImages};
 use acerra_radar::Spectrum;
 use num_complex::Complex64;
 
-use crate::echoes::quick_look;
 use crate::echoes::sharpen::log_fourth_moment;
+use crate::echoes::{Searched, quick_look};
 
 /// Clean traces at their places, imaged as if range were zero at other fast times.
 #[derive(Clone, Copy, Debug)]
@@ -34,18 +34,43 @@ pub struct ScanPoint {
     pub sigma: f64,
 }
 
+impl ScanPoint {
+    /// Sharpness of an image at a delay.
+    pub(super) fn of(later_s: f64, image: &[Complex32]) -> Self {
+        Self {
+            later_s,
+            log_contrast: log_contrast(image),
+            sigma: clutter_sigma(image),
+        }
+    }
+}
+
 impl DelayScan<'_> {
-    /// Sharpness of the image with range zero `later_s` after the delay that the spectra were
-    /// cleaned at.
+    /// The traces for images at many delays.
+    pub(super) fn searched(&self) -> Searched<'_> {
+        Searched::new(self.position_m, self.spectrum, self.light_speed_m_s)
+    }
+
+    /// By how much delays that differ by `reach_s` change ranges (m).
+    pub(super) fn reach_m(&self, reach_s: f64) -> f64 {
+        0.5 * self.light_speed_m_s * reach_s
+    }
+
+    /// The image with range zero `later_s` after the delay that the spectra were cleaned at, from tables of the same
+    /// traces.
     ///
     /// # Errors
     /// Data that the imaging operators refuse.
-    pub fn at(&self, later_s: f64) -> Result<ScanPoint, ImagingError> {
-        let image = self.image(later_s, self.grid)?;
-        Ok(ScanPoint {
-            later_s,
-            log_contrast: log_contrast(&image),
-            sigma: clutter_sigma(&image),
+    pub(super) fn looked_at(
+        &self,
+        looks: &TrialImages,
+        later_s: f64,
+        grid: PlaneGrid,
+    ) -> Result<Vec<Complex32>, ImagingError> {
+        looks.image(&TrialImage {
+            position_m: self.position_m,
+            beyond_m: self.reach_m(later_s),
+            grid,
         })
     }
 

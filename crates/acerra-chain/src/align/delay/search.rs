@@ -214,10 +214,12 @@ impl DelayTrial<'_> {
             let middle_s = from_s + 0.5 * block_s;
             let spectrum = self.cleaned_at(middle_s, 0.5 * block_s)?;
             let scan = self.on(&spectrum, grid);
+            let searched = scan.searched();
+            let looks = searched.delays(grid, scan.reach_m(0.5 * block_s))?;
             let echo_at = |k: usize| {
                 control.check()?;
                 let delay_s = from_s + (k as f64 + 0.5) * STEP_S;
-                let image = scan.image(delay_s - middle_s, grid)?;
+                let image = scan.looked_at(&looks, delay_s - middle_s, grid)?;
                 let echo = StrongestEcho::of(&image, grid)?;
                 control.at(done.fetch_add(1, Ordering::Relaxed) + 1);
                 Ok((delay_s, echo))

@@ -1,6 +1,6 @@
 //! The delay at which the strongest echoes are sharpest, each by itself.
 
-use acerra_imaging::PlaneGrid;
+use acerra_imaging::{PlaneGrid, TrialImages};
 use rayon::prelude::*;
 
 use super::error::DelayError;
@@ -22,15 +22,19 @@ impl DelayScan<'_> {
         let patches = patches(position_m, self.spectrum, self.grid, speed_m_s)?;
         let steps = (REACH_S / STEP_S).round() as i32;
         let tried_s: Vec<f64> = (-steps..=steps).map(|k| f64::from(k) * STEP_S).collect();
+        let searched = self.searched();
+        let looks: Vec<TrialImages> = (patches.iter())
+            .map(|patch| searched.looks(*patch, self.reach_m(REACH_S)))
+            .collect::<Result<_, _>>()?;
         let scores_at = |later_s: &f64| {
             control.check()?;
-            let spectrum = self.spectrum_at(*later_s);
-            let score = |patch: &PlaneGrid| {
-                let image = self.image_of(&spectrum, *patch)?;
+            let score = |(patch, looks): (&PlaneGrid, &TrialImages)| {
+                let image = self.looked_at(looks, *later_s, *patch)?;
                 Ok::<_, DelayError>(log_fourth_moment(&image))
             };
             patches
                 .iter()
+                .zip(&looks)
                 .map(score)
                 .collect::<Result<Vec<f64>, DelayError>>()
         };

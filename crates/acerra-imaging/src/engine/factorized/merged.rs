@@ -27,11 +27,12 @@ use acerra_control::Control;
 use num_complex::Complex32;
 use rayon::prelude::*;
 use std::ops::Range;
+use std::sync::Arc;
 
 /// Range tables and interpolation weights, ready for any number of runs.
 #[derive(Debug)]
 pub(crate) struct Factorized {
-    pub(super) lattice: Lattice,
+    pub(super) lattice: Arc<Lattice>,
     pub(super) source: Source,
     pub(super) level: SimdLevel,
     /// Sub-apertures.
@@ -73,7 +74,7 @@ impl Factorized {
         let direct = Direct::new(echoes, ranges_m, direct, level, setting.control)?;
         let tables = Source::Tables(Box::new(direct));
         let merged = |on: &TiltedGrid, of: Stage, source, parts| Self {
-            lattice: Lattice::new(&echoes.pulses, on, of, carrier_hz),
+            lattice: Arc::new(Lattice::new(&echoes.pulses, on, of, carrier_hz)),
             source,
             level,
             parts,
@@ -87,6 +88,24 @@ impl Factorized {
             }
         };
         Ok(merged(grid, spec.outer, source, parts))
+    }
+
+    /// The same tables and grids for echoes that come from `beyond_m` further away than the pixels; the tables must hold
+    /// ranges longer by so much.
+    pub fn beyond(&self, position_m: &[[f64; 3]], beyond_m: f64) -> Self {
+        Self {
+            lattice: Arc::clone(&self.lattice),
+            source: match &self.source {
+                Source::Tables(direct) => {
+                    Source::Tables(Box::new(direct.moved(position_m, beyond_m)))
+                }
+                Source::SubApertures(shorter) => {
+                    Source::SubApertures(Box::new(shorter.beyond(position_m, beyond_m)))
+                }
+            },
+            level: self.level,
+            parts: self.parts.clone(),
+        }
     }
 
     /// Images `patch` (a piece of the grid that the plan was made for, or all of it) into `out`. After

@@ -138,11 +138,20 @@ impl RangeTable {
         })
     }
 
-    /// The table as the direct kernel reads it.
-    pub fn view(&self) -> TableView<'_> {
+    /// Where each pulse's entry 0 is, in bins from range zero, where every echo comes from `beyond_m` further away
+    /// than the pixel that looks for it.
+    pub fn first_bins_beyond(&self, beyond_m: f64) -> Vec<f64> {
+        let beyond = beyond_m / self.spec.bin_m;
+        (self.first_bin.iter())
+            .map(|&bin| bin as f64 - beyond)
+            .collect()
+    }
+
+    /// The table as the direct kernel reads it, with the places of its entries.
+    pub fn view<'a>(&'a self, first_bin: &'a [f64]) -> TableView<'a> {
         TableView {
             coefficients: &self.coefficients,
-            first_bin: &self.first_bin,
+            first_bin,
             stride: self.stride,
             pulse_stride: self.pulse_stride(),
             bin_m: self.spec.bin_m,

@@ -255,7 +255,7 @@ impl<S: Lanes, const DEGREE: usize, const TERMS: usize, const CUBIC: bool, const
             z + along * unit[2] - job.antenna_m[2][pulse],
         );
         let range = (dx * dx + dy * dy + dz * dz).sqrt();
-        let t = range * (1.0 / job.table.bin_m) - job.table.first_bin[pulse] as f64;
+        let t = range * (1.0 / job.table.bin_m) - job.table.first_bin[pulse];
         let whole = t as i32;
         Origin {
             range_m: range as f32,

@@ -91,7 +91,7 @@ impl Setup {
             let (dx, dy, dz) = (x - px[m], y - py[m], z - pz[m]);
             let range = (dx * dx + dy * dy + dz * dz).sqrt();
             let along = dx * unit[0] + dy * unit[1] + dz * unit[2];
-            let t = range * inverse_bin - start[m] as f64;
+            let t = range * inverse_bin - start[m];
             #[allow(clippy::manual_clamp)] // `clamp` would keep NaN
             // SAFETY: the bounds keep it within an i32, and replace NaN.
             let whole = unsafe { t.max(-1e9).min(1e9).to_int_unchecked::<i32>() };

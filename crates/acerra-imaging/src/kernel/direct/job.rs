@@ -54,8 +54,8 @@ pub(crate) struct TiltView<'a> {
 pub(crate) struct TableView<'a> {
     /// `[pulse, degree + 1, re/im, stride]`, or `[pulse, stride, degree + 1, re/im]` interleaved.
     pub coefficients: &'a [f32],
-    /// Absolute bin number of each pulse's entry 0.
-    pub first_bin: &'a [i64],
+    /// Where each pulse's entry 0 is, in bins from range zero.
+    pub first_bin: &'a [f64],
     /// Numbers from one coefficient row to the next.
     pub stride: usize,
     /// Numbers from one pulse to the next.

@@ -82,7 +82,7 @@ impl Origin {
         let pulse = block.pulses.start + m;
         let d: [f64; 3] = std::array::from_fn(|axis| point[axis] - job.antenna_m[axis][pulse]);
         let range = norm(d);
-        let bins = range * (1.0 / job.table.bin_m) - job.table.first_bin[pulse] as f64;
+        let bins = range * (1.0 / job.table.bin_m) - job.table.first_bin[pulse];
         let (whole, fraction) = whole_and_rest(bins);
         Self {
             range_m: range as f32,
@@ -159,7 +159,7 @@ impl SquareSetup {
         for m in 0..block.pulses.len() {
             let (dx, dy, dz) = (x - px[m], y - py[m], z - pz[m]);
             let range = (dx * dx + dy * dy + dz * dz).sqrt();
-            let (whole, fraction) = whole_and_rest(range * inverse_bin - start[m] as f64);
+            let (whole, fraction) = whole_and_rest(range * inverse_bin - start[m]);
             self.range_m[m] = range as f32;
             self.along_m[m] = (dx * u[0] + dy * u[1] + dz * u[2]) as f32;
             self.across_m[m] = (dx * v[0] + dy * v[1] + dz * v[2]) as f32;
