@@ -240,7 +240,7 @@ impl<'d> Way<'d> {
         let error = 0.5 * demand.accuracy / (stages as f64).sqrt();
         (demand.taps.iter())
             .map(|taps| {
-                // Fitted to run times beside the costs of the direct engine (docs/speed.md).
+                // Fitted to run times of eight pairs of lengths at two accuracies, with AVX-512 and AVX2: all within 19 %.
                 let (samples, lanes) = (*taps as f64, demand.lanes as f64);
                 // Ranges to pixels that have heights of their own take a few operations more.
                 let heights = if demand.terrain.is_uneven() { 7.0 } else { 0.0 };
