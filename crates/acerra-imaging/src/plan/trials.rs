@@ -70,9 +70,9 @@ pub struct TrialImages<'a> {
 #[derive(Debug)]
 enum Tables {
     /// Serves any positions and pixels within the ranges from every antenna that it holds (m).
-    Direct(Direct, Vec<[f64; 2]>),
+    Direct(Box<Direct>, Vec<[f64; 2]>),
     /// Serves the positions and pixels that it was made for.
-    Factorized(Factorized),
+    Factorized(Box<Factorized>),
     None,
 }
 
@@ -127,10 +127,10 @@ impl<'a> TrialImages<'a> {
         let position_m = echoes.position_m;
         let tables = match &plan.method {
             Method::Direct(imager) => imager.only().map_or(Tables::None, |direct| {
-                Tables::Direct(direct.moved(position_m, 0.0), ranges_m)
+                Tables::Direct(Box::new(direct.moved(position_m, 0.0)), ranges_m)
             }),
             Method::Factorized(imager) => imager.only().map_or(Tables::None, |factorized| {
-                Tables::Factorized(factorized.beyond(position_m, 0.0))
+                Tables::Factorized(Box::new(factorized.beyond(position_m, 0.0)))
             }),
             Method::Double(_) | Method::Reference => Tables::None,
         };
