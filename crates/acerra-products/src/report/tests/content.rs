@@ -7,13 +7,15 @@ fn a_full_report_answers_in_order() {
     let html = report_page(&full()).unwrap();
     keep("report", &html);
     let order = [
+        "id=\"image\"",
         "id=\"evidence\"",
         "Scan spacing against aliasing</th>",
         "Clock offset by height</th>",
         "Surface echo against 2h/c</th>",
         "Nothing in this flight checks: delay_ns",
-        "id=\"result\"",
         "id=\"warnings\"",
+        "Left out without harm",
+        "id=\"result\"",
         "id=\"measurements\"",
         "Target 1, along the track",
         "Target 1, across the track",
