@@ -248,7 +248,7 @@ fn without_keys(text: &mut Lines, options: &PpkOptions) {
 /// Degrees that read back to the same radians.
 fn degrees(rad: f64) -> f64 {
     let degrees = rad.to_degrees();
-    let rounded = (degrees * 1e9).round() * 1e-9;
+    let rounded = (degrees * 1e9).round() / 1e9;
     if rounded.to_radians() == rad {
         rounded
     } else {

@@ -24,7 +24,8 @@ const signed = (v, digits, unit) => `${v < 0 ? "−" : v > 0 ? "+" : "±"}${Math
  */
 function gateRows(data, change) {
   const inForce = data.tracks.map((track) => track.radargram?.gate_ns ?? null).find((found) => found !== null) ?? null;
-  const gate = inForce ? [...inForce] : [-6, 24];
+  // The engine counts in seconds: what that leaves behind the sixth decimal is no setting.
+  const gate = inForce?.map((ns) => Number(ns.toFixed(6))) ?? [-6, 24];
   const ns = (/** @type {number} */ v) => `${v.toFixed(1)} ns`.replace("-", "−");
   const gated = () => gate[0] < gate[1] && change({ gate_ns: [...gate] });
   const from = slider({ name: "Gate from, about 2h/c", id: "gate-from", low: Math.min(-20, Math.floor(gate[0])), high: 40, step: 0.5, value: gate[0], text: ns, changed: (v) => { gate[0] = v; gated(); } });

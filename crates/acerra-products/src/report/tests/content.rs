@@ -20,6 +20,7 @@ fn a_full_report_answers_in_order() {
         "Target 1, along the track",
         "Target 1, across the track",
         "id=\"provenance\"",
+        "1801 × 1801 pixels",
     ];
     assert!(html.contains("under the track &lt;here&gt;"));
     assert!(html.contains("ideal point, Eq. (5)"));

@@ -247,6 +247,7 @@ pub(super) fn full() -> ReportData {
             Fact::new("algorithm", "direct sum, AVX2").note("cheapest for this geometry"),
             Fact::new("time offset", "6.512 s"),
         ],
+        plan: vec![Fact::new("Work", "1801 × 1801 pixels, 296 pulses")],
         inputs: vec![InputFile {
             path: "flight/track-2.mrm".into(),
             bytes: 1_234_567,
