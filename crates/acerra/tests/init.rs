@@ -86,7 +86,7 @@ fn raw_logs_become_a_campaign() {
 }
 
 #[test]
-fn the_keys_that_matter_come_first_and_every_key_stands_once() {
+fn the_keys_that_matter_come_first_and_all_others_follow() {
     let text = init(&named(&["base.ubx", "radar.mrm", "rover.ubx"])).unwrap();
     let (first, rest) = text.split_once("# The other keys.").unwrap();
     assert!(first.lines().count() < 60, "{first}");
