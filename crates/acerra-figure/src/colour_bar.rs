@@ -104,7 +104,7 @@ pub(super) fn alone(bar: &ColourBar, height: f32) -> Drawing {
     };
     let labels = ticks.iter().map(|tick| font::width(&tick.label, TICK));
     let width = PAD + BAR + 8.0 + labels.fold(8.0, f32::max) + 8.0 + LABEL + PAD;
-    // The bar stands 14 pixels to the right of a plot.
+    // The bar lies 14 pixels to the right of a plot.
     let plot = Rect {
         x: PAD - 14.0,
         y: 0.5 * BEYOND,

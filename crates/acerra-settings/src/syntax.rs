@@ -106,7 +106,7 @@ mod tests {
             let end = format!("; did you mean `{meant}`?");
             assert!(message(text).ends_with(&end), "{}", message(text));
         }
-        for text in ["height = 1", "weight = 'equal'", "pixel_m = 'x'"] {
+        for text in ["units = 1", "weight = 'equal'", "pixel_m = 'x'"] {
             assert!(!message(text).contains("did you mean"), "{}", message(text));
         }
     }

@@ -126,7 +126,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_silence_is_told_within_two_seconds_and_ends_with_the_next_record() {
+    fn a_silence_is_reported_within_two_seconds_and_ends_with_the_next_record() {
         let begin = Instant::now();
         let at = |ms: u64| begin + Duration::from_millis(ms);
         let mut watch = SilenceWatch::default();

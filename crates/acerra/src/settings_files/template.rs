@@ -163,7 +163,7 @@ pub fn write_first(head: &str, tables: &[Table], filled: &[Filled], first: &[&st
             .filter(|part| !part.keys.is_empty())
             .collect()
     };
-    // A table that must not stand without values of its own is left to the rest.
+    // A table that must not be there without values of its own is left to the rest.
     let opens = |table: &Table| table.may_be_empty || is_set(table);
     let mut text = String::new();
     head.lines().for_each(|line| comment(&mut text, line));
