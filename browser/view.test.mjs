@@ -285,6 +285,30 @@ test("the coherence of two looks is shown from 0 to 1", { skip }, async () => {
   await close();
 });
 
+test("the gate shown is the one in force, and the radargram's axis counts as its readout does", { skip }, async () => {
+  const { page, complaints, close } = await open(browser, server.address);
+  const gateOf = () => page.evaluate(() => /** @type {any} */ (window).acerra.store.data.tracks[0].radargram.gate_ns);
+  const inForce = await gateOf();
+  const sliders = await page.$$eval("#gate-from, #gate-to", (all) => all.map((one) => Number(/** @type {HTMLInputElement} */ (one).value)));
+  inForce.forEach((/** @type {number} */ ns, /** @type {number} */ k) => assert.ok(Math.abs(ns - sliders[k]) <= 0.25, `${inForce} ${sliders}`));
+  const toggle = page.getByLabel("Gate about 2h/c", { exact: true });
+  assert.equal(await toggle.isChecked(), true);
+  await toggle.uncheck();
+  await page.waitForFunction(() => /** @type {any} */ (window).acerra.store.data.tracks[0].radargram.gate_ns === null);
+  assert.equal(await page.locator("#gate-from").isDisabled(), true);
+  await toggle.check();
+  await page.waitForFunction((wanted) => /** @type {any} */ (window).acerra.store.data.tracks[0].radargram.gate_ns?.[1].toFixed(3) === wanted, inForce[1].toFixed(3));
+  const numbers = await page.evaluate(() => {
+    const { radargram, store } = /** @type {any} */ (window).acerra;
+    const count = radargram.traceNumbers(store.trackMeta, store.data.trace);
+    return [0, 7, 120].map((k) => [count.value(k), store.data.trace[store.trackMeta.first_pulse + k], count.place(count.value(k)), k]);
+  });
+  for (const [told, trace, place, column] of numbers) assert.deepEqual([told, place], [trace, column]);
+  assert.ok((await page.locator(".legend .ticks span").count()) >= 3);
+  assert.deepEqual(complaints, []);
+  await close();
+});
+
 test("settings change the image in view, the radargram and the campaign file", { skip }, async () => {
   const { page, complaints, close } = await open(browser, server.address);
   const set = (/** @type {string} */ id, /** @type {number} */ value) =>

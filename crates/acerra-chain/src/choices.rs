@@ -396,15 +396,18 @@ pub enum Contradictions {
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ProductFormat {
-    /// `image-db.tif`: levels in dB as a cloud-optimised GeoTIFF.
+    /// `image-db.tif`: levels in dB below the maximum as a cloud-optimised GeoTIFF, with the style `image-db.qml` for QGIS.
+    /// Pixels that no trace reaches and those below the floor of `image.png` have no data.
     Geotiff,
+    /// `image-absolute-db.tif`: levels in dB of |σ̃|² itself, likewise, without a floor.
+    GeotiffAbsolute,
     /// `image-power.tif`: linear powers, likewise.
     GeotiffPower,
     /// `image-complex.tif`: the complex image, likewise.
     GeotiffComplex,
     /// `image.kmz`: the image, the track and the targets for Google Earth.
     Kmz,
-    /// `targets.geojson`: targets with their uncertainty, the track, the outline of the image.
+    /// `targets.geojson`: targets with their uncertainty; `flight.geojson`: the track, the outline of the image.
     Geojson,
     /// `data.zarr`: image, cleaned radargram, spectra, trajectory and targets as a Zarr v3 group, with
     /// named coordinates and units.

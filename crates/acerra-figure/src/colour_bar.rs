@@ -1,11 +1,12 @@
 //! The colour bar at the right of a plot.
 
-use super::axis::Axis;
+use super::axis::{Axis, AxisScale};
 use super::colour::{Colour, Palette};
-use super::drawing::{Anchor, DEFAULT_SCALE, Item, Rect, Stroke, line, rectangle, snap};
-use super::label::{PAD, TICK, label_text, tick_text};
+use super::drawing::{Anchor, DEFAULT_SCALE, Drawing, Item, Rect, Stroke, line, rectangle, snap};
+use super::font;
+use super::label::{LABEL, LEAST_LABEL, PAD, TICK, label_text, tick_text, wrap};
 use super::scale::Scale;
-use super::ticks::Tick;
+use super::ticks::{self, Tick};
 
 /// The scale of colours at the right of a plot.
 #[derive(Clone, Debug)]
@@ -27,7 +28,22 @@ impl ColourBar {
 /// Width of the bar in CSS pixels.
 pub(super) const BAR: f32 = 14.0;
 
-/// Lays out `bar` to the right of `plot`, within a figure of `width` CSS pixels.
+/// How far a caption along the bar may reach beyond it, above and below together.
+const BEYOND: f32 = 40.0;
+
+impl ColourBar {
+    /// Whether the caption has room along a plot of `height` CSS pixels; under the plot it has its place otherwise.
+    pub fn has_room_for_title(&self, height: f32) -> bool {
+        LEAST_LABEL / LABEL * font::width(&self.title, LABEL) <= height + BEYOND
+    }
+
+    /// The caption in lines of at most `room` CSS pixels, for under the plot.
+    pub fn title_lines(&self, room: f32) -> Vec<String> {
+        wrap(&format!("Colours: {}", self.title), TICK, room)
+    }
+}
+
+/// Lays out `bar` to the right of `plot`, within a figure of `width` CSS pixels, with its caption where that has room.
 pub(super) fn colour_bar(bar: &ColourBar, plot: &Rect, ticks: Vec<Tick>, width: f32) -> Vec<Item> {
     let rect = Rect {
         x: plot.right() + 14.0,
@@ -64,14 +80,42 @@ pub(super) fn colour_bar(bar: &ColourBar, plot: &Rect, ticks: Vec<Tick>, width: 
             Anchor::Start,
         ));
     }
+    if !bar.has_room_for_title(plot.height) {
+        return items;
+    }
     let middle = plot.y + plot.height / 2.0;
     let title_x = (width - PAD).min(rect.right() + 120.0);
     items.push(label_text(
         title_x,
         middle,
         &bar.title,
-        plot.height + 40.0,
+        plot.height + BEYOND,
         true,
     ));
     items
+}
+
+/// The bar as a figure of its own, `height` CSS pixels long.
+pub(super) fn alone(bar: &ColourBar, height: f32) -> Drawing {
+    let axis = bar.axis();
+    let ticks = match axis.scale {
+        AxisScale::Log => ticks::logarithmic(bar.range[0], bar.range[1], height, TICK, false),
+        AxisScale::Linear => ticks::linear(bar.range[0], bar.range[1], height, TICK, false),
+    };
+    let labels = ticks.iter().map(|tick| font::width(&tick.label, TICK));
+    let width = PAD + BAR + 8.0 + labels.fold(8.0, f32::max) + 8.0 + LABEL + PAD;
+    // The bar lies 14 pixels to the right of a plot.
+    let plot = Rect {
+        x: PAD - 14.0,
+        y: 0.5 * BEYOND,
+        width: 0.0,
+        height,
+    };
+    Drawing {
+        width_px: width.ceil() as u32,
+        height_px: (height + BEYOND).ceil() as u32,
+        scale: DEFAULT_SCALE,
+        description: bar.title.clone(),
+        items: colour_bar(bar, &plot, ticks, width),
+    }
 }

@@ -192,6 +192,9 @@ impl Frame {
         ));
         frame.height = frame.axis_labels(spec);
         if let Some(bar) = &spec.colour_bar {
+            if !bar.has_room_for_title(plot.height) {
+                frame.bar_title_below(bar);
+            }
             let ticks = spec.bar_ticks(plot.height).unwrap_or_default();
             frame.over.extend(colour_bar(bar, &plot, ticks, width));
         }
@@ -261,6 +264,16 @@ impl Frame {
         self.over
             .push(label_text(middle_x, baseline, &spec.x.title(), room, false));
         baseline + 0.4 * LABEL + PAD
+    }
+
+    /// The caption of the colour bar under everything else.
+    fn bar_title_below(&mut self, bar: &ColourBar) {
+        for text in bar.title_lines(self.width - self.plot.x - PAD) {
+            let baseline = self.height - PAD + TICK;
+            let line = Text::new(self.plot.x, baseline, TICK, text);
+            self.over.push(Item::Text(line));
+            self.height += TICK + 4.0;
+        }
     }
 
     /// The pixel of a point; none where a coordinate has no place on its axis.

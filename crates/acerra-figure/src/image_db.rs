@@ -2,7 +2,7 @@
 
 use super::axis::Axis;
 use super::colour::{Palette, look_up};
-use super::colour_bar::ColourBar;
+use super::colour_bar::{ColourBar, alone};
 use super::display_gain::DisplayGain;
 use super::drawing::{DEFAULT_SCALE, Drawing, Item};
 use super::error::{FigureError, check_len};
@@ -168,6 +168,26 @@ impl<'a> ImageDb<'a> {
         Ok(frame.finish(vec![raster], false, items, Vec::new()))
     }
 
+    /// What the colours mean, as a figure of its own: the colour bar with its ticks and caption.
+    ///
+    /// ```
+    /// use acerra_figure::{ImageDb, PixelValues};
+    /// let image = ImageDb::new("", PixelValues::Amplitude(&[1.0, 0.1]), 2, 1);
+    /// let legend = image.legend();
+    /// assert!(legend.to_png()?.len() > 500 && legend.width_px < 120);
+    /// # Ok::<(), acerra_figure::FigureError>(())
+    /// ```
+    #[must_use]
+    pub fn legend(&self) -> Drawing {
+        let bar = ColourBar {
+            title: self.colour_title(),
+            palette: self.palette,
+            range: [self.shown().floor_db, 0.0],
+            log: false,
+        };
+        alone(&bar, LEGEND_HEIGHT_PX)
+    }
+
     /// The lowest level that the figure shows, in dB relative to its reference.
     #[must_use]
     pub fn floor_db(&self) -> f64 {
@@ -287,6 +307,9 @@ impl<'a> ImageDb<'a> {
         }
     }
 }
+
+/// Height of a colour bar that is a figure of its own, in CSS pixels: its caption fits.
+const LEGEND_HEIGHT_PX: f32 = 300.0;
 
 /// Pixels from which a percentile is taken, at most.
 const MOST_SAMPLED: f64 = 1e6;

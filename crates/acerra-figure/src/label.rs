@@ -8,6 +8,8 @@ use super::font;
 pub(super) const TICK: f32 = 12.0;
 /// Size of axis labels.
 pub(super) const LABEL: f32 = 13.0;
+/// Size to which an axis label shrinks at most.
+pub(super) const LEAST_LABEL: f32 = 9.0;
 /// Size of titles.
 pub(super) const TITLE: f32 = 15.0;
 /// Room between the figure's edge and its contents.
@@ -26,7 +28,7 @@ pub(super) fn tick_text(x: f32, y: f32, label: String, anchor: Anchor) -> Item {
 pub(super) fn label_text(x: f32, y: f32, label: &str, room: f32, upwards: bool) -> Item {
     let natural = font::width(label, LABEL);
     let size = if natural > room {
-        (LABEL * room / natural).max(9.0)
+        (LABEL * room / natural).max(LEAST_LABEL)
     } else {
         LABEL
     };

@@ -195,6 +195,12 @@ impl Board {
         self.state().shown.clone()
     }
 
+    /// Whether the recording goes on: nothing has asked it to end.
+    #[must_use]
+    pub fn is_recording(&self) -> bool {
+        self.state().shown.last == Final::Recording
+    }
+
     /// Traces from number `from` on that are still kept.
     #[must_use]
     pub fn traces_from(&self, from: u64) -> Vec<ShownTrace> {

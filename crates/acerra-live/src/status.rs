@@ -2,6 +2,7 @@
 
 use acerra_geo::trajectory::SolutionStatus;
 use acerra_record::driver::LinkCounts;
+use acerra_record::session::Silence;
 use serde::Serialize;
 
 use crate::latency::LatencyFigures;
@@ -101,6 +102,8 @@ pub struct Status {
     pub drawn: Option<LatencyFigures>,
     /// The radio's link.
     pub link: LinkCounts,
+    /// Instruments that are silent.
+    pub silent: Vec<Silence>,
     /// What is doubtful about the image.
     pub doubts: Vec<String>,
 }

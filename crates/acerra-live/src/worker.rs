@@ -7,7 +7,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use acerra_imaging::{Control, ImagingError};
-use acerra_record::session::Tapped;
+use acerra_record::session::{SilenceWatch, Tapped};
 
 use crate::board::{Board, TrackPlace};
 use crate::error::LiveError;
@@ -52,6 +52,8 @@ impl Worker {
             unseen: None,
             told: Instant::now(),
             shown: Instant::now(),
+            silences: SilenceWatch::default(),
+            is_over: false,
             cancel: Arc::clone(&cancel),
         };
         let thread = std::thread::Builder::new()
@@ -98,6 +100,9 @@ struct Work {
     told: Instant,
     /// When a picture was shown last.
     shown: Instant,
+    silences: SilenceWatch,
+    /// Whether the source has ended: nothing more is expected to be heard.
+    is_over: bool,
     cancel: Arc<AtomicBool>,
 }
 
@@ -112,21 +117,20 @@ impl Work {
     }
 
     fn until_over(&mut self) -> Result<(), LiveError> {
-        let mut is_over = false;
-        while !is_over && !self.cancel.load(Ordering::SeqCst) {
+        while !self.is_over && !self.cancel.load(Ordering::SeqCst) {
             let patience = match self.unseen {
                 Some(_) => LOOK_AGAIN,
                 None => Duration::from_millis(50),
             };
             match self.source.recv_timeout(patience) {
-                Ok(tapped) => self.pipeline.take(&tapped.record, tapped.came),
+                Ok(tapped) => self.hear(&tapped),
                 Err(RecvTimeoutError::Timeout) => {}
-                Err(RecvTimeoutError::Disconnected) => is_over = true,
+                Err(RecvTimeoutError::Disconnected) => self.is_over = true,
             }
             loop {
                 // What has come meanwhile goes into the same picture.
                 while let Ok(tapped) = self.source.try_recv() {
-                    self.pipeline.take(&tapped.record, tapped.came);
+                    self.hear(&tapped);
                 }
                 self.pipeline.drop_behind(MOST_BEHIND);
                 let cancel = Arc::clone(&self.cancel);
@@ -143,6 +147,11 @@ impl Work {
         }
         self.show();
         Ok(())
+    }
+
+    fn hear(&mut self, tapped: &Tapped) {
+        self.silences.hear(tapped.record.kind, tapped.came);
+        self.pipeline.take(&tapped.record, tapped.came);
     }
 
     /// Publishes the status on its own, where no picture is due to carry the status.
@@ -197,6 +206,10 @@ impl Work {
         self.told = Instant::now();
         let mut status = self.pipeline.status();
         status.pulses.missed_records = self.missed.load(Ordering::Relaxed);
+        // Instruments that were stopped are no longer expected to be heard.
+        if !self.is_over && self.board.is_recording() {
+            status.silent = self.silences.silent(Instant::now());
+        }
         status.doubts = doubts(&status, self.pipeline.settings().is_height_stated);
         status
             .doubts

@@ -32,14 +32,11 @@ impl FeatureCollection {
         self.add("LineString", Value::Array(line), properties);
     }
 
-    /// Adds a closed outline, counter-clockwise, whose first place is not repeated.
+    /// Adds a closed outline as a line, so that it is in one layer with others; the first place is not repeated in
+    /// `corners`.
     pub fn outline(&mut self, corners: &[Geodetic], properties: Value) {
-        let ring: Vec<Value> = corners
-            .iter()
-            .chain(corners.first())
-            .map(position)
-            .collect();
-        self.add("Polygon", json!([ring]), properties);
+        let closed: Vec<Geodetic> = corners.iter().chain(corners.first()).copied().collect();
+        self.line(&closed, properties);
     }
 
     /// Adds a member to the collection itself (RFC 7946, section 6.1).
@@ -61,7 +58,11 @@ impl FeatureCollection {
         text
     }
 
-    fn add(&mut self, kind: &str, coordinates: Value, properties: Value) {
+    /// Properties that are null are left out: programs that read columns take one of nulls alone for text.
+    fn add(&mut self, kind: &str, coordinates: Value, mut properties: Value) {
+        if let Value::Object(members) = &mut properties {
+            members.retain(|_, value| !value.is_null());
+        }
         self.features.push(json!({
             "type": "Feature",
             "geometry": {"type": kind, "coordinates": coordinates},

@@ -96,7 +96,7 @@ fn geo_keys(crs: &MapCrs) -> (Vec<u16>, String) {
 fn gdal_metadata(raster: &Raster<'_>, description: &Description) -> String {
     let band = match raster.values {
         Values::Power(_) => "power",
-        Values::Level(_) => "level",
+        Values::Level(..) => "level",
         Values::Complex(_) => "complex amplitude",
     };
     let mut xml = "<GDALMetadata>".to_owned();

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::io::{Seek, Write};
 
-use acerra_geo::geodesy::Geodetic;
+use acerra_geo::geodesy::{Geodetic, ecef_from_geodetic};
 use zip::write::{SimpleFileOptions, ZipWriter};
 
 use crate::error::MapError;
@@ -26,6 +26,10 @@ pub struct Overlay<'a> {
     pub heights: TrackHeights,
     /// Points with their names and what is known of them.
     pub points: Vec<OverlayPoint>,
+    /// What the colours mean, as PNG, in a corner of the screen.
+    pub legend: Option<&'a [u8]>,
+    /// First and last time of the flight in UTC, as ISO 8601 has it.
+    pub time_span_utc: Option<[String; 2]>,
 }
 
 /// Height reference of lines. KML heights are above mean sea level (EGM96).
@@ -64,6 +68,10 @@ pub fn write_kmz(out: impl Write + Seek, overlay: &Overlay<'_>) -> Result<(), Ma
     let stored = options.compression_method(zip::CompressionMethod::Stored);
     zip.start_file("image.png", stored).map_err(failed)?;
     zip.write_all(overlay.png)?;
+    if let Some(legend) = overlay.legend {
+        zip.start_file("legend.png", stored).map_err(failed)?;
+        zip.write_all(legend)?;
+    }
     zip.finish().map_err(failed)?.flush()?;
     Ok(())
 }
@@ -75,16 +83,37 @@ fn document(overlay: &Overlay<'_>) -> String {
         .to_owned();
     let name = escaped(overlay.name);
     let about = escaped(overlay.description);
+    let [latitude_deg, longitude_deg] = middle_deg(&overlay.corners);
+    let times = overlay.time_span_utc.as_ref().map(|span| {
+        let [begin, end] = span.each_ref().map(|time| escaped(time));
+        format!("<begin>{begin}</begin><end>{end}</end>")
+    });
+    // Of a view, a time span is one of Google's extensions.
+    let [span, view_span] = ["TimeSpan", "gx:TimeSpan"].map(|tag| match &times {
+        Some(times) => format!("<{tag}>{times}</{tag}>"),
+        None => String::new(),
+    });
     let _ = write!(
         kml,
         "<name>{name}</name>\n\
+         <LookAt>{view_span}<longitude>{longitude_deg:.9}</longitude><latitude>{latitude_deg:.9}</latitude>\
+         <altitude>0</altitude><heading>0</heading><tilt>0</tilt><range>{:.0}</range></LookAt>\n\
          <Style id=\"track\"><LineStyle><color>ffffffff</color><width>2</width></LineStyle></Style>\n\
          <GroundOverlay><name>{name}</name><description>{about}</description>\n\
-         <Icon><href>image.png</href></Icon>\n\
+         {span}<Icon><href>image.png</href></Icon>\n\
          <gx:LatLonQuad><coordinates>{}</coordinates></gx:LatLonQuad>\n\
          </GroundOverlay>\n",
+        VIEW_DIAGONALS * diagonal_m(&overlay.corners),
         places(&overlay.corners, None)
     );
+    if overlay.legend.is_some() {
+        kml.push_str(
+            "<ScreenOverlay><name>Legend</name><Icon><href>legend.png</href></Icon>\
+             <overlayXY x=\"0\" y=\"1\" xunits=\"fraction\" yunits=\"fraction\"/>\
+             <screenXY x=\"0.01\" y=\"0.98\" xunits=\"fraction\" yunits=\"fraction\"/>\
+             <size x=\"0\" y=\"0.4\" xunits=\"fraction\" yunits=\"fraction\"/></ScreenOverlay>\n",
+        );
+    }
     let ground_m = overlay.corners.iter().map(|c| c.height_m).sum::<f64>() / 4.0;
     for (k, track) in overlay.tracks.iter().enumerate() {
         let over_picture = || {
@@ -103,7 +132,7 @@ fn document(overlay: &Overlay<'_>) -> String {
         };
         let _ = write!(
             kml,
-            "<Placemark><name>Track</name><styleUrl>#track</styleUrl>\n\
+            "<Placemark><name>Track</name>{span}<styleUrl>#track</styleUrl>\n\
              <LineString><altitudeMode>{mode}</altitudeMode>\
              <coordinates>{}</coordinates></LineString></Placemark>\n",
             places(track, Some(&heights_m))
@@ -121,6 +150,28 @@ fn document(overlay: &Overlay<'_>) -> String {
     }
     kml.push_str("</Document>\n</kml>\n");
     kml
+}
+
+/// Distance of the first view from the ground, in diagonals of the picture: all of it is seen, with its surroundings.
+const VIEW_DIAGONALS: f64 = 1.5;
+
+/// Latitude and longitude of the middle, degrees. Longitudes on both sides of 180° count from the first corner's.
+fn middle_deg(corners: &[Geodetic; 4]) -> [f64; 2] {
+    let first_deg = corners[0].longitude_deg();
+    let east_deg =
+        |corner: &Geodetic| (corner.longitude_deg() - first_deg + 540.0).rem_euclid(360.0) - 180.0;
+    let mean = |of: &dyn Fn(&Geodetic) -> f64| corners.iter().map(of).sum::<f64>() / 4.0;
+    let longitude_deg = first_deg + mean(&east_deg);
+    [
+        mean(&|corner| corner.latitude_deg()),
+        (longitude_deg + 540.0).rem_euclid(360.0) - 180.0,
+    ]
+}
+
+fn diagonal_m(corners: &[Geodetic; 4]) -> f64 {
+    let [a, b] = [&corners[0], &corners[2]].map(ecef_from_geodetic);
+    let square: f64 = (0..3).map(|k| (a[k] - b[k]).powi(2)).sum();
+    square.sqrt()
 }
 
 /// Longitude, latitude and, where given, height of each place.
@@ -164,6 +215,10 @@ mod tests {
                 description: "0.0 dB".to_owned(),
                 place: at(41.02, 14.03),
             }],
+            legend: Some(b"bar"),
+            time_span_utc: Some(
+                ["2019-10-15T09:31:18Z", "2019-10-15T09:31:39Z"].map(str::to_owned),
+            ),
         };
         let mut bytes = Cursor::new(Vec::new());
         write_kmz(&mut bytes, &overlay).unwrap();
@@ -178,6 +233,9 @@ mod tests {
             "14.000000000,41.000000000 14.100000000,41.000000000 14.100000000,41.100000000",
             "14.050000000,41.050000000,10.000",
             "14.030000000,41.020000000</coordinates>",
+            "<longitude>14.050000000</longitude><latitude>41.050000000</latitude>",
+            "<TimeSpan><begin>2019-10-15T09:31:18Z</begin><end>2019-10-15T09:31:39Z</end></TimeSpan><Icon>",
+            "<ScreenOverlay><name>Legend</name><Icon><href>legend.png</href></Icon>",
         ] {
             assert!(kml.contains(text), "{text}\n{kml}");
         }
@@ -195,5 +253,26 @@ mod tests {
             .read_to_end(&mut png)
             .unwrap();
         assert_eq!(png, b"picture");
+        assert_eq!(zip.by_name("legend.png").unwrap().size(), 3);
+        // 11.1 km by 8.4 km, seen from one and a half times its diagonal.
+        let range = kml
+            .split("<range>")
+            .nth(1)
+            .unwrap()
+            .split('<')
+            .next()
+            .unwrap();
+        assert!(
+            (range.parse::<f64>().unwrap() - 1.5 * 13_910.0).abs() < 50.0,
+            "{range}"
+        );
+        // About the 180th meridian as elsewhere.
+        let [_, east] = middle_deg(&[
+            at(0.0, 179.9),
+            at(0.0, -179.9),
+            at(0.1, -179.9),
+            at(0.1, 179.9),
+        ]);
+        assert!((east.abs() - 180.0).abs() < 1e-9, "{east}");
     }
 }

@@ -46,6 +46,7 @@ pub mod geotiff;
 pub mod kmz;
 mod overview;
 pub mod placement;
+pub mod qgis_style;
 pub mod raster;
 mod tags;
 pub mod world_file;

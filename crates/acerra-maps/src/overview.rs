@@ -3,7 +3,7 @@
 use num_complex::Complex32;
 use rayon::prelude::*;
 
-use crate::raster::{Raster, Values};
+use crate::raster::{LevelScale, Raster, Values};
 
 /// One level of an image's pyramid, rows from north to south.
 pub(crate) struct Level {
@@ -25,7 +25,7 @@ pub(crate) const TILE: usize = 256;
 pub(crate) fn pyramid(raster: &Raster<'_>) -> Vec<Level> {
     match raster.values {
         Values::Power(values) => real(raster, values, |power| power),
-        Values::Level(values) => real(raster, values, level_db),
+        Values::Level(values, scale) => real(raster, values, |power| level_db(power, scale)),
         Values::Complex(values) => levels(from_north(values, raster.nx), raster, |four| four[0])
             .into_iter()
             .map(|(nx, ny, values)| Level {
@@ -54,9 +54,10 @@ fn real(raster: &Raster<'_>, power: &[f32], shown: impl Fn(f32) -> f32 + Sync) -
         .collect()
 }
 
-fn level_db(power: f32) -> f32 {
-    if power > 0.0 {
-        10.0 * power.log10()
+fn level_db(power: f32, scale: LevelScale) -> f32 {
+    let level_db = 10.0 * f64::from(power).log10() - scale.zero_db;
+    if power > 0.0 && level_db >= scale.floor_db {
+        level_db as f32
     } else {
         f32::NAN
     }
@@ -141,7 +142,7 @@ mod tests {
         // The north-western pixel: the last row of the image.
         power[2 * nx] = 5.0;
         power[2 * nx + 1] = f32::NAN;
-        let levels = pyramid(&Raster::level_db(&power, nx, ny));
+        let levels = pyramid(&Raster::level_db(&power, nx, ny, LevelScale::ABSOLUTE));
         assert_eq!(
             levels.iter().map(|l| (l.nx, l.ny)).collect::<Vec<_>>(),
             [(300, 3), (150, 2)]
@@ -156,5 +157,24 @@ mod tests {
         // Mean of 5, 1 and 1.
         assert!((half[0] - 10.0 * (7.0_f32 / 3.0).log10()).abs() < 1e-6);
         assert!(half[1].abs() < 1e-6);
+    }
+
+    #[test]
+    fn levels_count_from_the_zero_and_have_no_data_below_the_floor() {
+        let power = [100.0_f32, 10.0, 1.0, 0.0];
+        let scale = LevelScale {
+            zero_db: 20.0,
+            floor_db: -15.0,
+        };
+        let levels = pyramid(&Raster::level_db(&power, 2, 2, scale));
+        let Samples::Real(found) = &levels[0].samples else {
+            panic!("levels are real");
+        };
+        // The northern row comes first.
+        assert!(found[0].is_nan() && found[1].is_nan(), "{found:?}");
+        assert!(
+            found[2].abs() < 1e-5 && (found[3] + 10.0).abs() < 1e-5,
+            "{found:?}"
+        );
     }
 }

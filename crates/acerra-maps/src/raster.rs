@@ -12,11 +12,28 @@ pub struct Raster<'a> {
     pub(crate) ny: usize,
 }
 
+/// From what levels count, and the lowest that has data.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LevelScale {
+    /// The level written as 0 dB, in dB against power 1.
+    pub zero_db: f64,
+    /// The lowest level that is written, against `zero_db` (dB).
+    pub floor_db: f64,
+}
+
+impl LevelScale {
+    /// Levels against power 1, all of them.
+    pub const ABSOLUTE: Self = Self {
+        zero_db: 0.0,
+        floor_db: f64::NEG_INFINITY,
+    };
+}
+
 /// What pixels hold.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Values<'a> {
     Power(&'a [f32]),
-    Level(&'a [f32]),
+    Level(&'a [f32], LevelScale),
     Complex(&'a [Complex32]),
 }
 
@@ -27,11 +44,11 @@ impl<'a> Raster<'a> {
         Self::new(Values::Power(values), nx, ny)
     }
 
-    /// Powers, written as levels in dB; overviews hold the level of the mean power. Zero and what is
-    /// not finite has no data.
+    /// Powers, written as levels in dB; overviews hold the level of the mean power. Zero, what is not finite, and levels
+    /// below the floor of `scale` have no data.
     #[must_use]
-    pub fn level_db(power: &'a [f32], nx: usize, ny: usize) -> Self {
-        Self::new(Values::Level(power), nx, ny)
+    pub fn level_db(power: &'a [f32], nx: usize, ny: usize, scale: LevelScale) -> Self {
+        Self::new(Values::Level(power, scale), nx, ny)
     }
 
     /// Complex amplitudes; overviews hold one pixel out of four, as means would cancel.
@@ -46,7 +63,7 @@ impl<'a> Raster<'a> {
 
     pub(crate) fn check(&self) -> Result<(), MapError> {
         let found = match self.values {
-            Values::Power(v) | Values::Level(v) => v.len(),
+            Values::Power(v) | Values::Level(v, _) => v.len(),
             Values::Complex(v) => v.len(),
         };
         let expected = self.nx * self.ny;

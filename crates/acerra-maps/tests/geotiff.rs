@@ -9,7 +9,7 @@ use acerra_geo::geodesy::{EnuFrame, Geodetic};
 use acerra_maps::crs::MapCrs;
 use acerra_maps::geotiff::{Description, write_geotiff};
 use acerra_maps::placement::{LocalGrid, Placement};
-use acerra_maps::raster::Raster;
+use acerra_maps::raster::{LevelScale, Raster};
 use num_complex::Complex32;
 use tiff::decoder::{Decoder, DecodingResult};
 use tiff::tags::Tag;
@@ -77,7 +77,10 @@ fn values_come_back_with_the_north_on_top() {
 #[test]
 fn a_frame_without_a_place_claims_none() {
     let power = power();
-    let file = written(&Raster::level_db(&power, GRID.nx, GRID.ny), None);
+    let file = written(
+        &Raster::level_db(&power, GRID.nx, GRID.ny, LevelScale::ABSOLUTE),
+        None,
+    );
     let mut decoder = Decoder::new(Cursor::new(file)).unwrap();
     assert!(decoder.find_tag(Tag::GeoKeyDirectoryTag).unwrap().is_none());
     let matrix = decoder
@@ -140,7 +143,7 @@ fn gdal_sees_places_values_and_layout() {
     let degrees = MapCrs::from_epsg(4326).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let powers = Raster::power(&power, GRID.nx, GRID.ny);
-    let levels = Raster::level_db(&power, GRID.nx, GRID.ny);
+    let levels = Raster::level_db(&power, GRID.nx, GRID.ny, LevelScale::ABSOLUTE);
     let amplitudes = Raster::complex(&complex, GRID.nx, GRID.ny);
     let p = f64::from(power[k]);
     for (raster, crs, dtype, value) in [

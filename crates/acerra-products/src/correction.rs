@@ -27,15 +27,18 @@ pub fn pictures(outcome: &Outcome) -> Result<Vec<(String, Picture)>, FigureError
     .at(grid.x0_m, grid.y0_m, grid.pixel_m);
     figure.window = WINDOW;
     let found = &correction.found;
-    let image = Picture {
-        png: figure.draw()?.to_png()?,
-        alt: "The image made with the positions as stated".to_owned(),
-        caption: format!(
+    let image = Picture::drawn(
+        |width_px| {
+            figure.width_px = width_px;
+            figure.draw()
+        },
+        "The image made with the positions as stated",
+        format!(
             "The image with the positions as they were stated. Points that took no part in the correction \
              gain {:.2} ± {:.2} dB by it.",
             found.gain_db, found.gain_sigma_db
         ),
-    };
+    )?;
     Ok(vec![
         ("image-uncorrected.png".to_owned(), image),
         (
@@ -63,13 +66,16 @@ fn corrections(correction: &PathCorrection, outcome: &Outcome) -> Result<Picture
         let series = Series::line(name, time_s, &moved[axis]).band(&sigma[axis]);
         plot = plot.with(series);
     }
-    Ok(Picture {
-        png: plot.draw()?.to_png()?,
-        alt: "Corrections of the positions east, north and up along the flight".to_owned(),
-        caption: format!(
+    Picture::drawn(
+        |width_px| {
+            plot.width_px = width_px;
+            plot.draw()
+        },
+        "Corrections of the positions east, north and up along the flight",
+        format!(
             "Corrections by autofocus with bands of one posterior standard deviation; errors were taken to \
              last {:.2} s. trajectory-uncorrected.csv has the positions as stated.",
             correction.correlation_s
         ),
-    })
+    )
 }

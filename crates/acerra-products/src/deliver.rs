@@ -70,7 +70,7 @@ fn written(outcome: &Outcome, staging: &Staging) -> anyhow::Result<ReportData> {
         radargrams,
         more,
     };
-    Ok(drawn.shown_in(report, outcome))
+    Ok(drawn.shown_in(report))
 }
 
 /// Writes what is no picture, and what lies over maps.
@@ -117,14 +117,14 @@ fn write_image(outcome: &Outcome, staging: &Staging) -> anyhow::Result<()> {
         .context("image.npz: cannot write")
 }
 
-fn write_picture(outcome: &Outcome, staging: &Staging) -> anyhow::Result<Vec<u8>> {
-    let png = pictures::image(outcome).context("image.png")?;
-    staging.write("image.png", &png)?;
-    Ok(png)
+fn write_picture(outcome: &Outcome, staging: &Staging) -> anyhow::Result<Picture> {
+    let picture = pictures::image(outcome).context("image.png")?;
+    staging.write("image.png", &picture.png)?;
+    Ok(picture)
 }
 
 /// Before and after cleaning; none where there are no traces.
-fn write_radargrams(outcome: &Outcome, staging: &Staging) -> anyhow::Result<Option<[Vec<u8>; 2]>> {
+fn write_radargrams(outcome: &Outcome, staging: &Staging) -> anyhow::Result<Option<[Picture; 2]>> {
     let Some(traces) = outcome.prepared.cleaned() else {
         return Ok(None);
     };
@@ -133,8 +133,8 @@ fn write_radargrams(outcome: &Outcome, staging: &Staging) -> anyhow::Result<Opti
         || pictures::radargram_clean(outcome, traces).context("radargram.png"),
     );
     let (raw, clean) = (raw?, clean?);
-    staging.write("radargram-raw.png", &raw)?;
-    staging.write("radargram.png", &clean)?;
+    staging.write("radargram-raw.png", &raw.png)?;
+    staging.write("radargram.png", &clean.png)?;
     Ok(Some([raw, clean]))
 }
 

@@ -5,12 +5,16 @@ use std::path::Path;
 use serde_json::Value;
 
 /// Every file that a run may write into its directory; `data.zarr` is a directory.
-pub const PRODUCTS: [&str; 29] = [
+pub const PRODUCTS: [&str; 33] = [
     "autofocus.png",
     "data.h5",
     "data.zarr",
+    "flight.geojson",
+    "image-absolute-db.tfw",
+    "image-absolute-db.tif",
     "image-complex.tfw",
     "image-complex.tif",
+    "image-db.qml",
     "image-db.tfw",
     "image-db.tif",
     "image-power.tfw",

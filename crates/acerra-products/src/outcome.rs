@@ -37,6 +37,8 @@ pub struct Outcome {
     pub unchecked: Vec<Unchecked>,
     /// What there is to say beside the result.
     pub warnings: Vec<String>,
+    /// What was left out without harm, one sentence each.
+    pub notes: Vec<String>,
 }
 
 impl Outcome {

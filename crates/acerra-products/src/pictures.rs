@@ -45,7 +45,7 @@ pub fn image_caption(outcome: &Outcome) -> String {
 ///
 /// # Errors
 /// A picture too large to hold.
-pub fn image(outcome: &Outcome) -> Result<Vec<u8>, FigureError> {
+pub fn image(outcome: &Outcome) -> Result<Picture, FigureError> {
     let grid = &outcome.focused.pixels.grid;
     let mut track: Vec<[f64; 2]> = Vec::new();
     for flown in &outcome.prepared.tracks {
@@ -75,7 +75,14 @@ pub fn image(outcome: &Outcome) -> Result<Vec<u8>, FigureError> {
             });
         }
     }
-    figure.draw()?.to_png()
+    Picture::drawn(
+        |width_px| {
+            figure.width_px = width_px;
+            figure.draw()
+        },
+        "The focused image in decibels below its maximum, with the radar's track, the targets and their left–right ghosts",
+        image_caption(outcome),
+    )
 }
 
 /// Pictures of looks and volumes with their file names, where there are any.
@@ -98,14 +105,17 @@ pub fn of_stacks(outcome: &Outcome) -> Result<Vec<(String, Picture)>, FigureErro
         figure.window = WINDOW;
         made.push((
             "multilook.png".to_owned(),
-            Picture {
-                png: figure.draw()?.to_png()?,
-                alt: "The mean power of the looks in decibels below its maximum".to_owned(),
-                caption: format!(
+            Picture::drawn(
+                |width_px| {
+                    figure.width_px = width_px;
+                    figure.draw()
+                },
+                "The mean power of the looks in decibels below its maximum",
+                format!(
                     "Mean power of {looks} looks along the track (looks.npz): less speckle, \
                      coarser along the track."
                 ),
-            },
+            )?,
         ));
     }
     if let Some(seen) = &outcome.focused.projections {
@@ -126,18 +136,21 @@ pub fn of_stacks(outcome: &Outcome) -> Result<Vec<(String, Picture)>, FigureErro
             figure.y_label = "z".to_owned();
             made.push((
                 format!("volume-{name}.png"),
-                Picture {
-                    png: figure.draw()?.to_png()?,
-                    alt: format!(
+                Picture::drawn(
+                    |width_px| {
+                        figure.width_px = width_px;
+                        figure.draw()
+                    },
+                    &format!(
                         "The volume seen from the {from}: greatest level over {axis} and height, \
                          in decibels below the maximum"
                     ),
-                    caption: format!(
+                    format!(
                         "{} slices of {} m (volume.npz) seen from the {from}: the greatest level \
                          along the other axis.",
                         volume.nz, volume.step_m
                     ),
-                },
+                )?,
             ));
         }
     }
@@ -175,7 +188,7 @@ fn mark(target: &Target, k: usize) -> TargetMark {
 ///
 /// # Errors
 /// A picture too large to hold.
-pub fn radargram_raw(outcome: &Outcome, traces: &CleanedTraces) -> Result<Vec<u8>, FigureError> {
+pub fn radargram_raw(outcome: &Outcome, traces: &CleanedTraces) -> Result<Picture, FigureError> {
     let mut curves = surface_and_gate(outcome, traces);
     if let Some(surface) = &traces.surface {
         curves.push(FastTimeCurve {
@@ -193,16 +206,26 @@ pub fn radargram_raw(outcome: &Outcome, traces: &CleanedTraces) -> Result<Vec<u8
     } else {
         "Raw radargram, zero-timed"
     };
-    draw(title, outcome, &traces.raw, -80.0, curves)
+    let words = [
+        "Radargram as recorded: traces from left to right, fast time downwards, levels in decibels, with 2h/c, the gate \
+         and the surface echo as picked",
+        "Selected traces as recorded, fast time shifted to 2R/c: the surface echo should follow 2h/c.",
+    ];
+    draw(title, words, outcome, &traces.raw, -80.0, curves)
 }
 
 /// `radargram.png`: the traces that entered the image, with 2h/c and the gate.
 ///
 /// # Errors
 /// A picture too large to hold.
-pub fn radargram_clean(outcome: &Outcome, traces: &CleanedTraces) -> Result<Vec<u8>, FigureError> {
+pub fn radargram_clean(outcome: &Outcome, traces: &CleanedTraces) -> Result<Picture, FigureError> {
     draw(
         &clean_title(outcome, traces),
+        [
+            "Radargram that entered the image: traces from left to right, fast time downwards, levels in decibels, with \
+             2h/c and the gate",
+            "The same traces as they entered the image; the title says what was taken off.",
+        ],
         outcome,
         &traces.clean,
         -50.0,
@@ -222,13 +245,15 @@ fn clean_title(outcome: &Outcome, traces: &CleanedTraces) -> String {
     title.to_owned()
 }
 
+/// A radargram with its title, and what it shows and how to read it in words.
 fn draw(
     title: &str,
+    [alt, caption]: [&str; 2],
     outcome: &Outcome,
     radargram: &Radargram,
     floor_db: f64,
     curves: Vec<FastTimeCurve>,
-) -> Result<Vec<u8>, FigureError> {
+) -> Result<Picture, FigureError> {
     let moduli;
     let samples: &[f32] = match &radargram.samples {
         Samples::Real(values) => values,
@@ -265,7 +290,14 @@ fn draw(
         figure.time_label = "trajectory time".to_owned();
     }
     figure.curves = curves;
-    figure.draw()?.to_png()
+    Picture::drawn(
+        |width_px| {
+            figure.width_px = width_px;
+            figure.draw()
+        },
+        alt,
+        caption,
+    )
 }
 
 fn surface_and_gate(outcome: &Outcome, traces: &CleanedTraces) -> Vec<FastTimeCurve> {

@@ -246,6 +246,7 @@ impl Ready {
             evidence: journal.evidence.clone(),
             unchecked,
             warnings: journal.warnings.said().to_vec(),
+            notes: journal.warnings.notes().to_vec(),
         })
     }
 }

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use acerra_geo::time::GpsTime;
 use serde_json::Value;
 
 use crate::maps::earth_frame;
@@ -28,7 +29,8 @@ pub(crate) fn items(outcome: &Outcome) -> Vec<(String, String)> {
     }
     items.extend(frame(outcome));
     if let Some(span) = time_span(outcome) {
-        items.push(("TIME_SPAN_GPST".to_owned(), span));
+        let [first, last] = span.map(|at| at.format_calendar(3));
+        items.push(("TIME_SPAN_GPST".to_owned(), format!("{first} to {last}")));
     }
     for input in &outcome.inputs {
         let name = input.path.file_name().unwrap_or(input.path.as_os_str());
@@ -96,17 +98,13 @@ fn frame(outcome: &Outcome) -> Vec<(String, String)> {
     ]
 }
 
-/// First and last time of the traces imaged.
-fn time_span(outcome: &Outcome) -> Option<String> {
+/// First and last time of the traces imaged of the first track.
+pub(crate) fn time_span(outcome: &Outcome) -> Option<[GpsTime; 2]> {
     let first = outcome.prepared.first();
     let zero = first.positions.time_origin().gps_time()?;
     let time_s = outcome.prepared.aligned.time_s.get(first.range.clone())?;
-    let at = |radar_s: f64| (zero + (radar_s + first.time_offset_s)).format_calendar(3);
-    Some(format!(
-        "{} to {}",
-        at(*time_s.first()?),
-        at(*time_s.last()?)
-    ))
+    let at = |radar_s: f64| zero + (radar_s + first.time_offset_s);
+    Some([at(*time_s.first()?), at(*time_s.last()?)])
 }
 
 #[cfg(test)]

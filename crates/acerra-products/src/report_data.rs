@@ -5,7 +5,6 @@ use acerra_imaging::psf::{Cell, PointSpread};
 use acerra_imaging::resolution::displacement_m;
 
 use super::cuts::{cuts, spread_of};
-use super::pictures::image_caption;
 use crate::outcome::Outcome;
 use crate::report::{
     AlignmentEvidence, EvidenceRow, Fact, GhostRow, Picture, ReportData, SurfaceEvidence,
@@ -19,50 +18,22 @@ use acerra_chain::findings::Finding;
 #[derive(Debug)]
 pub struct Drawn {
     /// `image.png`.
-    pub image: Vec<u8>,
+    pub image: Picture,
     /// `radargram-raw.png` and `radargram.png`, where there are traces.
-    pub radargrams: Option<[Vec<u8>; 2]>,
+    pub radargrams: Option<[Picture; 2]>,
     /// Those of corrections and stacks.
     pub more: Vec<Picture>,
 }
 
 impl Drawn {
     /// The same report with these pictures.
-    pub fn shown_in(self, report: ReportData, outcome: &Outcome) -> ReportData {
-        let picture = |png: Vec<u8>, alt: &str, caption: &str| Picture {
-            png,
-            alt: alt.to_owned(),
-            caption: caption.to_owned(),
-        };
-        let image = picture(
-            self.image,
-            "The focused image in decibels below its maximum, with the radar's track, the targets \
-             and their left–right ghosts",
-            &image_caption(outcome),
-        );
-        let raw = |png| {
-            picture(
-                png,
-                "Radargram as recorded: traces from left to right, fast time downwards, levels in \
-                 decibels, with 2h/c, the gate and the surface echo as picked",
-                "Selected traces as recorded, fast time shifted to 2R/c: the surface echo should \
-                 follow 2h/c.",
-            )
-        };
-        let clean = |png| {
-            picture(
-                png,
-                "Radargram that entered the image: traces from left to right, fast time downwards, \
-                 levels in decibels, with 2h/c and the gate",
-                "The same traces as they entered the image; the title says what was taken off.",
-            )
-        };
+    pub fn shown_in(self, report: ReportData) -> ReportData {
         let (radargram_raw, radargram_clean) = match self.radargrams {
-            Some([before, after]) => (Some(raw(before)), Some(clean(after))),
+            Some([before, after]) => (Some(before), Some(after)),
             None => (None, None),
         };
         ReportData {
-            image: Some(image),
+            image: Some(self.image),
             radargram_raw,
             radargram_clean,
             pictures: self.more,
@@ -91,6 +62,7 @@ pub fn collect(outcome: &Outcome) -> ReportData {
             .map(|one| [one.setting, one.explanation].map(str::to_owned))
             .collect(),
         warnings: outcome.warnings.clone(),
+        notes: outcome.notes.clone(),
         image: None,
         inversion: outcome.focused.inversion.clone(),
         targets: rows(outcome, spread.as_ref()),
@@ -101,6 +73,7 @@ pub fn collect(outcome: &Outcome) -> ReportData {
         pictures: Vec::new(),
         tracks: tracks(outcome),
         choices: choices(outcome),
+        plan: plan(outcome),
         inputs: outcome.inputs.clone(),
         stages: Vec::new(),
         configuration: toml::to_string_pretty(&outcome.campaign).unwrap_or_default(),
@@ -435,6 +408,28 @@ fn choices(outcome: &Outcome) -> Vec<Fact> {
                 .note("relative L2 against Eq. (3) in double precision, on random pixels"),
         );
     }
-    choices.push(Fact::new("Plan", outcome.focused.plan.clone()));
     choices
+}
+
+/// The plan, a row for each of its lines: first the work, then the method and what else it says.
+fn plan(outcome: &Outcome) -> Vec<Fact> {
+    let mut lines = outcome.focused.plan.lines();
+    let work = lines.next().map(|line| Fact::new("Work", line));
+    work.into_iter().chain(lines.map(plan_fact)).collect()
+}
+
+/// Letters of a row's name at most.
+const MOST_NAME: usize = 48;
+
+/// A line of the plan by what it is about: the words before its colon where they are few.
+fn plan_fact(line: &str) -> Fact {
+    let named = line
+        .split_once(": ")
+        .filter(|(name, _)| name.chars().count() <= MOST_NAME);
+    let (name, value) = named.unwrap_or(("Method", line));
+    let mut letters = name.chars();
+    let capital = letters
+        .next()
+        .map_or_else(String::new, |first| first.to_uppercase().collect());
+    Fact::new(capital + letters.as_str(), value)
 }

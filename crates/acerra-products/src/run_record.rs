@@ -143,6 +143,8 @@ pub struct RunRecord<'a> {
     pub stages: &'a [Stage],
     /// What there is to say beside the result.
     pub warnings: &'a [String],
+    /// What was left out without harm.
+    pub notes: &'a [String],
     /// Trajectory time minus radar time of the first track (s).
     pub time_offset_s: f64,
     /// How that was found, when it was not given.
@@ -341,6 +343,7 @@ impl<'a> RunRecord<'a> {
             inputs: &outcome.inputs,
             stages,
             warnings: &outcome.warnings,
+            notes: &outcome.notes,
             time_offset_s: first.time_offset_s,
             time_offset_search: first.search.as_ref().map(SearchRecord::of),
             recorded_clock: first.recorded_clock.as_ref(),

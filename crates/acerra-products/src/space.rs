@@ -6,7 +6,8 @@ use acerra_chain::ChainError;
 use acerra_chain::campaign::{Campaign, ProductFormat};
 use acerra_chain::focus::memory::available_memory_bytes;
 use acerra_chain::focus::space::{NeededBytes, needed_bytes};
-use acerra_chain::scene::{SceneError, SceneOptions};
+use acerra_chain::scene::size::{bytes_text, fitting_pixel_m};
+use acerra_chain::scene::{SceneError, SceneHeights, SceneOptions};
 use anyhow::ensure;
 
 /// Bytes that tables, traces, pictures and threads take beside the pixels of an ordinary run.
@@ -24,22 +25,39 @@ pub fn check_space(campaign: &Campaign, output: &Path) -> anyhow::Result<()> {
     needed.memory += beside.memory;
     needed.disk += beside.disk;
     if let Some(available) = available_memory_bytes() {
+        let needed_bytes = needed.memory + BESIDE_PIXELS;
         ensure!(
-            needed.memory + BESIDE_PIXELS <= u128::from(available),
-            "[image] needs {} bytes of memory and about {BESIDE_PIXELS} for all else, {available} \
-             bytes are available",
-            needed.memory
+            needed_bytes <= u128::from(available),
+            "[image] needs {} of memory, {} are available{}",
+            bytes_text(needed_bytes),
+            bytes_text(available.into()),
+            remedy(&scene, needed_bytes, available)
         );
     }
     if let Some(free) = free_disk_bytes(output) {
         ensure!(
             needed.disk <= u128::from(free),
-            "[image] needs {} bytes on disk, {free} bytes are free at {}",
-            needed.disk,
-            output.display()
+            "[image] needs {} on disk, {} are free at {}{}",
+            bytes_text(needed.disk),
+            bytes_text(free.into()),
+            output.display(),
+            remedy(&scene, needed.disk, free)
         );
     }
     Ok(())
+}
+
+/// What makes the pixels fit, as the end of a sentence.
+fn remedy(scene: &SceneOptions, needed_bytes: u128, available_bytes: u64) -> String {
+    let pixel_m = fitting_pixel_m(scene.pixel_m, needed_bytes, available_bytes.into());
+    let more = match scene.heights {
+        SceneHeights::Volume { .. } => ", fewer slices (z_m, pixel_z_m)",
+        _ => "",
+    };
+    format!(
+        ": expected a smaller extent (x_m, y_m){more} or pixel_m = {pixel_m} and more, not {}",
+        scene.pixel_m
+    )
 }
 
 /// Bytes that data for other programs ask for, as if nothing could be compressed. The volume's slices

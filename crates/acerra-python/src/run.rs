@@ -112,9 +112,9 @@ impl Run {
                 )));
             }
         };
-        let png = drawn
+        let picture = drawn
             .transpose()
             .map_err(|error| Failure::from(anyhow::Error::from(error)))?;
-        Ok(png.map(|png| PyBytes::new(py, &png)))
+        Ok(picture.map(|picture| PyBytes::new(py, &picture.png)))
     }
 }

@@ -36,6 +36,19 @@ pub struct Blemish {
     pub kind: BlemishKind,
 }
 
+impl Blemish {
+    /// Whether it is no more than the recording's end within a scan: nothing else is missing for it.
+    #[must_use]
+    pub fn is_end_of_recording(&self) -> bool {
+        matches!(
+            self.kind,
+            BlemishKind::IncompleteScan { at_end: true, .. }
+                | BlemishKind::CutOffMessage { .. }
+                | BlemishKind::CutOffLine
+        )
+    }
+}
+
 impl fmt::Display for Blemish {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}: {}", self.place, self.kind)

@@ -251,7 +251,9 @@ fn maps_show_the_reflectors_where_they_are_on_the_earth() {
                 .map(|d| (d / grid.pixel_m).round() as usize);
             let centre_m = [grid.x_m(ix), grid.y_m(iy), grid.z_m];
             let found_db = map.level_db(&frame.geodetic_from_enu(centre_m));
-            let expected_db = 20.0 * focused.image[iy * grid.nx + ix].norm().log10();
+            let largest = focused.image.iter().map(|v| v.norm()).fold(0.0, f32::max);
+            let level = focused.image[iy * grid.nx + ix].norm() / largest;
+            let expected_db = 20.0 * level.log10();
             assert!(
                 (found_db - expected_db).abs() < 1e-3,
                 "{found_db} {expected_db}"
@@ -276,6 +278,15 @@ fn maps_show_the_reflectors_where_they_are_on_the_earth() {
             assert!(along_m.abs() < 0.02 + 3.0 * sigma("sigma_along_m"));
             assert!(across_m.abs() < 0.02 + 3.0 * sigma("sigma_across_m"));
         }
+        // Levels from the maximum down; what lies below the picture's floor has no data.
+        let largest_db = map.levels_db.iter().copied().filter(|v| v.is_finite());
+        assert!(largest_db.fold(f32::MIN, f32::max).abs() < 1e-4);
+        assert!(map.levels_db.iter().any(|v| v.is_nan()));
+        let style = std::fs::read_to_string(products.join("image-db.qml")).unwrap();
+        assert!(style.contains("classificationMax=\"0\""));
+        let lines = std::fs::read_to_string(products.join("flight.geojson")).unwrap();
+        assert!(lines.contains("LineString") && !text.contains("LineString"));
+        assert!(!text.contains(": null"), "{text}");
         let kmz = std::fs::read(products.join("image.kmz")).unwrap();
         assert!(kmz.starts_with(b"PK"));
     }

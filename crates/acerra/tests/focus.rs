@@ -193,6 +193,76 @@ fn the_same_seed_gives_the_same_bytes() {
 }
 
 #[test]
+fn first_mistakes_are_answered_by_what_to_do() {
+    let folder = tempfile::tempdir().unwrap();
+    let logs = simulated(folder.path(), SCENE);
+    // Logs in place of settings.
+    for (command, file, said) in [
+        ("focus", "radar.mrm", "acerra init"),
+        ("focus", "trajectory.csv", "acerra init"),
+        ("merge", "radar.mrm", "acerra init"),
+        ("plan", "radar.mrm", "acerra plan --example"),
+    ] {
+        let path = logs.join(file);
+        let output = acerra(&[command, path.to_str().unwrap()]);
+        let message = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(1), "{message}");
+        assert!(
+            message.contains(file) && message.contains(said),
+            "{message}"
+        );
+        assert_eq!(message.lines().count(), 1, "{message}");
+    }
+    let output = acerra(&["view", logs.join("radar.mrm").to_str().unwrap()]);
+    assert!(String::from_utf8_lossy(&output.stderr).contains("expected the directory of a run"));
+    // Slips in a campaign, which stay what they are.
+    let campaign = logs.join("campaign.toml");
+    let good = fs::read_to_string(&campaign).unwrap();
+    let with = |from: &str, to: &str| {
+        assert!(good.contains(from), "{from}");
+        fs::write(&campaign, good.replace(from, to)).unwrap();
+        failure(&campaign)
+    };
+    let message = with("pixel_m", "pixle_m");
+    assert!(
+        message.trim_end().ends_with("did you mean `pixel_m`?"),
+        "{message}"
+    );
+    let message = with("[image]", "[image");
+    assert!(
+        message.contains("line") && !message.contains("init"),
+        "{message}"
+    );
+    let message = with("pixel_m = 0.02", "pixel_m = 1e-5");
+    for part in ["x_m, y_m, pixel_m", "TB", "pixel_m = "] {
+        assert!(
+            message.contains(part) || message.contains("GB"),
+            "{part}: {message}"
+        );
+    }
+    // An image of a single pixel; one of a row is legal.
+    let message = with(
+        "x_m = [2.0, 4.0]\ny_m = [0.5, 2.5]",
+        "x_m = [3.0, 3.0]\ny_m = [1.5, 1.5]",
+    );
+    assert!(
+        message.contains("[image] x_m, y_m: expected an extent of two pixels"),
+        "{message}"
+    );
+    fs::write(
+        &campaign,
+        good.replace("y_m = [0.5, 2.5]", "y_m = [1.5, 1.5]"),
+    )
+    .unwrap();
+    let output = acerra(&["focus", campaign.to_str().unwrap(), "--only", "image"]);
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+}
+
+#[test]
 fn bad_input_is_one_message_and_leaves_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let logs = simulated(folder.path(), SCENE);
@@ -205,7 +275,7 @@ fn bad_input_is_one_message_and_leaves_nothing() {
     };
     assert!(with("pixel_m", "pixle_m").contains("unknown field `pixle_m`"));
     assert!(with("pixel_m = 0.02", "pixel_m = -1").contains("[image] pixel_m: expected"));
-    assert!(with("pixel_m = 0.02", "pixel_m = 1e-5").contains("bytes"));
+    assert!(with("pixel_m = 0.02", "pixel_m = 1e-5").contains(" of memory"));
     assert!(with("radar.mrm", "absent.mrm").contains("absent.mrm"));
     assert!(with("radar.mrm", "trajectory.csv").contains("not a radar file"));
     let message = with("time_offset_s = ", "time_offset_s = 5");

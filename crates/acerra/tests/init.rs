@@ -76,12 +76,51 @@ fn raw_logs_become_a_campaign() {
         "# Found: the rover: its own single-point positions spread over",
         "# Found: MRM capture,",
         "# frequencies = 341",
+        "# x_m = [0.0, 18.0]    # for example",
         "# z_m = 0.0    # for example",
         "s of them the rover's",
     ] {
         let unbroken = text.replace("\n# ", " # ").replace(" # ", " ");
         assert!(unbroken.contains(&said.replace("# ", "")), "{said}\n{text}");
     }
+}
+
+#[test]
+fn the_keys_that_matter_come_first_and_all_others_follow() {
+    let text = init(&named(&["base.ubx", "radar.mrm", "rover.ubx"])).unwrap();
+    let (first, rest) = text.split_once("# The other keys.").unwrap();
+    assert!(first.lines().count() < 60, "{first}");
+    for key in [
+        "file",
+        "delay_ns",
+        "rover",
+        "base",
+        "base_deg_m",
+        "time_offset_s",
+        "lever_arm_m",
+        "x_m",
+        "pixel_m",
+    ] {
+        let is_key = |line: &str| {
+            line.trim_start_matches("# ")
+                .starts_with(&format!("{key} = "))
+        };
+        assert!(first.lines().any(is_key), "{key}: {first}");
+    }
+    assert!(!first.contains("frequencies") && rest.contains("# frequencies = 341"));
+    // One log makes no tracks; keys are nowhere set twice.
+    let is_of_tracks = |line: &str| {
+        let header = line.trim_start_matches("# ");
+        ["[[track", "[track", "[[radar.lines"]
+            .iter()
+            .any(|name| header.starts_with(name))
+    };
+    assert!(!text.lines().any(is_of_tracks), "{text}");
+    let tables = text
+        .lines()
+        .filter(|line| line.trim_start_matches("# ") == "[image]");
+    assert_eq!(tables.count(), 2, "{text}");
+    assert!(!rest.lines().any(|line| line == "[image]"), "{rest}");
 }
 
 #[test]
@@ -167,27 +206,36 @@ fn a_campaign_is_written_beside_its_logs_and_never_over_another() {
         fs::copy(logs().join(name), folder.path().join(name)).unwrap();
     }
     let file = folder.path().join("flight.toml");
-    let run = || {
+    let run = |more: &[&str]| {
+        let output = match more.contains(&"-o") {
+            true => &[][..],
+            false => &["-o", "flight.toml"],
+        };
         Command::new(env!("CARGO_BIN_EXE_acerra"))
             .current_dir(folder.path())
-            .args([
-                "init",
-                "radar.mrm",
-                "truth-trajectory.csv",
-                "-o",
-                "flight.toml",
-            ])
+            .args(["init", "radar.mrm", "truth-trajectory.csv"])
+            .args(output)
+            .args(more)
             .output()
             .unwrap()
     };
-    assert!(run().status.success());
+    assert!(run(&[]).status.success());
     let text = fs::read_to_string(&file).unwrap();
     assert!(text.contains("\nfile = \"radar.mrm\"\n"), "{text}");
     fs::write(&file, "mine").unwrap();
-    let second = run();
+    let second = run(&[]);
     assert_eq!(second.status.code(), Some(1));
     assert!(stderr(&second).contains("flight.toml: is there already"));
+    assert!(stderr(&second).contains("--force"));
     assert_eq!(fs::read_to_string(&file).unwrap(), "mine");
+    assert!(run(&["--force"]).status.success());
+    assert_eq!(fs::read_to_string(&file).unwrap(), text);
+    // A log is no campaign to be replaced.
+    let log = folder.path().join("radar.mrm");
+    let logged = fs::read(&log).unwrap();
+    let third = run(&["--force", "-o", "radar.mrm"]);
+    assert!(!third.status.success());
+    assert_eq!(fs::read(&log).unwrap(), logged);
 }
 
 /// A line of `traces` traces, 0.02 m apart by its header, with antennas 6 cm apart.

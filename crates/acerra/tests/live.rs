@@ -72,7 +72,7 @@ fn a_flight_is_recorded_and_its_final_image_is_that_of_focus() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     let (emulator, session) = emulated(folder);
-    let session = session + "[flight]\nstop_after_s = 11.0\n";
+    let session = session.replace("[flight]\n", "[flight]\nstop_after_s = 11.0\n");
     fs::write(folder.join("session.toml"), session).unwrap();
     let flight = path(folder, "flight");
     let session = path(folder, "session.toml");

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 use std::sync::OnceLock;
 
-use acerra_geo::geodesy::{EnuFrame, Geodetic};
+use acerra_geo::geodesy::{EnuFrame, Geodetic, ecef_from_geodetic};
 use acerra_geo::read::{ReadOptions, read_trajectory};
 use acerra_geo::time::{Calendar, GpsTime};
 use acerra_simulate::gnss::{GnssModel, Setting, constellation, navigation_to_rinex, simulate};
@@ -189,6 +189,34 @@ fn configuration_files_are_followed_and_their_rest_is_named() {
         pos.contains("% solution  : Backward") && pos.contains("x-ecef(m)"),
         "{pos}"
     );
+}
+
+#[test]
+fn a_base_without_a_position_is_answered_by_the_option_that_gives_one() {
+    let folder = folder();
+    // UBX logs hold no position.
+    let refused = acerra(folder.path(), "rover.ubx base.ubx -o none.pos").code(1);
+    let message = stderr(&refused);
+    let (said, place) = message.rsplit_once("--base-position ").unwrap();
+    assert!(
+        said.contains("base.ubx") && said.contains("median"),
+        "{message}"
+    );
+    // What is offered is accepted, and near the truth.
+    let place = place.trim();
+    let numbers: Vec<f64> = place["llh:".len()..]
+        .split(',')
+        .map(|n| n.parse().unwrap())
+        .collect();
+    let offered = Geodetic::from_degrees(numbers[0], numbers[1], numbers[2]);
+    let [east, north, up] = frame().enu_from_ecef(ecef_from_geodetic(&offered));
+    let off_m = [east - BASE_M[0], north - BASE_M[1], up - BASE_M[2]];
+    assert!(off_m.iter().all(|d| d.abs() < 8.0), "{off_m:?}");
+    acerra(
+        folder.path(),
+        &format!("rover.ubx base.ubx -o out.pos --base-position {place}"),
+    )
+    .success();
 }
 
 #[test]

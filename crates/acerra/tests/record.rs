@@ -152,7 +152,7 @@ fn an_emulated_flight_is_recorded_and_focused_as_with_perfect_times() {
     fs::write(folder.join("scene.toml"), SCENE).unwrap();
     let scene = path(folder, "scene.toml");
     let (emulator, session) = emulated(folder, &scene);
-    let session = session + "[flight]\nstop_after_s = 11.0\n";
+    let session = session.replace("[flight]\n", "[flight]\nstop_after_s = 11.0\n");
     fs::write(folder.join("session.toml"), &session).unwrap();
     let session_text = session;
     let flight = path(folder, "flight");

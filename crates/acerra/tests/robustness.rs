@@ -376,7 +376,7 @@ fn a_limit_on_memory_is_said() {
     let message = text(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{message}");
     assert!(
-        message.contains("bytes of memory") && message.contains("available"),
+        message.contains("MB of memory") && message.contains("pixel_m = "),
         "{message}"
     );
     assert!(!products.exists());

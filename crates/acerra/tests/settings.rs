@@ -110,7 +110,7 @@ fn with_key(tables: &[Table], table: &Table, key: &Key, value: &str) -> String {
             t.keys
                 .iter()
                 .filter(|k| k.required)
-                .map(|k| (path_of(t, k), sample(k)))
+                .map(|k| (path_of(t, k), sample(t, k)))
         })
         .map(|(path, value)| Filled::new(&path, value))
         .collect();
@@ -127,7 +127,7 @@ fn every_key_of_the_schema_is_read_with_its_default_and_a_sample() {
         for table in &tables {
             for key in &table.keys {
                 let default = key.default.as_ref().map(toml_of);
-                for value in default.into_iter().chain([sample(key)]) {
+                for value in default.into_iter().chain([sample(table, key)]) {
                     let text = with_key(&tables, table, key, &value);
                     let place = format!("{file:?} {} = {value}", path_of(table, key));
                     read(file, &text).unwrap_or_else(|e| panic!("{place}: {e}\n{text}"));

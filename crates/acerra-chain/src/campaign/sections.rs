@@ -350,7 +350,8 @@ pub struct GnssSection {
     /// Where the base's antenna stands, Earth-centred (m). By default what its log says.
     #[serde(default)]
     pub base_ecef_m: Option<[f64; 3]>,
-    /// The same as latitude and longitude in degrees and ellipsoidal height in metres.
+    /// Position of the base's antenna as latitude and longitude in degrees and ellipsoidal height in metres, instead of
+    /// `base_ecef_m`.
     #[serde(default)]
     pub base_deg_m: Option<[f64; 3]>,
 }

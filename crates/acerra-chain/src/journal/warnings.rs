@@ -1,9 +1,11 @@
 //! What a run has to say beside its results.
 
-/// Warnings of a run, in the order in which they arose.
+/// Warnings and notes of a run, in the order in which they arose. A warning may speak against the result; a note says what
+/// was left out without harm.
 #[derive(Clone, Debug, Default)]
 pub struct Warnings {
     said: Vec<String>,
+    notes: Vec<String>,
 }
 
 impl Warnings {
@@ -22,17 +24,32 @@ impl Warnings {
         }
     }
 
+    /// Adds a note, once.
+    pub fn note(&mut self, note: impl Into<String>) {
+        let note = note.into();
+        if !self.notes.contains(&note) {
+            self.notes.push(note);
+        }
+    }
+
     /// Adds all of `others`, each once.
     pub fn extend(&mut self, others: Self) {
+        others.notes.into_iter().for_each(|note| self.note(note));
         others
             .said
             .into_iter()
             .for_each(|warning| self.add(warning));
     }
 
-    /// All of them.
+    /// All warnings.
     #[must_use]
     pub fn said(&self) -> &[String] {
         &self.said
+    }
+
+    /// All notes.
+    #[must_use]
+    pub fn notes(&self) -> &[String] {
+        &self.notes
     }
 }

@@ -224,7 +224,7 @@ pub enum PositionError {
     #[error(transparent)]
     Configuration(GnssConfigurationError),
     /// The GNSS logs give no solution.
-    #[error("[gnss]: {0}")]
+    #[error("[gnss]{}: {}", base_keys(.0), .0)]
     Positioning(PositioningError),
     /// The solution makes no trajectory.
     #[error("[gnss]: {0}")]
@@ -484,6 +484,14 @@ fn from_gnss(
         },
         ..Positioned::from(trajectory)
     })
+}
+
+/// The keys that an error of the positioning asks for.
+fn base_keys(error: &PositioningError) -> &'static str {
+    match error.is_base_position_missing() {
+        true => " base_deg_m",
+        false => "",
+    }
 }
 
 /// The files and the options of the positioning: what the configuration file says, and the base's

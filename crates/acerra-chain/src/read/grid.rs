@@ -113,6 +113,7 @@ pub fn read_grid(
         let prefix = format!("{}: ", name_of(path));
         let texts = own.said().iter();
         remarks.extend(texts.map(|t| t.strip_prefix(&prefix).unwrap_or(t).to_owned()));
+        own.notes().iter().for_each(|note| warnings.note(note));
         match &mut joined {
             None => joined = Some(Joined::new(path, data)?),
             Some(joined) => joined.add(path, data)?,

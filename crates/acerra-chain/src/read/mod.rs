@@ -374,7 +374,12 @@ fn from_log(path: &Path, log: &RadarLog, warnings: &mut Warnings) -> Result<Rada
         })?;
     let clock = recorded_clock(path, log, &mut made)?;
     for blemish in log.report.blemishes.iter().take(LISTED_BLEMISHES) {
-        warnings.add(format!("{}: {blemish}", name_of(path)));
+        let text = format!("{}: {blemish}", name_of(path));
+        if blemish.is_end_of_recording() {
+            warnings.note(text);
+        } else {
+            warnings.add(text);
+        }
     }
     let more = log
         .report
@@ -453,7 +458,7 @@ fn from_neutral(
         });
     }
     for name in &neutral.ignored {
-        warnings.add(format!("{}: array {name} is not used", name_of(path)));
+        warnings.note(format!("{}: array {name} is not used", name_of(path)));
     }
     let content = match neutral.content {
         NeutralContent::Radargram(radargram) => RadarContent::Radargram(radargram),

@@ -2,6 +2,7 @@
 
 pub(crate) mod elevation;
 pub mod pixels;
+pub mod size;
 
 use std::fs::File;
 use std::io;
@@ -18,6 +19,7 @@ use crate::journal::warnings::Warnings;
 use crate::position::Positions;
 use crate::read::name_of;
 use crate::scene::pixels::Pixels;
+use crate::scene::size::{bytes_text, fitting_pixel_m, millimetres};
 
 /// The image's rectangle and heights, as asked for.
 #[derive(Clone, Debug)]
@@ -86,6 +88,37 @@ pub enum SceneError {
     /// A rectangle that makes no grid, or one that cannot be held.
     #[error("[image]: {0}")]
     Grid(ImagingError),
+    /// Far more pixels than memory holds.
+    #[error(
+        "[image] x_m, y_m, pixel_m: {} m × {} m in pixels of {pixel_m} m need {} of memory, more than the \
+         {} that an image may have; expected a smaller extent, or pixel_m = {} and more",
+        millimetres(extent_m[0]), millimetres(extent_m[1]), bytes_text(*bytes), bytes_text(*limit_bytes),
+        fitting_pixel_m(*pixel_m, *bytes, *limit_bytes)
+    )]
+    TooLarge {
+        /// Sides along east and north (m).
+        extent_m: [f64; 2],
+        /// Side of a pixel (m).
+        pixel_m: f64,
+        /// What the pixels need.
+        bytes: u128,
+        /// What an image may have.
+        limit_bytes: u128,
+    },
+    /// A single pixel.
+    #[error(
+        "[image] x_m, y_m: expected an extent of two pixels or more along x or y, found one pixel of {pixel_m} m: \
+         x_m = [{}, {}], y_m = [{}, {}]",
+        x_m[0], x_m[1], y_m[0], y_m[1]
+    )]
+    OnePixel {
+        /// First and last pixel centre along east (m).
+        x_m: [f64; 2],
+        /// The same along north.
+        y_m: [f64; 2],
+        /// Side of a pixel (m).
+        pixel_m: f64,
+    },
     /// Sides left to the flight, of terrain or a volume.
     #[error(
         "[image] x_m, y_m: expected [from, to], as terrain and volumes do not follow the flight"
@@ -151,6 +184,23 @@ pub enum SceneError {
     /// Heights that make no surface.
     #[error(transparent)]
     Surface(#[from] ImagingError),
+}
+
+impl SceneError {
+    /// Why the rectangle in pixels of `pixel_m` makes no grid.
+    fn of_grid(error: ImagingError, x_m: [f64; 2], y_m: [f64; 2], pixel_m: f64) -> Self {
+        match error {
+            ImagingError::TooLarge {
+                bytes, limit_bytes, ..
+            } => Self::TooLarge {
+                extent_m: [x_m[1] - x_m[0], y_m[1] - y_m[0]],
+                pixel_m,
+                bytes,
+                limit_bytes,
+            },
+            other => Self::Grid(other),
+        }
+    }
 }
 
 /// Height of the ground under a flight.
@@ -378,9 +428,17 @@ impl SceneOptions {
     pub fn grid(&self) -> Result<Option<PlaneGrid>, SceneError> {
         match (self.x_m, self.y_m) {
             (Some(x_m), Some(y_m)) => {
-                PlaneGrid::from_ranges(x_m, y_m, self.base_z_m(), self.pixel_m)
-                    .map(Some)
-                    .map_err(SceneError::Grid)
+                let grid = PlaneGrid::from_ranges(x_m, y_m, self.base_z_m(), self.pixel_m)
+                    .map_err(|error| SceneError::of_grid(error, x_m, y_m, self.pixel_m))?;
+                let is_plane = !matches!(self.heights, SceneHeights::Volume { .. });
+                if grid.len() == 1 && is_plane {
+                    return Err(SceneError::OnePixel {
+                        x_m,
+                        y_m,
+                        pixel_m: self.pixel_m,
+                    });
+                }
+                Ok(Some(grid))
             }
             _ => Ok(None),
         }

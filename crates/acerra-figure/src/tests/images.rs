@@ -256,3 +256,57 @@ fn a_gain_for_display_lifts_what_lies_far() {
     assert!(near(brightest(&image, 0), Palette::Inferno.at(1.0), 12));
     assert!(image.draw().unwrap().to_svg().contains("60 dB from top"));
 }
+
+/// Ends of a text along the direction in which it reads, and the room of the figure there.
+fn ends(text: &drawing::Text, figure: &Drawing) -> ([f32; 2], f32) {
+    let width = font::width(&text.text, text.size);
+    let before = match text.anchor {
+        drawing::Anchor::Start => 0.0,
+        drawing::Anchor::Middle => 0.5 * width,
+        drawing::Anchor::End => width,
+    };
+    if text.upwards {
+        (
+            [text.y + before - width, text.y + before],
+            figure.height_px as f32,
+        )
+    } else {
+        (
+            [text.x - before, text.x - before + width],
+            figure.width_px as f32,
+        )
+    }
+}
+
+#[test]
+fn captions_of_flat_images_are_whole_on_desks_and_telephones() {
+    for (nx, ny) in [(400, 20), (600, 8), (20, 400), (50, 50)] {
+        let amplitude = vec![1.0_f32; nx * ny];
+        let mut figure = ImageDb::new(
+            "Volume from the south: greatest level along the other axis",
+            PixelValues::Amplitude(&amplitude),
+            nx,
+            ny,
+        )
+        .at(0.0, 0.0, 0.05);
+        figure.window = LevelWindow::Percentile { share: 0.5 };
+        for width_px in [860.0, 360.0] {
+            figure.width_px = width_px;
+            let drawing = figure.draw().unwrap();
+            Picture::of(&format!("flat-{nx}-{ny}-{width_px}"), &drawing);
+            let mut said = 0;
+            for item in &drawing.items {
+                let drawing::Item::Text(text) = item else {
+                    continue;
+                };
+                let ([from, to], room) = ends(text, &drawing);
+                assert!(
+                    from >= 0.0 && to <= room + 0.5,
+                    "{nx} × {ny}: {text:?}: {to} of {room}"
+                );
+                said += usize::from(text.text.contains("maximum"));
+            }
+            assert_eq!(said, 1, "{nx} × {ny}");
+        }
+    }
+}

@@ -11,11 +11,13 @@ mod positioning;
 mod requested;
 mod setting;
 mod values;
+mod write;
 
 pub use error::ConfError;
 pub use requested::{
     ConfInputs, ConfOutputs, NamedFile, NotFollowed, NotFollowedReason, RtklibConf,
 };
+pub use write::write_conf;
 
 use crate::input::{Limits, LineSource, Lines};
 use crate::options::{PpkOptions, RuleSet};

@@ -1,5 +1,6 @@
 //! Why a rover's log cannot be positioned.
 
+use acerra_geo::geodesy::geodetic_from_ecef;
 use acerra_geo::time::GpsTime;
 
 /// First and last time of something.
@@ -54,9 +55,9 @@ pub enum PpkError {
         base: TimeSpan,
     },
     /// The base position is wanted from somewhere that has none.
-    #[error("the base position is not known{}", suggestion(*.own_single_ecef_m))]
+    #[error("the log does not hold the base position{}", suggestion(*.own_single_ecef_m))]
     BasePositionMissing {
-        /// The base's own single-point position (ECEF, m), as a suggestion.
+        /// Median of the base's own single-point positions (ECEF, m), as a suggestion.
         own_single_ecef_m: Option<[f64; 3]>,
     },
     /// The base position cannot be true.
@@ -95,8 +96,15 @@ fn end_text(end: Option<GpsTime>) -> String {
 }
 
 fn suggestion(own: Option<[f64; 3]>) -> String {
-    own.map_or_else(String::new, |[x, y, z]| {
-        format!("; its own single-point position is {x:.3} {y:.3} {z:.3} (ECEF, m)")
+    own.map_or_else(String::new, |own_ecef_m| {
+        let place = geodetic_from_ecef(own_ecef_m);
+        format!(
+            "; the median of its own single-point positions, metres off at most, is {:.8}°, {:.8}°, {:.2} m \
+             (ellipsoidal height)",
+            place.latitude_deg(),
+            place.longitude_deg(),
+            place.height_m
+        )
     })
 }
 

@@ -11,6 +11,8 @@ use acerra_geo::geodesy::EnuFrame;
 const AVERAGE_INTERVAL_S: f64 = 1.0 - 0.025;
 /// Base epochs whose single-point position is computed as a check of a given position.
 const CHECKED_EPOCHS: usize = 16;
+/// The same where their median is suggested as the base's position.
+const SUGGESTED_EPOCHS: usize = 240;
 const LEAST_RADIUS_M: f64 = 6.0e6;
 const LARGEST_DISTANCE_M: f64 = 100e3;
 /// Distance from its own single-point position beyond which a base position is doubtful (m): three
@@ -75,7 +77,14 @@ pub(crate) fn base_position(
             }),
         )
     } else {
-        let step = epochs.len().div_ceil(CHECKED_EPOCHS).max(1);
+        let is_missing =
+            options.base_position == BasePosition::Header && data.station.position_ecef_m.is_none();
+        let most = if is_missing {
+            SUGGESTED_EPOCHS
+        } else {
+            CHECKED_EPOCHS
+        };
+        let step = epochs.len().div_ceil(most).max(1);
         single_points(context, epochs.iter().step_by(step))
     };
     let speed = |p: &SinglePoint| p.velocity.map(|(v, _)| distance(v, [0.0; 3]));

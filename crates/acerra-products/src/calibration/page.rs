@@ -22,7 +22,7 @@ pub(super) fn page(name: &str, outcome: &CalibrationOutcome) -> Result<String, F
             h2 { "Result" }
             (estimates(&record.estimates))
         }
-        (html::warnings(&record.warnings))
+        (html::warnings(&record.warnings, &[]))
         section #observability {
             h2 { "What the geometry cannot tell" }
             (directions(&record))

@@ -62,6 +62,7 @@ fn needs_more(format: ProductFormat) -> Option<&'static str> {
         ProductFormat::Zarr | ProductFormat::Hdf5 | ProductFormat::Vtk => None,
         ProductFormat::Cphd => Some("cphd"),
         ProductFormat::Geotiff => Some("geotiff"),
+        ProductFormat::GeotiffAbsolute => Some("geotiff-absolute"),
         ProductFormat::GeotiffPower => Some("geotiff-power"),
         ProductFormat::GeotiffComplex => Some("geotiff-complex"),
         ProductFormat::Kmz => Some("kmz"),

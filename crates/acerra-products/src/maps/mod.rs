@@ -42,6 +42,7 @@ pub(crate) fn write(outcome: &Outcome, staging: &Staging) -> anyhow::Result<()> 
     let write_rasters = || {
         [
             (ProductFormat::Geotiff, Content::Level),
+            (ProductFormat::GeotiffAbsolute, Content::Absolute),
             (ProductFormat::GeotiffPower, Content::Power),
             (ProductFormat::GeotiffComplex, Content::Complex),
         ]

@@ -5,12 +5,14 @@ use std::io::BufWriter;
 
 use acerra_figure::{ImageDb, LevelWindow, PixelValues};
 use acerra_geo::geodesy::Geodetic;
+use acerra_geo::time::GpsTime;
 use acerra_maps::kmz::{Overlay, OverlayPoint, TrackHeights, write_kmz};
 use anyhow::Context;
 
 use super::frame::OnEarth;
 use crate::display::{WINDOW, range_gain_of};
 use crate::outcome::Outcome;
+use crate::provenance::time_span;
 use crate::staging::Staging;
 
 const NAME: &str = "image.kmz";
@@ -34,6 +36,7 @@ pub(super) fn write(
     let floor_db = image.floor_db();
     image.window = LevelWindow::Fixed { floor_db };
     let png = image.overlay_png(MOST_SIDE).context(NAME)?;
+    let legend = image.legend().to_png().context(NAME)?;
     let description = format!(
         "Radar image {}; levels from {:.0} dB to 0 dB below the maximum. Acerra {}.",
         outcome.focused.pixels.describe(),
@@ -57,9 +60,16 @@ pub(super) fn write(
         heights: above_sea(outcome, &tracks),
         tracks,
         points: points.collect(),
+        legend: Some(&legend),
+        time_span_utc: time_span(outcome).map(|span| span.map(iso_8601)),
     };
     let file = File::create(staging.path(NAME)).with_context(|| format!("{NAME}: cannot write"))?;
     write_kmz(BufWriter::new(file), &overlay).context(NAME)
+}
+
+/// A time in UTC to the second, as KML wants it.
+fn iso_8601(time: GpsTime) -> String {
+    time.format_utc(0).replace('/', "-").replacen(' ', "T", 1) + "Z"
 }
 
 /// Heights of the tracks above the sea, where the geoid is known all along.

@@ -3,13 +3,16 @@
 use std::fs::File;
 use std::io::{BufWriter, Write as _};
 
+use acerra_figure::{ImageDb, Palette, PixelValues};
 use acerra_maps::geotiff::{Description, write_geotiff};
-use acerra_maps::raster::Raster;
+use acerra_maps::qgis_style::qgis_style;
+use acerra_maps::raster::{LevelScale, Raster};
 use acerra_maps::world_file::world_file;
 use anyhow::Context;
 use rayon::prelude::*;
 
 use super::frame::MapFrame;
+use crate::display::WINDOW;
 use crate::outcome::Outcome;
 use crate::provenance;
 use crate::staging::Staging;
@@ -19,6 +22,8 @@ use crate::staging::Staging;
 pub(super) enum Content {
     /// Levels below the maximum (dB).
     Level,
+    /// Levels of |σ̃|² itself (dB).
+    Absolute,
     /// Powers, linear.
     Power,
     /// Complex amplitudes.
@@ -29,6 +34,7 @@ impl Content {
     const fn file(self) -> &'static str {
         match self {
             Self::Level => "image-db.tif",
+            Self::Absolute => "image-absolute-db.tif",
             Self::Power => "image-power.tif",
             Self::Complex => "image-complex.tif",
         }
@@ -36,7 +42,7 @@ impl Content {
 
     const fn unit(self) -> &'static str {
         match self {
-            Self::Level => "dB",
+            Self::Level | Self::Absolute => "dB",
             Self::Power | Self::Complex => "",
         }
     }
@@ -52,11 +58,18 @@ pub(super) fn write(
     let grid = &outcome.focused.pixels.grid;
     let (nx, ny) = (grid.nx, grid.ny);
     let power = match content {
-        Content::Level | Content::Power => power(outcome),
+        Content::Level | Content::Absolute | Content::Power => power(outcome),
         Content::Complex => Vec::new(),
     };
     let raster = match content {
-        Content::Level => Raster::level_db(&power, nx, ny),
+        Content::Level => {
+            let scale = shown_levels(outcome);
+            let steps = (0..COLOURS).map(|k| Palette::Inferno.at(k as f64 / (COLOURS - 1) as f64));
+            let style = qgis_style([scale.floor_db, 0.0], &steps.collect::<Vec<_>>(), "dB");
+            staging.write("image-db.qml", style)?;
+            Raster::level_db(&power, nx, ny, scale)
+        }
+        Content::Absolute => Raster::level_db(&power, nx, ny, LevelScale::ABSOLUTE),
         Content::Power => Raster::power(&power, nx, ny),
         Content::Complex => Raster::complex(&outcome.focused.image, nx, ny),
     };
@@ -78,6 +91,21 @@ pub(super) fn write(
         staging.write(&world, world_file(placement))?;
     }
     Ok(())
+}
+
+/// Colours of the style for QGIS, between which it interpolates.
+const COLOURS: u32 = 25;
+
+/// The levels of `image.png`, but for what is done to them for display alone: against the maximum, down to its floor.
+fn shown_levels(outcome: &Outcome) -> LevelScale {
+    let grid = &outcome.focused.pixels.grid;
+    let values = PixelValues::Complex(&outcome.focused.image);
+    let mut image = ImageDb::new("", values, grid.nx, grid.ny);
+    image.window = WINDOW;
+    LevelScale {
+        zero_db: image.zero_level_db(),
+        floor_db: image.floor_db(),
+    }
 }
 
 /// |σ̃|² of Eq. (3), pixel by pixel.

@@ -1,4 +1,5 @@
-//! `targets.geojson`: targets with their uncertainty, the tracks, the outline of the image.
+//! `targets.geojson`: targets with their uncertainty; `flight.geojson`: the tracks and the outline of the image. A file has
+//! one kind of geometry, so that map programs show it as one layer.
 
 use acerra_geo::geodesy::Geodetic;
 use acerra_maps::geojson::FeatureCollection;
@@ -18,10 +19,11 @@ pub(super) fn write(
     earth: OnEarth<'_>,
     staging: &Staging,
 ) -> anyhow::Result<()> {
-    let mut features = FeatureCollection::default();
+    let [mut targets, mut lines] = [(); 2].map(|()| FeatureCollection::default());
     let items = provenance::items(outcome);
     let members: Map<String, Value> = items.into_iter().map(|(k, v)| (k, v.into())).collect();
-    features.member("provenance", Value::Object(members));
+    targets.member("provenance", Value::Object(members.clone()));
+    lines.member("provenance", Value::Object(members));
     for (k, target) in outcome.measured.targets.iter().enumerate() {
         let place_m = [target.x_m, target.y_m, target.z_m];
         let place: Geodetic = earth.frame.geodetic_from_enu(place_m);
@@ -39,14 +41,15 @@ pub(super) fn write(
             "rayleigh_across_m": target.across.rayleigh_m,
             "ghost_level": target.ghost.map(|g| g.level),
         });
-        features.point(&place, properties);
+        targets.point(&place, properties);
     }
     let names = outcome.prepared.tracks.iter().map(|track| &track.name);
     for (name, places) in names.zip(earth.tracks(outcome, MOST_PLACES)) {
         if places.len() > 1 {
-            features.line(&places, json!({"name": format!("track {name}").trim()}));
+            lines.line(&places, json!({"name": format!("track {name}").trim()}));
         }
     }
-    features.outline(&earth.corners(), json!({"name": "image"}));
-    staging.write("targets.geojson", features.to_text())
+    lines.outline(&earth.corners(), json!({"name": "image"}));
+    staging.write("targets.geojson", targets.to_text())?;
+    staging.write("flight.geojson", lines.to_text())
 }

@@ -3,6 +3,7 @@
 use acerra_chain::focus::inversion::InversionRecord;
 use acerra_chain::journal::stages::Stage;
 use acerra_chain::read::inputs::InputFile;
+use acerra_figure::{Drawing, FigureError};
 use acerra_geo::trajectory::SolutionStatus;
 use std::fmt;
 
@@ -25,6 +26,8 @@ pub struct ReportData {
     pub unchecked: Vec<[String; 2]>,
     /// What speaks against the result, one sentence each.
     pub warnings: Vec<String>,
+    /// What was left out without harm, one sentence each.
+    pub notes: Vec<String>,
     /// The focused image.
     pub image: Option<Picture>,
     /// How the scene was solved for, where the image is not the adjoint.
@@ -43,8 +46,10 @@ pub struct ReportData {
     pub pictures: Vec<Picture>,
     /// What the image rests on, track by track.
     pub tracks: Vec<TrackEvidence>,
-    /// What the automatic choices came to: algorithm, offsets, counts.
+    /// What the automatic choices came to: offsets, counts.
     pub choices: Vec<Fact>,
+    /// How the image was computed, a line for each part of the plan.
+    pub plan: Vec<Fact>,
     /// Input files.
     pub inputs: Vec<InputFile>,
     /// Cost of the stages.
@@ -134,15 +139,44 @@ impl Fact {
     }
 }
 
-/// A finished PNG.
+/// A finished figure: a PNG, and what a page shows of it.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Picture {
-    /// The bytes of the file.
+    /// The bytes of the PNG.
     pub png: Vec<u8>,
+    /// The same figure as SVG, in which texts follow the reader's theme; pages show the PNG where it is empty.
+    pub wide_svg: String,
+    /// The figure laid out for a telephone, as SVG.
+    pub narrow_svg: String,
     /// What it shows, for readers who cannot see it.
     pub alt: String,
     /// How to read it, under the picture.
     pub caption: String,
+}
+
+/// Greatest widths of a figure in CSS pixels: of a desk's screen and print, and of a telephone.
+const FIGURE_WIDTHS_PX: [f32; 2] = [860.0, 360.0];
+
+impl Picture {
+    /// The figure that `draw` lays out for a greatest width in CSS pixels.
+    ///
+    /// # Errors
+    /// Those of `draw`; a picture too large to hold.
+    pub fn drawn(
+        mut draw: impl FnMut(f32) -> Result<Drawing, FigureError>,
+        alt: &str,
+        caption: impl Into<String>,
+    ) -> Result<Self, FigureError> {
+        let [wide, narrow] = FIGURE_WIDTHS_PX;
+        let (wide, narrow) = (draw(wide)?.described(alt), draw(narrow)?.described(alt));
+        Ok(Self {
+            png: wide.to_png()?,
+            wide_svg: wide.to_svg(),
+            narrow_svg: narrow.to_svg(),
+            alt: alt.to_owned(),
+            caption: caption.into(),
+        })
+    }
 }
 
 /// Widths of a response in one direction, in metres.

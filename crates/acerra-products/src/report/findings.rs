@@ -1,7 +1,7 @@
 //! The evidence: independent findings about a run, and what they amount to.
 
 use super::data::{EvidenceRow, Verdict};
-use super::numbers::{fixed, measured};
+use super::numbers::{fixed, measured, with_minus_signs};
 use maud::{Markup, html};
 
 /// The section with the one-line verdict and all findings, gravest first; those that agree are folded
@@ -81,7 +81,7 @@ fn finding(row: &EvidenceRow) -> Markup {
             td data-label="expected" { (shown(row.expected)) }
             td data-label="σ" { (shown(sigma)) " " span.muted { (off) } }
             td data-label="verdict" { span.badge.(class(row.verdict)) { (row.verdict.name()) } }
-            td.explanation { (row.explanation) }
+            td.explanation { (with_minus_signs(&row.explanation)) }
         }
     }
 }

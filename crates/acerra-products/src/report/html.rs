@@ -62,17 +62,25 @@ pub(crate) fn warning_badge(count: usize, target: &str) -> Markup {
     html! { a.badge.(class) href=(target) { (text) } " " }
 }
 
-/// The section of warnings.
-pub(crate) fn warnings(warnings: &[String]) -> Markup {
+/// The section of warnings, with the notes behind them.
+pub(crate) fn warnings(warnings: &[String], notes: &[String]) -> Markup {
     html! {
         section #warnings {
-            h2 { "Warnings" }
+            h2 { @if notes.is_empty() { "Warnings" } @else { "Warnings and notes" } }
             @if warnings.is_empty() {
                 p.note.good { "Nothing was dropped, replaced or doubted." }
             } @else {
                 ul.note.bad {
                     @for warning in warnings {
                         li { (warning) }
+                    }
+                }
+            }
+            @if !notes.is_empty() {
+                p.caption { "Left out without harm:" }
+                ul.muted {
+                    @for note in notes {
+                        li { (note) }
                     }
                 }
             }
@@ -99,8 +107,17 @@ pub(crate) fn tiles(facts: &[Fact]) -> Markup {
     }
 }
 
-/// A picture with its caption, as wide as the same figure would be as SVG.
+/// A picture with its caption: the layout for the reader's screen, or the PNG where that is all there is.
 pub(crate) fn picture(picture: &Picture) -> Markup {
+    if !picture.wide_svg.is_empty() {
+        return html! {
+            figure {
+                div.whole.wide { (PreEscaped(&picture.wide_svg)) }
+                div.whole.narrow { (PreEscaped(&picture.narrow_svg)) }
+                (caption(&picture.caption))
+            }
+        };
+    }
     html! {
         figure {
             img.figure

@@ -6,8 +6,8 @@
 //! URIs, plots inline SVG, there is no script, and a content policy forbids the browser to fetch
 //! anything. They follow the reader's light or dark theme, fit a telephone and print well.
 //!
-//! The order is that of a reader's questions: can the result be trusted, what was found, what speaks
-//! against it, what it rests on, and how to do it again.
+//! The order is that of a reader's questions: what does the image show, can it be trusted and what speaks against it,
+//! what was found, what it rests on, and how to do it again.
 //!
 //! ```
 //! use acerra_products::report::{Fact, ReportData, report_page};

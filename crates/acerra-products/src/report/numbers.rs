@@ -19,11 +19,25 @@ pub(super) fn fixed(value: impl Into<Option<f64>>, decimals: usize) -> String {
 }
 
 /// A value with its unit, to as many places as `sigma` deserves (two significant digits of it), or
-/// to four significant digits where no standard deviation is known.
+/// to four significant digits where no standard deviation is known. Shares are said in per cent.
 pub(super) fn measured(value: Option<f64>, sigma: Option<f64>, unit: &str) -> String {
-    let Some(value) = value.filter(|value| value.is_finite()) else {
-        return "–".to_owned();
-    };
+    if let Some(whole) = unit.strip_prefix("share") {
+        let percent = |share: Option<f64>| share.map(|share| 1e2 * share);
+        return match percent(value).filter(|value| value.is_finite()) {
+            Some(value) => format!("{}\u{a0}%{whole}", significant(value, percent(sigma), 3)),
+            None => "–".to_owned(),
+        };
+    }
+    match value.filter(|value| value.is_finite()) {
+        Some(value) => format!("{}\u{a0}{unit}", significant(value, sigma, 4))
+            .trim_end()
+            .to_owned(),
+        None => "–".to_owned(),
+    }
+}
+
+/// A number to two digits of `sigma`, or to as many `digits` of its own.
+fn significant(value: f64, sigma: Option<f64>, digits: i32) -> String {
     let places = |scale: f64, digits: i32| {
         let magnitude = scale.abs().log10().floor();
         if magnitude.is_finite() {
@@ -34,14 +48,28 @@ pub(super) fn measured(value: Option<f64>, sigma: Option<f64>, unit: &str) -> St
     };
     let decimals = match sigma {
         Some(sigma) => places(sigma, 2),
-        None => places(value, 4),
+        None => places(value, digits),
     };
-    let number = if value.abs() >= 1e6 || (value != 0.0 && value.abs() < 1e-6) {
+    if value.abs() >= 1e6 || (value != 0.0 && value.abs() < 1e-6) {
         format!("{value:.2e}").replace('-', "−")
     } else {
         fixed(value, decimals)
-    };
-    format!("{number}\u{a0}{unit}").trim_end().to_owned()
+    }
+}
+
+/// Words with the true minus sign before their numbers; names and exponents keep their hyphens.
+pub(super) fn with_minus_signs(words: &str) -> String {
+    let mut text = String::with_capacity(words.len());
+    let mut before = None;
+    let mut letters = words.chars().peekable();
+    while let Some(letter) = letters.next() {
+        let begins =
+            before.is_none_or(|c: char| c.is_whitespace() || matches!(c, '(' | '[' | '±' | '…'));
+        let is_sign = letter == '-' && begins && letters.peek().is_some_and(char::is_ascii_digit);
+        text.push(if is_sign { '−' } else { letter });
+        before = Some(letter);
+    }
+    text
 }
 
 /// Bytes in the largest binary unit that keeps at least one whole.
@@ -94,7 +122,22 @@ mod tests {
         assert_eq!(measured(Some(0.0512), None, "m"), "0.05120\u{a0}m");
         assert_eq!(measured(Some(3.0), Some(12.0), ""), "3");
         assert_eq!(measured(None, Some(1.0), "m"), "–");
+        let share = "share of the image";
+        assert_eq!(
+            measured(Some(0.4938), None, share),
+            "49.4\u{a0}% of the image"
+        );
+        assert_eq!(
+            measured(Some(0.5), Some(0.012), share),
+            "50.0\u{a0}% of the image"
+        );
+        assert_eq!(measured(Some(1.0), None, share), "100\u{a0}% of the image");
+        assert_eq!(measured(None, None, share), "–");
         assert_eq!(measured(Some(f64::NAN), None, "m"), "–");
+        assert_eq!(
+            with_minus_signs("-10.0 ns (-4 mm) at 1e-3, AVX-512, flight-1.mrm"),
+            "−10.0 ns (−4 mm) at 1e-3, AVX-512, flight-1.mrm"
+        );
         assert_eq!(bytes(1023), "1023 B");
         assert_eq!(bytes(1536), "1.5 KiB");
         assert_eq!(seconds(0.0123), "12.3 ms");

@@ -24,10 +24,13 @@ pub fn report_page(data: &ReportData) -> Result<String, FigureError> {
         .collect();
     let body = html! {
         (html::heading(&data.title, &data.summary, &data.version, &badges))
+        @if let Some(image) = &data.image {
+            section #image { (html::picture(image)) }
+        }
         (findings::section(&data.evidence, &data.unchecked))
+        (html::warnings(&data.warnings, &data.notes))
         (result::section(data))
         (inversion)
-        (html::warnings(&data.warnings))
         section #measurements {
             h2 { "What it rests on" }
             (tracks)

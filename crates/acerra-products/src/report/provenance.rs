@@ -2,7 +2,7 @@
 
 use super::data::{Fact, ReportData};
 use super::html::{self, Table};
-use super::numbers::{bytes, seconds};
+use super::numbers::{bytes, seconds, with_minus_signs};
 use acerra_chain::journal::stages::Stage;
 use acerra_chain::read::inputs::InputFile;
 use maud::{Markup, html};
@@ -16,7 +16,8 @@ pub(super) fn section(data: &ReportData) -> Markup {
                 " with the directory of this report shows the run in the browser: image, radargram and \
                  flight, linked, and images again as settings change."
             }
-            (choices(&data.choices))
+            (facts("What was chosen", &data.choices))
+            (facts("How the image was computed", &data.plan))
             (inputs(&data.inputs))
             (cost(&data.stages))
             (configuration(&data.configuration))
@@ -24,18 +25,19 @@ pub(super) fn section(data: &ReportData) -> Markup {
     }
 }
 
-fn choices(choices: &[Fact]) -> Markup {
+fn facts(heading: &str, facts: &[Fact]) -> Markup {
+    let has_notes = facts.iter().any(|fact| !fact.note.is_empty());
     html! {
-        @if !choices.is_empty() {
-            h3 { "What was chosen" }
-            div.scroll tabindex="0" role="group" aria-label="What was chosen" {
+        @if !facts.is_empty() {
+            h3 { (heading) }
+            div.scroll tabindex="0" role="group" aria-label=(heading) {
                 table.text {
                     tbody {
-                        @for fact in choices {
+                        @for fact in facts {
                             tr {
                                 th scope="row" { (fact.name) }
-                                td { (fact.value) }
-                                td.muted { (fact.note) }
+                                td { (with_minus_signs(&fact.value)) }
+                                @if has_notes { td.muted { (fact.note) } }
                             }
                         }
                     }
@@ -104,7 +106,7 @@ pub(super) fn configuration(configuration: &str) -> Markup {
     html! {
         @if !configuration.is_empty() {
             h3 { "Configuration" }
-            details open {
+            details {
                 summary { "As resolved, with every default filled in" }
                 pre tabindex="0" role="group" aria-label="Configuration" { (configuration) }
             }

@@ -11,9 +11,6 @@ pub(super) fn section(data: &ReportData) -> Markup {
         section #result {
             h2 { "Result" }
             (html::tiles(&data.facts))
-            @if let Some(image) = &data.image {
-                (html::picture(image))
-            }
             @if data.targets.is_empty() {
                 p.muted { "No targets stand out of the image." }
             } @else {

@@ -4,7 +4,7 @@ use super::data::{
     AlignmentEvidence, SurfaceEvidence, TargetRow, TrackEvidence, TrajectoryEvidence,
 };
 use super::html::{self, Fit};
-use super::numbers::{fixed, quantile};
+use super::numbers::{fixed, quantile, with_minus_signs};
 use super::status;
 use acerra_figure::{
     Axis, Colour, FigureError, LinePlot, Panel, ReferenceLine, Series, Span, Stack, Timeline,
@@ -290,7 +290,12 @@ fn alignment(view: &AlignmentEvidence) -> Result<Markup, FigureError> {
         fixed(view.chosen_s, 3)
     );
     let drawing = plot.draw()?;
-    Ok(html::drawing(drawing, Fit::Scrolled, &alt, &view.remark))
+    Ok(html::drawing(
+        drawing,
+        Fit::Scrolled,
+        &alt,
+        &with_minus_signs(&view.remark),
+    ))
 }
 
 fn surface(view: &SurfaceEvidence) -> Result<Markup, FigureError> {
@@ -320,7 +325,7 @@ fn surface(view: &SurfaceEvidence) -> Result<Markup, FigureError> {
         plot.draw()?,
         Fit::Scrolled,
         "Range of the surface echo and height from the trajectory over time",
-        &view.remark,
+        &with_minus_signs(&view.remark),
     );
     Ok(html! {
         p {

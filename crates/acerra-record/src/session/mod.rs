@@ -22,6 +22,7 @@ mod record_error;
 mod recorder;
 mod session_clock;
 mod settings;
+mod silence;
 mod tap;
 mod window_watch;
 
@@ -39,4 +40,5 @@ pub use progress::{Fix, Health, Progress};
 pub use record_error::RecordError;
 pub use recorder::Recorder;
 pub use settings::{FlightSection, GnssSection, RadioSection, Session, SettingsError, Way};
+pub use silence::{LEAST_SILENCE, Silence, SilenceWatch};
 pub use tap::{Tap, Tapped};

@@ -5,12 +5,11 @@ use std::time::{Duration, Instant};
 use super::fix_watch::FixWatch;
 use super::outlet::Outlet;
 use super::progress::Progress;
+use super::silence::LEAST_SILENCE;
 use crate::gnss::ByteSource;
 use crate::host::HostClock;
 use crate::log::{Record, RecordKind};
 
-/// Time without bytes after which a receiver counts as silent.
-const SILENCE: Duration = Duration::from_secs(3);
 /// Time in which bytes on their way are taken in at the end.
 const LAST_BYTES: Duration = Duration::from_millis(500);
 /// Time between attempts to reach a receiver that is gone.
@@ -95,15 +94,10 @@ impl ReceiverLoop {
         self.out.record(record) && told.into_iter().all(|progress| self.out.say(progress))
     }
 
+    /// Notices a silence, of which the recorder warns.
     fn hear_nothing(&mut self) -> bool {
-        if self.is_silent || self.latest.elapsed() <= SILENCE {
-            return true;
-        }
-        self.is_silent = true;
-        let seconds = self.latest.elapsed().as_secs();
-        self.out.say(Progress::Warning(format!(
-            "no byte from the GNSS receiver for {seconds} s"
-        )))
+        self.is_silent |= self.latest.elapsed() > LEAST_SILENCE;
+        true
     }
 
     fn reopen(&mut self, fault: &str) -> bool {

@@ -16,6 +16,7 @@ use super::radio_loop::RadioLoop;
 use super::receiver_loop::{ReceiverLoop, gnss_record};
 use super::record_error::RecordError;
 use super::settings::{GnssSection, Session, Way};
+use super::silence::SilenceWatch;
 use super::tap::Tap;
 use super::window_watch::WindowWatch;
 use crate::driver::{Driver, RequestOptions, WatchOptions, Watched};
@@ -87,6 +88,8 @@ impl Recorder<'_> {
             shared: &shared,
             tap: self.tap.as_ref(),
             follow,
+            silences: SilenceWatch::default(),
+            warned: Vec::new(),
         };
         let outcome = writing.until_over(&receive, &|| self.is_over(clock));
         end(&shared, receive, threads);
@@ -230,7 +233,13 @@ struct Writing<'a> {
     shared: &'a Shared,
     tap: Option<&'a Tap>,
     follow: &'a mut dyn FnMut(Progress),
+    silences: SilenceWatch,
+    /// Silent instruments, with the time of the last warning.
+    warned: Vec<(&'static str, Instant)>,
 }
+
+/// Interval between warnings of a silence that lasts.
+const WARN_EVERY: Duration = Duration::from_secs(10);
 
 impl Writing<'_> {
     /// Writes what the instruments' threads send until the recording is over and they have ended.
@@ -254,6 +263,8 @@ impl Writing<'_> {
                 if since.elapsed() > LONGEST_END {
                     return Ok(());
                 }
+            } else {
+                self.warn_of_silence()?;
             }
             if told.elapsed() >= Duration::from_secs(1) {
                 told = Instant::now();
@@ -263,10 +274,32 @@ impl Writing<'_> {
         }
     }
 
+    /// Warns of each instrument that has fallen silent, and again while it is.
+    fn warn_of_silence(&mut self) -> Result<(), LogWriteError> {
+        let now = Instant::now();
+        let silent = self.silences.silent(now);
+        self.warned
+            .retain(|(known, _)| silent.iter().any(|one| one.instrument == *known));
+        for silence in silent {
+            let known = self
+                .warned
+                .iter_mut()
+                .find(|(known, _)| *known == silence.instrument);
+            match known {
+                Some((_, at)) if at.elapsed() < WARN_EVERY => continue,
+                Some((_, at)) => *at = now,
+                None => self.warned.push((silence.instrument, now)),
+            }
+            self.take(Item::Progress(Progress::Warning(silence.to_string())))?;
+        }
+        Ok(())
+    }
+
     fn take(&mut self, item: Item) -> Result<(), LogWriteError> {
         let progress = match item {
             Item::Record(record) => {
                 self.log.write(&record)?;
+                self.silences.hear(record.kind, Instant::now());
                 if let Some(tap) = self.tap {
                     tap.offer(record, self.clock);
                 }

@@ -1,5 +1,6 @@
 // How levels become colours, and which run stands beside this one.
 
+import { step } from "./drawing.js";
 import { choice, section, slider, toggle } from "./form.js";
 import { PALETTES, palette } from "./palettes.js";
 
@@ -15,16 +16,27 @@ export function displayPanel(store) {
   };
   const legend = document.createElement("div");
   legend.className = "legend";
-  const [low, bar, high] = [document.createElement("span"), document.createElement("canvas"), document.createElement("span")];
-  legend.append(low, bar, high);
+  const [bar, ticks] = [document.createElement("canvas"), document.createElement("div")];
+  ticks.className = "ticks";
+  legend.append(bar, ticks);
   const draw = async () => {
     const isPhase = look.mode === "phase";
     const isCoherence = look.mode === "coherence";
     const table = await palette(isPhase ? "phase" : look.palette);
     [bar.width, bar.height] = [256, 1];
     bar.getContext("2d")?.putImageData(new ImageData(new Uint8ClampedArray(table), 256, 1), 0, 0);
-    low.textContent = isPhase ? "−180°" : isCoherence ? "0" : `${look.window[0]} dB`.replace("-", "−");
-    high.textContent = isPhase ? "180°" : isCoherence ? "1" : `${look.window[1]} dB`.replace("-", "−");
+    const [low, high] = isPhase ? [-180, 180] : isCoherence ? [0, 1] : look.window;
+    const unit = isPhase ? "°" : isCoherence ? "" : " dB";
+    const apart = isPhase ? 90 : step(high - low, 5);
+    const marks = [];
+    for (let k = Math.ceil(low / apart - 1e-9); k * apart <= high + 1e-9; k++) {
+      const mark = document.createElement("span");
+      const value = Number((k * apart).toFixed(3));
+      mark.textContent = `${value}${marks.length ? "" : unit}`.replace("-", "−");
+      mark.style.left = `${(100 * (value - low)) / (high - low)}%`;
+      marks.push(mark);
+    }
+    ticks.replaceChildren(...marks);
   };
   const floor = slider({
     name: "Lowest level", id: "floor", low: -100, high: -5, step: 1, value: look.window[0], text: (v) => `${v} dB`.replace("-", "−"),

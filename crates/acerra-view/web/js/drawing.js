@@ -83,17 +83,19 @@ export function cross(c, x, y, colour) {
 /**
  * Ticks along the left and lower edges.
  * @param {CanvasRenderingContext2D} c @param {import("./camera.js").Camera} camera @param {{x: string, y: string}} names
+ * @param {{value: (x: number) => number, place: (value: number) => number}} [numbers] what the x axis counts, where that is not the place itself
  */
-export function axes(c, camera, names) {
+export function axes(c, camera, names, numbers = { value: (x) => x, place: (value) => value }) {
   const view = camera.view();
   const digits = (/** @type {number} */ s) => Math.max(0, -Math.floor(Math.log10(s) + 1e-9));
-  const sx = step(view.x[1] - view.x[0], camera.width / 90);
+  const [first, last] = view.x.map(numbers.value);
+  const sx = step(last - first, camera.width / 90);
   const sy = step(view.y[1] - view.y[0], camera.height / 60);
   const bottom = camera.height;
   c.font = FONT;
   const end = camera.width - 20 - c.measureText(names.x).width;
-  for (let k = Math.ceil(view.x[0] / sx); k * sx <= view.x[1]; k++) {
-    const [x] = camera.toScreen(k * sx, 0);
+  for (let k = Math.ceil(first / sx); k * sx <= last; k++) {
+    const [x] = camera.toScreen(numbers.place(k * sx), 0);
     if (x < 56 || x > end - 16) continue;
     line(c, [[x, bottom], [x, bottom - 6]], "#fff", { width: 1.2 });
     label(c, (k * sx).toFixed(digits(sx)), x, bottom - 9, { align: "center" });

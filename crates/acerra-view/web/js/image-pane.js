@@ -7,7 +7,7 @@ import { ChangingLayer, SingleLayer, TiledLayer, boundsOf } from "./layers.js";
 import { palette } from "./palettes.js";
 import { Pane } from "./pane.js";
 import { number, readout } from "./readout.js";
-import { CHOSEN, statusColour } from "./store.js";
+import { CHOSEN, SURVEYED, statusColour } from "./store.js";
 import { contoursOf, drawContours } from "./terrain.js";
 
 /** Pixels of a live image, at most. */
@@ -214,6 +214,11 @@ export class ImagePane {
       ringMark(c, x, y, 9, "#ffffff");
       label(c, `${k + 1}`, x + 13, y - 6);
     });
+    for (const point of store.meta?.targets.surveyed ?? []) {
+      const [x, y] = camera.toScreen(point.x_m, point.y_m);
+      cross(c, x, y, SURVEYED);
+      label(c, point.name, x + 13, y + 14, { colour: SURVEYED });
+    }
     if (store.mark) cross(c, ...camera.toScreen(store.mark.x, store.mark.y), "#ffe14d");
     if (this.measured.length === 2) this.drawMeasure(c);
     axes(c, camera, { x: "east x / m", y: "north y / m" });

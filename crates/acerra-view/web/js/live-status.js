@@ -16,6 +16,13 @@ export function imageState(status) {
   return parts.join("; ");
 }
 
+/** What is said, loudly, of instruments that are silent. @param {import("./live-link.js").LiveStatus} status */
+export function silenceText(status) {
+  const capital = (/** @type {string} */ text) => text[0].toUpperCase() + text.slice(1);
+  const of = status.silent.map((one) => `${capital(one.instrument)} is silent: last heard at ${one.last_heard_utc} UTC.`);
+  return of.join(" ");
+}
+
 /** Rows of the table. @param {import("./live-link.js").LiveStatus} status @returns {[string, string][]} */
 export function rows(status) {
   const { pulses, link } = status;

@@ -3,7 +3,7 @@
 import { postStop } from "./api.js";
 import { LivePicture } from "./live-picture.js";
 import { follow } from "./live-link.js";
-import { finalText, imageState, rows } from "./live-status.js";
+import { finalText, imageState, rows, silenceText } from "./live-status.js";
 import { LiveTracesPane } from "./live-traces.js";
 import { startTheme, switchTheme } from "./theme.js";
 
@@ -40,6 +40,9 @@ function tell(status) {
   const now = JSON.stringify(status);
   if (now === told) return;
   told = now;
+  const silence = silenceText(status);
+  if (element("silence").textContent !== silence) element("silence").textContent = silence;
+  element("silence").hidden = !silence;
   element("image-state").textContent = imageState(status);
   element("image-state").title = imageState(status);
   const lines = rows(status).map(([name, value]) => {

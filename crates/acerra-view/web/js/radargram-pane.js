@@ -139,7 +139,30 @@ export class RadargramPane {
       const [x] = camera.toScreen(column(pulse), 0);
       line(c, [[x, 0], [x, camera.height]], colour, { width: 1 });
     }
-    axes(c, camera, { x: "trace", y: "fast time / ns" });
+    axes(c, camera, { x: "trace", y: "fast time / ns" }, this.traceNumbers(track, store.data.trace));
+  }
+
+  /**
+   * The numbers of the traces in the log, which the readout has as well, for columns of the radargram.
+   * @param {import("./types.js").TrackMeta} track @param {number[]} trace
+   */
+  traceNumbers({ first_pulse: first, pulses }, trace) {
+    const at = (/** @type {number} */ column) => trace[first + Math.min(Math.max(Math.round(column), 0), pulses - 1)];
+    return {
+      // Beyond the radargram the count goes on.
+      value: (/** @type {number} */ x) => at(x) + (x < 0 ? x : Math.max(0, x - (pulses - 1))),
+      place: (/** @type {number} */ value) => {
+        if (value < at(0)) return value - at(0);
+        if (value > at(pulses - 1)) return pulses - 1 + value - at(pulses - 1);
+        let [low, high] = [0, pulses - 1];
+        while (low < high) {
+          const middle = (low + high) >> 1;
+          if (at(middle) < value) low = middle + 1;
+          else high = middle;
+        }
+        return low;
+      },
+    };
   }
 
   /** Two-way time to the ground below. @param {CanvasRenderingContext2D} c */

@@ -1,7 +1,7 @@
 // Settings of the run by sliders; the image in view follows.
 
 import { postCampaign } from "./api.js";
-import { button, choice, hint, save, section, slider } from "./form.js";
+import { button, choice, hint, save, section, slider, toggle } from "./form.js";
 
 /** @typedef {import("./types.js").Edits} Edits */
 
@@ -17,6 +17,28 @@ const BACKGROUNDS = /** @type {const} */ ([
 
 /** A number with its sign. @param {number} v @param {number} digits @param {string} unit */
 const signed = (v, digits, unit) => `${v < 0 ? "−" : v > 0 ? "+" : "±"}${Math.abs(v).toFixed(digits)} ${unit}`;
+
+/**
+ * The gate in force, and whether there is one: its sliders act only while there is.
+ * @param {import("./types.js").EngineData} data @param {(edits: Edits) => void} change
+ */
+function gateRows(data, change) {
+  const inForce = data.tracks.map((track) => track.radargram?.gate_ns ?? null).find((found) => found !== null) ?? null;
+  // The engine counts in seconds: what that leaves behind the sixth decimal is no setting.
+  const gate = inForce?.map((ns) => Number(ns.toFixed(6))) ?? [-6, 24];
+  const ns = (/** @type {number} */ v) => `${v.toFixed(1)} ns`.replace("-", "−");
+  const gated = () => gate[0] < gate[1] && change({ gate_ns: [...gate] });
+  const from = slider({ name: "Gate from, about 2h/c", id: "gate-from", low: Math.min(-20, Math.floor(gate[0])), high: 40, step: 0.5, value: gate[0], text: ns, changed: (v) => { gate[0] = v; gated(); } });
+  const to = slider({ name: "Gate to", id: "gate-to", low: -10, high: Math.max(80, Math.ceil(gate[1])), step: 0.5, value: gate[1], text: ns, changed: (v) => { gate[1] = v; gated(); } });
+  const acts = (/** @type {boolean} */ is) => [from, to].forEach(({ input }) => (input.disabled = !is));
+  const on = toggle("Gate about 2h/c", inForce !== null, (is) => {
+    acts(is);
+    if (is) gated();
+    else change({ gate_ns: "none" });
+  });
+  acts(inForce !== null);
+  return [on, from.row, to.row];
+}
 
 /** @param {import("./store.js").Store} store @param {(error: Error) => void} failed */
 export function settingsPanel(store, failed) {
@@ -34,14 +56,7 @@ export function settingsPanel(store, failed) {
   };
   panel.append(hint("The image in view follows; nothing of the run is changed."));
   if (hasTraces) {
-    const stated = settings.preprocess.gate_ns;
-    const gate = Array.isArray(stated) ? [...stated] : [-6, 24];
-    const ns = (/** @type {number} */ v) => `${v.toFixed(1)} ns`.replace("-", "−");
-    const gated = () => gate[0] < gate[1] && change({ gate_ns: [...gate] });
-    panel.append(
-      slider({ name: "Gate from, about 2h/c", id: "gate-from", low: -20, high: 40, step: 0.5, value: gate[0], text: ns, changed: (v) => { gate[0] = v; gated(); } }).row,
-      slider({ name: "Gate to", id: "gate-to", low: -10, high: 80, step: 0.5, value: gate[1], text: ns, changed: (v) => { gate[1] = v; gated(); } }).row,
-    );
+    panel.append(...gateRows(data, change));
     const own = typeof settings.preprocess.background === "string" ? settings.preprocess.background : JSON.stringify(settings.preprocess.background);
     const known = BACKGROUNDS.some(([value]) => value === own);
     const values = known ? BACKGROUNDS : [/** @type {const} */ ([own, own]), ...BACKGROUNDS];

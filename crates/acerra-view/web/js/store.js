@@ -99,6 +99,8 @@ export class Store {
 
 /** Colour of the pulse from which places are looked at, and of its echoes' places. */
 export const CHOSEN = "#7cf29c";
+/** Colour of surveyed points. */
+export const SURVEYED = "#6fd8ff";
 
 /** Colours of solution statuses, told apart by lightness as well. */
 const STATUS = /** @type {Record<string, string>} */ ({

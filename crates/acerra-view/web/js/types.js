@@ -9,7 +9,7 @@
 /** @typedef {{version: string, evidence: Finding[], unchecked: {setting: string, explanation: string}[], warnings: string[], configuration: Settings}} RunRecord */
 /** @typedef {{z0_m: number, step_m: number, slices: number, levels: {x: number, y: number, z: number}}} Volume */
 /** @typedef {{stride: number, columns: number, rows: number, height_m: number[]}} Terrain */
-/** @typedef {{name: string, grid: Grid, levels: number, display: Display, volume: Volume | null, origin_deg_m: number[] | null, record: RunRecord, targets: {targets: Target[]}, files: string[]}} RunMeta */
+/** @typedef {{name: string, grid: Grid, levels: number, display: Display, volume: Volume | null, origin_deg_m: number[] | null, record: RunRecord, targets: {targets: Target[], surveyed?: {name: string, x_m: number, y_m: number}[]}, files: string[]}} RunMeta */
 /** @typedef {{version: string, runs: {name: string, directory: string}[], basemap: {template: string} | null, tile: number}} Runs */
 /** @typedef {{trace: number[], time_s: number[], position_m: (number | null)[][], sigma_m: (number | null)[][], status: string[], flag: string[], gpst: string[]}} Track */
 /** @typedef {{trace: number, range_m: number, incidence_deg: number}} Seen */

@@ -29,7 +29,7 @@ use crate::terminal::warn;
 pub struct Args {
     /// The campaign file (TOML).
     #[arg(value_name = "CAMPAIGN.toml")]
-    campaign: PathBuf,
+    pub(crate) campaign: PathBuf,
     /// Place of a reflector's phase centre: east, north, up (m) in the campaign's frame. May be
     /// given several times.
     #[arg(long, value_name = "X,Y,Z", value_parser = point_m, allow_hyphen_values = true,

@@ -173,6 +173,9 @@ fn of_traces(args: &Args, formats: &[Format], out: &mut dyn Write) -> anyhow::Re
         for warning in warnings.said() {
             writeln!(out, "warning: {warning}")?;
         }
+        for note in warnings.notes() {
+            writeln!(out, "note: {note}")?;
+        }
     }
     Ok(())
 }

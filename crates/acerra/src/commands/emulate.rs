@@ -121,6 +121,8 @@ struct Flight {
     rover: Option<Vec<u8>>,
     /// GPS seconds of the week at the first scan, where they are known.
     first_scan_tow_s: Option<f64>,
+    /// Height of the track above the ground (m), where a scene states it.
+    height_m: Option<f64>,
     /// Tables of the campaign.
     campaign: toml::Table,
 }
@@ -262,6 +264,7 @@ fn simulated(args: &Args, folder: &Path) -> anyhow::Result<Flight> {
         scans,
         rover,
         first_scan_tow_s: Some(simulated.summary.time_offset_s),
+        height_m: scene.flight.as_ref().map(|flight| flight.height_m),
         campaign,
     })
 }
@@ -299,6 +302,7 @@ fn recorded(file: &Path) -> anyhow::Result<Flight> {
         scans,
         rover: None,
         first_scan_tow_s: None,
+        height_m: None,
         campaign: toml::Table::new(),
     })
 }
@@ -364,6 +368,10 @@ fn session_of(args: &Args, flight: &Flight, pps: Option<&Path>) -> String {
             let path = toml::Value::from(path.display().to_string());
             text.push_str(&format!("pps = {path}\n"));
         }
+    }
+    if let Some(height_m) = flight.height_m {
+        // Scans of the climb are not imaged.
+        text.push_str(&format!("\n[flight]\nheight_m = {height_m:?}\n"));
     }
     for (name, table) in &flight.campaign {
         let entries = toml::to_string(table).unwrap_or_default();

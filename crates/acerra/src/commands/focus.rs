@@ -26,7 +26,7 @@ use crate::terminal::{Verbosity, verbosity, warn};
 pub struct Args {
     /// The campaign file (TOML).
     #[arg(value_name = "CAMPAIGN.toml")]
-    campaign: PathBuf,
+    pub(crate) campaign: PathBuf,
     /// Directory for the products [default: CAMPAIGN-products beside the campaign file].
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
@@ -244,6 +244,9 @@ fn summarise(outcome: &Outcome, explain: bool, out: &mut dyn Write) -> anyhow::R
     write_targets(outcome, out)?;
     for warning in &outcome.warnings {
         writeln!(out, "warning    {warning}")?;
+    }
+    for note in &outcome.notes {
+        writeln!(out, "note       {note}")?;
     }
     for finding in outcome.evidence.findings() {
         let word = match finding.verdict {

@@ -10,7 +10,7 @@ use anyhow::{Context, ensure};
 use crate::init::{Logs, compose, expanded};
 use crate::terminal::{Verbosity, verbosity};
 
-/// Write a campaign for a flight's logs: every key with its default, set where the files tell.
+/// Write a campaign for a flight's logs: the keys that matter, set where the files say, then all others.
 ///
 /// Recognises radar logs, trajectories, the logs of GNSS receivers and navigation files by their
 /// content, tells rover and base apart by their motion, and says what it found beside each key.
@@ -28,6 +28,9 @@ pub struct Args {
     /// Write the campaign there instead of to standard output; an existing file is kept.
     #[arg(short, long, value_name = "CAMPAIGN.toml")]
     output: Option<PathBuf>,
+    /// Replace the campaign that is there already.
+    #[arg(short, long, requires = "output")]
+    force: bool,
     /// Rigid body of a motion capture that holds several; by default the one that moves with the
     /// echoes.
     #[arg(long, value_name = "NAME")]
@@ -46,8 +49,14 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
     };
     if let Some(file) = &args.output {
         ensure!(
-            !file.exists(),
-            "{}: is there already; remove it or name another file with -o",
+            args.force || !file.exists(),
+            "{}: is there already; replace it with --force, or name another file with -o",
+            file.display()
+        );
+        let mut inputs = args.files.iter();
+        ensure!(
+            !inputs.any(|input| is_same_file(input, file)),
+            "{}: is one of the logs and would be overwritten",
             file.display()
         );
     }
@@ -63,4 +72,8 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
         writeln!(out, "process with: acerra focus {}", file.display())?;
     }
     Ok(())
+}
+
+fn is_same_file(a: &Path, b: &Path) -> bool {
+    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }

@@ -20,7 +20,7 @@ use super::focus::Order;
 pub struct Args {
     /// The campaign file (TOML) whose tiles were made.
     #[arg(value_name = "CAMPAIGN.toml")]
-    campaign: PathBuf,
+    pub(crate) campaign: PathBuf,
     /// Directory of the tiles and for the products [default: CAMPAIGN-products beside the campaign
     /// file].
     #[arg(short, long, value_name = "DIR")]

@@ -23,7 +23,7 @@ use crate::settings_files::SettingsFile;
 pub struct Args {
     /// The plan file: area, wanted resolution, radar, drone.
     #[arg(value_name = "PLAN.toml", required_unless_present = "example")]
-    plan: Option<PathBuf>,
+    pub(crate) plan: Option<PathBuf>,
     /// Print a commented plan file with every key, to begin with.
     #[arg(long, conflicts_with_all = ["plan", "output", "json"])]
     example: bool,

@@ -19,7 +19,7 @@ use acerra_simulate::scene::Scene;
 pub struct Args {
     /// The scene file (TOML).
     #[arg(value_name = "SCENE.toml", required_unless_present = "example")]
-    scene: Option<PathBuf>,
+    pub(crate) scene: Option<PathBuf>,
     /// Directory for the logs.
     #[arg(short, long, value_name = "DIR", required_unless_present = "example")]
     output: Option<PathBuf>,

@@ -6,6 +6,7 @@ use std::process::{Command, Stdio};
 use std::sync::atomic::Ordering;
 
 use acerra_view::{Server, ServerOptions};
+use anyhow::bail;
 
 use crate::interrupt::cancel_flag;
 use crate::terminal::note;
@@ -42,6 +43,12 @@ pub struct Args {
 /// # Errors
 /// A directory without a run, a port that cannot be had.
 pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
+    if let Some(file) = args.runs.iter().find(|run| run.is_file()) {
+        bail!(
+            "{}: expected the directory of a run, as acerra focus makes it, found a file",
+            file.display()
+        );
+    }
     let server = Server::open(&ServerOptions {
         directories: args.runs.clone(),
         port: args.port,

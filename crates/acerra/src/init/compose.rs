@@ -17,11 +17,23 @@ use super::named_in;
 use crate::interrupt::cancel_flag;
 use crate::progress::Bar;
 use crate::settings_files::SettingsFile;
-use crate::settings_files::template::{Filled, quoted, write};
+use crate::settings_files::template::{Filled, quoted, write_first};
 
 /// How far beside the track the default gate lets echoes of the ground in (m of range beyond the
 /// height): 24 ns.
 const GATED_M: f64 = 3.6;
+
+/// Keys that matter on every flight, whatever was found.
+const FIRST_KEYS: &[&str] = &[
+    "radar.delay_ns",
+    "trajectory.time_offset_s",
+    "trajectory.lever_arm_m",
+    "image.x_m",
+    "image.y_m",
+    "image.z_m",
+    "image.pixel_m",
+    "image.band_ghz",
+];
 
 /// The text of a campaign from `logs`, for a file in `folder`.
 ///
@@ -47,6 +59,7 @@ pub fn compose(logs: &Logs, folder: &Path) -> anyhow::Result<String> {
     let mut campaign = Campaign {
         folder,
         has_clock: LoggedClock::path_beside(&radar.path).is_file(),
+        has_lines: false,
         questions: Vec::new(),
         filled: vec![
             Filled::new("radar.file", quoted(&named_in(folder, &radar.path)?))
@@ -104,6 +117,7 @@ fn of_lines(radar: &[&RadarInput], folder: &Path) -> anyhow::Result<String> {
     let mut campaign = Campaign {
         folder,
         has_clock: false,
+        has_lines: true,
         questions: Vec::new(),
         filled: vec![files_key(folder, radar)?],
     };
@@ -164,6 +178,8 @@ struct Campaign<'a> {
     folder: &'a Path,
     /// Whether a recorded clock lies beside the radar log.
     has_clock: bool,
+    /// Whether the files follow lines, each of which may have ends of its own.
+    has_lines: bool,
     filled: Vec<Filled>,
     /// What the logs do not tell and the image rests on.
     questions: Vec<String>,
@@ -401,7 +417,16 @@ impl Campaign<'_> {
         let questions = self.questions.iter().map(|q| format!("QUESTION: {q}\n"));
         let head = questions.collect::<String>()
             + "Campaign written by acerra init: acerra focus THIS-FILE";
-        write(&head, &SettingsFile::Campaign.tables(), &self.filled)
+        let mut tables = SettingsFile::Campaign.tables();
+        // One radar's logs make one track.
+        tables.retain(|table| {
+            let path = table.path.as_str();
+            path != "tracks" && path != "track" && !path.starts_with("track.")
+        });
+        if !self.has_lines {
+            tables.retain(|table| table.path != "radar.lines");
+        }
+        write_first(&head, &tables, &self.filled, FIRST_KEYS)
     }
 }
 

@@ -21,11 +21,11 @@ fn validation_book_campaign() {
         let outcome = &flight.flown.outcome;
         let traces = outcome.prepared.cleaned().unwrap();
         let raw = pictures::radargram_raw(outcome, traces).unwrap();
-        page.speckled_picture(&format!("figure-10{letter}"), &raw, 3);
+        page.speckled_picture(&format!("figure-10{letter}"), &raw.png, 3);
         let clean = pictures::radargram_clean(outcome, traces).unwrap();
-        page.speckled_picture(&format!("figure-11{letter}"), &clean, 2);
+        page.speckled_picture(&format!("figure-11{letter}"), &clean.png, 2);
         let image = pictures::image(outcome).unwrap();
-        page.speckled_picture(&format!("figure-12{letter}"), &image, 2);
+        page.speckled_picture(&format!("figure-12{letter}"), &image.png, 2);
     }
     page.close();
 }

@@ -89,7 +89,7 @@ fn validation_book_positions() {
         assert!(along(&fixed) < 0.02 && along(&float_case) > 0.05);
         assert!(hurried.difference > 0.9 && hurried.difference > fixed.difference);
         let image = pictures::image(&hurried_outcome).unwrap();
-        page.speckled_picture(&format!("{}-float", flight.track.name), &image, 3);
+        page.speckled_picture(&format!("{}-float", flight.track.name), &image.png, 3);
     }
     page.block("errors", &errors);
     page.block("images", &images);

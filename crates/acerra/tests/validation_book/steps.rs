@@ -114,7 +114,7 @@ fn validation_book_steps() {
             let visible = flight.track.name == "track-2" || file == "zero-timing";
             if visible && !file.is_empty() {
                 let picture = pictures::image(&outcome).unwrap();
-                page.speckled_picture(&format!("{}-no-{file}", flight.track.name), &picture, 3);
+                page.speckled_picture(&format!("{}-no-{file}", flight.track.name), &picture.png, 3);
             }
             found.push((name, q));
         }

@@ -78,3 +78,30 @@ pub enum PositioningError {
     #[error(transparent)]
     Process(PpkError),
 }
+
+impl PositioningError {
+    /// Median of the base's own single-point positions (ECEF, m), where the base's position is missing and the
+    /// measurements give one.
+    #[must_use]
+    pub fn suggested_base_ecef_m(&self) -> Option<[f64; 3]> {
+        match self {
+            Self::Solution {
+                cause: PpkError::BasePositionMissing { own_single_ecef_m },
+                ..
+            } => *own_single_ecef_m,
+            _ => None,
+        }
+    }
+
+    /// Whether the base's position is what is missing.
+    #[must_use]
+    pub fn is_base_position_missing(&self) -> bool {
+        matches!(
+            self,
+            Self::Solution {
+                cause: PpkError::BasePositionMissing { .. },
+                ..
+            }
+        )
+    }
+}

@@ -38,7 +38,7 @@ pub fn ppk_page(report: &PpkReport<'_>) -> Result<String, FigureError> {
             (map)
             (tables::not_fixed(report.solution))
         }
-        (html::warnings(&warnings))
+        (html::warnings(&warnings, &[]))
         (evidence)
         section #provenance {
             h2 { "How it was made" }

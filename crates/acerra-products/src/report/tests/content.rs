@@ -7,17 +7,20 @@ fn a_full_report_answers_in_order() {
     let html = report_page(&full()).unwrap();
     keep("report", &html);
     let order = [
+        "id=\"image\"",
         "id=\"evidence\"",
         "Scan spacing against aliasing</th>",
         "Clock offset by height</th>",
         "Surface echo against 2h/c</th>",
         "Nothing in this flight checks: delay_ns",
-        "id=\"result\"",
         "id=\"warnings\"",
+        "Left out without harm",
+        "id=\"result\"",
         "id=\"measurements\"",
         "Target 1, along the track",
         "Target 1, across the track",
         "id=\"provenance\"",
+        "1801 × 1801 pixels",
     ];
     assert!(html.contains("under the track &lt;here&gt;"));
     assert!(html.contains("ideal point, Eq. (5)"));

@@ -45,11 +45,7 @@ pub(super) fn findings() -> Vec<EvidenceRow> {
 }
 
 fn picture(drawing: Drawing, caption: &str) -> Picture {
-    Picture {
-        png: drawing.to_png().unwrap(),
-        alt: caption.to_owned(),
-        caption: caption.to_owned(),
-    }
+    Picture::drawn(|_| Ok(drawing.clone()), caption, caption).unwrap()
 }
 
 fn image() -> Drawing {
@@ -228,6 +224,7 @@ pub(super) fn full() -> ReportData {
             "9 of 332 epochs have float ambiguities: decimetres instead of centimetres".to_owned(),
             "2 scans were lost between traces 120 and 123".to_owned(),
         ],
+        notes: vec!["track-2.mrm: 1 of 4 messages of the last scan".to_owned()],
         image: Some(picture(image(), "Focused image, dB below its maximum.")),
         surveyed: vec![crate::surveyed::SurveyRecord {
             name: "east corner".to_owned(),
@@ -250,6 +247,7 @@ pub(super) fn full() -> ReportData {
             Fact::new("algorithm", "direct sum, AVX2").note("cheapest for this geometry"),
             Fact::new("time offset", "6.512 s"),
         ],
+        plan: vec![Fact::new("Work", "1801 × 1801 pixels, 296 pulses")],
         inputs: vec![InputFile {
             path: "flight/track-2.mrm".into(),
             bytes: 1_234_567,

@@ -8,9 +8,11 @@ mod settings;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use acerra_chain::position::positioning::{self, Positioning, PpkAnswer};
+use acerra_chain::position::positioning::{self, Positioning, PositioningError, PpkAnswer};
 use acerra_chain::read::inputs::InputFile;
+use acerra_geo::geodesy::geodetic_from_ecef;
 use acerra_geo::geoid::GeoidGrid;
+use acerra_gnss::conf::write_conf;
 use acerra_gnss::output::write_nmea;
 use acerra_gnss::pos::write_pos;
 use acerra_gnss::{AmbiguityMode, PpkOptions};
@@ -42,7 +44,7 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
     let input = args.input(inputs)?;
     let extras = Extras::new(args, &outputs)?;
     format.geoid = extras.solution_geoid(args, &outputs);
-    let mut run = positioning::run(&input, &options)?;
+    let mut run = positioning::run(&input, &options).map_err(with_base_option)?;
     let remark = extras.wanted(&run.solution).1;
     remarks.extend(remark);
     remarks.extend(extras.remarks(args, &outputs));
@@ -107,6 +109,25 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
     Ok(())
 }
 
+/// The error with the option that gives the base's position, where that is missing.
+fn with_base_option(error: PositioningError) -> anyhow::Error {
+    if !error.is_base_position_missing() {
+        return error.into();
+    }
+    let place = match error.suggested_base_ecef_m().map(geodetic_from_ecef) {
+        Some(place) => format!(
+            "llh:{:.8},{:.8},{:.2}",
+            place.latitude_deg(),
+            place.longitude_deg(),
+            place.height_m
+        ),
+        None => "llh:LATITUDE,LONGITUDE,HEIGHT".to_owned(),
+    };
+    anyhow::anyhow!(
+        "{error}; give its surveyed position by --base-position, or try --base-position {place}"
+    )
+}
+
 /// Refuses to write over a file that is read.
 fn outputs_are_not_inputs(args: &Args) -> anyhow::Result<()> {
     let inputs: Vec<PathBuf> = [Some(&args.rover), args.base.as_ref(), args.config.as_ref()]
@@ -161,7 +182,7 @@ fn page(run: &Positioning, options: &PpkOptions, answer: &PpkAnswer) -> anyhow::
         pass_difference_m: Vec::new(),
         warnings: run.warnings[..others].to_vec(),
         inputs,
-        configuration: format!("{options:#?}"),
+        configuration: write_conf(options),
     })?)
 }
 
