@@ -109,7 +109,7 @@ fn json(record: &impl Serialize) -> serde_json::Result<String> {
 
 fn write_image(outcome: &Outcome, staging: &Staging) -> anyhow::Result<()> {
     let mut npz = buffered(staging, "image.npz")?;
-    let frame = maps::earth_frame(&outcome.prepared.first().positions);
+    let frame = outcome.prepared.first().positions.earth_frame();
     let origin = frame.as_ref().map(EnuFrame::origin);
     let focused = &outcome.focused;
     image_npz::write(&mut npz, &focused.image, &focused.pixels, origin)

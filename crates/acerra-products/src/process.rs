@@ -14,7 +14,6 @@ use acerra_chain::{
 };
 use acerra_geo::geoid::{GeoidError, GeoidGrid};
 
-use crate::maps::earth_frame;
 use crate::outcome::Outcome;
 use crate::survey_check::{checked_by_survey, survey_finding};
 use crate::surveyed::{SurveyError, compared, read_survey};
@@ -271,7 +270,7 @@ fn autofocus(
 
 /// What keeps heights above the geoid from being told, where something does.
 fn without_sea_level(geoid: &GeoidGrid, prepared: &Prepared) -> Option<String> {
-    let Some(frame) = earth_frame(&prepared.first().positions) else {
+    let Some(frame) = prepared.first().positions.earth_frame() else {
         return Some(
             "[image] geoid: positions in a local frame have no place on the Earth, and no heights above \
              the sea"

@@ -5,7 +5,6 @@ use std::path::Path;
 use acerra_geo::time::GpsTime;
 use serde_json::Value;
 
-use crate::maps::earth_frame;
 use crate::outcome::Outcome;
 
 /// Names and values: program, campaign, inputs with SHA-256, time span, frame and datum, evidence.
@@ -59,7 +58,7 @@ pub(crate) fn without_folders(value: &mut Value, inputs: &[&Path]) {
 fn frame(outcome: &Outcome) -> Vec<(String, String)> {
     let z_m = outcome.focused.pixels.middle_m();
     let item = |name: &str, value: String| (name.to_owned(), value);
-    let Some(frame) = earth_frame(&outcome.prepared.first().positions) else {
+    let Some(frame) = outcome.prepared.first().positions.earth_frame() else {
         return vec![
             item(
                 "FRAME",

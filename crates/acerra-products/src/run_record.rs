@@ -15,7 +15,6 @@ use acerra_imaging::metrics::{ImageStatistics, Target};
 use acerra_radar::LoggedClock;
 use serde::Serialize;
 
-use crate::maps::earth_frame;
 use crate::outcome::Outcome;
 use crate::surveyed::SurveyRecord;
 use crate::uncertainty::place_sigma;
@@ -96,7 +95,7 @@ pub fn depth_of(outcome: &Outcome, target: &Target) -> Option<[f64; 2]> {
 
 impl<'a> TargetRecord<'a> {
     fn of(outcome: &Outcome, target: &'a Target) -> Self {
-        let frame = earth_frame(&outcome.prepared.first().positions);
+        let frame = outcome.prepared.first().positions.earth_frame();
         let place = frame.map(|f| f.geodetic_from_enu([target.x_m, target.y_m, target.z_m]));
         let sigma = place_sigma(&outcome.prepared, target);
         let depth = depth_of(outcome, target);
@@ -428,7 +427,7 @@ impl DelayRecord {
 
 impl FrameRecord {
     fn of(positions: &Positions) -> Self {
-        match earth_frame(positions) {
+        match positions.earth_frame() {
             Some(frame) => {
                 let origin = frame.origin();
                 Self {

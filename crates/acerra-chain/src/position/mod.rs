@@ -115,6 +115,12 @@ impl Positions {
         Ok(())
     }
 
+    /// The frame of the positions, where its place on the Earth is known.
+    #[must_use]
+    pub fn earth_frame(&self) -> Option<EnuFrame> {
+        self.frame().enu().copied()
+    }
+
     /// Where the axes of the positions stand.
     #[must_use]
     pub fn frame(&self) -> &Frame {

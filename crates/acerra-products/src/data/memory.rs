@@ -7,7 +7,6 @@ use num_complex::Complex32;
 
 use super::contents::{ImageContents, PulseContents, RadargramContents, RunContents, TargetPlace};
 use super::table::Table;
-use crate::maps::earth_frame;
 use crate::outcome::Outcome;
 use crate::provenance;
 
@@ -22,7 +21,7 @@ pub(super) fn contents<'a>(
     let table = table
         .and_then(|text| Table::parse(&text))
         .context("trajectory.csv")?;
-    let frame = earth_frame(&outcome.prepared.first().positions);
+    let frame = outcome.prepared.first().positions.earth_frame();
     let target = |target: &acerra_imaging::metrics::Target| {
         let place_m = [target.x_m, target.y_m, target.z_m];
         let place = frame.map(|f| f.geodetic_from_enu(place_m));

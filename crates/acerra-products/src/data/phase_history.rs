@@ -10,7 +10,6 @@ use acerra_geo::geodesy::EnuFrame;
 use acerra_geo::time::GpsTime;
 use anyhow::Context;
 
-use crate::maps::earth_frame;
 use crate::outcome::Outcome;
 use crate::provenance;
 use crate::staging::Staging;
@@ -61,7 +60,11 @@ pub(super) fn write(outcome: &Outcome, staging: &Staging) -> anyhow::Result<()> 
 
 /// The frame and the frequencies of phase history data, or why there are none.
 fn parts(outcome: &Outcome) -> Result<(EnuFrame, EvenFrequencies), &'static str> {
-    let frame = earth_frame(&outcome.prepared.first().positions)
+    let frame = outcome
+        .prepared
+        .first()
+        .positions
+        .earth_frame()
         .ok_or("the positions have no place on the Earth")?;
     let positions = &outcome.prepared.aligned.position_m;
     for track in &outcome.prepared.tracks {

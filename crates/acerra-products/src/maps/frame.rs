@@ -1,17 +1,11 @@
 //! Where the image stands: on the Earth, with a system of coordinates; or in a frame of its own.
 
-use acerra_chain::position::Positions;
 use acerra_geo::geodesy::{EnuFrame, Geodetic};
 use acerra_maps::crs::MapCrs;
 use acerra_maps::placement::{LocalGrid, Placement};
 use anyhow::Context;
 
 use crate::outcome::Outcome;
-
-/// The frame of a run's coordinates, where its place on the Earth is known.
-pub(crate) fn earth_frame(positions: &Positions) -> Option<EnuFrame> {
-    positions.frame().enu().copied()
-}
 
 /// Where an image's pixels stand.
 pub(super) struct MapFrame {
@@ -41,7 +35,7 @@ impl MapFrame {
             nx: plane.nx,
             ny: plane.ny,
         };
-        let Some(frame) = earth_frame(&outcome.prepared.first().positions) else {
+        let Some(frame) = outcome.prepared.first().positions.earth_frame() else {
             return Ok(Self {
                 known: None,
                 placement: Placement::local(&grid),

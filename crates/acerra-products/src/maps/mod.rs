@@ -16,7 +16,6 @@ use anyhow::Context;
 use crate::outcome::Outcome;
 use crate::staging::Staging;
 use frame::MapFrame;
-pub(crate) use frame::earth_frame;
 use rasters::Content;
 
 /// Refuses a system of coordinates that cannot be used, before anything is read.
