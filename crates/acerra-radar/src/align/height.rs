@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use super::curve::LikelihoodCurve;
 use super::echo::Ridge;
-use super::noise::{correlation_length, variance_inflation};
+use super::noise::{correlation_length, spread_correlation_length, variance_inflation};
 use super::{AlignError, FlightProfile};
 use crate::quality::median;
 use acerra_control::Control;
@@ -65,7 +65,7 @@ pub struct HeightCue {
     /// [stated](FlightProfile::with_stated_error_m), s; the curve leaves it out.
     pub stated_sigma_s: f64,
     /// Log-likelihood of the most likely offset over an echo that ignores the height, less the
-    /// logarithm of the number of independent offsets that were tried and a general doubt of 4.
+    /// logarithm of the number of independent offsets that motion leaves and a general doubt of 4.
     pub evidence: f64,
     /// The same without regard to errors that last: for choosing among echoes.
     pub(super) preference: f64,
@@ -84,11 +84,13 @@ pub(super) struct Grid {
 
 /// The cues of the echoes that follow the height best, the best first.
 ///
-/// All ridges are tried on a coarse grid, the best few on the whole one.
+/// All ridges are tried on a coarse grid, the best few on the whole one. `likely_s` is how much of the offsets the
+/// other cues leave.
 pub(super) fn height_cues(
     ridges: &[Ridge],
     profile: &FlightProfile,
     grid: Grid,
+    likely_s: f64,
     control: Control<'_>,
 ) -> Result<Vec<HeightCue>, AlignError> {
     let coarse = Grid {
@@ -96,13 +98,17 @@ pub(super) fn height_cues(
         count: (grid.count as f64 / COARSE).ceil() as usize,
         ..grid
     };
-    let fit = |ridge, grid, start| {
-        Fit {
+    // Offsets half a second apart count as independent trials, each of which may fit by chance.
+    let trials = (likely_s / 0.5).max(1.0);
+    let fit = |ridge: &Ridge, grid, start| {
+        let fit = Fit {
             ridge,
             profile,
             grid,
-        }
-        .cue(start, control)
+        };
+        let cue = fit.cue(start, control)?;
+        let evidence = cue.evidence - trials.ln() - DOUBT;
+        Ok::<_, AlignError>(HeightCue { evidence, ..cue })
     };
     let mut rough: Vec<(HeightCue, &Ridge)> = Vec::new();
     for ridge in ridges {
@@ -116,11 +122,6 @@ pub(super) fn height_cues(
             stray_share: cue.stray_share,
         };
         cues.push(fit(ridge, grid, start)?);
-    }
-    // Offsets half a second apart count as independent trials, each of which may fit by chance.
-    let trials = (grid.count as f64 * grid.step_s / 0.5).max(1.0);
-    for cue in &mut cues {
-        cue.evidence -= trials.ln() + DOUBT;
     }
     cues.retain(|cue| cue.evidence > 0.0 && cue.stray_share <= MOST_STRAYS);
     cues.sort_by(|a, b| b.preference.total_cmp(&a.preference));
@@ -326,10 +327,12 @@ impl Fit<'_> {
         let lasting = correlation_length(&surface);
         let picks = self.ridge.time_s.len();
         // Few independent residuals estimate their own spread poorly (Student).
-        let independent = (surface.len() as f64 / lasting).max(1.0);
+        let independent = (surface.len() as f64 / spread_correlation_length(&surface)).max(1.0);
         let few = (independent / (independent - 3.0).max(0.5)).max(1.0);
         let slow = |error_s: f64| (error_s / mixture.sigma_s).powi(2) * correlation_length(&rate);
-        let scatter = lasting.max(variance_inflation(&surface, &rate));
+        // Errors that last longer than the rate does are the same all through it: they last as long as it, at most.
+        let scatter =
+            (lasting.min(correlation_length(&rate))).max(variance_inflation(&surface, &rate));
         let length_with = |error_s: f64| (scatter + slow(error_s)) * few;
         // Heights that err for long leave the echo the surface's, but not the offset sharp.
         let own = length_with(LASTING_ERROR_S);
