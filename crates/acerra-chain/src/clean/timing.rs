@@ -1,7 +1,8 @@
 //! Zero-timing: fast time becomes the two-way delay 2R/c.
 
 use acerra_radar::clean::{
-    SurfaceOptions, ZeroTiming as Timing, ZeroTimingResult, band_pass, zero_timing,
+    CleanError as Refused, SurfaceOptions, ZeroTiming as Timing, ZeroTimingResult, band_pass,
+    zero_timing,
 };
 use acerra_radar::quality::direct_wave;
 use acerra_radar::{Radargram, SPEED_OF_LIGHT_M_S};
@@ -44,7 +45,13 @@ pub(super) fn time(
         ZeroTiming::None => delay_s.map_or(Timing::None, Timing::Delay),
         ZeroTiming::Shift { shift_ns } => Timing::Shift(shift_ns * 1e-9 - delay_s.unwrap_or(0.0)),
     };
-    let timed = zero_timing(raw, height_m, &method).map_err(CleanError::ZeroTiming)?;
+    let timed = match (&method, options.surface_delay_s) {
+        (Timing::FirstTrace(surface) | Timing::AllTraces(surface), Some(known_s)) => {
+            by_surface((raw, height_m), &method, (*surface, known_s), warnings)
+        }
+        _ => zero_timing(raw, height_m, &method),
+    }
+    .map_err(CleanError::ZeroTiming)?;
     if let Some(residual_s) = timed.median_residual_s
         && residual_s.abs() > 0.3e-9
     {
@@ -56,6 +63,36 @@ pub(super) fn time(
         ));
     }
     Ok(timed)
+}
+
+/// Deviations from what the whole flight shows within which an echo may be the surface's.
+const SAME_ECHO: f64 = 3.0;
+
+/// Zero-timing by the surface echo; by the echo that follows the height over the whole flight (delay and deviation, s),
+/// where another one, of something stronger, was taken for it.
+fn by_surface(
+    (raw, height_m): (Radargram, &[f64]),
+    method: &Timing,
+    (surface, [delay_s, sigma_s]): (SurfaceOptions, [f64; 2]),
+    warnings: &mut Warnings,
+) -> Result<ZeroTimingResult, Refused> {
+    let within_s = SAME_ECHO * sigma_s;
+    match zero_timing(raw.clone(), height_m, method) {
+        Ok(timed) if (timed.shift_s + delay_s).abs() <= within_s => return Ok(timed),
+        Ok(timed) => warnings.add(format!(
+            "zero-timing by the echo that follows the height over the whole flight, at {:.2} ns: the strongest one \
+             is {:+.2} ns from it",
+            1e9 * delay_s,
+            -1e9 * (timed.shift_s + delay_s)
+        )),
+        Err(Refused::NoSurface { .. }) => {}
+        Err(refused) => return Err(refused),
+    }
+    let mut near = surface.with_approximate_delay_s(delay_s);
+    near.search_s = within_s;
+    near.follow_s = near.follow_s.min(within_s);
+    zero_timing(raw.clone(), height_m, &Timing::AllTraces(near))
+        .or_else(|_| zero_timing(raw, height_m, &Timing::Delay(delay_s)))
 }
 
 /// Fast time at which range is zero as far as `options` give it without the echo of the surface (s): stated, or by the
@@ -176,6 +213,37 @@ mod tests {
         let late = radargram(&[0.3; 20]).shifted(1e-9);
         let timed = time(late, &aligned, &options, warnings).unwrap();
         assert!((timed.shift_s + DELAY_S + 1e-9).abs() < 0.02e-9);
+    }
+
+    #[test]
+    fn a_stronger_echo_is_not_taken_for_the_surface_where_the_height_tells_another() {
+        // A reflector 2 ns behind the ground, ten times as strong.
+        let height_m: Vec<f64> = (0..80).map(|m| 4.0 + 0.01 * f64::from(m)).collect();
+        let ground = radargram(&height_m);
+        let mix = |k: usize| {
+            let late = (k % 900).checked_sub(33).map(|_| ground.samples.at(k - 33));
+            (ground.samples.at(k).re + 10.0 * late.map_or(0.0, |v| v.re)) as f32
+        };
+        let samples = (0..80 * 900).map(mix).collect();
+        let raw = Radargram::new(ground.time_s.clone(), 0.0, STEP_S, Samples::Real(samples));
+        let raw = raw.unwrap();
+        let aligned = at_heights(&height_m);
+        let off_s = |surface_delay_s| {
+            let options = CleanOptions {
+                surface_delay_s,
+                ..CleanOptions::default()
+            };
+            let mut warnings = Warnings::default();
+            let timed = time(raw.clone(), &aligned, &options, &mut warnings).unwrap();
+            (-timed.shift_s - DELAY_S, warnings.said().len())
+        };
+        let (misled_s, _) = off_s(None);
+        assert!((misled_s - 33.0 * STEP_S).abs() < 0.1e-9, "{misled_s:e}");
+        let (held_s, said) = off_s(Some([DELAY_S + 0.1e-9, 0.4e-9]));
+        assert!(held_s.abs() < 0.15e-9 && said == 1, "{held_s:e}");
+        // One that is far from every echo is the last resort.
+        let (far_s, _) = off_s(Some([DELAY_S - 5e-9, 0.4e-9]));
+        assert!((far_s + 5e-9).abs() < 1.3e-9, "{far_s:e}");
     }
 
     #[test]
