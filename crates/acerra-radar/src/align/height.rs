@@ -23,6 +23,8 @@ const TYPICAL: Mixture = Mixture {
 };
 /// Share of strays up to which an echo may be the surface: most of its picks are.
 const MOST_STRAYS: f64 = 0.5;
+/// Evidence from which an echo is beyond doubt: odds of 400 to 1.
+const BEYOND_DOUBT: f64 = 6.0;
 /// Logarithm of the odds against an echo being the surface before it speaks.
 const DOUBT: f64 = 4.0;
 /// How often the error is estimated again at the most likely offset.
@@ -129,12 +131,21 @@ pub(super) fn height_cues(
 }
 
 /// Log-likelihood of every offset where any one of the echoes may be the surface, or none: the mean
-/// of their likelihoods over that of an echo that ignores the height, and 1.
+/// of their likelihoods over that of an echo that ignores the height, and 1. Echoes [beyond doubt](BEYOND_DOUBT) weigh
+/// alike: how much each exceeds an echo that ignores the height compares none of them with another.
 pub(super) fn any_of(cues: &[HeightCue], grid: Grid) -> LikelihoodCurve {
     let share = (cues.len().max(1) as f64).ln();
+    let strongest = cues.iter().map(|cue| cue.evidence).fold(0.0, f64::max);
+    let weight = |cue: &HeightCue| {
+        if cue.evidence >= BEYOND_DOUBT {
+            strongest
+        } else {
+            cue.evidence
+        }
+    };
     let excess: Vec<f64> = cues
         .iter()
-        .map(|cue| cue.evidence - cue.curve.best().1 - share)
+        .map(|cue| weight(cue) - cue.curve.best().1 - share)
         .collect();
     let log_likelihood = (0..grid.count)
         .map(|k| {
