@@ -13,9 +13,9 @@ pub struct CleanOptions {
     pub delay_ns: Option<Delay>,
     /// How the fast time at which range is zero is found.
     pub zero_timing: ZeroTiming,
-    /// Fast time at which range is zero by the echo that follows the height over the whole flight, and its standard
-    /// deviation (s), where one clearly does: zero-timing by the surface echo holds to it.
-    pub surface_delay_s: Option<[f64; 2]>,
+    /// Fast time at which range is zero by the echo that follows the height over the whole flight (s), where one clearly
+    /// does: zero-timing by the surface echo holds to it.
+    pub surface_delay_s: Option<f64>,
     /// What is subtracted from every trace.
     pub background: Background,
     /// The part of each trace that is kept.

@@ -46,8 +46,8 @@ pub(super) fn time(
         ZeroTiming::Shift { shift_ns } => Timing::Shift(shift_ns * 1e-9 - delay_s.unwrap_or(0.0)),
     };
     let timed = match (&method, options.surface_delay_s) {
-        (Timing::FirstTrace(surface) | Timing::AllTraces(surface), Some(known_s)) => {
-            by_surface((raw, height_m), &method, (*surface, known_s), warnings)
+        (Timing::FirstTrace(surface) | Timing::AllTraces(surface), Some(followed_s)) => {
+            by_surface((raw, height_m), &method, (*surface, followed_s), warnings)
         }
         _ => zero_timing(raw, height_m, &method),
     }
@@ -65,34 +65,33 @@ pub(super) fn time(
     Ok(timed)
 }
 
-/// Deviations from what the whole flight shows within which an echo may be the surface's.
-const SAME_ECHO: f64 = 3.0;
+/// How far the side lobes of the ground's echo reach (s), which follow the height as well as the echo itself: five lobes
+/// of a band of 1.7 GHz.
+const LOBES_S: f64 = 3e-9;
 
-/// Zero-timing by the surface echo; by the echo that follows the height over the whole flight (delay and deviation, s),
-/// where another one, of something stronger, was taken for it.
+/// Zero-timing by the surface echo; by the echoes about the one that follows the height over the whole flight (its
+/// delay, s), where one beyond the reach of its side lobes, of something stronger, was taken for the ground's.
 fn by_surface(
     (raw, height_m): (Radargram, &[f64]),
     method: &Timing,
-    (surface, [delay_s, sigma_s]): (SurfaceOptions, [f64; 2]),
+    (surface, followed_s): (SurfaceOptions, f64),
     warnings: &mut Warnings,
 ) -> Result<ZeroTimingResult, Refused> {
-    let within_s = SAME_ECHO * sigma_s;
     match zero_timing(raw.clone(), height_m, method) {
-        Ok(timed) if (timed.shift_s + delay_s).abs() <= within_s => return Ok(timed),
+        Ok(timed) if (timed.shift_s + followed_s).abs() <= LOBES_S => return Ok(timed),
         Ok(timed) => warnings.add(format!(
             "zero-timing by the echo that follows the height over the whole flight, at {:.2} ns: the strongest one \
              is {:+.2} ns from it",
-            1e9 * delay_s,
-            -1e9 * (timed.shift_s + delay_s)
+            1e9 * followed_s,
+            -1e9 * (timed.shift_s + followed_s)
         )),
         Err(Refused::NoSurface { .. }) => {}
         Err(refused) => return Err(refused),
     }
-    let mut near = surface.with_approximate_delay_s(delay_s);
-    near.search_s = within_s;
-    near.follow_s = near.follow_s.min(within_s);
+    let mut near = surface.with_approximate_delay_s(followed_s);
+    near.search_s = LOBES_S;
     zero_timing(raw.clone(), height_m, &Timing::AllTraces(near))
-        .or_else(|_| zero_timing(raw, height_m, &Timing::Delay(delay_s)))
+        .or_else(|_| zero_timing(raw, height_m, &Timing::Delay(followed_s)))
 }
 
 /// Fast time at which range is zero as far as `options` give it without the echo of the surface (s): stated, or by the
@@ -217,11 +216,11 @@ mod tests {
 
     #[test]
     fn a_stronger_echo_is_not_taken_for_the_surface_where_the_height_tells_another() {
-        // A reflector 2 ns behind the ground, ten times as strong.
+        // A reflector 4 ns behind the ground, ten times as strong.
         let height_m: Vec<f64> = (0..80).map(|m| 4.0 + 0.01 * f64::from(m)).collect();
         let ground = radargram(&height_m);
         let mix = |k: usize| {
-            let late = (k % 900).checked_sub(33).map(|_| ground.samples.at(k - 33));
+            let late = (k % 900).checked_sub(66).map(|_| ground.samples.at(k - 66));
             (ground.samples.at(k).re + 10.0 * late.map_or(0.0, |v| v.re)) as f32
         };
         let samples = (0..80 * 900).map(mix).collect();
@@ -237,13 +236,11 @@ mod tests {
             let timed = time(raw.clone(), &aligned, &options, &mut warnings).unwrap();
             (-timed.shift_s - DELAY_S, warnings.said().len())
         };
-        let (misled_s, _) = off_s(None);
-        assert!((misled_s - 33.0 * STEP_S).abs() < 0.1e-9, "{misled_s:e}");
-        let (held_s, said) = off_s(Some([DELAY_S + 0.1e-9, 0.4e-9]));
-        assert!(held_s.abs() < 0.15e-9 && said == 1, "{held_s:e}");
-        // One that is far from every echo is the last resort.
-        let (far_s, _) = off_s(Some([DELAY_S - 5e-9, 0.4e-9]));
-        assert!((far_s + 5e-9).abs() < 1.3e-9, "{far_s:e}");
+        let (misled_s, said) = off_s(None);
+        assert!((misled_s - 66.0 * STEP_S).abs() < 0.1e-9, "{misled_s:e}");
+        let (held_s, said_more) = off_s(Some(DELAY_S + 0.2e-9));
+        assert!(held_s.abs() < 0.15e-9, "{held_s:e}");
+        assert_eq!(said_more, said + 1);
     }
 
     #[test]
