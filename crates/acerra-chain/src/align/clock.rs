@@ -291,6 +291,7 @@ impl ClockedTrack<'_> {
         };
         CleanOptions {
             gate_ns,
+            surface_delay_s: self.surface.map(|cue| cue.delay_s),
             ..stated.clone()
         }
     }

@@ -93,7 +93,8 @@ impl Survey<'_> {
             Vec::new()
         };
         let information = adjustment.information(values);
-        let held = observe::unobserved(&information, &values.parameters(), fixed);
+        let parameters = values.parameters();
+        let held = observe::unobserved(&information, &parameters, fixed.clone());
         let mut start = values.clone();
         // A delay that the echoes' ranges leave open is that at which the reflectors are in focus, with its offsets.
         let is_found = |p: &Parameter| matches!(p, Parameter::Delay | Parameter::ClockOffset(_));
@@ -104,7 +105,12 @@ impl Survey<'_> {
                 self.campaign.get(*parameter) - start.get(*parameter),
             );
         }
-        let adjusted = adjustment.solve(&start, &held)?;
+        let mut adjusted = adjustment.solve(&start, &held)?;
+        // Misfits of values that are off pass for noise: what the residuals of the solution observe is free.
+        let still_held = observe::unobserved(&adjusted.normal.information, &parameters, fixed);
+        if still_held.iter().all(|p| held.contains(p)) && still_held.len() < held.len() {
+            adjusted = adjustment.solve(&adjusted.values, &still_held)?;
+        }
         let knows_position_errors = adjustment.knows_position_errors();
         Ok(Round {
             echoes,

@@ -141,6 +141,7 @@ impl Campaign {
             band_pass_ghz: self.preprocess.band_pass_ghz,
             delay_ns: self.radar.delay_ns,
             zero_timing: self.zero_timing(),
+            surface_delay_s: None,
             background: self.background(),
             gate_ns: self.preprocess.gate_ns,
             frequency_hz: frequencies_hz(self.image.band_ghz, self.image.frequencies),

@@ -13,6 +13,9 @@ pub struct CleanOptions {
     pub delay_ns: Option<Delay>,
     /// How the fast time at which range is zero is found.
     pub zero_timing: ZeroTiming,
+    /// Fast time at which range is zero by the echo that follows the height over the whole flight (s), where one clearly
+    /// does: zero-timing by the surface echo holds to it.
+    pub surface_delay_s: Option<f64>,
     /// What is subtracted from every trace.
     pub background: Background,
     /// The part of each trace that is kept.
@@ -30,6 +33,7 @@ impl Default for CleanOptions {
             band_pass_ghz: None,
             delay_ns: None,
             zero_timing: ZeroTiming::default(),
+            surface_delay_s: None,
             background: Background::default(),
             gate_ns: Gate::default(),
             frequency_hz: frequencies_hz([3.1, 4.8], 341),

@@ -1,7 +1,8 @@
 //! Zero-timing: fast time becomes the two-way delay 2R/c.
 
 use acerra_radar::clean::{
-    SurfaceOptions, ZeroTiming as Timing, ZeroTimingResult, band_pass, zero_timing,
+    CleanError as Refused, SurfaceOptions, ZeroTiming as Timing, ZeroTimingResult, band_pass,
+    zero_timing,
 };
 use acerra_radar::quality::direct_wave;
 use acerra_radar::{Radargram, SPEED_OF_LIGHT_M_S};
@@ -44,7 +45,13 @@ pub(super) fn time(
         ZeroTiming::None => delay_s.map_or(Timing::None, Timing::Delay),
         ZeroTiming::Shift { shift_ns } => Timing::Shift(shift_ns * 1e-9 - delay_s.unwrap_or(0.0)),
     };
-    let timed = zero_timing(raw, height_m, &method).map_err(CleanError::ZeroTiming)?;
+    let timed = match (&method, options.surface_delay_s) {
+        (Timing::FirstTrace(surface) | Timing::AllTraces(surface), Some(followed_s)) => {
+            by_surface((raw, height_m), &method, (*surface, followed_s), warnings)
+        }
+        _ => zero_timing(raw, height_m, &method),
+    }
+    .map_err(CleanError::ZeroTiming)?;
     if let Some(residual_s) = timed.median_residual_s
         && residual_s.abs() > 0.3e-9
     {
@@ -56,6 +63,35 @@ pub(super) fn time(
         ));
     }
     Ok(timed)
+}
+
+/// How far the side lobes of the ground's echo reach (s), which follow the height as well as the echo itself: five lobes
+/// of a band of 1.7 GHz.
+const LOBES_S: f64 = 3e-9;
+
+/// Zero-timing by the surface echo; by the echoes about the one that follows the height over the whole flight (its
+/// delay, s), where one beyond the reach of its side lobes, of something stronger, was taken for the ground's.
+fn by_surface(
+    (raw, height_m): (Radargram, &[f64]),
+    method: &Timing,
+    (surface, followed_s): (SurfaceOptions, f64),
+    warnings: &mut Warnings,
+) -> Result<ZeroTimingResult, Refused> {
+    match zero_timing(raw.clone(), height_m, method) {
+        Ok(timed) if (timed.shift_s + followed_s).abs() <= LOBES_S => return Ok(timed),
+        Ok(timed) => warnings.add(format!(
+            "zero-timing by the echo that follows the height over the whole flight, at {:.2} ns: the strongest one \
+             is {:+.2} ns from it",
+            1e9 * followed_s,
+            -1e9 * (timed.shift_s + followed_s)
+        )),
+        Err(Refused::NoSurface { .. }) => {}
+        Err(refused) => return Err(refused),
+    }
+    let mut near = surface.with_approximate_delay_s(followed_s);
+    near.search_s = LOBES_S;
+    zero_timing(raw.clone(), height_m, &Timing::AllTraces(near))
+        .or_else(|_| zero_timing(raw, height_m, &Timing::Delay(followed_s)))
 }
 
 /// Fast time at which range is zero as far as `options` give it without the echo of the surface (s): stated, or by the
@@ -176,6 +212,35 @@ mod tests {
         let late = radargram(&[0.3; 20]).shifted(1e-9);
         let timed = time(late, &aligned, &options, warnings).unwrap();
         assert!((timed.shift_s + DELAY_S + 1e-9).abs() < 0.02e-9);
+    }
+
+    #[test]
+    fn a_stronger_echo_is_not_taken_for_the_surface_where_the_height_tells_another() {
+        // A reflector 4 ns behind the ground, ten times as strong.
+        let height_m: Vec<f64> = (0..80).map(|m| 4.0 + 0.01 * f64::from(m)).collect();
+        let ground = radargram(&height_m);
+        let mix = |k: usize| {
+            let late = (k % 900).checked_sub(66).map(|_| ground.samples.at(k - 66));
+            (ground.samples.at(k).re + 10.0 * late.map_or(0.0, |v| v.re)) as f32
+        };
+        let samples = (0..80 * 900).map(mix).collect();
+        let raw = Radargram::new(ground.time_s.clone(), 0.0, STEP_S, Samples::Real(samples));
+        let raw = raw.unwrap();
+        let aligned = at_heights(&height_m);
+        let off_s = |surface_delay_s| {
+            let options = CleanOptions {
+                surface_delay_s,
+                ..CleanOptions::default()
+            };
+            let mut warnings = Warnings::default();
+            let timed = time(raw.clone(), &aligned, &options, &mut warnings).unwrap();
+            (-timed.shift_s - DELAY_S, warnings.said().len())
+        };
+        let (misled_s, said) = off_s(None);
+        assert!((misled_s - 66.0 * STEP_S).abs() < 0.1e-9, "{misled_s:e}");
+        let (held_s, said_more) = off_s(Some(DELAY_S + 0.2e-9));
+        assert!(held_s.abs() < 0.15e-9, "{held_s:e}");
+        assert_eq!(said_more, said + 1);
     }
 
     #[test]

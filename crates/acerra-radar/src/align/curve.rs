@@ -50,6 +50,13 @@ impl LikelihoodCurve {
             .unwrap_or(0)
     }
 
+    /// How much of the offsets is likely, s: the integral of the likelihood over its maximum.
+    pub(super) fn likely_s(&self) -> f64 {
+        let (_, best) = self.best();
+        let over_best = self.log_likelihood.iter().map(|l| (l - best).exp());
+        self.step_s * over_best.sum::<f64>()
+    }
+
     /// Vertex of the parabola about a peak, s.
     pub(super) fn vertex_s(&self, peak: usize) -> f64 {
         let l = &self.log_likelihood;

@@ -20,7 +20,7 @@ const MOST_OFFSETS: f64 = 2e6;
 /// Standard deviation that images are allowed to narrow down, in those that are stated.
 const VAGUE_BEFORE: f64 = 5.0;
 /// Images that likely offsets may need, in those that the caller allows by default.
-const MOST_TIMES: usize = 3;
+const MOST_TIMES: usize = 5;
 /// Likely offsets nearer to each other than this are one, s.
 const APART_S: f64 = 0.1;
 
@@ -149,6 +149,14 @@ pub fn offset_likelihood(
     check_times(&radargram.time_s)?;
     let grid = grid(&radargram.time_s, profile, options)?;
     let traces = (LARGEST_PASS / grid.count).clamp(200, TRACES);
+    let (time_s, change) = thinned_change(radargram, traces);
+    let motion = motion_cue((&time_s, &change), profile, grid, control)?;
+    let by_motion = motion
+        .as_ref()
+        .map(|cue| perhaps_unrelated(&cue.curve, cue.evidence));
+    let likely_s = by_motion
+        .as_ref()
+        .map_or(grid.count as f64 * grid.step_s, LikelihoodCurve::likely_s);
     let heights = match profile.echo_delay_range_s() {
         Some([low, high]) => {
             let search = Search {
@@ -157,13 +165,18 @@ pub fn offset_likelihood(
                 traces,
             };
             let found = ridges(radargram, search, control)?;
-            height_cues(&found, profile, grid, control)?
+            height_cues(&found, profile, grid, likely_s, control)?
         }
         None => Vec::new(),
     };
-    let (time_s, change) = thinned_change(radargram, traces);
-    let motion = motion_cue((&time_s, &change), profile, grid, control)?;
-    combined(heights, motion, grid, options)
+    if heights.is_empty() && motion.is_none() {
+        return Err(AlignError::NoCue);
+    }
+    let mut total = any_of(&heights, grid);
+    if let Some(curve) = &by_motion {
+        total.add(curve);
+    }
+    Ok(combined(heights, motion, total, options))
 }
 
 fn check_times(time_s: &[f64]) -> Result<(), AlignError> {
@@ -236,23 +249,11 @@ fn thinned_change(radargram: &Radargram, most: usize) -> (Vec<f64>, Vec<f64>) {
 fn combined(
     heights: Vec<HeightCue>,
     motion: Option<MotionCue>,
-    grid: Grid,
+    mut total: LikelihoodCurve,
     options: &OffsetOptions,
-) -> Result<OffsetLikelihood, AlignError> {
-    let mut total = LikelihoodCurve {
-        start_s: grid.start_s,
-        step_s: grid.step_s,
-        log_likelihood: vec![0.0; grid.count],
-    };
-    total.add(&any_of(&heights, grid));
-    if let Some(cue) = &motion {
-        total.add(&perhaps_unrelated(&cue.curve, cue.evidence));
-    }
-    if heights.is_empty() && motion.is_none() {
-        return Err(AlignError::NoCue);
-    }
+) -> OffsetLikelihood {
     if let Some(prior) = options.prior {
-        for k in 0..grid.count {
+        for k in 0..total.log_likelihood.len() {
             let x = (total.offset_s(k) - prior.offset_s) / prior.sigma_s.max(1e-6);
             total.log_likelihood[k] -= 0.5 * x * x;
         }
@@ -269,13 +270,13 @@ fn combined(
         .iter()
         .map(candidate)
         .collect();
-    Ok(OffsetLikelihood {
+    OffsetLikelihood {
         height,
         motion,
         candidates,
         total,
         options: *options,
-    })
+    }
 }
 
 /// A cue that may have nothing to do with the flight (another echo, a change that is not motion):
@@ -322,7 +323,7 @@ impl OffsetLikelihood {
     /// brightest pixel over the median one is good. An empty answer leaves that offset out. Images are
     /// scored `step_s` apart (a third of the width of the peak in sharpness, or less): four standard deviations
     /// to each side of every candidate as far as `most` of them allow, two at least, for which there may be
-    /// three times as many; where that is not enough, the offset is [vague](AlignError::Vague).
+    /// five times as many; where that is not enough, the offset is [vague](AlignError::Vague).
     ///
     /// `common_sigma_s` is the deviation of sharpness that all parts have in common, so that their scatter
     /// does not show it: what attitudes that nobody recorded make of the phase centre.
@@ -376,8 +377,16 @@ impl OffsetLikelihood {
         };
         judged.sort_by(|a, b| worth(b).total_cmp(&worth(a)));
         let best = worth(&judged[0]);
-        let ranked: Vec<Candidate> = judged
+        // Stretches whose sharpest images are made at one offset are one answer: a narrow peak on a wide one.
+        let sharpest_s = judged[0].1.as_ref().map(|cue| cue.offset_s);
+        let is_same = |cue: &Option<SharpnessCue>| {
+            let pair = sharpest_s.zip(cue.as_ref());
+            pair.is_some_and(|(best_s, cue)| (cue.offset_s - best_s).abs() < APART_S)
+        };
+        let others = judged[1..].iter().filter(|(_, cue)| !is_same(cue));
+        let ranked: Vec<Candidate> = judged[..1]
             .iter()
+            .chain(others)
             .map(|pair| Candidate {
                 below_best: best - worth(pair),
                 ..pair.0

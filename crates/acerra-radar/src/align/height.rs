@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use super::curve::LikelihoodCurve;
 use super::echo::Ridge;
-use super::noise::{correlation_length, variance_inflation};
+use super::noise::{correlation_length, spread_correlation_length, variance_inflation};
 use super::{AlignError, FlightProfile};
 use crate::quality::median;
 use acerra_control::Control;
@@ -23,6 +23,8 @@ const TYPICAL: Mixture = Mixture {
 };
 /// Share of strays up to which an echo may be the surface: most of its picks are.
 const MOST_STRAYS: f64 = 0.5;
+/// Evidence from which an echo is beyond doubt: odds of 400 to 1.
+const BEYOND_DOUBT: f64 = 6.0;
 /// Logarithm of the odds against an echo being the surface before it speaks.
 const DOUBT: f64 = 4.0;
 /// How often the error is estimated again at the most likely offset.
@@ -65,7 +67,7 @@ pub struct HeightCue {
     /// [stated](FlightProfile::with_stated_error_m), s; the curve leaves it out.
     pub stated_sigma_s: f64,
     /// Log-likelihood of the most likely offset over an echo that ignores the height, less the
-    /// logarithm of the number of independent offsets that were tried and a general doubt of 4.
+    /// logarithm of the number of independent offsets that motion leaves and a general doubt of 4.
     pub evidence: f64,
     /// The same without regard to errors that last: for choosing among echoes.
     pub(super) preference: f64,
@@ -84,11 +86,13 @@ pub(super) struct Grid {
 
 /// The cues of the echoes that follow the height best, the best first.
 ///
-/// All ridges are tried on a coarse grid, the best few on the whole one.
+/// All ridges are tried on a coarse grid, the best few on the whole one. `likely_s` is how much of the offsets the
+/// other cues leave.
 pub(super) fn height_cues(
     ridges: &[Ridge],
     profile: &FlightProfile,
     grid: Grid,
+    likely_s: f64,
     control: Control<'_>,
 ) -> Result<Vec<HeightCue>, AlignError> {
     let coarse = Grid {
@@ -96,13 +100,17 @@ pub(super) fn height_cues(
         count: (grid.count as f64 / COARSE).ceil() as usize,
         ..grid
     };
-    let fit = |ridge, grid, start| {
-        Fit {
+    // Offsets half a second apart count as independent trials, each of which may fit by chance.
+    let trials = (likely_s / 0.5).max(1.0);
+    let fit = |ridge: &Ridge, grid, start| {
+        let fit = Fit {
             ridge,
             profile,
             grid,
-        }
-        .cue(start, control)
+        };
+        let cue = fit.cue(start, control)?;
+        let evidence = cue.evidence - trials.ln() - DOUBT;
+        Ok::<_, AlignError>(HeightCue { evidence, ..cue })
     };
     let mut rough: Vec<(HeightCue, &Ridge)> = Vec::new();
     for ridge in ridges {
@@ -117,23 +125,27 @@ pub(super) fn height_cues(
         };
         cues.push(fit(ridge, grid, start)?);
     }
-    // Offsets half a second apart count as independent trials, each of which may fit by chance.
-    let trials = (grid.count as f64 * grid.step_s / 0.5).max(1.0);
-    for cue in &mut cues {
-        cue.evidence -= trials.ln() + DOUBT;
-    }
     cues.retain(|cue| cue.evidence > 0.0 && cue.stray_share <= MOST_STRAYS);
     cues.sort_by(|a, b| b.preference.total_cmp(&a.preference));
     Ok(cues)
 }
 
 /// Log-likelihood of every offset where any one of the echoes may be the surface, or none: the mean
-/// of their likelihoods over that of an echo that ignores the height, and 1.
+/// of their likelihoods over that of an echo that ignores the height, and 1. Echoes [beyond doubt](BEYOND_DOUBT) weigh
+/// alike: how much each exceeds an echo that ignores the height compares none of them with another.
 pub(super) fn any_of(cues: &[HeightCue], grid: Grid) -> LikelihoodCurve {
     let share = (cues.len().max(1) as f64).ln();
+    let strongest = cues.iter().map(|cue| cue.evidence).fold(0.0, f64::max);
+    let weight = |cue: &HeightCue| {
+        if cue.evidence >= BEYOND_DOUBT {
+            strongest
+        } else {
+            cue.evidence
+        }
+    };
     let excess: Vec<f64> = cues
         .iter()
-        .map(|cue| cue.evidence - cue.curve.best().1 - share)
+        .map(|cue| weight(cue) - cue.curve.best().1 - share)
         .collect();
     let log_likelihood = (0..grid.count)
         .map(|k| {
@@ -326,10 +338,12 @@ impl Fit<'_> {
         let lasting = correlation_length(&surface);
         let picks = self.ridge.time_s.len();
         // Few independent residuals estimate their own spread poorly (Student).
-        let independent = (surface.len() as f64 / lasting).max(1.0);
+        let independent = (surface.len() as f64 / spread_correlation_length(&surface)).max(1.0);
         let few = (independent / (independent - 3.0).max(0.5)).max(1.0);
         let slow = |error_s: f64| (error_s / mixture.sigma_s).powi(2) * correlation_length(&rate);
-        let scatter = lasting.max(variance_inflation(&surface, &rate));
+        // Errors that last longer than the rate does are the same all through it: they last as long as it, at most.
+        let scatter =
+            (lasting.min(correlation_length(&rate))).max(variance_inflation(&surface, &rate));
         let length_with = |error_s: f64| (scatter + slow(error_s)) * few;
         // Heights that err for long leave the echo the surface's, but not the offset sharp.
         let own = length_with(LASTING_ERROR_S);

@@ -1,10 +1,11 @@
 //! The motion cue: change of the radargram against the platform's speed.
 //!
 //! The logarithm of the change from trace to trace is taken to be normal about a level, with a
-//! spread, that depend on the class of speed, from rest to fast. While the platform stands the
-//! spread is small (noise alone), so one moving trace among standing ones is unlikely. An offset's
-//! log-likelihood is what the classes explain, Σ nᵦ ln(σ/σᵦ), over the correlation length of what
-//! they leave. Only starts and halts tell one offset from another, so a record without any says
+//! spread, that depend on the class of speed, from rest to fast; or a stray, distributed as all traces
+//! are: close to the ground a platform that hardly moves changes much. While the platform stands the
+//! spread is small (noise alone), so many moving traces among standing ones are unlikely. An offset's
+//! log-likelihood is what the classes explain over one class for all, over the correlation length of
+//! what they leave. Only starts and halts tell one offset from another, so a record without any says
 //! nothing, and each is worth a limited amount.
 
 use rayon::prelude::*;
@@ -14,6 +15,7 @@ use super::height::Grid;
 use super::noise::correlation_length;
 use super::profile::AT_REST;
 use super::{AlignError, FlightProfile};
+use crate::quality::{median, robust_deviation};
 use acerra_control::Control;
 
 /// Upper ends of the classes of speed, as shares of the speed that is exceeded in one twentieth of
@@ -22,6 +24,10 @@ const CLASS_ENDS: [f64; 3] = [AT_REST, 0.4, 0.75];
 const CLASSES: usize = CLASS_ENDS.len() + 1;
 /// Traces' worth of the overall variance that every class is given: small classes prove nothing.
 const PRIOR_TRACES: f64 = 3.0;
+/// Share of the traces whose change is not that of their class.
+const STRAY_SHARE: f64 = 0.2;
+/// Standard deviations beyond which a residual is worth no more.
+const CLIPPED: f64 = 3.0;
 /// Offsets that far apart count as independent trials, each of which may fit by chance, s.
 const INDEPENDENT_S: f64 = 0.5;
 /// Log-likelihood that one start or halt is worth at most: what is in view changes the radargram,
@@ -104,11 +110,11 @@ struct Fit<'a> {
     class_ends_m_s: [f64; CLASS_ENDS.len()],
 }
 
-/// Level and spread of one class of speed.
+/// Level and spread of one class of speed, by medians.
 #[derive(Clone, Copy, Default)]
 struct Class {
     traces: f64,
-    mean: f64,
+    middle: f64,
     variance: f64,
 }
 
@@ -142,24 +148,24 @@ impl<'a> Fit<'a> {
     }
 
     fn classes(&self, offset_s: f64) -> [Class; CLASSES] {
-        let mut sums = [(0.0, 0.0, 0.0); CLASSES];
+        let mut levels: [Vec<f64>; CLASSES] = std::array::from_fn(|_| Vec::new());
         for (t, l) in self.time_s.iter().zip(&self.level) {
             if let Some(c) = self.class(t + offset_s) {
-                sums[c].0 += 1.0;
-                sums[c].1 += l;
-                sums[c].2 += l * l;
+                levels[c].push(*l);
             }
         }
-        sums.map(|(traces, sum, power)| {
-            if traces == 0.0 {
+        levels.map(|levels| {
+            if levels.is_empty() {
                 return Class::default();
             }
-            let mean = sum / traces;
-            let spread = (power - sum * mean).max(0.0);
+            let traces = levels.len() as f64;
+            let middle = median(&levels);
+            let spread = robust_deviation(&levels).powi(2);
             Class {
                 traces,
-                mean,
-                variance: (spread + PRIOR_TRACES * self.variance) / (traces + PRIOR_TRACES),
+                middle,
+                variance: (traces * spread + PRIOR_TRACES * self.variance)
+                    / (traces + PRIOR_TRACES),
             }
         })
     }
@@ -174,24 +180,26 @@ impl<'a> Fit<'a> {
             terms.sum::<f64>() / traces.max(1.0)
         };
         let rank = weighted(|i, _| i as f64);
-        let mean = weighted(|_, c| c.mean);
+        let mean = weighted(|_, c| c.middle);
         let rises: f64 = classes
             .iter()
             .enumerate()
-            .map(|(i, c)| c.traces * (i as f64 - rank) * (c.mean - mean))
+            .map(|(i, c)| c.traces * (i as f64 - rank) * (c.middle - mean))
             .sum();
         if rises <= 0.0 {
             return 0.0;
         }
-        classes
-            .iter()
-            .filter(|c| c.traces > 0.0)
-            .map(|c| 0.5 * c.traces * (self.variance / c.variance).ln())
-            .sum::<f64>()
-            .max(0.0)
+        let over_stray = |(t, l): (&f64, &f64)| {
+            let class = classes[self.class(t + offset_s)?];
+            let normal = |x: f64, variance: f64| (-0.5 * x * x / variance).exp() / variance.sqrt();
+            let ratio = normal(l - class.middle, class.variance) / normal(*l, self.variance);
+            Some((STRAY_SHARE + (1.0 - STRAY_SHARE) * ratio).ln())
+        };
+        let traces = self.time_s.iter().zip(&self.level);
+        traces.filter_map(over_stray).sum::<f64>().max(0.0)
     }
 
-    /// What the classes leave, in standard deviations.
+    /// What the classes leave, in standard deviations, [no more](CLIPPED) of strays.
     fn residuals(&self, offset_s: f64) -> Vec<f64> {
         let classes = self.classes(offset_s);
         self.time_s
@@ -199,8 +207,74 @@ impl<'a> Fit<'a> {
             .zip(&self.level)
             .filter_map(|(t, l)| {
                 let class = classes[self.class(t + offset_s)?];
-                Some((l - class.mean) / class.variance.sqrt())
+                let residual = (l - class.middle) / class.variance.sqrt();
+                Some(residual.clamp(-CLIPPED, CLIPPED))
             })
             .collect()
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // a test that cannot go on has failed
+mod tests {
+    use super::super::FlightState;
+    use super::*;
+
+    /// Stands until 20 s, climbs, hovers from 26 to 30 s, flies until 48 s, hovers, descends, stands from 58 s to 76 s.
+    fn speed_m_s(t: f64) -> f64 {
+        match t {
+            t if (20.0..26.0).contains(&t) || (52.0..58.0).contains(&t) => 2.0,
+            t if (30.0..48.0).contains(&t) => 1.5,
+            t if (26.0..52.0).contains(&t) => 0.1,
+            _ => 0.02,
+        }
+    }
+
+    #[test]
+    fn a_start_close_to_the_ground_and_unknown_speeds_do_not_mislead() {
+        // No positions until 17 s. The craft moves slowly for half a second before it climbs, close to ground that echoes
+        // most.
+        let state = |t: f64| {
+            (t > 17.0).then(|| FlightState {
+                height_m: 5.0,
+                speed_m_s: speed_m_s(t),
+            })
+        };
+        let profile = FlightProfile::sample([0.0, 76.0], state).unwrap();
+        let time_s: Vec<f64> = (0..1500).map(|k| 0.05 * f64::from(k)).collect();
+        let noise = |k: usize| (12.9898 * k as f64 * k as f64).sin();
+        let change: Vec<f64> = time_s
+            .iter()
+            .enumerate()
+            .map(|(k, t)| {
+                let near_ground = (19.5..21.0).contains(t) || (57.0..58.5).contains(t);
+                let moves = if near_ground {
+                    2.0
+                } else {
+                    0.4 * (speed_m_s(*t) - 0.05).max(0.0)
+                };
+                (moves + 0.02 * noise(k)).exp()
+            })
+            .collect();
+        let grid = Grid {
+            start_s: -37.0,
+            step_s: 0.02,
+            count: 3700,
+            delay_s: [-1e-9, 20e-9],
+        };
+        let change = (time_s.as_slice(), change.as_slice());
+        let found = motion_cue(change, &profile, grid, Control::default());
+        let found = found.unwrap().unwrap();
+        assert!(found.offset_s.abs() < 0.3, "{}", found.offset_s);
+        // Any other offset is out of the question.
+        let far = (0..grid.count)
+            .filter(|k| found.curve.offset_s(*k).abs() > 4.0)
+            .map(|k| found.curve.log_likelihood[k]);
+        let below = found.curve.best().1 - far.fold(f64::NEG_INFINITY, f64::max);
+        assert!(
+            below > 10.0 && found.explained > 0.8,
+            "{below} {}",
+            found.explained
+        );
     }
 }

@@ -29,6 +29,16 @@ pub(crate) fn correlation_length(values: &[f64]) -> f64 {
     1.0 + 2.0 * autocorrelation(values)[1..].iter().sum::<f64>()
 }
 
+/// Samples of `values` that tell as much of their spread as one independent sample (Bayley and Hammersley 1946):
+/// 1 + 2 Σ ρ(k)².
+pub(super) fn spread_correlation_length(values: &[f64]) -> f64 {
+    1.0 + 2.0
+        * autocorrelation(values)[1..]
+            .iter()
+            .map(|r| r * r)
+            .sum::<f64>()
+}
+
 /// Factor by which noise that lasts as long as a regressor raises the variance of what is fitted to
 /// it, over that of white noise of the same size: the variance of means over the regressor's
 /// correlation length, against what white noise would leave of it. At least 1.
@@ -79,6 +89,24 @@ mod tests {
         assert!((2.0..5.0).contains(&got), "{got}");
         let white: Vec<f64> = (0..4000).map(|_| uniform()).collect();
         assert!(variance_inflation(&white, &against) < 1.6);
+    }
+
+    #[test]
+    fn a_spread_is_known_sooner_than_a_mean() {
+        // ρ(k) = φᵏ: (1 + φ²)/(1 − φ²) against (1 + φ)/(1 − φ).
+        let mut state = 7u64;
+        let mut x = 0.0;
+        let series: Vec<f64> = (0..40_000)
+            .map(|_| {
+                state = state
+                    .wrapping_mul(6_364_136_223_846_793_005)
+                    .wrapping_add(1_442_695_040_888_963_407);
+                x = 0.9 * x + (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5;
+                x
+            })
+            .collect();
+        let got = spread_correlation_length(&series);
+        assert!((got / (1.81 / 0.19) - 1.0).abs() < 0.2, "{got}");
     }
 
     #[test]

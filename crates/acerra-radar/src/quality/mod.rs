@@ -38,7 +38,7 @@ pub(crate) fn median(values: &[f64]) -> f64 {
 }
 
 /// Standard deviation by the median distance from the median: a few wild values do nothing.
-fn robust_deviation(values: &[f64]) -> f64 {
+pub(crate) fn robust_deviation(values: &[f64]) -> f64 {
     /// Median of |N(0, 1)|.
     const MEDIAN_ABS: f64 = 0.674_489_750_196_081_7;
     let middle = median(values);
