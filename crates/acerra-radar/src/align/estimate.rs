@@ -20,7 +20,7 @@ const MOST_OFFSETS: f64 = 2e6;
 /// Standard deviation that images are allowed to narrow down, in those that are stated.
 const VAGUE_BEFORE: f64 = 5.0;
 /// Images that likely offsets may need, in those that the caller allows by default.
-const MOST_TIMES: usize = 5;
+const MOST_TIMES: usize = 3;
 /// Likely offsets nearer to each other than this are one, s.
 const APART_S: f64 = 0.1;
 
@@ -323,7 +323,7 @@ impl OffsetLikelihood {
     /// brightest pixel over the median one is good. An empty answer leaves that offset out. Images are
     /// scored `step_s` apart (a third of the width of the peak in sharpness, or less): four standard deviations
     /// to each side of every candidate as far as `most` of them allow, two at least, for which there may be
-    /// five times as many; where that is not enough, the offset is [vague](AlignError::Vague).
+    /// three times as many; where that is not enough, the offset is [vague](AlignError::Vague).
     ///
     /// `common_sigma_s` is the deviation of sharpness that all parts have in common, so that their scatter
     /// does not show it: what attitudes that nobody recorded make of the phase centre.
