@@ -87,7 +87,7 @@ fn summary(outcome: &Outcome) -> String {
         outcome.prepared.aligned.traces.len(),
         outcome.prepared.traces_in_log(),
         if outcome.prepared.aligned.stands {
-            ", those of the platform's way (it stands much of the time), by path"
+            ", those recorded in motion, each weighted by its path length"
         } else {
             ""
         }

@@ -405,7 +405,9 @@ fn bad_input_is_named() {
         }
     ));
     assert!(
-        error.to_string().contains("single-point position is 46419"),
+        error
+            .to_string()
+            .contains("positions, metres off at most, is 40.649"),
         "{error}"
     );
     let header = o.clone().with_base_position(BasePosition::Header);

@@ -81,7 +81,7 @@ fn places(targets: &[TargetRow]) -> Markup {
         ]
     };
     html::table(&Table {
-        caption: "Where they are and how clean they stand: level relative to the image's maximum, \
+        caption: "Places and sidelobes: level relative to the image's maximum, \
                   peak and integrated sidelobe ratio.",
         head: &[
             "target",
@@ -138,7 +138,7 @@ fn ghosts(targets: &[TargetRow]) -> Markup {
     };
     let rows: Vec<_> = targets.iter().enumerate().filter_map(row).collect();
     let table = Table {
-        caption: "Left–right ghosts: where a target mirrored at the track would stand, and its \
+        caption: "Left–right ghosts: the mirror image of a target at the track, and its \
                   amplitude relative to the target. A single straight track cannot tell left from \
                   right.",
         head: &[

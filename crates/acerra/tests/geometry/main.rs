@@ -377,7 +377,7 @@ fn a_volume_shows_how_high_a_target_stands() {
     };
     let message = refused("fine", &image.replace("0.02", "1e-5"));
     assert!(
-        message.contains("TB of memory") && message.contains("pixel_m = "),
+        message.contains("GB of memory") && message.contains("pixel_m = "),
         "{message}"
     );
     // 50,000 slices of 32 MB: little in memory, 1.6 TB on disk.
