@@ -88,7 +88,7 @@ impl SilenceWatch {
         heard.last = heard.last.max(at);
     }
 
-    /// The instruments that are silent now, of those that were heard before.
+    /// Instruments that have been heard before and are silent now.
     #[must_use]
     pub fn silent(&self, now: Instant) -> Vec<Silence> {
         let each = [
