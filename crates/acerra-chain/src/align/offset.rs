@@ -55,9 +55,9 @@ const SHARPNESS_STEP_S: f64 = 0.01;
 const SHARPNESS_IMAGES: usize = 100;
 /// Pixels of each.
 const SHARPNESS_PIXELS: f64 = 60_000.0;
-/// Sub-apertures whose images are scored one by one: their scatter gives the offset's own.
+/// Most sub-apertures whose images are scored one by one: their scatter gives the offset's own.
 const SUB_APERTURES: usize = 4;
-/// Traces below which an aperture is not divided.
+/// Traces of a sub-aperture at least.
 const LEAST_TRACES: usize = 40;
 /// Spacing of the offsets at which the whole aperture is imaged, and how far about the estimate (s).
 const WHOLE_STEP_S: f64 = 0.005;
@@ -253,6 +253,11 @@ pub fn refine(
         Ok::<_, OffsetError>(scores)
     };
     let estimate = likelihood.decide_with(SHARPNESS_STEP_S, SHARPNESS_IMAGES, common_s, score)?;
+    let is_near = |c: &CleanedAt| (c.offset_s - estimate.offset_s).abs() < CLEANED_ANEW_S;
+    let cleaned = match cleaned.filter(is_near) {
+        Some(cleaned) => Some(cleaned),
+        None => trial.cleaned_at(estimate.offset_s)?,
+    };
     let estimate = match cleaned {
         Some(cleaned) => {
             let whole = WholeAperture {
@@ -551,11 +556,7 @@ fn velocity_wander_m_s(aligned: &Aligned) -> f64 {
 
 /// Consecutive parts of an aperture.
 fn sub_apertures(traces: usize) -> Vec<Range<usize>> {
-    let parts = if traces >= SUB_APERTURES * LEAST_TRACES {
-        SUB_APERTURES
-    } else {
-        1
-    };
+    let parts = (traces / LEAST_TRACES).clamp(1, SUB_APERTURES);
     (0..parts)
         .map(|k| k * traces / parts..(k + 1) * traces / parts)
         .collect()

@@ -5,6 +5,7 @@ use super::echo::{Search, ridges};
 use super::height::{Grid, HeightCue, any_of, height_cues};
 use super::motion::{MotionCue, motion_cue};
 use super::profile::STEP_S;
+use super::scan::{Likely, Scan, posterior};
 use super::sharpness::{Scored, SharpnessCue, least_images, offsets_about};
 use super::surface::surface_at;
 use super::{AlignError, FlightProfile, activity};
@@ -21,6 +22,13 @@ const MOST_OFFSETS: f64 = 2e6;
 const VAGUE_BEFORE: f64 = 5.0;
 /// Images that likely offsets may need, in those that the caller allows by default.
 const MOST_TIMES: usize = 3;
+/// Candidates that images are made of.
+const MOST_CANDIDATES: usize = 5;
+/// Images that are made where few do not decide; an image takes some milliseconds.
+const MOST_IMAGES: f64 = 1000.0;
+/// Spacing of these images in steps of the few, and how far about a candidate they reach at least, s.
+const SCAN_STEPS: f64 = 2.0;
+const LEAST_SCAN_S: f64 = 0.5;
 /// Likely offsets nearer to each other than this are one, s.
 const APART_S: f64 = 0.1;
 
@@ -338,14 +346,97 @@ impl OffsetLikelihood {
         common_sigma_s: f64,
         mut score: impl FnMut(f64) -> Result<Vec<f64>, E>,
     ) -> Result<OffsetEstimate, E> {
-        self.check_sigma(&self.candidates[0], VAGUE_BEFORE)?;
-        let tried = &self.candidates[..self.candidates.len().min(5)];
+        let refused = match self.by_few_images(step_s, most, common_sigma_s, &mut score)? {
+            Ok(estimate) => return Ok(estimate),
+            Err(refused) => refused,
+        };
+        match refused {
+            AlignError::Vague { .. } | AlignError::Ambiguous { .. } => {
+                let found = self.by_many_images(step_s, common_sigma_s, &mut score)?;
+                Ok(found.ok_or(refused)?)
+            }
+            _ => Err(refused.into()),
+        }
+    }
+
+    /// The offset by images over all of the stretches that height and motion leave; none where these need too many
+    /// images, or where the posterior is wider than what may be stated.
+    fn by_many_images<E>(
+        &self,
+        step_s: f64,
+        common_sigma_s: f64,
+        score: &mut impl FnMut(f64) -> Result<Vec<f64>, E>,
+    ) -> Result<Option<OffsetEstimate>, E> {
+        let spacing_s = SCAN_STEPS * step_s;
+        let aside = |of: &Candidate| ((3.0 * of.sigma_s).max(LEAST_SCAN_S) / spacing_s).ceil();
+        let tried = &self.candidates[..self.candidates.len().min(MOST_CANDIDATES)];
+        let needed: f64 = tried.iter().map(|of| 2.0 * aside(of) + 1.0).sum();
+        if needed > MOST_IMAGES {
+            return Ok(None);
+        }
+        let mut scans: Vec<Scan> = Vec::new();
+        for (candidate, of) in tried.iter().enumerate() {
+            let aside = aside(of);
+            for k in 0..=(2.0 * aside) as usize {
+                let offset_s = of.offset_s + spacing_s * (k as f64 - aside);
+                let scores = score(offset_s)?;
+                if scores.is_empty() {
+                    continue;
+                }
+                let is_of = |scan: &&mut Scan| {
+                    scan.candidate == candidate && scan.scores[0].1.len() == scores.len()
+                };
+                match scans.iter_mut().find(is_of) {
+                    Some(scan) => scan.scores.push((offset_s, scores)),
+                    None => scans.push(Scan {
+                        candidate,
+                        scores: vec![(offset_s, scores)],
+                    }),
+                }
+            }
+        }
+        let (_, top) = self.total.best();
+        let mut likely: Vec<Likely> = scans.iter().flat_map(Scan::by_images).collect();
+        for at in &mut likely {
+            at.log_likelihood += self.total.at(at.offset_s) - top;
+        }
+        let Some((best, sigma_s)) = posterior(&likely) else {
+            return Ok(None);
+        };
+        if sigma_s > self.options.max_sigma_s {
+            return Ok(None);
+        }
+        let of_best = scans.iter().filter(|scan| scan.candidate == best.candidate);
+        let cue = of_best
+            .filter_map(|scan| scan.cue_near(best.offset_s))
+            .next();
+        Ok(cue.map(|cue| {
+            let cue = SharpnessCue {
+                sigma_s: cue.sigma_s.hypot(sigma_s).hypot(common_sigma_s),
+                ..cue
+            };
+            self.estimate(tried[best.candidate], Some(cue))
+        }))
+    }
+
+    /// The offset by images about every candidate, or why they do not decide.
+    fn by_few_images<E>(
+        &self,
+        step_s: f64,
+        most: usize,
+        common_sigma_s: f64,
+        score: &mut impl FnMut(f64) -> Result<Vec<f64>, E>,
+    ) -> Result<Result<OffsetEstimate, AlignError>, E> {
+        if let Err(vague) = self.check_sigma(&self.candidates[0], VAGUE_BEFORE) {
+            return Ok(Err(vague));
+        }
+        let tried = &self.candidates[..self.candidates.len().min(MOST_CANDIDATES)];
         let each = most / tried.len();
         // Candidates whose stretches need more images than their share get them, as long as all need no more
         // than a few times `most`.
         let needed: usize = tried.iter().map(|c| least_images(c.sigma_s, step_s)).sum();
         if needed > MOST_TIMES * most {
-            return Err(self.vague().into());
+            return Ok(Err(self.vague()));
         }
         let mut judged: Vec<(Candidate, Option<SharpnessCue>)> = Vec::new();
         for candidate in tried {
@@ -392,24 +483,27 @@ impl OffsetLikelihood {
                 ..pair.0
             })
             .collect();
-        self.check_second(&ranked)?;
+        if let Err(ambiguous) = self.check_second(&ranked) {
+            return Ok(Err(ambiguous));
+        }
         let (candidate, cue) = judged.swap_remove(0);
-        if cue.is_none() {
-            self.check_sigma(&candidate, 1.0)?;
+        if cue.is_none()
+            && let Err(vague) = self.check_sigma(&candidate, 1.0)
+        {
+            return Ok(Err(vague));
         }
         if let Some(cue) = &cue {
             let apart_s = (cue.offset_s - candidate.offset_s).abs();
             if apart_s > 5.0 * cue.sigma_s.hypot(candidate.sigma_s) {
-                return Err(AlignError::Contradiction {
+                return Ok(Err(AlignError::Contradiction {
                     height_s: candidate.offset_s,
                     height_sigma_s: candidate.sigma_s,
                     sharpness_s: cue.offset_s,
                     sharpness_sigma_s: cue.sigma_s,
-                }
-                .into());
+                }));
             }
         }
-        Ok(self.estimate(candidate, cue))
+        Ok(Ok(self.estimate(candidate, cue)))
     }
 
     fn check_sigma(&self, best: &Candidate, times: f64) -> Result<(), AlignError> {

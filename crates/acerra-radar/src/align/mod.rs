@@ -55,6 +55,7 @@ mod motion;
 mod noise;
 mod offset;
 mod profile;
+mod scan;
 mod sharpness;
 mod surface;
 

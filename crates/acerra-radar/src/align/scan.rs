@@ -1,0 +1,144 @@
+//! The posterior of the offset by images over every stretch that height and motion leave, where few images do not
+//! decide.
+//!
+//! The sharpness of an image at a wrong offset scatters about what such images have in common; at the right one it is
+//! an outlier. How likely the scores of an image are to be the right offset's therefore goes by their distance from
+//! the median over the stretch, in deviations of that stretch: exp(z²/2) times as likely as by chance, for every part.
+
+use super::sharpness::{Scored, SharpnessCue};
+
+/// Images of a stretch below which what they have in common is unknown.
+const LEAST_IMAGES: usize = 40;
+/// Standard deviation of a normal distribution over its median distance from the median.
+const SIGMA_OF_MEDIAN: f64 = 1.4826;
+/// Reach of the images about the sharpest one that give its offset, s.
+const NEAR_S: f64 = 0.15;
+
+/// Images of one stretch of offsets, of the same parts.
+pub(super) struct Scan {
+    /// Index of the candidate that the stretch belongs to.
+    pub candidate: usize,
+    /// Offset (s) and one score for each part.
+    pub scores: Vec<(f64, Vec<f64>)>,
+}
+
+/// An offset with its log-likelihood by all cues, of a candidate.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Likely {
+    pub candidate: usize,
+    pub offset_s: f64,
+    pub log_likelihood: f64,
+}
+
+impl Scan {
+    /// Whether the images are enough to know what they have in common, and all of the same parts.
+    fn is_sound(&self) -> bool {
+        let parts = self.scores.first().map_or(0, |(_, scores)| scores.len());
+        let is_whole = |scores: &[f64]| {
+            scores.len() == parts && scores.iter().all(|s| *s > 0.0 && s.is_finite())
+        };
+        parts > 0
+            && self.scores.len() >= LEAST_IMAGES
+            && self.scores.iter().all(|(_, scores)| is_whole(scores))
+    }
+
+    /// Log-likelihood of each offset by images alone, against that its image is sharp by chance.
+    pub(super) fn by_images(&self) -> Vec<Likely> {
+        if !self.is_sound() {
+            return Vec::new();
+        }
+        let parts = self.scores[0].1.len();
+        let mut log_likelihood = vec![0.0; self.scores.len()];
+        for part in 0..parts {
+            let logs: Vec<f64> = self.scores.iter().map(|(_, s)| s[part].ln()).collect();
+            let middle = median(&logs);
+            let away: Vec<f64> = logs.iter().map(|log| (log - middle).abs()).collect();
+            let sigma = (SIGMA_OF_MEDIAN * median(&away)).max(f64::MIN_POSITIVE);
+            for (sum, log) in log_likelihood.iter_mut().zip(&logs) {
+                let z = (log - middle) / sigma;
+                *sum += 0.5 * z * z.abs();
+            }
+        }
+        let likely = |((offset_s, _), log_likelihood): (&(f64, Vec<f64>), f64)| Likely {
+            candidate: self.candidate,
+            offset_s: *offset_s,
+            log_likelihood,
+        };
+        self.scores.iter().zip(log_likelihood).map(likely).collect()
+    }
+
+    /// The sharpest offset near `offset_s`.
+    pub(super) fn cue_near(&self, offset_s: f64) -> Option<SharpnessCue> {
+        let near = |(t, _): &&(f64, Vec<f64>)| (t - offset_s).abs() <= NEAR_S;
+        let scores = self.scores.iter().filter(near).cloned().collect();
+        Scored { scores }.cue()
+    }
+}
+
+/// The most likely offset, and the standard deviation about it over all of them, s.
+pub(super) fn posterior(likely: &[Likely]) -> Option<(Likely, f64)> {
+    let best =
+        (likely.iter().copied()).max_by(|a, b| a.log_likelihood.total_cmp(&b.log_likelihood))?;
+    let (mut weight, mut moment) = (0.0, 0.0);
+    for at in likely {
+        let w = (at.log_likelihood - best.log_likelihood).exp();
+        weight += w;
+        moment += w * (at.offset_s - best.offset_s).powi(2);
+    }
+    Some((best, (moment / weight).sqrt()))
+}
+
+fn median(values: &[f64]) -> f64 {
+    let mut sorted = values.to_vec();
+    let middle = sorted.len() / 2;
+    *sorted.select_nth_unstable_by(middle, f64::total_cmp).1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Scores of three parts that scatter by a tenth, with a peak of `height` (in ln) at 1 s.
+    fn scan(height: f64) -> Scan {
+        let mut state = 7_u64;
+        let mut random = || {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1);
+            (state >> 33) as f64 / f64::from(1_u32 << 31) - 0.5
+        };
+        let score = |k: usize| {
+            let t = 0.02 * k as f64;
+            let peak = height * (-((t - 1.0) / 0.05).powi(2)).exp();
+            let parts = (0..3).map(|_| (2.0 + 0.35 * random() + peak).exp());
+            (t, parts.collect())
+        };
+        Scan {
+            candidate: 0,
+            scores: (0..=150).map(score).collect(),
+        }
+    }
+
+    #[test]
+    fn a_peak_beyond_the_scatter_of_images_is_the_offset() {
+        let (best, sigma_s) = posterior(&scan(1.0).by_images()).unwrap();
+        assert!((best.offset_s - 1.0).abs() <= 0.04, "{best:?}");
+        assert!(sigma_s < 0.05, "{sigma_s}");
+    }
+
+    #[test]
+    fn images_that_only_scatter_leave_the_offset_open() {
+        let (_, sigma_s) = posterior(&scan(0.0).by_images()).unwrap();
+        assert!(sigma_s > 0.3, "{sigma_s}");
+    }
+
+    #[test]
+    fn too_few_images_give_no_likelihood() {
+        let mut few = scan(1.0);
+        few.scores.truncate(LEAST_IMAGES - 1);
+        assert!(few.by_images().is_empty());
+        let mut uneven = scan(1.0);
+        uneven.scores[3].1.pop();
+        assert!(uneven.by_images().is_empty());
+    }
+}
