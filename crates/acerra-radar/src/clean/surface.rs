@@ -1,7 +1,7 @@
 //! Finding the surface echo in a raw radargram, given the height of each trace.
 //!
-//! Envelopes are stacked along 2h/c plus a trial delay; the delay at which the stack has its
-//! highest peak is where the surface lies. Coupling and its tail stay put while the height changes:
+//! Envelopes are stacked along 2h/c plus a trial delay, by their logarithms; the delay at which the stack
+//! has its highest peak is where the surface lies: it is seen in every trace, a reflector in some. Coupling and its tail stay put while the height changes:
 //! where it changes at all, the stack is also formed of what changes from trace to trace, and the
 //! clearer of both counts. About that delay the echo is then followed from trace to trace by
 //! dynamic programming, which weighs the envelope against jumps, and refined to a fraction of a
@@ -233,17 +233,20 @@ impl Section<'_> {
         let trials = ((to - from) / step).ceil().max(1.0) as usize + 1;
         // A delay counts where the window holds it in at least half of the traces.
         let known = self.surface_s.iter().filter(|t| t.is_finite()).count();
-        let mut stack: Vec<(f64, f64)> = Vec::with_capacity(trials.min(1 << 20));
+        let mut stack: Vec<Stacked> = Vec::with_capacity(trials.min(1 << 20));
         for k in 0..trials.min(1 << 20) {
-            let delay = from + k as f64 * step;
-            let values = self
-                .surface_s
-                .iter()
-                .enumerate()
-                .filter_map(|(m, t)| self.at(m, t + delay));
-            let (sum, count) = values.fold((0.0, 0), |(s, c), v| (s + v, c + 1));
+            let delay_s = from + k as f64 * step;
+            let values =
+                (self.surface_s.iter().enumerate()).filter_map(|(m, t)| self.at(m, t + delay_s));
+            let (sum, logs, count) = values.fold((0.0, 0.0, 0), |(sum, logs, count), v| {
+                (sum + v, logs + v.max(f64::MIN_POSITIVE).ln(), count + 1)
+            });
             if count > 0 && 2 * count >= known {
-                stack.push((delay, sum / count as f64));
+                stack.push(Stacked {
+                    delay_s,
+                    mean: sum / count as f64,
+                    log_mean: logs / count as f64,
+                });
             }
         }
         if stack.len() < 3 {
@@ -255,20 +258,24 @@ impl Section<'_> {
                 expected_end_s: finite().fold(f64::NEG_INFINITY, f64::max) + to,
             });
         }
-        // A peak, not the flank of something outside the range.
-        let peaks = (1..stack.len() - 1)
-            .filter(|&i| stack[i].1 >= stack[i - 1].1 && stack[i].1 >= stack[i + 1].1);
-        let Some(best) = peaks.max_by(|&a, &b| stack[a].1.total_cmp(&stack[b].1)) else {
-            return Err(CleanError::NoSurface {
+        let means: Vec<f64> = stack.iter().map(|s| s.mean).collect();
+        let log_means: Vec<f64> = stack.iter().map(|s| s.log_mean).collect();
+        let median = median_of(&mut means.clone()).max(f64::MIN_POSITIVE);
+        let contrast_db = |peak: usize| 20.0 * (means[peak] / median).log10();
+        // The ground is seen in every trace, a reflector in some: the ground's is the highest peak of the logarithms,
+        // which a strong echo in a few traces does not raise. Where the ground itself is seen in few, so is the sum's.
+        let delay = |levels: &[f64]| {
+            let peak = highest_peak(levels)?;
+            let delay_s = stack[peak].delay_s + step * peak_offset(levels, peak);
+            Some((delay_s, contrast_db(peak)))
+        };
+        delay(&log_means)
+            .filter(|(_, contrast_db)| *contrast_db >= NEEDED_DB)
+            .or_else(|| delay(&means))
+            .ok_or(CleanError::NoSurface {
                 contrast_db: 0.0,
                 needed_db: NEEDED_DB,
-            });
-        };
-        let levels: Vec<f64> = stack.iter().map(|s| s.1).collect();
-        let median = median_of(&mut levels.clone());
-        let delay = stack[best].0 + step * peak_offset(&levels, best);
-        let contrast_db = 20.0 * (levels[best] / median.max(f64::MIN_POSITIVE)).log10();
-        Ok((delay, contrast_db))
+            })
     }
 
     /// Follows the echo within `follow_s` of 2h/c + `delay_s` (Viterbi).
@@ -342,6 +349,22 @@ impl Section<'_> {
             + (i as f64 + fraction) * self.radargram.fast_time_step_s;
         SurfacePick { fast_time_s, level }
     }
+}
+
+/// Envelopes along 2h/c and a trial delay.
+struct Stacked {
+    delay_s: f64,
+    /// Mean over the traces.
+    mean: f64,
+    /// Mean of their logarithms.
+    log_mean: f64,
+}
+
+/// The highest value that is a peak, not the flank of something outside the range.
+fn highest_peak(levels: &[f64]) -> Option<usize> {
+    (1..levels.len() - 1)
+        .filter(|&i| levels[i] >= levels[i - 1] && levels[i] >= levels[i + 1])
+        .max_by(|&a, &b| levels[a].total_cmp(&levels[b]))
 }
 
 /// Vertex of the parabola through three neighbours, in samples from `i`.
