@@ -2,8 +2,9 @@
 //! decide.
 //!
 //! The sharpness of an image at a wrong offset scatters about what such images have in common; at the right one it is
-//! an outlier. How likely the scores of an image are to be the right offset's therefore goes by their distance from
-//! the median over the stretch, in deviations of that stretch: exp(z²/2) times as likely as by chance, for every part.
+//! an outlier. How likely an image is to be the right offset's therefore goes by the distance of its score (the mean
+//! over parts of ln) from the median over the stretch, in deviations of that stretch: exp(z²/2) times as likely as by
+//! chance.
 
 use super::sharpness::{Scored, SharpnessCue};
 
@@ -47,24 +48,22 @@ impl Scan {
         if !self.is_sound() {
             return Vec::new();
         }
-        let parts = self.scores[0].1.len();
-        let mut log_likelihood = vec![0.0; self.scores.len()];
-        for part in 0..parts {
-            let logs: Vec<f64> = self.scores.iter().map(|(_, s)| s[part].ln()).collect();
-            let middle = median(&logs);
-            let away: Vec<f64> = logs.iter().map(|log| (log - middle).abs()).collect();
-            let sigma = (SIGMA_OF_MEDIAN * median(&away)).max(f64::MIN_POSITIVE);
-            for (sum, log) in log_likelihood.iter_mut().zip(&logs) {
-                let z = (log - middle) / sigma;
-                *sum += 0.5 * z * z.abs();
-            }
-        }
-        let likely = |((offset_s, _), log_likelihood): (&(f64, Vec<f64>), f64)| Likely {
-            candidate: self.candidate,
-            offset_s: *offset_s,
-            log_likelihood,
+        let log_mean = |(_, scores): &(f64, Vec<f64>)| {
+            scores.iter().map(|score| score.ln()).sum::<f64>() / scores.len() as f64
         };
-        self.scores.iter().zip(log_likelihood).map(likely).collect()
+        let logs: Vec<f64> = self.scores.iter().map(log_mean).collect();
+        let middle = median(&logs);
+        let away: Vec<f64> = logs.iter().map(|log| (log - middle).abs()).collect();
+        let sigma = (SIGMA_OF_MEDIAN * median(&away)).max(f64::MIN_POSITIVE);
+        let likely = |((offset_s, _), log): (&(f64, Vec<f64>), f64)| {
+            let z = (log - middle) / sigma;
+            Likely {
+                candidate: self.candidate,
+                offset_s: *offset_s,
+                log_likelihood: 0.5 * z * z.abs(),
+            }
+        };
+        self.scores.iter().zip(logs).map(likely).collect()
     }
 
     /// The sharpest offset near `offset_s`.

@@ -2,8 +2,8 @@
 //!
 //! Envelopes are stacked along 2h/c plus a trial delay, by their logarithms; the delay at which the stack
 //! has its highest peak is where the surface lies: it is seen in every trace, a reflector in some. Coupling and its tail stay put while the height changes:
-//! where it changes at all, the stack is also formed of what changes from trace to trace, and the
-//! clearer of both counts. About that delay the echo is then followed from trace to trace by
+//! where it changes at all, the stack is formed of what changes from trace to trace, and of the whole traces
+//! where that shows no surface. About that delay the echo is then followed from trace to trace by
 //! dynamic programming, which weighs the envelope against jumps, and refined to a fraction of a
 //! sample.
 
@@ -119,36 +119,27 @@ pub fn track_surface(
             }
         })
         .collect();
-    let sections = [Some(radargram.clone()), changing(radargram, &surface_s)];
-    let mut best: Option<(f64, f64, Vec<f64>)> = None;
-    let mut outside = None;
-    for part in sections.into_iter().flatten() {
-        let envelope = envelope_in_band(&part, options.band_hz);
+    // What changes from trace to trace is free of the coupling; where the surface is not in it, the whole traces count.
+    let found_in = |part: &Radargram| {
+        let envelope = envelope_in_band(part, options.band_hz);
         let section = Section {
             radargram,
             envelope: &envelope,
             surface_s: &surface_s,
         };
-        match section.stack(options) {
-            Ok((delay_s, contrast_db)) => {
-                if best.as_ref().is_none_or(|b| contrast_db > b.1) {
-                    best = Some((delay_s, contrast_db, envelope));
-                }
-            }
-            Err(e) => outside = Some(e),
+        let (delay_s, contrast_db) = section.stack(options)?;
+        if contrast_db < NEEDED_DB {
+            return Err(CleanError::NoSurface {
+                contrast_db,
+                needed_db: NEEDED_DB,
+            });
         }
-    }
-    let none = CleanError::NoSurface {
-        contrast_db: 0.0,
-        needed_db: NEEDED_DB,
+        Ok((delay_s, contrast_db, envelope))
     };
-    let (delay_s, contrast_db, envelope) = best.ok_or(outside.unwrap_or(none))?;
-    if contrast_db < NEEDED_DB {
-        return Err(CleanError::NoSurface {
-            contrast_db,
-            needed_db: NEEDED_DB,
-        });
-    }
+    let (delay_s, contrast_db, envelope) = match changing(radargram, &surface_s) {
+        Some(changing) => found_in(&changing).or_else(|_| found_in(radargram)),
+        None => found_in(radargram),
+    }?;
     let section = Section {
         radargram,
         envelope: &envelope,
