@@ -18,9 +18,9 @@ use crate::align::{AlignError, AlignOptions, Flight, TracePlaces, align, interpo
 use crate::choices::Select;
 use crate::clean::{CleanError, CleanOptions, clean};
 use crate::control::{Cancelled, Control};
+use crate::echoes::Searched;
 use crate::echoes::history::distance_m;
 use crate::echoes::sharpen::coarse;
-use crate::echoes::{Searched, quick_look};
 use crate::journal::warnings::Warnings;
 use crate::position::aligned::Aligned;
 use crate::position::height_noise::{height_noise_m, lasting_error_m, stated_error_m};
@@ -81,8 +81,8 @@ const SWING_PERIOD_S: f64 = 3.0;
 pub(crate) fn lasting_motion_m(duration_s: f64) -> f64 {
     SWING_M / (duration_s / SWING_PERIOD_S).max(1.0).sqrt()
 }
-/// Offsets further than this from where the traces were cleaned are cleaned anew (s).
-const CLEANED_ANEW_S: f64 = 0.25;
+/// Offsets over which traces are placed and cleaned as in the middle of them (s).
+const CLEANED_ANEW_S: f64 = 0.5;
 
 /// Why the clock offset cannot be found.
 #[derive(Debug, thiserror::Error)]
@@ -230,35 +230,38 @@ pub fn refine(
     let grid = coarse(trial.rectangle(&likelihood)?, SHARPNESS_PIXELS)?;
     control.start("align", SHARPNESS_IMAGES as u64);
     let mut sharpness = Vec::new();
-    let mut cleaned: Option<CleanedAt> = None;
     let common_s = trial.common_sigma_s(&likelihood);
     let places = TracePlaces::of(trial.flight, trial.align);
-    let score = |offset_s: f64| {
-        control.check()?;
-        if !cleaned
-            .as_ref()
-            .is_some_and(|c| (c.offset_s - offset_s).abs() < CLEANED_ANEW_S)
-        {
-            cleaned = trial.cleaned_at(offset_s)?;
-        }
-        let scores = match &cleaned {
-            Some(cleaned) => trial.contrasts_at((cleaned, places.as_ref()), offset_s, grid)?,
-            None => Vec::new(),
-        };
-        if !scores.is_empty() {
-            let mean = scores.iter().sum::<f64>() / scores.len() as f64;
-            sharpness.push((offset_s, mean));
+    let score = |offsets_s: &[f64]| {
+        let mut scores = Vec::with_capacity(offsets_s.len());
+        let span_s = (offsets_s.last().copied().unwrap_or(0.0))
+            - (offsets_s.first().copied().unwrap_or(0.0));
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a search takes thousands at most"
+        )]
+        let stretches = (span_s / CLEANED_ANEW_S).ceil().max(1.0) as usize;
+        for near_s in offsets_s.chunks(offsets_s.len().div_ceil(stretches).max(1)) {
+            control.check()?;
+            let middle_s = 0.5 * (near_s[0] + near_s[near_s.len() - 1]);
+            let of_these = match trial.cleaned_at(middle_s)? {
+                Some(cleaned) => trial.contrasts((&cleaned, places.as_ref()), near_s, grid)?,
+                None => vec![Vec::new(); near_s.len()],
+            };
+            for (offset_s, scores) in near_s.iter().zip(&of_these) {
+                if !scores.is_empty() {
+                    let mean = scores.iter().sum::<f64>() / scores.len() as f64;
+                    sharpness.push((*offset_s, mean));
+                }
+            }
             control.at(sharpness.len() as u64);
+            scores.extend(of_these);
         }
         Ok::<_, OffsetError>(scores)
     };
     let estimate = likelihood.decide_with(SHARPNESS_STEP_S, SHARPNESS_IMAGES, common_s, score)?;
-    let is_near = |c: &CleanedAt| (c.offset_s - estimate.offset_s).abs() < CLEANED_ANEW_S;
-    let cleaned = match cleaned.filter(is_near) {
-        Some(cleaned) => Some(cleaned),
-        None => trial.cleaned_at(estimate.offset_s)?,
-    };
-    let estimate = match cleaned {
+    let estimate = match trial.cleaned_at(estimate.offset_s)? {
         Some(cleaned) => {
             let whole = WholeAperture {
                 cleaned: &cleaned,
@@ -283,7 +286,6 @@ pub fn refine(
 
 /// Traces cleaned where an offset puts them.
 struct CleanedAt {
-    offset_s: f64,
     aligned: Aligned,
     spectrum: Spectrum,
 }
@@ -358,32 +360,53 @@ impl Trial<'_> {
             return Ok(None);
         };
         Ok(Some(CleanedAt {
-            offset_s,
             aligned,
             spectrum: cleaned.spectrum,
         }))
     }
 
-    /// Contrast of the image of each sub-aperture at an offset; none where a trace of the echoes has
-    /// no place then.
-    fn contrasts_at(
+    /// Contrasts of the images of the sub-apertures at each offset; none where a trace of the echoes has no place
+    /// then.
+    fn contrasts(
         &self,
         (cleaned, places): (&CleanedAt, Option<&TracePlaces<'_>>),
-        offset_s: f64,
+        offsets_s: &[f64],
         grid: PlaneGrid,
-    ) -> Result<Vec<f64>, OffsetError> {
-        let Some(places) = self.places_at(cleaned, places, offset_s)? else {
-            return Ok(Vec::new());
+    ) -> Result<Vec<Vec<f64>>, OffsetError> {
+        let placed: Vec<Option<Vec<[f64; 3]>>> = offsets_s
+            .iter()
+            .map(|offset_s| self.places_at(cleaned, places, *offset_s))
+            .collect::<Result<_, _>>()?;
+        let known: Vec<&Vec<[f64; 3]>> = placed.iter().flatten().collect();
+        let Some(middle_m) = known.get(known.len() / 2) else {
+            return Ok(vec![Vec::new(); offsets_s.len()]);
         };
-        let light_speed_m_s = self.flight.scene.light_speed_m_s;
-        sub_apertures(places.len())
-            .into_par_iter()
-            .map(|part| {
-                let spectrum = part_of(&cleaned.spectrum, part.clone());
-                let image = quick_look(&places[part], &spectrum, grid, light_speed_m_s)?;
-                Ok(contrast(&image))
-            })
-            .collect()
+        let moved_m = farthest_m(&known, middle_m);
+        let mut contrasts = vec![Vec::new(); offsets_s.len()];
+        for part in sub_apertures(middle_m.len()) {
+            let spectrum = part_of(&cleaned.spectrum, part.clone());
+            let middle_m = &middle_m[part.clone()];
+            let searched = Searched::new(middle_m, &spectrum, self.flight.scene.light_speed_m_s);
+            let looks = searched.looks(grid, moved_m)?;
+            let of_part: Vec<Option<f64>> = placed
+                .par_iter()
+                .map(|places_m| match places_m {
+                    Some(places_m) => {
+                        let image = looks.image(&TrialImage {
+                            position_m: &places_m[part.clone()],
+                            beyond_m: 0.0,
+                            grid,
+                        })?;
+                        Ok(Some(contrast(&image)))
+                    }
+                    None => Ok(None),
+                })
+                .collect::<Result<_, OffsetError>>()?;
+            for (all, contrast) in contrasts.iter_mut().zip(of_part) {
+                all.extend(contrast);
+            }
+        }
+        Ok(contrasts)
     }
 }
 
@@ -412,11 +435,8 @@ impl Trial<'_> {
             let places_m = self.places_at(cleaned, whole.places, offset_s)?;
             trials.extend(places_m.map(|places_m| (offset_s, places_m)));
         }
-        let moved_m = (trials
-            .iter()
-            .flat_map(|(_, places_m)| places_m.iter().zip(&middle_m)))
-        .map(|(place, middle)| distance_m(*place, *middle))
-        .fold(0.0, f64::max);
+        let moved: Vec<&Vec<[f64; 3]>> = trials.iter().map(|(_, places_m)| places_m).collect();
+        let moved_m = farthest_m(&moved, &middle_m);
         let searched = Searched::new(&middle_m, &cleaned.spectrum, light_speed_m_s);
         let looks = searched.looks(grid, moved_m)?;
         let score = |(offset_s, places_m): &(f64, Vec<[f64; 3]>)| {
@@ -560,6 +580,15 @@ fn sub_apertures(traces: usize) -> Vec<Range<usize>> {
     (0..parts)
         .map(|k| k * traces / parts..(k + 1) * traces / parts)
         .collect()
+}
+
+/// How far any of the places is from that of the same trace in `middle_m` (m).
+fn farthest_m(placed: &[&Vec<[f64; 3]>], middle_m: &[[f64; 3]]) -> f64 {
+    (placed
+        .iter()
+        .flat_map(|places_m| places_m.iter().zip(middle_m)))
+    .map(|(place, middle)| distance_m(*place, *middle))
+    .fold(0.0, f64::max)
 }
 
 /// The spectra of some of the traces.

@@ -326,9 +326,9 @@ impl OffsetLikelihood {
 
     /// The offset by height, motion and the sharpness of images.
     ///
-    /// `score` is called with offsets about every candidate and answers one positive score for each
-    /// independent part of the data (a sub-aperture, a target): the larger, the sharper; the
-    /// brightest pixel over the median one is good. An empty answer leaves that offset out. Images are
+    /// `score` is called with the rising offsets about each candidate and answers, for each offset, one positive score
+    /// for each independent part of the data (a sub-aperture, a target): the larger, the sharper; the
+    /// brightest pixel over the median one is good. An offset without scores is left out. Images are
     /// scored `step_s` apart (a third of the width of the peak in sharpness, or less): four standard deviations
     /// to each side of every candidate as far as `most` of them allow, two at least, for which there may be
     /// three times as many; where that is not enough, the offset is [vague](AlignError::Vague).
@@ -344,7 +344,7 @@ impl OffsetLikelihood {
         step_s: f64,
         most: usize,
         common_sigma_s: f64,
-        mut score: impl FnMut(f64) -> Result<Vec<f64>, E>,
+        mut score: impl FnMut(&[f64]) -> Result<Vec<Vec<f64>>, E>,
     ) -> Result<OffsetEstimate, E> {
         let refused = match self.by_few_images(step_s, most, common_sigma_s, &mut score)? {
             Ok(estimate) => return Ok(estimate),
@@ -365,7 +365,7 @@ impl OffsetLikelihood {
         &self,
         step_s: f64,
         common_sigma_s: f64,
-        score: &mut impl FnMut(f64) -> Result<Vec<f64>, E>,
+        score: &mut impl FnMut(&[f64]) -> Result<Vec<Vec<f64>>, E>,
     ) -> Result<Option<OffsetEstimate>, E> {
         let spacing_s = SCAN_STEPS * step_s;
         let aside = |of: &Candidate| ((3.0 * of.sigma_s).max(LEAST_SCAN_S) / spacing_s).ceil();
@@ -377,9 +377,10 @@ impl OffsetLikelihood {
         let mut scans: Vec<Scan> = Vec::new();
         for (candidate, of) in tried.iter().enumerate() {
             let aside = aside(of);
-            for k in 0..=(2.0 * aside) as usize {
-                let offset_s = of.offset_s + spacing_s * (k as f64 - aside);
-                let scores = score(offset_s)?;
+            let offsets_s: Vec<f64> = (0..=(2.0 * aside) as usize)
+                .map(|k| of.offset_s + spacing_s * (k as f64 - aside))
+                .collect();
+            for (scores, &offset_s) in score(&offsets_s)?.into_iter().zip(&offsets_s) {
                 if scores.is_empty() {
                     continue;
                 }
@@ -425,7 +426,7 @@ impl OffsetLikelihood {
         step_s: f64,
         most: usize,
         common_sigma_s: f64,
-        score: &mut impl FnMut(f64) -> Result<Vec<f64>, E>,
+        score: &mut impl FnMut(&[f64]) -> Result<Vec<Vec<f64>>, E>,
     ) -> Result<Result<OffsetEstimate, AlignError>, E> {
         if let Err(vague) = self.check_sigma(&self.candidates[0], VAGUE_BEFORE) {
             return Ok(Err(vague));
@@ -441,12 +442,13 @@ impl OffsetLikelihood {
         let mut judged: Vec<(Candidate, Option<SharpnessCue>)> = Vec::new();
         for candidate in tried {
             let mut scored = Scored { scores: Vec::new() };
-            for t in offsets_about(candidate.offset_s, candidate.sigma_s, step_s, each) {
-                let scores = score(t)?;
-                if !scores.is_empty() {
-                    scored.scores.push((t, scores));
-                }
-            }
+            let offsets_s = offsets_about(candidate.offset_s, candidate.sigma_s, step_s, each);
+            let scores = score(&offsets_s)?;
+            let known = offsets_s
+                .into_iter()
+                .zip(scores)
+                .filter(|(_, scores)| !scores.is_empty());
+            scored.scores.extend(known);
             let cue = scored.cue().map(|cue| SharpnessCue {
                 sigma_s: cue.sigma_s.hypot(common_sigma_s),
                 ..cue

@@ -31,6 +31,9 @@ const DOUBT: f64 = 4.0;
 const REFITS: usize = 2;
 /// Spacing of the coarse grid of offsets, in steps of the fine one.
 const COARSE: f64 = 4.0;
+/// Log-likelihood below the best of the coarse grid from which an offset is not tried on the fine one: odds of
+/// 10⁹ to 1.
+const OUT_OF_QUESTION: f64 = 20.0;
 /// Ridges tried on the whole grid.
 const KEPT: usize = 6;
 /// Smallest standard deviation of a residual, s (1.5 mm).
@@ -102,11 +105,16 @@ pub(super) fn height_cues(
     };
     // Offsets half a second apart count as independent trials, each of which may fit by chance.
     let trials = (likely_s / 0.5).max(1.0);
-    let fit = |ridge: &Ridge, grid, start| {
+    let fit = |ridge: &Ridge, grid, rough: Option<&HeightCue>| {
+        let start = rough.map_or(TYPICAL, |cue| Mixture {
+            sigma_s: cue.residual_s,
+            stray_share: cue.stray_share,
+        });
         let fit = Fit {
             ridge,
             profile,
             grid,
+            rough,
         };
         let cue = fit.cue(start, control)?;
         let evidence = cue.evidence - trials.ln() - DOUBT;
@@ -114,16 +122,12 @@ pub(super) fn height_cues(
     };
     let mut rough: Vec<(HeightCue, &Ridge)> = Vec::new();
     for ridge in ridges {
-        rough.push((fit(ridge, coarse, TYPICAL)?, ridge));
+        rough.push((fit(ridge, coarse, None)?, ridge));
     }
     rough.sort_by(|a, b| b.0.preference.total_cmp(&a.0.preference));
     let mut cues = Vec::new();
     for (cue, ridge) in rough.into_iter().take(KEPT) {
-        let start = Mixture {
-            sigma_s: cue.residual_s,
-            stray_share: cue.stray_share,
-        };
-        cues.push(fit(ridge, grid, start)?);
+        cues.push(fit(ridge, grid, Some(&cue))?);
     }
     cues.retain(|cue| cue.evidence > 0.0 && cue.stray_share <= MOST_STRAYS);
     cues.sort_by(|a, b| b.preference.total_cmp(&a.preference));
@@ -169,6 +173,8 @@ struct Fit<'a> {
     ridge: &'a Ridge,
     profile: &'a FlightProfile,
     grid: Grid,
+    /// The cue of the same ridge on the coarse grid, where it is known.
+    rough: Option<&'a HeightCue>,
 }
 
 /// Error of the residuals and share of strays.
@@ -223,24 +229,48 @@ impl Fit<'_> {
     }
 
     fn curve(&self, mixture: Mixture, control: Control<'_>) -> Result<LikelihoodCurve, AlignError> {
+        let below_rough_best = self.below_rough_best();
         let log_likelihood = (0..self.grid.count)
             .into_par_iter()
             .map(|k| {
                 if k % 64 == 0 {
                     control.check()?;
                 }
+                if below_rough_best[k] > OUT_OF_QUESTION {
+                    return Ok(None);
+                }
                 let offset_s = self.grid.start_s + k as f64 * self.grid.step_s;
                 let residuals = self.residuals_s(offset_s);
-                Ok(self
-                    .log_likelihood(&residuals, self.grid.delay_s, mixture)
-                    .0)
+                let found = self.log_likelihood(&residuals, self.grid.delay_s, mixture);
+                Ok(Some(found.0))
             })
-            .collect::<Result<Vec<f64>, AlignError>>()?;
+            .collect::<Result<Vec<Option<f64>>, AlignError>>()?;
+        let best = (log_likelihood.iter().flatten().copied()).fold(f64::NEG_INFINITY, f64::max);
+        let length = self.rough.map_or(1.0, |cue| cue.correlation_length);
+        let as_rough = |k: usize| best - length * below_rough_best[k];
+        let log_likelihood = (log_likelihood.into_iter().enumerate())
+            .map(|(k, found)| found.unwrap_or_else(|| as_rough(k)))
+            .collect();
         Ok(LikelihoodCurve {
             start_s: self.grid.start_s,
             step_s: self.grid.step_s,
             log_likelihood,
         })
+    }
+
+    /// How far the coarse grid's log-likelihood on both sides of each offset is below its best; 0 where there is none.
+    fn below_rough_best(&self) -> Vec<f64> {
+        let Some(cue) = self.rough else {
+            return vec![0.0; self.grid.count];
+        };
+        let log_likelihood = &cue.curve.log_likelihood;
+        let best = log_likelihood[cue.curve.peak()];
+        let at = |k: usize| log_likelihood[k.min(log_likelihood.len() - 1)];
+        let below = |k: usize| {
+            let before = (k as f64 * self.grid.step_s / cue.curve.step_s) as usize;
+            best - at(before).max(at(before + 1))
+        };
+        (0..self.grid.count).map(below).collect()
     }
 
     /// Log-likelihood of residuals at the delay at which most agree, and that delay. Unknown

@@ -15,7 +15,7 @@ use super::height::Grid;
 use super::noise::correlation_length;
 use super::profile::AT_REST;
 use super::{AlignError, FlightProfile};
-use crate::quality::{median, robust_deviation};
+use crate::quality::{median_of_sorted, robust_deviation_of_sorted};
 use acerra_control::Control;
 
 /// Upper ends of the classes of speed, as shares of the speed that is exceeded in one twentieth of
@@ -33,6 +33,9 @@ const INDEPENDENT_S: f64 = 0.5;
 /// Log-likelihood that one start or halt is worth at most: what is in view changes the radargram,
 /// too, and can look like a start.
 const MOST_PER_TRANSITION: f64 = 8.0;
+
+/// Largest likelihood ratio of a trace, so that the product of four is finite.
+const LARGEST_RATIO: f64 = 1e70;
 
 /// What the change from trace to trace says of the offset.
 #[derive(Debug, Clone, PartialEq)]
@@ -105,7 +108,11 @@ struct Fit<'a> {
     time_s: &'a [f64],
     /// Logarithm of the change, less its mean.
     level: Vec<f64>,
+    /// Traces by rising level, so that every class's levels rise as they are collected.
+    by_level: Vec<usize>,
     variance: f64,
+    /// Density of each level where a single class holds all traces.
+    stray_density: Vec<f64>,
     profile: &'a FlightProfile,
     class_ends_m_s: [f64; CLASS_ENDS.len()],
 }
@@ -130,8 +137,12 @@ impl<'a> Fit<'a> {
         let mean = logs.iter().sum::<f64>() / n;
         let level: Vec<f64> = logs.iter().map(|l| l - mean).collect();
         let variance = level.iter().map(|l| l * l).sum::<f64>() / n;
+        let mut by_level: Vec<usize> = (0..level.len()).collect();
+        by_level.sort_by(|a, b| level[*a].total_cmp(&level[*b]));
         (variance > 0.0).then(|| Self {
             time_s,
+            by_level,
+            stray_density: level.iter().map(|l| normal(*l, variance)).collect(),
             level,
             variance,
             profile,
@@ -147,11 +158,19 @@ impl<'a> Fit<'a> {
             .then(|| self.class_ends_m_s.partition_point(|end| *end < speed_m_s))
     }
 
-    fn classes(&self, offset_s: f64) -> [Class; CLASSES] {
+    /// Class of every trace at an offset; none without a position.
+    fn class_of_traces(&self, offset_s: f64) -> Vec<Option<usize>> {
+        self.time_s
+            .iter()
+            .map(|t| self.class(t + offset_s))
+            .collect()
+    }
+
+    fn classes(&self, class_of: &[Option<usize>]) -> [Class; CLASSES] {
         let mut levels: [Vec<f64>; CLASSES] = std::array::from_fn(|_| Vec::new());
-        for (t, l) in self.time_s.iter().zip(&self.level) {
-            if let Some(c) = self.class(t + offset_s) {
-                levels[c].push(*l);
+        for &trace in &self.by_level {
+            if let Some(c) = class_of[trace] {
+                levels[c].push(self.level[trace]);
             }
         }
         levels.map(|levels| {
@@ -159,11 +178,10 @@ impl<'a> Fit<'a> {
                 return Class::default();
             }
             let traces = levels.len() as f64;
-            let middle = median(&levels);
-            let spread = robust_deviation(&levels).powi(2);
+            let spread = robust_deviation_of_sorted(&levels).powi(2);
             Class {
                 traces,
-                middle,
+                middle: median_of_sorted(&levels),
                 variance: (traces * spread + PRIOR_TRACES * self.variance)
                     / (traces + PRIOR_TRACES),
             }
@@ -173,7 +191,8 @@ impl<'a> Fit<'a> {
     /// What the classes explain; 0 where the change falls with the speed. Traces without a speed
     /// stay unexplained.
     fn log_likelihood(&self, offset_s: f64) -> f64 {
-        let classes = self.classes(offset_s);
+        let class_of = self.class_of_traces(offset_s);
+        let classes = self.classes(&class_of);
         let traces: f64 = classes.iter().map(|c| c.traces).sum();
         let weighted = |of: fn(usize, &Class) -> f64| {
             let terms = classes.iter().enumerate().map(|(i, c)| c.traces * of(i, c));
@@ -189,29 +208,38 @@ impl<'a> Fit<'a> {
         if rises <= 0.0 {
             return 0.0;
         }
-        let over_stray = |(t, l): (&f64, &f64)| {
-            let class = classes[self.class(t + offset_s)?];
-            let normal = |x: f64, variance: f64| (-0.5 * x * x / variance).exp() / variance.sqrt();
-            let ratio = normal(l - class.middle, class.variance) / normal(*l, self.variance);
-            Some((STRAY_SHARE + (1.0 - STRAY_SHARE) * ratio).ln())
+        let over_stray = |trace: usize| {
+            let class = classes[class_of[trace]?];
+            let density = normal(self.level[trace] - class.middle, class.variance);
+            let ratio = density / self.stray_density[trace].max(f64::MIN_POSITIVE);
+            Some(STRAY_SHARE + (1.0 - STRAY_SHARE) * ratio.min(LARGEST_RATIO))
         };
-        let traces = self.time_s.iter().zip(&self.level);
-        traces.filter_map(over_stray).sum::<f64>().max(0.0)
+        let ratios: Vec<f64> = (0..self.level.len()).filter_map(over_stray).collect();
+        // Multiplied a few at a time before the logarithm: none is below the share of strays.
+        let sum: f64 = ratios
+            .chunks(4)
+            .map(|few| few.iter().product::<f64>().ln())
+            .sum();
+        sum.max(0.0)
     }
 
     /// What the classes leave, in standard deviations, [no more](CLIPPED) of strays.
     fn residuals(&self, offset_s: f64) -> Vec<f64> {
-        let classes = self.classes(offset_s);
-        self.time_s
-            .iter()
-            .zip(&self.level)
-            .filter_map(|(t, l)| {
-                let class = classes[self.class(t + offset_s)?];
+        let class_of = self.class_of_traces(offset_s);
+        let classes = self.classes(&class_of);
+        (class_of.iter().zip(&self.level))
+            .filter_map(|(class, l)| {
+                let class = classes[(*class)?];
                 let residual = (l - class.middle) / class.variance.sqrt();
                 Some(residual.clamp(-CLIPPED, CLIPPED))
             })
             .collect()
     }
+}
+
+/// Normal density about zero, but for the constant.
+fn normal(x: f64, variance: f64) -> f64 {
+    (-0.5 * x * x / variance).exp() / variance.sqrt()
 }
 
 #[cfg(test)]

@@ -316,9 +316,10 @@ fn a_flight_that_repeats_itself_is_refused_and_stamps_or_images_decide() {
         .unwrap();
     assert!((found.offset_s - 60.0).abs() < 0.15, "{}", found.offset_s);
     // Images that are sharp at 60.02 s, in four parts that scatter by 4 ms.
-    let score = |t: f64| -> Result<Vec<f64>, AlignError> {
-        let part = |k: f64| 2.0 + 500.0 * (-((t - 60.02 - 0.004 * k) / 0.03).powi(2)).exp();
-        Ok([-1.0, 1.0, -0.5, 0.5].map(part).to_vec())
+    let score = |offsets_s: &[f64]| -> Result<Vec<Vec<f64>>, AlignError> {
+        let part = |t: f64, k: f64| 2.0 + 500.0 * (-((t - 60.02 - 0.004 * k) / 0.03).powi(2)).exp();
+        let parts = |t: &f64| [-1.0, 1.0, -0.5, 0.5].map(|k| part(*t, k)).to_vec();
+        Ok(offsets_s.iter().map(parts).collect())
     };
     let found = both.decide_with(0.01, 400, 0.0, score).unwrap();
     assert!((found.offset_s - 60.02).abs() < 0.006, "{}", found.offset_s);
