@@ -3,8 +3,9 @@
 //!
 //! The sharpness of an image at a wrong offset scatters about what such images have in common; at the right one it is
 //! an outlier. How likely an image is to be the right offset's therefore goes by the distance of its score (the mean
-//! over parts of ln) from the median over the stretch, in deviations of that stretch: exp(z²/2) times as likely as by
-//! chance.
+//! over parts of ln) from the median over the stretch, in deviations z of that stretch: it is exp(z²/2) times as likely
+//! as by chance, over as many chances as there are images. The right image may also be no sharper than the others, as on a
+//! circle, which an offset turns: then every offset is as likely as before.
 
 use super::sharpness::{Scored, SharpnessCue};
 
@@ -55,12 +56,15 @@ impl Scan {
         let middle = median(&logs);
         let away: Vec<f64> = logs.iter().map(|log| (log - middle).abs()).collect();
         let sigma = (SIGMA_OF_MEDIAN * median(&away)).max(f64::MIN_POSITIVE);
+        let chances = (self.scores.len() as f64).ln();
         let likely = |((offset_s, _), log): (&(f64, Vec<f64>), f64)| {
             let z = (log - middle) / sigma;
+            let over_chance = 0.5 * z * z.abs() - chances;
             Likely {
                 candidate: self.candidate,
                 offset_s: *offset_s,
-                log_likelihood: 0.5 * z * z.abs(),
+                // ln(1 + exp(x)), without overflow.
+                log_likelihood: over_chance.max(0.0) + (-over_chance.abs()).exp().ln_1p(),
             }
         };
         self.scores.iter().zip(logs).map(likely).collect()
