@@ -9,7 +9,7 @@ use super::image::{ImageView, InterpolatedImage};
 use super::options::MeasureOptions;
 use super::shape::measure_shape;
 use super::statistics::ImageStatistics;
-use super::surroundings::Surroundings;
+use super::surroundings::{Surroundings, highest_by_chance};
 use super::target::Target;
 use super::track::LocalTrack;
 use crate::error::ImagingError;
@@ -182,6 +182,9 @@ fn standing_out(
     let cell_m = [cell.along_m, cell.across_m];
     let surroundings = Surroundings::of(image, cell_m, spread.position_m());
     let stands_out = |c: &Candidate| surroundings.is_exceeded([c.ix, c.iy]);
+    if statistics.maximum <= highest_by_chance(image, cell_m) {
+        return (Vec::new(), all.len());
+    }
     let strongest = all.iter().find(|c| stands_out(c)).map(|c| c.amplitude);
     let Some(strongest) = strongest else {
         return (Vec::new(), 0);

@@ -130,6 +130,32 @@ impl<'a> Surroundings<'a> {
     }
 }
 
+/// Pixels whose levels give those of an image, at most.
+const IMAGE_SAMPLES: usize = 1 << 18;
+
+/// Amplitude that chance gives the highest pixel of an image of clutter and noise alone, and 3 dB: in an image whose
+/// maximum is not above it nothing is focused. The power of the highest of N cells is that of the upper quartile and ln(N/4) of the exponential
+/// tail, whose scale is the quartile's distance from the median over ln 2; so too where each pixel is itself the
+/// highest of a column.
+pub(super) fn highest_by_chance(image: &ImageView<'_>, cell_m: [f64; 2]) -> f64 {
+    let grid = image.grid();
+    let cells = grid.len() as f64 * grid.pixel_m.powi(2) / (cell_m[0] * cell_m[1]);
+    // An odd stride, so that pixels of all columns take part.
+    let stride = (image.values().len() / IMAGE_SAMPLES) | 1;
+    let values = image.values().iter().step_by(stride);
+    let mut power: Vec<f64> = values.map(|v| f64::from(v.norm_sqr())).collect();
+    let mut quantile = |share: f64| {
+        let at = (share * power.len().saturating_sub(1) as f64) as usize;
+        if power.is_empty() {
+            return 0.0;
+        }
+        *power.select_nth_unstable_by(at, f64::total_cmp).1
+    };
+    let (median, quartile) = (quantile(0.5), quantile(0.75));
+    let tail = (quartile - median) / LN_2;
+    (2.0 * (quartile + tail * (cells / 4.0).max(1.0).ln())).sqrt()
+}
+
 fn middle(values: &mut [f64]) -> f64 {
     let at = values.len() / 2;
     *values.select_nth_unstable_by(at, f64::total_cmp).1
@@ -178,6 +204,48 @@ mod tests {
             .collect();
         assert!(values[0].norm() > 0.2, "clutter at the antenna is brighter");
         assert_eq!(found, [60 * 120 + 100]);
+    }
+
+    #[test]
+    fn the_highest_of_clutter_is_what_chance_gives_it() {
+        // Clutter of one level: exponential power of mean 1, N cells of one pixel.
+        let (values, grid) = image(0.0);
+        let level: Vec<Complex32> = (values.iter().enumerate())
+            .map(|(k, v)| {
+                let x_m = 0.5 + grid.x_m(k % grid.nx);
+                v * (x_m * x_m) as f32
+            })
+            .collect();
+        let view = ImageView::new(&level, grid).unwrap();
+        let cell_m = [grid.pixel_m; 2];
+        let top = level.iter().map(|v| v.norm()).fold(0.0, f32::max);
+        let by_chance = highest_by_chance(&view, cell_m) as f32;
+        assert!(
+            (1.05..2.0).contains(&(by_chance / top)),
+            "{by_chance} {top}"
+        );
+        // The highest of eight such images, as of a volume from above.
+        let part = level.len() / 8;
+        let above: Vec<Complex32> = (0..part)
+            .map(|k| {
+                let column = (0..8).map(|i| level[i * part + k]);
+                column.fold(
+                    Complex32::ZERO,
+                    |a, b| if b.norm() > a.norm() { b } else { a },
+                )
+            })
+            .collect();
+        let grid = PlaneGrid {
+            nx: part,
+            ny: 1,
+            ..grid
+        };
+        let by_chance_above =
+            highest_by_chance(&ImageView::new(&above, grid).unwrap(), cell_m) as f32;
+        assert!(
+            (0.95..1.25).contains(&(by_chance_above / by_chance)),
+            "{by_chance_above} {by_chance}"
+        );
     }
 
     #[test]
