@@ -6,7 +6,7 @@ use acerra_chain::align::offset::{Curve, OffsetSearch};
 use acerra_chain::campaign::Campaign;
 use acerra_chain::choices::{GroundSurface, Permittivity};
 use acerra_chain::clean::{CleanedTraces, Surface};
-use acerra_chain::findings::{Evidence, Setting, Unchecked};
+use acerra_chain::findings::{Evidence, Finding, Unchecked};
 use acerra_chain::focus::inversion::InversionRecord;
 use acerra_chain::journal::stages::Stage;
 use acerra_chain::position::Positions;
@@ -55,7 +55,7 @@ pub struct TargetRecord<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub depth_m: Option<f64>,
     /// Its standard deviation (m), by the distance of the volume's slices, the deviation that the heights of the
-    /// positions state, and that of the permittivity where the finding `ground_permittivity` checks it; what the delay
+    /// positions state, and that of the permittivity where the finding `ground_permittivity` gives one; what the delay
     /// may be off is not in it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub depth_sigma_m: Option<f64>,
@@ -95,9 +95,9 @@ pub fn depth_of(outcome: &Outcome, target: &Target) -> Option<[f64; 2]> {
     Some([depth_m, sigma_m.hypot(soil_sigma_m)])
 }
 
-/// Relative standard deviation of the permittivity, where the evidence checks it: a depth goes with its root.
+/// Relative standard deviation of the permittivity, where the evidence gives one: a depth goes with its root.
 fn permittivity_sigma(outcome: &Outcome) -> Option<f64> {
-    let is_of_soil = |finding: &&Finding| finding.checks == Some(Setting::Permittivity);
+    let is_of_soil = |finding: &&Finding| finding.name == "ground_permittivity";
     let finding = outcome.evidence.findings().iter().find(is_of_soil)?;
     Some(finding.sigma? / finding.value?)
 }

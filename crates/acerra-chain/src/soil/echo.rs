@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 
 use acerra_imaging::ImagingError;
 use acerra_imaging::refraction::{Ground, Ray};
+use nalgebra::{Matrix3, Matrix4, Vector3, Vector4};
 use num_complex::Complex64;
 use rayon::prelude::*;
 
@@ -13,13 +14,18 @@ use crate::focus::underground::Underground;
 /// Traces that an echo is summed over at most, spread evenly.
 const MOST_TRACES: usize = 300;
 /// Traces whose amplitude by spreading and transmission is below this share of the greatest are left out.
-const LEAST_AMPLITUDE: f64 = 0.1;
+const LEAST_AMPLITUDE: f64 = 0.25;
 /// Ratio of one permittivity that is tried to the one before.
 const RATIO: f64 = 1.1;
 /// Delays tried within half a resolution cell either way.
 const LAGS: i32 = 8;
 /// Places along each side of the image at which the clutter is measured.
 const CLUTTER_A_SIDE: usize = 24;
+/// Parts of the aperture whose phases scatter each by itself.
+const PARTS: usize = 12;
+/// Weight of the place as it was found, beside the phases, whose weights sum to one: half a wavelength against a
+/// twentieth.
+const PLACE_WEIGHT: f64 = 0.01;
 /// Horizontal step of the search about a point, of the wavelength in the middle of the band.
 const STEP_WAVELENGTHS: f64 = 0.06;
 /// Probability that the strongest of all places of clutter is taken for a point.
@@ -34,7 +40,7 @@ pub struct PointEcho {
     pub delay_m: f64,
     /// Distance q = Σ t/n by which the centre of its hyperbola lies below the surface (m).
     pub curvature_m: f64,
-    /// Standard deviation of that distance by the clutter (m).
+    /// Standard deviation of that distance, by the phases along the hyperbola (m).
     pub sigma_m: f64,
 }
 
@@ -52,10 +58,9 @@ pub(crate) struct Bench<'a> {
     pub places: usize,
 }
 
-/// Traces and their amplitudes towards a point.
+/// Traces that see a point. They count alike: the clutter fades with distance as the echo does.
 struct Seen {
     traces: Vec<usize>,
-    amplitude: Vec<f64>,
 }
 
 impl Bench<'_> {
@@ -80,32 +85,84 @@ impl Bench<'_> {
         if floor <= 0.0 || first.power < most_chance * floor {
             return Ok(None);
         }
-        let curve = self.curve(&seen, place_m, delay_m)?;
-        Ok(vertex(&curve, floor).map(|[curvature_m, sigma_m]| PointEcho {
-            place_m,
-            delay_m,
-            curvature_m,
-            sigma_m,
+        let Some(strongest) = self.strongest(&seen, place_m, delay_m)? else {
+            return Ok(None);
+        };
+        let found = self.by_phases(strongest.factor, &seen, place_m, delay_m)?;
+        Ok(found.map(|found| PointEcho {
+            curvature_m: strongest.curvature_m.unwrap_or(found.curvature_m),
+            ..found
         }))
     }
 
-    /// Power of the echo for permittivities from 1 to 100, as (q, power), by rising permittivity.
-    fn curve(
+    /// The factor of the permittivities at which the echo is strongest, and the curvature (m) by the powers about it; none
+    /// where it is an end of those tried.
+    fn strongest(
         &self,
         seen: &Seen,
         place_m: [f64; 3],
         delay_m: f64,
-    ) -> Result<Vec<[f64; 2]>, ImagingError> {
+    ) -> Result<Option<Strongest>, ImagingError> {
         let factors = self.underground.factors(RATIO);
-        factors
-            .into_par_iter()
-            .map(|factor| {
-                let ground = self.ground(factor)?;
-                let best = self.best_near(&ground, seen, place_m, delay_m);
-                let depth_m = depth_at(&ground, delay_m);
-                Ok([vertical(&ground, depth_m).curvature_m, best.power])
+        let power = |factor: &f64| {
+            let ground = self.ground(*factor)?;
+            let curvature_m = vertical(&ground, depth_at(&ground, delay_m)).curvature_m;
+            let power = self.best_near(&ground, seen, place_m, delay_m).power;
+            Ok([curvature_m, power])
+        };
+        let curve: Vec<[f64; 2]> = (factors.par_iter().map(power))
+            .collect::<Result<_, ImagingError>>()?;
+        let top = (0..curve.len()).max_by(|a, b| curve[*a][1].total_cmp(&curve[*b][1]));
+        let inside = top.filter(|top| *top > 0 && top + 1 < curve.len());
+        Ok(inside.map(|top| Strongest {
+            factor: factors[top],
+            curvature_m: vertex(&curve, top),
+        }))
+    }
+
+    /// Curvature of the hyperbola and its deviation (m), by the phases of the traces against their sum near a factor of
+    /// the permittivities: the greatest power of the sum, with the deviation that the phases show which are left.
+    fn by_phases(
+        &self,
+        factor: f64,
+        seen: &Seen,
+        place_m: [f64; 3],
+        delay_m: f64,
+    ) -> Result<Option<PointEcho>, ImagingError> {
+        let (ground, other) = (self.ground(factor)?, self.ground(factor * RATIO)?);
+        let best = self.best_near(&ground, seen, place_m, delay_m);
+        let [x_m, y_m, _] = best.place_m;
+        let surface_m = ground.surface().height_m([x_m, y_m]);
+        let depths_m = [&ground, &other].map(|ground| depth_at(ground, delay_m));
+        let [here, there] = depths_m.map(|depth_m| [x_m, y_m, surface_m - depth_m]);
+        let curvature_m = vertical(&ground, depths_m[0]).curvature_m;
+        let step_m = vertical(&other, depths_m[1]).curvature_m - curvature_m;
+        let later_s = 2.0 * best.later_m / self.echoes.light_speed_m_s;
+        let turns: Vec<Complex64> = (self.echoes.spectrum.frequency_hz.iter())
+            .map(|f| Complex64::from_polar(1.0, TAU * f * later_s))
+            .collect();
+        let traces: Vec<Phase> = (seen.traces.par_iter())
+            .map(|trace| {
+                let rays = self.rays(&ground, *trace, here);
+                let path_m = |rays: [Ray; 2]| rays[0].optical_m + rays[1].optical_m;
+                let by_axis = |axis: usize| rays[0].gradient[axis] + rays[1].gradient[axis];
+                let by_curvature =
+                    (path_m(self.rays(&other, *trace, there)) - path_m(rays)) / step_m;
+                Phase {
+                    by: Vector4::new(1.0, by_axis(0), by_axis(1), by_curvature),
+                    value: (self.aligned(&ground, *trace, here).zip(&turns))
+                        .map(|(value, turn)| value * turn)
+                        .sum(),
+                }
             })
-            .collect()
+            .collect();
+        let correction = regress(&traces, best.wavelength_m);
+        Ok(correction.map(|[off_m, sigma_m]| PointEcho {
+            place_m: [x_m, y_m, place_m[2]],
+            delay_m: delay_m + best.later_m,
+            curvature_m: curvature_m + off_m,
+            sigma_m,
+        }))
     }
 
     fn ground(&self, factor: f64) -> Result<Ground, ImagingError> {
@@ -113,7 +170,7 @@ impl Bench<'_> {
         self.underground.scaled(factor).seen_at(frequency_hz)
     }
 
-    /// The traces that see a place, and the two-way amplitude of each.
+    /// The traces that see a place.
     fn seen(&self, ground: &Ground, place_m: [f64; 3]) -> Seen {
         let all = self.echoes.aligned.position_m.len();
         let amplitude: Vec<f64> = (0..all)
@@ -123,15 +180,11 @@ impl Bench<'_> {
                 there.amplitude * back.amplitude
             })
             .collect();
-        let most = amplitude.iter().copied().fold(0.0, f64::max);
-        let near: Vec<usize> = (0..all)
-            .filter(|trace| amplitude[*trace] >= LEAST_AMPLITUDE * most)
-            .collect();
+        let least = LEAST_AMPLITUDE * amplitude.iter().copied().fold(0.0, f64::max);
+        let near: Vec<usize> = (0..all).filter(|k| amplitude[*k] >= least).collect();
         let stride = near.len().div_ceil(MOST_TRACES).max(1);
-        let traces: Vec<usize> = near.into_iter().step_by(stride).collect();
         Seen {
-            amplitude: traces.iter().map(|k| amplitude[*k] / most).collect(),
-            traces,
+            traces: near.into_iter().step_by(stride).collect(),
         }
     }
 
@@ -140,19 +193,28 @@ impl Bench<'_> {
         antennas_m.map(|antenna_m| ground.ray(antenna_m, place_m))
     }
 
+    /// A trace with the echo of a place at a delay of zero, at each frequency.
+    fn aligned(
+        &self,
+        ground: &Ground,
+        trace: usize,
+        place_m: [f64; 3],
+    ) -> impl Iterator<Item = Complex64> {
+        let spectrum = self.echoes.spectrum;
+        let [there, back] = self.rays(ground, trace, place_m);
+        let path_m = there.optical_m + back.optical_m + self.excess_path_m;
+        let turn = TAU * path_m / self.echoes.light_speed_m_s;
+        let values = spectrum.values.iter().skip(trace * spectrum.frequency_hz.len());
+        (values.zip(&spectrum.frequency_hz))
+            .map(move |(value, f)| value * Complex64::from_polar(1.0, turn * f))
+    }
+
     /// Sum of the traces along the echo of a place, at each frequency.
     fn stack(&self, ground: &Ground, seen: &Seen, place_m: [f64; 3]) -> Vec<Complex64> {
-        let spectrum = self.echoes.spectrum;
-        let frequencies = spectrum.frequency_hz.len();
-        let mut sum = vec![Complex64::default(); frequencies];
-        for (trace, amplitude) in seen.traces.iter().zip(&seen.amplitude) {
-            let [there, back] = self.rays(ground, *trace, place_m);
-            let path_m = there.optical_m + back.optical_m + self.excess_path_m;
-            let turn = TAU * path_m / self.echoes.light_speed_m_s;
-            let own = spectrum.values.iter().skip(trace * frequencies);
-            for ((sum, frequency_hz), value) in sum.iter_mut().zip(&spectrum.frequency_hz).zip(own)
-            {
-                *sum += value * Complex64::from_polar(*amplitude, turn * frequency_hz);
+        let mut sum = vec![Complex64::default(); self.echoes.spectrum.frequency_hz.len()];
+        for trace in &seen.traces {
+            for (sum, value) in sum.iter_mut().zip(self.aligned(ground, *trace, place_m)) {
+                *sum += value;
             }
         }
         sum
@@ -167,11 +229,9 @@ impl Bench<'_> {
         let at = |place_m: [f64; 2]| {
             let z_m = ground.surface().height_m(place_m) - depth_m;
             let place_m = [place_m[0], place_m[1], z_m];
-            let (power, later_m) = self.peak(&self.stack(ground, seen, place_m));
             Best {
                 place_m,
-                power,
-                later_m,
+                ..self.peak(&self.stack(ground, seen, place_m))
             }
         };
         let mut best = at([place_m[0], place_m[1]]);
@@ -194,8 +254,8 @@ impl Bench<'_> {
         best
     }
 
-    /// Greatest power of a stack within half a cell of its delay, and by how much later that is, one way (m).
-    fn peak(&self, stack: &[Complex64]) -> (f64, f64) {
+    /// Greatest power of a stack within half a cell of its delay.
+    fn peak(&self, stack: &[Complex64]) -> Best {
         let cell_s = self.cell_s();
         let power: Vec<f64> = (-LAGS..=LAGS)
             .map(|k| self.power(stack, 0.5 * cell_s * f64::from(k) / f64::from(LAGS)))
@@ -212,14 +272,26 @@ impl Bench<'_> {
         };
         let lags = top as f64 - f64::from(LAGS) + toward.clamp(-0.5, 0.5);
         let later_s = 0.5 * cell_s * lags / f64::from(LAGS);
-        (power[top], 0.5 * later_s * self.echoes.light_speed_m_s)
+        let turned = self.turned(stack, later_s);
+        let sum: Complex64 = turned.clone().sum();
+        let frequency_hz = self.echoes.spectrum.frequency_hz.iter();
+        let moment: Complex64 = turned.zip(frequency_hz).map(|(v, f)| v * f).sum();
+        Best {
+            place_m: [0.0; 3],
+            power: sum.norm_sqr(),
+            later_m: 0.5 * later_s * self.echoes.light_speed_m_s,
+            wavelength_m: self.echoes.light_speed_m_s / (moment / sum).re,
+        }
     }
 
     fn power(&self, stack: &[Complex64], lag_s: f64) -> f64 {
+        self.turned(stack, lag_s).sum::<Complex64>().norm_sqr()
+    }
+
+    fn turned(&self, stack: &[Complex64], lag_s: f64) -> impl Iterator<Item = Complex64> + Clone {
         let frequency_hz = self.echoes.spectrum.frequency_hz.iter();
-        let turned = (frequency_hz.zip(stack))
-            .map(|(f, value)| value * Complex64::from_polar(1.0, TAU * f * lag_s));
-        turned.sum::<Complex64>().norm_sqr()
+        (frequency_hz.zip(stack))
+            .map(move |(f, value)| value * Complex64::from_polar(1.0, TAU * f * lag_s))
     }
 
     /// Resolution cell of the delay (s): the inverse of the band.
@@ -233,7 +305,6 @@ impl Bench<'_> {
     /// over the image, of which points are few.
     fn clutter(&self, ground: &Ground, seen: &Seen, place_m: [f64; 3], delay_m: f64) -> f64 {
         let depth_m = depth_at(ground, delay_m);
-        let energy = |seen: &Seen| seen.amplitude.iter().map(|a| a * a).sum::<f64>();
         let along = |axis: usize| {
             let [from_m, to_m] = self.extent_m[axis];
             let count = if to_m > from_m { CLUTTER_A_SIDE } else { 1 };
@@ -246,20 +317,102 @@ impl Bench<'_> {
             .flat_map(|y_m| along(0).map(move |x_m| [x_m, y_m]))
             .collect();
         let stride = places.len().div_ceil(8 * CLUTTER_A_SIDE).max(1);
-        let mut per_energy: Vec<f64> = (places.into_par_iter().step_by(stride))
+        let mut per_trace: Vec<f64> = (places.into_par_iter().step_by(stride))
             .map(|[x_m, y_m]| {
                 let z_m = ground.surface().height_m([x_m, y_m]) - depth_m;
                 let place_m = [x_m, y_m, z_m];
                 let own = self.seen(ground, place_m);
                 let power = self.power(&self.stack(ground, &own, place_m), 0.0);
-                power / energy(&own).max(f64::MIN_POSITIVE)
+                power / own.traces.len().max(1) as f64
             })
             .collect();
-        per_energy.sort_by(f64::total_cmp);
-        let median = per_energy.get(per_energy.len() / 2).copied();
+        per_trace.sort_by(f64::total_cmp);
+        let median = per_trace.get(per_trace.len() / 2).copied();
         // Powers of clutter are exponentially distributed.
-        median.unwrap_or(0.0) / std::f64::consts::LN_2 * energy(seen)
+        median.unwrap_or(0.0) / std::f64::consts::LN_2 * seen.traces.len() as f64
     }
+}
+
+/// Where the powers of a hyperbola's sum are greatest.
+struct Strongest {
+    factor: f64,
+    /// By a parabola through the powers, where they fall slowly enough for one.
+    curvature_m: Option<f64>,
+}
+
+/// Steps to either side of the greatest power, and least share of that power, over which a parabola is laid: clutter
+/// ripples the powers, the more so the less they fall.
+const HALF_WIDTH: usize = 3;
+const LEAST_POWER: f64 = 0.8;
+
+/// Maximum of a parabola by least squares through the powers about the greatest; none where they fall within fewer
+/// steps than it has on both sides.
+fn vertex(curve: &[[f64; 2]], top: usize) -> Option<f64> {
+    let about = curve.get(top.checked_sub(HALF_WIDTH)?..=top + HALF_WIDTH)?;
+    let [at, most] = curve[top];
+    if about.iter().any(|[_, power]| *power < LEAST_POWER * most) {
+        return None;
+    }
+    let mut normal = Matrix3::zeros();
+    let mut right = Vector3::zeros();
+    for [q, power] in about {
+        let t = q / at - 1.0;
+        let powers = Vector3::new(1.0, t, t * t);
+        normal += powers * powers.transpose();
+        right += power / most * powers;
+    }
+    let [_, slope, bend] = (normal.try_inverse()? * right).into();
+    (bend < 0.0).then(|| at * (1.0 - 0.5 * slope / bend))
+}
+
+/// A trace that is aligned to an echo.
+struct Phase {
+    /// How its path changes by a delay, the place east and north, and the curvature.
+    by: Vector4<f64>,
+    /// Its value at the delay at which their sum is strongest.
+    value: Complex64,
+}
+
+/// By how much more curved the hyperbola is than that along which the traces were aligned, and the deviation of that
+/// (m): a Newton step to the greatest power of their sum. Phases that are left are taken to be alike within each of
+/// some parts of the aperture, as those of clutter are.
+fn regress(traces: &[Phase], wavelength_m: f64) -> Option<[f64; 2]> {
+    let total: Complex64 = traces.iter().map(|trace| trace.value).sum();
+    let metres = -wavelength_m / TAU;
+    // A trace against the others, whose noise its own does not hold.
+    let products: Vec<Complex64> = (traces.iter())
+        .map(|trace| trace.value * (total - trace.value).conj())
+        .collect();
+    let all: f64 = products.iter().map(|product| product.re).sum();
+    let mut normal = Matrix4::zeros();
+    let mut right = Vector4::zeros();
+    for (trace, product) in traces.iter().zip(&products) {
+        right += product.im / all * metres * trace.by;
+        normal += product.re / all * trace.by * trace.by.transpose();
+    }
+    // Along a straight track nothing is known of the place across.
+    for axis in [1, 2] {
+        normal[(axis, axis)] += PLACE_WEIGHT;
+    }
+    let inverse = normal.try_inverse()?;
+    let solution = inverse * right;
+    // The jackknife over the parts, to first order: what the solution is without each.
+    let a_part = traces.len().div_ceil(PARTS);
+    let mut scatter = Matrix4::zeros();
+    for (part, products) in traces.chunks(a_part).zip(products.chunks(a_part)) {
+        let mut own = Matrix4::zeros();
+        let mut left = Vector4::zeros();
+        for (trace, product) in part.iter().zip(products) {
+            let left_m = product.im * metres - product.re * trace.by.dot(&solution);
+            left += left_m / all * trace.by;
+            own += product.re / all * trace.by * trace.by.transpose();
+        }
+        let without = (normal - own).try_inverse()? * left;
+        scatter += without * without.transpose();
+    }
+    let parts = traces.len().div_ceil(a_part) as f64;
+    let variance = scatter[(3, 3)] * (parts - 1.0) / parts;
+    variance.is_finite().then(|| [solution[3], variance.sqrt()])
 }
 
 /// Where an echo has its greatest power.
@@ -269,6 +422,8 @@ struct Best {
     power: f64,
     /// By how much later than asked for, one way (m).
     later_m: f64,
+    /// Wavelength in air by which its phase turns with the path (m).
+    wavelength_m: f64,
 }
 
 /// What a vertical leg into the ground adds: to the delay, and to the distance of the hyperbola's centre.
@@ -319,64 +474,13 @@ pub(crate) fn depth_at(ground: &Ground, delay_m: f64) -> f64 {
     depth_m
 }
 
-/// Steps to either side of the greatest power over which its curvature is taken.
-const HALF_WIDTH: usize = 3;
-
-/// Place and deviation of the maximum of a curve of powers over a mean power of clutter, whose logarithm of
-/// likelihood is their ratio; none where the maximum lies at an end or is none.
-fn vertex(curve: &[[f64; 2]], floor: f64) -> Option<[f64; 2]> {
-    let top = (0..curve.len()).max_by(|a, b| curve[*a][1].total_cmp(&curve[*b][1]))?;
-    if top == 0 || top + 1 >= curve.len() {
-        return None;
-    }
-    // A parabola by least squares about the maximum, in q.
-    let from = top.saturating_sub(HALF_WIDTH);
-    let to = (top + HALF_WIDTH + 1).min(curve.len());
-    let [q0, p0] = curve[top];
-    let scale = (curve[from][0] - curve[to - 1][0]).abs();
-    let mut normal = [[0.0; 3]; 3];
-    let mut right = [0.0; 3];
-    for [q, p] in &curve[from..to] {
-        let t = (q - q0) / scale;
-        let powers = [1.0, t, t * t];
-        for i in 0..3 {
-            right[i] += powers[i] * (p - p0) / floor;
-            for j in 0..3 {
-                normal[i][j] += powers[i] * powers[j];
-            }
-        }
-    }
-    let [_, slope, bend] = solved(normal, right)?;
-    if bend >= 0.0 {
-        return None;
-    }
-    let at = (-0.5 * slope / bend).clamp(-1.0, 1.0);
-    Some([q0 + scale * at, scale / (-2.0 * bend).sqrt()])
-}
-
-/// Solution of three equations, by Cramer's rule.
-fn solved(matrix: [[f64; 3]; 3], right: [f64; 3]) -> Option<[f64; 3]> {
-    let det = |m: &[[f64; 3]; 3]| {
-        m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1])
-            - m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0])
-            + m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0])
-    };
-    let whole = det(&matrix);
-    let replaced = |column: usize| {
-        let mut m = matrix;
-        for row in 0..3 {
-            m[row][column] = right[row];
-        }
-        det(&m) / whole
-    };
-    (whole.abs() > 1e-12).then(|| [0, 1, 2].map(replaced))
-}
-
 #[cfg(test)]
 mod tests {
     use acerra_imaging::refraction::{Layer, Soil, Surface};
+    use acerra_radar::Spectrum;
 
     use super::*;
+    use crate::position::aligned::Aligned;
 
     #[test]
     fn depths_and_delays_of_layers_are_inverse() {
@@ -398,16 +502,125 @@ mod tests {
     }
 
     #[test]
-    fn the_deviation_of_a_parabola_is_that_of_its_likelihood() {
-        // Power over clutter of 50 − (q − 0.08)²/(2 · 0.01²).
-        let curve: Vec<[f64; 2]> = (0..20)
+    fn a_parabola_through_rippled_powers_has_the_maximum_of_their_trend() {
+        let curve: Vec<[f64; 2]> = (0..30)
             .map(|k| {
-                let q = 0.2 / 1.1_f64.powi(k);
-                [q, 7.0 * (50.0 - 0.5 * ((q - 0.08) / 0.01).powi(2))]
+                let q = 0.3 / 1.1_f64.powi(k);
+                let ripple = 2e-3 * f64::from(k % 2);
+                [q, 7.0 * (1.0 - 0.5 * ((q - 0.08) / 0.2).powi(2) + ripple)]
             })
             .collect();
-        let [q, sigma] = vertex(&curve, 7.0).unwrap();
-        assert!((q - 0.08).abs() < 1e-9 && (sigma - 0.01).abs() < 1e-9, "{q} {sigma}");
-        assert_eq!(vertex(&curve[..3], 7.0), None);
+        let top = (0..30).max_by(|a, b| curve[*a][1].total_cmp(&curve[*b][1])).unwrap();
+        let found = vertex(&curve, top).unwrap();
+        assert!((found - 0.08).abs() < 8e-3, "{found}");
+        assert_eq!(vertex(&curve, 1), None);
+        let narrow: Vec<[f64; 2]> = curve.iter().map(|[q, p]| [*q, p.powi(100)]).collect();
+        assert_eq!(vertex(&narrow, top), None);
     }
+
+    /// A flight over points below a level surface: its echoes, and noise of this amplitude in every value.
+    fn flight(points: &[[f64; 3]], ground: &Ground, noise: f64, seed: u64) -> (Aligned, Spectrum) {
+        let position_m: Vec<[f64; 3]> = (0..90)
+            .map(|k| f64::from(k))
+            .map(|k| [0.025 * k, 0.0, 0.9 + 0.04 * (0.2 * k).sin()])
+            .collect();
+        let frequency_hz: Vec<f64> = (0..81).map(|k| 0.5e9 + 25e6 * f64::from(k)).collect();
+        let mut state = seed;
+        let mut uniform = move || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            ((state >> 11) as f64 + 0.5) / (1_u64 << 53) as f64
+        };
+        let mut values = Vec::new();
+        for antenna_m in &position_m {
+            let rays: Vec<Ray> = points.iter().map(|p| ground.ray(*antenna_m, *p)).collect();
+            for f in &frequency_hz {
+                let echoes = rays.iter().map(|ray| {
+                    let turn = -TAU * f * 2.0 * ray.optical_m / 299_792_458.0;
+                    Complex64::from_polar(ray.amplitude * ray.amplitude, turn)
+                });
+                let modulus = noise * (-uniform().ln()).sqrt();
+                let clutter = Complex64::from_polar(modulus, TAU * uniform());
+                values.push(echoes.sum::<Complex64>() + clutter);
+            }
+        }
+        let aligned = Aligned {
+            position_m,
+            ..Aligned::default()
+        };
+        let spectrum = Spectrum {
+            time_s: vec![0.0; 90],
+            frequency_hz,
+            values,
+        };
+        (aligned, spectrum)
+    }
+
+    fn one_soil(relative_permittivity: f64) -> Underground {
+        let soil = Soil {
+            relative_permittivity,
+            conductivity_s_m: 0.0,
+        };
+        Underground {
+            surface_z_m: 0.0,
+            is_uneven: false,
+            relief: None,
+            is_open: false,
+            layers: vec![Layer::below_all(soil)],
+        }
+    }
+
+    fn fitted(aligned: &Aligned, spectrum: &Spectrum, near_m: [f64; 3]) -> Option<PointEcho> {
+        let underground = one_soil(9.0);
+        let bench = Bench {
+            echoes: Echoes {
+                spectrum,
+                aligned,
+                light_speed_m_s: 299_792_458.0,
+            },
+            underground: &underground,
+            excess_path_m: 0.0,
+            extent_m: [[0.3, 2.0], [0.0, 0.0]],
+            places: 10_000,
+        };
+        bench.fit(near_m).unwrap()
+    }
+
+    #[test]
+    fn points_have_the_delay_and_the_curvature_of_their_depth_whatever_is_stated() {
+        let ground = one_soil(6.0).seen_at(&[1.5e9]).unwrap();
+        let point = [1.1, 0.0, -0.2];
+        let (aligned, spectrum) = flight(&[point], &ground, 1e-4, 1);
+        // Seen at a permittivity of 9, the point appears higher.
+        let near = [1.11, 0.0, -0.2 * (6.0_f64 / 9.0).sqrt() - 0.005];
+        let found = fitted(&aligned, &spectrum, near).unwrap();
+        assert!((found.delay_m - 0.2 * 6.0_f64.sqrt()).abs() < 2e-3, "{found:?}");
+        assert!((found.curvature_m - 0.2 / 6.0_f64.sqrt()).abs() < 1e-3, "{found:?}");
+        assert!((found.place_m[0] - 1.1).abs() < 3e-3, "{found:?}");
+    }
+
+    #[test]
+    fn curvatures_scatter_as_their_deviations_say() {
+        let ground = one_soil(9.0).seen_at(&[1.5e9]).unwrap();
+        let point = [1.1, 0.0, -0.2];
+        let scatter: Vec<f64> = (0..24)
+            .filter_map(|seed| {
+                let (aligned, spectrum) = flight(&[point], &ground, 1.5, 77 + seed);
+                let found = fitted(&aligned, &spectrum, point)?;
+                Some((found.curvature_m - 0.2 / 3.0) / found.sigma_m)
+            })
+            .collect();
+        assert!(scatter.len() > 20, "{}", scatter.len());
+        let rms = (scatter.iter().map(|z| z * z).sum::<f64>() / scatter.len() as f64).sqrt();
+        assert!((0.5..1.6).contains(&rms), "{rms} {scatter:?}");
+    }
+
+    #[test]
+    fn noise_is_no_point() {
+        let ground = one_soil(9.0).seen_at(&[1.5e9]).unwrap();
+        let (aligned, spectrum) = flight(&[], &ground, 1.0, 5);
+        for x_m in [0.5, 0.9, 1.3, 1.7] {
+            assert_eq!(fitted(&aligned, &spectrum, [x_m, 0.0, -0.2]), None);
+        }
+    }
+
 }

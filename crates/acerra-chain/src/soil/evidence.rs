@@ -38,6 +38,8 @@ pub(crate) fn likelihood(
     if !cell_m.is_finite() {
         return Ok(None);
     }
+    let top = underground.layers.first();
+    let index = top.map_or(1.0, |layer| layer.soil.relative_permittivity.sqrt());
     let places = buried_points(focused, underground, &prepared.scene.ground, cell_m);
     let grid = &focused.pixels.grid;
     let excess_path_m = excess_path_m(prepared);
@@ -57,8 +59,7 @@ pub(crate) fn likelihood(
         Ok(bench.fit(place_m).unwrap_or(None))
     });
     let points: Vec<Option<PointEcho>> = fitted.collect::<Result<_, Cancelled>>()?;
-    let points: Vec<PointEcho> = points.into_iter().flatten().collect();
-    if std::env::var("SOIL").is_ok() { let e=underground.layers[0].soil.relative_permittivity; eprintln!("in force {e:.2} places {} excess {excess_path_m:?}", bench.places); for p in &points { eprintln!("   at {:.3} {:.3} tau {:.4} q {:.4} ± {:.4}  eps as point {:.2}", p.place_m[0],p.place_m[2],p.delay_m,p.curvature_m,p.sigma_m,p.delay_m/p.curvature_m);} }
+    let points = without_double_echoes(points.into_iter().flatten().collect(), index, cell_m);
     tracing::debug!(?points, ?excess_path_m, "buried points");
     let heights_m = prepared.aligned.sigma_m.iter().map(|s| s[2]);
     let count = prepared.aligned.sigma_m.len().max(1) as f64;
@@ -74,4 +75,45 @@ pub(crate) fn likelihood(
         },
     };
     Ok(Likelihood::of(underground, frequency_hz, &points, common).unwrap_or(None))
+}
+
+/// Points without those that are the echo from one by way of another, of points that come strongest first: midway
+/// between both, and later than their mean by half of their distance in the soil, to a cell of the delay.
+fn without_double_echoes(points: Vec<PointEcho>, index: f64, cell_m: f64) -> Vec<PointEcho> {
+    let mut kept: Vec<PointEcho> = Vec::new();
+    for point in points {
+        let is_double = |a: &PointEcho, b: &PointEcho| {
+            let middle = |axis: usize| 0.5 * (a.place_m[axis] + b.place_m[axis]);
+            let away_m = (middle(0) - point.place_m[0]).hypot(middle(1) - point.place_m[1]);
+            let apart: f64 = (0..3).map(|k| (a.place_m[k] - b.place_m[k]).powi(2)).sum();
+            let later_m = point.delay_m - 0.5 * (a.delay_m + b.delay_m + index * apart.sqrt());
+            away_m <= cell_m && later_m.abs() <= cell_m
+        };
+        let is_any = (kept.iter().enumerate()).any(|(k, a)| kept[k + 1..].iter().any(|b| is_double(a, b)));
+        if !is_any {
+            kept.push(point);
+        }
+    }
+    kept
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_echo_from_one_point_by_way_of_another_is_none() {
+        let point = |x_m: f64, depth_m: f64| PointEcho {
+            place_m: [x_m, 0.0, -depth_m],
+            delay_m: 3.0 * depth_m,
+            curvature_m: depth_m / 3.0,
+            sigma_m: 1e-3,
+        };
+        let (a, b) = (point(1.0, 0.2), point(1.4, 0.1));
+        let path_m = 3.0 * (0.2 + 0.1 + 0.4_f64.hypot(0.1));
+        let double = point(1.2, path_m / 6.0);
+        let deep = point(1.2, 0.5);
+        let kept = without_double_echoes(vec![a, b, double, deep], 3.0, 0.075);
+        assert_eq!(kept, [a, b, deep]);
+    }
 }

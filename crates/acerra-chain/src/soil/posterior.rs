@@ -95,7 +95,7 @@ impl Likelihood {
     }
 
     /// The permittivity with its deviation, where the likelihood falls by three standard deviations on both sides
-    /// within 1 to 100: the mean over the curve.
+    /// within 1 to 100: the likeliest, with the deviation of the curve about it.
     #[must_use]
     pub fn found(&self) -> Option<PermittivityFound> {
         let most = self.most();
@@ -106,16 +106,12 @@ impl Likelihood {
         }
         let weight = |p: &[f64; 2]| (p[1] - most).exp();
         let total: f64 = self.curve.iter().map(weight).sum();
-        let mean = |f: &dyn Fn(f64) -> f64| {
-            let weighted = self.curve.iter().map(|p| weight(p) * f(p[0]));
-            weighted.sum::<f64>() / total
-        };
-        let ln = mean(&|ln| ln);
-        let sigma = mean(&|value| (value - ln).powi(2)).sqrt();
-        let value = self.top * ln.exp();
+        let value = self.likeliest();
+        let squares = (self.curve.iter())
+            .map(|p| weight(p) * (p[0] - (value / self.top).ln()).powi(2));
         Some(PermittivityFound {
             value,
-            sigma: value * sigma,
+            sigma: value * (squares.sum::<f64>() / total).sqrt(),
             points: self.points,
         })
     }
