@@ -540,7 +540,8 @@ impl Prepared {
         let underground = (request.underground.as_ref())
             .map(|ground| {
                 let found = self.permittivity.filter(|_| ground.is_open);
-                let ground = found.map_or(ground.clone(), |found| ground.of_permittivity(found.value));
+                let ground =
+                    found.map_or(ground.clone(), |found| ground.of_permittivity(found.value));
                 ground.over(
                     &self.scene.ground,
                     &request.pixels,

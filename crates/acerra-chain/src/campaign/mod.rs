@@ -15,8 +15,8 @@ use crate::prepare::Prepared;
 
 pub use crate::choices::{
     Background, CalibrationSource, Contradictions, Delay, Gate, GroundSurface, HeightSource,
-    Heights, LookTaper, Permittivity, ProductFormat, Select, Sum, TimeOffset, Unfixed, Values, Weight,
-    ZeroTiming,
+    Heights, LookTaper, Permittivity, ProductFormat, Select, Sum, TimeOffset, Unfixed, Values,
+    Weight, ZeroTiming,
 };
 pub use crate::focus::inversion::options::{InversionSection, Method};
 pub use error::CampaignError;

@@ -11,7 +11,8 @@ use super::sections::{
 };
 use super::{Campaign, CampaignError};
 use crate::choices::{
-    Delay, FARTHEST_M, GroundSurface, Heights, LONGEST_NS, LONGEST_S, Permittivity, Sum, Values, ZeroTiming,
+    Delay, FARTHEST_M, GroundSurface, Heights, LONGEST_NS, LONGEST_S, Permittivity, Sum, Values,
+    ZeroTiming,
 };
 use crate::focus::inversion::options::{InversionSection, Method};
 

@@ -8,8 +8,8 @@ use serde::{Deserialize, Serialize, Serializer};
 
 use crate::choices::{
     AntennaAxis, Background, CalibrationSource, Contradictions, Delay, Gate, GroundSurface,
-    HeightDatum, HeightSource, Heights, LookTaper, Permittivity, ProductFormat, Select, Sum, TimeOffset, Unfixed,
-    Values, Weight, ZeroTiming,
+    HeightDatum, HeightSource, Heights, LookTaper, Permittivity, ProductFormat, Select, Sum,
+    TimeOffset, Unfixed, Values, Weight, ZeroTiming,
 };
 use crate::focus::inversion::options::{InversionSection, Method};
 use crate::prepare::Track;

@@ -142,6 +142,10 @@ mod tests {
     fn points_that_fit_everything_have_bounds_and_no_deviation() {
         let vague = finding(6.0, &[0.12], 0.05, false);
         assert_eq!((vague.verdict, vague.sigma), (Verdict::Agrees, None));
-        assert!(vague.explanation.contains("to 99.") || vague.explanation.contains("to 100."), "{}", vague.explanation);
+        assert!(
+            vague.explanation.contains("to 99.") || vague.explanation.contains("to 100."),
+            "{}",
+            vague.explanation
+        );
     }
 }

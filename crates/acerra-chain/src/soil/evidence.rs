@@ -89,7 +89,8 @@ fn without_double_echoes(points: Vec<PointEcho>, index: f64, cell_m: f64) -> Vec
             let later_m = point.delay_m - 0.5 * (a.delay_m + b.delay_m + index * apart.sqrt());
             away_m <= cell_m && later_m.abs() <= cell_m
         };
-        let is_any = (kept.iter().enumerate()).any(|(k, a)| kept[k + 1..].iter().any(|b| is_double(a, b)));
+        let is_any =
+            (kept.iter().enumerate()).any(|(k, a)| kept[k + 1..].iter().any(|b| is_double(a, b)));
         if !is_any {
             kept.push(point);
         }

@@ -61,7 +61,9 @@ pub(crate) fn buried_points(
             .collect()
     };
     let top = underground.layers.first();
-    let index = top.map_or(1.0, |layer| layer.soil.relative_permittivity.max(1.0).sqrt());
+    let index = top.map_or(1.0, |layer| {
+        layer.soil.relative_permittivity.max(1.0).sqrt()
+    });
     let surface_m = |place: &[f64; 3]| match underground.is_uneven {
         true => scene_ground.below_m(place[0], place[1]),
         false => underground.surface_z_m,

@@ -107,8 +107,8 @@ impl Likelihood {
         let weight = |p: &[f64; 2]| (p[1] - most).exp();
         let total: f64 = self.curve.iter().map(weight).sum();
         let value = self.likeliest();
-        let squares = (self.curve.iter())
-            .map(|p| weight(p) * (p[0] - (value / self.top).ln()).powi(2));
+        let squares =
+            (self.curve.iter()).map(|p| weight(p) * (p[0] - (value / self.top).ln()).powi(2));
         Some(PermittivityFound {
             value,
             sigma: value * (squares.sum::<f64>() / total).sqrt(),
@@ -229,7 +229,9 @@ mod tests {
     fn objects_of_known_size_give_the_permittivity_whatever_is_stated() {
         for stated in [2.5, 6.0, 20.0] {
             let points = [0.15, 0.25].map(|depth_m| object(6.0, depth_m, RADIUS_M, 0.002));
-            let found = likelihood(stated, &points, CommonSigma::default()).found().unwrap();
+            let found = likelihood(stated, &points, CommonSigma::default())
+                .found()
+                .unwrap();
             assert!((found.value - 6.0).abs() < 0.1, "{found:?}");
             assert!((0.2..1.0).contains(&found.sigma), "{found:?}");
             assert_eq!(found.points, 2);
@@ -244,7 +246,11 @@ mod tests {
                     .map(|k| object(9.0, 0.12 + 0.05 * f64::from(k), radius_m, 0.003))
                     .collect();
                 let found = likelihood(9.0, &points, CommonSigma::default());
-                assert!(found.sigmas_in_force() < 2.0, "{radius_m} {count}: {}", found.sigmas_in_force());
+                assert!(
+                    found.sigmas_in_force() < 2.0,
+                    "{radius_m} {count}: {}",
+                    found.sigmas_in_force()
+                );
             }
         }
     }
@@ -254,7 +260,11 @@ mod tests {
         let points = [0.15, 0.25].map(|depth_m| object(6.0, depth_m, 0.02, 0.003));
         for wrong in [3.0, 12.0] {
             let found = likelihood(wrong, &points, CommonSigma::default());
-            assert!(found.sigmas_in_force() > 3.0, "{wrong}: {}", found.sigmas_in_force());
+            assert!(
+                found.sigmas_in_force() > 3.0,
+                "{wrong}: {}",
+                found.sigmas_in_force()
+            );
         }
     }
 
@@ -267,7 +277,10 @@ mod tests {
         };
         assert_eq!(likelihood(6.0, &points, common).found(), None);
         let unsure = [object(6.0, 0.1, 0.02, 0.1)];
-        assert_eq!(likelihood(6.0, &unsure, CommonSigma::default()).found(), None);
+        assert_eq!(
+            likelihood(6.0, &unsure, CommonSigma::default()).found(),
+            None
+        );
     }
 
     #[test]
