@@ -129,6 +129,41 @@ impl<'de> Deserialize<'de> for Delay {
     }
 }
 
+/// `[ground] relative_permittivity`: that of the soil.
+#[derive(Clone, Copy, Debug, PartialEq, JsonSchema, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Permittivity {
+    /// Found from the data.
+    Auto,
+    /// Given.
+    #[serde(untagged)]
+    Relative(f64),
+}
+
+impl Permittivity {
+    /// The permittivity given; none where it is to be found.
+    #[must_use]
+    pub fn given(self) -> Option<f64> {
+        match self {
+            Self::Auto => None,
+            Self::Relative(given) => Some(given),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for Permittivity {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        match Value::deserialize(deserializer)? {
+            Value::String(word) if word == "auto" => Ok(Self::Auto),
+            Value::Float(given) => Ok(Self::Relative(given)),
+            Value::Integer(given) => Ok(Self::Relative(given as f64)),
+            other => Err(Error::custom(format!(
+                "expected the relative permittivity of the soil as a number, or \"auto\"; found {other}"
+            ))),
+        }
+    }
+}
+
 /// `[trajectory] time_offset_s`: trajectory time minus radar time.
 #[derive(Clone, Copy, Debug, PartialEq, JsonSchema, Serialize)]
 #[serde(rename_all = "lowercase")]

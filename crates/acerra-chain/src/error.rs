@@ -14,6 +14,7 @@ use crate::measure::MeasureError;
 use crate::position::PositionError;
 use crate::read::ReadError;
 use crate::scene::SceneError;
+use crate::soil::error::PermittivityError;
 
 /// The stage that failed, and why. The message names the file, the place in it, what was expected
 /// and what was found.
@@ -67,6 +68,9 @@ pub enum ChainError {
         /// Lowest frequency of this track (Hz).
         found_from_hz: f64,
     },
+    /// The permittivity of the ground.
+    #[error(transparent)]
+    Permittivity(#[from] PermittivityError),
     /// Stage `focus`.
     #[error(transparent)]
     Image(ImageError),

@@ -57,6 +57,7 @@ pub mod position;
 mod prepare;
 pub mod read;
 pub mod scene;
+pub mod soil;
 mod survey;
 
 pub use align::recording::{Recording, TrackOptions};

@@ -37,6 +37,7 @@ use crate::read::trace_positions::TracePositions;
 use crate::read::{RadarContent, RadarLabel};
 use crate::scene::elevation::check_elevation;
 use crate::scene::{Scene, SceneError};
+use crate::soil::posterior::PermittivityFound;
 
 /// A survey ready to be imaged: clean spectra of one or more tracks, in one frame.
 #[derive(Clone, Debug)]
@@ -51,6 +52,8 @@ pub struct Prepared {
     pub aligned: Aligned,
     /// Their clean, calibrated spectra.
     pub spectrum: Spectrum,
+    /// The permittivity of the ground, where it was found from the data.
+    pub permittivity: Option<PermittivityFound>,
     /// What an autofocus found, where one was run.
     pub correction: Option<PathCorrection>,
 }
@@ -378,6 +381,7 @@ fn join(
         scene,
         aligned,
         spectrum: joined.ok_or(ChainError::NoTrack)?,
+        permittivity: None,
         correction: None,
     })
 }
@@ -535,6 +539,9 @@ impl Prepared {
             .collect();
         let underground = (request.underground.as_ref())
             .map(|ground| {
+                let found = self.permittivity.filter(|_| ground.is_open);
+                let ground =
+                    found.map_or(ground.clone(), |found| ground.of_permittivity(found.value));
                 ground.over(
                     &self.scene.ground,
                     &request.pixels,

@@ -12,6 +12,8 @@ use crate::choices::{Select, TimeOffset};
 use crate::control::Control;
 use crate::error::ChainError;
 use crate::findings::positions::weigh_source;
+use crate::focus::FocusOptions;
+use crate::focus::underground::Underground;
 use crate::journal::Journal;
 use crate::journal::finding::{Finding, Verdict};
 use crate::journal::warnings::Warnings;
@@ -30,6 +32,8 @@ pub struct Survey {
     pub scene: SceneOptions,
     /// How the tracks are calibrated against one another.
     pub calibration: CalibrationOptions,
+    /// A ground whose permittivity is to be found, and how its images are made.
+    pub open_ground: Option<(Underground, FocusOptions)>,
 }
 
 /// The files of a track, and how they are brought together.
@@ -74,7 +78,13 @@ impl Survey {
         control: &Control<'_>,
     ) -> Result<Prepared, ChainError> {
         let (recordings, scene) = self.recordings(journal, control)?;
-        prepare(recordings, scene, &self.calibration, journal, control)
+        let mut prepared = prepare(recordings, scene, &self.calibration, journal, control)?;
+        if let Some((ground, options)) = &self.open_ground {
+            journal.stage("focus", |_| {
+                prepared.find_permittivity(ground, options, control)
+            })?;
+        }
+        Ok(prepared)
     }
 
     /// Reads and positions the tracks: the stages `read` and `position`.

@@ -127,11 +127,7 @@ fn ground_that_the_command_does_not_know_is_refused() {
     };
     let permittivity = "relative_permittivity = 4.0";
     for (from, to, expected) in [
-        (
-            permittivity,
-            "relative_permittivity = 'auto'",
-            "not found from the data",
-        ),
+        (permittivity, "relative_permittivity = 'wet'", "or \"auto\""),
         (permittivity, "relative_permittivity = 0.5", "1 to 100"),
         (permittivity, "", "[[ground.layer]]"),
         (
@@ -144,4 +140,33 @@ fn ground_that_the_command_does_not_know_is_refused() {
         let found = refused(from, to);
         assert!(found.contains(expected), "{to}: {found}");
     }
+}
+
+/// The permittivity of the full-wave simulation is found from its burials, with a deviation.
+#[test]
+fn the_permittivity_of_a_full_wave_simulation_is_found() {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../../../shared/data/burial-2d/burial-flat.npz");
+    if !file.exists() {
+        println!("skipped: ../shared/data/burial-2d is absent");
+        return;
+    }
+    let tables = TABLES.replace("BACKGROUND", "").replace(
+        "relative_permittivity = 4.0",
+        "relative_permittivity = 'auto'",
+    );
+    let campaign = Campaign::parse(&campaign(&file, &tables)).unwrap();
+    let prepared = (campaign.survey())
+        .prepare(&mut Journal::default(), &Control::default())
+        .unwrap();
+    let found = prepared.permittivity.unwrap();
+    println!("{found:?}");
+    assert!((found.value / 4.0 - 1.0).abs() < 0.05, "{found:?}");
+    assert!(
+        (found.value - 4.0).abs() < 2.0 * found.sigma && found.sigma < 0.8,
+        "{found:?}"
+    );
+    let settled = campaign.with_found(&prepared).ground.unwrap();
+    let given = settled.relative_permittivity.unwrap().given();
+    assert_eq!(given, Some(found.value));
 }

@@ -4,13 +4,14 @@ use acerra_chain::align::calibration::TrackCalibration;
 use acerra_chain::align::delay::{DelayCue, DelayFound};
 use acerra_chain::align::offset::{Curve, OffsetSearch};
 use acerra_chain::campaign::Campaign;
-use acerra_chain::choices::GroundSurface;
+use acerra_chain::choices::{GroundSurface, Permittivity};
 use acerra_chain::clean::{CleanedTraces, Surface};
-use acerra_chain::findings::{Evidence, Unchecked};
+use acerra_chain::findings::{Evidence, Finding, Unchecked};
 use acerra_chain::focus::inversion::InversionRecord;
 use acerra_chain::journal::stages::Stage;
 use acerra_chain::position::Positions;
 use acerra_chain::read::inputs::InputFile;
+use acerra_chain::soil::posterior::PermittivityFound;
 use acerra_imaging::metrics::{ImageStatistics, Target};
 use acerra_radar::LoggedClock;
 use serde::Serialize;
@@ -53,8 +54,9 @@ pub struct TargetRecord<'a> {
     /// Depth below the surface of `[ground]` (m), of targets below it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub depth_m: Option<f64>,
-    /// Its standard deviation (m), by the distance of the volume's slices and the deviation that the heights of the
-    /// positions state; what permittivity and delay may be off is not in it.
+    /// Its standard deviation (m), by the distance of the volume's slices, the deviation that the heights of the
+    /// positions state, and that of the permittivity where the finding `ground_permittivity` gives one; what the delay
+    /// may be off is not in it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub depth_sigma_m: Option<f64>,
 }
@@ -86,11 +88,18 @@ pub fn depth_of(outcome: &Outcome, target: &Target) -> Option<[f64; 2]> {
         .layer
         .first()
         .map(|layer| layer.relative_permittivity);
-    let index = ground.relative_permittivity.or(top).unwrap_or(1.0).sqrt();
-    Some([
-        depth_m,
-        (slices_m / 12f64.sqrt()).hypot(height_sigma_m / index),
-    ])
+    let one = ground.relative_permittivity.and_then(Permittivity::given);
+    let index = one.or(top).unwrap_or(1.0).sqrt();
+    let sigma_m = (slices_m / 12f64.sqrt()).hypot(height_sigma_m / index);
+    let soil_sigma_m = 0.5 * depth_m * permittivity_sigma(outcome).unwrap_or(0.0);
+    Some([depth_m, sigma_m.hypot(soil_sigma_m)])
+}
+
+/// Relative standard deviation of the permittivity, where the evidence gives one: a depth goes with its root.
+fn permittivity_sigma(outcome: &Outcome) -> Option<f64> {
+    let is_of_soil = |finding: &&Finding| finding.name == "ground_permittivity";
+    let finding = outcome.evidence.findings().iter().find(is_of_soil)?;
+    Some(finding.sigma? / finding.value?)
 }
 
 impl<'a> TargetRecord<'a> {
@@ -160,6 +169,9 @@ pub struct RunRecord<'a> {
     /// The height of the ground, where it was found from the data: the height and its standard
     /// deviation (m).
     pub ground_found_m: Option<[f64; 2]>,
+    /// The permittivity of the ground, where it was found from the data.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub permittivity_found: Option<PermittivityFound>,
     /// The traces that entered the image.
     pub traces: TracesRecord,
     /// The tracks of a campaign that lists them.
@@ -355,6 +367,7 @@ impl<'a> RunRecord<'a> {
             },
             frame: FrameRecord::of(&first.positions),
             ground_found_m: prepared.ground.map(|found| [found.z_m, found.sigma_m]),
+            permittivity_found: prepared.permittivity,
             traces: TracesRecord {
                 in_log: prepared.traces_in_log(),
                 selected: traces.len(),

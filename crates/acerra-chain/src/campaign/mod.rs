@@ -15,8 +15,8 @@ use crate::prepare::Prepared;
 
 pub use crate::choices::{
     Background, CalibrationSource, Contradictions, Delay, Gate, GroundSurface, HeightSource,
-    Heights, LookTaper, ProductFormat, Select, Sum, TimeOffset, Unfixed, Values, Weight,
-    ZeroTiming,
+    Heights, LookTaper, Permittivity, ProductFormat, Select, Sum, TimeOffset, Unfixed, Values,
+    Weight, ZeroTiming,
 };
 pub use crate::focus::inversion::options::{InversionSection, Method};
 pub use error::CampaignError;
@@ -113,6 +113,11 @@ impl Campaign {
             } else {
                 Weight::Trace
             };
+        }
+        if let (Some(ground), Some(found)) = (&mut self.ground, &prepared.permittivity)
+            && ground.relative_permittivity == Some(Permittivity::Auto)
+        {
+            ground.relative_permittivity = Some(Permittivity::Relative(found.value));
         }
         if let [first] = prepared.tracks.as_slice() {
             self.radar.settle(first);

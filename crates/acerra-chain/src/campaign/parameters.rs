@@ -14,7 +14,7 @@ use crate::align::AlignOptions;
 use crate::align::calibration::CalibrationOptions;
 use crate::align::recording::{InstrumentError, TrackOptions};
 use crate::autofocus::AutofocusOptions;
-use crate::choices::{Delay, GroundSurface, HeightSource, Heights, TimeOffset};
+use crate::choices::{Delay, GroundSurface, HeightSource, Heights, Permittivity, TimeOffset};
 use crate::clean::{CleanOptions, frequencies_hz};
 use crate::focus::inversion::options::InversionOptions;
 use crate::focus::looks::LookOptions;
@@ -58,7 +58,11 @@ impl Campaign {
             .iter()
             .map(kept)
             .try_fold(0.0_f64, |most, end_s| end_s.map(|end_s| most.max(end_s)));
+        let open = (self.ground.as_ref())
+            .map(Underground::from)
+            .filter(|ground| ground.is_open);
         Survey {
+            open_ground: open.map(|ground| (ground, FocusOptions::from(&self.image))),
             tracks: each
                 .iter()
                 .enumerate()
@@ -347,13 +351,16 @@ impl From<&GroundSection> for Underground {
             .layer
             .iter()
             .map(|l| layer(l.relative_permittivity, l.conductivity_s_m, l.thickness_m));
-        let one = section
-            .relative_permittivity
-            .map(|permittivity| layer(permittivity, section.conductivity_s_m, None));
+        let one = section.relative_permittivity.map(|permittivity| {
+            // An open permittivity makes no image before it is found.
+            let permittivity = permittivity.given().unwrap_or(f64::NAN);
+            layer(permittivity, section.conductivity_s_m, None)
+        });
         Self {
             surface_z_m: section.surface_z_m,
             is_uneven: section.surface != GroundSurface::Level,
             relief: None,
+            is_open: section.relative_permittivity == Some(Permittivity::Auto),
             layers: one.into_iter().chain(layers).collect(),
         }
     }

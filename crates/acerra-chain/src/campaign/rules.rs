@@ -11,7 +11,8 @@ use super::sections::{
 };
 use super::{Campaign, CampaignError};
 use crate::choices::{
-    Delay, FARTHEST_M, GroundSurface, Heights, LONGEST_NS, LONGEST_S, Sum, Values, ZeroTiming,
+    Delay, FARTHEST_M, GroundSurface, Heights, LONGEST_NS, LONGEST_S, Permittivity, Sum, Values,
+    ZeroTiming,
 };
 use crate::focus::inversion::options::{InversionSection, Method};
 
@@ -529,8 +530,10 @@ fn ground_rules(ground: &GroundSection) -> [Rule; 4] {
         rule(
             "relative_permittivity",
             ground.relative_permittivity.is_some() == layers.is_empty()
-                && ground.relative_permittivity.is_none_or(is_permittivity),
-            "1 to 100, or [[ground.layer]] tables instead",
+                && (ground.relative_permittivity)
+                    .and_then(Permittivity::given)
+                    .is_none_or(is_permittivity),
+            "1 to 100, or \"auto\", or [[ground.layer]] tables instead",
             ground.relative_permittivity,
         ),
         rule(

@@ -8,8 +8,8 @@ use serde::{Deserialize, Serialize, Serializer};
 
 use crate::choices::{
     AntennaAxis, Background, CalibrationSource, Contradictions, Delay, Gate, GroundSurface,
-    HeightDatum, HeightSource, Heights, LookTaper, ProductFormat, Select, Sum, TimeOffset, Unfixed,
-    Values, Weight, ZeroTiming,
+    HeightDatum, HeightSource, Heights, LookTaper, Permittivity, ProductFormat, Select, Sum,
+    TimeOffset, Unfixed, Values, Weight, ZeroTiming,
 };
 use crate::focus::inversion::options::{InversionSection, Method};
 use crate::prepare::Track;
@@ -594,12 +594,9 @@ impl ImageSection {
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct GroundSection {
-    /// Relative permittivity of the soil, where it is one.
-    #[serde(
-        skip_serializing_if = "Option::is_none",
-        deserialize_with = "stated_permittivity"
-    )]
-    pub relative_permittivity: Option<f64>,
+    /// Relative permittivity of the soil, where it is one. `"auto"` finds it from the echoes of buried points.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub relative_permittivity: Option<Permittivity>,
     /// Its conductivity, in siemens per metre.
     pub conductivity_s_m: f64,
     /// Where the surface lies.
@@ -609,21 +606,6 @@ pub struct GroundSection {
     /// Layers from the top instead of one soil.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub layer: Vec<GroundLayerSection>,
-}
-
-/// A permittivity that is stated: it is not found from the data.
-fn stated_permittivity<'de, D: serde::Deserializer<'de>>(
-    deserializer: D,
-) -> Result<Option<f64>, D::Error> {
-    use serde::de::Error;
-    match toml::Value::deserialize(deserializer)? {
-        toml::Value::Float(stated) => Ok(Some(stated)),
-        toml::Value::Integer(stated) => Ok(Some(stated as f64)),
-        other => Err(D::Error::custom(format!(
-            "expected the relative permittivity of the soil as a number: it is not found from the data; \
-             found {other}"
-        ))),
-    }
 }
 
 /// `[[ground.layer]]`: a level layer of soil.

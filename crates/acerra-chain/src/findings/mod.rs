@@ -24,6 +24,7 @@ mod inversion;
 mod median;
 mod motion;
 mod paths;
+mod permittivity;
 pub(crate) mod positions;
 mod preferred;
 mod radar;
@@ -102,6 +103,7 @@ pub fn weigh_image(
     let mut findings = image::weigh_values(prepared, focused);
     findings.extend(inversion::weigh(focused));
     findings.extend(extent::weigh(prepared, focused, control)?);
+    findings.extend(permittivity::weigh(prepared, focused, control)?);
     for track in &prepared.tracks {
         let (background, (motion, range_focus)) = rayon::join(
             || background::weigh(prepared, focused, track, control),

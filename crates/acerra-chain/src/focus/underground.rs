@@ -21,11 +21,53 @@ pub struct Underground {
     pub is_uneven: bool,
     /// That surface under antennas and pixels, once [`Underground::over`] has sampled it.
     pub relief: Option<Relief>,
+    /// Whether the permittivity of the soil is to be found from the data; that of the layer is a start then.
+    pub is_open: bool,
     /// Layers from the top; the last has no end.
     pub layers: Vec<Layer>,
 }
 
+/// Least and greatest relative permittivity of a soil.
+pub(crate) const PERMITTIVITIES: [f64; 2] = [1.0, 100.0];
+
 impl Underground {
+    /// This ground with the permittivity of every layer multiplied by one factor.
+    #[must_use]
+    pub fn scaled(&self, factor: f64) -> Self {
+        let mut scaled = self.clone();
+        for layer in &mut scaled.layers {
+            let [least, most] = PERMITTIVITIES;
+            let permittivity = factor * layer.soil.relative_permittivity;
+            layer.soil.relative_permittivity = permittivity.clamp(least, most);
+        }
+        scaled
+    }
+
+    /// This ground of one soil with a permittivity that was found.
+    #[must_use]
+    pub fn of_permittivity(&self, relative_permittivity: f64) -> Self {
+        let mut found = self.clone();
+        for layer in &mut found.layers {
+            layer.soil.relative_permittivity = relative_permittivity;
+        }
+        found
+    }
+
+    /// Factors, each `ratio` times the one before, by which all permittivities stay within those of soils; 1 is one of
+    /// them.
+    #[must_use]
+    pub fn factors(&self, ratio: f64) -> Vec<f64> {
+        let permittivities = (self.layers.iter()).map(|layer| layer.soil.relative_permittivity);
+        let (least, most) = permittivities.fold((f64::INFINITY, 0.0_f64), |(least, most), p| {
+            (least.min(p), most.max(p))
+        });
+        let steps = |span: f64| (span.ln() / ratio.ln() + 1e-9).floor() as i32;
+        let [from, to] = PERMITTIVITIES;
+        (-steps(least / from)..=steps(to / most))
+            .map(|k| ratio.powi(k))
+            .collect()
+    }
+
     /// The ground as rays in the middle of a band see it.
     ///
     /// # Errors
@@ -111,6 +153,7 @@ mod tests {
             surface_z_m: 9.0,
             is_uneven: true,
             relief: None,
+            is_open: false,
             layers: vec![Layer {
                 soil,
                 thickness_m: f64::INFINITY,

@@ -293,6 +293,13 @@ fn write_traces(outcome: &Outcome, out: &mut dyn Write) -> anyhow::Result<()> {
             found.z_m, found.sigma_m
         )?;
     }
+    if let Some(found) = outcome.prepared.permittivity {
+        writeln!(
+            out,
+            "           relative permittivity found: {:.2} ± {:.2}, from {} buried points",
+            found.value, found.sigma, found.points
+        )?;
+    }
     if let Some(search) = &first.search {
         write!(
             out,

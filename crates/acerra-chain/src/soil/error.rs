@@ -1,0 +1,47 @@
+//! Why no permittivity is found.
+
+/// What would settle a permittivity that the data leave open.
+const SETTLED_BY: &str = "State it ([ground] relative_permittivity) by a target at a known depth or a sample of the soil: \
+                          dry sand has 3 to 5, moist soil 8 to 20";
+
+/// Why `[ground] relative_permittivity = "auto"` has no answer.
+#[derive(Debug, thiserror::Error, PartialEq)]
+#[non_exhaustive]
+pub enum PermittivityError {
+    /// The image is one slice.
+    #[error(
+        "[ground] relative_permittivity = \"auto\": expected the heights of a volume below the surface, [image] z_m = \
+         [from, to]; found one slice, in which no echo has a depth"
+    )]
+    NoVolume,
+    /// Nothing to find it from.
+    #[error(
+        "[ground] relative_permittivity = \"auto\": expected the echo of a buried point; found none that exceeds the \
+         clutter by more than chance, deeper than two cells and within [image] x_m, y_m, z_m. {SETTLED_BY}"
+    )]
+    NoPoint,
+    /// Points that fit any permittivity.
+    #[error(
+        "[ground] relative_permittivity = \"auto\": expected points that agree on one permittivity; found {points} whose \
+         hyperbolas fit those from {from:.1} to {to:.1} within three standard deviations: seen from above, an echo \
+         hardly changes its shape with the permittivity. {SETTLED_BY}; a longer aperture or heights that are better known \
+         narrow it down"
+    )]
+    Vague {
+        /// Points whose echoes exceed the clutter.
+        points: usize,
+        /// Least permittivity that they fit.
+        from: f64,
+        /// Greatest.
+        to: f64,
+    },
+    /// Every image shows points that agree on another one.
+    #[error(
+        "[ground] relative_permittivity = \"auto\": expected an image whose points agree on the permittivity by which it \
+         was made; found another one each time, {last:.1} at last. {SETTLED_BY}"
+    )]
+    Unsettled {
+        /// The last one found.
+        last: f64,
+    },
+}

@@ -1,0 +1,120 @@
+//! What the image below the surface shows of the permittivity.
+
+use rayon::prelude::*;
+
+use super::echo::{Bench, PointEcho};
+use super::points::buried_points;
+use super::posterior::{CommonSigma, Likelihood};
+use super::zero::excess_path_m;
+use crate::control::{Cancelled, Control};
+use crate::focus::Focused;
+use crate::prepare::Prepared;
+
+/// Deviation of the delay between the surface's echo and another, in resolution cells; and where no echo of the surface
+/// is seen, so that the zero of fast time counts as stated.
+const TIMING_CELLS: f64 = 0.1;
+const UNSEEN_CELLS: f64 = 0.5;
+
+/// Likelihood of the permittivities by the buried points of an image; none of an image that is no volume below the
+/// surface, and where no point's echo exceeds the clutter.
+///
+/// # Errors
+/// The caller asked to stop.
+pub(crate) fn likelihood(
+    prepared: &Prepared,
+    focused: &Focused,
+    control: &Control<'_>,
+) -> Result<Option<Likelihood>, Cancelled> {
+    let frequency_hz = &prepared.spectrum.frequency_hz;
+    let (Some(underground), Some(low), Some(high)) = (
+        &focused.underground,
+        frequency_hz.first(),
+        frequency_hz.last(),
+    ) else {
+        return Ok(None);
+    };
+    // One-way optical length of a resolution cell of the delay.
+    let cell_m = 0.5 * prepared.scene.light_speed_m_s / (high - low);
+    if !cell_m.is_finite() {
+        return Ok(None);
+    }
+    let top = underground.layers.first();
+    let index = top.map_or(1.0, |layer| layer.soil.relative_permittivity.sqrt());
+    let places = buried_points(focused, underground, &prepared.scene.ground, cell_m);
+    let grid = &focused.pixels.grid;
+    let excess_path_m = excess_path_m(prepared);
+    let bench = Bench {
+        echoes: prepared.echoes(),
+        underground,
+        excess_path_m: excess_path_m.unwrap_or(0.0),
+        extent_m: [
+            [grid.x0_m, grid.x_m(grid.nx.saturating_sub(1))],
+            [grid.y0_m, grid.y_m(grid.ny.saturating_sub(1))],
+        ],
+        places: (focused.projections.as_ref()).map_or(1, |p| p.volume.base.len() * p.volume.nz),
+    };
+    let fitted = places.into_par_iter().map(|place_m| {
+        control.check()?;
+        // A ground or place that cannot be imaged leaves nothing to compare.
+        Ok(bench.fit(place_m).unwrap_or(None))
+    });
+    let points: Vec<Option<PointEcho>> = fitted.collect::<Result<_, Cancelled>>()?;
+    let points = without_double_echoes(points.into_iter().flatten().collect(), index, cell_m);
+    tracing::debug!(?points, ?excess_path_m, "buried points");
+    let heights_m = prepared.aligned.sigma_m.iter().map(|s| s[2]);
+    let count = prepared.aligned.sigma_m.len().max(1) as f64;
+    let common = CommonSigma {
+        // A surface by the radar's own echo is off by what the zero of fast time is.
+        height_m: match prepared.scene.open.surface {
+            true => UNSEEN_CELLS * cell_m,
+            false => heights_m.sum::<f64>() / count,
+        },
+        delay_m: match excess_path_m {
+            Some(_) => TIMING_CELLS * cell_m,
+            None => UNSEEN_CELLS * cell_m,
+        },
+    };
+    Ok(Likelihood::of(underground, frequency_hz, &points, common).unwrap_or(None))
+}
+
+/// Points without those that are the echo from one by way of another, of points that come strongest first: midway
+/// between both, and later than their mean by half of their distance in the soil, to a cell of the delay.
+fn without_double_echoes(points: Vec<PointEcho>, index: f64, cell_m: f64) -> Vec<PointEcho> {
+    let mut kept: Vec<PointEcho> = Vec::new();
+    for point in points {
+        let is_double = |a: &PointEcho, b: &PointEcho| {
+            let middle = |axis: usize| 0.5 * (a.place_m[axis] + b.place_m[axis]);
+            let away_m = (middle(0) - point.place_m[0]).hypot(middle(1) - point.place_m[1]);
+            let apart: f64 = (0..3).map(|k| (a.place_m[k] - b.place_m[k]).powi(2)).sum();
+            let later_m = point.delay_m - 0.5 * (a.delay_m + b.delay_m + index * apart.sqrt());
+            away_m <= cell_m && later_m.abs() <= cell_m
+        };
+        let is_any =
+            (kept.iter().enumerate()).any(|(k, a)| kept[k + 1..].iter().any(|b| is_double(a, b)));
+        if !is_any {
+            kept.push(point);
+        }
+    }
+    kept
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_echo_from_one_point_by_way_of_another_is_none() {
+        let point = |x_m: f64, depth_m: f64| PointEcho {
+            place_m: [x_m, 0.0, -depth_m],
+            delay_m: 3.0 * depth_m,
+            curvature_m: depth_m / 3.0,
+            sigma_m: 1e-3,
+        };
+        let (a, b) = (point(1.0, 0.2), point(1.4, 0.1));
+        let path_m = 3.0 * (0.2 + 0.1 + 0.4_f64.hypot(0.1));
+        let double = point(1.2, path_m / 6.0);
+        let deep = point(1.2, 0.5);
+        let kept = without_double_echoes(vec![a, b, double, deep], 3.0, 0.075);
+        assert_eq!(kept, [a, b, deep]);
+    }
+}
