@@ -96,11 +96,11 @@ fn node(
     let mut command = vec!["node"];
     command.extend(options);
     command.extend(scripts.iter().map(String::as_str));
-    let program = target(runner).join(folder).join("acerra");
+    let program = runner.target().join(folder).join("acerra");
     let program = program.display().to_string();
-    let shots = target(runner).join("browser-shots").display().to_string();
+    let shots = runner.target().join("browser-shots").display().to_string();
     // The first script makes the demonstration's runs, all others look at the same.
-    let demo = target(runner).join("browser-demo");
+    let demo = runner.target().join("browser-demo");
     if demo.exists() {
         fs::remove_dir_all(&demo).with_context(|| demo.display().to_string())?;
     }
@@ -118,7 +118,7 @@ fn packages(runner: &Runner) -> anyhow::Result<Option<PathBuf>> {
         runner.skip("browser tests", "node and npm are not installed here");
         return Ok(None);
     }
-    let place = target(runner).join("browser");
+    let place = runner.target().join("browser");
     fs::create_dir_all(&place).with_context(|| place.display().to_string())?;
     for name in FILES {
         let from = runner.root.join("browser").join(name);
@@ -138,8 +138,4 @@ fn packages(runner: &Runner) -> anyhow::Result<Option<PathBuf>> {
         &format!("the packages cannot be installed here\n{reason}"),
     );
     Ok(None)
-}
-
-fn target(runner: &Runner) -> PathBuf {
-    std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| runner.root.join("target"), PathBuf::from)
 }

@@ -8,6 +8,7 @@ use xtask::lines::Lines;
 
 use crate::browser;
 use crate::python;
+use crate::release;
 use crate::runner::{Runner, Step, TEST};
 use crate::validation;
 
@@ -34,6 +35,7 @@ pub fn ci(runner: &Runner) -> anyhow::Result<()> {
     licences(runner)?;
     minimum_rust(runner)?;
     other_processor(runner)?;
+    release::package(runner)?;
     test(runner)?;
     validation::run(runner)?;
     let seed = std::env::var("FUZZ_SEED").unwrap_or_else(|_| "1".to_owned());

@@ -4,6 +4,7 @@
 mod browser;
 mod checks;
 mod python;
+mod release;
 mod runner;
 mod validation;
 
@@ -17,6 +18,7 @@ cargo xtask test-python          the Python package alone
 cargo xtask test-browser         the viewer in a browser alone
 cargo xtask bench-browser        the viewer's times in a browser
 cargo xtask ci                   everything a change must pass: what .ci/run calls
+cargo xtask package              every crate as it is published, by its size
 cargo xtask validate             slow checks: RTKLIB parity, the engine at full size, the book
 cargo xtask book                 writes docs/validation again
 cargo xtask validate flights     random flights with right settings, and their page of the book
@@ -38,6 +40,7 @@ fn main() -> ExitCode {
         "test-browser" => browser::test(&runner),
         "bench-browser" => browser::bench(&runner),
         "ci" => checks::ci(&runner),
+        "package" => release::package(&runner),
         "validate" if rest == ["flights"] => checks::flights(&runner),
         "validate" => validation::run(&runner),
         "book" => checks::book(&runner),

@@ -3,6 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use anyhow::Context;
+
 use crate::runner::{Runner, Step};
 
 /// Where the package stands.
@@ -12,7 +14,7 @@ const PACKAGE: &str = "crates/acerra-python";
 const PACKAGES: &str = "maturin numpy xarray pandas scipy matplotlib pylops pytest hypothesis mypy \
                         pandas-stubs scipy-stubs types-tqdm h5py segyio scikit-rf dask[distributed] zarr moto[server] obstore \
                         nbclient nbformat ipykernel netCDF4 h5netcdf \
-                        h5py";
+                        h5py tqdm joblib pyproj rioxarray";
 
 /// Builds the wheel, installs it into an environment of its own, and runs types and tests; where that
 /// cannot be had, it is said and skipped.
@@ -21,7 +23,7 @@ pub fn test(runner: &Runner) -> anyhow::Result<()> {
         return Ok(());
     };
     let python = python.display().to_string();
-    let wheels = target(runner).join("wheels");
+    let wheels = runner.target().join("wheels");
     // Of an older build nothing shall be found.
     let _ = std::fs::remove_dir_all(&wheels);
     let wheels_text = wheels.display().to_string();
@@ -55,10 +57,50 @@ pub fn test(runner: &Runner) -> anyhow::Result<()> {
         "acerra",
     ];
     runner.run(&Step::new("its installation", &install))?;
+    stranger(runner, &wheels)?;
     let script = format!("{PACKAGE}/tests/run.sh");
-    let program = target(runner).join("debug/acerra").display().to_string();
+    let program = runner.target().join("debug/acerra").display().to_string();
     let tests = ["bash", &script, &python];
     runner.run(&Step::new("types and tests of the package", &tests).with("ACERRA_BINARY", program))
+}
+
+/// The guide's first script in an environment that holds the wheel and its dependencies alone, and what
+/// other programs read of its files.
+fn stranger(runner: &Runner, wheels: &Path) -> anyhow::Result<()> {
+    let environment = runner.target().join("stranger");
+    // Of an older wheel nothing shall be found.
+    let _ = std::fs::remove_dir_all(&environment);
+    let wheel = std::fs::read_dir(wheels)?
+        .flatten()
+        .map(|entry| entry.path())
+        .find(|path| path.extension().is_some_and(|e| e == "whl"))
+        .context("the wheel")?;
+    let python = environment.join("bin/python");
+    let mut install = Command::new(&python);
+    install
+        .args(["-m", "pip", "install", "--quiet"])
+        .arg(format!("{}[netcdf]", wheel.display()))
+        .args(["scipy", "rasterio"]);
+    let made = succeeds(
+        Command::new("python3")
+            .args(["-m", "venv"])
+            .arg(&environment),
+    );
+    if !made || !succeeds(&mut install) {
+        let reason = "its packages cannot be installed here";
+        runner.skip("a stranger's script", reason);
+        return Ok(());
+    }
+    let folder = environment.join("folder");
+    std::fs::create_dir_all(&folder)?;
+    let [python, script, guide] = [
+        python,
+        runner.root.join(PACKAGE).join("tests/stranger.py"),
+        runner.root.join("docs/guide/src/python.md"),
+    ]
+    .map(|path| path.display().to_string());
+    let run = [python.as_str(), "-I", &script, &guide];
+    runner.run(&Step::new("a stranger's script", &run).within(folder))
 }
 
 /// The interpreter of an environment with all packages; none, with the reason said, where it cannot be
@@ -72,7 +114,7 @@ fn environment(runner: &Runner) -> Option<PathBuf> {
         );
         return None;
     }
-    let place = target(runner).join("python");
+    let place = runner.target().join("python");
     let python = place.join("bin/python");
     let made =
         python.is_file() || succeeds(Command::new("python3").args(["-m", "venv"]).arg(&place));
@@ -92,9 +134,4 @@ fn environment(runner: &Runner) -> Option<PathBuf> {
 
 fn succeeds(command: &mut Command) -> bool {
     command.status().is_ok_and(|status| status.success())
-}
-
-fn target(runner: &Runner) -> PathBuf {
-    std::env::var_os("CARGO_TARGET_DIR")
-        .map_or_else(|| Path::new(&runner.root).join("target"), PathBuf::from)
 }

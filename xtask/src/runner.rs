@@ -15,6 +15,7 @@ pub struct Step<'a> {
     name: &'a str,
     command: &'a [&'a str],
     environment: Vec<(&'a str, String)>,
+    folder: Option<PathBuf>,
 }
 
 impl<'a> Step<'a> {
@@ -23,7 +24,14 @@ impl<'a> Step<'a> {
             name,
             command,
             environment: Vec::new(),
+            folder: None,
         }
+    }
+
+    /// Runs in a folder instead of the workspace's root.
+    pub fn within(mut self, folder: PathBuf) -> Self {
+        self.folder = Some(folder);
+        self
     }
 
     pub fn with(mut self, variable: &'a str, value: impl Into<String>) -> Self {
@@ -84,14 +92,14 @@ impl Runner {
         Ok(())
     }
 
-    /// A step's command with its environment, in the workspace's root.
+    /// A step's command with its environment, in its folder.
     fn command(&self, step: &Step<'_>) -> anyhow::Result<Command> {
         let (program, arguments) = step.command.split_first().context("an empty command")?;
         let mut command = Command::new(program);
         command
             .args(arguments)
             .envs(step.environment.iter().map(|(k, v)| (k, v)))
-            .current_dir(&self.root);
+            .current_dir(step.folder.as_ref().unwrap_or(&self.root));
         Ok(command)
     }
 
@@ -125,6 +133,11 @@ impl Runner {
         } else {
             println!("\n== not checked: {}", skipped.join("; "));
         }
+    }
+
+    /// Cargo's target directory.
+    pub fn target(&self) -> PathBuf {
+        std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| self.root.join("target"), PathBuf::from)
     }
 
     /// Runs a script of the workspace.

@@ -19,6 +19,17 @@ pub enum PlanError {
         /// What the file says.
         found: String,
     },
+    /// A raster of heights that cannot be read.
+    #[error("[area] terrain: {}: {cause}", path.display())]
+    Terrain {
+        /// The file.
+        path: std::path::PathBuf,
+        /// What is wrong with it.
+        cause: String,
+    },
+    /// A mission that cannot be written.
+    #[error("mission: {0}")]
+    Write(String),
     /// Each value is possible, all of them together are not.
     #[error("{0}")]
     Impossible(String),

@@ -1,5 +1,7 @@
 //! The plan file: wanted resolution and area, available radar and drone.
 
+use std::path::{Path, PathBuf};
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -21,7 +23,7 @@ pub struct PlanFile {
     pub drone: Drone,
 }
 
-/// `[area]`: the ground to image, taken as level.
+/// `[area]`: the ground to image, taken as level unless a terrain is given.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Area {
@@ -33,6 +35,12 @@ pub struct Area {
     /// Height of that place above the sea (m), which ground stations show.
     #[serde(default)]
     pub home_height_m: f64,
+    /// Heights of the ground above the sea: GeoTIFF, ESRI ASCII or XYZ, relative to the plan file.
+    /// Missions then keep their height above it, with further waypoints where it is uneven; home is
+    /// as high as it says.
+    pub terrain: Option<PathBuf>,
+    /// The terrain's coordinates where its file does not say: `"EPSG:32633"`, ….
+    pub terrain_crs: Option<String>,
     /// Direction of the lines, clockwise from north (degrees); that of the longest way through the
     /// area unless said otherwise.
     pub heading_deg: Option<f64>,
@@ -127,6 +135,8 @@ pub struct Drone {
     pub endurance_min: f64,
     /// Share of it that is kept for the way home.
     pub reserve: f64,
+    /// The model that missions for DJI name.
+    pub dji_model: DjiModel,
 }
 
 impl Default for Drone {
@@ -143,11 +153,39 @@ impl Default for Drone {
             stray_m: 0.3,
             endurance_min: 15.0,
             reserve: 0.25,
+            dji_model: DjiModel::default(),
         }
     }
 }
 
+/// Models of DJI that fly missions of WPML.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema, Serialize)]
+pub enum DjiModel {
+    /// Matrice 300 RTK.
+    #[serde(rename = "M300 RTK")]
+    M300Rtk,
+    /// Matrice 350 RTK.
+    #[default]
+    #[serde(rename = "M350 RTK")]
+    M350Rtk,
+    /// Matrice 30.
+    #[serde(rename = "M30")]
+    M30,
+    /// Mavic 3 Enterprise.
+    #[serde(rename = "Mavic 3E")]
+    Mavic3E,
+}
+
 impl PlanFile {
+    /// The plan with paths relative to a folder.
+    #[must_use]
+    pub fn resolved_in(mut self, folder: &Path) -> Self {
+        if let Some(terrain) = &mut self.area.terrain {
+            *terrain = folder.join(&*terrain);
+        }
+        self
+    }
+
     /// Reads a plan from the text of its file.
     ///
     /// # Errors
@@ -187,6 +225,10 @@ impl PlanFile {
                 found,
             })
         };
+        if area.terrain_crs.is_some() && area.terrain.is_none() {
+            let expected = "a file, as terrain_crs is given";
+            return value("area", "terrain", expected, "none".to_owned());
+        }
         if area.corners_deg.len() < 3 {
             let found = area.corners_deg.len().to_string();
             return value("area", "corners_deg", "three corners or more", found);

@@ -8,7 +8,8 @@
 //! 4. `curve` bends the lines until the ghost on the other side is as weak as wanted, by the exact
 //!    point spread function.
 //! 5. `flights` adds time and batteries, `maps` what is to be expected where.
-//! 6. `geojson`, `kml` and `qgroundcontrol` write it down.
+//! 6. `route` is the way of each flight, over level ground or a terrain (`ground`); `qgroundcontrol`,
+//!    `mavlink`, `wpml` and `ugcs` write it as missions, `geojson` and `kml` as maps.
 //!
 //! What cannot be is refused with the reason: [`PlanError::Impossible`].
 
@@ -18,27 +19,37 @@ mod error;
 mod file;
 mod flights;
 mod geojson;
+mod ground;
 mod kml;
 mod lines;
 mod link;
 mod maps;
+mod mavlink;
 mod polygon;
 mod qgroundcontrol;
+mod route;
 mod summary;
 mod swath;
+mod ugcs;
+mod wpml;
 
 pub use curve::Curve;
 pub use error::PlanError;
-pub use file::{Area, Drone, PlanFile, Radar, Want};
+pub use file::{Area, DjiModel, Drone, PlanFile, Radar, Want};
 pub use flights::Flight;
 pub use geojson::to_geojson;
+pub use ground::Ground;
 pub use kml::to_kml;
 pub use lines::{Line, Lines};
 pub use link::{image_snr_db, pulse_snr_db};
 pub use maps::{ExpectedMaps, expected_maps};
+pub use mavlink::to_waypoints;
 pub use qgroundcontrol::to_qgroundcontrol;
+pub use route::{Route, Stop};
 pub use summary::{FlightPlan, Summary};
 pub use swath::Swath;
+pub use ugcs::to_ugcs;
+pub use wpml::to_wpml;
 
 /// Speed of light (m/s).
 pub(crate) const LIGHT_SPEED_M_S: f64 = 299_792_458.0;

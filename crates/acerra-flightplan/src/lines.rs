@@ -181,6 +181,14 @@ impl Lines {
             .max(LEAST_ACCEPTANCE_M)
     }
 
+    /// The rectangle of all waypoints and home: west, south, east, north (m).
+    pub(super) fn extent_m(&self) -> [f64; 4] {
+        let places = self.lines.iter().flat_map(|line| &line.waypoints_m);
+        places.fold([0.0; 4], |[west, south, east, north], [e, n]| {
+            [west.min(*e), south.min(*n), east.max(*e), north.max(*n)]
+        })
+    }
+
     /// Bends the lines: their corners become the curve's waypoints.
     pub(super) fn bend(&mut self, curve: &Curve) {
         for line in &mut self.lines {

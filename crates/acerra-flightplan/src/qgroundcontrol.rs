@@ -4,19 +4,12 @@
 //! geofence and rally points version 2; mission items are MAVLink mission items with the numbers of
 //! `MAV_CMD` and `MAV_FRAME`.
 
-use acerra_geo::geodesy::Geodetic;
 use serde_json::{Value, json};
 
-use super::{Flight, FlightPlan};
+use super::mavlink::items;
+use super::route::{Route, home_deg};
+use super::{Flight, FlightPlan, PlanError};
 
-/// `MAV_CMD_NAV_WAYPOINT`.
-const WAYPOINT: u16 = 16;
-/// `MAV_CMD_NAV_RETURN_TO_LAUNCH`.
-const RETURN: u16 = 20;
-/// `MAV_CMD_NAV_TAKEOFF`.
-const TAKE_OFF: u16 = 22;
-/// `MAV_CMD_DO_CHANGE_SPEED`.
-const CHANGE_SPEED: u16 = 178;
 /// `MAV_FRAME_MISSION`: an item without a place.
 const FRAME_MISSION: u8 = 2;
 /// `MAV_FRAME_GLOBAL_RELATIVE_ALT`: height above home.
@@ -32,48 +25,41 @@ const RELATIVE_ALTITUDE: u8 = 1;
 ///
 /// Take-off to the height of the lines, each line at its speed, the ways between at the drone's
 /// own, then back to launch. The geofence keeps to a circle about home with 30 m to spare.
-#[must_use]
-pub fn to_qgroundcontrol(plan: &FlightPlan, flight: &Flight) -> Value {
-    let s = &plan.summary;
-    let transit_m_s = plan.file.drone.max_speed_m_s;
-    let mut items = Items {
-        acceptance_m: s.waypoint_acceptance_m,
-        list: Vec::new(),
-    };
-    items.place(TAKE_OFF, &plan.place([0.0; 2], s.height_m));
-    let mut reach_m = 0.0f64;
-    for line in &plan.lines.lines[flight.first_line..=flight.last_line] {
-        items.speed(transit_m_s);
-        for (i, point) in line.waypoints_m.iter().enumerate() {
-            items.place(WAYPOINT, &plan.place(*point, s.height_m));
-            reach_m = reach_m.max(point[0].hypot(point[1]));
-            if i == 0 {
-                items.speed(s.speed_m_s);
+///
+/// # Errors
+/// A place where the terrain has no height.
+pub fn to_qgroundcontrol(plan: &FlightPlan, flight: &Flight) -> Result<Value, PlanError> {
+    let route = Route::of(plan, flight)?;
+    let [home_lat, home_lon] = home_deg(plan);
+    let list: Vec<Value> = items(plan, &route)
+        .iter()
+        .enumerate()
+        .map(|(i, item)| {
+            let frame = match item.place_deg_m {
+                Some(_) => FRAME_ABOVE_HOME,
+                None => FRAME_MISSION,
+            };
+            let place = item.place_deg_m.unwrap_or_default().map(Some);
+            let params: Vec<Option<f64>> = item.parameters.into_iter().chain(place).collect();
+            let mut object = json!({
+                "type": "SimpleItem",
+                "autoContinue": true,
+                "command": item.command,
+                "doJumpId": i + 1,
+                "frame": frame,
+                "params": params,
+            });
+            if let (Some([_, _, height_m]), Some(fields)) =
+                (item.place_deg_m, object.as_object_mut())
+            {
+                fields.insert("AMSLAltAboveTerrain".to_owned(), Value::Null);
+                fields.insert("Altitude".to_owned(), json!(height_m));
+                fields.insert("AltitudeMode".to_owned(), json!(RELATIVE_ALTITUDE));
             }
-        }
-    }
-    items.speed(transit_m_s);
-    items.push(
-        RETURN,
-        FRAME_MISSION,
-        [
-            json!(0),
-            json!(0),
-            json!(0),
-            json!(0),
-            json!(0),
-            json!(0),
-            json!(0),
-        ],
-        None,
-    );
-
-    let [home_lat, home_lon] = plan
-        .file
-        .area
-        .home_deg
-        .unwrap_or(plan.file.area.corners_deg[0]);
-    json!({
+            object
+        })
+        .collect();
+    Ok(json!({
         "fileType": "Plan",
         "version": 1,
         "groundStation": "QGroundControl",
@@ -82,82 +68,25 @@ pub fn to_qgroundcontrol(plan: &FlightPlan, flight: &Flight) -> Value {
             "firmwareType": PX4,
             "vehicleType": QUADROTOR,
             "globalPlanAltitudeMode": RELATIVE_ALTITUDE,
-            "cruiseSpeed": transit_m_s,
-            "hoverSpeed": s.speed_m_s,
-            "plannedHomePosition": [home_lat, home_lon, plan.file.area.home_height_m],
-            "items": items.list,
+            "cruiseSpeed": plan.file.drone.max_speed_m_s,
+            "hoverSpeed": plan.summary.speed_m_s,
+            "plannedHomePosition": [home_lat, home_lon, plan.home_above_sea_m()],
+            "items": list,
         },
         "geoFence": {
             "version": 2,
             "circles": [{
                 "version": 1,
                 "inclusion": true,
-                "circle": { "center": [home_lat, home_lon], "radius": (reach_m + 30.0).ceil() },
+                "circle": {
+                    "center": [home_lat, home_lon],
+                    "radius": (route.reach_m() + 30.0).ceil(),
+                },
             }],
             "polygons": [],
         },
         "rallyPoints": { "version": 2, "points": [] },
-    })
-}
-
-struct Items {
-    acceptance_m: f64,
-    list: Vec<Value>,
-}
-
-impl Items {
-    /// An item at a place. The second parameter of a waypoint is its acceptance radius; the fourth,
-    /// the yaw, is left to the autopilot.
-    fn place(&mut self, command: u16, place: &Geodetic) {
-        let degrees = |v: f64| json!((v * 1e9).round() / 1e9);
-        let height = json!((place.height_m * 1e3).round() / 1e3);
-        let acceptance = match command {
-            WAYPOINT => json!((self.acceptance_m * 1e3).round() / 1e3),
-            _ => json!(0),
-        };
-        let params = [
-            json!(0),
-            acceptance,
-            json!(0),
-            Value::Null,
-            degrees(place.latitude_deg()),
-            degrees(place.longitude_deg()),
-            height.clone(),
-        ];
-        self.push(command, FRAME_ABOVE_HOME, params, Some(height));
-    }
-
-    /// Ground speed from here on; throttle unchanged.
-    fn speed(&mut self, speed_m_s: f64) {
-        let speed = json!((speed_m_s * 1e3).round() / 1e3);
-        let params = [
-            json!(1),
-            speed,
-            json!(-1),
-            json!(0),
-            json!(0),
-            json!(0),
-            json!(0),
-        ];
-        self.push(CHANGE_SPEED, FRAME_MISSION, params, None);
-    }
-
-    fn push(&mut self, command: u16, frame: u8, params: [Value; 7], height: Option<Value>) {
-        let mut item = json!({
-            "type": "SimpleItem",
-            "autoContinue": true,
-            "command": command,
-            "doJumpId": self.list.len() + 1,
-            "frame": frame,
-            "params": params,
-        });
-        if let (Some(height), Some(fields)) = (height, item.as_object_mut()) {
-            fields.insert("AMSLAltAboveTerrain".to_owned(), Value::Null);
-            fields.insert("Altitude".to_owned(), height);
-            fields.insert("AltitudeMode".to_owned(), json!(RELATIVE_ALTITUDE));
-        }
-        self.list.push(item);
-    }
+    }))
 }
 
 #[cfg(test)]
@@ -209,7 +138,9 @@ mod tests {
                     [40.9, 14.2003]]\nhome_height_m = 30\n\
                     [want]\nalong_m = 0.06\nacross_m = 0.5\nrcs_dbsm = 10\n";
         let plan = FlightPlan::make(PlanFile::parse(text).expect("a file")).expect("a plan");
-        let text = to_qgroundcontrol(&plan, &plan.flights[0]).to_string();
+        let text = to_qgroundcontrol(&plan, &plan.flights[0])
+            .expect("a mission")
+            .to_string();
         let file: Value = serde_json::from_str(&text).expect("JSON");
 
         check(

@@ -7,8 +7,8 @@ use serde::Serialize;
 use super::polygon::Polygon;
 use super::swath::View;
 use super::{
-    Curve, Flight, LIGHT_SPEED_M_S, Lines, PlanError, PlanFile, Radar, Swath, aliasing, flights,
-    image_snr_db, lines,
+    Curve, Flight, Ground, LIGHT_SPEED_M_S, Lines, PlanError, PlanFile, Radar, Swath, aliasing,
+    flights, image_snr_db, lines,
 };
 
 /// How many heights are tried.
@@ -31,6 +31,8 @@ pub struct FlightPlan {
     pub flights: Vec<Flight>,
     /// The figures.
     pub summary: Summary,
+    /// The ground, where the plan names a terrain; level otherwise.
+    pub ground: Option<Ground>,
     pub(super) area: Polygon,
     pub(super) view: View,
 }
@@ -178,7 +180,18 @@ impl FlightPlan {
             flights: flights.clone(),
             warnings,
         };
+        let ground = match &file.area.terrain {
+            Some(path) => Some(Ground::read(
+                path,
+                file.area.terrain_crs.as_deref(),
+                &frame,
+                lines.extent_m(),
+                file.drone.stray_m,
+            )?),
+            None => None,
+        };
         Ok(Self {
+            ground,
             file,
             frame,
             swath,
@@ -201,11 +214,20 @@ impl FlightPlan {
             .collect()
     }
 
+    /// Height of home above the sea (m): the terrain's, or what the plan says.
+    #[must_use]
+    pub fn home_above_sea_m(&self) -> f64 {
+        match &self.ground {
+            Some(ground) => ground.home_m(),
+            None => self.file.area.home_height_m,
+        }
+    }
+
     /// The place of a point east and north of home, with a height above ground.
     #[must_use]
     pub fn place(&self, [e, n]: [f64; 2], height_m: f64) -> Geodetic {
         let mut place = self.frame.geodetic_from_enu([e, n, 0.0]);
-        // Heights are above the ground, which is level; the Earth's curve is not flown.
+        // Heights are above home's; the Earth's curve is not flown.
         place.height_m = height_m;
         place
     }

@@ -53,6 +53,12 @@ impl Campaign {
         Self::parse(&toml_of(tables)?, folder, name)
     }
 
+    /// What the campaign is called.
+    #[getter]
+    fn name(&self) -> &str {
+        &self.name
+    }
+
     /// The campaign with every default filled in, as JSON.
     fn tables(&self) -> PyResult<String> {
         crate::prepared::to_json(&self.campaign)

@@ -14,6 +14,7 @@ use pyo3::types::PyBytes;
 
 use crate::errors::Failure;
 use crate::grid::grid_of;
+use crate::positions::origin_deg_m;
 use crate::prepared::{Held, Prepared, to_json};
 
 /// Everything that a run found.
@@ -95,6 +96,24 @@ impl Run {
             findings: self.outcome.evidence.findings().to_vec(),
             warnings: self.outcome.warnings.clone(),
         }
+    }
+
+    /// Latitude, longitude (degrees) and ellipsoidal height (m) of the frame's origin.
+    #[getter]
+    fn origin_deg_m(&self) -> Option<[f64; 3]> {
+        origin_deg_m(self.outcome.prepared.first().positions.frame())
+    }
+
+    /// What was found of the settings, as JSON.
+    #[getter]
+    fn findings(&self) -> PyResult<String> {
+        to_json(&self.outcome.evidence.findings())
+    }
+
+    /// What the stages noticed.
+    #[getter]
+    fn warnings(&self) -> Vec<String> {
+        self.outcome.warnings.clone()
     }
 
     /// A picture as PNG: "image", "radargram_raw" or "radargram_clean"; none where there are no

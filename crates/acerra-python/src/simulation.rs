@@ -58,16 +58,22 @@ fn simulate(
 
 /// A flight plan: its figures, GeoJSON and missions as JSON, and KML.
 #[pyfunction]
-fn plan_flight(py: Python<'_>, plan: &str, is_tables: bool) -> PyResult<(String, String)> {
+fn plan_flight(
+    py: Python<'_>,
+    plan: &str,
+    is_tables: bool,
+    folder: PathBuf,
+) -> PyResult<(String, String)> {
     let text = settings_text(plan, is_tables)?;
     work::run(py, None, |_| {
         let file = PlanFile::parse(&text).map_err(Failure::settings)?;
-        let plan = FlightPlan::make(file).map_err(Failure::settings)?;
-        let missions: Vec<_> = plan
+        let plan = FlightPlan::make(file.resolved_in(&folder)).map_err(Failure::settings)?;
+        let missions = plan
             .flights
             .iter()
             .map(|flight| to_qgroundcontrol(&plan, flight))
-            .collect();
+            .collect::<Result<Vec<_>, _>>()
+            .map_err(Failure::settings)?;
         let said = json!({
             "summary": plan.summary,
             "geojson": to_geojson(&plan),

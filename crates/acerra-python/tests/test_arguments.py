@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import _thread
 import os
+import sys
 import threading
 import time
 from typing import Any
@@ -87,14 +88,15 @@ def test_tensors_are_taken(echoes: Any, library: str) -> None:
         ({"position_m": [["a", "b", "c"]]}, TypeError, "expected real numbers, found dtype"),
         ({"position_m": np.full((61, 3), np.nan)}, acerra.ImagingError, "position_m"),
         ({"frequency_hz": np.zeros(86)}, acerra.ImagingError, "frequency_hz.*above 0 Hz"),
-        ({"frequency_hz": np.ones(85)}, ValueError, r"spectrum: expected shape \[61, 85\]"),
+        ({"frequency_hz": np.full(85, 1e9)}, ValueError, r"spectrum: expected shape \[61, 85\]"),
         ({"spectrum": np.zeros((86, 61))}, ValueError, r"spectrum: expected shape \[61, 86\]"),
         ({"spectrum": np.full((61, 86), np.inf)}, acerra.ImagingError, "spectrum"),
         ({"weight": np.ones(60)}, ValueError, r"weight: expected shape \(61,\)"),
         ({"accuracy": 0.0}, acerra.ImagingError, "accuracy"),
         ({"memory_limit_bytes": 10}, acerra.ImagingError, "10 bytes|memory"),
         ({"light_speed_m_s": -1.0}, acerra.ImagingError, "light_speed_m_s.*above 0"),
-        ({"grid": "plane"}, TypeError, "grid"),
+        ({"grid": "plane"}, TypeError, "grid: expected acerra.Plane.*found str"),
+        ({"grid": {"x_m": [0, 1]}}, TypeError, "grid: expected acerra.Plane.*found dict"),
     ],
 )
 def test_what_cannot_be_is_named(
@@ -108,6 +110,31 @@ def test_units_are_compared_with_those_of_the_names(echoes: Any) -> None:
     gigahertz = xr.DataArray(echoes.frequency_hz / 1e9, attrs={"units": "GHz"})
     with pytest.raises(ValueError, match='frequency_hz: expected units "Hz", found "GHz"'):
         image(echoes, frequency_hz=gigahertz)
+
+
+def test_frequencies_in_other_units_are_refused(echoes: Any) -> None:
+    for scale in (1e9, 1e6):
+        with pytest.raises(ValueError, match="frequency_hz: expected frequencies in Hz"):
+            image(echoes, frequency_hz=echoes.frequency_hz / scale)
+        with pytest.raises(ValueError, match="frequency_hz: expected frequencies in Hz"):
+            acerra.PointSpread(echoes.position_m, echoes.frequency_hz / scale)
+    with pytest.raises(ValueError, match="band_hz: expected frequencies in Hz.*found 3.1;"):
+        acerra.resolution(10, 2, band_hz=(3.1, 4.8))
+
+
+def test_packages_that_are_missing_are_named(
+    echoes: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("tqdm", "tqdm.auto", "matplotlib", "matplotlib.pyplot", "zarr"):
+        monkeypatch.setitem(sys.modules, name, None)
+    with pytest.raises(ImportError, match=r"tqdm, which.*pip install 'acerra\[progress\]'"):
+        image(echoes, progress=True)
+    with pytest.raises(ImportError, match=r"matplotlib, which.*pip install 'acerra\[plot\]'"):
+        acerra.plot.image(image(echoes))
+    from acerra import jobs
+
+    with pytest.raises(ImportError, match=r"zarr, which.*pip install 'acerra\[dask\]'"):
+        jobs.open_job("no-such-store")
 
 
 def test_times_that_go_back_are_refused() -> None:
@@ -135,6 +162,12 @@ def test_grids_that_cannot_be() -> None:
     ):
         with pytest.raises(acerra.ImagingError):
             make()
+    with pytest.raises(TypeError, match="(?s)expected two numbers.*found 18.*x_m"):
+        acerra.Plane(18, 9, pixel_m=0.1)  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match=r"(?s)expected two numbers.*found \[1, 2, 3\].*y_m"):
+        acerra.Volume([0, 1], [1, 2, 3], [0, 1], pixel_m=0.1)
+    for kind in (acerra.Plane, acerra.Surface, acerra.Volume, acerra.Tilted):
+        assert "Parameters" in (kind.__doc__ or "")
     with pytest.raises(ValueError, match="heights_m: expected shape"):
         acerra.Surface([0, 1], [0, 1], np.zeros((3, 3)), pixel_m=0.1)
     with pytest.raises(ValueError, match="z_m: expected a range upwards"):

@@ -103,6 +103,7 @@ def test_focus_writes_the_command_s_products(demo: Path, tmp_path: Path) -> None
     written = np.load(tmp_path / "products" / "image.npz")
     assert np.array_equal(run.image.values, written["image"])
     assert (tmp_path / "products" / "report.html").is_file()
+    assert np.array_equal(acerra.focus(file).image.values, written["image"])
 
 
 def test_arrays_in_memory_go_the_way_of_files(demo: Path) -> None:
@@ -158,7 +159,7 @@ def test_positions_by_carrier_phase(demo: Path) -> None:
     assert found.attrs["fixed_percent"] > 95
     assert found.sizes["epoch"] == found.attrs["epochs"]
     assert found["gps_time"].dtype.kind == "M"
-    assert float(found["sigma"].median()) < 0.02
+    assert float(found["sigma_x"].median()) < 0.02
     raw = acerra.read_radar(demo / "radar.mrm")
     assert isinstance(raw, xr.DataArray)
     moved = acerra.prepare(

@@ -33,6 +33,9 @@ fn a_plan_writes_its_files_and_answers() {
         "plan.geojson",
         "plan.kml",
         "plan.plan",
+        "plan.waypoints",
+        "plan-dji.kmz",
+        "plan-ugcs.csv",
         "across.png",
     ] {
         assert!(folder.path().join("out").join(name).is_file(), "{name}");

@@ -22,7 +22,8 @@ Units are SI and stand in the names; positions are x east, y north, z up in metr
 """
 
 from . import plot
-from ._labelled import Grid, radargram, trajectory
+from ._checks import Grid
+from ._labelled import radargram, trajectory
 from ._native import (
     SPEED_OF_LIGHT_M_S,
     AcerraError,
@@ -39,6 +40,7 @@ from ._native import (
     Volume,
     __version__,
 )
+from ._storage import join_complex, split_complex
 from .campaigns import Campaign, Prepared, Run, calibrate, focus, prepare
 from .evidence import AcerraWarning, Evidence, Finding
 from .flights import FlightPlan, plan, simulate, simulate_demo
@@ -75,6 +77,7 @@ __all__ = [
     "calibrate",
     "focus",
     "forward",
+    "join_complex",
     "measure",
     "plan",
     "plot",
@@ -87,5 +90,6 @@ __all__ = [
     "resolution",
     "simulate",
     "simulate_demo",
+    "split_complex",
     "trajectory",
 ]

@@ -12,6 +12,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ._native import Plane, Surface, Tilted, Volume
+
+# No radar that images works below; what is smaller was stated in another unit.
+LOWEST_FREQUENCY_HZ = 1e6
+
+Grid = Plane | Tilted | Surface | Volume
+"""Pixels: a plane, a tilted plane, uneven ground or a volume."""
+
 RealVector = npt.NDArray[np.float64]
 RealMatrix = npt.NDArray[np.float64]
 ComplexMatrix = npt.NDArray[np.complex128]
@@ -68,6 +76,28 @@ def places(name: str, value: Any) -> RealMatrix:
     return array
 
 
+def frequencies(name: str, value: Any) -> RealVector:
+    """Frequencies in Hz."""
+    array = real_vector(name, value, "Hz")
+    low = array[(array > 0) & (array < LOWEST_FREQUENCY_HZ)]
+    if low.size:
+        raise ValueError(
+            f"{name}: expected frequencies in Hz, of {LOWEST_FREQUENCY_HZ:g} Hz or more, found "
+            f"{low[0]:g}; 1 GHz is 1e9 Hz"
+        )
+    return array
+
+
+def grid(value: Any) -> Grid:
+    """Pixels of one of the four kinds."""
+    if not isinstance(value, Grid):
+        raise TypeError(
+            "grid: expected acerra.Plane, Tilted, Surface or Volume, such as "
+            f"acerra.Plane([0, 9], [-2, 2], pixel_m=0.02), found {type(value).__name__}"
+        )
+    return value
+
+
 def complex_matrix(name: str, value: Any) -> ComplexMatrix:
     """A matrix of complex numbers."""
     array = _array(name, value, None, "cfiu")
@@ -101,7 +131,7 @@ def antennas(position_m: Any, frequency_hz: Any, weight: Any | None) -> dict[str
     positions = places("position_m", position_m)
     return {
         "position_m": positions,
-        "frequency_hz": real_vector("frequency_hz", frequency_hz, "Hz"),
+        "frequency_hz": frequencies("frequency_hz", frequency_hz),
         "weight": weights(weight, len(positions)),
     }
 

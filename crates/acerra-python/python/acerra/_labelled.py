@@ -2,72 +2,57 @@
 
 from __future__ import annotations
 
-import json
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
-from ._checks import increasing, places, real_matrix, real_vector
-from ._native import Plane, Surface, Tilted, Volume
-
-Grid = Plane | Tilted | Surface | Volume
-"""Pixels: a plane, a tilted plane, uneven ground or a volume."""
-
+from ._checks import Grid, increasing, places, real_vector
+from ._native import Surface, Tilted, Volume
+from ._storage import on_earth, storable
 
 GPS_EPOCH = np.datetime64("1980-01-06T00:00:00", "ns")
 """Start of GPS week 0, GPS time."""
-
-
-def storable(attrs: dict[str, Any]) -> dict[str, Any]:
-    """Attributes that NetCDF and Zarr can hold.
-
-    An attribute without a value is left out, truth values become 0 or 1, mappings and lists of anything
-    but numbers become JSON text.
-    """
-    stored: dict[str, Any] = {}
-    for name, value in attrs.items():
-        if isinstance(value, bool):
-            stored[name] = int(value)
-        elif isinstance(value, dict) or (
-            isinstance(value, list | tuple)
-            and not all(isinstance(v, int | float) and not isinstance(v, bool) for v in value)
-        ):
-            stored[name] = json.dumps(value)
-        elif value is not None:
-            stored[name] = value
-    return stored
 
 
 def _metres(name: str) -> dict[str, str]:
     return {"units": "m", "long_name": name}
 
 
-def image_of(values: npt.NDArray[np.complex64], grid: Grid, attrs: dict[str, Any]) -> xr.DataArray:
-    """An image with the coordinates of its grid."""
+def image_of(
+    values: npt.NDArray[np.complex64],
+    grid: Grid,
+    attrs: dict[str, Any],
+    origin_deg_m: Sequence[float] | None = None,
+) -> xr.DataArray:
+    """An image with the coordinates of its grid, and its place on the Earth where its origin is known."""
+    dims, coords = _axes(grid)
     attrs = storable({"long_name": "reflectivity", **attrs})
+    return on_earth(xr.DataArray(values, coords, dims, "image", attrs), origin_deg_m)
+
+
+def _axes(grid: Grid) -> tuple[tuple[str, ...], dict[str, Any]]:
+    """Dimensions and coordinates of a grid."""
     if isinstance(grid, Tilted):
         rows, columns = np.indices(grid.shape)
         steps = [
             o + columns * u + rows * v
             for o, u, v in zip(grid.origin_m, grid.u_m, grid.v_m, strict=True)
         ]
-        coords: dict[str, Any] = {
-            axis: (("row", "column"), step, _metres(axis))
-            for axis, step in zip("xyz", steps, strict=True)
+        dims = ("row", "column")
+        return dims, {
+            axis: (dims, step, _metres(axis)) for axis, step in zip("xyz", steps, strict=True)
         }
-        return xr.DataArray(values, coords, ("row", "column"), "image", attrs)
-    coords = {
+    coords: dict[str, Any] = {
         "x": ("x", grid.x_m, _metres("east")),
         "y": ("y", grid.y_m, _metres("north")),
     }
     if isinstance(grid, Volume):
-        coords["z"] = ("z", grid.z_m, _metres("up"))
-        return xr.DataArray(values, coords, ("z", "y", "x"), "image", attrs)
+        return ("z", "y", "x"), {**coords, "z": ("z", grid.z_m, _metres("up"))}
     z_dims = ("y", "x") if isinstance(grid, Surface) else ()
-    coords["z"] = (z_dims, grid.z_m, _metres("up"))
-    return xr.DataArray(values, coords, ("y", "x"), "image", attrs)
+    return ("y", "x"), {**coords, "z": (z_dims, grid.z_m, _metres("up"))}
 
 
 def radargram(
@@ -197,18 +182,23 @@ def trajectory(
     Returns
     -------
     xarray.Dataset
-        Variables ``position`` and, where given, ``sigma`` and ``status``; with `time_s` and `gps_start`
-        the coordinate ``gps_time``, GPS time as ``datetime64``.
+        One column for each quantity, over the dimension ``epoch``: ``x``, ``y``, ``z`` and, where given,
+        ``sigma_x``, ``sigma_y``, ``sigma_z`` in m and ``status``; the coordinate ``time`` in s and, with
+        `gps_start`, ``gps_time``, GPS time as ``datetime64``. ``to_dataframe()`` is a table of one row
+        for each epoch.
 
     Examples
     --------
     >>> import acerra
-    >>> acerra.trajectory([[0, 0, 5], [1, 0, 5]], time_s=[0, 0.5]).position.sizes
-    Frozen({'epoch': 2, 'axis': 3})
+    >>> acerra.trajectory([[0, 0, 5], [1, 0, 5]], time_s=[0, 0.5]).to_dataframe()
+             x    y    z  time
+    epoch
+    0      0.0  0.0  5.0   0.0
+    1      1.0  0.0  5.0   0.5
     """
     position = places("position_m", position_m)
-    data: dict[str, Any] = {"position": (("epoch", "axis"), position, {"units": "m"})}
-    coords: dict[str, Any] = {"axis": ["x", "y", "z"]}
+    data = _columns("", position, ("east", "north", "up"))
+    coords: dict[str, Any] = {}
     if time_s is not None:
         times = increasing("time_s", real_vector("time_s", time_s, "s"))
         if times.shape != position.shape[:1]:
@@ -223,22 +213,36 @@ def trajectory(
             start = np.timedelta64(604_800 * int(week), "s") + np.timedelta64(
                 round(1e9 * float(second)), "ns"
             )
-            coords["gps_time"] = ("epoch", GPS_EPOCH + start + after_epoch, {"long_name": "GPS time"})
+            gps_time = GPS_EPOCH + start + after_epoch
+            coords["gps_time"] = ("epoch", gps_time, {"long_name": "GPS time"}, _exactly(gps_time[0]))
     if sigma_m is not None:
         sigma = places("sigma_m", sigma_m)
         if sigma.shape != position.shape or not (sigma >= 0).all():
             raise ValueError(
                 f"sigma_m: expected {position.shape} values of 0 m or more, found {sigma.shape}"
             )
-        data["sigma"] = (("epoch", "axis"), sigma, {"units": "m"})
+        data |= _columns("sigma_", sigma, ("standard deviation",) * 3)
     if status is not None:
         data["status"] = ("epoch", list(status))
     attrs: dict[str, Any] = {}
-    if origin_deg_m is not None:
-        attrs["origin_deg_m"] = tuple(map(float, origin_deg_m))
     if gps_start is not None:
         attrs["gps_start"] = (int(gps_start[0]), float(gps_start[1]))
-    return xr.Dataset(data, coords, attrs)
+    return on_earth(xr.Dataset(data, coords, attrs), origin_deg_m)
+
+
+def _columns(
+    prefix: str, values: npt.NDArray[np.float64], names: tuple[str, str, str]
+) -> dict[str, Any]:
+    """Places or deviations, ``[n, 3]``, as a variable for each axis."""
+    return {
+        f"{prefix}{axis}": ("epoch", values[:, k].copy(), _metres(names[k]))
+        for k, axis in enumerate("xyz")
+    }
+
+
+def _exactly(start: np.datetime64) -> dict[str, Any]:
+    """How a file holds times to the nanosecond, also one without integers of 64 bits."""
+    return {"units": f"nanoseconds since {start.astype('datetime64[s]')}", "dtype": "float64"}
 
 
 def trajectory_of(arrays: dict[str, Any]) -> xr.Dataset:
@@ -249,9 +253,9 @@ def trajectory_of(arrays: dict[str, Any]) -> xr.Dataset:
 
 def trajectory_arrays(labelled: xr.Dataset) -> dict[str, Any]:
     """Positions as the native module takes them."""
-    if not isinstance(labelled, xr.Dataset) or "position" not in labelled:
+    if not isinstance(labelled, xr.Dataset) or not set("xyz") <= set(labelled):
         raise TypeError(
-            "trajectory: expected a Dataset with position, as acerra.trajectory, "
+            "trajectory: expected a Dataset with x, y and z, as acerra.trajectory, "
             "acerra.read_trajectory and acerra.ppk make it"
         )
     has_time = "time" in labelled.coords
@@ -259,10 +263,16 @@ def trajectory_arrays(labelled: xr.Dataset) -> dict[str, Any]:
     origin = labelled.attrs.get("origin_deg_m")
     start = labelled.attrs.get("gps_start")
     return {
-        "position_m": places("position", labelled["position"]),
+        "position_m": _matrix("", labelled),
         "time_s": real_vector("time", labelled["time"], "s") if has_time else None,
-        "sigma_m": real_matrix("sigma", labelled["sigma"], "m") if "sigma" in labelled else None,
+        "sigma_m": _matrix("sigma_", labelled) if "sigma_x" in labelled else None,
         "status": [str(s) for s in labelled["status"].values] if "status" in labelled else None,
         "origin_deg_m": None if origin is None else tuple(map(float, origin)),
         "gps_start": None if start is None else (int(start[0]), float(start[1])),
     }
+
+
+def _matrix(prefix: str, labelled: xr.Dataset) -> npt.NDArray[np.float64]:
+    """The columns of the three axes as ``[n, 3]``."""
+    names = [f"{prefix}{axis}" for axis in "xyz"]
+    return np.column_stack([real_vector(name, labelled[name], "m") for name in names])

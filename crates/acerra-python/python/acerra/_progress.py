@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, TypeAlias
 
+from ._extras import needed
+
 Progress: TypeAlias = Callable[[str, int, int], object]
 """Hears of a step under way: its name, units done, units in all."""
 
@@ -13,9 +15,7 @@ class _Bar:
     """A bar by tqdm, one for each step."""
 
     def __init__(self) -> None:
-        from tqdm.auto import tqdm
-
-        self._make: Any = tqdm
+        self._make: Any = needed("tqdm.auto", "progress", "progress=True").tqdm
         self._bar: Any = None
         self._step = ("", 0)
 

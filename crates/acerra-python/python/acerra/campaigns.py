@@ -15,16 +15,12 @@ import xarray as xr
 
 from . import _checks as checks
 from . import _native
-from ._labelled import (
-    Grid,
-    image_of,
-    radargram,
-    radargram_arrays,
-    storable,
-    trajectory_arrays,
-)
+from ._checks import Grid
+from ._labelled import image_of, radargram, radargram_arrays, trajectory_arrays
 from ._native import Surface, Volume
 from ._progress import Progress, listener
+from ._results import Results
+from ._storage import on_earth
 from .evidence import Evidence, warn_of
 from .readers import PathLike
 
@@ -40,6 +36,9 @@ class Campaign:
 
     def __init__(self, native: _native.Campaign) -> None:
         self._native = native
+
+    def __reduce__(self) -> tuple[Any, tuple[str, str]]:
+        return _campaign, (self._native.tables(), self._native.name)
 
     @classmethod
     def read(cls, file: PathLike) -> Campaign:
@@ -115,18 +114,27 @@ class Campaign:
         return run
 
 
-def focus(file: PathLike, output: PathLike, *, progress: bool | Progress | None = None) -> Run:
+def _campaign(tables: str, name: str) -> Campaign:
+    """A campaign out of a pickle; its paths are already in their folder."""
+    return Campaign(_native.Campaign.from_tables(tables, Path(), name))
+
+
+def focus(
+    file: PathLike, output: PathLike | None = None, *, progress: bool | Progress | None = None
+) -> Run:
     """Run a campaign file and write its products, as ``acerra focus file -o output`` does.
 
     Parameters
     ----------
     file : path
         The campaign file.
-    output : path
-        Directory for the products.
+    output : path, optional
+        Directory for the products; without it none are written.
     progress : bool or function, optional
         As in `acerra.adjoint`.
     """
+    if output is None:
+        return Campaign.read(file).run(progress=progress)
     run = Run(_native.focus(Path(file), Path(output), listener(progress)))
     warn_of(run.evidence, run.noticed)
     return run
@@ -218,6 +226,12 @@ class Prepared:
     def __init__(self, native: _native.Prepared) -> None:
         self._native = native
 
+    def __reduce__(self) -> str:
+        raise TypeError(
+            "Prepared: expected a process to prepare spectra of its own; pickle the Campaign, or "
+            "`spectrum`, which acerra.adjoint images"
+        )
+
     @property
     def position_m(self) -> npt.NDArray[np.float64]:
         """Places of the phase centre, shape (traces, 3), m."""
@@ -250,11 +264,8 @@ class Prepared:
             "frequency": ("frequency", native.frequency_hz, {"units": "Hz"}),
             "axis": ["x", "y", "z"],
         }
-        attrs = {
-            "light_speed_m_s": native.light_speed_m_s,
-            "origin_deg_m": native.origin_deg_m,
-        }
-        return xr.Dataset(data, coords, storable(attrs))
+        dataset = xr.Dataset(data, coords, {"light_speed_m_s": native.light_speed_m_s})
+        return on_earth(dataset, native.origin_deg_m)
 
     @property
     def defaults(self) -> dict[str, Any]:
@@ -333,11 +344,10 @@ class Prepared:
         xarray.DataArray of complex64
             The image over the grid's coordinates.
         """
-        grid = self.grid if grid is None else grid
+        grid = self.grid if grid is None else checks.grid(grid)
         options = self._options(accuracy, weight, sum, check_pixels, pulses)
         values, said = self._native.image(grid, options, listener(progress))
-        attrs = {**json.loads(said), "origin_deg_m": self._native.origin_deg_m}
-        return image_of(values, grid, attrs)
+        return image_of(values, grid, json.loads(said), self._native.origin_deg_m)
 
     def measure(
         self,
@@ -349,7 +359,7 @@ class Prepared:
         max_targets: int = 50,
     ) -> dict[str, Any]:
         """Image the spectra, and find and measure the targets."""
-        grid = self.grid if grid is None else grid
+        grid = self.grid if grid is None else checks.grid(grid)
         options = self._options(accuracy, weight, None, None, None)
         found: dict[str, Any] = json.loads(
             self._native.measure(grid, options, (threshold_db, max_targets), None)
@@ -385,10 +395,17 @@ class Prepared:
 
 
 class Run:
-    """A finished run: image, targets, evidence, and what they were made of."""
+    """A finished run: image, targets, evidence, and what they were made of.
 
-    def __init__(self, native: _native.Run) -> None:
+    A run is pickled with its results, pictures included, so that joblib and Dask hand it from one process
+    to another; the spectra that it was made of (`prepared`) stay in the process that made it.
+    """
+
+    def __init__(self, native: _native.Run | Results) -> None:
         self._native = native
+
+    def __reduce__(self) -> tuple[type[Run], tuple[Results]]:
+        return Run, (Results.of(self._native),)
 
     @property
     def name(self) -> str:
@@ -399,14 +416,14 @@ class Run:
     def image(self) -> xr.DataArray:
         """The image; of a volume as it is seen from above."""
         grid = self._native.grid
-        attrs = {
-            "plan": self.record["plan"],
-            "origin_deg_m": self._native.prepared().origin_deg_m,
-        }
-        if isinstance(grid, Volume):
-            # Its values come from many heights.
-            return image_of(self._native.image, grid.slice(0), attrs).drop_vars("z")
-        return image_of(self._native.image, grid, attrs)
+        pixels = grid.slice(0) if isinstance(grid, Volume) else grid
+        image = self._labelled(self._native.image, pixels)
+        # From above, the values of a volume come from many heights.
+        return image.drop_vars("z") if isinstance(grid, Volume) else image
+
+    def _labelled(self, values: npt.NDArray[np.complex64], grid: Grid) -> xr.DataArray:
+        attrs = {"plan": self.record["plan"]}
+        return image_of(values, grid, attrs, self._native.origin_deg_m)
 
     @property
     def volume(self) -> xr.DataArray | None:
@@ -414,7 +431,7 @@ class Run:
         values, grid = self._native.volume, self._native.grid
         if values is None or isinstance(grid, Surface):
             return None
-        return image_of(values, grid, {"plan": self.record["plan"]})
+        return self._labelled(values, grid)
 
     @property
     def grid(self) -> Grid:
@@ -423,7 +440,7 @@ class Run:
 
     @property
     def prepared(self) -> Prepared:
-        """The spectra that the image was made of."""
+        """The spectra that the image was made of; a run out of a pickle has none."""
         return Prepared(self._native.prepared())
 
     @property
@@ -441,12 +458,12 @@ class Run:
     @property
     def evidence(self) -> Evidence:
         """What the run found of its own settings."""
-        return self.prepared.evidence
+        return Evidence._from_json(self._native.findings)
 
     @property
     def noticed(self) -> list[str]:
         """What the stages noticed, in sentences."""
-        return self._native.prepared().warnings
+        return self._native.warnings
 
     def png(
         self, kind: Literal["image", "radargram_raw", "radargram_clean"] = "image"

@@ -9,7 +9,8 @@ import numpy.typing as npt
 import xarray as xr
 
 from . import jobs
-from ._labelled import Grid
+from ._checks import Grid
+from ._extras import needed
 from ._progress import Progress, listener
 from .campaigns import Prepared, Weight
 from .jobs import Job, JobError, Store
@@ -110,7 +111,7 @@ def run(
     retries: int = 10,
 ) -> None:
     """Run the tiles of a job that are not there yet, and check that all are."""
-    from dask.distributed import as_completed
+    as_completed = needed("dask.distributed", "dask", "acerra.dask").as_completed
 
     _check_memory(job, client)
     tell = listener(progress)
@@ -129,7 +130,7 @@ def run(
         for tile in missing
     ]
     try:
-        for future in as_completed(futures):  # type: ignore[no-untyped-call]
+        for future in as_completed(futures):
             future.result()
             done += 1
             if tell is not None:

@@ -89,8 +89,9 @@ def plan(area: PathLike | Mapping[str, Any]) -> FlightPlan:
         The plan file (``acerra plan --example`` prints one), or its tables.
     """
     if isinstance(area, Mapping):
-        text, is_tables = json.dumps(area), True
+        text, is_tables, folder = json.dumps(area), True, Path()
     else:
-        text, is_tables = Path(area).read_text(encoding="utf-8"), False
-    said, kml = _native.plan_flight(text, is_tables)
+        path = Path(area)
+        text, is_tables, folder = path.read_text(encoding="utf-8"), False, path.parent
+    said, kml = _native.plan_flight(text, is_tables, folder)
     return FlightPlan(**json.loads(said), kml=kml)

@@ -11,7 +11,8 @@ import xarray as xr
 
 from . import _checks as checks
 from . import _native
-from ._labelled import Grid, image_of
+from ._checks import Grid
+from ._labelled import image_of
 from ._native import SPEED_OF_LIGHT_M_S, Plane
 from ._progress import Progress, listener
 
@@ -107,7 +108,7 @@ def adjoint(
     (2.0, 0.2)
     """
     values, said = _native.adjoint(
-        grid,
+        checks.grid(grid),
         checks.antennas(position_m, frequency_hz, weight),
         checks.complex_matrix("spectrum", spectrum),
         settings(
@@ -171,7 +172,7 @@ def forward(
     """
     return _native.forward(
         grid,
-        checks.image("image", image, grid.shape).ravel(),
+        checks.image("image", image, checks.grid(grid).shape).ravel(),
         checks.antennas(position_m, frequency_hz, weight),
         settings(
             accuracy=accuracy,

@@ -26,7 +26,9 @@ import numpy.typing as npt
 
 from . import _checks as checks
 from . import _native
-from ._labelled import Grid, image_of
+from ._checks import Grid
+from ._extras import needed
+from ._labelled import image_of
 from ._native import SPEED_OF_LIGHT_M_S, AcerraError, Plane, Surface, Tilted, Volume
 from .imaging import settings as requirements
 
@@ -236,7 +238,7 @@ def plan(
     antennas = checks.antennas(position_m, frequency_hz, weight)
     echoes = checks.complex_matrix("spectrum", spectrum)
     place = Store.of(store)
-    shape = grid.shape
+    shape = checks.grid(grid).shape
     tile_shape = tuple(chunks) if chunks is not None else _default_chunks(shape)
     if len(tile_shape) != len(shape) or min(tile_shape) < 1:
         raise JobError(f"chunks: expected {len(shape)} positive numbers, found {tile_shape}")
@@ -334,7 +336,7 @@ def _default_chunks(shape: tuple[int, ...]) -> tuple[int, ...]:
 
 def _lay_out(job: Job, antennas: Mapping[str, Any], echoes: npt.NDArray[np.complex128]) -> None:
     """Arrays, coordinates and echoes of a job, unless they are there."""
-    import zarr
+    zarr = needed("zarr", "dask", "acerra.jobs")
 
     opened = job.store.open()
     try:
@@ -379,7 +381,7 @@ def _lay_out(job: Job, antennas: Mapping[str, Any], echoes: npt.NDArray[np.compl
 
 def open_job(store: Store | str | os.PathLike[str]) -> Job:
     """The job that a store holds."""
-    import zarr
+    zarr = needed("zarr", "dask", "acerra.jobs")
 
     place = Store.of(store)
     try:
@@ -394,7 +396,7 @@ def open_job(store: Store | str | os.PathLike[str]) -> Job:
 @functools.lru_cache(maxsize=1)
 def _echoes(url: str, options: str, identity: str) -> dict[str, npt.NDArray[Any]]:
     """The echoes of a job, read once by each process."""
-    import zarr
+    zarr = needed("zarr", "dask", "acerra.jobs")
 
     stored = zarr.open_group(Store(url, json.loads(options)).open(), mode="r")["echoes"]
     assert isinstance(stored, zarr.Group)
@@ -409,7 +411,7 @@ def image_tile(job: Job, tile: Tile, threads: int | None = None) -> dict[str, An
     dict
         ``tile``, ``made`` (whether it was not there), and ``checked_error`` of the plans.
     """
-    import zarr
+    zarr = needed("zarr", "dask", "acerra.jobs")
 
     if threads is not None:
         _native.set_threads(threads)
@@ -456,7 +458,7 @@ def finish(job: Job) -> None:
     JobError
         Tiles are missing.
     """
-    import zarr
+    zarr = needed("zarr", "dask", "acerra.jobs")
 
     missing = job.missing()
     if missing:

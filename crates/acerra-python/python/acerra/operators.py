@@ -6,12 +6,15 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy.sparse.linalg import LinearOperator
 
 from . import _checks as checks
 from . import _native
-from ._labelled import Grid
+from ._checks import Grid
+from ._extras import needed
 from .imaging import settings
+
+needed("scipy.sparse.linalg", "operators", "acerra.operators")
+from scipy.sparse.linalg import LinearOperator  # noqa: E402
 
 
 class ScatteringOperator(LinearOperator):
@@ -63,7 +66,7 @@ class ScatteringOperator(LinearOperator):
         **requirements: Any,
     ) -> None:
         self._antennas = checks.antennas(position_m, frequency_hz, weight)
-        self.grid = grid
+        self.grid = checks.grid(grid)
         self._settings = settings(accuracy=accuracy, **requirements)
         self._spectrum_shape = tuple(
             len(self._antennas[axis]) for axis in ("position_m", "frequency_hz")

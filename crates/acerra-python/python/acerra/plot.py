@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from ._extras import needed
+
 
 def _axes(ax: Any) -> Any:
     if ax is not None:
         return ax
-    import matplotlib.pyplot as plt
-
-    return plt.subplots(layout="constrained")[1]
+    return needed("matplotlib.pyplot", "plot", "acerra.plot").subplots(layout="constrained")[1]
 
 
 def image(labelled: xr.DataArray, *, floor_db: float = -40.0, ax: Any = None) -> Any:
@@ -55,7 +55,7 @@ def radargram(labelled: xr.DataArray, *, ax: Any = None) -> Any:
 def trajectory(labelled: xr.Dataset, *, ax: Any = None) -> Any:
     """Draw a trajectory from above, coloured by solution status; gives the axes."""
     ax = _axes(ax)
-    x, y = (labelled["position"].sel(axis=axis).values for axis in "xy")
+    x, y = (labelled[axis].values for axis in "xy")
     if "status" in labelled:
         status = labelled["status"].values
         for name in dict.fromkeys(status):

@@ -11,7 +11,8 @@ from typing import Any
 import xarray as xr
 
 from . import _native
-from ._labelled import radargram, storable, trajectory_of
+from ._labelled import radargram, trajectory_of
+from ._storage import on_earth, storable
 from .evidence import Evidence, warn_of
 
 PathLike = str | os.PathLike[str]
@@ -41,9 +42,8 @@ def read_radar(file: PathLike, *, channel: str | None = None) -> xr.DataArray | 
     """
     arrays = _native.read_radar(Path(file), channel)
     warn_of(Evidence(()), arrays["warnings"])
-    attrs = storable(
-        {"summary": arrays["summary"], "origin_deg_m": arrays.get("origin_deg_m")}
-    )
+    attrs = {"summary": arrays["summary"]}
+    origin_deg_m = arrays.get("origin_deg_m")
     if "samples" in arrays:
         labelled = radargram(
             arrays["samples"],
@@ -56,7 +56,7 @@ def read_radar(file: PathLike, *, channel: str | None = None) -> xr.DataArray | 
             labelled = labelled.assign_coords(
                 position=(("trace", "axis"), arrays["position_m"], {"units": "m"})
             )
-        return labelled
+        return on_earth(labelled, origin_deg_m)
     data = {"spectrum": (("trace", "frequency"), arrays["spectrum"], {"units": arrays["unit"]})}
     if "position_m" in arrays:
         data["position"] = (("trace", "axis"), arrays["position_m"], {"units": "m"})
@@ -64,7 +64,7 @@ def read_radar(file: PathLike, *, channel: str | None = None) -> xr.DataArray | 
         "time": ("trace", arrays["time_s"], {"units": "s"}),
         "frequency": ("frequency", arrays["frequency_hz"], {"units": "Hz"}),
     }
-    return xr.Dataset(data, coords, attrs)
+    return on_earth(xr.Dataset(data, coords, attrs), origin_deg_m)
 
 
 def read_trajectory(
@@ -115,7 +115,7 @@ def ppk(
     Returns
     -------
     xarray.Dataset
-        The trajectory, with the figures of ``acerra ppk --json`` as attributes, such as
+        The trajectory as `acerra.trajectory` makes it, with the figures of ``acerra ppk --json`` as attributes, such as
         ``fixed_percent``; lists and tables among them are JSON text.
 
     Raises

@@ -50,8 +50,9 @@ def resolution(
     >>> round(found["across_m"], 2)  # Table 4: 0.41 m
     0.41
     """
+    band = checks.frequencies("band_hz", band_hz).tolist()
     found: dict[str, Any] = json.loads(
-        _native.resolution(height_m, offset_m, list(band_hz), half_aperture_m, light_speed_m_s)
+        _native.resolution(height_m, offset_m, band, half_aperture_m, light_speed_m_s)
     )
     return found
 
@@ -95,12 +96,14 @@ class PointSpread:
         self._native = _native.Spread(
             places,
             checks.weights(weight, len(places)),
-            checks.real_vector("frequency_hz", frequency_hz, "Hz"),
+            checks.frequencies("frequency_hz", frequency_hz),
             light_speed_m_s,
         )
 
     def image(self, target_m: npt.ArrayLike, grid: Plane) -> xr.DataArray:
         """The image of unit points at `target_m`, shape (points, 3)."""
+        if not isinstance(grid, Plane):
+            raise TypeError(f"grid: expected a Plane, found {type(grid).__name__}")
         values = self._native.image(checks.places("target_m", target_m), grid)
         return image_of(values, grid, {})
 

@@ -2,8 +2,27 @@
 
 use acerra_imaging::PlaneGrid;
 use numpy::PyArray1;
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+
+/// First and last pixel centre along an axis (m), as an argument.
+pub struct Extent(pub [f64; 2]);
+
+impl<'py> FromPyObject<'_, 'py> for Extent {
+    type Error = PyErr;
+
+    fn extract(given: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        given.extract().map(Self).map_err(|_| {
+            PyTypeError::new_err(format!(
+                "expected two numbers, the first and the last pixel centre in m, found {}",
+                given
+                    .repr()
+                    .map_or_else(|_| "something else".to_owned(), |r| r.to_string())
+            ))
+        })
+    }
+}
 
 /// Positional and named arguments of a constructor.
 pub type NewArguments<'py> = (Bound<'py, PyAny>, Bound<'py, PyDict>);

@@ -7,9 +7,29 @@ use pyo3::types::PyDict;
 
 use crate::errors::Failure;
 
-use super::axes::{NewArguments, columns, ranges, rows};
+use super::axes::{Extent, NewArguments, columns, ranges, rows};
 
 /// A horizontal rectangle of square pixels.
+///
+/// Parameters
+/// ----------
+/// x_m, y_m : sequence of two floats
+///     First and last pixel centre east and north, m; the last one is kept where it falls on a pixel.
+/// z_m : float
+///     Height of the plane, m.
+/// pixel_m : float
+///     Distance of neighbouring pixel centres, m.
+///
+/// Raises
+/// ------
+/// ImagingError
+///     Extents that do not increase, or hold too many pixels.
+///
+/// Examples
+/// --------
+/// >>> import acerra
+/// >>> acerra.Plane([0, 1], [-0.5, 0.5], pixel_m=0.25).shape
+/// (5, 5)
 #[pyclass(frozen, from_py_object, module = "acerra")]
 #[derive(Clone)]
 pub struct Plane(pub PlaneGrid);
@@ -18,8 +38,8 @@ pub struct Plane(pub PlaneGrid);
 impl Plane {
     #[new]
     #[pyo3(signature = (x_m, y_m, *, z_m = 0.0, pixel_m))]
-    fn new(x_m: [f64; 2], y_m: [f64; 2], z_m: f64, pixel_m: f64) -> Result<Self, Failure> {
-        Ok(Self(PlaneGrid::from_ranges(x_m, y_m, z_m, pixel_m)?))
+    fn new(x_m: Extent, y_m: Extent, z_m: f64, pixel_m: f64) -> Result<Self, Failure> {
+        Ok(Self(PlaneGrid::from_ranges(x_m.0, y_m.0, z_m, pixel_m)?))
     }
 
     /// Centres of the columns, m.

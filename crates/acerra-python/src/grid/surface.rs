@@ -11,9 +11,18 @@ use pyo3::types::PyDict;
 use crate::arrays::{matrix, shape2};
 use crate::errors::Failure;
 
-use super::axes::{NewArguments, columns, ranges, rows};
+use super::axes::{Extent, NewArguments, columns, ranges, rows};
 
 /// Pixels on uneven ground over a horizontal rectangle.
+///
+/// Parameters
+/// ----------
+/// x_m, y_m : sequence of two floats
+///     First and last pixel centre east and north, m.
+/// heights_m : numpy.ndarray of float64, shape (rows, columns)
+///     Height of each pixel, m; row 0 is at the smallest y.
+/// pixel_m : float
+///     Distance of neighbouring pixel centres, m.
 #[pyclass(frozen, from_py_object, module = "acerra")]
 #[derive(Clone)]
 pub struct Surface(pub Arc<SurfaceGrid>);
@@ -23,12 +32,12 @@ impl Surface {
     #[new]
     #[pyo3(signature = (x_m, y_m, heights_m, *, pixel_m))]
     fn new(
-        x_m: [f64; 2],
-        y_m: [f64; 2],
+        x_m: Extent,
+        y_m: Extent,
         heights_m: PyReadonlyArray2<'_, f64>,
         pixel_m: f64,
     ) -> PyResult<Self> {
-        let base = PlaneGrid::from_ranges(x_m, y_m, 0.0, pixel_m).map_err(Failure::from)?;
+        let base = PlaneGrid::from_ranges(x_m.0, y_m.0, 0.0, pixel_m).map_err(Failure::from)?;
         let found = shape2(&heights_m);
         if found != [base.ny, base.nx] {
             return Err(PyValueError::new_err(format!(

@@ -9,6 +9,15 @@ use crate::errors::Failure;
 use super::axes::NewArguments;
 
 /// A parallelogram of pixels in space.
+///
+/// Parameters
+/// ----------
+/// origin_m : sequence of three floats
+///     Centre of pixel (0, 0): east, north, up, m.
+/// u_m, v_m : sequence of three floats
+///     Step from one column and from one row to the next, m.
+/// shape : tuple of int
+///     Rows and columns.
 #[pyclass(frozen, from_py_object, module = "acerra")]
 #[derive(Clone)]
 pub struct Tilted(pub TiltedGrid);

@@ -9,9 +9,18 @@ use pyo3::types::PyDict;
 use super::plane::Plane;
 use crate::errors::Failure;
 
-use super::axes::{NewArguments, columns, ranges, rows};
+use super::axes::{Extent, NewArguments, columns, ranges, rows};
 
 /// A plane repeated at even heights.
+///
+/// Parameters
+/// ----------
+/// x_m, y_m, z_m : sequence of two floats
+///     First and last voxel centre east, north and up, m.
+/// pixel_m : float
+///     Distance of neighbouring voxel centres within a slice, m.
+/// step_m : float, optional
+///     Distance of neighbouring slices, m; that of the pixels by default.
 #[pyclass(frozen, from_py_object, module = "acerra")]
 #[derive(Clone)]
 pub struct Volume(pub VolumeGrid);
@@ -21,14 +30,15 @@ impl Volume {
     #[new]
     #[pyo3(signature = (x_m, y_m, z_m, *, pixel_m, step_m = None))]
     fn new(
-        x_m: [f64; 2],
-        y_m: [f64; 2],
-        z_m: [f64; 2],
+        x_m: Extent,
+        y_m: Extent,
+        z_m: Extent,
         pixel_m: f64,
         step_m: Option<f64>,
     ) -> PyResult<Self> {
+        let z_m = z_m.0;
         let step_m = step_m.unwrap_or(pixel_m);
-        let base = PlaneGrid::from_ranges(x_m, y_m, z_m[0], pixel_m).map_err(Failure::from)?;
+        let base = PlaneGrid::from_ranges(x_m.0, y_m.0, z_m[0], pixel_m).map_err(Failure::from)?;
         let steps = (z_m[1] - z_m[0]) / step_m;
         if !(0.0..1e6).contains(&steps) {
             return Err(PyValueError::new_err(format!(

@@ -8,7 +8,8 @@ use anyhow::Context;
 
 use acerra_figure::{Axis, Map};
 use acerra_flightplan::{
-    FlightPlan, PlanFile, expected_maps, to_geojson, to_kml, to_qgroundcontrol,
+    FlightPlan, PlanFile, expected_maps, to_geojson, to_kml, to_qgroundcontrol, to_ugcs,
+    to_waypoints, to_wpml,
 };
 use acerra_products::staging::Staging;
 
@@ -19,7 +20,11 @@ use crate::settings_files::SettingsFile;
 #[command(after_help = "Examples:
   acerra plan --example > area.toml
   acerra plan area.toml
-  acerra plan area.toml -o plan    (plan.plan opens in QGroundControl)")]
+  acerra plan area.toml -o plan    (plan.plan opens in QGroundControl)
+
+Missions, a file for each flight: plan.plan (QGroundControl), plan.waypoints (Mission Planner,
+ArduPilot), plan-dji.kmz (DJI Pilot 2, FlightHub 2), plan-ugcs.csv (UgCS). With a terrain in the plan
+file they keep their height above it.")]
 pub struct Args {
     /// The plan file: area, wanted resolution, radar, drone.
     #[arg(value_name = "PLAN.toml", required_unless_present = "example")]
@@ -27,8 +32,7 @@ pub struct Args {
     /// Print a commented plan file with every key, to begin with.
     #[arg(long, conflicts_with_all = ["plan", "output", "json"])]
     example: bool,
-    /// Write there: plan.geojson, plan.kml, plan.plan (QGroundControl), plan.json, across.png,
-    /// ghost.png.
+    /// Write there: the missions, plan.geojson, plan.kml, plan.json, across.png, ghost.png.
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
     /// Answer as JSON.
@@ -48,8 +52,9 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
     };
     let name = || file.display().to_string();
     let text = std::fs::read_to_string(file).with_context(name)?;
+    let folder = file.parent().unwrap_or(Path::new(""));
     let plan = PlanFile::parse(&text)
-        .and_then(FlightPlan::make)
+        .and_then(|plan| FlightPlan::make(plan.resolved_in(folder)))
         .with_context(name)?;
     if let Some(directory) = &args.output {
         let mut staging = Staging::new(directory)?;
@@ -68,6 +73,9 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
     Ok(())
 }
 
+/// How the names of missions end, after `plan` and the number of the flight.
+const MISSION_ENDS: [&str; 4] = [".plan", ".waypoints", "-dji.kmz", "-ugcs.csv"];
+
 /// The missions and maps of an older plan in a directory: the newer one may have fewer.
 fn older_missions(directory: &Path) -> Vec<String> {
     let Ok(entries) = std::fs::read_dir(directory) else {
@@ -77,12 +85,16 @@ fn older_missions(directory: &Path) -> Vec<String> {
         return Vec::new();
     }
     let is_ours = |name: &String| {
-        let number = name
-            .strip_prefix("plan-")
-            .and_then(|rest| rest.strip_suffix(".plan"));
-        name == "plan.plan"
-            || name == "ghost.png"
-            || number.is_some_and(|n| n.parse::<usize>().is_ok())
+        let Some(rest) = name.strip_prefix("plan") else {
+            return name == "ghost.png";
+        };
+        let number = |end: &&str| {
+            let number = rest.strip_suffix(*end)?.strip_prefix('-')?;
+            number.parse::<usize>().ok()
+        };
+        MISSION_ENDS
+            .iter()
+            .any(|end| rest == *end || number(end).is_some())
     };
     entries
         .flatten()
@@ -92,7 +104,7 @@ fn older_missions(directory: &Path) -> Vec<String> {
 }
 
 /// All files by name. More than one flight makes `plan-1.plan`, `plan-2.plan`, … instead of
-/// `plan.plan`.
+/// `plan.plan`, and the other missions alike.
 fn products(plan: &FlightPlan) -> anyhow::Result<Vec<(String, Vec<u8>)>> {
     let mut files = vec![
         (
@@ -107,13 +119,17 @@ fn products(plan: &FlightPlan) -> anyhow::Result<Vec<(String, Vec<u8>)>> {
     ];
     for (i, flight) in plan.flights.iter().enumerate() {
         let name = match plan.flights.len() {
-            1 => "plan.plan".to_owned(),
-            _ => format!("plan-{}.plan", i + 1),
+            1 => "plan".to_owned(),
+            _ => format!("plan-{}", i + 1),
         };
-        files.push((
-            name,
-            serde_json::to_vec_pretty(&to_qgroundcontrol(plan, flight))?,
-        ));
+        let missions = [
+            serde_json::to_vec_pretty(&to_qgroundcontrol(plan, flight)?)?,
+            to_waypoints(plan, flight)?.into_bytes(),
+            to_wpml(plan, flight)?,
+            to_ugcs(plan, flight)?.into_bytes(),
+        ];
+        let named = MISSION_ENDS.map(|end| format!("{name}{end}"));
+        files.extend(named.into_iter().zip(missions));
     }
     let maps = expected_maps(plan);
     let draw = |title: &str, values: &[f64], what: &str| {
