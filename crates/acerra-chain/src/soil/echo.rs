@@ -424,6 +424,9 @@ fn regress(traces: &[Phase], wavelength_m: f64, clutter: f64) -> Option<[f64; 2]
     // parts more. Between strong points that is too much, as their sidelobes are taken for clutter.
     let by_clutter = inverse[(3, 3)] * metres * metres * 0.5 * clutter;
     let variance = (parts * left + CLUTTER_PARTS * by_clutter) / (parts + CLUTTER_PARTS);
+    // Few parts, less the four unknowns, estimate their own scatter poorly (Student).
+    let freedom = (parts + CLUTTER_PARTS - 4.0).max(3.0);
+    let variance = variance * freedom / (freedom - 2.0);
     variance.is_finite().then(|| [solution[3], variance.sqrt()])
 }
 
