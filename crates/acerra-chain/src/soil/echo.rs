@@ -538,7 +538,7 @@ mod tests {
     /// A flight over points below a level surface: its echoes, and noise of this amplitude in every value.
     fn flight(points: &[[f64; 3]], ground: &Ground, noise: f64, seed: u64) -> (Aligned, Spectrum) {
         let position_m: Vec<[f64; 3]> = (0..90)
-            .map(|k| f64::from(k))
+            .map(f64::from)
             .map(|k| [0.025 * k, 0.0, 0.9 + 0.04 * (0.2 * k).sin()])
             .collect();
         let frequency_hz: Vec<f64> = (0..81).map(|k| 0.5e9 + 25e6 * f64::from(k)).collect();
