@@ -21,8 +21,7 @@ const TYPICAL: Mixture = Mixture {
     sigma_s: 0.2e-9,
     stray_share: 0.2,
 };
-/// Share of strays up to which an echo may be the surface: most of its picks are. In level flight paths are easily drawn
-/// to a reflector and back: where all are, an echo [beyond doubt](BEYOND_DOUBT) may be the surface as well.
+/// Share of strays up to which an echo may be the surface: most of its picks are.
 const MOST_STRAYS: f64 = 0.5;
 /// Evidence from which an echo is beyond doubt: odds of 400 to 1.
 const BEYOND_DOUBT: f64 = 6.0;
@@ -130,12 +129,7 @@ pub(super) fn height_cues(
     for (cue, ridge) in rough.into_iter().take(KEPT) {
         cues.push(fit(ridge, grid, Some(&cue))?);
     }
-    let is_seen = |cue: &HeightCue| cue.evidence > 0.0 && cue.stray_share <= MOST_STRAYS;
-    if cues.iter().any(is_seen) {
-        cues.retain(is_seen);
-    } else {
-        cues.retain(|cue| cue.evidence >= BEYOND_DOUBT);
-    }
+    cues.retain(|cue| cue.evidence > 0.0 && cue.stray_share <= MOST_STRAYS);
     cues.sort_by(|a, b| b.preference.total_cmp(&a.preference));
     Ok(cues)
 }
