@@ -9,12 +9,12 @@ use crate::align::plane::GroundError;
 use crate::align::radar_surface::RadarSurfaceError;
 use crate::clean::CleanError;
 use crate::control::Cancelled;
+use crate::focus::permittivity::PermittivityError;
 use crate::focus::plan::ImageError;
 use crate::measure::MeasureError;
 use crate::position::PositionError;
 use crate::read::ReadError;
 use crate::scene::SceneError;
-use crate::soil::error::PermittivityError;
 
 /// The stage that failed, and why. The message names the file, the place in it, what was expected
 /// and what was found.

@@ -24,6 +24,7 @@ use crate::echoes::Echoes;
 use crate::error::ChainError;
 use crate::focus::inversion::image::{InversionInput, invert};
 use crate::focus::inversion::options::Method;
+use crate::focus::permittivity::PermittivityFound;
 use crate::focus::plan::ImageError;
 use crate::focus::sink::ImageSink;
 use crate::focus::{Focused, ImageRequest, focus};
@@ -37,7 +38,6 @@ use crate::read::trace_positions::TracePositions;
 use crate::read::{RadarContent, RadarLabel};
 use crate::scene::elevation::check_elevation;
 use crate::scene::{Scene, SceneError};
-use crate::soil::posterior::PermittivityFound;
 
 /// A survey ready to be imaged: clean spectra of one or more tracks, in one frame.
 #[derive(Clone, Debug)]

@@ -3,6 +3,7 @@
 pub mod inversion;
 pub mod looks;
 pub mod memory;
+pub mod permittivity;
 pub mod plan;
 mod reflectivity;
 pub mod sink;

@@ -4,13 +4,12 @@
 //! straight under the antenna, τ = Σ n t over the layers (as one-way optical length), and the curvature of its
 //! hyperbola, that of a point at the distance h + q behind the antenna's height h, with q = Σ t/n. Below one soil
 //! q = τ/ε. Delays are counted from the echo of the surface itself, so that an error of the zero of fast time and the
-//! length of the pulse fall out ([`zero`]); the curvature is that at which the traces of a point add up to the
+//! length of the pulse fall out (`zero`); the curvature is that at which the traces of a point add up to the
 //! greatest power ([`echo`]), with a deviation by the clutter of the same image. A buried object is no point: its echo
 //! comes from its near side and has the curvature of its centre, so that its radius enters the comparison, with a
 //! deviation of its own ([`posterior`]).
 
 pub mod echo;
-pub mod error;
 pub(crate) mod evidence;
 pub(crate) mod points;
 pub mod posterior;

@@ -1,9 +1,9 @@
 //! The permittivity that echoes of buried points agree on.
 
 use acerra_imaging::ImagingError;
-use serde::Serialize;
 
 use super::echo::{PointEcho, depth_at, vertical};
+use crate::focus::permittivity::PermittivityFound;
 use crate::focus::underground::Underground;
 use crate::journal::finding::DOUBTFUL_SIGMAS;
 
@@ -22,17 +22,6 @@ pub struct CommonSigma {
     pub height_m: f64,
     /// That of the delay of the surface's echo, as one-way optical length (m).
     pub delay_m: f64,
-}
-
-/// A permittivity by the echoes of buried points.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct PermittivityFound {
-    /// Relative permittivity of the topmost layer.
-    pub value: f64,
-    /// Its standard deviation.
-    pub sigma: f64,
-    /// Points that it was found from.
-    pub points: usize,
 }
 
 /// Likelihood of factors by which all permittivities of a ground are multiplied.

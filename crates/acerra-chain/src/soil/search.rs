@@ -2,11 +2,10 @@
 
 use acerra_imaging::Complex32;
 
-use super::error::PermittivityError;
 use super::evidence::likelihood;
-use super::posterior::PermittivityFound;
 use crate::control::Control;
 use crate::error::ChainError;
+use crate::focus::permittivity::{PermittivityError, PermittivityFound};
 use crate::focus::sink::{ImageSink, SinkError, StackArray, StackHeader};
 use crate::focus::underground::Underground;
 use crate::focus::{FocusOptions, ImageRequest};

@@ -1,4 +1,17 @@
-//! Why no permittivity is found.
+//! The permittivity that echoes give, or why they give none.
+
+use serde::Serialize;
+
+/// A permittivity by the echoes of buried points.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct PermittivityFound {
+    /// Relative permittivity of the topmost layer.
+    pub value: f64,
+    /// Its standard deviation.
+    pub sigma: f64,
+    /// Points that it was found from.
+    pub points: usize,
+}
 
 /// What would settle a permittivity that the data leave open.
 const SETTLED_BY: &str = "State it ([ground] relative_permittivity) by a target at a known depth or a sample of the soil: \
