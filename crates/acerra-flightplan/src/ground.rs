@@ -80,8 +80,8 @@ impl Ground {
         Ok(raster_m - self.home_m)
     }
 
-    /// Places between the ends of a leg where a waypoint is needed, so that heights between
-    /// waypoints stay within the tolerance of those over the ground.
+    /// Places between the ends of a leg where a waypoint is needed, so that the height above the ground
+    /// strays from the wanted one by no more than the tolerance between waypoints.
     ///
     /// # Errors
     /// A place without a height.

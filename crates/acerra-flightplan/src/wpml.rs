@@ -154,7 +154,7 @@ const STOP: &str = "toPointAndStopWithDiscontinuityCurvature";
 /// Straight legs, the corner rounded without a stop.
 const PASS: &str = "coordinateTurn";
 
-/// What both files say of a waypoint.
+/// The elements of a waypoint that both files hold.
 struct Waypoint {
     head: String,
     height_m: f64,

@@ -55,8 +55,8 @@ pub struct TargetRecord<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub depth_m: Option<f64>,
     /// Its standard deviation (m), by the distance of the volume's slices, the deviation that the heights of the
-    /// positions state, and that of the permittivity where the finding `ground_permittivity` gives one; what the delay
-    /// may be off is not in it.
+    /// positions state, and that of the permittivity where it was found or the finding `ground_permittivity` gives one; what
+    /// the delay may be off is not in it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub depth_sigma_m: Option<f64>,
 }
@@ -95,8 +95,11 @@ pub fn depth_of(outcome: &Outcome, target: &Target) -> Option<[f64; 2]> {
     Some([depth_m, sigma_m.hypot(soil_sigma_m)])
 }
 
-/// Relative standard deviation of the permittivity, where the evidence gives one: a depth goes with its root.
+/// Relative standard deviation of the permittivity, as found or as the evidence gives it: a depth goes with its root.
 fn permittivity_sigma(outcome: &Outcome) -> Option<f64> {
+    if let Some(found) = outcome.prepared.permittivity {
+        return Some(found.sigma / found.value);
+    }
     let is_of_soil = |finding: &&Finding| finding.name == "ground_permittivity";
     let finding = outcome.evidence.findings().iter().find(is_of_soil)?;
     Some(finding.sigma? / finding.value?)

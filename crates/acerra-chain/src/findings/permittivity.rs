@@ -85,8 +85,6 @@ fn ground_permittivity(
 
 #[cfg(test)]
 mod tests {
-    use acerra_imaging::refraction::{Layer, Soil};
-
     use super::*;
     use crate::focus::underground::Underground;
     use crate::soil::echo::PointEcho;
@@ -94,16 +92,9 @@ mod tests {
 
     /// The finding on a stated permittivity over points that a soil of 6 shows, at these depths.
     fn finding(stated: f64, depths_m: &[f64], sigma_m: f64, is_open: bool) -> Finding {
-        let soil = Soil {
-            relative_permittivity: stated,
-            conductivity_s_m: 0.0,
-        };
         let underground = Underground {
-            surface_z_m: 0.0,
-            is_uneven: false,
-            relief: None,
             is_open,
-            layers: vec![Layer::below_all(soil)],
+            ..Underground::of_soil(stated)
         };
         let index = 6.0_f64.sqrt();
         let point = |depth_m: &f64| PointEcho {

@@ -118,10 +118,11 @@ impl Setting {
             },
             Self::Permittivity => Unchecked {
                 setting: "relative_permittivity",
-                explanation: "the stated permittivity of the ground sets every depth: an error of 10 % of it moves depths by \
-                              5 %. No echo of a buried point exceeds the clutter, or from above their hyperbolas hardly \
-                              change with it (ground_permittivity, where it is given, says how far it is bounded) ([ground] relative_permittivity, surface_z_m). A \
-                              target at a known depth, or a sample of the soil, determines it.",
+                explanation: "the permittivity of the ground sets every depth: an error of 10 % of it moves depths by \
+                              5 %. No echo of a buried point exceeds the clutter, or their hyperbolas, seen from above, \
+                              hardly change with it: the finding ground_permittivity, where there is one, gives bounds \
+                              ([ground] relative_permittivity, surface_z_m). A target at a known depth, or a sample of \
+                              the soil, determines it.",
             },
             Self::AntennaAxis => Unchecked {
                 setting: "antenna_axis",

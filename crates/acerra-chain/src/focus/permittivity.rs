@@ -48,6 +48,17 @@ pub enum PermittivityError {
         /// Greatest.
         to: f64,
     },
+    /// Images by different permittivities, each of which its own points confirm.
+    #[error(
+        "[ground] relative_permittivity = \"auto\": expected one permittivity by which an image shows points that agree on \
+         it; found {first:.1} and {second:.1}. {SETTLED_BY}"
+    )]
+    Several {
+        /// That of the most points.
+        first: f64,
+        /// Another one.
+        second: f64,
+    },
     /// Every image shows points that agree on another one.
     #[error(
         "[ground] relative_permittivity = \"auto\": expected an image whose points agree on the permittivity by which it \

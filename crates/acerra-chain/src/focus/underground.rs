@@ -31,6 +31,22 @@ pub struct Underground {
 pub(crate) const PERMITTIVITIES: [f64; 2] = [1.0, 100.0];
 
 impl Underground {
+    /// One soil without losses below a level surface at zero.
+    #[cfg(test)]
+    pub(crate) fn of_soil(relative_permittivity: f64) -> Self {
+        let soil = acerra_imaging::refraction::Soil {
+            relative_permittivity,
+            conductivity_s_m: 0.0,
+        };
+        Self {
+            surface_z_m: 0.0,
+            is_uneven: false,
+            relief: None,
+            is_open: false,
+            layers: vec![Layer::below_all(soil)],
+        }
+    }
+
     /// This ground with the permittivity of every layer multiplied by one factor.
     #[must_use]
     pub fn scaled(&self, factor: f64) -> Self {

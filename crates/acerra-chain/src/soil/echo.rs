@@ -4,10 +4,12 @@ use std::f64::consts::TAU;
 
 use acerra_imaging::ImagingError;
 use acerra_imaging::refraction::{Ground, Ray};
-use nalgebra::{Matrix3, Matrix4, Vector3, Vector4};
+use nalgebra::{Matrix3, Vector3, Vector4};
 use num_complex::Complex64;
 use rayon::prelude::*;
 
+use super::leg::{depth_at, vertical};
+use super::phases::{Phase, regress};
 use crate::echoes::Echoes;
 use crate::focus::underground::Underground;
 
@@ -21,13 +23,6 @@ const RATIO: f64 = 1.1;
 const LAGS: i32 = 8;
 /// Places along each side of the image at which the clutter is measured.
 const CLUTTER_A_SIDE: usize = 24;
-/// Parts of the aperture whose phases scatter each by itself.
-const PARTS: usize = 12;
-/// Parts as which the level of the clutter counts beside them.
-const CLUTTER_PARTS: f64 = 3.0;
-/// Weight of the place as it was found, beside the phases, whose weights sum to one: half a wavelength against a
-/// twentieth.
-const PLACE_WEIGHT: f64 = 0.01;
 /// Horizontal step of the search about a point, of the wavelength in the middle of the band.
 const STEP_WAVELENGTHS: f64 = 0.06;
 /// Probability that the strongest of all places of clutter is taken for a point.
@@ -99,7 +94,7 @@ impl Bench<'_> {
     }
 
     /// The factor of the permittivities at which the echo is strongest, and the curvature (m) by the powers about it; none
-    /// where it is an end of those tried.
+    /// where the first or the last factor tried is the strongest.
     fn strongest(
         &self,
         seen: &Seen,
@@ -373,63 +368,6 @@ fn vertex(curve: &[[f64; 2]], top: usize) -> Option<f64> {
     (bend < 0.0).then(|| at * (1.0 - 0.5 * slope / bend))
 }
 
-/// A trace that is aligned to an echo.
-struct Phase {
-    /// How its path changes by a delay, the place east and north, and the curvature.
-    by: Vector4<f64>,
-    /// Its value at the delay at which their sum is strongest.
-    value: Complex64,
-}
-
-/// By how much more curved the hyperbola is than that along which the traces were aligned, and the deviation of that
-/// (m): a Newton step to the greatest power of their sum. Phases that are left are taken to be alike within each of
-/// some parts of the aperture, as those of clutter are.
-fn regress(traces: &[Phase], wavelength_m: f64, clutter: f64) -> Option<[f64; 2]> {
-    let total: Complex64 = traces.iter().map(|trace| trace.value).sum();
-    let metres = -wavelength_m / TAU;
-    // A trace against the others, whose noise its own does not hold.
-    let products: Vec<Complex64> = (traces.iter())
-        .map(|trace| trace.value * (total - trace.value).conj())
-        .collect();
-    let all: f64 = products.iter().map(|product| product.re).sum();
-    let mut normal = Matrix4::zeros();
-    let mut right = Vector4::zeros();
-    for (trace, product) in traces.iter().zip(&products) {
-        right += product.im / all * metres * trace.by;
-        normal += product.re / all * trace.by * trace.by.transpose();
-    }
-    // Along a straight track nothing is known of the place across.
-    for axis in [1, 2] {
-        normal[(axis, axis)] += PLACE_WEIGHT;
-    }
-    let inverse = normal.try_inverse()?;
-    let solution = inverse * right;
-    // The jackknife over the parts, to first order: what the solution is without each.
-    let a_part = traces.len().div_ceil(PARTS);
-    let mut scatter = Matrix4::zeros();
-    for (part, products) in traces.chunks(a_part).zip(products.chunks(a_part)) {
-        let mut own = Matrix4::zeros();
-        let mut left = Vector4::zeros();
-        for (trace, product) in part.iter().zip(products) {
-            let left_m = product.im * metres - product.re * trace.by.dot(&solution);
-            left += left_m / all * trace.by;
-            own += product.re / all * trace.by * trace.by.transpose();
-        }
-        let without = (normal - own).try_inverse()? * left;
-        scatter += without * without.transpose();
-    }
-    let parts = traces.len().div_ceil(a_part) as f64;
-    let left = scatter[(3, 3)] * (parts - 1.0) / parts;
-    // Few parts may agree by chance: what clutter of this share of the power does to independent phases counts as some
-    // parts more. Between strong points that is too much, as their sidelobes are taken for clutter.
-    let by_clutter = inverse[(3, 3)] * metres * metres * 0.5 * clutter;
-    let variance = (parts * left + CLUTTER_PARTS * by_clutter) / (parts + CLUTTER_PARTS);
-    // Few parts, less the four unknowns, estimate their own scatter poorly (Student).
-    let freedom = (parts + CLUTTER_PARTS - 4.0).max(3.0);
-    let variance = variance * freedom / (freedom - 2.0);
-    variance.is_finite().then(|| [solution[3], variance.sqrt()])
-}
-
 /// Where an echo has its greatest power.
 #[derive(Clone, Copy)]
 struct Best {
@@ -441,80 +379,12 @@ struct Best {
     wavelength_m: f64,
 }
 
-/// What a vertical leg into the ground adds: to the delay, and to the distance of the hyperbola's centre.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Vertical {
-    /// Optical length Σ n t (m).
-    pub delay_m: f64,
-    /// Σ t/n (m).
-    pub curvature_m: f64,
-    /// Refractive index where it ends.
-    pub index: f64,
-}
-
-/// The vertical leg to a depth below the surface.
-pub(crate) fn vertical(ground: &Ground, depth_m: f64) -> Vertical {
-    let mut leg = Vertical {
-        delay_m: 0.0,
-        curvature_m: 0.0,
-        index: 1.0,
-    };
-    let mut left_m = depth_m;
-    for layer in ground.layers() {
-        let index = layer.soil.refractive_index(ground.ray_frequency_hz()).re;
-        let within_m = left_m.min(layer.thickness_m);
-        leg.delay_m += index * within_m;
-        leg.curvature_m += within_m / index;
-        leg.index = index;
-        left_m -= within_m;
-        if left_m <= 0.0 {
-            break;
-        }
-    }
-    leg
-}
-
-/// Depth below the surface at a delay straight down (m).
-pub(crate) fn depth_at(ground: &Ground, delay_m: f64) -> f64 {
-    let (mut left_m, mut depth_m) = (delay_m, 0.0);
-    for layer in ground.layers() {
-        let index = layer.soil.refractive_index(ground.ray_frequency_hz()).re;
-        let within_m = (left_m / index).min(layer.thickness_m);
-        depth_m += within_m;
-        left_m -= index * within_m;
-        if left_m <= 0.0 {
-            break;
-        }
-    }
-    depth_m
-}
-
 #[cfg(test)]
 mod tests {
-    use acerra_imaging::refraction::{Layer, Soil, Surface};
     use acerra_radar::Spectrum;
 
     use super::*;
     use crate::position::aligned::Aligned;
-
-    #[test]
-    fn depths_and_delays_of_layers_are_inverse() {
-        let soil = |relative_permittivity| Soil {
-            relative_permittivity,
-            conductivity_s_m: 0.0,
-        };
-        let top = Layer {
-            soil: soil(4.0),
-            thickness_m: 0.1,
-        };
-        let layers = [top, Layer::below_all(soil(9.0))];
-        let ground = Ground::new(Surface::Level { z_m: 0.0 }, &layers, 1e9).unwrap();
-        let leg = vertical(&ground, 0.3);
-        assert!((leg.delay_m - (0.2 + 0.6)).abs() < 1e-12);
-        assert!((leg.curvature_m - (0.05 + 0.2 / 3.0)).abs() < 1e-12);
-        assert_eq!(leg.index, 3.0);
-        assert!((depth_at(&ground, leg.delay_m) - 0.3).abs() < 1e-12);
-    }
 
     #[test]
     fn a_parabola_through_rippled_powers_has_the_maximum_of_their_trend() {
@@ -574,22 +444,8 @@ mod tests {
         (aligned, spectrum)
     }
 
-    fn one_soil(relative_permittivity: f64) -> Underground {
-        let soil = Soil {
-            relative_permittivity,
-            conductivity_s_m: 0.0,
-        };
-        Underground {
-            surface_z_m: 0.0,
-            is_uneven: false,
-            relief: None,
-            is_open: false,
-            layers: vec![Layer::below_all(soil)],
-        }
-    }
-
     fn fitted(aligned: &Aligned, spectrum: &Spectrum, near_m: [f64; 3]) -> Option<PointEcho> {
-        let underground = one_soil(9.0);
+        let underground = Underground::of_soil(9.0);
         let bench = Bench {
             echoes: Echoes {
                 spectrum,
@@ -606,7 +462,7 @@ mod tests {
 
     #[test]
     fn points_have_the_delay_and_the_curvature_of_their_depth_whatever_is_stated() {
-        let ground = one_soil(6.0).seen_at(&[1.5e9]).unwrap();
+        let ground = Underground::of_soil(6.0).seen_at(&[1.5e9]).unwrap();
         let point = [1.1, 0.0, -0.2];
         let (aligned, spectrum) = flight(&[point], &ground, 1e-4, 1);
         // Seen at a permittivity of 9, the point appears higher.
@@ -625,7 +481,7 @@ mod tests {
 
     #[test]
     fn curvatures_scatter_as_their_deviations_say() {
-        let ground = one_soil(9.0).seen_at(&[1.5e9]).unwrap();
+        let ground = Underground::of_soil(9.0).seen_at(&[1.5e9]).unwrap();
         let point = [1.1, 0.0, -0.2];
         let scatter: Vec<f64> = (0..24)
             .filter_map(|seed| {
@@ -642,7 +498,7 @@ mod tests {
 
     #[test]
     fn noise_is_no_point() {
-        let ground = one_soil(9.0).seen_at(&[1.5e9]).unwrap();
+        let ground = Underground::of_soil(9.0).seen_at(&[1.5e9]).unwrap();
         let (aligned, spectrum) = flight(&[], &ground, 1.0, 5);
         for x_m in [0.5, 0.9, 1.3, 1.7] {
             assert_eq!(fitted(&aligned, &spectrum, [x_m, 0.0, -0.2]), None);

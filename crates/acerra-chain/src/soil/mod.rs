@@ -11,6 +11,8 @@
 
 pub mod echo;
 pub(crate) mod evidence;
+pub(crate) mod leg;
+mod phases;
 pub(crate) mod points;
 pub mod posterior;
 mod search;

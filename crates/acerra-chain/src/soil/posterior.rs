@@ -2,7 +2,8 @@
 
 use acerra_imaging::ImagingError;
 
-use super::echo::{PointEcho, depth_at, vertical};
+use super::echo::PointEcho;
+use super::leg::{depth_at, vertical};
 use crate::focus::permittivity::PermittivityFound;
 use crate::focus::underground::Underground;
 use crate::journal::finding::DOUBTFUL_SIGMAS;
@@ -180,23 +181,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use acerra_imaging::refraction::{Layer, Soil};
-
     use super::*;
-
-    fn soil(relative_permittivity: f64) -> Underground {
-        let soil = Soil {
-            relative_permittivity,
-            conductivity_s_m: 0.0,
-        };
-        Underground {
-            surface_z_m: 0.0,
-            is_uneven: false,
-            relief: None,
-            is_open: false,
-            layers: vec![Layer::below_all(soil)],
-        }
-    }
 
     /// The echo of the near side of a sphere or cylinder below one soil.
     fn object(permittivity: f64, depth_m: f64, radius_m: f64, sigma_m: f64) -> PointEcho {
@@ -210,7 +195,7 @@ mod tests {
     }
 
     fn likelihood(stated: f64, points: &[PointEcho], common: CommonSigma) -> Likelihood {
-        let found = Likelihood::of(&soil(stated), &[1.5e9], points, common);
+        let found = Likelihood::of(&Underground::of_soil(stated), &[1.5e9], points, common);
         found.unwrap().unwrap()
     }
 

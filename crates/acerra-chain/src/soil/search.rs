@@ -9,10 +9,10 @@ use crate::focus::permittivity::{PermittivityError, PermittivityFound};
 use crate::focus::sink::{ImageSink, SinkError, StackArray, StackHeader};
 use crate::focus::underground::Underground;
 use crate::focus::{FocusOptions, ImageRequest};
+use crate::journal::finding::DOUBTFUL_SIGMAS;
 use crate::prepare::Prepared;
 
-/// Permittivities from which the search begins, until one shows points that agree on one: of damp sand, dry sand, moist
-/// and wet soil.
+/// Permittivities from which the search begins, each time: of damp sand, dry sand, moist and wet soil.
 const STARTS: [f64; 4] = [6.0, 3.0, 12.0, 25.0];
 /// Images at most from one start.
 const ROUNDS: usize = 5;
@@ -21,11 +21,12 @@ const SETTLED_SIGMAS: f64 = 0.25;
 
 impl Prepared {
     /// Finds the permittivity of a ground that leaves it open: images of the pixels of the scene by one permittivity
-    /// after another, until that by which its points were found is the one that they agree on.
+    /// after another, until that by which its points were found is the one that they agree on; from several starts,
+    /// which must end at one answer.
     ///
     /// # Errors
-    /// An image that is no volume, no buried point that exceeds the clutter, points by which any permittivity might be;
-    /// cancellation.
+    /// An image that is no volume, no buried point that exceeds the clutter, points by which any permittivity might be,
+    /// starts that end at different answers; cancellation.
     pub fn find_permittivity(
         &mut self,
         underground: &Underground,
@@ -36,17 +37,16 @@ impl Prepared {
             return Err(PermittivityError::NoVolume.into());
         }
         let mut refusal = PermittivityError::NoPoint;
+        let mut settled = Vec::new();
         for start in STARTS {
             match self.permittivity_from(start, underground, options, control)? {
-                Ok(found) => {
-                    self.permittivity = Some(found);
-                    return Ok(());
-                }
+                Ok(found) => settled.push(found),
                 Err(PermittivityError::NoPoint) => {}
                 Err(other) => refusal = other,
             }
         }
-        Err(refusal.into())
+        self.permittivity = Some(joined(&settled, refusal)?);
+        Ok(())
     }
 
     fn permittivity_from(
@@ -84,6 +84,38 @@ impl Prepared {
     }
 }
 
+/// The answer of the most points among those of several starts, with their scatter about it; `refusal` of none.
+///
+/// # Errors
+/// Two answers further from each other than their deviations explain.
+fn joined(
+    settled: &[PermittivityFound],
+    refusal: PermittivityError,
+) -> Result<PermittivityFound, PermittivityError> {
+    let share = |found: &PermittivityFound| found.sigma / found.value;
+    let narrower = |a: &PermittivityFound, b: &PermittivityFound| share(b).total_cmp(&share(a));
+    let best = (settled.iter().copied())
+        .max_by(|a, b| a.points.cmp(&b.points).then(narrower(a, b)))
+        .ok_or(refusal)?;
+    let apart = |other: &PermittivityFound| (other.value - best.value).abs();
+    let is_other =
+        |other: &&PermittivityFound| apart(other) > DOUBTFUL_SIGMAS * other.sigma.hypot(best.sigma);
+    if let Some(other) = settled.iter().find(is_other) {
+        return Err(PermittivityError::Several {
+            first: best.value,
+            second: other.value,
+        });
+    }
+    let scatter = settled
+        .iter()
+        .map(|other| apart(other).powi(2))
+        .sum::<f64>();
+    Ok(PermittivityFound {
+        sigma: (best.sigma.powi(2) + scatter / settled.len() as f64).sqrt(),
+        ..best
+    })
+}
+
 /// Takes slices and keeps none.
 struct Discard;
 
@@ -98,5 +130,38 @@ impl ImageSink for Discard {
 
     fn finish(&mut self, _: Vec<StackArray>) -> Result<(), SinkError> {
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn found(value: f64, sigma: f64, points: usize) -> PermittivityFound {
+        PermittivityFound {
+            value,
+            sigma,
+            points,
+        }
+    }
+
+    #[test]
+    fn starts_must_end_at_one_answer_and_their_scatter_counts() {
+        let refusal = || PermittivityError::Unsettled { last: 7.0 };
+        assert_eq!(joined(&[], refusal()), Err(refusal()));
+        let alone = found(4.0, 0.5, 3);
+        assert_eq!(joined(&[alone], refusal()), Ok(alone));
+        let both = joined(&[found(5.0, 0.8, 2), alone], refusal()).unwrap();
+        assert_eq!((both.value, both.points), (4.0, 3));
+        assert!(
+            (both.sigma - (0.25_f64 + 0.5).sqrt()).abs() < 1e-12,
+            "{both:?}"
+        );
+        let several = joined(&[alone, found(9.0, 1.0, 3)], refusal());
+        let expected = PermittivityError::Several {
+            first: 9.0,
+            second: 4.0,
+        };
+        assert_eq!(several, Err(expected));
     }
 }

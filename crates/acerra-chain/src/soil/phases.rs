@@ -1,0 +1,71 @@
+//! Curvature of a hyperbola by the phases of its traces, and its deviation.
+
+use std::f64::consts::TAU;
+
+use nalgebra::{Matrix4, Vector4};
+use num_complex::Complex64;
+
+/// Parts of the aperture whose phases scatter each by itself.
+const PARTS: usize = 12;
+/// Parts as which the level of the clutter counts beside them.
+const CLUTTER_PARTS: f64 = 3.0;
+/// Weight of the place as it was found, beside the phases, whose weights sum to one: half a wavelength against a
+/// twentieth.
+const PLACE_WEIGHT: f64 = 0.01;
+
+/// A trace that is aligned to an echo.
+pub(super) struct Phase {
+    /// How its path changes by a delay, the place east and north, and the curvature.
+    pub by: Vector4<f64>,
+    /// Its value at the delay at which their sum is strongest.
+    pub value: Complex64,
+}
+
+/// By how much more curved the hyperbola is than that along which the traces were aligned, and the deviation of that
+/// (m): a Newton step to the greatest power of their sum. Phases that are left are taken to be alike within each of
+/// some parts of the aperture, as those of clutter are.
+pub(super) fn regress(traces: &[Phase], wavelength_m: f64, clutter: f64) -> Option<[f64; 2]> {
+    let total: Complex64 = traces.iter().map(|trace| trace.value).sum();
+    let metres = -wavelength_m / TAU;
+    // A trace against the others, whose noise its own does not hold.
+    let products: Vec<Complex64> = (traces.iter())
+        .map(|trace| trace.value * (total - trace.value).conj())
+        .collect();
+    let all: f64 = products.iter().map(|product| product.re).sum();
+    let mut normal = Matrix4::zeros();
+    let mut right = Vector4::zeros();
+    for (trace, product) in traces.iter().zip(&products) {
+        right += product.im / all * metres * trace.by;
+        normal += product.re / all * trace.by * trace.by.transpose();
+    }
+    // Along a straight track nothing is known of the place across.
+    for axis in [1, 2] {
+        normal[(axis, axis)] += PLACE_WEIGHT;
+    }
+    let inverse = normal.try_inverse()?;
+    let solution = inverse * right;
+    // The jackknife over the parts, to first order: what the solution is without each.
+    let a_part = traces.len().div_ceil(PARTS);
+    let mut scatter = Matrix4::zeros();
+    for (part, products) in traces.chunks(a_part).zip(products.chunks(a_part)) {
+        let mut own = Matrix4::zeros();
+        let mut left = Vector4::zeros();
+        for (trace, product) in part.iter().zip(products) {
+            let left_m = product.im * metres - product.re * trace.by.dot(&solution);
+            left += left_m / all * trace.by;
+            own += product.re / all * trace.by * trace.by.transpose();
+        }
+        let without = (normal - own).try_inverse()? * left;
+        scatter += without * without.transpose();
+    }
+    let parts = traces.len().div_ceil(a_part) as f64;
+    let left = scatter[(3, 3)] * (parts - 1.0) / parts;
+    // Few parts may agree by chance: what clutter of this share of the power does to independent phases counts as some
+    // parts more. Between strong points that is too much, as their sidelobes are taken for clutter.
+    let by_clutter = inverse[(3, 3)] * metres * metres * 0.5 * clutter;
+    let variance = (parts * left + CLUTTER_PARTS * by_clutter) / (parts + CLUTTER_PARTS);
+    // Few parts, less the four unknowns, estimate their own scatter poorly (Student).
+    let freedom = (parts + CLUTTER_PARTS - 4.0).max(3.0);
+    let variance = variance * freedom / (freedom - 2.0);
+    variance.is_finite().then(|| [solution[3], variance.sqrt()])
+}
