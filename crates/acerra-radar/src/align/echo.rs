@@ -203,6 +203,16 @@ impl Envelope {
 }
 
 impl Ridge {
+    /// Every so many picks.
+    pub(super) fn every(&self, stride: usize) -> Self {
+        let some = |values: &[f64]| values.iter().copied().step_by(stride.max(1)).collect();
+        Self {
+            time_s: some(&self.time_s),
+            fast_time_s: some(&self.fast_time_s),
+            envelope: some(&self.envelope),
+        }
+    }
+
     /// Drops the picks about which the echo stands still.
     fn without_still_parts(self) -> Self {
         let n = self.time_s.len();
@@ -283,7 +293,7 @@ impl Gain {
 #[derive(Clone, Copy)]
 struct Climb {
     /// At most a hundred.
-    reach: isize,
+    reach: usize,
     cost_per_cell: f32,
 }
 
@@ -291,57 +301,156 @@ impl Climb {
     fn new(cells: f64) -> Self {
         let usual = cells.max(1.0);
         Self {
-            reach: ((REACH * usual).ceil() as isize + 1).min(100),
+            reach: ((REACH * usual).ceil() as usize + 1).min(100),
             cost_per_cell: (0.5 / usual) as f32,
         }
     }
+
+    /// The best score within reach of each cell, less the cost of the jump from there.
+    fn reached(&self, score: &[f32]) -> Vec<f32> {
+        let cost = |cell: usize| self.cost_per_cell * cell as f32;
+        // A jump upwards costs cost(to) − cost(from): of all jumps to one cell the best has the largest score plus
+        // cost(from). Downwards the signs are exchanged.
+        let upwards: Vec<f32> = (score.iter().enumerate())
+            .map(|(cell, score)| score + cost(cell))
+            .collect();
+        let downwards: Vec<f32> = (score.iter().enumerate().rev())
+            .map(|(cell, score)| score - cost(cell))
+            .collect();
+        let from_below = largest_of_last(upwards, self.reach + 1);
+        let from_above = largest_of_last(downwards, self.reach + 1);
+        (from_below.iter().zip(from_above.iter().rev()))
+            .enumerate()
+            .map(|(cell, (below, above))| larger(below - cost(cell), above + cost(cell)))
+            .collect()
+    }
+
+    /// The cell from which the path to a cell came; of equal ones the lowest.
+    fn origin(&self, score: &[f32], cell: usize) -> usize {
+        let first = cell.saturating_sub(self.reach);
+        let last = (cell + self.reach).min(score.len().saturating_sub(1));
+        let value = |from: usize| score[from] - self.cost_per_cell * from.abs_diff(cell) as f32;
+        first_best((first..=last).map(|from| (from, value(from))))
+    }
+}
+
+/// The largest of each value and those before it, `count` in all.
+fn largest_of_last(mut values: Vec<f32>, count: usize) -> Vec<f32> {
+    let mut wider = values.clone();
+    // The largest of twice as many is that of two stretches.
+    let mut width = 1;
+    while width < count.min(values.len()) {
+        let step = width.min(count - width);
+        let pairs = values[step..].iter().zip(&values);
+        for (wider, (value, before)) in wider[step..].iter_mut().zip(pairs) {
+            *wider = larger(*value, *before);
+        }
+        wider[..step].copy_from_slice(&values[..step]);
+        std::mem::swap(&mut values, &mut wider);
+        width += step;
+    }
+    values
 }
 
 /// The path with the largest sum of gains less the cost of its jumps.
 fn follow(gain: &Gain, climb: Climb, control: Control<'_>) -> Result<Vec<usize>, AlignError> {
-    let cells = gain.rows.first().map_or(0, Vec::len);
-    let mut score = vec![0.0f32; cells];
-    let mut next = vec![0.0f32; cells];
-    let mut from: Vec<Vec<i8>> = Vec::with_capacity(gain.rows.len());
+    // Best sum of a path that ends in each cell of each trace, less the best of the trace.
+    let mut scores: Vec<Vec<f32>> = Vec::with_capacity(gain.rows.len());
     for (k, row) in gain.rows.iter().enumerate() {
         if k % 64 == 0 {
             control.check()?;
         }
-        let mut back = vec![0i8; cells];
-        next.fill(f32::NEG_INFINITY);
-        // One jump after another, all cells side by side; of equal ones the lowest cell is kept.
-        for jump in -climb.reach..=climb.reach {
-            let distance = jump.unsigned_abs();
-            if distance >= cells {
-                continue;
-            }
-            let cost = climb.cost_per_cell * distance as f32;
-            let (to, from) = if jump < 0 {
-                (distance..cells, 0..cells - distance)
-            } else {
-                (0..cells - distance, distance..cells)
-            };
-            let reached = next[to.clone()].iter_mut().zip(&mut back[to]);
-            for ((best, back), value) in reached.zip(&score[from]) {
-                let value = value - cost;
-                let is_better = value > *best;
-                *best = if is_better { value } else { *best };
-                *back = if is_better { jump as i8 } else { *back };
-            }
+        let mut score = scores
+            .last()
+            .map_or_else(|| vec![0.0; row.len()], |before| climb.reached(before));
+        for (score, gain) in score.iter_mut().zip(row) {
+            *score += gain;
         }
-        for (next, gain) in next.iter_mut().zip(row) {
-            *next += gain;
+        let best = score.iter().copied().fold(f32::NEG_INFINITY, larger);
+        for score in &mut score {
+            *score -= best;
         }
-        std::mem::swap(&mut score, &mut next);
-        from.push(back);
+        scores.push(score);
     }
-    let mut state = (0..cells)
-        .max_by(|&a, &b| score[a].total_cmp(&score[b]))
-        .unwrap_or(0);
-    let mut path = vec![0; gain.rows.len()];
-    for (k, back) in from.iter().enumerate().rev() {
-        path[k] = state;
-        state = state.saturating_add_signed(isize::from(back[state]));
+    let mut path = vec![0; scores.len()];
+    let mut after = None;
+    for (score, at) in scores.iter().zip(&mut path).rev() {
+        *at = after.map_or_else(
+            || first_best(score.iter().copied().enumerate()),
+            |cell| climb.origin(score, cell),
+        );
+        after = Some(*at);
     }
     Ok(path)
+}
+
+/// The first of the greatest values.
+fn first_best(values: impl Iterator<Item = (usize, f32)>) -> usize {
+    let better = |best: (usize, f32), one: (usize, f32)| if one.1 > best.1 { one } else { best };
+    values.fold((0, f32::NEG_INFINITY), better).0
+}
+
+/// The larger of two numbers, neither of which is NaN: one instruction, as [`f32::max`] is not.
+fn larger(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use acerra_control::Control;
+
+    /// Pseudorandom numbers from 0 to 1.
+    fn noise(seed: u64) -> impl Iterator<Item = f32> {
+        let mut state = seed;
+        std::iter::repeat_with(move || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            (state >> 40) as f32 / (1u64 << 24) as f32
+        })
+    }
+
+    #[test]
+    fn the_path_is_the_best_of_all() {
+        let climb = Climb {
+            reach: 2,
+            cost_per_cell: 0.21,
+        };
+        for seed in 0..12 {
+            let mut numbers = noise(seed);
+            let rows: Vec<Vec<f32>> = (0..6)
+                .map(|_| numbers.by_ref().take(7).collect())
+                .collect();
+            let sum = |path: &[usize]| {
+                let jumps = path.windows(2).map(|w| w[0].abs_diff(w[1]) as f32);
+                let gains = path.iter().zip(&rows).map(|(at, row)| row[*at]);
+                gains.sum::<f32>() - climb.cost_per_cell * jumps.sum::<f32>()
+            };
+            let is_within_reach = |path: &[usize]| path.windows(2).all(|w| w[0].abs_diff(w[1]) <= 2);
+            let all = (0..7usize.pow(6)).map(|code| {
+                let cell = |k: u32| code / 7usize.pow(k) % 7;
+                (0..6).map(cell).collect::<Vec<_>>()
+            });
+            let best = all
+                .filter(|path| is_within_reach(path))
+                .map(|path| sum(&path))
+                .fold(f32::NEG_INFINITY, f32::max);
+            let gain = Gain { rows: rows.clone() };
+            let path = follow(&gain, climb, Control::default()).unwrap();
+            assert!(is_within_reach(&path), "{path:?}");
+            assert!((sum(&path) - best).abs() < 1e-5, "{} of {best}", sum(&path));
+        }
+    }
+
+    #[test]
+    fn the_largest_of_the_last_is_that_of_every_count() {
+        let values: Vec<f32> = noise(3).take(40).collect();
+        for count in [1, 2, 3, 5, 8, 13, 40, 60] {
+            let found = largest_of_last(values.clone(), count);
+            for (k, found) in found.iter().enumerate() {
+                let from = (k + 1).saturating_sub(count);
+                let largest = values[from..=k].iter().copied().fold(0.0, f32::max);
+                assert!((found - largest).abs() < f32::EPSILON);
+            }
+        }
+    }
 }

@@ -27,8 +27,11 @@ const MOST_STRAYS: f64 = 0.5;
 const BEYOND_DOUBT: f64 = 6.0;
 /// Logarithm of the odds against an echo being the surface before it speaks.
 const DOUBT: f64 = 4.0;
-/// How often the error is estimated again at the most likely offset.
+/// How often the error is estimated again at the most likely offset, at most.
 const REFITS: usize = 2;
+/// Picks of a ridge by which offsets out of the question are recognised: their log-likelihoods scatter by a few
+/// units about those of all picks.
+const SAMPLE: usize = 500;
 /// Spacing of the coarse grid of offsets, in steps of the fine one.
 const COARSE: f64 = 4.0;
 /// Log-likelihood below the best of the coarse grid from which an offset is not tried on the fine one: odds of
@@ -114,9 +117,12 @@ pub(super) fn height_cues(
             ridge,
             profile,
             grid,
-            rough,
         };
-        let cue = fit.cue(start, control)?;
+        let rough = rough.map(|cue| Rough {
+            curve: cue.curve.clone(),
+            length: cue.correlation_length,
+        });
+        let cue = fit.cue(start, rough, control)?;
         let evidence = cue.evidence - trials.ln() - DOUBT;
         Ok::<_, AlignError>(HeightCue { evidence, ..cue })
     };
@@ -173,8 +179,29 @@ struct Fit<'a> {
     ridge: &'a Ridge,
     profile: &'a FlightProfile,
     grid: Grid,
-    /// The cue of the same ridge on the coarse grid, where it is known.
-    rough: Option<&'a HeightCue>,
+}
+
+/// A likelihood that leaves some offsets out of the question.
+struct Rough {
+    /// Log-likelihoods over `length`.
+    curve: LikelihoodCurve,
+    /// Picks that are worth one independent one.
+    length: f64,
+}
+
+/// The residuals that are the surface's, and what they are worth.
+struct Surface {
+    residual_s: Vec<f64>,
+    envelope: Vec<f64>,
+    /// Changes of the delay over [`RATE_STEP_S`].
+    rate: Vec<f64>,
+    /// Picks over which residuals are correlated.
+    lasting: f64,
+    /// Variance of what few independent residuals estimate, over that of many (Student).
+    few: f64,
+    /// Picks that are worth one independent one: by the residuals alone, and with the heights' lasting errors.
+    own_length: f64,
+    length: f64,
 }
 
 /// Error of the residuals and share of strays.
@@ -201,14 +228,27 @@ fn per_error(change_s: &[f64], few: f64) -> f64 {
 }
 
 impl Fit<'_> {
-    /// Tries a typical error, then the error that the residuals have.
-    fn cue(&self, start: Mixture, control: Control<'_>) -> Result<HeightCue, AlignError> {
+    /// Tries an error, then the one that the residuals at the most likely offset have.
+    fn cue(
+        &self,
+        start: Mixture,
+        rough: Option<Rough>,
+        control: Control<'_>,
+    ) -> Result<HeightCue, AlignError> {
         let mut mixture = start;
-        let mut curve = self.curve(mixture, control)?;
+        let rough = match rough {
+            Some(rough) => rough,
+            None => self.rough(mixture, control)?,
+        };
+        let mut curve = self.curve(mixture, &rough, control)?;
         for _ in 0..REFITS {
-            let residuals = self.residuals_s(curve.offset_s(curve.peak()));
+            let peak = curve.peak();
+            let residuals = self.residuals_s(curve.offset_s(peak));
             mixture = self.fitted(&residuals, self.grid.delay_s, mixture);
-            curve = self.curve(mixture, control)?;
+            curve = self.curve(mixture, &rough, control)?;
+            if curve.peak() == peak {
+                break;
+            }
         }
         Ok(self.judged(curve, mixture))
     }
@@ -228,27 +268,43 @@ impl Fit<'_> {
             .collect()
     }
 
-    fn curve(&self, mixture: Mixture, control: Control<'_>) -> Result<LikelihoodCurve, AlignError> {
-        let below_rough_best = self.below_rough_best();
-        let log_likelihood = (0..self.grid.count)
-            .into_par_iter()
-            .map(|k| {
-                if k % 64 == 0 {
-                    control.check()?;
-                }
-                if below_rough_best[k] > OUT_OF_QUESTION {
-                    return Ok(None);
-                }
-                let offset_s = self.grid.start_s + k as f64 * self.grid.step_s;
-                let residuals = self.residuals_s(offset_s);
-                let found = self.log_likelihood(&residuals, self.grid.delay_s, mixture);
-                Ok(Some(found.0))
-            })
-            .collect::<Result<Vec<Option<f64>>, AlignError>>()?;
-        let best = (log_likelihood.iter().flatten().copied()).fold(f64::NEG_INFINITY, f64::max);
-        let length = self.rough.map_or(1.0, |cue| cue.correlation_length);
-        let as_rough = |k: usize| best - length * below_rough_best[k];
-        let log_likelihood = (log_likelihood.into_iter().enumerate())
+    /// The likelihood by a sample of the picks.
+    fn rough(&self, mixture: Mixture, control: Control<'_>) -> Result<Rough, AlignError> {
+        let stride = self.ridge.time_s.len().div_ceil(SAMPLE).max(1);
+        let sample = self.ridge.every(stride);
+        let sampled = Fit {
+            ridge: &sample,
+            ..*self
+        };
+        let found = sampled.curve_where(|_| true, mixture, control)?;
+        let mut curve = LikelihoodCurve {
+            start_s: self.grid.start_s,
+            step_s: self.grid.step_s,
+            log_likelihood: found.into_iter().flatten().collect(),
+        };
+        let offset_s = curve.offset_s(curve.peak());
+        let residuals = self.residuals_s(offset_s);
+        let mixture = self.fitted(&residuals, self.grid.delay_s, mixture);
+        let (_, delay_s) = self.log_likelihood(&residuals, self.grid.delay_s, mixture);
+        let length = self.surface(&residuals, [offset_s, delay_s], mixture).length;
+        for l in &mut curve.log_likelihood {
+            *l *= stride as f64 / length;
+        }
+        Ok(Rough { curve, length })
+    }
+
+    /// Log-likelihoods of the offsets that a rough likelihood leaves; of the others, the rough ones.
+    fn curve(
+        &self,
+        mixture: Mixture,
+        rough: &Rough,
+        control: Control<'_>,
+    ) -> Result<LikelihoodCurve, AlignError> {
+        let below = self.below_best_of(&rough.curve);
+        let found = self.curve_where(|k| below[k] <= OUT_OF_QUESTION, mixture, control)?;
+        let best = (found.iter().flatten().copied()).fold(f64::NEG_INFINITY, f64::max);
+        let as_rough = |k: usize| best - rough.length * below[k];
+        let log_likelihood = (found.into_iter().enumerate())
             .map(|(k, found)| found.unwrap_or_else(|| as_rough(k)))
             .collect();
         Ok(LikelihoodCurve {
@@ -258,16 +314,37 @@ impl Fit<'_> {
         })
     }
 
-    /// How far the coarse grid's log-likelihood on both sides of each offset is below its best; 0 where there is none.
-    fn below_rough_best(&self) -> Vec<f64> {
-        let Some(cue) = self.rough else {
-            return vec![0.0; self.grid.count];
-        };
-        let log_likelihood = &cue.curve.log_likelihood;
-        let best = log_likelihood[cue.curve.peak()];
+    /// Log-likelihoods of the offsets that are in question.
+    fn curve_where(
+        &self,
+        is_in_question: impl Fn(usize) -> bool + Sync,
+        mixture: Mixture,
+        control: Control<'_>,
+    ) -> Result<Vec<Option<f64>>, AlignError> {
+        (0..self.grid.count)
+            .into_par_iter()
+            .map(|k| {
+                if k % 64 == 0 {
+                    control.check()?;
+                }
+                if !is_in_question(k) {
+                    return Ok(None);
+                }
+                let offset_s = self.grid.start_s + k as f64 * self.grid.step_s;
+                let residuals = self.residuals_s(offset_s);
+                let found = self.log_likelihood(&residuals, self.grid.delay_s, mixture);
+                Ok(Some(found.0))
+            })
+            .collect()
+    }
+
+    /// How far a likelihood on both sides of each offset is below its best.
+    fn below_best_of(&self, curve: &LikelihoodCurve) -> Vec<f64> {
+        let log_likelihood = &curve.log_likelihood;
+        let best = log_likelihood[curve.peak()];
         let at = |k: usize| log_likelihood[k.min(log_likelihood.len() - 1)];
         let below = |k: usize| {
-            let before = (k as f64 * self.grid.step_s / cue.curve.step_s) as usize;
+            let before = (k as f64 * self.grid.step_s / curve.step_s) as usize;
             best - at(before).max(at(before + 1))
         };
         (0..self.grid.count).map(below).collect()
@@ -344,16 +421,18 @@ impl Fit<'_> {
         surface / (surface + mixture.stray_share * self.stray_density())
     }
 
-    /// Scales the curve by the correlation of the residuals at its peak, and sums up.
-    fn judged(&self, mut curve: LikelihoodCurve, mixture: Mixture) -> HeightCue {
-        let (offset_s, _) = curve.best();
-        let residuals = self.residuals_s(offset_s);
-        let (top, delay_s) = self.log_likelihood(&residuals, self.grid.delay_s, mixture);
-        let (mut surface, mut envelope, mut rate) = (Vec::new(), Vec::new(), Vec::new());
+    /// The residuals that are the surface's at an offset and a delay (s).
+    fn surface(
+        &self,
+        residuals: &[f64],
+        [offset_s, delay_s]: [f64; 2],
+        mixture: Mixture,
+    ) -> Surface {
+        let (mut residual_s, mut envelope, mut rate) = (Vec::new(), Vec::new(), Vec::new());
         let picks = self.ridge.time_s.iter().zip(&self.ridge.envelope);
-        for ((t, level), r) in picks.zip(&residuals) {
+        for ((t, level), r) in picks.zip(residuals) {
             if r.is_finite() && self.surface_weight(r - delay_s, mixture) > 0.5 {
-                surface.push(*r);
+                residual_s.push(*r);
                 envelope.push(*level);
                 let [before, after] = [-0.5, 0.5]
                     .map(|k| k * RATE_STEP_S)
@@ -365,36 +444,53 @@ impl Fit<'_> {
                 });
             }
         }
-        let lasting = correlation_length(&surface);
-        let picks = self.ridge.time_s.len();
-        // Few independent residuals estimate their own spread poorly (Student).
-        let independent = (surface.len() as f64 / spread_correlation_length(&surface)).max(1.0);
+        let lasting = correlation_length(&residual_s);
+        let independent = residual_s.len() as f64 / spread_correlation_length(&residual_s);
+        let independent = independent.max(1.0);
         let few = (independent / (independent - 3.0).max(0.5)).max(1.0);
         let slow = |error_s: f64| (error_s / mixture.sigma_s).powi(2) * correlation_length(&rate);
         // Errors that last longer than the rate does are the same all through it: they last as long as it, at most.
         let scatter =
-            (lasting.min(correlation_length(&rate))).max(variance_inflation(&surface, &rate));
+            (lasting.min(correlation_length(&rate))).max(variance_inflation(&residual_s, &rate));
         let length_with = |error_s: f64| (scatter + slow(error_s)) * few;
         // Heights that err for long leave the echo the surface's, but not the offset sharp.
-        let own = length_with(LASTING_ERROR_S);
+        let own_length = length_with(LASTING_ERROR_S);
         let length = length_with(LASTING_ERROR_S.hypot(self.profile.lasting_error_s()));
+        Surface {
+            residual_s,
+            envelope,
+            rate,
+            lasting,
+            few,
+            own_length,
+            length,
+        }
+    }
+
+    /// Scales the curve by the correlation of the residuals at its peak, and sums up.
+    fn judged(&self, mut curve: LikelihoodCurve, mixture: Mixture) -> HeightCue {
+        let (offset_s, _) = curve.best();
+        let residuals = self.residuals_s(offset_s);
+        let (top, delay_s) = self.log_likelihood(&residuals, self.grid.delay_s, mixture);
+        let surface = self.surface(&residuals, [offset_s, delay_s], mixture);
         // An echo that ignores the height: the same picks against a constant.
         let ignorant = self.without_height();
         for l in &mut curve.log_likelihood {
-            *l /= length;
+            *l /= surface.length;
         }
+        let count = surface.residual_s.len().max(1) as f64;
         HeightCue {
             offset_s,
             delay_s,
-            delay_sigma_s: mixture.sigma_s * (lasting / surface.len().max(1) as f64).sqrt(),
+            delay_sigma_s: mixture.sigma_s * (surface.lasting / count).sqrt(),
             residual_s: mixture.sigma_s,
             stray_share: mixture.stray_share,
-            picks,
-            correlation_length: length,
-            stated_sigma_s: self.profile.stated_error_s() * per_error(&rate, few),
-            evidence: (top - ignorant) / own,
-            preference: (top - ignorant) / lasting,
-            envelope: median(&envelope).max(0.0),
+            picks: self.ridge.time_s.len(),
+            correlation_length: surface.length,
+            stated_sigma_s: self.profile.stated_error_s() * per_error(&surface.rate, surface.few),
+            evidence: (top - ignorant) / surface.own_length,
+            preference: (top - ignorant) / surface.lasting,
+            envelope: median(&surface.envelope).max(0.0),
             curve,
         }
     }
