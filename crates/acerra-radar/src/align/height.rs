@@ -29,6 +29,9 @@ const BEYOND_DOUBT: f64 = 6.0;
 const DOUBT: f64 = 4.0;
 /// How often the error is estimated again at the most likely offset, at most.
 const REFITS: usize = 2;
+/// Iterations of the expectation maximisation at most, and the relative change at which it has converged.
+const MOST_ITERATIONS: usize = 20;
+const CONVERGED: f64 = 1e-3;
 /// Picks of a ridge by which offsets out of the question are recognised: their log-likelihoods scatter by a few
 /// units about those of all picks.
 const SAMPLE: usize = 500;
@@ -126,15 +129,16 @@ pub(super) fn height_cues(
         let evidence = cue.evidence - trials.ln() - DOUBT;
         Ok::<_, AlignError>(HeightCue { evidence, ..cue })
     };
-    let mut rough: Vec<(HeightCue, &Ridge)> = Vec::new();
-    for ridge in ridges {
-        rough.push((fit(ridge, coarse, None)?, ridge));
-    }
+    let mut rough: Vec<(HeightCue, &Ridge)> = ridges
+        .par_iter()
+        .map(|ridge| Ok((fit(ridge, coarse, None)?, ridge)))
+        .collect::<Result<_, AlignError>>()?;
     rough.sort_by(|a, b| b.0.preference.total_cmp(&a.0.preference));
-    let mut cues = Vec::new();
-    for (cue, ridge) in rough.into_iter().take(KEPT) {
-        cues.push(fit(ridge, grid, Some(&cue))?);
-    }
+    rough.truncate(KEPT);
+    let mut cues: Vec<HeightCue> = rough
+        .par_iter()
+        .map(|(cue, ridge)| fit(ridge, grid, Some(cue)))
+        .collect::<Result<_, AlignError>>()?;
     cues.retain(|cue| cue.evidence > 0.0 && cue.stray_share <= MOST_STRAYS);
     cues.sort_by(|a, b| b.preference.total_cmp(&a.preference));
     Ok(cues)
@@ -396,7 +400,7 @@ impl Fit<'_> {
 
     /// Error and share of strays re-estimated (expectation maximisation).
     fn fitted(&self, residuals: &[f64], delays_s: [f64; 2], mut mixture: Mixture) -> Mixture {
-        for _ in 0..20 {
+        for _ in 0..MOST_ITERATIONS {
             let (_, delay_s) = self.log_likelihood(residuals, delays_s, mixture);
             let (mut power, mut weight) = (0.0, 0.0);
             for r in residuals.iter().filter(|r| r.is_finite()) {
@@ -407,8 +411,15 @@ impl Fit<'_> {
             if weight < 3.0 {
                 return mixture;
             }
+            let before = mixture;
             mixture.sigma_s = (power / weight).sqrt().clamp(LEAST_S, MOST_S);
             mixture.stray_share = (1.0 - weight / residuals.len() as f64).clamp(0.01, 0.95);
+            let is_near = |now: f64, before: f64| (now - before).abs() <= CONVERGED * before;
+            if is_near(mixture.sigma_s, before.sigma_s)
+                && is_near(mixture.stray_share, before.stray_share)
+            {
+                break;
+            }
         }
         mixture
     }

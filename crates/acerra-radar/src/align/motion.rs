@@ -34,6 +34,10 @@ const INDEPENDENT_S: f64 = 0.5;
 /// too, and can look like a start.
 const MOST_PER_TRANSITION: f64 = 8.0;
 
+/// Spacing of the coarse grid of offsets, in steps of the fine one: closer than traces are to one another.
+const COARSE: usize = 4;
+/// Share of the largest log-likelihood by which an offset of the coarse grid may be below it and still be in question.
+const IN_QUESTION: f64 = 0.4;
 /// Largest likelihood ratio of a trace, so that the product of four is finite.
 const LARGEST_RATIO: f64 = 1e70;
 
@@ -66,15 +70,7 @@ pub(super) fn motion_cue(
     let Some(fit) = Fit::new(time_s, change, profile) else {
         return Ok(None);
     };
-    let log_likelihood = (0..grid.count)
-        .into_par_iter()
-        .map(|k| {
-            if k % 64 == 0 {
-                control.check()?;
-            }
-            Ok(fit.log_likelihood(grid.start_s + k as f64 * grid.step_s))
-        })
-        .collect::<Result<Vec<f64>, AlignError>>()?;
+    let log_likelihood = fit.over(grid, control)?;
     let mut curve = LikelihoodCurve {
         start_s: grid.start_s,
         step_s: grid.step_s,
@@ -186,6 +182,36 @@ impl<'a> Fit<'a> {
                     / (traces + PRIOR_TRACES),
             }
         })
+    }
+
+    /// What the classes explain at every offset: between those of a coarse grid by straight lines, where these leave
+    /// them out of the question.
+    fn over(&self, grid: Grid, control: Control<'_>) -> Result<Vec<f64>, AlignError> {
+        let at = |offsets: Vec<usize>| {
+            let each = offsets.into_par_iter().map(|k| {
+                if k % 64 == 0 {
+                    control.check()?;
+                }
+                Ok(self.log_likelihood(grid.start_s + k as f64 * grid.step_s))
+            });
+            each.collect::<Result<Vec<f64>, AlignError>>()
+        };
+        let coarse: Vec<usize> = (0..grid.count + COARSE - 1).step_by(COARSE).collect();
+        let of_coarse = at(coarse)?;
+        let best = of_coarse.iter().copied().fold(0.0, f64::max);
+        let between = |k: usize| {
+            let before = of_coarse[k / COARSE];
+            let after = *of_coarse.get(k / COARSE + 1).unwrap_or(&before);
+            before + (after - before) * (k % COARSE) as f64 / COARSE as f64
+        };
+        let is_open = |k: &usize| k % COARSE != 0 && between(*k) >= (1.0 - IN_QUESTION) * best;
+        let open: Vec<usize> = (0..grid.count).filter(is_open).collect();
+        let of_open = at(open.clone())?;
+        let mut all: Vec<f64> = (0..grid.count).map(between).collect();
+        for (k, value) in open.into_iter().zip(of_open) {
+            all[k] = value;
+        }
+        Ok(all)
     }
 
     /// What the classes explain; 0 where the change falls with the speed. Traces without a speed
