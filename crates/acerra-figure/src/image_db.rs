@@ -70,6 +70,8 @@ pub struct ImageDb<'a> {
     pub width_px: f32,
     /// Greatest height of the plot in CSS pixels.
     pub plot_height_px: f32,
+    /// Reference and floor, where they were looked for before.
+    settled: Option<Levels>,
 }
 
 impl<'a> ImageDb<'a> {
@@ -98,6 +100,7 @@ impl<'a> ImageDb<'a> {
             y_label: "y".to_owned(),
             width_px: 860.0,
             plot_height_px: 680.0,
+            settled: None,
         }
     }
 
@@ -135,7 +138,7 @@ impl<'a> ImageDb<'a> {
         if !finite || x_range[1] <= x_range[0] || y_range[1] <= y_range[0] {
             return Err(nothing("the grid's extent is not a positive finite length"));
         }
-        let shown = self.shown();
+        let shown = self.levels();
         let marks = self.marks(x_range, y_range);
         let aspect = self.nx as f64 / self.ny as f64;
         let slender = !(1.0 / 15.0..=15.0).contains(&aspect);
@@ -182,22 +185,31 @@ impl<'a> ImageDb<'a> {
         let bar = ColourBar {
             title: self.colour_title(),
             palette: self.palette,
-            range: [self.shown().floor_db, 0.0],
+            range: [self.levels().floor_db, 0.0],
             log: false,
         };
         alone(&bar, LEGEND_HEIGHT_PX)
     }
 
-    /// The lowest level that the figure shows, in dB relative to its reference.
+    /// The levels that the figure shows. They depend on all pixels, the gain and the window.
+    ///
+    /// ```
+    /// use acerra_figure::{ImageDb, PixelValues};
+    /// let image = ImageDb::new("", PixelValues::Amplitude(&[10.0, 1.0]), 2, 1);
+    /// let levels = image.levels();
+    /// assert_eq!((levels.reference_db, levels.floor_db), (20.0, -40.0));
+    /// ```
     #[must_use]
-    pub fn floor_db(&self) -> f64 {
-        self.shown().floor_db
+    pub fn levels(&self) -> Levels {
+        self.settled.unwrap_or_else(|| self.found_levels())
     }
 
-    /// The level shown as 0 dB, in dB against amplitude 1; −∞ for an image without values.
+    /// The same image with the levels of another figure of the same pixels, gain and window, so that they are not
+    /// looked for again.
     #[must_use]
-    pub fn zero_level_db(&self) -> f64 {
-        self.shown().reference_db
+    pub const fn with_levels(mut self, levels: Levels) -> Self {
+        self.settled = Some(levels);
+        self
     }
 
     fn marks(&self, x_range: [f64; 2], y_range: [f64; 2]) -> Marks<'_> {
@@ -234,19 +246,19 @@ impl<'a> ImageDb<'a> {
     }
 
     /// Reference and floor. The percentile is that of an even sample of the pixels.
-    pub(super) fn shown(&self) -> Shown {
+    fn found_levels(&self) -> Levels {
         let size = (self.nx, self.ny);
         let level = |column: usize, row: usize| {
             let strength = self.pixels.strength(row * self.nx + column);
             self.pixels.level_db(strength) + self.gain_db((column, row), size)
         };
-        let largest = match &self.gain {
+        let largest = || match &self.gain {
             None => self
                 .pixels
                 .level_db(self.largest(|column, row| self.pixels.strength(row * self.nx + column))),
             Some(_) => self.largest(level),
         };
-        let reference_db = self.reference_db.unwrap_or(largest);
+        let reference_db = self.reference_db.unwrap_or_else(largest);
         let step = ((self.nx * self.ny) as f64 / MOST_SAMPLED).sqrt().ceil() as usize;
         let step = step.max(1);
         let mut sample: Vec<f64> = match self.window {
@@ -259,7 +271,7 @@ impl<'a> ImageDb<'a> {
                 })
                 .collect(),
         };
-        Shown {
+        Levels {
             reference_db,
             floor_db: self.window.floor_db(&mut sample, reference_db),
         }
@@ -276,7 +288,7 @@ impl<'a> ImageDb<'a> {
         of_row.reduce(|| f64::NEG_INFINITY, f64::max)
     }
 
-    fn raster(&self, frame: &Frame, shown: Shown) -> Item {
+    fn raster(&self, frame: &Frame, shown: Levels) -> Item {
         let columns = frame.plot.width as usize * DEFAULT_SCALE as usize;
         let rows = frame.plot.height as usize * DEFAULT_SCALE as usize;
         let strength = |i: usize| self.pixels.strength(i);
@@ -314,10 +326,10 @@ const LEGEND_HEIGHT_PX: f32 = 300.0;
 /// Pixels from which a percentile is taken, at most.
 const MOST_SAMPLED: f64 = 1e6;
 
-/// Range of levels that the colours represent.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Shown {
-    /// The level at 0 dB, in dB against amplitude 1.
+/// Range of levels that the colours of an image represent.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Levels {
+    /// The level shown as 0 dB, in dB against amplitude 1; −∞ for an image without values.
     pub reference_db: f64,
     /// The lowest distinguishable level, relative to `reference_db`, in dB.
     pub floor_db: f64,

@@ -28,7 +28,7 @@
 //!     .at(0.0, -2.0, 0.1);
 //! image.window = LevelWindow::Percentile { share: 0.25 };
 //! image.targets.push(TargetMark { x_m: 3.0, y_m: 0.0, label: "1".to_owned() });
-//! assert_eq!(image.floor_db(), -36.0);
+//! assert_eq!(image.levels().floor_db, -36.0);
 //! assert_eq!(&image.draw()?.to_png()?[1..4], b"PNG");
 //!
 //! // A line plot, as SVG for a page.
@@ -80,7 +80,7 @@ pub use cut_plot::cut_plot;
 pub use display_gain::DisplayGain;
 pub use drawing::Drawing;
 pub use error::FigureError;
-pub use image_db::ImageDb;
+pub use image_db::{ImageDb, Levels};
 pub use image_marks::{GhostMark, SurveyMark, TargetMark};
 pub use level_window::LevelWindow;
 pub use line_plot::LinePlot;

@@ -35,7 +35,7 @@ impl ImageDb<'_> {
                 reason: "the grid has no pixels",
             });
         }
-        let shown = self.shown();
+        let shown = self.levels();
         let step = self.nx.max(self.ny).div_ceil(most_side);
         let (columns, rows) = (self.nx.div_ceil(step), self.ny.div_ceil(step));
         let strength = |i: usize| self.pixels.strength(i);

@@ -7,6 +7,7 @@ use acerra_geo::geodesy::EnuFrame;
 use acerra_geo::interpolate::Interpolated;
 use anyhow::Context;
 
+use crate::display::Shown;
 use crate::outcome::Outcome;
 use crate::report::{Picture, ReportData, report_page};
 use crate::report_data::Drawn;
@@ -45,11 +46,12 @@ pub fn deliver_image(
 
 /// Writes all products but `run.json` and the report, on all threads, and gathers what the report shows.
 fn written(outcome: &Outcome, staging: &Staging) -> anyhow::Result<ReportData> {
+    let shown = &Shown::of(outcome);
     let ((image, files), (pictures, report)) = rayon::join(
         || {
             rayon::join(
-                || write_picture(outcome, staging),
-                || write_files(outcome, staging),
+                || write_picture(outcome, shown, staging),
+                || write_files(outcome, shown, staging),
             )
         },
         || {
@@ -74,12 +76,12 @@ fn written(outcome: &Outcome, staging: &Staging) -> anyhow::Result<ReportData> {
 }
 
 /// Writes what is no picture, and what lies over maps.
-fn write_files(outcome: &Outcome, staging: &Staging) -> anyhow::Result<()> {
+fn write_files(outcome: &Outcome, shown: &Shown, staging: &Staging) -> anyhow::Result<()> {
     let (image, (maps, data)) = rayon::join(
         || write_image(outcome, staging),
         || {
             rayon::join(
-                || maps::write(outcome, staging),
+                || maps::write(outcome, shown, staging),
                 || {
                     write_trajectory(outcome, staging)?;
                     data::write(outcome, staging)
@@ -117,8 +119,8 @@ fn write_image(outcome: &Outcome, staging: &Staging) -> anyhow::Result<()> {
         .context("image.npz: cannot write")
 }
 
-fn write_picture(outcome: &Outcome, staging: &Staging) -> anyhow::Result<Picture> {
-    let picture = pictures::image(outcome).context("image.png")?;
+fn write_picture(outcome: &Outcome, shown: &Shown, staging: &Staging) -> anyhow::Result<Picture> {
+    let picture = pictures::image(outcome, shown).context("image.png")?;
     staging.write("image.png", &picture.png)?;
     Ok(picture)
 }

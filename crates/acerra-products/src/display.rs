@@ -1,6 +1,6 @@
 //! How the levels of an image are shown: the window of levels and the compensation for range.
 
-use acerra_figure::{DisplayGain, LevelWindow};
+use acerra_figure::{DisplayGain, ImageDb, LevelWindow, Levels, PixelValues};
 use acerra_imaging::PlaneGrid;
 
 use crate::outcome::Outcome;
@@ -34,8 +34,33 @@ pub struct RangeGeometry<'a> {
     pub range_cell_m: f64,
 }
 
+/// How the levels of a run's image are shown in all of its pictures.
+#[derive(Clone, Debug)]
+pub struct Shown {
+    /// The gain that undoes the 1/R² of Eq. (3); none where it varies little over the image.
+    pub gain: Option<DisplayGain>,
+    /// Level at 0 dB and floor, the gain included.
+    pub levels: Levels,
+}
+
+impl Shown {
+    /// The window of levels and the gain for a run's image; all of its pixels are looked at.
+    #[must_use]
+    pub fn of(outcome: &Outcome) -> Self {
+        let grid = &outcome.focused.pixels.grid;
+        let values = PixelValues::Complex(&outcome.focused.image);
+        let mut figure = ImageDb::new("", values, grid.nx, grid.ny);
+        figure.window = WINDOW;
+        figure.gain = range_gain_of(outcome);
+        Self {
+            levels: figure.levels(),
+            gain: figure.gain,
+        }
+    }
+}
+
 /// The gain that undoes the 1/R² of Eq. (3) for display of a run's image.
-pub(crate) fn range_gain_of(outcome: &Outcome) -> Option<DisplayGain> {
+fn range_gain_of(outcome: &Outcome) -> Option<DisplayGain> {
     let frequency_hz = &outcome.prepared.spectrum.frequency_hz;
     let bandwidth_hz = frequency_hz.last()? - frequency_hz.first()?;
     range_gain(RangeGeometry {

@@ -4,7 +4,7 @@ use acerra_imaging::Complex32;
 use acerra_imaging::metrics::Target;
 use acerra_radar::{Radargram, Samples};
 
-use crate::display::{DARK_SHARE, WINDOW, range_gain_of};
+use crate::display::{DARK_SHARE, Shown, WINDOW};
 use crate::outcome::Outcome;
 use crate::report::Picture;
 use crate::surveyed::SurveyRecord;
@@ -18,7 +18,7 @@ use acerra_figure::{
 
 /// How to read `image.png`, in words.
 #[must_use]
-pub fn image_caption(outcome: &Outcome) -> String {
+pub fn image_caption(outcome: &Outcome, shown: &Shown) -> String {
     let pixels = &outcome.focused.pixels;
     let grid = &pixels.grid;
     let mut caption = format!(
@@ -31,7 +31,7 @@ pub fn image_caption(outcome: &Outcome) -> String {
         pixels.describe(),
         100.0 * DARK_SHARE
     );
-    if range_gain_of(outcome).is_some() {
+    if shown.gain.is_some() {
         caption.push_str(
             " For display alone, levels are multiplied by R², R being the distance to the nearest \
              point of the track; image.npz and the table of targets are not.",
@@ -45,7 +45,7 @@ pub fn image_caption(outcome: &Outcome) -> String {
 ///
 /// # Errors
 /// A picture too large to hold.
-pub fn image(outcome: &Outcome) -> Result<Picture, FigureError> {
+pub fn image(outcome: &Outcome, shown: &Shown) -> Result<Picture, FigureError> {
     let grid = &outcome.focused.pixels.grid;
     let mut track: Vec<[f64; 2]> = Vec::new();
     for flown in &outcome.prepared.tracks {
@@ -63,7 +63,8 @@ pub fn image(outcome: &Outcome) -> Result<Picture, FigureError> {
     .at(grid.x0_m, grid.y0_m, grid.pixel_m);
     figure.track_m = &track;
     figure.window = WINDOW;
-    figure.gain = range_gain_of(outcome);
+    figure.gain.clone_from(&shown.gain);
+    let mut figure = figure.with_levels(shown.levels);
     figure.survey = outcome.surveyed.iter().map(SurveyRecord::mark).collect();
     for (k, target) in outcome.measured.targets.iter().enumerate() {
         figure.targets.push(mark(target, k));
@@ -81,7 +82,7 @@ pub fn image(outcome: &Outcome) -> Result<Picture, FigureError> {
             figure.draw()
         },
         "The focused image in decibels below its maximum, with the radar's track, the targets and their left–right ghosts",
-        image_caption(outcome),
+        image_caption(outcome, shown),
     )
 }
 

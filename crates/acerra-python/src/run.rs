@@ -5,6 +5,7 @@ use std::sync::Arc;
 use acerra_chain::journal::stages::Stage;
 use acerra_chain::{Journal, MemorySink};
 use acerra_imaging::Complex32;
+use acerra_products::display::Shown;
 use acerra_products::run_record::{RunRecord, TargetsRecord};
 use acerra_products::{Outcome, pictures};
 use numpy::{PyArray1, PyArrayDyn, PyArrayMethods};
@@ -121,7 +122,7 @@ impl Run {
     fn picture<'py>(&self, py: Python<'py>, kind: &str) -> PyResult<Option<Bound<'py, PyBytes>>> {
         let traces = self.outcome.prepared.cleaned();
         let drawn = match kind {
-            "image" => Some(pictures::image(&self.outcome)),
+            "image" => Some(pictures::image(&self.outcome, &Shown::of(&self.outcome))),
             "radargram_raw" => traces.map(|t| pictures::radargram_raw(&self.outcome, t)),
             "radargram_clean" => traces.map(|t| pictures::radargram_clean(&self.outcome, t)),
             found => {

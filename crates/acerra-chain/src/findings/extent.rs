@@ -1,12 +1,13 @@
 //! The finding on echoes that focus outside the image.
 
 use acerra_imaging::metrics::{ImageView, strongest_maxima};
-use acerra_imaging::{ImagingError, PlaneGrid};
+use acerra_imaging::{Complex32, ImagingError, PlaneGrid, TrialImage};
 use num_complex::Complex64;
+use rayon::prelude::*;
 
 use crate::control::{Cancelled, Control};
 use crate::echoes::history::{Measured, distance_m};
-use crate::echoes::quick_look;
+use crate::echoes::{Searched, quick_look};
 use crate::focus::Focused;
 use crate::journal::finding::{Finding, Verdict};
 use crate::prepare::Prepared;
@@ -135,7 +136,24 @@ impl<'a> Surroundings<'a> {
 
     /// The strongest echo outside; none where nothing focuses there.
     fn strongest(&self) -> Result<Option<Outside>, ImagingError> {
-        let image = self.look(self.wide)?;
+        let Prepared {
+            aligned,
+            spectrum,
+            scene,
+            ..
+        } = self.prepared;
+        let (position_m, light_speed_m_s) = (&aligned.position_m, scene.light_speed_m_s);
+        let image = quick_look(position_m, spectrum, self.wide, light_speed_m_s)?;
+        // The fine images share range tables; they reach beyond the wide one's edge.
+        let searched = Searched::new(position_m, spectrum, light_speed_m_s);
+        let looks = searched.looks(self.wide, 2.0 * HALF_SIDE_M)?;
+        let look = |grid: PlaneGrid| {
+            looks.image(&TrialImage {
+                position_m,
+                beyond_m: 0.0,
+                grid,
+            })
+        };
         let view = ImageView::new(&image, self.wide)?;
         let (mut inside, mut outside) = (Vec::new(), Vec::new());
         for place_m in strongest_maxima(&view, FLOOR_DB, MAXIMA) {
@@ -146,11 +164,11 @@ impl<'a> Surroundings<'a> {
             }
         }
         // Of an image without a maximum above the floor its brightest pixel.
-        let inside = match stronger(self.finely(&inside, POINTS)?) {
+        let inside = match stronger(self.finely(&inside[..inside.len().min(POINTS)], look)?) {
             Some((_, level)) => level,
             None => self.brightest_inside(&image),
         };
-        let mut points = self.finely(&outside, LOOKED_AT)?;
+        let mut points = self.finely(&outside[..outside.len().min(LOOKED_AT)], look)?;
         points.retain(|(place_m, _)| self.is_point(*place_m));
         Ok(stronger(points).map(|(place_m, level)| Outside {
             place_m,
@@ -159,7 +177,7 @@ impl<'a> Surroundings<'a> {
     }
 
     /// Greatest amplitude of the wide image within the rectangle.
-    fn brightest_inside(&self, image: &[acerra_imaging::Complex32]) -> f64 {
+    fn brightest_inside(&self, image: &[Complex32]) -> f64 {
         let wide = &self.wide;
         let place_m = |k: usize| [wide.x_m(k % wide.nx), wide.y_m(k / wide.nx)];
         let amplitudes = image.iter().map(|v| f64::from(v.norm())).enumerate();
@@ -208,35 +226,25 @@ impl<'a> Surroundings<'a> {
         })
     }
 
-    /// The strongest pixels about the first places, imaged finely, with their amplitudes.
+    /// The strongest pixels about some places, imaged finely, with their amplitudes.
     fn finely(
         &self,
         places_m: &[[f64; 2]],
-        most: usize,
+        look: impl Fn(PlaneGrid) -> Result<Vec<Complex32>, ImagingError> + Sync,
     ) -> Result<Vec<([f64; 2], f64)>, ImagingError> {
         let finely = |[x_m, y_m]: &[f64; 2]| {
             let about = |v: f64| [v - HALF_SIDE_M, v + HALF_SIDE_M];
             let (x_m, y_m) = (about(*x_m), about(*y_m));
             let grid = PlaneGrid::from_ranges(x_m, y_m, self.image.z_m, FINE_PIXEL_M)?;
-            let image = self.look(grid)?;
+            let image = look(grid)?;
             let levels = image.iter().map(|v| f64::from(v.norm())).enumerate();
             let best = levels.max_by(|a, b| a.1.total_cmp(&b.1));
             Ok(best.map(|(k, level)| ([grid.x_m(k % grid.nx), grid.y_m(k / grid.nx)], level)))
         };
-        let places = places_m.iter().take(most);
+        let places = places_m.par_iter();
         places
             .filter_map(|place_m| finely(place_m).transpose())
             .collect()
-    }
-
-    fn look(&self, grid: PlaneGrid) -> Result<Vec<acerra_imaging::Complex32>, ImagingError> {
-        let Prepared {
-            aligned,
-            spectrum,
-            scene,
-            ..
-        } = self.prepared;
-        quick_look(&aligned.position_m, spectrum, grid, scene.light_speed_m_s)
     }
 }
 

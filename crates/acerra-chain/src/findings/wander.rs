@@ -9,6 +9,7 @@
 use std::f64::consts::TAU;
 
 use num_complex::Complex64;
+use rayon::prelude::*;
 
 use crate::align::offset::lasting_motion_m;
 use crate::echoes::history::{Measured, distance_m};
@@ -116,7 +117,7 @@ impl Trial<'_> {
             .map(|target| target.moved_with(&before.places, &places))
             .collect();
         self.stand(change, |measured| {
-            let found = points.iter().map(|p| Target::new(measured, *p));
+            let found = points.par_iter().map(|p| Target::new(measured, *p));
             found.map(|target| target.relocated(measured)).collect()
         })
     }
@@ -255,12 +256,19 @@ impl Target {
         let mean_slope = [0, 1].map(|axis| self.mean(&self.slope(measured, axis)));
         let mut best = (f64::NEG_INFINITY, [0, 0]);
         for east in -steps..=steps {
+            let is_near = |north: &i32| {
+                let range_m = f64::from(east) * mean_slope[0] + f64::from(*north) * mean_slope[1];
+                (range_m * PLACE_STEP_M).abs() <= RANGE_KNOWN_M
+            };
+            let mut near = (-steps..=steps).filter(is_near);
+            let Some(first) = near.next() else {
+                continue;
+            };
             let row = turned(&self.echo, 0, f64::from(east) * PLACE_STEP_M);
-            let mut row = turned(&row, 1, f64::from(-steps) * PLACE_STEP_M);
-            for north in -steps..=steps {
-                let range_m = f64::from(east) * mean_slope[0] + f64::from(north) * mean_slope[1];
+            let mut row = turned(&row, 1, f64::from(first) * PLACE_STEP_M);
+            for north in first..=near.last().unwrap_or(first) {
                 let power = row.iter().sum::<Complex64>().norm_sqr();
-                if power > best.0 && (range_m * PLACE_STEP_M).abs() <= RANGE_KNOWN_M {
+                if power > best.0 {
                     best = (power, [east, north]);
                 }
                 row.iter_mut().zip(&step).for_each(|(e, s)| *e *= s);

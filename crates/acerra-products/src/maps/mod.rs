@@ -13,6 +13,7 @@ use acerra_chain::campaign::{Campaign, ProductFormat};
 use acerra_maps::crs::MapCrs;
 use anyhow::Context;
 
+use crate::display::Shown;
 use crate::outcome::Outcome;
 use crate::staging::Staging;
 use frame::MapFrame;
@@ -34,7 +35,7 @@ pub(crate) fn check(campaign: &Campaign) -> anyhow::Result<()> {
 ///
 /// # Errors
 /// A file that cannot be written, an image that cannot be placed on the map asked for.
-pub(crate) fn write(outcome: &Outcome, staging: &Staging) -> anyhow::Result<()> {
+pub(crate) fn write(outcome: &Outcome, shown: &Shown, staging: &Staging) -> anyhow::Result<()> {
     let frame = MapFrame::of(outcome)?;
     let wanted = |format| outcome.campaign.products.formats.contains(&format);
     // One raster after another, as each holds a copy of the image; the other files at the same time.
@@ -50,7 +51,7 @@ pub(crate) fn write(outcome: &Outcome, staging: &Staging) -> anyhow::Result<()> 
         .try_for_each(|(_, content)| rasters::write(content, outcome, &frame, staging))
     };
     let write_overlay = || match frame.earth() {
-        Some(earth) if wanted(ProductFormat::Kmz) => overlay::write(outcome, earth, staging),
+        Some(earth) if wanted(ProductFormat::Kmz) => overlay::write(outcome, shown, earth, staging),
         _ => Ok(()),
     };
     let write_targets = || match frame.earth() {

@@ -10,7 +10,7 @@ use acerra_maps::kmz::{Overlay, OverlayPoint, TrackHeights, write_kmz};
 use anyhow::Context;
 
 use super::frame::OnEarth;
-use crate::display::{WINDOW, range_gain_of};
+use crate::display::Shown;
 use crate::outcome::Outcome;
 use crate::provenance::time_span;
 use crate::staging::Staging;
@@ -23,6 +23,7 @@ const MOST_PLACES: usize = 2000;
 
 pub(super) fn write(
     outcome: &Outcome,
+    shown: &Shown,
     earth: OnEarth<'_>,
     staging: &Staging,
 ) -> anyhow::Result<()> {
@@ -30,11 +31,10 @@ pub(super) fn write(
     let values = PixelValues::Complex(&outcome.focused.image);
     let mut image = ImageDb::new("", values, grid.nx, grid.ny);
     image = image.at(grid.x0_m, grid.y0_m, grid.pixel_m);
-    image.gain = range_gain_of(outcome);
-    // The levels are looked for once.
-    image.window = WINDOW;
-    let floor_db = image.floor_db();
+    let floor_db = shown.levels.floor_db;
+    image.gain.clone_from(&shown.gain);
     image.window = LevelWindow::Fixed { floor_db };
+    let image = image.with_levels(shown.levels);
     let png = image.overlay_png(MOST_SIDE).context(NAME)?;
     let legend = image.legend().to_png().context(NAME)?;
     let description = format!(

@@ -102,9 +102,10 @@ fn shown_levels(outcome: &Outcome) -> LevelScale {
     let values = PixelValues::Complex(&outcome.focused.image);
     let mut image = ImageDb::new("", values, grid.nx, grid.ny);
     image.window = WINDOW;
+    let levels = image.levels();
     LevelScale {
-        zero_db: image.zero_level_db(),
-        floor_db: image.floor_db(),
+        zero_db: levels.reference_db,
+        floor_db: levels.floor_db,
     }
 }
 

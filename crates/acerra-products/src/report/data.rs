@@ -169,10 +169,14 @@ impl Picture {
     ) -> Result<Self, FigureError> {
         let [wide, narrow] = FIGURE_WIDTHS_PX;
         let (wide, narrow) = (draw(wide)?.described(alt), draw(narrow)?.described(alt));
+        let (png, (wide_svg, narrow_svg)) = rayon::join(
+            || wide.to_png(),
+            || rayon::join(|| wide.to_svg(), || narrow.to_svg()),
+        );
         Ok(Self {
-            png: wide.to_png()?,
-            wide_svg: wide.to_svg(),
-            narrow_svg: narrow.to_svg(),
+            png: png?,
+            wide_svg,
+            narrow_svg,
             alt: alt.to_owned(),
             caption: caption.into(),
         })

@@ -404,7 +404,9 @@ mod tests {
     fn noise(seed: u64) -> impl Iterator<Item = f32> {
         let mut state = seed;
         std::iter::repeat_with(move || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1);
             (state >> 40) as f32 / (1u64 << 24) as f32
         })
     }
@@ -417,15 +419,14 @@ mod tests {
         };
         for seed in 0..12 {
             let mut numbers = noise(seed);
-            let rows: Vec<Vec<f32>> = (0..6)
-                .map(|_| numbers.by_ref().take(7).collect())
-                .collect();
+            let rows: Vec<Vec<f32>> = (0..6).map(|_| numbers.by_ref().take(7).collect()).collect();
             let sum = |path: &[usize]| {
                 let jumps = path.windows(2).map(|w| w[0].abs_diff(w[1]) as f32);
                 let gains = path.iter().zip(&rows).map(|(at, row)| row[*at]);
                 gains.sum::<f32>() - climb.cost_per_cell * jumps.sum::<f32>()
             };
-            let is_within_reach = |path: &[usize]| path.windows(2).all(|w| w[0].abs_diff(w[1]) <= 2);
+            let is_within_reach =
+                |path: &[usize]| path.windows(2).all(|w| w[0].abs_diff(w[1]) <= 2);
             let all = (0..7usize.pow(6)).map(|code| {
                 let cell = |k: u32| code / 7usize.pow(k) % 7;
                 (0..6).map(cell).collect::<Vec<_>>()

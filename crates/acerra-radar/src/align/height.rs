@@ -290,7 +290,9 @@ impl Fit<'_> {
         let residuals = self.residuals_s(offset_s);
         let mixture = self.fitted(&residuals, self.grid.delay_s, mixture);
         let (_, delay_s) = self.log_likelihood(&residuals, self.grid.delay_s, mixture);
-        let length = self.surface(&residuals, [offset_s, delay_s], mixture).length;
+        let length = self
+            .surface(&residuals, [offset_s, delay_s], mixture)
+            .length;
         for l in &mut curve.log_likelihood {
             *l *= stride as f64 / length;
         }

@@ -36,7 +36,7 @@ impl Display {
         let mut figure =
             ImageDb::new("", values, grid.nx, grid.ny).at(grid.x0_m, grid.y0_m, grid.pixel_m);
         figure.window = WINDOW;
-        let maximum_db = figure.zero_level_db();
+        let maximum_db = figure.levels().reference_db;
         let settings = &record.json["configuration"]["image"];
         let number = |value: &serde_json::Value| value.as_f64().unwrap_or(f64::NAN);
         let band_ghz = &settings["band_ghz"];
@@ -48,11 +48,12 @@ impl Display {
             range_cell_m: 0.5 * number(&settings["light_speed_m_s"]) / bandwidth_hz,
         });
         figure.gain = gain;
+        let levels = figure.levels();
         Self {
-            zero_db: figure.zero_level_db(),
+            zero_db: levels.reference_db,
             maximum_db,
             half: Precision::half_for(10_f64.powf(maximum_db / 20.0)),
-            floor_db: figure.floor_db(),
+            floor_db: levels.floor_db,
             gain_db: figure.gain.as_ref().map(samples),
         }
     }

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use acerra::demo::{largest_envelope, rms_m};
+use acerra_products::display::Shown;
 use acerra_products::pictures;
 
 use crate::flights::{Flight, flights};
@@ -24,7 +25,7 @@ fn validation_book_campaign() {
         page.speckled_picture(&format!("figure-10{letter}"), &raw.png, 3);
         let clean = pictures::radargram_clean(outcome, traces).unwrap();
         page.speckled_picture(&format!("figure-11{letter}"), &clean.png, 2);
-        let image = pictures::image(outcome).unwrap();
+        let image = pictures::image(outcome, &Shown::of(outcome)).unwrap();
         page.speckled_picture(&format!("figure-12{letter}"), &image.png, 2);
     }
     page.close();

@@ -11,6 +11,7 @@ use acerra_imaging::metrics::{Field, ImageView, InterpolatedImage, climb_to_peak
 use acerra_imaging::psf::PointSpread;
 use acerra_imaging::sensitivity::{ErrorModel, predict};
 use acerra_products::Outcome;
+use acerra_products::display::Shown;
 use acerra_products::pictures;
 use acerra_simulate::radar::{Echo, RadarScene, Scattering};
 
@@ -88,7 +89,7 @@ fn validation_book_positions() {
         };
         assert!(along(&fixed) < 0.02 && along(&float_case) > 0.05);
         assert!(hurried.difference > 0.9 && hurried.difference > fixed.difference);
-        let image = pictures::image(&hurried_outcome).unwrap();
+        let image = pictures::image(&hurried_outcome, &Shown::of(&hurried_outcome)).unwrap();
         page.speckled_picture(&format!("{}-float", flight.track.name), &image.png, 3);
     }
     page.block("errors", &errors);

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 
 use acerra_chain::campaign::{Background, Campaign, Gate, ZeroTiming};
 use acerra_products::Outcome;
+use acerra_products::display::Shown;
 use acerra_products::pictures;
 
 use crate::flights::{Flight, flights};
@@ -113,7 +114,7 @@ fn validation_book_steps() {
             // On Track 1 what is left out shows in the numbers, hardly to the eye.
             let visible = flight.track.name == "track-2" || file == "zero-timing";
             if visible && !file.is_empty() {
-                let picture = pictures::image(&outcome).unwrap();
+                let picture = pictures::image(&outcome, &Shown::of(&outcome)).unwrap();
                 page.speckled_picture(&format!("{}-no-{file}", flight.track.name), &picture.png, 3);
             }
             found.push((name, q));

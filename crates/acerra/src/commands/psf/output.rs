@@ -125,17 +125,12 @@ fn picture<'a>(
     title: String,
 ) -> ImageDb<'a> {
     let grid = scene.grid;
-    ImageDb {
-        window: LevelWindow::Fixed { floor_db: FLOOR_DB },
-        track_m,
-        x_label: "x".to_owned(),
-        y_label: "y".to_owned(),
-        ..ImageDb::new(title, PixelValues::Complex(image), grid.nx, grid.ny).at(
-            grid.x0_m,
-            grid.y0_m,
-            grid.pixel_m,
-        )
-    }
+    let pixels = PixelValues::Complex(image);
+    let mut figure =
+        ImageDb::new(title, pixels, grid.nx, grid.ny).at(grid.x0_m, grid.y0_m, grid.pixel_m);
+    figure.window = LevelWindow::Fixed { floor_db: FLOOR_DB };
+    figure.track_m = track_m;
+    figure
 }
 
 fn ground_track(scene: &Scene) -> (Vec<[f64; 2]>, String) {
