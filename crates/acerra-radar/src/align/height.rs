@@ -21,10 +21,16 @@ const TYPICAL: Mixture = Mixture {
     sigma_s: 0.2e-9,
     stray_share: 0.2,
 };
-/// Share of strays up to which an echo may be the surface: most of its picks are.
+/// Share of strays up to which an echo may be the surface: most of its picks are. Where no such echo is beyond doubt, one
+/// that is seen for a part of the flight may be the surface, if most of the picks about its own are (picks that fit the
+/// height by chance are apart from one another) and all echoes beyond doubt give one offset.
 const MOST_STRAYS: f64 = 0.5;
 /// Evidence from which an echo is beyond doubt: odds of 400 to 1.
 const BEYOND_DOUBT: f64 = 6.0;
+/// The same of an echo that follows the height in a part of the flight only: the part may be chosen by chance, too.
+const OF_A_PART: f64 = 2.0 * BEYOND_DOUBT;
+/// Offsets nearer to each other than this are one, s.
+const ONE_OFFSET_S: f64 = 0.1;
 /// Logarithm of the odds against an echo being the surface before it speaks.
 const DOUBT: f64 = 4.0;
 /// How often the error is estimated again at the most likely offset, at most.
@@ -68,6 +74,9 @@ pub struct HeightCue {
     pub residual_s: f64,
     /// Share of the picks that are not the surface.
     pub stray_share: f64,
+    /// Share of strays among the picks within a second of those that are the surface: where it is seen at all, most of
+    /// the picks are.
+    pub(super) strays_about: f64,
     /// Picks that take part.
     pub picks: usize,
     /// Picks that are worth one independent one.
@@ -139,9 +148,25 @@ pub(super) fn height_cues(
         .par_iter()
         .map(|(cue, ridge)| fit(ridge, grid, Some(cue)))
         .collect::<Result<_, AlignError>>()?;
-    cues.retain(|cue| cue.evidence > 0.0 && cue.stray_share <= MOST_STRAYS);
+    cues.retain(|cue| cue.evidence > 0.0);
+    let is_seen = |cue: &HeightCue| cue.stray_share <= MOST_STRAYS;
+    let is_beyond_doubt = |cue: &HeightCue| cue.evidence >= BEYOND_DOUBT;
+    let admits_parts = !cues.iter().any(|cue| is_seen(cue) && is_beyond_doubt(cue))
+        && are_near(cues.iter().filter(|cue| is_beyond_doubt(cue)));
+    cues.retain(|cue| {
+        let is_seen_in_part = cue.evidence >= OF_A_PART && cue.strays_about <= MOST_STRAYS;
+        is_seen(cue) || (admits_parts && is_seen_in_part)
+    });
     cues.sort_by(|a, b| b.preference.total_cmp(&a.preference));
     Ok(cues)
+}
+
+/// Whether cues give offsets that are [one](ONE_OFFSET_S).
+fn are_near<'a>(cues: impl Iterator<Item = &'a HeightCue>) -> bool {
+    let (low_s, high_s) = cues.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), cue| {
+        (low.min(cue.offset_s), high.max(cue.offset_s))
+    });
+    high_s - low_s <= ONE_OFFSET_S
 }
 
 /// Log-likelihood of every offset where any one of the echoes may be the surface, or none: the mean
@@ -199,6 +224,8 @@ struct Surface {
     envelope: Vec<f64>,
     /// Changes of the delay over [`RATE_STEP_S`].
     rate: Vec<f64>,
+    /// Share of the picks about them that are not the surface's.
+    strays_about: f64,
     /// Picks over which residuals are correlated.
     lasting: f64,
     /// Variance of what few independent residuals estimate, over that of many (Student).
@@ -228,6 +255,37 @@ fn per_error(change_s: &[f64], few: f64) -> f64 {
         (correlation_length(change_s) * few / squares).sqrt()
     } else {
         0.0
+    }
+}
+
+/// Time about a pick of the surface within which others are counted, s.
+const ABOUT_S: f64 = 1.0;
+
+/// Share of the picks that are not the surface's within [`ABOUT_S`] of those that are, itself left out; 1 where none
+/// is.
+fn strays_about(time_s: &[f64], is_surface: impl Fn(usize) -> bool) -> f64 {
+    let (mut first, mut end, mut within, mut among) = (0, 0, 0, 0);
+    let (mut others, mut strays) = (0, 0);
+    for (k, t) in time_s.iter().enumerate() {
+        while end < time_s.len() && time_s[end] <= t + ABOUT_S {
+            among += usize::from(is_surface(end));
+            end += 1;
+            within += 1;
+        }
+        while time_s[first] < t - ABOUT_S {
+            among -= usize::from(is_surface(first));
+            first += 1;
+            within -= 1;
+        }
+        if is_surface(k) {
+            others += within - 1;
+            strays += within - among;
+        }
+    }
+    if others == 0 {
+        1.0
+    } else {
+        strays as f64 / others as f64
     }
 }
 
@@ -442,9 +500,11 @@ impl Fit<'_> {
         mixture: Mixture,
     ) -> Surface {
         let (mut residual_s, mut envelope, mut rate) = (Vec::new(), Vec::new(), Vec::new());
+        let is_surface = |r: &f64| r.is_finite() && self.surface_weight(r - delay_s, mixture) > 0.5;
+        let strays_about = strays_about(&self.ridge.time_s, |k| is_surface(&residuals[k]));
         let picks = self.ridge.time_s.iter().zip(&self.ridge.envelope);
         for ((t, level), r) in picks.zip(residuals) {
-            if r.is_finite() && self.surface_weight(r - delay_s, mixture) > 0.5 {
+            if is_surface(r) {
                 residual_s.push(*r);
                 envelope.push(*level);
                 let [before, after] = [-0.5, 0.5]
@@ -473,6 +533,7 @@ impl Fit<'_> {
             residual_s,
             envelope,
             rate,
+            strays_about,
             lasting,
             few,
             own_length,
@@ -498,6 +559,7 @@ impl Fit<'_> {
             delay_sigma_s: mixture.sigma_s * (surface.lasting / count).sqrt(),
             residual_s: mixture.sigma_s,
             stray_share: mixture.stray_share,
+            strays_about: surface.strays_about,
             picks: self.ridge.time_s.len(),
             correlation_length: surface.length,
             stated_sigma_s: self.profile.stated_error_s() * per_error(&surface.rate, surface.few),
