@@ -3,6 +3,7 @@
 //! own positions (NAV-PVT, NAV-HPPOSLLH).
 
 mod d1;
+mod decoded;
 mod fix;
 pub mod frame;
 mod glonass;
