@@ -271,12 +271,6 @@ impl Pipeline {
         Some((&canvas.grid, &canvas.image))
     }
 
-    /// The latest position of the antenna.
-    #[must_use]
-    pub fn latest_position(&self) -> Option<Latest> {
-        self.positions.latest()
-    }
-
     /// Origin of the local frame: latitude and longitude (degrees), height (m).
     #[must_use]
     pub fn origin_deg_m(&self) -> Option<[f64; 3]> {

@@ -19,7 +19,7 @@
 mod path;
 mod spline;
 
-pub use path::{SpeedProfile, path_length_per_trace_m, speed_profile};
+pub use path::path_length_per_trace_m;
 
 use crate::matrix::{Matrix3, Vector3, scale, subtract};
 use crate::trajectory::{Attitude, Fix, SolutionStatus, Trajectory};
