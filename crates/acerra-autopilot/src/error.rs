@@ -111,7 +111,7 @@ pub enum LogError {
     NoGimbal {
         /// The kind of file.
         format: LogFormat,
-        /// What would tell it.
+        /// What would give it.
         expected: String,
     },
     /// Attitudes of a gimbal, none of which says where it pointed at the positions.

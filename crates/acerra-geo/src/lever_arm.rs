@@ -47,7 +47,7 @@ pub enum LeverArmError {
     /// A component is NaN or infinite.
     #[error("lever arm {0:?} m is not made of finite numbers")]
     NotFinite(Vector3),
-    /// Neither attitude nor motion tells where forward is.
+    /// Neither attitude nor motion shows where forward is.
     #[error(
         "the lever arm needs a heading, but there is no attitude and the platform never moves \
          faster than {min_speed_m_s} m/s"

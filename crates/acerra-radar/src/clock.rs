@@ -192,7 +192,7 @@ fn number_scans(ids: &[u16], stamps: &[f64]) -> (Vec<f64>, Numbering) {
 }
 
 /// Usual interval from intervals alone, ms: finer than any one of them, so that the number of
-/// scans lost in a long gap can be told.
+/// scans lost in a long gap can be detected.
 fn pooled_interval(intervals: &[f64]) -> f64 {
     /// Multiples counted safely with the first guess of the interval.
     const NEAR: f64 = 6.0;

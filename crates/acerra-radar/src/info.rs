@@ -37,7 +37,7 @@ impl FileKind {
 
 /// Levels of a radargram.
 ///
-/// The noise is told from differences between neighbouring traces (what is constant cancels) in
+/// The noise is estimated from differences between neighbouring traces (what is constant cancels) in
 /// the quietest tenth of fast time, where no echo moves.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Levels {
@@ -63,7 +63,7 @@ pub struct LogInfo {
     pub filtering: Filtering,
     /// Antenna the scans were received on.
     pub antenna_id: u8,
-    /// The radio's configuration, where the log tells it.
+    /// The radio's configuration, where the log states it.
     pub config: Option<RadarConfig>,
     /// What the trace times rest on.
     pub clock: ClockBasis,
@@ -104,7 +104,7 @@ pub struct FileInfo {
     pub has_positions: bool,
     /// Levels (radargrams).
     pub levels: Option<Levels>,
-    /// What only a log tells.
+    /// What only a log states.
     pub log: Option<LogInfo>,
 }
 

@@ -14,7 +14,7 @@
 //! | neutral NPZ ([`npz`]) | `data` or `spectrum`, any number type | yes | ZIP signature |
 //!
 //! Readers stream, hand on whole scans only, report what they skip ([`ReadReport`]), and allocate
-//! nothing for what a header merely claims ([`Limits`]). Long operations can be stopped and tell of
+//! nothing for what a header merely claims ([`Limits`]). Long operations can be stopped and report
 //! their progress ([`Control`]).
 //!
 //! From a file to spectra, with the height of each trace known:

@@ -46,7 +46,7 @@ pub enum ReadError {
         /// What the content looks like.
         found: FileKind,
     },
-    /// An RTCM 3 log whose messages tell the time of the week only.
+    /// An RTCM 3 log whose messages give the time of the week only.
     #[error(
         "the messages tell the time of the week only, and none tells the week: \
          state the date on which the log was recorded"

@@ -96,7 +96,7 @@ impl<S: LineSource> RinexObservations<S> {
         }))
     }
 
-    /// What was dropped so far; the account starts anew.
+    /// What was dropped so far; the account starts again.
     pub fn take_report(&mut self) -> ReadReport {
         let mut report = std::mem::take(&mut self.report);
         report.absorb(self.source.take_report());

@@ -40,7 +40,7 @@ pub struct Measurement {
 
 /// Local maxima beyond this many, strongest first, are not examined.
 const MAX_CANDIDATES: usize = 1024;
-/// Two partners whose amplitudes differ by less than this cannot be told apart.
+/// Two partners whose amplitudes differ by less than this cannot be separated.
 const AMBIGUOUS: f64 = 0.01;
 
 /// Finds the targets of an image and measures each: place, level, resolution, sidelobes, ghost.

@@ -179,7 +179,7 @@ impl<'a> ImagingPlan<'a> {
         Ok(control.check()?)
     }
 
-    /// Drops the tables: every run builds them anew, with the weights that it is given.
+    /// Drops the tables: every run builds them again, with the weights that it is given.
     pub(super) fn forget_tables(&mut self) {
         match &mut self.method {
             Method::Direct(direct) => direct.forget_tables(),

@@ -19,7 +19,7 @@ use crate::pulses::Pulses;
 /// let target = [0.0, 2.0, 0.0];
 /// let peak = spread.response(target, target).norm();
 /// let ghost = spread.response(target, [0.0, -2.0, 0.0]).norm();
-/// assert!((ghost / peak - 1.0).abs() < 1e-12); // a straight track cannot tell left from right
+/// assert!((ghost / peak - 1.0).abs() < 1e-12); // a straight track cannot distinguish left from right
 /// # Ok::<(), acerra_imaging::ImagingError>(())
 /// ```
 #[derive(Clone, Debug)]

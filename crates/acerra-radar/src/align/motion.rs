@@ -5,7 +5,7 @@
 //! are: close to the ground a platform that hardly moves changes much. While the platform stands the
 //! spread is small (noise alone), so many moving traces among standing ones are unlikely. An offset's
 //! log-likelihood is what the classes explain over one class for all, over the correlation length of
-//! what they leave. Only starts and halts tell one offset from another, so a record without any says
+//! what they leave. Only starts and halts distinguish one offset from another, so a record without any says
 //! nothing, and each is worth a limited amount.
 
 use rayon::prelude::*;

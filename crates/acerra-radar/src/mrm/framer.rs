@@ -162,7 +162,7 @@ fn looks_like_start(b: &[u8]) -> bool {
     match start_at(b) {
         Start::Scan { .. } | Start::Other { .. } => true,
         Start::BadScan(HeaderFault::Short) => true,
-        // Too little left to tell.
+        // Too few bytes left to decide.
         Start::Nothing => b.len() < 2 || (b.len() < 6 && b[..2] == SERIAL_PREFIX),
         Start::BadScan(_) => false,
     }

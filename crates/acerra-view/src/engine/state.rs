@@ -30,7 +30,7 @@ enum State {
     Failed(EngineError),
 }
 
-/// What is told of an engine.
+/// What is reported of an engine.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(tag = "state", rename_all = "lowercase")]
 pub enum EngineStatus {

@@ -6,7 +6,7 @@ use anyhow::{bail, ensure};
 use super::logs::Logs;
 use super::receivers::{Place, SinglePoint, is_same};
 
-/// Rover and base, with what tells them apart.
+/// Rover and base, with what distinguishes them.
 #[derive(Debug)]
 pub(super) struct Pair<'a> {
     pub rover: Place<'a>,

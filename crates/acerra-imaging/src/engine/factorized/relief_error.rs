@@ -1,6 +1,6 @@
 //! Error of interpolation over uneven ground.
 //!
-//! Over a plane the bounds of spatial frequencies tell it. Ground with kinks, as heights interpolated linearly between
+//! Over a plane the bounds of spatial frequencies determine it. Ground with kinks, as heights interpolated linearly between
 //! the knots of a raster have them, has no such bounds: there the samples of single echoes are interpolated at pixels
 //! of all classes of roughness and compared.
 

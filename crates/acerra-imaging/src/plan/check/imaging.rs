@@ -43,7 +43,7 @@ pub(in crate::plan) fn first_pixels(request: &Request) -> usize {
         .clamp(least_pixels(request), most)
 }
 
-/// Least pixels that tell an error.
+/// Fewest pixels from which an error is estimated.
 pub(in crate::plan) fn least_pixels(request: &Request) -> usize {
     request.options.check_pixels.clamp(1, LEAST_PIXELS)
 }
