@@ -39,12 +39,12 @@ pub struct ClockFit {
     pub left_out: usize,
     /// Nine tenths of the readings lie within this (s) of the line.
     pub spread_s: f64,
-    /// The clock stands for itself: nothing ties it to GPS time.
+    /// The clock is its own: nothing ties it to GPS time.
     pub is_own: bool,
 }
 
 impl ClockFit {
-    /// A clock that stands for itself: its zero is that of GPS time here.
+    /// A clock of its own: its zero is that of GPS time here.
     pub const fn own() -> Self {
         Self {
             boot_s: 0.0,
@@ -57,7 +57,7 @@ impl ClockFit {
         }
     }
 
-    /// Whether GPS time stands beside a reading of the autopilot's clock as it does elsewhere in the log.
+    /// Whether GPS time belongs to a reading of the autopilot's clock as it does elsewhere in the log.
     #[must_use]
     pub fn agrees(&self, gps: GpsTime, boot_s: f64) -> bool {
         (gps - self.gps_at(boot_s)).abs() <= AGREEMENT_S

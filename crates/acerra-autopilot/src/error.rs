@@ -45,7 +45,7 @@ pub enum LogError {
         offset: u64,
         /// What was expected.
         expected: String,
-        /// What stands there.
+        /// What is there.
         found: String,
     },
     /// Too much of the file belongs to no record.

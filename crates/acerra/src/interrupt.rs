@@ -88,7 +88,7 @@ fn end(signal: i32) -> ! {
     REQUESTED.store(true, Ordering::SeqCst);
     acerra_products::staging::discard_unfinished();
     let name = signal_hook::low_level::signal_name(signal).unwrap_or("a signal");
-    // On a terminal a line of progress may stand before it.
+    // On a terminal a line of progress may be before it.
     let lead = if io::stderr().is_terminal() { "\n" } else { "" };
     // Nothing is left to report if stderr is closed, as after a hang-up.
     let _ = writeln!(

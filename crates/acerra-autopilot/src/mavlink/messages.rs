@@ -1,5 +1,5 @@
-//! What the messages say (MAVLink, `common.xml`). Fields stand in the order of their length, longest
-//! first; those that came later ("extensions") stand behind.
+//! What the messages say (MAVLink, `common.xml`). Fields are in the order of their length, longest
+//! first; those that came later ("extensions") are behind.
 
 use acerra_geo::trajectory::{Attitude, SolutionStatus};
 

@@ -36,7 +36,7 @@ pub struct Aligned {
     pub line_starts: Vec<usize>,
     /// Path that each trace stands for on its line (m).
     pub path_m: Vec<f64>,
-    /// The places of all traces of the log, with what stands behind each.
+    /// The places of all traces of the log, with what each rests on.
     pub all: Vec<Interpolated>,
     /// Whether a platform stands much of the time, so that its traces count by the path they cover
     /// by default.

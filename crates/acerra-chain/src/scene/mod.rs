@@ -1,4 +1,4 @@
-//! The ground below the flight, and the pixels that stand on it.
+//! The ground below the flight, and the pixels on it.
 
 pub(crate) mod elevation;
 pub mod pixels;

@@ -19,7 +19,7 @@ pub enum ReadError {
         line: u64,
         /// What the format requires at this place.
         expected: &'static str,
-        /// The text that stands there, shortened.
+        /// The text that is there, shortened.
         found: String,
     },
     /// A well-formed file of a kind or version that this reader does not understand.

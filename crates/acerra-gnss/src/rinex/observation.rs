@@ -304,7 +304,7 @@ impl<S: LineSource> RinexObservations<S> {
         epoch: &EpochLine,
         out: &mut Vec<RecordedSatellite>,
     ) -> Result<Taken, ReadError> {
-        // The satellites stand 12 to a line, from column 33.
+        // The satellites are 12 to a line, from column 33.
         let mut names: Vec<[u8; 3]> = Vec::new();
         if matches!(epoch.flag, 2) && column(self.source.line(), 32, 36).trim_ascii().is_empty() {
             self.header_lines(epoch.count)?;

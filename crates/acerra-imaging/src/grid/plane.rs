@@ -35,7 +35,7 @@ pub struct PlaneGrid {
 }
 
 impl PlaneGrid {
-    /// A grid of `size` = `[nx, ny]` pixels, `pixel_m` apart, whose first centre stands at
+    /// A grid of `size` = `[nx, ny]` pixels, `pixel_m` apart, whose first centre is at
     /// `origin_m` = `[x, y, z]`.
     ///
     /// # Errors

@@ -140,7 +140,7 @@ impl PointSpread {
     /// Eq. (5) with its sums: Σ_m w_m Σ_n e^{−j4πf_n(R_t−R)/c} / (R_t² R²), the value at `at_m` of
     /// the image of a unit point at `target_m`.
     ///
-    /// Infinite where an antenna stands exactly on one of the points.
+    /// Infinite where an antenna is exactly on one of the points.
     pub fn response(&self, target_m: [f64; 3], at_m: [f64; 3]) -> Complex64 {
         self.response_displaced(&self.position_m, target_m, at_m)
     }

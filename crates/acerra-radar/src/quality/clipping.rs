@@ -7,7 +7,7 @@ use crate::radargram::{Radargram, Samples};
 pub struct Clipping {
     /// The limit: largest modulus of a sample.
     pub level: f64,
-    /// Share of all samples that stand at the limit among others that do.
+    /// Share of all samples that are at the limit among others that do.
     pub share: f64,
     /// Share of the traces that hold such samples.
     pub traces_share: f64,

@@ -20,7 +20,7 @@ pub struct TrackTable {
     pub sigma_m: Vec<[f64; 3]>,
     /// Solution status.
     pub status: Vec<String>,
-    /// What stands behind the position: `ok`, or why there is none.
+    /// `ok`, or why there is no position.
     pub flag: Vec<String>,
     /// GPS time, where it is known.
     pub gpst: Vec<String>,

@@ -19,7 +19,7 @@ pub(super) struct Pair<'a> {
 
 /// A receiver that moves spreads over so many times as much as one that stands …
 const SPREAD_RATIO: f64 = 3.0;
-/// … and over so much at least (m): single-point positions of one that stands wander less.
+/// … and over so much at least (m): single-point positions of a receiver at rest wander less.
 const LEAST_SPREAD_M: f64 = 5.0;
 /// It is also faster than this (m/s), by Doppler.
 const LEAST_SPEED_M_S: f64 = 0.5;

@@ -79,7 +79,7 @@ pub struct NoiseRecord {
 /// The images of a unit point by the method and by the adjoint.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ResolutionRecord {
-    /// Where the point stands, m.
+    /// Where the point is, m.
     pub point_m: [f64; 3],
     /// By the method; none where it shows nothing.
     pub method: Option<PointResponse>,
