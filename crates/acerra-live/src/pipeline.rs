@@ -15,7 +15,7 @@ use crate::clock::RunningClock;
 use crate::error::LiveError;
 use crate::hardware_clock::ClockKind;
 use crate::patience::{CLOCK_WAIT_S, Patience};
-use crate::place::{Latest, RadarPlace};
+use crate::place::RadarPlace;
 use crate::positions::Positions;
 use crate::queue::{PlacedScan, Queue};
 use crate::scans::Scans;
