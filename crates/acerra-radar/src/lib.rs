@@ -46,7 +46,6 @@ pub mod ret;
 
 mod clock;
 mod constants;
-mod info;
 mod limits;
 mod log;
 mod logged;
@@ -62,7 +61,6 @@ mod value;
 pub use acerra_control::{Cancelled, Control};
 pub use clock::{ClockBasis, ClockStretch, Numbering, RadioClock, recover_clock};
 pub use constants::{DEFAULT_STEP_BINS, FAST_TIME_BIN_S, SPEED_OF_LIGHT_M_S, two_way_delay_s};
-pub use info::{FileInfo, FileKind, Levels, LogInfo, file_info, levels};
 pub use limits::Limits;
 pub use log::{ConfigEvent, LogFormat, RadarLog, ReadError};
 pub use logged::{LoggedClock, LoggedClockError};
