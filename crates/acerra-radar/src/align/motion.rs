@@ -204,7 +204,8 @@ impl<'a> Fit<'a> {
             let after = *of_coarse.get(k / COARSE + 1).unwrap_or(&before);
             before + (after - before) * (k % COARSE) as f64 / COARSE as f64
         };
-        let is_open = |k: &usize| k % COARSE != 0 && between(*k) >= (1.0 - IN_QUESTION) * best;
+        let is_open =
+            |k: &usize| !k.is_multiple_of(COARSE) && between(*k) >= (1.0 - IN_QUESTION) * best;
         let open: Vec<usize> = (0..grid.count).filter(is_open).collect();
         let of_open = at(open.clone())?;
         let mut all: Vec<f64> = (0..grid.count).map(between).collect();
