@@ -1,7 +1,7 @@
 //! Any bytes as a trajectory: an answer or an error, and what is read can be used.
 #![no_main]
 
-use acerra_geo::interpolate::{InterpolationOptions, Interpolator, speed_profile};
+use acerra_geo::interpolate::{InterpolationOptions, Interpolator};
 use acerra_geo::lever_arm::{HeadingOptions, apply_lever_arm};
 use acerra_geo::read::{ReadOptions, TrajectoryFormat, read_trajectory, sniff};
 use acerra_geo::write::write_trajectory_csv;
@@ -26,7 +26,6 @@ fuzz_target!(|bytes: &[u8]| {
         let middle = 0.5 * (track.start_s() + track.end_s());
         let at = Interpolator::new(&track, &InterpolationOptions::default()).at(middle);
         assert!(at.position_m.iter().all(|v| v.is_finite()));
-        let _ = speed_profile(&track, 1.0, (track.end_s() - track.start_s()) / 100.0);
         let _ = apply_lever_arm(&track, [0.1, 0.0, -0.2], &HeadingOptions::default());
         let mut table = Vec::new();
         write_trajectory_csv(&mut table, &track).expect("memory takes all");

@@ -31,15 +31,6 @@ pub enum Correlation {
 }
 
 impl Correlation {
-    /// The Matérn 5/2 process with the curvature at 0 of errors that are white noise smoothed by a
-    /// Gaussian of this standard deviation, whose correlation is e^{−d²/(4s²)}.
-    #[must_use]
-    pub fn smoothed_by_gaussian(deviation: f64) -> Self {
-        Self::Matern52 {
-            length: deviation * (10.0_f64 / 3.0).sqrt(),
-        }
-    }
-
     /// Order of the process as a Markov process, 0 for white errors, and its rate 1/length scale.
     pub(crate) fn markov(self) -> (usize, f64) {
         match self {

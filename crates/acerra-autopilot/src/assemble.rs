@@ -173,7 +173,7 @@ fn time_origin(timed: &[Timed], is_own_clock: bool) -> (TimeOrigin, GpsTime) {
     (TimeOrigin::Gps(start), start)
 }
 
-/// The samples with their instants, those left out that tell another time than the log's other readings,
+/// The samples with their instants, those left out that give another time than the log's other readings,
 /// and those whose time does not advance.
 fn in_order(
     samples: &[PositionSample],

@@ -4,7 +4,7 @@
 //! receiver's latency and by what the link and the scheduler add. The delay is never negative, so
 //! that the readings lie on one side of the line of least delay: of each stretch of time the reading
 //! of least delay counts, and the line goes through those (Theil–Sen). The least delay itself cannot
-//! be told from the readings. Readings of one instant scatter to both sides: there the stretches'
+//! be found from the readings. Readings of one instant scatter to both sides: there the stretches'
 //! medians count.
 
 use acerra_geo::time::GpsTime;
@@ -19,7 +19,7 @@ const AGREEMENT_S: f64 = 0.5;
 const STRETCHES: usize = 32;
 /// Greatest rate error of a crystal (s/s): beyond it the line's slope is chance.
 const GREATEST_RATE: f64 = 2e-4;
-/// Deviation of the rates of crystals (s/s), what is expected of a log too short to tell its own.
+/// Deviation of the rates of crystals (s/s), what is expected of a log too short to give its own.
 const USUAL_RATE: f64 = 3e-5;
 /// Least deviation of a reading (s): clocks count microseconds.
 const LEAST_SIGMA_S: f64 = 1e-6;
@@ -39,12 +39,12 @@ pub struct ClockFit {
     pub left_out: usize,
     /// Nine tenths of the readings lie within this (s) of the line.
     pub spread_s: f64,
-    /// The clock stands for itself: nothing ties it to GPS time.
+    /// The clock is its own: nothing ties it to GPS time.
     pub is_own: bool,
 }
 
 impl ClockFit {
-    /// A clock that stands for itself: its zero is that of GPS time here.
+    /// A clock of its own: its zero is that of GPS time here.
     pub const fn own() -> Self {
         Self {
             boot_s: 0.0,
@@ -57,7 +57,7 @@ impl ClockFit {
         }
     }
 
-    /// Whether GPS time stands beside a reading of the autopilot's clock as it does elsewhere in the log.
+    /// Whether GPS time belongs to a reading of the autopilot's clock as it does elsewhere in the log.
     #[must_use]
     pub fn agrees(&self, gps: GpsTime, boot_s: f64) -> bool {
         (gps - self.gps_at(boot_s)).abs() <= AGREEMENT_S

@@ -58,7 +58,7 @@ impl<'a> Origin<'a> {
     }
 }
 
-/// How a format tells the time.
+/// How a format gives the time.
 #[derive(Debug, Clone, Copy)]
 pub struct ClockSource {
     /// How its readings come about.

@@ -45,7 +45,7 @@ pub enum LogError {
         offset: u64,
         /// What was expected.
         expected: String,
-        /// What stands there.
+        /// What is there.
         found: String,
     },
     /// Too much of the file belongs to no record.
@@ -111,7 +111,7 @@ pub enum LogError {
     NoGimbal {
         /// The kind of file.
         format: LogFormat,
-        /// What would tell it.
+        /// What would give it.
         expected: String,
     },
     /// Attitudes of a gimbal, none of which says where it pointed at the positions.

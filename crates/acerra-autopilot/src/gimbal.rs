@@ -1,9 +1,9 @@
 //! Attitudes of gimbals: roll and pitch from the horizon, yaw from north or from the vehicle's nose.
 //!
 //! A gimbal's axes are forward, right, down as its maker defines them: those of the vehicle while all its angles
-//! are zero. Logs tell the turn from these to north, east, down, or to the same axes turned about the vertical to
+//! are zero. Logs give the turn from these to north, east, down, or to the same axes turned about the vertical to
 //! where the vehicle's nose points ("vehicle frame" of MAVLink's gimbal protocol). Flags that say which angles are
-//! held against the horizon (`ROLL_LOCK`, `PITCH_LOCK`) tell how the gimbal is driven, not what its angles count
+//! held against the horizon (`ROLL_LOCK`, `PITCH_LOCK`) say how the gimbal is driven, not what its angles count
 //! from.
 
 use acerra_geo::trajectory::Attitude;
@@ -20,7 +20,7 @@ mod flag {
 }
 
 /// Bits of `GIMBAL_DEVICE_ERROR_FLAGS` that put the attitude in doubt: encoders, software, communication,
-/// calibration. Those of limits, power and motors say that the gimbal does not turn as it is told to.
+/// calibration. Those of limits, power and motors say that the gimbal does not turn as it is commanded to.
 const DOUBTED: i64 = 8 | 64 | 128 | 256;
 
 impl From<&AttitudeSource> for GimbalSource {
@@ -36,7 +36,7 @@ impl From<&AttitudeSource> for GimbalSource {
 }
 
 /// Fields of a gimbal device's status, as MAVLink (`GIMBAL_DEVICE_ATTITUDE_STATUS`) and PX4
-/// (`gimbal_device_attitude_status`) tell them.
+/// (`gimbal_device_attitude_status`) give them.
 #[derive(Debug, Clone, Copy)]
 pub struct DeviceStatus {
     /// `GIMBAL_DEVICE_FLAGS`.
@@ -46,7 +46,7 @@ pub struct DeviceStatus {
     /// Quaternion w, x, y, z.
     pub quaternion: [f64; 4],
     /// Heading of the vehicle's nose (rad), by which the attitude from the nose becomes that from north. Zero as
-    /// good as not told: senders of older definitions leave it so.
+    /// good as absent: senders of older definitions leave it so.
     pub delta_yaw_rad: f64,
 }
 
@@ -94,7 +94,7 @@ fn turned_clockwise(attitude: &Attitude, angle_rad: f64) -> Attitude {
 pub struct GimbalTrack {
     /// The attitudes.
     pub track: AttitudeTrack,
-    /// Attitudes of a yaw from the nose at times where no attitude of the vehicle tells where it pointed.
+    /// Attitudes of a yaw from the nose at times where no attitude of the vehicle shows where it pointed.
     pub without_heading: usize,
 }
 
@@ -163,7 +163,7 @@ mod tests {
             (16, YawFrom::North),
             (4 | 8 | 16, YawFrom::North),
             (32, YawFrom::Nose),
-            // Held against north, told against the nose.
+            // Held against north, stated against the nose.
             (16 | 32, YawFrom::Nose),
             (64, YawFrom::North),
         ] {

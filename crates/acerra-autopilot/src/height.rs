@@ -26,7 +26,7 @@ pub fn of_one_datum(samples: &[PositionSample]) -> (Vec<PositionSample>, usize) 
     (kept, left_out)
 }
 
-/// Raises heights above the sea by the geoid's, where a grid tells it.
+/// Raises heights above the sea by the geoid's, where a grid gives it.
 #[derive(Debug)]
 pub struct Heights<'a> {
     geoid: Option<&'a GeoidGrid>,

@@ -30,7 +30,7 @@ pub struct AttitudeSummary {
 pub struct ClockSummary {
     /// Readings of both that the line goes through.
     pub readings: usize,
-    /// Readings that told another time and were left out.
+    /// Readings of another time, left out.
     pub left_out: usize,
     /// Rate of GPS time against the autopilot's clock, less one, in parts per million.
     pub rate_ppm: f64,
@@ -179,7 +179,7 @@ pub enum LogWarning {
         /// The source.
         source: String,
     },
-    /// Clock readings that told another time.
+    /// Clock readings of another time.
     ClockReadingsLeftOut {
         /// How many.
         count: usize,
@@ -211,7 +211,7 @@ pub enum LogWarning {
         /// How many.
         count: usize,
     },
-    /// Attitudes of a gimbal that count from the vehicle's nose, which nothing tells at their time.
+    /// Attitudes of a gimbal that count from the vehicle's nose, which nothing gives at their time.
     GimbalWithoutHeading {
         /// The source.
         source: String,
@@ -229,7 +229,7 @@ pub enum LogWarning {
         /// Of how many.
         total: usize,
     },
-    /// Attitudes of a gimbal that the autopilot tells, measured or not.
+    /// Attitudes of a gimbal that the autopilot gives, measured or not.
     GimbalByAutopilot {
         /// The source.
         source: String,

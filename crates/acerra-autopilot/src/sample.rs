@@ -62,7 +62,7 @@ pub fn gps_time_of_unix_us(micros: i64) -> Option<GpsTime> {
 pub struct PositionSample {
     /// When.
     pub stamp: Stamp,
-    /// The autopilot's clock at its arrival (s), where the log tells it beside GPS time.
+    /// The autopilot's clock at its arrival (s), where the log states it beside GPS time.
     pub arrival_s: Option<f64>,
     /// Where.
     pub place: Place,
@@ -138,7 +138,7 @@ pub enum YawFrom {
     Nose,
 }
 
-/// Who tells a gimbal's attitude.
+/// Who gives a gimbal's attitude.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Teller {
     /// The gimbal, which measures it.
@@ -163,7 +163,7 @@ pub struct GimbalSample {
     pub yaw: YawFrom,
     /// The gimbal reports a failure that puts its attitude in doubt.
     pub is_doubted: bool,
-    /// Who tells it.
+    /// Who gives it.
     pub teller: Teller,
 }
 

@@ -110,7 +110,7 @@ pub fn linear(nodes: &[f64], values: &[f64], n: usize) -> Vec<f64> {
         .collect()
 }
 
-/// Time of day and place of an NMEA GGA sentence with a fix; the height above the ellipsoid where the sentence tells
+/// Time of day and place of an NMEA GGA sentence with a fix; the height above the ellipsoid where the sentence states
 /// the geoid's, else above mean sea level.
 pub fn gga(line: &str) -> Option<(f64, [f64; 3])> {
     let line = line.trim();

@@ -11,7 +11,7 @@ use crate::recording::{Axis, Channel, Format, Positions, Recording, Values};
 /// Members of a group that are looked at, at most.
 const MAX_MEMBERS: usize = 4096;
 
-/// Whether a file is HDF5: its signature stands at the beginning, or behind 512 bytes of a MATLAB header.
+/// Whether a file is HDF5: its signature is at the beginning, or behind 512 bytes of a MATLAB header.
 #[must_use]
 pub fn is_hdf5(head: &[u8]) -> bool {
     const SIGNATURE: &[u8] = b"\x89HDF\r\n\x1a\n";

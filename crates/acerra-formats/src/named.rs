@@ -159,155 +159,168 @@ pub fn traces(
 ) -> Result<Recording, FormatError> {
     let file = &mut Paired(file);
     let names = file.names();
-    let has = |name: &str| names.iter().any(|n| n == name);
+    let mut file = Named {
+        file,
+        names,
+        limits,
+    };
+    let mut channel = file.echoes()?;
+    channel.along_m = file.optional("along_m")?;
+    channel.antenna_separation_m = file.optional("antenna_separation_m")?.map(|m| m[0]);
+    file.place(&mut channel)?;
     let mut recording = Recording::new(format);
-    let what = match (has("data"), has("spectrum")) {
-        (true, false) => "data",
-        (false, true) => "spectrum",
-        (true, true) => {
-            return Err(FormatError::content(
-                Place::Whole,
-                "an array data or an array spectrum",
-                "both",
-            ));
-        }
-        (false, false) => {
-            let found = if names.is_empty() {
-                "no array of numbers".to_owned()
-            } else {
-                names.join(", ")
-            };
-            return Err(FormatError::content(
-                Place::Whole,
-                "an array data (with fast_time_s) or spectrum (with frequency_hz)",
-                found,
-            ));
-        }
-    };
-    let matrix = file.array(what, limits)?;
-    let [rows, columns] = match matrix.shape[..] {
-        [rows, columns] if rows > 0 && columns > 0 => [rows, columns],
-        [n] if n > 0 => [1, n],
-        _ => {
-            return Err(FormatError::content(
-                Place::field(what),
-                "a matrix [traces, samples]",
-                format!("shape {:?}", matrix.shape),
-            ));
-        }
-    };
-    let mut vector = |name: &str| -> Result<Vec<f64>, FormatError> {
-        file.array(name, limits)?.vector(name).map(<[f64]>::to_vec)
-    };
-    // Columns of the matrix by its axis, or by the traces' times.
-    let axis_name = if what == "data" {
-        "fast_time_s"
-    } else {
-        "frequency_hz"
-    };
-    let values = if has(axis_name) {
-        Some(vector(axis_name)?)
-    } else {
-        None
-    };
-    let time_s = if has("time_s") {
-        Some(vector("time_s")?)
-    } else {
-        None
-    };
-    let length = values.as_ref().map(Vec::len);
-    let is_turned = match length {
-        Some(n) if n == columns && n == rows => matrix.is_column_major,
-        Some(n) if n == columns => false,
-        Some(n) if n == rows => true,
-        Some(n) => {
-            return Err(FormatError::content(
-                Place::field(axis_name),
-                format!("{rows} or {columns} values, as {what} has"),
-                n,
-            ));
-        }
-        None => {
-            time_s
-                .as_ref()
-                .is_some_and(|t| t.len() == columns && t.len() != rows)
-                || (matrix.is_column_major && time_s.as_ref().is_none_or(|t| t.len() != rows))
-        }
-    };
-    let [traces, samples] = if is_turned {
-        [columns, rows]
-    } else {
-        [rows, columns]
-    };
-    limits.check_trace(Place::field(what), samples as u64)?;
-    let axis = match (what, values) {
-        ("spectrum", Some(hz)) => Axis::Frequency(hz),
-        ("spectrum", None) => {
-            return Err(FormatError::content(
-                Place::Whole,
-                "frequency_hz beside spectrum",
-                names.join(", "),
-            ));
-        }
-        (_, Some(at)) => even(&at)?,
-        (_, None) if has("sample_interval_s") => Axis::FastTime {
-            start_s: if has("fast_time_start_s") {
-                vector("fast_time_start_s")?[0]
-            } else {
-                0.0
-            },
-            step_s: vector("sample_interval_s")?[0],
-            samples,
-        },
-        (_, None) => {
-            return Err(FormatError::content(
-                Place::Whole,
-                "fast_time_s or sample_interval_s beside data",
-                names.join(", "),
-            ));
-        }
-    };
-    let values = turned(matrix.values, [rows, columns], is_turned, what)?;
-    let mut channel = Channel::new("1", traces, axis, values);
-    channel.time_s = time_s;
-    if has("along_m") {
-        channel.along_m = Some(vector("along_m")?);
-    }
-    if has("antenna_separation_m") {
-        channel.antenna_separation_m = Some(vector("antenna_separation_m")?[0]);
-    }
-    if has("latitude_deg") && has("longitude_deg") {
-        let height_m = if has("height_m") {
-            Some(vector("height_m")?)
-        } else {
-            None
-        };
-        let places_deg = [vector("latitude_deg")?, vector("longitude_deg")?];
-        channel.positions = Some(geodetic(places_deg, height_m)?);
-    }
-    if has("position_m") {
-        let places = file.array("position_m", limits)?;
-        channel.positions = Some(Positions::Local(places.places("position_m", traces)?));
-    }
-    if has("transmitter_m") && has("receiver_m") {
-        let mut of = |name| file.array(name, limits)?.places(name, traces);
-        let antennas: [Vec<[f64; 3]>; 2] = [of("transmitter_m")?, of("receiver_m")?];
-        if channel.positions.is_none() {
-            let middle = antennas[0].iter().zip(&antennas[1]);
-            channel.positions = Some(Positions::Local(
-                middle
-                    .map(|(t, r)| [0, 1, 2].map(|k| f64::midpoint(t[k], r[k])))
-                    .collect(),
-            ));
-        }
-        channel.antennas_m = Some(antennas);
-    }
-    let unused = names.iter().filter(|n| !KNOWN.contains(&n.as_str()));
+    let unused = file.names.iter().filter(|n| !KNOWN.contains(&n.as_str()));
     for name in unused {
         recording.remarks.push(format!("array {name} is not used"));
     }
     recording.channels.push(channel);
     recording.checked()
+}
+
+/// A file with the names of its arrays.
+struct Named<'a, A> {
+    file: &'a mut A,
+    names: Vec<String>,
+    limits: &'a Limits,
+}
+
+impl<A: Arrays> Named<'_, A> {
+    fn has(&self, name: &str) -> bool {
+        self.names.iter().any(|n| n == name)
+    }
+
+    fn array(&mut self, name: &str) -> Result<Array, FormatError> {
+        self.file.array(name, self.limits)
+    }
+
+    /// The vector of this name, where there is one.
+    fn optional(&mut self, name: &str) -> Result<Option<Vec<f64>>, FormatError> {
+        if !self.has(name) {
+            return Ok(None);
+        }
+        Ok(Some(self.array(name)?.vector(name)?.to_vec()))
+    }
+
+    fn missing(&self, expected: &str) -> FormatError {
+        FormatError::content(Place::Whole, expected, self.names.join(", "))
+    }
+
+    /// Whether the echoes are `data` or a `spectrum`.
+    fn what(&self) -> Result<&'static str, FormatError> {
+        let (expected, found) = match (self.has("data"), self.has("spectrum")) {
+            (true, false) => return Ok("data"),
+            (false, true) => return Ok("spectrum"),
+            (true, true) => ("an array data or an array spectrum", "both".to_owned()),
+            (false, false) => (
+                "an array data (with fast_time_s) or spectrum (with frequency_hz)",
+                match self.names.join(", ") {
+                    none if none.is_empty() => "no array of numbers".to_owned(),
+                    found => found,
+                },
+            ),
+        };
+        Err(FormatError::content(Place::Whole, expected, found))
+    }
+
+    /// The matrix of echoes with its axis and the traces' times, a trace in each row.
+    fn echoes(&mut self) -> Result<Channel, FormatError> {
+        let what = self.what()?;
+        let matrix = self.array(what)?;
+        let [rows, columns] = match matrix.shape[..] {
+            [rows, columns] if rows > 0 && columns > 0 => [rows, columns],
+            [n] if n > 0 => [1, n],
+            _ => {
+                return Err(FormatError::content(
+                    Place::field(what),
+                    "a matrix [traces, samples]",
+                    format!("shape {:?}", matrix.shape),
+                ));
+            }
+        };
+        let axis_name = match what {
+            "data" => "fast_time_s",
+            _ => "frequency_hz",
+        };
+        let values = self.optional(axis_name)?;
+        let time_s = self.optional("time_s")?;
+        // The axis shows which side of the matrix it belongs to; without an axis, the traces' times do.
+        let is_turned = match values.as_ref().map(Vec::len) {
+            Some(n) if n == columns && n == rows => matrix.is_column_major,
+            Some(n) if n == columns => false,
+            Some(n) if n == rows => true,
+            Some(n) => {
+                return Err(FormatError::content(
+                    Place::field(axis_name),
+                    format!("{rows} or {columns} values, as {what} has"),
+                    n,
+                ));
+            }
+            None => {
+                let times = time_s.as_ref().map(Vec::len);
+                times.is_some_and(|n| n == columns && n != rows)
+                    || matrix.is_column_major && times != Some(rows)
+            }
+        };
+        let [traces, samples] = if is_turned {
+            [columns, rows]
+        } else {
+            [rows, columns]
+        };
+        self.limits
+            .check_trace(Place::field(what), samples as u64)?;
+        let axis = self.axis(what, values, samples)?;
+        let values = turned(matrix.values, [rows, columns], is_turned, what)?;
+        let mut channel = Channel::new("1", traces, axis, values);
+        channel.time_s = time_s;
+        Ok(channel)
+    }
+
+    fn axis(
+        &mut self,
+        what: &str,
+        values: Option<Vec<f64>>,
+        samples: usize,
+    ) -> Result<Axis, FormatError> {
+        match (what, values) {
+            ("spectrum", Some(hz)) => Ok(Axis::Frequency(hz)),
+            ("spectrum", None) => Err(self.missing("frequency_hz beside spectrum")),
+            (_, Some(at)) => even(&at),
+            (_, None) => match self.optional("sample_interval_s")? {
+                Some(step_s) => Ok(Axis::FastTime {
+                    start_s: self.optional("fast_time_start_s")?.map_or(0.0, |s| s[0]),
+                    step_s: step_s[0],
+                    samples,
+                }),
+                None => Err(self.missing("fast_time_s or sample_interval_s beside data")),
+            },
+        }
+    }
+
+    /// Where each trace was recorded: local positions before geodetic ones, and the places of both antennas.
+    fn place(&mut self, channel: &mut Channel) -> Result<(), FormatError> {
+        let traces = channel.traces;
+        let latitude_deg = self.optional("latitude_deg")?;
+        let longitude_deg = self.optional("longitude_deg")?;
+        if let (Some(latitude_deg), Some(longitude_deg)) = (latitude_deg, longitude_deg) {
+            let height_m = self.optional("height_m")?;
+            channel.positions = Some(geodetic([latitude_deg, longitude_deg], height_m)?);
+        }
+        if self.has("position_m") {
+            let places = self.array("position_m")?;
+            channel.positions = Some(Positions::Local(places.places("position_m", traces)?));
+        }
+        if self.has("transmitter_m") && self.has("receiver_m") {
+            let mut of = |name| self.array(name)?.places(name, traces);
+            let antennas: [Vec<[f64; 3]>; 2] = [of("transmitter_m")?, of("receiver_m")?];
+            channel.positions.get_or_insert_with(|| {
+                let pairs = antennas[0].iter().zip(&antennas[1]);
+                let middle = pairs.map(|(t, r)| [0, 1, 2].map(|k| f64::midpoint(t[k], r[k])));
+                Positions::Local(middle.collect())
+            });
+            channel.antennas_m = Some(antennas);
+        }
+        Ok(())
+    }
 }
 
 /// Places by latitude and longitude, at height 0 where none is stated.

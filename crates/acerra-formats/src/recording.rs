@@ -271,7 +271,7 @@ pub struct Recording {
     pub header: Vec<(String, String)>,
     /// Traces (counted from 0) that were marked while measuring.
     pub marks: Vec<usize>,
-    /// Bytes that make no whole trace, or stand where none is expected.
+    /// Bytes that make no whole trace, or are where none is expected.
     pub skipped_bytes: u64,
     /// What was assumed, left out or not found, in words.
     pub remarks: Vec<String>,

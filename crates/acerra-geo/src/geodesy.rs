@@ -151,13 +151,13 @@ impl EnuFrame {
         }
     }
 
-    /// Where the frame stands.
+    /// Where the frame is.
     #[must_use]
     pub const fn origin(&self) -> &Geodetic {
         &self.origin
     }
 
-    /// Where the frame stands, Earth-centred, Earth-fixed (m).
+    /// Where the frame is, Earth-centred, Earth-fixed (m).
     #[must_use]
     pub const fn origin_in_ecef_m(&self) -> Vector3 {
         self.origin_in_ecef_m

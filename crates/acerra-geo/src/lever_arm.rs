@@ -23,22 +23,6 @@ impl Default for HeadingOptions {
     }
 }
 
-impl HeadingOptions {
-    /// The same with another speed from which the track tells the heading (m/s).
-    #[must_use]
-    pub const fn with_min_speed_m_s(mut self, min_speed_m_s: f64) -> Self {
-        self.min_speed_m_s = min_speed_m_s;
-        self
-    }
-
-    /// The same with another time over which the velocity is taken (s).
-    #[must_use]
-    pub const fn with_window_s(mut self, window_s: f64) -> Self {
-        self.window_s = window_s;
-        self
-    }
-}
-
 /// Where the axes came from, fix by fix.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct LeverArmReport {
@@ -63,7 +47,7 @@ pub enum LeverArmError {
     /// A component is NaN or infinite.
     #[error("lever arm {0:?} m is not made of finite numbers")]
     NotFinite(Vector3),
-    /// Neither attitude nor motion tells where forward is.
+    /// Neither attitude nor motion shows where forward is.
     #[error(
         "the lever arm needs a heading, but there is no attitude and the platform never moves \
          faster than {min_speed_m_s} m/s"

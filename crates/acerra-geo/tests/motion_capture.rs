@@ -3,7 +3,7 @@
 mod common;
 
 use acerra_geo::interpolate::{
-    Flag, InterpolationOptions, Interpolator, Method, path_length_per_trace_m, speed_profile,
+    Flag, InterpolationOptions, Interpolator, Method, path_length_per_trace_m,
 };
 use acerra_geo::lever_arm::{HeadingOptions, apply_lever_arm};
 use acerra_geo::matrix::distance;
@@ -53,30 +53,6 @@ fn rows_gaps_and_axes() {
     let frame_s = 1.0 / 360.0;
     assert_eq!(track.gaps(1.5 * frame_s).count(), 10);
     assert_eq!(track.gaps(2.5 * frame_s).count(), 3);
-}
-
-#[test]
-fn speed_shows_when_it_flew() {
-    let Some((track, _)) = common::read_shared(PLATFORM) else {
-        return;
-    };
-    let speed = speed_profile(&track, 0.5, 0.05);
-    for (t, want) in [
-        (5.0, 0.000_917),
-        (13.0, 0.442_481),
-        (15.0, 1.090_821),
-        (20.5, 1.275_881),
-        (25.0, 0.000_887),
-    ] {
-        let got = speed.at(t).expect("inside");
-        assert!((got - want).abs() < 1e-4, "{t} s: {got}");
-    }
-    let moving: Vec<usize> = (0..speed.speed_m_s.len())
-        .filter(|&i| speed.speed_m_s[i] > 0.3)
-        .collect();
-    assert_eq!(moving.len(), 175);
-    assert!((speed.time_s(moving[0]) - 12.85).abs() < 1e-9);
-    assert!((speed.time_s(moving[174]) - 21.55).abs() < 1e-9);
 }
 
 #[test]

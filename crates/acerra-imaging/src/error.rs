@@ -50,7 +50,7 @@ pub enum ImagingError {
         /// Bytes allowed.
         limit_bytes: u128,
     },
-    /// An antenna stands exactly on an image point, where 1/R² has no value.
+    /// An antenna is exactly on an image point, where 1/R² has no value.
     #[error("pulse {pulse} stands exactly on image point {point}: 1/R² has no value there")]
     ZeroRange {
         /// Index of the pulse.

@@ -87,7 +87,7 @@ pub struct Estimate {
 /// What was found on the target that all tracks see.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CommonTarget {
-    /// Where it stands, `[x, y, z]` m.
+    /// Where it is, `[x, y, z]` m.
     pub position_m: [f64; 3],
     /// One a track; the first is the measure of the others.
     pub estimates: Vec<Estimate>,
@@ -104,8 +104,8 @@ pub struct CalibrationOptions {
 
 /// Finds delay and phase of `tracks` against the first on a target that all of them see.
 ///
-/// `candidates_m` are places where it may stand: maxima of the first track's image. The best of them
-/// is then moved to the maximum itself along x and y, on the surface `z_m(x, y)`. A target that stands off the surface is found beside its true place, and
+/// `candidates_m` are places where it may be: maxima of the first track's image. The best of them
+/// is then moved to the maximum itself along x and y, on the surface `z_m(x, y)`. A target that is off the surface is found beside its true place, and
 /// the tracks' phases are then right there and less so elsewhere.
 ///
 /// Uncertainties are those of delay and phase of a pulse in white noise, with everything in the

@@ -15,7 +15,7 @@ use crate::clock::RunningClock;
 use crate::error::LiveError;
 use crate::hardware_clock::ClockKind;
 use crate::patience::{CLOCK_WAIT_S, Patience};
-use crate::place::{Latest, RadarPlace};
+use crate::place::RadarPlace;
 use crate::positions::Positions;
 use crate::queue::{PlacedScan, Queue};
 use crate::scans::Scans;
@@ -269,12 +269,6 @@ impl Pipeline {
     pub fn image(&self) -> Option<(&PlaneGrid, &LiveImage)> {
         let canvas = self.canvas.as_ref()?;
         Some((&canvas.grid, &canvas.image))
-    }
-
-    /// The latest position of the antenna.
-    #[must_use]
-    pub fn latest_position(&self) -> Option<Latest> {
-        self.positions.latest()
     }
 
     /// Origin of the local frame: latitude and longitude (degrees), height (m).

@@ -10,66 +10,29 @@ use pyo3::create_exception;
 use pyo3::exceptions::{PyException, PyKeyboardInterrupt};
 use pyo3::prelude::*;
 
-create_exception!(
-    acerra,
-    AcerraError,
-    PyException,
-    "Whatever Acerra cannot do."
-);
-create_exception!(
-    acerra,
-    SettingsError,
-    AcerraError,
-    "A campaign, scene or plan that cannot be."
-);
-create_exception!(
-    acerra,
-    ReadError,
-    AcerraError,
-    "A file that cannot be read, or holds something else."
-);
-create_exception!(
-    acerra,
-    PositionError,
-    AcerraError,
-    "Positions that cannot be had."
-);
-create_exception!(
-    acerra,
-    AlignError,
-    AcerraError,
-    "Radar and positions that do not fit together."
-);
-create_exception!(
-    acerra,
-    CleanError,
-    AcerraError,
-    "Traces that cannot be cleaned."
-);
-create_exception!(
-    acerra,
-    ImagingError,
-    AcerraError,
-    "Data or pixels that cannot be imaged."
-);
-create_exception!(
-    acerra,
-    EvidenceError,
-    AcerraError,
-    "What was found contradicts the settings."
-);
+/// Makes exceptions, and the function that adds them to the module under their names in Python.
+macro_rules! exceptions {
+    ($($name:ident($base:ident): $what:literal),+ $(,)?) => {
+        $(create_exception!(acerra, $name, $base, $what);)+
 
-/// Adds the exceptions to the module, under their names in Python.
-pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
-    let py = module.py();
-    module.add("AcerraError", py.get_type::<AcerraError>())?;
-    module.add("SettingsError", py.get_type::<SettingsError>())?;
-    module.add("ReadError", py.get_type::<ReadError>())?;
-    module.add("PositionError", py.get_type::<PositionError>())?;
-    module.add("AlignError", py.get_type::<AlignError>())?;
-    module.add("CleanError", py.get_type::<CleanError>())?;
-    module.add("ImagingError", py.get_type::<ImagingError>())?;
-    module.add("EvidenceError", py.get_type::<EvidenceError>())
+        /// Adds the exceptions to the module, under their names in Python.
+        pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+            let py = module.py();
+            $(module.add(stringify!($name), py.get_type::<$name>())?;)+
+            Ok(())
+        }
+    };
+}
+
+exceptions! {
+    AcerraError(PyException): "Whatever Acerra cannot do.",
+    SettingsError(AcerraError): "A campaign, scene or plan that cannot be.",
+    ReadError(AcerraError): "A file that cannot be read, or holds something else.",
+    PositionError(AcerraError): "Positions that cannot be had.",
+    AlignError(AcerraError): "Radar and positions that do not fit together.",
+    CleanError(AcerraError): "Traces that cannot be cleaned.",
+    ImagingError(AcerraError): "Data or pixels that cannot be imaged.",
+    EvidenceError(AcerraError): "What was found contradicts the settings.",
 }
 
 /// A failure on its way to Python.

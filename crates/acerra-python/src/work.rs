@@ -10,7 +10,7 @@ use pyo3::prelude::*;
 
 use crate::errors::Failure;
 
-/// How often Ctrl-C is looked for and progress is told.
+/// How often Ctrl-C is looked for and progress is reported.
 const POLL: Duration = Duration::from_millis(50);
 
 /// The step under way, as the working threads leave it for the interpreter's.
@@ -53,7 +53,7 @@ impl Seen {
     }
 }
 
-/// Runs `work` on a thread of its own while the caller's looks for signals and tells `progress`. An
+/// Runs `work` on a thread of its own while the caller's looks for signals and calls `progress`. An
 /// exception of either cancels the work and is raised.
 pub fn run<T: Send>(
     py: Python<'_>,

@@ -10,7 +10,7 @@
 
 /// Spread of the error that rounding to whole milliseconds makes, ms.
 const QUANTISATION_RMS_MS: f64 = 0.288_675_134_594_812_9;
-/// How far a stamp may stand from its line, ms: half a millisecond of rounding and as much again
+/// How far a stamp may be from its line, ms: half a millisecond of rounding and as much again
 /// for the radio's own delay in stamping.
 const TOLERANCE_MS: f64 = 1.0;
 /// Scans a stretch needs for an interval of its own.
@@ -70,7 +70,7 @@ pub struct RadioClock {
     pub residual_rms_s: f64,
     /// Largest such difference, s. Rounding alone gives 0.5 ms.
     pub residual_max_s: f64,
-    /// Stamps that stand off a line which those before and after agree on.
+    /// Stamps that are off a line which those before and after agree on.
     pub stray_stamps: usize,
     /// Whether the radio's millisecond counter passed 2³².
     pub wrapped: bool,
@@ -192,7 +192,7 @@ fn number_scans(ids: &[u16], stamps: &[f64]) -> (Vec<f64>, Numbering) {
 }
 
 /// Usual interval from intervals alone, ms: finer than any one of them, so that the number of
-/// scans lost in a long gap can be told.
+/// scans lost in a long gap can be detected.
 fn pooled_interval(intervals: &[f64]) -> f64 {
     /// Multiples counted safely with the first guess of the interval.
     const NEAR: f64 = 6.0;

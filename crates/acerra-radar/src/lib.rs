@@ -14,7 +14,7 @@
 //! | neutral NPZ ([`npz`]) | `data` or `spectrum`, any number type | yes | ZIP signature |
 //!
 //! Readers stream, hand on whole scans only, report what they skip ([`ReadReport`]), and allocate
-//! nothing for what a header merely claims ([`Limits`]). Long operations can be stopped and tell of
+//! nothing for what a header merely claims ([`Limits`]). Long operations can be stopped and report
 //! their progress ([`Control`]).
 //!
 //! From a file to spectra, with the height of each trace known:
@@ -46,7 +46,6 @@ pub mod ret;
 
 mod clock;
 mod constants;
-mod info;
 mod limits;
 mod log;
 mod logged;
@@ -62,7 +61,6 @@ mod value;
 pub use acerra_control::{Cancelled, Control};
 pub use clock::{ClockBasis, ClockStretch, Numbering, RadioClock, recover_clock};
 pub use constants::{DEFAULT_STEP_BINS, FAST_TIME_BIN_S, SPEED_OF_LIGHT_M_S, two_way_delay_s};
-pub use info::{FileInfo, FileKind, Levels, LogInfo, file_info, levels};
 pub use limits::Limits;
 pub use log::{ConfigEvent, LogFormat, RadarLog, ReadError};
 pub use logged::{LoggedClock, LoggedClockError};

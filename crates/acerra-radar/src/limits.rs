@@ -36,13 +36,6 @@ impl Limits {
         self
     }
 
-    /// The same with another number of samples in one scan.
-    #[must_use]
-    pub const fn with_max_scan_samples(mut self, max_scan_samples: usize) -> Self {
-        self.max_scan_samples = max_scan_samples;
-        self
-    }
-
     /// The same with another length of a line, bytes.
     #[must_use]
     pub const fn with_max_line_bytes(mut self, max_line_bytes: usize) -> Self {

@@ -76,13 +76,13 @@ pub enum ReadError {
          big-endian"
     )]
     WrongEndian {
-        /// Where the first such message stands.
+        /// Where the first such message is.
         place: Place,
     },
     /// The first message contradicts itself and nothing sound follows near it.
     #[error("{place}: SCAN_INFO header: {fault}")]
     BadHeader {
-        /// Where it stands.
+        /// Where it is.
         place: Place,
         /// What is wrong.
         fault: HeaderFault,

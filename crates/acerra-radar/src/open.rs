@@ -113,7 +113,7 @@ const FOREIGN: [(&[u8], &str); 14] = [
     (b"\x7fELF", "a program"),
 ];
 
-/// What a file of another kind is, where its first bytes tell.
+/// What a file of another kind is, as its first bytes show.
 fn foreign_kind(head: &[u8]) -> Option<&'static str> {
     let known = FOREIGN.iter().find(|(mark, _)| head.starts_with(mark));
     known

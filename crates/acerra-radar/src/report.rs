@@ -9,7 +9,7 @@ use crate::scan::ScanWindow;
 /// Blemishes listed one by one; further ones are only counted.
 const LISTED: usize = 1000;
 
-/// Where in a file something stands.
+/// Where in a file something is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Place {
     /// Byte offset from the file's start.
@@ -30,7 +30,7 @@ impl fmt::Display for Place {
 /// One thing wrong with a log, after which reading went on.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Blemish {
-    /// Where it stands.
+    /// Where it is.
     pub place: Place,
     /// What it is.
     pub kind: BlemishKind,

@@ -17,7 +17,7 @@ pub struct Run {
     pub window: ScanWindow,
     /// Antenna the scans were received on.
     pub antenna_id: u8,
-    /// The radio's configuration, where the log tells it.
+    /// The radio's configuration, where the log states it.
     pub config: Option<RadarConfig>,
     /// Indices of the scans in [`RadarLog::scans`], in time order.
     pub scans: Vec<usize>,

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-/// How the moving part of a flight is told.
+/// How the moving part of a flight is found.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct MovingOptions {

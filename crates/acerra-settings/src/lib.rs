@@ -7,7 +7,7 @@
 //! ```
 //!
 //! ```
-//! use acerra_settings::{Rule, check, parse};
+//! use acerra_settings::{check, parse, rules, within};
 //!
 //! #[derive(serde::Deserialize)]
 //! #[serde(deny_unknown_fields)]
@@ -16,7 +16,7 @@
 //! }
 //!
 //! let radar: Radar = parse("interval_s = 0.07\n")?;
-//! check("radar", &[Rule::range("interval_s", radar.interval_s, 1e-3..=100.0, "0.001 to 100")])?;
+//! check("radar", &rules!(radar as "{}" { interval_s: within(1e-3..=100.0) => "0.001 to 100" }))?;
 //!
 //! let error = parse::<Radar>("interval = 0.07\n").err().unwrap();
 //! assert!(error.to_string().starts_with("line 1, column 1: unknown field `interval`"));
@@ -28,5 +28,5 @@ mod rules;
 mod syntax;
 
 pub use edit::{Assignment, EditError, Step, Value, assign};
-pub use rules::{Rule, ValueError, check};
+pub use rules::{Rule, ValueError, check, each, given, holds, within};
 pub use syntax::{SyntaxError, parse};

@@ -60,6 +60,57 @@ impl Rule {
     }
 }
 
+/// The rules of a table, one for each key: the predicate that its value satisfies, and what is possible in words.
+/// Values are shown by the format that follows the table.
+///
+/// ```
+/// use acerra_settings::{given, rules, within};
+///
+/// struct Radar {
+///     interval_s: f64,
+///     delay_ns: Option<f64>,
+/// }
+///
+/// let radar = Radar { interval_s: 0.07, delay_ns: Some(-2.0) };
+/// let rules = rules!(radar as "{:?}" {
+///     interval_s: within(1e-3..=100.0) => "0.001 to 100",
+///     delay_ns: given(|ns: &f64| *ns >= 0.0) => "0 or more",
+/// });
+/// assert!(rules[0].holds && !rules[1].holds);
+/// assert_eq!(rules[1].found, "Some(-2.0)");
+/// ```
+#[macro_export]
+macro_rules! rules {
+    ($table:ident as $shown:literal { $($key:ident: $holds:expr => $expected:expr),+ $(,)? }) => {
+        [$($crate::Rule::new(
+            stringify!($key),
+            $crate::holds(&$table.$key, $holds),
+            $expected,
+            format!($shown, $table.$key),
+        )),+]
+    };
+}
+
+/// Whether a value satisfies a predicate; what [`rules!`] evaluates.
+pub fn holds<T>(value: &T, predicate: impl Fn(&T) -> bool) -> bool {
+    predicate(value)
+}
+
+/// The predicate that a value lies in `range`. NaN lies in no range.
+pub fn within<T: PartialOrd>(range: RangeInclusive<T>) -> impl Fn(&T) -> bool {
+    move |value| range.contains(value)
+}
+
+/// The predicate of a key that may be absent.
+pub fn given<T>(predicate: impl Fn(&T) -> bool) -> impl Fn(&Option<T>) -> bool {
+    move |value| value.as_ref().is_none_or(&predicate)
+}
+
+/// The predicate of each number of a list.
+pub fn each<T, const N: usize>(predicate: impl Fn(&T) -> bool) -> impl Fn(&[T; N]) -> bool {
+    move |values| values.iter().all(&predicate)
+}
+
 /// Refuses the first rule of `table` that does not hold.
 ///
 /// # Errors

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use acerra_geo::geodesy::{EnuFrame, Geodetic};
 use acerra_geo::time::{Calendar, GpsTime};
 
-use super::flight::{Flight, FlightError, FlightModel, GivenFlight, GivenFlightError};
+use super::flight::{Flight, FlightModel, GivenFlight, GivenFlightError};
 use super::gnss::GnssModel;
 use super::radar::{Clutter, CornerReflector, Ground, PointTarget, RadarModel, RadarScene};
 
@@ -116,9 +116,6 @@ pub enum SceneError {
     /// Not TOML, an unknown key, or a value of the wrong form.
     #[error(transparent)]
     Syntax(#[from] SyntaxError),
-    /// A flight that cannot be flown.
-    #[error(transparent)]
-    Flight(#[from] FlightError),
     /// A flight from a file that cannot be flown.
     #[error(transparent)]
     GivenFlight(#[from] GivenFlightError),

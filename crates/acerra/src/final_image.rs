@@ -13,7 +13,7 @@ use crate::commands::focus::Order;
 use crate::interrupt::cancel_flag;
 use crate::progress::Bar;
 
-/// How often the page is told how far a step has come.
+/// How often the page is notified of how far a step has come.
 const TELL_EVERY: Duration = Duration::from_millis(100);
 
 /// Tells a live page how the final image comes along.
@@ -29,7 +29,7 @@ struct State {
     told: Instant,
 }
 
-/// A board that is told.
+/// A board that reports.
 #[must_use]
 pub fn shows(board: &Arc<Board>) -> Arc<Shows> {
     Arc::new(Shows {

@@ -22,7 +22,7 @@ pub fn cancel_flag() -> &'static AtomicBool {
 }
 
 /// From now on the first signal sets the flag returned, and the process ends by itself; the second one
-/// ends it at once. For commands that go on until they are told to stop.
+/// ends it at once. For commands that go on until they are asked to stop.
 pub fn stop_in_order() -> &'static AtomicBool {
     STOPS_IN_ORDER.store(true, Ordering::SeqCst);
     &STOP
@@ -73,7 +73,7 @@ pub fn wait_if_ending() {
 }
 
 /// The signals that the process ignores, one bit each from signal 1 on; none where the system does
-/// not tell.
+/// not state.
 #[cfg(unix)]
 fn ignored_signals() -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
@@ -88,9 +88,9 @@ fn end(signal: i32) -> ! {
     REQUESTED.store(true, Ordering::SeqCst);
     acerra_products::staging::discard_unfinished();
     let name = signal_hook::low_level::signal_name(signal).unwrap_or("a signal");
-    // On a terminal a line of progress may stand before it.
+    // On a terminal a line of progress may be before it.
     let lead = if io::stderr().is_terminal() { "\n" } else { "" };
-    // Nothing is left to tell if stderr is closed, as after a hang-up.
+    // Nothing is left to report if stderr is closed, as after a hang-up.
     let _ = writeln!(
         io::stderr(),
         "{lead}acerra: interrupted by {name}; unfinished products were removed"

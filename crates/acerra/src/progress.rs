@@ -26,7 +26,7 @@ struct Shown {
 }
 
 impl Bar {
-    /// A bar that is told of every stage from now on.
+    /// A bar that is notified of every stage from now on.
     #[must_use]
     pub fn following(stages: &mut Stages) -> Arc<Self> {
         let bar = Arc::new(Self::default());

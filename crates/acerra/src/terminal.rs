@@ -62,6 +62,6 @@ pub fn detail(text: &str) {
 }
 
 fn say(text: &str) {
-    // Nothing is left to tell if stderr is closed.
+    // Nothing is left to report if stderr is closed.
     let _ = writeln!(std::io::stderr(), "acerra: {}", plain_text(text));
 }

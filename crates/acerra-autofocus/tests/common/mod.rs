@@ -258,7 +258,10 @@ impl Scene {
         let correlation = if smoothed_m == 0.0 {
             Correlation::White
         } else {
-            Correlation::smoothed_by_gaussian(smoothed_m)
+            // The curvature at 0 of white noise smoothed by a Gaussian, e^{−d²/(4s²)}.
+            Correlation::Matern52 {
+                length: smoothed_m * (10.0_f64 / 3.0).sqrt(),
+            }
         };
         let abscissa: Vec<f64> = (0..PULSES).map(|m| m as f64 * spacing_m()).collect();
         let sigma = [sigma_m, sigma_m, 2.0 * sigma_m];

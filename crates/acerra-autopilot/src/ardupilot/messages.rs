@@ -97,7 +97,7 @@ impl Record<'_> {
         })
     }
 
-    /// Adds what a record `GPA` tells of the position just before it: its accuracy and the height
+    /// Adds what a record `GPA` gives of the position just before it: its accuracy and the height
     /// above the ellipsoid.
     ///
     /// `HAcc` is taken for each horizontal axis, of which it is an upper bound. `Und` is the height above
@@ -147,7 +147,7 @@ impl Record<'_> {
         })
     }
 
-    /// The gimbal that a record `PARM` tells the kind of, and what that says of its angles: `MNT1_TYPE` of the first.
+    /// The gimbal whose kind a record `PARM` gives (`MNT1_TYPE` for the first), and what that kind means for its angles.
     ///
     /// Servos (1) have no feedback: versions of ArduPilot log the angles from the horizon that are wanted or, later,
     /// those in the vehicle's axes that are asked of them (`AP_Mount_Servo::get_attitude_quaternion`). A gimbal that
@@ -172,7 +172,7 @@ impl Record<'_> {
     }
 
     /// The attitude of a record `MNT`, degrees: roll and pitch from the horizon, yaw from north, or where only
-    /// that is known from the nose. None of a gimbal that does not tell its angles.
+    /// that is known from the nose. None of a gimbal that does not give its angles.
     pub fn gimbal_attitude(&self) -> Option<GimbalSample> {
         let angle = |name| self.number(&[name]).map(f64::to_radians);
         let (yaw_rad, yaw) = match angle("YawE") {

@@ -1,7 +1,7 @@
 //! ArduPilot's DataFlash logs, `.bin`.
 //!
 //! The formats are those of ArduPilot's sources (`AP_Logger/LogStructure.h`) and of the page
-//! "Onboard message log messages" of its documentation. Positions in 1e-7 degrees are told to 11 mm.
+//! "Onboard message log messages" of its documentation. Positions in 1e-7 degrees are given to 11 mm.
 
 mod layout;
 mod messages;
@@ -71,7 +71,7 @@ pub fn read<R: Read>(bytes: &mut LogBytes<R>, limit: usize) -> Result<Recording,
 struct Reader {
     layouts: HashMap<u8, Layout>,
     found: Collector,
-    /// The receiver whose messages tell the time: the first with a fix.
+    /// The receiver whose messages give the time: the first with a fix.
     clock_receiver: Option<String>,
     /// Clock reading (s) of each receiver's latest record, where that had a position.
     last_fix: HashMap<String, f64>,

@@ -11,7 +11,7 @@ use crate::sample::gps_time_of_unix_us;
 
 /// Stamp of the ground station (bytes).
 const STAMP: usize = 8;
-/// Bytes of a packet, with its stamp, that tell its length.
+/// Bytes of a packet, with its stamp, that give its length.
 pub const HEADER: usize = STAMP + 3;
 /// First byte of a packet of version 1, and of version 2.
 const VERSION_1: u8 = 0xfe;

@@ -1,5 +1,5 @@
-//! What the messages say (MAVLink, `common.xml`). Fields stand in the order of their length, longest
-//! first; those that came later ("extensions") stand behind.
+//! What the messages say (MAVLink, `common.xml`). Fields are in the order of their length, longest
+//! first; those that came later ("extensions") are behind.
 
 use acerra_geo::trajectory::{Attitude, SolutionStatus};
 
@@ -117,7 +117,7 @@ impl Payload {
     }
 
     /// The angles of `MOUNT_ORIENTATION` (degrees): roll and pitch from the horizon, yaw from the nose, and in
-    /// later definitions also from north, where a zero is as good as not told. The stamp is the sender's clock.
+    /// later definitions also from north, where a zero means absent. The stamp is the sender's clock.
     pub fn mount_orientation(&self) -> Option<GimbalSample> {
         let [roll, pitch, from_nose, from_north] =
             [4, 8, 12, 16].map(|at| self.f32(at).to_radians());

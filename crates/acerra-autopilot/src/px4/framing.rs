@@ -1,4 +1,4 @@
-//! What tells a message from damage: its kind, the length that its definition asks for, and what follows it.
+//! What distinguishes a message from damage: its kind, the length that its definition asks for, and what follows it.
 
 use std::collections::HashMap;
 

@@ -82,11 +82,11 @@ struct Subscription {
 
 struct Reader {
     definitions: Definitions,
-    /// What tells messages from damage.
+    /// What distinguishes messages from damage.
     framing: Framing,
     subscriptions: HashMap<u16, Subscription>,
     found: Collector,
-    /// The topic that tells the time: the first with a fix.
+    /// The topic that gives the time: the first with a fix.
     clock_topic: Option<String>,
     /// Where the part begins that was appended after a crash.
     appended_at: Option<u64>,

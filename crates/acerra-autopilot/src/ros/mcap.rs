@@ -96,7 +96,7 @@ pub fn unpacked(content: &[u8]) -> Result<Vec<u8>, String> {
         ));
     }
     let mut records = Vec::new();
-    // One byte more tells a chunk that is larger than it says.
+    // One byte more reveals a chunk that is larger than it says.
     let read = match compression {
         "" => packed.take(size + 1).read_to_end(&mut records),
         "lz4" => lz4_flex::frame::FrameDecoder::new(packed)

@@ -64,7 +64,7 @@ impl Prepared {
         self.is_float(track).then(|| [0, 1, 2].map(of))
     }
 
-    /// Whether all imaged traces of a track stand at float positions.
+    /// Whether all imaged traces of a track are at float positions.
     fn is_float(&self, track: &Track) -> bool {
         let status = self.aligned.status.get(track.range.clone());
         let is_float = |status: &SolutionStatus| *status == SolutionStatus::Float;

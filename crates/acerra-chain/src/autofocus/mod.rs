@@ -107,7 +107,7 @@ impl Prepared {
         control: &Control<'_>,
     ) -> Result<Autofocused, AutofocusFailure> {
         let mut limits = acerra_autofocus::AutofocusOptions::default();
-        if let Some(most) = options.most_points {
+        if let Some(most) = options.max_points {
             limits.most_points = most;
         }
         if options.sum == Sum::Incoherent {

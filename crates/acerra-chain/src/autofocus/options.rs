@@ -3,46 +3,58 @@
 use acerra_autofocus::AutofocusError;
 use acerra_geo::lever_arm::LeverArmError;
 use acerra_imaging::ImagingError;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use crate::choices::Sum;
 use crate::control::Cancelled;
 
-/// Parameters of the autofocus.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+/// `[autofocus]`: positions are corrected from the echoes of prominent points, where that is
+/// significant.
+#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Serialize)]
+#[serde(deny_unknown_fields, default)]
+#[schemars(rename = "AutofocusSection")]
 pub struct AutofocusOptions {
-    /// Standard deviations of the places, east, north, up (m), whose errors are then independent; by
-    /// default the covariances that the positions state.
+    /// Whether positions are corrected; also by `acerra focus --autofocus`.
+    pub enabled: bool,
+    /// Standard deviations of the positions, east, north, up (metres), whose errors are then taken as
+    /// independent; by default the covariances that the positions state.
     pub sigma_m: Option<[f64; 3]>,
-    /// How long errors last (s): the length of a Matérn process of order 3/2; by default two sampling
-    /// intervals of the positions, at least 0.25 s.
+    /// How long errors of the positions last, in seconds; by default two sampling intervals of the
+    /// positions, at least 0.25 s.
     pub correlation_s: Option<f64>,
-    /// Standard deviation of the fast time at which range is zero (ns); by default that of one found from
-    /// the data of a single track, and none where it was stated.
+    /// Standard deviation of the fast time at which range is zero, in nanoseconds: where it is above
+    /// 0, the estimate leaves it free. By default that of a delay found from the data, and 0 for one that was
+    /// stated.
     pub delay_sigma_ns: Option<f64>,
-    /// Standard deviation of each track's clock offset (s); by default that of one found from the data or
-    /// recorded, and none where it was stated.
+    /// Standard deviation of each track's clock offset, in seconds: where it is above 0, the estimate
+    /// leaves it free, as the quantities that follow. By default that of an offset found from the data or
+    /// recorded beside the radar log, and 0 for one that was stated.
     pub clock_offset_sigma_s: Option<f64>,
-    /// Standard deviation of the drift of that offset (ppm); none by default.
+    /// Standard deviation of the drift of that offset, in parts per million.
     pub clock_drift_sigma_ppm: f64,
-    /// Standard deviations of each track's lever arm, forward, left, up (m); known by default.
+    /// Standard deviations of each track's lever arm, forward, left, up (metres).
     pub lever_arm_sigma_m: [f64; 3],
-    /// Standard deviation of the height of all traces above the scene (m), beyond that of the places; known
-    /// by default.
+    /// Standard deviation of the height of all traces above the scene, in metres: of an error that the
+    /// positions' heights or the scene's have in common.
     pub height_sigma_m: f64,
-    /// Standard deviation of the propagation speed (m/s); known by default.
+    /// Standard deviation of the propagation speed, in metres per second.
     pub light_speed_sigma_m_s: f64,
-    /// Standard deviation of what each track's instrument delays beside the others' (ns); by default that of
-    /// delays found from the data; of one track, none.
+    /// Standard deviation of what each track's instrument delays beside the others', in nanoseconds; of
+    /// several tracks alone. By default that of delays found from the data, and 0 for those that were stated.
     pub track_delay_sigma_ns: Option<f64>,
-    /// Standard deviation of each track's phase against the first's (degrees), of tracks summed coherently.
+    /// Standard deviation of each track's phase against the first's, in degrees, 104 for one of which nothing
+    /// is known; of several tracks summed coherently alone.
     pub track_phase_sigma_deg: f64,
-    /// Standard deviations of an error that each track's positions have in common, east, north, up (m); by
-    /// default those that float positions state, and none of others.
+    /// Standard deviations of an error that each track's positions have in common, east, north, up
+    /// (metres). By default those that float positions state, which err alike for minutes, and 0 for others.
     pub track_shift_sigma_m: Option<[f64; 3]>,
-    /// How the tracks are summed: by powers, a point has a phase of its own in each.
+    /// Most points used; 24 by default.
+    pub max_points: Option<usize>,
+    /// How the tracks are summed, as `[tracks] sum` states: summed by powers, a point has a phase of its own in
+    /// each track.
+    #[serde(skip)]
     pub sum: Sum,
-    /// Most points used.
-    pub most_points: Option<usize>,
 }
 
 /// Why there is no autofocus.

@@ -35,7 +35,7 @@ pub(super) struct Share {
 
 impl Drift {
     /// The process over traces at `time_s` (in order) with the deviations `sigma_m`; none where a
-    /// trace's deviation is not told or all are zero.
+    /// trace's deviation is not stated or all are zero.
     pub fn over(
         time_s: &[f64],
         sigma_m: &[Option<[f64; 3]>],

@@ -7,11 +7,11 @@
 //!    not show the reflectors, in each coherent sum of some (`stretch_echoes`).
 //! 4. Gauss-Newton estimates the unknowns (`adjust`), beside the positions' slow errors (`drift`).
 //!    The noise comes from the residuals; outliers are left out.
-//! 5. What the geometry does not tell is held at the campaign's value and named (`observe`); a delay at the one at
+//! 5. What the geometry does not determine is held at the campaign's value and named (`observe`); a delay at the one at
 //!    which the reflectors are in focus.
 //!
 //! An error of height common to a whole track acts as a lever arm up, and below the track as a delay:
-//! no echo tells them apart. Its deviation, as the trajectory states it, is part of theirs.
+//! no echo separates them. Its deviation, as the trajectory states it, is part of theirs.
 
 mod adjust;
 mod coupling;

@@ -1,4 +1,4 @@
-//! The measurement model: the fast time at which a reflector's echo stands in a trace.
+//! The measurement model: the fast time of a reflector's echo in a trace.
 //!
 //! Apparent range ρ = (1 + s)·|p(t + Δt) + C·L − r| + c·δ/2, with the positioned point p, the body's
 //! axes C, the lever arm L, the reflector r, the clock offset Δt, the range scale s and the delay δ.

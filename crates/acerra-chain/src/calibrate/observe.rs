@@ -1,4 +1,4 @@
-//! What the geometry tells, and what it cannot: singular directions of the information matrix, and
+//! What the geometry determines, and what it cannot: singular directions of the information matrix, and
 //! which unknowns are held because of them.
 
 use nalgebra::DMatrix;

@@ -18,11 +18,11 @@ pub(super) struct Pose {
     pub position_m: [f64; 3],
     /// Its velocity, averaged over [`RATE_WINDOW_S`] (m/s).
     pub velocity_m_s: [f64; 3],
-    /// Forward, left and up axis, in east, north, up; zero where nothing tells a heading.
+    /// Forward, left and up axis, in east, north, up; zero where nothing determines a heading.
     pub axis: [[f64; 3]; 3],
     /// Their rates, averaged alike (1/s).
     pub axis_rate: [[f64; 3]; 3],
-    /// Standard deviations of the position (m), where the trajectory tells.
+    /// Standard deviations of the position (m), where the trajectory states them.
     pub sigma_m: Option<[f64; 3]>,
 }
 
@@ -145,7 +145,7 @@ impl Sampler<'_> {
 }
 
 /// Time over which velocities are averaged (s). Noise of the positions must not pass for motion: it
-/// would seem to tell the clock offset from a lever arm ahead.
+/// would seem to separate the clock offset from a lever arm ahead.
 const RATE_WINDOW_S: f64 = 1.0;
 
 fn flown(

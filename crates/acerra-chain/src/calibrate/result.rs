@@ -21,7 +21,7 @@ pub struct Calibrated {
     pub correlation: Vec<Vec<f64>>,
     /// Their covariance matrix, row by row (SI units).
     pub covariance: Vec<Vec<f64>>,
-    /// What the geometry cannot tell.
+    /// What the geometry cannot determine.
     pub singular: Vec<SingularDirection>,
     /// How estimates depend on what is held.
     pub sensitivity: Vec<Sensitivity>,
@@ -39,7 +39,7 @@ pub struct Estimate {
     /// The campaign's value (SI units).
     pub campaign: f64,
     /// The value found, or the campaign's where it is not observable (SI units). Of a delay that the ranges do not
-    /// tell, with its clock offsets: that at which the reflectors are in focus.
+    /// determine, with its clock offsets: that at which the reflectors are in focus.
     pub value: f64,
     /// Its standard deviation, given the values held (SI units); none where it is not observable.
     pub sigma: Option<f64>,

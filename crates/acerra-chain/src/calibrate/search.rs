@@ -105,7 +105,7 @@ impl Grid {
     }
 
     /// Level of each setting above the median of all (dB), the mean over the stretches by their paths. Each
-    /// counts by how far it stands above its own median, so that one bright echo does not outweigh a
+    /// counts by how far it is above its own median, so that one bright echo does not outweigh a
     /// reflector seen from all sides.
     fn levels_db(&self, rows: &[Vec<Vec<Focus>>], stretches: &[Stretch]) -> Vec<f64> {
         let cells = self.offset_s.len() * self.delay_s.len();
@@ -195,7 +195,7 @@ impl Grid {
         self.offset_s[cell / self.delay_s.len()]
     }
 
-    /// The cells that hang together with `top`: its hill, and the ridge along which delay and offset stand in
+    /// The cells that hang together with `top`: its hill, and the ridge along which delay and offset are in
     /// for each other.
     fn connected(&self, level_db: &[f64], top: usize) -> Vec<bool> {
         let least_db = level_db[top] - HILL_DB.min(0.5 * level_db[top].max(0.0));

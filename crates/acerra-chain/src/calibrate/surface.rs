@@ -11,7 +11,7 @@ use super::track::TrackEchoes;
 use crate::journal::warnings::Warnings;
 use crate::scene::Scene;
 
-/// Distance of the surface echo from 2h/c beyond which it is told (s).
+/// Distance of the surface echo from 2h/c beyond which it is reported (s).
 const TOLD_S: f64 = 0.3e-9;
 
 /// Scatter about its median beyond which what was followed is no level surface (s): the crest of an

@@ -52,7 +52,7 @@ pub(super) struct TrackEchoes {
 }
 
 impl Setting<'_> {
-    /// Distance in fast time from which echoes are told apart (s): from the crest of a
+    /// Distance in fast time from which echoes are resolved (s): from the crest of a
     /// cosine-weighted pulse to its first zero.
     fn cell_s(&self) -> f64 {
         1.5 / (self.band_hz[1] - self.band_hz[0])

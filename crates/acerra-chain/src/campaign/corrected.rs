@@ -51,7 +51,7 @@ fn prior_sigma(correction: &PathCorrection, quantity: Quantity) -> Option<f64> {
 }
 
 impl RadarSection {
-    /// Adds the delay that was found to a stated one. Where none is stated the surface echo tells it anew.
+    /// Adds the delay that was found to a stated one. Where none is stated, the surface echo determines it again.
     fn correct(&mut self, correction: &PathCorrection) {
         if let Some(Delay::Nanoseconds(delay_ns)) = &mut self.delay_ns {
             *delay_ns += correction.of_all(Quantity::Delay);

@@ -21,3 +21,19 @@ pub enum CampaignError {
         reason: &'static str,
     },
 }
+
+/// Refuses two keys or tables that exclude each other, where `both` are there.
+pub(super) fn exclude_if(
+    both: bool,
+    [first, second]: [&'static str; 2],
+    reason: &'static str,
+) -> Result<(), CampaignError> {
+    if both {
+        return Err(CampaignError::Conflict {
+            first,
+            second,
+            reason,
+        });
+    }
+    Ok(())
+}

@@ -5,12 +5,15 @@ mod error;
 mod parameters;
 mod rules;
 mod sections;
+mod track_rules;
+mod values;
 
 use std::path::{Path, PathBuf};
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::autofocus::AutofocusOptions;
 use crate::prepare::Prepared;
 
 pub use crate::choices::{
@@ -21,9 +24,9 @@ pub use crate::choices::{
 pub use crate::focus::inversion::options::{InversionSection, Method};
 pub use error::CampaignError;
 pub use sections::{
-    AutofocusSection, ChecksSection, Files, GnssSection, GroundLayerSection, GroundSection,
-    ImageSection, LineSection, MeasureSection, PreprocessSection, ProductsSection, RadarSection,
-    TrackSection, TracksSection, TrajectorySection,
+    ChecksSection, Files, GnssSection, GroundLayerSection, GroundSection, ImageSection,
+    LineSection, MeasureSection, PreprocessSection, ProductsSection, RadarSection, TrackSection,
+    TracksSection, TrajectorySection,
 };
 
 /// A campaign, as its file states it and with every default filled in.
@@ -56,7 +59,7 @@ pub struct Campaign {
     pub ground: Option<GroundSection>,
     /// Corrections of the positions from the echoes.
     #[serde(default)]
-    pub autofocus: AutofocusSection,
+    pub autofocus: AutofocusOptions,
     /// What counts as a target.
     #[serde(default)]
     pub measure: MeasureSection,

@@ -319,21 +319,9 @@ impl Campaign {
     /// Parameters of the autofocus, whether it is enabled or not.
     #[must_use]
     pub fn autofocus_options(&self) -> AutofocusOptions {
-        let section = &self.autofocus;
         AutofocusOptions {
-            sigma_m: section.sigma_m,
-            correlation_s: section.correlation_s,
-            delay_sigma_ns: section.delay_sigma_ns,
-            clock_offset_sigma_s: section.clock_offset_sigma_s,
-            clock_drift_sigma_ppm: section.clock_drift_sigma_ppm,
-            lever_arm_sigma_m: section.lever_arm_sigma_m,
-            height_sigma_m: section.height_sigma_m,
-            light_speed_sigma_m_s: section.light_speed_sigma_m_s,
-            track_delay_sigma_ns: section.track_delay_sigma_ns,
-            track_phase_sigma_deg: section.track_phase_sigma_deg,
-            track_shift_sigma_m: section.track_shift_sigma_m,
             sum: self.tracks.sum,
-            most_points: section.max_points,
+            ..self.autofocus
         }
     }
 }

@@ -186,49 +186,6 @@ pub struct TrackSection {
     pub phase_deg: f64,
 }
 
-/// `[autofocus]`: positions are corrected from the echoes of prominent points, where that is
-/// significant.
-#[derive(Clone, Debug, Default, Deserialize, JsonSchema, Serialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct AutofocusSection {
-    /// Whether positions are corrected; also by `acerra focus --autofocus`.
-    pub enabled: bool,
-    /// Standard deviations of the positions, east, north, up (metres), whose errors are then taken as
-    /// independent; by default the covariances that the positions state.
-    pub sigma_m: Option<[f64; 3]>,
-    /// How long errors of the positions last, in seconds; by default two sampling intervals of the
-    /// positions, at least 0.25 s.
-    pub correlation_s: Option<f64>,
-    /// Standard deviation of the fast time at which range is zero, in nanoseconds: where it is above
-    /// 0, the estimate leaves it free. By default that of a delay found from the data, and 0 for one that was
-    /// stated.
-    pub delay_sigma_ns: Option<f64>,
-    /// Standard deviation of each track's clock offset, in seconds: where it is above 0, the estimate
-    /// leaves it free, as the quantities that follow. By default that of an offset found from the data or
-    /// recorded beside the radar log, and 0 for one that was stated.
-    pub clock_offset_sigma_s: Option<f64>,
-    /// Standard deviation of the drift of that offset, in parts per million.
-    pub clock_drift_sigma_ppm: f64,
-    /// Standard deviations of each track's lever arm, forward, left, up (metres).
-    pub lever_arm_sigma_m: [f64; 3],
-    /// Standard deviation of the height of all traces above the scene, in metres: of an error that the
-    /// positions' heights or the scene's have in common.
-    pub height_sigma_m: f64,
-    /// Standard deviation of the propagation speed, in metres per second.
-    pub light_speed_sigma_m_s: f64,
-    /// Standard deviation of what each track's instrument delays beside the others', in nanoseconds; of
-    /// several tracks alone. By default that of delays found from the data, and 0 for those that were stated.
-    pub track_delay_sigma_ns: Option<f64>,
-    /// Standard deviation of each track's phase against the first's, in degrees, 104 for one of which nothing
-    /// is known; of several tracks summed coherently alone.
-    pub track_phase_sigma_deg: f64,
-    /// Standard deviations of an error that each track's positions have in common, east, north, up
-    /// (metres). By default those that float positions state, which err alike for minutes, and 0 for others.
-    pub track_shift_sigma_m: Option<[f64; 3]>,
-    /// Most points used; 24 by default.
-    pub max_points: Option<usize>,
-}
-
 /// `[checks]`: what becomes of a run that its own evidence contradicts.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema, Serialize)]
 #[serde(deny_unknown_fields, default)]

@@ -40,7 +40,7 @@ pub enum CleanError {
     /// The background cannot be removed.
     #[error("[preprocess] background: {0}")]
     Background(Refused),
-    /// A trace stands below the ground, where the gate has no meaning.
+    /// A trace is below the ground, where the gate has no meaning.
     #[error(
         "[preprocess] gate_ns: trace {trace} stands {depth_m:.3} m below the ground, where 2h/c has \
          no meaning; expected [image] z_m or terrain below the flight, or gate_ns = \"none\""

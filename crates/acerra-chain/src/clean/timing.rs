@@ -152,7 +152,7 @@ fn by_direct_wave_s(
     Ok(seen.fast_time_s - apart_m / SPEED_OF_LIGHT_M_S)
 }
 
-/// Whether the ground of the image may be right: most traces stand above it.
+/// Whether the ground of the image may be right: most traces are above it.
 fn is_mostly_above_ground(height_m: &[f64]) -> bool {
     2 * height_m.iter().filter(|h| **h > 0.0).count() > height_m.len()
 }

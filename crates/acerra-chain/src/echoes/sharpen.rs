@@ -12,7 +12,7 @@ use crate::echoes::quick_look;
 
 /// Patches at most.
 const PATCHES: usize = 6;
-/// Patches stand at least this far apart (m).
+/// Patches are at least this far apart (m).
 const APART_M: f64 = 1.5;
 /// Half of a patch's side (m), and its pixels (m).
 const HALF_SIDE_M: f64 = 0.6;
@@ -68,7 +68,7 @@ pub fn patches(
         .collect()
 }
 
-/// Fourth moment of an image's amplitudes: largest where its energy stands on the fewest pixels.
+/// Fourth moment of an image's amplitudes: largest where its energy is on the fewest pixels.
 #[must_use]
 pub fn fourth_moment(image: &[Complex32]) -> f64 {
     image.iter().map(|v| f64::from(v.norm_sqr()).powi(2)).sum()

@@ -107,7 +107,7 @@ pub(crate) fn image_looks(
     })
 }
 
-/// Which traces each look takes, and where it stands in the mean.
+/// Which traces each look takes, and their mean place.
 fn place_arrays(looks: &[Look], position_m: &[[f64; 3]]) -> Vec<StackArray> {
     #[expect(clippy::cast_precision_loss, reason = "counts of traces")]
     let ends = |name, end: fn(&Look) -> usize| StackArray {

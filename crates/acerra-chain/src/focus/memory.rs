@@ -3,7 +3,7 @@
 use std::path::Path;
 
 /// Bytes that can be had without swapping and within the limits on this process and on its control
-/// groups, where the system tells.
+/// groups, where the system reports it.
 #[must_use]
 pub fn available_memory_bytes() -> Option<u64> {
     [

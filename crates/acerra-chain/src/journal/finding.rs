@@ -141,7 +141,7 @@ pub enum Setting {
     LeverArmForward,
     /// The lever arm across it.
     LeverArmLeft,
-    /// The position of the base, as far as its own single-point position does not tell it.
+    /// The position of the base, as far as its own single-point position does not determine it.
     Base,
     /// The axes of positions that a file gives in a frame of its own: ranges are the same in its mirror
     /// image.

@@ -12,7 +12,7 @@ pub struct Stage {
     pub name: &'static str,
     /// Wall-clock time.
     pub seconds: f64,
-    /// Most memory that the process held during the stage, where the system tells.
+    /// Most memory that the process held during the stage, where the system reports it.
     pub peak_memory_bytes: Option<u64>,
 }
 

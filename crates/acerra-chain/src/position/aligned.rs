@@ -20,7 +20,7 @@ pub struct Aligned {
     pub position_m: Vec<[f64; 3]>,
     /// Transmitter and receiver from that place (m); empty where they are one.
     pub antennas_from_place_m: Vec<[[f64; 3]; 2]>,
-    /// Standard deviations of the places (m); empty where the trajectory does not tell.
+    /// Standard deviations of the places (m); empty where the trajectory states none.
     pub sigma_m: Vec<[f64; 3]>,
     /// Solution status.
     pub status: Vec<SolutionStatus>,
@@ -36,10 +36,10 @@ pub struct Aligned {
     pub line_starts: Vec<usize>,
     /// Path that each trace stands for on its line (m).
     pub path_m: Vec<f64>,
-    /// The places of all traces of the log, with what stands behind each.
+    /// The places of all traces of the log, with what each rests on.
     pub all: Vec<Interpolated>,
     /// Whether a platform stands much of the time, so that its traces count by the path they cover
-    /// unless told otherwise.
+    /// by default.
     pub stands: bool,
     /// Heights by the radar, where they replace those of the positions.
     pub radar_height: Option<HeightsReplaced>,
@@ -131,7 +131,7 @@ impl Aligned {
 
     /// Appends the traces of another track.
     pub(crate) fn append(&mut self, mut other: Self) {
-        // Deviations are told for all traces or for none.
+        // Deviations are given for all traces or for none.
         if self.traces.is_empty() || !(self.sigma_m.is_empty() || other.sigma_m.is_empty()) {
             self.sigma_m.append(&mut other.sigma_m);
         } else {

@@ -79,7 +79,7 @@ pub struct WithAttitudes {
     pub trajectory: Trajectory,
     /// What there is to say about the log.
     pub report: LogReport,
-    /// How the log's own positions lie beside these; none where that cannot be told.
+    /// How the log's own positions lie beside these; none where that cannot be determined.
     pub shift: Option<ClockShift>,
     /// Positions without an attitude of the vehicle.
     pub without_attitude: usize,

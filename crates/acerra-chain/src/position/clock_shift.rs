@@ -13,7 +13,7 @@ const NEAR_S: f64 = 1.0;
 const MARGIN: f64 = 6.0;
 /// Positions of the record that are compared, at most, evenly spread.
 const MOST_COMPARED: usize = 1000;
-/// The fewest that tell anything.
+/// The fewest that show anything.
 const FEWEST_COMPARED: usize = 20;
 
 /// One record of a flight beside another.

@@ -25,7 +25,7 @@ pub(crate) fn height_noise_m(trajectory: &Trajectory) -> Option<f64> {
     Some(NORMAL * *median_m / 20_f64.sqrt())
 }
 
-/// Median standard deviation of heights without fixed ambiguities (m), where most of them are such and tell:
+/// Median standard deviation of heights without fixed ambiguities (m), where most of them are such:
 /// ambiguities and code multipath drift for as long as a climb lasts.
 pub(crate) fn lasting_error_m(trajectory: &Trajectory) -> Option<f64> {
     let drifts = |status| {
@@ -37,7 +37,7 @@ pub(crate) fn lasting_error_m(trajectory: &Trajectory) -> Option<f64> {
     median_sigma_m(trajectory, drifts)
 }
 
-/// Median standard deviation of heights with fixed ambiguities (m), where most of them are such and tell:
+/// Median standard deviation of heights with fixed ambiguities (m), where most of them are such:
 /// reflections err for some ten seconds.
 pub(crate) fn stated_error_m(trajectory: &Trajectory) -> Option<f64> {
     median_sigma_m(trajectory, |status| status == SolutionStatus::Fixed)

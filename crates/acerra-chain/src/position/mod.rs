@@ -121,7 +121,7 @@ impl Positions {
         self.frame().enu().copied()
     }
 
-    /// Where the axes of the positions stand.
+    /// Where the axes of the positions are.
     #[must_use]
     pub fn frame(&self) -> &Frame {
         match self {
@@ -185,11 +185,11 @@ pub struct GnssLogs {
     pub files: PositioningInput,
     /// RTKLIB configuration with the options of the positioning.
     pub config: Option<PathBuf>,
-    /// Where the base's antenna stands. By default what its log says.
+    /// Where the base's antenna is. By default what its log says.
     pub base: Option<BasePlace>,
 }
 
-/// Where the base's antenna stands.
+/// Where the base's antenna is.
 #[derive(Clone, Copy, Debug)]
 pub enum BasePlace {
     /// Earth-centred, Earth-fixed (m).
@@ -557,7 +557,7 @@ pub fn in_one_frame<'a>(
     let mut first = None;
     for (k, p) in positions.into_iter().enumerate() {
         let frame = *p.frame();
-        // Places that came with the traces may stand in the first track's frame, whatever it is.
+        // Places that came with the traces may be in the first track's frame, whatever it is.
         if frame == Frame::Local && matches!(p, Positions::PerTrace(_)) {
             continue;
         }
@@ -589,7 +589,7 @@ mod tests {
 
     #[test]
     fn tracks_about_different_origins_meet_in_the_frame_of_the_first() {
-        // The second origin stands 111 m north of the first and 3 m above it.
+        // The second origin is 111 m north of the first and 3 m above it.
         let first = EnuFrame::new(Geodetic::from_degrees(41.0, 14.2, 60.0));
         let second = EnuFrame::new(Geodetic::from_degrees(41.001, 14.2, 63.0));
         let place = [5.0, 120.0, 7.0];

@@ -70,7 +70,7 @@ pub struct RadarData {
     pub label: RadarLabel,
     /// The clock that was recorded beside the log. Where there is one, times count seconds of GPS time.
     pub clock: Option<LoggedClock>,
-    /// Whether the file tells no times: traces are numbered.
+    /// Whether the file states no times: traces are numbered.
     pub is_untimed: bool,
     /// Statements of the file that do not agree.
     pub contradictions: Vec<Contradiction>,

@@ -12,7 +12,7 @@ pub struct TracePositions {
     pub antennas_m: Option<[Vec<[f64; 3]>; 2]>,
     /// Numbers of the traces with which a line begins, other than the first: on the way there nothing was measured.
     pub line_starts: Vec<usize>,
-    /// Where these axes stand.
+    /// Where these axes are.
     pub frame: Frame,
     /// The instant at which the traces' times are zero.
     pub time_origin: TimeOrigin,

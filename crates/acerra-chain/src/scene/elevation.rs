@@ -1,11 +1,11 @@
-//! Whether a flight tells a volume's slices apart.
+//! Whether a flight resolves a volume's slices.
 
 use acerra_imaging::VolumeGrid;
 use acerra_imaging::resolution::elevation_m;
 
 use crate::journal::warnings::Warnings;
 
-/// Warns where a volume is asked for of a flight that cannot tell its slices apart.
+/// Warns where a volume is asked for of a flight that cannot resolve its slices.
 pub(crate) fn check_elevation(
     volume: &VolumeGrid,
     position_m: &[[f64; 3]],

@@ -1,4 +1,4 @@
-//! The ground below the flight, and the pixels that stand on it.
+//! The ground below the flight, and the pixels on it.
 
 pub(crate) mod elevation;
 pub mod pixels;
@@ -206,7 +206,7 @@ impl SceneError {
 /// Height of the ground under a flight.
 #[derive(Clone, Debug)]
 pub struct Ground {
-    /// Where no terrain tells it (m).
+    /// Where no terrain gives it (m).
     level_m: f64,
     /// The terrain under the image.
     near: Option<Arc<SurfaceGrid>>,
@@ -246,7 +246,7 @@ impl Ground {
         }
     }
 
-    /// Whether a terrain tells the heights.
+    /// Whether a terrain gives the heights.
     #[must_use]
     pub fn is_uneven(&self) -> bool {
         self.near.is_some()
@@ -451,7 +451,7 @@ impl SceneOptions {
         }
     }
 
-    /// What the data are to tell.
+    /// What the data are to determine.
     fn open(&self, positions: &[&Positions]) -> Result<OpenChoices, SceneError> {
         let sides = [self.x_m.is_none(), self.y_m.is_none()];
         let is_plane = matches!(self.heights, SceneHeights::Plane(_) | SceneHeights::Ground);

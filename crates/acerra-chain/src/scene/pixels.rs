@@ -9,7 +9,7 @@ use acerra_imaging::{PlaneGrid, SurfaceGrid, VolumeGrid};
 pub struct Pixels {
     /// Columns and rows; at the plane's height, the middle of the surface's, or the lowest slice's.
     pub grid: PlaneGrid,
-    /// Heights of the pixels, where they stand on uneven ground; of the image of a volume the
+    /// Heights of the pixels, where they are on uneven ground; of the image of a volume the
     /// heights of its strongest values.
     pub surface: Option<Arc<SurfaceGrid>>,
     /// The slices of a volume.

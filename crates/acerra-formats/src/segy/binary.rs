@@ -1,4 +1,4 @@
-//! The binary header, which stands behind 3,200 bytes of text.
+//! The binary header, which is behind 3,200 bytes of text.
 
 use super::sample::SampleFormat;
 use crate::bytes::{Fields, Order};

@@ -64,7 +64,7 @@ impl SampleFormat {
         }
     }
 
-    /// Appends the samples of whole words. Unsigned numbers are taken as they stand.
+    /// Appends the samples of whole words. Unsigned numbers are taken as they are.
     pub fn decode(self, order: Order, bytes: &[u8], to: &mut Vec<f32>) {
         /// The words of a slice in an order, through a conversion.
         fn words<const N: usize>(

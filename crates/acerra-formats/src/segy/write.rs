@@ -29,7 +29,7 @@ pub struct SegyTraces<'a> {
 }
 
 /// Writes traces. The sample interval counts picoseconds and the delay nanoseconds, as radars write them; in revision 2
-/// the interval stands in double precision as well, in the standard's microseconds.
+/// the interval is written in double precision as well, in the standard's microseconds.
 ///
 /// # Errors
 /// Numbers that the format cannot hold (`InvalidInput`), and those of the stream.

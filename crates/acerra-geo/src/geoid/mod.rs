@@ -45,7 +45,7 @@ impl GeoidGrid {
         })
     }
 
-    /// Reads a grid in one of five formats, told apart by content:
+    /// Reads a grid in one of five formats, distinguished by content:
     ///
     /// - NGA's `WW15MGH.DAC` (EGM96, 0.25°): 721 rows from north to south of 1440 columns from
     ///   Greenwich eastwards, signed 16 bits, big-endian, centimetres;

@@ -19,7 +19,7 @@
 mod path;
 mod spline;
 
-pub use path::{SpeedProfile, path_length_per_trace_m, speed_profile};
+pub use path::path_length_per_trace_m;
 
 use crate::matrix::{Matrix3, Vector3, scale, subtract};
 use crate::trajectory::{Attitude, Fix, SolutionStatus, Trajectory};
@@ -102,7 +102,7 @@ impl InterpolationOptions {
     }
 }
 
-/// What stands behind an interpolated position.
+/// What an interpolated position rests on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Flag {
     /// Between two fixes of imaging grade with no gap between them.
@@ -161,7 +161,7 @@ pub struct Interpolated {
     pub gimbal: Option<Attitude>,
     /// The worse status of the fixes on both sides.
     pub status: SolutionStatus,
-    /// What stands behind it.
+    /// What it rests on.
     pub flag: Flag,
 }
 

@@ -177,7 +177,7 @@ impl<'a> Assembler<'a> {
         Ok((trajectory, self.report))
     }
 
-    /// Variances of rounding to the last digit (m²), told where it is coarse.
+    /// Variances of rounding to the last digit (m²), given where it is coarse.
     fn rounding_m2(&mut self) -> Vector3 {
         let step_m = self.report.resolution_m.unwrap_or_default();
         if step_m.iter().any(|s| *s > COARSE_M) {

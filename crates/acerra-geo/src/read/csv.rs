@@ -711,7 +711,7 @@ mod tests {
         assert!(report.warnings.contains(&ReadWarning::GeoidHeights));
         let (_, report) = read(open, Some(HeightDatum::TakeOff))?;
         assert!(report.warnings.contains(&ReadWarning::HeightsAboveTakeOff));
-        // The ellipsoid's where there are several; the others are told as not used.
+        // The ellipsoid's where there are several; the others are reported as not used.
         let several =
             "time_s,lat,lon,Altitude,ALT:Altitude,Ellipsoidal Height\n0,40.9,14.2,27,2,75\n";
         let (track, report) = read(several, None)?;

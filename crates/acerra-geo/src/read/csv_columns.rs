@@ -61,7 +61,7 @@ pub(super) struct Columns {
     pub width: usize,
 }
 
-/// What stands between columns.
+/// What is between columns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Separator {
     Char(char),

@@ -29,7 +29,7 @@ pub enum ReadError {
         line: u64,
         /// What was expected.
         expected: String,
-        /// What stands there.
+        /// What is there.
         found: String,
     },
     /// The last line stops half way.
@@ -42,7 +42,7 @@ pub enum ReadError {
         line: u64,
         /// What was expected.
         expected: String,
-        /// What stands there.
+        /// What is there.
         found: String,
     },
     /// A number is NaN or infinite.

@@ -24,7 +24,7 @@ const PROPERTIES: [&str; 4] = [
     "Marker Quality",
 ];
 
-/// Where the chosen body's numbers stand.
+/// Where the chosen body's numbers are.
 pub(super) struct BodyColumns {
     pub time: usize,
     pub position: [usize; 3],

@@ -60,7 +60,7 @@ impl Header {
     pub fn take(&mut self, line: &Line<'_>, report: &mut ReadReport) -> Result<(), ReadError> {
         let text = line.text.trim_start_matches('%').trim();
         if let Some((key, value)) = text.split_once(':') {
-            // Entries stand as "name   : value"; dates and file names have colons of their own.
+            // Entries are written as "name   : value"; dates and file names have colons of their own.
             let (key, value) = (key.trim(), value.trim());
             match key {
                 "ref pos" => self.base_m = base_position(line, value)?,

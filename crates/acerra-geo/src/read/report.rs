@@ -96,7 +96,7 @@ pub enum ReadWarning {
     },
     /// Motion-capture coordinates relative to another body.
     LocalSpace,
-    /// A motion-capture file that names no rigid body: one was told by its columns' axes.
+    /// A motion-capture file that names no rigid body: one was found by its columns' axes.
     UnnamedBody {
         /// First and last column, from 1.
         columns: [usize; 2],

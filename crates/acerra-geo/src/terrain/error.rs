@@ -35,7 +35,7 @@ pub enum TerrainError {
         line: u64,
         /// What was expected.
         expected: &'static str,
-        /// What stands there.
+        /// What is there.
         found: String,
     },
     /// Points that are no grid.
@@ -89,7 +89,7 @@ pub enum TerrainError {
     Frame {
         /// The terrain's coordinates.
         terrain: String,
-        /// Where the frame stands.
+        /// Where the frame is.
         frame: &'static str,
         /// What to do.
         remedy: &'static str,

@@ -41,7 +41,7 @@ impl GeographicRaster {
             });
         }
         let (rows, columns) = (header.rows, header.columns);
-        // The inverse of the transformation tells cells per degree.
+        // The inverse of the transformation gives cells per degree.
         let [[across, turned], [turned_too, down]] = header.placement.inverse;
         if turned != 0.0 || turned_too != 0.0 || across <= 0.0 || down >= 0.0 {
             return Err(TerrainError::Tag {

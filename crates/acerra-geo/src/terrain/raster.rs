@@ -51,7 +51,7 @@ impl Placement {
     }
 }
 
-/// Where a raster stands and what its heights mean, before any of them is read.
+/// Where a raster is and what its heights mean, before any of them is read.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Header {
     pub columns: usize,

@@ -179,7 +179,7 @@ pub(super) fn read(reader: impl BufRead, limit: usize) -> Result<(Header, Window
     for (k, [x, y, z]) in points.iter().enumerate() {
         let (Some(i), Some(j)) = (axes[0].index(*x), axes[1].index(*y)) else {
             return Err(TerrainError::NoGrid {
-                // Lines of comments may stand between: at least so far down.
+                // Lines of comments may be between: at least so far down.
                 line: line_of_first + k as u64,
                 x: *x,
                 y: *y,

@@ -279,15 +279,6 @@ impl Trajectory {
             fixes,
         })
     }
-
-    /// The same positions with `offset_s` added to every time tag, the origin kept.
-    #[must_use]
-    pub fn delayed_by(mut self, offset_s: f64) -> Self {
-        for fix in &mut self.fixes {
-            fix.time_s += offset_s;
-        }
-        self
-    }
 }
 
 #[cfg(test)]

@@ -50,20 +50,6 @@ impl SolutionStatus {
         }
     }
 
-    /// RTKLIB's Q; none for the two that RTKLIB does not have.
-    #[must_use]
-    pub const fn rtklib_q(self) -> Option<u8> {
-        match self {
-            Self::Fixed => Some(1),
-            Self::Float => Some(2),
-            Self::Sbas => Some(3),
-            Self::Dgps => Some(4),
-            Self::Single => Some(5),
-            Self::Ppp => Some(6),
-            Self::External | Self::Unknown => None,
-        }
-    }
-
     /// Whether the position is of the grade that imaging needs: [`Self::Fixed`] or
     /// [`Self::External`].
     #[must_use]
@@ -185,12 +171,13 @@ mod tests {
     fn names_and_codes_return() {
         for status in SolutionStatus::ALL {
             assert_eq!(SolutionStatus::from_name(status.name()), Some(status));
-            if let Some(q) = status.rtklib_q() {
-                assert_eq!(SolutionStatus::from_rtklib_q(q.into()), status);
-            }
             assert_eq!(SolutionStatus::ALL[status as usize], status);
         }
-        assert_eq!(SolutionStatus::from_rtklib_q(0), SolutionStatus::Unknown);
+        use SolutionStatus::{Dgps, Fixed, Float, Ppp, Sbas, Single, Unknown};
+        let by_q = [Unknown, Fixed, Float, Sbas, Dgps, Single, Ppp, Unknown];
+        for (q, status) in (0..).zip(by_q) {
+            assert_eq!(SolutionStatus::from_rtklib_q(q), status);
+        }
     }
 
     #[test]

@@ -51,7 +51,7 @@ enum Stage {
 /// The RINEX lines of a Hatanaka-compressed file, as a [`LineSource`].
 ///
 /// Damage is contained: a broken difference makes that one value absent until its arc starts
-/// anew; a broken epoch line drops epochs until one starts afresh; an incomplete last epoch is
+/// again; a broken epoch line drops epochs until one starts afresh; an incomplete last epoch is
 /// dropped whole. All of it is counted in the report.
 #[derive(Debug)]
 pub struct CrinexLines<S> {

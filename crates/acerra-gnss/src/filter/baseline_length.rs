@@ -1,7 +1,7 @@
 //! The known distance between two antennas on one vehicle.
 //!
-//! It says the same at every epoch: told to the filter again and again, as RTKLIB does, its own error
-//! would seem to average out. Where integers are kept beside the filter it is therefore told to each
+//! It says the same at every epoch: given to the filter again and again, as RTKLIB does, its own error
+//! would seem to average out. Where integers are kept beside the filter it is therefore given to each
 //! epoch's state once, and taken back before the next.
 
 use super::Filter;

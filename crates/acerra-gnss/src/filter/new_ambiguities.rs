@@ -19,7 +19,7 @@ impl Filter<'_> {
     /// How far the ambiguities that are not held are from whole numbers at the place of those that are, in
     /// standard deviations (root mean square), where this is more than the errors of phases explain once in
     /// a thousand cases, whichever satellite that is not held is left out. `conditioned` is the state that has
-    /// been told the integers held.
+    /// been given the integers held.
     pub(super) fn new_ambiguities_contradict(
         &self,
         epoch: &EpochView<'_>,

@@ -19,7 +19,7 @@ pub enum ReadError {
         line: u64,
         /// What the format requires at this place.
         expected: &'static str,
-        /// The text that stands there, shortened.
+        /// The text that is there, shortened.
         found: String,
     },
     /// A well-formed file of a kind or version that this reader does not understand.
@@ -46,7 +46,7 @@ pub enum ReadError {
         /// What the content looks like.
         found: FileKind,
     },
-    /// An RTCM 3 log whose messages tell the time of the week only.
+    /// An RTCM 3 log whose messages give the time of the week only.
     #[error(
         "the messages tell the time of the week only, and none tells the week: \
          state the date on which the log was recorded"

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// What a file holds, as its content tells.
+/// What a file holds, as its content shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum FileKind {

@@ -7,7 +7,7 @@ use super::limits::Limits;
 use super::report::ReadReport;
 
 /// A stream of lines. The RINEX readers take their lines from one, so that a decoder (Hatanaka)
-/// can stand between them and the file.
+/// can be placed between them and the file.
 pub trait LineSource {
     /// Moves to the next line; false at the end.
     ///

@@ -60,6 +60,16 @@ pub struct KeplerEphemeris {
     pub group_delay_s: [f64; 2],
 }
 
+impl KeplerEphemeris {
+    /// Whether times of ephemeris and of clock are within a week (s), and the orbit is one of a navigation
+    /// satellite.
+    pub(crate) fn can_be(times_s: [f64; 2], sqrt_semi_major_axis: f64, eccentricity: f64) -> bool {
+        times_s.iter().all(|s| (0.0..604_800.0).contains(s))
+            && (1_000.0..10_000.0).contains(&sqrt_semi_major_axis)
+            && eccentricity < 0.5
+    }
+}
+
 /// Broadcast ephemeris of a GLONASS satellite: a state vector to integrate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GlonassEphemeris {

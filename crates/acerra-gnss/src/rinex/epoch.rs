@@ -60,7 +60,7 @@ impl EpochLine {
     }
 
     /// Whether a line inside a version 2 record is really the next epoch line: the seconds'
-    /// decimal point stands where no value has one, and the rest reads as an epoch.
+    /// decimal point is where no value has one, and the rest reads as an epoch.
     pub(super) fn interrupts_v2(line: &[u8]) -> bool {
         column(line, 18, 1) == b"."
             && column(line, 10, 1) != b"."

@@ -6,7 +6,7 @@ use crate::input::{DropReason, LineSource, Place, ReadError, ReadReport};
 use crate::observations::satellite::{SatelliteId, System};
 use crate::orbits::navigation::{Klobuchar, Navigation};
 
-/// Where the fields of a navigation record stand.
+/// Where the fields of a navigation record are.
 #[derive(Debug, Clone, Copy)]
 struct Layout {
     /// First column and width of the time of clock.

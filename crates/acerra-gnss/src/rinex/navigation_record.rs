@@ -5,7 +5,7 @@ use acerra_geo::time::{BDT_BEHIND_GPST_S, Calendar, GpsTime, SECONDS_PER_WEEK};
 use crate::observations::satellite::{SatelliteId, System};
 use crate::orbits::navigation::{Ephemeris, GlonassEphemeris, KeplerEphemeris, SbasEphemeris};
 
-/// One record as it stands in the file: satellite, time of clock and the values in order.
+/// One record as it is in the file: satellite, time of clock and the values in order.
 #[derive(Debug, Clone)]
 pub(super) struct NavigationRecord {
     pub satellite: SatelliteId,

@@ -96,7 +96,7 @@ impl<S: LineSource> RinexObservations<S> {
         }))
     }
 
-    /// What was dropped so far; the account starts anew.
+    /// What was dropped so far; the account starts again.
     pub fn take_report(&mut self) -> ReadReport {
         let mut report = std::mem::take(&mut self.report);
         report.absorb(self.source.take_report());
@@ -304,7 +304,7 @@ impl<S: LineSource> RinexObservations<S> {
         epoch: &EpochLine,
         out: &mut Vec<RecordedSatellite>,
     ) -> Result<Taken, ReadError> {
-        // The satellites stand 12 to a line, from column 33.
+        // The satellites are 12 to a line, from column 33.
         let mut names: Vec<[u8; 3]> = Vec::new();
         if matches!(epoch.flag, 2) && column(self.source.line(), 32, 36).trim_ascii().is_empty() {
             self.header_lines(epoch.count)?;

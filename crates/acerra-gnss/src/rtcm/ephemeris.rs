@@ -132,7 +132,7 @@ impl Elements {
 /// A Keplerian message with the times still within their week.
 struct Kepler {
     satellite: Option<SatelliteId>,
-    /// Week as broadcast, and the number of weeks after which it begins anew.
+    /// Week as broadcast, and the number of weeks after which it begins again.
     week: (i64, i64),
     iode: u32,
     iodc: u32,
@@ -154,10 +154,8 @@ impl Kepler {
             System::Beidou => BDT_BEHIND_GPST_S as f64,
             _ => 0.0,
         };
-        let possible = (0.0..604_800.0).contains(&e.toe_s)
-            && (0.0..604_800.0).contains(&self.toc_s)
-            && (1_000.0..10_000.0).contains(&e.sqrt_semi_major_axis)
-            && e.eccentricity < 0.5;
+        let times_s = [e.toe_s, self.toc_s];
+        let possible = KeplerEphemeris::can_be(times_s, e.sqrt_semi_major_axis, e.eccentricity);
         let toe = nearest_week(near, e.toe_s + ahead_s);
         // The week may be that of the reference time or of the transmission: one apart.
         let (week, modulus) = self.week;
@@ -219,133 +217,96 @@ const GPS_CLOCK: [(usize, i32); 3] = [(8, -55), (16, -43), (22, -31)];
 const GALILEO_CLOCK: [(usize, i32); 3] = [(6, -59), (21, -46), (31, -34)];
 const BEIDOU_CLOCK: [(usize, i32); 3] = [(11, -66), (22, -50), (24, -33)];
 
+// The literals below are evaluated field by field in the order written, which is that of the message.
+
 fn gps(bits: &mut BitCursor<'_>) -> Option<Kepler> {
-    let satellite = SatelliteId::new(System::Gps, bits.byte(6)?);
-    let week = (bits.unsigned(10)?.cast_signed(), 1024);
-    let accuracy_m = accuracy_of_index_m(bits.unsigned32(4)?);
-    let data_source = bits.unsigned32(2)?;
-    let inclination_rate_rad_s = inclination_rate(bits)?;
-    let iode = bits.unsigned32(8)?;
-    let toc_s = bits.unsigned(16)? as f64 * 16.0;
-    let clock = clock(bits, GPS_CLOCK)?;
-    let iodc = bits.unsigned32(10)?;
-    let elements = Elements::read(bits, &ElementFormat::GPS)?;
-    let group_delay_s = [gps_group_delay_s(bits)?, 0.0];
-    let health = bits.unsigned32(6)?;
+    let kepler = Kepler {
+        satellite: SatelliteId::new(System::Gps, bits.byte(6)?),
+        week: (bits.unsigned(10)?.cast_signed(), 1024),
+        accuracy_m: accuracy_of_index_m(bits.unsigned32(4)?),
+        data_source: bits.unsigned32(2)?,
+        inclination_rate_rad_s: inclination_rate(bits)?,
+        iode: bits.unsigned32(8)?,
+        toc_s: bits.unsigned(16)? as f64 * 16.0,
+        clock: clock(bits, GPS_CLOCK)?,
+        iodc: bits.unsigned32(10)?,
+        elements: Elements::read(bits, &ElementFormat::GPS)?,
+        group_delay_s: [gps_group_delay_s(bits)?, 0.0],
+        health: bits.unsigned32(6)?,
+    };
     // L2 P data flag and fit interval.
     bits.skip(2)?;
-    Some(Kepler {
-        satellite,
-        week,
-        iode,
-        iodc,
-        health,
-        data_source,
-        accuracy_m,
-        toc_s,
-        clock,
-        inclination_rate_rad_s,
-        group_delay_s,
-        elements,
-    })
+    Some(kepler)
 }
 
 fn qzss(bits: &mut BitCursor<'_>) -> Option<Kepler> {
-    let satellite = SatelliteId::new(System::Qzss, bits.byte(4)?);
-    let toc_s = bits.unsigned(16)? as f64 * 16.0;
-    let clock = clock(bits, GPS_CLOCK)?;
-    let iode = bits.unsigned32(8)?;
-    let elements = Elements::read(bits, &ElementFormat::GPS)?;
-    let inclination_rate_rad_s = inclination_rate(bits)?;
-    let data_source = bits.unsigned32(2)?;
-    let week = (bits.unsigned(10)?.cast_signed(), 1024);
-    let accuracy_m = accuracy_of_index_m(bits.unsigned32(4)?);
-    let health = bits.unsigned32(6)?;
-    let group_delay_s = [gps_group_delay_s(bits)?, 0.0];
-    let iodc = bits.unsigned32(10)?;
+    let kepler = Kepler {
+        satellite: SatelliteId::new(System::Qzss, bits.byte(4)?),
+        toc_s: bits.unsigned(16)? as f64 * 16.0,
+        clock: clock(bits, GPS_CLOCK)?,
+        iode: bits.unsigned32(8)?,
+        elements: Elements::read(bits, &ElementFormat::GPS)?,
+        inclination_rate_rad_s: inclination_rate(bits)?,
+        data_source: bits.unsigned32(2)?,
+        week: (bits.unsigned(10)?.cast_signed(), 1024),
+        accuracy_m: accuracy_of_index_m(bits.unsigned32(4)?),
+        health: bits.unsigned32(6)?,
+        group_delay_s: [gps_group_delay_s(bits)?, 0.0],
+        iodc: bits.unsigned32(10)?,
+    };
     // Fit interval.
     bits.skip(1)?;
-    Some(Kepler {
-        satellite,
-        week,
-        iode,
-        iodc,
-        health,
-        data_source,
-        accuracy_m,
-        toc_s,
-        clock,
-        inclination_rate_rad_s,
-        group_delay_s,
-        elements,
-    })
+    Some(kepler)
 }
 
 fn galileo(bits: &mut BitCursor<'_>, inav: bool) -> Option<Kepler> {
-    let satellite = SatelliteId::new(System::Galileo, bits.byte(6)?);
-    // Galileo's weeks began with the GPS week 1024.
-    let week = (bits.unsigned(12)?.cast_signed() + 1024, 4096);
-    let iode = bits.unsigned32(10)?;
-    let accuracy_m = galileo_accuracy_of_index_m(bits.unsigned32(8)?);
-    let inclination_rate_rad_s = inclination_rate(bits)?;
-    let toc_s = bits.unsigned(14)? as f64 * 60.0;
-    let clock = clock(bits, GALILEO_CLOCK)?;
-    let elements = Elements::read(bits, &ElementFormat::GALILEO)?;
-    let e5a_delay_s = bits.scaled(10, -32)?;
-    let (data_source, e5b_delay_s, health) = if inav {
-        let delay = bits.scaled(10, -32)?;
+    let mut kepler = Kepler {
+        satellite: SatelliteId::new(System::Galileo, bits.byte(6)?),
+        // Galileo's weeks began with the GPS week 1024.
+        week: (bits.unsigned(12)?.cast_signed() + 1024, 4096),
+        iode: bits.unsigned32(10)?,
+        iodc: 0,
+        accuracy_m: galileo_accuracy_of_index_m(bits.unsigned32(8)?),
+        inclination_rate_rad_s: inclination_rate(bits)?,
+        toc_s: bits.unsigned(14)? as f64 * 60.0,
+        clock: clock(bits, GALILEO_CLOCK)?,
+        elements: Elements::read(bits, &ElementFormat::GALILEO)?,
+        group_delay_s: [bits.scaled(10, -32)?, 0.0],
+        data_source: GALILEO_FNAV,
+        health: 0,
+    };
+    if inav {
+        kepler.data_source = GALILEO_INAV;
+        kepler.group_delay_s[1] = bits.scaled(10, -32)?;
         let (e5b, e5b_invalid) = (bits.unsigned32(2)?, bits.unsigned32(1)?);
         let (e1, e1_invalid) = (bits.unsigned32(2)?, bits.unsigned32(1)?);
         // As RINEX orders them: E1-B in bits 0–2, E5b in bits 6–8.
-        let health = e1_invalid | e1 << 1 | e5b_invalid << 6 | e5b << 7;
-        (GALILEO_INAV, delay, health)
+        kepler.health = e1_invalid | e1 << 1 | e5b_invalid << 6 | e5b << 7;
     } else {
         let (e5a, e5a_invalid) = (bits.unsigned32(2)?, bits.unsigned32(1)?);
-        (GALILEO_FNAV, 0.0, e5a_invalid << 3 | e5a << 4)
-    };
-    Some(Kepler {
-        satellite,
-        week,
-        iode,
-        iodc: 0,
-        health,
-        data_source,
-        accuracy_m,
-        toc_s,
-        clock,
-        inclination_rate_rad_s,
-        group_delay_s: [e5a_delay_s, e5b_delay_s],
-        elements,
-    })
+        kepler.health = e5a_invalid << 3 | e5a << 4;
+    }
+    Some(kepler)
 }
 
 fn beidou(bits: &mut BitCursor<'_>) -> Option<Kepler> {
-    let satellite = SatelliteId::new(System::Beidou, bits.byte(6)?);
-    // BeiDou's weeks, told apart by thirteen bits; those of GPS are 1356 ahead.
-    let week = (bits.unsigned(13)?.cast_signed() + 1356, 8192);
-    let accuracy_m = accuracy_of_index_m(bits.unsigned32(4)?);
-    let inclination_rate_rad_s = inclination_rate(bits)?;
-    let iode = bits.unsigned32(5)?;
-    let toc_s = bits.unsigned(17)? as f64 * 8.0;
-    let clock = clock(bits, BEIDOU_CLOCK)?;
-    let iodc = bits.unsigned32(5)?;
-    let elements = Elements::read(bits, &ElementFormat::BEIDOU)?;
-    let mut delay_s = || Some(bits.signed(10)? as f64 * 1e-10);
-    let group_delay_s = [delay_s()?, delay_s()?];
-    let health = bits.unsigned32(1)?;
     Some(Kepler {
-        satellite,
-        week,
-        iode,
-        iodc,
-        health,
+        satellite: SatelliteId::new(System::Beidou, bits.byte(6)?),
+        // Thirteen bits of BeiDou's weeks, which GPS weeks are 1356 ahead of.
+        week: (bits.unsigned(13)?.cast_signed() + 1356, 8192),
+        accuracy_m: accuracy_of_index_m(bits.unsigned32(4)?),
+        inclination_rate_rad_s: inclination_rate(bits)?,
+        iode: bits.unsigned32(5)?,
+        toc_s: bits.unsigned(17)? as f64 * 8.0,
+        clock: clock(bits, BEIDOU_CLOCK)?,
+        iodc: bits.unsigned32(5)?,
+        elements: Elements::read(bits, &ElementFormat::BEIDOU)?,
+        group_delay_s: [
+            bits.signed(10)? as f64 * 1e-10,
+            bits.signed(10)? as f64 * 1e-10,
+        ],
+        health: bits.unsigned32(1)?,
         data_source: 0,
-        accuracy_m,
-        toc_s,
-        clock,
-        inclination_rate_rad_s,
-        group_delay_s,
-        elements,
     })
 }
 

@@ -150,7 +150,7 @@ pub(crate) fn first_valid(bytes: &[u8]) -> bool {
     pieces(bytes).any(|p| matches!(p, Piece::Frame(f) if (1001..=4095).contains(&f.number)))
 }
 
-/// A message around `payload`; `None` where it is longer than ten bits of length can tell.
+/// A message around `payload`; `None` where it is longer than ten bits of length can express.
 #[must_use]
 pub fn encode(payload: &[u8]) -> Option<Vec<u8>> {
     if payload.len() > MAX_PAYLOAD_BYTES {

@@ -346,7 +346,7 @@ impl Reader {
     }
 
     /// Phase minus pseudorange, continued from the epoch before: ionosphere drives the two apart,
-    /// and past 750 cycles a sender starts anew at the other end.
+    /// and past 750 cycles a sender starts again at the other end.
     fn unwrapped(&mut self, signal: (SatelliteId, SignalCode), excess: f64, lost: bool) -> f64 {
         let before = self.excess_cycles.get(&signal).filter(|_| !lost);
         let turns = before.map_or(0.0, |b| ((b - excess) / PHASE_MODULUS_CYCLES).round());

@@ -8,7 +8,7 @@
 //! | 1005–1008, 1033 | position, antenna and receiver of the station |
 //! | 1013 | date |
 //!
-//! Other messages are counted. Observation messages tell the time of the week only: the week comes
+//! Other messages are counted. Observation messages give the time of the week only: the week comes
 //! from message 1013, from the ephemerides, or from a time that the caller states.
 
 mod ephemeris;

@@ -1,4 +1,4 @@
-//! Which week a log was recorded in. Observation messages tell the time within a week, or a day,
+//! Which week a log was recorded in. Observation messages give the time within a week, or a day,
 //! only.
 
 use acerra_geo::time::{Calendar, GpsTime, SECONDS_PER_WEEK};
@@ -9,7 +9,7 @@ use super::station;
 use crate::orbits::bits::BitCursor;
 use crate::rinex::{moscow_time, nearest_week};
 
-/// The first week that ten bits are taken to mean where nothing else tells: those since
+/// The first week that ten bits are taken to mean where nothing else gives: those since
 /// 7 April 2019.
 const FIRST_WEEK_OF_TEN_BITS: i64 = 2048;
 

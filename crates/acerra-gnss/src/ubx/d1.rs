@@ -2,6 +2,7 @@
 
 use acerra_geo::time::GpsTime;
 
+use super::decoded::Decoded;
 use crate::observations::satellite::SatelliteId;
 use crate::orbits::bits::{Bits, SEMICIRCLE_RAD};
 use crate::orbits::navigation::KeplerEphemeris;
@@ -9,17 +10,6 @@ use crate::rinex::accuracy_of_index_m;
 
 /// Words of a subframe, 30 bits each.
 pub(super) const WORDS: usize = 10;
-
-/// What a subframe completed.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) enum D1 {
-    /// Nothing yet.
-    Pending,
-    /// Subframes 1 to 3 of one frame are there.
-    Ephemeris(Box<KeplerEphemeris>),
-    /// The subframe contradicts itself.
-    Invalid,
-}
 
 /// The subframes collected from one satellite.
 #[derive(Debug, Clone, Default)]
@@ -33,31 +23,31 @@ fn second_of_week(bits: &Bits) -> u32 {
 
 impl D1Collector {
     /// Takes one subframe of ten 30-bit words.
-    pub(super) fn take(&mut self, satellite: SatelliteId, words: &[u32; WORDS]) -> D1 {
+    pub(super) fn take(&mut self, satellite: SatelliteId, words: &[u32; WORDS]) -> Decoded {
         let mut bits = Bits::default();
         for &word in words {
             bits.push(word & 0x3FFF_FFFF, 30);
         }
         if bits.unsigned(0, 11) != 0b111_0001_0010 {
-            return D1::Invalid;
+            return Decoded::Invalid;
         }
         match bits.unsigned(15, 3) {
             id @ 1..=3 => {
                 self.subframes[id as usize - 1] = Some(bits);
                 self.ephemeris(satellite)
             }
-            4 | 5 => D1::Pending,
-            _ => D1::Invalid,
+            4 | 5 => Decoded::Pending,
+            _ => Decoded::Invalid,
         }
     }
 
-    fn ephemeris(&self, satellite: SatelliteId) -> D1 {
+    fn ephemeris(&self, satellite: SatelliteId) -> Decoded {
         let [Some(one), Some(two), Some(three)] = &self.subframes else {
-            return D1::Pending;
+            return Decoded::Pending;
         };
         let start = second_of_week(one);
         if second_of_week(two) != start + 6 || second_of_week(three) != start + 12 {
-            return D1::Pending;
+            return Decoded::Pending;
         }
         let toc_s = f64::from(one.unsigned2((73, 9), (90, 8))) * 8.0;
         // Seventeen bits: two in subframe 2, fifteen in subframe 3.
@@ -67,13 +57,10 @@ impl D1Collector {
         let eccentricity = f64::from(two.unsigned2((132, 10), (150, 22))) * 2f64.powi(-33);
         // Frames in which the data change carry two issues.
         if toc_s != toe_s {
-            return D1::Pending;
+            return Decoded::Pending;
         }
-        if toe_s >= 604_800.0
-            || !(1_000.0..10_000.0).contains(&sqrt_semi_major_axis)
-            || eccentricity >= 0.5
-        {
-            return D1::Invalid;
+        if !KeplerEphemeris::can_be([toe_s, toc_s], sqrt_semi_major_axis, eccentricity) {
+            return Decoded::Invalid;
         }
         let number = |bits: &Bits, high, low, exponent| {
             f64::from(bits.signed2(high, low)) * 2f64.powi(exponent)
@@ -88,7 +75,7 @@ impl D1Collector {
             GpsTime::from_bdt_week_sow(week, sow)
         };
         let nanoseconds = |tenths: i32| f64::from(tenths) * 1e-10;
-        D1::Ephemeris(Box::new(KeplerEphemeris {
+        Decoded::Kepler(Box::new(KeplerEphemeris {
             satellite,
             iode: one.unsigned(287, 5),
             iodc: one.unsigned(43, 5),
@@ -202,9 +189,9 @@ mod tests {
         let satellite: SatelliteId = "C11".parse().unwrap();
         let mut collector = D1Collector::default();
         let [a, b, c] = frame(345_600 / 8);
-        assert_eq!(collector.take(satellite, &a), D1::Pending);
-        assert_eq!(collector.take(satellite, &b), D1::Pending);
-        let D1::Ephemeris(e) = collector.take(satellite, &c) else {
+        assert_eq!(collector.take(satellite, &a), Decoded::Pending);
+        assert_eq!(collector.take(satellite, &b), Decoded::Pending);
+        let Decoded::Kepler(e) = collector.take(satellite, &c) else {
             panic!()
         };
         assert_eq!(e.toe, GpsTime::from_bdt_week_sow(755, 345_600.0));
@@ -247,9 +234,9 @@ mod tests {
         let [a, b, _] = frame(345_600 / 8);
         let [_, _, mut c] = frame(345_600 / 8);
         c[1] ^= 1 << 12;
-        assert_eq!(collector.take(satellite, &a), D1::Pending);
-        assert_eq!(collector.take(satellite, &b), D1::Pending);
-        assert_eq!(collector.take(satellite, &c), D1::Pending);
-        assert_eq!(collector.take(satellite, &[0; WORDS]), D1::Invalid);
+        assert_eq!(collector.take(satellite, &a), Decoded::Pending);
+        assert_eq!(collector.take(satellite, &b), Decoded::Pending);
+        assert_eq!(collector.take(satellite, &c), Decoded::Pending);
+        assert_eq!(collector.take(satellite, &[0; WORDS]), Decoded::Invalid);
     }
 }

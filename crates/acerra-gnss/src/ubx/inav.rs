@@ -2,6 +2,7 @@
 
 use acerra_geo::time::GpsTime;
 
+use super::decoded::Decoded;
 use crate::observations::satellite::SatelliteId;
 use crate::orbits::bits::{Bits, SEMICIRCLE_RAD, crc24q};
 use crate::orbits::navigation::KeplerEphemeris;
@@ -9,17 +10,6 @@ use crate::rinex::{galileo_accuracy_of_index_m, nearest_week};
 
 /// RINEX's data source word for I/NAV: E1-B and E5b pages, clock for E5b and E1.
 const DATA_SOURCE: u32 = 1 | 1 << 2 | 1 << 9;
-
-/// What a page completed.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) enum Inav {
-    /// Nothing yet, or an alert page.
-    Pending,
-    /// Words 1 to 5 of one issue are there.
-    Ephemeris(Box<KeplerEphemeris>),
-    /// The checksum is wrong or the page contradicts itself.
-    Invalid,
-}
 
 /// The words collected from one satellite.
 #[derive(Debug, Clone, Default)]
@@ -30,7 +20,12 @@ pub(super) struct InavCollector {
 impl InavCollector {
     /// Takes an even and an odd page part of four 32-bit words each. `near` is any time within
     /// half a week of it.
-    pub(super) fn take(&mut self, satellite: SatelliteId, words: &[u32; 8], near: GpsTime) -> Inav {
+    pub(super) fn take(
+        &mut self,
+        satellite: SatelliteId,
+        words: &[u32; 8],
+        near: GpsTime,
+    ) -> Decoded {
         let mut parts = [Bits::default(), Bits::default()];
         for (part, words) in parts.iter_mut().zip(words.chunks(4)) {
             for &word in words {
@@ -39,10 +34,10 @@ impl InavCollector {
         }
         let [even, odd] = &parts;
         if even.unsigned(1, 1) == 1 || odd.unsigned(1, 1) == 1 {
-            return Inav::Pending;
+            return Decoded::Pending;
         }
         if even.unsigned(0, 1) != 0 || odd.unsigned(0, 1) != 1 {
-            return Inav::Invalid;
+            return Decoded::Invalid;
         }
         // The checksum covers 114 bits of the even part and 82 of the odd one.
         let mut covered = Bits::default();
@@ -53,32 +48,32 @@ impl InavCollector {
             .map(|i| covered.unsigned(8 * i, 8) as u8)
             .collect();
         if crc24q(&bytes) != odd.unsigned(82, 24) {
-            return Inav::Invalid;
+            return Decoded::Invalid;
         }
         let mut word = Bits::default();
         copy(even, 2, 112, &mut word);
         copy(odd, 2, 16, &mut word);
         let kind = word.unsigned(0, 6) as usize;
         if !(1..=5).contains(&kind) {
-            return Inav::Pending;
+            return Decoded::Pending;
         }
         self.words[kind - 1] = Some(word);
         self.ephemeris(satellite, near)
     }
 
-    fn ephemeris(&self, satellite: SatelliteId, near: GpsTime) -> Inav {
+    fn ephemeris(&self, satellite: SatelliteId, near: GpsTime) -> Decoded {
         let [Some(one), Some(two), Some(three), Some(four), Some(five)] = &self.words else {
-            return Inav::Pending;
+            return Decoded::Pending;
         };
         let issue = one.unsigned(6, 10);
         if [two, three, four]
             .iter()
             .any(|w| w.unsigned(6, 10) != issue)
         {
-            return Inav::Pending;
+            return Decoded::Pending;
         }
         if four.unsigned(16, 6) != u32::from(satellite.number()) {
-            return Inav::Invalid;
+            return Decoded::Invalid;
         }
         let angle = |bits: &Bits, start, width, exponent| {
             bits.scaled(start, width, exponent) * SEMICIRCLE_RAD
@@ -87,16 +82,12 @@ impl InavCollector {
         let toc_s = f64::from(four.unsigned(54, 14)) * 60.0;
         let sqrt_semi_major_axis = one.scaled_unsigned(94, 32, -19);
         let eccentricity = one.scaled_unsigned(62, 32, -33);
-        if toe_s >= 604_800.0
-            || toc_s >= 604_800.0
-            || !(1_000.0..10_000.0).contains(&sqrt_semi_major_axis)
-            || eccentricity >= 0.5
-        {
-            return Inav::Invalid;
+        if !KeplerEphemeris::can_be([toe_s, toc_s], sqrt_semi_major_axis, eccentricity) {
+            return Decoded::Invalid;
         }
         let sent = nearest_week(near, f64::from(five.unsigned(85, 20)));
         let health = |start, width| five.unsigned(start, width);
-        Inav::Ephemeris(Box::new(KeplerEphemeris {
+        Decoded::Kepler(Box::new(KeplerEphemeris {
             satellite,
             iode: issue,
             iodc: 0,
@@ -239,12 +230,12 @@ mod tests {
         let satellite: SatelliteId = "E11".parse().unwrap();
         let near = GpsTime::from_week_tow(2445, 475_300.0);
         let mut collector = InavCollector::default();
-        let mut last = Inav::Pending;
+        let mut last = Decoded::Pending;
         for fields in words_of(11, 77) {
-            assert_eq!(last, Inav::Pending);
+            assert_eq!(last, Decoded::Pending);
             last = collector.take(satellite, &page(&fields), near);
         }
-        let Inav::Ephemeris(e) = last else {
+        let Decoded::Kepler(e) = last else {
             panic!("{last:?}")
         };
         assert_eq!(e.toe, GpsTime::from_week_tow(2445, 475_200.0));
@@ -284,7 +275,7 @@ mod tests {
         let mut collector = InavCollector::default();
         let mut damaged = page(&words_of(11, 77)[0]);
         damaged[1] ^= 4;
-        assert_eq!(collector.take(satellite, &damaged, near), Inav::Invalid);
+        assert_eq!(collector.take(satellite, &damaged, near), Decoded::Invalid);
         for (i, fields) in words_of(11, 77).iter().enumerate() {
             let issue = if i < 2 { 77 } else { 78 };
             let fields = if i < 2 {
@@ -294,14 +285,14 @@ mod tests {
             };
             assert_eq!(
                 collector.take(satellite, &page(&fields), near),
-                Inav::Pending
+                Decoded::Pending
             );
         }
         // Another satellite's words under this one's number.
         let mut collector = InavCollector::default();
         for fields in words_of(12, 77) {
             let got = collector.take(satellite, &page(&fields), near);
-            assert!(matches!(got, Inav::Pending | Inav::Invalid));
+            assert!(matches!(got, Decoded::Pending | Decoded::Invalid));
         }
     }
 }

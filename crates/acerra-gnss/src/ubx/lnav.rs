@@ -1,7 +1,8 @@
 //! GPS and QZSS legacy navigation message (LNAV; IS-GPS-200).
 
-use acerra_geo::time::{GpsTime, SECONDS_PER_WEEK};
+use acerra_geo::time::GpsTime;
 
+use super::decoded::Decoded;
 use crate::observations::satellite::SatelliteId;
 use crate::orbits::bits::{Bits, SEMICIRCLE_RAD};
 use crate::orbits::navigation::{KeplerEphemeris, Klobuchar};
@@ -10,19 +11,6 @@ use crate::rinex::{accuracy_of_index_m, nearest_week};
 /// Words of a subframe.
 pub(super) const WORDS: usize = 10;
 const DATA_BITS: usize = 24;
-
-/// What a subframe completed.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) enum Lnav {
-    /// Nothing yet.
-    Pending,
-    /// Subframes 1 to 3 of one issue are there.
-    Ephemeris(Box<KeplerEphemeris>),
-    /// Ionosphere coefficients (GPS page 18 of subframe 4).
-    Ionosphere(Klobuchar),
-    /// The subframe contradicts itself.
-    Invalid,
-}
 
 /// The subframes collected from one satellite.
 #[derive(Debug, Clone, Default)]
@@ -38,40 +26,40 @@ impl LnavCollector {
         satellite: SatelliteId,
         words: &[u32; WORDS],
         near: GpsTime,
-    ) -> Lnav {
+    ) -> Decoded {
         let mut bits = Bits::default();
         for &word in words {
             bits.push(word, DATA_BITS);
         }
         if bits.unsigned(0, 8) != 0x8B {
-            return Lnav::Invalid;
+            return Decoded::Invalid;
         }
         match bits.unsigned(43, 3) {
             id @ 1..=3 => {
                 self.subframes[id as usize - 1] = Some(bits);
                 self.ephemeris(satellite, near)
             }
-            4 | 5 if bits.unsigned(50, 6) == 56 => Lnav::Ionosphere(ionosphere(&bits)),
-            4 | 5 => Lnav::Pending,
-            _ => Lnav::Invalid,
+            4 | 5 if bits.unsigned(50, 6) == 56 => Decoded::Ionosphere(ionosphere(&bits)),
+            4 | 5 => Decoded::Pending,
+            _ => Decoded::Invalid,
         }
     }
 
-    fn ephemeris(&self, satellite: SatelliteId, near: GpsTime) -> Lnav {
+    fn ephemeris(&self, satellite: SatelliteId, near: GpsTime) -> Decoded {
         let [Some(one), Some(two), Some(three)] = &self.subframes else {
-            return Lnav::Pending;
+            return Decoded::Pending;
         };
         let iodc = one.unsigned(70, 2) << 8 | one.unsigned(168, 8);
         let iode = two.unsigned(48, 8);
         if iode != three.unsigned(216, 8) || iode != iodc & 0xFF {
-            return Lnav::Pending;
+            return Decoded::Pending;
         }
-        // The count in subframe 1 tells the start of the subframe after it.
+        // The count in subframe 1 gives the start of the subframe after it.
         let sent = nearest_week(near, f64::from(one.unsigned(24, 17)) * 6.0 - 6.0);
         // Ten bits of the week: the full number is the one nearest to the receiver's.
         let week = i64::from(one.unsigned(48, 10));
         if (sent.week() - week).rem_euclid(1024) > 1 && (week - sent.week()).rem_euclid(1024) > 1 {
-            return Lnav::Invalid;
+            return Decoded::Invalid;
         }
         let angle = |bits: &Bits, start, width, exponent| {
             bits.scaled(start, width, exponent) * SEMICIRCLE_RAD
@@ -80,19 +68,14 @@ impl LnavCollector {
         let toc_s = f64::from(one.unsigned(176, 16)) * 16.0;
         let eccentricity = two.scaled_unsigned(136, 32, -33);
         let sqrt_semi_major_axis = two.scaled_unsigned(184, 32, -19);
-        let limit = SECONDS_PER_WEEK as f64;
-        if toe_s >= limit
-            || toc_s >= limit
-            || !(1_000.0..10_000.0).contains(&sqrt_semi_major_axis)
-            || eccentricity >= 0.5
-        {
-            return Lnav::Invalid;
+        if !KeplerEphemeris::can_be([toe_s, toc_s], sqrt_semi_major_axis, eccentricity) {
+            return Decoded::Invalid;
         }
         let group_delay = match one.signed(160, 8) {
             -128 => 0.0,
             n => f64::from(n) * 2f64.powi(-31),
         };
-        Lnav::Ephemeris(Box::new(KeplerEphemeris {
+        Decoded::Kepler(Box::new(KeplerEphemeris {
             satellite,
             iode,
             iodc,

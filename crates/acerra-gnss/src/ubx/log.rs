@@ -4,11 +4,12 @@ use std::collections::{BTreeMap, HashMap};
 
 use acerra_geo::time::GpsTime;
 
-use super::d1::{D1, D1Collector};
+use super::d1::D1Collector;
+use super::decoded::Decoded;
 use super::frame::{Frame, Piece, pieces};
-use super::glonass::{GlonassCollector, GlonassFrame};
-use super::inav::{Inav, InavCollector};
-use super::lnav::{Lnav, LnavCollector};
+use super::glonass::GlonassCollector;
+use super::inav::InavCollector;
+use super::lnav::LnavCollector;
 use super::measurement::{Measurements, bytes, satellite, time_mark};
 use super::{d1, lnav};
 use crate::input::{DropReason, Place, ReadReport};
@@ -179,28 +180,16 @@ impl Reader {
                     return self.drop(malformed, frame.offset);
                 };
                 let collector = self.glonass.entry(satellite).or_default();
-                match collector.take(satellite, channel, &words, near) {
-                    GlonassFrame::Pending => {}
-                    GlonassFrame::Ephemeris(e) => self.ephemeris(Ephemeris::Glonass(*e)),
-                    GlonassFrame::Invalid => {
-                        self.drop(DropReason::InvalidNavigationFrame, frame.offset);
-                    }
-                }
+                let decoded = collector.take(satellite, channel, &words, near);
+                self.take(satellite, decoded, frame.offset);
             }
             System::Galileo => {
                 let Some(words) = words(payload, 8) else {
                     return self.drop(unused("F/NAV"), frame.offset);
                 };
-                match self
-                    .inav
-                    .entry(satellite)
-                    .or_default()
-                    .take(satellite, &words, near)
-                {
-                    Inav::Pending => {}
-                    Inav::Ephemeris(e) => self.ephemeris(Ephemeris::Kepler(*e)),
-                    Inav::Invalid => self.drop(DropReason::InvalidNavigationFrame, frame.offset),
-                }
+                let collector = self.inav.entry(satellite).or_default();
+                let decoded = collector.take(satellite, &words, near);
+                self.take(satellite, decoded, frame.offset);
             }
             System::Beidou if matches!(satellite.number(), 1..=5 | 59..) => {
                 self.drop(unused("D2"), frame.offset);
@@ -209,16 +198,9 @@ impl Reader {
                 let Some(words) = words::<{ d1::WORDS }>(payload, 8) else {
                     return self.drop(malformed, frame.offset);
                 };
-                match self
-                    .d1
-                    .entry(satellite)
-                    .or_default()
-                    .take(satellite, &words)
-                {
-                    D1::Pending => {}
-                    D1::Ephemeris(e) => self.ephemeris(Ephemeris::Kepler(*e)),
-                    D1::Invalid => self.drop(DropReason::InvalidNavigationFrame, frame.offset),
-                }
+                let collector = self.d1.entry(satellite).or_default();
+                let decoded = collector.take(satellite, &words);
+                self.take(satellite, decoded, frame.offset);
             }
             System::Sbas => self.drop(unused("SBAS"), frame.offset),
             System::Navic => self.drop(unused("NavIC"), frame.offset),
@@ -229,21 +211,24 @@ impl Reader {
         let Some(near) = self.near else {
             return self.drop(DropReason::NoWeek, offset);
         };
-        match self
-            .lnav
-            .entry(satellite)
-            .or_default()
-            .take(satellite, words, near)
-        {
-            Lnav::Pending => {}
-            Lnav::Ephemeris(e) => self.ephemeris(Ephemeris::Kepler(*e)),
-            Lnav::Ionosphere(Klobuchar { alpha, beta }) => {
+        let collector = self.lnav.entry(satellite).or_default();
+        let decoded = collector.take(satellite, words, near);
+        self.take(satellite, decoded, offset);
+    }
+
+    /// Keeps what a part of a navigation message completed.
+    fn take(&mut self, satellite: SatelliteId, decoded: Decoded, offset: usize) {
+        match decoded {
+            Decoded::Pending => {}
+            Decoded::Kepler(e) => self.ephemeris(Ephemeris::Kepler(*e)),
+            Decoded::Glonass(e) => self.ephemeris(Ephemeris::Glonass(*e)),
+            Decoded::Ionosphere(Klobuchar { alpha, beta }) => {
                 if satellite.system() == System::Gps && alpha.iter().chain(&beta).any(|&x| x != 0.0)
                 {
                     self.out.navigation.klobuchar = Some(Klobuchar { alpha, beta });
                 }
             }
-            Lnav::Invalid => self.drop(DropReason::InvalidNavigationFrame, offset),
+            Decoded::Invalid => self.drop(DropReason::InvalidNavigationFrame, offset),
         }
     }
 

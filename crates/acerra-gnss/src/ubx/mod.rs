@@ -3,6 +3,7 @@
 //! own positions (NAV-PVT, NAV-HPPOSLLH).
 
 mod d1;
+mod decoded;
 mod fix;
 pub mod frame;
 mod glonass;
@@ -31,7 +32,7 @@ pub fn epoch_time(frame: &frame::Frame<'_>) -> Option<acerra_geo::time::GpsTime>
     measurement::Measurements::time_tag(frame.id, frame.payload)
 }
 
-/// The rising edge on the time-mark input that a message (TIM-TM2) tells, on GPS time; `None` for other
+/// The rising edge on the time-mark input that a message (TIM-TM2) gives, on GPS time; `None` for other
 /// messages, and where the receiver does not know the time.
 #[must_use]
 pub fn rising_edge(frame: &frame::Frame<'_>) -> Option<EventRecord> {

@@ -177,7 +177,7 @@ fn batches(parts: &[(Range<usize>, u128)], room: u128) -> Vec<(Vec<Range<usize>>
     batches
 }
 
-/// Engines of one kind that image all pulses together: kept, or built anew for every job.
+/// Engines of one kind that image all pulses together: kept, or built again for every job.
 #[derive(Debug)]
 pub(crate) struct Imager<E: TableEngine> {
     jobs: Vec<Job<E::Spec>>,
@@ -234,7 +234,7 @@ impl<E: TableEngine> Imager<E> {
         }
     }
 
-    /// Drops the engines, which every run then builds anew.
+    /// Drops the engines, which every run then builds again.
     pub fn forget_tables(&mut self) {
         self.engines = Vec::new();
     }

@@ -114,7 +114,7 @@ struct Echo {
 }
 
 impl Echo {
-    /// Of the point as `pulse` sees it; `None` where an antenna stands on it and its amplitude has no value.
+    /// Of the point as `pulse` sees it; `None` where an antenna is on it and its amplitude has no value.
     fn of(pulses: &Pulses, pulse: usize, point: [f64; 3], spreading: Spreading) -> Option<Self> {
         let rays = pulses.rays(pulse, point);
         let amplitude = match spreading {

@@ -37,7 +37,7 @@ impl AxisWeights {
         weights
     }
 
-    /// Adds a pixel; one beyond the last stands as much above that one as its reflection stands below.
+    /// Adds a pixel; one beyond the last is as much above that one as its reflection is below.
     fn add(&mut self, pixel: i64, weight: f64, count: usize) {
         let last = count as i64 - 1;
         let edge = pixel.clamp(0, last);

@@ -3,7 +3,7 @@
 use crate::checks::{check_finite, check_pixel, check_places};
 use crate::error::ImagingError;
 
-/// Largest image that a grid accepts unless told otherwise: 64 GiB of complex single precision.
+/// Largest image that a grid accepts by default: 64 GiB of complex single precision.
 pub const DEFAULT_IMAGE_LIMIT_BYTES: u128 = 64 << 30;
 
 const BYTES_PER_PIXEL: u128 = size_of::<num_complex::Complex32>() as u128;
@@ -35,7 +35,7 @@ pub struct PlaneGrid {
 }
 
 impl PlaneGrid {
-    /// A grid of `size` = `[nx, ny]` pixels, `pixel_m` apart, whose first centre stands at
+    /// A grid of `size` = `[nx, ny]` pixels, `pixel_m` apart, whose first centre is at
     /// `origin_m` = `[x, y, z]`.
     ///
     /// # Errors

@@ -1,6 +1,6 @@
 //! Heights over the base plane of a grid, as the kernels read them.
 
-/// Heights above a plane: pixel (i, j) stands `heights_m[j·stride + i]` above it, along the third
+/// Heights above a plane: pixel (i, j) is `heights_m[j·stride + i]` above it, along the third
 /// axis; the plane's rows are level.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Relief<'a> {

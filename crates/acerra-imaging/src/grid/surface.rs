@@ -8,7 +8,7 @@ use crate::error::ImagingError;
 use crate::vector::range_m;
 use rayon::prelude::*;
 
-/// A surface over a horizontal rectangle: pixel (i, j) stands at (x_i, y_j, z_ij). Images on it are
+/// A surface over a horizontal rectangle: pixel (i, j) is at (x_i, y_j, z_ij). Images on it are
 /// `[ny, nx]` row-major, row 0 at the smallest y.
 ///
 /// Heights are held in single precision about their middle: to 30 µm over 500 m of relief.
@@ -282,7 +282,7 @@ impl SurfaceGrid {
         [nearest, farthest].map(|c| range_m(c, antenna_m))
     }
 
-    /// The pixel centre that an antenna stands on exactly, if any, as row-major index.
+    /// The pixel centre that an antenna is on exactly, if any, as row-major index.
     pub(crate) fn pixel_at(&self, antenna_m: [f64; 3]) -> Option<usize> {
         let grid = TiltedGrid::from(self.base);
         let at = grid.pixel_at([antenna_m[0], antenna_m[1], self.base.z_m])?;

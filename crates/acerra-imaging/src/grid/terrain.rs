@@ -1,4 +1,4 @@
-//! Where samples stand that lie between the pixels of uneven ground, or beside them.
+//! Places of samples between the pixels of uneven ground, or beside them.
 
 use super::relief::Relief;
 use super::surface::SurfaceGrid;

@@ -5,7 +5,7 @@ use crate::checks::{check_finite, check_places};
 use crate::error::ImagingError;
 use crate::vector::{dot, norm, range_m};
 
-/// A parallelogram of pixels in space: pixel (i, j) stands at `origin_m + i·u_m + j·v_m`, i along
+/// A parallelogram of pixels in space: pixel (i, j) is at `origin_m + i·u_m + j·v_m`, i along
 /// the row. Images on it are `[rows, columns]` row-major.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TiltedGrid {
@@ -132,7 +132,7 @@ impl TiltedGrid {
             .unwrap_or((i[0], j[0]))
     }
 
-    /// The pixel centre that an antenna stands on exactly, if any, as row-major index.
+    /// The pixel centre that an antenna is on exactly, if any, as row-major index.
     pub(crate) fn pixel_at(&self, antenna_m: [f64; 3]) -> Option<usize> {
         let (i1, j1) = ((self.columns - 1) as f64, (self.rows - 1) as f64);
         let (i, j) = self.nearest(antenna_m, [0.0, i1], [0.0, j1]);

@@ -174,7 +174,7 @@ impl Lanes for Avx2 {
     }
     #[inline(always)]
     fn pick2(self, [low, high]: [V; 2], i: V) -> V {
-        // SAFETY: `self` proves the instructions. Bit 3 of a lane chooses the window, once it stands in
+        // SAFETY: `self` proves the instructions. Bit 3 of a lane chooses the window, once it is in
         // the sign.
         unsafe {
             let i = _mm256_castps_si256(i);
@@ -263,7 +263,7 @@ impl Lanes for Avx2 {
     }
     #[inline(always)]
     fn negate_odd(self, v: V, i: V) -> V {
-        // SAFETY: `self` proves the instructions; the lowest bit of `i` comes to stand in the sign.
+        // SAFETY: `self` proves the instructions; the lowest bit of `i` moves to the sign.
         unsafe {
             let sign = _mm256_slli_epi32::<31>(_mm256_castps_si256(i));
             _mm256_xor_ps(v, _mm256_castsi256_ps(sign))

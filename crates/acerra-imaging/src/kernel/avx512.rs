@@ -250,7 +250,7 @@ impl Lanes for Avx512 {
     }
     #[inline(always)]
     fn negate_odd(self, v: V, i: V) -> V {
-        // SAFETY: `self` proves the instructions; the lowest bit of `i` comes to stand in the sign.
+        // SAFETY: `self` proves the instructions; the lowest bit of `i` moves to the sign.
         unsafe {
             let sign = _mm512_slli_epi32::<31>(_mm512_castps_si512(i));
             _mm512_castsi512_ps(_mm512_xor_si512(_mm512_castps_si512(v), sign))

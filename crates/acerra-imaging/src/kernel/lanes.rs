@@ -6,7 +6,7 @@ pub(crate) const MAX_LANES: usize = 16;
 /// Numbers of a vector in double precision, at every level.
 pub(crate) const DOUBLES: usize = 8;
 
-/// Adding this to |t| < 2²² rounds t to a whole number, which then stands in the low mantissa bits.
+/// Adding this to |t| < 2²² rounds t to a whole number, which then is in the low mantissa bits.
 pub(crate) const ROUNDING: f32 = 12_582_912.0; // 1.5 · 2²³
 
 /// A vector of `N` single-precision numbers. A value of the implementing type is proof that the

@@ -1,7 +1,7 @@
 //! Merging: a sub-aperture's coarse image is interpolated to rows of the fine grid, multiplied by
 //! the carrier phase of the range to the sub-aperture's centre, and added.
 //!
-//! A row is held phase by phase: of fine pixels D·q + p all q of one p stand together, so that the
+//! A row is held phase by phase: of fine pixels D·q + p all q of one p are together, so that the
 //! interpolation taps are plain vectors of coarse samples. Neighbouring phases take the same samples with
 //! other weights, and are summed together: each sample is loaded once for all of them.
 
@@ -151,7 +151,7 @@ pub(crate) struct MergeRow<'a> {
     /// Real and imaginary parts of the coarse samples at this fine row.
     pub line: (&'a [f32], &'a [f32]),
     pub stencil: &'a Stencil,
-    /// Where each sample that pixels of the first cell take stands in the line; those of the cells that
+    /// Place in the line of each sample that pixels of the first cell take; those of the cells that
     /// follow come next to them.
     pub offsets: &'a [usize; MOST_REACH],
     /// Cells in the row.

@@ -228,7 +228,7 @@ impl<'a, S: Lanes> RowCarrier<'a, S> {
             up: s.splat(d[2] as f32),
         };
         if RELIEF && self.cubic {
-            // SAFETY: N middles stand from the one that was read N/2 before on.
+            // SAFETY: N middles follow the one that was read N/2 before.
             let height = unsafe { s.load(middle_m[q..q + S::N].as_ptr()) };
             let rise = s.sub(height, found.from_height);
             let difference = self.difference::<RELIEF>(&found, self.lanes, rise);
@@ -282,7 +282,7 @@ impl<'a, S: Lanes> RowCarrier<'a, S> {
         let rise = match self.heights {
             Some(heights) if RELIEF => {
                 let first = p * heights.middle_m.len() + at.first;
-                // SAFETY: heights of N intervals stand there.
+                // SAFETY: heights of N intervals are there.
                 let height = unsafe { s.load(heights.above_m[first..first + S::N].as_ptr()) };
                 s.sub(height, at.from_height)
             }

@@ -49,7 +49,7 @@ impl<S: Lanes> Phasors<S> {
     }
 }
 
-/// Adding this to |t| < 2⁵¹ rounds t to a whole number, which then stands in the low mantissa bits.
+/// Adding this to |t| < 2⁵¹ rounds t to a whole number, which then is in the low mantissa bits.
 const ROUNDING: f64 = 6_755_399_441_055_744.0; // 1.5 · 2⁵²
 
 /// Taylor coefficients of sin x/x and cos x in x², to below a rounding error for |x| ≤ π/4.

@@ -36,7 +36,7 @@ pub(crate) fn split_scratch(pixels: usize, padded: usize) -> usize {
 }
 
 /// Adds the fine row `real`, `imag` `[pixels, padded]` to the coarse rows about it, as many as there are weights
-/// across, which stand one after another: the first samples of all cells, then the second ones, and so on. The
+/// across, which follow one another: the first samples of all cells, then the second ones, and so on. The
 /// scratch, see [`split_scratch`], holds the row without its phase.
 #[inline(always)]
 pub(crate) fn split_row<S: Lanes>(
@@ -52,7 +52,7 @@ pub(crate) fn split_row<S: Lanes>(
     let coarse = coarse_re.len() / rows;
     // Samples of one kind, one a cell.
     let line = coarse / job.shares.len();
-    // A phase's row stands after MOST_TAPS zeros and is followed by as many more.
+    // A phase's row follows MOST_TAPS zeros and is followed by as many more.
     let stride = padded + 2 * MOST_TAPS;
     assert!(padded.is_multiple_of(MAX_LANES) && job.intervals <= padded);
     assert!(real.len() >= phases * padded && imag.len() >= phases * padded);

@@ -11,7 +11,7 @@ const ALONG_SHARE: f64 = 0.1;
 /// A crest that rises still at the end of one search continues in the next.
 const SEARCHES: usize = 4;
 /// The crest ends where it falls below this share of its top: an image's errors of up to 10⁻² make
-/// dips of twice that, and beyond a deeper one stands another target.
+/// dips of twice that, and beyond a deeper one is another target.
 const FLAT: f64 = 0.98;
 
 /// Climbs to the maximum nearest to `start_m` and follows its crest across the track, half a

@@ -40,18 +40,18 @@ pub struct Measurement {
 
 /// Local maxima beyond this many, strongest first, are not examined.
 const MAX_CANDIDATES: usize = 1024;
-/// Two partners whose amplitudes differ by less than this cannot be told apart.
+/// Two partners whose amplitudes differ by less than this cannot be separated.
 const AMBIGUOUS: f64 = 0.01;
 
 /// Finds the targets of an image and measures each: place, level, resolution, sidelobes, ghost.
 ///
-/// Maxima that stand no higher than the highest of clutter as strong as that about them are none of
+/// Maxima no higher than the highest of clutter as strong as that about them are none of
 /// this; levels count from the strongest of the others.
 ///
 /// Local maxima are taken strongest first, as in CLEAN. Each one that becomes a target is given
 /// the response that Eq. (5) predicts for this flight and band (`spread`); later maxima that do not
 /// exceed the prediction by [`MeasureOptions::sidelobe_margin`] are its sidelobes, or its ghost
-/// where they stand across the local track. Of two partners mirrored at the track the weaker is
+/// where they are across the local track. Of two partners mirrored at the track the weaker is
 /// therefore the ghost; where they are equal within 1 %, as behind a straight track, the one to the
 /// right of the flight is.
 ///
@@ -59,7 +59,7 @@ const AMBIGUOUS: f64 = 0.01;
 /// the remaining maxima are counted as [`Measurement::skipped`].
 ///
 /// A ghost's level is the strongest pixel value about the mirrored place, so it contains whatever
-/// else stands there.
+/// else is there.
 ///
 /// # Errors
 /// [`ImagingError::OutOfRange`] for options out of range; cancellation.

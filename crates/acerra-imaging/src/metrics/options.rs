@@ -35,15 +35,6 @@ impl MeasureOptions {
         }
     }
 
-    /// The same with another margin over predicted sidelobes.
-    #[must_use]
-    pub fn with_sidelobe_margin(self, sidelobe_margin: f64) -> Self {
-        Self {
-            sidelobe_margin,
-            ..self
-        }
-    }
-
     /// The same with another number of targets at most.
     #[must_use]
     pub fn with_max_targets(self, max_targets: usize) -> Self {

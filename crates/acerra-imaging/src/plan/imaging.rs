@@ -29,7 +29,7 @@ use std::fmt;
 /// factorized engine allocates its coarse images once, at the start) and gives the same bits for
 /// any number of threads.
 ///
-/// Pixels stand on a plane of any tilt or on uneven ground. The factorized engine interpolates between
+/// Pixels are on a plane of any tilt or on uneven ground. The factorized engine interpolates between
 /// pixels: ground with sharp kinks, as heights linear between the knots of a raster have them, may be left to
 /// the direct engine, ten times slower.
 ///
@@ -179,7 +179,7 @@ impl<'a> ImagingPlan<'a> {
         Ok(control.check()?)
     }
 
-    /// Drops the tables: every run builds them anew, with the weights that it is given.
+    /// Drops the tables: every run builds them again, with the weights that it is given.
     pub(super) fn forget_tables(&mut self) {
         match &mut self.method {
             Method::Direct(direct) => direct.forget_tables(),

@@ -312,7 +312,7 @@ impl<'r, 'a> Planner<'r, 'a> {
     }
 
     /// Share of a rejected plan's accuracy that the next one aims at: as much finer as the error found was
-    /// too large, with a little room, and within limits, since few pixels tell it and not every error falls
+    /// too large, with a little room, and within limits, since it is estimated from few pixels and not every error falls
     /// with the accuracy aimed at.
     fn next_share<O: Operator>(&self, check: SelfCheck) -> f64 {
         next_share(allowed_error::<O>(self.request), check)

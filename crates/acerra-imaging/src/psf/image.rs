@@ -16,7 +16,7 @@ use num_complex::Complex64;
 /// imaged by Eq. (3) like measured ones, to a relative error of 10⁻³ over the grid.
 ///
 /// # Errors
-/// When there is no target, an antenna stands exactly on a target or a pixel, or the image does
+/// When there is no target, an antenna is exactly on a target or a pixel, or the image does
 /// not fit memory; cancellation.
 ///
 /// ```

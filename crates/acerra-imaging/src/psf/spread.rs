@@ -19,7 +19,7 @@ use crate::pulses::Pulses;
 /// let target = [0.0, 2.0, 0.0];
 /// let peak = spread.response(target, target).norm();
 /// let ghost = spread.response(target, [0.0, -2.0, 0.0]).norm();
-/// assert!((ghost / peak - 1.0).abs() < 1e-12); // a straight track cannot tell left from right
+/// assert!((ghost / peak - 1.0).abs() < 1e-12); // a straight track cannot distinguish left from right
 /// # Ok::<(), acerra_imaging::ImagingError>(())
 /// ```
 #[derive(Clone, Debug)]
@@ -140,7 +140,7 @@ impl PointSpread {
     /// Eq. (5) with its sums: Σ_m w_m Σ_n e^{−j4πf_n(R_t−R)/c} / (R_t² R²), the value at `at_m` of
     /// the image of a unit point at `target_m`.
     ///
-    /// Infinite where an antenna stands exactly on one of the points.
+    /// Infinite where an antenna is exactly on one of the points.
     pub fn response(&self, target_m: [f64; 3], at_m: [f64; 3]) -> Complex64 {
         self.response_displaced(&self.position_m, target_m, at_m)
     }

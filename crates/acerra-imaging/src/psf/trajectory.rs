@@ -11,7 +11,7 @@ pub enum TrackShape {
     Straight,
     /// y = A cos(2πx/P), as Eq. (13) with A = ±0.15 m and P = 24 m.
     Cosine {
-        /// A, m; its sign tells the two curves of Eq. (13) apart.
+        /// A, m; its sign distinguishes the two curves of Eq. (13).
         amplitude_m: f64,
         /// P, m.
         period_m: f64,

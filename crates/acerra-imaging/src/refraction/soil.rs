@@ -17,12 +17,6 @@ pub struct Soil {
 }
 
 impl Soil {
-    /// Air.
-    pub const AIR: Self = Self {
-        relative_permittivity: 1.0,
-        conductivity_s_m: 0.0,
-    };
-
     /// Complex refractive index √(ε′ − jσ/(2πfε₀)) at a frequency, n − jκ with κ ≥ 0.
     ///
     /// A plane wave decays by e^{−2πfκℓ/c} over a length ℓ (e^{jωt} convention).

@@ -1,6 +1,6 @@
 //! The paper's closed forms, one function an equation.
 
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::FRAC_PI_2;
 
 use super::geometry::Aperture;
 use crate::checks::check_positive;
@@ -195,9 +195,4 @@ pub fn longest_step_m(
 /// A step or speed that is not positive.
 pub fn unambiguous_range_m(step_hz: f64, light_speed_m_s: f64) -> Result<f64, ImagingError> {
     range_m(step_hz, light_speed_m_s)
-}
-
-/// Phase, rad, that a range error of ε metres makes at frequency f: 4πfε/c.
-pub fn phase_of_range_rad(range_error_m: f64, frequency_hz: f64, light_speed_m_s: f64) -> f64 {
-    4.0 * PI * frequency_hz * range_error_m / light_speed_m_s
 }

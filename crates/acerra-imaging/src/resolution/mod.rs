@@ -14,7 +14,7 @@ pub use elevation::elevation_m;
 pub use equations::{
     SMALL_ANGLE_LIMIT_RAD, across_track_bounds_m, across_track_m, across_track_nadir_m,
     along_track_m, along_track_small_angle_m, displacement_m, half_view_rad, longest_step_m,
-    phase_of_range_rad, range_m, unambiguous_range_m,
+    range_m, unambiguous_range_m,
 };
 pub use geometry::{Aperture, Band};
 pub use map::across_track_map_m;

@@ -86,7 +86,7 @@ impl LikelihoodCurve {
         }
         let spread = (moment / weight).sqrt();
         let l = &self.log_likelihood;
-        // A peak narrower than the grid: the curvature at the vertex tells.
+        // A peak narrower than the grid: the curvature at the vertex counts.
         let curvature = if mode.peak > 0 && mode.peak + 1 < l.len() {
             (2.0 * l[mode.peak] - l[mode.peak - 1] - l[mode.peak + 1]) / self.step_s.powi(2)
         } else {

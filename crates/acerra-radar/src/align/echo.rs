@@ -3,7 +3,7 @@
 //! The strongest continuous ridges of the envelope are found one after another by dynamic
 //! programming (Viterbi): each may move from trace to trace as fast as the platform climbs. What
 //! stays put (direct coupling and its tail) is taken away first by subtracting the mean trace.
-//! Which of the ridges is the surface is for the height to tell.
+//! The height determines which of the ridges is the surface.
 
 use rayon::prelude::*;
 

@@ -53,7 +53,7 @@ const LEAST_S: f64 = 0.01e-9;
 /// Largest standard deviation of a residual, s (10 cm): the surface is flatter than that.
 const MOST_S: f64 = 0.7e-9;
 /// Standard deviation of errors of the height that last as long as its changes do, s (1.5 mm): the
-/// lever arm under tilt, and what else cannot be told from a few independent residuals.
+/// lever arm under tilt, and what else cannot be determined from a few independent residuals.
 const LASTING_ERROR_S: f64 = 0.01e-9;
 /// Width of a cell in which residuals are counted to find the delay, s.
 const CELL_S: f64 = 0.1e-9;

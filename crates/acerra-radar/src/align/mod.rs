@@ -67,7 +67,6 @@ pub use estimate::{
 };
 pub use height::HeightCue;
 pub use motion::MotionCue;
-pub(crate) use noise::correlation_length;
 pub use offset::{CoarseOffset, OffsetSearch, coarse_offset};
 pub use profile::{FlightProfile, FlightState};
 pub use sharpness::SharpnessCue;

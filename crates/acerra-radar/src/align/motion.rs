@@ -5,7 +5,7 @@
 //! are: close to the ground a platform that hardly moves changes much. While the platform stands the
 //! spread is small (noise alone), so many moving traces among standing ones are unlikely. An offset's
 //! log-likelihood is what the classes explain over one class for all, over the correlation length of
-//! what they leave. Only starts and halts tell one offset from another, so a record without any says
+//! what they leave. Only starts and halts distinguish one offset from another, so a record without any says
 //! nothing, and each is worth a limited amount.
 
 use rayon::prelude::*;
@@ -204,7 +204,8 @@ impl<'a> Fit<'a> {
             let after = *of_coarse.get(k / COARSE + 1).unwrap_or(&before);
             before + (after - before) * (k % COARSE) as f64 / COARSE as f64
         };
-        let is_open = |k: &usize| k % COARSE != 0 && between(*k) >= (1.0 - IN_QUESTION) * best;
+        let is_open =
+            |k: &usize| !k.is_multiple_of(COARSE) && between(*k) >= (1.0 - IN_QUESTION) * best;
         let open: Vec<usize> = (0..grid.count).filter(is_open).collect();
         let of_open = at(open.clone())?;
         let mut all: Vec<f64> = (0..grid.count).map(between).collect();

@@ -29,7 +29,7 @@ pub(crate) fn correlation_length(values: &[f64]) -> f64 {
     1.0 + 2.0 * autocorrelation(values)[1..].iter().sum::<f64>()
 }
 
-/// Samples of `values` that tell as much of their spread as one independent sample (Bayley and Hammersley 1946):
+/// Samples of `values` that determine as much of their spread as one independent sample (Bayley and Hammersley 1946):
 /// 1 + 2 Σ ρ(k)².
 pub(super) fn spread_correlation_length(values: &[f64]) -> f64 {
     1.0 + 2.0

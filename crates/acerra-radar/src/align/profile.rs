@@ -102,7 +102,7 @@ impl FlightProfile {
     }
 
     /// The same with heights that are stated to err by a standard deviation (m), for as long as a climb
-    /// lasts at worst. It is told beside the offset
+    /// lasts at worst. It is reported with the offset
     /// ([`HeightCue::stated_sigma_s`](super::HeightCue::stated_sigma_s)) and does not weigh in it.
     #[must_use]
     pub fn with_stated_error_m(mut self, stated_error_m: f64) -> Self {

@@ -56,13 +56,6 @@ impl SurfaceOptions {
         self
     }
 
-    /// The same with another range of delays tried when none is known, s.
-    #[must_use]
-    pub const fn with_unknown_delay_s(mut self, unknown_delay_s: [f64; 2]) -> Self {
-        self.unknown_delay_s = unknown_delay_s;
-        self
-    }
-
     /// The same with another distance that the echo may stray, s.
     #[must_use]
     pub const fn with_follow_s(mut self, follow_s: f64) -> Self {

@@ -32,7 +32,7 @@ pub(super) enum Message {
     Other(MessageType),
 }
 
-/// What stands at a place in the stream.
+/// What is at a place in the stream.
 #[derive(Clone, Copy)]
 enum Start {
     Scan {
@@ -65,7 +65,7 @@ pub(crate) enum Recognised {
 ///
 /// A sound SCAN_INFO header is evidence anywhere. One that contradicts itself is evidence only
 /// where a capture would have its first message, or where another message follows it: two bytes of
-/// a message type stand in any file of some size by chance.
+/// a message type are in any file of some size by chance.
 pub(crate) fn recognise(head: &[u8]) -> Recognised {
     let mut broken = None;
     let mut swapped = None;
@@ -104,7 +104,7 @@ pub(crate) fn recognise(head: &[u8]) -> Recognised {
     }
 }
 
-/// Whether a sound SCAN_INFO header stands at one of the two places where a capture has its first
+/// Whether a sound SCAN_INFO header is at one of the two places where a capture has its first
 /// message.
 pub(crate) fn begins_with_scan(head: &[u8]) -> bool {
     [0, CONFIG_BYTES].into_iter().any(|at| {
@@ -113,7 +113,7 @@ pub(crate) fn begins_with_scan(head: &[u8]) -> bool {
     })
 }
 
-/// Whether another SCAN_INFO message type stands one message length further on.
+/// Whether another SCAN_INFO message type is one message length further on.
 fn followed_by_scan(b: &[u8]) -> bool {
     b.get(SCAN_MESSAGE_BYTES..SCAN_MESSAGE_BYTES + 2)
         .is_some_and(|code| code == MessageType::ScanInfo.code().to_be_bytes())
@@ -162,7 +162,7 @@ fn looks_like_start(b: &[u8]) -> bool {
     match start_at(b) {
         Start::Scan { .. } | Start::Other { .. } => true,
         Start::BadScan(HeaderFault::Short) => true,
-        // Too little left to tell.
+        // Too few bytes left to decide.
         Start::Nothing => b.len() < 2 || (b.len() < 6 && b[..2] == SERIAL_PREFIX),
         Start::BadScan(_) => false,
     }
@@ -337,7 +337,7 @@ impl<R: Read> Framer<R> {
     }
 
     /// Largest modulus that a message's samples may have. Where no message follows it, foreign
-    /// bytes may stand in its place: then it must not surpass sound messages by orders of
+    /// bytes may be in its place: then it must not surpass sound messages by orders of
     /// magnitude.
     fn largest_plausible(&self, sound: bool) -> u32 {
         match self.largest_sound {

@@ -130,7 +130,7 @@ impl fmt::Display for HeaderFault {
     }
 }
 
-/// Samples as they stand behind a SCAN_INFO header.
+/// Samples as they are behind a SCAN_INFO header.
 pub fn samples_in(b: &[u8]) -> impl Iterator<Item = i32> {
     b.chunks_exact(4)
         .map(|c| i32::from_be_bytes([c[0], c[1], c[2], c[3]]))

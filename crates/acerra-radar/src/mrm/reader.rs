@@ -17,7 +17,7 @@ use crate::scan::Scan;
 pub enum MrmItem {
     /// A whole scan.
     Scan(Scan),
-    /// A configuration and where it stands.
+    /// A configuration and where it is.
     Config(RadarConfig, Place),
     /// The interval between scans asked of the radio, µs.
     Interval(u32),

@@ -7,7 +7,7 @@ use super::header::{HEADER_BYTES, SAMPLES_PER_MESSAGE, SCAN_MESSAGE_BYTES, ScanH
 use super::message::SERIAL_PREFIX;
 use crate::scan::Scan;
 
-/// What stands before each message.
+/// What is before each message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Framing {
     /// Nothing: the bodies as UDP carries them.

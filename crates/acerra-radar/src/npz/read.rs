@@ -11,7 +11,7 @@ use crate::limits::Limits;
 use crate::radargram::{Radargram, RadargramError, Samples};
 use crate::spectrum::Spectrum;
 
-/// How far a fast time may stand from the even axis, as a fraction of the step. At 4.8 GHz and
+/// How far a fast time may be from the even axis, as a fraction of the step. At 4.8 GHz and
 /// 61 ps it is 2 mrad of phase.
 pub const FAST_TIME_TOLERANCE: f64 = 1e-3;
 

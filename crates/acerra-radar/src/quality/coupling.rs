@@ -10,7 +10,7 @@ const NEAR_S: f64 = 1e-9;
 /// Share of the strongest envelope that the direct wave reaches at least: 12 dB below.
 const SHARE_OF_STRONGEST: f64 = 0.25;
 
-/// Where the direct coupling stands, and how still.
+/// Where the direct coupling is, and how still.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Coupling {
     /// Fast time of its envelope's peak in the mean trace, s.

@@ -4,27 +4,18 @@
 //! Radargram ──► scan_outliers      scans to drop, and why
 //!           ──► coupling           direct coupling: delay, level, stability
 //!           ──► direct_wave        first arrival between antennas that are apart
-//!           ──► clipping           samples at the receiver's limit
 //!           ──► spectrum_occupancy where in frequency the energy is
-//! times     ──► scan_spacing       regularity of the scans
-//! SurfaceTrack + heights ──► surface_statistics
 //! ```
 //!
 //! All functions are pure and judge nothing: thresholds of what is doubtful belong to the caller.
 
-mod clipping;
 mod coupling;
 mod occupancy;
 mod outliers;
-mod spacing;
-mod surface;
 
-pub use clipping::{Clipping, clipping};
 pub use coupling::{Coupling, coupling, direct_wave};
 pub use occupancy::{SpectrumOccupancy, spectrum_occupancy};
 pub use outliers::{OutlierKind, OutlierOptions, ScanOutlier, scan_outliers};
-pub use spacing::{ScanSpacing, scan_spacing};
-pub use surface::{SurfaceStatistics, surface_statistics};
 
 /// Median of numbers without NaN; NaN of none.
 pub(crate) fn median(values: &[f64]) -> f64 {

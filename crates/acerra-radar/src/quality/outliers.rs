@@ -31,15 +31,6 @@ impl Default for OutlierOptions {
     }
 }
 
-impl OutlierOptions {
-    /// The same with another threshold on energy, dB.
-    #[must_use]
-    pub const fn with_energy_db(mut self, energy_db: f64) -> Self {
-        self.energy_db = energy_db;
-        self
-    }
-}
-
 /// Why a scan does not belong.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]

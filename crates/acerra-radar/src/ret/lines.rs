@@ -4,7 +4,7 @@ use std::io::{self, BufRead};
 
 /// One line of a text log.
 pub(super) enum Line {
-    /// A line, found in [`Lines::text`] without its end; `ended` tells whether it had one.
+    /// A line, found in [`Lines::text`] without its end; `ended` is whether it had one.
     Text { ended: bool },
     /// A line longer than the limit, passed over.
     TooLong,

@@ -9,15 +9,6 @@ use super::counts::LinkCounts;
 use super::sequence::{Sequence, Standing};
 use crate::message::{Message, Packet, ScanMessage};
 
-/// A whole scan and when its last message came.
-#[derive(Debug, Clone, PartialEq)]
-pub struct TimedScan {
-    /// The scan.
-    pub scan: Scan,
-    /// Host clock when the message that was handled last came, ns.
-    pub at_ns: u64,
-}
-
 /// Takes messages as they come and hands out whole scans, each once, in the order in which their
 /// first messages came.
 #[derive(Default)]

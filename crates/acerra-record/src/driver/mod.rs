@@ -11,7 +11,7 @@ mod watch;
 
 pub use counts::LinkCounts;
 pub use error::DriverError;
-pub use intake::{Intake, Taken, TimedScan};
+pub use intake::{Intake, Taken};
 pub use request::{Driver, RequestOptions};
 pub use sequence::{Sequence, Standing};
 pub use setup::{Mismatch, SAMPLE_QUANTUM, Setup, first_mismatch, window_samples};

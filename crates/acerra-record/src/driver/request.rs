@@ -10,8 +10,8 @@ use super::intake::{Intake, Taken};
 use super::setup::{Mismatch, Setup, first_mismatch};
 use crate::link::{Arrival, Link};
 use crate::message::{
-    ConfigConfirm, ControlRequest, FilterConfig, Message, ModeConfirm, OPERATING_MODE_MRM, Packet,
-    StatusCode, StatusInfo,
+    ConfigConfirm, ControlRequest, FilterConfig, Message, OPERATING_MODE_MRM, Packet, StatusCode,
+    StatusInfo,
 };
 
 /// How long an answer is waited for.
@@ -157,19 +157,6 @@ impl<L: Link> Driver<L> {
             _ => None,
         })?;
         self.accepted("CONTROL_REQUEST", status)
-    }
-
-    /// Sets the sleep mode; 0 wakes the radio.
-    ///
-    /// # Errors
-    /// A link that fails, no answer, a refusal.
-    pub fn set_sleep_mode(&mut self, mode: u32) -> Result<ModeConfirm, DriverError> {
-        let confirm = self.request(&Message::SetSleepmodeRequest(mode), |m| match m {
-            Message::SetSleepmodeConfirm(confirm) => Some(confirm),
-            _ => None,
-        })?;
-        self.accepted("SET_SLEEPMODE_REQUEST", confirm.status)?;
-        Ok(confirm)
     }
 
     /// Restarts the radio.

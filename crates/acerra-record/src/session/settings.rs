@@ -4,7 +4,7 @@ use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 
 use acerra_radar::mrm::RadarConfig;
-use acerra_settings::{Rule, SyntaxError, ValueError, check};
+use acerra_settings::{Rule, SyntaxError, ValueError, check, rules, within};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
@@ -191,72 +191,45 @@ impl Session {
         let radio = &self.radio;
         radio.way()?;
         let [start, stop] = radio.window_ps;
-        check(
-            "radio",
-            &[
-                Rule::new(
-                    "window_ps",
-                    start < stop && i64::from(stop) - i64::from(start) < 10_000_000,
-                    "a start before its end, and less than 10 µs",
-                    format!("[{start}, {stop}]"),
-                ),
-                Rule::range(
-                    "integration_index",
-                    radio.integration_index.into(),
-                    6.0..=15.0,
-                    "6 to 15",
-                ),
-                Rule::range(
-                    "antenna_mode",
-                    radio.antenna_mode.into(),
-                    0.0..=3.0,
-                    "0 to 3",
-                ),
-                Rule::range(
-                    "transmit_gain",
-                    radio.transmit_gain.into(),
-                    0.0..=63.0,
-                    "0 to 63",
-                ),
-                Rule::range(
-                    "code_channel",
-                    radio.code_channel.into(),
-                    0.0..=10.0,
-                    "0 to 10",
-                ),
-                Rule::range(
-                    "scan_interval_ms",
-                    radio.scan_interval_ms,
-                    0.0..=60_000.0,
-                    "0 to 60000",
-                ),
-                Rule::range(
-                    "latency_ms",
-                    radio.latency_ms.unwrap_or(0.0),
-                    0.0..=5_000.0,
-                    "0 to 5000",
-                ),
-                Rule::range(
-                    "latency_sigma_ms",
-                    radio.latency_sigma_ms.unwrap_or(0.0),
-                    0.0..=5_000.0,
-                    "0 to 5000",
-                ),
-                Rule::range(
-                    "mark_delay_ms",
-                    radio.mark_delay_ms.unwrap_or(0.0),
-                    -5_000.0..=5_000.0,
-                    "-5000 to 5000",
-                ),
-                Rule::range(
-                    "mark_delay_sigma_ms",
-                    radio.mark_delay_sigma_ms.unwrap_or(0.0),
-                    0.0..=5_000.0,
-                    "0 to 5000",
-                ),
-                Rule::range("baud", radio.baud.into(), 1200.0..=1e7, "1200 to 10000000"),
-            ],
-        )?;
+        let window = Rule::new(
+            "window_ps",
+            start < stop && i64::from(stop) - i64::from(start) < 10_000_000,
+            "a start before its end, and less than 10 µs",
+            format!("[{start}, {stop}]"),
+        );
+        check("radio", &[window])?;
+        let rules = rules!(radio as "{}" {
+            integration_index: within(6..=15) => "6 to 15",
+            antenna_mode: within(0..=3) => "0 to 3",
+            transmit_gain: within(0..=63) => "0 to 63",
+            code_channel: within(0..=10) => "0 to 10",
+            scan_interval_ms: within(0.0..=60_000.0) => "0 to 60000",
+        });
+        check("radio", &rules)?;
+        for (key, value_ms, least_ms, expected) in [
+            ("latency_ms", radio.latency_ms, 0.0, "0 to 5000"),
+            ("latency_sigma_ms", radio.latency_sigma_ms, 0.0, "0 to 5000"),
+            (
+                "mark_delay_ms",
+                radio.mark_delay_ms,
+                -5_000.0,
+                "-5000 to 5000",
+            ),
+            (
+                "mark_delay_sigma_ms",
+                radio.mark_delay_sigma_ms,
+                0.0,
+                "0 to 5000",
+            ),
+        ] {
+            let value_ms = value_ms.unwrap_or(0.0);
+            check(
+                "radio",
+                &[Rule::range(key, value_ms, least_ms..=5_000.0, expected)],
+            )?;
+        }
+        let baud = rules!(radio as "{}" { baud: within(1200..=10_000_000) => "1200 to 10000000" });
+        check("radio", &baud)?;
         if let Some(gnss) = &self.gnss {
             gnss.check()?;
         }
@@ -356,26 +329,18 @@ impl GnssSection {
 
     fn check(&self) -> Result<(), SettingsError> {
         self.way()?;
-        Ok(check(
+        check(
             "gnss",
-            &[
-                Rule::range("rate_hz", self.rate_hz, 0.1..=50.0, "0.1 to 50"),
-                Rule::range("latency_ms", self.latency_ms, 0.0..=5_000.0, "0 to 5000"),
-                Rule::range(
-                    "latency_sigma_ms",
-                    self.latency_sigma_ms,
-                    0.0..=5_000.0,
-                    "0 to 5000",
-                ),
-                Rule::range("baud", self.baud.into(), 1200.0..=1e7, "1200 to 10000000"),
-                Rule::new(
-                    "pps",
-                    self.pps.as_ref().is_none_or(|path| !path.is_empty()),
-                    "a path, such as /dev/pps0",
-                    "none",
-                ),
-            ],
-        )?)
+            &rules!(self as "{}" {
+                rate_hz: within(0.1..=50.0) => "0.1 to 50",
+                latency_ms: within(0.0..=5_000.0) => "0 to 5000",
+                latency_sigma_ms: within(0.0..=5_000.0) => "0 to 5000",
+                baud: within(1200..=10_000_000) => "1200 to 10000000",
+            }),
+        )?;
+        let is_path = self.pps.as_ref().is_none_or(|path| !path.is_empty());
+        let pps = Rule::new("pps", is_path, "a path, such as /dev/pps0", "none");
+        Ok(check("gnss", &[pps])?)
     }
 }
 

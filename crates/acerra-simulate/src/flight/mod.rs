@@ -7,6 +7,6 @@ mod path;
 mod wander;
 
 pub use given::{GivenFlight, GivenFlightError};
-pub use model::{FlightError, FlightModel};
+pub use model::FlightModel;
 pub use path::{Flight, Pose};
 pub use wander::{Wander, normal};

@@ -1,5 +1,6 @@
 //! What flight is wanted.
 
+use acerra_settings::{Rule, ValueError, check, each, rules, within};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -42,22 +43,6 @@ pub struct FlightModel {
     pub climb_m_s: f64,
 }
 
-/// Why a flight is refused.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum FlightError {
-    /// A value outside what is possible.
-    #[error("[flight] {key}: expected {expected}, found {found}")]
-    Value {
-        /// The key.
-        key: &'static str,
-        /// What is possible.
-        expected: &'static str,
-        /// What was asked.
-        found: f64,
-    },
-}
-
 impl FlightModel {
     /// Length of the track (m).
     #[must_use]
@@ -70,86 +55,45 @@ impl FlightModel {
     ///
     /// # Errors
     /// The first impossible value.
-    pub fn check(&self) -> Result<(), FlightError> {
-        let require = |ok: bool, key, expected, found| {
-            if ok {
-                Ok(())
-            } else {
-                Err(FlightError::Value {
-                    key,
-                    expected,
-                    found,
-                })
-            }
-        };
-        let within = |value: f64, low: f64, high: f64| value >= low && value <= high;
+    pub fn check(&self) -> Result<(), ValueError> {
         let length = self.track_length_m();
-        require(
-            within(length, 0.1, 1e5),
-            "track_end_m",
-            "a track of 0.1 m to 100 km",
-            length,
-        )?;
-        require(
-            within(self.track_duration_s, 0.1, 1e5),
-            "track_duration_s",
-            "0.1 to 100000 s",
-            self.track_duration_s,
-        )?;
         let speed = length / self.track_duration_s;
-        require(
-            within(speed, 0.01, 100.0),
-            "track_duration_s",
-            "a speed of 0.01 to 100 m/s",
-            speed,
-        )?;
-        require(
-            self.height_m > self.ground_height_m && self.height_m < 1e5,
-            "height_m",
-            "above ground_height_m and below 100 km",
-            self.height_m,
-        )?;
-        require(
-            within(self.ground_height_m, 0.0, 100.0),
-            "ground_height_m",
-            "0 to 100 m",
-            self.ground_height_m,
-        )?;
-        for wander in self.wander_m {
-            require(
-                within(wander, 0.0, 0.3 * self.height_m),
-                "wander_m",
-                "0 to 0.3 of the height",
-                wander,
-            )?;
-        }
-        require(
-            within(self.wander_time_s, 0.2, 1e4),
-            "wander_time_s",
-            "0.2 to 10000 s",
-            self.wander_time_s,
-        )?;
-        for tilt in self.tilt_deg {
-            require(within(tilt, 0.0, 20.0), "tilt_deg", "0 to 20 degrees", tilt)?;
-        }
-        require(
-            within(self.ground_time_s, 0.0, 1e5),
-            "ground_time_s",
-            "0 to 100000 s",
-            self.ground_time_s,
-        )?;
-        require(
-            within(self.run_in_m, 0.0, 1e4),
-            "run_in_m",
-            "0 to 10 km",
-            self.run_in_m,
-        )?;
-        require(
-            within(self.climb_m_s, 0.05, 50.0),
-            "climb_m_s",
-            "0.05 to 50 m/s",
-            self.climb_m_s,
-        )
+        let ground_m = self.ground_height_m;
+        let track = [
+            Rule::range(
+                "track_end_m",
+                length,
+                0.1..=1e5,
+                "a track of 0.1 m to 100 km",
+            ),
+            Rule::range(
+                "track_duration_s",
+                self.track_duration_s,
+                0.1..=1e5,
+                "0.1 to 100000 s",
+            ),
+            Rule::range(
+                "track_duration_s",
+                speed,
+                0.01..=100.0,
+                "a speed of 0.01 to 100 m/s",
+            ),
+        ];
+        check("flight", &track)?;
+        let rules = rules!(self as "{}" {
+            height_m: |m| *m > ground_m && *m < 1e5 => "above ground_height_m and below 100 km",
+            ground_height_m: within(0.0..=100.0) => "0 to 100 m",
+            wander_time_s: within(0.2..=1e4) => "0.2 to 10000 s",
+            ground_time_s: within(0.0..=1e5) => "0 to 100000 s",
+            run_in_m: within(0.0..=1e4) => "0 to 10 km",
+            climb_m_s: within(0.05..=50.0) => "0.05 to 50 m/s",
+        });
+        check("flight", &rules)?;
+        let rules = rules!(self as "{:?}" {
+            wander_m: each(within(0.0..=0.3 * self.height_m)) => "0 to 0.3 of the height",
+            tilt_deg: each(within(0.0..=20.0)) => "0 to 20 degrees",
+        });
+        check("flight", &rules)
     }
 }
 

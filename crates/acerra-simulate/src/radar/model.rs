@@ -1,6 +1,6 @@
 //! What radar is simulated and what it looks at.
 
-use acerra_settings::{Rule, ValueError, check};
+use acerra_settings::{Rule, ValueError, check, each, rules, within};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -170,99 +170,40 @@ impl RadarModel {
     /// The first impossible value.
     pub fn check(&self) -> Result<(), ValueError> {
         let [low, high] = self.band_ghz;
-        let rules = [
+        let is_ordered = high > low && high < 8.1;
+        let band = [
             Rule::range("band_ghz", low, 0.1..=8.0, "0.1 to 8 GHz"),
             Rule::new(
                 "band_ghz",
-                high > low && high < 8.1,
+                is_ordered,
                 "an upper edge above the lower, below 8.1",
                 high,
             ),
-            Rule::range("band_taper", self.band_taper, 0.0..=1.0, "0 to 1"),
-            Rule::range(
-                "window_start_ns",
-                self.window_start_ns,
-                -100.0..=2e6,
-                "-100 to 2e6",
-            ),
-            Rule::new(
-                "samples",
-                self.samples > 0 && self.samples.is_multiple_of(96) && self.samples <= 96 * 350,
-                "a multiple of 96, at most 33600",
-                self.samples,
-            ),
-            Rule::range(
-                "scan_interval_s",
-                self.scan_interval_s,
-                1e-3..=100.0,
-                "0.001 to 100",
-            ),
-            Rule::range(
-                "clock_drift_ppm",
-                self.clock_drift_ppm,
-                -1e4..=1e4,
-                "-10000 to 10000",
-            ),
-            Rule::new(
-                "integration_index",
-                (6..=15).contains(&self.integration_index),
-                "6 to 15",
-                self.integration_index,
-            ),
-            Rule::range("noise_counts", self.noise_counts, 0.0..=1e6, "0 to 1e6"),
-            Rule::range(
-                "dynamic_range_db",
-                self.dynamic_range_db,
-                10.0..=120.0,
-                "10 to 120",
-            ),
-            Rule::range("delay_ns", self.delay_ns, 0.0..=1e5, "0 to 1e5"),
-            Rule::range(
-                "timing_jitter_ps",
-                self.timing_jitter_ps,
-                0.0..=1e3,
-                "0 to 1000",
-            ),
-            Rule::range("lost_packets", self.lost_packets, 0.0..=0.9, "0 to 0.9"),
-            Rule::range(
-                "antenna_beamwidth_deg",
-                self.antenna_beamwidth_deg,
-                5.0..=170.0,
-                "5 to 170",
-            ),
-            Rule::range(
-                "transmit_power_dbm",
-                self.transmit_power_dbm,
-                -80.0..=60.0,
-                "-80 to 60",
-            ),
-            Rule::range("coupling_db", self.coupling_db, 0.0..=400.0, "0 to 400"),
-            Rule::range(
-                "noise_figure_db",
-                self.noise_figure_db,
-                0.0..=60.0,
-                "0 to 60",
-            ),
-            Rule::range(
-                "antenna_gain_dbi",
-                self.antenna_gain_dbi,
-                -30.0..=40.0,
-                "-30 to 40",
-            ),
-            Rule::new(
-                "transmit_gain_index",
-                self.transmit_gain_index <= 63,
-                "0 to 63",
-                self.transmit_gain_index,
-            ),
-            Rule::new(
-                "lever_arm_m",
-                self.lever_arm_m.iter().all(|v| v.abs() < 100.0),
-                "lengths below 100 m",
-                self.lever_arm_m[0],
-            ),
         ];
-        check("radar", &rules)
+        check("radar", &band)?;
+        let rules = rules!(self as "{}" {
+            band_taper: within(0.0..=1.0) => "0 to 1",
+            window_start_ns: within(-100.0..=2e6) => "-100 to 2e6",
+            samples: |n| *n > 0 && n.is_multiple_of(96) && *n <= 96 * 350 => "a multiple of 96, at most 33600",
+            scan_interval_s: within(1e-3..=100.0) => "0.001 to 100",
+            clock_drift_ppm: within(-1e4..=1e4) => "-10000 to 10000",
+            integration_index: within(6..=15) => "6 to 15",
+            noise_counts: within(0.0..=1e6) => "0 to 1e6",
+            dynamic_range_db: within(10.0..=120.0) => "10 to 120",
+            delay_ns: within(0.0..=1e5) => "0 to 1e5",
+            timing_jitter_ps: within(0.0..=1e3) => "0 to 1000",
+            lost_packets: within(0.0..=0.9) => "0 to 0.9",
+            antenna_beamwidth_deg: within(5.0..=170.0) => "5 to 170",
+            transmit_power_dbm: within(-80.0..=60.0) => "-80 to 60",
+            coupling_db: within(0.0..=400.0) => "0 to 400",
+            noise_figure_db: within(0.0..=60.0) => "0 to 60",
+            antenna_gain_dbi: within(-30.0..=40.0) => "-30 to 40",
+            transmit_gain_index: within(0..=63) => "0 to 63",
+        });
+        check("radar", &rules)?;
+        let lengths = each(|v: &f64| v.abs() < 100.0);
+        let arm = rules!(self as "{:?}" { lever_arm_m: lengths => "lengths below 100 m" });
+        check("radar", &arm)
     }
 }
 
@@ -272,90 +213,45 @@ impl RadarScene {
     /// # Errors
     /// The first impossible value.
     pub fn check(&self) -> Result<(), ValueError> {
-        let near = |p: &[f64; 3]| p.iter().all(|v| v.abs() < 1e5);
-        let positive = |v: f64| v > 0.0 && v < 1e9;
+        let near = || each(|v: &f64| v.abs() < 1e5);
+        let positive = |v: &f64| *v > 0.0 && *v < 1e9;
         for p in &self.point {
-            let rules = [
-                Rule::new(
-                    "position_m",
-                    near(&p.position_m),
-                    "within 100 km",
-                    p.position_m[0],
-                ),
-                Rule::new("rcs_m2", positive(p.rcs_m2), "above 0", p.rcs_m2),
-            ];
-            check("point", &rules)?;
+            let place = rules!(p as "{:?}" { position_m: near() => "within 100 km" });
+            check("point", &place)?;
+            check(
+                "point",
+                &rules!(p as "{}" { rcs_m2: positive => "above 0" }),
+            )?;
         }
         for c in &self.corner {
-            let rules = [
-                Rule::new(
-                    "position_m",
-                    near(&c.position_m),
-                    "within 100 km",
-                    c.position_m[0],
-                ),
-                Rule::new(
-                    "edge_m",
-                    c.edge_m > 0.0 && c.edge_m < 100.0,
-                    "0 to 100 m",
-                    c.edge_m,
-                ),
-                Rule::new(
-                    "azimuth_deg",
-                    c.azimuth_deg.abs() <= 360.0,
-                    "-360 to 360",
-                    c.azimuth_deg,
-                ),
-                Rule::new(
-                    "elevation_deg",
-                    c.elevation_deg.abs() <= 90.0,
-                    "-90 to 90",
-                    c.elevation_deg,
-                ),
-            ];
+            let place = rules!(c as "{:?}" { position_m: near() => "within 100 km" });
+            check("corner", &place)?;
+            let rules = rules!(c as "{}" {
+                edge_m: |edge| *edge > 0.0 && *edge < 100.0 => "0 to 100 m",
+                azimuth_deg: within(-360.0..=360.0) => "-360 to 360",
+                elevation_deg: within(-90.0..=90.0) => "-90 to 90",
+            });
             check("corner", &rules)?;
         }
         for c in &self.clutter {
-            let rules = [
-                Rule::new("from_m", near(&c.from_m), "within 100 km", c.from_m[0]),
-                Rule::new("to_m", near(&c.to_m), "within 100 km", c.to_m[0]),
-                Rule::new(
-                    "scatterers",
-                    (1..=1_000_000).contains(&c.scatterers),
-                    "1 to a million",
-                    c.scatterers,
-                ),
-                Rule::new("rcs_m2", positive(c.rcs_m2), "above 0", c.rcs_m2),
-            ];
+            let box_m = rules!(c as "{:?}" {
+                from_m: near() => "within 100 km",
+                to_m: near() => "within 100 km",
+            });
+            check("clutter", &box_m)?;
+            let rules = rules!(c as "{}" {
+                scatterers: within(1..=1_000_000) => "1 to a million",
+                rcs_m2: positive => "above 0",
+            });
             check("clutter", &rules)?;
         }
         if let Some(g) = &self.ground {
-            let rules = [
-                Rule::new(
-                    "reflection",
-                    g.reflection.abs() <= 1.0,
-                    "-1 to 1",
-                    g.reflection,
-                ),
-                Rule::new(
-                    "backscatter_db",
-                    g.backscatter_db.abs() <= 100.0,
-                    "-100 to 100",
-                    g.backscatter_db,
-                ),
-                Rule::new(
-                    "facets_per_m2",
-                    (0.0..=1e4).contains(&g.facets_per_m2),
-                    "0 to 10000",
-                    g.facets_per_m2,
-                ),
-                Rule::new(
-                    "extent_m",
-                    (0.0..=1e3).contains(&g.extent_m),
-                    "0 to 1000 m",
-                    g.extent_m,
-                ),
-            ];
+            let rules = rules!(g as "{}" {
+                reflection: within(-1.0..=1.0) => "-1 to 1",
+                backscatter_db: within(-100.0..=100.0) => "-100 to 100",
+                facets_per_m2: within(0.0..=1e4) => "0 to 10000",
+                extent_m: within(0.0..=1e3) => "0 to 1000 m",
+            });
             check("ground", &rules)?;
         }
         Ok(())

@@ -2,7 +2,7 @@
 //!
 //! The delay convention is the chain's: after cleaning, the echo of a place at range R lies at fast
 //! time 2R/c, later by the delay that its track's instrument adds (`[[track]] delay_ns` and what the
-//! common target tells), which is taken off the spectra alone.
+//! common target gives), which is taken off the spectra alone.
 
 use acerra_chain::{Prepared, Track};
 use serde::Serialize;

@@ -1,4 +1,4 @@
-//! Where the data behind a run stand: not asked for, being read, ready, or not to be had.
+//! State of the data behind a run: not asked for, being read, ready, or not to be had.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -30,7 +30,7 @@ enum State {
     Failed(EngineError),
 }
 
-/// What is told of an engine.
+/// What is reported of an engine.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(tag = "state", rename_all = "lowercase")]
 pub enum EngineStatus {
@@ -48,7 +48,7 @@ pub enum EngineStatus {
 }
 
 impl Engine {
-    /// Where the data stand.
+    /// Where the data are.
     #[must_use]
     pub fn status(&self) -> EngineStatus {
         match &*self.state() {

@@ -87,7 +87,7 @@ impl RunImage {
         })
     }
 
-    /// Whether the pixels stand on uneven ground.
+    /// Whether the pixels are on uneven ground.
     #[must_use]
     pub fn is_uneven(&self) -> bool {
         !self.relief_m.is_empty()

@@ -42,7 +42,7 @@ pub struct Run {
     pub targets: Value,
     /// `trajectory.csv`.
     pub track: TrackTable,
-    /// The frame of all coordinates, where it stands on the Earth.
+    /// The frame of all coordinates, where it is on the Earth.
     pub frame: Option<EnuFrame>,
 }
 

@@ -18,7 +18,7 @@ pub struct Record {
     /// The whole of it.
     pub json: Value,
     /// Latitude and longitude (degrees) and ellipsoidal height (m) of the frame's origin, where it
-    /// stands on the Earth.
+    /// is on the Earth.
     pub origin_deg_m: Option<[f64; 3]>,
     /// The files that the run read.
     pub inputs: Vec<Input>,

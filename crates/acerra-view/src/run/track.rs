@@ -16,11 +16,11 @@ pub struct TrackTable {
     pub time_s: Vec<f64>,
     /// East, north and up of the phase centre (m); not finite where there is no position.
     pub position_m: Vec<[f64; 3]>,
-    /// Their standard deviations (m); not finite where the trajectory does not tell.
+    /// Their standard deviations (m); not finite where the trajectory states none.
     pub sigma_m: Vec<[f64; 3]>,
     /// Solution status.
     pub status: Vec<String>,
-    /// What stands behind the position: `ok`, or why there is none.
+    /// `ok`, or why there is no position.
     pub flag: Vec<String>,
     /// GPS time, where it is known.
     pub gpst: Vec<String>,

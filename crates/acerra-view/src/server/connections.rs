@@ -119,7 +119,7 @@ impl Listener for Connections {
 /// An accepted connection.
 pub struct Connection {
     stream: TcpStream,
-    /// Told when the connection is to be closed; none once it cannot be told any more.
+    /// Notified when the connection is to be closed; none once it cannot be notified any more.
     closed: Option<Receiver<()>>,
     caller: Caller,
 }

@@ -37,7 +37,7 @@ pub fn routes() -> Router<Arc<Shared>> {
         .route("/api/run/{run}/campaign", post(campaign))
 }
 
-/// Where the data stand; the first to ask sets their reading off.
+/// Where the data are; the first to ask sets their reading off.
 async fn engine(
     State(shared): State<Arc<Shared>>,
     Path(number): Path<usize>,

@@ -125,7 +125,7 @@ async fn track(
     shared.beside(number, track).await
 }
 
-/// Heights of the ground under an image that stands on terrain.
+/// Heights of the ground under an image that is on terrain.
 async fn terrain(
     State(shared): State<Arc<Shared>>,
     Path(number): Path<usize>,

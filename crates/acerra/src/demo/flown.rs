@@ -96,7 +96,7 @@ impl Flown {
         half_c * (shift_s + 1e-9 * self.scene.radar.delay_ns)
     }
 
-    /// How many of the imaged traces stand at fixed positions.
+    /// How many of the imaged traces are at fixed positions.
     #[must_use]
     pub fn fixed(&self) -> usize {
         let status = &self.outcome.prepared.aligned.status;

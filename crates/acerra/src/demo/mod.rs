@@ -1,5 +1,5 @@
 //! The paper's campaign (§4): two reflectors, flown over twice, simulated to the last byte of its
-//! logs and processed by the ordinary chain, which is told nothing of the truth.
+//! logs and processed by the ordinary chain, which knows nothing of the truth.
 
 mod flown;
 mod page;
@@ -73,7 +73,7 @@ impl Track {
         Scene::parse(self.scene).context(self.name)
     }
 
-    /// Its scene with a radar log of the track alone, as the paper's, and the offset between the clocks told,
+    /// Its scene with a radar log of the track alone, as the paper's, and the offset between the clocks stated,
     /// as the paper's controller keeps it.
     ///
     /// # Errors

@@ -48,7 +48,7 @@ fn entry(track: &Track, flown: &Flown, directory: &Path) -> anyhow::Result<Index
     })
 }
 
-/// What stands before the colon of a track's title.
+/// What is before the colon of a track's title.
 fn short(track: &Track) -> &str {
     track.title.split(':').next().unwrap_or(track.name)
 }

@@ -51,7 +51,7 @@ pub fn describe(mut reader: BufReader<File>) -> anyhow::Result<Description> {
     };
     match read_gnss_near(&mut reader, Limits::default(), &hints) {
         Ok(file) => Ok(describe_file(&file)),
-        // All but the times can be told.
+        // All but the times can be known.
         Err(error @ ReadError::NoDate) => {
             reader.rewind()?;
             let anywhere = RtcmHints {

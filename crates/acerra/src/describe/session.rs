@@ -6,7 +6,7 @@ use acerra_record::mcap::{MAGIC, McapReader, acerra_topics};
 
 use super::description::Description;
 
-/// Whether a file is an MCAP file of this program: its first topic stands behind the header.
+/// Whether a file is an MCAP file of this program: its first topic is behind the header.
 pub fn is_session(head: &[u8]) -> bool {
     let [first, ..] = acerra_topics();
     let name = first.name.as_bytes();

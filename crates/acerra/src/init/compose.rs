@@ -181,7 +181,7 @@ struct Campaign<'a> {
     /// Whether the files follow lines, each of which may have ends of its own.
     has_lines: bool,
     filled: Vec<Filled>,
-    /// What the logs do not tell and the image rests on.
+    /// What the logs do not state and the image rests on.
     questions: Vec<String>,
 }
 

@@ -6,7 +6,7 @@ use anyhow::{bail, ensure};
 use super::logs::Logs;
 use super::receivers::{Place, SinglePoint, is_same};
 
-/// Rover and base, with what tells them apart.
+/// Rover and base, with what distinguishes them.
 #[derive(Debug)]
 pub(super) struct Pair<'a> {
     pub rover: Place<'a>,
@@ -19,7 +19,7 @@ pub(super) struct Pair<'a> {
 
 /// A receiver that moves spreads over so many times as much as one that stands …
 const SPREAD_RATIO: f64 = 3.0;
-/// … and over so much at least (m): single-point positions of one that stands wander less.
+/// … and over so much at least (m): single-point positions of a receiver at rest wander less.
 const LEAST_SPREAD_M: f64 = 5.0;
 /// It is also faster than this (m/s), by Doppler.
 const LEAST_SPEED_M_S: f64 = 0.5;

@@ -7,7 +7,7 @@ use serde_json::{Map, Value};
 pub struct Table {
     /// Its name in the file, such as `gnss.rover`; empty for the keys before the first table.
     pub path: String,
-    /// Whether it may stand several times: `[[corner]]`.
+    /// Whether it may be several times: `[[corner]]`.
     pub repeats: bool,
     /// Whether the file must have it.
     pub required: bool,

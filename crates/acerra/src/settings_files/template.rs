@@ -119,8 +119,8 @@ const SAMPLES: &[(&str, &str)] = &[
 /// Columns of a line of comment.
 const WIDTH: usize = 96;
 
-/// The whole file: `head`, then every table. Keys that are `filled` are set, the others stand as
-/// comments with their default. Tables stand open where that changes nothing, so that a key becomes set
+/// The whole file: `head`, then every table. Keys that are `filled` are set, the others are
+/// comments with their default. Tables are open where that changes nothing, so that a key becomes set
 /// by taking its comment sign away; others without a key that is set are comments as a whole.
 #[must_use]
 pub fn write(head: &str, tables: &[Table], filled: &[Filled]) -> String {

@@ -308,7 +308,7 @@ impl Survey<'_> {
         request: &ImageRequest,
     ) -> Setting<'s> {
         let flight = operator.flight();
-        // Of N values of circular noise the greatest stands √(ln N) over their deviation.
+        // Of N values of circular noise the greatest is √(ln N) times their deviation.
         let cells = (operator.pixels().min(operator.samples()) as f64).max(2.0);
         Setting {
             operator,

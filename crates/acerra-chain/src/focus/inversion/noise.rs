@@ -14,7 +14,7 @@ pub struct NoiseFound {
     pub held: f64,
 }
 
-/// Nearest range that is looked at, m: in front of it stands what is left of the direct coupling.
+/// Nearest range that is looked at, m: nearer echoes are the rest of the direct coupling.
 const NEAREST_M: f64 = 0.5;
 
 /// Measures the noise at ranges nearer than the ground (`height_m` below each trace) and every pixel,

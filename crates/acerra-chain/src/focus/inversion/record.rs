@@ -22,7 +22,7 @@ pub struct InversionRecord {
     pub iterations: Vec<Iteration>,
     /// ‖d − Lσ‖/‖d‖ of the image.
     pub residual: f64,
-    /// The noise, where the data tell it.
+    /// The noise, where the data determine it.
     pub noise: Option<NoiseRecord>,
     /// The method's image of single points at the strongest targets, beside the adjoint's.
     pub resolution: Vec<ResolutionRecord>,
@@ -72,14 +72,14 @@ pub struct NoiseRecord {
     pub sigma: f64,
     /// ‖noise‖/‖d‖: the residual that noise alone would leave.
     pub expected_residual: f64,
-    /// Range cells in front of the first echo that told it.
+    /// Range cells in front of the first echo that determined it.
     pub cells: usize,
 }
 
 /// The images of a unit point by the method and by the adjoint.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ResolutionRecord {
-    /// Where the point stands, m.
+    /// Where the point is, m.
     pub point_m: [f64; 3],
     /// By the method; none where it shows nothing.
     pub method: Option<PointResponse>,

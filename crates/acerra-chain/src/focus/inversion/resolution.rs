@@ -13,9 +13,9 @@ use crate::scene::pixels::Pixels;
 
 /// Targets this far below the strongest are not looked at, in amplitude.
 const WEAKEST: f64 = 0.25;
-/// Further targets stand so many resolution cells from those before.
+/// Further targets are so many resolution cells from those before.
 const APART_CELLS: f64 = 6.0;
-/// Points stand beside the pixels' centres, as real ones do, in pixels.
+/// Offset of the points from the pixels' centres, as of real ones, in pixels.
 const OFF_GRID: [f64; 2] = [0.37, 0.29];
 
 /// Applies the method to the echoes of a point at each of the strongest targets of `image`.

@@ -48,7 +48,7 @@ pub enum PositioningError {
     /// No precise orbits where they are asked for.
     #[error("precise orbits are asked for (pos1-sateph = precise): give an SP3 file")]
     NoPreciseOrbits,
-    /// A log that does not tell its week, and no other file that does.
+    /// A log that does not give its week, and no other file that does.
     #[error("{} (--date): {cause}", path.display())]
     Date {
         /// The file.

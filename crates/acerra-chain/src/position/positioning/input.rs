@@ -20,7 +20,7 @@ pub struct PositioningInput {
     /// Navigation files: broadcast ephemerides, SP3 orbits, RINEX clocks. Raw logs among rover and
     /// base bring their own.
     pub navigation: Vec<PathBuf>,
-    /// Any time within half a week of logs that do not tell their week (RTCM 3).
+    /// Any time within half a week of logs that do not give their week (RTCM 3).
     pub date: Option<GpsTime>,
     /// Whether precise orbits must be among the navigation files.
     pub needs_precise_orbits: bool,

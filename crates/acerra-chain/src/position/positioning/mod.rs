@@ -52,7 +52,7 @@ pub fn run(
     let mut base = ObservationData::default();
     let base_files = input.base_files();
     if single && reader.holds_no_observations(input.base.as_deref())? {
-        // A single-point position needs no base: what stands in its place is navigation.
+        // A single-point position needs no base: in its place there is navigation.
     } else if input.base.is_some() {
         base = reader.receiver(&base_files, "the base's observations")?;
     } else if !single {

@@ -1,4 +1,4 @@
-//! Reading the files of a run: several to a receiver, dates and channels that one file tells of
+//! Reading the files of a run: several to a receiver, dates and channels that one file states for
 //! another.
 
 use std::fs::File;
@@ -55,7 +55,7 @@ impl Reader {
         reader
     }
 
-    /// Opens a file; one that does not tell its week takes it from the first other file that does.
+    /// Opens a file; one that does not give its week takes it from the first other file that does.
     fn open_dated(&mut self, path: &Path) -> Result<GnssFile, PositioningError> {
         match self.open(path) {
             Err(PositioningError::Date { .. }) if self.hints.near.is_none() => {}
@@ -157,7 +157,7 @@ impl Reader {
     }
 
     /// Reads a receiver's files again where GLONASS phases lacked a frequency channel that a file
-    /// read later tells.
+    /// read later gives.
     pub(super) fn complete(
         &mut self,
         paths: &[PathBuf],

@@ -37,7 +37,7 @@ pub struct PpkAnswer {
     pub age_s: Option<[f64; 3]>,
     /// Median standard deviation of the fixed positions: east, north, up, m.
     pub fixed_sd_m: Option<[f64; 3]>,
-    /// The baseline from a moving base; `null` with one that stands.
+    /// The baseline from a moving base; `null` with a base at rest.
     pub baseline: Option<BaselineAnswer>,
     /// Events and where the rover was.
     pub events: Vec<EventAnswer>,

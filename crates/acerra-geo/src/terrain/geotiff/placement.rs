@@ -8,7 +8,7 @@ use tiff::tags::Tag;
 use super::super::TerrainError;
 use super::super::raster::Placement;
 
-/// Where cell centres stand, from the transformation or tie point and scale.
+/// Where cell centres are, from the transformation or tie point and scale.
 pub(super) fn placement<R: Read + Seek>(
     decoder: &mut Decoder<R>,
     pixel_is_point: bool,

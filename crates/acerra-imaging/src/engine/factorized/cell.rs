@@ -18,7 +18,7 @@ impl Cell {
         pixel * self.samples / self.pixels
     }
 
-    /// How far behind that sample the pixel stands, in coarse intervals.
+    /// How far behind that sample the pixel is, in coarse intervals.
     pub fn fraction(self, pixel: usize) -> f64 {
         (pixel * self.samples % self.pixels) as f64 / self.pixels as f64
     }

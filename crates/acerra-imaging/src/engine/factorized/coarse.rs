@@ -6,7 +6,7 @@ use crate::engine::planar::padded;
 use crate::grid::tilted::TiltedGrid;
 use crate::kernel::lanes::MAX_LANES;
 
-/// How coarse grids stand to the fine one.
+/// How coarse grids relate to the fine one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Coarse {
     /// Fine pixels and coarse samples of a cell, along the row and across.
@@ -46,7 +46,7 @@ impl Coarse {
         self.cells.map(|cell| cell.pixels)
     }
 
-    /// Bytes of the heights of uneven ground under the coarse grid: as they stand, and in the order of the cells with
+    /// Bytes of the heights of uneven ground under the coarse grid: as they are, and in the order of the cells with
     /// two numbers a cell.
     pub fn ground_bytes(&self, grid: &TiltedGrid) -> u128 {
         let samples = self.row_samples(grid);

@@ -202,7 +202,7 @@ impl<'a> CoarseRows<'a> {
             });
     }
 
-    /// Copies a row so that the first samples of all cells stand side by side, then the second ones, and so on.
+    /// Copies a row so that the first samples of all cells are adjacent, then the second ones, and so on.
     fn sort(&self, row: &[Complex32], out: &mut [f32], part: impl Fn(&Complex32) -> f32) {
         let samples = self.lattice.stage.coarse.cells[0].samples;
         let kinds = out.chunks_exact_mut(out.len() / samples).enumerate();

@@ -105,7 +105,7 @@ pub(crate) fn worst_error(taps: usize, nu: f64, d: usize) -> f64 {
     }
     let interpolator = Interpolator::new(taps, nu);
     let phases = d.min(MOST_PHASES);
-    // The interval stands in the middle of the samples: phases at either side of its centre err alike.
+    // The interval is in the middle of the samples: phases at either side of its centre err alike.
     let sum: f64 = (0..=phases / 2)
         .map(|p| {
             let x = before(taps) as f64 + p as f64 / phases as f64;

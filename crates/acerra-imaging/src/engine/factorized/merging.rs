@@ -13,7 +13,7 @@ use crate::kernel::merge::{MOST_REACH, MergeAcross, MergeRow, merge_across, merg
 use acerra_control::Control;
 
 /// A sub-aperture's coarse image without the carrier's phase of the range to its centre, real and imaginary: rows of
-/// [`padded`] numbers, of which the first samples of all cells stand side by side, then the second ones, and so on.
+/// [`padded`] numbers, of which the first samples of all cells are adjacent, then the second ones, and so on.
 #[derive(Default)]
 pub(super) struct CoarseImage {
     pub centre_m: [f64; 3],
@@ -30,7 +30,7 @@ pub(super) struct Merger<'a> {
     /// Samples of a coarse row that are merged, and numbers from one row to the next.
     row_samples: usize,
     stride: usize,
-    /// Where the samples that the first cell's pixels take stand in a row.
+    /// Places in a row of the samples that the first cell's pixels take.
     offsets: [usize; MOST_REACH],
     /// Cells in a padded row of the grid.
     intervals: usize,
@@ -170,7 +170,7 @@ impl MergedRow<'_> {
     }
 }
 
-/// Where the samples that the pixels of the first cell take stand in such a row of `columns`.
+/// Places of the samples that the pixels of the first cell take in such a row of `columns`.
 fn offsets(cell: Cell, columns: usize) -> [usize; MOST_REACH] {
     let cells = columns / cell.samples;
     std::array::from_fn(|sample| sample % cell.samples * cells + sample / cell.samples)

@@ -1,6 +1,6 @@
 //! Error of interpolation over uneven ground.
 //!
-//! Over a plane the bounds of spatial frequencies tell it. Ground with kinks, as heights interpolated linearly between
+//! Over a plane the bounds of spatial frequencies determine it. Ground with kinks, as heights interpolated linearly between
 //! the knots of a raster have them, has no such bounds: there the samples of single echoes are interpolated at pixels
 //! of all classes of roughness and compared.
 
@@ -123,7 +123,7 @@ impl Probe<'_> {
             .map(|(pixel, part)| self.square(pixel, part))
             .collect();
         // Means with twice their standard deviations: of all places, and of each class of roughness alone, since an
-        // image's brightest target may stand where the ground is roughest.
+        // image's brightest target may be where the ground is roughest.
         let (mut mean, mut variance, mut worst) = (0.0, 0.0, 0.0f64);
         for (k, (squares, share)) in squares.chunks_exact(PLACES).zip(&places.shares).enumerate() {
             let of_class = squares.iter().sum::<f64>() / PLACES as f64;
@@ -179,7 +179,7 @@ impl Probe<'_> {
         sum / (FREQUENCIES * PULSES) as f64
     }
 
-    /// Where along an axis the samples stand that a pixel takes, in pixels, and their weights.
+    /// Places along an axis of the samples that a pixel takes, in pixels, and their weights.
     fn taken(&self, pixel: usize, axis: usize) -> Vec<(f64, f64)> {
         let coarse = &self.lattice.stage.coarse;
         let cell = coarse.cells[axis];

@@ -76,7 +76,7 @@ pub(crate) trait ReferenceContribution: Sync {
     fn contributions(&self, pulse: usize, points_m: &[[f64; 3]]) -> [Complex64; DELAYS];
 }
 
-/// Some rows of an image: pixel (i, j) stands at `origin_m + i·u_m + j·v_m`.
+/// Some rows of an image: pixel (i, j) is at `origin_m + i·u_m + j·v_m`.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Band {
     pub origin_m: [f64; 3],

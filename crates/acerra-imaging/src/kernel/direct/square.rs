@@ -100,7 +100,7 @@ pub(crate) fn square_band<
     tally
 }
 
-/// Adds the contributions of a chunk of pulses to a block; sums stand group by group.
+/// Adds the contributions of a chunk of pulses to a block; sums are stored group by group.
 #[inline(always)]
 fn sum_block<
     S: Lanes,
@@ -230,7 +230,7 @@ impl<
         sums
     }
 
-    /// Adds the pulses whose parameters stand in `slots` to the sums of group `k`; windows are of two
+    /// Adds the pulses whose parameters are in `slots` to the sums of group `k`; windows are of two
     /// registers where `TWO`.
     ///
     /// # Safety

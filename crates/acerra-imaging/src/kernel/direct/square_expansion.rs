@@ -111,7 +111,7 @@ pub(super) struct SquareSetup {
     /// across; one over the range in bins; and for either vector the range at the group's middle in bins
     /// past that vector's window, and the bits of the integer at which the window starts in the chunk's
     /// table; over uneven ground also the change of the range with height (bins a metre), that of its slopes
-    /// along the row and across, and half its second derivative with height. Pulses of narrow windows stand from
+    /// along the row and across, and half its second derivative with height. Pulses of narrow windows are stored from
     /// the front on, those of wide ones from the back.
     pub windowed: Aligned<{ CHUNK * Self::MOST_ROWS * MAX_LANES }>,
     pub frame: Frame,

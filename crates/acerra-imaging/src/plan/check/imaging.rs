@@ -43,7 +43,7 @@ pub(in crate::plan) fn first_pixels(request: &Request) -> usize {
         .clamp(least_pixels(request), most)
 }
 
-/// Least pixels that tell an error.
+/// Fewest pixels from which an error is estimated.
 pub(in crate::plan) fn least_pixels(request: &Request) -> usize {
     request.options.check_pixels.clamp(1, LEAST_PIXELS)
 }
@@ -212,7 +212,7 @@ pub(in crate::plan) fn deviations(
     pixels.iter().zip(expected).map(deviation).collect()
 }
 
-/// The check of pixels that stand in pairs: a random one, and the brightest near it.
+/// The check of pixels in pairs: a random one, and the brightest near it.
 fn judged_in_pairs(found: &[Deviation]) -> SelfCheck {
     let every_second = |first: usize| found.iter().copied().skip(first).step_by(2);
     let [random, bright] = [0, 1].map(|first| every_second(first).collect::<Vec<_>>());

@@ -2,7 +2,7 @@
 //!
 //! Errors hardly change from one slice to the next, and powers may: a slice beside the targets is darker than
 //! its neighbours by orders of magnitude. So errors are drawn at few pixels of every slice, those of the last
-//! slices together tell how large they are, and each slice's own power, known from all its pixels, what that is
+//! slices together determine how large they are, and each slice's own power, known from all its pixels, what that is
 //! relative to it. Errors gather in few places: few draws are believed only where they find much less than is
 //! allowed, and else more are taken, of the slice itself.
 //!

@@ -1,4 +1,4 @@
-//! What is told and drawn of a point spread function.
+//! What is reported and drawn of a point spread function.
 
 use std::fmt::Write as _;
 use std::path::Path;

@@ -1,0 +1,18 @@
+//! What the next part of a satellite's navigation message completes.
+
+use crate::orbits::navigation::{GlonassEphemeris, KeplerEphemeris, Klobuchar};
+
+/// What a subframe, page or string completed.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Decoded {
+    /// Nothing yet: parts of one issue are missing, or the part holds no ephemeris.
+    Pending,
+    /// A Keplerian ephemeris of parts of one issue.
+    Kepler(Box<KeplerEphemeris>),
+    /// A GLONASS ephemeris of strings of one superframe.
+    Glonass(Box<GlonassEphemeris>),
+    /// Ionosphere coefficients (GPS page 18 of subframe 4).
+    Ionosphere(Klobuchar),
+    /// Check bits that do not hold, or a part that contradicts itself.
+    Invalid,
+}
