@@ -264,9 +264,10 @@ impl Target {
             let Some(first) = near.next() else {
                 continue;
             };
+            let last = near.next_back().unwrap_or(first);
             let row = turned(&self.echo, 0, f64::from(east) * PLACE_STEP_M);
             let mut row = turned(&row, 1, f64::from(first) * PLACE_STEP_M);
-            for north in first..=near.last().unwrap_or(first) {
+            for north in first..=last {
                 let power = row.iter().sum::<Complex64>().norm_sqr();
                 if power > best.0 {
                     best = (power, [east, north]);

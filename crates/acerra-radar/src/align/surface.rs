@@ -43,6 +43,7 @@ mod tests {
             delay_sigma_s: 1e-11,
             residual_s: 5e-11,
             stray_share: 0.1,
+            strays_about: 0.1,
             picks: 400,
             correlation_length: 10.0,
             stated_sigma_s: 0.0,
