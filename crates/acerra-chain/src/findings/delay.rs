@@ -12,14 +12,15 @@ use crate::focus::ImageRequest;
 use crate::journal::finding::{Finding, Setting, Verdict};
 use crate::prepare::{Prepared, Track};
 
-/// Judges the delay of a track's radargram; spectra are taken as they come.
+/// Judges the delay of a track's radargram above ground, where rays are straight; spectra are taken as they come.
 pub(super) fn weigh(
     prepared: &Prepared,
     track: &Track,
     request: &ImageRequest,
     control: &Control<'_>,
 ) -> Result<Option<Finding>, Cancelled> {
-    if track.cleaned.is_none() || request.pixels.surface.is_some() {
+    let is_flat = request.pixels.surface.is_none() && request.underground.is_none();
+    if track.cleaned.is_none() || !is_flat {
         return Ok(None);
     }
     let spectrum = spectrum_of(&prepared.spectrum, track);

@@ -29,6 +29,7 @@ pub(crate) mod positions;
 mod preferred;
 mod radar;
 mod range_focus;
+mod reach;
 mod side;
 mod strongest;
 mod surface;

@@ -33,7 +33,8 @@ const ARM_STEP_M: f64 = 0.02;
 const OFFSET_TOLD_S: f64 = 0.015;
 const ARM_TOLD_M: f64 = 0.1;
 
-/// Judges clock offset and lever arm of every track by the echoes of the image's strongest targets.
+/// Judges clock offset and lever arm of every track by the echoes of the image's strongest targets above ground, where
+/// rays are straight.
 ///
 /// # Errors
 /// The caller asked to stop.
@@ -46,6 +47,9 @@ pub(super) fn weigh(
     let Positions::Trajectory(trajectory) = &track.positions else {
         return Ok(Vec::new());
     };
+    if focused.underground.is_some() {
+        return Ok(Vec::new());
+    }
     let measured = Measured::part(
         &prepared.aligned.position_m,
         &prepared.spectrum,

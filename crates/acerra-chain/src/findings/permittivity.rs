@@ -68,8 +68,8 @@ fn ground_permittivity(
             "{seen}: within three standard deviations it is not checked, as rays near the vertical hardly depend on it"
         ),
         _ => format!(
-            "{seen}, {sigmas:.1} standard deviations away ({keys}). Objects with a smooth top wider than some centimetres, \
-             and pipes that cross the track obliquely, do so too"
+            "{seen}, {sigmas:.1} standard deviations away ({keys}). Water, snow or litter on top that no layer states does \
+             so, objects with a smooth top wider than some centimetres, and pipes that cross the track obliquely"
         ),
     };
     let finding = Finding {
@@ -92,6 +92,17 @@ mod tests {
 
     /// The finding on a stated permittivity over points that a soil of 6 shows, at these depths.
     fn finding(stated: f64, depths_m: &[f64], sigma_m: f64, is_open: bool) -> Finding {
+        below_water(0.0, stated, depths_m, sigma_m, is_open)
+    }
+
+    /// The same where water (81) of some thickness lies on the soil.
+    fn below_water(
+        water_m: f64,
+        stated: f64,
+        depths_m: &[f64],
+        sigma_m: f64,
+        is_open: bool,
+    ) -> Finding {
         let underground = Underground {
             is_open,
             ..Underground::of_soil(stated)
@@ -99,8 +110,8 @@ mod tests {
         let index = 6.0_f64.sqrt();
         let point = |depth_m: &f64| PointEcho {
             place_m: [0.0, 0.0, -depth_m],
-            delay_m: index * (depth_m - 0.02),
-            curvature_m: depth_m / index,
+            delay_m: 9.0 * water_m + index * (depth_m - 0.02),
+            curvature_m: water_m / 9.0 + depth_m / index,
             sigma_m,
         };
         let points: Vec<PointEcho> = depths_m.iter().map(point).collect();
@@ -114,6 +125,15 @@ mod tests {
             let found = finding(wrong, &[0.15, 0.25], 0.004, false);
             assert_eq!(found.verdict, Verdict::Doubtful, "{wrong}");
             assert!((found.value.unwrap() - 6.0).abs() < 0.5);
+        }
+    }
+
+    #[test]
+    fn water_on_top_that_is_not_stated_is_doubtful() {
+        let verdict = |water_m: f64| below_water(water_m, 6.0, &[0.15, 0.25], 0.004, false).verdict;
+        assert_eq!(verdict(0.0), Verdict::Agrees);
+        for water_m in [0.02, 0.03, 0.05] {
+            assert_eq!(verdict(water_m), Verdict::Doubtful, "{water_m}");
         }
     }
 

@@ -43,7 +43,7 @@ const LEAST_SIGMA_NS: f64 = 0.2;
 /// Deviation up to which the delay counts as told (ns).
 const TELLING_NS: f64 = 0.5;
 
-/// Judges the delay in force by the sharpness of the strongest targets.
+/// Judges the delay in force by the sharpness of the strongest targets above ground, where rays are straight.
 ///
 /// # Errors
 /// The caller asked to stop.
@@ -56,7 +56,8 @@ pub(super) fn weigh(
     let Some(traces) = &track.cleaned else {
         return Ok(None);
     };
-    if focused.pixels.surface.is_some() || prepared.tracks.len() > 1 {
+    let is_flat = focused.pixels.surface.is_none() && focused.underground.is_none();
+    if !is_flat || prepared.tracks.len() > 1 {
         return Ok(None);
     }
     let bench = Bench {

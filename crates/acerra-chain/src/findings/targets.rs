@@ -2,11 +2,12 @@
 
 use acerra_imaging::metrics::Target;
 
-use super::{side, target_focus};
+use super::{reach, side, target_focus};
 use crate::focus::Focused;
 use crate::journal::finding::{Finding, Verdict};
 use crate::position::aligned::Aligned;
 use crate::prepare::Prepared;
+use crate::soil::evidence::is_distinct;
 
 /// Weighs the targets of an image; nothing where no log holds traces, whose surface echo is known.
 #[must_use]
@@ -26,6 +27,7 @@ pub fn weigh_targets(prepared: &Prepared, focused: &Focused, targets: &[Target])
     let mut findings = vec![surface_residue(residues, targets.len())];
     findings.extend(side::weigh(prepared, targets));
     findings.extend(shallow(prepared, focused, targets, cell_m));
+    findings.extend(reach::weigh(prepared, focused, targets));
     findings.extend(target_focus::weigh(prepared, focused, targets));
     findings
 }
@@ -76,7 +78,8 @@ fn surface_residue(residues: usize, targets: usize) -> Finding {
 /// sidelobe.
 const SHALLOW_CELLS: f64 = 2.0;
 
-/// Counts the targets just below the surface of the ground; none of an image above it.
+/// Counts the targets just below the surface of the ground that do not exceed what else lies at their depth; none of an
+/// image above it.
 fn shallow(
     prepared: &Prepared,
     focused: &Focused,
@@ -91,7 +94,9 @@ fn shallow(
         false => underground.surface_z_m,
     };
     let is_shallow = |target: &&Target| (0.0..least_m).contains(&(surface_m(target) - target.z_m));
-    let count = targets.iter().filter(is_shallow).count();
+    let is_residue =
+        |target: &&Target| !is_distinct(prepared, focused, [target.x_m, target.y_m, target.z_m]);
+    let count = targets.iter().filter(is_shallow).filter(is_residue).count();
     Some(shallow_targets(count, targets.len(), least_m))
 }
 
@@ -102,14 +107,15 @@ fn shallow_targets(count: usize, targets: usize, least_m: f64) -> Finding {
         Verdict::Agrees
     };
     let place = format!(
-        "{count} of {targets} targets are shallower than {least_m:.3} m, two cells of depth"
+        "{count} of {targets} targets are shallower than {least_m:.3} m, two cells of depth, and no stronger than chance \
+         among the residues of the surface echo at their depth"
     );
     Finding::judged("shallow_targets", count as f64, "targets", verdict)
         .expecting(0.0)
         .because(match verdict {
-            Verdict::Agrees => format!("{place}, where residues of the surface echo lie"),
+            Verdict::Agrees => place,
             Verdict::Doubtful | Verdict::Contradicts => format!(
-                "{place}: what the background leaves of the surface echo lies there too. Compare backgrounds                  ([preprocess] background), or begin [image] z_m below that depth"
+                "{place}. Compare backgrounds ([preprocess] background), or begin [image] z_m below that depth"
             ),
         })
 }

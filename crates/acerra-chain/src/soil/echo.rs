@@ -55,6 +55,17 @@ pub(crate) struct Bench<'a> {
     pub places: usize,
 }
 
+/// An echo that exceeds the clutter at its depth.
+pub(crate) struct Distinct {
+    seen: Seen,
+    /// Where the sum of its traces is greatest (m).
+    place_m: [f64; 3],
+    /// Delay below the surface, as one-way optical length (m).
+    delay_m: f64,
+    /// Clutter in its power.
+    share: f64,
+}
+
 /// Traces that see a point. They count alike: the clutter fades with distance as the echo does.
 struct Seen {
     traces: Vec<usize>,
@@ -64,6 +75,27 @@ impl Bench<'_> {
     /// Fits the hyperbola of the echo about a place of the image; none where no echo there exceeds the clutter, or
     /// where no permittivity from 1 to 100 makes its sum greatest.
     pub fn fit(&self, place_m: [f64; 3]) -> Result<Option<PointEcho>, ImagingError> {
+        let Some(Distinct {
+            seen,
+            place_m,
+            delay_m,
+            share,
+        }) = self.distinct(place_m)?
+        else {
+            return Ok(None);
+        };
+        let Some(strongest) = self.strongest(&seen, place_m, delay_m)? else {
+            return Ok(None);
+        };
+        let found = self.by_phases(strongest.factor, &seen, place_m, delay_m, share)?;
+        Ok(found.map(|found| PointEcho {
+            curvature_m: strongest.curvature_m.unwrap_or(found.curvature_m),
+            ..found
+        }))
+    }
+
+    /// The echo about a place of the image, where it exceeds the clutter at its depth by more than chance.
+    pub fn distinct(&self, place_m: [f64; 3]) -> Result<Option<Distinct>, ImagingError> {
         let stated = self.ground(1.0)?;
         let surface_m = stated.surface().height_m([place_m[0], place_m[1]]);
         let seen = self.seen(&stated, place_m);
@@ -72,24 +104,18 @@ impl Bench<'_> {
             return Ok(None);
         }
         let first = self.best_near(&stated, &seen, place_m, delay_m);
-        let place_m = first.place_m;
         let delay_m = delay_m + first.later_m;
         if delay_m <= 0.0 {
             return Ok(None);
         }
-        let floor = self.clutter(&stated, &seen, place_m, delay_m);
+        let floor = self.clutter(&stated, &seen, first.place_m, delay_m);
         let most_chance = (self.places as f64 / FALSE_ALARM).ln();
-        if floor <= 0.0 || first.power < most_chance * floor {
-            return Ok(None);
-        }
-        let Some(strongest) = self.strongest(&seen, place_m, delay_m)? else {
-            return Ok(None);
-        };
-        let share = floor / first.power;
-        let found = self.by_phases(strongest.factor, &seen, place_m, delay_m, share)?;
-        Ok(found.map(|found| PointEcho {
-            curvature_m: strongest.curvature_m.unwrap_or(found.curvature_m),
-            ..found
+        let is_distinct = floor > 0.0 && first.power >= most_chance * floor;
+        Ok(is_distinct.then_some(Distinct {
+            seen,
+            place_m: first.place_m,
+            delay_m,
+            share: floor / first.power,
         }))
     }
 

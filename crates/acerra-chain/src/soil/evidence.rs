@@ -25,34 +25,13 @@ pub(crate) fn likelihood(
     focused: &Focused,
     control: &Control<'_>,
 ) -> Result<Option<Likelihood>, Cancelled> {
-    let frequency_hz = &prepared.spectrum.frequency_hz;
-    let (Some(underground), Some(low), Some(high)) = (
-        &focused.underground,
-        frequency_hz.first(),
-        frequency_hz.last(),
-    ) else {
+    let Some((bench, cell_m, excess_path_m)) = bench(prepared, focused) else {
         return Ok(None);
     };
-    // One-way optical length of a resolution cell of the delay.
-    let cell_m = 0.5 * prepared.scene.light_speed_m_s / (high - low);
-    if !cell_m.is_finite() {
-        return Ok(None);
-    }
+    let underground = bench.underground;
     let top = underground.layers.first();
     let index = top.map_or(1.0, |layer| layer.soil.relative_permittivity.sqrt());
     let places = buried_points(focused, underground, &prepared.scene.ground, cell_m);
-    let grid = &focused.pixels.grid;
-    let excess_path_m = excess_path_m(prepared);
-    let bench = Bench {
-        echoes: prepared.echoes(),
-        underground,
-        excess_path_m: excess_path_m.unwrap_or(0.0),
-        extent_m: [
-            [grid.x0_m, grid.x_m(grid.nx.saturating_sub(1))],
-            [grid.y0_m, grid.y_m(grid.ny.saturating_sub(1))],
-        ],
-        places: (focused.projections.as_ref()).map_or(1, |p| p.volume.base.len() * p.volume.nz),
-    };
     let fitted = places.into_par_iter().map(|place_m| {
         control.check()?;
         // A ground or place that cannot be imaged leaves nothing to compare.
@@ -74,7 +53,51 @@ pub(crate) fn likelihood(
             None => UNSEEN_CELLS * cell_m,
         },
     };
-    Ok(Likelihood::of(underground, frequency_hz, &points, common).unwrap_or(None))
+    Ok(Likelihood::of(
+        underground,
+        &prepared.spectrum.frequency_hz,
+        &points,
+        common,
+    )
+    .unwrap_or(None))
+}
+
+/// The echoes of a run, to be compared with hyperbolas, the one-way optical length of a resolution cell of the delay, and
+/// the two-way path by which the echo of the surface is later than its geometry, where one is seen (m); nothing of an
+/// image above ground.
+pub(crate) fn bench<'a>(
+    prepared: &'a Prepared,
+    focused: &'a Focused,
+) -> Option<(Bench<'a>, f64, Option<f64>)> {
+    let frequency_hz = &prepared.spectrum.frequency_hz;
+    let underground = focused.underground.as_ref()?;
+    let cell_m =
+        0.5 * prepared.scene.light_speed_m_s / (frequency_hz.last()? - frequency_hz.first()?);
+    if !cell_m.is_finite() {
+        return None;
+    }
+    let grid = &focused.pixels.grid;
+    let excess_path_m = excess_path_m(prepared);
+    let bench = Bench {
+        echoes: prepared.echoes(),
+        underground,
+        excess_path_m: excess_path_m.unwrap_or(0.0),
+        extent_m: [
+            [grid.x0_m, grid.x_m(grid.nx.saturating_sub(1))],
+            [grid.y0_m, grid.y_m(grid.ny.saturating_sub(1))],
+        ],
+        places: (focused.projections.as_ref()).map_or(1, |p| p.volume.base.len() * p.volume.nz),
+    };
+    Some((bench, cell_m, excess_path_m))
+}
+
+/// Whether the echo of a target exceeds the clutter at its depth by more than chance; true of images above ground.
+pub(crate) fn is_distinct(prepared: &Prepared, focused: &Focused, place_m: [f64; 3]) -> bool {
+    let Some((bench, ..)) = bench(prepared, focused) else {
+        return true;
+    };
+    // A ground or place that cannot be imaged has no targets.
+    bench.distinct(place_m).is_ok_and(|found| found.is_some())
 }
 
 /// Points without those that are the echo from one by way of another, of points that come strongest first: midway
