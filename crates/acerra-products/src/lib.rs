@@ -25,6 +25,7 @@ pub mod report;
 mod report_data;
 mod run;
 pub mod run_record;
+mod soil;
 mod space;
 pub mod stack_npz;
 pub mod staging;

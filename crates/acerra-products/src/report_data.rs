@@ -5,11 +5,13 @@ use acerra_imaging::psf::{Cell, PointSpread};
 use acerra_imaging::resolution::displacement_m;
 
 use super::cuts::{cuts, spread_of};
+use super::soil::soil_facts;
 use crate::outcome::Outcome;
 use crate::report::{
     AlignmentEvidence, EvidenceRow, Fact, GhostRow, Picture, ReportData, SurfaceEvidence,
     TargetRow, TrackEvidence, TrajectoryEvidence, Verdict, Widths,
 };
+use crate::run_record::depth_of;
 use acerra_chain::Track;
 use acerra_chain::align::offset::OffsetSearch;
 use acerra_chain::findings::Finding;
@@ -119,6 +121,7 @@ fn facts(outcome: &Outcome) -> Vec<Fact> {
             },
         ),
     ];
+    facts.extend(soil_facts(outcome));
     if let Some(median_db) = statistics.median_db {
         facts.push(
             Fact::new("Peak over median", format!("{:.1} dB", -median_db))
@@ -136,6 +139,7 @@ fn rows(outcome: &Outcome, spread: Option<&PointSpread>) -> Vec<TargetRow> {
         .zip(cuts)
         .map(|(target, cuts)| TargetRow {
             cuts,
+            depth_m: depth_of(outcome, target),
             ..row(target)
         })
         .collect()
@@ -187,6 +191,7 @@ fn row(target: &Target) -> TargetRow {
         x_m: target.x_m,
         y_m: target.y_m,
         z_m: target.z_m,
+        depth_m: None,
         level_db: target.level_db,
         along: Widths {
             rayleigh_m: target.along.rayleigh_m,

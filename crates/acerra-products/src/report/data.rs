@@ -207,6 +207,8 @@ pub struct TargetRow {
     pub y_m: f64,
     /// Height of the image plane there, in metres.
     pub z_m: f64,
+    /// Depth below the surface of the ground and its standard deviation, in metres, of a target below it.
+    pub depth_m: Option<[f64; 2]>,
     /// Level relative to the image's maximum, in dB.
     pub level_db: f64,
     /// Widths along the track.

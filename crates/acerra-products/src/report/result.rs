@@ -69,31 +69,41 @@ fn number(i: usize) -> String {
 }
 
 fn places(targets: &[TargetRow]) -> Markup {
+    let is_below = targets.iter().any(|target| target.depth_m.is_some());
     let row = |(i, t): (usize, &TargetRow)| {
-        vec![
-            number(i),
-            fixed(t.x_m, 3),
-            fixed(t.y_m, 3),
-            fixed(t.z_m, 3),
-            fixed(t.level_db, 1),
-            fixed(t.pslr_db, 1),
-            fixed(t.islr_db, 1),
-        ]
+        let mut row = vec![number(i), fixed(t.x_m, 3), fixed(t.y_m, 3), fixed(t.z_m, 3)];
+        if is_below {
+            row.push(depth(t.depth_m));
+        }
+        row.extend(
+            [
+                t.level_db,
+                t.pslr_db.unwrap_or(f64::NAN),
+                t.islr_db.unwrap_or(f64::NAN),
+            ]
+            .map(|v| fixed(v, 1)),
+        );
+        row
     };
+    let mut head = vec!["target", "x (m)", "y (m)", "z (m)"];
+    if is_below {
+        head.push("depth below the surface (m)");
+    }
+    head.extend(["level (dB)", "PSLR (dB)", "ISLR (dB)"]);
     html::table(&Table {
         caption: "Places and sidelobes: level relative to the image's maximum, \
                   peak and integrated sidelobe ratio.",
-        head: &[
-            "target",
-            "x (m)",
-            "y (m)",
-            "z (m)",
-            "level (dB)",
-            "PSLR (dB)",
-            "ISLR (dB)",
-        ],
+        head: &head,
         rows: &targets.iter().enumerate().map(row).collect::<Vec<_>>(),
     })
+}
+
+/// A depth with its standard deviation.
+fn depth(depth_m: Option<[f64; 2]>) -> String {
+    depth_m.map_or_else(
+        || fixed(None, 3),
+        |[depth_m, sigma_m]| format!("{} ± {}", fixed(depth_m, 3), fixed(sigma_m, 3)),
+    )
 }
 
 fn widths(targets: &[TargetRow]) -> Markup {

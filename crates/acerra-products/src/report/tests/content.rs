@@ -48,6 +48,16 @@ fn a_full_report_answers_in_order() {
 }
 
 #[test]
+fn depths_are_a_column_of_images_below_ground() {
+    let mut data = full();
+    let head = "depth below the surface (m)";
+    assert!(!report_page(&data).unwrap().contains(head));
+    data.targets[0].depth_m = Some([0.123, 0.004]);
+    let html = report_page(&data).unwrap();
+    assert!(html.contains(head) && html.contains("0.123 ± 0.004"));
+}
+
+#[test]
 fn surveyed_points_stand_beside_the_nearest_target() {
     let html = report_page(&full()).unwrap();
     assert!(html.contains("Surveyed points") && html.contains("east corner"));
