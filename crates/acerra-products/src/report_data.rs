@@ -148,7 +148,8 @@ fn rows(outcome: &Outcome, spread: Option<&PointSpread>) -> Vec<TargetRow> {
 /// What a height error means for targets under the track.
 fn at_nadir(outcome: &Outcome, spread: Option<&PointSpread>) -> Vec<String> {
     const ERROR_M: f64 = 0.03;
-    let Some(spread) = spread else {
+    // Below ground rays are refracted.
+    let Some(spread) = spread.filter(|_| outcome.focused.underground.is_none()) else {
         return Vec::new();
     };
     let mut under = Vec::new();

@@ -62,12 +62,17 @@ fn depth_reach(reach_m: f64, depths_m: &[f64]) -> Finding {
         Verdict::Agrees
     };
     let keys = "[ground] conductivity_s_m, relative_permittivity";
+    let more = if reach_m >= DEEPEST_M {
+        "more than "
+    } else {
+        ""
+    };
     let reach = format!(
-        "by the stated conductivity and the noise of the log an object of 1 m² shows down to {reach_m:.2} m, at the \
-         lowest frequency of the band"
+        "by the stated conductivity and the noise of the log an object of 1 m² shows down to {more}{reach_m:.2} m at the \
+         lowest frequency of the band, below which an empty image says nothing"
     );
     Finding::judged("depth_reach", reach_m, "m", verdict).because(match verdict {
-        Verdict::Agrees => format!("{reach}: no target is deeper, and nothing there is no absence ({keys})"),
+        Verdict::Agrees => format!("{reach}; no target is deeper ({keys})"),
         Verdict::Doubtful | Verdict::Contradicts => format!(
             "{reach}; {deeper} of {} targets are deeper: noise, echoes that came another way, or a soil that absorbs less \
              ({keys})",
