@@ -385,3 +385,103 @@ fn a_real_flight_focuses_its_reflector() {
     assert!(targets["image"]["median_db"].as_f64().unwrap() < -15.0);
     assert_eq!(run["traces"]["in_log"], 799);
 }
+
+/// Runs `focus` on a full-wave scene of the validation book with these lines for its ground: its folder of products.
+fn burials(here: &Path, ground: &str, preprocess: &str) -> PathBuf {
+    let traces =
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/validation/ground/level-1.npz");
+    let campaign = here.join("campaign.toml");
+    let text = format!(
+        "[radar]\nfile = '{}'\ndelay_ns = 1.088\n\
+         [preprocess]\nzero_timing = 'none'\ngate_ns = 'none'\n{preprocess}\n\
+         [image]\nband_ghz = [0.5, 2.5]\nfrequencies = 101\nx_m = [0.3, 2.1]\ny_m = [0.0, 0.0]\n\
+         z_m = [-0.40, -0.02]\npixel_z_m = 0.005\n\
+         [measure]\nthreshold_db = -18.0\n[ground]\n{ground}\n",
+        traces.display()
+    );
+    fs::write(&campaign, text).unwrap();
+    let products = here.join("products");
+    let output = acerra(&[
+        "focus",
+        campaign.to_str().unwrap(),
+        "-o",
+        products.to_str().unwrap(),
+    ]);
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    products
+}
+
+/// Verdict of a finding of a run, where it has one.
+fn verdict(products: &Path, name: &str) -> Option<String> {
+    let run = json(&products.join("run.json"));
+    let findings = run["evidence"].as_array().unwrap().clone();
+    let finding = findings.iter().find(|finding| finding["name"] == name)?;
+    Some(finding["verdict"].as_str().unwrap().to_owned())
+}
+
+/// The truth: metal whose tops lie 8.9 cm deep at x = 1.777 m and 18.1 cm deep at 0.464 m, in a soil of 5.95.
+#[test]
+fn burials_have_depths_and_the_report_names_the_soil() {
+    let here = tempfile::tempdir().unwrap();
+    let products = burials(
+        here.path(),
+        "relative_permittivity = 5.95\nconductivity_s_m = 0.002",
+        "",
+    );
+    let targets = json(&products.join("targets.json"))["targets"]
+        .as_array()
+        .unwrap()
+        .clone();
+    for [x_m, depth_m] in [[1.777, 0.089], [0.464, 0.181]] {
+        let is_there = |target: &&Value| (target["x_m"].as_f64().unwrap() - x_m).abs() < 0.01;
+        let target = targets.iter().find(is_there).unwrap();
+        assert!(
+            (target["depth_m"].as_f64().unwrap() - depth_m).abs() < 0.006,
+            "{target}"
+        );
+        let sigma_m = target["depth_sigma_m"].as_f64().unwrap();
+        assert!((0.002..0.05).contains(&sigma_m), "{target}");
+    }
+    for (name, expected) in [
+        ("ground_permittivity", Some("agrees")),
+        ("shallow_targets", Some("agrees")),
+        ("depth_reach", Some("agrees")),
+        // Images in air, whose sharpness says nothing of rays that are refracted.
+        ("delay_sharpness", None),
+        ("delay_focus", None),
+    ] {
+        assert_eq!(verdict(&products, name).as_deref(), expected, "{name}");
+    }
+    let report = fs::read_to_string(products.join("report.html")).unwrap();
+    for text in [
+        "Permittivity of the ground",
+        "5.95",
+        "as stated",
+        "Surface of the ground",
+        "level, at the stated height",
+        "depth below the surface (m)",
+    ] {
+        assert!(report.contains(text), "{text}");
+    }
+}
+
+/// The echo of the surface that was not removed is no target, and the image is doubted.
+#[test]
+fn a_surface_that_was_not_removed_is_no_target() {
+    let here = tempfile::tempdir().unwrap();
+    let soil = "relative_permittivity = 5.95\nconductivity_s_m = 0.002";
+    let products = burials(here.path(), soil, "background = 'none'");
+    let targets = json(&products.join("targets.json"))["targets"].clone();
+    assert_eq!(targets.as_array().unwrap().len(), 0, "{targets}");
+    for name in ["image_contrast", "still_echoes"] {
+        assert_eq!(
+            verdict(&products, name).as_deref(),
+            Some("doubtful"),
+            "{name}"
+        );
+    }
+}
