@@ -23,6 +23,7 @@ cargo xtask validate             slow checks: RTKLIB parity, the engine at full 
 cargo xtask book                 writes docs/validation again
 cargo xtask validate flights     random flights with right settings, and their page of the book
 cargo xtask wrong-settings       the table of wrong settings, again
+cargo xtask ground-scenes [NAME…] full-wave scenes of the validation book again, minutes each
 cargo xtask fuzz [SECONDS] [TARGET…]
                                  every fuzz target for so many seconds (20), from the seeds
 cargo xtask bench-peers          Acerra beside numba, NumPy and torchbp, in one run
@@ -45,6 +46,7 @@ fn main() -> ExitCode {
         "validate" => validation::run(&runner),
         "book" => checks::book(&runner),
         "wrong-settings" => checks::wrong_settings(&runner),
+        "ground-scenes" => xtask::ground::write(&runner.root.join("docs/validation/ground"), &rest),
         "fuzz" => runner.script("fuzz/run.sh", &rest),
         "bench-peers" => runner.script("crates/acerra-imaging/benches/peers/run.sh", &rest),
         "house" => checks::house(&runner, rest.first().map(String::as_str)),
