@@ -46,7 +46,10 @@ fn main() -> ExitCode {
         "validate" => validation::run(&runner),
         "book" => checks::book(&runner),
         "wrong-settings" => checks::wrong_settings(&runner),
-        "ground-scenes" => xtask::ground::write(&runner.root.join("docs/validation/ground"), &rest),
+        "ground-scenes" => {
+            let folder = runner.root.join("docs/validation/ground");
+            xtask::ground::write(&folder, &rest, |line| println!("{line}"))
+        }
         "fuzz" => runner.script("fuzz/run.sh", &rest),
         "bench-peers" => runner.script("crates/acerra-imaging/benches/peers/run.sh", &rest),
         "house" => checks::house(&runner, rest.first().map(String::as_str)),

@@ -23,11 +23,12 @@ const STEPS: usize = 1800;
 /// Time between traces, s: nominal, since the antennas keep still during each.
 const TRACE_INTERVAL_S: f64 = 0.05;
 
-/// Computes the scenes named in `names` (all those of `folder` if none is) and writes their traces to `folder`.
+/// Computes the scenes named in `names` (all those of `folder` if none is) and writes their traces to `folder`; `done` is
+/// called with a line on each.
 ///
 /// # Errors
 /// If a scene cannot be read, or its traces not be written.
-pub fn write(folder: &Path, names: &[String]) -> anyhow::Result<()> {
+pub fn write(folder: &Path, names: &[String], done: impl Fn(&str)) -> anyhow::Result<()> {
     for name in if names.is_empty() {
         Scene::names(folder)?
     } else {
@@ -37,11 +38,11 @@ pub fn write(folder: &Path, names: &[String]) -> anyhow::Result<()> {
         let start = std::time::Instant::now();
         let traces = traces(&scene)?;
         save(&scene, &traces, &folder.join(format!("{name}.npz")))?;
-        println!(
+        done(&format!(
             "{name}: {} traces in {:.0} s",
             traces.len(),
             start.elapsed().as_secs_f64()
-        );
+        ));
     }
     Ok(())
 }
