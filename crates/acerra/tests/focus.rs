@@ -25,18 +25,23 @@ fn simulated(folder: &Path, scene: &str) -> PathBuf {
     let file = folder.join("scene.toml");
     fs::write(&file, scene).unwrap();
     let logs = folder.join("logs");
+    made("simulate", &file, &logs);
+    logs
+}
+
+/// Runs a command that must succeed on a file, into a folder.
+fn made(command: &str, file: &Path, folder: &Path) {
     let output = acerra(&[
-        "simulate",
+        command,
         file.to_str().unwrap(),
         "-o",
-        logs.to_str().unwrap(),
+        folder.to_str().unwrap(),
     ]);
     assert!(
         output.status.success(),
         "{}",
         String::from_utf8_lossy(&output.stderr)
     );
-    logs
 }
 
 fn json(path: &Path) -> Value {
@@ -401,17 +406,7 @@ fn burials(here: &Path, ground: &str, preprocess: &str) -> PathBuf {
     );
     fs::write(&campaign, text).unwrap();
     let products = here.join("products");
-    let output = acerra(&[
-        "focus",
-        campaign.to_str().unwrap(),
-        "-o",
-        products.to_str().unwrap(),
-    ]);
-    assert!(
-        output.status.success(),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
+    made("focus", &campaign, &products);
     products
 }
 

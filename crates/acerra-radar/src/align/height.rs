@@ -74,8 +74,7 @@ pub struct HeightCue {
     pub residual_s: f64,
     /// Share of the picks that are not the surface.
     pub stray_share: f64,
-    /// Share of strays among the picks within a second of those that are the surface: where it is seen at all, most of
-    /// the picks are.
+    /// Share of strays among the picks within a second of the surface's own picks.
     pub(super) strays_about: f64,
     /// Picks that take part.
     pub picks: usize,
@@ -224,7 +223,7 @@ struct Surface {
     envelope: Vec<f64>,
     /// Changes of the delay over [`RATE_STEP_S`].
     rate: Vec<f64>,
-    /// Share of the picks about them that are not the surface's.
+    /// Share of strays among the picks near these residuals in time.
     strays_about: f64,
     /// Picks over which residuals are correlated.
     lasting: f64,
@@ -261,8 +260,8 @@ fn per_error(change_s: &[f64], few: f64) -> f64 {
 /// Time about a pick of the surface within which others are counted, s.
 const ABOUT_S: f64 = 1.0;
 
-/// Share of the picks that are not the surface's within [`ABOUT_S`] of those that are, itself left out; 1 where none
-/// is.
+/// Share of strays among the neighbours, within [`ABOUT_S`], of the surface's picks; 1 where the surface has no pick
+/// with a neighbour.
 fn strays_about(time_s: &[f64], is_surface: impl Fn(usize) -> bool) -> f64 {
     let (mut first, mut end, mut within, mut among) = (0, 0, 0, 0);
     let (mut others, mut strays) = (0, 0);
@@ -618,4 +617,21 @@ fn commonest_s(residuals: &[f64], [from, to]: [f64; 2], sigma_s: f64) -> f64 {
         .max_by_key(|&i| counts[i - 1] + 2 * counts[i] + counts[i + 1])
         .unwrap_or(1);
     from + (best as f64 - 0.5) * cell
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn strays_are_few_about_an_echo_that_is_followed_and_many_about_chance_picks() {
+        let time_s: Vec<f64> = (0..600).map(|k| 0.1 * f64::from(k)).collect();
+        // A quarter of the picks each: 15 s of the flight, or every fourth.
+        let followed = strays_about(&time_s, |k| (200..350).contains(&k));
+        let by_chance = strays_about(&time_s, |k| k % 4 == 0);
+        assert!(followed < 0.05, "{followed}");
+        assert!((0.7..0.85).contains(&by_chance), "{by_chance}");
+        assert!((strays_about(&time_s, |k| k == 7) - 1.0).abs() < f64::EPSILON);
+        assert!((strays_about(&time_s, |_| false) - 1.0).abs() < f64::EPSILON);
+    }
 }
