@@ -321,6 +321,15 @@ mod tests {
         let found = motion_cue(change, &profile, grid, Control::default());
         let found = found.unwrap().unwrap();
         assert!(found.offset_s.abs() < 0.3, "{}", found.offset_s);
+        // Likely offsets have their own value, and no line between two of the coarse grid makes another one likely.
+        let fit = Fit::new(change.0, change.1, &profile).unwrap();
+        let over = fit.over(grid, Control::default()).unwrap();
+        let likely = 0.7 * over.iter().copied().fold(0.0, f64::max);
+        for (k, value) in over.iter().enumerate() {
+            let own = fit.log_likelihood(grid.start_s + k as f64 * grid.step_s);
+            let is_same = (value - own).abs() < 1e-9;
+            assert!(own.max(*value) < likely || is_same, "{k}: {value} {own}");
+        }
         // Any other offset is out of the question.
         let far = (0..grid.count)
             .filter(|k| found.curve.offset_s(*k).abs() > 4.0)
