@@ -36,8 +36,12 @@ fn estimate<'a>(record: &'a Value, name: &str) -> &'a Value {
 
 /// Simulates the flight, and makes its campaign one that knows the offset to half a second only.
 fn campaign(folder: &Path) -> (std::path::PathBuf, f64) {
+    campaign_of(folder, SCENE)
+}
+
+fn campaign_of(folder: &Path, flight: &str) -> (std::path::PathBuf, f64) {
     let scene = folder.join("scene.toml");
-    fs::write(&scene, SCENE).unwrap();
+    fs::write(&scene, flight).unwrap();
     let logs = folder.join("logs");
     let output = acerra(&[
         "simulate",
@@ -150,4 +154,55 @@ fn what_cannot_be_calibrated_is_refused_and_the_campaign_left_alone() {
     );
     assert_eq!(acerra(&["calibrate", name]).status.code(), Some(2));
     assert_eq!(fs::read(&file).unwrap(), before);
+}
+
+/// A straight pass at constant speed without take-off: height and motion leave the offset open by half a minute, which
+/// one reflector at a known place settles.
+#[test]
+fn an_offset_that_the_logs_leave_open_is_settled_by_one_reflector() {
+    const PASS: &str = "seed = 7\n\
+        [flight]\ntrack_start_m = [0, 0]\ntrack_end_m = [16, 0]\nheight_m = 5\n\
+        track_duration_s = 10\nwander_m = [0, 0, 0]\n\
+        [radar]\nsamples = 960\ndelay_ns = 12.6\n\
+        [ground]\nfacets_per_m2 = 1\nextent_m = 5\n\
+        [[point]]\nposition_m = [4, 1.5, 0]\nrcs_m2 = 4\n\
+        [image]\nx_m = [2, 6]\ny_m = [0, 3]\npixel_m = 0.02\n";
+    let folder = tempfile::tempdir().unwrap();
+    let (file, offset_s) = campaign_of(folder.path(), PASS);
+    let text = fs::read_to_string(&file).unwrap();
+    let stated = format!("time_offset_s = {} # by watch", offset_s - 0.5);
+    fs::write(&file, text.replace(&stated, "time_offset_s = \"auto\"")).unwrap();
+    let name = file.to_str().unwrap();
+    let products = folder.path().join("products");
+    let refused = acerra(&["focus", name, "-o", products.to_str().unwrap()]);
+    assert_eq!(refused.status.code(), Some(1));
+    let message = stderr(&refused);
+    assert!(
+        message.contains("acerra calibrate --reflector"),
+        "{message}"
+    );
+
+    let output = acerra(&[
+        "calibrate",
+        name,
+        "--reflector",
+        "4,1.5,0",
+        "--json",
+        "--write",
+    ]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let record: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let offset = estimate(&record, "clock offset");
+    let error_s = (offset["value"].as_f64().unwrap() - offset_s).abs();
+    assert!(
+        error_s < 0.003 && error_s < 3.0 * offset["sigma"].as_f64().unwrap(),
+        "{offset}"
+    );
+    let delay = estimate(&record, "delay");
+    assert!(
+        (delay["value"].as_f64().unwrap() - 12.6).abs() < 0.05,
+        "{delay}"
+    );
+    let focused = acerra(&["focus", name, "-o", products.to_str().unwrap()]);
+    assert!(focused.status.success(), "{}", stderr(&focused));
 }

@@ -177,7 +177,7 @@ fn likelihood_of(
     match by_height_and_motion(radargram, trajectory, flight.scene, range, control) {
         Ok(likelihood) => Ok(Some(likelihood)),
         // An offset that is given needs no other cue.
-        Err(OffsetError::Undecided(_) | OffsetError::TooLong { .. })
+        Err(OffsetError::Undecided { .. } | OffsetError::TooLong { .. })
             if options.align.time_offset != Some(TimeOffset::Auto) =>
         {
             Ok(None)

@@ -99,8 +99,11 @@ pub enum OffsetError {
         found_s: f64,
     },
     /// The data do not tell the offset, or tell several.
-    #[error("[trajectory] time_offset_s = \"auto\": {0}")]
-    Undecided(#[from] Undecided),
+    #[error("[trajectory] time_offset_s = \"auto\": {cause}; {}", settling(cause))]
+    Undecided {
+        /// Why, with the offsets that remain.
+        cause: Undecided,
+    },
     /// No trace can be placed at an offset that is tried.
     #[error(transparent)]
     Align(#[from] AlignError),
@@ -113,6 +116,23 @@ pub enum OffsetError {
     /// The caller asked to stop.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
+}
+
+impl From<Undecided> for OffsetError {
+    fn from(cause: Undecided) -> Self {
+        Self::Undecided { cause }
+    }
+}
+
+/// The measurement that settles an offset which the data leave open.
+fn settling(refusal: &Undecided) -> &'static str {
+    match refusal.open_offsets() {
+        Some(_) => {
+            "one reflector at a known place settles the offset (acerra calibrate --reflector X,Y,Z; guide, \
+             \"Clocks\"), or state it"
+        }
+        None => "state the offset",
+    }
 }
 
 /// What of trajectory and delays the search takes into account.

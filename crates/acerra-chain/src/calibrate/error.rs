@@ -51,15 +51,15 @@ pub enum CalibrateError {
     },
     /// Nothing is in focus at the reflectors.
     #[error(
-        "no echo follows the reflectors: of all delays from {delay_ns:?} ns and offsets within {offset_s} s \
+        "no echo follows the reflectors: of all delays within {delay_ns:?} ns and offsets within {offset_s:?} s \
          the one that focuses them best is {contrast_db:.1} dB above the median, at least {needed_db:.1} dB \
          are needed; check the places of the reflectors and [trajectory] time_offset_s"
     )]
     NoEcho {
         /// Delays tried (ns).
         delay_ns: [f64; 2],
-        /// Offsets tried about the campaign's (s).
-        offset_s: f64,
+        /// Least and greatest clock offset tried (s).
+        offset_s: [f64; 2],
         /// Level of the best above the median of all (dB).
         contrast_db: f64,
         /// Level needed (dB).
@@ -78,14 +78,14 @@ pub enum CalibrateError {
     },
     /// The reflectors are in focus where range zero lies before anything is transmitted.
     #[error(
-        "the reflectors are in focus at the delay {delay_ns:.2} ns and the offset {offset_s:+.3} s from the \
-         campaign's alone, which puts range zero before the radar's own time zero: another echo is taken for \
+        "the reflectors are in focus at the delay {delay_ns:.2} ns and the offset {offset_s:.3} s \
+         alone, which puts range zero before the radar's own time zero: another echo is taken for \
          theirs; check the places of the reflectors and [trajectory] time_offset_s"
     )]
     BeforeZero {
         /// The delay (ns).
         delay_ns: f64,
-        /// Change of the offset from the campaign's (s).
+        /// The clock offset (s).
         offset_s: f64,
     },
     /// Too few echoes were found at the place predicted.
@@ -132,7 +132,7 @@ pub enum CalibrateError {
 pub struct Solution {
     /// Fast time at which range is zero (ns).
     pub delay_ns: f64,
-    /// Change of the clock offset from the campaign's (s).
+    /// Clock offset (s).
     pub offset_s: f64,
     /// Its level below that of the best (dB).
     pub below_db: f64,
@@ -142,7 +142,7 @@ impl std::fmt::Display for Solution {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(
             f,
-            "\n  delay {:.2} ns with the offset {:+.3} s from the campaign's, {:.1} dB below the best",
+            "\n  delay {:.2} ns with the offset {:.3} s, {:.1} dB below the best",
             self.delay_ns, self.offset_s, self.below_db
         )
     }

@@ -121,6 +121,13 @@ pub fn calibrate(
         control.check()?;
         round = survey.round(&round.adjusted.values, half_width_s, false)?;
     }
+    let found = &round.adjusted.values;
+    if found.delay_s < search::ZERO_S {
+        return Err(CalibrateError::BeforeZero {
+            delay_ns: found.delay_s * 1e9,
+            offset_s: found.time_offset_s.first().copied().unwrap_or_default(),
+        });
+    }
     if !round.knows_position_errors {
         warnings.add(
             "not all positions state their standard deviations: errors of the positions are not \

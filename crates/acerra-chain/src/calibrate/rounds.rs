@@ -38,7 +38,7 @@ impl Survey<'_> {
         let mut best_db = 0.0;
         self.summed.clear();
         for (number, track) in self.tracks.iter().enumerate() {
-            let found = search::search(&self.setting, track, number, self.campaign, control)?;
+            let found = search::search(&self.setting, track, self.campaign, control)?;
             values.time_offset_s[number] = found.offset_s;
             if found.contrast_db > best_db {
                 best_db = found.contrast_db;

@@ -12,9 +12,11 @@ use crate::control::Control;
 /// Delays tried (s), of either sign.
 const DELAY_S: [f64; 2] = [-20e-9, 20e-9];
 /// Range zero lies after the radio's own time zero, but for how its marks are set (s).
-const ZERO_S: f64 = -1e-9;
-/// Offsets tried about the campaign's (s).
-const OFFSET_S: f64 = 1.0;
+pub(super) const ZERO_S: f64 = -1e-9;
+/// Longest stretch of offsets over which the traces that see a reflector from one side count as the same (s).
+const WINDOW_S: f64 = 2.0;
+/// Path of a trace below which the platform is at rest (m).
+const LEAST_PATH_M: f64 = 2e-3;
 /// Spacing of the delays (s), as the patch about a reflector covers 2.4 ns to either side; of a platform at
 /// rest, which resolves no place, a fifth of a pulse's envelope.
 const DELAY_STEP_S: f64 = 0.45e-9;
@@ -48,38 +50,100 @@ pub(super) struct Start {
 pub(super) fn search(
     setting: &Setting<'_>,
     track: &TrackEchoes,
-    number: usize,
     start: &Values,
     control: &Control<'_>,
 ) -> Result<Start, CalibrateError> {
-    let campaign_s = start.time_offset_s[number];
-    let stretches = stretches(setting, track, start, campaign_s);
-    let grid = Grid::new(track, campaign_s);
-    let rows = grid
-        .offset_s
-        .par_iter()
-        .map(|offset_s| {
-            control.check()?;
-            let of_stretch = |stretch: &Stretch| {
-                let placed = Placed::at(stretch, setting, track, start, *offset_s, false);
-                placed.focus(setting, &track.profiles, &grid.delay_s, track.at_rest)
-            };
-            Ok(stretches.iter().map(of_stretch).collect::<Vec<_>>())
-        })
-        .collect::<Result<Vec<_>, CalibrateError>>()?;
-    let level_db = grid.levels_db(&rows, &stretches);
-    let top = grid.best(&level_db, campaign_s)?;
-    let (row, column) = (top / grid.delay_s.len(), top % grid.delay_s.len());
-    let in_focus = stretches
-        .into_iter()
-        .zip(&rows[row])
-        .map(|(stretch, focus)| (stretch, focus[column]));
+    let delay_step_s = if track.at_rest {
+        DELAY_STEP_AT_REST_S
+    } else {
+        DELAY_STEP_S
+    };
+    let mut grid = Grid {
+        delay_s: steps(DELAY_S, delay_step_s),
+        offset_s: Vec::new(),
+    };
+    let mut level_db = Vec::new();
+    let windows = windows(setting, track, start);
+    let most_traces = windows.iter().map(Window::moving_traces).max();
+    for window in windows {
+        let rows = (window.offset_s.par_iter())
+            .map(|offset_s| {
+                control.check()?;
+                let of_stretch = |stretch: &Stretch| {
+                    let placed = Placed::at(stretch, setting, track, start, *offset_s, false);
+                    placed.focus(setting, &track.profiles, &grid.delay_s, track.at_rest)
+                };
+                Ok(window.stretches.iter().map(of_stretch).collect::<Vec<_>>())
+            })
+            .collect::<Result<Vec<_>, CalibrateError>>()?;
+        // Traces that an offset leaves without a place, or at rest, are no evidence for it.
+        let share = window.moving_traces() as f64 / most_traces.unwrap_or(0).max(1) as f64;
+        let levels_db = grid.levels_db(&rows, &window.stretches);
+        level_db.extend(levels_db.into_iter().map(|level_db| share * level_db));
+        grid.offset_s.extend(window.offset_s);
+    }
+    let top = grid.best(&level_db)?;
+    let (delay_s, offset_s) = (grid.delay(top), grid.offset(top));
+    let in_focus = |stretch: Stretch| {
+        let placed = Placed::at(&stretch, setting, track, start, offset_s, false);
+        let focus = placed.focus(setting, &track.profiles, &[delay_s], track.at_rest)[0];
+        (stretch, focus)
+    };
+    let stretches = stretches(setting, track, start, offset_s);
     Ok(Start {
-        delay_s: grid.delay_s[column],
-        offset_s: grid.offset_s[row],
+        delay_s,
+        offset_s,
         contrast_db: level_db[top],
-        stretches: in_focus.collect(),
+        stretches: stretches.into_iter().map(in_focus).collect(),
     })
+}
+
+/// Clock offsets at which the same traces see each reflector from about the same side.
+struct Window {
+    offset_s: Vec<f64>,
+    stretches: Vec<Stretch>,
+}
+
+impl Window {
+    /// Offsets from `from_s` to `to_s`; one where the platform is at rest, as every offset is then as good.
+    fn new(
+        setting: &Setting<'_>,
+        track: &TrackEchoes,
+        values: &Values,
+        [from_s, to_s]: [f64; 2],
+    ) -> Self {
+        let middle_s = 0.5 * (from_s + to_s);
+        let speed_m_s = track.top_speed_m_s(middle_s);
+        let step_s = (OFFSET_STEP_M / speed_m_s.max(1e-9)).clamp(0.01, 0.1);
+        Self {
+            offset_s: if track.at_rest {
+                vec![middle_s]
+            } else {
+                steps([from_s, to_s], step_s)
+            },
+            stretches: stretches(setting, track, values, middle_s),
+        }
+    }
+
+    /// Traces, of all reflectors, that cover [`LEAST_PATH_M`] or more; all of a platform at rest.
+    fn moving_traces(&self) -> usize {
+        let weights = self.stretches.iter().flat_map(|stretch| &stretch.weight);
+        weights.filter(|path_m| **path_m >= LEAST_PATH_M).count()
+    }
+}
+
+/// The windows of the offsets that a track leaves open.
+fn windows(setting: &Setting<'_>, track: &TrackEchoes, values: &Values) -> Vec<Window> {
+    let pieces = (track.open_offsets_s.iter()).flat_map(|ends_s| pieces(*ends_s, WINDOW_S));
+    let window = |ends_s: [f64; 2]| Window::new(setting, track, values, ends_s);
+    pieces.map(window).collect()
+}
+
+/// A stretch in equal pieces of `longest_s` at most.
+fn pieces([from_s, to_s]: [f64; 2], longest_s: f64) -> impl Iterator<Item = [f64; 2]> {
+    let count = ((to_s - from_s) / longest_s).ceil().max(1.0);
+    let end_s = move |k: usize| from_s + (to_s - from_s) * k as f64 / count;
+    (0..count as usize).map(move |k| [end_s(k), end_s(k + 1)])
 }
 
 /// Delays and offsets tried.
@@ -89,26 +153,11 @@ struct Grid {
 }
 
 impl Grid {
-    fn new(track: &TrackEchoes, offset_s: f64) -> Self {
-        let speed_m_s = track.top_speed_m_s(offset_s);
-        let step_s = (OFFSET_STEP_M / speed_m_s.max(1e-9)).clamp(0.01, 0.1);
-        // At rest every offset is as good as another.
-        let (around, delay_step_s) = if track.at_rest {
-            (vec![0.0], DELAY_STEP_AT_REST_S)
-        } else {
-            (steps([-OFFSET_S, OFFSET_S], step_s), DELAY_STEP_S)
-        };
-        Self {
-            delay_s: steps(DELAY_S, delay_step_s),
-            offset_s: around.into_iter().map(|d| offset_s + d).collect(),
-        }
-    }
-
     /// Level of each setting above the median of all (dB), the mean over the stretches by their paths. Each
     /// counts by how far it is above its own median, so that one bright echo does not outweigh a
     /// reflector seen from all sides.
     fn levels_db(&self, rows: &[Vec<Vec<Focus>>], stretches: &[Stretch]) -> Vec<f64> {
-        let cells = self.offset_s.len() * self.delay_s.len();
+        let cells = rows.len() * self.delay_s.len();
         let mut level = vec![0.0; cells];
         let mut total = 0.0;
         for (k, stretch) in stretches.iter().enumerate() {
@@ -137,7 +186,7 @@ impl Grid {
     }
 
     /// The best setting, where it stands out and no other comes near.
-    fn best(&self, level_db: &[f64], campaign_s: f64) -> Result<usize, CalibrateError> {
+    fn best(&self, level_db: &[f64]) -> Result<usize, CalibrateError> {
         let mut solutions = Vec::new();
         let mut taken = vec![false; level_db.len()];
         while solutions.len() < MOST_SOLUTIONS {
@@ -159,7 +208,7 @@ impl Grid {
         if contrast_db < NEEDED_DB {
             return Err(CalibrateError::NoEcho {
                 delay_ns: DELAY_S.map(|d| d * 1e9),
-                offset_s: OFFSET_S,
+                offset_s: self.ends_s(),
                 contrast_db,
                 needed_db: NEEDED_DB,
             });
@@ -167,7 +216,7 @@ impl Grid {
         let before_zero = |k: &usize| self.delay(*k) < ZERO_S;
         let solution = |k: &usize| Solution {
             delay_ns: self.delay(*k) * 1e9,
-            offset_s: self.offset(*k) - campaign_s,
+            offset_s: self.offset(*k),
             below_db: contrast_db - level_db[*k],
         };
         let possible: Vec<usize> = solutions
@@ -179,12 +228,17 @@ impl Grid {
             [only] => Ok(*only),
             [] => Err(CalibrateError::BeforeZero {
                 delay_ns: self.delay(solutions[0]) * 1e9,
-                offset_s: self.offset(solutions[0]) - campaign_s,
+                offset_s: self.offset(solutions[0]),
             }),
             several => Err(CalibrateError::Ambiguous {
                 solutions: several.iter().map(solution).collect(),
             }),
         }
+    }
+
+    fn ends_s(&self) -> [f64; 2] {
+        let of = |offset_s: Option<&f64>| offset_s.copied().unwrap_or_default();
+        [of(self.offset_s.first()), of(self.offset_s.last())]
     }
 
     fn delay(&self, cell: usize) -> f64 {

@@ -9,6 +9,7 @@ use super::model::predict;
 use super::parameter::Values;
 use super::path::Path;
 use crate::align::clock::{ClockError, align_clocks};
+use crate::align::offset::OffsetError;
 use crate::align::recording::{Recording, TrackOptions};
 use crate::align::select::SelectError;
 use crate::align::{AlignError, Flight, align};
@@ -45,8 +46,10 @@ pub(super) struct TrackEchoes {
     pub raw: Radargram,
     /// Delay of this track beside the others', as stated (s).
     pub known_delay_s: f64,
-    /// Clock offset of the campaign (s).
+    /// Clock offset of the campaign, or the likeliest where the logs leave it open (s).
     pub time_offset_s: f64,
+    /// Stretches `[from, to]` of clock offsets among which the reflectors decide (s).
+    pub open_offsets_s: Vec<[f64; 2]>,
     /// Whether the platform stands.
     pub at_rest: bool,
 }
@@ -101,12 +104,13 @@ impl TrackEchoes {
             return Err(CalibrateError::Spectra { track: name() });
         };
         check_band(setting.band_hz, radargram, &recording.name)?;
-        let selected = Selected::of(recording, scene, warnings, control).map_err(|cause| {
-            CalibrateError::Align {
-                track: name(),
-                cause,
-            }
-        })?;
+        let selected =
+            Selected::of(recording, radargram, scene, (warnings, control)).map_err(|cause| {
+                CalibrateError::Align {
+                    track: name(),
+                    cause,
+                }
+            })?;
         let clean_error = |cause| CalibrateError::Clean {
             track: name(),
             cause,
@@ -129,6 +133,7 @@ impl TrackEchoes {
             raw,
             known_delay_s: recording.options.known_error.delay_ns * 1e-9,
             time_offset_s: selected.time_offset_s,
+            open_offsets_s: selected.open_offsets_s,
             at_rest: selected.at_rest,
         })
     }
@@ -245,19 +250,23 @@ struct Expected {
 /// Contrast from which the surface counts as seen: noise reaches it in one of seven traces.
 const SURFACE_CONTRAST: f64 = 2.0;
 
-/// The traces that count, and the offset of the campaign.
+/// Offsets tried to each side of one that is stated or found (s).
+const ABOUT_S: f64 = 1.0;
+
+/// The traces that count, and the offsets at which they may be.
 struct Selected {
     traces: Vec<usize>,
     time_offset_s: f64,
+    open_offsets_s: Vec<[f64; 2]>,
     at_rest: bool,
 }
 
 impl Selected {
     fn of(
         recording: &Recording,
+        radargram: &Radargram,
         scene: &Scene,
-        warnings: &mut Warnings,
-        control: &Control<'_>,
+        (warnings, control): (&mut Warnings, &Control<'_>),
     ) -> Result<Self, ClockError> {
         let flight = Flight {
             radar: &recording.radar.content,
@@ -265,12 +274,25 @@ impl Selected {
             scene,
         };
         let options = for_calibration(&recording.options);
+        let about = |offset_s: f64| vec![[offset_s - ABOUT_S, offset_s + ABOUT_S]];
         match align_clocks(flight, &options, warnings, control) {
             Ok(clocked) => Ok(Self {
                 at_rest: stands(&clocked.aligned.position_m),
                 traces: clocked.aligned.traces,
                 time_offset_s: clocked.time_offset_s,
+                open_offsets_s: about(clocked.time_offset_s),
             }),
+            Err(ClockError::Offset(OffsetError::Undecided { cause })) => {
+                // Where each trace was taken differs from offset to offset: all of them may count.
+                let open = cause.open_offsets();
+                let open = open.ok_or(OffsetError::Undecided { cause })?;
+                Ok(Self {
+                    traces: (0..radargram.time_s.len()).collect(),
+                    time_offset_s: open.best_s,
+                    open_offsets_s: open.stretches_s,
+                    at_rest: false,
+                })
+            }
             Err(ClockError::Align(AlignError::Select(SelectError::NeverMoves))) => {
                 let mut options = recording.options.align.clone();
                 options.select = Select::All;
@@ -282,6 +304,7 @@ impl Selected {
                 Ok(Self {
                     traces: aligned.traces,
                     time_offset_s,
+                    open_offsets_s: vec![[time_offset_s; 2]],
                     at_rest: true,
                 })
             }

@@ -64,14 +64,13 @@ pub enum AlignError {
     /// No cue says anything about the offset.
     #[error(
         "nothing in the radargram follows the flight: no echo moves with the height and the \
-         change from trace to trace is not that of the speed (do the logs belong together?); state \
-         the offset"
+         change from trace to trace is not that of the speed (do the logs belong together?)"
     )]
     NoCue,
     /// The likelihood is so wide that any offset within it would be a guess.
     #[error(
         "height and speed change too little to tell the offset: anything within {from_s:.2} to \
-         {to_s:.2} s agrees with the data (best {best_s:.3} s); state the offset"
+         {to_s:.2} s agrees with the data (best {best_s:.3} s)"
     )]
     Vague {
         /// Most likely offset, s.
@@ -84,7 +83,7 @@ pub enum AlignError {
     /// Two offsets agree with the data.
     #[error(
         "two offsets agree with the data: {best_s:.3} s and {second_s:.3} s (log-likelihoods \
-         differ by {margin:.1}, at least {needed:.1} are needed); state the offset"
+         differ by {margin:.1}, at least {needed:.1} are needed)"
     )]
     Ambiguous {
         /// Most likely offset, s.
@@ -99,7 +98,7 @@ pub enum AlignError {
     /// Two cues that are each sure contradict each other.
     #[error(
         "the cues contradict each other: height says {height_s:.3} ± {height_sigma_s:.3} s, \
-         sharpness {sharpness_s:.3} ± {sharpness_sigma_s:.3} s; state the offset"
+         sharpness {sharpness_s:.3} ± {sharpness_sigma_s:.3} s"
     )]
     Contradiction {
         /// Offset by height (and motion), s.
@@ -114,4 +113,96 @@ pub enum AlignError {
     /// The caller asked to stop.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
+}
+
+/// Offsets that a refusal leaves open.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OpenOffsets {
+    /// The most likely offset, s.
+    pub best_s: f64,
+    /// Stretches of offsets `[from, to]` that agree with the data, s, rising.
+    pub stretches_s: Vec<[f64; 2]>,
+}
+
+/// Reach to each side of an offset that is stated without a deviation, s.
+const REACH_S: f64 = 1.0;
+/// Standard deviations that a stretch about an offset reaches.
+const REACH_SIGMAS: f64 = 5.0;
+
+impl AlignError {
+    /// The offsets that agree with the data, where the data agree with some but do not decide between them.
+    #[must_use]
+    pub fn open_offsets(&self) -> Option<OpenOffsets> {
+        let about = |offset_s: f64, reach_s: f64| [offset_s - reach_s, offset_s + reach_s];
+        let (best_s, mut stretches_s) = match *self {
+            Self::Vague {
+                best_s,
+                from_s,
+                to_s,
+            } => (best_s, vec![[from_s - REACH_S, to_s + REACH_S]]),
+            Self::Ambiguous {
+                best_s, second_s, ..
+            } => (
+                best_s,
+                vec![about(best_s, REACH_S), about(second_s, REACH_S)],
+            ),
+            Self::Contradiction {
+                height_s,
+                height_sigma_s,
+                sharpness_s,
+                sharpness_sigma_s,
+            } => {
+                let reach_s = |sigma_s: f64| REACH_S.max(REACH_SIGMAS * sigma_s);
+                let stretches_s = vec![
+                    about(height_s, reach_s(height_sigma_s)),
+                    about(sharpness_s, reach_s(sharpness_sigma_s)),
+                ];
+                (height_s, stretches_s)
+            }
+            _ => return None,
+        };
+        stretches_s.sort_by(|a, b| a[0].total_cmp(&b[0]));
+        Some(OpenOffsets {
+            best_s,
+            stretches_s: merged(stretches_s),
+        })
+    }
+}
+
+/// Rising stretches, those that overlap made one.
+fn merged(stretches_s: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
+    let mut all: Vec<[f64; 2]> = Vec::with_capacity(stretches_s.len());
+    for next in stretches_s {
+        match all.last_mut() {
+            Some(last) if next[0] <= last[1] => last[1] = last[1].max(next[1]),
+            _ => all.push(next),
+        }
+    }
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_refusal_names_the_offsets_that_it_leaves_open() {
+        let two = AlignError::Ambiguous {
+            best_s: 20.0,
+            second_s: 10.0,
+            margin: 2.0,
+            needed: 6.0,
+        };
+        let open = two.open_offsets().unwrap();
+        assert_eq!(open.best_s, 20.0);
+        assert_eq!(open.stretches_s, [[9.0, 11.0], [19.0, 21.0]]);
+        let near = AlignError::Contradiction {
+            height_s: 5.0,
+            height_sigma_s: 0.4,
+            sharpness_s: 6.0,
+            sharpness_sigma_s: 0.01,
+        };
+        assert_eq!(near.open_offsets().unwrap().stretches_s, [[3.0, 7.0]]);
+        assert_eq!(AlignError::NoCue.open_offsets(), None);
+    }
 }

@@ -5,6 +5,12 @@ use acerra_imaging::ImagingError;
 use crate::clean::CleanError;
 use crate::control::Cancelled;
 
+/// Half of the distance that light travels in a nanosecond (m).
+const HALF_LIGHT_M_NS: f64 = 0.149_896_229;
+/// The measurement that settles a delay which the data leave open.
+const SETTLING: &str = "one reflector at a known place settles the delay (acerra calibrate --reflector X,Y,Z), or \
+                        one at a taped range from the radar at rest (--range-m; guide, \"Calibration\"), or state it";
+
 /// Why the fast time at which range is zero cannot be found.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -15,7 +21,8 @@ pub enum DelayError {
     /// Two delays agree with the data.
     #[error(
         "[radar] delay_ns = \"auto\": {first_ns:.2} ns and {second_ns:.2} ns agree with the data \
-         nearly alike (log-likelihoods {margin:.1} apart, {needed:.0} needed); state the delay"
+         nearly alike (log-likelihoods {margin:.1} apart, {needed:.0} needed), ranges {:.2} m apart; {SETTLING}",
+        (second_ns - first_ns).abs() * HALF_LIGHT_M_NS
     )]
     Ambiguous {
         /// The most likely delay (ns).
@@ -30,7 +37,7 @@ pub enum DelayError {
     /// The data hardly depend on the delay.
     #[error(
         "[radar] delay_ns = \"auto\": every delay from {from_ns:.2} to {to_ns:.2} ns agrees with the \
-         data (an aperture too short, nothing that stands out); state the delay"
+         data (an aperture too short, nothing that stands out); {SETTLING}"
     )]
     Vague {
         /// Smallest delay that agrees (ns).
@@ -41,7 +48,7 @@ pub enum DelayError {
     /// Errors of the positions bend the echoes like a wrong delay does.
     #[error(
         "[radar] delay_ns = \"auto\": the positions' stated errors leave the delay uncertain by {sigma_ns:.2} ns (one \
-         standard deviation), at most {most_ns:.2} ns may be; state the delay"
+         standard deviation), at most {most_ns:.2} ns may be; {SETTLING}"
     )]
     Uncertain {
         /// Standard deviation of the delay (ns).
@@ -52,7 +59,7 @@ pub enum DelayError {
     /// The strongest echo gets stronger up to the end of the delays tried.
     #[error(
         "[radar] delay_ns = \"auto\": the strongest echo is strongest at {at_ns:.2} ns, the end of the delays \
-         tried ({from_ns} to {to_ns} ns); state the delay"
+         tried ({from_ns} to {to_ns} ns); {SETTLING}"
     )]
     AtEnd {
         /// The end (ns).
