@@ -12,7 +12,7 @@ use crate::runner::{Runner, Step, TEST};
 const MARK: &str = "fn validation_";
 
 /// The programs that take longest: started first, so that none of them runs alone at the end.
-const LONGEST: [&str; 3] = ["validation_book", "demo", "hostile"];
+const LONGEST: [&str; 4] = ["calibrate", "validation_book", "demo", "hostile"];
 
 /// Programs that run at once: most leave a part of two processors idle.
 const AT_ONCE: usize = 2;
