@@ -324,7 +324,7 @@ fn a_recorded_clock_is_taken_where_no_offset_is_stated() {
         loss["explanation"]
             .as_str()
             .unwrap()
-            .contains("recorded clock's"),
+            .contains("by the recorded clock"),
         "{loss}"
     );
 

@@ -1,8 +1,8 @@
-//! Settings against what focusing prefers.
+//! Settings compared with the values that focusing prefers.
 
 use crate::journal::finding::{Finding, Setting, Verdict};
 
-/// A setting in force beside the value at which the strongest targets are sharpest.
+/// A setting in force, and the value at which the strongest targets are sharpest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct PreferredSetting<'a> {
     /// Name of the finding.
@@ -21,16 +21,16 @@ pub(super) struct PreferredSetting<'a> {
     pub targets: usize,
     /// The setting itself.
     pub setting: Setting,
-    /// A deviation up to which it counts as told.
+    /// Largest deviation of a value that counts as determined.
     pub telling: f64,
 }
 
-/// Targets from which a setting is checked: what bends the phases of one alone, another setting or an
-/// error of the positions may bend as well.
+/// Least number of targets that check a setting: another setting or an error of the positions may bend the
+/// phases of a single target in the same way.
 const LEAST_TARGETS: usize = 2;
 
-/// What is said of one target.
-const ALONE: &str = "; one target does not tell it from delay_ns or from heights";
+/// Text for a single target.
+const ALONE: &str = "; one target does not distinguish it from delay_ns or heights";
 
 /// Judges a setting by its distance from the value that focusing prefers.
 ///

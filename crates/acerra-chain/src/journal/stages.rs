@@ -1,4 +1,4 @@
-//! What each stage of a run cost: seconds, and the most memory the process held.
+//! Cost of each stage of a run: seconds, and the most memory the process held.
 
 use std::fmt;
 use std::time::Instant;
@@ -16,7 +16,7 @@ pub struct Stage {
     pub peak_memory_bytes: Option<u64>,
 }
 
-/// What a listener hears of a stage.
+/// Events of a stage, for a listener.
 #[derive(Clone, Copy, Debug)]
 pub enum StageEvent<'a> {
     /// A stage of this name begins.
@@ -44,11 +44,11 @@ impl fmt::Debug for Stages {
 }
 
 impl Stages {
-    /// Runs one stage inside a `tracing` span and records it, whether it succeeds or not. A stage
-    /// that is entered again is recorded once: its seconds add up, the larger peak counts.
+    /// Runs one stage inside a `tracing` span and records it, whether it succeeds or not. A stage that is
+    /// entered again is recorded once, with the sum of its seconds and the larger peak.
     ///
     /// # Errors
-    /// Those of the stage itself.
+    /// Errors of the stage itself.
     pub fn run<T, E>(
         &mut self,
         name: &'static str,
@@ -69,7 +69,7 @@ impl Stages {
         outcome
     }
 
-    /// Tells `listener` of every stage from now on.
+    /// Calls `listener` for every stage from now on.
     pub fn listen(&mut self, listener: impl Fn(StageEvent<'_>) + Send + Sync + 'static) {
         self.listener = Some(Box::new(listener));
     }

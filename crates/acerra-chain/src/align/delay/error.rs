@@ -14,8 +14,8 @@ pub enum DelayError {
     Spectra,
     /// Two delays agree with the data.
     #[error(
-        "[radar] delay_ns = \"auto\": {first_ns:.2} ns and {second_ns:.2} ns agree with the data \
-         nearly alike (log-likelihoods {margin:.1} apart, {needed:.0} needed); state the delay"
+        "[radar] delay_ns = \"auto\": {first_ns:.2} ns and {second_ns:.2} ns agree with the data almost \
+         equally (log-likelihoods {margin:.1} apart, {needed:.0} needed); state the delay"
     )]
     Ambiguous {
         /// The most likely delay (ns).
@@ -29,8 +29,8 @@ pub enum DelayError {
     },
     /// The data hardly depend on the delay.
     #[error(
-        "[radar] delay_ns = \"auto\": every delay from {from_ns:.2} to {to_ns:.2} ns agrees with the \
-         data (an aperture too short, nothing that stands out); state the delay"
+        "[radar] delay_ns = \"auto\": every delay from {from_ns:.2} to {to_ns:.2} ns agrees with the data \
+         (the aperture is too short, or no echo is strong enough); state the delay"
     )]
     Vague {
         /// Smallest delay that agrees (ns).
@@ -40,8 +40,8 @@ pub enum DelayError {
     },
     /// Errors of the positions bend the echoes like a wrong delay does.
     #[error(
-        "[radar] delay_ns = \"auto\": the positions' stated errors leave the delay uncertain by {sigma_ns:.2} ns (one \
-         standard deviation), at most {most_ns:.2} ns may be; state the delay"
+        "[radar] delay_ns = \"auto\": the positions' stated errors leave the delay uncertain by \
+         {sigma_ns:.2} ns (one standard deviation), at most {most_ns:.2} ns are accepted; state the delay"
     )]
     Uncertain {
         /// Standard deviation of the delay (ns).

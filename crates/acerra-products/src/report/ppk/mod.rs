@@ -1,4 +1,4 @@
-//! The page of a positioning run: where the rover was, how well that is known, and why not better.
+//! The page of a positioning run: positions of the rover, their accuracy, and the causes of poor accuracy.
 
 mod figures;
 mod input;
