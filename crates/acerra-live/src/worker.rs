@@ -32,7 +32,7 @@ pub struct Worker {
 }
 
 impl Worker {
-    /// Images what comes from `source` onto `board`. `missed` counts records that the source dropped.
+    /// Images the pulses of `source` onto `board`. `missed` counts records that the source dropped.
     ///
     /// # Errors
     /// If the system gives no thread.
@@ -66,14 +66,14 @@ impl Worker {
         })
     }
 
-    /// Waits until the source has ended and everything that came of it is imaged.
+    /// Waits until the source has ended and all its data are imaged.
     ///
     /// # Errors
     /// Why the imaging ended before.
     pub fn finish(mut self) -> Result<(), LiveError> {
         match self.thread.take().map(JoinHandle::join) {
             Some(Ok(outcome)) => outcome,
-            // A thread that panicked has said so itself.
+            // A thread that panicked has printed its message.
             Some(Err(_)) | None => Ok(()),
         }
     }
@@ -101,7 +101,7 @@ struct Work {
     /// When a picture was shown last.
     shown: Instant,
     silences: SilenceWatch,
-    /// Whether the source has ended: nothing more is expected to be heard.
+    /// Whether the source has ended: no further messages are expected.
     is_over: bool,
     cancel: Arc<AtomicBool>,
 }
@@ -128,7 +128,7 @@ impl Work {
                 Err(RecvTimeoutError::Disconnected) => self.is_over = true,
             }
             loop {
-                // What has come meanwhile goes into the same picture.
+                // Data that arrived meanwhile go into the same picture.
                 while let Ok(tapped) = self.source.try_recv() {
                     self.hear(&tapped);
                 }
@@ -154,7 +154,7 @@ impl Work {
         self.pipeline.take(&tapped.record, tapped.came);
     }
 
-    /// Publishes the status on its own, where no picture is due to carry the status.
+    /// Publishes the status separately, where no picture is due to carry it.
     fn tell_if_due(&mut self) {
         if self.told.elapsed() >= TELL_EVERY && self.shown.elapsed() >= TELL_EVERY {
             self.tell(None);
@@ -167,7 +167,7 @@ impl Work {
         }
     }
 
-    /// Takes in what is new in the image; the picture of it is made when it is wanted.
+    /// Reads the new pulses of the image; their picture is made when a page is ready.
     fn take_in(&mut self, step: Step) {
         self.board.show_traces(&step.clean.traces);
         self.board
@@ -206,7 +206,7 @@ impl Work {
         self.told = Instant::now();
         let mut status = self.pipeline.status();
         status.pulses.missed_records = self.missed.load(Ordering::Relaxed);
-        // Instruments that were stopped are no longer expected to be heard.
+        // Stopped instruments are no longer expected to send.
         if !self.is_over && self.board.is_recording() {
             status.silent = self.silences.silent(Instant::now());
         }

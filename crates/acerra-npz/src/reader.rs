@@ -67,7 +67,7 @@ impl<R: Read + Seek> NpzReader<R> {
     /// An uncompressed array, of which parts can be read.
     ///
     /// # Errors
-    /// If there is no such array, it is compressed, or its header does not agree with its length.
+    /// If there is no such array, it is compressed, or its header contradicts its length.
     pub fn stored(&mut self, array: &'static str) -> Result<StoredArray<'_, R>, NpzError> {
         let name = format!("{array}.npy");
         let compression = self.zip.by_name(&name).map(|file| file.compression());

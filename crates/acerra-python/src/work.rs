@@ -10,10 +10,10 @@ use pyo3::prelude::*;
 
 use crate::errors::Failure;
 
-/// How often Ctrl-C is looked for and progress is reported.
+/// Interval of checks for Ctrl-C and of progress reports.
 const POLL: Duration = Duration::from_millis(50);
 
-/// The step under way, as the working threads leave it for the interpreter's.
+/// Progress of the current step, from the working threads to the interpreter's.
 #[derive(Default)]
 struct Seen {
     step: Mutex<(String, u64)>,
@@ -53,8 +53,8 @@ impl Seen {
     }
 }
 
-/// Runs `work` on a thread of its own while the caller's looks for signals and calls `progress`. An
-/// exception of either cancels the work and is raised.
+/// Runs `work` on a separate thread while the caller's checks for signals and calls `progress`. An exception
+/// of either cancels the work and is raised.
 pub fn run<T: Send>(
     py: Python<'_>,
     progress: Option<&Py<PyAny>>,

@@ -13,10 +13,10 @@ use crate::commands::focus::Order;
 use crate::interrupt::cancel_flag;
 use crate::progress::Bar;
 
-/// How often the page is notified of how far a step has come.
+/// Interval of progress notifications to the page.
 const TELL_EVERY: Duration = Duration::from_millis(100);
 
-/// Tells a live page how the final image comes along.
+/// Reports the progress of the final image to a live page.
 pub struct Shows {
     board: Arc<Board>,
     state: Mutex<State>,
@@ -93,7 +93,7 @@ impl Progress for Both {
     }
 }
 
-/// Runs the order as `acerra focus` does; returns what is doubtful about the image.
+/// Runs the order as `acerra focus` does; returns the doubts about the image.
 ///
 /// # Errors
 /// Whatever the chain cannot do; an output that is closed.

@@ -37,7 +37,7 @@ impl FixWatch {
         }
     }
 
-    /// What the receiver last said, where it said anything.
+    /// The receiver's last report, if any.
     pub fn latest(&self) -> Option<Fix> {
         self.latest
     }
@@ -111,7 +111,7 @@ mod tests {
         FixWatch::new(WindowWatch::new(&radio, &FlightSection::default()))
     }
 
-    /// RXM-RAWX with so many satellites.
+    /// RXM-RAWX with a number of satellites.
     fn measurements(satellites: u8) -> Vec<u8> {
         let mut payload = vec![0; 16 + 32 * usize::from(satellites)];
         payload[11] = satellites;

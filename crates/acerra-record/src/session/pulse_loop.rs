@@ -1,4 +1,4 @@
-//! The thread of the pulses per second: each into the log, and warnings of what is wrong with them.
+//! The thread of the pulses per second: writes each to the log, and warns of faults.
 
 use std::time::{Duration, Instant};
 

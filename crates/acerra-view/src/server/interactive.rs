@@ -45,7 +45,7 @@ async fn engine(
     let shown = shared.run(number)?;
     if shown.engine.claim() {
         let shown = Arc::clone(&shown);
-        // The answer is the status, now and whenever it is asked for.
+        // The answer is the current status, also for later requests.
         drop(tokio::task::spawn_blocking(move || {
             shown.engine.open(&shown.run);
         }));
@@ -195,8 +195,7 @@ impl Drop for CancelOnDrop {
     }
 }
 
-/// An image of what is in view: pairs of single-precision numbers, and what there is to say of them in
-/// the header `x-acerra-image`.
+/// An image of the view: pairs of single-precision numbers, with further data in the header `x-acerra-image`.
 async fn image(
     State(shared): State<Arc<Shared>>,
     Path(number): Path<usize>,
