@@ -107,13 +107,13 @@ impl Rows {
                 }
                 let apart = points[k] - from;
                 let sight = apart.normalize();
-                let tells = f64::from(u8::from(observing.guides[k]));
-                let by_error = -sight * (ranging.slowness * tells);
+                let guiding = f64::from(u8::from(observing.guides[k]));
+                let by_error = -sight * (ranging.slowness * guiding);
                 let own = globals.iter().zip(&stand.model.globals);
                 let factors: Vec<f64> = own
                     .map(|(global, value)| {
                         let of = (global, *value);
-                        tells * ranging.derivative(of, m, (&sight, apart.norm()))
+                        guiding * ranging.derivative(of, m, (&sight, apart.norm()))
                     })
                     .collect();
                 // The point's own phase absorbs a delay common to all pulses of a part.
@@ -125,8 +125,8 @@ impl Rows {
                 let of_phase: Vec<f64> = each
                     .map(|(f, g)| match &g.effect {
                         Effect::Delay(own) if takes_up(own) => 0.0,
-                        Effect::RiseOverSurface(own) if takes_up(own) => *f + tells,
-                        Effect::Phase(own) if own.contains(&m) => -tells / stand.carrier,
+                        Effect::RiseOverSurface(own) if takes_up(own) => *f + guiding,
+                        Effect::Phase(own) if own.contains(&m) => -guiding / stand.carrier,
                         _ => *f,
                     })
                     .collect();

@@ -165,13 +165,13 @@ impl Board {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Calls `told` after every change; `told` must return quickly.
-    pub fn listen(&self, told: impl Fn() + Send + 'static) {
+    /// Calls `listener` after every change; `listener` must return quickly.
+    pub fn listen(&self, listener: impl Fn() + Send + 'static) {
         let mut listeners = self
             .listeners
             .lock()
             .unwrap_or_else(PoisonError::into_inner);
-        listeners.push(Box::new(told));
+        listeners.push(Box::new(listener));
     }
 
     fn changed(&self) {
@@ -180,7 +180,7 @@ impl Board {
             .listeners
             .lock()
             .unwrap_or_else(PoisonError::into_inner);
-        listeners.iter().for_each(|told| told());
+        listeners.iter().for_each(|listener| listener());
     }
 
     /// Counts the changes.

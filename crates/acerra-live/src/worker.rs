@@ -20,7 +20,7 @@ pub const QUEUE_RECORDS: usize = 8_192;
 /// How soon a picture that no page was ready for is offered again.
 const LOOK_AGAIN: Duration = Duration::from_millis(3);
 /// Interval between status updates.
-const TELL_EVERY: Duration = Duration::from_millis(250);
+const REPORT_EVERY: Duration = Duration::from_millis(250);
 /// Pulses whose positions are there and that may wait to be imaged: beyond that imaging is too slow, and older
 /// ones are given up.
 const MOST_BEHIND: usize = 256;
@@ -50,7 +50,7 @@ impl Worker {
             board,
             picture: None,
             unseen: None,
-            told: Instant::now(),
+            reported: Instant::now(),
             shown: Instant::now(),
             silences: SilenceWatch::default(),
             is_over: false,
@@ -97,7 +97,7 @@ struct Work {
     picture: Option<Picture>,
     /// Pulses that are imaged and in no picture yet, and when their imaging began.
     unseen: Option<(Vec<Instant>, Instant)>,
-    told: Instant,
+    reported: Instant,
     /// When a picture was shown last.
     shown: Instant,
     silences: SilenceWatch,
@@ -112,7 +112,7 @@ impl Work {
             Err(LiveError::Imaging(ImagingError::Cancelled)) => Ok(()),
             outcome => outcome,
         };
-        self.tell(outcome.as_ref().err());
+        self.report(outcome.as_ref().err());
         outcome
     }
 
@@ -156,8 +156,8 @@ impl Work {
 
     /// Publishes the status separately, where no picture is due to carry it.
     fn tell_if_due(&mut self) {
-        if self.told.elapsed() >= TELL_EVERY && self.shown.elapsed() >= TELL_EVERY {
-            self.tell(None);
+        if self.reported.elapsed() >= REPORT_EVERY && self.shown.elapsed() >= REPORT_EVERY {
+            self.report(None);
         }
     }
 
@@ -189,7 +189,7 @@ impl Work {
         let picture = self.picture.get_or_insert_with(|| Picture::new(*grid));
         picture.update(image.image());
         let picture = picture.clone();
-        if self.told.elapsed() >= TELL_EVERY {
+        if self.reported.elapsed() >= REPORT_EVERY {
             let status = self.status(None);
             self.board.keep_status(status, self.pipeline.origin_deg_m());
         }
@@ -197,13 +197,13 @@ impl Work {
         self.board.show_picture(picture, &came, begun);
     }
 
-    fn tell(&mut self, failure: Option<&LiveError>) {
+    fn report(&mut self, failure: Option<&LiveError>) {
         let status = self.status(failure);
         self.board.show_status(status, self.pipeline.origin_deg_m());
     }
 
     fn status(&mut self, failure: Option<&LiveError>) -> Status {
-        self.told = Instant::now();
+        self.reported = Instant::now();
         let mut status = self.pipeline.status();
         status.pulses.missed_records = self.missed.load(Ordering::Relaxed);
         // Stopped instruments are no longer expected to send.

@@ -41,7 +41,7 @@ impl Progress for Seen {
 
 impl Seen {
     /// Calls `progress(step, done, total)`, once a step has begun.
-    fn tell(&self, py: Python<'_>, progress: &Py<PyAny>) -> PyResult<()> {
+    fn report(&self, py: Python<'_>, progress: &Py<PyAny>) -> PyResult<()> {
         let Ok(step) = self.step.lock().map(|step| step.clone()) else {
             return Ok(());
         };
@@ -75,11 +75,11 @@ pub fn run<T: Send>(
             let mut interrupted = None;
             while finished.recv_timeout(POLL) == Err(RecvTimeoutError::Timeout) {
                 if interrupted.is_none() {
-                    let told = Python::attach(|py| {
+                    let polled = Python::attach(|py| {
                         py.check_signals()?;
-                        progress.map_or(Ok(()), |progress| seen.tell(py, progress))
+                        progress.map_or(Ok(()), |progress| seen.report(py, progress))
                     });
-                    if let Err(error) = told {
+                    if let Err(error) = polled {
                         cancel.store(true, Ordering::Relaxed);
                         interrupted = Some(error);
                     }
@@ -93,7 +93,7 @@ pub fn run<T: Send>(
         })
     })?;
     if let Some(progress) = progress {
-        seen.tell(py, progress)?;
+        seen.report(py, progress)?;
     }
     Ok(outcome)
 }

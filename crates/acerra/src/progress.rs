@@ -30,8 +30,8 @@ impl Bar {
     #[must_use]
     pub fn following(stages: &mut Stages) -> Arc<Self> {
         let bar = Arc::new(Self::default());
-        let told = Arc::clone(&bar);
-        stages.listen(move |event| told.stage(event));
+        let listener = Arc::clone(&bar);
+        stages.listen(move |event| listener.stage(event));
         bar
     }
 

@@ -166,11 +166,11 @@ pub(crate) fn calibrate(
     control.check()?;
     let found = common_target(tracks, options, scene, control)?;
     for (track, estimate) in tracks.iter_mut().zip(&found.estimates) {
-        let told = FoundCalibration::of(estimate, &track.spectrum.frequency_hz);
-        if told.contrast_db < 10.0 || told.delay_ns.abs() > 0.98 * options.window_ns {
-            warnings.add(doubt(&track.name, found.position_m, &told));
+        let estimated = FoundCalibration::of(estimate, &track.spectrum.frequency_hz);
+        if estimated.contrast_db < 10.0 || estimated.delay_ns.abs() > 0.98 * options.window_ns {
+            warnings.add(doubt(&track.name, found.position_m, &estimated));
         }
-        track.calibration.found = Some(told);
+        track.calibration.found = Some(estimated);
         remove(estimate.calibration, &mut track.spectrum)?;
     }
     Ok(())
@@ -183,12 +183,12 @@ fn remove(calibration: Calibration, spectrum: &mut Spectrum) -> Result<(), Imagi
     Ok(())
 }
 
-fn doubt(track: &str, target_m: [f64; 3], told: &FoundCalibration) -> String {
+fn doubt(track: &str, target_m: [f64; 3], estimated: &FoundCalibration) -> String {
     format!(
         "[[track]] {track}: its calibration is uncertain: the common target at x = {:.2} m, y = {:.2} m is \
          {:.1} dB above the rest, {:+.2} ns from the first track's; state [tracks] target_m, or delay_ns \
          and phase_deg",
-        target_m[0], target_m[1], told.contrast_db, told.delay_ns
+        target_m[0], target_m[1], estimated.contrast_db, estimated.delay_ns
     )
 }
 

@@ -42,18 +42,18 @@ impl Drift {
         correlation_s: f64,
         first: usize,
     ) -> Option<Self> {
-        let told: Vec<[f64; 3]> = sigma_m.iter().copied().collect::<Option<_>>()?;
+        let stated: Vec<[f64; 3]> = sigma_m.iter().copied().collect::<Option<_>>()?;
         let (start_s, end_s) = (*time_s.first()?, *time_s.last()?);
-        if told.iter().flatten().all(|s| *s == 0.0) {
+        if stated.iter().flatten().all(|s| *s == 0.0) {
             return None;
         }
         let step_s = (correlation_s / KNOTS_PER_CORRELATION).max((end_s - start_s) / MOST_KNOTS);
         let knots = ((end_s - start_s) / step_s).floor() as usize + 2;
         let sigma = |knot: usize| {
             let t = start_s + knot as f64 * step_s;
-            let k = time_s.partition_point(|s| *s < t).min(told.len() - 1);
+            let k = time_s.partition_point(|s| *s < t).min(stated.len() - 1);
             // A deviation of zero next to others would fix the process there.
-            told[k].map(|s| s.max(1e-5))
+            stated[k].map(|s| s.max(1e-5))
         };
         Some(Self {
             first,

@@ -197,13 +197,13 @@ fn estimates(adjusted: &Adjusted, campaign: &Values) -> Vec<Estimate> {
             let place = adjusted.free.iter().position(|p| p == parameter);
             let sigma = place.map(|k| adjusted.covariance[(k, k)].sqrt());
             let wanted = adjusted.normal.wanted(i, &free);
-            let tells = wanted.0.is_finite() && wanted.1.is_finite();
+            let is_finite = wanted.0.is_finite() && wanted.1.is_finite();
             Estimate {
                 parameter: *parameter,
                 campaign: campaign.get(*parameter),
                 value: adjusted.values.get(*parameter),
                 sigma,
-                wanted: (place.is_none() && tells).then_some(wanted),
+                wanted: (place.is_none() && is_finite).then_some(wanted),
             }
         })
         .collect()

@@ -137,7 +137,7 @@ fn autofocus_correction(in_sigmas: f64) -> Finding {
 }
 
 /// Posterior over prior deviation from which the echoes count as not determining a quantity.
-const UNTOLD_SHARE: f64 = 0.95;
+const UNDETERMINED_SHARE: f64 = 0.95;
 
 /// Judges the autofocus' estimate of a quantity of the whole flight by the prior deviation stated: `value`
 /// and its posterior `sigma`, and the prior's sigma.
@@ -152,7 +152,7 @@ fn autofocus_global(
     } else {
         Verdict::Doubtful
     };
-    let told = if sigma > UNTOLD_SHARE * prior_sigma {
+    let outcome = if sigma > UNDETERMINED_SHARE * prior_sigma {
         "the echoes do not determine it: it keeps its prior value"
     } else if is_applied {
         "it is applied with the corrections of the places"
@@ -161,7 +161,7 @@ fn autofocus_global(
     };
     let prior = two_digits(prior_sigma);
     let mut finding = Finding::judged(format!("autofocus_{name}"), value, unit, verdict).because(
-        format!("true less stated, where ± {prior} {unit} was stated beforehand; {told}"),
+        format!("true less stated, where ± {prior} {unit} was stated beforehand; {outcome}"),
     );
     finding.sigma = Some(sigma);
     finding
@@ -204,10 +204,10 @@ mod tests {
         assert_eq!(told.sigma, Some(0.0004));
         assert!(told.explanation.contains("± 0.0015 s"), "{told:?}");
         assert!(told.explanation.contains("is applied"), "{told:?}");
-        let untold = of([0.0, 0.00149, 0.0015]);
+        let undetermined = of([0.0, 0.00149, 0.0015]);
         assert!(
-            untold.explanation.contains("do not determine"),
-            "{untold:?}"
+            undetermined.explanation.contains("do not determine"),
+            "{undetermined:?}"
         );
         assert_eq!(of([0.005, 0.0004, 0.0015]).verdict, Verdict::Doubtful);
     }

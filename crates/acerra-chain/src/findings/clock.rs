@@ -100,7 +100,7 @@ const SAME_S: f64 = 0.03;
 
 /// Largest deviation of an offset that counts as determined (s): at 1.5 m/s three deviations are a resolution
 /// cell.
-const TELLING_S: f64 = 0.015;
+const LARGEST_SIGMA_S: f64 = 0.015;
 
 /// Judges the clock offset by its likelihood.
 fn clock_offset(seen: &ClockSeen) -> Finding {
@@ -113,7 +113,7 @@ fn clock_offset(seen: &ClockSeen) -> Finding {
         Verdict::Contradicts
     };
     Finding {
-        checks: (seen.sigma_s <= TELLING_S).then_some(Setting::ClockOffset),
+        checks: (seen.sigma_s <= LARGEST_SIGMA_S).then_some(Setting::ClockOffset),
         sigma: Some(seen.sigma_s),
         ..Finding::judged("clock_offset", seen.offset_s, "s", verdict)
     }

@@ -68,7 +68,7 @@ const DOUBTFUL_BELOW: f64 = 12.0;
 const DOUBTFUL_NS: f64 = 0.5;
 
 /// Largest deviation of a delay that counts as determined (ns).
-const TELLING_NS: f64 = 0.5;
+const LARGEST_SIGMA_NS: f64 = 0.5;
 
 /// Largest time of range zero before the radar's own time zero (ns): the error of a calibration of the
 /// instrument.
@@ -99,7 +99,7 @@ fn delay_sharpness(seen: &DelayCheck) -> Finding {
         Verdict::Agrees
     };
     Finding {
-        checks: (1e9 * seen.sigma_s <= TELLING_NS).then_some(Setting::Heights),
+        checks: (1e9 * seen.sigma_s <= LARGEST_SIGMA_NS).then_some(Setting::Heights),
         sigma: Some(1e9 * seen.sigma_s),
         ..Finding::judged("delay_sharpness", off_ns, "ns", verdict)
     }

@@ -30,8 +30,8 @@ const ARM_STEP_M: f64 = 0.02;
 
 /// Largest deviations of an offset (s) and a lever arm (m) that count as determined: three deviations are a
 /// resolution cell and a few.
-const OFFSET_TOLD_S: f64 = 0.015;
-const ARM_TOLD_M: f64 = 0.1;
+const LARGEST_OFFSET_SIGMA_S: f64 = 0.015;
+const LARGEST_ARM_SIGMA_M: f64 = 0.1;
 
 /// Judges clock offset and lever arm of every track by the echoes of the image's strongest targets above ground, where
 /// rays are straight.
@@ -105,7 +105,7 @@ impl Bench<'_> {
                 key: "[trajectory] time_offset_s; a wrong lever_arm_m has the same effect",
                 targets: found.targets,
                 setting: Setting::ClockOffset,
-                telling: OFFSET_TOLD_S,
+                largest_sigma: LARGEST_OFFSET_SIGMA_S,
             })
         })
     }
@@ -141,7 +141,7 @@ impl Bench<'_> {
                 key: "[trajectory] lever_arm_m; a wrong time_offset_s has the same effect",
                 targets: found.targets,
                 setting: [Setting::LeverArmForward, Setting::LeverArmLeft][axis],
-                telling: ARM_TOLD_M,
+                largest_sigma: LARGEST_ARM_SIGMA_M,
             })
         })
     }

@@ -22,7 +22,7 @@ pub(super) struct PreferredSetting<'a> {
     /// The setting itself.
     pub setting: Setting,
     /// Largest deviation of a value that counts as determined.
-    pub telling: f64,
+    pub largest_sigma: f64,
 }
 
 /// Least number of targets that check a setting: another setting or an error of the positions may bend the
@@ -47,7 +47,7 @@ pub(super) fn preferred_setting(seen: &PreferredSetting<'_>) -> Finding {
     let finding = Finding::compared(seen.name, in_force, preferred, sigma, unit);
     let is_alone = seen.targets < LEAST_TARGETS;
     Finding {
-        checks: (!is_alone && sigma <= seen.telling).then_some(seen.setting),
+        checks: (!is_alone && sigma <= seen.largest_sigma).then_some(seen.setting),
         ..finding.at_most(Verdict::Doubtful)
     }
     .because(format!(
@@ -77,7 +77,7 @@ mod tests {
                 key: "[trajectory] time_offset_s",
                 targets: 2,
                 setting: Setting::ClockOffset,
-                telling: 0.1,
+                largest_sigma: 0.1,
             })
             .verdict
         };

@@ -40,7 +40,7 @@ const APART_M: f64 = 0.3;
 const LEAST_SIGMA_NS: f64 = 0.2;
 
 /// Largest deviation of a delay that counts as determined (ns).
-const TELLING_NS: f64 = 0.5;
+const LARGEST_SIGMA_NS: f64 = 0.5;
 
 /// Judges the delay in force by the sharpness of the strongest targets above ground, where rays are straight.
 ///
@@ -86,7 +86,7 @@ pub(super) fn weigh(
                   [trajectory] origin_deg_m, lever_arm_m: heights",
             targets,
             setting: Setting::Heights,
-            telling: TELLING_NS,
+            largest_sigma: LARGEST_SIGMA_NS,
         })
     }))
 }

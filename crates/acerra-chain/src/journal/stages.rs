@@ -55,7 +55,7 @@ impl Stages {
         stage: impl FnOnce() -> Result<T, E>,
     ) -> Result<T, E> {
         let _span = tracing::info_span!("stage", name).entered();
-        self.tell(StageEvent::Started(name));
+        self.notify(StageEvent::Started(name));
         memory::start_peak();
         let start = Instant::now();
         let outcome = stage();
@@ -64,7 +64,7 @@ impl Stages {
             seconds: start.elapsed().as_secs_f64(),
             peak_memory_bytes: memory::peak_bytes(),
         };
-        self.tell(StageEvent::Finished(&stage));
+        self.notify(StageEvent::Finished(&stage));
         self.record(stage);
         outcome
     }
@@ -74,7 +74,7 @@ impl Stages {
         self.listener = Some(Box::new(listener));
     }
 
-    fn tell(&self, event: StageEvent<'_>) {
+    fn notify(&self, event: StageEvent<'_>) {
         if let Some(listener) = &self.listener {
             listener(event);
         }

@@ -78,7 +78,7 @@ pub(super) fn read<R: BufRead>(
             fix,
         })?;
     }
-    seen.tell(columns.as_ref(), &mut all)?;
+    seen.assess(columns.as_ref(), &mut all)?;
     let ecef = columns.as_ref().is_some_and(|c| !c.has(Role::Local(0)));
     let axes = match (ecef, stated.origin) {
         (true, _) => Axes::Ecef { reference_m: None },
@@ -114,7 +114,7 @@ const STEP_OF_NO_SECONDS: f64 = 5.0;
 
 impl Seen {
     /// Checks properties of all rows, and lists assumptions.
-    fn tell(
+    fn assess(
         &mut self,
         columns: Option<&Columns>,
         all: &mut Assembler<'_>,

@@ -85,13 +85,13 @@ impl ReceiverLoop {
 
     /// Sends a record, and the fix reported in the record's bytes.
     fn keep(&mut self, record: Record) -> bool {
-        let told = self.fix.take(&record.payload, 1e-9 * record.at_ns as f64);
+        let changes = self.fix.take(&record.payload, 1e-9 * record.at_ns as f64);
         let (bytes, fix) = (record.payload.len() as u64, self.fix.latest());
         self.out.update(|health| {
             health.gnss_bytes += bytes;
             health.fix = fix;
         });
-        self.out.record(record) && told.into_iter().all(|progress| self.out.say(progress))
+        self.out.record(record) && changes.into_iter().all(|progress| self.out.say(progress))
     }
 
     /// Notices a silence, of which the recorder warns.

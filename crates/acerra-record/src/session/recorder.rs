@@ -248,7 +248,7 @@ impl Writing<'_> {
         receive: &Receiver<Item>,
         is_over: &dyn Fn() -> bool,
     ) -> Result<(), LogWriteError> {
-        let mut told = Instant::now();
+        let mut reported = Instant::now();
         let mut ended_since: Option<Instant> = None;
         loop {
             match receive.recv_timeout(Duration::from_millis(100)) {
@@ -266,8 +266,8 @@ impl Writing<'_> {
             } else {
                 self.warn_of_silence()?;
             }
-            if told.elapsed() >= Duration::from_secs(1) {
-                told = Instant::now();
+            if reported.elapsed() >= Duration::from_secs(1) {
+                reported = Instant::now();
                 let health = self.health();
                 (self.follow)(Progress::Health(health));
             }

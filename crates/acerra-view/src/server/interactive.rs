@@ -210,7 +210,7 @@ async fn image(
 }
 
 fn answer(made: Made) -> Response {
-    let told = json!({
+    let details = json!({
         "maximum_db": made.maximum_db,
         "pulses": made.pulses,
         "cleaning_ms": made.cleaning_ms,
@@ -219,9 +219,9 @@ fn answer(made: Made) -> Response {
     });
     let values = made.values.iter().flat_map(|v| [v.re, v.im]);
     let mut response = bytes(values.flat_map(f32::to_le_bytes).collect());
-    if let Ok(told) = HeaderValue::from_str(&told.to_string()) {
+    if let Ok(details) = HeaderValue::from_str(&details.to_string()) {
         let name = HeaderName::from_static("x-acerra-image");
-        response.headers_mut().insert(name, told);
+        response.headers_mut().insert(name, details);
     }
     response
 }

@@ -90,7 +90,7 @@ pub struct Order<'a> {
     pub wanted: Wanted,
     /// The result is printed as JSON.
     pub json: bool,
-    /// What was planned is told.
+    /// The plan is printed.
     pub explain: bool,
 }
 
@@ -105,7 +105,7 @@ impl Order<'_> {
     pub fn run(&self, work: Work, out: &mut dyn Write) -> anyhow::Result<()> {
         let mut journal = Journal::default();
         let run = self.followed(&mut journal, work);
-        self.tell(run, &journal, out)
+        self.print(run, &journal, out)
     }
 
     /// Makes a share of the tiles and prints their number.
@@ -150,7 +150,7 @@ impl Order<'_> {
     ///
     /// # Errors
     /// Errors of the run; an output that is closed.
-    pub fn tell(
+    pub fn print(
         &self,
         run: anyhow::Result<Outcome>,
         journal: &Journal,

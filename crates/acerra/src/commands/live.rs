@@ -187,7 +187,7 @@ impl<'a> Source<'a> {
         }
         let finished = finish(directory);
         recorded?;
-        record::tell(out, directory, &finished?)
+        record::print_summary(out, directory, &finished?)
     }
 }
 

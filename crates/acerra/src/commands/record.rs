@@ -52,7 +52,7 @@ pub struct Args {
 /// A session that cannot be read, instruments that do not answer or refuse, a log that cannot be written.
 pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
     if let Some(directory) = &args.finish {
-        tell(out, directory, &finish(directory)?)?;
+        print_summary(out, directory, &finish(directory)?)?;
         return args.write_mcap(directory, out);
     }
     let (Some(file), Some(directory)) = (&args.session, &args.output) else {
@@ -77,7 +77,7 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
         let _ = finish(directory);
     }
     recorded?;
-    tell(out, directory, &finish(directory)?)?;
+    print_summary(out, directory, &finish(directory)?)?;
     args.write_mcap(directory, out)
 }
 
@@ -164,7 +164,7 @@ fn line(health: &Health) -> String {
     )
 }
 
-pub(super) fn tell(
+pub(super) fn print_summary(
     out: &mut dyn Write,
     directory: &Path,
     finished: &Finished,

@@ -168,8 +168,8 @@ impl Reader {
             paths.contains(path) && report.count(&DropReason::UnknownChannel) > 0
         });
         let known = &data.glonass_channels;
-        let told = self.hints.glonass_channels.keys();
-        if !lacking || told.clone().all(|number| known.contains_key(number)) {
+        let hinted = self.hints.glonass_channels.keys();
+        if !lacking || hinted.clone().all(|number| known.contains_key(number)) {
             return Ok(());
         }
         let mut parts = Vec::new();
