@@ -703,7 +703,7 @@ mod tests {
         let open = "time_s,lat,lon,altitude\n0,40.9,14.2,60\n";
         let error = read(open, None).expect_err("open").to_string();
         assert!(
-            error.starts_with("line 1: column 'altitude' does not say"),
+            error.starts_with("line 1: column 'altitude' does not name"),
             "{error}"
         );
         assert!((height(open, Some(HeightDatum::Ellipsoid))? - 60.0).abs() < 1e-9);
