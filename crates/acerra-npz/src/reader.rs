@@ -134,7 +134,7 @@ mod tests {
             header.read_values(&mut values, usize::MAX, |_, _| taken += 1)
         });
         let said = refused.unwrap_err().to_string();
-        let expected = format!("claims 16800000 values, as an archive of {bytes} bytes");
+        let expected = format!("claims 16800000 values, which an archive of {bytes} bytes");
         assert!(
             said.contains("`many`") && said.contains(&expected),
             "{said}"
