@@ -178,13 +178,6 @@ impl House {
         self.imports.values().map(BTreeSet::len).sum()
     }
 
-    /// What `file` imports.
-    #[must_use]
-    pub fn imports_of(&self, file: &Path) -> Vec<&Path> {
-        let found = self.imports.get(file).into_iter().flatten();
-        found.map(PathBuf::as_path).collect()
-    }
-
     /// Rooms of each crate of [`ORDERED`] that is at hand, those that import others first.
     #[must_use]
     pub fn folders(&self) -> Vec<(&'static str, Vec<String>)> {

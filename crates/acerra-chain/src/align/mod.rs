@@ -37,7 +37,7 @@ use crate::scene::Scene;
 /// Parameters of the stage `align`.
 #[derive(Clone, Debug, Default)]
 pub struct AlignOptions {
-    /// Trajectory time minus radar time. By default that of the clock recorded beside the radar log, where
+    /// Trajectory time minus radar time. By default that of the clock recorded with the radar log, where
     /// there is one and the positions are on GPS time; otherwise 0.
     pub time_offset: Option<TimeOffset>,
     /// The traces that enter background and image.

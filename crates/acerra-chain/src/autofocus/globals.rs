@@ -1,6 +1,6 @@
-//! Quantities of the whole flight that an autofocus leaves free beside the places: delay, clock, lever arm,
-//! height above the scene, propagation speed; for each track, instrument errors and the common error of its
-//! positions ([`tracks`](super::tracks)).
+//! Quantities of the whole flight that an autofocus leaves free in addition to the places: delay, clock,
+//! lever arm, height above the scene, propagation speed; for each track, instrument errors and the common
+//! error of its positions ([`tracks`](super::tracks)).
 
 use acerra_autofocus::{Effect, Global, GlobalFound};
 use acerra_geo::interpolate::Interpolator;

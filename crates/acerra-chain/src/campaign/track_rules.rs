@@ -165,7 +165,7 @@ impl Campaign {
             Rule::new(
                 "lines",
                 is_grid || radar.lines.is_empty(),
-                "[radar] files beside it",
+                "[radar] files as well",
                 "none",
             ),
         ];

@@ -55,7 +55,7 @@ enum AutofocusSeen {
     Applied,
     /// Points that took no part in the correction did not gain significantly.
     NotSignificant,
-    /// No point stands out.
+    /// No point is clear enough.
     NoPoints,
     /// The correction is larger than the positions' deviations allow.
     AgainstPrior,

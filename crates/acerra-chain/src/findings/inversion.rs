@@ -55,7 +55,7 @@ fn inversion_converged(seen: &InversionSeen) -> Finding {
          regularisation (threshold_db, damping, sparsity, clean_threshold_db), lead to convergence",
         seen.iterations,
         if seen.is_converged {
-            "stands still"
+            "no longer changes"
         } else {
             "still changes, or no longer improves"
         },

@@ -125,16 +125,6 @@ impl GpsTime {
         Self::new(start.saturating_add(BDT_BEHIND_GPST_S), sow_s)
     }
 
-    /// BeiDou week and seconds of week.
-    #[must_use]
-    pub fn bdt_week_sow(self) -> (i64, f64) {
-        let bdt = Self {
-            seconds: self.seconds - BDT_BEHIND_GPST_S,
-            fraction: self.fraction,
-        };
-        (bdt.week() - BDT_WEEK_OFFSET, bdt.tow_s())
-    }
-
     /// From a date and clock reading in GPST.
     #[must_use]
     pub const fn from_calendar(calendar: &Calendar) -> Self {
@@ -334,7 +324,6 @@ mod tests {
     fn weeks_of_gps_and_beidou() {
         let t = GpsTime::from_calendar(&at(2026, 11, 21, 0, 0, 0.0));
         assert_eq!((t.week(), t.tow_s()), (2445, 518_400.0));
-        assert_eq!(t.bdt_week_sow(), (1089, 518_386.0));
         assert_eq!(GpsTime::from_bdt_week_sow(1089, 518_386.0), t);
         assert_eq!(t.gpst_minus_utc_s(), 18);
         let t = GpsTime::from_week_tow(1400, 86_400.0);

@@ -39,7 +39,7 @@ pub struct EstimateRecord {
     pub value: f64,
     /// Standard deviation; none where the value is not observable.
     pub sigma: Option<f64>,
-    /// Whether the data tell it.
+    /// Whether the data determine it.
     pub observable: bool,
 }
 

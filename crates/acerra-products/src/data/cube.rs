@@ -319,7 +319,7 @@ fn add_radargram<'a>(data: &mut Dataset<'a>, of: &RadargramContents<'a>, is_only
         true => name.to_owned(),
         false => format!("{name}_{}", of.track),
     };
-    // Pulses of one track among several stand for themselves.
+    // Each of several tracks has its own dimension of pulses.
     let pulse = if is_only {
         "pulse".to_owned()
     } else {

@@ -122,10 +122,11 @@ fn resolution(points: &[ResolutionRecord]) -> Markup {
         @if !rows.is_empty() {
             h3 { "Resolution" }
             (html::table(&Table {
-                caption: "What the method, and the adjoint, make of the noise-free echoes of a single point at \
-                          the strongest targets: widths at −3 dB, the greatest value farther than two \
-                          resolution distances from it, and the share of the energy within them. A \
-                          narrower main lobe under higher artefacts is a prettier picture, not a better one.",
+                caption: "Images of the noise-free echoes of a single point at the strongest targets, by \
+                          the method and by the adjoint: widths at −3 dB, the greatest value farther than \
+                          two resolution distances from it, and the share of the energy within them. A \
+                          narrower main lobe under higher artefacts is a prettier picture, not a better \
+                          one.",
                 head: &[
                     "point (m)",
                     "image",

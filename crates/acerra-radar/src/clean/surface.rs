@@ -94,8 +94,8 @@ pub struct SurfaceTrack {
 /// Follows the surface echo through a radargram whose fast time need not be zero-timed.
 ///
 /// # Errors
-/// If there is not one height a trace, the window does not reach the surface, or no echo that
-/// follows the height stands out.
+/// If there is not one height a trace, the window does not reach the surface, or no echo that follows the
+/// height is clear.
 pub fn track_surface(
     radargram: &Radargram,
     height_m: &[f64],

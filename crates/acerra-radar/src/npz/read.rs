@@ -115,7 +115,7 @@ pub fn read_npz(reader: impl Read + Seek, limits: &Limits) -> Result<NeutralFile
         (false, false) => return Err(missing("data", " (or `spectrum`)")),
         (true, false) => {
             if !has("fast_time_s") {
-                return Err(missing("fast_time_s", " beside `data`"));
+                return Err(missing("fast_time_s", " with `data`"));
             }
             used.extend(["data", "fast_time_s"]);
             let (samples, shape) = read_data(&mut archive, limits)?;
@@ -124,7 +124,7 @@ pub fn read_npz(reader: impl Read + Seek, limits: &Limits) -> Result<NeutralFile
         }
         (false, true) => {
             if !has("frequency_hz") {
-                return Err(missing("frequency_hz", " beside `spectrum`"));
+                return Err(missing("frequency_hz", " with `spectrum`"));
             }
             used.extend(["spectrum", "frequency_hz"]);
             let (values, shape) = read_spectrum(&mut archive, limits)?;
@@ -137,8 +137,8 @@ pub fn read_npz(reader: impl Read + Seek, limits: &Limits) -> Result<NeutralFile
         .transpose()?;
     let antennas_m = match (has("transmitter_m"), has("receiver_m")) {
         (false, false) => None,
-        (true, false) => return Err(missing("receiver_m", " beside `transmitter_m`")),
-        (false, true) => return Err(missing("transmitter_m", " beside `receiver_m`")),
+        (true, false) => return Err(missing("receiver_m", " with `transmitter_m`")),
+        (false, true) => return Err(missing("transmitter_m", " with `receiver_m`")),
         (true, true) => Some([
             read_places(&mut archive, "transmitter_m", traces, limits)?,
             read_places(&mut archive, "receiver_m", traces, limits)?,

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 /// `[flight]` of a scene file: one straight track, flown by hand.
 ///
-/// The craft stands at its take-off point, climbs, flies along the track's line with a run-in and a run-out,
+/// The craft rests at its take-off point, climbs, flies along the track's line with a run-in and a run-out,
 /// descends and rests again. Positions are those of the positioned point (the GNSS antenna), east, north, up.
 #[derive(Clone, Debug, Deserialize, JsonSchema, Serialize)]
 #[serde(deny_unknown_fields)]

@@ -41,14 +41,14 @@ pub struct ReceiverModel {
     pub clock_drift_walk: f64,
     /// Standard deviation of white code noise at the zenith (m); grows as √(1 + 1/sin² el)/√2.
     pub code_noise_m: f64,
-    /// The same of the carrier phase (m).
+    /// Standard deviation of white carrier-phase noise (m).
     pub phase_noise_m: f64,
     /// Standard deviation of the Doppler (Hz).
     pub doppler_noise_hz: f64,
     /// Standard deviation of code multipath at the horizon (m); falls with elevation as
     /// 0.2 + 0.8 exp(−el/25°).
     pub code_multipath_m: f64,
-    /// The same of the carrier phase (m).
+    /// Standard deviation of carrier-phase multipath at the horizon (m).
     pub phase_multipath_m: f64,
     /// Time over which multipath forgets itself (s).
     pub multipath_time_s: f64,
