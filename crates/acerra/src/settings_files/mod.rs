@@ -18,7 +18,7 @@ pub enum SettingsFile {
     Campaign,
     /// Input of `acerra simulate`.
     Scene,
-    /// What `acerra plan` reads.
+    /// Input of `acerra plan`.
     Plan,
 }
 
