@@ -12,7 +12,7 @@ use super::values::{band_ghz, not_negative, positive};
 use acerra_figure::{Axis, Map};
 use acerra_products::staging::Staging;
 
-/// Print the theoretical resolution of a straight flight (Eqs. 6–12), and map it (Figure 6).
+/// Print the resolution of a straight flight (Eqs. 6–12), and map it (Figure 6).
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   acerra resolution --height 10 --offset 2 --half-aperture-m 3
